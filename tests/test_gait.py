@@ -4,21 +4,20 @@ from __future__ import annotations
 
 import math
 from math import pi
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
 import gaitgraph as gg
+from gaitgraph.flight.course import timed_gait_from_file
 from gaitgraph.gait.gait import Gait, lift, vertices
 from gaitgraph.gait.table import (
-    CLOSED_GAP,
     Table,
     about_from_text,
     checked_about,
     closed_rows,
-    closes,
     closing_time,
     completed_pieces,
     is_closed,
@@ -27,8 +26,13 @@ from gaitgraph.gait.table import (
     tilt_angles,
 )
 from gaitgraph.invertibility.matrices import level_determinant_resolution
+from gaitgraph.io.c_header import write_h
+from gaitgraph.io.formats import FormatOptions
 from gaitgraph.surface.sheets import COLORS, roots
 from tests.published import GAITS, PublishedGait
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 angle = st.floats(-1.5, 1.5)
 loops = st.lists(st.tuples(angle, angle), min_size=1, max_size=7)
@@ -168,23 +172,53 @@ def table(points: list[tuple[float, float]], colors: str | tuple[str, ...] = "re
 
 @pytest.mark.parametrize("off", [-1.0, 1.0])
 def test_a_last_row_closes_up_to_the_gap_and_not_beyond(off: float) -> None:
-    assert CLOSED_GAP == 1e-9
-    for gap, closed in ((0.0, True), (0.99e-9, True), (1.01e-9, False), (0.01, False)):
+    """With one tolerance, whoever reads the table; a nearer row is no point of its own, not even to `validate`."""
+    for gap, closed in ((0.0, True), (0.99e-9, True), (1.01e-9, True), (1.9e-3, True), (2.1e-3, False), (0.01, False)):
         for angle in (0, 1):
             last = (CORNERS[0][0] + off * gap * (angle == 0), CORNERS[0][1] + off * gap * (angle == 1))
-            rows = table([*CORNERS, last])
-            assert is_closed(rows) is closed
-            gait, _ = closed_rows(rows)
-            assert len(gait.alpha) == (3 if closed else 4)
-            assert gg.validate(rows)["closed"].value == (0.0 if closed else pytest.approx(gap, rel=1e-6))
+            rows = table([*CORNERS, last], t=[0.0, 1.0, 2.0, 3.0])
+            assert is_closed(tilt_angles(rows, PUBLISHED)) is closed
+            gait, times = closed_rows(rows)
+            assert (len(gait.alpha), times[-1]) == ((3, 3.0) if closed else (4, 4.0))
+            whole = merged(completed_pieces(lambda rows=rows: [rows.rows(0, 2), rows.rows(2, 4)])())
+            assert (len(whole), whole["t"][-1]) == ((4, 3.0) if closed else (5, 4.0))
+            assert (whole.alpha[0] == whole.alpha[-1]).all()
+            check = gg.validate(rows)["closed"]
+            assert check.message.startswith("the last row is the first again") is closed
+            assert check.value == (0.0 if gap < 1e-9 else pytest.approx(gap, rel=1e-6))
+    # A gap of a quarter of the longest step is a step, and no noise.
+    steps = [(0.4, -0.4), (0.404, -0.4), (0.404, -0.396), (0.4, -0.3989)]
+    assert not is_closed(tilt_angles(table(steps), PUBLISHED))
+
+
+def test_whoever_reads_a_measured_table_finds_the_same_period(tmp_path: Path) -> None:
+    timed = gg.lift(GAITS[2].angles, "red").parametrize(period=1.0, samples=20)
+    rows = np.column_stack([timed.t, timed.alpha])
+    rows[-1, 1] += 1e-6
+    source = tmp_path / "rows.csv"
+    np.savetxt(source, rows, delimiter=",", header="t,alpha1,alpha2,alpha3,alpha4", comments="", fmt="%.12g")
+    flown = timed_gait_from_file(source)
+    assert (flown.period, flown.law, len(gg.gait_of(gg.read_table(source)).alpha)) == (1.0, "smooth", 4)
+    gg.timing.export(source, [tmp_path / "whole.csv", tmp_path / "gait.h"])
+    whole, header = gg.read_table(tmp_path / "whole.csv"), (tmp_path / "gait.h").read_text()
+    assert (len(whole), whole["t"][-1], whole.alpha[-1].tolist()) == (21, 1.0, whole.alpha[0].tolist())
+    write_h([gg.read_table(source)], tmp_path / "rows.h", FormatOptions())
+    for text in (header, (tmp_path / "rows.h").read_text()):
+        assert "_angle[20][4]" in text
+    kept = gg.retarget(source)  # flyable, so it comes back bit by bit
+    assert (kept.status, kept.table["t"][-1]) == ("unchanged", 1.0)
+    np.testing.assert_array_equal(kept.table.alpha, gg.read_table(source).alpha)
+    rows[:, 1::2] -= 0.5  # where it cannot fly the closing row goes to the first
+    moved = gg.retarget(rows[:, 1:])
+    assert (moved.table.alpha[0] == moved.table.alpha[-1]).all()
+    np.testing.assert_allclose(moved.moved[-1], np.linalg.norm(moved.table.alpha[-1] - rows[-1, 1:]))
 
 
 def test_a_last_row_of_another_color_is_a_row_of_its_own() -> None:
     rows = table([*CORNERS, CORNERS[0]], ("red", "red", "red", "blue"))
-    assert not is_closed(rows)
+    assert not is_closed(tilt_angles(rows, PUBLISHED))
     assert closed_rows(rows)[0].colors == ("red", "red", "red", "blue")
-    assert closes(rows.rows(0, 1), rows.rows(0, 1))
-    assert not is_closed(table(CORNERS[:1]))
+    assert not is_closed(np.zeros((1, 4)))
 
 
 def test_an_open_table_closes_after_one_mean_step() -> None:

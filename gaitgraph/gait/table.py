@@ -4,8 +4,8 @@ A table has the columns ``t, alpha1, alpha2, alpha3, alpha4`` (s, rad), then ``c
 (rad/s) and ``alpha1_acceleration`` … (rad/s²). A user's table needs only alpha1 to alpha4, or alpha1, alpha2 and color,
 in any order, with or without t, closed or to be closed. :mod:`gaitgraph.io` reads and writes tables as files.
 
-A last row that repeats the first, to within :data:`CLOSED_GAP` and with the same color, closes a table. Any other table
-is closed by a straight segment back to the first row, which takes one mean step of time.
+A last row that comes back to the first, as :func:`is_back` says, closes a table, and its time ends the period. Any
+other table is closed by a straight segment back to the first row, which takes one mean step of time.
 """
 
 from __future__ import annotations
@@ -62,10 +62,9 @@ FORMAT = "gaitgraph gait table"
 ROWS_OF_A_PIECE = 1 << 16
 """Long tables are made, written and read in pieces of so many rows."""
 
-CLOSED_GAP = 1e-9
-"""A last row closes a table if no angle differs from the first row's by more than this [rad]: far below any printed
-digit, above the rounding of floating point. `validate` also accepts a measured loop that comes back to within its own
-tolerance, but then keeps the last row as one more point."""
+SAME_ROW = 1e-9
+"""Two rows are the same point if no angle differs by more than this [rad]: far below any printed digit, above the
+rounding of floating point."""
 
 _DEEPEST = 100
 _UNITS = {"t": "s", "R": "1"} | dict.fromkeys(ANGLES, "rad")
@@ -240,16 +239,22 @@ def tilt_angles(table: Table, coefficients: Coefficients, *, rows_before: int = 
     return points_on_sheets(table["alpha1"], table["alpha2"], table["color"], coefficients)
 
 
-def closes(first: Table, last: Table) -> bool:
-    """Return whether a later row, a table of one row, repeats the first."""
-    gap = max(abs(float(last[name][0] - first[name][0])) for name in ANGLES if name in first)
-    return gap <= CLOSED_GAP and first.columns.get("color") == last.columns.get("color")
+def is_back(gap: float, longest: float, tolerance: float = DEFAULT_TOLERANCE) -> bool:
+    """Return whether a last row this far from the first [rad] is the first again, by the longest step between rows.
+
+    A measured period ends within its noise of where it began, which is far less than a step. Every reader of tables
+    closes them by this rule, with the same tolerance; only `validate` may be given another one.
+
+    >>> is_back(1e-6, 0.1), is_back(1e-3, 1e-3), is_back(0.0, 0.0)
+    (True, False, True)
+    """
+    return gap <= SAME_ROW or (gap <= tolerance and gap < longest / 4)
 
 
-def is_closed(table: Table) -> bool:
-    """Return whether a table of two or more rows ends with its first row."""
-    rows = len(table)
-    return rows > 1 and closes(table.rows(0, 1), table.rows(rows - 1, rows))
+def is_closed(alpha: FloatArray) -> bool:
+    """Return whether rows of angles, two or more, end with the first again, as :func:`is_back` says."""
+    steps = np.abs(np.diff(alpha, axis=0, append=alpha[:1])).max(axis=1)
+    return len(alpha) > 1 and is_back(float(steps[-1]), float(steps[:-1].max()))
 
 
 def closing_time(start: float, end: float, rows: int) -> float:
@@ -264,8 +269,8 @@ def closed_rows(
 
     Rows without a color get that of the sheet or fibre they lie on, if each lies on one to within 2e-3 rad. The gait
     keeps the request that made the table, if no other vehicle or coefficients are given; by default these are what the
-    table states, else the paper's vehicle. A row that repeats the first is no corner. The n + 1 times [s] end when the
-    gait is back at its first corner; None without a column t.
+    table states, else the paper's vehicle. A last row that closes the table is no corner. The n + 1 times [s] end when
+    the gait is back at its first corner; None without a column t.
 
     >>> columns = {"t": np.array([0, 1]), "alpha1": [0.4, 0.9], "alpha2": [-0.4, -0.4], "color": ("red", "red")}
     >>> gait, times = closed_rows(Table(columns=columns))
@@ -275,7 +280,7 @@ def closed_rows(
     request = table.about.get("request") if vehicle is None and coefficients is None else None
     vehicle, numbers, crossing_tolerance = setting_of(table, vehicle, coefficients)
     alpha, t = tilt_angles(table, numbers), table.columns.get("t")
-    if is_closed(table):
+    if is_closed(alpha):
         alpha = alpha[:-1]
     elif t is not None:
         t = np.append(t, closing_time(t[0], t[-1], len(t)))
@@ -340,8 +345,11 @@ def completed_pieces(
         return np.asarray(level_determinant(rows, numbers))[: len(alpha)]
 
     count, has_colors, keeps_R, keeps_types = 0, True, True, True
+    longest, ends = 0.0, np.zeros((0, 4))  # the longest step between rows [rad], the first and the last row so far
     for piece, alpha, codes in placed():
         count += len(alpha)
+        longest = max(longest, float(np.abs(np.diff(np.vstack([ends[-1:], alpha]), axis=0)).max(initial=0.0)))
+        ends = np.vstack([ends[:1], alpha])[[0, -1]]
         has_colors &= bool(codes.all())
         if keeps_R:
             digits = 2 * level_determinant_resolution(alpha, numbers)
@@ -368,7 +376,7 @@ def completed_pieces(
             yield _in_order(columns, about)
 
     def closed() -> Iterator[Table]:
-        """Yield the whole pieces and a closing row, which replaces a last one that repeats the first."""
+        """Yield the whole pieces and a closing row, which replaces a last one that comes back to the first."""
         opening: Any = None
         for joined in _overlapping(whole()):
             opening = opening or joined.rows(0, 1)
@@ -376,11 +384,12 @@ def completed_pieces(
             if len(joined) > 1:
                 yield joined.rows(0, len(joined) - 1)
         end = float(last["t"][0])
-        if count < 2 or not closes(opening, last):
+        if not returned:
             yield last
             end = closing_time(0.0, end, count)
         yield Table(columns={**opening.columns, "t": np.array([end])}, about=about)
 
+    returned = count > 1 and is_back(float(np.abs(ends[1] - ends[0]).max()), longest)
     stated_rates = all(name in first for name in (*RATES, *ACCELERATIONS))
     return closed if stated_rates else lambda: _with_rates(closed())
 

@@ -41,7 +41,7 @@ def write_h(pieces: Iterable[Table], path: Path, options: FormatOptions) -> None
     number, name = options.number, options.c_name or re.sub(r"[^A-Za-z0-9_]", "_", path.stem)[:60]
     if not name[:1].isalpha():
         name = f"gait_{name.strip('_')}"[:60].rstrip("_")
-    times, angles, closed = table["t"] - table["t"][0], table.alpha, is_closed(table)
+    times, angles, closed = table["t"] - table["t"][0], table.alpha, is_closed(table.alpha)
     rates: Any = None
     accelerations: Any = None
     if len(times) == 1:  # a gait that is a point, once more

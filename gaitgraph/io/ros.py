@@ -72,7 +72,7 @@ def points_of(table: Table, periods: int = 1) -> tuple[npt.NDArray[np.int64], di
     Returns times since the first point, shape (n,) [ns], strictly increasing, and rows: `positions`, and `velocities`
     and `accelerations` if the table has them, shape (n, 4) [rad], [rad/s], [rad/s²].
     """
-    if periods > 1 and not is_closed(table):
+    if periods > 1 and not is_closed(table.alpha):
         raise InputError(f"periods must be 1 for a table that does not end where it starts, got {periods}")
     rows = len(table)
     if (rows - 1) * periods + 1 > _MOST_POINTS:

@@ -224,11 +224,12 @@ def retarget(
         return Retargeted(before=before, reason=narrow if region.components else why_empty(region, floor, chosen))
 
     # The rows without one that closes the table, and with α3 and α4 within half a turn of α1 and α2.
-    closing = is_closed(table)
-    rows = tilt_angles(table, numbers)[: len(table) - closing]
-    turns = np.rint((rows[:, 2:] - rows[:, :2]) / _TURN)
-    turned = int(turns.any(axis=1).sum())
-    rows = np.hstack([rows[:, :2], np.where(turns == 0, rows[:, 2:], rows[:, 2:] - _TURN * turns)])
+    given = tilt_angles(table, numbers)
+    closing = is_closed(given)
+    turns = np.rint((given[:, 2:] - given[:, :2]) / _TURN)
+    given = np.hstack([given[:, :2], np.where(turns == 0, given[:, 2:], given[:, 2:] - _TURN * turns)])
+    rows = given[: len(given) - closing]
+    turned = int(turns[: len(rows)].any(axis=1).sum())
 
     # The component with the least summed distance in four dimensions.
     middle = (rows[:, :2] + rows[:, 2:]) / 2
@@ -253,14 +254,14 @@ def retarget(
         new, placed = _joined(middle, parts[best])
 
     t = _times(table["t"], new, placed, closing) if "t" in table else None
-    if closing:  # the closing row moves with the first
-        new, rows = (np.vstack([array, array[:1]]) for array in (new, rows))
+    if closing:  # the closing row moves with the others, to the first
+        new = given if new is rows else np.vstack([new, new[:1]])
         placed = np.append(placed, len(new) - 1)
     setting: Any = {"vehicle": chosen, "coefficients": numbers, "crossing_tolerance": crossing_tolerance}
     gait = Gait(alpha=new, colors=("red",) * len(new), **setting)
     fresh = _table_from(gait, t, made_by="retarget", sign=sign, floor=float(floor), margin=float(margin))
     after = validate(fresh, vehicle=chosen, coefficients=numbers.kind, floor=floor)
-    moved = np.linalg.norm(new[placed] - rows, axis=1)
+    moved = np.linalg.norm(new[placed] - given, axis=1)
     moved.flags.writeable = placed.flags.writeable = False
     return Retargeted(
         before=before,

@@ -20,7 +20,16 @@ import numpy.typing as npt
 
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.gait import Gait
-from gaitgraph.gait.table import ACCELERATIONS, CLOSED_GAP, RATES, Table, closing_time, setting_of, tilt_angles
+from gaitgraph.gait.table import (
+    ACCELERATIONS,
+    RATES,
+    SAME_ROW,
+    Table,
+    closing_time,
+    is_back,
+    setting_of,
+    tilt_angles,
+)
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Kind, level_determinant
 from gaitgraph.io.columns import Frame, as_table
 from gaitgraph.io.formats import naming_file, read_pieces
@@ -288,9 +297,9 @@ class _TableChecker:
         assert head is not None and tail is not None  # noqa: PT018, S101 - pieces have rows
         first, last = head[:1], tail[-1:]
         gap = float(np.abs(last.alpha[0] - first.alpha[0]).max())
-        repeated = self.rows > 1 and gap <= CLOSED_GAP and last.sheet[0] == first.sheet[0]
-        # A measured loop comes back to within its noise: a segment of that length, and no step in time.
-        near = repeated or (self.rows > 1 and gap <= self.setting.tolerance and gap < self.longest / 4)
+        near = self.rows > 1 and is_back(gap, self.longest, self.setting.tolerance)
+        # Otherwise a row that comes back is a point of its own, with a segment to the first and no step in time.
+        repeated = near and gap <= SAME_ROW and last.sheet[0] == first.sheet[0]
         if not repeated:
             closing = last.joined(first)
             if first.t is not None and last.t is not None:
