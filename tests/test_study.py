@@ -210,7 +210,10 @@ def test_a_case_that_fails_is_a_row_with_its_reason(monkeypatch: pytest.MonkeyPa
             "attitudes": {},
         }
     )
-    rows = [row_of(study.case(number), study, {}) for number in range(4)]
+    gaits: dict[str, Any] = {}
+    rows = [row_of(study.case(number), study, gaits) for number in range(4)]
+    assert len(gaits) == 4  # nothing is planned twice, failures too
+    assert [row_of(study.case(number), study, gaits) for number in range(4)] == rows
     assert [row["outcome"] for row in rows] == ["no gait", "failed", "no gait", "settled"]
     assert rows[0]["reason"].startswith("no closed loop: ")
     assert "bare" in rows[1]["reason"]

@@ -299,17 +299,24 @@ def flown_batch(numbers: Sequence[int], study: Study, expected: Mapping[str, str
     for name, wanted in expected.items():
         if here.get(name) != wanted:
             raise InputError(f"workers must have {name} {wanted}, with which the study began, got {here.get(name)}")
-    gaits: dict[str, Gait] = {}
+    gaits: dict[str, Gait | GaitgraphError] = {}
     return [row_of(study.case(number), study, gaits) for number in numbers]
 
 
-def row_of(case: Case, study: Study, gaits: dict[str, Gait]) -> Row:
-    """Return the row of a case, whatever goes wrong in it; `gaits` keeps what was planned for the cases before."""
+def row_of(case: Case, study: Study, gaits: dict[str, Gait | GaitgraphError]) -> Row:
+    """Return the row of a case, whatever goes wrong in it; `gaits` keeps what came of planning for those before."""
     row = case.known()
     try:
         row["drag_ratio"] = case.vehicle.drag_ratio
         key = repr((case.model.base.name, case.varied, case.source.name))
-        gait = gaits[key] = gaits.get(key) or case.source.gait(case.vehicle)
+        if key not in gaits:
+            try:
+                gaits[key] = case.source.gait(case.vehicle)
+            except GaitgraphError as error:
+                gaits[key] = error
+        gait = gaits[key]
+        if isinstance(gait, GaitgraphError):
+            raise gait
         moved = gait if case.eta == 1 else gait.biased(case.eta)
         timed = moved.parametrize(case.period, law=case.source.law)
         report = timed.check()
