@@ -6,8 +6,8 @@ import ast
 import re
 import subprocess
 import sys
-from functools import cache
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 import networkx as nx
@@ -16,71 +16,187 @@ import pytest
 import gaitgraph as gg
 from gaitgraph import cli
 
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
 PACKAGE = Path(gg.__file__).parent
 PAGE = Path(__file__).parent.parent / "docs" / "architecture.md"
 ORDER = re.findall(r"^\| `(\w+)` \|", PAGE.read_text(encoding="utf-8"), re.M)
-OUTSIDE = {"__init__", "__main__", "_lazy"}  # the public names, the entry point, and what both need
+ANYTHING = "*"  # what an import by a computed name, or of the whole package, may reach
+RANKS = ["", "_lazy", *ORDER, "__main__", ANYTHING]  # "" is gaitgraph/__init__.py, of which there is the version
 
-# Methods that call a later package: (method, package).
-CONVENIENCES = {
-    ("parametrize", "timing"),
-    ("check", "validation"),
-    ("plot", "plots"),
-    ("animate", "plots"),
-    ("_repr_html_", "plots"),
+# Imports against the order: from which module, where in it, of which module.
+EXCEPTIONS = {
+    ("gait.gait", "Gait.parametrize", "timing.timed_gait"),
+    ("gait.gait", "Gait.check", "validation.validating"),
+    ("gait.gait", "TYPE_CHECKING", "timing.timed_gait"),  # what these two return
+    ("gait.gait", "TYPE_CHECKING", "validation.report"),
+    ("timing.timed_gait", "TimedGait.animate", "plots.vehicles"),
+    ("vehicle", "Vehicle._repr_html_", "plots.notebook"),
+    ("surface.region", "Region._repr_html_", "plots.notebook"),
+    ("gait.gait", "Gait._repr_html_", "plots.notebook"),
+    ("validation.report", "Report._repr_html_", "plots.notebook"),
+    ("timing.timed_gait", "TimedGait._repr_html_", "plots.notebook"),
+    ("planning.planner", "Plan._repr_html_", "plots.notebook"),
+    ("gait.table", "Table._frame", ANYTHING),  # pandas or polars
+    ("cli", "Group.get_command", ANYTHING),  # a command's file, by the command's name
 }
 
 
-@cache
-def imports() -> list[tuple[str, str, int]]:
-    """Return every import of the package that the order holds for: the module, what it names, and the line.
+def places(tree: ast.AST, place: str = "") -> Iterator[tuple[ast.AST, str]]:
+    """Yield all nodes, each with the names of the classes and functions that it is in, or TYPE_CHECKING."""
+    for node in ast.iter_child_nodes(tree):
+        yield node, place
+        name = getattr(node, "name", "") if isinstance(node, ast.stmt) else ""
+        if isinstance(node, ast.If) and ast.unparse(node.test).endswith("TYPE_CHECKING"):
+            name = "TYPE_CHECKING"
+        yield from places(node, f"{place}.{name}".strip("."))
 
-    Those for type checking and inside functions count too; those of conveniences, and of what they return, do not.
+
+def arrows(root: Path) -> set[tuple[str, str, str]]:
+    """Return all imports of a package's modules: from which module, where in it, of which module.
+
+    An `__init__.py` is the module of its package's name. A name that it states is imported from where it is defined.
     """
-    paths = [path for path in sorted(PACKAGE.rglob("*.py")) if path.stem not in OUTSIDE]
-    known = {".".join(path.relative_to(PACKAGE).with_suffix("").parts): path for path in paths}
-    found: list[tuple[str, str, int]] = []
-    for source, path in known.items():
-        tree = ast.parse(path.read_text(encoding="utf-8"))
-        functions = [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
-        inside = {child: function.name for function in functions for child in ast.walk(function)}
-        returned = {
-            (package, function.returns.id)
-            for function in functions
-            for method, package in CONVENIENCES
-            if function.name == method and isinstance(function.returns, ast.Name)
-        }
-        for node in ast.walk(tree):
-            if not isinstance(node, ast.ImportFrom) or (node.module or "").split(".")[0] != "gaitgraph":
-                continue
-            base = (node.module or "").removeprefix("gaitgraph").removeprefix(".")
-            for name in (alias.name for alias in node.names):
-                full = f"{base}.{name}".removeprefix(".")
-                target = full if full in known else base
-                package = target.split(".")[0]
-                if target and (inside.get(node), package) not in CONVENIENCES and (package, name) not in returned:
-                    found.append((source, target, node.lineno))
-    return found
+    paths = {path.relative_to(root).with_suffix("").parts: path for path in root.rglob("*.py")}
+    packages = {".".join(parts[:-1]) for parts in paths if parts[-1] == "__init__"}
+    trees = {
+        ".".join(parts[:-1] if parts[-1] == "__init__" else parts): ast.parse(path.read_text(encoding="utf-8"))
+        for parts, path in paths.items()
+    }
+
+    def base_of(source: str, node: ast.ImportFrom) -> str | None:
+        """Return the module from which names are imported, without `gaitgraph`; None if it is another library's."""
+        above = node.level - (source in packages)
+        parts = ["gaitgraph", *source.split(".")]
+        start = [part for part in parts[: len(parts) - above] if part] if node.level else []
+        first, _, rest = ".".join([*start, *filter(None, [node.module])]).partition(".")
+        return rest if first == "gaitgraph" else None
+
+    def home_of(base: str, name: str) -> str:
+        """Return the module that a name of a module is, or that defines it."""
+        full = f"{base}.{name}".strip(".")
+        if full in trees:
+            return full
+        for node in ast.walk(trees[base]) if base in packages else ():
+            if isinstance(node, ast.ImportFrom) and name in [alias.asname or alias.name for alias in node.names]:
+                inner = base_of(base, node)
+                return base if inner is None else home_of(inner, name)
+        return base
+
+    def targets(source: str, node: ast.AST) -> Iterator[str]:
+        if isinstance(node, ast.Import):
+            for alias in node.names:
+                first, _, target = alias.name.partition(".")
+                if first == "gaitgraph":
+                    yield target if alias.asname and target else ANYTHING  # else `gaitgraph` itself is bound
+        elif isinstance(node, ast.ImportFrom):
+            base = base_of(source, node)
+            for alias in node.names:
+                if base is not None:
+                    yield ANYTHING if (base, alias.name) == ("", "*") else home_of(base, alias.name)
+                elif alias.name == "import_module" and alias.asname:
+                    yield ANYTHING
+        elif getattr(node, "id", getattr(node, "attr", "")) in ("import_module", "__import__"):
+            yield ANYTHING
+
+    inside = {source: tree for source, tree in trees.items() if source not in ("", "_lazy", "__main__")}
+    return {
+        (source, place, target)
+        for source, tree in inside.items()
+        for node, place in places(tree)
+        for target in targets(source, node)
+    }
+
+
+def problems(root: Path) -> list[str]:
+    """Return each import against the order, and the modules of each circle of other imports."""
+    found = arrows(root) - EXCEPTIONS
+    upward = {
+        (source, place, target)
+        for source, place, target in found
+        if RANKS.index(target.split(".")[0]) > RANKS.index(source.split(".")[0])
+    }
+    graph = nx.DiGraph((source, target) for source, _, target in found - upward)
+    circles = [sorted(part) for part in nx.strongly_connected_components(graph) if len(part) > 1]
+    lines = [f"{source}: {place or 'module'} imports {target}" for source, place, target in upward]
+    return sorted([*lines, *(f"circle of {' and '.join(part)}" for part in circles)])
+
+
+def test_imports_keep_the_order() -> None:
+    assert not problems(PACKAGE), "\n".join(problems(PACKAGE))
+    assert not EXCEPTIONS - arrows(PACKAGE), "no such imports"
+
+
+# Modules of the made-up tree, what is added to them, and what it reaches that it must not.
+WRONG = [
+    ("surface/sheets", "import gaitgraph.plots.axes as axes", "plots.axes"),
+    ("surface/sheets", "def f():\n    import gaitgraph.plots.axes as p", "plots.axes"),
+    ("surface/sheets", "import gaitgraph.angles", "*"),
+    ("surface/sheets", "import gaitgraph as gg", "*"),
+    ("surface/sheets", "from gaitgraph import *", "*"),
+    ("surface/sheets", "from ..plots import axes", "plots.axes"),
+    ("surface/sheets", "from .. import plots", "plots"),
+    ("surface/sheets", "from gaitgraph import plots", "plots"),
+    ("surface/sheets", "from gaitgraph import draw", "plots.axes"),
+    ("surface/sheets", "if TYPE_CHECKING:\n    from gaitgraph.plots import draw", "plots.axes"),
+    ("surface/sheets", "def check():\n    from gaitgraph.plots.axes import draw", "plots.axes"),
+    ("surface/sheets", "from importlib import import_module\nimport_module('gaitgraph.plots')", "*"),
+    ("surface/sheets", "from importlib import import_module as load", "*"),
+    ("surface/sheets", "import importlib\nimportlib.import_module('gaitgraph.plots')", "*"),
+    ("surface/sheets", "__import__('gaitgraph.plots')", "*"),
+    ("surface/__init__", "from gaitgraph.plots.axes import draw", "plots.axes"),
+    ("surface/__init__", "if TYPE_CHECKING:\n    from ..plots.axes import draw as draw", "plots.axes"),
+    ("surface/adjacency", "from gaitgraph.surface import roots", "surface.sheets"),
+    ("surface/adjacency", "from . import roots", "surface.sheets"),
+    ("surface/adjacency", "def f():\n    from .sheets import roots", "surface.sheets"),
+    ("surface/adjacency", "from gaitgraph import surface", "surface.sheets"),
+    ("gait/gait", "from gaitgraph.validation.rules import rule", "validation.rules"),
+    (
+        "gait/gait",
+        "class Other:\n    def check(self):\n        import gaitgraph.validation.rules as r",
+        "validation.rules",
+    ),
+    (
+        "gait/gait",
+        "class Gait:\n    def check(self):\n        import gaitgraph.validation.rules as r",
+        "validation.rules",
+    ),
+]
+RIGHT = [
+    ("plots/axes", "import os.path\nfrom .. import surface\nfrom gaitgraph import __version__, roots", None),
+    ("gait/gait", "class Gait:\n    def check(self):\n        import gaitgraph.validation.validating as v", None),
+]
+
+
+@pytest.mark.parametrize(("module", "code", "reached"), [*WRONG, *RIGHT])
+def test_each_form_of_import_is_judged(tmp_path: Path, module: str, code: str, reached: str | None) -> None:
+    listing = "if TYPE_CHECKING:\n    from gaitgraph.{0} import {1} as {1}\n"
+    files = {
+        "__init__": listing.format("plots", "draw") + "    from gaitgraph import plots as plots\n__version__ = '1'\n",
+        "angles": "",
+        "surface/__init__": listing.format("surface.sheets", "roots"),
+        "surface/adjacency": "from gaitgraph.angles import text\n",
+        "surface/sheets": "from gaitgraph.surface.adjacency import rule\n",
+        "gait/__init__": "",
+        "gait/gait": "from gaitgraph.surface import roots\n",
+        "validation/__init__": "",
+        "validation/rules": "",
+        "validation/validating": "from gaitgraph.gait.gait import Gait\n",
+        "plots/__init__": listing.format("plots.axes", "draw"),
+        "plots/axes": "from gaitgraph.validation.validating import check_gait\n",
+    }
+    for name, text in files.items():
+        path = tmp_path / f"{name}.py"
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(text + code * (name == module))
+    assert [line.split()[-1] for line in problems(tmp_path)] == ([reached] if reached else [])
 
 
 def test_the_page_lists_the_packages() -> None:
     there = {path.stem for path in PACKAGE.glob("*.py")} | {path.parent.name for path in PACKAGE.glob("*/__init__.py")}
-    assert there - OUTSIDE == set(ORDER)
+    assert there - {"__init__", "__main__", "_lazy"} == set(ORDER)
     assert len(ORDER) == len(set(ORDER))
-
-
-def test_each_package_imports_only_from_those_above_it() -> None:
-    upward = [
-        f"{source}:{line} imports {target}"
-        for source, target, line in imports()
-        if ORDER.index(target.split(".")[0]) > ORDER.index(source.split(".")[0])
-    ]
-    assert not upward, "\n".join(upward)
-
-
-def test_no_imports_go_in_a_circle() -> None:
-    graph = nx.DiGraph((source, target) for source, target, _ in imports())
-    assert not [sorted(part) for part in nx.strongly_connected_components(graph) if len(part) > 1]
 
 
 def test_the_package_does_not_grow() -> None:

@@ -15,7 +15,8 @@ import pytest
 import gaitgraph as gg
 from gaitgraph.gait.gait import lift
 from gaitgraph.gait.table import ANGLES, Table
-from gaitgraph.io.formats import FormatOptions, provenance_in, write_tables
+from gaitgraph.io.columns import FormatOptions
+from gaitgraph.io.formats import provenance_in, write_tables
 from gaitgraph.io.servo_map import servo_map_named
 from gaitgraph.timing.timed_gait import table_of
 from tests.published import GAITS

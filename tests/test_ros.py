@@ -18,7 +18,8 @@ import gaitgraph as gg
 from gaitgraph.gait.gait import lift
 from gaitgraph.gait.table import ACCELERATIONS, ANGLES, RATES, Table
 from gaitgraph.io import binary_tables
-from gaitgraph.io.formats import FormatOptions, provenance_in, read_table, write_tables
+from gaitgraph.io.columns import FormatOptions
+from gaitgraph.io.formats import provenance_in, read_table, write_tables
 from gaitgraph.io.ros import STATE, STRING, TRAJECTORY, points_of
 from gaitgraph.io.servo_map import servo_map_named
 from gaitgraph.timing.timed_gait import table_of

@@ -48,7 +48,8 @@ def export_command(
     sign, zero, degrees or pulse widths; such a file is read back without an option, one from elsewhere with --columns.
     """
     from gaitgraph.gait.table import merged
-    from gaitgraph.io.formats import FormatOptions, read_pieces
+    from gaitgraph.io.columns import FormatOptions
+    from gaitgraph.io.formats import read_pieces
     from gaitgraph.io.servo_map import servo_map_named
     from gaitgraph.plots.vehicles import check_films, write_films
     from gaitgraph.timing.timed_gait import export

@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING
 from gaitgraph._lazy import lazy_names
 
 if TYPE_CHECKING:
-    from gaitgraph.io.columns import table_from_frame as table_from_frame
+    from gaitgraph.io.columns import FormatOptions as FormatOptions, table_from_frame as table_from_frame
     from gaitgraph.io.formats import (
-        FormatOptions as FormatOptions,
         gait_of as gait_of,
         read_gait as read_gait,
         read_table as read_table,

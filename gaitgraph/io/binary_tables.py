@@ -41,8 +41,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from gaitgraph.gait.table import Table
-    from gaitgraph.io.columns import TableBuilder
-    from gaitgraph.io.formats import FormatOptions, Progress
+    from gaitgraph.io.columns import FormatOptions, Progress, TableBuilder
 
     Array = npt.NDArray[Any]
 

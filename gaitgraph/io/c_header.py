@@ -22,7 +22,7 @@ from gaitgraph.io.ros import merged_up_to
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from gaitgraph.io.formats import FormatOptions
+    from gaitgraph.io.columns import FormatOptions
 
 _MOST_ROWS = 16_384  # as floats with rates, half a megabyte
 _LARGEST = 32_767

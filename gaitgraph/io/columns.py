@@ -1,5 +1,7 @@
 """Gait tables of raw columns, from files and from frames: which columns there must be, and what each may hold.
 
+Also what readers and writers of all formats are given: options and what reports progress.
+
 Frames are those of pandas or polars, tables of pyarrow, and mappings of names to columns. They are recognised by their
 `columns` (pyarrow: `column_names`); none of these libraries is needed. Messages name the row, counted from 1 over the
 whole table, the column, the value and what is allowed.
@@ -9,8 +11,10 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections import Counter
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -24,9 +28,11 @@ from gaitgraph.surface.adjacency import types_from_text
 from gaitgraph.surface.sheets import FAMILIES
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
     from gaitgraph.io.servo_map import ServoMap
+
+    Progress = Callable[[float], None] | None
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -269,3 +275,69 @@ def table_from_frame(frame: Frame) -> Table:
     tables = list(builder.pieces(columns, angle_texts=True))
     builder.check_rows()
     return tables[0]
+
+
+# -- What may be chosen of a format
+
+PROVENANCE_TOPIC = "/gaitgraph"
+"""The topic of a bag that states what made it."""
+
+_TOPIC = re.compile(r"(?=.{1,255}$)(?:/[A-Za-z_][A-Za-z0-9_]*)+")
+_TOPICS = f"a topic such as '/arm/joint_states', and not {PROVENANCE_TOPIC}"
+_IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,59}")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FormatOptions:
+    """Choices that some formats of gait files have.
+
+    Parameters
+    ----------
+    periods
+        How often the gait is repeated in a bag or a ROS 2 trajectory.
+    joint_names
+        What the robot calls the joints that tilt rotors 1 to 4; by default alpha1 to alpha4. Of a table of joints the
+        names of its joints, in their order; by default as the table says.
+    trajectory_topic, states_topic
+        The topics of a bag: JointTrajectory and JointState.
+    number
+        What the table of a C header is made of: "float", "double", or "fixed", which is 16-bit fixed point.
+    c_name
+        What the names in a C header begin with; by default the file's name.
+
+    >>> options = FormatOptions(periods=3, joint_names=("front", "left", "rear", "right"))
+    """
+
+    periods: int = 1
+    joint_names: tuple[str, ...] | None = None
+    trajectory_topic: str = "/joint_trajectory"
+    states_topic: str = "/joint_states"
+    number: str = "float"
+    c_name: str | None = None
+
+    def __post_init__(self) -> None:
+        names: Any = ANGLES if self.joint_names is None else self.joint_names
+        names = names if isinstance(names, tuple) and {*map(type, names)} == {str} else ()
+        are_names = all(name.isprintable() and 0 < len(name.strip()) == len(name) <= 100 for name in names)
+        c_name = "up to 60 letters, digits and underscores, a letter first"
+        four = "four different printable texts of up to 100 characters"
+        for name, holds, allowed in (
+            ("periods", type(self.periods) is int and 1 <= self.periods <= 100_000, "a whole number from 1 to 100000"),
+            ("joint_names", are_names and len(names) == len(set(names)) == len(ANGLES), four),
+            ("trajectory_topic", _is_topic(self.trajectory_topic), _TOPICS),
+            ("states_topic", _is_topic(self.states_topic), _TOPICS),
+            ("states_topic", self.states_topic != self.trajectory_topic, "another topic than trajectory_topic"),
+            ("number", self.number in ("float", "double", "fixed"), "float, double or fixed"),
+            ("c_name", self.c_name is None or _IDENTIFIER.fullmatch(str(self.c_name)), c_name),
+        ):
+            if not holds:
+                raise InputError(f"{name} must be {allowed}, got {shown(getattr(self, name))}")
+
+    def joints_of(self, table: Table) -> tuple[tuple[str, ...], tuple[int, ...]]:
+        """Return the names of a table's four joints, as chosen or stated, and which rotor each of them tilts."""
+        servo_map = servo_map_from_mapping(table.about.get("servos", {}))
+        return self.joint_names or servo_map.joint_names, tuple(joint.rotor for joint in servo_map.joints)
+
+
+def _is_topic(value: object) -> bool:
+    return isinstance(value, str) and _TOPIC.fullmatch(value) is not None and value != PROVENANCE_TOPIC

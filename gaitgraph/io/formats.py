@@ -1,16 +1,14 @@
 """The formats of gait files, by suffix; and gait files of any format: written whole or not at all, and read.
 
 Every file states what made it (:func:`gaitgraph.gait.table.provenance_text`), where its own readers keep such things.
-The modules of the formats are loaded when a format is first used, and the libraries of an extra by their functions.
+The libraries of an extra are loaded by the functions that need them.
 """
 
 from __future__ import annotations
 
-import re
 from contextlib import contextmanager
 from dataclasses import dataclass, fields, replace
 from functools import partial
-from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -26,84 +24,22 @@ from gaitgraph.errors import (
     shown,
 )
 from gaitgraph.files import check_new_files, text_of, write_whole
-from gaitgraph.gait.table import ANGLES, Table, about_from_text, closed_rows, merged
-from gaitgraph.io.columns import TableBuilder, as_table
-from gaitgraph.io.servo_map import mapped_table, servo_map_from_mapping
+from gaitgraph.gait.table import Table, about_from_text, closed_rows, merged
+from gaitgraph.io import binary_tables, c_header, ros, text_files
+from gaitgraph.io.columns import FormatOptions, TableBuilder, as_table
+from gaitgraph.io.servo_map import mapped_table
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
+    from types import ModuleType
 
     from gaitgraph.gait.gait import Gait
     from gaitgraph.invertibility.matrices import Kind
-    from gaitgraph.io.columns import Frame
+    from gaitgraph.io.columns import Frame, Progress
     from gaitgraph.io.servo_map import ServoMap
     from gaitgraph.vehicle import Vehicle
 
-    Progress = Callable[[float], None] | None
-
-PROVENANCE_TOPIC = "/gaitgraph"
-"""The topic of a bag that states what made it."""
-
 _WHAT = "gait file"
-_TOPIC = re.compile(r"(?=.{1,255}$)(?:/[A-Za-z_][A-Za-z0-9_]*)+")
-_TOPICS = f"a topic such as '/arm/joint_states', and not {PROVENANCE_TOPIC}"
-_IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,59}")
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FormatOptions:
-    """Choices that some formats of gait files have.
-
-    Parameters
-    ----------
-    periods
-        How often the gait is repeated in a bag or a ROS 2 trajectory.
-    joint_names
-        What the robot calls the joints that tilt rotors 1 to 4; by default alpha1 to alpha4. Of a table of joints the
-        names of its joints, in their order; by default as the table says.
-    trajectory_topic, states_topic
-        The topics of a bag: JointTrajectory and JointState.
-    number
-        What the table of a C header is made of: "float", "double", or "fixed", which is 16-bit fixed point.
-    c_name
-        What the names in a C header begin with; by default the file's name.
-
-    >>> options = FormatOptions(periods=3, joint_names=("front", "left", "rear", "right"))
-    """
-
-    periods: int = 1
-    joint_names: tuple[str, ...] | None = None
-    trajectory_topic: str = "/joint_trajectory"
-    states_topic: str = "/joint_states"
-    number: str = "float"
-    c_name: str | None = None
-
-    def __post_init__(self) -> None:
-        names: Any = ANGLES if self.joint_names is None else self.joint_names
-        names = names if isinstance(names, tuple) and {*map(type, names)} == {str} else ()
-        are_names = all(name.isprintable() and 0 < len(name.strip()) == len(name) <= 100 for name in names)
-        c_name = "up to 60 letters, digits and underscores, a letter first"
-        four = "four different printable texts of up to 100 characters"
-        for name, holds, allowed in (
-            ("periods", type(self.periods) is int and 1 <= self.periods <= 100_000, "a whole number from 1 to 100000"),
-            ("joint_names", are_names and len(names) == len(set(names)) == len(ANGLES), four),
-            ("trajectory_topic", _is_topic(self.trajectory_topic), _TOPICS),
-            ("states_topic", _is_topic(self.states_topic), _TOPICS),
-            ("states_topic", self.states_topic != self.trajectory_topic, "another topic than trajectory_topic"),
-            ("number", self.number in ("float", "double", "fixed"), "float, double or fixed"),
-            ("c_name", self.c_name is None or _IDENTIFIER.fullmatch(str(self.c_name)), c_name),
-        ):
-            if not holds:
-                raise InputError(f"{name} must be {allowed}, got {shown(getattr(self, name))}")
-
-    def joints_of(self, table: Table) -> tuple[tuple[str, ...], tuple[int, ...]]:
-        """Return the names of a table's four joints, as chosen or stated, and which rotor each of them tilts."""
-        servo_map = servo_map_from_mapping(table.about.get("servos", {}))
-        return self.joint_names or servo_map.joint_names, tuple(joint.rotor for joint in servo_map.joints)
-
-
-def _is_topic(value: object) -> bool:
-    return isinstance(value, str) and _TOPIC.fullmatch(value) is not None and value != PROVENANCE_TOPIC
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -116,7 +52,7 @@ class Format:
 
     suffix: str
     name: str
-    module: str
+    module: ModuleType
     library: str | None = None  # that it needs, and the extra that brings it
     extra: str | None = None
     mark: str = ""  # of texts that are not read as tables: how the line begins that states what made it,
@@ -140,29 +76,27 @@ class Format:
         """Return what does a task, "write" or "read", as the module's docstring says; MissingExtra if it cannot."""
         if missing := self.why_not():
             raise MissingExtra(missing)
-        found: Callable[..., Any] = getattr(import_module(self.module), f"{task}_{self.suffix.removeprefix('.')}")
+        found: Callable[..., Any] = getattr(self.module, f"{task}_{self.suffix.removeprefix('.')}")
         return found
 
 
-_TEXT, _BINARY = "gaitgraph.io.text_files", "gaitgraph.io.binary_tables"
-_HEADERS, _ROS = "gaitgraph.io.c_header", "gaitgraph.io.ros"
 _BAG: Any = {"library": "rosbags", "extra": "ros", "folder": True}
 _BAG["options"] = ("periods", "joint_names", "trajectory_topic", "states_topic")
-_GOAL: Any = {"mark": "# made_by: ", "end": "# end", "options": ("periods", "joint_names")}
+_GOAL: Any = {"mark": ros.GOAL_MARK, "end": ros.GOAL_END, "options": ("periods", "joint_names")}
 _HEADER: Any = {"mark": " * made_by: ", "end": "#endif", "options": ("joint_names", "number", "c_name")}
 _MAT_OWN = ("gait", "alpha", "alpha_rate", "alpha_acceleration", "names", "units", "provenance")
 
 FORMATS = {
     one.suffix: one
     for one in (
-        Format(suffix=".csv", name="CSV", module=_TEXT, own=("made_by",)),
-        Format(suffix=".json", name="JSON", module=_TEXT),
-        Format(suffix=".npz", name="NumPy archive", module=_BINARY, own=("provenance",)),
-        Format(suffix=".mat", name="MATLAB file", module=_BINARY, own=_MAT_OWN),
-        Format(suffix=".parquet", name="Parquet", module=_BINARY, library="pyarrow", extra="table"),
-        Format(suffix=".mcap", name="ROS 2 bag (MCAP)", module=_ROS, **_BAG),
-        Format(suffix=".yaml", name="ROS 2 trajectory", module=_ROS, **_GOAL),
-        Format(suffix=".h", name="C header", module=_HEADERS, **_HEADER),
+        Format(suffix=".csv", name="CSV", module=text_files, own=("made_by",)),
+        Format(suffix=".json", name="JSON", module=text_files),
+        Format(suffix=".npz", name="NumPy archive", module=binary_tables, own=("provenance",)),
+        Format(suffix=".mat", name="MATLAB file", module=binary_tables, own=_MAT_OWN),
+        Format(suffix=".parquet", name="Parquet", module=binary_tables, library="pyarrow", extra="table"),
+        Format(suffix=".mcap", name="ROS 2 bag (MCAP)", module=ros, **_BAG),
+        Format(suffix=".yaml", name="ROS 2 trajectory", module=ros, **_GOAL),
+        Format(suffix=".h", name="C header", module=c_header, **_HEADER),
     )
 }
 """The formats by suffix."""

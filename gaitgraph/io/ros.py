@@ -27,7 +27,7 @@ from gaitgraph.gait.table import (
     provenance_text,
 )
 from gaitgraph.io.binary_tables import check_size, gate
-from gaitgraph.io.formats import FORMATS, PROVENANCE_TOPIC
+from gaitgraph.io.columns import PROVENANCE_TOPIC
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -36,14 +36,16 @@ if TYPE_CHECKING:
     from rosbags.rosbag2 import Reader
     from rosbags.typesys.store import Typestore
 
-    from gaitgraph.io.columns import TableBuilder
-    from gaitgraph.io.formats import FormatOptions, Progress
+    from gaitgraph.io.columns import FormatOptions, Progress, TableBuilder
 
 FloatArray = npt.NDArray[np.float64]
 
 TRAJECTORY = "trajectory_msgs/msg/JointTrajectory"
 STATE = "sensor_msgs/msg/JointState"
 STRING = "std_msgs/msg/String"
+
+GOAL_MARK, GOAL_END = "# made_by: ", "# end"
+"""How the line of a goal begins that states what made it, and its last line."""
 
 _MOST_POINTS = 100_000
 _COLUMNS = {"positions": ANGLES, "velocities": RATES, "accelerations": ACCELERATIONS}
@@ -102,7 +104,7 @@ def write_yaml(pieces: Iterable[Table], path: Path, options: FormatOptions) -> N
     times, rows = points_of(table, options.periods)
     lines = [
         "# A goal of control_msgs/action/FollowJointTrajectory; angles in rad, with rad/s and rad/s².",
-        FORMATS[".yaml"].mark + provenance_text(table),
+        GOAL_MARK + provenance_text(table),
         "trajectory:",
         f"  joint_names: {json.dumps(options.joints_of(table)[0], ensure_ascii=False)}",
         "  points:",
@@ -111,7 +113,7 @@ def write_yaml(pieces: Iterable[Table], path: Path, options: FormatOptions) -> N
         fields = [f"{what}: [{', '.join(map(_number, row))}]" for what, row in zip(rows, values, strict=True)]
         fields.append(f"time_from_start: {{sec: {time // _NANOSECONDS}, nanosec: {time % _NANOSECONDS}}}")
         lines.append(f"  - {{{', '.join(fields)}}}")
-    path.write_text("\n".join([*lines, FORMATS[".yaml"].end]) + "\n", encoding="utf-8")
+    path.write_text("\n".join([*lines, GOAL_END]) + "\n", encoding="utf-8")
 
 
 def _number(value: float) -> str:

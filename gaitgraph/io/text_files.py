@@ -35,8 +35,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
     from pathlib import Path
 
-    from gaitgraph.io.columns import TableBuilder
-    from gaitgraph.io.formats import FormatOptions, Progress
+    from gaitgraph.io.columns import FormatOptions, Progress, TableBuilder
 
 _WHAT = "gait file"
 _MADE_BY = "made_by"

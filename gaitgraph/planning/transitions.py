@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-    from gaitgraph.io.formats import FormatOptions
+    from gaitgraph.io.columns import FormatOptions
     from gaitgraph.surface.sheets import Color, Sign
     from gaitgraph.validation.report import Report
 

@@ -16,7 +16,8 @@ from gaitgraph.files import check_new_files, write_whole
 from gaitgraph.flight.basins import Basin, table_of_basins
 from gaitgraph.flight.flight import TABLES
 from gaitgraph.gait.table import provenance_text
-from gaitgraph.io.formats import FILMS, FORMATS, FormatOptions
+from gaitgraph.io.columns import FormatOptions
+from gaitgraph.io.formats import FILMS, FORMATS
 from gaitgraph.plots import vehicles
 from gaitgraph.plots.axes import (
     FORMATS as PICTURES,

@@ -49,7 +49,7 @@ if TYPE_CHECKING:
 
     from gaitgraph.gait.gait import Gait
     from gaitgraph.invertibility.matrices import Kind
-    from gaitgraph.io.formats import FormatOptions
+    from gaitgraph.io.columns import FormatOptions
     from gaitgraph.io.servo_map import ServoMap
     from gaitgraph.validation.report import Check, Report
     from gaitgraph.vehicle import Vehicle
