@@ -33,9 +33,17 @@ def lazy_modules(package: str) -> dict[str, str]:
 
 
 def lazy_names(package: str) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
-    """Return the ``__getattr__`` and the ``__dir__`` of a package whose names are loaded on first use."""
+    """Return the ``__getattr__`` and the ``__dir__`` of a package whose names are loaded on first use.
+
+    Both the list and ``__all__``, which ``__getattr__`` gives, are the names without the subpackages.
+    """
+
+    def public() -> list[str]:
+        return sorted(name for name, module in lazy_modules(package).items() if module != f"{package}.{name}")
 
     def getattr_(name: str) -> Any:
+        if name == "__all__":
+            return public()
         module = None if name.startswith("__") else lazy_modules(package).get(name)
         if module is None:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
@@ -44,4 +52,4 @@ def lazy_names(package: str) -> tuple[Callable[[str], Any], Callable[[], list[st
         setattr(sys.modules[package], name, value)
         return value
 
-    return getattr_, lambda: sorted(lazy_modules(package))
+    return getattr_, public

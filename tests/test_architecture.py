@@ -200,14 +200,9 @@ def test_the_page_lists_the_packages() -> None:
 
 
 def test_the_package_does_not_grow() -> None:
-    """The aim is 24,000 lines in 100 files; until it is met no change may go the other way."""
     files = list(PACKAGE.rglob("*.py"))
-    assert len(files) <= 103
-    assert sum(len(path.read_text(encoding="utf-8").splitlines()) for path in files) <= 25_000
-
-
-def test_at_most_forty_public_names() -> None:
-    assert len(set(dir(gg)) - set(ORDER)) <= 40
+    assert len(files) <= 100
+    assert sum(len(path.read_text(encoding="utf-8").splitlines()) for path in files) <= 24_000
 
 
 def test_every_command_has_a_file_of_its_own() -> None:
@@ -237,8 +232,14 @@ def test_help_loads_nothing_heavy() -> None:
     assert loaded_by(run) <= {"click"}
 
 
-def test_public_names_are_found_and_others_are_not() -> None:
-    for name in dir(gg):
+def test_at_most_forty_public_names() -> None:
+    names = dir(gg)
+    assert len(names) <= 40
+    every: dict[str, object] = {}
+    exec("from gaitgraph import *", every)
+    assert sorted(every.keys() - {"__builtins__"}) == names
+    for name in (*names, *ORDER):  # packages are reached, but not listed
         assert getattr(gg, name) is not None
+    assert not {*names} & {*ORDER}
     with pytest.raises(AttributeError, match="has no attribute 'nothing'"):
         _ = gg.nothing  # type: ignore[attr-defined]

@@ -12,7 +12,6 @@ import math
 import re
 import struct
 import warnings
-import zipfile
 import zlib
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
@@ -103,6 +102,8 @@ def write_npz(pieces: Iterable[Table], path: Path, options: FormatOptions) -> No
 
     It is not compressed and has no time stamps: the same table gives the same bytes everywhere.
     """
+    import zipfile
+
     table = merged(pieces)
     arrays: dict[str, Array] = {name: np.asarray(values) for name, values in table.columns.items()}
     arrays[_PROVENANCE] = np.array(provenance_text(table))
