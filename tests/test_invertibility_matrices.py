@@ -349,7 +349,7 @@ class TestLeastSingularValue:
 
 
 class TestResolution:
-    DERIVED = np.array([0.0, 0.0, 1.0, 1.0]) * 2 * PUBLISHED.delta_rounding
+    DERIVED = np.array([0.0, 0.0, 1.0, 1.0]) * 2 * PUBLISHED.delta_error
     """What α3 and α4 may be off by because 2δ is computed from a rounded number."""
 
     @by_kind
@@ -373,7 +373,7 @@ class TestResolution:
         moved = alpha[:, None] + directions * (rounding + self.DERIVED)
         worst = np.zeros(60)
         for signs in itertools.product((-1.0, 1.0), repeat=3):
-            rounded = zip(("single", "double", "triple"), signs, PUBLISHED.rounding[1:], strict=True)
+            rounded = zip(("single", "double", "triple"), signs, PUBLISHED.digit_errors[1:], strict=True)
             meant = replace(PUBLISHED, **{name: getattr(PUBLISHED, name) + sign * off for name, sign, off in rounded})
             change = np.abs(level_determinant(moved, meant) - level_determinant(alpha, PUBLISHED)[:, None])
             worst = np.maximum(worst, change.max(axis=1))
@@ -391,18 +391,18 @@ class TestResolution:
     def test_where_all_slopes_vanish_the_second_order_is_covered(self) -> None:
         # Without `single`, R = 4 at α = 0 is stationary in all angles and does not depend on the other numbers.
         numbers, corners = replace(PUBLISHED, single=0.0), np.array(list(itertools.product((-1.0, 1.0), repeat=4)))
-        for rounding in (0.0, 2 * numbers.delta_rounding, 1e-3):
+        for rounding in (0.0, 2 * numbers.delta_error, 1e-3):
             worst = float(np.abs(level_determinant(corners * (rounding + self.DERIVED), numbers) - 4.0).max())
             resolution = float(level_determinant_resolution(np.zeros(4), numbers, rounding))
-            assert (rounding + 2 * numbers.delta_rounding) ** 2 < worst <= resolution
+            assert (rounding + 2 * numbers.delta_error) ** 2 < worst <= resolution
 
     def test_what_the_rounding_of_the_first_number_moves(self) -> None:
         # 2.880 stands for anything from 2.8795 to 2.8805.
         moved = max(abs(math.atan2(1.0, number) - 2 * PUBLISHED.delta) for number in (2.8795, 2.8805))
-        assert 2 * PUBLISHED.delta_rounding == pytest.approx(moved, rel=1e-3)
-        assert PUBLISHED.sheet_rounding == pytest.approx(moved, rel=1e-3)
-        assert EXACT.sheet_rounding == 0.0
-        assert abs(EXACT.delta - PUBLISHED.delta) < PUBLISHED.delta_rounding
+        assert 2 * PUBLISHED.delta_error == pytest.approx(moved, rel=1e-3)
+        assert PUBLISHED.sheet_error == pytest.approx(moved, rel=1e-3)
+        assert EXACT.sheet_error == 0.0
+        assert abs(EXACT.delta - PUBLISHED.delta) < PUBLISHED.delta_error
 
     def test_noise_is_above_what_floating_point_makes_of_zero(self) -> None:
         first, second = np.random.default_rng(2).uniform(-1.5, 1.5, (2, 2000))

@@ -19,7 +19,7 @@ import gaitgraph as gg
 from gaitgraph.invertibility.matrices import coefficients_of, least_singular_value_on_red
 from gaitgraph.planning.any_angle import region_of, straight_loop_holds
 from gaitgraph.planning.planner import _preference
-from gaitgraph.planning.refusal import Case
+from gaitgraph.planning.refusal import Branch
 from gaitgraph.planning.request import PlanRequest
 from tests.published import GAITS
 from tests.samples import visibility_graph
@@ -52,8 +52,8 @@ def planned(plan: Plan) -> Loop:
 
 def straight_loop_flies(request: PlanRequest, sign: Any) -> bool:
     coefficients = coefficients_of(request.vehicle, request.coefficients)
-    case = Case(request=request, coefficients=coefficients, color="red", sign=sign)
-    return straight_loop_holds(case, "flyable")
+    branch = Branch(request=request, coefficients=coefficients, color="red", sign=sign)
+    return straight_loop_holds(branch, "flyable")
 
 
 def perimeter(points: Any) -> float:

@@ -271,7 +271,7 @@ def test_a_file_of_ours_states_its_map(suffix: str, table: Table, servos: Path, 
     assert "servos" not in back.about
     assert back.about["period"] == 2.0
     assert gg.validate(path).flyable
-    assert not back.rounding
+    assert not back.digit_error
 
 
 def test_a_table_from_elsewhere_is_read_by_a_map(table: Table, servos: Path, tmp_path: Path) -> None:
@@ -283,7 +283,7 @@ def test_a_table_from_elsewhere_is_read_by_a_map(table: Table, servos: Path, tmp
     path.write_text("\n".join([",".join([*reversed(found), "armed"]), *lines]))
     back = read_table(path, joints=servo_map_named(servos))
     assert np.allclose(back.alpha, table.alpha, rtol=0, atol=0.5e-3 / 390 + 1e-12)
-    assert back.rounding == pytest.approx(0.5e-3 / 390)
+    assert back.digit_error == pytest.approx(0.5e-3 / 390)
     assert gg.validate(back).flyable
     content = [dict(zip(found, row, strict=True)) for row in np.column_stack(list(found.values())).tolist()]
     (tmp_path / "log.json").write_text(json.dumps(content))

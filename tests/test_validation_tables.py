@@ -415,7 +415,7 @@ def test_the_sign_of_R_is_decided_against_the_digits_of_a_file(
     path = tmp_path / "gait.csv"
     rows = ",".join(f"{name}{suffix}" for name in NAMES), ",".join(f"{angle:.{decimals}f}" for angle in shown)
     path.write_text("\n".join(rows))
-    assert read_table(path).rounding == pytest.approx(math.radians(rounding) if suffix else rounding, rel=1e-12)
+    assert read_table(path).digit_error == pytest.approx(math.radians(rounding) if suffix else rounding, rel=1e-12)
     if decimals == 12:
         assert gg.validate(path, coefficients="exact")["R_sign"].decided
     if decimals == 3 and not suffix:

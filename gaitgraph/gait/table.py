@@ -89,13 +89,13 @@ class Table:
         Arrays of floats (radians, seconds), and tuples of texts for `color` and `types`.
     about
         What made the table: vehicle, coefficients, period, law and so on; plain values.
-    rounding
+    digit_error
         Half a unit of the last printed digit of its angles [rad]; 0 if that is not known.
     """
 
     columns: dict[str, Any]
     about: dict[str, Any] = field(default_factory=dict)
-    rounding: float = 0.0
+    digit_error: float = 0.0
 
     def __len__(self) -> int:
         return len(next(iter(self.columns.values())))
@@ -160,7 +160,7 @@ def merged(pieces: Iterable[Table]) -> Table:
     return replace(first, columns=columns)
 
 
-def setting_of(
+def surface_of(
     table: Table, vehicle: Vehicle | None = None, coefficients: Kind | None = None
 ) -> tuple[Vehicle, Coefficients, float]:
     """Return vehicle, coefficients and crossing tolerance: as given, else as the table states, else the defaults."""
@@ -278,7 +278,7 @@ def closed_rows(
     ([0.4, 0.9], [0.0, 1.0, 2.0])
     """
     request = table.about.get("request") if vehicle is None and coefficients is None else None
-    vehicle, numbers, crossing_tolerance = setting_of(table, vehicle, coefficients)
+    vehicle, numbers, crossing_tolerance = surface_of(table, vehicle, coefficients)
     alpha, t = tilt_angles(table, numbers), table.columns.get("t")
     if is_closed(alpha):
         alpha = alpha[:-1]
@@ -323,7 +323,7 @@ def completed_pieces(
     ([0.0, 1.0, 2.0, 3.0], ('red', 'red', 'red', 'red'), [0.0, -0.4, 0.4, 0.0])
     """
     first = next(iter(pieces()))
-    stated, numbers, crossing_tolerance = setting_of(first, vehicle, coefficients)
+    stated, numbers, crossing_tolerance = surface_of(first, vehicle, coefficients)
     about = {**first.about, "vehicle": stated.as_mapping(), "coefficients": numbers.kind}
     if not isinstance(about.get("request"), dict) or vehicle is not None or coefficients is not None:
         about.pop("request", None)  # the request was for something else

@@ -72,7 +72,7 @@ class Coefficients:
         return np.array([[4.0, -2.0, self.single], [-2.0, 0.0, self.triple], [-self.single, -self.triple, self.double]])
 
     @property
-    def rounding(self) -> tuple[float, float, float, float]:
+    def digit_errors(self) -> tuple[float, float, float, float]:
         """Assumed error of each of the four numbers (half a unit of its last digit)."""
         if self.kind == "published":
             return _PUBLISHED_ROUNDING
@@ -80,14 +80,14 @@ class Coefficients:
         return a, b, c, d
 
     @property
-    def delta_rounding(self) -> float:
+    def delta_error(self) -> float:
         """Assumed error of δ from the rounding of `attitude` [rad]."""
-        return 0.5 * self.rounding[0] / (1.0 + self.attitude**2) + _EPSILON
+        return 0.5 * self.digit_errors[0] / (1.0 + self.attitude**2) + _EPSILON
 
     @property
-    def sheet_rounding(self) -> float:
+    def sheet_error(self) -> float:
         """Assumed error of α3 and α4 of the blue sheet, 2δ away, from the rounding of `attitude` [rad]."""
-        return 2.0 * self.delta_rounding if self.kind == "published" else 0.0
+        return 2.0 * self.delta_error if self.kind == "published" else 0.0
 
 
 def coefficients_of(vehicle: Vehicle = PAPER, kind: Kind | None = None) -> Coefficients:
@@ -191,7 +191,7 @@ def level_determinant_resolution(alpha: npt.ArrayLike, coefficients: Coefficient
     """
     a1, a2, a3, a4 = np.moveaxis(tilt_angles(alpha), -1, 0)
     first, second = pair_features(a1, a3), pair_features(a2, a4)
-    _, single, double, triple = coefficients.rounding
+    _, single, double, triple = coefficients.digit_errors
     form = coefficients.bilinear_form
     resolution = (
         single * np.abs(first[..., 0] * second[..., 2] - first[..., 2] * second[..., 0])
@@ -200,7 +200,7 @@ def level_determinant_resolution(alpha: npt.ArrayLike, coefficients: Coefficient
         + 32 * _EPSILON * np.sum((np.abs(first) @ np.abs(form)) * np.abs(second), axis=-1)
         + 8 * _EPSILON * np.abs(form).sum()
     )
-    derived = coefficients.sheet_rounding
+    derived = coefficients.sheet_error
     if derived or angle_rounding:
         slopes = level_determinant_slopes(alpha, coefficients)
         resolution = resolution + slopes @ np.array([angle_rounding, angle_rounding] + [angle_rounding + derived] * 2)

@@ -140,7 +140,7 @@ def singular_everywhere(
     v = np.abs(attitude_sensitivities(alpha, coefficients))
     delta, noise = coefficients.delta, noise_of(coefficients)
     # Each phase adds two angles, and 2δ or nothing.
-    off = 2.0 * (angle_rounding + coefficients.delta_rounding)
+    off = 2.0 * (angle_rounding + coefficients.delta_error)
     sines = [np.abs(np.sin(phase)) for phase in (a1 + a3 - 2 * delta, a2 - a4, a1 - a3, a2 + a4 + 2 * delta)]
     scale = 1.0 / abs(math.sin(2 * delta))
     across = scale * off * (np.maximum(sines[0] + sines[1], sines[2] + sines[3]) + off) + noise

@@ -86,7 +86,7 @@ class TableBuilder:
             return name in ORDER or name in DEGREES
         return name in self.joints.columns or name in _BESIDE_JOINTS
 
-    def pieces(self, raw: Mapping[str, Any], *, rounding: float = 0.0, angle_texts: bool = False) -> Iterator[Table]:
+    def pieces(self, raw: Mapping[str, Any], *, digit_error: float = 0.0, angle_texts: bool = False) -> Iterator[Table]:
         """Yield the table of the next raw columns, checked and in order; nothing if they have no rows.
 
         Columns are what :func:`column_of` takes. With `angle_texts` texts such as "3pi/8" are angles, in radians.
@@ -127,7 +127,9 @@ class TableBuilder:
                 raise InputError(f"row {self.rows + k + 1}: t = {float(found['t'][k])!r} does not increase; {wanted}")
             self._last_time = found["t"][-1]
         self.rows += len(found["alpha1"])
-        yield Table(columns={name: found[name] for name in ORDER if name in found}, about=self.about, rounding=rounding)
+        yield Table(
+            columns={name: found[name] for name in ORDER if name in found}, about=self.about, digit_error=digit_error
+        )
 
     def whole(self, columns: Mapping[str, Any], about: dict[str, Any]) -> Iterator[Table]:
         """Yield the table of all columns, where angles may be texts."""

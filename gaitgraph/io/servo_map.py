@@ -18,7 +18,7 @@ import numpy.typing as npt
 from gaitgraph.angles import HALF_PI, angle_from_text, number_of
 from gaitgraph.errors import InputError, check_fields, did_you_mean, shown
 from gaitgraph.files import from_toml_file
-from gaitgraph.gait.table import ACCELERATIONS, ANGLES, RATES, TEXTS, Table, setting_of
+from gaitgraph.gait.table import ACCELERATIONS, ANGLES, RATES, TEXTS, Table, surface_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -326,7 +326,7 @@ def mapped_table(table: Table, servo_map: ServoMap, *, rows_before: int = 0) -> 
     >>> servo_table["t"].tolist(), servo_table["tilt1_us"].tolist()
     ([0.0, 500.0, 1000.0], [1300.0, 1100.0, 1300.0])
     """
-    servo_map.check_vehicle(setting_of(table)[0])
+    servo_map.check_vehicle(surface_of(table)[0])
     columns: dict[str, FloatArray] = {}
     if "t" in table:
         columns[servo_map.time] = np.asarray(table["t"]) * _TIME_UNITS[servo_map.time_unit]
@@ -339,7 +339,9 @@ def mapped_table(table: Table, servo_map: ServoMap, *, rows_before: int = 0) -> 
         for joint in servo_map.joints if all(name in table for name in names) else ():
             if joint.unit != "us":
                 columns[joint.column + end] = joint.sign * joint.per_radian * table[names[joint.rotor - 1]] + 0.0
-    return Table(columns=columns, about={**table.about, "servos": servo_map.as_mapping()}, rounding=table.rounding)
+    return Table(
+        columns=columns, about={**table.about, "servos": servo_map.as_mapping()}, digit_error=table.digit_error
+    )
 
 
 def clipped_rows(table: Table, servo_map: ServoMap) -> dict[str, int]:

@@ -60,14 +60,14 @@ def read_csv(path: Path, builder: TableBuilder, progress: Progress) -> Iterator[
         names = _names_of(head, read)
         lines = stream.readlines(_BLOCK)
         builder.begin(names, _provenance_taken_out(lines, names))
-        rounding: float | None = None
+        digit_error: float | None = None
         while lines:
             columns = _numeric_columns(lines, names, builder) or _text_columns(lines, names, read)
-            if rounding is None and len(columns[names[0]]):
-                rounding = _rounding_of(lines[:_PRINTED_ROWS], names, builder)
+            if digit_error is None and len(columns[names[0]]):
+                digit_error = _digit_error_of(lines[:_PRINTED_ROWS], names, builder)
             if progress is not None:
                 progress(raw.tell() / size)
-            yield from builder.pieces(columns, rounding=rounding or 0.0)
+            yield from builder.pieces(columns, digit_error=digit_error or 0.0)
             read += len(lines)
             lines = stream.readlines(_BLOCK)
             _provenance_taken_out(lines, names)
@@ -137,7 +137,7 @@ def _text_columns(lines: list[str], names: list[str], offset: int) -> dict[str, 
     return {name: [row[k] for row in rows] for k, name in enumerate(names)}
 
 
-def _rounding_of(lines: list[str], names: list[str], builder: TableBuilder) -> float:
+def _digit_error_of(lines: list[str], names: list[str], builder: TableBuilder) -> float:
     """Return half a unit of the last decimal of the angles in lines [rad], if they have three to eight, else 0.
 
     Angles with fewer decimals are exact: people type 0.4. Angles with more carry all that floating point does.

@@ -24,7 +24,7 @@ import shapely
 
 from gaitgraph.errors import Infeasible, InputError, shown
 from gaitgraph.gait.gait import Gait
-from gaitgraph.gait.table import ANGLES, Table, closing_time, is_closed, setting_of, tilt_angles
+from gaitgraph.gait.table import ANGLES, Table, closing_time, is_closed, surface_of, tilt_angles
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Kind, coefficients_of, level_determinant
 from gaitgraph.io.columns import Frame, as_table
 from gaitgraph.io.formats import gait_of, read_table
@@ -213,7 +213,7 @@ def retarget(
     table = _table_of(source)
     if len(table) > MOST_ROWS:
         raise InputError(f"gait must have at most {MOST_ROWS} rows, got {len(table)}")
-    chosen, numbers, crossing_tolerance = setting_of(table, vehicle, coefficients)
+    chosen, numbers, crossing_tolerance = surface_of(table, vehicle, coefficients)
     zones = Zones(keep_out=keep_out, keep_in=keep_in)
     before = validate(table, vehicle=chosen, coefficients=numbers.kind, floor=floor)
     region = admissible_region(chosen, sign=sign, coefficients=numbers, floor=floor, zones=zones)
@@ -257,8 +257,8 @@ def retarget(
     if closing:  # the closing row moves with the others, to the first
         new = given if new is rows else np.vstack([new, new[:1]])
         placed = np.append(placed, len(new) - 1)
-    setting: Any = {"vehicle": chosen, "coefficients": numbers, "crossing_tolerance": crossing_tolerance}
-    gait = Gait(alpha=new, colors=("red",) * len(new), **setting)
+    shared: Any = {"vehicle": chosen, "coefficients": numbers, "crossing_tolerance": crossing_tolerance}
+    gait = Gait(alpha=new, colors=("red",) * len(new), **shared)
     fresh = _table_from(gait, t, made_by="retarget", sign=sign, floor=float(floor), margin=float(margin))
     after = validate(fresh, vehicle=chosen, coefficients=numbers.kind, floor=floor)
     moved = np.linalg.norm(new[placed] - given, axis=1)
@@ -297,8 +297,8 @@ def _table_from(gait: Gait, t: FloatArray | None = None, **about: Any) -> Table:
     columns |= dict(zip(ANGLES, gait.alpha.T.copy(), strict=True))
     if gait.colors:
         columns |= {"color": gait.colors, "types": gait.types, "R": gait.R}
-    setting = {"vehicle": gait.vehicle.as_mapping(), "coefficients": gait.coefficients.kind}
-    return Table(columns=columns, about={**setting, "crossing_tolerance": gait.crossing_tolerance, **about})
+    shared = {"vehicle": gait.vehicle.as_mapping(), "coefficients": gait.coefficients.kind}
+    return Table(columns=columns, about={**shared, "crossing_tolerance": gait.crossing_tolerance, **about})
 
 
 def _joined(plane: FloatArray, part: Polygon) -> tuple[FloatArray, IntArray]:

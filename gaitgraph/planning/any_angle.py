@@ -27,7 +27,7 @@ from gaitgraph.invertibility.segment_bounds import (
     least_singular_value_along,
     thrust_shares_along,
 )
-from gaitgraph.planning.refusal import Case, FoundPath, Obstacle
+from gaitgraph.planning.refusal import Branch, FoundPath, Obstacle
 from gaitgraph.planning.shortest_paths import ShortestPaths
 from gaitgraph.surface.sheets import RELATION, SIGNS, Color, Sign, red_label
 from gaitgraph.validation.rules import jumps
@@ -47,31 +47,31 @@ _ROBUST_STEPS = 22  # halvings of the range of least singular values: to better 
 
 
 def any_angle_paths(
-    case: Case, notes: dict[str, None], progress: Callable[[str], None] | None
+    branch: Branch, notes: dict[str, None], progress: Callable[[str], None] | None
 ) -> list[FoundPath] | Obstacle:
-    """Return the shortest flyable and the shortest valid loop of a case, or what is in the way; notes are added."""
-    request, found = case.request, list[FoundPath]()
+    """Return the shortest flyable and the shortest valid loop of a branch, or what is in the way; notes are added."""
+    request, found = branch.request, list[FoundPath]()
     if progress is not None:
-        progress(f"searching {case.color} loops with {RELATION[case.sign]}")
-    if rootless := case.rootless():
-        return case.obstacle_at(rootless[0])
-    uses: tuple[Use, ...] = ("flyable", "valid") if case.color == "red" else ("valid",)
-    robust = request.objective == "robust" and case.color == "red"
+        progress(f"searching {branch.color} loops with {RELATION[branch.sign]}")
+    if rootless := branch.rootless():
+        return branch.obstacle_at(rootless[0])
+    uses: tuple[Use, ...] = ("flyable", "valid") if branch.color == "red" else ("valid",)
+    robust = request.objective == "robust" and branch.color == "red"
     reorder = request.any_order and len(request.waypoints) > 3
     for use in uses:
-        straight = not reorder and straight_loop_holds(case, use, robust=robust)
+        straight = not reorder and straight_loop_holds(branch, use, robust=robust)
         if straight:
             points, order = request.waypoints, tuple(range(len(request.waypoints)))
             bound: float | None = length_of([*points, points[0]])
         else:
-            region = _most_robust_region(case, use) if robust else prepared_region(case, use)
-            answer = _shortest_chain(case, region, reorder, notes, progress)
+            region = _most_robust_region(branch, use) if robust else prepared_region(branch, use)
+            answer = _shortest_chain(branch, region, reorder, notes, progress)
             if isinstance(answer, Obstacle):
                 if use == "flyable":
                     continue
                 return found or answer
             points, order, bound = answer
-        path = lift(points, case.color, vehicle=request.vehicle, coefficients=case.coefficients)
+        path = lift(points, branch.color, vehicle=request.vehicle, coefficients=branch.coefficients)
         if not any(np.array_equal(path.alpha, other.alpha) for other, *_ in found):
             found.append((path, order, None if robust and not straight else bound))
         if straight:
@@ -79,36 +79,37 @@ def any_angle_paths(
     return found
 
 
-def shortest_path(case: Case, use: Use) -> Leg | None:
-    """Return the shortest path from the first waypoint of a case to the last, or None if there is none."""
-    start, end = case.request.waypoints[0], case.request.waypoints[-1]
-    if straight_loop_holds(case, use):
+def shortest_path(branch: Branch, use: Use) -> Leg | None:
+    """Return the shortest path from the first waypoint of a branch to the last, or None if there is none."""
+    start, end = branch.request.waypoints[0], branch.request.waypoints[-1]
+    if straight_loop_holds(branch, use):
         return Leg([start, end], math.dist(start, end), math.dist(start, end))
-    return prepared_region(case, use).leg(start, end)
+    return prepared_region(branch, use).leg(start, end)
 
 
 def _shortest_chain(
-    case: Case,
+    branch: Branch,
     region: PreparedRegion,
     reorder: bool,
     notes: dict[str, None],
     progress: Callable[[str], None] | None,
 ) -> tuple[tuple[Point, ...], tuple[int, ...], float] | Obstacle:
     """Return the points of the shortest closed path, the order of the waypoints and a lower bound, or an obstacle."""
-    waypoints = case.request.waypoints
+    waypoints = branch.request.waypoints
     for k, point in enumerate(waypoints):
         if region.entry(point) is None:
             why = region.region.why_not(point) or "it lies outside the admissible region"
-            alpha = lift([point], case.color, vehicle=case.request.vehicle, coefficients=case.coefficients).alpha[0]
-            return case.obstacle_at(k, f": {why}", float(level_determinant(alpha, case.coefficients)))
+            numbers = branch.coefficients
+            alpha = lift([point], branch.color, vehicle=branch.request.vehicle, coefficients=numbers).alpha[0]
+            return branch.obstacle_at(k, f": {why}", float(level_determinant(alpha, numbers)))
 
     def apart(first: int, second: int) -> Obstacle:
         parts = [region.region.component_of(waypoints[k]) for k in (first, second)]
         areas = [f"{region.region.components[part].area:.3g}" for part in parts if part is not None]
         wall = "the border of the admissible region: they lie in parts"
-        if case.request.zones is not None:
+        if branch.request.zones is not None:
             wall = "keep_out and keep_in: they lie in parts of the admissible region"
-        return case.separation((first, second), f"{wall} of {' and '.join(areas)} rad²")
+        return branch.separation((first, second), f"{wall} of {' and '.join(areas)} rad²")
 
     order = tuple(range(len(waypoints)))
     if reorder:
@@ -133,22 +134,22 @@ def _shortest_chain(
     return tuple(path) or (waypoints[0],), order, bound
 
 
-def _most_robust_region(case: Case, use: Use) -> PreparedRegion:
+def _most_robust_region(branch: Branch, use: Use) -> PreparedRegion:
     """Return the region with the highest floor of the least singular value that still joins all waypoints."""
-    points = case.request.waypoints
+    points = branch.request.waypoints
     plane = np.array(points)
-    high = float(np.min(least_singular_value_on_red(plane[:, 0], plane[:, 1], case.request.vehicle)))
-    low = case.request.floor if use == "flyable" else 0.0
+    high = float(np.min(least_singular_value_on_red(plane[:, 0], plane[:, 1], branch.request.vehicle)))
+    low = branch.request.floor if use == "flyable" else 0.0
 
     def joining(floor: float | None = None) -> PreparedRegion | None:
-        prepared = prepared_region(case, use, floor)
+        prepared = prepared_region(branch, use, floor)
         entries = [entry for entry in map(prepared.entry, points) if entry is not None]
         joined = len(entries) == len(points) and all(prepared.region.joined(entries[0], entry) for entry in entries)
         return prepared if joined else None
 
     best = joining()
     if high <= low or best is None:
-        return best or prepared_region(case, use)
+        return best or prepared_region(branch, use)
     # Mostly a waypoint has the least value, and every step would go up: where that ends is tried first.
     nearly = low
     for _ in range(_ROBUST_STEPS):
@@ -177,18 +178,18 @@ def with_nearest(obstacle: Obstacle, request: PlanRequest) -> Obstacle:
     return replace(obstacle, message=message, nearest=nearest)
 
 
-def straight_loop_holds(case: Case, use: Use, *, robust: bool = False) -> bool:
+def straight_loop_holds(branch: Branch, use: Use, *, robust: bool = False) -> bool:
     """Return whether the straight loop may be used along its whole length, and with `robust` whether none is better."""
-    request, coefficients = case.request, case.coefficients
+    request, coefficients = branch.request, branch.coefficients
     if use == "flyable":
         starts = np.array(request.waypoints)[:, [0, 1, 0, 1]]  # red, where α3 = α1 and α4 = α2
         ends = np.roll(starts, -1, axis=0)
-        holds = _straight_loop_flies(starts, ends, case.wanted, request)
+        holds = _straight_loop_flies(starts, ends, branch.wanted, request)
     else:
-        gait = lift(request.waypoints, case.color, vehicle=request.vehicle, coefficients=coefficients)
+        gait = lift(request.waypoints, branch.color, vehicle=request.vehicle, coefficients=coefficients)
         starts, ends = gait.alpha, gait.ends
-        red, noise = np.full(len(starts), case.color == "red"), noise_of(coefficients)
-        least = least_level_determinant(starts, ends, coefficients, sign=case.wanted, tolerance=0.0, floor=noise)
+        red, noise = np.full(len(starts), branch.color == "red"), noise_of(coefficients)
+        least = least_level_determinant(starts, ends, coefficients, sign=branch.wanted, tolerance=0.0, floor=noise)
         holds = bool(least.lower.min() >= noise) and not jumps(starts, ends, red, red, coefficients).any()
     if not holds:
         return False
@@ -278,17 +279,17 @@ def length_of(points: Sequence[Sequence[float]]) -> float:
     return sum(math.dist(a, b) for a, b in pairwise(points))
 
 
-def prepared_region(case: Case, use: Use, floor: float | None = None) -> PreparedRegion:
-    """Return the region in which loops of a case are planned, with the request's floor or another one."""
-    request = case.request
+def prepared_region(branch: Branch, use: Use, floor: float | None = None) -> PreparedRegion:
+    """Return the region in which loops of a branch are planned, with the request's floor or another one."""
+    request = branch.request
     if floor is None:
         floor = request.floor if use == "flyable" else 0.0
     return _prepared(
         vehicle=request.vehicle,
         use=use,
-        color=case.color,
-        sign=case.sign,
-        coefficients=case.coefficients,
+        color=branch.color,
+        sign=branch.sign,
+        coefficients=branch.coefficients,
         floor=floor,
         zones=request.zones,
         accuracy=request.accuracy,
@@ -309,7 +310,7 @@ def _prepared(**asked: Any) -> PreparedRegion:
 def region_of(request: PlanRequest, color: Color, sign: Sign, use: Use) -> Region:
     """Return the region in which loops of one color and sign of R are planned for a request."""
     coefficients = coefficients_of(request.vehicle, request.coefficients)
-    return prepared_region(Case(request=request, coefficients=coefficients, color=color, sign=sign), use).region
+    return prepared_region(Branch(request=request, coefficients=coefficients, color=color, sign=sign), use).region
 
 
 class WaypointLocation(NamedTuple):

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from gaitgraph.graph.walks import Cycle
-    from gaitgraph.planning.refusal import Case, FoundPath, Obstacle
+    from gaitgraph.planning.refusal import Branch, FoundPath, Obstacle
     from gaitgraph.planning.request import PlanRequest, Point
 
 
@@ -42,19 +42,19 @@ def notes_beside_the_grid(request: PlanRequest) -> list[str]:
 
 
 def grid_paths(
-    cases: Sequence[Case],
+    branches: Sequence[Branch],
     notes: dict[str, None],
     graph: nx.Graph[Any] | None,
     progress: Callable[[str], None] | None,
 ) -> tuple[list[list[FoundPath] | Obstacle], FoundPath | None]:
     """Return the loops of each color with one sign of R, or what is in their way, and a shorter loop that jumps."""
-    request, sign = cases[0].request, cases[0].sign
+    request, sign = branches[0].request, branches[0].sign
     answers: list[list[FoundPath] | Obstacle] = []
     if graph is None:
-        lacking = [case.rootless() for case in cases]
+        lacking = [branch.rootless() for branch in branches]
         if set.intersection(*map(set, lacking)):
             # Some waypoint has no root at all with this sign: no need to build the graph.
-            answers += [case.obstacle_at(k[0]) for case, k in zip(cases, lacking, strict=True)]
+            answers += [branch.obstacle_at(k[0]) for branch, k in zip(branches, lacking, strict=True)]
             return answers, None
         if progress is not None:
             progress(f"building the graph with {RELATION[sign]}")
@@ -65,10 +65,10 @@ def grid_paths(
         if not all(served):
             missing = request.waypoints[[bool(nodes) for nodes in served].index(False)]
             raise InputError(f"waypoints: {missing!r} is no node of the graph; pass waypoints= to surface_graph")
-    for case in cases:
+    for branch in branches:
         if progress is not None:
-            progress(f"searching {case.color} loops")
-        answers.append(_paths_of_color(graph, served, case, notes))
+            progress(f"searching {branch.color} loops")
+        answers.append(_paths_of_color(graph, served, branch, notes))
     if request.color == "auto" and all(served):
         # The shortest two-color loop may jump, between colors or by a wrap. Then it cannot be valid.
         walk = closed_walk(graph, served, use="two_color")
@@ -80,14 +80,14 @@ def grid_paths(
 
 
 def _paths_of_color(
-    graph: nx.Graph[Any], served: list[list[Any]], case: Case, notes: dict[str, None]
+    graph: nx.Graph[Any], served: list[list[Any]], branch: Branch, notes: dict[str, None]
 ) -> list[FoundPath] | Obstacle:
     """Return the best flyable and the best valid loop of one color, or what is in the way; notes are added."""
-    request = case.request
-    stops = [[node for node in nodes if graph.nodes[node]["color"] == case.color] for nodes in served]
+    request = branch.request
+    stops = [[node for node in nodes if graph.nodes[node]["color"] == branch.color] for nodes in served]
     if not all(stops):
-        return case.obstacle_at(stops.index([]))
-    uses: tuple[Use, ...] = ("flyable", "valid") if case.color == "red" else ("valid",)
+        return branch.obstacle_at(stops.index([]))
+    uses: tuple[Use, ...] = ("flyable", "valid") if branch.color == "red" else ("valid",)
     found: list[FoundPath] = []
     valid = allowed_edges("valid")
     for use in uses:
@@ -110,7 +110,7 @@ def _paths_of_color(
             counts = tuple(len(nx.node_connected_component(view, stops[k][0])) for k in ends)
             wall = "the keep_out and keep_in polygons, or the grid," if request.zones else "the grid"
             wall += f" of {request.divisions} divisions: more divisions may join them"
-            return case.separation(ends, wall, counts)
+            return branch.separation(ends, wall, counts)
     return found
 
 

@@ -18,7 +18,7 @@ from gaitgraph.graph.build import vehicle_and_coefficients
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Kind
 from gaitgraph.planning.any_angle import any_angle_paths, with_nearest
 from gaitgraph.planning.grid import grid_paths, notes_beside_the_grid
-from gaitgraph.planning.refusal import FoundPath, Obstacle, cases_of
+from gaitgraph.planning.refusal import FoundPath, Obstacle, branches_of
 from gaitgraph.planning.request import REQUEST_FIELDS, PlanRequest
 from gaitgraph.surface.sheets import RELATION
 from gaitgraph.timing.timed_gait import LAWS, TimedGait
@@ -192,15 +192,15 @@ class Plan:
 
         request, vehicle = self.request, self.request.vehicle
         method = "any angle" if request.method == "exact" else f"{request.divisions} divisions"
-        setting = (
+        conditions = (
             f"vehicle {vehicle.name} (κ = {vehicle.drag_ratio:.4f}), {request.coefficients} coefficients, {method}"
         )
         if self.loop is None:
-            lines = ["No gait.", *items(dict.fromkeys(obstacle.message for obstacle in self.obstacles)), setting]
+            lines = ["No gait.", *items(dict.fromkeys(obstacle.message for obstacle in self.obstacles)), conditions]
         else:
             loop, report, corners = self.loop, self.loop.report, self.loop.gait.corner_lines()
             head = f"Planned a {loop.color} gait, {RELATION[loop.sign]}: {loop.corners}, {loop.length:.4f} rad around"
-            lines = [f"{head}, T = {request.period:g} s, {request.law}", setting, "", *corners, ""]
+            lines = [f"{head}, T = {request.period:g} s, {request.law}", conditions, "", *corners, ""]
             lines += [report.verdict]
             lines += lines_of_checks(report.checks)
         if self.alternatives:
@@ -341,14 +341,14 @@ def plan(
             path, order = path.reversed(), (order[0], *order[:0:-1])
         return Loop(path=path, sign=sign, order=order, request=request, lower_bound=bound)
 
-    for sign, group in groupby(cases_of(request), key=lambda case: case.sign):
-        cases = list(group)
+    for sign, group in groupby(branches_of(request), key=lambda branch: branch.sign):
+        branches = list(group)
         if exact:
             if progress is not None and request.accuracy < _FINE:
                 progress(f"drawing regions to {request.accuracy:g} rad, which takes a while")
-            answers, jumping = [any_angle_paths(case, notes, progress) for case in cases], None
+            answers, jumping = [any_angle_paths(branch, notes, progress) for branch in branches], None
         else:
-            answers, jumping = grid_paths(cases, notes, graph, progress)
+            answers, jumping = grid_paths(branches, notes, graph, progress)
         for answer in answers:
             if isinstance(answer, Obstacle):
                 obstacles.append(answer)

@@ -45,7 +45,7 @@ class Obstacle:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Case:
+class Branch:
     """One color and sign of R for which a request is answered; waypoints are counted from 0."""
 
     request: PlanRequest
@@ -120,11 +120,11 @@ def _roots_above(waypoints: tuple[Point, ...], coefficients: Coefficients) -> Ro
     return root_arrays(plane[:, 0], plane[:, 1], coefficients)
 
 
-def cases_of(request: PlanRequest) -> list[Case]:
-    """Return the cases of color and sign of R that a request asks for, R > 0 first."""
+def branches_of(request: PlanRequest) -> list[Branch]:
+    """Return the branches of color and sign of R that a request asks for, R > 0 first."""
     coefficients = coefficients_of(request.vehicle, request.coefficients)
     return [
-        Case(request=request, coefficients=coefficients, color=color, sign=sign)
+        Branch(request=request, coefficients=coefficients, color=color, sign=sign)
         for sign in reversed(SIGNS)
         if request.sign in ("auto", sign)
         for color in COLORS

@@ -24,7 +24,7 @@ import numpy.typing as npt
 from gaitgraph.angles import HALF_PI, angle_from_text
 from gaitgraph.errors import InputError, check_fields, checked_choice, did_you_mean, shown
 from gaitgraph.files import table_from_toml, text_of
-from gaitgraph.gait.table import ANGLES, SAME_ROW, merged, setting_of
+from gaitgraph.gait.table import ANGLES, SAME_ROW, merged, surface_of
 from gaitgraph.graph.build import DEFAULT_DIVISIONS, checked_divisions
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Kind, coefficients_of
 from gaitgraph.io.formats import FORMATS, naming_file, provenance_in, read_pieces
@@ -309,7 +309,7 @@ def colorings_of_file(
     else:
         table = merged(read_pieces(path, plane_only=True))
         with naming_file(path):
-            vehicle, numbers, stated_tolerance = setting_of(table, vehicle, coefficients)
+            vehicle, numbers, stated_tolerance = surface_of(table, vehicle, coefficients)
         points = np.column_stack([table["alpha1"], table["alpha2"]])
         # As validate counts colourings: a row that comes back with some noise, or in another color, has one of its own.
         first, last = (np.array([table[name][k] for name in ANGLES if name in table]) for k in (0, -1))

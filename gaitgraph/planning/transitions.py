@@ -25,7 +25,7 @@ from gaitgraph.gait.table import ANGLES, RATES, Table, merged
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Kind, coefficients_of
 from gaitgraph.io.formats import write_tables
 from gaitgraph.planning.any_angle import shortest_path
-from gaitgraph.planning.refusal import Case
+from gaitgraph.planning.refusal import Branch
 from gaitgraph.planning.request import PlanRequest
 from gaitgraph.surface.region import checked_number
 from gaitgraph.surface.sheets import FIBERS, red_label, separating_factor
@@ -337,9 +337,9 @@ def _shortest(first: Gait, last: Gait, floor: float) -> tuple[FloatArray, tuple[
             if best is not None and distance >= best[0]:
                 break  # no path is shorter than the straight line
             ends = sorted([points[a].tolist(), others[b].tolist()])  # the path back is the path there
-            setting: Any = {"vehicle": first.vehicle, "coefficients": first.coefficients.kind, "floor": floor}
-            request = PlanRequest(ends, color=color, sign=sign, **setting)
-            leg = shortest_path(Case(request=request, coefficients=first.coefficients, color=color, sign=sign), use)
+            shared: Any = {"vehicle": first.vehicle, "coefficients": first.coefficients.kind, "floor": floor}
+            request = PlanRequest(ends, color=color, sign=sign, **shared)
+            leg = shortest_path(Branch(request=request, coefficients=first.coefficients, color=color, sign=sign), use)
             if leg is not None and (best is None or leg.length < best[0]):
                 bends = leg.points[1:-1]
                 best = leg.length, a, b, bends if ends[0] == points[a].tolist() else bends[::-1]

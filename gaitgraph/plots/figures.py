@@ -45,10 +45,10 @@ if TYPE_CHECKING:
 
     from gaitgraph.timing.timed_gait import TimedGait
 
-    Drawing = Callable[[Figure, "_Setting"], Any]
+    Drawing = Callable[[Figure, "_FigureInput"], Any]
 
 
-class _Setting(NamedTuple):
+class _FigureInput(NamedTuple):
     """What figures are drawn for: vehicle, coefficients, grid; and for the figure gait a timed gait or a table."""
 
     vehicle: Vehicle
@@ -78,21 +78,21 @@ class PaperFigure:
         return f"figure_{int(self.name):02d}" if self.name.isdigit() else f"figure_{self.name}"
 
 
-def _in_space(function: Callable[..., None], figure: Figure, of: _Setting, **options: Any) -> None:
+def _in_space(function: Callable[..., None], figure: Figure, of: _FigureInput, **options: Any) -> None:
     function(figure.add_subplot(projection="3d"), of.coefficients, of.divisions, **options)
 
 
-def _rule(figure: Figure, of: _Setting) -> None:
+def _rule(figure: Figure, of: _FigureInput) -> None:
     left, right = figure.subplots(1, 2)
     planes.adjacency_rule("angle", ax=left).set_title(r"(a) types of $\alpha_3$ or of $\alpha_4$")
     planes.adjacency_rule("pair", ax=right).set_title(r"(b) types of $(\alpha_3, \alpha_4)$")
 
 
-def _types(figure: Figure, of: _Setting) -> Axes:
+def _types(figure: Figure, of: _FigureInput) -> Axes:
     return planes.type_map("negative", coefficients=of.coefficients, divisions=of.divisions, ax=figure.add_subplot())
 
 
-def _loops(figure: Figure, of: _Setting) -> None:
+def _loops(figure: Figure, of: _FigureInput) -> None:
     ax = _types(figure, of)
     # Wide enough for the types written on them. Gaits 2 and 3 share their loop: red lies on the wider blue.
     for number, width, name in ((1, 18.0, "Gait 1"), (2, 18.0, "Gaits 2 and 3"), (3, 10.0, "")):
@@ -104,17 +104,17 @@ def _loops(figure: Figure, of: _Setting) -> None:
     legend_above(ax, columns=3)
 
 
-def _regions(figure: Figure, of: _Setting) -> None:
+def _regions(figure: Figure, of: _FigureInput) -> None:
     left, right = figure.subplots(1, 2)
     planes.regions_map(of.vehicle, ax=left)
     planes.singular_value_map(of.vehicle, ax=right)
 
 
-def _gait(figure: Figure, of: _Setting) -> None:
+def _gait(figure: Figure, of: _FigureInput) -> None:
     gaits.gait_in_four_dimensions(of.timed, gait=of.polyline, axes=gaits.axes_of_a_gait(figure))
 
 
-def _attitudes(figure: Figure, of: _Setting, *, number: int, eta: float, alike: bool) -> None:
+def _attitudes(figure: Figure, of: _FigureInput, *, number: int, eta: float, alike: bool) -> None:
     """Draw the roll–pitch diagram of a gait of the paper and its biased gait; of a blue one with each rounding.
 
     A title states whether it agrees with the paper: that the acceptable region is wider than that of the biased gait,
@@ -267,7 +267,7 @@ def draw(
     known = FIGURES[names[0]]
     with paper_style():
         figure = blank_figure(*known.size)
-        known.drawing(figure, _Setting(chosen, numbers, divisions, timed, polyline))
+        known.drawing(figure, _FigureInput(chosen, numbers, divisions, timed, polyline))
     return figure
 
 

@@ -21,7 +21,7 @@ import numpy.typing as npt
 
 from gaitgraph.errors import InputError, needs_extra, shown
 from gaitgraph.files import check_new_files, write_whole
-from gaitgraph.gait.table import Table, provenance_text, setting_of
+from gaitgraph.gait.table import Table, provenance_text, surface_of
 from gaitgraph.invertibility.matrices import rotor_directions
 from gaitgraph.io.formats import FILMS
 from gaitgraph.plots.axes import axes_or_new, draw_arrow, draw_label, paper_style
@@ -331,7 +331,7 @@ def write_films(table: Table, paths: Sequence[str | Path], *, force: bool = Fals
     """
     check_films(paths, force=force)
     t = table["t"] - table["t"][0] if "t" in table else np.zeros(1)
-    period, vehicle = float(t[-1]), setting_of(table)[0]
+    period, vehicle = float(t[-1]), surface_of(table)[0]
     if not period > 0:
         period, t = 1.0, np.linspace(0.0, 1.0, len(table))
     delays = frame_delays(period)

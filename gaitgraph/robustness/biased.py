@@ -34,7 +34,7 @@ from gaitgraph.validation.rules import Segments, checked_limits, segments_of
 
 if TYPE_CHECKING:
     from gaitgraph.invertibility.matrices import Coefficients
-    from gaitgraph.validation.report import Place
+    from gaitgraph.validation.report import GaitPoint
     from gaitgraph.vehicle import Vehicle
 
 FloatArray = npt.NDArray[np.float64]
@@ -63,14 +63,14 @@ class Robustness:
     scaling: Scaling
     eta: float
     margin: LeastMargin
-    where: Place
+    where: GaitPoint
     direction: tuple[float, float] | None
     acceptable: AcceptableAttitudes
     tilt: float
     singular_value: tuple[float, float]
-    singular_where: Place
+    singular_where: GaitPoint
     singular_attitude: tuple[float, float]
-    curves: tuple[tuple[Place, SingularCurve], ...]
+    curves: tuple[tuple[GaitPoint, SingularCurve], ...]
     noun: str
 
     @property
@@ -299,16 +299,16 @@ def _closed_segments(
         with naming_file(source):
             points, times = closed_rows(table, vehicle=vehicle)
         segments = replace(segments_of(points), t=times, first_t=None if times is None else float(times[0]))
-        digits, noun = table.rounding, "row"
+        digits, noun = table.digit_error, "row"
     # The distance of points from the sheets that they all lie on is an error of their angles.
     far = float(family_distances(points.alpha, points.coefficients)[..., :2].min(axis=-1).max())
-    rounding = max(digits, points.coefficients.sheet_rounding, far if far <= DEFAULT_TOLERANCE else 0.0)
+    rounding = max(digits, points.coefficients.sheet_error, far if far <= DEFAULT_TOLERANCE else 0.0)
     return segments, points.vehicle, rounding, noun
 
 
 def _least_singular_value(
     segments: Segments, tilt: float, vehicle: Vehicle
-) -> tuple[tuple[float, float], Place, tuple[float, float]]:
+) -> tuple[tuple[float, float], GaitPoint, tuple[float, float]]:
     """Return the bracket of the least singular value within a tilt below the margin, where, and the attitude."""
 
     def value(alpha: FloatArray) -> FloatArray:
@@ -342,7 +342,7 @@ def _near_the_least(segments: Segments, value: Value, bound: Bound) -> npt.NDArr
     return rows
 
 
-def _spread(segments: Segments, count: int) -> list[Place]:
+def _spread(segments: Segments, count: int) -> list[GaitPoint]:
     """Return locations spread evenly along a closed gait; one if the gait is a point."""
     size = np.linalg.norm(segments.ends - segments.starts, axis=1)
     before = np.concatenate([[0.0], np.cumsum(size)])

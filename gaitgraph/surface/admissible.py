@@ -192,8 +192,8 @@ def certain_determinant(coefficients: Coefficients) -> float:
     """
     form = coefficients.bilinear_form
     size = float(np.linalg.norm(form))
-    _, single, double, triple = coefficients.rounding
-    derived = coefficients.sheet_rounding
+    _, single, double, triple = coefficients.digit_errors
+    derived = coefficients.sheet_error
     turned = 2 * math.sqrt(1.5) * size * derived + 8 * size * derived**2
     return 2 * (2 * single + double + 2 * triple) + turned + 41 * _EPSILON * float(np.abs(form).sum())
 

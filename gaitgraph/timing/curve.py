@@ -434,10 +434,8 @@ class LimitedGait(TimedGait):
                 if touched.any():
                     t = float(self.corner_times[int(np.argmax(touched))])
                     share = float(self.widths[touched].sum() / self.period)
-                    where = {"t": t, "alpha": self.derivative(t, 0).tolist()}
-                    out.append(
-                        TouchedLimit(limit=kind, joints=[joint + 1, joint + 3], value=limit, share=share, where=where)
-                    )
+                    joints, where = [joint + 1, joint + 3], {"t": t, "alpha": self.derivative(t, 0).tolist()}
+                    out.append(TouchedLimit(limit=kind, joints=joints, value=limit, share=share, where=where))
         return tuple(out)
 
     def vertices(self, tolerance: float = 1e-9) -> FloatArray:

@@ -27,12 +27,12 @@ from gaitgraph.invertibility.segment_bounds import (
     where_thrusts_vanish,
 )
 from gaitgraph.surface.sheets import DEFAULT_TOLERANCE, FIRST, HOVER_LABEL, red_label
-from gaitgraph.validation.rules import EXACT, Continuous, OnSurface, Peak, Rule, Segments, Setting, TwoColor, Worst
+from gaitgraph.validation.rules import EXACT, Continuous, Criteria, OnSurface, Peak, Rule, Segments, TwoColor, Worst
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from gaitgraph.validation.report import Check, Place
+    from gaitgraph.validation.report import Check, GaitPoint
 
 
 @dataclass
@@ -48,50 +48,50 @@ class _LevelSign(Rule):
     digits: float = 0.0
     slope: float = 0.0
 
-    def update(self, run: Segments) -> None:
+    def update(self, block: Segments) -> None:
         """Bracket R and −R along the segments, as narrowly as the comparison with the resolution needs."""
-        coefficients, alpha = self.setting.coefficients, run.alpha
+        coefficients, alpha = self.criteria.coefficients, block.alpha
         value = np.asarray(level_determinant(alpha, coefficients))
         peak = float(value[np.argmax(np.abs(value))])
         self.largest = peak if abs(peak) > abs(self.largest) else self.largest
         digits = np.asarray(level_determinant_resolution(alpha, coefficients))
         slope = level_determinant_slopes(alpha, coefficients).sum(axis=1)
         self.digits, self.slope = max(self.digits, float(digits.max())), max(self.slope, float(slope.max()))
-        carried = self._carried(digits, slope, self.continuous.roundings)
+        carried = self._carried(digits, slope, self.continuous.inferred_errors)
         for sign in self.found:
             self.found[sign] |= bool((sign * value > carried).any())
         resolution = self._resolution()
         known = (self.worst[1.0].upper, self.worst[-1.0].upper)
         both = range_of_level_determinant(
-            run.starts, run.ends, coefficients, known=known, at_ends=(value[:-1], value[1:])
+            block.starts, block.ends, coefficients, known=known, at_ends=(value[:-1], value[1:])
         )
         for (sign, worst), found in zip(self.worst.items(), both, strict=True):
             if found.lower.min() <= resolution < min(found.upper.min(), worst.upper):
                 # Narrow the brackets that straddle the resolution until the comparison with it is settled.
                 near, floor = found.lower <= resolution, resolution * (1 + 1e-9)
                 narrow = least_level_determinant(
-                    run.starts[near], run.ends[near], coefficients, sign=sign, tolerance=0.0, floor=floor, each=True
+                    block.starts[near], block.ends[near], coefficients, sign=sign, tolerance=0.0, floor=floor, each=True
                 )
                 lower, upper, fraction = found.lower.copy(), found.upper.copy(), found.fraction.copy()
                 lower[near], upper[near], fraction[near] = narrow.lower, narrow.upper, narrow.fraction
                 found = Least(lower=lower, upper=upper, fraction=fraction)  # noqa: PLW2901
-            worst.update(found, run)
+            worst.update(found, block)
 
     def _carried(self, digits: Any, slope: Any, inferred: Any) -> Any:
         """Return how large |R| must be for its sign to mean something, to second order in the rounding of angles."""
-        coefficients, known = self.setting.coefficients, self.setting.angle_rounding
-        rounding = np.maximum(inferred, self.setting.digits) if known is None else known
-        derived = coefficients.sheet_rounding
+        coefficients, known = self.criteria.coefficients, self.criteria.angle_rounding
+        rounding = np.maximum(inferred, self.criteria.digit_error) if known is None else known
+        derived = coefficients.sheet_error
         second = 8 * float(np.linalg.norm(coefficients.bilinear_form)) * ((rounding + derived) ** 2 - derived**2)
         return digits + slope * rounding + second
 
     def _resolution(self) -> float:
-        return float(self._carried(self.digits, self.slope, self.continuous.rounding))
+        return float(self._carried(self.digits, self.slope, self.continuous.inferred_error))
 
     def checks(self) -> Iterator[Check]:
         sign = 1.0 if self.largest >= 0 else -1.0
-        worst, resolution, kind = self.worst[sign], self._resolution(), self.setting.coefficients.kind
-        lower = worst.lower - self.setting.level_slack(self.setting.coefficients)
+        worst, resolution, kind = self.worst[sign], self._resolution(), self.criteria.coefficients.kind
+        lower = worst.lower - self.criteria.level_slack(self.criteria.coefficients)
         ok, decided = True, True
         if self.continuous.blue and kind == "exact":
             ok = False
@@ -115,7 +115,7 @@ class _LevelSign(Rule):
                 message = (
                     f"sign of R undecided: along the curve |R| may fall to {max(lower, 0.0):.2g}: try a smaller chord"
                 )
-        value = sign * (lower if self.setting.beside else worst.upper)
+        value = sign * (lower if self.criteria.beside else worst.upper)
         yield self.check(ok, message, value=value, limit=resolution, place=worst.place, decided=decided)
 
 
@@ -129,22 +129,23 @@ class _SingularValue(Rule):
     worst: Worst = field(default_factory=Worst)
     above: bool = True
 
-    def update(self, run: Segments) -> None:
+    def update(self, block: Segments) -> None:
         """Bracket the least singular value, and decide the comparison with the floor where the bracket does not."""
-        setting, floor = self.setting, self.setting.floor + self.setting.singular_value_slack
+        criteria, floor = self.criteria, self.criteria.floor + self.criteria.singular_value_slack
         found = least_singular_value_of_all(
-            run.starts, run.ends, setting.vehicle, tolerance=setting.bracket, known=self.worst.upper
+            block.starts, block.ends, criteria.vehicle, tolerance=criteria.bracket, known=self.worst.upper
         )
-        self.worst.update(found, run)
+        self.worst.update(found, block)
         close = found.lower < floor
         if self.above and close.any():
             self.above = self.worst.upper >= floor and bool(
-                keeps_singular_value_above(run.starts[close], run.ends[close], floor, setting.vehicle).all()
+                keeps_singular_value_above(block.starts[close], block.ends[close], floor, criteria.vehicle).all()
             )
 
     def checks(self) -> Iterator[Check]:
-        floor, place, lower = self.setting.floor, self.worst.place, self.worst.lower - self.setting.singular_value_slack
-        value = lower if self.setting.beside else self.worst.upper
+        criteria, place = self.criteria, self.worst.place
+        floor, lower = criteria.floor, self.worst.lower - criteria.singular_value_slack
+        value = lower if criteria.beside else self.worst.upper
         message = f"least singular value {value:.3f} (at least {max(lower, 0.0):.3f}), floor {floor:g}"
         if not self.above:
             message = (
@@ -166,34 +167,34 @@ class _HoverThrust(Rule):
     least: Worst = field(default_factory=Worst)
     largest: Worst = field(default_factory=Worst)
     level: float = math.inf  # the least |R| of a curve's chords, exact coefficients
-    broken: tuple[float | None, int, Place] | None = None
+    broken: tuple[float | None, int, GaitPoint] | None = None
 
-    def update(self, run: Segments) -> None:
+    def update(self, block: Segments) -> None:
         """Bracket the least and the largest thrust, up to the first segment where one is not positive."""
         if self.continuous.blue or self.continuous.fiber is not None or self.broken is not None:
             return
-        setting, vehicle, known = self.setting, self.setting.vehicle, (self.least.upper, self.largest.upper)
+        criteria, vehicle, known = self.criteria, self.criteria.vehicle, (self.least.upper, self.largest.upper)
         upward, least, largest = thrust_shares_along(
-            run.starts, run.ends, vehicle, tolerance=setting.bracket, known=known
+            block.starts, block.ends, vehicle, tolerance=criteria.bracket, known=known
         )
         if upward.all():
-            self.least.update(least, run)
-            self.largest.update(largest, run)
-            if setting.beside:
+            self.least.update(least, block)
+            self.largest.update(largest, block)
+            if criteria.beside:
                 exact = coefficients_of(vehicle, "exact")
-                sign = 1.0 if level_determinant(run.alpha[0], exact) > 0 else -1.0
-                level = least_level_determinant(run.starts, run.ends, exact, sign=sign).lower.min()
+                sign = 1.0 if level_determinant(block.alpha[0], exact) > 0 else -1.0
+                level = least_level_determinant(block.starts, block.ends, exact, sign=sign).lower.min()
                 self.level = min(self.level, float(level))
             return
         segment = int(np.argmin(upward))
-        shares = hover_thrust_shares(run.alpha[segment : segment + 2], vehicle)
+        shares = hover_thrust_shares(block.alpha[segment : segment + 2], vehicle)
         worst = int(np.argmin(np.nan_to_num(shares, nan=-np.inf).min(axis=1)))
         if shares[worst].min() > 0:
             # Both ends are fine: something vanishes between them.
-            fraction = where_thrusts_vanish(run.starts[segment], run.ends[segment], vehicle)
-            self.broken = (None, run.number[segment], run.place(segment, fraction))
+            fraction = where_thrusts_vanish(block.starts[segment], block.ends[segment], vehicle)
+            self.broken = (None, block.number[segment], block.place(segment, fraction))
         else:
-            self.broken = (float(shares[worst].min()), run.number[segment], run.place(segment + worst))
+            self.broken = (float(shares[worst].min()), block.number[segment], block.place(segment + worst))
 
     def _shares(self) -> tuple[float, float]:
         """Return the least and the largest share of m·g; of a curve bounds of them, and 0 where a rotor may idle.
@@ -202,11 +203,11 @@ class _HoverThrust(Rule):
         curve decides for all of it. There T1/(m·g) = |sin β2|/(2D) with D = |sin β2| cos α1 + |sin β1| cos α2 =
         (κ cos³δ/2)·|R|/|cos β1 cos β2|, and D's slope is at most 2√2.
         """
-        setting, vehicle, beside = self.setting, self.setting.vehicle, self.setting.beside
-        if setting.extremes is None:
+        criteria, vehicle, beside = self.criteria, self.criteria.vehicle, self.criteria.beside
+        if criteria.extremes is None:
             return self.least.upper, -self.largest.lower
-        kappa, box = vehicle.drag_ratio, setting.extremes
-        level = self.level - setting.level_slack(coefficients_of(vehicle, "exact"))
+        kappa, box = vehicle.drag_ratio, criteria.extremes
+        level = self.level - criteria.level_slack(coefficients_of(vehicle, "exact"))
         weight = level * kappa / (2.0 * (1.0 + kappa**2) ** 1.5)
         steep = 2.0 * math.sqrt(2.0) * beside / weight if weight > 0 else math.inf
         if steep >= 0.5 or not thrusts_push_up(box[:1], box[1:], vehicle).all():
@@ -215,7 +216,7 @@ class _HoverThrust(Rule):
         return self.least.lower - beside / (2.0 * weight) - steep * high, high
 
     def checks(self) -> Iterator[Check]:
-        noun, refusal, value, place = self.setting.noun, "", None, None
+        noun, refusal, value, place = self.criteria.noun, "", None, None
         if self.continuous.blue:
             # Floating point would give some ratio of two vanishing quantities.
             refusal = "no thrusts carry the weight without torque: on blue the control moment matrix has rank two"
@@ -243,9 +244,9 @@ class _HoverThrust(Rule):
             return
         message = f"hover thrusts {low:.3f} to {peak:.3f} of m·g per rotor, all positive"
         yield self.check(True, message, value=low, limit=0.0, place=place)
-        limit = self.setting.vehicle.max_thrust
+        limit = self.criteria.vehicle.max_thrust
         if limit is not None:
-            mass, gravity = self.setting.vehicle.require("mass", "gravity", purpose="the check of the largest thrust")
+            mass, gravity = self.criteria.vehicle.require("mass", "gravity", purpose="the check of the largest thrust")
             newtons, at = peak * mass * gravity, self.largest.place
             ok = newtons <= limit
             message = f"largest hover thrust {newtons:.3g} N, limit {limit:.3g} N"
@@ -261,11 +262,11 @@ class _TiltRange(Rule):
     kind = "flyable"
     peak: Peak = field(default_factory=Peak)
 
-    def update(self, run: Segments) -> None:
-        self.peak.update(run.alpha, run)
+    def update(self, block: Segments) -> None:
+        self.peak.update(block.alpha, block)
 
     def checks(self) -> Iterator[Check]:
-        limit, extremes = self.setting.vehicle.max_tilt, self.setting.extremes
+        limit, extremes = self.criteria.vehicle.max_tilt, self.criteria.extremes
         if limit is None:
             return
         value = self.peak.value if extremes is None else float(np.abs(extremes).max())
@@ -277,39 +278,39 @@ class _TiltRange(Rule):
         yield self.check(ok, message, value=value, limit=limit, place=self.peak.place)
 
 
-def all_rules(setting: Setting) -> tuple[list[Rule], HoverReachability]:
+def all_rules(criteria: Criteria) -> tuple[list[Rule], HoverReachability]:
     """Return the rules in the order of the report, and what decides whether hover can reach the gait."""
-    continuous = Continuous(setting)
-    flyable = [rule(setting, continuous) for rule in (_LevelSign, _SingularValue, _HoverThrust)]
-    rules: list[Rule] = [OnSurface(setting), TwoColor(setting), continuous, *flyable, _TiltRange(setting)]
-    return rules, HoverReachability(setting, continuous)
+    continuous = Continuous(criteria)
+    flyable = [rule(criteria, continuous) for rule in (_LevelSign, _SingularValue, _HoverThrust)]
+    rules: list[Rule] = [OnSurface(criteria), TwoColor(criteria), continuous, *flyable, _TiltRange(criteria)]
+    return rules, HoverReachability(criteria, continuous)
 
 
 class HoverReachability:
     """Whether ordinary hover can enter the gait, and leave it, without a singular matrix."""
 
-    def __init__(self, setting: Setting, continuous: Continuous) -> None:
-        self.vehicle, self.continuous = setting.vehicle, continuous
-        self.exact = coefficients_of(setting.vehicle, "exact")
-        self.slack = setting.level_slack(self.exact)
+    def __init__(self, criteria: Criteria, continuous: Continuous) -> None:
+        self.vehicle, self.continuous = criteria.vehicle, continuous
+        self.exact = coefficients_of(criteria.vehicle, "exact")
+        self.slack = criteria.level_slack(self.exact)
         self.positive, self.decided, self.home, self.opposite, self.off_red = True, True, True, 0.0, 0.0
         self.confined = True  # whether points of fibres are within ±π/2
 
-    def update(self, run: Segments) -> None:
+    def update(self, block: Segments) -> None:
         """Decide whether R > 0 along the segments, and whether the points are in the component of α = 0."""
         if not self.positive:
             return
-        alpha = run.alpha
+        alpha = block.alpha
         value = np.asarray(level_determinant(alpha, self.exact))
         resolution = float(np.max(level_determinant_resolution(alpha, self.exact)))
         floor, ends = max(resolution, self.slack) * (1 + 1e-9), (value[:-1], value[1:])
         least = least_level_determinant(
-            run.starts, run.ends, self.exact, tolerance=0.0, floor=floor, each=True, at_ends=ends
+            block.starts, block.ends, self.exact, tolerance=0.0, floor=floor, each=True, at_ends=ends
         )
         lower = float(least.lower.min())
         self.positive = lower > resolution and not self.continuous.blue
         self.decided &= lower > self.slack
-        fibered = run.sheet > 1
+        fibered = block.sheet > 1
         if fibered.any():
             self.confined &= bool((np.abs(alpha[fibered]) <= math.pi / 2 + 1e-9).all())
             alpha = alpha[~fibered]

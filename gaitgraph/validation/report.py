@@ -71,7 +71,7 @@ class Check:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Place:
+class GaitPoint:
     """A place on a gait: a point, counted from 0, the fraction of the segment to the next one, angles and time."""
 
     point: int

@@ -2,8 +2,9 @@
 
 Each rule holds along the segments of a gait, by closed form or a bound.
 
-A gait is a closed polyline. It may be too long for memory, so it is judged run by run. A
-smooth curve is judged by its chords: what it may differ from them by is taken off each bound.
+A gait is a closed polyline. It may be too long for memory, so it is judged in
+blocks of consecutive segments. A smooth curve is judged by its chords: what it may differ from them by is taken off
+each bound.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ from gaitgraph.surface.sheets import (
     family_types,
     sheet_angles,
 )
-from gaitgraph.validation.report import Check, Place
+from gaitgraph.validation.report import Check, GaitPoint
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -55,15 +56,17 @@ def checked_limits(**limits: float | None) -> None:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Setting:
+class Criteria:
     """What a gait is for, and the limits it is judged by, as in :func:`gaitgraph.validation.validating.check_gait`."""
 
     vehicle: Vehicle
     coefficients: Coefficients
     tolerance: float
     floor: float
-    angle_rounding: float | None = None  # None: inferred from the distance to the sheets, and at least `digits` [rad]
-    digits: float = 0.0  # error of each angle that follows from the printed digits [rad]
+    angle_rounding: float | None = (
+        None  # None: inferred from the distance to the sheets, and at least `digit_error` [rad]
+    )
+    digit_error: float = 0.0  # error of each angle that follows from the printed digits [rad]
     crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE
     noun: str = "corner"  # what messages call a point of the gait: "corner" or "row"
     beside: float = 0.0  # how far a curve may be from the segments, its chords, in the (α1, α2) plane [rad]
@@ -94,7 +97,7 @@ class Setting:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Segments:
-    """A run of consecutive straight segments of a gait."""
+    """Consecutive straight segments of a gait."""
 
     alpha: FloatArray  # the points, shape (m + 1, 4) [rad]; a single point has no segment
     # As what each point is colored, shape (m + 1,): +1 red, −1 blue, 2 the first fibre, 3 the second, 0 none.
@@ -127,8 +130,8 @@ class Segments:
         """The end of each segment, shape (m, 4) [rad]."""
         return self.alpha[1:]
 
-    def place(self, segment: int, fraction: float = 0.0) -> Place:
-        """Return the place at a fraction of a segment, counted from 0 within the run."""
+    def place(self, segment: int, fraction: float = 0.0) -> GaitPoint:
+        """Return the place at a fraction of a segment, counted from 0 within these."""
         index, fraction = (segment + 1, 0.0) if fraction == 1.0 else (segment, float(fraction))
         at, t = self.alpha[index], None if self.t is None else float(self.t[index])
         if index and self.number[index] <= self.number[index - 1]:
@@ -136,7 +139,7 @@ class Segments:
         if fraction:
             at = at + fraction * (self.alpha[index + 1] - at)
             t = None if self.t is None else float(t + fraction * (self.t[index + 1] - t))
-        return Place(point=int(self.number[index]) - 1, fraction=fraction, alpha=tuple(at.tolist()), t=t)
+        return GaitPoint(point=int(self.number[index]) - 1, fraction=fraction, alpha=tuple(at.tolist()), t=t)
 
 
 def segments_of(gait: Gait) -> Segments:
@@ -152,14 +155,14 @@ class Worst:
 
     lower: float = math.inf
     upper: float = math.inf
-    place: Place | None = None
+    place: GaitPoint | None = None
 
-    def update(self, least: Least, run: Segments) -> None:
-        """Include what was found along the segments of a run."""
+    def update(self, least: Least, block: Segments) -> None:
+        """Include what was found along segments."""
         lower, upper, segment, fraction = least.worst()
         self.lower = min(self.lower, lower)
         if upper < self.upper or self.place is None:
-            self.upper, self.place = upper, run.place(segment, fraction)
+            self.upper, self.place = upper, block.place(segment, fraction)
 
 
 @dataclass
@@ -168,44 +171,44 @@ class Peak:
 
     value: float = 0.0
     joint: int = 1
-    place: Place | None = None
+    place: GaitPoint | None = None
 
-    def update(self, values: FloatArray, run: Segments) -> None:
+    def update(self, values: FloatArray, block: Segments) -> None:
         """Examine values of shape (k, 4) that belong to the first k points."""
         size = np.abs(values)
         k, joint = divmod(int(np.argmax(size)), 4)
         if size[k, joint] > self.value or self.place is None:
-            self.value, self.joint, self.place = float(size[k, joint]), joint + 1, run.place(k)
+            self.value, self.joint, self.place = float(size[k, joint]), joint + 1, block.place(k)
 
 
 @dataclass
 class Rule(ABC):
-    """What all rules share: they are updated with runs of segments in order, and yield their checks at the end.
+    """What all rules share: they are updated with blocks of segments in order, and yield their checks at the end.
 
-    How the segments are split into runs makes no difference to a verdict. A rule of flyable has the rule `continuous`
+    How the segments are split into blocks makes no difference to a verdict. A rule of flyable has the rule `continuous`
     beside it, which knows what the points lie on.
     """
 
-    setting: Setting
+    criteria: Criteria
     name: ClassVar[str]
     kind: ClassVar[Literal["valid", "flyable"]] = "valid"
 
     @abstractmethod
-    def update(self, run: Segments) -> None:
-        """Examine the next run of segments."""
+    def update(self, block: Segments) -> None:
+        """Examine the next segments."""
 
     @abstractmethod
     def checks(self) -> Iterator[Check]:
         """Yield what was found, after at least one update."""
 
-    def check(self, ok: bool, message: str, *, place: Place | None = None, **values: Any) -> Check:
+    def check(self, ok: bool, message: str, *, place: GaitPoint | None = None, **values: Any) -> Check:
         """Return the check of this name, unless the values have another, with its place as plain values."""
-        where = None if place is None else place.as_mapping(self.setting.noun)
+        where = None if place is None else place.as_mapping(self.criteria.noun)
         return Check(**{"name": self.name, "kind": self.kind, "ok": ok, "message": message, "where": where, **values})
 
-    def described(self, place: Place | None) -> str:
+    def described(self, place: GaitPoint | None) -> str:
         """Return a place in words."""
-        return "" if place is None else place.described(self.setting.noun)
+        return "" if place is None else place.described(self.criteria.noun)
 
 
 @dataclass
@@ -215,15 +218,15 @@ class OnSurface(Rule):
     name = "on_surface"
     worst: Worst = field(default_factory=Worst)
 
-    def update(self, run: Segments) -> None:
+    def update(self, block: Segments) -> None:
         """Bracket the largest residual."""
-        tolerance, known = self.setting.tolerance / 100, self.worst.upper
-        found = largest_residual(run.starts, run.ends, self.setting.coefficients, tolerance=tolerance, known=known)
-        self.worst.update(found, run)
+        tolerance, known = self.criteria.tolerance / 100, self.worst.upper
+        found = largest_residual(block.starts, block.ends, self.criteria.coefficients, tolerance=tolerance, known=known)
+        self.worst.update(found, block)
 
     def checks(self) -> Iterator[Check]:
         """Yield the check `on_surface`."""
-        value, limit, place = max(-self.worst.lower, 0.0), self.setting.tolerance, self.worst.place
+        value, limit, place = max(-self.worst.lower, 0.0), self.criteria.tolerance, self.worst.place
         message = f"max(|Rφ|, |Rθ|) = {value:.2g}, allowed {limit:g}"
         if value > limit:
             message += f", worst at {self.described(place)}: take (α3, α4) from the roots of (α1, α2), or allow more"
@@ -235,34 +238,34 @@ class TwoColor(Rule):
     """Figure 15: neither α3 nor α4 steps from its + plane to its − plane."""
 
     name = "two_color"
-    broken: tuple[str, Place] | None = None
+    broken: tuple[str, GaitPoint] | None = None
     families: set[int] = field(default_factory=set)
 
-    def update(self, run: Segments) -> None:
+    def update(self, block: Segments) -> None:
         """Find the first pair of points that may not be neighbours."""
-        self.families |= set(np.unique(run.sheet).tolist()) - {0}
+        self.families |= set(np.unique(block.sheet).tolist()) - {0}
         if self.broken is not None:
             return
-        setting = self.setting
-        third, fourth = family_types(run.alpha, run.sheet, setting.coefficients, setting.crossing_tolerance)
-        bare = run.sheet == 0
+        criteria = self.criteria
+        third, fourth = family_types(block.alpha, block.sheet, criteria.coefficients, criteria.crossing_tolerance)
+        bare = block.sheet == 0
         forbidden = ~neighbors_allowed((third[:-1], fourth[:-1]), (third[1:], fourth[1:]))
         if bare.any() and (not forbidden.any() or np.argmax(bare) <= np.argmax(forbidden)):
             point = int(np.argmax(bare))
             message = (
-                f"{setting.noun} {run.number[point]} lies off the surfaces, on neither sheet, so it has no color "
+                f"{criteria.noun} {block.number[point]} lies off the surfaces, on neither sheet, so it has no color "
                 "to compare: take (α3, α4) from the roots of (α1, α2)"
             )
         elif forbidden.any():
             point = int(np.argmax(forbidden))
             here, there = (text_from_types(int(third[k]), int(fourth[k])) for k in (point, point + 1))
             message = (
-                f"{setting.noun}s {run.number[point]} {here} and {run.number[point + 1]} {there} may not be "
+                f"{criteria.noun}s {block.number[point]} {here} and {block.number[point + 1]} {there} may not be "
                 "neighbours (Figure 15): give both one color, or pass a (?,?) point between them"
             )
         else:
             return
-        self.broken = (message, run.place(point))
+        self.broken = (message, block.place(point))
 
     def checks(self) -> Iterator[Check]:
         """Yield the check `two_color`."""
@@ -304,71 +307,73 @@ class Continuous(Rule):
     """Every point lies on the sheet of its color, and every segment stays there. Other rules ask it what it found."""
 
     name = "continuous"
-    bare: Place | None = None  # the first point off the surfaces
-    rounding: float = 0.0  # the largest distance from a sheet that the tolerance takes for rounding
-    roundings: FloatArray = field(default_factory=lambda: np.zeros(0))  # the same for each point of the latest run
+    bare: GaitPoint | None = None  # the first point off the surfaces
+    inferred_error: float = 0.0  # the largest distance from a sheet that the tolerance takes for rounding
+    inferred_errors: FloatArray = field(
+        default_factory=lambda: np.zeros(0)
+    )  # the same for each point of the latest block
     blue: bool = False  # whether a point lies on the blue sheet alone, whatever its color
-    fiber: tuple[int, int, Place] | None = None  # the first point colored as a fibre: which, number, place
+    fiber: tuple[int, int, GaitPoint] | None = None  # the first point colored as a fibre: which, number, place
     distance: float = 0.0  # the point that is farthest off the sheet of its color
     off_sheet: str = ""
-    farthest: Place | None = None
+    farthest: GaitPoint | None = None
     ratio: float = -1.0  # the largest jump beside its limit
     jump: float = 0.0
     limit: float = 0.0
     changes: bool = False  # of color
-    place: Place | None = None
+    place: GaitPoint | None = None
 
-    def update(self, run: Segments) -> None:
+    def update(self, block: Segments) -> None:
         """Compare points with the sheets of their colors, and segments with the sheets of their ends."""
-        sheet, setting = run.sheet, self.setting
+        sheet, criteria = block.sheet, self.criteria
         bare, fibered = sheet == 0, sheet > 1
-        self.roundings = np.zeros(len(sheet))
+        self.inferred_errors = np.zeros(len(sheet))
         if bare.any():
-            self.bare = self.bare or run.place(int(np.argmax(bare)))
+            self.bare = self.bare or block.place(int(np.argmax(bare)))
             if bare.all():
                 return
         if fibered.any() and self.fiber is None:
             point = int(np.argmax(fibered))
-            self.fiber = (int(sheet[point]), run.number[point], run.place(point))
-        distances = family_distances(run.alpha, setting.coefficients)
-        on_blue = (distances[:, 1] <= setting.tolerance) & (distances[:, 0] > setting.tolerance)
+            self.fiber = (int(sheet[point]), block.number[point], block.place(point))
+        distances = family_distances(block.alpha, criteria.coefficients)
+        on_blue = (distances[:, 1] <= criteria.tolerance) & (distances[:, 0] > criteria.tolerance)
         self.blue |= bool((on_blue & ~fibered).any())
         # How far points are from the sheet or fibre of their color.
         column = FAMILY_COLUMN[sheet]
         off = np.where(bare, 0.0, np.take_along_axis(distances, column[:, None], axis=1)[:, 0])
-        self.roundings = np.where((off > EXACT) & (off <= setting.tolerance), off, 0.0)
-        self.rounding = max(self.rounding, float(self.roundings.max()))
+        self.inferred_errors = np.where((off > EXACT) & (off <= criteria.tolerance), off, 0.0)
+        self.inferred_error = max(self.inferred_error, float(self.inferred_errors.max()))
         farthest = int(np.argmax(off))
         if off[farthest] > max(self.distance, EXACT):
-            self.distance, self.farthest = float(off[farthest]), run.place(farthest)
+            self.distance, self.farthest = float(off[farthest]), block.place(farthest)
             color = FAMILIES[column[farthest]]
             self.off_sheet = (
-                f"{setting.noun} {run.number[farthest]} is colored {color} but lies off that "
+                f"{criteria.noun} {block.number[farthest]} is colored {color} but lies off that "
                 f"{'fibre' if fibered[farthest] else 'sheet'}"
             )
-            near = distances[farthest] <= setting.tolerance
+            near = distances[farthest] <= criteria.tolerance
             others = [name for name, is_near in zip(FAMILIES, near, strict=True) if is_near and name != color]
             if others:
                 self.off_sheet += f", on the {others[0]} one"
         # How far segments leave the sheets of their ends.
-        starts, ends, red, after = run.starts, run.ends, sheet[:-1] > 0, sheet[1:] > 0
-        sizes = jumps(starts, ends, red, after, setting.coefficients)
+        starts, ends, red, after = block.starts, block.ends, sheet[:-1] > 0, sheet[1:] > 0
+        sizes = jumps(starts, ends, red, after, criteria.coefficients)
         by = fibered[:-1] | fibered[1:]
         if by.any():
-            sizes[by] = family_jumps(starts[by], ends[by], sheet[:-1][by], sheet[1:][by], setting.coefficients)
+            sizes[by] = family_jumps(starts[by], ends[by], sheet[:-1][by], sheet[1:][by], criteria.coefficients)
             sizes[sizes <= EXACT] = 0.0
         # Within one color, printed digits may move a segment off its sheet as far as the surface check allows; along a
         # fibre too, whose line with the red sheet is on both.
-        limits = np.where((red == after) | by, setting.tolerance, EXACT)
+        limits = np.where((red == after) | by, criteria.tolerance, EXACT)
         ratios = sizes / np.maximum(limits, EXACT)
         worst = int(np.argmax(ratios))
         if ratios[worst] > self.ratio:
             self.ratio, self.jump, self.limit = float(ratios[worst]), float(sizes[worst]), float(limits[worst])
-            self.place, self.changes = run.place(worst), bool(sheet[worst] != sheet[worst + 1])
+            self.place, self.changes = block.place(worst), bool(sheet[worst] != sheet[worst + 1])
 
     def checks(self) -> Iterator[Check]:
         """Yield the check `continuous`."""
-        noun, tolerance = self.setting.noun, self.setting.tolerance
+        noun, tolerance = self.criteria.noun, self.criteria.tolerance
         if self.bare is not None:
             message = f"at {noun} {self.bare.point + 1} it is off the surfaces and follows no sheet"
             yield self.check(False, message, limit=tolerance, place=self.bare)

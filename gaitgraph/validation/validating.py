@@ -27,7 +27,7 @@ from gaitgraph.gait.table import (
     Table,
     closing_time,
     is_back,
-    setting_of,
+    surface_of,
     tilt_angles,
 )
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Kind, level_determinant
@@ -38,7 +38,7 @@ from gaitgraph.surface.loop_colorings import ColoringCount, color_choices, color
 from gaitgraph.surface.sheets import DEFAULT_TOLERANCE, SIGNS, families_along, family_codes, family_of, types_contradict
 from gaitgraph.validation.physics import all_rules
 from gaitgraph.validation.report import RATE_UNITS, Check, Report, limit_check
-from gaitgraph.validation.rules import Peak, Segments, Setting, segments_of
+from gaitgraph.validation.rules import Criteria, Peak, Segments, segments_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -56,13 +56,13 @@ MOST_LISTED_ROWS = 10_000
 class _Checker:
     """Applies all rules to the segments of a gait, in order, and returns the report."""
 
-    def __init__(self, setting: Setting) -> None:
-        self.rules, self.reach = all_rules(setting)
+    def __init__(self, criteria: Criteria) -> None:
+        self.rules, self.reach = all_rules(criteria)
 
-    def update(self, run: Segments) -> None:
-        """Examine the next run of segments, in blocks so that memory stays bounded."""
-        for start in range(0, len(run.alpha) - 1, _BLOCK):
-            block = run[start : start + _BLOCK + 1]
+    def update(self, segments: Segments) -> None:
+        """Examine the next segments, in blocks so that memory stays bounded."""
+        for start in range(0, len(segments.alpha) - 1, _BLOCK):
+            block = segments[start : start + _BLOCK + 1]
             for rule in self.rules:
                 rule.update(block)
             self.reach.update(block)
@@ -108,7 +108,7 @@ def check_gait(
     (True, True, False)
     """
     checker = _Checker(
-        Setting(
+        Criteria(
             vehicle=gait.vehicle,
             coefficients=gait.coefficients,
             tolerance=tolerance,
@@ -204,15 +204,15 @@ def validate(
     pieces = iter([source]) if isinstance(source, Table) else read_pieces(source, progress=progress)
     first = next(pieces)
     with naming_file(source):
-        vehicle, numbers, stated = setting_of(first, vehicle, coefficients)
+        vehicle, numbers, stated = surface_of(first, vehicle, coefficients)
     checker = _TableChecker(
-        Setting(
+        Criteria(
             vehicle=vehicle,
             coefficients=numbers,
             tolerance=tolerance,
             floor=floor,
             angle_rounding=angle_rounding,
-            digits=first.rounding,
+            digit_error=first.digit_error,
             crossing_tolerance=stated if crossing_tolerance is None else crossing_tolerance,
             noun="row",
         )
@@ -227,8 +227,8 @@ def validate(
 class _TableChecker:
     """Judges a table piece by piece: finds the sheet of each row, applies the rules, and closes the table."""
 
-    def __init__(self, setting: Setting) -> None:
-        self.setting, self.checker = setting, _Checker(setting)
+    def __init__(self, criteria: Criteria) -> None:
+        self.criteria, self.checker = criteria, _Checker(criteria)
         self.rates = _RowRates()
         self.counts = {sign: ColoringCount(sign) for sign in SIGNS}
         self.rows = 0
@@ -240,22 +240,22 @@ class _TableChecker:
 
     def update(self, piece: Table) -> None:
         """Examine the next rows."""
-        setting, before = self.setting, self.tail
-        alpha = tilt_angles(piece, setting.coefficients, rows_before=self.rows)
+        criteria, before = self.criteria, self.tail
+        alpha = tilt_angles(piece, criteria.coefficients, rows_before=self.rows)
         if "color" in piece:
             sheet = family_codes(piece["color"])
         else:  # the color of the sheet or fibre on which a row lies
             known = 0 if before is None else int(before.sheet[-1])
-            sheet = families_along(alpha, setting.coefficients, setting.tolerance, before=known)
+            sheet = families_along(alpha, criteria.coefficients, criteria.tolerance, before=known)
         number = self.rows + 1 + np.arange(len(alpha))
         fresh = Segments(alpha=alpha, sheet=sheet, number=number, t=piece.columns.get("t"))
         rows = fresh if before is None else before.joined(fresh)
-        run = fresh if before is None else before[-1:].joined(fresh)
-        if len(run.alpha) > 1:
-            self.checker.update(run)
-            self.longest = max(self.longest, float(np.abs(np.diff(run.alpha, axis=0)).max()))
+        joined = fresh if before is None else before[-1:].joined(fresh)
+        if len(joined.alpha) > 1:
+            self.checker.update(joined)
+            self.longest = max(self.longest, float(np.abs(np.diff(joined.alpha, axis=0)).max()))
             # The last row may turn out to be the first again, which is no point of its own.
-            self._count_colorings(run.alpha[:-1, :2])
+            self._count_colorings(joined.alpha[:-1, :2])
         if fresh.t is not None:
             self.rates.update(rows, fresh, piece)
         self._compare(fresh, piece)
@@ -264,7 +264,7 @@ class _TableChecker:
         self.tail = rows[-3:]
 
     def _count_colorings(self, plane: FloatArray) -> None:
-        choices = color_choices(plane[:, 0], plane[:, 1], self.setting.coefficients, self.setting.crossing_tolerance)
+        choices = color_choices(plane[:, 0], plane[:, 1], self.criteria.coefficients, self.criteria.crossing_tolerance)
         for sign, count_of_sign in self.counts.items():
             count_of_sign.add(choices[sign])
         if self.rows <= MOST_LISTED_ROWS:
@@ -282,13 +282,13 @@ class _TableChecker:
                     f"{family_of(fresh.sheet[k])}; stated types are not used"
                 )
         if "R" in piece and "R" not in self.notes:
-            computed = np.asarray(level_determinant(fresh.alpha, self.setting.coefficients))
+            computed = np.asarray(level_determinant(fresh.alpha, self.criteria.coefficients))
             wrong = np.abs(piece["R"] - computed) > 1e-2 * np.maximum(1.0, np.abs(computed))
             if wrong.any():
                 k = int(np.argmax(wrong))
                 self.notes["R"] = (
                     f"row {fresh.number[k]} states R = {piece['R'][k]:.4g}, computed is {computed[k]:.4g} "
-                    f"({self.setting.coefficients.kind} coefficients); stated values are not used"
+                    f"({self.criteria.coefficients.kind} coefficients); stated values are not used"
                 )
 
     def report(self) -> Report:
@@ -297,7 +297,7 @@ class _TableChecker:
         assert head is not None and tail is not None  # noqa: PT018, S101 - pieces have rows
         first, last = head[:1], tail[-1:]
         gap = float(np.abs(last.alpha[0] - first.alpha[0]).max())
-        near = self.rows > 1 and is_back(gap, self.longest, self.setting.tolerance)
+        near = self.rows > 1 and is_back(gap, self.longest, self.criteria.tolerance)
         # Otherwise a row that comes back is a point of its own, with a segment to the first and no step in time.
         repeated = near and gap <= SAME_ROW and last.sheet[0] == first.sheet[0]
         if not repeated:
@@ -323,12 +323,12 @@ class _TableChecker:
             Check(name="closed", kind="valid", ok=True, value=value, where=where, message=message)
         )
         if head.t is not None:
-            report = report.with_checks(self.rates.checks(head, tail, self.setting.vehicle, closed=near))
+            report = report.with_checks(self.rates.checks(head, tail, self.criteria.vehicle, closed=near))
             self.notes |= self.rates.notes
         if self.rows > MOST_LISTED_ROWS:
             listing = colorings_counted(self.counts)
         else:
-            of, crossing = self.setting.coefficients, self.setting.crossing_tolerance
+            of, crossing = self.criteria.coefficients, self.criteria.crossing_tolerance
             listing = colorings(np.concatenate(self.plane), coefficients=of, crossing_tolerance=crossing)
         return replace(report, notes=tuple(self.notes.values()), rows=self.rows, listing=listing)
 

@@ -14,7 +14,7 @@ import shapely
 import gaitgraph as gg
 from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.planning.any_angle import PreparedRegion, region_of, straight_loop_holds
-from gaitgraph.planning.refusal import Case
+from gaitgraph.planning.refusal import Branch
 from gaitgraph.planning.request import PlanRequest
 
 if TYPE_CHECKING:
@@ -31,10 +31,10 @@ def test_gait_3_ours(benchmark: Any, space: str) -> None:
     """From a request to a loop that is proven flyable and shortest, lifted to all four angles; without the report."""
     benchmark.group = f"the loop of Gait 3 against OMPL's {space}"
     request = PlanRequest(GAIT_3, color="red", sign="negative")
-    case = Case(request=request, coefficients=COEFFICIENTS, color="red", sign="negative")
+    branch = Branch(request=request, coefficients=COEFFICIENTS, color="red", sign="negative")
 
     def planned() -> gg.Gait:
-        assert straight_loop_holds(case, "flyable")
+        assert straight_loop_holds(branch, "flyable")
         return gg.lift(request.waypoints, "red", coefficients=COEFFICIENTS)
 
     assert benchmark(planned).length == pytest.approx(math.pi, abs=1e-12)
