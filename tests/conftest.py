@@ -10,8 +10,12 @@ from typing import TYPE_CHECKING, Any
 import pytest
 from hypothesis import HealthCheck, Phase, settings
 
+from tests.published import GAITS
+
 if TYPE_CHECKING:
     from pathlib import Path
+
+    from gaitgraph.timing.timed_gait import TimedGait
 
 settings.register_profile("ci", derandomize=True)
 # For docs/mutation.md: one process runs the tests again and again, and a failing example need not be made small.
@@ -37,6 +41,15 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         if getattr(getattr(item, "obj", None), "is_hypothesis_test", False):
             item.add_marker(pytest.mark.no_cover)
+
+
+@pytest.fixture(scope="session")
+def planned() -> TimedGait:
+    """Gait 3 as planned for another vehicle, with nothing at its default."""
+    import gaitgraph as gg
+
+    asked: dict[str, Any] = {"vehicle": "beetle_omni", "period": 2.0, "law": "equal-time", "reverse": True}
+    return gg.plan_loop(GAITS[2].waypoints, **asked).timed(samples=12)
 
 
 class Result:

@@ -10,7 +10,6 @@ import struct
 import zipfile
 import zlib
 from functools import partial
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -26,8 +25,7 @@ from gaitgraph.io import binary_tables
 from gaitgraph.io.formats import read_table, write_tables
 from gaitgraph.timing.timed_gait import table_of
 from tests.mutated import check_mutations, refusal
-from tests.published import GAITS
-from tests.test_formats import assert_same
+from tests.test_formats import ZEROS as FOUR, assert_same, cut
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -35,14 +33,8 @@ if TYPE_CHECKING:
     from gaitgraph.timing.timed_gait import TimedGait
 
 SUFFIXES = [".npz", ".mat", ".parquet"]
-FOUR: dict[str, Any] = {f"alpha{k}": np.zeros(3) for k in range(1, 5)}
 savez: Any = np.savez
 savez_compressed: Any = np.savez_compressed
-
-
-@pytest.fixture(scope="module")
-def planned() -> TimedGait:
-    return gg.plan_loop(GAITS[2].waypoints, period=2.0).timed(samples=12)
 
 
 # What is written ------------------------------------------------------------------------------------------------------
@@ -120,11 +112,8 @@ def test_row_groups_do_not_depend_on_how_pieces_are_cut(tmp_path: Path) -> None:
     t = np.arange(ROWS_OF_A_PIECE + 1000.0)
     table = Table(columns={"t": t, **{f"alpha{k}": np.sin(t + k) for k in range(1, 5)}})
 
-    def cut(places: tuple[int, ...]) -> list[Table]:
-        return [table.rows(*pair) for pair in pairwise(places)]
-
     for name, places in (("one", (0, len(table))), ("more", (0, 10, 60_000, 66_000, len(table)))):
-        write_tables(partial(cut, places), [tmp_path / f"{name}.parquet"])
+        write_tables(partial(cut, table, places), [tmp_path / f"{name}.parquet"])
     assert (tmp_path / "one.parquet").read_bytes() == (tmp_path / "more.parquet").read_bytes()
     groups = pq.ParquetFile(tmp_path / "one.parquet").metadata
     assert [groups.row_group(k).num_rows for k in range(groups.num_row_groups)] == [ROWS_OF_A_PIECE, 1000]
