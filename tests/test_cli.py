@@ -37,19 +37,6 @@ def waypoints(gait: PublishedGait) -> list[str]:
     return [part for a, b in gait.waypoints for part in ("--waypoint", f"{a},{b}")]
 
 
-def test_plan_json(run: Any) -> None:
-    result = run("plan", *waypoints(G1), "--color", "blue", "--method", "grid", "--json")
-    assert (result.code, result.err) == (0, "")
-    plan = result.json
-    keys = "status reason color sign waypoints path types colors length vertices alternatives valid flyable".split()
-    assert {*keys, "reachable_from_hover", "checks", "warnings"} <= set(plan)
-    assert (plan["status"], plan["color"], plan["sign"], plan["method"]) == ("planned", "blue", G1.sign, "grid")
-    assert (plan["valid"], plan["flyable"], plan["reachable_from_hover"]) == (True, False, G1.reachable)
-    np.testing.assert_allclose(plan["vertices"], np.column_stack([G1.angles, G1.printed]), atol=5.0001e-4)
-    assert len(plan["path"]) == len(plan["types"]) == len(plan["colors"]) == 16
-    assert {"name", "ok", "value", "limit", "where", "message"} <= set(plan["checks"][0])
-
-
 def test_plan_for_people_fits_one_screen(run: Any) -> None:
     result = run("plan", *waypoints(G3), "--output", "gait3.csv", "--output", "gait3.json")
     assert result.code == 0
@@ -60,17 +47,6 @@ def test_plan_for_people_fits_one_screen(run: Any) -> None:
     assert "wrote gait3.csv" in result.out
     assert len(read_table("gait3.csv")) == len(read_table("gait3.json")) == 101
     assert read_table("gait3.json").about["request"]["waypoints"][0] == pytest.approx(G3.angles[0])
-
-
-def test_plan_that_does_not_exist(run: Any) -> None:
-    result = run("plan", *waypoints(G1), "--coefficients", "exact", "--json", "--output", "none.csv")
-    assert result.code == 1
-    assert result.json["status"] == "infeasible"
-    assert "R = 0 on the whole blue sheet" in result.json["reason"]
-    assert not Path("none.csv").exists()
-    text = run("plan", *waypoints(G1), "--coefficients", "exact")
-    assert text.code == 1
-    assert text.out.startswith("No gait.")
 
 
 def test_plan_from_files(run: Any) -> None:
@@ -92,7 +68,8 @@ def test_plan_from_files(run: Any) -> None:
     assert len(read_table("b.csv")) == 3
     # A request in JSON and a saved plan are requests too.
     Path("request.json").write_text(json.dumps({"waypoints": [["pi/8", "-pi/8"]], "vehicle": {"drag_ratio": 0.1}}))
-    assert run("plan", "request.json", "--json").json["request"]["vehicle"]["drag_ratio"] == 0.1
+    blue = run("plan", "request.json", "--color", "blue", "--method", "grid", "--json").json
+    assert [blue["request"]["vehicle"]["drag_ratio"], blue["request"]["color"], blue["method"]] == [0.1, "blue", "grid"]
     Path("plan.json").write_text(json.dumps(plan))
     again = run("plan", "plan.json", "--json").json
     assert again == plan
@@ -251,7 +228,7 @@ def test_cycles(run: Any) -> None:
     assert all(0.2 <= row[0] <= 1.3 and -1.3 <= row[1] <= -0.2 for one in rows for row in one["path"])
     assert "all there are" in result.err
     short = run("cycles", "--max-length", "0.1", "--json")
-    assert (short.code, short.out.count("\n"), short.json["status"]) == (1, 1, "none")
+    assert (short.code, short.json["status"]) == (1, "none")
     assert run("cycles", "--effort", "1", "--json").json["status"] == "unfinished"
     assert "within 0.1 rad" in short.json["reason"]
     apart = run("cycles", "--waypoint", "1.2,-1.2", "--waypoint", "-0.5,0.5", "--color", "red")
@@ -282,11 +259,8 @@ def test_transition(run: Any) -> None:
     again = run("transition", "hover", name, "--output", "entry.csv")
     assert (again.code, again.out, "exists" in again.err) == (2, "", True)
     assert "wrote entry.csv" in run("transition", "hover", name, "--output", "entry.csv", "--force").out
-    none = run("transition", "hover", written("gait3.csv", G3), "--output", "none.csv", "--json")
-    assert (none.code, none.json["proof"]["R_start"], Path("none.csv").exists()) == (1, 4.0, False)
-    text = run("transition", "hover", "gait3.csv")
-    assert text.code == 1
-    assert "every flight between them passes a singular matrix" in text.out
+    none = run("transition", "hover", written("gait3.csv", G3))
+    assert (none.code, "every flight between them passes a singular matrix" in none.out) == (1, True)
     assert run("transition", "hover", "hover", "--vehicle", "beetle_omni").code == 0
 
 
@@ -317,17 +291,6 @@ def test_memory_that_does_not_suffice_is_one_line(run: Any, monkeypatch: pytest.
     assert "not enough memory" in result.err
 
 
-def test_robustness(run: Any) -> None:
-    result = run("robustness", written("gait3.csv", G3), "--bias", "0.8", "--curves", "1", "--json")
-    assert (result.code, result.err) == (0, "")
-    data = result.json
-    keys = {"tilt_margin_deg", "tilt_margin_reason", "acceptable_fraction", "singular_curves"}
-    assert set(data) >= keys | {"biased", "sweep", "least_singular_value", "tilt_margin_where"}
-    assert set(data["biased"]) >= keys | {"eta"}
-    assert data["sweep"] == [data["biased"]]
-    assert len(data["singular_curves"]) == len(data["biased"]["singular_curves"]) == 1
-
-
 def test_pace(run: Any) -> None:
     limits = ["--max-rate", "6", "--max-acceleration", "60", "--rounding", "2deg", "--servo-lag", "0.02"]
     asked = ["pace", written("gait3.csv", G3), *limits, "--output", "fast.json"]
@@ -342,8 +305,6 @@ def test_pace(run: Any) -> None:
     slower = run(*asked, "--force", "--period", "1.5")
     assert (slower.code, "servo lag" in slower.out) == (0, True)
     assert read_table("fast.json").about["period"] == 1.5
-    short = run("pace", "gait3.csv", "--max-rate", "200deg", "--max-acceleration", "40", "--period", "0.3")
-    assert (short.code, short.out.startswith("T = 0.3 s is too short: ")) == (1, True)
     none = run("pace", "gait3.csv", "--max-rate", "0", "--max-acceleration", "40", "--json")
     assert (none.code, none.json["status"]) == (1, "no period")
 
@@ -422,7 +383,7 @@ def files(run: Any) -> None:
 FARAWAY = ["--keep-in", "1.4,1.4 1.5,1.4 1.5,1.5"]
 ANSWERS = [
     (["plan", *SQUARE], 0),
-    (["plan", *SQUARE, *FARAWAY], 1),
+    (["plan", *SQUARE, *FARAWAY, "--output", "none.csv"], 1),
     (["validate", "gait3.csv"], 0),
     (["validate", "off.csv"], 1),
     (["colorings", "no.csv", "--sign", "positive"], 1),
@@ -430,7 +391,7 @@ ANSWERS = [
     (["region", *SQUARE, *FARAWAY], 1),
     (["robustness", "off.csv", "--bias", "0.8", "--scale", "0.5", "--curves", "1"], 0),
     (["transition", "gait3.csv", "gait3.csv", "--output", "path.csv"], 0),
-    (["transition", "gait3.csv", "hover"], 1),
+    (["transition", "gait3.csv", "hover", "--output", "none.csv"], 1),
     (["optimize", "--waypoint", "0.9,-0.9", "--pieces", "8", "--objective", "tilt_rate"], 0),
     (["pace", "gait3.csv", "--max-rate", "5", "--max-acceleration", "30"], 0),
     (["pace", "gait3.csv", "--max-rate", "5", "--max-acceleration", "30", "--period", "0.1"], 1),
@@ -455,6 +416,7 @@ def test_every_answer_is_one_object_and_nothing_else(
     assert (result.code, result.err) == (code, "")
     assert isinstance(result.json, dict)
     assert result.out.count("\n") == 1
+    assert not Path("none.csv").exists()
 
 
 def test_no_command_was_forgotten() -> None:

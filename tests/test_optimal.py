@@ -11,8 +11,7 @@ import pytest
 import shapely
 from scipy import ndimage
 
-from gaitgraph.cli.optimize import optimize_command
-from gaitgraph.errors import Infeasible, InputError, MissingConstant
+from gaitgraph.errors import Infeasible, MissingConstant
 from gaitgraph.invertibility.matrices import hover_thrust_shares, least_singular_value, least_singular_value_on_red
 from gaitgraph.io.formats import read_table
 from gaitgraph.optimization import optimize
@@ -380,16 +379,12 @@ def test_tables_and_json_are_read_again(swift: Any, tmp_path: Path) -> None:
     assert "any gait through these discs has at least" in str(swift)
 
 
-def test_the_command_prints_writes_and_says_no(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    output = tmp_path / "gait.csv"
-    words = ["--objective", "tilt_rate", "--sign", "negative", "--pieces", "16", "--json", "--output", str(output)]
+def test_the_command_prints_writes_and_says_no(run: Any) -> None:
     points = [word for a1, a2 in SQUARE for word in ("--waypoint", f"{a1},{a2}")]
-    asked = [*points, *words, "--radius", "5deg"]
-    assert optimize_command.main(asked, standalone_mode=False) == 0
-    answer = json.loads(capsys.readouterr().out)
+    options = ["--objective", "tilt_rate", "--sign", "negative", "--pieces", 16, "--radius", "5deg"]
+    answer = run("optimize", *points, *options, "--json", "--output", "gait.csv").json
     assert (answer["status"], answer["radius"]) == ("found", pytest.approx([math.radians(5)] * 4))
-    assert len(read_table(output)) == 101
-    assert optimize_command.main(["--waypoint", "1.2,1.2"], standalone_mode=False) == 1
-    assert "no gait: " in capsys.readouterr().out
-    with pytest.raises(InputError, match="waypoints: none given"):
-        optimize_command.main([], standalone_mode=False)
+    assert len(read_table("gait.csv")) == 101
+    none = run("optimize", "--waypoint", "1.2,1.2")
+    assert (none.code, "no gait: " in none.out) == (1, True)
+    assert "waypoints: none given" in run("optimize").err

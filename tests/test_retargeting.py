@@ -10,11 +10,10 @@ import numpy as np
 import pytest
 import shapely
 
-from gaitgraph.cli.retarget import retarget_command
 from gaitgraph.errors import Infeasible
 from gaitgraph.gait.gait import lift
 from gaitgraph.gait.table import ANGLES, Table
-from gaitgraph.io.formats import read_table, write_tables
+from gaitgraph.io.formats import write_tables
 from gaitgraph.optimization import retargeting
 from gaitgraph.surface.admissible import admissible_region
 from gaitgraph.timing.timed_gait import table_of
@@ -194,21 +193,18 @@ def test_why_there_is_none() -> None:
     assert "no tilt angles meet all of" in str(walled.reason)
 
 
-def test_the_command_reads_writes_and_says_no(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    rows = wave(6, count=12)
-    source, output = tmp_path / "animal.csv", tmp_path / "gait.json"
-    write_tables(Table(columns=dict(zip(ANGLES, rows.T, strict=True))), [source])
-    assert retarget_command.main([str(source), "--json", "--output", str(output)], standalone_mode=False) == 0
-    answer = json.loads(capsys.readouterr().out)
+def test_the_command_reads_writes_and_says_no(run: Any, tmp_path: Path) -> None:
+    write_tables(Table(columns=dict(zip(ANGLES, wave(6, count=12).T, strict=True))), [tmp_path / "animal.csv"])
+    answer = run("retarget", "animal.csv", "--json", "--output", "gait.json").json
     assert (answer["status"], answer["rows"], answer["flyable"]) == ("retargeted", 12, True)
     assert answer["largest"] == max(answer["moved"]) == answer["moved"][answer["largest_row"] - 1]
-    assert validate(read_table(output)).flyable
     (tmp_path / "answer.json").write_text(json.dumps(answer))
-    assert validate(tmp_path / "answer.json").flyable
-    assert retarget_command.main([str(source), "--floor", "2"], standalone_mode=False) == 1
-    assert "no gait: " in capsys.readouterr().out
-    assert retarget_command.main([str(source), "--sign", "auto", "--margin", "2deg"], standalone_mode=False) == 0
-    assert "retargeted: 0 of 12 rows as they were" in capsys.readouterr().out
+    for name in ("gait.json", "answer.json"):
+        assert validate(tmp_path / name).flyable
+    none = run("retarget", "animal.csv", "--floor", 2)
+    assert (none.code, "no gait: " in none.out) == (1, True)
+    found = run("retarget", "animal.csv", "--sign", "auto", "--margin", "2deg")
+    assert (found.code, "retargeted: 0 of 12 rows as they were" in found.out) == (0, True)
 
 
 def test_a_lifted_table_is_read() -> None:

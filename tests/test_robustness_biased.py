@@ -222,6 +222,8 @@ class TestAnswers:
         for gait in (red(G3), lift(G2.angles, "blue")):
             data = report_of(gait, bias=bias, curves=2, tolerance=0.1).as_mapping()
             assert json.loads(json.dumps(data, allow_nan=False)) == data
+            assert set(data) >= KEYS | {"least_singular_value", "tilt_margin_where"}
+            assert len(data["singular_curves"]) == 2
             assert data["biased"] == (data["sweep"][0] if len(bias) == 1 else None)
             assert [one["eta"] for one in data["sweep"]] == list(bias)
             assert all(set(one) >= KEYS | {"scaling"} for one in data["sweep"])

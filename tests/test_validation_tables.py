@@ -491,12 +491,6 @@ def test_what_a_file_says_of_its_vehicle_is_refused_with_its_name(tmp_path: Path
             gg.validate(path)
 
 
-def test_a_transition_is_no_loop(tmp_path: Path) -> None:
-    path = tmp_path / "entry.json"
-    gg.transition("hover", lift(G4.angles, "red")).write(path)
-    assert "this is a path from one place to another" in gg.validate(path).warnings[0]
-
-
 def test_inserting_rows_on_segments_changes_nothing() -> None:
     """Ends 1.5 mrad beside the sheet on different sides: the segment between them is nowhere farther away."""
     ends = [[-0.8, 0, -0.7985, 0], [-0.7, 0, -0.7015, 0]]
