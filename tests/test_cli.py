@@ -21,6 +21,7 @@ import gaitgraph.cli as terminal
 from gaitgraph.cli import COMMANDS
 from gaitgraph.io.formats import read_table
 from gaitgraph.timing.time_optimal import Limits, least_period
+from gaitgraph.timing.timed_gait import LAWS
 from tests.published import GAITS, PublishedGait
 
 if TYPE_CHECKING:
@@ -116,6 +117,8 @@ def test_help(run: Any, command: list[str]) -> None:
     assert result.code == 0
     assert result.out.startswith("Usage: gaitgraph")
     assert result.err == ""
+    if "--law NAME" in result.out:  # the option states the laws again, since help loads no numpy
+        assert f"--law NAME {', '.join(LAWS[:-1])} or {LAWS[-1]}." in " ".join(result.out.split())
 
 
 WRONG = [

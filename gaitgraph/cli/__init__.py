@@ -328,7 +328,7 @@ _SHARED: dict[str, Decorator] = {
     "coefficients": choice("--coefficients", ["published", "exact"], None, _COEFFICIENTS),
     "color": one_of("--color", "auto", "red", "blue"),
     "sign": one_of("--sign", "auto", "positive", "negative", of="Sign of R: "),
-    "divisions": option("--divisions", "N", "Grid pieces of [−π/2, π/2].  [default: 16]"),
+    "divisions": option("--divisions", "N", "Grid intervals in [−π/2, π/2].  [default: 16]"),
     "floor": option("--floor", "X", "Least singular value to keep.  [default: 0.05]"),
     "accuracy": option("--accuracy", "ANGLE", "Of curved borders, with the method exact.  [default: 1e-6]"),
     "crossing_tolerance": option("--crossing-tolerance", "ANGLE", _CROSSING),

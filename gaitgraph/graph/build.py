@@ -4,7 +4,7 @@ The graph is a plain :class:`networkx.Graph` with a written contract, enforced b
 
 Graph metadata (``graph.graph``)
     ``contract``  "gaitgraph surface graph 1";
-    ``divisions``  pieces n into which [−π/2, π/2] is cut; ``step``  π/n [rad];
+    ``divisions``  intervals n into which [−π/2, π/2] is cut; ``step``  π/n [rad];
     ``sign``  "positive" or "negative", the sign of R of every node;
     ``coefficients``  "published" or "exact"; ``vehicle``  the vehicle's constants as a plain mapping;
     ``crossing_tolerance``  distance from a crossing line within which a type is `?` [rad];
@@ -110,7 +110,7 @@ def surface_graph(
     sign
         "positive" or "negative": roots with the other sign of R are left out (Proposition 1).
     divisions
-        Pieces into which [−π/2, π/2] is cut, at most 256; 16 in the paper.
+        Intervals into which [−π/2, π/2] is cut, at most 256; 16 in the paper.
     vehicle, coefficients
         By default the paper's vehicle with its published coefficients. With exact coefficients there are no
         blue nodes, since R = 0 there.

@@ -256,7 +256,7 @@ def plan_loop(
     objective
         "shortest", or "robust": the best worst-case least singular value, then the shortest.
     divisions
-        Pieces into which [−π/2, π/2] is cut by the grid, at most 256; 16 if it is not given.
+        Intervals into which [−π/2, π/2] is cut by the grid, at most 256; 16 if it is not given.
     vehicle
         A vehicle, a preset's name, a TOML file, or a mapping of constants.
     coefficients

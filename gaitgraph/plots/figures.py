@@ -254,7 +254,7 @@ def draw(
     gait
         For "gait": a gait as it is, or a table, to which vehicle and coefficients apply; by default Gait 3.
     divisions
-        Pieces n of the grid.
+        Divisions n of the grid.
     """
     names = names_of_figures([name])
     if len(names) != 1:

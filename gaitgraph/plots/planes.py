@@ -216,7 +216,7 @@ def type_map(
     of R is grey and hollow, and its type is written in grey; a dot is a node without any of these.
 
     `sign` is the sign of R, "positive" or "negative"; `coefficients` are those of formula (1), by default the paper's
-    published ones, whose plain sign of R counts; `divisions` the pieces n into which [−π/2, π/2] is cut. Without
+    published ones, whose plain sign of R counts; `divisions` the intervals n into which [−π/2, π/2] is cut. Without
     `labels` the types with a ? in are not written but marked as their sheet, all marks smaller, for small axes.
 
     `ax` are plane axes, 170 mm wide for 16 divisions with labels; by default those of a new figure. Each kind of node

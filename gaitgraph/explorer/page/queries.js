@@ -1,4 +1,4 @@
-// Talking to the server: the latest question wins, and a server that is gone is waited for.
+// Queries to the server: the latest one wins, and a server that is gone is waited for.
 
 export class Refused extends Error {}
 export class Gone extends Error {}
