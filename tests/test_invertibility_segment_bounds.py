@@ -20,21 +20,27 @@ from gaitgraph.invertibility.matrices import (
     level_determinant,
     pitch_sensitivity,
     roll_sensitivity,
+    singular_values_on_red,
     zero_moment_inputs,
 )
 from gaitgraph.invertibility.segment_bounds import (
     Least,
+    _bound_along_red,
     keeps_singular_value_above,
     largest_residual,
+    largest_sine,
     least_along,
     least_level_determinant,
     least_of_bent,
+    least_sine,
     least_singular_value_along,
     least_singular_value_of_all,
     level_determinant_curvature,
     range_of_level_determinant,
+    range_of_sine,
     thrust_shares_along,
     thrusts_push_up,
+    where_least_sine,
 )
 from gaitgraph.vehicle import PAPER, Vehicle
 from tests.samples import (
@@ -62,11 +68,12 @@ three_vehicles = by_vehicle(PAPER, MIRRORED, STRONG)
 
 @dataclass(frozen=True)
 class Quantity:
-    """A quantity along segments: its bracket, its value at a configuration, and a tolerance."""
+    """A quantity along segments: its bracket, its value at a configuration, a tolerance, and the halvings for it."""
 
     bracket: Callable[..., Least]
     value: Callable[[FloatArray], Any]
     tolerance: float
+    halvings: tuple[int, int] = (0, 0)  # anywhere, and on red
 
 
 def residual(alpha: FloatArray) -> FloatArray:
@@ -93,19 +100,26 @@ QUANTITIES = {
         lambda start, end, **options: range_of_level_determinant(start, end, PUBLISHED, **options)[0],
         partial(level_determinant, coefficients=PUBLISHED),
         1e-6,
+        (1585, 1688),
     ),
     "minus R, strong drag": Quantity(
         lambda start, end, **options: range_of_level_determinant(start, end, STRONG_NUMBERS, **options)[1],
         lambda at: -level_determinant(at, STRONG_NUMBERS),
         1e-4,
+        (1078, 1080),
     ),
-    "singular value": Quantity(least_singular_value_along, least_singular_value, 1e-3),
+    "singular value": Quantity(least_singular_value_along, least_singular_value, 1e-3, (2723, 1329)),
     "singular value, strong drag": Quantity(
-        partial(least_singular_value_along, vehicle=STRONG), partial(least_singular_value, vehicle=STRONG), 1e-3
+        partial(least_singular_value_along, vehicle=STRONG),
+        partial(least_singular_value, vehicle=STRONG),
+        1e-3,
+        (2377, 1214),
     ),
     "residual": Quantity(partial(largest_residual, coefficients=PUBLISHED), residual, 1e-5),
-    "least thrust": Quantity(least_share, lambda at: hover_thrust_shares(at).min(axis=-1), 1e-4),
-    "largest thrust": Quantity(minus_largest_share, lambda at: -hover_thrust_shares(at, MIRRORED).max(axis=-1), 1e-4),
+    "least thrust": Quantity(least_share, lambda at: hover_thrust_shares(at).min(axis=-1), 1e-4, (573, 573)),
+    "largest thrust": Quantity(
+        minus_largest_share, lambda at: -hover_thrust_shares(at, MIRRORED).max(axis=-1), 1e-4, (573, 573)
+    ),
 }
 WITH_FLOOR = list(QUANTITIES)[:4]
 
@@ -162,6 +176,18 @@ class TestBrackets:
             assert upper <= least.min() + tolerance
             assert (upper, fraction) == (found.upper.min(), found.fraction[segment])
 
+    @pytest.mark.parametrize("name", [name for name in QUANTITIES if name != "residual"])
+    @pytest.mark.parametrize("kind", ["anywhere", "red"])
+    def test_few_halvings_are_enough(self, name: str, kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
+        quantity = QUANTITIES[name]
+        sides = zip(*(segments_for(quantity, kind, seed) for seed in range(8)), strict=True)
+        start, end = (np.concatenate(side) for side in sides)
+        for share in (0.98, 1.02):
+            most = int(share * quantity.halvings[kind == "red"])
+            monkeypatch.setattr("gaitgraph.invertibility.segment_bounds._MOST_HALVINGS", most)
+            found = quantity.bracket(start, end, tolerance=quantity.tolerance, each=True)
+            assert (found.upper - found.lower > quantity.tolerance + 1e-12).any() == (share < 1)
+
 
 class TestFloor:
     FLOORS = (-1.0, 0.0, 0.05, 0.3, 2.0)
@@ -202,15 +228,44 @@ class TestFloor:
             np.testing.assert_array_equal(keeps[clear], (least > floor)[clear])
 
 
-def test_work_ends_even_where_the_tolerance_is_finer_than_floats() -> None:
-    ends = np.full((1, 4), -1.0), np.full((1, 4), 1.0)
-    found = least_along(
-        *ends,
-        lambda alpha: np.linalg.norm(alpha, axis=-1),
-        lambda f0, f1, p0, p1: (f0 + f1 - np.linalg.norm(p1 - p0, axis=-1)) / 2,
+@pytest.mark.parametrize("zero", [0.0, 1 / 3, 0.1])
+def test_work_ends_even_where_the_tolerance_is_finer_than_floats(zero: float) -> None:
+    # The bound says less than it could, by so much that no interval is settled beside the zero.
+    lower, upper, segment, fraction = least_along(
+        np.full((1, 4), -1.0),
+        np.full((1, 4), 1.0),
+        lambda alpha: np.abs(alpha[:, 0] - zero),
+        lambda f0, f1, p0, p1: (f0 + f1 - p1[:, 0] + p0[:, 0]) / 2 - 1e-15,
         tolerance=0.0,
-    )
-    assert found.worst() == (0.0, 0.0, 0, 0.5)
+    ).worst()
+    assert 0 <= lower == upper < 2e-16
+    assert (segment, fraction) == (0, pytest.approx((1 + zero) / 2, abs=2e-16))
+
+
+class TestSines:
+    def test_their_ranges_are_those_of_many_samples(self) -> None:
+        x0, x1 = np.random.default_rng(5).uniform(-7, 7, (2, 600, 3))
+        x1[::2] = x0[::2] + x1[::2] / 10
+        sines = np.sin(x0 + np.linspace(0.0, 1.0, 4001)[:, None, None] * (x1 - x0))
+        sizes, (low, high), least = np.abs(sines), range_of_sine(x0, x1), least_sine(x0, x1)
+        found, largest = [low, high, least, largest_sine(x0, x1)], sizes.max(axis=0)
+        sampled = [sines.min(axis=0), sines.max(axis=0), sizes.min(axis=0), largest]
+        np.testing.assert_allclose(found, sampled, atol=2e-3)
+        at = x0 + where_least_sine(x0, x1)[:, None] * (x1 - x0)
+        np.testing.assert_allclose(np.abs(np.sin(at)).min(axis=1), least.min(axis=1), atol=1e-12)
+
+    @three_vehicles
+    @pytest.mark.parametrize(("direction", "tolerance"), [([0, 0], 1e-12), ([1, 1], 5e-3), ([1, -1], 5e-3)])
+    def test_the_bound_on_red_is_its_closed_form(self, vehicle: Vehicle, direction: Any, tolerance: float) -> None:
+        """Where α1 + α2 or α1 − α2 is kept, the least of what the formula bounds is that of samples."""
+        random, kappa = np.random.default_rng(6), vehicle.signed_drag_ratio
+        start = random.uniform(-1.5, 1.5, (300, 2))
+        start, end = (np.tile(side, 2) for side in (start, start + random.uniform(-1, 1, (300, 1)) * direction))
+        a1, a2 = np.moveaxis(points_of(start, end)[..., :2], -1, 0)
+        size = math.sqrt(2 + kappa**2 + abs(kappa) * math.sqrt(kappa**2 + 4))
+        minor = np.abs(2 * kappa * np.cos(a1) * np.cos(a2) - np.sin(a1 - a2))
+        least = np.minimum(singular_values_on_red(a1, a2, vehicle)[0], math.sqrt(2) * minor / size).min(axis=1)
+        np.testing.assert_allclose(_bound_along_red(start, end, vehicle), least, atol=tolerance)
 
 
 class TestBent:

@@ -214,30 +214,30 @@ def where_least_sine(x0: FloatArray, x1: FloatArray) -> FloatArray:
 def level_determinant_curvature(start: FloatArray, step: FloatArray, coefficients: Coefficients) -> FloatArray:
     """Return a bound of |d²R/ds²| along start + s·step, for s in [0, 1], shape (m,).
 
-    R is a sum of products of two sinusoids in the differences and sums of opposite arms' angles, whose second
-    derivative is at most their size times the square of the sum of both frequencies. A factor that hardly moves, as on
-    both sheets, counts with its value at the start instead of its size.
+    R is a sum of products of two sinusoids in the differences and sums of opposite arms' angles, never of two
+    differences. Its second derivative is at most their size times the square of the sum of both frequencies. A factor
+    that hardly moves, as on both sheets, counts with its value at the start instead of its size.
     """
-    form, factors, sizes, both = _form_of_sums(coefficients)
+    factors, sizes, both = _form_of_sums(coefficients)
     turns, sums = np.abs(step[:, :2] - step[:, 2:]), np.abs(step[:, :2] + step[:, 2:])
     # A difference of one pair turns with the sum of the other: Δ1 with Σ2, then Δ2 with Σ1.
     slow, at = sums[:, ::-1], (start[:, :2] + start[:, 2:])[:, ::-1]
     now = np.abs(factors[0] * np.cos(at) + factors[1] * np.sin(at))
     local = turns**2 * (now + sizes * slow) + sizes * slow * (2 * turns + slow)
     crossed = np.minimum(local, sizes * (slow + turns) ** 2)
-    return np.asarray(abs(form[0, 0]) * turns.sum(axis=1) ** 2 + crossed.sum(axis=1) + both * sums.sum(axis=1) ** 2)
+    return np.asarray(crossed.sum(axis=1) + both * sums.sum(axis=1) ** 2)
 
 
 @lru_cache(maxsize=32)
-def _form_of_sums(coefficients: Coefficients) -> tuple[FloatArray, FloatArray, FloatArray, float]:
-    """Return the form of R in (cos of the difference, cos and sin of the sum) of each pair.
+def _form_of_sums(coefficients: Coefficients) -> tuple[FloatArray, FloatArray, float]:
+    """Return the form of R in (cos of the difference, cos and sin of the sum) of each pair, in parts.
 
-    Then the factors of cos Δ1 and cos Δ2 as columns, their sizes, and a norm of the part without differences.
+    These are the factors of cos Δ1 and cos Δ2 as columns, their sizes, and a norm of the part without differences.
     """
     mix = np.array([[0.5, 0.5, 0.0], [0.5, -0.5, 0.0], [0.0, 0.0, 1.0]])
     form = mix.T @ coefficients.bilinear_form @ mix
     factors = np.stack([form[0, 1:], form[1:, 0]], axis=1)
-    return form, factors, np.hypot(*factors), float(np.linalg.norm(form[1:, 1:], 2))
+    return factors, np.hypot(*factors), float(np.linalg.norm(form[1:, 1:], 2))
 
 
 def range_of_level_determinant(

@@ -285,8 +285,9 @@ def _zero_of(
         return sign * float(level_determinant(starts[segment] + fraction * (ends - starts)[segment], coefficients))
 
     noise = noise_of(coefficients)
-    before = -1.0 if level(0, 0.0) < -noise else 1.0
-    lost = np.flatnonzero(before * sign * np.asarray(level_determinant(ends, coefficients)) < -noise)
+    if level(0, 0.0) < -noise:
+        sign = -sign
+    lost = np.flatnonzero(sign * np.asarray(level_determinant(ends, coefficients)) < -noise)
     if lost.size:
         segment, high = int(lost[0]), 1.0
     elif level(segment, fraction) < -noise:
@@ -295,7 +296,7 @@ def _zero_of(
         return segment, fraction, False
     low = 0.0
     while low < (middle := (low + high) / 2) < high:
-        low, high = (middle, high) if before * level(segment, middle) > 0 else (low, middle)
+        low, high = (middle, high) if level(segment, middle) > 0 else (low, middle)
     return segment, high, True
 
 
