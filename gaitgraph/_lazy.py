@@ -33,12 +33,9 @@ def lazy_modules(package: str) -> dict[str, str]:
 
 
 def lazy_names(package: str) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
-    """Return the ``__getattr__`` and the ``__dir__`` of a package whose names are loaded on first use.
+    """Return the ``__getattr__`` and the ``__dir__`` of a package whose names are loaded on first use."""
 
-    Both the list and ``__all__``, which ``__getattr__`` gives, are the names without the subpackages.
-    """
-
-    def public() -> list[str]:
+    def public() -> list[str]:  # what __all__ has, which __getattr__ gives
         return sorted(name for name, module in lazy_modules(package).items() if module != f"{package}.{name}")
 
     def getattr_(name: str) -> Any:

@@ -16,7 +16,7 @@ from hypothesis import given, settings, strategies as st
 import gaitgraph as gg
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR
 from gaitgraph.surface.sheets import red_label, separating_factor
-from gaitgraph.timing.timed_gait import LAWS
+from gaitgraph.timing.laws import LAWS
 from tests.published import GAITS
 from tests.samples import points_of
 
@@ -428,7 +428,7 @@ def test_the_default_duration_is_what_the_limits_need(limits: dict[str, float], 
         np.testing.assert_array_equal(faster.path, found.path)
 
 
-@pytest.mark.parametrize("law", LAWS[1:])
+@pytest.mark.parametrize("law", [*LAWS][1:])
 def test_the_last_row_does_not_fly_back(law: str) -> None:
     table = gg.transition("hover", G4, law=law, samples=4).table()
     for k in range(1, 5):

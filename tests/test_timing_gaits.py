@@ -11,7 +11,8 @@ from hypothesis import given, settings, strategies as st
 
 import gaitgraph as gg
 from gaitgraph.gait.gait import lift
-from gaitgraph.timing.timed_gait import LAWS, checked_clock, pieces_of, table_of
+from gaitgraph.timing.laws import LAWS
+from gaitgraph.timing.timed_gait import checked_clock, pieces_of, table_of
 from tests.published import GAITS, PublishedGait
 
 angle = st.floats(-1.5, 1.5)
@@ -29,7 +30,7 @@ def test_vertices_over_one_second(gait: PublishedGait, law: str) -> None:
 
 
 @settings(deadline=None, max_examples=30)
-@given(points=loops, law=st.sampled_from(LAWS), period=st.floats(0.05, 20), samples=st.integers(1, 300))
+@given(points=loops, law=st.sampled_from([*LAWS]), period=st.floats(0.05, 20), samples=st.integers(1, 300))
 def test_a_table_closes(points: list[tuple[float, float]], law: str, period: float, samples: int) -> None:
     timed = lift(points, "red").parametrize(period, law=law, samples=samples)
     assert timed.t[0] == 0

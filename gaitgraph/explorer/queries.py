@@ -26,7 +26,8 @@ from gaitgraph.plots.vehicles import vehicle_view
 from gaitgraph.robustness.biased import robustness_of
 from gaitgraph.surface.adjacency import text_from_types
 from gaitgraph.surface.sheets import COLORS, Color, sheet_angles, types_of
-from gaitgraph.timing.timed_gait import DEFAULT_SAMPLES, LAWS, checked_clock
+from gaitgraph.timing.laws import DEFAULT_LAW
+from gaitgraph.timing.timed_gait import DEFAULT_SAMPLES, checked_clock
 from gaitgraph.vehicle import PAPER, Vehicle, preset_names, vehicle_from_mapping, vehicle_named
 
 if TYPE_CHECKING:
@@ -94,7 +95,7 @@ DEFAULTS: dict[str, Any] = {
     "coefficients": None,
     "accuracy": 1e-4,  # coarser than elsewhere, so that dragging is smooth
     "period": 1.0,
-    "law": LAWS[0],
+    "law": DEFAULT_LAW,
     "samples": DEFAULT_SAMPLES,
     "eta": 0.8,
 }

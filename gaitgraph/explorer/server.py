@@ -21,7 +21,7 @@ from gaitgraph.explorer.table_query import file_answer, formats_answer, table_an
 from gaitgraph.gait.gait import PAPER_GAITS, paper_gait
 from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.planning.request import CHOICES
-from gaitgraph.timing.timed_gait import LAWS
+from gaitgraph.timing.laws import LAWS
 from gaitgraph.vehicle import PAPER, preset_names, vehicle_named
 
 try:

@@ -22,7 +22,8 @@ from gaitgraph.io.formats import naming_file, read_table
 from gaitgraph.planning.planner import plan
 from gaitgraph.planning.request import holds_request, read_request
 from gaitgraph.planning.transitions import transition
-from gaitgraph.timing.timed_gait import LAWS, TimedGait
+from gaitgraph.timing.laws import DEFAULT_LAW, LAWS
+from gaitgraph.timing.timed_gait import TimedGait
 from gaitgraph.validation.validating import validate
 from gaitgraph.vehicle import PAPER, vehicle_named
 
@@ -94,7 +95,7 @@ def timed_gait_from_file(
     if str(path) in PAPER_NAMES:
         numbers = coefficients_of(body or PAPER, coefficients)
         gait = paper_gait(PAPER_NAMES.index(str(path)) + 1, body or PAPER, numbers)
-        return gait.parametrize(1.0 if period is None else period, law=law or LAWS[0])
+        return gait.parametrize(1.0 if period is None else period, law=law or DEFAULT_LAW)
     if holds_request(path):
         stated = {"vehicle": vehicle, "coefficients": coefficients, "period": period, "law": law}
         request, sampling = read_request(path, {name: value for name, value in stated.items() if value is not None})
@@ -108,7 +109,7 @@ def timed_gait_from_file(
         rows, times = closed_rows(table, vehicle=body, coefficients=coefficients)
     gait, is_asked = replace(rows.merged(), request=rows.request), period is not None or law is not None
     period = about.get("period") if period is None else period
-    law = law or (about.get("law") if about.get("made_by") != "pace" else None) or LAWS[0]
+    law = law or (about.get("law") if about.get("made_by") != "pace" else None) or DEFAULT_LAW
     if times is None or len(table) == 1:
         if period is None and len(gait.alpha) > 1:
             raise InputError(

@@ -15,7 +15,7 @@ from gaitgraph.errors import InputError, check_fields, checked_choice, shown
 from gaitgraph.gait.table import Table
 from gaitgraph.invertibility.matrices import least_singular_value
 from gaitgraph.io.formats import write_tables
-from gaitgraph.timing.timed_gait import LAWS
+from gaitgraph.timing.laws import LAWS
 
 if TYPE_CHECKING:
     from gaitgraph.flight.course import Course

@@ -196,7 +196,7 @@ class Gait:
         period
             T [s].
         law
-            One of :data:`gaitgraph.timing.timed_gait.LAWS`.
+            One of :data:`gaitgraph.timing.laws.LAWS`.
         samples
             Even intervals per period, 1 to 10 million; 100 if neither this nor `rate` is given.
         rate

@@ -1,7 +1,5 @@
 """Gait tables of raw columns, from files and from frames: which columns there must be, and what each may hold.
 
-Also what readers and writers of all formats are given: options and what reports progress.
-
 Frames are those of pandas or polars, tables of pyarrow, and mappings of names to columns. They are recognised by their
 `columns` (pyarrow: `column_names`); none of these libraries is needed. Messages name the row, counted from 1 over the
 whole table, the column, the value and what is allowed.
@@ -321,13 +319,17 @@ class FormatOptions:
         names: Any = ANGLES if self.joint_names is None else self.joint_names
         names = names if isinstance(names, tuple) and {*map(type, names)} == {str} else ()
         are_names = all(name.isprintable() and 0 < len(name.strip()) == len(name) <= 100 for name in names)
+        trajectory, states = (
+            isinstance(topic, str) and _TOPIC.fullmatch(topic) and topic != PROVENANCE_TOPIC
+            for topic in (self.trajectory_topic, self.states_topic)
+        )
         c_name = "up to 60 letters, digits and underscores, a letter first"
         four = "four different printable texts of up to 100 characters"
         for name, holds, allowed in (
             ("periods", type(self.periods) is int and 1 <= self.periods <= 100_000, "a whole number from 1 to 100000"),
             ("joint_names", are_names and len(names) == len(set(names)) == len(ANGLES), four),
-            ("trajectory_topic", _is_topic(self.trajectory_topic), _TOPICS),
-            ("states_topic", _is_topic(self.states_topic), _TOPICS),
+            ("trajectory_topic", trajectory, _TOPICS),
+            ("states_topic", states, _TOPICS),
             ("states_topic", self.states_topic != self.trajectory_topic, "another topic than trajectory_topic"),
             ("number", self.number in ("float", "double", "fixed"), "float, double or fixed"),
             ("c_name", self.c_name is None or _IDENTIFIER.fullmatch(str(self.c_name)), c_name),
@@ -339,7 +341,3 @@ class FormatOptions:
         """Return the names of a table's four joints, as chosen or stated, and which rotor each of them tilts."""
         servo_map = servo_map_from_mapping(table.about.get("servos", {}))
         return self.joint_names or servo_map.joint_names, tuple(joint.rotor for joint in servo_map.joints)
-
-
-def _is_topic(value: object) -> bool:
-    return isinstance(value, str) and _TOPIC.fullmatch(value) is not None and value != PROVENANCE_TOPIC

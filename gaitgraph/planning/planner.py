@@ -21,7 +21,7 @@ from gaitgraph.planning.grid import grid_paths, notes_beside_the_grid
 from gaitgraph.planning.refusal import FoundPath, Obstacle, branches_of
 from gaitgraph.planning.request import REQUEST_FIELDS, PlanRequest
 from gaitgraph.surface.sheets import RELATION
-from gaitgraph.timing.timed_gait import LAWS, TimedGait
+from gaitgraph.timing.laws import DEFAULT_LAW
 from gaitgraph.validation.report import RATE_CHECKS, lines_of_checks
 from gaitgraph.vehicle import PAPER, Vehicle
 
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from gaitgraph.gait.gait import Gait
     from gaitgraph.planning.request import Point, Points
     from gaitgraph.surface.sheets import Sign
+    from gaitgraph.timing.timed_gait import TimedGait
     from gaitgraph.validation.report import Report
 
 _WIDTH = 110
@@ -237,7 +238,7 @@ def plan_loop(
     method: Literal["exact", "grid"] | None = None,
     accuracy: float = 1e-6,
     period: float = 1.0,
-    law: str = LAWS[0],
+    law: str = DEFAULT_LAW,
     floor: float = DEFAULT_FLOOR,
     graph: nx.Graph[Any] | None = None,
     progress: Callable[[str], None] | None = None,

@@ -30,7 +30,8 @@ from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Kind, coefficients_o
 from gaitgraph.io.formats import FORMATS, naming_file, provenance_in, read_pieces
 from gaitgraph.surface.loop_colorings import colorings
 from gaitgraph.surface.region import Zones, checked_accuracy, checked_number
-from gaitgraph.timing.timed_gait import LAWS, checked_clock
+from gaitgraph.timing.laws import DEFAULT_LAW
+from gaitgraph.timing.timed_gait import checked_clock
 from gaitgraph.vehicle import PAPER, Vehicle, vehicle_from_mapping, vehicle_named
 
 if TYPE_CHECKING:
@@ -108,7 +109,7 @@ class PlanRequest:
         method: Literal["exact", "grid"] | None = None,
         accuracy: float = 1e-6,
         period: float = 1.0,
-        law: str = LAWS[0],
+        law: str = DEFAULT_LAW,
         floor: float = DEFAULT_FLOOR,
     ) -> None:
         method = method if method is not None else "exact" if divisions is None else "grid"

@@ -29,7 +29,8 @@ from gaitgraph.planning.refusal import Branch
 from gaitgraph.planning.request import PlanRequest
 from gaitgraph.surface.region import checked_number
 from gaitgraph.surface.sheets import FIBERS, red_label, separating_factor
-from gaitgraph.timing.timed_gait import LAWS, MOST_SAMPLES, TimedGait, checked_clock, pieces_of
+from gaitgraph.timing.laws import DEFAULT_LAW, LAWS
+from gaitgraph.timing.timed_gait import MOST_SAMPLES, TimedGait, checked_clock, pieces_of
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
@@ -70,7 +71,7 @@ class Transition:
     proof: dict[str, Any] | None = None
     corners: tuple[int | None, int | None] = (None, None)
     duration: float = _DURATION
-    law: str = LAWS[0]
+    law: str = DEFAULT_LAW
     samples: int = 100
     report: Report | None = None
 
@@ -126,7 +127,8 @@ class Transition:
                 yield piece
                 continue
             # The last row is the end of the path, not the begin of the path back.
-            before = np.zeros(4) if self.law == LAWS[0] else timed.at(math.nextafter(self.duration, 0.0))[1]
+            rests = math.isfinite(LAWS[self.law].peaks[1])
+            before = np.zeros(4) if rests else timed.at(math.nextafter(self.duration, 0.0))[1]
             last = dict(zip((*ANGLES, *RATES, "t"), (*self.path[-1], *before, self.duration), strict=True))
             ended = {name: np.append(piece[name][:-1], value) for name, value in last.items()}
             yield replace(piece, columns={**piece.columns, **ended})
@@ -178,7 +180,7 @@ def transition(
     end: Gait | Literal["hover"],
     *,
     duration: float | None = None,
-    law: str = LAWS[0],
+    law: str = DEFAULT_LAW,
     samples: int | None = None,
     rate: float | None = None,
     floor: float = DEFAULT_FLOOR,

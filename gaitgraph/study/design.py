@@ -27,7 +27,7 @@ from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.io.formats import gait_of, read_table
 from gaitgraph.planning.planner import plan
 from gaitgraph.planning.request import REQUEST_FIELDS, holds_request, read_request, request_from_mapping
-from gaitgraph.timing.timed_gait import LAWS
+from gaitgraph.timing.laws import DEFAULT_LAW
 from gaitgraph.vehicle import UNITS, Vehicle, vehicle_from_mapping, vehicle_named
 
 if TYPE_CHECKING:
@@ -170,7 +170,7 @@ class GaitSource:
     name: str
     kind: str  # "paper", a gait of the paper; "request", planned for each vehicle; or "corners", of a file
     content: Mapping[str, Any]  # the number, the fields of the request, or the columns; plain values
-    law: str = LAWS[0]
+    law: str = DEFAULT_LAW
 
     def gait(self, vehicle: Vehicle) -> Gait:
         """Return the gait for a vehicle; Infeasible with the plan's reason if there is none."""

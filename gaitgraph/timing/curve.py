@@ -25,14 +25,7 @@ from gaitgraph.errors import InputError, checked_choice, shown
 from gaitgraph.gait.gait import Gait, vertices
 from gaitgraph.invertibility.matrices import Coefficients, coefficients_of
 from gaitgraph.surface.sheets import DEFAULT_CROSSING_TOLERANCE, sheet_angles
-from gaitgraph.timing.laws import (
-    bernstein_from_power,
-    derivative_of,
-    divided,
-    located,
-    peaks_of,
-    values_of,
-)
+from gaitgraph.timing.laws import bernstein_from_power, derivative_of, divided, located, peaks_of, values_of
 from gaitgraph.timing.timed_gait import TimedGait
 from gaitgraph.validation.report import RATE_UNITS
 from gaitgraph.validation.validating import check_gait
@@ -56,6 +49,8 @@ _SPACING = 0.4  # distance between control points of a blend on a segment, as a 
 # What control points of a blend become coefficients by, from the fifth power down, but for a factor each.
 _DIFFERENCES = [np.array([(-1.0) ** (j - i) * math.comb(j, i) for i in range(j + 1)]) for j in range(5, -1, -1)]
 _TIP = 5.0 / 8.0  # share that a turn back moves along the segment of the parameter that it takes on each side
+_FEWEST = 8  # intervals on a piece of a curve
+_GROWTH = 0.3  # of the distance between nodes, from one to the next
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
@@ -448,6 +443,38 @@ class LimitedGait(TimedGait):
         """Return every check of the path, along the curve itself, and those of rates, accelerations and jerks."""
         path = self.curve or self.gait
         return path.check(**options).with_checks(self.rate_checks())
+
+
+def nodes_along(breaks: FloatArray, pieces: FloatArray, nodes: int) -> FloatArray:
+    """Return nodes from 0 to the span of a path, all breaks among them, evenly within pieces.
+
+    Half of them are shared out by width, half by how much a piece bends, where the limits of the joints change. Beside
+    a short piece they lie nearer, from one to the next by 30 %, since speeds change much there.
+    """
+    width = np.diff(breaks)
+    control = bernstein_from_power(derivative_of(pieces, 2), width)
+    bend = width * np.linalg.norm(control, axis=-1).max(axis=0)
+    share = width / width.sum()
+    if bend.sum() > 0:
+        share = (share + bend / bend.sum()) / 2
+    steps = width / np.maximum(np.ceil(nodes * share * (1 - 1e-12)), _FEWEST)
+    at_break = np.minimum(steps, np.roll(steps, 1))
+    parts = []
+    for k, (whole, step) in enumerate(zip(width.tolist(), steps.tolist(), strict=True)):
+        sides: list[list[float]] = []
+        for nearest in (float(at_break[k]), float(at_break[(k + 1) % len(steps)])):
+            size, covered = nearest, 0.0
+            side: list[float] = []
+            while size < step / (1 + _GROWTH) and covered + size < whole / 2:
+                side.append(size)
+                covered += size
+                size *= 1 + _GROWTH
+            sides.append(side)
+        middle = whole - sum(sides[0]) - sum(sides[1])
+        count = max(math.ceil(middle / step * (1 - 1e-12)), 1)
+        sizes = [*sides[0], *[middle / count] * count, *reversed(sides[1])]
+        parts.append(breaks[k] + np.concatenate([[0.0], np.cumsum(sizes)[:-1]]))
+    return np.concatenate([*parts, breaks[-1:]])
 
 
 def _lifted(

@@ -1,5 +1,15 @@
 """Timing laws: how fast a path is run, from rest to rest at corners or along a smooth curve without a stop.
 
+A timing law maps time to position along the closed polyline. Three laws are closed formulas over any period:
+
+* ``smooth`` (the default): time in proportion to length, each segment from rest to rest by the minimum-jerk
+  polynomial 10τ³ − 15τ⁴ + 6τ⁵, so that rates and accelerations are continuous and zero at the corners;
+* ``constant-speed``: the point moves along the four-dimensional curve at constant speed;
+* ``equal-time``: every segment takes the same time, at constant speed within it.
+
+The last two turn the corners at full speed: their accelerations are zero between corners and impulses at them,
+which no table shows; the rates of a sample at a corner are those just after it. The other laws keep limits.
+
 A path is made of polynomial pieces: coefficients (degree + 1, k, …) of k pieces, highest power first, in powers of the
 parameter that has passed since the piece started, as in ``scipy.interpolate.PPoly``. A timing law maps time to the
 path's parameter s. Its second derivative is continuous and linear between knots, so that s(t) is a cubic there. Put
@@ -21,7 +31,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -41,12 +51,37 @@ _SECANTS = 30
 _RISE = 1e-3
 _BRIEF = 1e-6
 
-_FEWEST = 8  # intervals on a piece of a curve
-_GROWTH = 0.3  # of the distance between nodes, from one to the next
 _CAP = 1e30
 _PASSES, _PROGRAMMES = 100, 10
 _TANGENTS = (0.5, 1.0, 1.6)  # where the time 1/√b is replaced by tangents, as multiples of the solution before
 _LEAST, _MOST = 1e-2, 1e3  # within what factors of the solution before b is looked for
+
+
+class Law(NamedTuple):
+    """A law over any period, the same on each segment, as functions of the share τ of the segment's time."""
+
+    by_length: bool  # whether segments take time in proportion to their length; if not, all take the same
+    motion: Callable[[FloatArray], tuple[FloatArray, FloatArray, FloatArray]]  # share of the length, and derivatives
+    peaks: tuple[float, float, float]  # largest first, second and third derivative; infinite: an impulse at a corner
+
+
+def _from_rest_to_rest(tau: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    return tau**3 * (10 - 15 * tau + 6 * tau**2), 30 * tau**2 * (1 - tau) ** 2, 60 * tau * (1 - tau) * (1 - 2 * tau)
+
+
+def _evenly(tau: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    return tau, np.ones_like(tau), np.zeros_like(tau)
+
+
+LAWS = {
+    # The slope of the minimum-jerk polynomial is 15/8 at τ = 1/2; its slope is 10/√3 at most, and that one's 60.
+    "smooth": Law(by_length=True, motion=_from_rest_to_rest, peaks=(15.0 / 8.0, 10.0 / math.sqrt(3.0), 60.0)),
+    "constant-speed": Law(by_length=True, motion=_evenly, peaks=(1.0, math.inf, math.inf)),
+    "equal-time": Law(by_length=False, motion=_evenly, peaks=(1.0, math.inf, math.inf)),
+}
+"""The laws over any period, by name."""
+
+DEFAULT_LAW = "smooth"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -290,38 +325,6 @@ def rest_to_rest(
     return out, tilts_between(out, np.array(local), np.array(speed), np.array([*rise, 0.0]), pieces)
 
 
-def nodes_along(breaks: FloatArray, pieces: FloatArray, nodes: int) -> FloatArray:
-    """Return nodes from 0 to the span of a path, all breaks among them, evenly within pieces.
-
-    Half of them are shared out by width, half by how much a piece bends, where the limits of the joints change. Beside
-    a short piece they lie nearer, from one to the next by 30 %, since speeds change much there.
-    """
-    width = np.diff(breaks)
-    control = bernstein_from_power(derivative_of(pieces, 2), width)
-    bend = width * np.linalg.norm(control, axis=-1).max(axis=0)
-    share = width / width.sum()
-    if bend.sum() > 0:
-        share = (share + bend / bend.sum()) / 2
-    steps = width / np.maximum(np.ceil(nodes * share * (1 - 1e-12)), _FEWEST)
-    at_break = np.minimum(steps, np.roll(steps, 1))
-    parts = []
-    for k, (whole, step) in enumerate(zip(width.tolist(), steps.tolist(), strict=True)):
-        sides: list[list[float]] = []
-        for nearest in (float(at_break[k]), float(at_break[(k + 1) % len(steps)])):
-            size, covered = nearest, 0.0
-            side: list[float] = []
-            while size < step / (1 + _GROWTH) and covered + size < whole / 2:
-                side.append(size)
-                covered += size
-                size *= 1 + _GROWTH
-            sides.append(side)
-        middle = whole - sum(sides[0]) - sum(sides[1])
-        count = max(math.ceil(middle / step * (1 - 1e-12)), 1)
-        sizes = [*sides[0], *[middle / count] * count, *reversed(sides[1])]
-        parts.append(breaks[k] + np.concatenate([[0.0], np.cumsum(sizes)[:-1]]))
-    return np.concatenate([*parts, breaks[-1:]])
-
-
 def fastest_squared_speeds(
     first: FloatArray, second: FloatArray, width: FloatArray, rate: FloatArray, acceleration: FloatArray
 ) -> FloatArray:
@@ -423,8 +426,8 @@ def laws_under_jerk(
 ) -> Iterator[TimingLaw]:
     """Yield ever faster laws whose rates, accelerations and jerks keep the limits at nodes.
 
-    `start` is ṡ² of some slower law at the nodes `s` of :func:`nodes_along`, shapes (n,) and (n + 1,). The limits are
-    rate, acceleration and jerk at the nodes, shape (3, n, 2); they may be changed in place between two laws.
+    `start` is ṡ² of some slower law at the nodes `s`, shapes (n,) and (n + 1,), which have all breaks among them. The
+    limits are rate, acceleration and jerk at the nodes, shape (3, n, 2); they may be changed in place between two laws.
 
     Between nodes they may exceed limits a little. Nothing is yielded any more once a programme has no solution.
     """

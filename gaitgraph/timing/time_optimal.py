@@ -18,11 +18,10 @@ import numpy.typing as npt
 from gaitgraph.angles import angle_from_text, whole_number
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.gait import Gait
-from gaitgraph.timing.curve import Curve, LimitedGait, Rounding, rounded
+from gaitgraph.timing.curve import Curve, LimitedGait, Rounding, nodes_along, rounded
 from gaitgraph.timing.laws import (
     fastest_squared_speeds,
     laws_under_jerk,
-    nodes_along,
     peaks_of,
     rest_to_rest,
     smoothed_law,

@@ -1,15 +1,7 @@
 """Timed gaits: gaits with a timing law over a period, their samples, checks and tables; files with another timing.
 
-A timing law maps time to position along the closed polyline. Three laws are closed formulas over any period:
-
-* ``smooth`` (the default): time in proportion to length, each segment from rest to rest by the minimum-jerk
-  polynomial 10τ³ − 15τ⁴ + 6τ⁵, so that rates and accelerations are continuous and zero at the corners;
-* ``constant-speed``: the point moves along the four-dimensional curve at constant speed;
-* ``equal-time``: every segment takes the same time, at constant speed within it.
-
-The last two turn the corners at full speed: their accelerations are zero between corners and impulses at them,
-which no table shows; the rates of a sample at a corner are those just after it. A law that keeps limits
-(:mod:`gaitgraph.timing.time_optimal`) is a polynomial of time between knots.
+The laws are in :mod:`gaitgraph.timing.laws`. A law that keeps limits (:mod:`gaitgraph.timing.time_optimal`) is a
+polynomial of time between knots.
 """
 
 from __future__ import annotations
@@ -42,6 +34,7 @@ from gaitgraph.io.formats import (
 from gaitgraph.io.servo_map import clipped_rows
 from gaitgraph.surface.adjacency import text_from_types
 from gaitgraph.surface.sheets import family_codes, family_types
+from gaitgraph.timing.laws import LAWS
 from gaitgraph.validation.report import RATE_UNITS, limit_check
 
 if TYPE_CHECKING:
@@ -56,17 +49,11 @@ if TYPE_CHECKING:
 
 FloatArray = npt.NDArray[np.float64]
 
-LAWS = ("smooth", "constant-speed", "equal-time")
-"""Names of the laws over any period, the default first."""
-
 DEFAULT_SAMPLES = 100
 """Intervals per period when neither a count nor a rate is asked for."""
 
 MOST_SAMPLES = 10_000_000
 _BYTES_HELD = 1 << 24  # a file of no more bytes is held, not read again
-
-# Largest slope of the minimum-jerk polynomial, 15/8 at τ = 1/2, of its slope, 10/√3, and of that one's, 60 at the ends.
-_SMOOTH_PEAKS = (15.0 / 8.0, 10.0 / math.sqrt(3.0), 60.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,7 +67,7 @@ class TimedGait:
     period
         T [s].
     law
-        One of :data:`LAWS`.
+        One of :data:`gaitgraph.timing.laws.LAWS`.
     samples
         Number N of even intervals; tables have N + 1 rows, from t = 0 to T, the last equal to the first.
 
@@ -101,7 +88,7 @@ class TimedGait:
     def corner_times(self) -> FloatArray:
         """When the gait passes its corners, from 0 to T, shape (n + 1,) [s]."""
         length = np.linalg.norm(self.gait.ends - self.gait.alpha, axis=1)
-        even = self.law == "equal-time" or not length.sum() > 0
+        even = not LAWS[self.law].by_length or not length.sum() > 0
         share = np.full(len(length), 1.0 / len(length)) if even else length / length.sum()
         return np.concatenate([[0.0], np.cumsum(share)[:-1] * self.period, [self.period]])
 
@@ -142,12 +129,7 @@ class TimedGait:
         moving, divisor = duration > 0, np.where(duration > 0, duration, 1.0)
         tau = np.where(moving, (phase - times[segment]) / divisor, 0.0)
         per_second = np.where(moving, 1.0 / divisor, 0.0)
-        if self.law == "smooth":
-            progress = tau**3 * (10 - 15 * tau + 6 * tau**2)
-            speed = 30 * tau**2 * (1 - tau) ** 2
-            acceleration = 60 * tau * (1 - tau) * (1 - 2 * tau)
-        else:
-            progress, speed, acceleration = tau, np.ones_like(tau), np.zeros_like(tau)
+        progress, speed, acceleration = LAWS[self.law].motion(tau)
         step = (gait.ends - gait.alpha)[segment]
         return (
             gait.alpha[segment] + progress[..., None] * step,
@@ -194,8 +176,8 @@ class TimedGait:
         if not moving.any():
             return np.zeros(4)
         step, duration = (self.gait.ends - self.gait.alpha)[moving], duration[moving][:, None]
-        if self.law == "smooth" or order == 1:
-            factor = _SMOOTH_PEAKS[order - 1] if self.law == "smooth" else 1.0
+        factor = LAWS[self.law].peaks[order - 1]
+        if math.isfinite(factor):
             return np.asarray((factor * np.abs(step) / duration**order).max(axis=0))
         velocity = step / duration
         turns = np.abs(velocity - np.roll(velocity, 1, axis=0)) > 1e-12 * (1.0 + np.abs(velocity).max())
