@@ -15,7 +15,6 @@ import pytest
 
 import gaitgraph as gg
 from gaitgraph import cli
-from gaitgraph.timing.laws import LAWS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -212,10 +211,6 @@ def test_every_command_has_a_file_of_its_own() -> None:
         found = cli.cli.get_command(click.Context(cli.cli), name)
         assert found is not None
         assert found.name == name
-
-
-def test_the_options_name_every_law() -> None:
-    assert cli.LAWS == tuple(LAWS)  # stated again there, since help loads no numpy
 
 
 def loaded_by(code: str) -> set[str]:

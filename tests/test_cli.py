@@ -20,8 +20,8 @@ import gaitgraph as gg
 import gaitgraph.cli as terminal
 from gaitgraph.cli import COMMANDS
 from gaitgraph.io.formats import read_table
+from gaitgraph.timing.laws import LAWS
 from gaitgraph.timing.time_optimal import Limits, least_period
-from gaitgraph.timing.timed_gait import LAWS
 from tests.published import GAITS, PublishedGait
 
 if TYPE_CHECKING:
@@ -118,7 +118,8 @@ def test_help(run: Any, command: list[str]) -> None:
     assert result.out.startswith("Usage: gaitgraph")
     assert result.err == ""
     if "--law NAME" in result.out:  # the option states the laws again, since help loads no numpy
-        assert f"--law NAME {', '.join(LAWS[:-1])} or {LAWS[-1]}." in " ".join(result.out.split())
+        *others, last = LAWS
+        assert f"--law NAME {', '.join(others)} or {last}." in " ".join(result.out.split())
 
 
 WRONG = [

@@ -39,12 +39,7 @@ import numpy.typing as npt
 from gaitgraph.angles import number_of, whole_number
 from gaitgraph.errors import ContractError, InputError, checked_choice
 from gaitgraph.gait.gait import Gait
-from gaitgraph.invertibility.matrices import (
-    DEFAULT_FLOOR,
-    Coefficients,
-    coefficients_of,
-    noise_of,
-)
+from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Coefficients, coefficients_of, noise_of
 from gaitgraph.invertibility.segment_bounds import (
     keeps_singular_value_above,
     least_level_determinant,

@@ -20,16 +20,7 @@ import numpy.typing as npt
 
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.gait import Gait
-from gaitgraph.gait.table import (
-    ACCELERATIONS,
-    RATES,
-    SAME_ROW,
-    Table,
-    closing_time,
-    is_back,
-    surface_of,
-    tilt_angles,
-)
+from gaitgraph.gait.table import ACCELERATIONS, RATES, SAME_ROW, Table, closing_time, is_back, surface_of, tilt_angles
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Kind, level_determinant
 from gaitgraph.io.columns import Frame, as_table
 from gaitgraph.io.formats import naming_file, read_pieces
