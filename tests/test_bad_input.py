@@ -12,13 +12,19 @@ import pytest
 
 import gaitgraph as gg
 from gaitgraph.errors import FileProblem, InputError
+from gaitgraph.flight.basins import basins_of
+from gaitgraph.flight.course import from_hover
+from gaitgraph.flight.flight import FlightSettings, settings_from_mapping
+from gaitgraph.flight.simulation import fly
 from gaitgraph.gait.gait import Gait, lift, vertices
 from gaitgraph.graph.build import surface_graph
 from gaitgraph.graph.cycle_list import cycles
 from gaitgraph.invertibility.tilt_margins import least_singular_value_within
+from gaitgraph.io.formats import FormatOptions
 from gaitgraph.optimization.retargeting import MOST_ROWS
 from gaitgraph.robustness.attitudes import acceptable_attitudes, singular_curve
 from gaitgraph.robustness.biased import robustness_of
+from gaitgraph.study.design import study_from_mapping
 from gaitgraph.surface.admissible import (
     admissible_region,
     hover_region,
@@ -26,6 +32,7 @@ from gaitgraph.surface.admissible import (
     singular_value_region,
     thrust_region,
 )
+from gaitgraph.surface.region import Zones
 from gaitgraph.surface.sheets import root_arrays, roots, sheet_grid
 from gaitgraph.timing.curve import Curve, rounded
 from gaitgraph.timing.servo_lag import servo_response
@@ -37,6 +44,8 @@ from tests.samples import EXACT
 
 NAN, INF, NODE = math.nan, math.inf, (14, 2, "red")
 G3, G4 = (lift(GAITS[k].angles, "red") for k in (2, 3))
+SQUARE = [(0, 0), (1, 0), (1, 1), (0, 1)]
+SMALL = {"name": "small", "gaits": ["gait1"], "attitudes": {"roll": [0.0, 0.3], "pitch": [0.0, 0.2]}}
 TABLE, POINT = table_of(G3.parametrize(samples=4)), lift([(0.3, -0.3)], "red")
 MIXED, EXACT_GAIT = lift(GAITS[2].angles, ["red", "blue"] * 2), lift(GAITS[3].angles, "red", coefficients=EXACT)
 ROUNDED = rounded(G3, 0.1)
@@ -48,7 +57,18 @@ least = partial(least_period, path=G3, limits=Limits(rate=6.0, acceleration=60.0
 transition = partial(gg.transition, start="hover", end=G4)
 attitudes, curve_of = (partial(function, coefficients=EXACT) for function in (acceptable_attitudes, singular_curve))
 within = partial(least_singular_value_within, alpha=[0.1] * 4)
-lag_of, clock = partial(servo_response, G3.parametrize(1.0)), lift([(0.1, 0.1)], "red").parametrize
+TIMED = G3.parametrize(1.0)
+basins = partial(basins_of, TIMED)
+lag_of, clock = partial(servo_response, TIMED), lift([(0.1, 0.1)], "red").parametrize
+
+
+def study(**changes: Any) -> Any:
+    return study_from_mapping(SMALL | changes)
+
+
+def flight(**values: Any) -> Any:
+    return settings_from_mapping(values)
+
 
 # A function, its arguments, and how its refusal begins; … stands for any text.
 REFUSED: list[tuple[Any, dict[str, Any], str]] = [
@@ -100,6 +120,21 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     (colorings, {"sign": "negativ"}, "sign must be one of …, got 'negativ'; did you mean 'negative'?"),
     (colorings, {"sign": None}, "sign must be one of auto, negative, positive, got None"),
     (colorings, {"crossing_tolerance": -0.1}, "crossing_tolerance must be a finite number ≥ 0 (rad), got -0.1"),
+    *(
+        (Zones, {name: [SQUARE, corners, SQUARE]}, f"{name} polygon 2…{message}")
+        for name in ("keep_out", "keep_in")
+        for corners, message in (
+            ("square", "must be a list of corners [alpha1, alpha2], got 'square'"),
+            ([(0, 0), (1, 0), (0.5,)], "must be a list of corners [alpha1, alpha2], got [(0, 0), (1, 0), (0.5,)]"),
+            ([(0, 0), (1, 0), (0, 0), (1, 0)], "must have three or more corners that are not on a line"),
+            ([(0, 0), (1e-7, 0), (0, 1e-7)], "must have three or more corners that are not on a line"),
+            ([(0, 0), (1, 0), (0, "x")], "alpha2 must be a finite number in radians"),
+            ([(0, 0), (1, 0), (1e7, 1)], "must have angles up to 1e+06 rad, got [(0, 0), (1, 0), (10000000.0, 1)]"),
+            ([(0, 0), (1, 1), (1, 0), (0, 1)], "must be a simple polygon: "),  # a bow tie
+            ([(0, 0), (1, 1), (2, 0), (2, 2), (1, 1), (0, 2)], "must be a simple polygon: "),  # two that touch
+        )
+    ),
+    (Zones, {"keep_in": "square"}, "keep_in must be a list of polygons, each a list of …, got 'square'"),
     # graphs
     *(
         (surface_graph, {"divisions": wrong}, "divisions must be a whole number from 2 to 256, got ")
@@ -137,11 +172,7 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     (transition, {"end": "hover", "coefficients": "rough"}, "coefficients must be one of published, exact, got 'r"),
     (transition, {"rate": 10, "samples": 10}, "samples and rate must not both be given, got 10 and 10"),
     (transition, {"samples": 5_000_001}, "samples must give at most 5000000 samples, got 5000001"),
-    (
-        transition,
-        {"start": G3, "end": EXACT_GAIT},
-        "end must be a gait for 'paper' (published coefficients), as the sta",
-    ),
+    (transition, {"start": G3, "end": EXACT_GAIT}, "end must be a gait for 'paper' (published coefficients), as the s"),
     (transition, {"end": G3, "law": "fast"}, "law must be one of smooth, constant-speed, equal-time, got 'fast'"),
     (transition, {"end": G3, "floor": -0.1}, "floor must be a finite number ≥ 0, got -0.1"),
     *(
@@ -174,11 +205,7 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     (clock, {"law": "smoth"}, "law must be … got 'smoth'…; did you mean 'smooth'"),
     (clock, {"law": 3}, "law must be … got 3"),
     (Curve, {"breaks": [0, 1], "pieces": np.ones((2, 1, 2))}, "pieces must be … the position jumps"),
-    (
-        Curve,
-        {"breaks": [0, 1, 2], "pieces": [[[1, 0], [-1, 0]], [[0, 0], [1, 0]]]},
-        "…first derivative jumps by 2 at the s",
-    ),
+    (Curve, {"breaks": [0, 1, 2], "pieces": [[[1, 0], [-1, 0]], [[0, 0], [1, 0]]]}, "…first derivative jumps by 2 at "),
     *(
         (Curve, {"breaks": wrong, "pieces": np.zeros((1, np.size(wrong) - 1, 2))}, "breaks must be")
         for wrong in ([0.0], 0.0, [0.0, 1.0, 1.0], [0.0, 1.0, INF], [0.5, 1.0])
@@ -212,6 +239,76 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
         for lag in (1e300, [0.1, 0.1, 2e6, 0.1], 3e-5)
     ),
     (servo_response, {"timed": G3, "lag": 0.02}, "timed must be …parametrize"),
+    # flights and studies
+    (flight, {"atitude_noise": 0.1}, "flight has no field 'atitude_noise'; did you mean 'attitude_noise'"),
+    (flight, {"tolerance": 10.1}, "tolerance must be between 1e-09 and 10 (rad and m), got 10.1"),
+    (flight, {"gust": 100.01}, "gust must be between 0 and 100"),
+    (flight, {"reference": "hoover"}, "reference must be one of attitude, hover, step, line, circle, got 'hoover'; di"),
+    (flight, {"reference": 3}, "reference must be one of attitude, hover, step, line, circle, got 3"),
+    (flight, {"saturation": 1}, "saturation must be true or false, got 1"),
+    (flight, {"seed": -1}, "seed must be a whole number from 0 to 18446744073709551615, got -1"),
+    (flight, {"seed": True}, "seed …got True"),
+    *((flight, {"wind": wrong}, "wind must be two or three numbers") for wrong in ("12", (1, NAN))),
+    (flight, {"wind": (1, 2, 100.1)}, "wind …from -100 to 100"),
+    (flight, {"control_rate": 300.0}, "control_rate must be 1000 Hz divided by a whole number, for steps of 0.001 s, "),
+    (flight, {"control_rate": 2000.0}, "control_rate must be 1000 Hz divided by a whole number"),
+    *(
+        (FlightSettings, {f"{loop}_damping": damping, "control_rate": rate}, f"{loop}_damping must be between {lowest}")
+        for loop in ("attitude", "altitude")
+        for damping, rate, lowest in (
+            (2100.0, 1000, "0.05125 and 1949.95 1/s to be"),
+            (1e-3, 100, 0.5125),
+            (0.6, 50, 1.025),
+        )
+    ),
+    *(
+        (
+            FlightSettings,
+            {f"{loop}_stiffness": 1.95e6, f"{loop}_damping": 999.0},
+            f"{loop}_stiffness must be less than 1.95",
+        )
+        for loop in ("attitude", "altitude")
+    ),
+    (fly, {"gait": G3}, "gait must be a timed gait"),
+    *((fly, {"gait": TIMED, "attitude": at}, "attitude must be a roll") for at in ((0.1,), (4.0, 0.0), (0.0, 1.6))),
+    (from_hover, {"timed": G4.parametrize(), "periods": 0}, "periods must be a whole number from 1 to 10000, got 0"),
+    (basins, {"resolution": 2.5}, "resolution must be a whole number from 1 to 100000, got 2.5"),
+    (basins, {"resolution": 317}, "resolution must make at most 100000 flights, got 301467"),
+    (basins, {"begins": 0}, "begins must be a whole number from 1 to 100000, got 0"),
+    (basins, {"extent": "90deg"}, "extent must be an angle above 0 and below pi/2, got '90deg'"),
+    (basins, {"extent": 0.0}, "extent must be an angle above 0"),
+    (basins, {"settings": FlightSettings(duration=0.99)}, "duration must be at least the gait's period, 1 s, got 0.99"),
+    (basins, {"settings": FlightSettings(reference="hover")}, "reference must be attitude for a basin, got 'hover'"),
+    (basins, {"biases": [0.0]}, "bias must be different numbers above 0, up to 1, got [0.0]"),
+    (basins, {"biases": [0.8, 1.0, 0.8]}, "bias must be different numbers above 0, up to 1, got [0.8, 1.0, 0.8]"),
+    (study, {"gait": ["gait3"]}, "the study has no field 'gait'; did you mean 'gaits'?"),
+    (study, {"gaits": ["gait5"]}, "gait 1: must be gait1, gait2, gait3, gait4 or a file, got 'gait5'; did you mean"),
+    (study, {"gaits": [{"waypoints": [[0, 0]], "period": 2.0}]}, "gait 1: it has no field 'period'; the fields are na"),
+    (study, {"gaits": [{"file": 3}]}, "gait 1: name and file must be texts, got '3' and 3"),
+    (study, {"vehicles": ["paper", "paper"]}, "names of vehicles must be at least one and must differ, got ['paper', "),
+    (study, {"vehicles": [{"preset": "paper", "mass": {"to": 1}}]}, "vehicle 1: mass must be a list or a rising range"),
+    (study, {"biases": [0.8, 1.2]}, "biases must be above 0 and at most 1, got 1.2"),
+    (study, {"periods": 9e-7}, "periods must be between 1e-6 and 1e6 s, got 9e-07"),
+    (study, {"periods": {"from": 2, "to": 2, "count": 2}}, "periods must be a list or a rising range of numbers, got "),
+    (study, {"periods": {"from": 1, "to": 2, "count": 1}}, "periods.count must be a whole number from 2 to 1000000, g"),
+    (study, {"attitudes": {"roll": 3.15}}, "roll must be an angle from −π to π, got 3.15"),
+    (study, {"attitudes": {"pitch": 1.6}}, "pitch must be an angle between −π/2 and π/2, got 1.6"),
+    (study, {"flight": {"durations": 1}}, "flight has no field 'durations'; did you mean 'duration'?"),
+    (study, {"sample": {"seed": 3}}, "sample.kind must be grid, or random with a count and a seed, got {'seed': 3}"),
+    (study, {"sample": {"count": 2, "seed": -1}}, "sample.seed must be a whole number from 0 to 184467440737095516"),
+    (study, {"anyway": "yes"}, "name must be a text and anyway true or false, got 'small' and 'yes'"),
+    (
+        study,
+        {"periods": {"from": 1, "to": 2, "count": 90000}, "biases": {"from": 0.1, "to": 1, "count": 100}},
+        "study 'small' must have at most 1000000 cases, got 36000000",
+    ),
+    # files
+    (FormatOptions, {"periods": 0}, "periods must be a whole number from 1 to 100000, got 0"),
+    (FormatOptions, {"joint_names": ("a", "b", "c")}, "joint_names must be four different printable texts"),
+    (FormatOptions, {"states_topic": "a b"}, "states_topic must be a topic such as '/arm/joint_states'"),
+    (FormatOptions, {"trajectory_topic": "/joint_states"}, "states_topic must be another topic than trajectory_topic"),
+    (FormatOptions, {"number": "flaot"}, "number must be float, double or fixed, got 'flaot'"),
+    (FormatOptions, {"c_name": "3a"}, "c_name must be up to 60 letters, digits and underscores, a letter first"),
     # validation and robustness
     (validate, {"gait": TABLE, "tolerance": -1}, "tolerance must be a finite number ≥ 0, got -1"),
     (validate, {"gait": G3, "floor": NAN}, "floor must be a finite number ≥ 0, got nan"),

@@ -129,25 +129,6 @@ def test_paced_gaits_are_flown_but_not_biased() -> None:
         basin_of(timed, 0.8)
 
 
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"resolution": 2.5}, "resolution must be a whole number from 1 to 100000, got 2.5"),
-        ({"resolution": 317}, "resolution must make at most 100000 flights, got 301467"),
-        ({"begins": 0}, "begins must be a whole number from 1 to 100000, got 0"),
-        ({"extent": "90deg"}, "extent must be an angle above 0 and below pi/2, got '90deg'"),
-        ({"extent": 0.0}, "extent must be an angle above 0"),
-        ({"settings": FlightSettings(duration=0.99)}, "duration must be at least the gait's period, 1 s, got 0.99 s"),
-        ({"settings": FlightSettings(reference="hover")}, "reference must be attitude for a basin, got 'hover'"),
-        ({"biases": [0.0]}, "bias must be different numbers above 0, up to 1, got [0.0]"),
-        ({"biases": [0.8, 1.0, 0.8]}, "bias must be different numbers above 0, up to 1, got [0.8, 1.0, 0.8]"),
-    ],
-)
-def test_bad_values_are_refused(options: dict[str, Any], message: str) -> None:
-    with pytest.raises(InputError, match="^" + re.escape(message)):
-        basins_of(timed_gait(), **options)
-
-
 def test_the_command_reports_each_basin(run: Any, tmp_path: Path) -> None:
     done = run("basin", "gait3", "--bias", 0.8, "--resolution", 2, "--output", "basin.csv", "--thrust-limit", 4 * SHARE)
     assert (done.code, done.err) == (0, "")

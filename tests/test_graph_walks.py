@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import networkx as nx
 import numpy as np
@@ -12,15 +12,7 @@ import pytest
 
 from gaitgraph.graph.build import surface_graph
 from gaitgraph.graph.walks import Blocked, ClosedWalk, best_order, closed_walk
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-USES: dict[str, Callable[[Any], bool]] = {
-    "flyable": lambda edge: edge["flyable"],
-    "valid": lambda edge: edge["continuous"] and edge["keeps_sign"],
-    "two_color": lambda edge: True,
-}
+from tests.test_graph_cycles import USES
 
 
 def usable(graph: nx.Graph[Any], use: str, threshold: float = -math.inf) -> nx.Graph[Any]:

@@ -11,7 +11,7 @@ import pytest
 
 import gaitgraph as gg
 from gaitgraph.planning.request import colorings_of_file
-from tests.published import GAITS, PublishedGait
+from tests.published import GAITS
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -51,16 +51,6 @@ def test_tables_of_two_angles(tmp_path: Path) -> None:
             assert_same(colorings_of_file(written(tmp_path, name, content)), expected)
     degrees = csv_of("alpha1_deg,alpha2_deg", [(67.5, -67.5), (67.5, -22.5), (22.5, -22.5)])
     np.testing.assert_allclose(colorings_of_file(written(tmp_path, "f.csv", degrees)).points, G3.angles[:3])
-
-
-@pytest.mark.parametrize("gait", GAITS, ids=lambda gait: f"gait{gait.number}")
-@pytest.mark.parametrize("suffix", [".csv", ".json"])
-def test_written_gait_tables_with_their_closing_row(tmp_path: Path, gait: PublishedGait, suffix: str) -> None:
-    timed = gg.lift(gait.angles, gait.color).parametrize(samples=12)
-    timed.write(tmp_path / f"gait{suffix}")
-    found = colorings_of_file(tmp_path / f"gait{suffix}")
-    assert_same(found, gg.colorings(timed.alpha[:-1]))
-    assert gait.color in {one.colors[0] for one in found if len(set(one.colors)) == 1}
 
 
 def test_a_file_has_the_colourings_that_its_report_counts(tmp_path: Path) -> None:

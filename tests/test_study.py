@@ -128,38 +128,6 @@ def test_gaits_come_from_files_too(tmp_path: Path) -> None:
         np.testing.assert_allclose(source.gait(PAPER).alpha, gait.alpha, atol=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"gait": ["gait3"]}, "the study has no field 'gait'; did you mean 'gaits'?"),
-        ({"gaits": ["gait5"]}, "gait 1: must be gait1, gait2, gait3, gait4 or a file, got 'gait5'; did you mean"),
-        ({"gaits": [{"waypoints": [[0, 0]], "period": 2.0}]}, "gait 1: it has no field 'period'; the fields are na"),
-        ({"gaits": [{"file": 3}]}, "gait 1: name and file must be texts, got '3' and 3"),
-        ({"vehicles": ["paper", "paper"]}, "names of vehicles must be at least one and must differ, got ['paper', 'p"),
-        ({"vehicles": [{"preset": "paper", "mass": {"to": 1}}]}, "vehicle 1: mass must be a list or a rising range"),
-        ({"biases": [0.8, 1.2]}, "biases must be above 0 and at most 1, got 1.2"),
-        ({"periods": 9e-7}, "periods must be between 1e-6 and 1e6 s, got 9e-07"),
-        ({"periods": {"from": 2, "to": 2, "count": 2}}, "periods must be a list or a rising range of numbers, got {"),
-        ({"periods": {"from": 1, "to": 2, "count": 1}}, "periods.count must be a whole number from 2 to 1000000, got"),
-        ({"attitudes": {"roll": 3.15}}, "roll must be an angle from −π to π, got 3.15"),
-        ({"attitudes": {"pitch": 1.6}}, "pitch must be an angle between −π/2 and π/2, got 1.6"),
-        ({"flight": {"durations": 1}}, "flight has no field 'durations'; did you mean 'duration'?"),
-        ({"sample": {"seed": 3}}, "sample.kind must be grid, or random with a count and a seed, got {'seed': 3}"),
-        ({"sample": {"count": 2, "seed": -1}}, "sample.seed must be a whole number from 0 to 184467440737095516"),
-        ({"anyway": "yes"}, "name must be a text and anyway true or false, got 'small' and 'yes'"),
-        (
-            {"periods": {"from": 1, "to": 2, "count": 90000}, "biases": {"from": 0.1, "to": 1, "count": 100}},
-            "study 'small' must have at most 1000000 cases, got 72000000",
-        ),
-    ],
-)
-def test_what_a_study_may_not_be_is_refused_in_one_line(change: dict[str, Any], message: str) -> None:
-    with pytest.raises((InputError, FileProblem)) as caught:
-        study_from_mapping(SMALL | change)
-    assert str(caught.value).startswith(message)
-    assert "\n" not in str(caught.value)
-
-
 def test_a_file_that_is_no_study_is_named(tmp_path: Path) -> None:
     path = tmp_path / "a.toml"
     for text, message in (

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import math
-import re
 from typing import Any
 
 import numpy as np
 import pytest
 import shapely
 
-from gaitgraph.errors import InputError
 from gaitgraph.surface.region import Zones, zones_region
 
 SQUARE = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]
@@ -74,27 +72,6 @@ def test_corners_may_be_texts_arrays_and_closed_twice_and_are_copied() -> None:
     assert zones == Zones(keep_out=[SQUARE])
     assert hash(zones) == hash(Zones(keep_out=(tuple(SQUARE),)))
     assert Zones(keep_in=[SQUARE]) != zones
-
-
-@pytest.mark.parametrize(
-    ("corners", "expected"),
-    [
-        ("square", "must be a list of corners [alpha1, alpha2], got 'square'"),
-        ([(0, 0), (1, 0), (0.5,)], "must be a list of corners [alpha1, alpha2], got [(0, 0), (1, 0), (0.5,)]"),
-        ([(0, 0), (1, 0), (0, 0), (1, 0)], "must have three or more corners that are not on a line"),
-        ([(0, 0), (1e-7, 0), (0, 1e-7)], "must have three or more corners that are not on a line"),
-        ([(0, 0), (1, 0), (0, "x")], "alpha2 must be a finite number in radians"),
-        ([(0, 0), (1, 0), (1e7, 1)], "must have angles up to 1e+06 rad, got [(0, 0), (1, 0), (10000000.0, 1)]"),
-        ([(0, 0), (1, 1), (1, 0), (0, 1)], "must be a simple polygon: "),  # a bow tie
-        ([(0, 0), (1, 1), (2, 0), (2, 2), (1, 1), (0, 2)], "must be a simple polygon: "),  # two that touch
-    ],
-)
-def test_a_malformed_polygon_is_refused_with_its_number(corners: Any, expected: str) -> None:
-    for name in ("keep_out", "keep_in"):
-        with pytest.raises(InputError, match=f"^{name} polygon 2[^\\n]*{re.escape(expected)}[^\\n]*$"):
-            Zones(**{name: [SQUARE, corners, BESIDE]})
-    with pytest.raises(InputError, match="^keep_in must be a list of polygons, each a list of .*, got 'square'"):
-        Zones(keep_in="square")
 
 
 def test_the_region_of_zones_is_exact() -> None:
