@@ -20,7 +20,7 @@ from gaitgraph.gait.gait import Gait, lift, vertices
 from gaitgraph.graph.build import surface_graph
 from gaitgraph.graph.cycle_list import cycles
 from gaitgraph.invertibility.tilt_margins import least_singular_value_within
-from gaitgraph.io.formats import FormatOptions
+from gaitgraph.io.columns import FormatOptions
 from gaitgraph.optimization.retargeting import MOST_ROWS
 from gaitgraph.robustness.attitudes import acceptable_attitudes, singular_curve
 from gaitgraph.robustness.biased import robustness_of

@@ -27,7 +27,7 @@ from gaitgraph.gait.table import (
 )
 from gaitgraph.invertibility.matrices import level_determinant_resolution
 from gaitgraph.io.c_header import write_h
-from gaitgraph.io.formats import FormatOptions
+from gaitgraph.io.columns import FormatOptions
 from gaitgraph.surface.sheets import COLORS, roots
 from tests.published import GAITS, PublishedGait
 
