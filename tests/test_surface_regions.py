@@ -37,7 +37,7 @@ from gaitgraph.surface.admissible import (
     thrust_region,
     why_empty,
 )
-from gaitgraph.surface.borders import Border, Waves, cosine, zeros_of_degree_two
+from gaitgraph.surface.borders import Border, CosineSum, cosine, zeros_of_degree_two
 from gaitgraph.surface.region import Region, Zones, zones_region
 from gaitgraph.surface.sheets import HOVER_LABEL, SIGNS, red_label, separating_factor, sheet_angles
 from gaitgraph.validation.validating import check_gait
@@ -396,9 +396,9 @@ def test_why_not_names_the_condition(point: tuple[float, float], reason: str) ->
 
 @pytest.mark.parametrize("seed", range(3))
 def test_waves_add_multiply_and_bend(seed: int) -> None:
-    def some(seed: int) -> Waves:
+    def some(seed: int) -> CosineSum:
         rng = np.random.default_rng(seed)
-        return Waves(np.column_stack([rng.normal(size=3), rng.integers(-2, 3, (3, 2)), rng.uniform(0, 6, 3)]))
+        return CosineSum(np.column_stack([rng.normal(size=3), rng.integers(-2, 3, (3, 2)), rng.uniform(0, 6, 3)]))
 
     one, two = some(seed), some(seed + 100)
     at = np.random.default_rng(seed).uniform(-3, 3, (50, 2))

@@ -4,10 +4,10 @@ A cycle passes three or more nodes, none of them twice. Cycles come in a total o
 multiples of 1e-12 rad, then by their nodes in canonical form. That form starts at the node that comes first in the
 graph and goes on to the earlier of its two neighbours on the cycle; a cycle and its reverse are the same cycle.
 
-The search deepens paths depth first up to a limit of length that rises from pass to pass. A path is left as soon as its
-length, and the shortest walk that can still close it, exceed the limit. The shortest of what was left, the floor of the
-next pass, is a proven bound: no cycle that has not been found is shorter. Without stops each cycle is searched from its
-smallest node and the smaller of that node's two neighbours on it, with stops from one of its stops.
+The search is depth first with iterative deepening, as IDA* (Korf 1985): a limit of length rises from pass to pass. A
+path is left as soon as its length, and the shortest walk that can still close it, exceed the limit. The shortest of what
+was left, the floor of the next pass, is a proven bound: no cycle not yet found is shorter. Without stops each cycle is
+searched from its smallest node and the smaller of that node's two neighbours on it, with stops from one of its stops.
 """
 
 from __future__ import annotations
@@ -271,14 +271,14 @@ def distances(
 class _Start(NamedTuple):
     """Where paths begin: the first nodes, their length, the state there, and a length that no cycle falls below.
 
-    `steps` returns the steps on from a state, `closing` holds the last edge of a cycle from where there is one.
+    `steps_from` a state are the steps on; `closing` has the length of the last edge from each state that has one.
     """
 
     nodes: tuple[int, ...]
     length: int
     state: Any
     shortest: int
-    steps: Callable[[Any], list[Step]]
+    steps_from: Callable[[Any], list[Step]]
     closing: Mapping[Any, int]
 
 
@@ -289,10 +289,10 @@ def _free_start(rows: Rows, root: int, second: int, length: int, closing: dict[i
     back, beyond = distances(rows, closing.items(), within=within, avoid=(second,), least=root + 1)
 
     @cache
-    def steps(node: int) -> list[Step]:
+    def steps_from(node: int) -> list[Step]:
         return [(edge + back.get(v, beyond), v, edge, v) for v, edge in rows[node] if v > root]
 
-    return _Start((root, second), length, second, length + back.get(second, beyond), steps, closing)
+    return _Start((root, second), length, second, length + back.get(second, beyond), steps_from, closing)
 
 
 def _tour_start(rows: Rows, stops: Sequence[frozenset[int]], any_order: bool, root: int) -> _Start:
@@ -316,6 +316,8 @@ def _tour_start(rows: Rows, stops: Sequence[frozenset[int]], any_order: bool, ro
             progress += 1
         return progress
 
+    # Backwards from the last stop: the distance to the end is one over the nodes that make progress from here, each
+    # with its own distance from the progress made there.
     begin = advanced(0, root)
     ahead = {done: distances(rows, [(root, 0)])[0]}
     for progress in range(done - 1, begin - 1, -1):
@@ -329,7 +331,7 @@ def _tour_start(rows: Rows, stops: Sequence[frozenset[int]], any_order: bool, ro
         ahead[progress] = distances(rows, sources, avoid=(root,))[0]
 
     @lru_cache(maxsize=_MOST_STATES)
-    def steps(state: tuple[int, int]) -> list[Step]:
+    def steps_from(state: tuple[int, int]) -> list[Step]:
         reached = [(node, edge, advanced(state[1], node)) for node, edge in rows[state[0]] if node != root]
         # The most promising first: with stops, what is found is sorted anyway.
         return sorted(
@@ -337,7 +339,7 @@ def _tour_start(rows: Rows, stops: Sequence[frozenset[int]], any_order: bool, ro
         )
 
     closing = {(node, done): edge for node, edge in rows[root]}
-    return _Start((root,), 0, (root, begin), ahead[begin].get(root, _NEVER), steps, closing)
+    return _Start((root,), 0, (root, begin), ahead[begin].get(root, _NEVER), steps_from, closing)
 
 
 class _Spent(Exception):
@@ -349,8 +351,16 @@ class CycleSearch:
 
     `rows` states each edge from both sides, with lengths ≥ 0; `most` is the greatest length [quanta]. `stops`, `effort`
     and `shortest` are as for :func:`cycles`. Every cycle shorter than `floor` [quanta] has been yielded, `found` of
-    them, in `steps` expanded nodes. A pass has `held` what it found, at most MOST_HELD cycles: of more it keeps the
-    first ones, and leaves the others to the next pass. `complete` says whether the search came to its end.
+    them, in `steps` expanded nodes. `complete` says whether the search came to its end.
+
+    During a pass these hold:
+
+    - `held` are the first cycles after the last one yielded of all that the pass has met, at most MOST_HELD of them
+      (twice as many for a moment). Those beyond are left to the next pass.
+    - `_limit` is a length beyond which nothing is needed any more; it falls when there are more cycles than are held.
+    - `_least_left` is at most the length of any cycle on a path that was left because it exceeded the limit.
+
+    So if the limit has not fallen in a pass, all cycles up to it are known, and no other is shorter than `_least_left`.
     """
 
     def __init__(
@@ -368,7 +378,7 @@ class CycleSearch:
         self.complete = False
         self.held: set[Item] = set()
         self._rows, self._progress, self._shortest = rows, progress, shortest
-        self._most, self._effort, self._ahead = most, effort, _NEVER
+        self._most, self._effort, self._least_left = most, effort, _NEVER
         self._tours: list[_Start] | None = None
         if stops:
             first = min(range(len(stops)), key=lambda k: len(stops[k]))
@@ -382,18 +392,18 @@ class CycleSearch:
         return math.inf if self.floor >= _NEVER else self.floor / QUANTA_PER_RADIAN
 
     def __iter__(self) -> Iterator[Item]:
-        # Each pass starts at the floor that the one before has proven.
-        last: Item = (-1, ())
+        # Each pass goes from the floor that the one before has proven to the floor and a width.
+        last: Item = (-1, ())  # all items up to this one have been yielded
         width = 0
         while self.floor <= self._most:
             floor, before = self.floor, self.found
             # Few are held at first, so that the first ones come soon.
             capacity = min(MOST_HELD, max(1, 2 * self.found))
-            self._limit, self._ahead = min(floor + width, self._most), _NEVER
+            self._limit, self._least_left = min(floor + width, self._most), _NEVER
             try:
                 cut = self._hold(last, capacity)
             except _Spent:
-                if self._shortest:
+                if self._shortest:  # the best one that was met; of a list the first ones are not known
                     yield from self.held
                 return
             for item in sorted(self.held):
@@ -404,9 +414,11 @@ class CycleSearch:
                     return
             self.held.clear()
             if cut is not None:
+                # More than could be held: go on after the last one held, as far as sufficed to fill this pass.
                 last, self.floor, width = cut, cut[0], cut[0] - floor
             else:
-                last, self.floor = (self._limit, (_NEVER,)), self._ahead
+                # All up to the limit: go on at the shortest of what was left, farther if little was found.
+                last, self.floor = (self._limit, (_NEVER,)), self._least_left
                 if 4 * (self.found - before) < capacity:
                     width = max(2 * width, floor >> 7)
             self._report()
@@ -415,8 +427,9 @@ class CycleSearch:
     def _hold(self, last: Item, capacity: int) -> Item | None:
         """Hold the first cycles beyond the last one; return the last one that is held if there are more."""
         self.held, cut = set(), None
-        for length, path in self._closed():
+        for length, path in self._closed_paths():
             if self._shortest:
+                # From here on only a shorter one is of interest; none is shorter than the floor.
                 self.held = {(length, canonical(path))}
                 self._limit = length - 1
                 if length <= self.floor:
@@ -426,6 +439,7 @@ class CycleSearch:
             if item <= last or (cut is not None and item > cut):
                 continue
             self.held.add(item)
+            # Sorted out at twice the capacity, so that each cycle is compared a few times only.
             if len(self.held) > 2 * capacity:
                 self.held = set(nsmallest(capacity, self.held))
                 cut = max(self.held)
@@ -434,38 +448,42 @@ class CycleSearch:
                     break  # one length alone is too much to hold, and its cycles come in their order
         return cut
 
-    def _closed(self) -> Iterator[tuple[int, list[int]]]:
+    def _closed_paths(self) -> Iterator[tuple[int, list[int]]]:
         """Yield length and nodes of the closed paths up to the limit; the list of nodes is a live one."""
         if self._tours is not None:
             for tour in self._tours:
-                yield from self._deepen(tour)
+                yield from self._closed_from(tour)
             return
+        # The root is the smallest node, and the last node, one of those in `onward[k:]`, is larger than the second.
         for root, row in enumerate(self._rows):
             onward = [entry for entry in row if entry[0] > root]
             for k, (second, length) in enumerate(onward[:-1], start=1):
                 self._count_step()
-                yield from self._deepen(_free_start(self._rows, root, second, length, dict(onward[k:]), self._limit))
+                start = _free_start(self._rows, root, second, length, dict(onward[k:]), self._limit)
+                yield from self._closed_from(start)
 
-    def _deepen(self, start: _Start) -> Iterator[tuple[int, list[int]]]:
-        """Yield each closed path within the limit."""
-        nodes, length, state, shortest, steps, closing = start
+    def _closed_from(self, start: _Start) -> Iterator[tuple[int, list[int]]]:
+        """Yield each closed path within the limit, which the caller may lower in between."""
+        nodes, length, state, shortest, steps_from, closing = start
         if shortest > self._limit:
-            self._ahead = min(self._ahead, shortest)
+            self._least_left = min(self._least_left, shortest)
             return
         path, used = [*nodes], {*nodes}
-        limit, ahead = self._limit, _NEVER
-        stack: list[tuple[Iterator[Step], int]] = []
-        onward = iter(steps(state))
+        limit, least_left = self._limit, _NEVER
+        stack: list[tuple[Iterator[Step], int]] = []  # for each node of the path the steps not yet taken, its length
+        onward = iter(steps_from(state))
         try:
             while True:
-                reach = limit - length
+                # The next step that can still be closed within the limit, to a node that is not on the path.
+                allowed = limit - length
                 for step in onward:
-                    if step[0] > reach:
-                        if length + step[0] < ahead:  # noqa: PLR1730 - a call costs more than the rest of the loop
-                            ahead = length + step[0]
+                    if step[0] > allowed:
+                        if length + step[0] < least_left:  # noqa: PLR1730 - a call costs more than the rest of the loop
+                            least_left = length + step[0]
                     elif step[1] not in used:
                         break
                 else:
+                    # There is none: back to the node before.
                     if not stack:
                         return
                     onward, length = stack.pop()
@@ -476,17 +494,17 @@ class CycleSearch:
                 length += edge
                 path.append(node)
                 used.add(node)
-                onward = iter(steps(state))
+                onward = iter(steps_from(state))
                 self._count_step()
-                if state in closing and len(path) > 2:
+                if state in closing and len(path) > 2:  # an edge there and back is no cycle
                     whole = length + closing[state]
                     if whole <= limit:
                         yield whole, path
                         limit = self._limit
-                    elif whole < ahead:
-                        ahead = whole
+                    elif whole < least_left:
+                        least_left = whole
         finally:
-            self._ahead = min(self._ahead, ahead)
+            self._least_left = min(self._least_left, least_left)
 
     def _count_step(self) -> None:
         self.steps += 1

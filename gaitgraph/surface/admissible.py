@@ -31,8 +31,8 @@ from gaitgraph.surface.borders import (
     bracket_negative,
     determinant_below,
     mirrored,
+    singular_value_below,
     thrust_above,
-    weak_block,
 )
 from gaitgraph.surface.region import (
     DEFAULT_ACCURACY,
@@ -309,12 +309,12 @@ def _singular_value_polygon(floor: float, block: float, kappa: float, accuracy: 
     )
     strips = strips.intersection(mirrored(strips))
     if floor >= accuracy / 2:
-        band = weak_block(block, kappa, min(chord_tolerance(accuracy), block / 16))
+        band = singular_value_below(block, kappa, min(chord_tolerance(accuracy), block / 16))
         return strips.difference(offset(band, accuracy / 2 if inside else -accuracy / 2))
     if floor == 0 or not inside:
         return strips
     # The band around R = 0 is narrower than what its polygons may be off by: a wider one, and none, enclose it.
-    return strips.difference(offset(weak_block(accuracy / 2, kappa, accuracy / 32), accuracy / 16))
+    return strips.difference(offset(singular_value_below(accuracy / 2, kappa, accuracy / 32), accuracy / 16))
 
 
 # --- all of them -----------------------------------------------------------------------------------------------------

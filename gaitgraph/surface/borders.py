@@ -1,7 +1,7 @@
 r"""Curved borders in the (α1, α2) plane as polygons that are certified to follow them, and the sets that they bound.
 
 A border is where h = P² + Q vanishes, P and Q sums of cosines of linear functions of the two coordinates
-(:class:`Waves`). Where it is also an explicit function of one coordinate it is sampled there, and every chord is
+(:class:`CosineSum`). Where it is also an explicit function of one coordinate it is sampled there, and every chord is
 certified: across a rectangle around the chord the slope of h does not vanish,
 
     |∂h/∂n| ≥ m > 0,
@@ -12,10 +12,11 @@ chord than (e + M·ℓ²/8)/m. Chords for which that is too much are divided.
 
 With u = α1 − α2, v = α1 + α2 and w = cos v the conditions of the red sheet are quadratic in w for fixed u:
 
-* R = (w + cos(u − 2δ))·D/(κ cos²δ) with the bracket D = κw + κ cos u − sin u;
+* R = (w + cos(u − 2δ))·D/(κ cos²δ) with the bracket D = κw + κ cos u − sin u (equation (6) on red; docs/theory.md, 6);
 * the 2×2 block of the scaled decoupling matrix has the singular values √2·√λ, where the two λ have the product D²
   and the sum F = 2 + κ² + κw·(κ cos u − 2 sin u). With g = floor²/2 both λ are at least g exactly where
-  h = D² − gF + g² ≥ 0 and F ≥ 2g. On F = 2g, h = D² − F²/4 ≤ 0: so F is compared once for each piece of h ≥ 0.
+  h = D² − gF + g² ≥ 0 and F ≥ 2g. On F = 2g, h = D² − F²/4 ≤ 0: so F is compared once for each part of h ≥ 0
+  (docs/theory.md, 14).
 
 Each function of a set returns polygons whose sides are nowhere farther than `tolerance` [rad] from its border, inside
 [−π/2, π/2]²; beyond the square they end anywhere. `kappa` is the signed drag ratio.
@@ -27,7 +28,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import groupby, pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -45,31 +46,31 @@ FloatArray = npt.NDArray[np.float64]
 Function = Callable[[FloatArray], FloatArray]
 
 _FIRST_CHORDS = 8
-_MOST_ROUNDS = 40
-_ON_CIRCLE = 1e-4
-_SAME = 1e-12
+_MOST_ROUNDS = 40  # of dividing chords
+_ON_CIRCLE = 1e-4  # how far from the unit circle a root may be that counts as on it
+_SAME = 1e-12  # abscissae no farther apart are one [rad]
 _FAR = 20.0  # farther than any root
 _FULL = 2 * math.pi
 _BEYOND = 0.3  # beyond the square, so that its sides are no sides of the sets' polygons
 
 
 @dataclass(frozen=True, slots=True)
-class Waves:
+class CosineSum:
     """A sum of cosines, Σ size·cos(x·first + y·second − phase), a row (size, first, second, phase) of `terms` each."""
 
     terms: FloatArray
 
-    def __add__(self, other: Waves | float) -> Waves:
-        rest = other.terms if isinstance(other, Waves) else np.array([[other, 0.0, 0.0, 0.0]])
-        return Waves(np.vstack([self.terms, rest]))
+    def __add__(self, other: CosineSum | float) -> CosineSum:
+        rest = other.terms if isinstance(other, CosineSum) else np.array([[other, 0.0, 0.0, 0.0]])
+        return CosineSum(np.vstack([self.terms, rest]))
 
-    def __mul__(self, other: Waves | float) -> Waves:
-        if not isinstance(other, Waves):
-            return Waves(self.terms * np.array([other, 1.0, 1.0, 1.0]))
+    def __mul__(self, other: CosineSum | float) -> CosineSum:
+        if not isinstance(other, CosineSum):
+            return CosineSum(self.terms * np.array([other, 1.0, 1.0, 1.0]))
         one, two = np.repeat(self.terms, len(other.terms), axis=0), np.tile(other.terms, (len(self.terms), 1))
         size = one[:, :1] * two[:, :1] / 2
         parts = [np.hstack([size, one[:, 1:] + two[:, 1:]]), np.hstack([size, one[:, 1:] - two[:, 1:]])]
-        return Waves(np.vstack(parts))
+        return CosineSum(np.vstack(parts))
 
     def _phases(self, points: FloatArray) -> FloatArray:
         return np.asarray(points @ self.terms[:, 1:3].T - self.terms[:, 3])
@@ -91,9 +92,9 @@ class Waves:
         return float(np.sum(np.abs(self.terms[:, 0]) * np.hypot(self.terms[:, 1], self.terms[:, 2]) ** order))
 
 
-def cosine(first: float, second: float, phase: float = 0.0, size: float = 1.0) -> Waves:
+def cosine(first: float, second: float, phase: float = 0.0, size: float = 1.0) -> CosineSum:
     """Return size·cos(first·x + second·y − phase); a sine has the phase π/2."""
-    return Waves(np.array([[size, first, second, phase]]))
+    return CosineSum(np.array([[size, first, second, phase]]))
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,8 +105,8 @@ class Border:
     much longer chords can be certified than from bounds of h as a whole.
     """
 
-    rest: Waves
-    squared: Waves = Waves(np.zeros((1, 4)))
+    rest: CosineSum
+    squared: CosineSum = CosineSum(np.zeros((1, 4)))
 
     def at(self, points: FloatArray) -> FloatArray:
         """Return h at points of shape (m, 2)."""
@@ -120,15 +121,18 @@ class Border:
         p, p_along, p_across, p_bend = self.squared.along(middle, along)
         _, _, q_across, q_bend = self.rest.along(middle, along)
         p_most2, p_most3, q_most2, q_most3 = (w.most(k) for w in (self.squared, self.rest) for k in (2, 3))
-        # The largest of |P| and of its slopes on the rectangle, from the middle and what may change from there.
+        # The largest |P| and slopes of P on the rectangle: from their values in its middle, by Taylor's theorem.
         most_along = np.abs(p_along) + p_most2 * (half + reach)
         most_across = np.abs(p_across) + p_most2 * (half + reach)
         most = np.abs(p) + most_along * half + most_across * reach
+        # m: |∂h/∂n| = |2P·∂P/∂n + ∂Q/∂n| in the middle, less what the second derivatives of h can take off it.
         common = 2 * most * p_most2 + q_most2
         slope = np.abs(2 * p * p_across + q_across)
         slope = slope - (2 * most_along * most_across + common) * half - (2 * most_across**2 + common) * reach
+        # M: |∂²h/∂t²| = |2(∂P/∂t)² + 2P·∂²P/∂t² + ∂²Q/∂t²| in the middle, and what the third derivatives can add.
         bend = np.abs(2 * p_along**2 + 2 * p * p_bend + q_bend)
         bend = bend + half * (6 * most_along * p_most2 + 2 * most * p_most3 + q_most3)
+        # e: what is left of h at the ends; then the bound of the module's docstring.
         left = np.abs(self.at(np.concatenate([starts, ends]))).reshape(2, -1).max(axis=0)
         with np.errstate(divide="ignore", invalid="ignore"):
             bound = (left + bend * length**2 / 8) / slope
@@ -143,6 +147,7 @@ def zeros_of_degree_two(function: Function, period: float) -> FloatArray:
 
     They are roots on the unit circle, or nearly on it, so that rounding loses no double zero.
     """
+    # Eight samples determine the five Fourier coefficients; times z², z = exp(2πix/period), they are a quartic.
     parts = np.fft.fft(function(np.linspace(0.0, period, 8, endpoint=False))) / 8
     polynomial = np.asarray(parts[[2, 1, 0, -1, -2]], dtype=complex)
     polynomial[np.abs(polynomial) <= 1e-15 * np.abs(polynomial).max()] = 0.0
@@ -165,15 +170,16 @@ def _abscissae(low: float, high: float, function: Function, border: Border | Non
     for _ in range(_MOST_ROUNDS):
         points = np.column_stack([at(theta), function(at(theta))])
         first, second = points[:-1][~settled], points[1:][~settled]
-        bound = border.deviation(first, second, 2 * tolerance)
+        bound = border.deviation(first, second, 2 * tolerance)  # infinite where nothing can be certified
         # A chord shorter than the tolerance is as good as the border.
         bound[np.hypot(*(second - first).T) < tolerance / 2] = 0.0
-        pieces = np.ones(len(settled), dtype=int)
-        pieces[~settled] = np.where(np.isfinite(bound), np.maximum(np.ceil(np.sqrt(bound / tolerance)), 1.0), 4.0)
-        if pieces.max() == 1:
+        # The bound falls with the square of a chord's length; without a bound a chord is cut into four.
+        parts = np.ones(len(settled), dtype=int)
+        parts[~settled] = np.where(np.isfinite(bound), np.maximum(np.ceil(np.sqrt(bound / tolerance)), 1.0), 4.0)
+        if parts.max() == 1:
             break
-        theta = np.interp(np.arange(pieces.sum() + 1), np.append(0, np.cumsum(pieces)), theta)
-        settled = np.repeat(pieces == 1, pieces)
+        theta = np.interp(np.arange(parts.sum() + 1), np.append(0, np.cumsum(parts)), theta)
+        settled = np.repeat(parts == 1, parts)
     return at(theta)
 
 
@@ -216,6 +222,7 @@ def bands_between(
         common = np.union1d(below, above)
         return between(common, common)
 
+    # Between two breaks the order of the roots is that in the middle, and so is where the condition holds.
     kept = np.concatenate([[True], np.diff(breaks) > _SAME])
     kept[-1] = True
     polygons = []
@@ -241,31 +248,34 @@ def mirrored(shape: BaseGeometry) -> BaseGeometry:
     return shapely.transform(shape, lambda at: -at[:, ::-1])
 
 
-def _bracket_waves(kappa: float) -> Waves:
+class Quadratic(NamedTuple):
+    """A condition on (u, w), w = cos v, whose border is a quadratic in w.
+
+    The roots are w = (±√discriminant − sgn κ·middle)/(2|κ|); `height` at w = ±1 and the discriminant are trigonometric
+    polynomials of degree two in u.
+    """
+
+    middle: Function
+    discriminant: Function
+    scale: float  # a discriminant above −1e-9·scale is not negative
+    height: Callable[[FloatArray, float], FloatArray]  # the quadratic itself, at (u, w)
+    holds: Callable[[float, float], bool]  # whether the condition holds at (u, w)
+    border: Border  # vanishes on the roots, in (u, v)
+
+
+def _bracket_in_uv(kappa: float) -> CosineSum:
     """Return D as a function of (u, v)."""
     return cosine(1, 0, size=kappa) + cosine(0, 1, size=kappa) + cosine(1, 0, HALF_PI, -1.0)
 
 
-def _bracket_at(u: FloatArray, kappa: float) -> FloatArray:
+def _bracket_without_w(u: FloatArray, kappa: float) -> FloatArray:
     """Return D less its term in w."""
     return np.asarray(kappa * np.cos(u) - np.sin(u))
 
 
-def _bands_in_w(
-    kappa: float,
-    middle: Function,
-    discriminant: Function,
-    scale: float,
-    height: Callable[[FloatArray, float], FloatArray],
-    holds: Callable[[float, float], bool],
-    border: Border,
-    tolerance: float,
-) -> BaseGeometry:
-    """Return where a condition on (u, w) holds, in the (α1, α2) plane.
-
-    Its border is where `height` vanishes, a quadratic in w with the roots (±√discriminant − sgn κ·middle)/(2|κ|) and
-    trigonometric polynomials of degree two as coefficients. A discriminant above −1e-9·`scale` is not negative.
-    """
+def _where_it_holds(condition: Quadratic, kappa: float, tolerance: float) -> BaseGeometry:
+    """Return where a condition on (u, w) holds, in the (α1, α2) plane."""
+    middle, discriminant, scale, height, holds, border = condition
 
     def root(side: float) -> Function:
         def at(u: FloatArray) -> FloatArray:
@@ -276,6 +286,7 @@ def _bands_in_w(
 
         return at
 
+    # Roots meet or cease where the discriminant vanishes, and leave −1 ≤ w ≤ 1 where the height at its ends does.
     end = math.pi + _BEYOND
     functions: list[Function] = [discriminant, lambda u: height(u, 1.0), lambda u: height(u, -1.0)]
     zeros = np.concatenate([zeros_of_degree_two(function, _FULL) for function in functions])
@@ -283,46 +294,48 @@ def _bands_in_w(
     breaks = np.unique(np.concatenate([[-end, end], zeros[np.abs(zeros) < end]]))
     roots, wide = (root(-1.0), root(1.0)), math.sqrt(2.0) * tolerance
     shape = bands_between(breaks, roots, holds, border, wide, ends=(-1.0, 1.0), ordinate=np.arccos)
-    # From 0 ≤ v ≤ π, continued by cos v, to the (α1, α2) plane.
+    # w = cos v is even and has the period 2π: from 0 ≤ v ≤ π to v = 2π − v and −v; then α1 = (v + u)/2, α2 = (v − u)/2.
     beyond = shapely.transform(shape, lambda at: np.column_stack([at[:, 0], _FULL - at[:, 1]]))
     upper = shape.union(shapely.clip_by_rect(beyond, -end, 0.0, end, end))
     both = upper.union(shapely.transform(upper, lambda at: at * np.array([1.0, -1.0])))
     return shapely.transform(both, lambda at: np.column_stack([at[:, 1] + at[:, 0], at[:, 1] - at[:, 0]]) / 2)
 
 
-def weak_block(floor: float, kappa: float, tolerance: float) -> BaseGeometry:
+def singular_value_below(floor: float, kappa: float, tolerance: float) -> BaseGeometry:
     """Return where the lesser singular value of the 2×2 block on the red sheet is below a positive floor.
 
     Around the curve R = 0 this is a band, as narrow as the floor; `tolerance` must not be much above it.
     """
-    half = floor**2 / 2
+    g = floor**2 / 2
 
-    def lean(u: FloatArray) -> FloatArray:
+    def sum_in_w(u: FloatArray) -> FloatArray:  # F = 2 + κ² + κw·sum_in_w(u)
         return np.asarray(kappa * np.cos(u) - 2 * np.sin(u))
 
     def middle(u: FloatArray) -> FloatArray:
-        return 2 * _bracket_at(u, kappa) - half * lean(u)
+        return 2 * _bracket_without_w(u, kappa) - g * sum_in_w(u)
 
     def discriminant(u: FloatArray) -> FloatArray:
-        return half * (-4 * _bracket_at(u, kappa) * lean(u) + half * lean(u) ** 2 + 4 * (2 + kappa**2 - half))
+        return g * (-4 * _bracket_without_w(u, kappa) * sum_in_w(u) + g * sum_in_w(u) ** 2 + 4 * (2 + kappa**2 - g))
 
-    def height(u: FloatArray, w: float) -> FloatArray:
-        determinant = kappa * w + _bracket_at(u, kappa)
-        return np.asarray(determinant**2 - half * (2 + kappa**2 + kappa * w * lean(u)) + half**2)
+    def height(u: FloatArray, w: float) -> FloatArray:  # h
+        determinant = kappa * w + _bracket_without_w(u, kappa)
+        return np.asarray(determinant**2 - g * (2 + kappa**2 + kappa * w * sum_in_w(u)) + g**2)
 
-    def weak(u: float, w: float) -> bool:
+    def below(u: float, w: float) -> bool:  # h < 0 or F < 2g
         at = np.array([u])
-        return bool(height(at, w)[0] < 0) or 2 + kappa**2 + kappa * w * float(lean(at)[0]) < 2 * half
+        return bool(height(at, w)[0] < 0) or 2 + kappa**2 + kappa * w * float(sum_in_w(at)[0]) < 2 * g
 
+    # h = P² + Q with P = D and Q = g² − gF, in (u, v): κw·κ cos u and κw·(−2 sin u) as products of cosines.
     squares = cosine(1, 0, size=kappa**2) * cosine(0, 1) + cosine(1, 0, HALF_PI, -2 * kappa) * cosine(0, 1)
-    rest = squares * -half + (half**2 - half * (2 + kappa**2))
-    scale = half * (8 + 12 * kappa**2 + half)
-    border = Border(rest=rest, squared=_bracket_waves(kappa))
-    return _bands_in_w(kappa, middle, discriminant, scale, height, weak, border, tolerance)
+    rest = squares * -g + (g**2 - g * (2 + kappa**2))
+    scale = g * (8 + 12 * kappa**2 + g)
+    border = Border(rest=rest, squared=_bracket_in_uv(kappa))
+    return _where_it_holds(Quadratic(middle, discriminant, scale, height, below, border), kappa, tolerance)
 
 
 def determinant_below(level: float, sign: int, kappa: float, tolerance: float) -> BaseGeometry:
     """Return where sign·R is below a positive level on the red sheet, exact coefficients."""
+    # sign·R < level, times κ cos²δ: (w + cos(u − 2δ))·D against small·κ, a quadratic in w.
     delta = math.atan(kappa)
     small = sign * level * math.cos(delta) ** 2
 
@@ -330,19 +343,20 @@ def determinant_below(level: float, sign: int, kappa: float, tolerance: float) -
         return np.cos(u - 2 * delta)
 
     def middle(u: FloatArray) -> FloatArray:
-        return kappa * line(u) + _bracket_at(u, kappa)
+        return kappa * line(u) + _bracket_without_w(u, kappa)
 
     def discriminant(u: FloatArray) -> FloatArray:
-        return (kappa * line(u) - _bracket_at(u, kappa)) ** 2 + 4 * small * kappa**2
+        return (kappa * line(u) - _bracket_without_w(u, kappa)) ** 2 + 4 * small * kappa**2
 
     def height(u: FloatArray, w: float) -> FloatArray:
-        return (w + line(u)) * (kappa * w + _bracket_at(u, kappa)) - small * kappa
+        return (w + line(u)) * (kappa * w + _bracket_without_w(u, kappa)) - small * kappa
 
     def below(u: float, w: float) -> bool:
         return sign * math.copysign(1, kappa) * float(height(np.array([u]), w)[0]) < 0
 
-    border = Border(rest=(cosine(0, 1) + cosine(1, 0, 2 * delta)) * _bracket_waves(kappa) + -small * kappa)
-    return _bands_in_w(kappa, middle, discriminant, 4 * (1 + kappa**2), height, below, border, tolerance)
+    border = Border(rest=(cosine(0, 1) + cosine(1, 0, 2 * delta)) * _bracket_in_uv(kappa) + -small * kappa)
+    condition = Quadratic(middle, discriminant, 4 * (1 + kappa**2), height, below, border)
+    return _where_it_holds(condition, kappa, tolerance)
 
 
 def bracket_negative(kappa: float, tolerance: float) -> BaseGeometry:
@@ -365,8 +379,8 @@ def bracket_negative(kappa: float, tolerance: float) -> BaseGeometry:
 def thrust_above(share: float, kappa: float, tolerance: float) -> BaseGeometry:
     """Return where, with all hover thrusts positive, T1 = T3 is more than a share of the weight.
 
-    It is not where |sin β2|·(1 − 2s cos α1) ≤ 2s·|sin β1|·cos α2, which is explicit in tan α2. For the other two rotors
-    the set is the mirror image.
+    By T1/(m·g) of docs/theory.md, 11, it is not where |sin β2|·(1 − 2s cos α1) ≤ 2s·|sin β1|·cos α2, which is explicit
+    in tan α2. For the other two rotors the set is the mirror image.
     """
     delta = math.atan(kappa)
 
