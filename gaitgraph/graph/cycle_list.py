@@ -5,8 +5,8 @@ multiples of 1e-12 rad, then by their nodes in canonical form. That form starts 
 graph and goes on to the earlier of its two neighbours on the cycle; a cycle and its reverse are the same cycle.
 
 The search is depth first with iterative deepening, as IDA* (Korf 1985): a limit of length rises from pass to pass. A
-path is left as soon as its length, and the shortest walk that can still close it, exceed the limit. The shortest of what
-was left, the floor of the next pass, is a proven bound: no cycle not yet found is shorter. Without stops each cycle is
+path is left as soon as its length, and the shortest walk that can still close it, exceed the limit. The shortest
+of what was left, the floor of the next pass, is a proven bound: no cycle not yet found is shorter. Without stops each cycle is
 searched from its smallest node and the smaller of that node's two neighbours on it, with stops from one of its stops.
 """
 
@@ -353,13 +353,11 @@ class CycleSearch:
     and `shortest` are as for :func:`cycles`. Every cycle shorter than `floor` [quanta] has been yielded, `found` of
     them, in `steps` expanded nodes. `complete` says whether the search came to its end.
 
-    During a pass these hold:
-
+    During a pass:
     - `held` are the first cycles after the last one yielded of all that the pass has met, at most MOST_HELD of them
       (twice as many for a moment). Those beyond are left to the next pass.
     - `_limit` is a length beyond which nothing is needed any more; it falls when there are more cycles than are held.
     - `_least_left` is at most the length of any cycle on a path that was left because it exceeded the limit.
-
     So if the limit has not fallen in a pass, all cycles up to it are known, and no other is shorter than `_least_left`.
     """
 
@@ -429,7 +427,6 @@ class CycleSearch:
         self.held, cut = set(), None
         for length, path in self._closed_paths():
             if self._shortest:
-                # From here on only a shorter one is of interest; none is shorter than the floor.
                 self.held = {(length, canonical(path))}
                 self._limit = length - 1
                 if length <= self.floor:
@@ -454,7 +451,6 @@ class CycleSearch:
             for tour in self._tours:
                 yield from self._closed_from(tour)
             return
-        # The root is the smallest node, and the last node, one of those in `onward[k:]`, is larger than the second.
         for root, row in enumerate(self._rows):
             onward = [entry for entry in row if entry[0] > root]
             for k, (second, length) in enumerate(onward[:-1], start=1):
@@ -483,7 +479,6 @@ class CycleSearch:
                     elif step[1] not in used:
                         break
                 else:
-                    # There is none: back to the node before.
                     if not stack:
                         return
                     onward, length = stack.pop()

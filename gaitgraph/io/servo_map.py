@@ -339,9 +339,8 @@ def mapped_table(table: Table, servo_map: ServoMap, *, rows_before: int = 0) -> 
         for joint in servo_map.joints if all(name in table for name in names) else ():
             if joint.unit != "us":
                 columns[joint.column + end] = joint.sign * joint.per_radian * table[names[joint.rotor - 1]] + 0.0
-    return Table(
-        columns=columns, about={**table.about, "servos": servo_map.as_mapping()}, digit_error=table.digit_error
-    )
+    about = {**table.about, "servos": servo_map.as_mapping()}
+    return Table(columns=columns, about=about, digit_error=table.digit_error)
 
 
 def clipped_rows(table: Table, servo_map: ServoMap) -> dict[str, int]:

@@ -222,7 +222,6 @@ def bands_between(
         common = np.union1d(below, above)
         return between(common, common)
 
-    # Between two breaks the order of the roots is that in the middle, and so is where the condition holds.
     kept = np.concatenate([[True], np.diff(breaks) > _SAME])
     kept[-1] = True
     polygons = []
@@ -355,8 +354,8 @@ def determinant_below(level: float, sign: int, kappa: float, tolerance: float) -
         return sign * math.copysign(1, kappa) * float(height(np.array([u]), w)[0]) < 0
 
     border = Border(rest=(cosine(0, 1) + cosine(1, 0, 2 * delta)) * _bracket_in_uv(kappa) + -small * kappa)
-    condition = Quadratic(middle, discriminant, 4 * (1 + kappa**2), height, below, border)
-    return _where_it_holds(condition, kappa, tolerance)
+    scale = 4 * (1 + kappa**2)
+    return _where_it_holds(Quadratic(middle, discriminant, scale, height, below, border), kappa, tolerance)
 
 
 def bracket_negative(kappa: float, tolerance: float) -> BaseGeometry:

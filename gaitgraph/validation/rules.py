@@ -63,9 +63,7 @@ class Criteria:
     coefficients: Coefficients
     tolerance: float
     floor: float
-    angle_rounding: float | None = (
-        None  # None: inferred from the distance to the sheets, and at least `digit_error` [rad]
-    )
+    angle_rounding: float | None = None  # None: inferred from distances to the sheets, at least `digit_error` [rad]
     digit_error: float = 0.0  # error of each angle that follows from the printed digits [rad]
     crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE
     noun: str = "corner"  # what messages call a point of the gait: "corner" or "row"
@@ -309,9 +307,7 @@ class Continuous(Rule):
     name = "continuous"
     bare: GaitPoint | None = None  # the first point off the surfaces
     inferred_error: float = 0.0  # the largest distance from a sheet that the tolerance takes for rounding
-    inferred_errors: FloatArray = field(
-        default_factory=lambda: np.zeros(0)
-    )  # the same for each point of the latest block
+    inferred_errors: FloatArray = field(default_factory=lambda: np.zeros(0))  # of each point of the latest block
     blue: bool = False  # whether a point lies on the blue sheet alone, whatever its color
     fiber: tuple[int, int, GaitPoint] | None = None  # the first point colored as a fibre: which, number, place
     distance: float = 0.0  # the point that is farthest off the sheet of its color
