@@ -6,8 +6,8 @@ graph and goes on to the earlier of its two neighbours on the cycle; a cycle and
 
 The search is depth first with iterative deepening, as IDA* (Korf 1985): a limit of length rises from pass to pass. A
 path is left as soon as its length, and the shortest walk that can still close it, exceed the limit. The shortest
-of what was left, the floor of the next pass, is a proven bound: no cycle not yet found is shorter. Without stops each cycle is
-searched from its smallest node and the smaller of that node's two neighbours on it, with stops from one of its stops.
+of what was left, the floor of the next pass, is a proven bound: no cycle not yet found is shorter. Without stops each
+cycle is searched from its smallest node and the smaller of that node's two neighbours on it, with stops from a stop.
 """
 
 from __future__ import annotations
