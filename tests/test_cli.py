@@ -136,8 +136,20 @@ WRONG = [
     ("export", "GAIT_FILE"),
     ("export there.csv out.csv", "gait file 'there.csv'"),
     ("plann", "no command 'plann'; did you mean 'plan'?"),
-    ("plan --waypoint 0,0 --sheets all", "--sheets was removed. No gait on a fibre can fly; gaitgraph roots lists"),
-    ("plan --waypoint 0,0 --objective thrust", "--objective thrust was removed. Use: gaitgraph optimize"),
+    ("plan --waypoint 0,0 --sheets all", "sheets must be planes or left out, got 'all'; no gait on a fibre can fly"),
+    ("plan --waypoint 0,0 --objective=thrust", "got 'thrust'; use: gaitgraph optimize --objective hover_reserve"),
+    ("plan --waypoint 0,0,0,0", "no gait on a fibre can fly, and elsewhere α3 and α4 follow from the color"),
+    ("plan --waypoint 0,0 --divisions 300", "divisions must be a whole number from 2 to 256, got 300; plan --method exact"),
+    ("plan --waypoint 0,0 --watch", "--watch was removed. Run the command again"),
+    ("transition hover one.csv --divisions=3", "--divisions was removed. Leave it out"),
+    ("figures --divisions 3", "No such option '--divisions'"),
+    ("region --sheets all", "No such option '--sheets'"),
+    ("plan film.gif", "got 'film.gif'; a film is not read: use the gait table or the request"),
+    ("plan --waypoint 0,0 --output x.svg", ".h, .gif, .mp4, got 'x.svg'; films are .gif, .mp4"),
+    ("validate none.csv", "No such file or directory; allowed is a gait table: .csv, .json, .npz, .mat, .parquet, .mcap"),
+    ("validate long.csv", "gait file 'long.csv': line 2: field larger than field limit (131072); allowed is"),
+    ("explore --port x", "--port must be a whole number from 0 to 65535, got 'x'"),
+    ("cycles --limit 0", "--limit must be a whole number from 1 to 1000000000, got '0'"),
     ("plan --waypoint 0,0 --period soon", "--period must be a number of seconds, got 'soon'"),
     ("validate one.csv --require pretty", "--require must be one of valid, flyable, got 'pretty'"),
     ("cycles --keep-in '0,0 1'", "--keep-in must be 'A1,A2 A1,A2 A1,A2 …', got '0,0 1'"),
@@ -171,6 +183,7 @@ def test_wrong_input_is_one_line_and_exit_code_2(run: Any, command: str, message
     Path("vehicle.toml").write_text('preset = "paper"\nmax_tlt = 1.0\n')
     for name, row in (("one.csv", "0.5,-0.5,0.5,-0.5\n0.8,-0.5,0.8,-0.5"), ("off.csv", "0.1,0.2,1.3,1.4")):
         Path(name).write_text(f"alpha1,alpha2,alpha3,alpha4\n{row}\n")
+    Path("long.csv").write_text("alpha1,alpha2,alpha3,alpha4,note\n1.125,-1,1.125,-1," + "x" * 131073)
     before = sorted(Path().iterdir())
     result = run(*shlex.split(command))
     assert (result.code, result.out, result.err.count("\n")) == (2, "", 1)
@@ -275,6 +288,9 @@ def test_transition(run: Any) -> None:
         ("gaitgraph roots 0.3 -0.4 >&-", 2, "gaitgraph: standard output is closed\n"),
         ("gaitgraph vehicles > /dev/full", 2, "standard output cannot be written: No space left on device\n"),
         ("gaitgraph vehicles --json | head -c 10", 0, ""),
+        ("gaitgraph roots 0.4 -0.4 --json | true", 0, ""),
+        ("gaitgraph cycles --json | head -1", 0, ""),
+        ("gaitgraph --help | true", 0, ""),
         ("PYTHONIOENCODING=latin-1 gaitgraph roots 0.3 -0.4", 0, ""),
     ],
 )

@@ -107,6 +107,7 @@ def main(args: Sequence[str] | None = None) -> NoReturn:
         # An encoding without Greek letters gets question marks instead of a traceback.
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")
+    stdout = sys.stdout
     try:
         code = cli.main(args=None if args is None else list(args), prog_name="gaitgraph", standalone_mode=False)
         sys.stdout.flush()
@@ -118,7 +119,10 @@ def main(args: Sequence[str] | None = None) -> NoReturn:
         _stop(2, f"{message}; see {error.ctx.command_path if error.ctx else 'gaitgraph'} --help")
     except (click.Abort, KeyboardInterrupt):
         _stop(130, "interrupted")
-    except BrokenPipeError:  # the reader of the output went away
+    except (BrokenPipeError, SystemExit) as error:
+        # The reader of the output went away: click replaces standard output and exits with 1.
+        if isinstance(error, SystemExit) and sys.stdout is stdout:
+            raise
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         _stop(0)
     except GaitgraphError as error:
@@ -135,14 +139,12 @@ def main(args: Sequence[str] | None = None) -> NoReturn:
 # ---------------------------------------------------------------- commands and their options
 
 REMOVED = {
-    "--render": "A film is drawn: --output flight.gif",
-    "--view": "Write a film: --output flight.gif",
-    "--watch": "Run the command again when the file changes, for example with: entr, watchexec",
-    "--sheets": "No gait on a fibre can fly; gaitgraph roots lists the fibres",
-    "--divisions": "Only plan and cycles use a grid; a transition is found at any angle",
-    "--objective thrust": "Use: gaitgraph optimize --objective hover_reserve",
+    "fly --render": "A film is drawn: --output flight.gif",
+    "fly --view": "Write a film: --output flight.gif",
+    "plan --watch": "Run the command again when the file changes, for example with: entr, watchexec",
+    "transition --divisions": "Leave it out: a transition is the shortest path at any angle",
 }
-"""Options that earlier versions had, and what to use instead."""
+"""Options that commands had in earlier versions, and what to use instead; what requests had they refuse themselves."""
 
 _NEGATIVE_ANGLE = re.compile(r"-\s*(?:\d|\.|pi|π|inf|nan)", re.IGNORECASE)
 _MINUS = "−"  # stands for the hyphen of a negative angle while the arguments are parsed
@@ -163,11 +165,10 @@ class Command(click.Command):
         """Parse the arguments; a negative angle is never an option."""
         known = {name: one for one in self.params if isinstance(one, click.Option) for name in one.opts}
         marked = []
-        for before, arg, after in zip(["", *args], args, [*args[1:], ""], strict=False):
-            name, _, value = arg.partition("=")
-            for gone in (name, f"{name} {value or after}"):
-                if gone in REMOVED and gone not in known:
-                    raise InputError(f"{gone} was removed. {REMOVED[gone]}")
+        for before, arg in zip(["", *args], args, strict=False):
+            name = arg.partition("=")[0]
+            if advice := REMOVED.get(f"{self.name} {name}"):
+                raise InputError(f"{name} was removed. {advice}")
             is_value = before in known and not known[before].is_flag
             marked.append(_MINUS + arg[1:] if _NEGATIVE_ANGLE.match(arg) and not is_value else arg)
         rest = super().parse_args(ctx, marked)
@@ -214,6 +215,17 @@ class Kind(click.ParamType):  # type: ignore[type-arg]  # generic in new version
             raise InputError(f"{param.opts[0] if param else ''} must be {self.name}, got {shown(value)}") from None
 
 
+def whole_from(low: int, high: int) -> Kind:
+    """Return the kind of whole numbers in a range."""
+
+    def parse(text: str) -> int:
+        if not low <= int(text) <= high:
+            raise ValueError
+        return int(text)
+
+    return Kind(f"a whole number from {low} to {high}", parse)
+
+
 def _angle(text: str) -> float:
     from gaitgraph.angles import angle_from_text
 
@@ -223,15 +235,18 @@ def _angle(text: str) -> float:
     return angle
 
 
-def pair_of(text: str) -> list[str]:
-    """Return the two parts of a text, or raise ValueError."""
-    first, second = text.split(",")
-    return [first.strip(), second.strip()]
+def pair_of(text: str, *more: int) -> list[str]:
+    """Return the two parts of a text, or as many as `more` allows; else raise ValueError."""
+    parts = [part.strip() for part in text.split(",")]
+    if len(parts) not in (2, *more):
+        raise ValueError
+    return parts
 
 
 _KINDS: dict[str, Any] = {
     "ANGLE": Kind("an angle ≥ 0, such as 0.3, pi/8 or 20deg", _angle),
-    **{name: Kind(f"{name}, two angles", pair_of) for name in ("A1,A2", "ROLL,PITCH")},
+    "A1,A2": Kind("A1,A2, two angles", lambda text: pair_of(text, 4)),  # the library says why not four
+    "ROLL,PITCH": Kind("ROLL,PITCH, two angles", pair_of),
     "X,Y[,Z]": Kind("two or three numbers (m/s)", lambda text: tuple(map(float, text.split(",")))),
     "POLYGON": Kind("'A1,A2 A1,A2 A1,A2 …'", lambda text: [pair_of(corner) for corner in text.split()]),
     "N": Kind("a whole number", int),

@@ -7,14 +7,14 @@ from typing import Any
 
 import click
 
-from gaitgraph.cli import Working, command, file, print_text
+from gaitgraph.cli import Working, command, file, option, print_text, whole_from
 
 
 @command(
     "Every Two-Color-consistent colouring of a loop.",
     file("loop_file", "GAIT_FILE_OR_REQUEST"),
     "sign",
-    click.option("--limit", type=click.IntRange(0, 10**9), metavar="N", help="List so many at most; all are counted."),
+    option("--limit", "N", "List so many at most; all are counted.", type=whole_from(0, 10**9)),
     "crossing_tolerance vehicle coefficients json",
 )
 def colorings_command(loop_file: str, limit: int | None = None, as_json: bool = False, **given: Any) -> int:

@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from gaitgraph.cli import Working, choice, command, flag, option, print_json, request_of
+from gaitgraph.cli import Working, choice, command, flag, option, print_json, request_of, whole_from
 
 
 @command(
@@ -15,10 +15,10 @@ from gaitgraph.cli import Working, choice, command, flag, option, print_json, re
     flag("--any-order", "Through the waypoints in any order."),
     "keep_in keep_out",
     option("--max-length", "ANGLE", "No longer ones, in the (α1, α2) plane."),
-    click.option("--limit", type=click.IntRange(1, 10**9), default=20, metavar="N", help="So many.  [default: 20]"),
+    option("--limit", "N", "So many.  [default: 20]", type=whole_from(1, 10**9), default=20),
     "color sign divisions",
     choice("--require", ["flyable", "valid", "two_color"], "valid", "Which edges of the graph count."),
-    option("--effort", "STEPS", "Stop after so many and print the bound.  [default: none]", type=click.IntRange(1)),
+    option("--effort", "STEPS", "Stop after so many and print the bound.  [default: none]", type=whole_from(1, 10**18)),
     "vehicle coefficients json",
 )
 def cycles_command(

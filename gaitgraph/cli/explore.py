@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import click
 
-from gaitgraph.cli import command, flag, option, print_json
+from gaitgraph.cli import command, flag, option, print_json, whole_from
 
 
 @command(
     "Plan gaits by hand, in the browser.",
-    option("--port", "N", "0 for a free one.  [default: 0]", type=click.IntRange(0, 65535)),
+    option("--port", "N", "0 for a free one.  [default: 0]", type=whole_from(0, 65535)),
     flag("--no-browser", "Print the address and open nothing."),
     "json",
 )

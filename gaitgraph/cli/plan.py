@@ -18,6 +18,7 @@ from gaitgraph.cli import Paths, Working, check_outputs, command, flag, one_of, 
         "exact: any angle, the shortest; grid: the paper's graph.  [default: exact; grid with --divisions]",
         words=("grid", "exact"),
     ),
+    option("--sheets", "NAME", "", hidden=True),  # of earlier versions; the request judges it
     "accuracy keep_in keep_out",
     flag("--any-order", "Visit the waypoints in the order that is shortest."),
     flag("--reverse", "Run the loop in the other direction."),

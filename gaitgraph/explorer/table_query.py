@@ -37,7 +37,7 @@ FloatArray = npt.NDArray[np.float64]
 _MOST_ROWS = 2000
 _MOST_RUNS = 50
 _FILM = ".gif"
-_NOT_SHOWN = {"sheets": "planes", "floor": matrices.DEFAULT_FLOOR}  # fields of requests without a control on the page
+_NOT_SHOWN = {"floor": matrices.DEFAULT_FLOOR}  # fields of requests without a control on the page
 
 
 def formats_answer() -> list[dict[str, Any]]:
@@ -140,6 +140,7 @@ def _state_of_request(table: Table) -> dict[str, Any] | None:
     request = table.about.get("request")
     if not isinstance(request, dict):
         return None
+    request = {name: value for name, value in request.items() if (name, value) != ("sheets", "planes")}  # as in requests
     if any(_NOT_SHOWN.get(name, ...) != value for name, value in request.items() if name not in queries.DEFAULTS):
         return None
     state = {name: value for name, value in request.items() if name in queries.DEFAULTS}

@@ -27,12 +27,12 @@ from gaitgraph.gait.table import Table, merged
 from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.invertibility.tilt_margins import attitude_sensitivities
 from gaitgraph.robustness.biased import robustness_of
+from gaitgraph.timing.timed_gait import TimedGait
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
     from gaitgraph.robustness.attitudes import AcceptableAttitudes
-    from gaitgraph.timing.timed_gait import TimedGait
 
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
@@ -208,6 +208,8 @@ def basins_of(
     """
     import shapely
 
+    if not isinstance(timed, TimedGait):
+        raise InputError(f"timed must be a timed gait, as gait.parametrize(period) returns, got {shown(timed)}")
     etas = list(biases)
     if not etas or not all(0 < number_of(eta) <= 1 for eta in etas) or len(set(etas)) < len(etas):
         raise InputError(f"bias must be different numbers above 0, up to 1, got {shown(etas)}")

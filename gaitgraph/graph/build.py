@@ -37,7 +37,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.angles import number_of, whole_number
-from gaitgraph.errors import ContractError, InputError, checked_choice
+from gaitgraph.errors import ContractError, InputError, checked_choice, shown
 from gaitgraph.gait.gait import Gait
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Coefficients, coefficients_of, noise_of
 from gaitgraph.invertibility.segment_bounds import (
@@ -76,6 +76,9 @@ _TOLERANCES = {"least_singular_value": 2e-5}
 
 def checked_divisions(divisions: object) -> int:
     """Return a number of divisions, or raise InputError."""
+    if number_of(divisions) > MOST_DIVISIONS:
+        got = f"got {shown(divisions)}; plan --method exact needs no grid"
+        raise InputError(f"divisions must be a whole number from 2 to {MOST_DIVISIONS}, {got}")
     return whole_number("divisions", divisions, 2, MOST_DIVISIONS)
 
 

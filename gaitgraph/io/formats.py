@@ -23,7 +23,7 @@ from gaitgraph.errors import (
     needs_extra,
     shown,
 )
-from gaitgraph.files import check_new_files, text_of, write_whole
+from gaitgraph.files import check_new_files, reading, text_of, write_whole
 from gaitgraph.gait.table import Table, about_from_text, closed_rows, merged
 from gaitgraph.io import binary_tables, c_header, ros, text_files
 from gaitgraph.io.columns import FormatOptions, TableBuilder, as_table
@@ -105,6 +105,13 @@ FILMS = (".gif", ".mp4")
 """Suffixes of films, which :mod:`gaitgraph.plots.vehicles` writes."""
 
 
+def suffix_hint(suffix: str, known: Sequence[str], *, reads: bool) -> str:
+    """Return what to use instead of a suffix that is not known, of a file to be read or written: a message's end."""
+    if suffix in (*FILMS, ".svg"):
+        return "; a film is not read: use the gait table or the request" if reads else f"; films are {', '.join(FILMS)}"
+    return "; ros2 bag convert turns it into .mcap" if suffix == ".db3" else did_you_mean(suffix, known)
+
+
 def known_format(path: str | Path, what: str, *, reads: bool = False) -> Format:
     """Return the format of a gait file by its suffix; InputError if it has none, or is not read where that is needed.
 
@@ -118,7 +125,8 @@ def known_format(path: str | Path, what: str, *, reads: bool = False) -> Format:
         suffix = ".mcap"
     if suffix not in known:
         which = repr(str(path)) + ", a folder without a .mcap file" * is_folder
-        hint = "; ros2 bag convert turns it into .mcap" if suffix == ".db3" else did_you_mean(suffix, known)
+        hint = suffix_hint(suffix, known, reads=reads)
+        known += FILMS if not reads else ()
         raise InputError(f"{what} must have one of the suffixes {', '.join(known)}, got {which}{hint}")
     return FORMATS[suffix]
 
@@ -241,9 +249,12 @@ def read_pieces(
     """
     path = Path(path)
     form = known_format(path, _WHAT, reads=True)
+    read, known = form.function("read"), ", ".join(suffix for suffix, one in FORMATS.items() if one.reads)
+    with reading(path, _WHAT, f"a gait table: {known}"):
+        path.stat()
     with naming_file(path):
         builder = TableBuilder(plane_only=plane_only, joints=joints)
-        yield from form.function("read")(path, builder, progress)
+        yield from read(path, builder, progress)
         builder.check_rows()
 
 

@@ -108,6 +108,8 @@ def _numeric_columns(lines: list[str], names: list[str], builder: TableBuilder) 
     text = "".join(lines)
     if not text.isascii() or "_" in text or not text.strip("\n"):
         return None
+    if max(map(len, lines)) > csv.field_size_limit():
+        return None  # csv refuses longer fields, and numpy's reader does not
     if '"' in text and '"' in _QUOTED_FIELD.sub("", text):
         return None  # numpy's reader takes quotation marks that csv refuses
     # A column that is ignored is read as one character.

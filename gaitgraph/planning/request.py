@@ -22,12 +22,12 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.angles import HALF_PI, angle_from_text
-from gaitgraph.errors import InputError, check_fields, checked_choice, did_you_mean, shown
+from gaitgraph.errors import InputError, check_fields, checked_choice, shown
 from gaitgraph.files import table_from_toml, text_of
 from gaitgraph.gait.table import ANGLES, SAME_ROW, merged, surface_of
 from gaitgraph.graph.build import DEFAULT_DIVISIONS, checked_divisions
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Kind, coefficients_of
-from gaitgraph.io.formats import FORMATS, naming_file, provenance_in, read_pieces
+from gaitgraph.io.formats import FORMATS, naming_file, provenance_in, read_pieces, suffix_hint
 from gaitgraph.surface.loop_colorings import colorings
 from gaitgraph.surface.region import Zones, checked_accuracy, checked_number
 from gaitgraph.timing.laws import DEFAULT_LAW
@@ -113,6 +113,9 @@ class PlanRequest:
         floor: float = DEFAULT_FLOOR,
     ) -> None:
         method = method if method is not None else "exact" if divisions is None else "grid"
+        if str(objective) == "thrust":  # which earlier versions had
+            advice = "use: gaitgraph optimize --objective hover_reserve, gg.optimal_gait(objective='hover_reserve')"
+            raise InputError(f"objective must be one of {', '.join(CHOICES['objective'])}, got 'thrust'; {advice}")
         names = {"color": color, "sign": sign, "objective": objective, "method": method}
         for name, value in names.items():
             checked_choice(name, value, CHOICES[name])
@@ -171,7 +174,9 @@ def checked_waypoints(value: object, most: int = MOST_WAYPOINTS) -> list[Point]:
     points = []
     for number, angles in enumerate(value, start=1):
         if not isinstance(angles, (list, tuple, np.ndarray)) or len(angles) != 2:
-            raise InputError(f"waypoint {number} must be [alpha1, alpha2], got {shown(angles)}")
+            four = isinstance(angles, (list, tuple, np.ndarray)) and len(angles) == 4
+            why = "; no gait on a fibre can fly, and elsewhere α3 and α4 follow from the color" if four else ""
+            raise InputError(f"waypoint {number} must be [alpha1, alpha2], got {shown(angles)}{why}")
         first, second = (angle_from_text(angles[k], f"waypoint {number} alpha{k + 1}") for k in range(2))
         for k, angle in enumerate((first, second)):
             if abs(angle) > HALF_PI:
@@ -195,10 +200,10 @@ def request_from_mapping(content: Mapping[str, Any]) -> tuple[PlanRequest, dict[
     (16, {'samples': 50})
     """
     # Requests of earlier versions state the sheets; "planes" is what there is.
-    content = {name: value for name, value in content.items() if (name, value) != ("sheets", "planes")}
-    if "sheets" in content:
-        why = "since no gait on a fibre can fly: loops are planned on the red and the blue sheet"
-        raise InputError(f"sheets: {shown(content['sheets'])}; no field any more, {why}")
+    content = dict(content)
+    if (sheets := content.pop("sheets", "planes")) != "planes":
+        why = "no gait on a fibre can fly; gaitgraph roots lists the fibres"
+        raise InputError(f"sheets must be planes or left out, got {shown(sheets)}; {why}")
     sampling = {name: content.pop(name) for name in _SAMPLING if name in content}
     check_fields("request", content, [*REQUEST_FIELDS, *_SAMPLING])
     return PlanRequest(content.pop("waypoints", ()), **content), sampling
@@ -226,7 +231,7 @@ def stated_request(path: str | Path) -> dict[str, Any]:
     suffix = path.suffix.lower()
     known = [".toml", *FORMATS]
     if suffix not in known:
-        hint = did_you_mean(suffix, known)
+        hint = suffix_hint(suffix, known, reads=True)
         raise InputError(f"request file must end in one of {', '.join(known)}, got {str(path)!r}{hint}")
     if suffix not in (".toml", ".json"):
         about: Any = provenance_in(path)
