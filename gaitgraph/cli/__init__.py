@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any, NoReturn, Self
 import click
 
 from gaitgraph import __version__
+from gaitgraph.angles import whole_number
 from gaitgraph.errors import GaitgraphError, InputError, checked_choice, did_you_mean, shown
 
 if TYPE_CHECKING:
@@ -115,7 +116,7 @@ def main(args: Sequence[str] | None = None) -> NoReturn:
         click.echo(error.format_message())
         _stop(2 if error.ctx and error.ctx.parent else 0)
     except click.UsageError as error:
-        message = as_typed(error.format_message()).rstrip(".")
+        message = error.format_message().replace(_MINUS, "-").rstrip(".")
         _stop(2, f"{message}; see {error.ctx.command_path if error.ctx else 'gaitgraph'} --help")
     except (click.Abort, KeyboardInterrupt):
         _stop(130, "interrupted")
@@ -148,11 +149,6 @@ REMOVED = {
 
 _NEGATIVE_ANGLE = re.compile(r"-\s*(?:\d|\.|pi|π|inf|nan)", re.IGNORECASE)
 _MINUS = "−"  # stands for the hyphen of a negative angle while the arguments are parsed
-
-
-def as_typed(message: str) -> str:
-    """Return a message in which the arguments that it quotes have their hyphens again."""
-    return message.replace(_MINUS, "-")
 
 
 class Command(click.Command):
@@ -217,13 +213,7 @@ class Kind(click.ParamType):  # type: ignore[type-arg]  # generic in new version
 
 def whole_from(low: int, high: int) -> Kind:
     """Return the kind of whole numbers in a range."""
-
-    def parse(text: str) -> int:
-        if not low <= int(text) <= high:
-            raise ValueError
-        return int(text)
-
-    return Kind(f"a whole number from {low} to {high}", parse)
+    return Kind(f"a whole number from {low} to {high}", lambda text: whole_number("", int(text), low, high))
 
 
 def _angle(text: str) -> float:

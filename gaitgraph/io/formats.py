@@ -105,17 +105,11 @@ FILMS = (".gif", ".mp4")
 """Suffixes of films, which :mod:`gaitgraph.plots.vehicles` writes."""
 
 
-def suffix_hint(suffix: str, known: Sequence[str], *, reads: bool) -> str:
-    """Return what to use instead of a suffix that is not known, of a file to be read or written: a message's end."""
-    if suffix in (*FILMS, ".svg"):
-        return "; a film is not read: use the gait table or the request" if reads else f"; films are {', '.join(FILMS)}"
-    return "; ros2 bag convert turns it into .mcap" if suffix == ".db3" else did_you_mean(suffix, known)
-
-
-def known_format(path: str | Path, what: str, *, reads: bool = False) -> Format:
+def known_format(path: str | Path, what: str, *, reads: bool = False, also: Sequence[str] = FILMS) -> Format:
     """Return the format of a gait file by its suffix; InputError if it has none, or is not read where that is needed.
 
-    A folder to be read may have another name, if the files in it are those of a bag. `what` is how messages call it.
+    A folder to be read may have another name, if the files in it are those of a bag. `what` is how messages call it,
+    and `also` are suffixes that a caller who writes, or seeks a request, has served before.
     """
     path = Path(path)
     suffix = path.suffix.lower()
@@ -125,8 +119,13 @@ def known_format(path: str | Path, what: str, *, reads: bool = False) -> Format:
         suffix = ".mcap"
     if suffix not in known:
         which = repr(str(path)) + ", a folder without a .mcap file" * is_folder
-        hint = suffix_hint(suffix, known, reads=reads)
-        known += FILMS if not reads else ()
+        known += () if reads else also
+        hint = did_you_mean(suffix, known)
+        if suffix in (*FILMS, ".svg"):
+            reads |= also != FILMS
+            hint = "; a film is not read: use the gait table or the request" if reads else "; films are .gif, .mp4"
+        elif suffix == ".db3":
+            hint = "; ros2 bag convert turns it into .mcap"
         raise InputError(f"{what} must have one of the suffixes {', '.join(known)}, got {which}{hint}")
     return FORMATS[suffix]
 
@@ -275,13 +274,13 @@ def provenance_in(path: str | Path) -> dict[str, Any]:
 
 
 @contextmanager
-def naming_file(source: object) -> Iterator[None]:
+def naming_file(source: object, what: str = _WHAT) -> Iterator[None]:
     """Name the file in an error about what it holds, once; if the source is no path, errors stay as they are."""
     try:
         yield
     except (MissingExtra, FileProblem):
         raise
     except GaitgraphError as error:
-        if not isinstance(source, (str, Path)) or str(error).startswith(_WHAT):
+        if not isinstance(source, (str, Path)) or str(error).startswith(what):
             raise
-        raise type(error)(f"{_WHAT} {str(source)!r}: {error}") from error
+        raise type(error)(f"{what} {str(source)!r}: {error}") from error

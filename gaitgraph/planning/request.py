@@ -12,8 +12,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -24,10 +23,10 @@ import numpy.typing as npt
 from gaitgraph.angles import HALF_PI, angle_from_text
 from gaitgraph.errors import InputError, check_fields, checked_choice, shown
 from gaitgraph.files import table_from_toml, text_of
-from gaitgraph.gait.table import ANGLES, SAME_ROW, merged, surface_of
+from gaitgraph.gait.table import SAME_ROW, merged, surface_of
 from gaitgraph.graph.build import DEFAULT_DIVISIONS, checked_divisions
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Kind, coefficients_of
-from gaitgraph.io.formats import FORMATS, naming_file, provenance_in, read_pieces, suffix_hint
+from gaitgraph.io.formats import known_format, naming_file, provenance_in, read_pieces
 from gaitgraph.surface.loop_colorings import colorings
 from gaitgraph.surface.region import Zones, checked_accuracy, checked_number
 from gaitgraph.timing.laws import DEFAULT_LAW
@@ -35,6 +34,8 @@ from gaitgraph.timing.timed_gait import checked_clock
 from gaitgraph.vehicle import PAPER, Vehicle, vehicle_from_mapping, vehicle_named
 
 if TYPE_CHECKING:
+    from contextlib import AbstractContextManager
+
     from gaitgraph.surface.loop_colorings import Colorings
 
 Point = tuple[float, float]
@@ -229,10 +230,8 @@ def stated_request(path: str | Path) -> dict[str, Any]:
     """Return the fields that a file states, of those that :func:`read_request` reads, unchecked."""
     path = Path(path)
     suffix = path.suffix.lower()
-    known = [".toml", *FORMATS]
-    if suffix not in known:
-        hint = suffix_hint(suffix, known, reads=True)
-        raise InputError(f"request file must end in one of {', '.join(known)}, got {str(path)!r}{hint}")
+    if suffix != ".toml":
+        known_format(path, "request file", also=(".toml",))
     if suffix not in (".toml", ".json"):
         about: Any = provenance_in(path)
     else:
@@ -256,14 +255,9 @@ def stated_request(path: str | Path) -> dict[str, Any]:
         )
 
 
-@contextmanager
-def _named(path: Path) -> Iterator[None]:
+def _named(path: Path) -> AbstractContextManager[None]:
     """Name the file in an error about what it holds."""
-    try:
-        yield
-    except InputError as error:
-        what = "request file" if path.suffix.lower() in (".toml", ".json") else "gait file"
-        raise type(error)(f"{what} {str(path)!r}: {error}") from error
+    return naming_file(path, "request file" if path.suffix.lower() in (".toml", ".json") else "gait file")
 
 
 def _object_from_json(text: str) -> dict[str, Any]:
@@ -317,10 +311,7 @@ def colorings_of_file(
         with naming_file(path):
             vehicle, numbers, stated_tolerance = surface_of(table, vehicle, coefficients)
         points = np.column_stack([table["alpha1"], table["alpha2"]])
-        # As validate counts colourings: a row that comes back with some noise, or in another color, has one of its own.
-        first, last = (np.array([table[name][k] for name in ANGLES if name in table]) for k in (0, -1))
-        colors = table.columns.get("color", [None])
-        if len(points) > 1 and np.abs(last - first).max() <= SAME_ROW and colors[0] == colors[-1]:
+        if len(points) > 1 and np.abs(points[-1] - points[0]).max() <= SAME_ROW:  # with noise a point of its own
             points = points[:-1]
     return colorings(
         points,
