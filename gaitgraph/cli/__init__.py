@@ -21,7 +21,6 @@ from typing import TYPE_CHECKING, Any, NoReturn, Self
 import click
 
 from gaitgraph import __version__
-from gaitgraph.angles import whole_number
 from gaitgraph.errors import GaitgraphError, InputError, checked_choice, did_you_mean, shown
 
 if TYPE_CHECKING:
@@ -213,7 +212,8 @@ class Kind(click.ParamType):  # type: ignore[type-arg]  # generic in new version
 
 def whole_from(low: int, high: int) -> Kind:
     """Return the kind of whole numbers in a range."""
-    return Kind(f"a whole number from {low} to {high}", lambda text: whole_number("", int(text), low, high))
+    # index raises ValueError for a number outside.
+    return Kind(f"a whole number from {low} to {high}", lambda text: low + range(low, high + 1).index(int(text)))
 
 
 def _angle(text: str) -> float:
