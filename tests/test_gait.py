@@ -205,11 +205,11 @@ def test_whoever_reads_a_measured_table_finds_the_same_period(tmp_path: Path) ->
     write_h([gg.read_table(source)], tmp_path / "rows.h", FormatOptions())
     for text in (header, (tmp_path / "rows.h").read_text()):
         assert "_angle[20][4]" in text
-    kept = gg.retarget(source)  # flyable, so it comes back bit by bit
+    kept: Any = gg.retarget(source)  # flyable, so it comes back bit by bit
     assert (kept.status, kept.table["t"][-1]) == ("unchanged", 1.0)
     np.testing.assert_array_equal(kept.table.alpha, gg.read_table(source).alpha)
     rows[:, 1::2] -= 0.5  # where it cannot fly the closing row goes to the first
-    moved = gg.retarget(rows[:, 1:])
+    moved: Any = gg.retarget(rows[:, 1:])
     assert (moved.table.alpha[0] == moved.table.alpha[-1]).all()
     np.testing.assert_allclose(moved.moved[-1], np.linalg.norm(moved.table.alpha[-1] - rows[-1, 1:]))
 
