@@ -198,7 +198,8 @@ class LeastEffort:
     def keeps_inside(self, loop: SmoothLoop) -> bool:
         """Return whether the hull of every piece of the spline lies inside the polygon, clear of its border."""
         shapes = shapely.convex_hull(shapely.multipoints(loop.hulls))
-        if not shapely.covers(self.polygon, shapes).all():
+        # Each hull meets the next one: where none comes near the border all are inside if one is.
+        if not shapely.covers(self.polygon, shapes[0]):
             return False
         return bool(shapely.distance(self.polygon.boundary, shapes).min() >= 0.9 * self.clearance)
 
