@@ -316,8 +316,7 @@ def _tour_start(rows: Rows, stops: Sequence[frozenset[int]], any_order: bool, ro
             progress += 1
         return progress
 
-    # Backwards from the last stop: the distance to the end is one over the nodes that make progress from here, each
-    # with its own distance from the progress made there.
+    # Backwards from the last stop, each distance over the nodes that make progress from here.
     begin = advanced(0, root)
     ahead = {done: distances(rows, [(root, 0)])[0]}
     for progress in range(done - 1, begin - 1, -1):
@@ -353,8 +352,7 @@ class CycleSearch:
     and `shortest` are as for :func:`cycles`. Every cycle shorter than `floor` [quanta] has been yielded, `found` of
     them, in `steps` expanded nodes. `complete` says whether the search came to its end.
 
-    During a pass:
-    - `held` are the first cycles after the last one yielded of all that the pass has met, at most MOST_HELD of them
+    During a pass `held` are the first cycles after the last one yielded of all that the pass has met, at most MOST_HELD of them
       (twice as many for a moment). Those beyond are left to the next pass.
     - `_limit` is a length beyond which nothing is needed any more; it falls when there are more cycles than are held.
     - `_least_left` is at most the length of any cycle on a path that was left because it exceeded the limit.
@@ -436,7 +434,6 @@ class CycleSearch:
             if item <= last or (cut is not None and item > cut):
                 continue
             self.held.add(item)
-            # Sorted out at twice the capacity, so that each cycle is compared a few times only.
             if len(self.held) > 2 * capacity:
                 self.held = set(nsmallest(capacity, self.held))
                 cut = max(self.held)

@@ -15,8 +15,7 @@ With u = α1 − α2, v = α1 + α2 and w = cos v the conditions of the red shee
 * R = (w + cos(u − 2δ))·D/(κ cos²δ) with the bracket D = κw + κ cos u − sin u (equation (6) on red; docs/theory.md, 6);
 * the 2×2 block of the scaled decoupling matrix has the singular values √2·√λ, where the two λ have the product D²
   and the sum F = 2 + κ² + κw·(κ cos u − 2 sin u). With g = floor²/2 both λ are at least g exactly where
-  h = D² − gF + g² ≥ 0 and F ≥ 2g. On F = 2g, h = D² − F²/4 ≤ 0: so F is compared once for each part of h ≥ 0
-  (docs/theory.md, 14).
+  h = D² − gF + g² ≥ 0 and F ≥ 2g. On F = 2g, h = D² − F²/4 ≤ 0: so F is compared once a part (theory.md, 14).
 
 Each function of a set returns polygons whose sides are nowhere farther than `tolerance` [rad] from its border, inside
 [−π/2, π/2]²; beyond the square they end anywhere. `kappa` is the signed drag ratio.
@@ -248,11 +247,7 @@ def mirrored(shape: BaseGeometry) -> BaseGeometry:
 
 
 class Quadratic(NamedTuple):
-    """A condition on (u, w), w = cos v, whose border is a quadratic in w.
-
-    The roots are w = (±√discriminant − sgn κ·middle)/(2|κ|); `height` at w = ±1 and the discriminant are trigonometric
-    polynomials of degree two in u.
-    """
+    """A condition on (u, w) with a quadratic in w as border, roots w = (±√discriminant − sgn κ·middle)/(2|κ|)."""
 
     middle: Function
     discriminant: Function
@@ -274,7 +269,7 @@ def _bracket_without_w(u: FloatArray, kappa: float) -> FloatArray:
 
 def _where_it_holds(condition: Quadratic, kappa: float, tolerance: float) -> BaseGeometry:
     """Return where a condition on (u, w) holds, in the (α1, α2) plane."""
-    middle, discriminant, scale, height, holds, border = condition
+    middle, discriminant, scale, height, holds, border = condition  # the second and fourth of degree two in u
 
     def root(side: float) -> Function:
         def at(u: FloatArray) -> FloatArray:
