@@ -45,7 +45,7 @@ from tests.samples import EXACT
 NAN, INF, NODE = math.nan, math.inf, (14, 2, "red")
 G3, G4 = (lift(GAITS[k].angles, "red") for k in (2, 3))
 SQUARE = [(0, 0), (1, 0), (1, 1), (0, 1)]
-SMALL = {"name": "small", "gaits": ["gait1"], "attitudes": {"roll": [0.0, 0.3], "pitch": [0.0, 0.2]}}
+SMALL: dict[str, Any] = {"name": "small", "gaits": ["gait1"], "attitudes": {"roll": [0.0, 0.3], "pitch": [0.0, 0.2]}}
 TABLE, POINT = table_of(G3.parametrize(samples=4)), lift([(0.3, -0.3)], "red")
 MIXED, EXACT_GAIT = lift(GAITS[2].angles, ["red", "blue"] * 2), lift(GAITS[3].angles, "red", coefficients=EXACT)
 ROUNDED = rounded(G3, 0.1)
