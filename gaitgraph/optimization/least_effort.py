@@ -197,7 +197,7 @@ class LeastEffort:
 
     def keeps_inside(self, loop: SmoothLoop) -> bool:
         """Return whether the hull of every piece of the spline lies inside the polygon, clear of its border."""
-        shapes = shapely.convex_hull(shapely.multipoints(loop.hulls))
+        shapes: Any = shapely.convex_hull(shapely.multipoints(loop.hulls))
         # Each hull meets the next one: where none comes near the border all are inside if one is.
         if not shapely.covers(self.polygon, shapes[0]):
             return False
