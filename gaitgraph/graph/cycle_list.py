@@ -352,11 +352,9 @@ class CycleSearch:
     and `shortest` are as for :func:`cycles`. Every cycle shorter than `floor` [quanta] has been yielded, `found` of
     them, in `steps` expanded nodes. `complete` says whether the search came to its end.
 
-    During a pass `held` are the first cycles after the last one yielded of all that the pass has met, at most MOST_HELD of them
-      (twice as many for a moment). Those beyond are left to the next pass.
-    - `_limit` is a length beyond which nothing is needed any more; it falls when there are more cycles than are held.
-    - `_least_left` is at most the length of any cycle on a path that was left because it exceeded the limit.
-    So if the limit has not fallen in a pass, all cycles up to it are known, and no other is shorter than `_least_left`.
+    In a pass `held` are the first cycles met that come after the last one yielded, at most MOST_HELD (twice as many for
+    a moment). Beyond the length `_limit`, which only falls, nothing is needed. `_least_left` is at most the length of any
+    cycle left. So unless the limit fell all cycles up to it are known, and no other is shorter than `_least_left`.
     """
 
     def __init__(
@@ -467,7 +465,6 @@ class CycleSearch:
         onward = iter(steps_from(state))
         try:
             while True:
-                # The next step that can still be closed within the limit, to a node that is not on the path.
                 allowed = limit - length
                 for step in onward:
                     if step[0] > allowed:
