@@ -34,8 +34,6 @@ from gaitgraph.timing.timed_gait import checked_clock
 from gaitgraph.vehicle import PAPER, Vehicle, vehicle_from_mapping, vehicle_named
 
 if TYPE_CHECKING:
-    from contextlib import AbstractContextManager
-
     from gaitgraph.surface.loop_colorings import Colorings
 
 Point = tuple[float, float]
@@ -222,7 +220,7 @@ def read_request(path: str | Path, overrides: Mapping[str, Any]) -> tuple[PlanRe
         content["vehicle"] = str(Path(path).parent / vehicle)
     if any(name in overrides for name in _SAMPLING):
         content = {name: value for name, value in content.items() if name not in _SAMPLING}
-    with _named(Path(path)):
+    with naming_file(path, "request file" if Path(path).suffix.lower() in (".toml", ".json") else "gait file"):
         return request_from_mapping({**content, **overrides})
 
 
@@ -236,7 +234,7 @@ def stated_request(path: str | Path) -> dict[str, Any]:
         about: Any = provenance_in(path)
     else:
         text = text_of(path, "request file", "TOML or JSON")
-        with _named(path):
+        with naming_file(path, "request file"):
             content = table_from_toml(text) if suffix == ".toml" else _object_from_json(text)
         if "status" in content and isinstance(content.get("request"), dict):
             return dict(content["request"])  # a saved plan
@@ -248,16 +246,11 @@ def stated_request(path: str | Path) -> dict[str, Any]:
         return dict(about["request"])
     maker = about.get("made_by")
     why = f": {shown(maker)[1:-1]} made it, which plan does not repeat" if isinstance(maker, str) else ""
-    with _named(path):
+    with naming_file(path, "request file" if suffix in (".toml", ".json") else "gait file"):
         raise InputError(
             f"it states no request that made it{why}, so there is nothing to plan again: give a request, or "
             "the gait file of a planned gait"
         )
-
-
-def _named(path: Path) -> AbstractContextManager[None]:
-    """Name the file in an error about what it holds."""
-    return naming_file(path, "request file" if path.suffix.lower() in (".toml", ".json") else "gait file")
 
 
 def _object_from_json(text: str) -> dict[str, Any]:
