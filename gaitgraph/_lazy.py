@@ -49,4 +49,4 @@ def lazy_names(package: str) -> tuple[Callable[[str], Any], Callable[[], list[st
         setattr(sys.modules[package], name, value)
         return value
 
-    return getattr_, public
+    return getattr_, lambda: sorted(lazy_modules(package))
