@@ -353,8 +353,8 @@ class CycleSearch:
     them, in `steps` expanded nodes. `complete` says whether the search came to its end.
 
     In a pass `held` are the first cycles met that come after the last one yielded, at most MOST_HELD (twice as many for
-    a moment). Beyond the length `_limit`, which only falls, nothing is needed. `_least_left` is at most the length of any
-    cycle left. So unless the limit fell all cycles up to it are known, and no other is shorter than `_least_left`.
+    a moment). Beyond the length `_limit`, which only falls, nothing is needed. `_least_left` is at most the length of
+    any cycle left. So unless the limit fell all cycles up to it are known, and no other is shorter than `_least_left`.
     """
 
     def __init__(
