@@ -272,7 +272,7 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     (fly, {"gait": G3}, "gait must be a timed gait"),
     *((fly, {"gait": TIMED, "attitude": at}, "attitude must be a roll") for at in ((0.1,), (4.0, 0.0), (0.0, 1.6))),
     (from_hover, {"timed": G4.parametrize(), "periods": 0}, "periods must be a whole number from 1 to 10000, got 0"),
-    (partial(basins_of, "gait.csv"), {}, "timed must be a timed gait, as gait.parametrize(period) returns, got"),
+    (basins_of, {"timed": "gait.csv"}, "timed must be a timed gait, as gait.parametrize(period) returns, got"),
     (basins, {"resolution": 2.5}, "resolution must be a whole number from 1 to 100000, got 2.5"),
     (basins, {"resolution": 317}, "resolution must make at most 100000 flights, got 301467"),
     (basins, {"begins": 0}, "begins must be a whole number from 1 to 100000, got 0"),
