@@ -249,12 +249,13 @@ def test_each_loop_on_the_way_is_the_best_in_its_cells() -> None:
     loop, history = problem.solve(SmoothLoop(points=points, passes=knots.astype(float)))
     expected = [10.26324999, 6.592559112, 6.223033764, 6.211414580, 6.205096884, 6.203142457, 6.185269498, 6.183492861]
     assert history[:8] == pytest.approx(expected, rel=1e-6)
-    assert (len(history), history[-1]) == (16, pytest.approx(6.174707806, rel=1e-6))
+    assert len(history) == 16
+    assert history[-1] == pytest.approx(6.174707806, rel=1e-6)
     residual, held, by_border = problem.program(loop).stationarity()
     assert (residual < 1e-7, held, by_border) == (True, (0, 1, 2, 3), False)
     even: Any = problem.evened(loop)
     assert problem.evened(SmoothLoop(points=0 * points, passes=loop.passes)) is None
-    program = problem.program(even, 0.2)
+    program: Any = problem.program(even, 0.2)
     program.bounds *= 1e-2  # no pass moves by more than 0.9 of its bounds
     moved = (program.projected(10.0).passes - even.passes)[1:]
     most = 0.9 * program.unit * np.abs(program.bounds.T)

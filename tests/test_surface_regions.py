@@ -211,6 +211,7 @@ def test_thrust_and_hover_regions(vehicle: Vehicle) -> None:
     hover = hover_region(vehicle)
     assert hover.outer.area == pytest.approx((HALF_PI + delta) ** 2 + (HALF_PI - delta) ** 2, abs=1e-12)
     assert not hover.contains([delta, -delta])[0]
+    assert all("hover thrusts of" in (hover.why_not(at) or "") for at in ((delta, 0.3), (0.3, -delta)))
     assert_encloses(hover, lambda at: np.nan_to_num(hover_thrust_shares(red(at), vehicle).min(axis=1), nan=-1.0))
     # Across R = 0 the thrusts are not determined, so segments are judged on either side of it.
     small = thrust_region(0.3, vehicle, accuracy=1e-3)
@@ -261,16 +262,32 @@ def test_blue_region_is_where_rounding_left_a_sign(sign: Any) -> None:
     assert why_empty(flyable, 0.05, PAPER).startswith("no tilt angles meet all of: an invertible decoupling matrix: ")
 
 
-@pytest.mark.parametrize("accuracy", [1e-2, 1e-5, 1e-8])
-def test_inner_and_outer_are_as_near_as_stated(accuracy: float) -> None:
-    regions = [singular_value_region(floor, accuracy=accuracy) for floor in (0.5, 1.0)]
-    regions += [thrust_region(share, accuracy=accuracy) for share in (0.6, 1.0)]
-    for region in regions:
-        # Both borders are within the accuracy of the true one, and farther apart only in corners.
-        corners = shapely.get_coordinates(region.outer)
-        some = shapely.points(corners[:: max(len(corners) // 300, 1)])
-        assert accuracy / 2 < shapely.distance(region.inner, some).max() < 1.7 * accuracy
+MADE: list[tuple[Any, tuple[Any, ...], dict[str, Any]]] = [
+    *[(singular_value_region, (floor,), {}) for floor in (0.5, 1.0)],
+    *[(thrust_region, (share,), {}) for share in (0.6, 1.0)],
+    (sign_region, ("negative",), {"least": 0.5}),
+    (sign_region, ("positive",), {"color": "blue"}),
+]
+
+
+@pytest.mark.parametrize(
+    ("accuracy", "corners"),
+    [
+        (1e-2, [92, 32, 60, 44, 352, 131]),
+        (1e-5, [767, 380, 502, 220, 1853, 1347]),
+        (1e-8, [17981, 5958, 10258, 6382]),
+    ],
+)
+def test_inner_and_outer_are_as_near_as_stated_with_few_corners(accuracy: float, corners: list[int]) -> None:
+    for (function, values, options), few in zip(MADE, corners, strict=False):
+        region = function(*values, **options, accuracy=accuracy)
+        # Both borders are within the accuracy of the true one, and farther apart only in corners, sharp ones of R.
+        points = shapely.get_coordinates(region.outer)
+        some = shapely.points(points[:: max(len(points) // 300, 1)])
+        most = 2.5 if options.get("least") else 1.7
+        assert accuracy / 2 < shapely.distance(region.inner, some).max() < most * accuracy
         assert region.accuracy == accuracy
+        assert len(points) == pytest.approx(few, rel=0.02)
 
 
 # --- admissible regions and the checks of a gait ---------------------------------------------------------------------
@@ -414,6 +431,7 @@ def test_waves_add_multiply_and_bend(seed: int) -> None:
     bends = (ahead - 2 * one.at(at) + behind) / step**2
     np.testing.assert_allclose(bends, bend, atol=1e-6)
     assert (np.abs(bends) <= one.most(2) + 1e-6).all()
+    assert cosine(2, -1, size=-3.0).most(3) == pytest.approx(3 * 5**1.5)
 
 
 def test_deviation_bounds_how_far_a_circle_is_from_its_chords() -> None:

@@ -388,8 +388,12 @@ def test_points_follow_fibres_where_they_meet_blue_and_sheets_elsewhere() -> Non
 
 def test_types_on_fibres_hold_one_that_is_free() -> None:
     alpha = np.vstack([on_fiber(fiber, (0.4, 0.9)) for fiber in FIBERS])
-    third, fourth = family_types(alpha, [2, 3], EXACT, 0.1)
-    assert list(zip(third.tolist(), fourth.tolist(), strict=True)) == [(0, 2), (2, 0)]
+    for points, crossing in ((alpha, 0.1), (alpha + 1e-3, 0.0)):  # as a table may be off the fibre
+        third, fourth = family_types(points, [2, 3], EXACT, crossing)
+        assert list(zip(third.tolist(), fourth.tolist(), strict=True)) == [(0, 2), (2, 0)]
+    assert np.transpose(family_types([(0.5, 0.5, 0, 0)] * 3, [1, -1, 0], EXACT, 0.1)).tolist() == [
+        [1, 1], [-1, -1], [0, 0],
+    ]  # fmt: skip
     pairs = [(1, 1), (-1, 0), (0, 0), (0, 2), (2, 0)]
     table = {code: types_contradict(pairs, [code] * 5).tolist() for code in (1, -1, 2, 3, 0)}
     assert table == {
