@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from math import pi
 from typing import TYPE_CHECKING, Any
 
@@ -179,8 +180,10 @@ def test_a_last_row_closes_up_to_the_gap_and_not_beyond(off: float) -> None:
             rows = table([*CORNERS, last], t=[0.0, 1.0, 2.0, 3.0])
             assert is_closed(tilt_angles(rows, PUBLISHED)) is closed
             gait, times = closed_rows(rows)
+            assert times is not None
             assert (len(gait.alpha), times[-1]) == ((3, 3.0) if closed else (4, 4.0))
-            whole = merged(completed_pieces(lambda rows=rows: [rows.rows(0, 2), rows.rows(2, 4)])())
+            parts = [rows.rows(0, 2), rows.rows(2, 4)]
+            whole = merged(completed_pieces(partial(list, parts))())
             assert (len(whole), whole["t"][-1]) == ((4, 3.0) if closed else (5, 4.0))
             assert (whole.alpha[0] == whole.alpha[-1]).all()
             check = gg.validate(rows)["closed"]
