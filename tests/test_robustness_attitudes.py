@@ -140,7 +140,7 @@ class TestSingularCurve:
     def test_special_kinds(self) -> None:
         none = singular_curve([0.4, -1.1, 0.4, -1.1], EXACT)
         assert (none.kind, none.points().shape) == ("none", (0, 2))
-        assert singular_curve(BLUE[0], EXACT).kind == "everywhere"
+        assert (singular_curve(BLUE[0], EXACT).kind, none.normal.flags.writeable) == ("everywhere", False)
         printed = np.round(BLUE[0], 3)
         assert singular_curve(printed, EXACT).kind == "curve"
         assert singular_curve(printed, EXACT, angle_rounding=5e-4).kind == "everywhere"
@@ -164,7 +164,7 @@ class TestAgainstARaster:
         alpha = lift(gait.angles, gait.color, coefficients=EXACT).alpha
         unbiased = acceptable_attitudes(alpha, EXACT)
         check_shapes(unbiased)
-        assert unbiased.fraction == (1.0 if gait.color == "red" else 0.0)
+        assert (unbiased.fraction, unbiased.error) == (1.0 if gait.color == "red" else 0.0, 0.0)
         assert ("singular at every attitude" in unbiased.reason) == (gait.color == "blue")
         for eta in (0.99, 0.5):
             found = check(alpha * [1, 1, eta, eta], PAPER)
@@ -265,7 +265,12 @@ class TestReasons:
         found = acceptable_attitudes(np.vstack([BLUE, BLUE[1] + 0.2]), EXACT)
         assert "singular at every attitude" in found.reason
         assert found.swept.area == pytest.approx(math.pi**2)
-        assert acceptable_attitudes(np.round(BLUE, 3), EXACT, angle_rounding=5e-4).polygon.is_empty
+        # A corner where v = 0 is where R changes its sign; one where v cannot be told from zero is more than that.
+        away, printed = BLUE[0] + 0.5 * np.array([0, 0, 1, -1]), np.round(BLUE, 3)
+        assert "R changes its sign" in acceptable_attitudes(np.array([BLUE[0], away]), EXACT).reason
+        for corners in ([printed[0], away], [BLUE[0], away, printed[1], away + 0.1]):
+            found = acceptable_attitudes(np.array(corners), EXACT, angle_rounding=5e-4)
+            assert (found.polygon.is_empty, "every attitude" in found.reason) == (True, True)
 
     def test_a_red_loop_through_zero(self) -> None:
         """Its v is up or down all along: nothing is left, or v = 0 there and every attitude is singular once."""

@@ -67,6 +67,7 @@ def test_a_spline_is_smooth_on_its_sheet_and_near_its_chords(
 
 def test_a_ring_has_its_length() -> None:
     curve = curve_through(RING)
+    assert not (curve.breaks.flags.writeable or curve.pieces.flags.writeable)
     assert curve.length == pytest.approx(2 * pi * 0.4, rel=1e-3)
     chords = np.linalg.norm(np.diff(curve.at(np.linspace(0, curve.span, 20_001)), axis=0), axis=1).sum()
     assert curve.length * sqrt(2) == pytest.approx(chords, rel=1e-6)
@@ -112,12 +113,32 @@ def test_a_curve_that_bulges_between_flyable_points_is_refused() -> None:
     assert not curve.check()["hover_thrust"].ok
 
 
-def test_a_coarse_chord_refuses_what_a_fine_one_passes_and_never_the_other_way() -> None:
-    curve = curve_through(RING)
-    floor = least_singular_value(curve.at(np.linspace(0, curve.span, 20001)), curve.vehicle).min()
-    verdicts = [curve.check(floor=floor - 2e-4, chord=chord)["least_singular_value"].ok for chord in (1e-3, 1e-5)]
-    assert verdicts == [False, True]
-    assert not curve.check(floor=floor + 1e-6, chord=1e-6)["least_singular_value"].ok
+@pytest.mark.parametrize("curve", [rounded(gg.lift([(0.9, -0.7)], "red"), 0.1).curve, curve_through(RING)])
+@pytest.mark.parametrize("chord", [1e-3, 1e-4])
+def test_what_is_taken_off_for_the_chords_is_as_documented(curve: Curve, chord: float) -> None:
+    report, gait, kappa = curve.check(chord=chord), curve.polyline(chord), gg.PAPER.drag_ratio
+    along = gait.alpha + np.linspace(0, 1, 9)[:, None, None] * (gait.ends - gait.alpha)
+    sigma, shares = least_singular_value(along), gg.invertibility.hover_thrust_shares(along)
+    kept = sigma.min() - sqrt(2 * (2 + kappa**2)) * chord
+    assert report["least_singular_value"].value == pytest.approx(kept, abs=2e-6)
+    # R changes by 2‖B‖·2√2 per radian; shares are 1/(2D), where D ≥ R·κ/(2(1 + κ²)^1.5) changes by 2√2.
+    least = []
+    for of in (curve.coefficients, gg.invertibility.coefficients_of(kind="exact")):
+        slope = 4 * sqrt(2) * float(np.linalg.norm(of.bilinear_form, 2))
+        least.append(np.abs(level_determinant(along, of)).min() - slope * chord)
+    assert abs(report["R_sign"].value or 0) == pytest.approx(least[0], abs=2e-5)
+    off = chord * (1 + kappa**2) ** 1.5 / (least[1] * kappa)
+    high = (shares.max() + off) / (1 - 4 * sqrt(2) * off)
+    low = shares.min() - off - 4 * sqrt(2) * off * high
+    assert report["hover_thrust"].value == pytest.approx(low, abs=1e-5)
+    assert f"hover thrusts {low:.3f} to {high:.3f} of m·g" in report["hover_thrust"].message
+
+
+@pytest.mark.parametrize(("chord", "ok"), [(1e-6, True), (1e-3, False), (5e-2, False)])
+def test_rotors_may_idle_where_a_chord_is_too_coarse_to_tell(chord: float, ok: bool) -> None:
+    left = gg.invertibility.coefficients_of().delta + 5e-4 - min(RING)[0]
+    check = curve_through(np.array(RING) + np.array([left, 0.0])).check(chord=chord)["hover_thrust"]
+    assert (check.ok, "may have to idle" in check.message) == (ok, not ok)
 
 
 @settings(deadline=None, max_examples=40)

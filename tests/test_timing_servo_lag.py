@@ -37,6 +37,8 @@ def test_the_response_is_that_of_the_transfer_function(timed: TimedGait, lag: ob
     harmonics = 2j * np.pi * np.arange(n // 2 + 1)[:, None]
     attained = np.fft.irfft(np.fft.rfft(commanded, axis=0) / (1 + harmonics * np.asarray(lag)), n, axis=0)
     response = servo_response(timed, lag)  # type: ignore[arg-type]
+    last = response.error[np.searchsorted(response.t, response.peak_times()), range(4)]
+    np.testing.assert_array_equal(np.abs(last), np.abs(response.error).max(axis=0))
     t = np.arange(n) / n
     error = np.column_stack([np.interp(t, response.t, column) for column in response.error.T])
     assert np.abs(commanded - error - attained).max() < response.slack.max() + 1e-9

@@ -68,7 +68,7 @@ class _LevelSign(Rule):
         for (sign, worst), found in zip(self.worst.items(), both, strict=True):
             if found.lower.min() <= resolution < min(found.upper.min(), worst.upper):
                 # Narrow the brackets that straddle the resolution until the comparison with it is settled.
-                near, floor = found.lower <= resolution, resolution * (1 + 1e-9)
+                near, floor = found.lower <= resolution, float(np.nextafter(resolution, math.inf))
                 narrow = least_level_determinant(
                     block.starts[near], block.ends[near], coefficients, sign=sign, tolerance=0.0, floor=floor, each=True
                 )
@@ -188,7 +188,7 @@ class _HoverThrust(Rule):
             return
         segment = int(np.argmin(upward))
         shares = hover_thrust_shares(block.alpha[segment : segment + 2], vehicle)
-        worst = int(np.argmin(np.nan_to_num(shares, nan=-np.inf).min(axis=1)))
+        worst = int(np.argmin(shares.min(axis=1)))  # the first that is not a number, if there is one
         if shares[worst].min() > 0:
             # Both ends are fine: something vanishes between them.
             fraction = where_thrusts_vanish(block.starts[segment], block.ends[segment], vehicle)
@@ -303,7 +303,7 @@ class HoverReachability:
         alpha = block.alpha
         value = np.asarray(level_determinant(alpha, self.exact))
         resolution = float(np.max(level_determinant_resolution(alpha, self.exact)))
-        floor, ends = max(resolution, self.slack) * (1 + 1e-9), (value[:-1], value[1:])
+        floor, ends = float(np.nextafter(max(resolution, self.slack), math.inf)), (value[:-1], value[1:])
         least = least_level_determinant(
             block.starts, block.ends, self.exact, tolerance=0.0, floor=floor, each=True, at_ends=ends
         )

@@ -304,7 +304,7 @@ class _TableChecker:
             message = "the last row is the first again" + ("" if repeated else f", to within {gap:.2g} rad")
         elif self.rows == 1:
             message = "a single row is a gait that is a point"
-        if not repeated and gap > 3 * self.longest and self.rows > 2:
+        if not repeated and gap > 3 * self.longest:
             self.notes["closed"] = (
                 f"the segment from row {self.rows} back to row 1 is {gap:.4g} rad, the longest step between rows only "
                 f"{self.longest:.4g}: is the end of the table missing?"
@@ -348,15 +348,18 @@ class _RowRates:
             self.off += float(np.abs(moved - expected).sum())
             self.stated = rates[-1:]
 
-    def _differences(self, rows: Segments) -> None:
-        """Examine divided differences: a smooth motion through n + 1 rows has their n-th one somewhere, over n!."""
+    def _differences(self, rows: Segments, starts: int | None = None) -> None:
+        """Examine divided differences: a smooth motion through n + 1 rows has their n-th one somewhere, over n!.
+
+        Those from all rows on, or only from so many.
+        """
         assert rows.t is not None  # noqa: S101
         values = rows.alpha
         for order, peak in enumerate(self.peaks, start=1):
             if len(values) < 2:
                 return
             values = order * np.diff(values, axis=0) / (rows.t[order:] - rows.t[:-order])[:, None]
-            peak.update(values, rows[1:] if order > 1 else rows)
+            peak.update(values[:starts], rows[1:] if order > 1 else rows)
 
     def checks(self, head: Segments, tail: Segments, vehicle: Vehicle, *, closed: bool) -> list[Check]:
         """Close the motion and return the checks of its rates and, where limited, accelerations and jerks."""
@@ -364,11 +367,11 @@ class _RowRates:
         period = float(tail.t[-1] - head.t[0])
         if len(tail.alpha) > 1:
             # Across the seam: from the last rows to the first ones, a period later.
-            onward, count = head[1:] if closed else head, tail.number[-1]
-            later = period if closed else period + period / (count - 1)
-            number = count + 1 + np.arange(len(onward.alpha))
-            self._differences(tail.joined(replace(onward, number=number, t=head.t[-len(number) :] + later)))
-        if self.off > 0.5 * self.moved > 0:
+            onward = head[1:] if closed else head
+            later = period if closed else period + period / (tail.number[-1] - 1)
+            rows = tail.joined(replace(onward, t=head.t[-len(onward.alpha) :] + later))
+            self._differences(replace(rows, first_t=float(head.t[0])), len(tail.alpha) - closed)
+        if self.off > 0.5 * self.moved:
             self.notes["rates"] = (
                 "the stated rates do not fit the rows: alpha1_rate to alpha4_rate must be in rad/s; the larger of both "
                 "is judged"
