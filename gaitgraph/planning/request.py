@@ -23,7 +23,7 @@ import numpy.typing as npt
 from gaitgraph.angles import HALF_PI, angle_from_text
 from gaitgraph.errors import InputError, check_fields, checked_choice, shown
 from gaitgraph.files import table_from_toml, text_of
-from gaitgraph.gait.table import SAME_ROW, merged, surface_of
+from gaitgraph.gait.table import ANGLES, SAME_ROW, merged, surface_of
 from gaitgraph.graph.build import DEFAULT_DIVISIONS, checked_divisions
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Kind, coefficients_of
 from gaitgraph.io.formats import known_format, naming_file, provenance_in, read_pieces
@@ -304,7 +304,10 @@ def colorings_of_file(
         with naming_file(path):
             vehicle, numbers, stated_tolerance = surface_of(table, vehicle, coefficients)
         points = np.column_stack([table["alpha1"], table["alpha2"]])
-        if len(points) > 1 and np.abs(points[-1] - points[0]).max() <= SAME_ROW:  # with noise a point of its own
+        # As in validate a row that comes back with some noise, or in another color, is a point of its own.
+        first, last = (np.array([table[name][k] for name in ANGLES if name in table]) for k in (0, -1))
+        colors = table.columns.get("color", [None])
+        if len(points) > 1 and np.abs(last - first).max() <= SAME_ROW and colors[0] == colors[-1]:
             points = points[:-1]
     return colorings(
         points,
