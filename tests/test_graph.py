@@ -325,6 +325,7 @@ BREAKAGES: list[tuple[str, Any]] = [
     ("it is no root", lambda graph: nx.relabel_nodes(graph, {FIRST: (14, 99, "red")}, copy=False)),
     ("it is no root", lambda graph: graph.add_node(("w", 0, 0), **{**graph.nodes[FIRST], "cell": (1, 1)})),
     ("alpha1 is 0.3", lambda graph: graph.nodes[FIRST].update(alpha1=0.3)),
+    ("alpha1 is 1.178", lambda graph: graph.nodes[FIRST].update(alpha1=graph.nodes[FIRST]["alpha1"] + 1.3e-9)),
     ("R is 'x'", lambda graph: graph.nodes[FIRST].update(R="x")),
     ("'jump' is missing", lambda graph: graph.edges[FIRST, SECOND].pop("jump")),
     ("keeps_sign is 1", lambda graph: graph.edges[FIRST, SECOND].update(keeps_sign=1)),

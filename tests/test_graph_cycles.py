@@ -237,6 +237,7 @@ def test_max_length_counts_what_is_as_long() -> None:
         ("positive", "valid", 16, ()),
         ("negative", "two_color", 16, [(math.pi / 2, -0.5), (0.52, -0.61)]),
         ("positive", "two_color", 12, [(math.pi / 2, -0.5), (0.1, 0.2)]),
+        ("positive", "valid", 6, [(-1.5, 1.5), (-1.47, 1.55), (-1.55, 1.48)]),  # in a corner, where hover is not
     ],
 )
 def test_edges_and_report_agree(sign: Any, use: Any, divisions: int, waypoints: Any) -> None:
@@ -363,12 +364,15 @@ def test_an_interruption_leaves_the_attributes_true() -> None:
     assert next(search, None) is None
 
 
-def test_progress_is_told_in_lines() -> None:
+def test_progress_is_told_in_lines(monkeypatch: Any) -> None:
     lines: list[str] = []
     number = sum(1 for _ in cycles(surface_graph("negative"), max_length=1.0, progress=lines.append))
     assert 3 < len(lines) < 30
     assert all(line.startswith("cycles of length up to ") for line in lines)
     assert lines[-1].endswith(f", {number} found")
+    monkeypatch.setattr("gaitgraph.graph.cycle_list._REPORT_STEPS", 100)
+    before, search = len(lines), cycles(surface_graph("negative"), max_length=1.0, progress=lines.append)
+    assert (len([*search]), len(lines)) == (number, 2 * before + search.steps // 100)
 
 
 def test_graphs_need_their_metadata() -> None:
@@ -380,6 +384,32 @@ def test_graphs_need_their_metadata() -> None:
         cycles(graph)
 
 
+def test_the_best_cycle_of_a_request_or_why_there_is_none() -> None:
+    pair, apart = [("pi/8", "-pi/8"), ("pi/4", "-pi/4")], [(1.2, -1.2), (-0.5, 0.5)]
+    lacks = "has no red root with this sign of R in the region"
+    asked: dict[str, Any] = {"divisions": 8, "color": "red"}
+    for points, most, length, bound, told in (
+        (pair, 1.34076, 1.3408, 1.3408, ""),
+        (pair, 1.3407, None, 1.3408, "none was found within 1.3407 rad; the best one has 1.3408 rad"),
+        (apart, None, None, math.inf, f"R < 0: waypoint 2 {lacks}; R > 0: waypoint 1 {lacks}"),
+    ):
+        cycle, *rest = grid_cycles(PlanRequest(points, **asked), max_length=most).best(effort=10_000)
+        assert (cycle and round(cycle.length, 4), *rest) == (length, pytest.approx(bound, abs=1e-4), told)
+    found = grid_cycles(PlanRequest(pair, **asked), through=False, max_length=0.1)
+    assert ([*found.cycles], found.best(effort=1)[2]) == ([], "the graph has none within 0.1 rad")
+
+
+def test_many_waypoints_in_any_order_are_put_in_one() -> None:
+    points = [(0.3 + 0.1 * k, -0.4 - 0.5 * (k % 2)) for k in range(10)]
+    for number, any_order, notes in ((9, True, 0), (10, True, 1), (10, False, 0)):
+        request = PlanRequest(points[:number], color="red", sign="negative", any_order=any_order)
+        found = grid_cycles(request)
+        assert (len(found.notes), found.any_order) == (notes, number == 9)
+        stops = [graph.nodes[nodes[0]]["alpha1"] for graph, served in found.graphs.values() for nodes in served]
+        assert (len(stops), stops == sorted(stops)) == (number, notes == 0)
+        assert grid_cycles(request, through=False).any_order is False
+
+
 def test_cycles_of_a_request_merge_both_signs_in_order() -> None:
     request = PlanRequest([(0.0, 0.0)], divisions=6)
     merged = list(grid_cycles(request, through=False, max_length=2.2).cycles)
@@ -387,8 +417,8 @@ def test_cycles_of_a_request_merge_both_signs_in_order() -> None:
     assert len(merged) == sum(map(len, parts))
     assert [cycle.length for cycle in merged] == sorted(cycle.length for part in parts for cycle in part)
     found = grid_cycles(request, through=False, max_length=2.2).cycles
-    for cycle in found:
-        assert found.bound >= cycle.length
+    for cycle, following in itertools.zip_longest(found, merged[1:]):
+        assert cycle.length <= found.bound <= (following.length if following else math.inf)
     assert found.complete
     assert str(found) == f"{len(merged)} cycles: all there are"
     assert "flyable" in str(merged[0]) or "valid" in str(merged[0])

@@ -333,6 +333,12 @@ def test_no_graph_is_built_where_no_waypoint_could_serve() -> None:
     on_grid([(-0.5, 0.5), (-1.5, 0.5)], progress=told.append)
     searching = ["searching red loops", "searching blue loops"]
     assert told == ["building the graph with R > 0", *searching, "building the graph with R < 0", *searching]
+    for accuracy, said in ((1e-7, []), (0.9e-7, ["drawing regions to 9e-08 rad, which takes a while"])):
+        told.clear()
+        plan = gg.plan_loop(G3.waypoints, accuracy=accuracy, progress=told.append, **RED_BELOW)
+        assert told == [*said, "searching red loops with R < 0"]
+    assert repr(plan).startswith("<Plan: <Loop: red, R < 0, 4 corners, 3.1416 rad, flyable> through 4 waypoints, ")
+    assert plan.request.law == gg.planning.PlanRequest([(0, 0)]).law == "smooth"
 
 
 def test_separated_waypoints_are_told_with_what_can_be_reached_from_each() -> None:

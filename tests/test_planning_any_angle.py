@@ -219,6 +219,16 @@ def test_robust_to_a_millionth() -> None:
     assert planned(quick).length <= planned(best).length <= planned(grid).length + 1e-9
 
 
+def test_robust_where_a_gate_is_the_worst_place(monkeypatch: Any) -> None:
+    monkeypatch.setattr("gaitgraph.planning.any_angle._ROBUST_STEPS", 8)
+    walls = [[(a, 0.6), (b, 0.6), (b, 0.7), (a, 0.7)] for a, b in ((-1.57, -1.3), (-1.25, 0.2))]
+    ends = [(-0.4, 0.45), (-0.4, 0.9)]
+    plan = exact(ends, sign="positive", color="red", objective="robust", keep_out=walls, accuracy=0.1)
+    assert (plan.report.flyable, planned(plan).lower_bound) == (True, None)
+    gate = float(least_singular_value_on_red(-1.25, 0.6))
+    assert plan.report["least_singular_value"].value == pytest.approx(gate, abs=1e-5)
+
+
 @pytest.mark.parametrize(("seed", "number"), [(40, 4), (41, 5), (42, 6)])
 def test_any_order_is_the_best_of_all(seed: int, number: int) -> None:
     asked = some_request(seed, "exact", "negative", waypoints=number) | {"any_order": True}
@@ -254,6 +264,7 @@ def test_a_straight_loop_is_the_shortest_and_needs_no_region() -> None:
     loop = planned(plan)
     assert loop.length == loop.lower_bound == pytest.approx(pi, abs=1e-15)
     assert len(loop.path.alpha) == 4
+    assert planned(exact(G3.waypoints, color="red", objective="robust")).lower_bound == loop.length
     assert straight_loop_flies(PlanRequest(G3.waypoints), "negative")
     assert not straight_loop_flies(PlanRequest(G3.waypoints), "positive")
     assert not straight_loop_flies(PlanRequest(G3.waypoints, keep_out=[WALL]), "negative")
@@ -415,6 +426,7 @@ def test_polygons_that_contradict_each_other_leave_nothing() -> None:
     [
         ([(1.1, -0.3), (0.3, -1.1)], {"vehicle": STRONG, "floor": 0.9, "sign": "negative", "color": "red"}),
         (G3.waypoints, {"objective": "robust"}),
+        ([(1.0, 0.7), (-0.7, -1.0)], {"floor": 2.0, "sign": "negative", "color": "red", "objective": "robust"}),
         ([(1.0, 0.7), (-0.7, -1.0)], {"floor": 2.0, "sign": "negative"}),
         ([(0.3 + 0.1 * k, -0.4 - 0.5 * (k % 2)) for k in range(8)], {"any_order": True, "color": "red"}),
         ([(0.9, -0.3), (0.3, -0.9)], {"keep_out": [[(0.5, -1.5), (0.7, -1.5), (0.7, 1.5), (0.5, 1.5)]]}),

@@ -123,6 +123,12 @@ def test_each_bend_touches_the_border_and_turns_around_it() -> None:
     assert bends > 20
 
 
+def test_orientation_is_exact_where_products_are_too_small_for_floats() -> None:
+    tiny = 1e-200
+    for a, b in (((tiny, 0.0), (0.0, tiny)), ((tiny, tiny), (-tiny, tiny)), ((0.0, -tiny), (tiny, 0.0))):
+        assert orientation(a, b, (0.0, 0.0)) > 0 > orientation(b, a, (0.0, 0.0))
+
+
 @given(st.lists(st.floats(-1, 1), min_size=2, max_size=2), st.integers(-3, 3), st.floats(-2, 3))
 def test_orientation_is_exact_near_zero(base: list[float], ulps: int, along: float) -> None:
     from fractions import Fraction

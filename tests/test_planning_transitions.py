@@ -124,6 +124,8 @@ def test_written_and_read_back_bit_for_bit(tmp_path: Path) -> None:
     found = gg.transition("hover", G4, samples=30, duration=1.5)
     found.write(tmp_path / "entry.csv")
     assert "this is a path from one place to another" in gg.validate(tmp_path / "entry.csv").warnings[0]
+    with pytest.raises(gg.errors.OutputExists):
+        found.write(tmp_path / "entry.csv")
     table, expected = gg.read_table(tmp_path / "entry.csv"), found.table()
     assert list(table.columns) == list(expected.columns)
     assert all(np.array_equal(table[name], expected[name]) for name in expected.columns)
@@ -224,6 +226,7 @@ def test_a_bent_path_is_half_the_loop_through_its_ends_in_both_directions(ends: 
     assert there.length == pytest.approx(plan.loop.length / 2, abs=1e-9)
     assert there.length > np.linalg.norm((first.alpha - last.alpha)[0, :2])
     np.testing.assert_array_equal(there.path, back.path[::-1])
+    np.testing.assert_array_equal(there.table().alpha[[0, -1]], np.vstack([first.alpha, last.alpha]))
     assert there.corners == back.corners[::-1] == (0, 0)
     check_ends(there, first, last)
     # It leaves the quadrants of positive thrusts, and says so.

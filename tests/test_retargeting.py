@@ -98,6 +98,7 @@ def test_paths_between_rows_bend_around_what_is_forbidden() -> None:
     rows, t = np.array([[-1.0, 0.7, -1.0, 0.7], [-0.2, 0.7, -0.2, 0.7]]), np.array([0.5, 2.0])
     answer = retarget(Table(columns={"t": t, **dict(zip(ANGLES, rows.T, strict=True))}), keep_out=[block])
     assert (answer.status, answer.unchanged, answer.added, answer.total) == ("retargeted", 2, 4, 0)
+    assert answer.as_mapping()["new_rows"] == [1, 4]
     line = shapely.LineString(np.vstack([answer.table.alpha[:, :2], answer.table.alpha[:1, :2]]))
     assert not shapely.crosses(line, shapely.Polygon(block).buffer(-1e-9))
     assert line.length == pytest.approx(2 * (2 * math.hypot(0.3, 0.2) + 0.2), abs=1e-9)

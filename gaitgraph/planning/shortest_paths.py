@@ -286,7 +286,7 @@ class ShortestPaths:
         last = {
             corner: dist(points[corner], end)
             for corner in self._seen(end, there, None)
-            if points[corner] == end or self._touches(corner, end, 2 * _TOLERANCE)
+            if self._touches(corner, end, 2 * _TOLERANCE)
         }
         if not last:
             return None
@@ -294,7 +294,7 @@ class ShortestPaths:
         parent: dict[int, int] = {}
         heap: list[tuple[float, int, float]] = []
         for corner in sorted(seen):
-            if points[corner] == start or self._touches(corner, start, 2 * _TOLERANCE):
+            if self._touches(corner, start, 2 * _TOLERANCE):
                 best[corner] = dist(start, points[corner])
                 heappush(heap, (best[corner] + dist(points[corner], end), corner, best[corner]))
         shortest, final = math.inf, _DIRECT
