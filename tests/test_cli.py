@@ -172,6 +172,21 @@ WRONG = [
     ("figures --only gate", "; did you mean 'gait'"),
     ("plan request.tml", "; did you mean '.toml'"),
     ("plan --waypoint 0,0 --output gait.cvs", "; did you mean '.csv'"),
+    ("export one.csv g.csv --periods 3", "periods needs an output .mcap, .yaml, got 3 without one"),
+    ("export one.csv g.mcap --number fixed", "number needs an output .h, got 'fixed' without one"),
+    ("export one.csv g.mcap --joint-names a,b,c,", "joint_names must be four different printable texts"),
+    ("fly gait3 --output x.h", "'x.h' is a C header, which is of gaits alone"),
+    ("fly gait3 --output none/x.csv", "folder 'none' does not exist"),
+    ("fly gait3 --attitude 0.3", "--attitude must be ROLL,PITCH, two angles, got '0.3'"),
+    ("fly gait3 --attitude 0,2", "--attitude must be a roll from -pi to pi"),
+    ("fly gait3 --wind 1", "--wind must be two or three numbers from -100 to 100"),
+    ("fly gait3 --reference cirle", "did you mean 'circle'?"),
+    ("fly gait3 --periods 3", "--from-hover"),
+    ("fly gait3 --from-hover --periods 0", "gaitgraph: --periods must be a whole number from 1 to 10000"),
+    ("fly gait3 --thrust-limit 5 --no-saturation", "--thrust-limit 5 cannot be combined with --no-saturation"),
+    ("fly gait3 --size 2", "--size has an effect with --reference step, line, circle only"),
+    ("fly gait3 --view", "--view was removed. Write a film: --output flight.gif"),
+    ("fly gait3 --vehicle light.toml", "gaitgraph: vehicle 'light' states no mass (kg), which flight needs"),
 ]  # fmt: skip
 
 
@@ -179,6 +194,7 @@ WRONG = [
 def test_wrong_input_is_one_line_and_exit_code_2(run: Any, command: str, message: str) -> None:
     Path("there.csv").write_text("mine")
     Path("bad.toml").write_text("waypoints = [")
+    Path("light.toml").write_text("drag_ratio = 0.2\n")
     Path("typo.toml").write_text('waypoints = [[0, 0]]\nobjectve = "robust"\n')
     Path("vehicle.toml").write_text('preset = "paper"\nmax_tlt = 1.0\n')
     for name, row in (("one.csv", "0.5,-0.5,0.5,-0.5\n0.8,-0.5,0.8,-0.5"), ("off.csv", "0.1,0.2,1.3,1.4")):

@@ -198,32 +198,6 @@ def test_settings_come_from_a_file_and_options_go_before_it(run: Any, tmp_path: 
     assert run("fly", "gait4", *wind).json["drift"] != run("fly", "gait4", *wind, "--seed", 4).json["drift"]
 
 
-WRONG = [
-    (["--output", "x.h"], "'x.h' is a C header, which is of gaits alone"),
-    (["--output", "none/x.csv"], "folder 'none' does not exist"),
-    (["--attitude", "0.3"], "--attitude must be ROLL,PITCH, two angles, got '0.3'"),
-    (["--attitude", "0,2"], "--attitude must be a roll from -pi to pi"),
-    (["--wind", "1"], "--wind must be two or three numbers from -100 to 100"),
-    (["--reference", "cirle"], "did you mean 'circle'?"),
-    (["--periods", "3"], "--from-hover"),
-    (["--from-hover", "--periods", "0"], "gaitgraph: --periods must be a whole number from 1 to 10000"),
-    (["--thrust-limit", "5", "--no-saturation"], "--thrust-limit 5 cannot be combined with --no-saturation"),
-    (["--size", "2"], "--size has an effect with --reference step, line, circle only"),
-    (["--view"], "--view was removed. Write a film: --output flight.gif"),
-    (["--vehicle", "light.toml"], "gaitgraph: vehicle 'light' states no mass (kg), which flight needs"),
-]
-
-
-@pytest.mark.parametrize(("options", "message"), WRONG, ids=[" ".join(case[0]) for case in WRONG])
-def test_wrong_input_is_one_line(run: Any, tmp_path: Path, options: list[str], message: str) -> None:
-    (tmp_path / "light.toml").write_text("drag_ratio = 0.2\n")
-    before = sorted(tmp_path.iterdir())
-    done = run("fly", "gait3", *options)
-    assert (done.code, done.out, done.err.count("\n")) == (2, "", 1)
-    assert message in done.err
-    assert sorted(tmp_path.iterdir()) == before
-
-
 def test_without_mujoco_the_extra_is_named(run: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "mujoco", None)
     done = run("fly", "gait3")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from itertools import combinations
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import matplotlib as mpl
@@ -14,17 +13,16 @@ from matplotlib import pyplot
 from matplotlib.collections import PathCollection
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
-from matplotlib.testing.compare import compare_images
-from matplotlib.text import Annotation, Text
+from matplotlib.text import Annotation
 
 import gaitgraph as gg
 from gaitgraph import plots
 from gaitgraph.angles import HALF_PI, wrapped
 from gaitgraph.gait.table import Table
 from gaitgraph.invertibility.matrices import least_singular_value_on_red
-from gaitgraph.plots.axes import BLUE, GREY, RED, paper_style
+from gaitgraph.plots.axes import BLUE, GREY, RED
 from gaitgraph.plots.gaits import axes_of_a_gait
-from gaitgraph.plots.planes import interior_roots, root_counts
+from gaitgraph.plots.planes import interior_roots
 from gaitgraph.surface.adjacency import PLANE_TYPES, text_from_types
 from gaitgraph.timing.timed_gait import table_of
 from tests.published import GAITS
@@ -34,7 +32,6 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
 
-BASELINE = Path(__file__).parent / "baseline"
 PUBLISHED, EXACT = gg.invertibility.coefficients_of(), gg.invertibility.coefficients_of(kind="exact")
 BEETLE = gg.vehicle_named("beetle_omni")
 STEP = math.pi / 16
@@ -411,36 +408,3 @@ def test_wrong_values_are_refused(ax: Axes) -> None:
     for name, draw, values, options in cases:
         with pytest.raises(gg.InputError, match=rf"^{name}( must be |: ).*"):
             draw(*values, **options)
-
-
-PICTURES: dict[str, Callable[[Axes], Any]] = {
-    "vehicle": lambda ax: plots.vehicle_figure(ax=ax),
-    "root_counts": lambda ax: root_counts(ax, PUBLISHED, 16),
-    "adjacency_rule": lambda ax: plots.adjacency_rule(ax=ax),
-    "type_map": lambda ax: plots.type_map(ax=ax),
-    "gait_loop": lambda ax: plots.gait_loop(GAIT3, ax=plots.type_map(labels=False, ax=ax)),
-    "regions": lambda ax: plots.regions_map(ax=ax),
-    "roll_pitch": lambda ax: plots.roll_pitch_diagram(GAIT3, eta=0.8, ax=ax),
-}
-
-
-def picture_without_text(draw: Callable[[Axes], Any], path: Path) -> None:
-    """Save a picture at a fixed place without its texts, which differ between versions of matplotlib."""
-    with paper_style():
-        figure = Figure(figsize=(3, 3), dpi=80)
-        ax = figure.add_axes((0.02, 0.02, 0.96, 0.96))
-        draw(ax)
-        if ax.get_legend() is not None:
-            ax.get_legend().remove()  # type: ignore[union-attr]
-        for text in figure.findobj(Text):
-            if not isinstance(text, Annotation) or text.get_text():
-                text.set_visible(False)
-        figure.savefig(path, metadata={"Software": None})
-
-
-@pytest.mark.parametrize("name", PICTURES)
-def test_pictures_look_as_they_did(tmp_path: Path, name: str) -> None:
-    """To draw them anew: PICTURES through picture_without_text into tests/baseline, and look at each."""
-    picture_without_text(PICTURES[name], tmp_path / f"{name}.png")
-    found: Any = compare_images(str(BASELINE / f"{name}.png"), str(tmp_path / f"{name}.png"), tol=4.0)
-    assert found is None

@@ -233,19 +233,6 @@ def test_what_ros_cannot_hold_is_refused(table: Table, periods: int, message: st
     assert (read_table(tmp_path / "open.mcap").alpha == OPEN.alpha).all()
 
 
-def test_wrong_options_are_refused_in_one_line(run: Callable[..., Any], tmp_path: Path) -> None:
-    TIMED.write(tmp_path / "gait.csv")
-    for options, message in (
-        (["g.csv", "--periods", 3], "periods needs an output .mcap, .yaml, got 3 without one"),
-        (["g.mcap", "--number", "fixed"], "number needs an output .h, got 'fixed' without one"),
-        (["g.mcap", "--joint-names", "a,b,c,"], "joint_names must be four different printable texts"),
-    ):
-        done = run("export", "gait.csv", *options)
-        assert (done.code, done.out, done.err.count("\n")) == (2, "", 1)
-        assert done.err.startswith(f"gaitgraph: {message}")
-    assert [one.name for one in tmp_path.iterdir()] == ["gait.csv"]
-
-
 @pytest.mark.parametrize("name", ["g.h", "g.yaml"])
 def test_a_file_that_was_cut_off_is_not_planned(tmp_path: Path, name: str) -> None:
     path = tmp_path / name

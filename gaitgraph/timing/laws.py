@@ -73,11 +73,12 @@ def _evenly(tau: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     return tau, np.ones_like(tau), np.zeros_like(tau)
 
 
+STRAIGHT = Law(by_length=True, motion=_evenly, peaks=(1.0, math.inf, math.inf))  # rows with times of their own too
 LAWS = {
     # The slope of the minimum-jerk polynomial is 15/8 at τ = 1/2; its slope is 10/√3 at most, and that one's 60.
     "smooth": Law(by_length=True, motion=_from_rest_to_rest, peaks=(15.0 / 8.0, 10.0 / math.sqrt(3.0), 60.0)),
-    "constant-speed": Law(by_length=True, motion=_evenly, peaks=(1.0, math.inf, math.inf)),
-    "equal-time": Law(by_length=False, motion=_evenly, peaks=(1.0, math.inf, math.inf)),
+    "constant-speed": STRAIGHT,
+    "equal-time": STRAIGHT._replace(by_length=False),
 }
 """The laws over any period, by name."""
 

@@ -34,7 +34,7 @@ from gaitgraph.io.formats import (
 from gaitgraph.io.servo_map import clipped_rows
 from gaitgraph.surface.adjacency import text_from_types
 from gaitgraph.surface.sheets import family_codes, family_types
-from gaitgraph.timing.laws import LAWS
+from gaitgraph.timing.laws import LAWS, STRAIGHT
 from gaitgraph.validation.report import RATE_UNITS, limit_check
 
 if TYPE_CHECKING:
@@ -129,7 +129,7 @@ class TimedGait:
         moving, divisor = duration > 0, np.where(duration > 0, duration, 1.0)
         tau = np.where(moving, (phase - times[segment]) / divisor, 0.0)
         per_second = np.where(moving, 1.0 / divisor, 0.0)
-        progress, speed, acceleration = LAWS[self.law].motion(tau)
+        progress, speed, acceleration = LAWS.get(self.law, STRAIGHT).motion(tau)
         step = (gait.ends - gait.alpha)[segment]
         return (
             gait.alpha[segment] + progress[..., None] * step,
@@ -176,7 +176,7 @@ class TimedGait:
         if not moving.any():
             return np.zeros(4)
         step, duration = (self.gait.ends - self.gait.alpha)[moving], duration[moving][:, None]
-        factor = LAWS[self.law].peaks[order - 1]
+        factor = LAWS.get(self.law, STRAIGHT).peaks[order - 1]
         if math.isfinite(factor):
             return np.asarray((factor * np.abs(step) / duration**order).max(axis=0))
         velocity = step / duration
