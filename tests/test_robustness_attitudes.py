@@ -269,8 +269,7 @@ class TestReasons:
         away, printed = BLUE[0] + 0.5 * np.array([0, 0, 1, -1]), np.round(BLUE, 3)
         assert "R changes its sign" in acceptable_attitudes(np.array([BLUE[0], away]), EXACT).reason
         for corners in ([printed[0], away], [BLUE[0], away, printed[1], away + 0.1]):
-            found = acceptable_attitudes(np.array(corners), EXACT, angle_rounding=5e-4)
-            assert (found.polygon.is_empty, "every attitude" in found.reason) == (True, True)
+            assert "every attitude" in acceptable_attitudes(np.array(corners), EXACT, angle_rounding=5e-4).reason
 
     def test_a_red_loop_through_zero(self) -> None:
         """Its v is up or down all along: nothing is left, or v = 0 there and every attitude is singular once."""

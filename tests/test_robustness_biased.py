@@ -245,7 +245,7 @@ class TestAnswers:
         assert outline.area == pytest.approx(biased["acceptable_area"], abs=2e-2)
 
     def test_for_people(self, report_of_3: RobustnessReport, report_of_2: RobustnessReport) -> None:
-        text = str(report_of_3)
+        text, plain = str(report_of_3), report_of_3.gait
         for part in (
             "90° in every direction",
             "biased by 0.8 ",
@@ -258,9 +258,8 @@ class TestAnswers:
         assert "R changes its sign" in str(report_of(lift(G1.angles, "blue"), bias=0.8))
         unmet = str(report_of(table([[0.1, 0.2, 0.3, 0.4], [0.2, 0.3, 0.1, 0.1]]), tolerance=1e-12))
         assert "the requested 1e-10 % is not reached" in unmet
-        one = report_of_3.sweep[2]
         for error, part in ((1.99e-3, "0.2"), (2.01e-3, "0.3"), (9.9e-3, "1"), (0.0251, "3")):
-            bounded = replace(report_of_3, gait=replace(one, acceptable=replace(one.acceptable, error=error)))
+            bounded = replace(report_of_3, gait=replace(plain, acceptable=replace(plain.acceptable, error=error)))
             assert f"(error below {part} %; the requested 0.001 % is not reached)" in str(bounded)
 
 

@@ -110,9 +110,8 @@ def test_a_gait_that_is_a_point_stands_still() -> None:
         assert np.ptp(timed.alpha, axis=0).max() == 0
         assert timed.peak_rates().max() == timed.peak_accelerations().max() == 0
         assert timed.check().flyable
-        # A last segment without length takes no time; just before zero the phase rounds to the period.
         timed = lift([(0.5, -0.6), (0.9, -0.6), (0.5, -0.6)], "red").parametrize(law=law)
-        np.testing.assert_array_equal(timed.at(-1e-300)[0], timed.alpha[0])
+        np.testing.assert_array_equal(timed.at(-1e-300)[0], timed.alpha[0])  # the last segment has no length
 
 
 def test_samples_by_count_and_by_rate() -> None:

@@ -302,8 +302,7 @@ def test_the_slowest_limit_of_a_tiny_curve_is_named(monkeypatch: pytest.MonkeyPa
 @pytest.mark.parametrize("window", [0.3, 0.02])
 def test_a_smoothed_law_is_the_moving_average(window: float) -> None:
     random = np.random.default_rng(5)
-    s, speed = np.append(0, np.cumsum(random.uniform(0.1, 0.5, 12))), random.uniform(0.7, 2, 13)
-    speed[-1] = speed[0]
+    s, speed = np.append(0, np.cumsum(random.uniform(0.1, 0.5, 12))), np.resize(random.uniform(0.7, 2, 12), 13)
     t = np.append(0, np.cumsum(2 * np.diff(s) / (speed[1:] + speed[:-1])))
     path, law = PPoly([np.diff(speed) / np.diff(t) / 2, speed[:-1], s[:-1]], t), smoothed_law(s, speed**2, window)
     times = law.t[:, None] + window * t[-1] / 2 * np.linspace(-1, 1, 4001)

@@ -59,6 +59,9 @@ def test_a_triangle_wave_has_its_closed_form() -> None:
         curve = rate * tau - (rate * tau + edge) * np.exp(-t / tau)
         np.testing.assert_allclose(response.error[:half, 0], curve, atol=1e-12)
         assert response.peak()[0] == pytest.approx(edge, rel=1e-3)
+        assert response.slack[0] == pytest.approx(
+            min(np.diff(response.t).max() ** 2 / 4 * rate / tau, rate * tau - edge)
+        )
         closed = np.mean((rate * tau - (rate * tau + edge) * np.exp(-np.linspace(0, 1, 200_001) / tau)) ** 2)
         assert response.rms()[0] ** 2 == pytest.approx(closed, rel=1e-5)
 
@@ -104,8 +107,9 @@ def test_servos_with_lags_of_their_own_leave_the_sheet() -> None:
 
 
 def test_the_least_singular_value_along_the_actual_motion_is_a_lower_bound() -> None:
-    for lag in (0.02, [0.05, 0.1, 0.02, 0.05]):
-        response = servo_response(fast(), lag)
+    even = SQUARE.parametrize(1.0, law="constant-speed")
+    for timed, lag in ((fast(), 0.02), (fast(), [0.05, 0.1, 0.02, 0.05]), (even, 0.5)):
+        response = servo_response(timed, lag)
         t = np.linspace(0, 1, 4001)
         error = np.column_stack([np.interp(t, response.t, column) for column in response.error.T])
         sampled = least_singular_value(response.timed.at(t)[0] - error).min()

@@ -401,6 +401,8 @@ def test_what_hover_can_reach_is_judged_in_exact_physics() -> None:
     report = lift([(a1, a2)], "red").check()
     assert not report["R_sign"].decided
     assert report.reachable_from_hover is True
+    sign = lift([(a1, a2), (0.0, a2)], "red").check()["R_sign"]  # certain at the second corner alone
+    assert (sign.ok, sign.decided, "|R| falls to" in sign.message) == (True, False, True)
     beyond = lift([(a1 + 1e-4, a2)], "red").check()
     assert beyond.reachable_from_hover is False
 
