@@ -234,6 +234,7 @@ def test_a_programme_gives_the_best_loop_in_its_cells() -> None:
     program, rng = problem.program(start, 0.2), np.random.default_rng(5)
     best: Any = program.projected(0.0)
     assert problem.keeps_inside(best)
+    assert not problem.keeps_inside(SmoothLoop(points=best.points + 3, passes=best.passes))
     assert problem.discs.misses(best.passed()) <= 1e-9
     for size in (0.0, *[3e-2] * 30):  # no step towards another loop in the cells and discs is better
         other = SmoothLoop(points=start.points + rng.normal(size=(32, 2)) * size, passes=start.passes)

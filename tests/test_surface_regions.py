@@ -406,6 +406,7 @@ def test_why_not_names_the_condition(point: tuple[float, float], reason: str) ->
     region = admissible_region(PAPER.replace(max_tilt=1.2), sign="positive", zones=zones)
     assert reason in (region.why_not(point) or "")
     assert region.why_not((-0.5, 0.5)) is None
+    assert {condition.broken_at(-0.5, 0.5) for condition in region.conditions} == {None}
 
 
 # --- how borders are followed ----------------------------------------------------------------------------------------

@@ -60,7 +60,6 @@ def least_along(
     bound: Bound,
     *,
     known: float = math.inf,
-    at_ends: tuple[FloatArray, FloatArray] | None = None,
     **options: Any,
 ) -> Least:
     """Bracket the least of one function, from (k, 4) to (k,); the options are those of :func:`least_of_each`."""
@@ -70,7 +69,6 @@ def least_along(
         lambda alpha: (value(alpha),),
         lambda v0, v1, p0, p1: (bound(v0[0], v1[0], p0, p1),),
         known=(known,),
-        at_ends=None if at_ends is None else ((at_ends[0],), (at_ends[1],)),
         **options,
     )
     return found
