@@ -148,7 +148,7 @@ def test_no_polygon_through_discs_is_shorter_than_the_bound(seed: int) -> None:
     rng = np.random.default_rng(seed)
     discs = Discs(centers=rng.uniform(-1, 1, (5, 2)), radii=rng.uniform(0, 0.3, 5))
     if seed == 0:  # the second is passed well inside, and the loop is shorter than one
-        centers = np.array([[-0.1, 0], [0, 0.01], [0.1, 0], [0.05, -0.1], [-0.05, -0.1]])
+        centers = np.array([[-0.1, 0], [0, 0], [0.1, 0], [0.05, -0.1], [-0.05, -0.1]])
         discs = Discs(centers=centers, radii=np.full(5, 0.02))
     points, bound = shortest_loop(discs)
     found = np.linalg.norm(np.roll(points, -1, axis=0) - points, axis=1).sum()
