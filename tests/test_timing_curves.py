@@ -121,13 +121,12 @@ def test_what_is_taken_off_for_the_chords_is_as_documented(curve: Curve, chord: 
     report, gait, kappa = curve.check(chord=chord), curve.polyline(chord), gg.PAPER.drag_ratio
     along = gait.alpha + np.linspace(0, 1, 9)[:, None, None] * (gait.ends - gait.alpha)
     sigma, shares = least_singular_value(along), gg.invertibility.hover_thrust_shares(along)
-    kept = sigma.min() - sqrt(2 * (2 + kappa**2)) * chord
-    assert report["least_singular_value"].value == pytest.approx(kept, abs=2e-6)
+    assert report["least_singular_value"].value == pytest.approx(sigma.min() - sqrt(4 + 2 * kappa**2) * chord, abs=2e-6)
     # R changes by 2‖B‖·2√2 per radian; shares are 1/(2D), where D ≥ R·κ/(2(1 + κ²)^1.5) changes by 2√2.
     least = []
     for of in (curve.coefficients, gg.invertibility.coefficients_of(kind="exact")):
-        slope = 4 * sqrt(2) * float(np.linalg.norm(of.bilinear_form, 2))
-        least.append(np.abs(level_determinant(along, of)).min() - slope * chord)
+        slack = 4 * sqrt(2) * float(np.linalg.norm(of.bilinear_form, 2)) * chord
+        least.append(np.abs(level_determinant(along, of)).min() - slack)
     assert abs(report["R_sign"].value or 0) == pytest.approx(least[0], abs=2e-5)
     off = chord * (1 + kappa**2) ** 1.5 / (least[1] * kappa)
     high = (shares.max() + off) / (1 - 4 * sqrt(2) * off)

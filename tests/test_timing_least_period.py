@@ -287,7 +287,6 @@ def test_periods_that_no_clock_has_are_answered(more: dict[str, float], rounding
 
 @pytest.mark.parametrize(("kind", "joint"), [("rate", 1), ("acceleration", 2), ("jerk", 1)])
 def test_the_slowest_limit_of_a_tiny_curve_is_named(monkeypatch: pytest.MonkeyPatch, kind: str, joint: int) -> None:
-    """Over 1e-10 rad forth and back each limit alone takes 0.22 µs, one of them 0.2 % more."""
     monkeypatch.setattr(time_optimal, "_MOST_NODES_UNDER_JERK", 0)
     pieces = np.zeros((4, 2, 2))
     pieces[:, :, joint - 1] = 1e-10 * CubicSpline([0, 1, 2], [0, 1, 0], bc_type="periodic").c
