@@ -338,6 +338,7 @@ class TestClock:
         for table in (table_from(rows, t=[2, 3]), table_from(np.vstack([rows, rows[:1]]), t=[2, 3, 4])):
             report = validate(table, vehicle=limited)
             assert value_of(report, "tilt_rate") == pytest.approx(0.5)
+            assert (report["tilt_rate"].where or {})["row"] == 1
             assert value_of(report, "tilt_acceleration") == pytest.approx(1.0)
 
 
