@@ -229,11 +229,7 @@ def read_table(path: str | Path, *, joints: ServoMap | None = None) -> Table:
 
 
 def read_pieces(
-    path: str | Path,
-    *,
-    progress: Progress = None,
-    plane_only: bool = False,
-    joints: ServoMap | None = None,
+    path: str | Path, *, progress: Progress = None, plane_only: bool = False, joints: ServoMap | None = None
 ) -> Iterator[Table]:
     """Yield a gait table as consecutive pieces, each at least one row; errors as :func:`read_table`, at their piece.
 
@@ -264,13 +260,13 @@ def provenance_in(path: str | Path) -> dict[str, Any]:
 
 
 @contextmanager
-def naming_file(source: object) -> Iterator[None]:
+def naming_file(source: object, what: str = _WHAT) -> Iterator[None]:
     """Name the file in an error about what it holds, once; if the source is no path, errors stay as they are."""
     try:
         yield
     except (MissingExtra, FileProblem):
         raise
     except GaitgraphError as error:
-        if not isinstance(source, (str, Path)) or str(error).startswith(_WHAT):
+        if not isinstance(source, (str, Path)) or str(error).startswith(what):
             raise
-        raise type(error)(f"{_WHAT} {str(source)!r}: {error}") from error
+        raise type(error)(f"{what} {str(source)!r}: {error}") from error
