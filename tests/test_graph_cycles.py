@@ -17,7 +17,7 @@ import gaitgraph as gg
 from gaitgraph.graph.build import surface_graph
 from gaitgraph.graph.cycle_list import Cycles, CycleSearch, cycles
 from gaitgraph.planning.grid import grid_cycles
-from gaitgraph.planning.request import PlanRequest
+from gaitgraph.planning.request import plan_request
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -381,7 +381,7 @@ def test_graphs_need_their_metadata() -> None:
 
 
 def test_cycles_of_a_request_merge_both_signs_in_order() -> None:
-    request = PlanRequest([(0.0, 0.0)], divisions=6)
+    request = plan_request([(0.0, 0.0)], divisions=6)
     merged = list(grid_cycles(request, through=False, max_length=2.2).cycles)
     parts = [list(cycles(surface_graph(sign, 6), max_length=2.2)) for sign in ("negative", "positive")]
     assert len(merged) == sum(map(len, parts))

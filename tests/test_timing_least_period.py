@@ -293,7 +293,7 @@ def test_the_slowest_limit_of_a_tiny_curve_is_named(monkeypatch: pytest.MonkeyPa
     pieces[:, :, joint - 1] = 1e-10 * CubicSpline([0, 1, 2], [0, 1, 0], bc_type="periodic").c
     v, a, j = (2.2e-7 * (1.002 if one == kind else 1.0) for one in ("rate", "acceleration", "jerk"))
     limits = Limits(rate=2e-10 / v, acceleration=16e-10 / a**2, jerk=96e-10 / j**3)
-    found = least_period(Curve(breaks=[0, 1, 2], pieces=pieces), limits, nodes=10)
+    found = least_period(Curve(breaks=np.arange(3.0), pieces=pieces), limits, nodes=10)
     assert (bool(found), found.status, found.limit) == (False, "no period", kind)
     assert f"under the {kind} limit " in found.reason == found.as_mapping()["reason"]
     assert f"of α{joint} and α{joint + 2} would be below 1e-06 s" in found.reason
