@@ -67,7 +67,7 @@ def test_a_spline_is_smooth_on_its_sheet_and_near_its_chords(
 
 def test_a_ring_has_its_length() -> None:
     curve = curve_through(RING)
-    assert not (curve.breaks.flags.writeable or curve.pieces.flags.writeable)
+    assert not any(array.flags.writeable for array in (curve.breaks, curve.pieces))
     assert curve.length == pytest.approx(2 * pi * 0.4, rel=1e-3)
     chords = np.linalg.norm(np.diff(curve.at(np.linspace(0, curve.span, 20_001)), axis=0), axis=1).sum()
     assert curve.length * sqrt(2) == pytest.approx(chords, rel=1e-6)
