@@ -12,15 +12,16 @@ mirrors every surface and region in the origin of the (α1, α2) plane.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields, replace
+from dataclasses import MISSING, dataclass, fields
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, TypedDict, Unpack, get_args
 
 from gaitgraph.angles import angle_from_text, number_of, text_from_angle
 from gaitgraph.errors import InputError, MissingConstant, check_fields, checked_choice, did_you_mean, shown
 from gaitgraph.files import from_toml_file
 
 Spin = Literal["clockwise", "counterclockwise"]
+Angle = float | str  # [rad], or a text such as "45deg"
 
 UNITS = {
     "mass": "kg",
@@ -43,7 +44,31 @@ UNITS = {
 _ANGLES = ("first_arm_angle", "max_tilt", "max_tilt_rate", "max_tilt_acceleration", "max_tilt_jerk")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class Constants(TypedDict, total=False):
+    """What :class:`Vehicle` takes."""
+
+    name: str
+    mass: float | None
+    gravity: float
+    arm_length: float | None
+    thrust_coefficient: float | None
+    drag_coefficient: float | None
+    drag_to_thrust: float | None
+    drag_ratio: float | None
+    inertia: list[float] | tuple[float, ...] | None
+    first_arm_angle: Angle
+    first_rotor_spin: Spin
+    max_tilt: Angle | None
+    max_tilt_rate: Angle | None
+    max_tilt_acceleration: Angle | None
+    max_tilt_jerk: Angle | None
+    max_thrust: float | None
+    servo_lag: float | None
+    arm_inertia: float | None
+    rotor_inertia: float | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False, init=False)
 class Vehicle:
     """The constants of one tilt-rotor; immutable, in SI units.
 
@@ -67,7 +92,8 @@ class Vehicle:
     first_rotor_spin
         Spin of rotor 1 seen from above: "clockwise" (as in the paper) or "counterclockwise".
     max_tilt, max_tilt_rate, max_tilt_acceleration, max_tilt_jerk
-        Largest |αᵢ| that the arms allow [rad], and of its derivatives [rad/s], [rad/s²], [rad/s³].
+        Largest |αᵢ| that the arms allow [rad], and of its derivatives [rad/s], [rad/s²], [rad/s³]. These angles and
+        that of the first arm may be texts such as "45deg".
     max_thrust
         Largest thrust of one rotor [N].
     servo_lag
@@ -94,7 +120,7 @@ class Vehicle:
     thrust_coefficient: float | None = None
     drag_coefficient: float | None = None
     drag_to_thrust: float | None = None
-    drag_ratio: float = None  # type: ignore[assignment] # never None once the vehicle is made
+    drag_ratio: float
     inertia: tuple[float, float, float] | None = None
     first_arm_angle: float = 0.0
     first_rotor_spin: Spin = "clockwise"
@@ -107,19 +133,20 @@ class Vehicle:
     arm_inertia: float | None = None
     rotor_inertia: float | None = None
 
-    def __post_init__(self) -> None:
-        stated: dict[str, Any] = {one.name: getattr(self, one.name) for one in fields(self)}
-        if not isinstance(self.name, str) or not self.name or not self.name.isprintable():
-            raise InputError(f"vehicle name must be a printable, non-empty text, got {shown(self.name)}")
+    def __init__(self, **constants: Unpack[Constants]) -> None:
+        check_fields("vehicle", constants, _FIELDS)
+        stated: dict[str, Any] = _DEFAULTS | constants
+        if not isinstance(name := stated["name"], str) or not name or not name.isprintable():
+            raise InputError(f"vehicle name must be a printable, non-empty text, got {shown(name)}")
         for field in UNITS:
             if field != "inertia" and (stated[field] is not None or field == "gravity"):
                 stated[field] = _positive(field, stated[field])
-        if self.inertia is not None:
-            if not isinstance(self.inertia, (list, tuple)) or len(self.inertia) != 3:
-                raise InputError(f"inertia must be three positive numbers (kg m²), got {shown(self.inertia)}")
-            stated["inertia"] = tuple(_positive("inertia", part) for part in self.inertia)
-        stated["first_arm_angle"] = angle_from_text(self.first_arm_angle, "first_arm_angle")
-        checked_choice("first_rotor_spin", self.first_rotor_spin, ("clockwise", "counterclockwise"))
+        if (inertia := stated["inertia"]) is not None:
+            if not isinstance(inertia, (list, tuple)) or len(inertia) != 3:
+                raise InputError(f"inertia must be three positive numbers (kg m²), got {shown(inertia)}")
+            stated["inertia"] = tuple(_positive("inertia", part) for part in inertia)
+        stated["first_arm_angle"] = angle_from_text(stated["first_arm_angle"], "first_arm_angle")
+        checked_choice("first_rotor_spin", stated["first_rotor_spin"], get_args(Spin))
         for field, formula, over, under in (
             ("drag_to_thrust", "Km/Kf", "drag_coefficient", "thrust_coefficient"),
             ("drag_ratio", "Km/(Kf·L)", "drag_to_thrust", "arm_length"),
@@ -178,20 +205,20 @@ class Vehicle:
         True
         """
         check_fields("vehicle", changes, _FIELDS)
-        new = {name: getattr(self, name) for name in _FIELDS} | changes
+        new: dict[str, Any] = {**{name: getattr(self, name) for name in _FIELDS}, **changes}
         known = {name for name, value in new.items() if value is not None}
         # A new value replaces what it would follow from; what follows from it is derived again.
         if "drag_ratio" in changes:
-            changes = {"drag_to_thrust": None, "drag_coefficient": None} | changes
+            new |= {"drag_to_thrust": None, "drag_coefficient": None, **changes}
         elif "drag_to_thrust" in changes:
-            changes = {"drag_coefficient": None, "drag_ratio": None} | changes
+            new |= {"drag_coefficient": None, "drag_ratio": None, **changes}
         else:
             if known >= {"thrust_coefficient", "drag_coefficient"}:
-                changes["drag_to_thrust"] = None
+                new["drag_to_thrust"] = None
                 known.add("drag_to_thrust")
             if known >= {"arm_length", "drag_to_thrust"}:
-                changes["drag_ratio"] = None
-        return replace(self, **changes)
+                new["drag_ratio"] = None
+        return Vehicle(**new)
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the stated constants as plain values, in a fixed order; read back by vehicle_from_mapping."""
@@ -221,7 +248,8 @@ class Vehicle:
         return html_of(self)
 
 
-_FIELDS = [field.name for field in fields(Vehicle)]
+_DEFAULTS = {field.name: None if field.default is MISSING else field.default for field in fields(Vehicle)}
+_FIELDS = list(_DEFAULTS)
 
 
 def _positive(name: str, value: object) -> float:
@@ -291,7 +319,7 @@ def vehicle_named(name_or_file: str | Path) -> Vehicle:
     The file holds the field names of :class:`Vehicle`, at the top level or in a ``[vehicle]`` table. Raises InputError
     or FileProblem if the name is unknown, or the file cannot be read or holds something else.
     """
-    if isinstance(name_or_file, str) and not name_or_file.lower().endswith(".toml"):
+    if not isinstance(name_or_file, Path) and not str(name_or_file).lower().endswith(".toml"):
         return _preset(name_or_file)
     path = Path(name_or_file)
 

@@ -17,7 +17,7 @@ import gaitgraph as gg
 from gaitgraph.graph.build import surface_graph
 from gaitgraph.graph.cycle_list import Cycles, CycleSearch, cycles
 from gaitgraph.planning.grid import grid_cycles
-from gaitgraph.planning.request import PlanRequest
+from gaitgraph.planning.request import plan_request
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -393,16 +393,16 @@ def test_the_best_cycle_of_a_request_or_why_there_is_none() -> None:
         (pair, 1.3407, None, 1.3408, "none was found within 1.3407 rad; the best one has 1.3408 rad"),
         (apart, None, None, math.inf, f"R < 0: waypoint 2 {lacks}; R > 0: waypoint 1 {lacks}"),
     ):
-        cycle, *rest = grid_cycles(PlanRequest(points, **asked), max_length=most).best(effort=10_000)
+        cycle, *rest = grid_cycles(plan_request(points, **asked), max_length=most).best(effort=10_000)
         assert (cycle and round(cycle.length, 4), *rest) == (length, pytest.approx(bound, abs=1e-4), told)
-    found = grid_cycles(PlanRequest(pair, **asked), through=False, max_length=0.1)
+    found = grid_cycles(plan_request(pair, **asked), through=False, max_length=0.1)
     assert ([*found.cycles], found.best(effort=1)[2]) == ([], "the graph has none within 0.1 rad")
 
 
 def test_many_waypoints_in_any_order_are_put_in_one() -> None:
     points = [(0.3 + 0.1 * k, -0.4 - 0.5 * (k % 2)) for k in range(10)]
     for number, any_order, notes in ((9, True, 0), (10, True, 1), (10, False, 0)):
-        request = PlanRequest(points[:number], color="red", sign="negative", any_order=any_order)
+        request = plan_request(points[:number], color="red", sign="negative", any_order=any_order)
         found = grid_cycles(request)
         assert (len(found.notes), found.any_order) == (notes, number == 9)
         stops = [graph.nodes[nodes[0]]["alpha1"] for graph, served in found.graphs.values() for nodes in served]
@@ -411,7 +411,7 @@ def test_many_waypoints_in_any_order_are_put_in_one() -> None:
 
 
 def test_cycles_of_a_request_merge_both_signs_in_order() -> None:
-    request = PlanRequest([(0.0, 0.0)], divisions=6)
+    request = plan_request([(0.0, 0.0)], divisions=6)
     merged = list(grid_cycles(request, through=False, max_length=2.2).cycles)
     parts = [list(cycles(surface_graph(sign, 6), max_length=2.2)) for sign in ("negative", "positive")]
     assert len(merged) == sum(map(len, parts))

@@ -338,7 +338,7 @@ def test_no_graph_is_built_where_no_waypoint_could_serve() -> None:
         plan = gg.plan_loop(G3.waypoints, accuracy=accuracy, progress=told.append, **RED_BELOW)
         assert told == [*said, "searching red loops with R < 0"]
     assert repr(plan).startswith("<Plan: <Loop: red, R < 0, 4 corners, 3.1416 rad, flyable> through 4 waypoints, ")
-    assert plan.request.law == gg.planning.PlanRequest([(0, 0)]).law == "smooth"
+    assert plan.request.law == gg.planning.plan_request([(0, 0)]).law == "smooth"
 
 
 def test_separated_waypoints_are_told_with_what_can_be_reached_from_each() -> None:

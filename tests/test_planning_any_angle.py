@@ -20,7 +20,7 @@ from gaitgraph.invertibility.matrices import coefficients_of, least_singular_val
 from gaitgraph.planning.any_angle import region_of, straight_loop_holds
 from gaitgraph.planning.planner import _preference
 from gaitgraph.planning.refusal import Branch
-from gaitgraph.planning.request import PlanRequest
+from gaitgraph.planning.request import PlanRequest, plan_request
 from tests.published import GAITS
 from tests.samples import visibility_graph
 
@@ -94,7 +94,7 @@ def some_request(seed: int, name: str, sign: Any, *, keep_in: bool = False, wayp
     """Keep-outs strewn over the part where gaits with this sign fly, and waypoints between them."""
     rng = np.random.default_rng(seed)
     asked: dict[str, Any] = {**VEHICLES[name], "sign": sign, "color": "red", "accuracy": 1e-3, "floor": 0.3}
-    free = region_of(PlanRequest([(0, 0)], **asked), "red", sign, "flyable").inner
+    free = region_of(plan_request([(0, 0)], **asked), "red", sign, "flyable").inner
     center = np.array(free.centroid.coords[0])
     while True:
         asked["keep_out"] = [star(rng, center + rng.uniform(-0.5, 0.5, 2), rng.uniform(0.1, 0.35)) for _ in range(5)]
@@ -102,7 +102,7 @@ def some_request(seed: int, name: str, sign: Any, *, keep_in: bool = False, wayp
             arms = [shapely.box(-0.6, -0.6, 0.6, -0.1), shapely.box(-0.6, -0.6, -0.1, 0.6)]
             corner: Any = shapely.affinity.translate(shapely.union_all(arms), *center)
             asked["keep_in"] = [list(corner.exterior.coords[:-1])]
-        region = region_of(PlanRequest([(0, 0)], **asked), "red", sign, "flyable").inner
+        region = region_of(plan_request([(0, 0)], **asked), "red", sign, "flyable").inner
         part = max(region.geoms, key=lambda polygon: polygon.area)
         strewn = center + rng.uniform(-0.7, 0.7, (60, 2))
         inside = [(x, y) for x, y in strewn[shapely.contains_xy(part, *strewn.T)].tolist()][:waypoints]
@@ -265,9 +265,9 @@ def test_a_straight_loop_is_the_shortest_and_needs_no_region() -> None:
     assert loop.length == loop.lower_bound == pytest.approx(pi, abs=1e-15)
     assert len(loop.path.alpha) == 4
     assert planned(exact(G3.waypoints, color="red", objective="robust")).lower_bound == loop.length
-    assert straight_loop_flies(PlanRequest(G3.waypoints), "negative")
-    assert not straight_loop_flies(PlanRequest(G3.waypoints), "positive")
-    assert not straight_loop_flies(PlanRequest(G3.waypoints, keep_out=[WALL]), "negative")
+    assert straight_loop_flies(plan_request(G3.waypoints), "negative")
+    assert not straight_loop_flies(plan_request(G3.waypoints), "positive")
+    assert not straight_loop_flies(plan_request(G3.waypoints, keep_out=[WALL]), "negative")
 
 
 @pytest.mark.parametrize("name", VEHICLES)
@@ -280,7 +280,7 @@ def test_a_straight_loop_holds_where_its_report_says_so(name: str) -> None:
         center, size = rng.uniform(-1.2, 1.2, 2), 10 ** rng.uniform(-2, 0)
         points = np.clip(center + size * rng.uniform(-1, 1, (3, 2)), -1.57, 1.57).tolist()
         floor = float(rng.uniform(0.05, 0.9))
-        request = PlanRequest(points, floor=floor, **asked)
+        request = plan_request(points, floor=floor, **asked)
         coefficients = coefficients_of(request.vehicle, request.coefficients)
         gait = gg.lift(points, "red", vehicle=request.vehicle, coefficients=coefficients)
         found = any(straight_loop_flies(request, s) for s in ("positive", "negative"))
@@ -316,7 +316,7 @@ def test_waypoints_on_borders_and_corners_of_keep_outs() -> None:
     for seed in range(3):
         asked = some_request(62 + seed, "exact", "negative")
         walls = [shapely.Polygon(polygon).exterior for polygon in asked["keep_out"]]
-        region = region_of(PlanRequest(**asked), "red", "negative", "flyable")
+        region = region_of(plan_request(**asked), "red", "negative", "flyable")
         edges: list[Point] = []
         while len(edges) < 5:
             # Rounding leaves such a point a little inside the keep-out, or a little outside.

@@ -9,13 +9,13 @@ import pytest
 
 import gaitgraph as gg
 from gaitgraph.planning.any_angle import location_of
-from gaitgraph.planning.request import PlanRequest
+from gaitgraph.planning.request import plan_request
 
 WALL = [[(0.6, -2.0), (0.7, -2.0), (0.7, 2.0), (0.6, 2.0)]]
 
 
 def asked(points: Any, **more: Any) -> Any:
-    return location_of(PlanRequest(points, **more))
+    return location_of(plan_request(points, **more))
 
 
 def test_a_wall_separates_what_is_joined_without_it() -> None:

@@ -254,7 +254,9 @@ def test_a_wrong_map_says_what_is_wrong() -> None:
 def test_joints_and_maps_that_are_made_directly_are_checked_too() -> None:
     one = servo_map_named("x_frame")
     first: dict[str, Any] = {"name": "a", "column": "a", "rotor": 1}
-    assert gg.io.Joint(**first, limits=["-1rad", 1]).limits == (-1.0, 1.0)  # type: ignore[arg-type]
+    for name, value in (("limits", ["-1rad", 1]), ("zero", "5deg")):  # texts and lists are for the reader
+        with pytest.raises(gg.InputError, match=f"joint 'a': {name} must be "):
+            gg.io.Joint(**first | {name: value})
     with pytest.raises(gg.InputError, match="column must be a printable text of 1 to 64 characters"):
         gg.io.Joint(**first | {"column": "x" * 65})
     with pytest.raises(gg.InputError, match="joints must be four"):

@@ -21,7 +21,7 @@ from gaitgraph.errors import GaitgraphError, InputError, check_fields, checked_c
 from gaitgraph.graph.build import DEFAULT_DIVISIONS
 from gaitgraph.invertibility import matrices
 from gaitgraph.planning.planner import plan
-from gaitgraph.planning.request import PlanRequest
+from gaitgraph.planning.request import PlanRequest, plan_request
 from gaitgraph.plots.vehicles import vehicle_view
 from gaitgraph.robustness.biased import robustness_of
 from gaitgraph.surface.adjacency import text_from_types
@@ -150,7 +150,7 @@ def state_of(content: Any) -> State:
     fields = {name: value for name, value in values.items() if name not in _NOT_OF_A_REQUEST}
     fields["vehicle"] = vehicle_of(values["vehicle"], values["drag_ratio"])
     empty = not values["waypoints"]
-    request = PlanRequest(**(fields | {"waypoints": [[0.0, 0.0]]} if empty else fields))
+    request = plan_request(**(fields | {"waypoints": [[0.0, 0.0]]} if empty else fields))
     key = "" if empty else json.dumps(request.as_mapping(), sort_keys=True)
     return State(request=request, empty=empty, samples=samples, eta=float(values["eta"]), key=key)
 

@@ -39,7 +39,7 @@ FloatArray = npt.NDArray[np.float64]
 _STRAIGHT = 1e-9
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False, init=False)
 class Gait:
     """A closed polyline of tilt angles with the color of each corner and a direction; :meth:`check` states what holds.
 
@@ -80,14 +80,23 @@ class Gait:
     """
 
     alpha: FloatArray
-    colors: tuple[str, ...] = ()
-    vehicle: Vehicle = PAPER
-    coefficients: Coefficients = None  # type: ignore[assignment] # never None once the gait is made
-    crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE
-    request: Mapping[str, Any] = field(default_factory=dict, compare=False, repr=False)
+    colors: tuple[str, ...]
+    vehicle: Vehicle
+    coefficients: Coefficients
+    crossing_tolerance: float
+    request: Mapping[str, Any] = field(compare=False)
 
-    def __post_init__(self) -> None:
-        corners, names = np.array(self.alpha, dtype=float), tuple(self.colors)
+    def __init__(
+        self,
+        *,
+        alpha: npt.ArrayLike,
+        colors: Sequence[str] = (),
+        vehicle: Vehicle = PAPER,
+        coefficients: Coefficients | None = None,
+        crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE,
+        request: Mapping[str, Any] | None = None,
+    ) -> None:
+        corners, names = np.array(alpha, dtype=float), tuple(colors)
         if corners.ndim != 2 or corners.shape[1] != 4 or not len(corners):
             raise InputError(f"alpha must have the shape (n, 4) with n at least 1, got {corners.shape}")
         if not np.isfinite(corners).all():
@@ -97,9 +106,10 @@ class Gait:
         if not all(color in FAMILIES for color in names):
             raise InputError(f"colors must be {', '.join(map(repr, FAMILIES))}, got {shown(names)}")
         corners.flags.writeable = False
-        object.__setattr__(self, "alpha", corners)
-        object.__setattr__(self, "colors", names)
-        object.__setattr__(self, "coefficients", self.coefficients or coefficients_of(self.vehicle))
+        coefficients, request = coefficients or coefficients_of(vehicle), {} if request is None else request
+        checked = (corners, names, vehicle, coefficients, crossing_tolerance, request)
+        for name, value in zip(self.__slots__, checked, strict=True):
+            object.__setattr__(self, name, value)  # the record is frozen
 
     @property
     def ends(self) -> FloatArray:
@@ -212,11 +222,7 @@ class Gait:
         return TimedGait(gait=self, period=float(period), law=law, samples=count)
 
     def check(
-        self,
-        *,
-        tolerance: float = DEFAULT_TOLERANCE,
-        floor: float = DEFAULT_FLOOR,
-        angle_rounding: float | None = None,
+        self, *, tolerance: float = DEFAULT_TOLERANCE, floor: float = DEFAULT_FLOOR, angle_rounding: float | None = None
     ) -> Report:
         """Return every check of valid and flyable; see :func:`gaitgraph.validation.validating.check_gait`."""
         from gaitgraph.validation.validating import check_gait

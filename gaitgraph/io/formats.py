@@ -236,11 +236,7 @@ def read_table(path: str | Path, *, joints: ServoMap | None = None) -> Table:
 
 
 def read_pieces(
-    path: str | Path,
-    *,
-    progress: Progress = None,
-    plane_only: bool = False,
-    joints: ServoMap | None = None,
+    path: str | Path, *, progress: Progress = None, plane_only: bool = False, joints: ServoMap | None = None
 ) -> Iterator[Table]:
     """Yield a gait table as consecutive pieces, each at least one row; errors as :func:`read_table`, at their piece.
 

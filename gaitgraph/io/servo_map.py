@@ -10,7 +10,7 @@ import math
 from dataclasses import dataclass, fields, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -19,6 +19,7 @@ from gaitgraph.angles import HALF_PI, angle_from_text, number_of
 from gaitgraph.errors import InputError, check_fields, did_you_mean, shown
 from gaitgraph.files import from_toml_file
 from gaitgraph.gait.table import ACCELERATIONS, ANGLES, RATES, TEXTS, Table, surface_of
+from gaitgraph.vehicle import Spin
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -26,11 +27,12 @@ if TYPE_CHECKING:
     from gaitgraph.vehicle import Vehicle
 
 FloatArray = npt.NDArray[np.float64]
+Unit = Literal["rad", "deg", "us"]
+TimeUnit = Literal["s", "ms", "us"]
 
-_TIME_UNITS = {"s": 1.0, "ms": 1e3, "us": 1e6}  # in one second
+_TIME_UNITS: dict[TimeUnit, float] = {"s": 1.0, "ms": 1e3, "us": 1e6}  # in one second
 _UNITS = {"rad": ("", "rad"), "deg": ("_deg", "°"), "us": ("_us", "µs")}  # how columns end by default, and the sign
 _DERIVATIVES = {"_rate": RATES, "_acceleration": ACCELERATIONS}
-_SPINS = ("clockwise", "counterclockwise")
 _OF_PULSES = ("us_per_rad", "neutral_us", "limits_us")
 _NAME = "a printable text of 1 to 64 characters"
 _ROUNDING = 1e-9  # of a limit: what floating point may add to a value that was stated as the limit
@@ -72,7 +74,7 @@ class Joint:
     name: str
     rotor: int
     column: str
-    unit: Literal["rad", "deg", "us"] = "rad"
+    unit: Unit = "rad"
     sign: int = 1
     zero: float = 0.0
     limits: tuple[float, float] | None = None
@@ -81,29 +83,25 @@ class Joint:
     limits_us: tuple[float, float] = (1000.0, 2000.0)
 
     def __post_init__(self) -> None:
-        who, is_pulses = f"joint {shown(self.name)}", self.unit == "us"
-        must, make = partial(_must, self, who), partial(object.__setattr__, self)
+        must, is_pulses = partial(_must, self, f"joint {shown(self.name)}"), self.unit == "us"
         must("name", _is_name(self.name), _NAME)
-        must("unit", self.unit in [*_UNITS], "rad, deg or us")
+        must("unit", self.unit in get_args(Unit), "rad, deg or us")
         must("column", _is_name(self.column), _NAME)
         must("rotor", isinstance(self.rotor, int) and number_of(self.rotor) in (1, 2, 3, 4), "1, 2, 3 or 4")
         must("sign", number_of(self.sign) in (1, -1), "1 or −1")
-        make("zero", angle_from_text(self.zero, f"{who}: zero"))
+        must("zero", math.isfinite(number_of(self.zero)), "a finite angle (rad)")
         for one in fields(self):
             if one.name in (("limits",) if is_pulses else _OF_PULSES):
                 must(one.name, getattr(self, one.name) in (None, one.default), f"left out for the unit {self.unit!r}")
         if is_pulses:
-            slope, neutral = number_of(self.us_per_rad), number_of(self.neutral_us)
-            low, high = map(number_of, _pair(self.limits_us))
+            low, high = _pair(self.limits_us)
+            slope = number_of(self.us_per_rad)
             must("us_per_rad", 1e-3 <= slope <= 1e9, "between 0.001 and 1e9 µs/rad (sign = −1 turns the other way)")
             must("limits_us", 0 <= low < high <= 1e6, "the least and the largest, between 0 and 1e6 µs, in this order")
-            must("neutral_us", low <= neutral <= high, f"between {low:g} and {high:g} µs")
-            for name, value in (("us_per_rad", slope), ("neutral_us", neutral), ("limits_us", (low, high))):
-                make(name, value)
+            must("neutral_us", low <= number_of(self.neutral_us) <= high, f"between {low:g} and {high:g} µs")
         elif self.limits is not None:
-            low, high = (angle_from_text(one, f"{who}: limits") for one in _pair(self.limits))
-            must("limits", low < high, "the least and the largest angle (rad), in this order")
-            make("limits", (low, high))
+            low, high = _pair(self.limits)
+            must("limits", -math.inf < low < high < math.inf, "the least and the largest angle (rad), in this order")
 
     @property
     def per_radian(self) -> float:
@@ -166,21 +164,20 @@ class ServoMap:
     name: str
     joints: tuple[Joint, ...]
     time: str = "t"
-    time_unit: str = "s"
+    time_unit: TimeUnit = "s"
     clip: bool = False
-    first_rotor_spin: str | None = None
+    first_rotor_spin: Spin | None = None
     first_arm_angle: float | None = None
 
     def __post_init__(self) -> None:
         must = partial(_must, self, "servos")
         must("name", _is_name(self.name), _NAME)
         must("time", _is_name(self.time), _NAME)
-        must("time_unit", self.time_unit in [*_TIME_UNITS], "s, ms or us")
+        must("time_unit", self.time_unit in get_args(TimeUnit), "s, ms or us")
         must("clip", isinstance(self.clip, bool), "true or false")
-        must("first_rotor_spin", self.first_rotor_spin in (None, *_SPINS), " or ".join(_SPINS))
-        if self.first_arm_angle is not None:
-            turned = angle_from_text(self.first_arm_angle, "first_arm_angle")
-            object.__setattr__(self, "first_arm_angle", turned)
+        must("first_rotor_spin", self.first_rotor_spin in (None, *get_args(Spin)), " or ".join(get_args(Spin)))
+        turned = 0.0 if self.first_arm_angle is None else number_of(self.first_arm_angle)
+        must("first_arm_angle", math.isfinite(turned), "a finite angle (rad)")
         for what, names in (
             ("rotors", [joint.rotor for joint in self.joints]),
             ("names of joints", self.joint_names),
@@ -274,11 +271,28 @@ def servo_map_from_mapping(stated: Mapping[str, Any]) -> ServoMap:
         shared = {name: stated[name] for name in _SHARED_FIELDS if name in stated}
         values = {"name": f"{stem}{number}", "rotor": rotor, **shared, **one}
         column = f"{values['name']}{_UNITS.get(str(values.get('unit')), ('',))[0]}"
-        joints.append(Joint(**values | {"column": values.get("column") or column}))
+        joints.append(Joint(**_parsed(values) | {"column": values.get("column") or column}))
     if any("rotor" in one for one in own):
         meant_for = {}  # an order of the user's own is for the user's vehicle, not for the preset's
     values = {"name": preset, **meant_for} | {name: stated[name] for name in _MAP_FIELDS[1:-1] if name in stated}
+    if values.get("first_arm_angle") is not None:
+        values["first_arm_angle"] = angle_from_text(values["first_arm_angle"], "first_arm_angle")
     return ServoMap(**values, joints=tuple(joints))
+
+
+def _parsed(joint: dict[str, Any]) -> dict[str, Any]:
+    """Return what is stated of a joint as numbers and pairs of them; what is none is left to :class:`Joint`."""
+    parsed, who = dict(joint), f"joint {shown(joint['name'])}"
+    if "zero" in joint:
+        parsed["zero"] = angle_from_text(joint["zero"], f"{who}: zero")
+    if isinstance(limits := joint.get("limits"), (list, tuple)):
+        parsed["limits"] = tuple(angle_from_text(one, f"{who}: limits") for one in limits)
+    for name in _OF_PULSES:
+        several = isinstance(value := joint.get(name), (list, tuple))
+        numbers = tuple(number_of(one) for one in (joint[name] if several else [value]))
+        if not any(map(math.isnan, numbers)):
+            parsed[name] = numbers if several else numbers[0]
+    return parsed
 
 
 def _must(record: Joint | ServoMap, who: str, name: str, holds: object, allowed: str) -> None:
@@ -290,9 +304,10 @@ def _is_name(value: object) -> bool:
     return isinstance(value, str) and value.strip() != "" and value.isprintable() and len(value) <= 64
 
 
-def _pair(value: Any) -> tuple[Any, ...]:
-    """Return two values, or for what is no pair two numbers that no limits can be."""
-    return tuple(value) if isinstance(value, (list, tuple)) and len(value) == 2 else (1.0, 0.0)
+def _pair(value: object) -> tuple[float, float]:
+    """Return two numbers, those that no limits can be for what is no pair."""
+    low, high = map(number_of, value) if isinstance(value, tuple) and len(value) == 2 else (1.0, 0.0)
+    return low, high
 
 
 def servo_map_named(name_or_file: str | Path) -> ServoMap:

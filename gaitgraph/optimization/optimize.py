@@ -47,8 +47,7 @@ if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
     from gaitgraph.gait.gait import Gait
-    from gaitgraph.planning.request import Angle, Points
-    from gaitgraph.surface.region import Region
+    from gaitgraph.surface.region import Angle, Points, Region
 
 FloatArray = npt.NDArray[np.float64]
 Objective = Literal["singular_value", "hover_reserve", "tilt_rate"]

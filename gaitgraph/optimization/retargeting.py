@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
     from shapely import Polygon
 
-    from gaitgraph.planning.request import Points
+    from gaitgraph.surface.region import Points
     from gaitgraph.validation.report import Report
     from gaitgraph.vehicle import Vehicle
 

@@ -400,8 +400,8 @@ def location_of(request: PlanRequest, *, use: Use = "flyable") -> Location:
 
     Examples
     --------
-    >>> from gaitgraph.planning.request import PlanRequest
-    >>> found = location_of(PlanRequest([(-0.4, 0.4), (0.5, 0.5)], sign="positive"))
+    >>> from gaitgraph.planning.request import plan_request
+    >>> found = location_of(plan_request([(-0.4, 0.4), (0.5, 0.5)], sign="positive"))
     >>> [waypoint.part for waypoint in found.regions[0].waypoints], bool(found)
     ([1, None], False)
     >>> [round(angle, 4) for angle in found.regions[0].waypoints[1].nearest]

@@ -171,8 +171,8 @@ def grid_cycles(
 
     Examples
     --------
-    >>> from gaitgraph.planning.request import PlanRequest
-    >>> found = grid_cycles(PlanRequest([("pi/8", "-pi/8"), ("pi/4", "-pi/4")], color="red"))
+    >>> from gaitgraph.planning.request import plan_request
+    >>> found = grid_cycles(plan_request([("pi/8", "-pi/8"), ("pi/4", "-pi/4")], color="red"))
     >>> cycle = next(found.cycles)
     >>> cycle.sign, len(cycle.nodes), round(cycle.length, 4), cycle.flyable
     ('negative', 5, 1.2257, True)

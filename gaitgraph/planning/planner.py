@@ -11,7 +11,7 @@ from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from itertools import groupby
 from textwrap import fill
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 from gaitgraph.errors import Infeasible, InputError
 from gaitgraph.graph.build import vehicle_and_coefficients
@@ -19,7 +19,7 @@ from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Kind
 from gaitgraph.planning.any_angle import any_angle_paths, with_nearest
 from gaitgraph.planning.grid import grid_paths, notes_beside_the_grid
 from gaitgraph.planning.refusal import FoundPath, Obstacle, branches_of
-from gaitgraph.planning.request import REQUEST_FIELDS, PlanRequest
+from gaitgraph.planning.request import PlanRequest, plan_request
 from gaitgraph.surface.sheets import RELATION
 from gaitgraph.timing.laws import DEFAULT_LAW
 from gaitgraph.validation.report import RATE_CHECKS, lines_of_checks
@@ -32,8 +32,9 @@ if TYPE_CHECKING:
     import networkx as nx
 
     from gaitgraph.gait.gait import Gait
-    from gaitgraph.planning.request import Point, Points
-    from gaitgraph.surface.sheets import Sign
+    from gaitgraph.planning.request import Method, Objective, Point
+    from gaitgraph.surface.region import Points
+    from gaitgraph.surface.sheets import ColorChoice, Sign, SignChoice
     from gaitgraph.timing.timed_gait import TimedGait
     from gaitgraph.validation.report import Report
 
@@ -225,9 +226,9 @@ class Plan:
 def plan_loop(
     waypoints: Points,
     *,
-    color: Literal["auto", "red", "blue"] = "auto",
-    sign: Literal["auto", "positive", "negative"] = "auto",
-    objective: Literal["shortest", "robust"] = "shortest",
+    color: ColorChoice = "auto",
+    sign: SignChoice = "auto",
+    objective: Objective = "shortest",
     divisions: int | None = None,
     vehicle: Vehicle | str | Path | Mapping[str, Any] = PAPER,
     coefficients: Kind | None = None,
@@ -235,7 +236,7 @@ def plan_loop(
     keep_in: Sequence[Points] = (),
     any_order: bool = False,
     reverse: bool = False,
-    method: Literal["exact", "grid"] | None = None,
+    method: Method | None = None,
     accuracy: float = 1e-6,
     period: float = 1.0,
     law: str = DEFAULT_LAW,
@@ -302,32 +303,38 @@ def plan_loop(
     >>> plan.gait.alpha.round(3).tolist()[0]
     [1.178, -1.178, 1.178, -1.178]
     """
-    options = locals()
-    asked: dict[str, Any] = {name: options[name] for name in REQUEST_FIELDS}
     if graph is not None:
-        stated: dict[str, Any] = {
-            "sign": sign != "auto",
-            "divisions": divisions,
-            "method": method,
-            "vehicle": vehicle is not PAPER,
-            "coefficients": coefficients,
-            "floor": floor != DEFAULT_FLOOR,
-            "keep_out": len(keep_out),
-            "keep_in": len(keep_in),
-        }
+        stated: dict[str, Any] = {"divisions": divisions, "method": method, "coefficients": coefficients}
+        stated |= {"sign": sign != "auto", "vehicle": vehicle is not PAPER, "floor": floor != DEFAULT_FLOOR}
+        stated |= {"keep_out": len(keep_out), "keep_in": len(keep_in)}
         for name in (name for name, value in stated.items() if value):
             raise InputError(f"{name} must not be stated beside a graph, which fixes it")
-        asked |= {name: graph.graph[name] for name in ("sign", "divisions", "floor")}
-        fixed, numbers = vehicle_and_coefficients(graph)
-        asked |= {"vehicle": fixed, "coefficients": numbers.kind, "method": "grid"}
-    return plan(PlanRequest(**asked), graph=graph, progress=progress)
+        sign, divisions, floor = (graph.graph[name] for name in ("sign", "divisions", "floor"))
+        vehicle, numbers = vehicle_and_coefficients(graph)
+        coefficients, method = numbers.kind, "grid"
+    request = plan_request(
+        waypoints,
+        color=color,
+        sign=sign,
+        objective=objective,
+        divisions=divisions,
+        vehicle=vehicle,
+        coefficients=coefficients,
+        keep_out=keep_out,
+        keep_in=keep_in,
+        any_order=any_order,
+        reverse=reverse,
+        method=method,
+        accuracy=accuracy,
+        period=period,
+        law=law,
+        floor=floor,
+    )
+    return plan(request, graph=graph, progress=progress)
 
 
 def plan(
-    request: PlanRequest,
-    *,
-    graph: nx.Graph[Any] | None = None,
-    progress: Callable[[str], None] | None = None,
+    request: PlanRequest, *, graph: nx.Graph[Any] | None = None, progress: Callable[[str], None] | None = None
 ) -> Plan:
     """Answer a request; see :func:`plan_loop`."""
     exact = request.method == "exact"

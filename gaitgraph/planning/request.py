@@ -13,12 +13,12 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
+from inspect import signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
-import numpy.typing as npt
 
 from gaitgraph.angles import HALF_PI, angle_from_text
 from gaitgraph.errors import InputError, check_fields, checked_choice, shown
@@ -28,7 +28,8 @@ from gaitgraph.graph.build import DEFAULT_DIVISIONS, checked_divisions
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Kind, coefficients_of
 from gaitgraph.io.formats import known_format, naming_file, provenance_in, read_pieces
 from gaitgraph.surface.loop_colorings import colorings
-from gaitgraph.surface.region import Zones, checked_accuracy, checked_number
+from gaitgraph.surface.region import Points, Zones, checked_accuracy, checked_number
+from gaitgraph.surface.sheets import ColorChoice, SignChoice
 from gaitgraph.timing.laws import DEFAULT_LAW
 from gaitgraph.timing.timed_gait import checked_clock
 from gaitgraph.vehicle import PAPER, Vehicle, vehicle_from_mapping, vehicle_named
@@ -37,15 +38,14 @@ if TYPE_CHECKING:
     from gaitgraph.surface.loop_colorings import Colorings
 
 Point = tuple[float, float]
-Angle = float | str
-Points = Sequence[Sequence[Angle]] | npt.NDArray[np.float64]
-"""Points (α1, α2), each angle a number [rad] or a text such as "3pi/8"."""
+Objective = Literal["shortest", "robust"]
+Method = Literal["grid", "exact"]
 
 CHOICES: dict[str, tuple[str, ...]] = {
-    "color": ("auto", "red", "blue"),
-    "sign": ("auto", "positive", "negative"),
-    "objective": ("shortest", "robust"),
-    "method": ("grid", "exact"),
+    "color": get_args(ColorChoice),
+    "sign": get_args(SignChoice),
+    "objective": get_args(Objective),
+    "method": get_args(Method),
 }
 """What fields that are names may be."""
 MOST_WAYPOINTS = 1000
@@ -53,111 +53,117 @@ MOST_WAYPOINTS = 1000
 _SAMPLING = ("samples", "rate")
 
 
-@dataclass(frozen=True, slots=True, init=False)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class PlanRequest:
-    """What a plan is asked for, checked and complete.
+    """What a plan is asked for, complete; :func:`plan_request` makes one of what people state.
 
-    The options are those of :func:`gaitgraph.planning.planner.plan_loop`. `zones` has the polygons of `keep_out` and
-    `keep_in`, if there are any; `notes` say what was changed.
-
-    Raises
-    ------
-    InputError
-        If anything is malformed; the message names the field, the value and what it must be.
-
-    Examples
-    --------
-    >>> request = PlanRequest([("pi/8", "-pi/8"), ("pi/8", "-pi/8")], vehicle="paper")
-    >>> len(request.waypoints), request.method, request.coefficients
-    (1, 'exact', 'published')
+    The fields are the options of :func:`gaitgraph.planning.planner.plan_loop`, with the polygons in `zones`, None if
+    there are none; `notes` say what was changed. InputError if a choice or a number is not allowed.
     """
 
     waypoints: tuple[Point, ...]
-    color: str
-    sign: str
-    objective: str
+    color: ColorChoice
+    sign: SignChoice
+    objective: Objective
     divisions: int
     vehicle: Vehicle
     coefficients: Kind
-    keep_out: tuple[tuple[Point, ...], ...]
-    keep_in: tuple[tuple[Point, ...], ...]
+    zones: Zones | None
     any_order: bool
     reverse: bool
-    method: str
+    method: Method
     accuracy: float
     period: float
     law: str
     floor: float
-    zones: Zones | None
     notes: tuple[str, ...]
 
-    def __init__(
-        self,
-        waypoints: Points,
-        *,
-        color: Literal["auto", "red", "blue"] = "auto",
-        sign: Literal["auto", "positive", "negative"] = "auto",
-        objective: Literal["shortest", "robust"] = "shortest",
-        divisions: int | None = None,
-        vehicle: Vehicle | str | Path | Mapping[str, Any] = PAPER,
-        coefficients: Kind | None = None,
-        keep_out: Sequence[Points] = (),
-        keep_in: Sequence[Points] = (),
-        any_order: bool = False,
-        reverse: bool = False,
-        method: Literal["exact", "grid"] | None = None,
-        accuracy: float = 1e-6,
-        period: float = 1.0,
-        law: str = DEFAULT_LAW,
-        floor: float = DEFAULT_FLOOR,
-    ) -> None:
-        method = method if method is not None else "exact" if divisions is None else "grid"
-        if str(objective) == "thrust":  # which earlier versions had
+    def __post_init__(self) -> None:
+        if str(self.objective) == "thrust":  # which earlier versions had
             advice = "use: gaitgraph optimize --objective hover_reserve, gg.optimal_gait(objective='hover_reserve')"
             raise InputError(f"objective must be one of {', '.join(CHOICES['objective'])}, got 'thrust'; {advice}")
-        names = {"color": color, "sign": sign, "objective": objective, "method": method}
-        for name, value in names.items():
-            checked_choice(name, value, CHOICES[name])
-        for name, flag in (("any_order", any_order), ("reverse", reverse)):
-            if not isinstance(flag, bool):
+        for name, words in CHOICES.items():
+            checked_choice(name, getattr(self, name), words)
+        for name in ("any_order", "reverse"):
+            if not isinstance(flag := getattr(self, name), bool):
                 raise InputError(f"{name} must be true or false, got {shown(flag)}")
-        divisions = checked_divisions(DEFAULT_DIVISIONS if divisions is None else divisions)
-        checked_clock(period, law)
-        accuracy, period, floor = checked_accuracy(accuracy), float(period), checked_number("floor", floor)
-        if isinstance(vehicle, Mapping):
-            vehicle = vehicle_from_mapping(dict(vehicle))
-        elif not isinstance(vehicle, Vehicle):
-            named: Any = vehicle
-            if not isinstance(named, (str, Path)):
-                allowed = "a preset's name, a .toml file or a table of constants"
-                raise InputError(f"vehicle must be {allowed}, got {shown(vehicle)}")
-            vehicle = vehicle_named(named)
-        coefficients = coefficients_of(vehicle, coefficients).kind
-
-        points = checked_waypoints(waypoints)
-        # A waypoint that equals the one before it is dropped, around the seam too.
-        kept = [point for k, point in enumerate(points) if k == 0 or point != points[k - 1]]
-        if len(kept) > 1 and kept[-1] == kept[0]:
-            kept.pop()
-        waypoints, dropped = tuple(kept), len(points) - len(kept)
-        notes = (f"merged {dropped} waypoint{'s' * (dropped > 1)} that repeated the one before",) if dropped else ()
-        zones = None
-        if any(not isinstance(polygons, (list, tuple)) or polygons for polygons in (keep_out, keep_in)):
-            zones = Zones(keep_out=keep_out, keep_in=keep_in)
-        keep_out, keep_in = (zones.keep_out, zones.keep_in) if zones else ((), ())
-        checked = locals()  # has each field by its name
-        for field in fields(self):
-            object.__setattr__(self, field.name, checked[field.name])
+        checked_divisions(self.divisions)
+        checked_clock(self.period, self.law)
+        checked_accuracy(self.accuracy)
+        checked_number("floor", self.floor)
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the request as plain values, under the names that a request file uses."""
-        plain = {name: getattr(self, name) for name in REQUEST_FIELDS}
-        for name in ("keep_out", "keep_in"):
-            plain[name] = [[list(corner) for corner in polygon] for polygon in plain[name]]
-        return {**plain, "waypoints": [list(point) for point in self.waypoints], "vehicle": self.vehicle.as_mapping()}
+        zones = self.zones or Zones()
+        listed = {
+            "waypoints": [list(point) for point in self.waypoints],
+            "vehicle": self.vehicle.as_mapping(),
+            "keep_out": [[list(corner) for corner in polygon] for polygon in zones.keep_out],
+            "keep_in": [[list(corner) for corner in polygon] for polygon in zones.keep_in],
+        }
+        return {name: listed[name] if name in listed else getattr(self, name) for name in REQUEST_FIELDS}
 
 
-REQUEST_FIELDS = tuple(field.name for field in fields(PlanRequest))[:-2]
+def plan_request(
+    waypoints: Points,
+    *,
+    color: ColorChoice = "auto",
+    sign: SignChoice = "auto",
+    objective: Objective = "shortest",
+    divisions: int | None = None,
+    vehicle: Vehicle | str | Path | Mapping[str, Any] = PAPER,
+    coefficients: Kind | None = None,
+    keep_out: Sequence[Points] = (),
+    keep_in: Sequence[Points] = (),
+    any_order: bool = False,
+    reverse: bool = False,
+    method: Method | None = None,
+    accuracy: float = 1e-6,
+    period: float = 1.0,
+    law: str = DEFAULT_LAW,
+    floor: float = DEFAULT_FLOOR,
+) -> PlanRequest:
+    """Return the request for a plan: texts and files are read, and what is left out is completed.
+
+    The options are those of :func:`gaitgraph.planning.planner.plan_loop`; InputError if one is malformed.
+
+    >>> request = plan_request([("pi/8", "-pi/8"), ("pi/8", "-pi/8")], vehicle="paper")
+    >>> len(request.waypoints), request.method, request.coefficients
+    (1, 'exact', 'published')
+    """
+    checked_clock(period, law)
+    if isinstance(vehicle, Mapping):
+        vehicle = vehicle_from_mapping(dict(vehicle))
+    elif not isinstance(vehicle, Vehicle):
+        vehicle = vehicle_named(vehicle)
+    points = checked_waypoints(waypoints)
+    # A waypoint that equals the one before it is dropped, around the seam too.
+    kept = [point for k, point in enumerate(points) if k == 0 or point != points[k - 1]]
+    if len(kept) > 1 and kept[-1] == kept[0]:
+        kept.pop()
+    dropped = len(points) - len(kept)
+    zones = Zones(keep_out=keep_out, keep_in=keep_in)
+    return PlanRequest(
+        waypoints=tuple(kept),
+        color=color,
+        sign=sign,
+        objective=objective,
+        divisions=checked_divisions(DEFAULT_DIVISIONS if divisions is None else divisions),
+        vehicle=vehicle,
+        coefficients=coefficients_of(vehicle, coefficients).kind,
+        zones=zones if zones.keep_out or zones.keep_in else None,
+        any_order=any_order,
+        reverse=reverse,
+        method=method if method is not None else "exact" if divisions is None else "grid",
+        accuracy=checked_accuracy(accuracy),
+        period=float(period),
+        law=law,
+        floor=checked_number("floor", floor),
+        notes=(f"merged {dropped} waypoint{'s' * (dropped > 1)} that repeated the one before",) if dropped else (),
+    )
+
+
+REQUEST_FIELDS = tuple(signature(plan_request).parameters)
 """The names of the fields of a request, as files and Python use them."""
 
 
@@ -205,7 +211,7 @@ def request_from_mapping(content: Mapping[str, Any]) -> tuple[PlanRequest, dict[
         raise InputError(f"sheets must be planes or left out, got {shown(sheets)}; {why}")
     sampling = {name: content.pop(name) for name in _SAMPLING if name in content}
     check_fields("request", content, [*REQUEST_FIELDS, *_SAMPLING])
-    return PlanRequest(content.pop("waypoints", ()), **content), sampling
+    return plan_request(content.pop("waypoints", ()), **content), sampling
 
 
 def read_request(path: str | Path, overrides: Mapping[str, Any]) -> tuple[PlanRequest, dict[str, Any]]:
@@ -281,7 +287,7 @@ def holds_request(path: str | Path) -> bool:
 def colorings_of_file(
     path: str | Path,
     *,
-    sign: str | None = None,
+    sign: SignChoice | None = None,
     vehicle: Vehicle | None = None,
     coefficients: Kind | None = None,
     crossing_tolerance: float | None = None,

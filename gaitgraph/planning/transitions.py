@@ -26,7 +26,7 @@ from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Kind, coefficients_o
 from gaitgraph.io.formats import write_tables
 from gaitgraph.planning.any_angle import shortest_path
 from gaitgraph.planning.refusal import Branch
-from gaitgraph.planning.request import PlanRequest
+from gaitgraph.planning.request import plan_request
 from gaitgraph.surface.region import checked_number
 from gaitgraph.surface.sheets import FIBERS, red_label, separating_factor
 from gaitgraph.timing.laws import DEFAULT_LAW, LAWS
@@ -340,7 +340,7 @@ def _shortest(first: Gait, last: Gait, floor: float) -> tuple[FloatArray, tuple[
                 break  # no path is shorter than the straight line
             ends = sorted([points[a].tolist(), others[b].tolist()])  # the path back is the path there
             shared: Any = {"vehicle": first.vehicle, "coefficients": first.coefficients.kind, "floor": floor}
-            request = PlanRequest(ends, color=color, sign=sign, **shared)
+            request = plan_request(ends, color=color, sign=sign, **shared)
             leg = shortest_path(Branch(request=request, coefficients=first.coefficients, color=color, sign=sign), use)
             if leg is not None and (best is None or leg.length < best[0]):
                 bends = leg.points[1:-1]

@@ -111,12 +111,7 @@ def gait_loop(
 
 
 def roll_pitch_diagram(
-    gait: Gait,
-    *,
-    eta: float | None = None,
-    name: str = "gait",
-    count: int = 48,
-    ax: Axes | None = None,
+    gait: Gait, *, eta: float | None = None, name: str = "gait", count: int = 48, ax: Axes | None = None
 ) -> Axes:
     """Draw the attitudes at which a gait is singular, and those of its biased gait (Figures 18 to 22).
 

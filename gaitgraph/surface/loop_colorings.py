@@ -36,6 +36,8 @@ from gaitgraph.vehicle import PAPER, Vehicle
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from gaitgraph.surface.sheets import SignChoice
+
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
 
@@ -289,7 +291,7 @@ def _count_as_text(count: int) -> str:
 def colorings(
     points: npt.ArrayLike,
     *,
-    sign: str = "auto",
+    sign: SignChoice = "auto",
     vehicle: Vehicle = PAPER,
     coefficients: Coefficients | None = None,
     crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE,

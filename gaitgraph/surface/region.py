@@ -7,6 +7,7 @@ go together as a pair, an array of the inner and the outer shape, on which shape
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -292,6 +293,9 @@ def checked_number(name: str, value: object, allowed: str = "a finite number ≥
 # --- the user's own polygons -----------------------------------------------------------------------------------------
 
 Corners = tuple[tuple[float, float], ...]
+Angle = float | str
+Points = Sequence[Sequence[Angle]] | npt.NDArray[np.float64]
+"""Points (α1, α2), each angle a number [rad] or a text such as "3pi/8"."""
 
 
 @dataclass(frozen=True, init=False)
@@ -323,9 +327,9 @@ class Zones:
     keep_out: tuple[Corners, ...]
     keep_in: tuple[Corners, ...]
 
-    def __init__(self, keep_out: Any = (), keep_in: Any = ()) -> None:
+    def __init__(self, *, keep_out: Sequence[Points] = (), keep_in: Sequence[Points] = ()) -> None:
         object.__setattr__(self, "keep_out", _polygons_from(keep_out, "keep_out"))
-        object.__setattr__(self, "keep_in", _polygons_from(keep_in, "keep_in"))
+        object.__setattr__(self, "keep_in", _polygons_from(keep_in, "keep_in"))  # the record is frozen
 
     @cached_property
     def _forbidden(self) -> BaseGeometry:
@@ -359,10 +363,10 @@ def _polygons_from(value: object, name: str) -> tuple[Corners, ...]:
     def are_lists(*values: object) -> bool:
         return all(isinstance(one, (list, tuple, np.ndarray)) for one in values)
 
-    if not are_lists(value):
+    if not isinstance(value, (list, tuple, np.ndarray)):
         raise InputError(f"{name} must be a list of polygons, each a list of [alpha1, alpha2], got {shown(value)}")
     found = []
-    for number, corners in enumerate(value, start=1):  # type: ignore[arg-type, var-annotated]
+    for number, corners in enumerate(value, start=1):
         label = f"{name} polygon {number}"
         if not are_lists(corners) or not are_lists(*corners) or any(len(corner) != 2 for corner in corners):
             raise InputError(f"{label} must be a list of corners [alpha1, alpha2], got {shown(corners)}")

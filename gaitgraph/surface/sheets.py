@@ -56,6 +56,8 @@ FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int8]
 Color = Literal["red", "blue"]
 Sign = Literal["positive", "negative"]
+ColorChoice = Literal["auto", Color]
+SignChoice = Literal["auto", Sign]
 
 COLORS: tuple[Color, Color] = ("red", "blue")  # red is the + sheet, blue the − sheet
 FIBERS = ("fiber1", "fiber2")  # α1 = α3 = δ, and α2 = α4 = −δ

@@ -53,7 +53,7 @@ _FEWEST = 8  # intervals on a piece of a curve
 _GROWTH = 0.3  # of the distance between nodes, from one to the next
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False, init=False)
 class Curve:
     """A closed curve of tilt angles on one sheet, twice continuously differentiable in its parameter.
 
@@ -85,25 +85,35 @@ class Curve:
 
     breaks: FloatArray
     pieces: FloatArray
-    color: str = "red"
-    vehicle: Vehicle = PAPER
-    coefficients: Coefficients = None  # type: ignore[assignment] # never None once the curve is made
-    crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE
+    color: str
+    vehicle: Vehicle
+    coefficients: Coefficients
+    crossing_tolerance: float
 
-    def __post_init__(self) -> None:
+    def __init__(
+        self,
+        *,
+        breaks: npt.ArrayLike,
+        pieces: npt.ArrayLike,
+        color: str = "red",
+        vehicle: Vehicle = PAPER,
+        coefficients: Coefficients | None = None,
+        crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE,
+    ) -> None:
+        stated = breaks, pieces
         try:
-            breaks, pieces = np.array(self.breaks, dtype=float), np.array(self.pieces, dtype=float)
+            breaks, pieces = np.array(breaks, dtype=float), np.array(pieces, dtype=float)
         except (TypeError, ValueError) as error:
-            raise InputError(f"breaks and pieces must be arrays of numbers, got {shown(self.pieces)}") from error
+            raise InputError(f"breaks and pieces must be arrays of numbers, got {shown(stated[1])}") from error
         width = np.diff(np.atleast_1d(breaks))
         if breaks.ndim != 1 or not len(width) or breaks[0] != 0 or not ((width > 0) & (width < math.inf)).all():
             rule = "at least two finite, increasing numbers from 0 on"
-            raise InputError(f"breaks must be {rule}, got {shown(self.breaks)}")
+            raise InputError(f"breaks must be {rule}, got {shown(stated[0])}")
         if pieces.ndim != 3 or pieces.shape[1:] != (width.size, 2) or not len(pieces) or not np.isfinite(pieces).all():
             rule = f"finite, of the shape (degree + 1, {width.size}, 2)"
-            raise InputError(f"pieces must be {rule}, got {shown(self.pieces)}")
-        checked_choice("color", self.color, ("red", "blue"))
-        for order, name in enumerate(("position", "first derivative", "second derivative")):
+            raise InputError(f"pieces must be {rule}, got {shown(stated[1])}")
+        checked_choice("color", color, ("red", "blue"))
+        for order, kind in enumerate(("position", "first derivative", "second derivative")):
             derivative = derivative_of(pieces, order)
             jump = np.abs(np.roll(values_of(derivative, width), 1, axis=0) - derivative[-1]).max(axis=1)
             at = int(np.argmax(jump))
@@ -111,11 +121,11 @@ class Curve:
             if jump[at] > _SEAM * max(float(values_of(np.abs(derivative), width).max()), 1e-300):
                 where = f"jumps by {jump[at]:.2g} at {f'break {at}' if at else 'the seam'}"
                 rule = "a closed curve, continuous to the second derivative"
-                raise InputError(f"pieces must be {rule}, but the {name} {where}")
+                raise InputError(f"pieces must be {rule}, but the {kind} {where}")
         breaks.flags.writeable = pieces.flags.writeable = False
-        made = {"breaks": breaks, "pieces": pieces, "coefficients": self.coefficients or coefficients_of(self.vehicle)}
-        for field, value in made.items():
-            object.__setattr__(self, field, value)
+        made = (breaks, pieces, color, vehicle, coefficients or coefficients_of(vehicle), crossing_tolerance)
+        for name, value in zip(self.__slots__, made, strict=True):
+            object.__setattr__(self, name, value)  # the record is frozen
 
     def __repr__(self) -> str:
         pieces = f"{len(self.breaks) - 1} pieces, span {self.span:.6g}"

@@ -79,7 +79,7 @@ class Limits:
         for (kind, unit), value in zip(RATE_UNITS.items(), (rate, acceleration, jerk), strict=True):
             numbers = None
             if value is not None:
-                parts = [value] * 4 if isinstance(value, str) or np.ndim(value) == 0 else list(value)  # type: ignore[arg-type]
+                parts: Any = value if np.ndim(value) else [value] * 4
                 try:
                     numbers = np.array([angle_from_text(part, kind) for part in parts])
                 except InputError:
@@ -88,7 +88,7 @@ class Limits:
                     rule = f"0, or 1e-9 to 1e12 {unit}, or four such numbers, or texts such as '200deg'"
                     raise InputError(f"{kind} must be {rule}, got {shown(value)}")
                 numbers.flags.writeable = False
-            object.__setattr__(self, kind, numbers)
+            object.__setattr__(self, kind, numbers)  # the record is frozen
 
     def in_plane(self) -> FloatArray:
         """Return rate, acceleration and jerk limits of α1 and α2, whose opposite joints move as much, shape (3, 2).

@@ -15,7 +15,7 @@ import gaitgraph as gg
 from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.planning.any_angle import PreparedRegion, region_of, straight_loop_holds
 from gaitgraph.planning.refusal import Branch
-from gaitgraph.planning.request import PlanRequest
+from gaitgraph.planning.request import plan_request
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -30,7 +30,7 @@ SPACES = ["ProjectedStateSpace", "AtlasStateSpace"]
 def test_gait_3_ours(benchmark: Any, space: str) -> None:
     """From a request to a loop that is proven flyable and shortest, lifted to all four angles; without the report."""
     benchmark.group = f"the loop of Gait 3 against OMPL's {space}"
-    request = PlanRequest(GAIT_3, color="red", sign="negative")
+    request = plan_request(GAIT_3, color="red", sign="negative")
     branch = Branch(request=request, coefficients=COEFFICIENTS, color="red", sign="negative")
 
     def planned() -> gg.Gait:
@@ -138,7 +138,7 @@ def keep_outs() -> list[list[tuple[float, float]]]:
 @pytest.fixture(scope="module")
 def ground() -> PreparedRegion:
     """Return the admissible region, triangulated, with what the corners on the way see."""
-    request = PlanRequest(ACROSS, color="red", keep_out=keep_outs())
+    request = plan_request(ACROSS, color="red", keep_out=keep_outs())
     prepared = PreparedRegion(region_of(request, "red", "negative", "flyable"))
     legs_of(prepared)
     return prepared
