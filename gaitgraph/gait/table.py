@@ -378,15 +378,13 @@ def completed_pieces(
     def closed() -> Iterator[Table]:
         """Yield the whole pieces and a closing row, which replaces a last one that comes back to the first."""
         opening: Any = None
-        for joined in _overlapping(whole()):
-            opening = opening or joined.rows(0, 1)
-            last = joined.rows(len(joined) - 1, len(joined))
-            if len(joined) > 1:
-                yield joined.rows(0, len(joined) - 1)
-        end = float(last["t"][0])
-        if not returned:
-            yield last
-            end = closing_time(0.0, end, count)
+        left = count - returned
+        for piece in whole():
+            opening, end = opening or piece.rows(0, 1), float(piece["t"][-1])
+            if left:
+                yield piece.rows(0, left)
+            left = max(left - len(piece), 0)
+        end = end if returned else closing_time(0.0, end, count)
         yield Table(columns={**opening.columns, "t": np.array([end])}, about=about)
 
     returned = count > 1 and is_back(float(np.abs(ends[1] - ends[0]).max()), longest)
@@ -398,15 +396,6 @@ def _in_order(columns: Mapping[str, Any], about: dict[str, Any]) -> Table:
     return Table(columns={name: columns[name] for name in ORDER if name in columns}, about=about)
 
 
-def _overlapping(pieces: Iterable[Table]) -> Iterator[Table]:
-    """Yield pieces that each begin with the last row of the one before."""
-    held: list[Table] = []
-    for piece in pieces:
-        joined = merged([*held, piece])
-        held = [joined.rows(len(joined) - 1, len(joined))]
-        yield joined
-
-
 def _with_rates(pieces: Iterable[Table]) -> Iterator[Table]:
     """Yield closed pieces with the rates of straight segments between the rows, and accelerations of zero."""
 
@@ -414,10 +403,13 @@ def _with_rates(pieces: Iterable[Table]) -> Iterator[Table]:
         return _in_order(table.columns | rates | {name: np.zeros(len(table)) for name in ACCELERATIONS}, table.about)
 
     first_rates: dict[str, FloatArray] = {}
-    for joined in _overlapping(pieces):
+    held: list[Table] = []  # the last row so far
+    for piece in pieces:
+        joined = merged([*held, piece])
+        held = [joined.rows(len(joined) - 1, len(joined))]
         if len(joined) > 1:
             step = np.diff(joined["t"])
             rates = {rate: np.diff(joined[name]) / step + 0.0 for name, rate in zip(ANGLES, RATES, strict=True)}
             first_rates = first_rates or {name: values[:1] for name, values in rates.items()}
             yield moving(joined.rows(0, len(joined) - 1), rates)
-    yield moving(joined.rows(len(joined) - 1, len(joined)), first_rates)  # closed pieces have two rows or more
+    yield moving(held[0], first_rates)  # closed pieces have two rows or more

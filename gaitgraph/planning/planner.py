@@ -368,28 +368,24 @@ def plan(
     # A loop that jumps is stated if it is shorter than what does not.
     shortest = min((loop.length for loop in loops), default=math.inf)
     broken = [loop for loop in broken if loop.length < shortest - 1e-9]
-    if not loops:
+    reason, waypoints, warnings = None, request.waypoints, [*request.notes]
+    if loops:
+        report = loops[0].report
+        waypoints = tuple(waypoints[k] for k in loops[0].order)
+        warnings += [*([] if exact else notes_beside_the_grid(request)), *notes, *report.warnings]
+        if not report.reachable_from_hover:
+            warnings.append(report.reachability)
+        if not report.flyable:
+            reason = f"no loop through these waypoints is flyable: {report.reason}"
+    else:
         if exact:
             obstacles = [with_nearest(obstacle, request) for obstacle in obstacles]
-        return Plan(
-            request=request,
-            loop=None,
-            reason="no closed loop: " + "; ".join(dict.fromkeys(obstacle.message for obstacle in obstacles)),
-            waypoints=request.waypoints,
-            alternatives=tuple(broken),
-            obstacles=tuple(obstacles),
-            warnings=request.notes,
-        )
-    chosen = loops[0]
-    report = chosen.report
-    warnings = [*request.notes, *([] if exact else notes_beside_the_grid(request)), *notes, *report.warnings]
-    if not report.reachable_from_hover:
-        warnings.append(report.reachability)
+        reason = "no closed loop: " + "; ".join(dict.fromkeys(obstacle.message for obstacle in obstacles))
     return Plan(
         request=request,
-        loop=chosen,
-        reason=None if report.flyable else f"no loop through these waypoints is flyable: {report.reason}",
-        waypoints=tuple(request.waypoints[k] for k in chosen.order),
+        loop=loops[0] if loops else None,
+        reason=reason,
+        waypoints=waypoints,
         alternatives=(*loops[1:], *broken),
         obstacles=tuple(obstacles),
         warnings=tuple(warnings),
