@@ -34,14 +34,12 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from gaitgraph.gait.gait import Gait
-    from gaitgraph.invertibility.matrices import Coefficients
+    from gaitgraph.invertibility.matrices import Coefficients, FloatArray
     from gaitgraph.planning.planner import Loop, Plan
     from gaitgraph.robustness.biased import Robustness
     from gaitgraph.validation.report import Report
 
     Progress = Callable[..., None]
-
-FloatArray = npt.NDArray[np.float64]
 
 LIMITS: dict[str, int] = {
     "waypoints": 64,

@@ -11,7 +11,6 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from gaitgraph.angles import number_of
 from gaitgraph.errors import FileProblem, GaitgraphError, InputError, checked_choice, needs_extra, shown
@@ -31,8 +30,6 @@ if TYPE_CHECKING:
     from gaitgraph.gait.gait import Gait
     from gaitgraph.gait.table import Table
     from gaitgraph.validation.report import Report
-
-FloatArray = npt.NDArray[np.float64]
 
 _MOST_ROWS = 2000
 _MOST_RUNS = 50

@@ -24,7 +24,7 @@ from gaitgraph.flight.course import biased_timed_gait, repeated
 from gaitgraph.flight.flight import OUTCOMES, FlightSettings, about_table
 from gaitgraph.flight.simulation import Simulation, before_take_off
 from gaitgraph.gait.table import Table, merged
-from gaitgraph.invertibility.matrices import coefficients_of
+from gaitgraph.invertibility.matrices import BoolArray, FloatArray, coefficients_of
 from gaitgraph.invertibility.tilt_margins import attitude_sensitivities
 from gaitgraph.robustness.biased import robustness_of
 from gaitgraph.timing.timed_gait import TimedGait
@@ -33,9 +33,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
     from gaitgraph.robustness.attitudes import AcceptableAttitudes
-
-FloatArray = npt.NDArray[np.float64]
-BoolArray = npt.NDArray[np.bool_]
 
 DEFAULT_EXTENT = math.radians(80.0)  # largest roll and pitch at the start
 DEFAULT_RESOLUTION = 17  # attitudes along each side of the grid, with the default extent 10° apart

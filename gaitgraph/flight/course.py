@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from gaitgraph.angles import whole_number
 from gaitgraph.errors import InputError, shown
@@ -30,11 +29,9 @@ from gaitgraph.vehicle import PAPER, vehicle_named
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from gaitgraph.invertibility.matrices import Kind
+    from gaitgraph.invertibility.matrices import FloatArray, Kind
     from gaitgraph.validation.report import Report
     from gaitgraph.vehicle import Vehicle
-
-FloatArray = npt.NDArray[np.float64]
 
 PAPER_NAMES = ("gait1", "gait2", "gait3", "gait4")
 """The gaits of the paper's Section 5, which may be named instead of a file."""

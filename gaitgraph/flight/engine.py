@@ -22,9 +22,8 @@ from gaitgraph.errors import InputError, needs_extra
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
+    from gaitgraph.invertibility.matrices import FloatArray
     from gaitgraph.vehicle import Vehicle
-
-FloatArray = npt.NDArray[np.float64]
 
 _LIGHT = 1e-6  # of the vehicle's least moment of inertia, for arms that state none
 _STIFF = 0.3  # natural frequency of the servos' hold on the hinges, per step of the engine

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from gaitgraph.angles import angle_from_text, number_of, whole_number
 from gaitgraph.errors import InputError, check_fields, checked_choice, shown
 from gaitgraph.gait.table import Table
-from gaitgraph.invertibility.matrices import least_singular_value
+from gaitgraph.invertibility.matrices import FloatArray, least_singular_value
 from gaitgraph.io.formats import write_tables
 from gaitgraph.timing.laws import LAWS
 
@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from gaitgraph.flight.course import Course
     from gaitgraph.timing.timed_gait import TimedGait
     from gaitgraph.vehicle import Vehicle
-
-FloatArray = npt.NDArray[np.float64]
 
 REFERENCES = ("attitude", "hover", "step", "line", "circle")
 """What is followed: the level attitude alone, or places in the plane as well."""

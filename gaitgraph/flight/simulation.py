@@ -8,7 +8,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from gaitgraph.angles import angle_from_text
 from gaitgraph.errors import InputError, shown
@@ -16,7 +15,7 @@ from gaitgraph.flight.controller import DIRECTION, Stopped, allocation_of, contr
 from gaitgraph.flight.course import Course, RowTimedGait, broken_rules, repeated, servo_response
 from gaitgraph.flight.engine import Engine, engine_warnings
 from gaitgraph.flight.flight import COLUMNS, Flight, FlightSettings, record_of, reference_at, settled_since
-from gaitgraph.invertibility.matrices import arm_angles, thrust_signs
+from gaitgraph.invertibility.matrices import FloatArray, arm_angles, thrust_signs
 from gaitgraph.timing.timed_gait import TimedGait
 
 if TYPE_CHECKING:
@@ -25,8 +24,6 @@ if TYPE_CHECKING:
     from gaitgraph.vehicle import Vehicle
 
     ApplyTorque = Callable[[Engine, list[float], list[float], tuple[float, ...]], None]
-
-FloatArray = npt.NDArray[np.float64]
 
 _DEFAULT_ATTITUDE = (0.3, -0.2)  # roll and pitch at the start of a flight that only levels out [rad]
 _TUMBLING = 200.0  # rad/s

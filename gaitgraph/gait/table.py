@@ -26,6 +26,7 @@ from gaitgraph.errors import InputError, MissingExtra, shown
 from gaitgraph.gait.gait import Gait, points_on_sheets
 from gaitgraph.invertibility.matrices import (
     Coefficients,
+    FloatArray,
     Kind,
     coefficients_of,
     level_determinant,
@@ -46,8 +47,6 @@ from gaitgraph.vehicle import PAPER, Vehicle, vehicle_from_mapping, vehicle_name
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping
-
-FloatArray = npt.NDArray[np.float64]
 
 ANGLES = ("alpha1", "alpha2", "alpha3", "alpha4")
 RATES = tuple(f"{name}_rate" for name in ANGLES)

@@ -55,10 +55,9 @@ from gaitgraph.vehicle import PAPER, Vehicle, vehicle_from_mapping
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
+    from gaitgraph.invertibility.matrices import BoolArray, FloatArray
     from gaitgraph.surface.region import Zones
 
-FloatArray = npt.NDArray[np.float64]
-BoolArray = npt.NDArray[np.bool_]
 IndexArray = npt.NDArray[np.int64]
 
 

@@ -31,6 +31,8 @@ from gaitgraph.errors import InputError, checked_choice
 from gaitgraph.vehicle import PAPER, Vehicle
 
 FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+BoolArray = npt.NDArray[np.bool_]
 Kind = Literal["published", "exact"]
 
 DEFAULT_FLOOR = 0.05

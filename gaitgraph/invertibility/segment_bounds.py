@@ -18,6 +18,7 @@ import numpy.typing as npt
 
 from gaitgraph.invertibility.matrices import (
     Coefficients,
+    FloatArray,
     least_singular_value,
     least_singular_value_bound,
     level_determinant,
@@ -26,7 +27,6 @@ from gaitgraph.invertibility.matrices import (
 )
 from gaitgraph.vehicle import PAPER, Vehicle
 
-FloatArray = npt.NDArray[np.float64]
 Value = Callable[[FloatArray], FloatArray]
 Bound = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]
 Several = Sequence[FloatArray] | FloatArray  # several of one shape, or the rows of an array

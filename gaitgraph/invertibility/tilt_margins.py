@@ -26,6 +26,7 @@ from gaitgraph.angles import HALF_PI, number_of
 from gaitgraph.errors import InputError, shown
 from gaitgraph.invertibility.matrices import (
     Coefficients,
+    FloatArray,
     attitude_of,
     body_vertical,
     coefficients_of,
@@ -38,8 +39,6 @@ from gaitgraph.invertibility.matrices import (
 )
 from gaitgraph.invertibility.segment_bounds import largest_sine, least_along, level_determinant_curvature
 from gaitgraph.vehicle import PAPER, Vehicle
-
-FloatArray = npt.NDArray[np.float64]
 
 _BLOCK = 1 << 13
 EVERYWHERE = (

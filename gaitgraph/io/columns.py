@@ -16,7 +16,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
-import numpy.typing as npt
 
 from gaitgraph.angles import HALF_PI, angle_from_text
 from gaitgraph.errors import InputError, did_you_mean, shown
@@ -28,11 +27,10 @@ from gaitgraph.surface.sheets import FAMILIES
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
+    from gaitgraph.invertibility.matrices import FloatArray
     from gaitgraph.io.servo_map import ServoMap
 
     Progress = Callable[[float], None] | None
-
-FloatArray = npt.NDArray[np.float64]
 
 _LARGEST = dict.fromkeys(ANGLES[:2], HALF_PI) | dict.fromkeys(ANGLES[2:], 1e6)  # beyond 1e6 a float carries no angle
 _LARGEST |= dict.fromkeys(("R", *RATES, *ACCELERATIONS), 1e12) | {"t": 1e9}

@@ -36,9 +36,8 @@ if TYPE_CHECKING:
     from rosbags.rosbag2 import Reader
     from rosbags.typesys.store import Typestore
 
+    from gaitgraph.invertibility.matrices import FloatArray
     from gaitgraph.io.columns import FormatOptions, Progress, TableBuilder
-
-FloatArray = npt.NDArray[np.float64]
 
 TRAJECTORY = "trajectory_msgs/msg/JointTrajectory"
 STATE = "sensor_msgs/msg/JointState"

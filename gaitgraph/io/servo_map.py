@@ -24,9 +24,9 @@ from gaitgraph.vehicle import Spin
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from gaitgraph.invertibility.matrices import FloatArray
     from gaitgraph.vehicle import Vehicle
 
-FloatArray = npt.NDArray[np.float64]
 Unit = Literal["rad", "deg", "us"]
 TimeUnit = Literal["s", "ms", "us"]
 

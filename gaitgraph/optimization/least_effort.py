@@ -41,11 +41,8 @@ import shapely
 if TYPE_CHECKING:
     from shapely import Polygon
 
+    from gaitgraph.invertibility.matrices import BoolArray, FloatArray, IntArray
     from gaitgraph.surface.region import Discs
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
-BoolArray = npt.NDArray[np.bool_]
 
 FEWEST_PIECES = 8
 """Fewer control points would meet themselves around the loop."""

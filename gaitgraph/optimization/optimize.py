@@ -22,7 +22,7 @@ import shapely
 from gaitgraph.angles import angle_from_text, number_of, whole_number
 from gaitgraph.errors import Infeasible, InputError, checked_choice, shown
 from gaitgraph.gait.table import Table, merged
-from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Coefficients, Kind, coefficients_of
+from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Coefficients, FloatArray, Kind, coefficients_of
 from gaitgraph.optimization.least_effort import (
     FEWEST_PIECES,
     LeastEffort,
@@ -49,7 +49,6 @@ if TYPE_CHECKING:
     from gaitgraph.gait.gait import Gait
     from gaitgraph.surface.region import Angle, Points, Region
 
-FloatArray = npt.NDArray[np.float64]
 Objective = Literal["singular_value", "hover_reserve", "tilt_rate"]
 
 OBJECTIVES = ("singular_value", "hover_reserve", "tilt_rate")

@@ -40,12 +40,10 @@ if TYPE_CHECKING:
 
     from shapely import Polygon
 
+    from gaitgraph.invertibility.matrices import FloatArray, IntArray
     from gaitgraph.surface.region import Points
     from gaitgraph.validation.report import Report
     from gaitgraph.vehicle import Vehicle
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
 
 MOST_ROWS = 200_000
 """A longer table is refused: thin it out first."""

@@ -26,9 +26,9 @@ if TYPE_CHECKING:
 
     from shapely.geometry.base import BaseGeometry
 
+    from gaitgraph.invertibility.matrices import FloatArray
     from gaitgraph.surface.region import Discs
 
-FloatArray = npt.NDArray[np.float64]
 Point = tuple[float, float]
 
 _ORIENTATION_ERROR = 3.3306690738754716e-16  # (3 + 16·2⁻⁵³)·2⁻⁵³, Shewchuk's bound for the determinant below

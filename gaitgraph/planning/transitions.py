@@ -16,13 +16,12 @@ from itertools import product
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-import numpy.typing as npt
 
 from gaitgraph.angles import HALF_PI, number_of
 from gaitgraph.errors import Infeasible, InputError, shown
 from gaitgraph.gait.gait import Gait, lift
 from gaitgraph.gait.table import ANGLES, RATES, Table, merged
-from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Kind, coefficients_of
+from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, FloatArray, Kind, coefficients_of
 from gaitgraph.io.formats import write_tables
 from gaitgraph.planning.any_angle import shortest_path
 from gaitgraph.planning.refusal import Branch
@@ -40,8 +39,6 @@ if TYPE_CHECKING:
     from gaitgraph.io.columns import FormatOptions
     from gaitgraph.surface.sheets import Color, Sign
     from gaitgraph.validation.report import Report
-
-FloatArray = npt.NDArray[np.float64]
 
 HOVER = "hover"
 """α = 0: ordinary hover, rotors upright."""

@@ -9,7 +9,6 @@ from textwrap import wrap
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-import numpy.typing as npt
 
 from gaitgraph.errors import InputError, did_you_mean, shown
 from gaitgraph.files import check_new_files, write_whole
@@ -42,8 +41,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from gaitgraph.flight.flight import Flight
-
-FloatArray = npt.NDArray[np.float64]
+    from gaitgraph.invertibility.matrices import FloatArray
 
 # Height [mm], label, columns of the legend, and what the axis reaches at least, lest rounding be drawn large.
 _PANELS: dict[str, tuple[float, str, int, float]] = {

@@ -8,12 +8,11 @@ from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from gaitgraph.angles import HALF_PI, whole_number
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.table import Table
-from gaitgraph.invertibility.matrices import Coefficients, coefficients_of
+from gaitgraph.invertibility.matrices import Coefficients, FloatArray, coefficients_of
 from gaitgraph.io.formats import gait_of
 from gaitgraph.plots.axes import (
     BLUE,
@@ -46,8 +45,6 @@ if TYPE_CHECKING:
     from gaitgraph.flight.flight import Outcome
     from gaitgraph.gait.gait import Gait
     from gaitgraph.surface.sheets import Sign
-
-FloatArray = npt.NDArray[np.float64]
 
 # Of the four angles, in no color of a sheet; opposite rotors, which move together on the red sheet, differ in width.
 ANGLE_LOOKS: tuple[dict[str, Any], ...] = (

@@ -14,7 +14,7 @@ from gaitgraph.angles import HALF_PI
 from gaitgraph.errors import checked_choice
 from gaitgraph.graph.build import DEFAULT_DIVISIONS, checked_divisions, grid_axis
 from gaitgraph.invertibility import matrices
-from gaitgraph.invertibility.matrices import Coefficients, coefficients_of
+from gaitgraph.invertibility.matrices import BoolArray, Coefficients, FloatArray, coefficients_of
 from gaitgraph.plots.axes import (
     BLUE,
     COLOR_OF,
@@ -35,9 +35,7 @@ from gaitgraph.vehicle import PAPER, Vehicle
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int8]
-BoolArray = npt.NDArray[np.bool_]
 Which = Literal["first", "other", "both"]
 
 FINE = 201

@@ -22,7 +22,7 @@ import numpy.typing as npt
 from gaitgraph.errors import InputError, needs_extra, shown
 from gaitgraph.files import check_new_files, write_whole
 from gaitgraph.gait.table import Table, provenance_text, surface_of
-from gaitgraph.invertibility.matrices import rotor_directions
+from gaitgraph.invertibility.matrices import FloatArray, rotor_directions
 from gaitgraph.io.formats import FILMS
 from gaitgraph.plots.axes import axes_or_new, draw_arrow, draw_label, paper_style
 from gaitgraph.vehicle import PAPER, Vehicle
@@ -32,8 +32,6 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-FloatArray = npt.NDArray[np.float64]
 
 ROTOR_COLORS = ("#e69f00", "#56b4e9", "#009e73", "#cc79a7")
 """Of rotors 1 to 4; distinct to colour-blind eyes, and of neither sheet."""

@@ -23,7 +23,7 @@ import shapely
 
 from gaitgraph.angles import HALF_PI, number_of
 from gaitgraph.errors import InputError, shown
-from gaitgraph.invertibility.matrices import Coefficients, attitude_of, noise_of
+from gaitgraph.invertibility.matrices import Coefficients, FloatArray, IntArray, attitude_of, noise_of
 from gaitgraph.invertibility.tilt_margins import (
     EVERYWHERE,
     attitude_sensitivities,
@@ -35,9 +35,6 @@ from gaitgraph.surface.region import polygons_of
 
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
 
 DIAGRAM_AREA = math.pi**2  # rad², of the roll–pitch diagram (−π/2, π/2)²
 _MOST_PIECES = 50_000

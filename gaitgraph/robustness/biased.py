@@ -33,11 +33,10 @@ from gaitgraph.timing.timed_gait import TimedGait
 from gaitgraph.validation.rules import Segments, checked_limits, segments_of
 
 if TYPE_CHECKING:
-    from gaitgraph.invertibility.matrices import Coefficients
+    from gaitgraph.invertibility.matrices import Coefficients, FloatArray
     from gaitgraph.validation.report import GaitPoint
     from gaitgraph.vehicle import Vehicle
 
-FloatArray = npt.NDArray[np.float64]
 Scaling = Literal["none", "biased", "scaled"]
 
 DEFAULT_TILT = math.radians(30)

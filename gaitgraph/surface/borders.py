@@ -30,10 +30,10 @@ from itertools import groupby, pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 import shapely
 
 from gaitgraph.angles import HALF_PI
+from gaitgraph.invertibility.matrices import FloatArray
 
 if TYPE_CHECKING:
     from shapely import Polygon
@@ -41,7 +41,6 @@ if TYPE_CHECKING:
 
     from gaitgraph.invertibility.matrices import Coefficients
 
-FloatArray = npt.NDArray[np.float64]
 Function = Callable[[FloatArray], FloatArray]
 
 _FIRST_CHORDS = 8

@@ -36,10 +36,8 @@ from gaitgraph.vehicle import PAPER, Vehicle
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from gaitgraph.invertibility.matrices import BoolArray, FloatArray
     from gaitgraph.surface.sheets import SignChoice
-
-FloatArray = npt.NDArray[np.float64]
-BoolArray = npt.NDArray[np.bool_]
 
 MOST_LISTED = 16  # in a report, which counts all
 _MOST_DIGITS = 4000

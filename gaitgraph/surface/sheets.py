@@ -41,6 +41,7 @@ from gaitgraph.angles import HALF_PI, angle_from_text, distance_to_multiple, num
 from gaitgraph.errors import InputError, checked_choice, shown
 from gaitgraph.invertibility.matrices import (
     Coefficients,
+    FloatArray,
     coefficients_of,
     level_determinant,
     pair_features,
@@ -52,7 +53,6 @@ from gaitgraph.vehicle import PAPER, Vehicle
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int8]
 Color = Literal["red", "blue"]
 Sign = Literal["positive", "negative"]

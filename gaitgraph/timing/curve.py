@@ -23,7 +23,7 @@ import numpy.typing as npt
 from gaitgraph.angles import angle_from_text, number_of
 from gaitgraph.errors import InputError, checked_choice, shown
 from gaitgraph.gait.gait import Gait, vertices
-from gaitgraph.invertibility.matrices import Coefficients, coefficients_of
+from gaitgraph.invertibility.matrices import Coefficients, FloatArray, coefficients_of
 from gaitgraph.surface.sheets import DEFAULT_CROSSING_TOLERANCE, sheet_angles
 from gaitgraph.timing.laws import bernstein_from_power, derivative_of, divided, located, peaks_of, values_of
 from gaitgraph.timing.timed_gait import TimedGait
@@ -33,8 +33,6 @@ from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
     from gaitgraph.validation.report import Report
-
-FloatArray = npt.NDArray[np.float64]
 
 DEFAULT_CHORD = 1e-6
 """How far a curve may be from the chords that its checks look along [rad in the (α1, α2) plane]."""

@@ -39,7 +39,7 @@ import numpy.typing as npt
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-FloatArray = npt.NDArray[np.float64]
+    from gaitgraph.invertibility.matrices import FloatArray
 
 # Knots nearer than this share of the period are taken for the same.
 _NEAREST = 1e-12

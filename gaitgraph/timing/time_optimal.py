@@ -13,11 +13,11 @@ from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from gaitgraph.angles import angle_from_text, whole_number
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.gait import Gait
+from gaitgraph.invertibility.matrices import FloatArray
 from gaitgraph.timing.curve import Curve, LimitedGait, Rounding, nodes_along, rounded
 from gaitgraph.timing.laws import (
     fastest_squared_speeds,
@@ -35,7 +35,6 @@ if TYPE_CHECKING:
 
     from gaitgraph.vehicle import Vehicle
 
-FloatArray = npt.NDArray[np.float64]
 Limit = float | str | Sequence[float | str] | FloatArray | None
 
 _NODES, _NODES_UNDER_JERK = 1000, 300

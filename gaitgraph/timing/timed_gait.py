@@ -41,13 +41,11 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping
 
     from gaitgraph.gait.gait import Gait
-    from gaitgraph.invertibility.matrices import Kind
+    from gaitgraph.invertibility.matrices import FloatArray, Kind
     from gaitgraph.io.columns import FormatOptions
     from gaitgraph.io.servo_map import ServoMap
     from gaitgraph.validation.report import Check, Report
     from gaitgraph.vehicle import Vehicle
-
-FloatArray = npt.NDArray[np.float64]
 
 DEFAULT_SAMPLES = 100
 """Intervals per period when neither a count nor a rate is asked for."""

@@ -38,12 +38,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from gaitgraph.gait.gait import Gait
-    from gaitgraph.invertibility.matrices import Coefficients
+    from gaitgraph.invertibility.matrices import BoolArray, Coefficients, FloatArray, IntArray
     from gaitgraph.vehicle import Vehicle
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
-BoolArray = npt.NDArray[np.bool_]
 
 EXACT = 1e-9
 

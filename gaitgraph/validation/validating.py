@@ -16,12 +16,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
-import numpy.typing as npt
 
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.gait import Gait
 from gaitgraph.gait.table import ACCELERATIONS, RATES, SAME_ROW, Table, closing_time, is_back, surface_of, tilt_angles
-from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Kind, level_determinant
+from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, FloatArray, Kind, level_determinant
 from gaitgraph.io.columns import Frame, as_table
 from gaitgraph.io.formats import naming_file, read_pieces
 from gaitgraph.surface.adjacency import types_from_text
@@ -35,8 +34,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from gaitgraph.vehicle import Vehicle
-
-FloatArray = npt.NDArray[np.float64]
 
 _BLOCK = 1 << 14
 
