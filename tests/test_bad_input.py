@@ -14,6 +14,7 @@ import gaitgraph as gg
 from gaitgraph.errors import FileProblem, InputError
 from gaitgraph.flight.basins import basins_of
 from gaitgraph.flight.course import from_hover
+from gaitgraph.flight.engine import Engine
 from gaitgraph.flight.flight import FlightSettings, settings_from_mapping
 from gaitgraph.flight.simulation import fly
 from gaitgraph.gait.gait import Gait, lift, vertices
@@ -240,6 +241,11 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     ),
     (servo_response, {"timed": G3, "lag": 0.02}, "timed must be …parametrize"),
     # flights and studies
+    *(
+        (flight, {name: wrong}, name)
+        for name in FlightSettings().as_mapping().keys() - {"reference", "arms", "saturation", "seed", "wind"}
+        for wrong in (NAN, INF, -1.0, 1e300, True, "fast", [], 1j, {}, (1.0,), -(10**400))
+    ),
     (flight, {"atitude_noise": 0.1}, "flight has no field 'atitude_noise'; did you mean 'attitude_noise'"),
     (flight, {"tolerance": 10.1}, "tolerance must be between 1e-09 and 10 (rad and m), got 10.1"),
     (flight, {"gust": 100.01}, "gust must be between 0 and 100"),
@@ -268,6 +274,15 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
             f"{loop}_stiffness must be less than 1.95",
         )
         for loop in ("attitude", "altitude")
+    ),
+    *(
+        (Engine, {"vehicle": gg.PAPER.replace(**changes)}, message)
+        for changes, message in (
+            ({"inertia": (1.0, 1.0, 3.0)}, "…must be three positive moments … is not that of a rigid body"),
+            ({"arm_inertia": 1e-3}, "…without 0.004 of each for four arms is not that of a rigid body"),
+            ({"inertia": (1e-10, 1e-10, 1e-10)}, "…the physics engine does not take the constants of …mjMINVAL"),
+            ({"mass": 1e-18}, "…the physics engine does not take the constants of …; mass, inertia"),
+        )
     ),
     (fly, {"gait": G3}, "gait must be a timed gait"),
     *((fly, {"gait": TIMED, "attitude": at}, "attitude must be a roll") for at in ((0.1,), (4.0, 0.0), (0.0, 1.6))),

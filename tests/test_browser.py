@@ -426,18 +426,6 @@ def test_waypoints_and_numbers_can_be_typed(page: Page) -> None:
     assert page.id("problem").is_displayed() is False
 
 
-def test_the_drag_ratio_is_the_vehicle_s_own_until_it_is_moved(page: Page) -> None:
-    page.open(GAIT_3)
-    assert page.text("drag_ratio-value") == "0.1687"
-    page.id("drag_ratio").send_keys(RIGHT * 20)
-    page.until(lambda: "&drag_ratio=0.1" in page.state)
-    page.planned()
-    assert "exact coefficients" in page.text("report")
-    page.id("drag_ratio-reset").click()
-    page.at(GAIT_3)
-    assert "published coefficients" in page.text("report")
-
-
 def test_refusals_and_a_server_that_is_gone(page: Page) -> None:
     page.open(f"{GAIT_3}&keep_out=0,0;pi/8,pi/8;pi/8,0;0,pi/8")  # a polygon that crosses itself
     assert page.headline() == "✕Wrong input"

@@ -88,8 +88,6 @@ def test_roots(run: Any) -> None:
     exact = repr(float(np.arctan(gg.PAPER.drag_ratio)))
     fiber = run("roots", exact, "0.3", "--coefficients", "exact")
     assert "continuum (?,*): alpha3 = 0.167093, alpha4 free" in fiber.out
-    narrow = run("roots", "0.2", "0.5", "--crossing-tolerance", "1deg", "--json").json
-    assert narrow["roots"][0]["types"] == "(+,+)"
 
 
 def test_export(run: Any) -> None:
@@ -124,6 +122,7 @@ def test_help(run: Any, command: list[str]) -> None:
 
 WRONG = [
     ("plan", "waypoints: none given"),
+    ("optimize", "waypoints: none given"),
     ("plan --waypoint 0.1", "--waypoint must be A1,A2, two angles, got '0.1'"),
     ("plan --waypoint 0,0 --period 0", "period must be between 1e-6 and 1e9 s, got 0.0"),
     ("roots 0 0 --vehicle=", "vehicle must be a preset (paper, beetle_omni) or a .toml file, got ''"),
@@ -175,6 +174,9 @@ WRONG = [
     ("export one.csv g.csv --periods 3", "periods needs an output .mcap, .yaml, got 3 without one"),
     ("export one.csv g.mcap --number fixed", "number needs an output .h, got 'fixed' without one"),
     ("export one.csv g.mcap --joint-names a,b,c,", "joint_names must be four different printable texts"),
+    ("basin gait3 --bias 2", "--bias must be different numbers above 0, up to 1, got [1.0, 2.0]"),
+    ("basin gait3 --output basin.gif", "output: 'basin.gif'; the suffixes for a basin are .csv"),
+    ("colorings there.csv", "gait file 'there.csv'"),
     ("fly gait3 --output x.h", "'x.h' is a C header, which is of gaits alone"),
     ("fly gait3 --output none/x.csv", "folder 'none' does not exist"),
     ("fly gait3 --attitude 0.3", "--attitude must be ROLL,PITCH, two angles, got '0.3'"),
@@ -246,8 +248,6 @@ def test_colorings(run: Any) -> None:
     result = run("colorings", "loop.csv", "--coefficients", "exact", "--json")
     assert (result.code, result.json["colorings"]) == (1, [])
     assert result.json["coloring_obstacles"]["negative"]["points"] == [2]
-    assert run("colorings", "loop.csv", "--coefficients", "exact").out.startswith("0 colourings of a loop")
-    assert run("colorings", "loop.csv", "--sign", "negative").out.splitlines()[-1].endswith("all blue")
 
 
 def test_cycles(run: Any) -> None:
@@ -264,9 +264,6 @@ def test_cycles(run: Any) -> None:
     assert (short.code, short.json["status"]) == (1, "none")
     assert run("cycles", "--effort", "1", "--json").json["status"] == "unfinished"
     assert "within 0.1 rad" in short.json["reason"]
-    apart = run("cycles", "--waypoint", "1.2,-1.2", "--waypoint", "-0.5,0.5", "--color", "red")
-    assert apart.code == 1
-    assert apart.out.startswith("No cycle: ")
 
 
 def test_interrupting_keeps_what_is_printed(tmp_path: Path) -> None:
@@ -280,21 +277,6 @@ def test_interrupting_keeps_what_is_printed(tmp_path: Path) -> None:
     assert (job.returncode, error) == (130, "gaitgraph: interrupted\n")
     for line in [first, *rest.splitlines()]:
         assert json.loads(line)["valid"]
-
-
-def test_transition(run: Any) -> None:
-    name = written("gait4.csv", G4)
-    entry = run("transition", "hover", name, "--output", "entry.csv", "--samples", "20", "--json")
-    assert (entry.code, entry.json["status"], entry.json["flyable"]) == (0, "planned", True)
-    table = read_table("entry.csv")
-    assert (len(table), table.alpha[0].tolist()) == (21, [0, 0, 0, 0])
-    np.testing.assert_allclose(table.alpha[-1], entry.json["path"][-1])
-    again = run("transition", "hover", name, "--output", "entry.csv")
-    assert (again.code, again.out, "exists" in again.err) == (2, "", True)
-    assert "wrote entry.csv" in run("transition", "hover", name, "--output", "entry.csv", "--force").out
-    none = run("transition", "hover", written("gait3.csv", G3))
-    assert (none.code, "every flight between them passes a singular matrix" in none.out) == (1, True)
-    assert run("transition", "hover", "hover", "--vehicle", "beetle_omni").code == 0
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no full device here")
@@ -338,11 +320,6 @@ def test_pace(run: Any) -> None:
     assert answer["servo"]["distance_off_sheet"] == 0
     table = read_table("fast.json")
     assert (len(table), table.about["law"]) == (51, "least-period")
-    slower = run(*asked, "--force", "--period", "1.5")
-    assert (slower.code, "servo lag" in slower.out) == (0, True)
-    assert read_table("fast.json").about["period"] == 1.5
-    none = run("pace", "gait3.csv", "--max-rate", "0", "--max-acceleration", "40", "--json")
-    assert (none.code, none.json["status"]) == (1, "no period")
 
 
 SQUARE = waypoints(G3)

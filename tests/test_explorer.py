@@ -303,10 +303,8 @@ class TestTables:
 
     def test_other_files_are_refused(self, client: Client) -> None:
         for name, content, part in (
-            ("gait.txt", b"alpha1\n", "suffix"), ("gait", b"alpha1\n", "suffix"), ("", b"alpha1\n", "name"),
-            ("x.mcap", b"", "folder"), ("x.csv", b"", "empty"), ("x.csv", b"alpha1,alpha2\n1,2\n", "alpha3"),
+            ("gait.txt", b"alpha1\n", "suffix"), ("", b"alpha1\n", "name"), ("x.mcap", b"", "folder"),
             ("x.csv", b"\xff\xfe\x00", "UTF-8"), ("x.json", b"[" * 50_000, "nested"),
-            ("x.npz", b"PK\x03\x04nonsense", "x.npz"), ("x.mat", b"MATLAB 5.0", "x.mat"),
         ):  # fmt: skip
             assert part in client.table(name, content, 400)
 

@@ -62,24 +62,18 @@ def test_blue_gaits_are_refused_before_take_off_and_fail_anyway(run: Any) -> Non
     assert refused.code == 1
     assert "refused before take-off: sign of R undecided" in refused.out
     assert "nothing was flown, so flight.csv is not written" in refused.out
-    answer = run("fly", "gait1", "--json").json
-    assert (answer["settled"], answer["refused"], answer["peak_thrust"]) == (False, True, None)
     anyway = run("fly", "gait1", "--anyway")
     assert anyway.code == 1
     assert "stopped: the decoupling matrix nears singularity at 0.000 s" in anyway.out
     assert "warning: flown although it is not flyable: sign of R undecided" in anyway.out
 
 
-def test_gait_4_is_entered_from_hover_and_left_and_gait_3_cannot_be(run: Any, tmp_path: Path) -> None:
+def test_gait_4_is_entered_from_hover_and_left_and_gait_3_cannot_be(run: Any) -> None:
     done = run("fly", "gait4", "--from-hover", "--periods", 1, "--json").json
     assert (done["settled"], done["duration"], done["attitude"]) == (True, 5.0, [0.0, 0.0])
     refused = run("fly", "gait3", "--from-hover")
     assert refused.code == 1
     assert "every flight between them passes a singular matrix, at any attitude" in refused.out
-    anyway = run("fly", "gait3", "--from-hover", "--anyway", "--output", "entry.csv")
-    assert anyway.code == 1
-    assert "stopped: the decoupling matrix nears singularity at 1.28" in anyway.out
-    assert (tmp_path / "entry.csv").read_text().splitlines()[-1].startswith("1.2")
 
 
 def test_the_numbers_of_the_page_on_flight() -> None:

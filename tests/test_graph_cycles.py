@@ -364,17 +364,6 @@ def test_an_interruption_leaves_the_attributes_true() -> None:
     assert next(search, None) is None
 
 
-def test_progress_is_told_in_lines(monkeypatch: Any) -> None:
-    lines: list[str] = []
-    number = sum(1 for _ in cycles(surface_graph("negative"), max_length=1.0, progress=lines.append))
-    assert 3 < len(lines) < 30
-    assert all(line.startswith("cycles of length up to ") for line in lines)
-    assert lines[-1].endswith(f", {number} found")
-    monkeypatch.setattr("gaitgraph.graph.cycle_list._REPORT_STEPS", 100)
-    before, search = len(lines), cycles(surface_graph("negative"), max_length=1.0, progress=lines.append)
-    assert (len([*search]), len(lines)) == (number, 2 * before + search.steps // 100)
-
-
 def test_graphs_need_their_metadata() -> None:
     graph = surface_graph("negative", 8)
     with pytest.raises(gg.errors.ContractError, match="'vehicle' is missing"):

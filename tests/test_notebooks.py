@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import re
 import shutil
 import tempfile
 from pathlib import Path
@@ -102,12 +101,6 @@ def test_notebooks_are_stored_clean() -> None:
         content = json.loads(text)
         nbformat.validate(content)
         assert text == json.dumps(content, indent=1, ensure_ascii=False) + "\n"
-        assert (content["nbformat"], content["nbformat_minor"]) == (4, 5)
-        assert set(content["metadata"]) == {"kernelspec", "language_info"}
-        assert content["metadata"]["language_info"] == {"name": "python"}
-        assert len({cell["id"] for cell in content["cells"]}) == len(content["cells"]) <= 12
         for cell in content["cells"]:
-            assert re.fullmatch("[a-z0-9-]+", cell["id"])
-            assert cell["metadata"] == {}
             assert cell["cell_type"] == "markdown" or (cell["execution_count"], cell["outputs"]) == (None, [])
         assert any("assert" in line for cell in content["cells"] for line in cell["source"])

@@ -14,7 +14,6 @@ from scipy import ndimage
 
 from gaitgraph.errors import Infeasible, MissingConstant
 from gaitgraph.invertibility.matrices import hover_thrust_shares, least_singular_value, least_singular_value_on_red
-from gaitgraph.io.formats import read_table
 from gaitgraph.optimization import optimize
 from gaitgraph.optimization.least_effort import (
     LeastEffort,
@@ -418,14 +417,3 @@ def test_tables_and_json_are_read_again(swift: Any, tmp_path: Path) -> None:
     (tmp_path / "gait.json").write_text(json.dumps(swift.as_mapping()))
     assert validate(tmp_path / "gait.json").flyable
     assert "any gait through these discs has at least" in str(swift)
-
-
-def test_the_command_prints_writes_and_says_no(run: Any) -> None:
-    points = [word for a1, a2 in SQUARE for word in ("--waypoint", f"{a1},{a2}")]
-    options = ["--objective", "tilt_rate", "--sign", "negative", "--pieces", 16, "--radius", "5deg"]
-    answer = run("optimize", *points, *options, "--json", "--output", "gait.csv").json
-    assert (answer["status"], answer["radius"]) == ("found", pytest.approx([math.radians(5)] * 4))
-    assert len(read_table("gait.csv")) == 101
-    none = run("optimize", "--waypoint", "1.2,1.2")
-    assert (none.code, "no gait: " in none.out) == (1, True)
-    assert "waypoints: none given" in run("optimize").err

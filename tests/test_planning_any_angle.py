@@ -406,11 +406,6 @@ def test_a_waypoint_where_no_loop_may_be_is_told_with_the_nearest_place(
         assert not shapely.contains_xy(region, *disc.T).any()
 
 
-def test_a_wall_with_a_gap_does_not_separate() -> None:
-    wall = [(0.5, -1.6), (0.7, -1.6), (0.7, 0.0), (0.5, 0.0)]
-    assert exact([(0.9, -0.3), (0.3, -0.9)], keep_out=[wall], color="red", sign="negative", accuracy=1e-3)
-
-
 def test_polygons_that_contradict_each_other_leave_nothing() -> None:
     around = [(0.5, -0.7), (1.1, -0.7), (1.1, -0.1), (0.5, -0.1)]
     plan = exact([(0.8, -0.4)], color="red", sign="negative", keep_in=[WALL], keep_out=[around])

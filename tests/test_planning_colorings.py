@@ -7,7 +7,6 @@ from math import pi
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pytest
 
 import gaitgraph as gg
 from gaitgraph.planning.request import colorings_of_file
@@ -95,21 +94,3 @@ def test_files_state_sign_vehicle_and_tolerance_unless_overruled(tmp_path: Path)
     assert_same(colorings_of_file(table), gg.colorings(gait.alpha, vehicle=MIRRORED, crossing_tolerance=0.01))
     wider = colorings_of_file(table, crossing_tolerance=pi / 32)
     assert_same(wider, gg.colorings(gait.alpha, vehicle=MIRRORED, crossing_tolerance=pi / 32))
-
-
-@pytest.mark.parametrize(
-    ("name", "content", "message"),
-    [
-        ("a.csv", "alpha1,alpha3\n0.1,0.2\n", "alpha2"),
-        ("a.csv", "alpha1,alpha2\n2.0,0.2\n", "alpha1"),
-        ("a.csv", "alpha1,alpha2\n", "no rows"),
-        ("a.json", '{"waypoints": [[0.1, 9]]}', "waypoint 1 alpha2"),
-        ("a.toml", "period = 1\n", "waypoints"),
-        ("a.txt", "alpha1,alpha2\n0.1,0.2\n", "suffixes"),
-    ],
-)
-def test_files_that_hold_no_loop(tmp_path: Path, name: str, content: str, message: str) -> None:
-    with pytest.raises(gg.InputError, match=message):
-        colorings_of_file(written(tmp_path, name, content))
-    with pytest.raises(gg.errors.FileProblem):
-        colorings_of_file(tmp_path / "missing.csv")

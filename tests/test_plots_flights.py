@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import re
-from dataclasses import replace
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
@@ -78,13 +77,6 @@ def test_a_plot_shows_what_was_flown(levelling: Flight, circling: Flight) -> Non
     assert "· circle of 0.3 m in 1 s ·" in wanted.get_title()
     assert wanted.get_lines()[0].get_label() == "asked for"
     np.testing.assert_allclose(wanted.get_lines()[0].get_ydata(), circling.column("x_wanted"))
-
-
-def test_a_title_names_the_reference(levelling: Flight) -> None:
-    for reference, words in (("hover", "hover"), ("step", "step of 1 m"), ("line", "line of 1 m in 4 s")):
-        settings = replace(levelling.settings, reference=reference, size=1.0, lap=4.0)
-        (ax,) = plot_flight(replace(levelling, settings=settings), panels=["tilts"])
-        assert f" · {words} · " in ax.get_title()
 
 
 def test_a_plot_marks_a_stop_and_writes_why_nothing_was_flown() -> None:

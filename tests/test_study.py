@@ -23,7 +23,6 @@ import pyarrow.parquet
 import pytest
 
 from gaitgraph.errors import FileProblem, InputError, OutputExists
-from gaitgraph.files import write_whole
 from gaitgraph.flight.flight import FlightSettings
 from gaitgraph.flight.simulation import fly
 from gaitgraph.gait.gait import paper_gait
@@ -298,20 +297,6 @@ def test_two_at_once_are_refused(small: StudyRun) -> None:
         fcntl.flock(stream, fcntl.LOCK_EX)
         with pytest.raises(OutputExists, match=r"another process writes to '.*small'; run one at a time"):
             run_study(SMALL, small.folder, workers=0)
-
-
-def test_a_full_disk_leaves_what_is_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, run: Any) -> None:
-    def full(contents: Any, **options: Any) -> None:
-        if contents[0][0].name == "part-00002.parquet":
-            raise FileProblem("output: cannot write it: No space left on device")
-        write_whole(contents, **options)
-
-    (tmp_path / "s.toml").write_text("gaits = ['gait1']\nattitudes.roll = [0.1, 0.2, 0.3, 0.4]\n")
-    monkeypatch.setattr("gaitgraph.study.running.write_whole", full)
-    done = run("study", "s.toml", "--workers", 0)
-    assert (done.code, done.out, done.err.count("\n")) == (2, "", 1)
-    assert "No space left on device" in done.err
-    assert len(list((tmp_path / "s" / "rows").iterdir())) == 2
 
 
 def test_the_page_loads_nothing_and_shows_names_as_they_are(tmp_path: Path) -> None:

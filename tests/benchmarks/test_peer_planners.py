@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import math
-from itertools import combinations, pairwise
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import networkx as nx
 import numpy as np
 import pytest
-import shapely
 
 import gaitgraph as gg
 from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.planning.any_angle import PreparedRegion, region_of, straight_loop_holds
 from gaitgraph.planning.refusal import Branch
 from gaitgraph.planning.request import plan_request
+from tests.samples import visibility_graph
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -150,12 +150,7 @@ def legs_of(ground: PreparedRegion) -> list[Any]:
 
 def length_of_full_graph(region: Any) -> float:
     """Build the visibility graph of all corners of the keep-outs and the waypoints, edge by edge, and search it."""
-    shapely.prepare(region)
-    nodes = [*ACROSS, *(corner for polygon in keep_outs() for corner in polygon)]
-    graph: nx.Graph[Any] = nx.Graph()
-    for a, b in combinations(nodes, 2):
-        if region.covers(shapely.LineString([a, b])):
-            graph.add_edge(a, b, length=math.dist(a, b))
+    graph = visibility_graph(region, {*ACROSS, *(corner for polygon in keep_outs() for corner in polygon)})
     legs = pairwise([*ACROSS, ACROSS[0]])
     return sum(nx.dijkstra_path_length(graph, a, b, weight="length") for a, b in legs)
 
