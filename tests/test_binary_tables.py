@@ -42,10 +42,10 @@ savez_compressed: Any = np.savez_compressed
 @pytest.mark.parametrize("suffix", [".csv", ".json", *SUFFIXES])
 def test_any_finite_values_survive(suffix: str, tmp_path: Path) -> None:
     values = np.array([0.0, -0.0, 5e-324, 0.1 + 0.2, -1.5])
-    made = {f"alpha{k}": np.roll(values, k) for k in range(1, 5)} | {"R": 1e11 * values}
+    made: dict[str, Any] = {f"alpha{k}": np.roll(values, k) for k in range(1, 5)}
     about = {"": "ü\n\0\r", "'\"{},;": 1.7e308, "\U0001f681": -0.0}
-    for rows, columns in ((5, made), (1, made | {"color": ("red",) * 5})):
-        table = Table(columns=columns, about=about).rows(0, rows)
+    for rows, colors in ((5, {}), (1, {"color": ("red",) * 5})):
+        table = Table(columns=made | colors | {"R": 1e11 * values}, about=about).rows(0, rows)
         write_tables(table, [tmp_path / f"any{suffix}"], force=True)
         found = read_table(tmp_path / f"any{suffix}")
         assert_same(found, table)
@@ -206,9 +206,7 @@ NPY = "{'descr': '%s', 'fortran_order': False, 'shape': %s, }"
         (npy("{'descr': __import__('os').abort(), 'fortran_order': False, 'shape': (3,), }"), "alpha3 .*malformed"),
         (npy(NPY % ("<f8", "(2,)"), b"\0" * 16), "columns must have equally many rows, got 2 to 3"),
         (npy(NPY % ("<U1", "(3,)"), b"\0\0\0\x80" * 3), "it is not an archive .*, or it is broken"),
-        (npy(NPY % ("<U3", "(3,)"), b"\0" * 36), "row 1: alpha3"),
         (npy(NPY % ("<f8", "(3,)"), b"\0" * 16 + struct.pack("<d", np.nan)), "row 3: alpha3"),
-        (b"", "alpha3"),
         (b"\x93NUMPY\2\0\xff\xff\xff\xff", "alpha3 must be .*EOF"),
     ],
 )
@@ -240,7 +238,6 @@ def test_matlab_files_with_something_else_are_refused(tmp_path: Path) -> None:
     three = {name: values for name, values in FOUR.items() if name != "alpha1"}
     for content, message in (
         ({"fs": 100.0, "signal": np.zeros(9)}, "column 'alpha1' is missing.*there are 'fs', 'signal'"),
-        ({**three, "alphal": np.zeros(3)}, "column 'alpha1' is missing.*did you mean 'alphal'"),
         ({**three, "alpha1": cells}, "alpha1 must be a column of numbers .*object"),
         ({**three, "alpha1": {"a": 1.0}}, "column 'alpha1' is missing"),
         ({**three, "alpha1": np.zeros(3) * 1j}, "alpha1 must be a column of numbers .*complex"),
@@ -250,11 +247,7 @@ def test_matlab_files_with_something_else_are_refused(tmp_path: Path) -> None:
         ({"alpha": np.zeros((4, 9)), "t": np.zeros(9)}, r"alpha must be a matrix of 4 columns, .*\(4, 9\)"),
         ({"alpha": "text"}, "alpha must be a matrix of 4 columns"),
         ({"gait": [{"alpha": 1.0}, {"alpha": 2.0}]}, "column 'alpha1' is missing"),
-        ({**FOUR, "t": np.array([0, np.inf, 1])}, "row 2: t .*inf"),
-        (
-            {"a": {"alpha": 1.0}, "b": FOUR, "fs": 9.0},
-            "it must have one struct of angles, or one .*'gait', got 2",
-        ),
+        ({"a": {"alpha": 1.0}, "b": FOUR, "fs": 9.0}, "it must have one struct of angles, or one .*'gait', got 2"),
     ):
         for packed in (False, True):
             savemat(path, content, do_compression=packed, long_field_names=True)
@@ -317,7 +310,6 @@ def test_nested_matlab_arrays_do_not_overflow_the_stack(lying: bool, tmp_path: P
 def test_parquet_files_with_something_else_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "a.parquet"
     for changed, message in (
-        ({"alpha1": None}, "column 'alpha1' is missing"),
         ({"alpha1": pa.array([True] * 3)}, "alpha1 must be a column of numbers .*, got bool"),
         ({"alpha1": pa.array(["0", "1", "x"])}, "row 3: alpha1 is 'x'"),
         ({"alpha1": pa.array([[0.0]] * 3)}, "alpha1 must be a column of numbers .*, got list<"),
@@ -325,10 +317,8 @@ def test_parquet_files_with_something_else_are_refused(tmp_path: Path, monkeypat
         ({"color": pa.array([1, 2, 3])}, "row 1: color is 1"),
         ({"color": pa.array(["red", None, "red"])}, "row 2: color"),
         ({"alpha2": pa.array([0.0, None, 0.0])}, "row 2: alpha2"),
-        ({"alpha2": pa.array([0.0, 2.0, 0.0])}, "row 2: alpha2 .*2.0"),
     ):
-        content = {name: values for name, values in {**FOUR, **changed}.items() if values is not None}
-        pq.write_table(pa.table(content), path)
+        pq.write_table(pa.table({**FOUR, **changed}), path)
         assert re.search(message, refusal(path))
     pq.write_table(pa.table({**FOUR, "note": ["a", "b", "c"], "when": [[1], [2], [3]]}), path)
     assert len(read_table(path)) == 3

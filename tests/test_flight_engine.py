@@ -10,12 +10,7 @@ import pytest
 
 from gaitgraph.errors import InputError
 from gaitgraph.flight.engine import Engine, engine_warnings
-from gaitgraph.invertibility.matrices import (
-    coefficients_of,
-    decoupling_matrix,
-    determinant,
-    thrust_signs,
-)
+from gaitgraph.invertibility.matrices import coefficients_of, decoupling_matrix, determinant, thrust_signs
 from gaitgraph.vehicle import PAPER, Vehicle
 from tests.samples import BEETLE
 

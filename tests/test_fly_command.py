@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -190,14 +189,6 @@ def test_settings_come_from_a_file_and_options_go_before_it(run: Any, tmp_path: 
         assert message in wrong.err
     wind = ["--wind", "-1,0.5", "--gust", 0.3, "--seed", 3, "--duration", 0.2, "--json"]
     assert run("fly", "gait4", *wind).json["drift"] != run("fly", "gait4", *wind, "--seed", 4).json["drift"]
-
-
-def test_without_mujoco_the_extra_is_named(run: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "mujoco", None)
-    done = run("fly", "gait3")
-    assert (done.code, done.out) == (2, "")
-    assert "mujoco: not installed" in done.err
-    assert "pip install 'gaitgraph[sim]'" in done.err
 
 
 # ---------------------------------------------------------------- tables

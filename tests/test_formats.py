@@ -184,15 +184,10 @@ def test_frames_of_pandas(planned: TimedGait) -> None:
     assert table_from_frame(frame).about == expected.about
     assert frame.attrs["gaitgraph"]["about"]["request"]
     for wrong, message in (
-        (frame.drop(columns="alpha4"), "column 'alpha4' is missing"),
         (frame.rename(columns={"alpha4": "alpha_4"}), "did you mean 'alpha_4'"),
         (pd.concat([frame, frame[["alpha1"]]], axis=1), "column 'alpha1' appears 2 times"),
         (frame.assign(alpha1=None), "row 1: alpha1 is"),
-        (
-            frame.assign(t=pd.date_range("2020", periods=13)),
-            "t must be a column of .*, got .*datetime64",
-        ),
-        (frame.iloc[:0], "it has no rows"),
+        (frame.assign(t=pd.date_range("2020", periods=13)), "t must be a column of .*, got .*datetime64"),
     ):
         with pytest.raises(gg.InputError, match=message):
             gg.validate(wrong)
@@ -219,9 +214,7 @@ def test_mappings_are_frames() -> None:
         ({}, "column 'alpha1' is missing"),
         ({**ZEROS, "alpha1": [True] * 3}, "row 1: alpha1 is True"),
         ({**ZEROS, "alpha1": np.ones(3, dtype=bool)}, "alpha1 must be a column of numbers .*, got bool"),
-        ({**ZEROS, "alpha1": "x"}, "row 1: alpha1 is 'x'"),
         ({**ZEROS, "alpha1": np.full(3, np.nan)}, "row 1: alpha1 is nan"),
-        ({**ZEROS, "color": "green"}, "row 1: color is 'green'"),
         ({**ZEROS, "alpha1": np.zeros((3, 3))}, r"alpha1 must be a column .*, got float64 of shape \(3, 3\)"),
         ({**ZEROS, "alpha1": 3}, "columns must have equally many rows, got 1 to 3"),
         (5, "gait must be a gait, .* or a file's path, got 5"),

@@ -385,10 +385,6 @@ def test_a_transition_as_plain_values_and_in_words() -> None:
     expected |= {"valid": True, "two_color": True, "flyable": True}
     assert {name: told[name] for name in expected} == expected
     assert [check["name"] for check in told["checks"]][-1] == "tilt_rate"
-    head = str(found).splitlines()[0]
-    assert head.startswith(f"From corner {leaves} (")
-    assert f" to corner {joins} (" in head
-    assert head.endswith(f"{found.length:.4f} rad, 2.5 s, equal-time; checked there and back")
     assert str(gg.transition("hover", G4)).startswith(
         "From hover to corner 1 (-0.393, 0.393, -0.393, 0.393): 2 corners"
     )

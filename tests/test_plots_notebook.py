@@ -160,13 +160,6 @@ def test_a_gait_shows_its_loop_its_region_and_its_verdict(monkeypatch: pytest.Mo
     assert shaded[0][:, 0].min() == pytest.approx(region.components[0].bounds[0], abs=2e-3)
 
 
-def test_a_gait_that_is_not_judged_says_why() -> None:
-    hostile = page_of(made("gait of a hostile name")).text
-    for said in ("not judged: ", "states no mass", "shaded: where a red gait with R > 0 is valid"):
-        assert said in hostile
-    assert "check() does" in page_of(made("long gait")).text
-
-
 def test_texts_state_peaks_and_limits(monkeypatch: pytest.MonkeyPatch) -> None:
     timed = made("timed gait")
     for k, line in enumerate(drawn(monkeypatch, timed).lines):

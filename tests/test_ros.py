@@ -213,11 +213,7 @@ def test_times_increase_whatever_the_period(rows: int, periods: int, period: flo
     ("table", "periods", "message"),
     [
         (TABLE, 5000, "points must be at most 100000, got 5000 periods of 21 rows"),
-        (
-            table_of(replace(TIMED, period=1e9, samples=9)),
-            3,
-            "time must be at most 2147483646 s .*, got 3 periods",
-        ),
+        (table_of(replace(TIMED, period=1e9, samples=9)), 3, "time must be at most 2147483646 s .*, got 3 periods"),
         (table_of(replace(TIMED, period=1e-6, samples=1000)), 1, "t must have steps of at least 2 ns"),
         (OPEN, 2, "periods must be 1 for a table that does not end where it starts, got 2"),
         (Table(columns={name: OPEN[name] for name in ANGLES}), 1, "column 't' is missing"),
@@ -371,8 +367,4 @@ def test_a_bag_of_joints_says_their_names_and_is_read_back_as_rotors(tmp_path: P
     ((_, message),) = messages_of(path, "/joint_trajectory")
     assert list(message.joint_names) == ["tilt1", "tilt2", "tilt3", "tilt4"]
     assert (np.array([point.positions for point in message.points]) == TIMED.alpha[:, [3, 1, 0, 2]]).all()
-    assert (read_table(path).alpha == TIMED.alpha).all()
-    write_tables(TABLE, [path], servos=servo_map_named("x_frame"), options=FormatOptions(joint_names=NAMES), force=True)
-    ((_, message),) = messages_of(path, "/joint_trajectory")
-    assert tuple(message.joint_names) == NAMES
     assert (read_table(path).alpha == TIMED.alpha).all()

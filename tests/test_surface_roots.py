@@ -490,6 +490,3 @@ def test_jumps_onto_fibres_wrong_colors_wraps_and_zeros_of_R_are_found() -> None
     ):
         report = Gait(alpha=on_fiber("fiber1", free), colors=("fiber1",) * 2, coefficients=EXACT).check()
         assert (report.valid, report.reachable_from_hover) == (valid, reachable)
-
-
-# --- bad input and edges ---------------------------------------------------------------------------------------------

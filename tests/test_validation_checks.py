@@ -21,7 +21,7 @@ from gaitgraph.invertibility.matrices import (
 )
 from gaitgraph.surface.sheets import family_distances
 from gaitgraph.validation import validating
-from gaitgraph.validation.report import Check, GaitPoint, Report, limit_check
+from gaitgraph.validation.report import Check, Report, limit_check
 from gaitgraph.validation.rules import segments_of
 from tests.published import GAITS
 
@@ -94,16 +94,6 @@ def test_a_check_serialises_without_infinities() -> None:
 def test_limits_of_rates_in_words(peak: float, limit: float | None, ok: bool, message: str) -> None:
     check = limit_check("tilt_rate", "u", peak, 3, limit, {"row": 1}, "slower")
     assert (check.ok, check.value, check.limit, check.message) == (ok, peak, limit, message)
-
-
-def test_places_in_words() -> None:
-    place = GaitPoint(point=56, fraction=0.25, alpha=(0.1, -0.2, 0.3, -1.0), t=0.5625)
-    alpha = "(0.100, -0.200, 0.300, -1.000)"
-    assert place.described("row") == f"row 57 and 0.25 of the way to the next (t = 0.5625 s), {alpha}"
-    assert place.described("corner") == alpha
-    assert place.as_mapping("corner") == {"segment": 56, "fraction": 0.25, "alpha": [0.1, -0.2, 0.3, -1.0]}
-    at_row = GaitPoint(point=0, fraction=0.0, alpha=(0.0,) * 4)
-    assert at_row.as_mapping("row") == {"row": 1, "t": None, "fraction": 0.0, "alpha": [0.0] * 4}
 
 
 def test_the_segments_of_a_gait_close() -> None:

@@ -460,13 +460,6 @@ def test_colourings_of_gaits_have_their_coefficients_and_crossings() -> None:
     assert validate(beyond).listing is None
 
 
-def test_a_loop_without_colourings_tells_so() -> None:
-    report = validate(table_from(lift([(0.9, -0.9), (-0.9, 0.9)], "red").alpha), coefficients="exact")
-    assert report.listing is not None
-    assert report.listing.count == 0
-    assert "  --  colorings             none: " in str(report)
-
-
 def test_whole_turns_change_no_physics() -> None:
     rows = lift(G4.angles, "red").alpha
     plain, turned = (validate(table_from(rows + shift)) for shift in (0.0, np.array([0, 0, 2 * np.pi, -4 * np.pi])))
@@ -487,14 +480,6 @@ def test_a_loop_that_comes_back_to_within_its_noise_is_closed() -> None:
     assert noisy["closed"].value == pytest.approx(4e-4)
     for name in ("tilt_rate", "tilt_acceleration"):
         assert value_of(noisy, name) == pytest.approx(value_of(exact, name), rel=0.05)
-
-
-def test_what_a_file_says_of_its_vehicle_is_refused_with_its_name(tmp_path: Path) -> None:
-    path = tmp_path / "gait.json"
-    for about in ({"vehicle": "car"}, {"crossing_tolerance": -1}, {"coefficients": "rough"}):
-        path.write_text(json.dumps({"about": about, "alpha1": [0.4], "alpha2": [-0.4], "color": ["red"]}))
-        with pytest.raises(gg.InputError, match=f"gait file '{path}': "):
-            gg.validate(path)
 
 
 def test_inserting_rows_on_segments_changes_nothing() -> None:

@@ -19,10 +19,7 @@ GROUP = "a study of 200 flights on two workers against one"
 STUDY = {
     "name": "200 flights",
     "gaits": ["gait3", "gait4"],
-    "attitudes": {
-        "roll": {"from": -0.5, "to": 0.5, "count": 10},
-        "pitch": {"from": -0.5, "to": 0.5, "count": 10},
-    },
+    "attitudes": {"roll": {"from": -0.5, "to": 0.5, "count": 10}, "pitch": {"from": -0.5, "to": 0.5, "count": 10}},
     "flight": {"duration": 5.0},  # long beside the seconds in which workers start and the summary is drawn
 }
 
