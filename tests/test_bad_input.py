@@ -45,6 +45,7 @@ from tests.samples import EXACT
 
 NAN, INF, NODE = math.nan, math.inf, (14, 2, "red")
 G3, G4 = (lift(GAITS[k].angles, "red") for k in (2, 3))
+NO_NUMBERS: list[Any] = [NAN, INF, -1.0, 1e300, True, "fast", [], 1j, {}, (1.0,), -(10**400)]
 SQUARE = [(0, 0), (1, 0), (1, 1), (0, 1)]
 SMALL: dict[str, Any] = {"name": "small", "gaits": ["gait1"], "attitudes": {"roll": [0.0, 0.3], "pitch": [0.0, 0.2]}}
 TABLE, POINT = table_of(G3.parametrize(samples=4)), lift([(0.3, -0.3)], "red")
@@ -75,7 +76,6 @@ def flight(**values: Any) -> Any:
 REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     # gaits
     (Gait, {"alpha": np.zeros((0, 4))}, "alpha must have the shape (n, 4) with n at least 1, got (0, 4)"),
-    (Gait, {"alpha": np.zeros((2, 3))}, "alpha must have … got (2, 3)"),
     (Gait, {"alpha": [[0, 0, 0, NAN]]}, "alpha must hold finite angles in radians, got …nan"),
     (Gait, {"alpha": np.zeros((2, 4)), "colors": ("red",)}, "colors must be one for each of the 2 corners, got 1"),
     (Gait, {"alpha": np.zeros((1, 4)), "colors": ("green",)}, "colors must be 'red', …, got …'green'"),
@@ -116,10 +116,8 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     (colorings, {"points": []}, "points must be of the shape (n, 2) or (n, 4) with n at least 1, got (0,)"),
     (colorings, {"points": [[0.1] * 3]}, "points must be of the shape (n, 2) or (n, 4) with n at least 1, got (1, 3)"),
     (colorings, {"points": [("a", "b")]}, "points must be pairs (α1, α2) of numbers [rad], got [('a', 'b')]"),
-    (colorings, {"points": [[2.0, 0.0]]}, "alpha1 must be from"),
     (colorings, {"points": [[0.0, NAN]]}, "alpha2 must be from"),
     (colorings, {"sign": "negativ"}, "sign must be one of …, got 'negativ'; did you mean 'negative'?"),
-    (colorings, {"sign": None}, "sign must be one of auto, negative, positive, got None"),
     (colorings, {"crossing_tolerance": -0.1}, "crossing_tolerance must be a finite number ≥ 0 (rad), got -0.1"),
     *(
         (Zones, {name: [SQUARE, corners, SQUARE]}, f"{name} polygon 2…{message}")
@@ -150,7 +148,6 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     ),
     (cycles_of, {"through": [[(6, 1, "red")]] * 10, "any_order": True}, "any_order takes at most 9 stops, got 10"),
     (cycles_of, {"effort": 0}, "effort must be a whole number from 1 to 1000000000000, got 0"),
-    (cycles_of, {"effort": True}, "effort must be … got True"),
     # plans
     (plan, {"waypoints": []}, "waypoints must be …; none given"),
     (plan, {"waypoints": "0,0"}, "waypoints must be … got '0,0'"),
@@ -192,7 +189,6 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     (optimal, {"vehicle": "paper"}, "vehicle must be a Vehicle, got 'paper'"),
     (gg.retarget, {"source": [[0, 0, 0]]}, "gait must be finite angles of shape (n, 4)"),
     (gg.retarget, {"source": [[0, 0, 0, INF]]}, "gait must be finite angles"),
-    (gg.retarget, {"source": [["a", 0, 0, 0]]}, "gait must be finite angles"),
     (gg.retarget, {"source": np.zeros((MOST_ROWS + 1, 4))}, "gait must have at most 200000 rows, got 200001"),
     (gg.retarget, {"source": [[0, 0, 0, 0]], "margin": -1}, "margin must be a finite number ≥ 0, got -1"),
     (gg.retarget, {"source": [[0, 0, 0, 0]], "sign": "both"}, "sign must be one of negative, positive, got 'both'"),
@@ -204,7 +200,6 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     (clock, {"rate": 10_000_001.0}, "rate must … got 10000001.0 Hz"),
     (clock, {"rate": 1.0, "samples": 4}, "samples and rate must not both"),
     (clock, {"law": "smoth"}, "law must be … got 'smoth'…; did you mean 'smooth'"),
-    (clock, {"law": 3}, "law must be … got 3"),
     (Curve, {"breaks": [0, 1], "pieces": np.ones((2, 1, 2))}, "pieces must be … the position jumps"),
     (Curve, {"breaks": [0, 1, 2], "pieces": [[[1, 0], [-1, 0]], [[0, 0], [1, 0]]]}, "…first derivative jumps by 2 at "),
     *(
@@ -244,20 +239,18 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     *(
         (flight, {name: wrong}, name)
         for name in FlightSettings().as_mapping().keys() - {"reference", "arms", "saturation", "seed", "wind"}
-        for wrong in (NAN, INF, -1.0, 1e300, True, "fast", [], 1j, {}, (1.0,), -(10**400))
+        for wrong in NO_NUMBERS
     ),
     (flight, {"atitude_noise": 0.1}, "flight has no field 'atitude_noise'; did you mean 'attitude_noise'"),
     (flight, {"tolerance": 10.1}, "tolerance must be between 1e-09 and 10 (rad and m), got 10.1"),
     (flight, {"gust": 100.01}, "gust must be between 0 and 100"),
     (flight, {"reference": "hoover"}, "reference must be one of attitude, hover, step, line, circle, got 'hoover'; di"),
-    (flight, {"reference": 3}, "reference must be one of attitude, hover, step, line, circle, got 3"),
     (flight, {"saturation": 1}, "saturation must be true or false, got 1"),
     (flight, {"seed": -1}, "seed must be a whole number from 0 to 18446744073709551615, got -1"),
     (flight, {"seed": True}, "seed …got True"),
     *((flight, {"wind": wrong}, "wind must be two or three numbers") for wrong in ("12", (1, NAN))),
     (flight, {"wind": (1, 2, 100.1)}, "wind …from -100 to 100"),
     (flight, {"control_rate": 300.0}, "control_rate must be 1000 Hz divided by a whole number, for steps of 0.001 s, "),
-    (flight, {"control_rate": 2000.0}, "control_rate must be 1000 Hz divided by a whole number"),
     *(
         (FlightSettings, {f"{loop}_damping": damping, "control_rate": rate}, f"{loop}_damping must be between {lowest}")
         for loop in ("attitude", "altitude")

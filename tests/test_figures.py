@@ -119,8 +119,6 @@ def test_figures_fit_a_page_and_no_text_lies_on_another(name: str, vehicle: gg.V
 def test_figures_take_the_grid_and_the_coefficients() -> None:
     assert legend_of(draw(2, divisions=8))[0] == "2 roots, 49 nodes"
     assert "(−,−): $R = 0$" in legend_of(draw(16, coefficients="exact"))
-    with pytest.raises(gg.InputError, match="published"):
-        draw(1, vehicle=BEETLE, coefficients="published")
 
 
 def test_figure_17_holds_three_loops() -> None:

@@ -196,13 +196,6 @@ def test_a_floor_between_the_bounds_of_an_edge_is_decided(vehicle: gg.Vehicle) -
             ).all()
 
 
-def test_the_limit_of_the_thrust_needs_mass_and_gravity() -> None:
-    with pytest.raises(
-        gg.errors.MissingConstant, match=r"states no mass \(.*\), which the limit of the largest thrust needs$"
-    ):
-        surface_arrays(vehicle=gg.Vehicle(drag_ratio=0.2, max_thrust=3.0))
-
-
 @pytest.mark.parametrize("divisions", [8, 16])
 def test_where_R_is_zero_but_for_rounding_there_is_no_node(divisions: int) -> None:
     """With δ one step, cos β1 or cos β2 is zero in exact arithmetic on a row and a column of nodes."""
