@@ -158,8 +158,6 @@ WRONG = [
     ("pace off.csv --max-acceleration 9", "off.csv must be a gait on one sheet, red or blue; gaitgraph retarget"),
     ("plan --waypont 0,0", "'--waypoint'"),
     ("plan typo.toml", "; did you mean 'objective'"),
-    ("figures --only gate", "; did you mean 'gait'"),
-    ("plan request.tml", "; did you mean '.toml'"),
     ("plan --waypoint 0,0 --output gait.cvs", "; did you mean '.csv'"),
     ("export one.csv g.csv --periods 3", "periods needs an output .mcap, .yaml, got 3 without one"),
     ("export one.csv g.mcap --number fixed", "number needs an output .h, got 'fixed' without one"),

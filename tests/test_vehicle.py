@@ -186,7 +186,6 @@ class TestFiles:
     @pytest.mark.parametrize(
         ("text", "expected"),
         [
-            ("mass = nan\ndrag_ratio = 0.1\n", "mass must be a positive finite number (kg), got nan"),
             ("max_tilt = '3pie/8'\ndrag_ratio = 0.1\n", "max_tilt must be a finite number in radians"),
             ("mas = 1.5\ndrag_ratio = 0.1\n", "vehicle has no field 'mas'; did you mean 'mass'?"),
             ("zzz = 1\ndrag_ratio = 0.1\n", "vehicle has no field 'zzz'; the fields are preset, name, mass"),
