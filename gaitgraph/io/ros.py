@@ -182,7 +182,10 @@ def read_mcap(path: Path, builder: TableBuilder, progress: Progress) -> Iterator
             storages = getattr(bag.storage, "storages", [bag.storage])
             chunks = (chunk for storage in storages for chunk in getattr(storage, "chunks", ()))
             check_size(sum(chunk.uncompressed_size for chunk in chunks), "its chunks")
-            about, chosen = _provenance(bag)
+            about, chosen = dict[str, Any](), None  # of our own bags, with which options they were written
+            for _, message in _messages(bag, STRING, [PROVENANCE_TOPIC])[:1]:
+                about, chosen = about_from_text(message.data, required=True), json.loads(message.data).get("bag")
+            chosen = chosen if isinstance(chosen, dict) else {}
             columns = _columns(*_recorded(bag, chosen), chosen)
         yield from builder.whole(columns, about)
     if progress is not None:
@@ -194,15 +197,6 @@ def _messages(bag: Reader, kind: str, topics: list[str]) -> list[tuple[int, Any]
     connections = [one for one in bag.connections if one.msgtype == kind and one.topic in topics]
     found = bag.messages(connections) if connections else ()  # no connections would mean all
     return [(time, _store().deserialize_cdr(content, kind)) for _, time, content in found]
-
-
-def _provenance(bag: Reader) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return what made a bag and which options it was written with; nothing, twice, of somebody else's."""
-    for _, message in _messages(bag, STRING, [PROVENANCE_TOPIC])[:1]:
-        about = about_from_text(message.data, required=True)
-        chosen = json.loads(message.data).get("bag")
-        return about, chosen if isinstance(chosen, dict) else {}
-    return {}, {}
 
 
 def _recorded(bag: Reader, chosen: dict[str, Any]) -> tuple[list[str], list[tuple[Any, ...]]]:

@@ -57,7 +57,12 @@ def read_csv(path: Path, builder: TableBuilder, progress: Progress) -> Iterator[
             read, head = read + 1, stream.readline()
         if not head:
             raise InputError("it is empty; allowed is a header line and at least one row")
-        names = _names_of(head, read)
+        try:
+            names = [name.strip() for name in next(csv.reader([head], strict=True))]
+        except csv.Error as error:
+            raise InputError(f"line {read}: {error}; allowed is comma-separated text") from error
+        if len(names) == 1 and re.search(r"[;\t]", head):
+            raise InputError("columns are separated by semicolons or tabs; allowed are commas, and points in numbers")
         lines = stream.readlines(_BLOCK)
         builder.begin(names, _provenance_taken_out(lines, names))
         digit_error: float | None = None
@@ -71,17 +76,6 @@ def read_csv(path: Path, builder: TableBuilder, progress: Progress) -> Iterator[
             read += len(lines)
             lines = stream.readlines(_BLOCK)
             _provenance_taken_out(lines, names)
-
-
-def _names_of(head: str, line: int) -> list[str]:
-    """Return the names in the header line."""
-    try:
-        names = [name.strip() for name in next(csv.reader([head], strict=True))]
-    except csv.Error as error:
-        raise InputError(f"line {line}: {error}; allowed is comma-separated text") from error
-    if len(names) == 1 and re.search(r"[;\t]", head):
-        raise InputError("columns are separated by semicolons or tabs; allowed are commas, and points in numbers")
-    return names
 
 
 def _provenance_taken_out(lines: list[str], names: list[str]) -> dict[str, Any]:

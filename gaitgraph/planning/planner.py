@@ -364,7 +364,12 @@ def plan(
                 loops += [loop_of(found, sign) for found in answer]
         if jumping is not None:
             broken.append(loop_of(jumping, sign))
-    loops = _ordered(loops, request.objective)
+    # Only red can be flyable. A single loop that is not red comes after red ones that all are, whatever its checks say,
+    # so that it is judged only when somebody asks.
+    rest = [loop for loop in loops if loop.color != "red"]
+    loops = sorted((loop for loop in loops if loop.color == "red"), key=_preference)
+    judged = len(rest) > 1 or not all(loop.report.flyable for loop in loops)
+    loops = sorted(loops + rest, key=_preference) if judged else loops + rest
     # A loop that jumps is stated if it is shorter than what does not.
     shortest = min((loop.length for loop in loops), default=math.inf)
     broken = [loop for loop in broken if loop.length < shortest - 1e-9]
@@ -392,20 +397,7 @@ def plan(
     )
 
 
-def _ordered(loops: Sequence[Loop], objective: str) -> list[Loop]:
-    """Return loops, the preferred first.
-
-    Only red can be flyable. A single loop that is not red comes after red ones that all are, whatever its checks say,
-    so that it is judged only when somebody asks.
-    """
-    red = sorted((loop for loop in loops if loop.color == "red"), key=lambda loop: _preference(loop, objective))
-    rest = [loop for loop in loops if loop.color != "red"]
-    if rest and (len(rest) > 1 or not red or not all(loop.report.flyable for loop in red)):
-        return sorted(loops, key=lambda loop: _preference(loop, objective))
-    return [*red, *rest]
-
-
-def _preference(loop: Loop, objective: str) -> tuple[Any, ...]:
+def _preference(loop: Loop) -> tuple[Any, ...]:
     """Order loops: flyable first, then flyable but for the clock, then valid, then by the objective."""
     report = loop.report
     timeless = all(check.mark == "ok" for check in report.checks if check.name not in RATE_CHECKS)
@@ -414,7 +406,7 @@ def _preference(loop: Loop, objective: str) -> tuple[Any, ...]:
         not report.flyable,
         not timeless,
         not report.valid,
-        -round(robustness, 3) if objective == "robust" else 0.0,
+        -round(robustness, 3) if loop.request.objective == "robust" else 0.0,
         round(loop.length, 9),
         loop.color != "red",
         loop.sign != "positive",

@@ -262,7 +262,12 @@ def transition(
     alpha = np.vstack([path, path[-2:0:-1]])
     gait = replace(first, alpha=alpha, colors=(first.colors[0],) * len(alpha), request={})
     if duration is None:
-        seconds = _needed(gait, law)
+        # One second, or how long one way takes within the vehicle's limits if that is more.
+        once, body = gait.parametrize(2.0, law=law), gait.vehicle
+        for order, limit in enumerate((body.max_tilt_rate, body.max_tilt_acceleration, body.max_tilt_jerk), start=1):
+            if limit is not None and np.isfinite(peak := float(once.peaks(order).max())):
+                seconds = max(seconds, (peak / limit) ** (1 / order))
+        seconds = min(math.ceil(seconds * 1000) / 1000, _LONGEST)
         count = _checked_samples(seconds, law, samples, rate)
     timed = gait.parametrize(2 * seconds, law=law)
     report = gait.check(floor=floor).with_checks(timed.rate_checks("duration", 0.5))
@@ -358,14 +363,3 @@ def _nearest(corners: FloatArray, others: FloatArray) -> list[int]:
 
     distance, _ = cKDTree(others).query(corners)
     return sorted(np.argsort(distance, kind="stable")[:_MOST_CORNERS].tolist())
-
-
-def _needed(gait: Gait, law: str) -> float:
-    """Return one second, or how long one way takes within the vehicle's limits if that is more."""
-    timed, vehicle = gait.parametrize(2.0, law=law), gait.vehicle
-    limits = (vehicle.max_tilt_rate, vehicle.max_tilt_acceleration, vehicle.max_tilt_jerk)
-    needed = [_DURATION]
-    for order, limit in enumerate(limits, start=1):
-        if limit is not None and np.isfinite(peak := float(timed.peaks(order).max())):
-            needed.append((peak / limit) ** (1 / order))
-    return min(math.ceil(max(needed) * 1000) / 1000, _LONGEST)

@@ -80,26 +80,20 @@ def paper_style() -> Iterator[None]:
         yield
 
 
-def blank_figure(width: float, height: float, layout: Any = "constrained") -> Figure:
-    """Return an empty figure of a size [mm], without pyplot."""
+def blank_figure(width: float, height: float, layout: Any = "constrained", *, pyplot: bool = False) -> Figure:
+    """Return an empty figure of a size [mm], one of pyplot only if that is asked for."""
     require_matplotlib()
     from matplotlib.figure import Figure
 
+    if pyplot:
+        from matplotlib.pyplot import figure as Figure  # type: ignore[assignment] # noqa: N812
     return Figure(figsize=(width / INCH, height / INCH), layout=layout)
-
-
-def new_figure(width: float, height: float) -> Figure:
-    """Return an empty figure of pyplot, of a size [mm]."""
-    require_matplotlib()
-    from matplotlib import pyplot
-
-    return pyplot.figure(figsize=(width / INCH, height / INCH), layout="constrained")
 
 
 def axes_or_new(ax: Any, *, size: tuple[float, float] = (85.0, 80.0)) -> Any:
     """Return the plane axes given, or those of a new pyplot figure of a size [mm]; InputError if they are no such."""
     if ax is None:
-        return new_figure(*size).add_subplot()
+        return blank_figure(*size, pyplot=True).add_subplot()
     require_matplotlib()
     from matplotlib.axes import Axes
 

@@ -26,7 +26,6 @@ from gaitgraph.plots.axes import (
     axes_or_new,
     blank_figure,
     legend_above,
-    new_figure,
     paper_style,
     picture_bytes,
     require_matplotlib,
@@ -75,7 +74,7 @@ def plot_flight(flight: Flight, *, axes: Any = None, panels: Sequence[str] = PAN
             hint = did_you_mean(str(name), list(PANELS))
             raise InputError(f"panels must be some of {', '.join(PANELS)}, got {shown(name)}{hint}")
     if axes is None:
-        axes = _panel_axes(new_figure(_WIDTH, _WIDTH), panels)
+        axes = _panel_axes(blank_figure(_WIDTH, _WIDTH, pyplot=True), panels)
     axes = np.ravel(np.asarray(axes, dtype=object))
     if len(axes) != len(panels):
         raise InputError(f"axes must be {len(panels)}, one a panel, got {len(axes)}")

@@ -27,7 +27,6 @@ from gaitgraph.plots.axes import (
     draw_arrow,
     legend_above,
     legend_below,
-    new_figure,
     plane_axes,
 )
 from gaitgraph.plots.planes import FINE, type_map
@@ -199,7 +198,7 @@ def gait_in_four_dimensions(timed: TimedGait | Table, *, gait: Gait | None = Non
         clock = timed if isinstance(timed, TimedGait) else gait.parametrize()
         time, alpha = clock.t, clock.alpha
     if axes is None:
-        axes = axes_of_a_gait(new_figure(170, 118))
+        axes = axes_of_a_gait(blank_figure(170, 118, pyplot=True))
     axes = np.ravel(np.asarray(axes, dtype=object))
     if len(axes) != 5:
         raise InputError(f"axes must be five, got {len(axes)}")

@@ -159,7 +159,13 @@ def acceptable_attitudes(
         raise InputError(f"alpha must be finite tilt angles of shape (n, 4), n at least 1 (rad), got {shown(alpha)}")
     if not 0 < number_of(tolerance) < math.inf:
         raise InputError(f"tolerance must be a finite number above 0, got {shown(tolerance)}")
-    sweep = _swept(*_cut(points), coefficients)
+    # The closed polyline in short pieces.
+    step = np.roll(points, -1, axis=0) - points
+    size = np.abs(step).max(axis=1)
+    longest = max(_LONGEST_PIECE, float(size.sum()) / _MOST_PIECES)
+    segment, number, count = _counted(np.maximum(np.ceil(size / longest), 1))
+    starts = points[segment] + (number / count)[:, None] * step[segment]
+    sweep = _swept(starts, np.roll(starts, -1, axis=0), coefficients)
     polygon, error, reason, pieces = shapely.Polygon(), 0.0, _NOT_LEVEL, len(sweep.starts)
     beyond: list[shapely.Polygon] = []
     heights = np.concatenate([sweep.v0[:, 2], sweep.v1[:, 2]])
@@ -228,16 +234,6 @@ class _Sweep(NamedTuple):
 def _swept(starts: FloatArray, ends: FloatArray, coefficients: Coefficients) -> _Sweep:
     v0, v1 = attitude_sensitivities(starts, coefficients), attitude_sensitivities(ends, coefficients)
     return _Sweep(starts, ends, v0, v1, *sensitivity_deviations(starts, ends, coefficients))
-
-
-def _cut(points: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return starts and ends of short pieces of the closed polyline through points."""
-    step = np.roll(points, -1, axis=0) - points
-    size = np.abs(step).max(axis=1)
-    longest = max(_LONGEST_PIECE, float(size.sum()) / _MOST_PIECES)
-    segment, number, count = _counted(np.maximum(np.ceil(size / longest), 1))
-    starts = points[segment] + (number / count)[:, None] * step[segment]
-    return starts, np.roll(starts, -1, axis=0)
 
 
 def _counted(counts: FloatArray) -> tuple[IntArray, IntArray, IntArray]:
