@@ -30,6 +30,7 @@ from gaitgraph.invertibility.matrices import level_determinant_resolution
 from gaitgraph.io.c_header import write_h
 from gaitgraph.io.columns import FormatOptions
 from gaitgraph.surface.sheets import COLORS, roots
+from gaitgraph.timing.laws import LAWS
 from tests.published import GAITS, PublishedGait
 
 if TYPE_CHECKING:
@@ -189,28 +190,43 @@ def test_a_last_row_closes_up_to_the_gap_and_not_beyond(off: float) -> None:
             check = gg.validate(rows)["closed"]
             assert check.message.startswith("the last row is the first again") is closed
             assert check.value == (0.0 if gap < 1e-9 else pytest.approx(gap, rel=1e-6))
-    # A gap of a quarter of the longest step is a step, and no noise.
-    steps = [(0.4, -0.4), (0.404, -0.4), (0.404, -0.396), (0.4, -0.3989)]
-    assert not is_closed(tilt_angles(table(steps), PUBLISHED))
 
 
-def test_whoever_reads_a_measured_table_finds_the_same_period(tmp_path: Path) -> None:
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize(("samples", "decimals"), [(20, 3), (100, 4), (1000, 9)])
+def test_whoever_reads_a_table_finds_its_period(tmp_path: Path, law: str, samples: int, decimals: int) -> None:
+    """Also one that rests at its start, after a leg that is longer than the first, and begins with short steps."""
+    timed = gg.lift([(0.4, -0.4), (0.5, -0.4), (1.2, -1.2)], "red").parametrize(law=law, samples=samples)
+    closed = np.column_stack([timed.t, timed.alpha.round(decimals)])
+    noisy = closed + np.append(np.zeros((samples, 5)), [[0, 1e-6, 0, 0, 0]], axis=0)
+    source = tmp_path / "rows.csv"
+    for rows, returns in ((closed, True), (closed[:-1], False), (noisy if samples < 1000 else closed, True)):
+        np.savetxt(source, rows, delimiter=",", header="t,alpha1,alpha2,alpha3,alpha4", comments="")
+        assert gg.validate(source)["closed"].message.startswith("the last row is the first again") is returns
+        read = gg.read_table(source)
+        corners, times = closed_rows(read)
+        gg.timing.export(source, [tmp_path / "whole.csv"], force=True)
+        write_h([read], tmp_path / "rows.h", FormatOptions())
+        whole = gg.read_table(tmp_path / "whole.csv")
+        by_row = merged(completed_pieces(partial(list, [read.rows(k, k + 1) for k in range(len(read))]))())
+        assert times is not None
+        for end in (times[-1], timed_gait_from_file(source).period, whole["t"][-1], by_row["t"][-1]):
+            assert end == pytest.approx(1.0, abs=1e-9)
+        assert (len(corners.alpha), len(whole), len(by_row)) == (samples, samples + 1, samples + 1)
+        assert (whole.alpha[-1] == whole.alpha[0]).all()
+        assert f"_angle[{samples}][4]" in (tmp_path / "rows.h").read_text()
+
+
+def test_the_closing_row_of_a_measured_table_goes_with_the_first(tmp_path: Path) -> None:
     timed = gg.lift(GAITS[2].angles, "red").parametrize(period=1.0, samples=20)
     rows = np.column_stack([timed.t, timed.alpha])
     rows[-1, 1] += 1e-6
     source = tmp_path / "rows.csv"
-    np.savetxt(source, rows, delimiter=",", header="t,alpha1,alpha2,alpha3,alpha4", comments="", fmt="%.12g")
-    flown = timed_gait_from_file(source)
-    assert (flown.period, flown.law, len(gg.gait_of(gg.read_table(source)).alpha)) == (1.0, "smooth", 4)
-    gg.timing.export(source, [tmp_path / "whole.csv", tmp_path / "gait.h"])
-    whole, header = gg.read_table(tmp_path / "whole.csv"), (tmp_path / "gait.h").read_text()
-    assert (len(whole), whole["t"][-1], whole.alpha[-1].tolist()) == (21, 1.0, whole.alpha[0].tolist())
-    write_h([gg.read_table(source)], tmp_path / "rows.h", FormatOptions())
-    for text in (header, (tmp_path / "rows.h").read_text()):
-        assert "_angle[20][4]" in text
+    np.savetxt(source, rows, delimiter=",", header="t,alpha1,alpha2,alpha3,alpha4", comments="")
+    assert (timed_gait_from_file(source).law, len(gg.gait_of(gg.read_table(source)).alpha)) == ("smooth", 4)
     kept: Any = gg.retarget(source)  # flyable, so it comes back bit by bit
     assert (kept.status, kept.table["t"][-1]) == ("unchanged", 1.0)
-    np.testing.assert_array_equal(kept.table.alpha, gg.read_table(source).alpha)
+    np.testing.assert_array_equal(kept.table.alpha, rows[:, 1:])
     rows[:, 1::2] -= 0.5  # where it cannot fly the closing row goes to the first
     moved: Any = gg.retarget(rows[:, 1:])
     assert (moved.table.alpha[0] == moved.table.alpha[-1]).all()

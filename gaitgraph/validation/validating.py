@@ -19,7 +19,7 @@ import numpy as np
 
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.gait import Gait
-from gaitgraph.gait.table import ACCELERATIONS, RATES, SAME_ROW, Table, closing_time, is_back, surface_of, tilt_angles
+from gaitgraph.gait.table import ACCELERATIONS, RATES, SAME_ROW, Table, closing_time, is_closed, surface_of, tilt_angles
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, FloatArray, Kind, level_determinant
 from gaitgraph.io.columns import Frame, as_table
 from gaitgraph.io.formats import naming_file, read_pieces
@@ -285,7 +285,7 @@ class _TableChecker:
         assert head is not None and tail is not None  # noqa: PT018, S101 - pieces have rows
         first, last = head[:1], tail[-1:]
         gap = float(np.abs(last.alpha[0] - first.alpha[0]).max())
-        near = self.rows > 1 and is_back(gap, self.longest, self.criteria.tolerance)
+        near = self.rows > 1 and is_closed(np.vstack([first.alpha, tail.alpha]), self.criteria.tolerance)
         # Otherwise a row that comes back is a point of its own, with a segment to the first and no step in time.
         repeated = near and gap <= SAME_ROW and last.sheet[0] == first.sheet[0]
         if not repeated:
