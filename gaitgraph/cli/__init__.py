@@ -372,17 +372,9 @@ def named_in_errors(given: Mapping[str, Any], **names: str) -> Iterator[None]:
         raise type(error)(f"--{name.replace('_', '-')}{str(error)[len(field) :]}") from error
 
 
-def tables_and_films(paths: Paths) -> tuple[list[str], list[str]]:
-    """Return those of some outputs that are tables, and those that are films."""
-    from gaitgraph.io.formats import FILMS
-
-    films = [path for path in paths if path.lower().endswith(FILMS)]
-    return [path for path in paths if path not in films], films
-
-
 def check_outputs(paths: Paths, *, force: bool) -> None:
     """Raise before any work is done if a gait cannot be written to one of these files, tables or films."""
-    from gaitgraph.io.formats import check_outputs
+    from gaitgraph.io.formats import check_outputs, tables_and_films
     from gaitgraph.plots.vehicles import check_films
 
     tables, films = tables_and_films(paths)
@@ -393,7 +385,7 @@ def check_outputs(paths: Paths, *, force: bool) -> None:
 def write_outputs(pieces: Callable[[], Iterable[Table]], paths: Paths, *, force: bool) -> None:
     """Write a gait that comes piece by piece to files, tables and films."""
     from gaitgraph.gait.table import merged
-    from gaitgraph.io.formats import write_tables
+    from gaitgraph.io.formats import tables_and_films, write_tables
     from gaitgraph.plots.vehicles import write_films
 
     tables, films = tables_and_films(paths)

@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from gaitgraph.cli import Paths, Working, command, file, one_of, option, print_json, tables_and_films
+from gaitgraph.cli import Paths, Working, command, file, one_of, option, print_json
 
 _FORMAT_OPTIONS = ("periods", "joint_names", "trajectory_topic", "states_topic", "number", "c_name")
 
@@ -49,7 +49,7 @@ def export_command(
     """
     from gaitgraph.gait.table import merged
     from gaitgraph.io.columns import FormatOptions
-    from gaitgraph.io.formats import read_pieces
+    from gaitgraph.io.formats import read_pieces, tables_and_films
     from gaitgraph.io.servo_map import servo_map_named
     from gaitgraph.plots.vehicles import check_films, write_films
     from gaitgraph.timing.timed_gait import export

@@ -45,9 +45,8 @@ def pace_command(
     with Working(f"reading {gait_file}") as progress, named_in_errors(given, **names):
         gait = read_gait(gait_file, vehicle=given.get("vehicle"), coefficients=given.get("coefficients"))
         if gait.color not in ("red", "blue"):
-            raise InputError(
-                f"{gait_file} must be a gait on one sheet, red or blue; gaitgraph retarget {gait_file} moves it there"
-            )
+            remedy = f"gaitgraph retarget {gait_file} moves it there"
+            raise InputError(f"{gait_file} must be a gait on one sheet, red or blue; {remedy}")
         limits = limits_of(gait.vehicle, **{kind: given.get(f"max_{kind}") for kind in kinds})
         asked = {name: given[name] for name in ("samples", "rate", "rounding") if name in given}
         progress("pacing")

@@ -147,9 +147,8 @@ class Basin:
         times = self.seconds[self.outcome == 0]
         if times.size:
             peak = float(self.peak_share[self.outcome == 0].max())
-            lines.append(
-                f"  settled       after {times.max():.2f} s at most, with {peak:.3g} times a quarter of the weight"
-            )
+            thrust = f"{peak:.3g} times a quarter of the weight"
+            lines.append(f"  settled       after {times.max():.2f} s at most, with {thrust}")
         return "\n".join(lines)
 
     __repr__ = __str__
@@ -223,9 +222,8 @@ def basins_of(
     if settings.duration is None:
         settings = replace(settings, duration=max(settings.seconds, timed.period + _AFTER))
     elif settings.duration < timed.period:
-        raise InputError(
-            f"duration must be at least the gait's period, {timed.period:g} s, got {settings.duration!r} s"
-        )
+        wanted = f"at least the gait's period, {timed.period:g} s"
+        raise InputError(f"duration must be {wanted}, got {settings.duration!r} s")
     if settings.reference != "attitude":
         raise InputError(f"reference must be attitude for a basin, got {settings.reference!r}")
     timed.gait.vehicle.require("mass", "inertia", "arm_length", purpose="flight")

@@ -109,9 +109,8 @@ def timed_gait_from_file(
     law = law or (about.get("law") if about.get("made_by") != "pace" else None) or DEFAULT_LAW
     if times is None or len(table) == 1:
         if period is None and len(gait.alpha) > 1:
-            raise InputError(
-                f"gait file {str(path)!r} has no column t; state its period with --period SECONDS (period=)"
-            )
+            remedy = "state its period with --period SECONDS (period=)"
+            raise InputError(f"gait file {str(path)!r} has no column t; {remedy}")
         return gait.parametrize(1.0 if period is None else period, law=law)
     times = times - times[0]
     if is_asked:

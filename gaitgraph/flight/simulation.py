@@ -323,7 +323,6 @@ def checked_attitude(attitude: Any) -> tuple[float, float]:
     parts = attitude if isinstance(attitude, (list, tuple, np.ndarray)) else ()
     angles = [angle_from_text(part, "attitude") for part in parts]
     if len(angles) != 2 or not abs(angles[0]) <= math.pi or not abs(angles[1]) < math.pi / 2:
-        raise InputError(
-            f"attitude must be a roll from -pi to pi and a pitch between -pi/2 and pi/2, got {shown(attitude)}"
-        )
+        wanted = "a roll from -pi to pi and a pitch between -pi/2 and pi/2"
+        raise InputError(f"attitude must be {wanted}, got {shown(attitude)}")
     return angles[0], angles[1]

@@ -176,7 +176,14 @@ class _Source:
         vehicle_and_coefficients(graph)  # says what is missing
         self._surface, self._names = graph.copy(), list(graph.nodes)
         index = {name: k for k, name in enumerate(self._names)}
-        stops = _numbered_stops(through, index, options["any_order"])
+        given: Any = through if isinstance(through, (list, tuple)) else [through]
+        for stop in given:
+            nodes = stop if isinstance(stop, (list, tuple, set, frozenset)) and stop else [None]
+            if not all(isinstance(node, Hashable) and node in index for node in nodes):
+                raise InputError(f"stops must be a list of lists of nodes of the graph, got {shown(stop)}")
+        if options["any_order"] and len(given) > MOST_ANY_ORDER:
+            raise InputError(f"any_order takes at most {MOST_ANY_ORDER} stops, got {len(given)}")
+        stops = [sorted({index[node] for node in stop}) for stop in given]
         rows: Rows = [[] for _ in self._names]
         for first, second, edge in graph.edges(data=True):
             a, b = index[first], index[second]
@@ -199,18 +206,6 @@ class _Source:
     def _cycle(self, item: Item) -> Cycle:
         length, nodes = item[0] / QUANTA_PER_RADIAN, tuple(self._names[node] for node in item[1])
         return Cycle(nodes=nodes, length=length, surface=self._surface)
-
-
-def _numbered_stops(value: object, index: Mapping[Any, int], any_order: bool) -> list[list[int]]:
-    """Return stops as lists of numbers; InputError if they are no nodes of the graph, or too many."""
-    stops: Any = value if isinstance(value, (list, tuple)) else [value]
-    for stop in stops:
-        nodes = stop if isinstance(stop, (list, tuple, set, frozenset)) and stop else [None]
-        if not all(isinstance(node, Hashable) and node in index for node in nodes):
-            raise InputError(f"stops must be a list of lists of nodes of the graph, got {shown(stop)}")
-    if any_order and len(stops) > MOST_ANY_ORDER:
-        raise InputError(f"any_order takes at most {MOST_ANY_ORDER} stops, got {len(stops)}")
-    return [sorted({index[node] for node in stop}) for stop in stops]
 
 
 def _past_stops(rows: Rows, stops: Sequence[Sequence[int]]) -> tuple[Rows, str | None]:

@@ -105,6 +105,12 @@ FILMS = (".gif", ".mp4")
 """Suffixes of films, which :mod:`gaitgraph.plots.vehicles` writes."""
 
 
+def tables_and_films(paths: Sequence[str | Path]) -> tuple[list[str | Path], list[str | Path]]:
+    """Return those of some outputs that are tables, and those that are films."""
+    films = [path for path in paths if str(path).lower().endswith(FILMS)]
+    return [path for path in paths if path not in films], films
+
+
 def known_format(path: str | Path, what: str, *, reads: bool = False, also: Sequence[str] = FILMS) -> Format:
     """Return the format of a gait file by its suffix; InputError if it has none, or is not read where that is needed.
 

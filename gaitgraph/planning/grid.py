@@ -35,9 +35,8 @@ def notes_beside_the_grid(request: PlanRequest) -> list[str]:
         distance = max(abs(a - b) for a, b in zip(point, node, strict=True))
         if WAYPOINT_SNAP < distance < step / 50:
             place = ", ".join(map(text_from_angle, node))
-            hints.append(
-                f"waypoint {number} is {distance:.1e} rad beside the grid node ({place}), which costs extra corners"
-            )
+            beside = f"{distance:.1e} rad beside the grid node ({place})"
+            hints.append(f"waypoint {number} is {beside}, which costs extra corners")
     return hints
 
 
@@ -177,8 +176,10 @@ def grid_cycles(
     >>> cycle.sign, len(cycle.nodes), round(cycle.length, 4), cycle.flyable
     ('negative', 5, 1.2257, True)
     """
-    any_order, notes = request.any_order and through, []
-    heuristic = any_order and len(request.waypoints) > MOST_ANY_ORDER
+    heuristic = request.any_order and through and len(request.waypoints) > MOST_ANY_ORDER
+    any_order = request.any_order and through and not heuristic
+    options: dict[str, Any] = {"max_length": max_length, "effort": effort, "progress": progress}
+    sources, notes = [], []
     graphs: dict[Sign, tuple[nx.Graph[Any], list[list[Any]]]] = {}
     missing: dict[Sign, str] = {}
     for sign in SIGNS:
@@ -201,13 +202,7 @@ def grid_cycles(
             method = f"order of {len(stops)} waypoints by Christofides' heuristic (networkx)"
             notes.append(f"{RELATION[sign]}: {method}: only cycles in this order are listed")
         graphs[sign] = graph, stops
-    any_order = any_order and not heuristic
-    options: dict[str, Any] = {"max_length": max_length, "effort": effort, "progress": progress}
-    sources = [
-        source
-        for graph, stops in graphs.values()
-        for source in cycles(graph, through=stops, any_order=any_order, use=use, **options).sources
-    ]
+        sources += cycles(graph, through=stops, any_order=any_order, use=use, **options).sources
     return GridCycles(
         cycles=Cycles(sources),
         graphs=graphs,

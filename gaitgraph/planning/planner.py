@@ -194,9 +194,8 @@ class Plan:
 
         request, vehicle = self.request, self.request.vehicle
         method = "any angle" if request.method == "exact" else f"{request.divisions} divisions"
-        conditions = (
-            f"vehicle {vehicle.name} (κ = {vehicle.drag_ratio:.4f}), {request.coefficients} coefficients, {method}"
-        )
+        body = f"vehicle {vehicle.name} (κ = {vehicle.drag_ratio:.4f})"
+        conditions = f"{body}, {request.coefficients} coefficients, {method}"
         if self.loop is None:
             lines = ["No gait.", *items(dict.fromkeys(obstacle.message for obstacle in self.obstacles)), conditions]
         else:

@@ -177,9 +177,8 @@ class Curve:
         bend = np.linalg.norm(bernstein_from_power(derivative_of(self.pieces, 2), width), axis=-1).max(axis=0)
         count = np.maximum(np.ceil(width * np.sqrt(bend / (8.0 * tolerance)) * (1 + 1e-9)), 1.0)
         if count.sum() > _MOST_POINTS:
-            raise InputError(
-                f"tolerance must be so large that {_MOST_POINTS} chords do, got {shown(tolerance)}: {count.sum():.3g}"
-            )
+            wanted = f"tolerance must be so large that {_MOST_POINTS} chords do"
+            raise InputError(f"{wanted}, got {shown(tolerance)}: {count.sum():.3g}")
         return divided(self.breaks, count)[0]
 
     def polyline(self, tolerance: float = 1e-4) -> Gait:
@@ -281,9 +280,8 @@ def rounded(gait: Gait, tolerance: float | str) -> Rounding:
     if not size >= SMALLEST:
         raise InputError(f"tolerance must be an angle of at least {SMALLEST:g} rad, got {shown(tolerance)}")
     if gait.color not in ("red", "blue"):
-        raise InputError(
-            f"gait must be on one sheet, red or blue, got the color {shown(gait.color)}; retarget moves it there"
-        )
+        wanted = "gait must be on one sheet, red or blue"
+        raise InputError(f"{wanted}, got the color {shown(gait.color)}; retarget moves it there")
     merged = gait.merged()
     kept = [merged.alpha[0]]
     for corner in merged.alpha[1:]:

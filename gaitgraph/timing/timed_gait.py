@@ -22,13 +22,13 @@ from gaitgraph.errors import InputError, checked_choice, shown
 from gaitgraph.gait.table import ACCELERATIONS, ANGLES, RATES, ROWS_OF_A_PIECE, Table, completed_pieces, merged
 from gaitgraph.invertibility.matrices import level_determinant
 from gaitgraph.io.formats import (
-    FILMS,
     check_options,
     check_outputs,
     gait_of,
     known_format,
     naming_file,
     read_pieces,
+    tables_and_films,
     write_tables,
 )
 from gaitgraph.io.servo_map import clipped_rows
@@ -219,8 +219,7 @@ class TimedGait:
 
         Films (.gif, .mp4) are written by :meth:`animate`.
         """
-        films = [path for path in paths if str(path).lower().endswith(FILMS)]
-        tables = [path for path in paths if path not in films]
+        tables, films = tables_and_films(paths)
         check_outputs(tables, force=force)
         if films:
             self.animate(*films, force=force)

@@ -95,22 +95,20 @@ def check_gait(
     >>> report.valid, report.flyable, report.reachable_from_hover
     (True, True, False)
     """
-    checker = _Checker(
-        Criteria(
-            vehicle=gait.vehicle,
-            coefficients=gait.coefficients,
-            tolerance=tolerance,
-            floor=floor,
-            angle_rounding=angle_rounding,
-            crossing_tolerance=gait.crossing_tolerance,
-            beside=beside,
-            extremes=extremes,
-        )
+    criteria = Criteria(
+        vehicle=gait.vehicle,
+        coefficients=gait.coefficients,
+        tolerance=tolerance,
+        floor=floor,
+        angle_rounding=angle_rounding,
+        crossing_tolerance=gait.crossing_tolerance,
+        beside=beside,
+        extremes=extremes,
     )
+    checker = _Checker(criteria)
     checker.update(segments_of(gait))
-    return checker.report(
-        Check(name="closed", kind="valid", ok=True, value=0.0, limit=0.0, message="closed by construction")
-    )
+    closed = Check(name="closed", kind="valid", ok=True, value=0.0, limit=0.0, message="closed by construction")
+    return checker.report(closed)
 
 
 class _Timed(Protocol):
@@ -193,18 +191,17 @@ def validate(
     first = next(pieces)
     with naming_file(source):
         vehicle, numbers, stated = surface_of(first, vehicle, coefficients)
-    checker = _TableChecker(
-        Criteria(
-            vehicle=vehicle,
-            coefficients=numbers,
-            tolerance=tolerance,
-            floor=floor,
-            angle_rounding=angle_rounding,
-            digit_error=first.digit_error,
-            crossing_tolerance=stated if crossing_tolerance is None else crossing_tolerance,
-            noun="row",
-        )
+    criteria = Criteria(
+        vehicle=vehicle,
+        coefficients=numbers,
+        tolerance=tolerance,
+        floor=floor,
+        angle_rounding=angle_rounding,
+        digit_error=first.digit_error,
+        crossing_tolerance=stated if crossing_tolerance is None else crossing_tolerance,
+        noun="row",
     )
+    checker = _TableChecker(criteria)
     if "transition" in first.about:
         checker.notes["transition"] = "this is a path from one place to another: the way back to row 1 is no part of it"
     for piece in chain([first], pieces):
@@ -307,9 +304,8 @@ class _TableChecker:
                 f"{self.longest:.4g}: is the end of the table missing?"
             )
         value, where = 0.0 if repeated else gap, last.place(0).as_mapping("row")
-        report = self.checker.report(
-            Check(name="closed", kind="valid", ok=True, value=value, where=where, message=message)
-        )
+        closed = Check(name="closed", kind="valid", ok=True, value=value, where=where, message=message)
+        report = self.checker.report(closed)
         if head.t is not None:
             report = report.with_checks(self.rates.checks(head, tail, self.criteria.vehicle, closed=near))
             self.notes |= self.rates.notes
