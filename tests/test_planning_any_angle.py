@@ -452,7 +452,7 @@ def test_loops_come_in_the_order_of_all_their_verdicts(points: list[tuple[float,
     """Loops are judged when somebody asks, with the same answers."""
     found = gg.plan_loop(points)
     loops = [loop for loop in (found.loop, *found.alternatives) if loop is not None]
-    assert loops == sorted(loops, key=lambda loop: _preference(loop, "shortest"))
+    assert loops == sorted(loops, key=_preference)
     assert all(loop.color == "red" for loop in loops if loop.report.flyable)
 
 

@@ -313,7 +313,7 @@ def _on_red(starts: FloatArray, ends: FloatArray) -> bool:
 
 
 def least_singular_value_along(
-    starts: FloatArray, ends: FloatArray, vehicle: Vehicle = PAPER, *, tolerance: float, **options: Any
+    starts: FloatArray, ends: FloatArray, vehicle: Vehicle = PAPER, *, tolerance: float = 1e-4, **options: Any
 ) -> Least:
     """Bracket the least singular value of the scaled decoupling matrix, level, along segments.
 
@@ -341,7 +341,7 @@ def least_singular_value_along(
 
 
 def least_singular_value_of_all(
-    starts: FloatArray, ends: FloatArray, vehicle: Vehicle = PAPER, *, tolerance: float, known: float = math.inf
+    starts: FloatArray, ends: FloatArray, vehicle: Vehicle = PAPER, *, tolerance: float = 1e-4, known: float = math.inf
 ) -> Least:
     """Bracket the least singular value over many segments; `upper` is +∞ where no decomposition was needed."""
     if _on_red(starts, ends):
