@@ -22,7 +22,7 @@ from gaitgraph.invertibility.matrices import (
 from gaitgraph.surface.sheets import family_distances
 from gaitgraph.validation import validating
 from gaitgraph.validation.report import Check, Report, limit_check
-from gaitgraph.validation.rules import segments_of
+from gaitgraph.validation.rules import jumps, segments_of
 from tests.published import GAITS
 
 
@@ -417,3 +417,15 @@ def test_what_is_exactly_at_a_tolerance_is_within_it(factor: float, ok: bool) ->
     assert (report["hover_thrust"].message == NO_THRUSTS) is ok
     known, inferred = moved.check(tolerance=tolerance, angle_rounding=0.0)["R_sign"].limit, report["R_sign"].limit
     assert (inferred != known) is ok
+
+
+def test_a_change_of_color_counts_at_its_nearer_end_and_there_the_larger_angle() -> None:
+    red, blue = (lift([(0.5, -0.7)], color).alpha for color in ("red", "blue"))
+    start, end, color = blue + [0, 0, -0.3, 0], red + [0, 0, 0, 0.2], np.array([True])
+    assert jumps(start, end, color, ~color, coefficients_of())[0] == pytest.approx(0.2, abs=1e-12)
+
+
+@pytest.mark.parametrize("turned", [[0, 0, 0.01, 0], [0, 0, 0, 0.01]])
+def test_hover_is_not_decided_where_one_arm_alone_leaves_red(turned: list[float]) -> None:
+    report = Gait(alpha=lift([(0.1, 0.0)], "red").alpha + turned, colors=("red",)).check()
+    assert "whether hover can reach it is not decided" in report.reachability
