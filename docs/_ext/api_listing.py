@@ -68,7 +68,7 @@ def described(module: str, name: str, package: str) -> list[str]:
     about = ModuleAnalyzer.for_module(home).find_attr_docs().get(("", name), [])
     body = [f"   {line}" for line in about]
     kind = [] if get_origin(value) is Literal else [f"   :type: {type(value).__name__}"]
-    return [f".. py:data:: {name}", *kind, "", *body, ""]
+    return [f".. py:data:: {name}", f"   :module: {module}", *kind, "", *body, ""]
 
 
 def section_of(package: str) -> list[str]:
