@@ -421,7 +421,7 @@ def test_what_is_exactly_at_a_tolerance_is_within_it(factor: float, ok: bool) ->
 
 def test_a_change_of_color_counts_at_its_nearer_end_and_there_the_larger_angle() -> None:
     red, blue = (lift([(0.5, -0.7)], color).alpha for color in ("red", "blue"))
-    start, end, color = blue + [0, 0, -0.3, 0], red + [0, 0, 0, 0.2], np.array([True])
+    start, end, color = blue + np.array([0, 0, -0.3, 0]), red + np.array([0, 0, 0, 0.2]), np.array([True])
     assert jumps(start, end, color, ~color, coefficients_of())[0] == pytest.approx(0.2, abs=1e-12)
 
 
