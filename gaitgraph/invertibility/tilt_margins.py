@@ -115,19 +115,23 @@ def _finite_or_nan(alpha: npt.ArrayLike) -> FloatArray:
 
 
 def _across_and_level(rows: FloatArray, coefficients: Coefficients) -> tuple[FloatArray, FloatArray]:
-    """Return √(Rφ² + Rθ²) and R for rows of shape (m, 4), from sums and differences of opposite arms' angles."""
+    """Return √(Rφ² + Rθ²) and R for rows of shape (m, 4), with one sine and one cosine of each angle."""
     columns = np.ascontiguousarray(rows.T)
-    sums, differences = columns[:2] + columns[2:], columns[:2] - columns[2:]
-    turn = 2.0 * coefficients.delta
-    roll, pitch = np.sin(sums + np.array([[-turn], [turn]]))[::-1] * np.sin(differences)
-    (odd, even), total, rest = np.sin(sums), np.cos(sums), np.cos(differences)
-    (cc, CC), (ss, SS) = (rest + total) / 2, (rest - total) / 2
+    s1, s2, s3, s4 = np.sin(columns)
+    c1, c2, c3, c4 = np.cos(columns)
+    cc, ss, sc, cs = c1 * c3, s1 * s3, s1 * c3, c1 * s3
+    CC, SS, SC, CS = c2 * c4, s2 * s4, s2 * c4, c2 * s4
+    odd, even = sc + cs, SC + CS
+    twice = 2.0 * coefficients.delta
+    sine, cosine = math.sin(twice), math.cos(twice)
+    pitch = (odd * cosine - (cc - ss) * sine) * (SC - CS)
+    roll = (sc - cs) * (even * cosine + (CC - SS) * sine)
     level = (
         cc * (4.0 * CC - 2.0 * SS + coefficients.single * even)
         + ss * (coefficients.triple * even - 2.0 * CC)
         + odd * (coefficients.double * even - coefficients.single * CC - coefficients.triple * SS)
     )
-    return np.sqrt(pitch * pitch + roll * roll) / abs(math.sin(turn)), level
+    return np.sqrt(pitch * pitch + roll * roll) / abs(sine), level
 
 
 def singular_everywhere(
