@@ -237,7 +237,7 @@ def test_clicking_the_waypoints_of_gait_3(page: Page) -> None:
     for point in GAITS[2].angles:
         page.click(*point)
     page.until(lambda: page.headline() == "✓Flyable" and len(page.corners()) == 4)
-    assert page.state == GAIT_3
+    page.at(GAIT_3)
     assert page.corners()[0] == ["3π/8", "−3π/8", "3π/8", "−3π/8"]
     assert page.count(".waypoint") == page.count(".corner") == 4
     assert page.count(".check.ok") == page.count(".check") == 8
@@ -304,7 +304,7 @@ def test_the_address_holds_everything(page: Page) -> None:
         "&types=yes&snap=no&chart=rates&theme=dark"
     )
     page.open(state)
-    assert page.state == state
+    page.at(state)
     assert page.js("return getComputedStyle(document.documentElement).colorScheme") == "dark"
     expected = {"period": "2.5", "samples": "60", "divisions": "32", "law": "constant-speed", "objective": "robust"}
     assert {name: page.id(name).get_property("value") for name in expected} == expected
@@ -410,7 +410,7 @@ def test_waypoints_and_numbers_can_be_typed(page: Page) -> None:
     field = page.css("[aria-label='Waypoint 2, α2']")
     page.typed(field, "-22.5deg")
     page.planned()
-    assert page.state == GAIT_3
+    page.at(GAIT_3)
     for one, text, allowed in (
         (field, "2", "Waypoint 2, α2: “2”; allowed are angles within ±π/2"),
         (field, "0,5", "Waypoint 2, α2: “0,5”; allowed are angles within ±π/2"),
