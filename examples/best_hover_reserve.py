@@ -52,7 +52,7 @@ for name, mirror in (("paper", 1), ("beetle_omni", -1)):
     print(f"  best within 0.2 rad: {needed:.4f} quarters, any loop needs {bound:.4f}")
     # The timing law runs along the smooth curve itself.
     assert best.curve is not None
-    along = gg.paced(best.curve, gg.Limits(acceleration=1000.0), 1.0).timed
+    along = gg.paced(best.curve, gg.Limits(acceleration=1000.0), period=1.0).timed
     assert along is not None
 
     # A square of the same size may be moved along α2 = −α1. Farther out the tilt costs thrust, farther in two rotors

@@ -36,13 +36,13 @@ if place:
 # %%
 # The correct values are among the roots above (α1, α2) of row 2.
 
-for root in gg.roots(1.178, -0.393, gg.invertibility.coefficients_of()):
+for root in gg.roots(1.178, -0.393, coefficients=gg.invertibility.coefficients_of()):
     print(f"{root.color:5}{root.types}  α3 = {root.alpha3:+.3f}, α4 = {root.alpha4:+.3f}, R = {root.R:+.4f}")
 
 # %%
 # With the red one the table is valid, and flyable.
 
-red = gg.roots(1.178, -0.393, gg.invertibility.coefficients_of())[0]
+red = gg.roots(1.178, -0.393, coefficients=gg.invertibility.coefficients_of())[0]
 Path("mended.csv").write_text(rows.replace("1.278", f"{red.alpha3:.3f}"))
 print("mended: flyable", gg.validate("mended.csv").flyable)
 plots.gait_loop(gg.gait_of(gg.read_table("mended.csv")), ax=plots.regions_map())

@@ -24,7 +24,7 @@ print(pacing)
 # %%
 # A period that is too short is an answer.
 
-print(gg.paced(gait, limits, 0.6, rounding="2deg").reason)
+print(gg.paced(gait, limits, period=0.6, rounding="2deg").reason)
 
 # %%
 # Servos with a lag of 20 ms cut the corners a little more, and stay on the sheet.

@@ -198,7 +198,7 @@ class Vehicle:
                 raise MissingConstant(f"vehicle {self.name!r} states no {name} ({UNITS[name]}), which {purpose} needs")
         return tuple(getattr(self, name) for name in names)
 
-    def replace(self, **changes: Any) -> Vehicle:
+    def replace(self, **changes: Unpack[Constants]) -> Vehicle:
         """Return a vehicle with some constants changed; what was derived from them is derived again.
 
         >>> PAPER.replace(max_tilt_rate=6.0).carries_published_coefficients

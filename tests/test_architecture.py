@@ -29,7 +29,8 @@ RANKS = ["", "_lazy", *ORDER, "__main__", ANYTHING]  # "" is gaitgraph/__init__.
 EXCEPTIONS = {
     ("gait.gait", "Gait.parametrize", "timing.timed_gait"),
     ("gait.gait", "Gait.check", "validation.validating"),
-    ("gait.gait", "TYPE_CHECKING", "timing.timed_gait"),  # what these two return
+    ("gait.gait", "TYPE_CHECKING", "timing.laws"),  # what these two take and return
+    ("gait.gait", "TYPE_CHECKING", "timing.timed_gait"),
     ("gait.gait", "TYPE_CHECKING", "validation.report"),
     ("timing.timed_gait", "TimedGait.animate", "plots.vehicles"),
     ("vehicle", "Vehicle._repr_html_", "plots.notebook"),

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from gaitgraph.gait.gait import Gait
+    from gaitgraph.timing.laws import LawName
     from gaitgraph.timing.timed_gait import TimedGait
 
 pytest.importorskip("mujoco")
@@ -340,7 +341,7 @@ def course_of(timed: TimedGait, **options: Any) -> Course:
 
 class TestCourse:
     @pytest.mark.parametrize(("kind", "law", "periods"), [("published", "smooth", 1), ("exact", "constant-speed", 3)])
-    def test_its_length_and_the_gait_in_it(self, kind: Any, law: str, periods: int) -> None:
+    def test_its_length_and_the_gait_in_it(self, kind: Any, law: LawName, periods: int) -> None:
         timed = gait_of_paper(4, kind).parametrize(1.3, law=law)
         course = course_of(timed, periods=periods)
         assert course.phases == ("hover", "entry", "gait", "exit", "hover")

@@ -16,7 +16,7 @@ from gaitgraph.errors import InputError
 from gaitgraph.flight.controller import allocation_of, wanted_attitude
 from gaitgraph.flight.course import repeated, servo_response
 from gaitgraph.flight.engine import Engine
-from gaitgraph.flight.flight import REFERENCES, FlightSettings, reference_at
+from gaitgraph.flight.flight import REFERENCES, FlightSettings, Reference, reference_at
 from gaitgraph.flight.simulation import Simulation
 from gaitgraph.invertibility.matrices import body_vertical, scaled_decoupling_matrix, thrust_signs
 from gaitgraph.vehicle import PAPER, Vehicle
@@ -184,7 +184,7 @@ class TestDecoupler:
 
 
 @pytest.mark.parametrize("kind", REFERENCES)
-def test_references_have_their_derivatives_and_rest_at_both_ends(kind: str) -> None:
+def test_references_have_their_derivatives_and_rest_at_both_ends(kind: Reference) -> None:
     settings, h = FlightSettings(reference=kind, size=1.7, lap=5.0), 1e-4
     t = np.linspace(0.05, 4.95, 99)
     before, now, after = (reference_at(settings, t + by) for by in (-h, 0.0, h))

@@ -30,7 +30,7 @@ from gaitgraph.invertibility.matrices import level_determinant_resolution
 from gaitgraph.io.c_header import write_h
 from gaitgraph.io.columns import FormatOptions
 from gaitgraph.surface.sheets import COLORS, roots
-from gaitgraph.timing.laws import LAWS
+from gaitgraph.timing.laws import LAWS, LawName
 from tests.published import GAITS, PublishedGait
 
 if TYPE_CHECKING:
@@ -59,7 +59,7 @@ def test_the_printed_vertices_come_out_to_their_digits(gait: PublishedGait) -> N
 def test_corners_are_roots_and_points_between_on_their_sheet(points, color, numbers, fraction) -> None:  # type: ignore[no-untyped-def]
     gait = lift(points, color, coefficients=numbers)
     for lifted in gait.alpha:
-        (root,) = (root for root in roots(lifted[0], lifted[1], numbers) if root.color == color)
+        (root,) = (root for root in roots(lifted[0], lifted[1], coefficients=numbers) if root.color == color)
         np.testing.assert_allclose(lifted, root.alpha, atol=1e-15)
     along = gait.alpha + fraction * (gait.ends - gait.alpha)
     # α3 ∓ α1 and α4 ∓ α2 are constant on a sheet; where they are not, an angle wraps by π.
@@ -194,7 +194,7 @@ def test_a_last_row_closes_up_to_the_gap_and_not_beyond(off: float) -> None:
 
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize(("samples", "decimals"), [(20, 3), (100, 4), (1000, 9)])
-def test_whoever_reads_a_table_finds_its_period(tmp_path: Path, law: str, samples: int, decimals: int) -> None:
+def test_whoever_reads_a_table_finds_its_period(tmp_path: Path, law: LawName, samples: int, decimals: int) -> None:
     """Also one that rests at its start, after a leg that is longer than the first, and begins with short steps."""
     timed = gg.lift([(0.4, -0.4), (0.5, -0.4), (1.2, -1.2)], "red").parametrize(law=law, samples=samples)
     closed = np.column_stack([timed.t, timed.alpha.round(decimals)])

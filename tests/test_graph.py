@@ -81,11 +81,11 @@ def brute_edges(graph: nx.Graph[Any]) -> set[frozenset[Any]]:
 def test_edges_are_exactly_the_allowed_neighbours(sign: Any) -> None:
     # The last is one step away from the first, which is near enough.
     waypoints = [(0.91, -0.33), (0.95, -0.3), (1.5707, -0.4), (-0.2, 0.7), (0.91 - pi / 10, -0.33)]
-    graph = surface_graph(sign, 10, waypoints=waypoints)
+    graph = surface_graph(sign, divisions=10, waypoints=waypoints)
     assert {frozenset(edge) for edge in graph.edges} == brute_edges(graph)
     gg.validate_graph(graph)
     for divisions in range(2, 9):
-        coarse = surface_graph(sign, divisions)
+        coarse = surface_graph(sign, divisions=divisions)
         assert {frozenset(edge) for edge in coarse.edges} == brute_edges(coarse)
 
 
@@ -105,9 +105,9 @@ def test_jumps(negative: nx.Graph[Any]) -> None:
         assert 1 in {name[0] for name in pair} or 15 in {name[1] for name in pair}
 
 
-def surface_arrays(*args: Any, **options: Any) -> SimpleNamespace:
+def surface_arrays(sign: Any, divisions: int = 16, **options: Any) -> SimpleNamespace:
     """Return a surface graph as arrays: nodes in their order, edges as pairs of node numbers."""
-    graph = surface_graph(*args, **options)
+    graph = surface_graph(sign, divisions=divisions, **options)
     nodes, edges = list(graph.nodes.values()), list(graph.edges(data=True))
     index = {name: k for k, name in enumerate(graph)}
     names = ("length", "jump", "keeps_sign", "least_singular_value", "flyable")
@@ -202,7 +202,7 @@ def test_where_R_is_zero_but_for_rounding_there_is_no_node(divisions: int) -> No
     vehicle = gg.Vehicle(drag_ratio=float(np.tan(pi / divisions)))
     nodes: set[Any] = set()
     for sign in ("positive", "negative"):
-        nodes |= {name[:2] for name in surface_graph(sign, divisions, vehicle=vehicle)}
+        nodes |= {name[:2] for name in surface_graph(sign, divisions=divisions, vehicle=vehicle)}
     axis, delta = grid_axis(divisions), pi / divisions
     for i, j in itertools.product(range(1, divisions), repeat=2):
         a1, a2 = axis[i], axis[j]
@@ -244,7 +244,7 @@ def test_ids_count_waypoints_and_their_roots(sign: Any, kind: Any) -> None:
     expected = [
         (("w", k, m), (*root.alpha, root.color == "red", root.R))
         for k, point in enumerate(off_grid)
-        for m, root in enumerate(root for root in roots(*point, numbers) if wanted * root.R > 1e-12)
+        for m, root in enumerate(root for root in roots(*point, coefficients=numbers) if wanted * root.R > 1e-12)
     ]
     own = [position for position, name in enumerate(arrays.ids) if name[0] == "w"]
     assert [arrays.ids[position] for position in own] == [name for name, _ in expected]
@@ -270,7 +270,7 @@ def test_waypoints_on_the_grid_add_nothing(negative: nx.Graph[Any]) -> None:
 def test_the_metadata_is_what_the_graph_was_built_with(kind: Any) -> None:
     vehicle = gg.PAPER.replace(first_arm_angle=0.3) if kind == "exact" else gg.PAPER
     numbers = coefficients_of(vehicle, kind)
-    graph = surface_graph("positive", 7, vehicle=vehicle, coefficients=numbers, floor=0.9)
+    graph = surface_graph("positive", divisions=7, vehicle=vehicle, coefficients=numbers, floor=0.9)
     assert graph.graph == {
         "contract": "gaitgraph surface graph 1",
         "divisions": 7,

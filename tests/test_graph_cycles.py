@@ -174,7 +174,7 @@ def test_long_rings_and_many_stops_need_no_recursion() -> None:
 @pytest.mark.parametrize("divisions", [6, 7])
 @pytest.mark.parametrize("sign", ["negative", "positive"])
 def test_against_all_paths(sign: Any, divisions: int, use: Any) -> None:
-    graph = surface_graph(sign, divisions, floor=0.02)
+    graph = surface_graph(sign, divisions=divisions, floor=0.02)
     longest = SHORT * 8 / divisions
     found = items_of(graph, cycles(graph, use=use, max_length=longest))
     assert found == walked_items(edges_of(graph, use), longest * 1e12 + 1000)
@@ -184,11 +184,11 @@ def test_against_all_paths(sign: Any, divisions: int, use: Any) -> None:
 @pytest.mark.parametrize("use", ["valid", "two_color"])
 def test_waypoints_off_the_grid_and_red_above_blue(use: Any) -> None:
     """Lengths of every kind lie close together; where a crossing line passes a node both colors are one."""
-    graph = surface_graph("negative", 8, waypoints=[(0.5, -0.6), (1.2, -0.7), (-0.2, 0.5)])
+    graph = surface_graph("negative", divisions=8, waypoints=[(0.5, -0.6), (1.2, -0.7), (-0.2, 0.5)])
     found = items_of(graph, cycles(graph, use=use, max_length=1.8))
     assert found == walked_items(edges_of(graph, use), 1.8e12 + 1000)
     assert len({length for length, _ in found}) > 30
-    fine = surface_graph("negative", 16)
+    fine = surface_graph("negative", divisions=16)
     above = [(a, b) for a, b, edge in fine.edges(data=True) if edge["length"] == 0]
     assert above
     through = [[above[0][0]], [above[0][1]]]
@@ -199,7 +199,7 @@ def test_waypoints_off_the_grid_and_red_above_blue(use: Any) -> None:
 
 @pytest.mark.no_cover
 def test_the_first_cycles_come_at_once() -> None:
-    search = cycles(surface_graph("negative", 40))
+    search = cycles(surface_graph("negative", divisions=40))
     first = next(search)
     assert len(first.nodes) == 3
     assert search.steps < 16_000  # about a look at each pair of a node and its neighbour, twice
@@ -207,7 +207,7 @@ def test_the_first_cycles_come_at_once() -> None:
 
 
 def test_what_is_done_to_the_graph_later_changes_nothing() -> None:
-    graph = surface_graph("negative", 8)
+    graph = surface_graph("negative", divisions=8)
     expected = list(islice(cycles(graph), 500))
     search = cycles(graph)
     graph.clear()
@@ -241,7 +241,7 @@ def test_max_length_counts_what_is_as_long() -> None:
     ],
 )
 def test_edges_and_report_agree(sign: Any, use: Any, divisions: int, waypoints: Any) -> None:
-    graph = surface_graph(sign, divisions, waypoints=waypoints)
+    graph = surface_graph(sign, divisions=divisions, waypoints=waypoints)
     found = list(islice(cycles(graph, use=use), 1000))
     names = [stop for stop in graph if stop[0] == "w"]
     if names:
@@ -281,7 +281,7 @@ def test_shortest_simple_cycle_against_brute_force(sign: Any, use: Any, seed: in
     import random
 
     draw = random.Random(seed)
-    graph = surface_graph(sign, 5 if sign == "positive" else 8)
+    graph = surface_graph(sign, divisions=5 if sign == "positive" else 8)
     names = list(graph)
     index = {name: k for k, name in enumerate(names)}
     every = brute_items(edges_of(graph, use))
@@ -318,7 +318,7 @@ def shortest_through(graph: nx.Graph[Any], *stops: Any) -> Cycles:
 
 
 def test_why_there_is_no_simple_cycle() -> None:
-    graph = surface_graph("negative", 8)
+    graph = surface_graph("negative", divisions=8)
     red = [name for name, data in graph.nodes(data=True) if data["color"] == "red" and data["alpha1"] > 0]
     lonely = red[0]
     graph.remove_edges_from(list(graph.edges(lonely))[1:])
@@ -365,7 +365,7 @@ def test_an_interruption_leaves_the_attributes_true() -> None:
 
 
 def test_graphs_need_their_metadata() -> None:
-    graph = surface_graph("negative", 8)
+    graph = surface_graph("negative", divisions=8)
     with pytest.raises(gg.errors.ContractError, match="'vehicle' is missing"):
         cycles(nx.Graph())
     del graph.graph["floor"]
@@ -402,7 +402,7 @@ def test_many_waypoints_in_any_order_are_put_in_one() -> None:
 def test_cycles_of_a_request_merge_both_signs_in_order() -> None:
     request = plan_request([(0.0, 0.0)], divisions=6)
     merged = list(grid_cycles(request, through=False, max_length=2.2).cycles)
-    parts = [list(cycles(surface_graph(sign, 6), max_length=2.2)) for sign in ("negative", "positive")]
+    parts = [list(cycles(surface_graph(sign, divisions=6), max_length=2.2)) for sign in ("negative", "positive")]
     assert len(merged) == sum(map(len, parts))
     assert [cycle.length for cycle in merged] == sorted(cycle.length for part in parts for cycle in part)
     found = grid_cycles(request, through=False, max_length=2.2).cycles

@@ -61,7 +61,7 @@ def walk_length(graph: nx.Graph[Any], walk: ClosedWalk, use: str) -> float:
 def test_shortest_against_brute_force(sign: Any, use: Any, seed: int) -> None:
     rng = np.random.default_rng(seed)
     points = rng.uniform(-1.2, 1.2, (2, 2)).round(2)
-    graph = surface_graph(sign, 6, waypoints=points, floor=0.2)
+    graph = surface_graph(sign, divisions=6, waypoints=points, floor=0.2)
     by_place: dict[Any, list[Any]] = {}
     for name, data in graph.nodes(data=True):
         by_place.setdefault((data["alpha1"], data["alpha2"]), []).append(name)
@@ -84,7 +84,7 @@ def test_shortest_against_brute_force(sign: Any, use: Any, seed: int) -> None:
 @pytest.mark.parametrize("seed", range(4))
 def test_robust_against_brute_force(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    graph = surface_graph("negative", 8)
+    graph = surface_graph("negative", divisions=8)
     names = sorted(name for name, data in graph.nodes(data=True) if data["color"] == "red")
     stops = [[names[k]] for k in rng.choice(len(names), 3, replace=False)]
     walk = closed_walk(graph, stops, use="valid", objective="robust")

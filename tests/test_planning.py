@@ -357,7 +357,7 @@ def test_a_graph_gives_the_request_what_it_was_built_with() -> None:
     vehicle = gg.PAPER.replace(max_tilt=1.4)
     graph = surface_graph(
         "negative",
-        8,
+        divisions=8,
         vehicle=vehicle,
         coefficients=gg.invertibility.coefficients_of(kind="exact"),
         floor=0.07,

@@ -16,7 +16,7 @@ from hypothesis import given, settings, strategies as st
 import gaitgraph as gg
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR
 from gaitgraph.surface.sheets import red_label, separating_factor
-from gaitgraph.timing.laws import LAWS
+from gaitgraph.timing.laws import LAWS, LawName
 from tests.published import GAITS
 from tests.samples import points_of
 
@@ -393,7 +393,7 @@ def test_a_transition_as_plain_values_and_in_words() -> None:
 # Clocks
 
 
-def entry_of(**limits: float) -> gg.Gait:
+def entry_of(**limits: Any) -> gg.Gait:
     return gg.lift(G4.alpha[:, :2], "red", vehicle=gg.PAPER.replace(**limits))
 
 
@@ -428,7 +428,7 @@ def test_the_default_duration_is_what_the_limits_need(limits: dict[str, float], 
 
 
 @pytest.mark.parametrize("law", [*LAWS][1:])
-def test_the_last_row_does_not_fly_back(law: str) -> None:
+def test_the_last_row_does_not_fly_back(law: LawName) -> None:
     table = gg.transition("hover", G4, law=law, samples=4).table()
     for k in range(1, 5):
         slope = table[f"alpha{k}"][-1] - table[f"alpha{k}"][-2]
@@ -452,8 +452,9 @@ def test_samples_and_rate() -> None:
 
 def test_the_limits_of_the_vehicle_are_limits_of_the_way() -> None:
     wide = around(-0.9, 0.9, 0.3)
-    for limits, name in (({"max_tilt": 0.5}, "tilt_range"), ({"max_thrust": 1.0}, "thrust_limit")):
-        gait = gg.lift(wide.alpha[:, :2], "red", vehicle=gg.PAPER.replace(**limits))
+    vehicles = {"tilt_range": gg.PAPER.replace(max_tilt=0.5), "thrust_limit": gg.PAPER.replace(max_thrust=1.0)}
+    for name, vehicle in vehicles.items():
+        gait = gg.lift(wide.alpha[:, :2], "red", vehicle=vehicle)
         found = gg.transition("hover", gait)
         assert found  # valid all the same
         assert not report_of(found)[name].ok

@@ -55,8 +55,8 @@ def test_discs_face_along_the_forces_of_the_rotors(vehicle: gg.Vehicle) -> None:
     across, along = vectors(lambda seen: seen.discs[..., :2]), vectors(lambda seen: seen.discs[..., 2:4])
     thrust = vectors(lambda seen: seen.thrusts - seen.discs[..., 4:])
     # One unit of thrust pushing away from the body, with any coefficients: only the direction counts.
-    stated = {"thrust_coefficient": 1.0, "arm_length": 1.0, "drag_ratio": vehicle.drag_ratio, "drag_coefficient": None}
-    whole = vehicle.replace(**stated)
+    kappa = vehicle.drag_ratio
+    whole = vehicle.replace(thrust_coefficient=1.0, arm_length=1.0, drag_ratio=kappa, drag_coefficient=None)
     force = gg.invertibility.control_force_matrix(alpha, whole)
     force = np.swapaxes(force * np.sign(gg.invertibility.control_force_matrix(np.zeros(4), whole)[2]), -1, -2)
     assert np.allclose(thrust / np.linalg.norm(thrust, axis=-1, keepdims=True), force)

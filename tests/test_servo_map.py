@@ -159,6 +159,8 @@ BETAFLIGHT = [(REAR_RIGHT, "cw"), (FRONT_RIGHT, "ccw"), (REAR_LEFT, "ccw"), (FRO
 def test_presets_number_the_motors_as_the_flight_controllers_do(preset: str, motors: list[Any]) -> None:
     """Where a rotor is, and how it turns, is read off the torques that it makes."""
     one = servo_map_named(preset)
+    assert one.first_arm_angle is not None
+    assert one.first_rotor_spin is not None
     vehicle = gg.PAPER.replace(first_arm_angle=one.first_arm_angle, first_rotor_spin=one.first_rotor_spin)
     one.check_vehicle(vehicle)
     upright = np.zeros(4)

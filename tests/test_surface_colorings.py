@@ -59,7 +59,7 @@ either_kind = st.sampled_from([PUBLISHED, EXACT])
 def offers(loop: Sequence[Point], sign: str, coefficients: gg.Coefficients, tolerance: float = pi / 32) -> list[Any]:
     """Return, for each point, the colors of its roots with a sign of R, red first, with their types, as texts."""
     plane = np.array(loop, dtype=float)
-    roots = gg.surface.root_arrays(plane[:, 0], plane[:, 1], coefficients, crossing_tolerance=tolerance)
+    roots = gg.surface.root_arrays(plane[:, 0], plane[:, 1], coefficients=coefficients, crossing_tolerance=tolerance)
     wanted = -1.0 if sign == "negative" else 1.0
     out = []
     for k in range(len(plane)):

@@ -142,7 +142,7 @@ def test_the_same_roots_by_elimination(case: str, a1: float, a2: float) -> None:
     assume(near > 1e-4)
     # The two roots of the quadratic are as near to each other as the point is to a line, and known so much less.
     tolerance = 1e-12 * (1 + 1 / near)
-    ours = [(root.alpha3, root.alpha4) for root in roots(a1, a2, numbers)]
+    ours = [(root.alpha3, root.alpha4) for root in roots(a1, a2, coefficients=numbers)]
     assert_same_solutions(ours, found_by_elimination(a1, a2, kappa), tolerance)
 
 
@@ -160,7 +160,7 @@ def test_the_counts_of_figure_2() -> None:
 @given(a1=angle, a2=angle)
 def test_each_root_carries_its_values(case: str, a1: float, a2: float) -> None:
     numbers, kappa = CASES[case]
-    for root in roots(a1, a2, numbers):
+    for root in roots(a1, a2, coefficients=numbers):
         assert root.alpha == (a1, a2, root.alpha3, root.alpha4)
         assert max(abs(root.alpha3), abs(root.alpha4)) <= HALF_PI
         for found in (root.R_phi, root.R_theta):
@@ -181,7 +181,7 @@ def test_one_more_where_blue_lies_at_an_end_of_the_range(case: str) -> None:
     crossing, right = 2 * math.atan(kappa), math.copysign(HALF_PI, kappa)
     first, second = crossing - right, right - crossing
     for a1, a2, expected in ((first, 0.3, 2), (0.3, second, 2), (first, second, 4)):
-        answer = roots(a1, a2, numbers)
+        answer = roots(a1, a2, coefficients=numbers)
         assert [root.color for root in answer] == ["red"] + ["blue"] * expected
         for root in answer[1:]:
             assert residual(root.alpha, numbers) < 1e-12 / abs(kappa)
@@ -199,12 +199,12 @@ def test_arrays_agree_with_single_roots(case: str, shape: tuple[int, ...]) -> No
     delta = math.atan(kappa)
     special = [-HALF_PI, HALF_PI, delta, -delta, 0.0, 0.4, -1.2]  # ends, corners and fibre lines among them
     first, second = np.random.default_rng(6).choice(special, (2, *shape))
-    answer = root_arrays(first, second, numbers)
+    answer = root_arrays(first, second, coefficients=numbers)
     assert answer.count.shape == shape
     assert (answer.alpha.shape, answer.types.shape) == ((*shape, 5, 4), (*shape, 5, 2))
     assert [part.dtype.name for part in (answer.alpha, answer.sheet, answer.types)] == ["float64", "int8", "int8"]
     for index in np.ndindex(*shape):
-        one, count = roots(float(first[index]), float(second[index]), numbers), int(answer.count[index])
+        one, count = roots(float(first[index]), float(second[index]), coefficients=numbers), int(answer.count[index])
         assert count == len(one)
         for k, root in enumerate(one):
             assert answer.alpha[index][k].tolist() == list(root.alpha)
@@ -222,9 +222,9 @@ def test_arrays_agree_with_single_roots(case: str, shape: tuple[int, ...]) -> No
 def test_a_grid_is_an_outer_product_of_the_same_roots(case: str, rows: int, columns: int) -> None:
     numbers, _ = CASES[case]
     first, second = np.linspace(-HALF_PI, HALF_PI, rows), np.linspace(HALF_PI, -HALF_PI, columns)
-    arrays = root_arrays(first[:, None], second, numbers, crossing_tolerance=0.05)
+    arrays = root_arrays(first[:, None], second, coefficients=numbers, crossing_tolerance=0.05)
     for color in COLORS:
-        grid = sheet_grid(color, first, second, numbers, crossing_tolerance=0.05)
+        grid = sheet_grid(color, first, second, coefficients=numbers, crossing_tolerance=0.05)
         r, s = np.indices(grid.R.shape).reshape(2, -1)
         # At each node in the order of its angles.
         order = np.lexsort((grid.alpha4[s], grid.alpha3[r], grid.column[s], grid.row[r]))
@@ -253,7 +253,7 @@ def test_on_a_fibre_one_angle_is_free(case: str) -> None:
             (copy, a, ("first", "alpha3", "alpha4", "(?,*)", True)),
             (a, -copy, ("second", "alpha4", "alpha3", "(*,?)", True)),
         ):
-            answer = roots(a1, a2, numbers)
+            answer = roots(a1, a2, coefficients=numbers)
             assert {root.color for root in answer} == {"red", "blue"}
             (fiber,) = answer.fibers
             assert (fiber.name, fiber.fixed, fiber.free, fiber.types, fiber.singular) == expected
@@ -269,14 +269,14 @@ def test_on_a_fibre_one_angle_is_free(case: str) -> None:
 def test_off_the_lines_there_are_no_fibres(case: str) -> None:
     numbers, kappa = CASES[case]
     delta = math.atan(kappa)
-    assert [fiber.name for fiber in roots(delta, -delta, numbers).fibers] == ["first", "second"]
+    assert [fiber.name for fiber in roots(delta, -delta, coefficients=numbers).fibers] == ["first", "second"]
     for offset in (-1e-3, -1e-6, 1e-6, 1e-3):
-        assert roots(delta + offset, -delta - offset, numbers).fibers == ()
+        assert roots(delta + offset, -delta - offset, coefficients=numbers).fibers == ()
         # A free angle would leave residuals in proportion to the offset, so "none" is the truth.
         assert residual((delta + offset, 0.3, delta + offset, 1.0), numbers) > abs(offset)
     assert not any(roots(a1, a2).fibers for a1, a2 in itertools.product(AXIS.tolist(), repeat=2))
     # Where δ is at an end of the range, both of its values are there.
-    (fiber,) = roots(HALF_PI, 0.3, replace(numbers, delta=HALF_PI)).fibers
+    (fiber,) = roots(HALF_PI, 0.3, coefficients=replace(numbers, delta=HALF_PI)).fibers
     assert fiber.values == (-HALF_PI, HALF_PI)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from math import inf, pi, sqrt
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from hypothesis import given, settings, strategies as st
 
 import gaitgraph as gg
 from gaitgraph.gait.gait import lift
-from gaitgraph.timing.laws import LAWS
+from gaitgraph.timing.laws import LAWS, LawName
 from gaitgraph.timing.timed_gait import checked_clock, pieces_of, table_of
 from tests.published import GAITS, PublishedGait
 
@@ -21,7 +21,7 @@ loops = st.lists(st.tuples(angle, angle), min_size=1, max_size=6)
 
 @pytest.mark.parametrize("gait", GAITS, ids=lambda gait: f"gait{gait.number}")
 @pytest.mark.parametrize("law", LAWS)
-def test_vertices_over_one_second(gait: PublishedGait, law: str) -> None:
+def test_vertices_over_one_second(gait: PublishedGait, law: LawName) -> None:
     timed = lift(gait.angles, gait.color).parametrize(1.0, law=law)
     expected = np.column_stack([gait.angles, gait.printed])
     np.testing.assert_allclose(timed.vertices(), expected, atol=5.0001e-4)
@@ -31,7 +31,7 @@ def test_vertices_over_one_second(gait: PublishedGait, law: str) -> None:
 
 @settings(deadline=None, max_examples=30)
 @given(points=loops, law=st.sampled_from([*LAWS]), period=st.floats(0.05, 20), samples=st.integers(1, 300))
-def test_a_table_closes(points: list[tuple[float, float]], law: str, period: float, samples: int) -> None:
+def test_a_table_closes(points: list[tuple[float, float]], law: LawName, period: float, samples: int) -> None:
     timed = lift(points, "red").parametrize(period, law=law, samples=samples)
     assert timed.t[0] == 0
     assert timed.t[-1] == period
@@ -46,7 +46,7 @@ def test_a_table_closes(points: list[tuple[float, float]], law: str, period: flo
 
 
 @pytest.mark.parametrize("law", LAWS)
-def test_rates_and_accelerations_are_the_derivatives(law: str) -> None:
+def test_rates_and_accelerations_are_the_derivatives(law: LawName) -> None:
     timed = lift([(0.2, -0.3), (0.9, -0.4), (1.2, -1.3)], "red").parametrize(2.0, law=law)
     h, t = 1e-4, np.random.default_rng(3).uniform(0.0, 2.0, 60)
     t = t[np.abs(timed.corner_times[:, None] - t).min(axis=0) > 2e-4]
@@ -75,7 +75,7 @@ def test_the_laws_spend_time_as_they_say() -> None:
         ("equal-time", (1 / 0.6, 0.2 / 0.6), (inf, inf), (inf, inf)),
     ],
 )
-def test_peaks_have_their_closed_form(law: str, rates: Any, accelerations: Any, jerks: Any) -> None:
+def test_peaks_have_their_closed_form(law: LawName, rates: Any, accelerations: Any, jerks: Any) -> None:
     timed = lift([(0.2, -0.2), (1.2, -0.2), (1.2, -0.4), (0.2, -0.4)], "red").parametrize(2.4, law=law)
     for order, expected in enumerate((rates, accelerations, jerks), start=1):
         np.testing.assert_allclose(timed.peaks(order), [*expected, *expected], rtol=1e-12)
@@ -89,7 +89,7 @@ def test_an_angle_that_keeps_its_rate_through_corners_has_no_impulse() -> None:
 
 
 @pytest.mark.parametrize("law", LAWS)
-def test_the_sheet_of_a_sample_is_that_of_the_corner_last_passed(law: str) -> None:
+def test_the_sheet_of_a_sample_is_that_of_the_corner_last_passed(law: LawName) -> None:
     gait = lift([(0.2, -0.2), (1.2, -0.2), (1.2, -0.4), (0.2, -0.4)], ["red", "blue", "red", "blue"])
     timed = gait.parametrize(2.4, law=law, samples=12)
     columns = timed.columns()
@@ -105,7 +105,7 @@ def test_the_sheet_of_a_sample_is_that_of_the_corner_last_passed(law: str) -> No
 
 
 def test_a_gait_that_is_a_point_stands_still() -> None:
-    for law in LAWS:
+    for law in get_args(LawName):
         timed = lift([(0.5, -0.6)], "red").parametrize(law=law, samples=3)
         assert np.ptp(timed.alpha, axis=0).max() == 0
         assert timed.peak_rates().max() == timed.peak_accelerations().max() == 0

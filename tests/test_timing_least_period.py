@@ -227,19 +227,19 @@ def test_a_period_that_is_asked_for_is_met_by_scaling_or_refused_with_the_limit_
     fast = least_period(SQUARE, LIMITS, rounding=0.03)
     assert fast.timed is not None
     assert fast.least is not None
-    found = paced(SQUARE, LIMITS, 1.0, rounding=0.03, rate=200)
+    found = paced(SQUARE, LIMITS, period=1.0, rounding=0.03, rate=200)
     timed = assert_lawful(found)
     assert (timed.period, timed.samples, timed.law, bool(found)) == (1.0, 200, "paced", True)
     for order in (1, 2, 3):
         np.testing.assert_allclose(timed.peaks(order), fast.timed.peaks(order) * fast.least**order)
-    assert paced(SQUARE, LIMITS, fast.least, rounding=0.03)
-    short = paced(SQUARE, LIMITS, 0.7, rounding=0.03)
+    assert paced(SQUARE, LIMITS, period=fast.least, rounding=0.03)
+    short = paced(SQUARE, LIMITS, period=0.7, rounding=0.03)
     assert (bool(short), short.status, short.timed, short.limit) == (False, "too short", None, "acceleration")
     assert short.where is not None
     assert f"{fast.least:.4f} s" in short.reason
     assert f"would reach {60 * (fast.least / 0.7) ** 2:.3g} rad/s², limit 60" in short.reason
     # Below the lower bound it is certain.
-    assert "needs at least" in paced(SQUARE, LIMITS, 0.9 * fast.lower_bound, rounding=0.03).reason
+    assert "needs at least" in paced(SQUARE, LIMITS, period=0.9 * fast.lower_bound, rounding=0.03).reason
 
 
 @pytest.mark.parametrize(("tolerance", "nodes"), [(1e-5, 0), (0.03, 5000)])
@@ -258,7 +258,7 @@ def test_rounding_is_never_slower_than_resting_at_the_corners(
     assert (both.rounding is None, both.note.startswith("rests at the corners")) == (rests, rests)
     assert both.as_mapping()["note"] == (both.note or None)
     assert both.lower_bound <= min(resting.lower_bound, smooth.lower_bound)
-    assert_lawful(paced(SQUARE, limits, resting.least, rounding=tolerance, nodes=50))
+    assert_lawful(paced(SQUARE, limits, period=resting.least, rounding=tolerance, nodes=50))
 
 
 def test_work_under_a_jerk_limit_reports_and_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -318,7 +318,7 @@ def test_a_limit_of_zero_is_met_by_joints_that_stand_still() -> None:
     assert least_period(FORTH_AND_BACK, Limits(rate=[6, 0, 6, 0], acceleration=60))
     point = lift([(0.5, -0.5)], "red")
     assert least_period(point, LIMITS).status == "still"
-    timed = paced(point, LIMITS, 2.0).timed
+    timed = paced(point, LIMITS, period=2.0).timed
     assert timed is not None
     assert (timed.peak_rates().max(), timed.check().flyable) == (0, True)
 

@@ -17,13 +17,14 @@ from gaitgraph.timing.time_optimal import Limits, paced
 from tests.published import GAITS
 
 if TYPE_CHECKING:
+    from gaitgraph.timing.laws import LawName
     from gaitgraph.timing.timed_gait import TimedGait
 
 SQUARE = lift(GAITS[2].angles, "red")
 
 
 def fast() -> TimedGait:
-    timed = paced(SQUARE, Limits(rate=6.0, acceleration=60.0), 1.0, rounding=0.03, nodes=200).timed
+    timed = paced(SQUARE, Limits(rate=6.0, acceleration=60.0), period=1.0, rounding=0.03, nodes=200).timed
     assert timed is not None
     return timed
 
@@ -74,7 +75,7 @@ def test_a_triangle_wave_has_its_closed_form() -> None:
 )
 @example(points=[(0.0, 0.0), (0.0, 6.5e-71), (0.0, 1.0)], lag=1.0, law="smooth")
 def test_errors_are_bounded_certain_between_samples_and_average_out(
-    points: list[tuple[float, float]], lag: float, law: str
+    points: list[tuple[float, float]], lag: float, law: LawName
 ) -> None:
     timed = lift(points, "red").parametrize(1.0, law=law)
     response = servo_response(timed, lag)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -24,6 +24,9 @@ from gaitgraph.validation import validating
 from gaitgraph.validation.report import Check, Report, limit_check
 from gaitgraph.validation.rules import jumps, segments_of
 from tests.published import GAITS
+
+if TYPE_CHECKING:
+    from gaitgraph.vehicle import Spin
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -268,7 +271,7 @@ def test_all_that_is_said_of_wrong_paint(lies: str, painted: str, off: float) ->
 
 @pytest.mark.parametrize("spin", ["clockwise", "counterclockwise"])
 @pytest.mark.parametrize("shift", [(0, 0), (np.pi, 0), (0, np.pi), (np.pi, np.pi)])
-def test_hover_reaches_red_only_with_opposite_arms_alike(spin: str, shift: tuple[float, float]) -> None:
+def test_hover_reaches_red_only_with_opposite_arms_alike(spin: Spin, shift: tuple[float, float]) -> None:
     """An opposite arm turned by π is on red too, but on another part of it."""
     vehicle = gg.PAPER.replace(first_rotor_spin=spin)
     gait = lift((1 if spin == "clockwise" else -1) * np.array(GAITS[3].angles), "red", vehicle=vehicle)

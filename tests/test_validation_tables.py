@@ -305,8 +305,8 @@ class TestClock:
         table = self.table()
         table.columns["t"] = table["t"] + 5.0
         assert [check.name for check in validate(table).checks if check.name.startswith("tilt_")] == ["tilt_rate"]
-        limits = {"max_tilt_rate": 0.05 * np.pi, "max_tilt_acceleration": np.pi**2 / 45}
-        report = validate(table, vehicle=gg.PAPER.replace(**limits))
+        vehicle = gg.PAPER.replace(max_tilt_rate=0.05 * np.pi, max_tilt_acceleration=np.pi**2 / 45)
+        report = validate(table, vehicle=vehicle)
         rate, acceleration = report["tilt_rate"], report["tilt_acceleration"]
         assert rate.where is not None
         row, t = rate.where["row"], rate.where["t"]

@@ -138,9 +138,9 @@ class TestFields:
         with pytest.raises(InputError, match=r"^max_tilt must be a positive .*, got '-80deg'"):
             Vehicle(drag_ratio=0.1, max_tilt="-80deg")
         with pytest.raises(InputError, match=r"^mass must be .*, got '0\.4'"):
-            PAPER.replace(mass="0.4")
+            PAPER.replace(mass="0.4")  # type: ignore[arg-type]
         with pytest.raises(InputError, match="vehicle has no field 'max_tild'; did you mean 'max_tilt'"):
-            PAPER.replace(max_tild=1.0)
+            PAPER.replace(max_tild=1.0)  # type: ignore[call-arg]
 
     def test_numbers_of_any_kind_become_floats_and_the_record_cannot_change(self) -> None:
         parts: Any = [1, np.float32(2), np.int64(3)]

@@ -53,7 +53,7 @@ def pace_command(
         if period is None:
             pacing = least_period(gait, limits, progress=progress, **asked)
         else:
-            pacing = paced(gait, limits, period, progress=progress, **asked)
+            pacing = paced(gait, limits, period=period, progress=progress, **asked)
         more: dict[str, Any] = {"valid": None, "flyable": None, "servo": None, "outputs": []}
         lines = []
         timed = pacing.timed

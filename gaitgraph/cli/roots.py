@@ -31,7 +31,7 @@ def roots_command(
 
     numbers = coefficients_of(vehicle or PAPER, coefficients)
     alpha1, alpha2 = angle_from_text(a1, "alpha1"), angle_from_text(a2, "alpha2")
-    found = roots(alpha1, alpha2, numbers, **given)
+    found = roots(alpha1, alpha2, coefficients=numbers, **given)
     if as_json:
         plane = ("alpha1", "alpha2")
         rows = [{name: value for name, value in asdict(root).items() if name not in plane} for root in found]

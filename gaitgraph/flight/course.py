@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack, get_args
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from gaitgraph.io.formats import naming_file, read_table
 from gaitgraph.planning.planner import plan
 from gaitgraph.planning.request import holds_request, read_request
 from gaitgraph.planning.transitions import transition
-from gaitgraph.timing.laws import DEFAULT_LAW, LAWS
+from gaitgraph.timing.laws import DEFAULT_LAW, LAWS, LawName
 from gaitgraph.timing.timed_gait import TimedGait
 from gaitgraph.validation.validating import validate
 from gaitgraph.vehicle import PAPER, vehicle_named
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from gaitgraph.invertibility.matrices import FloatArray, Kind
-    from gaitgraph.validation.report import Report
+    from gaitgraph.validation.report import CheckOptions, Report
     from gaitgraph.vehicle import Vehicle
 
 PAPER_NAMES = ("gait1", "gait2", "gait3", "gait4")
@@ -62,7 +62,7 @@ class RowTimedGait(TimedGait):
         """When the gait passes its rows, from 0 to T, shape (n + 1,) [s]."""
         return self.times
 
-    def check(self, **options: Any) -> Report:
+    def check(self, **options: Unpack[CheckOptions]) -> Report:
         """Return every check of the rows, as :func:`gaitgraph.validation.validating.validate` makes them of a table."""
         gait = self.gait
         columns: dict[str, Any] = {"t": self.times}
@@ -79,7 +79,7 @@ def timed_gait_from_file(
     vehicle: Vehicle | str | None = None,
     coefficients: Kind | None = None,
     period: float | None = None,
-    law: str | None = None,
+    law: LawName | None = None,
 ) -> TimedGait:
     """Return the timed gait in a gait file of any format, of a request, which is planned, or "gait1" to "gait4".
 
@@ -116,7 +116,7 @@ def timed_gait_from_file(
     if is_asked:
         return gait.parametrize(float(times[-1]) if period is None else period, law=law)
     with naming_file(path):
-        for name in sorted(LAWS, key=lambda name: name != law):  # the file's law first
+        for name in sorted(get_args(LawName), key=lambda name: name != law):  # the file's law first
             timed = gait.parametrize(float(times[-1]), law=name, samples=max(len(times) - 1, 1))
             if np.abs(timed.at(times[:-1])[0] - rows.alpha).max() <= _SAME:
                 return timed
@@ -134,12 +134,9 @@ def timed_gait_from_file(
 
 def biased_timed_gait(timed: TimedGait, eta: float) -> TimedGait:
     """Return the biased gait, equations (14) and (15), with the same times; InputError if η is not allowed."""
-    gait = timed.gait.biased(eta)
-    if isinstance(timed, RowTimedGait):
-        return replace(timed, gait=gait)
-    if timed.law not in LAWS:
+    if timed.law not in (*LAWS, ROW_BY_ROW):
         raise InputError(f"law must be one of {', '.join(LAWS)} to bias the gait, got {shown(timed.law)}")
-    return gait.parametrize(timed.period, law=timed.law, samples=timed.samples)
+    return replace(timed, gait=timed.gait.biased(eta))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

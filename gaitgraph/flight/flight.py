@@ -22,10 +22,13 @@ if TYPE_CHECKING:
     from gaitgraph.timing.timed_gait import TimedGait
     from gaitgraph.vehicle import Vehicle
 
-REFERENCES = ("attitude", "hover", "step", "line", "circle")
+Reference = Literal["attitude", "hover", "step", "line", "circle"]
+Arms = Literal["served", "planned"]
+
+REFERENCES: tuple[Reference, ...] = get_args(Reference)
 """What is followed: the level attitude alone, or places in the plane as well."""
 
-ARMS = ("served", "planned")
+ARMS: tuple[Arms, ...] = get_args(Arms)
 """Which tilt angles the controller assumes: those that the servos reach, or the planned ones."""
 
 _ANGLES = frozenset({"attitude_noise", "rate_noise", "servo_rate"})
@@ -93,14 +96,14 @@ class FlightSettings:
     altitude_damping: float = _number(20.0, 1e-6, 1e6, "1/s")
     position_stiffness: float = _number(2.25, 1e-6, 1e8, "1/s²")
     position_damping: float = _number(3.0, 1e-6, 1e6, "1/s")
-    reference: str = "attitude"
+    reference: Reference = "attitude"
     size: float = _number(1.0, 1e-6, 1e4, "m")
     lap: float = _number(6.0, 1e-3, 1e4, "s")
     saturation: bool = True
     thrust_limit: float | None = _number(None, 1e-9, 1e9, "N")
     servo_lag: float | None = _number(None, 0.0, 1e3, "s")
     servo_rate: float | None = _number(None, 1e-6, 1e9, "rad/s")
-    arms: str = "served"
+    arms: Arms = "served"
     floor: float = _number(0.01, 0.0, 1.0, "dimensionless")
     attitude_noise: float = _number(0.0, 0.0, 1.0, "rad")
     rate_noise: float = _number(0.0, 0.0, 100.0, "rad/s")

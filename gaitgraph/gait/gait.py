@@ -31,6 +31,7 @@ from gaitgraph.surface.sheets import (
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
+    from gaitgraph.timing.laws import LawName
     from gaitgraph.timing.timed_gait import TimedGait
     from gaitgraph.validation.report import Report
 
@@ -197,7 +198,7 @@ class Gait:
         return vertices(self.alpha, tolerance)  # a polyline has its least and largest angles at corners
 
     def parametrize(
-        self, period: float = 1.0, *, law: str = "smooth", samples: int | None = None, rate: float | None = None
+        self, period: float = 1.0, *, law: LawName = "smooth", samples: int | None = None, rate: float | None = None
     ) -> TimedGait:
         """Return the gait with a timing law over a period.
 

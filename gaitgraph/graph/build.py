@@ -92,8 +92,8 @@ def grid_axis(divisions: int = DEFAULT_DIVISIONS) -> FloatArray:
 
 def surface_graph(
     sign: Sign = "negative",
-    divisions: int = DEFAULT_DIVISIONS,
     *,
+    divisions: int = DEFAULT_DIVISIONS,
     vehicle: Vehicle = PAPER,
     coefficients: Coefficients | None = None,
     waypoints: Sequence[Sequence[float]] | npt.ArrayLike = (),
@@ -189,7 +189,7 @@ def _grid_nodes(axis: FloatArray, wanted: float, coefficients: Coefficients, rea
     for color in COLORS:
         if color == "blue" and coefficients.kind == "exact":
             continue  # R = 0 there: floating-point noise is not a sign
-        sheet = sheet_grid(color, inner, inner, coefficients, crossing_tolerance=reach)
+        sheet = sheet_grid(color, inner, inner, coefficients=coefficients, crossing_tolerance=reach)
         r, s = np.nonzero(wanted * sheet.R > noise_of(coefficients))
         i, j = sheet.row[r], sheet.column[s]
         alpha = np.column_stack([inner[i], inner[j], sheet.alpha3[r], sheet.alpha4[s]])
@@ -213,7 +213,7 @@ def _waypoint_nodes(
     same = np.abs(plane[:, None] - plane).max(axis=2) <= WAYPOINT_SNAP
     if len(plane):
         plane = plane[same.argmax(axis=1) == np.arange(len(plane))]
-    found = root_arrays(plane[:, 0], plane[:, 1], coefficients, crossing_tolerance=reach)
+    found = root_arrays(plane[:, 0], plane[:, 1], coefficients=coefficients, crossing_tolerance=reach)
     usable = wanted * np.nan_to_num(found.R) > noise_of(coefficients)
     if coefficients.kind == "exact":
         usable &= found.sheet > 0
@@ -363,7 +363,7 @@ def validate_graph(graph: nx.Graph[Any]) -> None:
         vehicle, coefficients = vehicle_and_coefficients(graph)
         expected = surface_graph(
             meta.get("sign"),  # type: ignore[arg-type]
-            meta.get("divisions"),  # type: ignore[arg-type]
+            divisions=meta.get("divisions"),  # type: ignore[arg-type]
             vehicle=vehicle,
             coefficients=coefficients,
             waypoints=[[number_of(data.get(key)) for key in ("alpha1", "alpha2")] for data in off_grid.values()],

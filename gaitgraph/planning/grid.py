@@ -217,7 +217,7 @@ def grid_cycles(
 def _graph(request: PlanRequest, sign: Sign, waypoints: Sequence[Point]) -> nx.Graph[Any]:
     return surface_graph(
         sign,
-        request.divisions,
+        divisions=request.divisions,
         vehicle=request.vehicle,
         coefficients=coefficients_of(request.vehicle, request.coefficients),
         waypoints=waypoints,

@@ -21,7 +21,7 @@ from gaitgraph.planning.grid import grid_paths, notes_beside_the_grid
 from gaitgraph.planning.refusal import FoundPath, Obstacle, branches_of
 from gaitgraph.planning.request import PlanRequest, plan_request
 from gaitgraph.surface.sheets import RELATION
-from gaitgraph.timing.laws import DEFAULT_LAW
+from gaitgraph.timing.laws import DEFAULT_LAW, LawName
 from gaitgraph.validation.report import RATE_CHECKS, lines_of_checks
 from gaitgraph.vehicle import PAPER, Vehicle
 
@@ -238,7 +238,7 @@ def plan_loop(
     method: Method | None = None,
     accuracy: float = 1e-6,
     period: float = 1.0,
-    law: str = DEFAULT_LAW,
+    law: LawName = DEFAULT_LAW,
     floor: float = DEFAULT_FLOOR,
     graph: nx.Graph[Any] | None = None,
     progress: Callable[[str], None] | None = None,

@@ -117,7 +117,7 @@ class Branch:
 def _roots_above(waypoints: tuple[Point, ...], coefficients: Coefficients) -> RootArrays:
     """Return the roots above waypoints; each color and sign of one request asks for them again."""
     plane = np.array(waypoints)
-    return root_arrays(plane[:, 0], plane[:, 1], coefficients)
+    return root_arrays(plane[:, 0], plane[:, 1], coefficients=coefficients)
 
 
 def branches_of(request: PlanRequest) -> list[Branch]:

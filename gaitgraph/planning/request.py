@@ -30,7 +30,7 @@ from gaitgraph.io.formats import known_format, naming_file, provenance_in, read_
 from gaitgraph.surface.loop_colorings import colorings
 from gaitgraph.surface.region import Points, Zones, checked_accuracy, checked_number
 from gaitgraph.surface.sheets import ColorChoice, SignChoice
-from gaitgraph.timing.laws import DEFAULT_LAW
+from gaitgraph.timing.laws import DEFAULT_LAW, LawName
 from gaitgraph.timing.timed_gait import checked_clock
 from gaitgraph.vehicle import PAPER, Vehicle, vehicle_from_mapping, vehicle_named
 
@@ -74,7 +74,7 @@ class PlanRequest:
     method: Method
     accuracy: float
     period: float
-    law: str
+    law: LawName
     floor: float
     notes: tuple[str, ...]
 
@@ -120,7 +120,7 @@ def plan_request(
     method: Method | None = None,
     accuracy: float = 1e-6,
     period: float = 1.0,
-    law: str = DEFAULT_LAW,
+    law: LawName = DEFAULT_LAW,
     floor: float = DEFAULT_FLOOR,
 ) -> PlanRequest:
     """Return the request for a plan: texts and files are read, and what is left out is completed.

@@ -28,7 +28,7 @@ from gaitgraph.planning.refusal import Branch
 from gaitgraph.planning.request import plan_request
 from gaitgraph.surface.region import checked_number
 from gaitgraph.surface.sheets import FIBERS, red_label, separating_factor
-from gaitgraph.timing.laws import DEFAULT_LAW, LAWS
+from gaitgraph.timing.laws import DEFAULT_LAW, LAWS, LawName
 from gaitgraph.timing.timed_gait import MOST_SAMPLES, TimedGait, checked_clock, pieces_of
 from gaitgraph.vehicle import PAPER, Vehicle
 
@@ -68,7 +68,7 @@ class Transition:
     proof: dict[str, Any] | None = None
     corners: tuple[int | None, int | None] = (None, None)
     duration: float = _DURATION
-    law: str = DEFAULT_LAW
+    law: LawName = DEFAULT_LAW
     samples: int = 100
     report: Report | None = None
 
@@ -177,7 +177,7 @@ def transition(
     end: Gait | Literal["hover"],
     *,
     duration: float | None = None,
-    law: str = DEFAULT_LAW,
+    law: LawName = DEFAULT_LAW,
     samples: int | None = None,
     rate: float | None = None,
     floor: float = DEFAULT_FLOOR,
@@ -282,7 +282,7 @@ def transition(
     )
 
 
-def _checked_samples(duration: float, law: str, samples: int | None, rate: float | None) -> int:
+def _checked_samples(duration: float, law: LawName, samples: int | None, rate: float | None) -> int:
     """Return the number of intervals one way; there and back has twice as many."""
     count = checked_clock(duration, law, samples=samples, rate=rate)
     if count > MOST_SAMPLES // 2:

@@ -90,7 +90,7 @@ def blank_figure(width: float, height: float, layout: Any = "constrained", *, py
     return Figure(figsize=(width / INCH, height / INCH), layout=layout)
 
 
-def axes_or_new(ax: Any, *, size: tuple[float, float] = (85.0, 80.0)) -> Any:
+def axes_or_new(ax: Axes | None, *, size: tuple[float, float] = (85.0, 80.0)) -> Axes:
     """Return the plane axes given, or those of a new pyplot figure of a size [mm]; InputError if they are no such."""
     if ax is None:
         return blank_figure(*size, pyplot=True).add_subplot()

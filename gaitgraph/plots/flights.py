@@ -36,6 +36,7 @@ from gaitgraph.plots.vehicles import INK, LINE_GREY, PALE, VehicleView
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    import numpy.typing as npt
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -59,7 +60,9 @@ PANELS = tuple(_PANELS)
 """The panels of a flight, from the top."""
 
 
-def plot_flight(flight: Flight, *, axes: Any = None, panels: Sequence[str] = PANELS) -> Any:
+def plot_flight(
+    flight: Flight, *, axes: Sequence[Axes] | npt.NDArray[np.object_] | None = None, panels: Sequence[str] = PANELS
+) -> npt.NDArray[np.object_]:
     """Draw what happened in a flight over time, and return the axes; the title says what was flown, and the verdict.
 
     `panels` are some of :data:`PANELS`, in order: roll, pitch and yaw [°]; x, y and z [m]; thrusts as multiples of a
@@ -99,7 +102,7 @@ def plot_flight(flight: Flight, *, axes: Any = None, panels: Sequence[str] = PAN
     return axes
 
 
-def _panel_axes(figure: Figure, panels: Sequence[str]) -> Any:
+def _panel_axes(figure: Figure, panels: Sequence[str]) -> npt.NDArray[np.object_]:
     """Return axes of a figure for panels, one below another.
 
     Their layout is fixed, because a solver's depends on the order in which it meets its variables, and so do bytes.
@@ -116,7 +119,7 @@ def _panel_axes(figure: Figure, panels: Sequence[str]) -> Any:
 def _what_was_flown(flight: Flight) -> list[str]:
     """Return the gait's color, the vehicle, T, the reference and the like, and last the attitude at the start."""
     timed, settings, name = flight.course.timed, flight.settings, flight.vehicle.name
-    reference = settings.reference
+    reference: str = settings.reference
     if reference in ("step", "line", "circle"):
         reference += f" of {settings.size:g} m" + ("" if reference == "step" else f" in {settings.lap:g} s")
     roll, pitch = (f"{angle:.3g}°" for angle in np.degrees(flight.attitude))

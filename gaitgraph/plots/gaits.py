@@ -37,8 +37,9 @@ from gaitgraph.timing.timed_gait import TimedGait
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    import numpy.typing as npt
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure, SubFigure
 
     from gaitgraph.flight.basins import Basin
     from gaitgraph.flight.flight import Outcome
@@ -182,7 +183,9 @@ def finish_diagram(ax: Axes) -> None:
     legend_below(ax)
 
 
-def gait_in_four_dimensions(timed: TimedGait | Table, *, gait: Gait | None = None, axes: Any = None) -> Any:
+def gait_in_four_dimensions(
+    timed: TimedGait | Table, *, gait: Gait | None = None, axes: Sequence[Axes] | npt.NDArray[np.object_] | None = None
+) -> npt.NDArray[np.object_]:
     """Draw a gait over one period: its angles in time, its loop on the map of types, and three projections.
 
     `timed` is a timed gait, or a table; rows without `t` get the smooth law and a period of a second. `gait` is the
@@ -222,7 +225,7 @@ def gait_in_four_dimensions(timed: TimedGait | Table, *, gait: Gait | None = Non
     return axes
 
 
-def axes_of_a_gait(figure: Any) -> Any:
+def axes_of_a_gait(figure: Figure | SubFigure) -> npt.NDArray[np.object_]:
     """Return the five axes that :func:`gait_in_four_dimensions` draws on, new ones of a figure."""
     named = figure.subplot_mosaic([["time", "time", "12"], ["13", "24", "34"]])
     return np.array([named[name] for name in ("time", "12", "13", "24", "34")], dtype=object)

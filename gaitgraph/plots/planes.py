@@ -60,7 +60,7 @@ def interior_roots(coefficients: Coefficients, divisions: int) -> tuple[RootArra
     """
     axis = grid_axis(checked_divisions(divisions))[1:-1]
     a1, a2 = (angle.ravel() for angle in np.meshgrid(axis, axis, indexing="ij"))
-    found = root_arrays(a1, a2, coefficients, crossing_tolerance=math.pi / (2 * divisions))
+    found = root_arrays(a1, a2, coefficients=coefficients, crossing_tolerance=math.pi / (2 * divisions))
     order = np.lexsort((np.round(found.alpha[..., 3], _TIE), np.round(found.alpha[..., 2], _TIE)))  # NaN is last
     at = np.arange(len(order))[:, None], order
     found = replace(found, alpha=found.alpha[at], sheet=found.sheet[at], types=found.types[at], R=found.R[at])
@@ -81,7 +81,7 @@ def root_counts(ax: Axes, coefficients: Coefficients, divisions: int) -> None:
     """Draw how many roots each node of the grid has (Figure 2); each count is one scatter."""
     axis = grid_axis(checked_divisions(divisions))
     a1, a2 = np.meshgrid(axis, axis, indexing="ij")
-    count = root_arrays(a1, a2, coefficients).count
+    count = root_arrays(a1, a2, coefficients=coefficients).count
     # Markers that differ in shape and darkness, in no color of a sheet.
     looks = {2: ("o", "white"), 3: ("s", "0.6"), 4: ("D", "0.35"), 5: ("^", "black")}
     for number in np.unique(count).tolist():

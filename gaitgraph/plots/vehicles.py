@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
 
 ROTOR_COLORS = ("#e69f00", "#56b4e9", "#009e73", "#cc79a7")
 """Of rotors 1 to 4; distinct to colour-blind eyes, and of neither sheet."""
@@ -388,7 +389,7 @@ def blank_film(title: str, seen: VehicleView, zoom: float) -> tuple[Figure, Axes
 
 def draw_chart(
     ax: Axes, times: FloatArray, curves: FloatArray, looks: Sequence[tuple[str, float, str]], step: float
-) -> Any:
+) -> Line2D:
     """Draw angles [°] over time, and return the cursor. The axis ends at a multiple of a step."""
     most = max(step * math.ceil(float(np.abs(curves).max()) / step - 1e-9), step)
     for curve, (color, width, label) in zip(curves, looks, strict=True):

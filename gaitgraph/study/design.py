@@ -27,7 +27,7 @@ from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.io.formats import gait_of, read_table
 from gaitgraph.planning.planner import plan
 from gaitgraph.planning.request import REQUEST_FIELDS, holds_request, read_request, request_from_mapping
-from gaitgraph.timing.laws import DEFAULT_LAW
+from gaitgraph.timing.laws import DEFAULT_LAW, LawName
 from gaitgraph.vehicle import UNITS, Vehicle, vehicle_from_mapping, vehicle_named
 
 if TYPE_CHECKING:
@@ -141,7 +141,7 @@ def _model_of(entry: Any, folder: Path, random: bool) -> Model:
     constants = {"file" if entry.lower().endswith(".toml") else "preset": entry} if isinstance(entry, str) else entry
     if not isinstance(constants, dict):
         raise InputError(f"it must be a preset, a .toml file or a table of constants, got {shown(entry)}")
-    constants, varied = dict(constants), {}
+    constants, varied = dict[str, Any](constants), {}
     for name, value in list(constants.items()):
         # Three plain numbers are one inertia; a list of such lists varies it.
         one = name == "inertia" and isinstance(value, list) and value and not isinstance(value[0], list)
@@ -170,7 +170,7 @@ class GaitSource:
     name: str
     kind: str  # "paper", a gait of the paper; "request", planned for each vehicle; or "corners", of a file
     content: Mapping[str, Any]  # the number, the fields of the request, or the columns; plain values
-    law: str = DEFAULT_LAW
+    law: LawName = DEFAULT_LAW
 
     def gait(self, vehicle: Vehicle) -> Gait:
         """Return the gait for a vehicle; Infeasible with the plan's reason if there is none."""

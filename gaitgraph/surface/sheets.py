@@ -231,8 +231,8 @@ class SheetGrid:
 def roots(
     alpha1: float | str,
     alpha2: float | str,
-    coefficients: Coefficients | None = None,
     *,
+    coefficients: Coefficients | None = None,
     crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE,
 ) -> RootSet:
     """Return every (α3, α4) in [−π/2, π/2]² with Rφ = Rθ = 0 for one (α1, α2).
@@ -303,8 +303,8 @@ def roots(
 def root_arrays(
     alpha1: npt.ArrayLike,
     alpha2: npt.ArrayLike,
-    coefficients: Coefficients | None = None,
     *,
+    coefficients: Coefficients | None = None,
     crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE,
 ) -> RootArrays:
     """Return the roots of many (α1, α2) at once, in the order of :func:`roots`, whose options and errors it has.
@@ -340,8 +340,8 @@ def sheet_grid(
     color: Color,
     alpha1: npt.ArrayLike,
     alpha2: npt.ArrayLike,
-    coefficients: Coefficients | None = None,
     *,
+    coefficients: Coefficients | None = None,
     crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE,
 ) -> SheetGrid:
     """Return the roots of one sheet over the grid alpha1 × alpha2, axes in [−π/2, π/2] [rad].

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 import numpy.typing as npt
@@ -32,7 +32,7 @@ from gaitgraph.validation.validating import check_gait
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
-    from gaitgraph.validation.report import Report
+    from gaitgraph.validation.report import CheckOptions, Report
 
 DEFAULT_CHORD = 1e-6
 """How far a curve may be from the chords that its checks look along [rad in the (α1, α2) plane]."""
@@ -192,7 +192,7 @@ class Curve:
             crossing_tolerance=self.crossing_tolerance,
         )
 
-    def check(self, *, chord: float = DEFAULT_CHORD, **options: Any) -> Report:
+    def check(self, *, chord: float = DEFAULT_CHORD, **options: Unpack[CheckOptions]) -> Report:
         """Return every check of valid and flyable for the curve itself, between samples too; options as for a gait.
 
         Its chords, as near to it as `chord` [rad], are judged by :func:`gaitgraph.validation.validating.check_gait`.
@@ -445,7 +445,7 @@ class LimitedGait(TimedGait):
             return self.gait.vertices(tolerance)
         return vertices(np.vstack([self.gait.alpha, self.curve.at(self.curve.turning_points())]), tolerance)
 
-    def check(self, **options: Any) -> Report:
+    def check(self, **options: Unpack[CheckOptions]) -> Report:
         """Return every check of the path, along the curve itself, and those of rates, accelerations and jerks."""
         path = self.curve or self.gait
         return path.check(**options).with_checks(self.rate_checks())

@@ -31,7 +31,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -82,7 +82,9 @@ LAWS = {
 }
 """The laws over any period, by name."""
 
-DEFAULT_LAW = "smooth"
+LawName = Literal["smooth", "constant-speed", "equal-time"]
+
+DEFAULT_LAW: LawName = "smooth"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -243,8 +243,8 @@ def least_period(
 def paced(
     path: Gait | Curve | Rounding,
     limits: Limits | None = None,
-    period: float = 1.0,
     *,
+    period: float = 1.0,
     rounding: float | str | None = None,
     samples: int | None = None,
     rate: float | None = None,
@@ -261,7 +261,7 @@ def paced(
     --------
     >>> from gaitgraph.gait.gait import lift
     >>> there_and_back = lift([(0.4, -0.4), (1.2, -0.4)], "red")
-    >>> print(paced(there_and_back, Limits(acceleration=20.0), 0.7))
+    >>> print(paced(there_and_back, Limits(acceleration=20.0), period=0.7))
     T = 0.7 s is too short: α1 alone needs at least 0.8000 s under the limits
     """
     count = checked_clock(period, "smooth", samples=samples, rate=rate)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import partial
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 import numpy.typing as npt
@@ -34,7 +34,7 @@ from gaitgraph.io.formats import (
 from gaitgraph.io.servo_map import clipped_rows
 from gaitgraph.surface.adjacency import text_from_types
 from gaitgraph.surface.sheets import family_codes, family_types
-from gaitgraph.timing.laws import LAWS, STRAIGHT
+from gaitgraph.timing.laws import LAWS, STRAIGHT, LawName
 from gaitgraph.validation.report import RATE_UNITS, limit_check
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from gaitgraph.invertibility.matrices import FloatArray, Kind
     from gaitgraph.io.columns import FormatOptions
     from gaitgraph.io.servo_map import ServoMap
-    from gaitgraph.validation.report import Check, Report
+    from gaitgraph.validation.report import Check, CheckOptions, Report
     from gaitgraph.vehicle import Vehicle
 
 DEFAULT_SAMPLES = 100
@@ -189,7 +189,7 @@ class TimedGait:
         """Return the largest |d²αᵢ/dt²|, as :meth:`peaks` does [rad/s²]."""
         return self.peaks(2)
 
-    def check(self, **options: Any) -> Report:
+    def check(self, **options: Unpack[CheckOptions]) -> Report:
         """Return every check of the gait, options as for :meth:`Gait.check`, and those of rates and so on."""
         return self.gait.check(**options).with_checks(self.rate_checks())
 
@@ -343,7 +343,7 @@ def export(
     vehicle: Vehicle | None = None,
     coefficients: Kind | None = None,
     period: float | None = None,
-    law: str | None = None,
+    law: LawName | None = None,
     samples: int | None = None,
     rate: float | None = None,
     joints: ServoMap | None = None,

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from dataclasses import asdict, dataclass, replace
 from textwrap import fill
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, TypedDict
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -25,6 +25,14 @@ RATE_CHECKS = tuple(f"tilt_{kind}" for kind in RATE_UNITS)
 
 _YES = {True: "yes", False: "no", None: "unknown"}
 _WIDTH = 110
+
+
+class CheckOptions(TypedDict, total=False):
+    """What the checks of every gait take; see :func:`gaitgraph.validation.validating.check_gait`."""
+
+    tolerance: float
+    floor: float
+    angle_rounding: float | None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
