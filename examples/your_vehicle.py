@@ -35,7 +35,7 @@ for vehicle in (gg.PAPER, mine):
 waypoints = [(-0.4, 0.4), (-0.4, 1.2), (-1.2, 1.2), (-1.2, 0.4)]
 for period in (1.0, 2.0):
     plan = gg.plan_loop(waypoints, vehicle=mine, period=period)
-    print(f"T = {period} s: {'flyable' if plan.report.flyable else plan.reason}")
+    print(f"T = {period} s: {'flyable' if plan else plan.reason}")
 
 # %%
 # The regions of its red sheet, with the loop. A smaller κ brings R = 0 nearer to the diagonal and to the sides.

@@ -54,6 +54,32 @@ def angle_from_text(value: object, name: str = "angle") -> float:
     return angle
 
 
+def in_degrees(value: object) -> str:
+    """Return the hint for an angle that is too large in radians and would make sense in degrees, else an empty text.
+
+    >>> in_degrees(30.0), in_degrees("3pi/2"), in_degrees(1.6)
+    ("; for degrees write '30deg'", '', '')
+    """
+    text = value.strip() if isinstance(value, str) else f"{number_of(value):g}"
+    match = _ANGLE.fullmatch(text.replace("−", "-"))
+    is_plain = match is not None and match["plain"] and not match["unit"]
+    return f"; for degrees write '{text}deg'" if is_plain and 2 <= abs(float(text.replace("−", "-"))) <= 360 else ""
+
+
+def angle_within(value: object, name: str, limit: float = HALF_PI, *, least: float | None = None) -> float:
+    """Return the angle that a number or a text means; InputError unless it is within ±limit, or from `least` to it.
+
+    >>> angle_within("30", "alpha1")
+    Traceback (most recent call last):
+    gaitgraph.errors.InputError: alpha1 must be within ±π/2 rad, got '30'; for degrees write '30deg'
+    """
+    angle, most = angle_from_text(value, name), text_from_angle(limit)
+    if not (-limit if least is None else least) <= angle <= limit:
+        allowed = f"within ±{most} rad" if least is None else f"an angle from {least:g} to {most} rad"
+        raise InputError(f"{name} must be {allowed}, got {shown(value)}{in_degrees(value)}")
+    return angle
+
+
 def number_of(value: object) -> float:
     """Return a real number, Python's or numpy's, as a float, and NaN for anything else (booleans and texts too).
 
@@ -99,6 +125,19 @@ def text_from_angle(angle: float) -> str:
     factor = whole * divisor // 32
     head = {1: "", -1: "-"}.get(factor, str(factor))
     return f"{head}π" + (f"/{divisor}" if divisor > 1 else "")
+
+
+def figure(number: float) -> str:
+    """Return a number with three significant digits, and with thousands separated, as a person would write it.
+
+    >>> figure(20000.0), figure(5.8905), figure(0.45371), figure(-2.0)
+    ('20,000', '5.89', '0.454', '-2')
+    """
+    size = abs(number)
+    if not 1e-4 <= size < 1e12:
+        return f"{number:.3g}"
+    text = f"{number:,.{max(2 - math.floor(math.log10(size)), 0)}f}"
+    return text.rstrip("0").rstrip(".") if "." in text else text
 
 
 def wrapped(angle: Any) -> Any:

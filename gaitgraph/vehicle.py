@@ -16,7 +16,7 @@ from dataclasses import MISSING, dataclass, fields
 from pathlib import Path
 from typing import Any, Literal, TypedDict, Unpack, get_args
 
-from gaitgraph.angles import angle_from_text, number_of, text_from_angle
+from gaitgraph.angles import angle_from_text, angle_within, number_of, text_from_angle
 from gaitgraph.errors import InputError, MissingConstant, check_fields, checked_choice, did_you_mean, shown
 from gaitgraph.files import from_toml_file
 
@@ -145,7 +145,9 @@ class Vehicle:
             if not isinstance(inertia, (list, tuple)) or len(inertia) != 3:
                 raise InputError(f"inertia must be three positive numbers (kg m²), got {shown(inertia)}")
             stated["inertia"] = tuple(_positive("inertia", part) for part in inertia)
-        stated["first_arm_angle"] = angle_from_text(stated["first_arm_angle"], "first_arm_angle")
+        stated["first_arm_angle"] = angle_within(stated["first_arm_angle"], "first_arm_angle", 2 * math.pi)
+        if stated["max_tilt"] is not None:
+            angle_within(stated["max_tilt"], "max_tilt", math.pi, least=0.0)
         checked_choice("first_rotor_spin", stated["first_rotor_spin"], get_args(Spin))
         for field, formula, over, under in (
             ("drag_to_thrust", "Km/Kf", "drag_coefficient", "thrust_coefficient"),

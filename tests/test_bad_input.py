@@ -92,9 +92,9 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     *((vertices, {"alpha": [[0] * 4], "tolerance": off}, "tolerance must be") for off in (-1.0, NAN, INF, "x")),
     *((G3.started_at, {"corner": k}, "corner must be a whole number from 0 to 3") for k in (1.5, True, -1, 4, "1")),
     # the surface
-    (roots, {"alpha1": 1.571, "alpha2": 0}, "alpha1 must be from −π/2 to π/2 (±1.5707963267948966 rad), got 1.571"),
-    (root_arrays, {"alpha1": [0.0, 0.1], "alpha2": [NAN, 0.0]}, "alpha2 must be from −π/2 to π/2"),
-    (sheet_grid, {"color": "blue", "alpha1": [0, -INF], "alpha2": [0]}, "alpha1 must be from −π/2 to π/2"),
+    (roots, {"alpha1": 1.571, "alpha2": 0}, "alpha1 must be within ±π/2 rad, got 1.571"),
+    (root_arrays, {"alpha1": [0.0, 0.1], "alpha2": [NAN, 0.0]}, "alpha2 must be a finite number"),
+    (sheet_grid, {"color": "blue", "alpha1": [0, -INF], "alpha2": [0]}, "alpha1 must be a finite number"),
     (roots, {"alpha1": "x", "alpha2": 0.1}, "alpha1 must be a finite number in radians, "),
     (roots, {"alpha1": 0.1, "alpha2": [0.1, 0.2]}, "alpha2 must be a finite number in radians, "),
     (root_arrays, {"alpha1": ["x"], "alpha2": [0.0]}, "alpha1 must be angles in radians, got ['x']"),
@@ -116,7 +116,7 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     (colorings, {"points": []}, "points must be of the shape (n, 2) or (n, 4) with n at least 1, got (0,)"),
     (colorings, {"points": [[0.1] * 3]}, "points must be of the shape (n, 2) or (n, 4) with n at least 1, got (1, 3)"),
     (colorings, {"points": [("a", "b")]}, "points must be pairs (α1, α2) of numbers [rad], got [('a', 'b')]"),
-    (colorings, {"points": [[0.0, NAN]]}, "alpha2 must be from"),
+    (colorings, {"points": [[0.0, NAN]]}, "alpha2 must be a finite number"),
     (colorings, {"sign": "negativ"}, "sign must be one of …, got 'negativ'; did you mean 'negative'?"),
     (colorings, {"crossing_tolerance": -0.1}, "crossing_tolerance must be a finite number ≥ 0 (rad), got -0.1"),
     *(
@@ -128,7 +128,7 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
             ([(0, 0), (1, 0), (0, 0), (1, 0)], "must have three or more corners that are not on a line"),
             ([(0, 0), (1e-7, 0), (0, 1e-7)], "must have three or more corners that are not on a line"),
             ([(0, 0), (1, 0), (0, "x")], "alpha2 must be a finite number in radians"),
-            ([(0, 0), (1, 0), (1e7, 1)], "must have angles up to 1e+06 rad, got [(0, 0), (1, 0), (10000000.0, 1)]"),
+            ([(0, 0), (1, 0), (1e7, 1)], "alpha1 must be within ±π rad, got 10000000.0"),
             ([(0, 0), (1, 1), (1, 0), (0, 1)], "must be a simple polygon: "),  # a bow tie
             ([(0, 0), (1, 1), (2, 0), (2, 2), (1, 1), (0, 2)], "must be a simple polygon: "),  # two that touch
         )
@@ -139,7 +139,7 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
         (surface_graph, {"divisions": wrong}, "divisions must be a whole number from 2 to 256, got ")
         for wrong in (0, 1, -3, 1.5, "16", True, 100000)
     ),
-    *((surface_graph, {"waypoints": [(a, 0.0)]}, "alpha1 must be from −π/2 to π/2") for a in (NAN, 2.0)),
+    *((surface_graph, {"waypoints": [(a, 0.0)]}, "alpha1 must be …") for a in (NAN, 2.0)),
     *((cycles_of, {"max_length": wrong}, f"max_length must be … got {wrong}") for wrong in (-1, NAN, INF, True)),
     (cycles_of, {"use": "fly"}, "use must be one of flyable, valid, two_color, got 'fly'"),
     *(
@@ -156,7 +156,46 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     (plan, {"color": np.array(["red"])}, "color must be … got array"),
     (plan, {"waypoints": [(0, 0, 0)]}, "waypoint 1 must be [alpha1, alpha2], got "),
     (plan, {"waypoints": [(0, 0), ("x", 0)]}, "waypoint 2 alpha1 must be a finite number …, got 'x'"),
-    (plan, {"waypoints": [("100deg", 0)]}, "waypoint 1 alpha1 must be in [−π/2, π/2] … got '100deg'"),
+    (plan, {"waypoints": [("100deg", 0)]}, "waypoint 1 alpha1 must be within ±π/2 rad, got '100deg'"),
+    # degrees without a unit
+    (
+        plan,
+        {"waypoints": [(0, 0), (30, 20)]},
+        "waypoint 2 alpha1 must be within ±π/2 rad, got 30; for degrees write '30deg'",
+    ),
+    (plan, {"waypoints": [("−30", 0)]}, "waypoint 1 alpha1 must be …, got '−30'; for degrees write '−30deg'"),
+    (
+        plan,
+        {"keep_out": [[(30, -60), (40, -60), (40, -50)]]},
+        "keep_out polygon 1 alpha1 must be within ±π rad, got 30; for",
+    ),
+    (
+        plan,
+        {"keep_in": [[(2, 2), (3, 2), (3, 3)]]},
+        "keep_in polygon 1 must overlap the square of ±π/2 rad, got [(2, 2), ",
+    ),
+    (optimal, {"radius": 10}, "radius must be an angle from 0 to π/2 rad, got 10; for degrees write '10deg'"),
+    (
+        gg.retarget,
+        {"source": [[0.0] * 4], "margin": 5.0},
+        "margin must be an angle from 0 to π/2 rad, got 5.0; for degrees write '5deg'",
+    ),
+    (
+        validate,
+        {"gait": POINT, "angle_rounding": 5},
+        "angle_rounding must be an angle …, got 5; for degrees write '5deg'",
+    ),
+    (
+        gg.Vehicle,
+        {"drag_ratio": 0.1, "max_tilt": 60},
+        "max_tilt must be an angle from 0 to π rad, got 60.0; for degrees write ",
+    ),
+    (
+        gg.Vehicle,
+        {"drag_ratio": 0.1, "first_arm_angle": 45},
+        "first_arm_angle must be …, got 45; for degrees write '45deg'",
+    ),
+    (within, {"tilt": 30}, "tilt must be …, got 30; for degrees write '30deg'"),
     (plan, {"waypoints": [(0, 0)] * 1001}, "waypoints must be at most 1000, got 1001"),
     (plan, {"color": "rad"}, "color must be one of auto, red, blue, got 'rad'; did you mean 'red'"),
     (plan, {"sign": 1}, "sign must be … got 1"),
@@ -179,7 +218,7 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     ),
     # optimization
     (optimal, {"waypoints": [(0, 0)] * 41}, "waypoints must be at most 40, got 41"),
-    (optimal, {"radius": 6.3}, "radius must be an angle from 0 to 2π (rad), got 6.3"),
+    (optimal, {"radius": 6.3}, "radius must be an angle from 0 to π/2 rad, got 6.3; for degrees write '6.3deg'"),
     (optimal, {"radius": [0.1, 0.2]}, "radius must be one for all waypoints or one for each of 1, got 2"),
     (optimal, {"objective": "tilt"}, "objective must be one of singular_value, hover_reserve, tilt_rate, got 'tilt'"),
     (optimal, {"sign": "both"}, "sign must be one of auto, positive, negative, got 'both'"),

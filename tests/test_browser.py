@@ -259,7 +259,7 @@ def test_clicking_the_waypoints_of_gait_3(page: Page) -> None:
 def test_gait_1_is_valid_and_not_flyable(page: Page) -> None:
     page.open()
     page.choose("load", "0")
-    page.shows("△Valid, not flyable")
+    page.shows("△Not flyable, obeys the paper’s rules")
     assert "least singular value" in page.text("report")
     assert {"least_singular_value", "hover_thrust"} == set(
         page.js("return [...document.querySelectorAll('.check.no')].map((node) => node.dataset.check)")
@@ -346,7 +346,7 @@ def test_a_broken_table_is_marked_where_it_breaks(page: Page, tmp_path: Path) ->
     table = tmp_path / "broken.csv"
     table.write_text(BROKEN)
     page.id("file").send_keys(str(table))
-    page.shows("✕Not valid")
+    page.shows("✕Not flyable, breaks the paper’s rules")
     assert page.text("table-name") == "broken.csv"
     left, top = page.place(0.393, -0.393)
     places = page.js(

@@ -84,7 +84,7 @@ def test_requests_plan_flyable_gaits(path: Path, tmp_path: Path, capsys: pytest.
     with pytest.raises(SystemExit) as stopped:
         main(["plan", str(path), "--output", str(output)])
     assert stopped.value.code == 0
-    assert "flyable yes" in capsys.readouterr().out
+    assert "Flyable: yes" in capsys.readouterr().out
     assert len(read_table(output)) > 100
 
 

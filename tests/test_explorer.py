@@ -118,14 +118,15 @@ def client() -> Client:
 
 def of_gait(number: int) -> dict[str, Any]:
     gait = GAITS[number - 1]
-    return {"waypoints": [list(point) for point in gait.angles], "color": gait.color, "sign": gait.sign}
+    shared = {"color": gait.color, "sign": gait.sign, "require": "flyable" if gait.flyable else "valid"}
+    return {"waypoints": [list(point) for point in gait.angles], **shared}
 
 
 class TestPlan:
     @pytest.mark.parametrize("number", [1, 2, 3, 4])
     def test_the_paper_gaits_are_what_plan_loop_returns(self, client: Client, number: int) -> None:
         state, gait = of_gait(number), GAITS[number - 1]
-        answer, plan = client("plan", state), gg.plan_loop(gait.angles, color=gait.color, sign=gait.sign)
+        answer, plan = client("plan", state), gg.plan_loop(**state)
         assert plan.loop is not None
         expected = {
             "status": "planned", "flyable": gait.flyable, "reachable_from_hover": gait.reachable,
@@ -158,7 +159,7 @@ class TestPlan:
     def test_blue_has_no_hover_thrusts_and_values_as_small_as_rounding(self, client: Client) -> None:
         series = client("plan", of_gait(1))["series"]
         assert {value for rotor in series["hover_thrusts"] for value in rotor} == {None}
-        alpha = gg.plan_loop(GAITS[0].angles, color="blue", sign=GAITS[0].sign).timed(samples=100).alpha
+        alpha = gg.plan_loop(**of_gait(1)).timed(samples=100).alpha
         least, R = matrices.least_singular_value(alpha), matrices.level_determinant(alpha, matrices.coefficients_of())
         assert least.max() < 1e-3
         assert np.allclose([series["least_singular_value"], series["R"]], [least, R], rtol=0, atol=1e-10)
@@ -168,7 +169,7 @@ class TestPlan:
         none = client("plan", {"waypoints": [[0.5, 0.5]], "color": "red", "sign": "negative"})
         assert set(empty) == set(none) == set(planned)
         assert (empty["status"], none["status"]) == ("empty", "infeasible")
-        assert "no closed loop" in none["reason"]
+        assert "no flyable loop" in none["reason"]
         assert none["obstacles"][0]["nearest"]
         assert empty["series"] is none["vehicle_view"] is None
 

@@ -34,11 +34,11 @@ PAGES = {
         "vehicle": "Vehicle mine: κ = 0.08",
         "region": "hover thrusts ≤ 0.765 of m·g",
         "plan": "with the given polygons",
-        "robust": "flyable yes",
+        "robust": "Flyable: yes",
         "pace": "LimitedGait, red: T = 0.74",
         "write": "tilt acceleration",
     },
-    "export_to_ros2": {"plan": "T = 1.5 s, smooth, 75 samples", "again": "valid yes · flyable yes"},
+    "export_to_ros2": {"plan": "T = 1.5 s, smooth, 75 samples", "again": "Flyable: yes. Obeys"},
 }
 PRINTS = {
     "reproduce_the_paper": {"vertices": "Gait 2: blue, off by 5e-04", "biased": "biased by 0.8          74.46°"},

@@ -24,8 +24,9 @@ G1, _, G3, _ = GAITS
 
 
 def on_grid(waypoints: Any, **request: Any) -> Plan:
-    """Plan with the paper's method; what any-angle loops do is tested in test_planning_any_angle."""
-    return gg.plan_loop(waypoints, **(request if "graph" in request else {"method": "grid", **request}))
+    """Plan by the paper's method and rules; what any-angle loops do is tested in test_planning_any_angle."""
+    method = {} if "graph" in request else {"method": "grid"}
+    return gg.plan_loop(waypoints, **{"require": "valid", **method, **request})
 
 
 def loop_of(plan: Plan) -> Loop:
@@ -59,7 +60,9 @@ def test_a_flyable_detour_beats_a_shorter_valid_loop(method: Any) -> None:
     """Straight between these two the least singular value dips under the floor; a detour keeps it."""
     vehicle = gg.Vehicle(drag_ratio=0.4)
     points = [("3pi/8", "-pi/8"), ("pi/8", "-3pi/8")]
-    plan = gg.plan_loop(points, color="red", sign="negative", floor=0.9, vehicle=vehicle, method=method, accuracy=1e-4)
+    plan = gg.plan_loop(
+        points, color="red", sign="negative", floor=0.9, vehicle=vehicle, method=method, accuracy=1e-4, require="valid"
+    )
     assert plan.reason is None
     assert plan.report.flyable
     (straight,) = plan.alternatives
@@ -81,24 +84,6 @@ def test_a_loop_that_only_the_clock_forbids_is_preferred_to_one_that_physics_for
     assert "needs a period of at least" in str(plan.reason)
     (shorter,) = plan.alternatives
     assert shorter.length < loop_of(plan).length
-
-
-def test_a_mixed_loop_is_an_alternative_that_is_not_valid() -> None:
-    """Red alone on one side of the crossing lines and blue alone on the other: only a jump at (?,?) joins them."""
-    graph = surface_graph("negative")
-    cut = [name for name in graph if (name[2] == "red") == (name[0] < 9)]
-    graph.remove_nodes_from(cut)
-    plan = on_grid([("3pi/8", "-3pi/8"), ("-pi/8", "0")], graph=graph)
-    assert plan.status == "infeasible"
-    (loop,) = plan.alternatives
-    assert loop.color == "mixed"
-    assert loop.report.two_color
-    assert loop.report["continuous"].value == pytest.approx(2 * (pi / 16 - gg.invertibility.coefficients_of().delta))
-    assert not loop.report["continuous"].ok
-    assert not loop.report.valid
-    assert loop.as_mapping()["color"] == "mixed"
-    # Who asks for one color is not told of two.
-    assert on_grid([("3pi/8", "-3pi/8"), ("-pi/8", "0")], graph=graph, color="red").alternatives == ()
 
 
 def test_a_users_graph_is_planned_on() -> None:
@@ -302,7 +287,7 @@ blue fence / blue, R < 0: waypoints 1 and 2 are separated by
 @pytest.mark.parametrize("name", ASKED)
 def test_each_color_and_sign_without_a_loop_is_refused_with_what_is_in_its_way(name: str, method: Any) -> None:
     points, options = ASKED[name]
-    plan = gg.plan_loop(points, method=method, **options)
+    plan = gg.plan_loop(points, method=method, require="valid", **options)
     assert (plan.status, bool(plan)) == ("infeasible", False)
     messages = [line.split(" / ")[1] for line in ANSWERED.splitlines() if line.startswith(f"{name} / ")]
     for obstacle, message in zip(plan.obstacles, messages, strict=True):
@@ -313,7 +298,7 @@ def test_each_color_and_sign_without_a_loop_is_refused_with_what_is_in_its_way(n
         assert list(obstacle.waypoints) == numbers
         assert obstacle.kind == ("color", "waypoint", "separated")[len(numbers)]
         if obstacle.kind == "waypoint":
-            assert ending.startswith("; the nearest admissible point is (") == (method == "exact")
+            assert ending.startswith("; the nearest admissible point")
             R = on_sheet(obstacle.color, plan.request.waypoints[numbers[0] - 1])
             if name == "both signs":
                 R = abs(R) * (1 if obstacle.sign == "positive" else -1)
@@ -328,13 +313,79 @@ def test_each_color_and_sign_without_a_loop_is_refused_with_what_is_in_its_way(n
             ask()
 
 
+LOW, BLUE = [("3pi/8", "3pi/8"), ("pi/8", "pi/8")], "blue: with exact coefficients R = 0 on the whole blue sheet"
+SLOW = gg.PAPER.replace(max_tilt_rate=1.0)
+NOT_FLYABLE: dict[str, tuple[Any, dict[str, Any], list[str], list[str]]] = {
+    # What is in the way of each branch, and the colors of the alternatives.
+    "low": (LOW, {}, ["red, R > 0: waypoint 1 (1.1781, 1.1781): least singular value 0.0493", "red, R < 0: waypoint 1"],
+            ["red", "blue"]),
+    "gait 1": (G1.waypoints, {}, ["red, R > 0: waypoint 1", "red, R < 0: waypoint 2"], ["blue"]),
+    "blue": (G3.waypoints, {"color": "blue"}, [BLUE] * 2, ["blue"]),
+    "exact blue": (G3.waypoints, {"color": "blue", "coefficients": "exact"}, [BLUE] * 2, []),
+    "slow": (G3.waypoints, {"vehicle": SLOW, "sign": "negative"}, ["red, R < 0: peak 5.89 rad/s (α1), limit 1"],
+             ["red", "blue"]),
+    "floor": (G3.waypoints, {"floor": 0.6, "color": "red", "sign": "negative"},
+              ["red, R < 0: waypoint 3 (0.3927, -0.3927): least singular value 0.454"], ["red"]),
+    "strait": ([("3pi/8", "-pi/8"), ("pi/8", "-3pi/8")], {"floor": 1.07, **RED_BELOW, "vehicle": {"drag_ratio": 0.4}},
+               ["red, R < 0: waypoint 1"], ["red"]),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("method", ["grid", "exact"])
+@pytest.mark.parametrize("name", NOT_FLYABLE)
+def test_only_what_can_fly_is_handed_out_and_the_rest_is_an_alternative(name: str, method: Any) -> None:
+    points, options, messages, colors = NOT_FLYABLE[name]
+    plan = gg.plan_loop(points, method=method, **options)
+    assert plan.status == "infeasible"
+    assert plan.request.require == "flyable"
+    for obstacle, message in zip(plan.obstacles, messages, strict=True):
+        assert obstacle.message.startswith(message)
+        assert (
+            (obstacle.nearest is not None) == (obstacle.kind == "waypoint") == ("nearest admissible" in str(obstacle))
+        )
+    assert [loop.color for loop in plan.alternatives] == colors
+    assert not any(loop.report.flyable for loop in plan.alternatives)
+    whys = list(dict.fromkeys(one.message for one in plan.obstacles))
+    how = ["to get a loop that only obeys the paper's rules: --require valid (require='valid')"] * bool(colors)
+    assert plan.reason == "no flyable loop: " + "; ".join([*whys, *how])
+    assert str(plan).startswith("No flyable gait through these waypoints.\n  " + whys[0][:40])
+    asked = gg.plan_loop(points, method=method, require="valid", **options)
+    assert bool(asked) is bool(colors)
+    if asked.loop is not None:
+        np.testing.assert_array_equal(asked.gait.alpha, plan.alternatives[0].gait.alpha)
+        assert not asked.report.flyable
+        assert str(asked.reason).startswith("no loop through these waypoints is flyable: ")
+    with pytest.raises(gg.Infeasible, match="no flyable loop"):
+        _ = plan.gait
+
+
+def test_every_waypoint_outside_gets_its_nearest_admissible_point() -> None:
+    points = [(1.2, -0.1 - 0.001 * k) for k in range(10)]
+    (obstacle,) = gg.plan_loop(points, **RED_BELOW).obstacles
+    listed = re.findall(r"(\d+): \((\S+), (\S+)\)", obstacle.message)
+    region = gg.surface.admissible_region(sign="negative")
+    assert [int(number) for number, *_ in listed] == list(range(1, 9))
+    assert all(region.contains([(float(a), float(b))])[0] for _, a, b in listed)
+    assert obstacle.message.endswith(", 2 more")
+
+
+def test_what_cannot_fly_is_listed_beside_a_flyable_loop_only_when_asked() -> None:
+    plan, asked = (gg.plan_loop(G3.waypoints, require=require) for require in ("flyable", "valid"))
+    assert plan.alternatives == ()
+    assert [loop.color for loop in asked.alternatives] == ["blue"]
+    np.testing.assert_array_equal(plan.gait.alpha, asked.gait.alpha)
+    with pytest.raises(gg.InputError, match="^require must be one of flyable, valid, got 'fly'"):
+        gg.plan_loop(G3.waypoints, require="fly")  # type: ignore[arg-type]
+
+
 def test_no_graph_is_built_where_no_waypoint_could_serve() -> None:
     told: list[str] = []
     on_grid([(0.5, -0.5), (-0.5, 0.5)], coefficients="exact", progress=told.append)
     assert told == []
     on_grid([(-0.5, 0.5), (-1.5, 0.5)], progress=told.append)
     searching = ["searching red loops", "searching blue loops"]
-    assert told == ["building the graph with R > 0", *searching, "building the graph with R < 0", *searching]
+    built = "building the graph of 16 divisions with R"
+    assert told == [f"{built} > 0", *searching, f"{built} < 0", *searching]
     for accuracy, said in ((1e-7, []), (0.9e-7, ["drawing regions to 9e-08 rad, which takes a while"])):
         told.clear()
         plan = gg.plan_loop(G3.waypoints, accuracy=accuracy, progress=told.append, **RED_BELOW)

@@ -42,7 +42,7 @@ WALL = [(0.6, -0.6), (1.0, -0.6), (1.0, -0.2), (0.6, -0.2)]
 
 
 def exact(waypoints: Any, **request: Any) -> Plan:
-    return gg.plan_loop(waypoints, method="exact", **request)
+    return gg.plan_loop(waypoints, method="exact", **{"require": "valid", **request})
 
 
 def planned(plan: Plan) -> Loop:
@@ -449,16 +449,7 @@ def test_requests_of_every_kind_are_planned_by_both(points: Any, request_: dict[
 @settings(deadline=None, max_examples=12)
 @given(points=st.lists(st.tuples(st.floats(-1.5, 1.5), st.floats(-1.5, 1.5)), min_size=2, max_size=5))
 def test_loops_come_in_the_order_of_all_their_verdicts(points: list[tuple[float, float]]) -> None:
-    """Loops are judged when somebody asks, with the same answers."""
-    found = gg.plan_loop(points)
+    found = gg.plan_loop(points, require="valid")
     loops = [loop for loop in (found.loop, *found.alternatives) if loop is not None]
     assert loops == sorted(loops, key=_preference)
     assert all(loop.color == "red" for loop in loops if loop.report.flyable)
-
-
-def test_what_comes_after_a_flyable_loop_is_judged_when_asked() -> None:
-    found = gg.plan_loop([(1.178, -1.178), (1.178, -0.393), (0.393, -0.393)])
-    (other,) = found.alternatives
-    assert (other.color, other.is_judged) == ("blue", False)
-    assert found.as_mapping()["alternatives"][0]["flyable"] is False
-    assert other.is_judged

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import shapely
 
-from gaitgraph.errors import Infeasible
+from gaitgraph.errors import Infeasible, InputError
 from gaitgraph.gait.gait import lift
 from gaitgraph.gait.table import ANGLES, Table
 from gaitgraph.io.formats import write_tables
@@ -112,7 +112,7 @@ def test_a_margin_keeps_rows_and_paths_off_the_border() -> None:
     borders = [part.boundary for part in admissible_region(PAPER).components]
     assert shapely.distance(shapely.union_all(borders), shapely.LineString(points)) >= 0.08 - 1e-9
     assert answer.total >= retarget(wave(1)).total
-    assert "allow a smaller margin" in str(retarget(wave(1), margin=2.0).reason)
+    assert "allow a smaller margin" in str(retarget(wave(1), margin=1.5).reason)
 
 
 def test_signs_choose_the_component() -> None:
@@ -142,9 +142,34 @@ def test_times_stay_and_rates_are_judged() -> None:
     slow = PAPER.replace(max_tilt_rate=0.01)
     limited = retarget(Table(columns=columns), vehicle=slow, sign="positive")
     assert not limited.after["tilt_rate"].ok
-    before, _, after, advice = str(limited).splitlines()[2:6]
+    before, _, after, advice = str(limited).splitlines()[-4:]
     assert (before, after) == (f"before: {limited.before.verdict}", f"after:  {limited.after.verdict}")
     assert "it would do" in advice
+
+
+def test_a_gait_that_would_stand_still_is_offered_with_half_of_its_motion() -> None:
+    """All of blue is nearest to one posture; the same loop of (α1, α2) on red, made smaller, moves."""
+    blue = lift(FLYABLE, "blue")
+    still = retarget(blue)
+    assert still.gait.length == pytest.approx(0.0, abs=1e-9)
+    assert str(still).startswith("The nearest flyable gait stands still. The nearest that keeps half is moved by ")
+    assert still.as_mapping()["moving"]["keep"] == 0.5
+    for keep in (0.5, 0.2):
+        answer = retarget(blue, keep=keep)
+        assert answer.after.flyable
+        assert answer.share == pytest.approx(keep)
+        assert answer.moving is None
+        assert answer.rms > still.rms
+        # No other place for the same loop is nearer: shifted towards the nearest posture it leaves the region.
+        shift = 1e-4 * (still.table.alpha[0, :2] - answer.table.alpha[:, :2].mean(axis=0))
+        nearer = lift(answer.table.alpha[:, :2] + shift, "red")
+        free = np.allclose(answer.table.alpha[:, :2].mean(axis=0), still.table.alpha[0, :2])
+        assert free or not nearer.check().flyable
+    assert "% of the motion fits nowhere" in str(
+        retarget(wave(1), keep=1.0, keep_in=[[(-0.1, 0.3), (0.1, 0.3), (0.1, 0.5)]]).reason
+    )
+    with pytest.raises(InputError, match="keep must be a share above 0, up to 1, got 50"):
+        retarget(blue, keep=50)
 
 
 def test_a_closing_row_stays_one() -> None:

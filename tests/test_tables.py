@@ -74,7 +74,7 @@ def test_a_saved_plan_is_a_gait_file(tmp_path: Path) -> None:
     assert table["t"][-1] == 0.5
     refused = tmp_path / "refused.json"
     refused.write_text(json.dumps(gg.plan_loop(G1.waypoints, coefficients="exact").as_mapping()))
-    with pytest.raises(gg.InputError, match="a plan without a gait: no closed loop"):
+    with pytest.raises(gg.InputError, match="a plan without a gait: no flyable loop"):
         read_table(refused)
 
 

@@ -63,7 +63,7 @@ def test_a_report_prints_every_check_and_what_is_beside_them() -> None:
         notes=("row 3 is odd",),
     )
     assert str(report).splitlines() == [
-        "valid yes · flyable no · reachable from hover unknown",
+        "Flyable: no. Obeys the paper's rules: yes. Reachable from hover: unknown.",
         "  ok  two color             all neighbours allowed",
         "  ??  R sign                undecided undecided undecided undecided undecided undecided undecided undecided",
         "                            undecided undecided undecided undecided undecided undecided",
@@ -90,6 +90,8 @@ def test_a_check_serialises_without_infinities() -> None:
         (2.0, None, True, "peak 2 u (α3); the vehicle states no limit"),
         (2.0, 2.0, True, "peak 2 u (α3), limit 2"),
         (2.0 * (1 + 1e-13), 2.0, True, "peak 2 u (α3), limit 2"),
+        (np.inf, None, True, "infinite; the vehicle states no limit"),
+        (53761.4, 90000.0, True, "peak 53,761 u (α3), limit 90,000"),
         (2.1, 2.0, False, "peak 2.1 u (α3), limit 2: slower"),
         (np.inf, 5.0, False, "slower (limit 5 u)"),
     ],
@@ -141,10 +143,7 @@ def test_gaits_are_judged_by_what_they_are_for() -> None:
 
 
 HOME = "the component of α = 0 (tan α1 − tan α2 < 0.3373)"
-CLOSED_OFF = (
-    "it cannot be entered from ordinary hover (R = +4 at α = 0) without a singular matrix: plan with R > 0 in "
-    f"{HOME}, or start the flight in the gait"
-)
+CLOSED_OFF = f"hover (R > 0) cannot enter it without a singular matrix: plan in {HOME}, or start the flight in the gait"
 BLUE_IS_SINGULAR = "; in exact physics the whole blue sheet is singular at every attitude: use red"
 NO_THRUSTS = "no thrusts carry the weight without torque: on blue the control moment matrix has rank two"
 

@@ -398,9 +398,9 @@ def write_outputs(pieces: Callable[[], Iterable[Table]], paths: Paths, *, force:
 
 _COLORS = {"ok": "green", "yes": "green", "??": "yellow", "unknown": "yellow", "warning": "yellow"}  # all others red
 _COLORED = re.compile(
-    r"^(?:  (?:ok|NO|\?\?)(?=  )|warning(?=: )|No [a-z]+(?=[.:])|valid (?:yes|no) · .*$)", re.MULTILINE
+    r"^(?:  (?:ok|NO|\?\?)(?=  )|warning(?=: )|No [a-z ]+(?=[.:])|Flyable: (?:yes|no)\. .*$)", re.MULTILINE
 )
-_WORDS = re.compile(r"\b(?:ok|NO|No [a-z]+|yes|no|unknown|warning)\b|\?\?")
+_WORDS = re.compile(r"\b(?:ok|NO|No [a-z ]+|yes|no|unknown|warning)\b|\?\?")
 _GRACE = 1.0  # s without progress
 _TICK = 0.2  # s
 

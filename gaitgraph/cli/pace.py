@@ -38,6 +38,7 @@ def pace_command(
     from gaitgraph.timing.servo_lag import servo_response
     from gaitgraph.timing.time_optimal import least_period, limits_of, paced
     from gaitgraph.timing.timed_gait import pieces_of
+    from gaitgraph.validation.report import unlikely_limits
 
     check_outputs(outputs, force=force)
     kinds = ("rate", "acceleration", "jerk")
@@ -54,8 +55,9 @@ def pace_command(
             pacing = least_period(gait, limits, progress=progress, **asked)
         else:
             pacing = paced(gait, limits, period=period, progress=progress, **asked)
-        more: dict[str, Any] = {"valid": None, "flyable": None, "servo": None, "outputs": []}
-        lines = []
+        warnings = unlikely_limits(limits.as_mapping())
+        more: dict[str, Any] = {"valid": None, "flyable": None, "servo": None, "outputs": [], "warnings": warnings}
+        lines = [f"warning: {warning}" for warning in warnings]
         timed = pacing.timed
         if timed is not None:
             report = timed.check()

@@ -11,6 +11,7 @@ from gaitgraph.cli import Paths, Working, check_outputs, command, option, show, 
     "The flyable gait nearest to a given table, and what was changed.",
     "gait_file sign floor",
     option("--margin", "ANGLE", "Distance to keep from the flyable region's border.  [default: 0]"),
+    option("--keep", "X", "Share of the motion to keep, at most 1.  [default: the nearest rows, whatever is left]"),
     "keep_in keep_out outputs force vehicle coefficients json",
 )
 def retarget_command(

@@ -83,6 +83,7 @@ DEFAULTS: dict[str, Any] = {
     "sign": "auto",
     "objective": "shortest",
     "method": "exact",
+    "require": "flyable",
     "divisions": 16,
     "any_order": False,
     "reverse": False,
@@ -207,7 +208,7 @@ def plan_answer(state: State, progress: Progress = quiet) -> dict[str, Any]:
         "obstacles": [asdict(obstacle) for obstacle in result.obstacles],
         "warnings": list(result.warnings),
         "alternatives": [
-            _outline(loop) | {name: getattr(loop.report, name) if loop.is_judged else None for name in _VERDICTS[::2]}
+            _outline(loop) | {name: getattr(loop.report, name) for name in _VERDICTS[::2]}
             for loop in result.alternatives
         ],
     }

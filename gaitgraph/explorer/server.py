@@ -256,7 +256,7 @@ def setup_answer() -> dict[str, Any]:
         "version": __version__,
         "presets": [{"name": name, "drag_ratio": vehicle_named(name).drag_ratio} for name in preset_names()],
         "laws": list(LAWS),
-        **{f"{name}s": list(CHOICES[name]) for name in ("objective", "color", "sign", "method")},
+        **{f"{name}s": list(CHOICES[name]) for name in ("objective", "color", "sign", "method", "require")},
         "shadings": list(queries.SHADINGS),
         "formats": formats_answer(),
         "defaults": queries.DEFAULTS,
@@ -267,6 +267,7 @@ def setup_answer() -> dict[str, Any]:
                 "name": name,
                 "color": gait.color,
                 "sign": "positive" if gait.R[0] > 0 else "negative",
+                "require": "flyable" if gait.color == "red" else "valid",
                 "waypoints": gait.alpha[:, :2].tolist(),
             }
             for name, gait in gaits.items()

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import HALF_PI, angle_from_text, number_of, whole_number
+from gaitgraph.angles import HALF_PI, angle_from_text, in_degrees, number_of, whole_number
 from gaitgraph.errors import InputError, shown
 from gaitgraph.flight.course import biased_timed_gait, repeated
 from gaitgraph.flight.flight import OUTCOMES, FlightSettings, about_table
@@ -217,7 +217,7 @@ def basins_of(
         raise InputError(f"resolution must make at most {_MOST_FLIGHTS} flights, got {flights}")
     span = angle_from_text(extent, "extent")
     if not 0 < span < HALF_PI:
-        raise InputError(f"extent must be an angle above 0 and below pi/2, got {shown(extent)}")
+        raise InputError(f"extent must be an angle above 0 and below pi/2, got {shown(extent)}{in_degrees(extent)}")
     settings = FlightSettings() if settings is None else settings
     if settings.duration is None:
         settings = replace(settings, duration=max(settings.seconds, timed.period + _AFTER))

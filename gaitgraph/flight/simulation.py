@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gaitgraph.angles import angle_from_text
+from gaitgraph.angles import angle_from_text, in_degrees
 from gaitgraph.errors import InputError, shown
 from gaitgraph.flight.controller import DIRECTION, Stopped, allocation_of, controller_of
 from gaitgraph.flight.course import Course, RowTimedGait, broken_rules, repeated, servo_response
@@ -324,5 +324,6 @@ def checked_attitude(attitude: Any) -> tuple[float, float]:
     angles = [angle_from_text(part, "attitude") for part in parts]
     if len(angles) != 2 or not abs(angles[0]) <= math.pi or not abs(angles[1]) < math.pi / 2:
         wanted = "a roll from -pi to pi and a pitch between -pi/2 and pi/2"
-        raise InputError(f"attitude must be {wanted}, got {shown(attitude)}")
+        hint = next(filter(None, map(in_degrees, parts)), "")
+        raise InputError(f"attitude must be {wanted}, got {shown(attitude)}{hint}")
     return angles[0], angles[1]

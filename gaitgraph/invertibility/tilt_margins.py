@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import HALF_PI, number_of
+from gaitgraph.angles import HALF_PI, in_degrees, number_of
 from gaitgraph.errors import InputError, shown
 from gaitgraph.invertibility.matrices import (
     Coefficients,
@@ -310,7 +310,7 @@ def checked_tilt(tilt: object) -> float:
     """Return a tilt in [0, π/2) [rad], or raise InputError."""
     number = number_of(tilt)
     if not 0 <= number < HALF_PI:
-        raise InputError(f"tilt must be at least 0 and less than π/2 rad, got {shown(tilt)}")
+        raise InputError(f"tilt must be at least 0 and less than π/2 rad, got {shown(tilt)}{in_degrees(tilt)}")
     return number
 
 

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from gaitgraph.angles import HALF_PI, angle_from_text
+from gaitgraph.angles import HALF_PI, angle_from_text, in_degrees
 from gaitgraph.errors import InputError, did_you_mean, shown
 from gaitgraph.gait.table import ACCELERATIONS, ANGLES, DEGREES, ORDER, RATES, TEXTS, Table, about_from_text
 from gaitgraph.io.servo_map import servo_map_from_mapping, tilts_from_joints
@@ -112,6 +112,7 @@ class TableBuilder:
             if beyond.any():
                 k = int(np.argmax(beyond))
                 allowed = f" rad; allowed is −π/2 to π/2 (±{HALF_PI!r})"
+                allowed += f"; in degrees the column is {name}_deg" if in_degrees(found[name][k]) else ""
                 if largest != HALF_PI:
                     allowed = f"; allowed is up to {largest:g}"
                 raise InputError(f"row {self.rows + k + 1}: {name} is {float(found[name][k])!r}{allowed}")

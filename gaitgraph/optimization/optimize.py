@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from gaitgraph.angles import angle_from_text, number_of, whole_number
+from gaitgraph.angles import angle_within, number_of, whole_number
 from gaitgraph.errors import Infeasible, InputError, checked_choice, shown
 from gaitgraph.gait.table import Table, merged
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Coefficients, FloatArray, Kind, coefficients_of
@@ -117,6 +117,18 @@ class OptimalGait:
         return "found" if self else "infeasible"
 
     @property
+    def standstill(self) -> str | None:
+        """Where the gait stands still, and what to change; None if it moves."""
+        if self.curve is None or self.passed is None or self.curve.length > CLEARANCE:
+            return None
+        a1, a2 = self.passed[0, :2]
+        why = "there is only one disc: give two or more" if len(self.radius) == 1 else "all discs share this point"
+        advice = (
+            "" if len(self.radius) == 1 else ": for a gait that moves give smaller radii, or waypoints farther apart"
+        )
+        return f"The best gait stands still at ({a1:.4f}, {a2:.4f}), since {why}{advice}"
+
+    @property
     def gait(self) -> Gait:
         """The gait as a closed polyline within 1e-4 rad of the curve; Infeasible, with the reason, if there is none."""
         return self._timed().gait
@@ -158,7 +170,7 @@ class OptimalGait:
             "colors": [] if path is None else list(path.colors),
             **{name: verdict.get(name, False) for name in ("valid", "flyable", "reachable_from_hover")},
             "checks": verdict.get("checks", []),
-            "warnings": [*self.warnings, *verdict.get("warnings", [])],
+            "warnings": [*filter(None, [self.standstill]), *self.warnings, *verdict.get("warnings", [])],
         }
 
     def __repr__(self) -> str:
@@ -170,13 +182,14 @@ class OptimalGait:
             return f"no gait: {self.reason}"
         what, unit, comparison = _TEXTS[self.objective]
         lines = [
+            *filter(None, [self.standstill]),
             f"{what} {self.value:.4f}{unit}; any gait through these discs has {comparison} {self.bound:.4f}{unit}",
             f"R {'> 0' if self.sign == 'positive' else '< 0'}, length {self.curve.length:.4f} rad, effort "
             f"{self.effort:.4f} rad²/s over {self.period:g} s; first-order residual "
             f"{self.stationarity:.1e}, held by {', '.join(self.active) or 'nothing'}",
             self.report.verdict,
             *lines_of_checks(self.report.checks),
-            *(f"warning: {warning}" for warning in self.warnings),
+            *(f"warning: {warning}" for warning in (*self.warnings, *self.report.warnings)),
         ]
         return "\n".join(lines)
 
@@ -267,9 +280,7 @@ def _discs(waypoints: Any, radius: Any) -> tuple[Discs, tuple[str, ...]]:
     each = radius if isinstance(radius, (list, tuple, np.ndarray)) and np.ndim(radius) else [radius] * len(points)
     if len(each) != len(points):
         raise InputError(f"radius must be one for all waypoints or one for each of {len(points)}, got {len(each)}")
-    radii = np.array([angle_from_text(value, "radius") for value in each])
-    if not ((radii >= 0) & (radii <= 2 * math.pi)).all():
-        raise InputError(f"radius must be an angle from 0 to 2π (rad), got {shown(radius)}")
+    radii = np.array([angle_within(value, "radius", least=0.0) for value in each])
     # Rows of waypoints that are the same, around the seam too.
     groups = [list(group) for _, group in groupby(range(len(points)), key=points.__getitem__)]
     if len(groups) > 1 and points[-1] == points[0]:

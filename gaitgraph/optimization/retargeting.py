@@ -22,6 +22,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
+from gaitgraph.angles import number_of
 from gaitgraph.errors import Infeasible, InputError, shown
 from gaitgraph.gait.gait import Gait
 from gaitgraph.gait.table import ANGLES, Table, closing_time, is_closed, surface_of, tilt_angles
@@ -50,6 +51,8 @@ MOST_ROWS = 200_000
 
 _ROUND_OFF = 1e-10  # what rounding may put a row, or a segment between two rows on a border, outside [rad]
 _TURN = 2 * math.pi
+_LITTLE = 0.5  # a smaller share of the motion is said first, with what would keep as much
+_THINNED = 1e-4  # how far a row may lie beside the corners by which a smaller loop is placed [rad]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -59,7 +62,10 @@ class Retargeted:
     `before` and `after` are the reports of what was given and of the new gait; `reason` says why there is no gait, or
     why it is not flyable. `table` holds the new rows, with times if there were any; `rows` the number, from 0, of the
     new row that each given one became; `moved` how far it was moved, in all four angles, both of shape (n,) [rad].
-    `alternatives` is the summed distance to each component of the flyable region, the chosen one first [rad].
+    `alternatives` is the summed distance to each component of the flyable region, the chosen one first [rad]. `share`
+    is how much of the motion is left: the length of the new loop of (α1, α2) over that of the given one, None if that
+    is zero. `keep` is the share that was asked for. Where none was and less than half is left, `moving` is the nearest
+    gait that keeps half.
     """
 
     before: Report
@@ -69,6 +75,9 @@ class Retargeted:
     moved: FloatArray | None = None
     after: Report | None = None
     alternatives: tuple[float, ...] = ()
+    share: float | None = None
+    keep: float | None = None
+    moving: Retargeted | None = None
     warnings: tuple[str, ...] = ()
 
     @property
@@ -130,6 +139,9 @@ class Retargeted:
             **{name: getattr(self, name) if self else None for name in ("unchanged", "added", "total", "rms")},
             "largest": largest,
             "largest_row": row,
+            "share": self.share,
+            "keep": self.keep,
+            "moving": None if self.moving is None else self.moving.as_mapping(),
             "moved": [] if self.moved is None else self.moved.tolist(),
             "new_rows": [] if self.rows is None else (self.rows + 1).tolist(),
             "path": [] if self.table is None else self.table.alpha.tolist(),
@@ -149,10 +161,17 @@ class Retargeted:
         if self.after is None:
             return f"no gait: {self.reason}\nbefore: {self.before.verdict}"
         lines = [f"{self.status}: {self.unchanged} of {len(self._moves())} rows as they were, {self.added} added"]
+        if self.share is not None and self.keep is None and self.share < _LITTLE:
+            kept = "stands still" if self.share < 1e-6 else f"keeps {100 * self.share:.0f} % of the motion"
+            lines.insert(0, f"The nearest flyable gait {kept}.")
+            if self.moving is not None:
+                wanted = f"The nearest that keeps half is moved by {self.moving.largest[0]:.4f} rad at most"
+                lines[0] += f" {wanted}: --keep {_LITTLE} (keep={_LITTLE})"
         if self.status == "retargeted":
             far, row = self.largest
             sums = f"{self.rms:.4f} rad rms, {self.total:.4f} rad in sum"
-            lines.append(f"moved by {far:.4f} rad at most (row {row}), {sums}")
+            kept = "" if self.share is None else f", {100 * self.share:.0f} % of the motion kept"
+            lines.append(f"moved by {far:.4f} rad at most (row {row}), {sums}{kept}")
         for word, report in (("before: ", self.before), ("after:  ", self.after)):
             lines += [word + report.verdict, *([] if report.flyable else [f"        {report.reason}"])]
         return "\n".join([*lines, *(f"warning: {warning}" for warning in self.warnings)])
@@ -168,6 +187,7 @@ def retarget(
     keep_out: Sequence[Points] = (),
     keep_in: Sequence[Points] = (),
     margin: float = 0.0,
+    keep: float | None = None,
 ) -> Retargeted:
     """Return the flyable gait whose rows are nearest to those of a table, and what was changed.
 
@@ -187,6 +207,9 @@ def retarget(
         Polygons as for :class:`gaitgraph.surface.region.Zones`.
     margin
         How far the new rows, and the paths between them, keep from the border of the flyable region [rad].
+    keep
+        Share of the motion to keep, above 0 and up to 1: the given loop of (α1, α2) is made smaller by this factor and
+        moved to where it fits. Of all such gaits it is the nearest in the root mean square. None: rows move one by one.
 
     Notes
     -----
@@ -208,6 +231,8 @@ def retarget(
     [0.45, -1.15, 0.45, -1.15]
     """
     checked_limits(floor=floor, margin=margin)
+    if keep is not None and not 0 < number_of(keep) <= 1:
+        raise InputError(f"keep must be a share above 0, up to 1, got {shown(keep)}")
     table = _table_of(source)
     if len(table) > MOST_ROWS:
         raise InputError(f"gait must have at most {MOST_ROWS} rows, got {len(table)}")
@@ -234,7 +259,16 @@ def retarget(
     points: Any = shapely.points(middle)
     off = np.sum((rows[:, :2] - rows[:, 2:]) ** 2, axis=1) / 2
     totals = np.array([np.sqrt(2 * shapely.distance(part, points) ** 2 + off).sum() for part in parts])
-    best = int(np.argmin(totals))
+    if keep is not None:
+        smaller = [_smaller(rows[:, :2], keep, part, middle.mean(axis=0)) for part in parts]
+        totals = np.array([np.sqrt(2 * np.sum((there - middle) ** 2, axis=1) + off).sum() for there in smaller])
+        if np.isnan(totals).all():
+            return Retargeted(
+                before=before, keep=keep, reason=f"{100 * keep:.3g} % of the motion fits nowhere: keep less"
+            )
+        middle = smaller[int(np.nanargmin(totals))]
+        points = shapely.points(middle)
+    best = int(np.nanargmin(totals))
 
     # Rows that are flyable where they may be stay as they are.
     new, placed = rows, np.arange(len(rows))
@@ -261,6 +295,11 @@ def retarget(
     after = validate(fresh, vehicle=chosen, coefficients=numbers.kind, floor=floor)
     moved = np.linalg.norm(new[placed] - given, axis=1)
     moved.flags.writeable = placed.flags.writeable = False
+    length, moving = Gait(alpha=rows).length, None
+    share = gait.length / length if length > 0 else None
+    if keep is None and share is not None and share < _LITTLE:
+        shared = {"vehicle": chosen, "coefficients": numbers.kind, "sign": sign, "floor": floor, "margin": margin}
+        moving = retarget(table, **shared, keep_out=keep_out, keep_in=keep_in, keep=_LITTLE) or None
     return Retargeted(
         before=before,
         reason=None if after.flyable else after.reason,
@@ -268,9 +307,25 @@ def retarget(
         rows=placed,
         moved=moved,
         after=after,
-        alternatives=tuple(np.sort(totals).tolist()),
+        alternatives=tuple(np.sort(totals[~np.isnan(totals)]).tolist()),
+        share=share,
+        keep=keep,
+        moving=moving,
         warnings=(f"took whole turns off α3 or α4 in {turned} rows",) if turned else (),
     )
+
+
+def _smaller(plane: FloatArray, share: float, part: Polygon, wanted: FloatArray) -> FloatArray:
+    """Return a loop made smaller by a factor, its mean nearest to a wanted point with all of it in a component.
+
+    The means for which one row is in the component are the component moved against the row. NaN if nothing fits.
+    """
+    shape = share * (plane - plane.mean(axis=0))
+    corners = shapely.get_coordinates(shapely.simplify(shapely.linestrings(np.vstack([shape, shape[:1]])), _THINNED))
+    means = shapely.intersection_all([shapely.transform(part, lambda xy, by=by: xy - by) for by in corners])
+    if means.is_empty:
+        return np.full_like(shape, np.nan)
+    return np.asarray(shape + shapely.get_coordinates(shapely.shortest_line(means, shapely.Point(wanted)))[0])
 
 
 def _table_of(source: Any) -> Table:

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import pairwise
 from textwrap import fill
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -37,26 +37,24 @@ if TYPE_CHECKING:
 
     import numpy.typing as npt
 
-    from gaitgraph.planning.request import PlanRequest, Point
+    from gaitgraph.planning.request import PlanRequest, Point, Use
     from gaitgraph.surface.region import Region
 
-Use = Literal["flyable", "valid"]
-
 _WIDTH = 110
+_MOST_NEAREST = 8
 _ROBUST_STEPS = 22  # halvings of the range of least singular values: to better than 1e-6
 
 
 def any_angle_paths(branch: Branch, progress: Callable[[str], None] | None) -> list[FoundPath] | Obstacle:
-    """Return the shortest flyable and the shortest valid loop of a branch, or what is in the way."""
+    """Return the shortest loop of a branch for each use of it, or what is in the way."""
     request, found = branch.request, list[FoundPath]()
     if progress is not None:
         progress(f"searching {branch.color} loops with {RELATION[branch.sign]}")
     if rootless := branch.rootless():
         return branch.obstacle_at(rootless[0])
-    uses: tuple[Use, ...] = ("flyable", "valid") if branch.color == "red" else ("valid",)
     robust = request.objective == "robust" and branch.color == "red"
     reorder = request.any_order and len(request.waypoints) > 3
-    for use in uses:
+    for use in branch.uses:
         straight = not reorder and straight_loop_holds(branch, use, robust=robust)
         if straight:
             points, order, gap = request.waypoints, tuple(range(len(request.waypoints))), 0.0
@@ -65,7 +63,7 @@ def any_angle_paths(branch: Branch, progress: Callable[[str], None] | None) -> l
             region = _most_robust_region(branch, use) if robust else prepared_region(branch, use)
             answer = _shortest_chain(branch, region, reorder, progress)
             if isinstance(answer, Obstacle):
-                if use == "flyable":
+                if use != branch.uses[-1]:
                     continue
                 return found or answer
             points, order, bound, gap = answer
@@ -90,12 +88,8 @@ def _shortest_chain(
 ) -> tuple[tuple[Point, ...], tuple[int, ...], float, float] | Obstacle:
     """Return the points of the shortest closed path, as a :data:`FoundPath` has the rest; or an obstacle."""
     waypoints = branch.request.waypoints
-    for k, point in enumerate(waypoints):
-        if region.entry(point) is None:
-            why = region.region.why_not(point) or "it lies outside the admissible region"
-            numbers = branch.coefficients
-            alpha = lift([point], branch.color, vehicle=branch.request.vehicle, coefficients=numbers).alpha[0]
-            return branch.obstacle_at(k, f": {why}", float(level_determinant(alpha, numbers)))
+    if outside := first_outside(branch, region):
+        return outside
 
     def apart(first: int, second: int) -> Obstacle:
         parts = [region.region.component_of(waypoints[k]) for k in (first, second)]
@@ -132,6 +126,17 @@ def _shortest_chain(
     return tuple(path) or (waypoints[0],), order, bound, gap
 
 
+def first_outside(branch: Branch, region: PreparedRegion) -> Obstacle | None:
+    """Return what is in the way at the first waypoint outside a region, or None if all are in it."""
+    for k, point in enumerate(branch.request.waypoints):
+        if region.entry(point) is None:
+            why = region.region.why_not(point) or "it lies outside the admissible region"
+            numbers = branch.coefficients
+            alpha = lift([point], branch.color, vehicle=branch.request.vehicle, coefficients=numbers).alpha[0]
+            return branch.obstacle_at(k, f": {why}", float(level_determinant(alpha, numbers)))
+    return None
+
+
 def _most_robust_region(branch: Branch, use: Use) -> PreparedRegion:
     """Return the region with the highest floor of the least singular value that still joins all waypoints."""
     points = branch.request.waypoints
@@ -164,16 +169,22 @@ def _most_robust_region(branch: Branch, use: Use) -> PreparedRegion:
 
 
 def with_nearest(obstacle: Obstacle, request: PlanRequest) -> Obstacle:
-    """Return an obstacle; at a waypoint, with the nearest point that a valid loop of its color and sign may pass."""
+    """Return an obstacle; at a waypoint, with the nearest points that the loop asked for may pass."""
     if obstacle.kind != "waypoint":
         return obstacle
-    region = region_of(request, obstacle.color, obstacle.sign, "valid")  # type: ignore[arg-type]
+    region = region_of(request, obstacle.color, obstacle.sign, request.require)  # type: ignore[arg-type]
     point = request.waypoints[obstacle.waypoints[0] - 1]
     nearest = region.nearest(point)
     if nearest is None:
         return obstacle
-    message = f"{obstacle.message}; the nearest admissible point is {region.nearest_as_text(point)}"
-    return replace(obstacle, message=message, nearest=nearest)
+    outside = np.flatnonzero(~region.contains(request.waypoints)).tolist()
+    if len(outside) < 2:
+        message = f"the nearest admissible point is {region.nearest_as_text(point)}"
+    else:
+        listed = [f"{k + 1}: {region.nearest_as_text(request.waypoints[k])}" for k in outside[:_MOST_NEAREST]]
+        more = [f"{len(outside) - _MOST_NEAREST} more"] * (len(outside) > _MOST_NEAREST)
+        message = f"the nearest admissible points by waypoint are {', '.join([*listed, *more])}"
+    return replace(obstacle, message=f"{obstacle.message}; {message}", nearest=nearest)
 
 
 def straight_loop_holds(branch: Branch, use: Use, *, robust: bool = False) -> bool:

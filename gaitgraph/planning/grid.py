@@ -11,19 +11,19 @@ import networkx as nx
 import numpy as np
 
 from gaitgraph.angles import text_from_angle
-from gaitgraph.errors import InputError
 from gaitgraph.graph.build import WAYPOINT_SNAP, gait_along, nodes_above, surface_graph
 from gaitgraph.graph.cycle_list import Cycles, cycles
-from gaitgraph.graph.walks import MOST_ANY_ORDER, Blocked, Use, allowed_edges, best_order, closed_walk, note_on_gap
+from gaitgraph.graph.walks import MOST_ANY_ORDER, Blocked, allowed_edges, best_order, closed_walk, note_on_gap
 from gaitgraph.invertibility.matrices import coefficients_of
+from gaitgraph.planning.any_angle import first_outside, prepared_region
 from gaitgraph.surface.sheets import RELATION, SIGNS, Sign
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from gaitgraph.graph.walks import Cycle
+    from gaitgraph.graph.walks import Cycle, Use
     from gaitgraph.planning.refusal import Branch, FoundPath, Obstacle
-    from gaitgraph.planning.request import PlanRequest, Point
+    from gaitgraph.planning.request import PlanRequest
 
 
 def notes_beside_the_grid(request: PlanRequest) -> list[str]:
@@ -41,50 +41,32 @@ def notes_beside_the_grid(request: PlanRequest) -> list[str]:
 
 
 def grid_paths(
-    branches: Sequence[Branch], graph: nx.Graph[Any] | None, progress: Callable[[str], None] | None
-) -> tuple[list[list[FoundPath] | Obstacle], FoundPath | None]:
-    """Return the loops of each color with one sign of R, or what is in their way, and a shorter loop that jumps."""
+    branches: Sequence[Branch], graph_of: Callable[[Sign], nx.Graph[Any]], progress: Callable[[str], None] | None
+) -> list[list[FoundPath] | Obstacle]:
+    """Return the loops of each color with one sign of R, or what is in their way."""
     request, sign = branches[0].request, branches[0].sign
     answers: list[list[FoundPath] | Obstacle] = []
-    if graph is None:
-        lacking = [branch.rootless() for branch in branches]
-        if set.intersection(*map(set, lacking)):
-            # Some waypoint has no root at all with this sign: no need to build the graph.
-            answers += [branch.obstacle_at(k[0]) for branch, k in zip(branches, lacking, strict=True)]
-            return answers, None
-        if progress is not None:
-            progress(f"building the graph with {RELATION[sign]}")
-        graph = _graph(request, sign, request.waypoints)
-        served = nodes_above(graph, request.waypoints)
-    else:
-        served = nodes_above(graph, request.waypoints)
-        if not all(served):
-            missing = request.waypoints[[bool(nodes) for nodes in served].index(False)]
-            raise InputError(f"waypoints: {missing!r} is no node of the graph; pass waypoints= to surface_graph")
+    lacking = [branch.rootless() for branch in branches]
+    if set.intersection(*map(set, lacking)):
+        # Some waypoint has no root at all with this sign: no need to build the graph.
+        return [branch.obstacle_at(k[0]) for branch, k in zip(branches, lacking, strict=True)]
+    graph = graph_of(sign)
+    served = nodes_above(graph, request.waypoints)
     for branch in branches:
         if progress is not None:
             progress(f"searching {branch.color} loops")
         answers.append(_paths_of_color(graph, served, branch))
-    if request.color == "auto" and all(served):
-        # The shortest two-color loop may jump, between colors or by a wrap. Then it cannot be valid.
-        walk = closed_walk(graph, served, use="two_color")
-        if not isinstance(walk, Blocked) and len(walk.nodes) > 1:
-            steps = zip(walk.nodes, (*walk.nodes[1:], walk.nodes[0]), strict=True)
-            if not all(graph.edges[a, b]["continuous"] for a, b in steps):
-                return answers, (gait_along(graph, walk.nodes), tuple(range(len(served))), None, 0.0)
-    return answers, None
+    return answers
 
 
 def _paths_of_color(graph: nx.Graph[Any], served: list[list[Any]], branch: Branch) -> list[FoundPath] | Obstacle:
-    """Return the best flyable and the best valid loop of one color, or what is in the way."""
+    """Return the best loop of one color for each use of it, or what is in the way."""
     request = branch.request
     stops = [[node for node in nodes if graph.nodes[node]["color"] == branch.color] for nodes in served]
     if not all(stops):
         return branch.obstacle_at(stops.index([]))
-    uses: tuple[Use, ...] = ("flyable", "valid") if branch.color == "red" else ("valid",)
     found: list[FoundPath] = []
-    valid = allowed_edges("valid")
-    for use in uses:
+    for use in branch.uses:
         order, gap = tuple(range(len(stops))), 0.0
         if request.any_order:
             order, gap = best_order(graph, [nodes[0] for nodes in stops], use=use) or (order, gap)
@@ -94,10 +76,13 @@ def _paths_of_color(graph: nx.Graph[Any], served: list[list[Any]], branch: Branc
             path = gait_along(graph, walk.nodes)
             if not any(np.array_equal(path.alpha, other.alpha) for other, *_ in found):
                 found.append((path, order, None, gap))
-        elif use == "valid":
+        elif use == branch.uses[-1]:
+            if use == "flyable" and (outside := first_outside(branch, prepared_region(branch, use))):
+                return outside
             ends = order[walk.leg], order[(walk.leg + 1) % len(order)]
             # How many nodes usable edges join to each of the two.
-            view = nx.subgraph_view(graph, filter_edge=lambda a, b: bool(valid(graph.edges[a, b])))
+            allowed = allowed_edges(use)
+            view = nx.subgraph_view(graph, filter_edge=lambda a, b, allowed=allowed: bool(allowed(graph.edges[a, b])))
             counts = tuple(len(nx.node_connected_component(view, stops[k][0])) for k in ends)
             wall = "the keep_out and keep_in polygons, or the grid," if request.zones else "the grid"
             wall += f" of {request.divisions} divisions: more divisions may join them"
@@ -177,9 +162,7 @@ def grid_cycles(
     for sign in SIGNS:
         if request.sign not in ("auto", sign):
             continue
-        if progress is not None:
-            progress(f"building the graph of {request.divisions} divisions with {RELATION[sign]}")
-        graph = _graph(request, sign, waypoints=request.waypoints if through else ())
+        graph = request_graph(request, sign, progress, through=through)
         if request.color != "auto":
             graph.remove_nodes_from([name for name, data in graph.nodes(data=True) if data["color"] != request.color])
         stops = nodes_above(graph, request.waypoints) if through else []
@@ -206,13 +189,18 @@ def grid_cycles(
     )
 
 
-def _graph(request: PlanRequest, sign: Sign, waypoints: Sequence[Point]) -> nx.Graph[Any]:
+def request_graph(
+    request: PlanRequest, sign: Sign, progress: Callable[[str], None] | None, *, through: bool = True
+) -> nx.Graph[Any]:
+    """Return the surface graph of a request for one sign of R, with its waypoints as nodes unless told otherwise."""
+    if progress is not None:
+        progress(f"building the graph of {request.divisions} divisions with {RELATION[sign]}")
     return surface_graph(
         sign,
         divisions=request.divisions,
         vehicle=request.vehicle,
         coefficients=coefficients_of(request.vehicle, request.coefficients),
-        waypoints=waypoints,
+        waypoints=request.waypoints if through else (),
         zones=request.zones,
         floor=request.floor,
     )

@@ -1,26 +1,27 @@
 """Plan a gait: search loops for each color and sign of R, judge them, and answer with the best one.
 
-Loops are judged as any gait is. The best is flyable, then valid, then what the objective prefers; every other loop
-stays as an alternative with its verdict. When nothing is found the plan says what is in the way.
+Loops are judged as any gait is. A plan hands out a flyable loop, or with ``require="valid"`` the best that obeys the
+paper's rules: flyable, then valid, then what the objective prefers. Every other loop stays as an alternative with its
+verdict. When there is none the plan says what is in the way.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass, replace
-from functools import cached_property
+from functools import cache, cached_property
 from itertools import groupby
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 from gaitgraph.errors import Infeasible, InputError
-from gaitgraph.graph.build import vehicle_and_coefficients
+from gaitgraph.graph.build import nodes_above, vehicle_and_coefficients
 from gaitgraph.graph.walks import note_on_gap
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Kind
 from gaitgraph.planning.any_angle import any_angle_paths, with_nearest
-from gaitgraph.planning.grid import grid_paths, notes_beside_the_grid
+from gaitgraph.planning.grid import grid_paths, notes_beside_the_grid, request_graph
 from gaitgraph.planning.refusal import FoundPath, Obstacle, branches_of
-from gaitgraph.planning.request import PlanRequest, plan_request
+from gaitgraph.planning.request import REQUEST_FIELDS, PlanRequest, plan_request
 from gaitgraph.surface.sheets import RELATION
 from gaitgraph.timing.laws import DEFAULT_LAW, LawName
 from gaitgraph.validation.report import RATE_CHECKS, lines_of_checks
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
     import networkx as nx
 
     from gaitgraph.gait.gait import Gait
-    from gaitgraph.planning.request import Method, Objective, Point
+    from gaitgraph.planning.request import Method, Objective, Point, Use
     from gaitgraph.surface.region import Points
     from gaitgraph.surface.sheets import ColorChoice, Sign, SignChoice
     from gaitgraph.timing.timed_gait import TimedGait
@@ -49,6 +50,8 @@ _NO_LOOP: dict[str, Any] = {
     **dict.fromkeys(("valid", "two_color", "flyable", "reachable_from_hover"), False),
     **{name: [] for name in ("checks", "warnings", "obstacles", "crossing_tolerance", "method", "request")},
 }
+_HOW_TO_ASK = "to get a loop that only obeys the paper's rules: --require valid (require='valid')"
+_POSTURE = "a posture, not a gait that moves: for a gait give two or more different waypoints"
 _FINE = 1e-7  # accuracy for which curved borders have so many corners that it takes a while [rad]
 
 
@@ -76,17 +79,12 @@ class Loop:
 
     @cached_property
     def report(self) -> Report:
-        """All checks, with those of the clock; judged when first asked for."""
+        """All checks, with those of the clock."""
         return self.gait.parametrize(self.request.period, law=self.request.law).check(floor=self.request.floor)
 
     @property
-    def is_judged(self) -> bool:
-        """Whether the report is there already."""
-        return "report" in vars(self)
-
-    @property
     def color(self) -> str:
-        """The loop's color: "red", "blue" or "mixed"."""
+        """The loop's color: "red" or "blue"."""
         return str(self.gait.color)
 
     @property
@@ -114,7 +112,9 @@ class Loop:
 
     @property
     def _verdict(self) -> str:
-        return "flyable" if self.report.flyable else "valid, not flyable" if self.report.valid else "not valid"
+        if self.report.flyable:
+            return "flyable"
+        return "obeys the paper's rules, cannot fly" if self.report.valid else "breaks the paper's rules"
 
     @property
     def corners(self) -> str:
@@ -137,7 +137,8 @@ class Plan:
 
     `reason` says why there is no loop, or why the chosen one is not flyable; None if it is. `waypoints` are in the
     order in which the loop passes them [rad]. `alternatives` are other loops through the same waypoints, with their
-    verdicts; `obstacles` what is in the way of each color and sign that has no loop.
+    verdicts: those that cannot fly only if there is no other, or if the request does not require it. `obstacles` say
+    what is in the way of each color and sign that has no loop.
     """
 
     request: PlanRequest
@@ -193,27 +194,31 @@ class Plan:
         }
 
     def __str__(self) -> str:
-        def items(texts: Iterable[object], indent: str = "  ") -> list[str]:
-            return [fill(str(text), _WIDTH, initial_indent=indent, subsequent_indent=indent + "  ") for text in texts]
+        def items(texts: Iterable[object]) -> list[str]:
+            return [fill(str(text), _WIDTH, initial_indent="  ", subsequent_indent="    ") for text in texts]
 
         request, vehicle = self.request, self.request.vehicle
         method = "any angle" if request.method == "exact" else f"{request.divisions} divisions"
         body = f"vehicle {vehicle.name} (κ = {vehicle.drag_ratio:.4f})"
         conditions = f"{body}, {request.coefficients} coefficients, {method}"
         if self.loop is None:
-            lines = ["No gait.", *items(dict.fromkeys(obstacle.message for obstacle in self.obstacles)), conditions]
+            what = "flyable gait" if request.require == "flyable" else "gait"
+            lines = [f"No {what} through these waypoints."]
+            lines += items(dict.fromkeys(one.message for one in self.obstacles))
+            lines += [*([_HOW_TO_ASK] if str(self.reason).endswith(_HOW_TO_ASK) else []), conditions]
         else:
             loop, report, corners = self.loop, self.loop.report, self.loop.gait.corner_lines()
             head = f"Planned a {loop.color} gait, {RELATION[loop.sign]}: {loop.corners}, {loop.length:.4f} rad around"
             lines = [f"{head}, T = {request.period:g} s, {request.law}", conditions, "", *corners, ""]
-            lines += [report.verdict]
-            lines += lines_of_checks(report.checks)
+            if not loop.length:
+                lines[0] = f"Planned {_POSTURE}"
+            lines += [report.verdict, *lines_of_checks(report.checks)]
         if self.alternatives:
             lines += ["", "alternatives", *items(self.alternatives)]
-        # What a check says already is not said again.
-        stated = self.loop.report.warnings if self.loop else ()
+        # What is said above is not said again.
+        stated = {_POSTURE, *(check.message for check in self.loop.report.checks)} if self.loop else ()
         shown = [f"warning: {warning}" for warning in self.warnings if warning not in stated]
-        return "\n".join([*lines, *([""] if shown else []), *items(shown, "")])
+        return "\n".join([*lines, *([""] if shown else []), *shown])
 
     def __repr__(self) -> str:
         count, vehicle = len(self.waypoints), self.request.vehicle.name
@@ -244,6 +249,7 @@ def plan_loop(
     period: float = 1.0,
     law: LawName = DEFAULT_LAW,
     floor: float = DEFAULT_FLOOR,
+    require: Use = "flyable",
     graph: nx.Graph[Any] | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> Plan:
@@ -282,6 +288,8 @@ def plan_loop(
         The clock with which tilt rates are judged; see :meth:`gaitgraph.gait.gait.Gait.parametrize`.
     floor
         Least singular value that a flyable loop keeps, dimensionless.
+    require
+        "flyable": a loop that can fly, or none; "valid": one that obeys the paper's rules will do if none can fly.
     graph
         A surface graph to plan on, instead of one built for the request. It must hold the waypoints as nodes. It
         fixes sign, divisions, method, vehicle, coefficients, floor and polygons, of which none may be asked for then.
@@ -306,33 +314,20 @@ def plan_loop(
     >>> plan.gait.alpha.round(3).tolist()[0]
     [1.178, -1.178, 1.178, -1.178]
     """
+    options = {name: value for name, value in locals().items() if name in REQUEST_FIELDS}
     if graph is not None:
         stated: dict[str, Any] = {"divisions": divisions, "method": method, "coefficients": coefficients}
         stated |= {"sign": sign != "auto", "vehicle": vehicle is not PAPER, "floor": floor != DEFAULT_FLOOR}
         stated |= {"keep_out": len(keep_out), "keep_in": len(keep_in)}
         for name in (name for name, value in stated.items() if value):
             raise InputError(f"{name} must not be stated beside a graph, which fixes it")
-        sign, divisions, floor = (graph.graph[name] for name in ("sign", "divisions", "floor"))
-        vehicle, numbers = vehicle_and_coefficients(graph)
-        coefficients, method = numbers.kind, "grid"
-    request = plan_request(
-        waypoints,
-        color=color,
-        sign=sign,
-        objective=objective,
-        divisions=divisions,
-        vehicle=vehicle,
-        coefficients=coefficients,
-        keep_out=keep_out,
-        keep_in=keep_in,
-        any_order=any_order,
-        reverse=reverse,
-        method=method,
-        accuracy=accuracy,
-        period=period,
-        law=law,
-        floor=floor,
-    )
+        body, numbers = vehicle_and_coefficients(graph)
+        options |= {name: graph.graph[name] for name in ("sign", "divisions", "floor")}
+        options |= {"vehicle": body, "coefficients": numbers.kind, "method": "grid"}
+    request = plan_request(**options)
+    for point, nodes in zip(request.waypoints, nodes_above(graph, request.waypoints) if graph else (), strict=False):
+        if not nodes:
+            raise InputError(f"waypoints: {point!r} is no node of the graph; pass waypoints= to surface_graph")
     return plan(request, graph=graph, progress=progress)
 
 
@@ -340,9 +335,24 @@ def plan(
     request: PlanRequest, *, graph: nx.Graph[Any] | None = None, progress: Callable[[str], None] | None = None
 ) -> Plan:
     """Answer a request; see :func:`plan_loop`."""
+    graph_of = cache(lambda sign: request_graph(request, sign, progress) if graph is None else graph)
+    found = _answer(request, graph_of, progress)
+    if found or request.require == "valid":
+        return found
+    # What only obeys the paper's rules stands beside the refusal.
+    other = _answer(replace(request, require="valid"), graph_of, progress)
+    if other.loop is None:
+        return found
+    reason, loops = f"{found.reason}; {_HOW_TO_ASK}", (other.loop, *other.alternatives)
+    return replace(found, reason=reason, alternatives=loops)
+
+
+def _answer(
+    request: PlanRequest, graph_of: Callable[[Sign], nx.Graph[Any]], progress: Callable[[str], None] | None
+) -> Plan:
+    """Return the best loop that meets what a request requires, or what is in the way."""
     exact = request.method == "exact"
     loops: list[Loop] = []
-    broken: list[Loop] = []
     obstacles: list[Obstacle] = []
 
     def loop_of(found: FoundPath, sign: Sign) -> Loop:
@@ -356,46 +366,42 @@ def plan(
         if exact:
             if progress is not None and request.accuracy < _FINE:
                 progress(f"drawing regions to {request.accuracy:g} rad, which takes a while")
-            answers, jumping = [any_angle_paths(branch, progress) for branch in branches], None
+            answers = [any_angle_paths(branch, progress) for branch in branches]
         else:
-            answers, jumping = grid_paths(branches, graph, progress)
+            answers = grid_paths(branches, graph_of, progress)
         for answer in answers:
             if isinstance(answer, Obstacle):
-                obstacles.append(answer)
+                obstacles.append(with_nearest(answer, request))
             else:
                 loops += [loop_of(found, sign) for found in answer]
-        if jumping is not None:
-            broken.append(loop_of(jumping, sign))
-    # Only red can be flyable. A single loop that is not red comes after red ones that all are, whatever its checks say,
-    # so that it is judged only when somebody asks.
-    rest = [loop for loop in loops if loop.color != "red"]
-    loops = sorted((loop for loop in loops if loop.color == "red"), key=_preference)
-    judged = len(rest) > 1 or not all(loop.report.flyable for loop in loops)
-    loops = sorted(loops + rest, key=_preference) if judged else loops + rest
-    # A loop that jumps is stated if it is shorter than what does not.
-    shortest = min((loop.length for loop in loops), default=math.inf)
-    broken = [loop for loop in broken if loop.length < shortest - 1e-9]
+    loops.sort(key=_preference)
+    is_refused = request.require == "flyable" and not (loops and loops[0].report.flyable)
+    if is_refused and loops:
+        # What no region knows, such as a period that is too short for the vehicle's limits.
+        message = f"{loops[0].color}, {RELATION[loops[0].sign]}: {loops[0].report.reason}"
+        obstacles = [Obstacle(color="red", sign=loops[0].sign, kind="limit", message=message)]
     reason, waypoints, warnings = None, request.waypoints, [*request.notes]
-    if loops:
+    if is_refused or not loops:
+        kind = "flyable" if is_refused else "closed"
+        reason = f"no {kind} loop: {'; '.join(dict.fromkeys(obstacle.message for obstacle in obstacles))}"
+        loops = []
+    else:
         report = loops[0].report
         waypoints = tuple(waypoints[k] for k in loops[0].order)
         gap = loops[0].order_gap
+        warnings += [_POSTURE] * (not loops[0].length)
         warnings += [*([] if exact else notes_beside_the_grid(request)), *([note_on_gap(gap)] if gap else [])]
         warnings += report.warnings
         if not report.reachable_from_hover:
             warnings.append(report.reachability)
         if not report.flyable:
             reason = f"no loop through these waypoints is flyable: {report.reason}"
-    else:
-        if exact:
-            obstacles = [with_nearest(obstacle, request) for obstacle in obstacles]
-        reason = "no closed loop: " + "; ".join(dict.fromkeys(obstacle.message for obstacle in obstacles))
     return Plan(
         request=request,
         loop=loops[0] if loops else None,
         reason=reason,
         waypoints=waypoints,
-        alternatives=(*loops[1:], *broken),
+        alternatives=tuple(loops[1:]),
         obstacles=tuple(obstacles),
         warnings=tuple(warnings),
     )

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from gaitgraph.gait.gait import Gait
-    from gaitgraph.planning.request import PlanRequest, Point
+    from gaitgraph.planning.request import PlanRequest, Point, Use
     from gaitgraph.surface.sheets import Color, Sign
 
 FoundPath = tuple["Gait", tuple[int, ...], float | None, float]
@@ -27,17 +27,18 @@ gap of the order, as :func:`gaitgraph.graph.walks.best_order` states it."""
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Obstacle:
-    """Why one color and sign of R has no loop: the certificate of a refusal.
+    """Why one color and sign of R has no loop of what a request requires: the certificate of a refusal.
 
     `kind` is "waypoint" if a waypoint has no root of this color and sign, or lies where the request forbids it: `R` is
     its value there, `nearest` (any-angle) the nearest (α1, α2) that is admissible [rad]. It is "separated" if two
-    waypoints cannot be joined: on the grid `components` has how many nodes can be reached from each; and "color" if the
-    color does not exist. `waypoints` are the numbers of those concerned, from 1.
+    waypoints cannot be joined: on the grid `components` has how many nodes can be reached from each; "color" if the
+    color does not exist or cannot fly; and "limit" if the loop that was found cannot fly, such as for its period.
+    `waypoints` are the numbers of those concerned, from 1.
     """
 
     color: str
     sign: str
-    kind: Literal["waypoint", "separated", "color"]
+    kind: Literal["waypoint", "separated", "color", "limit"]
     message: str
     waypoints: tuple[int, ...] = ()
     R: float | None = None
@@ -63,8 +64,15 @@ class Branch:
         return 1.0 if self.sign == "positive" else -1.0
 
     @property
+    def uses(self) -> tuple[Use, ...]:
+        """What loops are searched for, in order: only red can be flyable."""
+        if self.request.require == "flyable":
+            return ("flyable",)
+        return ("flyable", "valid") if self.color == "red" else ("valid",)
+
+    @property
     def _is_singular(self) -> bool:
-        return self.color == "blue" and self.coefficients.kind == "exact"
+        return self.color == "blue" and (self.coefficients.kind == "exact" or self.request.require == "flyable")
 
     @property
     def _roots(self) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
@@ -86,7 +94,9 @@ class Branch:
     def obstacle_at(self, k: int, why: str | None = None, R: float | None = None) -> Obstacle:
         """Return what is in the way at a waypoint, one of :meth:`rootless` if neither a reason nor R is given."""
         if self._is_singular:
-            message = "blue: with exact coefficients R = 0 on the whole blue sheet, so the matrix is singular there"
+            message = (
+                "blue: with exact coefficients R = 0 on the whole blue sheet, so the matrix is singular there: use red"
+            )
             return Obstacle(color=self.color, sign=self.sign, kind="color", message=message, R=0.0)
         if why is None:
             values, of_color = (part[k] for part in self._roots)
@@ -122,12 +132,13 @@ def _roots_above(waypoints: tuple[Point, ...], coefficients: Coefficients) -> Ro
 
 
 def branches_of(request: PlanRequest) -> list[Branch]:
-    """Return the branches of color and sign of R that a request asks for, R > 0 first."""
+    """Return the branches of color and sign of R that a request asks for and that can meet it, R > 0 first."""
     coefficients = coefficients_of(request.vehicle, request.coefficients)
+    colors = ("red",) if (request.color, request.require) == ("auto", "flyable") else COLORS
     return [
         Branch(request=request, coefficients=coefficients, color=color, sign=sign)
         for sign in reversed(SIGNS)
         if request.sign in ("auto", sign)
-        for color in COLORS
+        for color in colors
         if request.color in ("auto", color)
     ]

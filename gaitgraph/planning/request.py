@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
 
-from gaitgraph.angles import HALF_PI, angle_from_text
+from gaitgraph.angles import angle_within
 from gaitgraph.errors import InputError, check_fields, checked_choice, shown
 from gaitgraph.files import table_from_toml, text_of
 from gaitgraph.gait.table import ANGLES, SAME_ROW, merged, surface_of
@@ -40,12 +40,14 @@ if TYPE_CHECKING:
 Point = tuple[float, float]
 Objective = Literal["shortest", "robust"]
 Method = Literal["grid", "exact"]
+Use = Literal["flyable", "valid"]
 
 CHOICES: dict[str, tuple[str, ...]] = {
     "color": get_args(ColorChoice),
     "sign": get_args(SignChoice),
     "objective": get_args(Objective),
     "method": get_args(Method),
+    "require": get_args(Use),
 }
 """What fields that are names may be."""
 MOST_WAYPOINTS = 1000
@@ -76,6 +78,7 @@ class PlanRequest:
     period: float
     law: LawName
     floor: float
+    require: Use
     notes: tuple[str, ...]
 
     def __post_init__(self) -> None:
@@ -122,6 +125,7 @@ def plan_request(
     period: float = 1.0,
     law: LawName = DEFAULT_LAW,
     floor: float = DEFAULT_FLOOR,
+    require: Use = "flyable",
 ) -> PlanRequest:
     """Return the request for a plan: texts and files are read, and what is left out is completed.
 
@@ -159,6 +163,7 @@ def plan_request(
         period=float(period),
         law=law,
         floor=checked_number("floor", floor),
+        require=require,
         notes=(f"merged {dropped} waypoint{'s' * (dropped > 1)} that repeated the one before",) if dropped else (),
     )
 
@@ -182,12 +187,7 @@ def checked_waypoints(value: object, most: int = MOST_WAYPOINTS) -> list[Point]:
             four = isinstance(angles, (list, tuple, np.ndarray)) and len(angles) == 4
             why = "; no gait on a fibre can fly, and elsewhere α3 and α4 follow from the color" if four else ""
             raise InputError(f"waypoint {number} must be [alpha1, alpha2], got {shown(angles)}{why}")
-        first, second = (angle_from_text(angles[k], f"waypoint {number} alpha{k + 1}") for k in range(2))
-        for k, angle in enumerate((first, second)):
-            if abs(angle) > HALF_PI:
-                raise InputError(
-                    f"waypoint {number} alpha{k + 1} must be in [−π/2, π/2] (±{HALF_PI!r} rad), got {shown(angles[k])}"
-                )
+        first, second = (angle_within(angles[k], f"waypoint {number} alpha{k + 1}") for k in range(2))
         points.append((first, second))
     return points
 

@@ -177,7 +177,8 @@ class GaitSource:
         if self.kind == "paper":
             return paper_gait(self.content["number"], vehicle, coefficients_of(vehicle))
         if self.kind == "request":
-            return plan(request_from_mapping({**self.content, "law": self.law, "vehicle": vehicle})[0]).gait
+            content = {"require": "valid", **self.content, "law": self.law, "vehicle": vehicle}
+            return plan(request_from_mapping(content)[0]).gait
         return gait_of(dict(self.content), vehicle=vehicle)
 
 

@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from gaitgraph.angles import HALF_PI, angle_from_text, number_of
+from gaitgraph.angles import HALF_PI, angle_within, number_of
 from gaitgraph.errors import InputError, shown
 
 if TYPE_CHECKING:
@@ -35,7 +35,6 @@ OVERLAY_ERROR = 1e-12  # what overlaying polygons may round off [rad]
 _SQUARE = shapely.box(-HALF_PI, -HALF_PI, HALF_PI, HALF_PI)
 _MOST_LISTED = 6  # components in the text of a region
 _ON_BORDER = 1e-9  # within it a point is on the border of a user's polygon [rad]
-_FARTHEST = 1e6  # beyond it that border would be lost in rounding [rad]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -370,17 +369,18 @@ def _polygons_from(value: object, name: str) -> tuple[Corners, ...]:
         label = f"{name} polygon {number}"
         if not are_lists(corners) or not are_lists(*corners) or any(len(corner) != 2 for corner in corners):
             raise InputError(f"{label} must be a list of corners [alpha1, alpha2], got {shown(corners)}")
+        # A polygon may reach beyond the square of ±π/2, and must not miss it.
         points = [
-            (angle_from_text(first, f"{label} alpha1"), angle_from_text(second, f"{label} alpha2"))
+            (angle_within(first, f"{label} alpha1", math.pi), angle_within(second, f"{label} alpha2", math.pi))
             for first, second in corners
         ]
-        if np.abs(points).max(initial=0.0) > _FARTHEST:
-            raise InputError(f"{label} must have angles up to {_FARTHEST:g} rad, got {shown(corners)}")
         if len(set(points)) < 3 or not shapely.MultiPoint(points).convex_hull.area > 1e-12:
             raise InputError(f"{label} must have three or more corners that are not on a line, got {shown(corners)}")
         polygon = shapely.Polygon(points)
         if not polygon.is_valid:
             raise InputError(f"{label} must be a simple polygon: {shapely.is_valid_reason(polygon)}")
+        if not polygon.intersects(_SQUARE):
+            raise InputError(f"{label} must overlap the square of ±π/2 rad, got {shown(corners)}")
         found.append(tuple((float(x), float(y)) for x, y in polygon.exterior.coords[:-1]))
     return tuple(found)
 

@@ -37,7 +37,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import HALF_PI, angle_from_text, distance_to_multiple, number_of, wrapped
+from gaitgraph.angles import HALF_PI, angle_from_text, angle_within, distance_to_multiple, number_of, wrapped
 from gaitgraph.errors import InputError, checked_choice, shown
 from gaitgraph.invertibility.matrices import (
     Coefficients,
@@ -140,7 +140,7 @@ def checked_plane_angles(alpha1: Any, alpha2: Any) -> tuple[FloatArray, FloatArr
         except (TypeError, ValueError) as error:
             raise InputError(f"{name} must be angles in radians, got {shown(value)}") from error
         if (bad := ~(np.abs(angles) <= HALF_PI)).any():
-            raise InputError(f"{name} must be from −π/2 to π/2 (±{HALF_PI!r} rad), got {float(angles[bad].flat[0])!r}")
+            angle_within(float(angles[bad].flat[0]), name)
         out.append(angles)
     return out[0], out[1]
 

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import angle_from_text, number_of
+from gaitgraph.angles import angle_within, figure, number_of
 from gaitgraph.errors import InputError, checked_choice, shown
 from gaitgraph.gait.gait import Gait, vertices
 from gaitgraph.invertibility.matrices import Coefficients, FloatArray, coefficients_of
@@ -276,9 +276,7 @@ def rounded(gait: Gait, tolerance: float | str) -> Rounding:
     >>> print(rounding)
     3 corners rounded, at most 0.02 rad from the gait
     """
-    size = angle_from_text(tolerance, "tolerance")
-    if not size >= SMALLEST:
-        raise InputError(f"tolerance must be an angle of at least {SMALLEST:g} rad, got {shown(tolerance)}")
+    size = angle_within(tolerance, "tolerance", least=SMALLEST)
     if gait.color not in ("red", "blue"):
         wanted = "gait must be on one sheet, red or blue"
         raise InputError(f"{wanted}, got the color {shown(gait.color)}; retarget moves it there")
@@ -370,7 +368,8 @@ class TouchedLimit:
 
     def __str__(self) -> str:
         joints, unit = f"α{self.joints[0]} and α{self.joints[1]}", RATE_UNITS[self.limit]
-        return f"{self.limit} of {joints} at its limit {self.value:.4g} {unit} during {self.share:.0%} of the period"
+        during = f"during {100 * self.share:.0f} % of the period"
+        return f"{self.limit} of {joints} at its limit {figure(self.value)} {unit} {during}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)

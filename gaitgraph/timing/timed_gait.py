@@ -194,14 +194,14 @@ class TimedGait:
         return self.gait.check(**options).with_checks(self.rate_checks())
 
     def rate_checks(self, noun: str = "period", share: float = 1.0) -> tuple[Check, ...]:
-        """Return the check of tilt rates, and of tilt accelerations and jerks where the vehicle limits them.
+        """Return the checks of tilt rates and accelerations, and of jerks where the vehicle limits them.
 
         Advice names the time that would do, called `noun`, which is a share of the period.
         """
         checks = []
         for order, (kind, unit) in enumerate(RATE_UNITS.items(), start=1):
             limit: float | None = getattr(self.gait.vehicle, f"max_tilt_{kind}")
-            if limit is None and order > 1:
+            if limit is None and order > 2:
                 continue
             peaks = self.peaks(order)
             joint = int(np.argmax(peaks))

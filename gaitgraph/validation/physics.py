@@ -146,7 +146,9 @@ class _SingularValue(Rule):
         criteria, place = self.criteria, self.worst.place
         floor, lower = criteria.floor, self.worst.lower - criteria.singular_value_slack
         value = lower if criteria.beside else self.worst.upper
-        message = f"least singular value {value:.3f} (at least {max(lower, 0.0):.3f}), floor {floor:g}"
+        proven = f"{max(lower, 0.0):.3f}"
+        bound = "" if proven == f"{value:.3f}" else f" (proven lower bound {proven})"
+        message = f"least singular value {value:.3f}{bound}, floor {floor:g}"
         if not self.above:
             message = (
                 f"the decoupling matrix is nearly singular: least singular value {value:.2g}, floor {floor:g}, at "
@@ -328,8 +330,8 @@ class HoverReachability:
         enters = "the component of α = 0, which ordinary hover can enter and leave"
         if not self.positive:
             return False, (
-                "it cannot be entered from ordinary hover (R = +4 at α = 0) without a singular matrix: plan with R > 0 "
-                f"in {home}, or start the flight in the gait"
+                "hover (R > 0) cannot enter it without a singular matrix: "
+                f"plan in {home}, or start the flight in the gait"
             )
         if self.off_red > DEFAULT_TOLERANCE:
             return None, "off the red sheet with R > 0: whether hover can reach it is not decided here"

@@ -12,8 +12,10 @@ from dataclasses import asdict, dataclass, replace
 from textwrap import fill
 from typing import TYPE_CHECKING, Any, Literal, TypedDict
 
+from gaitgraph.angles import figure
+
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Mapping
 
     from gaitgraph.surface.loop_colorings import Colorings
 
@@ -23,6 +25,7 @@ RATE_UNITS = {"rate": "rad/s", "acceleration": "rad/s²", "jerk": "rad/s³"}
 RATE_CHECKS = tuple(f"tilt_{kind}" for kind in RATE_UNITS)
 """Names of the checks that need times."""
 
+_LIKELY = {"rate": 100.0, "acceleration": 10_000.0}  # a larger limit was probably meant in degrees
 _YES = {True: "yes", False: "no", None: "unknown"}
 _WIDTH = 110
 
@@ -105,14 +108,29 @@ def limit_check(
     name: str, unit: str, peak: float, joint: int, limit: float | None, where: dict[str, Any] | None, advice: str
 ) -> Check:
     """Return the check of a peak of one tilt angle's derivative against what the vehicle states."""
-    message, ok = f"peak {peak:.3g} {unit} (α{joint})", limit is None or peak <= limit * (1 + 1e-12)
+    ok = limit is None or peak <= limit * (1 + 1e-12)
+    message = "infinite" if math.isinf(peak) else f"peak {figure(peak)} {unit} (α{joint})"
     if limit is None:
         message += "; the vehicle states no limit"
     elif math.isinf(peak):
-        message = f"{advice} (limit {limit:.3g} {unit})"
+        message = f"{advice} (limit {figure(limit)} {unit})"
     else:
-        message += f", limit {limit:.3g}" + ("" if ok else f": {advice}")
+        message += f", limit {figure(limit)}" + ("" if ok else f": {advice}")
     return Check(name=name, kind="flyable", ok=ok, value=peak, limit=limit, where=where, message=message)
+
+
+def unlikely_limits(limits: Mapping[str, Any]) -> list[str]:
+    """Return a warning for each limit of a derivative that is so large that it was probably meant in degrees.
+
+    >>> unlikely_limits({"rate": 300.0, "acceleration": 50.0})
+    ["the limit of the tilt rate is 300 rad/s = 17,189°/s: for degrees write '300deg'"]
+    """
+    return [
+        f"the limit of the tilt {kind} is {figure(limits[kind])} {unit} = {math.degrees(limits[kind]):,.0f}"
+        f"{unit.replace('rad', '°')}: for degrees write '{limits[kind]:g}deg'"
+        for kind, unit in RATE_UNITS.items()
+        if limits.get(kind) is not None and limits[kind] > _LIKELY.get(kind, math.inf)
+    ]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -165,8 +183,12 @@ class Report:
     @property
     def warnings(self) -> tuple[str, ...]:
         """What holds but deserves attention."""
-        undecided = tuple(check.message for check in self.checks if check.ok and not check.decided)
-        return undecided + self.notes
+        undecided = (check.message for check in self.checks if check.ok and not check.decided)
+        return (*undecided, *self._unlikely, *self.notes)
+
+    @property
+    def _unlikely(self) -> list[str]:
+        return unlikely_limits({check.name.removeprefix("tilt_"): check.limit for check in self.checks})
 
     def __getitem__(self, name: str) -> Check:
         return {check.name: check for check in self.checks}[name]
@@ -199,22 +221,22 @@ class Report:
 
     @property
     def verdict(self) -> str:
-        """The verdict in one line, such as "valid yes · flyable no · reachable from hover unknown"."""
-        answers = {"valid": self.valid, "flyable": self.flyable, "reachable from hover": self.reachable_from_hover}
-        return " · ".join(f"{name} {_YES[answer]}" for name, answer in answers.items())
+        """The verdict in one line, such as "Flyable: no. Obeys the paper's rules: yes. Reachable from hover: no."."""
+        answers = {"Flyable": self.flyable, "Obeys the paper's rules": self.valid}
+        answers["Reachable from hover"] = self.reachable_from_hover
+        return " ".join(f"{name}: {_YES[answer]}." for name, answer in answers.items())
 
     def __str__(self) -> str:
         lines = [self.verdict, *lines_of_checks(self.checks)]
         lines.append(_line("ok" if self.reachable_from_hover else "--", "reachable from hover", self.reachability))
         if self.listing is not None:
             lines.append(_line("ok" if self.listing.count else "--", "colorings", self.listing.in_report()))
-        lines += [fill(f"warning: {note}", _WIDTH, subsequent_indent="  ") for note in self.notes]
+        lines += [f"warning: {warning}" for warning in (*self._unlikely, *self.notes)]
         return "\n".join(lines)
 
     def __repr__(self) -> str:
         broken = [check.name.replace("_", " ") for check in self.checks if check.mark != "ok"]
-        verdict = self.verdict.replace(" · ", ", ")
-        return f"<Report: {verdict}; {len(self.checks)} checks, not ok: {', '.join(broken) or 'none'}>"
+        return f"<Report: {self.verdict} {len(self.checks)} checks, not ok: {', '.join(broken) or 'none'}>"
 
     def _repr_html_(self) -> str:
         from gaitgraph.plots.notebook import html_of

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import number_of, wrapped
+from gaitgraph.angles import angle_within, number_of, wrapped
 from gaitgraph.errors import InputError, shown
 from gaitgraph.invertibility.segment_bounds import Least, largest_residual
 from gaitgraph.surface.adjacency import neighbors_allowed, text_from_types
@@ -49,6 +49,8 @@ def checked_limits(**limits: float | None) -> None:
     for name, number in limits.items():
         if number is not None and not 0 <= number_of(number) < math.inf:
             raise InputError(f"{name} must be a finite number ≥ 0, got {shown(number)}")
+        if number is not None and name in ("angle_rounding", "crossing_tolerance", "margin"):
+            angle_within(number, name, least=0.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -355,7 +355,7 @@ class _RowRates:
             peak.update(values[:starts], rows[1:] if order > 1 else rows)
 
     def checks(self, head: Segments, tail: Segments, vehicle: Vehicle, *, closed: bool) -> list[Check]:
-        """Close the motion and return the checks of its rates and, where limited, accelerations and jerks."""
+        """Close the motion and return the checks of its rates, its accelerations and, where limited, jerks."""
         assert head.t is not None and tail.t is not None  # noqa: PT018, S101
         period = float(tail.t[-1] - head.t[0])
         if len(tail.alpha) > 1:
@@ -372,7 +372,7 @@ class _RowRates:
         out = []
         for order, ((kind, unit), peak) in enumerate(zip(RATE_UNITS.items(), self.peaks, strict=True), start=1):
             limit: float | None = getattr(vehicle, f"max_tilt_{kind}")
-            if order > 1 and limit is None:
+            if order > 2 and limit is None:
                 continue
             needed = period * (peak.value / limit) ** (1 / order) if limit else period
             where, at = (peak.place.as_mapping("row"), peak.place.described("row")) if peak.place else (None, "")

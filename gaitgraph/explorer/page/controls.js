@@ -14,6 +14,8 @@ const LABELS = {
   grid: "grid",
   shortest: "shortest",
   robust: "most robust",
+  flyable: "be flyable",
+  valid: "obey the paper’s rules",
 };
 
 /** Make radio buttons in a fieldset; return a function that shows a value. */
@@ -54,6 +56,7 @@ export function bindControls(setup, on) {
     ["color", setup.colors],
     ["sign", setup.signs],
     ["method", setup.methods],
+    ["require", setup.requires],
   ]) {
     const show = segmented(byId(`field-${key}`), key, labelled(values), choose(key));
     shows.push((state) => show(state[key]));

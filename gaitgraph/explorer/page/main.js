@@ -188,7 +188,7 @@ function showFound() {
   const report = shownReport();
   showReport(byId("report"), report, {
     point: (where) => map.point(where),
-    take: (other) => commit({ color: other.color, ...(other.sign ? { sign: other.sign } : {}) }),
+    take: ({ color, sign, flyable }) => commit({ color, sign, require: flyable ? "flyable" : "valid" }),
   });
   const sentence = sentenceOf(report);
   if (byId("verdict-spoken").textContent !== sentence) byId("verdict-spoken").textContent = sentence;
@@ -392,16 +392,10 @@ function bindHeader() {
     ...setup.paper_gaits.map((gait, k) => html("option", { value: String(k) }, `${gait.name}, ${gait.color}`)),
   );
   load.addEventListener("change", () => {
-    const gait = setup.paper_gaits[Number(load.value)];
+    const { name: _name, ...gait } = setup.paper_gaits[Number(load.value)];
     load.value = "";
     const { view: _view, ...start } = startOf(setup);
-    commit({
-      ...start,
-      eta: store.state.eta,
-      color: gait.color,
-      waypoints: gait.waypoints,
-      ...(gait.sign ? { sign: gait.sign } : {}),
-    });
+    commit({ ...start, ...gait, eta: store.state.eta });
   });
   byId("undo").addEventListener("click", () => store.undo());
   byId("redo").addEventListener("click", () => store.redo());

@@ -232,10 +232,10 @@ export function pictureIn(root) {
     const others = [];
     const bits = [];
     const corners = [];
+    plan?.alternatives?.forEach((other) => {
+      others.push(svg("path", { class: `alternative ${other.color}`, d: line(other.path, false) }));
+    });
     if (plan?.status === "planned") {
-      plan.alternatives.forEach((other) => {
-        others.push(svg("path", { class: `alternative ${other.color}`, d: line(other.path, false) }));
-      });
       const kind = plan.color + faint;
       bits.push(svg("path", { class: "casing", d: line(plan.path, false) }));
       bits.push(svg("path", { class: `path ${kind}`, d: line(plan.path, false) }));

@@ -31,6 +31,7 @@ function choicesOf(setup) {
     sign: setup.signs,
     objective: setup.objectives,
     method: setup.methods,
+    require: setup.requires,
     law: setup.laws,
     vehicle: setup.presets.map((preset) => preset.name),
     coefficients: ["published", "exact"],

@@ -16,8 +16,8 @@ export function verdictOf(report) {
   const checks = report.checks ?? [];
   const broken = checks.filter((check) => check.mark !== "ok").map((check) => check.title);
   if (report.flyable) return { kind: "yes", headline: "Flyable", reasons: [] };
-  if (report.valid) return { kind: "partly", headline: "Valid, not flyable", reasons: broken };
-  return { kind: "no", headline: "Not valid", reasons: broken };
+  if (report.valid) return { kind: "partly", headline: "Not flyable, obeys the paper’s rules", reasons: broken };
+  return { kind: "no", headline: "Not flyable, breaks the paper’s rules", reasons: broken };
 }
 
 /** Return one sentence for screen readers. */
@@ -137,16 +137,15 @@ function others(report, onTake) {
       "ul",
       { class: "plainlist" },
       ...report.alternatives.map((other) => {
-        // One that would come after a flyable loop anyway is judged only when it is taken.
-        const judged = other.flyable ? "flyable" : other.valid ? "valid, not flyable" : "not valid";
-        const verdict = other.valid === null ? "" : `: ${judged}`;
+        const rules = other.valid ? "obeys the paper’s rules, cannot fly" : "breaks the paper’s rules";
+        const verdict = other.flyable ? "flyable" : rules;
         const can = ["red", "blue"].includes(other.color);
         const words = `${other.color}, ${SIGNS[other.sign] ?? "no sign of R"}`;
         return html(
           "li",
           { class: "other" },
           html("span", { class: `sheet-key ${other.color}`, "aria-hidden": "true" }),
-          html("span", {}, `${words}, ${number(other.length)} rad${verdict}`),
+          html("span", {}, `${words}, ${number(other.length)} rad: ${verdict}`),
           can
             ? html(
                 "button",
