@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import numpy.typing as npt
 import shapely
+from shapely.affinity import translate
 
 from gaitgraph.angles import number_of
 from gaitgraph.errors import Infeasible, InputError, shown
@@ -322,7 +323,7 @@ def _smaller(plane: FloatArray, share: float, part: Polygon, wanted: FloatArray)
     """
     shape = share * (plane - plane.mean(axis=0))
     corners = shapely.get_coordinates(shapely.simplify(shapely.linestrings(np.vstack([shape, shape[:1]])), _THINNED))
-    means = shapely.intersection_all([shapely.transform(part, lambda xy, by=by: xy - by) for by in corners])
+    means = shapely.intersection_all([translate(part, *-by) for by in corners])
     if means.is_empty:
         return np.full_like(shape, np.nan)
     return np.asarray(shape + shapely.get_coordinates(shapely.shortest_line(means, shapely.Point(wanted)))[0])

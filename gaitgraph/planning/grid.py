@@ -82,7 +82,8 @@ def _paths_of_color(graph: nx.Graph[Any], served: list[list[Any]], branch: Branc
             ends = order[walk.leg], order[(walk.leg + 1) % len(order)]
             # How many nodes usable edges join to each of the two.
             allowed = allowed_edges(use)
-            view = nx.subgraph_view(graph, filter_edge=lambda a, b, allowed=allowed: bool(allowed(graph.edges[a, b])))
+            edges = [(a, b) for a, b, data in graph.edges(data=True) if allowed(data)]
+            view = nx.Graph([*edges, *((nodes[0], nodes[0]) for nodes in stops)])
             counts = tuple(len(nx.node_connected_component(view, stops[k][0])) for k in ends)
             wall = "the keep_out and keep_in polygons, or the grid," if request.zones else "the grid"
             wall += f" of {request.divisions} divisions: more divisions may join them"

@@ -134,7 +134,7 @@ def _roots_above(waypoints: tuple[Point, ...], coefficients: Coefficients) -> Ro
 def branches_of(request: PlanRequest) -> list[Branch]:
     """Return the branches of color and sign of R that a request asks for and that can meet it, R > 0 first."""
     coefficients = coefficients_of(request.vehicle, request.coefficients)
-    colors = ("red",) if (request.color, request.require) == ("auto", "flyable") else COLORS
+    colors = COLORS[:1] if (request.color, request.require) == ("auto", "flyable") else COLORS
     return [
         Branch(request=request, coefficients=coefficients, color=color, sign=sign)
         for sign in reversed(SIGNS)

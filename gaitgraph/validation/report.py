@@ -222,9 +222,8 @@ class Report:
     @property
     def verdict(self) -> str:
         """The verdict in one line, such as "Flyable: no. Obeys the paper's rules: yes. Reachable from hover: no."."""
-        answers = {"Flyable": self.flyable, "Obeys the paper's rules": self.valid}
-        answers["Reachable from hover"] = self.reachable_from_hover
-        return " ".join(f"{name}: {_YES[answer]}." for name, answer in answers.items())
+        flyable, valid, reachable = (_YES[one] for one in (self.flyable, self.valid, self.reachable_from_hover))
+        return f"Flyable: {flyable}. Obeys the paper's rules: {valid}. Reachable from hover: {reachable}."
 
     def __str__(self) -> str:
         lines = [self.verdict, *lines_of_checks(self.checks)]
