@@ -61,9 +61,8 @@ def in_degrees(value: object) -> str:
     ("; for degrees write '30deg'", '', '')
     """
     text = value.strip() if isinstance(value, str) else f"{number_of(value):g}"
-    match = _ANGLE.fullmatch(text.replace("−", "-"))
-    is_plain = match is not None and match["plain"] and not match["unit"]
-    return f"; for degrees write '{text}deg'" if is_plain and 2 <= abs(float(text.replace("−", "-"))) <= 360 else ""
+    is_plain = re.fullmatch(rf"[+−-]?{_NUMBER}", text, re.ASCII)
+    return f"; for degrees write '{text}deg'" if is_plain and 2 <= float(text.strip("+−-")) <= 360 else ""
 
 
 def angle_within(value: object, name: str, limit: float = HALF_PI, *, least: float | None = None) -> float:
@@ -133,11 +132,7 @@ def figure(number: float) -> str:
     >>> figure(20000.0), figure(5.8905), figure(0.45371), figure(-2.0)
     ('20,000', '5.89', '0.454', '-2')
     """
-    size = abs(number)
-    if not 1e-4 <= size < 1e12:
-        return f"{number:.3g}"
-    text = f"{number:,.{max(2 - math.floor(math.log10(size)), 0)}f}"
-    return text.rstrip("0").rstrip(".") if "." in text else text
+    return f"{float(f'{number:.3g}'):,.12g}"
 
 
 def wrapped(angle: Any) -> Any:

@@ -153,7 +153,7 @@ def test_a_gait_that_would_stand_still_is_offered_with_half_of_its_motion() -> N
     still = retarget(blue)
     assert still.gait.length == pytest.approx(0.0, abs=1e-9)
     assert str(still).startswith("The nearest flyable gait stands still. The nearest that keeps half is moved by ")
-    assert still.as_mapping()["moving"]["keep"] == 0.5
+    assert still.as_mapping()["moving"]["share"] == pytest.approx(0.5)
     for keep in (0.5, 0.2):
         answer = retarget(blue, keep=keep)
         assert answer.after.flyable

@@ -91,7 +91,7 @@ def test_a_check_serialises_without_infinities() -> None:
         (2.0, 2.0, True, "peak 2 u (α3), limit 2"),
         (2.0 * (1 + 1e-13), 2.0, True, "peak 2 u (α3), limit 2"),
         (np.inf, None, True, "infinite; the vehicle states no limit"),
-        (53761.4, 90000.0, True, "peak 53,761 u (α3), limit 90,000"),
+        (53761.4, 90000.0, True, "peak 53,800 u (α3), limit 90,000"),
         (2.1, 2.0, False, "peak 2.1 u (α3), limit 2: slower"),
         (np.inf, 5.0, False, "slower (limit 5 u)"),
     ],

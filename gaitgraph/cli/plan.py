@@ -7,8 +7,6 @@ from typing import Any
 
 from gaitgraph.cli import Paths, Working, check_outputs, command, flag, one_of, option, request_of, show, write_outputs
 
-_REQUIRED = ("flyable", "valid")
-
 
 @command(
     "Plan a closed gait through (α1, α2) waypoints.",
@@ -21,7 +19,7 @@ _REQUIRED = ("flyable", "valid")
         words=("grid", "exact"),
     ),
     option("--sheets", "NAME", "", hidden=True),  # of earlier versions; the request judges it
-    option("--require", "NAME", "flyable, or valid: by the paper's rules alone.  [default: flyable]", words=_REQUIRED),
+    one_of("--require", "flyable", "valid", of="By the paper's rules alone the gait is valid: "),
     "floor accuracy keep_in keep_out",
     flag("--any-order", "Visit the waypoints in the order that is shortest."),
     flag("--reverse", "Run the loop in the other direction."),

@@ -121,12 +121,8 @@ class OptimalGait:
         """Where the gait stands still, and what to change; None if it moves."""
         if self.curve is None or self.passed is None or self.curve.length > CLEARANCE:
             return None
-        a1, a2 = self.passed[0, :2]
-        why = "there is only one disc: give two or more" if len(self.radius) == 1 else "all discs share this point"
-        advice = (
-            "" if len(self.radius) == 1 else ": for a gait that moves give smaller radii, or waypoints farther apart"
-        )
-        return f"The best gait stands still at ({a1:.4f}, {a2:.4f}), since {why}{advice}"
+        (a1, a2), advice = self.passed[0, :2], "for a gait that moves give smaller radii, or waypoints farther apart"
+        return f"The best gait stands still at ({a1:.4f}, {a2:.4f}), which all discs share: {advice}"
 
     @property
     def gait(self) -> Gait:

@@ -65,8 +65,7 @@ class Retargeted:
     new row that each given one became; `moved` how far it was moved, in all four angles, both of shape (n,) [rad].
     `alternatives` is the summed distance to each component of the flyable region, the chosen one first [rad]. `share`
     is how much of the motion is left: the length of the new loop of (α1, α2) over that of the given one, None if that
-    is zero. `keep` is the share that was asked for. Where none was and less than half is left, `moving` is the nearest
-    gait that keeps half.
+    is zero. Where no share was asked for and less than half is left, `moving` is the nearest gait that keeps half.
     """
 
     before: Report
@@ -77,7 +76,6 @@ class Retargeted:
     after: Report | None = None
     alternatives: tuple[float, ...] = ()
     share: float | None = None
-    keep: float | None = None
     moving: Retargeted | None = None
     warnings: tuple[str, ...] = ()
 
@@ -141,7 +139,6 @@ class Retargeted:
             "largest": largest,
             "largest_row": row,
             "share": self.share,
-            "keep": self.keep,
             "moving": None if self.moving is None else self.moving.as_mapping(),
             "moved": [] if self.moved is None else self.moved.tolist(),
             "new_rows": [] if self.rows is None else (self.rows + 1).tolist(),
@@ -162,7 +159,7 @@ class Retargeted:
         if self.after is None:
             return f"no gait: {self.reason}\nbefore: {self.before.verdict}"
         lines = [f"{self.status}: {self.unchanged} of {len(self._moves())} rows as they were, {self.added} added"]
-        if self.share is not None and self.keep is None and self.share < _LITTLE:
+        if self.share is not None and self.share < _LITTLE:
             kept = "stands still" if self.share < 1e-6 else f"keeps {100 * self.share:.0f} % of the motion"
             lines.insert(0, f"The nearest flyable gait {kept}.")
             if self.moving is not None:
@@ -264,9 +261,7 @@ def retarget(
         smaller = [_smaller(rows[:, :2], keep, part, middle.mean(axis=0)) for part in parts]
         totals = np.array([np.sqrt(2 * np.sum((there - middle) ** 2, axis=1) + off).sum() for there in smaller])
         if np.isnan(totals).all():
-            return Retargeted(
-                before=before, keep=keep, reason=f"{100 * keep:.3g} % of the motion fits nowhere: keep less"
-            )
+            return Retargeted(before=before, reason=f"{100 * keep:.3g} % of the motion fits nowhere: keep less")
         middle = smaller[int(np.nanargmin(totals))]
         points = shapely.points(middle)
     best = int(np.nanargmin(totals))
@@ -310,7 +305,6 @@ def retarget(
         after=after,
         alternatives=tuple(np.sort(totals[~np.isnan(totals)]).tolist()),
         share=share,
-        keep=keep,
         moving=moving,
         warnings=(f"took whole turns off α3 or α4 in {turned} rows",) if turned else (),
     )

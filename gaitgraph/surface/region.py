@@ -154,11 +154,7 @@ class Region:
         if found is None:
             return None
         for digits in range(4, 18):
-            # Of an angle with no more than four decimals, those are enough.
-            texts = [
-                f"{angle:.4f}" if abs(round(angle, 4) - angle) < 10.0**-digits / 2 else f"{angle:.{digits}f}"
-                for angle in found
-            ]
+            texts = [f"{angle:.{digits}f}" for angle in found]
             if self.contains([float(text) for text in texts])[0]:
                 return f"({texts[0]}, {texts[1]})"
         return f"({found[0]!r}, {found[1]!r})"
