@@ -171,6 +171,7 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     (plan, {"waypoints": [(0, 0)] * 1001}, "waypoints must be at most 1000, got 1001"),
     (plan, {"color": "rad"}, "color must be one of auto, red, blue, got 'rad'; did you mean 'red'"),
     (plan, {"sign": 1}, "sign must be … got 1"),
+    (plan, {"require": "fly"}, "require must be one of flyable, valid, got 'fly'"),
     (plan, {"objective": "thrust"}, "objective must be one of shortest, robust, got 'thrust'; use: "),
     (plan, {"law": "x"}, "law must be … got 'x'"),
     (plan, {"floor": NAN}, "floor must be a finite number ≥ 0, got nan"),
