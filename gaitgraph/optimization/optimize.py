@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from itertools import combinations, groupby
+from itertools import combinations
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
@@ -30,7 +30,7 @@ from gaitgraph.optimization.least_effort import (
     control_points_along,
     power_pieces,
 )
-from gaitgraph.planning.request import checked_waypoints
+from gaitgraph.planning.request import checked_waypoints, grouped_waypoints
 from gaitgraph.planning.shortest_paths import ShortestPaths, shortest_loop
 from gaitgraph.surface.admissible import admissible_region, singular_value_region, thrust_region, why_empty
 from gaitgraph.surface.region import DEFAULT_ACCURACY, OVERLAY_ERROR, Discs, Zones, component_meeting, offset
@@ -277,12 +277,7 @@ def _discs(waypoints: Any, radius: Any) -> tuple[Discs, tuple[str, ...]]:
     if len(each) != len(points):
         raise InputError(f"radius must be one for all waypoints or one for each of {len(points)}, got {len(each)}")
     radii = np.array([angle_within(value, "radius", least=0.0) for value in each])
-    # Rows of waypoints that are the same, around the seam too.
-    groups = [list(group) for _, group in groupby(range(len(points)), key=points.__getitem__)]
-    if len(groups) > 1 and points[-1] == points[0]:
-        groups[0] += groups.pop()
-    dropped = len(points) - len(groups)
-    notes = (f"merged {dropped} waypoint{'s' * (dropped > 1)} that repeated the one before",) if dropped else ()
+    groups, notes = grouped_waypoints(points)
     centers = np.array([points[group[0]] for group in groups])
     discs = Discs(centers, np.array([radii[group].min() for group in groups]))
     discs.centers.flags.writeable = discs.radii.flags.writeable = False

@@ -371,7 +371,7 @@ def _answer(
             answers = grid_paths(branches, graph_of, progress)
         for answer in answers:
             if isinstance(answer, Obstacle):
-                obstacles.append(with_nearest(answer, request))
+                obstacles.append(answer)
             else:
                 loops += [loop_of(found, sign) for found in answer]
     loops.sort(key=_preference)
@@ -382,6 +382,7 @@ def _answer(
         obstacles = [Obstacle(color="red", sign=loops[0].sign, kind="limit", message=message)]
     reason, waypoints, warnings = None, request.waypoints, [*request.notes]
     if is_refused or not loops:
+        obstacles = [with_nearest(obstacle, request) for obstacle in obstacles]
         kind = "flyable" if is_refused else "closed"
         reason = f"no {kind} loop: {'; '.join(dict.fromkeys(obstacle.message for obstacle in obstacles))}"
         loops = []

@@ -15,6 +15,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from inspect import signature
+from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
@@ -141,14 +142,10 @@ def plan_request(
     elif not isinstance(vehicle, Vehicle):
         vehicle = vehicle_named(vehicle)
     points = checked_waypoints(waypoints)
-    # A waypoint that equals the one before it is dropped, around the seam too.
-    kept = [point for k, point in enumerate(points) if k == 0 or point != points[k - 1]]
-    if len(kept) > 1 and kept[-1] == kept[0]:
-        kept.pop()
-    dropped = len(points) - len(kept)
+    groups, notes = grouped_waypoints(points)
     zones = Zones(keep_out=keep_out, keep_in=keep_in)
     return PlanRequest(
-        waypoints=tuple(kept),
+        waypoints=tuple(points[group[0]] for group in groups),
         color=color,
         sign=sign,
         objective=objective,
@@ -164,7 +161,7 @@ def plan_request(
         law=law,
         floor=checked_number("floor", floor),
         require=require,
-        notes=(f"merged {dropped} waypoint{'s' * (dropped > 1)} that repeated the one before",) if dropped else (),
+        notes=notes,
     )
 
 
@@ -190,6 +187,15 @@ def checked_waypoints(value: object, most: int = MOST_WAYPOINTS) -> list[Point]:
         first, second = (angle_within(angles[k], f"waypoint {number} alpha{k + 1}") for k in range(2))
         points.append((first, second))
     return points
+
+
+def grouped_waypoints(points: Sequence[Point]) -> tuple[list[list[int]], tuple[str, ...]]:
+    """Return the indices of waypoints, those together that repeat the one before, around the seam too; and notes."""
+    groups = [list(group) for _, group in groupby(range(len(points)), key=points.__getitem__)]
+    if len(groups) > 1 and points[-1] == points[0]:
+        groups[0] += groups.pop()
+    dropped = len(points) - len(groups)
+    return groups, (f"merged {dropped} waypoint{'s' * (dropped > 1)} that repeated the one before",) * (dropped > 0)
 
 
 # --- requests in files -----------------------------------------------------------------------------------------------
