@@ -231,16 +231,16 @@ class Gait:
         return check_gait(self, tolerance=tolerance, floor=floor, angle_rounding=angle_rounding)
 
     def __repr__(self) -> str:
-        return f"<Gait: {self.color or 'off the surfaces'}, {self._size}, vehicle {self.vehicle.name!r}>"
+        return f"<Gait: {self.color or 'off the surfaces'}, {self.size_text()}, vehicle {self.vehicle.name!r}>"
 
     def __str__(self) -> str:
         low, high = float(self.R.min()), float(self.R.max())
         signs = f"R {low:.3g} to {high:.3g} at its corners" if len(self.alpha) > 1 else f"R {low:.3g}"
-        title = f"Gait, {self.color or 'off the surfaces'}: {self._size}, {signs}"
+        title = f"Gait, {self.color or 'off the surfaces'}: {self.size_text()}, {signs}"
         return "\n".join([title, self.setting_text(), "", *self.corner_lines()])
 
-    @property
-    def _size(self) -> str:
+    def size_text(self) -> str:
+        """Return how many corners and how long it is."""
         return f"{len(self.alpha)} corner{'s' * (len(self.alpha) > 1)}, {self.length:.4f} rad around"
 
     def setting_text(self) -> str:

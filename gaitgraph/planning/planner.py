@@ -116,14 +116,8 @@ class Loop:
             return "flyable"
         return "obeys the paper's rules, cannot fly" if self.report.valid else "breaks the paper's rules"
 
-    @property
-    def corners(self) -> str:
-        """How many corners the gait has, as a text."""
-        count = len(self.gait.alpha)
-        return f"{count} corner{'s' * (count > 1)}"
-
     def __repr__(self) -> str:
-        return f"<Loop: {self.color}, {RELATION[self.sign]}, {self.corners}, {self.length:.4f} rad, {self._verdict}>"
+        return f"<Loop: {self.color}, {RELATION[self.sign]}, {self.gait.size_text()}, {self._verdict}>"
 
     def __str__(self) -> str:
         broken = [check.name.replace("_", " ") for check in self.report.checks if check.mark != "ok"]
@@ -208,7 +202,7 @@ class Plan:
             lines += [*([_HOW_TO_ASK] if str(self.reason).endswith(_HOW_TO_ASK) else []), conditions]
         else:
             loop, report, corners = self.loop, self.loop.report, self.loop.gait.corner_lines()
-            head = f"Planned a {loop.color} gait, {RELATION[loop.sign]}: {loop.corners}, {loop.length:.4f} rad around"
+            head = f"Planned a {loop.color} gait, {RELATION[loop.sign]}: {loop.gait.size_text()}"
             lines = [f"{head}, T = {request.period:g} s, {request.law}", conditions, "", *corners, ""]
             if not loop.length:
                 lines[0] = f"Planned {_POSTURE}"
