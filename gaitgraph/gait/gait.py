@@ -194,8 +194,8 @@ class Gait:
         return replace(self, alpha=self.alpha * np.array(factors, dtype=float), colors=colors, request={})
 
     def vertices(self, tolerance: float = 1e-9) -> FloatArray:
-        """Return the vertices by equations (16) to (19), shape (k, 4) [rad]; see :func:`vertices`."""
-        return vertices(self.alpha, tolerance)  # a polyline has its least and largest angles at corners
+        """Return the corners of the loop, in order, shape (k, 4) [rad]; see :func:`vertices`."""
+        return vertices(self.merged().alpha, tolerance)
 
     def parametrize(
         self, period: float = 1.0, *, law: LawName = "smooth", samples: int | None = None, rate: float | None = None
@@ -317,27 +317,38 @@ def points_on_sheets(
 
 
 def vertices(alpha: npt.ArrayLike, tolerance: float = 1e-9) -> FloatArray:
-    """Return the vertices of a curve of tilt angles, points of shape (n, 4) [rad], by equations (16) to (19).
+    """Return the vertices of a closed loop through rows of tilt angles, shape (n, 4) [rad]: its corners, in order.
 
-    A point is a vertex if each of its four angles is the least or the largest that this angle takes on the curve, to
-    within the tolerance [rad]; for a sampled table, what its samples may miss. The k ≤ 16 vertices are returned once
-    each, shape (k, 4), in the order in which the curve first meets them, with the extreme values themselves.
+    A row is a corner if it is farther than the tolerance [rad] from the straight line between its neighbours. So the
+    rows of a sampled curve are corners, unless the tolerance is above what the curve bends between them. Where a corner
+    falls between two rows of a sampled table, it is where the sides meet. A point has one vertex, an out-and-back loop
+    two. The paper's equations (16) to (19) take the extremes of each angle, which gives the same for its rectangles.
 
-    >>> vertices([[0, 0, 0, 0], [1, 0, 1, 0], [1, 1, 1, 1], [0, 1, 0, 1]]).shape
-    (4, 4)
+    >>> vertices([[0, 0, 0, 0], [1, 0, 1, 0], [1, 0.5, 1, 0.5], [1, 1, 1, 1]]).tolist()
+    [[0.0, 0.0, 0.0, 0.0], [1.0, 0.0, 1.0, 0.0], [1.0, 1.0, 1.0, 1.0]]
     """
     points = np.asarray(alpha, dtype=float)
     if points.ndim != 2 or points.shape[1] != 4 or not len(points):
         raise InputError(f"alpha must have the shape (n, 4) with n at least 1, got {points.shape}")
     if not 0 <= number_of(tolerance) < math.inf:
         raise InputError(f"tolerance must be a number ≥ 0 (rad), got {shown(tolerance)}")
-    low, high = points.min(axis=0), points.max(axis=0)
-    at_high = points >= high - tolerance
-    extreme = (at_high | (points <= low + tolerance)).all(axis=1)
-    # Where an angle is near both of its ends (a constant one), the nearer end decides.
-    at_high &= np.abs(points - high) <= np.abs(points - low)
-    met = dict.fromkeys(map(tuple, at_high[extreme].tolist()))
-    return np.array([np.where(row, high, low) for row in met]).reshape(-1, 4)
+    moves = np.abs(np.roll(points, -1, axis=0) - points).max(axis=1) > tolerance
+    points = points[moves] if moves.any() else points[:1]
+    n = len(points)
+    before, chord = np.roll(points, 1, axis=0), np.roll(points, -1, axis=0) - np.roll(points, 1, axis=0)
+    share = ((points - before) * chord).sum(axis=1) / np.maximum((chord**2).sum(axis=1), 1e-300)
+    off = np.linalg.norm(points - before - np.clip(share, 0, 1)[:, None] * chord, axis=1)
+    bent = (off > tolerance) | (n == 1)
+    # Two rows that cut a corner off, between sides with two more rows on each.
+    sides = ~(np.roll(bent, 2) | np.roll(bent, 1) | np.roll(bent, -2) | np.roll(bent, -3))
+    for k in np.flatnonzero(bent & np.roll(bent, -1) & sides).tolist():
+        first, second = points[k], points[(k + 1) % n]
+        ahead = np.column_stack([first - points[k - 1], second - points[(k + 2) % n]])
+        reach = np.linalg.lstsq(ahead * [1, -1], second - first)[0]
+        ends = np.stack([first, second]) + reach[:, None] * ahead.T
+        if ((reach >= 0) & (reach <= 1)).all() and np.linalg.norm(ends[1] - ends[0]) <= 10 * tolerance:
+            points[k], bent[(k + 1) % n] = ends.mean(axis=0), False
+    return points[bent]
 
 
 _AROUND_3 = ((6, -6), (6, -2), (2, -2), (2, -6))

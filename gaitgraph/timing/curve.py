@@ -22,7 +22,7 @@ import numpy.typing as npt
 
 from gaitgraph.angles import angle_within, figure, number_of
 from gaitgraph.errors import InputError, checked_choice, shown
-from gaitgraph.gait.gait import Gait, vertices
+from gaitgraph.gait.gait import Gait
 from gaitgraph.invertibility.matrices import Coefficients, FloatArray, coefficients_of
 from gaitgraph.surface.sheets import DEFAULT_CROSSING_TOLERANCE, sheet_angles
 from gaitgraph.timing.laws import bernstein_from_power, derivative_of, divided, located, peaks_of, values_of
@@ -439,10 +439,11 @@ class LimitedGait(TimedGait):
         return tuple(out)
 
     def vertices(self, tolerance: float = 1e-9) -> FloatArray:
-        """Return the vertices by equations (16) to (19) over the whole period; a rounded loop may have none."""
+        """Return the corners of the loop; of a curve the tips where it turns back on its line, so mostly none."""
         if self.curve is None:
             return self.gait.vertices(tolerance)
-        return vertices(np.vstack([self.gait.alpha, self.curve.at(self.curve.turning_points())]), tolerance)
+        at = self.curve.turning_points()
+        return self.curve.at(at[np.linalg.norm(self.curve.at(at, 1), axis=1) <= tolerance])
 
     def check(self, **options: Unpack[CheckOptions]) -> Report:
         """Return every check of the path, along the curve itself, and those of rates, accelerations and jerks."""

@@ -142,6 +142,7 @@ class LeastPeriod:
     limits: Limits
     timed: LimitedGait | None = None
     least: float | None = None  # the least period found [s]
+    at_rest: float | None = None  # the same with a rest at each corner, where corners were to be rounded [s]
     lower_bound: float = 0.0  # a period below which there is certainly no law along this path [s]
     stretch: float = 0.0  # what the law was stretched by to keep limits between samples too, minus 1
     rounding: Rounding | None = None  # None too where resting at the corners is quicker
@@ -165,6 +166,7 @@ class LeastPeriod:
             "note": self.note or None,
             "period": self.period,
             "least_period": self.least,
+            "least_period_at_rest": self.at_rest,
             "lower_bound": self.lower_bound,
             "stretch": self.stretch,
             "limits": self.limits.as_mapping(),
@@ -184,6 +186,12 @@ class LeastPeriod:
         lines = [self.reason]
         if self.timed is not None:
             found = f"period {self.timed.period:.4f} s; least found {self.least:.4f} s"
+            if self.rounding is not None:
+                found += " with rounded corners" + (
+                    f" ({self.at_rest:.4f} s with rests at them)" if self.at_rest else ""
+                )
+            elif self.timed.curve is None:
+                found += " with a rest at each corner"
             touched = (f"  {touch}" for touch in self.timed.limits_touched())
             lines = [f"{found}, none below {self.lower_bound:.4f} s", *touched]
         if self.rounding is not None:
@@ -364,18 +372,20 @@ class _Task:
             return self._out_of_range(bound)
         if progress is not None:
             progress("looking for the fastest law")
-        task, (timed, note) = self, self._fastest(nodes, progress)
+        task, (timed, note), at_rest = self, self._fastest(nodes, progress), None
         if self.resting is not None:
-            at_rest, _ = self.resting._fastest(nodes, None)
-            if at_rest.period < timed.period:
-                times = f"{at_rest.period:.4f} s, against {timed.period:.4f} s with rounded corners"
+            slow, _ = self.resting._fastest(nodes, None)
+            at_rest = slow.period
+            if at_rest < timed.period:
+                times = f"{at_rest:.4f} s, against {timed.period:.4f} s with rounded corners"
                 note = "; ".join(filter(None, (f"rests at the corners: {times}", note)))
-                task, timed = self.resting, at_rest
+                task, timed = self.resting, slow
         least = timed.period
         if not _SHORTEST <= least <= _LONGEST:
             return task._out_of_range(least)
         bound = min(bound, least)
-        return task.answer("ok", timed=timed, least=least, lower_bound=bound, stretch=timed.stretch, note=note)
+        found = {"timed": timed, "least": least, "at_rest": at_rest, "lower_bound": bound, "stretch": timed.stretch}
+        return task.answer("ok", note=note, **found)
 
     def _out_of_range(self, period: float) -> LeastPeriod:
         """Return the answer where the least period is none that a timed gait may have, with the slowest limit."""

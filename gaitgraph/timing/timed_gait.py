@@ -160,7 +160,7 @@ class TimedGait:
         return {name: values + 0.0 if isinstance(values, np.ndarray) else values for name, values in columns.items()}
 
     def vertices(self, tolerance: float = 1e-9) -> FloatArray:
-        """Return the vertices by equations (16) to (19) over the whole period, not over the samples."""
+        """Return the corners of the loop, not of its samples; see :func:`gaitgraph.gait.gait.vertices`."""
         return self.gait.vertices(tolerance)
 
     def peaks(self, order: int) -> FloatArray:
