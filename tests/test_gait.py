@@ -12,7 +12,6 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 import gaitgraph as gg
-from gaitgraph.flight.course import timed_gait_from_file
 from gaitgraph.gait.gait import Gait, lift, vertices
 from gaitgraph.gait.table import (
     Table,
@@ -31,6 +30,7 @@ from gaitgraph.io.c_header import write_h
 from gaitgraph.io.columns import FormatOptions
 from gaitgraph.surface.sheets import COLORS, roots
 from gaitgraph.timing.laws import LAWS, LawName
+from gaitgraph.timing.timed_gait import timed_gait_of
 from tests.published import GAITS, PublishedGait
 
 if TYPE_CHECKING:
@@ -130,7 +130,7 @@ def test_corners_are_copied_and_read_only() -> None:
 def extremes(points: np.ndarray) -> np.ndarray:
     """Equations (16) to (19) word by word: every angle is the least or the largest over the curve."""
     ends = np.stack([points.min(axis=0), points.max(axis=0)])
-    return points[np.isclose(points, ends[:, None], rtol=0, atol=1e-9).any(axis=0).all(axis=1)]
+    return np.asarray(points[np.isclose(points, ends[:, None], rtol=0, atol=1e-9).any(axis=0).all(axis=1)])
 
 
 TRIANGLE, SHIP = [(0.1, 0.1), (0.9, 0.2), (0.7, 0.8)], [(-0.4, 0.4), (-0.4, 1.2), (-1.2, 1.2), (-1.0, 0.9), (-1.2, 0.5)]
@@ -213,7 +213,7 @@ def test_whoever_reads_a_table_finds_its_period(tmp_path: Path, law: LawName, sa
         whole = gg.read_table(tmp_path / "whole.csv")
         by_row = merged(completed_pieces(partial(list, [read.rows(k, k + 1) for k in range(len(read))]))())
         assert times is not None
-        for end in (times[-1], timed_gait_from_file(source).period, whole["t"][-1], by_row["t"][-1]):
+        for end in (times[-1], timed_gait_of(source).period, whole["t"][-1], by_row["t"][-1]):
             assert end == pytest.approx(1.0, abs=1e-9)
         assert (len(corners.alpha), len(whole), len(by_row)) == (samples, samples + 1, samples + 1)
         assert (whole.alpha[-1] == whole.alpha[0]).all()
@@ -226,7 +226,7 @@ def test_the_closing_row_of_a_measured_table_goes_with_the_first(tmp_path: Path)
     rows[-1, 1] += 1e-6
     source = tmp_path / "rows.csv"
     np.savetxt(source, rows, delimiter=",", header="t,alpha1,alpha2,alpha3,alpha4", comments="")
-    assert (timed_gait_from_file(source).law, len(gg.gait_of(gg.read_table(source)).alpha)) == ("smooth", 4)
+    assert (timed_gait_of(source).law, len(gg.gait_of(gg.read_table(source)).alpha)) == ("smooth", 4)
     kept: Any = gg.retarget(source)  # flyable, so it comes back bit by bit
     assert (kept.status, kept.table["t"][-1]) == ("unchanged", 1.0)
     np.testing.assert_array_equal(kept.table.alpha, rows[:, 1:])

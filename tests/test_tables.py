@@ -16,7 +16,7 @@ import gaitgraph as gg
 from gaitgraph.gait import table as tables
 from gaitgraph.gait.gait import lift
 from gaitgraph.io import formats, text_files
-from gaitgraph.io.formats import gait_of, read_gait, read_pieces, read_table, write_tables
+from gaitgraph.io.formats import gait_of, read_pieces, read_table, write_tables
 from gaitgraph.planning.request import read_request
 from gaitgraph.timing.timed_gait import export
 from tests.mutated import refusal
@@ -288,8 +288,8 @@ def test_a_gait_made_from_another_tells_no_request(tmp_path: Path) -> None:
             read_request(tmp_path / f"{maker}.csv", {})
     assert made["optimize"].about["waypoints"] == [[0.9, -0.9]]
     gait.parametrize(samples=4).write(tmp_path / "gait.csv")
-    assert read_gait(tmp_path / "gait.csv").request["waypoints"] == gait.request["waypoints"]
-    assert not read_gait(tmp_path / "gait.csv", vehicle=gg.vehicle_named("beetle_omni")).request
+    assert gait_of(tmp_path / "gait.csv").request["waypoints"] == gait.request["waypoints"]
+    assert not gait_of(tmp_path / "gait.csv", vehicle=gg.vehicle_named("beetle_omni")).request
     export(tmp_path / "gait.csv", [tmp_path / "other.csv"], vehicle=gg.vehicle_named("beetle_omni"))
     with pytest.raises(gg.InputError, match="states no request"):
         read_request(tmp_path / "other.csv", {})

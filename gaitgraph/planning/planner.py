@@ -17,15 +17,15 @@ from typing import TYPE_CHECKING, Any
 from gaitgraph.errors import Infeasible, InputError
 from gaitgraph.graph.build import nodes_above, vehicle_and_coefficients
 from gaitgraph.graph.walks import note_on_gap
-from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Kind
+from gaitgraph.invertibility.matrices import DEFAULT_FLOOR
 from gaitgraph.planning.any_angle import any_angle_paths, with_nearest
 from gaitgraph.planning.grid import grid_paths, notes_beside_the_grid, request_graph
 from gaitgraph.planning.refusal import FoundPath, Obstacle, branches_of
-from gaitgraph.planning.request import REQUEST_FIELDS, PlanRequest, plan_request
+from gaitgraph.planning.request import REQUEST_FIELDS, PlanRequest, plan_request, read_request
 from gaitgraph.surface.sheets import RELATION
 from gaitgraph.timing.laws import DEFAULT_LAW, LawName
 from gaitgraph.validation.report import RATE_CHECKS, lines_of_checks
-from gaitgraph.vehicle import PAPER, Vehicle
+from gaitgraph.vehicle import PAPER
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -34,11 +34,13 @@ if TYPE_CHECKING:
     import networkx as nx
 
     from gaitgraph.gait.gait import Gait
+    from gaitgraph.invertibility.matrices import CoefficientsLike
     from gaitgraph.planning.request import Method, Objective, Point, Use
     from gaitgraph.surface.region import Points
     from gaitgraph.surface.sheets import ColorChoice, Sign, SignChoice
     from gaitgraph.timing.timed_gait import TimedGait
     from gaitgraph.validation.report import Report
+    from gaitgraph.vehicle import VehicleLike
 
 _WIDTH = 110
 # A plan without a loop as plain values, in the order in which files have them.
@@ -232,8 +234,8 @@ def plan_loop(
     sign: SignChoice = "auto",
     objective: Objective = "shortest",
     divisions: int | None = None,
-    vehicle: Vehicle | str | Path | Mapping[str, Any] = PAPER,
-    coefficients: Kind | None = None,
+    vehicle: VehicleLike = PAPER,
+    coefficients: CoefficientsLike | None = None,
     keep_out: Sequence[Points] = (),
     keep_in: Sequence[Points] = (),
     any_order: bool = False,
@@ -323,6 +325,12 @@ def plan_loop(
         if not nodes:
             raise InputError(f"waypoints: {point!r} is no node of the graph; pass waypoints= to surface_graph")
     return plan(request, graph=graph, progress=progress)
+
+
+def planned_gait(path: str | Path, stated: Mapping[str, Any]) -> TimedGait:
+    """Return the gait that the request in a file asks for, some fields replaced; Infeasible if there is none."""
+    request, sampling = read_request(path, stated)
+    return plan(request).timed(**sampling)
 
 
 def plan(

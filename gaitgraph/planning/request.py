@@ -10,9 +10,7 @@ say how the gait table is sampled.
 
 from __future__ import annotations
 
-import json
 import math
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from inspect import signature
 from itertools import groupby
@@ -26,16 +24,25 @@ from gaitgraph.errors import InputError, check_fields, checked_choice, shown
 from gaitgraph.files import table_from_toml, text_of
 from gaitgraph.gait.table import ANGLES, SAME_ROW, merged, surface_of
 from gaitgraph.graph.build import DEFAULT_DIVISIONS, checked_divisions
-from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Kind, coefficients_of
-from gaitgraph.io.formats import known_format, naming_file, provenance_in, read_pieces
+from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, CoefficientsLike, Kind, coefficients_of
+from gaitgraph.io.formats import (
+    holds_request,
+    known_format,
+    naming_file,
+    object_from_json,
+    provenance_in,
+    read_pieces,
+)
 from gaitgraph.surface.loop_colorings import colorings
 from gaitgraph.surface.region import Points, Zones, checked_accuracy, checked_number
 from gaitgraph.surface.sheets import ColorChoice, SignChoice
 from gaitgraph.timing.laws import DEFAULT_LAW, LawName
 from gaitgraph.timing.timed_gait import checked_clock
-from gaitgraph.vehicle import PAPER, Vehicle, vehicle_from_mapping, vehicle_named
+from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
     from gaitgraph.surface.loop_colorings import Colorings
 
 Point = tuple[float, float]
@@ -115,8 +122,8 @@ def plan_request(
     sign: SignChoice = "auto",
     objective: Objective = "shortest",
     divisions: int | None = None,
-    vehicle: Vehicle | str | Path | Mapping[str, Any] = PAPER,
-    coefficients: Kind | None = None,
+    vehicle: VehicleLike = PAPER,
+    coefficients: CoefficientsLike | None = None,
     keep_out: Sequence[Points] = (),
     keep_in: Sequence[Points] = (),
     any_order: bool = False,
@@ -137,10 +144,7 @@ def plan_request(
     (1, 'exact', 'published')
     """
     checked_clock(period, law)
-    if isinstance(vehicle, Mapping):
-        vehicle = vehicle_from_mapping(dict(vehicle))
-    elif not isinstance(vehicle, Vehicle):
-        vehicle = vehicle_named(vehicle)
+    vehicle = vehicle_named(vehicle)
     points = checked_waypoints(waypoints)
     groups, notes = grouped_waypoints(points)
     zones = Zones(keep_out=keep_out, keep_in=keep_in)
@@ -247,7 +251,7 @@ def stated_request(path: str | Path) -> dict[str, Any]:
     else:
         text = text_of(path, "request file", "TOML or JSON")
         with naming_file(path, "request file"):
-            content = table_from_toml(text) if suffix == ".toml" else _object_from_json(text)
+            content = table_from_toml(text) if suffix == ".toml" else object_from_json(text)
         if "status" in content and isinstance(content.get("request"), dict):
             return dict(content["request"])  # a saved plan
         if not isinstance(content.get("columns"), dict):
@@ -265,37 +269,12 @@ def stated_request(path: str | Path) -> dict[str, Any]:
         )
 
 
-def _object_from_json(text: str) -> dict[str, Any]:
-    try:
-        content = json.loads(text)
-    except (RecursionError, ValueError) as error:
-        raise InputError(f"it is not JSON ({str(error).splitlines()[0]})") from error
-    if not isinstance(content, dict):
-        raise InputError(f"it must hold an object of fields, got a {type(content).__name__}")
-    return content
-
-
-def holds_request(path: str | Path) -> bool:
-    """Return whether a file is a request, or a saved plan without a gait; FileProblem if it cannot be read."""
-    path = Path(path)
-    if path.suffix.lower() != ".json":
-        return path.suffix.lower() == ".toml"
-    text = text_of(path, "file", "a gait table or a request")
-    if '"waypoints"' not in text:
-        return False
-    try:
-        content = _object_from_json(text)
-    except InputError:
-        return False  # reading it as a gait file says what is wrong
-    return "waypoints" in content and not content.get("path") and "columns" not in content
-
-
 def colorings_of_file(
     path: str | Path,
     *,
     sign: SignChoice | None = None,
-    vehicle: Vehicle | None = None,
-    coefficients: Kind | None = None,
+    vehicle: VehicleLike | None = None,
+    coefficients: CoefficientsLike | None = None,
     crossing_tolerance: float | None = None,
 ) -> Colorings:
     """Return every colouring of the loop in a gait table, a table of alpha1 and alpha2, a saved plan or a request.

@@ -18,6 +18,7 @@ from gaitgraph.angles import angle_from_text, whole_number
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.gait import Gait
 from gaitgraph.invertibility.matrices import FloatArray
+from gaitgraph.io.formats import gait_of
 from gaitgraph.timing.curve import Curve, LimitedGait, Rounding, nodes_along, rounded
 from gaitgraph.timing.laws import (
     fastest_squared_speeds,
@@ -33,6 +34,7 @@ from gaitgraph.validation.report import RATE_UNITS
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from gaitgraph.io.formats import GaitLike
     from gaitgraph.vehicle import Vehicle
 
 Limit = float | str | Sequence[float | str] | FloatArray | None
@@ -200,7 +202,7 @@ class LeastPeriod:
 
 
 def least_period(
-    path: Gait | Curve | Rounding,
+    path: GaitLike | Curve | Rounding,
     limits: Limits | None = None,
     *,
     rounding: float | str | None = None,
@@ -214,7 +216,8 @@ def least_period(
     Parameters
     ----------
     path, limits
-        A gait of one color, a curve, or a rounded gait; and what to keep, by default the limits of its vehicle.
+        A gait of one color in any form, a curve, or a rounded gait; and what to keep, by default the limits of its
+        vehicle.
     rounding
         For a gait: round its corners by this tolerance first, as :func:`gaitgraph.timing.curve.rounded`. Without it
         the law rests at every corner; only a gait that does nothing but turn back on its line is run without a rest.
@@ -249,7 +252,7 @@ def least_period(
 
 
 def paced(
-    path: Gait | Curve | Rounding,
+    path: GaitLike | Curve | Rounding,
     limits: Limits | None = None,
     *,
     period: float = 1.0,
@@ -302,9 +305,8 @@ def paced(
 class _Task:
     """A smooth curve to run, or a polyline with a rest at each corner if `curve` is None, and the limits to keep."""
 
-    def __init__(self, path: object, limits: Limits | None, rounding: float | str | None = None) -> None:
-        if not isinstance(path, (Gait, Curve, Rounding)):
-            raise InputError(f"path must be a gait, a curve or a rounded gait, got {shown(path)}")
+    def __init__(self, path: Any, limits: Limits | None, rounding: float | str | None = None) -> None:
+        path = path if isinstance(path, (Curve, Rounding)) else gait_of(path)
         if rounding is not None and not isinstance(path, Gait):
             raise InputError(f"rounding must be None for a curve, which has no corners, got {shown(rounding)}")
         if limits is not None and not isinstance(limits, Limits):
@@ -384,8 +386,8 @@ class _Task:
         if not _SHORTEST <= least <= _LONGEST:
             return task._out_of_range(least)
         bound = min(bound, least)
-        found = {"timed": timed, "least": least, "at_rest": at_rest, "lower_bound": bound, "stretch": timed.stretch}
-        return task.answer("ok", note=note, **found)
+        found: dict[str, Any] = {"timed": timed, "least": least, "at_rest": at_rest, "stretch": timed.stretch}
+        return task.answer("ok", note=note, lower_bound=bound, **found)
 
     def _out_of_range(self, period: float) -> LeastPeriod:
         """Return the answer where the least period is none that a timed gait may have, with the slowest limit."""
