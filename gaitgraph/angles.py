@@ -93,10 +93,9 @@ def angles_from(values: Any, name: str = "angles") -> Any:
             return np.asarray(numbers, dtype=float)
         given = np.asarray(values, dtype=object)
         return np.array([angle_from_text(one, name) for one in given.flat]).reshape(given.shape)
-    except ValueError as error:  # of numpy, for rows of different lengths, if it is no InputError
-        if isinstance(error, InputError):
-            raise
-        raise InputError(f"{name} must be angles of one shape, got {shown(values)}") from error
+    except ValueError as error:  # of numpy for rows of different lengths
+        allowed = "finite numbers in radians, or texts such as '3pi/8', in rows of one length"
+        raise InputError(f"{name} must be {allowed}, got {shown(values)}") from error
 
 
 def number_of(value: object) -> float:

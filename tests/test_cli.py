@@ -153,7 +153,7 @@ WRONG = [
     ("plan", "waypoints: none given"),
     ("optimize", "waypoints: none given"),
     ("plan --waypoint 0.1", "--waypoint must be A1,A2, two angles, got '0.1'"),
-    ("roots 0 0 --vehicle=", "vehicle must be a preset (paper, beetle_omni) or a .toml file, got ''"),
+    ("roots 0 0 --vehicle=", "vehicle must be a preset (paper, beetle_omni), a .toml file, a mapping of constants or"),
     ("plan --waypoint 0,0 --vehicle none.toml", "vehicle: cannot read 'none.toml'"),
     ("plan --waypoint 0,0 --output x.txt", "got 'x.txt'"),
     ("plan --waypoint 0,0 --output there.csv", "output: 'there.csv' exists"),

@@ -219,7 +219,7 @@ def test_about_that_is_wrong_is_refused(tmp_path: Path) -> None:
     content = json.loads(path.read_text())
     for key, value, message in (
         ("vehicle", {"mass": -1}, "mass must be .*, got -1"),
-        ("vehicle", 5, "vehicle must be a table of values by name, got 5"),
+        ("vehicle", 5, "vehicle must be a preset .*, got 5"),
         ("coefficients", "x", "coefficients must be .*, got 'x'"),
         ("crossing_tolerance", "x", "crossing_tolerance must be a number ≥ 0 .rad., got 'x'"),
         ("period", "x", "period must be .*, got 'x'"),

@@ -242,7 +242,7 @@ def given_gait(gait: GaitLike, *, name: str = "gait", whole: bool = True, **choi
         gait = timed
     if isinstance(gait, Gait) or hasattr(type(gait), "rate_checks"):
         for option, value in stated.items():
-            raise InputError(f"{option} must be None beside a {name}, which has its own, got {shown(value)}")
+            raise InputError(f"{option} must be None beside a gait, which has its own, got {shown(value)}")
         return gait
     if str(gait) in PAPER_NAMES:
         vehicle = vehicle_named(stated.get("vehicle", PAPER))
@@ -270,7 +270,11 @@ def given_gait(gait: GaitLike, *, name: str = "gait", whole: bool = True, **choi
 
 
 def gait_of(
-    gait: GaitLike, *, vehicle: VehicleLike | None = None, coefficients: CoefficientsLike | None = None
+    gait: GaitLike,
+    *,
+    vehicle: VehicleLike | None = None,
+    coefficients: CoefficientsLike | None = None,
+    name: str = "gait",
 ) -> Gait:
     """Return the gait that was handed over in any form: of a table the closed polyline, straight runs merged.
 
@@ -284,7 +288,7 @@ def gait_of(
     >>> gait_of({"alpha1": [0.4, 0.6, 0.9], "alpha2": [-0.4, -0.4, -0.4], "color": "red"}).alpha[:, 0].tolist()
     [0.4, 0.9]
     """
-    source = given_gait(gait, vehicle=vehicle, coefficients=coefficients)
+    source = given_gait(gait, name=name, vehicle=vehicle, coefficients=coefficients)
     if not isinstance(source, Table):
         return source if isinstance(source, Gait) else source.gait
     with naming_file(gait):

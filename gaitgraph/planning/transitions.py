@@ -231,8 +231,10 @@ def transition(
     False
     """
     ends = [
-        one if isinstance(one, str) and one == HOVER else gait_of(one, vehicle=vehicle, coefficients=coefficients)
-        for one in (start, end)
+        one
+        if isinstance(one, str) and one == HOVER
+        else gait_of(one, vehicle=vehicle, coefficients=coefficients, name=name)
+        for name, one in (("start", start), ("end", end))
     ]
     gaits = [one for one in ends if isinstance(one, Gait)]
     hover = replace(gaits[0], alpha=np.zeros((1, 4)), colors=("red",), request={}) if gaits else None

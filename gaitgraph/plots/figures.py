@@ -263,10 +263,7 @@ def draw(
     chosen = vehicle_named(PAPER if vehicle is None else vehicle)
     numbers = coefficients_of(chosen, coefficients)
     given = paper_gait(3, chosen, numbers) if gait is None else given_gait(gait)
-    polyline = None
-    if isinstance(given, Table):
-        with naming_file(gait):
-            polyline = gait_of(given, vehicle=vehicle, coefficients=coefficients)
+    polyline = gait_of(given, vehicle=vehicle, coefficients=coefficients) if isinstance(given, Table) else None
     timed = given.parametrize() if isinstance(given, Gait) else given
     known = FIGURES[names[0]]
     with paper_style():
@@ -307,6 +304,10 @@ def write_figures(
         Called with a few words before each figure.
     """
     require_matplotlib()
+    source = None if gait is None else given_gait(gait)
+    if isinstance(source, Table):
+        with naming_file(gait):
+            gait_of(source, vehicle=vehicle, coefficients=coefficients)
     names = tuple(FIGURES) if only is None else names_of_figures(only)
     if gait is not None and "gait" not in names:
         raise InputError(f"gait has an effect on the figure gait only, and drawn are {', '.join(names)}")
@@ -326,6 +327,6 @@ def write_figures(
     for name, targets in files.items():
         if progress is not None:
             progress(f"drawing {FIGURES[name].stem}")
-        figure = draw(name, vehicle=vehicle, coefficients=coefficients, gait=gait)
+        figure = draw(name, vehicle=vehicle, coefficients=coefficients, gait=source)
         write_whole([(path, picture_bytes(figure, kind)) for path, kind in targets], force=force)
     return paths
