@@ -48,8 +48,7 @@ from gaitgraph.invertibility.segment_bounds import (
     thrusts_push_up,
 )
 from gaitgraph.surface.adjacency import neighbors_allowed, text_from_types
-from gaitgraph.surface.sheets import COLORS, Sign, checked_plane_angles, root_arrays, sheet_grid
-from gaitgraph.validation.rules import jumps
+from gaitgraph.surface.sheets import COLORS, Sign, checked_plane_angles, family_jumps, root_arrays, sheet_grid
 from gaitgraph.vehicle import PAPER, Vehicle, vehicle_from_mapping
 
 if TYPE_CHECKING:
@@ -268,7 +267,8 @@ def edge_quantities(
     """
     a, b = edge.T
     starts, ends = alpha[a], alpha[b]
-    jump = jumps(starts, ends, red[a], red[b], coefficients)
+    codes = np.where(red, np.int8(1), np.int8(-1))
+    jump = family_jumps(starts, ends, codes[a], codes[b], coefficients)
     keeps_sign, flyable = np.zeros((2, len(edge)), dtype=bool)
     singular = np.zeros(len(edge))
     if len(edge):

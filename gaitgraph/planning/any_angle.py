@@ -29,8 +29,7 @@ from gaitgraph.invertibility.segment_bounds import (
 )
 from gaitgraph.planning.refusal import Branch, FoundPath, Obstacle
 from gaitgraph.planning.shortest_paths import ShortestPaths
-from gaitgraph.surface.sheets import RELATION, SIGNS, Color, Sign, red_label
-from gaitgraph.validation.rules import jumps
+from gaitgraph.surface.sheets import RELATION, SIGNS, Color, Sign, family_codes, family_jumps, red_label
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -188,9 +187,9 @@ def straight_loop_holds(branch: Branch, use: Use, *, robust: bool = False) -> bo
     else:
         gait = lift(request.waypoints, branch.color, vehicle=request.vehicle, coefficients=coefficients)
         starts, ends = gait.alpha, gait.ends
-        red, noise = np.full(len(starts), branch.color == "red"), noise_of(coefficients)
+        codes, noise = family_codes(gait.colors), noise_of(coefficients)
         least = least_level_determinant(starts, ends, coefficients, sign=branch.wanted, tolerance=0.0, floor=noise)
-        holds = bool(least.lower.min() >= noise) and not jumps(starts, ends, red, red, coefficients).any()
+        holds = bool(least.lower.min() >= noise) and not family_jumps(starts, ends, codes, codes, coefficients).any()
     if not holds:
         return False
     if request.zones is not None and not request.zones.allow_segments(starts[:, :2], ends[:, :2]).all():

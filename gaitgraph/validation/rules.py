@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import number_of, wrapped
+from gaitgraph.angles import number_of
 from gaitgraph.errors import InputError, shown
 from gaitgraph.invertibility.segment_bounds import Least, largest_residual
 from gaitgraph.surface.adjacency import neighbors_allowed, text_from_types
@@ -30,7 +30,6 @@ from gaitgraph.surface.sheets import (
     family_jumps,
     family_of,
     family_types,
-    sheet_angles,
 )
 from gaitgraph.validation.report import Check, GaitPoint
 
@@ -38,7 +37,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from gaitgraph.gait.gait import Gait
-    from gaitgraph.invertibility.matrices import BoolArray, Coefficients, FloatArray, IntArray
+    from gaitgraph.invertibility.matrices import Coefficients, FloatArray, IntArray
     from gaitgraph.vehicle import Vehicle
 
 EXACT = 1e-9
@@ -269,33 +268,6 @@ class TwoColor(Rule):
         yield self.check(ok, message, value=float(not ok), limit=0.0, place=place)
 
 
-def jumps(
-    starts: FloatArray, ends: FloatArray, red: BoolArray, red_after: BoolArray, coefficients: Coefficients
-) -> FloatArray:
-    """Return by how much (α3, α4) leave a continuous motion along segments, shape (m,) [rad].
-
-    Along one sheet: π where an angle wraps, else how far the segment ends beside the sheet, zero on it. Between sheets
-    the color changes at one of the two ends: the smaller of the distances between the sheets there, in the larger of
-    the two angles.
-    """
-    sign = np.where(red, 1.0, -1.0)
-    step = ends - starts
-    # What the start is off its sheet by changes linearly along the segment; whole wraps show at its end.
-    turn = np.where(red, 0.0, 2 * coefficients.delta)
-    off = wrapped(starts[:, 2:] - sign[:, None] * starts[:, :2] - np.column_stack([turn, -turn]))
-    out = np.abs(off + step[:, 2:] - sign[:, None] * step[:, :2]).max(axis=1)
-    between = red != red_after
-    if between.any():
-        gaps = []
-        for at, is_red in ((starts[between], red[between]), (ends[between], red_after[between])):
-            on_red, on_blue = (
-                np.column_stack(sheet_angles(color, at[:, 0], at[:, 1], coefficients)) for color in ("red", "blue")
-            )
-            gaps.append(np.abs(at[:, 2:] - np.where(is_red[:, None], on_blue, on_red)).max(axis=1))
-        out[between] = np.minimum(*gaps)
-    return np.where(out > EXACT, out, 0.0)
-
-
 @dataclass
 class Continuous(Rule):
     """Every point lies on the sheet of its color, and every segment stays there. Other rules ask it what it found."""
@@ -348,15 +320,11 @@ class Continuous(Rule):
             if others:
                 self.off_sheet += f", on the {others[0]} one"
         # How far segments leave the sheets of their ends.
-        starts, ends, red, after = block.starts, block.ends, sheet[:-1] > 0, sheet[1:] > 0
-        sizes = jumps(starts, ends, red, after, criteria.coefficients)
-        by = fibered[:-1] | fibered[1:]
-        if by.any():
-            sizes[by] = family_jumps(starts[by], ends[by], sheet[:-1][by], sheet[1:][by], criteria.coefficients)
-            sizes[sizes <= EXACT] = 0.0
+        sizes = family_jumps(block.starts, block.ends, sheet[:-1], sheet[1:], criteria.coefficients)
         # Within one color, printed digits may move a segment off its sheet as far as the surface check allows; along a
         # fibre too, whose line with the red sheet is on both.
-        limits = np.where((red == after) | by, criteria.tolerance, EXACT)
+        along = (sheet[:-1] == sheet[1:]) | fibered[:-1] | fibered[1:]
+        limits = np.where(along, criteria.tolerance, EXACT)
         ratios = sizes / np.maximum(limits, EXACT)
         worst = int(np.argmax(ratios))
         if ratios[worst] > self.ratio:
