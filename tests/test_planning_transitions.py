@@ -427,6 +427,12 @@ def test_the_default_duration_is_what_the_limits_need(limits: dict[str, float], 
         np.testing.assert_array_equal(faster.path, found.path)
 
 
+def test_the_angle_that_turns_most_needs_the_longest() -> None:
+    vehicle = gg.PAPER.replace(max_tilt_rate=0.2)
+    found = gg.transition("hover", gg.lift([(-0.4, 0.1)], "red", vehicle=vehicle))
+    assert found.duration == pytest.approx(15 / 8 * 0.4 / 0.2)
+
+
 @pytest.mark.parametrize("law", [*LAWS][1:])
 def test_the_last_row_does_not_fly_back(law: LawName) -> None:
     table = gg.transition("hover", G4, law=law, samples=4).table()

@@ -184,7 +184,9 @@ def test_limits_of_the_vehicle_count() -> None:
 
 def test_why_there_is_none() -> None:
     high = retarget(wave(0), floor=1.3)
-    assert (bool(high), high.status, high.as_mapping()["path"]) == (False, "infeasible", [])
+    mapping = high.as_mapping()
+    assert (bool(high), high.status, mapping["path"]) == (False, "infeasible", [])
+    assert not any(mapping[name] for name in ("valid", "flyable", "reachable_from_hover"))
     assert "this vehicle's most is 1.1710" in str(high)
     for name in ("gait", "total", "largest"):
         with pytest.raises(Infeasible):
