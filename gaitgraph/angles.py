@@ -84,6 +84,18 @@ def whole_number(name: str, value: object, low: int, high: int) -> int:
     return int(value)
 
 
+def checked_number(name: str, value: object, allowed: str = "a finite number ≥ 0") -> float:
+    """Return a finite number ≥ 0, or above 0 if a positive one is `allowed`; raise InputError for others.
+
+    >>> checked_number("floor", 3)
+    3.0
+    """
+    number = number_of(value)
+    if not 0 <= number < math.inf or (number == 0 and "positive" in allowed):
+        raise InputError(f"{name} must be {allowed}, got {shown(value)}")
+    return number
+
+
 def text_from_angle(angle: float) -> str:
     """Return a short text: a multiple of π/32 when the angle is one (to 1e-9 rad), else four decimals.
 

@@ -129,6 +129,15 @@ def test_imports_keep_the_order() -> None:
     assert not EXCEPTIONS - arrows(PACKAGE), "no such imports"
 
 
+def test_records_with_arrays_are_compared_as_objects() -> None:
+    """A generated == would ask for the truth of an array, a generated hash for that of one."""
+    for path in PACKAGE.rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            text = ast.unparse(node) if isinstance(node, ast.ClassDef) else ""
+            if re.match(r"@dataclass\((?!.*eq=False).*frozen", text):
+                assert not re.search(r"^    \w+: (?!.*compare=False).*Array\b", text, re.M), f"{path}: {text}"
+
+
 CHECK = "class {}:\n    def check(self):\n        import gaitgraph.validation.{} as v"
 # Modules of the made-up tree, what is added to them, and what it reaches that it must not.
 WRONG = [

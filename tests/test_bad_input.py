@@ -139,7 +139,8 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
         (surface_graph, {"divisions": wrong}, "divisions must be a whole number from 2 to 256, got ")
         for wrong in (0, 1, -3, 1.5, "16", True, 100000)
     ),
-    *((surface_graph, {"waypoints": [(a, 0.0)]}, "alpha1 must be from −π/2 to π/2") for a in (NAN, 2.0)),
+    *((surface_graph, {"waypoints": [wrong]}, "waypoint 1 …must be") for wrong in ((NAN, 0.0), (2.0, 0), (0, 0, 0))),
+    *((surface_graph, {"floor": wrong}, "floor must be a finite number ≥ 0, got ") for wrong in (NAN, -1.0, "x")),
     *((cycles_of, {"max_length": wrong}, f"max_length must be … got {wrong}") for wrong in (-1, NAN, INF, True)),
     (cycles_of, {"use": "fly"}, "use must be one of flyable, valid, two_color, got 'fly'"),
     *(
@@ -210,7 +211,7 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     (Curve, {"breaks": [0.0, 1.0], "pieces": [[[NAN, 0.0]]]}, "pieces must be finite"),
     (Curve, {"breaks": [0.0, 1.0], "pieces": "x"}, "breaks and pieces must be arrays of numbers, got 'x'"),
     (Curve, {"breaks": [0.0, 1.0], "pieces": np.zeros((1, 1, 2)), "color": "green"}, "color must be … got 'green'"),
-    (ROUNDED.curve.at, {"s": 0.0, "derivative": -1}, "derivative must be … got -1"),
+    *((ROUNDED.curve.at, {"s": 0, "derivative": wrong}, "derivative must be … got") for wrong in (-1, 0.5, "x")),
     (ROUNDED.curve.polyline, {"tolerance": 0.0}, "tolerance must be … got 0.0"),
     (ROUNDED.curve.polyline, {"tolerance": 1e-18}, "tolerance must be so large"),
     (ROUNDED.curve.check, {"floor": -1.0}, "floor must be … got -1.0"),

@@ -373,7 +373,9 @@ def test_a_graph_gives_the_request_what_it_was_built_with() -> None:
     assert str(caught.value) == ("waypoints: (0.5, -0.7) is no node of the graph; pass waypoints= to surface_graph")
     for name in ("sign", "divisions", "vehicle", "coefficients", "floor", "keep_out", "keep_in"):
         with pytest.raises(gg.InputError, match=f"^{name} must not be stated beside a graph, which fixes it$"):
-            on_grid(G3.waypoints, graph=graph, **{name: 0.1 if name == "floor" else "x"})
+            on_grid(G3.waypoints, graph=graph, **{name: {"floor": 0.1, "divisions": 0}.get(name, "x")})
+    with pytest.raises(gg.errors.ContractError, match="^graph metadata: 'vehicle' is missing$"):
+        on_grid(G3.waypoints, graph=nx.Graph())
 
 
 def test_where_nothing_flies_the_objective_decides() -> None:

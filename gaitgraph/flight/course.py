@@ -46,7 +46,7 @@ _SAME_PLACE = 1e-9  # rad
 _SURFACE_RULES = frozenset({"closed", "on_surface", "two_color", "continuous"})
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
 class RowTimedGait(TimedGait):
     """A gait that passes each row of a table at the row's own time, straight between them; each row is a corner.
 

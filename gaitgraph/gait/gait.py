@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -31,16 +31,15 @@ from gaitgraph.surface.sheets import (
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
+    from gaitgraph.invertibility.matrices import FloatArray
     from gaitgraph.timing.laws import LawName
     from gaitgraph.timing.timed_gait import TimedGait
     from gaitgraph.validation.report import Report
 
-FloatArray = npt.NDArray[np.float64]
-
 _STRAIGHT = 1e-9
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, repr=False, init=False)
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False, init=False, eq=False)
 class Gait:
     """A closed polyline of tilt angles with the color of each corner and a direction; :meth:`check` states what holds.
 
@@ -85,7 +84,7 @@ class Gait:
     vehicle: Vehicle
     coefficients: Coefficients
     crossing_tolerance: float
-    request: Mapping[str, Any] = field(compare=False)
+    request: Mapping[str, Any]
 
     def __init__(
         self,

@@ -78,7 +78,7 @@ _UNITS |= {"begin": "s", "seconds": "s"} | dict.fromkeys(("eta", "peak_share", "
 _DERIVED = {"": "", "_rate": "/s", "_acceleration": "/s^2"}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Table:
     """Rows of a gait: equally long columns by name, in the order of the module's docstring.
 

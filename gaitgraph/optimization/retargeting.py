@@ -22,6 +22,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
+from gaitgraph.angles import checked_number
 from gaitgraph.errors import Infeasible, InputError, shown
 from gaitgraph.gait.gait import Gait
 from gaitgraph.gait.table import ANGLES, Table, closing_time, is_closed, surface_of, tilt_angles
@@ -32,7 +33,6 @@ from gaitgraph.planning.shortest_paths import ShortestPaths
 from gaitgraph.surface.admissible import admissible_region, why_empty
 from gaitgraph.surface.region import Zones, offset, polygons_of
 from gaitgraph.timing.timed_gait import TimedGait, table_of
-from gaitgraph.validation.rules import checked_limits
 from gaitgraph.validation.validating import validate
 
 if TYPE_CHECKING:
@@ -52,14 +52,15 @@ _ROUND_OFF = 1e-10  # what rounding may put a row, or a segment between two rows
 _TURN = 2 * math.pi
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Retargeted:
     """The answer to :func:`retarget`: the nearest flyable gait, or why there is none. Truthy when there is one.
 
     `before` and `after` are the reports of what was given and of the new gait; `reason` says why there is no gait, or
     why it is not flyable. `table` holds the new rows, with times if there were any; `rows` the number, from 0, of the
-    new row that each given one became; `moved` how far it was moved, in all four angles, both of shape (n,) [rad].
-    `alternatives` is the summed distance to each component of the flyable region, the chosen one first [rad].
+    new row that each given one became; `moved` how far it was moved, in all four angles, whole turns left out, both of
+    shape (n,) [rad]; `unchanged` is how many rows stayed as they were, bit by bit. `alternatives` is the summed
+    distance to each component of the flyable region, the chosen one first [rad].
     """
 
     before: Report
@@ -67,6 +68,7 @@ class Retargeted:
     table: Table | None = None
     rows: IntArray | None = None
     moved: FloatArray | None = None
+    unchanged: int = 0
     after: Report | None = None
     alternatives: tuple[float, ...] = ()
     warnings: tuple[str, ...] = ()
@@ -76,7 +78,7 @@ class Retargeted:
         """Whether the gait is "unchanged" or "retargeted", or there is none: "infeasible"."""
         if self.table is None:
             return "infeasible"
-        return "retargeted" if self.added or np.any(self._moves() > 0) else "unchanged"
+        return "retargeted" if self.added or self.unchanged < len(self._moves()) else "unchanged"
 
     def __bool__(self) -> bool:
         return self.table is not None
@@ -107,11 +109,6 @@ class Retargeted:
         """The largest distance [rad], and its row, counted from 1."""
         row = int(np.argmax(self._moves()))
         return float(self._moves()[row]), row + 1
-
-    @property
-    def unchanged(self) -> int:
-        """How many rows stayed as they were, bit by bit."""
-        return int(np.sum(self._moves() == 0))
 
     @property
     def added(self) -> int:
@@ -207,7 +204,7 @@ def retarget(
     >>> answer.table.alpha[0].round(3).tolist()
     [0.45, -1.15, 0.45, -1.15]
     """
-    checked_limits(floor=floor, margin=margin)
+    floor, margin = checked_number("floor", floor), checked_number("margin", margin)
     table = _table_of(source)
     if len(table) > MOST_ROWS:
         raise InputError(f"gait must have at most {MOST_ROWS} rows, got {len(table)}")
@@ -223,11 +220,10 @@ def retarget(
 
     # The rows without one that closes the table, and with α3 and α4 within half a turn of α1 and α2.
     given = tilt_angles(table, numbers)
-    closing = is_closed(given)
     turns = np.rint((given[:, 2:] - given[:, :2]) / _TURN)
     given = np.hstack([given[:, :2], np.where(turns == 0, given[:, 2:], given[:, 2:] - _TURN * turns)])
+    turned, closing = turns.any(axis=1), is_closed(given)
     rows = given[: len(given) - closing]
-    turned = int(turns[: len(rows)].any(axis=1).sum())
 
     # The component with the least summed distance in four dimensions.
     middle = (rows[:, :2] + rows[:, 2:]) / 2
@@ -240,7 +236,7 @@ def retarget(
     new, placed = rows, np.arange(len(rows))
     loop: Any = shapely.linestrings(np.vstack([rows, rows[:1]])[:, :2])
     if (
-        turned
+        turned.any()
         or not before.flyable
         or (sign and (sign == "positive") != (level_determinant(rows[0], coefficients_of(chosen, "exact")) > 0))
         or not shapely.covers(offset(inside.inner, 2 * region.accuracy), loop)
@@ -257,7 +253,7 @@ def retarget(
         placed = np.append(placed, len(new) - 1)
     shared: Any = {"vehicle": chosen, "coefficients": numbers, "crossing_tolerance": crossing_tolerance}
     gait = Gait(alpha=new, colors=("red",) * len(new), **shared)
-    fresh = _table_from(gait, t, made_by="retarget", sign=sign, floor=float(floor), margin=float(margin))
+    fresh = _table_from(gait, t, made_by="retarget", sign=sign, floor=floor, margin=margin)
     after = validate(fresh, vehicle=chosen, coefficients=numbers.kind, floor=floor)
     moved = np.linalg.norm(new[placed] - given, axis=1)
     moved.flags.writeable = placed.flags.writeable = False
@@ -267,9 +263,10 @@ def retarget(
         table=fresh,
         rows=placed,
         moved=moved,
+        unchanged=int(np.sum((moved == 0) & ~turned)),
         after=after,
         alternatives=tuple(np.sort(totals).tolist()),
-        warnings=(f"took whole turns off α3 or α4 in {turned} rows",) if turned else (),
+        warnings=(f"took whole turns off α3 or α4 in {turned.sum()} rows",) if turned.any() else (),
     )
 
 

@@ -303,13 +303,15 @@ def plan_loop(
     [1.178, -1.178, 1.178, -1.178]
     """
     if graph is not None:
-        stated: dict[str, Any] = {"divisions": divisions, "method": method, "coefficients": coefficients}
+        choices = {"divisions": divisions, "method": method, "coefficients": coefficients}
+        stated = {name: value is not None for name, value in choices.items()}
         stated |= {"sign": sign != "auto", "vehicle": vehicle is not PAPER, "floor": floor != DEFAULT_FLOOR}
-        stated |= {"keep_out": len(keep_out), "keep_in": len(keep_in)}
-        for name in (name for name, value in stated.items() if value):
+        stated |= {"keep_out": len(keep_out) > 0, "keep_in": len(keep_in) > 0}
+        if any(stated.values()):
+            name = next(name for name, is_stated in stated.items() if is_stated)
             raise InputError(f"{name} must not be stated beside a graph, which fixes it")
-        sign, divisions, floor = (graph.graph[name] for name in ("sign", "divisions", "floor"))
         vehicle, numbers = vehicle_and_coefficients(graph)
+        sign, divisions, floor = (graph.graph[name] for name in ("sign", "divisions", "floor"))
         coefficients, method = numbers.kind, "grid"
     request = plan_request(
         waypoints,

@@ -48,7 +48,7 @@ _UP = np.array([0.0, 0.0, 1.0])
 _NOT_LEVEL = "R changes its sign or vanishes: level flight itself is singular somewhere in the period"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SingularCurve:
     """The attitudes at which one configuration is singular; `normal` is (−Rθ, Rφ, R), shape (3,), read-only.
 

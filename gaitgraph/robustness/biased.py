@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from gaitgraph.angles import number_of, whole_number
+from gaitgraph.angles import checked_number, number_of, whole_number
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.gait import Gait
 from gaitgraph.gait.table import Table, closed_rows
@@ -30,7 +30,7 @@ from gaitgraph.io.formats import naming_file, read_table
 from gaitgraph.robustness.attitudes import AcceptableAttitudes, SingularCurve, acceptable_attitudes, singular_curve
 from gaitgraph.surface.sheets import DEFAULT_TOLERANCE, family_distances
 from gaitgraph.timing.timed_gait import TimedGait
-from gaitgraph.validation.rules import Segments, checked_limits, segments_of
+from gaitgraph.validation.rules import Segments, segments_of
 
 if TYPE_CHECKING:
     from gaitgraph.invertibility.matrices import Coefficients, FloatArray
@@ -235,7 +235,8 @@ def robustness_of(
     factors: list[tuple[Scaling, float]] = [("biased", eta) for eta in _etas(bias, "bias")]
     factors += [("scaled", eta) for eta in _etas(scale, "scale")]
     curves = whole_number("curves", curves, 0, _MOST_CURVES)
-    checked_limits(angle_rounding=angle_rounding)
+    if angle_rounding is not None:
+        checked_number("angle_rounding", angle_rounding)
     if isinstance(gait, (Gait, TimedGait)) and vehicle is not None:
         raise InputError(f"vehicle must be omitted for a gait, which has its own, got {shown(vehicle)}")
     segments, vehicle, rounding, noun = _closed_segments(gait, vehicle)

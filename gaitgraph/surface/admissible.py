@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import shapely
 
-from gaitgraph.angles import HALF_PI
+from gaitgraph.angles import HALF_PI, checked_number
 from gaitgraph.errors import checked_choice
 from gaitgraph.invertibility.matrices import (
     Coefficients,
@@ -42,7 +42,6 @@ from gaitgraph.surface.region import (
     Region,
     Zones,
     checked_accuracy,
-    checked_number,
     chord_tolerance,
     offset,
     offset_both,

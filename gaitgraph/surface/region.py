@@ -6,7 +6,6 @@ go together as a pair, an array of the inner and the outer shape, on which shape
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -280,14 +279,6 @@ def checked_accuracy(accuracy: float) -> float:
     if not 1e-9 <= number_of(accuracy) <= 0.1:
         raise InputError(f"accuracy must be from 1e-9 to 0.1 rad, got {shown(accuracy)}")
     return float(accuracy)
-
-
-def checked_number(name: str, value: object, allowed: str = "a finite number ≥ 0") -> float:
-    """Return a finite number ≥ 0, or above 0 if a positive one is `allowed`; raise InputError for others."""
-    number = number_of(value)
-    if not 0 <= number < math.inf or (number == 0 and "positive" in allowed):
-        raise InputError(f"{name} must be {allowed}, got {shown(value)}")
-    return number
 
 
 # --- the user's own polygons -----------------------------------------------------------------------------------------

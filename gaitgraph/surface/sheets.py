@@ -194,7 +194,7 @@ class RootSet(tuple[Root, ...]):
     fibers: tuple[Fiber, ...]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RootArrays:
     """The roots of many (α1, α2) of the shape (...), padded to five along the last axis.
 
@@ -210,7 +210,7 @@ class RootArrays:
     R: FloatArray
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SheetGrid:
     """The roots of one sheet over a grid of (α1, α2), as an outer product of n rows and m columns.
 

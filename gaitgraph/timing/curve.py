@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import angle_from_text, number_of
+from gaitgraph.angles import angle_from_text, number_of, whole_number
 from gaitgraph.errors import InputError, checked_choice, shown
 from gaitgraph.gait.gait import Gait, vertices
 from gaitgraph.invertibility.matrices import Coefficients, FloatArray, coefficients_of
@@ -51,7 +51,7 @@ _FEWEST = 8  # intervals on a piece of a curve
 _GROWTH = 0.3  # of the distance between nodes, from one to the next
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, repr=False, init=False)
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False, init=False, eq=False)
 class Curve:
     """A closed curve of tilt angles on one sheet, twice continuously differentiable in its parameter.
 
@@ -150,8 +150,7 @@ class Curve:
         Parameters of shape (...) give angles of shape (..., 4) [rad]. From the third derivative on, that at a break is
         of the piece that starts there.
         """
-        if derivative < 0:
-            raise InputError(f"derivative must be a whole number ≥ 0, got {shown(derivative)}")
+        derivative = whole_number("derivative", derivative, 0, 1000)
         piece, local = located(self.breaks, s)
         plane = values_of(derivative_of(self.pieces, derivative)[:, piece], local)
         return _lifted(plane, self.color, self.pieces[-1, 0], self.coefficients, derivative)

@@ -34,7 +34,7 @@ from gaitgraph.io.formats import (
 from gaitgraph.io.servo_map import clipped_rows
 from gaitgraph.surface.adjacency import text_from_types
 from gaitgraph.surface.sheets import family_codes, family_types
-from gaitgraph.timing.laws import LAWS, STRAIGHT, LawName
+from gaitgraph.timing.laws import LAWS, STRAIGHT, LawName, located
 from gaitgraph.validation.report import RATE_UNITS, limit_check
 
 if TYPE_CHECKING:
@@ -121,11 +121,10 @@ class TimedGait:
         Times of shape (...) [s] give three arrays of shape (..., 4) [rad, rad/s, rad/s²].
         """
         times, gait = self.corner_times, self.gait
-        phase = np.mod(np.asarray(t, dtype=float), self.period)
-        segment = np.clip(np.searchsorted(times, phase, side="right") - 1, 0, len(gait.alpha) - 1)
+        segment, local = located(times, t)
         duration = np.diff(times)[segment]
         moving, divisor = duration > 0, np.where(duration > 0, duration, 1.0)
-        tau = np.where(moving, (phase - times[segment]) / divisor, 0.0)
+        tau = np.where(moving, local / divisor, 0.0)
         per_second = np.where(moving, 1.0 / divisor, 0.0)
         progress, speed, acceleration = LAWS.get(self.law, STRAIGHT).motion(tau)
         step = (gait.ends - gait.alpha)[segment]
@@ -259,7 +258,7 @@ class TimedGait:
             peak = f"{acceleration:.4g}".replace("inf", "infinite")
             ends = f"{text_from_angle(float(low)):>11} {text_from_angle(float(high)):>9}"
             lines.append(f"  α{k}  {ends} {rate:>11.4g} {peak:>20}")
-        known = ((vehicle.max_tilt_rate, "rad/s"), (vehicle.max_tilt_acceleration, "rad/s²"))
+        known = ((getattr(vehicle, f"max_tilt_{kind}"), unit) for kind, unit in RATE_UNITS.items())
         limits = [f"{value:.4g} {unit}" for value, unit in known if value is not None]
         stated = f"the vehicle's limits are {', '.join(limits)}" if limits else "the vehicle states no limits"
         return "\n".join([*lines, f"  in rad, rad/s and rad/s²; peaks between samples too; {stated}"])

@@ -17,8 +17,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import number_of
-from gaitgraph.errors import InputError, shown
+from gaitgraph.angles import checked_number
 from gaitgraph.invertibility.segment_bounds import Least, largest_residual
 from gaitgraph.surface.adjacency import neighbors_allowed, text_from_types
 from gaitgraph.surface.sheets import (
@@ -43,14 +42,7 @@ if TYPE_CHECKING:
 EXACT = 1e-9
 
 
-def checked_limits(**limits: float | None) -> None:
-    """Raise InputError unless what a gait is judged by is finite and not negative."""
-    for name, number in limits.items():
-        if number is not None and not 0 <= number_of(number) < math.inf:
-            raise InputError(f"{name} must be a finite number ≥ 0, got {shown(number)}")
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Criteria:
     """What a gait is for, and the limits it is judged by, as in :func:`gaitgraph.validation.validating.check_gait`."""
 
@@ -66,8 +58,9 @@ class Criteria:
     extremes: FloatArray | None = None  # the least and the largest tilt angles of the curve, shape (2, 4) [rad]
 
     def __post_init__(self) -> None:
-        names = ("tolerance", "floor", "angle_rounding", "crossing_tolerance")
-        checked_limits(**{name: getattr(self, name) for name in names})
+        for name in ("tolerance", "floor", "angle_rounding", "crossing_tolerance"):
+            if name != "angle_rounding" or self.angle_rounding is not None:
+                checked_number(name, getattr(self, name))
 
     @property
     def bracket(self) -> float:
@@ -88,7 +81,7 @@ class Criteria:
         return 2.0 * float(np.linalg.norm(coefficients.bilinear_form, 2)) * math.sqrt(8.0) * self.beside
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Segments:
     """Consecutive straight segments of a gait."""
 
