@@ -85,8 +85,9 @@ def test_a_plot_marks_a_stop_and_writes_why_nothing_was_flown() -> None:
     assert stopped.failed
     marks = [line for line in plot_flight(stopped)[0].get_lines() if line.get_gid() == "stop"]
     assert marks[0].get_xdata()[0] == stopped.flown
-    refused = fly(gait(1).parametrize(1.0))
+    refused = fly(gait(1).parametrize(5.0))
     axes = plot_flight(refused, axes=Figure().subplots(2), panels=["thrusts", "tilts"])
+    assert axes[0].get_xlim() == (0.0, 5.0)  # a period, although that is longer than three seconds
     assert "nothing flown" in [text.get_text() for text in axes[0].texts]
     assert "refused before take-off: sign of R" in axes[0].get_title()
     for panels, said in (

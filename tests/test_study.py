@@ -150,6 +150,8 @@ def test_large_studies_need_yes_and_the_examples_do_not(tmp_path: Path) -> None:
     asked = SMALL | {"periods": {"from": 1, "to": 2, "count": 150}, "flight": {"duration": 80.0}}
     with pytest.raises(InputError, match="1200 flights, about 1:20:00 with --workers 1; more than 10000 flights or"):
         run_study(asked, tmp_path / "long", workers=1)
+    with pytest.raises(InputError, match="1200 flights, about 1:20:00 on one worker; more than 10000 flights or"):
+        run_study(asked, tmp_path / "long", scheduler="tcp://127.0.0.1:9")
 
 
 def test_rows_state_the_gait_and_the_flight(small: StudyRun) -> None:

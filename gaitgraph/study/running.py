@@ -156,7 +156,8 @@ def run_study(
     seconds = study.seconds / max(workers, 1)
     if not yes and (len(study) > _FREE_CASES or seconds > _FREE_SECONDS):
         takes, free = timedelta(seconds=round(seconds)), timedelta(seconds=_FREE_SECONDS)
-        asked = f"study {study.name!r} has {len(study)} flights, about {takes} with --workers {workers}"
+        where = "on one worker" if scheduler is not None else f"with --workers {workers}"
+        asked = f"study {study.name!r} has {len(study)} flights, about {takes} {where}"
         raise InputError(f"{asked}; more than {_FREE_CASES} flights or {free} need --yes (yes=True)")
     require_matplotlib()
     try:

@@ -328,11 +328,15 @@ def pieces_of(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Exported:
-    """What was written: how many rows, which columns, and in how many rows each clipped servo was beyond its limits."""
+    """What was written: how many rows, which columns, and in how many rows each clipped servo was beyond its limits.
+
+    `pieces` yields the table once more, as it is without servos.
+    """
 
     rows: int
     columns: tuple[str, ...]
     clipped: dict[str, int]
+    pieces: Callable[[], Iterator[Table]]
 
 
 def export(
@@ -407,7 +411,7 @@ def export(
     else:
         with naming_file(source):
             pieces = completed_pieces(read, vehicle=vehicle, coefficients=coefficients)
-    clips = servos if any(one.reads or "joint_names" in one.options for one in formats) else None
+    clips = servos if formats and servos is not None and servos.clip else None
 
     def counted() -> Iterator[Table]:
         """Yield the pieces, once for each file, and count them."""
@@ -417,7 +421,7 @@ def export(
                 clipped.update(clipped_rows(piece, clips))
             rows += len(piece)
             yield piece
-        done.append(Exported(rows=rows, columns=tuple(piece.columns), clipped=dict(clipped)))
+        done.append(Exported(rows=rows, columns=tuple(piece.columns), clipped=dict(clipped), pieces=pieces))
         report(len(done) + 1)
 
     write_tables(counted, paths, force=force, options=options, servos=servos)
