@@ -284,7 +284,7 @@ def test_the_metadata_is_what_the_graph_was_built_with(kind: Any) -> None:
     assert vehicle_and_coefficients(graph) == (vehicle, numbers)
     for key in ("vehicle", "coefficients", "divisions"):
         with pytest.raises(gg.errors.ContractError, match=f"^graph metadata: '{key}' is missing$"):
-            vehicle_and_coefficients(nx.Graph(**{name: value for name, value in graph.graph.items() if name != key}))
+            gg.plan_loop([(0, 0)], graph=nx.Graph(**{name: graph.graph[name] for name in {*graph.graph} - {key}}))
 
 
 def test_zones_cut_nodes_and_edges(negative: nx.Graph[Any]) -> None:

@@ -374,8 +374,6 @@ def test_a_graph_gives_the_request_what_it_was_built_with() -> None:
     for name in ("sign", "divisions", "vehicle", "coefficients", "floor", "keep_out", "keep_in"):
         with pytest.raises(gg.InputError, match=f"^{name} must not be stated beside a graph, which fixes it$"):
             on_grid(G3.waypoints, graph=graph, **{name: {"floor": 0.1, "divisions": 0}.get(name, "x")})
-    with pytest.raises(gg.errors.ContractError, match="^graph metadata: 'vehicle' is missing$"):
-        on_grid(G3.waypoints, graph=nx.Graph())
 
 
 def test_where_nothing_flies_the_objective_decides() -> None:
