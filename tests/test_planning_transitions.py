@@ -287,6 +287,7 @@ def test_the_seven_components(i: int, j: int) -> None:
     found = gg.transition(first, last)
     assert bool(found) == (i == j)
     if found:
+        assert found.gait.coefficients == EXACT
         return
     assert found.reason is not None
     if labels[0].prod() != labels[1].prod():
