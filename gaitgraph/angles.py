@@ -72,6 +72,20 @@ def number_of(value: object) -> float:
         return math.nan
 
 
+def checked_number(
+    name: str, value: object, allowed: str = "a finite number ≥ 0", *, above: bool = False, most: float = math.inf
+) -> float:
+    """Return a finite number from 0, which `above` excludes, to `most`, or raise InputError with what is `allowed`.
+
+    >>> checked_number("floor", 0.05)
+    0.05
+    """
+    number = number_of(value)
+    if not 0 <= number <= most or math.isinf(number) or (above and number == 0):
+        raise InputError(f"{name} must be {allowed}, got {shown(value)}")
+    return number
+
+
 def whole_number(name: str, value: object, low: int, high: int) -> int:
     """Return a whole number, Python's or numpy's, or raise InputError by its name.
 
@@ -82,18 +96,6 @@ def whole_number(name: str, value: object, low: int, high: int) -> int:
     if not isinstance(value, SupportsIndex) or math.isnan(number_of(value)) or not low <= int(value) <= high:
         raise InputError(f"{name} must be a whole number from {low} to {high}, got {shown(value)}")
     return int(value)
-
-
-def checked_number(name: str, value: object, allowed: str = "a finite number ≥ 0") -> float:
-    """Return a finite number ≥ 0, or above 0 if a positive one is `allowed`; raise InputError for others.
-
-    >>> checked_number("floor", 3)
-    3.0
-    """
-    number = number_of(value)
-    if not 0 <= number < math.inf or (number == 0 and "positive" in allowed):
-        raise InputError(f"{name} must be {allowed}, got {shown(value)}")
-    return number
 
 
 def text_from_angle(angle: float) -> str:

@@ -322,8 +322,8 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     *(
         (robustness_of, {"gait": POINT, name: value}, message)
         for name, wrong, message in (
-            ("bias", (0, 1.5, NAN, [0.8, None]), "bias must be a number in (0, 1], got η = "),
-            ("scale", (0, 1.0001), "scale must be a number in (0, 1], got η = "),
+            ("bias", (0, 1.5, NAN, [0.8, None]), "bias must be a number in (0, 1], got "),
+            ("scale", (0, 1.0001), "scale must be a number in (0, 1], got "),
             ("tilt", (math.pi / 2, -0.1, NAN), "tilt must be at least 0 and less than π/2 rad, got "),
             ("tolerance", (0, INF), "tolerance must be a finite number above 0, got "),
             ("angle_rounding", (-1, INF), "angle_rounding must be a finite number ≥ 0, got "),

@@ -397,6 +397,7 @@ def test_long_tables_are_counted_and_not_listed() -> None:
     report = validate(table_from(np.tile(lift(G3.angles, "red").alpha, (MOST_LISTED_ROWS // 4 + 1, 1))))
     assert report.listing is not None
     assert (report.listing.count, report.listing.first) == (2, ())
+    assert str(report.listing).startswith("2 colourings of a loop\n")
     assert "2 with R < 0, all red or all blue" in str(report)
 
 

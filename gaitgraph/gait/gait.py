@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import number_of, text_from_angle, whole_number
+from gaitgraph.angles import checked_number, text_from_angle, whole_number
 from gaitgraph.errors import InputError, shown
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Coefficients, coefficients_of, level_determinant
 from gaitgraph.surface.adjacency import text_from_types
@@ -187,8 +187,7 @@ class Gait:
         return self._scaled(eta, [eta] * 4, stays=self.color == "red")
 
     def _scaled(self, eta: float, factors: list[float], *, stays: bool) -> Gait:
-        if not 0 < number_of(eta) <= 1:
-            raise InputError(f"eta must be a number in (0, 1], got {shown(eta)}")
+        checked_factor("eta", eta)
         colors = self.colors if stays or eta == 1 else ()
         return replace(self, alpha=self.alpha * np.array(factors, dtype=float), colors=colors, request={})
 
@@ -315,6 +314,11 @@ def points_on_sheets(
     return np.column_stack([a1, a2, *(np.where(is_red, red, blue) for red, blue in zip(*sheets, strict=True))])
 
 
+def checked_factor(name: str, eta: object) -> float:
+    """Return a factor η by which tilt angles are scaled, or raise InputError by its name."""
+    return checked_number(name, eta, "a number in (0, 1]", above=True, most=1.0)
+
+
 def vertices(alpha: npt.ArrayLike, tolerance: float = 1e-9) -> FloatArray:
     """Return the vertices of a curve of tilt angles, points of shape (n, 4) [rad], by equations (16) to (19).
 
@@ -328,8 +332,7 @@ def vertices(alpha: npt.ArrayLike, tolerance: float = 1e-9) -> FloatArray:
     points = np.asarray(alpha, dtype=float)
     if points.ndim != 2 or points.shape[1] != 4 or not len(points):
         raise InputError(f"alpha must have the shape (n, 4) with n at least 1, got {points.shape}")
-    if not 0 <= number_of(tolerance) < math.inf:
-        raise InputError(f"tolerance must be a number ≥ 0 (rad), got {shown(tolerance)}")
+    checked_number("tolerance", tolerance, "a number ≥ 0 (rad)")
     low, high = points.min(axis=0), points.max(axis=0)
     at_high = points >= high - tolerance
     extreme = (at_high | (points <= low + tolerance)).all(axis=1)

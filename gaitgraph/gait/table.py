@@ -11,7 +11,6 @@ Any other table is closed by a straight segment back to the first row, which tak
 from __future__ import annotations
 
 import json
-import math
 from dataclasses import dataclass, field, replace
 from importlib import import_module
 from itertools import chain
@@ -21,7 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph import __version__
-from gaitgraph.angles import number_of
+from gaitgraph.angles import checked_number
 from gaitgraph.errors import InputError, MissingExtra, shown
 from gaitgraph.gait.gait import Gait, points_on_sheets
 from gaitgraph.invertibility.matrices import (
@@ -169,8 +168,7 @@ def surface_of(
         vehicle = vehicle_named(stated) if isinstance(stated, str) else vehicle_from_mapping(stated)
         coefficients = coefficients or about.get("coefficients")
     tolerance = about.get("crossing_tolerance", DEFAULT_CROSSING_TOLERANCE)
-    if not 0 <= number_of(tolerance) < math.inf:
-        raise InputError(f"crossing_tolerance must be a number ≥ 0 (rad), got {shown(tolerance)}")
+    checked_number("crossing_tolerance", tolerance, "a number ≥ 0 (rad)")
     return vehicle, coefficients_of(vehicle, coefficients), float(tolerance)
 
 

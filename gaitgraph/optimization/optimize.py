@@ -39,7 +39,7 @@ from gaitgraph.surface.sheets import SIGNS, separating_factor
 from gaitgraph.timing.curve import Curve
 from gaitgraph.timing.timed_gait import TimedGait, checked_clock, pieces_of
 from gaitgraph.validation.report import Report, lines_of_checks
-from gaitgraph.vehicle import PAPER, Vehicle
+from gaitgraph.vehicle import PAPER, Angle, Vehicle
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
     from gaitgraph.gait.gait import Gait
-    from gaitgraph.surface.region import Angle, Points, Region
+    from gaitgraph.surface.region import Points, Region
 
 Objective = Literal["singular_value", "hover_reserve", "tilt_rate"]
 

@@ -12,9 +12,9 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from gaitgraph.angles import checked_number, number_of, whole_number
+from gaitgraph.angles import checked_number, whole_number
 from gaitgraph.errors import InputError, shown
-from gaitgraph.gait.gait import Gait
+from gaitgraph.gait.gait import Gait, checked_factor
 from gaitgraph.gait.table import Table, closed_rows
 from gaitgraph.invertibility.matrices import Kind, coefficients_of
 from gaitgraph.invertibility.segment_bounds import Bound, Value, least_along, singular_value_bound
@@ -278,10 +278,7 @@ def robustness_of(
 def _etas(value: float | Iterable[float], name: str) -> list[float]:
     several = isinstance(value, Iterable) and not isinstance(value, (str, bytes)) and getattr(value, "ndim", 1) == 1
     values: list[Any] = list(value) if several else [value]  # type: ignore[arg-type]
-    for eta in values:
-        if not 0 < number_of(eta) <= 1:
-            raise InputError(f"{name} must be a number in (0, 1], got η = {shown(eta)}")
-    return [number_of(eta) for eta in values]
+    return [checked_factor(name, eta) for eta in values]
 
 
 def _closed_segments(
@@ -330,12 +327,11 @@ def _near_the_least(segments: Segments, value: Value, bound: Bound) -> npt.NDArr
     """
     starts, rows, least = segments.starts, np.arange(len(segments.starts)), math.inf
     for stride in (4096, 512, 64, 8):
-        anchors = np.unique(rows - rows % stride)
+        anchors, nearest = np.unique(rows - rows % stride, return_inverse=True)
         if len(anchors) * 2 > len(rows):
             continue
         found = value(starts[anchors])
         least = min(least, float(found.min()))
-        nearest = np.searchsorted(anchors, rows - rows % stride)
         at, zero = starts[anchors][nearest], np.zeros(len(rows))
         lower = [2 * bound(found[nearest], zero, at, side[rows]) for side in (starts, segments.ends)]
         rows = rows[np.minimum(*lower) <= least]

@@ -18,6 +18,7 @@ import shapely
 from gaitgraph.angles import HALF_PI, checked_number
 from gaitgraph.errors import checked_choice
 from gaitgraph.invertibility.matrices import (
+    DEFAULT_FLOOR,
     Coefficients,
     coefficients_of,
     hover_thrust_shares,
@@ -248,7 +249,7 @@ def thrust_region(
     """
     accuracy, region = checked_accuracy(accuracy), hover_region(vehicle)
     if share is not None:
-        checked_number("share", share, "a positive finite number (of m·g)")
+        checked_number("share", share, "a positive finite number (of m·g)", above=True)
         region &= _thrust_limit(share, vehicle, accuracy, largest=True)
     if checked_number("least", least, "a finite number ≥ 0 (of m·g)"):
         region &= _thrust_limit(least, vehicle, accuracy, largest=False)
@@ -326,7 +327,7 @@ def admissible_region(
     color: Color = "red",
     sign: Sign | None = None,
     coefficients: Coefficients | None = None,
-    floor: float = 0.05,
+    floor: float = DEFAULT_FLOOR,
     zones: Zones | None = None,
     accuracy: float = DEFAULT_ACCURACY,
 ) -> Region:

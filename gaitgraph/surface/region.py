@@ -17,6 +17,7 @@ import shapely
 
 from gaitgraph.angles import HALF_PI, angle_from_text, number_of
 from gaitgraph.errors import InputError, shown
+from gaitgraph.vehicle import Angle
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -24,7 +25,8 @@ if TYPE_CHECKING:
     from shapely import MultiPolygon, Polygon
     from shapely.geometry.base import BaseGeometry
 
-FloatArray = npt.NDArray[np.float64]
+    from gaitgraph.invertibility.matrices import FloatArray
+
 Pair = npt.NDArray[np.object_]  # the inner and the outer shape of a region
 
 DEFAULT_ACCURACY = 1e-6
@@ -245,7 +247,7 @@ def component_meeting(shape: BaseGeometry, discs: Discs) -> Polygon | None:
 
 def polygons_of(shape: BaseGeometry) -> MultiPolygon:
     """Return the polygons of a shape, without the points and lines that overlaying leaves."""
-    parts = shapely.get_parts(shapely.get_parts(np.array([shape], dtype=object)))
+    parts = shapely.get_parts(shapely.get_parts(shape))
     return shapely.MultiPolygon([part for part in parts if part.geom_type == "Polygon" and part.area > 0])
 
 
@@ -284,7 +286,6 @@ def checked_accuracy(accuracy: float) -> float:
 # --- the user's own polygons -----------------------------------------------------------------------------------------
 
 Corners = tuple[tuple[float, float], ...]
-Angle = float | str
 Points = Sequence[Sequence[Angle]] | npt.NDArray[np.float64]
 """Points (α1, α2), each angle a number [rad] or a text such as "3pi/8"."""
 

@@ -37,7 +37,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import HALF_PI, angle_from_text, distance_to_multiple, number_of, wrapped
+from gaitgraph.angles import HALF_PI, angle_from_text, checked_number, distance_to_multiple, wrapped
 from gaitgraph.errors import InputError, checked_choice, shown
 from gaitgraph.invertibility.matrices import (
     Coefficients,
@@ -117,8 +117,7 @@ def types_of(
     A type is `?` where the planes cross: within `crossing_tolerance` [rad] of β1 ≡ 0 (mod π/2) for α3 and of
     β2 ≡ 0 (mod π/2) for α4. Half a grid step marks exactly the nodes nearest to the line.
     """
-    if not 0 <= number_of(crossing_tolerance) < math.inf:
-        raise InputError(f"crossing_tolerance must be a finite number ≥ 0 (rad), got {shown(crossing_tolerance)}")
+    checked_number("crossing_tolerance", crossing_tolerance, "a finite number ≥ 0 (rad)")
     reach = crossing_tolerance + _ROUND_OFF
     lines = ((alpha1, coefficients.delta), (alpha2, -coefficients.delta))
     third, fourth = (distance_to_multiple(np.asarray(x, dtype=float) - line, HALF_PI) for x, line in lines)

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import angle_from_text, number_of, whole_number
+from gaitgraph.angles import angle_from_text, checked_number, whole_number
 from gaitgraph.errors import InputError, checked_choice, shown
 from gaitgraph.gait.gait import Gait, vertices
 from gaitgraph.invertibility.matrices import Coefficients, FloatArray, coefficients_of
@@ -170,8 +170,7 @@ class Curve:
 
     def chord_parameters(self, tolerance: float = DEFAULT_CHORD) -> FloatArray:
         """Return parameter values, from 0 to below the span, between which chords are within a tolerance [rad]."""
-        if not 0 < number_of(tolerance) < math.inf:
-            raise InputError(f"tolerance must be a positive finite number (rad), got {shown(tolerance)}")
+        checked_number("tolerance", tolerance, "a positive finite number (rad)", above=True)
         width = np.diff(self.breaks)
         bend = np.linalg.norm(bernstein_from_power(derivative_of(self.pieces, 2), width), axis=-1).max(axis=0)
         count = np.maximum(np.ceil(width * np.sqrt(bend / (8.0 * tolerance)) * (1 + 1e-9)), 1.0)

@@ -270,7 +270,7 @@ class Continuous(Rule):
     inferred_error: float = 0.0  # the largest distance from a sheet that the tolerance takes for rounding
     inferred_errors: FloatArray = field(default_factory=lambda: np.zeros(0))  # of each point of the latest block
     blue: bool = False  # whether a point lies on the blue sheet alone, whatever its color
-    fiber: tuple[int, int, GaitPoint] | None = None  # the first point colored as a fibre: which, number, place
+    fiber: tuple[int, GaitPoint] | None = None  # the first point colored as a fibre: which, and its place
     distance: float = 0.0  # the point that is farthest off the sheet of its color
     off_sheet: str = ""
     farthest: GaitPoint | None = None
@@ -291,7 +291,7 @@ class Continuous(Rule):
                 return
         if fibered.any() and self.fiber is None:
             point = int(np.argmax(fibered))
-            self.fiber = (int(sheet[point]), block.number[point], block.place(point))
+            self.fiber = (int(sheet[point]), block.place(point))
         distances = family_distances(block.alpha, criteria.coefficients)
         on_blue = (distances[:, 1] <= criteria.tolerance) & (distances[:, 0] > criteria.tolerance)
         self.blue |= bool((on_blue & ~fibered).any())

@@ -13,7 +13,7 @@ import math
 from dataclasses import replace
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -111,6 +111,7 @@ def check_gait(
     return checker.report(closed)
 
 
+@runtime_checkable
 class _Timed(Protocol):
     """A gait with timing, as :class:`gaitgraph.timing.timed_gait.TimedGait` is."""
 
@@ -172,13 +173,12 @@ def validate(
     >>> bool(report), report.flyable, report["R_sign"].decided, report.listing.count
     (True, False, False, 2)
     """
-    if isinstance(gait, Gait) or hasattr(type(gait), "rate_checks"):
+    if isinstance(gait, (Gait, _Timed)):
         given = {"vehicle": vehicle, "coefficients": coefficients, "crossing_tolerance": crossing_tolerance}
         for name, value in given.items():
             if value is not None:
                 raise InputError(f"{name} must be None beside a gait, which has its own, got {shown(value)}")
-        timed: Any = gait
-        bare, rates = (gait, ()) if isinstance(gait, Gait) else (timed.gait, timed.rate_checks())
+        bare, rates = (gait, ()) if isinstance(gait, Gait) else (gait.gait, gait.rate_checks())
         report = check_gait(bare, tolerance=tolerance, floor=floor, angle_rounding=angle_rounding).with_checks(rates)
         if (np.abs(bare.alpha[:, :2]) > math.pi / 2).any():
             return report  # colourings are of loops in [−π/2, π/2]²
@@ -235,7 +235,7 @@ class _TableChecker:
         number = self.rows + 1 + np.arange(len(alpha))
         fresh = Segments(alpha=alpha, sheet=sheet, number=number, t=piece.columns.get("t"))
         rows = fresh if before is None else before.joined(fresh)
-        joined = fresh if before is None else before[-1:].joined(fresh)
+        joined = rows[-len(alpha) - 1 :]
         if len(joined.alpha) > 1:
             self.checker.update(joined)
             self.longest = max(self.longest, float(np.abs(np.diff(joined.alpha, axis=0)).max()))
@@ -361,7 +361,7 @@ class _RowRates:
         if len(tail.alpha) > 1:
             # Across the seam: from the last rows to the first ones, a period later.
             onward = head[1:] if closed else head
-            later = period if closed else period + period / (tail.number[-1] - 1)
+            later = period if closed else closing_time(0.0, period, int(tail.number[-1]))
             rows = tail.joined(replace(onward, t=head.t[-len(onward.alpha) :] + later))
             self._differences(replace(rows, first_t=float(head.t[0])), len(tail.alpha) - closed)
         if self.off > 0.5 * self.moved:
