@@ -90,10 +90,7 @@ def test_a_plot_marks_a_stop_and_writes_why_nothing_was_flown() -> None:
     assert axes[0].get_xlim() == (0.0, 5.0)  # a period, although that is longer than three seconds
     assert "nothing flown" in [text.get_text() for text in axes[0].texts]
     assert "refused before take-off: sign of R" in axes[0].get_title()
-    for panels, said in (
-        (["tilt"], "did you mean 'tilts'?"),
-        (["place"], "axes must be 1, one a panel"),
-    ):
+    for panels, said in ((["tilt"], "did you mean 'tilts'?"), (["place"], "axes must be 1, one a panel")):
         with pytest.raises(gg.InputError, match=re.escape(said)):
             plot_flight(refused, axes=axes, panels=panels)
 
