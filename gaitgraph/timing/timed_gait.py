@@ -328,10 +328,7 @@ def pieces_of(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Exported:
-    """What was written: how many rows, which columns, and in how many rows each clipped servo was beyond its limits.
-
-    `pieces` yields the table once more, as it is without servos.
-    """
+    """Rows and columns, in how many rows each clipped servo was beyond its limits, and what yields the table again."""
 
     rows: int
     columns: tuple[str, ...]
