@@ -177,6 +177,7 @@ def test_outputs_that_cannot_be(tmp_path: Path, force: bool) -> None:
     there = sorted(tmp_path.iterdir())
     for names, message in (
         (["x.txt"], "must have one of the suffixes"),
+        (["x.m"], r"MATLAB and Octave load \.mat"),
         (["no/x.csv"], "does not exist"),
         (["file/x.csv"], "is no folder"),
         (["x.csv", "./x.csv"], "named twice"),

@@ -236,7 +236,7 @@ def tilt_angles(table: Table, coefficients: Coefficients, *, rows_before: int = 
     return points_on_sheets(table["alpha1"], table["alpha2"], table["color"], coefficients)
 
 
-def is_closed(alpha: FloatArray, tolerance: float = DEFAULT_TOLERANCE) -> bool:
+def is_closed(alpha: FloatArray) -> bool:
     """Return whether the last of two or more rows of angles is the first again; the first and the last two suffice.
 
     Every reader of tables closes them by this rule. A measured period ends within its noise of where it began, which is
@@ -250,7 +250,7 @@ def is_closed(alpha: FloatArray, tolerance: float = DEFAULT_TOLERANCE) -> bool:
     if len(alpha) < 2:
         return False
     gap, step = np.abs(alpha[[0, -2]] - alpha[-1]).max(axis=1).tolist()
-    return bool(gap <= SAME_ROW or (gap <= tolerance and gap < step / 16))
+    return bool(gap <= SAME_ROW or (gap <= DEFAULT_TOLERANCE and gap < step / 16))
 
 
 def closing_time(start: float, end: float, rows: int) -> float:

@@ -64,7 +64,7 @@ def any_angle_paths(
             bound: float | None = length_of([*points, points[0]])
         else:
             region = _most_robust_region(branch, use) if robust else prepared_region(branch, use)
-            answer = _shortest_chain(branch, region, reorder, notes, progress)
+            answer = _shortest_in_region(branch, region, reorder, notes, progress)
             if isinstance(answer, Obstacle):
                 if use == "flyable":
                     continue
@@ -86,7 +86,7 @@ def shortest_path(branch: Branch, use: Use) -> Leg | None:
     return prepared_region(branch, use).leg(start, end)
 
 
-def _shortest_chain(
+def _shortest_in_region(
     branch: Branch,
     region: PreparedRegion,
     reorder: bool,
@@ -104,11 +104,11 @@ def _shortest_chain(
 
     def apart(first: int, second: int) -> Obstacle:
         parts = [region.region.component_of(waypoints[k]) for k in (first, second)]
-        areas = [f"{region.region.components[part].area:.3g}" for part in parts if part is not None]
+        sizes = [f"{region.region.components[part].area:.3g}" for part in parts if part is not None]
         wall = "the border of the admissible region: they lie in parts"
         if branch.request.zones is not None:
             wall = "keep_out and keep_in: they lie in parts of the admissible region"
-        return branch.separation((first, second), f"{wall} of {' and '.join(areas)} rad²")
+        return branch.separation((first, second), f"{wall} of {' and '.join(sizes)} rad²")
 
     order = tuple(range(len(waypoints)))
     if reorder:
@@ -352,8 +352,8 @@ class RegionLocation:
         }
 
     def __str__(self) -> str:
-        areas = [f"{part.area:.4g}" for part in self.region.components]
-        parts = f"{len(areas)} part{'s' * (len(areas) > 1)} of {', '.join(areas)} rad²" if areas else "empty"
+        sizes = [f"{part.area:.4g}" for part in self.region.components]
+        parts = f"{len(sizes)} part{'s' * (len(sizes) > 1)} of {', '.join(sizes)} rad²" if sizes else "empty"
         lines = [f"{self.color}, {RELATION[self.sign]}: {parts}"]
         for number, (point, part, why_not, nearest) in enumerate(self.waypoints, start=1):
             text = f"in part {part}" if part is not None else f"{why_not}"

@@ -282,7 +282,7 @@ class _TableChecker:
         assert head is not None and tail is not None  # noqa: PT018, S101 - pieces have rows
         first, last = head[:1], tail[-1:]
         gap = float(np.abs(last.alpha[0] - first.alpha[0]).max())
-        near = self.rows > 1 and is_closed(np.vstack([first.alpha, tail.alpha]), self.criteria.tolerance)
+        near = self.rows > 1 and is_closed(np.vstack([first.alpha, tail.alpha]))
         # Otherwise a row that comes back is a point of its own, with a segment to the first and no step in time.
         repeated = near and gap <= SAME_ROW and last.sheet[0] == first.sheet[0]
         if not repeated:
