@@ -27,7 +27,7 @@ ROOT = Path(__file__).parent.parent
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 CONTEXT = click.Context(cli)
 REQUESTS = sorted((ROOT / "examples").glob("*.toml"))
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("**/*.md"))]
+PAGES = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").glob("**/*.md"))]
 BLOCKS = [
     pytest.param(block, id=f"{page.name}:{number}")
     for page in PAGES
@@ -100,7 +100,7 @@ def test_links_between_pages_are_not_broken() -> None:
     broken = []
     for page in PAGES:
         for target in re.findall(r"\]\((?!https?:|#|mailto:)([^)#\s]+)", page.read_text()):
-            drawn = page.parent.name == "docs" and target in FIGURES_OF_PAGES
+            drawn = target.removeprefix("../") in FIGURES_OF_PAGES
             if not drawn and not (page.parent / target).exists():
                 broken.append((page.name, target))
     assert broken == []
@@ -144,7 +144,7 @@ def is_there(name: str) -> bool:
 
 def test_the_version_is_stated_once() -> None:
     citation = (ROOT / "CITATION.cff").read_text()
-    changelog = (ROOT / "docs" / "changelog.md").read_text()
+    changelog = (ROOT / "CHANGELOG.md").read_text()
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     assert "version" in project["dynamic"]
     assert f"version: {gg.__version__}\n" in citation

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from sphinx.application import Sphinx
     from sphinx.environment import BuildEnvironment
 
-ORDER = Path(__file__).parent.parent / "architecture.md"
+ORDER = Path(__file__).parent.parent / "developers" / "architecture.md"
 CODE = re.compile(r"(``.*?``|`[^`]*`)")
 
 
