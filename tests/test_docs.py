@@ -1,10 +1,12 @@
-"""What the documentation shows runs: examples, requests, and every Python block."""
+"""What the documentation shows runs: examples, requests, every Python block, commands above their output."""
 
 from __future__ import annotations
 
 import re
 import runpy
+import shlex
 import tomllib
+from doctest import ELLIPSIS, OutputChecker
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -29,9 +31,11 @@ CONTEXT = click.Context(cli)
 REQUESTS = sorted((ROOT / "examples").glob("*.toml"))
 PAGES = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").glob("**/*.md"))]
 BLOCKS = [
-    pytest.param(block, id=f"{page.name}:{number}")
+    pytest.param(block, shown, id=f"{page.name}:{number}")
     for page in PAGES
-    for number, block in enumerate(re.findall(r"^```python\n(.*?)^```", page.read_text(), re.M | re.S), start=1)
+    for number, (block, shown) in enumerate(
+        re.findall(r"^```python\n(.*?)^```\n(?:\n```text\n(.*?)^```)?", page.read_text(), re.M | re.S), start=1
+    )
 ]
 FIGURES_OF_PAGES = {f"_figures/{figure.stem}.png" for figure in FIGURES.values()}  # drawn when the site is built
 EXPECTED = {
@@ -88,12 +92,34 @@ def test_requests_plan_flyable_gaits(path: Path, tmp_path: Path, capsys: pytest.
     assert len(read_table(output)) > 100
 
 
-@pytest.mark.parametrize("block", BLOCKS)
-def test_python_blocks_run(block: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def is_shown(shown: str, capsys: pytest.CaptureFixture[str]) -> bool:
+    """Return whether what was printed is what a page shows, where ... stands for any text."""
+    return OutputChecker().check_output(shown.replace("…", "..."), capsys.readouterr().out, ELLIPSIS)
+
+
+@pytest.mark.parametrize(("block", "shown"), BLOCKS)
+def test_python_blocks_run(
+    block: str, shown: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     monkeypatch.chdir(tmp_path)
     for library in re.findall(r"^import (pandas|polars)", block, re.MULTILINE):
         pytest.importorskip(library)
     exec(compile(block, "<block>", "exec"), {"__name__": "__main__"})
+    assert not shown or is_shown(shown, capsys)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_commands_print_what_is_shown_below_them(
+    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "examples").symlink_to(ROOT / "examples")
+    blocks = r"^```sh\n((?:(?:gaitgraph| )[^\n]*\n)+)```\n\n```text\n(.*?)^```"
+    for commands, shown in re.findall(blocks, page.read_text(), re.M | re.S):
+        for command in commands.replace("\\\n", "").splitlines():
+            with pytest.raises(SystemExit):
+                main(shlex.split(command)[1:])
+        assert is_shown(shown, capsys), commands
 
 
 def test_links_between_pages_are_not_broken() -> None:
