@@ -7,9 +7,9 @@ import runpy
 import shlex
 import tomllib
 from doctest import ELLIPSIS, OutputChecker
-from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from pkgutil import resolve_name
+from typing import TYPE_CHECKING
 
 import click
 import matplotlib.pyplot as plt
@@ -157,14 +157,10 @@ def test_pages_name_what_there_is() -> None:
 
 def is_there(name: str) -> bool:
     """Return whether the package has an attribute of that dotted name, in its modules too."""
-    found: Any = gg
-    for part in name.split("."):
-        if not hasattr(found, part):
-            try:
-                import_module(f"{found.__name__}.{part}")
-            except (AttributeError, ImportError):
-                return False
-        found = getattr(found, part)
+    try:
+        resolve_name(f"gaitgraph.{name}")
+    except (AttributeError, ImportError):
+        return False
     return True
 
 
