@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 PACKAGE = Path(gg.__file__).parent
-PAGE = Path(__file__).parent.parent / "docs" / "architecture.md"
+PAGE = Path(__file__).parent.parent / "docs" / "developers" / "architecture.md"
 ORDER = re.findall(r"^\| `(\w+)` \|", PAGE.read_text(encoding="utf-8"), re.M)
 ANYTHING = "*"  # what an import by a computed name, or of the whole package, may reach
 RANKS = ["", "_lazy", *ORDER, "__main__", ANYTHING]  # "" is gaitgraph/__init__.py, of which there is the version

@@ -76,7 +76,7 @@ def test_gait_4_is_entered_from_hover_and_left_and_gait_3_cannot_be(run: Any) ->
 
 
 def test_the_numbers_of_the_page_on_flight() -> None:
-    page = (Path(__file__).parent.parent / "docs" / "flight.md").read_text()
+    page = (Path(__file__).parent.parent / "docs" / "guide" / "flight.md").read_text()
     cells = [[cell.strip() for cell in line.strip("|").split("|")] for line in page.splitlines() if line[:1] == "|"]
     rows = {cell[0].split(" (")[0]: cell[1:] for cell in cells if len(cell) == 5}
 
