@@ -31,7 +31,7 @@ CONTEXT = click.Context(cli)
 REQUESTS = sorted((ROOT / "examples").glob("*.toml"))
 PAGES = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").glob("**/*.md"))]
 BLOCKS = [
-    pytest.param(block, shown, id=f"{page.name}:{number}")
+    pytest.param(page, block, shown, id=f"{page.name}:{number}")
     for page in PAGES
     for number, (block, shown) in enumerate(
         re.findall(r"^```python\n(.*?)^```\n(?:\n```text\n(.*?)^```)?", page.read_text(), re.M | re.S), start=1
@@ -92,16 +92,29 @@ def test_requests_plan_flyable_gaits(path: Path, tmp_path: Path, capsys: pytest.
     assert len(read_table(output)) > 100
 
 
+def enter(folder: Path, page: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Go to a folder with the examples and the TOML files of a page that begin with their name."""
+    monkeypatch.chdir(folder)
+    (folder / "examples").symlink_to(ROOT / "examples")
+    for text, name in re.findall(r"^```toml\n(# (\S+\.toml)\n.*?)^```", page.read_text(), re.M | re.S):
+        (folder / name).write_text(text)
+
+
 def is_shown(shown: str, capsys: pytest.CaptureFixture[str]) -> bool:
     """Return whether what was printed is what a page shows, where ... stands for any text."""
     return OutputChecker().check_output(shown.replace("…", "..."), capsys.readouterr().out, ELLIPSIS)
 
 
-@pytest.mark.parametrize(("block", "shown"), BLOCKS)
+@pytest.mark.parametrize(("page", "block", "shown"), BLOCKS)
 def test_python_blocks_run(
-    block: str, shown: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    page: Path,
+    block: str,
+    shown: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
-    monkeypatch.chdir(tmp_path)
+    enter(tmp_path, page, monkeypatch)
     for library in re.findall(r"^import (pandas|polars)", block, re.MULTILINE):
         pytest.importorskip(library)
     exec(compile(block, "<block>", "exec"), {"__name__": "__main__"})
@@ -112,8 +125,7 @@ def test_python_blocks_run(
 def test_commands_print_what_is_shown_below_them(
     page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "examples").symlink_to(ROOT / "examples")
+    enter(tmp_path, page, monkeypatch)
     blocks = r"^```sh\n((?:(?:gaitgraph| )[^\n]*\n)+)```\n\n```text\n(.*?)^```"
     for commands, shown in re.findall(blocks, page.read_text(), re.M | re.S):
         for command in commands.replace("\\\n", "").splitlines():
