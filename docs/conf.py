@@ -24,7 +24,7 @@ extensions = [
     "signatures",
     "scratch",
 ]
-exclude_patterns = ["_*", "gallery/*.ipynb", "gallery/*.py", "gallery/*.json", "gallery/*.zip"]
+exclude_patterns = ["_*", "developers", "gallery/*.ipynb", "gallery/*.py", "gallery/*.json", "gallery/*.zip"]
 smartquotes = False
 nitpicky = True
 

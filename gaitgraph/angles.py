@@ -116,6 +116,20 @@ def number_of(value: object) -> float:
         return math.nan
 
 
+def checked_number(
+    name: str, value: object, allowed: str = "a finite number ≥ 0", *, above: bool = False, most: float = math.inf
+) -> float:
+    """Return a finite number from 0, which `above` excludes, to `most`, or raise InputError with what is `allowed`.
+
+    >>> checked_number("floor", 0.05)
+    0.05
+    """
+    number = number_of(value)
+    if not 0 <= number <= most or math.isinf(number) or (above and number == 0):
+        raise InputError(f"{name} must be {allowed}, got {shown(value)}")
+    return number
+
+
 def whole_number(name: str, value: object, low: int, high: int) -> int:
     """Return a whole number, Python's or numpy's, or raise InputError by its name.
 

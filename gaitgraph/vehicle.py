@@ -207,7 +207,6 @@ class Vehicle:
         >>> PAPER.replace(max_tilt_rate=6.0).carries_published_coefficients
         True
         """
-        check_fields("vehicle", changes, _FIELDS)
         new: dict[str, Any] = {**{name: getattr(self, name) for name in _FIELDS}, **changes}
         known = {name for name, value in new.items() if value is not None}
         # A new value replaces what it would follow from; what follows from it is derived again.

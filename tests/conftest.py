@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from gaitgraph.timing.timed_gait import TimedGait
 
 settings.register_profile("ci", derandomize=True)
-# For docs/mutation.md: one process runs the tests again and again, and a failing example need not be made small.
+# For docs/developers/mutation.md: one process runs the tests again and again; a failing example need not be made small.
 settings.register_profile(
     "mutation",
     derandomize=True,

@@ -1,13 +1,15 @@
-"""What the documentation shows runs: examples, requests, and every Python block."""
+"""What the documentation shows runs: examples, requests, every Python block, commands above their output."""
 
 from __future__ import annotations
 
 import re
 import runpy
+import shlex
 import tomllib
-from importlib import import_module
+from doctest import ELLIPSIS, OutputChecker
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from pkgutil import resolve_name
+from typing import TYPE_CHECKING
 
 import click
 import matplotlib.pyplot as plt
@@ -27,11 +29,13 @@ ROOT = Path(__file__).parent.parent
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 CONTEXT = click.Context(cli)
 REQUESTS = sorted((ROOT / "examples").glob("*.toml"))
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("**/*.md"))]
+PAGES = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").glob("**/*.md"))]
 BLOCKS = [
-    pytest.param(block, id=f"{page.name}:{number}")
+    pytest.param(page, block, shown, id=f"{page.name}:{number}")
     for page in PAGES
-    for number, block in enumerate(re.findall(r"^```python\n(.*?)^```", page.read_text(), re.M | re.S), start=1)
+    for number, (block, shown) in enumerate(
+        re.findall(r"^```python\n(.*?)^```\n(?:\n```text\n(.*?)^```)?", page.read_text(), re.M | re.S), start=1
+    )
 ]
 FIGURES_OF_PAGES = {f"_figures/{figure.stem}.png" for figure in FIGURES.values()}  # drawn when the site is built
 EXPECTED = {
@@ -88,19 +92,53 @@ def test_requests_plan_flyable_gaits(path: Path, tmp_path: Path, capsys: pytest.
     assert len(read_table(output)) > 100
 
 
-@pytest.mark.parametrize("block", BLOCKS)
-def test_python_blocks_run(block: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+def enter(folder: Path, page: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Go to a folder with the examples and the TOML files of a page that begin with their name."""
+    monkeypatch.chdir(folder)
+    (folder / "examples").symlink_to(ROOT / "examples")
+    for text, name in re.findall(r"^```toml\n(# (\S+\.toml)\n.*?)^```", page.read_text(), re.M | re.S):
+        (folder / name).write_text(text)
+
+
+def is_shown(shown: str, capsys: pytest.CaptureFixture[str]) -> bool:
+    """Return whether what was printed is what a page shows, where ... stands for any text."""
+    return OutputChecker().check_output(shown.replace("…", "..."), capsys.readouterr().out, ELLIPSIS)
+
+
+@pytest.mark.parametrize(("page", "block", "shown"), BLOCKS)
+def test_python_blocks_run(
+    page: Path,
+    block: str,
+    shown: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    enter(tmp_path, page, monkeypatch)
     for library in re.findall(r"^import (pandas|polars)", block, re.MULTILINE):
         pytest.importorskip(library)
     exec(compile(block, "<block>", "exec"), {"__name__": "__main__"})
+    assert not shown or is_shown(shown, capsys)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_commands_print_what_is_shown_below_them(
+    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    enter(tmp_path, page, monkeypatch)
+    blocks = r"^```sh\n((?:(?:gaitgraph| )[^\n]*\n)+)```\n\n```text\n(.*?)^```"
+    for commands, shown in re.findall(blocks, page.read_text(), re.M | re.S):
+        for command in commands.replace("\\\n", "").splitlines():
+            with pytest.raises(SystemExit):
+                main(shlex.split(command)[1:])
+        assert is_shown(shown, capsys), commands
 
 
 def test_links_between_pages_are_not_broken() -> None:
     broken = []
     for page in PAGES:
         for target in re.findall(r"\]\((?!https?:|#|mailto:)([^)#\s]+)", page.read_text()):
-            drawn = page.parent.name == "docs" and target in FIGURES_OF_PAGES
+            drawn = target.removeprefix("../") in FIGURES_OF_PAGES
             if not drawn and not (page.parent / target).exists():
                 broken.append((page.name, target))
     assert broken == []
@@ -131,20 +169,16 @@ def test_pages_name_what_there_is() -> None:
 
 def is_there(name: str) -> bool:
     """Return whether the package has an attribute of that dotted name, in its modules too."""
-    found: Any = gg
-    for part in name.split("."):
-        if not hasattr(found, part):
-            try:
-                import_module(f"{found.__name__}.{part}")
-            except (AttributeError, ImportError):
-                return False
-        found = getattr(found, part)
+    try:
+        resolve_name(f"gaitgraph.{name}")
+    except (AttributeError, ImportError):
+        return False
     return True
 
 
 def test_the_version_is_stated_once() -> None:
     citation = (ROOT / "CITATION.cff").read_text()
-    changelog = (ROOT / "docs" / "changelog.md").read_text()
+    changelog = (ROOT / "CHANGELOG.md").read_text()
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     assert "version" in project["dynamic"]
     assert f"version: {gg.__version__}\n" in citation

@@ -26,7 +26,7 @@ from gaitgraph.flight.simulation import Simulation
 if TYPE_CHECKING:
     from gaitgraph.timing.timed_gait import TimedGait
 
-PAGE = (Path(__file__).parent.parent / "docs" / "basins.md").read_text()
+PAGE = (Path(__file__).parent.parent / "docs" / "guide" / "flight.md").read_text()
 SHARE = (PAPER.mass or 0.0) * PAPER.gravity / 4
 
 

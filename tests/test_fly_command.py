@@ -43,9 +43,6 @@ def request_of(number: int) -> str:
     return f'waypoints = [{points}]\ncolor = "red"\nsign = "{sign}"\n'
 
 
-# ---------------------------------------------------------------- what settles
-
-
 def test_a_loop_through_waypoints_settles(run: Any, tmp_path: Path) -> None:
     (tmp_path / "loop.toml").write_text(request_of(3))
     done = run("fly", "loop.toml", "--json")
@@ -77,7 +74,7 @@ def test_gait_4_is_entered_from_hover_and_left_and_gait_3_cannot_be(run: Any) ->
 
 
 def test_the_numbers_of_the_page_on_flight() -> None:
-    page = (Path(__file__).parent.parent / "docs" / "flight.md").read_text()
+    page = (Path(__file__).parent.parent / "docs" / "guide" / "flight.md").read_text()
     cells = [[cell.strip() for cell in line.strip("|").split("|")] for line in page.splitlines() if line[:1] == "|"]
     rows = {cell[0].split(" (")[0]: cell[1:] for cell in cells if len(cell) == 5}
 
@@ -97,9 +94,6 @@ def test_the_numbers_of_the_page_on_flight() -> None:
     assert (low.flown < 2.0, (low.peak_thrust_share or 0) > 10_000) == (True, True)
     assert (high.column("z")[-1] > 100.0, (high.peak_thrust_share or 0) > 1000) == (True, True)
     assert ("nears singularity" in stops.reason, stops.flown < 0.2) == (True, True)
-
-
-# ---------------------------------------------------------------- gait files and their times
 
 
 def test_a_table_of_a_law_flies_as_that_law(tmp_path: Path) -> None:
@@ -190,9 +184,6 @@ def test_settings_come_from_a_file_and_options_go_before_it(run: Any, tmp_path: 
         assert message in wrong.err
     wind = ["--wind", "-1,0.5", "--gust", 0.3, "--seed", 3, "--duration", 0.2, "--json"]
     assert run("fly", "gait4", *wind).json["drift"] != run("fly", "gait4", *wind, "--seed", 4).json["drift"]
-
-
-# ---------------------------------------------------------------- tables
 
 
 def test_a_flights_file_plans_its_gait_again_but_is_no_gait(run: Any, tmp_path: Path) -> None:

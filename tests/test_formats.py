@@ -261,7 +261,7 @@ def test_nothing_that_is_not_needed_is_loaded(planned: TimedGait, tmp_path: Path
 
 
 def test_the_page_lists_every_format() -> None:
-    page = (Path(__file__).parent.parent / "docs" / "formats.md").read_text()
+    page = (Path(__file__).parent.parent / "docs" / "guide" / "files.md").read_text()
     rows = [
         [cell.strip() for cell in line.strip("|").split("|")] for line in page.splitlines() if line.startswith("| `.")
     ]

@@ -282,9 +282,9 @@ def test_the_metadata_is_what_the_graph_was_built_with(kind: Any) -> None:
         "floor": 0.9,
     }
     assert vehicle_and_coefficients(graph) == (vehicle, numbers)
-    for key in ("vehicle", "coefficients"):
+    for key in ("vehicle", "coefficients", "divisions"):
         with pytest.raises(gg.errors.ContractError, match=f"^graph metadata: '{key}' is missing$"):
-            vehicle_and_coefficients(nx.Graph(**{name: value for name, value in graph.graph.items() if name != key}))
+            gg.plan_loop([(0, 0)], graph=nx.Graph(**{name: graph.graph[name] for name in {*graph.graph} - {key}}))
 
 
 def test_zones_cut_nodes_and_edges(negative: nx.Graph[Any]) -> None:
@@ -310,7 +310,7 @@ BREAKAGES: list[tuple[str, Any]] = [
     ("divisions must be .* got 1.5", lambda graph: graph.graph.update(divisions=1.5)),
     ("it is no root with the graph's sign of R", lambda graph: graph.graph.update(sign="positive")),
     ("vehicle has no field", lambda graph: graph.graph.update(vehicle={"x": 1})),
-    ("floor is 'x', computed is nan", lambda graph: graph.graph.update(floor="x")),
+    ("floor must be a finite number ≥ 0, got 'x'", lambda graph: graph.graph.update(floor="x")),
     ("'floor' is missing", lambda graph: graph.graph.pop("floor")),
     ("'R' is missing", lambda graph: graph.nodes[FIRST].pop("R")),
     ("color is 'green', computed is 'red'", lambda graph: graph.nodes[FIRST].update(color="green")),

@@ -366,8 +366,6 @@ def test_an_interruption_leaves_the_attributes_true() -> None:
 
 def test_graphs_need_their_metadata() -> None:
     graph = surface_graph("negative", divisions=8)
-    with pytest.raises(gg.errors.ContractError, match="'vehicle' is missing"):
-        cycles(nx.Graph())
     del graph.graph["floor"]
     with pytest.raises(gg.errors.ContractError, match="'floor' is missing"):
         cycles(graph)

@@ -46,7 +46,9 @@ USES: dict[str, Callable[[Any], Any]] = {
     "least_period": lambda gait: gg.least_period(gait, LIMITS, samples=8).least == pytest.approx(1.122, abs=1e-3),
     "paced": lambda gait: gg.paced(gait, LIMITS, period=2.0),
     "transition": lambda gait: gg.transition(gait, gait),
-    "servo_response": lambda gait: gg.timing.servo_response(gait, 0.02).distance_off_sheet() < 1e-9,
+    "servo_response": lambda gait: (
+        gg.timing.servo_response(gait, 0.02).distance_off_sheet() == pytest.approx(0.0, abs=1e-9)
+    ),
     "rounded": lambda gait: len(gg.timing.rounded(gait, 0.05).corners) == 4,
     "table_of": lambda gait: np.ptp(gg.timing.table_of(gait)["alpha1"]) == pytest.approx(np.pi / 4),
     "gait_loop": gg.plots.gait_loop,

@@ -383,7 +383,10 @@ def test_answers_that_are_no() -> None:
 
 def test_repeated_waypoints_are_merged_with_the_smaller_radius() -> None:
     points = [(-0.2, 0.2), (-0.2, 0.2), (-0.6, 0.6), (-0.2, 0.2)]
-    found = optimal_gait(points, radius=[0.1, 0.05, 0.1, 0.02], objective="tilt_rate", sign="positive", pieces=8)
+    asked: Any = {"objective": "tilt_rate", "sign": "positive", "pieces": 8, "coefficients": "exact"}
+    found = optimal_gait(points, radius=[0.1, 0.05, 0.1, 0.02], **asked)
+    assert found.curve is not None
+    assert found.curve.coefficients.kind == "exact"
     assert found.radius.tolist() == [0.02, 0.1]
     assert found.warnings == ("merged 2 waypoints that repeated the one before",)
 

@@ -54,7 +54,8 @@ def test_tables_of_two_angles(tmp_path: Path) -> None:
 
 def test_a_file_has_the_colourings_that_its_report_counts(tmp_path: Path) -> None:
     table = [(a, b, "red") for a, b in RICH]
-    for rows in (table, [*table, (*RICH[0], "red")], [*table, (*RICH[0], "blue")]):  # blue there is a point of its own
+    blue_end = [*table, (*RICH[0], "blue")]  # a point of its own
+    for rows in (table, table[:1], [*table, (*RICH[0], "red")], blue_end):
         path = written(tmp_path, "a.csv", csv_of("alpha1,alpha2,color", rows))
         listing = gg.validate(path).listing
         assert colorings_of_file(path) == listing

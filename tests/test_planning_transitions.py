@@ -133,9 +133,6 @@ def test_written_and_read_back_bit_for_bit(tmp_path: Path) -> None:
     np.testing.assert_allclose(gg.gait_of(table).alpha, found.gait.alpha, atol=1e-12)
 
 
-# Laws over many ends
-
-
 def around(a1: float, a2: float, radius: float, corners: int = 4, **about: Any) -> gg.Gait:
     """Return a red gait around a point."""
     turn = (np.arange(corners) + 0.5) * (2 * pi / corners)
@@ -212,9 +209,6 @@ def test_from_the_nearest_corner_to_the_nearest_also_of_more_than_are_tried() ->
         check_flight(dense(found.path), gg.PAPER, float(np.sign(end.R[0])))
 
 
-# Ways that have to bend
-
-
 @pytest.mark.parametrize("ends", [(-0.45, 0.8), (-0.2, 0.9)])
 def test_a_bent_path_is_half_the_loop_through_its_ends_in_both_directions(ends: tuple[float, float]) -> None:
     # A little below the curve tan α1 − tan α2 = 2κ, where R < 0.
@@ -233,9 +227,6 @@ def test_a_bent_path_is_half_the_loop_through_its_ends_in_both_directions(ends: 
     assert report_of(there).valid
     assert not report_of(there)["hover_thrust"].ok
     assert there.reason == report_of(there).reason
-
-
-# Refusals
 
 
 def test_a_gait_with_negative_R_is_refused_from_hover_with_a_proof() -> None:
@@ -287,6 +278,7 @@ def test_the_seven_components(i: int, j: int) -> None:
     found = gg.transition(first, last)
     assert bool(found) == (i == j)
     if found:
+        assert found.gait.coefficients == EXACT
         return
     assert found.reason is not None
     if labels[0].prod() != labels[1].prod():
@@ -390,9 +382,6 @@ def test_a_transition_as_plain_values_and_in_words() -> None:
     )
 
 
-# Clocks
-
-
 def entry_of(**limits: Any) -> gg.Gait:
     return gg.lift(G4.alpha[:, :2], "red", vehicle=gg.PAPER.replace(**limits))
 
@@ -425,6 +414,12 @@ def test_the_default_duration_is_what_the_limits_need(limits: dict[str, float], 
         assert (report_of(faster).valid, report_of(faster).flyable) == (True, False)
         assert "limit" in str(faster.reason)
         np.testing.assert_array_equal(faster.path, found.path)
+
+
+def test_the_angle_that_turns_most_needs_the_longest() -> None:
+    vehicle = gg.PAPER.replace(max_tilt_rate=0.2)
+    found = gg.transition("hover", gg.lift([(-0.4, 0.1)], "red", vehicle=vehicle))
+    assert found.duration == pytest.approx(15 / 8 * 0.4 / 0.2)
 
 
 @pytest.mark.parametrize("law", [*LAWS][1:])
@@ -460,9 +455,6 @@ def test_the_limits_of_the_vehicle_are_limits_of_the_way() -> None:
         assert not report_of(found)[name].ok
         assert found.reason == report_of(found)[name].message
         assert not report_of(found).flyable
-
-
-# Bad input
 
 
 def test_the_shortest_and_the_longest_duration() -> None:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import re
 from pathlib import Path
+from threading import Thread
 from typing import Any
 
 import numpy as np
@@ -197,8 +199,10 @@ def test_films_that_cannot_be_written_are_refused(run: Any, monkeypatch: pytest.
 def test_the_command_line_and_timed_gaits_write_films(run: Any) -> None:
     plan = ("plan", "--waypoint", "0.4,-1.2", "--waypoint", "0.4,-0.4", "--period", "0.2", "--samples", "20")
     assert "wrote a.gif" in run(*plan, "--output", "gait.csv", "--output", "a.gif").out
-    assert run("export", "gait.csv", "b.gif", "b.json").out.splitlines()[0] == "wrote b.gif: one period, drawn"
     gg.lift([(0.4, -1.2), (0.4, -0.4)], "red").parametrize(0.2, samples=20).write("c.gif")
+    os.mkfifo("pipe.csv")  # which can be read once
+    Thread(target=Path("pipe.csv").write_bytes, args=[Path("gait.csv").read_bytes()], daemon=True).start()
+    assert run("export", "pipe.csv", "b.gif", "b.json").out.splitlines()[0] == "wrote b.gif: one period, drawn"
     for name in "abc":
         with Image.open(f"{name}.gif") as film:
             assert (film.size, sum(durations_of(film))) == ((480, 420), 200)

@@ -50,9 +50,6 @@ def circling() -> Flight:
     return fly(gait(4).parametrize(1.0), attitude=(0.2, -0.1), settings=settings)
 
 
-# ---------------------------------------------------------------- plots
-
-
 @pytest.fixture(autouse=True)
 def _no_window_left() -> Iterator[None]:
     yield
@@ -85,19 +82,14 @@ def test_a_plot_marks_a_stop_and_writes_why_nothing_was_flown() -> None:
     assert stopped.failed
     marks = [line for line in plot_flight(stopped)[0].get_lines() if line.get_gid() == "stop"]
     assert marks[0].get_xdata()[0] == stopped.flown
-    refused = fly(gait(1).parametrize(1.0))
+    refused = fly(gait(1).parametrize(5.0))
     axes = plot_flight(refused, axes=Figure().subplots(2), panels=["thrusts", "tilts"])
+    assert axes[0].get_xlim() == (0.0, 5.0)  # a period, although that is longer than three seconds
     assert "nothing flown" in [text.get_text() for text in axes[0].texts]
     assert "refused before take-off: sign of R" in axes[0].get_title()
-    for panels, said in (
-        (["tilt"], "did you mean 'tilts'?"),
-        (["place"], "axes must be 1, one a panel"),
-    ):
+    for panels, said in ((["tilt"], "did you mean 'tilts'?"), (["place"], "axes must be 1, one a panel")):
         with pytest.raises(gg.InputError, match=re.escape(said)):
             plot_flight(refused, axes=axes, panels=panels)
-
-
-# ---------------------------------------------------------------- files
 
 
 def test_files_of_a_flight(tmp_path: Path, levelling: Flight, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -163,9 +155,6 @@ def test_frames_of_a_long_film_go_through_the_gait() -> None:
         assert sorted(set(phases.tolist())) == pytest.approx(np.arange(25) / 25)
         assert found[-1] == seconds
     np.testing.assert_allclose(times(2.0)[:-1], np.linspace(0.0, 2.0, 51)[:-2], atol=0.01)
-
-
-# ---------------------------------------------------------------- basins
 
 
 @pytest.fixture(scope="module")

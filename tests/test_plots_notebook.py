@@ -31,7 +31,7 @@ NASTY = "<script>alert(\"x\")</script><img src=x onerror='y'> & co"
 SQUARE = [(1.178, -1.178), (1.178, -0.393), (0.393, -0.393), (0.393, -1.178)]
 RED, BLUE = gg.lift(SQUARE, "red"), gg.lift(SQUARE, "blue")
 HOSTILE = gg.Vehicle(name=NASTY, drag_ratio=0.1, first_arm_angle=math.pi / 4, max_thrust=4.0)
-LIMITED = gg.PAPER.replace(max_tilt_rate=5.0, max_tilt_acceleration=50.0)
+LIMITED = gg.PAPER.replace(max_tilt_rate=5.0, max_tilt_acceleration=50.0, max_tilt_jerk=500.0)
 ROUND = np.linspace(0, 2 * np.pi, 3000, endpoint=False)
 CORNERS = [(-0.4, 0.4), (-0.4, 1.2), (-1.2, 1.2)]
 BAR = [(-0.9, 0.3), (-0.7, 0.3), (-0.7, 0.6), (-0.9, 0.6)]
@@ -165,7 +165,7 @@ def test_texts_state_peaks_and_limits(monkeypatch: pytest.MonkeyPatch) -> None:
     for k, line in enumerate(drawn(monkeypatch, timed).lines):
         np.testing.assert_allclose(line.get_xydata(), np.column_stack([timed.t, timed.alpha[:, k]]))
     assert all(f"{peak:.4g}" in str(timed) for peak in timed.peak_rates())
-    assert "the vehicle's limits are 5 rad/s, 50 rad/s²" in str(made("timed with limits"))
+    assert "the vehicle's limits are 5 rad/s, 50 rad/s², 500 rad/s³" in str(made("timed with limits"))
     assert "the vehicle states no limits" in str(timed)
     assert "infinite" in str(made("timed at full speed"))
     assert "not ok: R sign, least singular value, hover thrust" in repr(made("report of blue"))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import doctest
 import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -10,7 +9,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import pytest
 
-from gaitgraph.cli import main
 from tests.published import GAITS
 from tests.published_formulas import MISPRINTS, PRINTED, term_of, terms_of
 
@@ -90,25 +88,6 @@ def test_what_is_ours_is_what_its_line_gives(claim: Claim, names: dict[str, Any]
     if len(claim.told) == 1:
         value = [value if len(claim.told[0]) > 1 else [value]]
     assert [[text_of(cell) for cell in row] for row in value] == claim.told
-
-
-@pytest.mark.no_cover
-def test_the_commands_print_what_is_shown(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "examples").symlink_to(ROOT / "examples")
-    blocks = re.findall(r"^```sh\n(.*?)^```\n(?:\n```text\n(.*?)^```\n)?", TEXT, re.M | re.S)
-    assert sum(bool(shown) for _, shown in blocks) >= 4
-    for commands, shown in blocks:
-        for command in commands.splitlines():
-            program, *arguments = command.split()
-            assert program == "gaitgraph", command
-            with pytest.raises(SystemExit) as stopped:
-                main(arguments)
-            assert stopped.value.code == 0, command
-        printed = capsys.readouterr().out
-        assert not shown or doctest.OutputChecker().check_output(shown, printed, doctest.ELLIPSIS), commands
 
 
 def test_every_verdict_is_a_word_that_is_explained_and_counted() -> None:

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 retarget: Any = retargeting.retarget  # its answers have a table here, which types cannot know
 
-FLYABLE = [(0.4, -1.2), (0.4, -0.4), (1.2, -0.4)]
+FLYABLE = [(0.4, -1.2), (0.5, -0.5), (1.2, -0.4)]
 
 
 def wave(seed: int, count: int = 24, size: float = 0.7) -> np.ndarray:
@@ -184,11 +184,13 @@ def test_a_closing_row_stays_one() -> None:
 
 def test_whole_turns_are_taken_off_with_a_warning() -> None:
     rows = lift(FLYABLE, "red").alpha.copy()
-    rows[:, 2] += 2 * math.pi
-    answer = retarget(rows)
-    np.testing.assert_allclose(answer.table.alpha, lift(FLYABLE, "red").alpha, atol=1e-15)
-    assert answer.warnings == ("took whole turns off α3 or α4 in 3 rows",)
-    rows[:, 2] -= 3 * math.pi  # half a turn is far
+    rows[1, 3] += 2 * math.pi  # which rounding does not touch
+    answer = retarget([*rows, rows[0] - [0, 0, 2 * math.pi, 0]])  # the row that closes the gait too
+    assert (answer.status, answer.unchanged, answer.added) == ("retargeted", 2, 0)
+    np.testing.assert_allclose(answer.table.alpha[:3], lift(FLYABLE, "red").alpha, atol=1e-15)
+    np.testing.assert_array_equal(answer.table.alpha[3], answer.table.alpha[0])
+    assert answer.warnings == ("took whole turns off α3 or α4 in 2 rows",)
+    rows[:, 2] -= math.pi  # half a turn is far
     assert retarget(rows).moved.min() > math.pi / math.sqrt(2) - 1e-9
 
 
@@ -209,7 +211,9 @@ def test_limits_of_the_vehicle_count() -> None:
 
 def test_why_there_is_none() -> None:
     high = retarget(wave(0), floor=1.3)
-    assert (bool(high), high.status, high.as_mapping()["path"]) == (False, "infeasible", [])
+    mapping = high.as_mapping()
+    assert (bool(high), high.status, mapping["path"]) == (False, "infeasible", [])
+    assert not any(mapping[name] for name in ("valid", "flyable", "reachable_from_hover"))
     assert "this vehicle's most is 1.1710" in str(high)
     for name in ("gait", "total", "largest"):
         with pytest.raises(Infeasible):

@@ -64,6 +64,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     tree = tmp_path_factory.mktemp("site")
     for folder in ("docs", "examples"):
         shutil.copytree(ROOT / folder, tree / folder, ignore=shutil.ignore_patterns(*GENERATED, "__pycache__"))
+    shutil.copyfile(ROOT / "CHANGELOG.md", tree / "CHANGELOG.md")
     # All figures but one are there already, as copies of a picture; how they are drawn has tests of its own.
     there = tree / "docs" / "_figures"
     shutil.rmtree(there, ignore_errors=True)
@@ -91,7 +92,9 @@ def pages(site: Path) -> dict[str, Page]:
 
 
 def test_every_page_is_there(pages: dict[str, Page]) -> None:
-    written = {f"{path.stem}.html" for path in (ROOT / "docs").glob("*.md")}
+    listed = re.findall(r"^((?:guide/)?\w+)$", (ROOT / "docs" / "index.md").read_text(), re.M)
+    written = {f"{name}.html" for name in ("index", *listed)}
+    assert len(written) == 15
     shown = {f"gallery/{path.stem}.html" for path in (ROOT / "examples").glob("*.py")}
     assert written | shown | {"gallery/index.html", "search.html", "genindex.html"} <= set(pages)
 

@@ -139,17 +139,20 @@ def test_a_file_that_is_no_study_is_named(tmp_path: Path) -> None:
             read_study(path)
 
 
-def test_large_studies_need_yes_and_the_examples_do_not(tmp_path: Path) -> None:
+def test_large_studies_need_yes_and_the_examples_do_not(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("dask.system.CPU_COUNT", 4)
     for path in EXAMPLES:
         study = read_study(path)
         assert len(study) <= 10_000
         assert study.seconds <= 3600.0
     asked = SMALL | {"periods": {"from": 1, "to": 2, "count": 1251}}
     with pytest.raises(InputError, match=r"study 'small' has 10008 flights, about 0:01:\d\d with --workers 4; mor"):
-        run_study(asked, tmp_path / "many", workers=4)
+        run_study(asked, tmp_path / "many")
     asked = SMALL | {"periods": {"from": 1, "to": 2, "count": 150}, "flight": {"duration": 80.0}}
     with pytest.raises(InputError, match="1200 flights, about 1:20:00 with --workers 1; more than 10000 flights or"):
         run_study(asked, tmp_path / "long", workers=1)
+    with pytest.raises(InputError, match="1200 flights, about 1:20:00 on one worker; more than 10000 flights or"):
+        run_study(asked, tmp_path / "long", scheduler="tcp://127.0.0.1:9")
 
 
 def test_rows_state_the_gait_and_the_flight(small: StudyRun) -> None:

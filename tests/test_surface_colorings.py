@@ -94,9 +94,6 @@ def counted(loop: Sequence[Point], cuts: Sequence[int], sign: Sign, coefficients
     return count
 
 
-# --- published cases -------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("gait", "expected"),
     [
@@ -122,9 +119,6 @@ def test_the_loops_of_the_papers_gaits(gait: PublishedGait, expected: list[tuple
         assert gg.validate(lifted).two_color
 
 
-# --- against brute force ---------------------------------------------------------------------------------------------
-
-
 @settings(deadline=None, max_examples=60)
 @given(loop=loops, coefficients=either_kind, tolerance=st.sampled_from([pi / 32, pi / 32, 0.0, 0.3, pi / 4]))
 def test_the_same_list_in_the_same_order_as_brute_force(
@@ -148,9 +142,6 @@ def test_the_same_list_in_the_same_order_as_brute_force(
     assert list(found) == whole  # every iteration starts anew
     assert found.count == len(whole)
     assert bool(found) == bool(whole)
-
-
-# --- long loops, counted without listing -----------------------------------------------------------------------------
 
 
 @pytest.mark.no_cover
@@ -191,9 +182,6 @@ def test_a_count_of_more_than_4000_digits_is_given_by_its_logarithm(n: int) -> N
     assert found.in_report() == f"{text} with R < 0, all red or all blue {jump}"
 
 
-# --- loops in pieces -------------------------------------------------------------------------------------------------
-
-
 @settings(deadline=None, max_examples=50)
 @given(data=st.data(), loop=st.lists(points, min_size=1, max_size=25), coefficients=either_kind)
 def test_arbitrary_pieces_count_as_one(data: st.DataObject, loop: Loop, coefficients: gg.Coefficients) -> None:
@@ -207,9 +195,6 @@ def test_arbitrary_pieces_count_as_one(data: st.DataObject, loop: Loop, coeffici
             assert pieces.points == whole.points == len(loop)
             everywhere = [set(choice) for choice in offers(loop, sign, coefficients)]
             assert set(pieces.plain) == set(whole.plain) == set.intersection(*everywhere)
-
-
-# --- obstacles -------------------------------------------------------------------------------------------------------
 
 
 def check_obstacle(loop: Loop, sign: Sign, obstacle: ColoringObstacle, coefficients: gg.Coefficients) -> None:
@@ -273,9 +258,6 @@ def test_the_first_obstacle(loop: Loop, expected: tuple[int, ...]) -> None:
     check_obstacle(loop, "negative", obstacle, PUBLISHED)
     text = f"0 colourings of a loop of {len(loop)} points\n  R < 0  none: {obstacle.message}"
     assert (str(found), found.in_report(), found.count) == (text, f"none: {obstacle.message}", 0)
-
-
-# --- texts and mappings ----------------------------------------------------------------------------------------------
 
 
 def test_colourings_in_words() -> None:

@@ -405,6 +405,22 @@ def test_types_on_fibres_hold_one_that_is_free() -> None:
     }
 
 
+@every_case
+def test_a_segment_is_continuous_if_samples_along_it_stay_on_a_sheet_of_its_ends(case: str) -> None:
+    numbers, rng, n = CASES[case][0], np.random.default_rng(3), 6000
+    crossing, blue = np.array([1, -1]) * numbers.delta, rng.random((n, 1)) < 0.5
+    plane = crossing + rng.integers(-2, 3, (n, 2)) * HALF_PI  # where sheets meet
+    plane[::2] = rng.uniform(-2, 2, (n // 2, 2))
+    opposite = np.where(blue, 2 * crossing - plane, plane) + rng.integers(-1, 2, (n, 2)) * PI
+    alpha, codes, column = np.hstack([plane, opposite]), np.where(blue, -1, 1)[:, 0], blue.astype(int)
+    samples = alpha[:-1] + np.linspace(0, 1, 18)[:, None, None] * np.diff(alpha, axis=0)
+    farthest = family_distances(samples, numbers).max(axis=0)
+    off = np.minimum(*(np.take_along_axis(farthest, at, axis=1)[:, 0] for at in (column[:-1], column[1:])))
+    jumps = family_jumps(alpha[:-1], alpha[1:], codes[:-1], codes[1:], numbers)
+    assert ((jumps > 0) == (off > 1e-9)).all()
+    assert (jumps[codes[:-1] != codes[1:]] == 0).sum() > 50
+
+
 def test_segments_leave_a_fibre_by_what_their_ends_do() -> None:
     on = on_fiber("fiber1", [(0.1, 0.8), (0.4, 0.2)])
     red, blue, two = (np.array([code], dtype=np.int8) for code in (1, -1, 2))
@@ -438,12 +454,8 @@ def test_a_gait_on_a_fibre_is_valid_and_not_flyable_also_as_a_table_without_colo
     for numbers in (coefficients_of(), EXACT):
         gait = Gait(alpha=on_fiber(fiber, free, numbers), colors=(fiber,) * 3, coefficients=numbers)
         report = gait.check()
-        assert (report.valid, report.two_color, report.flyable, report.reachable_from_hover) == (
-            True,
-            True,
-            False,
-            True,
-        )
+        verdicts = report.valid, report.two_color, report.flyable, report.reachable_from_hover
+        assert verdicts == (True, True, False, True)
         assert [check.name for check in report.checks if not check.ok] == ["hover_thrust"]
         assert f"corner 1 is {words}" in report.reason
         assert (report["hover_thrust"].value, gait.color) == (0.0, fiber)

@@ -46,6 +46,9 @@ def test_degrees_order_bom_crlf_and_strange_columns(tmp_path: Path) -> None:
     gait = gait_of(read_table(path))
     np.testing.assert_allclose(gait.alpha, [(3 * pi / 8, -3 * pi / 8) * 2, (3 * pi / 8, -pi / 8) * 2])
     assert gait.colors == ("red", "red")
+    for degrees, error in (("10.0000", 5e-5), ("20", 5e-5), ("20.1234567890", 0.0)):
+        path.write_text(f"alpha1,alpha2,alpha3,alpha4_deg\n0.1235,0.5000,0,{degrees}\n")
+        assert read_table(path).digit_error == pytest.approx(error)
 
 
 def test_export_keeps_rows_that_have_a_clock(tmp_path: Path) -> None:
@@ -174,6 +177,7 @@ def test_outputs_that_cannot_be(tmp_path: Path, force: bool) -> None:
     there = sorted(tmp_path.iterdir())
     for names, message in (
         (["x.txt"], "must have one of the suffixes"),
+        (["x.m"], r"MATLAB and Octave load \.mat"),
         (["no/x.csv"], "does not exist"),
         (["file/x.csv"], "is no folder"),
         (["x.csv", "./x.csv"], "named twice"),

@@ -22,6 +22,7 @@ loops = st.lists(st.tuples(angle, angle), min_size=1, max_size=6)
 @pytest.mark.parametrize("gait", GAITS, ids=lambda gait: f"gait{gait.number}")
 @pytest.mark.parametrize("law", LAWS)
 def test_vertices_over_one_second(gait: PublishedGait, law: LawName) -> None:
+    assert (*LAWS,) == get_args(LawName)
     timed = lift(gait.angles, gait.color).parametrize(1.0, law=law)
     expected = np.column_stack([gait.angles, gait.printed])
     np.testing.assert_allclose(timed.vertices(), expected, atol=5.0001e-4)

@@ -105,6 +105,8 @@ def test_servos_with_lags_of_their_own_leave_the_sheet() -> None:
     response = servo_response(lift(GAITS[1].angles, "blue").parametrize(1.0), 0.05)
     assert response.distance_off_sheet() == pytest.approx(0, abs=1e-12)
     assert family_distances(response.actual, SQUARE.coefficients)[..., 1].max() < 1e-9
+    biased = servo_response(SQUARE.biased(0.5).parametrize(1.0), 0.05)  # it is on no sheet anyway
+    assert (biased.distance_off_sheet(), "sheet" in str(biased)) == (None, False)
 
 
 def test_the_least_singular_value_along_the_actual_motion_is_a_lower_bound() -> None:

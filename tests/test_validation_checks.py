@@ -22,7 +22,7 @@ from gaitgraph.invertibility.matrices import (
 from gaitgraph.surface.sheets import family_distances
 from gaitgraph.validation import validating
 from gaitgraph.validation.report import Check, Report, limit_check
-from gaitgraph.validation.rules import jumps, segments_of
+from gaitgraph.validation.rules import segments_of
 from tests.published import GAITS
 
 if TYPE_CHECKING:
@@ -242,6 +242,7 @@ def test_all_that_is_said_of_a_gait_off_the_surface() -> None:
     [
         ([(-1.3, 0.4), (-1.1, 0.4)], "blue", np.pi, 2e-3, "it wraps by π or leaves its sheet"),
         ([(near, -near), (np.pi / 8, -near)], ["blue", "red"], 2 * (near - DELTA), 1e-9, "it changes color"),
+        ([(DELTA, -DELTA), (-1.5, 0.3)], ["red", "blue"], 2 * (0.3 + DELTA), 1e-9, "it changes color"),
     ],
 )
 def test_all_that_is_said_of_jumps(points: Any, colors: Any, value: float, limit: float, cause: str) -> None:
@@ -424,12 +425,6 @@ def test_what_is_exactly_at_a_tolerance_is_within_it(factor: float, ok: bool) ->
     assert (report["hover_thrust"].message == NO_THRUSTS) is ok
     known, inferred = moved.check(tolerance=tolerance, angle_rounding=0.0)["R_sign"].limit, report["R_sign"].limit
     assert (inferred != known) is ok
-
-
-def test_a_change_of_color_counts_at_its_nearer_end_and_there_the_larger_angle() -> None:
-    red, blue = (lift([(0.5, -0.7)], color).alpha for color in ("red", "blue"))
-    start, end, color = blue + np.array([0, 0, -0.3, 0]), red + np.array([0, 0, 0, 0.2]), np.array([True])
-    assert jumps(start, end, color, ~color, coefficients_of())[0] == pytest.approx(0.2, abs=1e-12)
 
 
 @pytest.mark.parametrize("turned", [[0, 0, 0.01, 0], [0, 0, 0, 0.01]])

@@ -398,6 +398,7 @@ def test_long_tables_are_counted_and_not_listed() -> None:
     report = validate(table_from(np.tile(lift(G3.angles, "red").alpha, (MOST_LISTED_ROWS // 4 + 1, 1))))
     assert report.listing is not None
     assert (report.listing.count, report.listing.first) == (2, ())
+    assert str(report.listing).startswith("2 colourings of a loop\n")
     assert "2 with R < 0, all red or all blue" in str(report)
 
 
@@ -479,6 +480,9 @@ def test_a_loop_that_comes_back_to_within_its_noise_is_closed() -> None:
     exact, noisy = (validate(table_from(rows, t=table["t"]), vehicle=vehicle) for rows in (table.alpha, alpha))
     assert noisy["closed"].message == "the last row is the first again, to within 0.0004 rad"
     assert noisy["closed"].value == pytest.approx(4e-4)
+    assert (
+        validate(table_from(alpha, t=table["t"]), tolerance=1e-5)["closed"] == noisy["closed"]
+    )  # whatever the tolerance
     for name in ("tilt_rate", "tilt_acceleration"):
         assert value_of(noisy, name) == pytest.approx(value_of(exact, name), rel=0.05)
 

@@ -1,4 +1,4 @@
-"""The directive ``api-listing``: every public name, package by package in the order of the architecture page."""
+"""The directive ``api-listing``: the names at the top in one table, then every public name, package by package."""
 
 from __future__ import annotations
 
@@ -22,18 +22,22 @@ if TYPE_CHECKING:
     from sphinx.application import Sphinx
     from sphinx.environment import BuildEnvironment
 
-ORDER = Path(__file__).parent.parent / "architecture.md"
+ORDER = Path(__file__).parent.parent / "developers" / "architecture.md"
 CODE = re.compile(r"(``.*?``|`[^`]*`)")
+ROLE = re.compile(r":\w+:`~?([^`]+)`")  # in a summary, which has no class around it
+FIRST = ("planning", "gait", "vehicle", "validation", "timing", "io", "robustness", "flight", "study", "optimization")
+"""The packages that users need first; the others follow in the order of the architecture page."""
+FIRST_NAME = "plan_loop"
 
 
 def packages() -> list[str]:
-    """Return the public packages in the order that the architecture page states."""
+    """Return the public packages in the order in which they are listed."""
     order = re.findall(r"^\| `(\w+)` \|", ORDER.read_text(encoding="utf-8"), re.M)
-    return [name for name in order if name in dir(gaitgraph)]
+    return [name for name in dict.fromkeys((*FIRST, *order)) if name in dir(gaitgraph)]
 
 
 def names_of(package: str) -> list[tuple[str, str]]:
-    """Return a package's public names and where they are found: classes first, then functions, then the rest."""
+    """Return a package's public names and where they are found: those at the top first."""
     here = import_module(f"gaitgraph.{package}")
     if hasattr(here, "__path__"):
         names = dir(here) if hasattr(here, "__getattr__") else []  # a package without public names has no such function
@@ -43,9 +47,10 @@ def names_of(package: str) -> list[tuple[str, str]]:
     found = [(f"gaitgraph.{package}", name) for name in names if not name.startswith("_") and name not in top]
     found += [("gaitgraph", name) for name in top if home_of(name).split(".")[1] == package]
 
-    def place(pair: tuple[str, str]) -> tuple[bool, bool, str]:
-        value = getattr(import_module(pair[0]), pair[1])
-        return not inspect.isclass(value), not inspect.isroutine(value), pair[1]
+    def place(pair: tuple[str, str]) -> tuple[bool, bool, bool, bool, str]:
+        where, name = pair
+        value = getattr(import_module(where), name)
+        return name != FIRST_NAME, where != "gaitgraph", not inspect.isroutine(value), not inspect.isclass(value), name
 
     return sorted(found, key=place)
 
@@ -65,10 +70,14 @@ def described(module: str, name: str, package: str) -> list[str]:
     if inspect.isroutine(value):
         return [f".. autofunction:: {module}.{name}", ""]
     home = home_of(name) if module == "gaitgraph" else f"gaitgraph.{package}"
-    about = ModuleAnalyzer.for_module(home).find_attr_docs().get(("", name), [])
-    body = [f"   {line}" for line in about]
+    body = [f"   {line}" for line in docs_of(home, name)]
     kind = [] if get_origin(value) is Literal else [f"   :type: {type(value).__name__}"]
     return [f".. py:data:: {name}", f"   :module: {module}", *kind, "", *body, ""]
+
+
+def docs_of(module: str, name: str) -> list[str]:
+    """Return the docstring of a constant, which stands below it in its module."""
+    return ModuleAnalyzer.for_module(module).find_attr_docs().get(("", name), [])
 
 
 def section_of(package: str) -> list[str]:
@@ -78,18 +87,35 @@ def section_of(package: str) -> list[str]:
         return []
     module, home = f"gaitgraph.{package}", names[0][0]
     about = (inspect.getdoc(import_module(module)) or "").partition("\n\n")[0].splitlines()
-    lines = [module, "-" * len(module), "", f".. module:: {module}", "", f".. currentmodule:: {home}", "", *about, ""]
+    lines = [module, "-" * len(module), "", f".. module:: {module}", ""]
+    lines += [f".. currentmodule:: {home}", "", *about, ""]
     for where, name in names:
         lines += described(where, name, package)
     return lines
 
 
+def overview() -> list[str]:
+    """Return the lines of a table of the names at the top, each with the first sentence of its docstring."""
+    lines = [".. list-table::", "   :header-rows: 1", "", "   * - name", "     - what it is", "     - package"]
+    for package in packages():
+        for where, name in names_of(package):
+            if where == "gaitgraph":
+                value = getattr(gaitgraph, name)
+                documented = inspect.isroutine(value) or inspect.isclass(value)
+                about = inspect.getdoc(value) or "" if documented else " ".join(docs_of(home_of(name), name))
+                summary = re.split(r"(?<=\.)\s", " ".join(about.partition("\n\n")[0].split()))[0]
+                words = escaped(ROLE.sub(r"``\1``", summary))
+                lines += [f"   * - :py:obj:`gg.{name} <gaitgraph.{name}>`", f"     - {words}"]
+                lines += [f"     - :py:mod:`{package} <gaitgraph.{package}>`"]
+    return [*lines, ""]
+
+
 class ApiListing(SphinxDirective):
-    """One section for each package that has public names."""
+    """The table of the names at the top, and one section for each package that has public names."""
 
     def run(self) -> list[nodes.Node]:
         """Return the sections."""
-        text = "\n".join(line for package in packages() for line in section_of(package))
+        text = "\n".join([*overview(), *(line for package in packages() for line in section_of(package))])
         return self.parse_text_to_nodes(text, allow_section_headings=True)
 
 
@@ -97,9 +123,14 @@ def keep_bars(app: Sphinx, what: str, name: str, obj: object, options: object, l
     """Keep reStructuredText from reading |α| in a docstring as a substitution."""
     for k, line in enumerate(lines):
         if not line.lstrip().startswith((">>>", "...")):
-            parts = CODE.split(line)
-            parts[::2] = [re.sub(r"(?<!\\)\|", r"\\|", part) for part in parts[::2]]
-            lines[k] = "".join(parts)
+            lines[k] = escaped(line)
+
+
+def escaped(line: str) -> str:
+    """Return a line of a docstring with its bars escaped, outside code."""
+    parts = CODE.split(line)
+    parts[::2] = [re.sub(r"(?<!\\)\|", r"\\|", part) for part in parts[::2]]
+    return "".join(parts)
 
 
 def find_public_name(

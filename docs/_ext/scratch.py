@@ -74,7 +74,7 @@ def draw_figures(app: Sphinx) -> None:
     from gaitgraph.plots.figures import FIGURES, write_figures
 
     folder = app.srcdir / "_figures"
-    pages = "".join(page.read_text(encoding="utf-8") for page in sorted(app.srcdir.glob("*.md")))
+    pages = "".join(page.read_text(encoding="utf-8") for page in sorted(app.srcdir.rglob("*.md")))
     shown = set(SHOWN.findall(pages))
     code = max(file.stat().st_mtime for file in Path(gaitgraph.__file__).parent.rglob("*.py"))
     files = {figure.name: folder / f"{figure.stem}.png" for figure in FIGURES.values() if figure.stem in shown}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import click
@@ -49,7 +48,7 @@ def export_command(
     """
     from gaitgraph.gait.table import merged
     from gaitgraph.io.columns import FormatOptions
-    from gaitgraph.io.formats import read_pieces, tables_and_films
+    from gaitgraph.io.formats import tables_and_films
     from gaitgraph.io.servo_map import servo_map_named
     from gaitgraph.plots.vehicles import check_films, write_films
     from gaitgraph.timing.timed_gait import export
@@ -68,9 +67,7 @@ def export_command(
             gait_file, tables, force=force, options=options, servos=servo_map, progress=progress.part, **given
         )
         if films:
-            with TemporaryDirectory() as folder:
-                export(gait_file, [rows := f"{folder}/rows.npz"], **given)
-                write_films(merged(read_pieces(rows)), films, force=force)
+            write_films(merged(done.pieces()), films, force=force)
     if as_json:
         answer: dict[str, Any] = {"rows": done.rows, "columns": list(done.columns), "outputs": list(outputs)}
         if servo_map:

@@ -17,7 +17,7 @@ from gaitgraph.errors import FileProblem, GaitgraphError, InputError, checked_ch
 from gaitgraph.explorer import queries
 from gaitgraph.gait.table import closed_rows, merged
 from gaitgraph.invertibility import matrices
-from gaitgraph.io.formats import FORMATS, known_format, read_pieces, write_tables
+from gaitgraph.io.formats import FORMATS, known_format, naming_file, read_pieces, write_tables
 from gaitgraph.plots.vehicles import write_films
 from gaitgraph.timing.timed_gait import table_of
 from gaitgraph.validation.validating import validate
@@ -67,7 +67,8 @@ def table_answer(name: str, content: bytes, progress: Progress = queries.quiet) 
             table = merged(_bounded(read_pieces(path, progress=progress)))
             if isinstance(table.about.get("vehicle"), str):  # elsewhere it may be a file's name
                 checked_choice("vehicle", table.about["vehicle"], preset_names())
-            report = validate(path, progress=progress)
+            with naming_file(path):
+                report = validate(table)
             rows, times = closed_rows(table)
             progress(1.0)
         except (InputError, FileProblem) as error:

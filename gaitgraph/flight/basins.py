@@ -44,7 +44,7 @@ _MOST_FLIGHTS = 100_000
 _AFTER = 2.0  # s beyond the period, where no duration is stated
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, slots=True, repr=False, eq=False)
 class Basin:
     """Flights of one gait from a square grid of attitudes, at one or more moments of its period.
 

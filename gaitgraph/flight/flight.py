@@ -271,7 +271,7 @@ _AT = {name: k for k, name in enumerate(COLUMNS)}
 _HELD_AT_LEAST = 0.2  # s within tolerance before the end, or a tenth of the flight if that is less
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Flight:
     """One flight, and whether it settled. Truthy when it did.
 

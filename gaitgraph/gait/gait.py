@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import angles_from, number_of, text_from_angle, whole_number
+from gaitgraph.angles import angles_from, checked_number, text_from_angle, whole_number
 from gaitgraph.errors import InputError, shown
 from gaitgraph.invertibility.matrices import (
     DEFAULT_FLOOR,
@@ -37,16 +37,15 @@ from gaitgraph.surface.sheets import (
 from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
 
 if TYPE_CHECKING:
+    from gaitgraph.invertibility.matrices import FloatArray
     from gaitgraph.timing.laws import LawName
     from gaitgraph.timing.timed_gait import TimedGait
     from gaitgraph.validation.report import Report
 
-FloatArray = npt.NDArray[np.float64]
-
 _STRAIGHT = 1e-9
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, repr=False, init=False)
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False, init=False, eq=False)
 class Gait:
     """A closed polyline of tilt angles with the color of each corner and a direction; :meth:`check` states what holds.
 
@@ -91,7 +90,7 @@ class Gait:
     vehicle: Vehicle
     coefficients: Coefficients
     crossing_tolerance: float
-    request: Mapping[str, Any] = field(compare=False)
+    request: Mapping[str, Any]
 
     def __init__(
         self,
@@ -195,8 +194,7 @@ class Gait:
         return self._scaled(eta, [eta] * 4, stays=self.color == "red")
 
     def _scaled(self, eta: float, factors: list[float], *, stays: bool) -> Gait:
-        if not 0 < number_of(eta) <= 1:
-            raise InputError(f"eta must be a number in (0, 1], got {shown(eta)}")
+        checked_factor("eta", eta)
         colors = self.colors if stays or eta == 1 else ()
         return replace(self, alpha=self.alpha * np.array(factors, dtype=float), colors=colors, request={})
 
@@ -320,6 +318,11 @@ def points_on_sheets(
     return np.column_stack([a1, a2, *(np.where(is_red, red, blue) for red, blue in zip(*sheets, strict=True))])
 
 
+def checked_factor(name: str, eta: object) -> float:
+    """Return a factor η by which tilt angles are scaled, or raise InputError by its name."""
+    return checked_number(name, eta, "a number in (0, 1]", above=True, most=1.0)
+
+
 def vertices(alpha: npt.ArrayLike, tolerance: float = 1e-9) -> FloatArray:
     """Return the vertices of a closed loop through rows of tilt angles, shape (n, 4) [rad]: its corners, in order.
 
@@ -334,8 +337,7 @@ def vertices(alpha: npt.ArrayLike, tolerance: float = 1e-9) -> FloatArray:
     points: FloatArray = angles_from(alpha, "alpha")
     if points.ndim != 2 or points.shape[1] != 4 or not len(points):
         raise InputError(f"alpha must have the shape (n, 4) with n at least 1, got {points.shape}")
-    if not 0 <= number_of(tolerance) < math.inf:
-        raise InputError(f"tolerance must be a number ≥ 0 (rad), got {shown(tolerance)}")
+    checked_number("tolerance", tolerance, "a number ≥ 0 (rad)")
     moves = np.abs(np.roll(points, -1, axis=0) - points).max(axis=1) > tolerance
     points = points[moves] if moves.any() else points[:1]
     n = len(points)

@@ -11,7 +11,6 @@ Any other table is closed by a straight segment back to the first row, which tak
 from __future__ import annotations
 
 import json
-import math
 from dataclasses import dataclass, field, replace
 from importlib import import_module
 from itertools import chain
@@ -21,7 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph import __version__
-from gaitgraph.angles import number_of
+from gaitgraph.angles import checked_number
 from gaitgraph.errors import InputError, MissingExtra, shown
 from gaitgraph.gait.gait import Gait, points_on_sheets
 from gaitgraph.invertibility.matrices import (
@@ -78,7 +77,7 @@ _UNITS |= {"begin": "s", "seconds": "s"} | dict.fromkeys(("eta", "peak_share", "
 _DERIVED = {"": "", "_rate": "/s", "_acceleration": "/s^2"}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Table:
     """Rows of a gait: equally long columns by name, in the order of the module's docstring.
 
@@ -169,8 +168,7 @@ def surface_of(
         coefficients = about.get("coefficients") if coefficients is None else coefficients
     vehicle = vehicle_named(vehicle)
     tolerance = about.get("crossing_tolerance", DEFAULT_CROSSING_TOLERANCE)
-    if not 0 <= number_of(tolerance) < math.inf:
-        raise InputError(f"crossing_tolerance must be a number ≥ 0 (rad), got {shown(tolerance)}")
+    checked_number("crossing_tolerance", tolerance, "a number ≥ 0 (rad)")
     return vehicle, coefficients_of(vehicle, coefficients), float(tolerance)
 
 
@@ -238,7 +236,7 @@ def tilt_angles(table: Table, coefficients: Coefficients, *, rows_before: int = 
     return points_on_sheets(table["alpha1"], table["alpha2"], table["color"], coefficients)
 
 
-def is_closed(alpha: FloatArray, tolerance: float = DEFAULT_TOLERANCE) -> bool:
+def is_closed(alpha: FloatArray) -> bool:
     """Return whether the last of two or more rows of angles is the first again; the first and the last two suffice.
 
     Every reader of tables closes them by this rule. A measured period ends within its noise of where it began, which is
@@ -252,7 +250,7 @@ def is_closed(alpha: FloatArray, tolerance: float = DEFAULT_TOLERANCE) -> bool:
     if len(alpha) < 2:
         return False
     gap, step = np.abs(alpha[[0, -2]] - alpha[-1]).max(axis=1).tolist()
-    return bool(gap <= SAME_ROW or (gap <= tolerance and gap < step / 16))
+    return bool(gap <= SAME_ROW or (gap <= DEFAULT_TOLERANCE and gap < step / 16))
 
 
 def closing_time(start: float, end: float, rows: int) -> float:

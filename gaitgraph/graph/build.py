@@ -36,7 +36,7 @@ import networkx as nx
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import angles_from, number_of, whole_number
+from gaitgraph.angles import angle_within, checked_number, number_of, whole_number
 from gaitgraph.errors import ContractError, InputError, checked_choice, shown
 from gaitgraph.gait.gait import Gait
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Coefficients, CoefficientsLike, coefficients_of, noise_of
@@ -48,23 +48,20 @@ from gaitgraph.invertibility.segment_bounds import (
     thrusts_push_up,
 )
 from gaitgraph.surface.adjacency import neighbors_allowed, text_from_types
-from gaitgraph.surface.sheets import COLORS, Sign, checked_plane_angles, root_arrays, sheet_grid
-from gaitgraph.validation.rules import jumps
+from gaitgraph.surface.sheets import COLORS, Sign, family_jumps, root_arrays, sheet_grid
 from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_from_mapping, vehicle_named
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from gaitgraph.invertibility.matrices import BoolArray, FloatArray
+    from gaitgraph.invertibility.matrices import BoolArray, FloatArray, IntArray
     from gaitgraph.surface.region import Zones
-
-IndexArray = npt.NDArray[np.int64]
-
 
 CONTRACT = "gaitgraph surface graph 1"
 DEFAULT_DIVISIONS = 16
 MOST_DIVISIONS = 256
 """Beyond this a graph of objects takes minutes and gigabytes; the method "exact" needs no grid."""
+MOST_WAYPOINTS = 1000
 WAYPOINT_SNAP = 1e-9
 """A waypoint this near to a grid node [rad] is that node."""
 
@@ -79,6 +76,26 @@ def checked_divisions(divisions: object) -> int:
         got = f"got {shown(divisions)}; plan --method exact needs no grid"
         raise InputError(f"divisions must be a whole number from 2 to {MOST_DIVISIONS}, {got}")
     return whole_number("divisions", divisions, 2, MOST_DIVISIONS)
+
+
+def checked_waypoints(value: object, most: float = MOST_WAYPOINTS, least: int = 1) -> list[tuple[float, float]]:
+    """Return waypoints as pairs of angles [rad]; InputError unless there are so many, each in [−π/2, π/2]²."""
+    allowed = "a list of [alpha1, alpha2], each in [−π/2, π/2]"
+    if not isinstance(value, (list, tuple, np.ndarray)):
+        raise InputError(f"waypoints must be {allowed}, got {shown(value)}")
+    if len(value) < least:
+        raise InputError(f"waypoints must be {allowed}, at least one; none given")
+    if len(value) > most:
+        raise InputError(f"waypoints must be at most {most}, got {len(value)}")
+    points = []
+    for number, angles in enumerate(value, start=1):
+        if not isinstance(angles, (list, tuple, np.ndarray)) or len(angles) != 2:
+            four = isinstance(angles, (list, tuple, np.ndarray)) and len(angles) == 4
+            why = "; no gait on a fibre can fly, and elsewhere α3 and α4 follow from the color" if four else ""
+            raise InputError(f"waypoint {number} must be [alpha1, alpha2], got {shown(angles)}{why}")
+        first, second = (angle_within(angles[k], f"waypoint {number} alpha{k + 1}") for k in range(2))
+        points.append((first, second))
+    return points
 
 
 def grid_axis(divisions: int = DEFAULT_DIVISIONS) -> FloatArray:
@@ -112,8 +129,8 @@ def surface_graph(
         By default the paper's vehicle with its published coefficients. With exact coefficients there are no
         blue nodes, since R = 0 there.
     waypoints
-        Further points (α1, α2), shape (k, 2), numbers [rad] or texts; those off the grid, by more than 1e-9 rad,
-        become nodes of their own.
+        Further points (α1, α2), numbers [rad] or texts; those off the grid, by more than 1e-9 rad, become nodes of
+        their own.
     zones
         The user's keep-out and keep-in polygons; nodes and edges that break them are left out.
     floor
@@ -132,6 +149,7 @@ def surface_graph(
     """
     divisions = checked_divisions(divisions)
     checked_choice("sign", sign, ("positive", "negative"))
+    floor = checked_number("floor", floor)
     vehicle = vehicle_named(vehicle)
     coefficients = coefficients_of(vehicle, coefficients)
     wanted = 1.0 if sign == "positive" else -1.0
@@ -158,7 +176,7 @@ def surface_graph(
         coefficients=coefficients.kind,
         vehicle=vehicle.as_mapping(),
         crossing_tolerance=crossing_tolerance,
-        floor=float(floor),
+        floor=floor,
     )
     ids: list[tuple[Any, ...]] = []
     waypoint_counts: dict[tuple[float, float], list[int]] = {}
@@ -207,11 +225,7 @@ def _waypoint_nodes(
 
     Of waypoints within 1e-9 rad of each other one serves.
     """
-    plane = angles_from(waypoints, "waypoints")
-    if plane.size % 2 or (plane.size and plane.shape[-1] != 2):
-        raise InputError(f"waypoints must have the shape (k, 2), got {plane.shape}")
-    plane = plane.reshape(-1, 2)
-    checked_plane_angles(plane[:, 0], plane[:, 1])
+    plane = np.array(checked_waypoints(waypoints, math.inf, least=0)).reshape(-1, 2)
     away = np.abs(plane[:, :, None] - axis[1:-1]).min(axis=2).max(axis=1)
     plane = plane[away > WAYPOINT_SNAP]
     same = np.abs(plane[:, None] - plane).max(axis=2) <= WAYPOINT_SNAP
@@ -226,9 +240,7 @@ def _waypoint_nodes(
     return found.alpha[point, root], on_red, found.types[point, root], found.R[point, root], off_grid
 
 
-def _edges(
-    alpha: FloatArray, red: BoolArray, types: npt.NDArray[np.int8], cell: IndexArray, divisions: int
-) -> IndexArray:
+def _edges(alpha: FloatArray, red: BoolArray, types: npt.NDArray[np.int8], cell: IntArray, divisions: int) -> IntArray:
     """Return the edges as pairs of node numbers, shape (e, 2): the smaller first, sorted."""
     on_grid = cell[:, 0] >= 0
     index = np.full((2, divisions + 1, divisions + 1), -1)
@@ -259,7 +271,7 @@ def _edges(
 def edge_quantities(
     alpha: FloatArray,
     red: BoolArray,
-    edge: IndexArray,
+    edge: IntArray,
     wanted: float,
     vehicle: Vehicle,
     coefficients: Coefficients,
@@ -272,7 +284,8 @@ def edge_quantities(
     """
     a, b = edge.T
     starts, ends = alpha[a], alpha[b]
-    jump = jumps(starts, ends, red[a], red[b], coefficients)
+    codes = np.where(red, np.int8(1), np.int8(-1))
+    jump = family_jumps(starts, ends, codes[a], codes[b], coefficients)
     keeps_sign, flyable = np.zeros((2, len(edge)), dtype=bool)
     singular = np.zeros(len(edge))
     if len(edge):
@@ -334,7 +347,7 @@ def vehicle_and_coefficients(graph: nx.Graph[Any]) -> tuple[Vehicle, Coefficient
     """Return what a surface graph was built for, from its metadata; ContractError if some are missing."""
     if not isinstance(graph, nx.Graph):
         raise InputError(f"graph must be a networkx graph, as surface_graph returns, got {shown(graph)}")
-    for key in ("vehicle", "coefficients", "sign", "crossing_tolerance", "floor"):
+    for key in ("vehicle", "coefficients", "sign", "divisions", "crossing_tolerance", "floor"):
         if key not in graph.graph:
             raise ContractError(f"graph metadata: {key!r} is missing")
     vehicle = vehicle_from_mapping(graph.graph["vehicle"])
@@ -373,7 +386,7 @@ def validate_graph(graph: nx.Graph[Any]) -> None:
             vehicle=vehicle,
             coefficients=coefficients,
             waypoints=[[number_of(data.get(key)) for key in ("alpha1", "alpha2")] for data in off_grid.values()],
-            floor=number_of(meta.get("floor")),
+            floor=meta.get("floor"),  # type: ignore[arg-type]
         )
     except (InputError, TypeError) as error:
         raise ContractError(f"graph metadata or waypoints: {error}") from error

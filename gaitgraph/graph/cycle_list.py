@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import networkx as nx
 
-from gaitgraph.angles import number_of, whole_number
+from gaitgraph.angles import checked_number, whole_number
 from gaitgraph.errors import InputError, shown
 from gaitgraph.graph.build import vehicle_and_coefficients
 from gaitgraph.graph.walks import MOST_ANY_ORDER, QUANTA_PER_RADIAN, Cycle, Use, allowed_edges, quanta_of
@@ -160,9 +160,8 @@ def cycles(
     """
     options: dict[str, Any] = {"any_order": any_order, "shortest": shortest, "progress": progress}
     if max_length is not None:
-        if not 0 <= number_of(max_length) < math.inf:
-            raise InputError(f"max_length must be a finite number ≥ 0 (rad) or None, got {shown(max_length)}")
-        options["most"] = quanta_of(float(max_length)) + _ROUNDING
+        most = checked_number("max_length", max_length, "a finite number ≥ 0 (rad) or None")
+        options["most"] = quanta_of(most) + _ROUNDING
     if effort is not None:
         options["effort"] = whole_number("effort", effort, 1, 10**12)
     return Cycles([_Source(graph, use, through, options)])

@@ -39,7 +39,7 @@ _TINY = float(np.finfo(float).tiny)
 _MOST_HALVINGS = 20_000_000
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Least:
     """The least value along each of m segments, in [lower, upper], shape (m,); `upper` is attained at `fraction`."""
 

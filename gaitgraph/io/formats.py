@@ -149,6 +149,8 @@ def known_format(path: str | Path, what: str, *, reads: bool = False, also: Sequ
             hint = "; a film is not read: use the gait table or the request" if reads else "; films are .gif, .mp4"
         elif suffix == ".db3":
             hint = "; ros2 bag convert turns it into .mcap"
+        elif suffix == ".m":
+            hint = "; MATLAB and Octave load .mat"
         raise InputError(f"{what} must have one of the suffixes {', '.join(known)}, got {which}{hint}")
     return FORMATS[suffix]
 

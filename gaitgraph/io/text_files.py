@@ -70,7 +70,7 @@ def read_csv(path: Path, builder: TableBuilder, progress: Progress) -> Iterator[
             columns = _numeric_columns(lines, names, builder) or _text_columns(lines, names, read)
             if digit_error is None and len(columns[names[0]]):
                 digit_error = _digit_error_of(lines[:_PRINTED_ROWS], names, builder)
-            if progress is not None:
+            if progress is not None and size:  # that of a pipe is 0
                 progress(raw.tell() / size)
             yield from builder.pieces(columns, digit_error=digit_error or 0.0)
             read += len(lines)
@@ -141,14 +141,14 @@ def _digit_error_of(lines: list[str], names: list[str], builder: TableBuilder) -
     units = dict.fromkeys(ANGLES, 1.0) | dict.fromkeys(DEGREES, math.radians(1.0))
     if builder.joints is not None:
         units = {joint.column: 1.0 / joint.per_radian for joint in builder.joints.joints}
-    decimals, unit = 0, 1.0
+    decimals = dict.fromkeys(units.values(), 0)  # the most of each unit: columns of one are printed alike
     for row in csv.reader(lines):
         for name, text in zip(names, row, strict=False):
             if name in units:
-                unit = units[name]
                 printed = len(text.strip().partition(".")[2]) if "e" not in text.lower() else _FULL_PRECISION
-                decimals = max(decimals, printed)
-    return 0.5 * unit * 10.0**-decimals if _FEWEST_DECIMALS <= decimals < _FULL_PRECISION else 0.0
+                decimals[units[name]] = max(decimals[units[name]], printed)
+    coarse = [0.5 * unit * 10.0**-most for unit, most in decimals.items() if most >= _FEWEST_DECIMALS]
+    return max(coarse, default=0.0) if max(decimals.values()) < _FULL_PRECISION else 0.0
 
 
 def write_csv(pieces: Iterable[Table], path: Path, options: FormatOptions) -> None:

@@ -128,7 +128,7 @@ def control_points_along(corners: FloatArray, pieces: int) -> tuple[FloatArray, 
     return np.concatenate(sides), np.cumsum([0, *(3 + extra[:-1])])
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SmoothLoop:
     """A spline: control points, shape (K, 2) [rad], and the increasing parameters at which the discs are passed."""
 

@@ -19,9 +19,10 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from gaitgraph.angles import angle_within, number_of, whole_number
+from gaitgraph.angles import angle_within, checked_number, number_of, whole_number
 from gaitgraph.errors import Infeasible, InputError, checked_choice, shown
 from gaitgraph.gait.table import Table, merged
+from gaitgraph.graph.build import checked_waypoints
 from gaitgraph.invertibility.matrices import (
     DEFAULT_FLOOR,
     Coefficients,
@@ -36,7 +37,7 @@ from gaitgraph.optimization.least_effort import (
     control_points_along,
     power_pieces,
 )
-from gaitgraph.planning.request import checked_waypoints, grouped_waypoints
+from gaitgraph.planning.request import merged_repeats
 from gaitgraph.planning.shortest_paths import ShortestPaths, shortest_loop
 from gaitgraph.surface.admissible import admissible_region, singular_value_region, thrust_region, why_empty
 from gaitgraph.surface.region import DEFAULT_ACCURACY, OVERLAY_ERROR, Discs, Zones, component_meeting, offset
@@ -44,8 +45,7 @@ from gaitgraph.surface.sheets import SIGNS, separating_factor
 from gaitgraph.timing.curve import Curve
 from gaitgraph.timing.timed_gait import TimedGait, checked_clock, pieces_of
 from gaitgraph.validation.report import Report, lines_of_checks
-from gaitgraph.validation.rules import checked_limits
-from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
+from gaitgraph.vehicle import PAPER, Angle, Vehicle, VehicleLike, vehicle_named
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -53,7 +53,7 @@ if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
     from gaitgraph.gait.gait import Gait
-    from gaitgraph.surface.region import Angle, Points, Region
+    from gaitgraph.surface.region import Points, Region
 
 Objective = Literal["singular_value", "hover_reserve", "tilt_rate"]
 
@@ -78,7 +78,7 @@ _TEXTS = {  # name, unit, and which side of the value the bound is on
 }
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class OptimalGait:
     """The answer to :func:`optimal_gait`: a smooth gait with its own measures, or why there is none. Truthy with one.
 
@@ -254,7 +254,7 @@ def optimal_gait(
     if not 0 < number_of(concession) <= 0.5:
         raise InputError(f"concession must be above 0 and at most 0.5, got {shown(concession)}")
     vehicle = vehicle_named(vehicle)
-    checked_limits(floor=floor)
+    floor = checked_number("floor", floor)
     checked_clock(period, "smooth")
     discs, notes = _discs(waypoints, radius)
     pieces = min(max(36, 12 * len(discs.radii)), 240) if pieces is None else pieces
@@ -265,7 +265,7 @@ def optimal_gait(
     answers = []
     for one in SIGNS[::-1] if sign == "auto" else (sign,):
         region = admissible_region(vehicle, sign=one, floor=floor, zones=zones)
-        search = _Search(replace(base, sign=one), discs, region, vehicle, numbers, float(floor), pieces)
+        search = _Search(replace(base, sign=one), discs, region, vehicle, numbers, floor, pieces)
         answers.append(search.answer(float(concession)))
     found = [answer for answer in answers if answer]
     if not found:
@@ -282,7 +282,7 @@ def _discs(waypoints: Any, radius: Any) -> tuple[Discs, tuple[str, ...]]:
     if len(each) != len(points):
         raise InputError(f"radius must be one for all waypoints or one for each of {len(points)}, got {len(each)}")
     radii = np.array([angle_within(value, "radius", least=0.0) for value in each])
-    groups, notes = grouped_waypoints(points)
+    groups, notes = merged_repeats(points)
     centers = np.array([points[group[0]] for group in groups])
     discs = Discs(centers, np.array([radii[group].min() for group in groups]))
     discs.centers.flags.writeable = discs.radii.flags.writeable = False
@@ -376,7 +376,11 @@ class _Search(NamedTuple):
         best: tuple[SmoothLoop, list[float]] | None = None
         if inside is not None:
             problem = LeastEffort(inside, discs, CLEARANCE)
-            for targets in (shortest_loop(discs)[0], discs.centers)[objective != "tilt_rate" :]:
+            aims = [discs.centers]
+            if objective == "tilt_rate":
+                corners, length = shortest_loop(discs, region.outer)
+                aims, bound = [corners, *aims], 2 * length**2 / self.base.period
+            for targets in aims:
                 start = self._start(problem, targets)
                 if start is not None:
                     loop, history = problem.solve(start)
@@ -384,8 +388,6 @@ class _Search(NamedTuple):
                         best = loop, history
         if best is None:
             return replace(self.base, reason=f"every path through the discs comes within {CLEARANCE:g} rad of a border")
-        if objective == "tilt_rate":
-            bound = 2 * shortest_loop(discs, region.outer)[1] ** 2 / self.base.period
         return self._described(*best, problem, bound)
 
     def _why_apart(self) -> str:

@@ -21,7 +21,7 @@ import numpy as np
 import shapely
 from shapely.affinity import translate
 
-from gaitgraph.angles import number_of
+from gaitgraph.angles import angle_within, checked_number, number_of
 from gaitgraph.errors import Infeasible, InputError, shown
 from gaitgraph.gait.gait import Gait
 from gaitgraph.gait.table import ANGLES, Table, closing_time, is_closed, surface_of, tilt_angles
@@ -31,7 +31,6 @@ from gaitgraph.planning.shortest_paths import ShortestPaths
 from gaitgraph.surface.admissible import admissible_region, why_empty
 from gaitgraph.surface.region import Zones, offset, polygons_of
 from gaitgraph.timing.timed_gait import table_of
-from gaitgraph.validation.rules import checked_limits
 from gaitgraph.validation.validating import validate
 
 if TYPE_CHECKING:
@@ -54,16 +53,17 @@ _LITTLE = 0.5  # a smaller share of the motion is said first, with what would ke
 _THINNED = 1e-4  # how far a row may lie beside the corners by which a smaller loop is placed [rad]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Retargeted:
     """The answer to :func:`retarget`: the nearest flyable gait, or why there is none. Truthy when there is one.
 
     `before` and `after` are the reports of what was given and of the new gait; `reason` says why there is no gait, or
     why it is not flyable. `table` holds the new rows, with times if there were any; `rows` the number, from 0, of the
-    new row that each given one became; `moved` how far it was moved, in all four angles, both of shape (n,) [rad].
-    `alternatives` is the summed distance to each component of the flyable region, the chosen one first [rad]. `share`
-    is how much of the motion is left: the length of the new loop of (α1, α2) over that of the given one, None if that
-    is zero. Where no share was asked for and less than half is left, `moving` is the nearest gait that keeps half.
+    new row that each given one became; `moved` how far it was moved, in all four angles, whole turns left out, both of
+    shape (n,) [rad]; `unchanged` is how many rows stayed as they were, bit by bit. `alternatives` is the summed
+    distance to each component of the flyable region, the chosen one first [rad]. `share` is how much of the motion is
+    left: the length of the new loop of (α1, α2) over that of the given one, None if that is zero. Where no share was
+    asked for and less than half is left, `moving` is the nearest gait that keeps half.
     """
 
     before: Report
@@ -71,6 +71,7 @@ class Retargeted:
     table: Table | None = None
     rows: IntArray | None = None
     moved: FloatArray | None = None
+    unchanged: int = 0
     after: Report | None = None
     alternatives: tuple[float, ...] = ()
     share: float | None = None
@@ -82,7 +83,7 @@ class Retargeted:
         """Whether the gait is "unchanged" or "retargeted", or there is none: "infeasible"."""
         if self.table is None:
             return "infeasible"
-        return "retargeted" if self.added or np.any(self._moves() > 0) else "unchanged"
+        return "retargeted" if self.added or self.unchanged < len(self._moves()) else "unchanged"
 
     def __bool__(self) -> bool:
         return self.table is not None
@@ -113,11 +114,6 @@ class Retargeted:
         """The largest distance [rad], and its row, counted from 1."""
         row = int(np.argmax(self._moves()))
         return float(self._moves()[row]), row + 1
-
-    @property
-    def unchanged(self) -> int:
-        """How many rows stayed as they were, bit by bit."""
-        return int(np.sum(self._moves() == 0))
 
     @property
     def added(self) -> int:
@@ -225,7 +221,7 @@ def retarget(
     >>> answer.table.alpha[0].round(3).tolist()
     [0.45, -1.15, 0.45, -1.15]
     """
-    checked_limits(floor=floor, margin=margin)
+    floor, margin = checked_number("floor", floor), angle_within(margin, "margin", least=0.0)
     if keep is not None and not 0 < number_of(keep) <= 1:
         raise InputError(f"keep must be a share above 0, up to 1, got {shown(keep)}")
     given = given_gait(source)
@@ -244,11 +240,10 @@ def retarget(
 
     # The rows without one that closes the table, and with α3 and α4 within half a turn of α1 and α2.
     given = tilt_angles(table, numbers)
-    closing = is_closed(given)
     turns = np.rint((given[:, 2:] - given[:, :2]) / _TURN)
     given = np.hstack([given[:, :2], np.where(turns == 0, given[:, 2:], given[:, 2:] - _TURN * turns)])
+    turned, closing = turns.any(axis=1), is_closed(given)
     rows = given[: len(given) - closing]
-    turned = int(turns[: len(rows)].any(axis=1).sum())
 
     # The component with the least summed distance in four dimensions.
     middle = (rows[:, :2] + rows[:, 2:]) / 2
@@ -268,7 +263,7 @@ def retarget(
     new, placed = rows, np.arange(len(rows))
     loop: Any = shapely.linestrings(np.vstack([rows, rows[:1]])[:, :2])
     if (
-        turned
+        turned.any()
         or not before.flyable
         or (sign and (sign == "positive") != (level_determinant(rows[0], coefficients_of(chosen, "exact")) > 0))
         or not shapely.covers(offset(inside.inner, 2 * region.accuracy), loop)
@@ -285,7 +280,7 @@ def retarget(
         placed = np.append(placed, len(new) - 1)
     shared: Any = {"vehicle": chosen, "coefficients": numbers, "crossing_tolerance": crossing_tolerance}
     gait = Gait(alpha=new, colors=("red",) * len(new), **shared)
-    fresh = _table_from(gait, t, made_by="retarget", sign=sign, floor=float(floor), margin=float(margin))
+    fresh = _table_from(gait, t, made_by="retarget", sign=sign, floor=floor, margin=margin)
     after = validate(fresh, vehicle=chosen, coefficients=numbers.kind, floor=floor)
     moved = np.linalg.norm(new[placed] - given, axis=1)
     moved.flags.writeable = placed.flags.writeable = False
@@ -300,11 +295,12 @@ def retarget(
         table=fresh,
         rows=placed,
         moved=moved,
+        unchanged=int(np.sum((moved == 0) & ~turned)),
         after=after,
         alternatives=tuple(np.sort(totals[~np.isnan(totals)]).tolist()),
         share=share,
         moving=moving,
-        warnings=(f"took whole turns off α3 or α4 in {turned} rows",) if turned else (),
+        warnings=(f"took whole turns off α3 or α4 in {turned.sum()} rows",) if turned.any() else (),
     )
 
 

@@ -29,8 +29,7 @@ from gaitgraph.invertibility.segment_bounds import (
 )
 from gaitgraph.planning.refusal import Branch, FoundPath, Obstacle
 from gaitgraph.planning.shortest_paths import ShortestPaths
-from gaitgraph.surface.sheets import RELATION, SIGNS, Color, Sign, red_label
-from gaitgraph.validation.rules import jumps
+from gaitgraph.surface.sheets import RELATION, SIGNS, Color, Sign, family_codes, family_jumps, red_label
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -61,7 +60,7 @@ def any_angle_paths(branch: Branch, progress: Callable[[str], None] | None) -> l
             bound: float | None = length_of([*points, points[0]])
         else:
             region = _most_robust_region(branch, use) if robust else prepared_region(branch, use)
-            answer = _shortest_chain(branch, region, reorder, progress)
+            answer = _shortest_in_region(branch, region, reorder, progress)
             if isinstance(answer, Obstacle):
                 if use != branch.uses[-1]:
                     continue
@@ -83,7 +82,7 @@ def shortest_path(branch: Branch, use: Use) -> Leg | None:
     return prepared_region(branch, use).leg(start, end)
 
 
-def _shortest_chain(
+def _shortest_in_region(
     branch: Branch, region: PreparedRegion, reorder: bool, progress: Callable[[str], None] | None
 ) -> tuple[tuple[Point, ...], tuple[int, ...], float, float] | Obstacle:
     """Return the points of the shortest closed path, as a :data:`FoundPath` has the rest; or an obstacle."""
@@ -93,11 +92,11 @@ def _shortest_chain(
 
     def apart(first: int, second: int) -> Obstacle:
         parts = [region.region.component_of(waypoints[k]) for k in (first, second)]
-        areas = [f"{region.region.components[part].area:.3g}" for part in parts if part is not None]
+        sizes = [f"{region.region.components[part].area:.3g}" for part in parts if part is not None]
         wall = "the border of the admissible region: they lie in parts"
         if branch.request.zones is not None:
             wall = "keep_out and keep_in: they lie in parts of the admissible region"
-        return branch.separation((first, second), f"{wall} of {' and '.join(areas)} rad²")
+        return branch.separation((first, second), f"{wall} of {' and '.join(sizes)} rad²")
 
     measured: dict[tuple[int, int], Leg | None] = {}
 
@@ -197,9 +196,9 @@ def straight_loop_holds(branch: Branch, use: Use, *, robust: bool = False) -> bo
     else:
         gait = lift(request.waypoints, branch.color, vehicle=request.vehicle, coefficients=coefficients)
         starts, ends = gait.alpha, gait.ends
-        red, noise = np.full(len(starts), branch.color == "red"), noise_of(coefficients)
+        codes, noise = family_codes(gait.colors), noise_of(coefficients)
         least = least_level_determinant(starts, ends, coefficients, sign=branch.wanted, tolerance=0.0, floor=noise)
-        holds = bool(least.lower.min() >= noise) and not jumps(starts, ends, red, red, coefficients).any()
+        holds = bool(least.lower.min() >= noise) and not family_jumps(starts, ends, codes, codes, coefficients).any()
     if not holds:
         return False
     if request.zones is not None and not request.zones.allow_segments(starts[:, :2], ends[:, :2]).all():
@@ -362,8 +361,8 @@ class RegionLocation:
         }
 
     def __str__(self) -> str:
-        areas = [f"{part.area:.4g}" for part in self.region.components]
-        parts = f"{len(areas)} part{'s' * (len(areas) > 1)} of {', '.join(areas)} rad²" if areas else "empty"
+        sizes = [f"{part.area:.4g}" for part in self.region.components]
+        parts = f"{len(sizes)} part{'s' * (len(sizes) > 1)} of {', '.join(sizes)} rad²" if sizes else "empty"
         lines = [f"{self.color}, {RELATION[self.sign]}: {parts}"]
         for number, (point, part, why_not, nearest) in enumerate(self.waypoints, start=1):
             text = f"in part {part}" if part is not None else f"{why_not}"

@@ -312,10 +312,12 @@ def plan_loop(
     """
     options = {name: value for name, value in locals().items() if name in REQUEST_FIELDS}
     if graph is not None:
-        stated: dict[str, Any] = {"divisions": divisions, "method": method, "coefficients": coefficients}
+        choices = {"divisions": divisions, "method": method, "coefficients": coefficients}
+        stated = {name: value is not None for name, value in choices.items()}
         stated |= {"sign": sign != "auto", "vehicle": vehicle is not PAPER, "floor": floor != DEFAULT_FLOOR}
-        stated |= {"keep_out": len(keep_out), "keep_in": len(keep_in)}
-        for name in (name for name, value in stated.items() if value):
+        stated |= {"keep_out": len(keep_out) > 0, "keep_in": len(keep_in) > 0}
+        if any(stated.values()):
+            name = next(name for name, is_stated in stated.items() if is_stated)
             raise InputError(f"{name} must not be stated beside a graph, which fixes it")
         body, numbers = vehicle_and_coefficients(graph)
         options |= {name: graph.graph[name] for name in ("sign", "divisions", "floor")}

@@ -19,11 +19,11 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
 
-from gaitgraph.angles import angle_within
+from gaitgraph.angles import checked_number
 from gaitgraph.errors import InputError, check_fields, checked_choice, shown
 from gaitgraph.files import table_from_toml, text_of
 from gaitgraph.gait.table import ANGLES, SAME_ROW, merged, surface_of
-from gaitgraph.graph.build import DEFAULT_DIVISIONS, checked_divisions
+from gaitgraph.graph.build import DEFAULT_DIVISIONS, checked_divisions, checked_waypoints
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, CoefficientsLike, Kind, coefficients_of
 from gaitgraph.io.formats import (
     holds_request,
@@ -34,7 +34,7 @@ from gaitgraph.io.formats import (
     read_pieces,
 )
 from gaitgraph.surface.loop_colorings import colorings
-from gaitgraph.surface.region import Points, Zones, checked_accuracy, checked_number
+from gaitgraph.surface.region import Points, Zones, checked_accuracy
 from gaitgraph.surface.sheets import ColorChoice, SignChoice
 from gaitgraph.timing.laws import DEFAULT_LAW, LawName
 from gaitgraph.timing.timed_gait import checked_clock
@@ -58,7 +58,6 @@ CHOICES: dict[str, tuple[str, ...]] = {
     "require": get_args(Use),
 }
 """What fields that are names may be."""
-MOST_WAYPOINTS = 1000
 
 _SAMPLING = ("samples", "rate")
 
@@ -68,7 +67,7 @@ class PlanRequest:
     """What a plan is asked for, complete; :func:`plan_request` makes one of what people state.
 
     The fields are the options of :func:`gaitgraph.planning.planner.plan_loop`, with the polygons in `zones`, None if
-    there are none; `notes` say what was changed. InputError if a choice or a number is not allowed.
+    there are none; `notes` say what was changed. InputError if a choice is not allowed; numbers are checked there.
     """
 
     waypoints: tuple[Point, ...]
@@ -98,10 +97,6 @@ class PlanRequest:
         for name in ("any_order", "reverse"):
             if not isinstance(flag := getattr(self, name), bool):
                 raise InputError(f"{name} must be true or false, got {shown(flag)}")
-        checked_divisions(self.divisions)
-        checked_clock(self.period, self.law)
-        checked_accuracy(self.accuracy)
-        checked_number("floor", self.floor)
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the request as plain values, under the names that a request file uses."""
@@ -146,7 +141,7 @@ def plan_request(
     checked_clock(period, law)
     vehicle = vehicle_named(vehicle)
     points = checked_waypoints(waypoints)
-    groups, notes = grouped_waypoints(points)
+    groups, notes = merged_repeats(points)
     zones = Zones(keep_out=keep_out, keep_in=keep_in)
     return PlanRequest(
         waypoints=tuple(points[group[0]] for group in groups),
@@ -173,27 +168,7 @@ REQUEST_FIELDS = tuple(signature(plan_request).parameters)
 """The names of the fields of a request, as files and Python use them."""
 
 
-def checked_waypoints(value: object, most: int = MOST_WAYPOINTS) -> list[Point]:
-    """Return waypoints as pairs of angles [rad]; InputError unless there are 1 to `most`, each in [−π/2, π/2]²."""
-    allowed = "a list of [alpha1, alpha2], each in [−π/2, π/2]"
-    if not isinstance(value, (list, tuple, np.ndarray)):
-        raise InputError(f"waypoints must be {allowed}, got {shown(value)}")
-    if not len(value):
-        raise InputError(f"waypoints must be {allowed}, at least one; none given")
-    if len(value) > most:
-        raise InputError(f"waypoints must be at most {most}, got {len(value)}")
-    points = []
-    for number, angles in enumerate(value, start=1):
-        if not isinstance(angles, (list, tuple, np.ndarray)) or len(angles) != 2:
-            four = isinstance(angles, (list, tuple, np.ndarray)) and len(angles) == 4
-            why = "; no gait on a fibre can fly, and elsewhere α3 and α4 follow from the color" if four else ""
-            raise InputError(f"waypoint {number} must be [alpha1, alpha2], got {shown(angles)}{why}")
-        first, second = (angle_within(angles[k], f"waypoint {number} alpha{k + 1}") for k in range(2))
-        points.append((first, second))
-    return points
-
-
-def grouped_waypoints(points: Sequence[Point]) -> tuple[list[list[int]], tuple[str, ...]]:
+def merged_repeats(points: Sequence[Point]) -> tuple[list[list[int]], tuple[str, ...]]:
     """Return the indices of waypoints, those together that repeat the one before, around the seam too; and notes."""
     groups = [list(group) for _, group in groupby(range(len(points)), key=points.__getitem__)]
     if len(groups) > 1 and points[-1] == points[0]:

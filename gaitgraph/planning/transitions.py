@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gaitgraph.angles import HALF_PI, number_of
+from gaitgraph.angles import HALF_PI, checked_number, number_of
 from gaitgraph.errors import Infeasible, InputError, shown
 from gaitgraph.gait.gait import Gait, lift
 from gaitgraph.gait.table import ANGLES, RATES, Table, merged
@@ -26,7 +26,6 @@ from gaitgraph.io.formats import gait_of, write_tables
 from gaitgraph.planning.any_angle import shortest_path
 from gaitgraph.planning.refusal import Branch
 from gaitgraph.planning.request import plan_request
-from gaitgraph.surface.region import checked_number
 from gaitgraph.surface.sheets import FIBERS, red_label, separating_factor
 from gaitgraph.timing.laws import DEFAULT_LAW, LAWS, LawName
 from gaitgraph.timing.timed_gait import MOST_SAMPLES, TimedGait, checked_clock, pieces_of

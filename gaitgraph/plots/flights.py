@@ -81,7 +81,7 @@ def plot_flight(
     axes = np.ravel(np.asarray(axes, dtype=object))
     if len(axes) != len(panels):
         raise InputError(f"axes must be {len(panels)}, one a panel, got {len(axes)}")
-    end = min(flight.settings.seconds, flight.course.duration)
+    end = flight.settings.seconds_of(flight.course)
     if flight.failed:  # a little beyond a stop that came early
         end = min(end, max(1.25 * flight.flown, flight.flown + 0.02))
     for ax, name in zip(axes, panels, strict=True):

@@ -51,7 +51,7 @@ INK, LINE_GREY = "#23262b", "#767b85"
 _DISC, _STALK, _THRUST, _NOSE, _LABEL = 0.5, 0.1, 0.62, 0.34, 0.24  # in arm lengths
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class VehicleView:
     """A vehicle seen from one direction, for n samples of its tilt angles.
 

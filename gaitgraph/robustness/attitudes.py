@@ -21,7 +21,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from gaitgraph.angles import HALF_PI, number_of
+from gaitgraph.angles import HALF_PI, checked_number
 from gaitgraph.errors import InputError, shown
 from gaitgraph.invertibility.matrices import Coefficients, FloatArray, IntArray, attitude_of, noise_of
 from gaitgraph.invertibility.tilt_margins import (
@@ -48,7 +48,7 @@ _UP = np.array([0.0, 0.0, 1.0])
 _NOT_LEVEL = "R changes its sign or vanishes: level flight itself is singular somewhere in the period"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SingularCurve:
     """The attitudes at which one configuration is singular; `normal` is (−Rθ, Rφ, R), shape (3,), read-only.
 
@@ -157,8 +157,7 @@ def acceptable_attitudes(
     points = np.asarray(alpha, dtype=float)
     if points.ndim != 2 or points.shape[1] != 4 or not len(points) or not np.isfinite(points).all():
         raise InputError(f"alpha must be finite tilt angles of shape (n, 4), n at least 1 (rad), got {shown(alpha)}")
-    if not 0 < number_of(tolerance) < math.inf:
-        raise InputError(f"tolerance must be a finite number above 0, got {shown(tolerance)}")
+    checked_number("tolerance", tolerance, "a finite number above 0", above=True)
     # The closed polyline in short pieces.
     step = np.roll(points, -1, axis=0) - points
     size = np.abs(step).max(axis=1)

@@ -11,9 +11,8 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from gaitgraph.angles import number_of, whole_number
-from gaitgraph.errors import InputError, shown
-from gaitgraph.gait.gait import Gait
+from gaitgraph.angles import angle_within, whole_number
+from gaitgraph.gait.gait import Gait, checked_factor
 from gaitgraph.gait.table import Table, closed_rows
 from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.invertibility.segment_bounds import Bound, Value, least_along, singular_value_bound
@@ -27,7 +26,7 @@ from gaitgraph.invertibility.tilt_margins import (
 from gaitgraph.io.formats import given_gait, naming_file
 from gaitgraph.robustness.attitudes import AcceptableAttitudes, SingularCurve, acceptable_attitudes, singular_curve
 from gaitgraph.surface.sheets import DEFAULT_TOLERANCE, family_distances
-from gaitgraph.validation.rules import Segments, checked_limits, segments_of
+from gaitgraph.validation.rules import Segments, segments_of
 
 if TYPE_CHECKING:
     from gaitgraph.invertibility.matrices import Coefficients, CoefficientsLike, FloatArray
@@ -233,7 +232,8 @@ def robustness_of(
     factors: list[tuple[Scaling, float]] = [("biased", eta) for eta in _etas(bias, "bias")]
     factors += [("scaled", eta) for eta in _etas(scale, "scale")]
     curves = whole_number("curves", curves, 0, _MOST_CURVES)
-    checked_limits(angle_rounding=angle_rounding)
+    if angle_rounding is not None:
+        angle_within(angle_rounding, "angle_rounding", least=0.0)
     segments, body, rounding, noun = _closed_segments(gait, vehicle)
     rounding = rounding if angle_rounding is None else angle_rounding
     numbers = coefficients_of(body, "exact" if coefficients is None else coefficients)
@@ -273,10 +273,7 @@ def robustness_of(
 def _etas(value: float | Iterable[float], name: str) -> list[float]:
     several = isinstance(value, Iterable) and not isinstance(value, (str, bytes)) and getattr(value, "ndim", 1) == 1
     values: list[Any] = list(value) if several else [value]  # type: ignore[arg-type]
-    for eta in values:
-        if not 0 < number_of(eta) <= 1:
-            raise InputError(f"{name} must be a number in (0, 1], got η = {shown(eta)}")
-    return [number_of(eta) for eta in values]
+    return [checked_factor(name, eta) for eta in values]
 
 
 def _closed_segments(gait: GaitLike, vehicle: VehicleLike | None) -> tuple[Segments, Vehicle, float, str]:
@@ -320,12 +317,11 @@ def _near_the_least(segments: Segments, value: Value, bound: Bound) -> npt.NDArr
     """
     starts, rows, least = segments.starts, np.arange(len(segments.starts)), math.inf
     for stride in (4096, 512, 64, 8):
-        anchors = np.unique(rows - rows % stride)
+        anchors, nearest = np.unique(rows - rows % stride, return_inverse=True)
         if len(anchors) * 2 > len(rows):
             continue
         found = value(starts[anchors])
         least = min(least, float(found.min()))
-        nearest = np.searchsorted(anchors, rows - rows % stride)
         at, zero = starts[anchors][nearest], np.zeros(len(rows))
         lower = [2 * bound(found[nearest], zero, at, side[rows]) for side in (starts, segments.ends)]
         rows = rows[np.minimum(*lower) <= least]

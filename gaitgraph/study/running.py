@@ -18,10 +18,10 @@ import io
 import json
 import logging
 import math
-import os
 import re
 import shutil
 from base64 import b64encode
+from collections import Counter
 from concurrent.futures import CancelledError, ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
@@ -150,13 +150,17 @@ def run_study(
     if scheduler is not None and workers is not None:
         raise InputError(f"--workers must not stand beside --scheduler, got {shown(workers)}")
     if workers is None:
-        cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-        workers = 1 if scheduler is not None else cores
+        workers = 1
+        with suppress(ImportError):  # starting workers says so
+            from dask.system import CPU_COUNT  # knows the limits of a container too
+
+            workers = CPU_COUNT if scheduler is None else 1
     whole_number("--workers", workers, 0, _MOST_WORKERS)
     seconds = study.seconds / max(workers, 1)
     if not yes and (len(study) > _FREE_CASES or seconds > _FREE_SECONDS):
         takes, free = timedelta(seconds=round(seconds)), timedelta(seconds=_FREE_SECONDS)
-        asked = f"study {study.name!r} has {len(study)} flights, about {takes} with --workers {workers}"
+        where = "on one worker" if scheduler is not None else f"with --workers {workers}"
+        asked = f"study {study.name!r} has {len(study)} flights, about {takes} {where}"
         raise InputError(f"{asked}; more than {_FREE_CASES} flights or {free} need --yes (yes=True)")
     require_matplotlib()
     try:
@@ -190,7 +194,7 @@ def run_study(
             raise FileProblem(f"a part was removed while the study ran; run it again ({error})") from error
         reasons = _reasons_of(table)
         write_whole([(folder / "summary.html", _page_of(study, table, reasons).encode())], force=True)
-    outcomes = {name: table["outcome"].to_pylist().count(name) for name in OUTCOMES}
+    outcomes = {**dict.fromkeys(OUTCOMES, 0), **Counter(table["outcome"].to_pylist())}
     return StudyRun(study=study, folder=folder, outcomes=outcomes, reasons=reasons, flown=flown, table=table)
 
 
@@ -458,15 +462,15 @@ def _page_of(study: Study, table: Any, reasons: Sequence[tuple[str, str, int]]) 
     how = "every combination" if study.count is None else f"a random sample, seed {study.seed}"
     body = [f"<p>{len(study)} cases, {how}; study {study.fingerprint[:12]}</p>"]
     # A line for each value that a quantity takes, and one for all cases.
-    lines = [("all cases", outcomes)]
+    lines = [("all cases", Counter(outcomes))]
     for name in quantities:
-        values = table[name].to_pylist()
-        levels = [value for value in dict.fromkeys(values) if value is not None]
+        count = Counter(zip(table[name].to_pylist(), outcomes, strict=True))
+        levels = [value for value in dict.fromkeys(value for value, _ in count) if value is not None]
         unit = f" {columns[name]}" * (columns[name] not in ("string", "1"))
         for value in levels if 1 < len(levels) <= _MOST_LINES else ():
             text = value if isinstance(value, str) else f"{name.replace('_', ' ')} {value:.6g}{unit}"
-            lines.append((text, [outcome for outcome, one in zip(outcomes, values, strict=True) if one == value]))
-    counts = [[text, str(len(found)), *(str(found.count(name)) for name in OUTCOMES)] for text, found in lines]
+            lines.append((text, Counter({outcome: count[value, outcome] for outcome in OUTCOMES})))
+    counts = [[text, *map(str, (found.total(), *(found[name] for name in OUTCOMES)))] for text, found in lines]
     body.append(_html_table(["", "cases", *OUTCOMES], counts))
     if reasons:
         of_each = [[str(count), outcome, reason] for outcome, reason, count in reasons]

@@ -15,9 +15,10 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import shapely
 
-from gaitgraph.angles import HALF_PI
+from gaitgraph.angles import HALF_PI, checked_number
 from gaitgraph.errors import checked_choice
 from gaitgraph.invertibility.matrices import (
+    DEFAULT_FLOOR,
     Coefficients,
     CoefficientsLike,
     coefficients_of,
@@ -43,7 +44,6 @@ from gaitgraph.surface.region import (
     Region,
     Zones,
     checked_accuracy,
-    checked_number,
     chord_tolerance,
     offset,
     offset_both,
@@ -252,7 +252,7 @@ def thrust_region(
     vehicle = vehicle_named(vehicle)
     accuracy, region = checked_accuracy(accuracy), hover_region(vehicle)
     if share is not None:
-        checked_number("share", share, "a positive finite number (of m·g)")
+        checked_number("share", share, "a positive finite number (of m·g)", above=True)
         region &= _thrust_limit(share, vehicle, accuracy, largest=True)
     if checked_number("least", least, "a finite number ≥ 0 (of m·g)"):
         region &= _thrust_limit(least, vehicle, accuracy, largest=False)
@@ -331,7 +331,7 @@ def admissible_region(
     color: Color = "red",
     sign: Sign | None = None,
     coefficients: CoefficientsLike | None = None,
-    floor: float = 0.05,
+    floor: float = DEFAULT_FLOOR,
     zones: Zones | None = None,
     accuracy: float = DEFAULT_ACCURACY,
 ) -> Region:

@@ -52,7 +52,7 @@ _FULL = 2 * math.pi
 _BEYOND = 0.3  # beyond the square, so that its sides are no sides of the sets' polygons
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class CosineSum:
     """A sum of cosines, Σ size·cos(x·first + y·second − phase), a row (size, first, second, phase) of `terms` each."""
 

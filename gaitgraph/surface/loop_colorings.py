@@ -253,7 +253,8 @@ class Colorings:
 
     def __str__(self) -> str:
         n, count = len(self.points), self.count
-        lines = [f"{_count_as_text(count)} colouring{'s' * (count != 1)} of a loop of {n} point{'s' * (n > 1)}"]
+        points = f" of {n} point{'s' * (n > 1)}" if n else ""  # counted alone, their points are not known
+        lines = [f"{_count_as_text(count)} colouring{'s' * (count != 1)} of a loop{points}"]
         lines += [f"  {RELATION[sign]}  none: {obstacle.message}" for sign, obstacle in self.obstacles.items()]
         return "\n".join(lines)
 

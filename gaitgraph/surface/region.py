@@ -18,6 +18,7 @@ import shapely
 
 from gaitgraph.angles import HALF_PI, angle_within, number_of
 from gaitgraph.errors import InputError, shown
+from gaitgraph.vehicle import Angle
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -25,7 +26,8 @@ if TYPE_CHECKING:
     from shapely import MultiPolygon, Polygon
     from shapely.geometry.base import BaseGeometry
 
-FloatArray = npt.NDArray[np.float64]
+    from gaitgraph.invertibility.matrices import FloatArray
+
 Pair = npt.NDArray[np.object_]  # the inner and the outer shape of a region
 
 DEFAULT_ACCURACY = 1e-6
@@ -241,7 +243,7 @@ def component_meeting(shape: BaseGeometry, discs: Discs) -> Polygon | None:
 
 def polygons_of(shape: BaseGeometry) -> MultiPolygon:
     """Return the polygons of a shape, without the points and lines that overlaying leaves."""
-    parts = shapely.get_parts(shapely.get_parts(np.array([shape], dtype=object)))
+    parts = shapely.get_parts(shapely.get_parts(shape))
     return shapely.MultiPolygon([part for part in parts if part.geom_type == "Polygon" and part.area > 0])
 
 
@@ -277,18 +279,9 @@ def checked_accuracy(accuracy: float) -> float:
     return float(accuracy)
 
 
-def checked_number(name: str, value: object, allowed: str = "a finite number ≥ 0") -> float:
-    """Return a finite number ≥ 0, or above 0 if a positive one is `allowed`; raise InputError for others."""
-    number = number_of(value)
-    if not 0 <= number < math.inf or (number == 0 and "positive" in allowed):
-        raise InputError(f"{name} must be {allowed}, got {shown(value)}")
-    return number
-
-
 # --- the user's own polygons -----------------------------------------------------------------------------------------
 
 Corners = tuple[tuple[float, float], ...]
-Angle = float | str
 Points = Sequence[Sequence[Angle]] | npt.NDArray[np.float64]
 """Points (α1, α2), each angle a number [rad] or a text such as "3pi/8"."""
 

@@ -42,11 +42,11 @@ from gaitgraph.angles import (
     angle_from_text,
     angle_within,
     angles_from,
+    checked_number,
     distance_to_multiple,
-    number_of,
     wrapped,
 )
-from gaitgraph.errors import InputError, checked_choice, shown
+from gaitgraph.errors import InputError, checked_choice
 from gaitgraph.invertibility.matrices import (
     Coefficients,
     CoefficientsLike,
@@ -62,7 +62,7 @@ from gaitgraph.vehicle import PAPER, Vehicle
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-IntArray = npt.NDArray[np.int8]
+CodeArray = npt.NDArray[np.int8]
 Color = Literal["red", "blue"]
 Sign = Literal["positive", "negative"]
 ColorChoice = Literal["auto", Color]
@@ -92,7 +92,7 @@ SIGNS: tuple[Sign, Sign] = ("negative", "positive")
 RELATION = {"negative": "R < 0", "positive": "R > 0"}
 HOVER_LABEL = (1, 1, 1)  # of the component of α = 0, which ordinary hover can reach; see red_label
 _ROUND_OFF = 1e-12
-_FIBER_TOLERANCE = 1e-9
+_EXACT = 1e-9  # up to this an angle is on a fibre or a sheet [rad]
 _MOST_ROOTS = 5
 # Both ends of the range for α3, and for α4, in the order of the roots.
 _SIDES = np.array([[-HALF_PI, -HALF_PI, HALF_PI, HALF_PI], [-HALF_PI, HALF_PI, -HALF_PI, HALF_PI]])
@@ -120,14 +120,13 @@ def types_of(
     alpha2: npt.ArrayLike,
     coefficients: Coefficients,
     crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE,
-) -> tuple[IntArray, IntArray]:
+) -> tuple[CodeArray, CodeArray]:
     """Return the plane types of α3 and α4 on a sheet as +1, 0 (`?`) or −1, each of its argument's shape.
 
     A type is `?` where the planes cross: within `crossing_tolerance` [rad] of β1 ≡ 0 (mod π/2) for α3 and of
     β2 ≡ 0 (mod π/2) for α4. Half a grid step marks exactly the nodes nearest to the line.
     """
-    if not 0 <= number_of(crossing_tolerance) < math.inf:
-        raise InputError(f"crossing_tolerance must be a finite number ≥ 0 (rad), got {shown(crossing_tolerance)}")
+    checked_number("crossing_tolerance", crossing_tolerance, "a finite number ≥ 0 (rad)")
     reach = crossing_tolerance + _ROUND_OFF
     lines = ((alpha1, coefficients.delta), (alpha2, -coefficients.delta))
     third, fourth = (distance_to_multiple(np.asarray(x, dtype=float) - line, HALF_PI) for x, line in lines)
@@ -200,7 +199,7 @@ class RootSet(tuple[Root, ...]):
     fibers: tuple[Fiber, ...]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RootArrays:
     """The roots of many (α1, α2) of the shape (...), padded to five along the last axis.
 
@@ -211,12 +210,12 @@ class RootArrays:
 
     count: npt.NDArray[np.int64]
     alpha: FloatArray
-    sheet: IntArray
-    types: IntArray
+    sheet: CodeArray
+    types: CodeArray
     R: FloatArray
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SheetGrid:
     """The roots of one sheet over a grid of (α1, α2), as an outer product of n rows and m columns.
 
@@ -229,8 +228,8 @@ class SheetGrid:
     column: npt.NDArray[np.int64]
     alpha3: FloatArray
     alpha4: FloatArray
-    types3: IntArray
-    types4: IntArray
+    types3: CodeArray
+    types4: CodeArray
     R: FloatArray
 
 
@@ -294,14 +293,14 @@ def roots(
             fixed=fixed,
             values=values_of(angle),
             free=free,
-            singular=distance_to_multiple(beta, math.pi) > _FIBER_TOLERANCE,
+            singular=distance_to_multiple(beta, math.pi) > _EXACT,
             types=types,
         )
         for name, fixed, free, angle, beta, types in (
             ("first", "alpha3", "alpha4", a1, a1 - coefficients.delta, FIBER_TYPES[0]),
             ("second", "alpha4", "alpha3", a2, a2 + coefficients.delta, FIBER_TYPES[1]),
         )
-        if distance_to_multiple(beta, HALF_PI) <= _FIBER_TOLERANCE
+        if distance_to_multiple(beta, HALF_PI) <= _EXACT
     )
     return answer
 
@@ -381,7 +380,7 @@ def sheet_grid(
 # --- families --------------------------------------------------------------------------------------------------------
 
 
-def family_codes(colors: Sequence[str]) -> IntArray:
+def family_codes(colors: Sequence[str]) -> CodeArray:
     """Return colors as +1 red, −1 blue, 2 the first and 3 the second fibre, shape (n,)."""
     return np.array([_CODES[color] for color in colors], dtype=np.int8)
 
@@ -408,7 +407,7 @@ def family_distances(alpha: npt.ArrayLike, coefficients: Coefficients) -> FloatA
     return np.asarray(distance_to_multiple(forms, math.pi).max(axis=-1))
 
 
-def families_along(alpha: npt.ArrayLike, coefficients: Coefficients, tolerance: float, *, before: int = 0) -> IntArray:
+def families_along(alpha: npt.ArrayLike, coefficients: Coefficients, tolerance: float, *, before: int = 0) -> CodeArray:
     """Return the family of each of consecutive points of shape (n, 4) [rad], shape (n,).
 
     A point may be `tolerance` [rad] from a family, mod π; a sheet goes before a fibre. A point on both sheets follows
@@ -436,7 +435,7 @@ def families_along(alpha: npt.ArrayLike, coefficients: Coefficients, tolerance: 
 
 def family_types(
     alpha: npt.ArrayLike, codes: npt.ArrayLike, coefficients: Coefficients, crossing_tolerance: float
-) -> tuple[IntArray, IntArray]:
+) -> tuple[CodeArray, CodeArray]:
     """Return the plane types of α3 and α4 at points of families, each +1, 0 (`?`), −1 or `FREE` (`*`), shape (n,).
 
     On a fibre the fixed angle is where its planes cross, `?`, and the free one on neither. Off the surfaces both are 0.
@@ -461,17 +460,25 @@ def types_contradict(types: npt.ArrayLike, codes: npt.ArrayLike) -> npt.NDArray[
 
 
 def family_jumps(
-    starts: FloatArray, ends: FloatArray, codes: IntArray, after: IntArray, coefficients: Coefficients
+    starts: FloatArray, ends: FloatArray, codes: CodeArray, after: CodeArray, coefficients: Coefficients
 ) -> FloatArray:
-    """Return by how much segments leave the families of both their ends, of which one is a fibre, shape (m,) [rad].
+    """Return by how much segments leave the families of their ends, shape (m,) [rad]; 0 where that is below 1e-9.
 
-    Families are planes, so a segment is farthest off at an end. The family that it leaves less counts.
+    A family is a plane, so a segment that starts on it is farthest off at its end: by π where an angle wraps. Between
+    two families that which it leaves less counts.
     """
-    apart = wrapped(_family_forms(starts, coefficients))
-    change = ((ends - starts) @ _FORMS).reshape(-1, 4, 2)
-    left = np.maximum(np.abs(apart), np.abs(apart + change)).max(axis=-1)
-    of_ends = (np.where(of == 0, np.inf, left[np.arange(len(left)), FAMILY_COLUMN[of]]) for of in (codes, after))
-    return np.minimum(*of_ends)
+
+    def left(at: FloatArray, to: FloatArray, of: CodeArray) -> FloatArray:
+        row, column = np.arange(len(at)), FAMILY_COLUMN[of]
+        forms, step = _family_forms(at, coefficients), ((to - at) @ _FORMS).reshape(-1, 4, 2)
+        # What a point is off its family by changes linearly along the segment; whole wraps show at its end.
+        off = np.abs(wrapped(forms[row, column]) + step[row, column]).max(axis=1)
+        return np.where(of == 0, np.inf, off)
+
+    out = left(starts, ends, codes)
+    between = codes != after
+    out[between] = np.minimum(out[between], left(ends[between], starts[between], after[between]))
+    return np.where(out > _EXACT, out, 0.0)
 
 
 # --- components of the red sheet -------------------------------------------------------------------------------------

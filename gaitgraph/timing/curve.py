@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import angle_within, figure, number_of
+from gaitgraph.angles import angle_within, checked_number, figure, whole_number
 from gaitgraph.errors import InputError, checked_choice, shown
 from gaitgraph.gait.gait import Gait
 from gaitgraph.invertibility.matrices import Coefficients, CoefficientsLike, FloatArray, coefficients_of
@@ -53,7 +53,7 @@ _FEWEST = 8  # intervals on a piece of a curve
 _GROWTH = 0.3  # of the distance between nodes, from one to the next
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, repr=False, init=False)
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False, init=False, eq=False)
 class Curve:
     """A closed curve of tilt angles on one sheet, twice continuously differentiable in its parameter.
 
@@ -153,8 +153,7 @@ class Curve:
         Parameters of shape (...) give angles of shape (..., 4) [rad]. From the third derivative on, that at a break is
         of the piece that starts there.
         """
-        if derivative < 0:
-            raise InputError(f"derivative must be a whole number ≥ 0, got {shown(derivative)}")
+        derivative = whole_number("derivative", derivative, 0, 1000)
         piece, local = located(self.breaks, s)
         plane = values_of(derivative_of(self.pieces, derivative)[:, piece], local)
         return _lifted(plane, self.color, self.pieces[-1, 0], self.coefficients, derivative)
@@ -174,8 +173,7 @@ class Curve:
 
     def chord_parameters(self, tolerance: float = DEFAULT_CHORD) -> FloatArray:
         """Return parameter values, from 0 to below the span, between which chords are within a tolerance [rad]."""
-        if not 0 < number_of(tolerance) < math.inf:
-            raise InputError(f"tolerance must be a positive finite number (rad), got {shown(tolerance)}")
+        checked_number("tolerance", tolerance, "a positive finite number (rad)", above=True)
         width = np.diff(self.breaks)
         bend = np.linalg.norm(bernstein_from_power(derivative_of(self.pieces, 2), width), axis=-1).max(axis=0)
         count = np.maximum(np.ceil(width * np.sqrt(bend / (8.0 * tolerance)) * (1 + 1e-9)), 1.0)

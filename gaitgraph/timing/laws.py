@@ -87,7 +87,7 @@ LawName = Literal["smooth", "constant-speed", "equal-time"]
 DEFAULT_LAW: LawName = "smooth"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class TimingLaw:
     """A monotone periodic law s(t): s, ṡ and s̈ at knots, s̈ linear between them.
 

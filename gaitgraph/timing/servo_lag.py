@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import accumulate
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,7 +24,8 @@ from gaitgraph.timing.timed_gait import TimedGait, timed_gait_of
 if TYPE_CHECKING:
     from gaitgraph.io.formats import GaitLike
 
-FloatArray = npt.NDArray[np.float64]
+if TYPE_CHECKING:
+    from gaitgraph.invertibility.matrices import FloatArray
 
 # Intervals are at most this share of the quickest servo's time constant.
 _STEP = 1.0 / 64.0
@@ -34,7 +36,7 @@ _AT_ONCE = 20_000
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(12)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ServoResponse:
     """The settled motion of lagging servos under a timed gait.
 
@@ -68,11 +70,14 @@ class ServoResponse:
         total = (h / 3 * (squared[:-2:2] + 4 * squared[1:-1:2] + squared[2::2])).sum(axis=0)
         return np.asarray(np.sqrt(total / self.timed.period))
 
-    def distance_off_sheet(self) -> float:
+    def distance_off_sheet(self) -> float | None:
         """Return how far the actual (α3, α4) are at most from the sheet above the actual (α1, α2) [rad].
 
-        It vanishes where opposite servos share a lag: then they err alike, on the blue sheet with opposite signs.
+        It vanishes where opposite servos share a lag: then they err alike, on the blue sheet with opposite signs. None
+        for a gait that is not on one sheet.
         """
+        if self.timed.gait.color not in ("red", "blue"):
+            return None
         sign = -1.0 if self.timed.gait.color == "blue" else 1.0
         apart = np.abs(self.error[:, 2:] - sign * self.error[:, :2]).max(axis=0)
         same = self.lag[2:] == self.lag[:2]
@@ -100,10 +105,10 @@ class ServoResponse:
 
     def __str__(self) -> str:
         peak = self.peak()
-        worst = int(np.argmax(peak))
+        worst, off = int(np.argmax(peak)), self.distance_off_sheet()
         return (
             f"servo lag leaves at most {peak[worst]:.4f} rad (α{worst + 1} at t = {self.peak_times()[worst]:.3f} s), "
-            f"rms {self.rms()[worst]:.4f} rad; off the sheet by {self.distance_off_sheet():.2g} rad, "
+            f"rms {self.rms()[worst]:.4f} rad; {'' if off is None else f'off the sheet by {off:.2g} rad, '}"
             f"least singular value {self.least_singular_value():.3f}"
         )
 
@@ -161,8 +166,9 @@ def servo_response(gait: GaitLike, lag: float | npt.ArrayLike | None = None) -> 
         gained[block] = (width / 2) * np.einsum("g,kgi,kgi->ki", _WEIGHTS, kernel, timed.at(at)[1])
     decay = np.exp(-h[:, None] / tau)
     error = np.zeros((len(h) + 1, 4))
-    for k in range(len(h)):
-        error[k + 1] = decay[k] * error[k] + gained[k]
+    for joint in range(4):  # numbers of Python are several times quicker here than arrays of four
+        steps = zip(decay[:, joint].tolist(), gained[:, joint].tolist(), strict=True)
+        error[:, joint] = list(accumulate(steps, lambda e, step: step[0] * e + step[1], initial=0.0))
     # The settled error returns to itself after a period.
     first = error[-1] / -np.expm1(-timed.period / tau)
     since = np.append(t, timed.period)

@@ -46,7 +46,7 @@ from gaitgraph.io.formats import (
 from gaitgraph.io.servo_map import clipped_rows
 from gaitgraph.surface.adjacency import text_from_types
 from gaitgraph.surface.sheets import family_codes, family_types
-from gaitgraph.timing.laws import DEFAULT_LAW, LAWS, STRAIGHT, LawName
+from gaitgraph.timing.laws import DEFAULT_LAW, LAWS, STRAIGHT, LawName, located
 from gaitgraph.validation.report import RATE_UNITS, limit_check
 from gaitgraph.validation.validating import validate
 
@@ -136,11 +136,10 @@ class TimedGait:
         Times of shape (...) [s] give three arrays of shape (..., 4) [rad, rad/s, rad/s²].
         """
         times, gait = self.corner_times, self.gait
-        phase = np.mod(np.asarray(t, dtype=float), self.period)
-        segment = np.clip(np.searchsorted(times, phase, side="right") - 1, 0, len(gait.alpha) - 1)
+        segment, local = located(times, t)
         duration = np.diff(times)[segment]
         moving, divisor = duration > 0, np.where(duration > 0, duration, 1.0)
-        tau = np.where(moving, (phase - times[segment]) / divisor, 0.0)
+        tau = np.where(moving, local / divisor, 0.0)
         per_second = np.where(moving, 1.0 / divisor, 0.0)
         progress, speed, acceleration = LAWS.get(self.law, STRAIGHT).motion(tau)
         step = (gait.ends - gait.alpha)[segment]
@@ -274,7 +273,7 @@ class TimedGait:
             peak = f"{acceleration:.4g}".replace("inf", "infinite")
             ends = f"{text_from_angle(float(low)):>11} {text_from_angle(float(high)):>9}"
             lines.append(f"  α{k}  {ends} {rate:>11.4g} {peak:>20}")
-        known = ((vehicle.max_tilt_rate, "rad/s"), (vehicle.max_tilt_acceleration, "rad/s²"))
+        known = ((getattr(vehicle, f"max_tilt_{kind}"), unit) for kind, unit in RATE_UNITS.items())
         limits = [f"{value:.4g} {unit}" for value, unit in known if value is not None]
         stated = f"the vehicle's limits are {', '.join(limits)}" if limits else "the vehicle states no limits"
         return "\n".join([*lines, f"  in rad, rad/s and rad/s²; peaks between samples too; {stated}"])
@@ -431,11 +430,12 @@ def pieces_of(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Exported:
-    """What was written: how many rows, which columns, and in how many rows each clipped servo was beyond its limits."""
+    """Rows and columns, in how many rows each clipped servo was beyond its limits, and what yields the table again."""
 
     rows: int
     columns: tuple[str, ...]
     clipped: dict[str, int]
+    pieces: Callable[[], Iterator[Table]]
 
 
 def export(
@@ -521,7 +521,7 @@ def export(
     else:
         with naming_file(source):
             pieces = completed_pieces(read, vehicle=vehicle, coefficients=coefficients)
-    clips = servos if any(one.reads or "joint_names" in one.options for one in formats) else None
+    clips = servos if formats and servos is not None and servos.clip else None
 
     def counted() -> Iterator[Table]:
         """Yield the pieces, once for each file, and count them."""
@@ -531,7 +531,7 @@ def export(
                 clipped.update(clipped_rows(piece, clips))
             rows += len(piece)
             yield piece
-        done.append(Exported(rows=rows, columns=tuple(piece.columns), clipped=dict(clipped)))
+        done.append(Exported(rows=rows, columns=tuple(piece.columns), clipped=dict(clipped), pieces=pieces))
         report(len(done) + 1)
 
     write_tables(counted, paths, force=force, options=options, servos=servos)

@@ -223,12 +223,12 @@ class _HoverThrust(Rule):
             # Floating point would give some ratio of two vanishing quantities.
             refusal = "no thrusts carry the weight without torque: on blue the control moment matrix has rank two"
         elif self.continuous.fiber is not None:
-            code, number, place = self.continuous.fiber
+            code, place = self.continuous.fiber
             which, rotors = ("first", "2 and 4") if code == FIRST else ("second", "1 and 3")
             value = 0.0
             refusal = (
-                f"{noun} {number} is on the {which} fibre, where rotors {rotors} idle in hover: rotors that push one "
-                "way only cannot make a torque there; leave it for the red sheet, off its line"
+                f"{noun} {place.point + 1} is on the {which} fibre, where rotors {rotors} idle in hover: rotors that "
+                "push one way only cannot make a torque there; leave it for the red sheet, off its line"
             )
         elif self.broken is not None:
             value, number, place = self.broken

@@ -17,8 +17,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import angle_within, number_of, wrapped
-from gaitgraph.errors import InputError, shown
+from gaitgraph.angles import checked_number
 from gaitgraph.invertibility.segment_bounds import Least, largest_residual
 from gaitgraph.surface.adjacency import neighbors_allowed, text_from_types
 from gaitgraph.surface.sheets import (
@@ -30,7 +29,6 @@ from gaitgraph.surface.sheets import (
     family_jumps,
     family_of,
     family_types,
-    sheet_angles,
 )
 from gaitgraph.validation.report import Check, GaitPoint
 
@@ -38,22 +36,13 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from gaitgraph.gait.gait import Gait
-    from gaitgraph.invertibility.matrices import BoolArray, Coefficients, FloatArray, IntArray
+    from gaitgraph.invertibility.matrices import Coefficients, FloatArray, IntArray
     from gaitgraph.vehicle import Vehicle
 
 EXACT = 1e-9
 
 
-def checked_limits(**limits: float | None) -> None:
-    """Raise InputError unless what a gait is judged by is finite and not negative."""
-    for name, number in limits.items():
-        if number is not None and not 0 <= number_of(number) < math.inf:
-            raise InputError(f"{name} must be a finite number ≥ 0, got {shown(number)}")
-        if number is not None and name in ("angle_rounding", "crossing_tolerance", "margin"):
-            angle_within(number, name, least=0.0)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Criteria:
     """What a gait is for, and the limits it is judged by, as in :func:`gaitgraph.validation.validating.check_gait`."""
 
@@ -69,8 +58,9 @@ class Criteria:
     extremes: FloatArray | None = None  # the least and the largest tilt angles of the curve, shape (2, 4) [rad]
 
     def __post_init__(self) -> None:
-        names = ("tolerance", "floor", "angle_rounding", "crossing_tolerance")
-        checked_limits(**{name: getattr(self, name) for name in names})
+        for name in ("tolerance", "floor", "angle_rounding", "crossing_tolerance"):
+            if name != "angle_rounding" or self.angle_rounding is not None:
+                checked_number(name, getattr(self, name))
 
     @property
     def bracket(self) -> float:
@@ -91,7 +81,7 @@ class Criteria:
         return 2.0 * float(np.linalg.norm(coefficients.bilinear_form, 2)) * math.sqrt(8.0) * self.beside
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Segments:
     """Consecutive straight segments of a gait."""
 
@@ -271,33 +261,6 @@ class TwoColor(Rule):
         yield self.check(ok, message, value=float(not ok), limit=0.0, place=place)
 
 
-def jumps(
-    starts: FloatArray, ends: FloatArray, red: BoolArray, red_after: BoolArray, coefficients: Coefficients
-) -> FloatArray:
-    """Return by how much (α3, α4) leave a continuous motion along segments, shape (m,) [rad].
-
-    Along one sheet: π where an angle wraps, else how far the segment ends beside the sheet, zero on it. Between sheets
-    the color changes at one of the two ends: the smaller of the distances between the sheets there, in the larger of
-    the two angles.
-    """
-    sign = np.where(red, 1.0, -1.0)
-    step = ends - starts
-    # What the start is off its sheet by changes linearly along the segment; whole wraps show at its end.
-    turn = np.where(red, 0.0, 2 * coefficients.delta)
-    off = wrapped(starts[:, 2:] - sign[:, None] * starts[:, :2] - np.column_stack([turn, -turn]))
-    out = np.abs(off + step[:, 2:] - sign[:, None] * step[:, :2]).max(axis=1)
-    between = red != red_after
-    if between.any():
-        gaps = []
-        for at, is_red in ((starts[between], red[between]), (ends[between], red_after[between])):
-            on_red, on_blue = (
-                np.column_stack(sheet_angles(color, at[:, 0], at[:, 1], coefficients)) for color in ("red", "blue")
-            )
-            gaps.append(np.abs(at[:, 2:] - np.where(is_red[:, None], on_blue, on_red)).max(axis=1))
-        out[between] = np.minimum(*gaps)
-    return np.where(out > EXACT, out, 0.0)
-
-
 @dataclass
 class Continuous(Rule):
     """Every point lies on the sheet of its color, and every segment stays there. Other rules ask it what it found."""
@@ -307,7 +270,7 @@ class Continuous(Rule):
     inferred_error: float = 0.0  # the largest distance from a sheet that the tolerance takes for rounding
     inferred_errors: FloatArray = field(default_factory=lambda: np.zeros(0))  # of each point of the latest block
     blue: bool = False  # whether a point lies on the blue sheet alone, whatever its color
-    fiber: tuple[int, int, GaitPoint] | None = None  # the first point colored as a fibre: which, number, place
+    fiber: tuple[int, GaitPoint] | None = None  # the first point colored as a fibre: which, and its place
     distance: float = 0.0  # the point that is farthest off the sheet of its color
     off_sheet: str = ""
     farthest: GaitPoint | None = None
@@ -328,7 +291,7 @@ class Continuous(Rule):
                 return
         if fibered.any() and self.fiber is None:
             point = int(np.argmax(fibered))
-            self.fiber = (int(sheet[point]), block.number[point], block.place(point))
+            self.fiber = (int(sheet[point]), block.place(point))
         distances = family_distances(block.alpha, criteria.coefficients)
         on_blue = (distances[:, 1] <= criteria.tolerance) & (distances[:, 0] > criteria.tolerance)
         self.blue |= bool((on_blue & ~fibered).any())
@@ -350,15 +313,11 @@ class Continuous(Rule):
             if others:
                 self.off_sheet += f", on the {others[0]} one"
         # How far segments leave the sheets of their ends.
-        starts, ends, red, after = block.starts, block.ends, sheet[:-1] > 0, sheet[1:] > 0
-        sizes = jumps(starts, ends, red, after, criteria.coefficients)
-        by = fibered[:-1] | fibered[1:]
-        if by.any():
-            sizes[by] = family_jumps(starts[by], ends[by], sheet[:-1][by], sheet[1:][by], criteria.coefficients)
-            sizes[sizes <= EXACT] = 0.0
+        sizes = family_jumps(block.starts, block.ends, sheet[:-1], sheet[1:], criteria.coefficients)
         # Within one color, printed digits may move a segment off its sheet as far as the surface check allows; along a
         # fibre too, whose line with the red sheet is on both.
-        limits = np.where((red == after) | by, criteria.tolerance, EXACT)
+        along = (sheet[:-1] == sheet[1:]) | fibered[:-1] | fibered[1:]
+        limits = np.where(along, criteria.tolerance, EXACT)
         ratios = sizes / np.maximum(limits, EXACT)
         worst = int(np.argmax(ratios))
         if ratios[worst] > self.ratio:

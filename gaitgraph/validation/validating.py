@@ -221,7 +221,7 @@ class _TableChecker:
         number = self.rows + 1 + np.arange(len(alpha))
         fresh = Segments(alpha=alpha, sheet=sheet, number=number, t=piece.columns.get("t"))
         rows = fresh if before is None else before.joined(fresh)
-        joined = fresh if before is None else before[-1:].joined(fresh)
+        joined = rows[-len(alpha) - 1 :]
         if len(joined.alpha) > 1:
             self.checker.update(joined)
             self.longest = max(self.longest, float(np.abs(np.diff(joined.alpha, axis=0)).max()))
@@ -268,7 +268,7 @@ class _TableChecker:
         assert head is not None and tail is not None  # noqa: PT018, S101 - pieces have rows
         first, last = head[:1], tail[-1:]
         gap = float(np.abs(last.alpha[0] - first.alpha[0]).max())
-        near = self.rows > 1 and is_closed(np.vstack([first.alpha, tail.alpha]), self.criteria.tolerance)
+        near = self.rows > 1 and is_closed(np.vstack([first.alpha, tail.alpha]))
         # Otherwise a row that comes back is a point of its own, with a segment to the first and no step in time.
         repeated = near and gap <= SAME_ROW and last.sheet[0] == first.sheet[0]
         if not repeated:
@@ -347,7 +347,7 @@ class _RowRates:
         if len(tail.alpha) > 1:
             # Across the seam: from the last rows to the first ones, a period later.
             onward = head[1:] if closed else head
-            later = period if closed else period + period / (tail.number[-1] - 1)
+            later = period if closed else closing_time(0.0, period, int(tail.number[-1]))
             rows = tail.joined(replace(onward, t=head.t[-len(onward.alpha) :] + later))
             self._differences(replace(rows, first_t=float(head.t[0])), len(tail.alpha) - closed)
         if self.off > 0.5 * self.moved:
