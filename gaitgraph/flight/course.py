@@ -83,10 +83,11 @@ def timed_gait_from_file(
 ) -> TimedGait:
     """Return the timed gait in a gait file of any format, of a request, which is planned, or "gait1" to "gait4".
 
-    By default the vehicle and the coefficients are those that the file states, and so are period [s] and law: where the
-    times of its rows are those of a law to 1e-6 rad, that law; otherwise its rows are joined straight, each at its own
-    time. A single row needs no times, and the paper's gaits have T = 1 s. Raises InputError, FileProblem or Infeasible
-    if the file cannot be read, is a flight's, has no times and no `period`, or is a request that has no gait.
+    By default the vehicle and the coefficients are those that the file states, and so are corners, period [s] and law
+    where its rows lie on that gait. Else a law counts if the rows follow it to 1e-6 rad; otherwise they are joined
+    straight, each at its own time. A single row needs no times, and the paper's gaits have T = 1 s. Raises InputError,
+    FileProblem or Infeasible if the file cannot be read, is a flight's, has no times and no `period`, or is a request
+    that has no gait.
     """
     body = vehicle_named(vehicle) if isinstance(vehicle, str) else vehicle
     if str(path) in PAPER_NAMES:
@@ -94,8 +95,8 @@ def timed_gait_from_file(
         gait = paper_gait(PAPER_NAMES.index(str(path)) + 1, body or PAPER, numbers)
         return gait.parametrize(1.0 if period is None else period, law=law or DEFAULT_LAW)
     if holds_request(path):
-        stated = {"vehicle": vehicle, "coefficients": coefficients, "period": period, "law": law}
-        request, sampling = read_request(path, {name: value for name, value in stated.items() if value is not None})
+        asked = {"vehicle": vehicle, "coefficients": coefficients, "period": period, "law": law}
+        request, sampling = read_request(path, {name: value for name, value in asked.items() if value is not None})
         return plan(request).timed(**sampling)
     table = read_table(path)
     about = table.about
@@ -103,8 +104,9 @@ def timed_gait_from_file(
         advice = f"; gaitgraph plan {path} --output gait.csv writes its gait" if "request" in about else ""
         raise InputError(f"gait file {str(path)!r} is the table of a flight, not of a gait{advice}")
     with naming_file(path):
-        rows, times = closed_rows(table, vehicle=body, coefficients=coefficients)
-    gait, is_asked = replace(rows.merged(), request=rows.request), period is not None or law is not None
+        rows, times, stated = closed_rows(table, vehicle=body, coefficients=coefficients)
+    gait = stated.gait if stated else replace(rows.merged(), request=rows.request)
+    is_asked = period is not None or law is not None
     period = about.get("period") if period is None else period
     law = law or (about.get("law") if about.get("made_by") != "pace" else None) or DEFAULT_LAW
     if times is None or len(table) == 1:
@@ -115,6 +117,8 @@ def timed_gait_from_file(
     times = times - times[0]
     if is_asked:
         return gait.parametrize(float(times[-1]) if period is None else period, law=law)
+    if stated is not None:
+        return stated
     with naming_file(path):
         for name in sorted(get_args(LawName), key=lambda name: name != law):  # the file's law first
             timed = gait.parametrize(float(times[-1]), law=name, samples=max(len(times) - 1, 1))

@@ -6,6 +6,7 @@ The libraries of an extra are loaded by the functions that need them.
 
 from __future__ import annotations
 
+import warnings
 from contextlib import contextmanager
 from dataclasses import dataclass, fields, replace
 from functools import partial
@@ -15,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from gaitgraph.errors import (
     FileProblem,
+    FileWarning,
     GaitgraphError,
     InputError,
     MissingExtra,
@@ -23,7 +25,7 @@ from gaitgraph.errors import (
     needs_extra,
     shown,
 )
-from gaitgraph.files import check_new_files, reading, text_of, write_whole
+from gaitgraph.files import check_new_files, reading, remove_leftovers, text_of, write_whole
 from gaitgraph.gait.table import Table, about_from_text, closed_rows, merged
 from gaitgraph.io import binary_tables, c_header, ros, text_files
 from gaitgraph.io.columns import FormatOptions, TableBuilder, as_table
@@ -117,14 +119,14 @@ def known_format(path: str | Path, what: str, *, reads: bool = False, also: Sequ
     A folder to be read may have another name, if the files in it are those of a bag. `what` is how messages call it,
     and `also` are suffixes that a caller who writes, or seeks a request, has served before.
     """
-    path = Path(path)
+    given, path = str(path), Path(path)
     suffix = path.suffix.lower()
     known = [suffix for suffix, one in FORMATS.items() if one.reads or not reads]
-    is_folder = reads and suffix not in FORMATS and path.is_dir()
+    is_folder = reads and given != "" and suffix not in FORMATS and path.is_dir()
     if is_folder and any(path.glob("*.mcap")):
         suffix = ".mcap"
     if suffix not in known:
-        which = repr(str(path)) + ", a folder without a .mcap file" * is_folder
+        which = repr(given) + ", a folder without a .mcap file" * is_folder
         known += () if reads else also
         hint = did_you_mean(suffix, known)
         if suffix in (*FILMS, ".svg"):
@@ -193,8 +195,7 @@ def write_tables(
 def check_outputs(paths: Sequence[str | Path], *, force: bool = False) -> None:
     """Raise before any work is done if an output cannot be: its suffix, an extra, a name taken or given twice."""
     folders = set()
-    for path in map(Path, paths):
-        form = known_format(path, "output")
+    for path, form in [(Path(path), known_format(path, "output")) for path in paths]:
         form.function("write")  # MissingExtra, if that is so
         if form.folder:
             folders.add(path)
@@ -209,7 +210,9 @@ def check_outputs(paths: Sequence[str | Path], *, force: bool = False) -> None:
 
 
 def gait_of(table: Table | Frame, *, vehicle: Vehicle | None = None, coefficients: Kind | None = None) -> Gait:
-    """Return the closed polyline through a table's rows, straight runs merged.
+    """Return the closed polyline through a table's rows, straight runs merged; or the gait that it states.
+
+    A table that gaitgraph wrote states corners, law and period. They count as long as the rows lie on that gait.
 
     A last row that repeats the first is the closing row. Rows of alpha1, alpha2 and color alone are lifted. Rows
     without a color get that of the sheet or fibre they lie on, if each lies on one to within 2e-3 rad.
@@ -220,8 +223,8 @@ def gait_of(table: Table | Frame, *, vehicle: Vehicle | None = None, coefficient
     >>> gait_of({"alpha1": [0.4, 0.6, 0.9], "alpha2": [-0.4, -0.4, -0.4], "color": "red"}).alpha[:, 0].tolist()
     [0.4, 0.9]
     """
-    gait, _ = closed_rows(as_table(table), vehicle=vehicle, coefficients=coefficients)
-    return replace(gait.merged(), request=gait.request)
+    rows, _, stated = closed_rows(as_table(table), vehicle=vehicle, coefficients=coefficients)
+    return stated.gait if stated else replace(rows.merged(), request=rows.request)
 
 
 def read_gait(path: str | Path, *, vehicle: Vehicle | None = None, coefficients: Kind | None = None) -> Gait:
@@ -248,21 +251,24 @@ def read_pieces(
 
     `progress` is called with the fraction of the file that is read; with `plane_only` alpha1 and alpha2 are enough.
     """
-    path = Path(path)
-    form = known_format(path, _WHAT, reads=True)
+    form, path = known_format(path, _WHAT, reads=True), Path(path)
     read, known = form.function("read"), ", ".join(suffix for suffix, one in FORMATS.items() if one.reads)
     with reading(path, _WHAT, f"a gait table: {known}"):
+        if not path.exists():
+            remove_leftovers(path.parent)  # a killed process may have been about to replace it
         path.stat()
     with naming_file(path):
         builder = TableBuilder(plane_only=plane_only, joints=joints)
-        yield from read(path, builder, progress)
+        for number, piece in enumerate(read(path, builder, progress)):
+            for note in piece.notes if number == 0 else ():
+                warnings.warn(f"{_WHAT} {str(path)!r}: {note}", FileWarning, stacklevel=2)
+            yield piece
         builder.check_rows()
 
 
 def provenance_in(path: str | Path) -> dict[str, Any]:
     """Return what made a gait file of any format, also of those that are not read as tables: its `about`."""
-    path = Path(path)
-    form = known_format(path, _WHAT)
+    form, path = known_format(path, _WHAT), Path(path)
     if form.reads:
         return next(read_pieces(path)).about
     with naming_file(path):

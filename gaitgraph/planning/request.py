@@ -10,7 +10,6 @@ say how the gait table is sampled.
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -22,7 +21,7 @@ import numpy as np
 
 from gaitgraph.angles import angle_within
 from gaitgraph.errors import InputError, check_fields, checked_choice, shown
-from gaitgraph.files import table_from_toml, text_of
+from gaitgraph.files import table_from_toml, text_of, value_from_json
 from gaitgraph.gait.table import ANGLES, SAME_ROW, merged, surface_of
 from gaitgraph.graph.build import DEFAULT_DIVISIONS, checked_divisions
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Kind, coefficients_of
@@ -52,6 +51,7 @@ CHOICES: dict[str, tuple[str, ...]] = {
 """What fields that are names may be."""
 MOST_WAYPOINTS = 1000
 
+_JSON = "it must be an object of fields"
 _SAMPLING = ("samples", "rate")
 
 
@@ -232,10 +232,10 @@ def read_request(path: str | Path, overrides: Mapping[str, Any]) -> tuple[PlanRe
 
 def stated_request(path: str | Path) -> dict[str, Any]:
     """Return the fields that a file states, of those that :func:`read_request` reads, unchecked."""
-    path = Path(path)
-    suffix = path.suffix.lower()
+    suffix = Path(path).suffix.lower()
     if suffix != ".toml":
         known_format(path, "request file", also=(".toml",))
+    path = Path(path)
     if suffix not in (".toml", ".json"):
         about: Any = provenance_in(path)
     else:
@@ -260,12 +260,9 @@ def stated_request(path: str | Path) -> dict[str, Any]:
 
 
 def _object_from_json(text: str) -> dict[str, Any]:
-    try:
-        content = json.loads(text)
-    except (RecursionError, ValueError) as error:
-        raise InputError(f"it is not JSON ({str(error).splitlines()[0]})") from error
+    content = value_from_json(text, _JSON)
     if not isinstance(content, dict):
-        raise InputError(f"it must hold an object of fields, got a {type(content).__name__}")
+        raise InputError(f"{_JSON}, got a {type(content).__name__}")
     return content
 
 

@@ -296,7 +296,9 @@ def _closed_segments(
         if not isinstance(table, Table):
             raise InputError(f"gait must be a gait, timed gait, table, data frame or path of a file, got {shown(gait)}")
         with naming_file(source):
-            points, times = closed_rows(table, vehicle=vehicle)
+            points, times, stated = closed_rows(table, vehicle=vehicle)
+        if stated is not None:
+            return _closed_segments(stated, None)
         segments = replace(segments_of(points), t=times, first_t=None if times is None else float(times[0]))
         digits, noun = table.digit_error, "row"
     # The distance of points from the sheets that they all lie on is an error of their angles.

@@ -51,6 +51,10 @@ DEFAULT_SAMPLES = 100
 """Intervals per period when neither a count nor a rate is asked for."""
 
 MOST_SAMPLES = 10_000_000
+
+MOST_CORNERS = 1000
+"""A table states its corners up to this number; one of more corners is its rows."""
+
 _BYTES_HELD = 1 << 24  # a file of no more bytes is held, not read again
 
 
@@ -315,6 +319,8 @@ def pieces_of(
     by_law = timed.law in LAWS
     if not by_law:
         made["made_by"] = "pace"
+    elif gait.color != "mixed" and len(gait.alpha) <= MOST_CORNERS:
+        made["corners"] = gait.alpha.tolist()
     if gait.request:
         # A request can ask for the timing of a law, and for no other.
         timing = {"period": timed.period, "law": timed.law, "samples": timed.samples} if by_law else {}
