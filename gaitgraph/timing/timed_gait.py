@@ -170,8 +170,9 @@ class TimedGait:
     def peaks(self, order: int) -> FloatArray:
         """Return the largest size of a derivative of each angle over the period, between samples too, shape (4,).
 
-        The order is 1 for rates [rad/s], 2 for accelerations [rad/s²], 3 for jerks [rad/s³]. Accelerations and jerks
-        are infinite where a law turns a corner at full speed. Jerks of the law `smooth` jump at the corners.
+        The order is 1 for rates [rad/s], 2 for accelerations [rad/s²], 3 for jerks [rad/s³], 4 for their slopes
+        between corners. From 2 on they are infinite where a law turns a corner at full speed. Jerks of the law `smooth`
+        jump at the corners.
         """
         duration = np.diff(self.corner_times)
         moving = duration > 0
