@@ -49,7 +49,7 @@ from gaitgraph.vehicle import PAPER, Vehicle, vehicle_from_mapping, vehicle_name
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping
 
-    from gaitgraph.timing.timed_gait import TimedGait
+    TimedGait = Any  # timing comes after this package
 
 ANGLES = ("alpha1", "alpha2", "alpha3", "alpha4")
 RATES = tuple(f"{name}_rate" for name in ANGLES)

@@ -167,9 +167,7 @@ def _about_from_texts(texts: list[str]) -> dict[str, Any]:
             at = end + whole.startswith(";", end)
     if at < len(whole):
         raise InputError(f"{_MADE_BY} must hold texts such as 'law = \"smooth\"', got {shown(whole[at:].strip())}")
-    about = _lists(checked_about(about))
-    for name in ("format", "version"):
-        about.pop(name, None)
+    about = {name: one for name, one in _lists(checked_about(about)).items() if name not in ("format", "version")}
     if isinstance(about.get("vehicle"), dict):
         about["vehicle"] = vehicle_from_mapping(about["vehicle"]).as_mapping()
     if isinstance(about.get("request"), dict):
@@ -177,11 +175,9 @@ def _about_from_texts(texts: list[str]) -> dict[str, Any]:
     return about
 
 
-def _lists(values: Any) -> Any:
+def _lists(values: dict[str, Any]) -> Any:
     """Return values with lists in place of what has numbers for names."""
-    if not isinstance(values, dict):
-        return values
-    inner = {name: _lists(value) for name, value in values.items()}
+    inner = {name: _lists(value) if isinstance(value, dict) else value for name, value in values.items()}
     is_list = inner and [*inner] == [str(number) for number in range(1, len(inner) + 1)]
     return [*inner.values()] if is_list else inner
 
