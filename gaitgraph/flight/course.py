@@ -118,7 +118,7 @@ def timed_gait_from_file(
     if is_asked:
         return gait.parametrize(float(times[-1]) if period is None else period, law=law)
     if stated is not None:
-        return stated
+        return replace(stated)
     with naming_file(path):
         for name in sorted(get_args(LawName), key=lambda name: name != law):  # the file's law first
             timed = gait.parametrize(float(times[-1]), law=name, samples=max(len(times) - 1, 1))

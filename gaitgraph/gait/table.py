@@ -304,7 +304,7 @@ def keeps_what_it_states(table: Table, timed: TimedGait) -> bool:
 def takes_the_period(timed: TimedGait, start: float, end: float, rows: int, digit_error: float) -> bool:
     """Return whether a table of so many rows, from its times `start` to `end`, takes the period of a timed gait."""
     off = min(abs(last - start - timed.period) for last in (end, closing_time(start, end, rows)))
-    return off <= digit_error + _NANOSECOND + _ON_STATED * timed.period
+    return bool(off <= digit_error + _NANOSECOND + _ON_STATED * timed.period)
 
 
 def _colors_of(alpha: FloatArray, coefficients: Coefficients) -> tuple[str, ...]:

@@ -71,7 +71,7 @@ class TableBuilder:
         else:
             for other, name in _OTHER_NAMES.items():
                 if other in names and name in names:
-                    raise InputError(f"columns must have {name!r} or {other!r}, got both")
+                    raise InputError(f"columns {name!r} and {other!r} are both there; allowed is one of the two")
             known = {_OTHER_NAMES.get(name, name) for name in names}
             lifted = self.plane_only or ("color" in known and known.isdisjoint(ANGLES[2:]))
             for name in ANGLES[:2] if lifted else ANGLES:
