@@ -79,6 +79,25 @@ def angle_within(value: object, name: str, limit: float = HALF_PI, *, least: flo
     return angle
 
 
+def angles_from(values: Any, name: str = "angles") -> Any:
+    """Return numbers [rad] and texts, in an array or nested lists of any shape, as an array; InputError for others.
+
+    >>> angles_from([["pi/2", 0.5]]).round(4).tolist()
+    [[1.5708, 0.5]]
+    """
+    import numpy as np
+
+    try:
+        numbers = np.asarray(values)
+        if numbers.dtype.kind in "fiu":
+            return np.asarray(numbers, dtype=float)
+        given = np.asarray(values, dtype=object)
+        return np.array([angle_from_text(one, name) for one in given.flat]).reshape(given.shape)
+    except ValueError as error:  # of numpy for rows of different lengths
+        allowed = "finite numbers in radians, or texts such as '3pi/8', in rows of one length"
+        raise InputError(f"{name} must be {allowed}, got {shown(values)}") from error
+
+
 def number_of(value: object) -> float:
     """Return a real number, Python's or numpy's, as a float, and NaN for anything else (booleans and texts too).
 

@@ -29,6 +29,13 @@ _DEEPEST = 100
 _EXISTS = "output: {!r} exists; allowed is a new file, or --force (force=True)"
 
 
+def path_of(value: object, what: str) -> Path:
+    """Return a path, or raise InputError if the value is none; `what` is how the message calls it."""
+    if not isinstance(value, (str, Path)):
+        raise InputError(f"{what} must be the path of a file, got {shown(value)}")
+    return Path(value)
+
+
 def text_of(path: Path, what: str, allowed: str) -> str:
     """Return the text of a UTF-8 file of up to :data:`MOST_BYTES`, with or without a byte-order mark.
 

@@ -12,6 +12,7 @@ mirrors every surface and region in the origin of the (α1, α2) plane.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, fields
 from pathlib import Path
 from typing import Any, Literal, TypedDict, Unpack, get_args
@@ -299,6 +300,10 @@ _BEETLE = Vehicle(
 _PRESETS = {vehicle.name: vehicle for vehicle in (PAPER, _BEETLE)}
 
 
+VehicleLike = Vehicle | str | Path | Mapping[str, Any]
+"""What may be given for a vehicle: see :func:`vehicle_named`."""
+
+
 def preset_names() -> list[str]:
     """Return the names of the vehicles that come with the package, the default first."""
     return list(_PRESETS)
@@ -320,20 +325,24 @@ def vehicle_from_mapping(constants: dict[str, Any]) -> Vehicle:
 
 def _preset(name: object) -> Vehicle:
     if not isinstance(name, str) or name not in _PRESETS:
-        allowed = f"a preset ({', '.join(_PRESETS)}) or a .toml file"
+        allowed = f"a preset ({', '.join(_PRESETS)}), a .toml file, a mapping of constants or a Vehicle"
         raise InputError(f"vehicle must be {allowed}, got {shown(name)}{did_you_mean(name, preset_names())}")
     return _PRESETS[name]
 
 
-def vehicle_named(name_or_file: str | Path) -> Vehicle:
-    """Return a preset by name, or the vehicle in a TOML file.
+def vehicle_named(vehicle: VehicleLike) -> Vehicle:
+    """Return a preset by name, the vehicle in a TOML file, that of a mapping of constants, or a Vehicle as it is.
 
     The file holds the field names of :class:`Vehicle`, at the top level or in a ``[vehicle]`` table. Raises InputError
     or FileProblem if the name is unknown, or the file cannot be read or holds something else.
     """
-    if not isinstance(name_or_file, Path) and not str(name_or_file).lower().endswith(".toml"):
-        return _preset(name_or_file)
-    path = Path(name_or_file)
+    if isinstance(vehicle, Vehicle):
+        return vehicle
+    if isinstance(vehicle, Mapping):
+        return vehicle_from_mapping(dict(vehicle))
+    if not isinstance(vehicle, Path) and not str(vehicle).lower().endswith(".toml"):
+        return _preset(vehicle)
+    path = Path(vehicle)
 
     def make(stated: dict[str, Any]) -> Vehicle:
         return vehicle_from_mapping(stated if "preset" in stated else {"name": path.stem, **stated})

@@ -39,6 +39,7 @@ EXCEPTIONS = {
     ("validation.report", "Report._repr_html_", "plots.notebook"),
     ("timing.timed_gait", "TimedGait._repr_html_", "plots.notebook"),
     ("planning.planner", "Plan._repr_html_", "plots.notebook"),
+    ("io.formats", "given_gait", "planning.planner"),  # a request stands for its gait
     ("gait.table", "Table._frame", ANYTHING),  # pandas or polars
     ("cli", "Group.get_command", ANYTHING),  # a command's file, by the command's name
 }

@@ -240,7 +240,7 @@ def test_clicking_the_waypoints_of_gait_3(page: Page) -> None:
     page.at(GAIT_3)
     assert page.corners()[0] == ["3π/8", "−3π/8", "3π/8", "−3π/8"]
     assert page.count(".waypoint") == page.count(".corner") == 4
-    assert page.count(".check.ok") == page.count(".check") == 8
+    assert page.count(".check.ok") == page.count(".check") == 9
     assert "Flyable. red gait, 4 corners" in page.text("verdict-spoken")
     page.until(lambda: page.count(".attitudes svg") == 2)  # the gait and the biased one beside it
     assert "tilt margin90.0°" in page.text("diagram-root")

@@ -45,9 +45,42 @@ def test_plan_for_people_fits_one_screen(run: Any) -> None:
     assert len(lines) <= 40
     assert lines[0].startswith("Planned a red gait, R < 0: 4 corners, 3.1416 rad around")
     assert "Flyable: yes. Obeys the paper's rules: yes. Reachable from hover: no." in result.out
-    assert "wrote gait3.csv" in result.out
+    assert any(
+        line.startswith("  ok  tilt acceleration     peak 72.6 rad/s² (α1); the vehicle states") for line in lines
+    )
+    assert lines[lines.index("wrote gait3.csv") - 2].startswith("warning: hover (R > 0) cannot enter it")  # on one line
     assert len(read_table("gait3.csv")) == len(read_table("gait3.json")) == 101
     assert read_table("gait3.json").about["request"]["waypoints"][0] == pytest.approx(G3.angles[0])
+
+
+STILL = "a posture, not a gait that moves: for a gait give two or more different waypoints"
+
+
+@pytest.mark.parametrize(
+    ("line", "first", "warning"),
+    [
+        ("plan --waypoint 0.4,-1.2", f"Planned {STILL}", STILL),
+        (
+            "optimize --waypoint 0.4,-0.4 --waypoint 0.5,-0.5 --pieces 8 --radius 0.3",
+            "The best gait stands still at (",
+            "",
+        ),
+    ],
+)
+def test_a_gait_that_stands_still_says_so_first(run: Any, line: str, first: str, warning: str) -> None:
+    assert run(*line.split()).out.startswith(first)
+    assert (warning or first) in run(*line.split(), "--json").json["warnings"][0]
+
+
+def test_limits_that_look_like_degrees_are_shown_in_degrees(run: Any) -> None:
+    Path("fast.toml").write_text('preset = "paper"\nmax_tilt_rate = 300\nmax_tilt_acceleration = 2e4\n')
+    told = [
+        "warning: the limit of the tilt rate is 300 rad/s = 17,189°/s: for degrees write '300deg'",
+        "warning: the limit of the tilt acceleration is 20,000 rad/s² = 1,145,916°/s²: for degrees write '20000deg'",
+    ]
+    planned = run("plan", *waypoints(G3), "--vehicle", "fast.toml", "--output", "fast.csv").out.splitlines()
+    for lines in (planned, *(run(name, "fast.csv").out.splitlines() for name in ("validate", "pace"))):
+        assert [line for line in lines if "for degrees" in line] == told
 
 
 def test_plan_from_files(run: Any) -> None:
@@ -120,7 +153,7 @@ WRONG = [
     ("plan", "waypoints: none given"),
     ("optimize", "waypoints: none given"),
     ("plan --waypoint 0.1", "--waypoint must be A1,A2, two angles, got '0.1'"),
-    ("roots 0 0 --vehicle=", "vehicle must be a preset (paper, beetle_omni) or a .toml file, got ''"),
+    ("roots 0 0 --vehicle=", "vehicle must be a preset (paper, beetle_omni), a .toml file, a mapping of constants or"),
     ("plan --waypoint 0,0 --vehicle none.toml", "vehicle: cannot read 'none.toml'"),
     ("plan --waypoint 0,0 --output x.txt", "got 'x.txt'"),
     ("plan --waypoint 0,0 --output there.csv", "output: 'there.csv' exists"),

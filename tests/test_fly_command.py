@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 
 from gaitgraph.errors import InputError
-from gaitgraph.flight.course import ROW_BY_ROW, RowTimedGait, biased_timed_gait, timed_gait_from_file
+from gaitgraph.flight.course import biased_timed_gait
 from gaitgraph.flight.flight import FlightSettings
 from gaitgraph.flight.simulation import fly
 from gaitgraph.gait.gait import paper_gait
 from gaitgraph.invertibility.matrices import coefficients_of
+from gaitgraph.timing.timed_gait import ROW_BY_ROW, RowTimedGait, timed_gait_of
 from gaitgraph.vehicle import PAPER
 from tests.published import GAITS
 
@@ -108,7 +109,7 @@ def test_a_table_of_a_law_flies_as_that_law(tmp_path: Path) -> None:
         write_rows(tmp_path / "bare.csv", np.column_stack([timed.t, timed.alpha]))
         t = np.linspace(0.0, 3.0, 31)
         for name in ("stated.csv", "bare.csv"):
-            read = timed_gait_from_file(tmp_path / name)
+            read = timed_gait_of(tmp_path / name)
             assert not isinstance(read, RowTimedGait)
             assert read.period == pytest.approx(1.5)
             np.testing.assert_allclose(read.at(t)[0], timed.at(t)[0], atol=1e-6)
@@ -118,7 +119,7 @@ def test_another_table_flies_straight_from_row_to_row(run: Any, tmp_path: Path) 
     times = np.array([0.0, 0.3, 0.4, 0.9, 1.0])
     rows = np.array([*gait(4).alpha, gait(4).alpha[0]])
     write_rows(tmp_path / "rows.csv", np.column_stack([times, rows]))
-    timed = timed_gait_from_file(tmp_path / "rows.csv")
+    timed = timed_gait_of(tmp_path / "rows.csv")
     assert timed.law == ROW_BY_ROW
     np.testing.assert_allclose(timed.at(times[:4])[0], rows[:4], atol=1e-12)
     np.testing.assert_allclose(timed.at([0.15])[0][0], (rows[0] + rows[1]) / 2, atol=1e-12)
@@ -128,7 +129,7 @@ def test_another_table_flies_straight_from_row_to_row(run: Any, tmp_path: Path) 
     done = run("fly", "rows.csv", "--duration", 0.6)
     assert "warning: the timing matches no built-in law: 4 rows are flown straight" in done.out
     # With a new period or law it has a law again.
-    assert timed_gait_from_file(tmp_path / "rows.csv", law="smooth").period == 1.0
+    assert timed_gait_of(tmp_path / "rows.csv", law="smooth").period == 1.0
 
 
 def test_a_table_that_is_not_closed_has_a_message(run: Any, tmp_path: Path) -> None:
@@ -141,25 +142,25 @@ def test_a_table_that_is_not_closed_has_a_message(run: Any, tmp_path: Path) -> N
     jump = np.linalg.norm(rows[15, 1:] - rows[0, 1:])
     message = f"the {jump:.3g} rad from its last row back to the first are flown within 0.025 s"
     assert f"warning: the table is not closed: {message}" in run("fly", "open.csv").out
-    half = fly(biased_timed_gait(timed_gait_from_file(tmp_path / "open.csv"), 0.9), settings=SHORT)
+    half = fly(biased_timed_gait(timed_gait_of(tmp_path / "open.csv"), 0.9), settings=SHORT)
     assert [one for one in half.warnings if one.startswith("the table is not closed: the 1.")]
     for name, count in (("closed", 1), ("law", 0)):
-        warnings = fly(timed_gait_from_file(tmp_path / f"{name}.csv"), settings=FlightSettings(duration=1.0)).warnings
+        warnings = fly(timed_gait_of(tmp_path / f"{name}.csv"), settings=FlightSettings(duration=1.0)).warnings
         assert [one.startswith("the timing matches no built-in law: 16 rows") for one in warnings] == [True] * count
 
 
 def test_a_gait_without_times_needs_a_period(run: Any, tmp_path: Path) -> None:
     write_rows(tmp_path / "rows.csv", gait(3).alpha)
     with pytest.raises(InputError, match="has no column t; state its period with --period SECONDS"):
-        timed_gait_from_file("rows.csv", law="smooth")
-    assert timed_gait_from_file("rows.csv", period=1.0).law == "smooth"
+        timed_gait_of("rows.csv", law="smooth")
+    assert timed_gait_of("rows.csv", period=1.0).law == "smooth"
     # A point needs none; a saved plan states its request, and that the period.
     write_rows(tmp_path / "point.csv", gait(4).alpha[:1])
-    assert timed_gait_from_file("point.csv").period == timed_gait_from_file("gait2").period == 1.0
+    assert timed_gait_of("point.csv").period == timed_gait_of("gait2").period == 1.0
     (tmp_path / "loop.toml").write_text(request_of(4) + "period = 2.0\n")
     (tmp_path / "plan.json").write_text(run("plan", "loop.toml", "--json").out)
-    assert timed_gait_from_file(tmp_path / "plan.json").period == 2.0
-    assert timed_gait_from_file(tmp_path / "loop.toml", period=3.0).period == 3.0
+    assert timed_gait_of(tmp_path / "plan.json").period == 2.0
+    assert timed_gait_of(tmp_path / "loop.toml", period=3.0).period == 3.0
 
 
 def test_settings_come_from_a_file_and_options_go_before_it(run: Any, tmp_path: Path) -> None:

@@ -16,7 +16,6 @@ import pytest
 
 import gaitgraph as gg
 from gaitgraph.errors import FileWarning
-from gaitgraph.flight.course import timed_gait_from_file
 from gaitgraph.gait.gait import lift
 from gaitgraph.gait.table import OTHER_ROWS, Table, completed_pieces, merged
 from gaitgraph.io import binary_tables, text_files
@@ -27,7 +26,7 @@ from gaitgraph.planning.planner import plan
 from gaitgraph.planning.request import read_request
 from gaitgraph.timing import timed_gait
 from gaitgraph.timing.laws import LAWS
-from gaitgraph.timing.timed_gait import export, table_of
+from gaitgraph.timing.timed_gait import export, table_of, timed_gait_of
 from tests.mutated import refusal
 from tests.published import GAITS
 
@@ -71,7 +70,7 @@ def test_a_file_is_as_good_as_the_plan(suffix: str, law: LawName, tmp_path: Path
         export(path, [servos], servos=servo_map_named("x_frame"))
     export(path, [again])
     for one in (path, again, *([servos] if servos.exists() else ())):
-        read = timed_gait_from_file(one)
+        read = timed_gait_of(one)
         assert (read.law, read.period, read.samples) == (law, 3.0, 7)
         assert read.gait.alpha.tolist() == gg.gait_of(read_table(one)).alpha.tolist() == timed.gait.alpha.tolist()
         report, judged = gg.validate(one), gg.validate(timed)
@@ -96,7 +95,7 @@ def test_rows_that_were_edited_win_over_stated_corners(suffix: str, tmp_path: Pa
         assert OTHER_ROWS in gg.validate(path).notes
     write_tables(table.rows(0, 5), [path], force=True)  # the end is missing
     with pytest.warns(FileWarning, match="the rows are used"):
-        assert timed_gait_from_file(path).period == pytest.approx(5 / 7)
+        assert timed_gait_of(path).period == pytest.approx(5 / 7)
     # Rounded rows are those of the gait; rates that a table states count where they are larger.
     rounded = {name: np.round(one, 5) if isinstance(one, np.ndarray) else one for name, one in table.columns.items()}
     write_tables(Table(columns=rounded, about=table.about), [tmp_path / "rounded.csv"])
@@ -275,10 +274,10 @@ def test_mappings_are_frames() -> None:
         ({**ZEROS, "alpha1": np.full(3, np.nan)}, "row 1: alpha1 is nan"),
         ({**ZEROS, "alpha1": np.zeros((3, 3))}, r"alpha1 must be a column .*, got float64 of shape \(3, 3\)"),
         ({**ZEROS, "alpha1": 3}, "columns must have equally many rows, got 1 to 3"),
-        (5, "gait must be a gait, .* or a file's path, got 5"),
+        (5, "gait must be a Gait, .* or the path of a gait file or a request, got 5"),
     ):
         with pytest.raises(gg.InputError, match=message):
-            gg.validate(wrong)  # type: ignore[arg-type]
+            gg.validate(wrong)
     with pytest.raises(gg.InputError, match="frame must be a frame of pandas or polars, .*, got 5"):
         table_from_frame(5)  # type: ignore[arg-type]
 

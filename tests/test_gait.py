@@ -12,7 +12,6 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 import gaitgraph as gg
-from gaitgraph.flight.course import timed_gait_from_file
 from gaitgraph.gait.gait import Gait, lift, vertices
 from gaitgraph.gait.table import (
     Table,
@@ -31,6 +30,7 @@ from gaitgraph.io.c_header import write_h
 from gaitgraph.io.columns import FormatOptions
 from gaitgraph.surface.sheets import COLORS, roots
 from gaitgraph.timing.laws import LAWS, LawName
+from gaitgraph.timing.timed_gait import timed_gait_of
 from tests.published import GAITS, PublishedGait
 
 if TYPE_CHECKING:
@@ -127,34 +127,37 @@ def test_corners_are_copied_and_read_only() -> None:
         gait.alpha[0, 0] = 1.0
 
 
-def brute_vertices(points: np.ndarray, tolerance: float) -> set[tuple[float, ...]]:
+def extremes(points: np.ndarray) -> np.ndarray:
     """Equations (16) to (19) word by word: every angle is the least or the largest over the curve."""
-    found: set[tuple[float, ...]] = set()
-    ends = points.min(axis=0), points.max(axis=0)
-    for point in points:
-        near = [[float(end[k]) for end in ends if abs(point[k] - end[k]) <= tolerance] for k in range(4)]
-        if all(near):
-            found.add(tuple(sides[0] for sides in near))
-    return found
+    ends = np.stack([points.min(axis=0), points.max(axis=0)])
+    return np.asarray(points[np.isclose(points, ends[:, None], rtol=0, atol=1e-9).any(axis=0).all(axis=1)])
 
 
-@settings(deadline=None, max_examples=50)
-@given(rows=st.lists(st.tuples(*[st.sampled_from([0.0, 0.5, 1.0])] * 4), min_size=1, max_size=40))
-def test_vertices_by_their_definition(rows: list[tuple[float, ...]]) -> None:
-    found = vertices(rows)
-    assert {tuple(row) for row in found.tolist()} == brute_vertices(np.array(rows), 1e-9)
-    assert len(np.unique(found, axis=0)) == len(found)
+TRIANGLE, SHIP = [(0.1, 0.1), (0.9, 0.2), (0.7, 0.8)], [(-0.4, 0.4), (-0.4, 1.2), (-1.2, 1.2), (-1.0, 0.9), (-1.2, 0.5)]
 
 
-def test_vertices_of_a_sampled_curve_need_its_tolerance() -> None:
+@pytest.mark.parametrize("law", ["smooth", "constant-speed", "equal-time"])
+@pytest.mark.parametrize("points", [TRIANGLE, SHIP, GAITS[0].angles, [(0.1, 0.1), (0.8, 0.3)], [(0.3, 0.2)]])
+@pytest.mark.parametrize("samples", [100, 1009])
+def test_vertices_are_the_corners_of_a_loop_and_of_its_samples(law: Any, points: Any, samples: int) -> None:
+    loop = lift(points, "red")
+    timed = loop.parametrize(1.0, law=law, samples=samples)
+    assert np.array_equal(loop.vertices(), loop.alpha)
+    assert np.array_equal(timed.vertices(), loop.alpha)
+    found = vertices(timed.alpha)
+    if len(points) != 2:  # samples may miss the tips of an out-and-back loop
+        np.testing.assert_allclose(found, loop.alpha, atol=1e-8)
+    if len(points) == 4:
+        rows = timed.alpha[:-1] if samples == 100 else loop.alpha  # 100 samples meet all four corners
+        np.testing.assert_allclose(loop.vertices(), extremes(rows), atol=1e-9)
+
+
+def test_vertices_of_a_curve_and_of_measured_rows_need_a_tolerance() -> None:
     turn = np.linspace(0, 2 * pi, 37)
-    # A triangle in (α1, α2): only two of its corners are extreme in both angles.
-    loop = lift([(0.1, 0.1), (0.9, 0.1), (0.9, 0.7)], "red")
-    assert {tuple(v) for v in loop.vertices().tolist()} == brute_vertices(loop.alpha, 1e-9)
     circle = np.column_stack([np.cos(turn), np.sin(turn), np.cos(turn), np.sin(turn)])
-    assert vertices(circle).shape == (0, 4)
+    assert (len(vertices(circle)), len(vertices(circle, 0.1))) == (36, 0)
+    loop = lift(TRIANGLE, "red")
     noisy = np.repeat(loop.alpha, 3, axis=0) + np.random.default_rng(1).uniform(-1e-4, 1e-4, (9, 4))
-    assert len(vertices(noisy)) < len(loop.vertices())
     np.testing.assert_allclose(vertices(noisy, 3e-4), loop.vertices(), atol=3e-4)
 
 
@@ -210,7 +213,7 @@ def test_whoever_reads_a_table_finds_its_period(tmp_path: Path, law: LawName, sa
         whole = gg.read_table(tmp_path / "whole.csv")
         by_row = merged(completed_pieces(partial(list, [read.rows(k, k + 1) for k in range(len(read))]))())
         assert times is not None
-        for end in (times[-1], timed_gait_from_file(source).period, whole["t"][-1], by_row["t"][-1]):
+        for end in (times[-1], timed_gait_of(source).period, whole["t"][-1], by_row["t"][-1]):
             assert end == pytest.approx(1.0, abs=1e-9)
         assert (len(corners.alpha), len(whole), len(by_row)) == (samples, samples + 1, samples + 1)
         assert (whole.alpha[-1] == whole.alpha[0]).all()
@@ -223,7 +226,7 @@ def test_the_closing_row_of_a_measured_table_goes_with_the_first(tmp_path: Path)
     rows[-1, 1] += 1e-6
     source = tmp_path / "rows.csv"
     np.savetxt(source, rows, delimiter=",", header="t,alpha1,alpha2,alpha3,alpha4", comments="")
-    assert (timed_gait_from_file(source).law, len(gg.gait_of(gg.read_table(source)).alpha)) == ("smooth", 4)
+    assert (timed_gait_of(source).law, len(gg.gait_of(gg.read_table(source)).alpha)) == ("smooth", 4)
     kept: Any = gg.retarget(source)  # flyable, so it comes back bit by bit
     assert (kept.status, kept.table["t"][-1]) == ("unchanged", 1.0)
     np.testing.assert_array_equal(kept.table.alpha, rows[:, 1:])

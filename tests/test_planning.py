@@ -372,7 +372,9 @@ def test_no_graph_is_built_where_no_waypoint_could_serve() -> None:
         told.clear()
         plan = gg.plan_loop(G3.waypoints, accuracy=accuracy, progress=told.append, **RED_BELOW)
         assert told == [*said, "searching red loops with R < 0"]
-    assert repr(plan).startswith("<Plan: <Loop: red, R < 0, 4 corners, 3.1416 rad, flyable> through 4 waypoints, ")
+    assert repr(plan).startswith(
+        "<Plan: <Loop: red, R < 0, 4 corners, 3.1416 rad around, flyable> through 4 waypoints, "
+    )
     assert plan.request.law == gg.planning.plan_request([(0, 0)]).law == "smooth"
 
 

@@ -403,7 +403,6 @@ def test_wrong_values_are_refused(ax: Axes) -> None:
         ("count", plots.roll_pitch_diagram, (GAIT3,), {"count": 0, "ax": ax}),
         ("eta", plots.roll_pitch_diagram, (GAIT3,), {"eta": 1.5, "ax": ax}),
         ("axes", plots.gait_in_four_dimensions, (GAIT3.parametrize(),), {"axes": [ax]}),
-        ("timed", plots.gait_in_four_dimensions, (GAIT3,), {"axes": [ax] * 5}),
     ]
     for name, draw, values, options in cases:
         with pytest.raises(gg.InputError, match=rf"^{name}( must be |: ).*"):

@@ -148,7 +148,7 @@ def drawn(monkeypatch: pytest.MonkeyPatch, one: Any) -> Any:
 def test_a_gait_shows_its_loop_its_region_and_its_verdict(monkeypatch: pytest.MonkeyPatch) -> None:
     for published in GAITS[1:3]:
         page = page_of(gg.lift(published.angles, published.color))
-        assert f"flyable {'yes' if published.flyable else 'no'} · reachable from hover" in page.text
+        assert f"Flyable: {'yes' if published.flyable else 'no'}. Obeys the paper's rules: yes." in page.text
     assert "shaded: where a red gait with R < 0 is flyable" in page_of(RED).text
     assert "its loop in the plane of α1 and α2" in page_of(RED.biased(0.8)).text
     ax = drawn(monkeypatch, RED)
@@ -202,7 +202,7 @@ def test_reprs_of_answers_are_one_line() -> None:
         "<Curve: red, ": gg.timing.rounded(RED, "2deg").curve,
         "<Transition: infeasible>": gg.transition("hover", RED),
         "<Transition: 2 corners": gg.transition("hover", out),
-        "<Retargeted: retargeted: 0 of 4 rows as they were": gg.retarget(BLUE),
+        "<Retargeted: The nearest flyable gait stands still": gg.retarget(BLUE),
         "<OptimalGait: infeasible, 2 discs>": gg.optimal_gait([(0.5, 0.5), (0.6, 0.6)], radius=0.05),
         "<LeastPeriod: no period>": gg.least_period(RED, gg.Limits(rate=[0, 6, 6, 6], acceleration=60)),
         "<RobustnessReport: <Robustness of the gait itself: tilt margin 1.5708 rad": gg.robustness_of(RED, curves=0),

@@ -401,7 +401,7 @@ def test_nearest_point() -> None:
     ],
 )
 def test_why_not_names_the_condition(point: tuple[float, float], reason: str) -> None:
-    polygons: list[Points] = [[(2, 2), (3, 2), (3, 3)], [(-0.4, 0.2), (-0.2, 0.2), (-0.2, 0.4), (-0.4, 0.4)]]
+    polygons: list[Points] = [[(1.5, 1.5), (3, 2), (3, 3)], [(-0.4, 0.2), (-0.2, 0.2), (-0.2, 0.4), (-0.4, 0.4)]]
     zones = Zones(keep_out=polygons, keep_in=[[(-1, -1), (1, -1), (1, 1), (-1, 1)]])
     region = admissible_region(PAPER.replace(max_tilt=1.2), sign="positive", zones=zones)
     assert reason in (region.why_not(point) or "")

@@ -21,7 +21,7 @@ from gaitgraph.gait import table as tables
 from gaitgraph.gait.gait import lift
 from gaitgraph.gait.table import provenance_text
 from gaitgraph.io import formats, text_files
-from gaitgraph.io.formats import gait_of, read_gait, read_pieces, read_table, write_tables
+from gaitgraph.io.formats import gait_of, read_pieces, read_table, write_tables
 from gaitgraph.planning.request import read_request
 from gaitgraph.timing.timed_gait import export, table_of
 from tests.mutated import refusal
@@ -307,7 +307,7 @@ def test_about_that_is_wrong_is_refused(tmp_path: Path) -> None:
     content = json.loads(path.read_text())
     for key, value, message in (
         ("vehicle", {"mass": -1}, "mass must be .*, got -1"),
-        ("vehicle", 5, "vehicle must be a table of values by name, got 5"),
+        ("vehicle", 5, "vehicle must be a preset .*, got 5"),
         ("coefficients", "x", "coefficients must be .*, got 'x'"),
         ("crossing_tolerance", "x", "crossing_tolerance must be a number ≥ 0 .rad., got 'x'"),
         ("period", "x", "period must be .*, got 'x'"),
@@ -376,8 +376,8 @@ def test_a_gait_made_from_another_tells_no_request(tmp_path: Path) -> None:
             read_request(tmp_path / f"{maker}.csv", {})
     assert made["optimize"].about["waypoints"] == [[0.9, -0.9]]
     gait.parametrize(samples=4).write(tmp_path / "gait.csv")
-    assert read_gait(tmp_path / "gait.csv").request["waypoints"] == gait.request["waypoints"]
-    assert not read_gait(tmp_path / "gait.csv", vehicle=gg.vehicle_named("beetle_omni")).request
+    assert gait_of(tmp_path / "gait.csv").request["waypoints"] == gait.request["waypoints"]
+    assert not gait_of(tmp_path / "gait.csv", vehicle=gg.vehicle_named("beetle_omni")).request
     export(tmp_path / "gait.csv", [tmp_path / "other.csv"], vehicle=gg.vehicle_named("beetle_omni"))
     with pytest.raises(gg.InputError, match="states no request"):
         read_request(tmp_path / "other.csv", {})

@@ -128,7 +128,5 @@ def test_the_vehicle_states_the_lag() -> None:
         servo_response(SQUARE.parametrize(1.0))
 
 
-def test_the_longest_lag_is_allowed_and_a_gait_without_time_is_not() -> None:
+def test_the_longest_lag_is_allowed() -> None:
     assert np.ptp(servo_response(SQUARE.parametrize(1.0), 1e6).actual, axis=0).max() < 1e-5
-    with pytest.raises(gg.InputError, match="timed must be .*parametrize"):
-        servo_response(SQUARE, 0.02)  # type: ignore[arg-type]

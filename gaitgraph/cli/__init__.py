@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any, NoReturn, Self
 import click
 
 from gaitgraph import __version__
-from gaitgraph.errors import FileWarning, GaitgraphError, InputError, checked_choice, did_you_mean, shown
+from gaitgraph.errors import FileWarning, GaitgraphError, Infeasible, InputError, checked_choice, did_you_mean, shown
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -134,6 +134,10 @@ def main(args: Sequence[str] | None = None) -> NoReturn:
             raise
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         _stop(0)
+    except Infeasible as error:  # of a request that stands for its gait
+        if "--json" in (sys.argv if args is None else args):
+            print_json({"status": "infeasible", "reason": str(error)})
+        _stop(1, str(error))
     except GaitgraphError as error:
         _stop(2, str(error))
     except MemoryError:
@@ -337,7 +341,7 @@ _VEHICLE = "A preset (see gaitgraph vehicles) or a TOML file."
 _SHARED: dict[str, Decorator] = {
     "json": click.option("--json", "as_json", is_flag=True, help="Print one JSON object and nothing else."),
     "force": flag("--force", "Overwrite outputs that exist."),
-    "gait_file": file("gait_file", "GAIT_FILE"),
+    "gait_file": file("gait_file", "GAIT_FILE", "gait1", "gait2", "gait3", "gait4"),  # of the paper's Section 5
     "request_file": file("request_file", "[REQUEST.toml]", required=False),
     "outputs": option("--output", "FILE", _OUTPUT, name="outputs", multiple=True),
     "vehicle": option("--vehicle", "NAME_OR_FILE", _VEHICLE, words=_preset_names, callback=_vehicle),

@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 from gaitgraph.cli import Paths, Working, command, flag, named_in_errors, option, print_json, print_text
-from gaitgraph.cli.fly import CLOCK, GAIT_FILE, SETTINGS, checked_settings
+from gaitgraph.cli.fly import CLOCK, SETTINGS, checked_settings
 from gaitgraph.errors import Infeasible
 
 
 @command(
     "From which roll and pitch a gait settles, by flight.",
-    GAIT_FILE,
+    "gait_file",
     option("--bias", "ETA", "Also α3 and α4 scaled by η; repeatable.", multiple=True),
     option("--resolution", "N", "Attitudes along each side of the grid.  [default: 17]"),
     option("--extent", "ANGLE", "Largest roll and pitch at the start.  [default: 80deg]"),
@@ -37,15 +37,15 @@ def basin_command(
     singular. The exit code is 1 if physics forbids one of the gaits. Needs mujoco: pip install 'gaitgraph[sim]'.
     """
     from gaitgraph.flight.basins import basins_of
-    from gaitgraph.flight.course import timed_gait_from_file
     from gaitgraph.plots.flights import write_basins
+    from gaitgraph.timing.timed_gait import timed_gait_of
 
     asked = {**given, "bias": bias or None}
     settings = checked_settings(given, outputs, of="basin", force=force)
     grid = {name: given.pop(name) for name in ("resolution", "extent", "begins") if name in given}
     with Working(f"reading {gait_file}") as progress, named_in_errors(asked):
         try:
-            timed = timed_gait_from_file(gait_file, **given)
+            timed = timed_gait_of(gait_file, **given)
         except Infeasible as error:
             reason = f"there is no gait to fly: {error}"
             if as_json:

@@ -28,15 +28,13 @@ def figures_command(out: str, formats: Paths = (), gait: str | None = None, as_j
     With exact coefficients, the default for any vehicle but the paper's, blue has R = 0 and is shown as singular.
     Needs matplotlib: pip install 'gaitgraph[plot]'.
     """
-    from gaitgraph.io.formats import read_gait, read_table
     from gaitgraph.plots.figures import FIGURES, write_figures
 
     os.environ["MPLBACKEND"] = "agg"  # no window is opened, and a notebook's backend may be missing here
     if formats:
         given["formats"] = [name.lower() for name in formats]
     if gait is not None:
-        read_gait(gait, vehicle=given.get("vehicle"), coefficients=given.get("coefficients"))  # errors name the file
-        given["gait"] = read_table(gait)
+        given["gait"] = gait
     with Working("drawing") as progress:
         written = write_figures(out, progress=progress, **given)
     known = {figure.stem: figure for figure in FIGURES.values()}

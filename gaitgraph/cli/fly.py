@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
-from gaitgraph.cli import LAWS, Paths, Working, command, file, flag, named_in_errors, one_of, option, show
+from gaitgraph.cli import LAWS, Paths, Working, command, flag, named_in_errors, one_of, option, show
 from gaitgraph.errors import Infeasible, InputError
 
 if TYPE_CHECKING:
@@ -18,7 +18,6 @@ _REFERENCES = ("attitude", "hover", "step", "line", "circle")
 # From which of the references on a setting has an effect.
 _SERVES = {"size": 2, "lap": 3, "position_stiffness": 1, "position_damping": 1}
 
-GAIT_FILE = file("gait_file", "GAIT_FILE", "gait1", "gait2", "gait3", "gait4")  # of Section 5
 CLOCK = (
     option("--period", "SECONDS", "Period T.  [default: what the file says]"),
     one_of("--law", *LAWS, default="what the file says"),
@@ -45,7 +44,7 @@ SETTINGS = (
 
 @command(
     "Fly a gait in a physics engine.",
-    GAIT_FILE,
+    "gait_file",
     option("--attitude", "ROLL,PITCH", "At the start.  [default: 0.3,-0.2 to level out, else level]"),
     *CLOCK,
     option("--bias", "ETA", "Fly with α3 and α4 scaled by η in (0, 1]."),
@@ -87,11 +86,12 @@ def fly_command(
     """
     import numpy as np
 
-    from gaitgraph.flight.course import biased_timed_gait, from_hover, repeated, timed_gait_from_file
+    from gaitgraph.flight.course import biased_timed_gait, from_hover, repeated
     from gaitgraph.flight.flight import record_of
     from gaitgraph.flight.simulation import checked_attitude, fly
     from gaitgraph.gait.gait import Gait
     from gaitgraph.plots.flights import write_flight
+    from gaitgraph.timing.timed_gait import timed_gait_of
     from gaitgraph.vehicle import PAPER
 
     asked = {**given, "bias": bias, "periods": periods}
@@ -106,7 +106,7 @@ def fly_command(
         start = None if attitude is None else checked_attitude(attitude)
         course: Any
         try:
-            course = timed = timed_gait_from_file(gait_file, **given)
+            course = timed = timed_gait_of(gait_file, **given)
         except Infeasible as error:
             # The record needs a gait: one that does not move.
             timed = Gait(alpha=np.zeros((1, 4)), vehicle=asked.get("vehicle", PAPER)).parametrize()

@@ -34,7 +34,7 @@ def pace_command(
     The law is twice continuously differentiable, closed at the seam, and keeps its limits between samples too. It
     rests at every corner unless corners are rounded. The exit code is 1 if no law meets the limits in the period.
     """
-    from gaitgraph.io.formats import read_gait
+    from gaitgraph.io.formats import gait_of
     from gaitgraph.timing.servo_lag import servo_response
     from gaitgraph.timing.time_optimal import least_period, limits_of, paced
     from gaitgraph.timing.timed_gait import pieces_of
@@ -44,7 +44,7 @@ def pace_command(
     kinds = ("rate", "acceleration", "jerk")
     names = {kind: f"max_{kind}" for kind in kinds} | {"tolerance": "rounding", "lag": "servo_lag"}
     with Working(f"reading {gait_file}") as progress, named_in_errors(given, **names):
-        gait = read_gait(gait_file, vehicle=given.get("vehicle"), coefficients=given.get("coefficients"))
+        gait = gait_of(gait_file, vehicle=given.get("vehicle"), coefficients=given.get("coefficients"))
         if gait.color not in ("red", "blue"):
             remedy = f"gaitgraph retarget {gait_file} moves it there"
             raise InputError(f"{gait_file} must be a gait on one sheet, red or blue; {remedy}")

@@ -19,7 +19,7 @@ from gaitgraph.cli import Paths, Working, check_outputs, command, flag, one_of, 
         words=("grid", "exact"),
     ),
     option("--sheets", "NAME", "", hidden=True),  # of earlier versions; the request judges it
-    one_of("--require", "flyable", "valid", of="By the paper's rules alone the gait is valid: "),
+    one_of("--require", "flyable", "valid", of="What the gait must be (valid: by the paper's rules alone): "),
     "floor accuracy keep_in keep_out",
     flag("--any-order", "Visit the waypoints in the order that is shortest."),
     flag("--reverse", "Run the loop in the other direction."),

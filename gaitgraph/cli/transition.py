@@ -22,16 +22,11 @@ def transition_command(
     A gait is left and joined at a corner. The exit code is 1, with the proof, if there is no path: between R > 0, where
     hover is, and R < 0 every flight passes a singular matrix.
     """
-    from gaitgraph.io.formats import read_gait
     from gaitgraph.planning.transitions import HOVER, transition
 
     check_outputs(outputs, force=force)
-    setting = {name: given.pop(name, None) for name in ("vehicle", "coefficients")}
     with Working("searching a path"):
-        ends: list[Any] = [HOVER if one.lower() == HOVER else read_gait(one, **setting) for one in (start, end)]
-        if ends == [HOVER, HOVER]:
-            given |= setting
-        found = transition(ends[0], ends[1], **given)
+        found = transition(*(HOVER if one.lower() == HOVER else one for one in (start, end)), **given)
         written = outputs if found else ()
         if written:
             write_outputs(found.pieces, written, force=force)

@@ -8,11 +8,7 @@ from gaitgraph._lazy import lazy_names
 
 if TYPE_CHECKING:
     from gaitgraph.flight.basins import Basin as Basin, basins_of as basins_of
-    from gaitgraph.flight.course import (
-        Course as Course,
-        from_hover as from_hover,
-        timed_gait_from_file as timed_gait_from_file,
-    )
+    from gaitgraph.flight.course import Course as Course, from_hover as from_hover
     from gaitgraph.flight.engine import Engine as Engine
     from gaitgraph.flight.flight import (
         OUTCOMES as OUTCOMES,

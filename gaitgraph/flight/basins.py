@@ -27,11 +27,12 @@ from gaitgraph.gait.table import Table, merged
 from gaitgraph.invertibility.matrices import BoolArray, FloatArray, coefficients_of
 from gaitgraph.invertibility.tilt_margins import attitude_sensitivities
 from gaitgraph.robustness.biased import robustness_of
-from gaitgraph.timing.timed_gait import TimedGait
+from gaitgraph.timing.timed_gait import TimedGait, timed_gait_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
+    from gaitgraph.io.formats import GaitLike
     from gaitgraph.robustness.attitudes import AcceptableAttitudes
 
 DEFAULT_EXTENT = math.radians(80.0)  # largest roll and pitch at the start
@@ -155,7 +156,7 @@ class Basin:
 
 
 def basins_of(
-    timed: TimedGait,
+    gait: GaitLike,
     *,
     biases: Iterable[float] = (1.0, 0.9, 0.8),
     settings: FlightSettings | None = None,
@@ -169,6 +170,8 @@ def basins_of(
 
     Parameters
     ----------
+    gait
+        A timed gait, or a gait in any other form, see :func:`gaitgraph.timing.timed_gait.timed_gait_of`.
     biases
         The factors η of α3 and α4, each in (0, 1]; 1 is the gait itself.
     settings
@@ -204,8 +207,7 @@ def basins_of(
     """
     import shapely
 
-    if not isinstance(timed, TimedGait):
-        raise InputError(f"timed must be a timed gait, as gait.parametrize(period) returns, got {shown(timed)}")
+    timed = timed_gait_of(gait)
     etas = list(biases)
     if not etas or not all(0 < number_of(eta) <= 1 for eta in etas) or len(set(etas)) < len(etas):
         raise InputError(f"bias must be different numbers above 0, up to 1, got {shown(etas)}")
@@ -234,28 +236,28 @@ def basins_of(
     roll, pitch = np.meshgrid(angles, angles, indexing="ij")
     shape = (len(starts), *roll.shape)
     found = []
-    for k, (gait, eta) in enumerate(zip(gaits, etas, strict=True)):
-        acceptable = robustness_of(gait, curves=0).gait.acceptable
-        refusal, warnings = before_take_off(repeated(gait), settings, anyway=anyway)
+    for k, (one, eta) in enumerate(zip(gaits, etas, strict=True)):
+        acceptable = robustness_of(one, curves=0).gait.acceptable
+        refusal, warnings = before_take_off(repeated(one), settings, anyway=anyway)
         outcome = np.full(shape, OUTCOMES.index("refused"), dtype=np.int8)
         seconds, peak = np.zeros(shape), np.zeros(shape)
         for number, index in enumerate(np.ndindex(shape) if not refusal else (), start=1):
             if index[1:] == (0, 0):
-                simulation = Simulation(repeated(gait, begin=float(starts[index[0]])), settings)
+                simulation = Simulation(repeated(one, begin=float(starts[index[0]])), settings)
                 warnings += tuple(one for one in simulation.warnings if one not in warnings)
-            flight = simulation.run((float(roll[index[1:]]), float(pitch[index[1:]])), until_settled=gait.period)
+            flight = simulation.run((float(roll[index[1:]]), float(pitch[index[1:]])), until_settled=one.period)
             outcome[index] = OUTCOMES.index(flight.outcome)
             seconds[index] = flight.flown if flight.settling_time is None else flight.settling_time
             peak[index] = flight.peak_thrust_share or 0.0
             if progress is not None:
                 progress((k + number / outcome.size) / len(etas))
         # The determinant at an attitude over that in level flight: the vertical in body axes times three sensitivities.
-        sensitivities = attitude_sensitivities(gait.at(starts)[0], coefficients_of(gait.gait.vehicle, "exact"))
+        sensitivities = attitude_sensitivities(one.at(starts)[0], coefficients_of(one.gait.vehicle, "exact"))
         x, y, z = (part[:, None, None] for part in sensitivities.T)
         tilted = -x * np.sin(pitch) + np.cos(pitch) * (y * np.sin(roll) + z * np.cos(roll))
         same_side, inside = np.asarray(tilted * z > 0), np.asarray(shapely.contains_xy(acceptable.polygon, roll, pitch))
         of_flights = angles, starts, outcome, seconds, peak, same_side
-        found.append(Basin(gait, eta, settings, *of_flights, acceptable, inside, refusal, warnings))
+        found.append(Basin(one, eta, settings, *of_flights, acceptable, inside, refusal, warnings))
     return tuple(found)
 
 

@@ -1,4 +1,4 @@
-"""The course of a flight: the gait in a file, the commands over time, the servos' answer, the rules of physics.
+"""The course of a flight: the commands over time, the servos' answer, the rules of physics.
 
 A course repeats a gait again and again (:func:`repeated`), or leads from hover into a gait, around it, and back
 (:func:`from_hover`).
@@ -8,132 +8,28 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Unpack, get_args
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gaitgraph.angles import whole_number
 from gaitgraph.errors import InputError, shown
-from gaitgraph.gait.gait import paper_gait
-from gaitgraph.gait.table import ANGLES, Table, closed_rows
-from gaitgraph.invertibility.matrices import coefficients_of
-from gaitgraph.io.formats import naming_file, read_table
-from gaitgraph.planning.planner import plan
-from gaitgraph.planning.request import holds_request, read_request
 from gaitgraph.planning.transitions import transition
-from gaitgraph.timing.laws import DEFAULT_LAW, LAWS, LawName
-from gaitgraph.timing.timed_gait import TimedGait
-from gaitgraph.validation.validating import validate
-from gaitgraph.vehicle import PAPER, vehicle_named
+from gaitgraph.timing.laws import LAWS
+from gaitgraph.timing.timed_gait import ROW_BY_ROW, TimedGait, timed_gait_of
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
-    from gaitgraph.invertibility.matrices import FloatArray, Kind
-    from gaitgraph.validation.report import CheckOptions, Report
+    from gaitgraph.invertibility.matrices import FloatArray
+    from gaitgraph.io.formats import GaitLike
+    from gaitgraph.validation.report import Report
     from gaitgraph.vehicle import Vehicle
 
-PAPER_NAMES = ("gait1", "gait2", "gait3", "gait4")
-"""The gaits of the paper's Section 5, which may be named instead of a file."""
-
-ROW_BY_ROW = "row-by-row"  # the law of a RowTimedGait
-_SAME = 1e-6  # rad between a row and a law
 _MOST_PERIODS = 10_000
 _PAUSE = 1.0  # s in hover, before and after
 _SAME_PLACE = 1e-9  # rad
 
 # Rules of the paper that physics does not need: on the surfaces no small tilt makes the matrix singular.
 _SURFACE_RULES = frozenset({"closed", "on_surface", "two_color", "continuous"})
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
-class RowTimedGait(TimedGait):
-    """A gait that passes each row of a table at the row's own time, straight between them; each row is a corner.
-
-    `times` are those of the rows, the first again at the end, shape (n + 1,), from 0 to the period [s]; `closed`
-    states whether the table's last row was the first again; otherwise one more segment leads back.
-    """
-
-    times: FloatArray
-    closed: bool = True
-
-    @property
-    def corner_times(self) -> FloatArray:
-        """When the gait passes its rows, from 0 to T, shape (n + 1,) [s]."""
-        return self.times
-
-    def check(self, **options: Unpack[CheckOptions]) -> Report:
-        """Return every check of the rows, as :func:`gaitgraph.validation.validating.validate` makes them of a table."""
-        gait = self.gait
-        columns: dict[str, Any] = {"t": self.times}
-        columns |= dict(zip(ANGLES, np.vstack([gait.alpha, gait.alpha[:1]]).T, strict=True))
-        if gait.colors:
-            columns["color"] = (*gait.colors, gait.colors[0])
-        table = Table(columns=columns)
-        return validate(table, vehicle=gait.vehicle, coefficients=gait.coefficients.kind, **options)
-
-
-def timed_gait_from_file(
-    path: str | Path,
-    *,
-    vehicle: Vehicle | str | None = None,
-    coefficients: Kind | None = None,
-    period: float | None = None,
-    law: LawName | None = None,
-) -> TimedGait:
-    """Return the timed gait in a gait file of any format, of a request, which is planned, or "gait1" to "gait4".
-
-    By default the vehicle and the coefficients are those that the file states, and so are corners, period [s] and law
-    where its rows lie on that gait. Else a law counts if the rows follow it to 1e-6 rad; otherwise they are joined
-    straight, each at its own time. A single row needs no times, and the paper's gaits have T = 1 s. Raises InputError,
-    FileProblem or Infeasible if the file cannot be read, is a flight's, has no times and no `period`, or is a request
-    that has no gait.
-    """
-    body = vehicle_named(vehicle) if isinstance(vehicle, str) else vehicle
-    if str(path) in PAPER_NAMES:
-        numbers = coefficients_of(body or PAPER, coefficients)
-        gait = paper_gait(PAPER_NAMES.index(str(path)) + 1, body or PAPER, numbers)
-        return gait.parametrize(1.0 if period is None else period, law=law or DEFAULT_LAW)
-    if holds_request(path):
-        asked = {"vehicle": vehicle, "coefficients": coefficients, "period": period, "law": law}
-        request, sampling = read_request(path, {name: value for name, value in asked.items() if value is not None})
-        return plan(request).timed(**sampling)
-    table = read_table(path)
-    about = table.about
-    if about.get("made_by") == "fly":
-        advice = f"; gaitgraph plan {path} --output gait.csv writes its gait" if "request" in about else ""
-        raise InputError(f"gait file {str(path)!r} is the table of a flight, not of a gait{advice}")
-    with naming_file(path):
-        rows, times, stated = closed_rows(table, vehicle=body, coefficients=coefficients)
-    gait = stated.gait if stated else replace(rows.merged(), request=rows.request)
-    is_asked = period is not None or law is not None
-    period = about.get("period") if period is None else period
-    law = law or (about.get("law") if about.get("made_by") != "pace" else None) or DEFAULT_LAW
-    if times is None or len(table) == 1:
-        if period is None and len(gait.alpha) > 1:
-            remedy = "state its period with --period SECONDS (period=)"
-            raise InputError(f"gait file {str(path)!r} has no column t; {remedy}")
-        return gait.parametrize(1.0 if period is None else period, law=law)
-    times = times - times[0]
-    if is_asked:
-        return gait.parametrize(float(times[-1]) if period is None else period, law=law)
-    if stated is not None:
-        return replace(stated)
-    with naming_file(path):
-        for name in sorted(get_args(LawName), key=lambda name: name != law):  # the file's law first
-            timed = gait.parametrize(float(times[-1]), law=name, samples=max(len(times) - 1, 1))
-            if np.abs(timed.at(times[:-1])[0] - rows.alpha).max() <= _SAME:
-                return timed
-        colors = gait.colors[:1] * len(rows.alpha) if len(set(gait.colors)) == 1 else ()
-        times.flags.writeable = False
-        return RowTimedGait(
-            gait=replace(gait, alpha=rows.alpha, colors=colors),
-            period=float(times[-1]),
-            law=ROW_BY_ROW,
-            samples=len(times) - 1,
-            times=times,
-            closed=len(rows.alpha) < len(table),
-        )
 
 
 def biased_timed_gait(timed: TimedGait, eta: float) -> TimedGait:
@@ -234,7 +130,7 @@ def broken_rules(report: Report, *, pulling: bool = False) -> tuple[list[str], l
     return forbidden, [check.message for check in broken if check.name in harmless]
 
 
-def from_hover(timed: TimedGait, *, periods: int = 2, anyway: bool = False) -> Course | str:
+def from_hover(gait: GaitLike, *, periods: int = 2, anyway: bool = False) -> Course | str:
     """Return the course from hover into a gait, around it, and back; or the reason why there is none.
 
     The gait is flown `periods` times, between a second in hover before and after. The path from hover is on the surface
@@ -253,6 +149,7 @@ def from_hover(timed: TimedGait, *, periods: int = 2, anyway: bool = False) -> C
     'no flyable path from hover: R = +4 at th'
     """
     whole_number("periods", periods, 1, _MOST_PERIODS)
+    timed = timed_gait_of(gait)
     gait, times = timed.gait, timed.corner_times
     passed = timed.at(times[:-1])[0]
     if passed.shape != gait.alpha.shape or np.abs(passed - gait.alpha).max() > _SAME_PLACE:

@@ -12,15 +12,16 @@ import numpy as np
 from gaitgraph.angles import angle_from_text, in_degrees
 from gaitgraph.errors import InputError, shown
 from gaitgraph.flight.controller import DIRECTION, Stopped, allocation_of, controller_of
-from gaitgraph.flight.course import Course, RowTimedGait, broken_rules, repeated, servo_response
+from gaitgraph.flight.course import Course, broken_rules, repeated, servo_response
 from gaitgraph.flight.engine import Engine, engine_warnings
 from gaitgraph.flight.flight import COLUMNS, Flight, FlightSettings, record_of, reference_at, settled_since
 from gaitgraph.invertibility.matrices import FloatArray, arm_angles, thrust_signs
-from gaitgraph.timing.timed_gait import TimedGait
+from gaitgraph.timing.timed_gait import RowTimedGait, timed_gait_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from gaitgraph.io.formats import GaitLike
     from gaitgraph.vehicle import Vehicle
 
     ApplyTorque = Callable[[Engine, list[float], list[float], tuple[float, ...]], None]
@@ -255,7 +256,7 @@ def before_take_off(course: Course, settings: FlightSettings, *, anyway: bool = 
 
 
 def fly(
-    gait: TimedGait | Course,
+    gait: GaitLike | Course,
     *,
     attitude: tuple[float | str, float | str] | None = None,
     settings: FlightSettings | None = None,
@@ -267,7 +268,8 @@ def fly(
     Parameters
     ----------
     gait
-        A timed gait, which is flown again and again, or a course, as :func:`~gaitgraph.flight.course.from_hover` makes.
+        A timed gait, or a gait in any other form, which is flown again and again; or a course, as
+        :func:`~gaitgraph.flight.course.from_hover` makes.
     attitude
         Roll and pitch at the start [rad, or texts such as "10deg"]; by default (0.3, −0.2) where the reference is
         "attitude" and a gait is flown, else level.
@@ -302,11 +304,9 @@ def fly(
     (True, 0.4, 2.9)
     """
     settings = FlightSettings() if settings is None else settings
-    if not isinstance(gait, (TimedGait, Course)):
-        raise InputError(f"gait must be a timed gait, as gait.parametrize(period) returns, got {shown(gait)}")
-    course = gait if isinstance(gait, Course) else repeated(gait)
+    course = gait if isinstance(gait, Course) else repeated(timed_gait_of(gait))
     if attitude is None:
-        levels_out = settings.reference == "attitude" and isinstance(gait, TimedGait)
+        levels_out = settings.reference == "attitude" and not isinstance(gait, Course)
         attitude = _DEFAULT_ATTITUDE if levels_out else (0.0, 0.0)
     start = checked_attitude(attitude)
     course.vehicle.require("mass", "inertia", "arm_length", purpose="flight")

@@ -14,9 +14,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import number_of, text_from_angle, whole_number
+from gaitgraph.angles import angles_from, number_of, text_from_angle, whole_number
 from gaitgraph.errors import InputError, shown
-from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Coefficients, coefficients_of, level_determinant
+from gaitgraph.invertibility.matrices import (
+    DEFAULT_FLOOR,
+    Coefficients,
+    CoefficientsLike,
+    coefficients_of,
+    level_determinant,
+)
 from gaitgraph.surface.adjacency import text_from_types
 from gaitgraph.surface.sheets import (
     COLORS,
@@ -28,7 +34,7 @@ from gaitgraph.surface.sheets import (
     family_types,
     sheet_angles,
 )
-from gaitgraph.vehicle import PAPER, Vehicle
+from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
 
 if TYPE_CHECKING:
     from gaitgraph.timing.laws import LawName
@@ -92,12 +98,12 @@ class Gait:
         *,
         alpha: npt.ArrayLike,
         colors: Sequence[str] = (),
-        vehicle: Vehicle = PAPER,
-        coefficients: Coefficients | None = None,
+        vehicle: VehicleLike = PAPER,
+        coefficients: CoefficientsLike | None = None,
         crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE,
         request: Mapping[str, Any] | None = None,
     ) -> None:
-        corners, names = np.array(alpha, dtype=float), tuple(colors)
+        corners, names = np.array(angles_from(alpha, "alpha")), tuple(colors)
         if corners.ndim != 2 or corners.shape[1] != 4 or not len(corners):
             raise InputError(f"alpha must have the shape (n, 4) with n at least 1, got {corners.shape}")
         if not np.isfinite(corners).all():
@@ -107,7 +113,8 @@ class Gait:
         if not all(color in FAMILIES for color in names):
             raise InputError(f"colors must be {', '.join(map(repr, FAMILIES))}, got {shown(names)}")
         corners.flags.writeable = False
-        coefficients, request = coefficients or coefficients_of(vehicle), {} if request is None else request
+        vehicle, request = vehicle_named(vehicle), {} if request is None else request
+        coefficients = coefficients_of(vehicle, coefficients)
         checked = (corners, names, vehicle, coefficients, crossing_tolerance, request)
         for name, value in zip(self.__slots__, checked, strict=True):
             object.__setattr__(self, name, value)  # the record is frozen
@@ -194,8 +201,8 @@ class Gait:
         return replace(self, alpha=self.alpha * np.array(factors, dtype=float), colors=colors, request={})
 
     def vertices(self, tolerance: float = 1e-9) -> FloatArray:
-        """Return the vertices by equations (16) to (19), shape (k, 4) [rad]; see :func:`vertices`."""
-        return vertices(self.alpha, tolerance)  # a polyline has its least and largest angles at corners
+        """Return the corners of the loop, in order, shape (k, 4) [rad]; see :func:`vertices`."""
+        return vertices(self.merged().alpha, tolerance)
 
     def parametrize(
         self, period: float = 1.0, *, law: LawName = "smooth", samples: int | None = None, rate: float | None = None
@@ -231,16 +238,16 @@ class Gait:
         return check_gait(self, tolerance=tolerance, floor=floor, angle_rounding=angle_rounding)
 
     def __repr__(self) -> str:
-        return f"<Gait: {self.color or 'off the surfaces'}, {self._size}, vehicle {self.vehicle.name!r}>"
+        return f"<Gait: {self.color or 'off the surfaces'}, {self.size_text()}, vehicle {self.vehicle.name!r}>"
 
     def __str__(self) -> str:
         low, high = float(self.R.min()), float(self.R.max())
         signs = f"R {low:.3g} to {high:.3g} at its corners" if len(self.alpha) > 1 else f"R {low:.3g}"
-        title = f"Gait, {self.color or 'off the surfaces'}: {self._size}, {signs}"
+        title = f"Gait, {self.color or 'off the surfaces'}: {self.size_text()}, {signs}"
         return "\n".join([title, self.setting_text(), "", *self.corner_lines()])
 
-    @property
-    def _size(self) -> str:
+    def size_text(self) -> str:
+        """Return how many corners and how long it is."""
         return f"{len(self.alpha)} corner{'s' * (len(self.alpha) > 1)}, {self.length:.4f} rad around"
 
     def setting_text(self) -> str:
@@ -266,8 +273,8 @@ def lift(
     points: npt.ArrayLike,
     colors: str | Iterable[str],
     *,
-    vehicle: Vehicle = PAPER,
-    coefficients: Coefficients | None = None,
+    vehicle: VehicleLike = PAPER,
+    coefficients: CoefficientsLike | None = None,
     crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE,
 ) -> Gait:
     """Return the gait above a loop of (α1, α2): each point is raised to the sheet of its color.
@@ -275,7 +282,7 @@ def lift(
     Parameters
     ----------
     points
-        The loop, shape (n, 2) [rad]; closed by itself.
+        The loop, shape (n, 2), numbers [rad] or texts such as "pi/8"; closed by itself.
     colors
         "red" or "blue" for all, or one for each point.
     vehicle, coefficients, crossing_tolerance
@@ -286,22 +293,19 @@ def lift(
     InputError
         If a point is not finite or outside [−π/2, π/2]², or a color is unknown.
     """
-    try:
-        plane = np.asarray(points, dtype=float)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"points must be pairs (α1, α2) of numbers [rad], got {shown(points)}") from error
+    plane = angles_from(points, "points")
     if plane.ndim != 2 or plane.shape[1] != 2 or not len(plane):
         raise InputError(f"points must have the shape (n, 2) with n at least 1, got {plane.shape}")
     names = tuple(colors) if isinstance(colors, Iterable) and not isinstance(colors, str) else (colors,) * len(plane)
-    if len(names) != len(plane) or not all(name in COLORS for name in names):
+    if len(names) != len(plane) or not all(isinstance(name, str) and name in COLORS for name in names):
         allowed = f"'red' or 'blue', one for all or for each of the {len(plane)} points"
         raise InputError(f"colors must be {allowed}, got {shown(colors)}")
-    coefficients = coefficients or coefficients_of(vehicle)
+    numbers = coefficients_of(vehicle, coefficients)
     return Gait(
-        alpha=points_on_sheets(plane[:, 0], plane[:, 1], names, coefficients),
+        alpha=points_on_sheets(plane[:, 0], plane[:, 1], names, numbers),
         colors=names,
         vehicle=vehicle,
-        coefficients=coefficients,
+        coefficients=numbers,
         crossing_tolerance=crossing_tolerance,
     )
 
@@ -317,27 +321,38 @@ def points_on_sheets(
 
 
 def vertices(alpha: npt.ArrayLike, tolerance: float = 1e-9) -> FloatArray:
-    """Return the vertices of a curve of tilt angles, points of shape (n, 4) [rad], by equations (16) to (19).
+    """Return the vertices of a closed loop through rows of tilt angles, shape (n, 4) [rad]: its corners, in order.
 
-    A point is a vertex if each of its four angles is the least or the largest that this angle takes on the curve, to
-    within the tolerance [rad]; for a sampled table, what its samples may miss. The k ≤ 16 vertices are returned once
-    each, shape (k, 4), in the order in which the curve first meets them, with the extreme values themselves.
+    A row is a corner if it is farther than the tolerance [rad] from the straight line between its neighbours. So the
+    rows of a sampled curve are corners, unless the tolerance is above what the curve bends between them. Where a corner
+    falls between two rows of a sampled table, it is where the sides meet. A point has one vertex, an out-and-back loop
+    two. The paper's equations (16) to (19) take the extremes of each angle, which gives the same for its rectangles.
 
-    >>> vertices([[0, 0, 0, 0], [1, 0, 1, 0], [1, 1, 1, 1], [0, 1, 0, 1]]).shape
-    (4, 4)
+    >>> vertices([[0, 0, 0, 0], [1, 0, 1, 0], [1, 0.5, 1, 0.5], [1, 1, 1, 1]]).tolist()
+    [[0.0, 0.0, 0.0, 0.0], [1.0, 0.0, 1.0, 0.0], [1.0, 1.0, 1.0, 1.0]]
     """
-    points = np.asarray(alpha, dtype=float)
+    points: FloatArray = angles_from(alpha, "alpha")
     if points.ndim != 2 or points.shape[1] != 4 or not len(points):
         raise InputError(f"alpha must have the shape (n, 4) with n at least 1, got {points.shape}")
     if not 0 <= number_of(tolerance) < math.inf:
         raise InputError(f"tolerance must be a number ≥ 0 (rad), got {shown(tolerance)}")
-    low, high = points.min(axis=0), points.max(axis=0)
-    at_high = points >= high - tolerance
-    extreme = (at_high | (points <= low + tolerance)).all(axis=1)
-    # Where an angle is near both of its ends (a constant one), the nearer end decides.
-    at_high &= np.abs(points - high) <= np.abs(points - low)
-    met = dict.fromkeys(map(tuple, at_high[extreme].tolist()))
-    return np.array([np.where(row, high, low) for row in met]).reshape(-1, 4)
+    moves = np.abs(np.roll(points, -1, axis=0) - points).max(axis=1) > tolerance
+    points = points[moves] if moves.any() else points[:1]
+    n = len(points)
+    before, chord = np.roll(points, 1, axis=0), np.roll(points, -1, axis=0) - np.roll(points, 1, axis=0)
+    share = ((points - before) * chord).sum(axis=1) / np.maximum((chord**2).sum(axis=1), 1e-300)
+    off = np.linalg.norm(points - before - np.clip(share, 0, 1)[:, None] * chord, axis=1)
+    bent = (off > tolerance) | (n == 1)
+    # Two rows that cut a corner off, between sides with two more rows on each.
+    sides = ~(np.roll(bent, 2) | np.roll(bent, 1) | np.roll(bent, -2) | np.roll(bent, -3))
+    for k in np.flatnonzero(bent & np.roll(bent, -1) & sides).tolist():
+        first, second = points[k], points[(k + 1) % n]
+        ahead = np.column_stack([first - points[k - 1], second - points[(k + 2) % n]])
+        reach = np.linalg.lstsq(ahead * [1, -1], second - first)[0]
+        ends = np.stack([first, second]) + reach[:, None] * ahead.T
+        if ((reach >= 0) & (reach <= 1)).all() and np.linalg.norm(ends[1] - ends[0]) <= 10 * tolerance:
+            points[k], bent[(k + 1) % n] = ends.mean(axis=0), False
+    return np.asarray(points[bent])
 
 
 _AROUND_3 = ((6, -6), (6, -2), (2, -2), (2, -6))
@@ -351,6 +366,9 @@ _LOOPS = {
 
 PAPER_GAITS = tuple(_LOOPS)
 """The numbers of the gaits."""
+
+PAPER_NAMES = tuple(f"gait{number}" for number in PAPER_GAITS)
+"""What they may be called instead of a file."""
 
 
 def paper_gait(number: int, vehicle: Vehicle, coefficients: Coefficients) -> Gait:

@@ -27,8 +27,8 @@ from gaitgraph.errors import FileWarning, InputError, MissingExtra, shown
 from gaitgraph.gait.gait import Gait, points_on_sheets
 from gaitgraph.invertibility.matrices import (
     Coefficients,
+    CoefficientsLike,
     FloatArray,
-    Kind,
     coefficients_of,
     level_determinant,
     level_determinant_resolution,
@@ -44,7 +44,7 @@ from gaitgraph.surface.sheets import (
     family_types,
     types_contradict,
 )
-from gaitgraph.vehicle import PAPER, Vehicle, vehicle_from_mapping, vehicle_named
+from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -171,14 +171,14 @@ def merged(pieces: Iterable[Table]) -> Table:
 
 
 def surface_of(
-    table: Table, vehicle: Vehicle | None = None, coefficients: Kind | None = None
+    table: Table, vehicle: VehicleLike | None = None, coefficients: CoefficientsLike | None = None
 ) -> tuple[Vehicle, Coefficients, float]:
     """Return vehicle, coefficients and crossing tolerance: as given, else as the table states, else the defaults."""
     about = table.about
     if vehicle is None:
-        stated = about.get("vehicle", PAPER.name)
-        vehicle = vehicle_named(stated) if isinstance(stated, str) else vehicle_from_mapping(stated)
-        coefficients = coefficients or about.get("coefficients")
+        vehicle = about.get("vehicle", PAPER)
+        coefficients = about.get("coefficients") if coefficients is None else coefficients
+    vehicle = vehicle_named(vehicle)
     tolerance = about.get("crossing_tolerance", DEFAULT_CROSSING_TOLERANCE)
     if not 0 <= number_of(tolerance) < math.inf:
         raise InputError(f"crossing_tolerance must be a number ≥ 0 (rad), got {shown(tolerance)}")
@@ -314,7 +314,7 @@ def _colors_of(alpha: FloatArray, coefficients: Coefficients) -> tuple[str, ...]
 
 
 def closed_rows(
-    table: Table, *, vehicle: Vehicle | None = None, coefficients: Kind | None = None
+    table: Table, *, vehicle: VehicleLike | None = None, coefficients: CoefficientsLike | None = None
 ) -> tuple[Gait, FloatArray | None, TimedGait | None]:
     """Return the closed polyline through a table's rows, when it passes them, and the timed gait that the table states.
 
@@ -360,7 +360,10 @@ def closed_rows(
 
 
 def completed_pieces(
-    pieces: Callable[[], Iterable[Table]], *, vehicle: Vehicle | None = None, coefficients: Kind | None = None
+    pieces: Callable[[], Iterable[Table]],
+    *,
+    vehicle: VehicleLike | None = None,
+    coefficients: CoefficientsLike | None = None,
 ) -> Callable[[], Iterator[Table]]:
     """Return what yields a table completed: from t = 0, closed, with every column that follows from the others.
 

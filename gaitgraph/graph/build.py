@@ -36,10 +36,10 @@ import networkx as nx
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import number_of, whole_number
+from gaitgraph.angles import angles_from, number_of, whole_number
 from gaitgraph.errors import ContractError, InputError, checked_choice, shown
 from gaitgraph.gait.gait import Gait
-from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Coefficients, coefficients_of, noise_of
+from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Coefficients, CoefficientsLike, coefficients_of, noise_of
 from gaitgraph.invertibility.segment_bounds import (
     keeps_singular_value_above,
     least_level_determinant,
@@ -50,7 +50,7 @@ from gaitgraph.invertibility.segment_bounds import (
 from gaitgraph.surface.adjacency import neighbors_allowed, text_from_types
 from gaitgraph.surface.sheets import COLORS, Sign, checked_plane_angles, root_arrays, sheet_grid
 from gaitgraph.validation.rules import jumps
-from gaitgraph.vehicle import PAPER, Vehicle, vehicle_from_mapping
+from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_from_mapping, vehicle_named
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -94,9 +94,9 @@ def surface_graph(
     sign: Sign = "negative",
     *,
     divisions: int = DEFAULT_DIVISIONS,
-    vehicle: Vehicle = PAPER,
-    coefficients: Coefficients | None = None,
-    waypoints: Sequence[Sequence[float]] | npt.ArrayLike = (),
+    vehicle: VehicleLike = PAPER,
+    coefficients: CoefficientsLike | None = None,
+    waypoints: Sequence[Sequence[float | str]] | npt.ArrayLike = (),
     zones: Zones | None = None,
     floor: float = DEFAULT_FLOOR,
 ) -> nx.Graph[Any]:
@@ -112,8 +112,8 @@ def surface_graph(
         By default the paper's vehicle with its published coefficients. With exact coefficients there are no
         blue nodes, since R = 0 there.
     waypoints
-        Further points (α1, α2), shape (k, 2) [rad]; those off the grid, by more than 1e-9 rad, become nodes of their
-        own.
+        Further points (α1, α2), shape (k, 2), numbers [rad] or texts; those off the grid, by more than 1e-9 rad,
+        become nodes of their own.
     zones
         The user's keep-out and keep-in polygons; nodes and edges that break them are left out.
     floor
@@ -132,7 +132,8 @@ def surface_graph(
     """
     divisions = checked_divisions(divisions)
     checked_choice("sign", sign, ("positive", "negative"))
-    coefficients = coefficients or coefficients_of(vehicle)
+    vehicle = vehicle_named(vehicle)
+    coefficients = coefficients_of(vehicle, coefficients)
     wanted = 1.0 if sign == "positive" else -1.0
     axis, crossing_tolerance = grid_axis(divisions), math.pi / (2 * divisions)
 
@@ -206,7 +207,10 @@ def _waypoint_nodes(
 
     Of waypoints within 1e-9 rad of each other one serves.
     """
-    plane = np.asarray(waypoints, dtype=float).reshape(-1, 2)
+    plane = angles_from(waypoints, "waypoints")
+    if plane.size % 2 or (plane.size and plane.shape[-1] != 2):
+        raise InputError(f"waypoints must have the shape (k, 2), got {plane.shape}")
+    plane = plane.reshape(-1, 2)
     checked_plane_angles(plane[:, 0], plane[:, 1])
     away = np.abs(plane[:, :, None] - axis[1:-1]).min(axis=2).max(axis=1)
     plane = plane[away > WAYPOINT_SNAP]
@@ -328,6 +332,8 @@ def gait_along(graph: nx.Graph[Any], nodes: Sequence[Any]) -> Gait:
 
 def vehicle_and_coefficients(graph: nx.Graph[Any]) -> tuple[Vehicle, Coefficients]:
     """Return what a surface graph was built for, from its metadata; ContractError if some are missing."""
+    if not isinstance(graph, nx.Graph):
+        raise InputError(f"graph must be a networkx graph, as surface_graph returns, got {shown(graph)}")
     for key in ("vehicle", "coefficients", "sign", "crossing_tolerance", "floor"):
         if key not in graph.graph:
             raise ContractError(f"graph metadata: {key!r} is missing")

@@ -28,7 +28,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.errors import InputError, checked_choice
-from gaitgraph.vehicle import PAPER, Vehicle
+from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -92,16 +92,25 @@ class Coefficients:
         return 2.0 * self.delta_error if self.kind == "published" else 0.0
 
 
-def coefficients_of(vehicle: Vehicle = PAPER, kind: Kind | None = None) -> Coefficients:
+CoefficientsLike = Coefficients | Kind
+"""What may be given for coefficients: see :func:`coefficients_of`."""
+
+
+def coefficients_of(vehicle: VehicleLike = PAPER, kind: CoefficientsLike | None = None) -> Coefficients:
     """Return the coefficients of formula (1) for a vehicle, of which κ, the spin and the first arm's angle matter.
 
-    `kind` is "published", "exact", or None: published for the paper's vehicle, exact for any other. InputError if
-    published ones are requested for a vehicle that is not the paper's.
+    `kind` is "published", "exact", or None: published for the paper's vehicle, exact for any other; coefficients are
+    returned as they are. InputError if published ones are requested for a vehicle that is not the paper's.
 
     >>> coefficients_of().kind, round(coefficients_of(kind="exact").single, 4)
     ('published', 5.5915)
     """
-    if kind is None:
+    if isinstance(kind, Coefficients):
+        return kind
+    vehicle = vehicle_named(vehicle)
+    if kind is not None:
+        checked_choice("coefficients", kind, ("published", "exact"))
+    else:
         kind = "published" if vehicle.carries_published_coefficients else "exact"
     if kind == "published":
         if not vehicle.carries_published_coefficients:
@@ -111,7 +120,6 @@ def coefficients_of(vehicle: Vehicle = PAPER, kind: Kind | None = None) -> Coeff
             )
         a, b, c, d = _PUBLISHED
         return Coefficients(kind=kind, attitude=a, single=b, double=c, triple=d, delta=0.5 * math.atan2(1.0, a))
-    checked_choice("coefficients", kind, ("published", "exact"))
     k = vehicle.signed_drag_ratio
     return Coefficients(
         kind=kind,

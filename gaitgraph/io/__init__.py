@@ -10,7 +10,6 @@ if TYPE_CHECKING:
     from gaitgraph.io.columns import FormatOptions as FormatOptions, table_from_frame as table_from_frame
     from gaitgraph.io.formats import (
         gait_of as gait_of,
-        read_gait as read_gait,
         read_table as read_table,
         write_tables as write_tables,
     )

@@ -245,12 +245,8 @@ Frame = HasColumns | Mapping[str, Any]
 """A frame, whichever library it is of, or a mapping of names to columns."""
 
 
-def as_table(value: Any) -> Any:
-    """Return a frame as a table, and anything else as it is; InputError for a lazy frame."""
-    return table_from_frame(value) if _is_frame(value) else value
-
-
-def _is_frame(value: object) -> bool:
+def is_frame(value: object) -> bool:
+    """Return whether a value is a frame, or a mapping."""
     # The class is asked: asking a lazy frame for its columns would compute them.
     has_columns = hasattr(type(value), "columns") and hasattr(type(value), "__getitem__")
     return isinstance(value, Mapping) or (has_columns and not isinstance(value, Table))
@@ -267,7 +263,7 @@ def table_from_frame(frame: Frame) -> Table:
     >>> len(table), list(table.columns)
     (2, ['alpha1', 'alpha2', 'color'])
     """
-    if not _is_frame(frame):
+    if not is_frame(frame):
         raise InputError(f"frame must be a frame of pandas or polars, or a mapping of columns, got {shown(frame)}")
     if hasattr(type(frame), "collect"):
         raise InputError(f"frame must have its rows there, got a {type(frame).__name__}: collect() it first")

@@ -12,12 +12,15 @@ from dataclasses import dataclass, fields, replace
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
 
 from gaitgraph.errors import (
     FileProblem,
     FileWarning,
     GaitgraphError,
+    Infeasible,
     InputError,
     MissingExtra,
     OutputExists,
@@ -25,21 +28,34 @@ from gaitgraph.errors import (
     needs_extra,
     shown,
 )
-from gaitgraph.files import check_new_files, reading, remove_leftovers, text_of, write_whole
-from gaitgraph.gait.table import Table, about_from_text, closed_rows, merged
+from gaitgraph.files import check_new_files, path_of, reading, remove_leftovers, text_of, value_from_json, write_whole
+from gaitgraph.gait.gait import PAPER_NAMES, Gait, paper_gait
+from gaitgraph.gait.table import ANGLES, Table, about_from_text, closed_rows, merged
+from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.io import binary_tables, c_header, ros, text_files
-from gaitgraph.io.columns import FormatOptions, TableBuilder, as_table
+from gaitgraph.io.columns import FormatOptions, TableBuilder, is_frame, table_from_frame
 from gaitgraph.io.servo_map import mapped_table
+from gaitgraph.vehicle import PAPER, vehicle_named
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
     from types import ModuleType
 
-    from gaitgraph.gait.gait import Gait
-    from gaitgraph.invertibility.matrices import Kind
+    import numpy.typing as npt
+
+    from gaitgraph.invertibility.matrices import CoefficientsLike
     from gaitgraph.io.columns import Frame, Progress
     from gaitgraph.io.servo_map import ServoMap
-    from gaitgraph.vehicle import Vehicle
+    from gaitgraph.vehicle import VehicleLike
+
+    class HasGait(Protocol):
+        """What has a gait: a timed gait, a plan and other answers."""
+
+        @property
+        def gait(self) -> Gait:
+            """The gait."""
+
+    GaitLike = Gait | HasGait | Table | Frame | str | Path | npt.ArrayLike
 
 _WHAT = "gait file"
 
@@ -119,7 +135,7 @@ def known_format(path: str | Path, what: str, *, reads: bool = False, also: Sequ
     A folder to be read may have another name, if the files in it are those of a bag. `what` is how messages call it,
     and `also` are suffixes that a caller who writes, or seeks a request, has served before.
     """
-    given, path = str(path), Path(path)
+    given, path = str(path), path_of(path, what)
     suffix = path.suffix.lower()
     known = [suffix for suffix, one in FORMATS.items() if one.reads or not reads]
     is_folder = reads and given != "" and suffix not in FORMATS and path.is_dir()
@@ -209,29 +225,75 @@ def check_outputs(paths: Sequence[str | Path], *, force: bool = False) -> None:
 # -- Reading
 
 
-def gait_of(table: Table | Frame, *, vehicle: Vehicle | None = None, coefficients: Kind | None = None) -> Gait:
-    """Return the closed polyline through a table's rows, straight runs merged; or the gait that it states.
+def given_gait(gait: GaitLike, *, name: str = "gait", whole: bool = True, **choices: Any) -> Any:
+    """Return what was handed over as a gait, whatever the form: a Gait, a timed gait or a Table.
 
-    A table that gaitgraph wrote states corners, law and period. They count as long as the rows lie on that gait.
+    Every function that takes a gait takes it through this one. A plan, and whatever else has a timed gait, gives that;
+    so does a request file, which is planned with the `choices` that are not None (`vehicle`, `coefficients` …). Gaits
+    have their own choices already. "gait1" to "gait4" are those of the paper, for the vehicle of the choices. Rows of
+    shape (n, 4) and frames become tables, and so do gait files, or stay paths unless `whole`. InputError, which calls
+    it by its `name`, for anything else.
+    """
+    stated = {option: value for option, value in choices.items() if value is not None}
+    if hasattr(type(gait), "timed"):
+        timed = gait.timed() if callable(gait.timed) else gait.timed  # type: ignore[union-attr]
+        if timed is None:
+            raise Infeasible(getattr(gait, "reason", None) or f"{name} has no timed gait")
+        gait = timed
+    if isinstance(gait, Gait) or hasattr(type(gait), "rate_checks"):
+        for option, value in stated.items():
+            raise InputError(f"{option} must be None beside a gait, which has its own, got {shown(value)}")
+        return gait
+    if str(gait) in PAPER_NAMES:
+        vehicle = vehicle_named(stated.get("vehicle", PAPER))
+        numbers = coefficients_of(vehicle, stated.get("coefficients"))
+        return paper_gait(PAPER_NAMES.index(str(gait)) + 1, vehicle, numbers)
+    if isinstance(gait, (str, Path)):
+        if holds_request(gait):
+            from gaitgraph.planning.planner import planned_gait
+
+            return planned_gait(gait, stated)
+        return read_table(gait) if whole else Path(gait)
+    if is_frame(gait):
+        return table_from_frame(gait)  # type: ignore[arg-type]
+    rows: Any = () if isinstance(gait, Table) else gait
+    if (
+        isinstance(rows, (list, tuple, np.ndarray))
+        and len(rows)
+        and np.shape(np.array(rows, dtype=object)) == (len(rows), 4)
+    ):
+        return table_from_frame(dict(zip(ANGLES, np.array(rows, dtype=object).T.tolist(), strict=True)))
+    if not isinstance(gait, Table):
+        allowed = "a Gait, TimedGait, Plan, Table, data frame or (n, 4) array, or the path of a gait file or a request"
+        raise InputError(f"{name} must be {allowed}, got {shown(gait)}")
+    return gait
+
+
+def gait_of(
+    gait: GaitLike,
+    *,
+    vehicle: VehicleLike | None = None,
+    coefficients: CoefficientsLike | None = None,
+    name: str = "gait",
+) -> Gait:
+    """Return the gait that was handed over in any form: of a table the closed polyline, straight runs merged.
 
     A last row that repeats the first is the closing row. Rows of alpha1, alpha2 and color alone are lifted. Rows
     without a color get that of the sheet or fibre they lie on, if each lies on one to within 2e-3 rad.
 
     The vehicle and the coefficients are those given, else those that the table states, else the paper's. The gait keeps
-    the request that the table states, if none is given. Raises InputError if the rows are no gait table.
+    the request that the table states, if none is given. Raises InputError if it is no gait, as :func:`given_gait` says,
+    FileProblem if a file cannot be read, and Infeasible if a request has no gait.
 
     >>> gait_of({"alpha1": [0.4, 0.6, 0.9], "alpha2": [-0.4, -0.4, -0.4], "color": "red"}).alpha[:, 0].tolist()
     [0.4, 0.9]
     """
-    rows, _, stated = closed_rows(as_table(table), vehicle=vehicle, coefficients=coefficients)
+    source = given_gait(gait, name=name, vehicle=vehicle, coefficients=coefficients)
+    if not isinstance(source, Table):
+        return source if isinstance(source, Gait) else source.gait
+    with naming_file(gait):
+        rows, _, stated = closed_rows(source, vehicle=vehicle, coefficients=coefficients)
     return stated.gait if stated else replace(rows.merged(), request=rows.request)
-
-
-def read_gait(path: str | Path, *, vehicle: Vehicle | None = None, coefficients: Kind | None = None) -> Gait:
-    """Return the gait in a file; parameters and errors as for :func:`gait_of` and :func:`read_table`."""
-    table = read_table(path)
-    with naming_file(path):
-        return gait_of(table, vehicle=vehicle, coefficients=coefficients)
 
 
 def read_table(path: str | Path, *, joints: ServoMap | None = None) -> Table:
@@ -251,6 +313,7 @@ def read_pieces(
 
     `progress` is called with the fraction of the file that is read; with `plane_only` alpha1 and alpha2 are enough.
     """
+    path_of(path, _WHAT)
     form, path = known_format(path, _WHAT, reads=True), Path(path)
     read, known = form.function("read"), ", ".join(suffix for suffix, one in FORMATS.items() if one.reads)
     with reading(path, _WHAT, f"a gait table: {known}"):
@@ -279,6 +342,29 @@ def provenance_in(path: str | Path) -> dict[str, Any]:
         if lines[-1].rstrip() != form.end:
             raise InputError(f"it ends early: its last line must be {form.end!r}, got {shown(lines[-1])}")
         return about_from_text(line.removeprefix(form.mark), required=True)
+
+
+def object_from_json(text: str) -> dict[str, Any]:
+    """Return the object that a text of JSON holds, or raise InputError."""
+    content = value_from_json(text, "it must hold an object of fields")
+    if not isinstance(content, dict):
+        raise InputError(f"it must hold an object of fields, got a {type(content).__name__}")
+    return content
+
+
+def holds_request(path: str | Path) -> bool:
+    """Return whether a file is a request, or a saved plan without a gait; FileProblem if it cannot be read."""
+    path = Path(path)
+    if path.suffix.lower() != ".json":
+        return path.suffix.lower() == ".toml"
+    text = text_of(path, "file", "a gait table or a request")
+    if '"waypoints"' not in text:
+        return False
+    try:
+        content = object_from_json(text)
+    except InputError:
+        return False  # reading it as a gait file says what is wrong
+    return "waypoints" in content and not content.get("path") and "columns" not in content
 
 
 @contextmanager

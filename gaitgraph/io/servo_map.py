@@ -178,6 +178,7 @@ class ServoMap:
         must("first_rotor_spin", self.first_rotor_spin in (None, *get_args(Spin)), " or ".join(get_args(Spin)))
         turned = 0.0 if self.first_arm_angle is None else number_of(self.first_arm_angle)
         must("first_arm_angle", math.isfinite(turned), "a finite angle (rad)")
+        must("joints", isinstance(self.joints, tuple), "a tuple of joints")
         for what, names in (
             ("rotors", [joint.rotor for joint in self.joints]),
             ("names of joints", self.joint_names),

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from itertools import combinations, groupby
+from itertools import combinations
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
@@ -22,7 +22,13 @@ import shapely
 from gaitgraph.angles import angle_within, number_of, whole_number
 from gaitgraph.errors import Infeasible, InputError, checked_choice, shown
 from gaitgraph.gait.table import Table, merged
-from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Coefficients, FloatArray, Kind, coefficients_of
+from gaitgraph.invertibility.matrices import (
+    DEFAULT_FLOOR,
+    Coefficients,
+    CoefficientsLike,
+    FloatArray,
+    coefficients_of,
+)
 from gaitgraph.optimization.least_effort import (
     FEWEST_PIECES,
     LeastEffort,
@@ -30,7 +36,7 @@ from gaitgraph.optimization.least_effort import (
     control_points_along,
     power_pieces,
 )
-from gaitgraph.planning.request import checked_waypoints
+from gaitgraph.planning.request import checked_waypoints, grouped_waypoints
 from gaitgraph.planning.shortest_paths import ShortestPaths, shortest_loop
 from gaitgraph.surface.admissible import admissible_region, singular_value_region, thrust_region, why_empty
 from gaitgraph.surface.region import DEFAULT_ACCURACY, OVERLAY_ERROR, Discs, Zones, component_meeting, offset
@@ -39,7 +45,7 @@ from gaitgraph.timing.curve import Curve
 from gaitgraph.timing.timed_gait import TimedGait, checked_clock, pieces_of
 from gaitgraph.validation.report import Report, lines_of_checks
 from gaitgraph.validation.rules import checked_limits
-from gaitgraph.vehicle import PAPER, Vehicle
+from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -196,8 +202,8 @@ def optimal_gait(
     radius: Angle | Sequence[Angle] | npt.NDArray[np.float64] = 0.1,
     objective: Objective = "singular_value",
     sign: Literal["auto", "positive", "negative"] = "auto",
-    vehicle: Vehicle = PAPER,
-    coefficients: Kind | None = None,
+    vehicle: VehicleLike = PAPER,
+    coefficients: CoefficientsLike | None = None,
     keep_out: Sequence[Points] = (),
     keep_in: Sequence[Points] = (),
     floor: float = DEFAULT_FLOOR,
@@ -222,7 +228,7 @@ def optimal_gait(
         until one reaches the vehicle's largest thrust, if it states one;
         "tilt_rate": the effort ∫ (α̇1² + α̇2² + α̇3² + α̇4²) dt over the period is minimised [rad²/s].
     sign, vehicle, coefficients, keep_out, keep_in, floor, period
-        As for :func:`gaitgraph.planning.planner.plan_loop`, with a Vehicle; "auto" is the better sign. Everything
+        As for :func:`gaitgraph.planning.planner.plan_loop`; "auto" is the better sign. Everything
         physical is judged with exact coefficients, and the floor is kept whatever the objective.
     pieces
         Pieces of the spline, 8 to 400; by default 12 for each waypoint, from 36 to 240. More pieces turn sharper.
@@ -247,8 +253,7 @@ def optimal_gait(
     checked_choice("sign", sign, ("auto", "positive", "negative"))
     if not 0 < number_of(concession) <= 0.5:
         raise InputError(f"concession must be above 0 and at most 0.5, got {shown(concession)}")
-    if not isinstance(vehicle, Vehicle):
-        raise InputError(f"vehicle must be a Vehicle, got {shown(vehicle)}")
+    vehicle = vehicle_named(vehicle)
     checked_limits(floor=floor)
     checked_clock(period, "smooth")
     discs, notes = _discs(waypoints, radius)
@@ -277,12 +282,7 @@ def _discs(waypoints: Any, radius: Any) -> tuple[Discs, tuple[str, ...]]:
     if len(each) != len(points):
         raise InputError(f"radius must be one for all waypoints or one for each of {len(points)}, got {len(each)}")
     radii = np.array([angle_within(value, "radius", least=0.0) for value in each])
-    # Rows of waypoints that are the same, around the seam too.
-    groups = [list(group) for _, group in groupby(range(len(points)), key=points.__getitem__)]
-    if len(groups) > 1 and points[-1] == points[0]:
-        groups[0] += groups.pop()
-    dropped = len(points) - len(groups)
-    notes = (f"merged {dropped} waypoint{'s' * (dropped > 1)} that repeated the one before",) if dropped else ()
+    groups, notes = grouped_waypoints(points)
     centers = np.array([points[group[0]] for group in groups])
     discs = Discs(centers, np.array([radii[group].min() for group in groups]))
     discs.centers.flags.writeable = discs.radii.flags.writeable = False

@@ -15,11 +15,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-import numpy.typing as npt
 import shapely
 from shapely.affinity import translate
 
@@ -27,13 +25,12 @@ from gaitgraph.angles import number_of
 from gaitgraph.errors import Infeasible, InputError, shown
 from gaitgraph.gait.gait import Gait
 from gaitgraph.gait.table import ANGLES, Table, closing_time, is_closed, surface_of, tilt_angles
-from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Kind, coefficients_of, level_determinant
-from gaitgraph.io.columns import Frame, as_table
-from gaitgraph.io.formats import gait_of, read_table
+from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, coefficients_of, level_determinant
+from gaitgraph.io.formats import gait_of, given_gait
 from gaitgraph.planning.shortest_paths import ShortestPaths
 from gaitgraph.surface.admissible import admissible_region, why_empty
 from gaitgraph.surface.region import Zones, offset, polygons_of
-from gaitgraph.timing.timed_gait import TimedGait, table_of
+from gaitgraph.timing.timed_gait import table_of
 from gaitgraph.validation.rules import checked_limits
 from gaitgraph.validation.validating import validate
 
@@ -42,10 +39,11 @@ if TYPE_CHECKING:
 
     from shapely import Polygon
 
-    from gaitgraph.invertibility.matrices import FloatArray, IntArray
+    from gaitgraph.invertibility.matrices import CoefficientsLike, FloatArray, IntArray
+    from gaitgraph.io.formats import GaitLike
     from gaitgraph.surface.region import Points
     from gaitgraph.validation.report import Report
-    from gaitgraph.vehicle import Vehicle
+    from gaitgraph.vehicle import VehicleLike
 
 MOST_ROWS = 200_000
 """A longer table is refused: thin it out first."""
@@ -176,10 +174,10 @@ class Retargeted:
 
 
 def retarget(
-    source: Gait | TimedGait | Table | Frame | str | Path | npt.ArrayLike,
+    source: GaitLike,
     *,
-    vehicle: Vehicle | None = None,
-    coefficients: Kind | None = None,
+    vehicle: VehicleLike | None = None,
+    coefficients: CoefficientsLike | None = None,
     sign: Literal["positive", "negative"] | None = None,
     floor: float = DEFAULT_FLOOR,
     keep_out: Sequence[Points] = (),
@@ -195,8 +193,7 @@ def retarget(
     Parameters
     ----------
     source
-        Rows (α1, α2, α3, α4), shape (n, 4) [rad]; a table, or the path of one; a gait or a timed one. The segment
-        back to the first row is implied.
+        A gait in any form, see :func:`gaitgraph.io.formats.given_gait`. The segment back to the first row is implied.
     vehicle, coefficients
         What the gait is to be for; by default what the source says, else the paper's vehicle.
     sign, floor
@@ -231,7 +228,8 @@ def retarget(
     checked_limits(floor=floor, margin=margin)
     if keep is not None and not 0 < number_of(keep) <= 1:
         raise InputError(f"keep must be a share above 0, up to 1, got {shown(keep)}")
-    table = _table_of(source)
+    given = given_gait(source)
+    table = given if isinstance(given, Table) else _table_from(given) if isinstance(given, Gait) else table_of(given)
     if len(table) > MOST_ROWS:
         raise InputError(f"gait must have at most {MOST_ROWS} rows, got {len(table)}")
     chosen, numbers, crossing_tolerance = surface_of(table, vehicle, coefficients)
@@ -321,22 +319,6 @@ def _smaller(plane: FloatArray, share: float, part: Polygon, wanted: FloatArray)
     if means.is_empty:
         return np.full_like(shape, np.nan)
     return np.asarray(shape + shapely.get_coordinates(shapely.shortest_line(means, shapely.Point(wanted)))[0])
-
-
-def _table_of(source: Any) -> Table:
-    """Return what was given as a table."""
-    source = as_table(source)
-    if isinstance(source, (str, Path)):
-        return read_table(source)
-    if isinstance(source, (Table, TimedGait)):
-        return source if isinstance(source, Table) else table_of(source)
-    if not isinstance(source, Gait):
-        try:
-            source = Gait(alpha=source)
-        except (TypeError, ValueError) as error:
-            allowed = "finite angles of shape (n, 4), n at least 1 (rad), a table, a gait or a path"
-            raise InputError(f"gait must be {allowed}, got {shown(source)}") from error
-    return _table_from(source)
 
 
 def _table_from(gait: Gait, t: FloatArray | None = None, **about: Any) -> Table:

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gaitgraph.errors import checked_choice
+from gaitgraph.errors import InputError, checked_choice, shown
 from gaitgraph.gait.gait import lift
 from gaitgraph.graph.walks import order_of_places, quanta_of
 from gaitgraph.invertibility.matrices import coefficients_of, least_singular_value_on_red, level_determinant, noise_of
@@ -417,6 +417,8 @@ def location_of(request: PlanRequest, *, use: Use = "flyable") -> Location:
     [0.1671, 0.5]
     """
     checked_choice("use", use, ("flyable", "valid"))
+    if not hasattr(type(request), "as_mapping"):
+        raise InputError(f"request must be a PlanRequest, as planning.plan_request returns, got {shown(request)}")
     color: Color = "blue" if request.color == "blue" else "red"
     regions = []
     for sign in reversed(SIGNS):

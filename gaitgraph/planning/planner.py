@@ -17,15 +17,15 @@ from typing import TYPE_CHECKING, Any
 from gaitgraph.errors import Infeasible, InputError
 from gaitgraph.graph.build import nodes_above, vehicle_and_coefficients
 from gaitgraph.graph.walks import note_on_gap
-from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Kind
+from gaitgraph.invertibility.matrices import DEFAULT_FLOOR
 from gaitgraph.planning.any_angle import any_angle_paths, with_nearest
 from gaitgraph.planning.grid import grid_paths, notes_beside_the_grid, request_graph
 from gaitgraph.planning.refusal import FoundPath, Obstacle, branches_of
-from gaitgraph.planning.request import REQUEST_FIELDS, PlanRequest, plan_request
+from gaitgraph.planning.request import REQUEST_FIELDS, PlanRequest, plan_request, read_request
 from gaitgraph.surface.sheets import RELATION
 from gaitgraph.timing.laws import DEFAULT_LAW, LawName
 from gaitgraph.validation.report import RATE_CHECKS, lines_of_checks
-from gaitgraph.vehicle import PAPER, Vehicle
+from gaitgraph.vehicle import PAPER
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -34,11 +34,13 @@ if TYPE_CHECKING:
     import networkx as nx
 
     from gaitgraph.gait.gait import Gait
+    from gaitgraph.invertibility.matrices import CoefficientsLike
     from gaitgraph.planning.request import Method, Objective, Point, Use
     from gaitgraph.surface.region import Points
     from gaitgraph.surface.sheets import ColorChoice, Sign, SignChoice
     from gaitgraph.timing.timed_gait import TimedGait
     from gaitgraph.validation.report import Report
+    from gaitgraph.vehicle import VehicleLike
 
 _WIDTH = 110
 # A plan without a loop as plain values, in the order in which files have them.
@@ -116,14 +118,8 @@ class Loop:
             return "flyable"
         return "obeys the paper's rules, cannot fly" if self.report.valid else "breaks the paper's rules"
 
-    @property
-    def corners(self) -> str:
-        """How many corners the gait has, as a text."""
-        count = len(self.gait.alpha)
-        return f"{count} corner{'s' * (count > 1)}"
-
     def __repr__(self) -> str:
-        return f"<Loop: {self.color}, {RELATION[self.sign]}, {self.corners}, {self.length:.4f} rad, {self._verdict}>"
+        return f"<Loop: {self.color}, {RELATION[self.sign]}, {self.gait.size_text()}, {self._verdict}>"
 
     def __str__(self) -> str:
         broken = [check.name.replace("_", " ") for check in self.report.checks if check.mark != "ok"]
@@ -208,7 +204,7 @@ class Plan:
             lines += [*([_HOW_TO_ASK] if str(self.reason).endswith(_HOW_TO_ASK) else []), conditions]
         else:
             loop, report, corners = self.loop, self.loop.report, self.loop.gait.corner_lines()
-            head = f"Planned a {loop.color} gait, {RELATION[loop.sign]}: {loop.corners}, {loop.length:.4f} rad around"
+            head = f"Planned a {loop.color} gait, {RELATION[loop.sign]}: {loop.gait.size_text()}"
             lines = [f"{head}, T = {request.period:g} s, {request.law}", conditions, "", *corners, ""]
             if not loop.length:
                 lines[0] = f"Planned {_POSTURE}"
@@ -238,8 +234,8 @@ def plan_loop(
     sign: SignChoice = "auto",
     objective: Objective = "shortest",
     divisions: int | None = None,
-    vehicle: Vehicle | str | Path | Mapping[str, Any] = PAPER,
-    coefficients: Kind | None = None,
+    vehicle: VehicleLike = PAPER,
+    coefficients: CoefficientsLike | None = None,
     keep_out: Sequence[Points] = (),
     keep_in: Sequence[Points] = (),
     any_order: bool = False,
@@ -331,6 +327,12 @@ def plan_loop(
     return plan(request, graph=graph, progress=progress)
 
 
+def planned_gait(path: str | Path, stated: Mapping[str, Any]) -> TimedGait:
+    """Return the gait that the request in a file asks for, some fields replaced; Infeasible if there is none."""
+    request, sampling = read_request(path, stated)
+    return plan(request).timed(**sampling)
+
+
 def plan(
     request: PlanRequest, *, graph: nx.Graph[Any] | None = None, progress: Callable[[str], None] | None = None
 ) -> Plan:
@@ -371,7 +373,7 @@ def _answer(
             answers = grid_paths(branches, graph_of, progress)
         for answer in answers:
             if isinstance(answer, Obstacle):
-                obstacles.append(with_nearest(answer, request))
+                obstacles.append(answer)
             else:
                 loops += [loop_of(found, sign) for found in answer]
     loops.sort(key=_preference)
@@ -382,6 +384,7 @@ def _answer(
         obstacles = [Obstacle(color="red", sign=loops[0].sign, kind="limit", message=message)]
     reason, waypoints, warnings = None, request.waypoints, [*request.notes]
     if is_refused or not loops:
+        obstacles = [with_nearest(obstacle, request) for obstacle in obstacles]
         kind = "flyable" if is_refused else "closed"
         reason = f"no {kind} loop: {'; '.join(dict.fromkeys(obstacle.message for obstacle in obstacles))}"
         loops = []

@@ -11,9 +11,9 @@ say how the gait table is sampled.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from inspect import signature
+from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
@@ -21,19 +21,28 @@ import numpy as np
 
 from gaitgraph.angles import angle_within
 from gaitgraph.errors import InputError, check_fields, checked_choice, shown
-from gaitgraph.files import table_from_toml, text_of, value_from_json
+from gaitgraph.files import table_from_toml, text_of
 from gaitgraph.gait.table import ANGLES, SAME_ROW, merged, surface_of
 from gaitgraph.graph.build import DEFAULT_DIVISIONS, checked_divisions
-from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Kind, coefficients_of
-from gaitgraph.io.formats import known_format, naming_file, provenance_in, read_pieces
+from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, CoefficientsLike, Kind, coefficients_of
+from gaitgraph.io.formats import (
+    holds_request,
+    known_format,
+    naming_file,
+    object_from_json,
+    provenance_in,
+    read_pieces,
+)
 from gaitgraph.surface.loop_colorings import colorings
 from gaitgraph.surface.region import Points, Zones, checked_accuracy, checked_number
 from gaitgraph.surface.sheets import ColorChoice, SignChoice
 from gaitgraph.timing.laws import DEFAULT_LAW, LawName
 from gaitgraph.timing.timed_gait import checked_clock
-from gaitgraph.vehicle import PAPER, Vehicle, vehicle_from_mapping, vehicle_named
+from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
     from gaitgraph.surface.loop_colorings import Colorings
 
 Point = tuple[float, float]
@@ -51,7 +60,6 @@ CHOICES: dict[str, tuple[str, ...]] = {
 """What fields that are names may be."""
 MOST_WAYPOINTS = 1000
 
-_JSON = "it must be an object of fields"
 _SAMPLING = ("samples", "rate")
 
 
@@ -114,8 +122,8 @@ def plan_request(
     sign: SignChoice = "auto",
     objective: Objective = "shortest",
     divisions: int | None = None,
-    vehicle: Vehicle | str | Path | Mapping[str, Any] = PAPER,
-    coefficients: Kind | None = None,
+    vehicle: VehicleLike = PAPER,
+    coefficients: CoefficientsLike | None = None,
     keep_out: Sequence[Points] = (),
     keep_in: Sequence[Points] = (),
     any_order: bool = False,
@@ -136,19 +144,12 @@ def plan_request(
     (1, 'exact', 'published')
     """
     checked_clock(period, law)
-    if isinstance(vehicle, Mapping):
-        vehicle = vehicle_from_mapping(dict(vehicle))
-    elif not isinstance(vehicle, Vehicle):
-        vehicle = vehicle_named(vehicle)
+    vehicle = vehicle_named(vehicle)
     points = checked_waypoints(waypoints)
-    # A waypoint that equals the one before it is dropped, around the seam too.
-    kept = [point for k, point in enumerate(points) if k == 0 or point != points[k - 1]]
-    if len(kept) > 1 and kept[-1] == kept[0]:
-        kept.pop()
-    dropped = len(points) - len(kept)
+    groups, notes = grouped_waypoints(points)
     zones = Zones(keep_out=keep_out, keep_in=keep_in)
     return PlanRequest(
-        waypoints=tuple(kept),
+        waypoints=tuple(points[group[0]] for group in groups),
         color=color,
         sign=sign,
         objective=objective,
@@ -164,7 +165,7 @@ def plan_request(
         law=law,
         floor=checked_number("floor", floor),
         require=require,
-        notes=(f"merged {dropped} waypoint{'s' * (dropped > 1)} that repeated the one before",) if dropped else (),
+        notes=notes,
     )
 
 
@@ -190,6 +191,15 @@ def checked_waypoints(value: object, most: int = MOST_WAYPOINTS) -> list[Point]:
         first, second = (angle_within(angles[k], f"waypoint {number} alpha{k + 1}") for k in range(2))
         points.append((first, second))
     return points
+
+
+def grouped_waypoints(points: Sequence[Point]) -> tuple[list[list[int]], tuple[str, ...]]:
+    """Return the indices of waypoints, those together that repeat the one before, around the seam too; and notes."""
+    groups = [list(group) for _, group in groupby(range(len(points)), key=points.__getitem__)]
+    if len(groups) > 1 and points[-1] == points[0]:
+        groups[0] += groups.pop()
+    dropped = len(points) - len(groups)
+    return groups, (f"merged {dropped} waypoint{'s' * (dropped > 1)} that repeated the one before",) * (dropped > 0)
 
 
 # --- requests in files -----------------------------------------------------------------------------------------------
@@ -241,7 +251,7 @@ def stated_request(path: str | Path) -> dict[str, Any]:
     else:
         text = text_of(path, "request file", "TOML or JSON")
         with naming_file(path, "request file"):
-            content = table_from_toml(text) if suffix == ".toml" else _object_from_json(text)
+            content = table_from_toml(text) if suffix == ".toml" else object_from_json(text)
         if "status" in content and isinstance(content.get("request"), dict):
             return dict(content["request"])  # a saved plan
         if not isinstance(content.get("columns"), dict):
@@ -259,34 +269,12 @@ def stated_request(path: str | Path) -> dict[str, Any]:
         )
 
 
-def _object_from_json(text: str) -> dict[str, Any]:
-    content = value_from_json(text, _JSON)
-    if not isinstance(content, dict):
-        raise InputError(f"{_JSON}, got a {type(content).__name__}")
-    return content
-
-
-def holds_request(path: str | Path) -> bool:
-    """Return whether a file is a request, or a saved plan without a gait; FileProblem if it cannot be read."""
-    path = Path(path)
-    if path.suffix.lower() != ".json":
-        return path.suffix.lower() == ".toml"
-    text = text_of(path, "file", "a gait table or a request")
-    if '"waypoints"' not in text:
-        return False
-    try:
-        content = _object_from_json(text)
-    except InputError:
-        return False  # reading it as a gait file says what is wrong
-    return "waypoints" in content and not content.get("path") and "columns" not in content
-
-
 def colorings_of_file(
     path: str | Path,
     *,
     sign: SignChoice | None = None,
-    vehicle: Vehicle | None = None,
-    coefficients: Kind | None = None,
+    vehicle: VehicleLike | None = None,
+    coefficients: CoefficientsLike | None = None,
     crossing_tolerance: float | None = None,
 ) -> Colorings:
     """Return every colouring of the loop in a gait table, a table of alpha1 and alpha2, a saved plan or a request.

@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from itertools import product
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,8 +21,8 @@ from gaitgraph.angles import HALF_PI, number_of
 from gaitgraph.errors import Infeasible, InputError, shown
 from gaitgraph.gait.gait import Gait, lift
 from gaitgraph.gait.table import ANGLES, RATES, Table, merged
-from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, FloatArray, Kind, coefficients_of
-from gaitgraph.io.formats import write_tables
+from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, FloatArray
+from gaitgraph.io.formats import gait_of, write_tables
 from gaitgraph.planning.any_angle import shortest_path
 from gaitgraph.planning.refusal import Branch
 from gaitgraph.planning.request import plan_request
@@ -30,15 +30,18 @@ from gaitgraph.surface.region import checked_number
 from gaitgraph.surface.sheets import FIBERS, red_label, separating_factor
 from gaitgraph.timing.laws import DEFAULT_LAW, LAWS, LawName
 from gaitgraph.timing.timed_gait import MOST_SAMPLES, TimedGait, checked_clock, pieces_of
-from gaitgraph.vehicle import PAPER, Vehicle
+from gaitgraph.vehicle import PAPER
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
+    from gaitgraph.invertibility.matrices import CoefficientsLike
     from gaitgraph.io.columns import FormatOptions
+    from gaitgraph.io.formats import GaitLike
     from gaitgraph.surface.sheets import Color, Sign
     from gaitgraph.validation.report import Report
+    from gaitgraph.vehicle import VehicleLike
 
 HOVER = "hover"
 """α = 0: ordinary hover, rotors upright."""
@@ -173,23 +176,24 @@ class Transition:
 
 
 def transition(
-    start: Gait | Literal["hover"],
-    end: Gait | Literal["hover"],
+    start: GaitLike,
+    end: GaitLike,
     *,
     duration: float | None = None,
     law: LawName = DEFAULT_LAW,
     samples: int | None = None,
     rate: float | None = None,
     floor: float = DEFAULT_FLOOR,
-    vehicle: Vehicle | None = None,
-    coefficients: Kind | None = None,
+    vehicle: VehicleLike | None = None,
+    coefficients: CoefficientsLike | None = None,
 ) -> Transition:
     """Return a path on the surface from hover to a gait, from a gait to hover, or from one gait to another.
 
     Parameters
     ----------
     start, end
-        A gait, or "hover" for α = 0. A gait is left and joined at one of its corners, where the law `smooth` rests.
+        A gait in any form, or "hover" for α = 0. A gait is left and joined at one of its corners, where the law
+        `smooth` rests.
     duration
         How long it takes [s]; by default 1 s, or what the vehicle's limits of tilt rate and acceleration need if that
         is more.
@@ -198,7 +202,7 @@ def transition(
     floor
         Least singular value that a flyable path keeps, dimensionless.
     vehicle, coefficients
-        What the path is for, if both ends are hover; otherwise the gait says.
+        What the path is for, if both ends are hover or files; otherwise the gait says.
 
     Returns
     -------
@@ -226,20 +230,17 @@ def transition(
     >>> bool(transition("hover", lift([(1.2, -1.2)], "red")))
     False
     """
-    gaits = []
-    for name, given in (("start", start), ("end", end)):
-        if isinstance(given, Gait):
-            if vehicle is not None or coefficients is not None:
-                raise InputError(f"vehicle and coefficients must not be stated beside a gait, as {name} is")
-            gaits.append(given)
-        elif not isinstance(given, str) or given != HOVER:
-            raise InputError(f"{name} must be a gait or 'hover', got {shown(given)}")
-    if gaits:
-        hover = replace(gaits[0], alpha=np.zeros((1, 4)), colors=("red",), request={})
-    else:
-        numbers = coefficients_of(vehicle or PAPER, coefficients)
-        hover = Gait(alpha=np.zeros((1, 4)), colors=("red",), vehicle=vehicle or PAPER, coefficients=numbers)
-    first, last = (given if isinstance(given, Gait) else hover for given in (start, end))
+    ends = [
+        one
+        if isinstance(one, str) and one == HOVER
+        else gait_of(one, vehicle=vehicle, coefficients=coefficients, name=name)
+        for name, one in (("start", start), ("end", end))
+    ]
+    gaits = [one for one in ends if isinstance(one, Gait)]
+    hover = replace(gaits[0], alpha=np.zeros((1, 4)), colors=("red",), request={}) if gaits else None
+    body = PAPER if vehicle is None else vehicle
+    hover = hover or Gait(alpha=np.zeros((1, 4)), colors=("red",), vehicle=body, coefficients=coefficients)
+    first, last = (one if isinstance(one, Gait) else hover for one in ends)
     if (first.vehicle, first.coefficients) != (last.vehicle, last.coefficients):
         raise InputError(
             f"end must be a gait for {first.vehicle.name!r} ({first.coefficients.kind} coefficients), as the start is, "
@@ -275,7 +276,7 @@ def transition(
         refused,
         there_and_back=gait,
         reason=None if report.flyable else report.reason,
-        corners=(None if isinstance(start, str) else corners[0], None if isinstance(end, str) else corners[1]),
+        corners=(None if ends[0] == HOVER else corners[0], None if ends[1] == HOVER else corners[1]),
         duration=seconds,
         samples=count,
         report=report,

@@ -19,9 +19,9 @@ from gaitgraph.files import check_new_files, write_whole
 from gaitgraph.gait.gait import Gait, paper_gait, printed_gait
 from gaitgraph.gait.table import Table
 from gaitgraph.graph.build import DEFAULT_DIVISIONS
-from gaitgraph.invertibility.matrices import Coefficients, Kind, coefficients_of
+from gaitgraph.invertibility.matrices import Coefficients, CoefficientsLike, coefficients_of
 from gaitgraph.invertibility.tilt_margins import least_tilt_margin
-from gaitgraph.io.formats import gait_of
+from gaitgraph.io.formats import gait_of, given_gait, naming_file
 from gaitgraph.plots import gaits, planes
 from gaitgraph.plots.axes import (
     FORMATS,
@@ -35,7 +35,7 @@ from gaitgraph.plots.axes import (
 )
 from gaitgraph.plots.vehicles import vehicle_figure
 from gaitgraph.robustness.attitudes import acceptable_attitudes
-from gaitgraph.vehicle import PAPER, Vehicle
+from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from gaitgraph.io.formats import GaitLike
     from gaitgraph.timing.timed_gait import TimedGait
 
     Drawing = Callable[[Figure, "_FigureInput"], Any]
@@ -235,9 +236,9 @@ def names_of_figures(texts: Sequence[str | int]) -> tuple[str, ...]:
 def draw(
     name: str | int,
     *,
-    vehicle: Vehicle | None = None,
-    coefficients: Kind | None = None,
-    gait: Gait | TimedGait | Table | None = None,
+    vehicle: VehicleLike | None = None,
+    coefficients: CoefficientsLike | None = None,
+    gait: GaitLike | None = None,
     divisions: int = DEFAULT_DIVISIONS,
 ) -> Figure:
     """Return one figure of the paper, a plain matplotlib figure apart from pyplot.
@@ -252,16 +253,16 @@ def draw(
     coefficients
         By default "published" for the paper's vehicle, "exact" for any other. Figures 18, 19 and 22 show both.
     gait
-        For "gait": a gait as it is, or a table, to which vehicle and coefficients apply; by default Gait 3.
+        For "gait": a gait in any form as it is, or a table, to which vehicle and coefficients apply; by default Gait 3.
     divisions
         Divisions n of the grid.
     """
     names = names_of_figures([name])
     if len(names) != 1:
         raise InputError(f"name must be one of {', '.join(FIGURES)}, got {shown(name)}")
-    chosen = vehicle or PAPER
+    chosen = vehicle_named(PAPER if vehicle is None else vehicle)
     numbers = coefficients_of(chosen, coefficients)
-    given = paper_gait(3, chosen, numbers) if gait is None else gait
+    given = paper_gait(3, chosen, numbers) if gait is None else given_gait(gait)
     polyline = gait_of(given, vehicle=vehicle, coefficients=coefficients) if isinstance(given, Table) else None
     timed = given.parametrize() if isinstance(given, Gait) else given
     known = FIGURES[names[0]]
@@ -275,9 +276,9 @@ def write_figures(
     out: str | Path,
     *,
     only: Sequence[str | int] | None = None,
-    vehicle: Vehicle | None = None,
-    coefficients: Kind | None = None,
-    gait: Gait | TimedGait | Table | None = None,
+    vehicle: VehicleLike | None = None,
+    coefficients: CoefficientsLike | None = None,
+    gait: GaitLike | None = None,
     formats: Sequence[Format] = ("png", "svg"),
     force: bool = False,
     progress: Callable[[str], None] | None = None,
@@ -303,13 +304,17 @@ def write_figures(
         Called with a few words before each figure.
     """
     require_matplotlib()
+    source = None if gait is None else given_gait(gait)
+    if isinstance(source, Table):
+        with naming_file(gait):
+            gait_of(source, vehicle=vehicle, coefficients=coefficients)
     names = tuple(FIGURES) if only is None else names_of_figures(only)
     if gait is not None and "gait" not in names:
         raise InputError(f"gait has an effect on the figure gait only, and drawn are {', '.join(names)}")
     kinds = tuple(dict.fromkeys(formats))
     for kind in kinds or ("none",):
         checked_choice("format", kind, FORMATS)
-    coefficients_of(vehicle or PAPER, coefficients)
+    coefficients_of(PAPER if vehicle is None else vehicle, coefficients)
     folder = Path(out)
     files = {name: [(folder / f"{FIGURES[name].stem}.{kind}", kind) for kind in kinds] for name in names}
     paths = [path for targets in files.values() for path, _ in targets]
@@ -322,6 +327,6 @@ def write_figures(
     for name, targets in files.items():
         if progress is not None:
             progress(f"drawing {FIGURES[name].stem}")
-        figure = draw(name, vehicle=vehicle, coefficients=coefficients, gait=gait)
+        figure = draw(name, vehicle=vehicle, coefficients=coefficients, gait=source)
         write_whole([(path, picture_bytes(figure, kind)) for path, kind in targets], force=force)
     return paths

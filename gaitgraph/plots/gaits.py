@@ -13,7 +13,7 @@ from gaitgraph.angles import HALF_PI, whole_number
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.table import Table
 from gaitgraph.invertibility.matrices import Coefficients, FloatArray, coefficients_of
-from gaitgraph.io.formats import gait_of
+from gaitgraph.io.formats import gait_of, given_gait
 from gaitgraph.plots.axes import (
     BLUE,
     COLOR_OF,
@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from gaitgraph.flight.basins import Basin
     from gaitgraph.flight.flight import Outcome
     from gaitgraph.gait.gait import Gait
+    from gaitgraph.io.formats import GaitLike
     from gaitgraph.surface.sheets import Sign
 
 # Of the four angles, in no color of a sheet; opposite rotors, which move together on the red sheet, differ in width.
@@ -58,7 +59,7 @@ _PALE = {"red": "#fcd4cd", "blue": "#9fb3e8"}
 
 
 def gait_loop(
-    gait: Gait,
+    gait: GaitLike,
     *,
     angles: tuple[int, int] = (1, 2),
     label: str | None = None,
@@ -76,7 +77,7 @@ def gait_loop(
     """
     if sorted(angles) != sorted(set(angles) & {1, 2, 3, 4}) or len(angles) != 2:
         raise InputError(f"angles must be two different ones of 1 to 4, got {shown(angles)}")
-    fresh = ax is None
+    gait, fresh = gait_of(gait), ax is None
     ax = axes_or_new(ax)
     columns = [angle - 1 for angle in angles]
     starts, ends = gait.alpha[:, columns], gait.ends[:, columns]
@@ -108,7 +109,7 @@ def gait_loop(
 
 
 def roll_pitch_diagram(
-    gait: Gait, *, eta: float | None = None, name: str = "gait", count: int = 48, ax: Axes | None = None
+    gait: GaitLike, *, eta: float | None = None, name: str = "gait", count: int = 48, ax: Axes | None = None
 ) -> Axes:
     """Draw the attitudes at which a gait is singular, and those of its biased gait (Figures 18 to 22).
 
@@ -122,6 +123,7 @@ def roll_pitch_diagram(
     Singular curves have "singular" as their ``gid``, borders "acceptable".
     """
     whole_number("count", count, 1, 10_000)
+    gait = gait_of(gait)
     ax = axes_or_new(ax, size=(85, 95))
     numbers = as_if_exact(gait.coefficients)
     gaits: list[tuple[Gait, str, str, Any]] = [(gait, name, RED, "-")]
@@ -184,21 +186,21 @@ def finish_diagram(ax: Axes) -> None:
 
 
 def gait_in_four_dimensions(
-    timed: TimedGait | Table, *, gait: Gait | None = None, axes: Sequence[Axes] | npt.NDArray[np.object_] | None = None
+    timed: GaitLike, *, gait: Gait | None = None, axes: Sequence[Axes] | npt.NDArray[np.object_] | None = None
 ) -> npt.NDArray[np.object_]:
     """Draw a gait over one period: its angles in time, its loop on the map of types, and three projections.
 
-    `timed` is a timed gait, or a table; rows without `t` get the smooth law and a period of a second. `gait` is the
-    closed polyline of a table; by default :func:`gaitgraph.io.formats.gait_of` finds it. `axes`, which are returned,
-    are five plane ones: time, (α1, α2), (α1, α3), (α2, α4), (α3, α4); by default those of a new figure.
+    `timed` is a timed gait, a table, or a gait in any other form; rows without `t` get the smooth law and a period of a
+    second. `gait` is the closed polyline of a table, by default that of :func:`gaitgraph.io.formats.gait_of`. `axes`,
+    which are returned, are five plane ones: time, (α1, α2), (α1, α3), (α2, α4), (α3, α4); by default those of a new
+    figure.
     """
-    if not isinstance(timed, (TimedGait, Table)):
-        raise InputError(f"timed must be a TimedGait or a Table, got {shown(timed)}")
-    gait = gait or (timed.gait if isinstance(timed, TimedGait) else gait_of(timed))
-    if isinstance(timed, Table) and "t" in timed and "alpha3" in timed:
-        time, alpha = np.asarray(timed["t"], dtype=float), timed.alpha
+    given = given_gait(timed, name="timed")
+    gait = gait or gait_of(given)
+    if isinstance(given, Table) and "t" in given and "alpha3" in given:
+        time, alpha = np.asarray(given["t"], dtype=float), given.alpha
     else:
-        clock = timed if isinstance(timed, TimedGait) else gait.parametrize()
+        clock = given if isinstance(given, TimedGait) else gait.parametrize()
         time, alpha = clock.t, clock.alpha
     if axes is None:
         axes = axes_of_a_gait(blank_figure(170, 118, pyplot=True))

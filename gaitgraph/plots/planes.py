@@ -14,7 +14,7 @@ from gaitgraph.angles import HALF_PI
 from gaitgraph.errors import checked_choice
 from gaitgraph.graph.build import DEFAULT_DIVISIONS, checked_divisions, grid_axis
 from gaitgraph.invertibility import matrices
-from gaitgraph.invertibility.matrices import BoolArray, Coefficients, FloatArray, coefficients_of
+from gaitgraph.invertibility.matrices import BoolArray, Coefficients, CoefficientsLike, FloatArray, coefficients_of
 from gaitgraph.plots.axes import (
     BLUE,
     COLOR_OF,
@@ -30,7 +30,7 @@ from gaitgraph.plots.axes import (
 )
 from gaitgraph.surface.adjacency import PLANE_TYPES, text_from_types, types_may_be_adjacent
 from gaitgraph.surface.sheets import COLORS, RELATION, RootArrays, Sign, red_label, root_arrays
-from gaitgraph.vehicle import PAPER, Vehicle
+from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -203,7 +203,7 @@ def adjacency_rule(of: Literal["angle", "pair"] = "pair", *, ax: Axes | None = N
 def type_map(
     sign: Sign = "negative",
     *,
-    coefficients: Coefficients | None = None,
+    coefficients: CoefficientsLike | None = None,
     divisions: int = DEFAULT_DIVISIONS,
     labels: bool = True,
     ax: Axes | None = None,
@@ -221,7 +221,7 @@ def type_map(
     is one scatter; a written type has the node's (i, j) as its ``gid``.
     """
     checked_choice("sign", sign, RELATION)
-    found, signs = interior_roots(coefficients or coefficients_of(), divisions)
+    found, signs = interior_roots(coefficients_of(kind=coefficients), divisions)
     ax = axes_or_new(ax, size=(170, 176))
     shows = (found.sheet != 0) & ((signs == _SIGN[sign]) | (signs == 0))
     written = (shows & (found.types == 0).any(axis=-1)).any(axis=1) & labels
@@ -273,7 +273,7 @@ def _mark_nodes(ax: Axes, places: FloatArray, state: tuple[int, ...], size: floa
 # ---------------------------------------------------------------- regions
 
 
-def regions_map(vehicle: Vehicle = PAPER, *, ax: Axes | None = None) -> Axes:
+def regions_map(vehicle: VehicleLike = PAPER, *, ax: Axes | None = None) -> Axes:
     """Draw the exact regions of the (α1, α2) plane on the red sheet: signs of R, hover, and the thrust it takes.
 
     R = 0 on the lines α1 = δ ∓ π/2 and α2 = ±π/2 − δ and on the curve tan α1 − tan α2 = 2κ. Hover with every thrust
@@ -282,7 +282,7 @@ def regions_map(vehicle: Vehicle = PAPER, *, ax: Axes | None = None) -> Axes:
 
     `ax` are plane axes, by default those of a new figure. Each curve has its equation as its ``gid``.
     """
-    ax = axes_or_new(ax, size=(85, 96))
+    vehicle, ax = vehicle_named(vehicle), axes_or_new(ax, size=(85, 96))
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
@@ -353,12 +353,12 @@ def _draw_zeros_of_R(ax: Axes, vehicle: Vehicle) -> None:
     ax.plot(_FINE_AXIS, a2, **look, gid="tan(alpha1) - tan(alpha2) = 2 kappa")
 
 
-def singular_value_map(vehicle: Vehicle = PAPER, *, ax: Axes | None = None) -> Axes:
+def singular_value_map(vehicle: VehicleLike = PAPER, *, ax: Axes | None = None) -> Axes:
     """Draw contours of the least singular value on the red sheet, level, exact physics: how well it can be inverted.
 
     `ax` are plane axes, by default those of a new figure; a color bar is drawn beside them.
     """
-    ax = axes_or_new(ax, size=(95, 85))
+    vehicle, ax = vehicle_named(vehicle), axes_or_new(ax, size=(95, 85))
     a1, a2 = np.meshgrid(_FINE_AXIS, _FINE_AXIS, indexing="ij")
     value = matrices.least_singular_value_on_red(a1, a2, vehicle)
     levels = 0.1 * np.arange(math.ceil(10 * float(value.max())) + 1)

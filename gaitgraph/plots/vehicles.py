@@ -23,9 +23,10 @@ from gaitgraph.errors import InputError, needs_extra, shown
 from gaitgraph.files import check_new_files, write_whole
 from gaitgraph.gait.table import Table, provenance_text, surface_of
 from gaitgraph.invertibility.matrices import FloatArray, rotor_directions
-from gaitgraph.io.formats import FILMS
+from gaitgraph.io.formats import FILMS, given_gait
 from gaitgraph.plots.axes import axes_or_new, draw_arrow, draw_label, paper_style
-from gaitgraph.vehicle import PAPER, Vehicle
+from gaitgraph.timing.timed_gait import table_of
+from gaitgraph.vehicle import PAPER, VehicleLike, vehicle_named
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -33,6 +34,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
+
+    from gaitgraph.io.formats import GaitLike
 
 ROTOR_COLORS = ("#e69f00", "#56b4e9", "#009e73", "#cc79a7")
 """Of rotors 1 to 4; distinct to colour-blind eyes, and of neither sheet."""
@@ -116,7 +119,7 @@ def screen_axes(view: tuple[float, float]) -> tuple[FloatArray, FloatArray]:
 
 def vehicle_view(
     alpha: npt.ArrayLike,
-    vehicle: Vehicle = PAPER,
+    vehicle: VehicleLike = PAPER,
     *,
     view: tuple[float, float] = DEFAULT_VIEW,
     attitude: npt.ArrayLike | None = None,
@@ -153,6 +156,7 @@ def vehicle_view(
     screen = turned.T @ np.stack([right, up], axis=-1)
     toward = turned.T @ np.cross(right, up)
 
+    vehicle = vehicle_named(vehicle)
     bearings = vehicle.first_arm_angle + np.arange(4) * (math.pi / 2)
     outward = np.stack([np.cos(bearings), np.sin(bearings), np.zeros(4)], axis=-1)
     # Thrusts are drawn as rotors push that push away from the body, shape (n, 4, 3).
@@ -223,7 +227,7 @@ _PAPER_DISC = 0.42
 _LEAN = "#b35900"  # of tilts and what follows from them
 
 
-def vehicle_figure(vehicle: Vehicle = PAPER, *, ax: Axes | None = None) -> Axes:
+def vehicle_figure(vehicle: VehicleLike = PAPER, *, ax: Axes | None = None) -> Axes:
     """Draw a vehicle from above, and one of its rotors from the tip of its arm: axes, spins, positive tilts (Figure 1).
 
     `ax` are plane axes, which lose their frame; by default those of a new figure. The arrow of the lean of rotor 1 has
@@ -322,13 +326,15 @@ def check_films(paths: Sequence[str | Path], *, force: bool = False) -> None:
     check_new_files(paths, force=force)
 
 
-def write_films(table: Table, paths: Sequence[str | Path], *, force: bool = False) -> None:
+def write_films(gait: GaitLike, paths: Sequence[str | Path], *, force: bool = False) -> None:
     """Write films of a gait, one period at its own pace, each whole or not at all.
 
-    `table` has the gait's rows; without times a period lasts a second. `paths` have the suffix .gif (by Pillow) or .mp4
+    `gait` may have any form; rows without times take a second. `paths` have the suffix .gif (by Pillow) or .mp4
     (where ffmpeg is installed); `force` overwrites files that exist.
     """
     check_films(paths, force=force)
+    given = given_gait(gait)
+    table = given if isinstance(given, Table) else table_of(given)
     t = table["t"] - table["t"][0] if "t" in table else np.zeros(1)
     period, vehicle = float(t[-1]), surface_of(table)[0]
     if not period > 0:

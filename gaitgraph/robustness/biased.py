@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -16,7 +15,7 @@ from gaitgraph.angles import number_of, whole_number
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.gait import Gait
 from gaitgraph.gait.table import Table, closed_rows
-from gaitgraph.invertibility.matrices import Kind, coefficients_of
+from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.invertibility.segment_bounds import Bound, Value, least_along, singular_value_bound
 from gaitgraph.invertibility.tilt_margins import (
     LeastMargin,
@@ -25,17 +24,16 @@ from gaitgraph.invertibility.tilt_margins import (
     least_tilt_margin,
     nearest_singular_attitude,
 )
-from gaitgraph.io.columns import Frame, as_table
-from gaitgraph.io.formats import naming_file, read_table
+from gaitgraph.io.formats import given_gait, naming_file
 from gaitgraph.robustness.attitudes import AcceptableAttitudes, SingularCurve, acceptable_attitudes, singular_curve
 from gaitgraph.surface.sheets import DEFAULT_TOLERANCE, family_distances
-from gaitgraph.timing.timed_gait import TimedGait
 from gaitgraph.validation.rules import Segments, checked_limits, segments_of
 
 if TYPE_CHECKING:
-    from gaitgraph.invertibility.matrices import Coefficients, FloatArray
+    from gaitgraph.invertibility.matrices import Coefficients, CoefficientsLike, FloatArray
+    from gaitgraph.io.formats import GaitLike
     from gaitgraph.validation.report import GaitPoint
-    from gaitgraph.vehicle import Vehicle
+    from gaitgraph.vehicle import Vehicle, VehicleLike
 
 Scaling = Literal["none", "biased", "scaled"]
 
@@ -186,13 +184,13 @@ def _attitude(pair: tuple[float, float]) -> str:
 
 
 def robustness_of(
-    gait: Gait | TimedGait | Table | Frame | str | Path,
+    gait: GaitLike,
     *,
     bias: float | Iterable[float] = (),
     scale: float | Iterable[float] = (),
     tilt: float = DEFAULT_TILT,
-    vehicle: Vehicle | None = None,
-    coefficients: Kind | None = None,
+    vehicle: VehicleLike | None = None,
+    coefficients: CoefficientsLike | None = None,
     tolerance: float = 1e-5,
     angle_rounding: float | None = None,
     curves: int = 24,
@@ -205,7 +203,7 @@ def robustness_of(
     Parameters
     ----------
     gait
-        A gait, a timed gait, a table, a data frame, or the path of a gait file, on the surfaces or off them; closed.
+        A gait in any form, see :func:`gaitgraph.io.formats.given_gait`, on the surfaces or off them; closed.
     bias, scale
         η by which α3 and α4, equations (12) to (15), or all four angles are scaled, each in (0, 1]; any number of them.
     tilt
@@ -236,11 +234,9 @@ def robustness_of(
     factors += [("scaled", eta) for eta in _etas(scale, "scale")]
     curves = whole_number("curves", curves, 0, _MOST_CURVES)
     checked_limits(angle_rounding=angle_rounding)
-    if isinstance(gait, (Gait, TimedGait)) and vehicle is not None:
-        raise InputError(f"vehicle must be omitted for a gait, which has its own, got {shown(vehicle)}")
-    segments, vehicle, rounding, noun = _closed_segments(gait, vehicle)
+    segments, body, rounding, noun = _closed_segments(gait, vehicle)
     rounding = rounding if angle_rounding is None else angle_rounding
-    numbers = coefficients_of(vehicle, coefficients or "exact")
+    numbers = coefficients_of(body, "exact" if coefficients is None else coefficients)
     found: list[Robustness] = []
     for scaling, eta in [*factors, ("none", 1.0)]:
         if progress is not None:
@@ -253,7 +249,7 @@ def robustness_of(
         direction = None if np.isnan(nearest).any() or not margin.exists else (float(nearest[0]), float(nearest[1]))
         value, singular_where, attitude = (0.0, 0.0), where, direction or (0.0, 0.0)
         if margin.exists and margin.upper > tilt:
-            value, singular_where, attitude = _least_singular_value(moved, tilt, vehicle)
+            value, singular_where, attitude = _least_singular_value(moved, tilt, body)
         places = _spread(moved, curves)
         found.append(
             Robustness(
@@ -271,7 +267,7 @@ def robustness_of(
                 noun=noun,
             )
         )
-    return RobustnessReport(gait=found[-1], sweep=tuple(found[:-1]), vehicle=vehicle, coefficients=numbers)
+    return RobustnessReport(gait=found[-1], sweep=tuple(found[:-1]), vehicle=body, coefficients=numbers)
 
 
 def _etas(value: float | Iterable[float], name: str) -> list[float]:
@@ -283,24 +279,19 @@ def _etas(value: float | Iterable[float], name: str) -> list[float]:
     return [number_of(eta) for eta in values]
 
 
-def _closed_segments(
-    gait: Gait | TimedGait | Table | Frame | str | Path, vehicle: Vehicle | None
-) -> tuple[Segments, Vehicle, float, str]:
+def _closed_segments(gait: GaitLike, vehicle: VehicleLike | None) -> tuple[Segments, Vehicle, float, str]:
     """Return the segments of a closed gait, its vehicle, the assumed error of its angles, and the word for a point."""
-    if isinstance(gait, (Gait, TimedGait)):
-        points = gait if isinstance(gait, Gait) else gait.gait
-        segments, digits, noun = segments_of(points), 0.0, "corner"
-    else:
-        source = as_table(gait)
-        table = read_table(source) if isinstance(source, (str, Path)) else source
-        if not isinstance(table, Table):
-            raise InputError(f"gait must be a gait, timed gait, table, data frame or path of a file, got {shown(gait)}")
-        with naming_file(source):
-            points, times, stated = closed_rows(table, vehicle=vehicle)
+    source = given_gait(gait, vehicle=vehicle)
+    if isinstance(source, Table):
+        with naming_file(gait):
+            points, times, stated = closed_rows(source, vehicle=vehicle)
         if stated is not None:
             return _closed_segments(stated, None)
         segments = replace(segments_of(points), t=times, first_t=None if times is None else float(times[0]))
-        digits, noun = table.digit_error, "row"
+        digits, noun = source.digit_error, "row"
+    else:
+        points = source if isinstance(source, Gait) else source.gait
+        segments, digits, noun = segments_of(points), 0.0, "corner"
     # The distance of points from the sheets that they all lie on is an error of their angles.
     far = float(family_distances(points.alpha, points.coefficients)[..., :2].min(axis=-1).max())
     rounding = max(digits, points.coefficients.sheet_error, far if far <= DEFAULT_TOLERANCE else 0.0)

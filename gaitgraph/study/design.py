@@ -19,14 +19,14 @@ import numpy as np
 
 from gaitgraph.angles import HALF_PI, angle_from_text, number_of, whole_number
 from gaitgraph.errors import GaitgraphError, InputError, check_fields, did_you_mean, shown
-from gaitgraph.files import from_toml_file
+from gaitgraph.files import from_toml_file, path_of
 from gaitgraph.flight.flight import FlightSettings, settings_from_mapping
 from gaitgraph.gait.gait import PAPER_GAITS, paper_gait
 from gaitgraph.gait.table import ANGLES
 from gaitgraph.invertibility.matrices import coefficients_of
-from gaitgraph.io.formats import gait_of, read_table
+from gaitgraph.io.formats import gait_of, holds_request, read_table
 from gaitgraph.planning.planner import plan
-from gaitgraph.planning.request import REQUEST_FIELDS, holds_request, read_request, request_from_mapping
+from gaitgraph.planning.request import REQUEST_FIELDS, read_request, request_from_mapping
 from gaitgraph.timing.laws import DEFAULT_LAW, LawName
 from gaitgraph.vehicle import UNITS, Vehicle, vehicle_from_mapping, vehicle_named
 
@@ -350,7 +350,7 @@ def columns_of(study: Study) -> dict[str, str]:
 
 def read_study(path: str | Path) -> Study:
     """Read a study from a TOML file; files that it names are relative to it. InputError, FileProblem if it is none."""
-    path = Path(path)
+    path = path_of(path, "study file")
     return from_toml_file(path, "study", lambda one: study_from_mapping({"name": path.stem, **one}, folder=path.parent))
 
 

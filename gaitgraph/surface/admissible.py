@@ -19,6 +19,7 @@ from gaitgraph.angles import HALF_PI
 from gaitgraph.errors import checked_choice
 from gaitgraph.invertibility.matrices import (
     Coefficients,
+    CoefficientsLike,
     coefficients_of,
     hover_thrust_shares,
     least_singular_value_on_red,
@@ -53,7 +54,7 @@ from gaitgraph.surface.region import (
     zones_region,
 )
 from gaitgraph.surface.sheets import COLORS, SIGNS, Color, Sign, red_label, sheet_angles
-from gaitgraph.vehicle import PAPER, Vehicle
+from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -76,10 +77,10 @@ _NOWHERE = np.array([shapely.Polygon(), shapely.Polygon()])
 
 def sign_region(
     sign: Sign,
-    vehicle: Vehicle = PAPER,
+    vehicle: VehicleLike = PAPER,
     *,
     color: Color = "red",
-    coefficients: Coefficients | None = None,
+    coefficients: CoefficientsLike | None = None,
     least: float | None = None,
     accuracy: float = DEFAULT_ACCURACY,
 ) -> Region:
@@ -105,12 +106,12 @@ def sign_region(
     0.0
     """
     (wanted,), accuracy = _checked_signs(color, sign), checked_accuracy(accuracy)
-    least = 0.0 if least is None else checked_number("least", least)
+    vehicle, least = vehicle_named(vehicle), 0.0 if least is None else checked_number("least", least)
     tolerance, half = chord_tolerance(accuracy), accuracy / 2
     if color == "red":
         judged, margin = coefficients_of(vehicle, "exact"), accuracy if least else _OPEN_MARGIN
     else:
-        judged, margin = coefficients or coefficients_of(vehicle), _OPEN_MARGIN
+        judged, margin = coefficients_of(vehicle, coefficients), _OPEN_MARGIN
         least = least or noise_of(judged)
     spin = 1 if judged.delta > 0 else -1
     # Each of two lines turns the sign of R: on red a factor vanishes there, on blue α3 or α4 is wrapped by π.
@@ -201,7 +202,7 @@ def certain_determinant(coefficients: Coefficients) -> float:
 # --- the conditions of flight ----------------------------------------------------------------------------------------
 
 
-def hover_region(vehicle: Vehicle = PAPER) -> Region:
+def hover_region(vehicle: VehicleLike = PAPER) -> Region:
     """Return where all hover thrusts are positive on the red sheet: α1 < δ and α2 > −δ, or α1 > δ and α2 < −δ.
 
     The borders of the two rectangles, where a pair of rotors idles, are excluded.
@@ -209,15 +210,16 @@ def hover_region(vehicle: Vehicle = PAPER) -> Region:
     >>> round(hover_region().outer.area, 3)
     4.991
     """
+    body = vehicle_named(vehicle)
 
     def broken_at(alpha1: float, alpha2: float) -> str | None:
-        shares = hover_thrust_shares([alpha1, alpha2, alpha1, alpha2], vehicle)
+        shares = hover_thrust_shares([alpha1, alpha2, alpha1, alpha2], body)
         if shares.min() > 0:
             return None
         values = f"{float(shares[0]):.3g} and {float(shares[1]):.3g} of m·g"
         return f"hover thrusts of {values} (rotors 1 and 3, 2 and 4), wanted is > 0"
 
-    pair = _union([_cell(math.atan(vehicle.signed_drag_ratio), side, side, _OPEN_MARGIN) for side in (1, -1)])
+    pair = _union([_cell(math.atan(body.signed_drag_ratio), side, side, _OPEN_MARGIN) for side in (1, -1)])
     return region_of(pair, _OPEN_MARGIN, Condition(name="hover thrusts > 0", broken_at=broken_at))
 
 
@@ -236,7 +238,7 @@ def _limit(
 
 
 def thrust_region(
-    share: float | None, vehicle: Vehicle = PAPER, *, least: float = 0.0, accuracy: float = DEFAULT_ACCURACY
+    share: float | None, vehicle: VehicleLike = PAPER, *, least: float = 0.0, accuracy: float = DEFAULT_ACCURACY
 ) -> Region:
     """Return where hover needs of no rotor more than a share of the weight, and of each one at least another.
 
@@ -247,6 +249,7 @@ def thrust_region(
     >>> thrust_region(None, least=0.3).contains([[-0.2, 0.2], [-1.0, 1.0]]).tolist()
     [False, True]
     """
+    vehicle = vehicle_named(vehicle)
     accuracy, region = checked_accuracy(accuracy), hover_region(vehicle)
     if share is not None:
         checked_number("share", share, "a positive finite number (of m·g)")
@@ -276,7 +279,7 @@ def _thrust_limit(share: float, vehicle: Vehicle, accuracy: float, *, largest: b
 
 
 def singular_value_region(
-    floor: float, vehicle: Vehicle = PAPER, *, block: float | None = None, accuracy: float = DEFAULT_ACCURACY
+    floor: float, vehicle: VehicleLike = PAPER, *, block: float | None = None, accuracy: float = DEFAULT_ACCURACY
 ) -> Region:
     """Return where the least singular value of the scaled decoupling matrix, level, is at least a floor on red.
 
@@ -287,6 +290,7 @@ def singular_value_region(
     [9.138, 3.766, 0.061, 0.0]
     """
     floor, accuracy = checked_number("floor", floor), checked_accuracy(accuracy)
+    vehicle = vehicle_named(vehicle)
     kappa = vehicle.signed_drag_ratio
 
     inner = _singular_value_polygon(floor, floor if block is None else block, kappa, accuracy, inside=True)
@@ -321,12 +325,12 @@ def _singular_value_polygon(floor: float, block: float, kappa: float, accuracy: 
 
 
 def admissible_region(
-    vehicle: Vehicle = PAPER,
+    vehicle: VehicleLike = PAPER,
     *,
     use: Use = "flyable",
     color: Color = "red",
     sign: Sign | None = None,
-    coefficients: Coefficients | None = None,
+    coefficients: CoefficientsLike | None = None,
     floor: float = 0.05,
     zones: Zones | None = None,
     accuracy: float = DEFAULT_ACCURACY,
@@ -363,7 +367,8 @@ def admissible_region(
     """
     checked_choice("use", use, ("valid", "flyable"))
     _checked_signs(color, sign)
-    coefficients = coefficients or coefficients_of(vehicle)
+    vehicle = vehicle_named(vehicle)
+    coefficients = coefficients_of(vehicle, coefficients)
     floor, accuracy = checked_number("floor", floor), checked_accuracy(accuracy)
     region = _admissible(vehicle, use, color, sign, coefficients, floor, accuracy)
     return region & zones_region(zones) if zones is not None and (zones.keep_out or zones.keep_in) else region

@@ -17,8 +17,15 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.errors import InputError, checked_choice, shown
-from gaitgraph.invertibility.matrices import Coefficients, coefficients_of, level_determinant, noise_of
+from gaitgraph.angles import angles_from
+from gaitgraph.errors import InputError, checked_choice
+from gaitgraph.invertibility.matrices import (
+    Coefficients,
+    CoefficientsLike,
+    coefficients_of,
+    level_determinant,
+    noise_of,
+)
 from gaitgraph.surface.adjacency import text_from_types
 from gaitgraph.surface.sheets import (
     COLORS,
@@ -31,7 +38,7 @@ from gaitgraph.surface.sheets import (
     sheet_angles,
     types_of,
 )
-from gaitgraph.vehicle import PAPER, Vehicle
+from gaitgraph.vehicle import PAPER, VehicleLike
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -290,8 +297,8 @@ def colorings(
     points: npt.ArrayLike,
     *,
     sign: SignChoice = "auto",
-    vehicle: Vehicle = PAPER,
-    coefficients: Coefficients | None = None,
+    vehicle: VehicleLike = PAPER,
+    coefficients: CoefficientsLike | None = None,
     crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE,
 ) -> Colorings:
     """Return every Two-Color-consistent colouring of a closed loop, counted and ready to be listed.
@@ -299,8 +306,8 @@ def colorings(
     Parameters
     ----------
     points
-        The loop, shape (n, 2) or (n, 4), of which α1 and α2 count [rad]; a last point that repeats the first is one
-        more point.
+        The loop, shape (n, 2) or (n, 4), of which α1 and α2 count, numbers [rad] or texts such as "pi/8"; a last point
+        that repeats the first is one more point.
     sign
         Sign of R that the roots must have: "negative", "positive", or "auto" for both, one after the other.
     vehicle, coefficients
@@ -330,15 +337,12 @@ def colorings(
     >>> colorings([(0.9, 0.3), (0.9, -0.9)], sign="positive").obstacles["positive"].message
     'point 1 has no root with R > 0, neither red nor blue'
     """
-    try:
-        plane = np.asarray(points, dtype=float)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"points must be pairs (α1, α2) of numbers [rad], got {shown(points)}") from error
+    plane = angles_from(points, "points")
     if plane.ndim != 2 or plane.shape[1] not in (2, 4) or not len(plane):
         raise InputError(f"points must be of the shape (n, 2) or (n, 4) with n at least 1, got {plane.shape}")
     checked_choice("sign", sign, ("auto", *SIGNS))
     a1, a2 = checked_plane_angles(plane[:, 0], plane[:, 1])
-    choices = color_choices(a1, a2, coefficients or coefficients_of(vehicle), crossing_tolerance)
+    choices = color_choices(a1, a2, coefficients_of(vehicle, coefficients), crossing_tolerance)
     counting = {one: ColoringCount(one) for one in SIGNS if sign in ("auto", one)}
     for one, count in counting.items():
         count.add(choices[one])

@@ -37,10 +37,19 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import HALF_PI, angle_from_text, angle_within, distance_to_multiple, number_of, wrapped
+from gaitgraph.angles import (
+    HALF_PI,
+    angle_from_text,
+    angle_within,
+    angles_from,
+    distance_to_multiple,
+    number_of,
+    wrapped,
+)
 from gaitgraph.errors import InputError, checked_choice, shown
 from gaitgraph.invertibility.matrices import (
     Coefficients,
+    CoefficientsLike,
     FloatArray,
     coefficients_of,
     level_determinant,
@@ -135,10 +144,7 @@ def checked_plane_angles(alpha1: Any, alpha2: Any) -> tuple[FloatArray, FloatArr
     """Return α1 and α2 as arrays, or raise InputError naming the one that leaves [−π/2, π/2]."""
     out = []
     for name, value in (("alpha1", alpha1), ("alpha2", alpha2)):
-        try:
-            angles = np.asarray(value, dtype=float)
-        except (TypeError, ValueError) as error:
-            raise InputError(f"{name} must be angles in radians, got {shown(value)}") from error
+        angles = angles_from(value, name)
         if (bad := ~(np.abs(angles) <= HALF_PI)).any():
             angle_within(float(angles[bad].flat[0]), name)
         out.append(angles)
@@ -232,7 +238,7 @@ def roots(
     alpha1: float | str,
     alpha2: float | str,
     *,
-    coefficients: Coefficients | None = None,
+    coefficients: CoefficientsLike | None = None,
     crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE,
 ) -> RootSet:
     """Return every (α3, α4) in [−π/2, π/2]² with Rφ = Rθ = 0 for one (α1, α2).
@@ -262,7 +268,7 @@ def roots(
     >>> len(roots(np.pi / 2, 0.3)), len(roots(np.pi / 2, -np.pi / 2))
     (3, 5)
     """
-    coefficients = coefficients or coefficients_of()
+    coefficients = coefficients_of(kind=coefficients)
     a1, a2 = angle_from_text(alpha1, "alpha1"), angle_from_text(alpha2, "alpha2")
     checked_plane_angles(a1, a2)
     types = tuple(map(int, types_of("red", a1, a2, coefficients, crossing_tolerance)))
@@ -304,7 +310,7 @@ def root_arrays(
     alpha1: npt.ArrayLike,
     alpha2: npt.ArrayLike,
     *,
-    coefficients: Coefficients | None = None,
+    coefficients: CoefficientsLike | None = None,
     crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE,
 ) -> RootArrays:
     """Return the roots of many (α1, α2) at once, in the order of :func:`roots`, whose options and errors it has.
@@ -314,7 +320,7 @@ def root_arrays(
     >>> root_arrays([0.3, np.pi / 2, np.pi / 2], [0.1, 0.1, -np.pi / 2]).count.tolist()
     [2, 3, 5]
     """
-    coefficients = coefficients or coefficients_of()
+    coefficients = coefficients_of(kind=coefficients)
     a1, a2 = np.broadcast_arrays(*checked_plane_angles(alpha1, alpha2))
     # Four candidates on each sheet: both ends of the range for α3 and for α4, of which an angle elsewhere takes one.
     sheets = [sheet_angles(color, a1, a2, coefficients) for color in COLORS]
@@ -341,7 +347,7 @@ def sheet_grid(
     alpha1: npt.ArrayLike,
     alpha2: npt.ArrayLike,
     *,
-    coefficients: Coefficients | None = None,
+    coefficients: CoefficientsLike | None = None,
     crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE,
 ) -> SheetGrid:
     """Return the roots of one sheet over the grid alpha1 × alpha2, axes in [−π/2, π/2] [rad].
@@ -352,7 +358,7 @@ def sheet_grid(
     >>> sum(sheet_grid(color, axis, axis).R.size for color in COLORS)
     650
     """
-    coefficients = coefficients or coefficients_of()
+    coefficients = coefficients_of(kind=coefficients)
     a1, a2 = checked_plane_angles(alpha1, alpha2)
     if a1.ndim != 1 or a2.ndim != 1:
         raise InputError(f"alpha1 and alpha2 must be axes of one dimension, got {a1.ndim} and {a2.ndim}")

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
         TimedGait as TimedGait,
         export as export,
         table_of as table_of,
+        timed_gait_of as timed_gait_of,
     )
 else:
     __getattr__, __dir__ = lazy_names(__name__)

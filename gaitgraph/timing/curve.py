@@ -22,16 +22,18 @@ import numpy.typing as npt
 
 from gaitgraph.angles import angle_within, figure, number_of
 from gaitgraph.errors import InputError, checked_choice, shown
-from gaitgraph.gait.gait import Gait, vertices
-from gaitgraph.invertibility.matrices import Coefficients, FloatArray, coefficients_of
+from gaitgraph.gait.gait import Gait
+from gaitgraph.invertibility.matrices import Coefficients, CoefficientsLike, FloatArray, coefficients_of
+from gaitgraph.io.formats import gait_of
 from gaitgraph.surface.sheets import DEFAULT_CROSSING_TOLERANCE, sheet_angles
 from gaitgraph.timing.laws import bernstein_from_power, derivative_of, divided, located, peaks_of, values_of
 from gaitgraph.timing.timed_gait import TimedGait
 from gaitgraph.validation.report import RATE_UNITS
 from gaitgraph.validation.validating import check_gait
-from gaitgraph.vehicle import PAPER, Vehicle
+from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
 
 if TYPE_CHECKING:
+    from gaitgraph.io.formats import GaitLike
     from gaitgraph.validation.report import CheckOptions, Report
 
 DEFAULT_CHORD = 1e-6
@@ -94,8 +96,8 @@ class Curve:
         breaks: npt.ArrayLike,
         pieces: npt.ArrayLike,
         color: str = "red",
-        vehicle: Vehicle = PAPER,
-        coefficients: Coefficients | None = None,
+        vehicle: VehicleLike = PAPER,
+        coefficients: CoefficientsLike | None = None,
         crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE,
     ) -> None:
         stated = breaks, pieces
@@ -121,7 +123,8 @@ class Curve:
                 rule = "a closed curve, continuous to the second derivative"
                 raise InputError(f"pieces must be {rule}, but the {kind} {where}")
         breaks.flags.writeable = pieces.flags.writeable = False
-        made = (breaks, pieces, color, vehicle, coefficients or coefficients_of(vehicle), crossing_tolerance)
+        vehicle = vehicle_named(vehicle)
+        made = (breaks, pieces, color, vehicle, coefficients_of(vehicle, coefficients), crossing_tolerance)
         for name, value in zip(self.__slots__, made, strict=True):
             object.__setattr__(self, name, value)  # the record is frozen
 
@@ -250,7 +253,7 @@ class Rounding:
         return text + (f"; shrunk to share a leg: {', '.join(map(str, self.merged))}" if self.merged else "")
 
 
-def rounded(gait: Gait, tolerance: float | str) -> Rounding:
+def rounded(gait: GaitLike, tolerance: float | str) -> Rounding:
     """Return a gait of one color with its corners rounded.
 
     Parameters
@@ -277,6 +280,7 @@ def rounded(gait: Gait, tolerance: float | str) -> Rounding:
     3 corners rounded, at most 0.02 rad from the gait
     """
     size = angle_within(tolerance, "tolerance", least=SMALLEST)
+    gait = gait_of(gait)
     if gait.color not in ("red", "blue"):
         wanted = "gait must be on one sheet, red or blue"
         raise InputError(f"{wanted}, got the color {shown(gait.color)}; retarget moves it there")
@@ -439,10 +443,11 @@ class LimitedGait(TimedGait):
         return tuple(out)
 
     def vertices(self, tolerance: float = 1e-9) -> FloatArray:
-        """Return the vertices by equations (16) to (19) over the whole period; a rounded loop may have none."""
+        """Return the corners of the loop; of a curve the tips where it turns back on its line, so mostly none."""
         if self.curve is None:
             return self.gait.vertices(tolerance)
-        return vertices(np.vstack([self.gait.alpha, self.curve.at(self.curve.turning_points())]), tolerance)
+        at = self.curve.turning_points()
+        return self.curve.at(at[np.linalg.norm(self.curve.at(at, 1), axis=1) <= tolerance])
 
     def check(self, **options: Unpack[CheckOptions]) -> Report:
         """Return every check of the path, along the curve itself, and those of rates, accelerations and jerks."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -18,7 +18,10 @@ from gaitgraph.angles import number_of
 from gaitgraph.errors import InputError, shown
 from gaitgraph.invertibility.segment_bounds import least_singular_value_of_all
 from gaitgraph.timing.laws import divided
-from gaitgraph.timing.timed_gait import TimedGait
+from gaitgraph.timing.timed_gait import TimedGait, timed_gait_of
+
+if TYPE_CHECKING:
+    from gaitgraph.io.formats import GaitLike
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -105,13 +108,13 @@ class ServoResponse:
         )
 
 
-def servo_response(timed: TimedGait, lag: float | npt.ArrayLike | None = None) -> ServoResponse:
+def servo_response(gait: GaitLike, lag: float | npt.ArrayLike | None = None) -> ServoResponse:
     """Return the settled periodic response of first-order servos to a timed gait.
 
     Parameters
     ----------
-    timed
-        What is commanded.
+    gait
+        What is commanded, a timed gait or any other form of a gait.
     lag
         Time constant, one for all servos or four [s]; the vehicle's `servo_lag` by default.
 
@@ -132,8 +135,7 @@ def servo_response(timed: TimedGait, lag: float | npt.ArrayLike | None = None) -
     >>> response.distance_off_sheet(), bool((response.peak() <= 0.02 * timed.peak_rates() + 1e-12)[0])
     (0.0, True)
     """
-    if not isinstance(timed, TimedGait):
-        raise InputError(f"timed must be a timed gait, as gait.parametrize(period) returns, got {shown(timed)}")
+    timed = timed_gait_of(gait)
     if lag is None:
         (lag,) = timed.gait.vehicle.require("servo_lag", purpose="the error of lagging servos")
     single = np.ndim(lag) == 0

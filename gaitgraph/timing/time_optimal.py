@@ -18,6 +18,7 @@ from gaitgraph.angles import angle_from_text, whole_number
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.gait import Gait
 from gaitgraph.invertibility.matrices import FloatArray
+from gaitgraph.io.formats import gait_of
 from gaitgraph.timing.curve import Curve, LimitedGait, Rounding, nodes_along, rounded
 from gaitgraph.timing.laws import (
     fastest_squared_speeds,
@@ -33,6 +34,7 @@ from gaitgraph.validation.report import RATE_UNITS
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from gaitgraph.io.formats import GaitLike
     from gaitgraph.vehicle import Vehicle
 
 Limit = float | str | Sequence[float | str] | FloatArray | None
@@ -142,6 +144,7 @@ class LeastPeriod:
     limits: Limits
     timed: LimitedGait | None = None
     least: float | None = None  # the least period found [s]
+    at_rest: float | None = None  # the same with a rest at each corner, where corners were to be rounded [s]
     lower_bound: float = 0.0  # a period below which there is certainly no law along this path [s]
     stretch: float = 0.0  # what the law was stretched by to keep limits between samples too, minus 1
     rounding: Rounding | None = None  # None too where resting at the corners is quicker
@@ -165,6 +168,7 @@ class LeastPeriod:
             "note": self.note or None,
             "period": self.period,
             "least_period": self.least,
+            "least_period_at_rest": self.at_rest,
             "lower_bound": self.lower_bound,
             "stretch": self.stretch,
             "limits": self.limits.as_mapping(),
@@ -184,6 +188,12 @@ class LeastPeriod:
         lines = [self.reason]
         if self.timed is not None:
             found = f"period {self.timed.period:.4f} s; least found {self.least:.4f} s"
+            if self.rounding is not None:
+                found += " with rounded corners" + (
+                    f" ({self.at_rest:.4f} s with rests at them)" if self.at_rest else ""
+                )
+            elif self.timed.curve is None:
+                found += " with a rest at each corner"
             touched = (f"  {touch}" for touch in self.timed.limits_touched())
             lines = [f"{found}, none below {self.lower_bound:.4f} s", *touched]
         if self.rounding is not None:
@@ -192,7 +202,7 @@ class LeastPeriod:
 
 
 def least_period(
-    path: Gait | Curve | Rounding,
+    path: GaitLike | Curve | Rounding,
     limits: Limits | None = None,
     *,
     rounding: float | str | None = None,
@@ -206,7 +216,8 @@ def least_period(
     Parameters
     ----------
     path, limits
-        A gait of one color, a curve, or a rounded gait; and what to keep, by default the limits of its vehicle.
+        A gait of one color in any form, a curve, or a rounded gait; and what to keep, by default the limits of its
+        vehicle.
     rounding
         For a gait: round its corners by this tolerance first, as :func:`gaitgraph.timing.curve.rounded`. Without it
         the law rests at every corner; only a gait that does nothing but turn back on its line is run without a rest.
@@ -241,7 +252,7 @@ def least_period(
 
 
 def paced(
-    path: Gait | Curve | Rounding,
+    path: GaitLike | Curve | Rounding,
     limits: Limits | None = None,
     *,
     period: float = 1.0,
@@ -294,9 +305,8 @@ def paced(
 class _Task:
     """A smooth curve to run, or a polyline with a rest at each corner if `curve` is None, and the limits to keep."""
 
-    def __init__(self, path: object, limits: Limits | None, rounding: float | str | None = None) -> None:
-        if not isinstance(path, (Gait, Curve, Rounding)):
-            raise InputError(f"path must be a gait, a curve or a rounded gait, got {shown(path)}")
+    def __init__(self, path: Any, limits: Limits | None, rounding: float | str | None = None) -> None:
+        path = path if isinstance(path, (Curve, Rounding)) else gait_of(path)
         if rounding is not None and not isinstance(path, Gait):
             raise InputError(f"rounding must be None for a curve, which has no corners, got {shown(rounding)}")
         if limits is not None and not isinstance(limits, Limits):
@@ -364,18 +374,20 @@ class _Task:
             return self._out_of_range(bound)
         if progress is not None:
             progress("looking for the fastest law")
-        task, (timed, note) = self, self._fastest(nodes, progress)
+        task, (timed, note), at_rest = self, self._fastest(nodes, progress), None
         if self.resting is not None:
-            at_rest, _ = self.resting._fastest(nodes, None)
-            if at_rest.period < timed.period:
-                times = f"{at_rest.period:.4f} s, against {timed.period:.4f} s with rounded corners"
+            slow, _ = self.resting._fastest(nodes, None)
+            at_rest = slow.period
+            if at_rest < timed.period:
+                times = f"{at_rest:.4f} s, against {timed.period:.4f} s with rounded corners"
                 note = "; ".join(filter(None, (f"rests at the corners: {times}", note)))
-                task, timed = self.resting, at_rest
+                task, timed = self.resting, slow
         least = timed.period
         if not _SHORTEST <= least <= _LONGEST:
             return task._out_of_range(least)
         bound = min(bound, least)
-        return task.answer("ok", timed=timed, least=least, lower_bound=bound, stretch=timed.stretch, note=note)
+        found: dict[str, Any] = {"timed": timed, "least": least, "at_rest": at_rest, "stretch": timed.stretch}
+        return task.answer("ok", note=note, lower_bound=bound, **found)
 
     def _out_of_range(self, period: float) -> LeastPeriod:
         """Return the answer where the least period is none that a timed gait may have, with the slowest limit."""

@@ -8,23 +8,35 @@ from __future__ import annotations
 
 import math
 from collections import Counter, deque
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Any, Unpack, get_args
 
 import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.angles import number_of, text_from_angle, whole_number
 from gaitgraph.errors import InputError, checked_choice, shown
-from gaitgraph.gait.table import ACCELERATIONS, ANGLES, RATES, ROWS_OF_A_PIECE, Table, completed_pieces, merged
+from gaitgraph.gait.gait import Gait
+from gaitgraph.gait.table import (
+    ACCELERATIONS,
+    ANGLES,
+    RATES,
+    ROWS_OF_A_PIECE,
+    Table,
+    closed_rows,
+    completed_pieces,
+    merged,
+)
 from gaitgraph.invertibility.matrices import level_determinant
 from gaitgraph.io.formats import (
     check_options,
     check_outputs,
     gait_of,
+    given_gait,
     known_format,
     naming_file,
     read_pieces,
@@ -34,18 +46,19 @@ from gaitgraph.io.formats import (
 from gaitgraph.io.servo_map import clipped_rows
 from gaitgraph.surface.adjacency import text_from_types
 from gaitgraph.surface.sheets import family_codes, family_types
-from gaitgraph.timing.laws import LAWS, STRAIGHT, LawName
+from gaitgraph.timing.laws import DEFAULT_LAW, LAWS, STRAIGHT, LawName
 from gaitgraph.validation.report import RATE_UNITS, limit_check
+from gaitgraph.validation.validating import validate
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping
+    from collections.abc import Callable, Iterator, Mapping
 
-    from gaitgraph.gait.gait import Gait
-    from gaitgraph.invertibility.matrices import FloatArray, Kind
+    from gaitgraph.invertibility.matrices import CoefficientsLike, FloatArray
     from gaitgraph.io.columns import FormatOptions
+    from gaitgraph.io.formats import GaitLike
     from gaitgraph.io.servo_map import ServoMap
     from gaitgraph.validation.report import Check, CheckOptions, Report
-    from gaitgraph.vehicle import Vehicle
+    from gaitgraph.vehicle import VehicleLike
 
 DEFAULT_SAMPLES = 100
 """Intervals per period when neither a count nor a rate is asked for."""
@@ -55,6 +68,8 @@ MOST_SAMPLES = 10_000_000
 MOST_CORNERS = 1000
 """A table states its corners up to this number; one of more corners is its rows."""
 
+ROW_BY_ROW = "row-by-row"  # the law of a RowTimedGait
+_SAME = 1e-6  # rad between a row and a law
 _BYTES_HELD = 1 << 24  # a file of no more bytes is held, not read again
 
 
@@ -164,7 +179,7 @@ class TimedGait:
         return {name: values + 0.0 if isinstance(values, np.ndarray) else values for name, values in columns.items()}
 
     def vertices(self, tolerance: float = 1e-9) -> FloatArray:
-        """Return the vertices by equations (16) to (19) over the whole period, not over the samples."""
+        """Return the corners of the loop, not of its samples; see :func:`gaitgraph.gait.gait.vertices`."""
         return self.gait.vertices(tolerance)
 
     def peaks(self, order: int) -> FloatArray:
@@ -275,6 +290,98 @@ class TimedGait:
         return html_of(self)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class RowTimedGait(TimedGait):
+    """A gait that passes each row of a table at the row's own time, straight between them; each row is a corner.
+
+    `times` are those of the rows, the first again at the end, shape (n + 1,), from 0 to the period [s]; `closed`
+    states whether the table's last row was the first again; otherwise one more segment leads back.
+    """
+
+    times: FloatArray
+    closed: bool = True
+
+    @property
+    def corner_times(self) -> FloatArray:
+        """When the gait passes its rows, from 0 to T, shape (n + 1,) [s]."""
+        return self.times
+
+    def check(self, **options: Unpack[CheckOptions]) -> Report:
+        """Return every check of the rows, as :func:`gaitgraph.validation.validating.validate` makes them of a table."""
+        gait = self.gait
+        columns: dict[str, Any] = {"t": self.times}
+        columns |= dict(zip(ANGLES, np.vstack([gait.alpha, gait.alpha[:1]]).T, strict=True))
+        if gait.colors:
+            columns["color"] = (*gait.colors, gait.colors[0])
+        table = Table(columns=columns)
+        return validate(table, vehicle=gait.vehicle, coefficients=gait.coefficients.kind, **options)
+
+
+def timed_gait_of(
+    gait: GaitLike,
+    *,
+    vehicle: VehicleLike | None = None,
+    coefficients: CoefficientsLike | None = None,
+    period: float | None = None,
+    law: LawName | None = None,
+) -> TimedGait:
+    """Return the timed gait that was handed over in any form; see :func:`gaitgraph.io.formats.given_gait`.
+
+    By default the vehicle and the coefficients are those that a file states, and so are corners, period [s] and law
+    where its rows lie on that gait. Else a law counts if the rows follow it to 1e-6 rad; otherwise they are joined
+    straight, each at its own time. What has no times gets T = 1 s, but for a file, which needs a `period` then. Raises
+    InputError, FileProblem or Infeasible if it is no gait, cannot be read, is the table of a flight, or is a request
+    that has no gait.
+    """
+    is_file = isinstance(gait, (str, Path))
+    clock: Any = {"period": period, "law": law} if is_file else {}  # of a request
+    source = given_gait(gait, vehicle=vehicle, coefficients=coefficients, **clock)
+    if isinstance(source, TimedGait):
+        if is_file or (period is None and law is None):
+            return source
+        choice: Any = source.law if law is None else law
+        return source.gait.parametrize(source.period if period is None else period, law=choice)
+    if isinstance(source, Gait):
+        return source.parametrize(1.0 if period is None else period, law=law or DEFAULT_LAW)
+    about = source.about
+    if about.get("made_by") == "fly":
+        name = str(gait) if is_file else "FILE"
+        advice = f"; gaitgraph plan {name} --output gait.csv writes its gait" if "request" in about else ""
+        raise InputError(f"gait file {name!r} is the table of a flight, not of a gait{advice}")
+    with naming_file(gait):
+        rows, times, stated = closed_rows(source, vehicle=vehicle, coefficients=coefficients)
+    merged_gait = stated.gait if stated else replace(rows.merged(), request=rows.request)
+    is_asked = period is not None or law is not None
+    period = about.get("period") if period is None else period
+    law = law or (about.get("law") if about.get("made_by") != "pace" else None) or DEFAULT_LAW
+    if times is None or len(source) == 1:
+        if period is None and len(merged_gait.alpha) > 1 and is_file:
+            remedy = "state its period with --period SECONDS (period=)"
+            raise InputError(f"gait file {str(gait)!r} has no column t; {remedy}")
+        return merged_gait.parametrize(1.0 if period is None else period, law=law)
+    times = times - times[0]
+    if is_asked:
+        return merged_gait.parametrize(float(times[-1]) if period is None else period, law=law)
+    found: TimedGait | None = stated
+    if found is not None:
+        return found
+    with naming_file(gait):
+        for known in sorted(get_args(LawName), key=lambda known: known != law):  # the file's law first
+            timed = merged_gait.parametrize(float(times[-1]), law=known, samples=max(len(times) - 1, 1))
+            if np.abs(timed.at(times[:-1])[0] - rows.alpha).max() <= _SAME:
+                return timed
+        colors = merged_gait.colors[:1] * len(rows.alpha) if len(set(merged_gait.colors)) == 1 else ()
+        times.flags.writeable = False
+        return RowTimedGait(
+            gait=replace(merged_gait, alpha=rows.alpha, colors=colors),
+            period=float(times[-1]),
+            law=ROW_BY_ROW,
+            samples=len(times) - 1,
+            times=times,
+            closed=len(rows.alpha) < len(source),
+        )
+
+
 def checked_clock(period: float, law: str, *, samples: int | None = None, rate: float | None = None) -> int:
     """Return the number of sample intervals, or raise InputError; see :meth:`Gait.parametrize`.
 
@@ -294,15 +401,15 @@ def checked_clock(period: float, law: str, *, samples: int | None = None, rate: 
     return whole_number("samples", DEFAULT_SAMPLES if samples is None else samples, 1, MOST_SAMPLES)
 
 
-def table_of(timed: TimedGait, about: Mapping[str, Any] | None = None) -> Table:
-    """Return the table of a timed gait, and what made it.
+def table_of(gait: GaitLike, about: Mapping[str, Any] | None = None) -> Table:
+    """Return the table of a timed gait, or of one in any other form, and what made it.
 
     >>> from gaitgraph.gait.gait import lift
     >>> table = table_of(lift([(0.4, -0.4), (0.8, -0.8)], "red").parametrize(samples=4))
     >>> len(table), list(table.columns)[:6]
     (5, ['t', 'alpha1', 'alpha2', 'alpha3', 'alpha4', 'color'])
     """
-    return merged(pieces_of(timed, about))
+    return merged(pieces_of(timed_gait_of(gait), about))
 
 
 def pieces_of(
@@ -344,11 +451,11 @@ class Exported:
 
 
 def export(
-    source: str | Path,
-    outputs: Iterable[str | Path],
+    source: GaitLike,
+    outputs: str | Path | Iterable[str | Path],
     *,
-    vehicle: Vehicle | None = None,
-    coefficients: Kind | None = None,
+    vehicle: VehicleLike | None = None,
+    coefficients: CoefficientsLike | None = None,
     period: float | None = None,
     law: LawName | None = None,
     samples: int | None = None,
@@ -359,7 +466,7 @@ def export(
     force: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> Exported:
-    """Read a gait file and write it to other files, piece by piece.
+    """Write a gait file, or a gait in any other form, to files, piece by piece.
 
     A table with times keeps its rows, counted from t = 0 and closed, and gets the columns that follow from them, see
     :func:`gaitgraph.gait.table.completed_pieces`. A long file is read twice or more, and only some rows are held at a
@@ -369,7 +476,7 @@ def export(
     Parameters
     ----------
     source, outputs
-        Files; their suffixes are the formats.
+        A gait in any form, see :func:`gaitgraph.io.formats.given_gait`; and files, whose suffixes are the formats.
     vehicle, coefficients
         What the gait is for, instead of what the file states.
     period, law, samples, rate
@@ -381,7 +488,7 @@ def export(
     progress
         Called with the fraction of the work that is done.
     """
-    paths = list(outputs)
+    paths = list(outputs) if isinstance(outputs, Iterable) and not isinstance(outputs, str) else [outputs]
     formats = [known_format(path, "output") for path in paths]
     if options is not None:
         check_options(options, formats)
@@ -395,9 +502,17 @@ def export(
             reached = share
             progress(share / (len(paths) + 1))  # reading, and each file written
 
-    read: Callable[[], Iterator[Table]] = partial(read_pieces, source, progress=report, joints=joints)
-    if not Path(source).is_file() or Path(source).stat().st_size <= _BYTES_HELD:  # a pipe can be read once
-        read = partial(iter, list(read()))
+    given = given_gait(source, whole=False, vehicle=vehicle, coefficients=coefficients)
+    if isinstance(given, TimedGait):
+        read: Callable[[], Iterator[Table]] = partial(pieces_of, given)
+    elif isinstance(given, Gait):
+        read = partial(iter, [Table(columns=dict(zip(ANGLES, given.alpha.T, strict=True)))])
+    elif isinstance(given, Table):
+        read = partial(iter, [given])
+    else:
+        read = partial(read_pieces, given, progress=report, joints=joints)
+        if not given.is_file() or given.stat().st_size <= _BYTES_HELD:  # a pipe can be read once
+            read = partial(iter, list(read()))
     first = list(islice(read(), 2))
     retimed = "t" not in first[0] or sum(map(len, first)) == 1
     if retimed or any(choice is not None for choice in (period, law, samples, rate)):
@@ -407,7 +522,10 @@ def export(
         stated = {"period": table.about.get("period"), "law": stated_law}
         asked = {"period": period, "law": law, "samples": samples, "rate": rate}
         with naming_file(source):
-            gait = gait_of(table, vehicle=vehicle, coefficients=coefficients)
+            if isinstance(given, (Table, Path)):
+                gait = gait_of(table, vehicle=vehicle, coefficients=coefficients)
+            else:
+                gait = gait_of(given)
         clock: dict[str, Any] = {}
         for choices in (stated, asked):
             clock |= {name: value for name, value in choices.items() if value is not None}

@@ -13,11 +13,10 @@ import math
 from dataclasses import replace
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.gait import Gait
 from gaitgraph.gait.table import (
     ACCELERATIONS,
@@ -33,9 +32,8 @@ from gaitgraph.gait.table import (
     takes_the_period,
     tilt_angles,
 )
-from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, FloatArray, Kind, level_determinant
-from gaitgraph.io.columns import Frame, as_table
-from gaitgraph.io.formats import naming_file, read_pieces
+from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, FloatArray, level_determinant
+from gaitgraph.io.formats import given_gait, naming_file, read_pieces
 from gaitgraph.surface.adjacency import types_from_text
 from gaitgraph.surface.loop_colorings import ColoringCount, color_choices, colorings, colorings_counted
 from gaitgraph.surface.sheets import DEFAULT_TOLERANCE, SIGNS, families_along, family_codes, family_of, types_contradict
@@ -46,7 +44,9 @@ from gaitgraph.validation.rules import Criteria, Peak, Segments, segments_of
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from gaitgraph.vehicle import Vehicle
+    from gaitgraph.invertibility.matrices import CoefficientsLike
+    from gaitgraph.io.formats import GaitLike
+    from gaitgraph.vehicle import Vehicle, VehicleLike
 
 _BLOCK = 1 << 14
 _MORE = 1.0 + 1e-6
@@ -125,19 +125,11 @@ def check_gait(
     return checker.report(closed)
 
 
-class _Timed(Protocol):
-    """A gait with timing, as :class:`gaitgraph.timing.timed_gait.TimedGait` is."""
-
-    @property
-    def gait(self) -> Gait: ...
-    def rate_checks(self) -> tuple[Check, ...]: ...
-
-
 def validate(
-    gait: Gait | _Timed | Table | Frame | str | Path,
+    gait: GaitLike,
     *,
-    vehicle: Vehicle | None = None,
-    coefficients: Kind | None = None,
+    vehicle: VehicleLike | None = None,
+    coefficients: CoefficientsLike | None = None,
     tolerance: float = DEFAULT_TOLERANCE,
     floor: float = DEFAULT_FLOOR,
     angle_rounding: float | None = None,
@@ -149,9 +141,8 @@ def validate(
     Parameters
     ----------
     gait
-        A gait, a timed one, a table, a frame of pandas or polars, or the path of a gait file of any format that is
-        read; a CSV or Parquet file may be larger than memory.
-        A table that states corners, law and period is judged as that timed gait, as long as its rows lie on it.
+        A gait in any form, see :func:`gaitgraph.io.formats.given_gait`; a CSV or Parquet file may be larger than
+        memory. A table that states corners, law and period is judged as that timed gait, as long as its rows lie on it.
     vehicle, coefficients
         For tables and files: what the gait is for; by default what the table says, else the paper's vehicle.
     tolerance, floor, angle_rounding
@@ -187,21 +178,15 @@ def validate(
     >>> bool(report), report.flyable, report["R_sign"].decided, report.listing.count
     (True, False, False, 2)
     """
-    if isinstance(gait, Gait) or hasattr(type(gait), "rate_checks"):
-        given = {"vehicle": vehicle, "coefficients": coefficients, "crossing_tolerance": crossing_tolerance}
-        for name, value in given.items():
-            if value is not None:
-                raise InputError(f"{name} must be None beside a gait, which has its own, got {shown(value)}")
-        timed: Any = gait
-        bare, rates = (gait, ()) if isinstance(gait, Gait) else (timed.gait, timed.rate_checks())
+    choices: Any = {"vehicle": vehicle, "coefficients": coefficients, "crossing_tolerance": crossing_tolerance}
+    source = given_gait(gait, whole=False, **choices)
+    if not isinstance(source, (Table, Path)):
+        bare, rates = (source, ()) if isinstance(source, Gait) else (source.gait, source.rate_checks())
         report = check_gait(bare, tolerance=tolerance, floor=floor, angle_rounding=angle_rounding).with_checks(rates)
         if (np.abs(bare.alpha[:, :2]) > math.pi / 2).any():
             return report  # colourings are of loops in [−π/2, π/2]²
         loop = colorings(bare.alpha, coefficients=bare.coefficients, crossing_tolerance=bare.crossing_tolerance)
         return replace(report, listing=loop)
-    source: Any = as_table(gait)
-    if not isinstance(source, (Table, str, Path)):
-        raise InputError(f"gait must be a gait, a timed gait, a table, a frame or a file's path, got {shown(gait)}")
     pieces = iter([source]) if isinstance(source, Table) else read_pieces(source, progress=progress)
     first = next(pieces)
     with naming_file(source):

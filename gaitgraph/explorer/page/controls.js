@@ -14,8 +14,6 @@ const LABELS = {
   grid: "grid",
   shortest: "shortest",
   robust: "most robust",
-  flyable: "be flyable",
-  valid: "obey the paper’s rules",
 };
 
 /** Make radio buttons in a fieldset; return a function that shows a value. */

@@ -1,0 +1,163 @@
+"""One way to hand over a gait, a vehicle, coefficients, points; what is none of them is refused in one line."""
+
+from __future__ import annotations
+
+import inspect
+import json
+from typing import TYPE_CHECKING, Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pandas as pd
+import polars as pl
+import pytest
+
+import gaitgraph as gg
+from gaitgraph.cli import main
+from gaitgraph.gait.gait import lift
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+    from pathlib import Path
+
+WAYPOINTS = [("3pi/8", "-3pi/8"), ("3pi/8", "-pi/8"), ("pi/8", "-pi/8"), ("pi/8", "-3pi/8")]
+GAIT = lift(WAYPOINTS, "red")
+TIMED, LIMITS = GAIT.parametrize(samples=8), gg.Limits(acceleration=40.0)
+FORMS: dict[str, Callable[[Path], Any]] = {
+    "gait": lambda _: GAIT,
+    "timed gait": lambda _: TIMED,
+    "plan": lambda _: gg.plan_loop(WAYPOINTS),
+    "other answer": lambda _: gg.least_period(GAIT, LIMITS, samples=8),
+    "table": lambda _: gg.timing.table_of(TIMED),
+    "pandas": lambda _: TIMED.to_pandas(),
+    "polars": lambda _: TIMED.to_polars(),
+    "array": lambda _: TIMED.alpha,
+    "texts": lambda _: [[a, b, a, b] for a, b in WAYPOINTS],
+    "file": lambda folder: str(folder / "gait.csv"),
+    "path": lambda folder: folder / "gait.csv",
+    "request": lambda folder: folder / "request.json",
+    "name": lambda _: "gait3",
+}
+USES: dict[str, Callable[[Any], Any]] = {
+    "gait_of": lambda gait: np.allclose(gg.gait_of(gait).vertices(), GAIT.alpha, atol=1e-9),
+    "validate": lambda gait: gg.validate(gait).flyable,
+    "robustness_of": lambda gait: gg.robustness_of(gait, curves=0).gait.tilt_margin == pytest.approx(np.pi / 2),
+    "retarget": lambda gait: gg.retarget(gait).status == "unchanged",
+    "least_period": lambda gait: gg.least_period(gait, LIMITS, samples=8).least == pytest.approx(1.122, abs=1e-3),
+    "paced": lambda gait: gg.paced(gait, LIMITS, period=2.0),
+    "transition": lambda gait: gg.transition(gait, gait),
+    "servo_response": lambda gait: gg.timing.servo_response(gait, 0.02).distance_off_sheet() < 1e-9,
+    "rounded": lambda gait: len(gg.timing.rounded(gait, 0.05).corners) == 4,
+    "table_of": lambda gait: np.ptp(gg.timing.table_of(gait)["alpha1"]) == pytest.approx(np.pi / 4),
+    "gait_loop": gg.plots.gait_loop,
+    "gait_in_four_dimensions": lambda gait: len(gg.plots.gait_in_four_dimensions(gait)) == 5,
+    "roll_pitch_diagram": gg.plots.roll_pitch_diagram,
+    "draw": lambda gait: gg.plots.draw("gait", gait=gait),
+    "from_hover": lambda gait: isinstance(gg.flight.from_hover(gait), str),  # R < 0
+    "fly": lambda gait: gg.fly(gait, settings=gg.FlightSettings(duration=1.0)).settled,
+}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder with a gait and a request."""
+    path = tmp_path_factory.mktemp("gaits")
+    TIMED.write(path / "gait.csv")
+    (path / "request.json").write_text(json.dumps({"waypoints": WAYPOINTS, "samples": 8}), encoding="utf-8")
+    return path
+
+
+@pytest.fixture(autouse=True)
+def _closed_figures() -> Iterator[None]:
+    yield
+    plt.close("all")
+
+
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("use", USES)
+def test_every_use_of_a_gait_takes_it_in_every_form(folder: Path, form: str, use: str) -> None:
+    assert USES[use](FORMS[form](folder))
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_every_form_is_exported(folder: Path, form: str, tmp_path: Path) -> None:
+    done = gg.export(FORMS[form](folder), tmp_path / "out.csv", period=2.0, samples=8)
+    table = gg.read_table(tmp_path / "out.csv")
+    assert (done.rows, table["t"][-1]) == (9, 2.0)
+    assert len(gg.gait.vertices(table.alpha)) == 4
+
+
+@pytest.mark.parametrize(
+    "vehicle", ["beetle_omni", {"preset": "beetle_omni"}, "own.toml", gg.vehicle_named("beetle_omni")]
+)
+def test_vehicles_and_coefficients_in_every_form(vehicle: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "own.toml").write_text('preset = "beetle_omni"', encoding="utf-8")
+    kappa = gg.vehicle_named("beetle_omni").drag_ratio
+    exact = gg.invertibility.coefficients_of(vehicle)
+    for coefficients in ("exact", exact, None):
+        own: Any = {"vehicle": vehicle, "coefficients": coefficients}
+        loop = [(-0.8, 0.8), (-0.8, 0.4), (-0.4, 0.4)]
+        for gait in (lift(loop, "red", **own), gg.gait_of([(a, b, a, b) for a, b in loop], **own)):
+            assert (gait.vehicle.drag_ratio, gait.coefficients) == (kappa, exact)
+        assert gg.plan_loop(loop, **own).request.vehicle.drag_ratio == kappa
+        assert gg.admissible_region(**own).area == gg.admissible_region(gg.vehicle_named("beetle_omni")).area
+        assert gg.colorings(loop, **own).count == 1
+        assert gg.surface_graph(divisions=4, **own).graph["vehicle"]["drag_ratio"] == kappa
+        assert gg.validate(TIMED.alpha, **own).valid
+
+
+WRONG: list[Any] = [
+    None,
+    3,
+    "x",
+    [],
+    {},
+    object(),
+    "no.csv",
+    pd.DataFrame({"a": [1]}),
+    [[1, 2]],
+    np.zeros((2, 3)),
+    True,
+]
+WRONG += [[["a"] * 4], b"x", 1j, float("nan"), pl.DataFrame({"a": [1]}).lazy()]
+OTHERS: dict[str, Any] = {"sign": "negative", "start": "hover", "colors": "red", "outputs": ["out.csv"]}
+OTHERS |= {"alpha1": 0.1, "alpha2": 0.2, "points": [(0.1, 0.2)], "waypoints": [(0.1, 0.2)]}
+SLOW = ("run_study", "basins_of", "fly")
+
+
+@pytest.mark.parametrize("name", [name for name in gg.__all__ if not isinstance(getattr(gg, name), type)])  # type: ignore[attr-defined]
+def test_what_is_none_of_them_is_refused_in_one_line(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    function = getattr(gg, name)
+    parameters = inspect.signature(function).parameters.values() if callable(function) else ()
+    needed = [one.name for one in parameters if one.default is one.empty]
+    for changed in [*needed, *(one.name for one in parameters if one.name in ("vehicle", "coefficients"))]:
+        for value in WRONG:
+            given = {other: OTHERS.get(other, GAIT) for other in needed} | {changed: value}
+            try:
+                function(**given)
+            except gg.GaitgraphError as error:
+                assert "\n" not in str(error)
+
+
+def test_a_refusal_lists_what_is_accepted() -> None:
+    wanted = "gait must be a Gait, TimedGait, Plan, Table, data frame or .n, 4. array, or the path of a gait file or a"
+    with pytest.raises(gg.InputError, match=f"^{wanted} request, got 3$"):
+        gg.validate(3)
+    with pytest.raises(gg.InputError, match="^vehicle must be None beside a gait, which has its own, got 'paper'$"):
+        gg.robustness_of(GAIT, vehicle="paper")
+
+
+def test_commands_plan_a_request_or_say_why_not(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "request.toml"
+    for sign, code in (("negative", 0), ("positive", 1)):
+        path.write_text(f"waypoints = [[0.8, -0.8], [0.4, -0.4]]\nsign = '{sign}'", encoding="utf-8")
+        for command in (["validate"], ["pace", "--max-acceleration", "40"], ["robustness"]):
+            with pytest.raises(SystemExit) as ended:
+                main([command[0], str(path), *command[1:], "--json"])
+            assert ended.value.code == code, command
+            answer = json.loads(capsys.readouterr().out)
+            assert code == 0 or (answer["status"] == "infeasible" and "R" in answer["reason"])
