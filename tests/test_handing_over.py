@@ -73,9 +73,13 @@ def _closed_figures() -> Iterator[None]:
     plt.close("all")
 
 
-@pytest.mark.parametrize("form", FORMS)
-@pytest.mark.parametrize("use", USES)
-def test_every_use_of_a_gait_takes_it_in_every_form(folder: Path, form: str, use: str) -> None:
+# All uses are through one function: those that take longer are tried with two forms.
+QUICK = ("gait_of", "validate", "retarget", "table_of", "rounded", "gait_loop")
+CASES = [(use, form) for use in USES for form in FORMS if use in QUICK or form in ("array", "request")]
+
+
+@pytest.mark.parametrize(("use", "form"), CASES)
+def test_every_use_of_a_gait_takes_it_in_every_form(folder: Path, use: str, form: str) -> None:
     assert USES[use](FORMS[form](folder))
 
 
@@ -123,7 +127,6 @@ WRONG: list[Any] = [
 WRONG += [[["a"] * 4], b"x", 1j, float("nan"), pl.DataFrame({"a": [1]}).lazy()]
 OTHERS: dict[str, Any] = {"sign": "negative", "start": "hover", "colors": "red", "outputs": ["out.csv"]}
 OTHERS |= {"alpha1": 0.1, "alpha2": 0.2, "points": [(0.1, 0.2)], "waypoints": [(0.1, 0.2)]}
-SLOW = ("run_study", "basins_of", "fly")
 
 
 @pytest.mark.parametrize("name", [name for name in gg.__all__ if not isinstance(getattr(gg, name), type)])  # type: ignore[attr-defined]

@@ -331,6 +331,7 @@ def _vehicle(_: click.Context, __: click.Parameter, name: str | None) -> Any:
     return vehicle_named(name)
 
 
+PAPER_GAITS = ("gait1", "gait2", "gait3", "gait4")  # of Section 5, instead of a file
 LAWS = ("smooth", "constant-speed", "equal-time")
 _COEFFICIENTS = "Coefficients of formula (1); published for the paper's own vehicle, exact for any other."
 _CROSSING = "Distance from a crossing line within which a type is '?'.  [default: pi/32]"
@@ -341,7 +342,7 @@ _VEHICLE = "A preset (see gaitgraph vehicles) or a TOML file."
 _SHARED: dict[str, Decorator] = {
     "json": click.option("--json", "as_json", is_flag=True, help="Print one JSON object and nothing else."),
     "force": flag("--force", "Overwrite outputs that exist."),
-    "gait_file": file("gait_file", "GAIT_FILE", "gait1", "gait2", "gait3", "gait4"),  # of the paper's Section 5
+    "gait_file": file("gait_file", "GAIT_FILE", *PAPER_GAITS),
     "request_file": file("request_file", "[REQUEST.toml]", required=False),
     "outputs": option("--output", "FILE", _OUTPUT, name="outputs", multiple=True),
     "vehicle": option("--vehicle", "NAME_OR_FILE", _VEHICLE, words=_preset_names, callback=_vehicle),

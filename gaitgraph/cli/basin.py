@@ -6,7 +6,6 @@ from typing import Any
 
 from gaitgraph.cli import Paths, Working, command, flag, named_in_errors, option, print_json, print_text
 from gaitgraph.cli.fly import CLOCK, SETTINGS, checked_settings
-from gaitgraph.errors import Infeasible
 
 
 @command(
@@ -44,15 +43,7 @@ def basin_command(
     settings = checked_settings(given, outputs, of="basin", force=force)
     grid = {name: given.pop(name) for name in ("resolution", "extent", "begins") if name in given}
     with Working(f"reading {gait_file}") as progress, named_in_errors(asked):
-        try:
-            timed = timed_gait_of(gait_file, **given)
-        except Infeasible as error:
-            reason = f"there is no gait to fly: {error}"
-            if as_json:
-                print_json({"basins": [], "reason": reason})
-            else:
-                print_text(reason)
-            return 1
+        timed = timed_gait_of(gait_file, **given)
         progress("flying")
         basins = basins_of(timed, biases=(1.0, *bias), settings=settings, anyway=anyway, progress=progress.part, **grid)
         if outputs:

@@ -41,7 +41,7 @@ def export_command(
     as_json: bool = False,
     **given: Any,
 ) -> int:
-    """Read a gait table or a saved plan and write it to OUTPUT files; their suffixes say the formats.
+    """Write a gait file, a plan, a request's gait or gait1 to gait4 to OUTPUT files; their suffixes say the formats.
 
     A table with a clock keeps its rows. Without one, or with --period, --samples, --rate or --law, the closed
     polyline through the rows gets a new clock. With --servos it holds the positions of the vehicle's joints: order,

@@ -29,7 +29,7 @@ def pace_command(
     as_json: bool = False,
     **given: Any,
 ) -> int:
-    """Find the fastest smooth law for a gait table of any format or a saved plan, or a law for a given period.
+    """Find the fastest smooth law for a gait file, a request's gait or gait1 to gait4, or one for a given period.
 
     The law is twice continuously differentiable, closed at the seam, and keeps its limits between samples too. It
     rests at every corner unless corners are rounded. The exit code is 1 if no law meets the limits in the period.

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-from gaitgraph.cli import Paths, Working, check_outputs, command, file, option, show, write_outputs
+from gaitgraph.cli import PAPER_GAITS, Paths, Working, check_outputs, command, file, option, show, write_outputs
 
 
 @command(
     "A path from hover to a gait, back, or from gait to gait.",
-    file("start", "FROM", "hover"),
-    file("end", "TO", "hover"),
+    file("start", "FROM", "hover", *PAPER_GAITS),
+    file("end", "TO", "hover", *PAPER_GAITS),
     option("--duration", "SECONDS", "Of the path.  [default: 1, or what the limits need]"),
     "samples rate law require outputs force vehicle coefficients json",
 )

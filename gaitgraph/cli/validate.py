@@ -14,7 +14,7 @@ from gaitgraph.cli import Working, command, option, show
     "floor angle_rounding crossing_tolerance vehicle coefficients json",
 )
 def validate_command(gait_file: str, require: str, as_json: bool = False, **given: Any) -> int:
-    """Judge a gait table of any format or a saved plan, along its whole length.
+    """Judge a gait file of any format, the gait of a request, or gait1 to gait4, along its whole length.
 
     Rows need alpha1 to alpha4, or alpha1, alpha2 and color; the segment from the last row back to the first is implied.
     The exit code is 1 if the gait is not valid (or not flyable, with --require flyable). CSV and Parquet files of any
