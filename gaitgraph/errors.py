@@ -41,6 +41,10 @@ class FileProblem(GaitgraphError, OSError):
     """A file cannot be read or written."""
 
 
+class FileWarning(UserWarning):
+    """Something in a gait file or a frame is not used; the message says what. The command line prints it."""
+
+
 class OutputExists(FileProblem, FileExistsError):
     """An output file exists already and overwriting was not asked for."""
 

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import contextlib
+import errno
+import json
 import os
 import re
 import shutil
 import tempfile
+from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -76,6 +79,28 @@ def table_from_toml(text: str) -> dict[str, Any]:
         raise InputError(f"it is not TOML ({str(error).splitlines()[0]})") from error
 
 
+def value_from_json(text: str, wanted: str) -> Any:
+    """Return what a JSON text holds; InputError in one line if it is broken, or a name appears twice in an object."""
+
+    def fields_of(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        fields = dict(pairs)
+        if len(fields) < len(pairs):
+            twice = next(name for name, count in Counter(name for name, _ in pairs).items() if count > 1)
+            raise InputError(f"{shown(twice)} appears twice in an object; it must be there once")
+        return fields
+
+    def refused(name: str) -> None:
+        raise ValueError(f"{name} is no number of JSON")
+
+    try:
+        return json.loads(text, parse_constant=refused, object_pairs_hook=fields_of)
+    except InputError:
+        raise
+    except (RecursionError, ValueError) as error:
+        why = "it is nested too deeply" if isinstance(error, RecursionError) else str(error).splitlines()[0]
+        raise InputError(f"it is not JSON ({why}); {wanted}") from error
+
+
 def from_toml_file(path: Path, what: str, make: Callable[[dict[str, Any]], T]) -> T:
     """Return what is made of the fields in a TOML file, at its top level or in a table of the name `what` alone.
 
@@ -100,36 +125,87 @@ def write_whole(contents: Sequence[tuple[Path, Content]], *, force: bool) -> Non
 
     Contents are paths, each with the bytes of a file, or with what writes a new file or folder at the path that it is
     given. Raises OutputExists if something has the name by now and `force` is not set, and FileProblem if the file
-    system refuses; what was there is then whole.
+    system refuses; what was there is then whole. What killed processes left beside the targets is removed.
     """
-    scratches: list[Path] = []
-    path = Path()
+    path, wholes = Path(), list[Path]()
+    with contextlib.ExitStack() as stack:
+        try:
+            for path, content in contents:
+                target = target_of(path)
+                whole = stack.enter_context(_scratch_in(target.parent)) / target.name
+                wholes.append(whole)
+                if isinstance(content, bytes):
+                    whole.write_bytes(content)
+                else:
+                    content(whole)
+                # Bring all bytes to the disk, with the permissions of what they replace.
+                for file in sorted(whole.iterdir()) if whole.is_dir() else [whole]:
+                    with file.open("rb") as stream:
+                        os.fsync(stream.fileno())
+                    file.chmod(_mode(target) if file == whole else _mode(target / file.name))
+            for (path, _), whole in zip(contents, wholes, strict=True):
+                place = _replace if force else _place_new
+                place(whole, target_of(path) if force else path)
+        except FileExistsError as error:
+            raise OutputExists(_EXISTS.format(str(path))) from error
+        except OSError as error:
+            if isinstance(error, GaitgraphError):
+                raise
+            raise FileProblem(f"output: cannot write {str(path)!r}: {error.strerror or error}") from error
+
+
+@contextlib.contextmanager
+def _scratch_in(folder: Path) -> Iterator[Path]:
+    """Make a hidden folder to write in, locked while it is used, and remove it after."""
+    remove_leftovers(folder)
+    while True:
+        scratch = Path(tempfile.mkdtemp(prefix=".gaitgraph-", suffix=".part", dir=folder))
+        lock = _locked(scratch, wait=True)
+        if scratch.exists():  # before it was locked, another process may have taken it for a leftover
+            break
     try:
-        for path, content in contents:
-            target = target_of(path)
-            scratches.append(Path(tempfile.mkdtemp(prefix=".gaitgraph-", suffix=".part", dir=target.parent)))
-            whole = scratches[-1] / target.name
-            if isinstance(content, bytes):
-                whole.write_bytes(content)
-            else:
-                content(whole)
-            # Bring all bytes to the disk, with the permissions of what they replace.
-            for file in sorted(whole.iterdir()) if whole.is_dir() else [whole]:
-                with file.open("rb") as stream:
-                    os.fsync(stream.fileno())
-                file.chmod(_mode(target) if file == whole else _mode(target / file.name))
-        for (path, _), scratch in zip(contents, scratches, strict=True):
-            place = _replace if force else _place_new
-            place(scratch / target_of(path).name, target_of(path) if force else path)
-    except FileExistsError as error:
-        raise OutputExists(_EXISTS.format(str(path))) from error
-    except OSError as error:
-        if isinstance(error, GaitgraphError):
-            raise
-        raise FileProblem(f"output: cannot write {str(path)!r}: {error.strerror or error}") from error
+        yield scratch
     finally:
-        for scratch in scratches:
-            shutil.rmtree(scratch, ignore_errors=True)
+        shutil.rmtree(scratch, ignore_errors=True)
+        if lock is not None:
+            os.close(lock)
+
+
+def _locked(folder: Path, *, wait: bool) -> int | None:
+    """Return a descriptor that locks a folder until it is closed or the process ends; None if it cannot be locked.
+
+    Another process has locked it, say, or there are no locks of folders: on Windows and some network file systems.
+    """
+    try:
+        import fcntl
+
+        lock = os.open(folder, os.O_RDONLY | os.O_NOFOLLOW)
+    except (ImportError, OSError):
+        return None
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
+    except OSError:
+        os.close(lock)
+        return None
+    return lock
+
+
+def remove_leftovers(folder: Path) -> None:
+    """Remove hidden folders of our own processes that were killed while they wrote here.
+
+    A folder that such a process had moved aside, to replace it, is put back. What a living process writes is locked.
+    """
+    for scratch in folder.glob(".gaitgraph-????????.part"):
+        lock = _locked(scratch, wait=False)
+        if lock is None:
+            continue
+        with contextlib.suppress(OSError):
+            if os.fstat(lock).st_uid == os.getuid():
+                for old in scratch.glob("*.old"):
+                    if not os.path.lexists(folder / old.stem):
+                        old.rename(folder / old.stem)
+                shutil.rmtree(scratch)
+        os.close(lock)
 
 
 def check_new_files(paths: Sequence[str | Path], *, force: bool, folders: Collection[Path] = ()) -> None:
@@ -176,17 +252,24 @@ def _mode(path: Path) -> int:
 
 
 def _replace(whole: Path, target: Path) -> None:
-    """Give a finished file or folder its name, over what has it."""
-    if not whole.is_dir() or not target.exists():
+    """Give a finished file or folder its name, over what has it; of several processes that do so the last one wins."""
+    if not whole.is_dir():
         whole.replace(target)
         return
-    aside = whole.parent / ".old"  # a folder takes the place of another only while that one is away
-    target.rename(aside)
-    try:
-        whole.rename(target)
-    except OSError:
-        aside.rename(target)
-        raise
+    aside = whole.with_name(f"{target.name}.old")  # a folder takes the place of another only while that one is away
+    while True:
+        try:
+            with contextlib.suppress(FileNotFoundError):
+                target.rename(aside)
+            whole.rename(target)
+            return
+        except OSError as error:
+            if error.errno not in (errno.EEXIST, errno.ENOTEMPTY):
+                raise
+            shutil.rmtree(aside, ignore_errors=True)  # another process took the place meanwhile: once more
+        finally:
+            if aside.exists() and not os.path.lexists(target):  # interrupted, or refused
+                aside.rename(target)
 
 
 def _place_new(whole: Path, path: Path) -> None:

@@ -228,6 +228,16 @@ class Vehicle:
         values["inertia"] = None if self.inertia is None else list(self.inertia)
         return {name: value for name, value in values.items() if value is not None}
 
+    def as_short_mapping(self) -> dict[str, Any]:
+        """Return constants that vehicle_from_mapping reads as this vehicle: those of a preset that differ, or all."""
+        stated = self.as_mapping()
+        for name, preset in _PRESETS.items():
+            base = preset.as_mapping()
+            short = {"preset": name} | {name: value for name, value in stated.items() if base.get(name) != value}
+            if vehicle_from_mapping(short) == self:
+                return short
+        return stated
+
     def __repr__(self) -> str:
         return f"Vehicle({', '.join(f'{name}={value!r}' for name, value in self.as_mapping().items())})"
 

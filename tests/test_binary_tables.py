@@ -237,7 +237,7 @@ def test_matlab_files_with_something_else_are_refused(tmp_path: Path) -> None:
     path, cells = tmp_path / "a.mat", np.array([1, "a"], dtype=object)
     three = {name: values for name, values in FOUR.items() if name != "alpha1"}
     for content, message in (
-        ({"fs": 100.0, "signal": np.zeros(9)}, "column 'alpha1' is missing.*there are 'fs', 'signal'"),
+        ({"fs": 100.0, "signal": np.zeros(9)}, "column 'alpha1' is missing.*other columns are 'fs', 'signal'"),
         ({**three, "alpha1": cells}, "alpha1 must be a column of numbers .*object"),
         ({**three, "alpha1": {"a": 1.0}}, "column 'alpha1' is missing"),
         ({**three, "alpha1": np.zeros(3) * 1j}, "alpha1 must be a column of numbers .*complex"),

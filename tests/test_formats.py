@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 import tracemalloc
+from dataclasses import replace
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
@@ -14,21 +15,25 @@ import numpy as np
 import pytest
 
 import gaitgraph as gg
+from gaitgraph.errors import FileWarning
 from gaitgraph.gait.gait import lift
-from gaitgraph.gait.table import Table, completed_pieces, merged
+from gaitgraph.gait.table import OTHER_ROWS, Table, completed_pieces, merged
 from gaitgraph.io import binary_tables, text_files
 from gaitgraph.io.columns import table_from_frame
 from gaitgraph.io.formats import FORMATS, read_pieces, read_table, write_tables
+from gaitgraph.io.servo_map import servo_map_named
 from gaitgraph.planning.planner import plan
 from gaitgraph.planning.request import read_request
 from gaitgraph.timing import timed_gait
-from gaitgraph.timing.timed_gait import export, table_of
+from gaitgraph.timing.laws import LAWS
+from gaitgraph.timing.timed_gait import export, table_of, timed_gait_of
 from tests.mutated import refusal
 from tests.published import GAITS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from gaitgraph.timing.laws import LawName
     from gaitgraph.timing.timed_gait import TimedGait
 
 G1, _, G3, _ = GAITS
@@ -47,6 +52,58 @@ def assert_same(found: Table, expected: Table) -> None:
 def cut(table: Table, places: tuple[int, ...]) -> list[Table]:
     """Return a table in pieces."""
     return [table.rows(*pair) for pair in pairwise(places)]
+
+
+# Files as good as the plan --------------------------------------------------------------------------------------------
+
+TRIANGLE = [(0.4, -1.2), (0.4, -0.4), (1.2, -0.4)]
+
+
+@pytest.mark.parametrize("suffix", [*SUFFIXES, ".mcap"])
+@pytest.mark.parametrize("law", LAWS)
+def test_a_file_is_as_good_as_the_plan(suffix: str, law: LawName, tmp_path: Path) -> None:
+    """With six intervals no row is at the second or the third corner."""
+    timed = gg.plan_loop(TRIANGLE, law=law, period=3.0).timed(samples=7)
+    path, servos, again = (tmp_path / f"{name}{suffix}" for name in ("gait", "servos", "again"))
+    timed.write(path)
+    if suffix in SUFFIXES:
+        export(path, [servos], servos=servo_map_named("x_frame"))
+    export(path, [again])
+    for one in (path, again, *([servos] if servos.exists() else ())):
+        read = timed_gait_of(one)
+        assert (read.law, read.period, read.samples) == (law, 3.0, 7)
+        assert read.gait.alpha.tolist() == gg.gait_of(read_table(one)).alpha.tolist() == timed.gait.alpha.tolist()
+        report, judged = gg.validate(one), gg.validate(timed)
+        assert report.checks[1:] == judged.checks[1:]
+        assert (report["closed"].message, report.rows) == ("the last row is the first again", 8)
+        assert gg.robustness_of(one).as_mapping() == gg.robustness_of(timed).as_mapping()
+        export(one, [tmp_path / "finer.npz"], samples=12, force=True)
+        finer = timed.gait.parametrize(3.0, law=law, samples=12)
+        assert read_table(tmp_path / "finer.npz").alpha.tolist() == finer.alpha.tolist()
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".npz"])
+def test_rows_that_were_edited_win_over_stated_corners(suffix: str, tmp_path: Path) -> None:
+    path, timed = tmp_path / f"gait{suffix}", gg.plan_loop(TRIANGLE).timed(samples=7)
+    table = table_of(timed)
+    moved, slower = table["alpha1"].copy(), table["t"] * 1.001
+    moved[3] += 2e-6
+    for columns in ({"alpha1": moved}, {"t": slower}, {"color": (*["red"] * 7, "blue")}):
+        write_tables(replace(table, columns=table.columns | columns), [path], force=True)
+        with pytest.warns(FileWarning, match="the rows are used"):
+            assert len(gg.gait_of(read_table(path)).alpha) > 3
+        assert OTHER_ROWS in gg.validate(path).notes
+    write_tables(table.rows(0, 5), [path], force=True)  # the end is missing
+    with pytest.warns(FileWarning, match="the rows are used"):
+        assert timed_gait_of(path).period == pytest.approx(5 / 7)
+    # Rounded rows are those of the gait; rates that a table states count where they are larger.
+    rounded = {name: np.round(one, 5) if isinstance(one, np.ndarray) else one for name, one in table.columns.items()}
+    write_tables(Table(columns=rounded, about=table.about), [tmp_path / "rounded.csv"])
+    assert gg.gait_of(read_table(tmp_path / "rounded.csv")).alpha.tolist() == timed.gait.alpha.tolist()
+    faster = Table(columns=table.columns | {"alpha1_rate": np.full(8, 99.0)}, about=table.about)
+    assert gg.validate(faster)["tilt_rate"].value == 99.0
+    with pytest.raises(gg.InputError, match=r"corners must be rows of four angles \(rad\), got \[\[1\]\]"):
+        gg.gait_of(replace(table, about=table.about | {"corners": [[1]]}))
 
 
 # Round trips ----------------------------------------------------------------------------------------------------------
@@ -184,7 +241,7 @@ def test_frames_of_pandas(planned: TimedGait) -> None:
     assert table_from_frame(frame).about == expected.about
     assert frame.attrs["gaitgraph"]["about"]["request"]
     for wrong, message in (
-        (frame.rename(columns={"alpha4": "alpha_4"}), "did you mean 'alpha_4'"),
+        (frame.rename(columns={"alpha4": "alpha_4"}), "'alpha_4' .did you mean 'alpha4'"),
         (pd.concat([frame, frame[["alpha1"]]], axis=1), "column 'alpha1' appears 2 times"),
         (frame.assign(alpha1=None), "row 1: alpha1 is"),
         (frame.assign(t=pd.date_range("2020", periods=13)), "t must be a column of .*, got .*datetime64"),

@@ -183,7 +183,7 @@ def test_a_last_row_closes_up_to_the_gap_and_not_beyond(off: float) -> None:
             last = (CORNERS[0][0] + off * gap * (angle == 0), CORNERS[0][1] + off * gap * (angle == 1))
             rows = table([*CORNERS, last], t=[0.0, 1.0, 2.0, 3.0])
             assert is_closed(tilt_angles(rows, PUBLISHED)) is closed
-            gait, times = closed_rows(rows)
+            gait, times, _ = closed_rows(rows)
             assert times is not None
             assert (len(gait.alpha), times[-1]) == ((3, 3.0) if closed else (4, 4.0))
             parts = [rows.rows(0, 2), rows.rows(2, 4)]
@@ -207,7 +207,7 @@ def test_whoever_reads_a_table_finds_its_period(tmp_path: Path, law: LawName, sa
         np.savetxt(source, rows, delimiter=",", header="t,alpha1,alpha2,alpha3,alpha4", comments="")
         assert gg.validate(source)["closed"].message.startswith("the last row is the first again") is returns
         read = gg.read_table(source)
-        corners, times = closed_rows(read)
+        corners, times, _ = closed_rows(read)
         gg.timing.export(source, [tmp_path / "whole.csv"], force=True)
         write_h([read], tmp_path / "rows.h", FormatOptions())
         whole = gg.read_table(tmp_path / "whole.csv")
@@ -252,7 +252,7 @@ def test_an_open_table_closes_after_one_mean_step() -> None:
 
 def test_rows_are_lifted_each_to_its_color() -> None:
     rows = table(CORNERS, ("red", "blue", "red"))
-    gait, _ = closed_rows(rows)
+    gait, *_ = closed_rows(rows)
     np.testing.assert_array_equal(tilt_angles(rows, PUBLISHED), gait.alpha)
     for corner, color in zip(gait.alpha, gait.colors, strict=True):
         (root,) = (root for root in gg.roots(corner[0], corner[1]) if root.color == color)

@@ -468,7 +468,7 @@ def test_a_gait_on_a_fibre_is_valid_and_not_flyable_also_as_a_table_without_colo
     for path in (tmp_path / "colored.csv", tmp_path / "bare.csv"):
         report = gg.validate(path)
         assert (report.valid, report.flyable, report.two_color, report.notes) == (True, False, True, ())
-        assert f"row 1 is {words}" in report.reason
+        assert f" 1 is {words}" in report.reason
         assert "on a fibre" in str(gg.transition("hover", gg.gait_of(read_table(path))).reason)
 
 

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import csv
+import fcntl
 import json
 import os
 import re
+import shutil
+import warnings
 from math import pi
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,19 +19,20 @@ import pytest
 import gaitgraph as gg
 from gaitgraph.gait import table as tables
 from gaitgraph.gait.gait import lift
+from gaitgraph.gait.table import provenance_text
 from gaitgraph.io import formats, text_files
 from gaitgraph.io.formats import gait_of, read_pieces, read_table, write_tables
 from gaitgraph.planning.request import read_request
-from gaitgraph.timing.timed_gait import export
+from gaitgraph.timing.timed_gait import export, table_of
 from tests.mutated import refusal
 from tests.published import GAITS
+from tests.samples import RED
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from gaitgraph.gait.table import Table
 
 G1, _, G3, _ = GAITS
+LIGHT = gg.PAPER.replace(name="light", mass=0.3)
 TIMED = lift(G3.angles, "red").parametrize(samples=4)
 
 
@@ -81,12 +86,44 @@ def test_a_saved_plan_is_a_gait_file(tmp_path: Path) -> None:
         read_table(refused)
 
 
+@pytest.mark.parametrize(
+    ("head", "unused"),
+    [
+        ("time,alpha1,alpha2,alpha3,alpha4", ""),
+        ("# t,alpha1,alpha2,alpha3,alpha4", ""),
+        ("# of Monday\n# t,alpha1,alpha2,alpha3,alpha4", ""),
+        ("Time,alpha1,alpha2,alpha3,alpha4", "'Time' (did you mean 'time'?)"),
+        (
+            "foo,alpha1,alpha2,alpha3,alpha4,alpha1_rates,bar",
+            "'alpha1_rates' (did you mean 'alpha1_rate'?), 'foo', 'bar'",
+        ),
+    ],
+)
+def test_columns_are_read_as_what_they_are_or_listed(tmp_path: Path, head: str, unused: str, run: Any) -> None:
+    path, more = tmp_path / "a.csv", head.count(",") - 4
+    rows = np.column_stack([TIMED.t, TIMED.alpha, np.zeros((5, more))])
+    np.savetxt(path, rows, delimiter=",", header=head, comments="")
+    done = run("export", path, tmp_path / "b.json", "--period", 1)
+    assert (done.code, done.err) == (
+        0,
+        f"gaitgraph: warning: gait file {str(path)!r}: columns not used: {unused}\n" * bool(unused),
+    )
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        assert ("t" in read_table(path)) is (not unused)
+    assert [str(one.message) for one in told] == [done.err[20:-1]] * bool(unused)
+
+
 HEAD = "alpha1,alpha2,alpha3,alpha4\n"
 BAD_CSV = [
     ("", "it is empty"),
+    ("0,0.4,-0.4,0.4,-0.4\n0.5,0.8,-0.4,0.8,-0.4\n", "line 1 must be a header .* such as t,alpha1,.* got numbers"),
+    ("0 0 0 0\n0 0 0 0\n", "line 1 must be a header"),
+    ("# t alpha1 alpha2\n", "separated by commas, with points in numbers, got semicolons, tabs or blanks"),
+    ("t,time," + HEAD + "0,0,0,0,0,0\n", "columns 't' and 'time' are both there"),
     (HEAD, "it has no rows"),
     ("alpha1,alpha2,alpha3\n0,0,0\n", "column 'alpha4' is missing"),
-    ("alpha1,alpha2,alpha3,alpha_4\n0,0,0,0\n", "column 'alpha4' is missing.*did you mean 'alpha_4'"),
+    ("alpha1,alpha2,alpha3,alpha_4\n0,0,0,0\n", "column 'alpha4' is missing.*'alpha_4' .did you mean 'alpha4'"),
     ("alpha1,alpha2,alpha3,alpha4,alpha1\n0,0,0,0,0\n", "column 'alpha1' appears 2 times"),
     ("alpha1,alpha2,alpha3,alpha4,alpha1_deg\n0,0,0,0,0\n", "columns 'alpha1' and 'alpha1_deg' are both there"),
     (HEAD + "0,0,0\n", "line 2 has 3 fields; allowed are 4"),
@@ -94,7 +131,7 @@ BAD_CSV = [
     (HEAD + "0,0,0,\n", "row 1: alpha4 is ''"),
     (HEAD + "0,0,inf,0\n", "row 1: alpha3 is 'inf'"),
     (HEAD + "0,1.6,0,0\n", "row 1: alpha2 is 1.6 rad; allowed is −π/2 to π/2"),
-    ("alpha1;alpha2;alpha3;alpha4\n0;0;0;0\n", "separated by semicolons or tabs; allowed are commas"),
+    ("alpha1;alpha2;alpha3;alpha4\n0;0;0;0\n", "separated by commas, with points in numbers, got semicolons"),
     (HEAD + "0,0,1_0,0\n", "row 1: alpha3 is '1_0'; allowed is a finite number"),
     (HEAD + "0,0,١,0\n", "row 1: alpha3 is '١'; allowed is a finite number"),
     (HEAD + "0,0,1e300,0\n", "row 1: alpha3 is 1e\\+300; allowed is up to 1e\\+06"),
@@ -113,7 +150,7 @@ BAD_JSON = [
     ('{"about": ' + '{"a": ' * 300 + "1" + "}" * 300 + "}", "about: it is nested too deeply"),
     ('{"alpha1": [' + "9" * 5000 + "]}", "it is not JSON"),
     ('{"alpha1": [1' + "0" * 400 + '], "alpha2": [0], "color": "red"}', "row 1: alpha1 is 10000"),
-    ("3", "it holds 3; allowed"),
+    ("3", "it holds 3; it must be"),
     ("[]", "column 'alpha1' is missing"),
     ("[1]", "row 1 must be an object with the fields of row 1, got 1"),
     ('[{"alpha1": 0}, {"alpha2": 0}]', "row 2 must be an object with the fields of row 1"),
@@ -149,6 +186,57 @@ def test_files_that_cannot_be_read(tmp_path: Path, suffix: str) -> None:
     if suffix in (".csv", ".json"):
         (tmp_path / f"a{suffix}").write_bytes(b"\xff\xfe\0")
         assert "not UTF-8 text; allowed is a gait table as text, in UTF-8" in refusal(tmp_path / f"a{suffix}")
+
+
+def test_what_killed_processes_left_is_removed_and_nothing_else(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    names = [f".gaitgraph-{word * 4}.part" for word in ("ab", "cd")] + [".gaitgraph-mine.part"]
+    for name in names:
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "a.csv").write_text("half")
+    (tmp_path / names[0] / "b.mcap.old").mkdir()  # moved aside, to be replaced
+    lock = os.open(tmp_path / names[1], os.O_RDONLY)
+    fcntl.flock(lock, fcntl.LOCK_EX)  # a living process writes in it
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "getuid", lambda: 1 << 30)
+        TIMED.write(tmp_path / "x.csv")
+    assert (tmp_path / names[0]).exists()  # it is somebody else's
+    with pytest.raises(gg.InputError, match=r"it must have a metadata.yaml"):
+        read_table(tmp_path / "b.mcap")  # which is put back
+    os.close(lock)
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted([*names[1:], "b.mcap", "x.csv"])
+    TIMED.write(tmp_path / "y.csv")
+    assert sorted(path.name for path in tmp_path.iterdir()) == [names[2], "b.mcap", "x.csv", "y.csv"]
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt, OSError])
+def test_a_folder_that_is_not_replaced_is_put_back(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: Any) -> None:
+    path, rename = tmp_path / "g.mcap", Path.rename
+
+    def broken(self: Path, target: Path) -> Path:
+        if target == path and self.suffix != ".old":
+            raise error
+        return rename(self, target)
+
+    TIMED.write(path)
+    monkeypatch.setattr(Path, "rename", broken)
+    with pytest.raises(error):
+        RED.write(path, force=True)
+    monkeypatch.undo()
+    assert len(read_table(path)) == 5
+    first, taken = Path.rename, list[Path]()
+
+    def taken_meanwhile(self: Path, target: Path) -> Path:
+        moved = first(self, target)
+        if target.suffix == ".old" and not taken:
+            taken.append(path)
+            shutil.copytree(target, path)  # another process puts its own there
+        return moved
+
+    monkeypatch.setattr(Path, "rename", taken_meanwhile)
+    RED.write(path, force=True)
+    assert (taken, len(read_table(path)), list(tmp_path.iterdir())) == ([path], 101, [path])
 
 
 def test_outputs_that_exist_stay_unless_forced_and_then_links_and_permissions_do(tmp_path: Path) -> None:
@@ -299,23 +387,40 @@ def test_a_gait_made_from_another_tells_no_request(tmp_path: Path) -> None:
         read_request(tmp_path / "other.csv", {})
 
 
-def test_what_made_a_csv_file_is_in_its_first_and_its_last_row(tmp_path: Path) -> None:
-    path = tmp_path / "a.csv"
-    gg.plan_loop(G3.waypoints).timed(samples=4).write(path)
-    assert b"\r" not in path.read_bytes()
+def test_what_made_a_csv_file_is_short_texts_in_its_first_rows(tmp_path: Path) -> None:
+    path, table = tmp_path / "a.csv", table_of(gg.plan_loop(G3.waypoints, vehicle=LIGHT).timed(samples=40))
+    write_tables(table, [path])
     with path.open(newline="") as stream:
         rows = list(csv.DictReader(stream))
-    assert [row["types"] for row in rows] == ["(+,+)"] * 5
     told = [row["made_by"] for row in rows]
-    assert told[1:-1] == [""] * 3
-    assert told[0] == told[-1]
-    assert json.loads(told[0])["about"] == read_table(path).about
+    assert told[:3] == [
+        'format = "gaitgraph gait table"',
+        'version = "0.1.0"',
+        'vehicle = {"preset": "paper", "name": "light", "mass": 0.3}',
+    ]
+    assert told[6] == 'law = "smooth"'
+    assert told[8].startswith("corners.2 = [1.178")
+    assert max(map(len, told)) < 110
+    assert told[-1] == ""
+    # Earlier versions wrote one text into the first and the last row.
+    with path.open("w", newline="") as stream:
+        writer = csv.DictWriter(stream, rows[0])
+        writer.writeheader()
+        writer.writerows(
+            row | {"made_by": provenance_text(table) if row in (rows[0], rows[-1]) else ""} for row in rows
+        )
+    assert read_table(path).about == table.about
     # Somebody else's column of that name is passed over, and a broken one of ours is refused.
-    path.write_text("alpha1,alpha2,alpha3,alpha4,made_by\n0.4,-0.4,0.4,-0.4,me\n")
-    assert read_table(path).about == {}
-    path.write_text('alpha1,alpha2,alpha3,alpha4,made_by\n0.4,-0.4,0.4,-0.4,"{""format"": ""gaitgraph gait table"""\n')
-    with pytest.raises(gg.InputError, match="the provenance in the file is not JSON"):
-        read_table(path)
+    for content, message in (
+        ("me", ""),
+        ('"{""format"": ""gaitgraph gait table"""', "is not JSON"),
+        ('"format = ""gaitgraph gait table""; law = x"', "got 'law = x'"),
+    ):
+        path.write_text(f"alpha1,alpha2,alpha3,alpha4,made_by\n0.4,-0.4,0.4,-0.4,{content}\n")
+        if message:
+            assert message in refusal(path)
+        else:
+            assert read_table(path).about == {}
 
 
 # -- CSV in blocks

@@ -12,6 +12,7 @@ import json
 import os
 import re
 import sys
+import warnings
 from contextlib import contextmanager, suppress
 from importlib import import_module
 from threading import Event, RLock, Thread
@@ -21,7 +22,7 @@ from typing import TYPE_CHECKING, Any, NoReturn, Self
 import click
 
 from gaitgraph import __version__
-from gaitgraph.errors import GaitgraphError, Infeasible, InputError, checked_choice, did_you_mean, shown
+from gaitgraph.errors import FileWarning, GaitgraphError, Infeasible, InputError, checked_choice, did_you_mean, shown
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -58,9 +59,17 @@ class Group(click.Group):
         return found
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Run a command; Abort if it is interrupted, without the empty line that click prints even into a pipe."""
+        """Run a command, then print what of its files was not used.
+
+        Abort if it is interrupted, without the empty line that click prints even into a pipe.
+        """
         try:
-            return super().invoke(ctx)
+            with warnings.catch_warnings(record=True) as notes:
+                warnings.simplefilter("default", FileWarning)
+                code = super().invoke(ctx)
+            for note in notes:
+                print_problem(f"warning: {note.message}")
+            return code
         except KeyboardInterrupt:
             if sys.stderr.isatty():  # which shows ^C on the line
                 click.echo(err=True)
@@ -282,6 +291,8 @@ def file(name: str, metavar: str, *words: str, **more: Any) -> Decorator:
     def checked(_: click.Context, __: click.Parameter, value: Any) -> Any:
         from pathlib import Path
 
+        if "" in (value if isinstance(value, tuple) else (value,)):
+            raise InputError(f"{metavar.strip('[.]')} must be the name of a file, got ''")
         if words and value.lower() not in words and not Path(value).suffix and not Path(value).exists():
             hint = did_you_mean(value, words)
             raise InputError(f"{metavar} must be a file, or {' or '.join(words)}, got {shown(value)}{hint}")

@@ -69,7 +69,7 @@ def table_answer(name: str, content: bytes, progress: Progress = queries.quiet) 
                 checked_choice("vehicle", table.about["vehicle"], preset_names())
             with naming_file(path):
                 report = validate(table)
-            rows, times = closed_rows(table)
+            rows, times, stated = closed_rows(table)
             progress(1.0)
         except (InputError, FileProblem) as error:
             raise type(error)(str(error).replace(repr(str(path)), repr(name))) from error
@@ -83,11 +83,11 @@ def table_answer(name: str, content: bytes, progress: Progress = queries.quiet) 
         "name": name,
         "rows": report.rows,
         **verdict,
-        "warnings": list(report.warnings),
+        "warnings": [*table.notes, *report.warnings],
         "path": queries.to_digits(alpha[:, :2]),
         "series": queries.series_answer(alpha, rows, report, t=t),
         "vehicle_view": queries.vehicle_view_answer(alpha, rows.vehicle, t=t),
-        "corners": queries.to_digits(rows.merged().alpha[:_MOST_ROWS]),
+        "corners": queries.to_digits((stated.gait if stated else rows.merged()).alpha[:_MOST_ROWS]),
         "broken": worst + _broken_runs(rows, report),
         "request": _state_of_request(table),
     }
@@ -111,9 +111,10 @@ def _broken_runs(rows: Gait, report: Report) -> list[dict[str, Any]]:
         sign, measure = measures[check.name]
         over = sign * (measure() - check.limit)
         edges = np.flatnonzero(np.diff(np.concatenate([[False], over > 0, [False]]).astype(np.int8)))
-        title, row = check.name.replace("_", " "), check.where["row"]  # the place is at this row, or behind it
+        # The place is at this row, or behind it; where the stated gait is judged it has none.
+        title, row = check.name.replace("_", " "), check.where.get("row")
         for first, end in edges.reshape(-1, 2).tolist():
-            if first < row <= end or first < row % len(alpha) + 1 <= end:
+            if row is not None and (first < row <= end or first < row % len(alpha) + 1 <= end):
                 continue
             worst = first + int(np.argmax(over[first:end]))
             run = f"row {end}" if end == first + 1 else f"rows {first + 1} to {end}, the worst row {worst + 1}"

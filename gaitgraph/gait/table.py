@@ -11,6 +11,7 @@ Any other table is closed by a straight segment back to the first row, which tak
 from __future__ import annotations
 
 import json
+import warnings
 from dataclasses import dataclass, field, replace
 from importlib import import_module
 from itertools import chain
@@ -21,7 +22,7 @@ import numpy.typing as npt
 
 from gaitgraph import __version__
 from gaitgraph.angles import checked_number
-from gaitgraph.errors import InputError, MissingExtra, shown
+from gaitgraph.errors import FileWarning, InputError, MissingExtra, shown
 from gaitgraph.gait.gait import Gait, points_on_sheets
 from gaitgraph.invertibility.matrices import (
     Coefficients,
@@ -47,6 +48,8 @@ from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping
 
+    TimedGait = Any  # timing comes after this package
+
 ANGLES = ("alpha1", "alpha2", "alpha3", "alpha4")
 RATES = tuple(f"{name}_rate" for name in ANGLES)
 ACCELERATIONS = tuple(f"{name}_acceleration" for name in ANGLES)
@@ -64,6 +67,12 @@ SAME_ROW = 1e-9
 """Two rows are the same point if no angle differs by more than this [rad]: far below any printed digit, above the
 rounding of floating point."""
 
+OTHER_ROWS = "the rows are not those of the corners that the table states: the rows are used, joined straight"
+"""What is said of a table whose rows were changed since it was written."""
+
+_ON_STATED = 1e-6  # rad between a row and the gait that its table states; and share of its period
+_ROWS_AT_ONCE = 1 << 12
+_NANOSECOND = 1e-9  # to which times are rounded in bags
 _DEEPEST = 100
 _UNITS = {"t": "s", "R": "1"} | dict.fromkeys(ANGLES, "rad")
 _UNITS |= dict.fromkeys(RATES, "rad/s") | dict.fromkeys(ACCELERATIONS, "rad/s^2")
@@ -89,11 +98,14 @@ class Table:
         What made the table: vehicle, coefficients, period, law and so on; plain values.
     digit_error
         Half a unit of the last printed digit of its angles [rad]; 0 if that is not known.
+    notes
+        What of its file or frame is not used.
     """
 
     columns: dict[str, Any]
     about: dict[str, Any] = field(default_factory=dict)
     digit_error: float = 0.0
+    notes: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         return len(next(iter(self.columns.values())))
@@ -258,18 +270,64 @@ def closing_time(start: float, end: float, rows: int) -> float:
     return end + (end - start) / max(rows - 1, 1)
 
 
+def stated_gait(table: Table, vehicle: Vehicle, numbers: Coefficients, crossing_tolerance: float) -> TimedGait | None:
+    """Return the timed gait that a table, or its first piece, states by corners, law and period; None if it does not.
+
+    It counts only where :func:`lies_on` holds of all rows: they may have been edited since. Colors are the rows' own.
+    """
+    about: dict[str, Any] = table.about
+    if "corners" not in about or "t" not in table or "alpha3" not in table:
+        return None
+    try:
+        corners = np.array(about["corners"], dtype=float)
+        gait = Gait(alpha=corners, vehicle=vehicle, coefficients=numbers, crossing_tolerance=crossing_tolerance)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"corners must be rows of four angles (rad), got {shown(about['corners'])}") from error
+    colors = tuple(table["color"][:1]) * len(corners) if "color" in table else _colors_of(corners, numbers)
+    return replace(gait, colors=colors).parametrize(about.get("period", 0.0), law=about.get("law", ""))
+
+
+def lies_on(timed: TimedGait, piece: Table, start: float) -> bool:
+    """Return whether rows are on a timed gait that begins at their time `start`, to the digits that are printed."""
+    allowed = _ON_STATED + piece.digit_error + (_NANOSECOND + piece.digit_error) * timed.peaks(1)
+    for k in range(0, len(piece), _ROWS_AT_ONCE):
+        some = piece.rows(k, k + _ROWS_AT_ONCE)
+        if (np.abs(timed.at(some["t"] - start)[0] - some.alpha) > allowed).any():
+            return False
+    return set(piece.columns.get("color", ())) <= set(timed.gait.colors)
+
+
+def keeps_what_it_states(table: Table, timed: TimedGait) -> bool:
+    """Return whether a whole table is on the timed gait that it states."""
+    start, end = table["t"][[0, -1]].tolist()
+    return lies_on(timed, table, start) and takes_the_period(timed, start, end, len(table), table.digit_error)
+
+
+def takes_the_period(timed: TimedGait, start: float, end: float, rows: int, digit_error: float) -> bool:
+    """Return whether a table of so many rows, from its times `start` to `end`, takes the period of a timed gait."""
+    off = min(abs(last - start - timed.period) for last in (end, closing_time(start, end, rows)))
+    return bool(off <= digit_error + _NANOSECOND + _ON_STATED * timed.period)
+
+
+def _colors_of(alpha: FloatArray, coefficients: Coefficients) -> tuple[str, ...]:
+    """Return the color of the sheet or fibre that each point lies on, to within 2e-3 rad; none if one lies on none."""
+    codes = families_along(alpha, coefficients, DEFAULT_TOLERANCE)
+    return tuple(map(family_of, codes.tolist())) if codes.all() else ()
+
+
 def closed_rows(
     table: Table, *, vehicle: VehicleLike | None = None, coefficients: CoefficientsLike | None = None
-) -> tuple[Gait, FloatArray | None]:
-    """Return the closed polyline through a table's rows, each row a corner, and when it passes them.
+) -> tuple[Gait, FloatArray | None, TimedGait | None]:
+    """Return the closed polyline through a table's rows, when it passes them, and the timed gait that the table states.
 
     Rows without a color get that of the sheet or fibre they lie on, if each lies on one to within 2e-3 rad. The gait
     keeps the request that made the table, if no other vehicle or coefficients are given; by default these are what the
     table states, else the paper's vehicle. A last row that closes the table is no corner. The n + 1 times [s] end when
-    the gait is back at its first corner; None without a column t.
+    the gait is back at its first corner; None without a column t. The stated gait is None, with a warning, where rows
+    are not on it.
 
     >>> columns = {"t": np.array([0, 1]), "alpha1": [0.4, 0.9], "alpha2": [-0.4, -0.4], "color": ("red", "red")}
-    >>> gait, times = closed_rows(Table(columns=columns))
+    >>> gait, times, _ = closed_rows(Table(columns=columns))
     >>> gait.alpha[:, 2].tolist(), times.tolist()
     ([0.4, 0.9], [0.0, 1.0, 2.0])
     """
@@ -280,20 +338,24 @@ def closed_rows(
         alpha = alpha[:-1]
     elif t is not None:
         t = np.append(t, closing_time(t[0], t[-1], len(t)))
-    if "color" in table:
-        colors = tuple(table["color"][: len(alpha)])
-    else:
-        codes = families_along(alpha, numbers, DEFAULT_TOLERANCE)
-        colors = tuple(map(family_of, codes.tolist())) if codes.all() else ()
+    colors = tuple(table["color"][: len(alpha)]) if "color" in table else _colors_of(alpha, numbers)
+    request = dict(request) if isinstance(request, dict) else {}
+    stated = stated_gait(table, vehicle, numbers, crossing_tolerance)
+    if stated is not None:
+        if keeps_what_it_states(table, stated):
+            stated = replace(stated, gait=replace(stated.gait, request=request), samples=len(alpha))
+        else:
+            warnings.warn(OTHER_ROWS, FileWarning, stacklevel=2)
+            stated = None
     gait = Gait(
         alpha=alpha,
         colors=colors,
         vehicle=vehicle,
         coefficients=numbers,
         crossing_tolerance=crossing_tolerance,
-        request=dict(request) if isinstance(request, dict) else {},
+        request=request,
     )
-    return gait, t
+    return gait, t, stated
 
 
 # -- Completing a table piece by piece

@@ -273,6 +273,8 @@ def read_mat(path: Path, builder: TableBuilder, progress: Progress) -> Iterator[
         if others:
             raise InputError(f"it must have one struct of angles, or one called {_GAIT!r}, got {1 + len(others)}")
         about = _about_of_array({**found, **ours}.get(_PROVENANCE))
+        if about:
+            found = {name: one for name, one in found.items() if name not in ("names", "units", _PROVENANCE)}
         for group, angles in _GROUPS.items():
             matrix = found.pop(group, None)
             if matrix is not None and found.keys().isdisjoint(angles):

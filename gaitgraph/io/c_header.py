@@ -16,8 +16,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gaitgraph.errors import InputError
-from gaitgraph.gait.table import ACCELERATIONS, RATES, Table, is_closed, provenance_text
+from gaitgraph.gait.table import (
+    ACCELERATIONS,
+    RATES,
+    Table,
+    is_closed,
+    keeps_what_it_states,
+    provenance_text,
+    stated_gait,
+    surface_of,
+)
 from gaitgraph.io.ros import merged_up_to
+from gaitgraph.io.servo_map import servo_map_from_mapping, tilts_from_joints
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -27,8 +37,8 @@ if TYPE_CHECKING:
 _MOST_ROWS = 16_384  # as floats with rates, half a megabyte
 _LARGEST = 32_767
 _EVEN, _NANOSECOND = 1e-6, 1e-9
-# The error of a cubic is step² times the largest second difference of the accelerations, divided by this: by 384 where
-# the fourth derivative is steady, and thrice as much where the third one jumps.
+# Of a table alone, the error of a cubic is estimated by step² times the largest second difference of the accelerations,
+# divided by this: by 384 where the fourth derivative is steady, and thrice as much where the third one jumps.
 _CUBIC_SHARE = 128.0
 
 
@@ -79,16 +89,17 @@ def write_h(pieces: Iterable[Table], path: Path, options: FormatOptions) -> None
         tables += wrap(", ".join(map(literal, times.tolist())), 116, initial_indent="    ", subsequent_indent="    ")
         tables += ["};"]
 
-    off = 0.0
+    off = "0"
     if accelerations is not None:
+        longest = float(np.diff(times).max())
         changes = np.diff(accelerations, 2, axis=0) if cubic else accelerations
-        off = (
-            float(np.diff(times).max()) ** 2 * float(np.abs(changes).max(initial=0.0)) / (_CUBIC_SHARE if cubic else 8)
-        )
+        estimate = longest**2 * float(np.abs(changes).max(initial=0.0)) / (_CUBIC_SHARE if cubic else 8)
+        bound = _proven_error(table, longest, cubic=cubic)
+        off = f"about {estimate:.1e}" if bound is None else f"at most {1.06 * bound:.1e}"  # not less, to two digits
     joints, rotors = options.joints_of(table)
     upper = name.upper()
     words = {"file": _harmless(path.name), "provenance": _harmless(provenance_text(table)), "tables": "\n".join(tables)}
-    words |= {"name": name, "NAME": upper, "real": real, "rows": str(rows), "bits": str(bits), "off": f"{off:.1e}"}
+    words |= {"name": name, "NAME": upper, "real": real, "rows": str(rows), "bits": str(bits), "off": off}
     words |= {"joints": _harmless(json.dumps(joints)), "rotors": ", ".join(map(str, rotors))}
     words |= {"period": literal(times[-1]), "seconds": f"{times[-1]:g}", "step": literal(step), "scale": literal(scale)}
     words["rounding"] = f"{float(np.abs(units * scale - angles).max()):.1e}"
@@ -105,6 +116,26 @@ def write_h(pieces: Iterable[Table], path: Path, options: FormatOptions) -> None
     lines = [line for needed, _, line in parts if kinds.issuperset(needed.split(","))]
     text = re.sub("<<([A-Za-z]+)>>", lambda found: words[found[1]], "\n".join(lines))
     path.write_text(text + "\n", encoding="utf-8")
+
+
+def _proven_error(table: Table, step: float, *, cubic: bool) -> float | None:
+    """Return a bound on how far interpolation is off the gait that a table states [rad]; None if it states none.
+
+    Of a straight line it is h²/8·max|f″|. Of a cubic with the values and slopes of both ends it is h⁴/384·max|f⁗|; over
+    a corner, where f‴ jumps, h³/96·max|f‴|, by the largest integral of the size of its Peano kernel, which is at h/2.
+    """
+    tilts = tilts_from_joints(table.columns, servo_map_from_mapping(table.about.get("servos", {})))
+    tilts_table = Table(columns=table.columns | tilts, about=table.about, digit_error=table.digit_error)
+    timed = stated_gait(tilts_table, *surface_of(tilts_table))
+    if timed is None or not keeps_what_it_states(tilts_table, timed):
+        return None
+    second, third, fourth = (float(timed.peaks(order).max()) for order in (2, 3, 4))
+    if not cubic:
+        return step**2 / 8 * second
+    corners, rows = timed.corner_times, table["t"] - table["t"][0]
+    off_rows = np.abs(corners[:, None] - rows[np.searchsorted(rows[1:-1], corners)[:, None] + [0, 1]]).min(axis=1).max()
+    over_a_corner = step**3 / 96 * third
+    return over_a_corner if off_rows > _NANOSECOND else min(step**4 / 384 * fourth, over_a_corner)
 
 
 def _harmless(text: str) -> str:

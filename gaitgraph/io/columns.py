@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 import math
 import re
+import warnings
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -18,7 +19,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from gaitgraph.angles import HALF_PI, angle_from_text, in_degrees
-from gaitgraph.errors import InputError, did_you_mean, shown
+from gaitgraph.errors import FileWarning, InputError, did_you_mean, shown
 from gaitgraph.gait.table import ACCELERATIONS, ANGLES, DEGREES, ORDER, RATES, TEXTS, Table, about_from_text
 from gaitgraph.io.servo_map import servo_map_from_mapping, tilts_from_joints
 from gaitgraph.surface.adjacency import types_from_text
@@ -36,23 +37,27 @@ _LARGEST = dict.fromkeys(ANGLES[:2], HALF_PI) | dict.fromkeys(ANGLES[2:], 1e6)  
 _LARGEST |= dict.fromkeys(("R", *RATES, *ACCELERATIONS), 1e12) | {"t": 1e9}
 _SHORTEST_STEP = 1e-9
 _BESIDE_JOINTS = ("color", "types", "R")
-_MOST_NAMED, _MOST_COMPARED = 5, 1000  # of other columns, in a message
+_MOST_NAMED, _MOST_COMPARED = 20, 1000  # of other columns, in a message
+_OTHER_NAMES = DEGREES | {"time": "t"}
 
 
 class TableBuilder:
     """Checks the names of a table's columns, and then makes tables of raw columns, piece by piece.
 
     With `plane_only` alpha1 and alpha2 are enough. `joints` are what the columns of a servo table are; columns with the
-    usual names of angles are then ignored.
+    usual names of angles are then not used.
     """
 
     def __init__(self, *, plane_only: bool = False, joints: ServoMap | None = None) -> None:
         self.plane_only, self.joints = plane_only, joints
         self.about: dict[str, Any] = {}
+        self.names: Sequence[str] = ()
+        self.notes: tuple[str, ...] = ()
         self.rows, self._last_time = 0, -math.inf
 
     def begin(self, names: Sequence[str], about: dict[str, Any]) -> None:
         """Check the names of all columns of a file; what made it may have a map of joints, unless one is given."""
+        self.names = names
         # What is read are tilt angles, so the map did not make them.
         self.about = {name: value for name, value in about.items() if name != "servos"}
         if self.joints is None and "servos" in about:
@@ -60,26 +65,36 @@ class TableBuilder:
         for name, count in Counter(names).most_common(1):
             if count > 1:
                 raise InputError(f"column {name!r} appears {count} times; allowed is once")
+        others = [name for name in names if not self.uses(name)]
         if self.joints is not None:
             self.joints.check_columns(list(names))
-            return
-        for degrees, name in DEGREES.items():
-            if degrees in names and name in names:
-                raise InputError(f"columns {name!r} and {degrees!r} are both there; allowed is one of the two")
-        known = {DEGREES.get(name, name) for name in names}
-        lifted = self.plane_only or ("color" in known and known.isdisjoint(ANGLES[2:]))
-        for name in ANGLES[:2] if lifted else ANGLES:
-            if name not in known:
-                others = [other for other in names if other not in ORDER]
-                there = ", ".join(map(shown, others[:_MOST_NAMED])) + (", …" if len(others) > _MOST_NAMED else "")
-                hint = did_you_mean(name, others[:_MOST_COMPARED]) or (f"; there are {there}" if others else "")
-                wanted = "alpha1 to alpha4 (rad) or alpha1_deg to alpha4_deg, or alpha1, alpha2 and color"
-                raise InputError(f"column {name!r} is missing; allowed are {wanted}{hint}")
+        else:
+            for other, name in _OTHER_NAMES.items():
+                if other in names and name in names:
+                    raise InputError(f"columns {name!r} and {other!r} are both there; allowed is one of the two")
+            known = {_OTHER_NAMES.get(name, name) for name in names}
+            lifted = self.plane_only or ("color" in known and known.isdisjoint(ANGLES[2:]))
+            for name in ANGLES[:2] if lifted else ANGLES:
+                if name not in known:
+                    wanted = "alpha1 to alpha4 (rad) or alpha1_deg to alpha4_deg, or alpha1, alpha2 and color"
+                    there = f"; other columns are {self._listed(others)}" if others else ""
+                    raise InputError(f"column {name!r} is missing; columns must be {wanted}{there}")
+        self.notes = (f"columns not used: {self._listed(others)}",) if others else ()
+
+    def _listed(self, names: Sequence[str]) -> str:
+        """Return names of columns for a message, first those that are near a known one, with that one."""
+        used = (*ORDER, *_OTHER_NAMES) if self.joints is None else (*self.joints.columns, *_BESIDE_JOINTS)
+        known = [name for name in used if name not in self.names]
+        near = {name: did_you_mean(name.strip().lower(), known) for name in names[:_MOST_COMPARED]}
+        texts = [f"{name!r} ({hint.removeprefix('; ')})" for name, hint in near.items() if hint]
+        texts += [shown(name) for name in names if not near.get(name)]
+        more = len(texts) - _MOST_NAMED
+        return ", ".join(texts[:_MOST_NAMED]) + (f" and {more} more" if more > 0 else "")
 
     def uses(self, name: str) -> bool:
-        """Return whether a column of this name is read; others are ignored."""
+        """Return whether a column of this name is read; others are listed in a warning."""
         if self.joints is None:
-            return name in ORDER or name in DEGREES
+            return name in ORDER or name in _OTHER_NAMES
         return name in self.joints.columns or name in _BESIDE_JOINTS
 
     def pieces(self, raw: Mapping[str, Any], *, digit_error: float = 0.0, angle_texts: bool = False) -> Iterator[Table]:
@@ -106,7 +121,8 @@ class TableBuilder:
             elif name in DEGREES:
                 found[DEGREES[name]] = np.radians(_numbers(name, values, self.rows))
             else:
-                found[name] = _numbers(name, values, self.rows, angle_texts=angle_texts and name in ANGLES)
+                as_texts = angle_texts and name in ANGLES
+                found[_OTHER_NAMES.get(name, name)] = _numbers(name, values, self.rows, angle_texts=as_texts)
         for name, largest in _LARGEST.items():
             beyond = np.abs(found.get(name, np.zeros(0))) > largest
             if beyond.any():
@@ -124,9 +140,8 @@ class TableBuilder:
                 raise InputError(f"row {self.rows + k + 1}: t = {float(found['t'][k])!r} does not increase; {wanted}")
             self._last_time = found["t"][-1]
         self.rows += len(found["alpha1"])
-        yield Table(
-            columns={name: found[name] for name in ORDER if name in found}, about=self.about, digit_error=digit_error
-        )
+        columns = {name: found[name] for name in ORDER if name in found}
+        yield Table(columns=columns, about=self.about, digit_error=digit_error, notes=self.notes)
 
     def whole(self, columns: Mapping[str, Any], about: dict[str, Any]) -> Iterator[Table]:
         """Yield the table of all columns, where angles may be texts."""
@@ -240,9 +255,9 @@ def is_frame(value: object) -> bool:
 def table_from_frame(frame: Frame) -> Table:
     """Return the gait table in a frame of pandas or polars, a table of pyarrow, or a mapping of names to arrays.
 
-    Columns are as in a file: alpha1 to alpha4 (rad), or alpha1, alpha2 and color; others are ignored. A pandas index
-    that is named `t` counts as that column. The table states what made it if `attrs` does, as :meth:`Table.to_pandas`
-    and `pandas.read_parquet` leave it.
+    Columns are as in a file: alpha1 to alpha4 (rad), or alpha1, alpha2 and color; a warning lists others. An index of
+    pandas that is named `t` or `time` counts as that column. The table states what made it if `attrs` does, as
+    :meth:`Table.to_pandas` and `pandas.read_parquet` leave it.
 
     >>> table = table_from_frame({"alpha1": [0.4, 0.8], "alpha2": [-0.4, -0.8], "color": ["red", "red"]})
     >>> len(table), list(table.columns)
@@ -262,13 +277,16 @@ def table_from_frame(frame: Frame) -> Table:
         raise InputError(f"attrs must be as gaitgraph left them, got {shown(stated)}") from error
     index = getattr(frame, "index", None)
     columns = {name: frame[name] for name in names}
-    if getattr(index, "name", None) == "t" and "t" not in names:
-        names.append("t")
-        columns["t"] = index
+    time = getattr(index, "name", None)
+    if time in ("t", "time") and {"t", "time"}.isdisjoint(names):
+        names.append(time)
+        columns[time] = index
     builder = TableBuilder()
     builder.begin(names, about_from_text(text))
     tables = list(builder.pieces(columns, angle_texts=True))
     builder.check_rows()
+    for note in builder.notes:
+        warnings.warn(f"frame: {note}", FileWarning, stacklevel=2)
     return tables[0]
 
 

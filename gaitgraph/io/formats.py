@@ -6,7 +6,7 @@ The libraries of an extra are loaded by the functions that need them.
 
 from __future__ import annotations
 
-import json
+import warnings
 from contextlib import contextmanager
 from dataclasses import dataclass, fields, replace
 from functools import partial
@@ -18,6 +18,7 @@ import numpy as np
 
 from gaitgraph.errors import (
     FileProblem,
+    FileWarning,
     GaitgraphError,
     Infeasible,
     InputError,
@@ -27,7 +28,7 @@ from gaitgraph.errors import (
     needs_extra,
     shown,
 )
-from gaitgraph.files import check_new_files, path_of, reading, text_of, write_whole
+from gaitgraph.files import check_new_files, path_of, reading, remove_leftovers, text_of, value_from_json, write_whole
 from gaitgraph.gait.gait import PAPER_NAMES, Gait, paper_gait
 from gaitgraph.gait.table import ANGLES, Table, about_from_text, closed_rows, merged
 from gaitgraph.invertibility.matrices import coefficients_of
@@ -134,14 +135,14 @@ def known_format(path: str | Path, what: str, *, reads: bool = False, also: Sequ
     A folder to be read may have another name, if the files in it are those of a bag. `what` is how messages call it,
     and `also` are suffixes that a caller who writes, or seeks a request, has served before.
     """
-    path = path_of(path, what)
+    given, path = str(path), path_of(path, what)
     suffix = path.suffix.lower()
     known = [suffix for suffix, one in FORMATS.items() if one.reads or not reads]
-    is_folder = reads and suffix not in FORMATS and path.is_dir()
+    is_folder = reads and given != "" and suffix not in FORMATS and path.is_dir()
     if is_folder and any(path.glob("*.mcap")):
         suffix = ".mcap"
     if suffix not in known:
-        which = repr(str(path)) + ", a folder without a .mcap file" * is_folder
+        which = repr(given) + ", a folder without a .mcap file" * is_folder
         known += () if reads else also
         hint = did_you_mean(suffix, known)
         if suffix in (*FILMS, ".svg"):
@@ -212,8 +213,7 @@ def write_tables(
 def check_outputs(paths: Sequence[str | Path], *, force: bool = False) -> None:
     """Raise before any work is done if an output cannot be: its suffix, an extra, a name taken or given twice."""
     folders = set()
-    for path in map(Path, paths):
-        form = known_format(path, "output")
+    for path, form in [(Path(path), known_format(path, "output")) for path in paths]:
         form.function("write")  # MissingExtra, if that is so
         if form.folder:
             folders.add(path)
@@ -294,8 +294,8 @@ def gait_of(
     if not isinstance(source, Table):
         return source if isinstance(source, Gait) else source.gait
     with naming_file(gait):
-        rows, _ = closed_rows(source, vehicle=vehicle, coefficients=coefficients)
-    return replace(rows.merged(), request=rows.request)
+        rows, _, stated = closed_rows(source, vehicle=vehicle, coefficients=coefficients)
+    return stated.gait if stated else replace(rows.merged(), request=rows.request)
 
 
 def read_table(path: str | Path, *, joints: ServoMap | None = None) -> Table:
@@ -315,21 +315,25 @@ def read_pieces(
 
     `progress` is called with the fraction of the file that is read; with `plane_only` alpha1 and alpha2 are enough.
     """
-    path = path_of(path, _WHAT)
-    form = known_format(path, _WHAT, reads=True)
+    path_of(path, _WHAT)
+    form, path = known_format(path, _WHAT, reads=True), Path(path)
     read, known = form.function("read"), ", ".join(suffix for suffix, one in FORMATS.items() if one.reads)
     with reading(path, _WHAT, f"a gait table: {known}"):
+        if not path.exists():
+            remove_leftovers(path.parent)  # a killed process may have been about to replace it
         path.stat()
     with naming_file(path):
         builder = TableBuilder(plane_only=plane_only, joints=joints)
-        yield from read(path, builder, progress)
+        for number, piece in enumerate(read(path, builder, progress)):
+            for note in piece.notes if number == 0 else ():
+                warnings.warn(f"{_WHAT} {str(path)!r}: {note}", FileWarning, stacklevel=2)
+            yield piece
         builder.check_rows()
 
 
 def provenance_in(path: str | Path) -> dict[str, Any]:
     """Return what made a gait file of any format, also of those that are not read as tables: its `about`."""
-    path = Path(path)
-    form = known_format(path, _WHAT)
+    form, path = known_format(path, _WHAT), Path(path)
     if form.reads:
         return next(read_pieces(path)).about
     with naming_file(path):
@@ -344,10 +348,7 @@ def provenance_in(path: str | Path) -> dict[str, Any]:
 
 def object_from_json(text: str) -> dict[str, Any]:
     """Return the object that a text of JSON holds, or raise InputError."""
-    try:
-        content = json.loads(text)
-    except (RecursionError, ValueError) as error:
-        raise InputError(f"it is not JSON ({str(error).splitlines()[0]})") from error
+    content = value_from_json(text, "it must hold an object of fields")
     if not isinstance(content, dict):
         raise InputError(f"it must hold an object of fields, got a {type(content).__name__}")
     return content

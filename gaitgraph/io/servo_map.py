@@ -227,8 +227,11 @@ class ServoMap:
         """Raise InputError unless there are the columns of all joints, and of time if it has a name of its own."""
         for name in self.columns[:5]:
             if name not in names and name != "t":
-                hint = did_you_mean(name, names) or f"; there are {shown(', '.join(names))}"
-                raise InputError(f"servos {self.name!r}: column {name!r} is missing{hint}")
+                near = [one for one in names if did_you_mean(one, [name])]
+                there = (
+                    f": for {near[0]!r} did you mean {name!r}?" if near else f"; there are {shown(', '.join(names))}"
+                )
+                raise InputError(f"servos {self.name!r}: column {name!r} is missing{there}")
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the map as plain values; read back by :func:`servo_map_from_mapping`."""

@@ -1,8 +1,10 @@
 """CSV and JSON files of gait tables.
 
 A CSV file is read in pieces, fast where nothing is unusual, and written row by row. It has one more column than the
-table, `made_by`: what made it, in the first row and in the last, which is the first again. Other readers of CSV would
-stumble over a comment line.
+table, `made_by`: what made it, in the first rows, one short text a row, such as ``law = "smooth"``. Other readers of
+CSV would stumble over comment lines. A text is a name and a value, as in JSON and TOML; parts of a long value have
+texts of their own, such as ``corners.2 = [0.4, -0.4, 0.4, -0.4]``. With fewer rows a field holds several texts.
+Earlier versions wrote one text of JSON into the first and the last row, which is read too.
 """
 
 from __future__ import annotations
@@ -11,13 +13,14 @@ import csv
 import json
 import math
 import re
+from contextlib import suppress
 from io import TextIOWrapper
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gaitgraph.errors import InputError, shown
-from gaitgraph.files import reading, text_of
+from gaitgraph.files import reading, text_of, value_from_json
 from gaitgraph.gait.table import (
     ANGLES,
     DEGREES,
@@ -30,6 +33,7 @@ from gaitgraph.gait.table import (
     provenance_of,
     provenance_text,
 )
+from gaitgraph.vehicle import vehicle_from_mapping
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -39,6 +43,10 @@ if TYPE_CHECKING:
 
 _WHAT = "gait file"
 _MADE_BY = "made_by"
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?|nan|inf", re.IGNORECASE)
+_TEXT = re.compile(r"\s*([\w.-]+) = ")
+_LONG = 60  # characters of a value
+_SHARED = ("vehicle", "coefficients", "period", "law")  # of a request and its table, stated once where they agree
 _BLOCK = 1 << 22
 _QUOTED_FIELD = re.compile(r'^"[^"\n]*"(?=,|$)|(?<=,)"[^"\n]*"(?=,|$)', re.MULTILINE)
 _PRINTED_ROWS = 1000
@@ -53,18 +61,23 @@ def read_csv(path: Path, builder: TableBuilder, progress: Progress) -> Iterator[
     with reading(path, _WHAT, "a gait table as text"), path.open("rb") as raw:
         stream, size = TextIOWrapper(raw, encoding="utf-8-sig"), path.stat().st_size
         read, head = 1, stream.readline()  # lines until now
-        while head == "\n":
+        while head == "\n" or (head.startswith("#") and "alpha" not in head):  # comments
             read, head = read + 1, stream.readline()
         if not head:
-            raise InputError("it is empty; allowed is a header line and at least one row")
-        try:
-            names = [name.strip() for name in next(csv.reader([head], strict=True))]
+            raise InputError("it is empty; it must have a header line and at least one row")
+        try:  # numpy.savetxt begins a header with "# "
+            names = [name.strip() for name in next(csv.reader([head.lstrip("# ")], strict=True))]
         except csv.Error as error:
-            raise InputError(f"line {read}: {error}; allowed is comma-separated text") from error
-        if len(names) == 1 and re.search(r"[;\t]", head):
-            raise InputError("columns are separated by semicolons or tabs; allowed are commas, and points in numbers")
+            raise InputError(f"line {read}: {error}; it must be comma-separated text") from error
+        if any(map(_NUMBER.fullmatch, re.split(r"[\s,;]+", head.strip()))) and not any(map(builder.uses, names)):
+            example = "t,alpha1,alpha2,alpha3,alpha4"
+            raise InputError(f"line {read} must be a header that names the columns, such as {example}, got numbers")
+        if len(names) == 1 and re.search(r"[;\s]", head.strip("# \n")):
+            got = "semicolons, tabs or blanks"
+            raise InputError(f"columns must be separated by commas, with points in numbers, got {got}")
         lines = stream.readlines(_BLOCK)
-        builder.begin(names, _provenance_taken_out(lines, names))
+        about = _about_taken_out(lines, names, stream)
+        builder.begin([name for name in names if name != _MADE_BY or about is None], about or {})
         digit_error: float | None = None
         while lines:
             columns = _numeric_columns(lines, names, builder) or _text_columns(lines, names, read)
@@ -75,26 +88,98 @@ def read_csv(path: Path, builder: TableBuilder, progress: Progress) -> Iterator[
             yield from builder.pieces(columns, digit_error=digit_error or 0.0)
             read += len(lines)
             lines = stream.readlines(_BLOCK)
-            _provenance_taken_out(lines, names)
+            if lines and FORMAT in lines[-1]:
+                _text_taken_out(lines, -1, names)
 
 
-def _provenance_taken_out(lines: list[str], names: list[str]) -> dict[str, Any]:
-    """Take what made the file out of the first and the last of these lines, and return it; empty if it is not stated.
+def _about_taken_out(lines: list[str], names: list[str], stream: TextIOWrapper) -> dict[str, Any] | None:
+    """Take what made the file out of its first lines, and out of the last, and return it; None if it is not stated.
 
-    Then all rows are alike, and the first and the last are read as fast as the others.
+    More lines are read where all of these state it. Then all rows are alike, and these are read as fast as the others.
     """
-    about: dict[str, Any] = {}
-    for k in {0, len(lines) - 1} if lines and _MADE_BY in names else ():
-        try:
-            fields = next(csv.reader([lines[k]], strict=True), []) if FORMAT in lines[k] else []
-        except csv.Error:
-            continue  # reading the line as a row says what is wrong
-        column = names.index(_MADE_BY)
-        if len(fields) == len(names) and FORMAT in fields[column]:
-            about = about_from_text(fields[column])
-            fields[column] = ""
-            lines[k] = ",".join(f'"{text}"' if "," in text else text for text in fields) + "\n"
+    texts: list[str] = []
+    while _MADE_BY in names and lines and (texts or FORMAT in lines[0]):
+        if len(texts) == len(lines):
+            lines += stream.readlines(_BLOCK)
+        if len(texts) == len(lines) or not (text := _text_taken_out(lines, len(texts), names)):
+            break
+        texts.append(text)
+    if not texts:
+        return None
+    if FORMAT in lines[-1]:
+        _text_taken_out(lines, -1, names)
+    return about_from_text(texts[0]) if texts[0].startswith("{") else _about_from_texts(texts)
+
+
+def _text_taken_out(lines: list[str], k: int, names: list[str]) -> str:
+    """Take the text of the column `made_by` out of a line, and return it; empty if there is none."""
+    column = names.index(_MADE_BY)
+    try:
+        fields = next(csv.reader([lines[k]], strict=True), [])
+    except csv.Error:
+        return ""  # reading the line as a row says what is wrong
+    if len(fields) != len(names):
+        return ""
+    text, fields[column] = fields[column], ""
+    lines[k] = ",".join(f'"{text}"' if "," in text else text for text in fields) + "\n"
+    return text
+
+
+def _texts_of(table: Table) -> list[str]:
+    """Return what made a table as short texts, or as one text of JSON if these would not be read as the same."""
+    provenance = provenance_of(table)
+    about = {**provenance.pop("about")}
+    if isinstance(request := about.get("request"), dict):
+        about["request"] = {
+            name: value for name, value in request.items() if name not in _SHARED or value != about.get(name)
+        }
+    with suppress(InputError):
+        if isinstance(about.get("vehicle"), dict):
+            about["vehicle"] = vehicle_from_mapping(about["vehicle"]).as_short_mapping()
+        texts = [*_parts(provenance | about)]
+        if _about_from_texts(texts) == table.about:
+            return texts
+    return [provenance_text(table)]
+
+
+def _parts(values: dict[str, Any], before: str = "") -> Iterator[str]:
+    """Yield values as texts, name and JSON; long ones part by part, lists with numbers for names."""
+    for name, value in values.items():
+        text, parts = json.dumps(value, allow_nan=False), value
+        if isinstance(value, list) and all(isinstance(one, (list, dict)) for one in value):
+            parts = {str(number): one for number, one in enumerate(value, start=1)}
+        if len(text) > _LONG and isinstance(parts, dict):
+            yield from _parts(parts, f"{before}{name}.")
+        else:
+            yield f"{before}{name} = {text}"
+
+
+def _about_from_texts(texts: list[str]) -> dict[str, Any]:
+    """Return what made a table, as :func:`_texts_of` stated it."""
+    whole, at, about = "; ".join(texts), 0, dict[str, Any]()
+    with suppress(AttributeError, RecursionError, TypeError, ValueError):
+        while match := _TEXT.match(whole, at):
+            *groups, last = match[1].split(".")
+            inner = about
+            for group in groups:
+                inner = inner.setdefault(group, {})
+            inner[last], end = json.JSONDecoder().raw_decode(whole, match.end())
+            at = end + whole.startswith(";", end)
+    if at < len(whole):
+        raise InputError(f"{_MADE_BY} must hold texts such as 'law = \"smooth\"', got {shown(whole[at:].strip())}")
+    about = {name: one for name, one in _lists(checked_about(about)).items() if name not in ("format", "version")}
+    if isinstance(about.get("vehicle"), dict):
+        about["vehicle"] = vehicle_from_mapping(about["vehicle"]).as_mapping()
+    if isinstance(about.get("request"), dict):
+        about["request"] = {name: about[name] for name in _SHARED if name in about} | about["request"]
     return about
+
+
+def _lists(values: dict[str, Any]) -> Any:
+    """Return values with lists in place of what has numbers for names."""
+    inner = {name: _lists(value) if isinstance(value, dict) else value for name, value in values.items()}
+    is_list = inner and [*inner] == [str(number) for number in range(1, len(inner) + 1)]
+    return [*inner.values()] if is_list else inner
 
 
 def _numeric_columns(lines: list[str], names: list[str], builder: TableBuilder) -> dict[str, Any] | None:
@@ -155,26 +240,22 @@ def write_csv(pieces: Iterable[Table], path: Path, options: FormatOptions) -> No
     """Write a new CSV file, piece by piece."""
 
     def rows() -> Iterator[Iterable[Any]]:
-        stated = mark = ""
-        before: tuple[Any, ...] | None = None  # a row is written when the next has come: the last one has a mark too
+        stated: Iterator[str] | None = None
         for piece in pieces:
-            if before is None:
-                stated = mark = provenance_text(piece)
+            if stated is None:
+                texts = _texts_of(piece)
+                share = math.ceil(len(texts) / len(piece))
+                stated = ("; ".join(texts[k : k + share]) for k in range(0, len(texts), share))
                 yield (*piece.columns, _MADE_BY)
             columns = (one.tolist() if isinstance(one, np.ndarray) else one for one in piece.columns.values())
             for row in zip(*columns, strict=True):
-                if before is not None:
-                    yield (*before, mark)
-                    mark = ""
-                before = row
-        if before is not None:
-            yield (*before, stated)
+                yield (*row, next(stated, ""))
 
     with path.open("w", encoding="utf-8", newline="") as stream:
         csv.writer(stream, lineterminator="\n").writerows(rows())
 
 
-_JSON = "allowed is an object of columns, a list of rows, or a plan"
+_JSON = "it must be an object of columns, a list of rows, or a plan"
 _MOST_BRACKETS = 5_000_000
 
 
@@ -183,14 +264,7 @@ def read_json(path: Path, builder: TableBuilder, progress: Progress) -> Iterator
     text = text_of(path, _WHAT, "a gait table as text")
     if text.count("[") + text.count("{") > _MOST_BRACKETS:  # they take twenty times the memory of the text, and more
         raise InputError(f"it has more than {_MOST_BRACKETS} lists and objects; {_JSON}")
-    try:
-        content = json.loads(text, parse_constant=_refused_constant, object_pairs_hook=_object)
-    except RecursionError as error:
-        raise InputError("it is nested too deeply; allowed is a gait table") from error
-    except InputError:
-        raise
-    except ValueError as error:
-        raise InputError(f"it is not JSON ({str(error).splitlines()[0]}); {_JSON}") from error
+    content = value_from_json(text, _JSON)
     about: dict[str, Any] = {}
     if isinstance(content, list):
         for number, row in enumerate(content, start=1):
@@ -206,20 +280,6 @@ def read_json(path: Path, builder: TableBuilder, progress: Progress) -> Iterator
         if not isinstance(columns, dict):
             raise InputError(f"'columns' is no object; {_JSON}")
     yield from builder.whole(columns, about)
-
-
-def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """Return a JSON object, or raise InputError if a name appears twice in it."""
-    content: dict[str, Any] = {}
-    for name, value in pairs:
-        if name in content:
-            raise InputError(f"{shown(name)} appears twice; allowed is once")
-        content[name] = value
-    return content
-
-
-def _refused_constant(name: str) -> None:
-    raise ValueError(f"{name} is no number of JSON")
 
 
 def _columns_of_plan(content: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:

@@ -217,10 +217,10 @@ def read_request(path: str | Path, overrides: Mapping[str, Any]) -> tuple[PlanRe
 
 def stated_request(path: str | Path) -> dict[str, Any]:
     """Return the fields that a file states, of those that :func:`read_request` reads, unchecked."""
-    path = Path(path)
-    suffix = path.suffix.lower()
+    suffix = Path(path).suffix.lower()
     if suffix != ".toml":
         known_format(path, "request file", also=(".toml",))
+    path = Path(path)
     if suffix not in (".toml", ".json"):
         about: Any = provenance_in(path)
     else:

@@ -19,7 +19,6 @@ import json
 import logging
 import math
 import re
-import shutil
 from base64 import b64encode
 from collections import Counter
 from concurrent.futures import CancelledError, ThreadPoolExecutor
@@ -35,7 +34,7 @@ from typing import TYPE_CHECKING, Any
 from gaitgraph import __version__
 from gaitgraph.angles import whole_number
 from gaitgraph.errors import FileProblem, GaitgraphError, Infeasible, InputError, OutputExists, needs_extra, shown
-from gaitgraph.files import text_of, write_whole
+from gaitgraph.files import remove_leftovers, text_of, write_whole
 from gaitgraph.flight.simulation import fly
 from gaitgraph.plots.axes import blank_figure, paper_style, picture_bytes, require_matplotlib
 from gaitgraph.study.design import FLIGHT, Case, Study, columns_of, read_study, study_from_mapping
@@ -58,7 +57,6 @@ _EMPTY = 60.0  # s that a cluster may be without workers at the start
 _DEATHS = 2  # how many workers a batch may lose before its cases are flown one by one
 # An interrupt at the terminal reaches the workers too; this process ends them.
 _NO_INTERRUPTS = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)"
-_SCRATCH = ".gaitgraph-*.part"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -219,7 +217,8 @@ def _opened(folder: Path, study: Study, here: Mapping[str, str]) -> Iterator[Non
     wanted = f"output must be a new folder or one of this study, got {str(folder)!r}"
     try:
         if not manifest.exists():
-            if folder.exists() and any(not path.match(_SCRATCH) for path in folder.iterdir()):
+            remove_leftovers(folder)
+            if folder.exists() and any(folder.iterdir()):
                 raise OutputExists(f"{wanted} with files")
             folder.mkdir(exist_ok=True)
             text = json.dumps(about, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
@@ -241,8 +240,7 @@ def _opened(folder: Path, study: Study, here: Mapping[str, str]) -> Iterator[Non
         except BlockingIOError as error:
             raise OutputExists(f"another process writes to {str(folder)!r}; run one at a time") from error
         rows.mkdir(exist_ok=True)
-        for scratch in [*folder.glob(_SCRATCH), *rows.glob(_SCRATCH)]:  # of a process that was killed while it wrote
-            shutil.rmtree(scratch, ignore_errors=True)
+        remove_leftovers(rows)
         yield
 
 

@@ -62,7 +62,7 @@ class Law(NamedTuple):
 
     by_length: bool  # whether segments take time in proportion to their length; if not, all take the same
     motion: Callable[[FloatArray], tuple[FloatArray, FloatArray, FloatArray]]  # share of the length, and derivatives
-    peaks: tuple[float, float, float]  # largest first, second and third derivative; infinite: an impulse at a corner
+    peaks: tuple[float, float, float, float]  # largest first to fourth derivative; infinite: an impulse at a corner
 
 
 def _from_rest_to_rest(tau: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -73,10 +73,10 @@ def _evenly(tau: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     return tau, np.ones_like(tau), np.zeros_like(tau)
 
 
-STRAIGHT = Law(by_length=True, motion=_evenly, peaks=(1.0, math.inf, math.inf))  # rows with times of their own too
+STRAIGHT = Law(by_length=True, motion=_evenly, peaks=(1.0, math.inf, math.inf, math.inf))  # rows with own times too
 LAWS = {
-    # The slope of the minimum-jerk polynomial is 15/8 at τ = 1/2; its slope is 10/√3 at most, and that one's 60.
-    "smooth": Law(by_length=True, motion=_from_rest_to_rest, peaks=(15.0 / 8.0, 10.0 / math.sqrt(3.0), 60.0)),
+    # The slope of the minimum-jerk polynomial is 15/8 at τ = 1/2; its slope is 10/√3 at most, that one's 60, its 360.
+    "smooth": Law(by_length=True, motion=_from_rest_to_rest, peaks=(15.0 / 8.0, 10.0 / math.sqrt(3.0), 60.0, 360.0)),
     "constant-speed": STRAIGHT,
     "equal-time": STRAIGHT._replace(by_length=False),
 }

@@ -64,6 +64,10 @@ DEFAULT_SAMPLES = 100
 """Intervals per period when neither a count nor a rate is asked for."""
 
 MOST_SAMPLES = 10_000_000
+
+MOST_CORNERS = 1000
+"""A table states its corners up to this number; one of more corners is its rows."""
+
 ROW_BY_ROW = "row-by-row"  # the law of a RowTimedGait
 _SAME = 1e-6  # rad between a row and a law
 _BYTES_HELD = 1 << 24  # a file of no more bytes is held, not read again
@@ -180,8 +184,9 @@ class TimedGait:
     def peaks(self, order: int) -> FloatArray:
         """Return the largest size of a derivative of each angle over the period, between samples too, shape (4,).
 
-        The order is 1 for rates [rad/s], 2 for accelerations [rad/s²], 3 for jerks [rad/s³]. Accelerations and jerks
-        are infinite where a law turns a corner at full speed. Jerks of the law `smooth` jump at the corners.
+        The order is 1 for rates [rad/s], 2 for accelerations [rad/s²], 3 for jerks [rad/s³], 4 for their slopes
+        between corners. From 2 on they are infinite where a law turns a corner at full speed. Jerks of the law `smooth`
+        jump at the corners.
         """
         duration = np.diff(self.corner_times)
         moving = duration > 0
@@ -321,10 +326,11 @@ def timed_gait_of(
 ) -> TimedGait:
     """Return the timed gait that was handed over in any form; see :func:`gaitgraph.io.formats.given_gait`.
 
-    By default the vehicle and the coefficients are those that a file states, and so are period [s] and law: where the
-    times of its rows are those of a law to 1e-6 rad, that law; otherwise its rows are joined straight, each at its own
-    time. What has no times gets T = 1 s, but for a file, which needs a `period` then. Raises InputError, FileProblem or
-    Infeasible if it is no gait, cannot be read, is the table of a flight, or is a request that has no gait.
+    By default the vehicle and the coefficients are those that a file states, and so are corners, period [s] and law
+    where its rows lie on that gait. Else a law counts if the rows follow it to 1e-6 rad; otherwise they are joined
+    straight, each at its own time. What has no times gets T = 1 s, but for a file, which needs a `period` then. Raises
+    InputError, FileProblem or Infeasible if it is no gait, cannot be read, is the table of a flight, or is a request
+    that has no gait.
     """
     is_file = isinstance(gait, (str, Path))
     clock: Any = {"period": period, "law": law} if is_file else {}  # of a request
@@ -342,8 +348,9 @@ def timed_gait_of(
         advice = f"; gaitgraph plan {name} --output gait.csv writes its gait" if "request" in about else ""
         raise InputError(f"gait file {name!r} is the table of a flight, not of a gait{advice}")
     with naming_file(gait):
-        rows, times = closed_rows(source, vehicle=vehicle, coefficients=coefficients)
-    merged_gait, is_asked = replace(rows.merged(), request=rows.request), period is not None or law is not None
+        rows, times, stated = closed_rows(source, vehicle=vehicle, coefficients=coefficients)
+    merged_gait = stated.gait if stated else replace(rows.merged(), request=rows.request)
+    is_asked = period is not None or law is not None
     period = about.get("period") if period is None else period
     law = law or (about.get("law") if about.get("made_by") != "pace" else None) or DEFAULT_LAW
     if times is None or len(source) == 1:
@@ -354,6 +361,9 @@ def timed_gait_of(
     times = times - times[0]
     if is_asked:
         return merged_gait.parametrize(float(times[-1]) if period is None else period, law=law)
+    found: TimedGait | None = stated
+    if found is not None:
+        return found
     with naming_file(gait):
         for known in sorted(get_args(LawName), key=lambda known: known != law):  # the file's law first
             timed = merged_gait.parametrize(float(times[-1]), law=known, samples=max(len(times) - 1, 1))
@@ -416,6 +426,8 @@ def pieces_of(
     by_law = timed.law in LAWS
     if not by_law:
         made["made_by"] = "pace"
+    elif gait.color != "mixed" and len(gait.alpha) <= MOST_CORNERS:
+        made["corners"] = gait.alpha.tolist()
     if gait.request:
         # A request can ask for the timing of a law, and for no other.
         timing = {"period": timed.period, "law": timed.law, "samples": timed.samples} if by_law else {}

@@ -18,14 +18,27 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gaitgraph.gait.gait import Gait
-from gaitgraph.gait.table import ACCELERATIONS, RATES, SAME_ROW, Table, closing_time, is_closed, surface_of, tilt_angles
+from gaitgraph.gait.table import (
+    ACCELERATIONS,
+    OTHER_ROWS,
+    RATES,
+    SAME_ROW,
+    Table,
+    closing_time,
+    is_closed,
+    lies_on,
+    stated_gait,
+    surface_of,
+    takes_the_period,
+    tilt_angles,
+)
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, FloatArray, level_determinant
 from gaitgraph.io.formats import given_gait, naming_file, read_pieces
 from gaitgraph.surface.adjacency import types_from_text
 from gaitgraph.surface.loop_colorings import ColoringCount, color_choices, colorings, colorings_counted
 from gaitgraph.surface.sheets import DEFAULT_TOLERANCE, SIGNS, families_along, family_codes, family_of, types_contradict
 from gaitgraph.validation.physics import all_rules
-from gaitgraph.validation.report import RATE_UNITS, Check, Report, limit_check
+from gaitgraph.validation.report import RATE_CHECKS, RATE_UNITS, Check, Report, limit_check
 from gaitgraph.validation.rules import Criteria, Peak, Segments, segments_of
 
 if TYPE_CHECKING:
@@ -36,6 +49,7 @@ if TYPE_CHECKING:
     from gaitgraph.vehicle import Vehicle, VehicleLike
 
 _BLOCK = 1 << 14
+_MORE = 1.0 + 1e-6
 
 MOST_LISTED_ROWS = 10_000
 """Up to this many rows a table's colourings are listed; longer ones are counted."""
@@ -128,7 +142,7 @@ def validate(
     ----------
     gait
         A gait in any form, see :func:`gaitgraph.io.formats.given_gait`; a CSV or Parquet file may be larger than
-        memory.
+        memory. A table that states corners, law and period is judged as that timed gait, as long as its rows lie on it.
     vehicle, coefficients
         For tables and files: what the gait is for; by default what the table says, else the paper's vehicle.
     tolerance, floor, angle_rounding
@@ -187,12 +201,29 @@ def validate(
         crossing_tolerance=stated if crossing_tolerance is None else crossing_tolerance,
         noun="row",
     )
+    with naming_file(source):
+        timed = stated_gait(first, vehicle, numbers, criteria.crossing_tolerance)
     checker = _TableChecker(criteria)
     if "transition" in first.about:
         checker.notes["transition"] = "this is a path from one place to another: the way back to row 1 is no part of it"
+    holds = True
     for piece in chain([first], pieces):
         checker.update(piece)
-    return checker.report()
+        holds = holds and timed is not None and lies_on(timed, piece, first["t"][0])
+    found = checker.report()
+    if timed is None:
+        return found
+    start, end = float(first["t"][0]), float(piece["t"][-1])
+    if not holds or not takes_the_period(timed, start, end, checker.rows, first.digit_error):
+        return replace(found, notes=(*found.notes, OTHER_ROWS))
+    exact = validate(timed, tolerance=tolerance, floor=floor, angle_rounding=angle_rounding)
+    # How the rows close, and their colourings, are their own; rates that they state count where they are larger.
+    checks = []
+    for check in exact.checks:
+        of_rows = found[check.name]
+        larger = check.name in RATE_CHECKS and (of_rows.value or 0.0) > _MORE * (check.value or 0.0)
+        checks.append(of_rows if larger or check.name == "closed" else check)
+    return replace(exact, checks=tuple(checks), notes=found.notes, rows=found.rows, listing=found.listing)
 
 
 class _TableChecker:
