@@ -168,17 +168,17 @@ def figure(number: float) -> str:
     return f"{float(f'{number:.3g}'):,.12g}"
 
 
-def wrapped(angle: Any) -> Any:
-    """Return angles, of any shape, modulo π in [−π/2, π/2]; those in that range, ends included, are unchanged.
+def wrapped(angle: Any, period: float = math.pi) -> Any:
+    """Return angles, of any shape, modulo a period in [−period/2, period/2]; those in that range are unchanged.
 
     >>> wrapped(math.pi / 2) == math.pi / 2, round(wrapped(2.0), 4)
     (True, -1.1416)
     """
     if isinstance(angle, float):
-        return angle - math.pi * round(angle / math.pi)
+        return angle - period * round(angle / period)
     import numpy as np
 
-    return angle - np.pi * np.rint(np.asarray(angle) / np.pi)
+    return angle - period * np.rint(np.asarray(angle) / period)
 
 
 def distance_to_multiple(angle: Any, period: float) -> Any:
@@ -187,9 +187,4 @@ def distance_to_multiple(angle: Any, period: float) -> Any:
     >>> round(distance_to_multiple(3.0, math.pi), 4)
     0.1416
     """
-    if isinstance(angle, float):
-        return abs(angle - period * round(angle / period))
-    import numpy as np
-
-    angle = np.asarray(angle)
-    return np.abs(angle - period * np.rint(angle / period))
+    return abs(wrapped(angle, period))

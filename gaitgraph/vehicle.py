@@ -180,11 +180,8 @@ class Vehicle:
     @property
     def carries_published_coefficients(self) -> bool:
         """Whether formula (1) with the paper's four-digit coefficients belongs to this vehicle."""
-        return (
-            math.isclose(self.drag_ratio, PAPER.drag_ratio, rel_tol=1e-9)
-            and self.first_rotor_spin == PAPER.first_rotor_spin
-            and self.first_arm_angle == PAPER.first_arm_angle
-        )
+        same_kappa = math.isclose(self.signed_drag_ratio, PAPER.signed_drag_ratio, rel_tol=1e-9)
+        return same_kappa and self.first_arm_angle == PAPER.first_arm_angle
 
     @property
     def thrust_share(self) -> float | None:

@@ -322,7 +322,7 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     # validation and robustness
     (validate, {"gait": TABLE, "tolerance": -1}, "tolerance must be a finite number ≥ 0, got -1"),
     (validate, {"gait": G3, "floor": NAN}, "floor must be a finite number ≥ 0, got nan"),
-    (validate, {"gait": G3, "angle_rounding": INF}, "angle_rounding must be a finite number ≥ 0, got inf"),
+    (validate, {"gait": G3, "angle_rounding": INF}, "angle_rounding must be a finite number in radians, … got inf"),
     (validate, {"gait": TABLE, "crossing_tolerance": "x"}, "crossing_tolerance must be … got 'x'"),
     (validate, {"gait": TABLE, "coefficients": "rough"}, "coefficients must be one of published, exact, got 'rough'"),
     (validate, {"gait": 3}, "gait must be a Gait, … got 3"),
@@ -334,7 +334,7 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
             ("scale", (0, 1.0001), "scale must be a number in (0, 1], got "),
             ("tilt", (math.pi / 2, -0.1, NAN), "tilt must be at least 0 and less than π/2 rad, got "),
             ("tolerance", (0, INF), "tolerance must be a finite number above 0, got "),
-            ("angle_rounding", (-1, INF), "angle_rounding must be a finite number ≥ 0, got "),
+            ("angle_rounding", (-1, INF), "angle_rounding must be … got "),
             ("curves", (-1, 10_001, 1.5), "curves must be a whole number from 0 to 10000, got "),
             ("coefficients", ("rough",), "coefficients must be one of published, exact, got 'rough'"),
         )

@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from gaitgraph.angles import HALF_PI, angle_within, number_of
+from gaitgraph.angles import HALF_PI, angle_within, angles_from, number_of
 from gaitgraph.errors import InputError, shown
 from gaitgraph.vehicle import Angle
 
@@ -121,11 +121,9 @@ class Region:
 
     def component_of(self, point: npt.ArrayLike) -> int | None:
         """Return the index in `components` of the one that holds a point (α1, α2) [rad], or None."""
-        if not self.components:
-            return None
-        distances = shapely.distance(np.array(self.components, dtype=object), shapely.Point(_points(point)[0]))
-        nearest = int(np.argmin(distances))
-        return nearest if distances[nearest] <= OVERLAY_ERROR else None
+        parts = np.array(self.components, dtype=object)
+        near = np.flatnonzero(shapely.dwithin(parts, shapely.Point(_points(point)[0]), OVERLAY_ERROR))
+        return int(near[0]) if near.size else None
 
     @cached_property
     def _groups(self) -> npt.NDArray[np.int32]:
@@ -201,10 +199,7 @@ class Region:
 
 def _points(points: npt.ArrayLike) -> FloatArray:
     """Return finite points, shape (m, 2)."""
-    try:
-        out = np.asarray(points, dtype=float)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"point must be (alpha1, alpha2) in radians, got {shown(points)}") from error
+    out = angles_from(points, "point")
     if out.ndim not in (1, 2) or out.shape[-1] != 2 or not np.isfinite(out).all():
         raise InputError(f"point must be finite (alpha1, alpha2) in radians, shape (m, 2), got {shown(points)}")
     return out.reshape(-1, 2)

@@ -31,7 +31,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from itertools import product
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -269,29 +268,21 @@ def roots(
     """
     coefficients = coefficients_of(kind=coefficients)
     a1, a2 = angle_from_text(alpha1, "alpha1"), angle_from_text(alpha2, "alpha2")
-    checked_plane_angles(a1, a2)
-    types = tuple(map(int, types_of("red", a1, a2, coefficients, crossing_tolerance)))
-
-    def values_of(angle: Any) -> tuple[float, ...]:
-        return (-HALF_PI, HALF_PI) if at_end_of_range(angle) else (float(angle),)
-
-    found: list[tuple[Color, str, float, float]] = []
-    for color in COLORS:
-        label = text_from_types(types[0] * _CODES[color], types[1] * _CODES[color])
-        sides = map(values_of, sheet_angles(color, a1, a2, coefficients))
-        found += [(color, label, a3, a4) for a3, a4 in product(*sides)]
-    alpha = np.array([(a1, a2, a3, a4) for _, _, a3, a4 in found])
+    found = root_arrays(a1, a2, coefficients=coefficients, crossing_tolerance=crossing_tolerance)
+    alpha = found.alpha[: found.count]
     # A residual of −0.0 is printed as 0.0.
-    values = np.array([level_determinant(alpha, coefficients), *sensitivities(alpha, coefficients)]) + 0.0
+    values = np.column_stack([alpha[:, 2:], found.R[: found.count], *sensitivities(alpha, coefficients)]) + 0.0
+    labels = [text_from_types(*pair) for pair in found.types.tolist()]
+    colors = [COLORS[0] if code > 0 else COLORS[1] for code in found.sheet.tolist()]
     answer = RootSet(
-        Root(alpha1=a1, alpha2=a2, alpha3=a3, alpha4=a4, types=label, color=color, R=R, R_phi=roll, R_theta=pitch)
-        for (color, label, a3, a4), (R, roll, pitch) in zip(found, values.T.tolist(), strict=True)
+        Root(alpha1=a1, alpha2=a2, alpha3=a3, alpha4=a4, types=types, color=color, R=R, R_phi=roll, R_theta=pitch)
+        for types, color, (a3, a4, R, roll, pitch) in zip(labels, colors, values.tolist(), strict=False)
     )
     answer.fibers = tuple(
         Fiber(
             name=name,
             fixed=fixed,
-            values=values_of(angle),
+            values=(-HALF_PI, HALF_PI) if at_end_of_range(angle) else (angle,),
             free=free,
             singular=distance_to_multiple(beta, math.pi) > _EXACT,
             types=types,

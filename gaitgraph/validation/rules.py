@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import checked_number
+from gaitgraph.angles import angle_within, checked_number
 from gaitgraph.invertibility.segment_bounds import Least, largest_residual
 from gaitgraph.surface.adjacency import neighbors_allowed, text_from_types
 from gaitgraph.surface.sheets import (
@@ -58,9 +58,11 @@ class Criteria:
     extremes: FloatArray | None = None  # the least and the largest tilt angles of the curve, shape (2, 4) [rad]
 
     def __post_init__(self) -> None:
-        for name in ("tolerance", "floor", "angle_rounding", "crossing_tolerance"):
-            if name != "angle_rounding" or self.angle_rounding is not None:
-                checked_number(name, getattr(self, name))
+        for name in ("tolerance", "floor", "crossing_tolerance"):
+            checked_number(name, getattr(self, name))
+        if self.angle_rounding is not None:
+            rounding = angle_within(self.angle_rounding, "angle_rounding", least=0.0)
+            object.__setattr__(self, "angle_rounding", rounding)  # the record is frozen
 
     @property
     def bracket(self) -> float:
