@@ -79,7 +79,7 @@ def table_from_toml(text: str) -> dict[str, Any]:
         raise InputError(f"it is not TOML ({str(error).splitlines()[0]})") from error
 
 
-def value_from_json(text: str, wanted: str) -> Any:
+def value_from_json(text: str | bytes, wanted: str) -> Any:
     """Return what a JSON text holds; InputError in one line if it is broken, or a name appears twice in an object."""
 
     def fields_of(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
@@ -142,7 +142,9 @@ def write_whole(contents: Sequence[tuple[Path, Content]], *, force: bool) -> Non
                 for file in sorted(whole.iterdir()) if whole.is_dir() else [whole]:
                     with file.open("rb") as stream:
                         os.fsync(stream.fileno())
-                    file.chmod(_mode(target) if file == whole else _mode(target / file.name))
+                    replaced = target if file == whole else target / file.name
+                    if replaced.exists():
+                        shutil.copymode(replaced, file)
             for (path, _), whole in zip(contents, wholes, strict=True):
                 place = _replace if force else _place_new
                 place(whole, target_of(path) if force else path)
@@ -240,15 +242,6 @@ def check_new_files(paths: Sequence[str | Path], *, force: bool, folders: Collec
 def target_of(path: Path) -> Path:
     """Return the file that a path leads to, through links."""
     return Path(os.path.realpath(path))
-
-
-def _mode(path: Path) -> int:
-    """Return the permissions of a file, or those that a new one gets."""
-    with contextlib.suppress(OSError):
-        return path.stat().st_mode & 0o7777
-    umask = os.umask(0)
-    os.umask(umask)
-    return 0o666 & ~umask
 
 
 def _replace(whole: Path, target: Path) -> None:

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import asyncio
-import json
 import secrets
 import socket
 import sys
 import threading
 import time
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
@@ -18,6 +17,7 @@ from gaitgraph import __version__
 from gaitgraph.errors import GaitgraphError, InputError, check_fields, needs_extra, shown
 from gaitgraph.explorer import queries
 from gaitgraph.explorer.table_query import file_answer, formats_answer, table_answer
+from gaitgraph.files import value_from_json
 from gaitgraph.gait.gait import PAPER_GAITS, paper_gait
 from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.planning.request import CHOICES
@@ -64,6 +64,8 @@ HEADERS = {
     "cache-control": "no-store",
 }
 """On every answer: nothing is loaded from elsewhere, framed, sniffed, or kept."""
+
+_content = partial(value_from_json, wanted="a request must be an object of fields")
 
 LONGEST_BODY = 60.0  # s until a body must be complete
 LONGEST_WORK = 20.0  # s of work on one request
@@ -230,14 +232,6 @@ def _handler(work: Work, slots: asyncio.Semaphore, most: int, kind: str) -> Call
         return answer if isinstance(answer, Response) else JSONResponse(answer)
 
     return handle
-
-
-def _content(body: bytes) -> Any:
-    try:
-        return json.loads(body)
-    except (RecursionError, ValueError) as error:
-        why = "nested too deeply" if isinstance(error, RecursionError) else str(error).splitlines()[0]
-        raise InputError(f"request is not JSON ({why}); it must be an object") from error
 
 
 def _download(_: Request, body: bytes, check: Check) -> Any:

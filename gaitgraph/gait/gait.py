@@ -334,9 +334,7 @@ def vertices(alpha: npt.ArrayLike, tolerance: float = 1e-9) -> FloatArray:
     >>> vertices([[0, 0, 0, 0], [1, 0, 1, 0], [1, 0.5, 1, 0.5], [1, 1, 1, 1]]).tolist()
     [[0.0, 0.0, 0.0, 0.0], [1.0, 0.0, 1.0, 0.0], [1.0, 1.0, 1.0, 1.0]]
     """
-    points: FloatArray = angles_from(alpha, "alpha")
-    if points.ndim != 2 or points.shape[1] != 4 or not len(points):
-        raise InputError(f"alpha must have the shape (n, 4) with n at least 1, got {points.shape}")
+    points = Gait(alpha=alpha).alpha
     checked_number("tolerance", tolerance, "a number ≥ 0 (rad)")
     moves = np.abs(np.roll(points, -1, axis=0) - points).max(axis=1) > tolerance
     points = points[moves] if moves.any() else points[:1]

@@ -297,12 +297,6 @@ def lies_on(timed: TimedGait, piece: Table, start: float) -> bool:
     return set(piece.columns.get("color", ())) <= set(timed.gait.colors)
 
 
-def keeps_what_it_states(table: Table, timed: TimedGait) -> bool:
-    """Return whether a whole table is on the timed gait that it states."""
-    start, end = table["t"][[0, -1]].tolist()
-    return lies_on(timed, table, start) and takes_the_period(timed, start, end, len(table), table.digit_error)
-
-
 def takes_the_period(timed: TimedGait, start: float, end: float, rows: int, digit_error: float) -> bool:
     """Return whether a table of so many rows, from its times `start` to `end`, takes the period of a timed gait."""
     off = min(abs(last - start - timed.period) for last in (end, closing_time(start, end, rows)))
@@ -342,7 +336,8 @@ def closed_rows(
     request = dict(request) if isinstance(request, dict) else {}
     stated = stated_gait(table, vehicle, numbers, crossing_tolerance)
     if stated is not None:
-        if keeps_what_it_states(table, stated):
+        start, end = table["t"][[0, -1]].tolist()
+        if lies_on(stated, table, start) and takes_the_period(stated, start, end, len(table), table.digit_error):
             stated = replace(stated, gait=replace(stated.gait, request=request), samples=len(alpha))
         else:
             warnings.warn(OTHER_ROWS, FileWarning, stacklevel=2)

@@ -79,7 +79,7 @@ def _tables_of(
 ) -> Iterator[Table]:
     """Yield the tables of arrays by name, some rows at a time."""
     builder.begin(list(arrays), about)
-    columns = {name: column_of(name, arrays[name]) for name in arrays if builder.uses(name)}
+    columns = {name: column_of(name, arrays[name]) for name in builder.used if name in arrays}
     rows = max((len(values) for values in columns.values() if not isinstance(values, str)), default=1)
     for start in range(0, rows, ROWS_OF_A_PIECE):
         stop = min(start + ROWS_OF_A_PIECE, rows)
@@ -189,7 +189,7 @@ def read_parquet(path: Path, builder: TableBuilder, progress: Progress) -> Itera
         )
         schema, rows = file.schema_arrow, file.metadata.num_rows
         builder.begin(schema.names, _about_of_parquet(schema.metadata or {}))
-        used = list(filter(builder.uses, schema.names))
+        used = [name for name in builder.used if name in schema.names]
         for name in used:
             if is_nested(schema.field(name).type):
                 raise InputError(f"{name} must be a column of numbers or of texts, got {schema.field(name).type}")

@@ -65,7 +65,8 @@ class TableBuilder:
         for name, count in Counter(names).most_common(1):
             if count > 1:
                 raise InputError(f"column {name!r} appears {count} times; allowed is once")
-        others = [name for name in names if not self.uses(name)]
+        used = self.used
+        others = [name for name in names if name not in used]
         if self.joints is not None:
             self.joints.check_columns(list(names))
         else:
@@ -83,26 +84,24 @@ class TableBuilder:
 
     def _listed(self, names: Sequence[str]) -> str:
         """Return names of columns for a message, first those that are near a known one, with that one."""
-        used = (*ORDER, *_OTHER_NAMES) if self.joints is None else (*self.joints.columns, *_BESIDE_JOINTS)
-        known = [name for name in used if name not in self.names]
+        known = [name for name in self.used if name not in self.names]
         near = {name: did_you_mean(name.strip().lower(), known) for name in names[:_MOST_COMPARED]}
         texts = [f"{name!r} ({hint.removeprefix('; ')})" for name, hint in near.items() if hint]
         texts += [shown(name) for name in names if not near.get(name)]
         more = len(texts) - _MOST_NAMED
         return ", ".join(texts[:_MOST_NAMED]) + (f" and {more} more" if more > 0 else "")
 
-    def uses(self, name: str) -> bool:
-        """Return whether a column of this name is read; others are listed in a warning."""
-        if self.joints is None:
-            return name in ORDER or name in _OTHER_NAMES
-        return name in self.joints.columns or name in _BESIDE_JOINTS
+    @property
+    def used(self) -> tuple[str, ...]:
+        """Names of the columns that are read; others are listed in a warning."""
+        return (*ORDER, *_OTHER_NAMES) if self.joints is None else (*self.joints.columns, *_BESIDE_JOINTS)
 
     def pieces(self, raw: Mapping[str, Any], *, digit_error: float = 0.0, angle_texts: bool = False) -> Iterator[Table]:
         """Yield the table of the next raw columns, checked and in order; nothing if they have no rows.
 
         Columns are what :func:`column_of` takes. With `angle_texts` texts such as "3pi/8" are angles, in radians.
         """
-        used = {name: column_of(name, values) for name, values in raw.items() if self.uses(name)}
+        used = {name: column_of(name, raw[name]) for name in self.used if name in raw}
         lengths = {len(values) for values in used.values() if not isinstance(values, str)} or {0}
         if len(lengths) > 1:
             raise InputError(f"columns must have equally many rows, got {min(lengths)} to {max(lengths)}")

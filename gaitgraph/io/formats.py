@@ -7,7 +7,7 @@ The libraries of an extra are loaded by the functions that need them.
 from __future__ import annotations
 
 import warnings
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, fields, replace
 from functools import partial
 from importlib.util import find_spec
@@ -144,14 +144,11 @@ def known_format(path: str | Path, what: str, *, reads: bool = False, also: Sequ
     if suffix not in known:
         which = repr(given) + ", a folder without a .mcap file" * is_folder
         known += () if reads else also
-        hint = did_you_mean(suffix, known)
-        if suffix in (*FILMS, ".svg"):
-            reads |= also != FILMS
-            hint = "; a film is not read: use the gait table or the request" if reads else "; films are .gif, .mp4"
-        elif suffix == ".db3":
-            hint = "; ros2 bag convert turns it into .mcap"
-        elif suffix == ".m":
-            hint = "; MATLAB and Octave load .mat"
+        is_read = reads or also != FILMS
+        of_films = "; a film is not read: use the gait table or the request" if is_read else "; films are .gif, .mp4"
+        hints = dict.fromkeys((*FILMS, ".svg"), of_films)
+        hints |= {".db3": "; ros2 bag convert turns it into .mcap", ".m": "; MATLAB and Octave load .mat"}
+        hint = hints.get(suffix) or did_you_mean(suffix, known)
         raise InputError(f"{what} must have one of the suffixes {', '.join(known)}, got {which}{hint}")
     return FORMATS[suffix]
 
@@ -258,17 +255,13 @@ def given_gait(gait: GaitLike, *, name: str = "gait", whole: bool = True, **choi
         return read_table(gait) if whole else Path(gait)
     if is_frame(gait):
         return table_from_frame(gait)  # type: ignore[arg-type]
-    rows: Any = () if isinstance(gait, Table) else gait
-    if (
-        isinstance(rows, (list, tuple, np.ndarray))
-        and len(rows)
-        and np.shape(np.array(rows, dtype=object)) == (len(rows), 4)
-    ):
-        return table_from_frame(dict(zip(ANGLES, np.array(rows, dtype=object).T.tolist(), strict=True)))
-    if not isinstance(gait, Table):
-        allowed = "a Gait, TimedGait, Plan, Table, data frame or (n, 4) array, or the path of a gait file or a request"
-        raise InputError(f"{name} must be {allowed}, got {shown(gait)}")
-    return gait
+    if isinstance(gait, Table):
+        return gait
+    rows = np.array(gait if isinstance(gait, (list, tuple, np.ndarray)) else None, dtype=object)
+    if rows.size and rows.shape[1:] == (4,):
+        return table_from_frame(dict(zip(ANGLES, rows.T.tolist(), strict=True)))
+    allowed = "a Gait, TimedGait, Plan, Table, data frame or (n, 4) array, or the path of a gait file or a request"
+    raise InputError(f"{name} must be {allowed}, got {shown(gait)}")
 
 
 def gait_of(
@@ -315,7 +308,6 @@ def read_pieces(
 
     `progress` is called with the fraction of the file that is read; with `plane_only` alpha1 and alpha2 are enough.
     """
-    path_of(path, _WHAT)
     form, path = known_format(path, _WHAT, reads=True), Path(path)
     read, known = form.function("read"), ", ".join(suffix for suffix, one in FORMATS.items() if one.reads)
     with reading(path, _WHAT, f"a gait table: {known}"):
@@ -362,11 +354,10 @@ def holds_request(path: str | Path) -> bool:
     text = text_of(path, "file", "a gait table or a request")
     if '"waypoints"' not in text:
         return False
-    try:
+    with suppress(InputError):  # reading it as a gait file says what is wrong
         content = object_from_json(text)
-    except InputError:
-        return False  # reading it as a gait file says what is wrong
-    return "waypoints" in content and not content.get("path") and "columns" not in content
+        return "waypoints" in content and not content.get("path") and "columns" not in content
+    return False
 
 
 @contextmanager

@@ -69,7 +69,7 @@ def read_csv(path: Path, builder: TableBuilder, progress: Progress) -> Iterator[
             names = [name.strip() for name in next(csv.reader([head.lstrip("# ")], strict=True))]
         except csv.Error as error:
             raise InputError(f"line {read}: {error}; it must be comma-separated text") from error
-        if any(map(_NUMBER.fullmatch, re.split(r"[\s,;]+", head.strip()))) and not any(map(builder.uses, names)):
+        if any(map(_NUMBER.fullmatch, re.split(r"[\s,;]+", head.strip()))) and set(names).isdisjoint(builder.used):
             example = "t,alpha1,alpha2,alpha3,alpha4"
             raise InputError(f"line {read} must be a header that names the columns, such as {example}, got numbers")
         if len(names) == 1 and re.search(r"[;\s]", head.strip("# \n")):
@@ -88,41 +88,28 @@ def read_csv(path: Path, builder: TableBuilder, progress: Progress) -> Iterator[
             yield from builder.pieces(columns, digit_error=digit_error or 0.0)
             read += len(lines)
             lines = stream.readlines(_BLOCK)
-            if lines and FORMAT in lines[-1]:
-                _text_taken_out(lines, -1, names)
 
 
 def _about_taken_out(lines: list[str], names: list[str], stream: TextIOWrapper) -> dict[str, Any] | None:
-    """Take what made the file out of its first lines, and out of the last, and return it; None if it is not stated.
+    """Take what made the file out of its first lines, and return it; None if it is not stated.
 
     More lines are read where all of these state it. Then all rows are alike, and these are read as fast as the others.
     """
     texts: list[str] = []
-    while _MADE_BY in names and lines and (texts or FORMAT in lines[0]):
-        if len(texts) == len(lines):
-            lines += stream.readlines(_BLOCK)
-        if len(texts) == len(lines) or not (text := _text_taken_out(lines, len(texts), names)):
-            break
-        texts.append(text)
+    with suppress(csv.Error):  # reading the line as a row says what is wrong
+        while _MADE_BY in names and lines and (texts or FORMAT in lines[0]):
+            if len(texts) == len(lines):
+                lines += stream.readlines(_BLOCK)
+            fields = next(csv.reader(lines[len(texts) : len(texts) + 1], strict=True), [])
+            column = names.index(_MADE_BY)
+            if len(fields) != len(names) or not fields[column]:
+                break
+            texts.append(fields[column])
+            fields[column] = ""
+            lines[len(texts) - 1] = ",".join(f'"{text}"' if "," in text else text for text in fields) + "\n"
     if not texts:
         return None
-    if FORMAT in lines[-1]:
-        _text_taken_out(lines, -1, names)
     return about_from_text(texts[0]) if texts[0].startswith("{") else _about_from_texts(texts)
-
-
-def _text_taken_out(lines: list[str], k: int, names: list[str]) -> str:
-    """Take the text of the column `made_by` out of a line, and return it; empty if there is none."""
-    column = names.index(_MADE_BY)
-    try:
-        fields = next(csv.reader([lines[k]], strict=True), [])
-    except csv.Error:
-        return ""  # reading the line as a row says what is wrong
-    if len(fields) != len(names):
-        return ""
-    text, fields[column] = fields[column], ""
-    lines[k] = ",".join(f'"{text}"' if "," in text else text for text in fields) + "\n"
-    return text
 
 
 def _texts_of(table: Table) -> list[str]:
@@ -191,8 +178,8 @@ def _numeric_columns(lines: list[str], names: list[str], builder: TableBuilder) 
         return None  # csv refuses longer fields, and numpy's reader does not
     if '"' in text and '"' in _QUOTED_FIELD.sub("", text):
         return None  # numpy's reader takes quotation marks that csv refuses
-    # A column that is ignored is read as one character.
-    kinds = ["U8" if name in TEXTS else "f8" if builder.uses(name) else "U1" for name in names]
+    used = builder.used  # of others one character is read
+    kinds = [("U8" if name in TEXTS else "f8") if name in used else "U1" for name in names]
     dtype = [(f"f{k}", kind) for k, kind in enumerate(kinds)]
     try:
         rows = np.loadtxt(lines, dtype, delimiter=",", comments=None, quotechar='"', ndmin=1)
