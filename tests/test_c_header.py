@@ -15,7 +15,7 @@ from scipy.interpolate import CubicHermiteSpline
 
 import gaitgraph as gg
 from gaitgraph.gait.gait import lift
-from gaitgraph.gait.table import ANGLES, Table
+from gaitgraph.gait.table import ACCELERATIONS, ANGLES, RATES, Table
 from gaitgraph.io.columns import FormatOptions
 from gaitgraph.io.formats import provenance_in, write_tables
 from gaitgraph.io.servo_map import servo_map_named
@@ -51,18 +51,11 @@ def without(table: Table, *words: str) -> Table:
 def uneven() -> Table:
     """Make a table whose rows are far apart here and near there, with its rates."""
     t = 0.8 * np.linspace(0.0, 1.0, 90) ** 1.7
-    values = SMOOTH.at(t)
-    names = (ANGLES, [f"{name}_rate" for name in ANGLES], [f"{name}_acceleration" for name in ANGLES])
-    columns = {name: row[:, k] for group, row in zip(names, values, strict=True) for k, name in enumerate(group)}
-    return Table(columns={"t": t, **columns}, about={})
+    names = (*ANGLES, *RATES, *ACCELERATIONS)
+    return Table(columns={"t": t, **dict(zip(names, np.hstack(SMOOTH.at(t)).T, strict=True))})
 
 
-def open_table() -> Table:
-    """Make a table that does not end where it starts."""
-    table = table_of(SMOOTH)
-    return Table(columns={name: values[:41] for name, values in table.columns.items()}, about=table.about)
-
-
+OPEN = table_of(SMOOTH).rows(0, 41)  # does not end where it starts
 TRICKY = Table(columns=table_of(COARSE).columns, about={"note": '*/ ??/ ??" /* // \\', "ü": "ü\n", "period": 0.8})
 
 
@@ -97,8 +90,8 @@ CASES = {
     "uneven": Case(file="uneven.h", table=uneven(), number="double"),
     "uneven float": Case(file="UNEVEN_f.h", table=uneven()),
     "uneven bare": Case(file="uneven_b.h", table=without(uneven(), "_")),
-    "open": Case(file="open.h", table=open_table(), number="double"),
-    "open fixed": Case(file="open_q.h", table=open_table(), number="fixed"),
+    "open": Case(file="open.h", table=OPEN, number="double"),
+    "open fixed": Case(file="open_q.h", table=OPEN, number="fixed"),
     "point": Case(file="point.h", table=Table(columns={name: np.full(1, 0.5) for name in ("t", *ANGLES)})),
     "tricky": Case(file="??.h", table=TRICKY, c_name="Tricky_7"),
 }
@@ -221,9 +214,8 @@ def test_rows_and_rates_are_met_and_an_open_table_ends(angles: Callable[..., Flo
         table = CASES[name].table
         assert np.abs(angles(name, table["t"]) - table.alpha).max() <= 1e-12
     step = 1e-5
-    before, at, after = (angles("double", SMOOTH.t + shift) for shift in (-step, 0.0, step))
-    assert np.abs((at - before) / step - SMOOTH.rates).max() < 0.01
-    assert np.abs((after - at) / step - SMOOTH.rates).max() < 0.01
+    near = np.array([angles("double", SMOOTH.t + shift) for shift in (-step, 0.0, step)])
+    assert np.abs(np.diff(near, axis=0) / step - SMOOTH.rates).max() < 0.01
     for name in ("open", "open fixed"):
         assert np.abs(angles(name, [-0.1, 0.4]) - CASES[name].table.alpha[[0, -1]]).max() <= 4e-5
 
@@ -231,11 +223,9 @@ def test_rows_and_rates_are_met_and_an_open_table_ends(angles: Callable[..., Flo
 @pytest.mark.parametrize("name", ["cornered", "bare", "uneven bare", "point"])
 def test_without_accelerations_rows_are_joined_by_straight_lines(angles: Callable[..., FloatArray], name: str) -> None:
     table = CASES[name].table
-    period = float(table["t"][-1]) if len(table) > 1 else 1.0
-    times = some_times(period, 24)
-    t = table["t"] if len(table) > 1 else np.array([0.0, 1.0])
-    rows = table.alpha if len(table) > 1 else np.repeat(table.alpha, 2, axis=0)
-    expected = np.column_stack([np.interp(np.mod(times, period), t, rows[:, k]) for k in range(4)])
+    t, rows = (table["t"], table.alpha) if len(table) > 1 else (np.arange(2.0), np.repeat(table.alpha, 2, axis=0))
+    times = some_times(t[-1], 24)
+    expected = np.column_stack([np.interp(np.mod(times, t[-1]), t, rows[:, k]) for k in range(4)])
     assert np.abs(angles(name, times) - expected).max() <= ROUNDING[CASES[name].real] * 4
 
 

@@ -297,11 +297,7 @@ def test_a_table_from_elsewhere_is_read_by_a_map(table: Table, servos: Path, tmp
 @pytest.mark.parametrize(
     ("found", "replaced", "message"),
     [
-        (
-            "rear_left_us",
-            "rear_lft_us",
-            "is missing: for 'rear_lft_us' did you mean 'rear_left_us'",
-        ),
+        ("rear_left_us", "rear_lft_us", "is missing: for 'rear_lft_us' did you mean 'rear_left_us'"),
         ("time_ms", "time", "column 'time_ms' is missing"),
         ("1500.0", "abc", "row 2: rear_left_us is 'abc'; allowed is a finite number"),
         ("1500.0", "2100", r"row 2: joint .rear_left. must be between 1000 and 2000 µs, got 2100 µs \(.* 88.15°\)"),

@@ -18,14 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gaitgraph.errors import InputError
-from gaitgraph.gait.table import (
-    ACCELERATIONS,
-    RATES,
-    Table,
-    closed_rows,
-    is_closed,
-    provenance_text,
-)
+from gaitgraph.gait.table import ACCELERATIONS, RATES, Table, closed_rows, is_closed, provenance_text
 from gaitgraph.io.ros import merged_up_to
 from gaitgraph.io.servo_map import servo_map_from_mapping, tilts_from_joints
 
