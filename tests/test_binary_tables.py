@@ -150,15 +150,14 @@ def test_matlab_files_with_arrays_alone_or_with_a_struct_alone(
         assert table["t"].tobytes() == t.tobytes()
 
 
-def part(kind: int, content: bytes, order: str = "<") -> bytes:
+def part(kind: int, content: bytes) -> bytes:
     """Return an element of a MATLAB file."""
-    return struct.pack(f"{order}II", kind, len(content)) + content + b"\0" * (-len(content) % 8)
+    return struct.pack("<II", kind, len(content)) + content + b"\0" * (-len(content) % 8)
 
 
-def head_of(kind: int, name: str, rows: int = 1, order: str = "<") -> bytes:
+def head_of(kind: int, name: str, rows: int = 1) -> bytes:
     """Return what precedes the values of an array in a MATLAB file."""
-    flags, shape = struct.pack(f"{order}II", kind, 0), struct.pack(f"{order}ii", rows, 1)
-    return part(6, flags, order) + part(5, shape, order) + part(1, name.encode(), order)
+    return part(6, struct.pack("<II", kind, 0)) + part(5, struct.pack("<ii", rows, 1)) + part(1, name.encode())
 
 
 HEADER = b"MATLAB 5.0 MAT-file".ljust(124) + b"\0\1IM"

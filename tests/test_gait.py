@@ -32,19 +32,14 @@ from gaitgraph.surface.sheets import COLORS, roots
 from gaitgraph.timing.laws import LAWS, LawName
 from gaitgraph.timing.timed_gait import timed_gait_of
 from tests.published import GAITS, PublishedGait
+from tests.samples import EXACT, PUBLISHED
 
 if TYPE_CHECKING:
     from pathlib import Path
 
 angle = st.floats(-1.5, 1.5)
 loops = st.lists(st.tuples(angle, angle), min_size=1, max_size=7)
-kinds = st.sampled_from(
-    [
-        gg.invertibility.coefficients_of(),
-        gg.invertibility.coefficients_of(kind="exact"),
-        gg.invertibility.coefficients_of(gg.vehicle_named("beetle_omni")),
-    ]
-)
+kinds = st.sampled_from([PUBLISHED, EXACT, gg.invertibility.coefficients_of("beetle_omni")])
 
 
 @pytest.mark.parametrize("gait", GAITS, ids=lambda gait: f"gait{gait.number}")
@@ -163,7 +158,6 @@ def test_vertices_of_a_curve_and_of_measured_rows_need_a_tolerance() -> None:
 
 # -- Rows of tables
 
-PUBLISHED = gg.invertibility.coefficients_of()
 CORNERS = [(0.4, -1.2), (0.4, -0.4), (1.2, -0.4)]
 
 
@@ -189,7 +183,7 @@ def test_a_last_row_closes_up_to_the_gap_and_not_beyond(off: float) -> None:
             parts = [rows.rows(0, 2), rows.rows(2, 4)]
             whole = merged(completed_pieces(partial(list, parts))())
             assert (len(whole), whole["t"][-1]) == ((4, 3.0) if closed else (5, 4.0))
-            assert (whole.alpha[0] == whole.alpha[-1]).all()
+            assert all(name == "t" or values[0] == values[-1] for name, values in whole.columns.items())
             check = gg.validate(rows)["closed"]
             assert check.message.startswith("the last row is the first again") is closed
             assert check.value == (0.0 if gap < 1e-9 else pytest.approx(gap, rel=1e-6))

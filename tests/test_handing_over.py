@@ -114,7 +114,7 @@ def test_vehicles_and_coefficients_in_every_form(vehicle: Any, tmp_path: Path, m
 
 
 WRONG: list[Any] = [None, 3, True, 1j, float("nan"), "x", "no.csv", b"x", object(), {}, [], [[1, 2]], [["a"] * 4]]
-WRONG += [np.array(3.0), np.zeros((2, 3)), pd.DataFrame({"a": [1]}), pl.DataFrame({"a": [1]}).lazy()]
+WRONG += [np.zeros((2, 3)), pd.DataFrame({"a": [1]}), pl.DataFrame({"a": [1]}).lazy()]
 OTHERS: dict[str, Any] = {"sign": "negative", "start": "hover", "colors": "red", "outputs": ["out.csv"]}
 OTHERS |= {"alpha1": 0.1, "alpha2": 0.2, "points": [(0.1, 0.2)], "waypoints": [(0.1, 0.2)]}
 

@@ -89,25 +89,20 @@ def test_a_saved_plan_is_a_gait_file(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("head", "unused"),
     [
-        ("time,alpha1,alpha2,alpha3,alpha4", ""),
-        ("# t,alpha1,alpha2,alpha3,alpha4", ""),
-        ("# of Monday\n# t,alpha1,alpha2,alpha3,alpha4", ""),
-        ("Time,alpha1,alpha2,alpha3,alpha4", "'Time' (did you mean 'time'?)"),
-        (
-            "foo,alpha1,alpha2,alpha3,alpha4,alpha1_rates,bar",
-            "'alpha1_rates' (did you mean 'alpha1_rate'?), 'foo', 'bar'",
-        ),
+        ("time,{}", ""),
+        ("# t,{}", ""),
+        ("# of Monday\n# t,{}", ""),
+        ("Time,{}", "'Time' (did you mean 'time'?)"),
+        ("foo,{},alpha1_rates,bar", "'alpha1_rates' (did you mean 'alpha1_rate'?), 'foo', 'bar'"),
     ],
 )
 def test_columns_are_read_as_what_they_are_or_listed(tmp_path: Path, head: str, unused: str, run: Any) -> None:
-    path, more = tmp_path / "a.csv", head.count(",") - 4
+    path, more = tmp_path / "a.csv", head.count(",") - 1
     rows = np.column_stack([TIMED.t, TIMED.alpha, np.zeros((5, more))])
-    np.savetxt(path, rows, delimiter=",", header=head, comments="")
+    np.savetxt(path, rows, delimiter=",", header=head.format("alpha1,alpha2,alpha3,alpha4"), comments="")
     done = run("export", path, tmp_path / "b.json", "--period", 1)
-    assert (done.code, done.err) == (
-        0,
-        f"gaitgraph: warning: gait file {str(path)!r}: columns not used: {unused}\n" * bool(unused),
-    )
+    told_once = f"gaitgraph: warning: gait file {str(path)!r}: columns not used: {unused}\n" * bool(unused)
+    assert (done.code, done.err) == (0, told_once)
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
         assert ("t" in read_table(path)) is (not unused)
@@ -150,6 +145,7 @@ BAD_JSON = [
     ('{"about": ' + '{"a": ' * 300 + "1" + "}" * 300 + "}", "about: it is nested too deeply"),
     ('{"alpha1": [' + "9" * 5000 + "]}", "it is not JSON"),
     ('{"alpha1": [1' + "0" * 400 + '], "alpha2": [0], "color": "red"}', "row 1: alpha1 is 10000"),
+    ("[" + "[]," * 5_000_000 + "[]]", "it has more than 5000000 lists and objects"),
     ("3", "it holds 3; it must be"),
     ("[]", "column 'alpha1' is missing"),
     ("[1]", "row 1 must be an object with the fields of row 1, got 1"),
@@ -333,19 +329,6 @@ def test_another_vehicle_or_other_coefficients_change_types_and_r(tmp_path: Path
         numbers = gg.invertibility.coefficients_of(vehicle, "exact")
         np.testing.assert_allclose(table["R"], gg.invertibility.level_determinant(table.alpha, numbers))
         assert table.about["coefficients"] == "exact"
-
-
-def test_a_closing_row_that_is_rounded_is_made_the_first(tmp_path: Path) -> None:
-    path = tmp_path / "nearly.csv"
-    rows = ["0,0.4,-0.4,0.4,-0.4", "1,0.8,-0.4,0.8,-0.4", "2,0.8,-0.8,0.8,-0.8"]
-    rows.append("3,0.4000000005,-0.4,0.4000000005,-0.4")
-    path.write_text("\n".join(["t,alpha1,alpha2,alpha3,alpha4", *rows]))
-    table = exported(path, tmp_path / "out.csv")
-    assert len(table) == 4
-    for name, values in table.columns.items():
-        assert name == "t" or values[0] == values[-1]
-    export(tmp_path / "out.csv", [tmp_path / "again.csv"])
-    assert (tmp_path / "out.csv").read_bytes() == (tmp_path / "again.csv").read_bytes()
 
 
 def test_stated_columns_that_disagree_with_the_angles_are_computed_anew(tmp_path: Path) -> None:

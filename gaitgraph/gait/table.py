@@ -46,7 +46,7 @@ from gaitgraph.surface.sheets import (
 from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping
+    from collections.abc import Callable, Iterable, Iterator
 
     TimedGait = Any  # timing comes after this package
 
@@ -428,7 +428,7 @@ def completed_pieces(
                 if not keeps_types:
                     pairs = zip(*family_types(alpha, codes, numbers, crossing_tolerance), strict=True)
                     columns["types"] = tuple(text_from_types(*pair) for pair in pairs)
-            yield _in_order(columns, about)
+            yield Table(columns=columns, about=about)
 
     def closed() -> Iterator[Table]:
         """Yield the whole pieces and a closing row, which replaces a last one that comes back to the first."""
@@ -442,20 +442,20 @@ def completed_pieces(
         end = end if returned else closing_time(0.0, end, count)
         yield Table(columns={**opening.columns, "t": np.array([end])}, about=about)
 
+    def in_order() -> Iterator[Table]:
+        for piece in closed() if stated_rates else _with_rates(closed()):
+            yield replace(piece, columns={name: piece[name] for name in ORDER if name in piece})
+
     returned = is_closed(ends)
     stated_rates = all(name in first for name in (*RATES, *ACCELERATIONS))
-    return closed if stated_rates else lambda: _with_rates(closed())
-
-
-def _in_order(columns: Mapping[str, Any], about: dict[str, Any]) -> Table:
-    return Table(columns={name: columns[name] for name in ORDER if name in columns}, about=about)
+    return in_order
 
 
 def _with_rates(pieces: Iterable[Table]) -> Iterator[Table]:
     """Yield closed pieces with the rates of straight segments between the rows, and accelerations of zero."""
 
     def moving(table: Table, rates: dict[str, FloatArray]) -> Table:
-        return _in_order(table.columns | rates | {name: np.zeros(len(table)) for name in ACCELERATIONS}, table.about)
+        return replace(table, columns=table.columns | rates | dict.fromkeys(ACCELERATIONS, np.zeros(len(table))))
 
     first_rates: dict[str, FloatArray] = {}
     held: list[Table] = []  # the last row so far

@@ -15,6 +15,7 @@ import math
 import re
 from contextlib import suppress
 from io import TextIOWrapper
+from itertools import chain, repeat
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -225,21 +226,17 @@ def _digit_error_of(lines: list[str], names: list[str], builder: TableBuilder) -
 
 def write_csv(pieces: Iterable[Table], path: Path, options: FormatOptions) -> None:
     """Write a new CSV file, piece by piece."""
-
-    def rows() -> Iterator[Iterable[Any]]:
-        stated: Iterator[str] | None = None
-        for piece in pieces:
-            if stated is None:
-                texts = _texts_of(piece)
-                share = math.ceil(len(texts) / len(piece))
-                stated = ("; ".join(texts[k : k + share]) for k in range(0, len(texts), share))
-                yield (*piece.columns, _MADE_BY)
-            columns = (one.tolist() if isinstance(one, np.ndarray) else one for one in piece.columns.values())
-            for row in zip(*columns, strict=True):
-                yield (*row, next(stated, ""))
-
+    left = iter(pieces)
+    first = next(left)
+    texts = _texts_of(first)
+    share = math.ceil(len(texts) / len(first))
+    stated = chain(("; ".join(texts[k : k + share]) for k in range(0, len(texts), share)), repeat(""))
     with path.open("w", encoding="utf-8", newline="") as stream:
-        csv.writer(stream, lineterminator="\n").writerows(rows())
+        writer = csv.writer(stream, lineterminator="\n")
+        writer.writerow([*first.columns, _MADE_BY])
+        for piece in chain([first], left):
+            columns = (one.tolist() if isinstance(one, np.ndarray) else one for one in piece.columns.values())
+            writer.writerows(zip(*columns, stated, strict=False))
 
 
 _JSON = "it must be an object of columns, a list of rows, or a plan"
