@@ -199,7 +199,7 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     (gg.retarget, {"source": [[0, 0, 0]]}, "gait must be a Gait, … (n, 4) array, … got [[0, 0, 0]]"),
     (gg.retarget, {"source": [[0, 0, 0, INF]]}, "row 1: alpha4 is inf"),
     (gg.retarget, {"source": np.zeros((MOST_ROWS + 1, 4))}, "gait must have at most 200000 rows, got 200001"),
-    (gg.retarget, {"source": [[0, 0, 0, 0]], "margin": -1}, "margin must be a finite number ≥ 0, got -1"),
+    (gg.retarget, {"source": [[0, 0, 0, 0]], "margin": -1}, "margin must be an angle from 0 to π/2 rad, got -1"),
     (gg.retarget, {"source": [[0, 0, 0, 0]], "sign": "both"}, "sign must be one of negative, positive, got 'both'"),
     (gg.retarget, {"source": "no.csv"}, "gait file: cannot read 'no.csv'"),
     # timing

@@ -331,6 +331,15 @@ def _vehicle(_: click.Context, __: click.Parameter, name: str | None) -> Any:
     return vehicle_named(name)
 
 
+def _json(ctx: click.Context, _: click.Parameter, is_asked: bool) -> None:
+    ctx.meta["json"] = is_asked
+
+
+def wants_json() -> bool:
+    """Return whether the command that runs was given --json."""
+    return bool(click.get_current_context().meta["json"])
+
+
 PAPER_GAITS = ("gait1", "gait2", "gait3", "gait4")  # of Section 5, instead of a file
 LAWS = ("smooth", "constant-speed", "equal-time")
 _COEFFICIENTS = "Coefficients of formula (1); published for the paper's own vehicle, exact for any other."
@@ -340,7 +349,9 @@ _ROUNDING = "Assumed error of each angle.  [default: inferred from the file]"
 _VEHICLE = "A preset (see gaitgraph vehicles) or a TOML file."
 
 _SHARED: dict[str, Decorator] = {
-    "json": click.option("--json", "as_json", is_flag=True, help="Print one JSON object and nothing else."),
+    "json": click.option(
+        "--json", is_flag=True, expose_value=False, callback=_json, help="Print one JSON object and nothing else."
+    ),
     "force": flag("--force", "Overwrite outputs that exist."),
     "gait_file": file("gait_file", "GAIT_FILE", *PAPER_GAITS),
     "request_file": file("request_file", "[REQUEST.toml]", required=False),
@@ -438,14 +449,12 @@ def print_text(text: str) -> None:
     click.echo(_COLORED.sub(colored, text), color=False if is_plain else forced or None)
 
 
-def show(
-    found: Any, *, as_json: bool, more: Mapping[str, Any] | None = None, lines: Iterable[str] = (), ok: Any = None
-) -> int:
+def show(found: Any, *, more: Mapping[str, Any] | None = None, lines: Iterable[str] = (), ok: Any = None) -> int:
     """Print a result: its mapping with some more keys as JSON, or its text with some more lines.
 
     Return the exit code: whether the answer is yes says `ok`, or the result's own truth.
     """
-    if as_json:
+    if wants_json():
         print_json({**found.as_mapping(), **(more or {})})
     else:
         print_text("\n".join([str(found), *lines]))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from gaitgraph.cli import Paths, Working, command, flag, named_in_errors, option, print_json, print_text
+from gaitgraph.cli import Paths, Working, command, flag, named_in_errors, option, print_json, print_text, wants_json
 from gaitgraph.cli.fly import CLOCK, SETTINGS, checked_settings
 
 
@@ -21,13 +21,7 @@ from gaitgraph.cli.fly import CLOCK, SETTINGS, checked_settings
     "outputs force json",
 )
 def basin_command(
-    gait_file: str,
-    bias: tuple[float, ...] = (),
-    anyway: bool = False,
-    outputs: Paths = (),
-    force: bool = False,
-    as_json: bool = False,
-    **given: Any,
+    gait_file: str, bias: tuple[float, ...] = (), outputs: Paths = (), force: bool = False, **given: Any
 ) -> int:
     """Fly a gait, and its biased gaits, from rest at every attitude of a grid, and say from which it settles.
 
@@ -41,15 +35,15 @@ def basin_command(
 
     asked = {**given, "bias": bias or None}
     settings = checked_settings(given, outputs, of="basin", force=force)
-    grid = {name: given.pop(name) for name in ("resolution", "extent", "begins") if name in given}
+    grid = {name: given.pop(name) for name in ("resolution", "extent", "begins", "anyway") if name in given}
     with Working(f"reading {gait_file}") as progress, named_in_errors(asked):
         timed = timed_gait_of(gait_file, **given)
         progress("flying")
-        basins = basins_of(timed, biases=(1.0, *bias), settings=settings, anyway=anyway, progress=progress.part, **grid)
+        basins = basins_of(timed, biases=(1.0, *bias), settings=settings, progress=progress.part, **grid)
         if outputs:
             progress("writing")
             write_basins(basins, outputs, force=force)
-    if as_json:
+    if wants_json():
         used = basins[0].settings.as_mapping()
         answers = [basin.as_mapping() for basin in basins]
         print_json({"basins": answers, "vehicle": timed.gait.vehicle.name, "settings": used, "outputs": list(outputs)})

@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from gaitgraph.cli import Working, command, file, option, print_text, whole_from
+from gaitgraph.cli import Working, command, file, option, print_text, wants_json, whole_from
 
 
 @command(
@@ -17,7 +17,7 @@ from gaitgraph.cli import Working, command, file, option, print_text, whole_from
     option("--limit", "N", "List so many at most; all are counted.", type=whole_from(0, 10**9)),
     "crossing_tolerance vehicle coefficients json",
 )
-def colorings_command(loop_file: str, limit: int | None = None, as_json: bool = False, **given: Any) -> int:
+def colorings_command(loop_file: str, limit: int | None = None, **given: Any) -> int:
     """List every colouring of a closed loop of (α1, α2) that obeys the Two Color rule.
 
     The loop is that of a gait table, of a table of alpha1 and alpha2 alone, or of a request's waypoints. The exit
@@ -30,7 +30,7 @@ def colorings_command(loop_file: str, limit: int | None = None, as_json: bool = 
     with Working(f"coloring {loop_file}"):
         found = colorings_of_file(loop_file, **given)
     listed = islice(found, limit)
-    if as_json:
+    if wants_json():
         # Written one by one: there may be more than fit in memory.
         head = json.dumps({"points": found.points.tolist(), **found.as_mapping()}, allow_nan=False)
         click.echo(f'{head[:-1]}, "colorings": [', nl=False)

@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from gaitgraph.cli import Working, choice, command, flag, option, print_json, request_of, whole_from
+from gaitgraph.cli import Working, choice, command, flag, option, print_json, request_of, wants_json, whole_from
 
 
 @command(
@@ -27,7 +27,6 @@ def cycles_command(
     request_file: str | None = None,
     max_length: float | None = None,
     effort: int | None = None,
-    as_json: bool = False,
     **given: Any,
 ) -> int:
     """List simple closed cycles of the surface graph, the shortest first, each with its verdict.
@@ -42,7 +41,7 @@ def cycles_command(
     from gaitgraph.planning.request import stated_request
 
     def answer(cycle: Any, **more: Any) -> None:
-        if as_json:
+        if wants_json():
             print_json({**cycle.as_mapping(), **more})
         else:
             click.echo(str(cycle))
@@ -75,7 +74,7 @@ def cycles_command(
         proof = "a shortest one" if exact else f"not proven shortest: none is shorter than {bound:.4f} rad"
         click.echo(f"the best one found, {proof}", err=True)
         return 0
-    if as_json:
+    if wants_json():
         unknown = {} if found.cycles.complete else {"bound": bound if isfinite(bound) else None}
         print_json({"status": "none" if found.cycles.complete else "unfinished", "reason": reason, **unknown})
     else:

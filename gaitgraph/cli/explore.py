@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from gaitgraph.cli import command, flag, option, print_json, whole_from
+from gaitgraph.cli import command, flag, option, print_json, wants_json, whole_from
 
 
 @command(
@@ -13,7 +13,7 @@ from gaitgraph.cli import command, flag, option, print_json, whole_from
     flag("--no-browser", "Print the address and open nothing."),
     "json",
 )
-def explore_command(port: int = 0, no_browser: bool = False, as_json: bool = False) -> int:
+def explore_command(port: int = 0, no_browser: bool = False) -> int:
     """Serve the explorer on the loopback address until interrupted, and open it in the browser.
 
     The first line printed is its address. It holds a secret: whoever knows it on this machine can use the page. Needs
@@ -32,7 +32,7 @@ def explore_command(port: int = 0, no_browser: bool = False, as_json: bool = Fal
             webbrowser.open(server.address)
 
     try:
-        if as_json:
+        if wants_json():
             print_json({"address": server.address})
         else:
             click.echo(server.address)

@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from gaitgraph.cli import Paths, Working, command, file, one_of, option, print_json
+from gaitgraph.cli import Paths, Working, command, file, one_of, option, print_json, wants_json
 
 _FORMAT_OPTIONS = ("periods", "joint_names", "trajectory_topic", "states_topic", "number", "c_name")
 
@@ -31,15 +31,7 @@ def _map_names() -> list[str]:
     option("--c-name", "WORD", "What names in a .h begin with.  [default: the file's name]"),
     "period samples rate law force vehicle coefficients json",
 )
-def export_command(
-    gait_file: str,
-    outputs: Paths,
-    force: bool = False,
-    columns: str | None = None,
-    servos: str | None = None,
-    as_json: bool = False,
-    **given: Any,
-) -> int:
+def export_command(gait_file: str, outputs: Paths, force: bool = False, servos: str | None = None, **given: Any) -> int:
     """Write a gait file, a plan, a request's gait or gait1 to gait4 to OUTPUT files; their suffixes say the formats.
 
     A table with a clock keeps its rows. Without one, or with --period, --samples, --rate or --law, the closed
@@ -57,8 +49,8 @@ def export_command(
     if "joint_names" in chosen:
         chosen["joint_names"] = tuple(name.strip() for name in chosen["joint_names"].split(","))
     servo_map = None if servos is None else servo_map_named(servos)
-    if columns is not None:
-        given["joints"] = servo_map_named(columns)
+    if "columns" in given:
+        given["joints"] = servo_map_named(given.pop("columns"))
     tables, films = tables_and_films(outputs)
     check_films(films, force=force)
     with Working(f"exporting {gait_file}") as progress:
@@ -68,7 +60,7 @@ def export_command(
         )
         if films:
             write_films(merged(done.pieces()), films, force=force)
-    if as_json:
+    if wants_json():
         answer: dict[str, Any] = {"rows": done.rows, "columns": list(done.columns), "outputs": list(outputs)}
         if servo_map:
             answer |= {"servos": servo_map.as_mapping(), "clipped": done.clipped}

@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from gaitgraph.cli import Paths, Working, command, one_of, option, print_json
+from gaitgraph.cli import Paths, Working, command, one_of, option, print_json, wants_json
 
 _NAMES = [*map(str, range(1, 23)), "regions", "gait"]
 
@@ -22,7 +22,7 @@ _NAMES = [*map(str, range(1, 23)), "regions", "gait"]
     option("--gait", "GAIT_FILE", "Gait of the figure named gait.  [default: Gait 3]"),
     "force vehicle coefficients json",
 )
-def figures_command(out: str, formats: Paths = (), gait: str | None = None, as_json: bool = False, **given: Any) -> int:
+def figures_command(out: str, formats: Paths = (), gait: str | None = None, **given: Any) -> int:
     """Draw Figures 1 to 22 of the paper, the exact regions, and a gait in four dimensions.
 
     With exact coefficients, the default for any vehicle but the paper's, blue has R = 0 and is shown as singular.
@@ -39,7 +39,7 @@ def figures_command(out: str, formats: Paths = (), gait: str | None = None, as_j
         written = write_figures(out, progress=progress, **given)
     known = {figure.stem: figure for figure in FIGURES.values()}
     drawn = [(str(path), known[path.stem]) for path in written]
-    if as_json:
+    if wants_json():
         rows = [{"file": file, "figure": one.name, "title": one.title, "caption": one.caption} for file, one in drawn]
         print_json({"files": rows})
         return 0

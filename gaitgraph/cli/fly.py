@@ -75,7 +75,6 @@ def fly_command(
     anyway: bool = False,
     outputs: Paths = (),
     force: bool = False,
-    as_json: bool = False,
     **given: Any,
 ) -> int:
     """Fly a gait by feedback linearisation, from an attitude that it is to level out, or along a reference.
@@ -131,7 +130,7 @@ def fly_command(
             progress(f"writing {', '.join(written)}")
             write_flight(flight, written, force=force)
     lines = [*(f"warning: {one}" for one in warnings), *(f"wrote {name}" for name in written)]
-    return show(flight, as_json=as_json, more={"warnings": warnings, "outputs": list(written)}, lines=lines)
+    return show(flight, more={"warnings": warnings, "outputs": list(written)}, lines=lines)
 
 
 def checked_settings(

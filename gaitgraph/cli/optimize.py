@@ -19,7 +19,7 @@ from gaitgraph.errors import InputError
     option("--concession", "X", "Part of the worst case given up for less effort.  [default: 0.001]"),
     "samples rate keep_in keep_out outputs force vehicle coefficients json",
 )
-def optimize_command(outputs: Paths = (), force: bool = False, as_json: bool = False, **given: Any) -> int:
+def optimize_command(outputs: Paths = (), force: bool = False, **given: Any) -> int:
     """Find the smooth closed gait that passes discs in order and is optimal along all of it.
 
     The answer says how far from the best possible it may be, and is checked between samples too. The exit code is 1,
@@ -39,4 +39,4 @@ def optimize_command(outputs: Paths = (), force: bool = False, as_json: bool = F
         found = optimal_gait(**given)
         if found and outputs:
             write_outputs(partial(found.pieces, **sampling), outputs, force=force)
-    return show(found, as_json=as_json)
+    return show(found)

@@ -22,12 +22,7 @@ _PERIOD = Kind("a number of seconds or the word least", lambda text: None if tex
     "samples rate outputs force vehicle coefficients json",
 )
 def pace_command(
-    gait_file: str,
-    period: float | None = None,
-    outputs: Paths = (),
-    force: bool = False,
-    as_json: bool = False,
-    **given: Any,
+    gait_file: str, period: float | None = None, outputs: Paths = (), force: bool = False, **given: Any
 ) -> int:
     """Find the fastest smooth law for a gait file, a request's gait or gait1 to gait4, or one for a given period.
 
@@ -72,4 +67,4 @@ def pace_command(
             if outputs:
                 write_outputs(lambda: pieces_of(timed), outputs, force=force)
             lines += [f"wrote {name}: {timed.samples + 1} rows" for name in outputs]
-    return show(pacing, as_json=as_json, more=more, lines=lines)
+    return show(pacing, more=more, lines=lines)

@@ -25,9 +25,7 @@ from gaitgraph.cli import Paths, Working, check_outputs, command, flag, one_of, 
     flag("--reverse", "Run the loop in the other direction."),
     "outputs period samples rate law force vehicle coefficients json",
 )
-def plan_command(
-    request_file: str | None = None, outputs: Paths = (), force: bool = False, as_json: bool = False, **given: Any
-) -> int:
+def plan_command(request_file: str | None = None, outputs: Paths = (), force: bool = False, **given: Any) -> int:
     """Plan a closed gait through (α1, α2) waypoints, in order and back to the first.
 
     The request comes from a TOML or JSON file, or from a gait file of any format, which holds the request that it was
@@ -46,4 +44,4 @@ def plan_command(
         if written:
             progress(f"writing {', '.join(written)}")
             write_outputs(partial(pieces_of, found.timed(**sampling)), written, force=force)
-    return show(found, as_json=as_json, lines=[*([""] if written else []), *(f"wrote {name}" for name in written)])
+    return show(found, lines=[*([""] if written else []), *(f"wrote {name}" for name in written)])

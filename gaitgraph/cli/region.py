@@ -14,7 +14,7 @@ from gaitgraph.cli import Working, choice, command, one_of, request_of, show
     one_of("--color", "red", "blue"),
     "sign floor accuracy keep_in keep_out vehicle coefficients json",
 )
-def region_command(use: Any, request_file: str | None = None, as_json: bool = False, **given: Any) -> int:
+def region_command(use: Any, request_file: str | None = None, **given: Any) -> int:
     """Say in which part of the admissible region each waypoint lies, or why in none and which point is nearest.
 
     The exit code is 1 if no part holds them all, so that no closed gait can pass them.
@@ -24,4 +24,4 @@ def region_command(use: Any, request_file: str | None = None, as_json: bool = Fa
     request, _ = request_of(request_file, given)
     with Working("computing the region"):
         found = location_of(request, use=use)
-    return show(found, as_json=as_json)
+    return show(found)

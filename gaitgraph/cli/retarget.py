@@ -14,9 +14,7 @@ from gaitgraph.cli import Paths, Working, check_outputs, command, option, show, 
     option("--keep", "X", "Share of the motion to keep, at most 1.  [default: the nearest rows, whatever is left]"),
     "keep_in keep_out outputs force vehicle coefficients json",
 )
-def retarget_command(
-    gait_file: str, outputs: Paths = (), force: bool = False, as_json: bool = False, **given: Any
-) -> int:
+def retarget_command(gait_file: str, outputs: Paths = (), force: bool = False, **given: Any) -> int:
     """Move the rows of a gait table as little as possible so that the gait is valid and flyable.
 
     Rows need alpha1 to alpha4. A table with times keeps them. The exit code is 1, with the reason, if nothing is
@@ -32,4 +30,4 @@ def retarget_command(
         table = found.table
         if table is not None and outputs:
             write_outputs(lambda: [table], outputs, force=force)
-    return show(found, as_json=as_json, ok=found.after is not None and found.after.flyable)
+    return show(found, ok=found.after is not None and found.after.flyable)

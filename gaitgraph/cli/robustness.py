@@ -17,7 +17,7 @@ from gaitgraph.cli import Working, command, option, show
     option("--curves", "N", "Number of singular curves along the gait.  [default: 24]"),
     "angle_rounding vehicle coefficients json",
 )
-def robustness_command(gait_file: str, as_json: bool = False, **given: Any) -> int:
+def robustness_command(gait_file: str, **given: Any) -> int:
     """Say how far a gait can be tilted before its decoupling matrix is singular.
 
     Works on any table of alpha1 to alpha4, on the gait surfaces or not. Judged with exact coefficients unless published
@@ -27,4 +27,4 @@ def robustness_command(gait_file: str, as_json: bool = False, **given: Any) -> i
 
     with Working(f"tilting {gait_file}") as progress:
         report = robustness_of(gait_file, progress=progress, **given)
-    return show(report, as_json=as_json, ok=True)
+    return show(report, ok=True)

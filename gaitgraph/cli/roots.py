@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from gaitgraph.cli import command, print_json
+from gaitgraph.cli import command, print_json, wants_json
 
 if TYPE_CHECKING:
     from gaitgraph.vehicle import Vehicle
@@ -18,9 +18,7 @@ if TYPE_CHECKING:
     click.argument("a2", metavar="A2"),
     "crossing_tolerance vehicle coefficients json",
 )
-def roots_command(
-    a1: str, a2: str, vehicle: Vehicle | None = None, coefficients: Any = None, as_json: bool = False, **given: float
-) -> int:
+def roots_command(a1: str, a2: str, vehicle: Vehicle | None = None, coefficients: Any = None, **given: float) -> int:
     """Print every root (α3, α4) of Rφ = Rθ = 0 for one (α1, α2), with plane types, color and R."""
     from dataclasses import asdict
 
@@ -32,7 +30,7 @@ def roots_command(
     numbers = coefficients_of(vehicle or PAPER, coefficients)
     alpha1, alpha2 = angle_from_text(a1, "alpha1"), angle_from_text(a2, "alpha2")
     found = roots(alpha1, alpha2, coefficients=numbers, **given)
-    if as_json:
+    if wants_json():
         plane = ("alpha1", "alpha2")
         rows = [{name: value for name, value in asdict(root).items() if name not in plane} for root in found]
         fibers = [asdict(fiber) for fiber in found.fibers]

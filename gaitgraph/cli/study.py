@@ -8,7 +8,7 @@ from datetime import timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gaitgraph.cli import Working, command, file, flag, option, print_json, print_problem, print_text, show
+from gaitgraph.cli import Working, command, file, flag, option, print_json, print_problem, print_text, show, wants_json
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -50,9 +50,7 @@ def _stopped_by_signals() -> Iterator[None]:
     flag("--dry-run", "Count the cases and fly none."),
     "json",
 )
-def study_command(
-    study_file: str, output: str | None = None, dry_run: bool = False, as_json: bool = False, **given: Any
-) -> int:
+def study_command(study_file: str, output: str | None = None, dry_run: bool = False, **given: Any) -> int:
     """Fly every case of a study, and write a row for each to a Parquet dataset.
 
     The folder gets study.json, rows/part-….parquet, each written when its cases are done, and at the end summary.html.
@@ -65,7 +63,7 @@ def study_command(
     study = read_study(study_file)
     if dry_run:
         counts = {"cases": len(study), "parts": len(study.batches), "seconds_on_one_process": study.seconds}
-        if as_json:
+        if wants_json():
             print_json({"study": study.name, "fingerprint": study.fingerprint, **counts})
         else:
             print_text(f"{study}\nabout {timedelta(seconds=round(study.seconds))} on one process; nothing was flown")
@@ -83,4 +81,4 @@ def study_command(
                 f"are in {str(folder)!r}, and the same command goes on from there"
             )
         return 128 + int(number)
-    return show(run, as_json=as_json, ok=True)
+    return show(run, ok=True)

@@ -15,7 +15,7 @@ from gaitgraph.cli import PAPER_GAITS, Paths, Working, check_outputs, command, f
     "samples rate law require outputs force vehicle coefficients json",
 )
 def transition_command(
-    start: str, end: str, require: str, outputs: Paths = (), force: bool = False, as_json: bool = False, **given: Any
+    start: str, end: str, require: str, outputs: Paths = (), force: bool = False, **given: Any
 ) -> int:
     """Find a path on the surface from FROM to TO, each a gait file or the word hover.
 
@@ -31,4 +31,4 @@ def transition_command(
         if written:
             write_outputs(found.pieces, written, force=force)
     meets = found.report is not None and (require == "valid" or found.report.flyable)
-    return show(found, as_json=as_json, lines=[f"wrote {name}" for name in written], ok=meets)
+    return show(found, lines=[f"wrote {name}" for name in written], ok=meets)

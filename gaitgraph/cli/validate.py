@@ -13,7 +13,7 @@ from gaitgraph.cli import Working, command, option, show
     option("--tolerance", "X", "Largest |Rφ|, |Rθ| on the surface.  [default: 0.002]"),
     "floor angle_rounding crossing_tolerance vehicle coefficients json",
 )
-def validate_command(gait_file: str, require: str, as_json: bool = False, **given: Any) -> int:
+def validate_command(gait_file: str, require: str, **given: Any) -> int:
     """Judge a gait file of any format, the gait of a request, or gait1 to gait4, along its whole length.
 
     Rows need alpha1 to alpha4, or alpha1, alpha2 and color; the segment from the last row back to the first is implied.
@@ -24,4 +24,4 @@ def validate_command(gait_file: str, require: str, as_json: bool = False, **give
 
     with Working(f"judging {gait_file}") as progress:
         report = validate(gait_file, progress=progress.part, **given)
-    return show(report, as_json=as_json, ok=report.flyable if require == "flyable" else report.valid)
+    return show(report, ok=report.flyable if require == "flyable" else report.valid)

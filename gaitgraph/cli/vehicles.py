@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from gaitgraph.cli import command, file, print_json
+from gaitgraph.cli import command, file, print_json, wants_json
 
 if TYPE_CHECKING:
     from gaitgraph.vehicle import Vehicle
@@ -17,9 +17,7 @@ if TYPE_CHECKING:
     file("name", "[NAME_OR_FILE]", required=False),
     "vehicle coefficients json",
 )
-def vehicles_command(
-    name: str | None = None, vehicle: Vehicle | None = None, coefficients: Any = None, as_json: bool = False
-) -> int:
+def vehicles_command(name: str | None = None, vehicle: Vehicle | None = None, coefficients: Any = None) -> int:
     """List the preset vehicles with their drag ratio κ and crossing angle δ, or show one: a preset or a TOML file."""
     from gaitgraph.invertibility.matrices import coefficients_of
     from gaitgraph.vehicle import preset_names, vehicle_named
@@ -27,7 +25,7 @@ def vehicles_command(
     shown = [vehicle_named(name)] if name is not None else [vehicle] if vehicle is not None else None
     known = map(vehicle_named, preset_names()) if shown is None else shown
     rows = [{**one.as_mapping(), "delta": coefficients_of(one, coefficients).delta} for one in known]
-    if as_json:
+    if wants_json():
         print_json({"vehicles": rows})
         return 0
     for row in rows:

@@ -199,7 +199,7 @@ class Region:
 
 def _points(points: npt.ArrayLike) -> FloatArray:
     """Return finite points, shape (m, 2)."""
-    out = angles_from(points, "point")
+    out: FloatArray = angles_from(points, "point")
     if out.ndim not in (1, 2) or out.shape[-1] != 2 or not np.isfinite(out).all():
         raise InputError(f"point must be finite (alpha1, alpha2) in radians, shape (m, 2), got {shown(points)}")
     return out.reshape(-1, 2)
