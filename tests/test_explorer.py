@@ -228,6 +228,12 @@ class TestMap:
             assert named in client.refused("map", content)
 
 
+def json_table(**about: Any) -> bytes:
+    """Return a gait file of one row, and what it states of its making."""
+    columns = {"alpha1": [1.0], "alpha2": [-1.0], "color": ["red"]}
+    return json.dumps({"columns": columns, "about": about}).encode()
+
+
 class TestTables:
     def test_a_good_table(self, client: Client) -> None:
         answer = client.table("gait3.csv", client.file(of_gait(3) | {"samples": 40}, ".csv")[1])
@@ -278,9 +284,7 @@ class TestTables:
 
     def test_a_request_that_the_page_cannot_show_is_left_out(self, client: Client) -> None:
         def found(**request: Any) -> Any:
-            request = {"waypoints": [[1.0, -1.0]]} | request
-            table = {"columns": {"alpha1": [1.0], "alpha2": [-1.0], "color": ["red"]}, "about": {"request": request}}
-            return client.table("x.json", json.dumps(table).encode())["request"]
+            return client.table("x.json", json_table(request={"waypoints": [[1.0, -1.0]]} | request))["request"]
 
         shown = {"waypoints": [[1.0, -1.0]], "law": "equal-time", "vehicle": "paper", "drag_ratio": None}
         assert found(sheets="planes", law="equal-time") == shown
@@ -293,14 +297,9 @@ class TestTables:
     def test_no_file_is_read_by_the_name_in_a_table(self, client: Client, tmp_path: Path) -> None:
         secret = tmp_path / "secret.toml"
         secret.write_text("drag_ratio = 0.123\n")
-
-        def answered(about: dict[str, Any], status: int) -> Any:
-            table = {"columns": {"alpha1": [1.0], "alpha2": [-1.0], "color": ["red"]}, "about": about}
-            return client.table("x.json", json.dumps(table).encode(), status)
-
-        assert "vehicle must be one of paper" in answered({"vehicle": str(secret)}, 400)
+        assert "vehicle must be one of paper" in client.table("x.json", json_table(vehicle=str(secret)), 400)
         request = {"waypoints": [[1.0, -1.0]], "vehicle": str(secret)}
-        assert answered({"request": request}, 200)["request"] is None
+        assert client.table("x.json", json_table(request=request))["request"] is None
 
     def test_other_files_are_refused(self, client: Client) -> None:
         for name, content, part in (

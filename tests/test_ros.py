@@ -217,7 +217,6 @@ def test_times_increase_whatever_the_period(rows: int, periods: int, period: flo
         (OPEN, 2, "periods must be 1 for a table that does not end where it starts, got 2"),
         (Table(columns={name: OPEN[name] for name in ANGLES}), 1, "column 't' is missing"),
     ],
-    ids=["points", "time", "steps", "open", "still"],
 )
 def test_what_ros_cannot_hold_is_refused(table: Table, periods: int, message: str, tmp_path: Path) -> None:
     for suffix in (".mcap", ".yaml"):

@@ -34,25 +34,12 @@ time = "time_ms"
 time_unit = "ms"
 unit = "us"
 us_per_rad = 390
-
-[[joint]]
-name = "front_right"
-rotor = 4
-sign = -1
-
-[[joint]]
-name = "rear_left"
-rotor = 2
-
-[[joint]]
-name = "front_left"
-rotor = 1
-zero = "5deg"
-
-[[joint]]
-name = "rear_right"
-rotor = 3
-neutral_us = 1480
+joint = [
+    {name = "front_right", rotor = 4, sign = -1},
+    {name = "rear_left", rotor = 2},
+    {name = "front_left", rotor = 1, zero = "5deg"},
+    {name = "rear_right", rotor = 3, neutral_us = 1480},
+]
 """
 
 
@@ -147,18 +134,11 @@ PX4 = [(FRONT_RIGHT, "ccw"), (REAR_LEFT, "ccw"), (FRONT_LEFT, "cw"), (REAR_RIGHT
 BETAFLIGHT = [(REAR_RIGHT, "cw"), (FRONT_RIGHT, "ccw"), (REAR_LEFT, "ccw"), (FRONT_LEFT, "cw")]
 
 
-@pytest.mark.parametrize(
-    ("preset", "motors"),
-    [
-        ("x_frame", PX4),
-        ("x_frame_counterclockwise", PX4),
-        ("betaflight", BETAFLIGHT),
-        ("betaflight_counterclockwise", BETAFLIGHT),
-    ],
-)
-def test_presets_number_the_motors_as_the_flight_controllers_do(preset: str, motors: list[Any]) -> None:
+@pytest.mark.parametrize("end", ["", "_counterclockwise"])
+@pytest.mark.parametrize(("preset", "motors"), [("x_frame", PX4), ("betaflight", BETAFLIGHT)])
+def test_presets_number_the_motors_as_the_flight_controllers_do(preset: str, end: str, motors: list[Any]) -> None:
     """Where a rotor is, and how it turns, is read off the torques that it makes."""
-    one = servo_map_named(preset)
+    one = servo_map_named(preset + end)
     assert one.first_arm_angle is not None
     assert one.first_rotor_spin is not None
     vehicle = gg.PAPER.replace(first_arm_angle=one.first_arm_angle, first_rotor_spin=one.first_rotor_spin)
@@ -315,7 +295,7 @@ def test_a_file_with_a_broken_map_is_refused(table: Table, tmp_path: Path) -> No
 def test_a_map_file_may_have_a_table_of_its_own(servos: Path, tmp_path: Path) -> None:
     inside = tmp_path / "bench" / "bench.toml"
     inside.parent.mkdir()
-    inside.write_text("[servos]\n" + SERVOS.replace("[[joint]]", "[[servos.joint]]"))
+    inside.write_text("[servos]\n" + SERVOS)
     assert servo_map_named(inside) == servo_map_named(servos)
     assert servo_map_named(inside).name == "bench"
     with pytest.raises(gg.errors.FileProblem, match="cannot read"):

@@ -20,7 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph import __version__
-from gaitgraph.errors import FileProblem, GaitgraphError, InputError, shown
+from gaitgraph.errors import GaitgraphError, InputError, shown
 from gaitgraph.files import MOST_BYTES
 from gaitgraph.gait.table import (
     ACCELERATIONS,
@@ -51,18 +51,16 @@ _PROVENANCE = "provenance"  # the array of an archive, and the field of a struct
 def gate(path: Path, what: str, most: int | None = None) -> Iterator[int]:
     """Let a library read a file or the files of a folder, and give their size in bytes.
 
-    Raises FileProblem if it cannot be read, and InputError if it has more than `most` bytes (by default
+    Raises OSError if it cannot be read, and InputError if it has more than `most` bytes (by default
     :data:`gaitgraph.files.MOST_BYTES`) or if the library fails, whatever it raises; `what` it must be, for messages.
     """
     try:
         size = sum(one.stat().st_size for one in (path.iterdir() if path.is_dir() else [path]))
         check_size(size, "it", most)
         yield size
-    except GaitgraphError:
-        raise
     except Exception as error:  # libraries raise errors of many kinds on broken bytes, and each has its own
-        if isinstance(error, OSError) and error.filename is not None:
-            raise FileProblem(f"gait file: cannot read {str(path)!r}: {error.strerror}") from error
+        if isinstance(error, GaitgraphError) or (isinstance(error, OSError) and error.filename is not None):
+            raise
         reason = shown(" ".join(str(error).split()) or type(error).__name__)[1:-1]
         raise InputError(f"it is not {what}, or it is broken ({reason})") from error
 

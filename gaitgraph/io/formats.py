@@ -310,11 +310,10 @@ def read_pieces(
     """
     form, path = known_format(path, _WHAT, reads=True), Path(path)
     read, known = form.function("read"), ", ".join(suffix for suffix, one in FORMATS.items() if one.reads)
-    with reading(path, _WHAT, f"a gait table: {known}"):
+    with reading(path, _WHAT, f"a gait table: {known}"), naming_file(path):
         if not path.exists():
             remove_leftovers(path.parent)  # a killed process may have been about to replace it
         path.stat()
-    with naming_file(path):
         builder = TableBuilder(plane_only=plane_only, joints=joints)
         for number, piece in enumerate(read(path, builder, progress)):
             for note in piece.notes if number == 0 else ():

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gaitgraph.errors import InputError, shown
-from gaitgraph.files import reading, text_of, value_from_json
+from gaitgraph.files import text_of, value_from_json
 from gaitgraph.gait.table import (
     ANGLES,
     DEGREES,
@@ -59,7 +59,7 @@ def read_csv(path: Path, builder: TableBuilder, progress: Progress) -> Iterator[
 
     A byte-order mark and any kind of line end are read.
     """
-    with reading(path, _WHAT, "a gait table as text"), path.open("rb") as raw:
+    with path.open("rb") as raw:
         stream, size = TextIOWrapper(raw, encoding="utf-8-sig"), path.stat().st_size
         read, head = 1, stream.readline()  # lines until now
         while head == "\n" or (head.startswith("#") and "alpha" not in head):  # comments
@@ -277,8 +277,7 @@ def _columns_of_plan(content: dict[str, Any]) -> tuple[dict[str, Any], dict[str,
         raise InputError(f"colors must be a list of 'red' and 'blue', got {shown(colors)}")
     columns = {name: [row[k] for row in path] for k, name in enumerate(ANGLES)} | ({"color": colors} if colors else {})
     request = content.get("request")
-    keys = ("vehicle", "coefficients", "period", "law")
-    about = {key: request[key] for key in keys if key in request} if isinstance(request, dict) else {}
+    about = {key: request[key] for key in _SHARED if key in request} if isinstance(request, dict) else {}
     about |= {"request": request} if about else {}
     about |= {key: content[key] for key in ("crossing_tolerance",) if key in content}
     return columns, about
