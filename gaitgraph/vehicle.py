@@ -314,16 +314,12 @@ def vehicle_from_mapping(constants: dict[str, Any]) -> Vehicle:
     check_fields("vehicle", constants, ["preset", *_FIELDS])
     if "preset" not in constants:
         return Vehicle(**constants)
-    base = _preset(constants["preset"])
-    changes = {name: value for name, value in constants.items() if name != "preset"}
-    return base.replace(**{"name": f"{base.name}, changed" if changes else base.name, **changes})
-
-
-def _preset(name: object) -> Vehicle:
-    if not isinstance(name, str) or name not in _PRESETS:
+    preset: Any = constants["preset"]
+    if not isinstance(preset, str) or preset not in _PRESETS:
         allowed = f"a preset ({', '.join(_PRESETS)}), a .toml file, a mapping of constants or a Vehicle"
-        raise InputError(f"vehicle must be {allowed}, got {shown(name)}{did_you_mean(name, preset_names())}")
-    return _PRESETS[name]
+        raise InputError(f"vehicle must be {allowed}, got {shown(preset)}{did_you_mean(preset, preset_names())}")
+    changes = {name: value for name, value in constants.items() if name != "preset"}
+    return _PRESETS[preset].replace(**{"name": f"{preset}, changed", **changes}) if changes else _PRESETS[preset]
 
 
 def vehicle_named(vehicle: VehicleLike) -> Vehicle:
@@ -337,7 +333,7 @@ def vehicle_named(vehicle: VehicleLike) -> Vehicle:
     if isinstance(vehicle, Mapping):
         return vehicle_from_mapping(dict(vehicle))
     if not isinstance(vehicle, Path) and not str(vehicle).lower().endswith(".toml"):
-        return _preset(vehicle)
+        return vehicle_from_mapping({"preset": vehicle})
     path = Path(vehicle)
 
     def make(stated: dict[str, Any]) -> Vehicle:

@@ -103,7 +103,7 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
         (root_arrays, {"alpha1": 0.1, "alpha2": 0.2, "crossing_tolerance": wrong}, "crossing_tolerance must be a fini")
         for wrong in (-1e-3, INF, NAN, True)
     ),
-    (admissible_region, {"accuracy": 1e-10}, "accuracy must be from 1e-9 to 0.1 rad, got 1e-10"),
+    (admissible_region, {"accuracy": 1e-10}, "accuracy must be an angle from 1e-09 to 0.1000 rad, got 1e-10"),
     (singular_value_region, {"floor": -0.1}, "floor must be a finite number ≥ 0, got -0.1"),
     (thrust_region, {"share": 0.0}, "share must be a positive finite number (of m·g), got 0.0"),
     (sign_region, {"sign": "up"}, "sign must be one of negative, positive, got 'up'"),

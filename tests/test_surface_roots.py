@@ -204,13 +204,9 @@ def test_arrays_agree_with_single_roots(case: str, shape: tuple[int, ...]) -> No
     assert (answer.alpha.shape, answer.types.shape) == ((*shape, 5, 4), (*shape, 5, 2))
     assert [part.dtype.name for part in (answer.alpha, answer.sheet, answer.types)] == ["float64", "int8", "int8"]
     for index in np.ndindex(*shape):
-        one, count = roots(float(first[index]), float(second[index]), coefficients=numbers), int(answer.count[index])
-        assert count == len(one)
-        for k, root in enumerate(one):
-            assert answer.alpha[index][k].tolist() == list(root.alpha)
-            assert answer.sheet[index][k] == SIGN[root.color]
-            assert text_from_types(*answer.types[index][k]) == root.types
-            assert answer.R[index][k] == pytest.approx(root.R, abs=1e-13)
+        one, count = root_arrays(first[index], second[index], coefficients=numbers), int(answer.count[index])
+        for name in ("count", "alpha", "sheet", "types", "R"):
+            np.testing.assert_allclose(getattr(answer, name)[index], getattr(one, name), rtol=0, atol=1e-13)
         assert np.isnan(answer.alpha[index][count:]).all()
         assert np.isnan(answer.R[index][count:]).all()
         assert not answer.sheet[index][count:].any()

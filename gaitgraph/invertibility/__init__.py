@@ -9,6 +9,7 @@ from gaitgraph._lazy import lazy_names
 if TYPE_CHECKING:
     from gaitgraph.invertibility.matrices import (
         Coefficients as Coefficients,
+        attitude_sensitivities as attitude_sensitivities,
         coefficients_of as coefficients_of,
         control_force_matrix as control_force_matrix,
         control_moment_matrix as control_moment_matrix,
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
         zero_moment_direction as zero_moment_direction,
     )
     from gaitgraph.invertibility.tilt_margins import (
-        attitude_sensitivities as attitude_sensitivities,
         least_singular_value_within as least_singular_value_within,
         nearest_singular_attitude as nearest_singular_attitude,
         tilt_margin as tilt_margin,

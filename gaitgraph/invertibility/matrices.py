@@ -248,6 +248,18 @@ def attitude_of(vertical: FloatArray) -> FloatArray:
     return np.stack([np.arctan2(y, z), -np.arctan2(x, np.hypot(y, z))], axis=-1)
 
 
+def attitude_sensitivities(alpha: npt.ArrayLike, coefficients: Coefficients) -> FloatArray:
+    """Return v = (−Rθ, Rφ, R), the normal of the plane of singular verticals in body axes, shape (..., 3).
+
+    Formula (1) at an attitude is v·n, with n of :func:`body_vertical`.
+
+    >>> attitude_sensitivities([0, 0, 0, 0], coefficients_of()).round(12).tolist()
+    [0.0, 0.0, 4.0]
+    """
+    roll, pitch = sensitivities(alpha, coefficients)
+    return np.stack([-np.asarray(pitch), roll, level_determinant(alpha, coefficients)], axis=-1) + 0.0
+
+
 def determinant(
     alpha: npt.ArrayLike, coefficients: Coefficients, roll: npt.ArrayLike = 0.0, pitch: npt.ArrayLike = 0.0
 ) -> Any:
@@ -258,12 +270,7 @@ def determinant(
     >>> round(float(determinant([0.4, -0.4, 0.4, -0.4], coefficients_of(), roll=0.3, pitch=-0.2)), 3)
     -4.662
     """
-    up = body_vertical(roll, pitch)
-    return (
-        -pitch_sensitivity(alpha, coefficients) * up[..., 0]
-        + roll_sensitivity(alpha, coefficients) * up[..., 1]
-        + level_determinant(alpha, coefficients) * up[..., 2]
-    )
+    return np.sum(attitude_sensitivities(alpha, coefficients) * body_vertical(roll, pitch), axis=-1)
 
 
 def arm_angles(vehicle: Vehicle) -> FloatArray:

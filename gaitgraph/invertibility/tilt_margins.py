@@ -28,13 +28,13 @@ from gaitgraph.invertibility.matrices import (
     Coefficients,
     FloatArray,
     attitude_of,
+    attitude_sensitivities,
     body_vertical,
     coefficients_of,
     level_determinant,
     level_determinant_resolution,
     noise_of,
     rotor_directions,
-    sensitivities,
     tilt_angles,
 )
 from gaitgraph.invertibility.segment_bounds import largest_sine, least_along, level_determinant_curvature
@@ -47,19 +47,6 @@ EVERYWHERE = (
 """Why a gait has no tilt margin and no acceptable attitudes."""
 
 _LARGEST_RESOLUTION = 0.1  # more than the error of v from coefficients of four digits and angles of three
-
-
-def attitude_sensitivities(alpha: npt.ArrayLike, coefficients: Coefficients) -> FloatArray:
-    """Return v = (−Rθ, Rφ, R), the normal of the plane of singular verticals in body axes, shape (..., 3).
-
-    Formula (1) at an attitude is v·n, with n of :func:`gaitgraph.invertibility.matrices.body_vertical`.
-
-    >>> from gaitgraph.invertibility.matrices import coefficients_of
-    >>> attitude_sensitivities([0, 0, 0, 0], coefficients_of()).round(12).tolist()
-    [0.0, 0.0, 4.0]
-    """
-    roll, pitch = sensitivities(alpha, coefficients)
-    return np.stack([-np.asarray(pitch), roll, level_determinant(alpha, coefficients)], axis=-1) + 0.0
 
 
 def tilt_margin(alpha: npt.ArrayLike, coefficients: Coefficients, *, angle_rounding: float = 0.0) -> Any:

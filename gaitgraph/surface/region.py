@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from gaitgraph.angles import HALF_PI, angle_within, angles_from, number_of
+from gaitgraph.angles import HALF_PI, angle_within, angles_from
 from gaitgraph.errors import InputError, shown
 from gaitgraph.vehicle import Angle
 
@@ -269,9 +269,7 @@ def chord_tolerance(accuracy: float) -> float:
 
 def checked_accuracy(accuracy: float) -> float:
     """Return an accuracy; raise InputError if it is not a number from 1e-9 to 0.1."""
-    if not 1e-9 <= number_of(accuracy) <= 0.1:
-        raise InputError(f"accuracy must be from 1e-9 to 0.1 rad, got {shown(accuracy)}")
-    return float(accuracy)
+    return angle_within(accuracy, "accuracy", 0.1, least=1e-9)
 
 
 # --- the user's own polygons -----------------------------------------------------------------------------------------
