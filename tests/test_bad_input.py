@@ -20,12 +20,14 @@ from gaitgraph.flight.simulation import fly
 from gaitgraph.gait.gait import Gait, lift, vertices
 from gaitgraph.graph.build import surface_graph
 from gaitgraph.graph.cycle_list import cycles
+from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.invertibility.tilt_margins import least_singular_value_within
 from gaitgraph.io.columns import FormatOptions
 from gaitgraph.optimization.retargeting import MOST_ROWS
 from gaitgraph.robustness.attitudes import acceptable_attitudes, singular_curve
 from gaitgraph.robustness.biased import robustness_of
 from gaitgraph.study.design import study_from_mapping
+from gaitgraph.surface.adjacency import FIBER_TYPES, PLANE_TYPES, types_from_text
 from gaitgraph.surface.admissible import (
     admissible_region,
     hover_region,
@@ -59,7 +61,7 @@ least = partial(least_period, path=G3, limits=Limits(rate=6.0, acceleration=60.0
 transition = partial(gg.transition, start="hover", end=G4)
 attitudes, curve_of = (partial(function, coefficients=EXACT) for function in (acceptable_attitudes, singular_curve))
 within = partial(least_singular_value_within, alpha=[0.1] * 4)
-TIMED = G3.parametrize(1.0)
+TIMED, HEAVY = G3.parametrize(1.0), gg.Vehicle(drag_ratio=0.17, max_thrust=3.0)
 basins = partial(basins_of, TIMED)
 lag_of, clock = partial(servo_response, TIMED), lift([(0.1, 0.1)], "red").parametrize
 
@@ -164,6 +166,26 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     (optimal, {"radius": 10}, "radius must be an angle from 0 to π/2 rad, got 10; for degrees write '10deg'"),
     (gg.retarget, {"source": [[0.0] * 4], "margin": 5.0}, "margin must be …, got 5.0; for degrees write '5deg'"),
     (validate, {"gait": POINT, "angle_rounding": 5}, "angle_rounding must be …, got 5; for degrees write '5deg'"),
+    *(
+        (gg.Vehicle, {"drag_to_thrust": 0.05, **more}, message)
+        for more, message in (
+            ({"arm_length": 0.25, "drag_ratio": 0.21}, "drag_ratio must equal Km/(Kf·L) = 0.2 … got 0.21"),
+            (
+                {"drag_coefficient": 4e-7, "thrust_coefficient": 5e-6},
+                "drag_to_thrust must equal Km/Kf = 0.0… got 0.05",
+            ),
+            ({"drag_ratio": 0.99e-9}, "drag_ratio must be between 1e-9 and 1e9 (dimensionless), got 9.9e-10"),
+            ({"drag_ratio": 1.01e9}, "drag_ratio must be between 1e-9 and 1e9"),
+        )
+    ),
+    (coefficients_of, {"vehicle": "beetle_omni", "kind": "published"}, "coefficients must be 'exact' …0.0599…0.168666"),
+    (coefficients_of, {"kind": "rounded"}, "coefficients must be one of published, exact, got 'rounded'"),
+    (lift([(0.9, -0.9)], "red", vehicle=HEAVY).check, {}, "…no mass … which the check of the largest thrust needs"),
+    *(
+        (types_from_text, {"label": label}, f"types must be one of {', '.join((*PLANE_TYPES, *FIBER_TYPES))}, got ")
+        for label in ("(+,-)", "(-,+)", "(+,−)", "", "+,+", "(+)", "(+,+", "(+,+,+)", "(1,1)", "[+,+]", "(*,*)")
+    ),
+    *((types_from_text, {"label": label}, "types must be") for label in ("(*,+)", "(-,*)", 3, None, ("+", "+"))),
     (gg.Vehicle, {"drag_ratio": 0.1, "max_tilt": 60}, "max_tilt must be …, got 60.0; for degrees write '60deg'"),
     (gg.Vehicle, {"drag_ratio": 0.1, "first_arm_angle": 45}, "first_arm_angle must be …; for degrees write '45deg'"),
     (within, {"tilt": 30}, "tilt must be …, got 30; for degrees write '30deg'"),

@@ -40,7 +40,7 @@ from gaitgraph.invertibility.matrices import (
     scaled_decoupling_matrix,
     zero_moment_direction,
 )
-from gaitgraph.vehicle import PAPER, Vehicle, vehicle_named
+from gaitgraph.vehicle import PAPER, Vehicle
 from tests.published_formulas import IN_KAPPA, PART, Term, mended
 from tests.samples import (
     BOTH,
@@ -176,14 +176,6 @@ class TestCoefficients:
         assert math.tan(numbers.delta) == pytest.approx(signed, rel=1e-15)
         assert math.cos(2 * numbers.delta) == pytest.approx(numbers.attitude * math.sin(2 * numbers.delta), abs=1e-15)
         assert numbers.first_arm_angle == vehicle.first_arm_angle
-
-    def test_the_papers_digits_are_refused_for_another_vehicle_with_both_kappas(self) -> None:
-        with pytest.raises(
-            InputError, match="^coefficients must be 'exact' for .*0.0599129.* got 'published'.*0.168666"
-        ):
-            coefficients_of(vehicle_named("beetle_omni"), "published")
-        with pytest.raises(InputError, match="coefficients must be one of published, exact, got 'rounded'"):
-            coefficients_of(PAPER, "rounded")  # type: ignore[arg-type]
 
 
 class TestDeterminantAgainstTheMatrix:

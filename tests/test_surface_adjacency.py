@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import itertools
-from typing import Any
 
 import numpy as np
 import pytest
 
-from gaitgraph.errors import InputError
 from gaitgraph.surface.adjacency import (
     FIBER_TYPES,
     PLANE_TYPES,
@@ -60,14 +58,3 @@ def test_labels_mean_their_signs(label: str) -> None:
     assert text_from_types(*codes) == label
     assert types_from_text(label.replace("-", "−")) == codes  # as the paper prints it
     assert types_from_text(f"  ( {label[1]} , {label[3]} )\n") == codes
-
-
-@pytest.mark.parametrize(
-    "label",
-    ["(+,-)", "(-,+)", "(+,−)", "", "+,+", "(+)", "(+,+", "(+,+,+)", "(1,1)", "[+,+]", "(*,*)", "(*,+)", "(-,*)",
-     3, None, ("+", "+")],
-)  # fmt: skip
-def test_other_labels_are_refused_with_the_allowed_ones(label: Any) -> None:
-    with pytest.raises(InputError) as caught:
-        types_from_text(label)
-    assert str(caught.value) == f"types must be one of {', '.join((*PLANE_TYPES, '(?,*)', '(*,?)'))}, got {label!r}"

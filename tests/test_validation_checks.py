@@ -331,12 +331,6 @@ def test_one_corner_on_blue_is_enough_wherever_it_comes(
         assert ("R = 0 on the whole blue sheet" in report["R_sign"].message) is (kind == "exact")
 
 
-def test_the_constants_that_a_thrust_limit_lacks_are_told_with_their_purpose() -> None:
-    vehicle = gg.Vehicle(drag_ratio=0.17, max_thrust=3.0)
-    with pytest.raises(gg.errors.MissingConstant, match="no mass .* which the check of the largest thrust needs"):
-        lift(GAITS[2].angles, "red", vehicle=vehicle).check()
-
-
 @pytest.mark.parametrize("ratio", [gg.PAPER.drag_ratio, 0.05, 0.25])
 def test_a_floor_within_the_bracket_of_the_least_singular_value_is_decided(ratio: float) -> None:
     """Off the sheets the bracket is about 1e-4 wide; the comparison with the floor is decided to within 1e-6."""
