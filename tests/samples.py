@@ -13,12 +13,13 @@ import numpy.typing as npt
 import pytest
 import shapely
 
-from gaitgraph.gait.gait import lift
+from gaitgraph.gait.gait import lift, paper_gait
 from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.vehicle import PAPER, Vehicle, vehicle_named
 from tests.published import GAITS
 
 if TYPE_CHECKING:
+    from gaitgraph.gait.gait import Gait
     from gaitgraph.timing.timed_gait import TimedGait
 
 FloatArray = npt.NDArray[np.float64]
@@ -39,6 +40,10 @@ by_kind = pytest.mark.parametrize("numbers", [PUBLISHED, EXACT], ids=lambda numb
 
 def by_vehicle(*vehicles: Vehicle) -> Any:
     return pytest.mark.parametrize("vehicle", vehicles, ids=lambda vehicle: vehicle.name)
+
+
+def gait_of_paper(number: int, kind: Any = "published", vehicle: Vehicle = PAPER) -> Gait:
+    return paper_gait(number, vehicle, coefficients_of(vehicle, kind))
 
 
 def flown_by(timed: TimedGait, vehicle: Vehicle) -> TimedGait:

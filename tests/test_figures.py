@@ -20,15 +20,15 @@ from matplotlib.testing.compare import compare_images
 from matplotlib.text import Text
 
 import gaitgraph as gg
-from gaitgraph.gait.gait import paper_gait, printed_gait
+from gaitgraph.gait.gait import printed_gait
 from gaitgraph.plots.axes import FORMATS, paper_style, picture_bytes
 from gaitgraph.plots.figures import FIGURES, draw, names_of_figures, write_figures
 from gaitgraph.timing.timed_gait import table_of
 from tests.published import GAITS
+from tests.samples import BEETLE, PUBLISHED, gait_of_paper
 
 ROOT = Path(__file__).parent.parent
 
-BEETLE = gg.vehicle_named("beetle_omni")
 GAIT4 = gg.lift(GAITS[3].angles, "red")
 
 
@@ -76,10 +76,10 @@ def test_names_of_figures() -> None:
 
 def test_the_waypoints_and_vertices_are_the_printed_ones() -> None:
     for known in GAITS:
-        gait = paper_gait(known.number, gg.PAPER, gg.invertibility.coefficients_of())
+        gait = gait_of_paper(known.number)
         np.testing.assert_allclose(gait.alpha[:, :2], known.angles)
         assert gait.color == known.color
-        printed = printed_gait(known.number, gg.invertibility.coefficients_of()).alpha
+        printed = printed_gait(known.number, PUBLISHED).alpha
         np.testing.assert_allclose(printed, np.column_stack([known.angles, known.printed]))
 
 

@@ -16,7 +16,7 @@ from gaitgraph.flight.course import Course, broken_rules, from_hover, repeated
 from gaitgraph.flight.engine import Engine
 from gaitgraph.flight.flight import ARMS, COLUMNS, Flight, FlightSettings, settings_from_mapping
 from gaitgraph.flight.simulation import Simulation, fly, gusts_of, gyroscopic_of, sensor_noise
-from gaitgraph.gait.gait import lift, paper_gait
+from gaitgraph.gait.gait import lift
 from gaitgraph.invertibility.matrices import (
     arm_angles,
     coefficients_of,
@@ -27,12 +27,11 @@ from gaitgraph.invertibility.matrices import (
 from gaitgraph.timing.time_optimal import Limits, least_period
 from gaitgraph.vehicle import PAPER, Vehicle
 from tests.published import GAITS
-from tests.samples import ASCENDING, BEETLE, HOVER, RED, flown_by
+from tests.samples import ASCENDING, BEETLE, HOVER, RED, flown_by, gait_of_paper
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from gaitgraph.gait.gait import Gait
     from gaitgraph.timing.laws import LawName
     from gaitgraph.timing.timed_gait import TimedGait
 
@@ -46,10 +45,6 @@ ROUGH: dict[str, Any] = {
 
 def short(**changes: Any) -> FlightSettings:
     return FlightSettings(**{"duration": 0.3, **changes})
-
-
-def gait_of_paper(number: int, kind: Any = "published", vehicle: Vehicle = PAPER) -> Gait:
-    return paper_gait(number, vehicle, coefficients_of(vehicle, kind))
 
 
 class TestDisturbances:

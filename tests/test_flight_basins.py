@@ -11,10 +11,9 @@ import numpy as np
 import pytest
 
 from gaitgraph.errors import InputError
-from gaitgraph.gait.gait import paper_gait
-from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.timing.time_optimal import Limits, least_period
 from gaitgraph.vehicle import PAPER
+from tests.samples import gait_of_paper
 
 pytest.importorskip("mujoco")
 
@@ -30,9 +29,8 @@ PAGE = (Path(__file__).parent.parent / "docs" / "guide" / "flight.md").read_text
 SHARE = (PAPER.mass or 0.0) * PAPER.gravity / 4
 
 
-def timed_gait(number: int = 3, **changes: Any) -> TimedGait:
-    vehicle = PAPER.replace(**changes) if changes else PAPER
-    return paper_gait(number, vehicle, coefficients_of(vehicle, "published")).parametrize(1.0)
+def timed_gait(number: int = 3) -> TimedGait:
+    return gait_of_paper(number).parametrize(1.0)
 
 
 def basin_of(timed: TimedGait, eta: float = 1.0, **options: Any) -> Basin:
@@ -141,4 +139,4 @@ def test_the_command_reports_each_basin(run: Any, tmp_path: Path) -> None:
     assert (sum(biased[case] for case in CASES), len(biased["flights"]["outcome"])) == (1, 2)
     (tmp_path / "none.toml").write_text('waypoints = [["0.1", "0.1"], ["1.2", "-1.2"]]\ncolor = "red"\n')
     none = run("basin", "none.toml", "--json")
-    assert (none.code, none.json["basins"]) == (1, [])
+    assert (none.code, none.json["status"]) == (1, "infeasible")

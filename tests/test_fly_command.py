@@ -13,22 +13,14 @@ from gaitgraph.errors import InputError
 from gaitgraph.flight.course import biased_timed_gait
 from gaitgraph.flight.flight import FlightSettings
 from gaitgraph.flight.simulation import fly
-from gaitgraph.gait.gait import paper_gait
-from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.timing.timed_gait import ROW_BY_ROW, RowTimedGait, timed_gait_of
-from gaitgraph.vehicle import PAPER
 from tests.published import GAITS
+from tests.samples import gait_of_paper
 
 if TYPE_CHECKING:
     from gaitgraph.flight.flight import Flight
-    from gaitgraph.gait.gait import Gait
 
-PUBLISHED = coefficients_of(PAPER)
 SHORT = FlightSettings(duration=0.5)
-
-
-def gait(number: int) -> Gait:
-    return paper_gait(number, PAPER, PUBLISHED)
 
 
 def write_rows(path: Path, rows: Any) -> None:
@@ -79,9 +71,8 @@ def test_the_numbers_of_the_page_on_flight() -> None:
     rows = {cell[0].split(" (")[0]: cell[1:] for cell in cells if len(cell) == 5}
 
     def flown(number: int, eta: float = 1.0, **settings: Any) -> Flight:
-        return fly(
-            gait(number).biased(eta).parametrize(1.0), anyway=bool(settings), settings=FlightSettings(**settings)
-        )
+        timed = gait_of_paper(number).biased(eta).parametrize(1.0)
+        return fly(timed, anyway=bool(settings), settings=FlightSettings(**settings))
 
     flights = {"Gait 3": flown(3), "Gait 3 biased by 0.8": flown(3, 0.8), "Gait 4": flown(4)}
     flights |= {"Gait 4 biased by 0.8": flown(4, 0.8), "Gait 2 biased by 0.8, `--anyway`": flown(2, 0.8, floor=0.01)}
@@ -98,7 +89,7 @@ def test_the_numbers_of_the_page_on_flight() -> None:
 
 def test_a_table_of_a_law_flies_as_that_law(tmp_path: Path) -> None:
     for law in ("smooth", "constant-speed", "equal-time"):
-        timed = gait(4).parametrize(1.5, law=law, samples=40)
+        timed = gait_of_paper(4).parametrize(1.5, law=law, samples=40)
         timed.write(tmp_path / "stated.csv", force=True)
         write_rows(tmp_path / "bare.csv", np.column_stack([timed.t, timed.alpha]))
         t = np.linspace(0.0, 3.0, 31)
@@ -111,7 +102,7 @@ def test_a_table_of_a_law_flies_as_that_law(tmp_path: Path) -> None:
 
 def test_another_table_flies_straight_from_row_to_row(run: Any, tmp_path: Path) -> None:
     times = np.array([0.0, 0.3, 0.4, 0.9, 1.0])
-    rows = np.array([*gait(4).alpha, gait(4).alpha[0]])
+    rows = np.array([*gait_of_paper(4).alpha, gait_of_paper(4).alpha[0]])
     write_rows(tmp_path / "rows.csv", np.column_stack([times, rows]))
     timed = timed_gait_of(tmp_path / "rows.csv")
     assert timed.law == ROW_BY_ROW
@@ -128,7 +119,7 @@ def test_another_table_flies_straight_from_row_to_row(run: Any, tmp_path: Path) 
 
 def test_a_table_that_is_not_closed_has_a_message(run: Any, tmp_path: Path) -> None:
     """A quarter of a gait: the path back has one mean step of time."""
-    timed = gait(4).parametrize(1.0, samples=40)
+    timed = gait_of_paper(4).parametrize(1.0, samples=40)
     rows = np.column_stack([timed.t, timed.alpha])
     tables = {"open": rows[:16], "closed": np.vstack([rows[:16], [0.9, *rows[0, 1:]]]), "law": rows[:-1]}
     for name, part in tables.items():
@@ -144,12 +135,12 @@ def test_a_table_that_is_not_closed_has_a_message(run: Any, tmp_path: Path) -> N
 
 
 def test_a_gait_without_times_needs_a_period(run: Any, tmp_path: Path) -> None:
-    write_rows(tmp_path / "rows.csv", gait(3).alpha)
+    write_rows(tmp_path / "rows.csv", gait_of_paper(3).alpha)
     with pytest.raises(InputError, match="has no column t; state its period with --period SECONDS"):
         timed_gait_of("rows.csv", law="smooth")
     assert timed_gait_of("rows.csv", period=1.0).law == "smooth"
     # A point needs none; a saved plan states its request, and that the period.
-    write_rows(tmp_path / "point.csv", gait(4).alpha[:1])
+    write_rows(tmp_path / "point.csv", gait_of_paper(4).alpha[:1])
     assert timed_gait_of("point.csv").period == timed_gait_of("gait2").period == 1.0
     (tmp_path / "loop.toml").write_text(request_of(4) + "period = 2.0\n")
     (tmp_path / "plan.json").write_text(run("plan", "loop.toml", "--json").out)

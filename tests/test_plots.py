@@ -26,14 +26,13 @@ from gaitgraph.plots.planes import interior_roots
 from gaitgraph.surface.adjacency import PLANE_TYPES, text_from_types
 from gaitgraph.timing.timed_gait import table_of
 from tests.published import GAITS
+from tests.samples import BEETLE, EXACT, PUBLISHED
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from matplotlib.axes import Axes
 
-PUBLISHED, EXACT = gg.invertibility.coefficients_of(), gg.invertibility.coefficients_of(kind="exact")
-BEETLE = gg.vehicle_named("beetle_omni")
 STEP = math.pi / 16
 GAIT3 = gg.lift(GAITS[2].angles, "red")
 

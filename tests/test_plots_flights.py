@@ -19,35 +19,29 @@ from gaitgraph.flight.basins import Basin, basins_of
 from gaitgraph.flight.engine import quaternion_of
 from gaitgraph.flight.flight import OUTCOMES, Flight, FlightSettings
 from gaitgraph.flight.simulation import fly
-from gaitgraph.gait.gait import paper_gait
-from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.plots import vehicles
 from gaitgraph.plots.flights import flight_frame_times, flight_view, plot_flight, write_basins, write_flight
 from gaitgraph.plots.gaits import OUTCOME_LOOKS, basin_map
 from gaitgraph.plots.vehicles import DEFAULT_VIEW, screen_axes
 from gaitgraph.vehicle import PAPER
+from tests.samples import gait_of_paper
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-PUBLISHED = coefficients_of(PAPER)
 SHORT = FlightSettings(duration=0.5)
-
-
-def gait(number: int) -> gg.Gait:
-    return paper_gait(number, PAPER, PUBLISHED)
 
 
 @pytest.fixture(scope="module")
 def levelling() -> Flight:
-    return fly(gait(3).parametrize(1.0), settings=SHORT)
+    return fly(gait_of_paper(3).parametrize(1.0), settings=SHORT)
 
 
 @pytest.fixture(scope="module")
 def circling() -> Flight:
     settings = FlightSettings(reference="circle", size=0.3, lap=1.0, duration=1.2)
-    return fly(gait(4).parametrize(1.0), attitude=(0.2, -0.1), settings=settings)
+    return fly(gait_of_paper(4).parametrize(1.0), attitude=(0.2, -0.1), settings=settings)
 
 
 @pytest.fixture(autouse=True)
@@ -78,11 +72,11 @@ def test_a_plot_shows_what_was_flown(levelling: Flight, circling: Flight) -> Non
 
 def test_a_plot_marks_a_stop_and_writes_why_nothing_was_flown() -> None:
     settings = FlightSettings(floor=0.0, duration=2.5, control_rate=250)
-    stopped = fly(gait(1).parametrize(1.0), anyway=True, settings=settings)
+    stopped = fly(gait_of_paper(1).parametrize(1.0), anyway=True, settings=settings)
     assert stopped.failed
     marks = [line for line in plot_flight(stopped)[0].get_lines() if line.get_gid() == "stop"]
     assert marks[0].get_xdata()[0] == stopped.flown
-    refused = fly(gait(1).parametrize(5.0))
+    refused = fly(gait_of_paper(1).parametrize(5.0))
     axes = plot_flight(refused, axes=Figure().subplots(2), panels=["thrusts", "tilts"])
     assert axes[0].get_xlim() == (0.0, 5.0)  # a period, although that is longer than three seconds
     assert "nothing flown" in [text.get_text() for text in axes[0].texts]
@@ -96,7 +90,7 @@ def test_files_of_a_flight(tmp_path: Path, levelling: Flight, monkeypatch: pytes
     """The same flight gives the same bytes; a film lasts as long as the flight and says at its end how it ended."""
     monkeypatch.setattr(vehicles, "_FEWEST", 3)
     monkeypatch.setattr(vehicles, "_DELAY", 15)
-    again = fly(gait(3).parametrize(1.0), settings=SHORT)
+    again = fly(gait_of_paper(3).parametrize(1.0), settings=SHORT)
     names = ("a.svg", "a.gif")
     for folder, flight in (("one", levelling), ("two", again)):
         (tmp_path / folder).mkdir()
@@ -117,7 +111,7 @@ def test_files_of_a_flight(tmp_path: Path, levelling: Flight, monkeypatch: pytes
     assert sum(lasts) == 500 + 800
     assert verdicts == [False] * (len(lasts) - 1) + [True]
     with pytest.raises(gg.InputError, match="nothing was flown"):
-        write_flight(fly(gait(1).parametrize(1.0)), [tmp_path / "no.gif"])
+        write_flight(fly(gait_of_paper(1).parametrize(1.0)), [tmp_path / "no.gif"])
 
 
 def test_the_drawn_vehicle_has_the_bodys_attitude(circling: Flight) -> None:
@@ -159,7 +153,7 @@ def test_frames_of_a_long_film_go_through_the_gait() -> None:
 
 @pytest.fixture(scope="module")
 def basin() -> Basin:
-    return basins_of(gait(3).parametrize(1.0), biases=[0.8], resolution=3, begins=2)[0]
+    return basins_of(gait_of_paper(3).parametrize(1.0), biases=[0.8], resolution=3, begins=2)[0]
 
 
 def test_the_map_marks_each_outcome_with_a_shape_of_its_own(basin: Basin) -> None:

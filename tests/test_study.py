@@ -25,12 +25,11 @@ import pytest
 from gaitgraph.errors import FileProblem, InputError, OutputExists
 from gaitgraph.flight.flight import FlightSettings
 from gaitgraph.flight.simulation import fly
-from gaitgraph.gait.gait import paper_gait
-from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.study import running
 from gaitgraph.study.design import FLIGHT, columns_of, read_study, study_from_mapping
 from gaitgraph.study.running import StudyRun, flown_batch, row_of, run_study, versions
 from gaitgraph.vehicle import PAPER
+from tests.samples import gait_of_paper
 
 SMALL: dict[str, Any] = {
     "name": "small",
@@ -109,7 +108,7 @@ def test_a_study_is_known_by_its_content() -> None:
 
 
 def test_gaits_come_from_files_too(tmp_path: Path) -> None:
-    gait = paper_gait(3, PAPER, coefficients_of(PAPER))
+    gait = gait_of_paper(3)
     gait.parametrize(2.0).write(tmp_path / "mine.csv")
     (tmp_path / "plane.csv").write_text(
         "alpha1,alpha2,color\n" + "\n".join(f"{a!r},{b!r},red" for a, b in gait.alpha[:, :2].tolist()) + "\n"
@@ -199,7 +198,7 @@ def test_a_row_is_the_flight_of_its_case() -> None:
     places = {"biases": 0.8, "periods": 1.5, "attitudes": {"roll": 0.3, "pitch": -0.1}}
     study = study_from_mapping(SMALL | places | {"gaits": ["gait2"], "anyway": True})
     row = row_of(study.case(0), study, {})
-    timed = paper_gait(2, PAPER, coefficients_of(PAPER)).biased(0.8).parametrize(1.5)
+    timed = gait_of_paper(2).biased(0.8).parametrize(1.5)
     flight = fly(timed, attitude=(0.3, -0.1), settings=FlightSettings(duration=0.6), anyway=True)
     assert row["gait_tilt_rate"] == timed.peak_rates().max()
     assert {name: row[name] for name in FLIGHT} == {name: flight.as_mapping()[name] for name in FLIGHT}

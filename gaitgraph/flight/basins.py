@@ -24,8 +24,7 @@ from gaitgraph.flight.course import biased_timed_gait, repeated
 from gaitgraph.flight.flight import OUTCOMES, FlightSettings, about_table
 from gaitgraph.flight.simulation import Simulation, before_take_off
 from gaitgraph.gait.table import Table, merged
-from gaitgraph.invertibility.matrices import BoolArray, FloatArray, coefficients_of
-from gaitgraph.invertibility.tilt_margins import attitude_sensitivities
+from gaitgraph.invertibility.matrices import BoolArray, FloatArray, coefficients_of, determinant
 from gaitgraph.robustness.biased import robustness_of
 from gaitgraph.timing.timed_gait import TimedGait, timed_gait_of
 
@@ -251,11 +250,9 @@ def basins_of(
             peak[index] = flight.peak_thrust_share or 0.0
             if progress is not None:
                 progress((k + number / outcome.size) / len(etas))
-        # The determinant at an attitude over that in level flight: the vertical in body axes times three sensitivities.
-        sensitivities = attitude_sensitivities(one.at(starts)[0], coefficients_of(one.gait.vehicle, "exact"))
-        x, y, z = (part[:, None, None] for part in sensitivities.T)
-        tilted = -x * np.sin(pitch) + np.cos(pitch) * (y * np.sin(roll) + z * np.cos(roll))
-        same_side, inside = np.asarray(tilted * z > 0), np.asarray(shapely.contains_xy(acceptable.polygon, roll, pitch))
+        alpha, exact = one.at(starts)[0][:, None, None], coefficients_of(one.gait.vehicle, "exact")
+        same_side = np.asarray(determinant(alpha, exact, roll, pitch) * determinant(alpha, exact) > 0)
+        inside = np.asarray(shapely.contains_xy(acceptable.polygon, roll, pitch))
         of_flights = angles, starts, outcome, seconds, peak, same_side
         found.append(Basin(one, eta, settings, *of_flights, acceptable, inside, refusal, warnings))
     return tuple(found)

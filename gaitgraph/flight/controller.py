@@ -65,16 +65,14 @@ def allocation_of(alpha: npt.ArrayLike, vehicle: Vehicle) -> FloatArray:
     gram = moment @ np.swapaxes(moment, 1, 2)
     rows = [gram[:, k] for k in range(3)]
     adjugate = np.stack([np.cross(rows[1], rows[2]), np.cross(rows[2], rows[0]), np.cross(rows[0], rows[1])], axis=-1)
-    has_rank = size > 1e-12
-    squared_size = np.where(has_rank, size**2, 1.0)
-    thrusts = np.where(has_rank, 1.0, 0.0)[:, None, None] * (np.swapaxes(moment, 1, 2) @ adjugate)
-    thrusts = thrusts / squared_size[:, None, None]
-    free = free / np.where(has_rank, size, 1.0)[:, None] * np.where(has_rank, 1.0, 0.0)[:, None]
+    size = np.where(size > 1e-12, size, np.inf)  # without rank all is divided by infinity
+    thrusts = np.swapaxes(moment, 1, 2) @ adjugate / size[:, None, None] ** 2
+    free = free / size[:, None]
     # The minors are continuous along the course, so a sign that is right in its first row is right in all.
     direction = (force @ free[..., None])[..., 0]
     if direction[0, 2] < 0:
         free, direction = -free, -direction
-    squared = np.where(has_rank, np.sum(thrusts**2, axis=(1, 2)), np.inf)
+    squared = np.where(np.isfinite(size), np.sum(thrusts**2, axis=(1, 2)), np.inf)
     parts = (force @ thrusts, direction, squared, thrusts, free)
     return np.hstack([part.reshape(len(squared), -1) for part in parts])
 

@@ -18,6 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.errors import InputError, needs_extra
+from gaitgraph.invertibility.matrices import thrust_signs
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -82,11 +83,10 @@ class Engine:
     the least moment about that axis, for the body without the arms must be rigid too.
     """
 
-    __slots__ = ("_bad", "data", "model", "mujoco", "vehicle")
+    __slots__ = ("_bad", "data", "model", "mujoco")
 
     def __init__(self, vehicle: Vehicle, *, step: float = 1e-3, air: bool = False) -> None:
         self.mujoco = mujoco_library()
-        self.vehicle = vehicle
         text = mjcf_of(vehicle, step=step, air=air)
         try:
             self.model = self.mujoco.MjModel.from_xml_string(text)
@@ -164,18 +164,16 @@ def mjcf_of(vehicle: Vehicle, *, step: float = 1e-3, air: bool = False) -> str:
     stiffness = arm * (_STIFF / step) ** 2
     damping = 2.0 * arm * _STIFF / step
     drag = vehicle.drag_ratio * length
-    spin = -1.0 if vehicle.first_rotor_spin == "clockwise" else 1.0
     arms, thrusts, servos = [], [], []
-    for k in range(4):
+    for k, spin in enumerate(thrust_signs(vehicle).tolist()):
         half = (vehicle.first_arm_angle + k * math.pi / 2) / 2
-        turning = spin if k % 2 == 0 else -spin
         arms.append(f"""
    <body name="arm{k + 1}" quat="{math.cos(half)!r} 0 0 {math.sin(half)!r}">
     <inertial pos="0 0 0" mass="{arm_mass!r}" diaginertia="{arm!r} {arm!r} {arm!r}"/>
     <joint name="tilt{k + 1}" type="hinge" axis="1 0 0"/>
     <site name="rotor{k + 1}" pos="{length!r} 0 0" size="{0.01 * length!r}"/>
    </body>""")
-        thrusts.append(f'\n  <general name="thrust{k + 1}" site="rotor{k + 1}" gear="0 0 1 0 0 {-turning * drag!r}"/>')
+        thrusts.append(f'\n  <general name="thrust{k + 1}" site="rotor{k + 1}" gear="0 0 1 0 0 {-spin * drag!r}"/>')
         servos.append(f'\n  <position name="servo{k + 1}" joint="tilt{k + 1}" kp="{stiffness!r}" kv="{damping!r}"/>')
     return f"""<mujoco model="tilt-rotor">
  <compiler angle="radian" autolimits="true"/>

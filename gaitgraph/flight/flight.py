@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
@@ -316,6 +316,13 @@ class Flight:
         return self.outcome not in ("settled", "not settled", "refused")
 
     @property
+    def verdict(self) -> str:
+        """When it settled, or why it did not."""
+        if self.settled or self.refused:
+            return self.reason or f"settled after {self.settling_time:.2f} s"
+        return f"{'stopped' if self.failed else 'not settled'}: {self.reason}"
+
+    @property
     def vehicle(self) -> Vehicle:
         """The vehicle."""
         return self.course.vehicle
@@ -348,21 +355,14 @@ class Flight:
     def as_mapping(self) -> dict[str, Any]:
         """Return the outcome and the numbers of the flight as plain values, ready for JSON; angles in radians."""
         roll, pitch = self.rows[-1, 4:6].tolist() if len(self.rows) else (None, None)
-        numbers = (
-            "settling_time", "peak_tilt", "peak_thrust", "peak_thrust_share", "least_singular_value",
-            "saturated_fraction", "energy",
+        names = (
+            "settled", "reason", "refused", "outcome", "warnings", "duration", "settling_time", "peak_tilt",
+            "peak_thrust", "peak_thrust_share", "least_singular_value", "saturated_fraction", "energy",
+            "final_roll", "final_pitch", "drift", "tracking_error", "attitude",
         )  # fmt: skip
-        return {
-            **{name: getattr(self, name) for name in ("settled", "reason", "refused", "outcome")},
-            "warnings": list(self.warnings),
-            "duration": self.flown,
-            **{name: getattr(self, name) for name in numbers},
-            "final_roll": roll,
-            "final_pitch": pitch,
-            "drift": self.drift,
-            "tracking_error": self.tracking_error,
-            "attitude": list(self.attitude),
-        }
+        own: dict[str, Any] = {"warnings": list(self.warnings), "attitude": list(self.attitude)}
+        own |= {"duration": self.flown, "final_roll": roll, "final_pitch": pitch}
+        return {name: own[name] if name in own else getattr(self, name) for name in names}
 
     def table(self) -> Table:
         """Return the flight as a table, one row a control step."""
@@ -384,17 +384,12 @@ class Flight:
         write_tables(self.table(), paths, force=force)
 
     def __repr__(self) -> str:
-        return f"<Flight: {self.flown:g} s, {self.reason or f'settled after {self.settling_time:.2f} s'}>"
+        return f"<Flight: {self.flown:g} s, {self.reason or self.verdict}>"
 
     def __str__(self) -> str:
         roll, pitch = (f"{math.degrees(angle):.3g}°" for angle in self.attitude)
-        head = f"Flight of {self.vehicle.name} from roll {roll}, pitch {pitch}"
-        if self.refused:
-            return f"{head}: {self.reason}"
-        verdict = f"{'stopped' if self.failed else 'not settled'}: {self.reason}"
-        if self.settled:
-            verdict = f"settled after {self.settling_time:.2f} s of {self.flown:g} s"
-        lines = [f"{head}: {verdict}"]
+        head = f"Flight of {self.vehicle.name} from roll {roll}, pitch {pitch}: {self.verdict}"
+        lines = [head + f" of {self.flown:g} s" * self.settled]
         if self.peak_tilt is not None:
             share = f"{self.peak_thrust_share:.3g} times a quarter of the weight"
             lines += [
@@ -428,31 +423,27 @@ def record_of(
         outcome, reason = "not settled", f"it did not settle within {rows[-1, 0]:g} s: {worst}"
     else:
         outcome, reason = "settled", ""
-    numbers = _quantities(rows, course.vehicle, tracks=settings.reference != "attitude") if len(rows) else {}
-    return Flight(course, settings, attitude, rows, outcome, reason, since, warnings, **numbers)
-
-
-def _quantities(rows: FloatArray, vehicle: Vehicle, *, tracks: bool) -> dict[str, float | None]:
-    def columns(first: str, count: int = 1) -> FloatArray:
-        return rows[:, _AT[first] : _AT[first] + count]
-
+    flight, vehicle = Flight(course, settings, attitude, rows, outcome, reason, since, warnings), course.vehicle
+    if not len(rows):
+        return flight
     (mass,) = vehicle.require("mass", purpose="a share of the weight")
-    thrusts, (roll, pitch) = np.abs(columns("thrust1", 4)), columns("roll", 2).T
-    peak, energy = float(thrusts.max()), None
+    thrusts, energy = np.abs(flight.thrusts), None
     coefficient, drag = vehicle.thrust_coefficient, vehicle.drag_to_thrust
     if coefficient is not None and drag is not None and len(rows) > 1:
         power = np.sum(drag * thrusts * np.sqrt(thrusts / coefficient), axis=1)
         energy = float(np.sum(power[:-1] * np.diff(rows[:, 0])))
-    off = np.linalg.norm(columns("x", 3) - columns("x_wanted", 3), axis=1)
-    return {
-        "peak_tilt": float(np.arccos(np.clip((np.cos(roll) * np.cos(pitch)).min(), -1.0, 1.0))),
-        "peak_thrust": peak,
-        "peak_thrust_share": 4.0 * peak / (mass * vehicle.gravity),
-        "saturated_fraction": float(columns("saturated").mean()),
-        "energy": energy,
-        "drift": float(np.hypot(*rows[-1, 1:3])),
-        "tracking_error": float(off.max()) if tracks else None,
-    }
+    upright = np.cos(flight.column("roll")) * np.cos(flight.column("pitch"))
+    off = [flight.column(name) - flight.column(f"{name}_wanted") for name in "xyz"]
+    return replace(
+        flight,
+        peak_tilt=float(np.arccos(np.clip(upright.min(), -1.0, 1.0))),
+        peak_thrust=float(thrusts.max()),
+        peak_thrust_share=4.0 * float(thrusts.max()) / (mass * vehicle.gravity),
+        saturated_fraction=float(flight.column("saturated").mean()),
+        energy=energy,
+        drift=float(np.hypot(*rows[-1, 1:3])),
+        tracking_error=None if settings.reference == "attitude" else float(np.linalg.norm(off, axis=0).max()),
+    )
 
 
 def about_table(made_by: str, timed: TimedGait, settings: FlightSettings) -> dict[str, Any]:

@@ -8,10 +8,9 @@ from __future__ import annotations
 import io
 import math
 from contextlib import contextmanager
-from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
-from gaitgraph.angles import HALF_PI
+from gaitgraph.angles import HALF_PI, text_from_angle
 from gaitgraph.errors import InputError, needs_extra, shown
 
 if TYPE_CHECKING:
@@ -105,38 +104,31 @@ def axes_or_new(ax: Axes | None, *, size: tuple[float, float] = (85.0, 80.0)) ->
 def text_of_multiple(angle: float, position: int | None = None) -> str:
     r"""Return an angle [rad] as a tick label, a multiple of π in mathtext; `position` is matplotlib's and not used.
 
-    >>> text_of_multiple(-3 * math.pi / 8), text_of_multiple(math.pi), text_of_multiple(0.0), text_of_multiple(0.3)
-    ('$-3\\pi/8$', '$\\pi$', '$0$', '$0.3$')
+    >>> text_of_multiple(-3 * math.pi / 8)
+    '$-3\\pi/8$'
     """
-    part = Fraction(angle / math.pi).limit_denominator(64)
-    if abs(float(part) * math.pi - angle) > 1e-9:
-        return f"${angle:.4g}$"
-    if part == 0:
-        return "$0$"
-    sign, size = "-" if part < 0 else "", abs(part.numerator)
-    below = f"/{part.denominator}" if part.denominator > 1 else ""
-    return rf"${sign}{size if size > 1 else ''}\pi{below}$"
+    return f"${text_from_angle(angle)}$".replace("π", r"\pi")
 
 
-def angle_axis(axis: Axis, label: str, *, divisor: int = 4, end: float = HALF_PI) -> None:
-    r"""Label an axis with a symbol such as ``\alpha_1``, from −end to end [rad], ticks at multiples of π/divisor."""
+def angle_axis(axis: Axis, label: str, *, divisor: int = 4) -> None:
+    r"""Label an axis with a symbol such as ``\alpha_1``, from −π/2 to π/2 [rad], ticks at multiples of π/divisor."""
     from matplotlib.ticker import FixedLocator, FuncFormatter
 
-    most = math.floor(end * divisor / math.pi + 1e-9)
+    most = divisor // 2
     axis.set_major_locator(FixedLocator([k * math.pi / divisor for k in range(-most, most + 1)]))
     axis.set_major_formatter(FuncFormatter(text_of_multiple))
     axis.set_label_text(f"${label}$ (rad)")
-    axis.axes.set(**{f"{axis.axis_name}lim": (-end, end)})  # type: ignore[attr-defined]
+    axis.axes.set(**{f"{axis.axis_name}lim": (-HALF_PI, HALF_PI)})  # type: ignore[attr-defined]
 
 
-def plane_axes(ax: Axes, x: str, y: str, *, divisor: int = 4, end: float = HALF_PI, grid: bool = True) -> None:
-    r"""Make both axes those of angles from −end to end [rad], to the same scale.
+def plane_axes(ax: Axes, x: str, y: str, *, divisor: int = 4, grid: bool = True) -> None:
+    r"""Make both axes those of angles from −π/2 to π/2 [rad], to the same scale.
 
     `x` and `y` are symbols in mathtext, such as ``"\alpha_1"``; ticks, and lines with `grid`, are at multiples of
     π/divisor.
     """
-    angle_axis(ax.xaxis, x, divisor=divisor, end=end)
-    angle_axis(ax.yaxis, y, divisor=divisor, end=end)
+    angle_axis(ax.xaxis, x, divisor=divisor)
+    angle_axis(ax.yaxis, y, divisor=divisor)
     ax.set_aspect("equal", adjustable="box")
     ax.grid(grid)
 
@@ -168,14 +160,7 @@ def legend_below(ax: Axes, **options: Any) -> None:
 
 def draw_arrow(ax: Any, start: Any, end: Any, color: str, *, width: float = 1.0, size: float = 9.0, **look: Any) -> Any:
     """Draw an arrow between two places; width and head size in points."""
-    arrow = {
-        "arrowstyle": "-|>",
-        "color": color,
-        "linewidth": width,
-        "mutation_scale": size,
-        "shrinkA": 0,
-        "shrinkB": 0,
-    }
+    arrow = {"arrowstyle": "-|>", "color": color, "lw": width, "mutation_scale": size, "shrinkA": 0, "shrinkB": 0}
     return ax.annotate("", xy=tuple(end), xytext=tuple(start), arrowprops=arrow, **({"zorder": 5.0} | look))
 
 

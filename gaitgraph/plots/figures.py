@@ -44,19 +44,18 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from gaitgraph.io.formats import GaitLike
-    from gaitgraph.timing.timed_gait import TimedGait
 
     Drawing = Callable[[Figure, "_FigureInput"], Any]
 
 
 class _FigureInput(NamedTuple):
-    """What figures are drawn for: vehicle, coefficients, grid; and for the figure gait a timed gait or a table."""
+    """What figures are drawn for: vehicle, coefficients, grid; and for the figure gait a gait, timed gait or table."""
 
     vehicle: Vehicle
     coefficients: Coefficients
     divisions: int
-    timed: TimedGait | Table
-    polyline: Gait | None  # of the table
+    gait: Any
+    polyline: Gait | None  # of a table
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,7 +111,7 @@ def _regions(figure: Figure, of: _FigureInput) -> None:
 
 
 def _gait(figure: Figure, of: _FigureInput) -> None:
-    gaits.gait_in_four_dimensions(of.timed, gait=of.polyline, axes=gaits.axes_of_a_gait(figure))
+    gaits.gait_in_four_dimensions(of.gait, gait=of.polyline, axes=gaits.axes_of_a_gait(figure))
 
 
 def _attitudes(figure: Figure, of: _FigureInput, *, number: int, eta: float, alike: bool) -> None:
@@ -264,11 +263,10 @@ def draw(
     numbers = coefficients_of(chosen, coefficients)
     given = paper_gait(3, chosen, numbers) if gait is None else given_gait(gait)
     polyline = gait_of(given, vehicle=vehicle, coefficients=coefficients) if isinstance(given, Table) else None
-    timed = given.parametrize() if isinstance(given, Gait) else given
     known = FIGURES[names[0]]
     with paper_style():
         figure = blank_figure(*known.size)
-        known.drawing(figure, _FigureInput(chosen, numbers, divisions, timed, polyline))
+        known.drawing(figure, _FigureInput(chosen, numbers, divisions, given, polyline))
     return figure
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from gaitgraph.errors import InputError, did_you_mean, shown
+from gaitgraph.errors import InputError, checked_choice, did_you_mean
 from gaitgraph.files import check_new_files, write_whole
 from gaitgraph.flight.basins import Basin, table_of_basins
 from gaitgraph.flight.flight import TABLES
@@ -73,9 +73,7 @@ def plot_flight(
     `axes` are as many plane axes as there are panels, by default those of a new figure, one below another.
     """
     for name in panels:
-        if name not in PANELS:
-            hint = did_you_mean(str(name), list(PANELS))
-            raise InputError(f"panels must be some of {', '.join(PANELS)}, got {shown(name)}{hint}")
+        checked_choice("panels", name, PANELS)
     if axes is None:
         axes = _panel_axes(blank_figure(_WIDTH, _WIDTH, pyplot=True), panels)
     axes = np.ravel(np.asarray(axes, dtype=object))
@@ -95,10 +93,8 @@ def plot_flight(
         if flight.failed:
             ax.axvline(flight.flown, color=RED, linewidth=1.6, gid="stop", zorder=4)
     axes[-1].set(xlabel="$t$ (s)")
-    verdict = f"settled after {flight.settling_time:.2f} s" if flight.settled else flight.reason
-    if not flight.refused and not flight.settled:
-        verdict = f"{'stopped' if flight.failed else 'not settled'}: {verdict}"
-    axes[0].set_title("\n".join([*wrap(" · ".join(_what_was_flown(flight)), 96), *wrap(verdict, 96)]), pad=20.0)
+    lines = [*wrap(" · ".join(_what_was_flown(flight)), 96), *wrap(flight.verdict, 96)]
+    axes[0].set_title("\n".join(lines), pad=20.0)
     return axes
 
 
@@ -190,7 +186,7 @@ def _draw_panel(ax: Axes, flight: Flight, name: str) -> None:
         ax.axhline(1.0, color=GREY, linewidth=0.7, zorder=0)
     elif name == "tilts":
         for k, look in enumerate(ANGLE_LOOKS):
-            ax.plot(t, np.degrees(column(f"alpha{k + 1}")), label=rf"$\alpha_{k + 1}$", **look)
+            ax.plot(t, np.degrees(flight.alpha[:, k]), label=rf"$\alpha_{k + 1}$", **look)
     else:
         near, floor = column("nearness"), settings.floor
         band: dict[str, Any] = {"color": "#009e73", "alpha": 0.45, "linewidth": 0.0, "label": "lies in this band"}
@@ -235,8 +231,7 @@ def flight_view(flight: Flight, row: int) -> VehicleView:
     shares = np.clip(flight.thrusts[row] / quarter_of_weight(flight), -_MOST_SHARE, _MOST_SHARE)
     angles = [float(flight.column(name)[row]) for name in ("yaw", "pitch", "roll")]
     attitude = Rotation.from_euler("ZYX", angles).as_matrix()
-    alpha = [float(flight.column(f"alpha{k + 1}")[row]) for k in range(4)]
-    return vehicles.vehicle_view(alpha, flight.vehicle, attitude=attitude, thrusts=shares)
+    return vehicles.vehicle_view(flight.alpha[row], flight.vehicle, attitude=attitude, thrusts=shares)
 
 
 def quarter_of_weight(flight: Flight) -> float:
@@ -292,8 +287,7 @@ def _flight_film(flight: Flight, times: FloatArray, slowed: bool) -> tuple[Figur
         trail.set_data([-here[1]], [here[0]])
         cursor.set_xdata([t[row]])
         if k == len(times) - 1:
-            verdict = f"settled after {flight.settling_time:.2f} s" if flight.settled else flight.reason
-            text = "\n".join(wrap(verdict, 52, max_lines=2, placeholder=" …"))
+            text = "\n".join(wrap(flight.reason or flight.verdict, 52, max_lines=2, placeholder=" …"))
             bold: dict[str, Any] = {"fontsize": 8, "weight": "bold", "color": INK, "va": "bottom"}
             bold["bbox"] = box | {"facecolor": PALE, "pad": 4}
             drawn.append(figure.text(16 / vehicles.FILM_WIDTH, 118 / vehicles.FILM_HEIGHT, text, **bold))

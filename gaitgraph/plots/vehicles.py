@@ -22,7 +22,7 @@ import numpy.typing as npt
 from gaitgraph.errors import InputError, needs_extra, shown
 from gaitgraph.files import check_new_files, write_whole
 from gaitgraph.gait.table import Table, provenance_text, surface_of
-from gaitgraph.invertibility.matrices import FloatArray, rotor_directions
+from gaitgraph.invertibility.matrices import FloatArray, arm_angles, rotor_directions, thrust_signs
 from gaitgraph.io.formats import FILMS, given_gait
 from gaitgraph.plots.axes import axes_or_new, draw_arrow, draw_label, paper_style
 from gaitgraph.timing.timed_gait import table_of
@@ -157,14 +157,12 @@ def vehicle_view(
     toward = turned.T @ np.cross(right, up)
 
     vehicle = vehicle_named(vehicle)
-    bearings = vehicle.first_arm_angle + np.arange(4) * (math.pi / 2)
+    bearings = arm_angles(vehicle)
     outward = np.stack([np.cos(bearings), np.sin(bearings), np.zeros(4)], axis=-1)
     # Thrusts are drawn as rotors push that push away from the body, shape (n, 4, 3).
-    upright, _ = rotor_directions(np.zeros(4), vehicle)
-    thrust = np.swapaxes(rotor_directions(angles, vehicle)[0] * np.sign(upright[2]), -1, -2)
+    thrust = np.swapaxes(rotor_directions(angles, vehicle)[0] * thrust_signs(vehicle), -1, -2)
     length = np.broadcast_to(np.asarray(thrusts, dtype=float), (4,))
     centre = outward + _STALK * thrust
-    clockwise = vehicle.first_rotor_spin == "clockwise"
     across = np.broadcast_to(disc * outward @ screen, (len(angles), 4, 2))
     return VehicleView(
         discs=np.concatenate([across, disc * np.cross(thrust, outward) @ screen, centre @ screen], axis=-1),
@@ -174,7 +172,7 @@ def vehicle_view(
         nose=_NOSE * screen[0],
         # By the depth of the arms' ends, as discs reach no neighbour. Equal depths keep the order, whatever the digits.
         order=tuple(np.argsort(np.round(outward @ toward, 9), kind="stable").tolist()),
-        clockwise=tuple(clockwise == (k % 2 == 0) for k in range(4)),
+        clockwise=tuple((thrust_signs(vehicle) < 0).tolist()),
     )
 
 

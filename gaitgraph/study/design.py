@@ -9,7 +9,6 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-import re
 from dataclasses import asdict, dataclass, field
 from functools import partial
 from pathlib import Path
@@ -17,13 +16,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gaitgraph.angles import HALF_PI, angle_from_text, number_of, whole_number
+from gaitgraph.angles import HALF_PI, angle_within, number_of, whole_number
 from gaitgraph.errors import GaitgraphError, InputError, check_fields, did_you_mean, shown
 from gaitgraph.files import from_toml_file, path_of
 from gaitgraph.flight.flight import FlightSettings, settings_from_mapping
-from gaitgraph.gait.gait import PAPER_GAITS, paper_gait
+from gaitgraph.gait.gait import PAPER_NAMES, checked_factor
 from gaitgraph.gait.table import ANGLES
-from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.io.formats import gait_of, holds_request, read_table
 from gaitgraph.planning.planner import plan
 from gaitgraph.planning.request import REQUEST_FIELDS, read_request, request_from_mapping
@@ -43,14 +41,20 @@ _MOST_OF_A_BATCH = 64
 _BATCHES = 64
 _REQUESTED = [name for name in REQUEST_FIELDS if name not in ("vehicle", "period")]  # the study's axes have these
 
-# The four axes of every study, in the order of a grid: the default, what a value must be, and whether it is.
-_AXES: dict[str, tuple[float, str, Callable[[float], bool]]] = {
-    "biases": (1.0, "above 0 and at most 1", lambda eta: 0 < eta <= 1),
-    "periods": (1.0, "between 1e-6 and 1e6 s", lambda T: 1e-6 <= T <= 1e6),
-    "roll": (0.0, "an angle from −π to π", lambda angle: abs(angle) <= math.pi),
-    "pitch": (0.0, "an angle between −π/2 and π/2", lambda angle: abs(angle) < HALF_PI),
-}
 
+def _period_of(value: Any) -> float:
+    if not 1e-6 <= number_of(value) <= 1e6:
+        raise InputError(f"periods must be between 1e-6 and 1e6 s, got {shown(value)}")
+    return number_of(value)
+
+
+# The four axes of every study, in the order of a grid: the default, and what a value is checked and converted by.
+_AXES: dict[str, tuple[float, Callable[[Any], float]]] = {
+    "biases": (1.0, partial(checked_factor, "biases")),
+    "periods": (1.0, _period_of),
+    "roll": (0.0, lambda value: angle_within(value, "roll", math.pi)),
+    "pitch": (0.0, lambda value: angle_within(value, "pitch", math.nextafter(HALF_PI, 0.0))),
+}
 
 FLIGHT = {
     "duration": "s", "settling_time": "s", "peak_tilt": "rad", "peak_thrust": "N", "peak_thrust_share": "1",
@@ -116,15 +120,6 @@ def _check_distinct(values: Sequence[Hashable], name: str) -> None:
         raise InputError(f"{name} must be at least one and must differ, got {shown(list(values))}")
 
 
-def _checked(name: str, value: Any) -> float:
-    """Return the number that a value of one of the four axes means."""
-    _, what, is_allowed = _AXES[name]
-    number = angle_from_text(value, name) if name in ("roll", "pitch") else number_of(value)
-    if not is_allowed(number):
-        raise InputError(f"{name} must be {what}, got {shown(value)}")
-    return number
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Model:
     """A vehicle of a study, with the first value of each constant that varies, and the axes of those constants."""
@@ -175,7 +170,7 @@ class GaitSource:
     def gait(self, vehicle: Vehicle) -> Gait:
         """Return the gait for a vehicle; Infeasible with the plan's reason if there is none."""
         if self.kind == "paper":
-            return paper_gait(self.content["number"], vehicle, coefficients_of(vehicle))
+            return gait_of(PAPER_NAMES[self.content["number"] - 1], vehicle=vehicle)
         if self.kind == "request":
             content = {"require": "valid", **self.content, "law": self.law, "vehicle": vehicle}
             return plan(request_from_mapping(content)[0]).gait
@@ -196,12 +191,12 @@ def _source_of(entry: Any, number: int, folder: Path) -> GaitSource:
         plain = request.as_mapping() | {"waypoints": [list(point) for point in request.waypoints]}
         content = {key: plain[key] for key in values if key not in ("name", "law")}
         return GaitSource(name=name, kind="request", content=content, law=request.law)
-    if match := re.fullmatch(r"gait([1-4])", file):
-        return GaitSource(name=name, kind="paper", content={"number": int(match[1])})
+    if file in PAPER_NAMES:
+        return GaitSource(name=name, kind="paper", content={"number": PAPER_NAMES.index(file) + 1})
     path = folder / file
     if not path.suffix:
-        known = [f"gait{number}" for number in PAPER_GAITS]
-        raise InputError(f"must be {', '.join(known)} or a file, got {shown(file)}{did_you_mean(file, known)}")
+        hint = did_you_mean(file, PAPER_NAMES)
+        raise InputError(f"must be {', '.join(PAPER_NAMES)} or a file, got {shown(file)}{hint}")
     if holds_request(path):
         plain = read_request(path, {})[0].as_mapping()
         content = {key: plain[key] for key in _REQUESTED if key not in ("coefficients", "law")}
@@ -405,8 +400,8 @@ def study_from_mapping(content: dict[str, Any], *, folder: str | Path = ".") -> 
     attitudes = content.get("attitudes", {})
     check_fields("attitudes", attitudes, ("roll", "pitch"))
     axes = tuple(
-        _axis_of((content | attitudes).get(key, default), key, partial(_checked, key), random=random)
-        for key, (default, _, _) in _AXES.items()
+        _axis_of((content | attitudes).get(key, default), key, convert, random=random)
+        for key, (default, convert) in _AXES.items()
     )
     flight = settings_from_mapping(content.get("flight", {}))
     study = Study(name, models, sources, axes, flight, anyway, count, seed)
