@@ -51,9 +51,7 @@ def planned(plan: Plan) -> Loop:
 
 
 def straight_loop_flies(request: PlanRequest, sign: Any) -> bool:
-    coefficients = coefficients_of(request.vehicle, request.coefficients)
-    branch = Branch(request=request, coefficients=coefficients, color="red", sign=sign)
-    return straight_loop_holds(branch, "flyable")
+    return straight_loop_holds(Branch(request=request, color="red", sign=sign), "flyable")
 
 
 def perimeter(points: Any) -> float:

@@ -30,6 +30,7 @@ Edge attributes
 from __future__ import annotations
 
 import math
+from itertools import product
 from typing import TYPE_CHECKING, Any
 
 import networkx as nx
@@ -250,10 +251,8 @@ def _edges(alpha: FloatArray, red: BoolArray, types: npt.NDArray[np.int8], cell:
     inner = slice(1, divisions)
     for di, dj in ((0, 0), (0, 1), (1, 0), (1, 1), (1, -1)):
         shifted = np.roll(index, (-di, -dj), axis=(1, 2))[:, inner, inner]
-        for first in range(2):
-            for second in range(2):
-                if (di, dj) == (0, 0) and first >= second:
-                    continue
+        for first, second in product(range(2), repeat=2):
+            if di or dj or first < second:
                 a, b = index[first, inner, inner], shifted[second]
                 both = (a >= 0) & (b >= 0)
                 pairs.append(np.column_stack([a[both], b[both]]))
@@ -295,20 +294,9 @@ def edge_quantities(
     smooth = red[a] & red[b] & (jump == 0) & keeps_sign
     if smooth.any():
         p, q = starts[smooth], ends[smooth]
-        bracket = least_singular_value_along(p, q, vehicle, tolerance=_SINGULAR_VALUE_TOLERANCE, each=True)
-        singular[smooth] = bracket.upper
-        flies = bracket.lower >= floor
-        close = ~flies & (bracket.upper >= floor)
-        if close.any():
-            flies[close] = keeps_singular_value_above(p[close], q[close], floor, vehicle)
-        flies &= thrusts_push_up(p, q, vehicle)
-        if vehicle.max_tilt is not None:
-            flies &= np.maximum(np.abs(p), np.abs(q)).max(axis=1) <= vehicle.max_tilt + _SAME
-        share = vehicle.thrust_share
-        if share is not None and flies.any():
-            _, _, largest = thrust_shares_along(p[flies], q[flies], vehicle, each=True)
-            flies[flies] = -largest.lower <= share
-        flyable[smooth] = flies
+        least = least_singular_value_along(p, q, vehicle, tolerance=_SINGULAR_VALUE_TOLERANCE, each=True)
+        singular[smooth] = least.upper
+        flyable[smooth] = segments_fly(p, q, floor, vehicle)
     return {
         "length": np.linalg.norm((ends - starts)[:, :2], axis=1),
         "jump": jump,
@@ -319,15 +307,26 @@ def edge_quantities(
     }
 
 
+def segments_fly(starts: FloatArray, ends: FloatArray, floor: float, vehicle: Vehicle) -> BoolArray:
+    """Return whether segments on red where R keeps its sign meet the physics along their whole length, shape (m,)."""
+    flies = thrusts_push_up(starts, ends, vehicle)
+    if vehicle.max_tilt is not None:
+        flies &= np.maximum(np.abs(starts), np.abs(ends)).max(axis=1) <= vehicle.max_tilt + _SAME
+    if flies.any():
+        flies[flies] = keeps_singular_value_above(starts[flies], ends[flies], floor, vehicle)
+    share = vehicle.thrust_share
+    if share is not None and flies.any():
+        _, _, largest = thrust_shares_along(starts[flies], ends[flies], vehicle, each=True)
+        flies[flies] = -largest.lower <= share
+    return flies
+
+
 def nodes_above(graph: nx.Graph[Any], waypoints: Iterable[Sequence[float]]) -> list[list[Any]]:
     """Return the nodes above each waypoint (α1, α2), to within 1e-9 rad."""
     nodes = list(graph.nodes)
     plane = np.array([[data["alpha1"], data["alpha2"]] for data in graph.nodes.values()]).reshape(-1, 2)
-    out = []
-    for point in waypoints:
-        near = np.nonzero(np.abs(plane - np.array(point)).max(axis=1) <= WAYPOINT_SNAP)[0]
-        out.append([nodes[k] for k in near])
-    return out
+    near = (np.flatnonzero(np.abs(plane - point).max(axis=1) <= WAYPOINT_SNAP) for point in waypoints)
+    return [[nodes[k] for k in above] for above in near]
 
 
 def gait_along(graph: nx.Graph[Any], nodes: Sequence[Any]) -> Gait:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cache, cached_property, lru_cache
 from itertools import pairwise
 from textwrap import fill
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -19,22 +19,16 @@ import numpy as np
 
 from gaitgraph.errors import InputError, checked_choice, shown
 from gaitgraph.gait.gait import lift
+from gaitgraph.graph.build import segments_fly
 from gaitgraph.graph.walks import order_of_places, quanta_of
-from gaitgraph.invertibility.matrices import coefficients_of, least_singular_value_on_red, level_determinant, noise_of
-from gaitgraph.invertibility.segment_bounds import (
-    keeps_singular_value_above,
-    least_level_determinant,
-    least_singular_value_along,
-    thrust_shares_along,
-)
+from gaitgraph.invertibility.matrices import least_singular_value_on_red, level_determinant, noise_of
+from gaitgraph.invertibility.segment_bounds import least_level_determinant, least_singular_value_along
 from gaitgraph.planning.refusal import Branch, FoundPath, Obstacle
 from gaitgraph.planning.shortest_paths import ShortestPaths
 from gaitgraph.surface.sheets import RELATION, SIGNS, Color, Sign, family_codes, family_jumps, red_label
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
-
-    import numpy.typing as npt
 
     from gaitgraph.planning.request import PlanRequest, Point, Use
     from gaitgraph.surface.region import Region
@@ -90,22 +84,11 @@ def _shortest_in_region(
     if outside := first_outside(branch, region):
         return outside
 
-    def apart(first: int, second: int) -> Obstacle:
-        parts = [region.region.component_of(waypoints[k]) for k in (first, second)]
-        sizes = [f"{region.region.components[part].area:.3g}" for part in parts if part is not None]
-        wall = "the border of the admissible region: they lie in parts"
-        if branch.request.zones is not None:
-            wall = "keep_out and keep_in: they lie in parts of the admissible region"
-        return branch.separation((first, second), f"{wall} of {' and '.join(sizes)} rad²")
-
-    measured: dict[tuple[int, int], Leg | None] = {}
-
+    @cache
     def leg_between(first: int, second: int) -> Leg | None:
-        if (first, second) not in measured:
-            if progress is not None and measured:
-                progress(f"measured {len(measured)} paths between {len(waypoints)} waypoints")
-            measured[first, second] = region.leg(waypoints[first], waypoints[second])
-        return measured[first, second]
+        if progress is not None and (measured := leg_between.cache_info().currsize):
+            progress(f"measured {measured} paths between {len(waypoints)} waypoints")
+        return region.leg(waypoints[first], waypoints[second])
 
     def length(first: int, second: int) -> float:
         leg = leg_between(first, second)
@@ -119,7 +102,12 @@ def _shortest_in_region(
     for first, second in pairwise([*order, order[0]]):
         leg = leg_between(first, second)
         if leg is None:
-            return apart(first, second)
+            parts = [region.region.component_of(waypoints[k]) for k in (first, second)]
+            sizes = [f"{region.region.components[part].area:.3g}" for part in parts if part is not None]
+            wall = "the border of the admissible region: they lie in parts"
+            if branch.request.zones is not None:
+                wall = "keep_out and keep_in: they lie in parts of the admissible region"
+            return branch.separation((first, second), f"{wall} of {' and '.join(sizes)} rad²")
         path += leg.points[:-1]
         bound += leg.lower_bound
     return tuple(path) or (waypoints[0],), order, bound, gap
@@ -192,7 +180,10 @@ def straight_loop_holds(branch: Branch, use: Use, *, robust: bool = False) -> bo
     if use == "flyable":
         starts = np.array(request.waypoints)[:, [0, 1, 0, 1]]  # red, where α3 = α1 and α4 = α2
         ends = np.roll(starts, -1, axis=0)
-        holds = _straight_loop_flies(starts, ends, branch.wanted, request)
+        # Where all thrusts push up, the borders of R are straight: R keeps its sign between points of one label.
+        labels = red_label(starts[:, 0], starts[:, 1], request.vehicle)
+        holds = bool((labels == labels[0]).all() and labels[0].prod() == branch.wanted)
+        holds = holds and bool(segments_fly(starts, ends, request.floor, request.vehicle).all())
     else:
         gait = lift(request.waypoints, branch.color, vehicle=request.vehicle, coefficients=coefficients)
         starts, ends = gait.alpha, gait.ends
@@ -209,28 +200,6 @@ def straight_loop_holds(branch: Branch, use: Use, *, robust: bool = False) -> bo
     along = least_singular_value_along(starts, ends, request.vehicle, tolerance=1e-7)
     at_waypoints = least_singular_value_on_red(starts[:, 0], starts[:, 1], request.vehicle)
     return bool(along.lower.min() >= at_waypoints.min() - 1e-6)
-
-
-def _straight_loop_flies(
-    starts: npt.NDArray[np.float64], ends: npt.NDArray[np.float64], wanted: float, request: PlanRequest
-) -> bool:
-    """Return whether straight segments on red that form a closed path are flyable, sign of R included."""
-    # Where all thrusts push up, the borders of R are straight, so that R keeps its sign between points of one label;
-    # and positive thrusts are a matter of two quarter planes, each convex.
-    vehicle, (a1, a2) = request.vehicle, starts[:, :2].T
-    delta = math.atan(vehicle.signed_drag_ratio)
-    first, second = a1 - delta, a2 + delta
-    up = ((first < 0) & (second > 0)).all() or ((first > 0) & (second < 0)).all()
-    labels = red_label(a1, a2, vehicle)
-    if not up or (labels != labels[0]).any() or labels[0].prod() != wanted:
-        return False
-    if vehicle.max_tilt is not None and np.abs(starts).max() > vehicle.max_tilt:
-        return False
-    if vehicle.thrust_share is not None:
-        _, _, largest = thrust_shares_along(starts, ends, vehicle)
-        if -float(largest.lower.min()) > vehicle.thrust_share:
-            return False
-    return bool(keeps_singular_value_above(starts, ends, request.floor, vehicle).all())
 
 
 class Leg(NamedTuple):
@@ -317,8 +286,7 @@ def _prepared(**asked: Any) -> PreparedRegion:
 
 def region_of(request: PlanRequest, color: Color, sign: Sign, use: Use) -> Region:
     """Return the region in which loops of one color and sign of R are planned for a request."""
-    coefficients = coefficients_of(request.vehicle, request.coefficients)
-    return prepared_region(Branch(request=request, coefficients=coefficients, color=color, sign=sign), use).region
+    return prepared_region(Branch(request=request, color=color, sign=sign), use).region
 
 
 class WaypointLocation(NamedTuple):

@@ -14,6 +14,8 @@ from itertools import groupby
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from gaitgraph.errors import Infeasible, InputError
 from gaitgraph.graph.build import nodes_above, vehicle_and_coefficients
 from gaitgraph.graph.walks import note_on_gap
@@ -312,13 +314,9 @@ def plan_loop(
     """
     options = {name: value for name, value in locals().items() if name in REQUEST_FIELDS}
     if graph is not None:
-        choices = {"divisions": divisions, "method": method, "coefficients": coefficients}
-        stated = {name: value is not None for name, value in choices.items()}
-        stated |= {"sign": sign != "auto", "vehicle": vehicle is not PAPER, "floor": floor != DEFAULT_FLOOR}
-        stated |= {"keep_out": len(keep_out) > 0, "keep_in": len(keep_in) > 0}
-        if any(stated.values()):
-            name = next(name for name, is_stated in stated.items() if is_stated)
-            raise InputError(f"{name} must not be stated beside a graph, which fixes it")
+        for name in ("sign", "divisions", "method", "vehicle", "coefficients", "floor", "keep_out", "keep_in"):
+            if not np.array_equal(options[name], REQUEST_FIELDS[name]):
+                raise InputError(f"{name} must not be stated beside a graph, which fixes it")
         body, numbers = vehicle_and_coefficients(graph)
         options |= {name: graph.graph[name] for name in ("sign", "divisions", "floor")}
         options |= {"vehicle": body, "coefficients": numbers.kind, "method": "grid"}

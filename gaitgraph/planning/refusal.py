@@ -51,12 +51,16 @@ class Branch:
     """One color and sign of R for which a request is answered; waypoints are counted from 0."""
 
     request: PlanRequest
-    coefficients: Coefficients
     color: Color
     sign: Sign
 
     def __str__(self) -> str:
         return f"{self.color}, {RELATION[self.sign]}"
+
+    @property
+    def coefficients(self) -> Coefficients:
+        """The coefficients of formula (1) that the request asks for."""
+        return coefficients_of(self.request.vehicle, self.request.coefficients)
 
     @property
     def wanted(self) -> float:
@@ -133,10 +137,9 @@ def _roots_above(waypoints: tuple[Point, ...], coefficients: Coefficients) -> Ro
 
 def branches_of(request: PlanRequest) -> list[Branch]:
     """Return the branches of color and sign of R that a request asks for and that can meet it, R > 0 first."""
-    coefficients = coefficients_of(request.vehicle, request.coefficients)
     colors = COLORS[:1] if (request.color, request.require) == ("auto", "flyable") else COLORS
     return [
-        Branch(request=request, coefficients=coefficients, color=color, sign=sign)
+        Branch(request=request, color=color, sign=sign)
         for sign in reversed(SIGNS)
         if request.sign in ("auto", sign)
         for color in colors

@@ -164,8 +164,8 @@ def plan_request(
     )
 
 
-REQUEST_FIELDS = tuple(signature(plan_request).parameters)
-"""The names of the fields of a request, as files and Python use them."""
+REQUEST_FIELDS = {name: parameter.default for name, parameter in signature(plan_request).parameters.items()}
+"""The fields of a request by name, as files and Python use them, with their defaults."""
 
 
 def merged_repeats(points: Sequence[Point]) -> tuple[list[list[int]], tuple[str, ...]]:

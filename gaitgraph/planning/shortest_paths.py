@@ -94,8 +94,10 @@ class ShortestPaths:
             raise InputError(f"region must consist of polygons, got a {region.geom_type}")
         self._points: list[Point] = []
         self._triangles: list[tuple[int, int, int]] = []
-        self._neighbors: list[list[int]] = []
         self._triangulate(region)
+        # Each triangle by its edges, counterclockwise: behind the edge (a, b) lies the one that has (b, a).
+        cycles = (((a, b), (b, c), (c, a)) for a, b, c in self._triangles)
+        self._at_edge = {edge: t for t, edges in enumerate(cycles) for edge in edges}
         self._sides = self._reflex_corners(region)
         self._region = region
         # The reflex corners, and each one's place and neighbours on its border (its place again where several meet).
@@ -104,10 +106,7 @@ class ShortestPaths:
         self._around = np.array(rows).reshape(-1, 3, 2)
         self._views: dict[int, tuple[tuple[int, float], ...]] = {}
         corners = np.array(self._points).reshape(-1, 2)[np.array(self._triangles, dtype=int).reshape(-1, 3)]
-        self._corners = corners
-        edges = np.roll(corners, -1, axis=1) - corners
-        self._normals = np.stack([-edges[..., 1], edges[..., 0]], axis=-1)
-        self._normals /= np.maximum(np.linalg.norm(edges, axis=-1, keepdims=True), 1e-300)
+        self._tree = shapely.STRtree(shapely.polygons(corners))
 
     def _triangulate(self, region: Any) -> None:
         import shapely
@@ -117,20 +116,12 @@ class ShortestPaths:
         pieces = shapely.get_parts(shapely.constrained_delaunay_triangles(region))
         rings = shapely.get_coordinates(pieces).reshape(-1, 4, 2)[:, :3]
         numbers: dict[Point, int] = {}
-        edges: dict[tuple[int, int], tuple[int, int]] = {}
         for ring in rings.tolist():
             a, b, c = (numbers.setdefault((x, y), len(numbers)) for x, y in ring)
             turn = orientation(*(tuple(corner) for corner in ring))
             if turn:
                 self._triangles.append((a, b, c) if turn > 0 else (c, b, a))
         self._points = list(numbers)
-        for t, (a, b, c) in enumerate(self._triangles):
-            self._neighbors.append([-1, -1, -1])
-            for k, edge in enumerate(((a, b), (b, c), (c, a))):
-                edges[edge] = (t, k)
-                if edge[::-1] in edges:
-                    other, at = edges[edge[::-1]]
-                    self._neighbors[t][k], self._neighbors[other][at] = other, t
 
     def _reflex_corners(self, region: Any) -> dict[int, tuple[Point, Point] | None]:
         """Return the neighbours on the border of each corner where a path may bend; None where several borders meet."""
@@ -156,11 +147,9 @@ class ShortestPaths:
 
     def _containers(self, point: Point) -> list[int]:
         """Return the triangles that hold a point, to within the tolerance."""
-        if not self._triangles:
-            return []
-        offset = np.asarray(point) - self._corners
-        inside = ((offset * self._normals).sum(axis=-1) >= -_TOLERANCE).all(axis=1)
-        return [int(t) for t in np.flatnonzero(inside)]
+        import shapely
+
+        return sorted(self._tree.query(shapely.Point(point), "dwithin", _TOLERANCE).tolist())
 
     def contains(self, point: npt.ArrayLike) -> bool:
         """Return whether a point lies in the region, to within 1e-9."""
@@ -168,12 +157,12 @@ class ShortestPaths:
 
     def _seen(self, point: Point, containers: Iterable[int], goal: tuple[Point, frozenset[int]] | None) -> set[int]:
         """Return the reflex corners that a point sees, and −1 if it sees the goal, by widening cones."""
-        points, triangles, neighbors, sides = self._points, self._triangles, self._neighbors, self._sides
+        points, triangles, at_edge, sides = self._points, self._triangles, self._at_edge, self._sides
         holding = goal[1] if goal else frozenset()
         target = goal[0] if goal else point
         seen: set[int] = set()
-        # From the triangle behind the edge (right, left), within the cone of the points `low` and `high`.
-        stack: list[tuple[int, int, int, Point, Point]] = []
+        # Into the triangle behind the edge (right, left), within the cone of the points `low` and `high`.
+        stack: list[tuple[int, int, Point, Point]] = []
         for t in containers:
             if t in holding:
                 seen.add(_DIRECT)
@@ -182,24 +171,24 @@ class ShortestPaths:
                 a, b = points[right], points[left]
                 if orientation(point, a, b) > 0:
                     seen.update(number for number in (right, left) if number in sides)
-                    stack.append((neighbors[t][k], right, left, a, b))
+                    stack.append((right, left, a, b))
         while stack:
-            t, right, left, low, high = stack.pop()
-            if t < 0:
+            right, left, low, high = stack.pop()
+            behind = at_edge.get((left, right))
+            if behind is None:
                 continue
-            corners = triangles[t]
-            k = corners.index(left)
-            apex = corners[(k + 2) % 3]
-            if t in holding and orientation(point, low, target) >= 0 and orientation(point, target, high) >= 0:
+            corners = triangles[behind]
+            apex = corners[corners.index(left) - 1]
+            if behind in holding and orientation(point, low, target) >= 0 and orientation(point, target, high) >= 0:
                 seen.add(_DIRECT)
             place = points[apex]
             above, below = orientation(point, low, place), orientation(point, place, high)
             if apex in sides and above >= 0 and below >= 0:
                 seen.add(apex)
             if above > 0:
-                stack.append((neighbors[t][(k + 1) % 3], right, apex, low, place if below >= 0 else high))
+                stack.append((right, apex, low, place if below >= 0 else high))
             if below > 0:
-                stack.append((neighbors[t][(k + 2) % 3], apex, left, place if above >= 0 else low, high))
+                stack.append((apex, left, place if above >= 0 else low, high))
         return seen
 
     def _touches(self, corner: int, point: Point, tolerance: float = 0.0) -> bool:

@@ -120,7 +120,8 @@ class Transition:
         timed, left = self.timed, self.samples + 1
         about = {"period": self.duration, "made_by": "transition", "transition": self._ends}
         for whole in pieces_of(timed, about):
-            piece = whole.rows(0, left)
+            stated = {name: value for name, value in whole.about.items() if name != "corners"}  # of there and back
+            piece = replace(whole.rows(0, left), about=stated)
             left -= len(piece)
             if left:
                 yield piece
@@ -341,9 +342,8 @@ def _shortest(first: Gait, last: Gait, floor: float) -> tuple[FloatArray, tuple[
             if best is not None and distance >= best[0]:
                 break  # no path is shorter than the straight line
             ends = sorted([points[a].tolist(), others[b].tolist()])  # the path back is the path there
-            shared: Any = {"vehicle": first.vehicle, "coefficients": first.coefficients.kind, "floor": floor}
-            request = plan_request(ends, color=color, sign=sign, **shared)
-            leg = shortest_path(Branch(request=request, coefficients=first.coefficients, color=color, sign=sign), use)
+            request = plan_request(ends, vehicle=first.vehicle, coefficients=first.coefficients.kind, floor=floor)
+            leg = shortest_path(Branch(request=request, color=color, sign=sign), use)
             if leg is not None and (best is None or leg.length < best[0]):
                 bends = leg.points[1:-1]
                 best = leg.length, a, b, bends if ends[0] == points[a].tolist() else bends[::-1]

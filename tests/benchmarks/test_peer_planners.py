@@ -31,7 +31,7 @@ def test_gait_3_ours(benchmark: Any, space: str) -> None:
     """From a request to a loop that is proven flyable and shortest, lifted to all four angles; without the report."""
     benchmark.group = f"the loop of Gait 3 against OMPL's {space}"
     request = plan_request(GAIT_3, color="red", sign="negative")
-    branch = Branch(request=request, coefficients=COEFFICIENTS, color="red", sign="negative")
+    branch = Branch(request=request, color="red", sign="negative")
 
     def planned() -> gg.Gait:
         assert straight_loop_holds(branch, "flyable")
