@@ -17,6 +17,7 @@ from gaitgraph.graph.build import grid_axis, surface_graph, vehicle_and_coeffici
 from gaitgraph.invertibility.matrices import coefficients_of, least_singular_value, level_determinant
 from gaitgraph.surface.region import Zones
 from gaitgraph.surface.sheets import red_label, roots
+from tests.samples import points_of
 
 
 @pytest.fixture(scope="module")
@@ -151,22 +152,21 @@ def test_every_attribute_of_an_edge_is_what_sampling_shows(vehicle: gg.Vehicle, 
     np.testing.assert_allclose(arrays.jump[same], off[same], atol=1e-12)
     assert set(np.round(arrays.jump[same] / pi, 9)) <= {0.0, 1.0}
     assert (arrays.jump[~same] > 0).all()
-    s = np.linspace(0, 1, 201)[:, None, None]
     smooth = arrays.red[a] & arrays.red[b] & arrays.keeps_sign & (off < 1e-9)
     assert smooth.any()
     assert not arrays.flyable[~smooth].any()
     assert not arrays.least_singular_value[~smooth].any()
-    along = start[smooth] + s * (end - start)[smooth]
+    along = points_of(start[smooth], end[smooth], 201)
     R = (1 if sign == "positive" else -1) * level_determinant(along, numbers)
     assert R.min() > 0
-    least = least_singular_value(along, vehicle).min(axis=0)
+    least = least_singular_value(along, vehicle).min(axis=1)
     shares = gg.invertibility.hover_thrust_shares(along, vehicle)
-    margins = [least - floor, shares.min(axis=(0, 2)), np.full(len(least), 1.0)]
+    margins = [least - floor, shares.min(axis=(1, 2)), np.full(len(least), 1.0)]
     if vehicle.max_thrust is not None:
         assert vehicle.mass is not None
-        margins.append(1 - shares.max(axis=(0, 2)) * vehicle.mass * float(vehicle.gravity) / vehicle.max_thrust)
+        margins.append(1 - shares.max(axis=(1, 2)) * vehicle.mass * float(vehicle.gravity) / vehicle.max_thrust)
     margin = np.min(margins, axis=0)
-    tilt = np.abs(along).max(axis=(0, 2))
+    tilt = np.abs(along).max(axis=(1, 2))
     expected = (margin > 0) & (tilt <= (vehicle.max_tilt or pi) + 1e-9)
     decided = np.abs(margin) > 1e-3
     assert np.count_nonzero(decided) > 0.8 * len(decided)
@@ -182,18 +182,16 @@ def test_a_floor_between_the_bounds_of_an_edge_is_decided(vehicle: gg.Vehicle) -
     """Where an edge's least singular value is that of one of its ends it is known: so is the verdict, to 1e-6."""
     free = surface_arrays("negative", 12, vehicle=vehicle, floor=0.0)
     ends = least_singular_value(free.alpha[free.edge], vehicle).min(axis=1)
-    s = np.linspace(0, 1, 101)[:, None, None]
-    start, end = free.alpha[free.edge[:, 0]], free.alpha[free.edge[:, 1]]
-    inside = least_singular_value(start + s * (end - start), vehicle)[1:-1].min(axis=0)
+    along = points_of(*free.alpha[free.edge.T], 101)
+    inside = least_singular_value(along, vehicle)[:, 1:-1].min(axis=1)
     at_an_end = free.flyable & (ends < inside - 1e-4)  # rising from there, not dipping between two samples
     values = np.unique(np.round(ends[at_an_end], 12))
     assert len(values) >= 6
     for value in values[::3]:
         concerned = at_an_end & (np.abs(ends - value) < 1e-11)
         for shift, flies in ((-3e-6, True), (1e-8, False), (3e-6, False)):
-            assert (
-                surface_arrays("negative", 12, vehicle=vehicle, floor=float(value) + shift).flyable[concerned] == flies
-            ).all()
+            judged = surface_arrays("negative", 12, vehicle=vehicle, floor=float(value) + shift)
+            assert (judged.flyable[concerned] == flies).all()
 
 
 @pytest.mark.parametrize("divisions", [8, 16])
@@ -285,6 +283,8 @@ def test_the_metadata_is_what_the_graph_was_built_with(kind: Any) -> None:
     for key in ("vehicle", "coefficients", "divisions"):
         with pytest.raises(gg.errors.ContractError, match=f"^graph metadata: '{key}' is missing$"):
             gg.plan_loop([(0, 0)], graph=nx.Graph(**{name: graph.graph[name] for name in {*graph.graph} - {key}}))
+    with pytest.raises(gg.errors.ContractError, match="'floor' is missing"):
+        gg.cycles(nx.Graph(**{name: graph.graph[name] for name in {*graph.graph} - {"floor"}}))
 
 
 def test_zones_cut_nodes_and_edges(negative: nx.Graph[Any]) -> None:

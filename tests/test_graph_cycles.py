@@ -13,7 +13,6 @@ import networkx as nx
 import pytest
 from hypothesis import given, settings, strategies as st
 
-import gaitgraph as gg
 from gaitgraph.graph.build import surface_graph
 from gaitgraph.graph.cycle_list import Cycles, CycleSearch, cycles
 from gaitgraph.planning.grid import grid_cycles
@@ -362,13 +361,6 @@ def test_an_interruption_leaves_the_attributes_true() -> None:
     following = next(islice(cycles(graph), len(found), None))
     assert found[-1].length <= search.bound <= following.length
     assert next(search, None) is None
-
-
-def test_graphs_need_their_metadata() -> None:
-    graph = surface_graph("negative", divisions=8)
-    del graph.graph["floor"]
-    with pytest.raises(gg.errors.ContractError, match="'floor' is missing"):
-        cycles(graph)
 
 
 def test_the_best_cycle_of_a_request_or_why_there_is_none() -> None:

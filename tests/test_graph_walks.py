@@ -97,6 +97,11 @@ def test_robust_against_brute_force(seed: int) -> None:
     assert walk.length == pytest.approx(brute_length(graph, stops, "valid", width), abs=1e-10)
 
 
+def red_stops(graph: nx.Graph[Any], number: int, seed: int) -> list[Any]:
+    red = sorted(name for name, data in graph.nodes(data=True) if data["color"] == "red" and data["alpha1"] > 0.3)
+    return [red[k] for k in np.random.default_rng(seed).choice(len(red), number, replace=False)]
+
+
 def turns(walk: ClosedWalk, graph: nx.Graph[Any]) -> int:
     points = np.array([(graph.nodes[name]["alpha1"], graph.nodes[name]["alpha2"]) for name in walk.nodes])
     step = np.roll(points, -1, axis=0) - points
@@ -113,27 +118,21 @@ def test_ties_are_broken_by_fewest_turns() -> None:
     assert turns(walk, graph) == 4  # two bends, and a turn at each end
 
 
-def test_a_walk_of_one_stop_is_a_point() -> None:
-    walk = closed_walk(surface_graph(), [[(14, 2, "red")]], objective="robust")
-    assert isinstance(walk, ClosedWalk)
-    assert walk.nodes == ((14, 2, "red"),)
-    assert walk.length == 0
-
-
-def test_a_blocked_walk_names_its_leg() -> None:
+def test_a_walk_of_one_stop_is_a_point_and_a_blocked_one_names_its_leg() -> None:
     graph = surface_graph()
+    walk = closed_walk(graph, [[(14, 2, "red")]], objective="robust")
+    assert walk == ClosedWalk(nodes=((14, 2, "red"),), length=0)
     graph.remove_edges_from(list(graph.edges((12, 4, "red"))))
-    walk = closed_walk(graph, [[(14, 2, "red")], [(13, 3, "red")], [(12, 4, "red")]])
-    assert walk == Blocked(leg=1)
+    assert closed_walk(graph, [[(14, 2, "red")], [(13, 3, "red")], [(12, 4, "red")]]) == Blocked(leg=1)
+    assert best_order(graph, [(14, 2, "red"), (12, 4, "red")]) is None
+    assert best_order(graph, [(12, 4, "red"), *[(14, k, "red") for k in range(1, 11)]]) is None
 
 
 @pytest.mark.no_cover
 @pytest.mark.parametrize("seed", range(4))
 def test_any_order_against_all_permutations(seed: int) -> None:
     graph = surface_graph("negative")
-    rng = np.random.default_rng(seed)
-    red = sorted(name for name, data in graph.nodes(data=True) if data["color"] == "red" and data["alpha1"] > 0.3)
-    stops = [red[k] for k in rng.choice(len(red), 5, replace=False)]
+    stops = red_stops(graph, 5, seed)
     best, gap = best_order(graph, stops) or ((), 1.0)
     lengths = {order: length_of(graph, stops, (0, *order)) for order in itertools.permutations(range(1, 5))}
     assert (best[0], gap) == (0, 0.0)
@@ -149,9 +148,7 @@ def length_of(graph: nx.Graph[Any], stops: list[Any], order: tuple[int, ...]) ->
 @pytest.mark.parametrize(("number", "seed"), [(10, 0), (30, 3)])
 def test_beyond_nine_stops_the_order_is_good_and_says_so(number: int, seed: int, monkeypatch: Any) -> None:
     graph = surface_graph("negative")
-    rng = np.random.default_rng(seed)
-    red = sorted(name for name, data in graph.nodes(data=True) if data["color"] == "red" and data["alpha1"] > 0.3)
-    stops = [red[k] for k in rng.choice(len(red), number, replace=False)]
+    stops = red_stops(graph, number, seed)
     best, gap = best_order(graph, stops) or ((), 1.0)
     assert sorted(best) == list(range(number))
     assert best[0] == 0
@@ -166,13 +163,6 @@ def test_beyond_nine_stops_the_order_is_good_and_says_so(number: int, seed: int,
         shortest = length_of(graph, stops, exact)
         assert none == 0
         assert shortest - 1e-9 <= found <= (1 + gap) * shortest + 1e-9
-
-
-def test_any_order_without_a_way() -> None:
-    graph = surface_graph()
-    graph.remove_edges_from(list(graph.edges((12, 4, "red"))))
-    assert best_order(graph, [(14, 2, "red"), (12, 4, "red")]) is None
-    assert best_order(graph, [(12, 4, "red"), *[(14, k, "red") for k in range(1, 11)]]) is None
 
 
 def test_stops_that_repeat_have_an_order_too() -> None:

@@ -13,16 +13,17 @@ import numpy as np
 import pytest
 import shapely
 from hypothesis import given, settings, strategies as st
+from scipy.optimize import brentq
 from scipy.spatial import ConvexHull
 
 import gaitgraph as gg
-from gaitgraph.invertibility.matrices import coefficients_of, least_singular_value_on_red
+from gaitgraph.invertibility.matrices import least_singular_value_on_red
 from gaitgraph.planning.any_angle import region_of, straight_loop_holds
 from gaitgraph.planning.planner import _preference
 from gaitgraph.planning.refusal import Branch
 from gaitgraph.planning.request import PlanRequest, plan_request
 from tests.published import GAITS
-from tests.samples import visibility_graph
+from tests.samples import along, visibility_graph
 
 if TYPE_CHECKING:
     from gaitgraph.planning.planner import Loop, Plan
@@ -110,12 +111,10 @@ def some_request(seed: int, name: str, sign: Any, *, keep_in: bool = False, wayp
 
 def holds_between_samples_too(loop: Loop, request: PlanRequest) -> None:
     """What a flyable loop promises, by decompositions and closed forms at many points, and by the certified report."""
-    s = np.linspace(0, 1, 101)[:, None, None]
-    along = loop.gait.alpha + s * (loop.gait.ends - loop.gait.alpha)
-    assert gg.invertibility.least_singular_value(along, request.vehicle).min() >= request.floor - 1e-12
-    assert gg.invertibility.hover_thrust_shares(along, request.vehicle).min() > 0
-    wanted = 1 if loop.sign == "positive" else -1
-    assert (wanted * gg.invertibility.level_determinant(along, loop.gait.coefficients) > 0).all()
+    passed, wanted = along(loop.gait.alpha, 101), 1 if loop.sign == "positive" else -1
+    assert gg.invertibility.least_singular_value(passed, request.vehicle).min() >= request.floor - 1e-12
+    assert gg.invertibility.hover_thrust_shares(passed, request.vehicle).min() > 0
+    assert (wanted * gg.invertibility.level_determinant(passed, loop.gait.coefficients) > 0).all()
     assert loop.gait.check(floor=request.floor).flyable
 
 
@@ -279,8 +278,7 @@ def test_a_straight_loop_holds_where_its_report_says_so(name: str) -> None:
         points = np.clip(center + size * rng.uniform(-1, 1, (3, 2)), -1.57, 1.57).tolist()
         floor = float(rng.uniform(0.05, 0.9))
         request = plan_request(points, floor=floor, **asked)
-        coefficients = coefficients_of(request.vehicle, request.coefficients)
-        gait = gg.lift(points, "red", vehicle=request.vehicle, coefficients=coefficients)
+        gait = gg.lift(points, "red", vehicle=request.vehicle, coefficients=request.coefficients)
         found = any(straight_loop_flies(request, s) for s in ("positive", "negative"))
         report = gait.check(floor=floor)
         value = report["least_singular_value"].value
@@ -342,13 +340,9 @@ def test_waypoints_closer_to_a_curved_border_than_its_polygon(beside: float) -> 
     """Such a waypoint is outside the polygon inside the border, and the loop passes it all the same."""
     points = []
     for a1 in (0.25, 0.5):
-        low, high = -1.0, -0.167
-        while high - low > 1e-15:  # where the least singular value is the floor
-            middle = (low + high) / 2
-            low, high = (middle, high) if least_singular_value_on_red(a1, middle) >= 0.5 else (low, middle)
-            if middle in (low, high) and high - low < 1e-15:
-                break
-        points.append((a1, low - beside))
+        # Where the least singular value is the floor.
+        border = brentq(lambda a2, a1=a1: float(least_singular_value_on_red(a1, a2)) - 0.5, -1.0, -0.167, xtol=1e-15)
+        points.append((a1, border - beside))
     plan = exact([*points, (1.0, -1.0)], color="red", sign="negative", floor=0.5, accuracy=1e-3)
     loop = planned(plan)
     passes_in_order(loop, plan)

@@ -42,9 +42,8 @@ def test_what_is_joined_can_be_planned_and_what_is_not_cannot() -> None:
 
 def test_the_command(run: Any, tmp_path: Any) -> None:
     out = run("region", "--waypoint", "-0.4,0.4", "--waypoint", "0.5,0.5", "--json")
-    assert out.code == 1
     content = out.json
-    assert content["use"] == "flyable"
+    assert (out.code, content["use"]) == (1, "flyable")
     assert [region["sign"] for region in content["regions"]] == ["positive", "negative"]
     first = content["regions"][0]
     assert [waypoint["part"] for waypoint in first["waypoints"]] == [1, None]
@@ -56,8 +55,7 @@ def test_the_command(run: Any, tmp_path: Any) -> None:
     assert out.code == 0
     assert "waypoint 2 (-0.3927, 0.3927): in part 1" in out.out
     assert "a loop can join them all" in out.out
-    out = run("region", str(request), "--use", "valid", "--floor", "0.3", "--accuracy", "1e-3")
-    assert out.code == 0
+    assert run("region", str(request), "--use", "valid", "--floor", "0.3", "--accuracy", "1e-3").code == 0
     out = run("region")
     assert (out.code, out.out) == (2, "")
     assert "waypoints: none given" in out.err

@@ -167,7 +167,7 @@ def surface_graph(
     edge = _edges(alpha, red, types, cell, divisions)
     if zones is not None and len(edge):
         edge = edge[zones.allow_segments(alpha[edge[:, 0], :2], alpha[edge[:, 1], :2])]
-    quantities = edge_quantities(alpha, red, edge, wanted, vehicle, coefficients, floor)
+    quantities = _edge_quantities(alpha, red, edge, wanted, vehicle, coefficients, floor)
 
     graph: nx.Graph[Any] = nx.Graph(
         contract=CONTRACT,
@@ -267,7 +267,7 @@ def _edges(alpha: FloatArray, red: BoolArray, types: npt.NDArray[np.int8], cell:
     return np.asarray(edge[np.lexsort((edge[:, 1], edge[:, 0]))])
 
 
-def edge_quantities(
+def _edge_quantities(
     alpha: FloatArray,
     red: BoolArray,
     edge: IntArray,
@@ -276,11 +276,7 @@ def edge_quantities(
     coefficients: Coefficients,
     floor: float,
 ) -> dict[str, npt.NDArray[Any]]:
-    """Return the edge attributes of the contract as arrays of shape (e,), by name.
-
-    The nodes have tilt angles `alpha`, shape (n, 4) [rad], and are `red` or not; `edge`, shape (e, 2), has the numbers
-    of both nodes of each edge, and `wanted` is the sign of R, +1 or −1.
-    """
+    """Return the edge attributes of the contract as arrays of shape (e,), by name; `wanted` is the sign of R, ±1."""
     a, b = edge.T
     starts, ends = alpha[a], alpha[b]
     codes = np.where(red, np.int8(1), np.int8(-1))

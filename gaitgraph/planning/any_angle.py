@@ -23,9 +23,9 @@ from gaitgraph.graph.build import segments_fly
 from gaitgraph.graph.walks import order_of_places, quanta_of
 from gaitgraph.invertibility.matrices import least_singular_value_on_red, level_determinant, noise_of
 from gaitgraph.invertibility.segment_bounds import least_level_determinant, least_singular_value_along
-from gaitgraph.planning.refusal import Branch, FoundPath, Obstacle
+from gaitgraph.planning.refusal import Branch, FoundPath, Obstacle, branches_of
 from gaitgraph.planning.shortest_paths import ShortestPaths
-from gaitgraph.surface.sheets import RELATION, SIGNS, Color, Sign, family_codes, family_jumps, red_label
+from gaitgraph.surface.sheets import RELATION, Color, Sign, family_codes, family_jumps, red_label
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -386,16 +386,14 @@ def location_of(request: PlanRequest, *, use: Use = "flyable") -> Location:
     checked_choice("use", use, ("flyable", "valid"))
     if not hasattr(type(request), "as_mapping"):
         raise InputError(f"request must be a PlanRequest, as planning.plan_request returns, got {shown(request)}")
-    color: Color = "blue" if request.color == "blue" else "red"
     regions = []
-    for sign in reversed(SIGNS):
-        if request.sign not in ("auto", sign):
-            continue
-        region = region_of(request, color, sign, use)
+    for branch in branches_of(replace(request, color="blue" if request.color == "blue" else "red")):
+        region = prepared_region(branch, use).region
         waypoints = []
         for point in request.waypoints:
             part = region.component_of(point)
             where = (None, None) if part is not None else (region.why_not(point), region.nearest(point))
             waypoints.append(WaypointLocation(point, None if part is None else part + 1, *where))
-        regions.append(RegionLocation(color=color, sign=sign, region=region, waypoints=tuple(waypoints)))
+        located = RegionLocation(color=branch.color, sign=branch.sign, region=region, waypoints=tuple(waypoints))
+        regions.append(located)
     return Location(use=use, accuracy=request.accuracy, regions=tuple(regions))

@@ -45,23 +45,22 @@ def grid_paths(
 ) -> list[list[FoundPath] | Obstacle]:
     """Return the loops of each color with one sign of R, or what is in their way."""
     request, sign = branches[0].request, branches[0].sign
-    answers: list[list[FoundPath] | Obstacle] = []
     lacking = [branch.rootless() for branch in branches]
     if set.intersection(*map(set, lacking)):
         # Some waypoint has no root at all with this sign: no need to build the graph.
         return [branch.obstacle_at(k[0]) for branch, k in zip(branches, lacking, strict=True)]
     graph = graph_of(sign)
     served = nodes_above(graph, request.waypoints)
-    for branch in branches:
-        if progress is not None:
-            progress(f"searching {branch.color} loops")
-        answers.append(_paths_of_color(graph, served, branch))
-    return answers
+    return [_paths_of_color(graph, served, branch, progress) for branch in branches]
 
 
-def _paths_of_color(graph: nx.Graph[Any], served: list[list[Any]], branch: Branch) -> list[FoundPath] | Obstacle:
+def _paths_of_color(
+    graph: nx.Graph[Any], served: list[list[Any]], branch: Branch, progress: Callable[[str], None] | None
+) -> list[FoundPath] | Obstacle:
     """Return the best loop of one color for each use of it, or what is in the way."""
     request = branch.request
+    if progress is not None:
+        progress(f"searching {branch.color} loops")
     stops = [[node for node in nodes if graph.nodes[node]["color"] == branch.color] for nodes in served]
     if not all(stops):
         return branch.obstacle_at(stops.index([]))
@@ -71,7 +70,7 @@ def _paths_of_color(graph: nx.Graph[Any], served: list[list[Any]], branch: Branc
         if request.any_order:
             order, gap = best_order(graph, [nodes[0] for nodes in stops], use=use) or (order, gap)
         ordered = [stops[k] for k in order]
-        walk = closed_walk(graph, ordered, use=use, objective="robust" if request.objective == "robust" else "shortest")
+        walk = closed_walk(graph, ordered, use=use, objective=request.objective)
         if not isinstance(walk, Blocked):
             path = gait_along(graph, walk.nodes)
             if not any(np.array_equal(path.alpha, other.alpha) for other, *_ in found):

@@ -95,9 +95,10 @@ class ShortestPaths:
         self._points: list[Point] = []
         self._triangles: list[tuple[int, int, int]] = []
         self._triangulate(region)
-        # Each triangle by its edges, counterclockwise: behind the edge (a, b) lies the one that has (b, a).
-        cycles = (((a, b), (b, c), (c, a)) for a, b, c in self._triangles)
-        self._at_edge = {edge: t for t, edges in enumerate(cycles) for edge in edges}
+        # By each edge, counterclockwise, its triangle and the corner opposite; behind (a, b) is the one that has (b, a).
+        self._at_edge: dict[tuple[int, int], tuple[int, int]] = {}
+        for t, (a, b, c) in enumerate(self._triangles):
+            self._at_edge |= {(a, b): (t, c), (b, c): (t, a), (c, a): (t, b)}
         self._sides = self._reflex_corners(region)
         self._region = region
         # The reflex corners, and each one's place and neighbours on its border (its place again where several meet).
@@ -174,11 +175,9 @@ class ShortestPaths:
                     stack.append((right, left, a, b))
         while stack:
             right, left, low, high = stack.pop()
-            behind = at_edge.get((left, right))
-            if behind is None:
+            if (left, right) not in at_edge:
                 continue
-            corners = triangles[behind]
-            apex = corners[corners.index(left) - 1]
+            behind, apex = at_edge[left, right]
             if behind in holding and orientation(point, low, target) >= 0 and orientation(point, target, high) >= 0:
                 seen.add(_DIRECT)
             place = points[apex]

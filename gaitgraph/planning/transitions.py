@@ -168,11 +168,8 @@ class Transition:
             HOVER if corner is None else f"corner {corner + 1} {tuple(round(float(a), 3) for a in alpha)}"
             for corner, alpha in zip(self.corners, (self.path[0], self.path[-1]), strict=True)
         ]
-        head = (
-            f"From {ends[0]} to {ends[1]}: {len(self.path)} corners, {self.length:.4f} rad, "
-            f"{self.duration:g} s, {self.law}; checked there and back"
-        )
-        return f"{head}\n{self.report}"
+        size = f"{len(self.path)} corners, {self.length:.4f} rad, {self.duration:g} s, {self.law}"
+        return f"From {ends[0]} to {ends[1]}: {size}; checked there and back\n{self.report}"
 
 
 def transition(
