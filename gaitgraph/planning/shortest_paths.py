@@ -95,7 +95,7 @@ class ShortestPaths:
         self._points: list[Point] = []
         self._triangles: list[tuple[int, int, int]] = []
         self._triangulate(region)
-        # By each edge, counterclockwise, its triangle and the corner opposite; behind (a, b) is the one that has (b, a).
+        # By each edge, counterclockwise, its triangle and the corner opposite; what has (b, a) is behind (a, b).
         self._at_edge: dict[tuple[int, int], tuple[int, int]] = {}
         for t, (a, b, c) in enumerate(self._triangles):
             self._at_edge |= {(a, b): (t, c), (b, c): (t, a), (c, a): (t, b)}
