@@ -188,9 +188,8 @@ def test_the_diagram_is_the_robustness_of_the_plan(client: Client) -> None:
 class TestMap:
     def test_the_shading_is_R_with_rows_of_constant_alpha2(self, client: Client) -> None:
         answer = client("map", {"shading": "R"})
-        n = answer["n"]
-        axis = np.linspace(-math.pi / 2, math.pi / 2, n)
-        values = np.array(answer["values"]).reshape(n, n)
+        axis = np.linspace(-math.pi / 2, math.pi / 2, answer["n"])
+        values = np.array(answer["values"]).reshape(len(axis), len(axis))
         for row, column in ((3, 100), (64, 64), (90, 17)):
             a1, a2 = axis[column], axis[row]
             expected = float(matrices.level_determinant([a1, a2, a1, a2], matrices.coefficients_of()))
@@ -247,8 +246,7 @@ class TestTables:
 
     def test_each_run_of_broken_rows_is_marked_once(self, client: Client) -> None:
         t = np.arange(600) * 2 * math.pi / 600
-        alpha = np.column_stack([0.8 + 0.1 * np.cos(t), -0.8 + 0.1 * np.sin(t)])
-        alpha = np.hstack([alpha, alpha])
+        alpha = np.column_stack([0.8 + 0.1 * np.cos(t), -0.8 + 0.1 * np.sin(t)] * 2)
         alpha[100:130, 2] += 0.05
         alpha[117, 2] += 0.03
         alpha[300, 3] += 0.2

@@ -245,7 +245,7 @@ def _download(_: Request, body: bytes, check: Check) -> Any:
 @cache
 def setup_answer() -> dict[str, Any]:
     """Return what the page offers: choices, presets, formats, limits, the empty state and the paper's gaits."""
-    gaits = {f"Gait {number}": paper_gait(number, PAPER, coefficients_of()) for number in PAPER_GAITS}
+    gaits = {f"Gait {number}": paper_gait(number, PAPER, coefficients_of()) for number in PAPER_GAITS.values()}
     return {
         "version": __version__,
         "presets": [{"name": name, "drag_ratio": vehicle_named(name).drag_ratio} for name in preset_names()],

@@ -364,11 +364,8 @@ _LOOPS = {
     4: ("red", ((-2, 2), (-2, 6), (-6, 6), (-6, 2))),
 }
 
-PAPER_GAITS = tuple(_LOOPS)
-"""The numbers of the gaits."""
-
-PAPER_NAMES = tuple(f"gait{number}" for number in PAPER_GAITS)
-"""What they may be called instead of a file."""
+PAPER_GAITS = {f"gait{number}": number for number in _LOOPS}
+"""What the paper's gaits may be called instead of a file, and their numbers."""
 
 
 def paper_gait(number: int, vehicle: Vehicle, coefficients: Coefficients) -> Gait:

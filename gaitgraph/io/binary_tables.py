@@ -216,6 +216,7 @@ def _about_of_parquet(metadata: dict[bytes, bytes]) -> dict[str, Any]:
 
 _GAIT = "gait"  # the struct
 _GROUPS = {"alpha": ANGLES, "alpha_rate": RATES, "alpha_acceleration": ACCELERATIONS}  # matrices, a column for a rotor
+_ANGLES = frozenset({"alpha", "alpha1", "alpha1_deg"})
 _MAT = "a MAT-file of level 5 in little-endian order, as save -v7 or save -v6 write it"
 _HEADER, _TEXT_OF_HEADER = 128, 116
 _MATRIX, _COMPRESSED = 14, 15
@@ -263,11 +264,10 @@ def read_mat(path: Path, builder: TableBuilder, progress: Progress) -> Iterator[
         plain = {name: one for name, one in variables.items() if not one.dtype.names}
         structs = [_fields(one) for name, one in variables.items() if one.dtype.names and name != _GAIT]
         ours = _fields(variables.get(_GAIT, np.zeros(0)))
+        tables = [[one for one in some if one] for some in ([plain], [ours], structs)]
         # What has angles is preferred; joints may have any name.
-        tables = [
-            [one for one in some if test(one)] for test in (_has_angles, bool) for some in ([plain], [ours], structs)
-        ]
-        found, *others = next(filter(None, tables), [{}])
+        with_angles = [[one for one in some if not _ANGLES.isdisjoint(one)] for some in tables]
+        found, *others = next(filter(None, with_angles + tables), [{}])
         if others:
             raise InputError(f"it must have one struct of angles, or one called {_GAIT!r}, got {1 + len(others)}")
         about = _about_of_array({**found, **ours}.get(_PROVENANCE))
@@ -285,10 +285,6 @@ def read_mat(path: Path, builder: TableBuilder, progress: Progress) -> Iterator[
 def _fields(array: Array) -> dict[str, Any]:
     """Return the fields of a struct; nothing of another array."""
     return {name: array[name].item() for name in array.dtype.names or ()} if array.size == 1 else {}
-
-
-def _has_angles(found: Mapping[str, Any]) -> bool:
-    return not found.keys().isdisjoint(("alpha", "alpha1", "alpha1_deg"))
 
 
 def _mat_variables(content: bytes) -> dict[str, Array]:

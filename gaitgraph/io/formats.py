@@ -29,7 +29,7 @@ from gaitgraph.errors import (
     shown,
 )
 from gaitgraph.files import check_new_files, path_of, reading, remove_leftovers, text_of, value_from_json, write_whole
-from gaitgraph.gait.gait import PAPER_NAMES, Gait, paper_gait
+from gaitgraph.gait.gait import PAPER_GAITS, Gait, paper_gait
 from gaitgraph.gait.table import ANGLES, Table, about_from_text, closed_rows, merged
 from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.io import binary_tables, c_header, ros, text_files
@@ -243,11 +243,10 @@ def given_gait(gait: GaitLike, *, name: str = "gait", whole: bool = True, **choi
         for option, value in stated.items():
             raise InputError(f"{option} must be None beside a gait, which has its own, got {shown(value)}")
         return gait
-    if str(gait) in PAPER_NAMES:
-        vehicle = vehicle_named(stated.get("vehicle", PAPER))
-        numbers = coefficients_of(vehicle, stated.get("coefficients"))
-        return paper_gait(PAPER_NAMES.index(str(gait)) + 1, vehicle, numbers)
     if isinstance(gait, (str, Path)):
+        if number := PAPER_GAITS.get(str(gait)):
+            vehicle = vehicle_named(stated.get("vehicle", PAPER))
+            return paper_gait(number, vehicle, coefficients_of(vehicle, stated.get("coefficients")))
         if holds_request(gait):
             from gaitgraph.planning.planner import planned_gait
 

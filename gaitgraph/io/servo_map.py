@@ -227,10 +227,8 @@ class ServoMap:
         """Raise InputError unless there are the columns of all joints, and of time if it has a name of its own."""
         for name in self.columns[:5]:
             if name not in names and name != "t":
-                near = [one for one in names if did_you_mean(one, [name])]
-                there = (
-                    f": for {near[0]!r} did you mean {name!r}?" if near else f"; there are {shown(', '.join(names))}"
-                )
+                near = [f": for {one!r} did you mean {name!r}?" for one in names if did_you_mean(one, [name])]
+                there = near[0] if near else f"; there are {shown(', '.join(names))}"
                 raise InputError(f"servos {self.name!r}: column {name!r} is missing{there}")
 
     def as_mapping(self) -> dict[str, Any]:

@@ -20,7 +20,7 @@ from gaitgraph.angles import HALF_PI, angle_within, number_of, whole_number
 from gaitgraph.errors import GaitgraphError, InputError, check_fields, did_you_mean, shown
 from gaitgraph.files import from_toml_file, path_of
 from gaitgraph.flight.flight import FlightSettings, settings_from_mapping
-from gaitgraph.gait.gait import PAPER_NAMES, checked_factor
+from gaitgraph.gait.gait import PAPER_GAITS, checked_factor
 from gaitgraph.gait.table import ANGLES
 from gaitgraph.io.formats import gait_of, holds_request, read_table
 from gaitgraph.planning.planner import plan
@@ -170,7 +170,7 @@ class GaitSource:
     def gait(self, vehicle: Vehicle) -> Gait:
         """Return the gait for a vehicle; Infeasible with the plan's reason if there is none."""
         if self.kind == "paper":
-            return gait_of(PAPER_NAMES[self.content["number"] - 1], vehicle=vehicle)
+            return gait_of(f"gait{self.content['number']}", vehicle=vehicle)
         if self.kind == "request":
             content = {"require": "valid", **self.content, "law": self.law, "vehicle": vehicle}
             return plan(request_from_mapping(content)[0]).gait
@@ -191,12 +191,12 @@ def _source_of(entry: Any, number: int, folder: Path) -> GaitSource:
         plain = request.as_mapping() | {"waypoints": [list(point) for point in request.waypoints]}
         content = {key: plain[key] for key in values if key not in ("name", "law")}
         return GaitSource(name=name, kind="request", content=content, law=request.law)
-    if file in PAPER_NAMES:
-        return GaitSource(name=name, kind="paper", content={"number": PAPER_NAMES.index(file) + 1})
+    if file in PAPER_GAITS:
+        return GaitSource(name=name, kind="paper", content={"number": PAPER_GAITS[file]})
     path = folder / file
     if not path.suffix:
-        hint = did_you_mean(file, PAPER_NAMES)
-        raise InputError(f"must be {', '.join(PAPER_NAMES)} or a file, got {shown(file)}{hint}")
+        hint = did_you_mean(file, list(PAPER_GAITS))
+        raise InputError(f"must be {', '.join(PAPER_GAITS)} or a file, got {shown(file)}{hint}")
     if holds_request(path):
         plain = read_request(path, {})[0].as_mapping()
         content = {key: plain[key] for key in _REQUESTED if key not in ("coefficients", "law")}
