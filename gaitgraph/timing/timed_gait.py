@@ -289,7 +289,7 @@ class TimedGait:
         return html_of(self)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
 class RowTimedGait(TimedGait):
     """A gait that passes each row of a table at the row's own time, straight between them; each row is a corner.
 
@@ -426,7 +426,7 @@ def pieces_of(
     by_law = timed.law in LAWS
     if not by_law:
         made["made_by"] = "pace"
-    elif gait.color != "mixed" and len(gait.alpha) <= MOST_CORNERS:
+    elif "made_by" not in (about or {}) and gait.color != "mixed" and len(gait.alpha) <= MOST_CORNERS:  # not of a path
         made["corners"] = gait.alpha.tolist()
     if gait.request:
         # A request can ask for the timing of a law, and for no other.
