@@ -42,8 +42,6 @@ def test_a_loop_through_waypoints_settles(run: Any, tmp_path: Path) -> None:
     assert list(done.json)[:2] == ["settled", "reason"]
     answer = [done.json[name] for name in ("settled", "reason", "warnings", "attitude")]
     assert answer == [True, "", [], [0.3, -0.2]]
-    assert done.json["peak_thrust_share"] == pytest.approx(2.9, abs=0.05)
-    assert done.json["least_singular_value"] == pytest.approx(0.45, abs=0.005)
 
 
 def test_blue_gaits_are_refused_before_take_off_and_fail_anyway(run: Any) -> None:

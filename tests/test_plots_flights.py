@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import re
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
@@ -173,10 +172,8 @@ def test_files_hold_one_row_a_flight(basin: Basin, tmp_path: Path) -> None:
     """What the formats hold is tested with tables."""
     names = [tmp_path / f"basin.{suffix}" for suffix in ("csv", "svg")]
     write_basins([basin, basin], names)
-    with names[0].open() as stream:
-        rows = list(csv.DictReader(stream))
-    assert len(rows) == 36
-    assert [row["outcome"] for row in rows[:18]] == list(basin.columns()["outcome"])
-    assert [float(row["seconds"]) for row in rows[:18]] == pytest.approx(basin.columns()["seconds"])
+    rows = [line.split(",") for line in names[0].read_text().splitlines()]
+    outcome = rows[0].index("outcome")
+    assert [row[outcome] for row in rows[1:]] == 2 * list(basin.columns()["outcome"])
     with pytest.raises(OutputExists, match="exists"):
         write_basins([basin], names[:1])

@@ -21,7 +21,6 @@ from gaitgraph.plots import vehicles
 from gaitgraph.plots.axes import (
     FORMATS as PICTURES,
     GREY,
-    INCH,
     RED,
     axes_or_new,
     blank_figure,
@@ -75,7 +74,7 @@ def plot_flight(
     for name in panels:
         checked_choice("panels", name, PANELS)
     if axes is None:
-        axes = _panel_axes(blank_figure(_WIDTH, _WIDTH, pyplot=True), panels)
+        axes = _panel_axes(panels, pyplot=True)
     axes = np.ravel(np.asarray(axes, dtype=object))
     if len(axes) != len(panels):
         raise InputError(f"axes must be {len(panels)}, one a panel, got {len(axes)}")
@@ -98,15 +97,14 @@ def plot_flight(
     return axes
 
 
-def _panel_axes(figure: Figure, panels: Sequence[str]) -> npt.NDArray[np.object_]:
-    """Return axes of a figure for panels, one below another.
+def _panel_axes(panels: Sequence[str], *, pyplot: bool = False) -> npt.NDArray[np.object_]:
+    """Return axes of a new figure for panels, one below another.
 
     Their layout is fixed, because a solver's depends on the order in which it meets its variables, and so do bytes.
     """
     heights = [_PANELS[name][0] for name in panels]
     height = _TOP + _BOTTOM + sum(heights) + _LEGEND * len(panels)
-    figure.set_layout_engine("none")
-    figure.set_size_inches(_WIDTH / INCH, height / INCH)
+    figure = blank_figure(_WIDTH, height, "none", pyplot=pyplot)
     places: dict[str, Any] = {"left": _LEFT / _WIDTH, "right": 1 - _RIGHT / _WIDTH, "bottom": _BOTTOM / height}
     places |= {"top": 1 - (_TOP + _LEGEND) / height, "hspace": _LEGEND * len(panels) / sum(heights)}
     return figure.subplots(len(panels), sharex=True, squeeze=False, height_ratios=heights, gridspec_kw=places)[:, 0]
@@ -374,9 +372,7 @@ def write_flight(flight: Flight, paths: Sequence[str | Path], *, force: bool = F
         raise InputError(f"output: {str(paths[0])!r}: nothing was flown, so there is nothing to write")
 
     def figure() -> Figure:
-        figure = blank_figure(_WIDTH, _WIDTH, layout=None)
-        plot_flight(flight, axes=_panel_axes(figure, PANELS))
-        return figure
+        return plot_flight(flight, axes=_panel_axes(PANELS))[0].figure  # type: ignore[no-any-return]
 
     def film(path: Path) -> None:
         times, delays, slowed = flight_frame_times(flight)

@@ -47,8 +47,7 @@ def html_of(shown: Gait | TimedGait | Plan | Report | Region | Vehicle) -> str:
     elif isinstance(shown, TimedGait):
         picture = _picture(lambda ax: draw_angles(ax, shown.t, shown.alpha), "its tilt angles over one period")
     elif isinstance(shown, Gait):
-        gait = shown
-        region, words = _region_under(gait)
+        gait, (region, words) = shown, _region_under(shown)
         more = [*_judged(gait), words]
         picture = _picture(lambda ax: _draw_plane(ax, gait=gait, region=region), words)
     elif isinstance(shown, Report):
