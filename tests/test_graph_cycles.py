@@ -297,7 +297,6 @@ def test_shortest_simple_cycle_against_brute_force(sign: Any, use: Any, seed: in
             continue
         (item,) = alone
         assert item in expected
-        assert item[0] == expected[0][0]
         for effort in (1, 30):
             hasty = cycles(graph, **options, shortest=True, effort=effort)
             cycle = next(hasty, None)

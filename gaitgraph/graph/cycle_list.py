@@ -316,11 +316,9 @@ def _tour_start(rows: Rows, stops: Sequence[frozenset[int]], any_order: bool, ro
     for progress in range(done - 1, begin - 1, -1):
         if any_order and progress & begin != begin:
             continue
-        sources = []
-        for node in set().union(*(stops if any_order else [stops[progress]])) - {root}:
-            then = advanced(progress, node)
-            if then != progress and node in ahead[then]:
-                sources.append((node, ahead[then][node]))
+        nodes = set().union(*(stops if any_order else [stops[progress]])) - {root}
+        onward = [(node, then) for node in nodes if (then := advanced(progress, node)) != progress]
+        sources = [(node, ahead[then][node]) for node, then in onward if node in ahead[then]]
         ahead[progress] = distances(rows, sources, avoid=(root,))[0]
 
     @lru_cache(maxsize=_MOST_STATES)

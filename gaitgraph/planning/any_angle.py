@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, lru_cache
-from itertools import pairwise
+from itertools import groupby, pairwise
 from textwrap import fill
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -239,10 +239,8 @@ class PreparedRegion:
         found = self.paths.path(first, last)
         if found is None:
             return None
-        points = [start, *((float(x), float(y)) for x, y in found), end]
-        points = [point for k, point in enumerate(points) if k == 0 or point != points[k - 1]]
-        length = length_of(points)
-        bound = length
+        points = [point for point, _ in groupby([start, *((float(x), float(y)) for x, y in found), end])]
+        bound = length = length_of(points)
         if len(points) > 2 and self._around is not self.paths:
             around = self._around.path(start, end)
             # An end that even the outer figure lacks is no point of the region: only the straight line is certain.

@@ -98,10 +98,8 @@ class Branch:
     def obstacle_at(self, k: int, why: str | None = None, R: float | None = None) -> Obstacle:
         """Return what is in the way at a waypoint, one of :meth:`rootless` if neither a reason nor R is given."""
         if self._is_singular:
-            message = (
-                "blue: with exact coefficients R = 0 on the whole blue sheet, so the matrix is singular there: use red"
-            )
-            return Obstacle(color=self.color, sign=self.sign, kind="color", message=message, R=0.0)
+            message = "with exact coefficients R = 0 on the whole blue sheet, so the matrix is singular there: use red"
+            return Obstacle(color=self.color, sign=self.sign, kind="color", message=f"blue: {message}", R=0.0)
         if why is None:
             values, of_color = (part[k] for part in self._roots)
             R = float(max(values[of_color], key=lambda value: self.wanted * value))

@@ -108,8 +108,8 @@ class Transition:
     @property
     def _ends(self) -> dict[str, int | None]:
         """The corners that the path leaves and joins, counted from 1."""
-        left, joined = (None if corner is None else corner + 1 for corner in self.corners)
-        return {"leaves_corner": left, "joins_corner": joined}
+        numbers = (None if corner is None else corner + 1 for corner in self.corners)
+        return dict(zip(("leaves_corner", "joins_corner"), numbers, strict=True))
 
     def table(self) -> Table:
         """Return the table of the path, from t = 0 to its duration; raises Infeasible if there is none."""
