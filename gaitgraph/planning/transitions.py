@@ -120,8 +120,7 @@ class Transition:
         timed, left = self.timed, self.samples + 1
         about = {"period": self.duration, "made_by": "transition", "transition": self._ends}
         for whole in pieces_of(timed, about):
-            stated = {name: value for name, value in whole.about.items() if name != "corners"}  # of there and back
-            piece = replace(whole.rows(0, left), about=stated)
+            piece = whole.rows(0, left)
             left -= len(piece)
             if left:
                 yield piece
