@@ -108,9 +108,7 @@ def test_straight_runs_merge_and_turns_stay() -> None:
     assert len(gait.merged().alpha) == 4
     assert gait.color == "mixed"
     merged = lift([(0.3, -0.3)] * 4, "red").merged()
-    assert merged.alpha.shape == (1, 4)
-    assert merged.length == 0
-    assert merged.vertices().shape == (1, 4)
+    assert (merged.alpha.shape, merged.length, merged.vertices().shape) == ((1, 4), 0, (1, 4))
 
 
 def test_corners_are_copied_and_read_only() -> None:

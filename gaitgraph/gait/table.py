@@ -325,7 +325,8 @@ def closed_rows(
     >>> gait.alpha[:, 2].tolist(), times.tolist()
     ([0.4, 0.9], [0.0, 1.0, 2.0])
     """
-    request = table.about.get("request") if vehicle is None and coefficients is None else None
+    request = table.about.get("request")
+    request = dict(request) if isinstance(request, dict) and vehicle is None and coefficients is None else {}
     vehicle, numbers, crossing_tolerance = surface_of(table, vehicle, coefficients)
     alpha, t = tilt_angles(table, numbers), table.columns.get("t")
     if is_closed(alpha):
@@ -333,7 +334,6 @@ def closed_rows(
     elif t is not None:
         t = np.append(t, closing_time(t[0], t[-1], len(t)))
     colors = tuple(table["color"][: len(alpha)]) if "color" in table else _colors_of(alpha, numbers)
-    request = dict(request) if isinstance(request, dict) else {}
     stated = stated_gait(table, vehicle, numbers, crossing_tolerance)
     if stated is not None:
         start, end = table["t"][[0, -1]].tolist()
