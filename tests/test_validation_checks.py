@@ -22,7 +22,6 @@ from gaitgraph.invertibility.matrices import (
 from gaitgraph.surface.sheets import family_distances
 from gaitgraph.validation import validating
 from gaitgraph.validation.report import Check, Report, limit_check
-from gaitgraph.validation.rules import segments_of
 from tests.published import GAITS
 
 if TYPE_CHECKING:
@@ -99,14 +98,6 @@ def test_a_check_serialises_without_infinities() -> None:
 def test_limits_of_rates_in_words(peak: float, limit: float | None, ok: bool, message: str) -> None:
     check = limit_check("tilt_rate", "u", peak, 3, limit, {"row": 1}, "slower")
     assert (check.ok, check.value, check.limit, check.message) == (ok, peak, limit, message)
-
-
-def test_the_segments_of_a_gait_close() -> None:
-    run = segments_of(lift([(0.4, -0.4), (0.8, -0.4), (0.8, -0.8)], ["red", "blue", "red"]))
-    assert run.sheet.tolist() == [1, -1, 1, 1]
-    assert (run.number.tolist(), run[1:3].number.tolist()) == ([1, 2, 3, 1], [2, 3])
-    np.testing.assert_array_equal(run.alpha[-1], run.alpha[0])
-    assert segments_of(lift([(0.4, -0.4)], "red").biased(0.5)).sheet.tolist() == [0, 0]
 
 
 near, DELTA = np.pi / 16, coefficients_of().delta

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import json
 import math
 import tracemalloc
 from typing import TYPE_CHECKING, Any
@@ -400,14 +399,6 @@ def test_long_tables_are_counted_and_not_listed() -> None:
     assert (report.listing.count, report.listing.first) == (2, ())
     assert str(report.listing).startswith("2 colourings of a loop\n")
     assert "2 with R < 0, all red or all blue" in str(report)
-
-
-def test_reports_of_tables_serialise() -> None:
-    plain = json.loads(json.dumps(validate(sampled(G1)).as_mapping(), allow_nan=False))
-    assert (plain["rows"], plain["colorings"], plain["colorings_count"]) == (65, [["blue"] * 64], 1)
-    assert plain["coloring_signs"] == ["negative"]
-    assert plain["coloring_obstacles"]["positive"]["kind"] == "point"
-    assert all({"row", "t", "alpha"} <= set(check["where"]) for check in plain["checks"] if check["where"] is not None)
 
 
 @pytest.mark.parametrize(("decimals", "rounding"), [(2, 0.0), (3, 5e-4), (5, 5e-6), (8, 5e-9), (9, 0.0), (12, 0.0)])

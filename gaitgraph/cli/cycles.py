@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from gaitgraph.cli import Working, choice, command, flag, option, print_json, request_of, wants_json, whole_from
+from gaitgraph.cli import Working, choice, command, flag, option, print_json, request_of, show, wants_json, whole_from
 
 
 @command(
@@ -40,12 +40,6 @@ def cycles_command(
     from gaitgraph.planning.grid import grid_cycles
     from gaitgraph.planning.request import stated_request
 
-    def answer(cycle: Any, **more: Any) -> None:
-        if wants_json():
-            print_json({**cycle.as_mapping(), **more})
-        else:
-            click.echo(str(cycle))
-
     through = "waypoints" in given or (request_file is not None and "waypoints" in stated_request(request_file))
     if not through:
         # The whole region counts; a request has at least one waypoint, which then plays no part.
@@ -61,7 +55,7 @@ def cycles_command(
         progress("searching cycles")
         for cycle in islice(found.cycles, limit):
             with progress.aside():
-                answer(cycle)
+                show(cycle)
         found.cycles.look_ahead()
     if found.cycles.found:
         click.echo(str(found.cycles), err=True)
@@ -70,7 +64,7 @@ def cycles_command(
         best, bound, reason = found.best(effort=effort or 1_000_000)
     if best is not None:
         exact = best.length <= bound
-        answer(best, exact=exact, bound=bound)
+        show(best, more={"exact": exact, "bound": bound})
         proof = "a shortest one" if exact else f"not proven shortest: none is shorter than {bound:.4f} rad"
         click.echo(f"the best one found, {proof}", err=True)
         return 0

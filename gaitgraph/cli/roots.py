@@ -22,14 +22,14 @@ def roots_command(a1: str, a2: str, vehicle: Vehicle | None = None, coefficients
     """Print every root (α3, α4) of Rφ = Rθ = 0 for one (α1, α2), with plane types, color and R."""
     from dataclasses import asdict
 
-    from gaitgraph.angles import angle_from_text, text_from_angle
+    from gaitgraph.angles import text_from_angle
     from gaitgraph.invertibility.matrices import coefficients_of
     from gaitgraph.surface.sheets import roots
     from gaitgraph.vehicle import PAPER
 
     numbers = coefficients_of(vehicle or PAPER, coefficients)
-    alpha1, alpha2 = angle_from_text(a1, "alpha1"), angle_from_text(a2, "alpha2")
-    found = roots(alpha1, alpha2, coefficients=numbers, **given)
+    found = roots(a1, a2, coefficients=numbers, **given)
+    alpha1, alpha2 = found[0].alpha[:2]
     if wants_json():
         plane = ("alpha1", "alpha2")
         rows = [{name: value for name, value in asdict(root).items() if name not in plane} for root in found]
