@@ -15,6 +15,7 @@ from gaitgraph.gait.gait import lift
 from gaitgraph.invertibility.matrices import (
     Coefficients,
     attitude_of,
+    attitude_sensitivities,
     body_vertical,
     coefficients_of,
     determinant,
@@ -24,7 +25,6 @@ from gaitgraph.invertibility.matrices import (
 )
 from gaitgraph.invertibility.tilt_margins import (
     LeastMargin,
-    attitude_sensitivities,
     least_singular_value_within,
     least_tilt_margin,
     nearest_singular_attitude,

@@ -23,10 +23,16 @@ import shapely
 
 from gaitgraph.angles import HALF_PI, checked_number
 from gaitgraph.errors import InputError, shown
-from gaitgraph.invertibility.matrices import Coefficients, FloatArray, IntArray, attitude_of, noise_of
+from gaitgraph.invertibility.matrices import (
+    Coefficients,
+    FloatArray,
+    IntArray,
+    attitude_of,
+    attitude_sensitivities,
+    noise_of,
+)
 from gaitgraph.invertibility.tilt_margins import (
     EVERYWHERE,
-    attitude_sensitivities,
     segment_singular_everywhere,
     sensitivity_deviations,
     singular_everywhere,
