@@ -77,11 +77,7 @@ def test_forth_and_back_takes_the_time_of_the_closed_form(gait: gg.Gait, limits:
 
 
 @settings(deadline=None, max_examples=15)
-@given(
-    seed=st.integers(0, 2**32 - 1),
-    n=st.integers(8, 40),
-    rate=st.sampled_from([np.inf, 3.0]),
-)
+@given(seed=st.integers(0, 2**32 - 1), n=st.integers(8, 40), rate=st.sampled_from([np.inf, 3.0]))
 def test_no_other_speeds_within_the_limits_are_larger_anywhere(seed: int, n: int, rate: float) -> None:
     # The largest solution point by point, against a linear programme over the very same rows.
     random = np.random.default_rng(seed)
@@ -110,8 +106,7 @@ def test_no_other_speeds_within_the_limits_are_larger_anywhere(seed: int, n: int
             else:
                 rows += [row, -row]
                 right += [limits[joint]] * 2
-    high = np.minimum(box, ((rate / np.abs(first[:-1])) ** 2).min(axis=1))
-    high = np.minimum(high, 1e12)
+    high = np.minimum(np.minimum(box, ((rate / np.abs(first[:-1])) ** 2).min(axis=1)), 1e12)
     found = linprog(-np.ones(n), A_ub=np.array(rows), b_ub=right, bounds=np.column_stack([np.zeros(n), high]))  # type: ignore[call-overload]
     np.testing.assert_allclose(b[:-1], found.x, rtol=1e-5, atol=1e-7)
 
