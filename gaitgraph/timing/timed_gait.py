@@ -289,7 +289,7 @@ class TimedGait:
         return html_of(self)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
 class RowTimedGait(TimedGait):
     """A gait that passes each row of a table at the row's own time, straight between them; each row is a corner.
 
@@ -312,8 +312,7 @@ class RowTimedGait(TimedGait):
         columns |= dict(zip(ANGLES, np.vstack([gait.alpha, gait.alpha[:1]]).T, strict=True))
         if gait.colors:
             columns["color"] = (*gait.colors, gait.colors[0])
-        table = Table(columns=columns)
-        return validate(table, vehicle=gait.vehicle, coefficients=gait.coefficients.kind, **options)
+        return validate(Table(columns=columns), vehicle=gait.vehicle, coefficients=gait.coefficients.kind, **options)
 
 
 def timed_gait_of(
