@@ -12,8 +12,8 @@ import shapely
 
 from gaitgraph.errors import Infeasible, InputError
 from gaitgraph.gait.gait import lift
-from gaitgraph.gait.table import ANGLES, Table
-from gaitgraph.io.formats import write_tables
+from gaitgraph.gait.table import ANGLES
+from gaitgraph.io.formats import given_gait, write_tables
 from gaitgraph.optimization import retargeting
 from gaitgraph.surface.admissible import admissible_region
 from gaitgraph.timing.timed_gait import table_of
@@ -78,13 +78,11 @@ def test_retargeting_twice_changes_nothing_more(margin: float) -> None:
 @pytest.mark.parametrize(
     "source",
     [
-        lift(FLYABLE, "red"),
-        lift(FLYABLE, "red").parametrize(2.0, samples=30),
         table_of(lift(FLYABLE, "red").parametrize(2.0, samples=30)),
         lift([(0.6, -0.6)], "red"),
         np.array([[-0.3, 0.4, -0.3, 0.4], [-0.9, 0.4, -0.9, 0.4]]),
     ],
-    ids=["gait", "timed", "table", "point", "array"],
+    ids=["table", "point", "array"],
 )
 def test_flyable_gaits_come_back_bit_by_bit(source: Any) -> None:
     answer = retarget(source)
@@ -96,7 +94,7 @@ def test_flyable_gaits_come_back_bit_by_bit(source: Any) -> None:
 def test_paths_between_rows_bend_around_what_is_forbidden() -> None:
     block = [(-0.7, 0.5), (-0.5, 0.5), (-0.5, 0.9), (-0.7, 0.9)]
     rows, t = np.array([[-1.0, 0.7, -1.0, 0.7], [-0.2, 0.7, -0.2, 0.7]]), np.array([0.5, 2.0])
-    answer = retarget(Table(columns={"t": t, **dict(zip(ANGLES, rows.T, strict=True))}), keep_out=[block])
+    answer = retarget({"t": t, **dict(zip(ANGLES, rows.T, strict=True))}, keep_out=[block])
     assert (answer.status, answer.unchanged, answer.added, answer.total) == ("retargeted", 2, 4, 0)
     assert answer.as_mapping()["new_rows"] == [1, 4]
     line = shapely.LineString(np.vstack([answer.table.alpha[:, :2], answer.table.alpha[:1, :2]]))
@@ -124,9 +122,8 @@ def test_signs_choose_the_component() -> None:
         assert (np.sign(answer.table["R"]) == (1 if sign == "positive" else -1)).all()
         signs[sign] = answer.total
     assert retarget(rows).total == min(signs.values())
-    turned = retarget(lift(FLYABLE, "red"), sign="positive")
-    assert (turned.status, turned.before.flyable) == ("retargeted", True)
-    assert retarget(lift(FLYABLE, "red"), sign="negative").status == "unchanged"
+    turned, kept = (retarget(lift(FLYABLE, "red"), sign=sign) for sign in ("positive", "negative"))
+    assert (turned.status, turned.before.flyable, kept.status) == ("retargeted", True, "unchanged")
     beside = retarget(lift(FLYABLE, "red").alpha + np.outer([0.05, 0, 0], [0, 0, 1, 0]), sign="negative")
     assert (beside.status, beside.unchanged, beside.after.flyable) == ("retargeted", 2, True)
 
@@ -136,11 +133,11 @@ def test_times_stay_and_rates_are_judged() -> None:
     t = np.linspace(0.0, 1.4, 8)
     columns: dict[str, Any] = {"t": t, **dict(zip(ANGLES, rows.T, strict=True))}
     block = [(-0.4, 0.2), (-0.2, 0.2), (-0.2, 0.6), (-0.4, 0.6)]
-    answer = retarget(Table(columns=columns), keep_out=[block], sign="positive")
+    answer = retarget(columns, keep_out=[block], sign="positive")
     assert (answer.table["t"][answer.rows] == t).all()
     assert (np.diff(answer.table["t"]) > 0).all()
     slow = PAPER.replace(max_tilt_rate=0.01)
-    limited = retarget(Table(columns=columns), vehicle=slow, sign="positive")
+    limited = retarget(columns, vehicle=slow, sign="positive")
     assert not limited.after["tilt_rate"].ok
     before, _, after, advice = str(limited).splitlines()[-4:]
     assert (before, after) == (f"before: {limited.before.verdict}", f"after:  {limited.after.verdict}")
@@ -152,6 +149,9 @@ def test_a_gait_that_would_stand_still_is_offered_with_half_of_its_motion() -> N
     blue = lift(FLYABLE, "blue")
     still = retarget(blue)
     assert still.gait.length == pytest.approx(0.0, abs=1e-9)
+    assert still.largest[0] > 0.5
+    delta = math.atan(PAPER.drag_ratio)  # where both sheets meet
+    assert np.abs(still.table.alpha[:, :2] - [delta, -delta]).max() < 0.1
     assert str(still).startswith("The nearest flyable gait stands still. The nearest that keeps half is moved by ")
     assert still.as_mapping()["moving"]["share"] == pytest.approx(0.5)
     for keep in (0.5, 0.2):
@@ -165,9 +165,8 @@ def test_a_gait_that_would_stand_still_is_offered_with_half_of_its_motion() -> N
         nearer = lift(answer.table.alpha[:, :2] + shift, "red")
         free = np.allclose(answer.table.alpha[:, :2].mean(axis=0), still.table.alpha[0, :2])
         assert free or not nearer.check().flyable
-    assert "% of the motion fits nowhere" in str(
-        retarget(wave(1), keep=1.0, keep_in=[[(-0.1, 0.3), (0.1, 0.3), (0.1, 0.5)]]).reason
-    )
+    nowhere = retarget(wave(1), keep=1.0, keep_in=[[(-0.1, 0.3), (0.1, 0.3), (0.1, 0.5)]])
+    assert "% of the motion fits nowhere" in str(nowhere.reason)
     with pytest.raises(InputError, match="keep must be a share above 0, up to 1, got 50"):
         retarget(blue, keep=50)
 
@@ -194,19 +193,14 @@ def test_whole_turns_are_taken_off_with_a_warning() -> None:
     assert retarget(rows).moved.min() > math.pi / math.sqrt(2) - 1e-9
 
 
-def test_mirrored_spin_mirrors_the_answer() -> None:
-    rows = wave(5)
-    mirrored = PAPER.replace(first_rotor_spin="counterclockwise")
-    here, there = retarget(rows, sign="positive"), retarget(-rows, vehicle=mirrored, sign="positive")
-    np.testing.assert_allclose(there.table.alpha, -here.table.alpha, atol=3e-6)
-    assert there.total == pytest.approx(here.total, abs=1e-4)
-
-
-def test_limits_of_the_vehicle_count() -> None:
+def test_limits_of_the_vehicle_count_and_mirrored_spin_mirrors_the_answer() -> None:
     limited = Vehicle(drag_ratio=0.17, mass=0.4, max_thrust=0.27 * 0.4 * 9.80665, max_tilt=0.5)
-    answer = retarget(wave(0), vehicle=limited)
-    assert answer.after.flyable
-    assert np.abs(answer.table.alpha).max() <= 0.5
+    here = retarget(wave(0), vehicle=limited, sign="positive")
+    assert here.after.flyable
+    assert np.abs(here.table.alpha).max() <= 0.5
+    mirrored = limited.replace(first_rotor_spin="counterclockwise")
+    there = retarget(-wave(0), vehicle=mirrored, sign="positive")
+    np.testing.assert_allclose(there.table.alpha, -here.table.alpha, atol=3e-6)
 
 
 def test_why_there_is_none() -> None:
@@ -224,7 +218,7 @@ def test_why_there_is_none() -> None:
 
 
 def test_the_command_reads_writes_and_says_no(run: Any, tmp_path: Path) -> None:
-    write_tables(Table(columns=dict(zip(ANGLES, wave(6, count=12).T, strict=True))), [tmp_path / "animal.csv"])
+    write_tables(given_gait(wave(6, count=12)), [tmp_path / "animal.csv"])
     answer = run("retarget", "animal.csv", "--json", "--output", "gait.json").json
     assert (answer["status"], answer["rows"], answer["flyable"]) == ("retargeted", 12, True)
     assert answer["largest"] == max(answer["moved"]) == answer["moved"][answer["largest_row"] - 1]
@@ -234,10 +228,4 @@ def test_the_command_reads_writes_and_says_no(run: Any, tmp_path: Path) -> None:
 
 
 def test_a_lifted_table_is_read() -> None:
-    plane: dict[str, Any] = {"alpha1": np.array([0.4, 0.4, 1.2]), "alpha2": np.array([-1.2, -0.4, -0.4])}
-    assert retarget(Table(columns={**plane, "color": ("red",) * 3})).status == "unchanged"
-    blue = retarget(Table(columns={**plane, "color": ("blue",) * 3}))
-    delta = math.atan(PAPER.drag_ratio)
-    # All blue rows project on the point where both sheets meet.
-    assert np.abs(blue.table.alpha[:, :2] - [delta, -delta]).max() < 0.1
-    assert blue.largest[0] > 0.5
+    assert retarget({"alpha1": [0.4, 0.4, 1.2], "alpha2": [-1.2, -0.4, -0.4], "color": "red"}).status == "unchanged"

@@ -67,11 +67,9 @@ def check(points: FloatArray, vehicle: Vehicle, count: int = 41, samples: int = 
     roll, pitch = raster(count)
     least, largest = range_of_formula_1(alpha, vehicle, roll, pitch)
     safe = (least > 0) | (largest < 0)
-    inside = shapely.contains_xy(found.polygon, roll, pitch)
-    beyond = shapely.contains_xy(found.beyond, roll, pitch)
+    inside, beyond = (shapely.contains_xy(region, roll, pitch) for region in (found.polygon, found.beyond))
     # Never unsafe, neither on the raster nor at the very corners of the outlines.
-    assert not (inside & (least < -1e-9) & (largest > 1e-9)).any()
-    assert not (beyond & (least < -1e-9) & (largest > 1e-9)).any()
+    assert not ((inside | beyond) & (least < -1e-9) & (largest > 1e-9)).any()
     for part in (found.polygon, *shapely.get_parts(found.beyond)):
         if not part.is_empty:
             low, high = range_of_formula_1(alpha, vehicle, *shapely.get_coordinates(part).T)
@@ -145,8 +143,7 @@ class TestSingularCurve:
         assert singular_curve(printed, EXACT).kind == "curve"
         assert singular_curve(printed, EXACT, angle_rounding=5e-4).kind == "everywhere"
         # Rθ = 0: a roll at every pitch. Rφ = 0: symmetrical in roll.
-        upright = singular_curve([0.5, -0.3, 0.2, -0.3], EXACT)
-        points = upright.points(7)
+        points = singular_curve([0.5, -0.3, 0.2, -0.3], EXACT).points(7)
         np.testing.assert_allclose(points[:, 0], points[0, 0], atol=1e-12)
         np.testing.assert_allclose(np.sort(points[[0, -1], 1]), [-HALF_PI, HALF_PI])
         even = singular_curve([0.5, -0.3, 0.5, 0.2], EXACT).points(11)

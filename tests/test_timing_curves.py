@@ -68,7 +68,6 @@ def test_a_spline_is_smooth_on_its_sheet_and_near_its_chords(
 def test_a_ring_has_its_length() -> None:
     curve = curve_through(RING)
     assert (curve.breaks.flags.writeable, curve.pieces.flags.writeable) == (False, False)
-    assert curve.length == pytest.approx(2 * pi * 0.4, rel=1e-3)
     chords = np.linalg.norm(np.diff(curve.at(np.linspace(0, curve.span, 20_001)), axis=0), axis=1).sum()
     assert curve.length * sqrt(2) == pytest.approx(chords, rel=1e-6)
 
@@ -144,9 +143,7 @@ def test_bernstein_coefficients_enclose_and_agree(coefficients: list[float], wid
     derived = derivative_of(pieces, order)
     x = np.linspace(0, width, 101)
     values = values_of(np.broadcast_to(derived, (len(derived), 101, 1)), x)[:, 0]
-    expected = (
-        power.polyval(x, power.polyder(coefficients[::-1], order)) if order else power.polyval(x, coefficients[::-1])
-    )
+    expected = power.polyval(x, power.polyder(coefficients[::-1], order))
     np.testing.assert_allclose(values, expected, atol=1e-9 * (1 + np.abs(expected).max()))
     control = bernstein_from_power(derived, np.array([width]))[:, 0, 0]
     slack = 1e-9 * (1 + np.abs(control).max())

@@ -13,21 +13,11 @@ import gaitgraph as gg
 from gaitgraph.gait.gait import lift
 from gaitgraph.timing.laws import LAWS, LawName
 from gaitgraph.timing.timed_gait import checked_clock, pieces_of, table_of
-from tests.published import GAITS, PublishedGait
+from tests.published import GAITS
 
 angle = st.floats(-1.5, 1.5)
+LONG_AND_SHORT = [(0.2, -0.2), (1.2, -0.2), (1.2, -0.4), (0.2, -0.4)]
 loops = st.lists(st.tuples(angle, angle), min_size=1, max_size=6)
-
-
-@pytest.mark.parametrize("gait", GAITS, ids=lambda gait: f"gait{gait.number}")
-@pytest.mark.parametrize("law", LAWS)
-def test_vertices_over_one_second(gait: PublishedGait, law: LawName) -> None:
-    assert (*LAWS,) == get_args(LawName)
-    timed = lift(gait.angles, gait.color).parametrize(1.0, law=law)
-    expected = np.column_stack([gait.angles, gait.printed])
-    np.testing.assert_allclose(timed.vertices(), expected, atol=5.0001e-4)
-    # Four equal edges and 100 samples: the corners are samples, so the table has the same vertices.
-    np.testing.assert_allclose(gg.gait.vertices(timed.alpha, 1e-9), timed.vertices(), atol=1e-9)
 
 
 @settings(deadline=None, max_examples=30)
@@ -58,7 +48,8 @@ def test_rates_and_accelerations_are_the_derivatives(law: LawName) -> None:
 
 
 def test_the_laws_spend_time_as_they_say() -> None:
-    gait = lift([(0.2, -0.2), (1.2, -0.2), (1.2, -0.4), (0.2, -0.4)], "red")
+    assert (*LAWS,) == get_args(LawName)
+    gait = lift(LONG_AND_SHORT, "red")
     np.testing.assert_allclose(gait.parametrize(2.0, law="equal-time").corner_times, [0, 0.5, 1, 1.5, 2])
     share = np.array([0, 1.0, 1.2, 2.2, 2.4]) / 2.4
     for law in ("constant-speed", "smooth"):
@@ -77,7 +68,7 @@ def test_the_laws_spend_time_as_they_say() -> None:
     ],
 )
 def test_peaks_have_their_closed_form(law: LawName, rates: Any, accelerations: Any, jerks: Any) -> None:
-    timed = lift([(0.2, -0.2), (1.2, -0.2), (1.2, -0.4), (0.2, -0.4)], "red").parametrize(2.4, law=law)
+    timed = lift(LONG_AND_SHORT, "red").parametrize(2.4, law=law)
     for order, expected in enumerate((rates, accelerations, jerks), start=1):
         np.testing.assert_allclose(timed.peaks(order), [*expected, *expected], rtol=1e-12)
 
@@ -91,7 +82,7 @@ def test_an_angle_that_keeps_its_rate_through_corners_has_no_impulse() -> None:
 
 @pytest.mark.parametrize("law", LAWS)
 def test_the_sheet_of_a_sample_is_that_of_the_corner_last_passed(law: LawName) -> None:
-    gait = lift([(0.2, -0.2), (1.2, -0.2), (1.2, -0.4), (0.2, -0.4)], ["red", "blue", "red", "blue"])
+    gait = lift(LONG_AND_SHORT, ["red", "blue", "red", "blue"])
     timed = gait.parametrize(2.4, law=law, samples=12)
     columns = timed.columns()
     passed = [int(np.flatnonzero(timed.corner_times <= t)[-1]) % 4 for t in timed.t]

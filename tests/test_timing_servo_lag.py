@@ -48,10 +48,9 @@ def test_the_response_is_that_of_the_transfer_function(timed: TimedGait, lag: ob
 def test_a_triangle_wave_has_its_closed_form() -> None:
     # Constant rates ±v, each for half a period: the error settles to v·τ·tanh(T/4τ) at the turns.
     gait = lift([(0.4, -0.4), (1.2, -0.4)], "red")
-    timed = gait.parametrize(2.0, law="constant-speed")
+    timed, rate = gait.parametrize(2.0, law="constant-speed"), 0.8
     for tau in (0.01, 0.1, 1.0):
         response = servo_response(timed, tau)
-        rate = 0.8
         edge = rate * tau * np.tanh(2.0 / (4 * tau))
         np.testing.assert_allclose(response.error[0], [-edge, 0, -edge, 0], atol=1e-12)
         half = int(np.searchsorted(response.t, 1.0 - 1e-9))
@@ -60,9 +59,8 @@ def test_a_triangle_wave_has_its_closed_form() -> None:
         curve = rate * tau - (rate * tau + edge) * np.exp(-t / tau)
         np.testing.assert_allclose(response.error[:half, 0], curve, atol=1e-12)
         assert response.peak()[0] == pytest.approx(edge, rel=1e-3)
-        assert response.slack[0] == pytest.approx(
-            min(np.diff(response.t).max() ** 2 / 4 * rate / tau, rate * tau - edge)
-        )
+        bend = np.diff(response.t).max() ** 2 / 4 * rate / tau
+        assert response.slack[0] == pytest.approx(min(bend, rate * tau - edge))
         closed = np.mean((rate * tau - (rate * tau + edge) * np.exp(-np.linspace(0, 1, 200_001) / tau)) ** 2)
         assert response.rms()[0] ** 2 == pytest.approx(closed, rel=1e-5)
 

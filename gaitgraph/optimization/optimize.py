@@ -23,13 +23,7 @@ from gaitgraph.angles import angle_within, checked_number, number_of, whole_numb
 from gaitgraph.errors import Infeasible, InputError, checked_choice, shown
 from gaitgraph.gait.table import Table, merged
 from gaitgraph.graph.build import checked_waypoints
-from gaitgraph.invertibility.matrices import (
-    DEFAULT_FLOOR,
-    Coefficients,
-    CoefficientsLike,
-    FloatArray,
-    coefficients_of,
-)
+from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Coefficients, CoefficientsLike, FloatArray, coefficients_of
 from gaitgraph.optimization.least_effort import (
     FEWEST_PIECES,
     LeastEffort,

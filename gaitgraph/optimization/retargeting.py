@@ -333,12 +333,11 @@ def _joined(plane: FloatArray, part: Polygon) -> tuple[FloatArray, IntArray]:
     around = offset(part, _ROUND_OFF)
     shapely.prepare(around)
     lines = shapely.linestrings(np.stack([plane, ends], axis=1))
-    bent = ~(shapely.covers(around, lines) | (plane == ends).all(axis=1))
-    paths = ShortestPaths(part) if bent.any() else None
+    bent = np.flatnonzero(~(shapely.covers(around, lines) | (plane == ends).all(axis=1))).tolist()
+    paths: Any = ShortestPaths(part) if bent else None
     pieces = [plane[k : k + 1] for k in range(len(plane))]
-    for k in np.flatnonzero(bent).tolist():
-        path = paths.path(plane[k], ends[k]) if paths is not None else None
-        if path is not None:
+    for k in bent:
+        if (path := paths.path(plane[k], ends[k])) is not None:
             pieces[k] = np.vstack([plane[k], path[1:-1]])
     new = np.concatenate(pieces)
     return np.hstack([new, new]), np.cumsum([0, *(len(piece) for piece in pieces[:-1])])

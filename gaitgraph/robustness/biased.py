@@ -232,10 +232,8 @@ def robustness_of(
     factors: list[tuple[Scaling, float]] = [("biased", eta) for eta in _etas(bias, "bias")]
     factors += [("scaled", eta) for eta in _etas(scale, "scale")]
     curves = whole_number("curves", curves, 0, _MOST_CURVES)
-    if angle_rounding is not None:
-        angle_within(angle_rounding, "angle_rounding", least=0.0)
     segments, body, rounding, noun = _closed_segments(gait, vehicle)
-    rounding = rounding if angle_rounding is None else angle_rounding
+    rounding = rounding if angle_rounding is None else angle_within(angle_rounding, "angle_rounding", least=0.0)
     numbers = coefficients_of(body, "exact" if coefficients is None else coefficients)
     found: list[Robustness] = []
     for scaling, eta in [*factors, ("none", 1.0)]:

@@ -471,17 +471,12 @@ def nodes_along(breaks: FloatArray, pieces: FloatArray, nodes: int) -> FloatArra
     for k, (whole, step) in enumerate(zip(width.tolist(), steps.tolist(), strict=True)):
         sides: list[list[float]] = []
         for nearest in (float(at_break[k]), float(at_break[(k + 1) % len(steps)])):
-            size, covered = nearest, 0.0
-            side: list[float] = []
-            while size < step / (1 + _GROWTH) and covered + size < whole / 2:
-                side.append(size)
-                covered += size
-                size *= 1 + _GROWTH
-            sides.append(side)
+            count = math.ceil(math.log(step / nearest) / math.log1p(_GROWTH))
+            sizes = nearest * (1 + _GROWTH) ** np.arange(count)
+            sides.append(sizes[(sizes < step / (1 + _GROWTH)) & (np.cumsum(sizes) < whole / 2)].tolist())
         middle = whole - sum(sides[0]) - sum(sides[1])
         count = max(math.ceil(middle / step * (1 - 1e-12)), 1)
-        sizes = [*sides[0], *[middle / count] * count, *reversed(sides[1])]
-        parts.append(breaks[k] + np.concatenate([[0.0], np.cumsum(sizes)[:-1]]))
+        parts.append(breaks[k] + np.cumsum([0.0, *sides[0], *[middle / count] * count, *sides[1][::-1]])[:-1])
     return np.concatenate([*parts, breaks[-1:]])
 
 

@@ -164,30 +164,19 @@ def smoothed_law(s: FloatArray, squared: FloatArray, window: float) -> TimingLaw
     gained[-1] = 0.0
     steps = h * gained[:-1] + h**2 * (2 * rise[:-1] + rise[1:]) / 6
     first = (span - steps.sum()) / period
-    start = _mean_near_zero(t, s, speed, half)
+    # It starts at the mean of s from −half to half, where by symmetry s(−u) = s(T − u) − span.
+    gone = np.concatenate([[0.0], np.cumsum(np.diff(t) * (s[:-1] + np.diff(t) * (2 * speed[:-1] + speed[1:]) / 6))])
+
+    def area(time: float) -> float:
+        """Return the integral of s from 0 to a time below the period."""
+        piece, local = located(t, time)
+        rise = (speed[piece + 1] - speed[piece]) / (t[piece + 1] - t[piece])
+        return float(gone[piece] + local * (s[piece] + local * (speed[piece] / 2 + local * rise / 6)))
+
+    start = (area(half) + float(gone[-1]) - area(period - half)) / (2 * half) - span / 2
     smooth = start + np.concatenate([[0.0], np.cumsum(steps + first * h)])
     smooth[-1] = start + span
     return TimingLaw(t=knots, s=smooth, speed=gained + first, acceleration=rise)
-
-
-def _mean_near_zero(t: FloatArray, s: FloatArray, speed: FloatArray, half: float) -> float:
-    """Return the mean of s over times from −half to half, by Simpson's rule, exact for piecewise quadratics."""
-    period, span = float(t[-1]), float(s[-1])
-    # By symmetry s(−u) = s(T − u) − span: on both sides the edges are those of either.
-    edges = np.unique(
-        np.concatenate([[0.0, half], t[(t > 0) & (t < half)], period - t[(t > period - half) & (t < period)]])
-    )
-
-    def position(time: FloatArray) -> FloatArray:
-        piece, local = located(t, time)
-        rise = (speed[piece + 1] - speed[piece]) / (t[piece + 1] - t[piece])
-        return np.asarray(s[piece] + speed[piece] * local + rise * local**2 / 2 + span * np.floor(time / period))
-
-    total = 0.0
-    for low, high in ((edges[:-1], edges[1:]), (-edges[:-1], -edges[1:])):
-        mean = (position(low) + position(high) + 4 * position((low + high) / 2)) / 6
-        total += float((np.abs(high - low) * mean).sum())
-    return total / (2 * half)
 
 
 def tilts_over_time(law: TimingLaw, breaks: FloatArray, pieces: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -364,24 +353,16 @@ def fastest_squared_speeds(
     bounds[1:] = np.minimum(bounds[1:], np.minimum(box, later.min(axis=(1, 2))))
     bounds[[0, -1]] = min(bounds[0], bounds[-1])
     # Forwards and backwards once round, from the narrowest node on, until that node stays as it is.
-    n = len(width)
-    start = int(np.argmin(bounds[:-1]))
-    order = [(start + k) % n for k in range(n)]
-    b = bounds[:-1].tolist()
-    ahead = list(zip(up_at.tolist(), up_slope.tolist(), strict=True))
-    behind = list(zip(down_at.tolist(), down_slope.tolist(), strict=True))
+    b, start = bounds[:-1].tolist(), int(np.argmin(bounds[:-1]))
+    order = np.roll(np.arange(len(b)), -start)
+    ways = ((order, np.roll(order, -1), up_at, up_slope), (order[::-1], order[::-1], down_at, down_slope))
+    rounds = [[*zip(node.tolist(), at[k].tolist(), slope[k].tolist(), strict=True)] for k, node, at, slope in ways]
     for _ in range(_PASSES):
-        known = x = b[start]
-        for k in order:
-            (i0, i1, i2, i3), (s0, s1, s2, s3) = ahead[k]
-            after = k + 1 - n
-            x = min(b[after], i0 + s0 * x, i1 + s1 * x, i2 + s2 * x, i3 + s3 * x)
-            b[after] = x
-        x = b[start]
-        for k in reversed(order):
-            (i0, i1, i2, i3), (s0, s1, s2, s3) = behind[k]
-            x = min(b[k], i0 + s0 * x, i1 + s1 * x, i2 + s2 * x, i3 + s3 * x)
-            b[k] = x
+        known = b[start]
+        for way in rounds:
+            x = b[start]
+            for node, (i0, i1, i2, i3), (s0, s1, s2, s3) in way:
+                x = b[node] = min(b[node], i0 + s0 * x, i1 + s1 * x, i2 + s2 * x, i3 + s3 * x)
         if b[start] >= known * (1 - 1e-13):
             break
     return np.array([*b, b[0]])

@@ -22,10 +22,8 @@ from gaitgraph.timing.laws import divided
 from gaitgraph.timing.timed_gait import TimedGait, timed_gait_of
 
 if TYPE_CHECKING:
-    from gaitgraph.io.formats import GaitLike
-
-if TYPE_CHECKING:
     from gaitgraph.invertibility.matrices import FloatArray
+    from gaitgraph.io.formats import GaitLike
 
 # Intervals are at most this share of the quickest servo's time constant.
 _STEP = 1.0 / 64.0
@@ -143,8 +141,7 @@ def servo_response(gait: GaitLike, lag: float | npt.ArrayLike | None = None) -> 
     timed = timed_gait_of(gait)
     if lag is None:
         (lag,) = timed.gait.vehicle.require("servo_lag", purpose="the error of lagging servos")
-    single = np.ndim(lag) == 0
-    tau = np.array([number_of(part) for part in ([lag] * 4 if single else lag)])  # type: ignore[union-attr]
+    tau = np.array([number_of(part) for part in (lag if np.ndim(lag) else [lag] * 4)])  # type: ignore[union-attr]
     if tau.shape != (4,) or not ((tau > 0) & (tau < math.inf)).all():
         raise InputError(f"lag must be a positive finite number of seconds, or four, got {shown(lag)}")
     knots = timed.corner_times

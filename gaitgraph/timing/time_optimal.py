@@ -122,13 +122,10 @@ class Limits:
         }
 
 
-def limits_of(vehicle: Vehicle, *, rate: Limit = None, acceleration: Limit = None, jerk: Limit = None) -> Limits:
-    """Return the limits that a vehicle states, except those that are given."""
-    return Limits(
-        rate=vehicle.max_tilt_rate if rate is None else rate,
-        acceleration=vehicle.max_tilt_acceleration if acceleration is None else acceleration,
-        jerk=vehicle.max_tilt_jerk if jerk is None else jerk,
-    )
+def limits_of(vehicle: Vehicle, **given: Limit) -> Limits:
+    """Return the limits that a vehicle states, except those that are given, by the names of :class:`Limits`."""
+    stated = {kind: getattr(vehicle, f"max_tilt_{kind}") for kind in RATE_UNITS}
+    return Limits(**stated | {kind: limit for kind, limit in given.items() if limit is not None})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -189,9 +186,8 @@ class LeastPeriod:
         if self.timed is not None:
             found = f"period {self.timed.period:.4f} s; least found {self.least:.4f} s"
             if self.rounding is not None:
-                found += " with rounded corners" + (
-                    f" ({self.at_rest:.4f} s with rests at them)" if self.at_rest else ""
-                )
+                found += " with rounded corners"
+                found += f" ({self.at_rest:.4f} s with rests at them)" if self.at_rest else ""
             elif self.timed.curve is None:
                 found += " with a rest at each corner"
             touched = (f"  {touch}" for touch in self.timed.limits_touched())
@@ -311,21 +307,16 @@ class _Task:
             raise InputError(f"rounding must be None for a curve, which has no corners, got {shown(rounding)}")
         if limits is not None and not isinstance(limits, Limits):
             raise InputError(f"limits must be a Limits object, as in Limits(acceleration=60), got {shown(limits)}")
-        self.rounding = path if isinstance(path, Rounding) else None
-        self.curve = path if isinstance(path, Curve) else None
-        if isinstance(path, Gait):
-            # A gait that does nothing but turn back on its line is smooth as it is, whatever the tolerance.
-            made = rounded(path, 1e-3 if rounding is None else rounding)
-            self.rounding = made if rounding is not None else None
-            self.curve = made.curve if rounding is None and made.deviation == 0 else None
-        if self.rounding is not None:
-            self.curve = self.rounding.curve
-        if self.curve is not None:
+        made = rounded(path, 1e-3 if rounding is None else rounding) if isinstance(path, Gait) else path
+        self.rounding = made if isinstance(made, Rounding) and (rounding is not None or made is path) else None
+        self.curve: Curve | None = made if isinstance(made, Curve) else made.curve
+        # A gait that does nothing but turn back on its line is smooth as it is, whatever the tolerance.
+        if isinstance(path, Gait) and rounding is None and made.deviation > 0:
+            self.curve, self.gait = None, path.merged()
+            self.plane = self.gait.alpha[:, :2]
+        else:
             self.gait = self.curve.polyline()
             self.plane = self.curve.at(self.curve.turning_points())[:, :2]  # where α1 and α2 may turn round
-        elif isinstance(path, Gait):
-            self.gait = path.merged()
-            self.plane = self.gait.alpha[:, :2]
         if isinstance(path, Gait):
             self.gait = replace(self.gait, request=path.request)  # the law is for what was planned
         self.limits = limits_of(self.gait.vehicle) if limits is None else limits

@@ -312,8 +312,7 @@ class RowTimedGait(TimedGait):
         columns |= dict(zip(ANGLES, np.vstack([gait.alpha, gait.alpha[:1]]).T, strict=True))
         if gait.colors:
             columns["color"] = (*gait.colors, gait.colors[0])
-        table = Table(columns=columns)
-        return validate(table, vehicle=gait.vehicle, coefficients=gait.coefficients.kind, **options)
+        return validate(Table(columns=columns), vehicle=gait.vehicle, coefficients=gait.coefficients.kind, **options)
 
 
 def timed_gait_of(
@@ -503,10 +502,10 @@ def export(
             progress(share / (len(paths) + 1))  # reading, and each file written
 
     given = given_gait(source, whole=False, vehicle=vehicle, coefficients=coefficients)
+    if isinstance(given, Gait):
+        given = given.parametrize()
     if isinstance(given, TimedGait):
         read: Callable[[], Iterator[Table]] = partial(pieces_of, given)
-    elif isinstance(given, Gait):
-        read = partial(iter, [Table(columns=dict(zip(ANGLES, given.alpha.T, strict=True)))])
     elif isinstance(given, Table):
         read = partial(iter, [given])
     else:
@@ -514,22 +513,17 @@ def export(
         if not given.is_file() or given.stat().st_size <= _BYTES_HELD:  # a pipe can be read once
             read = partial(iter, list(read()))
     first = list(islice(read(), 2))
-    retimed = "t" not in first[0] or sum(map(len, first)) == 1
-    if retimed or any(choice is not None for choice in (period, law, samples, rate)):
+    asked = {"period": period, "law": law, "samples": samples, "rate": rate}
+    asked = {name: value for name, value in asked.items() if value is not None}
+    if asked or "t" not in first[0] or sum(map(len, first)) == 1:
         table = merged(read())
         # What is stated counts where nothing is asked for; pacing follows no law.
-        stated_law = None if table.about.get("made_by") == "pace" else table.about.get("law")
-        stated = {"period": table.about.get("period"), "law": stated_law}
-        asked = {"period": period, "law": law, "samples": samples, "rate": rate}
+        stated = ("period",) if table.about.get("made_by") == "pace" else ("period", "law")
+        clock: dict[str, Any] = {name: table.about[name] for name in stated if table.about.get(name) is not None}
+        is_timed = isinstance(given, TimedGait)
         with naming_file(source):
-            if isinstance(given, (Table, Path)):
-                gait = gait_of(table, vehicle=vehicle, coefficients=coefficients)
-            else:
-                gait = gait_of(given)
-        clock: dict[str, Any] = {}
-        for choices in (stated, asked):
-            clock |= {name: value for name, value in choices.items() if value is not None}
-        pieces: Callable[[], Iterator[Table]] = partial(pieces_of, gait.parametrize(**clock))
+            gait = given.gait if is_timed else gait_of(table, vehicle=vehicle, coefficients=coefficients)
+        pieces: Callable[[], Iterator[Table]] = partial(pieces_of, gait.parametrize(**clock | asked))
     else:
         with naming_file(source):
             pieces = completed_pieces(read, vehicle=vehicle, coefficients=coefficients)
