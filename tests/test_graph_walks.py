@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from gaitgraph.graph.build import surface_graph
-from gaitgraph.graph.walks import Blocked, ClosedWalk, best_order, closed_walk
+from gaitgraph.graph.walks import Blocked, ClosedWalk, best_order, closed_walk, order_of_places
 from tests.test_graph_cycles import USES
 
 
@@ -134,10 +134,9 @@ def test_any_order_against_all_permutations(seed: int) -> None:
     rng = np.random.default_rng(seed)
     red = sorted(name for name, data in graph.nodes(data=True) if data["color"] == "red" and data["alpha1"] > 0.3)
     stops = [red[k] for k in rng.choice(len(red), 5, replace=False)]
-    best = best_order(graph, stops)
+    best, gap = best_order(graph, stops) or ((), 1.0)
     lengths = {order: length_of(graph, stops, (0, *order)) for order in itertools.permutations(range(1, 5))}
-    assert best is not None
-    assert best[0] == 0
+    assert (best[0], gap) == (0, 0.0)
     assert lengths[best[1:]] == pytest.approx(min(lengths.values()), abs=1e-10)
 
 
@@ -153,20 +152,20 @@ def test_beyond_nine_stops_the_order_is_good_and_says_so(number: int, seed: int,
     rng = np.random.default_rng(seed)
     red = sorted(name for name, data in graph.nodes(data=True) if data["color"] == "red" and data["alpha1"] > 0.3)
     stops = [red[k] for k in rng.choice(len(red), number, replace=False)]
-    best = best_order(graph, stops)
-    assert best is not None
+    best, gap = best_order(graph, stops) or ((), 1.0)
     assert sorted(best) == list(range(number))
     assert best[0] == 0
     assert best[1] < best[-1]
-    assert best == best_order(graph.copy(), stops)
+    assert (best, gap) == best_order(graph.copy(), stops)
+    assert 0 <= gap < 0.2
     found = length_of(graph, stops, best)
     assert found <= length_of(graph, stops, tuple(range(number))) + 1e-9
     if number <= 12:
         monkeypatch.setattr("gaitgraph.graph.walks.MOST_ANY_ORDER", number)
-        exact = best_order(graph, stops)
-        assert exact is not None
+        exact, none = best_order(graph, stops) or ((), 1.0)
         shortest = length_of(graph, stops, exact)
-        assert shortest - 1e-9 <= found <= 1.5 * shortest + 1e-9
+        assert none == 0
+        assert shortest - 1e-9 <= found <= (1 + gap) * shortest + 1e-9
 
 
 def test_any_order_without_a_way() -> None:
@@ -177,6 +176,18 @@ def test_any_order_without_a_way() -> None:
 
 
 def test_stops_that_repeat_have_an_order_too() -> None:
-    best = best_order(surface_graph(), [(14, 2, "red")] * 6 + [(13, 2, "red")] * 5)
-    assert best is not None
+    best, _ = best_order(surface_graph(), [(14, 2, "red")] * 6 + [(13, 2, "red")] * 5) or ((), 1.0)
     assert sorted(best) == list(range(11))
+
+
+def test_a_thousand_places_have_an_order_in_seconds_with_a_small_gap() -> None:
+    places = np.random.default_rng(0).uniform(0, 1, (1000, 2))
+    wall = (places[:, 0] > 0.5) & (places[:, 1] < 0.7)  # what is behind it takes a way around
+
+    def length(a: int, b: int) -> float:
+        return float(1e12 * (math.dist(places[a], places[b]) + 0.3 * (wall[a] != wall[b])) // 1 + 1)
+
+    order, gap = order_of_places(places, length) or ((), 1.0)
+    assert sorted(order) == list(range(1000))
+    assert gap < 0.08
+    assert sum(wall[a] != wall[b] for a, b in itertools.pairwise((*order, 0))) <= 4

@@ -249,7 +249,10 @@ class TestLeastTiltMargin:
         dense = tilt_margin(points_of(starts, starts + steps, 101), EXACT).min(axis=1)
         lower = np.array([least_tilt_margin(p, p + d, EXACT).lower for p, d in zip(starts, steps, strict=True)])
         assert (lower <= dense + 1e-12).all()
-        assert lower.mean() == pytest.approx(0.89147 * dense.mean(), rel=1e-4)
+        assert lower.mean() == pytest.approx(0.89762 * dense.mean(), rel=1e-4)
+        # On the surface no cut is needed: 10,000 rows of a random walk take a second.
+        corners = np.random.default_rng(9).uniform([-0.9, 0.7], [-0.7, 0.9], (500, 2))[:, [0, 1, 0, 1]]
+        assert least_tilt_margin(*closed(corners), EXACT).lower == pytest.approx(math.pi / 2, abs=1e-12)
 
     def test_a_loop_that_only_touches_zero(self) -> None:
         """On red v vanishes with R, off it v does not: the reason says which."""

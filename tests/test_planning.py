@@ -117,8 +117,9 @@ def test_plans_repeat_and_serialise() -> None:
     assert first == second
     keys = list(json.loads(first))
     assert " ".join(keys) == (
-        "status reason color sign waypoints path types colors length lower_bound corners vertices alternatives valid "
-        "two_color flyable reachable_from_hover checks warnings obstacles crossing_tolerance method request"
+        "status reason color sign waypoints path types colors length lower_bound order_gap corners vertices "
+        "alternatives valid two_color flyable reachable_from_hover checks warnings obstacles crossing_tolerance method "
+        "request"
     )
     refused = json.loads(json.dumps(on_grid(G1.waypoints, coefficients="exact").as_mapping()))
     assert list(refused) == keys
@@ -188,16 +189,17 @@ def test_a_vehicle_may_be_a_mapping_and_polygons_arrays() -> None:
     assert loop_of(plan).length > pi
 
 
-def test_any_order_beyond_nine_waypoints_says_that_it_is_a_heuristic() -> None:
+def test_any_order_beyond_nine_waypoints_states_its_gap() -> None:
     points = [(0.3 + 0.1 * k, -0.4 - 0.5 * (k % 2)) for k in range(10)]
     plan = on_grid(points, any_order=True, color="red")
     ordered = on_grid(points, color="red")
     assert loop_of(plan).length < loop_of(ordered).length
     assert sorted(loop_of(plan).order) == list(range(10))
-    (warning,) = [text for text in plan.warnings if "Christofides" in text]
-    assert "order of 10 waypoints" in warning
-    assert warning.endswith("at most 1.5 times the shortest in any order with this method, and not proven shortest")
-    assert not any("Christofides" in text for text in on_grid(points[:9], any_order=True).warnings)
+    (warning,) = [text for text in plan.warnings if "order of the waypoints" in text]
+    stated = float(re.findall(r"at most ([0-9.]+) % longer than in the best order", warning)[0]) / 100
+    assert 0 <= stated - loop_of(plan).order_gap <= 0.001
+    assert plan.as_mapping()["order_gap"] == loop_of(plan).order_gap > 0
+    assert loop_of(on_grid(points[:9], any_order=True)).order_gap == 0
 
 
 def test_the_loop_is_made_for_the_request() -> None:

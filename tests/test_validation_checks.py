@@ -375,6 +375,11 @@ def test_a_small_change_of_color_is_told_beside_larger_deviations_that_are_allow
     assert "changes color" in check.message
 
 
+def test_a_row_at_a_corner_of_the_square_leaks_no_warning() -> None:
+    report = lift([(np.pi / 2, -np.pi / 2), (0.8, -0.7)], "red").check()  # warnings of numpy are errors in the tests
+    assert not report.flyable
+
+
 def test_tilts_are_judged_on_both_sides_of_the_limit() -> None:
     for limit, ok in ((0.25, False), (0.3, True), (0.3 - 0.9e-9, True), (0.3 - 1.1e-9, False)):
         vehicle = gg.PAPER.replace(max_tilt=limit)

@@ -477,11 +477,12 @@ def _bounds_of_shares(v0: Several, v1: Several, step: FloatArray, vehicle: Vehic
     bends = np.concatenate([sums + squares[:, 2:], sums + squares[:, :2]], axis=1).T
     lift_bend = 2 * (sums.sum(axis=1) + squares.sum(axis=1) / math.hypot(1.0, vehicle.drag_ratio))
     inputs0, lift0, inputs1, lift1 = np.asarray(v0[2:6]), v0[6], np.asarray(v1[2:6]), v1[6]
-    least_lift = np.maximum(least_of_bent(lift0, lift1, lift_bend), 1e-300)  # divides without an overflow
+    least_lift = np.maximum(least_of_bent(lift0, lift1, lift_bend), 1e-300)
     out = []
     for k, sense in enumerate((1.0, -1.0)):
         c = np.minimum(v0[k], v1[k])
         apart0, apart1 = sense * inputs0 - c * lift0, sense * inputs1 - c * lift1
         lacking = least_of_bent(apart0, apart1, bends + np.abs(c) * lift_bend).min(axis=0)
-        out.append(c + np.minimum(lacking, 0.0) / least_lift)
+        with np.errstate(over="ignore"):  # at a corner of the square V vanishes, and a share has no bound
+            out.append(c + np.minimum(lacking, 0.0) / least_lift)
     return [np.maximum(out[0], 0.0), out[1]]

@@ -243,16 +243,19 @@ def least_tilt_margin(
 
     def bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
         across, rise = sensitivity_deviations(p0, p1, coefficients)
+        v0, v1 = attitude_sensitivities(p0, coefficients), attitude_sensitivities(p1, coefficients)
+        # The widest (Rφ, Rθ) and the least R: all that counts on the surfaces, where (Rφ, Rθ) vanishes and R may bend.
+        widest = np.maximum(np.hypot(v0[:, 0], v0[:, 1]), np.hypot(v1[:, 0], v1[:, 1])) + across
+        least = np.minimum(sign * v0[:, 2], sign * v1[:, 2]) - rise
+        apart, near = np.arctan2(np.maximum(least, 0.0), widest), np.full(len(f0), np.inf)
         off = np.hypot(across, rise)
-        lower = np.full(len(f0), np.inf)
-        for margin, alpha in ((f0, p0), (f1, p1)):
+        for margin, v in ((f0, v0), (f1, v1)):
             # R·cos m − ‖(Rφ, Rθ)‖·sin m is ‖v‖·sin(margin − m) at an end, above its chord but for `off` in between, and
             # the margin is at least m where it is not negative.
-            size = np.linalg.norm(attitude_sensitivities(alpha, coefficients), axis=-1)
             with np.errstate(divide="ignore", invalid="ignore"):
-                ratio = off / size
-            lower = np.minimum(lower, np.where(ratio < 1, margin - np.arcsin(np.minimum(ratio, 1.0)), -1.0))
-        return np.asarray(np.maximum(lower, 0.0))
+                ratio = off / np.linalg.norm(v, axis=-1)
+            near = np.minimum(near, np.where(ratio < 1, margin - np.arcsin(np.minimum(ratio, 1.0)), -1.0))
+        return np.asarray(np.maximum(near, apart))
 
     lower, upper, segment, fraction = least_along(starts, ends, value, bound, tolerance=tolerance).worst()
     if upper > 0:

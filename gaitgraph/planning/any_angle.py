@@ -19,7 +19,7 @@ import numpy as np
 
 from gaitgraph.errors import checked_choice
 from gaitgraph.gait.gait import lift
-from gaitgraph.graph.walks import notes_on_order, order_by_lengths, quanta_of
+from gaitgraph.graph.walks import order_of_places, quanta_of
 from gaitgraph.invertibility.matrices import coefficients_of, least_singular_value_on_red, level_determinant, noise_of
 from gaitgraph.invertibility.segment_bounds import (
     keeps_singular_value_above,
@@ -45,10 +45,8 @@ _WIDTH = 110
 _ROBUST_STEPS = 22  # halvings of the range of least singular values: to better than 1e-6
 
 
-def any_angle_paths(
-    branch: Branch, notes: dict[str, None], progress: Callable[[str], None] | None
-) -> list[FoundPath] | Obstacle:
-    """Return the shortest flyable and the shortest valid loop of a branch, or what is in the way; notes are added."""
+def any_angle_paths(branch: Branch, progress: Callable[[str], None] | None) -> list[FoundPath] | Obstacle:
+    """Return the shortest flyable and the shortest valid loop of a branch, or what is in the way."""
     request, found = branch.request, list[FoundPath]()
     if progress is not None:
         progress(f"searching {branch.color} loops with {RELATION[branch.sign]}")
@@ -60,19 +58,19 @@ def any_angle_paths(
     for use in uses:
         straight = not reorder and straight_loop_holds(branch, use, robust=robust)
         if straight:
-            points, order = request.waypoints, tuple(range(len(request.waypoints)))
+            points, order, gap = request.waypoints, tuple(range(len(request.waypoints))), 0.0
             bound: float | None = length_of([*points, points[0]])
         else:
             region = _most_robust_region(branch, use) if robust else prepared_region(branch, use)
-            answer = _shortest_in_region(branch, region, reorder, notes, progress)
+            answer = _shortest_in_region(branch, region, reorder, progress)
             if isinstance(answer, Obstacle):
                 if use == "flyable":
                     continue
                 return found or answer
-            points, order, bound = answer
+            points, order, bound, gap = answer
         path = lift(points, branch.color, vehicle=request.vehicle, coefficients=branch.coefficients)
         if not any(np.array_equal(path.alpha, other.alpha) for other, *_ in found):
-            found.append((path, order, None if robust and not straight else bound))
+            found.append((path, order, None if robust and not straight else bound, gap))
         if straight:
             break  # nothing is shorter
     return found
@@ -87,13 +85,9 @@ def shortest_path(branch: Branch, use: Use) -> Leg | None:
 
 
 def _shortest_in_region(
-    branch: Branch,
-    region: PreparedRegion,
-    reorder: bool,
-    notes: dict[str, None],
-    progress: Callable[[str], None] | None,
-) -> tuple[tuple[Point, ...], tuple[int, ...], float] | Obstacle:
-    """Return the points of the shortest closed path, the order of the waypoints and a lower bound, or an obstacle."""
+    branch: Branch, region: PreparedRegion, reorder: bool, progress: Callable[[str], None] | None
+) -> tuple[tuple[Point, ...], tuple[int, ...], float, float] | Obstacle:
+    """Return the points of the shortest closed path, as a :data:`FoundPath` has the rest; or an obstacle."""
     waypoints = branch.request.waypoints
     for k, point in enumerate(waypoints):
         if region.entry(point) is None:
@@ -110,27 +104,31 @@ def _shortest_in_region(
             wall = "keep_out and keep_in: they lie in parts of the admissible region"
         return branch.separation((first, second), f"{wall} of {' and '.join(sizes)} rad²")
 
-    order = tuple(range(len(waypoints)))
+    measured: dict[tuple[int, int], Leg | None] = {}
+
+    def leg_between(first: int, second: int) -> Leg | None:
+        if (first, second) not in measured:
+            if progress is not None and measured:
+                progress(f"measured {len(measured)} paths between {len(waypoints)} waypoints")
+            measured[first, second] = region.leg(waypoints[first], waypoints[second])
+        return measured[first, second]
+
+    def length(first: int, second: int) -> float:
+        leg = leg_between(first, second)
+        return math.inf if leg is None else quanta_of(leg.length)
+
+    order, gap = tuple(range(len(waypoints))), 0.0
     if reorder:
-        lengths: list[list[float]] = []
-        for a in order:
-            if progress is not None and a:
-                progress(f"measured the paths between {a} of {len(waypoints)} waypoints")
-            legs = [region.leg(waypoints[a], waypoints[b]) for b in range(a)]
-            if None in legs:
-                return apart(a - 1, a)
-            lengths.append([quanta_of(leg.length) for leg in legs if leg is not None])
-        order = order_by_lengths(lengths) or order
-        notes.update(dict.fromkeys(notes_on_order(order)))
+        order, gap = order_of_places(np.array(waypoints), length) or (order, gap)
     path: list[Point] = []
     bound = 0.0
     for first, second in pairwise([*order, order[0]]):
-        leg = region.leg(waypoints[first], waypoints[second])
+        leg = leg_between(first, second)
         if leg is None:
             return apart(first, second)
         path += leg.points[:-1]
         bound += leg.lower_bound
-    return tuple(path) or (waypoints[0],), order, bound
+    return tuple(path) or (waypoints[0],), order, bound, gap
 
 
 def _most_robust_region(branch: Branch, use: Use) -> PreparedRegion:

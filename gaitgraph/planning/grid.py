@@ -14,7 +14,7 @@ from gaitgraph.angles import text_from_angle
 from gaitgraph.errors import InputError
 from gaitgraph.graph.build import WAYPOINT_SNAP, gait_along, nodes_above, surface_graph
 from gaitgraph.graph.cycle_list import Cycles, cycles
-from gaitgraph.graph.walks import MOST_ANY_ORDER, Blocked, Use, allowed_edges, best_order, closed_walk, notes_on_order
+from gaitgraph.graph.walks import MOST_ANY_ORDER, Blocked, Use, allowed_edges, best_order, closed_walk, note_on_gap
 from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.surface.sheets import RELATION, SIGNS, Sign
 
@@ -41,10 +41,7 @@ def notes_beside_the_grid(request: PlanRequest) -> list[str]:
 
 
 def grid_paths(
-    branches: Sequence[Branch],
-    notes: dict[str, None],
-    graph: nx.Graph[Any] | None,
-    progress: Callable[[str], None] | None,
+    branches: Sequence[Branch], graph: nx.Graph[Any] | None, progress: Callable[[str], None] | None
 ) -> tuple[list[list[FoundPath] | Obstacle], FoundPath | None]:
     """Return the loops of each color with one sign of R, or what is in their way, and a shorter loop that jumps."""
     request, sign = branches[0].request, branches[0].sign
@@ -67,21 +64,19 @@ def grid_paths(
     for branch in branches:
         if progress is not None:
             progress(f"searching {branch.color} loops")
-        answers.append(_paths_of_color(graph, served, branch, notes))
+        answers.append(_paths_of_color(graph, served, branch))
     if request.color == "auto" and all(served):
         # The shortest two-color loop may jump, between colors or by a wrap. Then it cannot be valid.
         walk = closed_walk(graph, served, use="two_color")
         if not isinstance(walk, Blocked) and len(walk.nodes) > 1:
             steps = zip(walk.nodes, (*walk.nodes[1:], walk.nodes[0]), strict=True)
             if not all(graph.edges[a, b]["continuous"] for a, b in steps):
-                return answers, (gait_along(graph, walk.nodes), tuple(range(len(served))), None)
+                return answers, (gait_along(graph, walk.nodes), tuple(range(len(served))), None, 0.0)
     return answers, None
 
 
-def _paths_of_color(
-    graph: nx.Graph[Any], served: list[list[Any]], branch: Branch, notes: dict[str, None]
-) -> list[FoundPath] | Obstacle:
-    """Return the best flyable and the best valid loop of one color, or what is in the way; notes are added."""
+def _paths_of_color(graph: nx.Graph[Any], served: list[list[Any]], branch: Branch) -> list[FoundPath] | Obstacle:
+    """Return the best flyable and the best valid loop of one color, or what is in the way."""
     request = branch.request
     stops = [[node for node in nodes if graph.nodes[node]["color"] == branch.color] for nodes in served]
     if not all(stops):
@@ -90,18 +85,15 @@ def _paths_of_color(
     found: list[FoundPath] = []
     valid = allowed_edges("valid")
     for use in uses:
-        order = tuple(range(len(stops)))
+        order, gap = tuple(range(len(stops))), 0.0
         if request.any_order:
-            best = best_order(graph, [nodes[0] for nodes in stops], use=use)
-            if best is not None:
-                order = best
-                notes.update(dict.fromkeys(notes_on_order(order)))
+            order, gap = best_order(graph, [nodes[0] for nodes in stops], use=use) or (order, gap)
         ordered = [stops[k] for k in order]
         walk = closed_walk(graph, ordered, use=use, objective="robust" if request.objective == "robust" else "shortest")
         if not isinstance(walk, Blocked):
             path = gait_along(graph, walk.nodes)
             if not any(np.array_equal(path.alpha, other.alpha) for other, *_ in found):
-                found.append((path, order, None))
+                found.append((path, order, None, gap))
         elif use == "valid":
             ends = order[walk.leg], order[(walk.leg + 1) % len(order)]
             # How many nodes usable edges join to each of the two.
@@ -164,8 +156,8 @@ def grid_cycles(
     """Return the simple closed cycles on the grid of a request, in order of length, as a lazy iterator.
 
     Of the request its period, law, objective and direction play no part; a sign or color "auto" is both. With `through`
-    the cycles pass its waypoints, in order or, with its `any_order`, in any order; more than nine in the order that
-    Christofides' heuristic finds, which `notes` says. The other options are those of
+    the cycles pass its waypoints, in order or, with its `any_order`, in any order; more than nine in the order of
+    :func:`~gaitgraph.graph.walks.best_order`, which `notes` says. The other options are those of
     :func:`gaitgraph.graph.cycle_list.cycles`; the effort is for each sign of R. InputError if a value is not allowed.
 
     Examples
@@ -196,11 +188,11 @@ def grid_cycles(
             number = stops.index([]) + 1
             missing[sign] = f"waypoint {number} has no {color}root with this sign of R in the region"
             continue
-        order = best_order(graph, [nodes[0] for nodes in stops], use=use) if heuristic else None
-        if order is not None:
+        best = best_order(graph, [nodes[0] for nodes in stops], use=use) if heuristic else None
+        if best is not None:
+            order, gap = best
             stops = [stops[k] for k in order]
-            method = f"order of {len(stops)} waypoints by Christofides' heuristic (networkx)"
-            notes.append(f"{RELATION[sign]}: {method}: only cycles in this order are listed")
+            notes.append(f"{RELATION[sign]}: only cycles in one order of the waypoints are listed: {note_on_gap(gap)}")
         graphs[sign] = graph, stops
         sources += cycles(graph, through=stops, any_order=any_order, use=use, **options).sources
     return GridCycles(

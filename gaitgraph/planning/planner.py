@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from gaitgraph.errors import Infeasible, InputError
 from gaitgraph.graph.build import vehicle_and_coefficients
+from gaitgraph.graph.walks import note_on_gap
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Kind
 from gaitgraph.planning.any_angle import any_angle_paths, with_nearest
 from gaitgraph.planning.grid import grid_paths, notes_beside_the_grid
@@ -43,7 +44,7 @@ _WIDTH = 110
 _NO_LOOP: dict[str, Any] = {
     **dict.fromkeys(("status", "reason", "color", "sign", "waypoints")),
     **{name: [] for name in ("path", "types", "colors")},
-    **dict.fromkeys(("length", "lower_bound")),
+    **dict.fromkeys(("length", "lower_bound", "order_gap")),
     **{name: [] for name in ("corners", "vertices", "alternatives")},
     **dict.fromkeys(("valid", "two_color", "flyable", "reachable_from_hover"), False),
     **{name: [] for name in ("checks", "warnings", "obstacles", "crossing_tolerance", "method", "request")},
@@ -58,6 +59,7 @@ class Loop:
     `path` is a gait through every node that the loop passes, the first not repeated; `order` has the waypoints of the
     `request`, counted from 0, in the order in which the loop visits them. `lower_bound`, of an any-angle loop, is a
     length that no loop through these waypoints in this order falls below, in the region that was asked of it [rad].
+    With `any_order` the loop is at most `order_gap` times the shortest one longer than that, whatever the order.
     """
 
     path: Gait
@@ -65,6 +67,7 @@ class Loop:
     order: tuple[int, ...]
     request: PlanRequest
     lower_bound: float | None
+    order_gap: float
 
     @cached_property
     def gait(self) -> Gait:
@@ -103,6 +106,7 @@ class Loop:
             "colors": list(self.path.colors),
             "length": self.length,
             "lower_bound": self.lower_bound,
+            "order_gap": self.order_gap,
             "corners": self.gait.alpha.tolist(),
             "vertices": self.path.vertices().tolist(),
             **{key: verdict[key] for key in ("valid", "two_color", "flyable", "reachable_from_hover", "checks")},
@@ -265,8 +269,8 @@ def plan_loop(
     keep_out, keep_in
         Polygons in the (α1, α2) plane, lists of (α1, α2).
     any_order
-        Visit the waypoints in the order that makes the shortest loop: exact up to nine, beyond by a heuristic whose
-        loop is at most 1.5 times as long (:func:`gaitgraph.graph.walks.best_order`).
+        Visit the waypoints in the order that makes the shortest loop: exact up to nine, beyond the best order found,
+        with a proven bound of how much longer it is (:func:`gaitgraph.graph.walks.best_order`).
     reverse
         Run the loop in the other direction.
     method
@@ -342,22 +346,21 @@ def plan(
     loops: list[Loop] = []
     broken: list[Loop] = []
     obstacles: list[Obstacle] = []
-    notes: dict[str, None] = {}
 
     def loop_of(found: FoundPath, sign: Sign) -> Loop:
-        path, order, bound = found
+        path, order, bound, gap = found
         if request.reverse:
             path, order = path.reversed(), (order[0], *order[:0:-1])
-        return Loop(path=path, sign=sign, order=order, request=request, lower_bound=bound)
+        return Loop(path=path, sign=sign, order=order, request=request, lower_bound=bound, order_gap=gap)
 
     for sign, group in groupby(branches_of(request), key=lambda branch: branch.sign):
         branches = list(group)
         if exact:
             if progress is not None and request.accuracy < _FINE:
                 progress(f"drawing regions to {request.accuracy:g} rad, which takes a while")
-            answers, jumping = [any_angle_paths(branch, notes, progress) for branch in branches], None
+            answers, jumping = [any_angle_paths(branch, progress) for branch in branches], None
         else:
-            answers, jumping = grid_paths(branches, notes, graph, progress)
+            answers, jumping = grid_paths(branches, graph, progress)
         for answer in answers:
             if isinstance(answer, Obstacle):
                 obstacles.append(answer)
@@ -378,7 +381,9 @@ def plan(
     if loops:
         report = loops[0].report
         waypoints = tuple(waypoints[k] for k in loops[0].order)
-        warnings += [*([] if exact else notes_beside_the_grid(request)), *notes, *report.warnings]
+        gap = loops[0].order_gap
+        warnings += [*([] if exact else notes_beside_the_grid(request)), *([note_on_gap(gap)] if gap else [])]
+        warnings += report.warnings
         if not report.reachable_from_hover:
             warnings.append(report.reachability)
         if not report.flyable:

@@ -20,8 +20,9 @@ if TYPE_CHECKING:
     from gaitgraph.planning.request import PlanRequest, Point
     from gaitgraph.surface.sheets import Color, Sign
 
-FoundPath = tuple["Gait", tuple[int, ...], float | None]
-"""A loop through every node, the order of the waypoints (counted from 0), and a lower bound of its length [rad]."""
+FoundPath = tuple["Gait", tuple[int, ...], float | None, float]
+"""A loop through every node, the order of the waypoints (counted from 0), a lower bound of its length [rad], and the
+gap of the order, as :func:`gaitgraph.graph.walks.best_order` states it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

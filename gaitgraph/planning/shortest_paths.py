@@ -272,13 +272,13 @@ class ShortestPaths:
             The start, the corners where the path bends, the end. None if an end lies outside or in another part.
         """
         start, end = _pair(start), _pair(end)
+        if start != end and self._in_region([(start, end)])[0]:
+            return np.array([start, end])
         here, there = self._containers(start), self._containers(end)
         if not here or not there:
             return None
         if start == end:
             return np.array([start])
-        if self._in_region([(start, end)])[0]:
-            return np.array([start, end])
         seen = self._seen(start, here, (end, frozenset(there)))
         if _DIRECT in seen:
             return np.array([start, end])
