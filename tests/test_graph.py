@@ -182,7 +182,8 @@ def test_a_floor_between_the_bounds_of_an_edge_is_decided(vehicle: gg.Vehicle) -
     """Where an edge's least singular value is that of one of its ends it is known: so is the verdict, to 1e-6."""
     free = surface_arrays("negative", 12, vehicle=vehicle, floor=0.0)
     ends = least_singular_value(free.alpha[free.edge], vehicle).min(axis=1)
-    along = points_of(*free.alpha[free.edge.T], 101)
+    start, end = free.alpha[free.edge.T]
+    along = points_of(start, end, 101)
     inside = least_singular_value(along, vehicle)[:, 1:-1].min(axis=1)
     at_an_end = free.flyable & (ends < inside - 1e-4)  # rising from there, not dipping between two samples
     values = np.unique(np.round(ends[at_an_end], 12))
