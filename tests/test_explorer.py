@@ -447,7 +447,7 @@ class TestJobs:
 
         monkeypatch.setattr(queries, "plan", endless)
         client.ask("plan", {"waypoints": [[0.32, -0.42]]}, {"type": "http.disconnect"})
-        assert stopped == ["the client has left"]
+        assert stopped == ["the client disconnected"]
         monkeypatch.setattr(server, "LONGEST_WORK", 0.05)
         assert "longer than 0.05 s" in client.refused("plan", {"waypoints": [[0.31, -0.41]]}, 503)
 

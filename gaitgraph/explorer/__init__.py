@@ -1,3 +1,3 @@
-"""The explorer: a page on the loopback address on which gaits are planned by hand, and its server."""
+"""The explorer: a page on the loopback address to plan gaits by hand, and its server."""
 
 from __future__ import annotations

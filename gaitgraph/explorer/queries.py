@@ -1,7 +1,7 @@
-"""The queries that the page sends on a click: its state, checked; and the answers: plan, roll–pitch diagram, map.
+"""The queries of the page: its state, checked, and the answers: plan, roll–pitch diagram and map.
 
-Anyone might have sent it: unknown names, wrong types, counts beyond :data:`LIMITS` and numbers outside :data:`RANGES`
-are refused, and a vehicle is a preset's name, never a file.
+Input is not trusted. Unknown names, wrong types, counts above :data:`LIMITS` and numbers outside :data:`RANGES` raise
+InputError. A vehicle is the name of a preset, never a file.
 """
 
 from __future__ import annotations
@@ -49,11 +49,11 @@ LIMITS: dict[str, int] = {
     "table_bytes": 8 << 20,
     "request_bytes": 256 << 10,
 }
-"""The explorer's largest counts and sizes; the library itself allows more."""
+"""The largest counts and sizes in the explorer; the library allows more."""
 
 
 class Range(NamedTuple):
-    """The range of a number, also in words; `above` excludes `low` itself."""
+    """The range of a number, also in words; `above` excludes `low`."""
 
     low: float
     high: float
@@ -62,7 +62,7 @@ class Range(NamedTuple):
     above: bool = False
 
     def contains(self, value: object) -> bool:
-        """Return whether a value is one of these numbers."""
+        """Return whether a value is a number in the range."""
         number, kind = number_of(value), isinstance(value, int) or not self.whole
         return kind and self.low <= number <= self.high and not (self.above and number == self.low)
 
@@ -75,7 +75,7 @@ RANGES: dict[str, Range] = {
     "samples": Range(1, 10_000, "a whole number from 1 to 10000", whole=True),
     "eta": Range(0.0, 1.0, "a number above 0, up to 1", above=True),
 }
-"""The ranges of the state's numbers; the library itself allows more divisions and samples, and a finer accuracy."""
+"""The ranges of the numbers of a state; the library allows more divisions and samples, and a finer accuracy."""
 
 DEFAULTS: dict[str, Any] = {
     "waypoints": [],
@@ -92,7 +92,7 @@ DEFAULTS: dict[str, Any] = {
     "vehicle": PAPER.name,
     "drag_ratio": None,
     "coefficients": None,
-    "accuracy": 1e-4,  # coarser than elsewhere, so that dragging is smooth
+    "accuracy": 1e-4,  # coarser than in the library, so that dragging is smooth
     "period": 1.0,
     "law": DEFAULT_LAW,
     "samples": DEFAULT_SAMPLES,
@@ -103,35 +103,35 @@ DEFAULTS: dict[str, Any] = {
 _NOT_OF_A_REQUEST = ("drag_ratio", "samples", "eta")
 _VERDICTS = ("valid", "two_color", "flyable", "reachable_from_hover")
 _MARKS = {"ok": "ok", "NO": "no", "??": "undecided"}
-_MOST_ROWS = 401  # of series; more than there are pixels
+_MOST_ROWS = 401  # of a series; a chart has fewer pixels
 _MOST_FRAMES = 101
-_FINE_DIGITS = 10  # of what may be as small as the rounding of the published coefficients
+_FINE_DIGITS = 10  # of values that may be as small as the rounding of the published coefficients
 _CURVES = 16
 _KEPT_PLANS = 16
 
-_plans: dict[str, Plan] = {}  # the last used is the last
+_plans: dict[str, Plan] = {}  # the most recently used is last
 _lock = threading.Lock()
 
 
 def quiet(*_: object) -> None:
-    """Report no progress. Otherwise it is called before each step of long work, and may raise to stop it."""
+    """Ignore progress. A progress function is called before each step of long work, and may raise to stop it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class State:
     """A checked state."""
 
-    request: PlanRequest  # without waypoints, one with the waypoint (0, 0) in their place
+    request: PlanRequest  # an empty state has the waypoint (0, 0) here
     empty: bool  # there are no waypoints
     samples: int  # even intervals per period, of a table
-    eta: float  # of the biased gait beside the planned one
-    key: str  # two states share it if and only if their plans are the same
+    eta: float  # bias of the gait in the second roll–pitch diagram
+    key: str  # equal for two states if and only if they ask for the same plan
 
 
 def state_of(content: Any) -> State:
-    """Return the state of an object with any of the names of :data:`DEFAULTS`, the others at their defaults.
+    """Return the state of an object with names of :data:`DEFAULTS`; missing names have their defaults.
 
-    ``view`` is ignored. InputError if a name is unknown or a value is not allowed.
+    ``view`` is ignored. InputError if a name is unknown or a value is out of range.
     """
     check_fields("request", content, (*DEFAULTS, "view"))
     values = {name: content.get(name, default) for name, default in DEFAULTS.items()}
@@ -155,14 +155,14 @@ def state_of(content: Any) -> State:
 
 
 def vehicle_of(preset: object, drag_ratio: object = None) -> Vehicle:
-    """Return a preset, or a vehicle that differs from it by its drag ratio κ (and constants that contradict that)."""
+    """Return a preset, with another drag ratio κ if one is given."""
     checked_choice("vehicle", preset, preset_names())
     vehicle = vehicle_named(str(preset))
     if drag_ratio is None or drag_ratio == vehicle.drag_ratio:
         return vehicle
     allowed = RANGES["drag_ratio"]
     if not allowed.contains(drag_ratio):
-        raise InputError(f"drag_ratio must be {allowed.allowed}, or null for the preset's, got {shown(drag_ratio)}")
+        raise InputError(f"drag_ratio must be {allowed.allowed}, or null for the preset, got {shown(drag_ratio)}")
     return vehicle_from_mapping({"preset": preset, "drag_ratio": drag_ratio})
 
 
@@ -174,7 +174,7 @@ def _check_count(name: str, value: object, most: int) -> None:
 
 
 def planned(state: State, progress: Progress = quiet) -> Plan:
-    """Return the plan of a state that has waypoints; the last few are kept, for the diagram and for undoing."""
+    """Return the plan of a state with waypoints; the last few plans are cached, for the diagram and for undo."""
     with _lock:
         found = _plans.pop(state.key, None)
     if found is None:
@@ -187,10 +187,10 @@ def planned(state: State, progress: Progress = quiet) -> Plan:
 
 
 def plan_answer(state: State, progress: Progress = quiet) -> dict[str, Any]:
-    """Return the plan of a state as plain values: verdict, paths, series over one period, and the tilting vehicle.
+    """Return the plan of a state as plain values: verdict, paths, series over one period, and view of the vehicle.
 
-    ``status`` is "empty", "infeasible" or "planned". Angles are exact in ``corners`` and ``vertices``, elsewhere
-    rounded to 1e-6 rad.
+    ``status`` is "empty", "infeasible" or "planned". Angles are exact in ``corners`` and ``vertices``, and
+    rounded to 1e-6 rad elsewhere.
     """
     lists = "checks warnings obstacles corners types colors path vertices order alternatives"
     answer: dict[str, Any] = {
@@ -239,12 +239,12 @@ def _outline(loop: Loop) -> dict[str, Any]:
 
 
 def to_digits(values: FloatArray, digits: int = 6) -> list[Any]:
-    """Return an array as nested lists of numbers with a few decimals, without negative zeros."""
+    """Return an array as nested lists of numbers rounded to some decimals, without negative zeros."""
     return list((np.round(values, digits) + 0.0).tolist())
 
 
 def verdict_answer(report: Report) -> dict[str, Any]:
-    """Return the verdict of a report and its checks, each with a title, a mark, and the angles of its place by name."""
+    """Return the verdict of a report and its checks, each with a title, a mark, and its place with named angles."""
     checks = []
     for check in report.checks:
         place = None if check.where is None else dict(check.where)
@@ -258,14 +258,14 @@ def verdict_answer(report: Report) -> dict[str, Any]:
 def series_answer(
     alpha: FloatArray, gait: Gait, report: Report, *, t: FloatArray | None, rates: FloatArray | None = None
 ) -> dict[str, Any]:
-    """Return tilt angles of a gait, shape (n, 4) [rad], and what follows from them, as lists over the rows.
+    """Return tilt angles of a gait, shape (n, 4) [rad], and the values that follow from them, as lists over the rows.
 
-    R has the gait's coefficients, the rest is exact. Hover thrusts are None where no thrusts carry the weight.
+    R has the coefficients of the gait, the rest is exact. Hover thrusts are None where no thrusts carry the weight.
     """
     vehicle, hovers = gait.vehicle, report["hover_thrust"].value is not None
     shares = matrices.hover_thrust_shares(alpha, vehicle) if hovers else np.full(alpha.shape, np.nan)
     thrusts = [[value if math.isfinite(value) else None for value in rotor] for rotor in to_digits(shares.T, 5)]
-    if np.array_equal(alpha[:, :2], alpha[:, 2:]):  # on the red sheet in closed form, which is quicker
+    if np.array_equal(alpha[:, :2], alpha[:, 2:]):  # the red sheet has a closed form, which is faster
         least = np.asarray(matrices.least_singular_value_on_red(alpha[:, 0], alpha[:, 1], vehicle))
     else:
         least = np.asarray(matrices.least_singular_value(alpha, vehicle))
@@ -280,19 +280,19 @@ def series_answer(
 
 
 def vehicle_view_answer(alpha: FloatArray, vehicle: Vehicle, *, t: FloatArray | None) -> dict[str, Any]:
-    """Return the vehicle tilting through rows, (n, 4) [rad], in at most 101 frames, by time or number of the row."""
+    """Return the view of a vehicle at rows (n, 4) [rad], in at most 101 frames, by time or row number."""
     rows = spread_rows(len(alpha), _MOST_FRAMES)
     view = vehicle_view(alpha[rows], vehicle).as_mapping()
     return {**view, "t": (rows + 1).tolist() if t is None else to_digits(t[rows], 9)}
 
 
 def spread_rows(count: int, most: int) -> npt.NDArray[np.int64]:
-    """Return the numbers of at most so many of `count` rows, spread evenly, the first and the last among them."""
+    """Return the indices of at most `most` of `count` rows, spread evenly, with the first and the last."""
     return np.unique(np.round(np.linspace(0, count - 1, min(count, most))).astype(np.int64))
 
 
 def diagram_answer(state: State, progress: Progress = quiet) -> dict[str, Any]:
-    """Return the roll–pitch diagram of a state's plan, and of the gait biased by the state's η, as plain values."""
+    """Return the roll–pitch diagrams of the planned gait and of the gait biased by η, as plain values."""
     answer = {"extent": [-math.pi / 2, math.pi / 2], "own": None, "biased": None, "eta": state.eta}
     if state.empty:
         return answer | {"reason": "no waypoints yet"}
@@ -326,24 +326,24 @@ def _diagram(one: Robustness) -> dict[str, Any]:
 # ---------------------------------------------------------------- the map
 
 SHADINGS = ("R", "least_singular_value", "none")
-"""What shades the map."""
+"""The quantities that the map can show as shading."""
 
 _REGIONS = (("R>0", "R > 0"), ("R<0", "R < 0"), ("hover", "all hover thrusts positive"), ("flyable", "flyable"))
 _POINTS = 129
 _ACCURACY = 1e-3  # of curved borders [rad]; a pixel of the map is wider
-_SINGULAR_BLUE = "with exact coefficients R = 0 on the whole blue sheet: the matrix is singular there"
+_SINGULAR_BLUE = "R = 0 on the whole blue sheet with exact coefficients: the matrix is singular there"
 _ROUNDED_BLUE = (
-    "the sign of R on blue is what the rounding of the published coefficients leaves; in exact physics the matrix is "
-    "singular on the whole sheet"
+    "The sign of R on blue is rounding noise of the published coefficients. R = 0 in exact physics: the matrix is "
+    "singular on the whole sheet."
 )
 
 
 def map_answer(content: Any, progress: Progress = quiet) -> dict[str, Any]:
-    """Return the shading, the regions and the plane types of one sheet, for the map below the loop, as plain values.
+    """Return the shading, the regions and the plane types of one sheet of the map, as plain values.
 
     A query may have ``vehicle``, ``drag_ratio``, ``coefficients`` as in a state, ``sheet`` and ``shading``. The answer
-    has `n`·`n` ``values``, row by row from α2 = −π/2 up, in each from α1 = −π/2, or None; their ``range``; regions as
-    rings in the plane [rad], holes too, to be filled by the even-odd rule; the plane types of the nodes of the paper's
+    has `n`·`n` ``values``, row by row from α2 = −π/2 up, each from α1 = −π/2, or None; their ``range``; regions as
+    rings in the plane [rad], with holes, to be filled by the even-odd rule; the plane types of the nodes of the paper's
     grid, None where R has no sign; and a note, or None.
     """
     check_fields("request", content, ("vehicle", "drag_ratio", "coefficients", "sheet", "shading"))
@@ -392,7 +392,7 @@ def _shading(
 
 @lru_cache(maxsize=32)
 def _types(coefficients: Coefficients, sheet: Color) -> list[str | None]:
-    """Return the types of the nodes of the paper's grid, row by row; None where R has no sign."""
+    """Return the plane types of the nodes of the paper's grid, row by row; None where R has no sign."""
     alpha = _on_grid(DEFAULT_DIVISIONS + 1, coefficients, sheet)
     third, fourth = types_of(sheet, alpha[..., 0], alpha[..., 1], coefficients, math.pi / (2 * DEFAULT_DIVISIONS))
     signed = np.abs(matrices.level_determinant(alpha, coefficients)) > matrices.noise_of(coefficients)
@@ -402,7 +402,7 @@ def _types(coefficients: Coefficients, sheet: Color) -> list[str | None]:
 
 @lru_cache(maxsize=64)
 def _rings(name: str, vehicle: Vehicle, coefficients: Coefficients, sheet: Color) -> list[Any] | None:
-    """Return a region as rings, or None where the vehicle's flyable region is unknown."""
+    """Return a region as rings, or None if the flyable region of the vehicle is unknown."""
     import shapely
 
     from gaitgraph.surface.admissible import admissible_region, hover_region, sign_region

@@ -1,4 +1,4 @@
-"""The server of the page on the loopback address: who may ask and how much, its routes, and how it runs."""
+"""The server of the page on the loopback address: its guards and limits, its routes, and how it runs."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 
 ADDRESS = "127.0.0.1"
 _PAGE = Path(__file__).parent / "page"
-_TYPES = {  # not from the system, where .js may be something else
+_TYPES = {  # the table of the system may give .js another type
     ".html": "text/html; charset=utf-8",
     ".css": "text/css; charset=utf-8",
     ".js": "text/javascript; charset=utf-8",
@@ -63,17 +63,17 @@ HEADERS = {
     "cross-origin-resource-policy": "same-origin",
     "cache-control": "no-store",
 }
-"""On every answer: nothing is loaded from elsewhere, framed, sniffed, or kept."""
+"""The headers of every answer: nothing is loaded from elsewhere, framed, sniffed or cached."""
 
-_content = partial(value_from_json, wanted="a request must be an object of fields")
+_content = partial(value_from_json, wanted="a query must be a JSON object")
 
-LONGEST_BODY = 60.0  # s until a body must be complete
-LONGEST_WORK = 20.0  # s of work on one request
-AT_ONCE = 2  # requests that are worked on at the same time
+LONGEST_BODY = 60.0  # time limit for the body of a request [s]
+LONGEST_WORK = 20.0  # time limit for the work on one request [s]
+AT_ONCE = 2  # requests worked on at the same time
 
 
 class Refused(GaitgraphError):
-    """A request was refused or given up, with the HTTP status of its answer."""
+    """A request was refused or stopped; `status` is the HTTP status of the answer."""
 
     def __init__(self, status: int, message: str) -> None:
         super().__init__(message)
@@ -88,7 +88,7 @@ class Guard:
         self.origins = [f"http://{name}:{port}" for name in ("127.0.0.1", "localhost")]
 
     async def __call__(self, scope: Message, receive: Any, send: Any) -> None:
-        """Refuse a request, or pass it on."""
+        """Refuse a request or pass it on."""
         if scope["type"] != "http":
             return
 
@@ -101,28 +101,28 @@ class Guard:
         app, origins = self.app, [value.decode("latin-1") for name, value in scope["headers"] if name == b"origin"]
         first, slash, _ = scope["path"].removeprefix("/").partition("/")
         if not (slash and secrets.compare_digest(first.encode(), self.token)):
-            app = _refusal(404, "no such page; open the whole address that 'gaitgraph explore' printed")
+            app = _refusal(404, "page not found; open the whole address that 'gaitgraph explore' printed")
         elif any(origin not in self.origins for origin in origins):
             app = _refusal(403, f"Origin must be {' or '.join(self.origins)}, got {shown(', '.join(origins))}")
         await app(scope, receive, send_with_headers)
 
 
 async def body_of(request: Request, most: int) -> bytes:
-    """Return the body of a request; Refused if it has more bytes than `most`, or does not come to its end."""
+    """Return the body of a request; Refused if it has more than `most` bytes, or takes too long."""
     body = bytearray()
     try:
         async with asyncio.timeout(LONGEST_BODY):
             async for piece in request.stream():
                 body += piece
                 if len(body) > most:
-                    raise Refused(413, f"a body must have at most {most} bytes")
+                    raise Refused(413, f"the body of a request must have at most {most} bytes")
     except TimeoutError as error:
-        raise Refused(408, f"a body must be complete within {LONGEST_BODY:g} s") from error
+        raise Refused(408, f"the body of a request must arrive within {LONGEST_BODY:g} s") from error
     return bytes(body)
 
 
 async def answer_in_thread(request: Request, slots: asyncio.Semaphore, work: Callable[[Check], Any]) -> Any:
-    """Run work in a thread when a slot is free; its callback stops it when the client leaves or the time is over."""
+    """Run work in a thread when a slot is free; the work stops when the client disconnects or the time is over."""
     gone = threading.Event()
 
     async def watch() -> None:
@@ -135,14 +135,14 @@ async def answer_in_thread(request: Request, slots: asyncio.Semaphore, work: Cal
 
         def check(*_: Any) -> None:
             if gone.is_set():
-                raise Refused(503, "the client has left")
+                raise Refused(503, "the client disconnected")
             if time.monotonic() > end:
                 advice = "use fewer waypoints, polygons or rows, or the command line"
-                raise Refused(503, f"it took longer than {LONGEST_WORK:g} s; {advice}")
+                raise Refused(503, f"the query took longer than {LONGEST_WORK:g} s; {advice}")
 
         check()
         answer = work(check)
-        check()  # the work may have taken long without calling it
+        check()  # the work may not have called it for a while
         return answer
 
     watching = asyncio.ensure_future(watch())
@@ -155,14 +155,14 @@ async def answer_in_thread(request: Request, slots: asyncio.Semaphore, work: Cal
 
 
 def application(token: str, port: int) -> Starlette:
-    """Return the ASGI application whose paths begin with a token and whose page has the origin of a port."""
+    """Return the ASGI application; its paths begin with the token, and its origin has the port."""
     files = {path.relative_to(_PAGE).as_posix(): path for path in _PAGE.rglob("*") if path.is_file()}
     slots = asyncio.Semaphore(AT_ONCE)
 
     async def page(request: Request) -> Response:
         name = request.path_params.get("name", "index.html")
         if name not in files:
-            return _refusal(404, f"no such page: {shown(name)}")
+            return _refusal(404, f"page not found: {shown(name)}")
         return Response(files[name].read_bytes(), media_type=_TYPES.get(files[name].suffix, "text/plain"))
 
     def post(name: str, work: Work, size: str = "request_bytes", kind: str = "application/json") -> Route:
@@ -198,7 +198,7 @@ def application(token: str, port: int) -> Starlette:
 async def _no_route(request: Request, error: Exception) -> Response:
     headers = getattr(error, "headers", None) or {}
     if "Allow" not in headers:
-        return _refusal(404, "no such page")
+        return _refusal(404, "page not found")
     return _refusal(405, f"method must be {headers['Allow']}, got {shown(request.method)}", headers)
 
 
@@ -207,7 +207,7 @@ def _refusal(status: int, message: str, headers: dict[str, str] | None = None) -
 
 
 def _handler(work: Work, slots: asyncio.Semaphore, most: int, kind: str) -> Callable[[Request], Awaitable[Response]]:
-    """Return the handler of a POST: it reads the body, works in a thread, and turns every error into one line."""
+    """Return the handler of a POST request: read the body, work in a thread, answer every error in one line."""
 
     async def handle(request: Request) -> Response:
         stated = request.headers.get("content-type", "").partition(";")[0].strip().lower()
@@ -217,7 +217,7 @@ def _handler(work: Work, slots: asyncio.Semaphore, most: int, kind: str) -> Call
             body = await body_of(request, most)
             answer = await answer_in_thread(request, slots, lambda check: work(request, body, check))
         except ClientDisconnect:  # nobody reads this
-            return _refusal(400, "the client left before its request was complete")
+            return _refusal(400, "the client disconnected before its request was complete")
         except Refused as error:
             close = {"Connection": "close"} if error.status in (408, 413) else None  # the rest of the body is not read
             return _refusal(error.status, str(error), close)
@@ -228,7 +228,7 @@ def _handler(work: Work, slots: asyncio.Semaphore, most: int, kind: str) -> Call
         except Exception as error:
             message = " ".join(f"{type(error).__name__}: {error}".split())
             print(f"gaitgraph: {request.url.path.rpartition('/')[2]}: {message}", file=sys.stderr)
-            return _refusal(500, f"the server could not answer ({message}), and goes on")
+            return _refusal(500, f"internal error ({message}); the server continues")
         return answer if isinstance(answer, Response) else JSONResponse(answer)
 
     return handle
@@ -244,7 +244,7 @@ def _download(_: Request, body: bytes, check: Check) -> Any:
 
 @cache
 def setup_answer() -> dict[str, Any]:
-    """Return what the page offers: choices, presets, formats, limits, the empty state and the paper's gaits."""
+    """Return the choices, presets, formats, limits, empty state and gaits of the paper for the page."""
     gaits = {f"Gait {number}": paper_gait(number, PAPER, coefficients_of()) for number in PAPER_GAITS.values()}
     return {
         "version": __version__,
@@ -270,11 +270,11 @@ def setup_answer() -> dict[str, Any]:
 
 
 class Server:
-    """A server that listens already, on the loopback address alone; port 0 is a free one. InputError if it is taken."""
+    """A server that listens on the loopback address; port 0 is any free port. InputError if the port is taken."""
 
     def __init__(self, port: int = 0) -> None:
         token = secrets.token_urlsafe(16)
-        # asyncio sends small packets at once only where the protocol is stated; else every answer waits 40 ms.
+        # asyncio sends small packets at once only if the protocol is given; otherwise every answer is delayed by 40 ms.
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP)
         try:
             self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -285,7 +285,7 @@ class Server:
             reason = getattr(error, "strerror", None) or error
             raise InputError(f"--port must be a free port, or 0 for any, got {port}: {reason}") from error
         port = int(self._socket.getsockname()[1])
-        self.address = f"http://{ADDRESS}:{port}/{token}/"  # whole, with the token
+        self.address = f"http://{ADDRESS}:{port}/{token}/"  # with the token
         config = uvicorn.Config(
             application(token, port),
             log_config=None,
@@ -312,9 +312,9 @@ class Server:
 
 
 def _warm_up() -> None:
-    """Plan once and prepare the regions of the paper's vehicle, so that the first click need not wait."""
+    """Plan once and prepare the regions of the paper's vehicle, so that the first click is fast."""
     setup_answer()
-    for waypoints in ([[0.6, -0.6]], [[0.5, 0.5]]):  # the first can be planned, the second has a nearest point
+    for waypoints in ([[0.6, -0.6]], [[0.5, 0.5]]):  # the first can be planned; the second has no gait
         state = queries.state_of({"waypoints": waypoints})
         queries.plan_answer(state)
         queries.diagram_answer(state)

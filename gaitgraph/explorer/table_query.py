@@ -1,4 +1,4 @@
-"""The queries with files: a user's table on the map, and the planned gait as a file; no path of the user is used."""
+"""The queries with files: check a table of the user, and download the planned gait. No path of the user is used."""
 
 from __future__ import annotations
 
@@ -34,11 +34,11 @@ if TYPE_CHECKING:
 _MOST_ROWS = 2000
 _MOST_RUNS = 50
 _FILM = ".gif"
-_NOT_SHOWN = {"floor": matrices.DEFAULT_FLOOR}  # fields of requests without a control on the page
+_NOT_SHOWN = {"floor": matrices.DEFAULT_FLOOR}  # request fields without a control on the page
 
 
 def formats_answer() -> list[dict[str, Any]]:
-    """Return the formats that a gait can be downloaded in, and why one is not available."""
+    """Return the formats of a download, and for each that is not available the reason."""
     missing = next((module for module in ("matplotlib", "PIL") if find_spec(module) is None), None)
     why_no_film = None if missing is None else str(needs_extra(missing, "a film", "plot"))
     listed = [(one.suffix, one.name, one.why_not(), one.reads and not one.folder) for one in FORMATS.values()]
@@ -49,13 +49,13 @@ def formats_answer() -> list[dict[str, Any]]:
 
 
 def table_answer(name: str, content: bytes, progress: Progress = queries.quiet) -> dict[str, Any]:
-    """Return the report of a gait file's bytes, and where it breaks a rule; InputError or FileProblem if it is none.
+    """Return the report of a gait file's bytes, and where it breaks rules; InputError or FileProblem if it is no table.
 
-    The suffix of the name is the format; the rest is used in messages alone.
+    The suffix of the name selects the format; the name appears only in messages.
     """
     last = "".join(letter for letter in re.split(r"[\\/]", name)[-1] if letter.isprintable())
     if not last:
-        raise InputError(f"name must be a file's name with its suffix, got {shown(name)}")
+        raise InputError(f"name must be a file name with a suffix, got {shown(name)}")
     name = last if len(last) <= 100 else last[:60] + "…" + last[-30:]
     form = known_format(name, "table", reads=True)
     if form.folder:
@@ -65,7 +65,7 @@ def table_answer(name: str, content: bytes, progress: Progress = queries.quiet) 
         path.write_bytes(content)
         try:
             table = merged(_bounded(read_pieces(path, progress=progress)))
-            if isinstance(table.about.get("vehicle"), str):  # elsewhere it may be a file's name
+            if isinstance(table.about.get("vehicle"), str):  # in the library it may be the name of a file
                 checked_choice("vehicle", table.about["vehicle"], preset_names())
             with naming_file(path):
                 report = validate(table)
@@ -94,11 +94,11 @@ def table_answer(name: str, content: bytes, progress: Progress = queries.quiet) 
 
 
 def _broken_runs(rows: Gait, report: Report) -> list[dict[str, Any]]:
-    """Return the worst row of each run of rows that break a rule which a report names, but for a check's own place."""
+    """Return the worst row of each run of rows that break a rule, except the place that the check itself reports."""
     alpha, vehicle, coefficients = rows.alpha, rows.vehicle, rows.coefficients
     R = np.asarray(matrices.level_determinant(alpha, coefficients))
     tilts = (matrices.roll_sensitivity, matrices.pitch_sensitivity)
-    measures: dict[str, tuple[int, Callable[[], Any]]] = {  # of each row; 1 where a limit is the most, −1 the least
+    measures: dict[str, tuple[int, Callable[[], Any]]] = {  # of each row; 1 if the limit is an upper bound, −1 a lower
         "on_surface": (1, lambda: np.abs([one(alpha, coefficients) for one in tilts]).max(axis=0)),
         "R_sign": (1, lambda: -R * np.sign(R[np.argmax(np.abs(R))])),
         "least_singular_value": (-1, lambda: np.asarray(matrices.least_singular_value(alpha, vehicle))),
@@ -111,7 +111,7 @@ def _broken_runs(rows: Gait, report: Report) -> list[dict[str, Any]]:
         sign, measure = measures[check.name]
         over = sign * (measure() - check.limit)
         edges = np.flatnonzero(np.diff(np.concatenate([[False], over > 0, [False]]).astype(np.int8)))
-        # The place is at this row, or behind it; where the stated gait is judged it has none.
+        # The place is at this row or after it; without a row, the stated gait was checked.
         title, row = check.name.replace("_", " "), check.where.get("row")
         for first, end in edges.reshape(-1, 2).tolist():
             if row is not None and (first < row <= end or first < row % len(alpha) + 1 <= end):
@@ -124,7 +124,7 @@ def _broken_runs(rows: Gait, report: Report) -> list[dict[str, Any]]:
 
 
 def _bounded(pieces: Iterable[Table]) -> Iterator[Table]:
-    """Yield pieces of a table, up to the limit of rows: a small file can hold more than fit in memory."""
+    """Yield pieces of a table up to the limit of rows: a small file can hold more rows than fit in memory."""
     rows = 0
     for piece in pieces:
         rows += len(piece)
@@ -135,7 +135,7 @@ def _bounded(pieces: Iterable[Table]) -> Iterator[Table]:
 
 
 def _state_of_request(table: Table) -> dict[str, Any] | None:
-    """Return the state that a file's request is, or None if there is none, or none that the page can show."""
+    """Return the request of a file as a state, or None if the file has none, or the page cannot show it."""
     request = table.about.get("request")
     if not isinstance(request, dict):
         return None
@@ -146,13 +146,13 @@ def _state_of_request(table: Table) -> dict[str, Any] | None:
     if "t" in table and 2 <= len(table) <= queries.RANGES["samples"].high + 1:
         state["samples"] = len(table) - 1
     if state.get("method") == "exact":
-        state.pop("divisions", None)  # not used, and perhaps beyond the page's range
+        state.pop("divisions", None)  # not used, and may be out of range here
     if number_of(state.get("accuracy")) < queries.RANGES["accuracy"].low:
-        state["accuracy"] = queries.RANGES["accuracy"].low  # the finest that a page can wait for
+        state["accuracy"] = queries.RANGES["accuracy"].low  # finer would be too slow for the page
     stated = request.get("vehicle", queries.DEFAULTS["vehicle"])
     try:
         pairs: list[tuple[Any, float | None]] = [(stated, None)]
-        if isinstance(stated, dict):  # a preset, with another drag ratio at most
+        if isinstance(stated, dict):  # a preset, perhaps with another drag ratio
             vehicle = vehicle_from_mapping(stated)
             pairs = [(name, ratio) for name in preset_names() for ratio in (None, vehicle.drag_ratio)]
             pairs = [pair for pair in pairs if vehicle == queries.vehicle_of(*pair)]
@@ -164,10 +164,10 @@ def _state_of_request(table: Table) -> dict[str, Any] | None:
 
 
 def file_answer(state: queries.State, suffix: object, progress: Progress = queries.quiet) -> tuple[str, bytes]:
-    """Return the planned gait of a state as a file: its name and its bytes; a folder comes as a zip."""
+    """Return the planned gait of a state as a file: name and bytes; a folder as a zip file."""
     suffix = checked_choice("suffix", suffix, (*FORMATS, _FILM))
     if state.empty:
-        raise InputError("waypoints must be at least one, got none")
+        raise InputError("waypoints must have at least one entry, got 0")
     result = queries.planned(state, progress)
     if result.loop is None:
         raise InputError(f"there is no gait to write: {result.reason}")
@@ -181,6 +181,6 @@ def file_answer(state: queries.State, suffix: object, progress: Progress = queri
         stream = io.BytesIO()
         with zipfile.ZipFile(stream, "w") as archive:
             for one in sorted(path.iterdir()):
-                entry = zipfile.ZipInfo(f"{path.name}/{one.name}")  # without a date, so that the bytes are the same
+                entry = zipfile.ZipInfo(f"{path.name}/{one.name}")  # no date: equal gaits give equal bytes
                 archive.writestr(entry, one.read_bytes(), zipfile.ZIP_DEFLATED)
         return f"{path.name}.zip", stream.getvalue()
