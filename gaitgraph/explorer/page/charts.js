@@ -6,7 +6,11 @@ import { html, themed } from "./elements.js";
 
 const NAMES = ["α1", "α2", "α3", "α4"];
 const COLORS = ["--alpha1", "--alpha2", "--alpha3", "--alpha4"];
-const DASHES = [undefined, undefined, [6, 5], [6, 5]]; // α3 and α4 often lie on α1 and α2
+// On red α3 lies on α1 and α4 on α2: a thin dark dashed line on a wide light one shows both.
+const WIDTHS = [3.2, 3.2, 1.2, 1.2];
+const DASHES = [undefined, [9, 3], [5, 3], [1.5, 2]];
+const ONE = { colors: ["--ink"], widths: [1.75], dashes: [undefined] };
+const FOUR = { colors: COLORS, widths: WIDTHS, dashes: DASHES };
 
 export const CHARTS = {
   rates: { title: "Rates", unit: "rad/s", names: NAMES.map((name) => `${name}′`) },
@@ -29,7 +33,7 @@ function ticksOfPi(self, axis, low, high) {
   return ticks;
 }
 
-function chartIn(root, { names, colors, dashes, isAngle, height, isLast, fromZero, timeUnit, onCursor }) {
+function chartIn(root, { names, colors, widths, dashes, isAngle, height, isLast, fromZero, timeUnit, onCursor }) {
   const ink = themed("--soft");
   const rule = themed("--rule");
   const font = "12px system-ui, sans-serif";
@@ -85,7 +89,7 @@ function chartIn(root, { names, colors, dashes, isAngle, height, isLast, fromZer
         ...names.map((label, k) => ({
           label,
           stroke: themed(colors[k]),
-          width: 1.75,
+          width: widths[k],
           pxAlign: 0,
           dash: dashes[k],
           points: { show: false },
@@ -135,22 +139,19 @@ export function chartsIn(upper, lower, legend, onTime) {
     plots.push(
       chartIn(upper, {
         ...common,
+        ...FOUR,
         names: NAMES,
-        colors: COLORS,
-        dashes: DASHES,
         isAngle: true,
         height: 190,
         isLast: !rows,
       }),
     );
     if (rows) {
-      const many = rows.length > 1;
       plots.push(
         chartIn(lower, {
           ...common,
+          ...(rows.length > 1 ? FOUR : ONE),
           names: CHARTS[kind].names,
-          colors: many ? COLORS : ["--ink"],
-          dashes: many ? DASHES : [undefined],
           isAngle: false,
           height: 150,
           isLast: true,

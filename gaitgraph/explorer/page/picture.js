@@ -2,6 +2,7 @@
 
 import { HALF_PI, angle, clamped, number, snapped } from "./angles.js";
 import { byId, html, svg, themed } from "./elements.js";
+import { adviceOf } from "./verdict.js";
 
 const TICKS = [-8, -6, -4, -2, 0, 2, 4, 6, 8].map((n) => (n * Math.PI) / 16);
 
@@ -17,6 +18,7 @@ const LAYERS = [
   "table",
   "marks",
   "waypoints",
+  "advice",
   "draft",
   "dot",
   "pointer",
@@ -116,7 +118,11 @@ export function pictureIn(root) {
     const data = shown.map;
     const ratio = window.devicePixelRatio || 1;
     canvas.width = canvas.height = Math.max(1, Math.round(box.side * ratio));
-    if (!data?.values || shown.state.view.shading === "none") return;
+    if (!data || shown.state.view.shading === "none") return;
+    if (data.sheet === "blue") {
+      paintHatching(canvas.getContext("2d"), ratio);
+      return;
+    }
     const { n, values } = data;
     const [low, high] = data.range;
     const colors = ["--shade-negative", "--shade-positive", "--shade-zero", "--shade-sigma"].map(rgbOf);
@@ -140,6 +146,19 @@ export function pictureIn(root) {
     brush.imageSmoothingQuality = "high";
     // Values stand at the nodes, so the outer half of the outer cells lies outside the map.
     brush.drawImage(small, 0.5, 0.5, n - 1, n - 1, 0, 0, canvas.width, canvas.height);
+  }
+
+  /** Hatch the map where the values are rounding noise: R and σ are 0 on the whole blue sheet. */
+  function paintHatching(brush, ratio) {
+    const { width, height } = canvas;
+    brush.strokeStyle = themed("--line");
+    brush.lineWidth = 1.5 * ratio;
+    brush.beginPath();
+    for (let at = 0; at < width + height; at += 9 * ratio) {
+      brush.moveTo(at, 0);
+      brush.lineTo(at - height, height);
+    }
+    brush.stroke();
   }
 
   function paintRegions() {
@@ -260,8 +279,8 @@ export function pictureIn(root) {
     if (!table) return layers.table.replaceChildren();
     return layers.table.replaceChildren(
       svg("path", { class: `casing${faint}`, d: line(table.path, false) }),
-      svg("path", { class: `table-path${faint}`, d: line(table.path, false) }),
-      ...arrows(table.path, `of-table${faint}`),
+      svg("path", { class: `table-path ${table.color}${faint}`, d: line(table.path, false) }),
+      ...arrows(table.path, table.color + faint),
     );
   }
 
@@ -307,6 +326,34 @@ export function pictureIn(root) {
     layers.waypoints.replaceChildren(...bits);
   }
 
+  /** Ring the waypoints that have no gait; an arrow leads from the first to its nearest admissible point. */
+  function paintAdvice() {
+    const advice = shown.tab === "plan" ? adviceOf(shown.plan, shown.state.waypoints) : null;
+    const { waypoints } = shown.state;
+    const bits = (advice?.indices ?? []).map((k) => disc(waypoints[k], 15, "advice-line from"));
+    if (advice?.to && bits.length) {
+      const from = waypoints[advice.indices[0]];
+      const ends = [from, advice.to].map(([p, q]) => [x(p), y(q)]);
+      const [dx, dy] = ends[1].map((end, k) => end - ends[0][k]);
+      const length = Math.hypot(dx, dy);
+      if (length > 24) {
+        const [ux, uy] = [dx / length, dy / length];
+        const start = [ends[0][0] + 15 * ux, ends[0][1] + 15 * uy];
+        const turn = (Math.atan2(dy, dx) * 180) / Math.PI;
+        bits.push(
+          svg("path", { class: "advice-line to", d: `M${start.join(" ")}L${ends[1][0] - 12 * ux} ${ends[1][1] - 12 * uy}` }),
+          svg("path", {
+            class: "advice-head",
+            d: "M-8 -6L4 0L-8 6Z",
+            transform: `translate(${ends[1][0] - 9 * ux} ${ends[1][1] - 9 * uy}) rotate(${turn})`,
+          }),
+        );
+      }
+      bits.push(disc(advice.to, 5, "advice-line to"));
+    }
+    layers.advice.replaceChildren(...bits);
+  }
+
   function paintDraft() {
     const bits = [];
     if (shown.draft.length) {
@@ -348,6 +395,7 @@ export function pictureIn(root) {
     paintLoop();
     paintWaypoints();
     paintMarks();
+    paintAdvice();
     paintDraft();
     paintDot();
     paintCrosshair();
@@ -363,10 +411,11 @@ export function pictureIn(root) {
     }
     let text = `α1 ${place(point[0])} · α2 ${place(point[1])}`;
     const data = shown.map;
-    if (data?.values && shown.state.view.shading !== "none") {
+    const name = data?.shading === "R" ? "R" : "σ";
+    if (data?.sheet === "blue" && shown.state.view.shading !== "none") text += ` · ${name} = 0 in exact physics`;
+    else if (data?.values && shown.state.view.shading !== "none") {
       const [column, row] = point.map((a) => Math.round(((a + HALF_PI) / Math.PI) * (data.n - 1)));
       const value = data.values[row * data.n + column];
-      const name = data.shading === "R" ? "R" : "σ";
       text += value === null || value === undefined ? " · no root" : ` · ${name} ≈ ${number(value, 2)}`;
     }
     field.textContent = text;
@@ -412,6 +461,7 @@ export function pictureIn(root) {
       shown.plan = plan;
       paintLoop();
       paintMarks();
+      paintAdvice();
     },
     showTable(table, tab) {
       shown.table = table;
@@ -419,6 +469,7 @@ export function pictureIn(root) {
       paintTable();
       paintLoop();
       paintMarks();
+      paintAdvice();
     },
     showMap(map) {
       shown.map = map;
