@@ -280,10 +280,14 @@ def series_answer(
 
 
 def vehicle_view_answer(alpha: FloatArray, vehicle: Vehicle, *, t: FloatArray | None) -> dict[str, Any]:
-    """Return the view of a vehicle at rows (n, 4) [rad], in at most 101 frames, by time or row number."""
+    """Return the view of a vehicle at rows (n, 4) [rad], in at most 101 frames, by time or row number.
+
+    `bearings` are the directions of the arms, from forward towards the left [rad].
+    """
     rows = spread_rows(len(alpha), _MOST_FRAMES)
     view = vehicle_view(alpha[rows], vehicle).as_mapping()
-    return {**view, "t": (rows + 1).tolist() if t is None else to_digits(t[rows], 9)}
+    times = (rows + 1).tolist() if t is None else to_digits(t[rows], 9)
+    return {**view, "t": times, "bearings": to_digits(matrices.arm_angles(vehicle))}
 
 
 def spread_rows(count: int, most: int) -> npt.NDArray[np.int64]:

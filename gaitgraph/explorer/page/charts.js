@@ -216,7 +216,7 @@ export function chartsIn(upper, lower, legend, onTime) {
     const part = clock[next] > clock[row] ? (time - clock[row]) / (clock[next] - clock[row]) : 0;
     const alpha = series.alpha.map((column) => column[row] + part * (column[next] - column[row]));
     values.forEach((value, k) => (value.textContent = number(alpha[k], 3)));
-    return { time, row, alpha };
+    return { time, row, part, alpha };
   }
 
   // uPlot hides its cursor when the pointer leaves; here it is the time, which stays.

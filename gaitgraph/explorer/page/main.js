@@ -9,11 +9,12 @@ import { byId, html } from "./elements.js";
 import { allowDownloads, bindDownloads, bindFile } from "./files.js";
 import { bindLines, gone, notice, problem, say } from "./lines.js";
 import { mapIn } from "./map.js";
-import { Gone, latest, setupOf, waitForServer } from "./queries.js";
+import { Gone, latest, planOf, setupOf, waitForServer } from "./queries.js";
 import { addressOf, historyOf, planKey, startOf, stateFrom } from "./state.js";
 import { vehicleIn } from "./vehicle.js";
 import { sentenceOf, showReport, verdictOf } from "./verdict.js";
 
+const FIRST_GAIT = 3; // of the paper's gaits, the one that a first visit shows: Gait 4
 const QUIET = 200; // after the last change, before the diagram is asked for [ms]
 
 let setup = null;
@@ -28,7 +29,10 @@ let away = null;
 let diagramTimer = 0;
 let diagramFor = "";
 let mapFor = "";
+let emptyKey = ""; // of the state without waypoints that a first visit has
 let addressTimer = 0;
+let ghost = null; // the plan of the gait that a first visit shows
+let wantsMotion = !prefersStillness(); // until the reader stops it
 const maps = new Map();
 
 function failed(error) {
@@ -154,6 +158,12 @@ function askDiagram() {
 
 const shownReport = () => (tab === "table" ? table : plan);
 
+/** Return the report whose gait moves, or null. */
+function moving() {
+  if (tab === "table") return table;
+  return plan?.status === "planned" ? plan : ghost;
+}
+
 function showBackground(background) {
   map.showMap(background);
   const note = byId("map-note");
@@ -194,12 +204,12 @@ function showFound() {
   if (byId("verdict-spoken").textContent !== sentence) byId("verdict-spoken").textContent = sentence;
   document.title =
     report && report.status !== "empty" ? `${verdictOf(report).headline} · gaitgraph` : "gaitgraph explore";
-  const hasGait = tab === "table" || plan?.status === "planned";
-  charts.show(hasGait ? report.series : null, store.state.view.chart);
-  vehicle.show(hasGait ? (report.vehicle_view ?? null) : null, tab === "table");
-  byId("field-chart").hidden = !hasGait;
-  for (const id of ["play", "scrub"]) byId(id).disabled = !hasGait;
-  if (!hasGait) clock.play(false);
+  const gait = moving();
+  charts.show(gait?.series ?? null, store.state.view.chart);
+  vehicle.show(gait?.vehicle_view ?? null, tab === "table");
+  byId("field-chart").hidden = !gait;
+  for (const id of ["play", "scrub"]) byId(id).disabled = !gait;
+  clock.play(Boolean(gait) && wantsMotion);
   allowDownloads(plan?.status === "planned");
   showPhase(clock.phase, null);
   document.documentElement.dataset.planned = planFor === planKey(store.state) ? "yes" : "no";
@@ -209,13 +219,21 @@ function showFound() {
 
 function showPhase(phase, source) {
   const at = charts.at(phase);
-  const report = shownReport();
-  map.showDot(at && [at.alpha[0], at.alpha[1]], report?.color ?? "");
-  vehicle.at(phase);
+  const gait = moving();
+  map.showDot(at && [at.alpha[0], at.alpha[1]], gait?.color ?? "");
+  if (at) vehicle.at({ phase, alpha: at.alpha, shares: thrustsAt(gait.series, at) });
   if (source !== "scrub") byId("scrub").value = String(Math.round(phase * 1000));
-  const text = at ? (report.series.t ? `${number(at.time, 3)} s` : `row ${Math.round(at.time)}`) : "";
+  const text = at ? (gait.series.t ? `${number(at.time, 3)} s` : `row ${Math.round(at.time)}`) : "";
   byId("clock").textContent = text;
   byId("scrub").setAttribute("aria-valuetext", text);
+}
+
+/** Return the hover thrusts at a row and a part of the way to the next; null where there are none. */
+function thrustsAt(series, { row, part }) {
+  return series.hover_thrusts.map((column) => {
+    const [from, to] = [column[row], column[Math.min(row + 1, column.length - 1)]];
+    return from === null || to === null ? null : from + part * (to - from);
+  });
 }
 
 function showTabs() {
@@ -238,10 +256,12 @@ function refresh({ live }) {
     document.documentElement.dataset.theme = state.view.theme;
     map.repaint();
     charts.rebuild();
+    vehicle.repaint();
   }
   map.showState(state);
   const key = planKey(state);
   if (planFor !== key) document.documentElement.dataset.planned = "no";
+  if (key !== emptyKey) dropGhost();
   if (key !== askedFor) {
     askedFor = key;
     problem(null);
@@ -339,9 +359,9 @@ const clock = clockOf(
   showPhase,
   (playing) => (byId("play").textContent = playing ? "Pause" : prefersStillness() ? "Step" : "Play"),
 );
-const charts = chartsIn(byId("chart-upper"), byId("chart-lower"), byId("legend-alpha"), (phase) => {
-  if (!clock.playing) clock.set(phase, "chart");
-});
+const charts = chartsIn(byId("chart-upper"), byId("chart-lower"), byId("legend-alpha"), (phase) =>
+  clock.hold(phase, "chart"),
+);
 
 /** Step on by an eighth of the period instead of moving, for those who asked for less motion. */
 function stepClock() {
@@ -350,12 +370,58 @@ function stepClock() {
 
 function bindPlayer() {
   if (prefersStillness()) byId("play").textContent = "Step";
-  byId("play").addEventListener("click", () => (prefersStillness() ? stepClock() : clock.play(!clock.playing)));
+  const play = (wanted) => clock.play((wantsMotion = wanted));
+  byId("play").addEventListener("click", () => (prefersStillness() ? stepClock() : play(!clock.playing)));
   byId("scrub").addEventListener("input", (event) => {
-    clock.play(false);
+    play(false);
     clock.set(Number(event.target.value) / 1000, "scrub");
   });
+  // The pointer over a curve or over the loop sets the time.
+  for (const id of ["chart-upper", "chart-lower", "map-root"]) {
+    byId(id).addEventListener("pointerleave", clock.release);
+  }
+  map.element.addEventListener("pointermove", (event) => {
+    const phase = event.buttons ? null : map.phaseAt(event, moving()?.series);
+    if (phase === null) clock.release();
+    else clock.hold(phase, "map");
+  });
   byId("pace").addEventListener("change", () => clock.setSeconds(store.state.period / Number(byId("pace").value)));
+}
+
+/** Show a gait of the paper at a first visit, as a ghost: it plays, and can be tried. */
+async function showGhost() {
+  const { name: _name, ...gait } = setup.paper_gaits[FIRST_GAIT];
+  const { view: _view, ...begin } = startOf(setup);
+  const found = await planOf({ ...begin, ...gait });
+  if (plan && plan.status !== "empty") return;
+  ghost = found;
+  map.showGhost(ghost);
+  byId("welcome").hidden = false;
+  showFound();
+}
+
+function dropGhost() {
+  byId("welcome").hidden = true;
+  if (!ghost) return;
+  ghost = null;
+  map.showGhost(null);
+}
+
+function bindWelcome() {
+  byId("try-gait").addEventListener("click", () => loadGait(FIRST_GAIT));
+  byId("draw-own").addEventListener("click", () => {
+    dropGhost();
+    showFound();
+    map.element.focus({ preventScroll: true });
+    say("Click the map, or press Enter at the crosshair, to set the first waypoint");
+  });
+}
+
+/** Plan a gait of the paper. */
+function loadGait(number) {
+  const { name: _name, ...gait } = setup.paper_gaits[number];
+  const { view: _view, ...begin } = startOf(setup);
+  commit({ ...begin, ...gait, eta: store.state.eta });
 }
 
 function closeTable() {
@@ -369,7 +435,6 @@ function bindTable() {
     onReport(report) {
       table = report;
       problem(null);
-      clock.play(false);
       map.select(null);
       showTab("table");
     },
@@ -392,10 +457,8 @@ function bindHeader() {
     ...setup.paper_gaits.map((gait, k) => html("option", { value: String(k) }, `${gait.name}, ${gait.color}`)),
   );
   load.addEventListener("change", () => {
-    const { name: _name, ...gait } = setup.paper_gaits[Number(load.value)];
+    loadGait(Number(load.value));
     load.value = "";
-    const { view: _view, ...start } = startOf(setup);
-    commit({ ...start, ...gait, eta: store.state.eta });
   });
   byId("undo").addEventListener("click", () => store.undo());
   byId("redo").addEventListener("click", () => store.redo());
@@ -479,6 +542,7 @@ async function start() {
   bindDownloads(setup.formats, () => question(store.state), failed);
   bindPlayer();
   bindKeys();
+  emptyKey = planKey(startOf(setup));
   store = historyOf(readAddress(), (_state, how) => refresh(how));
   showControls = bindControls(setup, {
     commit,
@@ -493,6 +557,8 @@ async function start() {
     },
   });
   store.look({});
+  bindWelcome();
+  if (planKey(store.state) === emptyKey) showGhost().catch(failed);
   addEventListener("hashchange", () => {
     const next = readAddress();
     store.look(next.view);
@@ -502,6 +568,7 @@ async function start() {
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
     map.repaint();
     charts.rebuild();
+    vehicle.repaint();
   });
   addEventListener("pagehide", writeAddress);
   document.documentElement.dataset.ready = "yes";
