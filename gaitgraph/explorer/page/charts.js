@@ -120,6 +120,9 @@ export function chartsIn(upper, lower, legend, onTime) {
   const hidden = [false, false, false, false];
   let values = [];
   let phaseShown = 0;
+  let sheet = null;
+  const note = html("p", { class: "small", hidden: true }, "Blue: 0 in exact physics. The values are rounding noise.");
+  lower.after(note);
 
   const clockOf = () => series.t ?? series.alpha[0].map((_, k) => k + 1);
   const onCursor = (t) => {
@@ -217,7 +220,7 @@ export function chartsIn(upper, lower, legend, onTime) {
     const part = clock[next] > clock[row] ? (time - clock[row]) / (clock[next] - clock[row]) : 0;
     const alpha = series.alpha.map((column) => column[row] + part * (column[next] - column[row]));
     values.forEach((value, k) => (value.textContent = number(alpha[k], 3)));
-    return { time, row, alpha };
+    return { time, row, part, alpha };
   }
 
   // uPlot hides its cursor when the pointer leaves; here it is the time, which stays.
@@ -225,7 +228,10 @@ export function chartsIn(upper, lower, legend, onTime) {
     root.addEventListener("pointerleave", () => requestAnimationFrame(() => at(phaseShown)));
 
   return {
-    show(next, chart) {
+    show(next, chart, color) {
+      const isNoise = color === "blue" && (chart === "R" || chart === "least_singular_value");
+      note.hidden = !isNoise || !next;
+      sheet = color;
       series = next?.alpha?.[0]?.length ? next : null;
       const wanted = JSON.stringify([chart, series && [Boolean(series.t), Boolean(rowsOf(series, chart))]]);
       kind = chart;
@@ -238,7 +244,7 @@ export function chartsIn(upper, lower, legend, onTime) {
     },
     /** Show another quantity below, of the same series. */
     choose(chart) {
-      if (kind !== chart) this.show(series, chart);
+      if (kind !== chart) this.show(series, chart, sheet);
     },
     rebuild: build,
     at,

@@ -328,6 +328,8 @@ export function mapIn(root, on) {
     showTable: view.showTable,
     showMap: view.showMap,
     showDot: view.showDot,
+    showGhost: view.showGhost,
+    phaseAt: view.phaseAt,
     point: view.point,
     repaint: view.repaint,
   };

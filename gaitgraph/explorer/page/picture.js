@@ -6,6 +6,8 @@ import { adviceOf } from "./verdict.js";
 
 const TICKS = [-8, -6, -4, -2, 0, 2, 4, 6, 8].map((n) => (n * Math.PI) / 16);
 
+const NEAR = 12; // how near to the loop the pointer shows the posture there [px]
+
 const LAYERS = [
   "grid",
   "regions",
@@ -13,6 +15,7 @@ const LAYERS = [
   "polygons",
   "crosshair",
   "alternatives",
+  "ghost",
   "loop",
   "corners",
   "table",
@@ -57,6 +60,7 @@ export function pictureIn(root) {
     crosshair: [0, 0],
     keyboard: false,
     hover: null,
+    ghost: null, // the plan of a gait to try
     dot: null, // where the gait is at the time shown
   };
   let size = 0;
@@ -273,6 +277,14 @@ export function pictureIn(root) {
     layers.corners.replaceChildren(...corners);
   }
 
+  function paintGhost() {
+    const path = shown.ghost?.path;
+    const kind = `ghost ${shown.ghost?.color}`;
+    layers.ghost.replaceChildren(
+      ...(path ? [svg("path", { class: `path ${kind}`, d: line(path, false) }), ...arrows(path, kind)] : []),
+    );
+  }
+
   function paintTable() {
     const table = shown.table;
     const faint = shown.tab === "table" ? "" : " faint";
@@ -392,6 +404,7 @@ export function pictureIn(root) {
     paintTypes();
     paintPolygons();
     paintTable();
+    paintGhost();
     paintLoop();
     paintWaypoints();
     paintMarks();
@@ -419,6 +432,24 @@ export function pictureIn(root) {
       text += value === null || value === undefined ? " · no root" : ` · ${name} ≈ ${number(value, 2)}`;
     }
     field.textContent = text;
+  }
+
+  /** Return the phase of the period at which a gait is nearest to the pointer, or null if it is not near. */
+  function phaseAt(event, series) {
+    if (!series || !box.side) return null;
+    const [a1, a2] = series.alpha;
+    const clock = series.t ?? a1.map((_, k) => k);
+    const [left, top] = raw(event).map((a, k) => (k ? y(a) : x(a)));
+    let best = { distance: NEAR, time: null };
+    for (let k = 0; k + 1 < a1.length; k += 1) {
+      const [x0, y0] = [x(a1[k]), y(a2[k])];
+      const [dx, dy] = [x(a1[k + 1]) - x0, y(a2[k + 1]) - y0];
+      const square2 = dx * dx + dy * dy;
+      const part = square2 ? Math.max(0, Math.min(1, ((left - x0) * dx + (top - y0) * dy) / square2)) : 0;
+      const distance = Math.hypot(x0 + part * dx - left, y0 + part * dy - top);
+      if (distance < best.distance) best = { distance, time: clock[k] + part * (clock[k + 1] - clock[k]) };
+    }
+    return best.time === null ? null : (best.time - clock[0]) / (clock.at(-1) - clock[0]);
   }
 
   const place = (a) => (angle(a) === number(a) ? `${number(a)}` : `${angle(a)} (${number(a, 3)})`);
@@ -481,6 +512,12 @@ export function pictureIn(root) {
       shown.dot = point && { point, kind };
       paintDot();
     },
+    /** Show the loop of a gait that is no plan yet; null takes it away. */
+    showGhost(gait) {
+      shown.ghost = gait;
+      paintGhost();
+    },
+    phaseAt,
     /** Ring a place, for instance where a check was worst; null takes the ring away. */
     point(where) {
       layers.pointer.replaceChildren(...(where ? [disc([where.alpha1, where.alpha2], 18, "pointer")] : []));
