@@ -10,16 +10,18 @@ import {
   CylinderGeometry,
   DirectionalLight,
   DoubleSide,
+  EqualStencilFunc,
   Group,
   HemisphereLight,
+  IncrementStencilOp,
+  Matrix4,
   Mesh,
   MeshBasicMaterial,
-  MeshStandardMaterial,
-  PCFShadowMap,
+  MeshLambertMaterial,
   PerspectiveCamera,
+  PlaneGeometry,
   RingGeometry,
   Scene,
-  ShadowMaterial,
   SphereGeometry,
   Sprite,
   SpriteMaterial,
@@ -32,6 +34,7 @@ import { html, themed } from "./elements.js";
 const START = { azimuth: (-152 * Math.PI) / 180, elevation: (30 * Math.PI) / 180, zoom: 1 }; // as in the films
 const DUCT = 0.5; // radius
 const GROUND = -0.85;
+const SUN = [-1.6, -1.4, 5];
 const HALF_VIEW = [1.95, 1.42]; // half the width and height that must be in the picture
 const FIELD = Math.tan((14 * Math.PI) / 180); // half of the vertical field of view
 const FULL_THRUST = 1.9; // length of the arrow of a rotor that carries the whole weight
@@ -40,7 +43,7 @@ const TURNS = 12; // of the blades in one period
 
 /** Return a cylinder along z. */
 function cylinder(top, bottom, height, material, isOpen = false) {
-  const shape = new CylinderGeometry(top, bottom, height, 40, 1, isOpen).rotateX(Math.PI / 2);
+  const shape = new CylinderGeometry(top, bottom, height, 32, 1, isOpen).rotateX(Math.PI / 2);
   return new Mesh(shape, material);
 }
 
@@ -79,9 +82,9 @@ function labelOf(number) {
 
 /** Return one rotor at the end of its arm: what tilts about x, the outward axis, and what its posture is. */
 function rotorOf(number, clockwise, frame) {
-  const paint = new MeshStandardMaterial({ roughness: 0.45, side: DoubleSide });
+  const paint = new MeshLambertMaterial({ side: DoubleSide });
   const veil = new MeshBasicMaterial({ transparent: true, opacity: 0.3, side: DoubleSide, depthWrite: false });
-  const glow = new MeshStandardMaterial({ roughness: 0.6, emissiveIntensity: 0.35 });
+  const glow = new MeshLambertMaterial({ emissiveIntensity: 0.35 });
 
   const blades = new Group();
   for (const side of [0, Math.PI]) {
@@ -99,21 +102,19 @@ function rotorOf(number, clockwise, frame) {
   const head = new Mesh(new ConeGeometry(0.1, 0.26, 24).rotateX(Math.PI / 2).translate(0, 0, 0.13), glow);
   arrow.add(shaft, head);
 
-  const lip = new Mesh(new TorusGeometry(DUCT, 0.03, 12, 64), paint);
+  const lip = new Mesh(new TorusGeometry(DUCT, 0.03, 8, 48), paint);
   const wall = cylinder(DUCT, DUCT - 0.03, 0.16, paint, true);
   const strut = placed(new Mesh(new CylinderGeometry(0.03, 0.03, 2 * DUCT, 12), frame), 0, 0, -0.05);
   const tilting = new Group();
   tilting.add(
     placed(lip, 0, 0, 0.08),
     wall,
-    placed(new Mesh(new CircleGeometry(DUCT - 0.02, 64), veil), 0, 0, 0.04),
+    placed(new Mesh(new CircleGeometry(DUCT - 0.02, 48), veil), 0, 0, 0.04),
     strut,
     placed(cylinder(0.07, 0.09, 0.16, frame), 0, 0, -0.02),
     placed(blades, 0, 0, 0.03),
     arrow,
   );
-  for (const part of [lip, wall, strut, shaft, head]) part.castShadow = true;
-
   const label = labelOf(String(number));
   const whole = new Group();
   whole.add(placed(tilting, 1, 0, 0), placed(label, 1.76, 0, 0));
@@ -141,13 +142,11 @@ function rotorOf(number, clockwise, frame) {
 /**
  * Make the picture in `root` with a WebGL2 context that `canvas` has already given.
  *
- * `onLost` is called when the browser takes the context away.
+ * At least `pause` [ms] pass from one picture to the next. `onLost` is called when the browser takes the context away.
  */
-export function sceneIn(root, canvas, context, onLost) {
-  const renderer = new WebGLRenderer({ canvas, context, antialias: true, alpha: true });
-  renderer.setPixelRatio(Math.min(2, window.devicePixelRatio || 1));
-  renderer.shadowMap.enabled = true;
-  renderer.shadowMap.type = PCFShadowMap;
+export function sceneIn(root, canvas, context, pause, onLost) {
+  const renderer = new WebGLRenderer({ canvas, context, alpha: true, stencil: true });
+  renderer.setPixelRatio(pause ? 1 : Math.min(2, window.devicePixelRatio || 1));
   const scene = new Scene();
   const camera = new PerspectiveCamera((2 * Math.atan(FIELD) * 180) / Math.PI, 1, 0.5, 60);
   camera.up.set(0, 0, 1);
@@ -156,43 +155,57 @@ export function sceneIn(root, canvas, context, onLost) {
   let rotors = [];
   let posture = null;
   let asked = 0;
+  let painted = -Infinity;
   let visible = true;
 
   const sky = new HemisphereLight(0xffffff, 0x8a8f98, 1.7);
   sky.position.set(0, 0, 1);
-  const sun = placed(new DirectionalLight(0xffffff, 2.1), -1.6, -1.4, 5);
-  sun.castShadow = true;
-  sun.shadow.mapSize.set(1024, 1024);
-  Object.assign(sun.shadow.camera, { left: -2.2, right: 2.2, top: 2.2, bottom: -2.2, near: 1, far: 9 });
-  sun.shadow.radius = 3;
-  const shade = new ShadowMaterial();
-  const ground = placed(new Mesh(new CircleGeometry(6, 48), shade), 0, 0, GROUND);
-  ground.receiveShadow = true;
+  const sun = placed(new DirectionalLight(0xffffff, 2.1), ...SUN);
   const rule = new MeshBasicMaterial({ transparent: true, opacity: 0.16, depthWrite: false });
   const circle = placed(new Mesh(new RingGeometry(1.985, 2, 96), rule), 0, 0, GROUND + 0.002);
-  scene.add(sky, sun, ground, circle);
+  scene.add(sky, sun, circle);
 
-  const frame = new MeshStandardMaterial({ roughness: 0.6 });
-  const body = new MeshStandardMaterial({ roughness: 0.4 });
+  // The shadow is the vehicle's outline pressed onto the ground; no pixel of it is darkened twice.
+  const shade = new MeshBasicMaterial({ color: 0x000000, transparent: true, depthWrite: false, side: DoubleSide });
+  Object.assign(shade, { stencilWrite: true, stencilFunc: EqualStencilFunc, stencilZPass: IncrementStencilOp });
+  const [toX, toY] = [SUN[0] / SUN[2], SUN[1] / SUN[2]];
+  const press = new Matrix4().set(1, 0, -toX, toX * GROUND, 0, 1, -toY, toY * GROUND, 0, 0, 0, GROUND, 0, 0, 0, 1);
+  const shadow = new Group();
+  shadow.matrixAutoUpdate = false;
+  shadow.matrix.copy(press);
+  scene.add(shadow);
+
+  const frame = new MeshLambertMaterial();
+  const body = new MeshLambertMaterial();
   const mark = new MeshBasicMaterial();
+
+  /** Return a strip of shadow, as long as it is along x and y. */
+  const blot = (alongY, alongX) => new Mesh(new PlaneGeometry(alongX, alongY), shade);
 
   function build({ bearings, clockwise }) {
     model?.traverse((part) => part.geometry?.dispose());
     model?.removeFromParent();
+    shadow.clear();
     model = new Group();
     rotors = bearings.map((bearing, k) => {
       const rotor = rotorOf(k + 1, clockwise[k], frame);
       const arm = new Mesh(new CylinderGeometry(0.04, 0.055, 1, 20).rotateZ(-Math.PI / 2), frame);
-      arm.castShadow = true;
       rotor.whole.add(placed(arm, 0.5, 0, 0));
       rotor.whole.rotation.z = bearing;
+      rotor.shadow = new Group();
+      rotor.shadow.add(new Mesh(new RingGeometry(DUCT - 0.045, DUCT + 0.02, 48), shade), blot(2 * DUCT, 0.06));
+      rotor.shadow.position.x = 1;
+      const below = new Group();
+      below.rotation.z = bearing;
+      below.add(rotor.shadow, placed(blot(0.09, 1), 0.5, 0, 0));
+      shadow.add(below);
       return rotor;
     });
     const hub = cylinder(0.25, 0.29, 0.16, body);
-    const dome = placed(new Mesh(new SphereGeometry(0.25, 40, 20, 0, 2 * Math.PI, 0, Math.PI / 2), body), 0, 0, 0.08);
+    const dome = placed(new Mesh(new SphereGeometry(0.25, 32, 8, 0, 2 * Math.PI, 0, Math.PI / 2), body), 0, 0, 0.08);
     dome.rotation.x = Math.PI / 2;
     dome.scale.set(1, 0.45, 1);
-    hub.castShadow = true;
+    shadow.add(new Mesh(new CircleGeometry(0.28, 32), shade));
     const nose = placed(new Mesh(new CircleGeometry(0.13, 3), mark), 0.02, 0, 0.205); // points forward
     model.add(hub, dome, nose, ...rotors.map((rotor) => rotor.whole));
     scene.add(model);
@@ -207,7 +220,7 @@ export function sceneIn(root, canvas, context, onLost) {
     body.color.set(isDark ? "#b9bfc8" : "#3d434c");
     mark.color.set(isDark ? "#1a1d21" : "#ffffff");
     rule.color.set(ink);
-    shade.opacity = isDark ? 0.5 : 0.2;
+    shade.opacity = isDark ? 0.45 : 0.16;
     draw();
   }
 
@@ -228,10 +241,20 @@ export function sceneIn(root, canvas, context, onLost) {
     return true;
   }
 
-  function paint() {
+  function paint(now) {
     asked = 0;
     if (!visible || !model || !aim()) return;
-    if (posture) rotors.forEach((rotor, k) => rotor.pose(posture.alpha[k], posture.shares[k], posture.phase));
+    if (now - painted < pause) {
+      draw();
+      return;
+    }
+    painted = now;
+    if (posture) {
+      rotors.forEach((rotor, k) => {
+        rotor.pose(posture.alpha[k], posture.shares[k], posture.phase);
+        rotor.shadow.rotation.x = posture.alpha[k];
+      });
+    }
     renderer.render(scene, camera);
   }
 
@@ -292,8 +315,8 @@ export function sceneIn(root, canvas, context, onLost) {
   });
   canvas.addEventListener("webglcontextlost", onLost);
   new ResizeObserver(draw).observe(root);
-  new IntersectionObserver(([entry]) => {
-    visible = entry.isIntersecting;
+  new IntersectionObserver((entries) => {
+    visible = entries.at(-1).isIntersecting;
     if (visible) draw();
   }).observe(canvas);
 

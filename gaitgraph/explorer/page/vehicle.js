@@ -2,6 +2,9 @@
 
 import { html, svg } from "./elements.js";
 
+const CONTEXT = { alpha: true, stencil: true };
+const SELDOM = 30; // between two pictures where the processor draws [ms]
+
 /** Show the vehicle in `root`. */
 export function vehicleIn(root) {
   const canvas = html("canvas", {
@@ -10,7 +13,9 @@ export function vehicleIn(root) {
     "aria-label": "The vehicle at the time shown. Arrow keys turn the view, plus and minus zoom, 0 resets it",
     title: "Drag to turn, double-click to reset",
   });
-  const context = canvas.getContext("webgl2", { antialias: true, alpha: true });
+  // Without a graphics card the processor draws: then without smooth edges, and more seldom.
+  const quick = canvas.getContext("webgl2", { ...CONTEXT, antialias: true, failIfMajorPerformanceCaveat: true });
+  const context = quick ?? canvas.getContext("webgl2", { ...CONTEXT, antialias: false });
   let picture = null; // until the module of the scene is here
   let shown = [null, false];
   let posture = null;
@@ -27,7 +32,10 @@ export function vehicleIn(root) {
   };
   if (context) {
     root.classList.add("solid");
-    import("./scene.js").then(({ sceneIn }) => use(solidIn(root, sceneIn(root, canvas, context, drawInstead), canvas)), drawInstead);
+    import("./scene.js").then(
+      ({ sceneIn }) => use(solidIn(root, sceneIn(root, canvas, context, quick ? 0 : SELDOM, drawInstead), canvas)),
+      drawInstead,
+    );
   } else drawInstead();
 
   return {
