@@ -188,7 +188,7 @@ export function chartsIn(upper, lower, legend, onTime) {
       });
       box.checked = !hidden[k];
       legend.append(
-        html("label", { class: `key alpha${k + 1}` }, box, html("span", { class: "swatch" }), name, " ", value),
+        html("label", { class: "key" }, box, html("span", { class: `swatch alpha${k + 1}` }), name, " ", value),
       );
       return value;
     });

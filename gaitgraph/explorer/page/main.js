@@ -225,12 +225,13 @@ function spread([low, high]) {
 function showFound() {
   const report = shownReport();
   const advice = adviceOf(report, store.state.waypoints);
-  showVerdict(report, advice);
+  showVerdict(report, advice, {
+    move: (index, point) => commit({ waypoints: store.state.waypoints.with(index, point) }),
+    allowValid: () => commit({ require: "valid" }),
+  });
   showReport(byId("report"), report, advice, {
     point: (where) => map.point(where),
     take: ({ color, sign, flyable }) => commit({ color, sign, require: flyable ? "flyable" : "valid" }),
-    move: (index, point) => commit({ waypoints: store.state.waypoints.with(index, point) }),
-    allowValid: () => commit({ require: "valid" }),
   });
   const sentence = sentenceOf(report, advice);
   if (byId("verdict-spoken").textContent !== sentence) byId("verdict-spoken").textContent = sentence;

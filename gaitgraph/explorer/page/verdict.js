@@ -1,7 +1,7 @@
 // The answer: the headline and why, what to do when there is no gait, each check, the corners, other loops, warnings.
 
 import { angle, inPi, number } from "./angles.js";
-import { html, spoken } from "./elements.js";
+import { byId, html, spoken } from "./elements.js";
 
 const MARKS = { ok: ["✓", "holds"], no: ["✕", "broken"], undecided: ["?", "undecided"] };
 const SIGNS = { positive: "R > 0", negative: "R < 0" };
@@ -55,15 +55,21 @@ export function adviceOf(plan, waypoints) {
   return advices.toSorted((a, b) => far(a) - far(b))[0] ?? null;
 }
 
-/** Show the verdict in its line. */
-export function showVerdict(report, advice) {
+/** Show the verdict in its line, with the way from "No gait" to a gait. `on` has move(index, point), allowValid(). */
+export function showVerdict(report, advice, on) {
   const { kind, headline, reason } = verdictOf(report, advice);
   const glyph = GLYPHS[kind];
-  const line = document.getElementById("headline");
+  const line = byId("headline");
   line.className = `headline ${kind}`;
   line.replaceChildren(glyph ? html("span", { class: "mark", "aria-hidden": "true" }, glyph) : "", headline);
-  document.getElementById("reason").textContent = reason;
-  document.getElementById("reason").title = reason;
+  byId("reason").textContent = byId("reason").title = reason;
+  const button = (id, text, onclick) => html("button", { type: "button", id, onclick }, text);
+  const [index] = advice?.indices ?? [];
+  const actions = [
+    advice?.to ? button("move-there", `Move waypoint ${index + 1} there`, () => on.move(index, advice.to)) : null,
+    HINT.test(report?.reason ?? "") ? button("allow-valid", "Allow valid loops", () => on.allowValid()) : null,
+  ];
+  byId("actions").replaceChildren(...actions.filter(Boolean));
 }
 
 function folded(key, title, open, ...children) {
@@ -190,23 +196,8 @@ function listed(texts) {
   return html("ul", { class: "ways small" }, ...texts.map((text) => html("li", {}, inPi(text))));
 }
 
-/** Return the steps from "No gait" to a gait: move a waypoint, or ask for less. */
-function actions(report, advice, on) {
-  const buttons = [];
-  const button = (id, text, onclick) => buttons.push(html("button", { type: "button", id, onclick }, text));
-  if (advice?.to) {
-    const [index] = advice.indices;
-    const place = advice.to.map(angle).join(", ");
-    button("move-there", `Move waypoint ${index + 1} to (${place})`, () => on.move(index, advice.to));
-  }
-  if (HINT.test(report.reason ?? "")) {
-    button("allow-valid", "Allow loops that only obey the paper’s rules", () => on.allowValid());
-  }
-  return buttons.length ? html("div", { class: "actions" }, ...buttons) : null;
-}
-
 /**
- * Show a plan or a table's report in `root`. `on` has point(where), take(alternative), move(index, point), allowValid().
+ * Show a plan or a table's report in `root`. `on` has point(where) and take(alternative).
  */
 export function showReport(root, report, advice, on) {
   const open = new Map([...root.querySelectorAll("details[data-key]")].map((node) => [node.dataset.key, node.open]));
@@ -219,7 +210,6 @@ export function showReport(root, report, advice, on) {
   } else {
     const { checks = [], warnings = [], obstacles = [] } = report;
     if (!checks.length) parts.push(html("p", {}, reason)); // whole; its line may cut it off
-    parts.push(actions(report, advice, on));
     if (checks.length) parts.push(facts(report), ...checksOf(checks, on.point));
     const rest = warnings.filter((text) => !checks.some((check) => check.message === text));
     if (rest.length) {
