@@ -223,6 +223,7 @@ function spread([low, high]) {
 }
 
 function showFound() {
+  vehicle.rest(false);
   const report = shownReport();
   const advice = adviceOf(report, store.state.waypoints);
   showVerdict(report, advice, {
@@ -302,6 +303,7 @@ function refresh({ live }) {
     diagrams.stop(); // the server is to plan first
     diagramFor = "";
     byId("diagram-root").setAttribute("aria-busy", "true");
+    vehicle.rest(true); // until the loop is painted
     planner.ask(question(state), live);
   } else if (!live) askDiagram();
   showControls(state);

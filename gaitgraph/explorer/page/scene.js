@@ -34,8 +34,9 @@ import { html, themed } from "./elements.js";
 const START = { azimuth: (-152 * Math.PI) / 180, elevation: (30 * Math.PI) / 180, zoom: 1 }; // as in the films
 const DUCT = 0.5; // radius
 const GROUND = -0.85;
+const CIRCLE = 1.55; // on the ground
 const SUN = [-1.6, -1.4, 5];
-const HALF_VIEW = [1.95, 1.42]; // half the width and height that must be in the picture
+const HALF_VIEW = [1.97, 1.46]; // half the width and height that must be in the picture
 const FIELD = Math.tan((14 * Math.PI) / 180); // half of the vertical field of view
 const FULL_THRUST = 1.9; // length of the arrow of a rotor that carries the whole weight
 const LONGEST = 1.5; // arrow
@@ -117,7 +118,7 @@ function rotorOf(number, clockwise, frame) {
   );
   const label = labelOf(String(number));
   const whole = new Group();
-  whole.add(placed(tilting, 1, 0, 0), placed(label, 1.76, 0, 0));
+  whole.add(placed(tilting, 1, 0, 0), placed(label, 1.7, 0, 0));
   return {
     whole,
     color(color, panel, ink) {
@@ -157,12 +158,13 @@ export function sceneIn(root, canvas, context, pause, onLost) {
   let asked = 0;
   let painted = -Infinity;
   let visible = true;
+  let resting = false;
 
   const sky = new HemisphereLight(0xffffff, 0x8a8f98, 1.7);
   sky.position.set(0, 0, 1);
   const sun = placed(new DirectionalLight(0xffffff, 2.1), ...SUN);
-  const rule = new MeshBasicMaterial({ transparent: true, opacity: 0.16, depthWrite: false });
-  const circle = placed(new Mesh(new RingGeometry(1.985, 2, 96), rule), 0, 0, GROUND + 0.002);
+  const rule = new MeshBasicMaterial({ transparent: true, opacity: 0.25, depthWrite: false });
+  const circle = placed(new Mesh(new RingGeometry(CIRCLE - 0.012, CIRCLE, 96), rule), 0, 0, GROUND);
   scene.add(sky, sun, circle);
 
   // The shadow is the vehicle's outline pressed onto the ground; no pixel of it is darkened twice.
@@ -177,7 +179,6 @@ export function sceneIn(root, canvas, context, pause, onLost) {
 
   const frame = new MeshLambertMaterial();
   const body = new MeshLambertMaterial();
-  const mark = new MeshBasicMaterial();
 
   /** Return a strip of shadow, as long as it is along x and y. */
   const blot = (alongY, alongX) => new Mesh(new PlaneGeometry(alongX, alongY), shade);
@@ -206,8 +207,9 @@ export function sceneIn(root, canvas, context, pause, onLost) {
     dome.rotation.x = Math.PI / 2;
     dome.scale.set(1, 0.45, 1);
     shadow.add(new Mesh(new CircleGeometry(0.28, 32), shade));
-    const nose = placed(new Mesh(new CircleGeometry(0.13, 3), mark), 0.02, 0, 0.205); // points forward
-    model.add(hub, dome, nose, ...rotors.map((rotor) => rotor.whole));
+    // An arrow on the ground points forward.
+    const forward = placed(new Mesh(new CircleGeometry(0.14, 3), rule), CIRCLE + 0.13, 0, GROUND);
+    model.add(hub, dome, forward, ...rotors.map((rotor) => rotor.whole));
     scene.add(model);
     recolor();
   }
@@ -218,7 +220,6 @@ export function sceneIn(root, canvas, context, pause, onLost) {
     rotors.forEach((rotor, k) => rotor.color(themed(`--alpha${k + 1}`), panel, ink));
     frame.color.set(isDark ? "#8d949f" : "#5a616c");
     body.color.set(isDark ? "#b9bfc8" : "#3d434c");
-    mark.color.set(isDark ? "#1a1d21" : "#ffffff");
     rule.color.set(ink);
     shade.opacity = isDark ? 0.45 : 0.16;
     draw();
@@ -236,14 +237,14 @@ export function sceneIn(root, canvas, context, pause, onLost) {
       level * Math.sin(view.azimuth),
       away * Math.sin(view.elevation),
     );
-    camera.lookAt(0, 0, -0.08);
+    camera.lookAt(0, 0, -0.2);
     camera.updateProjectionMatrix();
     return true;
   }
 
   function paint(now) {
     asked = 0;
-    if (!visible || !model || !aim()) return;
+    if (!visible || resting || !model || !aim()) return;
     if (now - painted < pause) {
       draw();
       return;
@@ -323,6 +324,10 @@ export function sceneIn(root, canvas, context, pause, onLost) {
   return {
     build,
     recolor,
+    rest(wanted) {
+      resting = wanted;
+      if (!resting) draw();
+    },
     /** Show tilt angles [rad] and thrusts as shares of the weight, at a phase of the period. */
     pose(next) {
       posture = next;

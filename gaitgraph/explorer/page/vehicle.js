@@ -3,7 +3,7 @@
 import { html, svg } from "./elements.js";
 
 const CONTEXT = { alpha: true, stencil: true };
-const SELDOM = 30; // between two pictures where the processor draws [ms]
+const SELDOM = 40; // between two pictures where the processor draws [ms]
 
 /** Show the vehicle in `root`. */
 export function vehicleIn(root) {
@@ -50,6 +50,10 @@ export function vehicleIn(root) {
       posture = next;
       picture?.at(next);
     },
+    /** Let the processor plan first, where it is also the one that draws. */
+    rest(wanted) {
+      if (!quick) picture?.rest?.(wanted);
+    },
     repaint: () => picture?.repaint(),
   };
 }
@@ -74,6 +78,7 @@ function solidIn(root, scene, canvas) {
       const text = isHeld ? "" : "No hover thrusts: nothing holds the vehicle level here.";
       if (note.textContent !== text) note.textContent = text;
     },
+    rest: scene.rest,
     repaint: scene.recolor,
   };
 }
