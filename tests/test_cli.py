@@ -48,7 +48,7 @@ def test_plan_for_people_fits_one_screen(run: Any) -> None:
     assert any(
         line.startswith("  ok  tilt acceleration     peak 72.6 rad/s² (α1); the vehicle states") for line in lines
     )
-    assert lines[lines.index("wrote gait3.csv") - 2].startswith("warning: hover (R > 0) cannot enter it")  # on one line
+    assert lines[lines.index("wrote gait3.csv") - 2].startswith("warning: entering from hover (R > 0)")  # on one line
     assert len(read_table("gait3.csv")) == len(read_table("gait3.json")) == 101
     assert read_table("gait3.json").about["request"]["waypoints"][0] == pytest.approx(G3.angles[0])
 

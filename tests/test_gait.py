@@ -183,7 +183,7 @@ def test_a_last_row_closes_up_to_the_gap_and_not_beyond(off: float) -> None:
             assert (len(whole), whole["t"][-1]) == ((4, 3.0) if closed else (5, 4.0))
             assert all(name == "t" or values[0] == values[-1] for name, values in whole.columns.items())
             check = gg.validate(rows)["closed"]
-            assert check.message.startswith("the last row is the first again") is closed
+            assert check.message.startswith("the last row repeats the first") is closed
             assert check.value == (0.0 if gap < 1e-9 else pytest.approx(gap, rel=1e-6))
 
 
@@ -197,7 +197,7 @@ def test_whoever_reads_a_table_finds_its_period(tmp_path: Path, law: LawName, sa
     source = tmp_path / "rows.csv"
     for rows, returns in ((closed, True), (closed[:-1], False), (noisy if samples < 1000 else closed, True)):
         np.savetxt(source, rows, delimiter=",", header="t,alpha1,alpha2,alpha3,alpha4", comments="")
-        assert gg.validate(source)["closed"].message.startswith("the last row is the first again") is returns
+        assert gg.validate(source)["closed"].message.startswith("the last row repeats the first") is returns
         read = gg.read_table(source)
         corners, times, _ = closed_rows(read)
         gg.timing.export(source, [tmp_path / "whole.csv"], force=True)

@@ -122,7 +122,7 @@ def test_the_table_goes_from_rest_at_one_end_to_rest_at_the_other(there: bool, s
 def test_written_and_read_back_bit_for_bit(tmp_path: Path) -> None:
     found = gg.transition("hover", G4, samples=30, duration=1.5)
     found.write(tmp_path / "entry.csv")
-    assert "this is a path from one place to another" in gg.validate(tmp_path / "entry.csv").warnings[0]
+    assert "the table is a transition: the segment back" in gg.validate(tmp_path / "entry.csv").warnings[0]
     with pytest.raises(gg.errors.OutputExists):
         found.write(tmp_path / "entry.csv")
     table, expected = gg.read_table(tmp_path / "entry.csv"), found.table()

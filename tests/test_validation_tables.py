@@ -23,7 +23,7 @@ from gaitgraph.invertibility.matrices import (
     roll_sensitivity,
 )
 from gaitgraph.io.formats import read_table
-from gaitgraph.validation import validating
+from gaitgraph.validation import physics, validating
 from gaitgraph.validation.validating import MOST_LISTED_ROWS, validate
 from tests.published import GAITS, PublishedGait
 
@@ -57,7 +57,7 @@ def judged_in_pieces(monkeypatch: pytest.MonkeyPatch, table: Table, cuts: list[i
     pieces = [part_of(table, a, b) for a, b in itertools.pairwise(ends)]
     with monkeypatch.context() as small:
         small.setattr(validating, "read_pieces", lambda path, progress=None: iter(pieces))
-        small.setattr(validating, "_BLOCK", 2)
+        small.setattr(physics, "_BLOCK", 2)
         return validate("in pieces.csv", **limits)
 
 
@@ -203,8 +203,8 @@ def test_the_row_and_the_time_of_what_is_wrong() -> None:
         assert not report[name].ok
         where = report[name].where or {}
         assert (where["row"], where["t"]) == (58, pytest.approx(0.57))
-    assert "row 58 lies off the surfaces" in report["two_color"].message
-    assert "row 58 (t = 0.57 s)" in report["on_surface"].message
+    assert report["two_color"].message.startswith("row 58, t = 0.57 s (")
+    assert " at row 58, t = 0.57 s (" in report["on_surface"].message
 
 
 @pytest.mark.parametrize("turn", range(3))
@@ -236,7 +236,7 @@ def test_closing(open_: bool) -> None:
     assert ("closed by a straight segment" in report["closed"].message) is open_
     single = validate(table_from([[0.4, -0.4, 0.4, -0.4]], t=[3.0]))
     assert single.flyable is lift([(0.4, -0.4)], "red").check().flyable
-    assert single["closed"].message == "a single row is a gait that is a point"
+    assert single["closed"].message == "the gait is a single point"
     assert single["tilt_rate"].value == 0
 
 
@@ -297,7 +297,7 @@ class TestClock:
         check = report[name]
         assert (check.ok, check.value, check.where and check.where["row"]) == (kind == "rate", abs(value), row)
         assert f"(α{joint})" in check.message
-        assert any("the stated rates do not fit the rows" in note for note in report.warnings) is (kind == "rate")
+        assert any("the stated rates do not match the rows" in note for note in report.warnings) is (kind == "rate")
 
     def test_what_is_said_of_limits(self) -> None:
         """Times count from anywhere; rates scale with the time, accelerations with its square."""
@@ -311,9 +311,9 @@ class TestClock:
         assert rate.where is not None
         row, t = rate.where["row"], rate.where["t"]
         assert t == pytest.approx(5.0 + (row - 1) / 200)
-        assert f": at row {row} (t = {t:.6g} s), (" in rate.message
-        assert rate.message.endswith("; run over at least 8 s instead of 2 s it would do")
-        assert acceleration.message.endswith("; run over at least 6 s instead of 2 s it would do")
+        assert f" at row {row}, t = {t:.6g} s (" in rate.message
+        assert rate.message.endswith(": take at least 8 s instead of 2 s")
+        assert acceleration.message.endswith(": take at least 6 s instead of 2 s")
 
     @pytest.mark.no_cover
     @pytest.mark.parametrize("factor", [0.2, 1.0, 3.0, -1.0, 57.3])
@@ -353,7 +353,7 @@ def test_stated_types_and_R_that_disagree_are_told() -> None:
         report = validate(Table(columns={**table.columns, "types": tuple(types), "R": stated}))
         assert report.valid
         assert "row 10 states the types (-,?), but it is red" in report.warnings[0]
-        assert f"row {row} states R = {stated[row - 1]:.4g}, computed is {R[row - 1]:.4g} (pub" in report.warnings[1]
+        assert f"row {row} states R = {stated[row - 1]:.4g}, but R is {R[row - 1]:.4g} there (pub" in report.warnings[1]
 
 
 def test_rows_where_the_sheets_meet_take_the_color_of_their_neighbours() -> None:
@@ -469,7 +469,7 @@ def test_a_loop_that_comes_back_to_within_its_noise_is_closed() -> None:
     alpha[-1] += 4e-4
     vehicle = gg.PAPER.replace(max_tilt_rate=100.0, max_tilt_acceleration=1e5)
     exact, noisy = (validate(table_from(rows, t=table["t"]), vehicle=vehicle) for rows in (table.alpha, alpha))
-    assert noisy["closed"].message == "the last row is the first again, to within 0.0004 rad"
+    assert noisy["closed"].message == "the last row repeats the first, to within 0.0004 rad"
     assert noisy["closed"].value == pytest.approx(4e-4)
     assert (
         validate(table_from(alpha, t=table["t"]), tolerance=1e-5)["closed"] == noisy["closed"]
@@ -507,7 +507,7 @@ def test_thrusts_that_vanish_between_rows_are_told_where() -> None:
     assert (check.ok, check.value) == (False, None)
     beta2 = (check.where or {})["alpha"][1] + coefficients_of(kind="exact").delta
     assert math.cos(beta2) == pytest.approx(0, abs=1e-9)
-    assert "where they vanish on the way, at row 1 and" in check.message
+    assert "not positive at row 1 and 71 % of the way to the next (" in check.message
 
 
 def test_the_end_of_the_closing_segment_is_the_first_row_at_its_own_time() -> None:

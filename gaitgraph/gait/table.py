@@ -67,7 +67,7 @@ SAME_ROW = 1e-9
 """Two rows are the same point if no angle differs by more than this [rad]: far below any printed digit, above the
 rounding of floating point."""
 
-OTHER_ROWS = "the rows are not those of the corners that the table states: the rows are used, joined straight"
+OTHER_ROWS = "the rows differ from the gait that the file states: the rows are used, joined by straight segments"
 """What is said of a table whose rows were changed since it was written."""
 
 _ON_STATED = 1e-6  # rad between a row and the gait that its table states; and share of its period

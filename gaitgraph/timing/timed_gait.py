@@ -218,7 +218,7 @@ class TimedGait:
         Advice names the time that would do, called `noun`, which is a share of the period.
         """
         checks = []
-        for order, (kind, unit) in enumerate(RATE_UNITS.items(), start=1):
+        for order, kind in enumerate(RATE_UNITS, start=1):
             limit: float | None = getattr(self.gait.vehicle, f"max_tilt_{kind}")
             if limit is None and order > 2:
                 continue
@@ -230,7 +230,7 @@ class TimedGait:
             else:
                 needed = self.period * share * (peak / (limit or peak or 1.0)) ** (1 / order)
                 advice = f"this law needs a {noun} of at least {math.ceil(needed * 1000) / 1000:.3f} s"
-            checks.append(limit_check(f"tilt_{kind}", unit, peak, joint + 1, limit, None, advice))
+            checks.append(limit_check(f"tilt_{kind}", peak, joint + 1, limit, advice))
         return tuple(checks)
 
     def write(self, *paths: str | Path, force: bool = False, options: FormatOptions | None = None) -> None:

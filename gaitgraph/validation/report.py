@@ -96,26 +96,23 @@ class GaitPoint:
         return {**head, "fraction": self.fraction, "alpha": list(self.alpha)}
 
     def described(self, noun: str) -> str:
-        """Return the place in words: the tilt angles, and the row with its time for a table."""
-        alpha = "(" + ", ".join(f"{angle:.3f}" for angle in self.alpha) + ")"
-        if noun != "row":
-            return alpha
-        between = f" and {self.fraction:.2f} of the way to the next" if self.fraction else ""
-        return f"row {self.point + 1}{between}{'' if self.t is None else f' (t = {self.t:.6g} s)'}, {alpha}"
+        """Return the place in words: number of the corner or row, fraction, time, and tilt angles."""
+        between = f" and {100 * self.fraction:.0f} % of the way to the next" if self.fraction else ""
+        time = "" if self.t is None else f", t = {self.t:.6g} s"
+        return f"{noun} {self.point + 1}{between}{time} ({', '.join(f'{angle:.3f}' for angle in self.alpha)})"
 
 
 def limit_check(
-    name: str, unit: str, peak: float, joint: int, limit: float | None, where: dict[str, Any] | None, advice: str
+    name: str, peak: float, joint: int, limit: float | None, advice: str, place: GaitPoint | None = None
 ) -> Check:
-    """Return the check of a peak of one tilt angle's derivative against what the vehicle states."""
-    ok = limit is None or peak <= limit * (1 + 1e-12)
-    message = "infinite" if math.isinf(peak) else f"peak {figure(peak)} {unit} (α{joint})"
-    if limit is None:
-        message += "; the vehicle states no limit"
-    elif math.isinf(peak):
-        message = f"{advice} (limit {figure(limit)} {unit})"
-    else:
-        message += f", limit {figure(limit)}" + ("" if ok else f": {advice}")
+    """Return the check of a peak of one tilt angle's derivative, of a row if it has a place, against the limit."""
+    ok, text = limit is None or peak <= limit * (1 + 1e-12), "infinite"
+    if math.isfinite(peak):
+        text = f"{figure(peak)} {RATE_UNITS[name.removeprefix('tilt_')]}"
+    at = "" if ok or place is None else f" at {place.described('row')}"
+    stated = "; the vehicle states no limit" if limit is None else f", limit {figure(limit)}"
+    message = f"peak {text} (α{joint}){at}{stated}" + ("" if ok else f": {advice}")
+    where = None if place is None else place.as_mapping("row")
     return Check(name=name, kind="flyable", ok=ok, value=peak, limit=limit, where=where, message=message)
 
 

@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from gaitgraph.vehicle import Vehicle
 
 EXACT = 1e-9
+_TAKE_ROOTS = "take (α3, α4) from the roots of (α1, α2)"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -53,7 +54,7 @@ class Criteria:
     angle_rounding: float | None = None  # None: inferred from distances to the sheets, at least `digit_error` [rad]
     digit_error: float = 0.0  # error of each angle that follows from the printed digits [rad]
     crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE
-    noun: str = "corner"  # what messages call a point of the gait: "corner" or "row"
+    noun: str = "corner"  # what messages call a point: "corner", "row", or "chord" of a curve
     beside: float = 0.0  # how far a curve may be from the segments, its chords, in the (α1, α2) plane [rad]
     extremes: FloatArray | None = None  # the least and the largest tilt angles of the curve, shape (2, 4) [rad]
 
@@ -198,6 +199,10 @@ class Rule(ABC):
         """Return a place in words."""
         return "" if place is None else place.described(self.criteria.noun)
 
+    def compared(self, found: str, limit: str, place: GaitPoint | None, advice: str) -> str:
+        """Return what was found and its limit in words; with advice, for a broken rule, where and what would help."""
+        return f"{found} at {self.described(place)}, limit {limit}: {advice}" if advice else f"{found}, limit {limit}"
+
 
 @dataclass
 class OnSurface(Rule):
@@ -215,10 +220,10 @@ class OnSurface(Rule):
     def checks(self) -> Iterator[Check]:
         """Yield the check `on_surface`."""
         value, limit, place = max(-self.worst.lower, 0.0), self.criteria.tolerance, self.worst.place
-        message = f"max(|Rφ|, |Rθ|) = {value:.2g}, allowed {limit:g}"
-        if value > limit:
-            message += f", worst at {self.described(place)}: take (α3, α4) from the roots of (α1, α2), or allow more"
-        yield self.check(value <= limit, message, value=value, limit=limit, place=place)
+        ok = value <= limit
+        advice = "" if ok else f"{_TAKE_ROOTS}, or raise the tolerance"
+        message = self.compared(f"max(|Rφ|, |Rθ|) = {value:.2g}", f"{limit:g}", place, advice)
+        yield self.check(ok, message, value=value, limit=limit, place=place)
 
 
 @dataclass
@@ -240,10 +245,7 @@ class TwoColor(Rule):
         forbidden = ~neighbors_allowed((third[:-1], fourth[:-1]), (third[1:], fourth[1:]))
         if bare.any() and (not forbidden.any() or np.argmax(bare) <= np.argmax(forbidden)):
             point = int(np.argmax(bare))
-            message = (
-                f"{criteria.noun} {block.number[point]} lies off the surfaces, on neither sheet, so it has no color "
-                "to compare: take (α3, α4) from the roots of (α1, α2)"
-            )
+            message = f"{self.described(block.place(point))} lies on neither sheet and has no color: {_TAKE_ROOTS}"
         elif forbidden.any():
             point = int(np.argmax(forbidden))
             here, there = (text_from_types(int(third[k]), int(fourth[k])) for k in (point, point + 1))
@@ -306,10 +308,7 @@ class Continuous(Rule):
         if off[farthest] > max(self.distance, EXACT):
             self.distance, self.farthest = float(off[farthest]), block.place(farthest)
             color = FAMILIES[column[farthest]]
-            self.off_sheet = (
-                f"{criteria.noun} {block.number[farthest]} is colored {color} but lies off that "
-                f"{'fibre' if fibered[farthest] else 'sheet'}"
-            )
+            self.off_sheet = f"is colored {color} but lies off that {'fibre' if fibered[farthest] else 'sheet'}"
             near = distances[farthest] <= criteria.tolerance
             others = [name for name, is_near in zip(FAMILIES, near, strict=True) if is_near and name != color]
             if others:
@@ -328,20 +327,19 @@ class Continuous(Rule):
 
     def checks(self) -> Iterator[Check]:
         """Yield the check `continuous`."""
-        noun, tolerance = self.criteria.noun, self.criteria.tolerance
+        tolerance = self.criteria.tolerance
         if self.bare is not None:
-            message = f"at {noun} {self.bare.point + 1} it is off the surfaces and follows no sheet"
+            message = f"{self.described(self.bare)} lies on neither sheet: {_TAKE_ROOTS}"
             yield self.check(False, message, limit=tolerance, place=self.bare)
         elif self.distance > tolerance and (not self.changes or self.jump <= max(self.limit, self.distance + EXACT)):
-            message = (
-                f"{self.off_sheet}, by {self.distance:.4f} rad: give it the color of its sheet, or take (α3, α4) from "
-                "the sheet of its color"
-            )
+            off = f"{self.off_sheet}, by {self.distance:.4f} rad (limit {tolerance:g})"
+            advice = "give it the color of its sheet, or take (α3, α4) from the sheet of its color"
+            message = f"{self.described(self.farthest)} {off}: {advice}"
             yield self.check(False, message, value=self.distance, limit=tolerance, place=self.farthest)
         else:
             ok, message = self.jump <= self.limit, "every segment stays on its sheet"
-            if not ok and self.place is not None:
+            if not ok:
                 cause = "changes color" if self.changes else "wraps by π or leaves its sheet"
-                after = f"{noun} {self.place.point + 1}"
-                message = f"(α3, α4) jumps by {self.jump:.4f} rad after {after}, where it {cause}: stay on one sheet"
+                jump = f"jumps by {self.jump:.4f} rad (limit {self.limit:g}) after {self.described(self.place)}"
+                message = f"(α3, α4) {jump}, where it {cause}: stay on one sheet"
             yield self.check(ok, message, value=self.jump, limit=self.limit, place=self.place)

@@ -37,7 +37,7 @@ from gaitgraph.io.formats import given_gait, naming_file, read_pieces
 from gaitgraph.surface.adjacency import types_from_text
 from gaitgraph.surface.loop_colorings import ColoringCount, color_choices, colorings, colorings_counted
 from gaitgraph.surface.sheets import DEFAULT_TOLERANCE, SIGNS, families_along, family_codes, family_of, types_contradict
-from gaitgraph.validation.physics import all_rules
+from gaitgraph.validation.physics import Checker
 from gaitgraph.validation.report import RATE_CHECKS, RATE_UNITS, Check, Report, limit_check
 from gaitgraph.validation.rules import Criteria, Peak, Segments, segments_of
 
@@ -48,32 +48,10 @@ if TYPE_CHECKING:
     from gaitgraph.io.formats import GaitLike
     from gaitgraph.vehicle import Vehicle, VehicleLike
 
-_BLOCK = 1 << 14
 _MORE = 1.0 + 1e-6
 
 MOST_LISTED_ROWS = 10_000
 """Up to this many rows a table's colourings are listed; longer ones are counted."""
-
-
-class _Checker:
-    """Applies all rules to the segments of a gait, in order, and returns the report."""
-
-    def __init__(self, criteria: Criteria) -> None:
-        self.rules, self.reach = all_rules(criteria)
-
-    def update(self, segments: Segments) -> None:
-        """Examine the next segments, in blocks so that memory stays bounded."""
-        for start in range(0, len(segments.alpha) - 1, _BLOCK):
-            block = segments[start : start + _BLOCK + 1]
-            for rule in self.rules:
-                rule.update(block)
-            self.reach.update(block)
-
-    def report(self, closed: Check) -> Report:
-        """Return what was found; `closed` is the check of how the gait closes."""
-        reachable, reachability = self.reach.answer()
-        checks = (closed, *(check for rule in self.rules for check in rule.checks()))
-        return Report(checks=checks, reachable_from_hover=reachable, reachability=reachability)
 
 
 def check_gait(
@@ -116,10 +94,11 @@ def check_gait(
         floor=floor,
         angle_rounding=angle_rounding,
         crossing_tolerance=gait.crossing_tolerance,
+        noun="chord" if beside else "corner",
         beside=beside,
         extremes=extremes,
     )
-    checker = _Checker(criteria)
+    checker = Checker(criteria)
     checker.update(segments_of(gait))
     closed = Check(name="closed", kind="valid", ok=True, value=0.0, limit=0.0, message="closed by construction")
     return checker.report(closed)
@@ -205,7 +184,7 @@ def validate(
         timed = stated_gait(first, vehicle, numbers, criteria.crossing_tolerance)
     checker = _TableChecker(criteria)
     if "transition" in first.about:
-        checker.notes["transition"] = "this is a path from one place to another: the way back to row 1 is no part of it"
+        checker.notes["transition"] = "the table is a transition: the segment back to row 1 is not part of it"
     holds = True
     for piece in chain([first], pieces):
         checker.update(piece)
@@ -230,7 +209,7 @@ class _TableChecker:
     """Judges a table piece by piece: finds the sheet of each row, applies the rules, and closes the table."""
 
     def __init__(self, criteria: Criteria) -> None:
-        self.criteria, self.checker = criteria, _Checker(criteria)
+        self.criteria, self.checker = criteria, Checker(criteria)
         self.rates = _RowRates()
         self.counts = {sign: ColoringCount(sign) for sign in SIGNS}
         self.rows = 0
@@ -289,7 +268,7 @@ class _TableChecker:
             if wrong.any():
                 k = int(np.argmax(wrong))
                 self.notes["R"] = (
-                    f"row {fresh.number[k]} states R = {piece['R'][k]:.4g}, computed is {computed[k]:.4g} "
+                    f"row {fresh.number[k]} states R = {piece['R'][k]:.4g}, but R is {computed[k]:.4g} there "
                     f"({self.criteria.coefficients.kind} coefficients); stated values are not used"
                 )
 
@@ -312,13 +291,13 @@ class _TableChecker:
             self._count_colorings(last.alpha[:, :2])
         message = f"closed by a straight segment of {gap:.4g} rad from row {self.rows} back to row 1"
         if near:
-            message = "the last row is the first again" + ("" if repeated else f", to within {gap:.2g} rad")
+            message = "the last row repeats the first" + ("" if repeated else f", to within {gap:.2g} rad")
         elif self.rows == 1:
-            message = "a single row is a gait that is a point"
+            message = "the gait is a single point"
         if not repeated and gap > 3 * self.longest:
             self.notes["closed"] = (
-                f"the segment from row {self.rows} back to row 1 is {gap:.4g} rad, the longest step between rows only "
-                f"{self.longest:.4g}: is the end of the table missing?"
+                f"the closing segment from row {self.rows} to row 1 is {gap:.4g} rad long, the longest step between "
+                f"rows {self.longest:.4g} rad: is the end of the table missing?"
             )
         value, where = 0.0 if repeated else gap, last.place(0).as_mapping("row")
         closed = Check(name="closed", kind="valid", ok=True, value=value, where=where, message=message)
@@ -383,16 +362,15 @@ class _RowRates:
             self._differences(replace(rows, first_t=float(head.t[0])), len(tail.alpha) - closed)
         if self.off > 0.5 * self.moved:
             self.notes["rates"] = (
-                "the stated rates do not fit the rows: alpha1_rate to alpha4_rate must be in rad/s; the larger of both "
-                "is judged"
+                "the stated rates do not match the rows: alpha1_rate to alpha4_rate must be in rad/s; the larger "
+                "values are checked"
             )
         out = []
-        for order, ((kind, unit), peak) in enumerate(zip(RATE_UNITS.items(), self.peaks, strict=True), start=1):
+        for order, (kind, peak) in enumerate(zip(RATE_UNITS, self.peaks, strict=True), start=1):
             limit: float | None = getattr(vehicle, f"max_tilt_{kind}")
             if order > 2 and limit is None:
                 continue
             needed = period * (peak.value / limit) ** (1 / order) if limit else period
-            where, at = (peak.place.as_mapping("row"), peak.place.described("row")) if peak.place else (None, "")
-            advice = f"at {at}; run over at least {needed:.4g} s instead of {period:.4g} s it would do"
-            out.append(limit_check(f"tilt_{kind}", unit, peak.value, peak.joint, limit, where, advice))
+            advice = f"take at least {needed:.4g} s instead of {period:.4g} s"
+            out.append(limit_check(f"tilt_{kind}", peak.value, peak.joint, limit, advice, peak.place))
         return out
