@@ -219,11 +219,11 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     (optimal, {"pieces": 7}, "pieces must be a whole number from 8 to 400, got 7"),
     (optimal, {"concession": 0}, "concession must be above 0 and at most 0.5, got 0"),
     (gg.retarget, {"source": [[0, 0, 0]]}, "gait must be a Gait, … (n, 4) array, … got [[0, 0, 0]]"),
-    (gg.retarget, {"source": [[0, 0, 0, INF]]}, "row 1: alpha4 is inf"),
+    (gg.retarget, {"source": [[0, 0, 0, INF]]}, "row 1: alpha4 must be a finite number, … got inf"),
     (gg.retarget, {"source": np.zeros((MOST_ROWS + 1, 4))}, "gait must have at most 200000 rows, got 200001"),
     (gg.retarget, {"source": [[0, 0, 0, 0]], "margin": -1}, "margin must be an angle from 0 to π/2 rad, got -1"),
     (gg.retarget, {"source": [[0, 0, 0, 0]], "sign": "both"}, "sign must be one of negative, positive, got 'both'"),
-    (gg.retarget, {"source": "no.csv"}, "gait file: cannot read 'no.csv'"),
+    (gg.retarget, {"source": "no.csv"}, "gait file 'no.csv' cannot be read: "),
     # timing
     *((clock, {"period": wrong}, f"period must be … got {wrong!r}") for wrong in (0.0, 0.999e-6, 1.001e9, NAN, "1")),
     *((clock, {"samples": wrong}, f"samples must be … got {wrong}") for wrong in (0, True, 10_000_001)),
@@ -363,7 +363,7 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
         for value in wrong
     ),
     (robustness_of, {"gait": [[0, 0, 0, 0, 0]]}, "gait must be a Gait"),
-    (robustness_of, {"gait": "none.csv"}, "gait file: …No such file"),
+    (robustness_of, {"gait": "none.csv"}, "gait file …No such file"),
     (attitudes, {"alpha": [[0, 0, 0, 0], [0, INF, 0, 0]]}, "alpha must be finite tilt angles of shape (n, 4), n at"),
     (attitudes, {"alpha": np.zeros((0, 4))}, "alpha must be finite tilt angles"),
     (attitudes, {"alpha": [[0.0] * 3]}, "alpha must be finite tilt angles"),

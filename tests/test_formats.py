@@ -231,8 +231,8 @@ def test_frames_of_pandas(planned: TimedGait) -> None:
     assert frame.attrs["gaitgraph"]["about"]["request"]
     for wrong, message in (
         (frame.rename(columns={"alpha4": "alpha_4"}), "'alpha_4' .did you mean 'alpha4'"),
-        (pd.concat([frame, frame[["alpha1"]]], axis=1), "column 'alpha1' appears 2 times"),
-        (frame.assign(alpha1=None), "row 1: alpha1 is"),
+        (pd.concat([frame, frame[["alpha1"]]], axis=1), "columns must have different names, got 'alpha1' 2 times"),
+        (frame.assign(alpha1=None), "row 1: alpha1 must be a finite number, .* got no value"),
         (frame.assign(t=pd.date_range("2020", periods=13)), "t must be a column of .*, got .*datetime64"),
     ):
         with pytest.raises(gg.InputError, match=message):
@@ -247,7 +247,7 @@ def test_frames_of_polars_and_pyarrow(planned: TimedGait) -> None:
     frame = planned.to_polars()
     taken(frame, table_of(planned))
     taken(frame.to_arrow(), table_of(planned))
-    with pytest.raises(gg.InputError, match="row 1: alpha2 is"):
+    with pytest.raises(gg.InputError, match="row 1: alpha2 must be a finite number, .* got nan"):
         gg.validate(frame.with_columns(pl.lit(None).alias("alpha2")))
     for take in (gg.validate, table_from_frame):
         with pytest.raises(gg.InputError, match=r"must have its rows there, got a LazyFrame: collect\(\) it first"):
@@ -258,9 +258,9 @@ def test_mappings_are_frames() -> None:
     assert gg.validate({"alpha1": ["3pi/8", 1.0], "alpha2": ["-3pi/8", -0.5], "color": "red"}).flyable
     for wrong, message in (
         ({}, "column 'alpha1' is missing"),
-        ({**ZEROS, "alpha1": [True] * 3}, "row 1: alpha1 is True"),
+        ({**ZEROS, "alpha1": [True] * 3}, "row 1: alpha1 must be a finite number, .* got True"),
         ({**ZEROS, "alpha1": np.ones(3, dtype=bool)}, "alpha1 must be a column of numbers .*, got bool"),
-        ({**ZEROS, "alpha1": np.full(3, np.nan)}, "row 1: alpha1 is nan"),
+        ({**ZEROS, "alpha1": np.full(3, np.nan)}, "row 1: alpha1 must be a finite number, .* got nan"),
         ({**ZEROS, "alpha1": np.zeros((3, 3))}, r"alpha1 must be a column .*, got float64 of shape \(3, 3\)"),
         ({**ZEROS, "alpha1": 3}, "columns must have equally many rows, got 1 to 3"),
         (5, "gait must be a Gait, .* or the path of a gait file or a request, got 5"),
@@ -278,8 +278,8 @@ def test_what_is_missing_is_named(planned: TimedGait, tmp_path: Path, monkeypatc
             getattr(planned, f"to_{library}")()
     monkeypatch.setattr("gaitgraph.io.formats.find_spec", lambda _: None)
     for path, missing in (
-        (tmp_path / "a.parquet", r"pyarrow.*pip install 'gaitgraph\[table\]'"),
-        (tmp_path / "a.mcap", r"rosbags.*pip install 'gaitgraph\[ros\]'"),
+        (tmp_path / "a.parquet", r"Parquet needs pyarrow. Install it with: pip install 'gaitgraph\[table\]'"),
+        (tmp_path / "a.mcap", r"ROS 2 bag .MCAP. needs rosbags. Install it with: pip install 'gaitgraph\[ros\]'"),
     ):
         for ask in (read_table, planned.write):
             with pytest.raises(gg.errors.MissingExtra, match=f"^{missing}"):

@@ -58,7 +58,7 @@ def test_the_command(run: Any, tmp_path: Any) -> None:
     assert run("region", str(request), "--use", "valid", "--floor", "0.3", "--accuracy", "1e-3").code == 0
     out = run("region")
     assert (out.code, out.out) == (2, "")
-    assert "waypoints: none given" in out.err
+    assert "waypoints must be in a request file" in out.err
 
 
 @pytest.mark.no_cover

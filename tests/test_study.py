@@ -131,7 +131,7 @@ def test_a_file_that_is_no_study_is_named(tmp_path: Path) -> None:
     for text, message in (
         ("gaits = [", "it is not TOML"),
         ("gaits = ['gait3']\nperiods = 0", "periods must be between"),
-        ("gaits = ['none.csv']", r"gait 1: gait file: cannot read '.*none\.csv'"),
+        ("gaits = ['none.csv']", r"gait 1: gait file '.*none\.csv' cannot be read"),
     ):
         path.write_text(text)
         with pytest.raises((InputError, FileProblem), match=rf"study file '.*a\.toml': {message}"):
@@ -354,7 +354,7 @@ def test_a_signal_ends_the_study_in_order(
         context.setattr(running, "row_of", ended)
         done = run("study", "s.toml", "--workers", 0)
     assert (done.code, done.out) == (code, "")
-    assert done.err == f"gaitgraph: {word}; 1 of 3 parts are in 's', and the same command goes on from there\n"
+    assert done.err == f"gaitgraph: {word}; 1 of 3 parts are in 's'; run the same command again to continue\n"
     assert run("study", "s.toml", "--workers", 0, "--json").json["flown"] == 2
 
 
@@ -424,7 +424,7 @@ def test_a_driver_that_ends_leaves_no_workers_and_is_continued(tmp_path: Path, e
     assert psutil.wait_procs(below, timeout=30)[1] == [], "workers outlive the process that started them"
     if end is signal.SIGINT:
         assert error.decode() == (
-            f"gaitgraph: interrupted; {kept} of 40 parts are in 's', and the same command goes on from there\n"
+            f"gaitgraph: interrupted; {kept} of 40 parts are in 's'; run the same command again to continue\n"
         )
     assert run_study(tmp_path / "s.toml", tmp_path / "s", workers=0).flown == 40 - kept
 

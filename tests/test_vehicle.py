@@ -195,11 +195,11 @@ class TestFiles:
     def test_a_file_that_cannot_be_read_is_named_with_the_reason(self, tmp_path: Path) -> None:
         missing, folder = tmp_path / "missing.toml", tmp_path / "folder.toml"
         folder.mkdir()
-        assert refusal(missing, FileProblem).startswith(f"vehicle: cannot read {str(missing)!r}: No such file")
+        assert refusal(missing, FileProblem).startswith(f"vehicle {str(missing)!r} cannot be read: No such file")
         assert str(folder) in refusal(str(folder), FileProblem)
-        assert "cannot read" in refusal("a\0.toml", FileProblem)
+        assert "cannot be read" in refusal("a\0.toml", FileProblem)
         for content in (b"name = '\xff\xfe'\n", "drag_ratio = 0.1".encode("utf-16")):
-            assert "not UTF-8" in refusal(written(tmp_path, content))
+            assert "must be UTF-8 text" in refusal(written(tmp_path, content))
 
 
 class TestReplace:

@@ -1,8 +1,8 @@
 """Gait tables of raw columns, from files and from frames: which columns there must be, and what each may hold.
 
 Frames are those of pandas or polars, tables of pyarrow, and mappings of names to columns. They are recognised by their
-`columns` (pyarrow: `column_names`); none of these libraries is needed. Messages name the row, counted from 1 over the
-whole table, the column, the value and what is allowed.
+`columns` (pyarrow: `column_names`); none of these libraries is needed. Messages name the column and the row, counted
+from 1 over the whole table.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ class TableBuilder:
             self.joints = servo_map_from_mapping(about["servos"])
         for name, count in Counter(names).most_common(1):
             if count > 1:
-                raise InputError(f"column {name!r} appears {count} times; allowed is once")
+                raise InputError(f"columns must have different names, got {name!r} {count} times")
         used = self.used
         others = [name for name in names if name not in used]
         if self.joints is not None:
@@ -72,7 +72,7 @@ class TableBuilder:
         else:
             for other, name in _OTHER_NAMES.items():
                 if other in names and name in names:
-                    raise InputError(f"columns {name!r} and {other!r} are both there; allowed is one of the two")
+                    raise InputError(f"columns must have {name!r} or {other!r}, got both")
             known = {_OTHER_NAMES.get(name, name) for name in names}
             lifted = self.plane_only or ("color" in known and known.isdisjoint(ANGLES[2:]))
             for name in ANGLES[:2] if lifted else ANGLES:
@@ -126,17 +126,16 @@ class TableBuilder:
             beyond = np.abs(found.get(name, np.zeros(0))) > largest
             if beyond.any():
                 k = int(np.argmax(beyond))
-                allowed = f" rad; allowed is −π/2 to π/2 (±{HALF_PI!r})"
-                allowed += f"; in degrees the column is {name}_deg" if in_degrees(found[name][k]) else ""
-                if largest != HALF_PI:
-                    allowed = f"; allowed is up to {largest:g}"
-                raise InputError(f"row {self.rows + k + 1}: {name} is {float(found[name][k])!r}{allowed}")
+                limit = f"±π/2 rad (±{HALF_PI!r})" if largest == HALF_PI else f"±{largest:g}"
+                hint = largest == HALF_PI and in_degrees(found[name][k]) and f"; in degrees the column is {name}_deg"
+                got = f"{float(found[name][k])!r}{hint or ''}"
+                raise InputError(f"row {self.rows + k + 1}: {name} must be within {limit}, got {got}")
         if "t" in found:
             short = np.diff(found["t"], prepend=self._last_time) < _SHORTEST_STEP
             if short.any():
                 k = int(np.argmax(short))
-                wanted = f"allowed are times that increase by {_SHORTEST_STEP:g} s or more"
-                raise InputError(f"row {self.rows + k + 1}: t = {float(found['t'][k])!r} does not increase; {wanted}")
+                wanted = f"t must be at least {_SHORTEST_STEP:g} s after the row before"
+                raise InputError(f"row {self.rows + k + 1}: {wanted}, got {float(found['t'][k])!r}")
             self._last_time = found["t"][-1]
         self.rows += len(found["alpha1"])
         columns = {name: found[name] for name in ORDER if name in found}
@@ -150,7 +149,7 @@ class TableBuilder:
     def check_rows(self) -> None:
         """Raise InputError if there were no rows."""
         if not self.rows:
-            raise InputError("it has no rows; allowed is at least one")
+            raise InputError("it must have at least one row, got none")
 
 
 def column_of(name: str, given: Any) -> Any:
@@ -192,8 +191,8 @@ def _numbers(name: str, values: Any, row: int, *, angle_texts: bool = False) -> 
         k = int(np.argmax(odd))
         value = float(values[k]) if isinstance(values, np.ndarray) else values[k]
         allowed = "a finite number" + (", or a text such as '3pi/8'" if angle_texts else "")
-        what = "missing" if value is None else shown(value)
-        raise InputError(f"row {row + k + 1}: {name} is {what}; allowed is {allowed}")
+        got = "no value" if value is None else shown(value)
+        raise InputError(f"row {row + k + 1}: {name} must be {allowed}, got {got}")
     return numbers
 
 
@@ -221,9 +220,8 @@ def _texts(name: str, values: Any, row: int) -> tuple[str, ...]:
             if name == "types":
                 types_from_text(text)
             elif text not in FAMILIES:
-                found = values[texts.index(text)]
-                which = "missing" if found is None else shown(found)
-                raise InputError(f"color is {which}; allowed are {', '.join(map(repr, FAMILIES))}")
+                got = "no value" if (found := values[texts.index(text)]) is None else shown(found)
+                raise InputError(f"color must be one of {', '.join(map(repr, FAMILIES))}, got {got}")
         except InputError as error:
             raise InputError(f"row {row + texts.index(text) + 1}: {error}") from error
     return tuple(texts)

@@ -216,8 +216,8 @@ def check_outputs(paths: Sequence[str | Path], *, force: bool = False) -> None:
             folders.add(path)
             for one in sorted(path.iterdir()) if path.is_dir() else ():
                 if not one.is_file() or (one.name != "metadata.yaml" and one.suffix != form.suffix):
-                    problem = f"is a folder with {one.name!r} in it; allowed is a new one, or a {form.name}"
-                    raise OutputExists(f"output: {str(path)!r} {problem}")
+                    wanted = f"must be a new folder or a {form.name}, got a folder with {one.name!r} in it"
+                    raise OutputExists(f"output {str(path)!r} {wanted}")
     check_new_files(paths, force=force, folders=folders)
 
 
@@ -308,8 +308,8 @@ def read_pieces(
     `progress` is called with the fraction of the file that is read; with `plane_only` alpha1 and alpha2 are enough.
     """
     form, path = known_format(path, _WHAT, reads=True), Path(path)
-    read, known = form.function("read"), ", ".join(suffix for suffix, one in FORMATS.items() if one.reads)
-    with reading(path, _WHAT, f"a gait table: {known}"), naming_file(path):
+    read = form.function("read")
+    with reading(path, _WHAT), naming_file(path):
         if not path.exists():
             remove_leftovers(path.parent)  # a killed process may have been about to replace it
         path.stat()
@@ -327,7 +327,7 @@ def provenance_in(path: str | Path) -> dict[str, Any]:
     if form.reads:
         return next(read_pieces(path)).about
     with naming_file(path):
-        lines = text_of(path, _WHAT, f"a {form.name} that gaitgraph wrote").rstrip().splitlines()
+        lines = text_of(path, _WHAT).rstrip().splitlines()
         line = next((line for line in lines if line.startswith(form.mark)), None)
         if line is None:
             raise InputError(f"it does not state what made it; it must be a {form.name} that gaitgraph wrote")
@@ -349,7 +349,7 @@ def holds_request(path: str | Path) -> bool:
     path = Path(path)
     if path.suffix.lower() != ".json":
         return path.suffix.lower() == ".toml"
-    text = text_of(path, "file", "a gait table or a request")
+    text = text_of(path, "file")
     if '"waypoints"' not in text:
         return False
     with suppress(InputError):  # reading it as a gait file says what is wrong

@@ -69,7 +69,7 @@ def read_csv(path: Path, builder: TableBuilder, progress: Progress) -> Iterator[
         try:  # numpy.savetxt begins a header with "# "
             names = [name.strip() for name in next(csv.reader([head.lstrip("# ")], strict=True))]
         except csv.Error as error:
-            raise InputError(f"line {read}: {error}; it must be comma-separated text") from error
+            raise InputError(f"line {read} must be comma-separated text: {error}") from error
         if any(map(_NUMBER.fullmatch, re.split(r"[\s,;]+", head.strip()))) and set(names).isdisjoint(builder.used):
             example = "t,alpha1,alpha2,alpha3,alpha4"
             raise InputError(f"line {read} must be a header that names the columns, such as {example}, got numbers")
@@ -198,11 +198,11 @@ def _text_columns(lines: list[str], names: list[str], offset: int) -> dict[str, 
     try:
         for row in filter(None, reader):
             if len(row) != len(names):
-                line = offset + reader.line_num
-                raise InputError(f"line {line} has {len(row)} fields; allowed are {len(names)}, as in the header")
+                wanted = f"must have {len(names)} fields, as the header has"
+                raise InputError(f"line {offset + reader.line_num} {wanted}, got {len(row)}")
             rows.append(row)
     except csv.Error as error:
-        raise InputError(f"line {offset + reader.line_num}: {error}; allowed is comma-separated text") from error
+        raise InputError(f"line {offset + reader.line_num} must be comma-separated text: {error}") from error
     return {name: [row[k] for row in rows] for k, name in enumerate(names)}
 
 
@@ -245,9 +245,9 @@ _MOST_BRACKETS = 5_000_000
 
 def read_json(path: Path, builder: TableBuilder, progress: Progress) -> Iterator[Table]:
     """Yield the table in a JSON file: of columns (beside or around them what made them), of rows, or of a plan."""
-    text = text_of(path, _WHAT, "a gait table as text")
+    text = text_of(path, _WHAT)
     if text.count("[") + text.count("{") > _MOST_BRACKETS:  # they take twenty times the memory of the text, and more
-        raise InputError(f"it has more than {_MOST_BRACKETS} lists and objects; {_JSON}")
+        raise InputError(f"it must have at most {_MOST_BRACKETS} lists and objects, got more; {_JSON}")
     content = value_from_json(text, _JSON)
     about: dict[str, Any] = {}
     if isinstance(content, list):
@@ -256,13 +256,13 @@ def read_json(path: Path, builder: TableBuilder, progress: Progress) -> Iterator
                 raise InputError(f"row {number} must be an object with the fields of row 1, got {shown(row)}; {_JSON}")
         columns = {name: [row[name] for row in content] for name in content[0]} if content else {}
     elif not isinstance(content, dict):
-        raise InputError(f"it holds {shown(content)}; {_JSON}")
+        raise InputError(f"{_JSON}, got {shown(content)}")
     elif "path" in content:
         columns, about = _columns_of_plan(content)
     else:
         columns, about = content.get("columns", content), checked_about(content.get("about", {}))
         if not isinstance(columns, dict):
-            raise InputError(f"'columns' is no object; {_JSON}")
+            raise InputError(f"columns must be an object of lists, got {shown(columns)}")
     yield from builder.whole(columns, about)
 
 

@@ -224,7 +224,7 @@ def stated_request(path: str | Path) -> dict[str, Any]:
     if suffix not in (".toml", ".json"):
         about: Any = provenance_in(path)
     else:
-        text = text_of(path, "request file", "TOML or JSON")
+        text = text_of(path, "request file")
         with naming_file(path, "request file"):
             content = table_from_toml(text) if suffix == ".toml" else object_from_json(text)
         if "status" in content and isinstance(content.get("request"), dict):

@@ -223,7 +223,7 @@ def _opened(folder: Path, study: Study, here: Mapping[str, str]) -> Iterator[Non
             folder.mkdir(exist_ok=True)
             text = json.dumps(about, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
             write_whole([(manifest, text.encode())], force=False)
-        found = dict(json.loads(text_of(manifest, "study", "a study's manifest")))
+        found = dict(json.loads(text_of(manifest, "study")))
         if differing := [name for name, value in about.items() if found.get(name) != value]:
             raise OutputExists(f"{wanted}, whose study.json has another {', '.join(differing)}")
         stream = manifest.open("rb")
