@@ -1,7 +1,7 @@
-"""Every figure of the paper, drawn from the package's own results, and two that it lacks.
+"""Every figure of the paper, computed by the package, and two more.
 
-A figure is known by its number, "1" to "22", or by its name, "regions" and "gait". Neither :func:`draw` nor
-:func:`write_figures` uses pyplot, and both have their own style, so that the user's settings change nothing.
+Figures have the names "1" to "22", "regions" and "gait". :func:`draw` and :func:`write_figures` do not use pyplot, and
+ignore the user's settings.
 """
 
 from __future__ import annotations
@@ -49,32 +49,30 @@ if TYPE_CHECKING:
 
 
 class _FigureInput(NamedTuple):
-    """What figures are drawn for: vehicle, coefficients, grid; and for the figure gait a gait, timed gait or table."""
-
     vehicle: Vehicle
     coefficients: Coefficients
     divisions: int
-    gait: Any
+    gait: Any  # of the figure gait: a gait, timed gait or table
     polyline: Gait | None  # of a table
 
 
 @dataclass(frozen=True, slots=True)
 class PaperFigure:
-    """A figure: its number in the paper or its name, and a caption, whose first sentence is the title."""
+    """A figure and its caption."""
 
-    name: str
+    name: str  # the number in the paper, or "regions" or "gait"
     caption: str
     size: tuple[float, float]  # mm
     drawing: Drawing
 
     @property
     def title(self) -> str:
-        """The first sentence of the caption."""
+        """First sentence of the caption."""
         return self.caption.partition(". ")[0]
 
     @property
     def stem(self) -> str:
-        """The name of its files without suffix: figure_01 … figure_22, figure_regions, figure_gait."""
+        """Name of its files without suffix: figure_01 … figure_22, figure_regions, figure_gait."""
         return f"figure_{int(self.name):02d}" if self.name.isdigit() else f"figure_{self.name}"
 
 
@@ -94,7 +92,7 @@ def _types(figure: Figure, of: _FigureInput) -> Axes:
 
 def _loops(figure: Figure, of: _FigureInput) -> None:
     ax = _types(figure, of)
-    # Wide enough for the types written on them. Gaits 2 and 3 share their loop: red lies on the wider blue.
+    # Bands are wider than the texts on them. Gaits 2 and 3 have the same loop: the red band lies on the wider blue one.
     for number, width, name in ((1, 18.0, "Gait 1"), (2, 18.0, "Gaits 2 and 3"), (3, 10.0, "")):
         gait = paper_gait(number, of.vehicle, of.coefficients)
         gaits.gait_loop(gait, label=f"Gait {number}: {gait.color}", width=width, band=True, ax=ax)
@@ -115,10 +113,9 @@ def _gait(figure: Figure, of: _FigureInput) -> None:
 
 
 def _attitudes(figure: Figure, of: _FigureInput, *, number: int, eta: float, alike: bool) -> None:
-    """Draw the roll–pitch diagram of a gait of the paper and its biased gait; of a blue one with each rounding.
+    """Draw the roll–pitch diagram of a gait of the paper and its biased gait; of a blue one for each rounding.
 
-    A title states whether it agrees with the paper: that the acceptable region is wider than that of the biased gait,
-    or alike.
+    Titles state whether the paper's claim holds, that the gait has more acceptable attitudes, or as many.
     """
     exact, of_paper = coefficients_of(of.vehicle, "exact"), of.vehicle.carries_published_coefficients
     if number <= 2 and of_paper:
@@ -146,8 +143,8 @@ def _attitudes(figure: Figure, of: _FigureInput, *, number: int, eta: float, ali
         if of_paper:
             own, biased = (acceptable_attitudes(one.alpha, numbers).fraction for one in both)
             agrees = own < biased + 0.02 if alike else own > biased
-            singular = math.isnan(margins[0])  # at every attitude
-            lines.append("as the paper says" if agrees and not singular else "unlike the paper")
+            everywhere_singular = math.isnan(margins[0])
+            lines.append("as the paper says" if agrees and not everywhere_singular else "unlike the paper")
         ax.set_title("\n".join(lines))
 
 
@@ -155,17 +152,17 @@ def _figures() -> dict[str, PaperFigure]:
     order = "The roots of a node are ordered by α3, then α4: the solver's order in the paper is not known."
     rounded = "Blue has a sign of R only because the paper's coefficients have four digits; with exact ones R = 0."
     readings = (
-        "Blue depends on rounding: (a) exact coefficients; (b) four digits, taken at face value; (c) straight lines "
+        "Blue depends on rounding: (a) exact coefficients; (b) four digits, taken as exact; (c) straight lines "
         "between the printed vertices; (d) angles of four digits, judged exactly. "
     )
-    lines = "Thin lines are singular attitudes, thick ones border what is never singular around level flight;"
+    lines = "Thin lines are singular attitudes, thick ones enclose what is never singular around level flight;"
     captions = {
         "1": "The tilt-rotor with its arms, tilt axes and signs. Left from above, right one rotor from the tip of its "
         "arm. Positive tilts are right-handed about the arm axes e1 to e4; cw and ccw are spins seen from above.",
         "2": "Number of roots (α3, α4) at each node (α1, α2). Two inside, three on a side, five in a corner: −π/2 and "
         "π/2 are one angle.",
-        "15": "Which types may be neighbours. Lined types may, and each may follow itself: (a) of one angle, (b) of "
-        "the pair; (?,?) fits every type.",
+        "15": "Which types may be neighbours. Types joined by a line may, and each may follow itself: (a) of one "
+        "angle, (b) of the pair; (?,?) fits every type.",
         "16": "Types of the roots with R < 0. Red squares are nodes with (+,+), blue discs those with (−,−), halves "
         f"both; other types are written. {rounded}",
         "17": "Gaits 1 to 3 on the map of types. Pale bands are the loops of (α1, α2), arrows their direction. "
@@ -211,11 +208,11 @@ def _figures() -> dict[str, PaperFigure]:
 
 
 FIGURES: dict[str, PaperFigure] = _figures()
-"""Every figure by its name, in the order in which they are written."""
+"""All figures by name, in the order of writing."""
 
 
 def names_of_figures(texts: Sequence[str | int]) -> tuple[str, ...]:
-    """Return the names that texts such as 16, "3", "9-14" or "2,regions" ask for, each once, in the order of FIGURES.
+    """Return the figures named by texts such as 16, "3", "9-14" or "2,regions", each once, in the order of FIGURES.
 
     >>> names_of_figures(["regions", "9-11,3", 3])
     ('3', '9', '10', '11', 'regions')
@@ -240,21 +237,21 @@ def draw(
     gait: GaitLike | None = None,
     divisions: int = DEFAULT_DIVISIONS,
 ) -> Figure:
-    """Return one figure of the paper, a plain matplotlib figure apart from pyplot.
+    """Return one figure of the paper, which pyplot does not know.
 
     Parameters
     ----------
     name
         1 to 22, "regions" or "gait".
     vehicle
-        By default the paper's. Another one has no four-digit coefficients and no printed vertices: Figures 18, 19 and
-        22 then have one panel. The loops of Gaits 1 to 4 are mirrored in the origin if its spin is.
+        By default the paper's. Others have no four-digit coefficients: Figures 18, 19 and 22 then have one panel. If the
+        spins are opposite, the loops of Gaits 1 to 4 are mirrored in the origin.
     coefficients
         By default "published" for the paper's vehicle, "exact" for any other. Figures 18, 19 and 22 show both.
     gait
-        For "gait": a gait in any form as it is, or a table, to which vehicle and coefficients apply; by default Gait 3.
+        For "gait": a gait in any form, by default Gait 3. `vehicle` and `coefficients` apply to tables only.
     divisions
-        Divisions n of the grid.
+        Number n of grid intervals in [−π/2, π/2].
     """
     names = names_of_figures([name])
     if len(names) != 1:
@@ -281,25 +278,24 @@ def write_figures(
     force: bool = False,
     progress: Callable[[str], None] | None = None,
 ) -> list[Path]:
-    """Draw figures and write them to files named figure_01.png and so on, each whole or not at all; return their paths.
+    """Draw figures, write them to figure_01.png and so on, and return the paths.
 
-    The same request gives the same bytes, with the same version of matplotlib. Paths are in the order of FIGURES, then
-    of `formats`.
+    Files are written whole or not at all. The same request gives the same bytes, with the same version of matplotlib.
 
     Parameters
     ----------
     out
-        A folder; it is made if it does not exist.
+        A folder, which is created if it does not exist.
     only
-        Which, such as 16, "3", "9-14" or "2,regions"; by default all.
+        Names such as 16, "3", "9-14" or "2,regions"; by default all.
     vehicle, coefficients, gait
         As for :func:`draw`.
     formats
         Some of png (200 dots per inch), svg and pdf.
     force
-        Overwrite files that exist. Otherwise OutputExists if there is one, and none is written.
+        Overwrite existing files. Without it, an existing file raises OutputExists, and nothing is written.
     progress
-        Called with a few words before each figure.
+        Called with a short text before each figure.
     """
     require_matplotlib()
     source = None if gait is None else given_gait(gait)
@@ -308,7 +304,7 @@ def write_figures(
             gait_of(source, vehicle=vehicle, coefficients=coefficients)
     names = tuple(FIGURES) if only is None else names_of_figures(only)
     if gait is not None and "gait" not in names:
-        raise InputError(f"gait has an effect on the figure gait only, and drawn are {', '.join(names)}")
+        raise InputError(f"gait has an effect on the figure gait only, and only selects {', '.join(names)}")
     kinds = tuple(dict.fromkeys(formats))
     for kind in kinds or ("none",):
         checked_choice("format", kind, FORMATS)

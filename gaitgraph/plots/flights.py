@@ -1,4 +1,4 @@
-"""Flights over time and as films, and the files that flights and basins are written to."""
+"""Plots and films of flights, and the files of flights and basins."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from gaitgraph.flight.flight import Flight
     from gaitgraph.invertibility.matrices import FloatArray
 
-# Height [mm], label, columns of the legend, and what the axis reaches at least, lest rounding be drawn large.
+# Height [mm], label, columns of the legend, and least end of the axis, so that rounding errors stay small.
 _PANELS: dict[str, tuple[float, str, int, float]] = {
     "attitude": (32.0, "attitude (°)", 4, 1.0),
     "place": (30.0, "place (m)", 4, 0.01),
@@ -51,9 +51,9 @@ _PANELS: dict[str, tuple[float, str, int, float]] = {
     "singular_value": (30.0, "least singular\nvalue (1)", 2, 0.0),
 }
 _WIDTH, _LEFT, _RIGHT, _TOP, _BOTTOM = 170.0, 19.0, 4.0, 13.0, 12.0
-_LEGEND = 8.0  # above each panel
+_LEGEND = 8.0  # height above each panel
 _WANTED: dict[str, Any] = {"color": "#7b3294", "linestyle": "--", "linewidth": 0.8, "label": "asked for"}
-_MOST_SHARES = 8.0  # beyond it thrusts are drawn to a logarithmic scale
+_MOST_SHARES = 8.0  # larger thrusts have a logarithmic scale
 
 PANELS = tuple(_PANELS)
 """The panels of a flight, from the top."""
@@ -62,14 +62,14 @@ PANELS = tuple(_PANELS)
 def plot_flight(
     flight: Flight, *, axes: Sequence[Axes] | npt.NDArray[np.object_] | None = None, panels: Sequence[str] = PANELS
 ) -> npt.NDArray[np.object_]:
-    """Draw what happened in a flight over time, and return the axes; the title says what was flown, and the verdict.
+    """Draw a flight over time and return the axes. The title states what was flown and the verdict.
 
-    `panels` are some of :data:`PANELS`, in order: roll, pitch and yaw [°]; x, y and z [m]; thrusts as multiples of a
-    quarter of the weight, with their limits; tilt angles [°]; and the band that holds the least singular value of the
-    scaled decoupling matrix, with the value at which flight stops. References are dashed. Panels of a refused flight
-    are empty; a red line at the time of a stop has "stop" as its ``gid``.
+    `panels` are some of :data:`PANELS`: roll, pitch and yaw [°]; x, y and z [m]; thrusts as multiples of a quarter of
+    the weight, with their limits; tilt angles [°]; and the band that holds the least singular value of the scaled
+    decoupling matrix, with the floor at which the flight stops. References are dashed. Panels of a refused flight are
+    empty. A red line of ``gid`` "stop" marks the time of a stop.
 
-    `axes` are as many plane axes as there are panels, by default those of a new figure, one below another.
+    `axes` are as many as panels, by default those of a new figure, one below another.
     """
     for name in panels:
         checked_choice("panels", name, PANELS)
@@ -79,7 +79,7 @@ def plot_flight(
     if len(axes) != len(panels):
         raise InputError(f"axes must be {len(panels)}, one a panel, got {len(axes)}")
     end = flight.settings.seconds_of(flight.course)
-    if flight.failed:  # a little beyond a stop that came early
+    if flight.failed:  # show a little beyond the stop
         end = min(end, max(1.25 * flight.flown, flight.flown + 0.02))
     for ax, name in zip(axes, panels, strict=True):
         _draw_panel(axes_or_new(ax), flight, name)
@@ -98,10 +98,7 @@ def plot_flight(
 
 
 def _panel_axes(panels: Sequence[str], *, pyplot: bool = False) -> npt.NDArray[np.object_]:
-    """Return axes of a new figure for panels, one below another.
-
-    Their layout is fixed, because a solver's depends on the order in which it meets its variables, and so do bytes.
-    """
+    """Return axes of a new figure for panels, one below another, in a fixed layout: the same bytes in every process."""
     heights = [_PANELS[name][0] for name in panels]
     height = _TOP + _BOTTOM + sum(heights) + _LEGEND * len(panels)
     figure = blank_figure(_WIDTH, height, "none", pyplot=pyplot)
@@ -111,7 +108,7 @@ def _panel_axes(panels: Sequence[str], *, pyplot: bool = False) -> npt.NDArray[n
 
 
 def _what_was_flown(flight: Flight) -> list[str]:
-    """Return the gait's color, the vehicle, T, the reference and the like, and last the attitude at the start."""
+    """Return the gait's color, the vehicle, T, the reference and entry if any, and last the attitude at the start."""
     timed, settings, name = flight.course.timed, flight.settings, flight.vehicle.name
     reference: str = settings.reference
     if reference in ("step", "line", "circle"):
@@ -203,13 +200,13 @@ def _draw_panel(ax: Axes, flight: Flight, name: str) -> None:
 # ---------------------------------------------------------------- films
 
 _MAP = (380 / 480, 134 / 420, 88 / 480, 88 / 420)
-_MOST_SHARE = 2.4  # lines of thrust grow no longer
-_SLOW = 25  # frames in which the arms go through a period where even frames would be too few
+_MOST_SHARE = 2.4  # of the longest line of thrust
+_SLOW = 25  # frames of one period of the arms where evenly spaced frames would be too few
 _CURVE_POINTS = 400
 
 
 def flight_frame_times(flight: Flight) -> tuple[FloatArray, list[int], bool]:
-    """Return when the frames of a film are [s], how long each is shown [1/100 s], and whether arms are slowed down."""
+    """Return the times of a film's frames [s], their durations [1/100 s], and whether the arms are slowed down."""
     delays = vehicles.frame_delays(max(flight.flown, 1e-6))
     times = np.concatenate([[0.0], np.cumsum(delays)[:-1] / sum(delays)]) * flight.flown
     period = flight.course.timed.period
@@ -218,7 +215,7 @@ def flight_frame_times(flight: Flight) -> tuple[FloatArray, list[int], bool]:
         phases = np.arange(len(times)) / _SLOW
         times = np.clip((np.round(times / period - phases) + phases) * period, 0.0, flight.flown)
     times[-1] = flight.flown
-    delays[-1] += 80  # the last one stays a little longer
+    delays[-1] += 80
     return times, delays, slowed
 
 
@@ -239,7 +236,7 @@ def quarter_of_weight(flight: Flight) -> float:
 
 
 def _flight_film(flight: Flight, times: FloatArray, slowed: bool) -> tuple[Figure, Callable[[int], list[Any]]]:
-    """Return the figure of a flight's film, and what draws a frame of it."""
+    """Return the figure of a flight's film, and the function that draws a frame."""
     (arm,) = flight.vehicle.require("arm_length", purpose="a picture of flight")
     t, quarter = flight.column("t"), quarter_of_weight(flight)
     place = np.stack([flight.column(name) for name in "xyz"], axis=-1)
@@ -295,14 +292,14 @@ def _flight_film(flight: Flight, times: FloatArray, slowed: bool) -> tuple[Figur
 
 
 def _draw_ground(ax: Axes, here: FloatArray, arm: float, seen: Callable[[FloatArray], FloatArray]) -> list[Any]:
-    """Draw a grid on the ground around a place, and the shadow of the vehicle."""
+    """Draw a grid on the ground around a position, and the shadow of the vehicle."""
     level, reach = -1.8 * arm, 9.0 * arm
     power = 10.0 ** math.floor(math.log10(1.4 * arm))
     spacing = max(step * power for step in (1.0, 2.0, 5.0) if step * power <= 1.4 * arm * (1 + 1e-12))
     lines = []
     for axis in (0, 1):
         for k in range(math.ceil((here[axis] - reach) / spacing), math.floor((here[axis] + reach) / spacing) + 1):
-            line = np.full((3, 3), np.nan)  # the last row parts it from the next line
+            line = np.full((3, 3), np.nan)  # NaN in the last row ends the line
             line[:2, axis], line[:2, 2] = k * spacing, level
             line[:2, 1 - axis] = here[1 - axis] + np.array([-reach, reach])
             lines.append(line)
@@ -313,7 +310,7 @@ def _draw_ground(ax: Axes, here: FloatArray, arm: float, seen: Callable[[FloatAr
 
 
 def _draw_map(figure: Figure, place: FloatArray, wanted: FloatArray | None, arm: float) -> tuple[Any, Any]:
-    """Draw the flight from above, forward up, and return the path so far and the mark of the vehicle."""
+    """Draw the flight from above, forward up, and return the lines of the path so far and of the vehicle."""
     points = np.concatenate([place[:, :2]] + ([] if wanted is None else [wanted[:, :2]]))
     low, high = points.min(axis=0), points.max(axis=0)
     middle, half = (low + high) / 2, max(float((high - low).max()) / 2 * 1.15, 1.5 * arm)
@@ -335,14 +332,14 @@ _PLOTS = tuple(f".{name}" for name in PICTURES)
 def check_flight_outputs(
     paths: Sequence[str | Path], *, of: Literal["flight", "basin"] = "flight", force: bool = False
 ) -> None:
-    """Raise before a flight if an output cannot be written: its suffix, a library, a folder, a name that is taken."""
+    """Raise before a flight if an output cannot be written: wrong suffix, missing library or folder, existing file."""
     known = [*TABLES, *_PLOTS, *(FILMS if of == "flight" else ())]
     for path in map(Path, paths):
         suffix = path.suffix.lower()
         if suffix not in known:
-            why = f" is a {FORMATS[suffix].name}, which is of gaits alone" if suffix in FORMATS else ""
-            hint = did_you_mean(suffix, known) if suffix and not why else ""
-            raise InputError(f"output: {str(path)!r}{why}; the suffixes for a {of} are {', '.join(known)}{hint}")
+            hint = did_you_mean(suffix, known) if suffix else ""
+            hint = f"; a {FORMATS[suffix].name} is for gaits only" if suffix in FORMATS else hint
+            raise InputError(f"output of a {of} must end in one of {', '.join(known)}, got {str(path)!r}{hint}")
         if suffix in FILMS:
             vehicles.check_films([path], force=force)
         elif suffix in _PLOTS:
@@ -353,23 +350,23 @@ def check_flight_outputs(
 
 
 def write_flight(flight: Flight, paths: Sequence[str | Path], *, force: bool = False) -> None:
-    """Write a flight that has rows to files, each whole or not at all; `force` overwrites files that exist.
+    """Write a flight that has rows to files, whole or not at all; `force` overwrites existing files.
 
-    The suffix says what: a table (.csv, .json, .npz, .mat, .parquet), a plot over time (.png, .svg, .pdf), or a film
+    The suffix selects a table (.csv, .json, .npz, .mat, .parquet), a plot over time (.png, .svg, .pdf), or a film
     (.gif, .mp4).
 
     Notes
     -----
-    The viewer of a film is behind, right and above, and follows the vehicle; lines on the ground, 1.8 arm lengths below
-    the start, show that it moves. Lines of thrust are as long as the thrust is large, up to 2.4 times a quarter of the
-    weight, and lie on the other side of the disc where a rotor pulls.
+    The viewer of a film is behind, right and above, and follows the vehicle. The grid on the ground is 1.8 arm lengths
+    below the start. Lines of thrust are proportional to the thrust up to 2.4 times a quarter of the weight, and are on
+    the other side of the disc where a rotor pulls.
 
-    Frames are even in time, except where a period has fewer than two of them: each is then taken up to half a period
-    earlier or later, so that the arms go through the gait once in 25 frames, slower than they are, as the frames state.
+    Frames are evenly spaced in time. Where a period has fewer than two of them, each is moved by up to half a period,
+    so that the arms pass through the gait once in 25 frames; the frames then say that the arms are slowed down.
     """
     check_flight_outputs(paths, force=force)
     if paths and not len(flight.rows):
-        raise InputError(f"output: {str(paths[0])!r}: nothing was flown, so there is nothing to write")
+        raise InputError(f"output {str(paths[0])!r} cannot be written, because nothing was flown")
 
     def figure() -> Figure:
         return plot_flight(flight, axes=_panel_axes(PANELS))[0].figure  # type: ignore[no-any-return]
@@ -383,10 +380,10 @@ def write_flight(flight: Flight, paths: Sequence[str | Path], *, force: bool = F
 
 
 def write_basins(basins: Sequence[Basin], paths: Sequence[str | Path], *, force: bool = False) -> None:
-    """Write basins of one gait to files: a row for each flight, or the picture of all (.png, .svg, .pdf).
+    """Write basins to files: a row for each flight, or one picture (.png, .svg, .pdf).
 
-    `basins` are of one gait and its biased gaits, as :func:`gaitgraph.flight.basins.basins_of` returns them, one at
-    least; `paths` and `force` as for :func:`write_flight`.
+    `basins` are those of one gait and its biased gaits, from :func:`gaitgraph.flight.basins.basins_of`. `paths` and
+    `force` are as for :func:`write_flight`.
     """
     check_flight_outputs(paths, of="basin", force=force)
     _write(paths, partial(table_of_basins, basins), partial(basins_figure, basins), force=force)
@@ -400,7 +397,7 @@ def _write(
     *,
     force: bool,
 ) -> None:
-    contents: list[tuple[Path, Any]] = []  # bytes, or what writes them
+    contents: list[tuple[Path, Any]] = []  # bytes, or the function that writes them
     for path in map(Path, paths):
         suffix = path.suffix.lower()
         if suffix in FILMS:

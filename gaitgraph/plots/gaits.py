@@ -47,14 +47,14 @@ if TYPE_CHECKING:
     from gaitgraph.io.formats import GaitLike
     from gaitgraph.surface.sheets import Sign
 
-# Of the four angles, in no color of a sheet; opposite rotors, which move together on the red sheet, differ in width.
+# Opposite rotors have the same angle on the red sheet: they differ in width, so that both curves are visible.
 ANGLE_LOOKS: tuple[dict[str, Any], ...] = (
     {"color": "#e69f00", "linewidth": 3.2},
     {"color": "#56b4e9", "linewidth": 3.2},
     {"color": "black", "linewidth": 1.1, "linestyle": (0, (5, 2))},
     {"color": "black", "linewidth": 1.1, "linestyle": (0, (1, 1.2))},
 )
-_DASHES: dict[str, Any] = {"blue": (0, (3, 1.2)), "none": (0, (1, 1))}  # "none" is off the surfaces
+_DASHES: dict[str, Any] = {"blue": (0, (3, 1.2)), "none": (0, (1, 1))}  # "none": off the surfaces
 _PALE = {"red": "#fcd4cd", "blue": "#9fb3e8"}
 
 
@@ -69,11 +69,10 @@ def gait_loop(
 ) -> Axes:
     """Draw the projection of a gait on the plane of two of its angles, with an arrow in its direction (Figure 17).
 
-    Red segments are solid, blue ones dashed, those of a gait off the surfaces black and dotted; a point is a mark.
+    Red segments are solid, blue ones dashed, segments off the surfaces black and dotted. A gait of one point is a mark.
 
-    `angles` are two of 1 to 4; `label` and `width` the line's text in a legend and its points; with `band` it is a pale
-    solid band below all marks, for a map with labels. `ax` are plane axes, such as those of :func:`type_map`; by
-    default those of a new figure.
+    `angles` are two of 1 to 4, `label` is the text in a legend, `width` is in points. With `band` the loop is a pale
+    band below all marks, for a map with labels. `ax` are axes such as those of :func:`type_map`; by default new ones.
     """
     if sorted(angles) != sorted(set(angles) & {1, 2, 3, 4}) or len(angles) != 2:
         raise InputError(f"angles must be two different ones of 1 to 4, got {shown(angles)}")
@@ -92,14 +91,14 @@ def gait_loop(
         if band:
             joints = {"solid_joinstyle": "round", "solid_capstyle": "butt"}
             look = {"color": _PALE.get(color, "0.8"), "zorder": 1.2, **joints}
-        # The second point again, where all is one line, so that its first corner is joined too.
+        # A loop of one color ends at its second point, so that its first corner is joined too.
         points = np.concatenate([starts[k:stop], ends[stop - 1 : stop], ends[: int(closed)]])
         ax.plot(*points.T, linewidth=width, label=label if k == 0 else None, **look)
         k = stop
     steps = ends - starts
     lengths = np.linalg.norm(steps, axis=1)
     if lengths.max() > 0:
-        # On the first of the long segments, off its middle, where a grid node may be.
+        # The arrow is on the first long segment, off its middle, where a grid node may be.
         longest = int(np.argmax(lengths > 0.75 * lengths.max()))
         tail = starts[longest] + 0.36 * steps[longest]
         draw_arrow(ax, tail, tail + 0.03 * steps[longest], ink[longest], width=0.0, size=14 if band else 10)
@@ -113,14 +112,12 @@ def roll_pitch_diagram(
 ) -> Axes:
     """Draw the attitudes at which a gait is singular, and those of its biased gait (Figures 18 to 22).
 
-    As in the paper the gait is red, solid, and its biased gait blue, dashed: thin lines are the singular attitudes at
-    even times of a period, thick ones border the attitudes around level flight that are never singular. The gait's
-    coefficients are taken at face value, as if all their further digits were zero: published ones then give the blue
-    sheet a sign of R.
+    As in the paper the gait is red and solid, its biased gait blue and dashed. Thin lines are the singular attitudes at
+    `count` equally spaced times of a period. Thick lines enclose the attitudes around level flight that are never
+    singular. The gait's coefficients are taken as exact: with the published ones blue gaits have a sign of R.
 
-    `eta` is the biased gait's η, equations (14) and (15), without which there is none; `name` is what the legend calls
-    the gait; `count` the number of singular curves of each. `ax` are plane axes, by default those of a new figure.
-    Singular curves have "singular" as their ``gid``, borders "acceptable".
+    `eta` is η of the biased gait, equations (14) and (15); without it only the gait is drawn. `name` is the gait's name
+    in the legend. Singular curves have the ``gid`` "singular", borders "acceptable".
     """
     whole_number("count", count, 1, 10_000)
     gait = gait_of(gait)
@@ -137,7 +134,7 @@ def roll_pitch_diagram(
 
 
 def as_if_exact(coefficients: Coefficients) -> Coefficients:
-    """Return coefficients whose digits are taken as all there are, so that nothing is lost in their rounding."""
+    """Return coefficients whose digits are taken as exact, without rounding error."""
     return replace(coefficients, kind="exact")
 
 
@@ -153,9 +150,9 @@ def draw_attitudes(
     dash: Any = "-",
     verdict: bool = False,
 ) -> None:
-    """Draw the singular attitudes of a gait at even times of a period, and the border of the acceptable ones.
+    """Draw the singular attitudes of a gait at `count` times of a period, and the border of the acceptable ones.
 
-    The square is hatched if the gait is singular at every attitude. With `verdict` the label says what was found.
+    The square is hatched if the gait is singular at every attitude. With `verdict` the label states the result.
     """
     alpha = gait.parametrize(1.0, law="constant-speed").at(np.arange(count) / count)[0]
     curves = [singular_curve(row, numbers) for row in alpha]
@@ -178,7 +175,7 @@ def draw_attitudes(
 
 
 def finish_diagram(ax: Axes) -> None:
-    """Mark level flight, and make axes those of roll and pitch."""
+    """Mark level flight, and label the axes with roll and pitch."""
     ax.plot(0, 0, marker="+", markersize=6, color="black", linestyle="none", zorder=6)
     plane_axes(ax, r"\phi", r"\theta", grid=False)
     ax.set(xlabel=r"roll $\phi$ (rad)", ylabel=r"pitch $\theta$ (rad)")
@@ -190,10 +187,9 @@ def gait_in_four_dimensions(
 ) -> npt.NDArray[np.object_]:
     """Draw a gait over one period: its angles in time, its loop on the map of types, and three projections.
 
-    `timed` is a timed gait, a table, or a gait in any other form; rows without `t` get the smooth law and a period of a
-    second. `gait` is the closed polyline of a table, by default that of :func:`gaitgraph.io.formats.gait_of`. `axes`,
-    which are returned, are five plane ones: time, (α1, α2), (α1, α3), (α2, α4), (α3, α4); by default those of a new
-    figure.
+    `timed` is a timed gait, a table, or a gait in any other form; without times it gets the smooth law and a period of
+    1 s. `gait` is the closed polyline of a table, by default :func:`gaitgraph.io.formats.gait_of` of it. Returns the
+    five `axes`: time, (α1, α2), (α1, α3), (α2, α4), (α3, α4); by default those of a new figure.
     """
     given = given_gait(timed, name="timed")
     gait = gait or gait_of(given)
@@ -228,7 +224,7 @@ def gait_in_four_dimensions(
 
 
 def axes_of_a_gait(figure: Figure | SubFigure) -> npt.NDArray[np.object_]:
-    """Return the five axes that :func:`gait_in_four_dimensions` draws on, new ones of a figure."""
+    """Return new axes of a figure for :func:`gait_in_four_dimensions`."""
     named = figure.subplot_mosaic([["time", "time", "12"], ["13", "24", "34"]])
     return np.array([named[name] for name in ("time", "12", "13", "24", "34")], dtype=object)
 
@@ -245,8 +241,8 @@ def draw_angles(ax: Axes, time: FloatArray, alpha: FloatArray) -> None:
 
 # ---------------------------------------------------------------- basins
 
-# Each outcome has its own shape, so that colors, which colour-blind eyes confuse, are not needed; in the order of
-# flight.flight.OUTCOMES, whose codes count them.
+# Each outcome has its own shape, so that no color is needed. The order is that of flight.flight.OUTCOMES, whose codes
+# are positions in it.
 OUTCOME_LOOKS: dict[Outcome, dict[str, Any]] = {
     "settled": {"marker": "o", "color": "#009e73", "markersize": 3.0},
     "not settled": {"marker": "D", "color": "#e69f00", "markersize": 3.4},
@@ -257,18 +253,16 @@ OUTCOME_LOOKS: dict[Outcome, dict[str, Any]] = {
     "refused": {"marker": "s", "color": "#8a8a8a", "markersize": 3.0},
 }
 _WORDS: dict[Outcome, str] = {"sign change": "determinant changed sign", "near singular": "stopped near singularity"}
-_FULL_SIZE = 17  # attitudes along a side whose marks have full size
+_FULL_SIZE = 17  # with more attitudes along a side, marks are smaller
 
 
 def basin_map(basin: Basin, *, name: str = "", ax: Axes | None = None) -> Axes:
-    """Draw how flights from each attitude ended, over the roll–pitch diagram of the gait, which the title calls `name`.
+    """Draw how the flights from each attitude ended, over the roll–pitch diagram of the gait. `name` is in the title.
 
-    Thin lines are the attitudes at which the gait is singular at even times of its period, with exact coefficients; the
-    thick line borders the basin's acceptable attitudes, those at which it never is. They have the color of the gait's
-    sheet, or are grey where it is on neither. An attitude has the mark of the first of its flights, in the order of
-    take-off, that did not settle; a green disc where all did. Numbers are of the grid's attitudes.
-
-    `ax` are plane axes, by default those of a new figure. Marks have "outcome" as their ``gid``.
+    Thin lines are attitudes at which the gait is singular at some time, with exact coefficients. The thick line borders
+    the acceptable attitudes, at which it never is. Both have the color of the gait's sheet, or are grey. A green disc
+    means that all flights from the attitude settled; otherwise the mark is that of the first flight that did not, in
+    the order of take-off. Marks have the ``gid`` "outcome".
     """
     ax = axes_or_new(ax, size=(85, 105))
     gait = basin.timed.gait

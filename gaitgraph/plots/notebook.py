@@ -1,6 +1,6 @@
-"""How gaits, timed gaits, plans, reports, regions and vehicles look in a notebook: text and tables, beside a picture.
+"""HTML of gaits, timed gaits, plans, reports, regions and vehicles for notebooks: a picture, text and tables.
 
-Without matplotlib there is no picture. Names and messages are the user's, and are escaped.
+Without matplotlib there is no picture. All text is escaped.
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ if TYPE_CHECKING:
     from gaitgraph.planning.planner import Plan
     from gaitgraph.surface.region import Zones
 
-_MOST_CHECKED = 2000  # corners that are judged in passing; that takes a tenth of a second
+_MOST_CHECKED = 2000  # corners of a gait that is judged at once, in 0.1 s
 _MOST_SHOWN = 60  # waypoints, and parts of a region
 _COARSE = 1e-3  # of the borders of a region in a small picture [rad]
 
 
 def html_of(shown: Gait | TimedGait | Plan | Report | Region | Vehicle) -> str:
-    """Return an object as HTML that can stand anywhere in a page, and twice."""
+    """Return an object as HTML that can be put anywhere in a page."""
     text, picture, tables, gait, report, more = str(shown), "", "", None, None, []
     title = text.partition("\n")[0]
     if isinstance(shown, Vehicle):
@@ -77,15 +77,14 @@ def html_of(shown: Gait | TimedGait | Plan | Report | Region | Vehicle) -> str:
 
 
 def _table(rows: Sequence[Sequence[str]]) -> str:
-    """Return rows of texts as a small table."""
     cells = ["".join(f'<td style="text-align:left">{escape(text)}</td>' for text in row) for row in rows]
     return f"<table>{''.join(f'<tr>{row}</tr>' for row in cells)}</table>"
 
 
 def _judged(gait: Gait) -> list[str]:
-    """Return the verdict on a gait and the first reason against it, or why it is not judged."""
+    """Return the verdict on a gait and the first reason against it, or why there is no verdict."""
     if len(gait.alpha) > _MOST_CHECKED:
-        return [f"not judged here, with more than {_MOST_CHECKED} corners; check() does"]
+        return [f"not judged here, because it has more than {_MOST_CHECKED} corners; use check()"]
     try:
         report = gait.check()
     except MissingConstant as error:
@@ -94,7 +93,7 @@ def _judged(gait: Gait) -> list[str]:
 
 
 def _region_under(gait: Gait, zones: Zones | None = None) -> tuple[Region | None, str]:
-    """Return the region to draw under a gait's loop, and what it is."""
+    """Return the region to draw below a gait's loop, and its description."""
     if gait.color not in ("red", "blue"):
         return None, "its loop in the plane of α1 and α2"
     sign = "positive" if gait.R.min() > 0 else "negative" if gait.R.max() < 0 else None
@@ -102,8 +101,8 @@ def _region_under(gait: Gait, zones: Zones | None = None) -> tuple[Region | None
 
 
 def _region_of(vehicle: Vehicle, color: Any, sign: Any, coefficients: Any, zones: Zones | None) -> tuple[Region, str]:
-    """Return where gaits of a color and sign are flyable, or at least valid, and what that is in words."""
-    # On blue nothing is flyable; without a mass, limits of thrust cannot be judged.
+    """Return where gaits of a color and sign are flyable, or at least valid, and its description."""
+    # Nothing is flyable on blue; limits of thrust need the mass.
     judged = color == "red" and (vehicle.max_thrust is None or vehicle.mass is not None)
     use: Any = "flyable" if judged else "valid"
     found = admissible_region(
@@ -144,7 +143,7 @@ def _draw_from_above(ax: Axes, vehicle: Vehicle) -> None:
 
 
 def _picture(draw: Callable[[Axes], None], words: str) -> str:
-    """Return a small picture as an element, "" where matplotlib is not installed."""
+    """Return a small picture as an HTML element, or "" without matplotlib."""
     try:
         with paper_style():
             figure = blank_figure(70, 62)
@@ -152,5 +151,5 @@ def _picture(draw: Callable[[Axes], None], words: str) -> str:
             content = base64.b64encode(picture_bytes(figure, "png")).decode("ascii")
     except MissingExtra:
         return ""
-    # Half as wide as its pixels: sharp on screens of a high resolution too.
+    # Half as wide as its pixels, to be sharp on screens of high resolution.
     return f'<img alt="{escape(words)}" width="276" src="data:image/png;base64,{content}">'

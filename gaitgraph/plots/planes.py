@@ -39,13 +39,13 @@ IntArray = npt.NDArray[np.int8]
 Which = Literal["first", "other", "both"]
 
 FINE = 201
-"""Points along each axis of a contoured region; curves and borders themselves are drawn in closed form."""
+"""Points along each axis of a contour plot. Curves and borders are drawn in closed form."""
 _FINE_AXIS = np.linspace(-HALF_PI, HALF_PI, FINE)
 _SHEET = {"red": 1, "blue": -1}
 _SIGN = {"positive": 1, "negative": -1}
-_SINGULAR = "R = 0 to rounding: singular"  # roots that have no sign of R, in legends
+_SINGULAR = "R = 0 to rounding: singular"
 _TIE = 12  # decimals [rad] to which α3 of two roots is compared
-_POSITIVE, _NEGATIVE = "#fff1b8", "#dcdce6"  # where R > 0 and R < 0, in no color of a sheet
+_POSITIVE, _NEGATIVE = "#fff1b8", "#dcdce6"  # where R > 0 and R < 0
 _ROUNDED_BOX = "round,pad=0.5,rounding_size=0.6"
 
 
@@ -53,10 +53,10 @@ _ROUNDED_BOX = "round,pad=0.5,rounding_size=0.6"
 
 
 def interior_roots(coefficients: Coefficients, divisions: int) -> tuple[RootArrays, IntArray]:
-    """Return the roots of the (n − 1)² interior nodes, each node's by α3, then α4, and the signs of R, (m, 5).
+    """Return the roots of the (n − 1)² interior nodes, sorted by α3, then α4, and the signs of R, shape (m, 5).
 
-    Node (i, j) of α1 = −π/2 + iπ/n and α2 = −π/2 + jπ/n is row (i − 1)(n − 1) + j − 1. A sign is 0 where R is zero to
-    rounding, as on all of the blue sheet with exact coefficients, and where there is no root.
+    Node (i, j) of α1 = −π/2 + iπ/n and α2 = −π/2 + jπ/n is row (i − 1)(n − 1) + j − 1. The sign is 0 where there is no
+    root, and where R is zero to rounding: on all of the blue sheet with exact coefficients.
     """
     axis = grid_axis(checked_divisions(divisions))[1:-1]
     a1, a2 = (angle.ravel() for angle in np.meshgrid(axis, axis, indexing="ij"))
@@ -71,18 +71,17 @@ def interior_roots(coefficients: Coefficients, divisions: int) -> tuple[RootArra
 
 
 def _chosen(found: RootArrays, which: Which) -> BoolArray:
-    """Return which roots are a node's first, further ones, or either, (m, 5)."""
+    """Return which roots are a node's first, its others, or both, shape (m, 5)."""
     number = np.arange(found.sheet.shape[1])
     wanted = {"first": number == 0, "other": number > 0, "both": number >= 0}[which]
     return np.asarray((found.sheet != 0) & wanted)
 
 
 def root_counts(ax: Axes, coefficients: Coefficients, divisions: int) -> None:
-    """Draw how many roots each node of the grid has (Figure 2); each count is one scatter."""
+    """Draw how many roots each node of the grid has (Figure 2), with one scatter for each count."""
     axis = grid_axis(checked_divisions(divisions))
     a1, a2 = np.meshgrid(axis, axis, indexing="ij")
     count = root_arrays(a1, a2, coefficients=coefficients).count
-    # Markers that differ in shape and darkness, in no color of a sheet.
     looks = {2: ("o", "white"), 3: ("s", "0.6"), 4: ("D", "0.35"), 5: ("^", "black")}
     for number in np.unique(count).tolist():
         here, (marker, face) = count == number, looks[number]
@@ -106,7 +105,7 @@ def root_angle(ax: Any, coefficients: Coefficients, divisions: int, *, angle: in
 def signed_roots(ax: Any, coefficients: Coefficients, divisions: int, *, sign: Sign, which: Which) -> None:
     """Draw α3 and α4 of the roots with one sign of R over the interior nodes (Figures 9, 11, 13 and 14).
 
-    As in the paper, and here alone, red squares are α3, blue discs α4. Roots without a sign of R are grey and hollow.
+    As in the paper, red squares are α3 and blue discs α4. Roots with R = 0 are grey and hollow.
     """
     found, signs = interior_roots(coefficients, divisions)
     chosen = _chosen(found, which)
@@ -120,12 +119,12 @@ def signed_roots(ax: Any, coefficients: Coefficients, divisions: int, *, sign: S
 
 
 def level_determinants(ax: Any, coefficients: Coefficients, divisions: int, *, sign: Sign, which: Which) -> None:
-    """Draw R of the roots with one sign of it over the interior nodes, each sheet in its color (Figures 10 and 12)."""
+    """Draw R of the roots with one sign of R over the interior nodes, each sheet in its color (Figures 10 and 12)."""
     found, signs = interior_roots(coefficients, divisions)
     chosen, points = _chosen(found, which), np.dstack([found.alpha[..., :2], found.R])
     _scatter(ax, points[chosen & (signs == 0)], GREY, MARKER_OF["blue"], _SINGULAR)
     signed = chosen & (signs == _SIGN[sign])
-    # Stems, one line with gaps, show which node a value belongs to.
+    # Stems show which node a value belongs to; they are one line with gaps.
     tops = points[signed]
     stems = np.stack([tops * [1.0, 1.0, 0.0], tops, np.full(tops.shape, np.nan)], axis=1).reshape(-1, 3)
     ax.plot(*stems.T, color="0.75", linewidth=0.4)
@@ -137,7 +136,7 @@ def level_determinants(ax: Any, coefficients: Coefficients, divisions: int, *, s
 
 
 def _scatter(ax: Any, points: FloatArray, color: str, marker: str, label: str) -> None:
-    """Scatter points of shape (m, 3), without fading those farther away: red and blue stay what they are."""
+    """Scatter points of shape (m, 3), without fading distant ones: red and blue keep their colors."""
     if len(points):
         grey = color == GREY
         look = {"facecolor": "none" if grey else color, "edgecolor": color if grey else "white"}
@@ -146,7 +145,7 @@ def _scatter(ax: Any, points: FloatArray, color: str, marker: str, label: str) -
 
 
 def _space_axes(ax: Any, *, columns: int = 2) -> None:
-    """Make x and y those of α1 and α2, seen from where no plane of roots is on edge, with a legend above."""
+    """Label x and y with α1 and α2, with a legend above; no plane of roots is seen on edge."""
     from matplotlib.ticker import FixedLocator
 
     for axis, symbol in ((ax.xaxis, r"\alpha_1"), (ax.yaxis, r"\alpha_2")):
@@ -167,17 +166,17 @@ def _space_axes(ax: Any, *, columns: int = 2) -> None:
 
 
 def adjacency_rule(of: Literal["angle", "pair"] = "pair", *, ax: Axes | None = None) -> Axes:
-    """Draw the Two Color rule as a graph: the types that are lined may be neighbours (Figure 15).
+    """Draw the Two Color rule as a graph: types joined by a line may be neighbours (Figure 15).
 
-    Each type may also be its own neighbour. As in the paper (?,?), a neighbour of every type, is left out. The lines
-    follow :func:`gaitgraph.surface.adjacency.types_may_be_adjacent`; each has the two types as its ``gid``.
+    Each type may also be its own neighbour. As in the paper, (?,?) is left out: it may neighbour every type. Lines
+    follow :func:`gaitgraph.surface.adjacency.types_may_be_adjacent`; the ``gid`` of each is its two types.
 
-    `of` is "angle" for the types of α3 or α4 alone, Figure 15 (a), "pair" for those of (α3, α4), Figure 15 (b). `ax`
-    are plane axes, which lose their frame; by default those of a new figure.
+    `of` is "angle" for the types of α3 or α4, Figure 15 (a), or "pair" for those of (α3, α4), Figure 15 (b). The frame
+    of `ax` is removed.
     """
     checked_choice("of", of, ("angle", "pair"))
     ax = axes_or_new(ax, size=(85, 75))
-    if of == "angle":  # judged beside a ? of the other angle, which forbids nothing
+    if of == "angle":  # the other angle is ?, which forbids nothing
         names = {kind: f"({kind},?)" for kind in "+?-"}
         places = {"+": (-1.0, 0.0), "?": (0.0, 0.0), "-": (1.0, 0.0)}
     else:
@@ -210,15 +209,13 @@ def type_map(
 ) -> Axes:
     """Draw which types of roots with one sign of R each interior node has (Figure 16).
 
-    A red square is (+,+), a blue disc (−,−), a mark half of each both; other types are written. A root that has no sign
-    of R is grey and hollow, and its type is written in grey; a dot is a node without any of these.
+    A red square is (+,+), a blue disc (−,−), a mark half of each is both. Other types are written. Roots with R = 0 are
+    grey, and hollow where marked. A dot is a node without roots of the sign.
 
     `sign` is the sign of R, "positive" or "negative"; `coefficients` are those of formula (1), by default the paper's
-    published ones, whose plain sign of R counts; `divisions` the intervals n into which [−π/2, π/2] is cut. Without
-    `labels` the types with a ? in are not written but marked as their sheet, all marks smaller, for small axes.
-
-    `ax` are plane axes, 170 mm wide for 16 divisions with labels; by default those of a new figure. Each kind of node
-    is one scatter; a written type has the node's (i, j) as its ``gid``.
+    published ones; `divisions` is the number n of grid intervals in [−π/2, π/2]. Without `labels` the map suits small
+    axes: marks are smaller, and types with a ? are marked like their sheet. With labels, 16 divisions need axes 170 mm
+    wide. Each kind of node is one scatter; a written type has the node's (i, j) as its ``gid``.
     """
     checked_choice("sign", sign, RELATION)
     found, signs = interior_roots(coefficients_of(kind=coefficients), divisions)
@@ -227,7 +224,7 @@ def type_map(
     written = (shows & (found.types == 0).any(axis=-1)).any(axis=1) & labels
     for number in np.flatnonzero(written):
         sheets, types, unsigned = -found.sheet[number], found.types[number], signs[number] == 0
-        # A type on more than one root counts once; red ones are first.
+        # Each type once, red ones first.
         roots = sorted({(sheets[k], text_from_types(*types[k]), unsigned[k]) for k in np.flatnonzero(shows[number])})
         for k, (sheet, kind, singular) in enumerate(roots):
             ax.annotate(
@@ -236,7 +233,7 @@ def type_map(
                 fontsize=6.0, ha="center", va="center", annotation_clip=False,
                 gid=",".join(str(k + 1) for k in divmod(number, divisions - 1)),
             )  # fmt: skip
-    # Of the roots on the red and on the blue sheet: 0 there is none, 1 without a sign of R, 2 with the sign.
+    # State of the red and of the blue sheet: 0 without a root, 1 with R = 0, 2 with the sign of R.
     states = np.stack([np.where(shows & (found.sheet == k), 1 + np.abs(signs), 0).max(axis=1) for k in (1, -1)], axis=1)
     for state in sorted(set(map(tuple, states[~written].tolist())), reverse=True):
         places = found.alpha[~written & (states == state).all(axis=1), 0, :2]
@@ -274,13 +271,11 @@ def _mark_nodes(ax: Axes, places: FloatArray, state: tuple[int, ...], size: floa
 
 
 def regions_map(vehicle: VehicleLike = PAPER, *, ax: Axes | None = None) -> Axes:
-    """Draw the exact regions of the (α1, α2) plane on the red sheet: signs of R, hover, and the thrust it takes.
+    """Draw the regions of the (α1, α2) plane on the red sheet: signs of R, and hover with its thrusts.
 
-    R = 0 on the lines α1 = δ ∓ π/2 and α2 = ±π/2 − δ and on the curve tan α1 − tan α2 = 2κ. Hover with every thrust
-    positive, hatched, takes α1 < δ and α2 > −δ, or both reversed. Contours are the largest thrust of a rotor there, in
-    units of the weight. The physics is exact, whatever coefficients a gait is planned with.
-
-    `ax` are plane axes, by default those of a new figure. Each curve has its equation as its ``gid``.
+    R = 0 on the lines α1 = δ ∓ π/2 and α2 = ±π/2 − δ and on the curve tan α1 − tan α2 = 2κ. All hover thrusts are
+    positive in the hatched parts: α1 < δ and α2 > −δ, or both reversed. Contours are the largest hover thrust of a
+    rotor, in units of the weight. Coefficients are exact. Each curve has its equation as its ``gid``.
     """
     vehicle, ax = vehicle_named(vehicle), axes_or_new(ax, size=(85, 96))
     from matplotlib.lines import Line2D
@@ -323,13 +318,13 @@ def regions_map(vehicle: VehicleLike = PAPER, *, ax: Axes | None = None) -> Axes
 def _contour_thrust(ax: Axes, first: tuple[float, float], second: tuple[float, float], vehicle: Vehicle) -> None:
     """Draw contours of the largest hover thrust within one rectangle of the (α1, α2) plane."""
     inside = np.linspace(0.0, 1.0, FINE // 2)[1:-1]
-    inside = inside**2 * (3 - 2 * inside)  # denser at the ends: all contours meet in one corner
+    inside = inside**2 * (3 - 2 * inside)  # denser at the ends, because all contours meet in one corner
     a1, a2 = (low + (high - low) * inside for low, high in (first, second))
     b1, b2 = np.meshgrid(a1, a2, indexing="ij")
     largest = matrices.hover_thrust_shares(np.stack([b1, b2, b1, b2], axis=-1), vehicle).max(axis=-1)
     levels = [0.3, 0.4, 0.6]
     ax.contour(b1, b2, largest, levels=levels, colors="black", linewidths=0.7)
-    # Where all four thrusts are equal, 1/(4·cos α1) of the weight, each contour has a corner: space for its label.
+    # Each contour has a corner where all four thrusts are 1/(4·cos α1) of the weight; its label is there.
     side = 1.0 if first[0] > -HALF_PI else -1.0
     for level in levels:
         at = side * math.acos(0.25 / level)
@@ -354,10 +349,7 @@ def _draw_zeros_of_R(ax: Axes, vehicle: Vehicle) -> None:
 
 
 def singular_value_map(vehicle: VehicleLike = PAPER, *, ax: Axes | None = None) -> Axes:
-    """Draw contours of the least singular value on the red sheet, level, exact physics: how well it can be inverted.
-
-    `ax` are plane axes, by default those of a new figure; a color bar is drawn beside them.
-    """
+    """Draw the least singular value on the red sheet in level flight, with exact coefficients, and a color bar."""
     vehicle, ax = vehicle_named(vehicle), axes_or_new(ax, size=(95, 85))
     a1, a2 = np.meshgrid(_FINE_AXIS, _FINE_AXIS, indexing="ij")
     value = matrices.least_singular_value_on_red(a1, a2, vehicle)
