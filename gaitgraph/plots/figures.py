@@ -244,7 +244,7 @@ def draw(
     name
         1 to 22, "regions" or "gait".
     vehicle
-        By default the paper's. Others have no four-digit coefficients: Figures 18, 19 and 22 then have one panel. If the
+        By default the paper's. Others have no four-digit coefficients: Figures 18, 19 and 22 have one panel. If their
         spins are opposite, the loops of Gaits 1 to 4 are mirrored in the origin.
     coefficients
         By default "published" for the paper's vehicle, "exact" for any other. Figures 18, 19 and 22 show both.
