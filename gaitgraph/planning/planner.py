@@ -338,11 +338,14 @@ def plan(
 ) -> Plan:
     """Answer a request; see :func:`plan_loop`."""
     graph_of = cache(lambda sign: request_graph(request, sign, progress) if graph is None else graph)
-    found = _answer(request, graph_of, progress)
+    uses: tuple[Use, ...] = ("flyable",) if request.require == "flyable" else ("flyable", "valid")
+    found = _answer(request, uses, graph_of, progress)
     if found or request.require == "valid":
         return found
-    # What only obeys the paper's rules stands beside the refusal.
-    other = _answer(replace(request, require="valid"), graph_of, progress)
+    # Loops that only obey the paper's rules are listed beside the refusal. Flyable regions are not searched again,
+    # unless they have a loop that breaks a limit.
+    uses = ("flyable", "valid") if any(one.kind == "limit" for one in found.obstacles) else ("valid",)
+    other = _answer(replace(request, require="valid"), uses, graph_of, progress)
     if other.loop is None:
         return found
     reason, loops = f"{found.reason}; {_HOW_TO_ASK}", (other.loop, *other.alternatives)
@@ -350,9 +353,12 @@ def plan(
 
 
 def _answer(
-    request: PlanRequest, graph_of: Callable[[Sign], nx.Graph[Any]], progress: Callable[[str], None] | None
+    request: PlanRequest,
+    uses: tuple[Use, ...],
+    graph_of: Callable[[Sign], nx.Graph[Any]],
+    progress: Callable[[str], None] | None,
 ) -> Plan:
-    """Return the best loop that meets what a request requires, or what is in the way."""
+    """Return the best loop that meets what a request requires, or the obstacles."""
     exact = request.method == "exact"
     loops: list[Loop] = []
     obstacles: list[Obstacle] = []
@@ -363,7 +369,7 @@ def _answer(
             path, order = path.reversed(), (order[0], *order[:0:-1])
         return Loop(path=path, sign=sign, order=order, request=request, lower_bound=bound, order_gap=gap)
 
-    for sign, group in groupby(branches_of(request), key=lambda branch: branch.sign):
+    for sign, group in groupby(branches_of(request, uses), key=lambda branch: branch.sign):
         branches = list(group)
         if exact:
             if progress is not None and request.accuracy < _FINE:

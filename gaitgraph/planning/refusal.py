@@ -53,6 +53,8 @@ class Branch:
     request: PlanRequest
     color: Color
     sign: Sign
+    uses: tuple[Use, ...] = ()
+    """What loops are searched for, in order."""
 
     def __str__(self) -> str:
         return f"{self.color}, {RELATION[self.sign]}"
@@ -66,13 +68,6 @@ class Branch:
     def wanted(self) -> float:
         """The sign of R as +1 or −1."""
         return 1.0 if self.sign == "positive" else -1.0
-
-    @property
-    def uses(self) -> tuple[Use, ...]:
-        """What loops are searched for, in order: only red can be flyable."""
-        if self.request.require == "flyable":
-            return ("flyable",)
-        return ("flyable", "valid") if self.color == "red" else ("valid",)
 
     @property
     def _is_singular(self) -> bool:
@@ -133,11 +128,12 @@ def _roots_above(waypoints: tuple[Point, ...], coefficients: Coefficients) -> Ro
     return root_arrays(plane[:, 0], plane[:, 1], coefficients=coefficients)
 
 
-def branches_of(request: PlanRequest) -> list[Branch]:
+def branches_of(request: PlanRequest, uses: tuple[Use, ...] = ("flyable",)) -> list[Branch]:
     """Return the branches of color and sign of R that a request asks for and that can meet it, R > 0 first."""
     colors = COLORS[:1] if (request.color, request.require) == ("auto", "flyable") else COLORS
     return [
-        Branch(request=request, color=color, sign=sign)
+        # Only red can be flyable.
+        Branch(request=request, color=color, sign=sign, uses=uses if color == "red" else uses[-1:])
         for sign in reversed(SIGNS)
         if request.sign in ("auto", sign)
         for color in colors
