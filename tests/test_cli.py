@@ -53,13 +53,13 @@ def test_plan_for_people_fits_one_screen(run: Any) -> None:
     assert read_table("gait3.json").about["request"]["waypoints"][0] == pytest.approx(G3.angles[0])
 
 
-STILL = "a posture, not a gait that moves: for a gait give two or more different waypoints"
+STILL = "he plan is a single posture, not a gait; for a gait, give two or more different waypoints"
 
 
 @pytest.mark.parametrize(
     ("line", "first", "warning"),
     [
-        ("plan --waypoint 0.4,-1.2", f"Planned {STILL}", STILL),
+        ("plan --waypoint 0.4,-1.2", f"T{STILL}", f"t{STILL}"),
         (
             "optimize --waypoint 0.4,-0.4 --waypoint 0.5,-0.5 --pieces 8 --radius 0.3",
             "The best gait stands still at (",
@@ -163,7 +163,7 @@ WRONG = [
     ("export there.csv out.csv", "gait file 'there.csv'"),
     ("plann", "no command 'plann'; did you mean 'plan'?"),
     ("plan --waypoint 0,0 --sheets all", "sheets must be planes or left out, got 'all'; no gait on a fibre can fly"),
-    ("plan --waypoint 0,0 --objective=thrust", "got 'thrust'; use: gaitgraph optimize --objective hover_reserve"),
+    ("plan --waypoint 0,0 --objective=thrust", "got 'thrust'; use gaitgraph optimize --objective hover_reserve"),
     ("plan --waypoint 0,0,0,0", "no gait on a fibre can fly, and elsewhere α3 and α4 follow from the color"),
     ("plan --waypoint 0,0 --divisions 300", "from 2 to 256, got 300; plan --method exact needs no grid"),
     ("plan --waypoint 0,0 --watch", "--watch was removed. Run the command again"),

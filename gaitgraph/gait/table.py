@@ -1,4 +1,4 @@
-"""Gait tables: named columns and what made them; lifted, closed to gaits, and completed with the columns that follow.
+"""Gait tables: named columns and their provenance; lifted, closed to gaits, and completed with computed columns.
 
 A table has the columns ``t, alpha1, alpha2, alpha3, alpha4`` (s, rad), then ``color, types, R``, then ``alpha1_rate`` …
 (rad/s) and ``alpha1_acceleration`` … (rad/s²). A user's table needs only alpha1 to alpha4, or alpha1, alpha2 and color,
@@ -58,30 +58,30 @@ TEXTS = ("color", "types")
 ORDER = ("t", *ANGLES, "color", "types", "R", *RATES, *ACCELERATIONS)
 
 FORMAT = "gaitgraph gait table"
-"""What the provenance in a file calls the file."""
+"""The value of `format` in the provenance of a file."""
 
 ROWS_OF_A_PIECE = 1 << 16
-"""Long tables are made, written and read in pieces of so many rows."""
+"""Number of rows of the pieces in which long tables are made, written and read."""
 
 SAME_ROW = 1e-9
 """Two rows are the same point if no angle differs by more than this [rad]: far below any printed digit, above the
 rounding of floating point."""
 
 OTHER_ROWS = "the rows differ from the gait that the file states: the rows are used, joined by straight segments"
-"""What is said of a table whose rows were changed since it was written."""
+"""Warning for a table whose rows were changed since it was written."""
 
-_ON_STATED = 1e-6  # rad between a row and the gait that its table states; and share of its period
+_ON_STATED = 1e-6  # allowed distance of a row from the gait that its table states [rad]; also a share of the period
 _ROWS_AT_ONCE = 1 << 12
 _NANOSECOND = 1e-9  # to which times are rounded in bags
 _DEEPEST = 100
 _UNITS = {"t": "s", "R": "1"} | dict.fromkeys(ANGLES, "rad")
 _UNITS |= dict.fromkeys(RATES, "rad/s") | dict.fromkeys(ACCELERATIONS, "rad/s^2")
-# Of what a flight adds to the angles, see gaitgraph.flight.flight.
+# Columns that a flight adds, see gaitgraph.flight.flight.
 _UNITS |= dict.fromkeys(("x", "y", "z", "x_wanted", "y_wanted", "z_wanted"), "m")
 _UNITS |= dict.fromkeys(("roll", "pitch", "yaw", "roll_wanted", "pitch_wanted"), "rad")
 _UNITS |= dict.fromkeys(("x_rate", "y_rate", "z_rate"), "m/s") | dict.fromkeys(("saturated", "nearness"), "1")
 _UNITS |= {f"body_rate_{axis}": "rad/s" for axis in "xyz"} | {f"thrust{k}": "N" for k in range(1, 5)}
-# Of a basin, see gaitgraph.flight.basins.
+# Columns of a basin, see gaitgraph.flight.basins.
 _UNITS |= {"begin": "s", "seconds": "s"} | dict.fromkeys(("eta", "peak_share", "acceptable", "same_side"), "1")
 _DERIVED = {"": "", "_rate": "/s", "_acceleration": "/s^2"}
 
@@ -97,9 +97,9 @@ class Table:
     about
         What made the table: vehicle, coefficients, period, law and so on; plain values.
     digit_error
-        Half a unit of the last printed digit of its angles [rad]; 0 if that is not known.
+        Half a unit of the last printed digit of its angles [rad]; 0 if unknown.
     notes
-        What of its file or frame is not used.
+        Warnings about parts of its file or frame that are not used.
     """
 
     columns: dict[str, Any]
@@ -123,7 +123,7 @@ class Table:
 
     @property
     def units(self) -> dict[str, str]:
-        """The unit of each column, in ASCII; "" for texts and where it is not known."""
+        """The unit of each column, in ASCII; "" for texts and unknown columns."""
         known = dict(_UNITS)
         servos = self.about.get("servos")
         if isinstance(servos, dict) and isinstance(servos.get("joint"), list):  # a servo table: its map states them
@@ -152,7 +152,7 @@ class Table:
         try:
             library = import_module(name)
         except ImportError as error:
-            raise MissingExtra(f"{name}: not installed, and to_{name} needs it: pip install {name}") from error
+            raise MissingExtra(f"to_{name} needs {name}. Install it with: pip install {name}") from error
         kind = "category" if name == "pandas" else library.Categorical
         texts = {name: library.Series(list(self[name]), dtype=kind) for name in TEXTS if name in self}
         return library.DataFrame({**self.columns, **texts})
@@ -207,14 +207,14 @@ def about_from_text(text: object, *, required: bool = False) -> dict[str, Any]:
     try:
         content = json.loads(text)
     except (RecursionError, ValueError) as error:
-        raise InputError("the provenance in the file is not JSON as gaitgraph writes it") from error
+        raise InputError("the provenance in the file must be the JSON that gaitgraph writes") from error
     if not isinstance(content, dict) or content.get("format") != FORMAT:
         raise InputError("the provenance in the file was not written by gaitgraph")
     return checked_about(content.get("about"))
 
 
 def checked_about(content: object) -> dict[str, Any]:
-    """Return what made a table if it is plain values as JSON holds them, nested up to 100 levels; else InputError."""
+    """Return the provenance of a table; InputError unless it is plain JSON values, nested up to 100 levels."""
     if not isinstance(content, dict):
         raise InputError(f"about must be an object, got {shown(content)}")
     level: list[Any] = [content]
@@ -222,7 +222,7 @@ def checked_about(content: object) -> dict[str, Any]:
         inner = [one for one in level if isinstance(one, (dict, list))]
         level = [value for one in inner for value in (one.values() if isinstance(one, dict) else one)]
     if level:
-        raise InputError(f"about: it is nested too deeply, more than {_DEEPEST} levels")
+        raise InputError(f"about must have at most {_DEEPEST} levels of nesting")
     try:
         json.dumps(content, allow_nan=False)
     except (TypeError, ValueError) as error:
@@ -237,24 +237,22 @@ def tilt_angles(table: Table, coefficients: Coefficients, *, rows_before: int = 
     """Return the four tilt angles of each row, shape (n, 4) [rad]; rows of alpha1, alpha2 and color are lifted.
 
     Raises InputError if a row to lift is on a fibre, which leaves α3 or α4 open, or outside [−π/2, π/2]². `rows_before`
-    counts the rows of the same table before these, for messages.
+    is the number of earlier rows of the table, for messages.
     """
     if "alpha3" in table:
         return table.alpha
     for k, color in enumerate(table["color"], start=rows_before + 1):
         if color in FIBERS:
-            wanted = "without alpha3 and alpha4 it must be 'red' or 'blue', as a fibre leaves one of them open"
-            raise InputError(f"row {k}: color is {color!r}; {wanted}")
+            raise InputError(f"color must be 'red' or 'blue' without alpha3 and alpha4, got {color!r} in row {k}")
     return points_on_sheets(table["alpha1"], table["alpha2"], table["color"], coefficients)
 
 
 def is_closed(alpha: FloatArray) -> bool:
     """Return whether the last of two or more rows of angles is the first again; the first and the last two suffice.
 
-    Every reader of tables closes them by this rule. A measured period ends within its noise of where it began, which is
-    far less than the step before. An open table ends one step earlier. Where it comes to rest, that step is shorter
-    than the one before: 7 times if the distance to the end goes with τ³, less than 15 times if its angles are rounded
-    and differ, and 15 times with τ⁴.
+    Every reader of tables uses this rule. A measured period ends within its noise of the first row, which is far less
+    than the step before. An open table ends one step earlier. If it comes to rest there, that step is shorter than the
+    one before: 7 times if the distance to the end goes with τ³, up to 15 times with rounded angles, 15 times with τ⁴.
 
     >>> is_closed(np.array([[0.4], [0.5], [0.4 + 1e-6]])), is_closed(np.array([[0.4], [0.416], [0.401]]))
     (True, False)
@@ -266,14 +264,14 @@ def is_closed(alpha: FloatArray) -> bool:
 
 
 def closing_time(start: float, end: float, rows: int) -> float:
-    """Return when an open table is back at its first row: one mean step after its last one [s]."""
+    """Return the time at which an open table is back at its first row: one mean step after the last row [s]."""
     return end + (end - start) / max(rows - 1, 1)
 
 
 def stated_gait(table: Table, vehicle: Vehicle, numbers: Coefficients, crossing_tolerance: float) -> TimedGait | None:
-    """Return the timed gait that a table, or its first piece, states by corners, law and period; None if it does not.
+    """Return the timed gait whose corners, law and period a table, or its first piece, states; None without them.
 
-    It counts only where :func:`lies_on` holds of all rows: they may have been edited since. Colors are the rows' own.
+    Use it only if :func:`lies_on` holds for all rows, since they may have been edited. Colors are those of the rows.
     """
     about: dict[str, Any] = table.about
     if "corners" not in about or "t" not in table or "alpha3" not in table:
@@ -288,7 +286,7 @@ def stated_gait(table: Table, vehicle: Vehicle, numbers: Coefficients, crossing_
 
 
 def lies_on(timed: TimedGait, piece: Table, start: float) -> bool:
-    """Return whether rows are on a timed gait that begins at their time `start`, to the digits that are printed."""
+    """Return whether rows lie on a timed gait that begins at time `start`, to within their printed digits."""
     allowed = _ON_STATED + piece.digit_error + (_NANOSECOND + piece.digit_error) * timed.peaks(1)
     for k in range(0, len(piece), _ROWS_AT_ONCE):
         some = piece.rows(k, k + _ROWS_AT_ONCE)
@@ -298,9 +296,15 @@ def lies_on(timed: TimedGait, piece: Table, start: float) -> bool:
 
 
 def takes_the_period(timed: TimedGait, start: float, end: float, rows: int, digit_error: float) -> bool:
-    """Return whether a table of so many rows, from its times `start` to `end`, takes the period of a timed gait."""
+    """Return whether a table of some rows, with times from `start` to `end`, has the period of a timed gait."""
     off = min(abs(last - start - timed.period) for last in (end, closing_time(start, end, rows)))
     return bool(off <= digit_error + _NANOSECOND + _ON_STATED * timed.period)
+
+
+def wrong_types(table: Table, codes: npt.NDArray[np.int8]) -> npt.NDArray[np.bool_]:
+    """Return which rows state plane types that contradict their families."""
+    known = {text: types_from_text(text) for text in dict.fromkeys(table["types"])}
+    return types_contradict(np.array([known[text] for text in table["types"]]), codes)
 
 
 def _colors_of(alpha: FloatArray, coefficients: Coefficients) -> tuple[str, ...]:
@@ -312,13 +316,12 @@ def _colors_of(alpha: FloatArray, coefficients: Coefficients) -> tuple[str, ...]
 def closed_rows(
     table: Table, *, vehicle: VehicleLike | None = None, coefficients: CoefficientsLike | None = None
 ) -> tuple[Gait, FloatArray | None, TimedGait | None]:
-    """Return the closed polyline through a table's rows, when it passes them, and the timed gait that the table states.
+    """Return the closed polyline through a table's rows, its times, and the timed gait that the table states.
 
-    Rows without a color get that of the sheet or fibre they lie on, if each lies on one to within 2e-3 rad. The gait
-    keeps the request that made the table, if no other vehicle or coefficients are given; by default these are what the
-    table states, else the paper's vehicle. A last row that closes the table is no corner. The n + 1 times [s] end when
-    the gait is back at its first corner; None without a column t. The stated gait is None, with a warning, where rows
-    are not on it.
+    By default vehicle and coefficients are those of the table, else the paper's; the gait then keeps the request of the
+    table. Rows without colors get those of the sheets or fibres they lie on, if each lies on one to within 2e-3 rad. A
+    last row that closes the table is no corner. The n + 1 times [s] include the return to the first corner; None
+    without a column t. The stated gait is None if rows are not on it, with a warning.
 
     >>> columns = {"t": np.array([0, 1]), "alpha1": [0.4, 0.9], "alpha2": [-0.4, -0.4], "color": ("red", "red")}
     >>> gait, times, _ = closed_rows(Table(columns=columns))
@@ -327,14 +330,14 @@ def closed_rows(
     """
     request = table.about.get("request")
     request = dict(request) if isinstance(request, dict) and vehicle is None and coefficients is None else {}
-    vehicle, numbers, crossing_tolerance = surface_of(table, vehicle, coefficients)
+    vehicle, numbers, crossing = surface_of(table, vehicle, coefficients)
     alpha, t = tilt_angles(table, numbers), table.columns.get("t")
     if is_closed(alpha):
         alpha = alpha[:-1]
     elif t is not None:
         t = np.append(t, closing_time(t[0], t[-1], len(t)))
     colors = tuple(table["color"][: len(alpha)]) if "color" in table else _colors_of(alpha, numbers)
-    stated = stated_gait(table, vehicle, numbers, crossing_tolerance)
+    stated = stated_gait(table, vehicle, numbers, crossing)
     if stated is not None:
         start, end = table["t"][[0, -1]].tolist()
         if lies_on(stated, table, start) and takes_the_period(stated, start, end, len(table), table.digit_error):
@@ -342,15 +345,8 @@ def closed_rows(
         else:
             warnings.warn(OTHER_ROWS, FileWarning, stacklevel=2)
             stated = None
-    gait = Gait(
-        alpha=alpha,
-        colors=colors,
-        vehicle=vehicle,
-        coefficients=numbers,
-        crossing_tolerance=crossing_tolerance,
-        request=request,
-    )
-    return gait, t, stated
+    made: dict[str, Any] = {"vehicle": vehicle, "coefficients": numbers, "crossing_tolerance": crossing}
+    return Gait(alpha=alpha, colors=colors, request=request, **made), t, stated
 
 
 # -- Completing a table piece by piece
@@ -362,14 +358,14 @@ def completed_pieces(
     vehicle: VehicleLike | None = None,
     coefficients: CoefficientsLike | None = None,
 ) -> Callable[[], Iterator[Table]]:
-    """Return what yields a table completed: from t = 0, closed, with every column that follows from the others.
+    """Return a function that yields a table completed: from t = 0, closed, with all columns that can be computed.
 
-    Stated columns stay where all of their rows agree with the angles: R to within what its digits carry, types with
-    the color. Otherwise, or for another vehicle, they are computed. That takes a first pass over all pieces, at once,
-    and a second one each time the result is called. No more than two pieces are held at a time.
+    A stated column stays if all of its rows agree with the angles: R to within its digits, types with the color.
+    Otherwise, or for another vehicle, it is computed. This takes one pass over all pieces now, and another each time
+    the result is called. No more than two pieces are held at a time.
 
     Rows are joined by straight segments: unless all rates and accelerations are stated, rates are those just after each
-    row and accelerations are zero. `pieces` yields the same pieces each time: at least one row in all, with `t`.
+    row and accelerations are zero. `pieces` must yield the same pieces each time, in all one row or more, with `t`.
 
     >>> columns = {"t": [1, 2, 3], "alpha1": [0.4, 0.9, 0.9], "alpha2": [-0.4, -0.4, -0.8]}
     >>> columns |= {"alpha3": columns["alpha1"], "alpha4": columns["alpha2"]}
@@ -385,7 +381,7 @@ def completed_pieces(
         about.pop("request", None)  # the request was for something else
 
     def placed() -> Iterator[tuple[Table, FloatArray, npt.NDArray[np.int8]]]:
-        """Yield pieces, their tilt angles and each row's family, as stated or as it lies; 0 for none."""
+        """Yield pieces, their tilt angles, and the family of each row, as stated or by its place; 0 for none."""
         rows = code = 0
         for piece in pieces():
             alpha = tilt_angles(piece, numbers, rows_before=rows)
@@ -410,9 +406,7 @@ def completed_pieces(
             digits = 2 * level_determinant_resolution(alpha, numbers)
             keeps_R = "R" in piece and not (np.abs(piece["R"] - R_of(alpha)) > digits).any()
         if keeps_types:
-            known = {text: types_from_text(text) for text in set(piece.columns.get("types", ()))}
-            types = [known[text] for text in piece.columns.get("types", ())]
-            keeps_types = bool(types) and not types_contradict(np.array(types), codes).any()
+            keeps_types = "types" in piece and not wrong_types(piece, codes).any()
 
     def whole() -> Iterator[Table]:
         """Yield the pieces with t from 0 and all columns but rates and accelerations."""
@@ -431,7 +425,7 @@ def completed_pieces(
             yield Table(columns=columns, about=about)
 
     def closed() -> Iterator[Table]:
-        """Yield the whole pieces and a closing row, which replaces a last one that comes back to the first."""
+        """Yield the whole pieces and a closing row, which replaces a last row that repeats the first."""
         opening: Any = None
         left = count - returned
         for piece in whole():

@@ -104,10 +104,9 @@ def _shortest_in_region(
         if leg is None:
             parts = [region.region.component_of(waypoints[k]) for k in (first, second)]
             sizes = [f"{region.region.components[part].area:.3g}" for part in parts if part is not None]
-            wall = "the border of the admissible region: they lie in parts"
-            if branch.request.zones is not None:
-                wall = "keep_out and keep_in: they lie in parts of the admissible region"
-            return branch.separation((first, second), f"{wall} of {' and '.join(sizes)} rad²")
+            wall = "the border" if branch.request.zones is None else "keep_out or keep_in"
+            where = f"{wall}: they lie in different parts of the admissible region, of {' and '.join(sizes)} rad²"
+            return branch.separation((first, second), where)
         path += leg.points[:-1]
         bound += leg.lower_bound
     return tuple(path) or (waypoints[0],), order, bound, gap
@@ -156,21 +155,23 @@ def _most_robust_region(branch: Branch, use: Use) -> PreparedRegion:
 
 
 def with_nearest(obstacle: Obstacle, request: PlanRequest) -> Obstacle:
-    """Return an obstacle; at a waypoint, with the nearest points that the loop asked for may pass."""
+    """Return an obstacle; at a waypoint, with the nearest points that the loop may pass, or why there are none."""
+    from gaitgraph.surface.admissible import why_empty  # loads shapely
+
     if obstacle.kind != "waypoint":
         return obstacle
     region = region_of(request, obstacle.color, obstacle.sign, request.require)  # type: ignore[arg-type]
     point = request.waypoints[obstacle.waypoints[0] - 1]
     nearest = region.nearest(point)
     if nearest is None:
-        return obstacle
+        return replace(obstacle, message=f"{obstacle.message}; {why_empty(region, request.floor, request.vehicle)}")
     outside = np.flatnonzero(~region.contains(request.waypoints)).tolist()
     if len(outside) < 2:
         message = f"the nearest admissible point is {region.nearest_as_text(point)}"
     else:
-        listed = [f"{k + 1}: {region.nearest_as_text(request.waypoints[k])}" for k in outside[:_MOST_NEAREST]]
-        more = [f"{len(outside) - _MOST_NEAREST} more"] * (len(outside) > _MOST_NEAREST)
-        message = f"the nearest admissible points by waypoint are {', '.join([*listed, *more])}"
+        listed = [f"{region.nearest_as_text(request.waypoints[k])} for waypoint {k + 1}" for k in outside]
+        more = [f"and {len(outside) - _MOST_NEAREST} more"] * (len(outside) > _MOST_NEAREST)
+        message = f"the nearest admissible points are {', '.join([*listed[:_MOST_NEAREST], *more])}"
     return replace(obstacle, message=f"{obstacle.message}; {message}", nearest=nearest)
 
 

@@ -35,8 +35,7 @@ def notes_beside_the_grid(request: PlanRequest) -> list[str]:
         distance = max(abs(a - b) for a, b in zip(point, node, strict=True))
         if WAYPOINT_SNAP < distance < step / 50:
             place = ", ".join(map(text_from_angle, node))
-            beside = f"{distance:.1e} rad beside the grid node ({place})"
-            hints.append(f"waypoint {number} is {beside}, which costs extra corners")
+            hints.append(f"waypoint {number} is {distance:.1e} rad off the grid node ({place}), which adds corners")
     return hints
 
 
@@ -84,8 +83,8 @@ def _paths_of_color(
             edges = [(a, b) for a, b, data in graph.edges(data=True) if allowed(data)]
             view = nx.Graph([*edges, *((nodes[0], nodes[0]) for nodes in stops)])
             counts = tuple(len(nx.node_connected_component(view, stops[k][0])) for k in ends)
-            wall = "the keep_out and keep_in polygons, or the grid," if request.zones else "the grid"
-            wall += f" of {request.divisions} divisions: more divisions may join them"
+            wall = f"{'keep_out, keep_in or ' if request.zones else ''}the grid of {request.divisions} divisions"
+            wall += ": try more divisions"
             return branch.separation(ends, wall, counts)
     return found
 

@@ -90,7 +90,7 @@ class PlanRequest:
 
     def __post_init__(self) -> None:
         if str(self.objective) == "thrust":  # which earlier versions had
-            advice = "use: gaitgraph optimize --objective hover_reserve, gg.optimal_gait(objective='hover_reserve')"
+            advice = "use gaitgraph optimize --objective hover_reserve, or gg.optimal_gait(objective='hover_reserve')"
             raise InputError(f"objective must be one of {', '.join(CHOICES['objective'])}, got 'thrust'; {advice}")
         for name, words in CHOICES.items():
             checked_choice(name, getattr(self, name), words)
@@ -236,12 +236,9 @@ def stated_request(path: str | Path) -> dict[str, Any]:
     if isinstance(about.get("request"), dict):
         return dict(about["request"])
     maker = about.get("made_by")
-    why = f": {shown(maker)[1:-1]} made it, which plan does not repeat" if isinstance(maker, str) else ""
+    why = f" (it was made by {shown(maker)[1:-1]})" if isinstance(maker, str) else ""
     with naming_file(path, "request file" if suffix in (".toml", ".json") else "gait file"):
-        raise InputError(
-            f"it states no request that made it{why}, so there is nothing to plan again: give a request, or "
-            "the gait file of a planned gait"
-        )
+        raise InputError(f"the file must hold a request, as gait files of plan do, got none{why}")
 
 
 def colorings_of_file(

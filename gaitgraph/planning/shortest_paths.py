@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 from fractions import Fraction
 from heapq import heappop, heappush
+from itertools import compress
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -34,6 +35,7 @@ Point = tuple[float, float]
 _ORIENTATION_ERROR = 3.3306690738754716e-16  # (3 + 16·2⁻⁵³)·2⁻⁵³, Shewchuk's bound for the determinant below
 _TOLERANCE = 1e-9
 _DIRECT = -1
+_FEW = 12  # lines, up to which it is quicker to test each in shapely than to widen cones around a corner
 _SMALL = 1e-7  # what a side of length zero counts as, so that lengths of loops are smooth
 _ROUNDING = 1e-14  # of an orientation, per square of the largest coordinate: more than floating point leaves
 
@@ -238,12 +240,14 @@ class ShortestPaths:
         """Return the corners to which a path may go on from a corner, with distances."""
         if corner not in self._views:
             place, others = self._points[corner], self._tangent(corner)
-            inside = self._in_region([(place, self._points[other]) for other in others])
-            self._views[corner] = tuple(
-                (other, math.dist(place, self._points[other]))
-                for other, there in zip(others, inside, strict=True)
-                if there
-            )
+            if len(others) > _FEW:
+                around = [t for t in self._containers(place) if corner in self._triangles[t]]
+                seen = self._seen(place, around, None)
+                others = [other for other in others if other in seen]
+            else:
+                inside = self._in_region([(place, self._points[other]) for other in others])
+                others = [*compress(others, inside)]
+            self._views[corner] = tuple((other, math.dist(place, self._points[other])) for other in others)
         return self._views[corner]
 
     def path(self, start: npt.ArrayLike, end: npt.ArrayLike) -> FloatArray | None:

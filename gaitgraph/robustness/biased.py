@@ -1,4 +1,4 @@
-"""A gait's robustness to attitude, beside that of its biased gaits; with exact coefficients unless others are asked."""
+"""Robustness of a gait to attitude, beside that of its biased gaits; by default with exact coefficients."""
 
 from __future__ import annotations
 
@@ -48,12 +48,12 @@ class Robustness:
     """The robustness of one gait, biased or not.
 
     `scaling` is "none"; "biased", α3 and α4 times `eta` as in equations (12) to (15); "scaled", all four times `eta`.
-    `margin` brackets the least tilt margin over the period, or says why there is none; it is at `where`, and
+    `margin` brackets the least tilt margin over the period, or has the reason why there is none. It is at `where`, and
     `direction` is (roll, pitch) of the singular attitude nearest to level there [rad], None if all are equally near or
-    there is no margin. `acceptable` are the attitudes at which the gait is never singular. `singular_value` brackets,
-    (lower, upper), the least singular value at the worst attitude within `tilt` [rad]; it is at `singular_where`, at
-    (roll, pitch) `singular_attitude`. `curves` are singular curves at places spread evenly over the gait; `noun` is
-    the word for a point of it in texts, "corner" or "row".
+    there is no margin. `acceptable` are the attitudes at which the gait is never singular. `singular_value` is the
+    bracket (lower, upper) of the least singular value at the worst attitude within `tilt` [rad]: at `singular_where`
+    and (roll, pitch) `singular_attitude`. `curves` are singular curves at places spread evenly over the gait. `noun` is
+    the word for its points in texts, "corner" or "row".
     """
 
     scaling: Scaling
@@ -76,7 +76,7 @@ class Robustness:
 
     @property
     def name(self) -> str:
-        """Name of the gait in texts: "the gait itself", or how it was scaled."""
+        """Name of the gait in texts, such as "the gait itself" or "biased by 0.8"."""
         return "the gait itself" if self.scaling == "none" else f"{self.scaling} by {self.eta:g}"
 
     def as_mapping(self) -> dict[str, Any]:
@@ -114,7 +114,7 @@ class Robustness:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobustnessReport:
-    """The robustness of a gait, and of its biased gaits, then of the scaled ones, each in the given order."""
+    """The robustness of a gait, and in `sweep` of its biased gaits, then of the scaled ones, in the given order."""
 
     gait: Robustness
     sweep: tuple[Robustness, ...]
@@ -149,7 +149,7 @@ class RobustnessReport:
 
 
 def _details(one: Robustness) -> list[str]:
-    """Return where the least margin and the least singular value are, and why, as lines of text."""
+    """Return the least margin, the acceptable attitudes and the least singular value as lines of text."""
     place = one.where.described(one.noun)
     if one.tilt_margin is None:
         return [f"no tilt margin, no acceptable attitudes: {one.margin.reason}, at {place}"]
@@ -197,28 +197,28 @@ def robustness_of(
 ) -> RobustnessReport:
     """Return how robust to attitude a gait is, and the same for the gait scaled by each η.
 
-    InputError or FileProblem is raised if a value is not allowed, or a file cannot be read as a gait table.
+    Raises InputError if a value is wrong, and FileProblem if a file cannot be read as a gait table.
 
     Parameters
     ----------
     gait
         A gait in any form, see :func:`gaitgraph.io.formats.given_gait`, on the surfaces or off them; closed.
     bias, scale
-        η by which α3 and α4, equations (12) to (15), or all four angles are scaled, each in (0, 1]; any number of them.
+        One or more η in (0, 1] by which α3 and α4, equations (12) to (15), or all four angles are scaled.
     tilt
         Tilt within which the least singular value is computed, in [0, π/2) [rad].
     vehicle, coefficients
         By default the vehicle of the gait, table or file, else the paper's, and "exact" coefficients of formula (1) for
         margins and attitudes. Singular values are always exact.
     tolerance
-        Largest fraction of the roll–pitch diagram that the acceptable attitudes may lack.
+        Largest fraction of the roll–pitch diagram by which the acceptable attitudes may be too small.
     angle_rounding
         Assumed error of each angle [rad]; by default inferred from the digits of the table, the rounding of the paper's
-        coefficients, and the distance of the rows from a sheet that they lie on, as in :func:`gaitgraph.validate`.
+        coefficients, and the distance of the rows from their sheet, as in :func:`gaitgraph.validate`.
     curves
-        Number of locations for which singular curves are returned.
+        Number of singular curves, at places spread evenly over the gait.
     progress
-        Called with a short text before each gait of the sweep and the gait itself.
+        Called with a short text before each gait.
 
     Examples
     --------
@@ -248,7 +248,6 @@ def robustness_of(
         value, singular_where, attitude = (0.0, 0.0), where, direction or (0.0, 0.0)
         if margin.exists and margin.upper > tilt:
             value, singular_where, attitude = _least_singular_value(moved, tilt, body)
-        places = _spread(moved, curves)
         found.append(
             Robustness(
                 scaling=scaling,
@@ -261,7 +260,9 @@ def robustness_of(
                 singular_value=value,
                 singular_where=singular_where,
                 singular_attitude=attitude,
-                curves=tuple((at, singular_curve(at.alpha, numbers, angle_rounding=rounding)) for at in places),
+                curves=tuple(
+                    (at, singular_curve(at.alpha, numbers, angle_rounding=rounding)) for at in _spread(moved, curves)
+                ),
                 noun=noun,
             )
         )
@@ -311,7 +312,7 @@ def _least_singular_value(
 
 
 def _near_the_least(segments: Segments, value: Value, bound: Bound) -> npt.NDArray[np.intp]:
-    """Return the segments that may hold the least of a costly value: values at a few rows exclude most of a long table.
+    """Return the segments that may hold the least of a costly value; values at a few rows exclude most segments.
 
     The bound holds between any two points.
     """
@@ -329,7 +330,7 @@ def _near_the_least(segments: Segments, value: Value, bound: Bound) -> npt.NDArr
 
 
 def _spread(segments: Segments, count: int) -> list[GaitPoint]:
-    """Return locations spread evenly along a closed gait; one if the gait is a point."""
+    """Return places spread evenly along a closed gait; one if the gait is a point."""
     size = np.linalg.norm(segments.ends - segments.starts, axis=1)
     before = np.concatenate([[0.0], np.cumsum(size)])
     if not before[-1]:

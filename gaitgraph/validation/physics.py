@@ -40,11 +40,11 @@ _BLOCK = 1 << 14
 
 @dataclass
 class _LevelSign(Rule):
-    """Proposition 1: R has one sign, judged against what the digits of coefficients and angles carry."""
+    """Proposition 1: R has one sign, beyond the error that the digits of coefficients and angles leave."""
 
     name = "R_sign"
     continuous: Continuous
-    # Which sign R has is known at the end: that of the largest |R| at a point.
+    # The sign of R is that of the largest |R| at a point, known at the end.
     worst: dict[float, Worst] = field(default_factory=lambda: {1.0: Worst(), -1.0: Worst()})
     found: dict[float, bool] = field(default_factory=lambda: {1.0: False, -1.0: False})  # for certain, at a point
     largest: float = 0.0
@@ -81,7 +81,7 @@ class _LevelSign(Rule):
             worst.update(found, block)
 
     def _carried(self, digits: Any, slope: Any, inferred: Any) -> Any:
-        """Return how large |R| must be for its sign to mean something, to second order in the rounding of angles."""
+        """Return the error of R, to second order in the rounding of angles; |R| must exceed it to have a sign."""
         coefficients, known = self.criteria.coefficients, self.criteria.angle_rounding
         rounding = np.maximum(inferred, self.criteria.digit_error) if known is None else known
         derived = coefficients.sheet_error
@@ -156,7 +156,7 @@ class _SingularValue(Rule):
 
 @dataclass
 class _HoverThrust(Rule):
-    """The thrusts that carry the weight without torque are positive, and within the vehicle's limit."""
+    """The thrusts that carry the weight without torque are positive and within the vehicle's limit."""
 
     name = "hover_thrust"
     kind = "flyable"
@@ -194,7 +194,7 @@ class _HoverThrust(Rule):
             self.broken = (float(shares[worst].min()), block.place(segment + worst))
 
     def _shares(self) -> tuple[float, float]:
-        """Return the least and the largest share of m·g; of a curve bounds of them, and 0 where a rotor may idle.
+        """Return the least and the largest share of m·g; for a curve their bounds, and 0 if a rotor may idle.
 
         On red each factor of the zero-moment inputs depends on one coordinate, so the diagonal of the box around a
         curve decides for all of it. There T1/(m·g) = |sin β2|/(2D) with D = |sin β2| cos α1 + |sin β1| cos α2 =
@@ -252,7 +252,7 @@ class _HoverThrust(Rule):
 
 @dataclass
 class _TiltRange(Rule):
-    """No arm tilts beyond the vehicle's limit; along a straight segment each angle is largest at an end."""
+    """All tilts are within the vehicle's limit; along a straight segment each angle is largest at an end."""
 
     name = "tilt_range"
     kind = "flyable"
@@ -333,7 +333,7 @@ class _Reachability:
         self.off_red = max(self.off_red, float(distance_to_multiple(opposite, math.pi).max()))
 
     def answer(self) -> tuple[bool | None, str]:
-        """Return yes, no or unknown, and a sentence."""
+        """Return True, False or None for undecided, and the reason."""
         limit = 2 * self.vehicle.signed_drag_ratio
         home = f"the component of α = 0 (tan α1 − tan α2 {'<' if limit > 0 else '>'} {limit:.4f})"
         enters = "the component of α = 0: a flight from hover can enter and leave it"

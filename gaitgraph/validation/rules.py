@@ -1,10 +1,8 @@
 """What rules share, and those of the paper's tables: on the surface, two-color, continuous.
 
-Each rule holds along the segments of a gait, by closed form or a bound.
-
-A gait is a closed polyline. It may be too long for memory, so it is judged in
-blocks of consecutive segments. A smooth curve is judged by its chords: what it may differ from them by is taken off
-each bound.
+Each rule holds along the segments of a gait, a closed polyline, by closed form or a bound. A gait may be too long for
+memory, so rules examine blocks of consecutive segments. A smooth curve is checked by its chords: each bound is reduced
+by the largest effect of the distance between them.
 """
 
 from __future__ import annotations
@@ -45,7 +43,7 @@ _TAKE_ROOTS = "take (α3, α4) from the roots of (α1, α2)"
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Criteria:
-    """What a gait is for, and the limits it is judged by, as in :func:`gaitgraph.validation.validating.check_gait`."""
+    """Vehicle, coefficients and limits of the checks; see :func:`gaitgraph.validation.validating.check_gait`."""
 
     vehicle: Vehicle
     coefficients: Coefficients
@@ -67,19 +65,19 @@ class Criteria:
 
     @property
     def bracket(self) -> float:
-        """How narrow brackets of singular values and thrusts must be; those of a curve are reported."""
+        """Largest width of the brackets of singular values and thrusts; for a curve their bounds are reported."""
         return 1e-6 if self.beside else 1e-4
 
     @property
     def singular_value_slack(self) -> float:
-        """By how much the least singular value may be less on a curve: at most √(2 + κ²) per radian of four angles."""
+        """The most that the least singular value is lower on a curve: at most √(2 + κ²) per radian of four angles."""
         return math.sqrt(2.0 * (2.0 + self.vehicle.drag_ratio**2)) * self.beside
 
     def level_slack(self, coefficients: Coefficients) -> float:
-        """Return by how much R may be less on a curve than on its chords.
+        """Return the most that R is lower on a curve than on its chords.
 
-        R is bilinear in the features of both pairs, each of norm √2 at most, as their slopes are; four angles move, by
-        2√2·beside in sum.
+        R is bilinear in the features of both pairs. Their norms and their slopes are at most √2, and the four angles
+        move by 2√2·beside in sum.
         """
         return 2.0 * float(np.linalg.norm(coefficients.bilinear_form, 2)) * math.sqrt(8.0) * self.beside
 
@@ -89,11 +87,11 @@ class Segments:
     """Consecutive straight segments of a gait."""
 
     alpha: FloatArray  # the points, shape (m + 1, 4) [rad]; a single point has no segment
-    # As what each point is colored, shape (m + 1,): +1 red, −1 blue, 2 the first fibre, 3 the second, 0 none.
+    # The color of each point, shape (m + 1,): +1 red, −1 blue, 2 the first fibre, 3 the second, 0 none.
     sheet: npt.NDArray[np.int8]
-    number: IntArray  # of each point in the gait, counted from 1; 1 again where a segment closes the gait
+    number: IntArray  # number of each point in the gait, from 1; 1 again at the end of the closing segment
     t: FloatArray | None = None  # times, shape (m + 1,) [s]
-    first_t: float | None = None  # time of the point 1, which is not when the closing segment ends [s]
+    first_t: float | None = None  # time of point 1; the closing segment ends later [s]
 
     def __getitem__(self, part: slice) -> Segments:
         """Return consecutive points, as a slice of step 1."""
@@ -140,14 +138,14 @@ def segments_of(gait: Gait) -> Segments:
 
 @dataclass
 class Worst:
-    """The bracket of the least of a quantity over all segments so far, and where its upper end is attained."""
+    """The bracket of the least value over all segments so far, and the place where its upper end is attained."""
 
     lower: float = math.inf
     upper: float = math.inf
     place: GaitPoint | None = None
 
     def update(self, least: Least, block: Segments) -> None:
-        """Include what was found along segments."""
+        """Include the least value along further segments."""
         lower, upper, segment, fraction = least.worst()
         self.lower = min(self.lower, lower)
         if upper < self.upper or self.place is None:
@@ -156,7 +154,7 @@ class Worst:
 
 @dataclass
 class Peak:
-    """The largest size of an angle or of a derivative, of which of the four joints, and where."""
+    """The largest absolute angle or derivative, its joint (1 to 4) and place."""
 
     value: float = 0.0
     joint: int = 1
@@ -172,10 +170,10 @@ class Peak:
 
 @dataclass
 class Rule(ABC):
-    """What all rules share: they are updated with blocks of segments in order, and yield their checks at the end.
+    """Base of the rules: they take blocks of segments in order, and yield their checks at the end.
 
-    How the segments are split into blocks makes no difference to a verdict. A rule of flyable has the rule `continuous`
-    beside it, which knows what the points lie on.
+    Verdicts do not depend on the blocks. Rules of flyable also read the rule `continuous`, which knows the sheets of
+    the points.
     """
 
     criteria: Criteria
@@ -191,7 +189,7 @@ class Rule(ABC):
         """Yield what was found, after at least one update."""
 
     def check(self, ok: bool, message: str, *, place: GaitPoint | None = None, **values: Any) -> Check:
-        """Return the check of this name, unless the values have another, with its place as plain values."""
+        """Return the check of this rule, or of the name in `values`, with its place as plain values."""
         where = None if place is None else place.as_mapping(self.criteria.noun)
         return Check(**{"name": self.name, "kind": self.kind, "ok": ok, "message": message, "where": where, **values})
 
@@ -200,7 +198,7 @@ class Rule(ABC):
         return "" if place is None else place.described(self.criteria.noun)
 
     def compared(self, found: str, limit: str, place: GaitPoint | None, advice: str) -> str:
-        """Return what was found and its limit in words; with advice, for a broken rule, where and what would help."""
+        """Return what was found and its limit in words; for a broken rule, which has advice, the place too."""
         return f"{found} at {self.described(place)}, limit {limit}: {advice}" if advice else f"{found}, limit {limit}"
 
 
@@ -267,18 +265,18 @@ class TwoColor(Rule):
 
 @dataclass
 class Continuous(Rule):
-    """Every point lies on the sheet of its color, and every segment stays there. Other rules ask it what it found."""
+    """Every point lies on the sheet of its color, and every segment stays there. Other rules read the results."""
 
     name = "continuous"
     bare: GaitPoint | None = None  # the first point off the surfaces
-    inferred_error: float = 0.0  # the largest distance from a sheet that the tolerance takes for rounding
+    inferred_error: float = 0.0  # the largest distance from a sheet within the tolerance
     inferred_errors: FloatArray = field(default_factory=lambda: np.zeros(0))  # of each point of the latest block
     blue: bool = False  # whether a point lies on the blue sheet alone, whatever its color
     fiber: tuple[int, GaitPoint] | None = None  # the first point colored as a fibre: which, and its place
     distance: float = 0.0  # the point that is farthest off the sheet of its color
     off_sheet: str = ""
     farthest: GaitPoint | None = None
-    ratio: float = -1.0  # the largest jump beside its limit
+    ratio: float = -1.0  # the largest jump divided by its limit
     jump: float = 0.0
     limit: float = 0.0
     changes: bool = False  # of color
@@ -315,8 +313,8 @@ class Continuous(Rule):
                 self.off_sheet += f", on the {others[0]} one"
         # How far segments leave the sheets of their ends.
         sizes = family_jumps(block.starts, block.ends, sheet[:-1], sheet[1:], criteria.coefficients)
-        # Within one color, printed digits may move a segment off its sheet as far as the surface check allows; along a
-        # fibre too, whose line with the red sheet is on both.
+        # Within one color, and along a fibre, whose line with the red sheet is on both, printed digits may move a
+        # segment off its sheet by the tolerance.
         along = (sheet[:-1] == sheet[1:]) | fibered[:-1] | fibered[1:]
         limits = np.where(along, criteria.tolerance, EXACT)
         ratios = sizes / np.maximum(limits, EXACT)
