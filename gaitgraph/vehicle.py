@@ -17,6 +17,7 @@ from dataclasses import MISSING, dataclass, fields
 from pathlib import Path
 from typing import Any, Literal, TypedDict, Unpack, get_args
 
+from gaitgraph._lazy import Pictured
 from gaitgraph.angles import angle_from_text, angle_within, number_of, text_from_angle
 from gaitgraph.errors import InputError, MissingConstant, check_fields, checked_choice, did_you_mean, shown
 from gaitgraph.files import from_toml_file
@@ -70,7 +71,7 @@ class Constants(TypedDict, total=False):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, init=False)
-class Vehicle:
+class Vehicle(Pictured):
     """The constants of one tilt-rotor; immutable, in SI units.
 
     Unknown constants are None. The drag ratio must be known: give Kf, Km and the arm length, or Km/Kf and the arm
@@ -250,11 +251,6 @@ class Vehicle:
             unit = UNITS.get(name, "rad" if name in _ANGLES else "").removeprefix("dimensionless")
             lines.append(f"  {name.replace('_', ' '):<22} {text} {unit}".rstrip())
         return "\n".join(lines)
-
-    def _repr_html_(self) -> str:
-        from gaitgraph.plots.notebook import html_of
-
-        return html_of(self)
 
 
 _DEFAULTS = {field.name: None if field.default is MISSING else field.default for field in fields(Vehicle)}

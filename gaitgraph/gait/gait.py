@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from gaitgraph._lazy import Pictured
 from gaitgraph.angles import angles_from, checked_number, text_from_angle, whole_number
 from gaitgraph.errors import InputError, shown
 from gaitgraph.invertibility.matrices import (
@@ -46,7 +47,7 @@ _STRAIGHT = 1e-9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, init=False, eq=False)
-class Gait:
+class Gait(Pictured):
     """A closed polyline of tilt angles, with a color for each corner and a direction; :meth:`check` validates it.
 
     Parameters
@@ -259,11 +260,6 @@ class Gait:
             angles = "".join(f"{text_from_angle(float(angle)):>10}" for angle in alpha)
             lines.append(f"  {k + 1:>4}  {angles}" + (f"     {types[k]}" if types else ""))
         return lines if corners <= most else [*lines, f"     … and {corners - most} more"]
-
-    def _repr_html_(self) -> str:
-        from gaitgraph.plots.notebook import html_of
-
-        return html_of(self)
 
 
 def lift(

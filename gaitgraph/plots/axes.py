@@ -25,19 +25,36 @@ Format = Literal["png", "svg", "pdf"]
 FORMATS: tuple[Format, ...] = get_args(Format)
 """File formats of pictures."""
 
-RED, BLUE = "#e0301e", "#0b3c9c"  # the two sheets; red is lighter than blue also in a grey print
+PALETTE: dict[str, tuple[str, str]] = {
+    "alpha1": ("#d27c00", "#ffc14d"),
+    "alpha2": ("#3a9ad6", "#a6dcff"),
+    "alpha3": ("#00543c", "#14906e"),
+    "alpha4": ("#7a2a82", "#c56cc4"),
+    "red": ("#d22a17", "#ff7c68"),
+    "blue": ("#12429f", "#86abff"),
+    "shade-positive": ("#f7dc94", "#5c4a17"),
+    "shade-negative": ("#c9cede", "#343c57"),
+    "yes": ("#0b6b4f", "#5fd0a6"),
+    "partly": ("#8f5600", "#f0b040"),
+    "no": ("#8c1183", "#f082e6"),
+}
+"""Colors of plots, films and the explorer on a light and on a dark background: of rotors, sheets, signs of
+R, and verdicts. They are safe for colour-blind readers; markers and dashes say the same without color."""
+
+ROTOR_COLORS = tuple(PALETTE[f"alpha{k}"][0] for k in (1, 2, 3, 4))
+RED, BLUE, POSITIVE, NEGATIVE = (PALETTE[name][0] for name in ("red", "blue", "shade-positive", "shade-negative"))
 GREY = "#8a8a8a"  # of singular points, and of missing data
 COLOR_OF = {"red": RED, "blue": BLUE}
 MARKER_OF = {"red": "s", "blue": "o"}
 INCH = 25.4  # mm
+_LEGEND: dict[str, Any] = {"fontsize": 7.5, "frameon": False}
 
 STYLE: Any = {
     # Fonts that come with matplotlib: text looks the same on every machine.
     "font.family": ["DejaVu Sans"],
     "mathtext.fontset": "dejavusans",
     **dict.fromkeys(("font.size", "axes.titlesize", "axes.labelsize"), 8.0),
-    **dict.fromkeys(("xtick.labelsize", "ytick.labelsize", "legend.fontsize"), 7.5),
-    "legend.frameon": False,
+    **dict.fromkeys(("xtick.labelsize", "ytick.labelsize"), 7.5),
     "legend.handlelength": 1.6,
     **dict.fromkeys(("axes.linewidth", "xtick.major.width", "ytick.major.width"), 0.6),
     **dict.fromkeys(("grid.linewidth", "hatch.linewidth"), 0.4),
@@ -86,10 +103,10 @@ def blank_figure(width: float, height: float, layout: Any = "constrained", *, py
 
     if pyplot:
         from matplotlib.pyplot import figure as Figure  # type: ignore[assignment] # noqa: N812
-    return Figure(figsize=(width / INCH, height / INCH), layout=layout)
+    return Figure(figsize=(width / INCH, height / INCH), layout=layout, dpi=150 if pyplot else None)
 
 
-def axes_or_new(ax: Axes | None, *, size: tuple[float, float] = (85.0, 80.0)) -> Axes:
+def axes_or_new(ax: Axes | None, *, size: tuple[float, float] = (152.4, 127.0)) -> Axes:
     """Return the given two-dimensional axes, or those of a new pyplot figure of a size [mm]."""
     if ax is None:
         return blank_figure(*size, pyplot=True).add_subplot()
@@ -145,7 +162,8 @@ def legend_above(ax: Any, *, columns: int, over: float = 5.0) -> None:
         ncols=columns,
         columnspacing=1.2,
         handletextpad=0.4,
-        borderaxespad=over / STYLE["legend.fontsize"],
+        borderaxespad=over / _LEGEND["fontsize"],
+        **_LEGEND,
     )
     for line in ax.get_legend().get_lines():
         line.set_linewidth(min(line.get_linewidth(), 6.0))
@@ -153,7 +171,12 @@ def legend_above(ax: Any, *, columns: int, over: float = 5.0) -> None:
 
 def legend_below(ax: Axes, **options: Any) -> None:
     """Put a legend below the label of axes' x axis."""
-    ax.legend(loc="upper center", bbox_to_anchor=(0.5, 0.0), borderaxespad=32.0 / STYLE["legend.fontsize"], **options)
+    at: dict[str, Any] = {
+        "loc": "upper center",
+        "bbox_to_anchor": (0.5, 0.0),
+        "borderaxespad": 32.0 / _LEGEND["fontsize"],
+    }
+    ax.legend(**at, **_LEGEND, **options)
 
 
 def draw_arrow(ax: Any, start: Any, end: Any, color: str, *, width: float = 1.0, size: float = 9.0, **look: Any) -> Any:

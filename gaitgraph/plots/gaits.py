@@ -8,8 +8,9 @@ from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import shapely
 
-from gaitgraph.angles import HALF_PI, whole_number
+from gaitgraph.angles import HALF_PI, percent, whole_number
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.table import Table
 from gaitgraph.invertibility.matrices import Coefficients, FloatArray, coefficients_of
@@ -21,6 +22,7 @@ from gaitgraph.plots.axes import (
     INCH,
     MARKER_OF,
     RED,
+    ROTOR_COLORS,
     angle_axis,
     axes_or_new,
     blank_figure,
@@ -48,14 +50,15 @@ if TYPE_CHECKING:
     from gaitgraph.surface.sheets import Sign
 
 # Opposite rotors have the same angle on the red sheet: they differ in width, so that both curves are visible.
-ANGLE_LOOKS: tuple[dict[str, Any], ...] = (
-    {"color": "#e69f00", "linewidth": 3.2},
-    {"color": "#56b4e9", "linewidth": 3.2},
-    {"color": "black", "linewidth": 1.1, "linestyle": (0, (5, 2))},
-    {"color": "black", "linewidth": 1.1, "linestyle": (0, (1, 1.2))},
+ANGLE_LOOKS: tuple[dict[str, Any], ...] = tuple(
+    {"color": color, "linewidth": width, "linestyle": dash}
+    for color, width, dash in zip(
+        ROTOR_COLORS, (3.4, 3.4, 1.3, 1.3), ("-", (0, (3, 0.7)), (0, (5, 2)), (0, (1, 1.2))), strict=True
+    )
 )
 _DASHES: dict[str, Any] = {"blue": (0, (3, 1.2)), "none": (0, (1, 1))}  # "none": off the surfaces
 _PALE = {"red": "#fcd4cd", "blue": "#9fb3e8"}
+_INSIDE = shapely.box(*(-HALF_PI + 1e-6,) * 2, *(HALF_PI - 1e-6,) * 2)  # the roll–pitch square without its sides
 
 
 def gait_loop(
@@ -101,7 +104,7 @@ def gait_loop(
         # The arrow is on the first long segment, off its middle, where a grid node may be.
         longest = int(np.argmax(lengths > 0.75 * lengths.max()))
         tail = starts[longest] + 0.36 * steps[longest]
-        draw_arrow(ax, tail, tail + 0.03 * steps[longest], ink[longest], width=0.0, size=14 if band else 10)
+        draw_arrow(ax, tail, tail + 0.03 * steps[longest], ink[longest], width=0.0, size=14 if band else 6 + 4 * width)
     if fresh:
         plane_axes(ax, rf"\alpha_{angles[0]}", rf"\alpha_{angles[1]}")
     return ax
@@ -113,15 +116,15 @@ def roll_pitch_diagram(
     """Draw the attitudes at which a gait is singular, and those of its biased gait (Figures 18 to 22).
 
     As in the paper the gait is red and solid, its biased gait blue and dashed. Thin lines are the singular attitudes at
-    `count` equally spaced times of a period. Thick lines enclose the attitudes around level flight that are never
-    singular. The gait's coefficients are taken as exact: with the published ones blue gaits have a sign of R.
+    `count` equally spaced times of a period. Shaded are the attitudes around level flight at which it is
+    never singular. The gait's coefficients are taken as exact: with the published ones blue gaits have a sign of R.
 
     `eta` is η of the biased gait, equations (14) and (15); without it only the gait is drawn. `name` is the gait's name
-    in the legend. Singular curves have the ``gid`` "singular", borders "acceptable".
+    in the legend. Singular curves have the ``gid`` "singular", shaded areas "acceptable", their borders "border".
     """
     whole_number("count", count, 1, 10_000)
     gait = gait_of(gait)
-    ax = axes_or_new(ax, size=(85, 95))
+    ax = axes_or_new(ax)
     numbers = as_if_exact(gait.coefficients)
     gaits: list[tuple[Gait, str, str, Any]] = [(gait, name, RED, "-")]
     if eta is not None:
@@ -159,7 +162,7 @@ def draw_attitudes(
     kinds = {curve.kind for curve in curves}
     empty = around.polygon.is_empty
     if verdict:
-        words = f"{100 * around.fraction:.1f} % acceptable" if not empty else "level flight singular at times"
+        words = f"{percent(around.fraction)} acceptable" if not empty else "level flight singular at times"
         words = "no singular attitude" if kinds == {"none"} else words
         label += f":\n{'singular at every attitude' if 'everywhere' in kinds else words}"
     if "everywhere" in kinds:
@@ -170,8 +173,15 @@ def draw_attitudes(
     for curve in curves:
         if curve.kind == "curve":
             ax.plot(*curve.points().T, color=color, linestyle=dash, linewidth=0.5, alpha=0.8, gid="singular", zorder=2)
-    corners = np.zeros((0, 2)) if empty else np.asarray(around.polygon.exterior.coords)
-    ax.plot(*corners.T, color=color, linestyle=dash, linewidth=2.0, gid="acceptable", label=label, zorder=3)
+    if not empty:
+        ax.fill(*np.asarray(around.polygon.exterior.coords).T, color=color, alpha=0.12, linewidth=0.0, gid="acceptable")
+    # The border without the sides of the square, where nothing is singular.
+    border = shapely.line_merge(around.polygon.exterior.intersection(_INSIDE)) if not empty else shapely.LineString()
+    thick: dict[str, Any] = {"color": color, "linestyle": dash, "linewidth": 2.0, "zorder": 3}
+    for part in shapely.get_parts(border):
+        ax.plot(*np.asarray(part.coords).T, gid="border", **thick)
+    face = "none" if empty else (color, 0.12)
+    ax.fill([], [], facecolor=face, edgecolor=color, linestyle=dash, linewidth=1.2, label=label)  # for the legend
 
 
 def finish_diagram(ax: Axes) -> None:
@@ -179,7 +189,7 @@ def finish_diagram(ax: Axes) -> None:
     ax.plot(0, 0, marker="+", markersize=6, color="black", linestyle="none", zorder=6)
     plane_axes(ax, r"\phi", r"\theta", grid=False)
     ax.set(xlabel=r"roll $\phi$ (rad)", ylabel=r"pitch $\theta$ (rad)")
-    legend_below(ax)
+    legend_below(ax, ncols=2)
 
 
 def gait_in_four_dimensions(
@@ -264,7 +274,7 @@ def basin_map(basin: Basin, *, name: str = "", ax: Axes | None = None) -> Axes:
     means that all flights from the attitude settled; otherwise the mark is that of the first flight that did not, in
     the order of take-off. Marks have the ``gid`` "outcome".
     """
-    ax = axes_or_new(ax, size=(85, 105))
+    ax = axes_or_new(ax)
     gait = basin.timed.gait
     exact = coefficients_of(gait.vehicle, "exact")
     label = f"acceptable: {int(basin.inside.sum())} of {basin.inside.size} attitudes"
@@ -278,7 +288,7 @@ def basin_map(basin: Basin, *, name: str = "", ax: Axes | None = None) -> Axes:
             drawn = look | {"markersize": look["markersize"] * smaller, "linestyle": "none", "zorder": 4}
             label = f"{_WORDS.get(outcome, outcome)}: {len(roll)}"
             ax.plot(basin.angles[roll], basin.angles[pitch], label=label, gid="outcome", **drawn)
-    ax.set_title(f"{name or basin.name}\n{100 * basin.fraction:.1f} % of {basin.worst.size} attitudes settled")
+    ax.set_title(f"{name or basin.name}\n{percent(basin.fraction)} of {basin.worst.size} attitudes settled")
     legend_below(ax)
     return ax
 

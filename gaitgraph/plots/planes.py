@@ -20,6 +20,8 @@ from gaitgraph.plots.axes import (
     COLOR_OF,
     GREY,
     MARKER_OF,
+    NEGATIVE,
+    POSITIVE,
     RED,
     angle_axis,
     axes_or_new,
@@ -45,7 +47,6 @@ _SHEET = {"red": 1, "blue": -1}
 _SIGN = {"positive": 1, "negative": -1}
 _SINGULAR = "R = 0 to rounding: singular"
 _TIE = 12  # decimals [rad] to which α3 of two roots is compared
-_POSITIVE, _NEGATIVE = "#fff1b8", "#dcdce6"  # where R > 0 and R < 0
 _ROUNDED_BOX = "round,pad=0.5,rounding_size=0.6"
 
 
@@ -175,7 +176,7 @@ def adjacency_rule(of: Literal["angle", "pair"] = "pair", *, ax: Axes | None = N
     of `ax` is removed.
     """
     checked_choice("of", of, ("angle", "pair"))
-    ax = axes_or_new(ax, size=(85, 75))
+    ax = axes_or_new(ax)
     if of == "angle":  # the other angle is ?, which forbids nothing
         names = {kind: f"({kind},?)" for kind in "+?-"}
         places = {"+": (-1.0, 0.0), "?": (0.0, 0.0), "-": (1.0, 0.0)}
@@ -277,13 +278,13 @@ def regions_map(vehicle: VehicleLike = PAPER, *, ax: Axes | None = None) -> Axes
     positive in the hatched parts: α1 < δ and α2 > −δ, or both reversed. Contours are the largest hover thrust of a
     rotor, in units of the weight. Coefficients are exact. Each curve has its equation as its ``gid``.
     """
-    vehicle, ax = vehicle_named(vehicle), axes_or_new(ax, size=(85, 96))
+    vehicle, ax = vehicle_named(vehicle), axes_or_new(ax)
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
     a1, a2 = np.meshgrid(_FINE_AXIS, _FINE_AXIS, indexing="ij")
     value = matrices.level_determinant(np.stack([a1, a2, a1, a2], axis=-1), coefficients_of(vehicle, "exact"))
-    ax.contourf(a1, a2, value, levels=[value.min() - 1, 0.0, value.max() + 1], colors=[_NEGATIVE, _POSITIVE])
+    ax.contourf(a1, a2, value, levels=[value.min() - 1, 0.0, value.max() + 1], colors=[NEGATIVE, POSITIVE])
     delta = math.atan(vehicle.signed_drag_ratio)
     low, high = -HALF_PI, HALF_PI
     hatched: dict[str, Any] = {"edgecolor": "0.6", "hatch": "///", "linewidth": 0.0}
@@ -294,7 +295,7 @@ def regions_map(vehicle: VehicleLike = PAPER, *, ax: Axes | None = None) -> Axes
     idle: dict[str, Any] = {"color": "0.25", "linewidth": 0.8, "linestyle": (0, (4, 2))}
     ax.axvline(delta, **idle)
     ax.axhline(-delta, **idle)
-    _draw_zeros_of_R(ax, vehicle)
+    draw_zeros_of_R(ax, vehicle)
     upright: dict[str, Any] = {"color": "black", "marker": "+", "linestyle": "none"}
     ax.plot(0, 0, markersize=7, zorder=6, **upright)
     mirror = math.copysign(1.0, delta)
@@ -303,8 +304,8 @@ def regions_map(vehicle: VehicleLike = PAPER, *, ax: Axes | None = None) -> Axes
         draw_label(ax, at, "$R>0$" if red_label(*at, vehicle).prod() > 0 else "$R<0$")
     plane_axes(ax, r"\alpha_1", r"\alpha_2", grid=False)
     handles: list[Any] = [
-        Patch(facecolor=_POSITIVE, edgecolor="0.5", linewidth=0.5, label="$R>0$"),
-        Patch(facecolor=_NEGATIVE, edgecolor="0.5", linewidth=0.5, label="$R<0$"),
+        Patch(facecolor=POSITIVE, edgecolor="0.5", linewidth=0.5, label="$R>0$"),
+        Patch(facecolor=NEGATIVE, edgecolor="0.5", linewidth=0.5, label="$R<0$"),
         Line2D([], [], color="black", linewidth=1.4, label="$R=0$"),
         Patch(facecolor="white", label="hover, thrusts > 0", **hatched),
         Line2D([], [], color="black", linewidth=0.7, label="largest thrust / weight"),
@@ -328,12 +329,12 @@ def _contour_thrust(ax: Axes, first: tuple[float, float], second: tuple[float, f
     side = 1.0 if first[0] > -HALF_PI else -1.0
     for level in levels:
         at = side * math.acos(0.25 / level)
-        ground = _POSITIVE if red_label(at, -at, vehicle).prod() > 0 else _NEGATIVE
+        ground = POSITIVE if red_label(at, -at, vehicle).prod() > 0 else NEGATIVE
         box = {"facecolor": ground, "edgecolor": "none", "pad": 0.6}
         ax.text(at, -at, f"{level:.1f}", fontsize=6.0, ha="center", va="center", bbox=box, zorder=5)
 
 
-def _draw_zeros_of_R(ax: Axes, vehicle: Vehicle) -> None:
+def draw_zeros_of_R(ax: Axes, vehicle: Vehicle) -> None:
     """Draw where R = 0 on the red sheet, in closed form."""
     kappa = vehicle.signed_drag_ratio
     delta = math.atan(kappa)
@@ -345,12 +346,12 @@ def _draw_zeros_of_R(ax: Axes, vehicle: Vehicle) -> None:
             ax.plot(end, np.full(2, -edge), **look, gid="cos(alpha2 + delta) = 0")
     # The same curve as tan α1 − tan α2 = 2κ, without infinite tangents.
     a2 = np.arctan2(np.sin(_FINE_AXIS) - 2 * kappa * np.cos(_FINE_AXIS), np.cos(_FINE_AXIS))
-    ax.plot(_FINE_AXIS, a2, **look, gid="tan(alpha1) - tan(alpha2) = 2 kappa")
+    ax.plot(_FINE_AXIS, a2, **look, gid="tan(alpha1) - tan(alpha2) = 2 kappa", label="$R=0$")
 
 
 def singular_value_map(vehicle: VehicleLike = PAPER, *, ax: Axes | None = None) -> Axes:
     """Draw the least singular value on the red sheet in level flight, with exact coefficients, and a color bar."""
-    vehicle, ax = vehicle_named(vehicle), axes_or_new(ax, size=(95, 85))
+    vehicle, ax = vehicle_named(vehicle), axes_or_new(ax)
     a1, a2 = np.meshgrid(_FINE_AXIS, _FINE_AXIS, indexing="ij")
     value = matrices.least_singular_value_on_red(a1, a2, vehicle)
     levels = 0.1 * np.arange(math.ceil(10 * float(value.max())) + 1)
@@ -358,9 +359,8 @@ def singular_value_map(vehicle: VehicleLike = PAPER, *, ax: Axes | None = None) 
     ink = ["white" if level < 0.65 else "black" for level in levels[2::2]]
     lines = ax.contour(a1, a2, value, levels=levels[2::2], colors=ink, linewidths=0.5)
     ax.clabel(lines, levels[4::2], fmt="%.1f", fontsize=6.0)  # the lowest runs along the border
-    _draw_zeros_of_R(ax, vehicle)
+    draw_zeros_of_R(ax, vehicle)
     ax.plot(0, 0, marker="+", markersize=7, color="white", linestyle="none", zorder=6)
     plane_axes(ax, r"\alpha_1", r"\alpha_2", grid=False)
-    bar = ax.figure.colorbar(filled, cax=ax.inset_axes((1.05, 0.0, 0.06, 1.0)))
-    bar.set_label("least singular value (dimensionless)")
+    ax.figure.colorbar(filled, ax=ax, aspect=18, pad=0.03, label="least singular value (dimensionless)")
     return ax

@@ -24,7 +24,7 @@ from gaitgraph.files import check_new_files, write_whole
 from gaitgraph.gait.table import Table, provenance_text, surface_of
 from gaitgraph.invertibility.matrices import FloatArray, arm_angles, rotor_directions, thrust_signs
 from gaitgraph.io.formats import FILMS, given_gait
-from gaitgraph.plots.axes import axes_or_new, draw_arrow, draw_label, paper_style
+from gaitgraph.plots.axes import ROTOR_COLORS, axes_or_new, draw_arrow, draw_label, paper_style
 from gaitgraph.timing.timed_gait import table_of
 from gaitgraph.vehicle import PAPER, VehicleLike, vehicle_named
 
@@ -36,9 +36,6 @@ if TYPE_CHECKING:
     from matplotlib.lines import Line2D
 
     from gaitgraph.io.formats import GaitLike
-
-ROTOR_COLORS = ("#e69f00", "#56b4e9", "#009e73", "#cc79a7")
-"""Colors of rotors 1 to 4, safe for colour-blind readers."""
 
 DEFAULT_VIEW = (math.radians(-152.0), math.radians(33.0))
 """Position of the viewer, behind, right and above: azimuth from forward, positive to the left, and elevation [rad]."""
@@ -210,7 +207,7 @@ def draw_vehicle(ax: Axes, seen: VehicleView, sample: int = 0) -> list[Any]:
         drawn.append(draw_arrow(ax, centre, tip, INK, width=1.8, size=9.0, zorder=above))
     for rotor, place in enumerate(seen.labels):
         box = {"boxstyle": "circle,pad=0.25", "facecolor": ROTOR_COLORS[rotor], "edgecolor": "white", "linewidth": 1.1}
-        look: dict[str, Any] = {"ha": "center", "va": "center", "weight": "bold", "color": INK, "zorder": 3}
+        look: dict[str, Any] = {"ha": "center", "va": "center", "weight": "bold", "color": "white", "zorder": 3}
         drawn.append(ax.text(place[0], place[1], str(rotor + 1), bbox=box, fontsize=8.0, **look))
     return drawn
 
@@ -230,7 +227,7 @@ def vehicle_figure(vehicle: VehicleLike = PAPER, *, ax: Axes | None = None) -> A
 
     The frame of `ax` is removed. The arrow that shows how the thrust of rotor 1 leans has the ``gid`` "lean 1".
     """
-    ax = axes_or_new(ax, size=(170, 92))
+    ax = axes_or_new(ax)
     ax.set_axis_off()
     ax.set_aspect("equal")
     ax.set(xlim=(-2.75, 5.6), ylim=(-2.45, 2.3))

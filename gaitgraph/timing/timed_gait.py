@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, Unpack, get_args
 import numpy as np
 import numpy.typing as npt
 
+from gaitgraph._lazy import Pictured
 from gaitgraph.angles import number_of, text_from_angle, whole_number
 from gaitgraph.errors import InputError, checked_choice, shown
 from gaitgraph.gait.gait import Gait
@@ -74,7 +75,7 @@ _BYTES_HELD = 1 << 24  # a file of no more bytes is held, not read again
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class TimedGait:
+class TimedGait(Pictured):
     """A gait with a timing law: exact at every time, and sampled evenly over one period.
 
     Parameters
@@ -282,11 +283,6 @@ class TimedGait:
         limits = [f"{value:.4g} {unit}" for value, unit in known if value is not None]
         stated = f"the vehicle's limits are {', '.join(limits)}" if limits else "the vehicle states no limits"
         return "\n".join([*lines, f"  in rad, rad/s and rad/s²; peaks between samples too; {stated}"])
-
-    def _repr_html_(self) -> str:
-        from gaitgraph.plots.notebook import html_of
-
-        return html_of(self)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
