@@ -1,7 +1,7 @@
-"""Every figure of the paper, computed by the package, and two more.
+"""Every figure of the paper, computed by the package, and some more.
 
-Figures have the names "1" to "22", "regions" and "gait". :func:`draw` and :func:`write_figures` do not use pyplot, and
-ignore the user's settings.
+Figures have the names "1" to "22", "18b", "19b", "22b", "regions" and "gait". :func:`draw` and :func:`write_figures` do
+not use pyplot, and ignore the user's settings.
 """
 
 from __future__ import annotations
@@ -13,6 +13,8 @@ from functools import partial
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
 
 from gaitgraph.errors import FileProblem, InputError, checked_choice, did_you_mean, shown
 from gaitgraph.files import check_new_files, write_whole
@@ -34,7 +36,6 @@ from gaitgraph.plots.axes import (
     require_matplotlib,
 )
 from gaitgraph.plots.vehicles import vehicle_figure
-from gaitgraph.robustness.attitudes import acceptable_attitudes
 from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
 
 if TYPE_CHECKING:
@@ -60,7 +61,7 @@ class _FigureInput(NamedTuple):
 class PaperFigure:
     """A figure and its caption."""
 
-    name: str  # the number in the paper, or "regions" or "gait"
+    name: str  # the number in the paper, with b for a second figure, or "regions" or "gait"
     caption: str
     size: tuple[float, float]  # mm
     drawing: Drawing
@@ -72,12 +73,13 @@ class PaperFigure:
 
     @property
     def stem(self) -> str:
-        """Name of its files without suffix: figure_01 … figure_22, figure_regions, figure_gait."""
-        return f"figure_{int(self.name):02d}" if self.name.isdigit() else f"figure_{self.name}"
+        """Name of its files without suffix: figure_01 … figure_22, figure_18b, figure_regions, figure_gait."""
+        return f"figure_{self.name:0>2}"
 
 
 def _in_space(function: Callable[..., None], figure: Figure, of: _FigureInput, **options: Any) -> None:
-    function(figure.add_subplot(projection="3d"), of.coefficients, of.divisions, **options)
+    ax = figure.add_subplot(projection="3d", computed_zorder=False)
+    function(ax, of.coefficients, of.divisions, **options)
 
 
 def _rule(figure: Figure, of: _FigureInput) -> None:
@@ -112,50 +114,47 @@ def _gait(figure: Figure, of: _FigureInput) -> None:
     gaits.gait_in_four_dimensions(of.gait, gait=of.polyline, axes=gaits.axes_of_a_gait(figure))
 
 
-def _attitudes(figure: Figure, of: _FigureInput, *, number: int, eta: float, alike: bool) -> None:
-    """Draw the roll–pitch diagram of a gait of the paper and its biased gait; of a blue one for each rounding.
+def _attitudes(figure: Figure, of: _FigureInput, *, number: int, eta: float, more: bool = False) -> None:
+    """Draw the roll–pitch diagram of a gait of the paper and its biased gait.
 
-    Titles state whether the paper's claim holds, that the gait has more acceptable attitudes, or as many.
+    A blue gait of the paper's vehicle has angles of four digits and the exact formula: the reading that gives the
+    paper's picture. With `more` its other readings are drawn.
     """
-    exact, of_paper = coefficients_of(of.vehicle, "exact"), of.vehicle.carries_published_coefficients
-    if number <= 2 and of_paper:
-        figure.set_size_inches(170 / INCH, 216 / INCH)
-        layout: Any = figure.get_layout_engine()
-        layout.set(wspace=0.08)
+    exact = coefficients_of(of.vehicle, "exact")
+    if number <= 2 and of.vehicle.carries_published_coefficients:
         rounded = paper_gait(number, of.vehicle, coefficients_of(of.vehicle, "published"))
         readings = {
-            "(a) exact coefficients": paper_gait(number, of.vehicle, exact),
-            "(b) four-digit coefficients": rounded,
-            "(c) printed vertices": printed_gait(number, exact),
-            "(d) four-digit surface, exact formula": Gait(alpha=rounded.alpha, vehicle=of.vehicle, coefficients=exact),
+            "four-digit angles, exact formula": Gait(alpha=rounded.alpha, vehicle=of.vehicle, coefficients=exact)
         }
-        panels = list(figure.subplots(2, 2).flat)
+        if more:
+            readings = {
+                "exact coefficients": paper_gait(number, of.vehicle, exact),
+                "four-digit coefficients": rounded,
+                "printed vertices": printed_gait(number, exact),
+            }
     else:
         gait = paper_gait(number, of.vehicle, of.coefficients if number > 2 else exact)
-        digits = "four-digit" if gait.coefficients.kind == "published" else "exact"
-        readings, panels = {f"{digits} coefficients": gait}, [figure.add_subplot()]
-    for ax, (title, gait) in zip(panels, readings.items(), strict=True):
+        readings = {f"{'four-digit' if gait.coefficients.kind == 'published' else 'exact'} coefficients": gait}
+    figure.set_size_inches((85 if len(readings) == 1 else 170) / INCH, (98 if len(readings) == 1 else 84) / INCH)
+    for ax, (title, gait) in zip(np.ravel(figure.subplots(1, len(readings))), readings.items(), strict=True):
         gaits.roll_pitch_diagram(gait, eta=eta, name=f"Gait {number}", ax=ax)
-        numbers, both = gaits.as_if_exact(gait.coefficients), (gait, gait.biased(eta))
-        margins = [least_tilt_margin(one.alpha, one.ends, numbers, tolerance=1e-4).upper for one in both]
-        texts = ["none" if math.isnan(margin) else f"{math.degrees(margin):.1f}°" for margin in margins]
-        lines = [title, f"tilt margin {texts[0]}, biased {texts[1]}"]
-        if of_paper:
-            own, biased = (acceptable_attitudes(one.alpha, numbers).fraction for one in both)
-            agrees = own < biased + 0.02 if alike else own > biased
-            everywhere_singular = math.isnan(margins[0])
-            lines.append("as the paper says" if agrees and not everywhere_singular else "unlike the paper")
-        ax.set_title("\n".join(lines))
+        numbers = gaits.as_if_exact(gait.coefficients)
+        margins = [
+            math.degrees(least_tilt_margin(one.alpha, one.ends, numbers, tolerance=1e-4).upper)
+            for one in (gait, gait.biased(eta))
+        ]
+        own, biased = ("none" if math.isnan(margin) else f"{margin:.1f}°" for margin in margins)
+        head = title if more else f"Gait {number}: {title}"
+        ax.set_title(f"{head}\ntilt margin {own}, biased {biased}")
+        if more:
+            gaits.legend_below(ax)
+            ax.set_ylabel(ax.get_ylabel() if ax.get_subplotspec().is_first_col() else "")
 
 
 def _figures() -> dict[str, PaperFigure]:
     order = "The roots of a node are ordered by α3, then α4: the solver's order in the paper is not known."
     rounded = "Blue has a sign of R only because the paper's coefficients have four digits; with exact ones R = 0."
-    readings = (
-        "Blue depends on rounding: (a) exact coefficients; (b) four digits, taken as exact; (c) straight lines "
-        "between the printed vertices; (d) angles of four digits, judged exactly. "
-    )
-    lines = "Thin lines are singular attitudes, thick ones enclose what is never singular around level flight;"
+    lines = "Lines are singular attitudes, shaded is what is never singular around level flight."
     captions = {
         "1": "The tilt-rotor with its arms, tilt axes and signs. Left from above, right one rotor from the tip of its "
         "arm. Positive tilts are right-handed about the arm axes e1 to e4; cw and ccw are spins seen from above.",
@@ -199,11 +198,17 @@ def _figures() -> dict[str, PaperFigure]:
         drawings[name] = 85, 74, partial(_in_space, planes.level_determinants, sign="positive", which=which)
     biased = {"18": (1, 0.8), "19": (2, 0.99), "20": (3, 0.8), "21": (4, 0.8), "22": (2, 0.8)}
     for name, (number, eta) in biased.items():
-        claim = "they are alike" if name == "22" else "the gait's is the wider"
         title = f"Unacceptable attitudes of Gait {number} and its biased gait, η = {eta:g}"
-        captions[name] = f"{title}. {readings if number <= 2 else ''}{lines} the paper says that {claim}."
-        drawings[name] = 85, 108, partial(_attitudes, number=number, eta=eta, alike=name == "22")
-    names = (*map(str, range(1, 23)), "regions", "gait")
+        digits = " Blue depends on rounding: here the angles have four digits, and the formula is exact."
+        captions[name] = f"{title}. {lines}{digits if number <= 2 else ''}"
+        drawings[name] = 85, 98, partial(_attitudes, number=number, eta=eta)
+        if number <= 2:
+            captions[f"{name}b"] = (
+                f"Figure {name} with other digits. {lines} Blue depends on rounding: exact coefficients; four digits, "
+                "taken as exact; straight lines between the printed vertices."
+            )
+            drawings[f"{name}b"] = 170, 84, partial(_attitudes, number=number, eta=eta, more=True)
+    names = (*map(str, range(1, 23)), "18b", "19b", "22b", "regions", "gait")
     return {name: PaperFigure(name, captions[name], drawings[name][:2], drawings[name][2]) for name in names}
 
 
@@ -224,7 +229,9 @@ def names_of_figures(texts: Sequence[str | int]) -> tuple[str, ...]:
         names = [str(number) for number in range(int(span[1]), int(span[2] or span[1]) + 1)] if span else [part]
         if not names or not set(names) <= set(FIGURES):
             got = f"{shown(part)}{did_you_mean(part, ['regions', 'gait'])}"
-            raise InputError(f"only must be some of 1 to 22, ranges such as 9-14, regions and gait, got {got}")
+            raise InputError(
+                f"only must be some of 1 to 22, ranges such as 9-14, 18b, 19b, 22b, regions and gait, got {got}"
+            )
         asked.update(names)
     return tuple(name for name in FIGURES if name in asked)
 
@@ -242,12 +249,12 @@ def draw(
     Parameters
     ----------
     name
-        1 to 22, "regions" or "gait".
+        1 to 22, "18b", "19b", "22b", "regions" or "gait".
     vehicle
-        By default the paper's. Others have no four-digit coefficients: Figures 18, 19 and 22 have one panel. If their
-        spins are opposite, the loops of Gaits 1 to 4 are mirrored in the origin.
+        By default the paper's. Others have no four-digit coefficients, and 18b, 19b and 22b show the same as 18, 19 and
+        22. If their spins are opposite, the loops of Gaits 1 to 4 are mirrored in the origin.
     coefficients
-        By default "published" for the paper's vehicle, "exact" for any other. Figures 18, 19 and 22 show both.
+        By default "published" for the paper's vehicle, "exact" for any other. Figures 18, 19 and 22 need none.
     gait
         For "gait": a gait in any form, by default Gait 3. `vehicle` and `coefficients` apply to tables only.
     divisions
@@ -264,6 +271,8 @@ def draw(
     with paper_style():
         figure = blank_figure(*known.size)
         known.drawing(figure, _FigureInput(chosen, numbers, divisions, given, polyline))
+        if known.name in map(str, range(3, 15)):
+            figure.suptitle(known.title, fontsize=9)
     return figure
 
 

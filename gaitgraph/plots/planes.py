@@ -31,11 +31,17 @@ from gaitgraph.plots.axes import (
     plane_axes,
 )
 from gaitgraph.surface.adjacency import PLANE_TYPES, text_from_types, types_may_be_adjacent
-from gaitgraph.surface.sheets import COLORS, RELATION, RootArrays, Sign, red_label, root_arrays
+from gaitgraph.surface.sheets import COLORS, RELATION, RootArrays, Sign, red_label, root_arrays, sheet_angles
 from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from matplotlib.axes import Axes
+
+    from gaitgraph.surface.sheets import Color
+
+    Marks = tuple[FloatArray, str, str, str]  # points, color, marker, label
 
 IntArray = npt.NDArray[np.int8]
 Which = Literal["first", "other", "both"]
@@ -46,6 +52,8 @@ _FINE_AXIS = np.linspace(-HALF_PI, HALF_PI, FINE)
 _SHEET = {"red": 1, "blue": -1}
 _SIGN = {"positive": 1, "negative": -1}
 _SINGULAR = "R = 0 to rounding: singular"
+_ELEVATION, _AZIMUTH = 16, -125  # of the viewer of a space [°]
+_LAYERS = 12  # of marks in space, from far to near
 _TIE = 12  # decimals [rad] to which α3 of two roots is compared
 _ROUNDED_BOX = "round,pad=0.5,rounding_size=0.6"
 
@@ -96,11 +104,14 @@ def root_counts(ax: Axes, coefficients: Coefficients, divisions: int) -> None:
 def root_angle(ax: Any, coefficients: Coefficients, divisions: int, *, angle: int, which: Which) -> None:
     """Draw α3 or α4 over the interior nodes (Figures 3 to 8): red squares on its + plane, blue discs on its − plane."""
     found, _ = interior_roots(coefficients, divisions)
+    chosen = _chosen(found, which)
+    marks: list[Marks] = []
     for color, label in (("red", "+ plane"), ("blue", "− plane")):
-        points = found.alpha[_chosen(found, which) & (found.sheet == _SHEET[color])]
-        _scatter(ax, points[:, [0, 1, angle - 1]], COLOR_OF[color], MARKER_OF[color], label)
+        points = found.alpha[chosen & (found.sheet == _SHEET[color])]
+        marks.append((points[:, [0, 1, angle - 1]], COLOR_OF[color], MARKER_OF[color], label))
+        _draw_plane(ax, coefficients, angle, color)
     angle_axis(ax.zaxis, rf"\alpha_{angle}")
-    _space_axes(ax)
+    _draw_marks(ax, marks)
 
 
 def signed_roots(ax: Any, coefficients: Coefficients, divisions: int, *, sign: Sign, which: Which) -> None:
@@ -111,56 +122,81 @@ def signed_roots(ax: Any, coefficients: Coefficients, divisions: int, *, sign: S
     found, signs = interior_roots(coefficients, divisions)
     chosen = _chosen(found, which)
     grey, signed = found.alpha[chosen & (signs == 0)], found.alpha[chosen & (signs == _SIGN[sign])]
-    _scatter(ax, grey[:, :3], GREY, "s", _SINGULAR)
-    _scatter(ax, grey[:, [0, 1, 3]], GREY, "o", "_")
-    for column, color, marker in ((2, RED, "s"), (3, BLUE, "o")):
-        _scatter(ax, signed[:, [0, 1, column]], color, marker, rf"$\alpha_{column + 1}$, ${RELATION[sign]}$")
+    marks = [(grey[:, [0, 1, k]], GREY, marker, _SINGULAR) for k, marker in ((2, "s"), (3, "o"))]
+    for angle, color, marker in ((3, RED, "s"), (4, BLUE, "o")):
+        marks.append((signed[:, [0, 1, angle - 1]], color, marker, rf"$\alpha_{angle}$, ${RELATION[sign]}$"))
+        for sheet in COLORS:
+            _draw_plane(ax, coefficients, angle, sheet, color)
     angle_axis(ax.zaxis, r"\alpha_3,\ \alpha_4")
-    _space_axes(ax, columns=2 if len(grey) else 3)
+    _draw_marks(ax, marks)
 
 
 def level_determinants(ax: Any, coefficients: Coefficients, divisions: int, *, sign: Sign, which: Which) -> None:
     """Draw R of the roots with one sign of R over the interior nodes, each sheet in its color (Figures 10 and 12)."""
     found, signs = interior_roots(coefficients, divisions)
     chosen, points = _chosen(found, which), np.dstack([found.alpha[..., :2], found.R])
-    _scatter(ax, points[chosen & (signs == 0)], GREY, MARKER_OF["blue"], _SINGULAR)
     signed = chosen & (signs == _SIGN[sign])
     # Stems show which node a value belongs to; they are one line with gaps.
     tops = points[signed]
     stems = np.stack([tops * [1.0, 1.0, 0.0], tops, np.full(tops.shape, np.nan)], axis=1).reshape(-1, 3)
     ax.plot(*stems.T, color="0.75", linewidth=0.4)
+    marks = [(points[chosen & (signs == 0)], GREY, MARKER_OF["blue"], _SINGULAR)]
     for color in COLORS:
         here = points[signed & (found.sheet == _SHEET[color])]
-        _scatter(ax, here, COLOR_OF[color], MARKER_OF[color], f"{color} sheet")
+        marks.append((here, COLOR_OF[color], MARKER_OF[color], f"{color} sheet"))
     ax.set_zlabel("$R$ (dimensionless)")
-    _space_axes(ax)
+    ax.set_zlim(0.0, tops[:, 2].max())
+    _draw_marks(ax, marks)
 
 
-def _scatter(ax: Any, points: FloatArray, color: str, marker: str, label: str) -> None:
-    """Scatter points of shape (m, 3), without fading distant ones: red and blue keep their colors."""
-    if len(points):
-        grey = color == GREY
-        look = {"facecolor": "none" if grey else color, "edgecolor": color if grey else "white"}
-        width = 0.6 if grey else 0.25
-        ax.scatter(*points.T, s=11, marker=marker, linewidth=width, depthshade=False, label=label, **look)
+def _draw_plane(ax: Any, coefficients: Coefficients, angle: int, sheet: Color, color: str = "") -> None:
+    """Draw the translucent plane of α3 over α1, or of α4 over α2, of a sheet; it ends where the angle wraps."""
+    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+    height = sheet_angles(sheet, _FINE_AXIS, _FINE_AXIS, coefficients)[angle - 3]
+    quads = []
+    for run in np.split(np.arange(FINE), 1 + np.flatnonzero(np.abs(np.diff(height)) > HALF_PI)):
+        (x0, x1), (z0, z1) = _FINE_AXIS[run[[0, -1]]], height[run[[0, -1]]]
+        quad = np.array([[x0, -HALF_PI, z0], [x1, -HALF_PI, z1], [x1, HALF_PI, z1], [x0, HALF_PI, z0]])
+        quads.append(quad if angle == 3 else quad[:, [1, 0, 2]])
+    ink = color or COLOR_OF[sheet]
+    ax.add_collection3d(Poly3DCollection(quads, facecolor=(ink, 0.1), edgecolor=(ink, 0.35), linewidth=0.5, zorder=1))
 
 
-def _space_axes(ax: Any, *, columns: int = 2) -> None:
-    """Label x and y with α1 and α2, with a legend above; no plane of roots is seen on edge."""
+def _draw_marks(ax: Any, marks: Sequence[Marks]) -> None:
+    """Draw points over the (α1, α2) plane, near ones larger and over far ones, with a legend above.
+
+    Marks of each kind are one scatter a layer, whose ``gid`` is their label. Red and blue keep their colors: nothing
+    fades. No plane of roots is seen on edge.
+    """
     from matplotlib.ticker import FixedLocator
 
     for axis, symbol in ((ax.xaxis, r"\alpha_1"), (ax.yaxis, r"\alpha_2")):
         angle_axis(axis, symbol)
         # At the ends the labels of two axes would meet.
         axis.set_major_locator(FixedLocator([-HALF_PI / 2, 0.0, HALF_PI / 2]))
-    ax.view_init(elev=14, azim=-125)
-    ax.set_box_aspect((1, 1, 0.9), zoom=0.82)
+    ax.view_init(elev=_ELEVATION, azim=_AZIMUTH)
+    ax.set_box_aspect((1, 1, 0.9), zoom=0.96)
+    around, up = math.radians(_AZIMUTH), math.radians(_ELEVATION)
+    toward = np.array([math.cos(up) * math.cos(around), math.cos(up) * math.sin(around), 0.9 * math.sin(up)])
+    spans = np.array([ax.get_xlim(), ax.get_ylim(), ax.get_zlim()])
+    for points, color, marker, label in marks:
+        depth = ((points - spans[:, 0]) / np.ptp(spans, axis=1) - 0.5) @ toward  # about −0.7 to 0.7
+        layer = np.clip(((depth + 0.7) / 1.4 * _LAYERS).astype(int), 0, _LAYERS - 1)
+        grey = color == GREY
+        look: dict[str, Any] = {"facecolor": "none" if grey else color, "edgecolor": color if grey else "white"}
+        look |= {"marker": marker, "linewidth": 0.6 if grey else 0.3, "depthshade": False, "gid": label}
+        for k in np.unique(layer):
+            named = label if k == layer.max() else "_"
+            ax.scatter(*points[layer == k].T, s=5.0 + 12.0 * k / _LAYERS, zorder=2 + k, label=named, **look)
     for axis in (ax.xaxis, ax.yaxis, ax.zaxis):
         axis.set_pane_color((0.97, 0.97, 0.97, 1.0))
     ax.zaxis.set_rotate_label(False)
     ax.zaxis.label.set_rotation(90)
-    ax.tick_params(pad=0)
-    legend_above(ax, columns=columns, over=-16.0)
+    ax.tick_params(pad=-1)
+    for axis in (ax.xaxis, ax.yaxis, ax.zaxis):
+        axis.labelpad = -1.0
+    legend_above(ax, columns=3, over=-20.0)
 
 
 # ---------------------------------------------------------------- types
