@@ -154,17 +154,9 @@ def legend_above(ax: Any, *, columns: int, over: float = 5.0) -> None:
     named: dict[str, list[Any]] = {}
     for handle, label in zip(*ax.get_legend_handles_labels(), strict=True):
         named.setdefault(label, []).append(handle)
-    ax.legend(
-        [tuple(handles) if len(handles) > 1 else handles[0] for handles in named.values()],
-        list(named),
-        loc="lower center",
-        bbox_to_anchor=(0.5, 1.0),
-        ncols=columns,
-        columnspacing=1.2,
-        handletextpad=0.4,
-        borderaxespad=over / _LEGEND["fontsize"],
-        **_LEGEND,
-    )
+    handles = [tuple(marks) if len(marks) > 1 else marks[0] for marks in named.values()]
+    at = {"loc": "lower center", "bbox_to_anchor": (0.5, 1.0), "borderaxespad": over / _LEGEND["fontsize"]}
+    ax.legend(handles, list(named), ncols=columns, columnspacing=1.2, handletextpad=0.4, **at, **_LEGEND)
     for line in ax.get_legend().get_lines():
         line.set_linewidth(min(line.get_linewidth(), 6.0))
 

@@ -24,17 +24,7 @@ from gaitgraph.graph.build import DEFAULT_DIVISIONS
 from gaitgraph.invertibility.matrices import Coefficients, CoefficientsLike, coefficients_of
 from gaitgraph.invertibility.tilt_margins import least_tilt_margin
 from gaitgraph.io.formats import gait_of, given_gait, naming_file
-from gaitgraph.plots import gaits, planes
-from gaitgraph.plots.axes import (
-    FORMATS,
-    INCH,
-    Format,
-    blank_figure,
-    legend_above,
-    paper_style,
-    picture_bytes,
-    require_matplotlib,
-)
+from gaitgraph.plots import axes as base, gaits, planes
 from gaitgraph.plots.vehicles import vehicle_figure
 from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
 
@@ -101,17 +91,13 @@ def _loops(figure: Figure, of: _FigureInput) -> None:
         x, y = gait.alpha[:, :2].mean(axis=0)
         if name:
             ax.text(x, y + math.pi / 32, name, ha="center", va="center")  # between the rows of nodes
-    legend_above(ax, columns=3)
+    base.legend_above(ax, columns=3)
 
 
 def _regions(figure: Figure, of: _FigureInput) -> None:
     left, right = figure.subplots(1, 2)
     planes.regions_map(of.vehicle, ax=left)
     planes.singular_value_map(of.vehicle, ax=right)
-
-
-def _gait(figure: Figure, of: _FigureInput) -> None:
-    gaits.gait_in_four_dimensions(of.gait, gait=of.polyline, axes=gaits.axes_of_a_gait(figure))
 
 
 def _attitudes(figure: Figure, of: _FigureInput, *, number: int, eta: float, more: bool = False) -> None:
@@ -123,19 +109,13 @@ def _attitudes(figure: Figure, of: _FigureInput, *, number: int, eta: float, mor
     exact = coefficients_of(of.vehicle, "exact")
     if number <= 2 and of.vehicle.carries_published_coefficients:
         rounded = paper_gait(number, of.vehicle, coefficients_of(of.vehicle, "published"))
-        readings = {
-            "four-digit angles, exact formula": Gait(alpha=rounded.alpha, vehicle=of.vehicle, coefficients=exact)
-        }
-        if more:
-            readings = {
-                "exact coefficients": paper_gait(number, of.vehicle, exact),
-                "four-digit coefficients": rounded,
-                "printed vertices": printed_gait(number, exact),
-            }
+        mixed = Gait(alpha=rounded.alpha, vehicle=of.vehicle, coefficients=exact)
+        others = {"exact coefficients": paper_gait(number, of.vehicle, exact), "four-digit coefficients": rounded}
+        others["printed vertices"] = printed_gait(number, exact)
+        readings = others if more else {"four-digit angles, exact formula": mixed}
     else:
         gait = paper_gait(number, of.vehicle, of.coefficients if number > 2 else exact)
         readings = {f"{'four-digit' if gait.coefficients.kind == 'published' else 'exact'} coefficients": gait}
-    figure.set_size_inches((85 if len(readings) == 1 else 170) / INCH, (98 if len(readings) == 1 else 84) / INCH)
     for ax, (title, gait) in zip(np.ravel(figure.subplots(1, len(readings))), readings.items(), strict=True):
         gaits.roll_pitch_diagram(gait, eta=eta, name=f"Gait {number}", ax=ax)
         numbers = gaits.as_if_exact(gait.coefficients)
@@ -179,7 +159,7 @@ def _figures() -> dict[str, PaperFigure]:
         "16": (170, 173, _types),
         "17": (170, 177, _loops),
         "regions": (170, 93, _regions),
-        "gait": (170, 120, _gait),
+        "gait": (170, 120, lambda figure, of: gaits.gait_in_four_dimensions(of.gait, gait=of.polyline, axes=figure)),
     }
     for name, (which, angle) in zip("345678", product(("first", "other", "both"), (3, 4)), strict=True):
         words = "both roots" if which == "both" else f"the {which} root"
@@ -246,19 +226,11 @@ def draw(
 ) -> Figure:
     """Return one figure of the paper, which pyplot does not know.
 
-    Parameters
-    ----------
-    name
-        1 to 22, "18b", "19b", "22b", "regions" or "gait".
-    vehicle
-        By default the paper's. Others have no four-digit coefficients, and 18b, 19b and 22b show the same as 18, 19 and
-        22. If their spins are opposite, the loops of Gaits 1 to 4 are mirrored in the origin.
-    coefficients
-        By default "published" for the paper's vehicle, "exact" for any other. Figures 18, 19 and 22 need none.
-    gait
-        For "gait": a gait in any form, by default Gait 3. `vehicle` and `coefficients` apply to tables only.
-    divisions
-        Number n of grid intervals in [−π/2, π/2].
+    `name` is one of FIGURES, `vehicle` by default the paper's. Other vehicles have no four-digit coefficients: 18b, 19b
+    and 22b then show the same as 18, 19 and 22. If their spins are opposite, the loops of Gaits 1 to 4 are mirrored in
+    the origin. `coefficients` are by default "published" for the paper's vehicle, "exact" for others. `gait` is that of
+    the figure "gait" in any form, by default Gait 3; vehicle and coefficients apply to it if it is a table. `divisions`
+    is the number of grid intervals in [−π/2, π/2].
     """
     names = names_of_figures([name])
     if len(names) != 1:
@@ -268,8 +240,8 @@ def draw(
     given = paper_gait(3, chosen, numbers) if gait is None else given_gait(gait)
     polyline = gait_of(given, vehicle=vehicle, coefficients=coefficients) if isinstance(given, Table) else None
     known = FIGURES[names[0]]
-    with paper_style():
-        figure = blank_figure(*known.size)
+    with base.paper_style():
+        figure = base.blank_figure(*known.size)
         known.drawing(figure, _FigureInput(chosen, numbers, divisions, given, polyline))
         if known.name in map(str, range(3, 15)):
             figure.suptitle(known.title, fontsize=9)
@@ -283,30 +255,18 @@ def write_figures(
     vehicle: VehicleLike | None = None,
     coefficients: CoefficientsLike | None = None,
     gait: GaitLike | None = None,
-    formats: Sequence[Format] = ("png", "svg"),
+    formats: Sequence[base.Format] = ("png", "svg"),
     force: bool = False,
     progress: Callable[[str], None] | None = None,
 ) -> list[Path]:
-    """Draw figures, write them to figure_01.png and so on, and return the paths.
+    """Draw figures, write them to figure_01.png and so on in the folder `out`, and return the paths.
 
     Files are written whole or not at all. The same request gives the same bytes, with the same version of matplotlib.
-
-    Parameters
-    ----------
-    out
-        A folder, which is created if it does not exist.
-    only
-        Names such as 16, "3", "9-14" or "2,regions"; by default all.
-    vehicle, coefficients, gait
-        As for :func:`draw`.
-    formats
-        Some of png (200 dots per inch), svg and pdf.
-    force
-        Overwrite existing files. Without it, an existing file raises OutputExists, and nothing is written.
-    progress
-        Called with a short text before each figure.
+    `only` are names such as 16, "3", "9-14" or "2,regions", by default all; `vehicle`, `coefficients` and `gait` are as
+    for :func:`draw`; `formats` are some of png (200 dots per inch), svg and pdf. Without `force` an existing file
+    raises OutputExists before anything is written. `progress` is called with a short text before each figure.
     """
-    require_matplotlib()
+    base.require_matplotlib()
     source = None if gait is None else given_gait(gait)
     if isinstance(source, Table):
         with naming_file(gait):
@@ -316,7 +276,7 @@ def write_figures(
         raise InputError(f"gait has an effect on the figure gait only, and only selects {', '.join(names)}")
     kinds = tuple(dict.fromkeys(formats))
     for kind in kinds or ("none",):
-        checked_choice("format", kind, FORMATS)
+        checked_choice("format", kind, base.FORMATS)
     coefficients_of(PAPER if vehicle is None else vehicle, coefficients)
     folder = Path(out)
     files = {name: [(folder / f"{FIGURES[name].stem}.{kind}", kind) for kind in kinds] for name in names}
@@ -331,5 +291,5 @@ def write_figures(
         if progress is not None:
             progress(f"drawing {FIGURES[name].stem}")
         figure = draw(name, vehicle=vehicle, coefficients=coefficients, gait=source)
-        write_whole([(path, picture_bytes(figure, kind)) for path, kind in targets], force=force)
+        write_whole([(path, base.picture_bytes(figure, kind)) for path, kind in targets], force=force)
     return paths

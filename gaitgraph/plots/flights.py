@@ -17,18 +17,7 @@ from gaitgraph.flight.flight import TABLES
 from gaitgraph.gait.table import provenance_text
 from gaitgraph.io.columns import FormatOptions
 from gaitgraph.io.formats import FILMS, FORMATS
-from gaitgraph.plots import vehicles
-from gaitgraph.plots.axes import (
-    FORMATS as PICTURES,
-    GREY,
-    RED,
-    axes_or_new,
-    blank_figure,
-    legend_above,
-    paper_style,
-    picture_bytes,
-    require_matplotlib,
-)
+from gaitgraph.plots import axes as base, vehicles
 from gaitgraph.plots.gaits import ANGLE_LOOKS, basins_figure
 from gaitgraph.plots.vehicles import INK, LINE_GREY, PALE, VehicleView
 
@@ -53,6 +42,7 @@ _PANELS: dict[str, tuple[float, str, int, float]] = {
 _WIDTH, _LEFT, _RIGHT, _TOP, _BOTTOM = 170.0, 19.0, 4.0, 13.0, 12.0
 _LEGEND = 8.0  # height above each panel
 _WANTED: dict[str, Any] = {"color": "#7b3294", "linestyle": "--", "linewidth": 0.8, "label": "asked for"}
+_SECOND = "#0072b2"  # color of pitch and y
 _MOST_SHARES = 8.0  # larger thrusts have a logarithmic scale
 
 PANELS = tuple(_PANELS)
@@ -82,15 +72,15 @@ def plot_flight(
     if flight.failed:  # show a little beyond the stop
         end = min(end, max(1.25 * flight.flown, flight.flown + 0.02))
     for ax, name in zip(axes, panels, strict=True):
-        _draw_panel(axes_or_new(ax), flight, name)
+        _draw_panel(base.axes_or_new(ax), flight, name)
         ax.grid(True)
         ax.set(xlim=(0.0, max(end, 1e-9)))
         if not len(flight.rows):
-            ax.text(0.5, 0.5, "nothing flown", color=GREY, ha="center", va="center", transform=ax.transAxes)
+            ax.text(0.5, 0.5, "nothing flown", color=base.GREY, ha="center", va="center", transform=ax.transAxes)
             continue
         _mark_phases(ax, flight, named=ax is axes[0])
         if flight.failed:
-            ax.axvline(flight.flown, color=RED, linewidth=1.6, gid="stop", zorder=4)
+            ax.axvline(flight.flown, color=base.RED, linewidth=1.6, gid="stop", zorder=4)
     axes[-1].set(xlabel="$t$ (s)")
     lines = [*wrap(" · ".join(_what_was_flown(flight)), 96), *wrap(flight.verdict, 96)]
     axes[0].set_title("\n".join(lines), pad=20.0)
@@ -101,7 +91,7 @@ def _panel_axes(panels: Sequence[str], *, pyplot: bool = False) -> npt.NDArray[n
     """Return axes of a new figure for panels, one below another, in a fixed layout: the same bytes in every process."""
     heights = [_PANELS[name][0] for name in panels]
     height = _TOP + _BOTTOM + sum(heights) + _LEGEND * len(panels)
-    figure = blank_figure(_WIDTH, height, "none", pyplot=pyplot)
+    figure = base.blank_figure(_WIDTH, height, "none", pyplot=pyplot)
     places: dict[str, Any] = {"left": _LEFT / _WIDTH, "right": 1 - _RIGHT / _WIDTH, "bottom": _BOTTOM / height}
     places |= {"top": 1 - (_TOP + _LEGEND) / height, "hspace": _LEGEND * len(panels) / sum(heights)}
     return figure.subplots(len(panels), sharex=True, squeeze=False, height_ratios=heights, gridspec_kw=places)[:, 0]
@@ -136,8 +126,8 @@ def _mark_phases(ax: Axes, flight: Flight, *, named: bool) -> None:
         if k % 2 and begin < end:
             ax.axvspan(begin, end, color="0.94", linewidth=0.0, zorder=0)
         if named and begin < end:
-            at: dict[str, Any] = {"xycoords": ax.get_xaxis_transform(), "textcoords": "offset points", "color": GREY}
-            ax.annotate(phase, (begin, 0.0), (3, 3), **at)
+            at: dict[str, Any] = {"xycoords": ax.get_xaxis_transform(), "textcoords": "offset points"}
+            ax.annotate(phase, (begin, 0.0), (3, 3), color=base.GREY, **at)
 
 
 def _draw_panel(ax: Axes, flight: Flight, name: str) -> None:
@@ -147,12 +137,12 @@ def _draw_panel(ax: Axes, flight: Flight, name: str) -> None:
     if name == "attitude":
         for wanted in ("roll_wanted", "pitch_wanted") if tracks else ():
             ax.plot(t, np.degrees(column(wanted)), **_WANTED)
-        drawn: dict[str, Any] = {
-            "roll": (INK, "-", 1.4),
-            "pitch": ("#0072b2", "-", 1.4),
-            "yaw": (GREY, (0, (1, 1)), 1.1),
-        }
-        for angle, (color, dash, width) in drawn.items():
+        dots = (0, (1, 1))
+        for angle, color, dash, width in (
+            ("roll", INK, "-", 1.4),
+            ("pitch", _SECOND, "-", 1.4),
+            ("yaw", base.GREY, dots, 1.1),
+        ):
             values = np.degrees(column(angle))
             values[1:][np.abs(np.diff(values)) > 180.0] = np.nan  # it wraps there
             ax.plot(t, values, color=color, linestyle=dash, linewidth=width, label=angle)
@@ -160,8 +150,7 @@ def _draw_panel(ax: Axes, flight: Flight, name: str) -> None:
         held = "xyz" if tracks else "z"
         for axis in held:
             ax.plot(t, column(f"{axis}_wanted"), **_WANTED)
-        looks: dict[str, Any] = {"x": (INK, "-"), "y": ("#0072b2", "-"), "z": ("#d55e00", (0, (5, 1.5)))}
-        for axis, (color, dash) in looks.items():
+        for axis, color, dash in (("x", INK, "-"), ("y", _SECOND, "-"), ("z", "#d55e00", (0, (5, 1.5)))):
             text, width = (f"${axis}$", 1.4) if axis in held else (f"${axis}$, free", 0.9)
             ax.plot(t, column(axis), color=color, linestyle=dash, linewidth=width, label=text)
     elif name == "thrusts":
@@ -172,13 +161,13 @@ def _draw_panel(ax: Axes, flight: Flight, name: str) -> None:
         most = flight.vehicle.max_thrust if settings.thrust_limit is None else settings.thrust_limit
         for limit in (0.0, most) if settings.saturation else ():
             if limit is not None:
-                ax.axhline(limit / quarter, color=RED, linewidth=0.9, linestyle="--", label="limits", zorder=1)
+                ax.axhline(limit / quarter, color=base.RED, linewidth=0.9, linestyle="--", label="limits", zorder=1)
         if len(shares) and np.abs(shares).max() > _MOST_SHARES:
             ax.set_yscale("symlog", linthresh=4.0, linscale=1.5)
             tens = [10.0**k for k in range(1, 12)]
             ax.set_yticks([*(-ten for ten in reversed(tens)), 0.0, *tens])
             ax.set(ylim=(min(2.0 * shares.min(), -1.0), max(2.0 * shares.max(), 4.0)))
-        ax.axhline(1.0, color=GREY, linewidth=0.7, zorder=0)
+        ax.axhline(1.0, color=base.GREY, linewidth=0.7, zorder=0)
     elif name == "tilts":
         for k, look in enumerate(ANGLE_LOOKS):
             ax.plot(t, np.degrees(flight.alpha[:, k]), label=rf"$\alpha_{k + 1}$", **look)
@@ -187,17 +176,15 @@ def _draw_panel(ax: Axes, flight: Flight, name: str) -> None:
         band: dict[str, Any] = {"color": "#009e73", "alpha": 0.45, "linewidth": 0.0, "label": "lies in this band"}
         ax.fill_between(t, near, 2.0 * near, **band)
         if floor > 0:
-            ax.axhline(floor, color=RED, linewidth=0.9, linestyle="--", label=f"flight stops below {floor:g}")
+            ax.axhline(floor, color=base.RED, linewidth=0.9, linestyle="--", label=f"flight stops below {floor:g}")
         ax.set_yscale("log")
         ax.set(ylim=(max(0.6 * float(np.nanmin(near, initial=floor or 1.0)), 1e-10), 3.0))
     if least:
         low, high = ax.get_ylim()
         ax.set(ylim=(min(low, -least), max(high, least)))
     ax.set(ylabel=label)
-    legend_above(ax, columns=columns)
+    base.legend_above(ax, columns=columns)
 
-
-# ---------------------------------------------------------------- films
 
 _MAP = (380 / 480, 134 / 420, 88 / 480, 88 / 420)
 _MOST_SHARE = 2.4  # of the longest line of thrust
@@ -324,9 +311,7 @@ def _draw_map(figure: Figure, place: FloatArray, wanted: FloatArray | None, arm:
     return path, ax.plot([], [], "o", color=INK, markersize=4.3)[0]
 
 
-# ---------------------------------------------------------------- files
-
-_PLOTS = tuple(f".{name}" for name in PICTURES)
+_PLOTS = tuple(f".{name}" for name in base.FORMATS)
 
 
 def check_flight_outputs(
@@ -343,7 +328,7 @@ def check_flight_outputs(
         if suffix in FILMS:
             vehicles.check_films([path], force=force)
         elif suffix in _PLOTS:
-            require_matplotlib()
+            base.require_matplotlib()
         else:
             FORMATS[suffix].function("write")  # MissingExtra, if that is so
     check_new_files(paths, force=force)
@@ -353,16 +338,11 @@ def write_flight(flight: Flight, paths: Sequence[str | Path], *, force: bool = F
     """Write a flight that has rows to files, whole or not at all; `force` overwrites existing files.
 
     The suffix selects a table (.csv, .json, .npz, .mat, .parquet), a plot over time (.png, .svg, .pdf), or a film
-    (.gif, .mp4).
-
-    Notes
-    -----
-    The viewer of a film is behind, right and above, and follows the vehicle. The grid on the ground is 1.8 arm lengths
-    below the start. Lines of thrust are proportional to the thrust up to 2.4 times a quarter of the weight, and are on
-    the other side of the disc where a rotor pulls.
-
-    Frames are evenly spaced in time. Where a period has fewer than two of them, each is moved by up to half a period,
-    so that the arms pass through the gait once in 25 frames; the frames then say that the arms are slowed down.
+    (.gif, .mp4). The viewer of a film is behind, right and above, and follows the vehicle; the grid on the ground is
+    1.8 arm lengths below the start. Lines of thrust are proportional to the thrust up to 2.4 times a quarter of the
+    weight, on the other side of the disc where a rotor pulls. Frames are evenly spaced in time. Where a period has fewer than
+    two of them, each is moved by up to half a period, so that the arms pass through the gait once in 25 frames; the
+    frames then say that the arms are slowed down.
     """
     check_flight_outputs(paths, force=force)
     if paths and not len(flight.rows):
@@ -373,7 +353,7 @@ def write_flight(flight: Flight, paths: Sequence[str | Path], *, force: bool = F
 
     def film(path: Path) -> None:
         times, delays, slowed = flight_frame_times(flight)
-        with paper_style():
+        with base.paper_style():
             vehicles.write_frames(*_flight_film(flight, times, slowed), delays, provenance_text(flight.table()), path)
 
     _write(paths, flight.table, figure, film, force=force)
@@ -403,8 +383,8 @@ def _write(
         if suffix in FILMS:
             contents.append((path, film))
         elif suffix in _PLOTS:
-            with paper_style():
-                contents.append((path, picture_bytes(figure(), suffix[1:])))  # type: ignore[arg-type]  # a format
+            with base.paper_style():
+                contents.append((path, base.picture_bytes(figure(), suffix[1:])))  # type: ignore[arg-type]  # a format
         else:
             contents.append((path, partial(FORMATS[suffix].function("write"), [table()], options=FormatOptions())))
     write_whole(contents, force=force)

@@ -17,19 +17,7 @@ from gaitgraph.errors import InputError, MissingConstant, MissingExtra, shown as
 from gaitgraph.gait.gait import Gait
 from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.planning.planner import Plan
-from gaitgraph.plots.axes import (
-    GREY,
-    NEGATIVE,
-    PALETTE,
-    POSITIVE,
-    axes_or_new,
-    blank_figure,
-    draw_arrow,
-    legend_below,
-    paper_style,
-    picture_bytes,
-    plane_axes,
-)
+from gaitgraph.plots import axes as base
 from gaitgraph.plots.gaits import draw_angles, gait_loop
 from gaitgraph.plots.planes import draw_zeros_of_R
 from gaitgraph.plots.vehicles import FROM_ABOVE, draw_vehicle, vehicle_view
@@ -60,7 +48,7 @@ def plot(shown: Shown, *, ax: Axes | None = None) -> Axes:
     also has its waypoints, its polygons, and arrows to the nearest admissible points if there is no loop. A timed gait
     is its four angles over time, a report the part of each limit that the gait uses.
     """
-    ax = axes_or_new(ax)
+    ax = base.axes_or_new(ax)
     _draw(ax, shown, legend=True)
     title = shown.verdict if isinstance(shown, Report) else str(shown).partition("\n")[0]
     ax.set_title(fill(re.sub(r"-(?=\d)", "−", title), 80), fontsize=9)
@@ -100,10 +88,10 @@ def _table(rows: Sequence[Sequence[str]]) -> str:
 def _picture(shown: Shown) -> tuple[str, str]:
     """Return a small picture as an HTML element and what it shows, or twice "" without matplotlib."""
     try:
-        with paper_style():
-            figure = blank_figure(70, 62)
+        with base.paper_style():
+            figure = base.blank_figure(70, 62)
             words = _draw(figure.add_subplot(), shown, legend=False)
-            content = base64.b64encode(picture_bytes(figure, "png")).decode("ascii")
+            content = base64.b64encode(base.picture_bytes(figure, "png")).decode("ascii")
     except MissingExtra:
         return "", ""
     # Half as wide as its pixels, to be sharp on screens of high resolution.
@@ -121,19 +109,16 @@ def _judged(gait: Gait) -> list[str]:
     return [report.verdict, *([report.reason] if report.reason else [])]
 
 
-# ---------------------------------------------------------------- pictures
-
-
 def _draw(ax: Axes, shown: Any, *, legend: bool) -> str:
     """Draw an object, with a legend where it has one and that is asked for, and return what the picture shows."""
     title = str(shown).partition("\n")[0]
     if isinstance(shown, (Gait, Plan)):
         title = _draw_loop(ax, shown)
         if legend:
-            legend_below(ax, ncols=2)
+            base.legend_below(ax, ncols=2)
     elif isinstance(shown, TimedGait):
         draw_angles(ax, shown.t, shown.alpha)
-        legend_below(ax, ncols=4)
+        base.legend_below(ax, ncols=4)
     elif isinstance(shown, Report):
         _draw_checks(ax, shown)
     elif isinstance(shown, Region):
@@ -162,11 +147,11 @@ def _draw_region(ax: Axes, region: Region, vehicle: Vehicle | None = None, use: 
         if vehicle is not None:
             inside = part.representative_point()
             positive = red_label(inside.x, inside.y, vehicle).prod() > 0
-            face, label = (POSITIVE, f"{use}, $R>0$") if positive else (NEGATIVE, f"{use}, $R<0$")
+            face, label = (base.POSITIVE, f"{use}, $R>0$") if positive else (base.NEGATIVE, f"{use}, $R<0$")
         named = "_" if label in labels else label
         labels.add(label)
-        ax.add_patch(PathPatch(outline, facecolor=face, edgecolor=GREY, linewidth=0.5, label=named))
-    plane_axes(ax, r"\alpha_1", r"\alpha_2")
+        ax.add_patch(PathPatch(outline, facecolor=face, edgecolor=base.GREY, linewidth=0.5, label=named))
+    base.plane_axes(ax, r"\alpha_1", r"\alpha_2")
 
 
 def _draw_loop(ax: Axes, shown: Gait | Plan) -> str:
@@ -192,9 +177,9 @@ def _draw_loop(ax: Axes, shown: Gait | Plan) -> str:
     if color == "red":
         draw_zeros_of_R(ax, vehicle)
         ax.plot(0, 0, "k+", markersize=7, label="all upright")
-    plane_axes(ax, r"\alpha_1", r"\alpha_2")
+    base.plane_axes(ax, r"\alpha_1", r"\alpha_2")
     for corners in zones.keep_out if zones else ():
-        ax.fill(*np.asarray(corners).T, facecolor="white", edgecolor=GREY, hatch="///", label="keep out")
+        ax.fill(*np.asarray(corners).T, facecolor="white", edgecolor=base.GREY, hatch="///", label="keep out")
     if gait is not None:
         gait_loop(gait, label=f"gait, {color or 'off the surfaces'}", width=2.2, ax=ax)
         end = max(np.pi / 2, float(np.abs(gait.alpha[:, :2]).max()))
@@ -205,7 +190,7 @@ def _draw_loop(ax: Axes, shown: Gait | Plan) -> str:
         ax.plot(*points.T, "o", label="waypoints", **ring)
     for obstacle in plan.obstacles if plan is not None and gait is None else ():
         if obstacle.nearest is not None:
-            draw_arrow(ax, plan.waypoints[obstacle.waypoints[0] - 1][:2], obstacle.nearest, PALETTE["no"][0])
+            base.draw_arrow(ax, plan.waypoints[obstacle.waypoints[0] - 1][:2], obstacle.nearest, base.PALETTE["no"][0])
     return words
 
 
@@ -214,7 +199,7 @@ def _draw_checks(ax: Axes, report: Report) -> None:
     from matplotlib.ticker import PercentFormatter
 
     for row, check in enumerate(report.checks):
-        used, color, mark = 0.0, PALETTE[_MARKS[check.mark][0]][0], _MARKS[check.mark][1]
+        used, color, mark = 0.0, base.PALETTE[_MARKS[check.mark][0]][0], _MARKS[check.mark][1]
         if check.value is not None and check.limit:
             floor = check.name in ("R_sign", "least_singular_value")
             used = abs(check.limit / check.value) if floor and check.value else abs(check.value / check.limit)

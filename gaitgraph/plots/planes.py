@@ -15,21 +15,7 @@ from gaitgraph.errors import checked_choice
 from gaitgraph.graph.build import DEFAULT_DIVISIONS, checked_divisions, grid_axis
 from gaitgraph.invertibility import matrices
 from gaitgraph.invertibility.matrices import BoolArray, Coefficients, CoefficientsLike, FloatArray, coefficients_of
-from gaitgraph.plots.axes import (
-    BLUE,
-    COLOR_OF,
-    GREY,
-    MARKER_OF,
-    NEGATIVE,
-    POSITIVE,
-    RED,
-    angle_axis,
-    axes_or_new,
-    draw_label,
-    legend_above,
-    legend_below,
-    plane_axes,
-)
+from gaitgraph.plots import axes as base
 from gaitgraph.surface.adjacency import PLANE_TYPES, text_from_types, types_may_be_adjacent
 from gaitgraph.surface.sheets import COLORS, RELATION, RootArrays, Sign, red_label, root_arrays, sheet_angles
 from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
@@ -56,9 +42,6 @@ _ELEVATION, _AZIMUTH = 16, -125  # of the viewer of a space [°]
 _LAYERS = 12  # of marks in space, from far to near
 _TIE = 12  # decimals [rad] to which α3 of two roots is compared
 _ROUNDED_BOX = "round,pad=0.5,rounding_size=0.6"
-
-
-# ---------------------------------------------------------------- roots at the nodes of the grid
 
 
 def interior_roots(coefficients: Coefficients, divisions: int) -> tuple[RootArrays, IntArray]:
@@ -97,8 +80,8 @@ def root_counts(ax: Axes, coefficients: Coefficients, divisions: int) -> None:
         look: dict[str, Any] = {"s": 16, "marker": marker, "facecolor": face, "edgecolor": "black", "linewidth": 0.6}
         label = f"{number} roots, {int(here.sum())} nodes"
         ax.scatter(a1[here], a2[here], label=label, clip_on=False, zorder=3, **look)
-    plane_axes(ax, r"\alpha_1", r"\alpha_2")
-    legend_above(ax, columns=2)
+    base.plane_axes(ax, r"\alpha_1", r"\alpha_2")
+    base.legend_above(ax, columns=2)
 
 
 def root_angle(ax: Any, coefficients: Coefficients, divisions: int, *, angle: int, which: Which) -> None:
@@ -108,9 +91,9 @@ def root_angle(ax: Any, coefficients: Coefficients, divisions: int, *, angle: in
     marks: list[Marks] = []
     for color, label in (("red", "+ plane"), ("blue", "− plane")):
         points = found.alpha[chosen & (found.sheet == _SHEET[color])]
-        marks.append((points[:, [0, 1, angle - 1]], COLOR_OF[color], MARKER_OF[color], label))
+        marks.append((points[:, [0, 1, angle - 1]], base.COLOR_OF[color], base.MARKER_OF[color], label))
         _draw_plane(ax, coefficients, angle, color)
-    angle_axis(ax.zaxis, rf"\alpha_{angle}")
+    base.angle_axis(ax.zaxis, rf"\alpha_{angle}")
     _draw_marks(ax, marks)
 
 
@@ -122,12 +105,12 @@ def signed_roots(ax: Any, coefficients: Coefficients, divisions: int, *, sign: S
     found, signs = interior_roots(coefficients, divisions)
     chosen = _chosen(found, which)
     grey, signed = found.alpha[chosen & (signs == 0)], found.alpha[chosen & (signs == _SIGN[sign])]
-    marks = [(grey[:, [0, 1, k]], GREY, marker, _SINGULAR) for k, marker in ((2, "s"), (3, "o"))]
-    for angle, color, marker in ((3, RED, "s"), (4, BLUE, "o")):
+    marks = [(grey[:, [0, 1, k]], base.GREY, marker, _SINGULAR) for k, marker in ((2, "s"), (3, "o"))]
+    for angle, color, marker in ((3, base.RED, "s"), (4, base.BLUE, "o")):
         marks.append((signed[:, [0, 1, angle - 1]], color, marker, rf"$\alpha_{angle}$, ${RELATION[sign]}$"))
         for sheet in COLORS:
             _draw_plane(ax, coefficients, angle, sheet, color)
-    angle_axis(ax.zaxis, r"\alpha_3,\ \alpha_4")
+    base.angle_axis(ax.zaxis, r"\alpha_3,\ \alpha_4")
     _draw_marks(ax, marks)
 
 
@@ -140,10 +123,10 @@ def level_determinants(ax: Any, coefficients: Coefficients, divisions: int, *, s
     tops = points[signed]
     stems = np.stack([tops * [1.0, 1.0, 0.0], tops, np.full(tops.shape, np.nan)], axis=1).reshape(-1, 3)
     ax.plot(*stems.T, color="0.75", linewidth=0.4)
-    marks = [(points[chosen & (signs == 0)], GREY, MARKER_OF["blue"], _SINGULAR)]
+    marks = [(points[chosen & (signs == 0)], base.GREY, base.MARKER_OF["blue"], _SINGULAR)]
     for color in COLORS:
         here = points[signed & (found.sheet == _SHEET[color])]
-        marks.append((here, COLOR_OF[color], MARKER_OF[color], f"{color} sheet"))
+        marks.append((here, base.COLOR_OF[color], base.MARKER_OF[color], f"{color} sheet"))
     ax.set_zlabel("$R$ (dimensionless)")
     ax.set_zlim(0.0, tops[:, 2].max())
     _draw_marks(ax, marks)
@@ -159,7 +142,7 @@ def _draw_plane(ax: Any, coefficients: Coefficients, angle: int, sheet: Color, c
         (x0, x1), (z0, z1) = _FINE_AXIS[run[[0, -1]]], height[run[[0, -1]]]
         quad = np.array([[x0, -HALF_PI, z0], [x1, -HALF_PI, z1], [x1, HALF_PI, z1], [x0, HALF_PI, z0]])
         quads.append(quad if angle == 3 else quad[:, [1, 0, 2]])
-    ink = color or COLOR_OF[sheet]
+    ink = color or base.COLOR_OF[sheet]
     ax.add_collection3d(Poly3DCollection(quads, facecolor=(ink, 0.1), edgecolor=(ink, 0.35), linewidth=0.5, zorder=1))
 
 
@@ -172,7 +155,7 @@ def _draw_marks(ax: Any, marks: Sequence[Marks]) -> None:
     from matplotlib.ticker import FixedLocator
 
     for axis, symbol in ((ax.xaxis, r"\alpha_1"), (ax.yaxis, r"\alpha_2")):
-        angle_axis(axis, symbol)
+        base.angle_axis(axis, symbol)
         # At the ends the labels of two axes would meet.
         axis.set_major_locator(FixedLocator([-HALF_PI / 2, 0.0, HALF_PI / 2]))
     ax.view_init(elev=_ELEVATION, azim=_AZIMUTH)
@@ -183,7 +166,7 @@ def _draw_marks(ax: Any, marks: Sequence[Marks]) -> None:
     for points, color, marker, label in marks:
         depth = ((points - spans[:, 0]) / np.ptp(spans, axis=1) - 0.5) @ toward  # about −0.7 to 0.7
         layer = np.clip(((depth + 0.7) / 1.4 * _LAYERS).astype(int), 0, _LAYERS - 1)
-        grey = color == GREY
+        grey = color == base.GREY
         look: dict[str, Any] = {"facecolor": "none" if grey else color, "edgecolor": color if grey else "white"}
         look |= {"marker": marker, "linewidth": 0.6 if grey else 0.3, "depthshade": False, "gid": label}
         for k in np.unique(layer):
@@ -196,10 +179,7 @@ def _draw_marks(ax: Any, marks: Sequence[Marks]) -> None:
     ax.tick_params(pad=-1)
     for axis in (ax.xaxis, ax.yaxis, ax.zaxis):
         axis.labelpad = -1.0
-    legend_above(ax, columns=3, over=-20.0)
-
-
-# ---------------------------------------------------------------- types
+    base.legend_above(ax, columns=3, over=-20.0)
 
 
 def adjacency_rule(of: Literal["angle", "pair"] = "pair", *, ax: Axes | None = None) -> Axes:
@@ -212,7 +192,7 @@ def adjacency_rule(of: Literal["angle", "pair"] = "pair", *, ax: Axes | None = N
     of `ax` is removed.
     """
     checked_choice("of", of, ("angle", "pair"))
-    ax = axes_or_new(ax)
+    ax = base.axes_or_new(ax)
     if of == "angle":  # the other angle is ?, which forbids nothing
         names = {kind: f"({kind},?)" for kind in "+?-"}
         places = {"+": (-1.0, 0.0), "?": (0.0, 0.0), "-": (1.0, 0.0)}
@@ -225,9 +205,9 @@ def adjacency_rule(of: Literal["angle", "pair"] = "pair", *, ax: Axes | None = N
             line = np.array([places[kind] for kind in pair])
             ax.plot(*line.T, color="0.35", linewidth=1.2, zorder=1, gid=" ".join(pair))
     for kind, place in places.items():
-        color = {"(+,+)": RED, "+": RED, "(-,-)": BLUE, "-": BLUE}.get(kind, "0.35")
+        color = {"(+,+)": base.RED, "+": base.RED, "(-,-)": base.BLUE, "-": base.BLUE}.get(kind, "0.35")
         face, ink = ("white", "black") if color == "0.35" else (color, "white")
-        shape = "square,pad=0.5" if color == RED else _ROUNDED_BOX
+        shape = "square,pad=0.5" if color == base.RED else _ROUNDED_BOX
         box = {"boxstyle": shape, "edgecolor": color, "facecolor": face, "linewidth": 1.0}
         ax.text(*place, kind.replace("-", "−"), color=ink, bbox=box, ha="center", va="center", zorder=3)
     ax.set_axis_off()
@@ -256,7 +236,7 @@ def type_map(
     """
     checked_choice("sign", sign, RELATION)
     found, signs = interior_roots(coefficients_of(kind=coefficients), divisions)
-    ax = axes_or_new(ax, size=(170, 176))
+    ax = base.axes_or_new(ax, size=(170, 176))
     shows = (found.sheet != 0) & ((signs == _SIGN[sign]) | (signs == 0))
     written = (shows & (found.types == 0).any(axis=-1)).any(axis=1) & labels
     for number in np.flatnonzero(written):
@@ -264,9 +244,10 @@ def type_map(
         # Each type once, red ones first.
         roots = sorted({(sheets[k], text_from_types(*types[k]), unsigned[k]) for k in np.flatnonzero(shows[number])})
         for k, (sheet, kind, singular) in enumerate(roots):
+            ink = base.GREY if singular else base.RED if sheet < 0 else base.BLUE
             ax.annotate(
                 kind.replace("-", "−"), tuple(found.alpha[number, 0, :2]), textcoords="offset points",
-                xytext=(0, 7.0 * ((len(roots) - 1) / 2 - k)), color=GREY if singular else RED if sheet < 0 else BLUE,
+                xytext=(0, 7.0 * ((len(roots) - 1) / 2 - k)), color=ink,
                 fontsize=6.0, ha="center", va="center", annotation_clip=False,
                 gid=",".join(str(k + 1) for k in divmod(number, divisions - 1)),
             )  # fmt: skip
@@ -275,9 +256,9 @@ def type_map(
     for state in sorted(set(map(tuple, states[~written].tolist())), reverse=True):
         places = found.alpha[~written & (states == state).all(axis=1), 0, :2]
         _mark_nodes(ax, places, state, 42.0 if labels else 5.0, RELATION[sign])
-    plane_axes(ax, r"\alpha_1", r"\alpha_2", divisor=8 if labels else 4)
+    base.plane_axes(ax, r"\alpha_1", r"\alpha_2", divisor=8 if labels else 4)
     if labels:
-        legend_above(ax, columns=3)
+        base.legend_above(ax, columns=3)
     return ax
 
 
@@ -295,16 +276,13 @@ def _mark_nodes(ax: Axes, places: FloatArray, state: tuple[int, ...], size: floa
         label = texts[0].replace("(+,+)", "(+,+) and (−,−)")
     if not texts:
         label = f"no root with ${sign}$"
-        ax.scatter(x, y, s=size / 12, marker="o", facecolor=GREY, label=label, **(look | {"linewidth": 0.0}))
+        ax.scatter(x, y, s=size / 12, marker="o", facecolor=base.GREY, label=label, **(look | {"linewidth": 0.0}))
     halves: tuple[Any, Any] = ("left", "right")
     for color, one, half in zip(COLORS, state, halves, strict=True):
         if one:  # two roots are the left half of a square and the right half of a disc
-            marker = MarkerStyle(MARKER_OF[color], fillstyle="full" if len(texts) == 1 else half)
-            face, edge = (COLOR_OF[color],) * 2 if one == 2 else ("white", GREY)
+            marker = MarkerStyle(base.MARKER_OF[color], fillstyle="full" if len(texts) == 1 else half)
+            face, edge = (base.COLOR_OF[color],) * 2 if one == 2 else ("white", base.GREY)
             ax.scatter(x, y, s=size, marker=marker, facecolor=face, edgecolor=edge, label=label, **look)
-
-
-# ---------------------------------------------------------------- regions
 
 
 def regions_map(vehicle: VehicleLike = PAPER, *, ax: Axes | None = None) -> Axes:
@@ -314,41 +292,32 @@ def regions_map(vehicle: VehicleLike = PAPER, *, ax: Axes | None = None) -> Axes
     positive in the hatched parts: α1 < δ and α2 > −δ, or both reversed. Contours are the largest hover thrust of a
     rotor, in units of the weight. Coefficients are exact. Each curve has its equation as its ``gid``.
     """
-    vehicle, ax = vehicle_named(vehicle), axes_or_new(ax)
-    from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
-
+    vehicle, ax = vehicle_named(vehicle), base.axes_or_new(ax)
     a1, a2 = np.meshgrid(_FINE_AXIS, _FINE_AXIS, indexing="ij")
     value = matrices.level_determinant(np.stack([a1, a2, a1, a2], axis=-1), coefficients_of(vehicle, "exact"))
-    ax.contourf(a1, a2, value, levels=[value.min() - 1, 0.0, value.max() + 1], colors=[NEGATIVE, POSITIVE])
+    ax.contourf(a1, a2, value, levels=[value.min() - 1, 0.0, value.max() + 1], colors=[base.NEGATIVE, base.POSITIVE])
     delta = math.atan(vehicle.signed_drag_ratio)
     low, high = -HALF_PI, HALF_PI
     hatched: dict[str, Any] = {"edgecolor": "0.6", "hatch": "///", "linewidth": 0.0}
+    for color, relation in ((base.POSITIVE, ">"), (base.NEGATIVE, "<")):  # for the legend, as are other empty lists
+        ax.fill([], [], facecolor=color, edgecolor="0.5", linewidth=0.5, label=f"$R{relation}0$")
     for first, second in (((low, delta), (-delta, high)), ((delta, high), (low, -delta))):
         corners = np.array([[first[i], second[j]] for i, j in ((0, 0), (1, 0), (1, 1), (0, 1))])
         ax.fill(*corners.T, facecolor="none", gid="hover", **hatched)
         _contour_thrust(ax, first, second, vehicle)
     idle: dict[str, Any] = {"color": "0.25", "linewidth": 0.8, "linestyle": (0, (4, 2))}
-    ax.axvline(delta, **idle)
+    ax.axvline(delta, label="a pair of rotors idles", **idle)
     ax.axhline(-delta, **idle)
     draw_zeros_of_R(ax, vehicle)
-    upright: dict[str, Any] = {"color": "black", "marker": "+", "linestyle": "none"}
-    ax.plot(0, 0, markersize=7, zorder=6, **upright)
+    ax.fill([], [], facecolor="white", label="hover, thrusts > 0", **hatched)
+    ax.plot([], [], color="black", linewidth=0.7, label="largest thrust / weight")
+    ax.plot(0, 0, "k+", markersize=7, zorder=6, label="all upright")
     mirror = math.copysign(1.0, delta)
     for x, y in ((-1.05, -0.62), (1.08, 0.3)):  # within the two large components, off the hatched parts
         at = (mirror * x, mirror * y)
-        draw_label(ax, at, "$R>0$" if red_label(*at, vehicle).prod() > 0 else "$R<0$")
-    plane_axes(ax, r"\alpha_1", r"\alpha_2", grid=False)
-    handles: list[Any] = [
-        Patch(facecolor=POSITIVE, edgecolor="0.5", linewidth=0.5, label="$R>0$"),
-        Patch(facecolor=NEGATIVE, edgecolor="0.5", linewidth=0.5, label="$R<0$"),
-        Line2D([], [], color="black", linewidth=1.4, label="$R=0$"),
-        Patch(facecolor="white", label="hover, thrusts > 0", **hatched),
-        Line2D([], [], color="black", linewidth=0.7, label="largest thrust / weight"),
-        Line2D([], [], label="a pair of rotors idles", **idle),
-        Line2D([], [], label="all upright", **upright),
-    ]
-    legend_below(ax, handles=handles, ncols=2)
+        base.draw_label(ax, at, "$R>0$" if red_label(*at, vehicle).prod() > 0 else "$R<0$")
+    base.plane_axes(ax, r"\alpha_1", r"\alpha_2", grid=False)
+    base.legend_below(ax, ncols=2)
     return ax
 
 
@@ -365,7 +334,7 @@ def _contour_thrust(ax: Axes, first: tuple[float, float], second: tuple[float, f
     side = 1.0 if first[0] > -HALF_PI else -1.0
     for level in levels:
         at = side * math.acos(0.25 / level)
-        ground = POSITIVE if red_label(at, -at, vehicle).prod() > 0 else NEGATIVE
+        ground = base.POSITIVE if red_label(at, -at, vehicle).prod() > 0 else base.NEGATIVE
         box = {"facecolor": ground, "edgecolor": "none", "pad": 0.6}
         ax.text(at, -at, f"{level:.1f}", fontsize=6.0, ha="center", va="center", bbox=box, zorder=5)
 
@@ -387,7 +356,7 @@ def draw_zeros_of_R(ax: Axes, vehicle: Vehicle) -> None:
 
 def singular_value_map(vehicle: VehicleLike = PAPER, *, ax: Axes | None = None) -> Axes:
     """Draw the least singular value on the red sheet in level flight, with exact coefficients, and a color bar."""
-    vehicle, ax = vehicle_named(vehicle), axes_or_new(ax)
+    vehicle, ax = vehicle_named(vehicle), base.axes_or_new(ax)
     a1, a2 = np.meshgrid(_FINE_AXIS, _FINE_AXIS, indexing="ij")
     value = matrices.least_singular_value_on_red(a1, a2, vehicle)
     levels = 0.1 * np.arange(math.ceil(10 * float(value.max())) + 1)
@@ -397,6 +366,6 @@ def singular_value_map(vehicle: VehicleLike = PAPER, *, ax: Axes | None = None) 
     ax.clabel(lines, levels[4::2], fmt="%.1f", fontsize=6.0)  # the lowest runs along the border
     draw_zeros_of_R(ax, vehicle)
     ax.plot(0, 0, marker="+", markersize=7, color="white", linestyle="none", zorder=6)
-    plane_axes(ax, r"\alpha_1", r"\alpha_2", grid=False)
+    base.plane_axes(ax, r"\alpha_1", r"\alpha_2", grid=False)
     ax.figure.colorbar(filled, ax=ax, aspect=18, pad=0.03, label="least singular value (dimensionless)")
     return ax

@@ -123,25 +123,13 @@ def vehicle_view(
     thrusts: npt.ArrayLike = 1.0,
     disc: float = _DISC,
 ) -> VehicleView:
-    """Return the view of a vehicle at given tilt angles.
+    """Return the view of a vehicle at tilt angles of shape (n, 4) or (4,) [rad].
 
-    Parameters
-    ----------
-    alpha
-        Tilt angles, shape (n, 4) or (4,) [rad].
-    vehicle
-        Only its `first_arm_angle` and `first_rotor_spin` matter.
-    view
-        Azimuth and elevation of the viewer [rad]; elevation from −π/2 to π/2.
-    attitude
-        Rotation from body axes to world axes, shape (3, 3); by default level.
-    thrusts
-        Lengths of the lines of thrust relative to the full length, shape (4,); negative where a rotor pulls.
-    disc
-        Radius of a rotor in arm lengths.
+    Of the `vehicle` only the first arm's angle and the first rotor's spin matter. `view` is the viewer's azimuth and
+    elevation, from −π/2 to π/2 [rad]; `attitude` the rotation from body axes to world axes, shape (3, 3), by default
+    level. `thrusts`, shape (4,), are relative lengths of the lines of thrust, negative where a rotor pulls; `disc` is a
+    rotor's radius in arm lengths.
 
-    Examples
-    --------
     >>> vehicle_view([[0.0, 0.5, 0.0, 0.5]], view=FROM_ABOVE).discs.shape
     (1, 4, 6)
     """
@@ -216,8 +204,6 @@ def _line(ax: Axes, start: Any, end: Any, **look: Any) -> list[Any]:
     return list(ax.plot(*np.array([start, end]).T, **look))
 
 
-# ---------------------------------------------------------------- Figure 1
-
 _PAPER_DISC = 0.42
 _LEAN = "#b35900"  # of tilt angles and the leaning thrusts
 
@@ -290,8 +276,6 @@ def _draw_from_the_tip(ax: Axes) -> None:
     text = "rotor $i$ from the tip of its arm:\npositive tilts are right-handed\nabout the outward axis $e_i$"
     draw_label(ax, hub - 0.75 * up, text)
 
-
-# ---------------------------------------------------------------- films
 
 MOST_FRAMES = 100  # of a film
 PALE = "#dfe2e7"
