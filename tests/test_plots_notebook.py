@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 import gaitgraph as gg
-from gaitgraph.plots import notebook
+from gaitgraph.plots import objects
 from gaitgraph.plots.axes import RED as RED_LINE
 from gaitgraph.vehicle import preset_names, vehicle_named
 from tests.published import GAITS

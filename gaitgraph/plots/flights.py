@@ -340,8 +340,8 @@ def write_flight(flight: Flight, paths: Sequence[str | Path], *, force: bool = F
     The suffix selects a table (.csv, .json, .npz, .mat, .parquet), a plot over time (.png, .svg, .pdf), or a film
     (.gif, .mp4). The viewer of a film is behind, right and above, and follows the vehicle; the grid on the ground is
     1.8 arm lengths below the start. Lines of thrust are proportional to the thrust up to 2.4 times a quarter of the
-    weight, on the other side of the disc where a rotor pulls. Frames are evenly spaced in time. Where a period has fewer than
-    two of them, each is moved by up to half a period, so that the arms pass through the gait once in 25 frames; the
+    weight, on the other side of the disc where a rotor pulls. Frames are evenly spaced in time. Where a period has
+    fewer than two, each is moved by up to half a period, so that the arms pass through the gait once in 25 frames; the
     frames then say that the arms are slowed down.
     """
     check_flight_outputs(paths, force=force)

@@ -61,7 +61,7 @@ def html_of(shown: Shown) -> str:
     title = text.partition("\n")[0]
     if not isinstance(shown, Report):  # the table of its checks says more
         picture, words = _picture(shown)
-        more = [words] if words.startswith("shaded") else []
+        more = [words] if words != title else []
     if isinstance(shown, Gait):
         gait, more = shown, [*_judged(shown), *more]
     elif isinstance(shown, Report):
@@ -185,6 +185,7 @@ def _draw_loop(ax: Axes, shown: Gait | Plan) -> str:
         end = max(np.pi / 2, float(np.abs(gait.alpha[:, :2]).max()))
         ax.set(xlim=(-end, end), ylim=(-end, end))
     if waypoints:
+        words += "; rings: waypoints"
         points = np.array([point[:2] for point in waypoints], dtype=float)
         ring: dict[str, Any] = {"markersize": 7, "markerfacecolor": "none", "markeredgecolor": "black", "zorder": 5}
         ax.plot(*points.T, "o", label="waypoints", **ring)

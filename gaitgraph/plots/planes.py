@@ -178,7 +178,7 @@ def _draw_marks(ax: Any, marks: Sequence[Marks]) -> None:
     ax.zaxis.label.set_rotation(90)
     ax.tick_params(pad=-1)
     for axis in (ax.xaxis, ax.yaxis, ax.zaxis):
-        axis.labelpad = -1.0
+        axis.labelpad = 2.0
     base.legend_above(ax, columns=3, over=-20.0)
 
 
