@@ -451,6 +451,8 @@ def test_colourings_of_gaits_have_their_coefficients_and_crossings() -> None:
     assert validate(at_side).listing is not None
     beyond = Gait(alpha=np.array([[0.3, -math.pi / 2 - 1e-6, 0.3, 0.3]]), colors=("red",))
     assert validate(beyond).listing is None
+    for times in (1, MOST_LISTED_ROWS + 1):  # tables of any length by the same rule
+        assert validate(table_from(np.tile(beyond.alpha, (times, 1)))).listing is None
 
 
 def test_whole_turns_change_no_physics() -> None:

@@ -132,9 +132,10 @@ def main(args: Sequence[str] | None = None) -> NoReturn:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         _stop(0)
     except Infeasible as error:  # of a request that stands for its gait
-        if "--json" in (sys.argv if args is None else args):
-            print_json({"status": "infeasible", "reason": str(error)})
-        _stop(1, str(error))
+        if "--json" not in (sys.argv if args is None else args):
+            _stop(1, str(error))
+        print_json({"status": "infeasible", "reason": str(error)})
+        code = 1
     except GaitgraphError as error:
         _stop(2, str(error))
     except MemoryError:

@@ -15,6 +15,7 @@ import warnings
 from dataclasses import dataclass, field, replace
 from importlib import import_module
 from itertools import chain
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -314,7 +315,11 @@ def _colors_of(alpha: FloatArray, coefficients: Coefficients) -> tuple[str, ...]
 
 
 def closed_rows(
-    table: Table, *, vehicle: VehicleLike | None = None, coefficients: CoefficientsLike | None = None
+    table: Table,
+    *,
+    vehicle: VehicleLike | None = None,
+    coefficients: CoefficientsLike | None = None,
+    name: object = None,
 ) -> tuple[Gait, FloatArray | None, TimedGait | None]:
     """Return the closed polyline through a table's rows, its times, and the timed gait that the table states.
 
@@ -343,7 +348,8 @@ def closed_rows(
         if lies_on(stated, table, start) and takes_the_period(stated, start, end, len(table), table.digit_error):
             stated = replace(stated, gait=replace(stated.gait, request=request), samples=len(alpha))
         else:
-            warnings.warn(OTHER_ROWS, FileWarning, stacklevel=2)
+            file = f"gait file {str(name)!r}: " if isinstance(name, (str, Path)) else ""
+            warnings.warn(f"{file}{OTHER_ROWS}", FileWarning, stacklevel=2)
             stated = None
     made: dict[str, Any] = {"vehicle": vehicle, "coefficients": numbers, "crossing_tolerance": crossing}
     return Gait(alpha=alpha, colors=colors, request=request, **made), t, stated

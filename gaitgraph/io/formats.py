@@ -286,7 +286,7 @@ def gait_of(
     if not isinstance(source, Table):
         return source if isinstance(source, Gait) else source.gait
     with naming_file(gait):
-        rows, _, stated = closed_rows(source, vehicle=vehicle, coefficients=coefficients)
+        rows, _, stated = closed_rows(source, vehicle=vehicle, coefficients=coefficients, name=gait)
     return stated.gait if stated else replace(rows.merged(), request=rows.request)
 
 

@@ -127,12 +127,13 @@ class OptimalGait:
     @property
     def gait(self) -> Gait:
         """The gait as a closed polyline within 1e-4 rad of the curve; Infeasible, with the reason, if there is none."""
-        return self._timed().gait
+        return self.timed().gait
 
-    def _timed(self, samples: int = 1) -> _TimedCurve:
+    def timed(self, *, samples: int | None = None, rate: float | None = None) -> TimedGait:
+        """Return the gait with its own timing; raises Infeasible, with the reason, if there is none."""
         if self.curve is None:
             raise Infeasible(self.reason)
-        gait = self.curve.polyline(_CHORD)
+        gait, samples = self.curve.polyline(_CHORD), checked_clock(self.period, "smooth", samples=samples, rate=rate)
         return _TimedCurve(gait=gait, period=self.period, law="optimal", samples=samples, curve=self.curve)
 
     def table(self, *, samples: int | None = None, rate: float | None = None) -> Table:
@@ -141,10 +142,9 @@ class OptimalGait:
 
     def pieces(self, *, samples: int | None = None, rate: float | None = None) -> Iterator[Table]:
         """Yield :meth:`table` as consecutive pieces, so that any length fits in memory."""
-        timed = self._timed(checked_clock(self.period, "smooth", samples=samples, rate=rate))
         discs = {"waypoints": self.waypoints.tolist(), "radius": self.radius.tolist()}
         about = {"made_by": "optimize", "objective": self.objective, **discs}
-        for piece in pieces_of(timed, about):
+        for piece in pieces_of(self.timed(samples=samples, rate=rate), about):
             yield replace(piece, about={name: value for name, value in piece.about.items() if name != "law"})
 
     def as_mapping(self) -> dict[str, Any]:
@@ -467,7 +467,7 @@ class _Search(NamedTuple):
         passed = np.hstack([plane, plane])
         passed.flags.writeable = times.flags.writeable = False
         answer = replace(self.base, curve=curve, passed=passed, times=times, bound=bound)
-        report = curve.check(floor=self.floor).with_checks(answer._timed().rate_checks())
+        report = curve.check(floor=self.floor).with_checks(answer.timed().rate_checks())
         effort = value = 2.0 / period * loop.effort
         if not effortless:
             # The worst case that the report of the whole curve certifies.

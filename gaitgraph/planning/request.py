@@ -22,10 +22,12 @@ import numpy as np
 from gaitgraph.angles import checked_number
 from gaitgraph.errors import InputError, check_fields, checked_choice, shown
 from gaitgraph.files import table_from_toml, text_of
+from gaitgraph.gait.gait import PAPER_GAITS
 from gaitgraph.gait.table import ANGLES, SAME_ROW, merged, surface_of
 from gaitgraph.graph.build import DEFAULT_DIVISIONS, checked_divisions, checked_waypoints
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, CoefficientsLike, Kind, coefficients_of
 from gaitgraph.io.formats import (
+    gait_of,
     holds_request,
     known_format,
     naming_file,
@@ -249,7 +251,7 @@ def colorings_of_file(
     coefficients: CoefficientsLike | None = None,
     crossing_tolerance: float | None = None,
 ) -> Colorings:
-    """Return every colouring of the loop in a gait table, a table of alpha1 and alpha2, a saved plan or a request.
+    """Return every colouring of the loop in a gait file, a table of alpha1 and alpha2, a request, or gait1 to gait4.
 
     A last row that equals the first is the closing row. By default the vehicle, the coefficients and the sign are what
     the file states, and for a request the crossing tolerance is half a step of its grid; else they are those of
@@ -262,6 +264,14 @@ def colorings_of_file(
         vehicle, numbers = request.vehicle, coefficients_of(request.vehicle, request.coefficients)
         stated_tolerance = math.pi / (2 * request.divisions)
         sign = request.sign
+    elif str(path) in PAPER_GAITS:
+        gait = gait_of(path, vehicle=vehicle, coefficients=coefficients)
+        points, vehicle, numbers, stated_tolerance = (
+            gait.alpha,
+            gait.vehicle,
+            gait.coefficients,
+            gait.crossing_tolerance,
+        )
     else:
         table = merged(read_pieces(path, plane_only=True))
         with naming_file(path):

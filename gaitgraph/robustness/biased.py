@@ -280,7 +280,7 @@ def _closed_segments(gait: GaitLike, vehicle: VehicleLike | None) -> tuple[Segme
     source = given_gait(gait, vehicle=vehicle)
     if isinstance(source, Table):
         with naming_file(gait):
-            points, times, stated = closed_rows(source, vehicle=vehicle)
+            points, times, stated = closed_rows(source, vehicle=vehicle, name=gait)
         if stated is not None:
             return _closed_segments(stated, None)
         segments = replace(segments_of(points), t=times, first_t=None if times is None else float(times[0]))

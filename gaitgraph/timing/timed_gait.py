@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter, deque
-from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import islice
@@ -51,7 +51,7 @@ from gaitgraph.validation.report import RATE_UNITS, limit_check
 from gaitgraph.validation.validating import validate
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
+    from collections.abc import Callable, Iterable, Iterator, Mapping
 
     from gaitgraph.invertibility.matrices import CoefficientsLike, FloatArray
     from gaitgraph.io.columns import FormatOptions
@@ -347,11 +347,11 @@ def timed_gait_of(
         advice = f"; gaitgraph plan {name} --output gait.csv writes its gait" if "request" in about else ""
         raise InputError(f"gait file {name!r} is the table of a flight, not of a gait{advice}")
     with naming_file(gait):
-        rows, times, stated = closed_rows(source, vehicle=vehicle, coefficients=coefficients)
+        rows, times, stated = closed_rows(source, vehicle=vehicle, coefficients=coefficients, name=gait)
     merged_gait = stated.gait if stated else replace(rows.merged(), request=rows.request)
     is_asked = period is not None or law is not None
     period = about.get("period") if period is None else period
-    law = law or (about.get("law") if about.get("made_by") != "pace" else None) or DEFAULT_LAW
+    law = law or (about["law"] if about.get("law") in (*LAWS,) else DEFAULT_LAW)
     if times is None or len(source) == 1:
         if period is None and len(merged_gait.alpha) > 1 and is_file:
             remedy = "state its period with --period SECONDS (period=)"
@@ -424,7 +424,7 @@ def pieces_of(
     }
     by_law = timed.law in LAWS
     if not by_law:
-        made["made_by"] = "pace"
+        made["made_by"] = "optimize" if timed.law == "optimal" else "pace"
     elif "made_by" not in (about or {}) and gait.color != "mixed" and len(gait.alpha) <= MOST_CORNERS:  # not of a path
         made["corners"] = gait.alpha.tolist()
     if gait.request:
@@ -479,7 +479,8 @@ def export(
     vehicle, coefficients
         What the gait is for, instead of what the file states.
     period, law, samples, rate
-        As for :meth:`gaitgraph.gait.gait.Gait.parametrize`; by default what the file states, else 1 s and smooth.
+        As for :meth:`gaitgraph.gait.gait.Gait.parametrize`; by default what the file states, else the time that its
+        rows take, or 1 s, and smooth.
     joints
         What the columns of a servo table from elsewhere are.
     servos, options, force
@@ -487,7 +488,10 @@ def export(
     progress
         Called with the fraction of the work that is done.
     """
-    paths = list(outputs) if isinstance(outputs, Iterable) and not isinstance(outputs, str) else [outputs]
+    paths: list[Any] = [outputs]
+    if not isinstance(outputs, str):
+        with suppress(TypeError):  # one path, or no path at all
+            paths = list(outputs)  # type: ignore[arg-type]
     formats = [known_format(path, "output") for path in paths]
     if options is not None:
         check_options(options, formats)
@@ -517,11 +521,15 @@ def export(
     asked = {name: value for name, value in asked.items() if value is not None}
     if asked or "t" not in first[0] or sum(map(len, first)) == 1:
         table = merged(read())
-        # What is stated counts where nothing is asked for; pacing follows no law.
-        stated = ("period",) if table.about.get("made_by") == "pace" else ("period", "law")
-        clock: dict[str, Any] = {name: table.about[name] for name in stated if table.about.get(name) is not None}
-        is_timed = isinstance(given, TimedGait)
+        # What is not asked for is as stated, and the period as the times of the rows; pacing follows no law.
+        clock: dict[str, Any] = {"law": table.about.get("law"), "period": table.about.get("period")}
+        clock = {name: value for name, value in clock.items() if value in (*LAWS,) or name != "law"}
         with naming_file(source):
+            if "t" in table and len(table) > 1 and clock["period"] is None:
+                times = closed_rows(table, vehicle=vehicle, coefficients=coefficients)[1]
+                clock["period"] = times[-1] - times[0]
+            clock = {name: value for name, value in clock.items() if value is not None}
+            is_timed = isinstance(given, TimedGait)
             gait = given.gait if is_timed else gait_of(table, vehicle=vehicle, coefficients=coefficients)
         pieces: Callable[[], Iterator[Table]] = partial(pieces_of, gait.parametrize(**clock | asked))
     else:

@@ -24,6 +24,7 @@ from gaitgraph.gait.table import (
     RATES,
     SAME_ROW,
     Table,
+    closed_rows,
     closing_time,
     is_closed,
     lies_on,
@@ -174,7 +175,12 @@ def validate(
         holds = holds and timed is not None and lies_on(timed, piece, first["t"][0])
     found = checker.report()
     if timed is None:
-        return found
+        timing = [first.about.get(name) for name in ("period", "law")]
+        if "t" in first or "corners" in first.about or None in timing or checker.rows > len(first):
+            return found
+        with naming_file(source):  # a saved plan: corners, with the timing of its request
+            closed = closed_rows(first, vehicle=vehicle, coefficients=numbers)[0].merged()
+            return found.with_checks(closed.parametrize(timing[0], law=timing[1]).rate_checks())
     start, end = float(first["t"][0]), float(piece["t"][-1])
     if not holds or not takes_the_period(timed, start, end, checker.rows, first.digit_error):
         return replace(found, notes=(*found.notes, OTHER_ROWS))
@@ -200,6 +206,7 @@ class _TableChecker:
         self.head: Segments | None = None  # the first three rows
         self.tail: Segments | None = None  # the last three rows so far
         self.plane: list[FloatArray] = []
+        self.is_beyond = False  # whether a row is outside [−π/2, π/2]², where no colouring is defined
         self.notes: dict[str, str] = {}
 
     def update(self, piece: Table) -> None:
@@ -228,6 +235,7 @@ class _TableChecker:
         self.tail = rows[-3:]
 
     def _count_colorings(self, plane: FloatArray) -> None:
+        self.is_beyond |= bool((np.abs(plane) > math.pi / 2).any())
         choices = color_choices(plane[:, 0], plane[:, 1], self.criteria.coefficients, self.criteria.crossing_tolerance)
         for sign, count_of_sign in self.counts.items():
             count_of_sign.add(choices[sign])
@@ -287,7 +295,9 @@ class _TableChecker:
         if head.t is not None:
             report = report.with_checks(self.rates.checks(head, tail, self.criteria.vehicle, closed=near))
             self.notes |= self.rates.notes
-        if self.rows > MOST_LISTED_ROWS:
+        if self.is_beyond:
+            listing = None
+        elif self.rows > MOST_LISTED_ROWS:
             listing = colorings_counted(self.counts)
         else:
             of, crossing = self.criteria.coefficients, self.criteria.crossing_tolerance
