@@ -248,6 +248,21 @@ def tilt_angles(table: Table, coefficients: Coefficients, *, rows_before: int = 
     return points_on_sheets(table["alpha1"], table["alpha2"], table["color"], coefficients)
 
 
+def lifted_pieces(
+    pieces: Iterable[Table], coefficients: Coefficients, tolerance: float = DEFAULT_TOLERANCE
+) -> Iterator[tuple[Table, FloatArray, npt.NDArray[np.int8]]]:
+    """Yield pieces, their tilt angles, and the family of each row, as stated or by its place; 0 for none."""
+    rows = code = 0
+    for piece in pieces:
+        alpha = tilt_angles(piece, coefficients, rows_before=rows)
+        if "color" in piece:
+            codes = family_codes(piece["color"])
+        else:
+            codes = families_along(alpha, coefficients, tolerance, before=code)
+        rows, code = rows + len(alpha), int(codes[-1])
+        yield piece, alpha, codes
+
+
 def is_closed(alpha: FloatArray) -> bool:
     """Return whether the last of two or more rows of angles is the first again; the first and the last two suffice.
 
@@ -386,25 +401,13 @@ def completed_pieces(
     if not isinstance(about.get("request"), dict) or vehicle is not None or coefficients is not None:
         about.pop("request", None)  # the request was for something else
 
-    def placed() -> Iterator[tuple[Table, FloatArray, npt.NDArray[np.int8]]]:
-        """Yield pieces, their tilt angles, and the family of each row, as stated or by its place; 0 for none."""
-        rows = code = 0
-        for piece in pieces():
-            alpha = tilt_angles(piece, numbers, rows_before=rows)
-            if "color" in piece:
-                codes = family_codes(piece["color"])
-            else:
-                codes = families_along(alpha, numbers, DEFAULT_TOLERANCE, before=code)
-            rows, code = rows + len(alpha), int(codes[-1])
-            yield piece, alpha, codes
-
     def R_of(alpha: FloatArray) -> FloatArray:
         rows = np.repeat(alpha, 2, axis=0) if len(alpha) == 1 else alpha  # numpy rounds a single row otherwise
         return np.asarray(level_determinant(rows, numbers))[: len(alpha)]
 
     count, has_colors, keeps_R, keeps_types = 0, True, True, True
     ends = np.zeros((0, 4))  # the first row and the last two so far
-    for piece, alpha, codes in placed():
+    for piece, alpha, codes in lifted_pieces(pieces(), numbers):
         count += len(alpha)
         ends = np.delete(np.vstack([ends, alpha]), slice(1, -2), axis=0)
         has_colors &= bool(codes.all())
@@ -414,10 +417,11 @@ def completed_pieces(
         if keeps_types:
             keeps_types = "types" in piece and not wrong_types(piece, codes).any()
 
-    def whole() -> Iterator[Table]:
-        """Yield the pieces with t from 0 and all columns but rates and accelerations."""
-        start = float(first["t"][0])
-        for piece, alpha, codes in placed():
+    def closed() -> Iterator[Table]:
+        """Yield the pieces without rates, and a closing row, which replaces a last row that repeats the first."""
+        opening: dict[str, Any] = {}
+        left, start = count - returned, float(first["t"][0])
+        for piece, alpha, codes in lifted_pieces(pieces(), numbers):
             columns = piece.columns | dict(zip(ANGLES, alpha.T, strict=True)) | {"t": piece["t"] - start}
             if not keeps_R:
                 columns["R"] = R_of(alpha)
@@ -428,19 +432,13 @@ def completed_pieces(
                 if not keeps_types:
                     pairs = zip(*family_types(alpha, codes, numbers, crossing_tolerance), strict=True)
                     columns["types"] = tuple(text_from_types(*pair) for pair in pairs)
-            yield Table(columns=columns, about=about)
-
-    def closed() -> Iterator[Table]:
-        """Yield the whole pieces and a closing row, which replaces a last row that repeats the first."""
-        opening: Any = None
-        left = count - returned
-        for piece in whole():
-            opening, end = opening or piece.rows(0, 1), float(piece["t"][-1])
+            whole = Table(columns=columns, about=about)
+            opening, end = opening or whole.rows(0, 1).columns, float(columns["t"][-1])
             if left:
-                yield piece.rows(0, left)
-            left = max(left - len(piece), 0)
+                yield whole.rows(0, left)
+            left = max(left - len(whole), 0)
         end = end if returned else closing_time(0.0, end, count)
-        yield Table(columns={**opening.columns, "t": np.array([end])}, about=about)
+        yield Table(columns={**opening, "t": np.array([end])}, about=about)
 
     def in_order() -> Iterator[Table]:
         for piece in closed() if stated_rates else _with_rates(closed()):
