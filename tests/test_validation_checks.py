@@ -140,10 +140,6 @@ BLUE_IS_SINGULAR = ": use red, since the whole blue sheet is singular at every a
 NO_THRUSTS = "no thrusts carry the weight without torque: the control moment matrix has rank two on blue; use red"
 
 
-def found_by(report: Report) -> list[tuple[str, str, bool]]:
-    return [(check.name, check.kind, check.ok) for check in report.checks]
-
-
 @pytest.mark.parametrize("keeps", [True, False])
 def test_all_that_is_found_of_a_gait_and_of_the_limits_of_its_vehicle(keeps: bool) -> None:
     limits: dict[str, Any] = (
@@ -154,9 +150,8 @@ def test_all_that_is_found_of_a_gait_and_of_the_limits_of_its_vehicle(keeps: boo
     report = gait.check()
     names = ("closed", "on_surface", "two_color", "continuous", "R_sign")
     physics = {"least_singular_value": True, "hover_thrust": True, "thrust_limit": keeps, "tilt_range": keeps}
-    assert found_by(report) == [(name, "valid", True) for name in names] + [
-        (name, "flyable", ok) for name, ok in physics.items()
-    ]
+    found = [(check.name, check.kind, check.ok) for check in report.checks]
+    assert found == [(name, "valid", True) for name in names] + [(name, "flyable", ok) for name, ok in physics.items()]
     assert (report.flyable, report.reachable_from_hover) == (keeps, keeps)
     in_home = "in the component of α = 0: a flight from hover can enter and leave it"
     assert report.reachability == (in_home if keeps else CLOSED_OFF)

@@ -13,7 +13,7 @@ from hypothesis import HealthCheck, given, settings, strategies as st
 
 import gaitgraph as gg
 from gaitgraph.gait.gait import Gait, lift
-from gaitgraph.gait.table import Table
+from gaitgraph.gait.table import ANGLES, Table
 from gaitgraph.invertibility.matrices import (
     coefficients_of,
     hover_thrust_shares,
@@ -26,6 +26,7 @@ from gaitgraph.io.formats import read_table
 from gaitgraph.validation import physics, validating
 from gaitgraph.validation.validating import MOST_LISTED_ROWS, validate
 from tests.published import GAITS, PublishedGait
+from tests.samples import table_from
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -33,7 +34,6 @@ if TYPE_CHECKING:
     from gaitgraph.validation.report import Report
 
 G1, G2, G3, G4 = GAITS
-NAMES = ("alpha1", "alpha2", "alpha3", "alpha4")
 
 
 def value_of(report: Report, name: str) -> float:
@@ -42,19 +42,9 @@ def value_of(report: Report, name: str) -> float:
     return value
 
 
-def table_from(alpha: Any, *, t: Any = None, **columns: Any) -> Table:
-    alpha = np.asarray(alpha, dtype=float)
-    found: dict[str, Any] = {} if t is None else {"t": np.asarray(t, dtype=float)}
-    return Table(columns=found | {name: alpha[:, k] for k, name in enumerate(NAMES)} | columns)
-
-
-def part_of(table: Table, start: int, end: int) -> Table:
-    return Table(columns={name: values[start:end] for name, values in table.columns.items()}, about=table.about)
-
-
 def judged_in_pieces(monkeypatch: pytest.MonkeyPatch, table: Table, cuts: list[int], **limits: Any) -> Report:
     ends = [0, *sorted({cut % len(table) for cut in cuts} - {0}), len(table)]
-    pieces = [part_of(table, a, b) for a, b in itertools.pairwise(ends)]
+    pieces = [table.rows(a, b) for a, b in itertools.pairwise(ends)]
     with monkeypatch.context() as small:
         small.setattr(validating, "read_pieces", lambda path, progress=None: iter(pieces))
         small.setattr(physics, "_BLOCK", 2)
@@ -229,7 +219,7 @@ def test_a_change_of_the_sign_of_R_between_rows_is_found(turn: int) -> None:
 @pytest.mark.parametrize("open_", [True, False])
 def test_closing(open_: bool) -> None:
     table = sampled(G3, 40, law="constant-speed")
-    report = validate(part_of(table, 0, 40) if open_ else table)
+    report = validate(table.rows(0, 40) if open_ else table)
     assert (report.valid, report.flyable, report.notes) == (True, True, ())
     step = np.abs(np.diff(table.alpha, axis=0)).max()
     assert report["closed"].value == pytest.approx(step if open_ else 0.0)
@@ -291,7 +281,7 @@ class TestClock:
         self, joint: int, row: int, value: float, name: str
     ) -> None:
         kind = name.removeprefix("tilt_")
-        stated: dict[str, Any] = {f"{angle}_{kind}": np.zeros(401) for angle in NAMES}
+        stated: dict[str, Any] = {f"{angle}_{kind}": np.zeros(401) for angle in ANGLES}
         stated[f"alpha{joint}_{kind}"][row - 1] = value
         report = validate(self.table(**stated), vehicle=gg.PAPER.replace(max_tilt_acceleration=40.0))
         check = report[name]
@@ -324,7 +314,7 @@ class TestClock:
         table = self.table(40)
         rate = -0.2 * np.pi * np.sin(np.pi * table["t"]) * factor
         signs = (1, -1, 1, -1)
-        stated = {f"{name}_rate": sign * rate for name, sign in zip(NAMES, signs, strict=True)}
+        stated = {f"{name}_rate": sign * rate for name, sign in zip(ANGLES, signs, strict=True)}
         table = Table(columns={**table.columns, **stated})
         told = abs(1 - factor) > 0.5 * (1 + abs(factor)) * 1.02
         for cuts in ([], [5, 20], list(range(41))):
@@ -412,7 +402,7 @@ def test_the_sign_of_R_is_decided_against_the_digits_of_a_file(
     assert -1e-2 < float(level_determinant([a1, a2, a1, a2], coefficients_of(kind="exact"))) < -1e-4
     shown = np.degrees([a1, a2, a1, a2]) if suffix else (a1, a2, a1, a2)
     path = tmp_path / "gait.csv"
-    rows = ",".join(f"{name}{suffix}" for name in NAMES), ",".join(f"{angle:.{decimals}f}" for angle in shown)
+    rows = ",".join(f"{name}{suffix}" for name in ANGLES), ",".join(f"{angle:.{decimals}f}" for angle in shown)
     path.write_text("\n".join(rows))
     assert read_table(path).digit_error == pytest.approx(math.radians(rounding) if suffix else rounding, rel=1e-12)
     if decimals == 12:
