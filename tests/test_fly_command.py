@@ -13,6 +13,9 @@ from gaitgraph.errors import InputError
 from gaitgraph.flight.course import biased_timed_gait
 from gaitgraph.flight.flight import FlightSettings
 from gaitgraph.flight.simulation import fly
+from gaitgraph.planning.transitions import transition
+from gaitgraph.timing.curve import rounded
+from gaitgraph.timing.time_optimal import Limits, paced
 from gaitgraph.timing.timed_gait import ROW_BY_ROW, RowTimedGait, timed_gait_of
 from tests.published import GAITS
 from tests.samples import gait_of_paper
@@ -96,6 +99,24 @@ def test_a_table_of_a_law_flies_as_that_law(tmp_path: Path) -> None:
             assert not isinstance(read, RowTimedGait)
             assert read.period == pytest.approx(1.5)
             np.testing.assert_allclose(read.at(t)[0], timed.at(t)[0], atol=1e-6)
+
+
+def test_only_a_table_that_states_no_law_of_its_rows_has_a_warning(tmp_path: Path) -> None:
+    gait = gait_of_paper(4)
+    law = paced(gait, Limits(rate=6, acceleration=60), rounding="2deg").timed
+    curve = rounded(gait, 0.05).curve.polyline(1e-7)  # its corners are too many to be stated
+    entry = transition("hover", gait)
+    assert law is not None
+    for made in (law, curve.parametrize(1.0, samples=200), entry):
+        made.write(tmp_path / "a.json", force=True)
+        table = json.loads((tmp_path / "a.json").read_text())
+        for factor in (1, 1.01):
+            table["columns"]["t"] = [factor * t for t in table["columns"]["t"]]
+            (tmp_path / "a.json").write_text(json.dumps(table))
+            timed = timed_gait_of(tmp_path / "a.json")
+            assert isinstance(timed, RowTimedGait)
+            warned = any("no built-in law" in one for one in fly(timed, settings=SHORT, anyway=True).warnings)
+            assert warned is (factor != 1)
 
 
 def test_another_table_flies_straight_from_row_to_row(run: Any, tmp_path: Path) -> None:

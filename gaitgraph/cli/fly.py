@@ -86,7 +86,6 @@ def fly_command(
     from gaitgraph.flight.course import biased_timed_gait, from_hover, repeated
     from gaitgraph.flight.flight import record_of
     from gaitgraph.flight.simulation import checked_attitude, fly
-    from gaitgraph.plots.flights import write_flight
     from gaitgraph.timing.timed_gait import timed_gait_of
 
     asked = {**given, "bias": bias, "periods": periods}
@@ -118,7 +117,7 @@ def fly_command(
             warnings.append(f"nothing was flown, so {', '.join(outputs)} is not written")
         if written:
             progress(f"writing {', '.join(written)}")
-            write_flight(flight, written, force=force)
+            flight.write(*written, force=force)
     lines = [*(f"warning: {one}" for one in warnings), *(f"wrote {name}" for name in written)]
     return show(flight, more={"warnings": warnings, "outputs": list(written)}, lines=lines)
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, fields, replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
@@ -14,10 +13,11 @@ from gaitgraph.angles import angle_from_text, number_of, whole_number
 from gaitgraph.errors import InputError, check_fields, checked_choice, shown
 from gaitgraph.gait.table import Table
 from gaitgraph.invertibility.matrices import FloatArray, least_singular_value
-from gaitgraph.io.formats import write_tables
 from gaitgraph.timing.laws import LAWS
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from gaitgraph.flight.course import Course
     from gaitgraph.timing.timed_gait import TimedGait
     from gaitgraph.vehicle import Vehicle
@@ -375,13 +375,10 @@ class Flight:
         return Table(columns={name: self.rows[:, k] for name, k in _AT.items()}, about=about)
 
     def write(self, *paths: str | Path, force: bool = False) -> None:
-        """Write the table of the flight to files (:data:`TABLES`), each whole or not at all; no plots and films."""
-        for path in paths:
-            if Path(path).suffix.lower() not in TABLES:
-                raise InputError(f"output must be a table of a flight ({', '.join(TABLES)}), got {str(path)!r}")
-        if not len(self.rows):
-            raise InputError("nothing was flown, so there is no table to write")
-        write_tables(self.table(), paths, force=force)
+        """Write tables, plots and films of the flight; see :func:`gaitgraph.plots.flights.write_flight`."""
+        from gaitgraph.plots.flights import write_flight
+
+        write_flight(self, paths, force=force)
 
     def __repr__(self) -> str:
         return f"<Flight: {self.flown:g} s, {self.reason or self.verdict}>"

@@ -239,8 +239,9 @@ def before_take_off(course: Course, settings: FlightSettings, *, anyway: bool = 
             jump, last = np.linalg.norm(timed.gait.alpha[-1] - timed.gait.alpha[0]), timed.times[-1] - timed.times[-2]
             back = f"the {jump:.3g} rad from its last row back to the first are flown within {last:.3g} s"
             warnings.append(f"the table is not closed: {back}")
-        straight = f"{timed.samples} rows are flown straight from one to the next"
-        warnings.append(f"the timing matches no built-in law: {straight}")
+        if not timed.law_stated:
+            straight = f"{timed.samples} rows are flown straight from one to the next"
+            warnings.append(f"the timing matches no built-in law: {straight}")
     # Whether only a part of the course, the period or the lap is flown.
     seconds, is_finite = settings.seconds_of(course), math.isfinite(course.duration)
     for name, whole, meaning in (

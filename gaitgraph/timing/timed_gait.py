@@ -294,11 +294,13 @@ class RowTimedGait(TimedGait):
     """A gait that passes each row of a table at the row's own time, straight between them; each row is a corner.
 
     `times` are those of the rows, the first again at the end, shape (n + 1,), from 0 to the period [s]; `closed`
-    states whether the table's last row was the first again; otherwise one more segment leads back.
+    states whether the table's last row was the first again; otherwise one more segment leads back. `law_stated` is
+    whether its file states a law that the rows are samples of, such as that of ``pace``, and the period that they take.
     """
 
     times: FloatArray
     closed: bool = True
+    law_stated: bool = False
 
     @property
     def corner_times(self) -> FloatArray:
@@ -370,6 +372,7 @@ def timed_gait_of(
                 return timed
         colors = merged_gait.colors[:1] * len(rows.alpha) if len(set(merged_gait.colors)) == 1 else ()
         times.flags.writeable = False
+        stated_period, ends = number_of(about.get("period")), times[len(source) - 1 :]
         return RowTimedGait(
             gait=replace(merged_gait, alpha=rows.alpha, colors=colors),
             period=float(times[-1]),
@@ -377,6 +380,7 @@ def timed_gait_of(
             samples=len(times) - 1,
             times=times,
             closed=len(rows.alpha) < len(source),
+            law_stated="law" in about and bool(np.isclose(ends, stated_period, rtol=1e-6, atol=0).any()),
         )
 
 
