@@ -224,10 +224,8 @@ def reference_at(settings: FlightSettings, t: npt.ArrayLike) -> tuple[FloatArray
     t = np.asarray(t, dtype=float)
     kind, size, lap = settings.reference, settings.size, settings.lap
     place, velocity, acceleration = (np.zeros((len(t), 3)) for _ in range(3))
-    part = np.clip(t / lap, 0.0, 1.0)
-    share = part**3 * (10 - 15 * part + 6 * part**2)
-    first = 30 * part**2 * (1 - part) ** 2 / lap
-    second = 60 * part * (1 - part) * (1 - 2 * part) / lap**2
+    share, first, second = LAWS["smooth"].motion(np.clip(t / lap, 0.0, 1.0))
+    first, second = first / lap, second / lap**2
     if kind == "step":
         place[:, 0] = size
     elif kind == "line":
