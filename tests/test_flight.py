@@ -153,7 +153,7 @@ class TestOutcomes:
         timed = flown_by(RED, PAPER.replace(drag_ratio=1.0))
         for floor in (0.01, 0.3):
             flight = fly(timed, settings=short(duration=1.0, floor=floor), anyway=True)
-            self.check(flight, "near singular", f"and flight stops where it may be below {floor:g}")
+            self.check(flight, "near singular", f"and the floor is {floor:g}")
             # The last row is still allowed, and the next one, a millisecond later, was not.
             assert floor <= flight.column("nearness").min() < floor + 0.01
 
@@ -165,7 +165,7 @@ class TestOutcomes:
             (flown_by(RED, PAPER.replace(rotor_inertia=1e-2)), {}, "tumbling", "turns by more than 200 rad/s"),
             (flown_by(HOVER, PAPER.replace(gravity=1e7)), {"thrust_limit": 1.0}, "tumbling", "farther than 100000 m"),
             (HOVER, {"attitude": (0.0, math.pi / 2 - 1e-4)}, "upended", "nose points straight up or down at 0.000 s"),
-            (flown_by(RED, PAPER.replace(mass=1e20)), {}, "tumbling", "beyond what the physics engine can follow"),
+            (flown_by(RED, PAPER.replace(mass=1e20)), {}, "tumbling", "exceed the range of the physics engine"),
         ],
     )
     def test_other_ends(
@@ -248,13 +248,13 @@ class TestDuration:
         flight = fly(self.SLOW, settings=FlightSettings(duration=1.2))
         assert flight.settled
         assert flight.warnings == (
-            "1.2 s are 0.3 of a period of 4 s: what holds at one moment of it need not hold at another",
+            "the flight of 1.2 s is 30 % of a period of 4 s: the rest of the gait is not tested",
         )
         circle = FlightSettings(duration=1.0, reference="circle", lap=2.0, size=0.1)
         course = course_of(ASCENDING, periods=1)
         for flown, settings, part in (
-            (RED, circle, "1 s are 0.5 of a lap of 2 s"),
-            (course, short(duration=0.5), "0.5 s are 0.1 of a course of 5 s"),
+            (RED, circle, "the flight of 1 s is 50 % of a lap of 2 s"),
+            (course, short(duration=0.5), "the flight of 0.5 s is 10 % of a course of 5 s"),
         ):
             (warning,) = fly(flown, settings=settings).warnings
             assert warning.partition(":")[0] == part
@@ -274,7 +274,7 @@ class TestDuration:
         flight = fly(RED, settings=short(duration=1.0, **changes), anyway=True)
         (warning,) = [one for one in flight.warnings if "do not follow" in one]
         spans, planned = np.ptp(flight.alpha, axis=0), np.ptp(RED.gait.alpha, axis=0)
-        numbers = re.search(r"arm (\d) swings by (\S+) of the (\S+) rad", warning)
+        numbers = re.search(r"arm (\d) swings by (\S+) of the planned (\S+) rad", warning)
         assert numbers is not None
         arm, swing, plan = int(numbers[1]) - 1, float(numbers[2]), float(numbers[3])
         assert (swing, plan) == pytest.approx((spans[arm], planned[arm]), rel=0.01)

@@ -155,7 +155,7 @@ def test_a_table_that_is_not_closed_has_a_message(run: Any, tmp_path: Path) -> N
 
 def test_a_gait_without_times_needs_a_period(run: Any, tmp_path: Path) -> None:
     write_rows(tmp_path / "rows.csv", gait_of_paper(3).alpha)
-    with pytest.raises(InputError, match="has no column t; state its period with --period SECONDS"):
+    with pytest.raises(InputError, match="has no column t; set --period SECONDS"):
         timed_gait_of("rows.csv", law="smooth")
     assert timed_gait_of("rows.csv", period=1.0).law == "smooth"
     # A point needs none; a saved plan states its request, and that the period.
@@ -206,7 +206,7 @@ def test_a_flights_file_plans_its_gait_again_but_is_no_gait(run: Any, tmp_path: 
         assert again.json["color"] == "red"
     refused = run("fly", "flight.csv")
     assert refused.code == 2
-    assert "gait file 'flight.csv' is the table of a flight, not of a gait; gaitgraph plan flight.csv" in refused.err
+    assert "must be the table of a gait, got that of a flight; gaitgraph plan flight.csv" in refused.err
     assert run("fly", "gait3", "--duration", 0.02, "--output", "paper.csv").code == 1
     answer = run("plan", "paper.csv")
     assert (answer.code, answer.out) == (2, "")
