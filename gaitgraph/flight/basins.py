@@ -186,13 +186,10 @@ def basins_of(
     anyway, progress
         Whether to fly gaits that are not flyable; called with the fraction of the flights done.
 
-    Raises
-    ------
-    InputError, MissingConstant, MissingExtra
-        As :func:`gaitgraph.flight.simulation.fly` does.
-
     Notes
     -----
+    Raises the errors of :func:`gaitgraph.flight.simulation.fly`.
+
     Nothing is known between the attitudes of the grid or the moments of take-off, nor for flights that start with an
     angular rate. Another controller, other gains or another period have another basin.
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from itertools import accumulate, pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -91,7 +92,7 @@ def servo_response(command: FloatArray, step: float, *, lag: float = 0.0, rate: 
     """
     command = np.asarray(command, dtype=float)
     angles = command.copy()
-    keep, slope = 0.0, 1.0
+    keep = slope = 0.0
     if lag > 0.0:
         from scipy.signal import lfilter
 
@@ -102,18 +103,13 @@ def servo_response(command: FloatArray, step: float, *, lag: float = 0.0, rate: 
     most = rate * step
     if not np.any(np.abs(np.diff(angles, axis=0)) > most):
         return angles
-    # Under the limit each angle depends on the one before: step by step, in plain numbers.
-    columns = []
-    for commanded in command.T.tolist():
-        angle, before = commanded[0], commanded[0]
-        reached = [angle]
-        for target in commanded[1:]:
-            unlimited = target - slope * (target - before) + keep * (angle - before) if lag > 0.0 else target
-            angle += min(max(unlimited - angle, -most), most)
-            before = target
-            reached.append(angle)
-        columns.append(reached)
-    return np.asarray(columns).T
+
+    def following(angle: float, commands: tuple[float, float]) -> float:
+        before, target = commands
+        unlimited = target - slope * (target - before) + keep * (angle - before)
+        return angle + min(max(unlimited - angle, -most), most)
+
+    return np.array([[*accumulate(pairwise(one), following, initial=one[0])] for one in command.T.tolist()]).T
 
 
 def broken_rules(report: Report, *, pulling: bool = False) -> tuple[list[str], list[str]]:

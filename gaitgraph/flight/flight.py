@@ -237,8 +237,6 @@ def reference_at(settings: FlightSettings, t: npt.ArrayLike) -> tuple[FloatArray
     return place, velocity, acceleration
 
 
-# -- The record of a flight
-
 COLUMNS = (
     "t", "x", "y", "z", "roll", "pitch", "yaw", "x_rate", "y_rate", "z_rate",
     "body_rate_x", "body_rate_y", "body_rate_z", "alpha1", "alpha2", "alpha3", "alpha4",

@@ -196,9 +196,6 @@ def run_study(
     return StudyRun(study=study, folder=folder, outcomes=outcomes, reasons=reasons, flown=flown, table=table)
 
 
-# -- The folder
-
-
 @contextmanager
 def _opened(folder: Path, study: Study, here: Mapping[str, str]) -> Iterator[None]:
     """Open a folder, new or of the same study, for this process alone; `here` are the versions that make its rows.
@@ -282,9 +279,6 @@ def _missing(parts: Mapping[Path, range], study: Study) -> dict[Path, range]:
         remedy = "move or delete it, then run the same command again"
         raise OutputExists(f"{str(path)!r} is not a complete part of this study ({reason}); {remedy}")
     return missing
-
-
-# -- The flights
 
 
 def versions() -> dict[str, str]:
@@ -422,8 +416,6 @@ def _flown_on_dask(
 def _line(error: BaseException) -> str:
     return shown(f"{type(error).__name__}: {error}")[1:-1]
 
-
-# -- The page
 
 _MOST_PANELS = 24
 _MOST_LINES = 20  # of a table; quantities with more values, as drawn ones, have no table

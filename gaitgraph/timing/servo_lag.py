@@ -119,14 +119,11 @@ def servo_response(gait: GaitLike, lag: float | npt.ArrayLike | None = None) -> 
     lag
         Time constant, one for all servos or four [s]; the vehicle's `servo_lag` by default.
 
-    Raises
-    ------
-    InputError, MissingConstant
-        If a lag is so short that a period takes millions of steps, or longer than a million periods; if there is none.
-
     Notes
     -----
-    No error exceeds the lag times the largest rate. Not modelled: saturation, backlash, load, delays.
+    InputError if a lag is so short that a period takes millions of steps, or longer than a million periods;
+    MissingConstant if there is none. No error exceeds the lag times the largest rate. Not modelled: saturation,
+    backlash, load, delays.
 
     Examples
     --------
