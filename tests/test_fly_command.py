@@ -210,4 +210,4 @@ def test_a_flights_file_plans_its_gait_again_but_is_no_gait(run: Any, tmp_path: 
     assert run("fly", "gait3", "--duration", 0.02, "--output", "paper.csv").code == 1
     answer = run("plan", "paper.csv")
     assert (answer.code, answer.out) == (2, "")
-    assert "fly made it, which plan does not repeat" in answer.err
+    assert "got none (it was made by fly)" in answer.err
