@@ -43,7 +43,7 @@ kinds = st.sampled_from([PUBLISHED, EXACT, gg.invertibility.coefficients_of("bee
 
 
 @pytest.mark.parametrize("gait", GAITS, ids=lambda gait: f"gait{gait.number}")
-def test_the_printed_vertices_come_out_to_their_digits(gait: PublishedGait) -> None:
+def test_lifted_vertices_match_the_printed_digits(gait: PublishedGait) -> None:
     lifted = lift(gait.angles, gait.color)
     np.testing.assert_allclose(lifted.alpha[:, 2:], gait.printed, atol=5.0001e-4)
     np.testing.assert_allclose(lifted.vertices(), lifted.alpha)
@@ -189,7 +189,7 @@ def test_a_last_row_closes_up_to_the_gap_and_not_beyond(off: float) -> None:
 
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize(("samples", "decimals"), [(20, 3), (100, 4), (1000, 9)])
-def test_whoever_reads_a_table_finds_its_period(tmp_path: Path, law: LawName, samples: int, decimals: int) -> None:
+def test_all_readers_of_a_table_find_its_period(tmp_path: Path, law: LawName, samples: int, decimals: int) -> None:
     """Also one that rests at its start, after a leg that is longer than the first, and begins with short steps."""
     timed = gg.lift([(0.4, -0.4), (0.5, -0.4), (1.2, -1.2)], "red").parametrize(law=law, samples=samples)
     closed = np.column_stack([timed.t, timed.alpha.round(decimals)])

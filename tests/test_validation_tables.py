@@ -1,4 +1,4 @@
-"""Judging tables: the same as judging gaits, whatever the pieces, with the row and the time of what is wrong."""
+"""Checks of tables: the same as those of gaits, for all pieces, with row and time of each place."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def value_of(report: Report, name: str) -> float:
     return value
 
 
-def judged_in_pieces(monkeypatch: pytest.MonkeyPatch, table: Table, cuts: list[int], **limits: Any) -> Report:
+def validated_in_pieces(monkeypatch: pytest.MonkeyPatch, table: Table, cuts: list[int], **limits: Any) -> Report:
     ends = [0, *sorted({cut % len(table) for cut in cuts} - {0}), len(table)]
     pieces = [table.rows(a, b) for a, b in itertools.pairwise(ends)]
     with monkeypatch.context() as small:
@@ -67,12 +67,12 @@ def test_the_four_gaits_as_tables(gait: PublishedGait, samples: int) -> None:
 
 
 @pytest.mark.parametrize("gait", GAITS, ids=lambda gait: f"gait{gait.number}")
-@pytest.mark.parametrize("painted", [True, False])
+@pytest.mark.parametrize("colored", [True, False])
 @pytest.mark.parametrize("rounding", [None, 5e-4])
-def test_printed_digits_are_still_judged_rightly(gait: PublishedGait, painted: bool, rounding: float | None) -> None:
-    """Three decimals, with the colors told, and found from where the rows lie; R of Gaits 1 and 2 stays undecided."""
+def test_verdicts_of_the_printed_digits(gait: PublishedGait, colored: bool, rounding: float | None) -> None:
+    """Three decimals, with colors given or found from the rows; the sign of R of Gaits 1 and 2 stays undecided."""
     rows = np.column_stack([np.round(gait.angles, 3), gait.printed])
-    report = validate(table_from(rows, **({"color": (gait.color,) * 4} if painted else {})), angle_rounding=rounding)
+    report = validate(table_from(rows, **({"color": (gait.color,) * 4} if colored else {})), angle_rounding=rounding)
     assert (report.valid, report.flyable, report.reachable_from_hover) == (True, gait.flyable, gait.reachable)
     assert report["R_sign"].decided is (gait.color == "red")
     assert gait.color in report["two_color"].message
@@ -111,12 +111,12 @@ def verdicts(report: Report) -> list[Any]:
 @pytest.mark.no_cover
 @settings(deadline=None, max_examples=30, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(table=tables(), cuts=st.lists(st.integers(0, 10), max_size=6))
-def test_where_a_table_is_cut_makes_no_difference(
+def test_the_pieces_of_a_table_change_no_verdict(
     monkeypatch: pytest.MonkeyPatch, table: Table, cuts: list[int]
 ) -> None:
     vehicle = gg.PAPER.replace(max_tilt_rate=2.0, max_tilt_acceleration=30.0, max_tilt=1.3)
     whole = validate(table, vehicle=vehicle)
-    pieces = judged_in_pieces(monkeypatch, table, cuts, vehicle=vehicle)
+    pieces = validated_in_pieces(monkeypatch, table, cuts, vehicle=vehicle)
     assert verdicts(whole) == verdicts(pieces)
     for one, other in zip(whole.checks, pieces.checks, strict=True):
         assert (one.value is None) == (other.value is None)
@@ -129,7 +129,7 @@ def test_where_a_table_is_cut_makes_no_difference(
 @pytest.mark.no_cover
 @settings(deadline=None, max_examples=25)
 @given(table=tables())
-def test_a_table_is_judged_like_the_gait_through_its_rows(table: Table) -> None:
+def test_a_table_has_the_verdicts_of_the_gait_through_its_rows(table: Table) -> None:
     if "color" not in table:
         return
     for kind in ("exact", "published"):
@@ -144,7 +144,7 @@ def test_a_table_is_judged_like_the_gait_through_its_rows(table: Table) -> None:
 @pytest.mark.no_cover
 @settings(deadline=None, max_examples=25)
 @given(table=tables())
-def test_what_is_reported_holds_between_the_rows(table: Table) -> None:
+def test_reported_values_hold_between_rows(table: Table) -> None:
     """Against dense sampling of the closed polyline, with formulas of their own."""
     exact = coefficients_of(kind="exact")
     report = validate(table, coefficients="exact")
@@ -289,7 +289,7 @@ class TestClock:
         assert f"(α{joint})" in check.message
         assert any("the stated rates do not match the rows" in note for note in report.warnings) is (kind == "rate")
 
-    def test_what_is_said_of_limits(self) -> None:
+    def test_messages_of_limits(self) -> None:
         """Times count from anywhere; rates scale with the time, accelerations with its square."""
         table = self.table()
         table.columns["t"] = table["t"] + 5.0
@@ -307,19 +307,17 @@ class TestClock:
 
     @pytest.mark.no_cover
     @pytest.mark.parametrize("factor", [0.2, 1.0, 3.0, -1.0, 57.3])
-    def test_stated_rates_are_compared_whatever_the_pieces(
-        self, monkeypatch: pytest.MonkeyPatch, factor: float
-    ) -> None:
-        """Off by half of both added up or more: told."""
+    def test_stated_rates_are_compared_for_all_pieces(self, monkeypatch: pytest.MonkeyPatch, factor: float) -> None:
+        """Rates are reported if they differ by half of the sum of both or more."""
         table = self.table(40)
         rate = -0.2 * np.pi * np.sin(np.pi * table["t"]) * factor
         signs = (1, -1, 1, -1)
         stated = {f"{name}_rate": sign * rate for name, sign in zip(ANGLES, signs, strict=True)}
         table = Table(columns={**table.columns, **stated})
-        told = abs(1 - factor) > 0.5 * (1 + abs(factor)) * 1.02
+        reported = abs(1 - factor) > 0.5 * (1 + abs(factor)) * 1.02
         for cuts in ([], [5, 20], list(range(41))):
-            report = judged_in_pieces(monkeypatch, table, cuts)
-            assert bool(report.notes) is told, (factor, cuts)
+            report = validated_in_pieces(monkeypatch, table, cuts)
+            assert bool(report.notes) is reported, (factor, cuts)
             assert value_of(report, "tilt_rate") == pytest.approx(0.2 * np.pi * max(1.0, abs(factor)), rel=5e-3)
 
     def test_two_rows_swing_to_and_fro(self) -> None:
@@ -332,7 +330,7 @@ class TestClock:
             assert value_of(report, "tilt_acceleration") == pytest.approx(1.0)
 
 
-def test_stated_types_and_R_that_disagree_are_told() -> None:
+def test_wrong_types_and_R_are_reported() -> None:
     table = sampled(G4, 50)
     types = list(table["types"])
     types[9] = "(-,?)"
@@ -412,7 +410,7 @@ def test_the_sign_of_R_is_decided_against_the_digits_of_a_file(
         assert gg.validate(path, coefficients="exact", angle_rounding=0.0)["R_sign"].decided
 
 
-def test_what_gaits_are_judged_by_is_passed_on() -> None:
+def test_options_of_checks_are_passed_on() -> None:
     gait = lift(G3.angles, "red")
     bent = Gait(alpha=gait.alpha + np.array([0, 0, 1e-2, 0]), colors=gait.colors)
     slow = lift(G3.angles, "red", vehicle=gg.PAPER.replace(max_tilt_rate=1.0))
@@ -494,7 +492,7 @@ def test_refining_a_table_changes_no_verdict(table: Table, times: int) -> None:
                 assert mine[name].ok is theirs[name].ok, name
 
 
-def test_thrusts_that_vanish_between_rows_are_told_where() -> None:
+def test_the_place_where_thrusts_vanish_between_rows_is_reported() -> None:
     check = validate(table_from(lift([(-0.896, 1.14), (-1.12, 1.512)], "red").alpha))["hover_thrust"]
     assert (check.ok, check.value) == (False, None)
     beta2 = (check.where or {})["alpha"][1] + coefficients_of(kind="exact").delta
