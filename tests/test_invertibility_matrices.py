@@ -146,8 +146,7 @@ class TestFormulaOneIsTheDeterminant:
 class TestCodeAgainstThePaper:
     @pytest.mark.parametrize("kappa", [None, *KAPPAS])
     @pytest.mark.parametrize(
-        ("function", "equation"),
-        [(roll_sensitivity, "(4)"), (pitch_sensitivity, "(5)"), (level_determinant, "(6)")],
+        ("function", "equation"), [(roll_sensitivity, "(4)"), (pitch_sensitivity, "(5)"), (level_determinant, "(6)")]
     )
     def test_term_by_term(self, function: Callable[..., Any], equation: str, kappa: float | None) -> None:
         numbers = PUBLISHED if kappa is None else coefficients_of(Vehicle(drag_ratio=kappa), "exact")

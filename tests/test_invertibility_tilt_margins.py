@@ -262,7 +262,7 @@ class TestLeastTiltMargin:
         assert (np.abs(level_determinant(red[1:], EXACT)) > 1).all()
         found = least_tilt_margin(*closed(red), EXACT)
         assert (found.upper, found.segment, found.fraction) == (0.0, 0, 0.0)
-        assert "every attitude there" in found.reason
+        assert "every attitude, at this point only" in found.reason
         zero = brentq(lambda x: float(level_determinant([x, -0.4, 0.5, 0.3], EXACT)), 0.0, 0.3, xtol=1e-16)
         off = np.array([[zero, -0.4, 0.5, 0.3]] * 3) + np.array([[0.0, 0, 0, 0], [0.1, 0, 0, 0], [0.2, 0.02, 0, 0]])
         found = least_tilt_margin(*closed(off), EXACT)

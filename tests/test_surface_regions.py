@@ -93,9 +93,6 @@ def edges(polygons: Sequence[shapely.Polygon]) -> tuple[np.ndarray[Any, Any], np
     return red(corners[:-1][follows]), red(corners[1:][follows])
 
 
-# --- the signs of the factors of R -----------------------------------------------------------------------------------
-
-
 @pytest.mark.no_cover
 @every_vehicle
 @settings(deadline=None, max_examples=30)
@@ -123,9 +120,6 @@ def test_what_separates_two_points_is_named_with_its_place(vehicle: Vehicle) -> 
     assert separating_factor((0.0, 0.0), first, vehicle) == texts[0]
     assert separating_factor(first, second, vehicle) == " and ".join(texts)
     assert tuple(red_label(0.0, 0.0, vehicle).tolist()) == HOVER_LABEL == (1, 1, 1)
-
-
-# --- components of R ≠ 0 ---------------------------------------------------------------------------------------------
 
 
 @every_vehicle
@@ -168,9 +162,6 @@ def test_components_are_not_joined_across_a_saddle() -> None:
         assert not region.joined(right, left)
         assert region.joined(right, (1.178, -0.393))
         assert region.joined(left, (-1.5, 1.2))
-
-
-# --- each condition against what it stands for -----------------------------------------------------------------------
 
 
 @pytest.mark.no_cover
@@ -272,11 +263,7 @@ MADE: list[tuple[Any, tuple[Any, ...], dict[str, Any]]] = [
 
 @pytest.mark.parametrize(
     ("accuracy", "corners"),
-    [
-        (1e-2, [92, 32, 60, 44, 352, 131]),
-        (1e-5, [767, 380, 502, 220, 1853, 1347]),
-        (1e-8, [17981, 5958, 10258, 6382]),
-    ],
+    [(1e-2, [92, 32, 60, 44, 352, 131]), (1e-5, [767, 380, 502, 220, 1853, 1347]), (1e-8, [17981, 5958, 10258, 6382])],
 )
 def test_inner_and_outer_are_as_near_as_stated_with_few_corners(accuracy: float, corners: list[int]) -> None:
     for (function, values, options), few in zip(MADE, corners, strict=False):
@@ -288,9 +275,6 @@ def test_inner_and_outer_are_as_near_as_stated_with_few_corners(accuracy: float,
         assert accuracy / 2 < shapely.distance(region.inner, some).max() < most * accuracy
         assert region.accuracy == accuracy
         assert len(points) == pytest.approx(few, rel=0.02)
-
-
-# --- admissible regions and the checks of a gait ---------------------------------------------------------------------
 
 
 @pytest.mark.no_cover
@@ -356,9 +340,6 @@ def test_a_floor_of_zero_leaves_the_sign_to_separate_components() -> None:
         assert "least singular value ≥ 0" in [condition.name for condition in region.conditions]
 
 
-# --- the questions that a region answers -----------------------------------------------------------------------------
-
-
 def test_components_and_what_touches() -> None:
     region = admissible_region()
     areas = [part.area for part in region.components]
@@ -407,9 +388,6 @@ def test_why_not_names_the_condition(point: tuple[float, float], reason: str) ->
     assert reason in (region.why_not(point) or "")
     assert region.why_not((-0.5, 0.5)) is None
     assert {condition.broken_at(-0.5, 0.5) for condition in region.conditions} == {None}
-
-
-# --- how borders are followed ----------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("seed", range(3))

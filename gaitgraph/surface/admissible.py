@@ -72,9 +72,6 @@ _DECIDED_THRUST = 1.5e-4  # shares of the weight; see invertibility.segment_boun
 _NOWHERE = np.array([shapely.Polygon(), shapely.Polygon()])
 
 
-# --- the sign of R ---------------------------------------------------------------------------------------------------
-
-
 def sign_region(
     sign: Sign,
     vehicle: VehicleLike = PAPER,
@@ -199,9 +196,6 @@ def certain_determinant(coefficients: Coefficients) -> float:
     return 2 * (2 * single + double + 2 * triple) + turned + 41 * _EPSILON * float(np.abs(form).sum())
 
 
-# --- the conditions of flight ----------------------------------------------------------------------------------------
-
-
 def hover_region(vehicle: VehicleLike = PAPER) -> Region:
     """Return where all hover thrusts are positive on the red sheet: α1 < δ and α2 > −δ, or α1 > δ and α2 < −δ.
 
@@ -319,9 +313,6 @@ def _singular_value_polygon(floor: float, block: float, kappa: float, accuracy: 
         return strips
     # The band around R = 0 is narrower than what its polygons may be off by: a wider one, and none, enclose it.
     return strips.difference(offset(singular_value_below(accuracy / 2, kappa, accuracy / 32), accuracy / 16))
-
-
-# --- all of them -----------------------------------------------------------------------------------------------------
 
 
 def admissible_region(

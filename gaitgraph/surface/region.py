@@ -205,9 +205,6 @@ def _points(points: npt.ArrayLike) -> FloatArray:
     return out.reshape(-1, 2)
 
 
-# --- making regions --------------------------------------------------------------------------------------------------
-
-
 def region_of(pair: Any, accuracy: float, *conditions: Condition) -> Region:
     """Return the region between the polygons of a pair of shapes."""
     inner, outer = map(polygons_of, pair)
@@ -271,8 +268,6 @@ def checked_accuracy(accuracy: float) -> float:
     """Return an accuracy; raise InputError if it is not a number from 1e-9 to 0.1."""
     return angle_within(accuracy, "accuracy", 0.1, least=1e-9)
 
-
-# --- the user's own polygons -----------------------------------------------------------------------------------------
 
 Corners = tuple[tuple[float, float], ...]
 Points = Sequence[Sequence[Angle]] | npt.NDArray[np.float64]
