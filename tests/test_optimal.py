@@ -368,7 +368,7 @@ def test_answers_that_are_no() -> None:
     islands = [list(shapely.box(x, -x, x + 0.2, 0.2 - x).exterior.coords)[:-1] for x in (-0.3, -1.1)]
     walled = optimal_gait([(-0.2, 0.4), (-1.0, 1.2)], sign="positive", keep_in=islands)
     assert "waypoints 1 and 2 lie in different parts" in str(walled.reason)
-    assert "this vehicle's most is 1.1710" in str(optimal_gait([(0, 0)], floor=2.0, sign="positive").reason)
+    assert "of this vehicle is at most 1.1710" in str(optimal_gait([(0, 0)], floor=2.0, sign="positive").reason)
 
 
 def test_repeated_waypoints_are_merged_with_the_smaller_radius() -> None:

@@ -295,7 +295,12 @@ LOW, BLUE = [("3pi/8", "3pi/8"), ("pi/8", "pi/8")], "blue: with exact coefficien
 SLOW = gg.PAPER.replace(max_tilt_rate=1.0)
 NOT_FLYABLE: dict[str, tuple[Any, dict[str, Any], list[str], list[str]]] = {
     # What is in the way of each branch, and the colors of the alternatives.
-    "low": (LOW, {}, ["red, R > 0: waypoint 1 (1.1781, 1.1781): least singular value 0.0493", "red"], ["red", "blue"]),
+    "low": (
+        LOW,
+        {},
+        ["red, R > 0: waypoint 1 (1.1781, 1.1781): least singular value must be ≥ 0.05, got 0.0493", "red"],
+        ["red", "blue"],
+    ),
     "gait 1": (G1.waypoints, {}, ["red, R > 0: waypoint 1", "red, R < 0: waypoint 2"], ["blue"]),
     "blue": (G3.waypoints, {"color": "blue"}, [BLUE] * 2, ["blue"]),
     "exact blue": (G3.waypoints, {"color": "blue", "coefficients": "exact"}, [BLUE] * 2, []),

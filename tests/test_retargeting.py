@@ -208,13 +208,13 @@ def test_why_there_is_none() -> None:
     mapping = high.as_mapping()
     assert (bool(high), high.status, mapping["path"]) == (False, "infeasible", [])
     assert not any(mapping[name] for name in ("valid", "flyable", "reachable_from_hover"))
-    assert "this vehicle's most is 1.1710" in str(high)
+    assert "of this vehicle is at most 1.1710" in str(high)
     for name in ("gait", "total", "largest"):
         with pytest.raises(Infeasible):
             getattr(high, name)
     everything = [(-1.6, -1.6), (1.6, -1.6), (1.6, 1.6), (-1.6, 1.6)]
     walled = retarget(wave(0), keep_out=[everything])
-    assert "no tilt angles meet all of" in str(walled.reason)
+    assert "no tilt angles meet all conditions" in str(walled.reason)
 
 
 def test_the_command_reads_writes_and_says_no(run: Any, tmp_path: Path) -> None:

@@ -202,7 +202,7 @@ def test_thrust_and_hover_regions(vehicle: Vehicle) -> None:
     hover = hover_region(vehicle)
     assert hover.outer.area == pytest.approx((HALF_PI + delta) ** 2 + (HALF_PI - delta) ** 2, abs=1e-12)
     assert not hover.contains([delta, -delta])[0]
-    assert all("hover thrusts of" in (hover.why_not(at) or "") for at in ((delta, 0.3), (0.3, -delta)))
+    assert all("hover thrusts must be > 0" in (hover.why_not(at) or "") for at in ((delta, 0.3), (0.3, -delta)))
     assert_encloses(hover, lambda at: np.nan_to_num(hover_thrust_shares(red(at), vehicle).min(axis=1), nan=-1.0))
     # Across R = 0 the thrusts are not determined, so segments are judged on either side of it.
     small = thrust_region(0.3, vehicle, accuracy=1e-3)
@@ -245,12 +245,14 @@ def test_blue_region_is_where_rounding_left_a_sign(sign: Any) -> None:
     exact = sign_region(sign, color="blue", coefficients=coefficients_of(kind="exact"))
     assert exact.inner.is_empty
     assert exact.outer.is_empty
-    assert "R = " in (exact.why_not((0.3, 0.2)) or "")
+    assert "R at level attitude must be" in (exact.why_not((0.3, 0.2)) or "")
     flyable = admissible_region(color="blue")
     for ask in (flyable.nearest_as_text, flyable.nearest, flyable.component_of):
         assert ask((0.3, 0.3)) is None
     assert "singular" in (flyable.why_not((0.3, 0.3)) or "")
-    assert why_empty(flyable, 0.05, PAPER).startswith("no tilt angles meet all of: an invertible decoupling matrix: ")
+    assert why_empty(flyable, 0.05, PAPER).startswith(
+        "no tilt angles meet all conditions (an invertible decoupling matrix); "
+    )
 
 
 MADE: list[tuple[Any, tuple[Any, ...], dict[str, Any]]] = [
@@ -373,10 +375,10 @@ def test_nearest_point() -> None:
 @pytest.mark.parametrize(
     ("point", "reason"),
     [
-        ((0.5, -0.5), "R = -6.336 at level attitude, wanted is R ≥ 0.0035"),
-        ((0.1, -0.3), "hover thrusts of "),
-        ((-1.55, 0.2), "tilt 88.8°, wanted is ≤ 68.8°"),
-        ((0.16, -0.16), "least singular value 0.0"),
+        ((0.5, -0.5), "R at level attitude must be ≥ 0.0035, got -6.336"),
+        ((0.1, -0.3), "hover thrusts must be > 0, got "),
+        ((-1.55, 0.2), "tilt must be ≤ 68.8°, got 88.8°"),
+        ((0.16, -0.16), "least singular value must be ≥ 0.05, got 0.0"),
         ((-0.3, 0.3), "inside keep_out polygon 2"),
         ((-1.1, 1.1), "outside the keep_in polygons"),
     ],

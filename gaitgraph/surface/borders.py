@@ -268,7 +268,7 @@ def _where_it_holds(
     """Return, in the (α1, α2) plane, where a condition on (u, w) `holds`, with a quadratic in w as border.
 
     `height` is the quadratic at (u, w), w = (±√discriminant − sgn κ·middle)/(2|κ|) are its roots, where `border`, a
-    function of (u, v), vanishes. `discriminant`, not negative if above −1e-9·scale, and `height` are of degree two in u.
+    function of (u, v), vanishes. `height` and `discriminant`, zero within 1e-9·scale, are of degree two in u.
     """
 
     def root(side: float) -> Function:

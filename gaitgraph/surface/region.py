@@ -76,7 +76,7 @@ class Region:
     >>> region.nearest((0.1, 0.2)), region.component_of((0.5, -0.5))
     ((0.1, 0.2), None)
     >>> region.why_not((0.5, -0.5))
-    'R = -6.336 at level attitude, wanted is R ≥ 0.0035'
+    'R at level attitude must be ≥ 0.0035, got -6.336'
     >>> print(region)
     Region of the (α1, α2) plane: 2.374 rad² in 2 components, borders to 1e-06 rad
       1    2.36 rad²   α1 -1.3688 to 0.1671, α2 -0.1671 to 1.3688
