@@ -114,7 +114,7 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     (admissible_region, {"floor": NAN}, "floor must be a finite number ≥ 0, got nan"),
     (hover_region().contains, {"points": [1.0, 2.0, 3.0]}, "point must be finite … got [1.0, 2.0, 3.0]"),
     (hover_region().component_of, {"point": "here"}, "point must be … got 'here'"),
-    *((colorings, {"points": no}, "points must be of the shape (n, 2) or (n, 4) with n") for no in ([], [[0.1] * 3])),
+    *((colorings, {"points": no}, "points must have shape (n, 2) or (n, 4), n") for no in ([], [[0.1] * 3])),
     (colorings, {"points": [("a", "b")]}, "points must be finite numbers in radians, … got [('a', 'b')]"),
     (colorings, {"points": [[0.0, NAN]]}, "alpha2 must be a finite number"),
     (colorings, {"sign": "negativ"}, "sign must be one of …, got 'negativ'; did you mean 'negative'?"),
@@ -129,8 +129,11 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
             ([(0, 0), (1e-7, 0), (0, 1e-7)], "must have three or more corners that are not on a line"),
             ([(0, 0), (1, 0), (0, "x")], "alpha2 must be a finite number in radians"),
             ([(0, 0), (1, 0), (1e7, 1)], "alpha1 must be within ±π rad, got 10000000.0"),
-            ([(0, 0), (1, 1), (1, 0), (0, 1)], "must be a simple polygon: "),  # a bow tie
-            ([(0, 0), (1, 1), (2, 0), (2, 2), (1, 1), (0, 2)], "must be a simple polygon: "),  # two that touch
+            ([(0, 0), (1, 1), (1, 0), (0, 1)], "must not cross or touch itself, got "),  # a bow tie
+            (
+                [(0, 0), (1, 1), (2, 0), (2, 2), (1, 1), (0, 2)],
+                "must not cross or touch itself, got ",
+            ),  # two that touch
         )
     ),
     (Zones, {"keep_in": "square"}, "keep_in must be a list of polygons, each a list of …, got 'square'"),

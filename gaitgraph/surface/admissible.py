@@ -1,7 +1,7 @@
 """Where a gait may be: the sign of R, each condition of flight on the red sheet, and all of them in one region.
 
-The sign of R on a grid cannot separate the components of R ≠ 0: it joins them across the saddles, where two factors of R
-(:func:`gaitgraph.surface.sheets.red_label`) vanish.
+The sign of R on a grid cannot separate the components of R ≠ 0: it joins them across the saddles, where two factors
+of R (:func:`gaitgraph.surface.sheets.red_label`) vanish.
 """
 
 from __future__ import annotations
@@ -82,9 +82,9 @@ def sign_region(
 ) -> Region:
     """Return where R has a sign on a sheet, and |R| is at least `least`.
 
-    On red R is exact, and `least` is 0 by default, which means R ≠ 0. On blue R is what rounded coefficients leave, zero
-    with exact ones; by default `least` is what floating point can tell from 0. The region on blue is cut where α3 or α4
-    wraps by π. Curved borders are at most `accuracy` from their true place [rad], 1e-9 to 0.1.
+    On red R is exact, and `least` is 0 by default, which means R ≠ 0. On blue R is what rounded coefficients leave,
+    zero with exact ones; by default `least` is what floating point can tell from 0. The region on blue is cut where α3
+    or α4 wraps by π. Curved borders are at most `accuracy` from their true place [rad], 1e-9 to 0.1.
 
     >>> round(sign_region("positive").area, 2), round(sign_region("negative").area, 2)
     (4.52, 5.35)
@@ -326,7 +326,7 @@ def admissible_region(
     use
         "valid": R has the sign. "flyable": also the least singular value is at least the floor, all hover thrusts are
         positive and within the limit, and so are the tilts. Nothing on blue is flyable. `inner` has a margin of 1.5e-6
-        to the floor and of 1.5e-4 of m·g to the limit of thrust, so that the checks of a gait can decide along segments.
+        to the floor and of 1.5e-4 of m·g to the limit of thrust, so that checks can decide along segments.
     color, sign
         The sheet, and the sign of R, None for either; no component holds both.
     coefficients

@@ -196,7 +196,7 @@ class RootSet(tuple[Root, ...]):
 class RootArrays:
     """The roots of many (α1, α2) of the shape (...), padded to five along the last axis.
 
-    `count` (...) is their number; tilt angles `alpha` (..., 5, 4) [rad] and equation (6) `R` (..., 5) are NaN beyond it.
+    `count` (...) is their number; the angles `alpha` (..., 5, 4) [rad] and equation (6) `R` (..., 5) are NaN beyond.
     `sheet` (..., 5) is +1 red, −1 blue, 0 none; `types` (..., 5, 2) of α3 and of α4 are +1, 0 (`?`) or −1.
     """
 
