@@ -150,10 +150,10 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
         (cycles_of, {"through": wrong}, "stops must be a list of lists")
         for wrong in (NODE, 5, [NODE], [[NODE], []], [[[1]]])
     ),
-    (cycles_of, {"through": [[(6, 1, "red")]] * 10, "any_order": True}, "any_order takes at most 9 stops, got 10"),
+    (cycles_of, {"through": [[(6, 1, "red")]] * 10, "any_order": True}, "stops in any order must be at most 9, got 10"),
     (cycles_of, {"effort": 0}, "effort must be a whole number from 1 to 1000000000000, got 0"),
     # plans
-    (plan, {"waypoints": []}, "waypoints must be …; none given"),
+    (plan, {"waypoints": []}, "waypoints must be …, got []"),
     (plan, {"waypoints": "0,0"}, "waypoints must be … got '0,0'"),
     (plan, {"keep_out": 5}, "keep_out must be a list of polygons, … got 5"),
     (plan, {"vehicle": None}, "vehicle must be … got None"),

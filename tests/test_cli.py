@@ -164,7 +164,7 @@ WRONG = [
     ("plann", "no command 'plann'; did you mean 'plan'?"),
     ("plan --waypoint 0,0 --sheets all", "sheets must be planes or left out, got 'all'; no gait on a fibre can fly"),
     ("plan --waypoint 0,0 --objective=thrust", "got 'thrust'; use gaitgraph optimize --objective hover_reserve"),
-    ("plan --waypoint 0,0,0,0", "no gait on a fibre can fly, and elsewhere α3 and α4 follow from the color"),
+    ("plan --waypoint 0,0,0,0", "α3 and α4 follow from the color, and no gait on a fibre can fly"),
     ("plan --waypoint 0,0 --divisions 300", "from 2 to 256, got 300; plan --method exact needs no grid"),
     ("plan --waypoint 0,0 --watch", "--watch was removed. Run the command again"),
     ("transition hover one.csv --divisions=3", "--divisions was removed. Leave it out"),
