@@ -40,6 +40,12 @@ from gaitgraph.invertibility.matrices import (
     scaled_decoupling_matrix,
     zero_moment_direction,
 )
+from gaitgraph.invertibility.tilt_margins import (
+    least_singular_value_within,
+    nearest_singular_attitude,
+    singular_everywhere,
+    tilt_margin,
+)
 from gaitgraph.vehicle import PAPER, Vehicle
 from tests.published_formulas import IN_KAPPA, PART, Term, mended
 from tests.samples import (
@@ -143,18 +149,17 @@ class TestFormulaOneIsTheDeterminant:
         assert self.vanishes(S * self.part("(5)") - odd * (s2 * c4 - c2 * s4))
 
 
-class TestCodeAgainstThePaper:
-    @pytest.mark.parametrize("kappa", [None, *KAPPAS])
-    @pytest.mark.parametrize(
-        ("function", "equation"), [(roll_sensitivity, "(4)"), (pitch_sensitivity, "(5)"), (level_determinant, "(6)")]
-    )
-    def test_term_by_term(self, function: Callable[..., Any], equation: str, kappa: float | None) -> None:
-        numbers = PUBLISHED if kappa is None else coefficients_of(Vehicle(drag_ratio=kappa), "exact")
-        expected = np.zeros(16)
-        for number, letters, _ in mended(equation):
-            value = float(number[1:]) if kappa is None else IN_KAPPA[number[1:]](kappa)
-            expected[LETTERS.index(letters)] = value if number[0] == "+" else -value
-        np.testing.assert_allclose(function(CORNERS, numbers), expected, atol=1e-14 / (kappa or 0.1))
+@pytest.mark.parametrize("kappa", [None, *KAPPAS])
+@pytest.mark.parametrize(
+    ("function", "equation"), [(roll_sensitivity, "(4)"), (pitch_sensitivity, "(5)"), (level_determinant, "(6)")]
+)
+def test_term_by_term(function: Callable[..., Any], equation: str, kappa: float | None) -> None:
+    numbers = PUBLISHED if kappa is None else coefficients_of(Vehicle(drag_ratio=kappa), "exact")
+    expected = np.zeros(16)
+    for number, letters, _ in mended(equation):
+        value = float(number[1:]) if kappa is None else IN_KAPPA[number[1:]](kappa)
+        expected[LETTERS.index(letters)] = value if number[0] == "+" else -value
+    np.testing.assert_allclose(function(CORNERS, numbers), expected, atol=1e-14 / (kappa or 0.1))
 
 
 class TestCoefficients:
@@ -411,14 +416,19 @@ FUNCTIONS: dict[str, Callable[..., Any]] = {
     "zero_moment_direction": zero_moment_direction,
     "hover_thrust_shares": hover_thrust_shares,
     "least_singular_value": lambda alpha: least_singular_value(alpha, PAPER, 0.3, -0.2),
+    "margin": lambda alpha: tilt_margin(alpha, EXACT),
+    "nearest": lambda alpha: nearest_singular_attitude(alpha, EXACT),
+    "everywhere": lambda alpha: 1.0 * singular_everywhere(alpha, EXACT),
+    "value": lambda alpha: least_singular_value_within(alpha, 0.4)[0],
+    "attitude": lambda alpha: least_singular_value_within(alpha, 0.4)[1],
 }
 
 
 @pytest.mark.parametrize("function", FUNCTIONS.values(), ids=FUNCTIONS.keys())
-def test_leading_axes_broadcast(function: Callable[..., Any]) -> None:
+def test_leading_axes_broadcast_and_every_row_is_as_if_alone(function: Callable[..., Any]) -> None:
     tail = np.asarray(function([0, 0, 0, 0])).shape
     for shape in ((), (0,), (2, 1, 3)):
-        alpha = random_tilts(26, *shape, reach=1.4)
+        alpha = random_tilts(26, *shape, reach=1.6)
         together = np.asarray(function(alpha))
         assert together.shape == shape + tail
         assert together.dtype == float

@@ -205,12 +205,10 @@ def closed_walk(
         if first in reached and (best is None or reached[first][0] < best[0]):
             best = reached[first]
     if best is None:
-        for leg, here in enumerate(stops):
-            onward = stops[(leg + 1) % len(stops)]
+        for leg, (here, onward) in enumerate(pairwise(stops)):
             if all(math.isinf(paths.path(a, b)[0]) for a in here for b in onward):
                 return Blocked(leg=leg)
         return Blocked(leg=len(stops) - 1)
-
     length, chosen = best
     nodes = [node for source, target in pairwise(chosen) for node in paths.path(source, target)[1][:-1]]
     return ClosedWalk(nodes=tuple(nodes) or (chosen[0],), length=length / QUANTA_PER_RADIAN)

@@ -284,20 +284,9 @@ def least_singular_value_within(
 ) -> tuple[FloatArray, FloatArray]:
     """Return the least singular value at the worst attitude within a tilt, and that attitude.
 
-    Parameters
-    ----------
-    alpha
-        Tilt angles, shape (..., 4) [rad].
-    tilt
-        Largest tilt from upright, in any direction, in [0, π/2) [rad].
-    vehicle
-        The vehicle, of which the exact scaled decoupling matrix is judged.
-
-    Returns
-    -------
-    value, attitude
-        The value, dimensionless, shape (...): zero where the tilt margin is not above `tilt`, NaN where an angle is not
-        finite; and (roll, pitch) of the worst attitude, shape (..., 2) [rad].
+    The tilt from upright, in any direction, is in [0, π/2) [rad]. The value, of the exact scaled decoupling matrix and
+    shape (...), is zero where the tilt margin is not above `tilt` and NaN where an angle is not finite. The attitude is
+    (roll, pitch), shape (..., 2) [rad].
 
     Notes
     -----

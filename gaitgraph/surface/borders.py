@@ -34,13 +34,11 @@ import numpy as np
 import shapely
 
 from gaitgraph.angles import HALF_PI
-from gaitgraph.invertibility.matrices import FloatArray
+from gaitgraph.invertibility.matrices import Coefficients, FloatArray
 
 if TYPE_CHECKING:
     from shapely import Polygon
     from shapely.geometry.base import BaseGeometry
-
-    from gaitgraph.invertibility.matrices import Coefficients
 
 Function = Callable[[FloatArray], FloatArray]
 

@@ -20,8 +20,10 @@ import numpy.typing as npt
 from gaitgraph.angles import angles_from
 from gaitgraph.errors import InputError, checked_choice
 from gaitgraph.invertibility.matrices import (
+    BoolArray,
     Coefficients,
     CoefficientsLike,
+    FloatArray,
     coefficients_of,
     level_determinant,
     noise_of,
@@ -33,6 +35,7 @@ from gaitgraph.surface.sheets import (
     RELATION,
     SIGNS,
     Sign,
+    SignChoice,
     at_end_of_range,
     checked_plane_angles,
     sheet_angles,
@@ -42,9 +45,6 @@ from gaitgraph.vehicle import PAPER, VehicleLike
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
-
-    from gaitgraph.invertibility.matrices import BoolArray, FloatArray
-    from gaitgraph.surface.sheets import SignChoice
 
 MOST_LISTED = 16  # in a report, which counts all
 _MOST_DIGITS = 4000
