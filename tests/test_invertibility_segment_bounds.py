@@ -272,7 +272,7 @@ class TestSines:
 @settings(deadline=None, max_examples=50)
 @given(bend=st.sampled_from([0.0, 1e-300, 1e-6, 1.0, 30.0]), low=st.floats(-2, 3), size=st.floats(0, 1), at=tilts)
 def test_it_is_exact_for_a_parabola_and_holds_for_what_bends_less(
-    self, bend: float, low: float, size: float, at: tuple[float, ...]
+    bend: float, low: float, size: float, at: tuple[float, ...]
 ) -> None:
     # f'' = bend·size, least at `low` if that lies on [0, 1].
     height = at[0]

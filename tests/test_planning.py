@@ -336,7 +336,7 @@ def test_every_waypoint_outside_gets_its_nearest_admissible_point() -> None:
     assert obstacle.message.endswith(", and 2 more")
     (empty,) = gg.plan_loop(G3.waypoints, color="red", sign="negative", floor=2).obstacles
     assert empty.message.endswith(
-        "nothing has a least singular value of 2: this vehicle's most is 1.1710; lower the floor"
+        "the least singular value of this vehicle is at most 1.1710, below the floor 2; lower the floor"
     )
 
 

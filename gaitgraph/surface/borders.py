@@ -407,7 +407,7 @@ def blue_determinant_below(level: float, sign: int, coefficients: Coefficients, 
         return np.asarray(np.where(np.isfinite(w), w, _FAR))
 
     def height(x: FloatArray, w: float) -> FloatArray:
-        return (both * w + one) * np.cos(2 * x) + other * w + none - level
+        return np.asarray((both * w + one) * np.cos(2 * x) + other * w + none - level)
 
     vanishing = cosine(2, 0) * (cosine(0, 2, 0.0, both) + one) + cosine(0, 2, 0.0, other) + (none - level)
     zeros = [zeros_of_degree_two(partial(height, w=w), math.pi) for w in (1.0, -1.0)]
