@@ -63,8 +63,7 @@ def allocation_of(alpha: npt.ArrayLike, vehicle: Vehicle) -> FloatArray:
     size = np.linalg.norm(free, axis=-1)
     # P = Mᵀ·adj(M·Mᵀ) / det(M·Mᵀ), and that determinant is the squared size of the null vector.
     gram = moment @ np.swapaxes(moment, 1, 2)
-    rows = [gram[:, k] for k in range(3)]
-    adjugate = np.stack([np.cross(rows[1], rows[2]), np.cross(rows[2], rows[0]), np.cross(rows[0], rows[1])], axis=-1)
+    adjugate = np.cross(np.roll(gram, -1, axis=1), np.roll(gram, -2, axis=1))  # symmetric, as gram is
     size = np.where(size > 1e-12, size, np.inf)  # without rank all is divided by infinity
     thrusts = np.swapaxes(moment, 1, 2) @ adjugate / size[:, None, None] ** 2
     free = free / size[:, None]

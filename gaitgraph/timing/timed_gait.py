@@ -357,8 +357,9 @@ def timed_gait_of(
     times = times - times[0]
     if is_asked:
         return merged_gait.parametrize(float(times[-1]) if period is None else period, law=law)
-    if stated is not None:
-        return stated
+    found: TimedGait | None = stated
+    if found is not None:
+        return found
     with naming_file(gait):
         for known in sorted(get_args(LawName), key=lambda known: known != law):  # the file's law first
             timed = merged_gait.parametrize(float(times[-1]), law=known, samples=max(len(times) - 1, 1))
@@ -524,7 +525,7 @@ def export(
         clock = {name: value for name, value in clock.items() if value in (*LAWS,) or name != "law"}
         with naming_file(source):
             if "t" in table and len(table) > 1 and clock["period"] is None:
-                times = closed_rows(table, vehicle=vehicle, coefficients=coefficients)[1]
+                times: Any = closed_rows(table, vehicle=vehicle, coefficients=coefficients)[1]
                 clock["period"] = times[-1] - times[0]
             clock = {name: value for name, value in clock.items() if value is not None}
             is_timed = isinstance(given, TimedGait)
