@@ -429,21 +429,18 @@ def test_where_nothing_flies_the_objective_decides() -> None:
         assert (other.length > loop_of(plan).length) is (color == "blue")
 
 
-def test_of_loops_that_are_alike_red_comes_first_whatever_its_sign() -> None:
-    point = (-1.5, -0.3)
-    assert on_sheet("red", point) < 0 < on_sheet("blue", point)
-    plan = on_grid([point], floor=2.0)
-    loops = [(loop.color, loop.sign, loop.length) for loop in (loop_of(plan), *plan.alternatives)]
-    assert loops == [("red", "negative", 0.0), ("blue", "positive", 0.0)]
-
-
-@pytest.mark.parametrize(("second", "signs"), [(-0.5, ["negative", "positive"]), (0.5, ["positive", "negative"])])
-def test_a_red_loop_of_either_sign_what_flies_first_then_the_positive_one(second: float, signs: list[str]) -> None:
-    """On a side of the square red has both signs: the same directions, opposite rotors reversed against each other."""
-    plan = on_grid([(pi / 2, second)], color="red")
+@pytest.mark.parametrize(
+    ("point", "options", "expected"),
+    [
+        ((-1.5, -0.3), {"floor": 2.0}, [("red", "negative"), ("blue", "positive")]),
+        # On a side of the square red has both signs: opposite rotors reversed against each other.
+        ((pi / 2, -0.5), {"color": "red"}, [("red", "negative"), ("red", "positive")]),
+        ((pi / 2, 0.5), {"color": "red"}, [("red", "positive"), ("red", "negative")]),
+    ],
+)
+def test_of_loops_of_one_length_flyable_ones_come_first_then_red_then_positive(
+    point: Any, options: dict[str, Any], expected: Any
+) -> None:
+    plan = on_grid([point], **options)
     loops = [loop_of(plan), *plan.alternatives]
-    assert [(loop.sign, loop.length) for loop in loops] == [(sign, 0.0) for sign in signs]
-    assert [loop.report.flyable for loop in loops] == [second < 0, False]
-    positive = loops[signs.index("positive")]
-    assert (positive.gait.alpha[0, 2], positive.report["R_sign"].decided) == (-pi / 2, True)  # shifted by π
-    assert positive.report.reachable_from_hover is False
+    assert [(loop.color, loop.sign, loop.length) for loop in loops] == [(*one, 0.0) for one in expected]

@@ -27,13 +27,12 @@ gap of the order, as :func:`gaitgraph.graph.walks.best_order` states it."""
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Obstacle:
-    """Why one color and sign of R has no loop of what a request requires: the certificate of a refusal.
+    """Why one color and sign of R has no loop that meets a request: the certificate of a refusal.
 
     `kind` is "waypoint" if a waypoint has no root of this color and sign, or lies where the request forbids it: `R` is
-    its value there, `nearest` (any-angle) the nearest (α1, α2) that is admissible [rad]. It is "separated" if two
-    waypoints cannot be joined: on the grid `components` has how many nodes can be reached from each; "color" if the
-    color does not exist or cannot fly; and "limit" if the loop that was found cannot fly, such as for its period.
-    `waypoints` are the numbers of those concerned, from 1.
+    its value there, `nearest` the nearest admissible (α1, α2) [rad]. It is "separated" if two waypoints cannot be
+    joined: on the grid `components` has how many nodes can be reached from each; "color" if the color cannot fly; and
+    "limit" if the loop that was found cannot fly, such as for its period. `waypoints` are numbers from 1.
     """
 
     color: str
