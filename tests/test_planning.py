@@ -183,7 +183,7 @@ def test_the_loop_is_made_for_the_request() -> None:
         assert loop_of(plan).order == (0, 1, 2, 3)
 
 
-HINT = "waypoint {} is {:.1e} rad off the grid node ({}), which adds corners"
+HINT = "waypoint {} is {:.1e} rad off the grid node ({}); on the node the gait has fewer corners"
 
 
 def test_hints_name_the_waypoint_its_distance_and_the_node() -> None:
@@ -283,7 +283,7 @@ def test_each_color_and_sign_without_a_loop_is_refused_with_what_is_in_its_way(n
             assert obstacle.R == pytest.approx(R, abs=2e-3 if "coefficients" in options else 1e-12)
         elif "fence" in name:
             grid = " keep_out, keep_in or the grid of 16 divisions: try more divisions"
-            assert ending.startswith(grid if method == "grid" else " keep_out or keep_in: they lie in different parts")
+            assert ending.startswith(grid if method == "grid" else " keep_out or keep_in: move these or one of")
     assert plan.reason == "no closed loop: " + "; ".join(dict.fromkeys(one.message for one in plan.obstacles))
     assert plan.warnings == ("merged 1 waypoint that repeated the one before",) * (len(points) > len(plan.waypoints))
     for ask in (lambda: plan.gait, lambda: plan.report, plan.timed):

@@ -167,8 +167,8 @@ class LeastEffort:
         rings = [np.asarray(ring.coords) for ring in (polygon.exterior, *polygon.interiors)]
         self._starts = np.concatenate([ring[:-1] for ring in rings])
         self._ends = np.concatenate([ring[1:] for ring in rings])
-        self._sides: Any = shapely.linestrings(np.stack([self._starts, self._ends], axis=1))
-        self._tree = shapely.STRtree(self._sides)
+        lines: Any = shapely.linestrings(np.stack([self._starts, self._ends], axis=1))
+        self._sides, self._tree = lines, shapely.STRtree(lines)
 
     def keeps_inside(self, loop: SmoothLoop) -> bool:
         """Return whether the hull of every piece of the spline lies inside the polygon, clear of its border."""
@@ -432,7 +432,7 @@ class Program:
         """Return the residual of the first-order conditions, which discs hold the loop, and whether the border does.
 
         The residual is the distance from the slope of the effort to the nearest combination of the slopes of active
-        constraints, nonnegative for inequalities, as a fraction; its square is about the relative decrease that is left.
+        constraints, nonnegative for inequalities, as a fraction; its square is about the relative decrease left.
         """
         x = self.origin
         slope = self.effort(x)[1]

@@ -83,8 +83,8 @@ class OptimalGait:
     `value` is the certified value of the objective along the whole curve, `bound` the limit for all gaits: an upper
     bound of a worst case, a lower bound of effort. `gap` is the largest possible improvement, as a fraction of the
     bound (a worst case), or of the value (effort). `effort` is ∫ ‖α̇‖² dt over the period [rad²/s]; `history` that of
-    every loop on the path to it. `stationarity` is the first-order (Karush–Kuhn–Tucker) residual, what the active
-    constraints leave of the slope of the effort, as a fraction of it; `active` says what holds the gait. `violation` is
+    every loop on the path to it. `stationarity` is the first-order (Karush–Kuhn–Tucker) residual, as a fraction of
+    the slope of the effort; `active` names the active constraints. `violation` is
     how far it passes outside a disc, at most [rad]; of the region it is never outside.
     """
 

@@ -103,8 +103,8 @@ def _shortest_in_region(
         if leg is None:
             parts = [region.region.component_of(waypoints[k]) for k in (first, second)]
             sizes = [f"{region.region.components[part].area:.3g}" for part in parts if part is not None]
-            wall = "the border" if branch.request.zones is None else "keep_out or keep_in"
-            where = f"{wall}: they lie in different parts of the admissible region, of {' and '.join(sizes)} rad²"
+            wall = "the border: move one" if branch.request.zones is None else "keep_out or keep_in: move these or one"
+            where = f"{wall} of the waypoints, which lie in parts of {' and '.join(sizes)} rad²"
             return branch.separation((first, second), where)
         path += leg.points[:-1]
         bound += leg.lower_bound

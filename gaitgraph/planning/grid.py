@@ -35,7 +35,8 @@ def notes_beside_the_grid(request: PlanRequest) -> list[str]:
         distance = max(abs(a - b) for a, b in zip(point, node, strict=True))
         if WAYPOINT_SNAP < distance < step / 50:
             place = ", ".join(map(text_from_angle, node))
-            hints.append(f"waypoint {number} is {distance:.1e} rad off the grid node ({place}), which adds corners")
+            beside = f"{distance:.1e} rad off the grid node ({place})"
+            hints.append(f"waypoint {number} is {beside}; on the node the gait has fewer corners")
     return hints
 
 

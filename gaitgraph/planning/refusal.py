@@ -109,12 +109,14 @@ class Branch:
         """Return the obstacle that separates two waypoints: a factor of R, or what `otherwise` names."""
         first, second = (self.request.waypoints[k] for k in ends)
         factor = separating_factor(first, second, self.request.vehicle) if self.color == "red" else None
+        if factor:
+            otherwise = f"{factor}, where R = 0: move them to one side"
         numbers = ends[0] + 1, ends[1] + 1
         return Obstacle(
             color=self.color,
             sign=self.sign,
             kind="separated",
-            message=f"{self}: waypoints {numbers[0]} and {numbers[1]} are separated by {factor or otherwise}",
+            message=f"{self}: waypoints {numbers[0]} and {numbers[1]} are separated by {otherwise}",
             waypoints=numbers,
             components=components,
         )
