@@ -387,7 +387,7 @@ def test_rates_are_judged_along_the_curve() -> None:
     t = np.linspace(0, 1, 50_001)
     for order, name in enumerate(("tilt_rate", "tilt_acceleration", "tilt_jerk"), start=1):
         peaks = np.abs(found.curve.at(t, order)).max(axis=0)
-        np.testing.assert_allclose(found._timed().peaks(order), peaks, rtol=1e-3)
+        np.testing.assert_allclose(found.timed().peaks(order), peaks, rtol=1e-3)
         assert peaks.max() * (1 - 1e-12) <= found.report[name].value <= peaks.max() * (1 + 1e-3)
     slow = calm_gait(SQUARE, vehicle=quick, radius=0, pieces=24, period=90.0)
     assert slow.report.flyable
