@@ -333,7 +333,7 @@ BREAKAGES: list[tuple[str, Any]] = [
 
 
 @pytest.mark.parametrize(("message", "break_it"), BREAKAGES)
-def test_whatever_breaks_the_contract_is_named(message: str, break_it: Any) -> None:
+def test_each_breach_of_the_contract_is_named(message: str, break_it: Any) -> None:
     graph = surface_graph("negative")
     break_it(graph)
     with pytest.raises(gg.errors.ContractError, match=message):

@@ -47,7 +47,7 @@ from gaitgraph.invertibility.tilt_margins import (
     tilt_margin,
 )
 from gaitgraph.vehicle import PAPER, Vehicle
-from tests.published_formulas import IN_KAPPA, PART, Term, mended
+from tests.published_formulas import IN_KAPPA, PART, Term, corrected
 from tests.samples import (
     BOTH,
     EXACT,
@@ -112,23 +112,23 @@ class TestFormulaOneIsTheDeterminant:
         return total
 
     def part(self, equation: str) -> Any:
-        """Return the mended equation, its attitude factor taken away."""
+        """Return the corrected equation, without its attitude factor."""
         nx, ny, nz = self.upward
         one = {"sθ": {nx: -1}, "sφcθ": {ny: 1}, "cφcθ": {nz: 1}}[PART[equation]]
-        return self.symbolic(mended(equation)).subs(one)
+        return self.symbolic(corrected(equation)).subs(one)
 
     def vanishes(self, expression: Any) -> bool:
         return bool(sympy.expand(expression) == 0)
 
-    def test_the_mended_formula_is_the_determinant_over_twice_kappa(self) -> None:
+    def test_the_corrected_formula_is_the_determinant_over_twice_kappa(self) -> None:
         force, moment = plain_matrices(self.sines, self.cosines, self.kappa)
         matrix = sympy.Matrix([*moment, list(sympy.Matrix([self.upward]) * sympy.Matrix(force))])
-        assert self.vanishes(matrix.det(method="berkowitz") - 2 * self.kappa * self.symbolic(mended("(1)")))
+        assert self.vanishes(matrix.det(method="berkowitz") - 2 * self.kappa * self.symbolic(corrected("(1)")))
 
-    def test_its_three_parts_are_the_mended_equations(self) -> None:
+    def test_its_three_parts_are_the_corrected_equations(self) -> None:
         nx, ny, nz = self.upward
         assert self.vanishes(
-            self.symbolic(mended("(1)")) - (ny * self.part("(4)") - nx * self.part("(5)") + nz * self.part("(6)"))
+            self.symbolic(corrected("(1)")) - (ny * self.part("(4)") - nx * self.part("(5)") + nz * self.part("(6)"))
         )
         assert self.vanishes(self.part("(6)") - self.part("(2)"))
 
@@ -156,7 +156,7 @@ class TestFormulaOneIsTheDeterminant:
 def test_term_by_term(function: Callable[..., Any], equation: str, kappa: float | None) -> None:
     numbers = PUBLISHED if kappa is None else coefficients_of(Vehicle(drag_ratio=kappa), "exact")
     expected = np.zeros(16)
-    for number, letters, _ in mended(equation):
+    for number, letters, _ in corrected(equation):
         value = float(number[1:]) if kappa is None else IN_KAPPA[number[1:]](kappa)
         expected[LETTERS.index(letters)] = value if number[0] == "+" else -value
     np.testing.assert_allclose(function(CORNERS, numbers), expected, atol=1e-14 / (kappa or 0.1))
@@ -358,7 +358,7 @@ class TestResolution:
         for alpha in (blue, wrapped):
             assert (np.abs(level_determinant(alpha, numbers)) <= level_determinant_resolution(alpha, numbers)).all()
         assert (np.abs(level_determinant(red, numbers)) > level_determinant_resolution(red, numbers)).all()
-        # With a bound so wide that nothing is ever decided, the first half would say nothing.
+        # A bound so wide that nothing is decided would pass the first half too.
         limit = 5e-3 if numbers.kind == "published" else 1e-12
         assert level_determinant_resolution(np.concatenate([red, blue]), numbers).max() < limit
 

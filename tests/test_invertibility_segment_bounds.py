@@ -1,4 +1,4 @@
-"""What is claimed of a whole segment, against many samples of it."""
+"""Bounds along whole segments, against many samples of them."""
 
 from __future__ import annotations
 
@@ -359,7 +359,7 @@ class TestThrusts:
             assert not pushes(*bad)
 
     @three_vehicles
-    def test_neither_is_a_line_where_nothing_hovers(self, vehicle: Vehicle) -> None:
+    def test_a_line_where_nothing_hovers_is_not_crossed_either(self, vehicle: Vehicle) -> None:
         # At β1 = ∓π/2 the torques have rank two: before it and after it all rotors push up, on it nothing is unique.
         delta, side = math.atan(vehicle.signed_drag_ratio), math.copysign(1.0, vehicle.signed_drag_ratio)
         ends = np.array([[[delta - side * (HALF_PI + x), side * 0.4] * 2] for x in (-1e-2, 1e-2)])
@@ -406,7 +406,7 @@ class TestThrusts:
         _, *alone = thrust_shares_along(start[good], end[good], each=True)
         for bracket, same in zip(brackets, alone, strict=True):
             assert np.isnan([bracket.lower[[1, 4]], bracket.upper[[1, 4]]]).all()
-            np.testing.assert_array_equal(bracket.lower[good], same.lower)  # the others do not suffer from the company
+            np.testing.assert_array_equal(bracket.lower[good], same.lower)  # unchanged by the two
             np.testing.assert_array_equal(bracket.fraction[good], same.fraction)
 
     def test_beyond_a_right_angle_a_rotor_pushes_down(self) -> None:

@@ -128,8 +128,8 @@ class TestTiltMargin:
             np.testing.assert_allclose(attitude_sensitivities(alpha, turned), rotated, atol=1e-12 / ratio)
             np.testing.assert_allclose(tilt_margin(-alpha, mirrored), tilt_margin(alpha, plain), atol=1e-9)
 
-    def test_printed_digits_of_blue_say_nothing(self) -> None:
-        """Floating point makes up to 90° of noise out of rounded angles; their digits say what it is worth."""
+    def test_printed_digits_of_blue_give_no_margin(self) -> None:
+        """Rounded angles give margins of up to 90° that are only noise; with the stated rounding there is none."""
         for gait in GAITS[:2]:
             printed = np.column_stack([np.round(gait.angles, 3), gait.printed])
             assert np.isfinite(tilt_margin(printed, EXACT)).all()

@@ -109,7 +109,7 @@ def test_points_joined_without_a_singular_matrix_have_one_label(vehicle: Vehicle
 
 
 @every_vehicle
-def test_what_separates_two_points_is_named_with_its_place(vehicle: Vehicle) -> None:
+def test_lines_and_curves_between_two_points_are_named(vehicle: Vehicle) -> None:
     kappa = vehicle.signed_drag_ratio
     side, delta = math.copysign(1.0, kappa), math.atan(kappa)
     line = delta - side * HALF_PI
@@ -342,7 +342,7 @@ def test_a_floor_of_zero_leaves_the_sign_to_separate_components() -> None:
         assert "least singular value ≥ 0" in [condition.name for condition in region.conditions]
 
 
-def test_components_and_what_touches() -> None:
+def test_components_that_touch_are_joined() -> None:
     region = admissible_region()
     areas = [part.area for part in region.components]
     assert areas == sorted(areas, reverse=True)

@@ -1,7 +1,7 @@
 r"""Is the decoupling matrix invertible? Formula (1) of the paper and the physics it comes from.
 
 With outputs (altitude, roll, pitch, yaw) and rotor inputs wᵢ = ωᵢ|ωᵢ|, the determinant of the 4×4 decoupling
-matrix is formula (1) of Shen, Ma and Tsuchiya (2022), its misprints mended, times a constant. Formula (1) is
+matrix is formula (1) of Shen, Ma and Tsuchiya (2022), its misprints corrected, times a constant. Formula (1) is
 linear in the vertical seen from the body,
 
     (1) = Rθ·sin θ + Rφ·sin φ·cos θ + R·cos φ·cos θ,
@@ -180,7 +180,7 @@ def roll_sensitivity(alpha: npt.ArrayLike, coefficients: Coefficients) -> Any:
 
 
 def pitch_sensitivity(alpha: npt.ArrayLike, coefficients: Coefficients) -> Any:
-    """Return Rθ of equation (5), its misprint mended, dimensionless, shape (...).
+    """Return Rθ of equation (5), its misprint corrected, dimensionless, shape (...).
 
     >>> float(pitch_sensitivity([0.3, -0.2, 0.1, -0.2], coefficients_of()))
     0.0
@@ -189,7 +189,7 @@ def pitch_sensitivity(alpha: npt.ArrayLike, coefficients: Coefficients) -> Any:
 
 
 def level_determinant(alpha: npt.ArrayLike, coefficients: Coefficients) -> Any:
-    """Return R of equation (6), its misprints mended, dimensionless, shape (...).
+    """Return R of equation (6), its misprints corrected, dimensionless, shape (...).
 
     In level flight the determinant of the decoupling matrix is proportional to R: R = 0 is singular.
 
@@ -270,7 +270,7 @@ def attitude_sensitivities(alpha: npt.ArrayLike, coefficients: Coefficients) -> 
 def determinant(
     alpha: npt.ArrayLike, coefficients: Coefficients, roll: npt.ArrayLike = 0.0, pitch: npt.ArrayLike = 0.0
 ) -> Any:
-    """Return the left side of formula (1), its misprints mended, dimensionless: zero where the matrix is singular.
+    """Return the left side of formula (1), its misprints corrected, dimensionless: zero where the matrix is singular.
 
     Tilt angles have the shape (..., 4) [rad]; the attitude [rad] is broadcast against their leading axes.
 
@@ -372,7 +372,7 @@ def zero_moment_direction(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -> Flo
     """Return N = F(α)·w₀/Kf, the force that remains when the thrusts make no torque, shape (..., 3).
 
     A configuration is singular at an attitude exactly where N is horizontal there, or zero. On the gait surfaces
-    N is parallel to body z. Its length means nothing; its direction is that of the hover thrust, or opposite.
+    N is parallel to body z. Its length has no meaning; its direction is that of the hover thrust, or opposite.
     """
     force, _ = rotor_directions(alpha, vehicle)
     return np.squeeze(force @ zero_moment_inputs(alpha, vehicle)[..., None], axis=-1)
