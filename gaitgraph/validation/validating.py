@@ -176,7 +176,7 @@ def validate(
         holds = holds and timed is not None and lies_on(timed, piece, first["t"][0])
     found = checker.report()
     if timed is None:
-        timing = [first.about.get(name) for name in ("period", "law")]
+        timing: list[Any] = [first.about.get(name) for name in ("period", "law")]
         if "t" in first or "corners" in first.about or None in timing or checker.rows > len(first):
             return found
         with naming_file(source):  # a saved plan: corners, with the timing of its request
