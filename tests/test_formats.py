@@ -82,6 +82,20 @@ def test_a_file_is_as_good_as_the_plan(suffix: str, law: LawName, tmp_path: Path
         assert read_table(tmp_path / "finer.npz").alpha.tolist() == finer.alpha.tolist()
 
 
+def test_a_paced_file_states_the_corners(tmp_path: Path) -> None:
+    """No row is at a corner, but all lie between the corners; an edited row makes the rows count."""
+    limits, path = gg.Limits(acceleration=40.0), tmp_path / "paced.csv"
+    gait = gg.plan_loop(TRIANGLE).gait
+    write_tables(table_of(gg.least_period(gait, limits, samples=7)), [path])
+    assert gg.gait_of(path).alpha.tolist() == gait.alpha.tolist()
+    assert gg.least_period(path, limits).least == pytest.approx(gg.least_period(gait, limits).least)
+    table = read_table(path)
+    table["alpha1"][2] += 1e-4
+    assert len(gg.gait_of(table).alpha) > 3
+    rounded = table_of(gg.least_period(gait, limits, rounding=0.05, samples=7))
+    assert "corners" not in rounded.about
+
+
 @pytest.mark.parametrize("suffix", [".csv", ".npz"])
 def test_rows_that_were_edited_win_over_stated_corners(suffix: str, tmp_path: Path) -> None:
     path, timed = tmp_path / f"gait{suffix}", gg.plan_loop(TRIANGLE).timed(samples=7)

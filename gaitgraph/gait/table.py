@@ -11,7 +11,9 @@ Any other table is closed by a straight segment back to the first row, which tak
 from __future__ import annotations
 
 import json
+import math
 import warnings
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from importlib import import_module
 from itertools import chain
@@ -74,6 +76,7 @@ OTHER_ROWS = "the rows differ from the gait that the file states: the rows are u
 _ON_STATED = 1e-6  # allowed distance of a row from the gait that its table states [rad]; also a share of the period
 _ROWS_AT_ONCE = 1 << 12
 _NANOSECOND = 1e-9  # to which times are rounded in bags
+_MOST_COMPARED = 10**8  # rows times corners
 _DEEPEST = 100
 _UNITS = {"t": "s", "R": "1"} | dict.fromkeys(ANGLES, "rad")
 _UNITS |= dict.fromkeys(RATES, "rad/s") | dict.fromkeys(ACCELERATIONS, "rad/s^2")
@@ -290,7 +293,7 @@ def stated_gait(table: Table, vehicle: Vehicle, numbers: Coefficients, crossing_
     Use it only if :func:`lies_on` holds for all rows, since they may have been edited. Colors are those of the rows.
     """
     about: dict[str, Any] = table.about
-    if "corners" not in about or "t" not in table or "alpha3" not in table:
+    if "corners" not in about or "t" not in table or "alpha3" not in table or about.get("made_by") == "pace":
         return None
     try:
         corners = np.array(about["corners"], dtype=float)
@@ -299,6 +302,25 @@ def stated_gait(table: Table, vehicle: Vehicle, numbers: Coefficients, crossing_
         raise InputError(f"corners must be rows of four angles (rad), got {shown(about['corners'])}") from error
     colors = tuple(table["color"][:1]) * len(corners) if "color" in table else _colors_of(corners, numbers)
     return replace(gait, colors=colors).parametrize(about.get("period", 0.0), law=about.get("law", ""))
+
+
+def paced_gait(table: Table, rows: Gait) -> Gait | None:
+    """Return the gait through the corners that a table written by pace states, if its rows lie on it; else None."""
+    about, t = table.about, table.columns.get("t")
+    corners: Any = about.get("corners", ())
+    if about.get("made_by") != "pace" or t is None or not 0 < len(rows.alpha) * len(corners) <= _MOST_COMPARED:
+        return None
+    with suppress(TypeError, ValueError):  # corners that are no angles
+        gait = replace(rows, alpha=np.array(corners, dtype=float), colors=rows.colors[:1] * len(corners))
+        off = np.full(len(rows.alpha), np.inf)
+        for start, end in zip(gait.alpha, gait.ends, strict=True):
+            step, away = end - start, rows.alpha - start
+            along = np.clip(away @ step / max(step @ step, 1e-300), 0.0, 1.0)
+            off = np.minimum(off, np.abs(away - along[:, None] * step).max(axis=1))
+        is_whole = abs(t[-1] - t[0] - about.get("period", math.inf)) <= _NANOSECOND + table.digit_error
+        if is_whole and off.max() <= _ON_STATED + table.digit_error:
+            return gait
+    return None
 
 
 def lies_on(timed: TimedGait, piece: Table, start: float) -> bool:

@@ -30,7 +30,7 @@ from gaitgraph.errors import (
 )
 from gaitgraph.files import check_new_files, path_of, reading, remove_leftovers, text_of, value_from_json, write_whole
 from gaitgraph.gait.gait import PAPER_GAITS, Gait, paper_gait
-from gaitgraph.gait.table import ANGLES, Table, about_from_text, closed_rows, merged
+from gaitgraph.gait.table import ANGLES, Table, about_from_text, closed_rows, merged, paced_gait
 from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.io import binary_tables, c_header, ros, text_files
 from gaitgraph.io.columns import FormatOptions, TableBuilder, is_frame, table_from_frame
@@ -287,7 +287,7 @@ def gait_of(
         return source if isinstance(source, Gait) else source.gait
     with naming_file(gait):
         rows, _, stated = closed_rows(source, vehicle=vehicle, coefficients=coefficients, name=gait)
-    return stated.gait if stated else replace(rows.merged(), request=rows.request)
+    return stated.gait if stated else paced_gait(source, rows) or replace(rows.merged(), request=rows.request)
 
 
 def read_table(path: str | Path, *, joints: ServoMap | None = None) -> Table:

@@ -424,7 +424,8 @@ def pieces_of(
     by_law = timed.law in LAWS
     if not by_law:
         made["made_by"] = "optimize" if timed.law == "optimal" else "pace"
-    elif "made_by" not in (about or {}) and gait.color != "mixed" and len(gait.alpha) <= MOST_CORNERS:  # not a path
+    has_corners = "made_by" not in (about or {}) if by_law else getattr(timed, "curve", gait) is None
+    if has_corners and gait.color != "mixed" and len(gait.alpha) <= MOST_CORNERS:  # not of a path, nor of a curve
         made["corners"] = gait.alpha.tolist()
     if gait.request:
         # Requests know the built-in laws only.
