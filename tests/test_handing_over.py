@@ -153,7 +153,7 @@ def test_a_refusal_lists_what_is_accepted() -> None:
     with pytest.raises(gg.InputError, match=f"^{wanted} request, got 3$"):
         gg.validate(3)
     with pytest.raises(gg.InputError, match="^output must be the path of a file, got array"):
-        gg.export(GAIT, np.array(3.0))  # type: ignore[arg-type]
+        gg.export(GAIT, np.array(3.0))
     with pytest.raises(gg.InputError, match="^vehicle must be None beside a gait, which has its own, got 'paper'$"):
         gg.robustness_of(GAIT, vehicle="paper")
 

@@ -24,7 +24,9 @@ from gaitgraph.gait.table import (
     ROWS_OF_A_PIECE,
     Table,
     closed_rows,
+    closing_time,
     completed_pieces,
+    is_closed,
     merged,
 )
 from gaitgraph.invertibility.matrices import level_determinant
@@ -523,13 +525,12 @@ def export(
         table = merged(read())
         # By default the timing of the file; laws that are not built in do not count.
         clock: dict[str, Any] = {"law": table.about.get("law"), "period": table.about.get("period")}
-        clock = {name: value for name, value in clock.items() if value in (*LAWS,) or name != "law"}
+        if clock["period"] is None and "t" in table and len(table) > 1:
+            angles, t = np.column_stack([table[name] for name in ANGLES if name in table]), table["t"]
+            clock["period"] = (t[-1] if is_closed(angles) else closing_time(t[0], t[-1], len(t))) - t[0]
+        clock = {name: one for name, one in clock.items() if one is not None and (name == "period" or one in (*LAWS,))}
+        is_timed = isinstance(given, TimedGait)
         with naming_file(source):
-            if "t" in table and len(table) > 1 and clock["period"] is None:
-                times: Any = closed_rows(table, vehicle=vehicle, coefficients=coefficients)[1]
-                clock["period"] = times[-1] - times[0]
-            clock = {name: value for name, value in clock.items() if value is not None}
-            is_timed = isinstance(given, TimedGait)
             gait = given.gait if is_timed else gait_of(table, vehicle=vehicle, coefficients=coefficients)
         pieces: Callable[[], Iterator[Table]] = partial(pieces_of, gait.parametrize(**clock | asked))
     else:
