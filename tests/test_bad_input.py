@@ -196,7 +196,7 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     (plan, {"color": "rad"}, "color must be one of auto, red, blue, got 'rad'; did you mean 'red'"),
     (plan, {"sign": 1}, "sign must be … got 1"),
     (plan, {"require": "fly"}, "require must be one of flyable, valid, got 'fly'"),
-    (plan, {"objective": "thrust"}, "objective must be one of shortest, robust, got 'thrust'; use: "),
+    (plan, {"objective": "thrust"}, "objective must be one of shortest, robust, got 'thrust'; use "),
     (plan, {"law": "x"}, "law must be … got 'x'"),
     (plan, {"floor": NAN}, "floor must be a finite number ≥ 0, got nan"),
     (plan, {"reverse": 1}, "reverse must be true or false, got 1"),
@@ -209,7 +209,7 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     (transition, {"end": G3, "law": "fast"}, "law must be one of smooth, constant-speed, equal-time, got 'fast'"),
     (transition, {"end": G3, "floor": -0.1}, "floor must be a finite number ≥ 0, got -0.1"),
     *(
-        (transition, {"duration": wrong}, "duration must be between 1e-6 and 5e+08 s, got ")
+        (transition, {"duration": wrong}, "duration must be between 1e-6 and 5e8 s, got ")
         for wrong in (0, 0.99e-6, 5.01e8, NAN, "1", True)
     ),
     # optimization
