@@ -377,7 +377,7 @@ def thrust_above(share: float, kappa: float, tolerance: float) -> BaseGeometry:
         rest = np.maximum(1 - 2 * share * np.cos(x), 0.0)
         return np.arctan2(-2 * share * np.sin(x - delta) - rest * math.sin(delta), rest * math.cos(delta))
 
-    def above(x: FloatArray, y: float) -> FloatArray:
+    def above(x: FloatArray, y: float) -> Any:
         return (2 * share * np.cos(x) < 1) & np.where(x < delta, y > border(x), y < border(x))
 
     vanishing = cosine(0, 1, HALF_PI - delta) * (cosine(1, 0, 0.0, -2 * share) + 1.0)
