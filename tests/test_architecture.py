@@ -33,6 +33,7 @@ EXCEPTIONS = {
     ("gait.gait", "TYPE_CHECKING", "timing.timed_gait"),
     ("gait.gait", "TYPE_CHECKING", "validation.report"),
     ("timing.timed_gait", "TimedGait.animate", "plots.vehicles"),
+    ("flight.flight", "Flight.write", "plots.flights"),
     ("vehicle", "Vehicle._repr_html_", "plots.notebook"),
     ("surface.region", "Region._repr_html_", "plots.notebook"),
     ("gait.gait", "Gait._repr_html_", "plots.notebook"),

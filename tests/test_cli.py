@@ -164,7 +164,7 @@ WRONG = [
     ("plann", "no command 'plann'; did you mean 'plan'?"),
     ("plan --waypoint 0,0 --sheets all", "sheets must be planes or left out, got 'all'; no gait on a fibre can fly"),
     ("plan --waypoint 0,0 --objective=thrust", "got 'thrust'; use gaitgraph optimize --objective hover_reserve"),
-    ("plan --waypoint 0,0,0,0", "no gait on a fibre can fly, and elsewhere α3 and α4 follow from the color"),
+    ("plan --waypoint 0,0,0,0", "α3 and α4 follow from the color, and no gait on a fibre can fly"),
     ("plan --waypoint 0,0 --divisions 300", "from 2 to 256, got 300; plan --method exact needs no grid"),
     ("plan --waypoint 0,0 --watch", "--watch was removed. Run the command again"),
     ("transition hover one.csv --divisions=3", "--divisions was removed. Leave it out"),
@@ -199,6 +199,7 @@ WRONG = [
     ("basin gait3 --output basin.gif", "output of a basin must end in one of .csv"),
     ("colorings there.csv", "gait file 'there.csv'"),
     ("fly gait3 --output x.h", "got 'x.h'; a C header is for gaits only"),
+    ("vehicles beetle_omni --vehicle paper", "--vehicle paper cannot be combined with 'beetle_omni'"),
     ("fly gait3 --output none/x.csv", "folder 'none' does not exist"),
     ("fly gait3 --attitude 0.3", "--attitude must be ROLL,PITCH, two angles, got '0.3'"),
     ("fly gait3 --attitude 0,2", "--attitude must be a roll from -pi to pi"),
@@ -258,6 +259,10 @@ def test_colorings(run: Any) -> None:
     text = run("colorings", written("gait.csv", GAITS[1]), "--limit", "1").out
     assert text.splitlines()[0] == "2 colourings of a loop of 100 points"
     assert text.splitlines()[-1] == "  … 1 of them shown"
+    assert run("colorings", "gait3").out.splitlines()[1:] == [
+        "  R > 0  none: point 1 has no root with R > 0, neither red nor blue",
+        *("  R < 0  all red", "  R < 0  all blue"),
+    ]
     Path("loop.csv").write_text("alpha1,alpha2\n0.9,-0.9\n-0.9,0.9\n")
     result = run("colorings", "loop.csv", "--coefficients", "exact", "--json")
     assert (result.code, result.json["colorings"]) == (1, [])

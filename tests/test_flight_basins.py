@@ -123,7 +123,7 @@ def test_paced_gaits_are_flown_but_not_biased() -> None:
     timed = least_period(timed_gait(3).gait, Limits(rate=5, acceleration=60), rounding=0.1).timed
     assert timed is not None
     assert basin_of(timed, resolution=1).fraction == 1.0
-    with pytest.raises(InputError, match="^law must be one of .* to bias the gait"):
+    with pytest.raises(InputError, match="^law must be one of .* for a bias"):
         basin_of(timed, 0.8)
 
 

@@ -205,7 +205,9 @@ def test_reprs_of_answers_are_one_line() -> None:
         "<Retargeted: The nearest flyable gait stands still": gg.retarget(BLUE),
         "<OptimalGait: infeasible, 2 discs>": gg.optimal_gait([(0.5, 0.5), (0.6, 0.6)], radius=0.05),
         "<LeastPeriod: no period>": gg.least_period(RED, gg.Limits(rate=[0, 6, 6, 6], acceleration=60)),
-        "<RobustnessReport: <Robustness of the gait itself: tilt margin 1.5708 rad": gg.robustness_of(RED, curves=0),
+        "<RobustnessReport: <Robustness of the gait itself: tilt margin 90.00°, 100.00 %": gg.robustness_of(
+            RED, curves=0
+        ),
         "<Loop: red, R < 0, 4 corners": made("plan").loop,
     }
     for start, answer in answers.items():

@@ -129,9 +129,6 @@ def found_by_elimination(a1: float, a2: float, kappa: float) -> list[tuple[float
     return found
 
 
-# --- against an independent solver -----------------------------------------------------------------------------------
-
-
 @pytest.mark.no_cover
 @every_case
 @settings(deadline=None, max_examples=50)
@@ -173,9 +170,6 @@ def test_each_root_carries_its_values(case: str, a1: float, a2: float) -> None:
         assert distance_modulo_pi([root.alpha3, root.alpha4], [third, fourth]) < 1e-12
 
 
-# --- what roots carry ------------------------------------------------------------------------------------------------
-
-
 @every_case
 def test_one_more_where_blue_lies_at_an_end_of_the_range(case: str) -> None:
     numbers, kappa = CASES[case]
@@ -188,9 +182,6 @@ def test_one_more_where_blue_lies_at_an_end_of_the_range(case: str) -> None:
             assert residual(root.alpha, numbers) < 1e-12 / abs(kappa)
             assert max(abs(root.alpha3), abs(root.alpha4)) == pytest.approx(HALF_PI, abs=1e-12)
         assert len({(root.alpha3, root.alpha4) for root in answer}) == 1 + expected
-
-
-# --- many at once ----------------------------------------------------------------------------------------------------
 
 
 @every_case
@@ -232,9 +223,6 @@ def test_a_grid_is_an_outer_product_of_the_same_roots(case: str, rows: int, colu
         np.testing.assert_array_equal(np.column_stack([grid.types3[r], grid.types4[s]]), arrays.types[here])
         np.testing.assert_allclose(grid.R[r, s], arrays.R[here], atol=1e-13 / 0.05)
         assert [part.dtype.name for part in (grid.types3, grid.types4, grid.R)] == ["int8", "int8", "float64"]
-
-
-# --- wraps, fibres and plane types -----------------------------------------------------------------------------------
 
 
 @every_case
@@ -318,9 +306,6 @@ def test_the_signs_of_figure_16() -> None:
     assert np.abs(blue).max() < 4.4e-4
 
 
-# --- which sheet a row lies on ---------------------------------------------------------------------------------------
-
-
 def test_rows_on_neither_and_rows_on_both() -> None:
     alpha = [[0.9, -0.9, 0.9, -0.9], [0.9, -0.9, 0.95, -0.9], [0.9, -0.9, 0.9, -0.9 + 1e-3]]
     for tolerance, expected in ((2e-3, [1, 0, 1]), (0.1, [1, 1, 1]), (1e-4, [1, 0, 0])):
@@ -344,9 +329,6 @@ def test_rows_on_neither_and_rows_on_both() -> None:
     ):
         found = families_along(rows, EXACT, 1e-6, before=before)
         assert (found.tolist(), found.dtype.name) == (sheets, "int8")
-
-
-# --- families of points ----------------------------------------------------------------------------------------------
 
 
 def on_fiber(fiber: str, free: Any, coefficients: Coefficients = EXACT) -> FloatArray:

@@ -64,6 +64,8 @@ def test_export_keeps_rows_that_have_a_clock(tmp_path: Path) -> None:
     np.testing.assert_allclose(full["R"], gg.invertibility.level_determinant(full.alpha, PUBLISHED))
     retimed = exported(path, tmp_path / "retimed.csv", period=2.0, samples=10, law="equal-time")
     assert (len(retimed), retimed["t"][-1], retimed["alpha1"].max()) == (11, 2.0, 0.9)
+    path.write_text(path.read_text().replace("\n1,", "\n3,"))  # the period is that of the rows
+    assert exported(path, tmp_path / "sampled.csv", rate=10)["t"][[1, -1]].tolist() == [0.1, 3.0]
 
 
 def test_a_saved_plan_is_a_gait_file(tmp_path: Path) -> None:
@@ -74,6 +76,9 @@ def test_a_saved_plan_is_a_gait_file(tmp_path: Path) -> None:
     table = exported(path, tmp_path / "b.csv")
     assert (tmp_path / "a.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()
     assert table["t"][-1] == 0.5
+    saved, written = gg.validate(path), gg.validate(tmp_path / "a.csv")
+    assert saved["tilt_rate"].value == pytest.approx(written["tilt_rate"].value)
+    assert [check.name for check in saved.checks] == [check.name for check in written.checks]
     refused = tmp_path / "refused.json"
     refused.write_text(json.dumps(gg.plan_loop(G1.waypoints, coefficients="exact").as_mapping()))
     with pytest.raises(gg.InputError, match="a plan without a gait: no flyable loop"):

@@ -95,7 +95,7 @@ def test_a_check_serialises_without_infinities() -> None:
         (np.inf, 5.0, False, "peak infinite (α3) at row 1, t = 0.5 s (0.100, 0.200, 0.100, 0.200), limit 5: slower"),
     ],
 )
-def test_limits_of_rates_in_words(peak: float, limit: float | None, ok: bool, message: str) -> None:
+def test_messages_of_rate_limits(peak: float, limit: float | None, ok: bool, message: str) -> None:
     place = GaitPoint(point=0, fraction=0.0, alpha=(0.1, 0.2, 0.1, 0.2), t=0.5)
     check = limit_check("tilt_rate", peak, 3, limit, "slower", place)
     assert (check.ok, check.value, check.limit, check.message) == (ok, peak, limit, message)
@@ -115,7 +115,7 @@ near, DELTA = np.pi / 16, coefficients_of().delta
         ([(0.9, -0.9), (near, -near), (1.1, -0.9)], ["red", "red", "blue"], "corners 3 (-,-) and 1 (+,+) may not be "),
     ],
 )
-def test_what_two_color_says_of_colors(points: Any, colors: Any, message: str) -> None:
+def test_messages_of_two_color(points: Any, colors: Any, message: str) -> None:
     gait = lift(points, colors)
     check = gait.check()["two_color"]
     ok = message.startswith("all")
@@ -127,7 +127,7 @@ def test_what_two_color_says_of_colors(points: Any, colors: Any, message: str) -
         assert (check.where["segment"], check.where["alpha"]) == (first, gait.alpha[first].tolist())
 
 
-def test_gaits_are_judged_by_what_they_are_for() -> None:
+def test_gaits_are_checked_with_their_crossing_tolerance() -> None:
     """Crossing tolerance and coefficients of the gait."""
     angles = [(np.pi / 16 + 0.05, -np.pi / 16), (np.pi / 8, -np.pi / 16)]
     for tolerance, ok in ((0.2, True), (0.01, False)):
@@ -140,12 +140,8 @@ BLUE_IS_SINGULAR = ": use red, since the whole blue sheet is singular at every a
 NO_THRUSTS = "no thrusts carry the weight without torque: the control moment matrix has rank two on blue; use red"
 
 
-def found_by(report: Report) -> list[tuple[str, str, bool]]:
-    return [(check.name, check.kind, check.ok) for check in report.checks]
-
-
 @pytest.mark.parametrize("keeps", [True, False])
-def test_all_that_is_found_of_a_gait_and_of_the_limits_of_its_vehicle(keeps: bool) -> None:
+def test_checks_of_a_gait_and_of_the_limits_of_its_vehicle(keeps: bool) -> None:
     limits: dict[str, Any] = (
         {"max_tilt": "70deg", "max_thrust": 3.0} if keeps else {"max_tilt": "60deg", "max_thrust": 2.0}
     )
@@ -154,9 +150,8 @@ def test_all_that_is_found_of_a_gait_and_of_the_limits_of_its_vehicle(keeps: boo
     report = gait.check()
     names = ("closed", "on_surface", "two_color", "continuous", "R_sign")
     physics = {"least_singular_value": True, "hover_thrust": True, "thrust_limit": keeps, "tilt_range": keeps}
-    assert found_by(report) == [(name, "valid", True) for name in names] + [
-        (name, "flyable", ok) for name, ok in physics.items()
-    ]
+    found = [(check.name, check.kind, check.ok) for check in report.checks]
+    assert found == [(name, "valid", True) for name in names] + [(name, "flyable", ok) for name, ok in physics.items()]
     assert (report.flyable, report.reachable_from_hover) == (keeps, keeps)
     in_home = "in the component of α = 0: a flight from hover can enter and leave it"
     assert report.reachability == (in_home if keeps else CLOSED_OFF)
@@ -194,7 +189,7 @@ def place_of(check: Check) -> str:
 
 
 @pytest.mark.parametrize("kind", ["published", "exact"])
-def test_all_that_is_said_of_blue(kind: str) -> None:
+def test_messages_for_a_blue_gait(kind: str) -> None:
     gait = lift(GAITS[0].angles, "blue", coefficients=coefficients_of(kind=kind))  # type: ignore[arg-type]
     report = gait.check()
     sign, sigma, thrust = (report[name] for name in ("R_sign", "least_singular_value", "hover_thrust"))
@@ -210,7 +205,7 @@ def test_all_that_is_said_of_blue(kind: str) -> None:
         assert sign.message.endswith(": use red")
 
 
-def test_all_that_is_said_of_a_gait_off_the_surface() -> None:
+def test_messages_for_a_gait_off_the_surface() -> None:
     """Gait 3, tilted less with its opposite arms: nothing but the paper's rules is broken."""
     gait = lift(GAITS[2].angles, "red").biased(0.8)
     report = gait.check()
@@ -241,7 +236,7 @@ def test_all_that_is_said_of_a_gait_off_the_surface() -> None:
         ([(DELTA, -DELTA), (-1.5, 0.3)], ["red", "blue"], 2 * (0.3 + DELTA), 1e-9, "it changes color"),
     ],
 )
-def test_all_that_is_said_of_jumps(points: Any, colors: Any, value: float, limit: float, cause: str) -> None:
+def test_messages_for_jumps(points: Any, colors: Any, value: float, limit: float, cause: str) -> None:
     check = lift(points, colors).check()["continuous"]
     assert (check.kind, check.ok, check.limit) == ("valid", False, limit)
     assert check.value == pytest.approx(value, abs=1e-12)
@@ -249,20 +244,20 @@ def test_all_that_is_said_of_jumps(points: Any, colors: Any, value: float, limit
     assert (check.where or {})["segment"] == 0
 
 
-@pytest.mark.parametrize(("lies", "painted"), [("red", "blue"), ("blue", "red")])
+@pytest.mark.parametrize(("lies", "colored"), [("red", "blue"), ("blue", "red")])
 @pytest.mark.parametrize("off", [0.0, 0.1])
-def test_all_that_is_said_of_wrong_paint(lies: str, painted: str, off: float) -> None:
-    """One corner that lies on one sheet and is painted as the other; or that lies on neither."""
+def test_messages_for_a_wrong_color(lies: str, colored: str, off: float) -> None:
+    """One corner that lies on one sheet and has the color of the other; or that lies on neither."""
     gait = lift([(0.5, -0.7)], lies)
-    other = lift([(0.5, -0.7)], painted)
+    other = lift([(0.5, -0.7)], colored)
     alpha = gait.alpha + np.array([0, 0, off, 0])
-    check = Gait(alpha=alpha, colors=(painted,)).check()["continuous"]
+    check = Gait(alpha=alpha, colors=(colored,)).check()["continuous"]
     distance = np.abs(alpha - other.alpha).max()
     beside = f", on the {lies} one" if not off else ""
     assert (check.kind, check.ok, check.limit) == ("valid", False, 2e-3)
     assert check.value == pytest.approx(distance, rel=1e-12)
     assert check.where == {"segment": 0, "fraction": 0.0, "alpha": list(alpha[0])}
-    found = f"is colored {painted} but lies off that sheet{beside}, by {distance:.4f} rad (limit 0.002): "
+    found = f"is colored {colored} but lies off that sheet{beside}, by {distance:.4f} rad (limit 0.002): "
     assert check.message.startswith(f"{place_of(check)} {found}")
 
 
@@ -287,7 +282,7 @@ def test_hover_reaches_red_only_with_opposite_arms_alike(spin: Spin, shift: tupl
 
 @pytest.mark.parametrize("kind", ["published", "exact"])
 @pytest.mark.parametrize("rounding", [0.0, 1e-12, 5e-4, 0.02])
-def test_what_the_digits_of_a_point_carry(kind: str, rounding: float) -> None:
+def test_the_error_of_R_from_the_digits_of_a_point(kind: str, rounding: float) -> None:
     """Of one point it is what is documented there; of a gait at least that of each of its corners."""
     coefficients = coefficients_of(kind=kind)  # type: ignore[arg-type]
     limits = []
@@ -302,7 +297,7 @@ def test_what_the_digits_of_a_point_carry(kind: str, rounding: float) -> None:
     assert max(limits) * (1 - 1e-9) <= whole < 4 * max(limits)
 
 
-def test_what_is_seen_of_rounding_counts_unless_it_is_told() -> None:
+def test_rounding_is_inferred_unless_it_is_given() -> None:
     """The largest distance from the sheet, as far as the tolerance takes it for rounding."""
     gait = lift(GAITS[3].angles, "red")
     printed = Gait(alpha=gait.alpha + np.array([0, 0, 3e-4, -7e-4]), colors=gait.colors)
@@ -315,9 +310,7 @@ def test_what_is_seen_of_rounding_counts_unless_it_is_told() -> None:
 
 @pytest.mark.parametrize("block", [1, 2, 1 << 14])
 @pytest.mark.parametrize("colors", [["blue", "blue", "red", "red", "red"], ["red", "blue", "blue", "red", "red"]])
-def test_one_corner_on_blue_is_enough_wherever_it_comes(
-    monkeypatch: pytest.MonkeyPatch, block: int, colors: list[str]
-) -> None:
+def test_one_blue_corner_fails_at_any_position(monkeypatch: pytest.MonkeyPatch, block: int, colors: list[str]) -> None:
     monkeypatch.setattr(physics, "_BLOCK", block)
     points = [(0.5, -0.7), (0.6, -0.7), (0.6, -0.8), (0.5, -0.8), (0.4, -0.8)]
     for kind in ("published", "exact"):
@@ -340,7 +333,7 @@ def test_a_floor_within_the_bracket_of_the_least_singular_value_is_decided(ratio
 
 
 @pytest.mark.parametrize("turn", range(4))
-def test_the_first_segment_that_cannot_hover_is_named_wherever_the_gait_begins(turn: int) -> None:
+def test_the_place_that_cannot_hover_is_reported_for_any_start_of_the_gait(turn: int) -> None:
     """Between corners 1 and 2 of the unturned gait the thrusts are positive; at 3 alone they are not."""
     points = np.roll([(0.9, -0.9), (1.0, -0.9), (0.9, 0.9), (0.8, -0.9)], turn, axis=0)
     gait = lift(points, "red")
@@ -354,7 +347,7 @@ def test_the_first_segment_that_cannot_hover_is_named_wherever_the_gait_begins(t
     assert check.value == pytest.approx(hover_thrust_shares(gait.alpha).min())
 
 
-def test_a_small_change_of_color_is_told_beside_larger_deviations_that_are_allowed() -> None:
+def test_a_small_change_of_color_is_reported_beside_larger_deviations_within_tolerance() -> None:
     """Within one color the digits may be off by the tolerance; between colors nothing may."""
     delta = coefficients_of().delta
     gait = lift([(delta + 5e-5, -delta - 5e-5), (0.4, -0.4), (0.4, -0.3)], ["blue", "red", "red"])
@@ -371,7 +364,7 @@ def test_a_row_at_a_corner_of_the_square_leaks_no_warning() -> None:
     assert not report.flyable
 
 
-def test_tilts_are_judged_on_both_sides_of_the_limit() -> None:
+def test_tilts_on_both_sides_of_the_limit() -> None:
     for limit, ok in ((0.25, False), (0.3, True), (0.3 - 0.9e-9, True), (0.3 - 1.1e-9, False)):
         vehicle = gg.PAPER.replace(max_tilt=limit)
         check = lift([(0.2, -0.1), (0.2, -0.3)], "red", vehicle=vehicle).check()["tilt_range"]
@@ -379,7 +372,7 @@ def test_tilts_are_judged_on_both_sides_of_the_limit() -> None:
         assert ok or "(α2) at corner 2 (0.200, -0.300, 0.200, -0.300), limit" in check.message
 
 
-def test_what_hover_can_reach_is_judged_in_exact_physics() -> None:
+def test_reachability_uses_exact_coefficients() -> None:
     """R is 1e-5, far more than floating point makes of zero, and far less than three printed digits carry."""
     a2 = -0.2
     kappa = gg.PAPER.drag_ratio
@@ -408,7 +401,7 @@ def test_the_component_is_that_of_both_angles(point: tuple[float, float], home: 
 
 
 @pytest.mark.parametrize(("factor", "ok"), [(1.0, True), (1 - 1e-9, False)])
-def test_what_is_exactly_at_a_tolerance_is_within_it(factor: float, ok: bool) -> None:
+def test_a_value_at_its_tolerance_is_within_it(factor: float, ok: bool) -> None:
     """A blue row beside blue, as far as the tolerance, is on blue; so is the rounding that is inferred."""
     moved = Gait(alpha=lift([(0.5, -0.7)], "blue").alpha + np.array([0, 0, 2.0**-9, 0]), colors=("blue",))
     tolerance = float(family_distances(moved.alpha, moved.coefficients)[0, 1]) * factor

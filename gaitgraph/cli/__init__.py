@@ -132,9 +132,10 @@ def main(args: Sequence[str] | None = None) -> NoReturn:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         _stop(0)
     except Infeasible as error:  # of a request that stands for its gait
-        if "--json" in (sys.argv if args is None else args):
-            print_json({"status": "infeasible", "reason": str(error)})
-        _stop(1, str(error))
+        if "--json" not in (sys.argv if args is None else args):
+            _stop(1, str(error))
+        print_json({"status": "infeasible", "reason": str(error)})
+        code = 1
     except GaitgraphError as error:
         _stop(2, str(error))
     except MemoryError:
@@ -276,8 +277,13 @@ def option(flag: str, metavar: str, text: str, *, name: str = "", words: Words =
     return click.option(flag, *([name] if name else []), metavar=metavar, help=text, **more)
 
 
-def one_of(flag: str, *words: str, of: str = "", default: str = "", **more: Any) -> Decorator:
-    """Return an option that is one of some words, by default the first; `of` says in the help of what."""
+def one_of(flag: str, *words: str, of: str = "", default: str = "", check: bool = False, **more: Any) -> Decorator:
+    """Return an option that is one of some words, by default the first; `of` begins its help.
+
+    With `check` the words are checked here, otherwise by the library.
+    """
+    if check:
+        more["callback"] = lambda _, __, value: value and checked_choice(flag, value, words)
     text = f"{of}{', '.join(words[:-1])} or {words[-1]}.  [default: {default or words[0]}]"
     return option(flag, "NAME", text, words=words, **more)
 
@@ -302,16 +308,6 @@ def file(name: str, metavar: str, *words: str, **more: Any) -> Decorator:
 def flag(flag: str, text: str) -> Decorator:
     """Return an option without a value."""
     return click.option(flag, is_flag=True, help=text)
-
-
-def choice(flag: str, names: Sequence[str], default: str | None, text: str) -> Decorator:
-    """Return an option that takes one of some names, and is checked here."""
-
-    def checked(_: click.Context, __: click.Parameter, value: str | None) -> Any:
-        return value and checked_choice(flag, value, names)
-
-    text += f"  [default: {default}]" if default else ""
-    return option(flag, f"[{'|'.join(names)}]", text, words=names, default=default, callback=checked)
 
 
 def _preset_names() -> list[str]:
@@ -339,7 +335,7 @@ def wants_json() -> bool:
 
 PAPER_GAITS = ("gait1", "gait2", "gait3", "gait4")  # of Section 5, instead of a file
 LAWS = ("smooth", "constant-speed", "equal-time")
-_COEFFICIENTS = "Coefficients of formula (1); published for the paper's own vehicle, exact for any other."
+_COEFFICIENTS = "published for the paper's vehicle, exact for others"
 _CROSSING = "Distance from a crossing line within which a type is '?'.  [default: pi/32]"
 _OUTPUT = "Write the answer, in the format of the suffix; repeatable."
 _ROUNDING = "Assumed error of each angle.  [default: inferred from the file]"
@@ -354,7 +350,9 @@ _SHARED: dict[str, Decorator] = {
     "request_file": file("request_file", "[REQUEST.toml]", required=False),
     "outputs": option("--output", "FILE", _OUTPUT, name="outputs", multiple=True),
     "vehicle": option("--vehicle", "NAME_OR_FILE", _VEHICLE, words=_preset_names, callback=_vehicle),
-    "coefficients": choice("--coefficients", ["published", "exact"], None, _COEFFICIENTS),
+    "coefficients": one_of(
+        "--coefficients", "published", "exact", of="Coefficients of formula (1): ", default=_COEFFICIENTS, check=True
+    ),
     "color": one_of("--color", "auto", "red", "blue"),
     "sign": one_of("--sign", "auto", "positive", "negative", of="Sign of R: "),
     "divisions": option("--divisions", "N", "Grid intervals in [−π/2, π/2].  [default: 16]"),
@@ -366,7 +364,7 @@ _SHARED: dict[str, Decorator] = {
     "law": one_of("--law", *LAWS, of="Timing law (position along the loop over time): "),
     "samples": option("--samples", "N", "Even intervals per period.  [default: 100]"),
     "rate": option("--rate", "HZ", "Samples per second, instead of --samples."),
-    "require": choice("--require", ["valid", "flyable"], "valid", "What decides the exit code."),
+    "require": one_of("--require", "valid", "flyable", of="Needed for exit code 0: ", check=True),
     "keep_in": option("--keep-in", "POLYGON", 'Only inside: "A1,A2 A1,A2 A1,A2 …"; repeatable.', multiple=True),
     "keep_out": option("--keep-out", "POLYGON", "Only outside; repeatable.", multiple=True),
     "waypoints": option("--waypoint", "A1,A2", "A waypoint; repeat in order.", name="waypoints", multiple=True),

@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from gaitgraph.cli import Working, choice, command, flag, option, print_json, request_of, show, wants_json, whole_from
+from gaitgraph.cli import Working, command, flag, one_of, option, print_json, request_of, show, wants_json, whole_from
 
 
 @command(
@@ -17,13 +17,13 @@ from gaitgraph.cli import Working, choice, command, flag, option, print_json, re
     option("--max-length", "ANGLE", "Longest cycle to list, measured in the (α1, α2) plane."),
     option("--limit", "N", "Number of cycles to list.  [default: 20]", type=whole_from(1, 10**9), default=20),
     "color sign divisions",
-    choice("--require", ["flyable", "valid", "two_color"], "valid", "Which edges of the graph count."),
+    one_of("--require", "flyable", "valid", "two_color", of="Edges that count: ", default="valid", check=True),
     option("--effort", "STEPS", "Steps after which to stop and print the bound.", type=whole_from(1, 10**18)),
     "vehicle coefficients json",
 )
 def cycles_command(
     limit: int,
-    require: Any,
+    require: Any = "valid",
     request_file: str | None = None,
     max_length: float | None = None,
     effort: int | None = None,

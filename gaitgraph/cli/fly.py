@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import click
 
 from gaitgraph.cli import LAWS, Paths, Working, command, flag, named_in_errors, one_of, option, show
-from gaitgraph.errors import Infeasible, InputError
+from gaitgraph.errors import InputError
 
 if TYPE_CHECKING:
     from gaitgraph.flight.flight import FlightSettings
@@ -83,15 +83,10 @@ def fly_command(
     paper. The exit code is 1 if the flight does not settle, or is refused before take-off because the gait cannot
     fly, with the reason. Needs mujoco: pip install 'gaitgraph[sim]'.
     """
-    import numpy as np
-
     from gaitgraph.flight.course import biased_timed_gait, from_hover, repeated
     from gaitgraph.flight.flight import record_of
     from gaitgraph.flight.simulation import checked_attitude, fly
-    from gaitgraph.gait.gait import Gait
-    from gaitgraph.plots.flights import write_flight
     from gaitgraph.timing.timed_gait import timed_gait_of
-    from gaitgraph.vehicle import PAPER
 
     asked = {**given, "bias": bias, "periods": periods}
     settings = checked_settings(given, outputs, of="flight", force=force)
@@ -103,19 +98,13 @@ def fly_command(
     with Working("planning") as progress, named_in_errors(asked, eta="bias"):
         attitude = given.pop("attitude", None)
         start = None if attitude is None else checked_attitude(attitude)
-        course: Any
-        try:
-            course = timed = timed_gait_of(gait_file, **given)
-        except Infeasible as error:
-            # The record needs a gait: one that does not move.
-            timed = Gait(alpha=np.zeros((1, 4)), vehicle=asked.get("vehicle", PAPER)).parametrize()
-            course = f"there is no gait to fly: {error}"
-        else:
-            if bias is not None:
-                course = timed = biased_timed_gait(timed, bias)
-            if hovers:
-                course = from_hover(timed, anyway=anyway, **({} if periods is None else {"periods": periods}))
-                course = f"refused before take-off: {course}" if isinstance(course, str) else course
+        timed = timed_gait_of(gait_file, **given)
+        if bias is not None:
+            timed = biased_timed_gait(timed, bias)
+        course: Any = timed
+        if hovers:
+            course = from_hover(timed, anyway=anyway, **({} if periods is None else {"periods": periods}))
+            course = f"refused before take-off: {course}" if isinstance(course, str) else course
         if isinstance(course, str):  # why there is none
             flight = record_of(repeated(timed), settings, start or (0.0, 0.0), failure=("refused", course))
         else:
@@ -128,7 +117,7 @@ def fly_command(
             warnings.append(f"nothing was flown, so {', '.join(outputs)} is not written")
         if written:
             progress(f"writing {', '.join(written)}")
-            write_flight(flight, written, force=force)
+            flight.write(*written, force=force)
     lines = [*(f"warning: {one}" for one in warnings), *(f"wrote {name}" for name in written)]
     return show(flight, more={"warnings": warnings, "outputs": list(written)}, lines=lines)
 

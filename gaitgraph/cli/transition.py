@@ -15,7 +15,7 @@ from gaitgraph.cli import PAPER_GAITS, Paths, Working, check_outputs, command, f
     "samples rate law require outputs force vehicle coefficients json",
 )
 def transition_command(
-    start: str, end: str, require: str, outputs: Paths = (), force: bool = False, **given: Any
+    start: str, end: str, require: str = "valid", outputs: Paths = (), force: bool = False, **given: Any
 ) -> int:
     """Find a path on the surface from FROM to TO, each a gait file or the word hover.
 

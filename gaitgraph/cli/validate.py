@@ -13,7 +13,7 @@ from gaitgraph.cli import Working, command, option, show
     option("--tolerance", "X", "Largest |Rφ|, |Rθ| on the surface.  [default: 0.002]"),
     "floor angle_rounding crossing_tolerance vehicle coefficients json",
 )
-def validate_command(gait_file: str, require: str, **given: Any) -> int:
+def validate_command(gait_file: str, require: str = "valid", **given: Any) -> int:
     """Check a gait file of any format, the gait of a request, or gait1 to gait4, along its whole length.
 
     Rows need alpha1 to alpha4, or alpha1, alpha2 and color; the last row is joined with the first.

@@ -11,10 +11,13 @@ Any other table is closed by a straight segment back to the first row, which tak
 from __future__ import annotations
 
 import json
+import math
 import warnings
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from importlib import import_module
 from itertools import chain
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -73,6 +76,7 @@ OTHER_ROWS = "the rows differ from the gait that the file states: the rows are u
 _ON_STATED = 1e-6  # allowed distance of a row from the gait that its table states [rad]; also a share of the period
 _ROWS_AT_ONCE = 1 << 12
 _NANOSECOND = 1e-9  # to which times are rounded in bags
+_MOST_COMPARED = 10**8  # rows times corners
 _DEEPEST = 100
 _UNITS = {"t": "s", "R": "1"} | dict.fromkeys(ANGLES, "rad")
 _UNITS |= dict.fromkeys(RATES, "rad/s") | dict.fromkeys(ACCELERATIONS, "rad/s^2")
@@ -247,6 +251,21 @@ def tilt_angles(table: Table, coefficients: Coefficients, *, rows_before: int = 
     return points_on_sheets(table["alpha1"], table["alpha2"], table["color"], coefficients)
 
 
+def lifted_pieces(
+    pieces: Iterable[Table], coefficients: Coefficients, tolerance: float = DEFAULT_TOLERANCE
+) -> Iterator[tuple[Table, FloatArray, npt.NDArray[np.int8]]]:
+    """Yield pieces, their tilt angles, and the family of each row, as stated or by its place; 0 for none."""
+    rows = code = 0
+    for piece in pieces:
+        alpha = tilt_angles(piece, coefficients, rows_before=rows)
+        if "color" in piece:
+            codes = family_codes(piece["color"])
+        else:
+            codes = families_along(alpha, coefficients, tolerance, before=code)
+        rows, code = rows + len(alpha), int(codes[-1])
+        yield piece, alpha, codes
+
+
 def is_closed(alpha: FloatArray) -> bool:
     """Return whether the last of two or more rows of angles is the first again; the first and the last two suffice.
 
@@ -274,7 +293,7 @@ def stated_gait(table: Table, vehicle: Vehicle, numbers: Coefficients, crossing_
     Use it only if :func:`lies_on` holds for all rows, since they may have been edited. Colors are those of the rows.
     """
     about: dict[str, Any] = table.about
-    if "corners" not in about or "t" not in table or "alpha3" not in table:
+    if "corners" not in about or "t" not in table or "alpha3" not in table or about.get("made_by") == "pace":
         return None
     try:
         corners = np.array(about["corners"], dtype=float)
@@ -283,6 +302,25 @@ def stated_gait(table: Table, vehicle: Vehicle, numbers: Coefficients, crossing_
         raise InputError(f"corners must be rows of four angles (rad), got {shown(about['corners'])}") from error
     colors = tuple(table["color"][:1]) * len(corners) if "color" in table else _colors_of(corners, numbers)
     return replace(gait, colors=colors).parametrize(about.get("period", 0.0), law=about.get("law", ""))
+
+
+def paced_gait(table: Table, rows: Gait) -> Gait | None:
+    """Return the gait through the corners that a table written by pace states, if its rows lie on it; else None."""
+    about, t = table.about, table.columns.get("t")
+    corners: Any = about.get("corners", ())
+    if about.get("made_by") != "pace" or t is None or not 0 < len(rows.alpha) * len(corners) <= _MOST_COMPARED:
+        return None
+    with suppress(TypeError, ValueError):  # corners that are no angles
+        gait = replace(rows, alpha=np.array(corners, dtype=float), colors=rows.colors[:1] * len(corners))
+        off = np.full(len(rows.alpha), np.inf)
+        for start, end in zip(gait.alpha, gait.ends, strict=True):
+            step, away = end - start, rows.alpha - start
+            along = np.clip(away @ step / max(step @ step, 1e-300), 0.0, 1.0)
+            off = np.minimum(off, np.abs(away - along[:, None] * step).max(axis=1))
+        is_whole = abs(t[-1] - t[0] - about.get("period", math.inf)) <= _NANOSECOND + table.digit_error
+        if is_whole and off.max() <= _ON_STATED + table.digit_error:
+            return gait
+    return None
 
 
 def lies_on(timed: TimedGait, piece: Table, start: float) -> bool:
@@ -314,7 +352,11 @@ def _colors_of(alpha: FloatArray, coefficients: Coefficients) -> tuple[str, ...]
 
 
 def closed_rows(
-    table: Table, *, vehicle: VehicleLike | None = None, coefficients: CoefficientsLike | None = None
+    table: Table,
+    *,
+    vehicle: VehicleLike | None = None,
+    coefficients: CoefficientsLike | None = None,
+    name: object = None,
 ) -> tuple[Gait, FloatArray | None, TimedGait | None]:
     """Return the closed polyline through a table's rows, its times, and the timed gait that the table states.
 
@@ -343,7 +385,8 @@ def closed_rows(
         if lies_on(stated, table, start) and takes_the_period(stated, start, end, len(table), table.digit_error):
             stated = replace(stated, gait=replace(stated.gait, request=request), samples=len(alpha))
         else:
-            warnings.warn(OTHER_ROWS, FileWarning, stacklevel=2)
+            file = f"gait file {str(name)!r}: " if isinstance(name, (str, Path)) else ""
+            warnings.warn(f"{file}{OTHER_ROWS}", FileWarning, stacklevel=2)
             stated = None
     made: dict[str, Any] = {"vehicle": vehicle, "coefficients": numbers, "crossing_tolerance": crossing}
     return Gait(alpha=alpha, colors=colors, request=request, **made), t, stated
@@ -380,25 +423,13 @@ def completed_pieces(
     if not isinstance(about.get("request"), dict) or vehicle is not None or coefficients is not None:
         about.pop("request", None)  # the request was for something else
 
-    def placed() -> Iterator[tuple[Table, FloatArray, npt.NDArray[np.int8]]]:
-        """Yield pieces, their tilt angles, and the family of each row, as stated or by its place; 0 for none."""
-        rows = code = 0
-        for piece in pieces():
-            alpha = tilt_angles(piece, numbers, rows_before=rows)
-            if "color" in piece:
-                codes = family_codes(piece["color"])
-            else:
-                codes = families_along(alpha, numbers, DEFAULT_TOLERANCE, before=code)
-            rows, code = rows + len(alpha), int(codes[-1])
-            yield piece, alpha, codes
-
     def R_of(alpha: FloatArray) -> FloatArray:
         rows = np.repeat(alpha, 2, axis=0) if len(alpha) == 1 else alpha  # numpy rounds a single row otherwise
         return np.asarray(level_determinant(rows, numbers))[: len(alpha)]
 
     count, has_colors, keeps_R, keeps_types = 0, True, True, True
     ends = np.zeros((0, 4))  # the first row and the last two so far
-    for piece, alpha, codes in placed():
+    for piece, alpha, codes in lifted_pieces(pieces(), numbers):
         count += len(alpha)
         ends = np.delete(np.vstack([ends, alpha]), slice(1, -2), axis=0)
         has_colors &= bool(codes.all())
@@ -408,10 +439,11 @@ def completed_pieces(
         if keeps_types:
             keeps_types = "types" in piece and not wrong_types(piece, codes).any()
 
-    def whole() -> Iterator[Table]:
-        """Yield the pieces with t from 0 and all columns but rates and accelerations."""
-        start = float(first["t"][0])
-        for piece, alpha, codes in placed():
+    def closed() -> Iterator[Table]:
+        """Yield the pieces without rates, and a closing row, which replaces a last row that repeats the first."""
+        opening: dict[str, Any] = {}
+        left, start = count - returned, float(first["t"][0])
+        for piece, alpha, codes in lifted_pieces(pieces(), numbers):
             columns = piece.columns | dict(zip(ANGLES, alpha.T, strict=True)) | {"t": piece["t"] - start}
             if not keeps_R:
                 columns["R"] = R_of(alpha)
@@ -422,19 +454,13 @@ def completed_pieces(
                 if not keeps_types:
                     pairs = zip(*family_types(alpha, codes, numbers, crossing_tolerance), strict=True)
                     columns["types"] = tuple(text_from_types(*pair) for pair in pairs)
-            yield Table(columns=columns, about=about)
-
-    def closed() -> Iterator[Table]:
-        """Yield the whole pieces and a closing row, which replaces a last row that repeats the first."""
-        opening: Any = None
-        left = count - returned
-        for piece in whole():
-            opening, end = opening or piece.rows(0, 1), float(piece["t"][-1])
+            whole = Table(columns=columns, about=about)
+            opening, end = opening or whole.rows(0, 1).columns, float(columns["t"][-1])
             if left:
-                yield piece.rows(0, left)
-            left = max(left - len(piece), 0)
+                yield whole.rows(0, left)
+            left = max(left - len(whole), 0)
         end = end if returned else closing_time(0.0, end, count)
-        yield Table(columns={**opening.columns, "t": np.array([end])}, about=about)
+        yield Table(columns={**opening, "t": np.array([end])}, about=about)
 
     def in_order() -> Iterator[Table]:
         for piece in closed() if stated_rates else _with_rates(closed()):

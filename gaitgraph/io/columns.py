@@ -44,8 +44,7 @@ _OTHER_NAMES = DEGREES | {"time": "t"}
 class TableBuilder:
     """Checks the names of a table's columns, and then makes tables of raw columns, piece by piece.
 
-    With `plane_only` alpha1 and alpha2 are enough. `joints` are what the columns of a servo table are; columns with the
-    usual names of angles are then not used.
+    With `plane_only` alpha1 and alpha2 are enough. With `joints` the columns are those of a servo table.
     """
 
     def __init__(self, *, plane_only: bool = False, joints: ServoMap | None = None) -> None:
@@ -56,7 +55,7 @@ class TableBuilder:
         self.rows, self._last_time = 0, -math.inf
 
     def begin(self, names: Sequence[str], about: dict[str, Any]) -> None:
-        """Check the names of all columns of a file; what made it may have a map of joints, unless one is given."""
+        """Check the names of all columns of a file; `about`, what made it, may hold a map of joints."""
         self.names = names
         # What is read are tilt angles, so the map did not make them.
         self.about = {name: value for name, value in about.items() if name != "servos"}
@@ -83,7 +82,7 @@ class TableBuilder:
         self.notes = (f"columns not used: {self._listed(others)}",) if others else ()
 
     def _listed(self, names: Sequence[str]) -> str:
-        """Return names of columns for a message, first those that are near a known one, with that one."""
+        """Return names of columns for a message, first those that resemble a known one, with a hint."""
         known = [name for name in self.used if name not in self.names]
         near = {name: did_you_mean(name.strip().lower(), known) for name in names[:_MOST_COMPARED]}
         texts = [f"{name!r} ({hint.removeprefix('; ')})" for name, hint in near.items() if hint]
@@ -155,7 +154,7 @@ class TableBuilder:
 def column_of(name: str, given: Any) -> Any:
     """Return a column of a file or a frame as an array of numbers, a list, or one text, which holds for all rows.
 
-    Raises InputError if it is neither numbers nor texts, or has more than one dimension that counts.
+    Raises InputError if it is neither numbers nor texts, or not one-dimensional.
     """
     if isinstance(given, (list, tuple, str)):
         return given
@@ -197,7 +196,7 @@ def _numbers(name: str, values: Any, row: int, *, angle_texts: bool = False) -> 
 
 
 def _number(value: Any, angle_texts: bool) -> float:
-    """Return a number, or a text of one, as a float; NaN for what is none."""
+    """Return a number, or a text of one, as a float; NaN for anything else."""
     try:
         if isinstance(value, str):
             return angle_from_text(value) if angle_texts else float(value) if _is_plain(value) else math.nan
@@ -306,14 +305,14 @@ class FormatOptions:
     periods
         How often the gait is repeated in a bag or a ROS 2 trajectory.
     joint_names
-        What the robot calls the joints that tilt rotors 1 to 4; by default alpha1 to alpha4. Of a table of joints the
-        names of its joints, in their order; by default as the table says.
+        Names of the robot's joints that tilt rotors 1 to 4, by default alpha1 to alpha4; for a servo table names of its
+        joints in their order, by default its own.
     trajectory_topic, states_topic
         The topics of a bag: JointTrajectory and JointState.
     number
-        What the table of a C header is made of: "float", "double", or "fixed", which is 16-bit fixed point.
+        Number type in a C header: "float", "double", or "fixed", which is 16-bit fixed point.
     c_name
-        What the names in a C header begin with; by default the file's name.
+        Prefix of the names in a C header; by default the file's name.
 
     >>> options = FormatOptions(periods=3, joint_names=("front", "left", "rear", "right"))
     """

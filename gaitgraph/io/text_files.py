@@ -1,10 +1,9 @@
 """CSV and JSON files of gait tables.
 
-A CSV file is read in pieces, fast where nothing is unusual, and written row by row. It has one more column than the
-table, `made_by`: what made it, in the first rows, one short text a row, such as ``law = "smooth"``. Other readers of
-CSV would stumble over comment lines. A text is a name and a value, as in JSON and TOML; parts of a long value have
-texts of their own, such as ``corners.2 = [0.4, -0.4, 0.4, -0.4]``. With fewer rows a field holds several texts.
-Earlier versions wrote one text of JSON into the first and the last row, which is read too.
+A CSV file is read in pieces, and fast where nothing is unusual. Its last column `made_by` states in the first rows
+what made it, since other readers of CSV fail at comment lines: one short text a row, a name and a value as in TOML,
+such as ``law = "smooth"``. Parts of a long value have own texts, such as ``corners.2 = [0.4, -0.4, 0.4, -0.4]``. With
+few rows a field holds several texts. One text of JSON, as earlier versions wrote it, is read too.
 """
 
 from __future__ import annotations
@@ -55,10 +54,7 @@ _FEWEST_DECIMALS, _FULL_PRECISION = 3, 9
 
 
 def read_csv(path: Path, builder: TableBuilder, progress: Progress) -> Iterator[Table]:
-    """Yield the pieces of a CSV file, each with what made it and how finely its angles are printed.
-
-    A byte-order mark and any kind of line end are read.
-    """
+    """Yield the pieces of a CSV file, each with what made it and the rounding error of its printed angles."""
     with path.open("rb") as raw:
         stream, size = TextIOWrapper(raw, encoding="utf-8-sig"), path.stat().st_size
         read, head = 1, stream.readline()  # lines until now
@@ -94,7 +90,7 @@ def read_csv(path: Path, builder: TableBuilder, progress: Progress) -> Iterator[
 def _about_taken_out(lines: list[str], names: list[str], stream: TextIOWrapper) -> dict[str, Any] | None:
     """Take what made the file out of its first lines, and return it; None if it is not stated.
 
-    More lines are read where all of these state it. Then all rows are alike, and these are read as fast as the others.
+    Further lines are read where all of these state it. Without these texts numpy reads all rows alike.
     """
     texts: list[str] = []
     with suppress(csv.Error):  # reading the line as a row says what is wrong
@@ -114,7 +110,7 @@ def _about_taken_out(lines: list[str], names: list[str], stream: TextIOWrapper) 
 
 
 def _texts_of(table: Table) -> list[str]:
-    """Return what made a table as short texts, or as one text of JSON if these would not be read as the same."""
+    """Return what made a table as short texts, or as one text of JSON if they do not state it exactly."""
     provenance = provenance_of(table)
     about = {**provenance.pop("about")}
     if isinstance(request := about.get("request"), dict):
@@ -209,7 +205,7 @@ def _text_columns(lines: list[str], names: list[str], offset: int) -> dict[str, 
 def _digit_error_of(lines: list[str], names: list[str], builder: TableBuilder) -> float:
     """Return half a unit of the last decimal of the angles in lines [rad], if they have three to eight, else 0.
 
-    Angles with fewer decimals are exact: people type 0.4. Angles with more carry all that floating point does.
+    Angles with fewer decimals are exact, since people type 0.4. Those with more have full precision.
     """
     units = dict.fromkeys(ANGLES, 1.0) | dict.fromkeys(DEGREES, math.radians(1.0))
     if builder.joints is not None:

@@ -292,15 +292,9 @@ def plan_loop(
     progress
         Called with a line of text before each step of long work.
 
-    Returns
-    -------
-    Plan
-        Infeasible is an answer, not an error: look at `status` and `reason`.
-
-    Raises
-    ------
-    InputError
-        If the request is malformed.
+    Notes
+    -----
+    Infeasible is an answer, not an error: see `status` and `reason`. InputError is raised if the request is malformed.
 
     Examples
     --------
@@ -417,7 +411,7 @@ def _answer(
 
 
 def _preference(loop: Loop) -> tuple[Any, ...]:
-    """Order loops: flyable first, then flyable but for the clock, then valid, then by the objective."""
+    """Order loops: flyable first, then flyable but for tilt rates, then valid, then by the objective."""
     report = loop.report
     timeless = all(check.mark == "ok" for check in report.checks if check.name not in RATE_CHECKS)
     robustness = report["least_singular_value"].value or 0.0

@@ -27,13 +27,12 @@ gap of the order, as :func:`gaitgraph.graph.walks.best_order` states it."""
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Obstacle:
-    """Why one color and sign of R has no loop of what a request requires: the certificate of a refusal.
+    """Why one color and sign of R has no loop that meets a request: the certificate of a refusal.
 
     `kind` is "waypoint" if a waypoint has no root of this color and sign, or lies where the request forbids it: `R` is
-    its value there, `nearest` (any-angle) the nearest (α1, α2) that is admissible [rad]. It is "separated" if two
-    waypoints cannot be joined: on the grid `components` has how many nodes can be reached from each; "color" if the
-    color does not exist or cannot fly; and "limit" if the loop that was found cannot fly, such as for its period.
-    `waypoints` are the numbers of those concerned, from 1.
+    its value there, `nearest` the nearest admissible (α1, α2) [rad]. It is "separated" if two waypoints cannot be
+    joined: on the grid `components` has how many nodes can be reached from each; "color" if the color cannot fly; and
+    "limit" if the loop that was found cannot fly, such as for its period. `waypoints` are numbers from 1.
     """
 
     color: str
@@ -110,12 +109,14 @@ class Branch:
         """Return the obstacle that separates two waypoints: a factor of R, or what `otherwise` names."""
         first, second = (self.request.waypoints[k] for k in ends)
         factor = separating_factor(first, second, self.request.vehicle) if self.color == "red" else None
+        if factor:
+            otherwise = f"{factor}, where R = 0: move them to one side"
         numbers = ends[0] + 1, ends[1] + 1
         return Obstacle(
             color=self.color,
             sign=self.sign,
             kind="separated",
-            message=f"{self}: waypoints {numbers[0]} and {numbers[1]} are separated by {factor or otherwise}",
+            message=f"{self}: waypoints {numbers[0]} and {numbers[1]} are separated by {otherwise}",
             waypoints=numbers,
             components=components,
         )

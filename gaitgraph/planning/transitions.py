@@ -191,27 +191,19 @@ def transition(
         A gait in any form, or "hover" for α = 0. A gait is left and joined at one of its corners, where the law
         `smooth` rests.
     duration
-        How long it takes [s]; by default 1 s, or what the vehicle's limits of tilt rate and acceleration need if that
-        is more.
+        Duration [s]; by default 1 s, or what the vehicle's limits of tilt rate and acceleration need if that is more.
     law, samples, rate
         As for :meth:`gaitgraph.gait.gait.Gait.parametrize`, over the duration.
     floor
         Least singular value that a flyable path keeps, dimensionless.
     vehicle, coefficients
-        What the path is for, if both ends are hover or files; otherwise the gait says.
-
-    Returns
-    -------
-    Transition
-        No path is an answer, not an error: look at `reason` and `proof`.
-
-    Raises
-    ------
-    InputError
-        If the gaits are for different vehicles or coefficients, or a value is not allowed.
+        For which the path is checked, if both ends are hover or files; otherwise those of the gait.
 
     Notes
     -----
+    No path is an answer, not an error: see `reason` and `proof`. InputError is raised if the gaits are for different
+    vehicles or coefficients, or a value is not allowed.
+
     The path is flyable if there is a flyable one, else valid, with the reason. It is the shortest between any two
     corners, with curved borders as exact as those of :func:`gaitgraph.planning.planner.plan_loop`; of a gait with many
     corners the 16 nearest to the other end are tried.

@@ -79,8 +79,14 @@ class Robustness:
         """Name of the gait in texts, such as "the gait itself" or "biased by 0.8"."""
         return "the gait itself" if self.scaling == "none" else f"{self.scaling} by {self.eta:g}"
 
+    @property
+    def _texts(self) -> tuple[str, str]:
+        """The tilt margin and the acceptable fraction in words."""
+        margin = "none" if self.tilt_margin is None else f"{math.degrees(self.tilt_margin):.2f}°"
+        return margin, f"{100 * self.acceptable.fraction:.2f} %"
+
     def as_mapping(self) -> dict[str, Any]:
-        """Return everything as plain values, as JSON holds it; angles without `_deg` in radians."""
+        """Return everything as plain values for JSON; angles without `_deg` in radians."""
         margin, acceptable = self.tilt_margin, self.acceptable
         curves = []
         for place, curve in self.curves:
@@ -108,8 +114,7 @@ class Robustness:
         }
 
     def __repr__(self) -> str:
-        margin = "no tilt margin" if self.tilt_margin is None else f"tilt margin {self.tilt_margin:.4f} rad"
-        return f"<Robustness of {self.name}: {margin}, acceptable fraction {self.acceptable.fraction:.4f}>"
+        return f"<Robustness of {self.name}: tilt margin {self._texts[0]}, {self._texts[1]} of attitudes acceptable>"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -141,8 +146,7 @@ class RobustnessReport:
         rows = [("", "tilt margin", "acceptable", value)]
         details = []
         for one in (self.gait, *self.sweep):
-            margin = "none" if one.tilt_margin is None else f"{math.degrees(one.tilt_margin):.2f}°"
-            rows.append((one.name, margin, f"{100 * one.acceptable.fraction:.2f} %", f"{one.singular_value[1]:.4f}"))
+            rows.append((one.name, *one._texts, f"{one.singular_value[1]:.4f}"))
             details += [f"{one.name}:", *(f"  {line}" for line in _details(one))]
         lines += [f"  {name:<16} {margin:>12} {part:>12}   {value}" for name, margin, part, value in rows]
         return "\n".join(lines + details)
@@ -168,13 +172,14 @@ def _details(one: Robustness) -> list[str]:
             bound = math.ceil(100 * acceptable.error / unit) * unit  # one digit, rounded up
             unmet = "" if acceptable.met else f"; the requested {100 * acceptable.tolerance:g} % is not reached"
             error = f" (error below {bound:.1g} %{unmet})"
-        part = f"{100 * acceptable.fraction:.2f} % of attitudes{error}"
-        lines.append(f"acceptable around level: {part}, {acceptable.polygon.area:.4f} rad²")
+        area = f"{acceptable.polygon.area:.4f} rad²"
+        lines.append(f"acceptable around level: {one._texts[1]} of attitudes{error}, {area}")
     lower, upper = one.singular_value
     if upper == 0:
         return [*lines, f"some attitudes within {math.degrees(one.tilt):g}° of tilt are singular"]
     worst = f"{one.singular_where.described(one.noun)}, {_attitude(one.singular_attitude)}"
-    return [*lines, f"least singular value {upper:.4f} (proven lower bound {lower:.4f}) at {worst}"]
+    proven = math.floor(1e4 * lower) / 1e4  # rounded down, as a bound must be
+    return [*lines, f"least singular value {upper:.4f} (proven lower bound {proven:.4f}) at {worst}"]
 
 
 def _attitude(pair: tuple[float, float]) -> str:
@@ -280,7 +285,7 @@ def _closed_segments(gait: GaitLike, vehicle: VehicleLike | None) -> tuple[Segme
     source = given_gait(gait, vehicle=vehicle)
     if isinstance(source, Table):
         with naming_file(gait):
-            points, times, stated = closed_rows(source, vehicle=vehicle)
+            points, times, stated = closed_rows(source, vehicle=vehicle, name=gait)
         if stated is not None:
             return _closed_segments(stated, None)
         segments = replace(segments_of(points), t=times, first_t=None if times is None else float(times[0]))

@@ -244,9 +244,8 @@ class _HoverThrust(Rule):
         if limit is not None:
             mass, gravity = self.criteria.vehicle.require("mass", "gravity", purpose="the check of the largest thrust")
             newtons, at = peak * mass * gravity, self.largest.place
-            found, allowed = f"largest hover thrust {newtons:.3g} N", f"{limit:.3g} N"
-            ok = newtons <= limit
-            message = self.compared(found, allowed, at, "" if ok else "tilt less there")
+            ok, found = newtons <= limit, f"largest hover thrust {newtons:.3g} N"
+            message = self.compared(ok, found, f"{limit:.3g} N", at, "tilt less there")
             yield self.check(ok, message, value=newtons, limit=limit, place=at, name="thrust_limit")
 
 
@@ -268,8 +267,8 @@ class _TiltRange(Rule):
         value = self.peak.value if extremes is None else float(np.abs(extremes).max())
         found, allowed = (f"{math.degrees(angle):.4g}°" for angle in (value, limit))
         ok, place = value <= limit + EXACT, self.peak.place
-        advice = "" if ok else "move the waypoints nearer to 0"
-        message = self.compared(f"largest tilt {found} (α{self.peak.joint})", allowed, place, advice)
+        found = f"largest tilt {found} (α{self.peak.joint})"
+        message = self.compared(ok, found, allowed, place, "move the waypoints nearer to 0")
         yield self.check(ok, message, value=value, limit=limit, place=place)
 
 

@@ -197,9 +197,9 @@ class Rule(ABC):
         """Return a place in words."""
         return "" if place is None else place.described(self.criteria.noun)
 
-    def compared(self, found: str, limit: str, place: GaitPoint | None, advice: str) -> str:
-        """Return what was found and its limit in words; for a broken rule, which has advice, the place too."""
-        return f"{found} at {self.described(place)}, limit {limit}: {advice}" if advice else f"{found}, limit {limit}"
+    def compared(self, ok: bool, found: str, limit: str, place: GaitPoint | None, advice: str) -> str:
+        """Return what was found and its limit in words; if it is not ok, the place and the advice too."""
+        return f"{found}, limit {limit}" if ok else f"{found} at {self.described(place)}, limit {limit}: {advice}"
 
 
 @dataclass
@@ -219,8 +219,8 @@ class OnSurface(Rule):
         """Yield the check `on_surface`."""
         value, limit, place = max(-self.worst.lower, 0.0), self.criteria.tolerance, self.worst.place
         ok = value <= limit
-        advice = "" if ok else f"{_TAKE_ROOTS}, or raise the tolerance"
-        message = self.compared(f"max(|Rφ|, |Rθ|) = {value:.2g}", f"{limit:g}", place, advice)
+        advice = f"{_TAKE_ROOTS}, or raise the tolerance"
+        message = self.compared(ok, f"max(|Rφ|, |Rθ|) = {value:.2g}", f"{limit:g}", place, advice)
         yield self.check(ok, message, value=value, limit=limit, place=place)
 
 

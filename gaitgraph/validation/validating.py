@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
 from gaitgraph.gait.gait import Gait
 from gaitgraph.gait.table import (
@@ -24,19 +25,20 @@ from gaitgraph.gait.table import (
     RATES,
     SAME_ROW,
     Table,
+    closed_rows,
     closing_time,
     is_closed,
     lies_on,
+    lifted_pieces,
     stated_gait,
     surface_of,
     takes_the_period,
-    tilt_angles,
     wrong_types,
 )
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, FloatArray, level_determinant
 from gaitgraph.io.formats import given_gait, naming_file, read_pieces
 from gaitgraph.surface.loop_colorings import ColoringCount, color_choices, colorings, colorings_counted
-from gaitgraph.surface.sheets import DEFAULT_TOLERANCE, SIGNS, families_along, family_codes, family_of
+from gaitgraph.surface.sheets import DEFAULT_TOLERANCE, SIGNS, family_of
 from gaitgraph.validation.physics import Checker
 from gaitgraph.validation.report import RATE_CHECKS, RATE_UNITS, Check, Report, limit_check
 from gaitgraph.validation.rules import Criteria, Peak, Segments, segments_of
@@ -169,12 +171,17 @@ def validate(
     if "transition" in first.about:
         checker.notes["transition"] = "the table is a transition: the segment back to row 1 is not part of it"
     holds = True
-    for piece in chain([first], pieces):
-        checker.update(piece)
+    for piece, alpha, sheet in lifted_pieces(chain([first], pieces), numbers, tolerance):
+        checker.update(piece, alpha, sheet)
         holds = holds and timed is not None and lies_on(timed, piece, first["t"][0])
     found = checker.report()
     if timed is None:
-        return found
+        timing: list[Any] = [first.about.get(name) for name in ("period", "law")]
+        if "t" in first or "corners" in first.about or None in timing or checker.rows > len(first):
+            return found
+        with naming_file(source):  # a saved plan: corners, with the timing of its request
+            closed = closed_rows(first, vehicle=vehicle, coefficients=numbers)[0].merged()
+            return found.with_checks(closed.parametrize(timing[0], law=timing[1]).rate_checks())
     start, end = float(first["t"][0]), float(piece["t"][-1])
     if not holds or not takes_the_period(timed, start, end, checker.rows, first.digit_error):
         return replace(found, notes=(*found.notes, OTHER_ROWS))
@@ -200,20 +207,14 @@ class _TableChecker:
         self.head: Segments | None = None  # the first three rows
         self.tail: Segments | None = None  # the last three rows so far
         self.plane: list[FloatArray] = []
+        self.is_beyond = False  # whether a row is outside [−π/2, π/2]², where no colouring is defined
         self.notes: dict[str, str] = {}
 
-    def update(self, piece: Table) -> None:
-        """Examine the next rows."""
-        criteria, before = self.criteria, self.tail
-        alpha = tilt_angles(piece, criteria.coefficients, rows_before=self.rows)
-        if "color" in piece:
-            sheet = family_codes(piece["color"])
-        else:  # the color of the sheet or fibre on which a row lies
-            known = 0 if before is None else int(before.sheet[-1])
-            sheet = families_along(alpha, criteria.coefficients, criteria.tolerance, before=known)
+    def update(self, piece: Table, alpha: FloatArray, sheet: npt.NDArray[np.int8]) -> None:
+        """Examine the next rows, their tilt angles and families."""
         number = self.rows + 1 + np.arange(len(alpha))
         fresh = Segments(alpha=alpha, sheet=sheet, number=number, t=piece.columns.get("t"))
-        rows = fresh if before is None else before.joined(fresh)
+        rows = fresh if self.tail is None else self.tail.joined(fresh)
         joined = rows[-len(alpha) - 1 :]
         if len(joined.alpha) > 1:
             self.checker.update(joined)
@@ -228,6 +229,7 @@ class _TableChecker:
         self.tail = rows[-3:]
 
     def _count_colorings(self, plane: FloatArray) -> None:
+        self.is_beyond |= bool((np.abs(plane) > math.pi / 2).any())
         choices = color_choices(plane[:, 0], plane[:, 1], self.criteria.coefficients, self.criteria.crossing_tolerance)
         for sign, count_of_sign in self.counts.items():
             count_of_sign.add(choices[sign])
@@ -287,7 +289,9 @@ class _TableChecker:
         if head.t is not None:
             report = report.with_checks(self.rates.checks(head, tail, self.criteria.vehicle, closed=near))
             self.notes |= self.rates.notes
-        if self.rows > MOST_LISTED_ROWS:
+        if self.is_beyond:
+            listing = None
+        elif self.rows > MOST_LISTED_ROWS:
             listing = colorings_counted(self.counts)
         else:
             of, crossing = self.criteria.coefficients, self.criteria.crossing_tolerance
