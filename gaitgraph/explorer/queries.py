@@ -106,7 +106,7 @@ _MARKS = {"ok": "ok", "NO": "no", "??": "undecided"}
 _MOST_ROWS = 401  # of a series; a chart has fewer pixels
 _MOST_FRAMES = 101
 _FINE_DIGITS = 10  # of values that may be as small as the rounding of the published coefficients
-_CURVES = 16
+CURVES = 16  # singular curves of a diagram
 _KEPT_PLANS = 16
 
 _plans: dict[str, Plan] = {}  # the most recently used is last
@@ -280,10 +280,14 @@ def series_answer(
 
 
 def vehicle_view_answer(alpha: FloatArray, vehicle: Vehicle, *, t: FloatArray | None) -> dict[str, Any]:
-    """Return the view of a vehicle at rows (n, 4) [rad], in at most 101 frames, by time or row number."""
+    """Return the view of a vehicle at rows (n, 4) [rad], in at most 101 frames, by time or row number.
+
+    `bearings` are the directions of the arms, from forward towards the left [rad].
+    """
     rows = spread_rows(len(alpha), _MOST_FRAMES)
     view = vehicle_view(alpha[rows], vehicle).as_mapping()
-    return {**view, "t": (rows + 1).tolist() if t is None else to_digits(t[rows], 9)}
+    times = (rows + 1).tolist() if t is None else to_digits(t[rows], 9)
+    return {**view, "t": times, "bearings": to_digits(matrices.arm_angles(vehicle))}
 
 
 def spread_rows(count: int, most: int) -> npt.NDArray[np.int64]:
@@ -300,11 +304,12 @@ def diagram_answer(state: State, progress: Progress = quiet) -> dict[str, Any]:
     if result.loop is None:
         return answer | {"reason": result.reason}
     progress("drawing the roll–pitch diagram")
-    found = robustness_of(result.loop.gait, bias=state.eta, tolerance=1e-4, curves=_CURVES, progress=progress)
-    return answer | {"own": _diagram(found.gait), "biased": _diagram(found.sweep[0]), "reason": None}
+    found = robustness_of(result.loop.gait, bias=state.eta, tolerance=1e-4, curves=CURVES, progress=progress)
+    return answer | {"own": diagram_of(found.gait), "biased": diagram_of(found.sweep[0]), "reason": None}
 
 
-def _diagram(one: Robustness) -> dict[str, Any]:
+def diagram_of(one: Robustness) -> dict[str, Any]:
+    """Return the roll–pitch diagram of one gait as plain values."""
     import shapely
 
     margin = one.tilt_margin
@@ -352,7 +357,8 @@ def map_answer(content: Any, progress: Progress = quiet) -> dict[str, Any]:
     shading: str = checked_choice("shading", content.get("shading", "none"), SHADINGS)
     coefficients = matrices.coefficients_of(vehicle, content.get("coefficients"))
     progress("shading the map")
-    values, extent = _shading(vehicle, coefficients, sheet, shading)
+    # On blue R and the least singular value are rounding noise, which is not shaded.
+    values, extent = (None, None) if sheet == "blue" or shading == "none" else _shading(vehicle, coefficients, shading)
     blank = sheet == "blue" and coefficients.kind == "exact"
     regions = []
     for name, label in () if blank else _REGIONS if sheet == "red" else _REGIONS[:2]:
@@ -378,13 +384,9 @@ def _on_grid(points: int, coefficients: Coefficients, sheet: Color) -> FloatArra
 
 
 @lru_cache(maxsize=32)
-def _shading(
-    vehicle: Vehicle, coefficients: Coefficients, sheet: Color, shading: str
-) -> tuple[list[float] | None, list[float] | None]:
-    """Return the values of a shading, and their range."""
-    if shading == "none":
-        return None, None
-    alpha = _on_grid(_POINTS, coefficients, sheet)
+def _shading(vehicle: Vehicle, coefficients: Coefficients, shading: str) -> tuple[list[float], list[float]]:
+    """Return the values of a shading of the red sheet, and their range."""
+    alpha = _on_grid(_POINTS, coefficients, "red")
     function: Any = matrices.level_determinant if shading == "R" else matrices.least_singular_value
     values = np.asarray(function(alpha, coefficients if shading == "R" else vehicle)).ravel().tolist()
     return [float(f"{value:.5g}") for value in values], [min(values), max(values)]

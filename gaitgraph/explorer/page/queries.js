@@ -32,6 +32,11 @@ export async function setupOf() {
   return (await answerOf("api/setup")).json();
 }
 
+/** Return the plan of a state, beside those that `latest` asks for. */
+export async function planOf(state) {
+  return (await answerOf("api/plan", jsonOptions(state))).json();
+}
+
 export async function tableReport(file) {
   const path = `api/table?name=${encodeURIComponent(file.name)}`;
   const options = { method: "POST", headers: { "Content-Type": "application/octet-stream" }, body: file };
