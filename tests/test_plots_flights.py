@@ -165,7 +165,7 @@ def test_the_map_marks_each_outcome_with_a_shape_of_its_own(basin: Basin) -> Non
     grid = [(i, j) for i, j in np.ndindex(3, 3) if basin.settled[i, j]]
     assert drawn == [tuple(np.round(basin.angles[[i, j]], 9).tolist()) for i, j in grid]
     assert "Gait 3" in ax.get_title()
-    assert any(line.get_gid() == "acceptable" for line in ax.lines)
+    assert any(patch.get_gid() == "acceptable" for patch in ax.patches)
 
 
 def test_files_hold_one_row_a_flight(basin: Basin, tmp_path: Path) -> None:

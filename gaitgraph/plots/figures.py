@@ -127,7 +127,7 @@ def _attitudes(figure: Figure, of: _FigureInput, *, number: int, eta: float, mor
         head = title if more else f"Gait {number}: {title}"
         ax.set_title(f"{head}\ntilt margin {own}, biased {biased}")
         if more:
-            gaits.legend_below(ax)
+            base.legend_below(ax)
             ax.set_ylabel(ax.get_ylabel() if ax.get_subplotspec().is_first_col() else "")
 
 

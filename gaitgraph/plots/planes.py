@@ -159,7 +159,7 @@ def _draw_marks(ax: Any, marks: Sequence[Marks]) -> None:
         # At the ends the labels of two axes would meet.
         axis.set_major_locator(FixedLocator([-HALF_PI / 2, 0.0, HALF_PI / 2]))
     ax.view_init(elev=_ELEVATION, azim=_AZIMUTH)
-    ax.set_box_aspect((1, 1, 0.9), zoom=0.96)
+    ax.set_box_aspect((1, 1, 0.9), zoom=0.93)
     around, up = math.radians(_AZIMUTH), math.radians(_ELEVATION)
     toward = np.array([math.cos(up) * math.cos(around), math.cos(up) * math.sin(around), 0.9 * math.sin(up)])
     spans = np.array([ax.get_xlim(), ax.get_ylim(), ax.get_zlim()])
