@@ -330,7 +330,6 @@ export function pictureIn(root) {
           transform: `translate(${x(p[0])} ${y(p[1])})`,
           "data-index": index,
         },
-        svg("circle", { class: "reach", r: 16 }),
         svg("circle", { class: "ring", r: 9 }),
         svg("text", { y: 3.5, "text-anchor": "middle" }, String(index + 1)),
       );
