@@ -29,6 +29,23 @@ for name in ("starlette", "uvicorn"):
 
 pytestmark = pytest.mark.slow
 
+# Every visible text, with the contrast [1, 21] of its color to what is behind it.
+CONTRASTS = """
+const light = (rgb) => rgb.map((c) => c / 255).map((c) => (c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4))
+  .reduce((sum, c, k) => sum + c * [0.2126, 0.7152, 0.0722][k], 0);
+const parts = (text) => text.match(/[\\d.]+/g).map(Number);
+const found = [];
+for (const node of document.querySelectorAll("body *:not(option):not(script):not(svg *)")) {
+  const own = [...node.childNodes].some((child) => child.nodeType === 3 && child.textContent.trim());
+  if (!own || !node.checkVisibility() || node.closest(":disabled, .spoken, .skip, canvas")) continue;
+  let behind = node;
+  while (behind && (parts(getComputedStyle(behind).backgroundColor)[3] ?? 1) === 0) behind = behind.parentElement;
+  const ratio = [getComputedStyle(node).color, getComputedStyle(behind ?? document.body).backgroundColor]
+    .map((color) => light(parts(color).slice(0, 3)) + 0.05).sort((a, b) => b - a);
+  found.push([`${node.tagName}.${node.className} ${node.textContent.trim().slice(0, 30)}`, ratio[0] / ratio[1]]);
+}
+return found;
+"""
 WIDE, NARROW = (1280, 900), (400, 800)
 PATIENCE = 30.0  # until a page that does not come counts as broken [s]
 LEFT, RIGHT, UP, DOWN, ENTER, DELETE, ESCAPE, TAB = "\ue012\ue014\ue013\ue015\ue007\ue017\ue00c\ue004"
