@@ -19,6 +19,7 @@ extensions = [
     "sphinx.ext.autodoc",
     "numpydoc",
     "sphinx_gallery.gen_gallery",
+    "accessible",
     "mathml",
     "api_listing",
     "signatures",

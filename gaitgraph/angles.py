@@ -168,6 +168,15 @@ def figure(number: float) -> str:
     return f"{float(f'{number:.3g}'):,.12g}"
 
 
+def percent(fraction: float) -> str:
+    """Return a fraction as a percentage with two decimals, everywhere the same.
+
+    >>> percent(0.85148)
+    '85.15 %'
+    """
+    return f"{100 * fraction:.2f} %"
+
+
 def wrapped(angle: Any, period: float = math.pi) -> Any:
     """Return angles, of any shape, modulo a period in [−period/2, period/2]; those in that range are unchanged.
 

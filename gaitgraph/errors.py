@@ -1,8 +1,7 @@
 """Every error that gaitgraph raises on purpose.
 
-One base, :class:`GaitgraphError`; each child is also the builtin kind that a reader would catch. Infeasible
-requests are answers, not errors: a plan carries its reason, and only asking it for a gait raises
-:class:`Infeasible`.
+All derive from :class:`GaitgraphError`, and each from the builtin error that a reader would catch. Infeasible requests
+are answers, not errors: a plan carries its reason, and only asking it for a gait raises :class:`Infeasible`.
 """
 
 from __future__ import annotations
@@ -18,7 +17,7 @@ class GaitgraphError(Exception):
 
 
 class InputError(GaitgraphError, ValueError):
-    """A value that is malformed, not finite, or outside what is allowed; the message names all three."""
+    """A value is malformed or out of range; the message says what it must be, and what it is."""
 
 
 class MissingConstant(InputError):
@@ -26,11 +25,11 @@ class MissingConstant(InputError):
 
 
 class MissingExtra(InputError, ImportError):
-    """Something needs an optional library that is not installed; the message says which extra brings it."""
+    """An optional library is not installed; the message says how to install it."""
 
 
 class ContractError(GaitgraphError, ValueError):
-    """A graph does not keep the written contract of :mod:`gaitgraph.graph.build`."""
+    """A graph breaks the contract of :mod:`gaitgraph.graph.build`."""
 
 
 class Infeasible(GaitgraphError, RuntimeError):
@@ -50,7 +49,7 @@ class OutputExists(FileProblem, FileExistsError):
 
 
 def shown(value: object) -> str:
-    """Return a value as one short line for a message, whatever it is.
+    """Return any value as one short line for a message.
 
     >>> shown("pi/8"), shown(10**5000)
     ("'pi/8'", 'a whole number of 16610 bits')
@@ -68,13 +67,11 @@ def shown(value: object) -> str:
 def needs_extra(module: str, purpose: str, extra: str) -> MissingExtra:
     """Return what to raise where a library of an extra cannot be imported.
 
-    >>> print(needs_extra("pyarrow", "Parquet", "table"))
-    pyarrow: not installed, and Parquet needs it; allowed is with the extra table: pip install 'gaitgraph[table]'
+    >>> print(needs_extra("uvicorn", "the explorer", "explore"))
+    The explorer needs uvicorn. Install it with: pip install 'gaitgraph[explore]'
     """
-    return MissingExtra(
-        f"{module}: not installed, and {purpose} needs it; allowed is with the extra {extra}: "
-        f"pip install 'gaitgraph[{extra}]'"
-    )
+    who = purpose[0].upper() + purpose[1:]
+    return MissingExtra(f"{who} needs {module}. Install it with: pip install 'gaitgraph[{extra}]'")
 
 
 def did_you_mean(word: object, known: Sequence[str]) -> str:
@@ -98,7 +95,7 @@ def checked_choice(name: str, value: Any, known: Iterable[str]) -> Any:
 
 
 def check_fields(who: str, stated: object, known: Sequence[str]) -> None:
-    """Raise InputError unless what somebody states is a table of known fields by name; `who` they are of."""
+    """Raise InputError unless `stated` is a mapping of known field names; `who` begins the message."""
     if not isinstance(stated, dict):
         raise InputError(f"{who} must be a table of values by name, got {shown(stated)}")
     for name in stated:

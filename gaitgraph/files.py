@@ -1,4 +1,4 @@
-"""Files: read as text with one kind of message, written whole or not at all."""
+"""Reading text files, and writing files whole or not at all."""
 
 from __future__ import annotations
 
@@ -26,67 +26,68 @@ MOST_BYTES = 1 << 30
 """Files that are read whole may have this many bytes at most."""
 
 _DEEPEST = 100
-_EXISTS = "output: {!r} exists; allowed is a new file, or --force (force=True)"
+_EXISTS = "output {!r} exists. Overwrite it with --force (force=True)"
 
 
 def path_of(value: object, what: str) -> Path:
-    """Return a path, or raise InputError if the value is none; `what` is how the message calls it."""
+    """Return a path; InputError, which calls it `what`, for anything else."""
     if not isinstance(value, (str, Path)):
         raise InputError(f"{what} must be the path of a file, got {shown(value)}")
     return Path(value)
 
 
-def text_of(path: Path, what: str, allowed: str) -> str:
-    """Return the text of a UTF-8 file of up to :data:`MOST_BYTES`, with or without a byte-order mark.
+def text_of(path: Path, what: str) -> str:
+    """Return the text of a UTF-8 file of up to :data:`MOST_BYTES`; errors, which call it `what`, as of :func:`reading`.
 
-    `what` messages call it, and what is `allowed`; errors as :func:`reading` has.
+    A byte-order mark is left out.
     """
-    with reading(path, what, allowed):
-        if path.stat().st_size > MOST_BYTES:
-            raise InputError(f"{what} {str(path)!r}: more than {MOST_BYTES >> 20} MiB; allowed is {allowed} up to that")
+    with reading(path, what):
+        size = path.stat().st_size
+        if size > MOST_BYTES:
+            raise InputError(f"{what} {str(path)!r} must have at most {MOST_BYTES >> 20} MiB, got {size >> 20} MiB")
         return path.read_text(encoding="utf-8-sig")
 
 
 @contextlib.contextmanager
-def reading(path: Path, what: str, allowed: str) -> Iterator[None]:
-    """Raise FileProblem if a file cannot be read, and InputError if it is no UTF-8 text; both name it."""
+def reading(path: Path, what: str) -> Iterator[None]:
+    """Raise FileProblem if a file cannot be read, and InputError if it is not UTF-8 text; both name the file."""
     try:
         yield
     except UnicodeDecodeError as error:
-        raise InputError(f"{what} {str(path)!r}: not UTF-8 text; allowed is {allowed}, in UTF-8") from error
+        raise InputError(f"{what} {str(path)!r} must be UTF-8 text, got other bytes") from error
     except (OSError, ValueError) as error:  # a name with a null character is a ValueError
         if isinstance(error, GaitgraphError):
             raise
         reason = getattr(error, "strerror", None) or error
-        raise FileProblem(f"{what}: cannot read {str(path)!r}: {reason}; allowed is {allowed}") from error
+        raise FileProblem(f"{what} {str(path)!r} cannot be read: {reason}") from error
 
 
 def table_from_toml(text: str) -> dict[str, Any]:
     """Return what a TOML text holds, or raise InputError in one line.
 
-    Keys of more than 100 dotted parts are refused before Python's own reader spends quadratic time and memory on them.
+    Keys of more than 100 dotted parts are refused first: Python's reader takes quadratic time and memory for them.
     """
     import tomllib
 
     for run in re.split(r"[^\w.\"' \t-]+", text):
         if run.count(".") > _DEEPEST:
-            raise InputError(f"a key of more than {_DEEPEST} dotted parts; it is nested too deeply")
+            raise InputError(f"it is nested too deeply: a key must have at most {_DEEPEST} dotted parts")
     try:
         return tomllib.loads(text)
     except RecursionError as error:
-        raise InputError("it is nested too deeply; allowed is a table of fields") from error
+        raise InputError("it is nested too deeply") from error
     except ValueError as error:
         raise InputError(f"it is not TOML ({str(error).splitlines()[0]})") from error
 
 
 def value_from_json(text: str | bytes, wanted: str) -> Any:
-    """Return what a JSON text holds; InputError in one line if it is broken, or a name appears twice in an object."""
+    """Return what a JSON text holds; InputError if it is broken, or an object has a name twice."""
 
     def fields_of(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
         fields = dict(pairs)
         if len(fields) < len(pairs):
             twice = next(name for name, count in Counter(name for name, _ in pairs).items() if count > 1)
-            raise InputError(f"{shown(twice)} appears twice in an object; it must be there once")
+            raise InputError(f"names in an object must differ, got {shown(twice)} twice")
         return fields
 
     def refused(name: str) -> None:
@@ -102,11 +103,11 @@ def value_from_json(text: str | bytes, wanted: str) -> Any:
 
 
 def from_toml_file(path: Path, what: str, make: Callable[[dict[str, Any]], T]) -> T:
-    """Return what is made of the fields in a TOML file, at its top level or in a table of the name `what` alone.
+    """Return what `make` returns for the fields of a TOML file, at its top level or in its one table `what`.
 
-    Raises FileProblem if the file cannot be read, and what `make` raises, naming the file.
+    Raises FileProblem if the file cannot be read; errors of `make` name the file.
     """
-    text = text_of(path, what, "a TOML file")
+    text = text_of(path, what)
     try:
         content = table_from_toml(text)
         inner = content.get(what, content)
@@ -123,9 +124,9 @@ def from_toml_file(path: Path, what: str, make: Callable[[dict[str, Any]], T]) -
 def write_whole(contents: Sequence[tuple[Path, Content]], *, force: bool) -> None:
     """Write every file or folder beside its target first, then put all in place, each in one step.
 
-    Contents are paths, each with the bytes of a file, or with what writes a new file or folder at the path that it is
-    given. Raises OutputExists if something has the name by now and `force` is not set, and FileProblem if the file
-    system refuses; what was there is then whole. What killed processes left beside the targets is removed.
+    Contents are paths, each with the bytes of a file, or with a function that writes a new file or folder at a path.
+    Raises OutputExists if something has the name by now and `force` is not set, and FileProblem if the file system
+    refuses; existing files are then unchanged. Leftovers of killed processes beside the targets are removed.
     """
     path, wholes = Path(), list[Path]()
     with contextlib.ExitStack() as stack:
@@ -153,7 +154,7 @@ def write_whole(contents: Sequence[tuple[Path, Content]], *, force: bool) -> Non
         except OSError as error:
             if isinstance(error, GaitgraphError):
                 raise
-            raise FileProblem(f"output: cannot write {str(path)!r}: {error.strerror or error}") from error
+            raise FileProblem(f"output {str(path)!r} cannot be written: {error.strerror or error}") from error
 
 
 @contextlib.contextmanager
@@ -174,9 +175,9 @@ def _scratch_in(folder: Path) -> Iterator[Path]:
 
 
 def _locked(folder: Path, *, wait: bool) -> int | None:
-    """Return a descriptor that locks a folder until it is closed or the process ends; None if it cannot be locked.
+    """Return a descriptor that locks a folder until it is closed or the process ends, or None.
 
-    Another process has locked it, say, or there are no locks of folders: on Windows and some network file systems.
+    None: another process holds the lock, or folders have no locks, as on Windows and some network file systems.
     """
     try:
         import fcntl
@@ -193,9 +194,9 @@ def _locked(folder: Path, *, wait: bool) -> int | None:
 
 
 def remove_leftovers(folder: Path) -> None:
-    """Remove hidden folders of our own processes that were killed while they wrote here.
+    """Remove hidden folders of our own killed processes; those of running processes are locked.
 
-    A folder that such a process had moved aside, to replace it, is put back. What a living process writes is locked.
+    A folder that such a process had moved aside, to replace it, is put back.
     """
     for scratch in folder.glob(".gaitgraph-????????.part"):
         lock = _locked(scratch, wait=False)
@@ -211,7 +212,7 @@ def remove_leftovers(folder: Path) -> None:
 
 
 def check_new_files(paths: Sequence[str | Path], *, force: bool, folders: Collection[Path] = ()) -> None:
-    """Raise before any work is done if one of these files cannot be written; `folders` are those to be folders.
+    """Raise before any work is done if one of these files, or `folders` among them, cannot be written.
 
     Raises InputError if a file is named twice, OutputExists if something has the name and is no file or `force` is not
     set, and FileProblem if the folder does not exist or the file system refuses the name.
@@ -221,22 +222,22 @@ def check_new_files(paths: Sequence[str | Path], *, force: bool, folders: Collec
         try:
             target = target_of(path)
             if target in seen:
-                raise InputError(f"output: {str(path)!r} is named twice; allowed is once")
+                raise InputError(f"outputs must differ, got {str(path)!r} twice")
             seen.add(target)
             if target.exists() and not (target.is_dir() if path in folders else target.is_file()):
-                what = "a folder" if target.is_dir() else "a file" if target.is_file() else "no regular file"
-                wanted = "a new folder" if path in folders else "a file"
-                raise OutputExists(f"output: {str(path)!r} is {what}; allowed is {wanted}")
+                got = "a folder" if target.is_dir() else "a file" if target.is_file() else "a special file"
+                wanted = "a new folder" if path in folders else "a regular file"
+                raise OutputExists(f"output {str(path)!r} must be {wanted}, got {got}")
             if os.path.lexists(path) and not force:
                 raise OutputExists(_EXISTS.format(str(path)))
             if not path.parent.is_dir():
-                what = "is no folder" if path.parent.exists() else "does not exist"
-                raise FileProblem(f"output: folder {str(path.parent)!r} {what}; allowed is an existing folder")
+                what = "is not a folder" if path.parent.exists() else "does not exist"
+                raise FileProblem(f"output folder {str(path.parent)!r} {what}")
         except GaitgraphError:
             raise
         except (OSError, ValueError) as error:  # a name that the file system refuses
             reason = getattr(error, "strerror", None) or error
-            raise FileProblem(f"output: cannot write {shown(str(path))}: {reason}") from error
+            raise FileProblem(f"output {shown(str(path))} cannot be written: {reason}") from error
 
 
 def target_of(path: Path) -> Path:
@@ -245,7 +246,7 @@ def target_of(path: Path) -> Path:
 
 
 def _replace(whole: Path, target: Path) -> None:
-    """Give a finished file or folder its name, over what has it; of several processes that do so the last one wins."""
+    """Give a finished file or folder its name, replacing the old one; of several processes the last one wins."""
     if not whole.is_dir():
         whole.replace(target)
         return

@@ -1,12 +1,12 @@
 """The physical constants of a tilt-rotor.
 
-Four arms lie in the body's x–y plane, a quarter turn apart; arm *i* carries a rotor that tilts by αᵢ about the
-arm's own outward axis, from upright. Body axes: x forward, y left, z up. Rotor 1 sits on the first arm, rotors
-2, 3, 4 follow counter-clockwise seen from above; opposite rotors share their spin, neighbours do not.
+Four arms lie in the body's x–y plane, a quarter turn apart; arm *i* carries a rotor that tilts by αᵢ from upright
+about the arm's outward axis. Body axes: x forward, y left, z up. Rotor 1 is on the first arm, rotors 2, 3, 4 follow
+counter-clockwise seen from above; opposite rotors turn in the same sense, neighbours do not.
 
 The gait surfaces depend only on the *drag ratio* κ = Km/(Kf·L) and the spin sense. Turning all arms about z moves
-no surface, only the roll and pitch axes of the attitude diagrams. Mirroring every spin replaces κ by −κ, which
-mirrors every surface and region in the origin of the (α1, α2) plane.
+only the roll and pitch axes of the attitude diagrams. Mirroring every spin replaces κ by −κ, which mirrors every
+surface and region in the origin of the (α1, α2) plane.
 """
 
 from __future__ import annotations
@@ -15,8 +15,9 @@ import math
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, fields
 from pathlib import Path
-from typing import Any, Literal, TypedDict, Unpack, get_args
+from typing import Any, Literal, get_args
 
+from gaitgraph._lazy import Pictured
 from gaitgraph.angles import angle_from_text, angle_within, number_of, text_from_angle
 from gaitgraph.errors import InputError, MissingConstant, check_fields, checked_choice, did_you_mean, shown
 from gaitgraph.files import from_toml_file
@@ -45,32 +46,8 @@ UNITS = {
 _ANGLES = ("first_arm_angle", "max_tilt", "max_tilt_rate", "max_tilt_acceleration", "max_tilt_jerk")
 
 
-class Constants(TypedDict, total=False):
-    """What :class:`Vehicle` takes."""
-
-    name: str
-    mass: float | None
-    gravity: float
-    arm_length: float | None
-    thrust_coefficient: float | None
-    drag_coefficient: float | None
-    drag_to_thrust: float | None
-    drag_ratio: float | None
-    inertia: list[float] | tuple[float, ...] | None
-    first_arm_angle: Angle
-    first_rotor_spin: Spin
-    max_tilt: Angle | None
-    max_tilt_rate: Angle | None
-    max_tilt_acceleration: Angle | None
-    max_tilt_jerk: Angle | None
-    max_thrust: float | None
-    servo_lag: float | None
-    arm_inertia: float | None
-    rotor_inertia: float | None
-
-
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, init=False)
-class Vehicle:
+class Vehicle(Pictured):
     """The constants of one tilt-rotor; immutable, in SI units.
 
     Unknown constants are None. The drag ratio must be known: give Kf, Km and the arm length, or Km/Kf and the arm
@@ -134,7 +111,7 @@ class Vehicle:
     arm_inertia: float | None = None
     rotor_inertia: float | None = None
 
-    def __init__(self, **constants: Unpack[Constants]) -> None:
+    def __init__(self, **constants: Any) -> None:
         check_fields("vehicle", constants, _FIELDS)
         stated: dict[str, Any] = _DEFAULTS | constants
         if not isinstance(name := stated["name"], str) or not name or not name.isprintable():
@@ -179,7 +156,7 @@ class Vehicle:
 
     @property
     def carries_published_coefficients(self) -> bool:
-        """Whether formula (1) with the paper's four-digit coefficients belongs to this vehicle."""
+        """Whether formula (1) with the paper's four-digit coefficients holds for this vehicle."""
         same_kappa = math.isclose(self.signed_drag_ratio, PAPER.signed_drag_ratio, rel_tol=1e-9)
         return same_kappa and self.first_arm_angle == PAPER.first_arm_angle
 
@@ -198,7 +175,7 @@ class Vehicle:
                 raise MissingConstant(f"vehicle {self.name!r} states no {name} ({UNITS[name]}), which {purpose} needs")
         return tuple(getattr(self, name) for name in names)
 
-    def replace(self, **changes: Unpack[Constants]) -> Vehicle:
+    def replace(self, **changes: Any) -> Vehicle:
         """Return a vehicle with some constants changed; what was derived from them is derived again.
 
         >>> PAPER.replace(max_tilt_rate=6.0).carries_published_coefficients
@@ -250,11 +227,6 @@ class Vehicle:
             unit = UNITS.get(name, "rad" if name in _ANGLES else "").removeprefix("dimensionless")
             lines.append(f"  {name.replace('_', ' '):<22} {text} {unit}".rstrip())
         return "\n".join(lines)
-
-    def _repr_html_(self) -> str:
-        from gaitgraph.plots.notebook import html_of
-
-        return html_of(self)
 
 
 _DEFAULTS = {field.name: None if field.default is MISSING else field.default for field in fields(Vehicle)}

@@ -80,7 +80,7 @@ def terms_of(text: str) -> list[Term]:
     return [term_of(term) for term in re.split(r"\s{2,}", text.strip())]
 
 
-def mended(equation: str) -> list[Term]:
+def corrected(equation: str) -> list[Term]:
     """Return an equation's terms with the listed misprints replaced."""
     terms = terms_of(PRINTED[equation])
     for where, wrong, right in MISPRINTS:

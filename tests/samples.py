@@ -14,6 +14,7 @@ import pytest
 import shapely
 
 from gaitgraph.gait.gait import lift, paper_gait
+from gaitgraph.gait.table import ANGLES, Table
 from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.vehicle import PAPER, Vehicle, vehicle_named
 from tests.published import GAITS
@@ -49,6 +50,12 @@ def gait_of_paper(number: int, kind: Any = "published", vehicle: Vehicle = PAPER
 def flown_by(timed: TimedGait, vehicle: Vehicle) -> TimedGait:
     """Return the same angles and times for another vehicle."""
     return replace(timed, gait=replace(timed.gait, vehicle=vehicle, coefficients=coefficients_of(vehicle, "exact")))
+
+
+def table_from(alpha: Any, *, t: Any = None, **columns: Any) -> Table:
+    """Return a table of tilt angles, with times where they are given, and other columns."""
+    times = {} if t is None else {"t": np.asarray(t, dtype=float)}
+    return Table(columns={**times, **dict(zip(ANGLES, np.array(alpha, dtype=float).T, strict=True)), **columns})
 
 
 def random_vehicle(random: np.random.Generator) -> Vehicle:

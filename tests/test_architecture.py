@@ -33,12 +33,7 @@ EXCEPTIONS = {
     ("gait.gait", "TYPE_CHECKING", "timing.timed_gait"),
     ("gait.gait", "TYPE_CHECKING", "validation.report"),
     ("timing.timed_gait", "TimedGait.animate", "plots.vehicles"),
-    ("vehicle", "Vehicle._repr_html_", "plots.notebook"),
-    ("surface.region", "Region._repr_html_", "plots.notebook"),
-    ("gait.gait", "Gait._repr_html_", "plots.notebook"),
-    ("validation.report", "Report._repr_html_", "plots.notebook"),
-    ("timing.timed_gait", "TimedGait._repr_html_", "plots.notebook"),
-    ("planning.planner", "Plan._repr_html_", "plots.notebook"),
+    ("flight.flight", "Flight.write", "plots.flights"),
     ("io.formats", "given_gait", "planning.planner"),  # a request stands for its gait
     ("gait.table", "Table._frame", ANYTHING),  # pandas or polars
     ("cli", "Group.get_command", ANYTHING),  # a command's file, by the command's name

@@ -308,10 +308,10 @@ def test_parquet_files_with_something_else_are_refused(tmp_path: Path, monkeypat
     path = tmp_path / "a.parquet"
     for changed, message in (
         ({"alpha1": pa.array([True] * 3)}, "alpha1 must be a column of numbers .*, got bool"),
-        ({"alpha1": pa.array(["0", "1", "x"])}, "row 3: alpha1 is 'x'"),
+        ({"alpha1": pa.array(["0", "1", "x"])}, "row 3: alpha1 must be a finite number, got 'x'"),
         ({"alpha1": pa.array([[0.0]] * 3)}, "alpha1 must be a column of numbers .*, got list<"),
         ({"t": pa.array([1, 2, 3], pa.timestamp("s"))}, "t must be a column of numbers .*, got datetime64"),
-        ({"color": pa.array([1, 2, 3])}, "row 1: color is 1"),
+        ({"color": pa.array([1, 2, 3])}, "row 1: color must be one of .*, got 1"),
         ({"color": pa.array(["red", None, "red"])}, "row 2: color"),
         ({"alpha2": pa.array([0.0, None, 0.0])}, "row 2: alpha2"),
     ):
@@ -320,7 +320,7 @@ def test_parquet_files_with_something_else_are_refused(tmp_path: Path, monkeypat
     pq.write_table(pa.table({**FOUR, "note": ["a", "b", "c"], "when": [[1], [2], [3]]}), path)
     assert len(read_table(path)) == 3
     pq.write_table(pa.table({name: values[:0] for name, values in FOUR.items()}), path)
-    assert "no rows" in refusal(path)
+    assert "must have at least one row" in refusal(path)
     pq.write_table(pa.table({name: np.zeros(100_000) for name in FOUR}), path)
     monkeypatch.setattr(binary_tables, "_MOST_UNPACKED", 3_200_000)
     assert len(read_table(path)) == 100_000

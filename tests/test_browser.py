@@ -6,7 +6,6 @@ Without selenium, Chromium or its driver these tests skip and say which is missi
 from __future__ import annotations
 
 import math
-import shutil
 import subprocess
 import sys
 import time
@@ -21,41 +20,14 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from pathlib import Path
 
-pytest.importorskip("selenium", reason="selenium, of the extra 'dev', is not installed")
-from selenium import webdriver
-from selenium.webdriver.chrome.service import Service
 from selenium.webdriver.common.action_chains import ActionChains
+
+from tests.chromium import chromium, serious_findings  # skips where a part is missing
 
 for name in ("starlette", "uvicorn"):
     pytest.importorskip(name, reason=f"{name}, of the extra 'explore', is not installed")
 
 pytestmark = pytest.mark.slow
-
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-DRIVER = shutil.which("chromedriver")
-if CHROMIUM is None or DRIVER is None:
-    pytest.skip("no chromium with chromedriver on the path", allow_module_level=True)
-
-FLAGS = (
-    "--headless=new", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
-    "--disable-background-networking", "--disable-component-update", "--disable-sync", "--force-prefers-reduced-motion",
-    "--enable-unsafe-swiftshader",
-)  # fmt: skip
-WIDE, NARROW = (1280, 900), (400, 800)
-PATIENCE = 30.0  # until a page that does not come counts as broken [s]
-LEFT, RIGHT, UP, DOWN, ENTER, DELETE, ESCAPE, TAB = "\ue012\ue014\ue013\ue015\ue007\ue017\ue00c\ue004"
-CONTROL, SHIFT = "\ue009", "\ue008"
-STEP = math.pi / 16
-
-# The waypoints of Gait 3, as the page writes them in its address.
-GAIT_3 = "waypoints=3pi/8,-3pi/8;3pi/8,-pi/8;pi/8,-pi/8;pi/8,-3pi/8"
-
-BROKEN = """alpha1,alpha2,alpha3,alpha4
-1.178,-1.178,1.178,-1.178
-1.178,-0.393,1.178,-0.393
-0.393,-0.393,0.6,-0.393
-0.393,-1.178,0.393,-1.178
-"""
 
 # Every visible text, with the contrast [1, 21] of its color to what is behind it.
 CONTRASTS = """
@@ -73,6 +45,21 @@ for (const node of document.querySelectorAll("body *:not(option):not(script):not
   found.push([`${node.tagName}.${node.className} ${node.textContent.trim().slice(0, 30)}`, ratio[0] / ratio[1]]);
 }
 return found;
+"""
+WIDE, NARROW = (1280, 900), (400, 800)
+PATIENCE = 30.0  # until a page that does not come counts as broken [s]
+LEFT, RIGHT, UP, DOWN, ENTER, DELETE, ESCAPE, TAB = "\ue012\ue014\ue013\ue015\ue007\ue017\ue00c\ue004"
+CONTROL, SHIFT = "\ue009", "\ue008"
+STEP = math.pi / 16
+
+# The waypoints of Gait 3, as the page writes them in its address.
+GAIT_3 = "waypoints=3pi/8,-3pi/8;3pi/8,-pi/8;pi/8,-pi/8;pi/8,-3pi/8"
+
+BROKEN = """alpha1,alpha2,alpha3,alpha4
+1.178,-1.178,1.178,-1.178
+1.178,-0.393,1.178,-0.393
+0.393,-0.393,0.6,-0.393
+0.393,-1.178,0.393,-1.178
 """
 
 
@@ -221,18 +208,10 @@ def address() -> Iterator[str]:
 @pytest.fixture(scope="module")
 def window(address: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
     downloads, profile = tmp_path_factory.mktemp("downloads"), tmp_path_factory.mktemp("profile")
-    options = webdriver.ChromeOptions()
-    options.binary_location = str(CHROMIUM)
-    for flag in (*FLAGS, f"--user-data-dir={profile}", f"--window-size={WIDE[0]},{WIDE[1]}"):
-        options.add_argument(flag)
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    driver = webdriver.Chrome(options=options, service=Service(DRIVER))
-    try:
+    with chromium(profile, f"--window-size={WIDE[0]},{WIDE[1]}") as driver:
         page = Page(driver, address, downloads)
         page.cdp("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(downloads))
         yield page
-    finally:
-        driver.quit()
 
 
 @pytest.fixture
@@ -479,7 +458,7 @@ def test_nothing_is_too_wide_too_pale_or_without_a_name(page: Page, size: tuple[
     page.css("#download > summary").click()
     width = page.js("return [document.documentElement.scrollWidth, innerWidth]")
     assert width[0] <= width[1] == size[0]
-    assert [entry for entry in page.js(CONTRASTS) if entry[1] < 4.5] == []
+    assert serious_findings(page.driver) == []
     nodes = [node for node in page.cdp("Accessibility.getFullAXTree")["nodes"] if not node["ignored"]]
     found = [(node["role"]["value"], node.get("name", {}).get("value", "").strip()) for node in nodes]
     controls = {"button", "textbox", "combobox", "checkbox", "radio", "slider", "link", "application"}

@@ -282,7 +282,7 @@ def table_with(**columns: Sequence[float] | FloatArray) -> Table:
 def test_what_a_header_cannot_hold_is_refused(tmp_path: Path) -> None:
     for table, number, message in (
         (table_with(t=np.arange(16_386.0)), "float", "rows must be at most 16385 in a C header"),
-        (table_with(alpha1=[0, 1]), "float", "column 't' is missing; a C header needs a table with a clock"),
+        (table_with(alpha1=[0, 1]), "float", "column 't' is missing; a C header needs a table with times"),
         (table_with(t=[0, 1, 3]), "fixed", "number must be float or double for rows that are not"),
         (table_with(t=[0, 1, 1 + 1e-9, 2]), "float", "number must be double for rows so near in time, got 'float'"),
         (table_with(t=[0, 1], alpha3=[0, 4e4]), "fixed", "number must be float for an angle of 40000 rad"),

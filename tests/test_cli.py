@@ -48,18 +48,18 @@ def test_plan_for_people_fits_one_screen(run: Any) -> None:
     assert any(
         line.startswith("  ok  tilt acceleration     peak 72.6 rad/s² (α1); the vehicle states") for line in lines
     )
-    assert lines[lines.index("wrote gait3.csv") - 2].startswith("warning: hover (R > 0) cannot enter it")  # on one line
+    assert lines[lines.index("wrote gait3.csv") - 2].startswith("warning: entering from hover (R > 0)")  # on one line
     assert len(read_table("gait3.csv")) == len(read_table("gait3.json")) == 101
     assert read_table("gait3.json").about["request"]["waypoints"][0] == pytest.approx(G3.angles[0])
 
 
-STILL = "a posture, not a gait that moves: for a gait give two or more different waypoints"
+STILL = "he plan is a single posture, not a gait; for a gait, give two or more different waypoints"
 
 
 @pytest.mark.parametrize(
     ("line", "first", "warning"),
     [
-        ("plan --waypoint 0.4,-1.2", f"Planned {STILL}", STILL),
+        ("plan --waypoint 0.4,-1.2", f"T{STILL}", f"t{STILL}"),
         (
             "optimize --waypoint 0.4,-0.4 --waypoint 0.5,-0.5 --pieces 8 --radius 0.3",
             "The best gait stands still at (",
@@ -145,26 +145,26 @@ def test_help(run: Any, command: list[str]) -> None:
     assert result.err == ""
     if "--law NAME" in result.out:  # the option states the laws again, since help loads no numpy
         *others, last = LAWS
-        assert f"--law NAME {', '.join(others)} or {last}." in " ".join(result.out.split())
+        assert f"{', '.join(others)} or {last}." in " ".join(result.out.split())
 
 
 WRONG = [
-    ("plan", "waypoints: none given"),
-    ("optimize", "waypoints: none given"),
+    ("plan", "waypoints must be in a request file or given with --waypoint A1,A2, got neither"),
+    ("optimize", "waypoints must be given with --waypoint A1,A2, got none"),
     ("plan --waypoint 0.1", "--waypoint must be A1,A2, two angles, got '0.1'"),
     ("roots 0 0 --vehicle=", "vehicle must be a preset (paper, beetle_omni), a .toml file, a mapping of constants or"),
-    ("plan --waypoint 0,0 --vehicle none.toml", "vehicle: cannot read 'none.toml'"),
+    ("plan --waypoint 0,0 --vehicle none.toml", "vehicle 'none.toml' cannot be read: No such file"),
     ("plan --waypoint 0,0 --output x.txt", "got 'x.txt'"),
-    ("plan --waypoint 0,0 --output there.csv", "output: 'there.csv' exists"),
-    ("plan none.toml", "request file: cannot read 'none.toml'"),
+    ("plan --waypoint 0,0 --output there.csv", "output 'there.csv' exists. Overwrite it with --force"),
+    ("plan none.toml", "request file 'none.toml' cannot be read: "),
     ("plan bad.toml", "request file 'bad.toml': it is not TOML"),
     ("roots 0.1 0.2 -0.3", "(-0.3); see gaitgraph roots --help"),
     ("export", "GAIT_FILE"),
     ("export there.csv out.csv", "gait file 'there.csv'"),
     ("plann", "no command 'plann'; did you mean 'plan'?"),
     ("plan --waypoint 0,0 --sheets all", "sheets must be planes or left out, got 'all'; no gait on a fibre can fly"),
-    ("plan --waypoint 0,0 --objective=thrust", "got 'thrust'; use: gaitgraph optimize --objective hover_reserve"),
-    ("plan --waypoint 0,0,0,0", "no gait on a fibre can fly, and elsewhere α3 and α4 follow from the color"),
+    ("plan --waypoint 0,0 --objective=thrust", "got 'thrust'; use gaitgraph optimize --objective hover_reserve"),
+    ("plan --waypoint 0,0,0,0", "α3 and α4 follow from the color, and no gait on a fibre can fly"),
     ("plan --waypoint 0,0 --divisions 300", "from 2 to 256, got 300; plan --method exact needs no grid"),
     ("plan --waypoint 0,0 --watch", "--watch was removed. Run the command again"),
     ("transition hover one.csv --divisions=3", "--divisions was removed. Leave it out"),
@@ -172,8 +172,8 @@ WRONG = [
     ("region --sheets all", "No such option '--sheets'"),
     ("plan film.gif", "got 'film.gif'; a film is not read: use the gait table or the request"),
     ("plan --waypoint 0,0 --output x.svg", ".h, .gif, .mp4, got 'x.svg'; films are .gif, .mp4"),
-    ("validate none.csv", "allowed is a gait table: .csv, .json, .npz, .mat, .parquet, .mcap"),
-    ("validate long.csv", "gait file 'long.csv': line 2: field larger than field limit (131072); allowed is"),
+    ("validate none.csv", "gaitgraph: gait file 'none.csv' cannot be read: No such file or directory\n"),
+    ("validate long.csv", "line 2 must be comma-separated text: field larger than field limit (131072)"),
     ("explore --port x", "--port must be a whole number from 0 to 65535, got 'x'"),
     ("cycles --limit 0", "--limit must be a whole number from 1 to 1000000000, got '0'"),
     ("plan --waypoint 0,0 --period soon", "--period must be a number of seconds, got 'soon'"),
@@ -183,7 +183,7 @@ WRONG = [
     ("transition hover", "Missing argument 'TO'"),
     ("robustness one.csv --bias abc", "--bias must be a number"),
     ("figures --only 2 --out there.csv", "out must be a folder that can be written, got 'there.csv': File exists"),
-    ("figures --only gait --gait none.csv", "gait file: cannot read 'none.csv'"),
+    ("figures --only gait --gait none.csv", "gait file 'none.csv' cannot be read"),
     ("pace one.csv --period quick --max-jerk 100", "must be a number of seconds or the word least, got 'quick'"),
     ("pace one.csv --max-rate 3", "limits must have an acceleration or a jerk"),
     ("pace one.csv --max-acceleration 9 --rounding 0", "--rounding"),
@@ -196,9 +196,10 @@ WRONG = [
     ("export one.csv g.mcap --number fixed", "number needs an output .h, got 'fixed' without one"),
     ("export one.csv g.mcap --joint-names a,b,c,", "joint_names must be four different printable texts"),
     ("basin gait3 --bias 2", "--bias must be different numbers above 0, up to 1, got [1.0, 2.0]"),
-    ("basin gait3 --output basin.gif", "output: 'basin.gif'; the suffixes for a basin are .csv"),
+    ("basin gait3 --output basin.gif", "output of a basin must end in one of .csv"),
     ("colorings there.csv", "gait file 'there.csv'"),
-    ("fly gait3 --output x.h", "'x.h' is a C header, which is of gaits alone"),
+    ("fly gait3 --output x.h", "got 'x.h'; a C header is for gaits only"),
+    ("vehicles beetle_omni --vehicle paper", "--vehicle paper cannot be combined with 'beetle_omni'"),
     ("fly gait3 --output none/x.csv", "folder 'none' does not exist"),
     ("fly gait3 --attitude 0.3", "--attitude must be ROLL,PITCH, two angles, got '0.3'"),
     ("fly gait3 --attitude 0,2", "--attitude must be a roll from -pi to pi"),
@@ -258,6 +259,10 @@ def test_colorings(run: Any) -> None:
     text = run("colorings", written("gait.csv", GAITS[1]), "--limit", "1").out
     assert text.splitlines()[0] == "2 colourings of a loop of 100 points"
     assert text.splitlines()[-1] == "  … 1 of them shown"
+    assert run("colorings", "gait3").out.splitlines()[1:] == [
+        "  R > 0  none: point 1 has no root with R > 0, neither red nor blue",
+        *("  R < 0  all red", "  R < 0  all blue"),
+    ]
     Path("loop.csv").write_text("alpha1,alpha2\n0.9,-0.9\n-0.9,0.9\n")
     result = run("colorings", "loop.csv", "--coefficients", "exact", "--json")
     assert (result.code, result.json["colorings"]) == (1, [])

@@ -13,6 +13,9 @@ from gaitgraph.errors import InputError
 from gaitgraph.flight.course import biased_timed_gait
 from gaitgraph.flight.flight import FlightSettings
 from gaitgraph.flight.simulation import fly
+from gaitgraph.planning.transitions import transition
+from gaitgraph.timing.curve import rounded
+from gaitgraph.timing.time_optimal import Limits, paced
 from gaitgraph.timing.timed_gait import ROW_BY_ROW, RowTimedGait, timed_gait_of
 from tests.published import GAITS
 from tests.samples import gait_of_paper
@@ -98,6 +101,24 @@ def test_a_table_of_a_law_flies_as_that_law(tmp_path: Path) -> None:
             np.testing.assert_allclose(read.at(t)[0], timed.at(t)[0], atol=1e-6)
 
 
+def test_only_a_table_that_states_no_law_of_its_rows_has_a_warning(tmp_path: Path) -> None:
+    gait = gait_of_paper(4)
+    law = paced(gait, Limits(rate=6, acceleration=60), rounding="2deg").timed
+    curve = rounded(gait, 0.05).curve.polyline(1e-7)  # its corners are too many to be stated
+    entry = transition("hover", gait)
+    assert law is not None
+    for made in (law, curve.parametrize(1.0, samples=200), entry):
+        made.write(tmp_path / "a.json", force=True)
+        table = json.loads((tmp_path / "a.json").read_text())
+        for factor in (1, 1.01):
+            table["columns"]["t"] = [factor * t for t in table["columns"]["t"]]
+            (tmp_path / "a.json").write_text(json.dumps(table))
+            timed = timed_gait_of(tmp_path / "a.json")
+            assert isinstance(timed, RowTimedGait)
+            warned = any("no built-in law" in one for one in fly(timed, settings=SHORT, anyway=True).warnings)
+            assert warned is (factor != 1)
+
+
 def test_another_table_flies_straight_from_row_to_row(run: Any, tmp_path: Path) -> None:
     times = np.array([0.0, 0.3, 0.4, 0.9, 1.0])
     rows = np.array([*gait_of_paper(4).alpha, gait_of_paper(4).alpha[0]])
@@ -134,7 +155,7 @@ def test_a_table_that_is_not_closed_has_a_message(run: Any, tmp_path: Path) -> N
 
 def test_a_gait_without_times_needs_a_period(run: Any, tmp_path: Path) -> None:
     write_rows(tmp_path / "rows.csv", gait_of_paper(3).alpha)
-    with pytest.raises(InputError, match="has no column t; state its period with --period SECONDS"):
+    with pytest.raises(InputError, match="has no column t; set --period SECONDS"):
         timed_gait_of("rows.csv", law="smooth")
     assert timed_gait_of("rows.csv", period=1.0).law == "smooth"
     # A point needs none; a saved plan states its request, and that the period.
@@ -185,8 +206,8 @@ def test_a_flights_file_plans_its_gait_again_but_is_no_gait(run: Any, tmp_path: 
         assert again.json["color"] == "red"
     refused = run("fly", "flight.csv")
     assert refused.code == 2
-    assert "gait file 'flight.csv' is the table of a flight, not of a gait; gaitgraph plan flight.csv" in refused.err
+    assert "must be the table of a gait, got that of a flight; gaitgraph plan flight.csv" in refused.err
     assert run("fly", "gait3", "--duration", 0.02, "--output", "paper.csv").code == 1
     answer = run("plan", "paper.csv")
     assert (answer.code, answer.out) == (2, "")
-    assert "fly made it, which plan does not repeat" in answer.err
+    assert "got none (it was made by fly)" in answer.err

@@ -75,11 +75,26 @@ def test_a_file_is_as_good_as_the_plan(suffix: str, law: LawName, tmp_path: Path
         assert read.gait.alpha.tolist() == gg.gait_of(read_table(one)).alpha.tolist() == timed.gait.alpha.tolist()
         report, judged = gg.validate(one), gg.validate(timed)
         assert report.checks[1:] == judged.checks[1:]
-        assert (report["closed"].message, report.rows) == ("the last row is the first again", 8)
+        assert (report["closed"].message, report.rows) == ("the last row repeats the first", 8)
         assert gg.robustness_of(one).as_mapping() == gg.robustness_of(timed).as_mapping()
         export(one, [tmp_path / "finer.npz"], samples=12, force=True)
         finer = timed.gait.parametrize(3.0, law=law, samples=12)
         assert read_table(tmp_path / "finer.npz").alpha.tolist() == finer.alpha.tolist()
+
+
+def test_a_paced_file_states_the_corners(tmp_path: Path) -> None:
+    """No row is at a corner, but all lie between the corners; an edited row makes the rows count."""
+    limits, path = gg.Limits(acceleration=40.0), tmp_path / "paced.csv"
+    gait = gg.plan_loop(TRIANGLE).gait
+    paced: Any = gg.least_period(gait, limits, samples=7)
+    write_tables(table_of(paced), [path])
+    assert gg.gait_of(path).alpha.tolist() == gait.alpha.tolist()
+    assert gg.least_period(path, limits).least == pytest.approx(paced.least, rel=1e-3)
+    table = read_table(path)
+    table["alpha1"][2] += 1e-4
+    assert len(gg.gait_of(table).alpha) > 3
+    rounded: Any = gg.least_period(gait, limits, rounding=0.05, samples=7)
+    assert "corners" not in table_of(rounded).about
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".npz"])
@@ -90,8 +105,8 @@ def test_rows_that_were_edited_win_over_stated_corners(suffix: str, tmp_path: Pa
     moved[3] += 2e-6
     for columns in ({"alpha1": moved}, {"t": slower}, {"color": (*["red"] * 7, "blue")}):
         write_tables(replace(table, columns=table.columns | columns), [path], force=True)
-        with pytest.warns(FileWarning, match="the rows are used"):
-            assert len(gg.gait_of(read_table(path)).alpha) > 3
+        with pytest.warns(FileWarning, match=f"^gait file {str(path)!r}: the rows differ"):
+            assert len(gg.gait_of(path).alpha) > 3
         assert OTHER_ROWS in gg.validate(path).notes
     write_tables(table.rows(0, 5), [path], force=True)  # the end is missing
     with pytest.warns(FileWarning, match="the rows are used"):
@@ -231,8 +246,8 @@ def test_frames_of_pandas(planned: TimedGait) -> None:
     assert frame.attrs["gaitgraph"]["about"]["request"]
     for wrong, message in (
         (frame.rename(columns={"alpha4": "alpha_4"}), "'alpha_4' .did you mean 'alpha4'"),
-        (pd.concat([frame, frame[["alpha1"]]], axis=1), "column 'alpha1' appears 2 times"),
-        (frame.assign(alpha1=None), "row 1: alpha1 is"),
+        (pd.concat([frame, frame[["alpha1"]]], axis=1), "columns must have different names, got 'alpha1' 2 times"),
+        (frame.assign(alpha1=None), "row 1: alpha1 must be a finite number, .* got no value"),
         (frame.assign(t=pd.date_range("2020", periods=13)), "t must be a column of .*, got .*datetime64"),
     ):
         with pytest.raises(gg.InputError, match=message):
@@ -247,7 +262,7 @@ def test_frames_of_polars_and_pyarrow(planned: TimedGait) -> None:
     frame = planned.to_polars()
     taken(frame, table_of(planned))
     taken(frame.to_arrow(), table_of(planned))
-    with pytest.raises(gg.InputError, match="row 1: alpha2 is"):
+    with pytest.raises(gg.InputError, match="row 1: alpha2 must be a finite number, .* got nan"):
         gg.validate(frame.with_columns(pl.lit(None).alias("alpha2")))
     for take in (gg.validate, table_from_frame):
         with pytest.raises(gg.InputError, match=r"must have its rows there, got a LazyFrame: collect\(\) it first"):
@@ -258,9 +273,9 @@ def test_mappings_are_frames() -> None:
     assert gg.validate({"alpha1": ["3pi/8", 1.0], "alpha2": ["-3pi/8", -0.5], "color": "red"}).flyable
     for wrong, message in (
         ({}, "column 'alpha1' is missing"),
-        ({**ZEROS, "alpha1": [True] * 3}, "row 1: alpha1 is True"),
+        ({**ZEROS, "alpha1": [True] * 3}, "row 1: alpha1 must be a finite number, .* got True"),
         ({**ZEROS, "alpha1": np.ones(3, dtype=bool)}, "alpha1 must be a column of numbers .*, got bool"),
-        ({**ZEROS, "alpha1": np.full(3, np.nan)}, "row 1: alpha1 is nan"),
+        ({**ZEROS, "alpha1": np.full(3, np.nan)}, "row 1: alpha1 must be a finite number, .* got nan"),
         ({**ZEROS, "alpha1": np.zeros((3, 3))}, r"alpha1 must be a column .*, got float64 of shape \(3, 3\)"),
         ({**ZEROS, "alpha1": 3}, "columns must have equally many rows, got 1 to 3"),
         (5, "gait must be a Gait, .* or the path of a gait file or a request, got 5"),
@@ -274,12 +289,12 @@ def test_mappings_are_frames() -> None:
 def test_what_is_missing_is_named(planned: TimedGait, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for library in ("pandas", "polars"):
         monkeypatch.setitem(sys.modules, library, None)
-        with pytest.raises(gg.InputError, match=f"{library}: not installed, .* pip install {library}$"):
+        with pytest.raises(gg.InputError, match=f"^to_{library} needs .* with: pip install {library}$"):
             getattr(planned, f"to_{library}")()
     monkeypatch.setattr("gaitgraph.io.formats.find_spec", lambda _: None)
     for path, missing in (
-        (tmp_path / "a.parquet", r"pyarrow.*pip install 'gaitgraph\[table\]'"),
-        (tmp_path / "a.mcap", r"rosbags.*pip install 'gaitgraph\[ros\]'"),
+        (tmp_path / "a.parquet", r"Parquet needs pyarrow. Install it with: pip install 'gaitgraph\[table\]'"),
+        (tmp_path / "a.mcap", r"ROS 2 bag .MCAP. needs rosbags. Install it with: pip install 'gaitgraph\[ros\]'"),
     ):
         for ask in (read_table, planned.write):
             with pytest.raises(gg.errors.MissingExtra, match=f"^{missing}"):

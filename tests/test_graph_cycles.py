@@ -205,7 +205,7 @@ def test_the_first_cycles_come_at_once() -> None:
     assert not search.complete
 
 
-def test_what_is_done_to_the_graph_later_changes_nothing() -> None:
+def test_later_changes_of_the_graph_have_no_effect() -> None:
     graph = surface_graph("negative", divisions=8)
     expected = list(islice(cycles(graph), 500))
     search = cycles(graph)
@@ -215,7 +215,7 @@ def test_what_is_done_to_the_graph_later_changes_nothing() -> None:
     assert found[-1].path.length == pytest.approx(found[-1].length)
 
 
-def test_max_length_counts_what_is_as_long() -> None:
+def test_max_length_includes_cycles_of_that_length() -> None:
     """Twelve diagonals: rounding each to 1e-12 rad makes the sum longer than the number itself."""
     graph = surface_graph("negative")
     most = 12 * math.sqrt(2) * math.pi / 16

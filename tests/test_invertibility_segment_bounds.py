@@ -1,4 +1,4 @@
-"""What is claimed of a whole segment, against many samples of it."""
+"""Bounds along whole segments, against many samples of them."""
 
 from __future__ import annotations
 
@@ -269,20 +269,17 @@ class TestSines:
         np.testing.assert_allclose(_bound_along_red(start, end, vehicle), least, atol=tolerance)
 
 
-class TestBent:
-    """A lower bound from a chord and from how much a function may bend."""
-
-    @settings(deadline=None, max_examples=50)
-    @given(bend=st.sampled_from([0.0, 1e-300, 1e-6, 1.0, 30.0]), low=st.floats(-2, 3), size=st.floats(0, 1), at=tilts)
-    def test_it_is_exact_for_a_parabola_and_holds_for_what_bends_less(
-        self, bend: float, low: float, size: float, at: tuple[float, ...]
-    ) -> None:
-        # f'' = bend·size, least at `low` if that lies on [0, 1].
-        height = at[0]
-        f0, f1 = (np.array([height + bend * size / 2 * (s - low) ** 2]) for s in (0.0, 1.0))
-        least = height + bend * size / 2 * (min(max(low, 0.0), 1.0) - low) ** 2
-        assert least_of_bent(f0, f1, np.array([bend]))[0] <= least + 1e-12
-        assert least_of_bent(f0, f1, np.array([bend * size]))[0] == pytest.approx(least, abs=1e-12)
+@settings(deadline=None, max_examples=50)
+@given(bend=st.sampled_from([0.0, 1e-300, 1e-6, 1.0, 30.0]), low=st.floats(-2, 3), size=st.floats(0, 1), at=tilts)
+def test_it_is_exact_for_a_parabola_and_holds_for_what_bends_less(
+    bend: float, low: float, size: float, at: tuple[float, ...]
+) -> None:
+    # f'' = bend·size, least at `low` if that lies on [0, 1].
+    height = at[0]
+    f0, f1 = (np.array([height + bend * size / 2 * (s - low) ** 2]) for s in (0.0, 1.0))
+    least = height + bend * size / 2 * (min(max(low, 0.0), 1.0) - low) ** 2
+    assert least_of_bent(f0, f1, np.array([bend]))[0] <= least + 1e-12
+    assert least_of_bent(f0, f1, np.array([bend * size]))[0] == pytest.approx(least, abs=1e-12)
 
 
 class TestLevelDeterminant:
@@ -362,7 +359,7 @@ class TestThrusts:
             assert not pushes(*bad)
 
     @three_vehicles
-    def test_neither_is_a_line_where_nothing_hovers(self, vehicle: Vehicle) -> None:
+    def test_a_line_where_nothing_hovers_is_not_crossed_either(self, vehicle: Vehicle) -> None:
         # At β1 = ∓π/2 the torques have rank two: before it and after it all rotors push up, on it nothing is unique.
         delta, side = math.atan(vehicle.signed_drag_ratio), math.copysign(1.0, vehicle.signed_drag_ratio)
         ends = np.array([[[delta - side * (HALF_PI + x), side * 0.4] * 2] for x in (-1e-2, 1e-2)])
@@ -409,7 +406,7 @@ class TestThrusts:
         _, *alone = thrust_shares_along(start[good], end[good], each=True)
         for bracket, same in zip(brackets, alone, strict=True):
             assert np.isnan([bracket.lower[[1, 4]], bracket.upper[[1, 4]]]).all()
-            np.testing.assert_array_equal(bracket.lower[good], same.lower)  # the others do not suffer from the company
+            np.testing.assert_array_equal(bracket.lower[good], same.lower)  # unchanged by the two
             np.testing.assert_array_equal(bracket.fraction[good], same.fraction)
 
     def test_beyond_a_right_angle_a_rotor_pushes_down(self) -> None:
@@ -423,24 +420,21 @@ class TestThrusts:
         assert thrusts_push_up(both[:1], end).tolist() == [True]
 
 
-class TestOfAll:
-    """The least singular value over many segments, most of them without a decomposition."""
-
-    @pytest.mark.parametrize("seed", range(2))
-    @pytest.mark.parametrize("size", [1e-3, 0.3, 2.0])
-    def test_it_brackets_the_least_of_all(self, seed: int, size: float) -> None:
-        rng = np.random.default_rng(seed)
-        starts = rng.uniform(-1.5, 1.5, (40, 4))
-        ends = starts + rng.uniform(-size, size, (40, 4))
-        found = least_singular_value_of_all(starts, ends, tolerance=1e-4)
-        lower, upper, segment, fraction = found.worst()
-        dense = np.asarray(least_singular_value(points_of(starts, ends))).min(axis=1)
-        assert lower <= dense.min() + 1e-12
-        assert upper - lower <= 1e-4 + 1e-9
-        assert (found.lower <= dense + 1e-12).all()
-        at = starts[segment] + fraction * (ends[segment] - starts[segment])
-        assert float(least_singular_value(at)) == pytest.approx(upper, abs=1e-12)
-        assert np.isinf(found.upper).any() or size > 1
+@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("size", [1e-3, 0.3, 2.0])
+def test_it_brackets_the_least_of_all(seed: int, size: float) -> None:
+    rng = np.random.default_rng(seed)
+    starts = rng.uniform(-1.5, 1.5, (40, 4))
+    ends = starts + rng.uniform(-size, size, (40, 4))
+    found = least_singular_value_of_all(starts, ends, tolerance=1e-4)
+    lower, upper, segment, fraction = found.worst()
+    dense = np.asarray(least_singular_value(points_of(starts, ends))).min(axis=1)
+    assert lower <= dense.min() + 1e-12
+    assert upper - lower <= 1e-4 + 1e-9
+    assert (found.lower <= dense + 1e-12).all()
+    at = starts[segment] + fraction * (ends[segment] - starts[segment])
+    assert float(least_singular_value(at)) == pytest.approx(upper, abs=1e-12)
+    assert np.isinf(found.upper).any() or size > 1
 
 
 def test_many_open_intervals_are_halved_in_batches(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 import pytest
 from scipy.optimize import brentq
 
-from gaitgraph.errors import InputError
 from gaitgraph.gait.gait import lift
 from gaitgraph.invertibility.matrices import (
     Coefficients,
@@ -46,9 +44,7 @@ from tests.samples import (
     random_tilts,
     random_vehicle,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
+from tests.test_invertibility_matrices import FUNCTIONS
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -67,40 +63,14 @@ def location(corners: FloatArray, found: LeastMargin) -> FloatArray:
     return np.asarray(starts[found.segment] + found.fraction * (ends - starts)[found.segment])
 
 
-FUNCTIONS: dict[str, Callable[[Any], Any]] = {
-    "margin": lambda alpha: tilt_margin(alpha, EXACT),
-    "nearest": lambda alpha: nearest_singular_attitude(alpha, EXACT),
-    "everywhere": lambda alpha: singular_everywhere(alpha, EXACT),
-    "value": lambda alpha: least_singular_value_within(alpha, 0.4)[0],
-    "attitude": lambda alpha: least_singular_value_within(alpha, 0.4)[1],
-}
-
-
-class TestShapes:
-    """Leading axes broadcast, and the answer of one row does not depend on the others."""
-
-    @pytest.mark.parametrize("name", FUNCTIONS)
-    def test_every_row_as_if_alone(self, name: str) -> None:
-        function = FUNCTIONS[name]
-        tail = np.shape(function(GOOD))
-        for shape in ((), (0,), (2, 1, 3)):
-            alpha = random_tilts(1, *shape, reach=1.6)
-            found = function(alpha)
-            assert np.shape(found) == (*shape, *tail)
-            for index in np.ndindex(*shape):
-                np.testing.assert_allclose(found[index], function(alpha[index]), atol=1e-9)
-        for wrong in ((), (3,), (4, 2)):
-            with pytest.raises(InputError, match=r"alpha must be an array of shape \(\.\.\., 4\), got shape"):
-                function(np.zeros(wrong))
-
-    @pytest.mark.parametrize("wrong", [math.nan, math.inf])
-    def test_what_is_not_finite_has_no_answer_and_changes_no_other(self, wrong: float) -> None:
-        rows = np.array([[wrong, 0, 0, 0], GOOD, [0, 0, 0, wrong]])
-        for name in ("margin", "nearest", "value", "attitude"):
-            found = FUNCTIONS[name](rows)
-            assert np.isnan(found[[0, 2]]).all()
-            np.testing.assert_allclose(found[1], FUNCTIONS[name](GOOD), atol=1e-9)
-        assert not singular_everywhere(rows, EXACT).any()
+@pytest.mark.parametrize("wrong", [math.nan, math.inf])
+def test_rows_that_are_not_finite_have_no_answer_and_change_no_other(wrong: float) -> None:
+    rows = np.array([[wrong, 0, 0, 0], GOOD, [0, 0, 0, wrong]])
+    for name in ("margin", "nearest", "value", "attitude"):
+        found = FUNCTIONS[name](rows)
+        assert np.isnan(found[[0, 2]]).all()
+        np.testing.assert_allclose(found[1], FUNCTIONS[name](GOOD), atol=1e-9)
+    assert not singular_everywhere(rows, EXACT).any()
 
 
 class TestTiltMargin:
@@ -158,8 +128,8 @@ class TestTiltMargin:
             np.testing.assert_allclose(attitude_sensitivities(alpha, turned), rotated, atol=1e-12 / ratio)
             np.testing.assert_allclose(tilt_margin(-alpha, mirrored), tilt_margin(alpha, plain), atol=1e-9)
 
-    def test_printed_digits_of_blue_say_nothing(self) -> None:
-        """Floating point makes up to 90° of noise out of rounded angles; their digits say what it is worth."""
+    def test_printed_digits_of_blue_give_no_margin(self) -> None:
+        """Rounded angles give margins of up to 90° that are only noise; with the stated rounding there is none."""
         for gait in GAITS[:2]:
             printed = np.column_stack([np.round(gait.angles, 3), gait.printed])
             assert np.isfinite(tilt_margin(printed, EXACT)).all()
@@ -262,7 +232,7 @@ class TestLeastTiltMargin:
         assert (np.abs(level_determinant(red[1:], EXACT)) > 1).all()
         found = least_tilt_margin(*closed(red), EXACT)
         assert (found.upper, found.segment, found.fraction) == (0.0, 0, 0.0)
-        assert "every attitude there" in found.reason
+        assert "every attitude, at this point only" in found.reason
         zero = brentq(lambda x: float(level_determinant([x, -0.4, 0.5, 0.3], EXACT)), 0.0, 0.3, xtol=1e-16)
         off = np.array([[zero, -0.4, 0.5, 0.3]] * 3) + np.array([[0.0, 0, 0, 0], [0.1, 0, 0, 0], [0.2, 0.02, 0, 0]])
         found = least_tilt_margin(*closed(off), EXACT)
@@ -287,32 +257,29 @@ class TestLeastTiltMargin:
             assert (across[:20] < 1e-12 * (1 + np.abs(v).max())).all()
 
 
-class TestLeastSingularValueWithin:
-    """The worst attitude within a tilt, against sampling of all of them."""
-
-    def test_against_sampling_of_the_whole_cap(self) -> None:
-        """Attained where it says, exactly on the rim, and no attitude of the cap, inside it too, is worse."""
-        random = np.random.default_rng(5)
-        open_ = 0
-        for number in range(40):
-            vehicle = random_vehicle(random)
-            alpha = random.uniform(-1.6, 1.6, 4)
-            if number % 2:
-                alpha[2:] = alpha[:2] + random.normal(0, random.choice([0.0, 1e-9, 1e-3]), 2)
-            if number % 10 == 0:
-                alpha = random.choice([-0.5, 0.0, 1.2], 4)  # singular values that coincide
-            tilt = float(random.choice([0.0, 1e-6, 0.01, 0.3, 1.0, 1.5]))
-            value, attitude = least_singular_value_within(alpha, tilt, vehicle)
-            found, up = float(least_singular_value(alpha, vehicle, *attitude)), body_vertical(*attitude)
-            dense = least_singular_value(alpha, vehicle, *cap(tilt, 11, 181))
-            if tilt_margin(alpha, coefficients_of(vehicle, "exact")) > tilt:
-                open_ += 1
-                assert value == pytest.approx(found, abs=1e-12)
-                assert math.hypot(up[0], up[1]) == pytest.approx(math.sin(tilt), abs=1e-12)
-                assert value <= dense.min() + 1e-12
-                assert value >= dense.min() - 0.02  # the sampling is that coarse
-            else:
-                assert value == 0.0
-                assert found < 1e-9
-                assert math.acos(min(up[2], 1.0)) <= tilt + 1e-9
-        assert 20 < open_ < 40
+def test_against_sampling_of_the_whole_cap() -> None:
+    """Attained where it says, exactly on the rim, and no attitude of the cap, inside it too, is worse."""
+    random = np.random.default_rng(5)
+    open_ = 0
+    for number in range(40):
+        vehicle = random_vehicle(random)
+        alpha = random.uniform(-1.6, 1.6, 4)
+        if number % 2:
+            alpha[2:] = alpha[:2] + random.normal(0, random.choice([0.0, 1e-9, 1e-3]), 2)
+        if number % 10 == 0:
+            alpha = random.choice([-0.5, 0.0, 1.2], 4)  # singular values that coincide
+        tilt = float(random.choice([0.0, 1e-6, 0.01, 0.3, 1.0, 1.5]))
+        value, attitude = least_singular_value_within(alpha, tilt, vehicle)
+        found, up = float(least_singular_value(alpha, vehicle, *attitude)), body_vertical(*attitude)
+        dense = least_singular_value(alpha, vehicle, *cap(tilt, 11, 181))
+        if tilt_margin(alpha, coefficients_of(vehicle, "exact")) > tilt:
+            open_ += 1
+            assert value == pytest.approx(found, abs=1e-12)
+            assert math.hypot(up[0], up[1]) == pytest.approx(math.sin(tilt), abs=1e-12)
+            assert value <= dense.min() + 1e-12
+            assert value >= dense.min() - 0.02  # the sampling is that coarse
+        else:
+            assert value == 0.0
+            assert found < 1e-9
+            assert math.acos(min(up[2], 1.0)) <= tilt + 1e-9
+    assert 20 < open_ < 40

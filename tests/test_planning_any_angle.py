@@ -238,20 +238,6 @@ def test_any_order_is_the_best_of_all(seed: int, number: int) -> None:
     assert planned(again).length == pytest.approx(best, abs=1e-12)
 
 
-def test_mirroring_the_vehicle_mirrors_the_loop() -> None:
-    asked = some_request(52, "exact", "negative")
-    turned: dict[str, Any] = {
-        **asked,
-        "waypoints": [(-x, -y) for x, y in asked["waypoints"]],
-        "keep_out": [[(-x, -y) for x, y in polygon] for polygon in asked["keep_out"]],
-        "vehicle": MIRRORED,
-        "sign": "auto",
-    }
-    here, there = exact(**asked), exact(**turned)
-    assert there.report.flyable
-    assert planned(there).length == pytest.approx(planned(here).length, abs=1e-9)
-
-
 def test_a_straight_loop_is_the_shortest_and_needs_no_region() -> None:
     plan = exact(G3.waypoints, color="red", accuracy=0.1)
     loop = planned(plan)

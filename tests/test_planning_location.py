@@ -58,7 +58,7 @@ def test_the_command(run: Any, tmp_path: Any) -> None:
     assert run("region", str(request), "--use", "valid", "--floor", "0.3", "--accuracy", "1e-3").code == 0
     out = run("region")
     assert (out.code, out.out) == (2, "")
-    assert "waypoints: none given" in out.err
+    assert "waypoints must be in a request file" in out.err
 
 
 @pytest.mark.no_cover
@@ -80,16 +80,3 @@ def test_parts_that_touch_in_a_point_are_joined_there_and_planned_through() -> N
     moved = [blocks[0], [(-0.6, 0.7 - 1e-6), *blocks[1][1:]]]
     assert not asked(points, keep_in=fence, keep_out=moved, sign="positive")
     assert not gg.plan_loop(points, color="red", keep_in=fence, keep_out=moved, sign="positive")
-
-
-@pytest.mark.parametrize("point", [(0.5, 0.5), (0.1671, 0.5), (0.2, -0.2), (-1.57, 1.57)])
-def test_the_nearest_point_as_it_is_told_is_admissible(point: tuple[float, float]) -> None:
-    (answer,) = asked([point], sign="positive").regions
-    ((_, part, why_not, nearest),), region = answer.waypoints, answer.region
-    assert (part is None) == (why_not is not None) == (nearest is not None)
-    assert point != (0.5, 0.5) or "hover thrusts" in why_not
-    told = region.nearest_as_text(point)
-    assert told is not None
-    again = tuple(float(part) for part in told.strip("()").split(","))
-    assert asked([again], sign="positive")
-    assert np.linalg.norm(np.subtract(again, region.nearest(point))) < 1e-4

@@ -6,6 +6,7 @@ import math
 from fractions import Fraction
 from itertools import combinations, pairwise
 from typing import Any
+from unittest.mock import Mock
 
 import networkx as nx
 import numpy as np
@@ -98,10 +99,12 @@ def test_points_outside_have_no_path_and_points_on_the_border_have_one() -> None
     assert ShortestPaths(shapely.Polygon()).path((0, 0), (0, 0)) is None
 
 
-def test_each_bend_touches_the_border_and_turns_around_it() -> None:
+def test_each_bend_touches_the_border_and_turns_around_it(monkeypatch: pytest.MonkeyPatch) -> None:
     rng = np.random.default_rng(3)
     region = random_region(rng, 12)
     paths = ShortestPaths(region)
+    in_region = Mock(side_effect=paths._in_region)
+    monkeypatch.setattr(paths, "_in_region", in_region)
     corners = {tuple(corner) for corner in shapely.get_coordinates(region).tolist()}
     bends = 0
     for _ in range(60):
@@ -114,6 +117,9 @@ def test_each_bend_touches_the_border_and_turns_around_it() -> None:
             shortcut = [bend + step * (end - bend) / np.linalg.norm(end - bend) for end in (before, after)]
             assert not region.covers(shapely.LineString(shortcut))
     assert bends > 20
+    # More lines than these are not tested one by one, which takes five times as long in a region of 1000 corners.
+    assert max(len(call.args[0]) for call in in_region.call_args_list) <= 12
+    assert 12 < max(len(paths._tangent(corner)) for corner in paths._views)
 
 
 def test_orientation_is_exact_where_products_are_too_small_for_floats() -> None:

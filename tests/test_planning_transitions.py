@@ -122,7 +122,7 @@ def test_the_table_goes_from_rest_at_one_end_to_rest_at_the_other(there: bool, s
 def test_written_and_read_back_bit_for_bit(tmp_path: Path) -> None:
     found = gg.transition("hover", G4, samples=30, duration=1.5)
     found.write(tmp_path / "entry.csv")
-    assert "this is a path from one place to another" in gg.validate(tmp_path / "entry.csv").warnings[0]
+    assert "the table is a transition: the segment back" in gg.validate(tmp_path / "entry.csv").warnings[0]
     with pytest.raises(gg.errors.OutputExists):
         found.write(tmp_path / "entry.csv")
     table, expected = gg.read_table(tmp_path / "entry.csv"), found.table()
@@ -308,7 +308,7 @@ def test_blue_to_blue_is_valid_and_not_flyable() -> None:
 
 
 EXACT_BLUE = gg.lift(G2.alpha[:, :2], "blue", coefficients=EXACT)
-MEETING = ": the sheets meet in four points only, all with R = 0"
+MEETING = ", and the sheets meet in four points only, all with R = 0"
 # (−1.5, 1.5) has R > 0 in a small component of its own; where β1 and β2 reach ±π/2 together, R only touches 0.
 SADDLES = [gg.lift([(-1.5, 1.5)], "red", coefficients=numbers) for numbers in (EXACT, G3.coefficients)]
 NOT_VALID = [
@@ -321,10 +321,10 @@ NOT_VALID = [
 NOT_JOINED: list[tuple[Any, Any, str]] = [
     *((gait, other, f"the start is not valid: …{told}") for gait, other, told in NOT_VALID),
     *(("hover", gait, f"the end is not valid: …{told}") for gait, _, told in NOT_VALID),
-    (G3, G2, f"…from red to blue{MEETING}"),
-    ("hover", G1, f"…from red to blue{MEETING}"),
-    (G1, "hover", f"…from blue to red{MEETING}"),
-    (gg.lift([(-3 * pi / 8, 3 * pi / 8)], "blue"), G2, "…as far as rounded coefficients have signs"),
+    (G3, G2, f"…the start is red and the end blue{MEETING}"),
+    ("hover", G1, f"…the start is red and the end blue{MEETING}"),
+    (G1, "hover", f"…the start is blue and the end red{MEETING}"),
+    (gg.lift([(-3 * pi / 8, 3 * pi / 8)], "blue"), G2, "…as far as rounded coefficients decide them"),
     *(("hover", corner, "…separated by the line α1") for corner in SADDLES),
 ]
 

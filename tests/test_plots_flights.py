@@ -11,11 +11,11 @@ import pytest
 from matplotlib import pyplot
 from matplotlib.figure import Figure
 from PIL import Image
+from scipy.linalg import expm
 
 import gaitgraph as gg
 from gaitgraph.errors import OutputExists
 from gaitgraph.flight.basins import Basin, basins_of
-from gaitgraph.flight.engine import quaternion_of
 from gaitgraph.flight.flight import OUTCOMES, Flight, FlightSettings
 from gaitgraph.flight.simulation import fly
 from gaitgraph.plots import vehicles
@@ -120,9 +120,9 @@ def test_the_drawn_vehicle_has_the_bodys_attitude(circling: Flight) -> None:
     ends = np.stack([np.cos(bearings), np.sin(bearings), np.zeros(4)])
     for row in (0, 400, 777):
         seen = flight_view(circling, row)
-        w, x, y, z = quaternion_of(*(float(circling.column(name)[row]) for name in ("roll", "pitch", "yaw")))
-        cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-        turned = np.eye(3) + 2 * w * cross + 2 * cross @ cross
+        turns = zip(("yaw", "pitch", "roll"), np.eye(3)[::-1], strict=True)
+        by_axis = [expm(float(circling.column(name)[row]) * np.cross(np.eye(3), axis)) for name, axis in turns]
+        turned = np.linalg.multi_dot(by_axis)
         np.testing.assert_allclose(seen.arms, (camera @ turned @ ends).T, atol=1e-9)
         np.testing.assert_allclose(seen.nose, 0.34 * camera @ turned @ np.array([1.0, 0.0, 0.0]), atol=1e-9)
         # Lines of thrust: along the tilted axes, as long as the thrusts.
@@ -165,7 +165,7 @@ def test_the_map_marks_each_outcome_with_a_shape_of_its_own(basin: Basin) -> Non
     grid = [(i, j) for i, j in np.ndindex(3, 3) if basin.settled[i, j]]
     assert drawn == [tuple(np.round(basin.angles[[i, j]], 9).tolist()) for i, j in grid]
     assert "Gait 3" in ax.get_title()
-    assert any(line.get_gid() == "acceptable" for line in ax.lines)
+    assert any(patch.get_gid() == "acceptable" for patch in ax.patches)
 
 
 def test_files_hold_one_row_a_flight(basin: Basin, tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""The reproduction page: everything that it says of ours is computed again, and its commands are run."""
+"""The reproduction page: all of our values are computed again, and its commands are run."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ BLOCK = re.compile(r"^```(\w+)\n(.*?)^```\n", re.M | re.S)
 
 
 class Claim(NamedTuple):
-    """The cells of one or several rows that say what is ours, and the line that shows them."""
+    """The cells with our values in one or several rows, their line, and the expression that computes them."""
 
     line: int
     told: list[list[str]]
@@ -83,7 +83,7 @@ def marked(claim: Claim) -> Any:
 
 
 @pytest.mark.parametrize("claim", list(map(marked, claims())))
-def test_what_is_ours_is_what_its_line_gives(claim: Claim, names: dict[str, Any]) -> None:
+def test_our_values_are_those_of_their_expressions(claim: Claim, names: dict[str, Any]) -> None:
     value = eval(compile(claim.expression, f"{PAGE.name}:{claim.line}", "eval"), names)
     if len(claim.told) == 1:
         value = [value if len(claim.told[0]) > 1 else [value]]

@@ -235,7 +235,7 @@ class TestAgainstARaster:
 class TestError:
     """What the sampling of the period costs is stated, and shrinks as asked."""
 
-    def test_it_is_honest_and_converges(self) -> None:
+    def test_it_bounds_the_error_and_converges(self) -> None:
         found = [acceptable_attitudes(NEAR, EXACT, tolerance=tolerance) for tolerance in (1e-1, 1e-3, 1e-5)]
         best = found[-1]
         back = acceptable_attitudes(NEAR[::-1], EXACT, tolerance=1e-3)
@@ -247,7 +247,7 @@ class TestError:
         assert [one.pieces for one in found] == sorted(one.pieces for one in found)
 
     @pytest.mark.parametrize("tolerance", [1e-7, 1e-300])
-    def test_what_cannot_be_met_says_how_far_it_came(self, tolerance: float) -> None:
+    def test_an_unmet_tolerance_reports_its_error(self, tolerance: float) -> None:
         found = acceptable_attitudes(NEAR, EXACT, tolerance=tolerance)
         assert not found.met
         assert tolerance < found.error < 1e-5

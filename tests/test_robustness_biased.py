@@ -15,13 +15,12 @@ import shapely
 import gaitgraph as gg
 from gaitgraph.errors import InputError
 from gaitgraph.gait.gait import Gait, lift
-from gaitgraph.gait.table import Table
 from gaitgraph.invertibility.matrices import coefficients_of, determinant, least_singular_value, level_determinant
 from gaitgraph.invertibility.tilt_margins import least_singular_value_within, tilt_margin
 from gaitgraph.robustness.biased import Robustness, _near_the_least, robustness_of
 from gaitgraph.timing.timed_gait import table_of
 from tests.published import GAITS, PublishedGait
-from tests.samples import EXACT, along
+from tests.samples import EXACT, along, table_from
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -36,12 +35,7 @@ def red(gait: PublishedGait) -> Gait:
     return lift(gait.angles, "red")
 
 
-def table(rows: Any, **columns: Any) -> Table:
-    rows = np.asarray(rows, dtype=float)
-    return Table(columns={**columns, **{f"alpha{k + 1}": rows[:, k] for k in range(4)}})
-
-
-POINT = table([[0.3, -0.3, 0.1, -0.2]])
+POINT = table_from([[0.3, -0.3, 0.1, -0.2]])
 
 
 def report_of(gait: Any, **options: Any) -> RobustnessReport:
@@ -100,13 +94,13 @@ class TestThePaper:
         lines = "\n".join(",".join(f"{angle:.3f}" for angle in row) for row in rows)
         path.write_text(f"alpha1,alpha2,alpha3,alpha4\n{lines}\n")
         assert (quick(path, angle_rounding=0.0).tilt_margin or 0) > 0.5
-        for form in (path, table(rows), Gait(alpha=rows, colors=("blue",) * 4)):
+        for form in (path, table_from(rows), Gait(alpha=rows, colors=("blue",) * 4)):
             found = quick(form)
             assert found.tilt_margin is None
             assert "singular at every attitude" in found.margin.reason
             assert found.acceptable.polygon.is_empty
         # Three digits of red lose nothing.
-        assert quick(table(np.hstack([G3.printed, G3.printed]))).tilt_margin == math.pi / 2
+        assert quick(table_from(np.hstack([G3.printed, G3.printed]))).tilt_margin == math.pi / 2
 
     def test_published_coefficients_on_request(self) -> None:
         biased = red(G3).biased(0.8)
@@ -126,7 +120,7 @@ class TestAgainstSampling:
         if number % 2:
             points[:, 2:] = points[:, :2] + random.normal(0, 0.05, 2)
         tilt = (0.0, 0.2, 0.5)[number % 3]
-        found = quick(table(points), tilt=tilt)
+        found = quick(table_from(points), tilt=tilt)
         alpha = along(points, 200)
         R, margin = level_determinant(alpha, EXACT), tilt_margin(alpha, EXACT)
         if R.min() * R.max() < 0:
@@ -148,7 +142,7 @@ class TestAgainstSampling:
     def test_a_long_table_is_searched_like_a_short_one(self) -> None:
         """Rows far from the least are left out, none that matters."""
         rows = along(red(G4).biased(0.9).alpha, 201) + np.random.default_rng(1).normal(0, 2e-4, (4 * 201, 4))
-        found = quick(table(rows), tolerance=1e-2)
+        found = quick(table_from(rows), tolerance=1e-2)
         dense = least_singular_value_within(rows, math.radians(30))[0].min()
         assert found.singular_value[0] <= dense <= found.singular_value[1] + 5e-4
         assert found.singular_value[1] <= dense + 1e-12
@@ -182,22 +176,22 @@ class TestForms:
             assert one.acceptable.fraction == pytest.approx(found[0].acceptable.fraction, abs=2e-3)
             assert one.singular_value[1] == pytest.approx(found[0].singular_value[1], abs=5e-4)
             assert one.noun == "corner"
-        rows = table(timed.alpha, t=timed.t)
+        rows = table_from(timed.alpha, t=timed.t)
         assert (quick(rows).noun, quick(rows).where.t) == ("row", 0.0)
 
     def test_a_point(self) -> None:
         found = quick(POINT, curves=5)
         assert found.tilt_margin == pytest.approx(tilt_margin(POINT.alpha[0], EXACT), abs=1e-12)
         assert len(found.curves) == 1
-        again = quick(table([*POINT.alpha] * 3))
+        again = quick(table_from([*POINT.alpha] * 3))
         assert again.tilt_margin == found.tilt_margin
         assert again.singular_value == pytest.approx(found.singular_value)
-        assert quick(table(lift([(0.4, 0.5)], "blue", coefficients=EXACT).alpha)).tilt_margin is None
+        assert quick(table_from(lift([(0.4, 0.5)], "blue", coefficients=EXACT).alpha)).tilt_margin is None
 
     def test_another_vehicle(self) -> None:
         rows = red(G3).alpha * [1, 1, 0.9, 0.9]
         vehicle = gg.Vehicle(name="mine", drag_ratio=0.3, first_arm_angle=0.4, first_rotor_spin="counterclockwise")
-        report = report_of(table(rows), vehicle=vehicle)
+        report = report_of(table_from(rows), vehicle=vehicle)
         assert report.vehicle.name == "mine"
         margin = tilt_margin(along(rows, 500), coefficients_of(vehicle, "exact")).min()
         assert report.gait.margin.upper == pytest.approx(margin, abs=1e-4)
@@ -250,7 +244,7 @@ class TestAnswers:
         assert all(part in text for part in ("90° in every direction", "74.46°", "% of attitudes (error below "))
         assert "singular at every attitude" in str(report_of_2)
         assert "R changes its sign" in str(report_of(lift(G1.angles, "blue"), bias=0.8))
-        unmet = str(report_of(table([[0.1, 0.2, 0.3, 0.4], [0.2, 0.3, 0.1, 0.1]]), tolerance=1e-12))
+        unmet = str(report_of(table_from([[0.1, 0.2, 0.3, 0.4], [0.2, 0.3, 0.1, 0.1]]), tolerance=1e-12))
         assert "the requested 1e-10 % is not reached" in unmet
         for error, part in ((1.99e-3, "0.2"), (2.01e-3, "0.3"), (9.9e-3, "1"), (0.0251, "3")):
             bounded = replace(report_of_3, gait=replace(plain, acceptable=replace(plain.acceptable, error=error)))

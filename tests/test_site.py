@@ -35,6 +35,12 @@ LOADED = {
     "video": ("src", "poster"),
 }
 
+# How wide a page is, and the code on it that is wider than its box.
+MEASURED = """
+const code = [...document.querySelectorAll("pre")].filter((box) => box.scrollWidth > box.clientWidth + 1);
+return [document.documentElement.scrollWidth, code.map((box) => box.textContent)];
+"""
+
 
 class Page(HTMLParser):
     """What a page loads, and what stands on it."""
@@ -139,3 +145,25 @@ def test_the_same_sources_give_the_same_site(site: Path) -> None:
         text = path.read_text()
         for private in (str(ROOT), str(site.parent), "Last updated", "running time", "memory usage"):
             assert private not in text, path.name
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+@pytest.mark.parametrize("width", [390, 1440])
+def test_pages_can_be_read_by_everybody(site: Path, tmp_path: Path, width: int, theme: str) -> None:
+    browser = pytest.importorskip("tests.chromium")
+    with browser.chromium(tmp_path) as driver:
+        browser.show(driver, width, 1000, theme)
+        for name in (
+            "index",
+            "tutorial",
+            "command_line",
+            "theory",
+            "reproduction",
+            "gallery/index",
+            "gallery/plan_a_gait",
+        ):
+            driver.get((site / f"{name}.html").as_uri())
+            shown, code = driver.execute_script(MEASURED)
+            assert shown <= width, name
+            assert width < 1440 or not code, name
+            assert browser.serious_findings(driver) == [], name

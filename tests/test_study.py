@@ -131,7 +131,7 @@ def test_a_file_that_is_no_study_is_named(tmp_path: Path) -> None:
     for text, message in (
         ("gaits = [", "it is not TOML"),
         ("gaits = ['gait3']\nperiods = 0", "periods must be between"),
-        ("gaits = ['none.csv']", r"gait 1: gait file: cannot read '.*none\.csv'"),
+        ("gaits = ['none.csv']", r"gait 1: gait file '.*none\.csv' cannot be read"),
     ):
         path.write_text(text)
         with pytest.raises((InputError, FileProblem), match=rf"study file '.*a\.toml': {message}"):
@@ -145,12 +145,12 @@ def test_large_studies_need_yes_and_the_examples_do_not(tmp_path: Path, monkeypa
         assert len(study) <= 10_000
         assert study.seconds <= 3600.0
     asked = SMALL | {"periods": {"from": 1, "to": 2, "count": 1251}}
-    with pytest.raises(InputError, match=r"study 'small' has 10008 flights, about 0:01:\d\d with --workers 4; mor"):
+    with pytest.raises(InputError, match=r"study 'small' has 10,008 flights, about 0:01:\d\d with --workers 4; to"):
         run_study(asked, tmp_path / "many")
     asked = SMALL | {"periods": {"from": 1, "to": 2, "count": 150}, "flight": {"duration": 80.0}}
-    with pytest.raises(InputError, match="1200 flights, about 1:20:00 with --workers 1; more than 10000 flights or"):
+    with pytest.raises(InputError, match="1,200 flights, about 1:20:00 with --workers 1; to fly more than 10,000 or"):
         run_study(asked, tmp_path / "long", workers=1)
-    with pytest.raises(InputError, match="1200 flights, about 1:20:00 on one worker; more than 10000 flights or"):
+    with pytest.raises(InputError, match="1,200 flights, about 1:20:00 on one worker; to fly more than 10,000 or for"):
         run_study(asked, tmp_path / "long", scheduler="tcp://127.0.0.1:9")
 
 
@@ -202,7 +202,7 @@ def test_a_row_is_the_flight_of_its_case() -> None:
     flight = fly(timed, attitude=(0.3, -0.1), settings=FlightSettings(duration=0.6), anyway=True)
     assert row["gait_tilt_rate"] == timed.peak_rates().max()
     assert {name: row[name] for name in FLIGHT} == {name: flight.as_mapping()[name] for name in FLIGHT}
-    with pytest.raises(InputError, match=r"workers must have mujoco 1\.0, with which the study began, got "):
+    with pytest.raises(InputError, match=r"workers must have mujoco 1\.0, as this process has, got "):
         flown_batch([0], study, versions() | {"mujoco": "1.0"})
 
 
@@ -260,7 +260,7 @@ def test_a_part_that_is_none_is_named_and_nothing_is_flown(small: StudyRun, tmp_
     }
     harms[harm]()
     before = contents(folder)
-    with pytest.raises(OutputExists, match=r"part-0000[38]\.parquet' is not a whole part of this study \(.*\): move"):
+    with pytest.raises(OutputExists, match=r"part-0000[38]\.parquet' is not a complete part of this study \(.*\); m"):
         run_study(SMALL, folder, workers=0)
     assert contents(folder) == before
 
@@ -329,7 +329,7 @@ def test_the_command_counts_flies_and_reports(run: Any, tmp_path: Path) -> None:
     assert (again["flown"], again["kept"], again["settled"]) == (0, 2, 1)
     for arguments, message in (
         (("--workers", -1), "--workers must be a whole number from 0 to 1024, got -1"),
-        (("--workers", 2, "--scheduler", "tcp://127.0.0.1:1"), "--workers must not stand beside --scheduler, got 2"),
+        (("--workers", 2, "--scheduler", "tcp://127.0.0.1:1"), "--workers cannot be combined with --scheduler, got 2"),
     ):
         wrong = run("study", "s.toml", *arguments)
         assert (wrong.code, wrong.out, wrong.err) == (2, "", f"gaitgraph: {message}\n")
@@ -354,7 +354,7 @@ def test_a_signal_ends_the_study_in_order(
         context.setattr(running, "row_of", ended)
         done = run("study", "s.toml", "--workers", 0)
     assert (done.code, done.out) == (code, "")
-    assert done.err == f"gaitgraph: {word}; 1 of 3 parts are in 's', and the same command goes on from there\n"
+    assert done.err == f"gaitgraph: {word}; 1 of 3 parts are in 's'; run the same command again to continue\n"
     assert run("study", "s.toml", "--workers", 0, "--json").json["flown"] == 2
 
 
@@ -424,7 +424,7 @@ def test_a_driver_that_ends_leaves_no_workers_and_is_continued(tmp_path: Path, e
     assert psutil.wait_procs(below, timeout=30)[1] == [], "workers outlive the process that started them"
     if end is signal.SIGINT:
         assert error.decode() == (
-            f"gaitgraph: interrupted; {kept} of 40 parts are in 's', and the same command goes on from there\n"
+            f"gaitgraph: interrupted; {kept} of 40 parts are in 's'; run the same command again to continue\n"
         )
     assert run_study(tmp_path / "s.toml", tmp_path / "s", workers=0).flown == 40 - kept
 

@@ -198,7 +198,7 @@ def test_arbitrary_pieces_count_as_one(data: st.DataObject, loop: Loop, coeffici
 
 
 def check_obstacle(loop: Loop, sign: Sign, obstacle: ColoringObstacle, coefficients: gg.Coefficients) -> None:
-    """Check by brute force that what an obstacle states is so, and that nothing is in the way before it."""
+    """Check an obstacle by brute force, and that there is none before it."""
     choices = offers(loop, sign, coefficients)
     relation = "R < 0" if sign == "negative" else "R > 0"
     if obstacle.kind == "point":
@@ -231,7 +231,7 @@ def check_obstacle(loop: Loop, sign: Sign, obstacle: ColoringObstacle, coefficie
 
 @settings(deadline=None, max_examples=60)
 @given(loop=loops, coefficients=st.sampled_from([PUBLISHED, PUBLISHED, EXACT]))
-def test_an_obstacle_names_what_is_in_the_way(loop: Loop, coefficients: gg.Coefficients) -> None:
+def test_an_obstacle_is_the_true_one(loop: Loop, coefficients: gg.Coefficients) -> None:
     for sign, obstacle in gg.colorings(loop, coefficients=coefficients).obstacles.items():
         check_obstacle(loop, sign, obstacle, coefficients)
 

@@ -93,9 +93,6 @@ def edges(polygons: Sequence[shapely.Polygon]) -> tuple[np.ndarray[Any, Any], np
     return red(corners[:-1][follows]), red(corners[1:][follows])
 
 
-# --- the signs of the factors of R -----------------------------------------------------------------------------------
-
-
 @pytest.mark.no_cover
 @every_vehicle
 @settings(deadline=None, max_examples=30)
@@ -112,7 +109,7 @@ def test_points_joined_without_a_singular_matrix_have_one_label(vehicle: Vehicle
 
 
 @every_vehicle
-def test_what_separates_two_points_is_named_with_its_place(vehicle: Vehicle) -> None:
+def test_lines_and_curves_between_two_points_are_named(vehicle: Vehicle) -> None:
     kappa = vehicle.signed_drag_ratio
     side, delta = math.copysign(1.0, kappa), math.atan(kappa)
     line = delta - side * HALF_PI
@@ -123,9 +120,6 @@ def test_what_separates_two_points_is_named_with_its_place(vehicle: Vehicle) -> 
     assert separating_factor((0.0, 0.0), first, vehicle) == texts[0]
     assert separating_factor(first, second, vehicle) == " and ".join(texts)
     assert tuple(red_label(0.0, 0.0, vehicle).tolist()) == HOVER_LABEL == (1, 1, 1)
-
-
-# --- components of R ≠ 0 ---------------------------------------------------------------------------------------------
 
 
 @every_vehicle
@@ -170,9 +164,6 @@ def test_components_are_not_joined_across_a_saddle() -> None:
         assert region.joined(left, (-1.5, 1.2))
 
 
-# --- each condition against what it stands for -----------------------------------------------------------------------
-
-
 @pytest.mark.no_cover
 @every_vehicle
 def test_singular_value_region(vehicle: Vehicle) -> None:
@@ -211,7 +202,7 @@ def test_thrust_and_hover_regions(vehicle: Vehicle) -> None:
     hover = hover_region(vehicle)
     assert hover.outer.area == pytest.approx((HALF_PI + delta) ** 2 + (HALF_PI - delta) ** 2, abs=1e-12)
     assert not hover.contains([delta, -delta])[0]
-    assert all("hover thrusts of" in (hover.why_not(at) or "") for at in ((delta, 0.3), (0.3, -delta)))
+    assert all("hover thrusts must be > 0" in (hover.why_not(at) or "") for at in ((delta, 0.3), (0.3, -delta)))
     assert_encloses(hover, lambda at: np.nan_to_num(hover_thrust_shares(red(at), vehicle).min(axis=1), nan=-1.0))
     # Across R = 0 the thrusts are not determined, so segments are judged on either side of it.
     small = thrust_region(0.3, vehicle, accuracy=1e-3)
@@ -254,12 +245,14 @@ def test_blue_region_is_where_rounding_left_a_sign(sign: Any) -> None:
     exact = sign_region(sign, color="blue", coefficients=coefficients_of(kind="exact"))
     assert exact.inner.is_empty
     assert exact.outer.is_empty
-    assert "R = " in (exact.why_not((0.3, 0.2)) or "")
+    assert "R at level attitude must be" in (exact.why_not((0.3, 0.2)) or "")
     flyable = admissible_region(color="blue")
     for ask in (flyable.nearest_as_text, flyable.nearest, flyable.component_of):
         assert ask((0.3, 0.3)) is None
     assert "singular" in (flyable.why_not((0.3, 0.3)) or "")
-    assert why_empty(flyable, 0.05, PAPER).startswith("no tilt angles meet all of: an invertible decoupling matrix: ")
+    assert why_empty(flyable, 0.05, PAPER).startswith(
+        "no tilt angles meet all conditions (an invertible decoupling matrix); "
+    )
 
 
 MADE: list[tuple[Any, tuple[Any, ...], dict[str, Any]]] = [
@@ -272,11 +265,7 @@ MADE: list[tuple[Any, tuple[Any, ...], dict[str, Any]]] = [
 
 @pytest.mark.parametrize(
     ("accuracy", "corners"),
-    [
-        (1e-2, [92, 32, 60, 44, 352, 131]),
-        (1e-5, [767, 380, 502, 220, 1853, 1347]),
-        (1e-8, [17981, 5958, 10258, 6382]),
-    ],
+    [(1e-2, [92, 32, 60, 44, 352, 131]), (1e-5, [767, 380, 502, 220, 1853, 1347]), (1e-8, [17981, 5958, 10258, 6382])],
 )
 def test_inner_and_outer_are_as_near_as_stated_with_few_corners(accuracy: float, corners: list[int]) -> None:
     for (function, values, options), few in zip(MADE, corners, strict=False):
@@ -288,9 +277,6 @@ def test_inner_and_outer_are_as_near_as_stated_with_few_corners(accuracy: float,
         assert accuracy / 2 < shapely.distance(region.inner, some).max() < most * accuracy
         assert region.accuracy == accuracy
         assert len(points) == pytest.approx(few, rel=0.02)
-
-
-# --- admissible regions and the checks of a gait ---------------------------------------------------------------------
 
 
 @pytest.mark.no_cover
@@ -356,10 +342,7 @@ def test_a_floor_of_zero_leaves_the_sign_to_separate_components() -> None:
         assert "least singular value ≥ 0" in [condition.name for condition in region.conditions]
 
 
-# --- the questions that a region answers -----------------------------------------------------------------------------
-
-
-def test_components_and_what_touches() -> None:
+def test_components_that_touch_are_joined() -> None:
     region = admissible_region()
     areas = [part.area for part in region.components]
     assert areas == sorted(areas, reverse=True)
@@ -392,10 +375,10 @@ def test_nearest_point() -> None:
 @pytest.mark.parametrize(
     ("point", "reason"),
     [
-        ((0.5, -0.5), "R = -6.336 at level attitude, wanted is R ≥ 0.0035"),
-        ((0.1, -0.3), "hover thrusts of "),
-        ((-1.55, 0.2), "tilt 88.8°, wanted is ≤ 68.8°"),
-        ((0.16, -0.16), "least singular value 0.0"),
+        ((0.5, -0.5), "R at level attitude must be ≥ 0.0035, got -6.336"),
+        ((0.1, -0.3), "hover thrusts must be > 0, got "),
+        ((-1.55, 0.2), "tilt must be ≤ 68.8°, got 88.8°"),
+        ((0.16, -0.16), "least singular value must be ≥ 0.05, got 0.0"),
         ((-0.3, 0.3), "inside keep_out polygon 2"),
         ((-1.1, 1.1), "outside the keep_in polygons"),
     ],
@@ -407,9 +390,6 @@ def test_why_not_names_the_condition(point: tuple[float, float], reason: str) ->
     assert reason in (region.why_not(point) or "")
     assert region.why_not((-0.5, 0.5)) is None
     assert {condition.broken_at(-0.5, 0.5) for condition in region.conditions} == {None}
-
-
-# --- how borders are followed ----------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("seed", range(3))

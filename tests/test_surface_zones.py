@@ -44,7 +44,7 @@ def test_segments_against_a_forbidden_square(start: Any, end: Any, allowed: bool
     assert zones.allow_segments([end], [start]).tolist() == [allowed]
 
 
-def test_without_polygons_everything_is_allowed_and_no_points_are_no_answers() -> None:
+def test_without_polygons_everything_is_allowed_and_no_points_give_no_answers() -> None:
     assert Zones().allow_points([(0, 0), (9, 9)]).all()
     assert Zones().allow_segments([(0, 0)], [(9, 9)]).all()
     zones = Zones(keep_in=[SQUARE], keep_out=[BESIDE])
@@ -52,7 +52,7 @@ def test_without_polygons_everything_is_allowed_and_no_points_are_no_answers() -
 
 
 def test_several_polygons() -> None:
-    # The side that two permitted polygons share lies in neither's interior, and is allowed; of two forbidden ones too.
+    # A side that two polygons share is allowed, whether both are permitted or both are forbidden.
     union, both = Zones(keep_in=[SQUARE, BESIDE]), Zones(keep_out=[SQUARE, BESIDE])
     assert union.allow_points([(0.5, 0.5), (1.5, 0.5), (1, 0.5), (2.1, 0.5)]).tolist() == [True] * 3 + [False]
     assert union.allow_segments([(0.5, 0.5), (0.5, 0.5)], [(1.5, 0.5), (2.5, 0.5)]).tolist() == [True, False]

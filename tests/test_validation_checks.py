@@ -20,8 +20,8 @@ from gaitgraph.invertibility.matrices import (
     roll_sensitivity,
 )
 from gaitgraph.surface.sheets import family_distances
-from gaitgraph.validation import validating
-from gaitgraph.validation.report import Check, Report, limit_check
+from gaitgraph.validation import physics
+from gaitgraph.validation.report import Check, GaitPoint, Report, limit_check
 from tests.published import GAITS
 
 if TYPE_CHECKING:
@@ -86,17 +86,18 @@ def test_a_check_serialises_without_infinities() -> None:
 @pytest.mark.parametrize(
     ("peak", "limit", "ok", "message"),
     [
-        (2.0, None, True, "peak 2 u (α3); the vehicle states no limit"),
-        (2.0, 2.0, True, "peak 2 u (α3), limit 2"),
-        (2.0 * (1 + 1e-13), 2.0, True, "peak 2 u (α3), limit 2"),
-        (np.inf, None, True, "infinite; the vehicle states no limit"),
-        (53761.4, 90000.0, True, "peak 53,800 u (α3), limit 90,000"),
-        (2.1, 2.0, False, "peak 2.1 u (α3), limit 2: slower"),
-        (np.inf, 5.0, False, "slower (limit 5 u)"),
+        (2.0, None, True, "peak 2 rad/s (α3); the vehicle states no limit"),
+        (2.0, 2.0, True, "peak 2 rad/s (α3), limit 2"),
+        (2.0 * (1 + 1e-13), 2.0, True, "peak 2 rad/s (α3), limit 2"),
+        (np.inf, None, True, "peak infinite (α3); the vehicle states no limit"),
+        (53761.4, 90000.0, True, "peak 53,800 rad/s (α3), limit 90,000"),
+        (2.1, 2.0, False, "peak 2.1 rad/s (α3) at row 1, t = 0.5 s (0.100, 0.200, 0.100, 0.200), limit 2: slower"),
+        (np.inf, 5.0, False, "peak infinite (α3) at row 1, t = 0.5 s (0.100, 0.200, 0.100, 0.200), limit 5: slower"),
     ],
 )
-def test_limits_of_rates_in_words(peak: float, limit: float | None, ok: bool, message: str) -> None:
-    check = limit_check("tilt_rate", "u", peak, 3, limit, {"row": 1}, "slower")
+def test_messages_of_rate_limits(peak: float, limit: float | None, ok: bool, message: str) -> None:
+    place = GaitPoint(point=0, fraction=0.0, alpha=(0.1, 0.2, 0.1, 0.2), t=0.5)
+    check = limit_check("tilt_rate", peak, 3, limit, "slower", place)
     assert (check.ok, check.value, check.limit, check.message) == (ok, peak, limit, message)
 
 
@@ -114,7 +115,7 @@ near, DELTA = np.pi / 16, coefficients_of().delta
         ([(0.9, -0.9), (near, -near), (1.1, -0.9)], ["red", "red", "blue"], "corners 3 (-,-) and 1 (+,+) may not be "),
     ],
 )
-def test_what_two_color_says_of_colors(points: Any, colors: Any, message: str) -> None:
+def test_messages_of_two_color(points: Any, colors: Any, message: str) -> None:
     gait = lift(points, colors)
     check = gait.check()["two_color"]
     ok = message.startswith("all")
@@ -126,7 +127,7 @@ def test_what_two_color_says_of_colors(points: Any, colors: Any, message: str) -
         assert (check.where["segment"], check.where["alpha"]) == (first, gait.alpha[first].tolist())
 
 
-def test_gaits_are_judged_by_what_they_are_for() -> None:
+def test_gaits_are_checked_with_their_crossing_tolerance() -> None:
     """Crossing tolerance and coefficients of the gait."""
     angles = [(np.pi / 16 + 0.05, -np.pi / 16), (np.pi / 8, -np.pi / 16)]
     for tolerance, ok in ((0.2, True), (0.01, False)):
@@ -134,17 +135,13 @@ def test_gaits_are_judged_by_what_they_are_for() -> None:
 
 
 HOME = "the component of α = 0 (tan α1 − tan α2 < 0.3373)"
-CLOSED_OFF = f"hover (R > 0) cannot enter it without a singular matrix: plan in {HOME}, or start the flight in the gait"
-BLUE_IS_SINGULAR = "; in exact physics the whole blue sheet is singular at every attitude: use red"
-NO_THRUSTS = "no thrusts carry the weight without torque: on blue the control moment matrix has rank two"
-
-
-def found_by(report: Report) -> list[tuple[str, str, bool]]:
-    return [(check.name, check.kind, check.ok) for check in report.checks]
+CLOSED_OFF = f"entering from hover (R > 0) passes a singular matrix: plan in {HOME}, or start the flight in the gait"
+BLUE_IS_SINGULAR = ": use red, since the whole blue sheet is singular at every attitude in exact physics"
+NO_THRUSTS = "no thrusts carry the weight without torque: the control moment matrix has rank two on blue; use red"
 
 
 @pytest.mark.parametrize("keeps", [True, False])
-def test_all_that_is_found_of_a_gait_and_of_the_limits_of_its_vehicle(keeps: bool) -> None:
+def test_checks_of_a_gait_and_of_the_limits_of_its_vehicle(keeps: bool) -> None:
     limits: dict[str, Any] = (
         {"max_tilt": "70deg", "max_thrust": 3.0} if keeps else {"max_tilt": "60deg", "max_thrust": 2.0}
     )
@@ -153,11 +150,10 @@ def test_all_that_is_found_of_a_gait_and_of_the_limits_of_its_vehicle(keeps: boo
     report = gait.check()
     names = ("closed", "on_surface", "two_color", "continuous", "R_sign")
     physics = {"least_singular_value": True, "hover_thrust": True, "thrust_limit": keeps, "tilt_range": keeps}
-    assert found_by(report) == [(name, "valid", True) for name in names] + [
-        (name, "flyable", ok) for name, ok in physics.items()
-    ]
+    found = [(check.name, check.kind, check.ok) for check in report.checks]
+    assert found == [(name, "valid", True) for name in names] + [(name, "flyable", ok) for name, ok in physics.items()]
     assert (report.flyable, report.reachable_from_hover) == (keeps, keeps)
-    in_home = "in the component of α = 0, which ordinary hover can enter and leave"
+    in_home = "in the component of α = 0: a flight from hover can enter and leave it"
     assert report.reachability == (in_home if keeps else CLOSED_OFF)
     shares, R, sigma = hover_thrust_shares(gait.alpha), np.asarray(gait.R), least_singular_value(gait.alpha)
     expected = {
@@ -179,7 +175,7 @@ def test_all_that_is_found_of_a_gait_and_of_the_limits_of_its_vehicle(keeps: boo
         assert (check.where is None) == (segment is None), name
         if check.where is not None:
             assert check.where == {"segment": segment, "fraction": 0.0, "alpha": list(gait.alpha[segment])}, name
-            assert check.ok or f"at {place_of(check)}: " in check.message
+            assert check.ok or f"at {place_of(check)}, limit " in check.message
     relation = "R ≥ 0.462 > 0" if keeps else "R ≤ -2.26 < 0"
     assert report["R_sign"].message == f"{relation} along the whole gait (published coefficients)"
 
@@ -187,25 +183,29 @@ def test_all_that_is_found_of_a_gait_and_of_the_limits_of_its_vehicle(keeps: boo
 def place_of(check: Check) -> str:
     """The place in words, as messages have it."""
     assert check.where is not None
-    return "(" + ", ".join(f"{angle:.3f}" for angle in check.where["alpha"]) + ")"
+    between = f" and {100 * check.where['fraction']:.0f} % of the way to the next" * (check.where["fraction"] > 0)
+    angles = ", ".join(f"{angle:.3f}" for angle in check.where["alpha"])
+    return f"corner {check.where['segment'] + 1}{between} ({angles})"
 
 
 @pytest.mark.parametrize("kind", ["published", "exact"])
-def test_all_that_is_said_of_blue(kind: str) -> None:
+def test_messages_for_a_blue_gait(kind: str) -> None:
     gait = lift(GAITS[0].angles, "blue", coefficients=coefficients_of(kind=kind))  # type: ignore[arg-type]
     report = gait.check()
     sign, sigma, thrust = (report[name] for name in ("R_sign", "least_singular_value", "hover_thrust"))
     assert (sigma.ok, sigma.limit) == (False, 0.05)
     assert sigma.value == pytest.approx(least_singular_value(gait.alpha).min(), rel=1e-6, abs=1e-15)
-    assert sigma.message.endswith(f"{sigma.value:.2g}, floor 0.05, at {place_of(sigma)}{BLUE_IS_SINGULAR}")
+    assert sigma.message.endswith(f"{sigma.value:.3g} at {place_of(sigma)}, floor 0.05{BLUE_IS_SINGULAR}")
     assert (thrust.ok, thrust.value, thrust.limit, thrust.where) == (False, None, 0.0, None)
     assert (report.reachable_from_hover, report.reachability) == (False, CLOSED_OFF)
     assert (sign.ok, sign.decided) == ((False, True) if kind == "exact" else (True, False))
     if kind == "published":
-        assert f"|R| falls to {abs(sign.value or 0.0):.2g}, within the {sign.limit:.2g} that the" in sign.message
+        below = f"|R| falls to {abs(sign.value or 0.0):.2g} at {place_of(sign)}, below the error {sign.limit:.2g} of"
+        assert below in sign.message
+        assert sign.message.endswith(": use red")
 
 
-def test_all_that_is_said_of_a_gait_off_the_surface() -> None:
+def test_messages_for_a_gait_off_the_surface() -> None:
     """Gait 3, tilted less with its opposite arms: nothing but the paper's rules is broken."""
     gait = lift(GAITS[2].angles, "red").biased(0.8)
     report = gait.check()
@@ -214,18 +214,18 @@ def test_all_that_is_said_of_a_gait_off_the_surface() -> None:
     surface, colors, continuous = (report[name] for name in ("on_surface", "two_color", "continuous"))
     assert [(check.kind, check.ok) for check in (surface, colors, continuous)] == [("valid", False)] * 3
     assert surface.value == pytest.approx(residual, abs=1e-4)
-    assert f"= {residual:.2g}, allowed 0.002, worst at {place_of(surface)}: take (α3, α4) from" in surface.message
+    assert f"= {residual:.2g} at {place_of(surface)}, limit 0.002: take (α3, α4) from" in surface.message
     assert surface.where is not None
     there = np.abs([f(surface.where["alpha"], gait.coefficients) for f in (roll_sensitivity, pitch_sensitivity)])
     assert there.max() == pytest.approx(surface.value, abs=2e-5)  # the bracket is as narrow as that
     assert (colors.value, colors.limit, continuous.value, continuous.limit) == (1.0, 0.0, None, 2e-3)
-    assert colors.message.startswith("corner 1 lies off the surfaces, on neither sheet, so it has no color to compare")
-    assert continuous.message == "at corner 1 it is off the surfaces and follows no sheet"
+    assert colors.message.startswith(f"{place_of(colors)} lies on neither sheet and has no color: take (α3, α4)")
+    assert continuous.message.startswith(f"{place_of(continuous)} lies on neither sheet: take (α3, α4)")
     at_first = {"segment": 0, "fraction": 0.0, "alpha": list(gait.alpha[0])}
     assert colors.where == continuous.where == at_first
     other = lift(GAITS[3].angles, "red").biased(0.9).check()
     assert other.reachable_from_hover is None
-    assert other.reachability.startswith("off the red sheet with R > 0")
+    assert other.reachability == "not decided: off the red sheet, with R > 0"
 
 
 @pytest.mark.parametrize(
@@ -236,28 +236,29 @@ def test_all_that_is_said_of_a_gait_off_the_surface() -> None:
         ([(DELTA, -DELTA), (-1.5, 0.3)], ["red", "blue"], 2 * (0.3 + DELTA), 1e-9, "it changes color"),
     ],
 )
-def test_all_that_is_said_of_jumps(points: Any, colors: Any, value: float, limit: float, cause: str) -> None:
+def test_messages_for_jumps(points: Any, colors: Any, value: float, limit: float, cause: str) -> None:
     check = lift(points, colors).check()["continuous"]
     assert (check.kind, check.ok, check.limit) == ("valid", False, limit)
     assert check.value == pytest.approx(value, abs=1e-12)
-    assert f"jumps by {value:.4f} rad after corner 1, where {cause}" in check.message
+    assert f"jumps by {value:.4f} rad (limit {limit:g}) after {place_of(check)}, where {cause}: " in check.message
     assert (check.where or {})["segment"] == 0
 
 
-@pytest.mark.parametrize(("lies", "painted"), [("red", "blue"), ("blue", "red")])
+@pytest.mark.parametrize(("lies", "colored"), [("red", "blue"), ("blue", "red")])
 @pytest.mark.parametrize("off", [0.0, 0.1])
-def test_all_that_is_said_of_wrong_paint(lies: str, painted: str, off: float) -> None:
-    """One corner that lies on one sheet and is painted as the other; or that lies on neither."""
+def test_messages_for_a_wrong_color(lies: str, colored: str, off: float) -> None:
+    """One corner that lies on one sheet and has the color of the other; or that lies on neither."""
     gait = lift([(0.5, -0.7)], lies)
-    other = lift([(0.5, -0.7)], painted)
+    other = lift([(0.5, -0.7)], colored)
     alpha = gait.alpha + np.array([0, 0, off, 0])
-    check = Gait(alpha=alpha, colors=(painted,)).check()["continuous"]
+    check = Gait(alpha=alpha, colors=(colored,)).check()["continuous"]
     distance = np.abs(alpha - other.alpha).max()
     beside = f", on the {lies} one" if not off else ""
     assert (check.kind, check.ok, check.limit) == ("valid", False, 2e-3)
     assert check.value == pytest.approx(distance, rel=1e-12)
     assert check.where == {"segment": 0, "fraction": 0.0, "alpha": list(alpha[0])}
-    assert f"corner 1 is colored {painted} but lies off that sheet{beside}, by {distance:.4f} rad: " in check.message
+    found = f"is colored {colored} but lies off that sheet{beside}, by {distance:.4f} rad (limit 0.002): "
+    assert check.message.startswith(f"{place_of(check)} {found}")
 
 
 @pytest.mark.parametrize("spin", ["clockwise", "counterclockwise"])
@@ -276,12 +277,12 @@ def test_hover_reaches_red_only_with_opposite_arms_alike(spin: Spin, shift: tupl
             "with R > 0 in", "in"
         )
         positive = bool((np.asarray(level_determinant(moved.alpha, coefficients_of(vehicle, "exact"))) > 0).all())
-        assert ("cannot reach this component of R > 0" in report.reachability) is positive
+        assert ("no path on the surface from hover to this component" in report.reachability) is positive
 
 
 @pytest.mark.parametrize("kind", ["published", "exact"])
 @pytest.mark.parametrize("rounding", [0.0, 1e-12, 5e-4, 0.02])
-def test_what_the_digits_of_a_point_carry(kind: str, rounding: float) -> None:
+def test_the_error_of_R_from_the_digits_of_a_point(kind: str, rounding: float) -> None:
     """Of one point it is what is documented there; of a gait at least that of each of its corners."""
     coefficients = coefficients_of(kind=kind)  # type: ignore[arg-type]
     limits = []
@@ -296,7 +297,7 @@ def test_what_the_digits_of_a_point_carry(kind: str, rounding: float) -> None:
     assert max(limits) * (1 - 1e-9) <= whole < 4 * max(limits)
 
 
-def test_what_is_seen_of_rounding_counts_unless_it_is_told() -> None:
+def test_rounding_is_inferred_unless_it_is_given() -> None:
     """The largest distance from the sheet, as far as the tolerance takes it for rounding."""
     gait = lift(GAITS[3].angles, "red")
     printed = Gait(alpha=gait.alpha + np.array([0, 0, 3e-4, -7e-4]), colors=gait.colors)
@@ -309,10 +310,8 @@ def test_what_is_seen_of_rounding_counts_unless_it_is_told() -> None:
 
 @pytest.mark.parametrize("block", [1, 2, 1 << 14])
 @pytest.mark.parametrize("colors", [["blue", "blue", "red", "red", "red"], ["red", "blue", "blue", "red", "red"]])
-def test_one_corner_on_blue_is_enough_wherever_it_comes(
-    monkeypatch: pytest.MonkeyPatch, block: int, colors: list[str]
-) -> None:
-    monkeypatch.setattr(validating, "_BLOCK", block)
+def test_one_blue_corner_fails_at_any_position(monkeypatch: pytest.MonkeyPatch, block: int, colors: list[str]) -> None:
+    monkeypatch.setattr(physics, "_BLOCK", block)
     points = [(0.5, -0.7), (0.6, -0.7), (0.6, -0.8), (0.5, -0.8), (0.4, -0.8)]
     for kind in ("published", "exact"):
         report = lift(points, colors, coefficients=coefficients_of(kind=kind)).check()
@@ -334,20 +333,21 @@ def test_a_floor_within_the_bracket_of_the_least_singular_value_is_decided(ratio
 
 
 @pytest.mark.parametrize("turn", range(4))
-def test_the_first_segment_that_cannot_hover_is_named_wherever_the_gait_begins(turn: int) -> None:
+def test_the_place_that_cannot_hover_is_reported_for_any_start_of_the_gait(turn: int) -> None:
     """Between corners 1 and 2 of the unturned gait the thrusts are positive; at 3 alone they are not."""
     points = np.roll([(0.9, -0.9), (1.0, -0.9), (0.9, 0.9), (0.8, -0.9)], turn, axis=0)
     gait = lift(points, "red")
     s = np.linspace(0, 1, 2001)[:, None, None]
     shares = hover_thrust_shares(gait.alpha + s * (gait.ends - gait.alpha)).min(axis=(0, 2))
     check = gait.check()["hover_thrust"]
-    assert f"on the segment after corner {int(np.argmax(shares <= 0)) + 1}: stay" in check.message
+    assert f"not positive (least -2.6 of m·g) at {place_of(check)}: keep" in check.message
     assert check.where is not None
+    assert check.where["segment"] in (int(np.argmax(shares <= 0)), (int(np.argmax(shares <= 0)) + 1) % 4)
     assert check.where["alpha"] == pytest.approx([0.9, 0.9, 0.9, 0.9])
     assert check.value == pytest.approx(hover_thrust_shares(gait.alpha).min())
 
 
-def test_a_small_change_of_color_is_told_beside_larger_deviations_that_are_allowed() -> None:
+def test_a_small_change_of_color_is_reported_beside_larger_deviations_within_tolerance() -> None:
     """Within one color the digits may be off by the tolerance; between colors nothing may."""
     delta = coefficients_of().delta
     gait = lift([(delta + 5e-5, -delta - 5e-5), (0.4, -0.4), (0.4, -0.3)], ["blue", "red", "red"])
@@ -364,15 +364,15 @@ def test_a_row_at_a_corner_of_the_square_leaks_no_warning() -> None:
     assert not report.flyable
 
 
-def test_tilts_are_judged_on_both_sides_of_the_limit() -> None:
+def test_tilts_on_both_sides_of_the_limit() -> None:
     for limit, ok in ((0.25, False), (0.3, True), (0.3 - 0.9e-9, True), (0.3 - 1.1e-9, False)):
         vehicle = gg.PAPER.replace(max_tilt=limit)
         check = lift([(0.2, -0.1), (0.2, -0.3)], "red", vehicle=vehicle).check()["tilt_range"]
         assert (check.ok, check.value, check.limit, (check.where or {})["segment"]) == (ok, 0.3, limit, 1)
-        assert ok or "exceeded by α2 at (0.200, -0.300, 0.200, -0.300)" in check.message
+        assert ok or "(α2) at corner 2 (0.200, -0.300, 0.200, -0.300), limit" in check.message
 
 
-def test_what_hover_can_reach_is_judged_in_exact_physics() -> None:
+def test_reachability_uses_exact_coefficients() -> None:
     """R is 1e-5, far more than floating point makes of zero, and far less than three printed digits carry."""
     a2 = -0.2
     kappa = gg.PAPER.drag_ratio
@@ -401,7 +401,7 @@ def test_the_component_is_that_of_both_angles(point: tuple[float, float], home: 
 
 
 @pytest.mark.parametrize(("factor", "ok"), [(1.0, True), (1 - 1e-9, False)])
-def test_what_is_exactly_at_a_tolerance_is_within_it(factor: float, ok: bool) -> None:
+def test_a_value_at_its_tolerance_is_within_it(factor: float, ok: bool) -> None:
     """A blue row beside blue, as far as the tolerance, is on blue; so is the rounding that is inferred."""
     moved = Gait(alpha=lift([(0.5, -0.7)], "blue").alpha + np.array([0, 0, 2.0**-9, 0]), colors=("blue",))
     tolerance = float(family_distances(moved.alpha, moved.coefficients)[0, 1]) * factor
@@ -415,4 +415,4 @@ def test_what_is_exactly_at_a_tolerance_is_within_it(factor: float, ok: bool) ->
 @pytest.mark.parametrize("turned", [[0, 0, 0.01, 0], [0, 0, 0, 0.01]])
 def test_hover_is_not_decided_where_one_arm_alone_leaves_red(turned: list[float]) -> None:
     report = Gait(alpha=lift([(0.1, 0.0)], "red").alpha + turned, colors=("red",)).check()
-    assert "whether hover can reach it is not decided" in report.reachability
+    assert report.reachability.startswith("not decided")

@@ -1,4 +1,4 @@
-"""Judging tables: the same as judging gaits, whatever the pieces, with the row and the time of what is wrong."""
+"""Checks of tables: the same as those of gaits, for all pieces, with row and time of each place."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from hypothesis import HealthCheck, given, settings, strategies as st
 
 import gaitgraph as gg
 from gaitgraph.gait.gait import Gait, lift
-from gaitgraph.gait.table import Table
+from gaitgraph.gait.table import ANGLES, Table
 from gaitgraph.invertibility.matrices import (
     coefficients_of,
     hover_thrust_shares,
@@ -23,9 +23,10 @@ from gaitgraph.invertibility.matrices import (
     roll_sensitivity,
 )
 from gaitgraph.io.formats import read_table
-from gaitgraph.validation import validating
+from gaitgraph.validation import physics, validating
 from gaitgraph.validation.validating import MOST_LISTED_ROWS, validate
 from tests.published import GAITS, PublishedGait
+from tests.samples import table_from
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -33,7 +34,6 @@ if TYPE_CHECKING:
     from gaitgraph.validation.report import Report
 
 G1, G2, G3, G4 = GAITS
-NAMES = ("alpha1", "alpha2", "alpha3", "alpha4")
 
 
 def value_of(report: Report, name: str) -> float:
@@ -42,22 +42,12 @@ def value_of(report: Report, name: str) -> float:
     return value
 
 
-def table_from(alpha: Any, *, t: Any = None, **columns: Any) -> Table:
-    alpha = np.asarray(alpha, dtype=float)
-    found: dict[str, Any] = {} if t is None else {"t": np.asarray(t, dtype=float)}
-    return Table(columns=found | {name: alpha[:, k] for k, name in enumerate(NAMES)} | columns)
-
-
-def part_of(table: Table, start: int, end: int) -> Table:
-    return Table(columns={name: values[start:end] for name, values in table.columns.items()}, about=table.about)
-
-
-def judged_in_pieces(monkeypatch: pytest.MonkeyPatch, table: Table, cuts: list[int], **limits: Any) -> Report:
+def validated_in_pieces(monkeypatch: pytest.MonkeyPatch, table: Table, cuts: list[int], **limits: Any) -> Report:
     ends = [0, *sorted({cut % len(table) for cut in cuts} - {0}), len(table)]
-    pieces = [part_of(table, a, b) for a, b in itertools.pairwise(ends)]
+    pieces = [table.rows(a, b) for a, b in itertools.pairwise(ends)]
     with monkeypatch.context() as small:
         small.setattr(validating, "read_pieces", lambda path, progress=None: iter(pieces))
-        small.setattr(validating, "_BLOCK", 2)
+        small.setattr(physics, "_BLOCK", 2)
         return validate("in pieces.csv", **limits)
 
 
@@ -77,12 +67,12 @@ def test_the_four_gaits_as_tables(gait: PublishedGait, samples: int) -> None:
 
 
 @pytest.mark.parametrize("gait", GAITS, ids=lambda gait: f"gait{gait.number}")
-@pytest.mark.parametrize("painted", [True, False])
+@pytest.mark.parametrize("colored", [True, False])
 @pytest.mark.parametrize("rounding", [None, 5e-4])
-def test_printed_digits_are_still_judged_rightly(gait: PublishedGait, painted: bool, rounding: float | None) -> None:
-    """Three decimals, with the colors told, and found from where the rows lie; R of Gaits 1 and 2 stays undecided."""
+def test_verdicts_of_the_printed_digits(gait: PublishedGait, colored: bool, rounding: float | None) -> None:
+    """Three decimals, with colors given or found from the rows; the sign of R of Gaits 1 and 2 stays undecided."""
     rows = np.column_stack([np.round(gait.angles, 3), gait.printed])
-    report = validate(table_from(rows, **({"color": (gait.color,) * 4} if painted else {})), angle_rounding=rounding)
+    report = validate(table_from(rows, **({"color": (gait.color,) * 4} if colored else {})), angle_rounding=rounding)
     assert (report.valid, report.flyable, report.reachable_from_hover) == (True, gait.flyable, gait.reachable)
     assert report["R_sign"].decided is (gait.color == "red")
     assert gait.color in report["two_color"].message
@@ -121,12 +111,12 @@ def verdicts(report: Report) -> list[Any]:
 @pytest.mark.no_cover
 @settings(deadline=None, max_examples=30, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(table=tables(), cuts=st.lists(st.integers(0, 10), max_size=6))
-def test_where_a_table_is_cut_makes_no_difference(
+def test_the_pieces_of_a_table_change_no_verdict(
     monkeypatch: pytest.MonkeyPatch, table: Table, cuts: list[int]
 ) -> None:
     vehicle = gg.PAPER.replace(max_tilt_rate=2.0, max_tilt_acceleration=30.0, max_tilt=1.3)
     whole = validate(table, vehicle=vehicle)
-    pieces = judged_in_pieces(monkeypatch, table, cuts, vehicle=vehicle)
+    pieces = validated_in_pieces(monkeypatch, table, cuts, vehicle=vehicle)
     assert verdicts(whole) == verdicts(pieces)
     for one, other in zip(whole.checks, pieces.checks, strict=True):
         assert (one.value is None) == (other.value is None)
@@ -139,7 +129,7 @@ def test_where_a_table_is_cut_makes_no_difference(
 @pytest.mark.no_cover
 @settings(deadline=None, max_examples=25)
 @given(table=tables())
-def test_a_table_is_judged_like_the_gait_through_its_rows(table: Table) -> None:
+def test_a_table_has_the_verdicts_of_the_gait_through_its_rows(table: Table) -> None:
     if "color" not in table:
         return
     for kind in ("exact", "published"):
@@ -154,7 +144,7 @@ def test_a_table_is_judged_like_the_gait_through_its_rows(table: Table) -> None:
 @pytest.mark.no_cover
 @settings(deadline=None, max_examples=25)
 @given(table=tables())
-def test_what_is_reported_holds_between_the_rows(table: Table) -> None:
+def test_reported_values_hold_between_rows(table: Table) -> None:
     """Against dense sampling of the closed polyline, with formulas of their own."""
     exact = coefficients_of(kind="exact")
     report = validate(table, coefficients="exact")
@@ -203,8 +193,8 @@ def test_the_row_and_the_time_of_what_is_wrong() -> None:
         assert not report[name].ok
         where = report[name].where or {}
         assert (where["row"], where["t"]) == (58, pytest.approx(0.57))
-    assert "row 58 lies off the surfaces" in report["two_color"].message
-    assert "row 58 (t = 0.57 s)" in report["on_surface"].message
+    assert report["two_color"].message.startswith("row 58, t = 0.57 s (")
+    assert " at row 58, t = 0.57 s (" in report["on_surface"].message
 
 
 @pytest.mark.parametrize("turn", range(3))
@@ -229,14 +219,14 @@ def test_a_change_of_the_sign_of_R_between_rows_is_found(turn: int) -> None:
 @pytest.mark.parametrize("open_", [True, False])
 def test_closing(open_: bool) -> None:
     table = sampled(G3, 40, law="constant-speed")
-    report = validate(part_of(table, 0, 40) if open_ else table)
+    report = validate(table.rows(0, 40) if open_ else table)
     assert (report.valid, report.flyable, report.notes) == (True, True, ())
     step = np.abs(np.diff(table.alpha, axis=0)).max()
     assert report["closed"].value == pytest.approx(step if open_ else 0.0)
     assert ("closed by a straight segment" in report["closed"].message) is open_
     single = validate(table_from([[0.4, -0.4, 0.4, -0.4]], t=[3.0]))
     assert single.flyable is lift([(0.4, -0.4)], "red").check().flyable
-    assert single["closed"].message == "a single row is a gait that is a point"
+    assert single["closed"].message == "the gait is a single point"
     assert single["tilt_rate"].value == 0
 
 
@@ -291,15 +281,15 @@ class TestClock:
         self, joint: int, row: int, value: float, name: str
     ) -> None:
         kind = name.removeprefix("tilt_")
-        stated: dict[str, Any] = {f"{angle}_{kind}": np.zeros(401) for angle in NAMES}
+        stated: dict[str, Any] = {f"{angle}_{kind}": np.zeros(401) for angle in ANGLES}
         stated[f"alpha{joint}_{kind}"][row - 1] = value
         report = validate(self.table(**stated), vehicle=gg.PAPER.replace(max_tilt_acceleration=40.0))
         check = report[name]
         assert (check.ok, check.value, check.where and check.where["row"]) == (kind == "rate", abs(value), row)
         assert f"(α{joint})" in check.message
-        assert any("the stated rates do not fit the rows" in note for note in report.warnings) is (kind == "rate")
+        assert any("the stated rates do not match the rows" in note for note in report.warnings) is (kind == "rate")
 
-    def test_what_is_said_of_limits(self) -> None:
+    def test_messages_of_limits(self) -> None:
         """Times count from anywhere; rates scale with the time, accelerations with its square."""
         table = self.table()
         table.columns["t"] = table["t"] + 5.0
@@ -311,25 +301,23 @@ class TestClock:
         assert rate.where is not None
         row, t = rate.where["row"], rate.where["t"]
         assert t == pytest.approx(5.0 + (row - 1) / 200)
-        assert f": at row {row} (t = {t:.6g} s), (" in rate.message
-        assert rate.message.endswith("; run over at least 8 s instead of 2 s it would do")
-        assert acceleration.message.endswith("; run over at least 6 s instead of 2 s it would do")
+        assert f" at row {row}, t = {t:.6g} s (" in rate.message
+        assert rate.message.endswith(": take at least 8 s instead of 2 s")
+        assert acceleration.message.endswith(": take at least 6 s instead of 2 s")
 
     @pytest.mark.no_cover
     @pytest.mark.parametrize("factor", [0.2, 1.0, 3.0, -1.0, 57.3])
-    def test_stated_rates_are_compared_whatever_the_pieces(
-        self, monkeypatch: pytest.MonkeyPatch, factor: float
-    ) -> None:
-        """Off by half of both added up or more: told."""
+    def test_stated_rates_are_compared_for_all_pieces(self, monkeypatch: pytest.MonkeyPatch, factor: float) -> None:
+        """Rates are reported if they differ by half of the sum of both or more."""
         table = self.table(40)
         rate = -0.2 * np.pi * np.sin(np.pi * table["t"]) * factor
         signs = (1, -1, 1, -1)
-        stated = {f"{name}_rate": sign * rate for name, sign in zip(NAMES, signs, strict=True)}
+        stated = {f"{name}_rate": sign * rate for name, sign in zip(ANGLES, signs, strict=True)}
         table = Table(columns={**table.columns, **stated})
-        told = abs(1 - factor) > 0.5 * (1 + abs(factor)) * 1.02
+        reported = abs(1 - factor) > 0.5 * (1 + abs(factor)) * 1.02
         for cuts in ([], [5, 20], list(range(41))):
-            report = judged_in_pieces(monkeypatch, table, cuts)
-            assert bool(report.notes) is told, (factor, cuts)
+            report = validated_in_pieces(monkeypatch, table, cuts)
+            assert bool(report.notes) is reported, (factor, cuts)
             assert value_of(report, "tilt_rate") == pytest.approx(0.2 * np.pi * max(1.0, abs(factor)), rel=5e-3)
 
     def test_two_rows_swing_to_and_fro(self) -> None:
@@ -342,7 +330,7 @@ class TestClock:
             assert value_of(report, "tilt_acceleration") == pytest.approx(1.0)
 
 
-def test_stated_types_and_R_that_disagree_are_told() -> None:
+def test_wrong_types_and_R_are_reported() -> None:
     table = sampled(G4, 50)
     types = list(table["types"])
     types[9] = "(-,?)"
@@ -353,7 +341,7 @@ def test_stated_types_and_R_that_disagree_are_told() -> None:
         report = validate(Table(columns={**table.columns, "types": tuple(types), "R": stated}))
         assert report.valid
         assert "row 10 states the types (-,?), but it is red" in report.warnings[0]
-        assert f"row {row} states R = {stated[row - 1]:.4g}, computed is {R[row - 1]:.4g} (pub" in report.warnings[1]
+        assert f"row {row} states R = {stated[row - 1]:.4g}, but R is {R[row - 1]:.4g} there (pub" in report.warnings[1]
 
 
 def test_rows_where_the_sheets_meet_take_the_color_of_their_neighbours() -> None:
@@ -412,7 +400,7 @@ def test_the_sign_of_R_is_decided_against_the_digits_of_a_file(
     assert -1e-2 < float(level_determinant([a1, a2, a1, a2], coefficients_of(kind="exact"))) < -1e-4
     shown = np.degrees([a1, a2, a1, a2]) if suffix else (a1, a2, a1, a2)
     path = tmp_path / "gait.csv"
-    rows = ",".join(f"{name}{suffix}" for name in NAMES), ",".join(f"{angle:.{decimals}f}" for angle in shown)
+    rows = ",".join(f"{name}{suffix}" for name in ANGLES), ",".join(f"{angle:.{decimals}f}" for angle in shown)
     path.write_text("\n".join(rows))
     assert read_table(path).digit_error == pytest.approx(math.radians(rounding) if suffix else rounding, rel=1e-12)
     if decimals == 12:
@@ -422,7 +410,7 @@ def test_the_sign_of_R_is_decided_against_the_digits_of_a_file(
         assert gg.validate(path, coefficients="exact", angle_rounding=0.0)["R_sign"].decided
 
 
-def test_what_gaits_are_judged_by_is_passed_on() -> None:
+def test_options_of_checks_are_passed_on() -> None:
     gait = lift(G3.angles, "red")
     bent = Gait(alpha=gait.alpha + np.array([0, 0, 1e-2, 0]), colors=gait.colors)
     slow = lift(G3.angles, "red", vehicle=gg.PAPER.replace(max_tilt_rate=1.0))
@@ -451,6 +439,8 @@ def test_colourings_of_gaits_have_their_coefficients_and_crossings() -> None:
     assert validate(at_side).listing is not None
     beyond = Gait(alpha=np.array([[0.3, -math.pi / 2 - 1e-6, 0.3, 0.3]]), colors=("red",))
     assert validate(beyond).listing is None
+    for times in (1, MOST_LISTED_ROWS + 1):  # tables of any length by the same rule
+        assert validate(table_from(np.tile(beyond.alpha, (times, 1)))).listing is None
 
 
 def test_whole_turns_change_no_physics() -> None:
@@ -469,7 +459,7 @@ def test_a_loop_that_comes_back_to_within_its_noise_is_closed() -> None:
     alpha[-1] += 4e-4
     vehicle = gg.PAPER.replace(max_tilt_rate=100.0, max_tilt_acceleration=1e5)
     exact, noisy = (validate(table_from(rows, t=table["t"]), vehicle=vehicle) for rows in (table.alpha, alpha))
-    assert noisy["closed"].message == "the last row is the first again, to within 0.0004 rad"
+    assert noisy["closed"].message == "the last row repeats the first, to within 0.0004 rad"
     assert noisy["closed"].value == pytest.approx(4e-4)
     assert (
         validate(table_from(alpha, t=table["t"]), tolerance=1e-5)["closed"] == noisy["closed"]
@@ -502,12 +492,12 @@ def test_refining_a_table_changes_no_verdict(table: Table, times: int) -> None:
                 assert mine[name].ok is theirs[name].ok, name
 
 
-def test_thrusts_that_vanish_between_rows_are_told_where() -> None:
+def test_the_place_where_thrusts_vanish_between_rows_is_reported() -> None:
     check = validate(table_from(lift([(-0.896, 1.14), (-1.12, 1.512)], "red").alpha))["hover_thrust"]
     assert (check.ok, check.value) == (False, None)
     beta2 = (check.where or {})["alpha"][1] + coefficients_of(kind="exact").delta
     assert math.cos(beta2) == pytest.approx(0, abs=1e-9)
-    assert "where they vanish on the way, at row 1 and" in check.message
+    assert "not positive at row 1 and 71 % of the way to the next (" in check.message
 
 
 def test_the_end_of_the_closing_segment_is_the_first_row_at_its_own_time() -> None:

@@ -177,7 +177,10 @@ def modules() -> tuple[str, ...]:
 
 @cache
 def imported_names() -> frozenset[str]:
-    """Return the names that the package imports from elsewhere, for type checking too, and where from."""
+    """Return the names that the package imports from elsewhere, for type checking too, and where from.
+
+    Types that exist only for type checking (such as ``GaitLike``) are among them.
+    """
     names: set[str] = set()
     for file in Path(gaitgraph.__file__).parent.rglob("*.py"):
         for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
@@ -186,6 +189,9 @@ def imported_names() -> frozenset[str]:
                 if home is None or not home.startswith("gaitgraph"):
                     names |= {(home or alias.name).partition(".")[0] for alias in node.names}
                     names |= {alias.asname or alias.name for alias in node.names}
+            elif isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
+                stated = [part for part in node.body if isinstance(part, ast.Assign)]
+                names |= {ast.unparse(target) for part in stated for target in part.targets}
     return frozenset(names)
 
 

@@ -1,8 +1,8 @@
-"""The command line: parse, make one library call, print or write. How commands are found, end, and print is here.
+"""The command line: how commands are found, take options, print and end.
 
 Exit codes: 0 done; 1 well-formed, and the answer is no; 2 wrong input or something missing, one line on standard
 error and nothing on standard output; 130 interrupted. Data goes to standard output, messages to standard error.
-Nothing heavy is imported before a command runs, and a command's file only for its own run or for the list of all.
+Help and completion import neither numpy nor other commands.
 """
 
 from __future__ import annotations
@@ -59,10 +59,7 @@ class Group(click.Group):
         return found
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Run a command, then print what of its files was not used.
-
-        Abort if it is interrupted, without the empty line that click prints even into a pipe.
-        """
+        """Run a command, then print warnings about its files; Abort, without click's empty line, if interrupted."""
         try:
             with warnings.catch_warnings(record=True) as notes:
                 warnings.simplefilter("default", FileWarning)
@@ -135,9 +132,10 @@ def main(args: Sequence[str] | None = None) -> NoReturn:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         _stop(0)
     except Infeasible as error:  # of a request that stands for its gait
-        if "--json" in (sys.argv if args is None else args):
-            print_json({"status": "infeasible", "reason": str(error)})
-        _stop(1, str(error))
+        if "--json" not in (sys.argv if args is None else args):
+            _stop(1, str(error))
+        print_json({"status": "infeasible", "reason": str(error)})
+        code = 1
     except GaitgraphError as error:
         _stop(2, str(error))
     except MemoryError:
@@ -154,10 +152,10 @@ def main(args: Sequence[str] | None = None) -> NoReturn:
 REMOVED = {
     "fly --render": "A film is drawn: --output flight.gif",
     "fly --view": "Write a film: --output flight.gif",
-    "plan --watch": "Run the command again when the file changes, for example with: entr, watchexec",
-    "transition --divisions": "Leave it out: a transition is the shortest path at any angle",
+    "plan --watch": "Run the command again when the file changes, for example with entr",
+    "transition --divisions": "Leave it out",
 }
-"""Options that commands had in earlier versions, and what to use instead; what requests had they refuse themselves."""
+"""Options of earlier versions, and what to use instead; requests refuse their own."""
 
 _NEGATIVE_ANGLE = re.compile(r"-\s*(?:\d|\.|pi|π|inf|nan)", re.IGNORECASE)
 _MINUS = "−"  # stands for the hyphen of a negative angle while the arguments are parsed
@@ -193,9 +191,9 @@ def _unmarked(value: Any) -> Any:
 
 
 def command(short_help: str, *options: str | Decorator) -> Callable[[Callable[..., int]], Command]:
-    """Make a function a command: ``export_command`` is ``export``, its docstring the help, its value the exit code.
+    """Make a function a command: its docstring is the help, its value the exit code.
 
-    The options come in the order of the help; one text names any number of those that commands share.
+    Options are in the order of the help; a text names some that commands share.
     """
     named = [one.split() if isinstance(one, str) else [one] for one in options]
     flat = [_SHARED[one] if isinstance(one, str) else one for part in named for one in part]
@@ -210,13 +208,13 @@ def command(short_help: str, *options: str | Decorator) -> Callable[[Callable[..
 
 
 class Kind(click.ParamType):  # type: ignore[type-arg]  # generic in new versions of click alone
-    """A kind of value: what it must be, and what parses it. What is refused ends in one line that names the option."""
+    """A kind of value: what it must be, and what parses it; errors name the option."""
 
     def __init__(self, name: str, parse: Callable[[str], Any]) -> None:
         self.name, self._parse = name, parse
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Return what a text stands for."""
+        """Return the value of a text."""
         try:
             return self._parse(value)
         except ValueError:
@@ -259,7 +257,7 @@ _KINDS: dict[str, Any] = {
 
 
 def _completion(words: Words, *, is_file: bool) -> Callable[..., list[CompletionItem]]:
-    """Return what offers a shell the words that may stand for a value, and files."""
+    """Return the completion of a value by words, and by files."""
 
     def complete(_: click.Context, __: click.Parameter, incomplete: str) -> list[CompletionItem]:
         from click.shell_completion import CompletionItem
@@ -273,20 +271,25 @@ def _completion(words: Words, *, is_file: bool) -> Callable[..., list[Completion
 
 
 def option(flag: str, metavar: str, text: str, *, name: str = "", words: Words = (), **more: Any) -> Decorator:
-    """Return an option with a value, whose kind the metavar says; a shell completes the words, the library checks."""
+    """Return an option whose metavar determines the kind of value; `words` complete it, and the library checks it."""
     completion = _completion(words, is_file=re.search("FILE|FOLDER|DIR", metavar) is not None)
     more = {"type": _KINDS.get(metavar, click.STRING), "shell_complete": completion, **more}
     return click.option(flag, *([name] if name else []), metavar=metavar, help=text, **more)
 
 
-def one_of(flag: str, *words: str, of: str = "", default: str = "", **more: Any) -> Decorator:
-    """Return an option that is one of some words, by default the first; `of` says in the help of what."""
+def one_of(flag: str, *words: str, of: str = "", default: str = "", check: bool = False, **more: Any) -> Decorator:
+    """Return an option that is one of some words, by default the first; `of` begins its help.
+
+    With `check` the words are checked here, otherwise by the library.
+    """
+    if check:
+        more["callback"] = lambda _, __, value: value and checked_choice(flag, value, words)
     text = f"{of}{', '.join(words[:-1])} or {words[-1]}.  [default: {default or words[0]}]"
     return option(flag, "NAME", text, words=words, **more)
 
 
 def file(name: str, metavar: str, *words: str, **more: Any) -> Decorator:
-    """Return an argument that is the name of a file, or one of a few words."""
+    """Return an argument: the name of a file, or one of a few words."""
 
     def checked(_: click.Context, __: click.Parameter, value: Any) -> Any:
         from pathlib import Path
@@ -305,16 +308,6 @@ def file(name: str, metavar: str, *words: str, **more: Any) -> Decorator:
 def flag(flag: str, text: str) -> Decorator:
     """Return an option without a value."""
     return click.option(flag, is_flag=True, help=text)
-
-
-def choice(flag: str, names: Sequence[str], default: str | None, text: str) -> Decorator:
-    """Return an option that takes one of some names, and is checked here."""
-
-    def checked(_: click.Context, __: click.Parameter, value: str | None) -> Any:
-        return value and checked_choice(flag, value, names)
-
-    text += f"  [default: {default}]" if default else ""
-    return option(flag, f"[{'|'.join(names)}]", text, words=names, default=default, callback=checked)
 
 
 def _preset_names() -> list[str]:
@@ -342,7 +335,7 @@ def wants_json() -> bool:
 
 PAPER_GAITS = ("gait1", "gait2", "gait3", "gait4")  # of Section 5, instead of a file
 LAWS = ("smooth", "constant-speed", "equal-time")
-_COEFFICIENTS = "Coefficients of formula (1); published for the paper's own vehicle, exact for any other."
+_COEFFICIENTS = "published for the paper's vehicle, exact for others"
 _CROSSING = "Distance from a crossing line within which a type is '?'.  [default: pi/32]"
 _OUTPUT = "Write the answer, in the format of the suffix; repeatable."
 _ROUNDING = "Assumed error of each angle.  [default: inferred from the file]"
@@ -357,19 +350,21 @@ _SHARED: dict[str, Decorator] = {
     "request_file": file("request_file", "[REQUEST.toml]", required=False),
     "outputs": option("--output", "FILE", _OUTPUT, name="outputs", multiple=True),
     "vehicle": option("--vehicle", "NAME_OR_FILE", _VEHICLE, words=_preset_names, callback=_vehicle),
-    "coefficients": choice("--coefficients", ["published", "exact"], None, _COEFFICIENTS),
+    "coefficients": one_of(
+        "--coefficients", "published", "exact", of="Coefficients of formula (1): ", default=_COEFFICIENTS, check=True
+    ),
     "color": one_of("--color", "auto", "red", "blue"),
     "sign": one_of("--sign", "auto", "positive", "negative", of="Sign of R: "),
     "divisions": option("--divisions", "N", "Grid intervals in [−π/2, π/2].  [default: 16]"),
-    "floor": option("--floor", "X", "Least singular value to keep.  [default: 0.05]"),
-    "accuracy": option("--accuracy", "ANGLE", "Of curved borders, with the method exact.  [default: 1e-6]"),
+    "floor": option("--floor", "X", "Least singular value floor: the gait must stay above it.  [default: 0.05]"),
+    "accuracy": option("--accuracy", "ANGLE", "Accuracy of curved borders, with --method exact.  [default: 1e-6]"),
     "crossing_tolerance": option("--crossing-tolerance", "ANGLE", _CROSSING),
     "angle_rounding": option("--angle-rounding", "ANGLE", _ROUNDING),
     "period": option("--period", "SECONDS", "Period T.  [default: 1]"),
-    "law": one_of("--law", *LAWS),
+    "law": one_of("--law", *LAWS, of="Timing law (position along the loop over time): "),
     "samples": option("--samples", "N", "Even intervals per period.  [default: 100]"),
     "rate": option("--rate", "HZ", "Samples per second, instead of --samples."),
-    "require": choice("--require", ["valid", "flyable"], "valid", "What decides the exit code."),
+    "require": one_of("--require", "valid", "flyable", of="Needed for exit code 0: ", check=True),
     "keep_in": option("--keep-in", "POLYGON", 'Only inside: "A1,A2 A1,A2 A1,A2 …"; repeatable.', multiple=True),
     "keep_out": option("--keep-out", "POLYGON", "Only outside; repeatable.", multiple=True),
     "waypoints": option("--waypoint", "A1,A2", "A waypoint; repeat in order.", name="waypoints", multiple=True),
@@ -381,13 +376,13 @@ def request_of(file: str | None, given: Mapping[str, Any]) -> tuple[PlanRequest,
     from gaitgraph.planning.request import read_request, request_from_mapping
 
     if file is None and "waypoints" not in given:
-        raise InputError("waypoints: none given; name a request file, or --waypoint A1,A2 at least once")
+        raise InputError("waypoints must be in a request file or given with --waypoint A1,A2, got neither")
     return request_from_mapping(given) if file is None else read_request(file, given)
 
 
 @contextmanager
 def named_in_errors(given: Mapping[str, Any], **names: str) -> Iterator[None]:
-    """Let an InputError that begins with a field name the option that was given for it; `names` has other names."""
+    """Replace the field that an InputError begins with by its option, if that was given; `names` has other names."""
     try:
         yield
     except InputError as error:
@@ -450,9 +445,9 @@ def print_text(text: str) -> None:
 
 
 def show(found: Any, *, more: Mapping[str, Any] | None = None, lines: Iterable[str] = (), ok: Any = None) -> int:
-    """Print a result: its mapping with some more keys as JSON, or its text with some more lines.
+    """Print a result as JSON, with `more` keys, or as text, with more `lines`.
 
-    Return the exit code: whether the answer is yes says `ok`, or the result's own truth.
+    Return the exit code: 0 if `ok`, by default the result itself, is true.
     """
     if wants_json():
         print_json({**found.as_mapping(), **(more or {})})
@@ -462,9 +457,9 @@ def show(found: Any, *, more: Mapping[str, Any] | None = None, lines: Iterable[s
 
 
 class Working:
-    """A context that shows on a terminal what is being done and for how long, once it takes longer than a second.
+    """Shows on a terminal what is being done and for how long, once it takes longer than a second.
 
-    The words given are shown until it is called with others. Nothing is shown in a pipe, or where TERM is dumb.
+    Calling it changes the words. Nothing is shown in a pipe, or where TERM is dumb.
     """
 
     def __init__(self, doing: str) -> None:
@@ -475,11 +470,11 @@ class Working:
         self._is_shown = sys.stderr.isatty() and os.environ.get("TERM") != "dumb"
 
     def __call__(self, words: str) -> None:
-        """Show from now on what is being done now."""
+        """Change the words."""
         self._words = words
 
     def part(self, fraction: float) -> None:
-        """Show which fraction of the work is done, as a percentage."""
+        """Show the fraction of the work that is done, as a percentage."""
         self._words = f"{re.sub(r' [0-9]+ %$', '', self._words)} {int(100 * fraction)} %"
 
     @contextmanager
@@ -510,7 +505,7 @@ class Working:
                 self._show(self._words[: max(width - 1 - len(clock), 0)] + clock)
 
     def _show(self, line: str) -> None:
-        """Write over the line of progress; the empty line removes it."""
+        """Replace the line of progress; an empty text removes it."""
         if line != self._line:
             with suppress(OSError, ValueError):  # the terminal may be gone; the work goes on
                 click.echo("\r" + line.ljust(len(self._line)) + "\r" * (not line), err=True, nl=False)

@@ -9,13 +9,13 @@ from gaitgraph.cli.fly import CLOCK, SETTINGS, checked_settings
 
 
 @command(
-    "From which roll and pitch a gait settles, by flight.",
+    "From which roll and pitch a gait settles, by flying from each.",
     "gait_file",
     option("--bias", "ETA", "Also α3 and α4 scaled by η; repeatable.", multiple=True),
     option("--resolution", "N", "Attitudes along each side of the grid.  [default: 17]"),
     option("--extent", "ANGLE", "Largest roll and pitch at the start.  [default: 80deg]"),
     option("--begins", "N", "Moments of the period to take off at.  [default: 1]"),
-    flag("--anyway", "Fly what physics forbids."),
+    flag("--anyway", "Fly even gaits that cannot fly."),
     *CLOCK,
     *SETTINGS,
     "outputs force json",
@@ -23,11 +23,11 @@ from gaitgraph.cli.fly import CLOCK, SETTINGS, checked_settings
 def basin_command(
     gait_file: str, bias: tuple[float, ...] = (), outputs: Paths = (), force: bool = False, **given: Any
 ) -> int:
-    """Fly a gait, and its biased gaits, from rest at every attitude of a grid, and say from which it settles.
+    """Fly a gait, and its biased gaits, from rest at every attitude of a grid, and report from which it settles.
 
     GAIT_FILE is a gait table of any format, a saved plan, a request, which is planned first, or gait1 to gait4 of the
-    paper. Beside what settled stands what the determinant says: the acceptable attitudes, at which the gait is never
-    singular. The exit code is 1 if physics forbids one of the gaits. Needs mujoco: pip install 'gaitgraph[sim]'.
+    paper. The acceptable attitudes, at which the gait is never singular, are reported too. The exit code is 1 if one of
+    the gaits cannot fly. Needs mujoco: pip install 'gaitgraph[sim]'.
     """
     from gaitgraph.flight.basins import basins_of
     from gaitgraph.plots.flights import write_basins

@@ -7,21 +7,21 @@ from typing import Any
 
 import click
 
-from gaitgraph.cli import Working, command, file, option, print_text, wants_json, whole_from
+from gaitgraph.cli import PAPER_GAITS, Working, command, file, option, print_text, wants_json, whole_from
 
 
 @command(
     "Every Two-Color-consistent colouring of a loop.",
-    file("loop_file", "GAIT_FILE_OR_REQUEST"),
+    file("loop_file", "GAIT_FILE_OR_REQUEST", *PAPER_GAITS),
     "sign",
-    option("--limit", "N", "List so many at most; all are counted.", type=whole_from(0, 10**9)),
+    option("--limit", "N", "Colourings to list at most; all are counted.", type=whole_from(0, 10**9)),
     "crossing_tolerance vehicle coefficients json",
 )
 def colorings_command(loop_file: str, limit: int | None = None, **given: Any) -> int:
     """List every colouring of a closed loop of (α1, α2) that obeys the Two Color rule.
 
-    The loop is that of a gait table, of a table of alpha1 and alpha2 alone, or of a request's waypoints. The exit
-    code is 1, with the first pair of neighbours that forbids it, if there is none.
+    The loop is that of a gait file, gait1 to gait4, a table of alpha1 and alpha2 alone, or a request's waypoints. The
+    exit code is 1, with the first pair of neighbours that forbids it, if there is none.
     """
     from itertools import islice
 

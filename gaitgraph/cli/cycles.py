@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from gaitgraph.cli import Working, choice, command, flag, option, print_json, request_of, show, wants_json, whole_from
+from gaitgraph.cli import Working, command, flag, one_of, option, print_json, request_of, show, wants_json, whole_from
 
 
 @command(
@@ -14,16 +14,16 @@ from gaitgraph.cli import Working, choice, command, flag, option, print_json, re
     "request_file waypoints",
     flag("--any-order", "Through the waypoints in any order."),
     "keep_in keep_out",
-    option("--max-length", "ANGLE", "No longer ones, in the (α1, α2) plane."),
-    option("--limit", "N", "So many.  [default: 20]", type=whole_from(1, 10**9), default=20),
+    option("--max-length", "ANGLE", "Longest cycle to list, measured in the (α1, α2) plane."),
+    option("--limit", "N", "Number of cycles to list.  [default: 20]", type=whole_from(1, 10**9), default=20),
     "color sign divisions",
-    choice("--require", ["flyable", "valid", "two_color"], "valid", "Which edges of the graph count."),
-    option("--effort", "STEPS", "Stop after so many and print the bound.  [default: none]", type=whole_from(1, 10**18)),
+    one_of("--require", "flyable", "valid", "two_color", of="Edges that count: ", default="valid", check=True),
+    option("--effort", "STEPS", "Steps after which to stop and print the bound.", type=whole_from(1, 10**18)),
     "vehicle coefficients json",
 )
 def cycles_command(
     limit: int,
-    require: Any,
+    require: Any = "valid",
     request_file: str | None = None,
     max_length: float | None = None,
     effort: int | None = None,
@@ -31,8 +31,8 @@ def cycles_command(
 ) -> int:
     """List simple closed cycles of the surface graph, the shortest first, each with its verdict.
 
-    They are found one by one and printed at once, as text or as one JSON object a line; interrupt as you like. With
-    waypoints, from options or a request file, only cycles that pass them. The exit code is 1 if there is none.
+    Each is printed as soon as it is found, as text or as one line of JSON. With waypoints, from options or a request
+    file, only cycles that pass them are listed. The exit code is 1 if there is none.
     """
     from itertools import islice
     from math import isfinite
@@ -42,7 +42,7 @@ def cycles_command(
 
     through = "waypoints" in given or (request_file is not None and "waypoints" in stated_request(request_file))
     if not through:
-        # The whole region counts; a request has at least one waypoint, which then plays no part.
+        # A request needs a waypoint; it is not used.
         given["waypoints"] = [(0.0, 0.0)]
     request, _ = request_of(request_file, given)
     with Working("building the graph") as progress:
@@ -65,8 +65,8 @@ def cycles_command(
     if best is not None:
         exact = best.length <= bound
         show(best, more={"exact": exact, "bound": bound})
-        proof = "a shortest one" if exact else f"not proven shortest: none is shorter than {bound:.4f} rad"
-        click.echo(f"the best one found, {proof}", err=True)
+        proof = "proven shortest" if exact else f"not proven shortest; lower bound {bound:.4f} rad"
+        click.echo(f"best cycle found: {proof}", err=True)
         return 0
     if wants_json():
         unknown = {} if found.cycles.complete else {"bound": bound if isfinite(bound) else None}

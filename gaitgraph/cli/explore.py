@@ -16,7 +16,8 @@ from gaitgraph.cli import command, flag, option, print_json, wants_json, whole_f
 def explore_command(port: int = 0, no_browser: bool = False) -> int:
     """Serve the explorer on the loopback address until interrupted, and open it in the browser.
 
-    The first line printed is its address. It holds a secret: whoever knows it on this machine can use the page. Needs
+    The first line printed is its address. It contains a secret token: anyone on this machine who has it can use the
+    page. Needs
     starlette and uvicorn: pip install 'gaitgraph[explore]'.
     """
     import threading

@@ -18,25 +18,26 @@ def _map_names() -> list[str]:
 
 
 @command(
-    "Write a gait file in other formats, or with another clock.",
+    "Write a gait file in other formats, or with another timing.",
     "gait_file",
     file("outputs", "OUTPUT...", nargs=-1, required=True),
-    option("--columns", "NAME_OR_FILE", "Columns of a servo table from elsewhere: see --servos.", words=_map_names),
+    option("--columns", "NAME_OR_FILE", "Joints of a servo table from elsewhere, as for --servos.", words=_map_names),
     option("--servos", "NAME_OR_FILE", "Write positions of joints, by a preset or a TOML file.", words=_map_names),
     option("--periods", "N", "Periods in a bag or .yaml.  [default: 1]"),
-    option("--joint-names", "A,B,C,D", "Joints that tilt rotors 1 to 4, in a bag, .yaml or .h."),
-    option("--trajectory-topic", "TOPIC", "In a bag.  [default: /joint_trajectory]"),
-    option("--states-topic", "TOPIC", "In a bag.  [default: /joint_states]"),
+    option("--joint-names", "A,B,C,D", "Names of the joints that tilt rotors 1 to 4, in a bag, .yaml or .h."),
+    option("--trajectory-topic", "TOPIC", "Topic of the trajectory in a bag.  [default: /joint_trajectory]"),
+    option("--states-topic", "TOPIC", "Topic of the states in a bag.  [default: /joint_states]"),
     one_of("--number", "float", "double", "fixed", of="In a .h: "),
-    option("--c-name", "WORD", "What names in a .h begin with.  [default: the file's name]"),
+    option("--c-name", "WORD", "Prefix of all names in a .h.  [default: the file's name]"),
     "period samples rate law force vehicle coefficients json",
 )
 def export_command(gait_file: str, outputs: Paths, force: bool = False, servos: str | None = None, **given: Any) -> int:
     """Write a gait file, a plan, a request's gait or gait1 to gait4 to OUTPUT files; their suffixes say the formats.
 
-    A table with a clock keeps its rows. Without one, or with --period, --samples, --rate or --law, the closed
-    polyline through the rows gets a new clock. With --servos it holds the positions of the vehicle's joints: order,
-    sign, zero, degrees or pulse widths; such a file is read back without an option, one from elsewhere with --columns.
+    A table with times keeps its rows. Without times, or with --period, --samples, --rate or --law, the closed
+    polyline through the rows gets a new timing. With --servos the columns are positions of the vehicle's joints: order,
+    sign, zero, degrees or pulse widths. Such files are read without an option, servo tables from elsewhere with
+    --columns.
     """
     from gaitgraph.gait.table import merged
     from gaitgraph.io.columns import FormatOptions

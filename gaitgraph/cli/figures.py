@@ -13,13 +13,13 @@ _NAMES = [*map(str, range(1, 23)), "regions", "gait"]
 
 
 @command(
-    "Draw the figures of the paper, and two that it lacks.",
+    "Draw the figures of the paper, and two more.",
     option(
         "--only", "NAME", "1 to 22, 9-14, regions or gait; repeatable.  [default: all]", words=_NAMES, multiple=True
     ),
-    option("--out", "DIR", "Folder, made if need be.  [default: figures]", default="figures"),
+    option("--out", "DIR", "Folder, created if missing.  [default: figures]", default="figures"),
     one_of("--format", "png", "svg", "pdf", of="Repeatable: ", default="png, svg", name="formats", multiple=True),
-    option("--gait", "GAIT_FILE", "Gait of the figure named gait.  [default: Gait 3]"),
+    option("--gait", "GAIT_FILE", "Gait of the figure gait.  [default: Gait 3]"),
     "force vehicle coefficients json",
 )
 def figures_command(out: str, formats: Paths = (), gait: str | None = None, **given: Any) -> int:

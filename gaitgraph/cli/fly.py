@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import click
 
 from gaitgraph.cli import LAWS, Paths, Working, command, flag, named_in_errors, one_of, option, show
-from gaitgraph.errors import Infeasible, InputError
+from gaitgraph.errors import InputError
 
 if TYPE_CHECKING:
     from gaitgraph.flight.flight import FlightSettings
@@ -25,35 +25,35 @@ CLOCK = (
 )
 SETTINGS = (
     option("--settings", "FILE", "A TOML file with a table [flight] of settings; options replace them."),
-    option("--duration", "SECONDS", "How long is flown.  [default: a period, 3 at least]"),
-    option("--tolerance", "X", "Settled within (rad, m).  [default: 0.02]"),
+    option("--duration", "SECONDS", "Duration of the flight.  [default: a period, at least 3]"),
+    option("--tolerance", "X", "Largest error that counts as settled (rad, m).  [default: 0.02]"),
     option("--attitude-stiffness", "X", "kp of roll, pitch, yaw, per s².  [default: 100]"),
     option("--attitude-damping", "X", "kd of roll, pitch, yaw, per s.  [default: 20]"),
     option("--altitude-stiffness", "X", "kp of altitude, per s².  [default: 100]"),
     option("--altitude-damping", "X", "kd of altitude, per s.  [default: 20]"),
-    flag("--no-saturation", "Let rotors push and pull without limit."),
-    option("--thrust-limit", "NEWTON", "Of a rotor.  [default: the vehicle's, if any]"),
+    flag("--no-saturation", "No limits of thrust: negative thrust too."),
+    option("--thrust-limit", "NEWTON", "Largest thrust of a rotor.  [default: the vehicle's, if any]"),
     option("--servo-lag", "SECONDS", "Time constant.  [default: the vehicle's, if any]"),
     option("--servo-rate", "ANGLE", "Largest tilt rate per second.  [default: the vehicle's]"),
     one_of("--arms", "served", "planned", of="Tilt angles that the controller assumes: "),
     option("--floor", "X", "Abort when the least singular value falls below this.  [default: 0.01]"),
-    option("--step", "SECONDS", "Of the engine.  [default: 0.001]"),
-    option("--control-rate", "HZ", "How often thrusts are set.  [default: 1000]"),
+    option("--step", "SECONDS", "Time step of the engine.  [default: 0.001]"),
+    option("--control-rate", "HZ", "Rate of the controller.  [default: 1000]"),
 )
 
 
 @command(
     "Fly a gait in a physics engine.",
     "gait_file",
-    option("--attitude", "ROLL,PITCH", "At the start.  [default: 0.3,-0.2 to level out, else level]"),
+    option("--attitude", "ROLL,PITCH", "Attitude at the start.  [default: 0.3,-0.2; level with another --reference]"),
     *CLOCK,
     option("--bias", "ETA", "Fly with α3 and α4 scaled by η in (0, 1]."),
-    click.option("--from-hover", "hovers", is_flag=True, help="From hover into the gait, around it, and back."),
-    option("--periods", "N", "How often around it, with --from-hover.  [default: 2]"),
-    flag("--anyway", "Fly what is not flyable."),
+    click.option("--from-hover", "hovers", is_flag=True, help="Start from hover, enter the gait, and return to hover."),
+    option("--periods", "N", "Periods of the gait, with --from-hover.  [default: 2]"),
+    flag("--anyway", "Fly even if the gait is not flyable."),
     one_of("--reference", *_REFERENCES),
-    option("--size", "METRES", "Ahead to a step, a line's end, a circle's centre.  [default: 1]"),
-    option("--lap", "SECONDS", "Of a line or a circle, from rest to rest.  [default: 6]"),
+    option("--size", "METRES", "Distance to a step, a line's end, a circle's centre.  [default: 1]"),
+    option("--lap", "SECONDS", "Duration of a line or a circle, from rest to rest.  [default: 6]"),
     option("--position-stiffness", "X", "kp of x and y, per s².  [default: 2.25]"),
     option("--position-damping", "X", "kd of x and y, per s.  [default: 3]"),
     option("--attitude-noise", "ANGLE", "Standard deviation of the sensors' error.  [default: 0]"),
@@ -61,7 +61,7 @@ SETTINGS = (
     option("--position-noise", "METRES", "The same of positions.  [default: 0]"),
     option("--velocity-noise", "M/S", "The same of velocities.  [default: 0]"),
     option("--gust", "M/S", "Standard deviation of the wind.  [default: 0]"),
-    option("--seed", "N", "Of noise and gusts.  [default: 0]"),
+    option("--seed", "N", "Seed of noise and gusts.  [default: 0]"),
     option("--wind", "X,Y[,Z]", "Mean wind in m/s.  [default: 0,0]"),
     *SETTINGS,
     "outputs force",
@@ -77,21 +77,16 @@ def fly_command(
     force: bool = False,
     **given: Any,
 ) -> int:
-    """Fly a gait by feedback linearisation, from an attitude that it is to level out, or along a reference.
+    """Fly a gait by feedback linearisation: level out from an attitude, or follow a reference.
 
     GAIT_FILE is a gait table of any format, a saved plan, a request, which is planned first, or gait1 to gait4 of the
     paper. The exit code is 1 if the flight does not settle, or is refused before take-off because the gait cannot
     fly, with the reason. Needs mujoco: pip install 'gaitgraph[sim]'.
     """
-    import numpy as np
-
     from gaitgraph.flight.course import biased_timed_gait, from_hover, repeated
     from gaitgraph.flight.flight import record_of
     from gaitgraph.flight.simulation import checked_attitude, fly
-    from gaitgraph.gait.gait import Gait
-    from gaitgraph.plots.flights import write_flight
     from gaitgraph.timing.timed_gait import timed_gait_of
-    from gaitgraph.vehicle import PAPER
 
     asked = {**given, "bias": bias, "periods": periods}
     settings = checked_settings(given, outputs, of="flight", force=force)
@@ -103,19 +98,13 @@ def fly_command(
     with Working("planning") as progress, named_in_errors(asked, eta="bias"):
         attitude = given.pop("attitude", None)
         start = None if attitude is None else checked_attitude(attitude)
-        course: Any
-        try:
-            course = timed = timed_gait_of(gait_file, **given)
-        except Infeasible as error:
-            # The record needs a gait: one that does not move.
-            timed = Gait(alpha=np.zeros((1, 4)), vehicle=asked.get("vehicle", PAPER)).parametrize()
-            course = f"there is no gait to fly: {error}"
-        else:
-            if bias is not None:
-                course = timed = biased_timed_gait(timed, bias)
-            if hovers:
-                course = from_hover(timed, anyway=anyway, **({} if periods is None else {"periods": periods}))
-                course = f"refused before take-off: {course}" if isinstance(course, str) else course
+        timed = timed_gait_of(gait_file, **given)
+        if bias is not None:
+            timed = biased_timed_gait(timed, bias)
+        course: Any = timed
+        if hovers:
+            course = from_hover(timed, anyway=anyway, **({} if periods is None else {"periods": periods}))
+            course = f"refused before take-off: {course}" if isinstance(course, str) else course
         if isinstance(course, str):  # why there is none
             flight = record_of(repeated(timed), settings, start or (0.0, 0.0), failure=("refused", course))
         else:
@@ -128,7 +117,7 @@ def fly_command(
             warnings.append(f"nothing was flown, so {', '.join(outputs)} is not written")
         if written:
             progress(f"writing {', '.join(written)}")
-            write_flight(flight, written, force=force)
+            flight.write(*written, force=force)
     lines = [*(f"warning: {one}" for one in warnings), *(f"wrote {name}" for name in written)]
     return show(flight, more={"warnings": warnings, "outputs": list(written)}, lines=lines)
 
@@ -136,9 +125,9 @@ def fly_command(
 def checked_settings(
     given: dict[str, Any], outputs: Paths, *, of: Literal["flight", "basin"], force: bool
 ) -> FlightSettings:
-    """Check what needs no gait: the outputs, the settings, which are taken out of the options, and mujoco.
+    """Check outputs and mujoco, and return the settings, which are taken out of the options.
 
-    An error of the settings names the option or the file.
+    Errors of the settings name the option or the file.
     """
     from gaitgraph.files import from_toml_file
     from gaitgraph.flight.engine import mujoco_library

@@ -12,11 +12,11 @@ from gaitgraph.errors import InputError
 @command(
     "The smooth gait through discs with the best worst case, or the least tilt-rate effort.",
     option("--waypoint", "A1,A2", "Centre of a disc; repeat in order.", name="waypoints", multiple=True),
-    option("--radius", "ANGLE", "Of all discs, or repeat, one for each.  [default: 0.1]", multiple=True),
+    option("--radius", "ANGLE", "Radius of all discs; repeat it for one each.  [default: 0.1]", multiple=True),
     one_of("--objective", "singular_value", "hover_reserve", "tilt_rate"),
     "sign floor period",
     option("--pieces", "N", "Pieces of the spline.  [default: 12 for each waypoint]"),
-    option("--concession", "X", "Part of the worst case given up for less effort.  [default: 0.001]"),
+    option("--concession", "X", "Fraction of the worst case given up for less effort.  [default: 0.001]"),
     "samples rate keep_in keep_out outputs force vehicle coefficients json",
 )
 def optimize_command(outputs: Paths = (), force: bool = False, **given: Any) -> int:
@@ -29,7 +29,7 @@ def optimize_command(outputs: Paths = (), force: bool = False, **given: Any) -> 
     from gaitgraph.timing.timed_gait import checked_clock
 
     if "waypoints" not in given:
-        raise InputError("waypoints: none given; name --waypoint A1,A2 at least once")
+        raise InputError("waypoints must be given with --waypoint A1,A2, got none")
     if len(given.get("radius", ())) == 1:
         given["radius"] = given["radius"][0]
     sampling = {name: given.pop(name) for name in ("samples", "rate") if name in given}

@@ -11,23 +11,24 @@ _PERIOD = Kind("a number of seconds or the word least", lambda text: None if tex
 
 
 @command(
-    "The least period of a gait under limits of rate, acceleration and jerk.",
+    "The least period of a gait (time-optimal) under limits of rate, acceleration and jerk.",
     "gait_file",
     option("--period", "SECONDS", "Period T, or least.  [default: least]", type=_PERIOD, words=["least"]),
     option("--max-rate", "ANGLE", "Largest tilt rate per second.  [default: the vehicle's]"),
     option("--max-acceleration", "ANGLE", "Per second squared.  [default: the vehicle's]"),
     option("--max-jerk", "ANGLE", "Per second cubed.  [default: the vehicle's]"),
-    option("--rounding", "ANGLE", "Round corners by so much.  [default: rest at corners]"),
+    option("--rounding", "ANGLE", "Largest distance from a rounded corner.  [default: rest at corners]"),
     option("--servo-lag", "SECONDS", "Time constant.  [default: the vehicle's, if any]"),
     "samples rate outputs force vehicle coefficients json",
 )
 def pace_command(
     gait_file: str, period: float | None = None, outputs: Paths = (), force: bool = False, **given: Any
 ) -> int:
-    """Find the fastest smooth law for a gait file, a request's gait or gait1 to gait4, or one for a given period.
+    """Find the time-optimal timing law of a gait file, a request's gait or gait1 to gait4, or one for a given period.
 
-    The law is twice continuously differentiable, closed at the seam, and keeps its limits between samples too. It
-    rests at every corner unless corners are rounded. The exit code is 1 if no law meets the limits in the period.
+    A timing law maps time to position along the loop. This one is twice continuously differentiable, periodic, and
+    keeps the limits between samples too. It rests at every corner unless corners are rounded. The exit code is 1 if no
+    law meets the limits in the period.
     """
     from gaitgraph.io.formats import gait_of
     from gaitgraph.timing.servo_lag import servo_response

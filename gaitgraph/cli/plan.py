@@ -15,7 +15,8 @@ from gaitgraph.cli import Paths, Working, check_outputs, command, flag, one_of, 
     option(
         "--method",
         "NAME",
-        "exact: any angle, the shortest; grid: the paper's graph.  [default: exact; grid with --divisions]",
+        "exact: the any-angle method, straight lines in any direction; grid: the paper's graph.  [default: exact; grid "
+        "with --divisions]",
         words=("grid", "exact"),
     ),
     option("--sheets", "NAME", "", hidden=True),  # of earlier versions; the request judges it

@@ -8,10 +8,10 @@ from gaitgraph.cli import Paths, Working, check_outputs, command, option, show, 
 
 
 @command(
-    "The flyable gait nearest to a given table, and what was changed.",
+    "The nearest flyable gait: rows moved as little as possible.",
     "gait_file sign floor",
     option("--margin", "ANGLE", "Distance to keep from the flyable region's border.  [default: 0]"),
-    option("--keep", "X", "Share of the motion to keep, at most 1.  [default: the nearest rows, whatever is left]"),
+    option("--keep", "X", "Share of the motion to keep, at most 1.  [default: the nearest rows, however little moves]"),
     "keep_in keep_out outputs force vehicle coefficients json",
 )
 def retarget_command(gait_file: str, outputs: Paths = (), force: bool = False, **given: Any) -> int:

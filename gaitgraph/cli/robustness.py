@@ -18,10 +18,10 @@ from gaitgraph.cli import Working, command, option, show
     "angle_rounding vehicle coefficients json",
 )
 def robustness_command(gait_file: str, **given: Any) -> int:
-    """Say how far a gait can be tilted before its decoupling matrix is singular.
+    """Compute how far a gait can be tilted before its decoupling matrix is singular.
 
-    Works on any table of alpha1 to alpha4, on the gait surfaces or not. Judged with exact coefficients unless published
-    ones are asked for. The file's rows are joined by straight segments, and the last with the first.
+    Takes any table of alpha1 to alpha4, on the gait surfaces or not. Coefficients are exact unless published ones are
+    asked for. Rows are joined by straight segments, and the last with the first.
     """
     from gaitgraph.robustness.biased import robustness_of
 

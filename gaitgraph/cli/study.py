@@ -43,9 +43,9 @@ def _stopped_by_signals() -> Iterator[None]:
 @command(
     "Plan, check and fly many cases: vehicles, gaits, biases, periods, attitudes.",
     file("study_file", "STUDY.toml"),
-    option("--output", "FOLDER", "Of the rows.  [default: the file's name without .toml]"),
-    option("--workers", "N", "Processes here; 0 for this one.  [default: one a core]"),
-    option("--scheduler", "ADDRESS", "A Dask scheduler whose workers fly instead: tcp://HOST:PORT."),
+    option("--output", "FOLDER", "Folder of the results.  [default: the file's name without .toml]"),
+    option("--workers", "N", "Local worker processes; 0 flies in this process.  [default: one a core]"),
+    option("--scheduler", "ADDRESS", "Address of a Dask scheduler whose workers are used: tcp://HOST:PORT."),
     flag("--yes", "Fly more than 10,000 cases, or for more than an hour."),
     flag("--dry-run", "Count the cases and fly none."),
     "json",
@@ -54,8 +54,8 @@ def study_command(study_file: str, output: str | None = None, dry_run: bool = Fa
     """Fly every case of a study, and write a row for each to a Parquet dataset.
 
     The folder gets study.json, rows/part-….parquet, each written when its cases are done, and at the end summary.html.
-    Interrupted or killed, the same command goes on where it stopped. The exit code is 0 once all rows are there,
-    whatever came of the cases. Needs mujoco, dask and pyarrow: pip install 'gaitgraph[study]'.
+    After an interruption the same command continues. The exit code is 0 once all rows are written, whatever the
+    flights did. Needs mujoco, dask and pyarrow: pip install 'gaitgraph[study]'.
     """
     from gaitgraph.study.design import read_study
     from gaitgraph.study.running import run_study
@@ -78,7 +78,7 @@ def study_command(study_file: str, output: str | None = None, dry_run: bool = Fa
         with suppress(OSError):  # the terminal may be gone
             print_problem(
                 f"{'interrupted' if number == signal.SIGINT else 'terminated'}; {parts} of {len(study.batches)} parts "
-                f"are in {str(folder)!r}, and the same command goes on from there"
+                f"are in {str(folder)!r}; run the same command again to continue"
             )
         return 128 + int(number)
     return show(run, ok=True)

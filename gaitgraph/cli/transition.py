@@ -11,16 +11,16 @@ from gaitgraph.cli import PAPER_GAITS, Paths, Working, check_outputs, command, f
     "A path from hover to a gait, back, or from gait to gait.",
     file("start", "FROM", "hover", *PAPER_GAITS),
     file("end", "TO", "hover", *PAPER_GAITS),
-    option("--duration", "SECONDS", "Of the path.  [default: 1, or what the limits need]"),
+    option("--duration", "SECONDS", "Duration of the path.  [default: 1, or what the limits need]"),
     "samples rate law require outputs force vehicle coefficients json",
 )
 def transition_command(
-    start: str, end: str, require: str, outputs: Paths = (), force: bool = False, **given: Any
+    start: str, end: str, require: str = "valid", outputs: Paths = (), force: bool = False, **given: Any
 ) -> int:
     """Find a path on the surface from FROM to TO, each a gait file or the word hover.
 
     A gait is left and joined at a corner. The exit code is 1, with the proof, if there is no path: between R > 0, where
-    hover is, and R < 0 every flight passes a singular matrix.
+    hover is, and R < 0 every path passes a singular matrix.
     """
     from gaitgraph.planning.transitions import HOVER, transition
 

@@ -1,4 +1,4 @@
-"""The command validate: judge a gait file by every rule."""
+"""The command validate: check a gait file by every rule."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from gaitgraph.cli import Working, command, option, show
 
 
 @command(
-    "Judge a gait file: every rule, with value, limit and place.",
+    "Check a gait file: every rule, with value, limit and place.",
     "gait_file require",
     option("--tolerance", "X", "Largest |Rφ|, |Rθ| on the surface.  [default: 0.002]"),
     "floor angle_rounding crossing_tolerance vehicle coefficients json",
 )
-def validate_command(gait_file: str, require: str, **given: Any) -> int:
-    """Judge a gait file of any format, the gait of a request, or gait1 to gait4, along its whole length.
+def validate_command(gait_file: str, require: str = "valid", **given: Any) -> int:
+    """Check a gait file of any format, the gait of a request, or gait1 to gait4, along its whole length.
 
-    Rows need alpha1 to alpha4, or alpha1, alpha2 and color; the segment from the last row back to the first is implied.
+    Rows need alpha1 to alpha4, or alpha1, alpha2 and color; the last row is joined with the first.
     The exit code is 1 if the gait is not valid (or not flyable, with --require flyable). CSV and Parquet files of any
     length are read piece by piece.
     """

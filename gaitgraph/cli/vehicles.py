@@ -19,9 +19,12 @@ if TYPE_CHECKING:
 )
 def vehicles_command(name: str | None = None, vehicle: Vehicle | None = None, coefficients: Any = None) -> int:
     """List the preset vehicles with their drag ratio κ and crossing angle δ, or show one: a preset or a TOML file."""
+    from gaitgraph.errors import InputError
     from gaitgraph.invertibility.matrices import coefficients_of
     from gaitgraph.vehicle import preset_names, vehicle_named
 
+    if name is not None and vehicle is not None:
+        raise InputError(f"--vehicle {vehicle.name} cannot be combined with {name!r}")
     shown = [vehicle_named(name)] if name is not None else [vehicle] if vehicle is not None else None
     known = map(vehicle_named, preset_names()) if shown is None else shown
     rows = [{**one.as_mapping(), "delta": coefficients_of(one, coefficients).delta} for one in known]

@@ -1,12 +1,12 @@
-"""The basin of a gait: the roll and pitch from which it settles, found by flying from each of a grid.
+"""The basin of a gait: the roll and pitch from which it settles, found by flying from each attitude of a grid.
 
-The acceptable attitudes of a gait (:mod:`gaitgraph.robustness.attitudes`) are those at which it is never singular, at
-no moment of its period. The basin is another set, and neither contains the other:
+The acceptable attitudes of a gait (:mod:`gaitgraph.robustness.attitudes`) are those at which it is not singular at any
+time. The basin is another set, and neither contains the other:
 
-* a flight leaves its first attitude at once, so the gait may be singular there at a later moment; and on its path it
-  may reach attitudes that are not acceptable, since rotors which cannot pull let it swing over;
-* but an attitude on the other side of the singular ones *of the moment of take-off* is lost for certain: the
-  determinant has another sign there than in level flight, and is zero somewhere between them.
+* a flight leaves its first attitude at once, so the gait may be singular there later; and it may reach attitudes that
+  are not acceptable, since rotors which cannot pull let it swing over;
+* but no flight settles from an attitude beyond the singular ones *at take-off*: the determinant has the other sign
+  there than in level flight, and is zero somewhere between.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from gaitgraph.robustness.attitudes import AcceptableAttitudes
 
 DEFAULT_EXTENT = math.radians(80.0)  # largest roll and pitch at the start
-DEFAULT_RESOLUTION = 17  # attitudes along each side of the grid, with the default extent 10° apart
+DEFAULT_RESOLUTION = 17  # attitudes along each side of the grid: 10° apart with the default extent
 
 # Whether an attitude is acceptable, and whether it settled.
 CASES = ("inside_settled", "inside_lost", "outside_settled", "outside_lost")
@@ -56,11 +56,11 @@ class Basin:
     angles: FloatArray  # the grid's values of roll, and of pitch, shape (m,)
     begins: FloatArray  # moments of the gait at which flights take off, shape (b,)
     outcome: npt.NDArray[np.int8]  # of each flight, an index into gaitgraph.flight.flight.OUTCOMES
-    seconds: FloatArray  # since when it had settled, or when it ended
-    peak_share: FloatArray  # the largest thrust over a quarter of the weight; 0 where it ended as it began
-    same_side: BoolArray  # whether the determinant at take-off has the sign that it has in level flight then
+    seconds: FloatArray  # the settling time, or the end of the flight
+    peak_share: FloatArray  # the largest thrust over a quarter of the weight; 0 if it ended at once
+    same_side: BoolArray  # whether the determinant at take-off has the same sign as in level flight
     acceptable: AcceptableAttitudes  # the attitudes at which the gait is never singular
-    inside: BoolArray  # which of the grid are among them, shape (m, m)
+    inside: BoolArray  # whether an attitude of the grid is acceptable, shape (m, m)
     refusal: str = ""  # why the gait was refused before take-off
     warnings: tuple[str, ...] = ()
 
@@ -72,17 +72,17 @@ class Basin:
     @property
     def worst(self) -> npt.NDArray[np.int8]:
         """The outcome of the first flight from an attitude that did not settle, else 0, shape (m, m): see `outcome`."""
-        first = (self.outcome != 0).argmax(axis=0)
-        return np.asarray(np.take_along_axis(self.outcome, first[None], axis=0)[0])
+        first = (self.outcome != 0).argmax(axis=0, keepdims=True)
+        return np.asarray(np.take_along_axis(self.outcome, first, axis=0)[0])
 
     @property
     def fraction(self) -> float:
-        """Part of the grid's attitudes that settled."""
+        """Share of the grid's attitudes that settled."""
         return float(self.settled.mean())
 
     @property
     def acceptable_fraction(self) -> float:
-        """Part of the grid's attitudes at which the gait is never singular."""
+        """Share of the grid's attitudes at which the gait is never singular."""
         return float(self.inside.mean())
 
     @property
@@ -102,7 +102,7 @@ class Basin:
         return "the gait itself" if self.eta == 1.0 else f"biased by {self.eta:g}"
 
     def columns(self) -> dict[str, Any]:
-        """Return one row a flight; the predictions `acceptable` and `same_side` are 1 or 0."""
+        """Return a row for each flight; the predictions `acceptable` and `same_side` are 1 or 0."""
         begin, roll, pitch = np.meshgrid(self.begins, self.angles, self.angles, indexing="ij")
         return {
             "eta": np.full(begin.size, self.eta),
@@ -117,7 +117,7 @@ class Basin:
         }
 
     def as_mapping(self) -> dict[str, Any]:
-        """Return everything as plain values, ready for JSON; angles in radians."""
+        """Return everything as plain values, ready for JSON."""
         return {
             "eta": self.eta,
             "refused": bool(self.refusal),
@@ -170,31 +170,28 @@ def basins_of(
     Parameters
     ----------
     gait
-        A timed gait, or a gait in any other form, see :func:`gaitgraph.timing.timed_gait.timed_gait_of`.
+        A gait in any form, see :func:`gaitgraph.timing.timed_gait.timed_gait_of`.
     biases
         The factors η of α3 and α4, each in (0, 1]; 1 is the gait itself.
     settings
-        How to fly. Where they state no duration, a flight may take two seconds more than the gait's period, and 3 s at
-        least. It ends once it has settled, but not before one period: what a thrust limit or a slow servo allows at one
-        moment of the gait it may forbid at another.
+        The settings of the flights. By default a flight lasts two seconds more than the gait's period, and 3 s at
+        least. It ends once it has settled, but not before one period, since thrust limits and slow servos may matter
+        only at some moment of the gait.
     resolution
-        Attitudes along each side of the square grid, odd or even, 1 for level alone.
+        Attitudes along each side of the square grid, odd or even; 1 is level alone.
     extent
         Largest roll and pitch, above 0 and below π/2 [rad, or a text such as "60deg"].
     begins
         Number of moments, evenly over the period, at which flights take off.
     anyway, progress
-        Whether to fly what physics forbids; called with the part of the flights that are done.
-
-    Raises
-    ------
-    InputError, MissingConstant, MissingExtra
-        As :func:`gaitgraph.flight.simulation.fly` does.
+        Whether to fly gaits that are not flyable; called with the fraction of the flights done.
 
     Notes
     -----
-    Not guaranteed: what lies between the grid's attitudes or between the moments of take-off; that another controller,
-    other gains or another period have the same basin; anything about flights that start with a rate of turn.
+    Raises the errors of :func:`gaitgraph.flight.simulation.fly`.
+
+    Nothing is known between the attitudes of the grid or the moments of take-off, nor for flights that start with an
+    angular rate. Another controller, other gains or another period have another basin.
 
     Examples
     --------

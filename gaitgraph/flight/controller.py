@@ -4,20 +4,20 @@ The thrusts are the only inputs; the tilt angles follow the course, whatever the
 with z–y–x Euler angles η = (φ, θ, ψ) and the body's angular velocity ω,
 
     η̈ = kp·(η_d − η) − kd·η̇,   z̈ = kp_z·(z_d − z) − kd_z·ż  (the wanted accelerations),
-    τ = I·ω̇(η, η̇, η̈) + ω × I·ω,   lift = m·(g + z̈)         (torque and lift that make them, without approximation),
+    τ = I·ω̇(η, η̇, η̈) + ω × I·ω,   lift = m·(g + z̈)         (the exact torque and lift for them),
     A(α, φ, θ)·T = (τ, lift)                                  (thrusts by the inverse of the decoupling matrix).
 
-**Allocation.** The control moment matrix depends on the tilt angles alone, which are known before the flight; so its
-pseudo-inverse P and its null direction w (the zero-moment inputs) are too. Thrusts T = P·τ + λ·w make the torque τ, and
+**Allocation.** The control moment matrix depends on the tilt angles alone, which are known before the flight; so are
+its pseudo-inverse P and its null direction w (the zero-moment inputs). Thrusts T = P·τ + λ·w make the torque τ, and
 
     lift = v·F·T  gives  λ = (lift − v·F·P·τ) / (v·N),   N = F·w,
 
-with v the vertical in body axes: the decoupling matrix is singular where P does not exist or v·N = 0. How near it is
-needs no division: the squared norm of its inverse is |P|² + (|v·F·P|² + 1)/(v·N)².
+with v the vertical in body axes: the decoupling matrix is singular where P does not exist or v·N = 0. Its distance to
+that follows without division: the squared norm of its inverse is |P|² + (|v·F·P|² + 1)/(v·N)².
 
-**References** in x and y are followed by leaning: the wanted attitude is that at which the force that the thrusts make
-without torque, N(α), points along the wanted acceleration plus gravity. On the gait surfaces N is along body z and this
-is the attitude–position decoupler of a quadrotor; off them (a biased gait) it is what replaces that one.
+**References** in x and y are followed by leaning: at the wanted attitude the force of thrusts without torque, N(α),
+points along the wanted acceleration plus gravity. On the gait surfaces N is along body z and this is the
+attitude–position decoupler of a quadrotor; for a biased gait it generalises that one.
 """
 
 from __future__ import annotations
@@ -38,12 +38,12 @@ if TYPE_CHECKING:
 
 _MOST_LEAN = math.radians(45.0)
 _LEAST_FLOOR = 1e-9
-_UPRIGHT = 1e-3  # cosine of the pitch below which Euler angles are of no use
+_UPRIGHT = 1e-3  # cosine of the pitch below which Euler angles are too inaccurate
 DIRECTION = slice(9, 12)  # where N is in a row of an allocation
 
 
 class Stopped(Exception):
-    """A flight cannot go on; the arguments are its outcome and the reason."""
+    """A flight must end; the arguments are its outcome and the reason."""
 
 
 def allocation_of(alpha: npt.ArrayLike, vehicle: Vehicle) -> FloatArray:
@@ -63,8 +63,7 @@ def allocation_of(alpha: npt.ArrayLike, vehicle: Vehicle) -> FloatArray:
     size = np.linalg.norm(free, axis=-1)
     # P = Mᵀ·adj(M·Mᵀ) / det(M·Mᵀ), and that determinant is the squared size of the null vector.
     gram = moment @ np.swapaxes(moment, 1, 2)
-    rows = [gram[:, k] for k in range(3)]
-    adjugate = np.stack([np.cross(rows[1], rows[2]), np.cross(rows[2], rows[0]), np.cross(rows[0], rows[1])], axis=-1)
+    adjugate = np.cross(np.roll(gram, -1, axis=1), np.roll(gram, -2, axis=1))  # symmetric, as gram is
     size = np.where(size > 1e-12, size, np.inf)  # without rank all is divided by infinity
     thrusts = np.swapaxes(moment, 1, 2) @ adjugate / size[:, None, None] ** 2
     free = free / size[:, None]
@@ -83,8 +82,8 @@ def controller_of(settings: FlightSettings, vehicle: Vehicle) -> Callable[..., t
     It takes the time [s]; the measured place, roll, pitch, yaw, velocity and body rates, twelve numbers; a row of
     :func:`allocation_of`; the direction N to lean by; and the wanted (x, y, z, ẋ, ẏ, ẍ, ÿ). It returns four thrusts
     [N], a number between half the least singular value and all of it, and the wanted roll and pitch. It raises
-    :class:`Stopped` before anything is divided by a nearly singular matrix. It works in plain numbers, since arrays of
-    three or four would take several times as long.
+    :class:`Stopped` before it would divide by a nearly singular matrix. It uses plain numbers, which are several times
+    quicker than arrays of three or four.
     """
     mass, (ix, iy, iz), length = vehicle.require("mass", "inertia", "arm_length", purpose="flight")
     gravity = vehicle.gravity
@@ -105,7 +104,7 @@ def controller_of(settings: FlightSettings, vehicle: Vehicle) -> Callable[..., t
         if cp < _UPRIGHT:
             reason = f"its nose points straight up or down at {t:.3f} s, where roll and yaw are not defined"
             raise Stopped("upended", reason)
-        # How near the decoupling matrix is to a singular one.
+        # The decoupling matrix's distance to a singular one.
         (
             f1, f2, f3, f4, f5, f6, f7, f8, f9, n1, n2, n3, squared,
             b1, b2, b3, b4, b5, b6, b7, b8, b9, b10, b11, b12, e1, e2, e3, e4,
@@ -121,10 +120,8 @@ def controller_of(settings: FlightSettings, vehicle: Vehicle) -> Callable[..., t
             raise Stopped("sign change", reason)
         if near < floor_squared:
             least = sqrt(near)
-            reason = (
-                f"the decoupling matrix nears singularity at {t:.3f} s: its least singular value is between "
-                f"{least:.2g} and {2 * least:.2g}, and flight stops where it may be below {settings.floor:g}"
-            )
+            between = f"between {least:.2g} and {2 * least:.2g}, and the floor is {settings.floor:g}"
+            reason = f"the decoupling matrix nears singularity at {t:.3f} s: its least singular value is {between}"
             raise Stopped("near singular", reason)
         # The wanted attitude.
         xd, yd, zd, ux, uy, ax, ay = wanted
@@ -133,7 +130,7 @@ def controller_of(settings: FlightSettings, vehicle: Vehicle) -> Callable[..., t
             ax += kp_x * (xd - x) + kd_x * (ux - vx)
             ay += kp_x * (yd - y) + kd_x * (uy - vy)
             roll_d, pitch_d = wanted_attitude(ax, ay, gravity, yaw, leading)
-        # Rates of the Euler angles, their wanted accelerations, and the torque and lift that these take.
+        # Rates of the Euler angles, their wanted accelerations, and the torque and lift for these.
         turn = q * sr + r * cr
         roll_rate, pitch_rate, yaw_rate = p + turn * sp / cp, q * cr - r * sr, turn / cp
         a1 = kp * (roll_d - roll) - kd * roll_rate

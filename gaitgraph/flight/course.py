@@ -1,13 +1,13 @@
-"""The course of a flight: the commands over time, the servos' answer, the rules of physics.
+"""The course of a flight: the commands over time, the servos' response, the rules of physics.
 
-A course repeats a gait again and again (:func:`repeated`), or leads from hover into a gait, around it, and back
-(:func:`from_hover`).
+A course repeats a gait (:func:`repeated`), or leads from hover into a gait, around it, and back (:func:`from_hover`).
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from itertools import accumulate, pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -28,14 +28,14 @@ _MOST_PERIODS = 10_000
 _PAUSE = 1.0  # s in hover, before and after
 _SAME_PLACE = 1e-9  # rad
 
-# Rules of the paper that physics does not need: on the surfaces no small tilt makes the matrix singular.
+# The paper's rules that flight does not need: on the surfaces no small tilt makes the matrix singular.
 _SURFACE_RULES = frozenset({"closed", "on_surface", "two_color", "continuous"})
 
 
 def biased_timed_gait(timed: TimedGait, eta: float) -> TimedGait:
     """Return the biased gait, equations (14) and (15), with the same times; InputError if η is not allowed."""
     if timed.law not in (*LAWS, ROW_BY_ROW):
-        raise InputError(f"law must be one of {', '.join(LAWS)} to bias the gait, got {shown(timed.law)}")
+        raise InputError(f"law must be one of {', '.join(LAWS)} for a bias, got {shown(timed.law)}")
     return replace(timed, gait=timed.gait.biased(eta))
 
 
@@ -43,8 +43,8 @@ def biased_timed_gait(timed: TimedGait, eta: float) -> TimedGait:
 class Course:
     """Commands to the four tilt servos over a flight of a `duration` [s], infinite for a gait that is repeated.
 
-    `sections` are timed gaits, each with the time of the flight and the time of its own at which it begins [s],
-    and `phases` their names: "hover", "entry", "gait", "exit".
+    `sections` are timed gaits, each with the time of the flight and its own time at which it begins [s]; `phases` are
+    their names: "hover", "entry", "gait", "exit".
     """
 
     sections: tuple[tuple[float, float, TimedGait], ...]
@@ -63,7 +63,7 @@ class Course:
 
     @property
     def moving_period(self) -> float:
-        """The period of the gait [s]; 0 if its arms stand still, so that all its moments are alike."""
+        """The period of the gait [s]; 0 if its arms stand still."""
         return self.timed.period if np.ptp(self.timed.gait.alpha, axis=0).any() else 0.0
 
     def at(self, t: FloatArray) -> FloatArray:
@@ -79,7 +79,7 @@ class Course:
 
 
 def repeated(timed: TimedGait, *, begin: float = 0.0) -> Course:
-    """Return the course of a gait that is flown again and again, from a moment of it [s]; the first by default."""
+    """Return the course that repeats a gait, from a moment of its period on [s]."""
     return Course(sections=((0.0, begin, timed),), duration=np.inf, phases=("gait",))
 
 
@@ -87,12 +87,12 @@ def servo_response(command: FloatArray, step: float, *, lag: float = 0.0, rate: 
     """Return the angles of four servos that follow a command and begin on it, shape (n, 4) [rad].
 
     The command is linear between even times, `step` apart [s]. `lag` is the time constant of a first-order lag [s],
-    `rate` the largest rate [rad/s]. Without a limit the response is exact; where the lag alone would ask for more than
-    the rate, the servo moves at that rate for the whole step.
+    `rate` the largest rate [rad/s]. Without a rate limit the response is exact; where the lag alone would exceed the
+    rate, the servo moves at that rate for the whole step.
     """
     command = np.asarray(command, dtype=float)
     angles = command.copy()
-    keep, slope = 0.0, 1.0
+    keep = slope = 0.0
     if lag > 0.0:
         from scipy.signal import lfilter
 
@@ -103,28 +103,23 @@ def servo_response(command: FloatArray, step: float, *, lag: float = 0.0, rate: 
     most = rate * step
     if not np.any(np.abs(np.diff(angles, axis=0)) > most):
         return angles
-    # With the limit each angle depends on the one before it: step by step, in plain numbers.
-    columns = []
-    for commanded in command.T.tolist():
-        angle, before = commanded[0], commanded[0]
-        reached = [angle]
-        for target in commanded[1:]:
-            unlimited = target - slope * (target - before) + keep * (angle - before) if lag > 0.0 else target
-            angle += min(max(unlimited - angle, -most), most)
-            before = target
-            reached.append(angle)
-        columns.append(reached)
-    return np.asarray(columns).T
+
+    def following(angle: float, commands: tuple[float, float]) -> float:
+        before, target = commands
+        unlimited = target - slope * (target - before) + keep * (angle - before)
+        return angle + min(max(unlimited - angle, -most), most)
+
+    return np.array([[*accumulate(pairwise(one), following, initial=one[0])] for one in command.T.tolist()]).T
 
 
 def broken_rules(report: Report, *, pulling: bool = False) -> tuple[list[str], list[str]]:
     """Return the messages of the rules that a gait breaks: those that forbid flight, and the others.
 
-    Physics needs an invertible matrix in level flight, hover thrusts unless rotors may pull, and tilt angles and rates
-    within the vehicle's limits, but no place on the surfaces.
+    Flight needs an invertible matrix when level, positive hover thrusts unless rotors may pull, and tilt angles and
+    rates within the vehicle's limits. The gait need not be on the surfaces.
     """
     harmless = _SURFACE_RULES | {"hover_thrust"} if pulling else _SURFACE_RULES
-    follow = () if report["on_surface"].ok else ("two_color", "continuous")  # from being off the surfaces
+    follow = () if report["on_surface"].ok else ("two_color", "continuous")  # broken by any gait off the surfaces
     broken = [check for check in report.checks if not (check.ok and check.decided) and check.name not in follow]
     forbidden = [check.message for check in broken if check.name not in harmless]
     return forbidden, [check.message for check in broken if check.name in harmless]
@@ -133,11 +128,9 @@ def broken_rules(report: Report, *, pulling: bool = False) -> tuple[list[str], l
 def from_hover(gait: GaitLike, *, periods: int = 2, anyway: bool = False) -> Course | str:
     """Return the course from hover into a gait, around it, and back; or the reason why there is none.
 
-    The gait is flown `periods` times, between a second in hover before and after. The path from hover is on the surface
-    where there is one; otherwise, as to a biased gait, it is straight if physics allows that, or `anyway`.
-
-    The angles are continuous at all times. Where a gait does not rest at the corner at which it is joined, their rates
-    jump there. InputError if a value is not allowed.
+    The gait is flown `periods` times, with a second in hover before and after. The path from hover is on the surface if
+    possible; otherwise, as to a biased gait, it is straight if that is flyable, or `anyway`. The angles are continuous;
+    their rates jump at the corner where a gait is joined if it does not rest there.
 
     Examples
     --------
@@ -153,13 +146,13 @@ def from_hover(gait: GaitLike, *, periods: int = 2, anyway: bool = False) -> Cou
     gait, times = timed.gait, timed.corner_times
     passed = timed.at(times[:-1])[0]
     if passed.shape != gait.alpha.shape or np.abs(passed - gait.alpha).max() > _SAME_PLACE:
-        # A timing law of its own is joined where it has its knots, which need not be corners of a polyline.
+        # Gaits timed by polynomials are joined at a knot, which need not be a corner.
         gait = replace(gait, alpha=passed, colors=gait.colors[:1] * len(passed), request={})
     path = transition("hover", gait)
     if path and path.report is not None and path.report.flyable:
         entry, seconds, corner = path.timed, path.duration, path.corners[1] or 0
     else:
-        # Straight to the first corner, for as long as the largest tilt rate needs.
+        # Straight to the first corner, within the largest tilt rate.
         ends = np.stack([np.zeros(4), gait.alpha[0]])
         straight = replace(gait, alpha=ends, colors=gait.colors[:1] * 2, request={})
         limit, seconds, corner = gait.vehicle.max_tilt_rate, path.duration, 0
@@ -168,7 +161,7 @@ def from_hover(gait: GaitLike, *, periods: int = 2, anyway: bool = False) -> Cou
         entry = straight.parametrize(2 * seconds)
         forbidden, _ = broken_rules(entry.check())
         if forbidden and not anyway:
-            # Off the surfaces no path on them is searched, so its reason would be beside the point.
+            # For a gait off the surfaces, paths on them do not matter.
             reason = path.reason if gait.check().valid else f"off the surfaces it is straight, and {forbidden[0]}"
             return f"no flyable path from hover: {reason}"
     hover = replace(gait, alpha=np.zeros((1, 4)), colors=gait.colors[:1], request={}).parametrize(1.0)

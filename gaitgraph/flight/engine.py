@@ -1,9 +1,8 @@
 """A tilt-rotor in the physics engine MuJoCo: its model and its state.
 
 The model is a free body with four arms on tilting hinges and a rotor at the end of each. Body axes and signs are those
-of :mod:`gaitgraph.vehicle`. Thrust pushes along the tilted rotor axis, and the rotor's drag torques the body about the
-same axis against its spin; neither has a moment about the hinge, so that arms which are held feel nothing of them.
-Stiff position actuators hold the hinges where the servos are.
+of :mod:`gaitgraph.vehicle`. Thrust acts along the tilted rotor axis, and the rotor's drag torque about the same axis
+against its spin; neither has a moment about the hinge. Stiff position actuators hold the hinges at the servo angles.
 """
 
 from __future__ import annotations
@@ -26,10 +25,10 @@ if TYPE_CHECKING:
     from gaitgraph.invertibility.matrices import FloatArray
     from gaitgraph.vehicle import Vehicle
 
-_LIGHT = 1e-6  # of the vehicle's least moment of inertia, for arms that state none
-_STIFF = 0.3  # natural frequency of the servos' hold on the hinges, per step of the engine
-_BOX = 0.05  # size of the arms' box of equal inertia, of the arm's length
-_MOST_ARM_MASS = 0.02  # of the vehicle's mass
+_LIGHT = 1e-6  # default inertia of an arm, as a share of the vehicle's least moment of inertia
+_STIFF = 0.3  # natural frequency of the actuators that hold the hinges, per step of the engine
+_BOX = 0.05  # size of an arm's box of equal inertia, as a share of the arm's length
+_MOST_ARM_MASS = 0.02  # as a share of the vehicle's mass
 
 
 def mujoco_library() -> Any:
@@ -38,21 +37,21 @@ def mujoco_library() -> Any:
         import mujoco
     except ImportError as error:
         raise needs_extra("mujoco", "flight in a physics engine", "sim") from error
-    except (AttributeError, OSError, RuntimeError) as error:  # it loads OpenGL, as this variable says
+    except (AttributeError, OSError, RuntimeError) as error:  # from loading the OpenGL of this variable
         raise InputError(f"mujoco does not load with MUJOCO_GL={os.environ.get('MUJOCO_GL')!r}; unset it") from error
     return mujoco
 
 
 _lock = Lock()
-_warnings: list[str] = []  # of all engines, while a flight is under way
-_handlers: list[Any] = []  # the handler of warnings before the first flight, once for each that is under way
+_warnings: list[str] = []  # of all engines during flights
+_handlers: list[Any] = []  # the original handler of warnings, once for each flight in progress
 
 
 @contextmanager
 def engine_warnings() -> Iterator[list[str]]:
-    """Collect the warnings of all engines in one list; otherwise the engine writes a file in the working folder.
+    """Collect the warnings of all engines in one list; by default the engine writes a file in the working folder.
 
-    The handler of warnings that was there before is restored once the last flight of the process is over.
+    The original handler of warnings is restored after the last flight of the process.
     """
     mujoco = mujoco_library()
     with _lock:
@@ -78,9 +77,9 @@ class Engine:
     Raises MissingConstant if the vehicle states no mass, inertia or arm length, MissingExtra if mujoco is not
     installed, and InputError if its moments of inertia cannot be those of a rigid body.
 
-    Arms without a stated inertia have a millionth of the vehicle's, so that they do not move the body; stated ones
-    are subtracted from the body's. A flat body, whose largest moment is the sum of the others, loses four millionths of
-    the least moment about that axis, for the body without the arms must be rigid too.
+    An arm without a stated inertia gets a millionth of the vehicle's, so that it does not move the body; the arms'
+    inertia is subtracted from the body's. A flat body, whose largest moment is the sum of the others, loses four
+    millionths of the least moment about that axis, since the body without the arms must be rigid too.
     """
 
     __slots__ = ("_bad", "data", "model", "mujoco")
@@ -92,10 +91,8 @@ class Engine:
             self.model = self.mujoco.MjModel.from_xml_string(text)
         except ValueError as error:  # constants of extreme sizes
             reason = " ".join(str(error).split())
-            raise InputError(
-                f"the physics engine does not take the constants of vehicle {vehicle.name!r} ({reason}); mass, inertia "
-                "and arm length must fit each other"
-            ) from None
+            rule = "mass, inertia and arm length must be in the range of the physics engine"
+            raise InputError(f"{rule}, got those of {vehicle.name!r} ({reason})") from None
         self.data = self.mujoco.MjData(self.model)
         kinds = self.mujoco.mjtWarning
         bad = (kinds.mjWARN_BADQPOS, kinds.mjWARN_BADQVEL, kinds.mjWARN_BADQACC, kinds.mjWARN_BADCTRL)
@@ -103,7 +100,7 @@ class Engine:
 
     @property
     def gave_up(self) -> bool:
-        """Whether a thrust or a motion was beyond 1e10 (SI) since :meth:`place`: later states mean nothing."""
+        """Whether a thrust or a motion exceeded 1e10 (SI) since :meth:`place`; later states are invalid."""
         return any(warning.number for warning in self._bad)
 
     def place(
@@ -115,11 +112,13 @@ class Engine:
         yaw: float = 0.0,
         rates: npt.ArrayLike = 0.0,
     ) -> None:
-        """Put the vehicle at rest at the origin, at an attitude [rad]; tilt angles [rad], tilt rates [rad/s]."""
+        """Put the vehicle at rest at the origin, with an attitude [rad], tilt angles [rad] and tilt rates [rad/s]."""
+        from scipy.spatial.transform import Rotation
+
         data = self.data
         self.mujoco.mj_resetData(self.model, data)
         data.qpos[:3] = 0.0
-        data.qpos[3:7] = quaternion_of(roll, pitch, yaw)
+        data.qpos[3:7] = Rotation.from_euler("ZYX", [yaw, pitch, roll]).as_quat(scalar_first=True)
         data.qpos[7:] = alpha
         data.qvel[6:] = rates
         data.ctrl[4:] = alpha
@@ -128,26 +127,17 @@ class Engine:
     def servo_commands(self, alpha: FloatArray) -> FloatArray:
         """Return the actuators' commands [rad], shape (n, 4), that put the hinges at angles of shape (n + 1, 4) [rad].
 
-        The engine's integrator, implicit in the actuators' damping, makes of them just these angles, but for what the
-        body's angular acceleration ω̇ does to an arm: it lags by up to about |ω̇|·step²/0.09 [rad], which is 0.3 mrad at
-        30 rad/s² and 1 ms.
+        The engine's integrator, implicit in the actuators' damping, then reaches these angles exactly, except that the
+        body's angular acceleration ω̇ makes an arm lag by up to about |ω̇|·step²/0.09 [rad], 0.3 mrad at 30 rad/s² and
+        1 ms.
         """
         moved = np.diff(alpha, axis=0)
         before = np.concatenate([moved[:1], moved[:-1]])
         return np.asarray(alpha[:-1] + ((1.0 + 2.0 * _STIFF) * moved - before) / _STIFF**2)
 
 
-def quaternion_of(roll: float, pitch: float, yaw: float) -> FloatArray:
-    """Return the unit quaternion (w, x, y, z) of z–y–x Euler angles [rad]."""
-    cr, cp, cy = (math.cos(angle / 2) for angle in (roll, pitch, yaw))
-    sr, sp, sy = (math.sin(angle / 2) for angle in (roll, pitch, yaw))
-    w, x = cr * cp * cy + sr * sp * sy, sr * cp * cy - cr * sp * sy
-    y, z = cr * sp * cy + sr * cp * sy, cr * cp * sy - sr * sp * cy
-    return np.array([w, x, y, z])
-
-
-def mjcf_of(vehicle: Vehicle, *, step: float = 1e-3, air: bool = False) -> str:
-    """Return a vehicle in the engine's own model format (MJCF); parameters and errors as for :class:`Engine`."""
+def mjcf_of(vehicle: Vehicle, *, step: float, air: bool) -> str:
+    """Return a vehicle in the engine's model format (MJCF); parameters and errors as for :class:`Engine`."""
     mass, inertia, length = vehicle.require("mass", "inertia", "arm_length", purpose="flight")
     arm = vehicle.arm_inertia if vehicle.arm_inertia is not None else _LIGHT * min(inertia)
     arm_mass = min(arm / (_BOX * length) ** 2, _MOST_ARM_MASS * mass)
@@ -158,8 +148,8 @@ def mjcf_of(vehicle: Vehicle, *, step: float = 1e-3, air: bool = False) -> str:
     if not _is_rigid(body):
         of_arms = f" without {4 * arm:.4g} of each for four arms" if vehicle.arm_inertia is not None else ""
         raise InputError(
-            f"inertia of vehicle {vehicle.name!r} must be three positive moments (kg m²), none of them more than the "
-            f"sum of the others; {list(inertia)}{of_arms} is not that of a rigid body"
+            f"inertia of vehicle {vehicle.name!r} must be three positive moments (kg m²), each at most the sum of the "
+            f"others; {list(inertia)}{of_arms} is not that of a rigid body"
         )
     stiffness = arm * (_STIFF / step) ** 2
     damping = 2.0 * arm * _STIFF / step

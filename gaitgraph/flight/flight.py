@@ -1,10 +1,9 @@
-"""One flight: the settings that it is asked for with, and the record of what came of it."""
+"""One flight: its settings and its record."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, fields, replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
@@ -14,10 +13,11 @@ from gaitgraph.angles import angle_from_text, number_of, whole_number
 from gaitgraph.errors import InputError, check_fields, checked_choice, shown
 from gaitgraph.gait.table import Table
 from gaitgraph.invertibility.matrices import FloatArray, least_singular_value
-from gaitgraph.io.formats import write_tables
 from gaitgraph.timing.laws import LAWS
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from gaitgraph.flight.course import Course
     from gaitgraph.timing.timed_gait import TimedGait
     from gaitgraph.vehicle import Vehicle
@@ -26,39 +26,37 @@ Reference = Literal["attitude", "hover", "step", "line", "circle"]
 Arms = Literal["served", "planned"]
 
 REFERENCES: tuple[Reference, ...] = get_args(Reference)
-"""What is followed: the level attitude alone, or places in the plane as well."""
+"""What the controller holds: the level attitude alone, or a place in the plane as well."""
 
 ARMS: tuple[Arms, ...] = get_args(Arms)
-"""Which tilt angles the controller assumes: those that the servos reach, or the planned ones."""
+"""Tilt angles that the controller assumes: those that the servos reach, or the planned ones."""
 
 _ANGLES = frozenset({"attitude_noise", "rate_noise", "servo_rate"})
-_SAMPLING = 1e-6  # by which control steps may miss a whole number of engine steps, as a fraction
+_SAMPLING = 1e-6  # relative tolerance for control steps being a whole number of engine steps
 
 
 def _number(default: float | None, least: float, most: float, unit: str) -> Any:
-    """Return the field of a number with its range; one without a default may be None."""
+    """Return the field of a number with its range; without a default it may be None."""
     return field(default=default, metadata={"range": (least, most, unit)})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FlightSettings:
-    """The settings of a flight, immutable; InputError if a value or a loop's gains are not allowed.
-
-    The units are SI and radians; the fields below state the range of each.
+    """The settings of a flight, immutable, in SI units and radians; InputError outside the ranges of the fields below.
 
     Parameters
     ----------
     duration
-        How long is flown; by default 3 s where only the attitude is held, 8 s to hover and for a step, and 4 s more
-        than `lap` for a line and a circle, but at least one period of the gait, and the whole of a course from hover.
+        Time to fly; by default 3 s where only the attitude is held, 8 s to hover and for a step, and 4 s more than
+        `lap` for a line and a circle, but at least one period of the gait, and the whole of a course from hover.
     tolerance
-        A flight has settled once its errors stay within it: of roll and pitch (where they are not used to reach a
-        place) and yaw, and of the place that is held.
+        A flight has settled once these errors stay below it: yaw, the place that is held, and roll and pitch unless
+        they lean to reach a place.
     step, control_rate
-        Time step of the engine, and rate of the controller, which acts every so many whole steps.
+        Time step of the engine, and rate of the controller, which acts after a whole number of steps.
     attitude_stiffness, attitude_damping, altitude_stiffness, altitude_damping, position_stiffness, position_damping
         Gains kp and kd after linearisation: of roll, pitch and yaw; of altitude; and of x and y, which every reference
-        but "attitude" holds.
+        but "attitude" holds. Unstable gains raise InputError.
     reference, size, lap
         One of :data:`REFERENCES`: "attitude" holds roll, pitch, yaw and altitude at zero and lets x and y drift;
         "hover" also holds x and y; "step" jumps to x = `size` at once; "line" moves there and "circle" along a
@@ -70,9 +68,9 @@ class FlightSettings:
     arms
         One of :data:`ARMS`. With "planned" a lag or a limited rate makes the controller assume wrong tilt angles.
     floor
-        The flight stops when the least singular value of the scaled decoupling matrix may be below.
+        The flight stops when the least singular value of the scaled decoupling matrix may fall below this.
     attitude_noise, rate_noise, position_noise, velocity_noise
-        Standard deviations of the sensors' errors, drawn anew at every control step.
+        Standard deviations of the sensors' errors, drawn at every control step.
     wind, gust, seed
         Mean wind (x, y, z) [m/s], acting through the engine's fluid model on the box of equal inertia; standard
         deviation of the wind in each direction, correlated over one second; seed of noise and gusts.
@@ -137,13 +135,13 @@ class FlightSettings:
 
     @property
     def seconds(self) -> float:
-        """How long is flown [s], unless the period of a gait or a course from hover takes longer."""
+        """Time to fly [s], unless the period of a gait or a course from hover takes longer."""
         if self.duration is not None:
             return self.duration
         return {"attitude": 3.0, "hover": 8.0, "step": 8.0}.get(self.reference, self.lap + 4.0)
 
     def seconds_of(self, course: Course) -> float:
-        """Return how long a course is flown [s]."""
+        """Return the time to fly a course [s]."""
         if self.duration is not None:
             return min(self.duration, course.duration)
         return course.duration if math.isfinite(course.duration) else max(self.seconds, course.moving_period)
@@ -155,7 +153,7 @@ class FlightSettings:
 
     @property
     def is_calm(self) -> bool:
-        """Whether there is neither wind nor gust, and so no air at all."""
+        """Whether there is neither wind nor gust; then the engine has no air."""
         return self.gust == 0.0 and not any(self.wind)
 
     def as_mapping(self) -> dict[str, Any]:
@@ -165,13 +163,13 @@ class FlightSettings:
         return values | {"wind": [float(part) for part in self.wind]}
 
     def _check_gains(self) -> None:
-        """Refuse gains that are unstable: sampled double integrators, and x, y around roll and pitch."""
+        """Raise InputError for unstable gains: of sampled double integrators, and of x and y around roll and pitch."""
         interval = 1.0 / self.control_rate
         for loop in ("attitude", "altitude"):
             stiffness, damping = (float(getattr(self, f"{loop}_{gain}")) for gain in ("stiffness", "damping"))
             # With the input held over n steps of the engine the double integrator moves by c·h²·a, c = (1 + 1/n)/2, so
-            # the poles are those of z² − (2 − kd·h − c·kp·h²)·z + 1 − kd·h + (1 − c)·kp·h²; inside |z| < 1 by a
-            # margin for c = 1/2 (thrusts held exactly) and c = 1, and so for every c between: whatever the step.
+            # the poles are the roots of z² − (2 − kd·h − c·kp·h²)·z + 1 − kd·h + (1 − c)·kp·h². They are inside |z| < 1
+            # by a margin for c = 1/2 (thrusts held exactly) and c = 1, hence for every c between: for every step.
             least = 1.025 * stiffness * interval / 2.0
             largest = 0.975 * (2.0 / interval - stiffness * interval / 2.0)
             stiffest = 1.95 / interval**2  # where the least damping is the largest
@@ -187,8 +185,8 @@ class FlightSettings:
             return
         kp, kd = float(self.attitude_stiffness), float(self.attitude_damping)
         kp_x, kd_x = float(self.position_stiffness), float(self.position_damping)
-        # From attitude to place it is four integrators in a row, whose input is held between two control steps. Poles
-        # δ of differences over the interval are stable where |1 + h·δ| < 1.
+        # From attitude to place there are four integrators in series, with an input held between two control steps.
+        # Poles δ of differences over the interval are stable where |1 + h·δ| < 1.
         taylor = np.cumprod(interval / np.arange(1, 5)) / interval
         gains = [kp * kp_x, kp * kd_x, kp, kd]
         moved = sum(np.diag(np.full(4 - k, taylor[k - 1]), k) for k in range(1, 4))
@@ -201,10 +199,9 @@ class FlightSettings:
 
 
 def settings_from_mapping(content: Any) -> FlightSettings:
-    """Return the settings in a table such as a study's ``[flight]``.
+    """Return the settings in a table such as a study's ``[flight]``; InputError if a name or a value is wrong.
 
-    Angles may be texts such as "2deg", `wind` may have two numbers. InputError if a name is unknown or a value is not
-    allowed.
+    Angles may be texts such as "2deg", and `wind` two numbers.
 
     >>> settings_from_mapping({"duration": 2, "attitude_noise": "0.5deg"}).attitude_noise
     0.008726646259971648
@@ -224,10 +221,8 @@ def reference_at(settings: FlightSettings, t: npt.ArrayLike) -> tuple[FloatArray
     t = np.asarray(t, dtype=float)
     kind, size, lap = settings.reference, settings.size, settings.lap
     place, velocity, acceleration = (np.zeros((len(t), 3)) for _ in range(3))
-    part = np.clip(t / lap, 0.0, 1.0)
-    share = part**3 * (10 - 15 * part + 6 * part**2)
-    first = 30 * part**2 * (1 - part) ** 2 / lap
-    second = 60 * part * (1 - part) * (1 - 2 * part) / lap**2
+    share, first, second = LAWS["smooth"].motion(np.clip(t / lap, 0.0, 1.0))
+    first, second = first / lap, second / lap**2
     if kind == "step":
         place[:, 0] = size
     elif kind == "line":
@@ -242,18 +237,16 @@ def reference_at(settings: FlightSettings, t: npt.ArrayLike) -> tuple[FloatArray
     return place, velocity, acceleration
 
 
-# -- The record of a flight
-
 COLUMNS = (
     "t", "x", "y", "z", "roll", "pitch", "yaw", "x_rate", "y_rate", "z_rate",
     "body_rate_x", "body_rate_y", "body_rate_z", "alpha1", "alpha2", "alpha3", "alpha4",
     "thrust1", "thrust2", "thrust3", "thrust4", "saturated", "nearness",
     "x_wanted", "y_wanted", "z_wanted", "roll_wanted", "pitch_wanted",
 )  # fmt: skip
-"""What a row of a flight holds, in order; SI units and radians.
+"""The columns of a flight, in order; SI units and radians.
 
-Positions, angles and rates are true ones; `nearness` is judged by the controller from its noisy measurements: a number
-between half the least singular value of the scaled decoupling matrix and all of it.
+Positions, angles and rates are true values; `nearness`, from the controller's noisy measurements, is between half the
+least singular value of the scaled decoupling matrix and all of it.
 """
 
 TABLES = (".csv", ".json", ".npz", ".mat", ".parquet")
@@ -264,21 +257,22 @@ Outcome = Literal["settled", "not settled", "near singular", "sign change", "tum
 OUTCOMES: tuple[Outcome, ...] = get_args(Outcome)
 """How a flight may end.
 
-"sign change" is that of the determinant; "tumbling" is any motion too fast or too far to be flight.
+"sign change" is that of the determinant; "tumbling" is a motion too fast or too far to be flight.
 """
 
 _AT = {name: k for k, name in enumerate(COLUMNS)}
-_HELD_AT_LEAST = 0.2  # s within tolerance before the end, or a tenth of the flight if that is less
+_HELD_AT_LEAST = 0.2  # s within tolerance at the end, or a tenth of the flight if that is less
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Flight:
-    """One flight, and whether it settled. Truthy when it did.
+    """One flight; truthy when it settled.
 
-    `attitude` is roll and pitch at the start [rad]. `rows` has one row a control step, columns as in :data:`COLUMNS`,
-    none if the flight was refused; quantities of the rows are then None. `outcome` is one of :data:`OUTCOMES`; `reason`
-    states why it did not settle, "" if it did. Errors stayed within tolerance since `settling_time` [s], None if it did
-    not settle. `warnings` are what physics does not forbid, such as rows off the surfaces.
+    `attitude` is roll and pitch at the start [rad]. `rows` has a row for each control step, columns as in
+    :data:`COLUMNS`; a refused flight has no rows, and quantities of the rows are then None. `outcome` is one of
+    :data:`OUTCOMES`; `reason` states why it did not settle, "" if it did. Errors stayed within tolerance after
+    `settling_time` [s], None if it did not settle. `warnings` are about what flies all the same, such as rows off the
+    surfaces.
     """
 
     course: Course
@@ -312,7 +306,7 @@ class Flight:
 
     @property
     def failed(self) -> bool:
-        """Whether it ended early because it could not go on."""
+        """Whether it was stopped early."""
         return self.outcome not in ("settled", "not settled", "refused")
 
     @property
@@ -343,7 +337,7 @@ class Flight:
 
     @property
     def flown(self) -> float:
-        """How long was flown [s]."""
+        """Time flown [s]."""
         return float(self.rows[-1, 0]) if len(self.rows) else 0.0
 
     @property
@@ -353,7 +347,7 @@ class Flight:
         return float(least_singular_value(self.alpha, self.vehicle, roll, pitch).min()) if len(self.rows) else None
 
     def as_mapping(self) -> dict[str, Any]:
-        """Return the outcome and the numbers of the flight as plain values, ready for JSON; angles in radians."""
+        """Return the outcome and the numbers of the flight as plain values, ready for JSON."""
         roll, pitch = self.rows[-1, 4:6].tolist() if len(self.rows) else (None, None)
         names = (
             "settled", "reason", "refused", "outcome", "warnings", "duration", "settling_time", "peak_tilt",
@@ -365,7 +359,7 @@ class Flight:
         return {name: own[name] if name in own else getattr(self, name) for name in names}
 
     def table(self) -> Table:
-        """Return the flight as a table, one row a control step."""
+        """Return the flight as a table with a row for each control step."""
         timed = self.course.timed
         about = about_table("fly", timed, self.settings)
         about["flight"]["attitude"] = list(self.attitude)
@@ -375,13 +369,10 @@ class Flight:
         return Table(columns={name: self.rows[:, k] for name, k in _AT.items()}, about=about)
 
     def write(self, *paths: str | Path, force: bool = False) -> None:
-        """Write the table of the flight to files (:data:`TABLES`), each whole or not at all; no plots and films."""
-        for path in paths:
-            if Path(path).suffix.lower() not in TABLES:
-                raise InputError(f"output must be a table of a flight ({', '.join(TABLES)}), got {str(path)!r}")
-        if not len(self.rows):
-            raise InputError("nothing was flown, so there is no table to write")
-        write_tables(self.table(), paths, force=force)
+        """Write tables, plots and films of the flight; see :func:`gaitgraph.plots.flights.write_flight`."""
+        from gaitgraph.plots.flights import write_flight
+
+        write_flight(self, paths, force=force)
 
     def __repr__(self) -> str:
         return f"<Flight: {self.flown:g} s, {self.reason or self.verdict}>"
@@ -414,7 +405,7 @@ def record_of(
     failure: tuple[Any, ...] = (),
     warnings: tuple[str, ...] = (),
 ) -> Flight:
-    """Return the record of a flight: its rows, none if it was refused, and outcome and reason of a `failure`."""
+    """Return the record of a flight from its rows, none if it was refused, and outcome and reason of a `failure`."""
     rows = np.empty((0, len(COLUMNS))) if rows is None else rows
     since, worst = settled_since(rows, settings)
     if failure:
@@ -447,7 +438,7 @@ def record_of(
 
 
 def about_table(made_by: str, timed: TimedGait, settings: FlightSettings) -> dict[str, Any]:
-    """Return what a table of flights states of itself."""
+    """Return what a table of flights states about itself."""
     return {
         "made_by": made_by,
         "vehicle": timed.gait.vehicle.as_mapping(),
@@ -459,7 +450,7 @@ def about_table(made_by: str, timed: TimedGait, settings: FlightSettings) -> dic
 
 
 def settled_since(rows: FloatArray, settings: FlightSettings) -> tuple[float | None, str]:
-    """Return the time from which all errors stayed within tolerance [s], or None and the worst error at the end."""
+    """Return the time after which all errors stayed within tolerance [s], or None and the worst error at the end."""
     if not len(rows):
         return None, "nothing was flown"
     errors = {"altitude (m)": rows[:, _AT["z"]] - rows[:, _AT["z_wanted"]], "yaw (rad)": rows[:, _AT["yaw"]]}

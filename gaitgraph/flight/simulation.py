@@ -1,4 +1,4 @@
-"""Flights: a course flown in the physics engine against servos, noise and wind, or refused before take-off."""
+"""Flights: a course in the physics engine with servos, noise and wind, or refused before take-off."""
 
 from __future__ import annotations
 
@@ -29,15 +29,15 @@ if TYPE_CHECKING:
 _DEFAULT_ATTITUDE = (0.3, -0.2)  # roll and pitch at the start of a flight that only levels out [rad]
 _TUMBLING = 200.0  # rad/s
 _FARTHEST = 1e5  # m
-_MOST_LEAD = 1.0  # s by which references are followed ahead of time
+_MOST_LEAD = 1.0  # s by which the controller looks ahead on a reference
 _GUST_TIME = 1.0  # s over which gusts are correlated
 _PROGRESS_EVERY = 500  # control steps
 _SETTLED_EVERY = 50  # control steps between two checks whether a flight has settled
-_MOST_STEPS = 1_000_000  # which take about 1.5 GB
+_MOST_STEPS = 1_000_000  # they take about 1.5 GB
 _LEAST_STEPS = 20  # of the engine in a period
 _STILL = 1e-9  # rad of swing below which an arm stands still
-_ENOUGH = 0.9  # of its commanded swing that an arm must reach
-_ROWS_AT_ONCE = 500  # of an allocation turned into plain numbers
+_ENOUGH = 0.9  # share of its commanded swing that an arm must reach
+_ROWS_AT_ONCE = 500  # of an allocation converted to plain numbers
 
 
 class Simulation:
@@ -57,9 +57,9 @@ class Simulation:
             raise InputError(f"duration must be at most {_MOST_STEPS} steps of {step:g} s, got {seconds:g} s")
         if 0.0 < period < _LEAST_STEPS * step * (1.0 - 1e-9):
             least = f"{_LEAST_STEPS} steps of {step:g} s ({_LEAST_STEPS * step:g} s)"
-            raise InputError(f"period must be at least {least}, got {period:g} s; or make the step smaller")
+            raise InputError(f"period must be at least {least}, got {period:g} s; a smaller step helps too")
         self.controls = max(round(seconds * settings.control_rate), 1)
-        # Roll and pitch lag behind their wanted values by kd/kp, so places are followed by looking as far ahead.
+        # Roll and pitch lag behind their wanted values by kd/kp, so references are read that much ahead.
         lead = min(settings.attitude_damping / settings.attitude_stiffness, _MOST_LEAD)
         self._ahead = round(lead * settings.control_rate) if settings.reference != "attitude" else 0
         steps: FloatArray = np.arange((self.controls + self._ahead) * every + 1, dtype=float) * settings.step
@@ -75,7 +75,7 @@ class Simulation:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """A line if the servos make an arm swing by much less than is commanded."""
+        """A line if an arm swings by much less than commanded."""
         flown = self.controls * self.settings.steps_per_control + 1
         planned, reached = (np.ptp(angles[:flown], axis=0) for angles in (self.command, self.actual))
         share = np.where(planned > _STILL, reached / np.maximum(planned, _STILL), 1.0)
@@ -83,8 +83,8 @@ class Simulation:
         if share[worst] >= _ENOUGH:
             return ()
         return (
-            f"the servos do not follow: arm {worst + 1} swings by {reached[worst]:.3g} of the {planned[worst]:.3g} rad "
-            "that are planned, so another gait is flown; a longer period would help",
+            f"the servos do not follow: arm {worst + 1} swings by {reached[worst]:.3g} of the planned "
+            f"{planned[worst]:.3g} rad, so another gait is flown; a longer period helps",
         )
 
     def run(
@@ -96,8 +96,8 @@ class Simulation:
     ) -> Flight:
         """Fly from rest at the origin with a roll and a pitch [rad], until the course or the settings end.
 
-        `progress` is called now and then with the part that is flown. With `until_settled` the flight ends once it has
-        settled, but not before so many seconds.
+        `progress` is called with the fraction flown. With `until_settled` the flight ends once it has settled, but not
+        before so many seconds.
         """
         settings, engine, count = self.settings, self.engine, self.controls
         every = settings.steps_per_control
@@ -116,7 +116,7 @@ class Simulation:
         model, data, mj_step = engine.model, engine.data, engine.mujoco.mj_step
         qpos, qvel, ctrl = data.qpos, data.qvel, data.ctrl
         hinge_commands, thrust, hinges = self._hinge_commands, ctrl[:4], ctrl[4:]
-        # One flight is a loop of many thousand short steps, so it works in plain numbers, as the controller does.
+        # A flight is many thousand short steps, so it uses plain numbers, as the controller does.
         table = np.empty((count + 1, len(COLUMNS)))
         memory, width, pack = table.data, len(COLUMNS) * table.itemsize, struct.Struct(f"{len(COLUMNS)}d").pack_into
         kept = 0
@@ -128,7 +128,7 @@ class Simulation:
                 for k, row in enumerate(rows):
                     t = k * interval
                     if warnings and engine.gave_up:
-                        reason = "thrusts or accelerations are beyond what the physics engine can follow"
+                        reason = "thrusts or accelerations exceed the range of the physics engine"
                         raise Stopped("tumbling", f"it tumbles just before {t:.3f} s: {reason}")
                     speed = qvel.tolist()
                     state, tilts = _state_of(t, qpos.tolist(), speed)
@@ -200,7 +200,7 @@ def gusts_of(settings: FlightSettings, count: int) -> FloatArray | None:
 def gyroscopic_of(vehicle: Vehicle) -> ApplyTorque | None:
     """Return a function that applies the rotors' gyroscopic torques to the body; None without a rotor inertia.
 
-    The part about a hinge is borne by its servo, which passes it on to the body too.
+    The part about a hinge acts on the body through the servo.
     """
     if vehicle.rotor_inertia is None:
         return None
@@ -224,10 +224,10 @@ def gyroscopic_of(vehicle: Vehicle) -> ApplyTorque | None:
 
 
 def before_take_off(course: Course, settings: FlightSettings, *, anyway: bool = False) -> tuple[str, tuple[str, ...]]:
-    """Return why a course's gait must not be flown with given settings, "" if it may, and the warnings.
+    """Return why a course's gait cannot fly with given settings, "" if it can, and the warnings.
 
-    Thrusts and tilt rates are judged by the limits of the flight, which may differ from the vehicle's. With `anyway`
-    each reason against it is a warning.
+    The limits of thrusts and tilt rates are those of the flight, which may differ from the vehicle's. With `anyway`
+    reasons become warnings.
     """
     timed, vehicle = course.timed, course.vehicle
     thrust = (settings.thrust_limit or vehicle.max_thrust) if settings.saturation else None
@@ -239,17 +239,19 @@ def before_take_off(course: Course, settings: FlightSettings, *, anyway: bool = 
             jump, last = np.linalg.norm(timed.gait.alpha[-1] - timed.gait.alpha[0]), timed.times[-1] - timed.times[-2]
             back = f"the {jump:.3g} rad from its last row back to the first are flown within {last:.3g} s"
             warnings.append(f"the table is not closed: {back}")
-        straight = f"{timed.samples} rows are flown straight from one to the next"
-        warnings.append(f"the timing matches no built-in law: {straight}")
+        if not timed.law_stated:
+            straight = f"{timed.samples} rows are flown straight from one to the next"
+            warnings.append(f"the timing matches no built-in law: {straight}")
     # Whether only a part of the course, the period or the lap is flown.
     seconds, is_finite = settings.seconds_of(course), math.isfinite(course.duration)
     for name, whole, meaning in (
-        ("course", course.duration if is_finite else 0.0, "what comes after it is not flown"),
-        ("period", course.moving_period * (not is_finite), "what holds at one moment of it need not hold at another"),
+        ("course", course.duration if is_finite else 0.0, "the rest is not flown"),
+        ("period", course.moving_period * (not is_finite), "the rest of the gait is not tested"),
         ("lap", settings.lap * (settings.reference in ("line", "circle")), "the reference is not followed to its end"),
     ):
         if seconds < whole * (1 - 1e-9):
-            warnings.append(f"{seconds:g} s are {seconds / whole:.3g} of a {name} of {whole:g} s: {meaning}")
+            part = f"{100 * seconds / whole:.3g} % of a {name} of {whole:g} s"
+            warnings.append(f"the flight of {seconds:g} s is {part}: {meaning}")
     if anyway:
         return "", (*(f"flown although it is not flyable: {message}" for message in forbidden), *warnings)
     return forbidden[0] if forbidden else "", tuple(warnings)
@@ -268,32 +270,31 @@ def fly(
     Parameters
     ----------
     gait
-        A timed gait, or a gait in any other form, which is flown again and again; or a course, as
-        :func:`~gaitgraph.flight.course.from_hover` makes.
+        A gait in any form, which is repeated; or a course, see :func:`~gaitgraph.flight.course.from_hover`.
     attitude
-        Roll and pitch at the start [rad, or texts such as "10deg"]; by default (0.3, −0.2) where the reference is
-        "attitude" and a gait is flown, else level.
+        Roll and pitch at the start [rad, or texts such as "10deg"]; by default (0.3, −0.2) for a gait with the
+        reference "attitude", else level.
     settings, anyway
-        See :class:`~gaitgraph.flight.flight.FlightSettings`; whether to fly what is not flyable.
+        See :class:`~gaitgraph.flight.flight.FlightSettings`; whether to fly a gait that is not flyable.
     progress
-        Called now and then with the part that is flown.
+        Called with the fraction flown.
 
     Returns
     -------
     Flight
-        Truthy when it settled. A gait that physics forbids is refused before take-off, with the reason. One that is
-        only off the surfaces, as a biased gait is, flies with a warning; so does a flight of only a part of the period,
-        the lap or the course, and one whose servos do not follow.
+        Truthy when it settled. A gait that cannot fly is refused before take-off, with the reason. There is a warning
+        for a gait that is only off the surfaces, as a biased gait is, for a flight of a part of the period, the lap or
+        the course, and for servos that do not follow.
 
     Raises
     ------
     InputError, MissingConstant, MissingExtra
-        If a value is not allowed, the vehicle states no mass, inertia or arm length, or mujoco is not installed.
+        If a value is wrong, the vehicle states no mass, inertia or arm length, or mujoco is not installed.
 
     Notes
     -----
-    Not modelled: rotors that take time to change their speed, ground effect, wakes, flexible arms, delays. The
-    controller knows the vehicle's constants exactly, and the tilt angles unless it assumes the planned ones.
+    Not modelled: rotor speed dynamics, ground effect, wakes, flexible arms, delays. The controller knows the vehicle's
+    constants exactly, and the tilt angles unless it assumes the planned ones.
 
     Examples
     --------

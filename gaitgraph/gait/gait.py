@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from gaitgraph._lazy import Pictured
 from gaitgraph.angles import angles_from, checked_number, text_from_angle, whole_number
 from gaitgraph.errors import InputError, shown
 from gaitgraph.invertibility.matrices import (
@@ -46,8 +47,8 @@ _STRAIGHT = 1e-9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, init=False, eq=False)
-class Gait:
-    """A closed polyline of tilt angles with the color of each corner and a direction; :meth:`check` states what holds.
+class Gait(Pictured):
+    """A closed polyline of tilt angles, with a color for each corner and a direction; :meth:`check` validates it.
 
     Parameters
     ----------
@@ -58,17 +59,17 @@ class Gait:
         The sheet of each corner, "red" or "blue", or the fibre, "fiber1" or "fiber2"; empty for a gait that is off the
         surfaces (a biased one).
     vehicle, coefficients
-        What the gait is for, and the coefficients of the surfaces it lies on; by default those of the vehicle.
+        The vehicle that flies the gait, and the coefficients of the surfaces it lies on; by default the vehicle's.
     crossing_tolerance
         Distance from a crossing line within which a plane type is `?` [rad].
     request
-        The request that the gait was planned for, as plain values, which its files then state; empty if it was not
-        planned. A gait that is made from another has none.
+        The request of the plan that found the gait, as plain values, which its files then state. Empty if it was not
+        planned, or made from another gait.
 
     Raises
     ------
     InputError
-        If a shape, an angle or a color is not allowed.
+        If a shape, an angle or a color is wrong.
 
     Examples
     --------
@@ -112,9 +113,8 @@ class Gait:
         if not all(color in FAMILIES for color in names):
             raise InputError(f"colors must be {', '.join(map(repr, FAMILIES))}, got {shown(names)}")
         corners.flags.writeable = False
-        vehicle, request = vehicle_named(vehicle), {} if request is None else request
-        coefficients = coefficients_of(vehicle, coefficients)
-        checked = (corners, names, vehicle, coefficients, crossing_tolerance, request)
+        body = vehicle_named(vehicle)
+        checked = (corners, names, body, coefficients_of(body, coefficients), crossing_tolerance, request or {})
         for name, value in zip(self.__slots__, checked, strict=True):
             object.__setattr__(self, name, value)  # the record is frozen
 
@@ -220,7 +220,7 @@ class Gait:
 
         Notes
         -----
-        Not guaranteed: that samples fall on corners. Every sample is on the gait's surface all the same.
+        Samples lie on the gait, but may miss its corners.
         """
         from gaitgraph.timing.timed_gait import TimedGait, checked_clock
 
@@ -245,26 +245,21 @@ class Gait:
         return "\n".join([title, self.setting_text(), "", *self.corner_lines()])
 
     def size_text(self) -> str:
-        """Return how many corners and how long it is."""
+        """Return the number of corners and the length."""
         return f"{len(self.alpha)} corner{'s' * (len(self.alpha) > 1)}, {self.length:.4f} rad around"
 
     def setting_text(self) -> str:
         """Return the vehicle and the coefficients in one line."""
         return f"vehicle {self.vehicle.name} (κ = {self.vehicle.drag_ratio:.4f}), {self.coefficients.kind} coefficients"
 
-    def corner_lines(self, most: int = 12) -> list[str]:
-        """Return the first corners as lines of a table for people."""
-        corners, types = len(self.alpha), self.types
+    def corner_lines(self) -> list[str]:
+        """Return the first twelve corners as lines of a table."""
+        corners, types, most = len(self.alpha), self.types, 12
         lines = ["  corner      α1        α2        α3        α4" + "     types" * bool(types)]
         for k, alpha in enumerate(self.alpha[:most]):
             angles = "".join(f"{text_from_angle(float(angle)):>10}" for angle in alpha)
             lines.append(f"  {k + 1:>4}  {angles}" + (f"     {types[k]}" if types else ""))
         return lines if corners <= most else [*lines, f"     … and {corners - most} more"]
-
-    def _repr_html_(self) -> str:
-        from gaitgraph.plots.notebook import html_of
-
-        return html_of(self)
 
 
 def lift(
@@ -299,13 +294,8 @@ def lift(
         allowed = f"'red' or 'blue', one for all or for each of the {len(plane)} points"
         raise InputError(f"colors must be {allowed}, got {shown(colors)}")
     numbers = coefficients_of(vehicle, coefficients)
-    return Gait(
-        alpha=points_on_sheets(plane[:, 0], plane[:, 1], names, numbers),
-        colors=names,
-        vehicle=vehicle,
-        coefficients=numbers,
-        crossing_tolerance=crossing_tolerance,
-    )
+    alpha = points_on_sheets(plane[:, 0], plane[:, 1], names, numbers)
+    return Gait(alpha=alpha, colors=names, vehicle=vehicle, coefficients=numbers, crossing_tolerance=crossing_tolerance)
 
 
 def points_on_sheets(
@@ -319,17 +309,17 @@ def points_on_sheets(
 
 
 def checked_factor(name: str, eta: object) -> float:
-    """Return a factor η by which tilt angles are scaled, or raise InputError by its name."""
+    """Return a factor η by which tilt angles are scaled; raise InputError with its name if it is not in (0, 1]."""
     return checked_number(name, eta, "a number in (0, 1]", above=True, most=1.0)
 
 
 def vertices(alpha: npt.ArrayLike, tolerance: float = 1e-9) -> FloatArray:
     """Return the vertices of a closed loop through rows of tilt angles, shape (n, 4) [rad]: its corners, in order.
 
-    A row is a corner if it is farther than the tolerance [rad] from the straight line between its neighbours. So the
-    rows of a sampled curve are corners, unless the tolerance is above what the curve bends between them. Where a corner
-    falls between two rows of a sampled table, it is where the sides meet. A point has one vertex, an out-and-back loop
-    two. The paper's equations (16) to (19) take the extremes of each angle, which gives the same for its rectangles.
+    A row is a corner if it is farther than the tolerance [rad] from the straight line between its neighbours. The rows
+    of a curve are all corners, unless the tolerance exceeds the bend between rows. A corner between two rows of a
+    sampled table is put where the sides meet. A point has one vertex, an out-and-back loop two. The paper's equations
+    (16) to (19) take the extremes of each angle; for its rectangles the result is the same.
 
     >>> vertices([[0, 0, 0, 0], [1, 0, 1, 0], [1, 0.5, 1, 0.5], [1, 1, 1, 1]]).tolist()
     [[0.0, 0.0, 0.0, 0.0], [1.0, 0.0, 1.0, 0.0], [1.0, 1.0, 1.0, 1.0]]
@@ -365,17 +355,17 @@ _LOOPS = {
 }
 
 PAPER_GAITS = {f"gait{number}": number for number in _LOOPS}
-"""What the paper's gaits may be called instead of a file, and their numbers."""
+"""Names of the paper's gaits, accepted instead of a file, and their numbers."""
 
 
 def paper_gait(number: int, vehicle: Vehicle, coefficients: Coefficients) -> Gait:
-    """Return Gait 1 to 4 for a vehicle; its loop is mirrored in the origin, as all regions are, if the spin is."""
+    """Return Gait 1 to 4 for a vehicle; for the other rotor spin the loop is mirrored in the origin."""
     color, points = _LOOPS[number]
     side = 1 if vehicle.signed_drag_ratio > 0 else -1
     return lift(side * np.array(points) * (math.pi / 16), color, vehicle=vehicle, coefficients=coefficients)
 
 
 def printed_gait(number: int, coefficients: Coefficients) -> Gait:
-    """Return the polyline through a gait's vertices as printed, α3 and α4 to three decimals: off the surfaces."""
+    """Return a gait through the vertices as the paper prints them, three decimals for α3 and α4: off the surfaces."""
     alpha = np.array(paper_gait(number, PAPER, coefficients_of(PAPER)).alpha)
     return Gait(alpha=np.column_stack([alpha[:, :2], alpha[:, 2:].round(3)]), coefficients=coefficients)

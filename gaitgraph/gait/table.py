@@ -1,4 +1,4 @@
-"""Gait tables: named columns and what made them; lifted, closed to gaits, and completed with the columns that follow.
+"""Gait tables: named columns and their provenance; lifted, closed to gaits, and completed with computed columns.
 
 A table has the columns ``t, alpha1, alpha2, alpha3, alpha4`` (s, rad), then ``color, types, R``, then ``alpha1_rate`` …
 (rad/s) and ``alpha1_acceleration`` … (rad/s²). A user's table needs only alpha1 to alpha4, or alpha1, alpha2 and color,
@@ -11,10 +11,13 @@ Any other table is closed by a straight segment back to the first row, which tak
 from __future__ import annotations
 
 import json
+import math
 import warnings
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from importlib import import_module
 from itertools import chain
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -58,30 +61,31 @@ TEXTS = ("color", "types")
 ORDER = ("t", *ANGLES, "color", "types", "R", *RATES, *ACCELERATIONS)
 
 FORMAT = "gaitgraph gait table"
-"""What the provenance in a file calls the file."""
+"""The value of `format` in the provenance of a file."""
 
 ROWS_OF_A_PIECE = 1 << 16
-"""Long tables are made, written and read in pieces of so many rows."""
+"""Number of rows of the pieces in which long tables are made, written and read."""
 
 SAME_ROW = 1e-9
 """Two rows are the same point if no angle differs by more than this [rad]: far below any printed digit, above the
 rounding of floating point."""
 
-OTHER_ROWS = "the rows are not those of the corners that the table states: the rows are used, joined straight"
-"""What is said of a table whose rows were changed since it was written."""
+OTHER_ROWS = "the rows differ from the gait that the file states: the rows are used, joined by straight segments"
+"""Warning for a table whose rows were changed since it was written."""
 
-_ON_STATED = 1e-6  # rad between a row and the gait that its table states; and share of its period
+_ON_STATED = 1e-6  # allowed distance of a row from the gait that its table states [rad]; also a share of the period
 _ROWS_AT_ONCE = 1 << 12
 _NANOSECOND = 1e-9  # to which times are rounded in bags
+_MOST_COMPARED = 10**8  # rows times corners
 _DEEPEST = 100
 _UNITS = {"t": "s", "R": "1"} | dict.fromkeys(ANGLES, "rad")
 _UNITS |= dict.fromkeys(RATES, "rad/s") | dict.fromkeys(ACCELERATIONS, "rad/s^2")
-# Of what a flight adds to the angles, see gaitgraph.flight.flight.
+# Columns that a flight adds, see gaitgraph.flight.flight.
 _UNITS |= dict.fromkeys(("x", "y", "z", "x_wanted", "y_wanted", "z_wanted"), "m")
 _UNITS |= dict.fromkeys(("roll", "pitch", "yaw", "roll_wanted", "pitch_wanted"), "rad")
 _UNITS |= dict.fromkeys(("x_rate", "y_rate", "z_rate"), "m/s") | dict.fromkeys(("saturated", "nearness"), "1")
 _UNITS |= {f"body_rate_{axis}": "rad/s" for axis in "xyz"} | {f"thrust{k}": "N" for k in range(1, 5)}
-# Of a basin, see gaitgraph.flight.basins.
+# Columns of a basin, see gaitgraph.flight.basins.
 _UNITS |= {"begin": "s", "seconds": "s"} | dict.fromkeys(("eta", "peak_share", "acceptable", "same_side"), "1")
 _DERIVED = {"": "", "_rate": "/s", "_acceleration": "/s^2"}
 
@@ -97,9 +101,9 @@ class Table:
     about
         What made the table: vehicle, coefficients, period, law and so on; plain values.
     digit_error
-        Half a unit of the last printed digit of its angles [rad]; 0 if that is not known.
+        Half a unit of the last printed digit of its angles [rad]; 0 if unknown.
     notes
-        What of its file or frame is not used.
+        Warnings about parts of its file or frame that are not used.
     """
 
     columns: dict[str, Any]
@@ -123,7 +127,7 @@ class Table:
 
     @property
     def units(self) -> dict[str, str]:
-        """The unit of each column, in ASCII; "" for texts and where it is not known."""
+        """The unit of each column, in ASCII; "" for texts and unknown columns."""
         known = dict(_UNITS)
         servos = self.about.get("servos")
         if isinstance(servos, dict) and isinstance(servos.get("joint"), list):  # a servo table: its map states them
@@ -152,7 +156,7 @@ class Table:
         try:
             library = import_module(name)
         except ImportError as error:
-            raise MissingExtra(f"{name}: not installed, and to_{name} needs it: pip install {name}") from error
+            raise MissingExtra(f"to_{name} needs {name}. Install it with: pip install {name}") from error
         kind = "category" if name == "pandas" else library.Categorical
         texts = {name: library.Series(list(self[name]), dtype=kind) for name in TEXTS if name in self}
         return library.DataFrame({**self.columns, **texts})
@@ -207,14 +211,14 @@ def about_from_text(text: object, *, required: bool = False) -> dict[str, Any]:
     try:
         content = json.loads(text)
     except (RecursionError, ValueError) as error:
-        raise InputError("the provenance in the file is not JSON as gaitgraph writes it") from error
+        raise InputError("the provenance in the file must be the JSON that gaitgraph writes") from error
     if not isinstance(content, dict) or content.get("format") != FORMAT:
         raise InputError("the provenance in the file was not written by gaitgraph")
     return checked_about(content.get("about"))
 
 
 def checked_about(content: object) -> dict[str, Any]:
-    """Return what made a table if it is plain values as JSON holds them, nested up to 100 levels; else InputError."""
+    """Return the provenance of a table; InputError unless it is plain JSON values, nested up to 100 levels."""
     if not isinstance(content, dict):
         raise InputError(f"about must be an object, got {shown(content)}")
     level: list[Any] = [content]
@@ -222,7 +226,7 @@ def checked_about(content: object) -> dict[str, Any]:
         inner = [one for one in level if isinstance(one, (dict, list))]
         level = [value for one in inner for value in (one.values() if isinstance(one, dict) else one)]
     if level:
-        raise InputError(f"about: it is nested too deeply, more than {_DEEPEST} levels")
+        raise InputError(f"about must have at most {_DEEPEST} levels of nesting")
     try:
         json.dumps(content, allow_nan=False)
     except (TypeError, ValueError) as error:
@@ -237,24 +241,37 @@ def tilt_angles(table: Table, coefficients: Coefficients, *, rows_before: int = 
     """Return the four tilt angles of each row, shape (n, 4) [rad]; rows of alpha1, alpha2 and color are lifted.
 
     Raises InputError if a row to lift is on a fibre, which leaves α3 or α4 open, or outside [−π/2, π/2]². `rows_before`
-    counts the rows of the same table before these, for messages.
+    is the number of earlier rows of the table, for messages.
     """
     if "alpha3" in table:
         return table.alpha
     for k, color in enumerate(table["color"], start=rows_before + 1):
         if color in FIBERS:
-            wanted = "without alpha3 and alpha4 it must be 'red' or 'blue', as a fibre leaves one of them open"
-            raise InputError(f"row {k}: color is {color!r}; {wanted}")
+            raise InputError(f"color must be 'red' or 'blue' without alpha3 and alpha4, got {color!r} in row {k}")
     return points_on_sheets(table["alpha1"], table["alpha2"], table["color"], coefficients)
+
+
+def lifted_pieces(
+    pieces: Iterable[Table], coefficients: Coefficients, tolerance: float = DEFAULT_TOLERANCE
+) -> Iterator[tuple[Table, FloatArray, npt.NDArray[np.int8]]]:
+    """Yield pieces, their tilt angles, and the family of each row, as stated or by its place; 0 for none."""
+    rows = code = 0
+    for piece in pieces:
+        alpha = tilt_angles(piece, coefficients, rows_before=rows)
+        if "color" in piece:
+            codes = family_codes(piece["color"])
+        else:
+            codes = families_along(alpha, coefficients, tolerance, before=code)
+        rows, code = rows + len(alpha), int(codes[-1])
+        yield piece, alpha, codes
 
 
 def is_closed(alpha: FloatArray) -> bool:
     """Return whether the last of two or more rows of angles is the first again; the first and the last two suffice.
 
-    Every reader of tables closes them by this rule. A measured period ends within its noise of where it began, which is
-    far less than the step before. An open table ends one step earlier. Where it comes to rest, that step is shorter
-    than the one before: 7 times if the distance to the end goes with τ³, less than 15 times if its angles are rounded
-    and differ, and 15 times with τ⁴.
+    Every reader of tables uses this rule. A measured period ends within its noise of the first row, which is far less
+    than the step before. An open table ends one step earlier. If it comes to rest there, that step is shorter than the
+    one before: 7 times if the distance to the end goes with τ³, up to 15 times with rounded angles, 15 times with τ⁴.
 
     >>> is_closed(np.array([[0.4], [0.5], [0.4 + 1e-6]])), is_closed(np.array([[0.4], [0.416], [0.401]]))
     (True, False)
@@ -266,17 +283,17 @@ def is_closed(alpha: FloatArray) -> bool:
 
 
 def closing_time(start: float, end: float, rows: int) -> float:
-    """Return when an open table is back at its first row: one mean step after its last one [s]."""
+    """Return the time at which an open table is back at its first row: one mean step after the last row [s]."""
     return end + (end - start) / max(rows - 1, 1)
 
 
 def stated_gait(table: Table, vehicle: Vehicle, numbers: Coefficients, crossing_tolerance: float) -> TimedGait | None:
-    """Return the timed gait that a table, or its first piece, states by corners, law and period; None if it does not.
+    """Return the timed gait whose corners, law and period a table, or its first piece, states; None without them.
 
-    It counts only where :func:`lies_on` holds of all rows: they may have been edited since. Colors are the rows' own.
+    Use it only if :func:`lies_on` holds for all rows, since they may have been edited. Colors are those of the rows.
     """
     about: dict[str, Any] = table.about
-    if "corners" not in about or "t" not in table or "alpha3" not in table:
+    if "corners" not in about or "t" not in table or "alpha3" not in table or about.get("made_by") == "pace":
         return None
     try:
         corners = np.array(about["corners"], dtype=float)
@@ -287,8 +304,27 @@ def stated_gait(table: Table, vehicle: Vehicle, numbers: Coefficients, crossing_
     return replace(gait, colors=colors).parametrize(about.get("period", 0.0), law=about.get("law", ""))
 
 
+def paced_gait(table: Table, rows: Gait) -> Gait | None:
+    """Return the gait through the corners that a table written by pace states, if its rows lie on it; else None."""
+    about, t = table.about, table.columns.get("t")
+    corners: Any = about.get("corners", ())
+    if about.get("made_by") != "pace" or t is None or not 0 < len(rows.alpha) * len(corners) <= _MOST_COMPARED:
+        return None
+    with suppress(TypeError, ValueError):  # corners that are no angles
+        gait = replace(rows, alpha=np.array(corners, dtype=float), colors=rows.colors[:1] * len(corners))
+        off = np.full(len(rows.alpha), np.inf)
+        for start, end in zip(gait.alpha, gait.ends, strict=True):
+            step, away = end - start, rows.alpha - start
+            along = np.clip(away @ step / max(step @ step, 1e-300), 0.0, 1.0)
+            off = np.minimum(off, np.abs(away - along[:, None] * step).max(axis=1))
+        is_whole = abs(t[-1] - t[0] - about.get("period", math.inf)) <= _NANOSECOND + table.digit_error
+        if is_whole and off.max() <= _ON_STATED + table.digit_error:
+            return gait
+    return None
+
+
 def lies_on(timed: TimedGait, piece: Table, start: float) -> bool:
-    """Return whether rows are on a timed gait that begins at their time `start`, to the digits that are printed."""
+    """Return whether rows lie on a timed gait that begins at time `start`, to within their printed digits."""
     allowed = _ON_STATED + piece.digit_error + (_NANOSECOND + piece.digit_error) * timed.peaks(1)
     for k in range(0, len(piece), _ROWS_AT_ONCE):
         some = piece.rows(k, k + _ROWS_AT_ONCE)
@@ -298,9 +334,15 @@ def lies_on(timed: TimedGait, piece: Table, start: float) -> bool:
 
 
 def takes_the_period(timed: TimedGait, start: float, end: float, rows: int, digit_error: float) -> bool:
-    """Return whether a table of so many rows, from its times `start` to `end`, takes the period of a timed gait."""
+    """Return whether a table of some rows, with times from `start` to `end`, has the period of a timed gait."""
     off = min(abs(last - start - timed.period) for last in (end, closing_time(start, end, rows)))
     return bool(off <= digit_error + _NANOSECOND + _ON_STATED * timed.period)
+
+
+def wrong_types(table: Table, codes: npt.NDArray[np.int8]) -> npt.NDArray[np.bool_]:
+    """Return which rows state plane types that contradict their families."""
+    known = {text: types_from_text(text) for text in dict.fromkeys(table["types"])}
+    return types_contradict(np.array([known[text] for text in table["types"]]), codes)
 
 
 def _colors_of(alpha: FloatArray, coefficients: Coefficients) -> tuple[str, ...]:
@@ -310,15 +352,18 @@ def _colors_of(alpha: FloatArray, coefficients: Coefficients) -> tuple[str, ...]
 
 
 def closed_rows(
-    table: Table, *, vehicle: VehicleLike | None = None, coefficients: CoefficientsLike | None = None
+    table: Table,
+    *,
+    vehicle: VehicleLike | None = None,
+    coefficients: CoefficientsLike | None = None,
+    name: object = None,
 ) -> tuple[Gait, FloatArray | None, TimedGait | None]:
-    """Return the closed polyline through a table's rows, when it passes them, and the timed gait that the table states.
+    """Return the closed polyline through a table's rows, its times, and the timed gait that the table states.
 
-    Rows without a color get that of the sheet or fibre they lie on, if each lies on one to within 2e-3 rad. The gait
-    keeps the request that made the table, if no other vehicle or coefficients are given; by default these are what the
-    table states, else the paper's vehicle. A last row that closes the table is no corner. The n + 1 times [s] end when
-    the gait is back at its first corner; None without a column t. The stated gait is None, with a warning, where rows
-    are not on it.
+    By default vehicle and coefficients are those of the table, else the paper's; the gait then keeps the request of the
+    table. Rows without colors get those of the sheets or fibres they lie on, if each lies on one to within 2e-3 rad. A
+    last row that closes the table is no corner. The n + 1 times [s] include the return to the first corner; None
+    without a column t. The stated gait is None if rows are not on it, with a warning.
 
     >>> columns = {"t": np.array([0, 1]), "alpha1": [0.4, 0.9], "alpha2": [-0.4, -0.4], "color": ("red", "red")}
     >>> gait, times, _ = closed_rows(Table(columns=columns))
@@ -327,30 +372,24 @@ def closed_rows(
     """
     request = table.about.get("request")
     request = dict(request) if isinstance(request, dict) and vehicle is None and coefficients is None else {}
-    vehicle, numbers, crossing_tolerance = surface_of(table, vehicle, coefficients)
+    vehicle, numbers, crossing = surface_of(table, vehicle, coefficients)
     alpha, t = tilt_angles(table, numbers), table.columns.get("t")
     if is_closed(alpha):
         alpha = alpha[:-1]
     elif t is not None:
         t = np.append(t, closing_time(t[0], t[-1], len(t)))
     colors = tuple(table["color"][: len(alpha)]) if "color" in table else _colors_of(alpha, numbers)
-    stated = stated_gait(table, vehicle, numbers, crossing_tolerance)
+    stated = stated_gait(table, vehicle, numbers, crossing)
     if stated is not None:
         start, end = table["t"][[0, -1]].tolist()
         if lies_on(stated, table, start) and takes_the_period(stated, start, end, len(table), table.digit_error):
             stated = replace(stated, gait=replace(stated.gait, request=request), samples=len(alpha))
         else:
-            warnings.warn(OTHER_ROWS, FileWarning, stacklevel=2)
+            file = f"gait file {str(name)!r}: " if isinstance(name, (str, Path)) else ""
+            warnings.warn(f"{file}{OTHER_ROWS}", FileWarning, stacklevel=2)
             stated = None
-    gait = Gait(
-        alpha=alpha,
-        colors=colors,
-        vehicle=vehicle,
-        coefficients=numbers,
-        crossing_tolerance=crossing_tolerance,
-        request=request,
-    )
-    return gait, t, stated
+    made: dict[str, Any] = {"vehicle": vehicle, "coefficients": numbers, "crossing_tolerance": crossing}
+    return Gait(alpha=alpha, colors=colors, request=request, **made), t, stated
 
 
 # -- Completing a table piece by piece
@@ -362,14 +401,14 @@ def completed_pieces(
     vehicle: VehicleLike | None = None,
     coefficients: CoefficientsLike | None = None,
 ) -> Callable[[], Iterator[Table]]:
-    """Return what yields a table completed: from t = 0, closed, with every column that follows from the others.
+    """Return a function that yields a table completed: from t = 0, closed, with all columns that can be computed.
 
-    Stated columns stay where all of their rows agree with the angles: R to within what its digits carry, types with
-    the color. Otherwise, or for another vehicle, they are computed. That takes a first pass over all pieces, at once,
-    and a second one each time the result is called. No more than two pieces are held at a time.
+    A stated column stays if all of its rows agree with the angles: R to within its digits, types with the color.
+    Otherwise, or for another vehicle, it is computed. This takes one pass over all pieces now, and another each time
+    the result is called. No more than two pieces are held at a time.
 
     Rows are joined by straight segments: unless all rates and accelerations are stated, rates are those just after each
-    row and accelerations are zero. `pieces` yields the same pieces each time: at least one row in all, with `t`.
+    row and accelerations are zero. `pieces` must yield the same pieces each time, in all one row or more, with `t`.
 
     >>> columns = {"t": [1, 2, 3], "alpha1": [0.4, 0.9, 0.9], "alpha2": [-0.4, -0.4, -0.8]}
     >>> columns |= {"alpha3": columns["alpha1"], "alpha4": columns["alpha2"]}
@@ -384,25 +423,13 @@ def completed_pieces(
     if not isinstance(about.get("request"), dict) or vehicle is not None or coefficients is not None:
         about.pop("request", None)  # the request was for something else
 
-    def placed() -> Iterator[tuple[Table, FloatArray, npt.NDArray[np.int8]]]:
-        """Yield pieces, their tilt angles and each row's family, as stated or as it lies; 0 for none."""
-        rows = code = 0
-        for piece in pieces():
-            alpha = tilt_angles(piece, numbers, rows_before=rows)
-            if "color" in piece:
-                codes = family_codes(piece["color"])
-            else:
-                codes = families_along(alpha, numbers, DEFAULT_TOLERANCE, before=code)
-            rows, code = rows + len(alpha), int(codes[-1])
-            yield piece, alpha, codes
-
     def R_of(alpha: FloatArray) -> FloatArray:
         rows = np.repeat(alpha, 2, axis=0) if len(alpha) == 1 else alpha  # numpy rounds a single row otherwise
         return np.asarray(level_determinant(rows, numbers))[: len(alpha)]
 
     count, has_colors, keeps_R, keeps_types = 0, True, True, True
     ends = np.zeros((0, 4))  # the first row and the last two so far
-    for piece, alpha, codes in placed():
+    for piece, alpha, codes in lifted_pieces(pieces(), numbers):
         count += len(alpha)
         ends = np.delete(np.vstack([ends, alpha]), slice(1, -2), axis=0)
         has_colors &= bool(codes.all())
@@ -410,14 +437,13 @@ def completed_pieces(
             digits = 2 * level_determinant_resolution(alpha, numbers)
             keeps_R = "R" in piece and not (np.abs(piece["R"] - R_of(alpha)) > digits).any()
         if keeps_types:
-            known = {text: types_from_text(text) for text in set(piece.columns.get("types", ()))}
-            types = [known[text] for text in piece.columns.get("types", ())]
-            keeps_types = bool(types) and not types_contradict(np.array(types), codes).any()
+            keeps_types = "types" in piece and not wrong_types(piece, codes).any()
 
-    def whole() -> Iterator[Table]:
-        """Yield the pieces with t from 0 and all columns but rates and accelerations."""
-        start = float(first["t"][0])
-        for piece, alpha, codes in placed():
+    def closed() -> Iterator[Table]:
+        """Yield the pieces without rates, and a closing row, which replaces a last row that repeats the first."""
+        opening: dict[str, Any] = {}
+        left, start = count - returned, float(first["t"][0])
+        for piece, alpha, codes in lifted_pieces(pieces(), numbers):
             columns = piece.columns | dict(zip(ANGLES, alpha.T, strict=True)) | {"t": piece["t"] - start}
             if not keeps_R:
                 columns["R"] = R_of(alpha)
@@ -428,19 +454,13 @@ def completed_pieces(
                 if not keeps_types:
                     pairs = zip(*family_types(alpha, codes, numbers, crossing_tolerance), strict=True)
                     columns["types"] = tuple(text_from_types(*pair) for pair in pairs)
-            yield Table(columns=columns, about=about)
-
-    def closed() -> Iterator[Table]:
-        """Yield the whole pieces and a closing row, which replaces a last one that comes back to the first."""
-        opening: Any = None
-        left = count - returned
-        for piece in whole():
-            opening, end = opening or piece.rows(0, 1), float(piece["t"][-1])
+            whole = Table(columns=columns, about=about)
+            opening, end = opening or whole.rows(0, 1).columns, float(columns["t"][-1])
             if left:
-                yield piece.rows(0, left)
-            left = max(left - len(piece), 0)
+                yield whole.rows(0, left)
+            left = max(left - len(whole), 0)
         end = end if returned else closing_time(0.0, end, count)
-        yield Table(columns={**opening.columns, "t": np.array([end])}, about=about)
+        yield Table(columns={**opening, "t": np.array([end])}, about=about)
 
     def in_order() -> Iterator[Table]:
         for piece in closed() if stated_rates else _with_rates(closed()):

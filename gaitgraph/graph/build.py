@@ -22,8 +22,8 @@ Edge attributes
     ``length`` in the (α1, α2) plane [rad];
     ``jump``, by how much (α3, α4) leave a continuous motion [rad], 0 for an edge that stays on its sheet;
     ``continuous``, whether jump is 0; ``keeps_sign``, whether R keeps its sign along the whole edge;
-    ``least_singular_value``, the least value along the whole edge, exact physics, to within 1e-5 on red; 0 on blue,
-    where it is less than that, and on jumps, where nothing is claimed;
+    ``least_singular_value`` along the whole edge, exact physics, to within 1e-5 on red; 0 on blue, where it is below
+    that, and on jumps;
     ``flyable``, whether the edge is continuous, keeps the sign of R and meets the physics along its whole length.
 """
 
@@ -61,10 +61,10 @@ if TYPE_CHECKING:
 CONTRACT = "gaitgraph surface graph 1"
 DEFAULT_DIVISIONS = 16
 MOST_DIVISIONS = 256
-"""Beyond this a graph of objects takes minutes and gigabytes; the method "exact" needs no grid."""
+"""Beyond this a graph of objects takes minutes and gigabytes; the any-angle method (`exact`) needs no grid."""
 MOST_WAYPOINTS = 1000
 WAYPOINT_SNAP = 1e-9
-"""A waypoint this near to a grid node [rad] is that node."""
+"""A waypoint as near to a grid node as this is that node [rad]."""
 
 _SAME = 1e-12
 _SINGULAR_VALUE_TOLERANCE = 1e-5
@@ -80,19 +80,16 @@ def checked_divisions(divisions: object) -> int:
 
 
 def checked_waypoints(value: object, most: float = MOST_WAYPOINTS, least: int = 1) -> list[tuple[float, float]]:
-    """Return waypoints as pairs of angles [rad]; InputError unless there are so many, each in [−π/2, π/2]²."""
-    allowed = "a list of [alpha1, alpha2], each in [−π/2, π/2]"
-    if not isinstance(value, (list, tuple, np.ndarray)):
-        raise InputError(f"waypoints must be {allowed}, got {shown(value)}")
-    if len(value) < least:
-        raise InputError(f"waypoints must be {allowed}, at least one; none given")
+    """Return waypoints as pairs of angles [rad]; InputError unless `least` to `most` are given, in [−π/2, π/2]²."""
+    if not isinstance(value, (list, tuple, np.ndarray)) or len(value) < least:
+        raise InputError(f"waypoints must be a list of one or more [alpha1, alpha2] in [−π/2, π/2], got {shown(value)}")
     if len(value) > most:
         raise InputError(f"waypoints must be at most {most}, got {len(value)}")
     points = []
     for number, angles in enumerate(value, start=1):
-        if not isinstance(angles, (list, tuple, np.ndarray)) or len(angles) != 2:
-            four = isinstance(angles, (list, tuple, np.ndarray)) and len(angles) == 4
-            why = "; no gait on a fibre can fly, and elsewhere α3 and α4 follow from the color" if four else ""
+        given = len(angles) if isinstance(angles, (list, tuple, np.ndarray)) else 0
+        if given != 2:
+            why = "; α3 and α4 follow from the color, and no gait on a fibre can fly" if given == 4 else ""
             raise InputError(f"waypoint {number} must be [alpha1, alpha2], got {shown(angles)}{why}")
         first, second = (angle_within(angles[k], f"waypoint {number} alpha{k + 1}") for k in range(2))
         points.append((first, second))
@@ -118,7 +115,7 @@ def surface_graph(
     zones: Zones | None = None,
     floor: float = DEFAULT_FLOOR,
 ) -> nx.Graph[Any]:
-    """Return the graph of the gait surfaces for one sign of R; its contract is the module's.
+    """Return the graph of the gait surfaces for one sign of R, with the contract of :mod:`gaitgraph.graph.build`.
 
     Parameters
     ----------
@@ -130,17 +127,11 @@ def surface_graph(
         By default the paper's vehicle with its published coefficients. With exact coefficients there are no
         blue nodes, since R = 0 there.
     waypoints
-        Further points (α1, α2), numbers [rad] or texts; those off the grid, by more than 1e-9 rad, become nodes of
-        their own.
+        Further points (α1, α2), numbers [rad] or texts; those more than 1e-9 rad off the grid become nodes.
     zones
         The user's keep-out and keep-in polygons; nodes and edges that break them are left out.
     floor
-        Least singular value that a flyable edge keeps, dimensionless.
-
-    Raises
-    ------
-    InputError
-        If a value is not allowed.
+        Least singular value floor of flyable edges, dimensionless.
 
     Examples
     --------
@@ -155,7 +146,6 @@ def surface_graph(
     coefficients = coefficients_of(vehicle, coefficients)
     wanted = 1.0 if sign == "positive" else -1.0
     axis, crossing_tolerance = grid_axis(divisions), math.pi / (2 * divisions)
-
     nodes = (
         _grid_nodes(axis, wanted, coefficients, crossing_tolerance),
         _waypoint_nodes(axis, waypoints, wanted, coefficients, crossing_tolerance),
@@ -224,7 +214,7 @@ def _waypoint_nodes(
 ) -> tuple[Any, ...]:
     """Return the nodes above waypoints off the grid, as :func:`_grid_nodes` does; their cell is −1.
 
-    Of waypoints within 1e-9 rad of each other one serves.
+    Waypoints within 1e-9 rad of each other count as one.
     """
     plane = np.array(checked_waypoints(waypoints, math.inf, least=0)).reshape(-1, 2)
     away = np.abs(plane[:, :, None] - axis[1:-1]).min(axis=2).max(axis=1)
@@ -339,7 +329,7 @@ def gait_along(graph: nx.Graph[Any], nodes: Sequence[Any]) -> Gait:
 
 
 def vehicle_and_coefficients(graph: nx.Graph[Any]) -> tuple[Vehicle, Coefficients]:
-    """Return what a surface graph was built for, from its metadata; ContractError if some are missing."""
+    """Return the vehicle and coefficients in the metadata of a surface graph; ContractError if any are missing."""
     if not isinstance(graph, nx.Graph):
         raise InputError(f"graph must be a networkx graph, as surface_graph returns, got {shown(graph)}")
     for key in ("vehicle", "coefficients", "sign", "divisions", "crossing_tolerance", "floor"):
@@ -350,24 +340,17 @@ def vehicle_and_coefficients(graph: nx.Graph[Any]) -> tuple[Vehicle, Coefficient
 
 
 def validate_graph(graph: nx.Graph[Any]) -> None:
-    """Raise ContractError, naming the first thing that breaks it, unless a graph keeps the contract.
+    """Raise ContractError, naming the first difference, unless a graph keeps the contract.
 
-    The graph is made again from its metadata and waypoints: each node and edge must be one of those, with the same
-    attributes. Not checked is that the graph is complete: nodes and edges may be removed.
+    The graph is made again from its metadata and waypoints: each node and edge must be in the new one, with the same
+    attributes. The graph need not be complete: nodes and edges may be removed.
 
-    Raises
-    ------
-    ContractError
-        If anything differs.
-
-    Examples
-    --------
     >>> graph = surface_graph(divisions=8)
     >>> graph.nodes[6, 2, "red"]["R"] = 1.0
     >>> validate_graph(graph)
     Traceback (most recent call last):
     ...
-    gaitgraph.errors.ContractError: node (6, 2, 'red'): R is 1.0, computed is -6.7323
+    gaitgraph.errors.ContractError: node (6, 2, 'red'): R must be -6.7323, got 1.0
     """
     if type(graph) is not nx.Graph:
         raise ContractError(f"graph must be a networkx.Graph, got {type(graph).__name__}")
@@ -392,12 +375,12 @@ def validate_graph(graph: nx.Graph[Any]) -> None:
     for name, data in graph.nodes(data=True):
         twins[name] = at_waypoint.get(_place(data)) if name in off_grid else name
         if twins[name] not in expected:
-            raise ContractError(f"node {name!r}: it is no root with the graph's sign of R, at a grid node or waypoint")
+            raise ContractError(f"node {name!r} must be a root at a grid node or waypoint, with the graph's sign of R")
         _compare(f"node {name!r}", data, expected.nodes[twins[name]])
     for first, second, data in graph.edges(data=True):
         where = f"edge {first!r} – {second!r}"
         if not expected.has_edge(twins[first], twins[second]):
-            raise ContractError(f"{where}: its nodes are not neighbours that Figure 15 allows")
+            raise ContractError(f"{where} must join neighbours that Figure 15 allows")
         _compare(where, data, expected.edges[twins[first], twins[second]])
 
 
@@ -415,4 +398,4 @@ def _compare(where: str, stated: dict[str, Any], computed: dict[str, Any]) -> No
             tolerance = _TOLERANCES.get(key, 1e-9) * max(1.0, abs(value))
             agrees = abs(number_of(stated[key]) - value) <= tolerance
         if not agrees:
-            raise ContractError(f"{where}: {key} is {stated[key]!r}, computed is {value!r}")
+            raise ContractError(f"{where}: {key} must be {value!r}, got {stated[key]!r}")

@@ -2,11 +2,11 @@
 
 A cycle passes three or more nodes, none of them twice. Cycles come in a total order: by length, compared as whole
 multiples of 1e-12 rad, then by their nodes in canonical form. That form starts at the node that comes first in the
-graph and goes on to the earlier of its two neighbours on the cycle; a cycle and its reverse are the same cycle.
+graph and continues with the earlier of its two neighbours on the cycle; a cycle and its reverse are the same cycle.
 
 The search is depth first with iterative deepening, as IDA* (Korf 1985): a limit of length rises from pass to pass. A
-path is left as soon as its length, and the shortest walk that can still close it, exceed the limit. The shortest
-of what was left, the floor of the next pass, is a proven bound: no cycle not yet found is shorter. Without stops each
+path is cut as soon as its length and that of the shortest walk that can still close it exceed the limit. The shortest
+such sum, the floor of the next pass, is a proven bound: no cycle that is still to come is shorter. Without stops each
 cycle is searched from its smallest node and the smaller of that node's two neighbours on it, with stops from a stop.
 """
 
@@ -39,15 +39,15 @@ Step = tuple[int, int, int, Any]
 """One step on: least length over this edge and back, node, length of the edge, state there."""
 
 MOST_HELD = 50_000  # cycles that a pass keeps; twice as many for a moment
-_NEVER = 1 << 62  # the distance of what cannot be reached
+_NEVER = 1 << 62  # the distance of a node that cannot be reached
 _MOST_STATES, _REPORT_STEPS = 30_000, 200_000
 _ROUNDING = 1000  # quanta: what rounding its edges may add to a cycle
 
 
 class Cycles(Iterator[Cycle]):
-    """The simple closed cycles of one or more graphs, found while they are asked for; see :func:`cycles`.
+    """The simple closed cycles of one or more graphs, found lazily; see :func:`cycles`.
 
-    Of several graphs they come in order of length, ties from the earlier graph first. `found` is how many have been
+    Those of several graphs come in order of length, ties from the earlier graph first. `found` is how many have been
     yielded; `bound`, `complete`, `steps` and `reason` hold at any time, after an interruption too.
     """
 
@@ -74,7 +74,7 @@ class Cycles(Iterator[Cycle]):
 
     @property
     def bound(self) -> float:
-        """No cycle that has not been yielded is shorter [rad]; infinite when there are no more cycles at all."""
+        """Lower bound of the length of the cycles still to come [rad]; infinite when there are none."""
         return min((source.search.bound for source in self.sources), default=math.inf)
 
     @property
@@ -94,9 +94,7 @@ class Cycles(Iterator[Cycle]):
 
     def __str__(self) -> str:
         head = f"{self.found} cycle{'s' * (self.found != 1)}"
-        if self.complete:
-            return f"{head}: all there are"
-        return f"{head}; every cycle shorter than {self.bound:.4f} rad is among them"
+        return f"{head}: all there are" if self.complete else f"{head}: all that are shorter than {self.bound:.4f} rad"
 
 
 def cycles(
@@ -115,34 +113,30 @@ def cycles(
     Parameters
     ----------
     graph
-        A surface graph that keeps the contract of :mod:`gaitgraph.graph.build`; it is read at once.
+        A surface graph that keeps the contract of :mod:`gaitgraph.graph.build`, of which a copy is searched;
+        ContractError if its metadata are missing.
     max_length
-        No longer cycles [rad]; 1e-9 rad are allowed for rounding. None: no limit.
+        Length of the longest cycles [rad], with 1e-9 rad for rounding. None: no limit.
     use
         Which edges count: "flyable", "valid" (on one sheet, R of one sign) or "two_color" (all).
     through
         Stops, each a sequence of alternative nodes: only cycles that pass the stops in this cyclic order, in either
-        direction. One node may serve several stops that follow each other.
+        direction. One node may serve several consecutive stops.
     any_order
         Pass the stops, at most nine, in any order.
     shortest
-        Yield one cycle alone, soon: a shortest one, by no rule if there are several, or, when the effort is spent, the
-        best one that was met. It is proven to be a shortest one if it is not longer than the `bound`.
+        Yield only one cycle, soon: any shortest one, or, when the effort is spent, the best one found so far. It is
+        proven to be a shortest one if it is not longer than the `bound`.
     effort
-        Largest number of search steps; when they are spent the iterator stops, incomplete. None: no limit.
+        Largest number of search steps, after which the iterator stops, incomplete. None: no limit.
     progress
         Called with a line of text for each range of lengths that is done, and every 200 000 steps.
 
-    Raises
-    ------
-    InputError, ContractError
-        If an argument is malformed, or the graph's metadata are missing.
-
     Notes
     -----
-    The number of cycles grows exponentially with their length, and so does the time; memory does not. Not
-    guaranteed is that the next cycle comes soon: stops in an awkward order may have none, and to prove that is hard.
-    A closed walk, which may pass a node twice, is found in any case: :func:`gaitgraph.graph.walks.closed_walk`.
+    The number of cycles grows exponentially with their length, and so does the time; memory does not. The next cycle
+    may take long: stops in an awkward order may have none, and to prove that is hard. A closed walk, which may pass a
+    node twice, is found in any case: :func:`gaitgraph.graph.walks.closed_walk`.
 
     Examples
     --------
@@ -172,7 +166,7 @@ class _Source:
 
     def __init__(self, graph: nx.Graph[Any], use: Use, through: object, options: Mapping[str, Any]) -> None:
         allowed = allowed_edges(use)
-        vehicle_and_coefficients(graph)  # says what is missing
+        vehicle_and_coefficients(graph)  # raises ContractError if metadata are missing
         self._surface, self._names = graph.copy(), list(graph.nodes)
         index = {name: k for k, name in enumerate(self._names)}
         given: Any = through if isinstance(through, (list, tuple)) else [through]
@@ -181,7 +175,7 @@ class _Source:
             if not all(isinstance(node, Hashable) and node in index for node in nodes):
                 raise InputError(f"stops must be a list of lists of nodes of the graph, got {shown(stop)}")
         if options["any_order"] and len(given) > MOST_ANY_ORDER:
-            raise InputError(f"any_order takes at most {MOST_ANY_ORDER} stops, got {len(given)}")
+            raise InputError(f"stops in any order must be at most {MOST_ANY_ORDER}, got {len(given)}")
         stops = [sorted({index[node] for node in stop}) for stop in given]
         rows: Rows = [[] for _ in self._names]
         for first, second, edge in graph.edges(data=True):
@@ -200,7 +194,7 @@ class _Source:
         search = self.search
         if search.complete and math.isinf(search.bound):
             return self._why_none or "every closed walk through the stops passes some node twice"
-        return f"none found in {search.steps} steps; if there is one it is at least {search.bound:.4f} rad long"
+        return f"none found in {search.steps} steps; any cycle is at least {search.bound:.4f} rad long"
 
     def _cycle(self, item: Item) -> Cycle:
         length, nodes = item[0] / QUANTA_PER_RADIAN, tuple(self._names[node] for node in item[1])
@@ -242,8 +236,8 @@ def distances(
 ) -> tuple[dict[int, int], int]:
     """Return the distance [quanta] from the nearest source to each node `within` reach, by Dijkstra's algorithm.
 
-    Each source has the distance at which it starts. Nodes to `avoid` are reached but not passed, those below `least`
-    left out. Returned besides is the least distance of what lay beyond reach, 2^62 if nothing did.
+    Sources are nodes with their initial distances. Nodes to `avoid` are reached but not passed; nodes below `least` are
+    left out. The second answer is the least distance beyond reach, 2^62 if there is none.
     """
     found: dict[int, int] = {}
     heap = [(distance, node) for node, distance in sources]
@@ -278,7 +272,7 @@ class _Start(NamedTuple):
 
 def _free_start(rows: Rows, root: int, second: int, length: int, closing: dict[int, int], limit: int) -> _Start:
     """Return the start of cycles without stops, of nodes from the root on; a state is a node."""
-    # One edge more than the limit leaves: what is pruned then has its true distance, a level worth trying.
+    # One edge beyond the limit, so that pruned paths have their true distance, which is a limit worth trying.
     within = max(limit - length, 0) + max(closing.values())
     back, beyond = distances(rows, closing.items(), within=within, avoid=(second,), least=root + 1)
 
@@ -292,9 +286,9 @@ def _free_start(rows: Rows, root: int, second: int, length: int, closing: dict[i
 def _tour_start(rows: Rows, stops: Sequence[frozenset[int]], any_order: bool, root: int) -> _Start:
     """Return the start of paths from a root past all stops and back.
 
-    A state is a node and the progress made there: with stops in order how many have been passed, each as early as
-    possible; in any order the set of those passed, as bits. What lies ahead of a state is the shortest walk that
-    avoids the root, passes the remaining stops and ends at the root.
+    A state is a node and the progress made there: the number of stops passed in order, each as early as possible, or in
+    any order the set of those passed, as bits. `ahead` has the length of the shortest walk from a state that avoids the
+    root, passes the remaining stops and ends at the root.
     """
     done = len(stops)
     while not any_order and done and root in stops[done - 1]:
@@ -324,7 +318,7 @@ def _tour_start(rows: Rows, stops: Sequence[frozenset[int]], any_order: bool, ro
     @lru_cache(maxsize=_MOST_STATES)
     def steps_from(state: tuple[int, int]) -> list[Step]:
         reached = [(node, edge, advanced(state[1], node)) for node, edge in rows[state[0]] if node != root]
-        # The most promising first: with stops, what is found is sorted anyway.
+        # The most promising first: with stops, the cycles found are sorted anyway.
         return sorted(
             (edge + ahead[then][node], node, edge, (node, then)) for node, edge, then in reached if node in ahead[then]
         )
@@ -344,9 +338,9 @@ class CycleSearch:
     and `shortest` are as for :func:`cycles`. Every cycle shorter than `floor` [quanta] has been yielded, `found` of
     them, in `steps` expanded nodes. `complete` says whether the search came to its end.
 
-    In a pass `held` are the first cycles met that come after the last one yielded, at most MOST_HELD (twice as many for
-    a moment). Beyond the length `_limit`, which only falls, nothing is needed. `_least_left` is at most the length of
-    any cycle left. So unless the limit fell all cycles up to it are known, and no other is shorter than `_least_left`.
+    In a pass `held` are the first cycles found after the last one yielded, at most MOST_HELD (twice as many for a
+    moment). Cycles longer than `_limit`, which only falls, are not needed. `_least_left` is at most the length of any
+    cycle cut off. So unless the limit fell all cycles up to it are known, and no other is shorter than `_least_left`.
     """
 
     def __init__(
@@ -383,13 +377,13 @@ class CycleSearch:
         width = 0
         while self.floor <= self._most:
             floor, before = self.floor, self.found
-            # Few are held at first, so that the first ones come soon.
+            # At first few are held, so that the first cycles come soon.
             capacity = min(MOST_HELD, max(1, 2 * self.found))
             self._limit, self._least_left = min(floor + width, self._most), _NEVER
             try:
                 cut = self._hold(last, capacity)
             except _Spent:
-                if self._shortest:  # the best one that was met; of a list the first ones are not known
+                if self._shortest:  # the best one found so far; of a list the first ones are not known
                     yield from self.held
                 return
             for item in sorted(self.held):
@@ -400,10 +394,10 @@ class CycleSearch:
                     return
             self.held.clear()
             if cut is not None:
-                # More than could be held: go on after the last one held, as far as sufficed to fill this pass.
+                # More than could be held: go on after the last one held, with the width that filled this pass.
                 last, self.floor, width = cut, cut[0], cut[0] - floor
             else:
-                # All up to the limit: go on at the shortest of what was left, farther if little was found.
+                # All up to the limit: go on at the least length cut off, with a greater width if little was found.
                 last, self.floor = (self._limit, (_NEVER,)), self._least_left
                 if 4 * (self.found - before) < capacity:
                     width = max(2 * width, floor >> 7)

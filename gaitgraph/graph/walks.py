@@ -1,8 +1,7 @@
-"""Closed walks on the surface graph: what they are, and the shortest, or the most robust, through ordered stops.
+"""Closed walks on the surface graph: the shortest, or the most robust, through ordered stops.
 
 Lengths in the (α1, α2) plane are compared as whole multiples of 1e-12 rad, so that paths of the same length tie
-exactly. Among them the one with the fewest turns is taken, then the one that the order of the graph's nodes and edges
-brings first.
+exactly. Of those the one with the fewest turns is taken, then the first in the order of the graph's nodes and edges.
 """
 
 from __future__ import annotations
@@ -12,7 +11,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from heapq import heappop, heappush
 from itertools import chain, combinations, count, pairwise, permutations
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, cast
 
 import numpy as np
 
@@ -35,9 +34,9 @@ QUANTA_PER_RADIAN = 1e12
 """Lengths are compared as whole multiples of 1e-12 rad."""
 
 MOST_ANY_ORDER = 9
-"""Up to so many stops the best order is exact; beyond it is a good one with a bound of its gap."""
+"""Up to this number of stops the order found is the best one; beyond, it is a good one with a bound of its gap."""
 
-_ROUNDS, _ASCENTS = 20, 50  # which bound the time for more
+_ROUNDS, _ASCENTS = 20, 50  # bounds of the time for more stops
 
 _ALLOWED: dict[str, Allowed] = {
     "flyable": lambda edge: edge["flyable"],
@@ -47,7 +46,7 @@ _ALLOWED: dict[str, Allowed] = {
 
 
 def allowed_edges(use: object) -> Allowed:
-    """Return which edges a use counts, as a predicate on their attributes; InputError if there is no such use."""
+    """Return which edges a use allows, as a predicate on their attributes; InputError for an unknown use."""
     return _ALLOWED[checked_choice("use", use, _ALLOWED)]
 
 
@@ -68,8 +67,8 @@ class ClosedWalk:
 class Cycle(ClosedWalk):
     """A simple closed cycle, its nodes in canonical order, with the verdict of its edges.
 
-    Every cycle is two-color between its nodes; no clock is judged, neither tilt rates nor accelerations. The length is
-    the sum of the edges, each to the next 1e-12; `surface` is the graph as it was when the search began.
+    Every cycle is two-color between its nodes; tilt rates and accelerations are not judged. The length is the sum of
+    the edges, each rounded to 1e-12 rad; `surface` is the graph as it was when the search began.
     """
 
     surface: nx.Graph[Any] = field(repr=False, compare=False)
@@ -77,8 +76,7 @@ class Cycle(ClosedWalk):
     @property
     def sign(self) -> Sign:
         """Sign of R: "positive" or "negative"."""
-        sign: Sign = self.surface.graph["sign"]
-        return sign
+        return cast("Sign", self.surface.graph["sign"])
 
     @property
     def color(self) -> str:
@@ -102,7 +100,7 @@ class Cycle(ClosedWalk):
 
     @property
     def least_singular_value(self) -> float:
-        """The least value of the edges, dimensionless; 0 with blue nodes or jumps."""
+        """The least value along the edges, dimensionless; 0 with blue nodes or jumps."""
         return min(float(edge["least_singular_value"]) for edge in self._edges)
 
     @property
@@ -162,6 +160,8 @@ def closed_walk(
 ) -> ClosedWalk | Blocked:
     """Return the best closed walk through ordered stops and back to the first, or which leg blocks it.
 
+    A stop may be passed more than once; one stop alone is a walk of one node.
+
     Parameters
     ----------
     graph
@@ -173,11 +173,6 @@ def closed_walk(
     objective
         "shortest" in the (α1, α2) plane, or "robust": the best worst case of the edges' least singular value, then the
         shortest.
-
-    Returns
-    -------
-    ClosedWalk or Blocked
-        A stop may be passed more than once; one stop alone is a walk of one node.
 
     Examples
     --------
@@ -210,12 +205,10 @@ def closed_walk(
         if first in reached and (best is None or reached[first][0] < best[0]):
             best = reached[first]
     if best is None:
-        for leg, here in enumerate(stops):
-            onward = stops[(leg + 1) % len(stops)]
+        for leg, (here, onward) in enumerate(pairwise(stops)):
             if all(math.isinf(paths.path(a, b)[0]) for a in here for b in onward):
                 return Blocked(leg=leg)
         return Blocked(leg=len(stops) - 1)
-
     length, chosen = best
     nodes = [node for source, target in pairwise(chosen) for node in paths.path(source, target)[1][:-1]]
     return ClosedWalk(nodes=tuple(nodes) or (chosen[0],), length=length / QUANTA_PER_RADIAN)
@@ -347,11 +340,9 @@ def best_order(
 ) -> tuple[tuple[int, ...], float] | None:
     """Return the order of stops with the shortest closed walk, or a good one, and its gap; None if there is none.
 
-    Each stop is a node; the order counts them from 0, and the first one stays first. The closed walk in it is at most
-    so much longer than the shortest one, as a share of that. The gap is 0 up to nine stops, where all orders are tried.
+    Each stop is a node; the order counts them from 0, and the first one stays first. The gap is the share by which the
+    closed walk may be longer than the shortest one: 0 up to nine stops, where all orders are tried.
 
-    Examples
-    --------
     >>> from gaitgraph.graph.build import surface_graph
     >>> corners = [(14, 2), (10, 6), (14, 6), (10, 2)]
     >>> best_order(surface_graph("negative"), [(*corner, "red") for corner in corners])
@@ -363,10 +354,10 @@ def best_order(
 
 
 def order_of_places(places: FloatArray, length: Callable[[int, int], float]) -> tuple[tuple[int, ...], float] | None:
-    """Return an order of places, shape (n, 2) [rad], and its gap, as :func:`best_order` does; None if two are apart.
+    """Return an order of places, shape (n, 2) [rad], and its gap, as :func:`best_order` does; None if none is closed.
 
-    `length` gives that of the shortest path between two of them [quanta], infinite where no path is. It is asked for
-    the pairs that good orders join; of others the straight line counts, which is not longer. Orders are improved by
+    `length` returns that of the shortest path between two places [quanta], infinite if there is none. It is called for
+    the pairs that good orders join; for others the straight line counts, which is not longer. Orders are improved by
     reversing parts (2-opt) and by moving up to three places elsewhere (Or-opt).
     """
     n = len(places)
@@ -375,7 +366,7 @@ def order_of_places(places: FloatArray, length: Callable[[int, int], float]) -> 
     known = np.eye(n, dtype=bool)
 
     def measured(pairs: Iterable[tuple[int, int]]) -> bool:
-        """Measure the pairs that are not known, and return whether one was longer than it was taken for."""
+        """Measure the pairs that are not known, and return whether one is longer than its straight line."""
         before = lengths.sum()
         for a, b in pairs:
             if not known[a, b]:
@@ -437,9 +428,9 @@ def _improved(order: IntArray, lengths: FloatArray) -> IntArray:
 
 
 def _bound_of_orders(lengths: FloatArray, shortest: float) -> float:
-    """Return a length that no closed order falls below, by Held and Karp.
+    """Return a lower bound of the length of closed orders, by Held and Karp.
 
-    A closed order is a tree of all places but the first, with two steps to that, so that the least such tree is not
+    A closed order is a tree of all places but the first, with two steps to that one, so that the least such tree is not
     longer. Weights on the places change all orders alike; they are raised where the tree has more than two steps.
     """
     n, bound, pace = len(lengths), 0.0, 1.0
@@ -469,6 +460,4 @@ def _bound_of_orders(lengths: FloatArray, shortest: float) -> float:
 def note_on_gap(gap: float) -> str:
     """Return what the gap of an order means, as a text."""
     percent = math.ceil(1000 * gap) / 10
-    return (
-        f"order of the waypoints: the loop is at most {percent:g} % longer than in the best order, which is not known"
-    )
+    return f"the order of the waypoints may not be the best: the loop is at most {percent:g} % longer than needed"

@@ -1,7 +1,7 @@
 r"""Is the decoupling matrix invertible? Formula (1) of the paper and the physics it comes from.
 
 With outputs (altitude, roll, pitch, yaw) and rotor inputs wᵢ = ωᵢ|ωᵢ|, the determinant of the 4×4 decoupling
-matrix is formula (1) of Shen, Ma and Tsuchiya (2022), its misprints mended, times a constant. Formula (1) is
+matrix is formula (1) of Shen, Ma and Tsuchiya (2022), its misprints corrected, times a constant. Formula (1) is
 linear in the vertical seen from the body,
 
     (1) = Rθ·sin θ + Rφ·sin φ·cos θ + R·cos φ·cos θ,
@@ -99,8 +99,8 @@ CoefficientsLike = Coefficients | Kind
 def coefficients_of(vehicle: VehicleLike = PAPER, kind: CoefficientsLike | None = None) -> Coefficients:
     """Return the coefficients of formula (1) for a vehicle, of which κ, the spin and the first arm's angle matter.
 
-    `kind` is "published", "exact", or None: published for the paper's vehicle, exact for any other; coefficients are
-    returned as they are. InputError if published ones are requested for a vehicle that is not the paper's.
+    `kind` is "published", "exact", or None: published for the paper's vehicle, exact for any other. Coefficients are
+    returned unchanged. InputError if published ones are requested for a vehicle that is not the paper's.
 
     >>> coefficients_of().kind, round(coefficients_of(kind="exact").single, 4)
     ('published', 5.5915)
@@ -108,21 +108,19 @@ def coefficients_of(vehicle: VehicleLike = PAPER, kind: CoefficientsLike | None 
     if isinstance(kind, Coefficients):
         return kind
     vehicle = vehicle_named(vehicle)
-    if kind is not None:
-        checked_choice("coefficients", kind, ("published", "exact"))
-    else:
+    if kind is None:
         kind = "published" if vehicle.carries_published_coefficients else "exact"
-    if kind == "published":
+    if checked_choice("coefficients", kind, ("published", "exact")) == "published":
         if not vehicle.carries_published_coefficients:
             raise InputError(
                 f"coefficients must be 'exact' for {vehicle.name!r} (κ = {vehicle.drag_ratio:.6g}), got 'published', "
                 f"which belong to the paper's vehicle (κ = {PAPER.drag_ratio:.6f})"
             )
         a, b, c, d = _PUBLISHED
-        return Coefficients(kind=kind, attitude=a, single=b, double=c, triple=d, delta=0.5 * math.atan2(1.0, a))
+        return Coefficients(kind="published", attitude=a, single=b, double=c, triple=d, delta=0.5 * math.atan2(1.0, a))
     k = vehicle.signed_drag_ratio
     return Coefficients(
-        kind=kind,
+        kind="exact",
         attitude=(1.0 / k - k) / 2.0,
         single=1.0 / k - 2.0 * k,
         double=1.0 - k * k,
@@ -147,13 +145,22 @@ def pair_features(first: npt.ArrayLike, opposite: npt.ArrayLike) -> FloatArray:
     return np.stack([(difference + total) / 2, (difference - total) / 2, np.sin(first + opposite)], axis=-1)
 
 
+def sensitivity_phases(alpha: npt.ArrayLike, coefficients: Coefficients) -> FloatArray:
+    """Return the angles whose sines are the factors of Rθ, then those of Rφ: β1 + β3, β2 − β4, β1 − β3, β2 + β4.
+
+    The first axis has these four, the others are the leading axes of `alpha`; the angle of the first arm is left out.
+    """
+    angles = tilt_angles(alpha)
+    a1, a2, a3, a4 = (angles[..., k] for k in range(4))  # moveaxis takes longer
+    twice = 2.0 * coefficients.delta
+    return np.array([a1 + a3 - twice, a2 - a4, a1 - a3, a2 + a4 + twice])
+
+
 def sensitivities(alpha: npt.ArrayLike, coefficients: Coefficients) -> tuple[Any, Any]:
     """Return Rφ and Rθ by the factorised form of (4) and (5), turned by the angle of the first arm."""
-    a1, a2, a3, a4 = np.moveaxis(tilt_angles(alpha), -1, 0)
-    delta = coefficients.delta
-    scale = 1.0 / math.sin(2.0 * delta)
-    pitch = scale * np.sin(a1 + a3 - 2 * delta) * np.sin(a2 - a4)
-    roll = -scale * np.sin(a1 - a3) * np.sin(a2 + a4 + 2 * delta)
+    first, second, third, fourth = np.sin(sensitivity_phases(alpha, coefficients))
+    scale = 1.0 / math.sin(2.0 * coefficients.delta)
+    pitch, roll = scale * first * second, -scale * third * fourth
     turn = coefficients.first_arm_angle
     if turn == 0.0:
         return roll, pitch
@@ -173,7 +180,7 @@ def roll_sensitivity(alpha: npt.ArrayLike, coefficients: Coefficients) -> Any:
 
 
 def pitch_sensitivity(alpha: npt.ArrayLike, coefficients: Coefficients) -> Any:
-    """Return Rθ of equation (5), its misprint mended, dimensionless, shape (...).
+    """Return Rθ of equation (5), its misprint corrected, dimensionless, shape (...).
 
     >>> float(pitch_sensitivity([0.3, -0.2, 0.1, -0.2], coefficients_of()))
     0.0
@@ -182,7 +189,7 @@ def pitch_sensitivity(alpha: npt.ArrayLike, coefficients: Coefficients) -> Any:
 
 
 def level_determinant(alpha: npt.ArrayLike, coefficients: Coefficients) -> Any:
-    """Return R of equation (6), its misprints mended, dimensionless, shape (...).
+    """Return R of equation (6), its misprints corrected, dimensionless, shape (...).
 
     In level flight the determinant of the decoupling matrix is proportional to R: R = 0 is singular.
 
@@ -263,7 +270,7 @@ def attitude_sensitivities(alpha: npt.ArrayLike, coefficients: Coefficients) -> 
 def determinant(
     alpha: npt.ArrayLike, coefficients: Coefficients, roll: npt.ArrayLike = 0.0, pitch: npt.ArrayLike = 0.0
 ) -> Any:
-    """Return the left side of formula (1), its misprints mended, dimensionless: zero where the matrix is singular.
+    """Return the left side of formula (1), its misprints corrected, dimensionless: zero where the matrix is singular.
 
     Tilt angles have the shape (..., 4) [rad]; the attitude [rad] is broadcast against their leading axes.
 
@@ -365,7 +372,7 @@ def zero_moment_direction(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -> Flo
     """Return N = F(α)·w₀/Kf, the force that remains when the thrusts make no torque, shape (..., 3).
 
     A configuration is singular at an attitude exactly where N is horizontal there, or zero. On the gait surfaces
-    N is parallel to body z. Its length means nothing; its direction is that of the hover thrust, or opposite.
+    N is parallel to body z. Its length has no meaning; its direction is that of the hover thrust, or opposite.
     """
     force, _ = rotor_directions(alpha, vehicle)
     return np.squeeze(force @ zero_moment_inputs(alpha, vehicle)[..., None], axis=-1)

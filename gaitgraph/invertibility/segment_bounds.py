@@ -1,8 +1,7 @@
 """Bounds along straight segments of tilt angles: R, residuals, singular values and hover thrusts between two rows.
 
 Each function brackets the least value of a quantity along segments by branch and bound, so that a check holds between
-two rows and not only at them: no decision rests on samples alone. Starts and ends have shape (m, 4) [rad]; options are
-those of :func:`least_of_each`.
+two rows and not only at them. Starts and ends have shape (m, 4) [rad]; options are those of :func:`least_of_each`.
 """
 
 from __future__ import annotations
@@ -10,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -22,6 +21,7 @@ from gaitgraph.invertibility.matrices import (
     least_singular_value,
     least_singular_value_bound,
     level_determinant,
+    sensitivity_phases,
     singular_values_on_red,
     zero_moment_inputs,
 )
@@ -54,13 +54,7 @@ class Least:
 
 
 def least_along(
-    starts: FloatArray,
-    ends: FloatArray,
-    value: Value,
-    bound: Bound,
-    *,
-    known: float = math.inf,
-    **options: Any,
+    starts: FloatArray, ends: FloatArray, value: Value, bound: Bound, *, known: float = math.inf, **options: Any
 ) -> Least:
     """Bracket the least of one function, from (k, 4) to (k,); the options are those of :func:`least_of_each`."""
     (found,) = least_of_each(
@@ -95,8 +89,8 @@ def least_of_each(
 
     An interval whose lower bound is good enough is settled, any other is cut, until the bracket of every function is as
     narrow as `tolerance`: that of every segment with `each`, else that of the least of all and of `known`, a value that
-    each function attains elsewhere. A segment is settled earlier if the comparison of its least value with `floor` is,
-    or above its value of `enough`, shape (m,).
+    each function attains elsewhere. A segment is settled earlier once its least value is known to be above or below
+    `floor`, or above its value of `enough`, shape (m,).
 
     Intervals are halved in batches, the latest first, so that memory is bounded. Work is bounded too, so that a bracket
     may stay wider than `tolerance`; `lower` is always valid.
@@ -270,32 +264,20 @@ def least_level_determinant(
     return range_of_level_determinant(starts, ends, coefficients, signs=(sign,), known=known, **options)[0]
 
 
-def largest_residual(
-    starts: FloatArray,
-    ends: FloatArray,
-    coefficients: Coefficients,
-    *,
-    tolerance: float = 1e-6,
-    known: float = math.inf,
-) -> Least:
+def largest_residual(starts: FloatArray, ends: FloatArray, coefficients: Coefficients, **options: Any) -> Least:
     """Bracket the least of −max(|Rφ|, |Rθ|), products of two sines, along segments, for a first arm along body x."""
-    delta = coefficients.delta
-
-    def phases(alpha: FloatArray) -> FloatArray:
-        a1, a2, a3, a4 = alpha.T
-        return np.array([a1 + a3 - 2 * delta, a2 - a4, a1 - a3, a2 + a4 + 2 * delta])  # of Rθ, then of Rφ
 
     def minus_larger(sines: FloatArray) -> FloatArray:
         x, y, u, v = sines
-        return np.asarray(-np.maximum(x * y, u * v) / abs(math.sin(2 * delta)))
+        return np.asarray(-np.maximum(x * y, u * v) / abs(math.sin(2 * coefficients.delta)))
 
     def value(alpha: FloatArray) -> FloatArray:
-        return minus_larger(np.abs(np.sin(phases(alpha))))
+        return minus_larger(np.abs(np.sin(sensitivity_phases(alpha, coefficients))))
 
     def bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
-        return minus_larger(largest_sine(phases(p0), phases(p1)))
+        return minus_larger(largest_sine(sensitivity_phases(p0, coefficients), sensitivity_phases(p1, coefficients)))
 
-    return least_along(starts, ends, value, bound, tolerance=tolerance, known=known)
+    return least_along(starts, ends, value, bound, **options)
 
 
 def singular_value_bound(vehicle: Vehicle) -> Bound:
@@ -322,10 +304,7 @@ def least_singular_value_along(
     """
     bound = singular_value_bound(vehicle)
     if not _on_red(starts, ends):
-
-        def value(alpha: FloatArray) -> FloatArray:
-            return np.asarray(least_singular_value(alpha, vehicle))
-
+        value = partial(least_singular_value, vehicle=vehicle)
         return least_along(starts, ends, value, bound, tolerance=tolerance, **options)
 
     def block(alpha: FloatArray) -> FloatArray:
@@ -343,7 +322,7 @@ def least_singular_value_along(
 def least_singular_value_of_all(
     starts: FloatArray, ends: FloatArray, vehicle: Vehicle = PAPER, *, tolerance: float = 1e-4, known: float = math.inf
 ) -> Least:
-    """Bracket the least singular value over many segments; `upper` is +∞ where no decomposition was needed."""
+    """Bracket the least singular value over many segments; `upper` is infinite where no decomposition was needed."""
     if _on_red(starts, ends):
         return least_singular_value_along(starts, ends, vehicle, tolerance=tolerance, known=known)
     low0, lower = _bounds_without_decomposition(starts, ends, vehicle)
@@ -440,11 +419,10 @@ def thrust_shares_along(
 ) -> tuple[npt.NDArray[np.bool_], Least, Least]:
     """Return whether every thrust is positive on whole segments (:func:`thrusts_push_up`), and brackets of the shares.
 
-    Bracketed are the least share T/(m·g) and minus the largest one, NaN where not all are positive.
+    The brackets are of the least share T/(m·g) and of minus the largest one, NaN where not all are positive.
     """
     upward = thrusts_push_up(starts, ends, vehicle)
-    lower, upper, fraction = np.full((3, 2, len(starts)), np.nan)
-    fraction[:] = 0.0
+    (lower, upper), fraction = np.full((2, 2, len(starts)), np.nan), np.zeros((2, len(starts)))
     if upward.any():
 
         def values(alpha: FloatArray) -> tuple[FloatArray, ...]:
@@ -454,9 +432,7 @@ def thrust_shares_along(
             lift = (inputs * np.cos(alpha)).sum(axis=-1)
             return inputs.min(axis=-1) / lift, -inputs.max(axis=-1) / lift, *inputs.T, lift
 
-        def bounds(v0: Several, v1: Several, p0: FloatArray, p1: FloatArray) -> list[FloatArray]:
-            return _bounds_of_shares(v0, v1, p1 - p0, vehicle)
-
+        bounds = partial(_bounds_of_shares, vehicle=vehicle)
         found = least_of_each(starts[upward], ends[upward], values, bounds, tolerance=tolerance, each=each, known=known)
         for k, one in enumerate(found):
             lower[k, upward], upper[k, upward], fraction[k, upward] = one.lower, one.upper, one.fraction
@@ -464,12 +440,13 @@ def thrust_shares_along(
     return upward, least, largest
 
 
-def _bounds_of_shares(v0: Several, v1: Several, step: FloatArray, vehicle: Vehicle) -> list[FloatArray]:
+def _bounds_of_shares(v0: Several, v1: Several, p0: FloatArray, p1: FloatArray, vehicle: Vehicle) -> list[FloatArray]:
     """Return lower bounds of the least share and of minus the largest on intervals where all rotors push up.
 
     |wᵢ|, V and |wᵢ| − c·V have bounded second derivatives, where c is the least share at both ends. A share is below c
     by no more than the deficit of |wᵢ| − c·V over the least of V. The same holds for the largest share, reversed.
     """
+    step = p1 - p0
     squares, sums = step**2, (step[:, :2] + step[:, 2:])[:, ::-1] ** 2
     # The second derivative of a product of two sinusoids is at most the sum of both frequencies squared. V is
     # ±sin(Σ2 + 2δ)·(cos(Σ1 − δ) + cos δ·cos Δ1) ± sin(Σ1 − 2δ)·(cos(Σ2 + δ) + cos δ·cos Δ2), with the sums Σ and the
@@ -482,7 +459,7 @@ def _bounds_of_shares(v0: Several, v1: Several, step: FloatArray, vehicle: Vehic
     for k, sense in enumerate((1.0, -1.0)):
         c = np.minimum(v0[k], v1[k])
         apart0, apart1 = sense * inputs0 - c * lift0, sense * inputs1 - c * lift1
-        lacking = least_of_bent(apart0, apart1, bends + np.abs(c) * lift_bend).min(axis=0)
+        deficit = least_of_bent(apart0, apart1, bends + np.abs(c) * lift_bend).min(axis=0)
         with np.errstate(over="ignore"):  # at a corner of the square V vanishes, and a share has no bound
-            out.append(c + np.minimum(lacking, 0.0) / least_lift)
+            out.append(c + np.minimum(deficit, 0.0) / least_lift)
     return [np.maximum(out[0], 0.0), out[1]]

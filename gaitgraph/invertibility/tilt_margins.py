@@ -8,9 +8,7 @@ the vertical lies in the plane across v. The least tilt from upright that brings
 90° on the gait surfaces and 0° where R = 0. Where v = 0 the matrix is singular at every attitude and there is no
 margin: NaN is returned wherever v is within the errors of the coefficients, of the angles and of floating point.
 
-How well the matrix can be inverted is measured by its least singular value, not by the determinant. Within a tilt τ
-below the margin, the least over all attitudes is attained at the tilt τ itself (docs/theory.md, section 13); its
-direction is a root of a quartic equation.
+How well the matrix can be inverted is measured by its least singular value, not by the determinant.
 """
 
 from __future__ import annotations
@@ -35,15 +33,14 @@ from gaitgraph.invertibility.matrices import (
     level_determinant_resolution,
     noise_of,
     rotor_directions,
+    sensitivity_phases,
     tilt_angles,
 )
 from gaitgraph.invertibility.segment_bounds import largest_sine, least_along, level_determinant_curvature
 from gaitgraph.vehicle import PAPER, Vehicle
 
 _BLOCK = 1 << 13
-EVERYWHERE = (
-    "the matrix is singular at every attitude, to within what the coefficients and the digits of the angles carry"
-)
+EVERYWHERE = "the matrix is singular at every attitude, within the rounding of the coefficients and the angles"
 """Why a gait has no tilt margin and no acceptable attitudes."""
 
 _LARGEST_RESOLUTION = 0.1  # more than the error of v from coefficients of four digits and angles of three
@@ -52,22 +49,10 @@ _LARGEST_RESOLUTION = 0.1  # more than the error of v from coefficients of four 
 def tilt_margin(alpha: npt.ArrayLike, coefficients: Coefficients, *, angle_rounding: float = 0.0) -> Any:
     """Return the least tilt from upright, in any direction, at which the matrix is singular, shape (...) in [0, π/2].
 
-    Parameters
-    ----------
-    alpha
-        Tilt angles, shape (..., 4) [rad].
-    coefficients
-        Those of formula (1); the physical margin takes exact ones.
-    angle_rounding
-        Assumed error of each angle [rad].
+    The physical margin takes exact coefficients; `angle_rounding` is the assumed error of each angle [rad]. NaN where
+    there is no margin, because the matrix is singular at every attitude within the errors, and where an angle is not
+    finite. The matrix may be badly conditioned within the margin; see :func:`least_singular_value_within`.
 
-    Notes
-    -----
-    NaN where there is none, because the matrix is singular at every attitude to within the errors, and where an angle
-    is NaN. The matrix may be badly conditioned within the margin; see :func:`least_singular_value_within`.
-
-    Examples
-    --------
     >>> from gaitgraph.invertibility.matrices import coefficients_of
     >>> exact = coefficients_of(kind="exact")
     >>> np.degrees(tilt_margin([[1.178, -0.393, 1.178, -0.393], [1.178, -0.393, 0.9424, -0.3144]], exact)).round(2)
@@ -125,14 +110,12 @@ def singular_everywhere(
     alpha: npt.ArrayLike, coefficients: Coefficients, *, angle_rounding: float = 0.0
 ) -> npt.NDArray[np.bool_]:
     """Return whether Rφ, Rθ and R all vanish within the errors of coefficients and angles, as on blue, shape (...)."""
-    alpha = _finite_or_nan(alpha)
-    a1, a2, a3, a4 = np.moveaxis(alpha, -1, 0)
+    alpha, noise = _finite_or_nan(alpha), noise_of(coefficients)
     v = np.abs(attitude_sensitivities(alpha, coefficients))
-    delta, noise = coefficients.delta, noise_of(coefficients)
     # Each phase adds two angles, and 2δ or nothing.
     off = 2.0 * (angle_rounding + coefficients.delta_error)
-    sines = [np.abs(np.sin(phase)) for phase in (a1 + a3 - 2 * delta, a2 - a4, a1 - a3, a2 + a4 + 2 * delta)]
-    scale = 1.0 / abs(math.sin(2 * delta))
+    sines = np.abs(np.sin(sensitivity_phases(alpha, coefficients)))
+    scale = 1.0 / abs(math.sin(2 * coefficients.delta))
     across = scale * off * (np.maximum(sines[0] + sines[1], sines[2] + sines[3]) + off) + noise
     level = np.maximum(level_determinant_resolution(alpha, coefficients, angle_rounding), noise)
     return np.asarray((np.hypot(v[..., 0], v[..., 1]) <= math.sqrt(2) * across) & (v[..., 2] <= level))
@@ -167,16 +150,11 @@ def sensitivity_deviations(
 
     The second derivative of sin x·sin y is at most (x'² + y'²)·|sin x|·|sin y| + 2·|x'y'|.
     """
-    delta = coefficients.delta
-    shift = np.array([-2 * delta, 0.0, 0.0, 2 * delta])
-    mix = np.array([[1.0, 0, 1, 0], [0, 1, 0, -1], [1, 0, -1, 0], [0, 1, 0, 1]]).T
-    x0, x1 = starts @ mix + shift, ends @ mix + shift
+    x0, x1 = (sensitivity_phases(side, coefficients) for side in (starts, ends))
     rate, size = np.abs(x1 - x0), largest_sine(x0, x1)
-    parts = [
-        (rate[:, i] ** 2 + rate[:, j] ** 2) * size[:, i] * size[:, j] + 2 * rate[:, i] * rate[:, j]
-        for i, j in ((0, 1), (2, 3))
-    ]
-    across = np.hypot(*parts) / abs(math.sin(2 * delta))
+    # Of the two factors of Rθ, and of Rφ.
+    parts = [(rate[i] ** 2 + rate[j] ** 2) * size[i] * size[j] + 2 * rate[i] * rate[j] for i, j in ((0, 1), (2, 3))]
+    across = np.hypot(*parts) / abs(math.sin(2 * coefficients.delta))
     return across / 8, level_determinant_curvature(starts, ends - starts, coefficients) / 8
 
 
@@ -184,7 +162,7 @@ def sensitivity_deviations(
 class LeastMargin:
     """The least tilt margin along segments [rad], proven to be in [lower, upper]; both NaN if there is no margin.
 
-    `upper` is attained at `fraction` of `segment`. `reason` is why the margin is zero, or why there is none, or "".
+    `upper` is attained at `fraction` of `segment`. `reason` says why the margin is zero or why there is none, else "".
     """
 
     lower: float
@@ -253,7 +231,7 @@ def least_tilt_margin(
     if alone and not singular_everywhere(at, replace(coefficients, kind="exact")):
         # Exactly, v may not vanish here: the margin cannot be decided.
         return LeastMargin(lower=math.nan, upper=math.nan, segment=segment, fraction=fraction, reason=EVERYWHERE)
-    touched = "the matrix is singular at every attitude there, and not beside" if alone else "R vanishes there"
+    touched = "the matrix is singular at every attitude, at this point only" if alone else "R vanishes there"
     reason = "R changes its sign" if crossed else touched
     return LeastMargin(lower=0.0, upper=0.0, segment=segment, fraction=fraction, reason=reason)
 
@@ -306,31 +284,18 @@ def least_singular_value_within(
 ) -> tuple[FloatArray, FloatArray]:
     """Return the least singular value at the worst attitude within a tilt, and that attitude.
 
-    The matrix is :func:`gaitgraph.invertibility.matrices.scaled_decoupling_matrix`, exact.
-
-    Parameters
-    ----------
-    alpha
-        Tilt angles, shape (..., 4) [rad].
-    tilt
-        Largest tilt from upright, in any direction, in [0, π/2) [rad].
-    vehicle
-        The vehicle.
-
-    Returns
-    -------
-    value, attitude
-        The value, dimensionless, shape (...): zero where the tilt margin is not above `tilt`, NaN where an angle is not
-        finite; and (roll, pitch) of the worst attitude, shape (..., 2) [rad].
+    The tilt from upright, in any direction, is in [0, π/2) [rad]. The value, of the exact scaled decoupling matrix and
+    shape (...), is zero where the tilt margin is not above `tilt` and NaN where an angle is not finite. The attitude is
+    (roll, pitch), shape (..., 2) [rad].
 
     Notes
     -----
     For a squared singular value λ below those of the control moment matrix, λ is below the least one at the vertical
     n exactly if nᵀQ(λ)n < 0, with Q(λ) = f₀f₀ᵀ − λ·(1 + Σ fᵢfᵢᵀ/(μᵢ − λ)), μᵢ and uᵢ the squared singular values and
     right singular vectors of the control moment matrix, fᵢ = F·uᵢ. Q has one positive direction at most, so that the
-    least of nᵀQn within a tilt is on its rim, where it is a trigonometric polynomial of degree two: the direction is a
-    root of a quartic. Each step computes λ of the best direction so far, then the best direction for that λ, until no
-    direction is better.
+    least of nᵀQn within a tilt is on its rim (docs/theory.md, 13), where it is a trigonometric polynomial of degree
+    two: the direction is a root of a quartic. Each step computes λ of the best direction so far, then the best
+    direction for that λ, until no direction is better.
 
     Examples
     --------

@@ -1,7 +1,7 @@
 """NumPy archives, Parquet and MATLAB files (.mat, level 5), each read and written by its own library.
 
-Libraries believe what a file says of itself. So all of them read behind :func:`gate`, which looks at stated sizes
-first and turns any failure into one line.
+The libraries trust the sizes that a file states. So they all read within :func:`gate`, which checks these first and
+turns any failure into one line.
 """
 
 from __future__ import annotations
@@ -49,10 +49,10 @@ _PROVENANCE = "provenance"  # the array of an archive, and the field of a struct
 
 @contextmanager
 def gate(path: Path, what: str, most: int | None = None) -> Iterator[int]:
-    """Let a library read a file or the files of a folder, and give their size in bytes.
+    """Let a library read a file or the files of a folder; yield their size in bytes.
 
     Raises OSError if it cannot be read, and InputError if it has more than `most` bytes (by default
-    :data:`gaitgraph.files.MOST_BYTES`) or if the library fails, whatever it raises; `what` it must be, for messages.
+    :data:`gaitgraph.files.MOST_BYTES`) or the library fails in any way; `what` the file must be, for messages.
     """
     try:
         size = sum(one.stat().st_size for one in (path.iterdir() if path.is_dir() else [path]))
@@ -290,7 +290,7 @@ def _fields(array: Array) -> dict[str, Any]:
 def _mat_variables(content: bytes) -> dict[str, Array]:
     """Return the variables of a MATLAB file as scipy reads them, without objects and functions.
 
-    scipy gets one variable at a time, inflated, so that nothing in it leads elsewhere.
+    scipy gets one variable at a time, inflated, so that nothing in it refers to another one.
     """
     from scipy.io import loadmat
 

@@ -1,8 +1,8 @@
 """A gait as a C header.
 
-The header has a table of the angles, and a function that returns them at any time. It is C99 and C++11, needs no
-library but <stdint.h>, allocates nothing, and takes any time: before 0, after many periods, not a number. Its first
-comment states what made it. Its text is in `gait_header.h.txt`: of each line, before a bar, what the curve must be.
+The header has a table of the angles, and a function that returns them at any time: before 0, after many periods, not a
+number. It is C99 and C++11, needs only <stdint.h>, and allocates nothing. Its first comment states what made it. Its
+text is in `gait_header.h.txt`; before a bar each line has the kinds of curve that it is for.
 """
 
 from __future__ import annotations
@@ -112,10 +112,10 @@ def write_h(pieces: Iterable[Table], path: Path, options: FormatOptions) -> None
 
 
 def _proven_error(table: Table, step: float, *, cubic: bool) -> float | None:
-    """Return a bound on how far interpolation is off the gait that a table states [rad]; None if it states none.
+    """Return a bound of the error of interpolation against the gait that a table states [rad]; None if it states none.
 
-    Of a straight line it is h²/8·max|f″|. Of a cubic with the values and slopes of both ends it is h⁴/384·max|f⁗|; over
-    a corner, where f‴ jumps, h³/96·max|f‴|, by the largest integral of the size of its Peano kernel, which is at h/2.
+    For a straight line it is h²/8·max|f″|, for a cubic with the values and slopes of both ends h⁴/384·max|f⁗|. Over a
+    corner, where f‴ jumps, it is h³/96·max|f‴|: the integral of |Peano kernel| is largest at h/2.
     """
     tilts = tilts_from_joints(table.columns, servo_map_from_mapping(table.about.get("servos", {})))
     with warnings.catch_warnings(action="ignore"):  # that the rows are not those of the gait
@@ -132,6 +132,6 @@ def _proven_error(table: Table, step: float, *, cubic: bool) -> float | None:
 
 
 def _harmless(text: str) -> str:
-    """Return JSON, or a name, such that it ends no comment, begins none, and has no trigraph; JSON reads the same."""
+    """Return JSON, or a name, escaped so that it contains no comment marks and no trigraph; JSON reads the same."""
     plain = text.replace("*", "\\u002a").replace("?", "\\u003f")
     return plain.encode("ascii", "backslashreplace").decode()

@@ -1,8 +1,8 @@
 """Gait tables of raw columns, from files and from frames: which columns there must be, and what each may hold.
 
 Frames are those of pandas or polars, tables of pyarrow, and mappings of names to columns. They are recognised by their
-`columns` (pyarrow: `column_names`); none of these libraries is needed. Messages name the row, counted from 1 over the
-whole table, the column, the value and what is allowed.
+`columns` (pyarrow: `column_names`); none of these libraries is needed. Messages name the column and the row, counted
+from 1 over the whole table.
 """
 
 from __future__ import annotations
@@ -44,8 +44,7 @@ _OTHER_NAMES = DEGREES | {"time": "t"}
 class TableBuilder:
     """Checks the names of a table's columns, and then makes tables of raw columns, piece by piece.
 
-    With `plane_only` alpha1 and alpha2 are enough. `joints` are what the columns of a servo table are; columns with the
-    usual names of angles are then not used.
+    With `plane_only` alpha1 and alpha2 are enough. With `joints` the columns are those of a servo table.
     """
 
     def __init__(self, *, plane_only: bool = False, joints: ServoMap | None = None) -> None:
@@ -56,7 +55,7 @@ class TableBuilder:
         self.rows, self._last_time = 0, -math.inf
 
     def begin(self, names: Sequence[str], about: dict[str, Any]) -> None:
-        """Check the names of all columns of a file; what made it may have a map of joints, unless one is given."""
+        """Check the names of all columns of a file; `about`, what made it, may hold a map of joints."""
         self.names = names
         # What is read are tilt angles, so the map did not make them.
         self.about = {name: value for name, value in about.items() if name != "servos"}
@@ -64,7 +63,7 @@ class TableBuilder:
             self.joints = servo_map_from_mapping(about["servos"])
         for name, count in Counter(names).most_common(1):
             if count > 1:
-                raise InputError(f"column {name!r} appears {count} times; allowed is once")
+                raise InputError(f"columns must have different names, got {name!r} {count} times")
         used = self.used
         others = [name for name in names if name not in used]
         if self.joints is not None:
@@ -72,7 +71,7 @@ class TableBuilder:
         else:
             for other, name in _OTHER_NAMES.items():
                 if other in names and name in names:
-                    raise InputError(f"columns {name!r} and {other!r} are both there; allowed is one of the two")
+                    raise InputError(f"columns must have {name!r} or {other!r}, got both")
             known = {_OTHER_NAMES.get(name, name) for name in names}
             lifted = self.plane_only or ("color" in known and known.isdisjoint(ANGLES[2:]))
             for name in ANGLES[:2] if lifted else ANGLES:
@@ -83,7 +82,7 @@ class TableBuilder:
         self.notes = (f"columns not used: {self._listed(others)}",) if others else ()
 
     def _listed(self, names: Sequence[str]) -> str:
-        """Return names of columns for a message, first those that are near a known one, with that one."""
+        """Return names of columns for a message, first those that resemble a known one, with a hint."""
         known = [name for name in self.used if name not in self.names]
         near = {name: did_you_mean(name.strip().lower(), known) for name in names[:_MOST_COMPARED]}
         texts = [f"{name!r} ({hint.removeprefix('; ')})" for name, hint in near.items() if hint]
@@ -126,17 +125,16 @@ class TableBuilder:
             beyond = np.abs(found.get(name, np.zeros(0))) > largest
             if beyond.any():
                 k = int(np.argmax(beyond))
-                allowed = f" rad; allowed is −π/2 to π/2 (±{HALF_PI!r})"
-                allowed += f"; in degrees the column is {name}_deg" if in_degrees(found[name][k]) else ""
-                if largest != HALF_PI:
-                    allowed = f"; allowed is up to {largest:g}"
-                raise InputError(f"row {self.rows + k + 1}: {name} is {float(found[name][k])!r}{allowed}")
+                limit = f"±π/2 rad (±{HALF_PI!r})" if largest == HALF_PI else f"±{largest:g}"
+                hint = largest == HALF_PI and in_degrees(found[name][k]) and f"; in degrees the column is {name}_deg"
+                got = f"{float(found[name][k])!r}{hint or ''}"
+                raise InputError(f"row {self.rows + k + 1}: {name} must be within {limit}, got {got}")
         if "t" in found:
             short = np.diff(found["t"], prepend=self._last_time) < _SHORTEST_STEP
             if short.any():
                 k = int(np.argmax(short))
-                wanted = f"allowed are times that increase by {_SHORTEST_STEP:g} s or more"
-                raise InputError(f"row {self.rows + k + 1}: t = {float(found['t'][k])!r} does not increase; {wanted}")
+                wanted = f"t must be at least {_SHORTEST_STEP:g} s after the row before"
+                raise InputError(f"row {self.rows + k + 1}: {wanted}, got {float(found['t'][k])!r}")
             self._last_time = found["t"][-1]
         self.rows += len(found["alpha1"])
         columns = {name: found[name] for name in ORDER if name in found}
@@ -150,13 +148,13 @@ class TableBuilder:
     def check_rows(self) -> None:
         """Raise InputError if there were no rows."""
         if not self.rows:
-            raise InputError("it has no rows; allowed is at least one")
+            raise InputError("it must have at least one row, got none")
 
 
 def column_of(name: str, given: Any) -> Any:
     """Return a column of a file or a frame as an array of numbers, a list, or one text, which holds for all rows.
 
-    Raises InputError if it is neither numbers nor texts, or has more than one dimension that counts.
+    Raises InputError if it is neither numbers nor texts, or not one-dimensional.
     """
     if isinstance(given, (list, tuple, str)):
         return given
@@ -192,13 +190,13 @@ def _numbers(name: str, values: Any, row: int, *, angle_texts: bool = False) -> 
         k = int(np.argmax(odd))
         value = float(values[k]) if isinstance(values, np.ndarray) else values[k]
         allowed = "a finite number" + (", or a text such as '3pi/8'" if angle_texts else "")
-        what = "missing" if value is None else shown(value)
-        raise InputError(f"row {row + k + 1}: {name} is {what}; allowed is {allowed}")
+        got = "no value" if value is None else shown(value)
+        raise InputError(f"row {row + k + 1}: {name} must be {allowed}, got {got}")
     return numbers
 
 
 def _number(value: Any, angle_texts: bool) -> float:
-    """Return a number, or a text of one, as a float; NaN for what is none."""
+    """Return a number, or a text of one, as a float; NaN for anything else."""
     try:
         if isinstance(value, str):
             return angle_from_text(value) if angle_texts else float(value) if _is_plain(value) else math.nan
@@ -221,9 +219,8 @@ def _texts(name: str, values: Any, row: int) -> tuple[str, ...]:
             if name == "types":
                 types_from_text(text)
             elif text not in FAMILIES:
-                found = values[texts.index(text)]
-                which = "missing" if found is None else shown(found)
-                raise InputError(f"color is {which}; allowed are {', '.join(map(repr, FAMILIES))}")
+                got = "no value" if (found := values[texts.index(text)]) is None else shown(found)
+                raise InputError(f"color must be one of {', '.join(map(repr, FAMILIES))}, got {got}")
         except InputError as error:
             raise InputError(f"row {row + texts.index(text) + 1}: {error}") from error
     return tuple(texts)
@@ -308,14 +305,14 @@ class FormatOptions:
     periods
         How often the gait is repeated in a bag or a ROS 2 trajectory.
     joint_names
-        What the robot calls the joints that tilt rotors 1 to 4; by default alpha1 to alpha4. Of a table of joints the
-        names of its joints, in their order; by default as the table says.
+        Names of the robot's joints that tilt rotors 1 to 4, by default alpha1 to alpha4; for a servo table names of its
+        joints in their order, by default its own.
     trajectory_topic, states_topic
         The topics of a bag: JointTrajectory and JointState.
     number
-        What the table of a C header is made of: "float", "double", or "fixed", which is 16-bit fixed point.
+        Number type in a C header: "float", "double", or "fixed", which is 16-bit fixed point.
     c_name
-        What the names in a C header begin with; by default the file's name.
+        Prefix of the names in a C header; by default the file's name.
 
     >>> options = FormatOptions(periods=3, joint_names=("front", "left", "rear", "right"))
     """

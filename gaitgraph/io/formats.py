@@ -30,7 +30,7 @@ from gaitgraph.errors import (
 )
 from gaitgraph.files import check_new_files, path_of, reading, remove_leftovers, text_of, value_from_json, write_whole
 from gaitgraph.gait.gait import PAPER_GAITS, Gait, paper_gait
-from gaitgraph.gait.table import ANGLES, Table, about_from_text, closed_rows, merged
+from gaitgraph.gait.table import ANGLES, Table, about_from_text, closed_rows, merged, paced_gait
 from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.io import binary_tables, c_header, ros, text_files
 from gaitgraph.io.columns import FormatOptions, TableBuilder, is_frame, table_from_frame
@@ -130,10 +130,10 @@ def tables_and_films(paths: Sequence[str | Path]) -> tuple[list[str | Path], lis
 
 
 def known_format(path: str | Path, what: str, *, reads: bool = False, also: Sequence[str] = FILMS) -> Format:
-    """Return the format of a gait file by its suffix; InputError if it has none, or is not read where that is needed.
+    """Return the format of a gait file by its suffix; InputError for another suffix, or if it cannot be read.
 
-    A folder to be read may have another name, if the files in it are those of a bag. `what` is how messages call it,
-    and `also` are suffixes that a caller who writes, or seeks a request, has served before.
+    With `reads` a folder may have any name if there is a bag in it. `what` is its name in messages, and `also` are
+    further suffixes to list, which the caller handles.
     """
     given, path = str(path), path_of(path, what)
     suffix = path.suffix.lower()
@@ -176,13 +176,11 @@ def write_tables(
 ) -> None:
     """Write a table to files, or folders, each whole or not at all; the format follows from the suffix.
 
-    `table` may be called, once a file, to yield a table piece by piece. `options` are choices that some formats have;
-    the others ignore them. `servos` are what the columns are to be, in formats of tables, and the joints' order, signs
-    and zeros in formats of robots.
+    `table` may be a function that yields the pieces of a table, called once for each file. Formats ignore `options`
+    that they do not have. `servos` determines the columns of tables, and order, signs and zeros in formats of robots.
 
-    Raises OutputExists if a file exists and `force` is not set, and FileProblem if one cannot be written: then none is,
-    and old ones are whole. Raises InputError if a suffix is not known or a file is named twice, and MissingExtra if a
-    format needs a library that is not installed.
+    Raises OutputExists if a file exists and `force` is not set, FileProblem if one cannot be written (then no file is
+    changed), InputError if a suffix is not known or a file is named twice, and MissingExtra if a library is missing.
     """
     check_outputs(paths, force=force)
 
@@ -216,8 +214,8 @@ def check_outputs(paths: Sequence[str | Path], *, force: bool = False) -> None:
             folders.add(path)
             for one in sorted(path.iterdir()) if path.is_dir() else ():
                 if not one.is_file() or (one.name != "metadata.yaml" and one.suffix != form.suffix):
-                    problem = f"is a folder with {one.name!r} in it; allowed is a new one, or a {form.name}"
-                    raise OutputExists(f"output: {str(path)!r} {problem}")
+                    wanted = f"must be a new folder or a {form.name}, got a folder with {one.name!r} in it"
+                    raise OutputExists(f"output {str(path)!r} {wanted}")
     check_new_files(paths, force=force, folders=folders)
 
 
@@ -225,13 +223,12 @@ def check_outputs(paths: Sequence[str | Path], *, force: bool = False) -> None:
 
 
 def given_gait(gait: GaitLike, *, name: str = "gait", whole: bool = True, **choices: Any) -> Any:
-    """Return what was handed over as a gait, whatever the form: a Gait, a timed gait or a Table.
+    """Return a gait in any form as a Gait, a timed gait or a Table. All functions take gaits through this one.
 
-    Every function that takes a gait takes it through this one. A plan, and whatever else has a timed gait, gives that;
-    so does a request file, which is planned with the `choices` that are not None (`vehicle`, `coefficients` …). Gaits
-    have their own choices already. "gait1" to "gait4" are those of the paper, for the vehicle of the choices. Rows of
-    shape (n, 4) and frames become tables, and so do gait files, or stay paths unless `whole`. InputError, which calls
-    it by its `name`, for anything else.
+    A plan, or another answer with a timed gait, gives that. A request file is planned with the `choices` that are not
+    None (`vehicle`, `coefficients` …); a gait has its own, so that choices beside it are refused. "gait1" to "gait4"
+    are those of the paper. Rows of shape (n, 4), frames and gait files become tables; files stay paths unless `whole`.
+    InputError, with the `name`, for anything else.
     """
     stated = {option: value for option, value in choices.items() if value is not None}
     if hasattr(type(gait), "timed"):
@@ -286,16 +283,15 @@ def gait_of(
     if not isinstance(source, Table):
         return source if isinstance(source, Gait) else source.gait
     with naming_file(gait):
-        rows, _, stated = closed_rows(source, vehicle=vehicle, coefficients=coefficients)
-    return stated.gait if stated else replace(rows.merged(), request=rows.request)
+        rows, _, stated = closed_rows(source, vehicle=vehicle, coefficients=coefficients, name=gait)
+    return stated.gait if stated else paced_gait(source, rows) or replace(rows.merged(), request=rows.request)
 
 
 def read_table(path: str | Path, *, joints: ServoMap | None = None) -> Table:
-    """Read a gait table, or a plan saved as JSON.
+    """Read a gait table of any format in :data:`FORMATS`, or a plan saved as JSON.
 
-    The file is of any format that :data:`FORMATS` reads; `joints` are what its columns are if it is a servo table from
-    elsewhere (one of ours states it). Raises FileProblem if the file cannot be read, and InputError, naming file and
-    place, if it holds no gait table.
+    `joints` describes the columns of a servo table from elsewhere; ours state them. Raises FileProblem if the file
+    cannot be read, and InputError, with file and place, if it holds no gait table.
     """
     return merged(read_pieces(path, joints=joints))
 
@@ -308,8 +304,8 @@ def read_pieces(
     `progress` is called with the fraction of the file that is read; with `plane_only` alpha1 and alpha2 are enough.
     """
     form, path = known_format(path, _WHAT, reads=True), Path(path)
-    read, known = form.function("read"), ", ".join(suffix for suffix, one in FORMATS.items() if one.reads)
-    with reading(path, _WHAT, f"a gait table: {known}"), naming_file(path):
+    read = form.function("read")
+    with reading(path, _WHAT), naming_file(path):
         if not path.exists():
             remove_leftovers(path.parent)  # a killed process may have been about to replace it
         path.stat()
@@ -322,12 +318,12 @@ def read_pieces(
 
 
 def provenance_in(path: str | Path) -> dict[str, Any]:
-    """Return what made a gait file of any format, also of those that are not read as tables: its `about`."""
+    """Return the `about` of a gait file of any format, also of those that are not read as tables: what made it."""
     form, path = known_format(path, _WHAT), Path(path)
     if form.reads:
         return next(read_pieces(path)).about
     with naming_file(path):
-        lines = text_of(path, _WHAT, f"a {form.name} that gaitgraph wrote").rstrip().splitlines()
+        lines = text_of(path, _WHAT).rstrip().splitlines()
         line = next((line for line in lines if line.startswith(form.mark)), None)
         if line is None:
             raise InputError(f"it does not state what made it; it must be a {form.name} that gaitgraph wrote")
@@ -349,7 +345,7 @@ def holds_request(path: str | Path) -> bool:
     path = Path(path)
     if path.suffix.lower() != ".json":
         return path.suffix.lower() == ".toml"
-    text = text_of(path, "file", "a gait table or a request")
+    text = text_of(path, "file")
     if '"waypoints"' not in text:
         return False
     with suppress(InputError):  # reading it as a gait file says what is wrong
@@ -360,7 +356,7 @@ def holds_request(path: str | Path) -> bool:
 
 @contextmanager
 def naming_file(source: object, what: str = _WHAT) -> Iterator[None]:
-    """Name the file in an error about what it holds, once; if the source is no path, errors stay as they are."""
+    """Name the file, once, in errors about its content; errors stay as they are if the source is not a path."""
     try:
         yield
     except (MissingExtra, FileProblem):

@@ -54,7 +54,7 @@ _SHORTEST_STEP = 2
 
 
 def merged_up_to(pieces: Iterable[Table], most: int, what: str) -> Table:
-    """Return the pieces of a table with a clock as one; InputError as soon as there are more rows than `most`."""
+    """Return the pieces of a table with times as one; InputError as soon as there are more rows than `most`."""
     held: list[Table] = []
     for piece in pieces:
         held.append(piece)
@@ -63,7 +63,7 @@ def merged_up_to(pieces: Iterable[Table], most: int, what: str) -> Table:
     table = merged(held)
     for name in ("t", "alpha3"):
         if name not in table:
-            raise InputError(f"column {name!r} is missing; {what} needs a table with a clock and four angles")
+            raise InputError(f"column {name!r} is missing; {what} needs a table with times and four angles")
     return table
 
 

@@ -1,4 +1,4 @@
-"""Servo maps: from the tilt angles of a gait to four joints with an order, signs, zeros, limits and units, and back.
+"""Servo maps: conversion between tilt angles and four joints with an order, signs, zeros, limits and units.
 
 A joint turns one rotor about its arm. It is at q = sign·α + zero [rad] when the rotor is tilted by α, and its column
 states q in radians, in degrees, or as the pulse width neutral + (µs per radian)·q that a servo takes.
@@ -152,7 +152,7 @@ class ServoMap:
     time, time_unit
         The column of time, and "s", "ms" or "us".
     clip
-        Whether values beyond a joint's limits are set to the limit; otherwise they are errors.
+        Whether values beyond a joint's limits are clipped; otherwise they are refused.
     first_rotor_spin, first_arm_angle
         The vehicle that the order of rotors is meant for, as :class:`~gaitgraph.vehicle.Vehicle` has them [rad]; None
         if it fits any.
@@ -211,8 +211,7 @@ class ServoMap:
     def check_vehicle(self, vehicle: Vehicle) -> None:
         """Raise InputError if the order of rotors is meant for another vehicle.
 
-        One whose first arm points forward, as the paper's, is taken as turned by the map: that changes no
-        determinant, only which body axes roll and pitch are about.
+        A vehicle whose first arm points forward, as the paper's, fits any map: turning the arms changes no determinant.
         """
         who, spin, turned = f"servos {self.name!r}: vehicle", vehicle.first_rotor_spin, vehicle.first_arm_angle
         if self.first_rotor_spin not in (None, spin):
@@ -283,7 +282,7 @@ def servo_map_from_mapping(stated: Mapping[str, Any]) -> ServoMap:
 
 
 def _parsed(joint: dict[str, Any]) -> dict[str, Any]:
-    """Return what is stated of a joint as numbers and pairs of them; what is none is left to :class:`Joint`."""
+    """Return the fields of a joint with texts as numbers and pairs; :class:`Joint` refuses what is left."""
     parsed, who = dict(joint), f"joint {shown(joint['name'])}"
     if "zero" in joint:
         parsed["zero"] = angle_from_text(joint["zero"], f"{who}: zero")
@@ -307,7 +306,7 @@ def _is_name(value: object) -> bool:
 
 
 def _pair(value: object) -> tuple[float, float]:
-    """Return two numbers, those that no limits can be for what is no pair."""
+    """Return a pair of numbers, or (1, 0), which no limits can be."""
     low, high = map(number_of, value) if isinstance(value, tuple) and len(value) == 2 else (1.0, 0.0)
     return low, high
 

@@ -1,10 +1,9 @@
 """CSV and JSON files of gait tables.
 
-A CSV file is read in pieces, fast where nothing is unusual, and written row by row. It has one more column than the
-table, `made_by`: what made it, in the first rows, one short text a row, such as ``law = "smooth"``. Other readers of
-CSV would stumble over comment lines. A text is a name and a value, as in JSON and TOML; parts of a long value have
-texts of their own, such as ``corners.2 = [0.4, -0.4, 0.4, -0.4]``. With fewer rows a field holds several texts.
-Earlier versions wrote one text of JSON into the first and the last row, which is read too.
+A CSV file is read in pieces, and fast where nothing is unusual. Its last column `made_by` states in the first rows
+what made it, since other readers of CSV fail at comment lines: one short text a row, a name and a value as in TOML,
+such as ``law = "smooth"``. Parts of a long value have own texts, such as ``corners.2 = [0.4, -0.4, 0.4, -0.4]``. With
+few rows a field holds several texts. One text of JSON, as earlier versions wrote it, is read too.
 """
 
 from __future__ import annotations
@@ -55,10 +54,7 @@ _FEWEST_DECIMALS, _FULL_PRECISION = 3, 9
 
 
 def read_csv(path: Path, builder: TableBuilder, progress: Progress) -> Iterator[Table]:
-    """Yield the pieces of a CSV file, each with what made it and how finely its angles are printed.
-
-    A byte-order mark and any kind of line end are read.
-    """
+    """Yield the pieces of a CSV file, each with what made it and the rounding error of its printed angles."""
     with path.open("rb") as raw:
         stream, size = TextIOWrapper(raw, encoding="utf-8-sig"), path.stat().st_size
         read, head = 1, stream.readline()  # lines until now
@@ -69,7 +65,7 @@ def read_csv(path: Path, builder: TableBuilder, progress: Progress) -> Iterator[
         try:  # numpy.savetxt begins a header with "# "
             names = [name.strip() for name in next(csv.reader([head.lstrip("# ")], strict=True))]
         except csv.Error as error:
-            raise InputError(f"line {read}: {error}; it must be comma-separated text") from error
+            raise InputError(f"line {read} must be comma-separated text: {error}") from error
         if any(map(_NUMBER.fullmatch, re.split(r"[\s,;]+", head.strip()))) and set(names).isdisjoint(builder.used):
             example = "t,alpha1,alpha2,alpha3,alpha4"
             raise InputError(f"line {read} must be a header that names the columns, such as {example}, got numbers")
@@ -94,7 +90,7 @@ def read_csv(path: Path, builder: TableBuilder, progress: Progress) -> Iterator[
 def _about_taken_out(lines: list[str], names: list[str], stream: TextIOWrapper) -> dict[str, Any] | None:
     """Take what made the file out of its first lines, and return it; None if it is not stated.
 
-    More lines are read where all of these state it. Then all rows are alike, and these are read as fast as the others.
+    Further lines are read where all of these state it. Without these texts numpy reads all rows alike.
     """
     texts: list[str] = []
     with suppress(csv.Error):  # reading the line as a row says what is wrong
@@ -114,7 +110,7 @@ def _about_taken_out(lines: list[str], names: list[str], stream: TextIOWrapper) 
 
 
 def _texts_of(table: Table) -> list[str]:
-    """Return what made a table as short texts, or as one text of JSON if these would not be read as the same."""
+    """Return what made a table as short texts, or as one text of JSON if they do not state it exactly."""
     provenance = provenance_of(table)
     about = {**provenance.pop("about")}
     if isinstance(request := about.get("request"), dict):
@@ -198,18 +194,18 @@ def _text_columns(lines: list[str], names: list[str], offset: int) -> dict[str, 
     try:
         for row in filter(None, reader):
             if len(row) != len(names):
-                line = offset + reader.line_num
-                raise InputError(f"line {line} has {len(row)} fields; allowed are {len(names)}, as in the header")
+                wanted = f"must have {len(names)} fields, as the header has"
+                raise InputError(f"line {offset + reader.line_num} {wanted}, got {len(row)}")
             rows.append(row)
     except csv.Error as error:
-        raise InputError(f"line {offset + reader.line_num}: {error}; allowed is comma-separated text") from error
+        raise InputError(f"line {offset + reader.line_num} must be comma-separated text: {error}") from error
     return {name: [row[k] for row in rows] for k, name in enumerate(names)}
 
 
 def _digit_error_of(lines: list[str], names: list[str], builder: TableBuilder) -> float:
     """Return half a unit of the last decimal of the angles in lines [rad], if they have three to eight, else 0.
 
-    Angles with fewer decimals are exact: people type 0.4. Angles with more carry all that floating point does.
+    Angles with fewer decimals are exact, since people type 0.4. Those with more have full precision.
     """
     units = dict.fromkeys(ANGLES, 1.0) | dict.fromkeys(DEGREES, math.radians(1.0))
     if builder.joints is not None:
@@ -245,9 +241,9 @@ _MOST_BRACKETS = 5_000_000
 
 def read_json(path: Path, builder: TableBuilder, progress: Progress) -> Iterator[Table]:
     """Yield the table in a JSON file: of columns (beside or around them what made them), of rows, or of a plan."""
-    text = text_of(path, _WHAT, "a gait table as text")
+    text = text_of(path, _WHAT)
     if text.count("[") + text.count("{") > _MOST_BRACKETS:  # they take twenty times the memory of the text, and more
-        raise InputError(f"it has more than {_MOST_BRACKETS} lists and objects; {_JSON}")
+        raise InputError(f"it must have at most {_MOST_BRACKETS} lists and objects, got more; {_JSON}")
     content = value_from_json(text, _JSON)
     about: dict[str, Any] = {}
     if isinstance(content, list):
@@ -256,13 +252,13 @@ def read_json(path: Path, builder: TableBuilder, progress: Progress) -> Iterator
                 raise InputError(f"row {number} must be an object with the fields of row 1, got {shown(row)}; {_JSON}")
         columns = {name: [row[name] for row in content] for name in content[0]} if content else {}
     elif not isinstance(content, dict):
-        raise InputError(f"it holds {shown(content)}; {_JSON}")
+        raise InputError(f"{_JSON}, got {shown(content)}")
     elif "path" in content:
         columns, about = _columns_of_plan(content)
     else:
         columns, about = content.get("columns", content), checked_about(content.get("about", {}))
         if not isinstance(columns, dict):
-            raise InputError(f"'columns' is no object; {_JSON}")
+            raise InputError(f"columns must be an object of lists, got {shown(columns)}")
     yield from builder.whole(columns, about)
 
 

@@ -52,7 +52,6 @@ _BASIS = np.array([[1, -3, 3, -1], [4, 0, -6, 3], [1, 3, 3, -3], [0, 0, 0, 1]]) 
 _BEZIER = np.array([[1, 4, 1, 0], [0, 4, 2, 0], [0, 2, 4, 0], [0, 1, 4, 1]]) / 6.0  # points of a piece from its control
 _PRODUCTS = np.array([2 / 3, -1 / 8, -1 / 5, -1 / 120])
 _BEYOND = 1e-12
-_PAIRS = ((0, 1), (1, 2), (2, 3), (0, 2), (1, 3), (0, 3))
 _FAR, _NEAR = 0.2, 0.03  # how far cells reach in the first rounds, and when the loop is settled [rad]
 _PROGRESS, _SETTLED = 1e-4, 1e-10  # relative decrease that ends the first rounds, and the last
 _MOST_ROUNDS, _LAST_ROUNDS = 40, 6
@@ -160,27 +159,6 @@ class HalfPlanes(NamedTuple):
     on_border: BoolArray  # whether a side of the polygon made it, or the reach of the cell
 
 
-def _shortest_segments(
-    hulls: FloatArray, starts: FloatArray, ends: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return both ends of the shortest segment, one at a corner, from each hull to a side beside it, and its length."""
-    tried = [(hulls[:, k], _nearest(hulls[:, k], starts, ends)) for k in range(4)]
-    tried += [(_nearest(tip, hulls[:, i], hulls[:, j]), tip) for i, j in _PAIRS for tip in (starts, ends)]
-    from_hull, to_side = (np.stack([pair[k] for pair in tried]) for k in range(2))
-    step = to_side - from_hull
-    length = np.sqrt(np.einsum("wmk,wmk->wm", step, step))
-    best, each = np.argmin(length, axis=0), np.arange(length.shape[1])
-    return from_hull[best, each], to_side[best, each], length[best, each]
-
-
-def _nearest(points: FloatArray, starts: FloatArray, ends: FloatArray) -> FloatArray:
-    """Return the nearest points on segments, shape (m, 2)."""
-    step = ends - starts
-    size = np.maximum(np.einsum("mk,mk->m", step, step), 1e-300)
-    fraction = np.clip(np.einsum("mk,mk->m", points - starts, step) / size, 0.0, 1.0)
-    return np.asarray(starts + fraction[:, None] * step)
-
-
 class LeastEffort:
     """The problem: discs, a polygon, and how far the loop keeps from its border, positive [rad]."""
 
@@ -190,7 +168,7 @@ class LeastEffort:
         self._starts = np.concatenate([ring[:-1] for ring in rings])
         self._ends = np.concatenate([ring[1:] for ring in rings])
         lines: Any = shapely.linestrings(np.stack([self._starts, self._ends], axis=1))
-        self._tree = shapely.STRtree(lines)
+        self._sides, self._tree = lines, shapely.STRtree(lines)
 
     def keeps_inside(self, loop: SmoothLoop) -> bool:
         """Return whether the hull of every piece of the spline lies inside the polygon, clear of its border."""
@@ -210,7 +188,10 @@ class LeastEffort:
         owner, side = self._tree.query(shapely.box(*(low - self.clearance).T, *(high + self.clearance).T))
         order = np.lexsort((side, owner))
         owner, side = owner[order], side[order]
-        on_hull, on_side, distance = _shortest_segments(hulls[owner], self._starts[side], self._ends[side])
+        shapes: Any = shapely.convex_hull(shapely.multipoints(hulls))
+        shortest = shapely.get_coordinates(shapely.shortest_line(shapes[owner], self._sides[side])).reshape(-1, 2, 2)
+        on_hull, on_side = shortest[:, 0], shortest[:, 1]
+        distance = np.linalg.norm(on_side - on_hull, axis=1)
         normals, offsets, piece = [], [], []
         bounds = np.searchsorted(owner, np.arange(count + 1)).tolist()
         for number, (first, last) in enumerate(pairwise(bounds)):
@@ -248,7 +229,7 @@ class LeastEffort:
         return even if self.keeps_inside(even) else None
 
     def solve(self, loop: SmoothLoop) -> tuple[SmoothLoop, list[float]]:
-        """Return the loop that a start leads to, and the efforts of all admissible loops; none if it is not."""
+        """Return the optimized loop, and the efforts of all loops on the way; none if the start is not admissible."""
         best, history, trust = loop, [loop.effort], 2.0
 
         def admissible(one: SmoothLoop) -> bool:
@@ -311,7 +292,7 @@ class Program:
         self.bounds = np.column_stack([-half[:-1], half[1:]])
 
     def loop_at(self, x: FloatArray) -> SmoothLoop:
-        """Return the loop that unknowns mean."""
+        """Return the loop of given unknowns."""
         passes = self.loop.passes + self.unit * np.append(0.0, x[2 * self.count :])
         return SmoothLoop(points=self.shape @ x[: 2 * self.count].reshape(self.count, 2), passes=passes)
 
@@ -450,8 +431,8 @@ class Program:
     def stationarity(self) -> tuple[float, tuple[int, ...], bool]:
         """Return the residual of the first-order conditions, which discs hold the loop, and whether the border does.
 
-        It is what the nearest combination of the slopes of active constraints, not negative for inequalities, leaves of
-        the slope of the effort, as a fraction: its square is about the relative decrease that first order promises.
+        The residual is the distance from the slope of the effort to the nearest combination of the slopes of active
+        constraints, nonnegative for inequalities, as a fraction; its square is about the relative decrease left.
         """
         x = self.origin
         slope = self.effort(x)[1]

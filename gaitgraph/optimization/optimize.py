@@ -1,11 +1,11 @@
-"""Optimal gaits: the smooth loop through discs whose worst place is best, or whose tilting costs least.
+"""Optimal gaits: the smooth loop through discs with the best worst case, or with the least tilt-rate effort.
 
-Write f for what is to be as large as possible at the worst place. A continuous loop through all discs can keep f ≥ c
-exactly if one component of (admissible region) ∩ {f ≥ c} meets every disc. That is decided by polygons: if no component
-of the *outer* ones does, no loop keeps c, whatever its form. Halving the interval of c brackets the best worst case of
-all loops, however many local optima there are. Of the loops that keep it but for a small concession one of locally
-least tilt-rate effort is found (:mod:`gaitgraph.optimization.least_effort`). If the effort itself is the objective, the
-answer is a local optimum, stated with a lower bound of all loops' effort.
+Let f be the quantity whose least value along the loop is maximised. A continuous loop through all discs can keep f ≥ c
+exactly if one component of (admissible region) ∩ {f ≥ c} meets every disc. Polygons decide that: if no component of the
+*outer* ones does, no loop keeps c. Halving the interval of c brackets the best worst case of all loops, however many
+local optima there are. Among the loops that keep it, but for a small concession, one of locally least tilt-rate effort
+is found (:mod:`gaitgraph.optimization.least_effort`). If the effort itself is the objective, the answer is a local
+optimum, with a lower bound of the effort of all loops.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ if TYPE_CHECKING:
 Objective = Literal["singular_value", "hover_reserve", "tilt_rate"]
 
 OBJECTIVES = ("singular_value", "hover_reserve", "tilt_rate")
-"""What a gait can be optimal in, the default first."""
+"""The objectives, the default first."""
 
 CLEARANCE = 1e-5
 """How far an optimal gait keeps from the borders of its region, at least; 3e-5 at most where it follows them [rad]."""
@@ -63,7 +63,7 @@ _MOST_WAYPOINTS = 40
 _MOST_PIECES = 400
 _EROSIONS = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1.5e-5)
 _SETTLED = 1e-3  # first-order residual
-_UNSETTLED = "the form of the loop is not settled: its effort can still be lowered, its worst case stands"
+_UNSETTLED = "the optimization has not converged: a loop of less effort exists; the worst case is not affected"
 _CHORD = 1e-4
 _TEXTS = {  # name, unit, and which side of the value the bound is on
     "singular_value": ("least singular value along the gait", "", "at most"),
@@ -74,18 +74,18 @@ _TEXTS = {  # name, unit, and which side of the value the bound is on
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class OptimalGait:
-    """The answer to :func:`optimal_gait`: a smooth gait with its own measures, or why there is none. Truthy with one.
+    """The answer to :func:`optimal_gait`: a smooth gait, or why there is none. Truthy if there is a gait.
 
-    `waypoints`, shape (n, 2), and `radius`, shape (n,), are the discs [rad], repeated ones merged; `passed`, shape
-    (n, 4) [rad], and `times`, shape (n,) [s], say where and when the gait passes them. `reason` says why there is no
+    `waypoints`, shape (n, 2), and `radius`, shape (n,), are the discs [rad], repeated ones merged; the gait passes them
+    at the tilt angles `passed`, shape (n, 4) [rad], and the `times`, shape (n,) [s]. `reason` says why there is no
     gait, or why it is not flyable. The parameter of `curve` is the time [s], `report` has all checks along it.
 
-    `value` is what was reached, certain along the whole curve, and `bound` what no gait can better: an upper bound of a
-    worst case, a lower bound of effort. `gap` is what a better gait could gain at most, as a fraction of the bound (a
-    worst case), or of the value (effort). `effort` is ∫ ‖α̇‖² dt over the period [rad²/s]; `history` that of every loop
-    on the path to it. `stationarity` is the first-order (Karush–Kuhn–Tucker) residual, what the active constraints
-    leave of the slope of the effort, as a fraction of it; `active` says what holds the gait. `violation` is how far it
-    passes outside a disc, at most [rad]; of the region it is never outside.
+    `value` is the certified value of the objective along the whole curve, `bound` the limit for all gaits: an upper
+    bound of a worst case, a lower bound of effort. `gap` is the largest possible improvement, as a fraction of the
+    bound (a worst case), or of the value (effort). `effort` is ∫ ‖α̇‖² dt over the period [rad²/s]; `history` that of
+    every loop on the path to it. `stationarity` is the first-order (Karush–Kuhn–Tucker) residual, as a fraction of
+    the slope of the effort; `active` names the active constraints. `violation` is
+    how far it passes outside a disc, at most [rad]; of the region it is never outside.
     """
 
     objective: Objective
@@ -118,21 +118,22 @@ class OptimalGait:
 
     @property
     def standstill(self) -> str | None:
-        """Where the gait stands still, and what to change; None if it moves."""
+        """Where the gait stands still, with advice; None if it moves."""
         if self.curve is None or self.passed is None or self.curve.length > CLEARANCE:
             return None
-        (a1, a2), advice = self.passed[0, :2], "for a gait that moves give smaller radii, or waypoints farther apart"
-        return f"The best gait stands still at ({a1:.4f}, {a2:.4f}), which all discs share: {advice}"
+        (a1, a2), advice = self.passed[0, :2], "for a gait that moves, use smaller radii or waypoints farther apart"
+        return f"The best gait stands still at ({a1:.4f}, {a2:.4f}), a point of all discs; {advice}"
 
     @property
     def gait(self) -> Gait:
         """The gait as a closed polyline within 1e-4 rad of the curve; Infeasible, with the reason, if there is none."""
-        return self._timed().gait
+        return self.timed().gait
 
-    def _timed(self, samples: int = 1) -> _TimedCurve:
+    def timed(self, *, samples: int | None = None, rate: float | None = None) -> TimedGait:
+        """Return the gait with its own timing; raises Infeasible, with the reason, if there is none."""
         if self.curve is None:
             raise Infeasible(self.reason)
-        gait = self.curve.polyline(_CHORD)
+        gait, samples = self.curve.polyline(_CHORD), checked_clock(self.period, "smooth", samples=samples, rate=rate)
         return _TimedCurve(gait=gait, period=self.period, law="optimal", samples=samples, curve=self.curve)
 
     def table(self, *, samples: int | None = None, rate: float | None = None) -> Table:
@@ -141,10 +142,9 @@ class OptimalGait:
 
     def pieces(self, *, samples: int | None = None, rate: float | None = None) -> Iterator[Table]:
         """Yield :meth:`table` as consecutive pieces, so that any length fits in memory."""
-        timed = self._timed(checked_clock(self.period, "smooth", samples=samples, rate=rate))
         discs = {"waypoints": self.waypoints.tolist(), "radius": self.radius.tolist()}
         about = {"made_by": "optimize", "objective": self.objective, **discs}
-        for piece in pieces_of(timed, about):
+        for piece in pieces_of(self.timed(samples=samples, rate=rate), about):
             yield replace(piece, about={name: value for name, value in piece.about.items() if name != "law"})
 
     def as_mapping(self) -> dict[str, Any]:
@@ -175,14 +175,14 @@ class OptimalGait:
 
     def __str__(self) -> str:
         if self.curve is None or self.report is None:
-            return f"no gait: {self.reason}"
+            return f"No gait: {self.reason}"
         what, unit, comparison = _TEXTS[self.objective]
         lines = [
             *filter(None, [self.standstill]),
             f"{what} {self.value:.4f}{unit}; any gait through these discs has {comparison} {self.bound:.4f}{unit}",
             f"R {'> 0' if self.sign == 'positive' else '< 0'}, length {self.curve.length:.4f} rad, effort "
             f"{self.effort:.4f} rad²/s over {self.period:g} s; first-order residual "
-            f"{self.stationarity:.1e}, held by {', '.join(self.active) or 'nothing'}",
+            f"{self.stationarity:.1e}, active constraints: {', '.join(self.active) or 'none'}",
             self.report.verdict,
             *lines_of_checks(self.report.checks),
             *(f"warning: {warning}" for warning in (*self.warnings, *self.report.warnings)),
@@ -218,23 +218,23 @@ def optimal_gait(
         each; 0 passes the waypoint exactly. Waypoints that repeat in a row are merged; the smaller radius counts.
     objective
         "singular_value": the least singular value of the scaled decoupling matrix along the gait is maximised;
-        "hover_reserve": what the hover thrusts, in units of m·g per rotor, can fall by until a rotor idles, and grow by
-        until one reaches the vehicle's largest thrust, if it states one;
+        "hover_reserve": the smallest change of a hover thrust, in units of m·g per rotor, until a rotor idles or
+        reaches the vehicle's largest thrust, if it states one;
         "tilt_rate": the effort ∫ (α̇1² + α̇2² + α̇3² + α̇4²) dt over the period is minimised [rad²/s].
     sign, vehicle, coefficients, keep_out, keep_in, floor, period
-        As for :func:`gaitgraph.planning.planner.plan_loop`; "auto" is the better sign. Everything
-        physical is judged with exact coefficients, and the floor is kept whatever the objective.
+        As for :func:`gaitgraph.planning.planner.plan_loop`; "auto" is the better sign. Physics is checked with exact
+        coefficients, and the floor is kept with every objective.
     pieces
         Pieces of the spline, 8 to 400; by default 12 for each waypoint, from 36 to 240. More pieces turn sharper.
     concession
-        What fraction of the best worst case is given up for less effort, in (0, 0.5].
+        Fraction of the best worst case given up for less effort, in (0, 0.5].
 
     Notes
     -----
     A worst case is globally optimal to within the stated gap: `bound` holds for every continuous gait in the flyable
     region that passes the discs. Its effort is a local optimum among splines, on the side of each obstacle on which the
-    loop that it starts from runs; another side may be better by far. Discs that share a point, or a single disc, give a
-    gait that stands still there. With "tilt_rate" the bound is (shortest length in four dimensions)²/T, which no smooth
+    initial loop runs; another side may be better by far. Discs that share a point, or a single disc, give a gait that
+    stands still there. With "tilt_rate" the bound is (shortest length in four dimensions)²/T, which no smooth
     loop attains where the shortest one has corners; with a radius it takes no notice of the region.
 
     Examples
@@ -286,8 +286,8 @@ def _discs(waypoints: Any, radius: Any) -> tuple[Discs, tuple[str, ...]]:
 def level_region(objective: Objective, level: float, vehicle: Vehicle, accuracy: float = DEFAULT_ACCURACY) -> Region:
     """Return where the least singular value, or the hover reserve, is at least a level, on the red sheet.
 
-    The hover reserve is what the thrusts that carry the weight, in units of m·g per rotor, can fall by until the first
-    rotor idles and, if the vehicle states a largest thrust, grow by until the first one reaches it: the smaller one.
+    The hover reserve is the smallest change of a hover thrust, in units of m·g per rotor, until a rotor idles or
+    reaches the vehicle's largest thrust, if it states one.
     """
     if objective == "singular_value":
         return singular_value_region(level, vehicle, accuracy=accuracy)
@@ -381,7 +381,7 @@ class _Search(NamedTuple):
                     if history and (best is None or loop.effort < best[0].effort * (1 - 1e-9)):
                         best = loop, history
         if best is None:
-            return replace(self.base, reason=f"every path through the discs comes within {CLEARANCE:g} rad of a border")
+            return replace(self.base, reason=f"every path through the discs is within {CLEARANCE:.5f} rad of a border")
         return self._described(*best, problem, bound)
 
     def _why_apart(self) -> str:
@@ -403,7 +403,7 @@ class _Search(NamedTuple):
                 factor = separating_factor(discs.centers[first].tolist(), discs.centers[second].tolist(), vehicle)
                 separated = f", separated by {factor}" if factor else ""
                 return f"waypoints {first + 1} and {second + 1} lie in different parts of the flyable region{separated}"
-        return "each two of the waypoints share a part of the flyable region, but no part reaches all of them"
+        return "any two of the waypoints share a part of the flyable region, but no part meets all discs"
 
     def _standing(self, shape: BaseGeometry) -> SmoothLoop | None:
         """Return the loop that stands still in a point of all discs and of a shape, clear of its border, if any."""
@@ -467,7 +467,7 @@ class _Search(NamedTuple):
         passed = np.hstack([plane, plane])
         passed.flags.writeable = times.flags.writeable = False
         answer = replace(self.base, curve=curve, passed=passed, times=times, bound=bound)
-        report = curve.check(floor=self.floor).with_checks(answer._timed().rate_checks())
+        report = curve.check(floor=self.floor).with_checks(answer.timed().rate_checks())
         effort = value = 2.0 / period * loop.effort
         if not effortless:
             # The worst case that the report of the whole curve certifies.
@@ -480,7 +480,7 @@ class _Search(NamedTuple):
         held: tuple[int, ...] = ()
         if problem is not None and effort > 0:
             stationarity, held, by_border = problem.program(loop).stationarity()
-        border = f"{'' if effortless else 'the level that it keeps, or '}the border of the flyable region"
+        border = f"{'' if effortless else 'the kept level, or '}the border of the flyable region"
         warnings = self.base.warnings
         if stationarity > _SETTLED:
             warnings += (f"{_UNSETTLED} (first-order residual {stationarity:.1e})",)

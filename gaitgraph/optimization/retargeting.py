@@ -57,13 +57,13 @@ _THINNED = 1e-4  # how far a row may lie beside the corners by which a smaller l
 class Retargeted:
     """The answer to :func:`retarget`: the nearest flyable gait, or why there is none. Truthy when there is one.
 
-    `before` and `after` are the reports of what was given and of the new gait; `reason` says why there is no gait, or
-    why it is not flyable. `table` holds the new rows, with times if there were any; `rows` the number, from 0, of the
-    new row that each given one became; `moved` how far it was moved, in all four angles, whole turns left out, both of
-    shape (n,) [rad]; `unchanged` is how many rows stayed as they were, bit by bit. `alternatives` is the summed
-    distance to each component of the flyable region, the chosen one first [rad]. `share` is how much of the motion is
-    left: the length of the new loop of (α1, α2) over that of the given one, None if that is zero. Where no share was
-    asked for and less than half is left, `moving` is the nearest gait that keeps half.
+    `before` and `after` are the reports of the given and of the new gait; `reason` says why there is no gait, or why it
+    is not flyable. `table` holds the new rows, with times if there were any. For each given row, `rows` has the number
+    of its new row, from 0, and `moved` its distance in all four angles without whole turns, both of shape (n,) [rad];
+    `unchanged` counts the rows that stayed as they were, bit by bit. `alternatives` are the summed distances to each
+    component of the flyable region, the chosen one first [rad]. `share` is the length of the new loop of (α1, α2) over
+    that of the given one, None if that is zero. Without `keep`, and with a share below one half, `moving` is the
+    nearest gait that keeps half.
     """
 
     before: Report
@@ -151,7 +151,7 @@ class Retargeted:
 
     def __str__(self) -> str:
         if self.after is None:
-            return f"no gait: {self.reason}\nbefore: {self.before.verdict}"
+            return f"No gait: {self.reason}\nbefore: {self.before.verdict}"
         lines = [f"{self.status}: {self.unchanged} of {len(self._moves())} rows as they were, {self.added} added"]
         if self.share is not None and self.share < _LITTLE:
             kept = "stands still" if self.share < 1e-6 else f"keeps {100 * self.share:.0f} % of the motion"
@@ -181,7 +181,7 @@ def retarget(
     margin: float = 0.0,
     keep: float | None = None,
 ) -> Retargeted:
-    """Return the flyable gait whose rows are nearest to those of a table, and what was changed.
+    """Return the nearest flyable gait, row by row, and what was changed.
 
     The answer is falsy, with the reason, if nothing is flyable; InputError or FileProblem is raised if a value is not
     allowed, or a file holds no gait table.
@@ -191,7 +191,7 @@ def retarget(
     source
         A gait in any form, see :func:`gaitgraph.io.formats.given_gait`. The segment back to the first row is implied.
     vehicle, coefficients
-        What the gait is to be for; by default what the source says, else the paper's vehicle.
+        Of the new gait; by default those of the source, else the paper's vehicle.
     sign, floor
         Sign of R, None for either; least singular value to keep.
     keep_out, keep_in
@@ -199,13 +199,13 @@ def retarget(
     margin
         How far the new rows, and the paths between them, keep from the border of the flyable region [rad].
     keep
-        Share of the motion to keep, above 0 and up to 1: the given loop of (α1, α2) is made smaller by this factor and
-        moved to where it fits. Of all such gaits it is the nearest in the root mean square. None: rows move one by one.
+        Share of the motion to keep, above 0 and at most 1: the given loop of (α1, α2) is made smaller by this factor
+        and moved into the region, by the least root mean square. None: rows move one by one.
 
     Notes
     -----
-    What is flyable already, and where it may be, comes back unchanged, bit by bit; so does what this function returned.
-    A row that is flyable by itself stays; one within the region's accuracy, 1e-6 rad, of its border may move by that.
+    A gait that is flyable inside the region is returned unchanged, bit by bit; so is an answer of this function. A row
+    that is flyable by itself stays; one within the region's accuracy, 1e-6 rad, of its border may move by that.
     Whole turns of α3 or α4 against α1 or α2 are taken off, with a warning. Times stay; an added row has its time by its
     share of the path's length.
 
@@ -223,7 +223,7 @@ def retarget(
     """
     floor, margin = checked_number("floor", floor), angle_within(margin, "margin", least=0.0)
     if keep is not None and not 0 < number_of(keep) <= 1:
-        raise InputError(f"keep must be a share above 0, up to 1, got {shown(keep)}")
+        raise InputError(f"keep must be above 0 and at most 1, got {shown(keep)}")
     given = given_gait(source)
     table = given if isinstance(given, Table) else _table_from(given) if isinstance(given, Gait) else table_of(given)
     if len(table) > MOST_ROWS:
@@ -235,10 +235,10 @@ def retarget(
     inside = replace(region, inner=polygons_of(offset(region.inner, -margin))) if margin else region
     parts = inside.components
     if not parts:
-        narrow = f"no point of the flyable region is {margin:g} rad from its border: allow a smaller margin"
+        narrow = f"no point of the flyable region is {margin:g} rad from its border; use a smaller margin"
         return Retargeted(before=before, reason=narrow if region.components else why_empty(region, floor, chosen))
 
-    # The rows without one that closes the table, and with α3 and α4 within half a turn of α1 and α2.
+    # The rows without the closing one, and with α3 and α4 within half a turn of α1 and α2.
     given = tilt_angles(table, numbers)
     turns = np.rint((given[:, 2:] - given[:, :2]) / _TURN)
     given = np.hstack([given[:, :2], np.where(turns == 0, given[:, 2:], given[:, 2:] - _TURN * turns)])
@@ -254,7 +254,7 @@ def retarget(
         smaller = [_smaller(rows[:, :2], keep, part, middle.mean(axis=0)) for part in parts]
         totals = np.array([np.sqrt(2 * np.sum((there - middle) ** 2, axis=1) + off).sum() for there in smaller])
         if np.isnan(totals).all():
-            return Retargeted(before=before, reason=f"{100 * keep:.3g} % of the motion fits nowhere: keep less")
+            return Retargeted(before=before, reason=f"{100 * keep:.3g} % of the motion fits nowhere; lower keep")
         middle = smaller[int(np.nanargmin(totals))]
         points = shapely.points(middle)
     best = int(np.nanargmin(totals))
@@ -305,7 +305,7 @@ def retarget(
 
 
 def _smaller(plane: FloatArray, share: float, part: Polygon, wanted: FloatArray) -> FloatArray:
-    """Return a loop made smaller by a factor, its mean nearest to a wanted point with all of it in a component.
+    """Return a loop made smaller by a factor, inside a component, with its mean as near to a wanted point as possible.
 
     The means for which one row is in the component are the component moved against the row. NaN if nothing fits.
     """

@@ -1,9 +1,8 @@
-"""The shortest loops of each color and sign of R, flyable and valid, or what is in their way.
+"""The any-angle method: the shortest loops of each color and sign of R, flyable and valid, or their obstacles.
 
 The straight loop through the waypoints is tried first: if it is admissible along its whole length, nothing is shorter.
-Otherwise shortest paths are found in the admissible region, whose polygon stays inside the true borders by the
-accuracy at most; the same search in the polygon that encloses it gives a lower bound of every loop. Where waypoints
-lie in these regions is what :func:`location_of` answers.
+Otherwise shortest paths are found in the admissible region, whose polygon lies inside the true borders by at most the
+accuracy; the same search in the polygon that encloses it gives a lower bound of every loop.
 """
 
 from __future__ import annotations
@@ -24,13 +23,13 @@ from gaitgraph.graph.walks import order_of_places, quanta_of
 from gaitgraph.invertibility.matrices import least_singular_value_on_red, level_determinant, noise_of
 from gaitgraph.invertibility.segment_bounds import least_level_determinant, least_singular_value_along
 from gaitgraph.planning.refusal import Branch, FoundPath, Obstacle, branches_of
-from gaitgraph.planning.shortest_paths import ShortestPaths
 from gaitgraph.surface.sheets import RELATION, Color, Sign, family_codes, family_jumps, red_label
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from gaitgraph.planning.request import PlanRequest, Point, Use
+    from gaitgraph.planning.shortest_paths import ShortestPaths
     from gaitgraph.surface.region import Region
 
 _WIDTH = 110
@@ -39,7 +38,7 @@ _ROBUST_STEPS = 22  # halvings of the range of least singular values: to better 
 
 
 def any_angle_paths(branch: Branch, progress: Callable[[str], None] | None) -> list[FoundPath] | Obstacle:
-    """Return the shortest loop of a branch for each use of it, or what is in the way."""
+    """Return the shortest loop of a branch for each use of it, or the obstacle."""
     request, found = branch.request, list[FoundPath]()
     if progress is not None:
         progress(f"searching {branch.color} loops with {RELATION[branch.sign]}")
@@ -104,17 +103,16 @@ def _shortest_in_region(
         if leg is None:
             parts = [region.region.component_of(waypoints[k]) for k in (first, second)]
             sizes = [f"{region.region.components[part].area:.3g}" for part in parts if part is not None]
-            wall = "the border of the admissible region: they lie in parts"
-            if branch.request.zones is not None:
-                wall = "keep_out and keep_in: they lie in parts of the admissible region"
-            return branch.separation((first, second), f"{wall} of {' and '.join(sizes)} rad²")
+            wall = "the border: move one" if branch.request.zones is None else "keep_out or keep_in: move these or one"
+            where = f"{wall} of the waypoints, which lie in parts of {' and '.join(sizes)} rad²"
+            return branch.separation((first, second), where)
         path += leg.points[:-1]
         bound += leg.lower_bound
     return tuple(path) or (waypoints[0],), order, bound, gap
 
 
 def first_outside(branch: Branch, region: PreparedRegion) -> Obstacle | None:
-    """Return what is in the way at the first waypoint outside a region, or None if all are in it."""
+    """Return the obstacle at the first waypoint outside a region, or None if all are in it."""
     for k, point in enumerate(branch.request.waypoints):
         if region.entry(point) is None:
             why = region.region.why_not(point) or "it lies outside the admissible region"
@@ -141,10 +139,7 @@ def _most_robust_region(branch: Branch, use: Use) -> PreparedRegion:
     if high <= low or best is None:
         return best or prepared_region(branch, use)
     # Mostly a waypoint has the least value, and every step would go up: where that ends is tried first.
-    nearly = low
-    for _ in range(_ROBUST_STEPS):
-        nearly = (nearly + high) / 2
-    if found := joining(high) or joining(nearly):
+    if found := joining(high) or joining(high - (high - low) / 2**_ROBUST_STEPS):
         return found
     for _ in range(_ROBUST_STEPS):
         middle = (low + high) / 2
@@ -156,26 +151,28 @@ def _most_robust_region(branch: Branch, use: Use) -> PreparedRegion:
 
 
 def with_nearest(obstacle: Obstacle, request: PlanRequest) -> Obstacle:
-    """Return an obstacle; at a waypoint, with the nearest points that the loop asked for may pass."""
+    """Return an obstacle; at a waypoint, with the nearest points that the loop may pass, or why there are none."""
+    from gaitgraph.surface.admissible import why_empty  # loads shapely
+
     if obstacle.kind != "waypoint":
         return obstacle
     region = region_of(request, obstacle.color, obstacle.sign, request.require)  # type: ignore[arg-type]
     point = request.waypoints[obstacle.waypoints[0] - 1]
     nearest = region.nearest(point)
     if nearest is None:
-        return obstacle
+        return replace(obstacle, message=f"{obstacle.message}; {why_empty(region, request.floor, request.vehicle)}")
     outside = np.flatnonzero(~region.contains(request.waypoints)).tolist()
     if len(outside) < 2:
         message = f"the nearest admissible point is {region.nearest_as_text(point)}"
     else:
-        listed = [f"{k + 1}: {region.nearest_as_text(request.waypoints[k])}" for k in outside[:_MOST_NEAREST]]
-        more = [f"{len(outside) - _MOST_NEAREST} more"] * (len(outside) > _MOST_NEAREST)
-        message = f"the nearest admissible points by waypoint are {', '.join([*listed, *more])}"
+        listed = [f"{region.nearest_as_text(request.waypoints[k])} for waypoint {k + 1}" for k in outside]
+        more = [f"and {len(outside) - _MOST_NEAREST} more"] * (len(outside) > _MOST_NEAREST)
+        message = f"the nearest admissible points are {', '.join([*listed[:_MOST_NEAREST], *more])}"
     return replace(obstacle, message=f"{obstacle.message}; {message}", nearest=nearest)
 
 
 def straight_loop_holds(branch: Branch, use: Use, *, robust: bool = False) -> bool:
-    """Return whether the straight loop may be used along its whole length, and with `robust` whether none is better."""
+    """Return whether the straight loop is admissible everywhere, and with `robust` whether no other is better."""
     request, coefficients = branch.request, branch.coefficients
     if use == "flyable":
         starts = np.array(request.waypoints)[:, [0, 1, 0, 1]]  # red, where α3 = α1 and α4 = α2
@@ -203,7 +200,7 @@ def straight_loop_holds(branch: Branch, use: Use, *, robust: bool = False) -> bo
 
 
 class Leg(NamedTuple):
-    """The shortest path between two points: its points, its length, and a length that none falls below [rad]."""
+    """The shortest path between two points: its points, its length, and a lower bound of all lengths [rad]."""
 
     points: list[Point]
     length: float
@@ -211,24 +208,30 @@ class Leg(NamedTuple):
 
 
 class PreparedRegion:
-    """An admissible region, prepared for shortest paths: what is computed for one loop serves the next."""
+    """An admissible region with what shortest paths in it need, which is kept for the next loop."""
 
     def __init__(self, region: Region) -> None:
         self.region = region
-        self.paths = ShortestPaths(region.inner)
+
+    @cached_property
+    def paths(self) -> ShortestPaths:
+        """Shortest paths in the region."""
+        from gaitgraph.planning.shortest_paths import ShortestPaths  # loads shapely
+
+        return ShortestPaths(self.region.inner)
 
     @cached_property
     def _around(self) -> ShortestPaths:
-        """Shortest paths in the figure that encloses the region; the same ones if its borders are all straight."""
+        """Shortest paths in the polygon that encloses the region; the same ones if its borders are all straight."""
         same = self.region.outer.equals(self.region.inner)
-        return self.paths if same else ShortestPaths(self.region.outer)
+        return self.paths if same else type(self.paths)(self.region.outer)
 
     def entry(self, point: Point) -> Point | None:
-        """Return the point itself if loops may pass it, else the nearest that they may if that is near, or None."""
+        """Return the point itself if loops may pass it, else the nearest that they may pass, or None if it is far."""
         if self.paths.contains(point):
             return point
         nearest = self.region.nearest(point)
-        # Near enough is what the polygon of a curved border leaves out; the segment from there is judged with the loop.
+        # The polygon of a curved border leaves this much out; the segment from there is checked with the loop.
         return nearest if nearest is not None and math.dist(nearest, point) <= 4 * self.region.accuracy else None
 
     def leg(self, start: Point, end: Point) -> Leg | None:
@@ -243,7 +246,7 @@ class PreparedRegion:
         bound = length = length_of(points)
         if len(points) > 2 and self._around is not self.paths:
             around = self._around.path(start, end)
-            # An end that even the outer figure lacks is no point of the region: only the straight line is certain.
+            # An end outside even this polygon is not in the region: only the straight line is certain.
             shortest = math.dist(start, end) if around is None else length_of(around.tolist())
             bound = min(length, shortest)
         return Leg(points, length, bound)
@@ -343,10 +346,10 @@ class RegionLocation:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Location:
-    """Where waypoints lie; truthy when, for a color and sign of R, one part of the region holds them all.
+    """Where waypoints lie; truthy if, for a color and sign of R, one part of the region holds them all.
 
-    `use` is "flyable" or "valid", what the regions allow; `accuracy` how far inside their curved borders they may be
-    [rad]; `regions` has one for each sign of R that was asked for.
+    The `regions`, one for each sign of R of the request, allow the `use` "flyable" or "valid", and lie inside their
+    curved borders by at most the `accuracy` [rad].
     """
 
     use: str

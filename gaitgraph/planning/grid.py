@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 def notes_beside_the_grid(request: PlanRequest) -> list[str]:
-    """Return a hint for each waypoint that is nearly a grid node: printed digits, most likely."""
+    """Return a hint for each waypoint that is nearly a grid node, mostly one rounded when printed."""
     step, half = math.pi / request.divisions, request.divisions / 2
     hints = []
     for number, point in enumerate(request.waypoints, start=1):
@@ -35,20 +35,20 @@ def notes_beside_the_grid(request: PlanRequest) -> list[str]:
         distance = max(abs(a - b) for a, b in zip(point, node, strict=True))
         if WAYPOINT_SNAP < distance < step / 50:
             place = ", ".join(map(text_from_angle, node))
-            beside = f"{distance:.1e} rad beside the grid node ({place})"
-            hints.append(f"waypoint {number} is {beside}, which costs extra corners")
+            beside = f"{distance:.1e} rad off the grid node ({place})"
+            hints.append(f"waypoint {number} is {beside}; on the node the gait has fewer corners")
     return hints
 
 
 def grid_paths(
     branches: Sequence[Branch], graph_of: Callable[[Sign], nx.Graph[Any]], progress: Callable[[str], None] | None
 ) -> list[list[FoundPath] | Obstacle]:
-    """Return the loops of each color with one sign of R, or what is in their way."""
+    """Return the loops of each color with one sign of R, or the obstacle."""
     request, sign = branches[0].request, branches[0].sign
-    lacking = [branch.rootless() for branch in branches]
-    if set.intersection(*map(set, lacking)):
+    rootless = [branch.rootless() for branch in branches]
+    if set.intersection(*map(set, rootless)):
         # Some waypoint has no root at all with this sign: no need to build the graph.
-        return [branch.obstacle_at(k[0]) for branch, k in zip(branches, lacking, strict=True)]
+        return [branch.obstacle_at(k[0]) for branch, k in zip(branches, rootless, strict=True)]
     graph = graph_of(sign)
     served = nodes_above(graph, request.waypoints)
     return [_paths_of_color(graph, served, branch, progress) for branch in branches]
@@ -57,7 +57,7 @@ def grid_paths(
 def _paths_of_color(
     graph: nx.Graph[Any], served: list[list[Any]], branch: Branch, progress: Callable[[str], None] | None
 ) -> list[FoundPath] | Obstacle:
-    """Return the best loop of one color for each use of it, or what is in the way."""
+    """Return the best loop of one color for each use of it, or the obstacle."""
     request = branch.request
     if progress is not None:
         progress(f"searching {branch.color} loops")
@@ -84,18 +84,18 @@ def _paths_of_color(
             edges = [(a, b) for a, b, data in graph.edges(data=True) if allowed(data)]
             view = nx.Graph([*edges, *((nodes[0], nodes[0]) for nodes in stops)])
             counts = tuple(len(nx.node_connected_component(view, stops[k][0])) for k in ends)
-            wall = "the keep_out and keep_in polygons, or the grid," if request.zones else "the grid"
-            wall += f" of {request.divisions} divisions: more divisions may join them"
+            wall = f"{'keep_out, keep_in or ' if request.zones else ''}the grid of {request.divisions} divisions"
+            wall += ": try more divisions"
             return branch.separation(ends, wall, counts)
     return found
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GridCycles:
-    """The closed cycles of a request, for each sign of R that was asked for.
+    """The closed cycles of a request, for each sign of R of the request.
 
-    `cycles` are those of all graphs, found while they are asked for: by length, then R < 0 before R > 0. `graphs` has,
-    by sign of R, the graph and in it the nodes above the waypoints; `missing` why there is no graph to search.
+    `cycles` lists those of all graphs lazily, by length, then R < 0 before R > 0. `graphs` has, by sign of R, the graph
+    and its nodes above the waypoints; `missing` has why there is no graph to search.
     """
 
     cycles: Cycles
@@ -140,9 +140,9 @@ def grid_cycles(
 ) -> GridCycles:
     """Return the simple closed cycles on the grid of a request, in order of length, as a lazy iterator.
 
-    Of the request its period, law, objective and direction play no part; a sign or color "auto" is both. With `through`
-    the cycles pass its waypoints, in order or, with its `any_order`, in any order; more than nine in the order of
-    :func:`~gaitgraph.graph.walks.best_order`, which `notes` says. The other options are those of
+    Period, law, objective and direction of the request are not used; a sign or color "auto" is both. With `through` the
+    cycles pass its waypoints, in order or, with its `any_order`, in any order; more than nine in the order of
+    :func:`~gaitgraph.graph.walks.best_order`, as `notes` state. The other options are those of
     :func:`gaitgraph.graph.cycle_list.cycles`; the effort is for each sign of R. InputError if a value is not allowed.
 
     Examples
@@ -192,7 +192,7 @@ def grid_cycles(
 def request_graph(
     request: PlanRequest, sign: Sign, progress: Callable[[str], None] | None, *, through: bool = True
 ) -> nx.Graph[Any]:
-    """Return the surface graph of a request for one sign of R, with its waypoints as nodes unless told otherwise."""
+    """Return the surface graph of a request for one sign of R, its waypoints among the nodes if `through`."""
     if progress is not None:
         progress(f"building the graph of {request.divisions} divisions with {RELATION[sign]}")
     return surface_graph(

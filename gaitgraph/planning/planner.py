@@ -1,8 +1,8 @@
-"""Plan a gait: search loops for each color and sign of R, judge them, and answer with the best one.
+"""Plan a gait: search loops for each color and sign of R, check them as any gait, and return the best one.
 
-Loops are judged as any gait is. A plan hands out a flyable loop, or with ``require="valid"`` the best that obeys the
-paper's rules: flyable, then valid, then what the objective prefers. Every other loop stays as an alternative with its
-verdict. When there is none the plan says what is in the way.
+A plan returns a flyable loop, or with ``require="valid"`` the best that obeys the paper's rules: flyable first, then
+valid, then by the objective. The other loops are alternatives, with their verdicts. If there is none, the plan lists
+the obstacles.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gaitgraph._lazy import Pictured
 from gaitgraph.errors import Infeasible, InputError
 from gaitgraph.graph.build import nodes_above, vehicle_and_coefficients
 from gaitgraph.graph.walks import note_on_gap
@@ -54,8 +55,8 @@ _NO_LOOP: dict[str, Any] = {
     **dict.fromkeys(("valid", "two_color", "flyable", "reachable_from_hover"), False),
     **{name: [] for name in ("checks", "warnings", "obstacles", "crossing_tolerance", "method", "request")},
 }
-_HOW_TO_ASK = "to get a loop that only obeys the paper's rules: --require valid (require='valid')"
-_POSTURE = "a posture, not a gait that moves: for a gait give two or more different waypoints"
+_HOW_TO_ASK = "for a loop that obeys only the paper's rules, use --require valid (require='valid')"
+_POSTURE = "the plan is a single posture, not a gait; for a gait, give two or more different waypoints"
 _FINE = 1e-7  # accuracy for which curved borders have so many corners that it takes a while [rad]
 
 
@@ -65,8 +66,8 @@ class Loop:
 
     `path` is a gait through every node that the loop passes, the first not repeated; `order` has the waypoints of the
     `request`, counted from 0, in the order in which the loop visits them. `lower_bound`, of an any-angle loop, is a
-    length that no loop through these waypoints in this order falls below, in the region that was asked of it [rad].
-    With `any_order` the loop is at most `order_gap` times the shortest one longer than that, whatever the order.
+    lower bound of the length of all loops through these waypoints in this order, in the required region [rad]. With
+    `any_order` the loop is longer than the shortest one of any order by at most `order_gap`, a fraction of that.
     """
 
     path: Gait
@@ -83,7 +84,7 @@ class Loop:
 
     @cached_property
     def report(self) -> Report:
-        """All checks, with those of the clock."""
+        """All checks, with those of tilt rates."""
         return self.gait.parametrize(self.request.period, law=self.request.law).check(floor=self.request.floor)
 
     @property
@@ -130,13 +131,13 @@ class Loop:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Plan:
+class Plan(Pictured):
     """The answer to a request: a loop, or the reason why there is none. Truthy when there is one.
 
     `reason` says why there is no loop, or why the chosen one is not flyable; None if it is. `waypoints` are in the
     order in which the loop passes them [rad]. `alternatives` are other loops through the same waypoints, with their
-    verdicts: those that cannot fly only if there is no other, or if the request does not require it. `obstacles` say
-    what is in the way of each color and sign that has no loop.
+    verdicts: those that cannot fly only if there is no other, or if the request does not require it. `obstacles` has
+    one for each color and sign without a loop.
     """
 
     request: PlanRequest
@@ -163,7 +164,7 @@ class Plan:
 
     @property
     def gait(self) -> Gait:
-        """The planned gait, straight runs merged; raises Infeasible, with the plan's reason, if there is none."""
+        """The planned gait, straight runs merged; raises Infeasible if there is none."""
         return replace(self._found.gait, request=self.request.as_mapping())
 
     @property
@@ -172,7 +173,7 @@ class Plan:
         return self._found.report
 
     def timed(self, *, samples: int | None = None, rate: float | None = None) -> TimedGait:
-        """Return the planned gait with the request's clock; raises Infeasible if there is none."""
+        """Return the planned gait with the request's period and timing law; raises Infeasible if there is none."""
         return self.gait.parametrize(self.request.period, law=self.request.law, samples=samples, rate=rate)
 
     def as_mapping(self) -> dict[str, Any]:
@@ -196,20 +197,22 @@ class Plan:
             return [fill(str(text), _WIDTH, initial_indent="  ", subsequent_indent="    ") for text in texts]
 
         request, vehicle = self.request, self.request.vehicle
-        method = "any angle" if request.method == "exact" else f"{request.divisions} divisions"
+        method = "any-angle method" if request.method == "exact" else f"grid of {request.divisions} divisions"
         body = f"vehicle {vehicle.name} (κ = {vehicle.drag_ratio:.4f})"
         conditions = f"{body}, {request.coefficients} coefficients, {method}"
         if self.loop is None:
             what = "flyable gait" if request.require == "flyable" else "gait"
             lines = [f"No {what} through these waypoints."]
+            if any(one.kind == "waypoint" for one in self.obstacles):
+                lines[0] += " All must be admissible with one color and sign of R:"
             lines += items(dict.fromkeys(one.message for one in self.obstacles))
-            lines += [*([_HOW_TO_ASK] if str(self.reason).endswith(_HOW_TO_ASK) else []), conditions]
+            lines += [*([f"F{_HOW_TO_ASK[1:]}."] if str(self.reason).endswith(_HOW_TO_ASK) else []), conditions]
         else:
             loop, report, corners = self.loop, self.loop.report, self.loop.gait.corner_lines()
             head = f"Planned a {loop.color} gait, {RELATION[loop.sign]}: {loop.gait.size_text()}"
             lines = [f"{head}, T = {request.period:g} s, {request.law}", conditions, "", *corners, ""]
             if not loop.length:
-                lines[0] = f"Planned {_POSTURE}"
+                lines[0] = f"{_POSTURE[0].upper()}{_POSTURE[1:]}"
             lines += [report.verdict, *lines_of_checks(report.checks)]
         if self.alternatives:
             lines += ["", "alternatives", *items(self.alternatives)]
@@ -222,11 +225,6 @@ class Plan:
         count, vehicle = len(self.waypoints), self.request.vehicle.name
         answer = "infeasible" if self.loop is None else repr(self.loop)
         return f"<Plan: {answer} through {count} waypoint{'s' * (count != 1)}, vehicle {vehicle!r}>"
-
-    def _repr_html_(self) -> str:
-        from gaitgraph.plots.notebook import html_of
-
-        return html_of(self)
 
 
 def plan_loop(
@@ -257,7 +255,7 @@ def plan_loop(
     ----------
     waypoints
         (α1, α2) pairs in [−π/2, π/2], numbers [rad] or texts such as "3pi/8"; the loop passes through them exactly.
-        Waypoints that repeat in a row are merged. One plans a gait that is a point, two an out-and-back gait.
+        Waypoints that repeat in a row are merged. One gives a single posture, two an out-and-back gait.
     color
         "red", "blue" or "auto".
     sign
@@ -278,31 +276,25 @@ def plan_loop(
     reverse
         Run the loop in the other direction.
     method
-        "exact": any-angle loops, the shortest there are; "grid": the paper's grid graph. By default the grid if
-        `divisions` are given, else exact.
+        "exact": the any-angle method, which finds the shortest loops of all; "grid": the paper's grid graph. By
+        default the grid if `divisions` are given, else exact.
     accuracy
-        With the method "exact": how far the polygon of a curved border may stay inside it [rad], 1e-9 to 0.1.
+        With the method "exact": largest distance from a curved border to the polygon inside it [rad], 1e-9 to 0.1.
     period, law
-        The clock with which tilt rates are judged; see :meth:`gaitgraph.gait.gait.Gait.parametrize`.
+        Period [s] and timing law with which tilt rates are checked; see :meth:`gaitgraph.gait.gait.Gait.parametrize`.
     floor
         Least singular value that a flyable loop keeps, dimensionless.
     require
-        "flyable": a loop that can fly, or none; "valid": one that obeys the paper's rules will do if none can fly.
+        "flyable": a loop that can fly, or none; "valid": if none can fly, one that obeys the paper's rules.
     graph
-        A surface graph to plan on, instead of one built for the request. It must hold the waypoints as nodes. It
-        fixes sign, divisions, method, vehicle, coefficients, floor and polygons, of which none may be asked for then.
+        A surface graph to plan on, which has the waypoints as nodes. It fixes sign, divisions, method, vehicle,
+        coefficients, floor and polygons, which must then be left out.
     progress
         Called with a line of text before each step of long work.
 
-    Returns
-    -------
-    Plan
-        Infeasible is an answer, not an error: look at `status` and `reason`.
-
-    Raises
-    ------
-    InputError
-        If the request is malformed.
+    Notes
+    -----
+    Infeasible is an answer, not an error: see `status` and `reason`. InputError is raised if the request is malformed.
 
     Examples
     --------
@@ -316,14 +308,16 @@ def plan_loop(
     if graph is not None:
         for name in ("sign", "divisions", "method", "vehicle", "coefficients", "floor", "keep_out", "keep_in"):
             if not np.array_equal(options[name], REQUEST_FIELDS[name]):
-                raise InputError(f"{name} must not be stated beside a graph, which fixes it")
+                raise InputError(f"{name} must be left out where a graph is given, which fixes it")
         body, numbers = vehicle_and_coefficients(graph)
         options |= {name: graph.graph[name] for name in ("sign", "divisions", "floor")}
         options |= {"vehicle": body, "coefficients": numbers.kind, "method": "grid"}
     request = plan_request(**options)
     for point, nodes in zip(request.waypoints, nodes_above(graph, request.waypoints) if graph else (), strict=False):
         if not nodes:
-            raise InputError(f"waypoints: {point!r} is no node of the graph; pass waypoints= to surface_graph")
+            raise InputError(
+                f"waypoints must be nodes of the graph, got {point!r}; build it with surface_graph(waypoints=…)"
+            )
     return plan(request, graph=graph, progress=progress)
 
 
@@ -338,11 +332,14 @@ def plan(
 ) -> Plan:
     """Answer a request; see :func:`plan_loop`."""
     graph_of = cache(lambda sign: request_graph(request, sign, progress) if graph is None else graph)
-    found = _answer(request, graph_of, progress)
+    uses: tuple[Use, ...] = ("flyable",) if request.require == "flyable" else ("flyable", "valid")
+    found = _answer(request, uses, graph_of, progress)
     if found or request.require == "valid":
         return found
-    # What only obeys the paper's rules stands beside the refusal.
-    other = _answer(replace(request, require="valid"), graph_of, progress)
+    # Loops that only obey the paper's rules are listed beside the refusal. Flyable regions are not searched again,
+    # unless they have a loop that breaks a limit.
+    uses = ("flyable", "valid") if any(one.kind == "limit" for one in found.obstacles) else ("valid",)
+    other = _answer(replace(request, require="valid"), uses, graph_of, progress)
     if other.loop is None:
         return found
     reason, loops = f"{found.reason}; {_HOW_TO_ASK}", (other.loop, *other.alternatives)
@@ -350,9 +347,12 @@ def plan(
 
 
 def _answer(
-    request: PlanRequest, graph_of: Callable[[Sign], nx.Graph[Any]], progress: Callable[[str], None] | None
+    request: PlanRequest,
+    uses: tuple[Use, ...],
+    graph_of: Callable[[Sign], nx.Graph[Any]],
+    progress: Callable[[str], None] | None,
 ) -> Plan:
-    """Return the best loop that meets what a request requires, or what is in the way."""
+    """Return the best loop that meets what a request requires, or the obstacles."""
     exact = request.method == "exact"
     loops: list[Loop] = []
     obstacles: list[Obstacle] = []
@@ -363,11 +363,11 @@ def _answer(
             path, order = path.reversed(), (order[0], *order[:0:-1])
         return Loop(path=path, sign=sign, order=order, request=request, lower_bound=bound, order_gap=gap)
 
-    for sign, group in groupby(branches_of(request), key=lambda branch: branch.sign):
+    for sign, group in groupby(branches_of(request, uses), key=lambda branch: branch.sign):
         branches = list(group)
         if exact:
             if progress is not None and request.accuracy < _FINE:
-                progress(f"drawing regions to {request.accuracy:g} rad, which takes a while")
+                progress(f"computing regions with an accuracy of {request.accuracy:g} rad, which takes a while")
             answers = [any_angle_paths(branch, progress) for branch in branches]
         else:
             answers = grid_paths(branches, graph_of, progress)
@@ -411,7 +411,7 @@ def _answer(
 
 
 def _preference(loop: Loop) -> tuple[Any, ...]:
-    """Order loops: flyable first, then flyable but for the clock, then valid, then by the objective."""
+    """Order loops: flyable first, then flyable but for tilt rates, then valid, then by the objective."""
     report = loop.report
     timeless = all(check.mark == "ok" for check in report.checks if check.name not in RATE_CHECKS)
     robustness = report["least_singular_value"].value or 0.0

@@ -1,4 +1,4 @@
-"""Why a plan was refused: what is in the way of a color and sign of R, as the certificate of a refusal."""
+"""Why a plan was refused: the obstacle for each color and sign of R, as the certificate of a refusal."""
 
 from __future__ import annotations
 
@@ -27,13 +27,12 @@ gap of the order, as :func:`gaitgraph.graph.walks.best_order` states it."""
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Obstacle:
-    """Why one color and sign of R has no loop of what a request requires: the certificate of a refusal.
+    """Why one color and sign of R has no loop that meets a request: the certificate of a refusal.
 
     `kind` is "waypoint" if a waypoint has no root of this color and sign, or lies where the request forbids it: `R` is
-    its value there, `nearest` (any-angle) the nearest (α1, α2) that is admissible [rad]. It is "separated" if two
-    waypoints cannot be joined: on the grid `components` has how many nodes can be reached from each; "color" if the
-    color does not exist or cannot fly; and "limit" if the loop that was found cannot fly, such as for its period.
-    `waypoints` are the numbers of those concerned, from 1.
+    its value there, `nearest` the nearest admissible (α1, α2) [rad]. It is "separated" if two waypoints cannot be
+    joined: on the grid `components` has how many nodes can be reached from each; "color" if the color cannot fly; and
+    "limit" if the loop that was found cannot fly, such as for its period. `waypoints` are numbers from 1.
     """
 
     color: str
@@ -53,6 +52,8 @@ class Branch:
     request: PlanRequest
     color: Color
     sign: Sign
+    uses: tuple[Use, ...] = ()
+    """What loops are searched for, in order."""
 
     def __str__(self) -> str:
         return f"{self.color}, {RELATION[self.sign]}"
@@ -66,13 +67,6 @@ class Branch:
     def wanted(self) -> float:
         """The sign of R as +1 or −1."""
         return 1.0 if self.sign == "positive" else -1.0
-
-    @property
-    def uses(self) -> tuple[Use, ...]:
-        """What loops are searched for, in order: only red can be flyable."""
-        if self.request.require == "flyable":
-            return ("flyable",)
-        return ("flyable", "valid") if self.color == "red" else ("valid",)
 
     @property
     def _is_singular(self) -> bool:
@@ -96,31 +90,33 @@ class Branch:
         return [int(k) for k in np.flatnonzero(~rooted)]
 
     def obstacle_at(self, k: int, why: str | None = None, R: float | None = None) -> Obstacle:
-        """Return what is in the way at a waypoint, one of :meth:`rootless` if neither a reason nor R is given."""
+        """Return the obstacle at a waypoint, one of :meth:`rootless` if neither a reason nor R is given."""
         if self._is_singular:
-            message = "with exact coefficients R = 0 on the whole blue sheet, so the matrix is singular there: use red"
+            message = "with exact coefficients R = 0 on the whole blue sheet, so the matrix is singular there; use red"
             return Obstacle(color=self.color, sign=self.sign, kind="color", message=f"blue: {message}", R=0.0)
         if why is None:
             values, of_color = (part[k] for part in self._roots)
             R = float(max(values[of_color], key=lambda value: self.wanted * value))
             if self.wanted * R > 0 and self.request.zones is not None:
-                why = " lies where keep_out or keep_in forbids it"
+                why = " lies in keep_out or outside keep_in"
             else:
-                why = " has R = 0, the matrix is singular there" if abs(R) < 1e-9 else f" has R = {R:.4g}"
+                why = " has R = 0, where the matrix is singular" if abs(R) < 1e-9 else f" has R = {R:.4g}"
         first, second = self.request.waypoints[k]
         message = f"{self}: waypoint {k + 1} ({first:.4f}, {second:.4f}){why}"
         return Obstacle(color=self.color, sign=self.sign, kind="waypoint", message=message, waypoints=(k + 1,), R=R)
 
     def separation(self, ends: Sequence[int], otherwise: str, components: tuple[int, ...] = ()) -> Obstacle:
-        """Return that two waypoints are separated by a factor of R, or by what `otherwise` names."""
+        """Return the obstacle that separates two waypoints: a factor of R, or what `otherwise` names."""
         first, second = (self.request.waypoints[k] for k in ends)
         factor = separating_factor(first, second, self.request.vehicle) if self.color == "red" else None
+        if factor:
+            otherwise = f"{factor}, where R = 0: move them to one side"
         numbers = ends[0] + 1, ends[1] + 1
         return Obstacle(
             color=self.color,
             sign=self.sign,
             kind="separated",
-            message=f"{self}: waypoints {numbers[0]} and {numbers[1]} are separated by {factor or otherwise}",
+            message=f"{self}: waypoints {numbers[0]} and {numbers[1]} are separated by {otherwise}",
             waypoints=numbers,
             components=components,
         )
@@ -133,11 +129,12 @@ def _roots_above(waypoints: tuple[Point, ...], coefficients: Coefficients) -> Ro
     return root_arrays(plane[:, 0], plane[:, 1], coefficients=coefficients)
 
 
-def branches_of(request: PlanRequest) -> list[Branch]:
+def branches_of(request: PlanRequest, uses: tuple[Use, ...] = ("flyable",)) -> list[Branch]:
     """Return the branches of color and sign of R that a request asks for and that can meet it, R > 0 first."""
     colors = COLORS[:1] if (request.color, request.require) == ("auto", "flyable") else COLORS
     return [
-        Branch(request=request, color=color, sign=sign)
+        # Only red can be flyable.
+        Branch(request=request, color=color, sign=sign, uses=uses if color == "red" else uses[-1:])
         for sign in reversed(SIGNS)
         if request.sign in ("auto", sign)
         for color in colors

@@ -1,4 +1,4 @@
-"""What a plan is asked for: the request, and requests in TOML, JSON and gait files.
+"""Requests for plans, from options and from TOML, JSON and gait files.
 
 A minimal file::
 
@@ -22,10 +22,12 @@ import numpy as np
 from gaitgraph.angles import checked_number
 from gaitgraph.errors import InputError, check_fields, checked_choice, shown
 from gaitgraph.files import table_from_toml, text_of
+from gaitgraph.gait.gait import PAPER_GAITS
 from gaitgraph.gait.table import ANGLES, SAME_ROW, merged, surface_of
 from gaitgraph.graph.build import DEFAULT_DIVISIONS, checked_divisions, checked_waypoints
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, CoefficientsLike, Kind, coefficients_of
 from gaitgraph.io.formats import (
+    gait_of,
     holds_request,
     known_format,
     naming_file,
@@ -64,10 +66,10 @@ _SAMPLING = ("samples", "rate")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlanRequest:
-    """What a plan is asked for, complete; :func:`plan_request` makes one of what people state.
+    """A complete request for a plan; :func:`plan_request` makes one from options.
 
     The fields are the options of :func:`gaitgraph.planning.planner.plan_loop`, with the polygons in `zones`, None if
-    there are none; `notes` say what was changed. InputError if a choice is not allowed; numbers are checked there.
+    there are none; `notes` say what was changed. InputError if a choice is not allowed.
     """
 
     waypoints: tuple[Point, ...]
@@ -90,7 +92,7 @@ class PlanRequest:
 
     def __post_init__(self) -> None:
         if str(self.objective) == "thrust":  # which earlier versions had
-            advice = "use: gaitgraph optimize --objective hover_reserve, gg.optimal_gait(objective='hover_reserve')"
+            advice = "use gaitgraph optimize --objective hover_reserve, or gg.optimal_gait(objective='hover_reserve')"
             raise InputError(f"objective must be one of {', '.join(CHOICES['objective'])}, got 'thrust'; {advice}")
         for name, words in CHOICES.items():
             checked_choice(name, getattr(self, name), words)
@@ -130,7 +132,7 @@ def plan_request(
     floor: float = DEFAULT_FLOOR,
     require: Use = "flyable",
 ) -> PlanRequest:
-    """Return the request for a plan: texts and files are read, and what is left out is completed.
+    """Return the request for a plan, with texts and files read.
 
     The options are those of :func:`gaitgraph.planning.planner.plan_loop`; InputError if one is malformed.
 
@@ -138,30 +140,23 @@ def plan_request(
     >>> len(request.waypoints), request.method, request.coefficients
     (1, 'exact', 'published')
     """
+    fields: dict[str, Any] = {name: value for name, value in locals().items() if not name.startswith("keep_")}
     checked_clock(period, law)
     vehicle = vehicle_named(vehicle)
     points = checked_waypoints(waypoints)
     groups, notes = merged_repeats(points)
     zones = Zones(keep_out=keep_out, keep_in=keep_in)
-    return PlanRequest(
-        waypoints=tuple(points[group[0]] for group in groups),
-        color=color,
-        sign=sign,
-        objective=objective,
-        divisions=checked_divisions(DEFAULT_DIVISIONS if divisions is None else divisions),
-        vehicle=vehicle,
-        coefficients=coefficients_of(vehicle, coefficients).kind,
-        zones=zones if zones.keep_out or zones.keep_in else None,
-        any_order=any_order,
-        reverse=reverse,
-        method=method if method is not None else "exact" if divisions is None else "grid",
-        accuracy=checked_accuracy(accuracy),
-        period=float(period),
-        law=law,
-        floor=checked_number("floor", floor),
-        require=require,
-        notes=notes,
-    )
+    fields |= {
+        "waypoints": tuple(points[group[0]] for group in groups),
+        "divisions": checked_divisions(DEFAULT_DIVISIONS if divisions is None else divisions),
+        "vehicle": vehicle,
+        "coefficients": coefficients_of(vehicle, coefficients).kind,
+        "method": method if method is not None else "exact" if divisions is None else "grid",
+        "accuracy": checked_accuracy(accuracy),
+        "period": float(period),
+        "floor": checked_number("floor", floor),
+    }
+    return PlanRequest(**fields, zones=zones if zones.keep_out or zones.keep_in else None, notes=notes)
 
 
 REQUEST_FIELDS = {name: parameter.default for name, parameter in signature(plan_request).parameters.items()}
@@ -177,19 +172,14 @@ def merged_repeats(points: Sequence[Point]) -> tuple[list[list[int]], tuple[str,
     return groups, (f"merged {dropped} waypoint{'s' * (dropped > 1)} that repeated the one before",) * (dropped > 0)
 
 
-# --- requests in files -----------------------------------------------------------------------------------------------
-
-
 def request_from_mapping(content: Mapping[str, Any]) -> tuple[PlanRequest, dict[str, Any]]:
     """Return the request that a mapping describes, and its sampling (samples, rate); InputError if a name is unknown.
 
-    Examples
-    --------
     >>> request, sampling = request_from_mapping({"waypoints": [["pi/8", "-pi/8"]], "samples": 50})
     >>> request.divisions, sampling
     (16, {'samples': 50})
     """
-    # Requests of earlier versions state the sheets; "planes" is what there is.
+    # Requests of earlier versions state the sheets; only "planes" is left.
     content = dict(content)
     if (sheets := content.pop("sheets", "planes")) != "planes":
         why = "no gait on a fibre can fly; gaitgraph roots lists the fibres"
@@ -211,37 +201,37 @@ def read_request(path: str | Path, overrides: Mapping[str, Any]) -> tuple[PlanRe
         content["vehicle"] = str(Path(path).parent / vehicle)
     if any(name in overrides for name in _SAMPLING):
         content = {name: value for name, value in content.items() if name not in _SAMPLING}
-    with naming_file(path, "request file" if Path(path).suffix.lower() in (".toml", ".json") else "gait file"):
+    with naming_file(path, _kind_of_file(path)):
         return request_from_mapping({**content, **overrides})
 
 
 def stated_request(path: str | Path) -> dict[str, Any]:
     """Return the fields that a file states, of those that :func:`read_request` reads, unchecked."""
-    suffix = Path(path).suffix.lower()
-    if suffix != ".toml":
+    path, what = Path(path), _kind_of_file(path)
+    with naming_file(path, what):
+        if path.suffix.lower() == ".toml":
+            return table_from_toml(text_of(path, what))
         known_format(path, "request file", also=(".toml",))
-    path = Path(path)
-    if suffix not in (".toml", ".json"):
-        about: Any = provenance_in(path)
-    else:
-        text = text_of(path, "request file", "TOML or JSON")
-        with naming_file(path, "request file"):
-            content = table_from_toml(text) if suffix == ".toml" else object_from_json(text)
-        if "status" in content and isinstance(content.get("request"), dict):
-            return dict(content["request"])  # a saved plan
-        if not isinstance(content.get("columns"), dict):
-            return content
+        if what == "gait file":
+            content: dict[str, Any] = {"about": provenance_in(path)}
+        else:
+            content = object_from_json(text_of(path, what))
+            if "status" in content and isinstance(content.get("request"), dict):
+                return dict(content["request"])  # a saved plan
+            if not isinstance(content.get("columns"), dict):
+                return content
         about = content.get("about")
-    about = about if isinstance(about, dict) else {}
-    if isinstance(about.get("request"), dict):
-        return dict(about["request"])
-    maker = about.get("made_by")
-    why = f": {shown(maker)[1:-1]} made it, which plan does not repeat" if isinstance(maker, str) else ""
-    with naming_file(path, "request file" if suffix in (".toml", ".json") else "gait file"):
-        raise InputError(
-            f"it states no request that made it{why}, so there is nothing to plan again: give a request, or "
-            "the gait file of a planned gait"
-        )
+        about = about if isinstance(about, dict) else {}
+        if isinstance(about.get("request"), dict):
+            return dict(about["request"])
+        maker = about.get("made_by")
+        why = f" (it was made by {shown(maker)[1:-1]})" if isinstance(maker, str) else ""
+        raise InputError(f"the file must hold a request, as gait files of plan do, got none{why}")
+
+
+def _kind_of_file(path: str | Path) -> str:
+    """Return what messages call a file."""
+    return "request file" if Path(path).suffix.lower() in (".toml", ".json") else "gait file"
 
 
 def colorings_of_file(
@@ -252,7 +242,7 @@ def colorings_of_file(
     coefficients: CoefficientsLike | None = None,
     crossing_tolerance: float | None = None,
 ) -> Colorings:
-    """Return every colouring of the loop in a gait table, a table of alpha1 and alpha2, a saved plan or a request.
+    """Return every colouring of the loop in a gait file, a table of alpha1 and alpha2, a request, or gait1 to gait4.
 
     A last row that equals the first is the closing row. By default the vehicle, the coefficients and the sign are what
     the file states, and for a request the crossing tolerance is half a step of its grid; else they are those of
@@ -265,6 +255,14 @@ def colorings_of_file(
         vehicle, numbers = request.vehicle, coefficients_of(request.vehicle, request.coefficients)
         stated_tolerance = math.pi / (2 * request.divisions)
         sign = request.sign
+    elif str(path) in PAPER_GAITS:
+        gait = gait_of(path, vehicle=vehicle, coefficients=coefficients)
+        points, vehicle, numbers, stated_tolerance = (
+            gait.alpha,
+            gait.vehicle,
+            gait.coefficients,
+            gait.crossing_tolerance,
+        )
     else:
         table = merged(read_pieces(path, plane_only=True))
         with naming_file(path):

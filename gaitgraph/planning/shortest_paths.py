@@ -1,12 +1,11 @@
 """Shortest paths in the plane around polygonal obstacles, exact to machine precision.
 
-In a polygonal region a shortest path is a polyline that bends only at reflex corners of the region. The
-region is cut into triangles whose corners are its own (a constrained Delaunay triangulation); what a point can see is
-found by widening cones through them, so that every decision is the sign of the orientation of three given points, which
-is computed exactly. The path is then searched among the reflex corners by A*, with corners' views computed when the
-search first needs them, and kept. Between corners only lines that are tangent at both ends matter; along a finely
-divided curve these are few, and shapely says which of them lie in the region. The shortest loop through discs, without
-obstacles, is a convex problem, whose dual bounds the length of all loops.
+In a polygonal region a shortest path is a polyline that bends only at reflex corners of the region. The region is cut
+into triangles whose corners are its own (a constrained Delaunay triangulation). What a point can see is found by
+widening cones through them, with exact orientations of three points. The path is then searched among the reflex corners
+by A*; what a corner sees is computed when the search first needs it, and kept. Between corners only lines that are
+tangent at both ends matter; where these are few, shapely tests whether they lie in the region. The shortest loop
+through discs, without obstacles, is a convex problem, whose dual bounds the length of all loops.
 """
 
 from __future__ import annotations
@@ -14,10 +13,12 @@ from __future__ import annotations
 import math
 from fractions import Fraction
 from heapq import heappop, heappush
+from itertools import compress
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
+import shapely
 
 from gaitgraph.errors import InputError
 
@@ -34,6 +35,7 @@ Point = tuple[float, float]
 _ORIENTATION_ERROR = 3.3306690738754716e-16  # (3 + 16·2⁻⁵³)·2⁻⁵³, Shewchuk's bound for the determinant below
 _TOLERANCE = 1e-9
 _DIRECT = -1
+_FEW = 12  # lines, up to which it is quicker to test each in shapely than to widen cones around a corner
 _SMALL = 1e-7  # what a side of length zero counts as, so that lengths of loops are smooth
 _ROUNDING = 1e-14  # of an orientation, per square of the largest coordinate: more than floating point leaves
 
@@ -66,17 +68,9 @@ def _pair(point: npt.ArrayLike) -> Point:
 class ShortestPaths:
     """A polygonal region, prepared for shortest paths inside it.
 
-    The region is closed: paths may run along its border and through its corners.
-
-    Parameters
-    ----------
-    region
-        A shapely Polygon or MultiPolygon, valid, with holes if need be. Parts that touch in a corner are joined there.
-
-    Notes
-    -----
-    A point is taken as inside if it is within 1e-9 of the region. Not guaranteed: which of two paths of the same length
-    is taken, but the same input gives the same one.
+    `region` is a valid shapely Polygon or MultiPolygon. It is closed: paths may run along its border and through its
+    corners, and parts that touch in a corner are joined there. A point is taken as inside if it is within 1e-9 of the
+    region. Not guaranteed: which of two paths of the same length is taken; the same input gives the same one.
 
     Examples
     --------
@@ -88,14 +82,12 @@ class ShortestPaths:
     """
 
     def __init__(self, region: Any) -> None:
-        import shapely
-
         if shapely.get_dimensions(region) != 2 and not region.is_empty:
             raise InputError(f"region must consist of polygons, got a {region.geom_type}")
         self._points: list[Point] = []
         self._triangles: list[tuple[int, int, int]] = []
         self._triangulate(region)
-        # By each edge, counterclockwise, its triangle and the corner opposite; what has (b, a) is behind (a, b).
+        # By each edge, counterclockwise, its triangle and the opposite corner; the triangle of (b, a) is behind (a, b).
         self._at_edge: dict[tuple[int, int], tuple[int, int]] = {}
         for t, (a, b, c) in enumerate(self._triangles):
             self._at_edge |= {(a, b): (t, c), (b, c): (t, a), (c, a): (t, b)}
@@ -110,8 +102,6 @@ class ShortestPaths:
         self._tree = shapely.STRtree(shapely.polygons(corners))
 
     def _triangulate(self, region: Any) -> None:
-        import shapely
-
         if region.is_empty:
             return
         pieces = shapely.get_parts(shapely.constrained_delaunay_triangles(region))
@@ -126,8 +116,6 @@ class ShortestPaths:
 
     def _reflex_corners(self, region: Any) -> dict[int, tuple[Point, Point] | None]:
         """Return the neighbours on the border of each corner where a path may bend; None where several borders meet."""
-        import shapely
-
         numbers = {point: number for number, point in enumerate(self._points)}
         sides: dict[int, tuple[Point, Point] | None] = {}
         met: set[int] = set()
@@ -148,8 +136,6 @@ class ShortestPaths:
 
     def _containers(self, point: Point) -> list[int]:
         """Return the triangles that hold a point, to within the tolerance."""
-        import shapely
-
         return sorted(self._tree.query(shapely.Point(point), "dwithin", _TOLERANCE).tolist())
 
     def contains(self, point: npt.ArrayLike) -> bool:
@@ -159,8 +145,7 @@ class ShortestPaths:
     def _seen(self, point: Point, containers: Iterable[int], goal: tuple[Point, frozenset[int]] | None) -> set[int]:
         """Return the reflex corners that a point sees, and −1 if it sees the goal, by widening cones."""
         points, triangles, at_edge, sides = self._points, self._triangles, self._at_edge, self._sides
-        holding = goal[1] if goal else frozenset()
-        target = goal[0] if goal else point
+        target, holding = goal or (point, frozenset())
         seen: set[int] = set()
         # Into the triangle behind the edge (right, left), within the cone of the points `low` and `high`.
         stack: list[tuple[int, int, Point, Point]] = []
@@ -191,9 +176,9 @@ class ShortestPaths:
         return seen
 
     def _touches(self, corner: int, point: Point, tolerance: float = 0.0) -> bool:
-        """Return whether a straight line from a point may bend around a corner: it passes its two sides.
+        """Return whether a straight line from a point may bend around a corner: both its sides lie on one side of it.
 
-        With a tolerance also if the point may be on the line of a side: one that is taken as inside may lie beyond it.
+        With a tolerance also if the point may be on the line of a side.
         """
         sides = self._sides[corner]
         if sides is None:
@@ -206,10 +191,7 @@ class ShortestPaths:
         return any(abs(turn) <= reach for turn, reach in zip((first, second), reaches, strict=True))
 
     def _tangent(self, corner: int) -> list[int]:
-        """Return the corners whose line to a given one may bend around both, seen or not.
-
-        Along a finely divided curve these are few, however many corners are in sight.
-        """
+        """Return the corners whose line to a given one may bend around both, seen or not: few along a fine curve."""
         around, here = self._around, self._around[self._reflex.index(corner)]
         there, noise = around[:, 0], _ROUNDING * max(1.0, float(np.abs(around).max())) ** 2
 
@@ -228,8 +210,6 @@ class ShortestPaths:
 
     def _in_region(self, lines: list[tuple[Point, Point]]) -> list[bool]:
         """Return whether straight lines lie in the region; one along its border may be missed."""
-        import shapely
-
         shapely.prepare(self._region)
         ends = np.array(lines).reshape(-1, 2, 2)
         return [bool(found) for found in shapely.covers(self._region, shapely.linestrings(ends))]
@@ -238,26 +218,20 @@ class ShortestPaths:
         """Return the corners to which a path may go on from a corner, with distances."""
         if corner not in self._views:
             place, others = self._points[corner], self._tangent(corner)
-            inside = self._in_region([(place, self._points[other]) for other in others])
-            self._views[corner] = tuple(
-                (other, math.dist(place, self._points[other]))
-                for other, there in zip(others, inside, strict=True)
-                if there
-            )
+            if len(others) > _FEW:
+                around = [t for t in self._containers(place) if corner in self._triangles[t]]
+                seen = self._seen(place, around, None)
+                others = [other for other in others if other in seen]
+            else:
+                inside = self._in_region([(place, self._points[other]) for other in others])
+                others = [*compress(others, inside)]
+            self._views[corner] = tuple((other, math.dist(place, self._points[other])) for other in others)
         return self._views[corner]
 
     def path(self, start: npt.ArrayLike, end: npt.ArrayLike) -> FloatArray | None:
-        """Return the shortest path from one point to another, or None if none exists.
+        """Return the shortest path between two points: the start, its bends and the end, shape (k, 2).
 
-        Parameters
-        ----------
-        start, end
-            Points, shape (2,).
-
-        Returns
-        -------
-        array of shape (k, 2), or None
-            The start, the corners where the path bends, the end. None if an end lies outside or in another part.
+        None if an end lies outside or in another part.
         """
         start, end = _pair(start), _pair(end)
         if start != end and self._in_region([(start, end)])[0]:

@@ -49,8 +49,8 @@ _MOST_CORNERS = 16
 _DURATION = 1.0
 _LONGEST = 5e8
 _STATEMENT = (
-    "formula (1) is continuous in tilt angles and attitude, and on both ends it is R·cos φ·cos θ, with the sign of R "
-    "for |φ|, |θ| < π/2: every flight from one to the other passes its zero, where the decoupling matrix is singular"
+    "formula (1) is continuous in tilt angles and attitude. At both ends it is R·cos φ·cos θ, which has the sign of R "
+    "for |φ|, |θ| < π/2. So every flight between them passes a zero of it, where the decoupling matrix is singular"
 )
 
 
@@ -62,7 +62,7 @@ class Transition:
     it is not flyable; `proof`, if the signs of R differ, has R at both ends and why every flight between them is
     singular somewhere. `corners` are those of the gait at either end that it leaves and joins, counted from 0, None for
     hover. `duration` [s], `law` and `samples` are those in one direction; `report` has all checks of the path, there
-    and back, with those of the clock.
+    and back, with those of tilt rates.
     """
 
     there_and_back: Gait | None
@@ -102,7 +102,7 @@ class Transition:
 
     @property
     def timed(self) -> TimedGait:
-        """The path there and back with its clock; the first half is the transition."""
+        """The path there and back, timed; the first half is the transition."""
         return self.gait.parametrize(2 * self.duration, law=self.law, samples=2 * self.samples)
 
     @property
@@ -191,27 +191,19 @@ def transition(
         A gait in any form, or "hover" for α = 0. A gait is left and joined at one of its corners, where the law
         `smooth` rests.
     duration
-        How long it takes [s]; by default 1 s, or what the vehicle's limits of tilt rate and acceleration need if that
-        is more.
+        Duration [s]; by default 1 s, or what the vehicle's limits of tilt rate and acceleration need if that is more.
     law, samples, rate
         As for :meth:`gaitgraph.gait.gait.Gait.parametrize`, over the duration.
     floor
         Least singular value that a flyable path keeps, dimensionless.
     vehicle, coefficients
-        What the path is for, if both ends are hover or files; otherwise the gait says.
-
-    Returns
-    -------
-    Transition
-        No path is an answer, not an error: look at `reason` and `proof`.
-
-    Raises
-    ------
-    InputError
-        If the gaits are for different vehicles or coefficients, or a value is not allowed.
+        For which the path is checked, if both ends are hover or files; otherwise those of the gait.
 
     Notes
     -----
+    No path is an answer, not an error: see `reason` and `proof`. InputError is raised if the gaits are for different
+    vehicles or coefficients, or a value is not allowed.
+
     The path is flyable if there is a flyable one, else valid, with the reason. It is the shortest between any two
     corners, with curved borders as exact as those of :func:`gaitgraph.planning.planner.plan_loop`; of a gait with many
     corners the 16 nearest to the other end are tried.
@@ -240,10 +232,10 @@ def transition(
     if (first.vehicle, first.coefficients) != (last.vehicle, last.coefficients):
         raise InputError(
             f"end must be a gait for {first.vehicle.name!r} ({first.coefficients.kind} coefficients), as the start is, "
-            f"got one for {last.vehicle.name!r} ({last.coefficients.kind}): state one vehicle for both"
+            f"got one for {last.vehicle.name!r} ({last.coefficients.kind}); give one vehicle for both"
         )
     if duration is not None and not 1e-6 <= number_of(duration) <= _LONGEST:
-        raise InputError(f"duration must be between 1e-6 and {_LONGEST:g} s, got {shown(duration)}")
+        raise InputError(f"duration must be between 1e-6 and 5e8 s, got {shown(duration)}")
     seconds = _DURATION if duration is None else float(duration)
     count = _checked_samples(seconds, law, samples, rate)
     floor = checked_number("floor", floor)
@@ -302,16 +294,16 @@ def _refusal(first: Gait, last: Gait) -> tuple[str | None, dict[str, Any] | None
             where = f"R = {values[0]:+.4g} at the start and {values[1]:+.4g} at the end"
             limit = 2 * first.vehicle.signed_drag_ratio
             home = f"in the component of α = 0, tan α1 − tan α2 {'<' if limit > 0 else '>'} {limit:.4f}"
-            advice = f"plan with the same sign of R (hover has R > 0, {home}), or start the flight in the gait"
-            return f"{where}: every flight between them passes a singular matrix, at any attitude; {advice}", proof
+            advice = f"Plan with the same sign of R (hover has R > 0, {home}), or start the flight in the gait"
+            return f"{where}, so every flight between them passes a singular matrix, at any attitude. {advice}", proof
     if {*first.colors, *last.colors} & set(FIBERS):
-        return "one of the ends is on a fibre, and paths stay on one sheet: use gaits on the red sheet", proof
+        return "one of the ends is on a fibre, and paths stay on one sheet; use gaits on the red sheet", proof
     if first.color != last.color:
         meeting = "the sheets meet in four points only, all with R = 0"
-        blue = "in exact physics all of blue is singular: use red"
-        return f"from {first.color} to {last.color}: {meeting}; {blue}", proof
+        blue = "In exact physics all of blue is singular; use red"
+        return f"the start is {first.color} and the end {last.color}, and {meeting}. {blue}", proof
     if proof is not None:
-        return "the signs of R differ, as far as rounded coefficients have signs: use red", proof
+        return "the signs of R differ, as far as rounded coefficients decide them; use red", proof
     return None, None
 
 
@@ -330,7 +322,7 @@ def _shortest(first: Gait, last: Gait, floor: float) -> tuple[FloatArray, tuple[
         labels, goals = (red_label(plane[:, 0], plane[:, 1], first.vehicle) for plane in (points, others))
         if not (one_part := [pair for pair in joined if (labels[pair[1]] == goals[pair[2]]).all()]):
             wall = separating_factor(points[0].tolist(), others[0].tolist(), first.vehicle)
-            return f"both ends are on the red sheet, separated by {wall}, where R = 0: use gaits in one component"
+            return f"both ends are on the red sheet, separated by {wall}, where R = 0; use gaits in one component"
         joined = one_part
     for use in ("flyable", "valid") if color == "red" else ("valid",):
         best: tuple[float, int, int, list[Any]] | None = None
@@ -348,7 +340,7 @@ def _shortest(first: Gait, last: Gait, floor: float) -> tuple[FloatArray, tuple[
             path = lift([points[a], *bends, others[b]], color, vehicle=first.vehicle, coefficients=first.coefficients)
             # A printed gait is a little beside its sheet: the path begins and ends at its own corners.
             return np.vstack([first.alpha[a], path.alpha[1:-1], last.alpha[b]]), (a, b)
-    return f"there is none on the {color} sheet with this sign of R, between any of the corners tried"
+    return f"none was found on the {color} sheet with this sign of R, between any of the corners tried"
 
 
 def _nearest(corners: FloatArray, others: FloatArray) -> list[int]:

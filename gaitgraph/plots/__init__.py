@@ -20,6 +20,7 @@ if TYPE_CHECKING:
         gait_loop as gait_loop,
         roll_pitch_diagram as roll_pitch_diagram,
     )
+    from gaitgraph.plots.objects import plot as plot
     from gaitgraph.plots.planes import (
         adjacency_rule as adjacency_rule,
         regions_map as regions_map,

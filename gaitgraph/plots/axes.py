@@ -1,6 +1,6 @@
-"""What every picture shares: axes in multiples of π, colors and markers, deterministic files.
+"""What all pictures share: axes in multiples of π, colors and markers, reproducible files.
 
-matplotlib is imported only inside functions. The style is never global: it holds inside :func:`paper_style`.
+matplotlib is imported only inside functions. :func:`paper_style` sets the style; nothing global changes.
 """
 
 from __future__ import annotations
@@ -23,21 +23,38 @@ if TYPE_CHECKING:
 Format = Literal["png", "svg", "pdf"]
 
 FORMATS: tuple[Format, ...] = get_args(Format)
-"""What a picture can be saved as."""
+"""File formats of pictures."""
 
-RED, BLUE = "#e0301e", "#0b3c9c"  # the two sheets; red is much the lighter one, where a print loses its hue
-GREY = "#8a8a8a"  # what is singular, or absent
+PALETTE: dict[str, tuple[str, str]] = {
+    "alpha1": ("#d27c00", "#ffc14d"),
+    "alpha2": ("#3a9ad6", "#a6dcff"),
+    "alpha3": ("#00543c", "#14906e"),
+    "alpha4": ("#7a2a82", "#c56cc4"),
+    "red": ("#d22a17", "#ff7c68"),
+    "blue": ("#12429f", "#86abff"),
+    "shade-positive": ("#f7dc94", "#5c4a17"),
+    "shade-negative": ("#c9cede", "#343c57"),
+    "yes": ("#0b6b4f", "#5fd0a6"),
+    "partly": ("#8f5600", "#f0b040"),
+    "no": ("#8c1183", "#f082e6"),
+}
+"""Colors of plots, films and the explorer on a light and on a dark background: of rotors, sheets, signs of
+R, and verdicts. They are safe for colour-blind readers; markers and dashes say the same without color."""
+
+ROTOR_COLORS = tuple(PALETTE[f"alpha{k}"][0] for k in (1, 2, 3, 4))
+RED, BLUE, POSITIVE, NEGATIVE = (PALETTE[name][0] for name in ("red", "blue", "shade-positive", "shade-negative"))
+GREY = "#8a8a8a"  # of singular points, and of missing data
 COLOR_OF = {"red": RED, "blue": BLUE}
 MARKER_OF = {"red": "s", "blue": "o"}
 INCH = 25.4  # mm
+_LEGEND: dict[str, Any] = {"fontsize": 7.5, "frameon": False}
 
 STYLE: Any = {
-    # These fonts come with matplotlib: the same letters on every machine.
+    # Fonts that come with matplotlib: text looks the same on every machine.
     "font.family": ["DejaVu Sans"],
     "mathtext.fontset": "dejavusans",
     **dict.fromkeys(("font.size", "axes.titlesize", "axes.labelsize"), 8.0),
-    **dict.fromkeys(("xtick.labelsize", "ytick.labelsize", "legend.fontsize"), 7.5),
-    "legend.frameon": False,
+    **dict.fromkeys(("xtick.labelsize", "ytick.labelsize"), 7.5),
     "legend.handlelength": 1.6,
     **dict.fromkeys(("axes.linewidth", "xtick.major.width", "ytick.major.width"), 0.6),
     **dict.fromkeys(("grid.linewidth", "hatch.linewidth"), 0.4),
@@ -50,7 +67,7 @@ STYLE: Any = {
     "svg.fonttype": "path",
     "pdf.fonttype": 42,
 }
-"""rcParams of the figures, over matplotlib's defaults; sizes in points, for widths of 85 and 170 mm."""
+"""rcParams of the figures, on top of matplotlib's defaults. Sizes are in points, for widths of 85 and 170 mm."""
 
 _NO_STAMPS = {
     "png": {"Software": None},
@@ -60,7 +77,7 @@ _NO_STAMPS = {
 
 
 def require_matplotlib() -> None:
-    """Raise MissingExtra, saying what to install, if matplotlib is missing."""
+    """Raise MissingExtra if matplotlib is not installed."""
     try:
         import matplotlib as _  # noqa: F401
     except ImportError as error:
@@ -69,7 +86,7 @@ def require_matplotlib() -> None:
 
 @contextmanager
 def paper_style() -> Iterator[None]:
-    """Hold :data:`STYLE` over matplotlib's own defaults, whatever the user's settings; they are back afterwards."""
+    """Use :data:`STYLE` on top of matplotlib's defaults, then restore the user's settings."""
     require_matplotlib()
     import matplotlib as mpl
 
@@ -80,29 +97,29 @@ def paper_style() -> Iterator[None]:
 
 
 def blank_figure(width: float, height: float, layout: Any = "constrained", *, pyplot: bool = False) -> Figure:
-    """Return an empty figure of a size [mm], one of pyplot only if that is asked for."""
+    """Return an empty figure of a size [mm]. With `pyplot` it is registered with pyplot."""
     require_matplotlib()
     from matplotlib.figure import Figure
 
     if pyplot:
         from matplotlib.pyplot import figure as Figure  # type: ignore[assignment] # noqa: N812
-    return Figure(figsize=(width / INCH, height / INCH), layout=layout)
+    return Figure(figsize=(width / INCH, height / INCH), layout=layout, dpi=150 if pyplot else None)
 
 
-def axes_or_new(ax: Axes | None, *, size: tuple[float, float] = (85.0, 80.0)) -> Axes:
-    """Return the plane axes given, or those of a new pyplot figure of a size [mm]; InputError if they are no such."""
+def axes_or_new(ax: Axes | None, *, size: tuple[float, float] = (152.4, 127.0)) -> Axes:
+    """Return the given two-dimensional axes, or those of a new pyplot figure of a size [mm]."""
     if ax is None:
         return blank_figure(*size, pyplot=True).add_subplot()
     require_matplotlib()
     from matplotlib.axes import Axes
 
     if not isinstance(ax, Axes) or ax.name == "3d":
-        raise InputError(f"ax must be None or matplotlib's plane axes, got {shown(ax)}")
+        raise InputError(f"ax must be None or two-dimensional axes of matplotlib, got {shown(ax)}")
     return ax
 
 
 def text_of_multiple(angle: float, position: int | None = None) -> str:
-    r"""Return an angle [rad] as a tick label, a multiple of π in mathtext; `position` is matplotlib's and not used.
+    r"""Return an angle [rad] as a tick label, a multiple of π in mathtext. matplotlib passes `position`; it is unused.
 
     >>> text_of_multiple(-3 * math.pi / 8)
     '$-3\\pi/8$'
@@ -111,7 +128,7 @@ def text_of_multiple(angle: float, position: int | None = None) -> str:
 
 
 def angle_axis(axis: Axis, label: str, *, divisor: int = 4) -> None:
-    r"""Label an axis with a symbol such as ``\alpha_1``, from −π/2 to π/2 [rad], ticks at multiples of π/divisor."""
+    r"""Make an axis run from −π/2 to π/2 [rad], labelled with a symbol such as ``\alpha_1``, ticks each π/divisor."""
     from matplotlib.ticker import FixedLocator, FuncFormatter
 
     most = divisor // 2
@@ -122,10 +139,9 @@ def angle_axis(axis: Axis, label: str, *, divisor: int = 4) -> None:
 
 
 def plane_axes(ax: Axes, x: str, y: str, *, divisor: int = 4, grid: bool = True) -> None:
-    r"""Make both axes those of angles from −π/2 to π/2 [rad], to the same scale.
+    r"""Make both axes angles from −π/2 to π/2 [rad], to the same scale, with ticks at multiples of π/divisor.
 
-    `x` and `y` are symbols in mathtext, such as ``"\alpha_1"``; ticks, and lines with `grid`, are at multiples of
-    π/divisor.
+    `x` and `y` are symbols in mathtext, such as ``"\alpha_1"``.
     """
     angle_axis(ax.xaxis, x, divisor=divisor)
     angle_axis(ax.yaxis, y, divisor=divisor)
@@ -134,38 +150,35 @@ def plane_axes(ax: Axes, x: str, y: str, *, divisor: int = 4, grid: bool = True)
 
 
 def legend_above(ax: Any, *, columns: int, over: float = 5.0) -> None:
-    """Put a legend `over` points above axes; marks that have one label are drawn upon each other in it."""
+    """Put a legend `over` points above axes. Marks with the same label share one entry."""
     named: dict[str, list[Any]] = {}
     for handle, label in zip(*ax.get_legend_handles_labels(), strict=True):
         named.setdefault(label, []).append(handle)
-    ax.legend(
-        [tuple(handles) if len(handles) > 1 else handles[0] for handles in named.values()],
-        list(named),
-        loc="lower center",
-        bbox_to_anchor=(0.5, 1.0),
-        ncols=columns,
-        columnspacing=1.2,
-        handletextpad=0.4,
-        borderaxespad=over / STYLE["legend.fontsize"],
-    )
+    handles = [tuple(marks) if len(marks) > 1 else marks[0] for marks in named.values()]
+    at = {"loc": "lower center", "bbox_to_anchor": (0.5, 1.0), "borderaxespad": over / _LEGEND["fontsize"]}
+    ax.legend(handles, list(named), ncols=columns, columnspacing=1.2, handletextpad=0.4, **at, **_LEGEND)
     for line in ax.get_legend().get_lines():
         line.set_linewidth(min(line.get_linewidth(), 6.0))
 
 
 def legend_below(ax: Axes, **options: Any) -> None:
     """Put a legend below the label of axes' x axis."""
-    below = 32.0 / STYLE["legend.fontsize"]  # both in points
-    ax.legend(loc="upper center", bbox_to_anchor=(0.5, 0.0), borderaxespad=below, **options)
+    at: dict[str, Any] = {
+        "loc": "upper center",
+        "bbox_to_anchor": (0.5, 0.0),
+        "borderaxespad": 32.0 / _LEGEND["fontsize"],
+    }
+    ax.legend(**at, **_LEGEND, **options)
 
 
 def draw_arrow(ax: Any, start: Any, end: Any, color: str, *, width: float = 1.0, size: float = 9.0, **look: Any) -> Any:
-    """Draw an arrow between two places; width and head size in points."""
+    """Draw an arrow between two points; width and head size are in points."""
     arrow = {"arrowstyle": "-|>", "color": color, "lw": width, "mutation_scale": size, "shrinkA": 0, "shrinkB": 0}
     return ax.annotate("", xy=tuple(end), xytext=tuple(start), arrowprops=arrow, **({"zorder": 5.0} | look))
 
 
 def draw_label(ax: Axes, place: Any, text: str, color: str = "black") -> None:
-    """Write a text centred on a place."""
+    """Write a text centred on a point."""
     ax.text(place[0], place[1], text, color=color, ha="center", va="center", zorder=6)
 
 
@@ -173,7 +186,7 @@ def picture_bytes(figure: Figure, kind: Format) -> bytes:
     """Return a figure as the bytes of a file, without time stamps: the same figure gives the same bytes."""
     stream = io.BytesIO()
     with paper_style():
-        # The figure is laid out once: in another format it does not differ a little.
+        # The layout is computed once, so that it is the same in every format.
         engine = figure.get_layout_engine()
         if engine is not None:
             engine.execute(figure)

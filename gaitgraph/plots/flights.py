@@ -1,4 +1,4 @@
-"""Flights over time and as films, and the files that flights and basins are written to."""
+"""Plots and films of flights, and the files of flights and basins."""
 
 from __future__ import annotations
 
@@ -17,18 +17,7 @@ from gaitgraph.flight.flight import TABLES
 from gaitgraph.gait.table import provenance_text
 from gaitgraph.io.columns import FormatOptions
 from gaitgraph.io.formats import FILMS, FORMATS
-from gaitgraph.plots import vehicles
-from gaitgraph.plots.axes import (
-    FORMATS as PICTURES,
-    GREY,
-    RED,
-    axes_or_new,
-    blank_figure,
-    legend_above,
-    paper_style,
-    picture_bytes,
-    require_matplotlib,
-)
+from gaitgraph.plots import axes as base, vehicles
 from gaitgraph.plots.gaits import ANGLE_LOOKS, basins_figure
 from gaitgraph.plots.vehicles import INK, LINE_GREY, PALE, VehicleView
 
@@ -42,7 +31,7 @@ if TYPE_CHECKING:
     from gaitgraph.flight.flight import Flight
     from gaitgraph.invertibility.matrices import FloatArray
 
-# Height [mm], label, columns of the legend, and what the axis reaches at least, lest rounding be drawn large.
+# Height [mm], label, columns of the legend, and least end of the axis, so that rounding errors stay small.
 _PANELS: dict[str, tuple[float, str, int, float]] = {
     "attitude": (32.0, "attitude (°)", 4, 1.0),
     "place": (30.0, "place (m)", 4, 0.01),
@@ -51,9 +40,10 @@ _PANELS: dict[str, tuple[float, str, int, float]] = {
     "singular_value": (30.0, "least singular\nvalue (1)", 2, 0.0),
 }
 _WIDTH, _LEFT, _RIGHT, _TOP, _BOTTOM = 170.0, 19.0, 4.0, 13.0, 12.0
-_LEGEND = 8.0  # above each panel
+_LEGEND = 8.0  # height above each panel
 _WANTED: dict[str, Any] = {"color": "#7b3294", "linestyle": "--", "linewidth": 0.8, "label": "asked for"}
-_MOST_SHARES = 8.0  # beyond it thrusts are drawn to a logarithmic scale
+_SECOND = "#0072b2"  # color of pitch and y
+_MOST_SHARES = 8.0  # larger thrusts have a logarithmic scale
 
 PANELS = tuple(_PANELS)
 """The panels of a flight, from the top."""
@@ -62,14 +52,14 @@ PANELS = tuple(_PANELS)
 def plot_flight(
     flight: Flight, *, axes: Sequence[Axes] | npt.NDArray[np.object_] | None = None, panels: Sequence[str] = PANELS
 ) -> npt.NDArray[np.object_]:
-    """Draw what happened in a flight over time, and return the axes; the title says what was flown, and the verdict.
+    """Draw a flight over time and return the axes. The title states what was flown and the verdict.
 
-    `panels` are some of :data:`PANELS`, in order: roll, pitch and yaw [°]; x, y and z [m]; thrusts as multiples of a
-    quarter of the weight, with their limits; tilt angles [°]; and the band that holds the least singular value of the
-    scaled decoupling matrix, with the value at which flight stops. References are dashed. Panels of a refused flight
-    are empty; a red line at the time of a stop has "stop" as its ``gid``.
+    `panels` are some of :data:`PANELS`: roll, pitch and yaw [°]; x, y and z [m]; thrusts as multiples of a quarter of
+    the weight, with their limits; tilt angles [°]; and the band that holds the least singular value of the scaled
+    decoupling matrix, with the floor at which the flight stops. References are dashed. Panels of a refused flight are
+    empty. A red line of ``gid`` "stop" marks the time of a stop.
 
-    `axes` are as many plane axes as there are panels, by default those of a new figure, one below another.
+    `axes` are as many as panels, by default those of a new figure, one below another.
     """
     for name in panels:
         checked_choice("panels", name, PANELS)
@@ -79,18 +69,18 @@ def plot_flight(
     if len(axes) != len(panels):
         raise InputError(f"axes must be {len(panels)}, one a panel, got {len(axes)}")
     end = flight.settings.seconds_of(flight.course)
-    if flight.failed:  # a little beyond a stop that came early
+    if flight.failed:  # show a little beyond the stop
         end = min(end, max(1.25 * flight.flown, flight.flown + 0.02))
     for ax, name in zip(axes, panels, strict=True):
-        _draw_panel(axes_or_new(ax), flight, name)
+        _draw_panel(base.axes_or_new(ax), flight, name)
         ax.grid(True)
         ax.set(xlim=(0.0, max(end, 1e-9)))
         if not len(flight.rows):
-            ax.text(0.5, 0.5, "nothing flown", color=GREY, ha="center", va="center", transform=ax.transAxes)
+            ax.text(0.5, 0.5, "nothing flown", color=base.GREY, ha="center", va="center", transform=ax.transAxes)
             continue
         _mark_phases(ax, flight, named=ax is axes[0])
         if flight.failed:
-            ax.axvline(flight.flown, color=RED, linewidth=1.6, gid="stop", zorder=4)
+            ax.axvline(flight.flown, color=base.RED, linewidth=1.6, gid="stop", zorder=4)
     axes[-1].set(xlabel="$t$ (s)")
     lines = [*wrap(" · ".join(_what_was_flown(flight)), 96), *wrap(flight.verdict, 96)]
     axes[0].set_title("\n".join(lines), pad=20.0)
@@ -98,20 +88,17 @@ def plot_flight(
 
 
 def _panel_axes(panels: Sequence[str], *, pyplot: bool = False) -> npt.NDArray[np.object_]:
-    """Return axes of a new figure for panels, one below another.
-
-    Their layout is fixed, because a solver's depends on the order in which it meets its variables, and so do bytes.
-    """
+    """Return axes of a new figure for panels, one below another, in a fixed layout: the same bytes in every process."""
     heights = [_PANELS[name][0] for name in panels]
     height = _TOP + _BOTTOM + sum(heights) + _LEGEND * len(panels)
-    figure = blank_figure(_WIDTH, height, "none", pyplot=pyplot)
+    figure = base.blank_figure(_WIDTH, height, "none", pyplot=pyplot)
     places: dict[str, Any] = {"left": _LEFT / _WIDTH, "right": 1 - _RIGHT / _WIDTH, "bottom": _BOTTOM / height}
     places |= {"top": 1 - (_TOP + _LEGEND) / height, "hspace": _LEGEND * len(panels) / sum(heights)}
     return figure.subplots(len(panels), sharex=True, squeeze=False, height_ratios=heights, gridspec_kw=places)[:, 0]
 
 
 def _what_was_flown(flight: Flight) -> list[str]:
-    """Return the gait's color, the vehicle, T, the reference and the like, and last the attitude at the start."""
+    """Return the gait's color, the vehicle, T, the reference and entry if any, and last the attitude at the start."""
     timed, settings, name = flight.course.timed, flight.settings, flight.vehicle.name
     reference: str = settings.reference
     if reference in ("step", "line", "circle"):
@@ -139,8 +126,8 @@ def _mark_phases(ax: Axes, flight: Flight, *, named: bool) -> None:
         if k % 2 and begin < end:
             ax.axvspan(begin, end, color="0.94", linewidth=0.0, zorder=0)
         if named and begin < end:
-            at: dict[str, Any] = {"xycoords": ax.get_xaxis_transform(), "textcoords": "offset points", "color": GREY}
-            ax.annotate(phase, (begin, 0.0), (3, 3), **at)
+            at: dict[str, Any] = {"xycoords": ax.get_xaxis_transform(), "textcoords": "offset points"}
+            ax.annotate(phase, (begin, 0.0), (3, 3), color=base.GREY, **at)
 
 
 def _draw_panel(ax: Axes, flight: Flight, name: str) -> None:
@@ -150,12 +137,12 @@ def _draw_panel(ax: Axes, flight: Flight, name: str) -> None:
     if name == "attitude":
         for wanted in ("roll_wanted", "pitch_wanted") if tracks else ():
             ax.plot(t, np.degrees(column(wanted)), **_WANTED)
-        drawn: dict[str, Any] = {
-            "roll": (INK, "-", 1.4),
-            "pitch": ("#0072b2", "-", 1.4),
-            "yaw": (GREY, (0, (1, 1)), 1.1),
-        }
-        for angle, (color, dash, width) in drawn.items():
+        dots = (0, (1, 1))
+        for angle, color, dash, width in (
+            ("roll", INK, "-", 1.4),
+            ("pitch", _SECOND, "-", 1.4),
+            ("yaw", base.GREY, dots, 1.1),
+        ):
             values = np.degrees(column(angle))
             values[1:][np.abs(np.diff(values)) > 180.0] = np.nan  # it wraps there
             ax.plot(t, values, color=color, linestyle=dash, linewidth=width, label=angle)
@@ -163,8 +150,7 @@ def _draw_panel(ax: Axes, flight: Flight, name: str) -> None:
         held = "xyz" if tracks else "z"
         for axis in held:
             ax.plot(t, column(f"{axis}_wanted"), **_WANTED)
-        looks: dict[str, Any] = {"x": (INK, "-"), "y": ("#0072b2", "-"), "z": ("#d55e00", (0, (5, 1.5)))}
-        for axis, (color, dash) in looks.items():
+        for axis, color, dash in (("x", INK, "-"), ("y", _SECOND, "-"), ("z", "#d55e00", (0, (5, 1.5)))):
             text, width = (f"${axis}$", 1.4) if axis in held else (f"${axis}$, free", 0.9)
             ax.plot(t, column(axis), color=color, linestyle=dash, linewidth=width, label=text)
     elif name == "thrusts":
@@ -175,13 +161,13 @@ def _draw_panel(ax: Axes, flight: Flight, name: str) -> None:
         most = flight.vehicle.max_thrust if settings.thrust_limit is None else settings.thrust_limit
         for limit in (0.0, most) if settings.saturation else ():
             if limit is not None:
-                ax.axhline(limit / quarter, color=RED, linewidth=0.9, linestyle="--", label="limits", zorder=1)
+                ax.axhline(limit / quarter, color=base.RED, linewidth=0.9, linestyle="--", label="limits", zorder=1)
         if len(shares) and np.abs(shares).max() > _MOST_SHARES:
             ax.set_yscale("symlog", linthresh=4.0, linscale=1.5)
             tens = [10.0**k for k in range(1, 12)]
             ax.set_yticks([*(-ten for ten in reversed(tens)), 0.0, *tens])
             ax.set(ylim=(min(2.0 * shares.min(), -1.0), max(2.0 * shares.max(), 4.0)))
-        ax.axhline(1.0, color=GREY, linewidth=0.7, zorder=0)
+        ax.axhline(1.0, color=base.GREY, linewidth=0.7, zorder=0)
     elif name == "tilts":
         for k, look in enumerate(ANGLE_LOOKS):
             ax.plot(t, np.degrees(flight.alpha[:, k]), label=rf"$\alpha_{k + 1}$", **look)
@@ -190,26 +176,24 @@ def _draw_panel(ax: Axes, flight: Flight, name: str) -> None:
         band: dict[str, Any] = {"color": "#009e73", "alpha": 0.45, "linewidth": 0.0, "label": "lies in this band"}
         ax.fill_between(t, near, 2.0 * near, **band)
         if floor > 0:
-            ax.axhline(floor, color=RED, linewidth=0.9, linestyle="--", label=f"flight stops below {floor:g}")
+            ax.axhline(floor, color=base.RED, linewidth=0.9, linestyle="--", label=f"flight stops below {floor:g}")
         ax.set_yscale("log")
         ax.set(ylim=(max(0.6 * float(np.nanmin(near, initial=floor or 1.0)), 1e-10), 3.0))
     if least:
         low, high = ax.get_ylim()
         ax.set(ylim=(min(low, -least), max(high, least)))
     ax.set(ylabel=label)
-    legend_above(ax, columns=columns)
+    base.legend_above(ax, columns=columns)
 
-
-# ---------------------------------------------------------------- films
 
 _MAP = (380 / 480, 134 / 420, 88 / 480, 88 / 420)
-_MOST_SHARE = 2.4  # lines of thrust grow no longer
-_SLOW = 25  # frames in which the arms go through a period where even frames would be too few
+_MOST_SHARE = 2.4  # of the longest line of thrust
+_SLOW = 25  # frames of one period of the arms where evenly spaced frames would be too few
 _CURVE_POINTS = 400
 
 
 def flight_frame_times(flight: Flight) -> tuple[FloatArray, list[int], bool]:
-    """Return when the frames of a film are [s], how long each is shown [1/100 s], and whether arms are slowed down."""
+    """Return the times of a film's frames [s], their durations [1/100 s], and whether the arms are slowed down."""
     delays = vehicles.frame_delays(max(flight.flown, 1e-6))
     times = np.concatenate([[0.0], np.cumsum(delays)[:-1] / sum(delays)]) * flight.flown
     period = flight.course.timed.period
@@ -218,7 +202,7 @@ def flight_frame_times(flight: Flight) -> tuple[FloatArray, list[int], bool]:
         phases = np.arange(len(times)) / _SLOW
         times = np.clip((np.round(times / period - phases) + phases) * period, 0.0, flight.flown)
     times[-1] = flight.flown
-    delays[-1] += 80  # the last one stays a little longer
+    delays[-1] += 80
     return times, delays, slowed
 
 
@@ -239,7 +223,7 @@ def quarter_of_weight(flight: Flight) -> float:
 
 
 def _flight_film(flight: Flight, times: FloatArray, slowed: bool) -> tuple[Figure, Callable[[int], list[Any]]]:
-    """Return the figure of a flight's film, and what draws a frame of it."""
+    """Return the figure of a flight's film, and the function that draws a frame."""
     (arm,) = flight.vehicle.require("arm_length", purpose="a picture of flight")
     t, quarter = flight.column("t"), quarter_of_weight(flight)
     place = np.stack([flight.column(name) for name in "xyz"], axis=-1)
@@ -295,14 +279,14 @@ def _flight_film(flight: Flight, times: FloatArray, slowed: bool) -> tuple[Figur
 
 
 def _draw_ground(ax: Axes, here: FloatArray, arm: float, seen: Callable[[FloatArray], FloatArray]) -> list[Any]:
-    """Draw a grid on the ground around a place, and the shadow of the vehicle."""
+    """Draw a grid on the ground around a position, and the shadow of the vehicle."""
     level, reach = -1.8 * arm, 9.0 * arm
     power = 10.0 ** math.floor(math.log10(1.4 * arm))
     spacing = max(step * power for step in (1.0, 2.0, 5.0) if step * power <= 1.4 * arm * (1 + 1e-12))
     lines = []
     for axis in (0, 1):
         for k in range(math.ceil((here[axis] - reach) / spacing), math.floor((here[axis] + reach) / spacing) + 1):
-            line = np.full((3, 3), np.nan)  # the last row parts it from the next line
+            line = np.full((3, 3), np.nan)  # NaN in the last row ends the line
             line[:2, axis], line[:2, 2] = k * spacing, level
             line[:2, 1 - axis] = here[1 - axis] + np.array([-reach, reach])
             lines.append(line)
@@ -313,7 +297,7 @@ def _draw_ground(ax: Axes, here: FloatArray, arm: float, seen: Callable[[FloatAr
 
 
 def _draw_map(figure: Figure, place: FloatArray, wanted: FloatArray | None, arm: float) -> tuple[Any, Any]:
-    """Draw the flight from above, forward up, and return the path so far and the mark of the vehicle."""
+    """Draw the flight from above, forward up, and return the lines of the path so far and of the vehicle."""
     points = np.concatenate([place[:, :2]] + ([] if wanted is None else [wanted[:, :2]]))
     low, high = points.min(axis=0), points.max(axis=0)
     middle, half = (low + high) / 2, max(float((high - low).max()) / 2 * 1.15, 1.5 * arm)
@@ -327,66 +311,59 @@ def _draw_map(figure: Figure, place: FloatArray, wanted: FloatArray | None, arm:
     return path, ax.plot([], [], "o", color=INK, markersize=4.3)[0]
 
 
-# ---------------------------------------------------------------- files
-
-_PLOTS = tuple(f".{name}" for name in PICTURES)
+_PLOTS = tuple(f".{name}" for name in base.FORMATS)
 
 
 def check_flight_outputs(
     paths: Sequence[str | Path], *, of: Literal["flight", "basin"] = "flight", force: bool = False
 ) -> None:
-    """Raise before a flight if an output cannot be written: its suffix, a library, a folder, a name that is taken."""
+    """Raise before a flight if an output cannot be written: wrong suffix, missing library or folder, existing file."""
     known = [*TABLES, *_PLOTS, *(FILMS if of == "flight" else ())]
     for path in map(Path, paths):
         suffix = path.suffix.lower()
         if suffix not in known:
-            why = f" is a {FORMATS[suffix].name}, which is of gaits alone" if suffix in FORMATS else ""
-            hint = did_you_mean(suffix, known) if suffix and not why else ""
-            raise InputError(f"output: {str(path)!r}{why}; the suffixes for a {of} are {', '.join(known)}{hint}")
+            hint = did_you_mean(suffix, known) if suffix else ""
+            hint = f"; a {FORMATS[suffix].name} is for gaits only" if suffix in FORMATS else hint
+            raise InputError(f"output of a {of} must end in one of {', '.join(known)}, got {str(path)!r}{hint}")
         if suffix in FILMS:
             vehicles.check_films([path], force=force)
         elif suffix in _PLOTS:
-            require_matplotlib()
+            base.require_matplotlib()
         else:
             FORMATS[suffix].function("write")  # MissingExtra, if that is so
     check_new_files(paths, force=force)
 
 
 def write_flight(flight: Flight, paths: Sequence[str | Path], *, force: bool = False) -> None:
-    """Write a flight that has rows to files, each whole or not at all; `force` overwrites files that exist.
+    """Write a flight that has rows to files, whole or not at all; `force` overwrites existing files.
 
-    The suffix says what: a table (.csv, .json, .npz, .mat, .parquet), a plot over time (.png, .svg, .pdf), or a film
-    (.gif, .mp4).
-
-    Notes
-    -----
-    The viewer of a film is behind, right and above, and follows the vehicle; lines on the ground, 1.8 arm lengths below
-    the start, show that it moves. Lines of thrust are as long as the thrust is large, up to 2.4 times a quarter of the
-    weight, and lie on the other side of the disc where a rotor pulls.
-
-    Frames are even in time, except where a period has fewer than two of them: each is then taken up to half a period
-    earlier or later, so that the arms go through the gait once in 25 frames, slower than they are, as the frames state.
+    The suffix selects a table (.csv, .json, .npz, .mat, .parquet), a plot over time (.png, .svg, .pdf), or a film
+    (.gif, .mp4). The viewer of a film is behind, right and above, and follows the vehicle; the grid on the ground is
+    1.8 arm lengths below the start. Lines of thrust are proportional to the thrust up to 2.4 times a quarter of the
+    weight, on the other side of the disc where a rotor pulls. Frames are evenly spaced in time. Where a period has
+    fewer than two, each is moved by up to half a period, so that the arms pass through the gait once in 25 frames; the
+    frames then say that the arms are slowed down.
     """
     check_flight_outputs(paths, force=force)
     if paths and not len(flight.rows):
-        raise InputError(f"output: {str(paths[0])!r}: nothing was flown, so there is nothing to write")
+        raise InputError(f"output {str(paths[0])!r} cannot be written, because nothing was flown")
 
     def figure() -> Figure:
         return plot_flight(flight, axes=_panel_axes(PANELS))[0].figure  # type: ignore[no-any-return]
 
     def film(path: Path) -> None:
         times, delays, slowed = flight_frame_times(flight)
-        with paper_style():
+        with base.paper_style():
             vehicles.write_frames(*_flight_film(flight, times, slowed), delays, provenance_text(flight.table()), path)
 
     _write(paths, flight.table, figure, film, force=force)
 
 
 def write_basins(basins: Sequence[Basin], paths: Sequence[str | Path], *, force: bool = False) -> None:
-    """Write basins of one gait to files: a row for each flight, or the picture of all (.png, .svg, .pdf).
+    """Write basins to files: a row for each flight, or one picture (.png, .svg, .pdf).
 
-    `basins` are of one gait and its biased gaits, as :func:`gaitgraph.flight.basins.basins_of` returns them, one at
-    least; `paths` and `force` as for :func:`write_flight`.
+    `basins` are those of one gait and its biased gaits, from :func:`gaitgraph.flight.basins.basins_of`. `paths` and
+    `force` are as for :func:`write_flight`.
     """
     check_flight_outputs(paths, of="basin", force=force)
     _write(paths, partial(table_of_basins, basins), partial(basins_figure, basins), force=force)
@@ -400,14 +377,14 @@ def _write(
     *,
     force: bool,
 ) -> None:
-    contents: list[tuple[Path, Any]] = []  # bytes, or what writes them
+    contents: list[tuple[Path, Any]] = []  # bytes, or the function that writes them
     for path in map(Path, paths):
         suffix = path.suffix.lower()
         if suffix in FILMS:
             contents.append((path, film))
         elif suffix in _PLOTS:
-            with paper_style():
-                contents.append((path, picture_bytes(figure(), suffix[1:])))  # type: ignore[arg-type]  # a format
+            with base.paper_style():
+                contents.append((path, base.picture_bytes(figure(), suffix[1:])))  # type: ignore[arg-type]  # a format
         else:
             contents.append((path, partial(FORMATS[suffix].function("write"), [table()], options=FormatOptions())))
     write_whole(contents, force=force)

@@ -1,9 +1,9 @@
-"""The vehicle: the geometry that every drawing of it uses, one drawing by matplotlib, Figure 1, and films of gaits.
+"""The vehicle: the geometry of all its drawings, one drawing by matplotlib, Figure 1, and films of gaits.
 
-The projection is orthographic. A rotor is a disc that tilts about its own arm, so its image is an ellipse: the unit
-disc under an affine map (a, b, c, d, e, f), x' = a·x + c·y + e and y' = b·x + d·y + f.
+The projection is orthographic. The image of a rotor's disc is an ellipse: the unit disc under an affine map
+(a, b, c, d, e, f), x' = a·x + c·y + e and y' = b·x + d·y + f.
 
-A film of a gait shows one period: above the vehicle with its discs and lines of thrust, below its four angles over
+A film of a gait shows one period: the vehicle with its discs and lines of thrust, and below it the four angles over
 time. The same gait gives the same GIF with the same versions of matplotlib and Pillow.
 """
 
@@ -24,7 +24,7 @@ from gaitgraph.files import check_new_files, write_whole
 from gaitgraph.gait.table import Table, provenance_text, surface_of
 from gaitgraph.invertibility.matrices import FloatArray, arm_angles, rotor_directions, thrust_signs
 from gaitgraph.io.formats import FILMS, given_gait
-from gaitgraph.plots.axes import axes_or_new, draw_arrow, draw_label, paper_style
+from gaitgraph.plots.axes import ROTOR_COLORS, axes_or_new, draw_arrow, draw_label, paper_style
 from gaitgraph.timing.timed_gait import table_of
 from gaitgraph.vehicle import PAPER, VehicleLike, vehicle_named
 
@@ -37,14 +37,11 @@ if TYPE_CHECKING:
 
     from gaitgraph.io.formats import GaitLike
 
-ROTOR_COLORS = ("#e69f00", "#56b4e9", "#009e73", "#cc79a7")
-"""Of rotors 1 to 4; distinct to colour-blind eyes, and of neither sheet."""
-
 DEFAULT_VIEW = (math.radians(-152.0), math.radians(33.0))
-"""Where the viewer is: azimuth from forward, positive to the left, and elevation [rad]; behind, right, above."""
+"""Position of the viewer, behind, right and above: azimuth from forward, positive to the left, and elevation [rad]."""
 
 FROM_ABOVE = (math.pi, math.pi / 2)
-"""The view from above, forward up the picture."""
+"""The view from above; forward is up."""
 
 INK, LINE_GREY = "#23262b", "#767b85"
 
@@ -55,33 +52,33 @@ _DISC, _STALK, _THRUST, _NOSE, _LABEL = 0.5, 0.1, 0.62, 0.34, 0.24  # in arm len
 class VehicleView:
     """A vehicle seen from one direction, for n samples of its tilt angles.
 
-    Lengths are in arm lengths, x to the right and y upwards on the screen, from the centre of mass. A disc is the
-    affine map a, b, c, d, e, f of the unit disc, whose x axis is the outward arm axis and whose y axis turns with the
-    tilt; its line of thrust begins at the centre (e, f).
+    Positions are in arm lengths from the centre of mass, x to the right and y upwards on the screen. A disc is an
+    affine map a, b, c, d, e, f of the unit disc: its x axis is the outward arm axis, its y axis turns with the tilt.
+    Its line of thrust begins at the centre (e, f).
     """
 
     discs: FloatArray  # (n, 4, 6)
     thrusts: FloatArray  # (n, 4, 2), ends of the lines of thrust
-    facing: npt.NDArray[np.bool_]  # (n, 4), whether the viewer sees the side that the thrust leaves from
+    facing: npt.NDArray[np.bool_]  # (n, 4), whether the viewer sees the side of the thrust
     arms: FloatArray  # (4, 2), outer ends
     nose: FloatArray  # (2,), end of an arrow from the centre that points forward
-    order: tuple[int, ...]  # rotors from the farthest to the nearest, counted from 0: draw them in this order
+    order: tuple[int, ...]  # rotors from the farthest to the nearest, counted from 0: the order of drawing
     clockwise: tuple[bool, ...]  # whether each rotor turns clockwise seen from above
 
     @property
     def labels(self) -> FloatArray:
-        """Places for the rotors' numbers, beyond the arms' ends, shape (4, 2)."""
+        """Positions of the rotors' numbers, shape (4, 2)."""
         return (1.0 + _DISC + _LABEL) * self.arms
 
     def limits(self) -> tuple[FloatArray, FloatArray]:
-        """Return low and high corners of a rectangle that holds the vehicle, whatever the tilt."""
+        """Return the low and high corners of a rectangle that holds the vehicle at every tilt."""
         reach = max(_STALK + _THRUST, math.hypot(_STALK, _DISC))
         arms, labels = self.arms, self.labels
         around = np.concatenate([arms - reach, arms + reach, labels - _LABEL, labels + _LABEL])
         return around.min(axis=0), around.max(axis=0)
 
     def as_mapping(self) -> dict[str, Any]:
-        """Return the view as plain values for a picture of 480 by 360 px, y downwards; rotors in their own order.
+        """Return the view as plain values for a picture of 480 by 360 px, y downwards; rotors are in the order 1 to 4.
 
         >>> vehicle_view([[0.0, 0.0, 0.0, 0.0]]).as_mapping()["order"]
         [0, 1, 3, 2]
@@ -109,7 +106,7 @@ class VehicleView:
 
 
 def screen_axes(view: tuple[float, float]) -> tuple[FloatArray, FloatArray]:
-    """Return the directions to the right and up on the screen of a viewer at an azimuth and an elevation [rad]."""
+    """Return the directions right and up on the screen of a viewer at an azimuth and an elevation [rad]."""
     azimuth, elevation = view
     right = np.array([-math.sin(azimuth), math.cos(azimuth), 0.0])
     viewer = np.array([math.cos(azimuth), math.sin(azimuth), 0.0]) * math.cos(elevation)
@@ -126,25 +123,13 @@ def vehicle_view(
     thrusts: npt.ArrayLike = 1.0,
     disc: float = _DISC,
 ) -> VehicleView:
-    """Return what a vehicle looks like while it tilts its rotors.
+    """Return the view of a vehicle at tilt angles of shape (n, 4) or (4,) [rad].
 
-    Parameters
-    ----------
-    alpha
-        Tilt angles, shape (n, 4) or (4,) [rad].
-    vehicle
-        Its `first_arm_angle` and `first_rotor_spin` are all that shows.
-    view
-        Azimuth and elevation of the viewer [rad]; elevation from −π/2 to π/2.
-    attitude
-        The rotation from body axes to those of the world, shape (3, 3); by default level.
-    thrusts
-        Lengths of the lines of thrust, in parts of the full length, shape (4,); negative where a rotor pulls.
-    disc
-        Radius of a rotor in arm lengths.
+    Of the `vehicle` only the first arm's angle and the first rotor's spin matter. `view` is the viewer's azimuth and
+    elevation, from −π/2 to π/2 [rad]; `attitude` the rotation from body axes to world axes, shape (3, 3), by default
+    level. `thrusts`, shape (4,), are relative lengths of the lines of thrust, negative where a rotor pulls; `disc` is a
+    rotor's radius in arm lengths.
 
-    Examples
-    --------
     >>> vehicle_view([[0.0, 0.5, 0.0, 0.5]], view=FROM_ABOVE).discs.shape
     (1, 4, 6)
     """
@@ -159,7 +144,7 @@ def vehicle_view(
     vehicle = vehicle_named(vehicle)
     bearings = arm_angles(vehicle)
     outward = np.stack([np.cos(bearings), np.sin(bearings), np.zeros(4)], axis=-1)
-    # Thrusts are drawn as rotors push that push away from the body, shape (n, 4, 3).
+    # Direction of each thrust at a level tilt is up, whatever the spin; shape (n, 4, 3).
     thrust = np.swapaxes(rotor_directions(angles, vehicle)[0] * thrust_signs(vehicle), -1, -2)
     length = np.broadcast_to(np.asarray(thrusts, dtype=float), (4,))
     centre = outward + _STALK * thrust
@@ -170,7 +155,7 @@ def vehicle_view(
         facing=(thrust @ toward > 0) ^ (length < 0),
         arms=outward @ screen,
         nose=_NOSE * screen[0],
-        # By the depth of the arms' ends, as discs reach no neighbour. Equal depths keep the order, whatever the digits.
+        # By the depth of the arms' ends, because discs do not reach each other; equal depths keep the order.
         order=tuple(np.argsort(np.round(outward @ toward, 9), kind="stable").tolist()),
         clockwise=tuple((thrust_signs(vehicle) < 0).tolist()),
     )
@@ -193,7 +178,7 @@ def _rims(seen: VehicleView, sample: int) -> FloatArray:
 
 
 def draw_vehicle(ax: Axes, seen: VehicleView, sample: int = 0) -> list[Any]:
-    """Draw one sample of a view on plane axes of equal scales, in arm lengths, and return what was drawn."""
+    """Draw one sample of a view on axes of equal scales, in arm lengths, and return the artists."""
     drawn: list[Any] = []
     for arm in seen.arms:
         drawn.extend(_line(ax, (0.0, 0.0), arm, zorder=1, color=LINE_GREY, linewidth=3.6))
@@ -210,7 +195,7 @@ def draw_vehicle(ax: Axes, seen: VehicleView, sample: int = 0) -> list[Any]:
         drawn.append(draw_arrow(ax, centre, tip, INK, width=1.8, size=9.0, zorder=above))
     for rotor, place in enumerate(seen.labels):
         box = {"boxstyle": "circle,pad=0.25", "facecolor": ROTOR_COLORS[rotor], "edgecolor": "white", "linewidth": 1.1}
-        look: dict[str, Any] = {"ha": "center", "va": "center", "weight": "bold", "color": INK, "zorder": 3}
+        look: dict[str, Any] = {"ha": "center", "va": "center", "weight": "bold", "color": "white", "zorder": 3}
         drawn.append(ax.text(place[0], place[1], str(rotor + 1), bbox=box, fontsize=8.0, **look))
     return drawn
 
@@ -219,19 +204,16 @@ def _line(ax: Axes, start: Any, end: Any, **look: Any) -> list[Any]:
     return list(ax.plot(*np.array([start, end]).T, **look))
 
 
-# ---------------------------------------------------------------- Figure 1
-
 _PAPER_DISC = 0.42
-_LEAN = "#b35900"  # of tilts and what follows from them
+_LEAN = "#b35900"  # of tilt angles and the leaning thrusts
 
 
 def vehicle_figure(vehicle: VehicleLike = PAPER, *, ax: Axes | None = None) -> Axes:
-    """Draw a vehicle from above, and one of its rotors from the tip of its arm: axes, spins, positive tilts (Figure 1).
+    """Draw a vehicle from above, and one rotor from the tip of its arm: axes, spins, positive tilts (Figure 1).
 
-    `ax` are plane axes, which lose their frame; by default those of a new figure. The arrow of the lean of rotor 1 has
-    "lean 1" as its ``gid``, and so on.
+    The frame of `ax` is removed. The arrow that shows how the thrust of rotor 1 leans has the ``gid`` "lean 1".
     """
-    ax = axes_or_new(ax, size=(170, 92))
+    ax = axes_or_new(ax)
     ax.set_axis_off()
     ax.set_aspect("equal")
     ax.set(xlim=(-2.75, 5.6), ylim=(-2.45, 2.3))
@@ -241,7 +223,7 @@ def vehicle_figure(vehicle: VehicleLike = PAPER, *, ax: Axes | None = None) -> A
     for rim in _rims(seen, 0)[list(seen.order)]:
         ax.fill(*rim, facecolor="0.94", edgecolor="0.35", linewidth=0.8, zorder=2)
     for number, (outward, clockwise) in enumerate(zip(seen.arms, seen.clockwise, strict=True), start=1):
-        leaning = np.array([outward[1], -outward[0]])  # of the thrust, for a positive tilt
+        leaning = np.array([outward[1], -outward[0]])  # direction of the thrust at a positive tilt
         arc, look = (340, 20) if clockwise else (200, 520), {"color": "0.35", "linewidth": 0.9, "zorder": 3}
         _draw_arc(ax, outward, 0.8 * _PAPER_DISC, arc, mutation_scale=7, **look)
         draw_arrow(ax, (1 + _PAPER_DISC) * outward, (1.62 + _PAPER_DISC) * outward, "0.35")
@@ -295,40 +277,36 @@ def _draw_from_the_tip(ax: Axes) -> None:
     draw_label(ax, hub - 0.75 * up, text)
 
 
-# ---------------------------------------------------------------- films
-
-MOST_FRAMES = 100
-"""Frames of a film at most."""
-
+MOST_FRAMES = 100  # of a film
 PALE = "#dfe2e7"
 FILM_WIDTH, FILM_HEIGHT = 480, 420  # px, at 100 per inch
-_DELAY = 4  # 1/100 s between frames where that is enough
-_SHORTEST, _FEWEST = 20, 10  # 1/100 s that a film lasts at least, and its frames
-_LONGEST = 65535 * MOST_FRAMES  # 1/100 s that the format can state
+_DELAY = 4  # usual duration of a frame [1/100 s]
+_SHORTEST, _FEWEST = 20, 10  # least duration of a film [1/100 s], and least number of frames
+_LONGEST = 65535 * MOST_FRAMES  # longest duration that GIF can state [1/100 s]
 _PICTURE = (0.0, 112 / 420, 1.0, 272 / 420)  # axes: left, bottom, width, height
 _CHART = (52 / 480, 28 / 420, 412 / 480, 66 / 420)
 
 
 def check_films(paths: Sequence[str | Path], *, force: bool = False) -> None:
-    """Raise before any work is done if a film cannot be written: its suffix, a library, a name that is taken."""
+    """Raise if a film cannot be written: wrong suffix, missing library, existing file."""
     for path in map(Path, paths):
         if path.suffix.lower() not in FILMS:
-            raise InputError(f"output {str(path)!r}: a film must be {' or '.join(FILMS)}")
+            raise InputError(f"output of a film must be {' or '.join(FILMS)}, got {str(path)!r}")
         try:
             from matplotlib import animation
             from PIL import Image as _  # noqa: F401
         except ImportError as error:
             raise needs_extra(error.name or "Pillow", "a film", "plot") from error
         if path.suffix.lower() == ".mp4" and not animation.FFMpegWriter.isAvailable():
-            raise InputError(f"output {str(path)!r}: MP4 needs the program ffmpeg; write a .gif, or install it")
+            raise InputError(f"output {str(path)!r}: MP4 needs the program ffmpeg. Install it, or write a .gif")
     check_new_files(paths, force=force)
 
 
 def write_films(gait: GaitLike, paths: Sequence[str | Path], *, force: bool = False) -> None:
-    """Write films of a gait, one period at its own pace, each whole or not at all.
+    """Write films of one period of a gait, whole or not at all.
 
-    `gait` may have any form; rows without times take a second. `paths` have the suffix .gif (by Pillow) or .mp4
-    (where ffmpeg is installed); `force` overwrites files that exist.
+    `gait` may have any form; rows without times take 1 s. `paths` end in .gif or .mp4, which needs ffmpeg. `force`
+    overwrites existing files.
     """
     check_films(paths, force=force)
     given = given_gait(gait)
@@ -352,7 +330,7 @@ def write_films(gait: GaitLike, paths: Sequence[str | Path], *, force: bool = Fa
     with paper_style():
         figure, picture, chart = blank_film(title, seen, 1.0)
         times = np.linspace(0.0, period, 161)
-        # Opposite rotors, which move together on the red sheet, differ in width.
+        # Opposite rotors move together on the red sheet: they differ in width.
         looks = [(color, 3.6 if k < 2 else 1.3, "") for k, color in enumerate(ROTOR_COLORS)]
         cursor = draw_chart(chart, times, np.degrees(angles_at(times)), looks, 10.0)
 
@@ -365,10 +343,9 @@ def write_films(gait: GaitLike, paths: Sequence[str | Path], *, force: bool = Fa
 
 
 def frame_delays(seconds: float) -> list[int]:
-    """Return how long each frame is shown [1/100 s]: 25 a second, 10 to 100 in all.
+    """Return the duration of each frame [1/100 s]: 25 frames a second, 10 to 100 in all.
 
-    They add up to the time, rounded to 1/100 s, from 0.2 s to 65535 s: a shorter film is shown slower, a longer one
-    faster, because GIF cannot state the time.
+    The sum is the given time, rounded to 1/100 s, within the 0.2 s to 65535 s that a film can last.
     """
     total = round(min(max(100 * seconds, _SHORTEST), _LONGEST))
     count = min(max(round(total / _DELAY), _FEWEST), MOST_FRAMES)
@@ -376,7 +353,7 @@ def frame_delays(seconds: float) -> list[int]:
 
 
 def blank_film(title: str, seen: VehicleView, zoom: float) -> tuple[Figure, Axes, Axes]:
-    """Return a figure with axes for a vehicle, at the largest scale at which it fits times a factor, and for curves."""
+    """Return a figure with axes for a vehicle, which fits at `zoom` 1, and axes for curves."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(FILM_WIDTH / 100, FILM_HEIGHT / 100), dpi=100)
@@ -394,7 +371,7 @@ def blank_film(title: str, seen: VehicleView, zoom: float) -> tuple[Figure, Axes
 def draw_chart(
     ax: Axes, times: FloatArray, curves: FloatArray, looks: Sequence[tuple[str, float, str]], step: float
 ) -> Line2D:
-    """Draw angles [°] over time, and return the cursor. The axis ends at a multiple of a step."""
+    """Draw angles [°] over time and return the cursor. The axis ends at a multiple of `step`."""
     most = max(step * math.ceil(float(np.abs(curves).max()) / step - 1e-9), step)
     for curve, (color, width, label) in zip(curves, looks, strict=True):
         ax.plot(times, curve, color=color, linewidth=width, label=label)
@@ -411,7 +388,7 @@ def draw_chart(
 def write_frames(
     figure: Figure, frame: Callable[[int], list[Any]], delays: Sequence[int], about: str, path: Path
 ) -> None:
-    """Write a film; `frame` draws frame k and returns what has to go before the next one."""
+    """Write a film. `frame` draws frame k and returns the artists to remove before the next one."""
     from matplotlib.animation import FFMpegWriter
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from PIL import Image
@@ -434,7 +411,7 @@ def write_frames(
     for _ in drawn():
         canvas.draw()
         frames.append(Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB"))
-    # One color table for all frames, from a few of them, and no dither, which would flicker.
+    # One color table for all frames, from a few of them; dither would flicker.
     some = [np.asarray(one) for one in frames[:: max(len(frames) // 6, 1)]]
     color_table = Image.fromarray(np.concatenate(some)).quantize(255, dither=Image.Dither.NONE)
     first, *others = (one.quantize(palette=color_table, dither=Image.Dither.NONE) for one in frames)

@@ -5,10 +5,10 @@ singular where v·n = 0, v = (−Rθ, Rφ, R): on half a great circle, one branc
 
     tan θ = −(Rφ·sin φ + R·cos φ)/Rθ.
 
-A gait is singular somewhere in its period at every n that is perpendicular to some v(t). At all other n, v(t)·n has one
-sign for all t: they form two convex cones, that of all n with v(t)·n > 0 and its mirror image. So the acceptable
-attitudes around (0, 0) are exactly those of the dual of the cone that v sweeps: a spherical polygon with one side for
-each extreme v, found by a convex hull in the plane.
+A gait is singular at some time at every n that is perpendicular to some v(t). At all other n, v(t)·n has one sign for
+all t. These n form two convex cones: all n with v(t)·n > 0, and the mirror image. So the acceptable attitudes around
+(0, 0) are the dual of the cone that v sweeps: a spherical polygon with one side for each extreme v, found by a convex
+hull in the plane.
 """
 
 from __future__ import annotations
@@ -102,12 +102,12 @@ def singular_curve(alpha: npt.ArrayLike, coefficients: Coefficients, *, angle_ro
 class AcceptableAttitudes:
     """The attitudes at which a gait is never singular, over its whole period.
 
-    `polygon` holds those connected with (0, 0), as (roll, pitch) [rad], and is empty if there are none, for the
-    `reason`; every attitude in it is proven, and its straight sides are within 1e-6 rad of the curves. `beyond` holds
-    those not connected with (0, 0). `error` bounds the fraction of the diagram that is acceptable around (0, 0)
-    but missing in `polygon`; the requested bound is `tolerance`. `pieces` is into how many the gait was cut.
+    `polygon` holds those connected with (0, 0), as (roll, pitch) [rad]; if it is empty, `reason` says why. Every
+    attitude in it is proven, and its straight sides are within 1e-6 rad of the curves. `beyond` holds those not
+    connected with (0, 0). `error` bounds the fraction of the diagram that is acceptable around (0, 0) but missing in
+    `polygon`; the requested bound is `tolerance`. `pieces` is the number of pieces into which the gait was cut.
 
-    Not guaranteed: that the matrix is well conditioned there; see
+    The matrix may still be badly conditioned there; see
     :func:`gaitgraph.invertibility.tilt_margins.least_singular_value_within`.
     """
 
@@ -138,7 +138,7 @@ class AcceptableAttitudes:
 def acceptable_attitudes(
     alpha: npt.ArrayLike, coefficients: Coefficients, *, tolerance: float = 1e-5, angle_rounding: float = 0.0
 ) -> AcceptableAttitudes:
-    """Return the attitudes at which a gait is never singular.
+    """Return the attitudes at which a gait is never singular, at any time of its period.
 
     Parameters
     ----------
@@ -147,9 +147,9 @@ def acceptable_attitudes(
     coefficients
         Those of formula (1); the physical answer takes exact ones.
     tolerance
-        Requested bound of the missing fraction of the diagram; the gait is cut finer until it is met, if it can be.
+        Requested bound of the missing fraction of the diagram; the gait is cut finer until it is met, if possible.
     angle_rounding
-        Assumed error of each angle [rad]; it decides where v cannot be distinguished from zero.
+        Assumed error of each angle [rad]; within it v may be zero.
 
     Examples
     --------
@@ -228,8 +228,8 @@ class _Sweep(NamedTuple):
     def safe_rays(self, sign: float) -> FloatArray:
         """Return vectors whose cone holds sign·v all along each piece, for verticals above the horizon, (m, 8, 3).
 
-        v is within a disc of radius `across` and a height of `level` about its chord; the corners of a square hold the
-        disc, and a lower height is the stricter one.
+        v is within a disc of radius `across` and a height of `level` about its chord. A square encloses the disc, and
+        the lower height is the stricter one.
         """
         square = math.sqrt(2.0) * np.array([[1.0, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]])
         offsets = self.across[:, None, None] * square - (self.level[:, None] * _UP)[:, None, :]
@@ -242,7 +242,7 @@ def _swept(starts: FloatArray, ends: FloatArray, coefficients: Coefficients) -> 
 
 
 def _counted(counts: FloatArray) -> tuple[IntArray, IntArray, IntArray]:
-    """Return, for so many of each, which one each is, its number from 0, and of how many."""
+    """Return, for groups of these sizes, the group of each member, its number from 0, and the size of its group."""
     each = counts.astype(int)
     which = np.repeat(np.arange(len(each)), each)
     return which, np.arange(len(which)) - np.repeat(np.cumsum(each) - each, each), each[which]
@@ -251,10 +251,9 @@ def _counted(counts: FloatArray) -> tuple[IntArray, IntArray, IntArray]:
 def _narrowed(
     sweep: _Sweep, coefficients: Coefficients, sign: float, inside: FloatArray, tolerance: float
 ) -> tuple[shapely.Polygon, float, int] | None:
-    """Return the polygon of verticals with sign·v > 0 all along, its error and the pieces.
+    """Return the polygon of verticals with sign·v > 0 all along, its error and the pieces; None if none is proven.
 
-    None if there is none, or if that cannot be decided. Pieces inside the cone of the samples are dropped; the others
-    are cut finer.
+    Pieces inside the cone of the samples are dropped; the others are cut finer.
     """
     pieces = len(sweep.starts)
     most = max(_MOST_PIECES, 2 * pieces)
@@ -276,7 +275,7 @@ def _narrowed(
             sweep, rays, core = sweep.only(out), rays[out], outer
             extreme = _extreme_rays(np.concatenate([core, rays.reshape(-1, 3)]), inside)
             gap = abs(shapely.Polygon(_ring_of(outer)).area - shapely.Polygon(_ring_of(extreme)).area) / DIAGRAM_AREA
-            # Finer pieces gain no more than the straight sides lose.
+            # Finer pieces gain at most what the straight sides lose.
             last = not out.any() or pieces + len(sweep.starts) > most or gap <= 2 * _SAG
             if last or gap <= tolerance:
                 polygon = _polygon_of(extreme)
@@ -297,7 +296,7 @@ def _inside(rays: FloatArray) -> FloatArray | None:
 
     rows = np.vstack([_UP, rays])
     rows /= np.linalg.norm(rows, axis=1, keepdims=True)
-    # A few rays decide. Start with some, and add those that the best vertical so far violates most.
+    # A few rays decide: start with some, and add those that the best vertical so far violates most.
     chosen = np.unique(np.linspace(0, len(rows) - 1, min(len(rows), _FEW_RAYS)).astype(int))
     while True:
         found = linprog(
@@ -350,7 +349,7 @@ def _extreme_rays(rays: FloatArray, inside: FloatArray) -> FloatArray:
 
 
 def _polygon_of(rays: FloatArray) -> shapely.Polygon:
-    """Return the verticals that every one of the extreme rays, counter-clockwise, has a positive product with."""
+    """Return the verticals that have a positive product with all extreme rays, given counter-clockwise."""
     polygon = shapely.Polygon(_ring_of(rays))
     if not polygon.is_valid:
         parts = polygons_of(shapely.make_valid(polygon)).geoms
@@ -384,7 +383,7 @@ def _attitudes_of(verticals: FloatArray, middle: FloatArray) -> FloatArray:
 
 
 def _arcs(starts: FloatArray, along: FloatArray, turn: FloatArray) -> FloatArray:
-    """Return points of sides that are arcs of great circles, close enough for straight lines between them."""
+    """Return points of sides that are arcs of great circles; straight lines between them are within 1e-6 rad."""
     middle = starts * np.cos(turn / 2)[:, None] + along * np.sin(turn / 2)[:, None]
 
     def at(side: IntArray, angle: FloatArray) -> FloatArray:
@@ -412,7 +411,7 @@ def _arcs(starts: FloatArray, along: FloatArray, turn: FloatArray) -> FloatArray
 
 
 def _border(start: FloatArray, turn: float) -> FloatArray:
-    """Return the corners of a side that runs along the border of the diagram, where the vertical is horizontal."""
+    """Return the corners of a side along the border of the diagram, where the vertical is horizontal."""
     first = math.atan2(start[1], start[0])
     poles = np.pi * np.arange(math.ceil(first / math.pi), math.floor((first + turn) / math.pi) + 1)
     angles = np.array([first, *poles, first + turn])[:, None]

@@ -1,4 +1,4 @@
-"""A gait's robustness to attitude, beside that of its biased gaits; with exact coefficients unless others are asked."""
+"""Robustness of a gait to attitude, beside that of its biased gaits; by default with exact coefficients."""
 
 from __future__ import annotations
 
@@ -48,12 +48,12 @@ class Robustness:
     """The robustness of one gait, biased or not.
 
     `scaling` is "none"; "biased", α3 and α4 times `eta` as in equations (12) to (15); "scaled", all four times `eta`.
-    `margin` brackets the least tilt margin over the period, or says why there is none; it is at `where`, and
+    `margin` brackets the least tilt margin over the period, or has the reason why there is none. It is at `where`, and
     `direction` is (roll, pitch) of the singular attitude nearest to level there [rad], None if all are equally near or
-    there is no margin. `acceptable` are the attitudes at which the gait is never singular. `singular_value` brackets,
-    (lower, upper), the least singular value at the worst attitude within `tilt` [rad]; it is at `singular_where`, at
-    (roll, pitch) `singular_attitude`. `curves` are singular curves at places spread evenly over the gait; `noun` is
-    the word for a point of it in texts, "corner" or "row".
+    there is no margin. `acceptable` are the attitudes at which the gait is never singular. `singular_value` is the
+    bracket (lower, upper) of the least singular value at the worst attitude within `tilt` [rad]: at `singular_where`
+    and (roll, pitch) `singular_attitude`. `curves` are singular curves at places spread evenly over the gait. `noun` is
+    the word for its points in texts, "corner" or "row".
     """
 
     scaling: Scaling
@@ -76,11 +76,17 @@ class Robustness:
 
     @property
     def name(self) -> str:
-        """Name of the gait in texts: "the gait itself", or how it was scaled."""
+        """Name of the gait in texts, such as "the gait itself" or "biased by 0.8"."""
         return "the gait itself" if self.scaling == "none" else f"{self.scaling} by {self.eta:g}"
 
+    @property
+    def _texts(self) -> tuple[str, str]:
+        """The tilt margin and the acceptable fraction in words."""
+        margin = "none" if self.tilt_margin is None else f"{math.degrees(self.tilt_margin):.2f}°"
+        return margin, f"{100 * self.acceptable.fraction:.2f} %"
+
     def as_mapping(self) -> dict[str, Any]:
-        """Return everything as plain values, as JSON holds it; angles without `_deg` in radians."""
+        """Return everything as plain values for JSON; angles without `_deg` in radians."""
         margin, acceptable = self.tilt_margin, self.acceptable
         curves = []
         for place, curve in self.curves:
@@ -108,13 +114,12 @@ class Robustness:
         }
 
     def __repr__(self) -> str:
-        margin = "no tilt margin" if self.tilt_margin is None else f"tilt margin {self.tilt_margin:.4f} rad"
-        return f"<Robustness of {self.name}: {margin}, acceptable fraction {self.acceptable.fraction:.4f}>"
+        return f"<Robustness of {self.name}: tilt margin {self._texts[0]}, {self._texts[1]} of attitudes acceptable>"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobustnessReport:
-    """The robustness of a gait, and of its biased gaits, then of the scaled ones, each in the given order."""
+    """The robustness of a gait, and in `sweep` of its biased gaits, then of the scaled ones, in the given order."""
 
     gait: Robustness
     sweep: tuple[Robustness, ...]
@@ -141,15 +146,14 @@ class RobustnessReport:
         rows = [("", "tilt margin", "acceptable", value)]
         details = []
         for one in (self.gait, *self.sweep):
-            margin = "none" if one.tilt_margin is None else f"{math.degrees(one.tilt_margin):.2f}°"
-            rows.append((one.name, margin, f"{100 * one.acceptable.fraction:.2f} %", f"{one.singular_value[1]:.4f}"))
+            rows.append((one.name, *one._texts, f"{one.singular_value[1]:.4f}"))
             details += [f"{one.name}:", *(f"  {line}" for line in _details(one))]
         lines += [f"  {name:<16} {margin:>12} {part:>12}   {value}" for name, margin, part, value in rows]
         return "\n".join(lines + details)
 
 
 def _details(one: Robustness) -> list[str]:
-    """Return where the least margin and the least singular value are, and why, as lines of text."""
+    """Return the least margin, the acceptable attitudes and the least singular value as lines of text."""
     place = one.where.described(one.noun)
     if one.tilt_margin is None:
         return [f"no tilt margin, no acceptable attitudes: {one.margin.reason}, at {place}"]
@@ -168,13 +172,14 @@ def _details(one: Robustness) -> list[str]:
             bound = math.ceil(100 * acceptable.error / unit) * unit  # one digit, rounded up
             unmet = "" if acceptable.met else f"; the requested {100 * acceptable.tolerance:g} % is not reached"
             error = f" (error below {bound:.1g} %{unmet})"
-        part = f"{100 * acceptable.fraction:.2f} % of attitudes{error}"
-        lines.append(f"acceptable around level: {part}, {acceptable.polygon.area:.4f} rad²")
+        area = f"{acceptable.polygon.area:.4f} rad²"
+        lines.append(f"acceptable around level: {one._texts[1]} of attitudes{error}, {area}")
     lower, upper = one.singular_value
     if upper == 0:
         return [*lines, f"some attitudes within {math.degrees(one.tilt):g}° of tilt are singular"]
     worst = f"{one.singular_where.described(one.noun)}, {_attitude(one.singular_attitude)}"
-    return [*lines, f"least singular value {upper:.4f} (proven lower bound {lower:.4f}) at {worst}"]
+    proven = math.floor(1e4 * lower) / 1e4  # rounded down, as a bound must be
+    return [*lines, f"least singular value {upper:.4f} (proven lower bound {proven:.4f}) at {worst}"]
 
 
 def _attitude(pair: tuple[float, float]) -> str:
@@ -197,28 +202,28 @@ def robustness_of(
 ) -> RobustnessReport:
     """Return how robust to attitude a gait is, and the same for the gait scaled by each η.
 
-    InputError or FileProblem is raised if a value is not allowed, or a file cannot be read as a gait table.
+    Raises InputError if a value is wrong, and FileProblem if a file cannot be read as a gait table.
 
     Parameters
     ----------
     gait
         A gait in any form, see :func:`gaitgraph.io.formats.given_gait`, on the surfaces or off them; closed.
     bias, scale
-        η by which α3 and α4, equations (12) to (15), or all four angles are scaled, each in (0, 1]; any number of them.
+        One or more η in (0, 1] by which α3 and α4, equations (12) to (15), or all four angles are scaled.
     tilt
         Tilt within which the least singular value is computed, in [0, π/2) [rad].
     vehicle, coefficients
         By default the vehicle of the gait, table or file, else the paper's, and "exact" coefficients of formula (1) for
         margins and attitudes. Singular values are always exact.
     tolerance
-        Largest fraction of the roll–pitch diagram that the acceptable attitudes may lack.
+        Largest fraction of the roll–pitch diagram by which the acceptable attitudes may be too small.
     angle_rounding
         Assumed error of each angle [rad]; by default inferred from the digits of the table, the rounding of the paper's
-        coefficients, and the distance of the rows from a sheet that they lie on, as in :func:`gaitgraph.validate`.
+        coefficients, and the distance of the rows from their sheet, as in :func:`gaitgraph.validate`.
     curves
-        Number of locations for which singular curves are returned.
+        Number of singular curves, at places spread evenly over the gait.
     progress
-        Called with a short text before each gait of the sweep and the gait itself.
+        Called with a short text before each gait.
 
     Examples
     --------
@@ -248,7 +253,6 @@ def robustness_of(
         value, singular_where, attitude = (0.0, 0.0), where, direction or (0.0, 0.0)
         if margin.exists and margin.upper > tilt:
             value, singular_where, attitude = _least_singular_value(moved, tilt, body)
-        places = _spread(moved, curves)
         found.append(
             Robustness(
                 scaling=scaling,
@@ -261,7 +265,9 @@ def robustness_of(
                 singular_value=value,
                 singular_where=singular_where,
                 singular_attitude=attitude,
-                curves=tuple((at, singular_curve(at.alpha, numbers, angle_rounding=rounding)) for at in places),
+                curves=tuple(
+                    (at, singular_curve(at.alpha, numbers, angle_rounding=rounding)) for at in _spread(moved, curves)
+                ),
                 noun=noun,
             )
         )
@@ -279,7 +285,7 @@ def _closed_segments(gait: GaitLike, vehicle: VehicleLike | None) -> tuple[Segme
     source = given_gait(gait, vehicle=vehicle)
     if isinstance(source, Table):
         with naming_file(gait):
-            points, times, stated = closed_rows(source, vehicle=vehicle)
+            points, times, stated = closed_rows(source, vehicle=vehicle, name=gait)
         if stated is not None:
             return _closed_segments(stated, None)
         segments = replace(segments_of(points), t=times, first_t=None if times is None else float(times[0]))
@@ -311,7 +317,7 @@ def _least_singular_value(
 
 
 def _near_the_least(segments: Segments, value: Value, bound: Bound) -> npt.NDArray[np.intp]:
-    """Return the segments that may hold the least of a costly value: values at a few rows exclude most of a long table.
+    """Return the segments that may hold the least of a costly value; values at a few rows exclude most segments.
 
     The bound holds between any two points.
     """
@@ -329,7 +335,7 @@ def _near_the_least(segments: Segments, value: Value, bound: Bound) -> npt.NDArr
 
 
 def _spread(segments: Segments, count: int) -> list[GaitPoint]:
-    """Return locations spread evenly along a closed gait; one if the gait is a point."""
+    """Return places spread evenly along a closed gait; one if the gait is a point."""
     size = np.linalg.norm(segments.ends - segments.starts, axis=1)
     before = np.concatenate([[0.0], np.cumsum(size)])
     if not before[-1]:

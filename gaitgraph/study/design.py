@@ -1,7 +1,7 @@
-"""What a study asks for: its axes, vehicles and gaits, and its cases, each known by its number alone.
+"""The design of a study: its axes, vehicles and gaits, and its cases, each determined by its number.
 
-On a *grid* a study has every combination, the vehicle changing slowest and the pitch fastest. A *random sample* draws
-each quantity of a case by a generator that is keyed by the seed and the number of the case.
+A *grid* has every combination; the vehicle changes slowest, the pitch fastest. In a *random sample* the quantities of
+a case are drawn by a generator that is seeded with the seed and the number of the case.
 """
 
 from __future__ import annotations
@@ -36,10 +36,10 @@ if TYPE_CHECKING:
 MOST_CASES = 1_000_000
 
 _INERTIA = ("inertia_x", "inertia_y", "inertia_z")
-_SPEED = 20.0  # seconds of flight that one process is expected to fly in a second; only estimates use it
+_SPEED = 20.0  # seconds of flight that a process flies in a second, for estimates
 _MOST_OF_A_BATCH = 64
 _BATCHES = 64
-_REQUESTED = [name for name in REQUEST_FIELDS if name not in ("vehicle", "period")]  # the study's axes have these
+_REQUESTED = [name for name in REQUEST_FIELDS if name not in ("vehicle", "period")]  # these two are axes of a study
 
 
 def _period_of(value: Any) -> float:
@@ -48,7 +48,7 @@ def _period_of(value: Any) -> float:
     return number_of(value)
 
 
-# The four axes of every study, in the order of a grid: the default, and what a value is checked and converted by.
+# The four axes of every study, in the order of a grid: the default, and the function that checks a value.
 _AXES: dict[str, tuple[float, Callable[[Any], float]]] = {
     "biases": (1.0, partial(checked_factor, "biases")),
     "periods": (1.0, _period_of),
@@ -61,7 +61,7 @@ FLIGHT = {
     "least_singular_value": "1", "saturated_fraction": "1", "energy": "J", "final_roll": "rad", "final_pitch": "rad",
     "drift": "m", "tracking_error": "m",
 }  # fmt: skip
-"""The columns of a flight, and their units."""
+"""The columns of a flight in a study's rows, and their units."""
 
 _GAIT = {
     "gait": "string", "eta": "1", "period": "s", "roll": "rad", "pitch": "rad", "outcome": "string",
@@ -71,18 +71,18 @@ _GAIT = {
 
 
 class Range(NamedTuple):
-    """A range that a quantity of a random sample is drawn from."""
+    """The range of a quantity of a random sample."""
 
     low: float
     high: float
 
 
 Axis = tuple[Any, ...] | Range
-"""The values that one quantity takes in a study, in their order, or what it is drawn from."""
+"""The values of one quantity of a study, in order, or its range."""
 
 
 def _drawn(axis: Axis, share: float) -> Any:
-    """Return the value that a number drawn from [0, 1) stands for."""
+    """Return the value for a number drawn from [0, 1)."""
     if isinstance(axis, Range):
         return axis.low + share * (axis.high - axis.low)
     return axis[int(share * len(axis))]
@@ -98,7 +98,7 @@ def _plain(axis: Axis) -> Any:
 def _axis_of(content: Any, name: str, convert: Callable[[Any], Any], *, random: bool) -> Axis:
     """Return the axis of an entry: a value, a list, or a table of ``from``, ``to`` (both included) and ``count``.
 
-    Where cases are drawn (`random`), a range without ``count`` is one to draw from.
+    In a `random` sample a table without ``count`` is a range.
     """
     if not isinstance(content, dict):
         values = tuple(map(convert, content if isinstance(content, list) else [content]))
@@ -107,7 +107,7 @@ def _axis_of(content: Any, name: str, convert: Callable[[Any], Any], *, random: 
     check_fields(name, content, ("from", "to", "count"))
     low, high = (convert(content.get(key)) for key in ("from", "to"))
     if not (isinstance(low, float) and isinstance(high, float) and low < high):
-        raise InputError(f"{name} must be a list or a rising range of numbers, got {shown(content)}")
+        raise InputError(f"{name} must be a list, or a table with from below to, got {shown(content)}")
     if "count" not in content and random:
         return Range(low, high)
     count = whole_number(f"{name}.count", content.get("count"), 2, MOST_CASES)
@@ -117,7 +117,7 @@ def _axis_of(content: Any, name: str, convert: Callable[[Any], Any], *, random: 
 def _check_distinct(values: Sequence[Hashable], name: str) -> None:
     """Raise InputError unless there is one value or more, each once."""
     if not 0 < len(set(values)) == len(values):
-        raise InputError(f"{name} must be at least one and must differ, got {shown(list(values))}")
+        raise InputError(f"{name} must be different values, one at least, got {shown(list(values))}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -160,7 +160,7 @@ def _model_of(entry: Any, folder: Path, random: bool) -> Model:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GaitSource:
-    """One entry of a study's gaits: what makes the gait for a vehicle."""
+    """One entry of a study's gaits, from which the gait of each vehicle is made."""
 
     name: str
     kind: str  # "paper", a gait of the paper; "request", planned for each vehicle; or "corners", of a file
@@ -186,7 +186,7 @@ def _source_of(entry: Any, number: int, folder: Path) -> GaitSource:
     name = values.get("name", f"gait {number}" if file is None else Path(str(file)).stem)
     if not isinstance(name, str) or not name or not isinstance(file, str | None):
         raise InputError(f"name and file must be texts, got {shown(name)} and {shown(file)}")
-    if file is None:  # the request is checked here for the paper's vehicle
+    if file is None:  # checked for the paper's vehicle
         request = request_from_mapping({key: value for key, value in values.items() if key != "name"})[0]
         plain = request.as_mapping() | {"waypoints": [list(point) for point in request.waypoints]}
         content = {key: plain[key] for key in values if key not in ("name", "law")}
@@ -196,14 +196,14 @@ def _source_of(entry: Any, number: int, folder: Path) -> GaitSource:
     path = folder / file
     if not path.suffix:
         hint = did_you_mean(file, list(PAPER_GAITS))
-        raise InputError(f"must be {', '.join(PAPER_GAITS)} or a file, got {shown(file)}{hint}")
+        raise InputError(f"file must be {', '.join(PAPER_GAITS)} or the name of a file, got {shown(file)}{hint}")
     if holds_request(path):
         plain = read_request(path, {})[0].as_mapping()
         content = {key: plain[key] for key in _REQUESTED if key not in ("coefficients", "law")}
         return GaitSource(name=name, kind="request", content=content, law=plain["law"])
     table = read_table(path)
     gait, is_whole = gait_of(table), "alpha3" in table
-    # The corners of a gait, or the rows of alpha1, alpha2 and color, which are lifted for each vehicle.
+    # The corners of a gait; or the rows of alpha1, alpha2 and color, to be lifted for each vehicle.
     columns = gait.alpha.T.tolist() if is_whole else [table[name].tolist() for name in ANGLES[:2]]
     colors = list(gait.colors if is_whole else table["color"])
     content = dict(zip(ANGLES, columns, strict=False)) | ({"color": colors} if colors else {})
@@ -229,7 +229,7 @@ class Case:
         return self.model.base.replace(**self.varied) if self.varied else self.model.base
 
     def known(self) -> dict[str, Any]:
-        """Return what the row of the case holds whatever comes of it."""
+        """Return the columns of the case that do not depend on its flight."""
         varied = dict(self.varied)
         varied |= zip(_INERTIA, varied.pop("inertia", ()), strict=False)
         own = {name: getattr(self, name) for name in ("eta", "period", "roll", "pitch")}
@@ -238,11 +238,11 @@ class Case:
 
 @dataclass(frozen=True, slots=True)
 class Study:
-    """Everything that a study asks for; no file that it named is needed any more.
+    """A study; it holds the content of the files that it named.
 
     `models` and `sources` are the vehicles and the gaits. `axes` are those of η, T [s] and the initial roll and pitch
-    [rad]. With `anyway` what is refused before take-off is flown all the same. `count` and `seed` are those of a random
-    sample, None for a grid.
+    [rad]. With `anyway` gaits fly that would be refused. `count` and `seed` are those of a random sample, None for a
+    grid.
 
     >>> study = study_from_mapping({"name": "two", "gaits": ["gait3"], "attitudes": {"roll": [0.1, 0.2]}})
     >>> len(study), study.case(1).roll, study.batches
@@ -267,7 +267,7 @@ class Study:
 
     @property
     def batch(self) -> int:
-        """How many cases are flown, and written, together; it follows from the number of cases alone."""
+        """Number of cases that are flown and written together; it depends on the number of cases only."""
         return min(_MOST_OF_A_BATCH, math.ceil(len(self) / _BATCHES))
 
     @property
@@ -277,7 +277,7 @@ class Study:
         return [range(first, min(first + size, count)) for first in range(0, count, size)]
 
     def case(self, number: int) -> Case:
-        """Return a case by its number, from 0 to the number of cases less one."""
+        """Return a case by its number, from 0."""
         if self.count is None:
             rest, gait, *places = map(int, np.unravel_index(number, self._shape))
             eta, period, roll, pitch = (axis[k] for axis, k in zip(self.axes, places, strict=True))
@@ -288,7 +288,7 @@ class Study:
             at = np.unravel_index(rest, [len(axis) for axis in model.varied.values()])
             varied = {name: axis[int(k)] for (name, axis), k in zip(model.varied.items(), at, strict=True)}
         else:
-            # A stored study is continued by later versions: the order of the draws is fixed.
+            # The order of the draws is fixed, since later versions continue a stored study.
             bits = np.random.Philox(key=np.array([self.seed or 0, number], dtype=np.uint64))
             draws = bits.random_raw(6 + max(len(model.varied) for model in self.models))
             shares = iter(((draws >> np.uint64(11)) * 2.0**-53).tolist())
@@ -300,7 +300,7 @@ class Study:
 
     @property
     def seconds(self) -> float:
-        """About how long one process takes, if each flight is flown to its end [s]."""
+        """Estimated time for one process, if each flight is flown to its end [s]."""
         periods = self.axes[1] if self.flight.duration is None else ()
         return float(len(self) * max([self.flight.seconds, *periods]) / _SPEED)
 
@@ -323,7 +323,7 @@ class Study:
 
     @property
     def fingerprint(self) -> str:
-        """The SHA-256 of the study as JSON, in hexadecimal: two studies are the same if their fingerprints are."""
+        """The SHA-256 of the study as JSON, in hexadecimal; equal studies have equal fingerprints."""
         return hashlib.sha256(json.dumps(self.as_mapping(), allow_nan=False).encode()).hexdigest()
 
     def __str__(self) -> str:
@@ -332,9 +332,9 @@ class Study:
 
 
 def columns_of(study: Study) -> dict[str, str]:
-    """Return the unit of each column of a study's rows, or its Arrow type (int64, string, bool) where it has none.
+    """Return the unit of each column of a study's rows, or its Arrow type (int64, string, bool) if it has no unit.
 
-    A constant that varies in any of the vehicles has its column, empty for the others.
+    A constant that varies in one of the vehicles has a column, empty for the others.
     """
     varied: dict[str, str] = {}
     for name in dict.fromkeys(name for model in study.models for name in model.varied if name != "drag_ratio"):
@@ -344,7 +344,7 @@ def columns_of(study: Study) -> dict[str, str]:
 
 
 def read_study(path: str | Path) -> Study:
-    """Read a study from a TOML file; files that it names are relative to it. InputError, FileProblem if it is none."""
+    """Read a study from a TOML file, with names of files relative to it; InputError or FileProblem if it is none."""
     path = path_of(path, "study file")
     return from_toml_file(path, "study", lambda one: study_from_mapping({"name": path.stem, **one}, folder=path.parent))
 
@@ -357,14 +357,14 @@ def study_from_mapping(content: dict[str, Any], *, folder: str | Path = ".") -> 
     content
         `name`; `vehicles`, by default the paper's; `gaits`; `biases` η in (0, 1], by default 1; `periods` [s], by
         default 1; `attitudes`, a table of `roll` and `pitch`, each by default 0; `flight`, settings by name; `sample`:
-        "grid", the default, or a table of `kind`, `count` and `seed`; `anyway`, to fly what is refused too.
+        "grid", the default, or a table of `kind`, `count` and `seed`; `anyway`, to fly gaits that would be refused.
     folder
-        Where the files that it names are.
+        The folder of the files that it names.
 
     Raises
     ------
     InputError, FileProblem
-        If anything is malformed, or there are no cases or more than a million.
+        If anything is malformed, or there are more than a million cases.
     """
     known = ("name", "vehicles", "gaits", "biases", "periods", "attitudes", "flight", "sample", "anyway")
     check_fields("the study", content, known)
@@ -381,7 +381,7 @@ def study_from_mapping(content: dict[str, Any], *, folder: str | Path = ".") -> 
     seed = whole_number("sample.seed", sample.get("seed", 0), 0, (1 << 64) - 1) if random else None
 
     def entries(key: str, default: Any, read: Callable[[Any, int], Any]) -> tuple[Any, ...]:
-        """Return what the entries of a list mean; errors name the entry."""
+        """Return the entries of a list, read; errors name the entry."""
         listed, found = content.get(key, default), []
         if not isinstance(listed, list) or not listed:
             raise InputError(f"{key} must be a list with at least one entry, got {shown(listed)}")

@@ -1,14 +1,14 @@
-"""Run a study on Dask: what is there is kept, what is missing is flown, and every batch is written when it is done.
+"""Run a study on Dask: batches that are written are kept, the others are flown, each written when it is done.
 
 The folder of a study::
 
-    study.json                 what the study is, resolved; its fingerprint; the versions that rows are made with
+    study.json                 the study with its fingerprint, and the versions that made the rows
     rows/part-00000.parquet    cases 0 to B − 1, in order; written whole or not at all
-    rows/part-00001.parquet    the next B, and so on; B follows from the number of cases
-    summary.html               once all are there: counts, tables, a picture; no script, and nothing to load
+    rows/part-00001.parquet    the next B, and so on; B depends on the number of cases
+    summary.html               written at the end: counts, tables and a picture, without scripts or links
 
-Rows hold nothing of the clock, the machine or the process, so parts have the same bytes whichever worker flew them. A
-case that cannot be planned, is refused, does not settle or fails is a row too, with its reason.
+Rows do not depend on the time, the machine or the process, so a part has the same bytes whichever worker flew it. A
+case that cannot be planned, is refused, does not settle or fails has a row too, with its reason.
 """
 
 from __future__ import annotations
@@ -47,24 +47,24 @@ if TYPE_CHECKING:
     Row = dict[str, Any]
 
 OUTCOMES = ("settled", "not settled", "refused", "no gait", "failed")
-"""What may come of a case: it flew and settled, or not; it was not flown; there is nothing to fly; it broke off."""
+"""The outcomes of a case: it flew and settled, or did not; it was refused; no gait was found; an error ended it."""
 
 _MOST_WORKERS = 1024
-_FREE_CASES = 10_000  # more cases, or a longer estimate, are run only with `yes`
+_FREE_CASES = 10_000  # more cases, or a longer estimate, need `yes`
 _FREE_SECONDS = 3600.0
-_PATIENCE = 5.0  # s that a scheduler may take to answer
-_EMPTY = 60.0  # s that a cluster may be without workers at the start
-_DEATHS = 2  # how many workers a batch may lose before its cases are flown one by one
-# An interrupt at the terminal reaches the workers too; this process ends them.
+_PATIENCE = 5.0  # s to wait for the scheduler's answer
+_EMPTY = 60.0  # s to wait for the first worker of a scheduler
+_DEATHS = 2  # workers that a batch may lose before its cases are flown one by one
+# An interrupt at the terminal reaches the workers too; they ignore it, since this process ends them.
 _NO_INTERRUPTS = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StudyRun:
-    """A study that is done: its `folder`, and its `table`, a pyarrow table of all rows in the order of the cases.
+    """The result of a study: its `folder`, and its `table`, a pyarrow table of all rows in the order of the cases.
 
-    `outcomes` has the number of cases with each of :data:`OUTCOMES`; `reasons` outcome, reason and count of those that
-    did not settle, as worded in the first such case. This run added `flown` of the cases.
+    `outcomes` is the number of cases with each of :data:`OUTCOMES`; `reasons` are outcome, reason and count of those
+    that did not settle, in the words of the first such case. This run flew `flown` of the cases.
     """
 
     study: Study
@@ -110,29 +110,29 @@ def run_study(
     Parameters
     ----------
     study
-        A study, the name of its TOML file, or what :func:`gaitgraph.study.design.study_from_mapping` takes.
+        A study, the name of its TOML file, or a mapping for :func:`gaitgraph.study.design.study_from_mapping`.
     output
-        The folder of its rows: a new one, or one of this very study, which is then continued.
+        The folder of its rows: a new one, or one of the same study, which is then continued.
     workers
-        Processes of this machine; by default one for each core. 0 flies in this process, without Dask.
+        Processes on this machine; by default one for each core. 0 flies in this process, without Dask.
     scheduler
-        The address of a Dask scheduler whose workers are used instead.
+        The address of a running Dask scheduler, such as "tcp://host:8786"; its workers fly instead.
     yes
-        Run a study of more than 10,000 flights, or of more than an hour by estimate.
+        Run a study of more than 10,000 flights, or longer than an estimated hour.
     progress
-        Called with a few words now and then.
+        Called with lines of text.
 
     Raises
     ------
     InputError, FileProblem, OutputExists
-        If something asked for is not allowed, a scheduler does not answer, workers do not start, an extra is missing;
-        or if the folder is something else, of another study, in use, or cannot be written.
+        If an argument is wrong, the scheduler does not answer, workers do not start, or an extra is missing; if the
+        folder has other content, is of another study, in use, or cannot be written.
 
     Notes
     -----
-    Interrupted or killed at any moment, the same call continues: batches that are written stay, others are flown anew.
-    Rows do not depend on the number of workers. That they are the same to the last digit on another kind of processor
-    is not guaranteed. A script that starts workers needs ``if __name__ == "__main__":``, as Python's own processes do.
+    After an interrupt or a crash the same call continues: written batches stay, the others are flown. Rows do not
+    depend on the number of workers, but on another kind of processor their last digits may differ. A script that
+    starts workers needs ``if __name__ == "__main__":``, as for Python's ``multiprocessing``.
 
     Examples
     --------
@@ -146,11 +146,11 @@ def run_study(
     if not isinstance(study, Study):
         study = study_from_mapping(study) if isinstance(study, dict) else read_study(study)
     if scheduler is not None and workers is not None:
-        raise InputError(f"--workers must not stand beside --scheduler, got {shown(workers)}")
+        raise InputError(f"--workers cannot be combined with --scheduler, got {shown(workers)}")
     if workers is None:
         workers = 1
-        with suppress(ImportError):  # starting workers says so
-            from dask.system import CPU_COUNT  # knows the limits of a container too
+        with suppress(ImportError):  # reported when workers start
+            from dask.system import CPU_COUNT  # respects the limits of a container
 
             workers = CPU_COUNT if scheduler is None else 1
     whole_number("--workers", workers, 0, _MOST_WORKERS)
@@ -158,8 +158,8 @@ def run_study(
     if not yes and (len(study) > _FREE_CASES or seconds > _FREE_SECONDS):
         takes, free = timedelta(seconds=round(seconds)), timedelta(seconds=_FREE_SECONDS)
         where = "on one worker" if scheduler is not None else f"with --workers {workers}"
-        asked = f"study {study.name!r} has {len(study)} flights, about {takes} {where}"
-        raise InputError(f"{asked}; more than {_FREE_CASES} flights or {free} need --yes (yes=True)")
+        asked = f"study {study.name!r} has {len(study):,} flights, about {takes} {where}"
+        raise InputError(f"{asked}; to fly more than {_FREE_CASES:,} or for more than {free}, add --yes (yes=True)")
     require_matplotlib()
     try:
         import pyarrow.dataset
@@ -169,8 +169,8 @@ def run_study(
     parts = {folder / "rows" / f"part-{k:05d}.parquet": numbers for k, numbers in enumerate(study.batches)}
     with ExitStack() as stack:
         client = None
-        if scheduler is not None:  # first, since a wrong address leaves no folder
-            say("asking the scheduler")
+        if scheduler is not None:  # before the folder, so that a wrong address leaves none
+            say("connecting to the scheduler")
             client = stack.enter_context(_client(0, scheduler))
         stack.enter_context(_opened(folder, study, here))
         missing = _missing(parts, study)
@@ -196,14 +196,11 @@ def run_study(
     return StudyRun(study=study, folder=folder, outcomes=outcomes, reasons=reasons, flown=flown, table=table)
 
 
-# -- The folder
-
-
 @contextmanager
 def _opened(folder: Path, study: Study, here: Mapping[str, str]) -> Iterator[None]:
-    """Open a folder, new or of this very study, for this process alone; `here` are the versions that make its rows.
+    """Open a folder, new or of the same study, for this process alone; `here` are the versions that make its rows.
 
-    OutputExists if it is something else, or another process writes there; FileProblem if the file system refuses.
+    OutputExists if it has other content or another process writes there; FileProblem if it cannot be written.
     """
     about: dict[str, Any] = {
         "format": "gaitgraph study",
@@ -223,7 +220,7 @@ def _opened(folder: Path, study: Study, here: Mapping[str, str]) -> Iterator[Non
             folder.mkdir(exist_ok=True)
             text = json.dumps(about, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
             write_whole([(manifest, text.encode())], force=False)
-        found = dict(json.loads(text_of(manifest, "study", "a study's manifest")))
+        found = dict(json.loads(text_of(manifest, "study")))
         if differing := [name for name, value in about.items() if found.get(name) != value]:
             raise OutputExists(f"{wanted}, whose study.json has another {', '.join(differing)}")
         stream = manifest.open("rb")
@@ -232,7 +229,7 @@ def _opened(folder: Path, study: Study, here: Mapping[str, str]) -> Iterator[Non
             raise
         raise FileProblem(f"{wanted}: {error}") from error
     with stream:
-        try:  # the operating system drops the lock when the process ends
+        try:  # the operating system releases the lock when the process ends
             with suppress(ImportError):  # Windows has none
                 import fcntl
 
@@ -245,7 +242,7 @@ def _opened(folder: Path, study: Study, here: Mapping[str, str]) -> Iterator[Non
 
 
 def _content_of(rows: Sequence[Row], study: Study, here: Mapping[str, str]) -> bytes:
-    """Return the content of a part."""
+    """Return the content of a part, a Parquet file."""
     import pyarrow as pa
     import pyarrow.parquet
 
@@ -263,32 +260,29 @@ def _content_of(rows: Sequence[Row], study: Study, here: Mapping[str, str]) -> b
 
 
 def _missing(parts: Mapping[Path, range], study: Study) -> dict[Path, range]:
-    """Return the parts that are not there, in order; OutputExists if a file in the folder is none of them."""
+    """Return the missing parts, in order; OutputExists if a file in the folder is not a part of the study."""
     import pyarrow as pa
     import pyarrow.parquet
 
     missing = dict(parts)
     for path in sorted(next(iter(parts)).parent.iterdir()):
-        if path.name.startswith("."):  # of a file manager; readers of datasets pass it over too
+        if path.name.startswith("."):  # of a file manager; readers of datasets ignore it too
             continue
         try:
             table = pa.parquet.read_table(path, page_checksum_verification=True, partitioning=None)
             found = json.loads(table.schema.metadata[b"gaitgraph"])["fingerprint"], table["case"].to_pylist()
             if found == (study.fingerprint, list(missing.pop(path))):
                 continue
-            reason = "it is of another study, or has other cases"
+            reason = "it is of another study or has other cases"
         except (pa.ArrowException, KeyError, MemoryError, OSError, OverflowError, TypeError, ValueError) as error:
             reason = shown(f"{type(error).__name__}: {error}")
-        remedy = "move or delete it, and the same command flies what is missing"
-        raise OutputExists(f"{str(path)!r} is not a whole part of this study ({reason}): {remedy}")
+        remedy = "move or delete it, then run the same command again"
+        raise OutputExists(f"{str(path)!r} is not a complete part of this study ({reason}); {remedy}")
     return missing
 
 
-# -- The flights
-
-
 def versions() -> dict[str, str]:
-    """Return the versions of what rows depend on; MissingExtra if the engine is not installed."""
+    """Return the versions that rows depend on; MissingExtra if the engine is not installed."""
     try:
         return {"gaitgraph": __version__, "mujoco": version("mujoco")}
     except PackageNotFoundError as error:
@@ -296,17 +290,17 @@ def versions() -> dict[str, str]:
 
 
 def flown_batch(numbers: Sequence[int], study: Study, expected: Mapping[str, str]) -> list[Row]:
-    """Return the rows of some cases of a study; every worker runs this. InputError if its versions are not expected."""
+    """Return the rows of some cases of a study; workers run this. InputError if they have other versions."""
     here = versions()
     for name, wanted in expected.items():
         if here.get(name) != wanted:
-            raise InputError(f"workers must have {name} {wanted}, with which the study began, got {here.get(name)}")
+            raise InputError(f"workers must have {name} {wanted}, as this process has, got {here.get(name)}")
     gaits: dict[str, Gait | GaitgraphError] = {}
     return [row_of(study.case(number), study, gaits) for number in numbers]
 
 
 def row_of(case: Case, study: Study, gaits: dict[str, Gait | GaitgraphError]) -> Row:
-    """Return the row of a case, whatever goes wrong in it; `gaits` keeps what came of planning for those before."""
+    """Return the row of a case, also if it fails; `gaits` are the gaits and errors of the cases before."""
     row = case.known()
     try:
         row["drag_ratio"] = case.vehicle.drag_ratio
@@ -330,7 +324,7 @@ def row_of(case: Case, study: Study, gaits: dict[str, Gait | GaitgraphError]) ->
         row |= {name: values[name] if math.isfinite(values[name] or 0.0) else None for name in FLIGHT}
         outcome = "settled" if flight.settled else "refused" if flight.refused else "not settled"
         reason = flight.reason
-    except Exception as error:  # a case never ends the study
+    except Exception as error:  # an error of one case does not end the study
         outcome = "no gait" if isinstance(error, Infeasible) else "failed"
         reason = str(error) if isinstance(error, GaitgraphError) else f"{type(error).__name__}: {error}"
     return row | {"outcome": outcome, "reason": " ".join(reason.split())}
@@ -338,7 +332,7 @@ def row_of(case: Case, study: Study, gaits: dict[str, Gait | GaitgraphError]) ->
 
 @contextmanager
 def _client(workers: int, scheduler: str | None) -> Iterator[Any]:
-    """Give a Dask client: of so many processes of this machine, which end with it, or of the cluster at an address."""
+    """Give a Dask client of a scheduler, or of new worker processes on this machine, which end with it."""
     try:
         import cryptography as _  # noqa: F401 - Dask needs it for its keys
         from distributed import Client, LocalCluster
@@ -347,12 +341,12 @@ def _client(workers: int, scheduler: str | None) -> Iterator[Any]:
     except ImportError as error:
         raise needs_extra("distributed", "a study on several processes", "study") from error
     with ExitStack() as stack:
-        for logger in map(logging.getLogger, ("distributed", "tornado", "asyncio")):  # what Dask logs is ours to say
+        for logger in map(logging.getLogger, ("distributed", "tornado", "asyncio")):  # errors are reported below
             stack.callback(logger.setLevel, logger.level)
             logger.setLevel(logging.CRITICAL + 1)
         try:
             if scheduler is not None:
-                # A client would wait for ever for a server that accepts the connection and says nothing.
+                # A client would wait forever for a server that accepts the connection but does not answer.
                 security = Security().get_connection_args("client")
                 hello = asyncio.wait_for(connect(scheduler, timeout=_PATIENCE, **security), _PATIENCE)
                 with ThreadPoolExecutor(1) as pool:  # this thread may have an event loop
@@ -365,7 +359,7 @@ def _client(workers: int, scheduler: str | None) -> Iterator[Any]:
                     threads_per_worker=1,
                     memory_limit=0,
                     preload=[_NO_INTERRUPTS],
-                    env={"MUJOCO_GL": "disable"},  # nothing is drawn; else mujoco looks for a display in a new process
+                    env={"MUJOCO_GL": "disable"},  # otherwise mujoco looks for a display in a new process
                     security=True,
                     silence_logs=logging.CRITICAL + 1,
                     dashboard_address="127.0.0.1:0",
@@ -374,7 +368,7 @@ def _client(workers: int, scheduler: str | None) -> Iterator[Any]:
                 client = stack.enter_context(Client(stack.enter_context(cluster), set_as_default=False))
         except Exception as error:  # Dask raises different errors for a bad address, a silent host, a dead worker
             if scheduler is None:
-                raise InputError(f"workers did not start ({_line(error)}); --workers 0 needs none") from error
+                raise InputError(f"workers did not start ({_line(error)}); --workers 0 flies without them") from error
             wanted = "--scheduler must be the address of a running Dask scheduler with workers"
             raise InputError(f"{wanted}, got {shown(scheduler)} ({_line(error)})") from error
         yield client
@@ -383,10 +377,10 @@ def _client(workers: int, scheduler: str | None) -> Iterator[Any]:
 def _flown_on_dask(
     client: Any, study: Study, missing: Mapping[Path, range], here: Mapping[str, str]
 ) -> Iterator[tuple[Path, list[Row]]]:
-    """Yield parts and their rows as they are flown, in any order; InputError if a worker cannot, or the cluster ends.
+    """Yield parts and their rows in any order; InputError if a worker cannot run the study or the scheduler ends.
 
-    Dask gives the work of a worker that dies to others. The cases of a batch that several workers did not survive are
-    flown one by one at the end, and a case that still ends its worker has a row that says so.
+    When a worker dies, Dask gives its batch to another. A batch on which several workers died is flown case by case at
+    the end; a case on which a worker dies again has a row that states it.
     """
     from distributed import as_completed
     from distributed.scheduler import KilledWorker
@@ -402,7 +396,7 @@ def _flown_on_dask(
         except GaitgraphError:
             raise
         except (Exception, CancelledError) as error:
-            needs = "workers need this gaitgraph with its extra study"
+            needs = "workers need the same gaitgraph, with its extra study"
             raise InputError(f"a worker cannot run the study ({_line(error)}); {needs}") from error
 
     path_of = {submitted(numbers): path for path, numbers in missing.items()}
@@ -423,10 +417,8 @@ def _line(error: BaseException) -> str:
     return shown(f"{type(error).__name__}: {error}")[1:-1]
 
 
-# -- The page
-
 _MOST_PANELS = 24
-_MOST_LINES = 20  # of a table; drawn quantities have more values, which the rows themselves hold
+_MOST_LINES = 20  # of a table; quantities with more values, as drawn ones, have no table
 _PAGE = """<!DOCTYPE html>
 <html lang="en">
 <head><meta charset="utf-8"><title>{name}</title></head>
@@ -439,9 +431,9 @@ _PAGE = """<!DOCTYPE html>
 
 
 def _reasons_of(table: Any) -> tuple[tuple[str, str, int], ...]:
-    """Return outcome, reason and count of what did not settle, the most frequent first.
+    """Return outcome, reason and count of the cases that did not settle, the most frequent first.
 
-    Reasons that differ in their numbers alone count as one, worded as in the first of those cases.
+    Reasons that differ in numbers only count as one, in the words of the first case.
     """
     found: dict[tuple[str, str], list[str]] = {}
     for outcome, reason in zip(table["outcome"].to_pylist(), table["reason"].to_pylist(), strict=True):

@@ -35,7 +35,7 @@ def text_from_types(third: int, fourth: int) -> str:
 def types_from_text(label: str) -> tuple[int, int]:
     """Return a label such as ``(+,?)`` as +1, 0 or −1 for α3 and for α4, and :data:`FREE` for `*`.
 
-    InputError if it is none of the seven categories, nor that of a fibre.
+    InputError unless it is one of the seven categories or that of a fibre.
 
     >>> types_from_text("(?,-)"), types_from_text("(?,*)")
     ((0, -1), (0, 2))

@@ -1,8 +1,7 @@
 """Where a gait may be: the sign of R, each condition of flight on the red sheet, and all of them in one region.
 
-On the red sheet the components of R ≠ 0 are labelled by the signs of the three factors of R
-(:func:`gaitgraph.surface.sheets.red_label`). The sign of R on a grid cannot separate them: it joins them across the
-saddles, where a line and the curve cross and R vanishes to second order.
+The sign of R on a grid cannot separate the components of R ≠ 0: it joins them across the saddles, where two factors
+of R (:func:`gaitgraph.surface.sheets.red_label`) vanish.
 """
 
 from __future__ import annotations
@@ -72,9 +71,6 @@ _DECIDED_THRUST = 1.5e-4  # shares of the weight; see invertibility.segment_boun
 _NOWHERE = np.array([shapely.Polygon(), shapely.Polygon()])
 
 
-# --- the sign of R ---------------------------------------------------------------------------------------------------
-
-
 def sign_region(
     sign: Sign,
     vehicle: VehicleLike = PAPER,
@@ -84,22 +80,12 @@ def sign_region(
     least: float | None = None,
     accuracy: float = DEFAULT_ACCURACY,
 ) -> Region:
-    """Return where R has a sign, and at least a size, on a sheet.
+    """Return where R has a sign on a sheet, and |R| is at least `least`.
 
-    Parameters
-    ----------
-    vehicle
-        The vehicle, of which κ and the spin sense count.
-    color, coefficients
-        On red R is exact. On blue it is what rounded coefficients leave, zero with exact ones, and the region is cut
-        where α3 or α4 wraps by π.
-    least
-        The least |R|. By default 0 on red, where R ≠ 0 is meant, and what floating point can tell from 0 on blue.
-    accuracy
-        How far curved borders may be from where they are [rad], 1e-9 to 0.1.
+    On red R is exact, and `least` is 0 by default, which means R ≠ 0. On blue R is what rounded coefficients leave,
+    zero with exact ones; by default `least` is what floating point can tell from 0. The region on blue is cut where α3
+    or α4 wraps by π. Curved borders are at most `accuracy` from their true place [rad], 1e-9 to 0.1.
 
-    Examples
-    --------
     >>> round(sign_region("positive").area, 2), round(sign_region("negative").area, 2)
     (4.52, 5.35)
     >>> sign_region("negative", color="blue", coefficients=coefficients_of(kind="exact")).area
@@ -133,7 +119,7 @@ def sign_region(
 
 
 def _cell(border: float, first: int, second: int, margin: float) -> Pair:
-    """Return a quarter of the square: α1 beyond (+1) or short of a border, and −α2 likewise; `inner` keeps a margin."""
+    """Return a quarter of the square: α1 above (+1) or below a border, and −α2 likewise; `inner` keeps a margin."""
     cells = []
     for kept in (margin, 0.0):
         spans = {1: (border + kept, HALF_PI), -1: (-HALF_PI, border - kept)}
@@ -143,7 +129,7 @@ def _cell(border: float, first: int, second: int, margin: float) -> Pair:
 
 
 def _checked_signs(color: object, sign: object) -> list[int]:
-    """Return a sign as +1 or −1, or both for None; raise InputError for others, and for what is no color."""
+    """Return a sign as +1 or −1, or both for None; raise InputError for another sign or an unknown color."""
     checked_choice("color", color, COLORS)
     if sign is not None:
         checked_choice("sign", sign, SIGNS)
@@ -171,18 +157,18 @@ def _determinant_falls_below(least: float, sign: int, shape: BaseGeometry, exact
 
 
 def _determinant_condition(signs: list[int], least: float, color: Color, coefficients: Coefficients) -> Condition:
-    """Return the condition that R has one of some signs and at least a size on a sheet."""
+    """Return the condition that R on a sheet has one of some signs, and |R| is at least `least`."""
     symbols = {1: "≥", -1: "≤"} if least > 0 else {1: ">", -1: "<"}
-    wanted = " or ".join(f"R {symbols[sign]} {sign * least if least > 0 else 0:.2g}" for sign in signs)
+    limits = [f"{symbols[sign]} {sign * least if least > 0 else 0:.2g}" for sign in signs]
 
     def broken_at(alpha1: float, alpha2: float) -> str | None:
         third, fourth = sheet_angles(color, alpha1, alpha2, coefficients)
         value = float(level_determinant([alpha1, alpha2, float(third), float(fourth)], coefficients))
         if value != 0 and any(sign * value >= least for sign in signs):
             return None
-        return f"R = {value:.4g} at level attitude, wanted is {wanted}"
+        return f"R at level attitude must be {' or '.join(limits)}, got {value:.4g}"
 
-    return Condition(name=wanted, broken_at=broken_at)
+    return Condition(name=" or ".join(f"R {limit}" for limit in limits), broken_at=broken_at)
 
 
 def certain_determinant(coefficients: Coefficients) -> float:
@@ -199,9 +185,6 @@ def certain_determinant(coefficients: Coefficients) -> float:
     return 2 * (2 * single + double + 2 * triple) + turned + 41 * _EPSILON * float(np.abs(form).sum())
 
 
-# --- the conditions of flight ----------------------------------------------------------------------------------------
-
-
 def hover_region(vehicle: VehicleLike = PAPER) -> Region:
     """Return where all hover thrusts are positive on the red sheet: α1 < δ and α2 > −δ, or α1 > δ and α2 < −δ.
 
@@ -216,8 +199,7 @@ def hover_region(vehicle: VehicleLike = PAPER) -> Region:
         shares = hover_thrust_shares([alpha1, alpha2, alpha1, alpha2], body)
         if shares.min() > 0:
             return None
-        values = f"{float(shares[0]):.3g} and {float(shares[1]):.3g} of m·g"
-        return f"hover thrusts of {values} (rotors 1 and 3, 2 and 4), wanted is > 0"
+        return f"hover thrusts must be > 0, got {shares[0]:.3g} (rotors 1 and 3) and {shares[1]:.3g} (2 and 4) of m·g"
 
     pair = _union([_cell(math.atan(body.signed_drag_ratio), side, side, _OPEN_MARGIN) for side in (1, -1)])
     return region_of(pair, _OPEN_MARGIN, Condition(name="hover thrusts > 0", broken_at=broken_at))
@@ -226,13 +208,16 @@ def hover_region(vehicle: VehicleLike = PAPER) -> Region:
 def _limit(
     name: str, symbol: str, limit: float, value: Callable[..., Any], unit: str = "", what: str = ""
 ) -> Condition:
-    """Return the condition that a value at (α1, α2) is at least ("≥") or at most ("≤") a limit; `what` it is of."""
+    """Return the condition that a value at (α1, α2) is at least ("≥") or at most ("≤") a limit.
+
+    `name` is that of the condition, `what` that of the value where it differs.
+    """
 
     def broken_at(alpha1: float, alpha2: float) -> str | None:
         found = float(value(alpha1, alpha2))
         if found == limit or (found > limit) == (symbol == "≥"):
             return None
-        return f"{what or name} {found:.3g}{unit}, wanted is {symbol} {limit:.3g}{unit}"
+        return f"{what or name} must be {symbol} {limit:.3g}{unit}, got {found:.3g}{unit}"
 
     return Condition(name=f"{name} {symbol} {limit:.3g}{unit}", broken_at=broken_at)
 
@@ -240,9 +225,9 @@ def _limit(
 def thrust_region(
     share: float | None, vehicle: VehicleLike = PAPER, *, least: float = 0.0, accuracy: float = DEFAULT_ACCURACY
 ) -> Region:
-    """Return where hover needs of no rotor more than a share of the weight, and of each one at least another.
+    """Return where each hover thrust is positive, at most `share` and at least `least` of the weight.
 
-    None is no limit; all hover thrusts are positive. `accuracy` as for :func:`sign_region`.
+    With `share` None there is no upper limit. `accuracy` as for :func:`sign_region`.
 
     >>> [round(thrust_region(share).area, 3) for share in (0.3, 0.6, 3.0)]
     [0.169, 4.107, 4.962]
@@ -261,7 +246,7 @@ def thrust_region(
 
 @lru_cache(maxsize=32)
 def _thrust_limit(share: float, vehicle: Vehicle, accuracy: float, *, largest: bool) -> Region:
-    """Return where the largest hover thrust is at most a share, or the least one at least, all being positive."""
+    """Return where the largest hover thrust is at most a share, or the least one at least that, all being positive."""
 
     def value(alpha1: float, alpha2: float) -> Any:
         shares = hover_thrust_shares([alpha1, alpha2, alpha1, alpha2], vehicle)
@@ -283,8 +268,8 @@ def singular_value_region(
 ) -> Region:
     """Return where the least singular value of the scaled decoupling matrix, level, is at least a floor on red.
 
-    Nothing reaches more than 2·√((1+κ²)/3). In `inner` the singular value of the 2×2 block is at least `block`, by
-    default the floor. `accuracy` as for :func:`sign_region`.
+    It is nowhere above 2·√((1+κ²)/3). In `inner` the singular value of the 2×2 block is at least `block`, by default
+    the floor. `accuracy` as for :func:`sign_region`.
 
     >>> [round(singular_value_region(floor).area, 3) for floor in (0.05, 0.5, 1.1, 1.2)]
     [9.138, 3.766, 0.061, 0.0]
@@ -292,7 +277,6 @@ def singular_value_region(
     floor, accuracy = checked_number("floor", floor), checked_accuracy(accuracy)
     vehicle = vehicle_named(vehicle)
     kappa = vehicle.signed_drag_ratio
-
     inner = _singular_value_polygon(floor, floor if block is None else block, kappa, accuracy, inside=True)
     outer = _singular_value_polygon(floor, floor, kappa, accuracy, inside=False)
     limit = _limit("least singular value", "≥", floor, partial(least_singular_value_on_red, vehicle=vehicle))
@@ -317,11 +301,8 @@ def _singular_value_polygon(floor: float, block: float, kappa: float, accuracy: 
         return strips.difference(offset(band, accuracy / 2 if inside else -accuracy / 2))
     if floor == 0 or not inside:
         return strips
-    # The band around R = 0 is narrower than what its polygons may be off by: a wider one, and none, enclose it.
+    # The band around R = 0 is narrower than the error of its polygons: a wider band, and none, enclose it.
     return strips.difference(offset(singular_value_below(accuracy / 2, kappa, accuracy / 32), accuracy / 16))
-
-
-# --- all of them -----------------------------------------------------------------------------------------------------
 
 
 def admissible_region(
@@ -340,25 +321,21 @@ def admissible_region(
     Parameters
     ----------
     vehicle
-        The vehicle; `max_tilt` and `max_thrust` count where they are stated.
+        The vehicle; `max_tilt` and `max_thrust` count where they are stated. MissingConstant if it states a thrust
+        limit without the mass.
     use
-        "valid": R has the sign. "flyable": also the least singular value keeps the floor, all hover thrusts are
-        positive and within the limit, and so are the tilts. Nothing on blue is flyable. `inner` keeps the floor by
-        1.5e-6 and the limit of thrust by 1.5e-4 of m·g, so that the checks of a gait can decide along its segments.
+        "valid": R has the sign. "flyable": also the least singular value is at least the floor, all hover thrusts are
+        positive and within the limit, and so are the tilts. Nothing on blue is flyable. `inner` has a margin of 1.5e-6
+        to the floor and of 1.5e-4 of m·g to the limit of thrust, so that checks can decide along segments.
     color, sign
         The sheet, and the sign of R, None for either; no component holds both.
     coefficients
         The coefficients with which R is judged; by default those of :func:`coefficients_of`. |R| is so large that its
         sign is certain with them.
     floor, zones
-        The floor of the least singular value, and the user's own polygons.
+        The least singular value floor, and the user's own polygons.
     accuracy
-        How far curved borders may be from where they are [rad], 1e-9 to 0.1.
-
-    Raises
-    ------
-    InputError
-        If a value is not allowed; MissingConstant if a thrust limit is stated without the mass.
+        How far curved borders may be from their true place [rad], 1e-9 to 0.1.
 
     Examples
     --------
@@ -414,8 +391,8 @@ def _admissible(
         region &= region_of([shapely.box(-most, -most, most, most)] * 2, 0.0, tilt)
     if floor < _SEPARATING:
         return region_of(_union([signed(wanted) for wanted in signs]), accuracy, condition) & region
-    # The floor keeps each polygon off R = 0, so R has one sign on it: keep those with one of the signs, and cut off
-    # where |R| is less than asked for.
+    # The floor keeps each polygon off R = 0, so R has one sign on it: keep those with one of the signs, and remove
+    # where |R| is too small.
     polygons: dict[int, Pair] = {wanted: _NOWHERE.copy() for wanted in (1, -1)}
     for k, shape in enumerate((region.inner, region.outer)):
         for part in shape.geoms:
@@ -432,9 +409,11 @@ def _admissible(
 
 
 def why_empty(region: Region, floor: float, vehicle: Vehicle) -> str:
-    """Return why a flyable region without any point has none."""
+    """Return why a flyable region is empty."""
     cap = 2 * math.sqrt((1 + vehicle.drag_ratio**2) / 3)
     if floor > cap:
-        return f"nothing has a least singular value of {floor:g}: this vehicle's most is {cap:.4f}; lower the floor"
+        return (
+            f"the least singular value of this vehicle is at most {cap:.4f}, below the floor {floor:g}; lower the floor"
+        )
     names = ", ".join(dict.fromkeys(condition.name for condition in region.conditions))
-    return f"no tilt angles meet all of: {names}: lower the floor, widen the limits or the polygons"
+    return f"no tilt angles meet all conditions ({names}); lower the floor, or widen the limits or the polygons"

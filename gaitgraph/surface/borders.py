@@ -26,20 +26,19 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import groupby, pairwise
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import shapely
 
 from gaitgraph.angles import HALF_PI
-from gaitgraph.invertibility.matrices import FloatArray
+from gaitgraph.invertibility.matrices import Coefficients, FloatArray
 
 if TYPE_CHECKING:
     from shapely import Polygon
     from shapely.geometry.base import BaseGeometry
-
-    from gaitgraph.invertibility.matrices import Coefficients
 
 Function = Callable[[FloatArray], FloatArray]
 
@@ -184,7 +183,7 @@ def _abscissae(low: float, high: float, function: Function, border: Border | Non
 def bands_between(
     breaks: FloatArray,
     roots: Sequence[Function],
-    holds: Callable[[float, float], bool],
+    holds: Callable[[FloatArray, float], Any],
     border: Border,
     tolerance: float,
     *,
@@ -193,10 +192,11 @@ def bands_between(
 ) -> BaseGeometry:
     """Return where a condition holds, as polygons whose borders follow the true ones.
 
-    For every abscissa x the condition, asked by `holds` at (x, w), changes only at a few values of w within `ends`:
-    its `roots`, ascending functions of x, NaN where they do not exist. Between the sorted abscissae `breaks` no root
-    enters or leaves that range, meets another, or ceases to exist. `ordinate` gives the second coordinate for w, a
-    monotone function. `border` vanishes on the roots and may be `tolerance` from the sides of the polygons.
+    For every abscissa x the condition, which `holds` evaluates at (x, w) for x of shape (1,), changes only at a few
+    values of w within `ends`: its `roots`, ascending functions of x, NaN where they do not exist. Between the sorted
+    abscissae `breaks` no root enters or leaves that range, meets another, or ceases to exist. `ordinate` gives the
+    second coordinate for w, a monotone function. `border` vanishes on the roots and may be `tolerance` from the sides
+    of the polygons.
     """
 
     def edge(w: float, root: Function | None = None) -> Edge:
@@ -228,7 +228,7 @@ def bands_between(
         with np.errstate(invalid="ignore"):
             here = [(float(root(middle)[0]), root) for root in roots]
         edges = [edge(ends[0]), *(edge(w, root) for w, root in here if ends[0] < w < ends[1]), edge(ends[1])]
-        inside = [holds(float(middle[0]), (a[0] + b[0]) / 2) for a, b in pairwise(edges)]
+        inside = [bool(holds(middle, (a[0] + b[0]) / 2)) for a, b in pairwise(edges)]
         # Each run of intervals in which the condition holds is one polygon.
         for held, run in groupby(range(len(inside)), key=inside.__getitem__):
             if held:
@@ -237,23 +237,9 @@ def bands_between(
     return shapely.union_all(polygons)
 
 
-# --- sets with such borders ------------------------------------------------------------------------------------------
-
-
 def mirrored(shape: BaseGeometry) -> BaseGeometry:
     """Return the mirror image in α2 = −α1, which swaps the two pairs of arms."""
     return shapely.transform(shape, lambda at: -at[:, ::-1])
-
-
-class Quadratic(NamedTuple):
-    """A condition on (u, w) with a quadratic in w as border, roots w = (±√discriminant − sgn κ·middle)/(2|κ|)."""
-
-    middle: Function
-    discriminant: Function
-    scale: float  # a discriminant above −1e-9·scale is not negative
-    height: Callable[[FloatArray, float], FloatArray]  # the quadratic itself, at (u, w)
-    holds: Callable[[float, float], bool]  # whether the condition holds at (u, w)
-    border: Border  # vanishes on the roots, in (u, v)
 
 
 def _bracket_in_uv(kappa: float) -> CosineSum:
@@ -266,9 +252,22 @@ def _bracket_without_w(u: FloatArray, kappa: float) -> FloatArray:
     return np.asarray(kappa * np.cos(u) - np.sin(u))
 
 
-def _where_it_holds(condition: Quadratic, kappa: float, tolerance: float) -> BaseGeometry:
-    """Return where a condition on (u, w) holds, in the (α1, α2) plane."""
-    middle, discriminant, scale, height, holds, border = condition  # the second and fourth of degree two in u
+def _where_it_holds(
+    kappa: float,
+    tolerance: float,
+    *,
+    middle: Function,
+    discriminant: Function,
+    scale: float,
+    height: Callable[[FloatArray, float], FloatArray],
+    holds: Callable[[FloatArray, float], Any],
+    border: Border,
+) -> BaseGeometry:
+    """Return, in the (α1, α2) plane, where a condition on (u, w) `holds`, with a quadratic in w as border.
+
+    `height` is the quadratic at (u, w), w = (±√discriminant − sgn κ·middle)/(2|κ|) are its roots, where `border`, a
+    function of (u, v), vanishes. `height` and `discriminant`, zero within 1e-9·scale, are of degree two in u.
+    """
 
     def root(side: float) -> Function:
         def at(u: FloatArray) -> FloatArray:
@@ -301,29 +300,28 @@ def singular_value_below(floor: float, kappa: float, tolerance: float) -> BaseGe
     """
     g = floor**2 / 2
 
-    def sum_in_w(u: FloatArray) -> FloatArray:  # F = 2 + κ² + κw·sum_in_w(u)
+    def slope(u: FloatArray) -> FloatArray:  # F = 2 + κ² + κw·slope(u)
         return np.asarray(kappa * np.cos(u) - 2 * np.sin(u))
-
-    def middle(u: FloatArray) -> FloatArray:
-        return 2 * _bracket_without_w(u, kappa) - g * sum_in_w(u)
-
-    def discriminant(u: FloatArray) -> FloatArray:
-        return g * (-4 * _bracket_without_w(u, kappa) * sum_in_w(u) + g * sum_in_w(u) ** 2 + 4 * (2 + kappa**2 - g))
 
     def height(u: FloatArray, w: float) -> FloatArray:  # h
         determinant = kappa * w + _bracket_without_w(u, kappa)
-        return np.asarray(determinant**2 - g * (2 + kappa**2 + kappa * w * sum_in_w(u)) + g**2)
-
-    def below(u: float, w: float) -> bool:  # h < 0 or F < 2g
-        at = np.array([u])
-        return bool(height(at, w)[0] < 0) or 2 + kappa**2 + kappa * w * float(sum_in_w(at)[0]) < 2 * g
+        return np.asarray(determinant**2 - g * (2 + kappa**2 + kappa * w * slope(u)) + g**2)
 
     # h = P² + Q with P = D and Q = g² − gF, in (u, v): κw·κ cos u and κw·(−2 sin u) as products of cosines.
     squares = cosine(1, 0, size=kappa**2) * cosine(0, 1) + cosine(1, 0, HALF_PI, -2 * kappa) * cosine(0, 1)
     rest = squares * -g + (g**2 - g * (2 + kappa**2))
-    scale = g * (8 + 12 * kappa**2 + g)
-    border = Border(rest=rest, squared=_bracket_in_uv(kappa))
-    return _where_it_holds(Quadratic(middle, discriminant, scale, height, below, border), kappa, tolerance)
+    return _where_it_holds(
+        kappa,
+        tolerance,
+        middle=lambda u: 2 * _bracket_without_w(u, kappa) - g * slope(u),
+        discriminant=lambda u: (
+            g * (-4 * _bracket_without_w(u, kappa) * slope(u) + g * slope(u) ** 2 + 4 * (2 + kappa**2 - g))
+        ),
+        scale=g * (8 + 12 * kappa**2 + g),
+        height=height,
+        holds=lambda u, w: height(u, w) < 0 or 2 + kappa**2 + kappa * w * slope(u) < 2 * g,  # h < 0 or F < 2g
+        border=Border(rest=rest, squared=_bracket_in_uv(kappa)),
+    )
 
 
 def determinant_below(level: float, sign: int, kappa: float, tolerance: float) -> BaseGeometry:
@@ -335,21 +333,19 @@ def determinant_below(level: float, sign: int, kappa: float, tolerance: float) -
     def line(u: FloatArray) -> FloatArray:
         return np.cos(u - 2 * delta)
 
-    def middle(u: FloatArray) -> FloatArray:
-        return kappa * line(u) + _bracket_without_w(u, kappa)
-
-    def discriminant(u: FloatArray) -> FloatArray:
-        return (kappa * line(u) - _bracket_without_w(u, kappa)) ** 2 + 4 * small * kappa**2
-
     def height(u: FloatArray, w: float) -> FloatArray:
         return (w + line(u)) * (kappa * w + _bracket_without_w(u, kappa)) - small * kappa
 
-    def below(u: float, w: float) -> bool:
-        return sign * math.copysign(1, kappa) * float(height(np.array([u]), w)[0]) < 0
-
-    border = Border(rest=(cosine(0, 1) + cosine(1, 0, 2 * delta)) * _bracket_in_uv(kappa) + -small * kappa)
-    scale = 4 * (1 + kappa**2)
-    return _where_it_holds(Quadratic(middle, discriminant, scale, height, below, border), kappa, tolerance)
+    return _where_it_holds(
+        kappa,
+        tolerance,
+        middle=lambda u: kappa * line(u) + _bracket_without_w(u, kappa),
+        discriminant=lambda u: (kappa * line(u) - _bracket_without_w(u, kappa)) ** 2 + 4 * small * kappa**2,
+        scale=4 * (1 + kappa**2),
+        height=height,
+        holds=lambda u, w: sign * kappa * height(u, w) < 0,
+        border=Border(rest=(cosine(0, 1) + cosine(1, 0, 2 * delta)) * _bracket_in_uv(kappa) + -small * kappa),
+    )
 
 
 def bracket_negative(kappa: float, tolerance: float) -> BaseGeometry:
@@ -365,7 +361,7 @@ def bracket_negative(kappa: float, tolerance: float) -> BaseGeometry:
     # D = 2κ cos α1 cos α2 − sin(α1 − α2), with α2 as the first coordinate.
     bracket = cosine(1, 0) * cosine(0, 1, 0.0, 2 * kappa) + cosine(-1, 1, HALF_PI, -1.0)
     breaks = np.array([-HALF_PI - _BEYOND, 0.0, HALF_PI + _BEYOND])
-    found = bands_between(breaks, (root,), lambda y, x: x > root(np.array([y]))[0], Border(rest=bracket), tolerance)
+    found = bands_between(breaks, (root,), lambda y, x: x > root(y), Border(rest=bracket), tolerance)
     return shapely.transform(found, lambda at: at[:, ::-1])
 
 
@@ -381,11 +377,8 @@ def thrust_above(share: float, kappa: float, tolerance: float) -> BaseGeometry:
         rest = np.maximum(1 - 2 * share * np.cos(x), 0.0)
         return np.arctan2(-2 * share * np.sin(x - delta) - rest * math.sin(delta), rest * math.cos(delta))
 
-    def above(x: float, y: float) -> bool:
-        if 2 * share * math.cos(x) >= 1:
-            return False
-        limit = float(border(np.array([x]))[0])
-        return y > limit if x < delta else y < limit
+    def above(x: FloatArray, y: float) -> Any:
+        return (2 * share * np.cos(x) < 1) & np.where(x < delta, y > border(x), y < border(x))
 
     vanishing = cosine(0, 1, HALF_PI - delta) * (cosine(1, 0, 0.0, -2 * share) + 1.0)
     vanishing = vanishing + cosine(1, 0, HALF_PI + delta) * cosine(0, 1, 0.0, 2 * share)
@@ -413,19 +406,19 @@ def blue_determinant_below(level: float, sign: int, coefficients: Coefficients, 
             w = (level - none - one * turned) / (other + both * turned)
         return np.asarray(np.where(np.isfinite(w), w, _FAR))
 
-    def below(x: float, w: float) -> bool:
-        c = math.cos(2 * x)
-        return bool(both * c * w + one * c + other * w + none < level)
-
-    def height(w: float) -> Function:
-        return lambda x: (both * w + one) * np.cos(2 * x) + other * w + none - level
+    def height(x: FloatArray, w: float) -> FloatArray:
+        return np.asarray((both * w + one) * np.cos(2 * x) + other * w + none - level)
 
     vanishing = cosine(2, 0) * (cosine(0, 2, 0.0, both) + one) + cosine(0, 2, 0.0, other) + (none - level)
-    zeros = [zeros_of_degree_two(height(w), math.pi) for w in (1.0, -1.0)]
-    breaks = np.unique(np.concatenate([[-HALF_PI, 0.0, HALF_PI], *zeros]))
-    ends, border_of = (-1.0, 1.0), Border(rest=vanishing)
+    zeros = [zeros_of_degree_two(partial(height, w=w), math.pi) for w in (1.0, -1.0)]
     found = bands_between(
-        breaks, (border,), below, border_of, tolerance, ends=ends, ordinate=lambda w: np.arccos(w) / 2
+        np.unique(np.concatenate([[-HALF_PI, 0.0, HALF_PI], *zeros])),
+        (border,),
+        lambda x, w: height(x, w) < 0,
+        Border(rest=vanishing),
+        tolerance,
+        ends=(-1.0, 1.0),
+        ordinate=lambda w: np.arccos(w) / 2,
     )
     found = found.union(shapely.transform(found, lambda at: at * np.array([1.0, -1.0])))
     end = HALF_PI + _BEYOND

@@ -1,10 +1,10 @@
 """Every colouring of a closed loop of (α1, α2) by the Figure 15 rule: counted exactly, listed lazily.
 
-At each point of a loop the red and the blue root have the sign of R that is asked for, or not. Both share their
-crossing lines: α3 is `?` for both or for neither, and so is α4. So between neighbours a color may always stay, and
-may change exactly if α3 is `?` at one of the two, and α4 as well (Figure 15). These steps cut the loop into runs of
-points that share one color. Each run is free to be of any color that all its points can have, whatever the others are.
-So the number of colourings is 0, or 2 to the power of the number of runs that can have both.
+At each point of a loop the red and the blue root have the required sign of R, or not. Both share their crossing lines:
+α3 is `?` for both or for neither, and so is α4. So between neighbours a color may always stay, and may change exactly
+if α3 is `?` at one of the two, and α4 as well (Figure 15). This cuts the loop into runs of one color each. A run may
+have any color that all its points can have, whatever the other runs have. So the number of colourings is 0, or 2 to the
+power of the number of runs that can have both.
 """
 
 from __future__ import annotations
@@ -20,8 +20,10 @@ import numpy.typing as npt
 from gaitgraph.angles import angles_from
 from gaitgraph.errors import InputError, checked_choice
 from gaitgraph.invertibility.matrices import (
+    BoolArray,
     Coefficients,
     CoefficientsLike,
+    FloatArray,
     coefficients_of,
     level_determinant,
     noise_of,
@@ -33,6 +35,7 @@ from gaitgraph.surface.sheets import (
     RELATION,
     SIGNS,
     Sign,
+    SignChoice,
     at_end_of_range,
     checked_plane_angles,
     sheet_angles,
@@ -42,9 +45,6 @@ from gaitgraph.vehicle import PAPER, VehicleLike
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
-
-    from gaitgraph.invertibility.matrices import BoolArray, FloatArray
-    from gaitgraph.surface.sheets import SignChoice
 
 MOST_LISTED = 16  # in a report, which counts all
 _MOST_DIGITS = 4000
@@ -71,7 +71,7 @@ class Coloring:
 class ColoringObstacle:
     """Why a loop has no colouring with one sign of R: a "point" has no such root, or a "pair" of neighbours forbids it.
 
-    `points` are the numbers of the points concerned, from 1, and `types` those of the roots that a pair can have.
+    `points` are the numbers of the points concerned, from 1; `types` are the types of the roots that a pair can have.
     """
 
     kind: Literal["point", "pair"]
@@ -89,7 +89,7 @@ def color_choices(
     """Return what decides the color of each point, for each sign of R; angles of shape (n,) [rad].
 
     Each array has the shape (n, 4): whether the red and the blue root have that sign, and whether the type of α3 and
-    that of α4 is `?`. On the sides of [−π/2, π/2]² a root stands at both ends of its range, once with each sign.
+    that of α4 is `?`. On the sides of [−π/2, π/2]² there is a root at both ends of its range, once with each sign.
     """
     a1, a2 = np.asarray(alpha1, dtype=float), np.asarray(alpha2, dtype=float)
     noise = noise_of(coefficients)
@@ -119,9 +119,9 @@ class ColoringCount:
         self.points = 0
         self.obstacle: ColoringObstacle | None = None
         self._everywhere = np.ones(2, dtype=bool)  # whether every point can be red, and blue
-        self._first_run: BoolArray | None = None  # the same of the first run, as soon as it has ended
+        self._first_run: BoolArray | None = None  # the same for the first run, once it has ended
         self._free = 0  # how many of the runs that have ended since can have both colors
-        # The first point's choices; and the last point's, of which the colors are those that all its run can have.
+        # The choices of the first point, and of the last one, with the colors that all its run can have.
         self._first = self._last = np.zeros((0, 4), dtype=bool)
 
     @property
@@ -136,7 +136,7 @@ class ColoringCount:
         if not self.points:
             self._first = choices[:1]
         self._everywhere &= choices[:, :2].all(axis=0)
-        # The run that goes on is represented by its last point.
+        # The current run is represented by its last point.
         before = self.points - len(self._last)
         joined = np.concatenate([self._last, choices])
         starts = np.concatenate([[0], np.flatnonzero(_changes(joined)) + 1])
@@ -178,7 +178,7 @@ class ColoringCount:
         return 1 << (self._free + sum(bool(one.all()) for one in ends))
 
     def _forbid(self, numbers: tuple[int, int], before: BoolArray, after: BoolArray, choices: BoolArray) -> None:
-        """Note the obstacle between neighbours of which each can have one color only."""
+        """Record the obstacle between two neighbours that can have one color each."""
         colors = COLORS[0 if before[0] else 1], COLORS[0 if after[0] else 1]
         signs = np.array([[1 if color == "red" else -1] for color in colors])
         types = tuple(text_from_types(*pair) for pair in np.where(choices[:, 2:], 0, signs).tolist())
@@ -186,7 +186,7 @@ class ColoringCount:
         message = (
             f"points {numbers[0]} {types[0]} and {numbers[1]} {types[1]} may not be neighbours: with "
             f"{RELATION[self.sign]} the first can only be {colors[0]}, the second only {colors[1]}, and by Figure 15 "
-            f"{' and '.join(broken)} may change between + and - only where one of the two is ?"
+            f"{' and '.join(broken)} may change between + and - only if one of the two points has the type ?"
         )
         self.obstacle = ColoringObstacle(kind="pair", points=numbers, types=types, message=message)
 
@@ -195,12 +195,10 @@ class ColoringCount:
 class Colorings:
     """Every Two-Color-consistent colouring of a closed loop, counted; iterate to list them, lazily.
 
-    Colourings with R < 0 come first, then those with R > 0, each in lexicographic order with red before blue. Every
-    iteration starts anew. Falsy when there is none.
-
-    For each sign of R, `counts` has the exact number, `plain` the colors that all of the loop can have, and `obstacles`
-    why there is none. `points` are the loop, shape (n, 2) [rad], and `choices` those of :func:`color_choices`; without
-    them colourings are counted and not listed.
+    Colourings with R < 0 come first, then those with R > 0, each in lexicographic order with red before blue. Falsy if
+    there is none. For each sign of R, `counts` has the exact number, `plain` the colors that the whole loop can have,
+    and `obstacles` why there is none. `points` are the loop, shape (n, 2) [rad], and `choices` those of
+    :func:`color_choices`; without them colourings are counted and not listed.
     """
 
     counts: dict[Sign, int]
@@ -231,8 +229,8 @@ class Colorings:
             return
         choices = self.choices[sign]
         changes = _changes(np.concatenate([choices, choices[:1]]))
-        # The number of the run that each point belongs to, from 0; that of the first point goes on from the last one
-        # unless the color may change between them.
+        # The number of the run that each point belongs to, from 0; the last run goes on in the first one unless the
+        # color may change between them.
         runs = max(int(changes.sum()), 1)
         run = (np.cumsum(np.roll(changes, 1)) - changes[-1]) % runs
         shared = np.ones((runs, 2), dtype=bool)
@@ -241,10 +239,7 @@ class Colorings:
             yield Coloring(colors=tuple(COLORS[chosen[k]] for k in run.tolist()), sign=sign)
 
     def as_mapping(self) -> dict[str, Any]:
-        """Return how many there are, and why there are none, as plain values, ready for JSON.
-
-        A count of more than 4000 digits is given by its logarithm alone.
-        """
+        """Return counts and obstacles, ready for JSON; a count of more than 4000 digits is given by its logarithm."""
         return {
             **_count_as_mapping(self.count),
             "counts": {sign: _count_as_mapping(count)["colorings_count"] for sign, count in self.counts.items()},
@@ -253,13 +248,13 @@ class Colorings:
 
     def __str__(self) -> str:
         n, count = len(self.points), self.count
-        points = f" of {n} point{'s' * (n > 1)}" if n else ""  # counted alone, their points are not known
+        points = f" of {n} point{'s' * (n > 1)}" if n else ""  # the points of counted pieces are not kept
         lines = [f"{_count_as_text(count)} colouring{'s' * (count != 1)} of a loop{points}"]
         lines += [f"  {RELATION[sign]}  none: {obstacle.message}" for sign, obstacle in self.obstacles.items()]
         return "\n".join(lines)
 
     def in_report(self) -> str:
-        """Return the line that a report has of them."""
+        """Return the line of a report on them."""
         if not self:
             return "none: " + "; ".join(obstacle.message for obstacle in self.obstacles.values())
         parts = []
@@ -273,7 +268,7 @@ class Colorings:
 
 
 def colorings_counted(counting: dict[Sign, ColoringCount], **loop: Any) -> Colorings:
-    """Return the colourings of a loop, which it closes, from what was counted, and its points and choices if known."""
+    """Close a counted loop and return its colourings; `loop` are its points and choices if known."""
     return Colorings(
         counts={sign: one.closed() for sign, one in counting.items()},
         plain={sign: one.plain for sign, one in counting.items()},
@@ -307,8 +302,8 @@ def colorings(
     Parameters
     ----------
     points
-        The loop, shape (n, 2) or (n, 4), of which α1 and α2 count, numbers [rad] or texts such as "pi/8"; a last point
-        that repeats the first is one more point.
+        The loop, shape (n, 2) or (n, 4), of which α1 and α2 count, numbers [rad] or texts such as "pi/8"; InputError
+        outside [−π/2, π/2]². A last point that repeats the first is one more point.
     sign
         Sign of R that the roots must have: "negative", "positive", or "auto" for both, one after the other.
     vehicle, coefficients
@@ -317,16 +312,10 @@ def colorings(
     crossing_tolerance
         Distance from a crossing line within which a type is `?` [rad].
 
-    Raises
-    ------
-    InputError
-        If a point is not finite or outside [−π/2, π/2]², or a name is unknown.
-
     Notes
     -----
-    The rule compares neighbours and nothing else, as Figure 15 does: a colouring that changes color at a `?` point
-    jumps between the sheets, so it is two-color and not continuous. :func:`gaitgraph.validate` finds whether R keeps
-    its sign between the points.
+    As in Figure 15 only neighbours are compared. A colouring that changes color at a `?` point jumps between the
+    sheets: it is two-color, but not continuous. :func:`gaitgraph.validate` checks the sign of R between the points.
 
     Examples
     --------
@@ -340,7 +329,7 @@ def colorings(
     """
     plane = angles_from(points, "points")
     if plane.ndim != 2 or plane.shape[1] not in (2, 4) or not len(plane):
-        raise InputError(f"points must be of the shape (n, 2) or (n, 4) with n at least 1, got {plane.shape}")
+        raise InputError(f"points must have shape (n, 2) or (n, 4), n at least 1, got {plane.shape}")
     checked_choice("sign", sign, ("auto", *SIGNS))
     a1, a2 = checked_plane_angles(plane[:, 0], plane[:, 1])
     choices = color_choices(a1, a2, coefficients_of(vehicle, coefficients), crossing_tolerance)

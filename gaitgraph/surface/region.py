@@ -1,7 +1,7 @@
 """A region of the (α1, α2) plane, and the user's own polygons.
 
-A region is known by two shapes: one certainly lies in it, the other certainly encloses it. Where regions are made both
-go together as a pair, an array of the inner and the outer shape, on which shapely's functions work at once.
+A region is known by two shapes: one certainly lies in it, the other certainly encloses it. A pair is an array of both,
+inner and outer, on which shapely's functions work at once.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
+from gaitgraph._lazy import Pictured
 from gaitgraph.angles import HALF_PI, angle_within, angles_from
 from gaitgraph.errors import InputError, shown
 from gaitgraph.vehicle import Angle
@@ -31,9 +32,9 @@ if TYPE_CHECKING:
 Pair = npt.NDArray[np.object_]  # the inner and the outer shape of a region
 
 DEFAULT_ACCURACY = 1e-6
-"""How far a border of a region may be from where it truly is [rad]."""
+"""Largest distance of a region's border from its true place [rad]."""
 
-OVERLAY_ERROR = 1e-12  # what overlaying polygons may round off [rad]
+OVERLAY_ERROR = 1e-12  # rounding error of overlaying polygons [rad]
 _SQUARE = shapely.box(-HALF_PI, -HALF_PI, HALF_PI, HALF_PI)
 _MOST_LISTED = 6  # components in the text of a region
 _ON_BORDER = 1e-9  # within it a point is on the border of a user's polygon [rad]
@@ -48,18 +49,16 @@ class Condition:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Region:
+class Region(Pictured):
     """A region of the (α1, α2) plane of one sheet, between two polygons.
 
-    `inner` never leaves the region, `outer` never falls short of it. Every question is answered by `inner`, so that
-    what it contains certainly is in the region. ``&`` intersects two regions.
+    Every question is answered by `inner`, so what it contains is certainly in the region. ``&`` intersects two regions.
 
     Parameters
     ----------
-    inner
-        Usable points, borders included [rad]. A straight border is exact, or 1e-9 inside if the condition excludes it.
-    outer
-        Encloses the region.
+    inner, outer
+        Polygons inside the region and around it, borders included [rad]. A straight border of `inner` is exact, or 1e-9
+        inside if the condition excludes it.
     accuracy
         The most by which a curved border of `inner` is inside, and of `outer` outside [rad]; zero if none is curved.
         Where two borders meet at an acute angle the corner may recede farther, and a passage not wider than twice the
@@ -76,7 +75,7 @@ class Region:
     >>> region.nearest((0.1, 0.2)), region.component_of((0.5, -0.5))
     ((0.1, 0.2), None)
     >>> region.why_not((0.5, -0.5))
-    'R = -6.336 at level attitude, wanted is R ≥ 0.0035'
+    'R at level attitude must be ≥ 0.0035, got -6.336'
     >>> print(region)
     Region of the (α1, α2) plane: 2.374 rad² in 2 components, borders to 1e-06 rad
       1    2.36 rad²   α1 -1.3688 to 0.1671, α2 -0.1671 to 1.3688
@@ -110,10 +109,7 @@ class Region:
         return float(self.inner.area)
 
     def contains(self, points: npt.ArrayLike) -> npt.NDArray[np.bool_]:
-        """Return whether each point is in `inner`, for points of shape (m, 2) [rad].
-
-        Points that rounding puts beside an oblique border, up to 1e-12, count as on it.
-        """
+        """Return whether each point, shape (m, 2) [rad], is in `inner` or, because of rounding, within 1e-12 of it."""
         asked: Any = shapely.points(_points(points))
         inside = np.asarray(shapely.covers(self.inner, asked))
         inside[~inside] = shapely.dwithin(self.inner, asked[~inside], OVERLAY_ERROR)
@@ -127,7 +123,7 @@ class Region:
 
     @cached_property
     def _groups(self) -> npt.NDArray[np.int32]:
-        """The number of the group of components that touch one another, for each component."""
+        """For each component, the number of the group of touching components that it belongs to."""
         from scipy.sparse.csgraph import connected_components
 
         parts = np.array(self.components, dtype=object)
@@ -139,7 +135,7 @@ class Region:
         return start is not None and end is not None and bool(self._groups[start] == self._groups[end])
 
     def nearest(self, point: npt.ArrayLike) -> tuple[float, float] | None:
-        """Return the point of `inner` nearest to a point [rad], itself if it is in; None if `inner` is empty."""
+        """Return the point of `inner` nearest to a point [rad], the point itself if it is inside; None if empty."""
         if not self.components:
             return None
         asked = _points(point)[0]
@@ -160,13 +156,13 @@ class Region:
         return f"({found[0]!r}, {found[1]!r})"
 
     def why_not(self, point: npt.ArrayLike) -> str | None:
-        """Return what excludes a point (α1, α2) [rad], with numbers, or None if it is in `inner`."""
+        """Return the conditions that a point (α1, α2) [rad] breaks, with numbers, or None if it is in `inner`."""
         asked = _points(point)[0]
         if self.contains(asked)[0]:
             return None
         reasons = [condition.broken_at(float(asked[0]), float(asked[1])) for condition in self.conditions]
         near = f"closer to the border than the accuracy of the region ({self.accuracy:.1g} rad)"
-        return "; ".join(reason for reason in reasons if reason is not None) or near
+        return "; ".join(filter(None, reasons)) or near
 
     def __and__(self, other: Region) -> Region:
         pair = shapely.intersection(self.pair, other.pair)
@@ -182,19 +178,13 @@ class Region:
         size = f"{self.area:.4g} rad² in {count} component{'s' * (count > 1)}, {borders}" if count else "empty"
         lines = [f"Region of the (α1, α2) plane: {size}"]
         for number, part in enumerate(self.components[:_MOST_LISTED], start=1):
-            left, below, right, above = (f"{value:.4f}" for value in part.bounds)
-            area = f"{part.area:.3g} rad²"
-            lines.append(f"  {number}  {area:>11}   α1 {left} to {right}, α2 {below} to {above}")
+            (left, below, right, above), area = part.bounds, f"{part.area:.3g} rad²"
+            lines.append(f"  {number}  {area:>11}   α1 {left:.4f} to {right:.4f}, α2 {below:.4f} to {above:.4f}")
         if count > _MOST_LISTED:
             lines.append(f"  … and {count - _MOST_LISTED} more")
         if self.conditions:
             lines.append(" · ".join(dict.fromkeys(condition.name for condition in self.conditions)))
         return "\n".join(lines)
-
-    def _repr_html_(self) -> str:
-        from gaitgraph.plots.notebook import html_of
-
-        return html_of(self)
 
 
 def _points(points: npt.ArrayLike) -> FloatArray:
@@ -203,9 +193,6 @@ def _points(points: npt.ArrayLike) -> FloatArray:
     if out.ndim not in (1, 2) or out.shape[-1] != 2 or not np.isfinite(out).all():
         raise InputError(f"point must be finite (alpha1, alpha2) in radians, shape (m, 2), got {shown(points)}")
     return out.reshape(-1, 2)
-
-
-# --- making regions --------------------------------------------------------------------------------------------------
 
 
 def region_of(pair: Any, accuracy: float, *conditions: Condition) -> Region:
@@ -227,12 +214,8 @@ class Discs(NamedTuple):
 
 def component_meeting(shape: BaseGeometry, discs: Discs) -> Polygon | None:
     """Return the polygon, of several, that meets every disc, the largest if there are more; or None."""
-    centers = shapely.points(discs.centers)
-    meeting: list[Any] = [
-        part
-        for part in shapely.get_parts(shape)
-        if part.geom_type == "Polygon" and (shapely.distance(part, centers) <= discs.radii + OVERLAY_ERROR).all()
-    ]
+    centers, parts = shapely.points(discs.centers), polygons_of(shape).geoms
+    meeting = [part for part in parts if (shapely.distance(part, centers) <= discs.radii + OVERLAY_ERROR).all()]
     return max(meeting, key=lambda part: (part.area, part.bounds), default=None)
 
 
@@ -263,7 +246,7 @@ def square_without(forbidden: BaseGeometry, reach: float) -> Pair:
 
 
 def chord_tolerance(accuracy: float) -> float:
-    """Return how far chords may be from a curved border for an accuracy [rad]; coarser ones would save nothing."""
+    """Return how far chords may be from a curved border for an accuracy [rad]; above 1e-3 nothing would be saved."""
     return min(0.45 * accuracy, 1e-3)
 
 
@@ -272,8 +255,6 @@ def checked_accuracy(accuracy: float) -> float:
     return angle_within(accuracy, "accuracy", 0.1, least=1e-9)
 
 
-# --- the user's own polygons -----------------------------------------------------------------------------------------
-
 Corners = tuple[tuple[float, float], ...]
 Points = Sequence[Sequence[Angle]] | npt.NDArray[np.float64]
 """Points (α1, α2), each angle a number [rad] or a text such as "3pi/8"."""
@@ -281,25 +262,12 @@ Points = Sequence[Sequence[Angle]] | npt.NDArray[np.float64]
 
 @dataclass(frozen=True, init=False)
 class Zones:
-    """The user's own polygons in the (α1, α2) plane: stay out of these, stay inside those.
+    """The user's own polygons in the (α1, α2) plane, each a sequence of (α1, α2) [rad, or texts].
 
-    Polygons are exact: their boundary is allowed and no margin is added. A point within 1e-9 rad of a boundary
-    counts as on it.
+    The interior of each polygon of `keep_out` is forbidden. If `keep_in` has polygons, the loop must stay in their
+    union. Boundaries are allowed and no margin is added; a point within 1e-9 rad of a boundary counts as on it.
+    InputError if a polygon is malformed, crosses itself or has no area.
 
-    Parameters
-    ----------
-    keep_out
-        Polygons whose interior is forbidden, each a sequence of (α1, α2) [rad, or texts].
-    keep_in
-        If any are given, the loop must stay in their union.
-
-    Raises
-    ------
-    InputError
-        If a polygon is malformed, crosses itself or has no area.
-
-    Examples
-    --------
     >>> zones = Zones(keep_out=[[(0, 0), (1, 0), (1, 1), (0, 1)]])
     >>> zones.allow_points([[0.5, 0.5], [1.0, 0.5]]).tolist()
     [False, True]
@@ -339,7 +307,7 @@ class Zones:
 
 
 def _polygons_from(value: object, name: str) -> tuple[Corners, ...]:
-    """Return the corners of each polygon [rad]; raise InputError, with its number, for one that is none."""
+    """Return the corners of each polygon [rad]; raise InputError, with its number, for one that is malformed."""
 
     def are_lists(*values: object) -> bool:
         return all(isinstance(one, (list, tuple, np.ndarray)) for one in values)
@@ -351,7 +319,7 @@ def _polygons_from(value: object, name: str) -> tuple[Corners, ...]:
         label = f"{name} polygon {number}"
         if not are_lists(corners) or not are_lists(*corners) or any(len(corner) != 2 for corner in corners):
             raise InputError(f"{label} must be a list of corners [alpha1, alpha2], got {shown(corners)}")
-        # A polygon may reach beyond the square of ±π/2, and must not miss it.
+        # A polygon may reach beyond the square of ±π/2, but must overlap it.
         points = [
             (angle_within(first, f"{label} alpha1", math.pi), angle_within(second, f"{label} alpha2", math.pi))
             for first, second in corners
@@ -360,7 +328,7 @@ def _polygons_from(value: object, name: str) -> tuple[Corners, ...]:
             raise InputError(f"{label} must have three or more corners that are not on a line, got {shown(corners)}")
         polygon = shapely.Polygon(points)
         if not polygon.is_valid:
-            raise InputError(f"{label} must be a simple polygon: {shapely.is_valid_reason(polygon)}")
+            raise InputError(f"{label} must not cross or touch itself, got {shapely.is_valid_reason(polygon)}")
         if not polygon.intersects(_SQUARE):
             raise InputError(f"{label} must overlap the square of ±π/2 rad, got {shown(corners)}")
         found.append(tuple((float(x), float(y)) for x, y in polygon.exterior.coords[:-1]))
@@ -368,9 +336,9 @@ def _polygons_from(value: object, name: str) -> tuple[Corners, ...]:
 
 
 def zones_region(zones: Zones) -> Region:
-    """Return where the user's polygons allow to be: outside every keep-out and in the union of the keep-ins.
+    """Return what the user's polygons allow: all outside every keep-out and in the union of the keep-ins.
 
-    Borders are exact, and allowed. A passage without width, between keep-outs that touch, is not in the region.
+    Borders are exact and belong to the region. A passage without width, between keep-outs that touch, does not.
 
     >>> region = zones_region(Zones(keep_out=[[(0, 0), (1, 0), (1, 1), (0, 1)]]))
     >>> region.contains([[0.5, 0.5], [1.0, 0.5]]).tolist(), region.why_not((0.5, 0.5))

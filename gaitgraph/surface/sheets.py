@@ -81,10 +81,10 @@ _FORMS = np.array(
 )
 
 DEFAULT_CROSSING_TOLERANCE = math.pi / 32
-"""Within this distance of a crossing line [rad] a plane type is `?`: half a step of the paper's grid."""
+"""Distance from a crossing line within which a plane type is `?` [rad]: half a step of the paper's grid."""
 
 DEFAULT_TOLERANCE = 2e-3
-"""|Rφ| and |Rθ| up to this count as on the surface; the paper's printed vertices reach 1.4e-3."""
+"""Up to this |Rφ| and |Rθ| a point counts as on the surface; the paper's printed vertices reach 1.4e-3."""
 
 # The two signs of R, in the order in which colourings are listed: the paper's Figure 16 is of R < 0.
 SIGNS: tuple[Sign, Sign] = ("negative", "positive")
@@ -125,8 +125,7 @@ def types_of(
     A type is `?` where the planes cross: within `crossing_tolerance` [rad] of β1 ≡ 0 (mod π/2) for α3 and of
     β2 ≡ 0 (mod π/2) for α4. Half a grid step marks exactly the nodes nearest to the line.
     """
-    checked_number("crossing_tolerance", crossing_tolerance, "a finite number ≥ 0 (rad)")
-    reach = crossing_tolerance + _ROUND_OFF
+    reach = checked_number("crossing_tolerance", crossing_tolerance, "a finite number ≥ 0 (rad)") + _ROUND_OFF
     lines = ((alpha1, coefficients.delta), (alpha2, -coefficients.delta))
     third, fourth = (distance_to_multiple(np.asarray(x, dtype=float) - line, HALF_PI) for x, line in lines)
     sign, zero = np.int8(_CODES[color]), np.int8(0)
@@ -140,16 +139,11 @@ def at_end_of_range(angle: npt.ArrayLike) -> npt.NDArray[np.bool_]:
 
 def checked_plane_angles(alpha1: Any, alpha2: Any) -> tuple[FloatArray, FloatArray]:
     """Return α1 and α2 as arrays, or raise InputError naming the one that leaves [−π/2, π/2]."""
-    out = []
-    for name, value in (("alpha1", alpha1), ("alpha2", alpha2)):
-        angles = angles_from(value, name)
-        if (bad := ~(np.abs(angles) <= HALF_PI)).any():
-            angle_within(float(angles[bad].flat[0]), name)
-        out.append(angles)
-    return out[0], out[1]
-
-
-# --- roots -----------------------------------------------------------------------------------------------------------
+    first, second = angles_from(alpha1, "alpha1"), angles_from(alpha2, "alpha2")
+    for name, angles in (("alpha1", first), ("alpha2", second)):
+        for outside in angles[~(np.abs(angles) <= HALF_PI)][:1]:
+            angle_within(float(outside), name)
+    return first, second
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -179,8 +173,8 @@ class Root:
 class Fiber:
     """A continuum of solutions: at this (α1, α2) one of α3, α4 is free.
 
-    The fibre called "first" (β1 ≡ 0 mod π/2) fixes alpha3, of the types ``(?,*)``; "second" (β2 ≡ 0 mod π/2) fixes
-    alpha4, ``(*,?)``. `values` are those of the fixed angle in [−π/2, π/2] [rad]. `singular` are the copies at β = π/2
+    The fibre called "first" (β1 ≡ 0 mod π/2) fixes alpha3, with the types ``(?,*)``; "second" (β2 ≡ 0 mod π/2) fixes
+    alpha4, with ``(*,?)``. The fixed angle has one of `values`, in [−π/2, π/2] [rad]. `singular` is true at β = π/2
     (mod π), where the decoupling matrix is singular at every attitude whatever the free angle.
     """
 
@@ -202,9 +196,8 @@ class RootSet(tuple[Root, ...]):
 class RootArrays:
     """The roots of many (α1, α2) of the shape (...), padded to five along the last axis.
 
-    Beside their number `count` (...): the tilt angles `alpha` (..., 5, 4) [rad] and equation (6) `R` (..., 5), both NaN
-    beyond `count`; the `sheet` (..., 5), +1 red, −1 blue, 0 none; and the `types` (..., 5, 2) of α3 and of α4, +1, 0
-    (`?`) or −1.
+    `count` (...) is their number; the angles `alpha` (..., 5, 4) [rad] and equation (6) `R` (..., 5) are NaN beyond.
+    `sheet` (..., 5) is +1 red, −1 blue, 0 none; `types` (..., 5, 2) of α3 and of α4 are +1, 0 (`?`) or −1.
     """
 
     count: npt.NDArray[np.int64]
@@ -241,23 +234,18 @@ def roots(
 ) -> RootSet:
     """Return every (α3, α4) in [−π/2, π/2]² with Rφ = Rθ = 0 for one (α1, α2).
 
-    Two inside the square, three on its sides, five at its corners (Figure 2); one more where blue lies at an end
-    of the range, α1 = 2δ − π/2 or α2 = π/2 − 2δ. On a fibre line the solutions are a continuum: `fibers` of the
-    answer states it, beside the red and the blue root, which are still there. R ≠ 0 is not guaranteed: look at `R`.
+    There are two inside the square, three on its sides, five at its corners (Figure 2); one more where blue lies at an
+    end of the range, α1 = 2δ − π/2 or α2 = π/2 − 2δ. On a fibre line the solutions are a continuum: `fibers` of the
+    answer states it, beside the red and the blue root. R may be 0: look at `R` of each root.
 
     Parameters
     ----------
     alpha1, alpha2
-        Tilt angles of rotors 1 and 2 in [−π/2, π/2], numbers [rad] or texts such as "pi/8".
+        Tilt angles of rotors 1 and 2, numbers [rad] or texts such as "pi/8"; InputError outside [−π/2, π/2].
     coefficients
         The coefficients of formula (1); by default the paper's published ones.
     crossing_tolerance
         Distance from a crossing line within which a type is `?` [rad].
-
-    Raises
-    ------
-    InputError
-        If an angle is not finite or outside [−π/2, π/2].
 
     Examples
     --------
@@ -303,7 +291,7 @@ def root_arrays(
     coefficients: CoefficientsLike | None = None,
     crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE,
 ) -> RootArrays:
-    """Return the roots of many (α1, α2) at once, in the order of :func:`roots`, whose options and errors it has.
+    """Return the roots of many (α1, α2) at once, in the order of :func:`roots`; options and errors are the same.
 
     `alpha1` and `alpha2` are broadcast against each other to the shape (...).
 
@@ -312,7 +300,7 @@ def root_arrays(
     """
     coefficients = coefficients_of(kind=coefficients)
     a1, a2 = np.broadcast_arrays(*checked_plane_angles(alpha1, alpha2))
-    # Four candidates on each sheet: both ends of the range for α3 and for α4, of which an angle elsewhere takes one.
+    # Four candidates on each sheet: both ends of the range for α3 and for α4. An angle elsewhere uses one end only.
     sheets = [sheet_angles(color, a1, a2, coefficients) for color in COLORS]
     third, fourth = (np.stack(angles, axis=-1)[..., None] for angles in zip(*sheets, strict=True))
     end3, end4 = at_end_of_range(third), at_end_of_range(fourth)
@@ -368,9 +356,6 @@ def sheet_grid(
     return SheetGrid(row=row, column=column, alpha3=alpha3, alpha4=alpha4, types3=types3, types4=types4, R=R)
 
 
-# --- families --------------------------------------------------------------------------------------------------------
-
-
 def family_codes(colors: Sequence[str]) -> CodeArray:
     """Return colors as +1 red, −1 blue, 2 the first and 3 the second fibre, shape (n,)."""
     return np.array([_CODES[color] for color in colors], dtype=np.int8)
@@ -391,8 +376,8 @@ def _family_forms(alpha: FloatArray, coefficients: Coefficients) -> FloatArray:
 def family_distances(alpha: npt.ArrayLike, coefficients: Coefficients) -> FloatArray:
     """Return how far points are from red, blue, the first and the second fibre, mod π, shape (..., 4) [rad].
 
-    On a sheet the larger difference of α3 and α4 counts, on a fibre that of its two fixed angles. The copies of the
-    fibres at β = π/2 (mod π), where R = 0, are no fibres.
+    For a sheet the larger difference of α3 and α4 counts, for a fibre that of its two fixed angles. The copies of the
+    fibres at β = π/2 (mod π), where R = 0, do not count as fibres.
     """
     forms = _family_forms(np.asarray(alpha, dtype=float), coefficients)
     return np.asarray(distance_to_multiple(forms, math.pi).max(axis=-1))
@@ -401,9 +386,10 @@ def family_distances(alpha: npt.ArrayLike, coefficients: Coefficients) -> FloatA
 def families_along(alpha: npt.ArrayLike, coefficients: Coefficients, tolerance: float, *, before: int = 0) -> CodeArray:
     """Return the family of each of consecutive points of shape (n, 4) [rad], shape (n,).
 
-    A point may be `tolerance` [rad] from a family, mod π; a sheet goes before a fibre. A point on both sheets follows
-    the one before, of the family `before` at the beginning; else the first that is on one alone; else it is red. A
-    point where a fibre meets the blue sheet, R = 0, follows the fibre if the one before was on it.
+    A point may be `tolerance` [rad] from a family, mod π; sheets take precedence over fibres. A point on both sheets
+    takes the sheet of the point before, at the start that of the family `before`, else the sheet of the first point
+    that is on one sheet only, else red. Where a fibre meets the blue sheet, R = 0, a point stays on the fibre if the
+    point before was on it.
     """
     near = family_distances(alpha, coefficients) <= tolerance
     on_red, on_blue = near[:, 0], near[:, 1]
@@ -456,13 +442,13 @@ def family_jumps(
     """Return by how much segments leave the families of their ends, shape (m,) [rad]; 0 where that is below 1e-9.
 
     A family is a plane, so a segment that starts on it is farthest off at its end: by π where an angle wraps. Between
-    two families that which it leaves less counts.
+    two families the smaller distance counts.
     """
 
     def left(at: FloatArray, to: FloatArray, of: CodeArray) -> FloatArray:
         row, column = np.arange(len(at)), FAMILY_COLUMN[of]
         forms, step = _family_forms(at, coefficients), ((to - at) @ _FORMS).reshape(-1, 4, 2)
-        # What a point is off its family by changes linearly along the segment; whole wraps show at its end.
+        # The distance from a family changes linearly along the segment; whole wraps show at its end.
         off = np.abs(wrapped(forms[row, column]) + step[row, column]).max(axis=1)
         return np.where(of == 0, np.inf, off)
 
@@ -470,9 +456,6 @@ def family_jumps(
     between = codes != after
     out[between] = np.minimum(out[between], left(ends[between], starts[between], after[between]))
     return np.where(out > _EXACT, out, 0.0)
-
-
-# --- components of the red sheet -------------------------------------------------------------------------------------
 
 
 def red_label(alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, vehicle: Vehicle = PAPER) -> npt.NDArray[np.int64]:

@@ -1,8 +1,8 @@
 """Smooth closed curves of tilt angles on one sheet, rounded gaits, and gaits timed by polynomials.
 
 Both sheets are planes, so that a polynomial in (α1, α2) is one in all four angles, and lies on its sheet between
-samples too. What is said about a whole curve rests on chords: on an interval of width h a curve is within
-h²/8·max|q''| of the chord, and max|q''| is at most that of its Bernstein coefficients (convex hull property).
+samples too. Checks of a whole curve run along chords: on an interval of width h a curve is within h²/8·max|q''| of
+the chord, and max|q''| is at most that of its Bernstein coefficients (convex hull property).
 
 A gait with rounded corners is such a curve. A corner is replaced by a quintic Bézier blend whose first three control
 points lie evenly on the segment that arrives and whose last three lie evenly on the segment that leaves. Its curvature
@@ -40,15 +40,15 @@ DEFAULT_CHORD = 1e-6
 """How far a curve may be from the chords that its checks look along [rad in the (α1, α2) plane]."""
 
 SMALLEST = 1e-5
-"""The least rounding, and the least distance between rounded corners [rad]: less is beyond what floats carry."""
+"""The least rounding, and the least distance between rounded corners [rad], limited by round-off."""
 
 _MOST_POINTS = 4_000_000
 _SEAM = 1e-8
 _STRAIGHT = 1e-9
 _SPACING = 0.4  # distance between control points of a blend on a segment, as a share of the length that it takes
-# What control points of a blend become coefficients by, from the fifth power down, but for a factor each.
+# Finite differences that turn the control points of a blend into coefficients, from the fifth power down.
 _DIFFERENCES = [np.array([(-1.0) ** (j - i) * math.comb(j, i) for i in range(j + 1)]) for j in range(5, -1, -1)]
-_TIP = 5.0 / 8.0  # share that a turn back moves along the segment of the parameter that it takes on each side
+_TIP = 5.0 / 8.0  # distance to the tip of a turn back, per parameter on each side
 _FEWEST = 8  # intervals on a piece of a curve
 _GROWTH = 0.3  # of the distance between nodes, from one to the next
 
@@ -67,12 +67,12 @@ class Curve:
     color
         "red" or "blue".
     vehicle, coefficients, crossing_tolerance
-        What the curve is for, as for :class:`gaitgraph.gait.gait.Gait`.
+        As for :class:`gaitgraph.gait.gait.Gait`.
 
     Notes
     -----
-    InputError if the curve or its first or second derivative jumps at a break or at the seam. Not guaranteed: that a
-    curve is flyable; :meth:`check` decides that. Where the first derivative vanishes it may turn back on itself.
+    InputError if the curve or its first or second derivative jumps at a break or at the seam. A curve need not be
+    flyable; :meth:`check` decides that. Where the first derivative vanishes it may turn back on itself.
 
     Examples
     --------
@@ -117,7 +117,7 @@ class Curve:
             derivative = derivative_of(pieces, order)
             jump = np.abs(np.roll(values_of(derivative, width), 1, axis=0) - derivative[-1]).max(axis=1)
             at = int(np.argmax(jump))
-            # What floats carry of a derivative depends on the terms that it is a sum of.
+            # Round-off of a derivative is relative to the terms of its sum.
             if jump[at] > _SEAM * max(float(values_of(np.abs(derivative), width).max()), 1e-300):
                 where = f"jumps by {jump[at]:.2g} at {f'break {at}' if at else 'the seam'}"
                 rule = "a closed curve, continuous to the second derivative"
@@ -134,24 +134,24 @@ class Curve:
 
     @property
     def span(self) -> float:
-        """The parameter's range: the curve is periodic with it."""
+        """Length of the parameter's range; the curve is periodic with it."""
         return float(self.breaks[-1])
 
     @property
     def length(self) -> float:
         """Length of the loop in the (α1, α2) plane [rad]; √2 times as long in all four angles."""
         nodes, weights = np.polynomial.legendre.leggauss(20)
-        # Where the speed vanishes it has a kink; both angles turn round there.
+        # The speed has a kink where it vanishes, which is where both angles turn round.
         s = np.append(self.turning_points(), self.span)
         width = np.diff(s)
         velocity = self.at(s[:-1, None] + width[:, None] * (nodes + 1) / 2, 1)[..., :2]
         return float((np.linalg.norm(velocity, axis=-1) @ weights * width / 2).sum())
 
     def at(self, s: npt.ArrayLike, derivative: int = 0) -> FloatArray:
-        """Return the tilt angles at any parameter values, or a derivative of them by s; the curve is periodic.
+        """Return the tilt angles at any parameter values, or a derivative of them by s.
 
-        Parameters of shape (...) give angles of shape (..., 4) [rad]. From the third derivative on, that at a break is
-        of the piece that starts there.
+        Parameters of shape (...) give angles of shape (..., 4) [rad]. At a break, derivatives from the third on are
+        those of the piece that starts there.
         """
         derivative = whole_number("derivative", derivative, 0, 1000)
         piece, local = located(self.breaks, s)
@@ -178,12 +178,12 @@ class Curve:
         bend = np.linalg.norm(bernstein_from_power(derivative_of(self.pieces, 2), width), axis=-1).max(axis=0)
         count = np.maximum(np.ceil(width * np.sqrt(bend / (8.0 * tolerance)) * (1 + 1e-9)), 1.0)
         if count.sum() > _MOST_POINTS:
-            wanted = f"tolerance must be so large that {_MOST_POINTS} chords do"
-            raise InputError(f"{wanted}, got {shown(tolerance)}: {count.sum():.3g}")
+            chords = f"{figure(count.sum())} chords, more than {_MOST_POINTS:,}"
+            raise InputError(f"tolerance must be larger, got {shown(tolerance)}: it takes {chords}")
         return divided(self.breaks, count)[0]
 
     def polyline(self, tolerance: float = 1e-4) -> Gait:
-        """Return a gait with corners on the curve, which is certainly within a tolerance of its segments [rad]."""
+        """Return a gait with corners on the curve, whose segments are proven to be within a tolerance of it [rad]."""
         alpha = self.at(self.chord_parameters(tolerance))
         return Gait(
             alpha=alpha,
@@ -196,23 +196,23 @@ class Curve:
     def check(self, *, chord: float = DEFAULT_CHORD, **options: Unpack[CheckOptions]) -> Report:
         """Return every check of valid and flyable for the curve itself, between samples too; options as for a gait.
 
-        Its chords, as near to it as `chord` [rad], are judged by :func:`gaitgraph.validation.validating.check_gait`.
-        What the curve may differ from them by is then taken off: the least singular value changes by at most
-        √(2+κ²)·√2·chord, R by its largest slope, and so on. A curve that touches a limit may therefore be refused
-        where a finer chord would let it pass; never the other way.
+        :func:`gaitgraph.validation.validating.check_gait` checks chords within `chord` [rad] of the curve. Its results
+        are then lowered by the largest difference of the curve: √(2+κ²)·√2·chord for the least singular value, the
+        largest slope of R for R, and so on. So a curve that touches a limit may fail where it passes with a finer
+        chord, but a curve that breaks a rule never passes.
         """
         return check_gait(self.polyline(chord), beside=chord, extremes=self.extremes(), **options)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RoundedCorner:
-    """What was done at one corner."""
+    """The blend at one corner."""
 
     corner: int  # number in the merged gait, from 0
-    turn: float  # by how much the direction turns there, from 0 to π [rad]
-    reach: float  # how much of each segment the blend takes [rad]
+    turn: float  # change of direction, from 0 to π [rad]
+    reach: float  # length that the blend takes of each segment [rad]
     deviation: float  # distance from the corner to the curve [rad]; 0 where the gait turns back on its line
-    shrunk: bool  # whether the tolerance would allow a larger blend than its segments do
+    shrunk: bool  # whether short segments, not the tolerance, limit the blend
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -257,15 +257,15 @@ def rounded(gait: GaitLike, tolerance: float | str) -> Rounding:
     Parameters
     ----------
     gait
-        The closed polyline; straight runs are merged first, and corners nearer than :data:`SMALLEST` to the one before
-        are taken for the same. Blends that would overlap are shrunk until they share the segment, and marked.
+        The closed polyline. Straight runs are merged first; a corner nearer than :data:`SMALLEST` to the one before is
+        dropped. Blends that would overlap are shrunk until they share the segment, and marked.
     tolerance
         Largest distance between the curve and the polyline, both ways, in the (α1, α2) plane; radians, or a text such
         as "2deg". In all four angles it is √2 times as far.
 
     Notes
     -----
-    Not guaranteed: that the curve is flyable wherever the polyline is; ask :meth:`Curve.check`.
+    The curve of a flyable gait need not be flyable; see :meth:`Curve.check`.
 
     With segments along the unit vectors u and v, a blend that takes d of each, with control points 2d/5 apart, passes
     its corner at the distance (3/16)·d·‖v − u‖ = (3/8)·d·sin(turn/2), reached at its middle.
@@ -360,13 +360,13 @@ def _blended(plane: FloatArray, size: float) -> tuple[FloatArray, FloatArray, tu
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TouchedLimit:
-    """Where a law runs at one of its limits."""
+    """A limit that a law reaches."""
 
     limit: str  # "rate", "acceleration" or "jerk"
     joints: list[int]  # the opposite joints that move alike, 1 and 3 or 2 and 4
     value: float  # of the limit [rad/s, rad/s² or rad/s³]
-    share: float  # of the period, during which it is touched
-    where: dict[str, Any]  # when it is first touched, t [s], and the tilt angles then, alpha [rad]
+    share: float  # share of the period spent at the limit
+    where: dict[str, Any]  # the first time at it, t [s], and the tilt angles then, alpha [rad]
 
     def __str__(self) -> str:
         joints, unit = f"α{self.joints[0]} and α{self.joints[1]}", RATE_UNITS[self.limit]
@@ -392,9 +392,9 @@ class LimitedGait(TimedGait):
         (α1, α2) on these intervals as polynomials of the share of the interval that has passed, highest power first,
         shape (degree + 1, m, 2) [rad].
     limits
-        What the law was made to keep: rate, acceleration and jerk of α1 and α2, shape (3, 2), infinite where unlimited.
+        The limits that the law keeps: rate, acceleration and jerk of α1 and α2, shape (3, 2), infinite for none.
     stretch
-        By what its time was stretched to keep the limits between samples too, minus 1.
+        Factor, minus 1, by which time was stretched to keep the limits between samples too.
     """
 
     curve: Curve | None
@@ -413,21 +413,21 @@ class LimitedGait(TimedGait):
         return self.derivative(t, 0), self.derivative(t, 1), self.derivative(t, 2)
 
     def derivative(self, t: npt.ArrayLike, order: int) -> FloatArray:
-        """Return a derivative of the tilt angles at times of shape (...) [s]; the third jumps at knots."""
+        """Return a derivative of the tilt angles at times of shape (...) [s]; the third one jumps at knots."""
         piece, local = located(self.corner_times, t)
         h, gait = self.widths[piece], self.gait
         plane = values_of(derivative_of(self.tilts, order)[:, piece], local / h) / h[..., None] ** order
         return _lifted(plane, gait.color or "red", gait.alpha[0, :2], gait.coefficients, order)
 
     def peaks(self, order: int) -> FloatArray:
-        """Return the largest size of a derivative of each angle over the period, between samples too, shape (4,).
+        """Return an upper bound of a derivative of each angle over the period, between samples too, shape (4,).
 
-        An upper bound, from Bernstein coefficients; what is attained is closer to it the more knots there are.
+        It follows from Bernstein coefficients, and is the sharper the more knots there are.
         """
         return np.tile(peaks_of(self.widths, self.tilts, order).max(axis=0), 2)
 
     def limits_touched(self, within: float = 0.01) -> tuple[TouchedLimit, ...]:
-        """Return which limits the law runs at to within a share of them, and during what share of the period."""
+        """Return the limits that the law comes within a share of, and for what share of the period."""
         out = []
         for order, (kind, limits) in enumerate(zip(RATE_UNITS, self.limits, strict=True), start=1):
             peaks = peaks_of(self.widths, self.tilts, order)
@@ -441,7 +441,7 @@ class LimitedGait(TimedGait):
         return tuple(out)
 
     def vertices(self, tolerance: float = 1e-9) -> FloatArray:
-        """Return the corners of the loop; of a curve the tips where it turns back on its line, so mostly none."""
+        """Return the corners of the loop; a curve has them only where it turns back on its line."""
         if self.curve is None:
             return self.gait.vertices(tolerance)
         at = self.curve.turning_points()
@@ -456,8 +456,8 @@ class LimitedGait(TimedGait):
 def nodes_along(breaks: FloatArray, pieces: FloatArray, nodes: int) -> FloatArray:
     """Return nodes from 0 to the span of a path, all breaks among them, evenly within pieces.
 
-    Half of them are shared out by width, half by how much a piece bends, where the limits of the joints change. Beside
-    a short piece they lie nearer, from one to the next by 30 %, since speeds change much there.
+    Half of the nodes are spread by width, half by how much a piece bends, where the limits of the joints change.
+    Speeds change much beside a short piece: distances shrink towards it by 30 % from one node to the next.
     """
     width = np.diff(breaks)
     control = bernstein_from_power(derivative_of(pieces, 2), width)

@@ -1,6 +1,6 @@
 """Timing laws: how fast a path is run, from rest to rest at corners or along a smooth curve without a stop.
 
-A timing law maps time to position along the closed polyline. Three laws are closed formulas over any period:
+A timing law maps time to position along the loop. Three laws are closed formulas over any period:
 
 * ``smooth`` (the default): time in proportion to length, each segment from rest to rest by the minimum-jerk
   polynomial 10τ³ − 15τ⁴ + 6τ⁵, so that rates and accelerations are continuous and zero at the corners;
@@ -8,12 +8,12 @@ A timing law maps time to position along the closed polyline. Three laws are clo
 * ``equal-time``: every segment takes the same time, at constant speed within it.
 
 The last two turn the corners at full speed: their accelerations are zero between corners and impulses at them,
-which no table shows; the rates of a sample at a corner are those just after it. The other laws keep limits.
+which no table shows; the rates of a sample at a corner are those just after it.
 
-A path is made of polynomial pieces: coefficients (degree + 1, k, …) of k pieces, highest power first, in powers of the
-parameter that has passed since the piece started, as in ``scipy.interpolate.PPoly``. A timing law maps time to the
-path's parameter s. Its second derivative is continuous and linear between knots, so that s(t) is a cubic there. Put
-into the path's polynomials it gives polynomials of time, whose Bernstein coefficients bound their derivatives.
+The other laws keep limits. Their paths are polynomial pieces: coefficients (degree + 1, k, …) of k pieces, highest
+power first, in powers of the parameter s since the start of the piece, as in ``scipy.interpolate.PPoly``. The second
+derivative of s(t) is continuous and linear between knots, so that s(t) is a cubic there. Put into the path's
+polynomials it gives polynomials of time, whose Bernstein coefficients bound their derivatives.
 
 The fastest speed along a closed curve: with b = ṡ², rates and accelerations q″b + q′s̈ are linear in b and s̈. For a
 constant s̈ on every interval of a grid they are linear in the values of b at its two ends. Each row bounds the later
@@ -41,27 +41,26 @@ if TYPE_CHECKING:
 
     from gaitgraph.invertibility.matrices import FloatArray
 
-# Knots nearer than this share of the period are taken for the same.
-_NEAREST = 1e-12
-_APART = 1e-9
+_NEAREST = 1e-12  # share of the period below which a knot and a break coincide
+_APART = 1e-9  # the same of two knots
 _SECANTS = 30
 
-# From rest to rest: without a jerk limit the acceleration takes this share of a segment's time to rise, so that it is
-# continuous. What takes less than the second share is beyond what floats carry: the limits are lowered to it.
+# From rest to rest: without a jerk limit the acceleration rises in this share of a segment's time, so that it is
+# continuous. Floats cannot carry phases shorter than the second share: the limits are lowered to it.
 _RISE = 1e-3
 _BRIEF = 1e-6
 
 _CAP = 1e30
 _PASSES, _PROGRAMMES = 100, 10
 _TANGENTS = (0.5, 1.0, 1.6)  # where the time 1/√b is replaced by tangents, as multiples of the solution before
-_LEAST, _MOST = 1e-2, 1e3  # within what factors of the solution before b is looked for
+_LEAST, _MOST = 1e-2, 1e3  # bounds of b, as multiples of the solution before
 
 
 class Law(NamedTuple):
     """A law over any period, the same on each segment, as functions of the share τ of the segment's time."""
 
-    by_length: bool  # whether segments take time in proportion to their length; if not, all take the same
-    motion: Callable[[FloatArray], tuple[FloatArray, FloatArray, FloatArray]]  # share of the length, and derivatives
+    by_length: bool  # whether segments take time in proportion to their length; otherwise all take the same time
+    motion: Callable[[FloatArray], tuple[FloatArray, FloatArray, FloatArray]]  # share of the length, two derivatives
     peaks: tuple[float, float, float, float]  # largest first to fourth derivative; infinite: an impulse at a corner
 
 
@@ -89,9 +88,9 @@ DEFAULT_LAW: LawName = "smooth"
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class TimingLaw:
-    """A monotone periodic law s(t): s, ṡ and s̈ at knots, s̈ linear between them.
+    """A monotone periodic law s(t): s, ṡ and s̈ at knots, each of shape (m + 1,), s̈ linear between them.
 
-    Each has shape (m + 1,). The knots t go from 0 to the period [s], and s grows by the path's span meanwhile.
+    The knots t go from 0 to the period [s]; over a period s grows by the path's span.
     """
 
     t: FloatArray
@@ -144,6 +143,8 @@ def smoothed_law(s: FloatArray, squared: FloatArray, window: float) -> TimingLaw
     the period, and averages of accelerations within convex limits stay within them but for how much the path's
     direction and curvature change over the window.
     """
+    from scipy.interpolate import PPoly
+
     speed, span = np.sqrt(squared), float(s[-1])
     t = np.concatenate([[0.0], np.cumsum(2 * np.diff(s) / (speed[1:] + speed[:-1]))])
     period = float(t[-1])
@@ -155,28 +156,18 @@ def smoothed_law(s: FloatArray, squared: FloatArray, window: float) -> TimingLaw
     behind = np.interp(np.mod(knots - half, period), t, speed)
     rise = (ahead - behind) / (2 * half)
     rise[-1] = rise[0]
-    # The mean of s̈ is taken off, so that the speed closes; the first speed is such that s grows by the span.
-    h = np.diff(knots)
-    gained = np.concatenate([[0.0], np.cumsum(h * (rise[:-1] + rise[1:]) / 2)])
-    surplus = gained[-1] / period
-    rise = rise - surplus
-    gained = gained - surplus * knots
-    gained[-1] = 0.0
-    steps = h * gained[:-1] + h**2 * (2 * rise[:-1] + rise[1:]) / 6
-    first = (span - steps.sum()) / period
-    # It starts at the mean of s from −half to half, where by symmetry s(−u) = s(T − u) − span.
-    gone = np.concatenate([[0.0], np.cumsum(np.diff(t) * (s[:-1] + np.diff(t) * (2 * speed[:-1] + speed[1:]) / 6))])
-
-    def area(time: float) -> float:
-        """Return the integral of s from 0 to a time below the period."""
-        piece, local = located(t, time)
-        rise = (speed[piece + 1] - speed[piece]) / (t[piece + 1] - t[piece])
-        return float(gone[piece] + local * (s[piece] + local * (speed[piece] / 2 + local * rise / 6)))
-
-    start = (area(half) + float(gone[-1]) - area(period - half)) / (2 * half) - span / 2
-    smooth = start + np.concatenate([[0.0], np.cumsum(steps + first * h)])
-    smooth[-1] = start + span
-    return TimingLaw(t=knots, s=smooth, speed=gained + first, acceleration=rise)
+    # Subtracting the mean of s̈ closes the speed; the first speed is such that s grows by the span.
+    rise = rise - np.trapezoid(rise, knots) / period
+    gained = PPoly(np.stack([np.diff(rise) / np.diff(knots), rise[:-1]]), knots).antiderivative()
+    first = (span - float(gained.integrate(0.0, period))) / period
+    # It starts at the mean of s from −half to half; by periodicity s(−u) = s(T − u) − span.
+    rough = PPoly(np.stack([np.diff(speed) / np.diff(t) / 2, speed[:-1], s[:-1]]), t)
+    around = float(rough.integrate(0.0, half) + rough.integrate(period - half, period))
+    smooth = around / (2 * half) - span / 2 + gained.antiderivative()(knots) + first * knots
+    smooth[-1] = smooth[0] + span
+    speeds = gained(knots) + first
+    speeds[-1] = first
+    return TimingLaw(t=knots, s=smooth, speed=speeds, acceleration=rise)
 
 
 def tilts_over_time(law: TimingLaw, breaks: FloatArray, pieces: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -185,15 +176,12 @@ def tilts_over_time(law: TimingLaw, breaks: FloatArray, pieces: FloatArray) -> t
     Shapes (m,) [s] and (degree + 1, m, 2) [rad], highest power first, for a law of positive speed along a path with
     `breaks` and `pieces`. The first interval begins where the path does.
 
-    To the law's knots those are added where s passes a break of the path. Widths are not differences of times: a knot
-    may lie so near to a break that these would carry few digits.
+    The intervals end at the law's knots and where s passes a break of the path. Widths are not differences of times:
+    a knot may lie so near to a break that these would carry few digits.
     """
     span, h = float(breaks[-1]), np.diff(law.t)
     # In which interval of the law, and at what share of it, s passes each break: by bisection.
-    ahead = np.mod(breaks[:-1] - law.s[0], span)
-    ahead = np.where(ahead >= span, 0.0, ahead)
-    at = np.clip(np.searchsorted(law.s - law.s[0], ahead, side="right") - 1, 0, len(h) - 1)
-    rest = ahead - (law.s[at] - law.s[0])
+    at, rest = located(law.s - law.s[0], breaks[:-1] - law.s[0])
     v, a, b = law.speed[at] * h[at], law.acceleration[at] * h[at] ** 2, law.acceleration[at + 1] * h[at] ** 2
     low, high = np.zeros(len(at)), np.ones(len(at))
     for _ in range(60):
@@ -210,7 +198,7 @@ def tilts_over_time(law: TimingLaw, breaks: FloatArray, pieces: FloatArray) -> t
     interval, share, number = interval[order], share[order], number[order]
     following, until = np.roll(interval, -1), np.roll(share, -1)
     widths = np.where(following == interval, until - share, 1.0 - share) * h[interval]
-    # Of a knot of the law and a break that coincide, the break stays.
+    # Where a knot and a break coincide, the knot is dropped.
     close = widths < _NEAREST * law.t[-1]
     kept = np.flatnonzero(~((number < 0) & (close | np.roll(close, 1))))
     widths = np.add.reduceat(widths, kept)
@@ -292,7 +280,7 @@ def rest_to_rest(
     """Return the law of a closed polyline that rests at every corner, as intervals of time and (α1, α2) on them.
 
     The corners have shape (n, 2), no two neighbours equal [rad]; the limits of α1 and α2 have shape (2,), infinite
-    where there is none. What is returned is as in :func:`tilts_over_time`.
+    where there is none. Returns the same as :func:`tilts_over_time`.
     """
     step = np.roll(plane, -1, axis=0) - plane
     lengths = np.linalg.norm(step, axis=1)
@@ -326,9 +314,9 @@ def fastest_squared_speeds(
     intervals, `rate` and `acceleration` the limits of each joint, shape (m,), positive; a rate may be infinite.
 
     The limits hold at both ends of every interval. A row whose two coefficients have the same sign, where q′ nearly
-    vanishes (|q′| ≤ 2·width·|q″|), is replaced by the bound b ≤ limit/|q″| at both ends, which implies it and loses no
-    more than one interval of speeding up. Where an interval admits no pair of values beyond some point, that point is a
-    bound too; then the two passes leave no row broken.
+    vanishes (|q′| ≤ 2·width·|q″|), is replaced by the bound b ≤ limit/|q″| at both ends, which implies it and costs at
+    most one interval of speeding up. Where an interval admits no pair of values beyond some point, that point is a
+    bound too; then no row is violated after the two passes.
     """
     # Each joint gives |p·b_k + q·b_{k+1}| ≤ limit at either end of an interval: b_{k+1} ≤ (limit + |p|·b_k)/|q| and
     # b_k ≤ (limit + |q|·b_{k+1})/|p| if p and q have opposite signs.
@@ -371,8 +359,8 @@ def fastest_squared_speeds(
 def law_through_nodes(s: FloatArray, acceleration: FloatArray, speed: float) -> TimingLaw | None:
     """Return the law through nodes s with given s̈, less a constant so that it closes; None if it would stop.
 
-    Each interval takes the time in which the cubic covers it. The constant makes the last speed equal to `speed`, the
-    first; it is found by the secant method, and tiny for s̈ that nearly closes.
+    The secant method finds the constant with which the last speed is `speed`, the first; it is tiny for s̈ that nearly
+    closes. Each interval takes the time in which the cubic covers it.
     """
     rise = np.append(acceleration, acceleration[0])
     width = np.diff(s).tolist()
@@ -394,7 +382,7 @@ def law_through_nodes(s: FloatArray, acceleration: FloatArray, speed: float) -> 
         if turn and (abs(left) <= 1e-14 * speed or left == more):
             t = np.concatenate([[0.0], np.cumsum(times)])
             return TimingLaw(t=t, s=s, speed=np.array([*speeds[:-1], speed]), acceleration=rise - constant)
-        # At first: what is left over, as half a squared speed, goes down by the constant times the span.
+        # First guess: the constant times the span lowers half the squared speed.
         change = left * (constant - before) / (left - more) if turn else (speed**2 - v**2) / (2 * float(s[-1]))
         before, constant = constant, constant - change
     return None
@@ -413,7 +401,7 @@ def laws_under_jerk(
     `start` is ṡ² of some slower law at the nodes `s`, shapes (n,) and (n + 1,), which have all breaks among them. The
     limits are rate, acceleration and jerk at the nodes, shape (3, n, 2); they may be changed in place between two laws.
 
-    Between nodes they may exceed limits a little. Nothing is yielded any more once a programme has no solution.
+    Between nodes they may exceed limits a little. The iteration ends once a programme has no solution.
     """
     from scipy import sparse
     from scipy.optimize import linprog

@@ -1,8 +1,8 @@
-"""Servos that lag behind: what a first-order model leaves between the tilt angles commanded and those attained.
+"""Servo lag: the error between commanded and actual tilt angles of first-order servos.
 
 Each servo obeys τ·dα/dt = α_commanded − α. Under a periodic law it settles to a periodic motion; its error e =
 α_commanded − α obeys de/dt = rate − e/τ, so that e(t + h) = e(t)·exp(−h/τ) + ∫ exp(−(h − u)/τ)·rate(t + u) du over h.
-Between knots the rate is a polynomial of time, and Gauss's rule on short intervals leaves nothing but round-off.
+Between knots the rate is a polynomial of time, so Gauss's rule on short intervals is exact but for round-off.
 """
 
 from __future__ import annotations
@@ -25,11 +25,9 @@ if TYPE_CHECKING:
     from gaitgraph.invertibility.matrices import FloatArray
     from gaitgraph.io.formats import GaitLike
 
-# Intervals are at most this share of the quickest servo's time constant.
-_STEP = 1.0 / 64.0
+_STEP = 1.0 / 64.0  # longest interval, as a share of the quickest servo's time constant
 _MOST_STEPS = 2_000_000
-# Beyond so many periods the settled error is lost in round-off.
-_LONGEST = 1e6
+_LONGEST = 1e6  # longest lag in periods; beyond it round-off is larger than the settled error
 _AT_ONCE = 20_000
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(12)
 
@@ -38,23 +36,23 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(12)
 class ServoResponse:
     """The settled motion of lagging servos under a timed gait.
 
-    The error α_commanded − α_actual, shape (n + 1, 4) [rad], is known at the times `t`, shape (n + 1,) [s], from 0 to
+    The error α_commanded − α_actual, shape (n + 1, 4) [rad], is given at the times `t`, shape (n + 1,) [s], from 0 to
     the period; its last row is the first.
     """
 
-    timed: TimedGait  # what is commanded
+    timed: TimedGait  # the commands
     lag: FloatArray  # time constant of each servo, shape (4,) [s]
     t: FloatArray
     error: FloatArray
-    slack: FloatArray  # how far each joint's error can be from the straight line between two times, shape (4,) [rad]
+    slack: FloatArray  # largest distance of each error from the straight line between two times, shape (4,) [rad]
 
     @property
     def actual(self) -> FloatArray:
-        """The tilt angles attained at the times `t`, shape (n + 1, 4) [rad]."""
+        """The actual tilt angles at the times `t`, shape (n + 1, 4) [rad]."""
         return np.asarray(self.timed.at(self.t)[0] - self.error)
 
     def peak(self) -> FloatArray:
-        """Return the largest |error| of each joint, shape (4,) [rad]; certain between the times `t` too."""
+        """Return the largest |error| of each joint, shape (4,) [rad], a bound between the times `t` too."""
         return np.asarray(np.abs(self.error).max(axis=0) + self.slack)
 
     def peak_times(self) -> FloatArray:
@@ -69,10 +67,10 @@ class ServoResponse:
         return np.asarray(np.sqrt(total / self.timed.period))
 
     def distance_off_sheet(self) -> float | None:
-        """Return how far the actual (α3, α4) are at most from the sheet above the actual (α1, α2) [rad].
+        """Return the largest distance of the actual (α3, α4) from the sheet above the actual (α1, α2) [rad].
 
-        It vanishes where opposite servos share a lag: then they err alike, on the blue sheet with opposite signs. None
-        for a gait that is not on one sheet.
+        It is zero where opposite servos have the same lag: then their errors are equal, on the blue sheet up to the
+        sign. None for a gait that is not on one sheet.
         """
         if self.timed.gait.color not in ("red", "blue"):
             return None
@@ -105,7 +103,7 @@ class ServoResponse:
         peak = self.peak()
         worst, off = int(np.argmax(peak)), self.distance_off_sheet()
         return (
-            f"servo lag leaves at most {peak[worst]:.4f} rad (α{worst + 1} at t = {self.peak_times()[worst]:.3f} s), "
+            f"servo lag: error at most {peak[worst]:.4f} rad (α{worst + 1} at t = {self.peak_times()[worst]:.3f} s), "
             f"rms {self.rms()[worst]:.4f} rad; {'' if off is None else f'off the sheet by {off:.2g} rad, '}"
             f"least singular value {self.least_singular_value():.3f}"
         )
@@ -117,18 +115,15 @@ def servo_response(gait: GaitLike, lag: float | npt.ArrayLike | None = None) -> 
     Parameters
     ----------
     gait
-        What is commanded, a timed gait or any other form of a gait.
+        The commands: a timed gait, or a gait in any other form.
     lag
         Time constant, one for all servos or four [s]; the vehicle's `servo_lag` by default.
 
-    Raises
-    ------
-    InputError, MissingConstant
-        If a lag takes millions of steps of the period or is longer than a million periods, or if there is none.
-
     Notes
     -----
-    No servo errs by more than its lag times the largest rate. Not modelled: saturation, backlash, load, or any delay.
+    InputError if a lag is so short that a period takes millions of steps, or longer than a million periods;
+    MissingConstant if there is none. No error exceeds the lag times the largest rate. Not modelled: saturation,
+    backlash, load, delays.
 
     Examples
     --------
@@ -149,12 +144,11 @@ def servo_response(gait: GaitLike, lag: float | npt.ArrayLike | None = None) -> 
     # An even number of steps between knots, for Simpson's rule.
     count = 2.0 * np.maximum(np.ceil(np.diff(knots) / (2.0 * _STEP * tau.min())), 1.0)
     if count.sum() > _MOST_STEPS or tau.max() > _LONGEST * timed.period:
-        # Every interval may take two steps more than its share.
         least = 1.001 * timed.period / (_STEP * max(_MOST_STEPS - 2 * len(knots), 1))
         allowed = f"from {least:.4g} to {_LONGEST * timed.period:.4g} s"
         raise InputError(f"lag must be {allowed} for the period {timed.period:.4g} s, got {shown(lag)}")
     t, h = divided(knots, count)
-    # What the error gains on each interval, by Gauss's rule.
+    # The integral over each interval, by Gauss's rule.
     gained = np.empty((len(h), 4))
     for block in (slice(k, k + _AT_ONCE) for k in range(0, len(h), _AT_ONCE)):
         start, width = t[block, None], h[block, None]
@@ -163,7 +157,7 @@ def servo_response(gait: GaitLike, lag: float | npt.ArrayLike | None = None) -> 
         gained[block] = (width / 2) * np.einsum("g,kgi,kgi->ki", _WEIGHTS, kernel, timed.at(at)[1])
     decay = np.exp(-h[:, None] / tau)
     error = np.zeros((len(h) + 1, 4))
-    for joint in range(4):  # numbers of Python are several times quicker here than arrays of four
+    for joint in range(4):  # plain numbers are several times quicker here than arrays of four
         steps = zip(decay[:, joint].tolist(), gained[:, joint].tolist(), strict=True)
         error[:, joint] = list(accumulate(steps, lambda e, step: step[0] * e + step[1], initial=0.0))
     # The settled error returns to itself after a period.
@@ -174,7 +168,7 @@ def servo_response(gait: GaitLike, lag: float | npt.ArrayLike | None = None) -> 
     inner = timed.peak_accelerations()
     # Laws that turn corners at full speed have no acceleration between their knots.
     bend = np.where(np.isfinite(inner), inner, 0.0) + 2.0 * timed.peak_rates() / tau
-    # No servo errs by more than its lag times the largest rate, however short the segment that bends the most.
+    # No error exceeds the lag times the largest rate.
     most = np.maximum(tau * timed.peak_rates() - np.abs(error).max(axis=0), 0.0)
     slack = np.minimum(float(h.max()) ** 2 / 8.0 * bend, most)
     return ServoResponse(timed=timed, lag=tau, t=since, error=error, slack=slack)

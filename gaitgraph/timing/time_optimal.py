@@ -1,7 +1,7 @@
-"""Time-optimal laws: limits, the least period under them, and a law for a period that is asked for.
+"""Time-optimal laws: limits, the least period under them, and a law for a given period.
 
-The largest rate, acceleration and jerk of a law are bounded between samples; what exceeds a limit is removed by
-stretching time by the exact factor.
+The largest rate, acceleration and jerk of a law are bounded between samples too. Where one exceeds its limit, time is
+stretched by the exact factor.
 """
 
 from __future__ import annotations
@@ -41,12 +41,12 @@ Limit = float | str | Sequence[float | str] | FloatArray | None
 
 _NODES, _NODES_UNDER_JERK = 1000, 300
 _MOST_NODES_UNDER_JERK = 5000  # with more, programmes take minutes
-_SHORTEST, _LONGEST = 1e-6, 1e9  # periods that a timed gait may have [s]
-# What laws are averaged over, as shares of the period; the first that is stretched by no more than `_ENOUGH` is taken.
+_SHORTEST, _LONGEST = 1e-6, 1e9  # limits of the period of a timed gait [s]
+# Windows of the averages, as shares of the period; the first one with a stretch of at most `_ENOUGH` is used.
 _WINDOWS = (1e-3, 3e-4, 1e-4)
 _ENOUGH = 5e-4
 _WINDOWS_UNDER_JERK = (0.3, 0.2, 0.1, 0.05, 0.02, 0.01, 5e-3, 2e-3, 1e-3)
-_BRIEF = 1e-3  # share of the period for which a limit is met at least
+_BRIEF = 1e-3  # least share of the period spent at a limit
 _CORRECTIONS = 4
 _SETTLED = 1e-3
 _STILL = _ROUND_OFF = 1e-12
@@ -60,8 +60,8 @@ class Limits:
     ----------
     rate, acceleration, jerk
         One number for all four joints or one for each, radians per second (per second squared, cubed) or texts such
-        as "200deg"; None where there is no limit, zero where a joint must stand still. One of acceleration and jerk
-        must be limited: with a rate limit alone the least period of a smooth law is not attained.
+        as "200deg"; None for no limit, zero for a joint that must stand still. Acceleration or jerk must be limited:
+        under a rate limit alone there is no fastest smooth law.
 
     Examples
     --------
@@ -75,7 +75,7 @@ class Limits:
 
     def __init__(self, *, rate: Limit = None, acceleration: Limit = None, jerk: Limit = None) -> None:
         if acceleration is None and jerk is None:
-            reason = "under a rate limit alone no smooth law is the fastest"
+            reason = "under a rate limit alone there is no fastest smooth law"
             raise InputError(f"limits must have an acceleration or a jerk, got neither: {reason}")
         for (kind, unit), value in zip(RATE_UNITS.items(), (rate, acceleration, jerk), strict=True):
             numbers = None
@@ -92,19 +92,19 @@ class Limits:
             object.__setattr__(self, kind, numbers)  # the record is frozen
 
     def in_plane(self) -> FloatArray:
-        """Return rate, acceleration and jerk limits of α1 and α2, whose opposite joints move as much, shape (3, 2).
+        """Return rate, acceleration and jerk limits of α1 and α2, shape (3, 2), infinite for none.
 
-        They are infinite where there is no limit.
+        Opposite joints move by as much, so the lower of their limits counts.
         """
         values = (np.full(4, np.inf) if value is None else value for value in (self.rate, self.acceleration, self.jerk))
         return np.array([np.minimum(value[:2], value[2:]) for value in values])
 
     def completed(self, extent: FloatArray) -> FloatArray:
-        """Return the limits of α1 and α2 with the finite ones that follow, shape (3, 2).
+        """Return the limits of α1 and α2, completed by those that follow from them, shape (3, 2).
 
-        Landau's and Kolmogorov's inequalities bound the derivatives of a bounded motion by each other, with x within
-        ±extent/2: |ẋ|² ≤ extent·|ẍ|, |ẍ|² ≤ 2|ẋ|·|x⃛| and |ẍ|³ ≤ (3/2)·extent·|x⃛|². So these are no further limits.
-        The extent is by how much α1 and α2 vary over the whole motion, shape (2,) [rad].
+        Landau's and Kolmogorov's inequalities relate the derivatives of a bounded motion, with x within ±extent/2:
+        |ẋ|² ≤ extent·|ẍ|, |ẍ|² ≤ 2|ẋ|·|x⃛| and |ẍ|³ ≤ (3/2)·extent·|x⃛|². The extent is the range of α1 and α2 over
+        the whole motion, shape (2,) [rad].
         """
         rate, acceleration, jerk = self.in_plane()
         with np.errstate(invalid="ignore", over="ignore"):
@@ -123,17 +123,17 @@ class Limits:
 
 
 def limits_of(vehicle: Vehicle, **given: Limit) -> Limits:
-    """Return the limits that a vehicle states, except those that are given, by the names of :class:`Limits`."""
+    """Return the limits of a vehicle; limits that are `given` by the names of :class:`Limits` replace them."""
     stated = {kind: getattr(vehicle, f"max_tilt_{kind}") for kind in RATE_UNITS}
     return Limits(**stated | {kind: limit for kind, limit in given.items() if limit is not None})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LeastPeriod:
-    """An answer about periods; falsy when no law was found for what was asked.
+    """The least period, or a law for a given period; falsy when there is none.
 
-    The status is "ok", "too short" (the period asked for is below the least found), "no period" (a limit of zero on a
-    joint that must move, or a least period beyond 1e9 s or below 1e-6 s) or "still" (a point has no least period).
+    The status is "ok", "too short" (the given period is below the least found), "no period" (a limit of zero on a
+    joint that must move, or a least period above 1e9 s or below 1e-6 s) or "still" (a point has no least period).
     """
 
     status: str
@@ -141,12 +141,12 @@ class LeastPeriod:
     limits: Limits
     timed: LimitedGait | None = None
     least: float | None = None  # the least period found [s]
-    at_rest: float | None = None  # the same with a rest at each corner, where corners were to be rounded [s]
-    lower_bound: float = 0.0  # a period below which there is certainly no law along this path [s]
-    stretch: float = 0.0  # what the law was stretched by to keep limits between samples too, minus 1
+    at_rest: float | None = None  # the same with a rest at each corner, for a rounded gait [s]
+    lower_bound: float = 0.0  # proven: no law along this path has a shorter period [s]
+    stretch: float = 0.0  # that of the law, see LimitedGait
     rounding: Rounding | None = None  # None too where resting at the corners is quicker
-    note: str = ""  # why the law rests although rounding was asked for, or what was left undone
-    limit: str | None = None  # the limit that is in the way
+    note: str = ""  # why the law rests despite a rounding, or why it was not optimised
+    limit: str | None = None  # the limit that prevents a law
     where: dict[str, Any] | None = None
 
     def __bool__(self) -> bool:
@@ -215,21 +215,20 @@ def least_period(
         A gait of one color in any form, a curve, or a rounded gait; and what to keep, by default the limits of its
         vehicle.
     rounding
-        For a gait: round its corners by this tolerance first, as :func:`gaitgraph.timing.curve.rounded`. Without it
-        the law rests at every corner; only a gait that does nothing but turn back on its line is run without a rest.
-        With it, where resting is quicker, as it can be with tiny blends, that law is the answer, with a note.
+        For a gait: round its corners by this tolerance first, see :func:`gaitgraph.timing.curve.rounded`. Otherwise
+        the law rests at every corner, except for a gait that only turns back on its line. Where resting is quicker, as
+        it can be with tiny blends, the law rests, and a note says so.
     samples, rate
         Of tables, as for :meth:`gaitgraph.gait.gait.Gait.parametrize`.
     nodes, progress
-        Nodes along a curve, 1000 by default, 300 under a jerk limit, at least eight on each of its pieces; and what is
-        called with lines of text, since under a jerk limit it may take a minute in all.
+        Nodes along a curve, 1000 by default, 300 under a jerk limit, at least eight on each of its pieces; and a
+        function called with lines of text, since a jerk limit may take a minute.
 
     Notes
     -----
-    The period is the least of what was searched: laws with constant s̈ between nodes, exactly; under a jerk limit, the
-    best of a few linear programmes, none with more than 5000 nodes. `lower_bound` says how much there is left to find.
-    Without a jerk limit the acceleration changes over 0.1 % of the period (a thousandth of a segment's time, where the
-    law rests). Not guaranteed: that looser limits take less time.
+    The law is the fastest of those with constant s̈ between nodes; under a jerk limit, the best of a few linear
+    programmes of at most 5000 nodes. No law is faster than `lower_bound`. Without a jerk limit the acceleration changes
+    over 0.1 % of the period (of a segment's time, where the law rests). Looser limits need not take less time.
 
     Examples
     --------
@@ -260,9 +259,9 @@ def paced(
 ) -> LeastPeriod:
     """Return a law for a given period, or the reason why there is none.
 
-    The answer is the fastest law with its time stretched to the period T [s]: rates fall with 1/T, accelerations with
-    1/T², jerks with 1/T³. It is falsy with status "too short" if the period is below the least found; that there is no
-    law is certain only below `lower_bound`. The other parameters are those of :func:`least_period`.
+    It is the fastest law, stretched to the period T [s]: rates fall with 1/T, accelerations with 1/T², jerks with 1/T³.
+    The answer is falsy with status "too short" if the period is below the least found; that there is no law is proven
+    only below `lower_bound`. The other parameters are those of :func:`least_period`.
 
     Examples
     --------
@@ -299,7 +298,7 @@ def paced(
 
 
 class _Task:
-    """A smooth curve to run, or a polyline with a rest at each corner if `curve` is None, and the limits to keep."""
+    """A path and the limits to keep: a smooth curve, or if `curve` is None a polyline with a rest at each corner."""
 
     def __init__(self, path: Any, limits: Limits | None, rounding: float | str | None = None) -> None:
         path = path if isinstance(path, (Curve, Rounding)) else gait_of(path)
@@ -310,15 +309,15 @@ class _Task:
         made = rounded(path, 1e-3 if rounding is None else rounding) if isinstance(path, Gait) else path
         self.rounding = made if isinstance(made, Rounding) and (rounding is not None or made is path) else None
         self.curve: Curve | None = made if isinstance(made, Curve) else made.curve
-        # A gait that does nothing but turn back on its line is smooth as it is, whatever the tolerance.
+        # A gait that only turns back on its line is smooth as it is, whatever the tolerance.
         if isinstance(path, Gait) and rounding is None and made.deviation > 0:
             self.curve, self.gait = None, path.merged()
             self.plane = self.gait.alpha[:, :2]
         else:
             self.gait = self.curve.polyline()
-            self.plane = self.curve.at(self.curve.turning_points())[:, :2]  # where α1 and α2 may turn round
+            self.plane = self.curve.at(self.curve.turning_points())[:, :2]
         if isinstance(path, Gait):
-            self.gait = replace(self.gait, request=path.request)  # the law is for what was planned
+            self.gait = replace(self.gait, request=path.request)
         self.limits = limits_of(self.gait.vehicle) if limits is None else limits
         self.limited = self.limits.in_plane()
         self.extent = np.ptp(self.plane, axis=0)
@@ -351,14 +350,14 @@ class _Task:
             nodes = _NODES if self.limits.jerk is None else _NODES_UNDER_JERK
         nodes = whole_number("nodes", nodes, 10, 100_000)
         if self.still:
-            reason = "the gait is a point: it stands still at any period, and none is the least"
+            reason = "the gait is a point and stands still, so it has no least period"
             return self.answer("still", reason, least=0.0)
         for kind, limit in zip(RATE_UNITS, self.limited, strict=True):
             for joint in np.flatnonzero((limit == 0) & self.moves).tolist():
                 number = joint + 1 if getattr(self.limits, kind)[joint] == 0 else joint + 3
                 alpha = self.gait.alpha[int(np.argmax((self.gait.ends != self.gait.alpha)[:, joint]))].tolist()
                 place = ", ".join(f"{angle:.3f}" for angle in alpha)
-                reason = f"no period meets the {kind} limit 0 of α{number}, which must move from ({place}) on"
+                reason = f"no period keeps the {kind} limit 0 of α{number}, which must move after ({place})"
                 return self.answer("no period", reason, limit=kind, where={"alpha": alpha})
         bound, _ = self.lower_bound()
         if bound > _LONGEST:
@@ -381,19 +380,18 @@ class _Task:
         return task.answer("ok", note=note, lower_bound=bound, **found)
 
     def _out_of_range(self, period: float) -> LeastPeriod:
-        """Return the answer where the least period is none that a timed gait may have, with the slowest limit."""
+        """Return the answer for a least period that a timed gait cannot have, with the slowest limit."""
         # Least periods of a motion forth and back: 2d/v, 4√(d/a) and ∛(96·d/j).
         factors = np.array([[2.0], [16.0], [96.0]])
         least = (factors * self.extent / self.limited) ** (1.0 / np.array([[1.0], [2.0], [3.0]]))
         order, joint = divmod(int(np.argmax(np.where(self.moves, least, 0.0))), 2)
         (kind, unit), limit = list(RATE_UNITS.items())[order], self.limited[order, joint]
+        beyond = "above 1e9 s" if period > _LONGEST else "below 1e-6 s"
         words = f"{kind} limit {limit:g} {unit} of α{joint + 1} and α{joint + 3}"
-        beyond = f"beyond {_LONGEST:g} s" if period > _LONGEST else f"below {_SHORTEST:g} s"
-        reason = f"the least period under the {words} would be {beyond}, which no timed gait here may have"
-        return self.answer("no period", reason, limit=kind)
+        return self.answer("no period", f"the least period under the {words} would be {beyond}", limit=kind)
 
     def lower_bound(self) -> tuple[float, int]:
-        """Return a period below which there is certainly no law, and the joint (1 or 2) that decides it, 0 for both.
+        """Return a proven lower bound of the period, and the joint (1 or 2) that decides it, 0 for both.
 
         Between two turns, where its rate is zero, a joint takes at least as long as the fastest motion from rest to
         rest. Over any part of the path a law takes at least |Δαᵢ|/rate. And by the inequality of Bohr and Favard half
@@ -402,7 +400,7 @@ class _Task:
         rate, acceleration, jerk = self.limits.completed(self.extent)
         bounds = [0.0, 0.0]
         for joint in np.flatnonzero(self.moves).tolist():
-            # The values at which the angle turns round, in order, noise left out.
+            # The values at which the angle turns round, in order, without noise.
             values = self.plane[:, joint]
             values = values[np.abs(values - np.roll(values, 1)) > _STILL]
             rises = np.roll(values, -1) > values
@@ -420,7 +418,7 @@ class _Task:
         return min(answers, key=itemgetter(0))
 
     def _fastest(self, nodes: int, progress: Callable[[str], None] | None) -> tuple[LimitedGait, str]:
-        """Return the gait with the fastest law found, and a note of what was left undone, empty as a rule."""
+        """Return the gait with the fastest law found, and a note if it was not optimised."""
         completed = self.limits.completed(self.extent)
         if self.curve is None:
             return self._kept(*rest_to_rest(self.plane, self.limited[0], completed[1], self.limited[2])), ""
@@ -430,7 +428,7 @@ class _Task:
         s = nodes_along(*path, nodes)
         width, first, second = np.diff(s), *(self.curve.at(s, order)[:, :2] for order in (1, 2))
         squared = fastest_squared_speeds(first, second, width, rate, acceleration)
-        # A limit that is met for less than a thousandth of the period would be beyond the averages and the nodes below.
+        # Averages and nodes cannot resolve limits that are reached for less than a thousandth of the period.
         period = float((2 * width / (np.sqrt(squared[1:]) + np.sqrt(squared[:-1]))).sum())
         acceleration = np.minimum(acceleration, rate / (_BRIEF * period))
         jerk = np.minimum(jerk, acceleration / (_BRIEF * period))
@@ -445,14 +443,14 @@ class _Task:
         candidates = [(self._kept(*tilts_over_time(law, *path)), law) for law in laws]
         found, law = min(candidates, key=lambda one: one[0].period)
         if len(width) > _MOST_NODES_UNDER_JERK:
-            many = f"{len(width)} nodes on {len(self.curve.breaks) - 1} pieces, at most {_MOST_NODES_UNDER_JERK} are"
+            many = f"{len(width)} nodes on {len(self.curve.breaks) - 1} pieces are more than {_MOST_NODES_UNDER_JERK}"
             advice = "for a faster law thin out the table, ask for fewer nodes, or drop the jerk limit"
             return found, f"not optimised under the jerk limit: {many}; {advice}"
-        # Programmes start from the speeds of the best law, over three turns so that they cover the path from 0 on.
+        # Programmes start from the speeds of the best law, over three turns so that they cover the path from s = 0.
         turns = np.concatenate([law.s[:-1] + turn * float(s[-1]) for turn in (-1, 0, 1)])
         known = np.interp(s[:-1], turns, np.tile(law.speed[:-1] / (1.0 + found.stretch), 3)) ** 2
-        # A programme keeps the limits at nodes. When it no longer gains, limits are lowered at the nodes beside which
-        # its law exceeds them, a few times, so that less is left to stretch.
+        # A programme keeps the limits at nodes only. Once it no longer gains, limits are lowered a few times beside the
+        # nodes where its law exceeds them, which leaves less to stretch.
         limits = np.stack([rate, acceleration, jerk])
         at_nodes = np.repeat(limits[:, None], len(width), axis=1)
         corrections, before = 0, math.inf
@@ -475,7 +473,7 @@ class _Task:
         return found, ""
 
     def _kept(self, widths: FloatArray, tilts: FloatArray) -> LimitedGait:
-        """Return the gait with a law, its time stretched or shortened until its certain peaks meet the limits."""
+        """Return the gait with a law whose time is stretched or shortened until its peaks meet the limits."""
         factor = 0.0
         for order, limit in enumerate(self.limited, start=1):
             peak = peaks_of(widths, tilts, order).max(axis=0)

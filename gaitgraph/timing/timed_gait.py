@@ -1,14 +1,10 @@
-"""Timed gaits: gaits with a timing law over a period, their samples, checks and tables; files with another timing.
-
-The laws are in :mod:`gaitgraph.timing.laws`. A law that keeps limits (:mod:`gaitgraph.timing.time_optimal`) is a
-polynomial of time between knots.
-"""
+"""Timed gaits: gaits with a timing law over a period, their samples, checks and tables; files with another timing."""
 
 from __future__ import annotations
 
 import math
 from collections import Counter, deque
-from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import islice
@@ -18,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Unpack, get_args
 import numpy as np
 import numpy.typing as npt
 
+from gaitgraph._lazy import Pictured
 from gaitgraph.angles import number_of, text_from_angle, whole_number
 from gaitgraph.errors import InputError, checked_choice, shown
 from gaitgraph.gait.gait import Gait
@@ -28,7 +25,9 @@ from gaitgraph.gait.table import (
     ROWS_OF_A_PIECE,
     Table,
     closed_rows,
+    closing_time,
     completed_pieces,
+    is_closed,
     merged,
 )
 from gaitgraph.invertibility.matrices import level_determinant
@@ -51,7 +50,7 @@ from gaitgraph.validation.report import RATE_UNITS, limit_check
 from gaitgraph.validation.validating import validate
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
+    from collections.abc import Callable, Iterable, Iterator, Mapping
 
     from gaitgraph.invertibility.matrices import CoefficientsLike, FloatArray
     from gaitgraph.io.columns import FormatOptions
@@ -61,20 +60,20 @@ if TYPE_CHECKING:
     from gaitgraph.vehicle import VehicleLike
 
 DEFAULT_SAMPLES = 100
-"""Intervals per period when neither a count nor a rate is asked for."""
+"""Intervals per period by default."""
 
 MOST_SAMPLES = 10_000_000
 
 MOST_CORNERS = 1000
-"""A table states its corners up to this number; one of more corners is its rows."""
+"""Largest number of corners that a table states beside its rows."""
 
 ROW_BY_ROW = "row-by-row"  # the law of a RowTimedGait
-_SAME = 1e-6  # rad between a row and a law
-_BYTES_HELD = 1 << 24  # a file of no more bytes is held, not read again
+_SAME = 1e-6  # largest distance between a row and a law that it follows [rad]
+_BYTES_HELD = 1 << 24  # files of at most so many bytes are held in memory; longer ones are read again
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class TimedGait:
+class TimedGait(Pictured):
     """A gait with a timing law: exact at every time, and sampled evenly over one period.
 
     Parameters
@@ -103,7 +102,7 @@ class TimedGait:
 
     @property
     def corner_times(self) -> FloatArray:
-        """When the gait passes its corners, from 0 to T, shape (n + 1,) [s]."""
+        """The times of the corners, from 0 to T, shape (n + 1,) [s]."""
         length = np.linalg.norm(self.gait.ends - self.gait.alpha, axis=1)
         even = not LAWS[self.law].by_length or not length.sum() > 0
         share = np.full(len(length), 1.0 / len(length)) if even else length / length.sum()
@@ -156,8 +155,8 @@ class TimedGait:
     def columns(self, rows: range | None = None) -> dict[str, Any]:
         """Return the gait table: t, angles, color, types, R, rates, accelerations, in this order.
 
-        Off the surfaces there are no color and types. R has the gait's own coefficients. `rows` are consecutive and
-        counted from 0; by default all N + 1.
+        Off the surfaces there are no color and types. R is computed with the gait's own coefficients. `rows` are
+        consecutive and counted from 0; by default all N + 1.
         """
         rows = range(self.samples + 1) if rows is None else rows
         t = self._times(rows)
@@ -174,7 +173,7 @@ class TimedGait:
             columns |= {"color": colors, "types": [text_from_types(*pair) for pair in zip(*types, strict=True)]}
         columns["R"] = np.asarray(level_determinant(angles, gait.coefficients))
         columns |= zip((*RATES, *ACCELERATIONS), (*rates.T, *accelerations.T), strict=True)
-        # Adding zero turns a negative zero into zero, which is what people want to read.
+        # Adding zero turns negative zeros into zeros.
         return {name: values + 0.0 if isinstance(values, np.ndarray) else values for name, values in columns.items()}
 
     def vertices(self, tolerance: float = 1e-9) -> FloatArray:
@@ -209,16 +208,16 @@ class TimedGait:
         return self.peaks(2)
 
     def check(self, **options: Unpack[CheckOptions]) -> Report:
-        """Return every check of the gait, options as for :meth:`Gait.check`, and those of rates and so on."""
+        """Return every check of the gait and its rates, accelerations and jerks; options as for :meth:`Gait.check`."""
         return self.gait.check(**options).with_checks(self.rate_checks())
 
     def rate_checks(self, noun: str = "period", share: float = 1.0) -> tuple[Check, ...]:
         """Return the checks of tilt rates and accelerations, and of jerks where the vehicle limits them.
 
-        Advice names the time that would do, called `noun`, which is a share of the period.
+        A failed check states the `noun` that would keep the limit, a time that is a `share` of the period.
         """
         checks = []
-        for order, (kind, unit) in enumerate(RATE_UNITS.items(), start=1):
+        for order, kind in enumerate(RATE_UNITS, start=1):
             limit: float | None = getattr(self.gait.vehicle, f"max_tilt_{kind}")
             if limit is None and order > 2:
                 continue
@@ -230,7 +229,7 @@ class TimedGait:
             else:
                 needed = self.period * share * (peak / (limit or peak or 1.0)) ** (1 / order)
                 advice = f"this law needs a {noun} of at least {math.ceil(needed * 1000) / 1000:.3f} s"
-            checks.append(limit_check(f"tilt_{kind}", unit, peak, joint + 1, limit, None, advice))
+            checks.append(limit_check(f"tilt_{kind}", peak, joint + 1, limit, advice))
         return tuple(checks)
 
     def write(self, *paths: str | Path, force: bool = False, options: FormatOptions | None = None) -> None:
@@ -283,30 +282,27 @@ class TimedGait:
         stated = f"the vehicle's limits are {', '.join(limits)}" if limits else "the vehicle states no limits"
         return "\n".join([*lines, f"  in rad, rad/s and rad/s²; peaks between samples too; {stated}"])
 
-    def _repr_html_(self) -> str:
-        from gaitgraph.plots.notebook import html_of
-
-        return html_of(self)
-
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
 class RowTimedGait(TimedGait):
     """A gait that passes each row of a table at the row's own time, straight between them; each row is a corner.
 
-    `times` are those of the rows, the first again at the end, shape (n + 1,), from 0 to the period [s]; `closed`
-    states whether the table's last row was the first again; otherwise one more segment leads back.
+    `times` are those of the rows, the first again at the end, shape (n + 1,), from 0 to the period [s]. Where the
+    table is not `closed`, its last row not the first again, one more segment leads back. `law_stated` is whether the
+    file states the law that its rows sample, as that of ``pace`` does, and their period.
     """
 
     times: FloatArray
     closed: bool = True
+    law_stated: bool = False
 
     @property
     def corner_times(self) -> FloatArray:
-        """When the gait passes its rows, from 0 to T, shape (n + 1,) [s]."""
+        """The times of the rows, from 0 to T, shape (n + 1,) [s]."""
         return self.times
 
     def check(self, **options: Unpack[CheckOptions]) -> Report:
-        """Return every check of the rows, as :func:`gaitgraph.validation.validating.validate` makes them of a table."""
+        """Return every check of the rows; see :func:`gaitgraph.validation.validating.validate`."""
         gait = self.gait
         columns: dict[str, Any] = {"t": self.times}
         columns |= dict(zip(ANGLES, np.vstack([gait.alpha, gait.alpha[:1]]).T, strict=True))
@@ -323,16 +319,16 @@ def timed_gait_of(
     period: float | None = None,
     law: LawName | None = None,
 ) -> TimedGait:
-    """Return the timed gait that was handed over in any form; see :func:`gaitgraph.io.formats.given_gait`.
+    """Return the timed gait of a gait in any form; see :func:`gaitgraph.io.formats.given_gait`.
 
     By default the vehicle and the coefficients are those that a file states, and so are corners, period [s] and law
-    where its rows lie on that gait. Else a law counts if the rows follow it to 1e-6 rad; otherwise they are joined
-    straight, each at its own time. What has no times gets T = 1 s, but for a file, which needs a `period` then. Raises
-    InputError, FileProblem or Infeasible if it is no gait, cannot be read, is the table of a flight, or is a request
-    that has no gait.
+    where its rows lie on that gait. Otherwise rows that follow a law to 1e-6 rad get that law, and other rows are
+    joined by straight segments, each row at its own time. Without times the period is 1 s; a file needs a `period`
+    then. Raises InputError, FileProblem or Infeasible if it is not a gait, cannot be read, is the table of a flight, or
+    is a request that has no gait.
     """
     is_file = isinstance(gait, (str, Path))
-    clock: Any = {"period": period, "law": law} if is_file else {}  # of a request
+    clock: Any = {"period": period, "law": law} if is_file else {}  # for a request
     source = given_gait(gait, vehicle=vehicle, coefficients=coefficients, **clock)
     if isinstance(source, TimedGait):
         if is_file or (period is None and law is None):
@@ -345,17 +341,16 @@ def timed_gait_of(
     if about.get("made_by") == "fly":
         name = str(gait) if is_file else "FILE"
         advice = f"; gaitgraph plan {name} --output gait.csv writes its gait" if "request" in about else ""
-        raise InputError(f"gait file {name!r} is the table of a flight, not of a gait{advice}")
+        raise InputError(f"gait file {name!r} must be the table of a gait, got that of a flight{advice}")
     with naming_file(gait):
-        rows, times, stated = closed_rows(source, vehicle=vehicle, coefficients=coefficients)
+        rows, times, stated = closed_rows(source, vehicle=vehicle, coefficients=coefficients, name=gait)
     merged_gait = stated.gait if stated else replace(rows.merged(), request=rows.request)
     is_asked = period is not None or law is not None
     period = about.get("period") if period is None else period
-    law = law or (about.get("law") if about.get("made_by") != "pace" else None) or DEFAULT_LAW
+    law = law or (about["law"] if about.get("law") in (*LAWS,) else DEFAULT_LAW)
     if times is None or len(source) == 1:
         if period is None and len(merged_gait.alpha) > 1 and is_file:
-            remedy = "state its period with --period SECONDS (period=)"
-            raise InputError(f"gait file {str(gait)!r} has no column t; {remedy}")
+            raise InputError(f"gait file {str(gait)!r} has no column t; set --period SECONDS (period=)")
         return merged_gait.parametrize(1.0 if period is None else period, law=law)
     times = times - times[0]
     if is_asked:
@@ -370,6 +365,7 @@ def timed_gait_of(
                 return timed
         colors = merged_gait.colors[:1] * len(rows.alpha) if len(set(merged_gait.colors)) == 1 else ()
         times.flags.writeable = False
+        stated_period, ends = number_of(about.get("period")), times[len(source) - 1 :]
         return RowTimedGait(
             gait=replace(merged_gait, alpha=rows.alpha, colors=colors),
             period=float(times[-1]),
@@ -377,6 +373,7 @@ def timed_gait_of(
             samples=len(times) - 1,
             times=times,
             closed=len(rows.alpha) < len(source),
+            law_stated="law" in about and bool(np.isclose(ends, stated_period, rtol=1e-6, atol=0).any()),
         )
 
 
@@ -400,7 +397,7 @@ def checked_clock(period: float, law: str, *, samples: int | None = None, rate: 
 
 
 def table_of(gait: GaitLike, about: Mapping[str, Any] | None = None) -> Table:
-    """Return the table of a timed gait, or of one in any other form, and what made it.
+    """Return the table of a gait in any form, with what made it.
 
     >>> from gaitgraph.gait.gait import lift
     >>> table = table_of(lift([(0.4, -0.4), (0.8, -0.8)], "red").parametrize(samples=4))
@@ -424,16 +421,17 @@ def pieces_of(
     }
     by_law = timed.law in LAWS
     if not by_law:
-        made["made_by"] = "pace"
-    elif "made_by" not in (about or {}) and gait.color != "mixed" and len(gait.alpha) <= MOST_CORNERS:  # not of a path
+        made["made_by"] = "optimize" if timed.law == "optimal" else "pace"
+    has_corners = "made_by" not in (about or {}) if by_law else getattr(timed, "curve", gait) is None
+    if has_corners and gait.color != "mixed" and len(gait.alpha) <= MOST_CORNERS:  # not of a path, nor of a curve
         made["corners"] = gait.alpha.tolist()
     if gait.request:
-        # A request can ask for the timing of a law, and for no other.
+        # Requests know the built-in laws only.
         timing = {"period": timed.period, "law": timed.law, "samples": timed.samples} if by_law else {}
         made["request"] = {**gait.request, **timing}
     made |= about or {}
     end = timed.samples + 1
-    # No piece is one row alone: numpy rounds the product of a single row in another way.
+    # No piece has a single row: numpy rounds the product of one row differently.
     for start in range(0, end - 1, rows):
         stop = end if end - (start + rows) <= 1 else start + rows
         yield Table(columns=timed.columns(range(start, stop)), about=made)
@@ -441,7 +439,7 @@ def pieces_of(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Exported:
-    """Rows and columns, in how many rows each clipped servo was beyond its limits, and what yields the table again."""
+    """What was written: rows, columns, the number of rows in which each servo was clipped, and the table's pieces."""
 
     rows: int
     columns: tuple[str, ...]
@@ -467,27 +465,31 @@ def export(
 ) -> Exported:
     """Write a gait file, or a gait in any other form, to files, piece by piece.
 
-    A table with times keeps its rows, counted from t = 0 and closed, and gets the columns that follow from them, see
-    :func:`gaitgraph.gait.table.completed_pieces`. A long file is read twice or more, and only some rows are held at a
-    time. A table without times, one of a single row, or any of `period`, `law`, `samples`, `rate`, gets a new timing
-    on the closed polyline through the rows, which is held whole.
+    A table with times keeps its rows, from t = 0 and closed, and gets the columns that follow from them, see
+    :func:`gaitgraph.gait.table.completed_pieces`. A long file is read several times, with some rows in memory. A table
+    without times or of a single row, or with any of `period`, `law`, `samples`, `rate`, gets a new timing on the closed
+    polyline through its rows.
 
     Parameters
     ----------
     source, outputs
         A gait in any form, see :func:`gaitgraph.io.formats.given_gait`; and files, whose suffixes are the formats.
     vehicle, coefficients
-        What the gait is for, instead of what the file states.
+        Replace those that the file states.
     period, law, samples, rate
-        As for :meth:`gaitgraph.gait.gait.Gait.parametrize`; by default what the file states, else 1 s and smooth.
+        As for :meth:`gaitgraph.gait.gait.Gait.parametrize`; by default those that the file states, else the
+        times of its rows or 1 s, and smooth.
     joints
-        What the columns of a servo table from elsewhere are.
+        The servo map of the columns of another program's table.
     servos, options, force
-        As for :func:`gaitgraph.io.formats.write_tables`, which says what is raised.
+        As for :func:`gaitgraph.io.formats.write_tables`, which raises the same errors.
     progress
         Called with the fraction of the work that is done.
     """
-    paths = list(outputs) if isinstance(outputs, Iterable) and not isinstance(outputs, str) else [outputs]
+    paths: list[Any] = [outputs]
+    if not isinstance(outputs, str):
+        with suppress(TypeError):  # one path, or no path at all
+            paths = list(outputs)  # type: ignore[arg-type]
     formats = [known_format(path, "output") for path in paths]
     if options is not None:
         check_options(options, formats)
@@ -497,7 +499,7 @@ def export(
 
     def report(share: float) -> None:
         nonlocal reached
-        if progress is not None and share > reached:  # what is read again is no step back
+        if progress is not None and share > reached:  # reading again does not count
             reached = share
             progress(share / (len(paths) + 1))  # reading, and each file written
 
@@ -517,9 +519,12 @@ def export(
     asked = {name: value for name, value in asked.items() if value is not None}
     if asked or "t" not in first[0] or sum(map(len, first)) == 1:
         table = merged(read())
-        # What is stated counts where nothing is asked for; pacing follows no law.
-        stated = ("period",) if table.about.get("made_by") == "pace" else ("period", "law")
-        clock: dict[str, Any] = {name: table.about[name] for name in stated if table.about.get(name) is not None}
+        # By default the timing of the file; laws that are not built in do not count.
+        clock: dict[str, Any] = {"law": table.about.get("law"), "period": table.about.get("period")}
+        if clock["period"] is None and "t" in table and len(table) > 1:
+            angles, t = np.column_stack([table[name] for name in ANGLES if name in table]), table["t"]
+            clock["period"] = (t[-1] if is_closed(angles) else closing_time(t[0], t[-1], len(t))) - t[0]
+        clock = {name: one for name, one in clock.items() if one is not None and (name == "period" or one in (*LAWS,))}
         is_timed = isinstance(given, TimedGait)
         with naming_file(source):
             gait = given.gait if is_timed else gait_of(table, vehicle=vehicle, coefficients=coefficients)
@@ -541,6 +546,6 @@ def export(
         report(len(done) + 1)
 
     write_tables(counted, paths, force=force, options=options, servos=servos)
-    if not done:  # formats that take the first piece alone have not counted the others
+    if not done:  # some formats take the first piece only
         deque(counted(), maxlen=0)
     return done[0]

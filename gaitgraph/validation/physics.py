@@ -1,4 +1,4 @@
-"""The rules that rest on physics: the sign of R, invertibility, hover thrusts, tilts, and what hover can reach."""
+"""The rules of physics (sign of R, invertibility, hover thrusts, tilts), reachability from hover, and all rules."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gaitgraph.angles import distance_to_multiple
+from gaitgraph.angles import distance_to_multiple, figure
 from gaitgraph.invertibility.matrices import (
     coefficients_of,
     hover_thrust_shares,
@@ -27,6 +27,7 @@ from gaitgraph.invertibility.segment_bounds import (
     where_thrusts_vanish,
 )
 from gaitgraph.surface.sheets import DEFAULT_TOLERANCE, FIRST, HOVER_LABEL, red_label
+from gaitgraph.validation.report import Report
 from gaitgraph.validation.rules import EXACT, Continuous, Criteria, OnSurface, Peak, Rule, Segments, TwoColor, Worst
 
 if TYPE_CHECKING:
@@ -34,14 +35,16 @@ if TYPE_CHECKING:
 
     from gaitgraph.validation.report import Check, GaitPoint
 
+_BLOCK = 1 << 14
+
 
 @dataclass
 class _LevelSign(Rule):
-    """Proposition 1: R has one sign, judged against what the digits of coefficients and angles carry."""
+    """Proposition 1: R has one sign, beyond the error that the digits of coefficients and angles leave."""
 
     name = "R_sign"
     continuous: Continuous
-    # Which sign R has is known at the end: that of the largest |R| at a point.
+    # The sign of R is that of the largest |R| at a point, known at the end.
     worst: dict[float, Worst] = field(default_factory=lambda: {1.0: Worst(), -1.0: Worst()})
     found: dict[float, bool] = field(default_factory=lambda: {1.0: False, -1.0: False})  # for certain, at a point
     largest: float = 0.0
@@ -78,7 +81,7 @@ class _LevelSign(Rule):
             worst.update(found, block)
 
     def _carried(self, digits: Any, slope: Any, inferred: Any) -> Any:
-        """Return how large |R| must be for its sign to mean something, to second order in the rounding of angles."""
+        """Return the error of R, to second order in the rounding of angles; |R| must exceed it to have a sign."""
         coefficients, known = self.criteria.coefficients, self.criteria.angle_rounding
         rounding = np.maximum(inferred, self.criteria.digit_error) if known is None else known
         derived = coefficients.sheet_error
@@ -92,7 +95,7 @@ class _LevelSign(Rule):
         sign = 1.0 if self.largest >= 0 else -1.0
         worst, resolution, kind = self.worst[sign], self._resolution(), self.criteria.coefficients.kind
         lower = worst.lower - self.criteria.level_slack(self.criteria.coefficients)
-        ok, decided = True, True
+        ok, decided, at, undecided = True, True, self.described(worst.place), "sign of R undecided: |R|"
         if self.continuous.blue and kind == "exact":
             ok = False
             message = "R = 0 on the whole blue sheet with exact coefficients, so it has no sign: use red"
@@ -101,20 +104,15 @@ class _LevelSign(Rule):
             message = f"{relation} along the whole gait ({kind} coefficients)"
         elif worst.upper < -resolution or all(self.found.values()):
             ok = False
-            message = (
-                f"R changes its sign at {self.described(worst.place)} ({kind} coefficients): keep the loop in one "
-                "region of R"
-            )
+            message = f"R changes its sign at {at} ({kind} coefficients): keep the loop in one region of R"
+        elif worst.lower > resolution:
+            decided, least = False, max(lower, 0.0)
+            message = f"{undecided} may fall to {least:.2g} along the curve, error {resolution:.2g}: use shorter chords"
         else:
             decided = False
-            message = (
-                f"sign of R undecided: |R| falls to {abs(worst.upper):.2g}, within the {resolution:.2g} that the "
-                f"{kind} coefficients and the digits of the angles carry; it is an artefact of rounding, not a margin"
-            )
-            if worst.lower > resolution:
-                message = (
-                    f"sign of R undecided: along the curve |R| may fall to {max(lower, 0.0):.2g}: try a smaller chord"
-                )
+            error = f"below the error {resolution:.2g} of the {kind} coefficients and of the angles"
+            advice = "use red" if self.continuous.blue else "keep away from R = 0, or use more digits"
+            message = f"{undecided} falls to {abs(worst.upper):.2g} at {at}, {error}: {advice}"
         value = sign * (lower if self.criteria.beside else worst.upper)
         yield self.check(ok, message, value=value, limit=resolution, place=worst.place, decided=decided)
 
@@ -146,22 +144,19 @@ class _SingularValue(Rule):
         criteria, place = self.criteria, self.worst.place
         floor, lower = criteria.floor, self.worst.lower - criteria.singular_value_slack
         value = lower if criteria.beside else self.worst.upper
-        proven = f"{max(lower, 0.0):.3f}"
-        bound = "" if proven == f"{value:.3f}" else f" (proven lower bound {proven})"
-        message = f"least singular value {value:.3f}{bound}, floor {floor:g}"
+        proven = max(math.floor(1e4 * lower) / 1e4, floor)  # rounded down, as a bound must be
+        message = f"least singular value {figure(value)} (proven lower bound {proven:.4f}, floor {floor:g})"
         if not self.above:
-            message = (
-                f"the decoupling matrix is nearly singular: least singular value {value:.2g}, floor {floor:g}, at "
-                f"{self.described(place)}"
-            )
+            advice = "move the loop away from R = 0, or lower the floor"
             if self.continuous.blue:
-                message += "; in exact physics the whole blue sheet is singular at every attitude: use red"
+                advice = "use red, since the whole blue sheet is singular at every attitude in exact physics"
+            message = f"least singular value {value:.3g} at {self.described(place)}, floor {floor:g}: {advice}"
         yield self.check(self.above, message, value=value, limit=floor, place=place)
 
 
 @dataclass
 class _HoverThrust(Rule):
-    """The thrusts that carry the weight without torque are positive, and within the vehicle's limit."""
+    """The thrusts that carry the weight without torque are positive and within the vehicle's limit."""
 
     name = "hover_thrust"
     kind = "flyable"
@@ -169,7 +164,7 @@ class _HoverThrust(Rule):
     least: Worst = field(default_factory=Worst)
     largest: Worst = field(default_factory=Worst)
     level: float = math.inf  # the least |R| of a curve's chords, exact coefficients
-    broken: tuple[float | None, int, GaitPoint] | None = None
+    broken: tuple[float | None, GaitPoint] | None = None
 
     def update(self, block: Segments) -> None:
         """Bracket the least and the largest thrust, up to the first segment where one is not positive."""
@@ -194,12 +189,12 @@ class _HoverThrust(Rule):
         if shares[worst].min() > 0:
             # Both ends are fine: something vanishes between them.
             fraction = where_thrusts_vanish(block.starts[segment], block.ends[segment], vehicle)
-            self.broken = (None, block.number[segment], block.place(segment, fraction))
+            self.broken = (None, block.place(segment, fraction))
         else:
-            self.broken = (float(shares[worst].min()), block.number[segment], block.place(segment + worst))
+            self.broken = (float(shares[worst].min()), block.place(segment + worst))
 
     def _shares(self) -> tuple[float, float]:
-        """Return the least and the largest share of m·g; of a curve bounds of them, and 0 where a rotor may idle.
+        """Return the least and the largest share of m·g; for a curve their bounds, and 0 if a rotor may idle.
 
         On red each factor of the zero-moment inputs depends on one coordinate, so the diagonal of the box around a
         curve decides for all of it. There T1/(m·g) = |sin β2|/(2D) with D = |sin β2| cos α1 + |sin β1| cos α2 =
@@ -218,24 +213,23 @@ class _HoverThrust(Rule):
         return self.least.lower - beside / (2.0 * weight) - steep * high, high
 
     def checks(self) -> Iterator[Check]:
-        noun, refusal, value, place = self.criteria.noun, "", None, None
+        refusal, value, place = "", None, None
         if self.continuous.blue:
             # Floating point would give some ratio of two vanishing quantities.
-            refusal = "no thrusts carry the weight without torque: on blue the control moment matrix has rank two"
-        elif self.continuous.fiber is not None:
-            code, place = self.continuous.fiber
-            which, rotors = ("first", "2 and 4") if code == FIRST else ("second", "1 and 3")
-            value = 0.0
             refusal = (
-                f"{noun} {place.point + 1} is on the {which} fibre, where rotors {rotors} idle in hover: rotors that "
-                "push one way only cannot make a torque there; leave it for the red sheet, off its line"
+                "no thrusts carry the weight without torque: the control moment matrix has rank two on blue; use red"
             )
+        elif self.continuous.fiber is not None:
+            (code, place), value = self.continuous.fiber, 0.0
+            which, rotors = ("first", "2 and 4") if code == FIRST else ("second", "1 and 3")
+            idle = f"on the {which} fibre, where rotors {rotors} idle in hover and cannot make a torque"
+            refusal = f"{self.described(place)} is {idle}: use the red sheet, away from the fibre"
         elif self.broken is not None:
-            value, number, place = self.broken
-            vanishing = "" if value is not None else f", where they vanish on the way, at {self.described(place)}"
+            value, place = self.broken
+            least = f" (least {figure(value)} of m·g)" if value is not None and math.isfinite(value) else ""
             refusal = (
-                f"a rotor pair would have to idle or push down to hover on the segment after {noun} {number}"
-                f"{vanishing}: stay where β1 and β2 have opposite signs (α1 < δ and α2 > −δ, or both the other way)"
+                f"hover thrusts are not positive{least} at {self.described(place)}: keep β1 and β2 of opposite signs "
+                "(α1 < δ and α2 > −δ, or both the other way)"
             )
         else:
             (low, peak), place = self._shares(), self.least.place
@@ -250,15 +244,14 @@ class _HoverThrust(Rule):
         if limit is not None:
             mass, gravity = self.criteria.vehicle.require("mass", "gravity", purpose="the check of the largest thrust")
             newtons, at = peak * mass * gravity, self.largest.place
-            ok = newtons <= limit
-            message = f"largest hover thrust {newtons:.3g} N, limit {limit:.3g} N"
-            message += "" if ok else f", exceeded at {self.described(at)}: tilt less there"
+            ok, found = newtons <= limit, f"largest hover thrust {newtons:.3g} N"
+            message = self.compared(ok, found, f"{limit:.3g} N", at, "tilt less there")
             yield self.check(ok, message, value=newtons, limit=limit, place=at, name="thrust_limit")
 
 
 @dataclass
 class _TiltRange(Rule):
-    """No arm tilts beyond the vehicle's limit; along a straight segment each angle is largest at an end."""
+    """All tilts are within the vehicle's limit; along a straight segment each angle is largest at an end."""
 
     name = "tilt_range"
     kind = "flyable"
@@ -272,24 +265,39 @@ class _TiltRange(Rule):
         if limit is None:
             return
         value = self.peak.value if extremes is None else float(np.abs(extremes).max())
-        ok = value <= limit + EXACT
-        message = f"largest tilt {math.degrees(value):.1f}°, limit {math.degrees(limit):.1f}°"
-        if not ok:
-            at = f"exceeded by α{self.peak.joint} at {self.described(self.peak.place)}"
-            message += f", {at}: move the waypoints nearer to 0"
-        yield self.check(ok, message, value=value, limit=limit, place=self.peak.place)
+        found, allowed = (f"{math.degrees(angle):.4g}°" for angle in (value, limit))
+        ok, place = value <= limit + EXACT, self.peak.place
+        found = f"largest tilt {found} (α{self.peak.joint})"
+        message = self.compared(ok, found, allowed, place, "move the waypoints nearer to 0")
+        yield self.check(ok, message, value=value, limit=limit, place=place)
 
 
-def all_rules(criteria: Criteria) -> tuple[list[Rule], HoverReachability]:
-    """Return the rules in the order of the report, and what decides whether hover can reach the gait."""
-    continuous = Continuous(criteria)
-    flyable = [rule(criteria, continuous) for rule in (_LevelSign, _SingularValue, _HoverThrust)]
-    rules: list[Rule] = [OnSurface(criteria), TwoColor(criteria), continuous, *flyable, _TiltRange(criteria)]
-    return rules, HoverReachability(criteria, continuous)
+class Checker:
+    """Applies all rules, in the order of the report, to the segments of a gait."""
+
+    def __init__(self, criteria: Criteria) -> None:
+        continuous = Continuous(criteria)
+        flyable = [rule(criteria, continuous) for rule in (_LevelSign, _SingularValue, _HoverThrust)]
+        self.rules: list[Rule] = [OnSurface(criteria), TwoColor(criteria), continuous, *flyable, _TiltRange(criteria)]
+        self.reachability = _Reachability(criteria, continuous)
+
+    def update(self, segments: Segments) -> None:
+        """Examine the next segments, in blocks so that memory stays bounded."""
+        for start in range(0, len(segments.alpha) - 1, _BLOCK):
+            block = segments[start : start + _BLOCK + 1]
+            for rule in self.rules:
+                rule.update(block)
+            self.reachability.update(block)
+
+    def report(self, closed: Check) -> Report:
+        """Return what was found; `closed` is the check of how the gait closes."""
+        reachable, reachability = self.reachability.answer()
+        checks = (closed, *(check for rule in self.rules for check in rule.checks()))
+        return Report(checks=checks, reachable_from_hover=reachable, reachability=reachability)
 
 
-class HoverReachability:
-    """Whether ordinary hover can enter the gait, and leave it, without a singular matrix."""
+class _Reachability:
+    """Whether a flight from hover can enter the gait, and leave it, without a singular matrix."""
 
     def __init__(self, criteria: Criteria, continuous: Continuous) -> None:
         self.vehicle, self.continuous = criteria.vehicle, continuous
@@ -324,24 +332,22 @@ class HoverReachability:
         self.off_red = max(self.off_red, float(distance_to_multiple(opposite, math.pi).max()))
 
     def answer(self) -> tuple[bool | None, str]:
-        """Return yes, no or unknown, and a sentence."""
+        """Return True, False or None for undecided, and the reason."""
         limit = 2 * self.vehicle.signed_drag_ratio
         home = f"the component of α = 0 (tan α1 − tan α2 {'<' if limit > 0 else '>'} {limit:.4f})"
-        enters = "the component of α = 0, which ordinary hover can enter and leave"
+        enters = "the component of α = 0: a flight from hover can enter and leave it"
         if not self.positive:
-            return False, (
-                "hover (R > 0) cannot enter it without a singular matrix: "
-                f"plan in {home}, or start the flight in the gait"
-            )
+            way = f"plan in {home}, or start the flight in the gait"
+            return False, f"entering from hover (R > 0) passes a singular matrix: {way}"
         if self.off_red > DEFAULT_TOLERANCE:
-            return None, "off the red sheet with R > 0: whether hover can reach it is not decided here"
+            return None, "not decided: off the red sheet, with R > 0"
         # An opposite arm shifted by π is on red too, but not on the part of it that hover is on.
         if not self.home or self.opposite > DEFAULT_TOLERANCE:
-            return False, f"on the surface ordinary hover cannot reach this component of R > 0: plan in {home}"
+            return False, f"no path on the surface from hover to this component of R > 0: plan in {home}"
         if not self.decided:
-            return None, "too near R = 0 to be decided beside chords of this size"
+            return None, "not decided: too close to R = 0 for chords of this size"
         if self.continuous.fiber is None:
             return True, f"in {enters}"
         if self.confined:
             return True, f"on a fibre that meets {enters}"
-        return None, "on a fibre, beyond ±π/2, with R > 0: whether hover can reach it is not decided here"
+        return None, "not decided: on a fibre, beyond ±π/2, with R > 0"

@@ -1,8 +1,8 @@
-"""What was found about a gait: one check for each rule, and the report that holds them all.
+"""The report on a gait, with one check for each rule.
 
-*Valid* is the paper's notion: closed, on the surface, two-color, continuous, R of one sign. *Flyable* adds the
-physics, always with the exact coefficients of the vehicle: the decoupling matrix well invertible, hover thrusts
-positive and within limits, tilt angles and rates within limits.
+*Valid* gaits obey the paper's rules: closed, on the surface, two-color, continuous, R of one sign. *Flyable* gaits also
+obey the physics, always with the exact coefficients of the vehicle: the decoupling matrix is well invertible, hover
+thrusts are positive, and thrusts, tilt angles and rates are within limits.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from dataclasses import asdict, dataclass, replace
 from textwrap import fill
 from typing import TYPE_CHECKING, Any, Literal, TypedDict
 
+from gaitgraph._lazy import Pictured
 from gaitgraph.angles import figure
 
 if TYPE_CHECKING:
@@ -23,15 +24,15 @@ RATE_UNITS = {"rate": "rad/s", "acceleration": "rad/s²", "jerk": "rad/s³"}
 """The derivatives of the tilt angles that a vehicle may limit, in order, and their units."""
 
 RATE_CHECKS = tuple(f"tilt_{kind}" for kind in RATE_UNITS)
-"""Names of the checks that need times."""
+"""Names of the checks that need timing."""
 
-_LIKELY = {"rate": 100.0, "acceleration": 10_000.0}  # a larger limit was probably meant in degrees
+_LIKELY = {"rate": 100.0, "acceleration": 10_000.0}  # a larger limit is probably in degrees
 _YES = {True: "yes", False: "no", None: "unknown"}
 _WIDTH = 110
 
 
 class CheckOptions(TypedDict, total=False):
-    """What the checks of every gait take; see :func:`gaitgraph.validation.validating.check_gait`."""
+    """Options of all checks; see :func:`gaitgraph.validation.validating.check_gait`."""
 
     tolerance: float
     floor: float
@@ -40,22 +41,22 @@ class CheckOptions(TypedDict, total=False):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Check:
-    """One rule, what was found, and where.
+    """The result of one rule.
 
     Parameters
     ----------
     name, kind
-        The rule; "valid" if the paper's rules ask for it, "flyable" if the physics does.
+        The rule; "valid" for the paper's rules, "flyable" for physics.
     ok
         Whether it holds along the whole gait.
     message
-        One sentence that says what was found and, if the rule is broken, what would help.
+        One line with the value and the limit; for a broken rule also the place and what would help.
     value, limit
-        What was found at the worst place and what is allowed there, in the unit that the message names, or None.
+        The value at the worst place and its limit, in the unit of the message, or None.
     where
-        The worst place: segment (from which corner on), fraction along it, and tilt angles [rad]; or None.
+        The worst place: segment, counted from 0, fraction along it, and tilt angles [rad]; or None.
     decided
-        False for a sign of R that the digits of coefficients and angles do not carry.
+        False for a sign of R that is within the error of coefficients and angles.
     """
 
     name: str
@@ -69,7 +70,7 @@ class Check:
 
     @property
     def mark(self) -> str:
-        """How a summary marks the check: "ok", "NO", or "??" for a sign that is not decided."""
+        """The mark of the check in a summary: "ok", "NO", or "??" for an undecided sign."""
         if not self.ok:
             return "NO"
         return "ok" if self.decided else "??"
@@ -96,31 +97,28 @@ class GaitPoint:
         return {**head, "fraction": self.fraction, "alpha": list(self.alpha)}
 
     def described(self, noun: str) -> str:
-        """Return the place in words: the tilt angles, and the row with its time for a table."""
-        alpha = "(" + ", ".join(f"{angle:.3f}" for angle in self.alpha) + ")"
-        if noun != "row":
-            return alpha
-        between = f" and {self.fraction:.2f} of the way to the next" if self.fraction else ""
-        return f"row {self.point + 1}{between}{'' if self.t is None else f' (t = {self.t:.6g} s)'}, {alpha}"
+        """Return the place in words: number of the corner or row, fraction, time, and tilt angles."""
+        between = f" and {100 * self.fraction:.0f} % of the way to the next" if self.fraction else ""
+        time = "" if self.t is None else f", t = {self.t:.6g} s"
+        return f"{noun} {self.point + 1}{between}{time} ({', '.join(f'{angle:.3f}' for angle in self.alpha)})"
 
 
 def limit_check(
-    name: str, unit: str, peak: float, joint: int, limit: float | None, where: dict[str, Any] | None, advice: str
+    name: str, peak: float, joint: int, limit: float | None, advice: str, place: GaitPoint | None = None
 ) -> Check:
-    """Return the check of a peak of one tilt angle's derivative against what the vehicle states."""
-    ok = limit is None or peak <= limit * (1 + 1e-12)
-    message = "infinite" if math.isinf(peak) else f"peak {figure(peak)} {unit} (α{joint})"
-    if limit is None:
-        message += "; the vehicle states no limit"
-    elif math.isinf(peak):
-        message = f"{advice} (limit {figure(limit)} {unit})"
-    else:
-        message += f", limit {figure(limit)}" + ("" if ok else f": {advice}")
+    """Return the check of a peak of one tilt angle's derivative, of a row if it has a place, against the limit."""
+    ok, text = limit is None or peak <= limit * (1 + 1e-12), "infinite"
+    if math.isfinite(peak):
+        text = f"{figure(peak)} {RATE_UNITS[name.removeprefix('tilt_')]}"
+    at = "" if ok or place is None else f" at {place.described('row')}"
+    stated = "; the vehicle states no limit" if limit is None else f", limit {figure(limit)}"
+    message = f"peak {text} (α{joint}){at}{stated}" + ("" if ok else f": {advice}")
+    where = None if place is None else place.as_mapping("row")
     return Check(name=name, kind="flyable", ok=ok, value=peak, limit=limit, where=where, message=message)
 
 
 def unlikely_limits(limits: Mapping[str, Any]) -> list[str]:
-    """Return a warning for each limit of a derivative that is so large that it was probably meant in degrees.
+    """Return a warning for each limit of a derivative that is so large that it is probably in degrees.
 
     >>> unlikely_limits({"rate": 300.0, "acceleration": 50.0})
     ["the limit of the tilt rate is 300 rad/s = 17,189°/s: for degrees write '300deg'"]
@@ -134,21 +132,21 @@ def unlikely_limits(limits: Mapping[str, Any]) -> list[str]:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Report:
-    """All checks of one gait; falsy when it is not valid, and it prints well.
+class Report(Pictured):
+    """All checks of one gait; false in a condition if it is not valid.
 
     Parameters
     ----------
     checks
-        What was found, one for each rule.
+        One for each rule.
     reachable_from_hover, reachability
-        Whether ordinary hover can enter and leave the gait, None if that is not decided; and a sentence.
+        Whether a flight from hover can enter and leave the gait, None if undecided; and the reason.
     notes
-        What deserves attention although no rule speaks of it.
+        Warnings that belong to no rule.
     rows
         Number of rows, for a table.
     listing
-        The colourings of the gait's loop, if they were asked for.
+        The colourings of the gait's loop, or None.
     """
 
     checks: tuple[Check, ...]
@@ -182,7 +180,7 @@ class Report:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What holds but deserves attention."""
+        """Warnings: undecided signs, unlikely limits, and the notes."""
         undecided = (check.message for check in self.checks if check.ok and not check.decided)
         return (*undecided, *self._unlikely, *self.notes)
 
@@ -197,7 +195,7 @@ class Report:
         return self.valid
 
     def with_checks(self, more: Iterable[Check]) -> Report:
-        """Return the report with further checks appended."""
+        """Return the report with more checks."""
         return replace(self, checks=(*self.checks, *more))
 
     def as_mapping(self) -> dict[str, Any]:
@@ -237,14 +235,9 @@ class Report:
         broken = [check.name.replace("_", " ") for check in self.checks if check.mark != "ok"]
         return f"<Report: {self.verdict} {len(self.checks)} checks, not ok: {', '.join(broken) or 'none'}>"
 
-    def _repr_html_(self) -> str:
-        from gaitgraph.plots.notebook import html_of
-
-        return html_of(self)
-
 
 def lines_of_checks(checks: Iterable[Check]) -> list[str]:
-    """Return checks as lines for people, wrapped."""
+    """Return checks as lines of text, wrapped."""
     return [_line(check.mark, check.name.replace("_", " "), check.message) for check in checks]
 
 

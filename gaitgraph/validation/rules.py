@@ -1,10 +1,8 @@
 """What rules share, and those of the paper's tables: on the surface, two-color, continuous.
 
-Each rule holds along the segments of a gait, by closed form or a bound.
-
-A gait is a closed polyline. It may be too long for memory, so it is judged in
-blocks of consecutive segments. A smooth curve is judged by its chords: what it may differ from them by is taken off
-each bound.
+Each rule holds along the segments of a gait, a closed polyline, by closed form or a bound. A gait may be too long for
+memory, so rules examine blocks of consecutive segments. A smooth curve is checked by its chords: each bound is reduced
+by the largest effect of the distance between them.
 """
 
 from __future__ import annotations
@@ -40,11 +38,12 @@ if TYPE_CHECKING:
     from gaitgraph.vehicle import Vehicle
 
 EXACT = 1e-9
+_TAKE_ROOTS = "take (α3, α4) from the roots of (α1, α2)"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Criteria:
-    """What a gait is for, and the limits it is judged by, as in :func:`gaitgraph.validation.validating.check_gait`."""
+    """Vehicle, coefficients and limits of the checks; see :func:`gaitgraph.validation.validating.check_gait`."""
 
     vehicle: Vehicle
     coefficients: Coefficients
@@ -53,7 +52,7 @@ class Criteria:
     angle_rounding: float | None = None  # None: inferred from distances to the sheets, at least `digit_error` [rad]
     digit_error: float = 0.0  # error of each angle that follows from the printed digits [rad]
     crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE
-    noun: str = "corner"  # what messages call a point of the gait: "corner" or "row"
+    noun: str = "corner"  # what messages call a point: "corner", "row", or "chord" of a curve
     beside: float = 0.0  # how far a curve may be from the segments, its chords, in the (α1, α2) plane [rad]
     extremes: FloatArray | None = None  # the least and the largest tilt angles of the curve, shape (2, 4) [rad]
 
@@ -66,19 +65,19 @@ class Criteria:
 
     @property
     def bracket(self) -> float:
-        """How narrow brackets of singular values and thrusts must be; those of a curve are reported."""
+        """Largest width of the brackets of singular values and thrusts; for a curve their bounds are reported."""
         return 1e-6 if self.beside else 1e-4
 
     @property
     def singular_value_slack(self) -> float:
-        """By how much the least singular value may be less on a curve: at most √(2 + κ²) per radian of four angles."""
+        """The most that the least singular value is lower on a curve: at most √(2 + κ²) per radian of four angles."""
         return math.sqrt(2.0 * (2.0 + self.vehicle.drag_ratio**2)) * self.beside
 
     def level_slack(self, coefficients: Coefficients) -> float:
-        """Return by how much R may be less on a curve than on its chords.
+        """Return the most that R is lower on a curve than on its chords.
 
-        R is bilinear in the features of both pairs, each of norm √2 at most, as their slopes are; four angles move, by
-        2√2·beside in sum.
+        R is bilinear in the features of both pairs. Their norms and their slopes are at most √2, and the four angles
+        move by 2√2·beside in sum.
         """
         return 2.0 * float(np.linalg.norm(coefficients.bilinear_form, 2)) * math.sqrt(8.0) * self.beside
 
@@ -88,11 +87,11 @@ class Segments:
     """Consecutive straight segments of a gait."""
 
     alpha: FloatArray  # the points, shape (m + 1, 4) [rad]; a single point has no segment
-    # As what each point is colored, shape (m + 1,): +1 red, −1 blue, 2 the first fibre, 3 the second, 0 none.
+    # The color of each point, shape (m + 1,): +1 red, −1 blue, 2 the first fibre, 3 the second, 0 none.
     sheet: npt.NDArray[np.int8]
-    number: IntArray  # of each point in the gait, counted from 1; 1 again where a segment closes the gait
+    number: IntArray  # number of each point in the gait, from 1; 1 again at the end of the closing segment
     t: FloatArray | None = None  # times, shape (m + 1,) [s]
-    first_t: float | None = None  # time of the point 1, which is not when the closing segment ends [s]
+    first_t: float | None = None  # time of point 1; the closing segment ends later [s]
 
     def __getitem__(self, part: slice) -> Segments:
         """Return consecutive points, as a slice of step 1."""
@@ -139,14 +138,14 @@ def segments_of(gait: Gait) -> Segments:
 
 @dataclass
 class Worst:
-    """The bracket of the least of a quantity over all segments so far, and where its upper end is attained."""
+    """The bracket of the least value over all segments so far, and the place where its upper end is attained."""
 
     lower: float = math.inf
     upper: float = math.inf
     place: GaitPoint | None = None
 
     def update(self, least: Least, block: Segments) -> None:
-        """Include what was found along segments."""
+        """Include the least value along further segments."""
         lower, upper, segment, fraction = least.worst()
         self.lower = min(self.lower, lower)
         if upper < self.upper or self.place is None:
@@ -155,7 +154,7 @@ class Worst:
 
 @dataclass
 class Peak:
-    """The largest size of an angle or of a derivative, of which of the four joints, and where."""
+    """The largest absolute angle or derivative, its joint (1 to 4) and place."""
 
     value: float = 0.0
     joint: int = 1
@@ -171,10 +170,10 @@ class Peak:
 
 @dataclass
 class Rule(ABC):
-    """What all rules share: they are updated with blocks of segments in order, and yield their checks at the end.
+    """Base of the rules: they take blocks of segments in order, and yield their checks at the end.
 
-    How the segments are split into blocks makes no difference to a verdict. A rule of flyable has the rule `continuous`
-    beside it, which knows what the points lie on.
+    Verdicts do not depend on the blocks. Rules of flyable also read the rule `continuous`, which knows the sheets of
+    the points.
     """
 
     criteria: Criteria
@@ -190,13 +189,17 @@ class Rule(ABC):
         """Yield what was found, after at least one update."""
 
     def check(self, ok: bool, message: str, *, place: GaitPoint | None = None, **values: Any) -> Check:
-        """Return the check of this name, unless the values have another, with its place as plain values."""
+        """Return the check of this rule, or of the name in `values`, with its place as plain values."""
         where = None if place is None else place.as_mapping(self.criteria.noun)
         return Check(**{"name": self.name, "kind": self.kind, "ok": ok, "message": message, "where": where, **values})
 
     def described(self, place: GaitPoint | None) -> str:
         """Return a place in words."""
         return "" if place is None else place.described(self.criteria.noun)
+
+    def compared(self, ok: bool, found: str, limit: str, place: GaitPoint | None, advice: str) -> str:
+        """Return what was found and its limit in words; if it is not ok, the place and the advice too."""
+        return f"{found}, limit {limit}" if ok else f"{found} at {self.described(place)}, limit {limit}: {advice}"
 
 
 @dataclass
@@ -215,10 +218,10 @@ class OnSurface(Rule):
     def checks(self) -> Iterator[Check]:
         """Yield the check `on_surface`."""
         value, limit, place = max(-self.worst.lower, 0.0), self.criteria.tolerance, self.worst.place
-        message = f"max(|Rφ|, |Rθ|) = {value:.2g}, allowed {limit:g}"
-        if value > limit:
-            message += f", worst at {self.described(place)}: take (α3, α4) from the roots of (α1, α2), or allow more"
-        yield self.check(value <= limit, message, value=value, limit=limit, place=place)
+        ok = value <= limit
+        advice = f"{_TAKE_ROOTS}, or raise the tolerance"
+        message = self.compared(ok, f"max(|Rφ|, |Rθ|) = {value:.2g}", f"{limit:g}", place, advice)
+        yield self.check(ok, message, value=value, limit=limit, place=place)
 
 
 @dataclass
@@ -240,10 +243,7 @@ class TwoColor(Rule):
         forbidden = ~neighbors_allowed((third[:-1], fourth[:-1]), (third[1:], fourth[1:]))
         if bare.any() and (not forbidden.any() or np.argmax(bare) <= np.argmax(forbidden)):
             point = int(np.argmax(bare))
-            message = (
-                f"{criteria.noun} {block.number[point]} lies off the surfaces, on neither sheet, so it has no color "
-                "to compare: take (α3, α4) from the roots of (α1, α2)"
-            )
+            message = f"{self.described(block.place(point))} lies on neither sheet and has no color: {_TAKE_ROOTS}"
         elif forbidden.any():
             point = int(np.argmax(forbidden))
             here, there = (text_from_types(int(third[k]), int(fourth[k])) for k in (point, point + 1))
@@ -265,18 +265,18 @@ class TwoColor(Rule):
 
 @dataclass
 class Continuous(Rule):
-    """Every point lies on the sheet of its color, and every segment stays there. Other rules ask it what it found."""
+    """Every point lies on the sheet of its color, and every segment stays there. Other rules read the results."""
 
     name = "continuous"
     bare: GaitPoint | None = None  # the first point off the surfaces
-    inferred_error: float = 0.0  # the largest distance from a sheet that the tolerance takes for rounding
+    inferred_error: float = 0.0  # the largest distance from a sheet within the tolerance
     inferred_errors: FloatArray = field(default_factory=lambda: np.zeros(0))  # of each point of the latest block
     blue: bool = False  # whether a point lies on the blue sheet alone, whatever its color
     fiber: tuple[int, GaitPoint] | None = None  # the first point colored as a fibre: which, and its place
     distance: float = 0.0  # the point that is farthest off the sheet of its color
     off_sheet: str = ""
     farthest: GaitPoint | None = None
-    ratio: float = -1.0  # the largest jump beside its limit
+    ratio: float = -1.0  # the largest jump divided by its limit
     jump: float = 0.0
     limit: float = 0.0
     changes: bool = False  # of color
@@ -306,18 +306,15 @@ class Continuous(Rule):
         if off[farthest] > max(self.distance, EXACT):
             self.distance, self.farthest = float(off[farthest]), block.place(farthest)
             color = FAMILIES[column[farthest]]
-            self.off_sheet = (
-                f"{criteria.noun} {block.number[farthest]} is colored {color} but lies off that "
-                f"{'fibre' if fibered[farthest] else 'sheet'}"
-            )
+            self.off_sheet = f"is colored {color} but lies off that {'fibre' if fibered[farthest] else 'sheet'}"
             near = distances[farthest] <= criteria.tolerance
             others = [name for name, is_near in zip(FAMILIES, near, strict=True) if is_near and name != color]
             if others:
                 self.off_sheet += f", on the {others[0]} one"
         # How far segments leave the sheets of their ends.
         sizes = family_jumps(block.starts, block.ends, sheet[:-1], sheet[1:], criteria.coefficients)
-        # Within one color, printed digits may move a segment off its sheet as far as the surface check allows; along a
-        # fibre too, whose line with the red sheet is on both.
+        # Within one color, and along a fibre, whose line with the red sheet is on both, printed digits may move a
+        # segment off its sheet by the tolerance.
         along = (sheet[:-1] == sheet[1:]) | fibered[:-1] | fibered[1:]
         limits = np.where(along, criteria.tolerance, EXACT)
         ratios = sizes / np.maximum(limits, EXACT)
@@ -328,20 +325,19 @@ class Continuous(Rule):
 
     def checks(self) -> Iterator[Check]:
         """Yield the check `continuous`."""
-        noun, tolerance = self.criteria.noun, self.criteria.tolerance
+        tolerance = self.criteria.tolerance
         if self.bare is not None:
-            message = f"at {noun} {self.bare.point + 1} it is off the surfaces and follows no sheet"
+            message = f"{self.described(self.bare)} lies on neither sheet: {_TAKE_ROOTS}"
             yield self.check(False, message, limit=tolerance, place=self.bare)
         elif self.distance > tolerance and (not self.changes or self.jump <= max(self.limit, self.distance + EXACT)):
-            message = (
-                f"{self.off_sheet}, by {self.distance:.4f} rad: give it the color of its sheet, or take (α3, α4) from "
-                "the sheet of its color"
-            )
+            off = f"{self.off_sheet}, by {self.distance:.4f} rad (limit {tolerance:g})"
+            advice = "give it the color of its sheet, or take (α3, α4) from the sheet of its color"
+            message = f"{self.described(self.farthest)} {off}: {advice}"
             yield self.check(False, message, value=self.distance, limit=tolerance, place=self.farthest)
         else:
             ok, message = self.jump <= self.limit, "every segment stays on its sheet"
-            if not ok and self.place is not None:
+            if not ok:
                 cause = "changes color" if self.changes else "wraps by π or leaves its sheet"
-                after = f"{noun} {self.place.point + 1}"
-                message = f"(α3, α4) jumps by {self.jump:.4f} rad after {after}, where it {cause}: stay on one sheet"
+                jump = f"jumps by {self.jump:.4f} rad (limit {self.limit:g}) after {self.described(self.place)}"
+                message = f"(α3, α4) {jump}, where it {cause}: stay on one sheet"
             yield self.check(ok, message, value=self.jump, limit=self.limit, place=self.place)

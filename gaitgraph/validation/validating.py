@@ -1,10 +1,10 @@
 """Is a gait valid, and can it fly? Every rule, the rates and the colourings of its loop, in one report.
 
-A table is judged piece by piece and never held whole. Its rows are joined by straight segments, from the last back to
-the first too, and every check holds along the segments.
+A table is checked piece by piece. Its rows are joined by straight segments, also the last with the first, and every
+check holds along the segments.
 
-Timing comes after this package in the import order. A timed gait is therefore known here by what it has: a `gait`, and
-:meth:`rate_checks`, which it computes from its own law. The rates of a table need no law: they follow from its rows.
+Timing comes later in the import order, so a timed gait is recognised here by its `gait` and its `rate_checks`, which
+follow from its law. Rates of a table follow from its rows.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
 from gaitgraph.gait.gait import Gait
 from gaitgraph.gait.table import (
@@ -24,20 +25,21 @@ from gaitgraph.gait.table import (
     RATES,
     SAME_ROW,
     Table,
+    closed_rows,
     closing_time,
     is_closed,
     lies_on,
+    lifted_pieces,
     stated_gait,
     surface_of,
     takes_the_period,
-    tilt_angles,
+    wrong_types,
 )
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, FloatArray, level_determinant
 from gaitgraph.io.formats import given_gait, naming_file, read_pieces
-from gaitgraph.surface.adjacency import types_from_text
 from gaitgraph.surface.loop_colorings import ColoringCount, color_choices, colorings, colorings_counted
-from gaitgraph.surface.sheets import DEFAULT_TOLERANCE, SIGNS, families_along, family_codes, family_of, types_contradict
-from gaitgraph.validation.physics import all_rules
+from gaitgraph.surface.sheets import DEFAULT_TOLERANCE, SIGNS, family_of
+from gaitgraph.validation.physics import Checker
 from gaitgraph.validation.report import RATE_CHECKS, RATE_UNITS, Check, Report, limit_check
 from gaitgraph.validation.rules import Criteria, Peak, Segments, segments_of
 
@@ -48,32 +50,10 @@ if TYPE_CHECKING:
     from gaitgraph.io.formats import GaitLike
     from gaitgraph.vehicle import Vehicle, VehicleLike
 
-_BLOCK = 1 << 14
 _MORE = 1.0 + 1e-6
 
 MOST_LISTED_ROWS = 10_000
-"""Up to this many rows a table's colourings are listed; longer ones are counted."""
-
-
-class _Checker:
-    """Applies all rules to the segments of a gait, in order, and returns the report."""
-
-    def __init__(self, criteria: Criteria) -> None:
-        self.rules, self.reach = all_rules(criteria)
-
-    def update(self, segments: Segments) -> None:
-        """Examine the next segments, in blocks so that memory stays bounded."""
-        for start in range(0, len(segments.alpha) - 1, _BLOCK):
-            block = segments[start : start + _BLOCK + 1]
-            for rule in self.rules:
-                rule.update(block)
-            self.reach.update(block)
-
-    def report(self, closed: Check) -> Report:
-        """Return what was found; `closed` is the check of how the gait closes."""
-        reachable, reachability = self.reach.answer()
-        checks = (closed, *(check for rule in self.rules for check in rule.checks()))
-        return Report(checks=checks, reachable_from_hover=reachable, reachability=reachability)
+"""Largest number of rows for which the colourings of a table are listed, not only counted."""
 
 
 def check_gait(
@@ -85,22 +65,22 @@ def check_gait(
     beside: float = 0.0,
     extremes: FloatArray | None = None,
 ) -> Report:
-    """Return every check of valid and flyable for a gait, and whether it can be reached from hover.
+    """Return every check of valid and flyable for a gait, and whether hover can reach it.
 
     Parameters
     ----------
     gait
-        The gait; limits of its vehicle are checked where the vehicle states them, but for rates, which need timing.
+        The gait, checked against the limits that its vehicle states; limits of rates need timing.
     tolerance
-        Largest |Rφ| and |Rθ| that count as on the surface, dimensionless; and how far from the sheet of its color
-        a corner may lie [rad].
+        Largest |Rφ| and |Rθ| on the surface, dimensionless; also the largest distance of a corner from the sheet of its
+        color [rad].
     floor
-        Least singular value that a flyable gait must keep, dimensionless.
+        Least singular value floor: a flyable gait keeps its least singular value above it, dimensionless.
     angle_rounding
-        Assumed error of each angle because it was printed or measured, e.g. 5e-4 for three decimals [rad]. By
-        default it is inferred: the largest distance of α3 and α4 from the sheet of their color.
+        Assumed error of each printed or measured angle, e.g. 5e-4 for three decimals [rad]. By default it is inferred:
+        the largest distance of α3 and α4 from the sheet of their color.
     beside, extremes
-        If the gait is the chords of a curve: see :meth:`gaitgraph.timing.curve.Curve.check`.
+        For the chords of a curve: see :meth:`gaitgraph.timing.curve.Curve.check`.
 
     Examples
     --------
@@ -109,17 +89,10 @@ def check_gait(
     >>> report.valid, report.flyable, report.reachable_from_hover
     (True, True, False)
     """
-    criteria = Criteria(
-        vehicle=gait.vehicle,
-        coefficients=gait.coefficients,
-        tolerance=tolerance,
-        floor=floor,
-        angle_rounding=angle_rounding,
-        crossing_tolerance=gait.crossing_tolerance,
-        beside=beside,
-        extremes=extremes,
-    )
-    checker = _Checker(criteria)
+    surface: Any = {name: getattr(gait, name) for name in ("vehicle", "coefficients", "crossing_tolerance")}
+    limits: Any = {"tolerance": tolerance, "floor": floor, "angle_rounding": angle_rounding}
+    noun = "chord" if beside else "corner"
+    checker = Checker(Criteria(**surface, **limits, noun=noun, beside=beside, extremes=extremes))
     checker.update(segments_of(gait))
     closed = Check(name="closed", kind="valid", ok=True, value=0.0, limit=0.0, message="closed by construction")
     return checker.report(closed)
@@ -136,7 +109,7 @@ def validate(
     crossing_tolerance: float | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Report:
-    """Return every check of a gait; with times, those of tilt rates and accelerations too.
+    """Return every check of a gait; with times also those of tilt rates and accelerations.
 
     Parameters
     ----------
@@ -144,11 +117,11 @@ def validate(
         A gait in any form, see :func:`gaitgraph.io.formats.given_gait`; a CSV or Parquet file may be larger than
         memory. A table that states corners, law and period is judged as that timed gait, as long as its rows lie on it.
     vehicle, coefficients
-        For tables and files: what the gait is for; by default what the table says, else the paper's vehicle.
+        For tables and files; by default those that the table states, else the paper's vehicle.
     tolerance, floor, angle_rounding
-        As for :func:`check_gait`; angles of a CSV file that are printed with three to eight
-        decimals have an error of at least half a unit of the last one. Rows of a table without colors get the color of
-        the sheet that they are within `tolerance` of, or else of the fibre.
+        As for :func:`check_gait`. Angles printed with three to eight decimals in a CSV file have an error of at least
+        half a unit of the last one. Rows without colors get the color of the sheet, or else of the fibre, within
+        `tolerance` of which they lie.
     crossing_tolerance
         For tables and files: distance from a crossing line within which a plane type is `?` [rad]; π/32 by default.
     progress
@@ -157,19 +130,18 @@ def validate(
     Returns
     -------
     Report
-        Falsy when the gait is not valid; prints well; serialises by ``as_mapping``. For a table `where` holds the
-        row, counted from 1, from which a segment starts, the fraction along it, the time and the tilt angles.
+        False in a condition if the gait is not valid. For a table `where` holds the row, counted from 1, at which a
+        segment starts, the fraction along it, the time and the tilt angles.
 
     Raises
     ------
     InputError, FileProblem
-        If a value is not allowed, or a file cannot be read as a gait table.
+        If a value is wrong, or a file cannot be read as a gait table.
 
     Notes
     -----
     Rates and accelerations of a table are the least that any motion through its rows must reach: slopes, and second
-    divided differences; what the table states counts if it is larger. Not guaranteed: peaks between rows of a motion
-    that is not straight there are not found.
+    divided differences; stated ones count if they are larger. Higher peaks between rows are not found.
 
     Examples
     --------
@@ -180,9 +152,10 @@ def validate(
     """
     choices: Any = {"vehicle": vehicle, "coefficients": coefficients, "crossing_tolerance": crossing_tolerance}
     source = given_gait(gait, whole=False, **choices)
+    limits: Any = {"tolerance": tolerance, "floor": floor, "angle_rounding": angle_rounding}
     if not isinstance(source, (Table, Path)):
         bare, rates = (source, ()) if isinstance(source, Gait) else (source.gait, source.rate_checks())
-        report = check_gait(bare, tolerance=tolerance, floor=floor, angle_rounding=angle_rounding).with_checks(rates)
+        report = check_gait(bare, **limits).with_checks(rates)
         if (np.abs(bare.alpha[:, :2]) > math.pi / 2).any():
             return report  # colourings are of loops in [−π/2, π/2]²
         loop = colorings(bare.alpha, coefficients=bare.coefficients, crossing_tolerance=bare.crossing_tolerance)
@@ -191,33 +164,29 @@ def validate(
     first = next(pieces)
     with naming_file(source):
         vehicle, numbers, stated = surface_of(first, vehicle, coefficients)
-    criteria = Criteria(
-        vehicle=vehicle,
-        coefficients=numbers,
-        tolerance=tolerance,
-        floor=floor,
-        angle_rounding=angle_rounding,
-        digit_error=first.digit_error,
-        crossing_tolerance=stated if crossing_tolerance is None else crossing_tolerance,
-        noun="row",
-    )
-    with naming_file(source):
-        timed = stated_gait(first, vehicle, numbers, criteria.crossing_tolerance)
-    checker = _TableChecker(criteria)
+        crossing = stated if crossing_tolerance is None else crossing_tolerance
+        timed = stated_gait(first, vehicle, numbers, crossing)
+    surface: Any = {"vehicle": vehicle, "coefficients": numbers, "crossing_tolerance": crossing}
+    checker = _TableChecker(Criteria(**surface, **limits, digit_error=first.digit_error, noun="row"))
     if "transition" in first.about:
-        checker.notes["transition"] = "this is a path from one place to another: the way back to row 1 is no part of it"
+        checker.notes["transition"] = "the table is a transition: the segment back to row 1 is not part of it"
     holds = True
-    for piece in chain([first], pieces):
-        checker.update(piece)
+    for piece, alpha, sheet in lifted_pieces(chain([first], pieces), numbers, tolerance):
+        checker.update(piece, alpha, sheet)
         holds = holds and timed is not None and lies_on(timed, piece, first["t"][0])
     found = checker.report()
     if timed is None:
-        return found
+        timing: list[Any] = [first.about.get(name) for name in ("period", "law")]
+        if "t" in first or "corners" in first.about or None in timing or checker.rows > len(first):
+            return found
+        with naming_file(source):  # a saved plan: corners, with the timing of its request
+            closed = closed_rows(first, vehicle=vehicle, coefficients=numbers)[0].merged()
+            return found.with_checks(closed.parametrize(timing[0], law=timing[1]).rate_checks())
     start, end = float(first["t"][0]), float(piece["t"][-1])
     if not holds or not takes_the_period(timed, start, end, checker.rows, first.digit_error):
         return replace(found, notes=(*found.notes, OTHER_ROWS))
-    exact = validate(timed, tolerance=tolerance, floor=floor, angle_rounding=angle_rounding)
-    # How the rows close, and their colourings, are their own; rates that they state count where they are larger.
+    exact = validate(timed, **limits)
+    # Closing and colourings are those of the rows; rates that the rows state count where they are larger.
     checks = []
     for check in exact.checks:
         of_rows = found[check.name]
@@ -227,10 +196,10 @@ def validate(
 
 
 class _TableChecker:
-    """Judges a table piece by piece: finds the sheet of each row, applies the rules, and closes the table."""
+    """Checks a table piece by piece: finds the sheet of each row, applies the rules, and closes the table."""
 
     def __init__(self, criteria: Criteria) -> None:
-        self.criteria, self.checker = criteria, _Checker(criteria)
+        self.criteria, self.checker = criteria, Checker(criteria)
         self.rates = _RowRates()
         self.counts = {sign: ColoringCount(sign) for sign in SIGNS}
         self.rows = 0
@@ -238,25 +207,19 @@ class _TableChecker:
         self.head: Segments | None = None  # the first three rows
         self.tail: Segments | None = None  # the last three rows so far
         self.plane: list[FloatArray] = []
+        self.is_beyond = False  # whether a row is outside [−π/2, π/2]², where no colouring is defined
         self.notes: dict[str, str] = {}
 
-    def update(self, piece: Table) -> None:
-        """Examine the next rows."""
-        criteria, before = self.criteria, self.tail
-        alpha = tilt_angles(piece, criteria.coefficients, rows_before=self.rows)
-        if "color" in piece:
-            sheet = family_codes(piece["color"])
-        else:  # the color of the sheet or fibre on which a row lies
-            known = 0 if before is None else int(before.sheet[-1])
-            sheet = families_along(alpha, criteria.coefficients, criteria.tolerance, before=known)
+    def update(self, piece: Table, alpha: FloatArray, sheet: npt.NDArray[np.int8]) -> None:
+        """Examine the next rows, their tilt angles and families."""
         number = self.rows + 1 + np.arange(len(alpha))
         fresh = Segments(alpha=alpha, sheet=sheet, number=number, t=piece.columns.get("t"))
-        rows = fresh if before is None else before.joined(fresh)
+        rows = fresh if self.tail is None else self.tail.joined(fresh)
         joined = rows[-len(alpha) - 1 :]
         if len(joined.alpha) > 1:
             self.checker.update(joined)
             self.longest = max(self.longest, float(np.abs(np.diff(joined.alpha, axis=0)).max()))
-            # The last row may turn out to be the first again, which is no point of its own.
+            # The last row may repeat the first; then it is not a new point.
             self._count_colorings(joined.alpha[:-1, :2])
         if fresh.t is not None:
             self.rates.update(rows, fresh, piece)
@@ -266,6 +229,7 @@ class _TableChecker:
         self.tail = rows[-3:]
 
     def _count_colorings(self, plane: FloatArray) -> None:
+        self.is_beyond |= bool((np.abs(plane) > math.pi / 2).any())
         choices = color_choices(plane[:, 0], plane[:, 1], self.criteria.coefficients, self.criteria.crossing_tolerance)
         for sign, count_of_sign in self.counts.items():
             count_of_sign.add(choices[sign])
@@ -275,8 +239,7 @@ class _TableChecker:
     def _compare(self, fresh: Segments, piece: Table) -> None:
         """Note the first row whose stated types or R disagree with its angles."""
         if "types" in piece and "types" not in self.notes:
-            texts = {text: types_from_text(text) for text in dict.fromkeys(piece["types"])}
-            wrong = types_contradict(np.array([texts[text] for text in piece["types"]]), fresh.sheet)
+            wrong = wrong_types(piece, fresh.sheet)
             if wrong.any():
                 k = int(np.argmax(wrong))
                 self.notes["types"] = (
@@ -289,7 +252,7 @@ class _TableChecker:
             if wrong.any():
                 k = int(np.argmax(wrong))
                 self.notes["R"] = (
-                    f"row {fresh.number[k]} states R = {piece['R'][k]:.4g}, computed is {computed[k]:.4g} "
+                    f"row {fresh.number[k]} states R = {piece['R'][k]:.4g}, but R is {computed[k]:.4g} there "
                     f"({self.criteria.coefficients.kind} coefficients); stated values are not used"
                 )
 
@@ -300,7 +263,7 @@ class _TableChecker:
         first, last = head[:1], tail[-1:]
         gap = float(np.abs(last.alpha[0] - first.alpha[0]).max())
         near = self.rows > 1 and is_closed(np.vstack([first.alpha, tail.alpha]))
-        # Otherwise a row that comes back is a point of its own, with a segment to the first and no step in time.
+        # Otherwise a last row near the first is a new point, with a segment to the first and no step in time.
         repeated = near and gap <= SAME_ROW and last.sheet[0] == first.sheet[0]
         if not repeated:
             closing = last.joined(first)
@@ -312,13 +275,13 @@ class _TableChecker:
             self._count_colorings(last.alpha[:, :2])
         message = f"closed by a straight segment of {gap:.4g} rad from row {self.rows} back to row 1"
         if near:
-            message = "the last row is the first again" + ("" if repeated else f", to within {gap:.2g} rad")
+            message = "the last row repeats the first" + ("" if repeated else f", to within {gap:.2g} rad")
         elif self.rows == 1:
-            message = "a single row is a gait that is a point"
+            message = "the gait is a single point"
         if not repeated and gap > 3 * self.longest:
             self.notes["closed"] = (
-                f"the segment from row {self.rows} back to row 1 is {gap:.4g} rad, the longest step between rows only "
-                f"{self.longest:.4g}: is the end of the table missing?"
+                f"the closing segment from row {self.rows} to row 1 is {gap:.4g} rad long, the longest step between "
+                f"rows {self.longest:.4g} rad: is the end of the table missing?"
             )
         value, where = 0.0 if repeated else gap, last.place(0).as_mapping("row")
         closed = Check(name="closed", kind="valid", ok=True, value=value, where=where, message=message)
@@ -326,7 +289,9 @@ class _TableChecker:
         if head.t is not None:
             report = report.with_checks(self.rates.checks(head, tail, self.criteria.vehicle, closed=near))
             self.notes |= self.rates.notes
-        if self.rows > MOST_LISTED_ROWS:
+        if self.is_beyond:
+            listing = None
+        elif self.rows > MOST_LISTED_ROWS:
             listing = colorings_counted(self.counts)
         else:
             of, crossing = self.criteria.coefficients, self.criteria.crossing_tolerance
@@ -335,7 +300,7 @@ class _TableChecker:
 
 
 class _RowRates:
-    """Rates, accelerations and jerks that a motion through rows with times must reach, or that the table states."""
+    """Rates, accelerations and jerks that a motion through timed rows must reach, or that the table states."""
 
     def __init__(self) -> None:
         self.peaks = (Peak(), Peak(), Peak())  # of rate, acceleration and jerk
@@ -359,9 +324,9 @@ class _RowRates:
             self.stated = rates[-1:]
 
     def _differences(self, rows: Segments, starts: int | None = None) -> None:
-        """Examine divided differences: a smooth motion through n + 1 rows has their n-th one somewhere, over n!.
+        """Examine divided differences, of the first `starts` rows if given.
 
-        Those from all rows on, or only from so many.
+        A smooth motion through n + 1 rows has an n-th derivative of n! times their divided difference somewhere.
         """
         assert rows.t is not None  # noqa: S101
         values = rows.alpha
@@ -383,16 +348,15 @@ class _RowRates:
             self._differences(replace(rows, first_t=float(head.t[0])), len(tail.alpha) - closed)
         if self.off > 0.5 * self.moved:
             self.notes["rates"] = (
-                "the stated rates do not fit the rows: alpha1_rate to alpha4_rate must be in rad/s; the larger of both "
-                "is judged"
+                "the stated rates do not match the rows: alpha1_rate to alpha4_rate must be in rad/s; the larger "
+                "values are checked"
             )
         out = []
-        for order, ((kind, unit), peak) in enumerate(zip(RATE_UNITS.items(), self.peaks, strict=True), start=1):
+        for order, (kind, peak) in enumerate(zip(RATE_UNITS, self.peaks, strict=True), start=1):
             limit: float | None = getattr(vehicle, f"max_tilt_{kind}")
             if order > 2 and limit is None:
                 continue
             needed = period * (peak.value / limit) ** (1 / order) if limit else period
-            where, at = (peak.place.as_mapping("row"), peak.place.described("row")) if peak.place else (None, "")
-            advice = f"at {at}; run over at least {needed:.4g} s instead of {period:.4g} s it would do"
-            out.append(limit_check(f"tilt_{kind}", unit, peak.value, peak.joint, limit, where, advice))
+            advice = f"take at least {needed:.4g} s instead of {period:.4g} s"
+            out.append(limit_check(f"tilt_{kind}", peak.value, peak.joint, limit, advice, peak.place))
         return out
