@@ -467,7 +467,8 @@ def test_nothing_is_too_wide_too_pale_or_without_a_name(page: Page, size: tuple[
 
 
 def test_without_a_gait_a_waypoint_can_be_moved_to_where_there_is_one(page: Page) -> None:
-    page.open("waypoints=pi/8,pi/8;5pi/16,-5pi/16;pi/8,-5pi/16")
+    state = "waypoints=pi/8,pi/8;5pi/16,-5pi/16;pi/8,-5pi/16"
+    page.open(state)
     assert page.headline() == "✕No gait"
     assert page.text("reason").startswith(
         "red, R < 0: waypoint 1 (π/8, π/8) has R = 2.9; the nearest admissible point is"
@@ -478,9 +479,10 @@ def test_without_a_gait_a_waypoint_can_be_moved_to_where_there_is_one(page: Page
     page.shows("✓Flyable")
     assert page.state.startswith("waypoints=pi/8,-0.167")
     assert page.count(".layer-advice *") == page.count("#actions *") == 0
-    page.open("waypoints=pi/8,pi/8;5pi/16,-5pi/16")
+    page.id("undo").click()
+    page.at(state)
     page.id("allow-valid").click()
-    page.at("waypoints=pi/8,pi/8;5pi/16,-5pi/16&require=valid")
+    page.at(f"{state}&require=valid")
     # The map becomes blue, and says so; nothing there is shaded as a value.
     page.until(lambda: page.text("map-note").startswith("No red gait through these waypoints"))
     page.until(lambda: page.text("legend") == "R = 0 in exact physics")

@@ -192,7 +192,7 @@ def plan_answer(state: State, progress: Progress = quiet) -> dict[str, Any]:
     ``status`` is "empty", "infeasible" or "planned". Angles are exact in ``corners`` and ``vertices``, and
     rounded to 1e-6 rad elsewhere.
     """
-    lists = "checks warnings obstacles corners types colors path vertices order alternatives"
+    lists = "checks warnings obstacles corners types colors path vertices alternatives"
     answer: dict[str, Any] = {
         "status": "empty",
         **dict.fromkeys(("reason", "color", "sign", "length", "lower_bound", "series", "vehicle_view")),
@@ -227,7 +227,6 @@ def plan_answer(state: State, progress: Progress = quiet) -> dict[str, Any]:
         "types": list(gait.types),
         "colors": list(gait.colors),
         "vertices": loop.path.vertices().tolist(),
-        "order": list(loop.order),
         "series": series_answer(alpha, gait, report, t=t, rates=rates),
         "vehicle_view": vehicle_view_answer(alpha, gait.vehicle, t=t),
     }
@@ -280,14 +279,11 @@ def series_answer(
 
 
 def vehicle_view_answer(alpha: FloatArray, vehicle: Vehicle, *, t: FloatArray | None) -> dict[str, Any]:
-    """Return the view of a vehicle at rows (n, 4) [rad], in at most 101 frames, by time or row number.
-
-    `bearings` are the directions of the arms, from forward towards the left [rad].
-    """
+    """Return the view of a vehicle at rows (n, 4) [rad], in at most 101 frames; `bearings` of the arms [rad]."""
     rows = spread_rows(len(alpha), _MOST_FRAMES)
-    view = vehicle_view(alpha[rows], vehicle).as_mapping()
     times = (rows + 1).tolist() if t is None else to_digits(t[rows], 9)
-    return {**view, "t": times, "bearings": to_digits(matrices.arm_angles(vehicle))}
+    view = {"t": times, "bearings": to_digits(matrices.arm_angles(vehicle))}
+    return vehicle_view(alpha[rows], vehicle).as_mapping() | view
 
 
 def spread_rows(count: int, most: int) -> npt.NDArray[np.int64]:
@@ -297,7 +293,7 @@ def spread_rows(count: int, most: int) -> npt.NDArray[np.int64]:
 
 def diagram_answer(state: State, progress: Progress = quiet) -> dict[str, Any]:
     """Return the roll–pitch diagrams of the planned gait and of the gait biased by η, as plain values."""
-    answer = {"extent": [-math.pi / 2, math.pi / 2], "own": None, "biased": None, "eta": state.eta}
+    answer = {"own": None, "biased": None, "eta": state.eta}
     if state.empty:
         return answer | {"reason": "no waypoints yet"}
     result = planned(state, progress)
@@ -312,23 +308,16 @@ def diagram_of(one: Robustness) -> dict[str, Any]:
     """Return the roll–pitch diagram of one gait as plain values."""
     import shapely
 
-    margin = one.tilt_margin
-    outline = shapely.get_coordinates(one.acceptable.polygon.simplify(1e-3))
-    curves = [curve.points(61) for _, curve in one.curves]
+    margin, outline = one.tilt_margin, shapely.get_coordinates(one.acceptable.polygon.simplify(1e-3))
+    curves = (curve.points(61) for _, curve in one.curves)
     return {
         "curves": [to_digits(points, 5) for points in curves if len(points)],
         "tilt_margin_deg": None if margin is None else math.degrees(margin),
         "tilt_margin_reason": one.margin.reason or None,
         "acceptable_fraction": one.acceptable.fraction,
-        "acceptable_reason": one.acceptable.reason or None,
         "acceptable": to_digits(outline, 5),
-        "nearest_singular_attitude": None if one.direction is None else list(one.direction),
-        "least_singular_value": one.singular_value[1],
-        "tilt_deg": math.degrees(one.tilt),
     }
 
-
-# ---------------------------------------------------------------- the map
 
 SHADINGS = ("R", "least_singular_value", "none")
 """The quantities that the map can show as shading."""
@@ -336,11 +325,8 @@ SHADINGS = ("R", "least_singular_value", "none")
 _REGIONS = (("R>0", "R > 0"), ("R<0", "R < 0"), ("hover", "all hover thrusts positive"), ("flyable", "flyable"))
 _POINTS = 129
 _ACCURACY = 1e-3  # of curved borders [rad]; a pixel of the map is wider
-_SINGULAR_BLUE = "R = 0 on the whole blue sheet with exact coefficients: the matrix is singular there"
-_ROUNDED_BLUE = (
-    "The sign of R on blue is rounding noise of the published coefficients. R = 0 in exact physics: the matrix is "
-    "singular on the whole sheet."
-)
+_SINGULAR_BLUE = "R = 0 on the whole blue sheet in exact physics: the matrix is singular there."
+_ROUNDED_BLUE = f"{_SINGULAR_BLUE} The signs of R drawn are rounding noise of the published coefficients."
 
 
 def map_answer(content: Any, progress: Progress = quiet) -> dict[str, Any]:

@@ -75,9 +75,8 @@ def table_answer(name: str, content: bytes, progress: Progress = queries.quiet) 
             progress(1.0)
         except (InputError, FileProblem) as error:
             raise type(error)(str(error).replace(repr(str(path)), repr(name))) from error
-    closed = np.vstack([rows.alpha, rows.alpha[:1]])
-    some = queries.spread_rows(len(closed), _MOST_ROWS)
-    alpha, t = closed[some], None if times is None else times[some]
+    some = queries.spread_rows(len(rows.alpha) + 1, _MOST_ROWS)
+    alpha, t = rows.alpha[some % len(rows.alpha)], None if times is None else times[some]
     gait, verdict = stated.gait if stated else rows.merged(), queries.verdict_answer(report)
     broken = [check for check in verdict["checks"] if check["mark"] != "ok" and check["where"] is not None]
     worst = [{**{k: one["where"][k] for k in ("alpha1", "alpha2")}, "message": one["message"]} for one in broken]
@@ -140,11 +139,10 @@ def _broken_runs(rows: Gait, report: Report) -> list[dict[str, Any]]:
 
 def _bounded(pieces: Iterable[Table]) -> Iterator[Table]:
     """Yield pieces of a table up to the limit of rows: a small file can hold more rows than fit in memory."""
-    rows = 0
+    rows, most = 0, queries.LIMITS["rows"]
     for piece in pieces:
         rows += len(piece)
-        if rows > queries.LIMITS["rows"]:
-            most = queries.LIMITS["rows"]
+        if rows > most:
             raise InputError(f"a table must have at most {most} rows here; 'gaitgraph validate' has no limit")
         yield piece
 
@@ -166,14 +164,11 @@ def _state_of_request(table: Table) -> dict[str, Any] | None:
         state["accuracy"] = queries.RANGES["accuracy"].low  # finer would be too slow for the page
     stated = request.get("vehicle", queries.DEFAULTS["vehicle"])
     try:
-        pairs: list[tuple[Any, float | None]] = [(stated, None)]
-        if isinstance(stated, dict):  # a preset, perhaps with another drag ratio
-            vehicle = vehicle_from_mapping(stated)
-            pairs = [(name, ratio) for name in preset_names() for ratio in (None, vehicle.drag_ratio)]
-            pairs = [pair for pair in pairs if vehicle == queries.vehicle_of(*pair)]
-        state["vehicle"], state["drag_ratio"] = pairs[0]
+        vehicle = vehicle_from_mapping(stated) if isinstance(stated, dict) else queries.vehicle_of(stated)
+        pairs = ((name, ratio) for name in preset_names() for ratio in (None, vehicle.drag_ratio))
+        state["vehicle"], state["drag_ratio"] = next(pair for pair in pairs if queries.vehicle_of(*pair) == vehicle)
         queries.state_of(state)
-    except (GaitgraphError, IndexError):
+    except (GaitgraphError, StopIteration):  # only presets, with another drag ratio, have a control
         return None
     return state
 

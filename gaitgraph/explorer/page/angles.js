@@ -46,8 +46,9 @@ export function angle(x) {
 export function inPi(text) {
   return text.replace(/\((-?\d\.\d{3,}(?:, -?\d\.\d{3,})+)\)/g, (_, angles) => {
     const shown = angles.split(", ").map((digits) => {
-      const found = multipleOfPi(Number(digits), 0.6 * 10 ** -(digits.split(".")[1].length), ROUGH);
-      return found ? multiple(found) : number(Number(digits));
+      const places = digits.split(".")[1].length;
+      const found = multipleOfPi(Number(digits), 0.6 * 10 ** -places, ROUGH);
+      return found ? multiple(found) : number(Number(digits), Math.min(4, places));
     });
     return `(${shown.join(", ")})`;
   });

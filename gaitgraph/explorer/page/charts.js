@@ -7,8 +7,8 @@ import { html, themed } from "./elements.js";
 const NAMES = ["α1", "α2", "α3", "α4"];
 const COLORS = ["--alpha1", "--alpha2", "--alpha3", "--alpha4"];
 // On red α3 lies on α1 and α4 on α2: a thin dark dashed line on a wide light one shows both.
-const WIDTHS = [3.2, 3.2, 1.2, 1.2];
-const DASHES = [undefined, [9, 3], [5, 3], [1.5, 2]];
+const WIDTHS = [5, 5, 1.75, 1.75];
+const DASHES = [undefined, [9, 3], [5, 3], [2, 3]];
 const ONE = { colors: ["--ink"], widths: [1.75], dashes: [undefined] };
 const FOUR = { colors: COLORS, widths: WIDTHS, dashes: DASHES };
 

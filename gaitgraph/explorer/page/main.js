@@ -115,7 +115,7 @@ function sheetOf(state, live) {
   const { sheet } = state.view;
   if (sheet !== "auto") return sheet;
   if (state.color !== "auto") return state.color;
-  if (!live && shownReport()?.color) sheetShown = shownReport().color === "blue" ? "blue" : "red";
+  if (!live && !store.isPreview() && shownReport()?.color) sheetShown = shownReport().color === "blue" ? "blue" : "red";
   return sheetShown;
 }
 

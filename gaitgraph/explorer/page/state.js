@@ -178,6 +178,7 @@ export function historyOf(first, onChange) {
     get state() {
       return state;
     },
+    isPreview: () => before !== null,
     canUndo: () => past.length > 0,
     canRedo: () => future.length > 0,
     preview(patch) {

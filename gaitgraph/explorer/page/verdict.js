@@ -8,7 +8,7 @@ const SIGNS = { positive: "R > 0", negative: "R < 0" };
 const GLYPHS = { yes: "✓", partly: "△", no: "✕" };
 const MOST_OPEN = 12; // corners
 const MOST_CORNERS = 64;
-const HINT = /; to get a loop that only obeys.*$/; // how the command line allows it; the page has a button
+const HINT = /; [^;]*require='valid'\)$/; // the advice for the command line; the page has a button
 
 /** Return the kind ("yes", "partly", "no", "none"), the headline and the reason of a plan or a table's report. */
 export function verdictOf(report, advice = null) {
