@@ -255,9 +255,18 @@ def test_command(run: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     assert "pip install 'gaitgraph[plot]'" in result.err
 
 
-@pytest.mark.parametrize(("name", "shown"), [("16", "type_map"), ("21", "roll_pitch")])
-def test_the_pictures_of_the_readme_are_of_this_code(name: str, shown: str, tmp_path: Path) -> None:
-    made = tmp_path / f"{shown}.png"
-    made.write_bytes(picture_bytes(draw(name), "png"))
-    found: Any = compare_images(str(ROOT / "docs" / "images" / f"{shown}.png"), str(made), tol=8.0)
+@pytest.mark.parametrize(("page", "name"), [("README.md", "gait3"), ("docs/index.md", "plan")])
+def test_the_pictures_of_a_quick_start_are_made_by_its_lines(page: str, name: str, folder: Path) -> None:
+    text = (ROOT / page).read_text(encoding="utf-8")
+    blocks = [block for block in re.findall(r"```python\n(.*?)```", text, re.DOTALL) if "savefig" in block]
+    exec("\n".join(blocks), {})
+    found: Any = compare_images(str(ROOT / "docs" / "images" / f"{name}.png"), f"{name}.png", tol=8.0)
+    assert found is None
+    assert f"images/{name}.png" in text
+
+
+def test_the_diagram_of_the_guide_is_of_this_code(tmp_path: Path) -> None:
+    made = tmp_path / "21.png"
+    made.write_bytes(picture_bytes(draw("21"), "png"))
+    found: Any = compare_images(str(ROOT / "docs" / "images" / "roll_pitch.png"), str(made), tol=8.0)
     assert found is None

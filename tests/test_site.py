@@ -77,7 +77,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     there.mkdir()
     for figure in figures.FIGURES.values():
         if figure.name != DRAWN:
-            shutil.copyfile(ROOT / "docs" / "images" / "type_map.png", there / f"{figure.stem}.png")
+            shutil.copyfile(ROOT / "docs" / "images" / "roll_pitch.png", there / f"{figure.stem}.png")
     names = ("http_proxy", "https_proxy", "all_proxy")
     proxies = dict.fromkeys((*names, *map(str.upper, names)), NOWHERE)
     # Coverage would trace every example of the gallery again.

@@ -9,13 +9,17 @@ import click
 
 from gaitgraph.cli import Paths, Working, command, one_of, option, print_json, wants_json
 
-_NAMES = [*map(str, range(1, 23)), "regions", "gait"]
+_NAMES = [*map(str, range(1, 23)), "18b", "19b", "22b", "regions", "gait"]
 
 
 @command(
     "Draw the figures of the paper, and two more.",
     option(
-        "--only", "NAME", "1 to 22, 9-14, regions or gait; repeatable.  [default: all]", words=_NAMES, multiple=True
+        "--only",
+        "NAME",
+        "1 to 22, 9-14, 18b, regions or gait; repeatable.  [default: all]",
+        words=_NAMES,
+        multiple=True,
     ),
     option("--out", "DIR", "Folder, created if missing.  [default: figures]", default="figures"),
     one_of("--format", "png", "svg", "pdf", of="Repeatable: ", default="png, svg", name="formats", multiple=True),

@@ -22,9 +22,7 @@ if TYPE_CHECKING:
 
 Format = Literal["png", "svg", "pdf"]
 
-FORMATS: tuple[Format, ...] = get_args(Format)
-"""File formats of pictures."""
-
+FORMATS: tuple[Format, ...] = get_args(Format)  # of files of pictures
 PALETTE: dict[str, tuple[str, str]] = {
     "alpha1": ("#d27c00", "#ffc14d"),
     "alpha2": ("#3a9ad6", "#a6dcff"),
@@ -69,11 +67,7 @@ STYLE: Any = {
 }
 """rcParams of the figures, on top of matplotlib's defaults. Sizes are in points, for widths of 85 and 170 mm."""
 
-_NO_STAMPS = {
-    "png": {"Software": None},
-    "svg": {"Date": None, "Creator": None},
-    "pdf": {"CreationDate": None, "Producer": None, "Creator": None},
-}
+_STAMPS = {"png": ("Software",), "svg": ("Date", "Creator"), "pdf": ("CreationDate", "Producer", "Creator")}
 
 
 def require_matplotlib() -> None:
@@ -191,5 +185,5 @@ def picture_bytes(figure: Figure, kind: Format) -> bytes:
         if engine is not None:
             engine.execute(figure)
             figure.set_layout_engine("none")
-        figure.savefig(stream, format=kind, metadata=_NO_STAMPS[kind])
+        figure.savefig(stream, format=kind, metadata=dict.fromkeys(_STAMPS[kind]))
     return stream.getvalue()

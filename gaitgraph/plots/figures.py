@@ -1,8 +1,4 @@
-"""Every figure of the paper, computed by the package, and some more.
-
-Figures have the names "1" to "22", "18b", "19b", "22b", "regions" and "gait". :func:`draw` and :func:`write_figures` do
-not use pyplot, and ignore the user's settings.
-"""
+"""Every figure of the paper, computed by the package, and some more; without pyplot and the user's settings."""
 
 from __future__ import annotations
 
@@ -136,19 +132,15 @@ def _figures() -> dict[str, PaperFigure]:
     rounded = "Blue has a sign of R only because the paper's coefficients have four digits; with exact ones R = 0."
     lines = "Lines are singular attitudes, shaded is what is never singular around level flight."
     captions = {
-        "1": "The tilt-rotor with its arms, tilt axes and signs. Left from above, right one rotor from the tip of its "
-        "arm. Positive tilts are right-handed about the arm axes e1 to e4; cw and ccw are spins seen from above.",
-        "2": "Number of roots (α3, α4) at each node (α1, α2). Two inside, three on a side, five in a corner: −π/2 and "
-        "π/2 are one angle.",
-        "15": "Which types may be neighbours. Types joined by a line may, and each may follow itself: (a) of one "
-        "angle, (b) of the pair; (?,?) fits every type.",
+        "1": "The tilt-rotor from above, and one rotor from the tip of its arm. Positive tilts are right-handed about "
+        "the arm axes e1 to e4; cw and ccw are spins seen from above.",
+        "2": "Number of roots (α3, α4) at each node (α1, α2). −π/2 and π/2 are one angle.",
+        "15": "Which types may be neighbours. Lines join types that may; each may follow itself; (?,?) fits every type.",
         "16": "Types of the roots with R < 0. Red squares are nodes with (+,+), blue discs those with (−,−), halves "
         f"both; other types are written. {rounded}",
-        "17": "Gaits 1 to 3 on the map of types. Pale bands are the loops of (α1, α2), arrows their direction. "
-        f"{rounded}",
+        "17": f"Gaits 1 to 3 on the map of types. Pale bands are the loops of (α1, α2). {rounded}",
         "regions": "Exact regions of the (α1, α2) plane on the red sheet. Left: signs of R, positive hover thrusts "
-        "(hatched), and the largest thrust of a rotor in hover, in units of the weight. Right: the least singular "
-        "value in level flight; black lines are R = 0.",
+        "(hatched), and the largest thrust of a rotor in units of the weight. Right: the least singular value.",
         "gait": "A gait in four dimensions over its period. Angles in time, the loop on the map of types, and three "
         "projections with the + planes (red) and − planes (blue, dashed); Gait 3 unless another is given.",
     }

@@ -42,11 +42,11 @@ _PANELS: dict[str, tuple[float, str, int, float]] = {
 _WIDTH, _LEFT, _RIGHT, _TOP, _BOTTOM = 170.0, 19.0, 4.0, 13.0, 12.0
 _LEGEND = 8.0  # height above each panel
 _WANTED: dict[str, Any] = {"color": "#7b3294", "linestyle": "--", "linewidth": 0.8, "label": "asked for"}
-_SECOND = "#0072b2"  # color of pitch and y
+_CURVES = {"attitude": ("roll", "pitch", "yaw"), "place": ("x", "y", "z")}
+_CURVE_LOOKS: tuple[Any, ...] = ((INK, "-"), ("#0072b2", "-"), ("#d55e00", (0, (5, 1.5))))
 _MOST_SHARES = 8.0  # larger thrusts have a logarithmic scale
 
-PANELS = tuple(_PANELS)
-"""The panels of a flight, from the top."""
+PANELS = tuple(_PANELS)  # from the top
 
 
 def plot_flight(
@@ -57,9 +57,7 @@ def plot_flight(
     `panels` are some of :data:`PANELS`: roll, pitch and yaw [°]; x, y and z [m]; thrusts as multiples of a quarter of
     the weight, with their limits; tilt angles [°]; and the band that holds the least singular value of the scaled
     decoupling matrix, with the floor at which the flight stops. References are dashed. Panels of a refused flight are
-    empty. A red line of ``gid`` "stop" marks the time of a stop.
-
-    `axes` are as many as panels, by default those of a new figure, one below another.
+    empty. A red line of ``gid`` "stop" marks the time of a stop. `axes` are as many as panels, by default new ones.
     """
     for name in panels:
         checked_choice("panels", name, PANELS)
@@ -134,25 +132,16 @@ def _draw_panel(ax: Axes, flight: Flight, name: str) -> None:
     """Draw the curves of a panel, with its label and legend."""
     t, column, settings, (_, label, columns, least) = flight.column("t"), flight.column, flight.settings, _PANELS[name]
     tracks = settings.reference != "attitude"
-    if name == "attitude":
-        for wanted in ("roll_wanted", "pitch_wanted") if tracks else ():
-            ax.plot(t, np.degrees(column(wanted)), **_WANTED)
-        dots = (0, (1, 1))
-        for angle, color, dash, width in (
-            ("roll", INK, "-", 1.4),
-            ("pitch", _SECOND, "-", 1.4),
-            ("yaw", base.GREY, dots, 1.1),
-        ):
-            values = np.degrees(column(angle))
-            values[1:][np.abs(np.diff(values)) > 180.0] = np.nan  # it wraps there
-            ax.plot(t, values, color=color, linestyle=dash, linewidth=width, label=angle)
-    elif name == "place":
-        held = "xyz" if tracks else "z"
-        for axis in held:
-            ax.plot(t, column(f"{axis}_wanted"), **_WANTED)
-        for axis, color, dash in (("x", INK, "-"), ("y", _SECOND, "-"), ("z", "#d55e00", (0, (5, 1.5)))):
-            text, width = (f"${axis}$", 1.4) if axis in held else (f"${axis}$, free", 0.9)
-            ax.plot(t, column(axis), color=color, linestyle=dash, linewidth=width, label=text)
+    if name in _CURVES:
+        scale = np.degrees if name == "attitude" else np.array
+        held = _CURVES[name][: 2 if name == "attitude" else 3] if tracks else ("z",)
+        for curve, (color, dash) in zip(_CURVES[name], _CURVE_LOOKS, strict=True):
+            if curve in held:
+                ax.plot(t, scale(column(f"{curve}_wanted")), **_WANTED)
+            values = scale(column(curve))
+            values[1:][np.abs(np.diff(values)) > 180.0] = np.nan  # an angle wraps there
+            text = curve if name == "attitude" else f"${curve}$" if curve in held else f"${curve}$, free"
+            ax.plot(t, values, color=color, linestyle=dash, linewidth=0.9 if "free" in text else 1.4, label=text)
     elif name == "thrusts":
         quarter = quarter_of_weight(flight)
         shares = flight.thrusts / quarter
@@ -360,11 +349,7 @@ def write_flight(flight: Flight, paths: Sequence[str | Path], *, force: bool = F
 
 
 def write_basins(basins: Sequence[Basin], paths: Sequence[str | Path], *, force: bool = False) -> None:
-    """Write basins to files: a row for each flight, or one picture (.png, .svg, .pdf).
-
-    `basins` are those of one gait and its biased gaits, from :func:`gaitgraph.flight.basins.basins_of`. `paths` and
-    `force` are as for :func:`write_flight`.
-    """
+    """Write basins of a gait and its biased gaits: tables with a row a flight, or one picture (.png, .svg, .pdf)."""
     check_flight_outputs(paths, of="basin", force=force)
     _write(paths, partial(table_of_basins, basins), partial(basins_figure, basins), force=force)
 

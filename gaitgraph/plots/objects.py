@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     Shown = Gait | TimedGait | Plan | Report | Region | Vehicle
 
 _MOST_CHECKED = 2000  # corners of a gait that is judged at once, in 0.1 s
-_MOST_SHOWN = 60  # waypoints, and parts of a region
+_MOST_SHOWN = 60  # parts of a region
 _COARSE = 1e-3  # accuracy of the borders of a drawn region [rad]
 _MARKS = {"ok": ("yes", "✓"), "NO": ("no", "✗"), "??": ("partly", "?")}
 
@@ -164,7 +164,7 @@ def _draw_loop(ax: Axes, shown: Gait | Plan) -> str:
     elif plan is not None:
         vehicle, color = plan.request.vehicle, "blue" if plan.request.color == "blue" else "red"
         sign, numbers = plan.request.sign, coefficients_of(vehicle, plan.request.coefficients)
-    zones, waypoints = (None, ()) if plan is None else (plan.request.zones, plan.waypoints[:_MOST_SHOWN])
+    zones, waypoints = (None, ()) if plan is None else (plan.request.zones, plan.waypoints)
     words, which = "its loop in the plane of α1 and α2", f" with {RELATION[sign]}" if sign in RELATION else ""
     if color in ("red", "blue"):
         # Nothing is flyable on blue; limits of thrust need the mass.
@@ -178,8 +178,9 @@ def _draw_loop(ax: Axes, shown: Gait | Plan) -> str:
         draw_zeros_of_R(ax, vehicle)
         ax.plot(0, 0, "k+", markersize=7, label="all upright")
     base.plane_axes(ax, r"\alpha_1", r"\alpha_2")
-    for corners in zones.keep_out if zones else ():
-        ax.fill(*np.asarray(corners).T, facecolor="white", edgecolor=base.GREY, hatch="///", label="keep out")
+    for k, corners in enumerate(zones.keep_out if zones else ()):
+        look: dict[str, Any] = {"facecolor": "white", "edgecolor": base.GREY, "hatch": "///"}
+        ax.fill(*np.asarray(corners).T, label="_" if k else "keep out", **look)
     if gait is not None:
         gait_loop(gait, label=f"gait, {color or 'off the surfaces'}", width=2.2, ax=ax)
         end = max(np.pi / 2, float(np.abs(gait.alpha[:, :2]).max()))
@@ -189,9 +190,10 @@ def _draw_loop(ax: Axes, shown: Gait | Plan) -> str:
         points = np.array([point[:2] for point in waypoints], dtype=float)
         ring: dict[str, Any] = {"markersize": 7, "markerfacecolor": "none", "markeredgecolor": "black", "zorder": 5}
         ax.plot(*points.T, "o", label="waypoints", **ring)
-    for obstacle in plan.obstacles if plan is not None and gait is None else ():
+    for obstacle in () if plan is None or gait is not None else plan.obstacles:
         if obstacle.nearest is not None:
-            base.draw_arrow(ax, plan.waypoints[obstacle.waypoints[0] - 1][:2], obstacle.nearest, base.PALETTE["no"][0])
+            start = waypoints[obstacle.waypoints[0] - 1][:2]
+            base.draw_arrow(ax, start, obstacle.nearest, base.PALETTE["no"][0])
     return words
 
 

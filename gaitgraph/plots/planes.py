@@ -32,8 +32,7 @@ if TYPE_CHECKING:
 IntArray = npt.NDArray[np.int8]
 Which = Literal["first", "other", "both"]
 
-FINE = 201
-"""Points along each axis of a contour plot. Curves and borders are drawn in closed form."""
+FINE = 201  # points along each axis of a contour plot; curves and borders are in closed form
 _FINE_AXIS = np.linspace(-HALF_PI, HALF_PI, FINE)
 _SHEET = {"red": 1, "blue": -1}
 _SIGN = {"positive": 1, "negative": -1}
@@ -89,7 +88,7 @@ def root_angle(ax: Any, coefficients: Coefficients, divisions: int, *, angle: in
     found, _ = interior_roots(coefficients, divisions)
     chosen = _chosen(found, which)
     marks: list[Marks] = []
-    for color, label in (("red", "+ plane"), ("blue", "− plane")):
+    for color, label in zip(COLORS, ("+ plane", "− plane"), strict=True):
         points = found.alpha[chosen & (found.sheet == _SHEET[color])]
         marks.append((points[:, [0, 1, angle - 1]], base.COLOR_OF[color], base.MARKER_OF[color], label))
         _draw_plane(ax, coefficients, angle, color)
@@ -134,7 +133,7 @@ def level_determinants(ax: Any, coefficients: Coefficients, divisions: int, *, s
 
 def _draw_plane(ax: Any, coefficients: Coefficients, angle: int, sheet: Color, color: str = "") -> None:
     """Draw the translucent plane of α3 over α1, or of α4 over α2, of a sheet; it ends where the angle wraps."""
-    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+    from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-untyped]
 
     height = sheet_angles(sheet, _FINE_AXIS, _FINE_AXIS, coefficients)[angle - 3]
     quads = []
@@ -147,11 +146,7 @@ def _draw_plane(ax: Any, coefficients: Coefficients, angle: int, sheet: Color, c
 
 
 def _draw_marks(ax: Any, marks: Sequence[Marks]) -> None:
-    """Draw points over the (α1, α2) plane, near ones larger and over far ones, with a legend above.
-
-    Marks of each kind are one scatter a layer, whose ``gid`` is their label. Red and blue keep their colors: nothing
-    fades. No plane of roots is seen on edge.
-    """
+    """Draw points over the (α1, α2) plane, with a legend above. Near ones are larger and over far ones; none fades."""
     from matplotlib.ticker import FixedLocator
 
     for axis, symbol in ((ax.xaxis, r"\alpha_1"), (ax.yaxis, r"\alpha_2")):
@@ -226,13 +221,11 @@ def type_map(
 ) -> Axes:
     """Draw which types of roots with one sign of R each interior node has (Figure 16).
 
-    A red square is (+,+), a blue disc (−,−), a mark half of each is both. Other types are written. Roots with R = 0 are
-    grey, and hollow where marked. A dot is a node without roots of the sign.
-
-    `sign` is the sign of R, "positive" or "negative"; `coefficients` are those of formula (1), by default the paper's
-    published ones; `divisions` is the number n of grid intervals in [−π/2, π/2]. Without `labels` the map suits small
-    axes: marks are smaller, and types with a ? are marked like their sheet. With labels, 16 divisions need axes 170 mm
-    wide. Each kind of node is one scatter; a written type has the node's (i, j) as its ``gid``.
+    A red square is (+,+), a blue disc (−,−), a mark half of each is both. Other types are written; the ``gid`` of the
+    text is the node's (i, j). Roots with R = 0 are grey, and hollow where marked. A dot is a node without roots of the
+    sign. `coefficients` are those of formula (1), by default the paper's published ones; `divisions` is the number n of
+    grid intervals in [−π/2, π/2]. Without `labels` the map suits axes less than 170 mm wide: marks are smaller, and
+    types with a ? are marked like their sheet.
     """
     checked_choice("sign", sign, RELATION)
     found, signs = interior_roots(coefficients_of(kind=coefficients), divisions)

@@ -37,14 +37,10 @@ if TYPE_CHECKING:
 
     from gaitgraph.io.formats import GaitLike
 
-DEFAULT_VIEW = (math.radians(-152.0), math.radians(33.0))
-"""Position of the viewer, behind, right and above: azimuth from forward, positive to the left, and elevation [rad]."""
-
-FROM_ABOVE = (math.pi, math.pi / 2)
-"""The view from above; forward is up."""
-
+# Positions of the viewer: azimuth from forward, positive to the left, and elevation [rad].
+DEFAULT_VIEW = (math.radians(-152.0), math.radians(33.0))  # behind, right and above
+FROM_ABOVE = (math.pi, math.pi / 2)  # forward is up
 INK, LINE_GREY = "#23262b", "#767b85"
-
 _DISC, _STALK, _THRUST, _NOSE, _LABEL = 0.5, 0.1, 0.62, 0.34, 0.24  # in arm lengths
 
 
@@ -78,11 +74,7 @@ class VehicleView:
         return around.min(axis=0), around.max(axis=0)
 
     def as_mapping(self) -> dict[str, Any]:
-        """Return the view as plain values for a picture of 480 by 360 px, y downwards; rotors are in the order 1 to 4.
-
-        >>> vehicle_view([[0.0, 0.0, 0.0, 0.0]]).as_mapping()["order"]
-        [0, 1, 3, 2]
-        """
+        """Return the view as plain values for a picture of 480 by 360 px, y downwards, with rotors in order."""
         (low, high), size = self.limits(), np.array([480.0, 360.0])
         flip = float(min(size / (high - low))) * np.array([1.0, -1.0])
         hub = size / 2 - flip * (low + high) / 2
@@ -209,10 +201,7 @@ _LEAN = "#b35900"  # of tilt angles and the leaning thrusts
 
 
 def vehicle_figure(vehicle: VehicleLike = PAPER, *, ax: Axes | None = None) -> Axes:
-    """Draw a vehicle from above, and one rotor from the tip of its arm: axes, spins, positive tilts (Figure 1).
-
-    The frame of `ax` is removed. The arrow that shows how the thrust of rotor 1 leans has the ``gid`` "lean 1".
-    """
+    """Draw a vehicle from above, and one rotor from the tip of its arm: axes, spins, positive tilts (Figure 1)."""
     ax = axes_or_new(ax)
     ax.set_axis_off()
     ax.set_aspect("equal")
@@ -343,10 +332,7 @@ def write_films(gait: GaitLike, paths: Sequence[str | Path], *, force: bool = Fa
 
 
 def frame_delays(seconds: float) -> list[int]:
-    """Return the duration of each frame [1/100 s]: 25 frames a second, 10 to 100 in all.
-
-    The sum is the given time, rounded to 1/100 s, within the 0.2 s to 65535 s that a film can last.
-    """
+    """Return the duration of each of 10 to 100 frames [1/100 s]: 25 a second, in all from 0.2 s to 65535 s."""
     total = round(min(max(100 * seconds, _SHORTEST), _LONGEST))
     count = min(max(round(total / _DELAY), _FEWEST), MOST_FRAMES)
     return [after - before for before, after in pairwise(round(total * k / count) for k in range(count + 1))]
