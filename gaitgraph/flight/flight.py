@@ -153,7 +153,7 @@ class FlightSettings:
 
     @property
     def is_calm(self) -> bool:
-        """Whether there is neither wind nor gust; then the engine has no air."""
+        """Whether there is neither wind nor gust; the engine then models no air."""
         return self.gust == 0.0 and not any(self.wind)
 
     def as_mapping(self) -> dict[str, Any]:
