@@ -491,6 +491,19 @@ def test_without_a_gait_a_waypoint_can_be_moved_to_where_there_is_one(page: Page
         page.until(lambda: "rounding noise" in page.css(".series-section").text)
 
 
+def test_a_drag_that_makes_red_impossible_is_told(page: Page) -> None:
+    page.open("waypoints=pi/4,-pi/8;5pi/16,-5pi/16;pi/8,-5pi/16&require=valid")
+    page.mouse("mousePressed", (4 * STEP, -2 * STEP))
+    for step in (0, 2, 4):
+        page.mouse("mouseMoved", (2 * STEP, step * STEP / 2))
+    page.until(lambda: page.text("map-note").endswith("the loop is on the blue sheet."))
+    assert page.text("legend").startswith("R−")  # still held: the map stays red
+    page.mouse("mouseReleased", (2 * STEP, 2 * STEP))
+    page.until(lambda: "now on the blue sheet, and so is the map" in page.text("map-note"))
+    page.until(lambda: page.text("legend") == "R = 0 in exact physics")
+    page.planned()
+
+
 @pytest.mark.parametrize(
     ("state", "headline", "corners_open"),
     [

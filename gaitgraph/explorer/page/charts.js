@@ -1,4 +1,4 @@
-// The time series: the tilt angles, and below them one more quantity, with one cursor that is the clock's phase.
+// The time series: the tilt angles, and below them a second quantity, with one cursor at the phase of the clock.
 
 import uPlot from "./vendor/uPlot.esm.js";
 import { angle, figure, number } from "./angles.js";
@@ -161,7 +161,7 @@ export function chartsIn(upper, lower, legend, onTime) {
           fromZero: true,
         }),
       );
-    } else lower.append(html("p", { class: "nothing" }, "The file does not say."));
+    } else lower.append(html("p", { class: "nothing" }, "Rates are drawn for plans only."));
     fill();
   }
 

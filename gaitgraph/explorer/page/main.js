@@ -73,7 +73,7 @@ const planner = latest("api/plan", {
       failed(error);
       return;
     }
-    // Without waypoints there is nothing to judge: what else is wrong is said, but is no verdict.
+    // Without waypoints there is no verdict: the error is a line of the page.
     const isEmpty = !body.waypoints.length;
     if (isEmpty) problem(error.message);
     plan = isEmpty ? { status: "empty" } : { status: "refused", reason: error.message };
@@ -517,7 +517,7 @@ function bindHeader() {
       say("Link copied");
       setTimeout(() => (byId("copy").textContent = "Copy link"), 1500);
     } catch {
-      problem("The browser does not let this page copy; the link is the address above");
+      problem("The browser does not allow this page to copy. The link is the address of the page");
     }
   });
   bindLines();

@@ -19,7 +19,7 @@ export function mapIn(root, on) {
   let press = null;
   let lastHit = { index: null, time: 0 };
 
-  // The hand ------------------------------------------------------------------------------------------------------
+  // Mouse and touch ------------------------------------------------------------------------------------------------------
 
   function nearest(points, target, reach) {
     let found = null;
