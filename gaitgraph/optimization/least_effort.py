@@ -77,7 +77,7 @@ def basis_rows(s: npt.ArrayLike, count: int, derivative: int = 0) -> FloatArray:
 
 @cache
 def hull_matrix(count: int) -> FloatArray:
-    """Return what gives the Bézier points of every piece from `count` control points, (count, 4, count), read-only."""
+    """Return the map from `count` control points to the Bézier points of every piece, (count, 4, count), read-only."""
     piece, k = np.arange(count)[:, None], np.arange(4)
     out = np.zeros((count, 4, count))
     out[piece, :, (piece + k) % count] = _BEZIER.T

@@ -135,7 +135,7 @@ def _figures() -> dict[str, PaperFigure]:
         "1": "The tilt-rotor from above, and one rotor from the tip of its arm. Positive tilts are right-handed about "
         "the arm axes e1 to e4; cw and ccw are spins seen from above.",
         "2": "Number of roots (α3, α4) at each node (α1, α2). −π/2 and π/2 are one angle.",
-        "15": "Which types may be neighbours. Lines join types that may; each may follow itself; (?,?) fits every type.",
+        "15": "Which types may be neighbours. Lines join types that may; each may follow itself, and (?,?) all.",
         "16": "Types of the roots with R < 0. Red squares are nodes with (+,+), blue discs those with (−,−), halves "
         f"both; other types are written. {rounded}",
         "17": f"Gaits 1 to 3 on the map of types. Pale bands are the loops of (α1, α2). {rounded}",
