@@ -237,7 +237,7 @@ export function sceneIn(root, canvas, context, pause, onLost) {
       level * Math.sin(view.azimuth),
       away * Math.sin(view.elevation),
     );
-    camera.lookAt(0, 0, -0.2);
+    camera.lookAt(0, 0, -0.27);
     camera.updateProjectionMatrix();
     return true;
   }
