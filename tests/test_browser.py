@@ -337,8 +337,10 @@ def test_slider_steps_and_the_pointer_set_the_posture(page: Page) -> None:
 
 def test_the_vehicle_can_be_turned(page: Page) -> None:
     page.open(GAIT_3)
-    first = page.vehicle()
+    page.vehicle()
     canvas = page.css("#vehicle-root canvas")
+    canvas.send_keys("0")  # from now on it has the focus
+    first = page.vehicle()
     ActionChains(page.driver).drag_and_drop_by_offset(canvas, 80, 20).perform()
     dragged = page.vehicle()
     canvas.send_keys(LEFT, UP, "+")
@@ -359,7 +361,8 @@ def test_without_webgl_the_vehicle_is_drawn(page: Page) -> None:
         )
         disc = "return document.querySelector('#vehicle-root .disc').getAttribute('transform')"
         before = page.js(disc)
-        page.id("play").click()
+        for _ in range(3):
+            page.id("play").click()
         assert page.js(disc) != before
 
 
