@@ -373,7 +373,7 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     *((curve_of, {"alpha": wrong}, "alpha must be four finite tilt angles") for wrong in ([NAN, 0, 0, 0], [0, 0, 0])),
     *(
         (within, {"tilt": tilt}, "tilt must be at least 0 and less than π/2 rad, got ")
-        for tilt in (-0.1, math.pi / 2, NAN, "x", True, np.array([0.1, 0.2]))
+        for tilt in (-0.1, math.pi / 2, NAN, "95deg", True, np.array([0.1, 0.2]))
     ),
 ]
 

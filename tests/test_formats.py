@@ -237,13 +237,15 @@ def taken(frame: Any, expected: Table) -> None:
     assert gg.robustness_of(frame).gait.tilt == gg.robustness_of(expected).gait.tilt
 
 
-def test_frames_of_pandas(planned: TimedGait) -> None:
+def test_frames_of_pandas(planned: TimedGait, tmp_path: Path) -> None:
     pd = pytest.importorskip("pandas")
     frame, expected = planned.to_pandas(), table_of(planned)
     taken(frame, expected)
     taken(frame.set_index("t"), expected)
     assert table_from_frame(frame).about == expected.about
     assert frame.attrs["gaitgraph"]["about"]["request"]
+    planned.write(tmp_path / "read.csv")
+    assert table_from_frame(pd.read_csv(tmp_path / "read.csv")).about == expected.about  # by its column made_by
     for wrong, message in (
         (frame.rename(columns={"alpha4": "alpha_4"}), "'alpha_4' .did you mean 'alpha4'"),
         (pd.concat([frame, frame[["alpha1"]]], axis=1), "columns must have different names, got 'alpha1' 2 times"),

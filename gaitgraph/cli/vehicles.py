@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from gaitgraph.cli import command, file, print_json, wants_json
+from gaitgraph.cli import command, file, print_json, print_problem, wants_json
 
 if TYPE_CHECKING:
     from gaitgraph.vehicle import Vehicle
@@ -21,6 +21,7 @@ def vehicles_command(name: str | None = None, vehicle: Vehicle | None = None, co
     """List the preset vehicles with their drag ratio κ and crossing angle δ, or show one: a preset or a TOML file."""
     from gaitgraph.errors import InputError
     from gaitgraph.invertibility.matrices import coefficients_of
+    from gaitgraph.validation.report import unlikely_limits
     from gaitgraph.vehicle import preset_names, vehicle_named
 
     if name is not None and vehicle is not None:
@@ -32,6 +33,8 @@ def vehicles_command(name: str | None = None, vehicle: Vehicle | None = None, co
         print_json({"vehicles": rows})
         return 0
     for row in rows:
+        for warning in unlikely_limits({kind: row.get(f"max_tilt_{kind}") for kind in ("rate", "acceleration")}):
+            print_problem(f"warning: {warning}")
         click.echo(f"{row['name']}: κ = {row['drag_ratio']:.6f}, δ = {row['delta']:.6f} rad")
         for key, value in row.items():
             if key not in ("name", "drag_ratio", "delta"):

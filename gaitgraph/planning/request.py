@@ -201,8 +201,13 @@ def read_request(path: str | Path, overrides: Mapping[str, Any]) -> tuple[PlanRe
         content["vehicle"] = str(Path(path).parent / vehicle)
     if any(name in overrides for name in _SAMPLING):
         content = {name: value for name, value in content.items() if name not in _SAMPLING}
-    with naming_file(path, _kind_of_file(path)):
+    try:
         return request_from_mapping({**content, **overrides})
+    except InputError as error:
+        if str(error).startswith(tuple(name.removesuffix("s") for name in overrides)):
+            raise  # it is not the file that is wrong
+        with naming_file(path, _kind_of_file(path)):
+            raise
 
 
 def stated_request(path: str | Path) -> dict[str, Any]:

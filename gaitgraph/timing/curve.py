@@ -73,14 +73,6 @@ class Curve:
     -----
     InputError if the curve or its first or second derivative jumps at a break or at the seam. A curve need not be
     flyable; :meth:`check` decides that. Where the first derivative vanishes it may turn back on itself.
-
-    Examples
-    --------
-    >>> from scipy.interpolate import CubicSpline
-    >>> points = [(0.4, -1.2), (0.4, -0.4), (1.2, -0.4), (1.2, -1.2), (0.4, -1.2)]
-    >>> curve = Curve(breaks=range(5), pieces=CubicSpline(range(5), points, bc_type="periodic").c)
-    >>> curve.at(1.0).round(6).tolist(), curve.check().flyable
-    ([0.4, -0.4, 0.4, -0.4], True)
     """
 
     breaks: FloatArray
@@ -269,13 +261,6 @@ def rounded(gait: GaitLike, tolerance: float | str) -> Rounding:
 
     With segments along the unit vectors u and v, a blend that takes d of each, with control points 2d/5 apart, passes
     its corner at the distance (3/16)·d·‖v − u‖ = (3/8)·d·sin(turn/2), reached at its middle.
-
-    Examples
-    --------
-    >>> from gaitgraph.gait.gait import lift
-    >>> rounding = rounded(lift([(0.4, -1.2), (0.4, -0.4), (1.2, -0.4)], "red"), 0.02)
-    >>> print(rounding)
-    3 corners rounded, at most 0.02 rad from the gait
     """
     size = angle_within(tolerance, "tolerance", least=SMALLEST)
     gait = gait_of(gait)
