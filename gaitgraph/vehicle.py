@@ -219,12 +219,12 @@ class Vehicle:
         del stated["name"]
         for name, value in stated.items():
             if name in ("first_arm_angle", "max_tilt"):
-                text = text_from_angle(value)
+                text = f"{text_from_angle(value)} rad = {math.degrees(value):.6g}°"
             else:
                 parts = value if isinstance(value, list) else [value]
                 text = ", ".join(part if isinstance(part, str) else f"{part:.6g}" for part in parts)
-            unit = UNITS.get(name, "rad" if name in _ANGLES else "").removeprefix("dimensionless")
-            lines.append(f"  {name.replace('_', ' '):<22} {text} {unit}".rstrip())
+                text += f" {UNITS.get(name, '').removeprefix('dimensionless')}"
+            lines.append(f"  {name.replace('_', ' '):<22} {text}".rstrip())
         return "\n".join(lines)
 
     def _repr_html_(self) -> str:
@@ -293,7 +293,9 @@ def vehicle_from_mapping(constants: dict[str, Any]) -> Vehicle:
     preset: Any = constants["preset"]
     if not isinstance(preset, str) or preset not in _PRESETS:
         allowed = f"a preset ({', '.join(_PRESETS)}), a .toml file, a mapping of constants or a Vehicle"
-        raise InputError(f"vehicle must be {allowed}, got {shown(preset)}{did_you_mean(preset, preset_names())}")
+        files = [f"{preset}.toml"] if isinstance(preset, str) and Path(f"{preset}.toml").is_file() else []
+        hint = f"; did you mean {files[0]!r}?" if files else did_you_mean(preset, preset_names())
+        raise InputError(f"vehicle must be {allowed}, got {shown(preset)}{hint}")
     changes = {name: value for name, value in constants.items() if name != "preset"}
     return _PRESETS[preset].replace(**{"name": f"{preset}, changed", **changes}) if changes else _PRESETS[preset]
 

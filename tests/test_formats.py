@@ -75,7 +75,7 @@ def test_a_file_is_as_good_as_the_plan(suffix: str, law: LawName, tmp_path: Path
         assert read.gait.alpha.tolist() == gg.gait_of(read_table(one)).alpha.tolist() == timed.gait.alpha.tolist()
         report, judged = gg.validate(one), gg.validate(timed)
         assert report.checks[1:] == judged.checks[1:]
-        assert (report["closed"].message, report.rows) == ("the last row repeats the first", 8)
+        assert (report["closed"].message, report.rows) == ("the last row repeats the first, T = 3 s", 8)
         assert gg.robustness_of(one).as_mapping() == gg.robustness_of(timed).as_mapping()
         export(one, [tmp_path / "finer.npz"], samples=12, force=True)
         finer = timed.gait.parametrize(3.0, law=law, samples=12)

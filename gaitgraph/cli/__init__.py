@@ -122,7 +122,8 @@ def main(args: Sequence[str] | None = None) -> NoReturn:
         _stop(2 if error.ctx and error.ctx.parent else 0)
     except click.UsageError as error:
         message = error.format_message().replace(_MINUS, "-").rstrip(".")
-        _stop(2, f"{message}; see {error.ctx.command_path if error.ctx else 'gaitgraph'} --help")
+        message += " See" if message.endswith("?") else "; see"
+        _stop(2, f"{message} {error.ctx.command_path if error.ctx else 'gaitgraph'} --help")
     except (click.Abort, KeyboardInterrupt):
         _stop(130, "interrupted")
     except (BrokenPipeError, SystemExit) as error:

@@ -14,9 +14,7 @@ _NAMES = [*map(str, range(1, 23)), "regions", "gait"]
 
 @command(
     "Draw the figures of the paper, and two more.",
-    option(
-        "--only", "NAME", "1 to 22, 9-14, regions or gait; repeatable.  [default: all]", words=_NAMES, multiple=True
-    ),
+    option("--only", "NAME", "1 to 22, 9-14, regions, gait; repeatable.  [default: all]", words=_NAMES, multiple=True),
     option("--out", "DIR", "Folder, created if missing.  [default: figures]", default="figures"),
     one_of("--format", "png", "svg", "pdf", of="Repeatable: ", default="png, svg", name="formats", multiple=True),
     option("--gait", "GAIT_FILE", "Gait of the figure gait.  [default: Gait 3]"),

@@ -100,7 +100,7 @@ class TableBuilder:
     def _listed(self, names: Sequence[str]) -> str:
         """Return names of columns for a message, first those that resemble a known one, with a hint."""
         known = [name for name in self.used if name not in self.names]
-        near = {name: did_you_mean(name.strip().lower(), known) for name in names[:_MOST_COMPARED]}
+        near = {name: did_you_mean(_plain_name(name), known) for name in names[:_MOST_COMPARED]}
         texts = [f"{name!r} ({hint.removeprefix('; ')})" for name, hint in near.items() if hint]
         texts += [shown(name) for name in names if not near.get(name)]
         more = len(texts) - _MOST_NAMED
@@ -207,7 +207,8 @@ def _numbers(name: str, values: Any, row: int, *, angle_texts: bool = False) -> 
         value = float(values[k]) if isinstance(values, np.ndarray) else values[k]
         allowed = "a finite number" + (", or a text such as '3pi/8'" if angle_texts else "")
         got = "no value" if value is None else shown(value)
-        raise InputError(f"row {row + k + 1}: {name} must be {allowed}, got {got}")
+        hint = f"; in degrees the column is {name}_deg" * (name in ANGLES and got.endswith(("deg'", "°'")))
+        raise InputError(f"row {row + k + 1}: {name} must be {allowed}, got {got}{hint}")
     return numbers
 
 
@@ -219,6 +220,12 @@ def _number(value: Any, angle_texts: bool) -> float:
         return math.nan if isinstance(value, (bool, list, dict, np.ndarray)) else float(value)
     except (TypeError, ValueError, OverflowError):
         return math.nan
+
+
+def _plain_name(name: str) -> str:
+    """Return the name that a person may have meant by "Alpha1", "α1", "a1", "alpha1 [rad]" or "t (s)"."""
+    name = re.sub(r"\s*[\[(](rad|s)[\])]$", "", name.strip().lower())
+    return re.sub(r"^(α|a(lpha)?)[ _]?(?=[1-4])", "alpha", name)
 
 
 def _is_plain(text: str) -> bool:

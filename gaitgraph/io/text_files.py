@@ -63,7 +63,8 @@ def read_csv(path: Path, builder: TableBuilder, progress: Progress) -> Iterator[
             names = [name.strip() for name in next(csv.reader([head.lstrip("# ")], strict=True))]
         except csv.Error as error:
             raise InputError(f"line {read} must be comma-separated text: {error}") from error
-        if any(map(_NUMBER.fullmatch, re.split(r"[\s,;]+", head.strip()))) and set(names).isdisjoint(builder.used):
+        parts = names if "," in head else re.split(r"[\s;]+", head.strip())
+        if any(map(_NUMBER.fullmatch, parts)) and set(names).isdisjoint(builder.used):
             example = "t,alpha1,alpha2,alpha3,alpha4"
             raise InputError(f"line {read} must be a header that names the columns, such as {example}, got numbers")
         if len(names) == 1 and re.search(r"[;\s]", head.strip("# \n")):
