@@ -12,6 +12,7 @@ surface and region in the origin of the (α1, α2) plane.
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, fields
 from pathlib import Path
@@ -293,8 +294,8 @@ def vehicle_from_mapping(constants: dict[str, Any]) -> Vehicle:
     preset: Any = constants["preset"]
     if not isinstance(preset, str) or preset not in _PRESETS:
         allowed = f"a preset ({', '.join(_PRESETS)}), a .toml file, a mapping of constants or a Vehicle"
-        files = [f"{preset}.toml"] if isinstance(preset, str) and Path(f"{preset}.toml").is_file() else []
-        hint = f"; did you mean {files[0]!r}?" if files else did_you_mean(preset, preset_names())
+        is_file = os.path.isfile(f"{preset}.toml")  # noqa: PTH113 - False for a name that no file can have
+        hint = f"; did you mean '{preset}.toml'?" if is_file else did_you_mean(preset, preset_names())
         raise InputError(f"vehicle must be {allowed}, got {shown(preset)}{hint}")
     changes = {name: value for name, value in constants.items() if name != "preset"}
     return _PRESETS[preset].replace(**{"name": f"{preset}, changed", **changes}) if changes else _PRESETS[preset]

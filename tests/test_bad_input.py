@@ -154,6 +154,7 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     (cycles_of, {"effort": 0}, "effort must be a whole number from 1 to 1000000000000, got 0"),
     # plans
     (plan, {"waypoints": []}, "waypoints must be …, got []"),
+    (plan, {"waypoints": ()}, "waypoints must be …, got none"),
     (plan, {"waypoints": "0,0"}, "waypoints must be … got '0,0'"),
     (plan, {"keep_out": 5}, "keep_out must be a list of polygons, … got 5"),
     (plan, {"vehicle": None}, "vehicle must be … got None"),
@@ -161,6 +162,7 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     (plan, {"waypoints": [(0, 0, 0)]}, "waypoint 1 must be [alpha1, alpha2], got "),
     (plan, {"waypoints": [(0, 0), ("x", 0)]}, "waypoint 2 alpha1 must be a finite number …, got 'x'"),
     (plan, {"waypoints": [("100deg", 0)]}, "waypoint 1 alpha1 must be within ±π/2 rad, got '100deg'"),
+    (partial(POINT.parametrize().write, ["a.csv"]), {}, "output must be the path of a file, got ['a.csv']"),
     # degrees without a unit
     (plan, {"waypoints": [(0, 30)]}, "waypoint 1 alpha2 must be within ±π/2 rad, got 30; for degrees write '30deg'"),
     (plan, {"waypoints": [("−30", 0)]}, "waypoint 1 alpha1 must be …, got '−30'; for degrees write '−30deg'"),

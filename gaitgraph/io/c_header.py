@@ -133,5 +133,4 @@ def _proven_error(table: Table, step: float, *, cubic: bool) -> float | None:
 
 def _harmless(text: str) -> str:
     """Return JSON, or a name, escaped so that it contains no comment marks and no trigraph; JSON reads the same."""
-    plain = text.replace("*", "\\u002a").replace("?", "\\u003f")
-    return plain.encode("ascii", "backslashreplace").decode()
+    return text.replace("*", "\\u002a").replace("?", "\\u003f").encode("ascii", "backslashreplace").decode()
