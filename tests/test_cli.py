@@ -191,7 +191,7 @@ WRONG = [
     ("figures --divisions 3", "No such option '--divisions'"),
     ("plan --waypoints 0,0", "Did you mean '--waypoint'? See gaitgraph plan --help"),
     ("plan folder.d", "gaitgraph: request file must have one of the suffixes .csv"),
-    ("plan good.toml --sign plus", "gaitgraph: sign must be one of auto, positive, negative, got 'plus'"),
+    ("plan good.toml --sign plus", "gaitgraph: --sign must be one of auto, positive, negative, got 'plus'"),
     ("plan --waypoint 0,0 --vehicle light", "got 'light'; did you mean 'light.toml'?"),
     ("region --sheets all", "No such option '--sheets'"),
     ("plan film.gif", "got 'film.gif'; a film is not read: use the gait table or the request"),
