@@ -155,8 +155,7 @@ def text_from_angle(angle: float) -> str:
         return "0"
     divisor = 32 // math.gcd(abs(whole), 32)
     factor = whole * divisor // 32
-    head = {1: "", -1: "-"}.get(factor, str(factor))
-    return f"{head}π" + (f"/{divisor}" if divisor > 1 else "")
+    return {1: "", -1: "-"}.get(factor, str(factor)) + "π" + (f"/{divisor}" if divisor > 1 else "")
 
 
 def figure(number: float) -> str:

@@ -12,6 +12,7 @@ surface and region in the origin of the (α1, α2) plane.
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, fields
 from pathlib import Path
@@ -220,12 +221,12 @@ class Vehicle(Pictured):
         del stated["name"]
         for name, value in stated.items():
             if name in ("first_arm_angle", "max_tilt"):
-                text = text_from_angle(value)
+                text = f"{text_from_angle(value)} rad = {math.degrees(value):.6g}°"
             else:
                 parts = value if isinstance(value, list) else [value]
                 text = ", ".join(part if isinstance(part, str) else f"{part:.6g}" for part in parts)
-            unit = UNITS.get(name, "rad" if name in _ANGLES else "").removeprefix("dimensionless")
-            lines.append(f"  {name.replace('_', ' '):<22} {text} {unit}".rstrip())
+                text += f" {UNITS.get(name, '').removeprefix('dimensionless')}"
+            lines.append(f"  {name.replace('_', ' '):<22} {text}".rstrip())
         return "\n".join(lines)
 
 
@@ -289,7 +290,9 @@ def vehicle_from_mapping(constants: dict[str, Any]) -> Vehicle:
     preset: Any = constants["preset"]
     if not isinstance(preset, str) or preset not in _PRESETS:
         allowed = f"a preset ({', '.join(_PRESETS)}), a .toml file, a mapping of constants or a Vehicle"
-        raise InputError(f"vehicle must be {allowed}, got {shown(preset)}{did_you_mean(preset, preset_names())}")
+        is_file = os.path.isfile(f"{preset}.toml")  # noqa: PTH113 - False for a name that no file can have
+        hint = f"; did you mean '{preset}.toml'?" if is_file else did_you_mean(preset, preset_names())
+        raise InputError(f"vehicle must be {allowed}, got {shown(preset)}{hint}")
     changes = {name: value for name, value in constants.items() if name != "preset"}
     return _PRESETS[preset].replace(**{"name": f"{preset}, changed", **changes}) if changes else _PRESETS[preset]
 

@@ -112,6 +112,9 @@ class Page:
     def text(self, name: str) -> str:
         return str(self.js("return document.getElementById(arguments[0]).textContent", name)).strip()
 
+    def shows_clock(self, text: str) -> bool:
+        return self.text("clock") == text
+
     def count(self, selector: str) -> int:
         return int(self.js("return document.querySelectorAll(arguments[0]).length", selector))
 
@@ -330,7 +333,7 @@ def test_slider_steps_and_the_pointer_set_the_posture(page: Page) -> None:
     x, y = page.place(3 * math.pi / 8, -2 * STEP - math.pi / 8)  # in the middle of the first leg
     for dx, clock in ((60, "0.600 s"), (4, "0.125 s"), (-60, "0.125 s")):
         page.cdp("Input.dispatchMouseEvent", type="mouseMoved", x=x + dx, y=y)
-        page.until(lambda clock=clock: page.text("clock") == clock)
+        page.until(partial(page.shows_clock, clock))
     pictures.append(page.vehicle())
     assert len(set(pictures)) == len(pictures)
 

@@ -15,7 +15,7 @@ from matplotlib.collections import PathCollection
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.text import Annotation
-from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-untyped]
 
 import gaitgraph as gg
 from gaitgraph import plots
@@ -406,12 +406,12 @@ def test_plots_draw_on_given_axes_or_one_new_figure(ax: Axes, name: str) -> None
             draw(ax=wrong)
 
 
-def simulated(color: str, weights: list[list[float]]) -> np.ndarray:
+def simulated(color: str, weights: Any) -> np.ndarray:
     """Return a color in CIELAB as dichromats see it, with the weights of linear red, green and blue."""
     levels = np.array([int(color[k : k + 2], 16) for k in (1, 3, 5)]) / 255
     linear = np.where(levels <= 0.04045, levels / 12.92, ((levels + 0.055) / 1.055) ** 2.4)
     xyz = [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]] @ np.clip(
-        weights @ linear, 0, 1
+        np.asarray(weights) @ linear, 0, 1
     )
     f = np.cbrt(np.maximum(xyz / [0.9505, 1.0, 1.089], 0.00886))
     return np.array([116 * f[1] - 16, 500 * (f[0] - f[1]), 200 * (f[1] - f[2])])
@@ -430,7 +430,7 @@ APART = (("alpha1", "alpha2", "alpha3", "alpha4"), ("red", "blue"), ("shade-posi
 def test_colors_differ_for_all_eyes_on_light_and_dark(names: tuple[str, ...]) -> None:
     for one, other in combinations(names, 2):
         for dark, weights in product((0, 1), EYES):
-            distance = np.subtract(*(simulated(PALETTE[name][dark], np.array(weights)) for name in (one, other)))
+            distance = np.subtract(*(simulated(PALETTE[name][dark], weights) for name in (one, other)))
             assert np.linalg.norm(distance) > 19, (one, other, dark)
 
 

@@ -153,8 +153,7 @@ def test_pages_can_be_read_by_everybody(site: Path, tmp_path: Path, width: int, 
     browser = pytest.importorskip("tests.chromium")
     with browser.chromium(tmp_path) as driver:
         browser.show(driver, width, 1000, theme)
-        gallery = ("gallery/index", "gallery/plan_a_gait")
-        for name in ("index", "tutorial", "command_line", "theory", "reproduction", *gallery):
+        for name in ("index", "tutorial", "command_line", "limitations", "gallery/index", "gallery/plan_a_gait"):
             driver.get((site / f"{name}.html").as_uri())
             shown, code = driver.execute_script(MEASURED)
             assert shown <= width, name

@@ -15,11 +15,7 @@ _NAMES = [*map(str, range(1, 23)), "18b", "19b", "22b", "regions", "gait"]
 @command(
     "Draw the figures of the paper, and two more.",
     option(
-        "--only",
-        "NAME",
-        "1 to 22, 9-14, 18b, regions or gait; repeatable.  [default: all]",
-        words=_NAMES,
-        multiple=True,
+        "--only", "NAME", "1 to 22, 9-14, 18b, regions, gait; repeatable.  [default: all]", words=_NAMES, multiple=True
     ),
     option("--out", "DIR", "Folder, created if missing.  [default: figures]", default="figures"),
     one_of("--format", "png", "svg", "pdf", of="Repeatable: ", default="png, svg", name="formats", multiple=True),

@@ -44,5 +44,5 @@ def plan_command(request_file: str | None = None, outputs: Paths = (), force: bo
         written = tuple(outputs) if found else ()
         if written:
             progress(f"writing {', '.join(written)}")
-            write_outputs(partial(pieces_of, found.timed(**sampling)), written, force=force)
+            write_outputs(partial(pieces_of, found.timed(**sampling)), written, force=force, rate=sampling.get("rate"))
     return show(found, lines=[*([""] if written else []), *(f"wrote {name}" for name in written)])

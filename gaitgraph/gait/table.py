@@ -409,13 +409,6 @@ def completed_pieces(
 
     Rows are joined by straight segments: unless all rates and accelerations are stated, rates are those just after each
     row and accelerations are zero. `pieces` must yield the same pieces each time, in all one row or more, with `t`.
-
-    >>> columns = {"t": [1, 2, 3], "alpha1": [0.4, 0.9, 0.9], "alpha2": [-0.4, -0.4, -0.8]}
-    >>> columns |= {"alpha3": columns["alpha1"], "alpha4": columns["alpha2"]}
-    >>> table = Table(columns={name: np.array(values, dtype=float) for name, values in columns.items()})
-    >>> whole = merged(completed_pieces(lambda: [table])())
-    >>> whole["t"].tolist(), whole["color"], whole["alpha2_rate"].tolist()
-    ([0.0, 1.0, 2.0, 3.0], ('red', 'red', 'red', 'red'), [0.0, -0.4, 0.4, 0.0])
     """
     first = next(iter(pieces()))
     stated, numbers, crossing_tolerance = surface_of(first, vehicle, coefficients)

@@ -15,6 +15,7 @@ from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from shapely import LinearRing
 
 from gaitgraph._lazy import Pictured
 from gaitgraph.errors import Infeasible, InputError
@@ -393,6 +394,8 @@ def _answer(
         waypoints = tuple(waypoints[k] for k in loops[0].order)
         gap = loops[0].order_gap
         warnings += [_POSTURE] * (not loops[0].length)
+        if len(waypoints) > 3 and not request.any_order and not LinearRing(waypoints).is_simple:
+            warnings.append("the loop crosses itself; --any-order (any_order=True) finds the shortest order")
         warnings += [*([] if exact else notes_beside_the_grid(request)), *([note_on_gap(gap)] if gap else [])]
         warnings += report.warnings
         if not report.reachable_from_hover:

@@ -261,9 +261,7 @@ def _mark_nodes(ax: Axes, places: FloatArray, state: tuple[int, ...], size: floa
 
     (x, y), gid = places.T, " ".join(("no", "singular", "yes")[one] for one in state)
     look: dict[str, Any] = {"linewidth": 0.6, "gid": gid, "zorder": 3}
-    texts = [
-        f"{kind}: ${('', 'R = 0', sign)[one]}$" for kind, one in zip(("(+,+)", "(−,−)"), state, strict=True) if one
-    ]
+    texts = [f"{of}: ${('', 'R = 0', sign)[one]}$" for of, one in zip(("(+,+)", "(−,−)"), state, strict=True) if one]
     label = ", ".join(texts)
     if len(texts) == 2 and state[0] == state[1]:
         label = texts[0].replace("(+,+)", "(+,+) and (−,−)")

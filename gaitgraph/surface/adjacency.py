@@ -50,9 +50,7 @@ def types_from_text(label: str) -> tuple[int, int]:
 def neighbors_allowed(first: tuple[npt.ArrayLike, npt.ArrayLike], second: tuple[npt.ArrayLike, npt.ArrayLike]) -> Any:
     """Return whether types, given as +1, 0, −1 or `FREE` for α3 and for α4, may be adjacent; arrays broadcast."""
     # Neither angle may have the types + and −, whose product is −1; that of `FREE` and − is −2.
-    third = np.multiply(first[0], second[0])
-    fourth = np.multiply(first[1], second[1])
-    return (third != -1) & (fourth != -1)
+    return (np.multiply(first[0], second[0]) != -1) & (np.multiply(first[1], second[1]) != -1)
 
 
 def types_may_be_adjacent(first: str, second: str) -> bool:

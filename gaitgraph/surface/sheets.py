@@ -484,5 +484,4 @@ def separating_factor(first: Sequence[float], second: Sequence[float], vehicle: 
         f"the line α2 = {-line:.4f} (β2 = ±π/2)",
         f"the curve tan α1 − tan α2 = 2κ = {2 * kappa:.4f}",
     )
-    differing = [name for name, x, y in zip(names, a, b, strict=True) if x != y]
-    return " and ".join(differing) or None
+    return " and ".join(name for name, x, y in zip(names, a, b, strict=True) if x != y) or None

@@ -258,7 +258,7 @@ class TwoColor(Rule):
     def checks(self) -> Iterator[Check]:
         """Yield the check `two_color`."""
         color = family_of(*self.families) if len(self.families) == 1 else "mixed"
-        message, place = self.broken or (f"all neighbours allowed by Figure 15 ({color})", None)
+        message, place = self.broken or (f"all neighbours allowed by Figure 15 of the paper ({color})", None)
         ok = self.broken is None
         yield self.check(ok, message, value=float(not ok), limit=0.0, place=place)
 
