@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 ANGLE_LOOKS: tuple[dict[str, Any], ...] = tuple(
     {
         "color": color,
-        "linewidth": 3.4 if k < 2 else 1.3,
+        "linewidth": 3.4 if k < 2 else 1.6,
         "linestyle": ("-", (0, (3, 0.7)), (0, (5, 2)), (0, (1, 1.2)))[k],
     }
     for k, color in enumerate(base.ROTOR_COLORS)
@@ -220,8 +220,7 @@ def draw_angles(ax: Axes, time: FloatArray, alpha: FloatArray) -> None:
     base.legend_above(ax, columns=4)
 
 
-# Each outcome has its own shape, so that no color is needed. The order is that of flight.flight.OUTCOMES, whose codes
-# are positions in it.
+# Each outcome has its own shape, so that no color is needed; the order is that of flight.flight.OUTCOMES.
 OUTCOME_LOOKS: dict[Outcome, dict[str, Any]] = {
     "settled": {"marker": "o", "color": "#009e73", "markersize": 3.0},
     "not settled": {"marker": "D", "color": "#e69f00", "markersize": 3.4},
