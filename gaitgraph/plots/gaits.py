@@ -139,7 +139,7 @@ def draw_attitudes(
     curves = [singular_curve(row, numbers) for row in alpha]
     kinds = {curve.kind for curve in curves}
     empty = around.polygon.is_empty
-    words = f"{percent(around.fraction)} acceptable" if not empty else "level flight singular at times"
+    words = f"{percent(around.fraction)} acceptable" if not empty else "singular in level flight"
     words = "no singular attitude" if kinds == {"none"} else words
     label = name if basin else f"{name}:\n{'singular at every attitude' if 'everywhere' in kinds else words}"
     if "everywhere" in kinds:
