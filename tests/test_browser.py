@@ -9,6 +9,7 @@ import math
 import subprocess
 import sys
 import time
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -194,6 +195,27 @@ class Page:
         self.id("file").send_keys(str(path))
         self.until(lambda: self.text("table-name") == path.name)
 
+    @contextmanager
+    def emulated(self, *, still: bool = True, script: str = "") -> Iterator[None]:
+        """Run a script before those of each page, and prefer reduced motion or not."""
+        motion = {"name": "prefers-reduced-motion", "value": "reduce" if still else "no-preference"}
+        self.cdp("Emulation.setEmulatedMedia", features=[motion])
+        added = self.cdp("Page.addScriptToEvaluateOnNewDocument", source=script)
+        try:
+            yield
+        finally:
+            self.cdp("Page.removeScriptToEvaluateOnNewDocument", **added)
+            self.cdp("Emulation.setEmulatedMedia", features=[])
+
+    def vehicle(self) -> bytes:
+        """Return a picture of the vehicle in three dimensions, as soon as it is there and stands still."""
+        self.has("#vehicle-root canvas", 1)
+        seen = [b"", self.css("#vehicle-root canvas").screenshot_as_png]
+        while seen[-1] != seen[-2]:
+            time.sleep(0.1)
+            seen.append(self.css("#vehicle-root canvas").screenshot_as_png)
+        return bytes(seen[-1])
+
 
 @pytest.fixture(scope="module")
 def address() -> Iterator[str]:
@@ -241,11 +263,107 @@ def test_clicking_the_waypoints_of_gait_3(page: Page) -> None:
     assert page.text("all-acceptable") == "✓ All attitudes acceptable: tilt margin 90.0°, acceptable 100 %"
     page.until(lambda: page.count("#vehicle-root canvas, #vehicle-root .disc"))
     assert page.count(".uplot canvas") == 2
-    # The browser prefers reduced motion: the vehicle is moved by steps.
-    assert page.text("play") == "Step"
+
+
+def test_the_first_visit_shows_gait_4_and_offers_to_try_it(page: Page) -> None:
+    gait_4 = "waypoints=-pi/8,pi/8;-pi/8,3pi/8;-3pi/8,3pi/8;-3pi/8,pi/8&color=red&sign=positive"
+    page.open()
+    page.until(page.id("welcome").is_displayed)
+    assert "Gait 4 of the paper" in page.text("welcome")
+    assert [page.count(selector) for selector in (".path.ghost", ".path:not(.ghost)", ".waypoint")] == [1, 0, 0]
+    assert page.state == ""
+    standing = page.vehicle()
+    page.id("play").click()
+    assert page.vehicle() != standing
+    page.id("try-gait").click()
+    page.at(gait_4)
+    assert page.headline() == "✓Flyable"
+    assert page.count(".path.ghost") == 0
+    assert not page.id("welcome").is_displayed()
+    page.id("undo").click()
+    page.at("")
+    assert not page.id("welcome").is_displayed()
+
+    page.open()
+    page.until(page.id("welcome").is_displayed)
+    page.id("draw-own").click()
+    assert not page.id("welcome").is_displayed()
+    assert (page.count(".path"), page.js("return document.activeElement.id")) == (0, "map")
+    page.open(GAIT_3)
+    assert not page.id("welcome").is_displayed()
+
+
+def test_the_vehicle_moves_by_itself_until_it_is_paused(page: Page) -> None:
+    counting = "window.asked = 0; const ask = requestAnimationFrame;"
+    counting += "window.requestAnimationFrame = (call) => { window.asked += 1; return ask(call); };"
+    with page.emulated(still=False, script=counting):
+        page.open(GAIT_3)
+        assert page.text("play") == "Pause"
+        shown = page.text("clock")
+        page.until(lambda: page.text("clock") != shown)
+        page.until(lambda: page.js("return window.asked") > 20)
+        page.id("play").click()
+        assert page.text("play") == "Play"
+        page.vehicle()
+        shown, asked = page.text("clock"), page.js("return window.asked")
+        time.sleep(0.5)
+        assert (page.text("clock"), page.js("return window.asked")) == (shown, asked)  # nothing runs in a pause
+        page.click(2 * STEP, -2 * STEP)  # a change of the gait does not start it
+        page.planned()
+        assert page.text("play") == "Play"
+
+
+def test_slider_steps_and_the_pointer_set_the_posture(page: Page) -> None:
+    page.open(GAIT_3)
+    pictures = [page.vehicle()]
+    assert (page.text("play"), page.text("clock")) == ("Step", "0.000 s")  # the browser prefers reduced motion
     for _ in range(3):
         page.id("play").click()
     assert page.text("clock") == "0.375 s"
+    pictures.append(page.vehicle())
+    page.js(
+        "const slider = document.getElementById('scrub'); slider.value = '600';"
+        " slider.dispatchEvent(new Event('input', { bubbles: true }));"
+    )
+    assert page.text("clock") == "0.600 s"
+    pictures.append(page.vehicle())
+    x, y = page.place(3 * math.pi / 8, -2 * STEP - math.pi / 8)  # in the middle of the first leg
+    for dx, clock in ((60, "0.600 s"), (4, "0.125 s"), (-60, "0.125 s")):
+        page.cdp("Input.dispatchMouseEvent", type="mouseMoved", x=x + dx, y=y)
+        page.until(lambda clock=clock: page.text("clock") == clock)
+    pictures.append(page.vehicle())
+    assert len(set(pictures)) == len(pictures)
+
+
+def test_the_vehicle_can_be_turned(page: Page) -> None:
+    page.open(GAIT_3)
+    page.vehicle()
+    canvas = page.css("#vehicle-root canvas")
+    canvas.send_keys("0")  # from now on it has the focus
+    first = page.vehicle()
+    ActionChains(page.driver).drag_and_drop_by_offset(canvas, 80, 20).perform()
+    dragged = page.vehicle()
+    canvas.send_keys(LEFT, UP, "+")
+    assert len({first, dragged, page.vehicle()}) == 3
+    canvas.send_keys("0")
+    assert page.vehicle() == first
+
+
+def test_without_webgl_the_vehicle_is_drawn(page: Page) -> None:
+    none = "HTMLCanvasElement.prototype.getContext = new Proxy(HTMLCanvasElement.prototype.getContext, {"
+    none += "apply: (get, canvas, [kind, ...rest]) => (kind === 'webgl2' ? null : get.call(canvas, kind, ...rest)) });"
+    with page.emulated(script=none):
+        page.open(GAIT_3)
+        page.has("#vehicle-root .disc", 4)
+        assert page.count("#vehicle-root canvas") == 0
+        assert not any(
+            "three" in name for name in page.js("return performance.getEntriesByType('resource').map((e) => e.name)")
+        )
+        disc = "return document.querySelector('#vehicle-root .disc').getAttribute('transform')"
+        before = page.js(disc)
+        for _ in range(3):
+            page.id("play").click()
+        assert page.js(disc) != before
 
 
 def test_gait_1_is_valid_and_not_flyable(page: Page) -> None:

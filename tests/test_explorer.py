@@ -358,6 +358,14 @@ def test_the_page_and_its_files(client: Client) -> None:
         assert headers["x-content-type-options"] == "nosniff"
 
 
+def test_what_the_page_uses_of_others_has_its_licence_beside_it(client: Client) -> None:
+    for name, owner in (("uPlot", "Leon Sorokin"), ("three", "three.js authors")):
+        status, _, content = client.get(f"/{TOKEN}/page/vendor/LICENSE-{name}")
+        assert status == 200
+        assert "MIT License" in content.decode()
+        assert owner in content.decode()
+
+
 class TestGuards:
     def test_a_request_from_elsewhere_is_refused(self, client: Client) -> None:
         for headers, status in (

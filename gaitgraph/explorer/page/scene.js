@@ -155,6 +155,7 @@ export function sceneIn(root, canvas, context, pause, onLost) {
   let model = null;
   let rotors = [];
   let posture = null;
+  let size = "";
   let asked = 0;
   let painted = -Infinity;
   let visible = true;
@@ -163,7 +164,7 @@ export function sceneIn(root, canvas, context, pause, onLost) {
   const sky = new HemisphereLight(0xffffff, 0x8a8f98, 1.7);
   sky.position.set(0, 0, 1);
   const sun = placed(new DirectionalLight(0xffffff, 2.1), ...SUN);
-  const rule = new MeshBasicMaterial({ transparent: true, opacity: 0.25, depthWrite: false });
+  const rule = new MeshBasicMaterial({ transparent: true, opacity: 0.4, depthWrite: false });
   const circle = placed(new Mesh(new RingGeometry(CIRCLE - 0.012, CIRCLE, 96), rule), 0, 0, GROUND);
   scene.add(sky, sun, circle);
 
@@ -208,7 +209,7 @@ export function sceneIn(root, canvas, context, pause, onLost) {
     dome.scale.set(1, 0.45, 1);
     shadow.add(new Mesh(new CircleGeometry(0.28, 32), shade));
     // An arrow on the ground points forward.
-    const forward = placed(new Mesh(new CircleGeometry(0.14, 3), rule), CIRCLE + 0.13, 0, GROUND);
+    const forward = placed(new Mesh(new CircleGeometry(0.2, 3), rule), CIRCLE + 0.1, 0, GROUND);
     model.add(hub, dome, forward, ...rotors.map((rotor) => rotor.whole));
     scene.add(model);
     recolor();
@@ -228,7 +229,10 @@ export function sceneIn(root, canvas, context, pause, onLost) {
   function aim() {
     const { clientWidth: width, clientHeight: height } = root;
     if (!width || !height) return false;
-    renderer.setSize(width, height, false);
+    if (size !== `${width} ${height}`) {
+      size = `${width} ${height}`;
+      renderer.setSize(width, height, false); // clears the picture and its memory
+    }
     camera.aspect = width / height;
     const away = Math.max(HALF_VIEW[0] / camera.aspect, HALF_VIEW[1]) / FIELD / view.zoom;
     const level = away * Math.cos(view.elevation);
@@ -237,7 +241,7 @@ export function sceneIn(root, canvas, context, pause, onLost) {
       level * Math.sin(view.azimuth),
       away * Math.sin(view.elevation),
     );
-    camera.lookAt(0, 0, -0.2);
+    camera.lookAt(0, 0, -0.27);
     camera.updateProjectionMatrix();
     return true;
   }

@@ -26,16 +26,12 @@ export function vehicleIn(root) {
     if (posture) picture.at(posture);
   }
 
-  const drawInstead = () => {
-    root.classList.remove("solid");
-    use(drawingIn(root));
-  };
+  const drawInstead = () => use(drawingIn(root));
   if (context) {
-    root.classList.add("solid");
-    import("./scene.js").then(
-      ({ sceneIn }) => use(solidIn(root, sceneIn(root, canvas, context, quick ? 0 : SELDOM, drawInstead), canvas)),
-      drawInstead,
-    );
+    const pause = quick ? 0 : SELDOM;
+    import("./scene.js")
+      .then(({ sceneIn }) => use(solidIn(root, sceneIn(root, canvas, context, pause, drawInstead), canvas)))
+      .catch(drawInstead);
   } else drawInstead();
 
   return {
