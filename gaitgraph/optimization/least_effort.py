@@ -340,8 +340,8 @@ class Program:
     def projected(self, trust: float) -> SmoothLoop | None:
         """Return the best loop, to first order in the passes, each of which moves by at most `trust`; or None.
 
-        Discs count as polygons inside them, with a corner where the loop passes now. Moving a pass costs as much as its
-        square in units of twice the trust.
+        Discs are replaced by polygons inside them, with a corner where the loop passes now. Moving a pass costs as much
+        as its square in units of twice the trust.
         """
         x, size = self.origin, 2 * self.count
         scale = np.ones(len(x))
