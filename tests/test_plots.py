@@ -15,7 +15,7 @@ from matplotlib.collections import PathCollection
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.text import Annotation
-from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-untyped]
 
 import gaitgraph as gg
 from gaitgraph import plots
@@ -406,7 +406,7 @@ def test_plots_draw_on_given_axes_or_one_new_figure(ax: Axes, name: str) -> None
             draw(ax=wrong)
 
 
-def simulated(color: str, weights: list[list[float]]) -> np.ndarray:
+def simulated(color: str, weights: np.ndarray) -> np.ndarray:
     """Return a color in CIELAB as dichromats see it, with the weights of linear red, green and blue."""
     levels = np.array([int(color[k : k + 2], 16) for k in (1, 3, 5)]) / 255
     linear = np.where(levels <= 0.04045, levels / 12.92, ((levels + 0.055) / 1.055) ** 2.4)

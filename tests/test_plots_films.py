@@ -20,9 +20,9 @@ from PIL import GifImagePlugin, Image
 import gaitgraph as gg
 from gaitgraph.gait.table import Table, provenance_text
 from gaitgraph.plots import vehicles
+from gaitgraph.plots.axes import ROTOR_COLORS
 from gaitgraph.plots.vehicles import (
     FROM_ABOVE,
-    ROTOR_COLORS,
     draw_vehicle,
     frame_delays,
     underside,
