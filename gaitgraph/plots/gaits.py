@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 ANGLE_LOOKS: tuple[dict[str, Any], ...] = tuple(
     {
         "color": color,
-        "linewidth": 3.4 if k < 2 else 1.3,
+        "linewidth": 3.4 if k < 2 else 1.6,
         "linestyle": ("-", (0, (3, 0.7)), (0, (5, 2)), (0, (1, 1.2)))[k],
     }
     for k, color in enumerate(base.ROTOR_COLORS)
@@ -139,7 +139,7 @@ def draw_attitudes(
     curves = [singular_curve(row, numbers) for row in alpha]
     kinds = {curve.kind for curve in curves}
     empty = around.polygon.is_empty
-    words = f"{percent(around.fraction)} acceptable" if not empty else "level flight singular at times"
+    words = f"{percent(around.fraction)} acceptable" if not empty else "singular in level flight"
     words = "no singular attitude" if kinds == {"none"} else words
     label = name if basin else f"{name}:\n{'singular at every attitude' if 'everywhere' in kinds else words}"
     if "everywhere" in kinds:
@@ -220,8 +220,7 @@ def draw_angles(ax: Axes, time: FloatArray, alpha: FloatArray) -> None:
     base.legend_above(ax, columns=4)
 
 
-# Each outcome has its own shape, so that no color is needed. The order is that of flight.flight.OUTCOMES, whose codes
-# are positions in it.
+# Each outcome has its own shape, so that no color is needed; the order is that of flight.flight.OUTCOMES.
 OUTCOME_LOOKS: dict[Outcome, dict[str, Any]] = {
     "settled": {"marker": "o", "color": "#009e73", "markersize": 3.0},
     "not settled": {"marker": "D", "color": "#e69f00", "markersize": 3.4},

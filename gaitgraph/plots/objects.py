@@ -50,7 +50,7 @@ def plot(shown: Shown, *, ax: Axes | None = None) -> Axes:
     """
     ax = base.axes_or_new(ax)
     _draw(ax, shown, legend=True)
-    title = shown.verdict if isinstance(shown, Report) else str(shown).partition("\n")[0]
+    title = shown.verdict if isinstance(shown, Report) else str(shown).partition("\n")[0].rstrip(":")
     ax.set_title(fill(re.sub(r"-(?=\d)", "−", title), 80), fontsize=9)
     return ax
 

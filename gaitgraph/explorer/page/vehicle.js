@@ -3,7 +3,16 @@
 import { html, svg } from "./elements.js";
 
 const CONTEXT = { alpha: true, stencil: true };
-const SELDOM = 40; // between two pictures where the processor draws [ms]
+const SELDOM = 50; // between two pictures where the processor draws, as clicks come first [ms]
+
+/** Return whether the processor draws, as there is no graphics card. */
+function isSoftware() {
+  const probe = html("canvas").getContext("webgl2");
+  const info = probe?.getExtension("WEBGL_debug_renderer_info");
+  const name = info ? probe.getParameter(info.UNMASKED_RENDERER_WEBGL) : "";
+  probe?.getExtension("WEBGL_lose_context")?.loseContext();
+  return /swiftshader|llvmpipe|software|basic render/i.test(name);
+}
 
 /** Show the vehicle in `root`. */
 export function vehicleIn(root) {
@@ -14,8 +23,8 @@ export function vehicleIn(root) {
     title: "Drag to turn, double-click to reset",
   });
   // Without a graphics card the processor draws: then without smooth edges, and more seldom.
-  const quick = canvas.getContext("webgl2", { ...CONTEXT, antialias: true, failIfMajorPerformanceCaveat: true });
-  const context = quick ?? canvas.getContext("webgl2", { ...CONTEXT, antialias: false });
+  const isSlow = isSoftware();
+  const context = canvas.getContext("webgl2", { ...CONTEXT, antialias: !isSlow });
   let picture = null; // until the module of the scene is here
   let shown = [null, false];
   let posture = null;
@@ -28,7 +37,7 @@ export function vehicleIn(root) {
 
   const drawInstead = () => use(drawingIn(root));
   if (context) {
-    const pause = quick ? 0 : SELDOM;
+    const pause = isSlow ? SELDOM : 0;
     import("./scene.js")
       .then(({ sceneIn }) => use(solidIn(root, sceneIn(root, canvas, context, pause, drawInstead), canvas)))
       .catch(drawInstead);
@@ -48,7 +57,7 @@ export function vehicleIn(root) {
     },
     /** Let the processor plan first, where it is also the one that draws. */
     rest(wanted) {
-      if (!quick) picture?.rest?.(wanted);
+      if (isSlow) picture?.rest?.(wanted);
     },
     repaint: () => picture?.repaint(),
   };
