@@ -27,7 +27,6 @@ from gaitgraph.optimization.retargeting import MOST_ROWS
 from gaitgraph.robustness.attitudes import acceptable_attitudes, singular_curve
 from gaitgraph.robustness.biased import robustness_of
 from gaitgraph.study.design import study_from_mapping
-from gaitgraph.surface.adjacency import FIBER_TYPES, PLANE_TYPES, types_from_text
 from gaitgraph.surface.admissible import (
     admissible_region,
     hover_region,
@@ -36,7 +35,7 @@ from gaitgraph.surface.admissible import (
     thrust_region,
 )
 from gaitgraph.surface.region import Zones
-from gaitgraph.surface.sheets import root_arrays, roots, sheet_grid
+from gaitgraph.surface.sheets import FIBER_TYPES, PLANE_TYPES, root_arrays, roots, sheet_grid, types_from_text
 from gaitgraph.timing.curve import Curve, rounded
 from gaitgraph.timing.servo_lag import servo_response
 from gaitgraph.timing.time_optimal import Limits, least_period, paced

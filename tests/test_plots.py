@@ -24,7 +24,7 @@ from gaitgraph.gait.table import Table
 from gaitgraph.invertibility.matrices import least_singular_value_on_red
 from gaitgraph.plots.axes import BLUE, GREY, PALETTE, RED
 from gaitgraph.plots.planes import interior_roots
-from gaitgraph.surface.adjacency import PLANE_TYPES, text_from_types
+from gaitgraph.surface.sheets import PLANE_TYPES, text_from_types
 from gaitgraph.timing.timed_gait import table_of
 from tests.published import GAITS
 from tests.samples import BEETLE, EXACT, PUBLISHED

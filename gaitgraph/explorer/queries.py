@@ -24,8 +24,7 @@ from gaitgraph.planning.planner import plan
 from gaitgraph.planning.request import PlanRequest, plan_request
 from gaitgraph.plots.vehicles import vehicle_view
 from gaitgraph.robustness.biased import robustness_of
-from gaitgraph.surface.adjacency import text_from_types
-from gaitgraph.surface.sheets import COLORS, Color, sheet_angles, types_of
+from gaitgraph.surface.sheets import COLORS, Color, sheet_angles, text_from_types, types_of
 from gaitgraph.timing.laws import DEFAULT_LAW
 from gaitgraph.timing.timed_gait import DEFAULT_SAMPLES, checked_clock
 from gaitgraph.vehicle import PAPER, Vehicle, preset_names, vehicle_from_mapping, vehicle_named

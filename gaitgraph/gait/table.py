@@ -35,7 +35,6 @@ from gaitgraph.invertibility.matrices import (
     level_determinant,
     level_determinant_resolution,
 )
-from gaitgraph.surface.adjacency import text_from_types, types_from_text
 from gaitgraph.surface.sheets import (
     DEFAULT_CROSSING_TOLERANCE,
     DEFAULT_TOLERANCE,
@@ -44,7 +43,9 @@ from gaitgraph.surface.sheets import (
     family_codes,
     family_of,
     family_types,
+    text_from_types,
     types_contradict,
+    types_from_text,
 )
 from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
 

@@ -48,8 +48,15 @@ from gaitgraph.invertibility.segment_bounds import (
     thrust_shares_along,
     thrusts_push_up,
 )
-from gaitgraph.surface.adjacency import neighbors_allowed, text_from_types
-from gaitgraph.surface.sheets import COLORS, Sign, family_jumps, root_arrays, sheet_grid
+from gaitgraph.surface.sheets import (
+    COLORS,
+    Sign,
+    family_jumps,
+    neighbors_allowed,
+    root_arrays,
+    sheet_grid,
+    text_from_types,
+)
 from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_from_mapping, vehicle_named
 
 if TYPE_CHECKING:

@@ -34,8 +34,7 @@ from gaitgraph.gait.table import (
     checked_about,
 )
 from gaitgraph.io.servo_map import servo_map_from_mapping, tilts_from_joints
-from gaitgraph.surface.adjacency import types_from_text
-from gaitgraph.surface.sheets import FAMILIES
+from gaitgraph.surface.sheets import FAMILIES, types_from_text
 from gaitgraph.vehicle import vehicle_from_mapping
 
 if TYPE_CHECKING:

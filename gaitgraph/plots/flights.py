@@ -14,7 +14,9 @@ from gaitgraph.errors import InputError, checked_choice, did_you_mean
 from gaitgraph.files import check_new_files, write_whole
 from gaitgraph.flight.basins import Basin, table_of_basins
 from gaitgraph.flight.flight import TABLES
+from gaitgraph.gait.gait import name_of
 from gaitgraph.gait.table import provenance_text
+from gaitgraph.invertibility.matrices import least_singular_value
 from gaitgraph.io.columns import FormatOptions
 from gaitgraph.io.formats import FILMS, FORMATS
 from gaitgraph.plots import axes as base, vehicles
@@ -33,11 +35,11 @@ if TYPE_CHECKING:
 
 # Height [mm], label, columns of the legend, and least end of the axis, so that rounding errors stay small.
 _PANELS: dict[str, tuple[float, str, int, float]] = {
-    "attitude": (32.0, "attitude (°)", 4, 1.0),
+    "attitude": (32.0, "body attitude (°)", 4, 1.0),
     "place": (30.0, "place (m)", 4, 0.01),
     "thrusts": (34.0, "thrust\n(weight / 4)", 5, 0.0),
     "tilts": (30.0, "tilt (°)", 4, 0.0),
-    "singular_value": (30.0, "least singular\nvalue (1)", 2, 0.0),
+    "singular_value": (30.0, "least singular\nvalue (1)", 3, 0.0),
 }
 _WIDTH, _LEFT, _RIGHT, _TOP, _BOTTOM = 170.0, 19.0, 4.0, 13.0, 12.0
 _LEGEND = 8.0  # height above each panel
@@ -55,9 +57,10 @@ def plot_flight(
     """Draw a flight over time and return the axes. The title states what was flown and the verdict.
 
     `panels` are some of :data:`PANELS`: roll, pitch and yaw [°]; x, y and z [m]; thrusts as multiples of a quarter of
-    the weight, with their limits; tilt angles [°]; and the band that holds the least singular value of the scaled
-    decoupling matrix, with the floor at which the flight stops. References are dashed. Panels of a refused flight are
-    empty. A red line of ``gid`` "stop" marks the time of a stop. `axes` are as many as panels, by default new ones.
+    the weight, with their limits; tilt angles [°]; and the least singular value of the scaled decoupling matrix, with
+    the lower bound that the controller computes, and the floor below which the flight stops. References are dashed.
+    Panels of a refused flight are empty. A red line of ``gid`` "stop" marks the time of a stop. `axes` are as many as
+    panels, by default new ones.
     """
     for name in panels:
         checked_choice("panels", name, PANELS)
@@ -96,14 +99,14 @@ def _panel_axes(panels: Sequence[str], *, pyplot: bool = False) -> npt.NDArray[n
 
 
 def _what_was_flown(flight: Flight) -> list[str]:
-    """Return the gait's color, the vehicle, T, the reference and entry if any, and last the attitude at the start."""
+    """Return the gait's name, the vehicle, T, the reference and entry if any, and last the attitude at the start."""
     timed, settings, name = flight.course.timed, flight.settings, flight.vehicle.name
     reference: str = settings.reference
     if reference in ("step", "line", "circle"):
         reference += f" of {settings.size:g} m" + ("" if reference == "step" else f" in {settings.lap:g} s")
     roll, pitch = (f"{angle:.3g}°" for angle in np.degrees(flight.attitude))
     parts = [
-        f"{timed.gait.color.capitalize()} gait" if timed.gait.color else "Gait on neither sheet",
+        name_of(timed.gait),
         f"vehicle {name if len(name) <= 24 else name[:23] + '…'}",
         f"T = {timed.period:g} s",
         *([] if settings.reference == "attitude" else [reference]),
@@ -162,8 +165,9 @@ def _draw_panel(ax: Axes, flight: Flight, name: str) -> None:
             ax.plot(t, np.degrees(flight.alpha[:, k]), label=rf"$\alpha_{k + 1}$", **look)
     else:
         near, floor = column("nearness"), settings.floor
-        band: dict[str, Any] = {"color": "#009e73", "alpha": 0.45, "linewidth": 0.0, "label": "lies in this band"}
-        ax.fill_between(t, near, 2.0 * near, **band)
+        value = least_singular_value(flight.alpha, flight.vehicle, column("roll"), column("pitch"))
+        ax.plot(t, value, color=INK, linewidth=1.4, label="least singular value")
+        ax.plot(t, near, color=base.GREY, linewidth=0.9, linestyle=":", label="the controller's lower bound")
         if floor > 0:
             ax.axhline(floor, color=base.RED, linewidth=0.9, linestyle="--", label=f"flight stops below {floor:g}")
         ax.set_yscale("log")
@@ -222,11 +226,14 @@ def _flight_film(flight: Flight, times: FloatArray, slowed: bool) -> tuple[Figur
     screen = np.stack(vehicles.screen_axes(vehicles.DEFAULT_VIEW), axis=-1)
 
     gait, _, period, *_, start = _what_was_flown(flight)
+    faster = f", shown in {vehicles.LONGEST / 100:g} s" if 100 * flight.flown > vehicles.LONGEST else ""
     figure, picture, chart = vehicles.blank_film(
         f"{gait}, {period} · {start}", vehicles.vehicle_view(np.zeros(4), flight.vehicle), 0.68
     )
     angles = np.degrees([flight.column(name)[every] for name in ("roll", "pitch")])
-    cursor = vehicles.draw_chart(chart, t[every], angles, [(INK, 1.5, "roll"), (LINE_GREY, 2.5, "pitch")], 5.0)
+    cursor = vehicles.draw_chart(
+        chart, t[every], angles, [(INK, 1.5, "body roll"), (LINE_GREY, 2.5, "body pitch")], 5.0
+    )
     chart.legend(loc="upper center", bbox_to_anchor=(0.5, -0.02), ncols=2, labelcolor=LINE_GREY, borderaxespad=0.2)
     path_seen, trail = _draw_map(figure, place[every], wanted[every] if tracks else None, arm)
     look: dict[str, Any] = {"fontsize": 8, "color": LINE_GREY, "va": "top", "linespacing": 1.5}
@@ -250,7 +257,7 @@ def _flight_film(flight: Flight, times: FloatArray, slowed: bool) -> tuple[Figur
         shares = flight.thrusts[row] / quarter
         x, y, z = np.round(here, 2) + 0.0
         words.set_text(
-            f"t = {t[row]:.2f} s{', arms slowed down' if slowed else ''}\n"
+            f"t = {t[row]:.2f} s{faster}{', arms slowed down' if slowed else ''}\n"
             f"x {x:.2f} m   y {y:.2f} m   z {z:.2f} m\n"
             f"thrust {shares.min():.2f} to {shares.max():.2f} × weight/4".replace("-", "−")
         )

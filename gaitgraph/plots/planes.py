@@ -16,8 +16,18 @@ from gaitgraph.graph.build import DEFAULT_DIVISIONS, checked_divisions, grid_axi
 from gaitgraph.invertibility import matrices
 from gaitgraph.invertibility.matrices import BoolArray, Coefficients, CoefficientsLike, FloatArray, coefficients_of
 from gaitgraph.plots import axes as base
-from gaitgraph.surface.adjacency import PLANE_TYPES, text_from_types, types_may_be_adjacent
-from gaitgraph.surface.sheets import COLORS, RELATION, RootArrays, Sign, red_label, root_arrays, sheet_angles
+from gaitgraph.surface.sheets import (
+    COLORS,
+    PLANE_TYPES,
+    RELATION,
+    RootArrays,
+    Sign,
+    red_label,
+    root_arrays,
+    sheet_angles,
+    text_from_types,
+    types_may_be_adjacent,
+)
 from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
 
 if TYPE_CHECKING:
@@ -181,7 +191,7 @@ def adjacency_rule(of: Literal["angle", "pair"] = "pair", *, ax: Axes | None = N
     """Draw the Two Color rule as a graph: types joined by a line may be neighbours (Figure 15).
 
     Each type may also be its own neighbour. As in the paper, (?,?) is left out: it may neighbour every type. Lines
-    follow :func:`gaitgraph.surface.adjacency.types_may_be_adjacent`; the ``gid`` of each is its two types.
+    follow :func:`gaitgraph.surface.sheets.types_may_be_adjacent`; the ``gid`` of each is its two types.
 
     `of` is "angle" for the types of α3 or α4, Figure 15 (a), or "pair" for those of (α3, α4), Figure 15 (b). The frame
     of `ax` is removed.

@@ -21,15 +21,16 @@ import numpy.typing as npt
 
 from gaitgraph.errors import InputError, needs_extra, shown
 from gaitgraph.files import check_new_files, write_whole
-from gaitgraph.gait.table import Table, provenance_text, surface_of
+from gaitgraph.gait.gait import name_of
+from gaitgraph.gait.table import Table, provenance_text
 from gaitgraph.invertibility.matrices import FloatArray, arm_angles, rotor_directions, thrust_signs
-from gaitgraph.io.formats import FILMS, given_gait
+from gaitgraph.io.formats import FILMS, gait_of, given_gait
 from gaitgraph.plots.axes import ROTOR_COLORS, axes_or_new, draw_arrow, draw_label, paper_style
 from gaitgraph.timing.timed_gait import table_of
 from gaitgraph.vehicle import PAPER, VehicleLike, vehicle_named
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Sequence
 
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -153,12 +154,6 @@ def vehicle_view(
     )
 
 
-def underside(color: str) -> str:
-    """Return the color of a disc's underside: mixed with the ink, 11 to 9."""
-    mixed = ((int(color[k : k + 2], 16) * 11 + int(INK[k : k + 2], 16) * 9) // 20 for k in (1, 3, 5))
-    return "#" + "".join(f"{part:02x}" for part in mixed)
-
-
 _AROUND = np.linspace(0.0, math.tau, 73)
 _CIRCLE = np.stack([np.cos(_AROUND), np.sin(_AROUND)])
 
@@ -179,15 +174,16 @@ def draw_vehicle(ax: Axes, seen: VehicleView, sample: int = 0) -> list[Any]:
     rims = _rims(seen, sample)
     for place, rotor in enumerate(seen.order):
         centre, facing, order = seen.discs[sample, rotor, 4:], bool(seen.facing[sample, rotor]), 2.0 + 0.1 * place
-        color = ROTOR_COLORS[rotor] if facing else underside(ROTOR_COLORS[rotor])
         drawn.extend(_line(ax, seen.arms[rotor], centre, color=LINE_GREY, linewidth=2.9, zorder=order))
-        drawn.extend(ax.fill(*rims[rotor], facecolor=color, edgecolor=INK, linewidth=0.9, zorder=order + 0.02))
+        drawn.extend(
+            ax.fill(*rims[rotor], facecolor=ROTOR_COLORS[rotor], edgecolor=INK, linewidth=0.9, zorder=order + 0.02)
+        )
         drawn.extend(ax.plot(*centre, "o", markersize=3.6, markeredgewidth=0.0, color=INK, zorder=order + 0.03))
         tip, above = seen.thrusts[sample, rotor], order + (0.04 if facing else 0.01)
         drawn.append(draw_arrow(ax, centre, tip, INK, width=1.8, size=9.0, zorder=above))
     for rotor, place in enumerate(seen.labels):
         box = {"boxstyle": "circle,pad=0.25", "facecolor": ROTOR_COLORS[rotor], "edgecolor": "white", "linewidth": 1.1}
-        look: dict[str, Any] = {"ha": "center", "va": "center", "weight": "bold", "color": "white", "zorder": 3}
+        look = {"ha": "center", "va": "center", "weight": "bold", "color": "white", "zorder": 3}
         drawn.append(ax.text(place[0], place[1], str(rotor + 1), bbox=box, fontsize=8.0, **look))
     return drawn
 
@@ -266,12 +262,10 @@ def _draw_from_the_tip(ax: Axes) -> None:
     draw_label(ax, hub - 0.75 * up, text)
 
 
-MOST_FRAMES = 100  # of a film
 PALE = "#dfe2e7"
 FILM_WIDTH, FILM_HEIGHT = 480, 420  # px, at 100 per inch
-_DELAY = 4  # usual duration of a frame [1/100 s]
-_SHORTEST, _FEWEST = 20, 10  # least duration of a film [1/100 s], and least number of frames
-_LONGEST = 65535 * MOST_FRAMES  # longest duration that GIF can state [1/100 s]
+_DELAY = 4  # longest duration of a frame [1/100 s]
+_SHORTEST, LONGEST, _FEWEST = 20, 6000, 10  # durations of a film [1/100 s], and least number of frames
 _PICTURE = (0.0, 112 / 420, 1.0, 272 / 420)  # axes: left, bottom, width, height
 _CHART = (52 / 480, 28 / 420, 412 / 480, 66 / 420)
 
@@ -301,7 +295,8 @@ def write_films(gait: GaitLike, paths: Sequence[str | Path], *, force: bool = Fa
     given = given_gait(gait)
     table = given if isinstance(given, Table) else table_of(given)
     t = table["t"] - table["t"][0] if "t" in table else np.zeros(1)
-    period, vehicle = float(t[-1]), surface_of(table)[0]
+    period, shape = float(t[-1]), gait_of(table)
+    vehicle = shape.vehicle
     if not period > 0:
         period, t = 1.0, np.linspace(0.0, 1.0, len(table))
     delays = frame_delays(period)
@@ -313,7 +308,8 @@ def write_films(gait: GaitLike, paths: Sequence[str | Path], *, force: bool = Fa
     seen = vehicle_view(angles_at(phases * period).T, vehicle)
     name = vehicle.name if len(vehicle.name) <= 32 else vehicle.name[:31] + "…"
     law, seconds = table.about.get("law"), sum(delays) / 100
-    title = " · ".join([f"Vehicle {name}", f"T = {period:g} s", *([law] if isinstance(law, str) else [])])
+    parts = [name_of(shape), f"vehicle {name}", f"T = {period:g} s", *([law] if isinstance(law, str) else [])]
+    title = " · ".join(parts)
     if abs(seconds - period) > max(0.005, 1e-9 * period):
         title += f" (shown {'slower' if seconds > period else 'faster'}: {seconds:g} s)"
     with paper_style():
@@ -332,9 +328,9 @@ def write_films(gait: GaitLike, paths: Sequence[str | Path], *, force: bool = Fa
 
 
 def frame_delays(seconds: float) -> list[int]:
-    """Return the duration of each of 10 to 100 frames [1/100 s]: 25 a second, in all from 0.2 s to 65535 s."""
-    total = round(min(max(100 * seconds, _SHORTEST), _LONGEST))
-    count = min(max(round(total / _DELAY), _FEWEST), MOST_FRAMES)
+    """Return the duration of each frame [1/100 s]: 25 a second or more, in all from 0.2 s to a minute."""
+    total = round(min(max(100 * seconds, _SHORTEST), LONGEST))
+    count = max(math.ceil(total / _DELAY), _FEWEST)
     return [after - before for before, after in pairwise(round(total * k / count) for k in range(count + 1))]
 
 
@@ -379,27 +375,33 @@ def write_frames(
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from PIL import Image
 
-    def drawn() -> Iterator[None]:
-        for k in range(len(delays)):
+    def drawn(numbers: Iterable[int]) -> Iterator[None]:
+        for k in numbers:
             passing = frame(k)
             yield
             for one in passing:
                 one.remove()
 
     if path.suffix.lower() == ".mp4":
-        writer: Any = FFMpegWriter(fps=100 * len(delays) / sum(delays), metadata={"comment": about})  # type: ignore[arg-type]
+        rate = 100 * len(delays[:-1]) / sum(delays[:-1])  # the last frame may stay longer
+        writer: Any = FFMpegWriter(fps=rate, metadata={"comment": about})  # type: ignore[arg-type]
         with writer.saving(figure, path, dpi=100):
-            for _ in drawn():
-                writer.grab_frame()
+            for delay, _ in zip(delays, drawn(range(len(delays))), strict=True):
+                for _ in range(max(round(delay * rate / 100), 1)):
+                    writer.grab_frame()
         return
     canvas: Any = FigureCanvasAgg(figure)
-    frames = []
-    for _ in drawn():
-        canvas.draw()
-        frames.append(Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB"))
+
+    def pictures(numbers: Iterable[int]) -> Iterator[Any]:
+        for _ in drawn(numbers):
+            canvas.draw()
+            yield Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
+
     # One color table for all frames, from a few of them; dither would flicker.
-    some = [np.asarray(one) for one in frames[:: max(len(frames) // 6, 1)]]
+    some = [np.asarray(one) for one in pictures(range(0, len(delays), max(len(delays) // 6, 1)))]
     color_table = Image.fromarray(np.concatenate(some)).quantize(255, dither=Image.Dither.NONE)
-    first, *others = (one.quantize(palette=color_table, dither=Image.Dither.NONE) for one in frames)
+    first, *others = (
+        one.quantize(palette=color_table, dither=Image.Dither.NONE) for one in pictures(range(len(delays)))
+    )
     times = [10 * delay for delay in delays]
     first.save(path, save_all=True, append_images=others, duration=times, loop=0, comment=about.encode("ascii"))

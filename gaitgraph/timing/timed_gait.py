@@ -43,8 +43,7 @@ from gaitgraph.io.formats import (
     write_tables,
 )
 from gaitgraph.io.servo_map import clipped_rows
-from gaitgraph.surface.adjacency import text_from_types
-from gaitgraph.surface.sheets import family_codes, family_types
+from gaitgraph.surface.sheets import family_codes, family_types, text_from_types
 from gaitgraph.timing.laws import DEFAULT_LAW, LAWS, STRAIGHT, LawName, located
 from gaitgraph.validation.report import RATE_UNITS, limit_check
 from gaitgraph.validation.validating import validate

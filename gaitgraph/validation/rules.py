@@ -17,7 +17,6 @@ import numpy.typing as npt
 
 from gaitgraph.angles import angle_within, checked_number
 from gaitgraph.invertibility.segment_bounds import Least, largest_residual
-from gaitgraph.surface.adjacency import neighbors_allowed, text_from_types
 from gaitgraph.surface.sheets import (
     DEFAULT_CROSSING_TOLERANCE,
     FAMILIES,
@@ -27,6 +26,8 @@ from gaitgraph.surface.sheets import (
     family_jumps,
     family_of,
     family_types,
+    neighbors_allowed,
+    text_from_types,
 )
 from gaitgraph.validation.report import Check, GaitPoint
 
