@@ -282,7 +282,7 @@ def test_roll_pitch_diagram_of_blue_turns_on_rounding() -> None:
     for gait, verdict, curves in (
         (gg.lift(points, "blue", coefficients=EXACT), "singular at every attitude", 0),
         (gg.lift(points, "blue"), "no singular attitude", 0),
-        (three, "level flight singular at times", 48),
+        (three, "singular in level flight", 48),
     ):
         ax = plots.roll_pitch_diagram(gait, ax=Figure().add_subplot())
         assert legend_of(ax) == [f"gait:\n{verdict}"]
