@@ -21,7 +21,9 @@ from gaitgraph.invertibility.matrices import Coefficients, CoefficientsLike, coe
 from gaitgraph.invertibility.tilt_margins import least_tilt_margin
 from gaitgraph.io.formats import gait_of, given_gait, naming_file
 from gaitgraph.plots import axes as base, gaits, planes
+from gaitgraph.plots.objects import PANELS, draw_panel
 from gaitgraph.plots.vehicles import vehicle_figure
+from gaitgraph.timing.timed_gait import timed_gait_of
 from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
 
 if TYPE_CHECKING:
@@ -31,6 +33,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from gaitgraph.io.formats import GaitLike
+    from gaitgraph.timing.timed_gait import TimedGait
 
     Drawing = Callable[[Figure, "_FigureInput"], Any]
 
@@ -41,6 +44,7 @@ class _FigureInput(NamedTuple):
     divisions: int
     gait: Any  # of the figure gait: a gait, timed gait or table
     polyline: Gait | None  # of a table
+    timed: TimedGait  # of the same gait
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,6 +131,10 @@ def _attitudes(figure: Figure, of: _FigureInput, *, number: int, eta: float, mor
             ax.set_ylabel(ax.get_ylabel() if ax.get_subplotspec().is_first_col() else "")
 
 
+def _own(figure: Figure, of: _FigureInput, *, panel: str) -> None:
+    draw_panel(of.timed, panel, ax=figure.add_subplot())
+
+
 def _figures() -> dict[str, PaperFigure]:
     order = "The roots of a node are ordered by α3, then α4: the solver's order in the paper is not known."
     rounded = "Blue has a sign of R only because the paper's coefficients have four digits; with exact ones R = 0."
@@ -180,7 +188,10 @@ def _figures() -> dict[str, PaperFigure]:
                 "taken as exact; straight lines between the printed vertices."
             )
             drawings[f"{name}b"] = 170, 84, partial(_attitudes, number=number, eta=eta, more=True)
-    names = (*map(str, range(1, 23)), "18b", "19b", "22b", "regions", "gait")
+    for name, words in PANELS.items():
+        captions[name] = f"A gait's {words}. Physics is exact; Gait 3 unless another is given."
+        drawings[name] = 130, 122, partial(_own, panel=name)
+    names = (*map(str, range(1, 23)), "18b", "19b", "22b", "regions", "gait", *PANELS)
     return {name: PaperFigure(name, captions[name], drawings[name][:2], drawings[name][2]) for name in names}
 
 
@@ -200,9 +211,10 @@ def names_of_figures(texts: Sequence[str | int]) -> tuple[str, ...]:
         span = re.fullmatch(r"([0-9]{1,3})(?:\s*-\s*([0-9]{1,3}))?", part)
         names = [str(number) for number in range(int(span[1]), int(span[2] or span[1]) + 1)] if span else [part]
         if not names or not set(names) <= set(FIGURES):
-            got = f"{shown(part)}{did_you_mean(part, ['regions', 'gait'])}"
+            got = f"{shown(part)}{did_you_mean(part, ['regions', 'gait', *PANELS])}"
             raise InputError(
-                f"only must be some of 1 to 22, ranges such as 9-14, 18b, 19b, 22b, regions and gait, got {got}"
+                "only must be some of 1 to 22, ranges such as 9-14, 18b, 19b, 22b, "
+                f"{', '.join(['regions', 'gait', *PANELS])}, got {got}"
             )
         asked.update(names)
     return tuple(name for name in FIGURES if name in asked)
@@ -221,8 +233,8 @@ def draw(
     `name` is one of FIGURES, `vehicle` by default the paper's. Other vehicles have no four-digit coefficients: 18b, 19b
     and 22b then show the same as 18, 19 and 22. If their spins are opposite, the loops of Gaits 1 to 4 are mirrored in
     the origin. `coefficients` are by default "published" for the paper's vehicle, "exact" for others. `gait` is that of
-    the figure "gait" in any form, by default Gait 3; vehicle and coefficients apply to it if it is a table. `divisions`
-    is the number of grid intervals in [−π/2, π/2].
+    the figures of a gait, in any form, by default Gait 3; vehicle and coefficients apply to it if it is a table.
+    `divisions` is the number of grid intervals in [−π/2, π/2].
     """
     names = names_of_figures([name])
     if len(names) != 1:
@@ -232,9 +244,10 @@ def draw(
     given = paper_gait(3, chosen, numbers) if gait is None else given_gait(gait)
     polyline = gait_of(given, vehicle=vehicle, coefficients=coefficients) if isinstance(given, Table) else None
     known = FIGURES[names[0]]
+    timed = timed_gait_of(given, **({} if polyline is None else {"vehicle": vehicle, "coefficients": coefficients}))
     with base.paper_style():
         figure = base.blank_figure(*known.size)
-        known.drawing(figure, _FigureInput(chosen, numbers, divisions, given, polyline))
+        known.drawing(figure, _FigureInput(chosen, numbers, divisions, given, polyline, timed))
         if known.name in map(str, range(3, 15)):
             figure.suptitle(known.title, fontsize=9)
     return figure
@@ -263,9 +276,9 @@ def write_figures(
     if isinstance(source, Table):
         with naming_file(gait):
             gait_of(source, vehicle=vehicle, coefficients=coefficients)
-    names = tuple(FIGURES) if only is None else names_of_figures(only)
-    if gait is not None and "gait" not in names:
-        raise InputError(f"gait has an effect on the figure gait only, and only selects {', '.join(names)}")
+    names = tuple(name for name in FIGURES if name not in PANELS) if only is None else names_of_figures(only)
+    if gait is not None and not {"gait", *PANELS} & set(names):
+        raise InputError(f"gait has an effect on figures of a gait only, and only selects {', '.join(names)}")
     kinds = tuple(dict.fromkeys(formats))
     for kind in kinds or ("none",):
         checked_choice("format", kind, base.FORMATS)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import base64
 import re
+from dataclasses import replace
 from html import escape
 from textwrap import fill, shorten
 from typing import TYPE_CHECKING, Any
@@ -14,11 +15,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gaitgraph.errors import InputError, MissingConstant, MissingExtra, shown as shown_value
-from gaitgraph.gait.gait import Gait
-from gaitgraph.invertibility.matrices import coefficients_of
+from gaitgraph.gait.gait import Gait, name_of
+from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, coefficients_of, hover_thrust_shares, least_singular_value
 from gaitgraph.planning.planner import Plan
 from gaitgraph.plots import axes as base
-from gaitgraph.plots.gaits import draw_angles, gait_loop
+from gaitgraph.plots.gaits import ANGLE_LOOKS, draw_angles, gait_loop, roll_pitch_diagram
 from gaitgraph.plots.planes import draw_zeros_of_R
 from gaitgraph.plots.vehicles import FROM_ABOVE, draw_vehicle, vehicle_view
 from gaitgraph.surface.admissible import admissible_region
@@ -32,11 +33,17 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from gaitgraph.invertibility.matrices import FloatArray
+    from gaitgraph.planning.any_angle import Location
 
     Shown = Gait | TimedGait | Plan | Report | Region | Vehicle
 
 _MOST_CHECKED = 2000  # corners of a gait that is judged at once, in 0.1 s
 _MOST_SHOWN = 60  # parts of a region
+_FINE = 401  # points of a curve over a period
+_SINGULAR = 1e-3  # least singular value below which hover thrusts are not drawn
 _COARSE = 1e-3  # accuracy of the borders of a drawn region [rad]
 _MARKS = {"ok": ("yes", "✓"), "NO": ("no", "✗"), "??": ("partly", "?")}
 
@@ -53,6 +60,79 @@ def plot(shown: Shown, *, ax: Axes | None = None) -> Axes:
     title = shown.verdict if isinstance(shown, Report) else str(shown).partition("\n")[0].rstrip(":")
     ax.set_title(fill(re.sub(r"-(?=\d)", "−", title), 80), fontsize=9)
     return ax
+
+
+PANELS = {
+    "loop": "loop on the map",
+    "angles": "tilt angles",
+    "thrusts": "hover thrusts",
+    "attitudes": "acceptable attitudes",
+    "singular_value": "least singular value",
+}
+"""The pictures of a gait's own set, by name."""
+
+
+def draw_panel(timed: TimedGait, panel: str, *, name: str = "", ax: Axes) -> None:
+    """Draw one of :data:`PANELS` of a timed gait over a period; physics is exact, and level but for attitudes."""
+    gait, vehicle = timed.gait, timed.gait.vehicle
+    t = np.linspace(0.0, timed.period, _FINE)
+    alpha = timed.at(t)[0]
+    value = least_singular_value(alpha, vehicle)
+    if panel == "loop":
+        plot(gait, ax=ax)
+    elif panel == "attitudes":
+        roll_pitch_diagram(replace(gait, coefficients=coefficients_of(vehicle, "exact")), name="gait", ax=ax)
+    elif panel == "angles":
+        draw_angles(ax, t, alpha)
+    elif panel == "singular_value":
+        ax.plot(t, value, color="black", linewidth=1.6, label="least singular value, level")
+        ax.axhline(DEFAULT_FLOOR, color=base.RED, linewidth=0.9, linestyle="--", label=f"floor {DEFAULT_FLOOR:g}")
+        ax.set(ylabel="least singular value (dimensionless)", ylim=(0.0, max(0.6, 1.1 * float(value.max()))))
+    elif value.min() > _SINGULAR:
+        for k, look in enumerate(ANGLE_LOOKS):
+            ax.plot(t, 4.0 * hover_thrust_shares(alpha, vehicle)[:, k], label=f"rotor {k + 1}", **look)
+        if vehicle.thrust_share is not None:
+            ax.axhline(4.0 * vehicle.thrust_share, color=base.RED, linewidth=0.9, linestyle="--", label="limit")
+        ax.set(ylabel="hover thrust (weight / 4)", ylim=(min(0.0, ax.get_ylim()[0]), None))
+    else:
+        words = "singular in level flight:\nno hover thrusts"
+        ax.text(0.5, 0.5, words, transform=ax.transAxes, ha="center", va="center")
+    if panel in ("angles", "thrusts", "singular_value"):
+        ax.set(xlabel="$t$ (s)", xlim=(0.0, timed.period))
+        ax.grid(True)
+        base.legend_below(ax, ncols=4 if len(ax.get_legend_handles_labels()[0]) > 2 else 2)
+    ax.set_title(f"{name or name_of(gait)}: {PANELS[panel]}", fontsize=9)
+
+
+def compared(gaits: Sequence[tuple[str, TimedGait]]) -> Figure:
+    """Return a figure with a row of all panels for each gait; the scales of a column are the same."""
+    figure = base.blank_figure(80.0 * len(PANELS), 84.0 * len(gaits))
+    axes = figure.subplots(len(gaits), len(PANELS), sharey="col", squeeze=False)
+    for (name, timed), row in zip(gaits, axes, strict=True):
+        for panel, ax in zip(PANELS, row, strict=True):
+            draw_panel(timed, panel, name=name, ax=ax)
+    return figure
+
+
+def located(found: Location, vehicle: Vehicle) -> Figure:
+    """Return a map of admissible regions, their parts with their numbers, and the waypoints as rings."""
+    figure = base.blank_figure(130.0, 140.0)
+    ax = figure.add_subplot()
+    for one in found.regions:
+        _draw_region(ax, one.region, vehicle if one.color == "red" else None, f"{found.use}, {one.color}")
+        for number, part in enumerate(one.region.components, start=1):
+            base.draw_label(ax, part.representative_point().coords[0], str(number))
+    points = np.array([waypoint.point for waypoint in found.regions[0].waypoints]).reshape(-1, 2)
+    if len(points):
+        _draw_rings(ax, points)
+    ax.set_title(f"Admissible regions, vehicle {vehicle.name}", fontsize=9)
+    base.legend_below(ax, ncols=2)
+    return figure
+
+
+def _draw_rings(ax: Axes, points: FloatArray) -> None:
+    ring: dict[str, Any] = {"markersize": 7, "markerfacecolor": "none", "markeredgecolor": "black", "zorder": 5}
+    ax.plot(*points.T, "o", label="waypoints", **ring)
 
 
 def html_of(shown: Shown) -> str:
@@ -188,8 +268,7 @@ def _draw_loop(ax: Axes, shown: Gait | Plan) -> str:
     if waypoints:
         words += "; rings: waypoints"
         points = np.array([point[:2] for point in waypoints], dtype=float)
-        ring: dict[str, Any] = {"markersize": 7, "markerfacecolor": "none", "markeredgecolor": "black", "zorder": 5}
-        ax.plot(*points.T, "o", label="waypoints", **ring)
+        _draw_rings(ax, points)
     for obstacle in () if plan is None or gait is not None else plan.obstacles:
         if obstacle.nearest is not None:
             start = waypoints[obstacle.waypoints[0] - 1][:2]
