@@ -1,80 +1,60 @@
-"""The command compare: gaits side by side."""
+"""The command compare: two gaits side by side."""
 
 from __future__ import annotations
 
+from math import isfinite
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from gaitgraph.cli import PAPER_GAITS, Paths, Working, command, file, one_of, option, print_json, wants_json
+from gaitgraph.cli import PAPER_GAITS, Paths, Working, command, file, option, print_json, wants_json
+from gaitgraph.cli.fly import CLOCK
 
 if TYPE_CHECKING:
     from gaitgraph.timing.timed_gait import TimedGait
 
-_ROWS = {
-    "flyable": "flyable",
-    "valid": "obeys the paper's rules",
-    "reachable_from_hover": "reachable from hover",
-    "color": "color",
-    "length": "length (rad)",
-    "period": "period (s)",
-    "least_singular_value": "least singular value",
-    "tilt_margin_deg": "tilt margin (°)",
-    "acceptable_fraction": "acceptable attitudes",
-    "least_hover_thrust": "least hover thrust (m·g)",
-    "largest_hover_thrust": "largest hover thrust (m·g)",
-    "peak_rate": "peak tilt rate (rad/s)",
-    "peak_acceleration": "peak tilt acceleration (rad/s²)",
-}
+_UNITS = {"length": "rad", "period": "s", "peak_rate": "rad/s", "peak_acceleration": "rad/s²"}
+_UNITS |= dict.fromkeys(("least_hover_thrust", "largest_hover_thrust"), "m·g")
 
 
 @command(
     "Two gaits side by side: verdicts, margins, thrusts, rates.",
     file("first", "A", *PAPER_GAITS),
     file("second", "B", *PAPER_GAITS),
-    option("--period", "SECONDS", "Period T of both.  [default: what the files say, or 1]"),
-    one_of("--law", "smooth", "constant-speed", "equal-time", default="what the files say"),
+    *CLOCK,
     option("--output", "FILE", "Draw both: .png, .svg or .pdf; repeatable.", name="outputs", multiple=True),
-    "force vehicle coefficients json",
+    "force json",
 )
 def compare_command(first: str, second: str, outputs: Paths = (), force: bool = False, **given: Any) -> int:
     """Compare two gaits, each in any form that the other commands take.
 
-    Hover thrusts, in units of the weight, and the least singular value are in level flight.
+    Hover thrusts, in units of the weight, and the least singular value are those of level flight.
     """
     from gaitgraph.plots.axes import check_pictures, write_pictures
     from gaitgraph.timing.timed_gait import timed_gait_of
 
     check_pictures(outputs, force=force)
-    with Working("comparing") as progress:
-        found = []
-        for name in (first, second):
-            progress(f"judging {name}")
-            timed = timed_gait_of(name, **given)
-            found.append((name, timed, _numbers(timed)))
+    with Working("comparing"):
+        timed = [(name, timed_gait_of(name, **given)) for name in (first, second)]
+        found = [{"gait": name, **_numbers(one)} for name, one in timed]
         if outputs:
             from gaitgraph.plots.objects import compared
 
-            progress(f"drawing {', '.join(outputs)}")
-            write_pictures(lambda: compared([(name, timed) for name, timed, _ in found]), outputs, force=force)
+            write_pictures(lambda: compared(timed), outputs, force=force)
     if wants_json():
-        print_json({"gaits": [{"gait": name, **numbers} for name, _, numbers in found], "outputs": list(outputs)})
+        print_json({"gaits": found, "outputs": list(outputs)})
         return 0
-    lines = [["", *(name for name, _, _ in found)]]
-    lines += [[words, *(_text(numbers[key]) for *_, numbers in found)] for key, words in _ROWS.items()]
-    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
-    for line in lines:
-        click.echo("  ".join(text.ljust(width) for text, width in zip(line, widths, strict=True)).rstrip())
-    reasons = [f"{name} is not flyable: {numbers['reason']}" for name, _, numbers in found if numbers["reason"]]
-    for text in (*reasons, *(f"wrote {name}" for name in outputs)):
-        click.echo(text)
+    for name in (name for name in found[0] if name != "reason"):
+        unit = f" ({_UNITS[name]})" if name in _UNITS else ""
+        left, right = (_text(numbers[name]) for numbers in found)
+        click.echo(f"{name.replace('_', ' ') + unit:<34}{left:<22}  {right}")
+    reasons = [f"{one['gait']} is not flyable: {one['reason']}" for one in found if one["reason"]]
+    click.echo("\n".join([*reasons, *(f"wrote {name}" for name in outputs)]))
     return 0
 
 
 def _numbers(timed: TimedGait) -> dict[str, Any]:
-    """Return what is compared of a gait as plain values; None for what does not exist."""
-    from math import isfinite
-
+    """Return what is compared of a gait as plain values; None for what does not exist or is infinite."""
     from gaitgraph.invertibility.segment_bounds import thrust_shares_along
     from gaitgraph.robustness.biased import robustness_of
 
@@ -82,10 +62,7 @@ def _numbers(timed: TimedGait) -> dict[str, Any]:
     upward, least, largest = thrust_shares_along(gait.alpha, gait.ends, gait.vehicle)
     hovers = bool(upward.all()) and report["least_singular_value"].ok
     values = {
-        "flyable": report.flyable,
-        "valid": report.valid,
-        "reachable_from_hover": report.reachable_from_hover,
-        "reason": report.reason,
+        **{name: getattr(report, name) for name in ("flyable", "valid", "reachable_from_hover", "reason")},
         "color": gait.color,
         "length": gait.length,
         "period": timed.period,

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gaitgraph.errors import InputError, MissingConstant, MissingExtra, shown as shown_value
-from gaitgraph.gait.gait import Gait, name_of
+from gaitgraph.gait.gait import Gait, lift, name_of
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, coefficients_of, hover_thrust_shares, least_singular_value
 from gaitgraph.planning.planner import Plan
 from gaitgraph.plots import axes as base
@@ -24,7 +24,7 @@ from gaitgraph.plots.planes import draw_zeros_of_R
 from gaitgraph.plots.vehicles import FROM_ABOVE, draw_vehicle, vehicle_view
 from gaitgraph.surface.admissible import admissible_region
 from gaitgraph.surface.region import Region
-from gaitgraph.surface.sheets import RELATION, red_label
+from gaitgraph.surface.sheets import COLORS, RELATION, red_label
 from gaitgraph.timing.timed_gait import TimedGait
 from gaitgraph.validation.report import Report, lines_of_checks
 from gaitgraph.vehicle import Vehicle
@@ -35,7 +35,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from gaitgraph.invertibility.matrices import FloatArray
     from gaitgraph.planning.any_angle import Location
 
     Shown = Gait | TimedGait | Plan | Report | Region | Vehicle
@@ -81,7 +80,9 @@ def draw_panel(timed: TimedGait, panel: str, *, name: str = "", ax: Axes) -> Non
     if panel == "loop":
         plot(gait, ax=ax)
     elif panel == "attitudes":
-        roll_pitch_diagram(replace(gait, coefficients=coefficients_of(vehicle, "exact")), name="gait", ax=ax)
+        exact = coefficients_of(vehicle, "exact")
+        on_sheet = set(gait.colors) & {*COLORS} and lift(gait.alpha[:, :2], gait.colors, coefficients=exact)
+        roll_pitch_diagram(on_sheet or replace(gait, coefficients=exact), name=name or name_of(gait), ax=ax)
     elif panel == "angles":
         draw_angles(ax, t, alpha)
     elif panel == "singular_value":
@@ -100,7 +101,8 @@ def draw_panel(timed: TimedGait, panel: str, *, name: str = "", ax: Axes) -> Non
     if panel in ("angles", "thrusts", "singular_value"):
         ax.set(xlabel="$t$ (s)", xlim=(0.0, timed.period))
         ax.grid(True)
-        base.legend_below(ax, ncols=4 if len(ax.get_legend_handles_labels()[0]) > 2 else 2)
+        if ax.lines:
+            base.legend_below(ax, ncols=4)
     ax.set_title(f"{name or name_of(gait)}: {PANELS[panel]}", fontsize=9)
 
 
@@ -122,17 +124,16 @@ def located(found: Location, vehicle: Vehicle) -> Figure:
         _draw_region(ax, one.region, vehicle if one.color == "red" else None, f"{found.use}, {one.color}")
         for number, part in enumerate(one.region.components, start=1):
             base.draw_label(ax, part.representative_point().coords[0], str(number))
-    points = np.array([waypoint.point for waypoint in found.regions[0].waypoints]).reshape(-1, 2)
-    if len(points):
-        _draw_rings(ax, points)
-    ax.set_title(f"Admissible regions, vehicle {vehicle.name}", fontsize=9)
+    _draw_rings(ax, [waypoint.point for waypoint in found.regions[0].waypoints])
+    ax.set_title(f"Admissible regions, vehicle {vehicle.name}")
     base.legend_below(ax, ncols=2)
     return figure
 
 
-def _draw_rings(ax: Axes, points: FloatArray) -> None:
-    ring: dict[str, Any] = {"markersize": 7, "markerfacecolor": "none", "markeredgecolor": "black", "zorder": 5}
-    ax.plot(*points.T, "o", label="waypoints", **ring)
+def _draw_rings(ax: Axes, points: Sequence[Sequence[float]]) -> None:
+    look: dict[str, Any] = {"markersize": 7, "markerfacecolor": "none", "markeredgecolor": "black", "zorder": 5}
+    for k, point in enumerate(points):
+        ax.plot(*point[:2], "o", label="_" if k else "waypoints", **look)
 
 
 def html_of(shown: Shown) -> str:
@@ -267,8 +268,7 @@ def _draw_loop(ax: Axes, shown: Gait | Plan) -> str:
         ax.set(xlim=(-end, end), ylim=(-end, end))
     if waypoints:
         words += "; rings: waypoints"
-        points = np.array([point[:2] for point in waypoints], dtype=float)
-        _draw_rings(ax, points)
+        _draw_rings(ax, waypoints)
     for obstacle in () if plan is None or gait is not None else plan.obstacles:
         if obstacle.nearest is not None:
             start = waypoints[obstacle.waypoints[0] - 1][:2]
