@@ -55,17 +55,17 @@ def lazy_names(package: str) -> tuple[Callable[[str], Any], Callable[[], list[st
 
 
 class Pictured:
-    """Base of the objects that have a picture, which :mod:`gaitgraph.plots.objects` draws."""
+    """Base of the objects that have a picture, which :mod:`gaitgraph.plots.gaits` draws."""
 
     __slots__ = ()
 
     def plot(self: Any, *, ax: Axes | None = None) -> Axes:
         """Draw the object on axes, by default those of a new figure; see :func:`gaitgraph.plots.plot`."""
-        from gaitgraph.plots.objects import plot
+        from gaitgraph.plots.gaits import plot
 
         return plot(self, ax=ax)
 
     def _repr_html_(self: Any) -> str:
-        from gaitgraph.plots.objects import html_of
+        from gaitgraph.plots.gaits import html_of
 
         return html_of(self)

@@ -56,7 +56,7 @@ def verdicts(figure: Any) -> list[list[str]]:
 
 
 def test_every_figure_of_the_paper_is_there_and_two_more() -> None:
-    assert tuple(FIGURES) == (*(str(number) for number in range(1, 23)), "18b", "19b", "22b", "regions", "gait")
+    assert tuple(FIGURES) == (*(str(number) for number in range(1, 23)), "18b", "19b", "22b", "regions", "gait", "set")
     assert [FIGURES[name].stem for name in ("1", "16", "18b", "regions")] == [
         *("figure_01", "figure_16", "figure_18b", "figure_regions")
     ]
@@ -181,6 +181,26 @@ def test_the_gait_that_is_given_is_drawn() -> None:
         draw("gait", gait=odd)
 
 
+def test_a_gait_has_a_set_of_its_own(run: Any, folder: Path) -> None:
+    result = run("figures", "gait4", "--format", "png")
+    assert (result.code, result.out.strip()) == (0, f"wrote {Path('figures', 'figure_set.png')}: The set of a gait")
+    loop, _, thrusts, attitudes, value = draw("set", gait="gait4").axes
+    assert loop.get_title() == "Gait 4: loop on the map"
+    shares = np.array([line.get_ydata() for line in thrusts.get_lines()[:4]])
+    assert shares.max() == pytest.approx(4 * 0.6533, rel=1e-3)
+    assert "no singular attitude" in attitudes.get_legend().get_texts()[0].get_text()
+    assert np.min(value.get_lines()[0].get_ydata()) == pytest.approx(0.3208, rel=1e-3)
+    blue = draw("set", gait="gait1").axes
+    assert [text.get_text() for text in blue[2].texts] == ["singular in level flight"]
+    assert "singular at every attitude" in blue[3].get_legend().get_texts()[0].get_text()
+    assert (
+        draw("set", gait=table_of(GAIT4.biased(0.8).parametrize()))
+        .axes[0]
+        .get_title()
+        .startswith("Gait 4 biased by 0.8:")
+    )
+
+
 # The same bytes
 
 
@@ -232,7 +252,7 @@ def test_places_and_settings_that_are_refused(folder: Path) -> None:
     for formats in (["tiff"], [], "gif", [1]):
         with pytest.raises(gg.InputError, match=r"^format must be one of png, svg, pdf, got "):
             write_figures("out", only=["2"], formats=formats)  # type: ignore[arg-type]
-    with pytest.raises(gg.InputError, match="gait has an effect on the figure gait only"):
+    with pytest.raises(gg.InputError, match="gait has an effect on the figures gait and set only"):
         write_figures("out", only=["2"], gait=GAIT4)
     assert sorted(path.name for path in folder.iterdir()) == ["file", "link"]
 

@@ -137,19 +137,14 @@ def test_the_drawn_vehicle_has_the_bodys_attitude(circling: Flight) -> None:
         np.testing.assert_allclose(pushed, 0.62 * shares[:, None] * (camera @ turned @ axes).T, atol=1e-9)
 
 
-def test_frames_of_a_long_film_go_through_the_gait() -> None:
-    """Every fifth second, a gait of one second would seem to stand still."""
-
+def test_a_film_has_25_frames_a_second_and_lasts_a_minute_at_most() -> None:
     def times(seconds: float) -> np.ndarray[Any, Any]:
         flown = SimpleNamespace(rows=[0], flown=seconds, course=SimpleNamespace(timed=SimpleNamespace(period=1.0)))
         return flight_frame_times(flown)[0]  # type: ignore[arg-type]
 
-    for seconds in (900.0, 5000.0):
+    for seconds in (60.0, 5000.0):
         found = times(seconds)
-        assert np.all(np.diff(found) > 0)
-        assert np.abs(found - np.linspace(0.0, seconds, 1501)[:-1])[:-1].max() <= 0.5
-        phases = np.round(found[:-1] % 1.0, 3) % 1.0
-        assert sorted(set(phases.tolist())) == pytest.approx(np.arange(25) / 25)
+        np.testing.assert_allclose(found[:-1], np.linspace(0.0, seconds, 1501)[:-2])
         assert found[-1] == seconds
     np.testing.assert_allclose(times(2.0)[:-1], np.linspace(0.0, 2.0, 51)[:-2], atol=0.01)
 

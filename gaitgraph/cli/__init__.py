@@ -39,7 +39,7 @@ Paths = tuple[str, ...]
 
 COMMANDS = (
     "plan", "validate", "colorings", "cycles", "region", "robustness", "transition", "optimize", "pace", "retarget",
-    "fly", "basin", "study", "roots", "export", "vehicles", "figures", "compare", "explore",
+    "fly", "basin", "study", "roots", "export", "vehicles", "figures", "explore",
 )  # fmt: skip
 """Each is the function NAME_command in the file of its name."""
 
@@ -297,7 +297,7 @@ def file(name: str, metavar: str, *words: str, **more: Any) -> Decorator:
 
         if "" in (value if isinstance(value, tuple) else (value,)):
             raise InputError(f"{metavar.strip('[.]')} must be the name of a file, got ''")
-        if words and value.lower() not in words and not Path(value).suffix and not Path(value).exists():
+        if words and value and value.lower() not in words and not Path(value).suffix and not Path(value).exists():
             hint = did_you_mean(value, words)
             raise InputError(f"{metavar} must be a file, or {' or '.join(words)}, got {shown(value)}{hint}")
         return value
@@ -380,17 +380,6 @@ def request_of(file: str | None, given: Mapping[str, Any]) -> tuple[PlanRequest,
         raise InputError("waypoints must be in a request file or given with --waypoint A1,A2, got neither")
     with named_in_errors(given):
         return request_from_mapping(given) if file is None else read_request(file, given)
-
-
-def open_request_of(file: str | None, given: Mapping[str, Any]) -> PlanRequest:
-    """Return the request of a file, options or both; it may have no waypoints."""
-    from dataclasses import replace
-
-    from gaitgraph.planning.request import stated_request
-
-    if "waypoints" in given or (file is not None and "waypoints" in stated_request(file)):
-        return request_of(file, given)[0]
-    return replace(request_of(file, {**given, "waypoints": [(0.0, 0.0)]})[0], waypoints=())
 
 
 @contextmanager

@@ -6,18 +6,7 @@ from typing import Any
 
 import click
 
-from gaitgraph.cli import (
-    Working,
-    command,
-    flag,
-    one_of,
-    open_request_of,
-    option,
-    print_json,
-    show,
-    wants_json,
-    whole_from,
-)
+from gaitgraph.cli import Working, command, flag, one_of, option, print_json, request_of, show, wants_json, whole_from
 
 
 @command(
@@ -49,10 +38,14 @@ def cycles_command(
     from math import isfinite
 
     from gaitgraph.planning.grid import grid_cycles
+    from gaitgraph.planning.request import stated_request
 
-    request = open_request_of(request_file, given)
+    through = "waypoints" in given or (request_file is not None and "waypoints" in stated_request(request_file))
+    if not through:
+        # A request needs a waypoint; it is not used.
+        given["waypoints"] = [(0.0, 0.0)]
+    request, _ = request_of(request_file, given)
     with Working("building the graph") as progress:
-        through = bool(request.waypoints)
         found = grid_cycles(
             request, through=through, max_length=max_length, use=require, effort=effort, progress=progress
         )

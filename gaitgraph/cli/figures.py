@@ -8,28 +8,23 @@ from typing import Any
 import click
 
 from gaitgraph.cli import PAPER_GAITS, Paths, Working, command, file, one_of, option, print_json, wants_json
-from gaitgraph.errors import InputError
 
-_OWN = ("loop", "angles", "thrusts", "attitudes", "singular_value")  # of a gait
-_NAMES = [*map(str, range(1, 23)), "18b", "19b", "22b", "regions", "gait", *_OWN]
+_NAMES = [*map(str, range(1, 23)), "18b", "19b", "22b", "regions", "gait", "set"]
 
 
 @command(
-    "Draw the figures of the paper, or those of a gait.",
+    "Draw the figures of the paper, or the set of a gait.",
     file("gait_file", "[GAIT_FILE]", *PAPER_GAITS, required=False),
-    option("--only", "NAME", "1 to 22, 9-14, 18b, regions, gait, loop …; repeatable.", words=_NAMES, multiple=True),
+    option("--only", "NAME", "1 to 22, 9-14, 18b, regions, gait, set; repeatable.", words=_NAMES, multiple=True),
     option("--out", "DIR", "Folder, created if missing.  [default: figures]", default="figures"),
     one_of("--format", "png", "svg", "pdf", of="Repeatable: ", default="png, svg", name="formats", multiple=True),
-    option("--gait", "GAIT_FILE", "Gait of the figure gait.  [default: Gait 3]"),
+    option("--gait", "GAIT_FILE", "Gait of the figures gait and set.  [default: Gait 3]"),
     "force vehicle coefficients json",
 )
-def figures_command(
-    out: str, formats: Paths = (), gait: str | None = None, gait_file: str | None = None, **given: Any
-) -> int:
+def figures_command(out: str, formats: Paths = (), gait_file: str | None = None, **given: Any) -> int:
     """Draw Figures 1 to 22 of the paper, the exact regions, and a gait in four dimensions.
 
-    With GAIT_FILE draw that gait's own set instead: loop, angles, thrusts, attitudes and singular_value.
-
+    With GAIT_FILE draw its own set: loop on the map, angles, hover thrusts, attitudes and least singular value.
     With exact coefficients, the default for any vehicle but the paper's, blue has R = 0 and is shown as singular.
     Needs matplotlib: pip install 'gaitgraph[plot]'.
     """
@@ -39,11 +34,7 @@ def figures_command(
     if formats:
         given["formats"] = [name.lower() for name in formats]
     if gait_file is not None:
-        if gait is not None:
-            raise InputError(f"--gait {gait} cannot be combined with GAIT_FILE {gait_file!r}")
-        given = {"only": _OWN, **given}
-    if gait is not None or gait_file is not None:
-        given["gait"] = gait_file or gait
+        given = {"only": ("set",), "gait": gait_file} | given
     with Working("drawing") as progress:
         written = write_figures(out, progress=progress, **given)
     known = {figure.stem: figure for figure in FIGURES.values()}

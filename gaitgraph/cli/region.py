@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
-from gaitgraph.cli import Paths, Working, command, one_of, open_request_of, option, show
+from gaitgraph.cli import Paths, Working, command, one_of, option, request_of, show
 
 
 @command(
@@ -25,14 +26,13 @@ def region_command(
     waypoints, so that no closed gait passes them, or if there is no part.
     """
     from gaitgraph.planning.any_angle import location_of
-    from gaitgraph.plots.axes import check_pictures, write_pictures
+    from gaitgraph.plots.gaits import write_regions
 
-    check_pictures(outputs, force=force)
-    request = open_request_of(request_file, given)
+    request, _ = request_of(request_file, given if request_file else {"waypoints": [(0.0, 0.0)], **given})
+    if request_file is None and "waypoints" not in given:
+        request = replace(request, waypoints=())
     with Working("computing the region"):
         found = location_of(request, use=use)
         if outputs:
-            from gaitgraph.plots.objects import located
-
-            write_pictures(lambda: located(found, request.vehicle), outputs, force=force)
+            write_regions(found, request.vehicle, outputs, force=force)
     return show(found, lines=[f"wrote {name}" for name in outputs], more={"outputs": list(outputs)})

@@ -366,20 +366,15 @@ def paper_gait(number: int, vehicle: Vehicle, coefficients: Coefficients) -> Gai
 
 
 def name_of(gait: Gait) -> str:
-    """Return the name of a gait in pictures: "Gait 3", "Gait 3 biased by 0.8", or else its color.
-
-    >>> name_of(lift([(0.4, -1.2), (0.4, -0.4)], "red"))
-    'Red gait'
-    """
+    """Return the name of a gait in pictures: "Gait 3", "Gait 3 biased by 0.8", or else its color."""
     rows = gait.vertices(1e-6) if len(gait.alpha) > 4 else gait.alpha
     rows = rows[np.lexsort(rows[:, 1::-1].round(3).T)]
     for number in _LOOPS:
         known = paper_gait(number, gait.vehicle, gait.coefficients).alpha
         known = known[np.lexsort(known[:, 1::-1].round(3).T)]
-        if rows.shape == known.shape and np.allclose(rows[:, :2], known[:, :2], atol=2e-3):
-            eta = float((rows[:, 2:] * known[:, 2:]).sum() / (known[:, 2:] ** 2).sum())
-            if eta > 0.01 and np.allclose(rows[:, 2:], eta * known[:, 2:], atol=2e-3):
-                return f"Gait {number}" + (f" biased by {eta:.3g}" if eta < 0.998 else "")
+        eta = (rows * known)[:, 2:].sum() / (known[:, 2:] ** 2).sum() if rows.shape == known.shape else 0.0
+        if eta > 0 and np.allclose(rows, known * [1, 1, eta, eta], atol=2e-3):
+            return f"Gait {number}" + (f" biased by {eta:.3g}" if eta < 0.998 else "")
     return f"{gait.color.capitalize()} gait" if gait.color else "Gait on neither sheet"
 
 

@@ -312,8 +312,7 @@ class RegionLocation:
     def joined(self) -> bool:
         """Whether one part of the region, or parts that touch, hold all waypoints."""
         points = [waypoint.point for waypoint in self.waypoints]
-        inside = all(waypoint.part is not None for waypoint in self.waypoints) and bool(self.region.components)
-        return inside and all(self.region.joined(points[0], other) for other in points[1:])
+        return all(self.region.joined(points[0], other) for other in points)
 
     def as_mapping(self) -> dict[str, Any]:
         """Return plain values, ready for JSON."""

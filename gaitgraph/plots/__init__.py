@@ -18,9 +18,9 @@ if TYPE_CHECKING:
         basin_map as basin_map,
         gait_in_four_dimensions as gait_in_four_dimensions,
         gait_loop as gait_loop,
+        plot as plot,
         roll_pitch_diagram as roll_pitch_diagram,
     )
-    from gaitgraph.plots.objects import plot as plot
     from gaitgraph.plots.planes import (
         adjacency_rule as adjacency_rule,
         regions_map as regions_map,

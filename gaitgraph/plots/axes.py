@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from gaitgraph.angles import HALF_PI, text_from_angle
 from gaitgraph.errors import InputError, needs_extra, shown
-from gaitgraph.files import check_new_files, write_whole
+from gaitgraph.files import write_whole
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Iterator, Sequence
 
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
@@ -178,21 +178,12 @@ def draw_label(ax: Axes, place: Any, text: str, color: str = "black") -> None:
     ax.text(place[0], place[1], text, color=color, ha="center", va="center", zorder=6)
 
 
-def check_pictures(paths: Sequence[str | Path], *, force: bool = False) -> None:
-    """Raise before any work is done if a picture cannot be written: wrong suffix, no matplotlib, existing file."""
-    for path in map(Path, paths):
-        if path.suffix.lower()[1:] not in FORMATS:
-            raise InputError(f"output of a picture must end in .png, .svg or .pdf, got {str(path)!r}")
-        require_matplotlib()
-    check_new_files(paths, force=force)
-
-
-def write_pictures(draw: Callable[[], Figure], paths: Sequence[str | Path], *, force: bool = False) -> None:
-    """Write the figure that a function draws to files, whole or not at all."""
-    for path in map(Path, paths):
-        with paper_style():
-            kind: Any = path.suffix.lower()[1:]
-            write_whole([(path, picture_bytes(draw(), kind))], force=force)
+def write_pictures(figure: Figure, paths: Sequence[str | Path], *, force: bool = False) -> None:
+    """Write a figure to .png, .svg or .pdf files, whole or not at all."""
+    kinds: dict[Path, Any] = {Path(path): Path(path).suffix.lower()[1:] for path in paths}
+    if not {*kinds.values()} <= {*FORMATS}:
+        raise InputError(f"output of a picture must end in .png, .svg or .pdf, got {shown(list(map(str, paths)))}")
+    write_whole([(path, picture_bytes(figure, kind)) for path, kind in kinds.items()], force=force)
 
 
 def picture_bytes(figure: Figure, kind: Format) -> bytes:

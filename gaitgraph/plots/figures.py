@@ -21,7 +21,6 @@ from gaitgraph.invertibility.matrices import Coefficients, CoefficientsLike, coe
 from gaitgraph.invertibility.tilt_margins import least_tilt_margin
 from gaitgraph.io.formats import gait_of, given_gait, naming_file
 from gaitgraph.plots import axes as base, gaits, planes
-from gaitgraph.plots.objects import PANELS, draw_panel
 from gaitgraph.plots.vehicles import vehicle_figure
 from gaitgraph.timing.timed_gait import timed_gait_of
 from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
@@ -33,7 +32,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from gaitgraph.io.formats import GaitLike
-    from gaitgraph.timing.timed_gait import TimedGait
 
     Drawing = Callable[[Figure, "_FigureInput"], Any]
 
@@ -44,7 +42,6 @@ class _FigureInput(NamedTuple):
     divisions: int
     gait: Any  # of the figure gait: a gait, timed gait or table
     polyline: Gait | None  # of a table
-    timed: TimedGait  # of the same gait
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,8 +128,9 @@ def _attitudes(figure: Figure, of: _FigureInput, *, number: int, eta: float, mor
             ax.set_ylabel(ax.get_ylabel() if ax.get_subplotspec().is_first_col() else "")
 
 
-def _own(figure: Figure, of: _FigureInput, *, panel: str) -> None:
-    draw_panel(of.timed, panel, ax=figure.add_subplot())
+def _set(figure: Figure, of: _FigureInput) -> None:
+    rows: Any = of.polyline and {"vehicle": of.polyline.vehicle, "coefficients": of.polyline.coefficients}
+    gaits.draw_sheet(figure, [timed_gait_of(of.gait, **(rows or {}))])
 
 
 def _figures() -> dict[str, PaperFigure]:
@@ -149,6 +147,8 @@ def _figures() -> dict[str, PaperFigure]:
         "17": f"Gaits 1 to 3 on the map of types. Pale bands are the loops of (α1, α2). {rounded}",
         "regions": "Exact regions of the (α1, α2) plane on the red sheet. Left: signs of R, positive hover thrusts "
         "(hatched), and the largest thrust of a rotor in units of the weight. Right: the least singular value.",
+        "set": "The set of a gait. Its loop on the map, tilt angles, level hover thrusts, acceptable attitudes, and "
+        "least singular value, with exact physics; Gait 3 unless another is given.",
         "gait": "A gait in four dimensions over its period. Angles in time, the loop on the map of types, and three "
         "projections with the + planes (red) and − planes (blue, dashed); Gait 3 unless another is given.",
     }
@@ -159,6 +159,7 @@ def _figures() -> dict[str, PaperFigure]:
         "16": (170, 173, _types),
         "17": (170, 177, _loops),
         "regions": (170, 93, _regions),
+        "set": (400, 84, _set),
         "gait": (170, 120, lambda figure, of: gaits.gait_in_four_dimensions(of.gait, gait=of.polyline, axes=figure)),
     }
     for name, (which, angle) in zip("345678", product(("first", "other", "both"), (3, 4)), strict=True):
@@ -188,10 +189,7 @@ def _figures() -> dict[str, PaperFigure]:
                 "taken as exact; straight lines between the printed vertices."
             )
             drawings[f"{name}b"] = 170, 84, partial(_attitudes, number=number, eta=eta, more=True)
-    for name, words in PANELS.items():
-        captions[name] = f"A gait's {words}. Physics is exact; Gait 3 unless another is given."
-        drawings[name] = 130, 122, partial(_own, panel=name)
-    names = (*map(str, range(1, 23)), "18b", "19b", "22b", "regions", "gait", *PANELS)
+    names = (*map(str, range(1, 23)), "18b", "19b", "22b", "regions", "gait", "set")
     return {name: PaperFigure(name, captions[name], drawings[name][:2], drawings[name][2]) for name in names}
 
 
@@ -211,10 +209,9 @@ def names_of_figures(texts: Sequence[str | int]) -> tuple[str, ...]:
         span = re.fullmatch(r"([0-9]{1,3})(?:\s*-\s*([0-9]{1,3}))?", part)
         names = [str(number) for number in range(int(span[1]), int(span[2] or span[1]) + 1)] if span else [part]
         if not names or not set(names) <= set(FIGURES):
-            got = f"{shown(part)}{did_you_mean(part, ['regions', 'gait', *PANELS])}"
+            got = f"{shown(part)}{did_you_mean(part, ['regions', 'gait'])}"
             raise InputError(
-                "only must be some of 1 to 22, ranges such as 9-14, 18b, 19b, 22b, "
-                f"{', '.join(['regions', 'gait', *PANELS])}, got {got}"
+                f"only must be some of 1 to 22, ranges such as 9-14, 18b, 19b, 22b, regions, gait and set, got {got}"
             )
         asked.update(names)
     return tuple(name for name in FIGURES if name in asked)
@@ -233,7 +230,7 @@ def draw(
     `name` is one of FIGURES, `vehicle` by default the paper's. Other vehicles have no four-digit coefficients: 18b, 19b
     and 22b then show the same as 18, 19 and 22. If their spins are opposite, the loops of Gaits 1 to 4 are mirrored in
     the origin. `coefficients` are by default "published" for the paper's vehicle, "exact" for others. `gait` is that of
-    the figures of a gait, in any form, by default Gait 3; vehicle and coefficients apply to it if it is a table.
+    the figures "gait" and "set" in any form, by default Gait 3; vehicle and coefficients apply to it if it is a table.
     `divisions` is the number of grid intervals in [−π/2, π/2].
     """
     names = names_of_figures([name])
@@ -244,10 +241,9 @@ def draw(
     given = paper_gait(3, chosen, numbers) if gait is None else given_gait(gait)
     polyline = gait_of(given, vehicle=vehicle, coefficients=coefficients) if isinstance(given, Table) else None
     known = FIGURES[names[0]]
-    timed = timed_gait_of(given, **({} if polyline is None else {"vehicle": vehicle, "coefficients": coefficients}))
     with base.paper_style():
         figure = base.blank_figure(*known.size)
-        known.drawing(figure, _FigureInput(chosen, numbers, divisions, given, polyline, timed))
+        known.drawing(figure, _FigureInput(chosen, numbers, divisions, given, polyline))
         if known.name in map(str, range(3, 15)):
             figure.suptitle(known.title, fontsize=9)
     return figure
@@ -276,9 +272,9 @@ def write_figures(
     if isinstance(source, Table):
         with naming_file(gait):
             gait_of(source, vehicle=vehicle, coefficients=coefficients)
-    names = tuple(name for name in FIGURES if name not in PANELS) if only is None else names_of_figures(only)
-    if gait is not None and not {"gait", *PANELS} & set(names):
-        raise InputError(f"gait has an effect on figures of a gait only, and only selects {', '.join(names)}")
+    names = tuple(FIGURES) if only is None else names_of_figures(only)
+    if gait is not None and not {"gait", "set"} & {*names}:
+        raise InputError(f"gait has an effect on the figures gait and set only, and only selects {', '.join(names)}")
     kinds = tuple(dict.fromkeys(formats))
     for kind in kinds or ("none",):
         checked_choice("format", kind, base.FORMATS)

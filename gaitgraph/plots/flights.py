@@ -181,22 +181,16 @@ def _draw_panel(ax: Axes, flight: Flight, name: str) -> None:
 
 _MAP = (380 / 480, 134 / 420, 88 / 480, 88 / 420)
 _MOST_SHARE = 2.4  # of the longest line of thrust
-_SLOW = 25  # frames of one period of the arms where evenly spaced frames would be too few
 _CURVE_POINTS = 400
 
 
-def flight_frame_times(flight: Flight) -> tuple[FloatArray, list[int], bool]:
-    """Return the times of a film's frames [s], their durations [1/100 s], and whether the arms are slowed down."""
+def flight_frame_times(flight: Flight) -> tuple[FloatArray, list[int]]:
+    """Return the times of a film's frames [s], evenly spaced, and their durations [1/100 s]."""
     delays = vehicles.frame_delays(max(flight.flown, 1e-6))
     times = np.concatenate([[0.0], np.cumsum(delays)[:-1] / sum(delays)]) * flight.flown
-    period = flight.course.timed.period
-    slowed = bool(times[-1] > (len(times) - 1) * period / 2)
-    if slowed:
-        phases = np.arange(len(times)) / _SLOW
-        times = np.clip((np.round(times / period - phases) + phases) * period, 0.0, flight.flown)
     times[-1] = flight.flown
     delays[-1] += 80
-    return times, delays, slowed
+    return times, delays
 
 
 def flight_view(flight: Flight, row: int) -> VehicleView:
@@ -215,7 +209,7 @@ def quarter_of_weight(flight: Flight) -> float:
     return float(mass * flight.vehicle.gravity / 4.0)
 
 
-def _flight_film(flight: Flight, times: FloatArray, slowed: bool) -> tuple[Figure, Callable[[int], list[Any]]]:
+def _flight_film(flight: Flight, times: FloatArray) -> tuple[Figure, Callable[[int], list[Any]]]:
     """Return the figure of a flight's film, and the function that draws a frame."""
     (arm,) = flight.vehicle.require("arm_length", purpose="a picture of flight")
     t, quarter = flight.column("t"), quarter_of_weight(flight)
@@ -257,7 +251,7 @@ def _flight_film(flight: Flight, times: FloatArray, slowed: bool) -> tuple[Figur
         shares = flight.thrusts[row] / quarter
         x, y, z = np.round(here, 2) + 0.0
         words.set_text(
-            f"t = {t[row]:.2f} s{faster}{', arms slowed down' if slowed else ''}\n"
+            f"t = {t[row]:.2f} s{faster}\n"
             f"x {x:.2f} m   y {y:.2f} m   z {z:.2f} m\n"
             f"thrust {shares.min():.2f} to {shares.max():.2f} × weight/4".replace("-", "−")
         )
@@ -336,9 +330,7 @@ def write_flight(flight: Flight, paths: Sequence[str | Path], *, force: bool = F
     The suffix selects a table (.csv, .json, .npz, .mat, .parquet), a plot over time (.png, .svg, .pdf), or a film
     (.gif, .mp4). The viewer of a film is behind, right and above, and follows the vehicle; the grid on the ground is
     1.8 arm lengths below the start. Lines of thrust are proportional to the thrust up to 2.4 times a quarter of the
-    weight, on the other side of the disc where a rotor pulls. Frames are evenly spaced in time. Where a period has
-    fewer than two, each is moved by up to half a period, so that the arms pass through the gait once in 25 frames; the
-    frames then say that the arms are slowed down.
+    weight, on the other side of the disc where a rotor pulls. A flight of more than a minute is shown in a minute.
     """
     check_flight_outputs(paths, force=force)
     if paths and not len(flight.rows):
@@ -348,9 +340,9 @@ def write_flight(flight: Flight, paths: Sequence[str | Path], *, force: bool = F
         return plot_flight(flight, axes=_panel_axes(PANELS))[0].figure  # type: ignore[no-any-return]
 
     def film(path: Path) -> None:
-        times, delays, slowed = flight_frame_times(flight)
+        times, delays = flight_frame_times(flight)
         with base.paper_style():
-            vehicles.write_frames(*_flight_film(flight, times, slowed), delays, provenance_text(flight.table()), path)
+            vehicles.write_frames(*_flight_film(flight, times), delays, provenance_text(flight.table()), path)
 
     _write(paths, flight.table, figure, film, force=force)
 

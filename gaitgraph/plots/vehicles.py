@@ -296,7 +296,6 @@ def write_films(gait: GaitLike, paths: Sequence[str | Path], *, force: bool = Fa
     table = given if isinstance(given, Table) else table_of(given)
     t = table["t"] - table["t"][0] if "t" in table else np.zeros(1)
     period, shape = float(t[-1]), gait_of(table)
-    vehicle = shape.vehicle
     if not period > 0:
         period, t = 1.0, np.linspace(0.0, 1.0, len(table))
     delays = frame_delays(period)
@@ -305,11 +304,10 @@ def write_films(gait: GaitLike, paths: Sequence[str | Path], *, force: bool = Fa
     def angles_at(times: FloatArray) -> FloatArray:
         return np.stack([np.interp(times, t, column) for column in table.alpha.T])
 
-    seen = vehicle_view(angles_at(phases * period).T, vehicle)
-    name = vehicle.name if len(vehicle.name) <= 32 else vehicle.name[:31] + "…"
+    seen, name = vehicle_view(angles_at(phases * period).T, shape.vehicle), shape.vehicle.name
+    name = name if len(name) <= 32 else name[:31] + "…"
     law, seconds = table.about.get("law"), sum(delays) / 100
-    parts = [name_of(shape), f"vehicle {name}", f"T = {period:g} s", *([law] if isinstance(law, str) else [])]
-    title = " · ".join(parts)
+    title = f"{name_of(shape)} · vehicle {name} · T = {period:g} s" + (f" · {law}" if isinstance(law, str) else "")
     if abs(seconds - period) > max(0.005, 1e-9 * period):
         title += f" (shown {'slower' if seconds > period else 'faster'}: {seconds:g} s)"
     with paper_style():

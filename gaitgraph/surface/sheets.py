@@ -24,13 +24,9 @@ components that remain. Two points with different labels cannot be joined withou
 A red and a blue root lie over every (α1, α2), with α3 and α4 in [−π/2, π/2]. A solution at one end of that range is one
 at the other end too, with the opposite sign of R, and both are counted as roots.
 
-Plane types obey Figure 15, which states which of them may be neighbours on a loop.
-An angle must not step from its + plane to its − plane; it may pass through `?`, where the planes cross. Figure 15 (a)
-states this for one angle, Figure 15 (b) for the pair (α3, α4): both must be allowed, so (?,?) is a neighbour of every
-type.
-
-On a fibre one angle is free and has the type `*`, which may be a neighbour of every type: the fibre holds both planes
-of that angle and all between them, so the angle moves from one to the other without a jump.
+Plane types are neighbours on a loop as in Figure 15: an angle must not step from its + plane to its − plane, but may
+pass through `?`, where the planes cross; (a) is for one angle, (b) for both. A fibre holds both planes of its free
+angle and all between them, so its type `*` may be a neighbour of every type.
 
 In arrays a family is +1 red, −1 blue, 2 the first fibre, 3 the second, 0 none.
 """
@@ -87,7 +83,6 @@ FREE = 2  # the code of the type `*`, of an angle that is free on a fibre, besid
 _TYPE_MARKS = {1: "+", 0: "?", -1: "-", FREE: "*"}
 _TYPE_CODES = {"−": -1, **{mark: code for code, mark in _TYPE_MARKS.items()}}
 _TYPES_TEXT = re.compile(r"\(\s*([+?−*-])\s*,\s*([+?−*-])\s*\)")
-
 _CODES = {"red": 1, "blue": -1, "fiber1": FIRST, "fiber2": SECOND}
 # The columns, two for each family, are the linear forms of α that are constant on it: α3 ∓ α1 and α4 ∓ α2 on the
 # sheets, the two fixed angles on a fibre.
