@@ -184,13 +184,14 @@ def test_the_gait_that_is_given_is_drawn() -> None:
 def test_a_gait_has_a_set_of_its_own(run: Any, folder: Path) -> None:
     result = run("figures", "gait4", "--format", "png")
     assert (result.code, result.out.strip()) == (0, f"wrote {Path('figures', 'figure_set.png')}: The set of a gait")
-    loop, _, thrusts, attitudes, value = draw("set", gait="gait4").axes
+    axes: Any = draw("set", gait="gait4").axes
+    loop, _, thrusts, attitudes, value = axes
     assert loop.get_title() == "Gait 4: loop on the map"
     shares = np.array([line.get_ydata() for line in thrusts.get_lines()[:4]])
     assert shares.max() == pytest.approx(4 * 0.6533, rel=1e-3)
     assert "no singular attitude" in attitudes.get_legend().get_texts()[0].get_text()
     assert np.min(value.get_lines()[0].get_ydata()) == pytest.approx(0.3208, rel=1e-3)
-    blue = draw("set", gait="gait1").axes
+    blue: Any = draw("set", gait="gait1").axes
     assert [text.get_text() for text in blue[2].texts] == ["singular in level flight"]
     assert "singular at every attitude" in blue[3].get_legend().get_texts()[0].get_text()
     assert (
