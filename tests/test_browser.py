@@ -470,6 +470,14 @@ def test_a_broken_table_is_marked_where_it_breaks(page: Page, tmp_path: Path) ->
     )
     assert min(math.hypot(x - left, y - top) for x, y in places) < 3
     assert page.js("return document.getElementById('use-request').checkVisibility()") is False
+    assert page.js("return document.getElementById('welcome').hidden")  # the ghost of a first visit is gone
+    assert page.count(".path.ghost") == 0
+    page.size(*NARROW)
+    for name in ("headline", "reason"):
+        box = f"document.getElementById('{name}')"
+        assert page.js(f"return {box}.getBoundingClientRect().right <= innerWidth"), name
+        assert page.js(f"return {box}.scrollWidth <= {box}.clientWidth"), name
+    page.size(*WIDE)
     page.id("close-table").click()
     assert page.headline() == "No waypoints yet"
     assert page.count(".broken") == 0

@@ -428,7 +428,7 @@ async function showGhost() {
   const { name: _name, ...gait } = setup.paper_gaits[FIRST_GAIT];
   const { view: _view, ...begin } = startOf(setup);
   const found = await planOf({ ...begin, ...gait });
-  if (plan && plan.status !== "empty") return;
+  if (table || (plan && plan.status !== "empty")) return;
   ghost = found;
   map.showGhost(ghost);
   byId("welcome").hidden = false;
@@ -469,6 +469,7 @@ function bindTable() {
   bindFile(setup.limits.table_bytes, {
     onReport(report) {
       table = report;
+      dropGhost();
       problem(null);
       map.select(null);
       showTab("table");
