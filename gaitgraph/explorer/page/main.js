@@ -230,6 +230,7 @@ function showFound() {
     move: (index, point) => commit({ waypoints: store.state.waypoints.with(index, point) }),
     allowValid: () => commit({ require: "valid" }),
   });
+  if (ghost) byId("reason").textContent = `The vehicle flies ${setup.paper_gaits[FIRST_GAIT].name} of the paper`;
   showReport(byId("report"), report, advice, {
     point: (where) => map.point(where),
     take: ({ color, sign, flyable }) => commit({ color, sign, require: flyable ? "flyable" : "valid" }),

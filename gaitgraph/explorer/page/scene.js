@@ -241,7 +241,7 @@ export function sceneIn(root, canvas, context, pause, onLost) {
       level * Math.sin(view.azimuth),
       away * Math.sin(view.elevation),
     );
-    camera.lookAt(0, 0, -0.27);
+    camera.lookAt(0, 0, -0.36);
     camera.updateProjectionMatrix();
     return true;
   }
