@@ -41,6 +41,8 @@ UNITS = {
     "max_tilt_jerk": "rad/s³",
     "max_thrust": "N",
     "servo_lag": "s",
+    "rotor_lag": "s",
+    "rotor_height": "m",
     "arm_inertia": "kg m²",
     "rotor_inertia": "kg m²",
 }
@@ -77,6 +79,10 @@ class Vehicle(Pictured):
         Largest thrust of one rotor [N].
     servo_lag
         Time constant of the tilt servos as first-order lags [s].
+    rotor_lag
+        Time constant of the rotors' thrusts as first-order lags [s]; flight alone uses it.
+    rotor_height
+        Height h of the rotors above the centre of mass, along body z [m]; negative below, at most ten arm lengths.
     arm_inertia, rotor_inertia
         Moment of inertia of one tilting arm with its rotor about its tilt axis, part of `inertia`, and of one rotor
         about its spin axis [kg m²].
@@ -84,7 +90,8 @@ class Vehicle(Pictured):
     Raises
     ------
     InputError
-        If a value is not a positive finite number (or angle), or if constants contradict each other or leave κ open.
+        If a value is not a positive finite number (or angle), or if constants contradict each other or leave κ open,
+        or if the rotor height is not zero and there is no arm length, or one below a tenth of it.
 
     Examples
     --------
@@ -109,6 +116,8 @@ class Vehicle(Pictured):
     max_tilt_jerk: float | None = None
     max_thrust: float | None = None
     servo_lag: float | None = None
+    rotor_lag: float | None = None
+    rotor_height: float = 0.0
     arm_inertia: float | None = None
     rotor_inertia: float | None = None
 
@@ -118,7 +127,7 @@ class Vehicle(Pictured):
         if not isinstance(name := stated["name"], str) or not name or not name.isprintable():
             raise InputError(f"vehicle name must be a printable, non-empty text, got {shown(name)}")
         for field in UNITS:
-            if field != "inertia" and (stated[field] is not None or field == "gravity"):
+            if field not in ("inertia", "rotor_height") and (stated[field] is not None or field == "gravity"):
                 stated[field] = _positive(field, stated[field])
         if (inertia := stated["inertia"]) is not None:
             if not isinstance(inertia, (list, tuple)) or len(inertia) != 3:
@@ -147,6 +156,7 @@ class Vehicle(Pictured):
             )
         if not 1e-9 <= stated["drag_ratio"] <= 1e9:
             raise InputError(f"drag_ratio must be between 1e-9 and 1e9 (dimensionless), got {stated['drag_ratio']!r}")
+        stated["rotor_height"] = _height(stated["rotor_height"], stated["arm_length"])
         for field, value in stated.items():
             object.__setattr__(self, field, value)  # the record is frozen
 
@@ -154,6 +164,11 @@ class Vehicle(Pictured):
     def signed_drag_ratio(self) -> float:
         """κ, negative if the spins are mirrored against the paper's, as the formulas use it."""
         return self.drag_ratio if self.first_rotor_spin == "clockwise" else -self.drag_ratio
+
+    @property
+    def height_ratio(self) -> float:
+        """H = h/L, the rotor height in arm lengths, as the formulas use it; 0 at the height of the centre of mass."""
+        return self.rotor_height / self.arm_length if self.rotor_height and self.arm_length else 0.0
 
     @property
     def carries_published_coefficients(self) -> bool:
@@ -201,6 +216,7 @@ class Vehicle(Pictured):
         """Return the stated constants as plain values, in a fixed order; read back by vehicle_from_mapping."""
         values = {name: getattr(self, name) for name in _FIELDS}
         values["inertia"] = None if self.inertia is None else list(self.inertia)
+        values["rotor_height"] = self.rotor_height or None  # rotors at the height of the centre of mass: not said
         return {name: value for name, value in values.items() if value is not None}
 
     def as_short_mapping(self) -> dict[str, Any]:
@@ -239,6 +255,16 @@ def _positive(name: str, value: object) -> float:
     if not 1e-30 <= number <= 1e30:
         raise InputError(f"{name} must be a positive finite number ({UNITS[name]}), got {shown(value)}")
     return number
+
+
+def _height(height: object, arm_length: float | None) -> float:
+    number = number_of(height)
+    if number and arm_length is None:
+        raise InputError(f"rotor_height must be 0 m without an arm_length, got {shown(height)}; state arm_length (m)")
+    largest = 10 * (arm_length or 0.0)
+    if not abs(number) <= largest * (1 + 1e-12):
+        raise InputError(f"rotor_height must be within ±{largest:g} m, ten arm lengths, got {shown(height)}")
+    return number + 0.0  # -0.0 is 0.0
 
 
 PAPER = Vehicle(

@@ -17,7 +17,7 @@ from gaitgraph.vehicle import PAPER, UNITS, Vehicle, vehicle_from_mapping, vehic
 if TYPE_CHECKING:
     from pathlib import Path
 
-POSITIVE = [name for name in UNITS if name != "inertia"]
+POSITIVE = [name for name in UNITS if name not in ("inertia", "rotor_height")]
 NO_CONSTANTS: tuple[object, ...] = (
     *(0, 0.0, -1.0, math.inf, math.nan, 1e-31, 1.0000001e30),
     *(True, np.True_, "heavy", b"0.1", 1j, [1.0], 10**5000, 1e-310),
@@ -117,6 +117,28 @@ class TestFields:
                 with pytest.raises(InputError, match=rf"^(vehicle )?{name} must be .*, got "):
                     Vehicle(**stated)
 
+    def test_a_rotor_height_is_at_most_ten_arm_lengths(self) -> None:
+        low = PAPER.replace(rotor_height=np.float32(-1.785), arm_length=0.3)
+        assert (low.height_ratio, PAPER.height_ratio) == (low.rotor_height / 0.3, 0.0)
+        assert ["rotor height" in line for line in str(low).splitlines()].count(True) == 1
+        assert vehicle_from_mapping(low.as_short_mapping()) == low
+        for flat in (PAPER, PAPER.replace(rotor_height=-0.0), low.replace(rotor_height=0.0, arm_length=0.1785)):
+            assert flat == PAPER  # and its constants are printed as if there were no such field
+            assert (str(flat), repr(flat), math.copysign(1.0, flat.rotor_height)) == (str(PAPER), repr(PAPER), 1.0)
+            assert "rotor height" not in str(flat)
+        for stated, message in (
+            ({"rotor_height": 1.786}, r"rotor_height must be within ±1\.785 m, ten arm lengths, got 1\.786$"),
+            ({"rotor_height": -0.5, "arm_length": 0.04}, r"within ±0\.4 m, ten arm lengths, got -0\.5$"),
+            ({"rotor_height": math.nan}, "rotor_height must be within .*, got nan$"),
+            ({"rotor_height": "5cm"}, "rotor_height must be within .*, got '5cm'$"),
+            ({"rotor_height": None}, "rotor_height must be within .*, got None$"),
+        ):
+            with pytest.raises(InputError, match=message):
+                PAPER.replace(**stated)
+        with pytest.raises(InputError, match="^rotor_height must be 0 m without an arm_length, got 0.1; state arm_len"):
+            Vehicle(drag_ratio=0.1, rotor_height=0.1)
+        assert Vehicle(drag_ratio=0.1, rotor_height=0).rotor_height == 0.0
+
     def test_angles_may_be_texts_and_other_constants_may_not(self) -> None:
         stated: dict[str, Any] = {"max_tilt": "80deg", "max_tilt_rate": "2pi", "first_arm_angle": "-45°"}
         vehicle = Vehicle(drag_ratio=0.1, **stated)
@@ -143,7 +165,7 @@ class TestFields:
 
 
 def test_a_constant_that_is_needed_and_not_stated_is_named_with_its_purpose() -> None:
-    for name in set(UNITS) - {"drag_ratio", "gravity"}:
+    for name in set(UNITS) - {"drag_ratio", "gravity", "rotor_height"}:
         with pytest.raises(MissingConstant, match=f"^vehicle 'bare' states no {name} .*, which a test needs$"):
             Vehicle(name="bare", drag_ratio=0.1).require(name, purpose="a test")
     assert PAPER.require("arm_length", "mass", purpose="nothing") == (0.1785, 0.429)
@@ -213,6 +235,7 @@ class TestReplace:
             ({"drag_to_thrust": 2 * 2.423e-7 / 8.048e-6}, 2.0),
             ({"drag_ratio": 3 * 2.423e-7 / (8.048e-6 * 0.1785)}, 3.0),
             ({"mass": 2.0, "gravity": 1.62, "max_tilt": 1.0}, 1.0),
+            ({"rotor_height": -0.03, "rotor_lag": 0.02}, 1.0),
             ({"name": "Käfer (κ)", "max_thrust": 0.1 + 0.2, "servo_lag": 1e-3, "rotor_inertia": 1e-5}, 1.0),
         ],
     )
