@@ -56,7 +56,7 @@ class Least:
 def least_along(
     starts: FloatArray, ends: FloatArray, value: Value, bound: Bound, *, known: float = math.inf, **options: Any
 ) -> Least:
-    """Bracket the least of one function, from (k, 4) to (k,); the options are those of :func:`least_of_each`."""
+    """Bracket the least of one function, from (k, n) to (k,); the options are those of :func:`least_of_each`."""
     (found,) = least_of_each(
         starts,
         ends,
@@ -81,9 +81,9 @@ def least_of_each(
     enough: FloatArray | None = None,
     at_ends: tuple[Several, Several] | None = None,
 ) -> tuple[Least, ...]:
-    """Bracket the least of each of a few functions along straight segments, shape (m, 4), all in one search.
+    """Bracket the least of each of a few functions along straight segments, shape (m, n), all in one search.
 
-    `values` maps points, shape (k, 4), to the functions, each of shape (k,), as many as `known` has numbers, then to
+    `values` maps points, shape (k, n), to the functions, each of shape (k,), as many as `known` has numbers, then to
     any other arrays of that shape that `bounds` needs. `bounds` returns lower bounds of the functions on intervals from
     `values` at both ends and the ends themselves; `at_ends` are `values` at starts and ends, if at hand.
 
@@ -101,15 +101,16 @@ def least_of_each(
     fraction = [np.where(v1[k] < v0[k], 1.0, 0.0) for k in functions]
     lower = [one.copy() for one in best]
     overall = [min(known[k], float(best[k].min())) for k in functions]
-    # An interval has its segment and two rows, one for each end: the fraction, the four angles, the values.
+    # An interval has its segment and two rows, one for each end: the fraction, the angles, the values.
+    base = 1 + starts.shape[1]  # column of the first value
     first = np.column_stack([np.zeros(len(starts)), starts, *v0])
     last = np.column_stack([np.ones(len(starts)), ends, *v1])
     batches: list[tuple[Any, FloatArray, FloatArray]] = [(np.arange(len(starts)), first, last)]
     halvings = 0
     while batches:
         segment, first, last = batches.pop()
-        before, after = first.T[5:], last.T[5:]
-        least = bounds(before, after, first[:, 1:5], last[:, 1:5])
+        before, after = first.T[base:], last.T[base:]
+        least = bounds(before, after, first[:, 1:base], last[:, 1:base])
         open_ = np.zeros(len(segment), dtype=bool)
         for k in functions:
             reference: Any = best[k][segment] if each else overall[k]
@@ -141,19 +142,19 @@ def least_of_each(
         nodes = np.empty((pieces + 1, *first.shape))
         nodes[0], nodes[-1], inner = first, last, nodes[1:-1]
         inner[..., 0] = first[:, 0] + np.arange(1, pieces)[:, None] / pieces * width
-        inner[..., 1:5] = starts[segment] + inner[..., :1] * steps[segment]
-        for k, found in enumerate(values(inner[..., 1:5].reshape(-1, 4)), start=5):
+        inner[..., 1:base] = starts[segment] + inner[..., :1] * steps[segment]
+        for k, found in enumerate(values(inner[..., 1:base].reshape(-1, base - 1)), start=base):
             inner[..., k] = found.reshape(pieces - 1, count)
         for k in functions:
-            found = inner[..., 5 + k]
+            found = inner[..., base + k]
             better = np.flatnonzero(found.min(axis=0) < best[k][segment])
             if not better.size:
                 continue
             lowest = inner[np.argmin(found[:, better], axis=0), better]
-            order = np.argsort(lowest[:, 5 + k], kind="stable")[::-1]  # the last of a segment is its least
+            order = np.argsort(lowest[:, base + k], kind="stable")[::-1]  # the last of a segment is its least
             at = segment[better[order]]
-            best[k][at], fraction[k][at] = lowest[order, 5 + k], lowest[order, 0]
-            overall[k] = min(overall[k], float(lowest[:, 5 + k].min()))
+            best[k][at], fraction[k][at] = lowest[order, base + k], lowest[order, 0]
+            overall[k] = min(overall[k], float(lowest[:, base + k].min()))
         # The first piece of every interval, then the second: each ends where the next begins.
         pieced = np.tile(segment, pieces)
         firsts, lasts = (side.reshape(len(pieced), -1) for side in (nodes[:-1], nodes[1:]))

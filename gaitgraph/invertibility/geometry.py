@@ -1,0 +1,258 @@
+"""Rotors at any place, with any tilt axes: their matrices, and the least singular value along a tilt table.
+
+Rotor i is at pᵢ from the centre of mass. Its thrust of Tᵢ newtons acts along dᵢ(αᵢ), its thrust axis turned by αᵢ about
+its tilt axis, right-handed. It gives the force Tᵢ·dᵢ and the moment Tᵢ·(pᵢ × dᵢ − κᵢ·dᵢ). The moment ratio κᵢ [m] is
+positive for a rotor that turns counterclockwise seen from where it pushes to. Body axes: x forward, y left, z up.
+
+The rules of the paper hold for four arms that tilt about themselves, see :mod:`gaitgraph.invertibility.matrices`. Here
+the thrusts alone control the vehicle, and nothing but their matrices is judged. Arrays of tilt angles have shape
+(..., N) [rad].
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from gaitgraph.angles import angle_within
+from gaitgraph.errors import InputError, check_fields, shown
+from gaitgraph.invertibility.matrices import FloatArray, arm_angles, thrust_signs
+from gaitgraph.invertibility.segment_bounds import Least, Several, least_along, least_of_each
+
+if TYPE_CHECKING:
+    from gaitgraph.vehicle import Vehicle
+
+_ROTOR: dict[str, Any] = {
+    "position": None,
+    "moment_ratio": None,
+    "thrust_axis": (0.0, 0.0, 1.0),
+    "tilt_axis": (0.0, 0.0, 0.0),
+    "tilt_range": (-math.inf, math.inf),
+}  # the fields of a rotor, and their defaults in a file
+LEAST_DECIDED = 0.01
+"""Least singular value from which hover thrusts are bounded between rows."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Geometry:
+    """N rotors, each with a place, a moment ratio, a thrust axis and a tilt axis; immutable.
+
+    Parameters
+    ----------
+    position
+        Places of the rotors from the centre of mass, shape (N, 3) [m].
+    moment_ratio
+        Drag torque over thrust κᵢ, signed by the spin, shape (N,) [m].
+    thrust_axis
+        Directions of their thrusts at α = 0, of any length, shape (N, 3).
+    tilt_axis
+        Axes about which they tilt, of any length, shape (N, 3); zero for a rotor that does not tilt.
+    tilt_range
+        The least and the largest tilt angle of each, shape (N, 2) [rad]; may be infinite.
+
+    Raises
+    ------
+    InputError
+        If an array has another shape or numbers beyond ±1000, a thrust axis is zero, a range is empty, or no rotor is
+        away from body z.
+
+    Examples
+    --------
+    >>> from gaitgraph.vehicle import PAPER
+    >>> round(float(Geometry.of_vehicle(PAPER).least_singular_value([0, 0, 0, 0])), 4)
+    0.3373
+    """
+
+    name: str = "unnamed"
+    position: FloatArray
+    moment_ratio: FloatArray
+    thrust_axis: FloatArray
+    tilt_axis: FloatArray
+    tilt_range: FloatArray
+
+    def __post_init__(self) -> None:
+        count = len(self.position)
+        for field in _ROTOR:
+            shape = (count,) if field == "moment_ratio" else (count, 2 if field == "tilt_range" else 3)
+            try:
+                values = np.array(getattr(self, field), dtype=float)
+            except (TypeError, ValueError, OverflowError):
+                values = np.full(shape, np.nan)
+            largest = math.inf if field == "tilt_range" else 1e3
+            if values.shape != shape or not (np.abs(values) <= largest).all():
+                rule = f"must be numbers within ±1000 of shape {shape}, a row for each rotor"
+                raise InputError(f"{field} {rule}, got {shown(getattr(self, field))}")
+            if field.endswith("axis"):
+                size = np.linalg.norm(values, axis=1, keepdims=True)
+                values = values / np.where(size > 0, size, 1.0)
+            values.setflags(write=False)
+            object.__setattr__(self, field, values)  # the record is frozen
+        for number, (axis, (low, high)) in enumerate(zip(self.thrust_axis, self.tilt_range, strict=True), start=1):
+            if not axis.any():
+                raise InputError(f"thrust_axis of rotor {number} must not be zero")
+            if not low < high:
+                raise InputError(f"tilt_range of rotor {number} must be two increasing angles, got {low:g}, {high:g}")
+        if not self.length > 1e-6:
+            raise InputError("position must have a rotor at least 1e-6 m away from body z, got none")
+
+    @classmethod
+    def of_vehicle(cls, vehicle: Vehicle) -> Self:
+        """Return the geometry of a vehicle of four arms; in arm lengths instead of metres if it states none."""
+        arms, length = arm_angles(vehicle), vehicle.arm_length or 1.0
+        outward, limit = np.stack([np.cos(arms), np.sin(arms), np.zeros(4)], axis=1), vehicle.max_tilt or math.inf
+        return cls(
+            name=vehicle.name,
+            position=length * outward + np.array([0.0, 0.0, vehicle.rotor_height]),
+            moment_ratio=vehicle.drag_ratio * length * thrust_signs(vehicle),
+            thrust_axis=np.tile([0.0, 0.0, 1.0], (4, 1)),
+            tilt_axis=outward,
+            tilt_range=np.tile([-limit, limit], (4, 1)),
+        )
+
+    @property
+    def length(self) -> float:
+        """The length L by which moments are divided: the mean distance of the rotors from body z [m]."""
+        return float(np.hypot(self.position[:, 0], self.position[:, 1]).mean())
+
+    def as_mapping(self) -> dict[str, Any]:
+        """Return plain values, which :func:`geometry_from_mapping` reads back."""
+        rotors = [{field: getattr(self, field)[k].tolist() for field in _ROTOR} for k in range(len(self.position))]
+        kept = [{field: value for field, value in one.items() if np.isfinite(value).all()} for one in rotors]
+        return {"name": self.name, "rotor": kept}
+
+    def _parts(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return A, B and C of dᵢ = A + B·cos αᵢ + C·sin αᵢ (Rodrigues), each of shape (N, 3)."""
+        along = self.tilt_axis * np.sum(self.tilt_axis * self.thrust_axis, axis=1, keepdims=True)
+        along = np.where(self.tilt_axis.any(axis=1, keepdims=True), along, self.thrust_axis)
+        return along, self.thrust_axis - along, np.cross(self.tilt_axis, self.thrust_axis)
+
+    def force_matrix(self, alpha: npt.ArrayLike) -> FloatArray:
+        """Return the body force per thrust, dimensionless, shape (..., 3, N)."""
+        angles = np.asarray(alpha, dtype=float)[..., None]
+        if angles.shape[-2:-1] != self.moment_ratio.shape:
+            raise InputError(f"alpha must have shape (..., {len(self.position)}), got {angles.shape[:-1]}")
+        still, cosine, sine = self._parts()
+        return np.swapaxes(still + np.cos(angles) * cosine + np.sin(angles) * sine, -1, -2)
+
+    def moment_matrix(self, alpha: npt.ArrayLike) -> FloatArray:
+        """Return the body moment per thrust [m], shape (..., 3, N)."""
+        return self._moments(self.force_matrix(alpha))
+
+    def _moments(self, force: FloatArray) -> FloatArray:
+        return np.asarray(np.cross(self.position.T, force, axis=-2) - self.moment_ratio * force)
+
+    def _level(self, force: FloatArray) -> FloatArray:
+        return np.concatenate([self._moments(force) / self.length, force[..., 2:, :]], axis=-2)
+
+    def level_matrix(self, alpha: npt.ArrayLike) -> FloatArray:
+        """Return the dimensionless matrix with rows moments/L and vertical force, shape (..., 4, N).
+
+        For four arms it is :func:`gaitgraph.invertibility.matrices.scaled_decoupling_matrix`, level, up to the signs of
+        its columns: the inputs are thrusts.
+        """
+        return self._level(self.force_matrix(alpha))
+
+    def least_singular_value(self, alpha: npt.ArrayLike) -> FloatArray:
+        """Return the least singular value of the level matrix, shape (...); 0 with fewer than four rotors."""
+        return self._hover(alpha)[0]
+
+    def hover_thrusts(self, alpha: npt.ArrayLike) -> FloatArray:
+        """Return the thrusts of least norm that carry the weight without moment, in units of m·g, shape (..., N).
+
+        They are those of the pseudo-inverse, and not finite where the level matrix is singular. A horizontal force may
+        remain, which is not included.
+        """
+        return self._hover(alpha)[1]
+
+    def _hover(self, alpha: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
+        left, size, right = np.linalg.svd(self.level_matrix(alpha), full_matrices=False)
+        if size.shape[-1] < 4:
+            return np.zeros(size.shape[:-1]), np.full((*size.shape[:-1], size.shape[-1]), np.nan)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return size[..., -1], np.sum((left[..., 3, :] / size)[..., None] * right, axis=-2)
+
+    def zero_moment_directions(self, alpha: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """Return thrusts without moment, and their forces, at one configuration: shapes (k, N) and (k, 3).
+
+        The thrusts are an orthonormal basis of the null space of the moment matrix; k is N minus its rank.
+
+        >>> from gaitgraph.vehicle import PAPER
+        >>> thrusts, forces = Geometry.of_vehicle(PAPER).zero_moment_directions([0, 0, 0, 0])
+        >>> abs(thrusts).round(3).tolist(), abs(forces).round(3).tolist()
+        ([[0.5, 0.5, 0.5, 0.5]], [[0.0, 0.0, 2.0]])
+        """
+        force = self.force_matrix(np.ravel(alpha))
+        _, size, right = np.linalg.svd(self._moments(force))
+        thrusts = right[np.count_nonzero(size > 1e-10 * size[0]) :]
+        return thrusts, thrusts @ force.T
+
+    def _change(self, starts: FloatArray, ends: FloatArray) -> FloatArray:
+        """Return a bound of how much the level matrix changes along segments, in Frobenius norm, shape (m,).
+
+        Column i depends on αᵢ alone. Its slope is −B·sin αᵢ + C·cos αᵢ, at most the largest singular value of (B, C).
+        """
+        slopes = np.stack([self._level(part.T).T for part in self._parts()[1:]], axis=-1)
+        rates = np.linalg.svd(slopes, compute_uv=False)[:, 0]
+        return np.asarray(np.linalg.norm(rates * (ends - starts), axis=1))
+
+    def least_singular_value_along(self, starts: FloatArray, ends: FloatArray, *, tolerance: float = 1e-4) -> Least:
+        """Bracket the least singular value along straight segments of tilt angles, shape (m, N), to a tolerance.
+
+        The brackets are proven: a singular value changes by no more than the matrix does.
+
+        >>> from gaitgraph.vehicle import PAPER
+        >>> start, end = np.array([[0.0, 0, 0, 0]]), np.array([[0.5, 0.5, 0.5, 0.5]])
+        >>> found = Geometry.of_vehicle(PAPER).least_singular_value_along(start, end)
+        >>> found.upper.round(3).tolist(), bool(found.lower[0] > found.upper[0] - 1e-4)
+        ([0.259], True)
+        """
+
+        def bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
+            return np.asarray(np.maximum((f0 + f1 - self._change(p0, p1)) / 2, 0.0))
+
+        return least_along(starts, ends, self.least_singular_value, bound, tolerance=tolerance)
+
+    def least_hover_thrust_along(self, starts: FloatArray, ends: FloatArray) -> Least:
+        """Bracket the least of :meth:`hover_thrusts` along segments, as far as its sign needs, in units of m·g.
+
+        The least singular value must be above 0.01 along them. The difference of two pseudo-inverses of rank four is at
+        most √2·‖ΔM‖/(σσ') (Wedin 1973), which bounds that of the thrusts.
+        """
+
+        def values(alpha: FloatArray) -> tuple[FloatArray, ...]:
+            size, thrusts = self._hover(alpha)
+            return thrusts.min(axis=-1), size
+
+        def bounds(v0: Several, v1: Several, p0: FloatArray, p1: FloatArray) -> list[FloatArray]:
+            change = self._change(p0, p1)
+            size = np.maximum((v0[1] + v1[1] - change) / 2, LEAST_DECIDED)
+            return [np.asarray((v0[0] + v1[0] - math.sqrt(2.0) * change / size**2) / 2)]
+
+        return least_of_each(starts, ends, values, bounds, tolerance=1e-4, known=(math.inf,), floor=0.0)[0]
+
+
+def geometry_from_mapping(stated: dict[str, Any]) -> Geometry:
+    """Return the geometry that a table with `name` and a list `rotor` of tables describes; InputError if it is none.
+
+    >>> places = ((1, 1), (-1, 1), (-1, -1), (1, -1))
+    >>> arms = [{"position": [x, y, 0], "tilt_axis": [x, y, 0], "moment_ratio": x * y / 50} for x, y in places]
+    >>> round(geometry_from_mapping({"rotor": arms}).length, 4)
+    1.4142
+    """
+    check_fields("geometry", stated, ["name", "rotor"])
+    rotors = stated.get("rotor")
+    if not isinstance(rotors, list) or not rotors:
+        raise InputError(f"rotor must be a list of tables, one for each rotor, got {shown(rotors)}")
+    columns: dict[str, Any] = {field: [] for field in _ROTOR}
+    for number, rotor in enumerate(rotors, start=1):
+        check_fields(f"rotor {number}", rotor, list(_ROTOR))
+        if isinstance(limits := rotor.get("tilt_range"), list):
+            name = f"tilt_range of rotor {number}"
+            rotor = {**rotor, "tilt_range": [angle_within(one, name, 2 * math.pi) for one in limits]}  # noqa: PLW2901
+        for field, default in _ROTOR.items():
+            columns[field].append(rotor.get(field, default))
+    return Geometry(name=str(stated.get("name", "unnamed")), **columns)
