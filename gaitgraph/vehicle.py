@@ -174,7 +174,7 @@ class Vehicle(Pictured):
     def carries_published_coefficients(self) -> bool:
         """Whether formula (1) with the paper's four-digit coefficients holds for this vehicle."""
         same_kappa = math.isclose(self.signed_drag_ratio, PAPER.signed_drag_ratio, rel_tol=1e-9)
-        return same_kappa and self.first_arm_angle == PAPER.first_arm_angle
+        return same_kappa and self.first_arm_angle == PAPER.first_arm_angle and self.rotor_height == 0.0
 
     @property
     def thrust_share(self) -> float | None:

@@ -14,6 +14,9 @@ and with β1 = α1 − δ, β3 = α3 − δ, β2 = α2 + δ, β4 = α4 + δ, tan
 R is a bilinear form in the pair features p(αᵢ, αₖ) = (cos αᵢ cos αₖ, sin αᵢ sin αₖ, sin(αᵢ + αₖ)) of the two
 pairs of opposite arms, which makes it an outer product on a grid.
 
+All this is for rotors at the height of the centre of mass. Rotors H arm lengths above it change two coefficients of
+the form and add terms with sin(α1 − α3) and sin(α2 − α4), which vanish on the red sheet (docs/theory.md, 19).
+
 Arrays of tilt angles have shape (..., 4): (α1, α2, α3, α4) in radians; leading axes broadcast. Functions of the
 tilt angles alone take :class:`Coefficients`; functions of forces and torques take a :class:`Vehicle`.
 """
@@ -41,6 +44,7 @@ DEFAULT_FLOOR = 0.05
 _PUBLISHED = (2.880, 5.592, 0.9716, 0.1687)
 _PUBLISHED_ROUNDING = (5e-4, 5e-4, 5e-5, 5e-5)
 _EPSILON = float(np.finfo(float).eps)
+_TINY = float(np.finfo(float).tiny)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,11 +57,13 @@ class Coefficients:
         "exact" (functions of κ) or "published" (the paper's four digits).
     attitude, single, double, triple
         (1/κ − κ)/2 = cot 2δ, which alone shapes Rφ and Rθ; and the factors of the terms of R with one sine, 1/κ − 2κ,
-        with two, 1 − κ², and with three, κ. In the paper 2.880, 5.592, 0.9716 and 0.1687.
+        with two, 1 − κ² + H², and with three, κ − H²/κ. In the paper, H = 0: 2.880, 5.592, 0.9716 and 0.1687.
     delta
         Crossing angle δ [rad]: the planes of α3 cross at α1 = δ, those of α4 at α2 = −δ.
     first_arm_angle
         Angle of the first arm from body x [rad]; turns Rφ and Rθ, moves no surface.
+    cross
+        H/κ, the factor of sin(α1 − α3)·sin(α2 − α4) in R; 0 for rotors at the height of the centre of mass.
     """
 
     kind: Kind
@@ -67,10 +73,16 @@ class Coefficients:
     triple: float
     delta: float
     first_arm_angle: float = 0.0
+    cross: float = 0.0
+
+    @property
+    def colors(self) -> tuple[Literal["red", "blue"], ...]:
+        """The sheets on which Rφ = Rθ = 0: red, and for rotors at the height of the centre of mass blue."""
+        return ("red",) if self.cross else ("red", "blue")
 
     @property
     def bilinear_form(self) -> FloatArray:
-        """The 3×3 matrix K of R = p(α1, α3)ᵀ·K·p(α2, α4)."""
+        """The 3×3 matrix K of R = p(α1, α3)ᵀ·K·p(α2, α4) + cross·sin(α1 − α3)·sin(α2 − α4)."""
         return np.array([[4.0, -2.0, self.single], [-2.0, 0.0, self.triple], [-self.single, -self.triple, self.double]])
 
     @property
@@ -97,7 +109,7 @@ CoefficientsLike = Coefficients | Kind
 
 
 def coefficients_of(vehicle: VehicleLike = PAPER, kind: CoefficientsLike | None = None) -> Coefficients:
-    """Return the coefficients of formula (1) for a vehicle, of which κ, the spin and the first arm's angle matter.
+    """Return the coefficients of formula (1) for a vehicle: κ, spin, rotor height and the first arm's angle matter.
 
     `kind` is "published", "exact", or None: published for the paper's vehicle, exact for any other. Coefficients are
     returned unchanged. InputError if published ones are requested for a vehicle that is not the paper's.
@@ -112,21 +124,23 @@ def coefficients_of(vehicle: VehicleLike = PAPER, kind: CoefficientsLike | None 
         kind = "published" if vehicle.carries_published_coefficients else "exact"
     if checked_choice("coefficients", kind, ("published", "exact")) == "published":
         if not vehicle.carries_published_coefficients:
+            height = f", rotor height {vehicle.rotor_height:g} m" if vehicle.rotor_height else ""
             raise InputError(
-                f"coefficients must be 'exact' for {vehicle.name!r} (κ = {vehicle.drag_ratio:.6g}), got 'published', "
-                f"which belong to the paper's vehicle (κ = {PAPER.drag_ratio:.6f})"
+                f"coefficients must be 'exact' for {vehicle.name!r} (κ = {vehicle.drag_ratio:.6g}{height}), got "
+                f"'published', which belong to the paper's vehicle (κ = {PAPER.drag_ratio:.6f})"
             )
         a, b, c, d = _PUBLISHED
         return Coefficients(kind="published", attitude=a, single=b, double=c, triple=d, delta=0.5 * math.atan2(1.0, a))
-    k = vehicle.signed_drag_ratio
+    k, height = vehicle.signed_drag_ratio, vehicle.height_ratio
     return Coefficients(
         kind="exact",
         attitude=(1.0 / k - k) / 2.0,
         single=1.0 / k - 2.0 * k,
-        double=1.0 - k * k,
-        triple=k,
+        double=1.0 - k * k + height**2,
+        triple=k - height**2 / k,
         delta=math.atan(k),
         first_arm_angle=vehicle.first_arm_angle,
+        cross=height / k,
     )
 
 
@@ -145,6 +159,12 @@ def pair_features(first: npt.ArrayLike, opposite: npt.ArrayLike) -> FloatArray:
     return np.stack([(difference + total) / 2, (difference - total) / 2, np.sin(first + opposite)], axis=-1)
 
 
+def pairs_of_arms(alpha: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
+    """Return the pair features of arms 1 and 3, and of arms 2 and 4."""
+    a1, a2, a3, a4 = np.moveaxis(tilt_angles(alpha), -1, 0)
+    return pair_features(a1, a3), pair_features(a2, a4)
+
+
 def sensitivity_phases(alpha: npt.ArrayLike, coefficients: Coefficients) -> FloatArray:
     """Return the angles whose sines are the factors of Rθ, then those of Rφ: β1 + β3, β2 − β4, β1 − β3, β2 + β4.
 
@@ -156,11 +176,25 @@ def sensitivity_phases(alpha: npt.ArrayLike, coefficients: Coefficients) -> Floa
     return np.array([a1 + a3 - twice, a2 - a4, a1 - a3, a2 + a4 + twice])
 
 
+def leaning_factors(alpha: npt.ArrayLike, delta: float) -> tuple[Any, Any]:
+    """Return E = 2·sin α1·sin α3 − κ·sin(α1 + α3) and E′ = 2·sin α2·sin α4 + κ·sin(α2 + α4), κ = tan δ.
+
+    A rotor height H adds H/(2κ)·sin(α2 − α4)·E to Rφ and H/(2κ)·sin(α1 − α3)·E′ to Rθ: nothing on red and on fibres.
+    """
+    first, second = pairs_of_arms(alpha)
+    kappa = math.tan(delta)
+    return 2.0 * first[..., 1] - kappa * first[..., 2], 2.0 * second[..., 1] + kappa * second[..., 2]
+
+
 def sensitivities(alpha: npt.ArrayLike, coefficients: Coefficients) -> tuple[Any, Any]:
     """Return Rφ and Rθ by the factorised form of (4) and (5), turned by the angle of the first arm."""
     first, second, third, fourth = np.sin(sensitivity_phases(alpha, coefficients))
     scale = 1.0 / math.sin(2.0 * coefficients.delta)
     pitch, roll = scale * first * second, -scale * third * fourth
+    if coefficients.cross:
+        (a1, a2, a3, a4), factors = np.moveaxis(tilt_angles(alpha), -1, 0), leaning_factors(alpha, coefficients.delta)
+        roll = roll + coefficients.cross / 2 * np.sin(a2 - a4) * factors[0]
+        pitch = pitch + coefficients.cross / 2 * np.sin(a1 - a3) * factors[1]
     turn = coefficients.first_arm_angle
     if turn == 0.0:
         return roll, pitch
@@ -196,9 +230,12 @@ def level_determinant(alpha: npt.ArrayLike, coefficients: Coefficients) -> Any:
     >>> float(level_determinant([0, 0, 0, 0], coefficients_of()))
     4.0
     """
-    a1, a2, a3, a4 = np.moveaxis(tilt_angles(alpha), -1, 0)
-    pairs = pair_features(a1, a3) @ coefficients.bilinear_form
-    return np.sum(pairs * pair_features(a2, a4), axis=-1)
+    first, second = pairs_of_arms(alpha)
+    level = np.sum(first @ coefficients.bilinear_form * second, axis=-1)
+    if coefficients.cross:
+        a1, a2, a3, a4 = np.moveaxis(tilt_angles(alpha), -1, 0)
+        level = level + coefficients.cross * np.sin(a1 - a3) * np.sin(a2 - a4)
+    return level
 
 
 def level_determinant_resolution(alpha: npt.ArrayLike, coefficients: Coefficients, angle_rounding: float = 0.0) -> Any:
@@ -206,8 +243,7 @@ def level_determinant_resolution(alpha: npt.ArrayLike, coefficients: Coefficient
 
     It covers rounded coefficients, δ in α3 and α4, rounded angles and floating point.
     """
-    a1, a2, a3, a4 = np.moveaxis(tilt_angles(alpha), -1, 0)
-    first, second = pair_features(a1, a3), pair_features(a2, a4)
+    first, second = pairs_of_arms(alpha)
     _, single, double, triple = coefficients.digit_errors
     form = coefficients.bilinear_form
     resolution = (
@@ -215,13 +251,14 @@ def level_determinant_resolution(alpha: npt.ArrayLike, coefficients: Coefficient
         + double * np.abs(first[..., 2] * second[..., 2])
         + triple * np.abs(first[..., 1] * second[..., 2] - first[..., 2] * second[..., 1])
         + 32 * _EPSILON * np.sum((np.abs(first) @ np.abs(form)) * np.abs(second), axis=-1)
-        + 8 * _EPSILON * np.abs(form).sum()
+        + 8 * _EPSILON * (np.abs(form).sum() + 4 * abs(coefficients.cross))
     )
     derived = coefficients.sheet_error
     if derived or angle_rounding:
         slopes = level_determinant_slopes(alpha, coefficients)
         resolution = resolution + slopes @ np.array([angle_rounding, angle_rounding] + [angle_rounding + derived] * 2)
-        resolution = resolution + 8 * np.linalg.norm(form) * (angle_rounding + derived) ** 2
+        size = np.linalg.norm(form) + abs(coefficients.cross)
+        resolution = resolution + 8 * size * (angle_rounding + derived) ** 2
     return resolution
 
 
@@ -230,17 +267,23 @@ def level_determinant_slopes(alpha: npt.ArrayLike, coefficients: Coefficients) -
     a1, a2, a3, a4 = np.moveaxis(tilt_angles(alpha), -1, 0)
     form = coefficients.bilinear_form
     right, left = pair_features(a2, a4) @ form.T, pair_features(a1, a3) @ form
-    slopes = []
-    for moving, still, rest in ((a1, a3, right), (a2, a4, left), (a3, a1, right), (a4, a2, left)):
+    slopes, cross = [], coefficients.cross
+    for moving, still, rest, other in (
+        (a1, a3, right, a2 - a4),
+        (a2, a4, left, a1 - a3),
+        (a3, a1, right, a4 - a2),
+        (a4, a2, left, a3 - a1),
+    ):
         # The derivative of the pair features with respect to the moving angle.
         parts = (-np.sin(moving) * np.cos(still), np.cos(moving) * np.sin(still), np.cos(moving + still))
-        slopes.append(np.abs(np.sum(np.stack(parts, axis=-1) * rest, axis=-1)))
+        slope = np.sum(np.stack(parts, axis=-1) * rest, axis=-1)
+        slopes.append(np.abs(slope + cross * np.cos(moving - still) * np.sin(other) if cross else slope))
     return np.stack(slopes, axis=-1)
 
 
 def noise_of(coefficients: Coefficients) -> float:
     """Return a bound of the |R| that floating point alone makes where R = 0."""
-    return 64 * _EPSILON * float(np.abs(coefficients.bilinear_form).sum())
+    return 64 * _EPSILON * float(np.abs(coefficients.bilinear_form).sum() + abs(coefficients.cross))
 
 
 def body_vertical(roll: npt.ArrayLike, pitch: npt.ArrayLike) -> FloatArray:
@@ -295,9 +338,9 @@ def rotor_directions(alpha: npt.ArrayLike, vehicle: Vehicle) -> tuple[FloatArray
     angles = np.ascontiguousarray(tilt_angles(alpha))
     arms, lift = arm_angles(vehicle), thrust_signs(vehicle)
     sine, cosine = np.sin(angles), np.cos(angles)
-    outward = np.stack([np.cos(arms), np.sin(arms), np.zeros(4)])
+    place = np.stack([np.cos(arms), np.sin(arms), np.full(4, vehicle.height_ratio)])  # in arm lengths
     direction = np.stack([np.sin(arms) * sine, -np.cos(arms) * sine, cosine], axis=-2)
-    lever = np.cross(np.broadcast_to(outward, direction.shape), direction, axis=-2)
+    lever = np.cross(np.broadcast_to(place, direction.shape), direction, axis=-2)
     return np.asarray(lift * direction), np.asarray(lift * lever - vehicle.drag_ratio * direction)
 
 
@@ -359,13 +402,23 @@ def decoupling_matrix(
 def zero_moment_inputs(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -> FloatArray:
     """Return w₀, rotor inputs without torque, up to a common factor, shape (..., 4).
 
-    They are zero where the control moment matrix has rank two or less.
+    They are zero where the control moment matrix has rank two or less. On red and on fibres their ratios do not depend
+    on the rotor height.
     """
     a1, a2, a3, a4 = np.moveaxis(tilt_angles(alpha), -1, 0)
     delta = math.atan(vehicle.signed_drag_ratio)
     b1, b2, b3, b4 = a1 - delta, a2 + delta, a3 - delta, a4 + delta
     odd, even = np.sin(b2 + b4), np.sin(b1 + b3)
-    return np.stack([odd * np.cos(b3), even * np.cos(b4), odd * np.cos(b1), even * np.cos(b2)], axis=-1)
+    inputs = np.stack([odd * np.cos(b3), even * np.cos(b4), odd * np.cos(b1), even * np.cos(b2)], axis=-1)
+    height = vehicle.height_ratio * math.cos(delta)
+    if height:
+        first, second = leaning_factors(alpha, delta)
+        turned = [np.sin(b3) * np.sin(a4 - a2), np.sin(b4) * np.sin(a1 - a3)]
+        turned += [np.sin(b1) * np.sin(a2 - a4), np.sin(b2) * np.sin(a3 - a1)]
+        raised = [np.sin(a3) * second, np.sin(a4) * first, np.sin(a1) * second, np.sin(a2) * first]
+        more = np.stack(turned, axis=-1) + height * np.stack(raised, axis=-1)
+        inputs = inputs + height * math.cos(delta) * more
+    return inputs
 
 
 def zero_moment_direction(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -> FloatArray:
@@ -398,8 +451,8 @@ def least_singular_value(
 ) -> Any:
     """Return the least singular value of :func:`scaled_decoupling_matrix`, dimensionless, shape (...).
 
-    It measures how well the matrix can be inverted, which the determinant does not: at most 2·√((1+κ²)/3), and
-    min(2κ, √2) at α = 0.
+    It measures how well the matrix can be inverted, which the determinant does not: min(2κ, √2) at α = 0, and at most
+    :func:`largest_least_singular_value`.
 
     >>> round(float(least_singular_value([0, 0, 0, 0])), 4)
     0.3373
@@ -407,11 +460,18 @@ def least_singular_value(
     return np.linalg.svd(scaled_decoupling_matrix(alpha, vehicle, roll, pitch), compute_uv=False)[..., -1]
 
 
+def largest_least_singular_value(vehicle: Vehicle) -> float:
+    """Return what no least singular value of a vehicle exceeds, 2·√((1 + κ² + H²)/3) (docs/theory.md, 14 and 19)."""
+    return 2 * math.sqrt((1 + vehicle.drag_ratio**2 + vehicle.height_ratio**2) / 3)
+
+
 def least_singular_value_bound(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -> FloatArray:
     """Return a lower bound of :func:`least_singular_value`, level, ten times cheaper, shape (...).
 
     The squared singular values are the roots of λ⁴ − e1·λ³ + e2·λ² − e3·λ + e4, where e4 is the squared determinant and
-    e3 the sum of the squares of all 3×3 minors. Newton's iteration from λ = 0 increases towards the least root.
+    e3 the sum of the squares of all 3×3 minors. Newton's iteration from λ = 0 increases towards the least root. All
+    that is for rotors at the height of the centre of mass. A height adds a matrix with entries H·sin αᵢ, two in either
+    of two rows, and takes off no more than its norm.
     """
     kappa = vehicle.signed_drag_ratio
     angles = np.stack(list(np.moveaxis(tilt_angles(alpha), -1, 0)))
@@ -447,20 +507,28 @@ def least_singular_value_bound(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -
         height = (((root - e1) * root + e2) * root - e3) * root + e4
         with np.errstate(divide="ignore", invalid="ignore"):
             root = root + np.where(slope < 0, np.maximum(height, 0.0) / -slope, 0.0)
-    return np.asarray(np.sqrt(root) * (1 - 1e-6))
+    raised = abs(vehicle.height_ratio) * np.sqrt(np.maximum(sine[0] ** 2 + sine[2] ** 2, sine[1] ** 2 + sine[3] ** 2))
+    return np.asarray(np.maximum(np.sqrt(root) * (1 - 1e-6) - raised, 0.0))
 
 
 def singular_values_on_red(alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, vehicle: Vehicle = PAPER) -> tuple[Any, Any]:
-    """Return the smaller of the two lone singular values and the smaller one of the 2×2 block, level, on red.
+    """Return the smaller singular values of the two 2×2 blocks, level, on red.
 
-    At α = (α1, α2, α1, α2) the scaled decoupling matrix splits: two 1×1 blocks √2·|cos β1|/cos δ and
-    √2·|cos β2|/cos δ, and a 2×2 block with columns √2·(cos αᵢ, sin βᵢ/cos δ).
+    At α = (α1, α2, α1, α2) the scaled decoupling matrix splits. The block of roll and pitch torque, of differences of
+    opposite thrusts, is √2·[[H sin α1, cos β2/cos δ], [−cos β1/cos δ, H sin α2]]. That of yaw torque and lift, of sums,
+    has the columns √2·(cos αᵢ, sin βᵢ/cos δ).
     """
     a1, a2 = np.asarray(alpha1, dtype=float), np.asarray(alpha2, dtype=float)
-    kappa = vehicle.signed_drag_ratio
+    kappa, height = vehicle.signed_drag_ratio, vehicle.height_ratio
     c1, c2, s1, s2 = np.cos(a1), np.cos(a2), np.sin(a1), np.sin(a2)
+    a, b = c2 - kappa * s2, c1 + kappa * s1
+    # Its larger one squared, by the eigenvalues of the block times its transpose; exactly max(a², b²) for H = 0.
+    rolled, pitched, mixed = a**2 + (height * s1) ** 2, b**2 + (height * s2) ** 2, height * (s2 * a - s1 * b)
+    half = np.abs(rolled - pitched) / 2
+    most = np.sqrt(np.maximum(rolled, pitched) + mixed**2 / np.maximum(half + np.hypot(half, mixed), _TINY))
+    raised, most, a, b = np.copysign(height**2, a * b) * s1 * s2, np.maximum(most, _TINY), np.abs(a), np.abs(b)
+    alone = np.abs(np.minimum(a, b) * (np.maximum(a, b) / most) + raised / most)
     p, q = s1 - kappa * c1, s2 + kappa * c2
-    alone = np.minimum(np.abs(c2 - kappa * s2), np.abs(c1 + kappa * s1))
     minor = np.abs(c1 * q - c2 * p)
     squares = c1**2 + c2**2 + p**2 + q**2
     largest = np.sqrt((squares + np.sqrt(np.maximum(squares**2 - 4 * minor**2, 0.0))) / 2)
@@ -470,3 +538,12 @@ def singular_values_on_red(alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, vehicle
 def least_singular_value_on_red(alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, vehicle: Vehicle = PAPER) -> Any:
     """Return the least singular value at α = (α1, α2, α1, α2), level, in closed form, shape (...)."""
     return np.minimum(*singular_values_on_red(alpha1, alpha2, vehicle))
+
+
+def singular_value_rate(vehicle: Vehicle, *, level: bool = True) -> float:
+    """Return a Lipschitz constant of all singular values per radian of ‖Δα‖, √(1 + κ² + max(1, H²)) in level flight.
+
+    For any attitude it is √(2 + κ² + H²).
+    """
+    squared = vehicle.height_ratio**2
+    return math.sqrt(1.0 + (max(1.0, squared) if level else 1.0 + squared) + vehicle.drag_ratio**2)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from typing import Any
 
@@ -18,11 +18,15 @@ import numpy.typing as npt
 from gaitgraph.invertibility.matrices import (
     Coefficients,
     FloatArray,
+    leaning_factors,
     least_singular_value,
     least_singular_value_bound,
     level_determinant,
+    sensitivities,
     sensitivity_phases,
+    singular_value_rate,
     singular_values_on_red,
+    thrust_signs,
     zero_moment_inputs,
 )
 from gaitgraph.vehicle import PAPER, Vehicle
@@ -207,9 +211,9 @@ def where_least_sine(x0: FloatArray, x1: FloatArray) -> FloatArray:
 def level_determinant_curvature(start: FloatArray, step: FloatArray, coefficients: Coefficients) -> FloatArray:
     """Return a bound of |d²R/ds²| along start + s·step, for s in [0, 1], shape (m,).
 
-    R is a sum of products of two sinusoids in the differences and sums of opposite arms' angles, never of two
-    differences. Its second derivative is at most their size times the square of the sum of both frequencies. A factor
-    that hardly moves, as on both sheets, counts with its value at the start instead of its size.
+    R is a sum of products of two sinusoids in the differences and sums of opposite arms' angles, of two differences
+    only with a rotor height. Its second derivative is at most their size times the square of the sum of both
+    frequencies. A factor that hardly moves, as on both sheets, counts with its value at the start instead of its size.
     """
     factors, sizes, both = _form_of_sums(coefficients)
     turns, sums = np.abs(step[:, :2] - step[:, 2:]), np.abs(step[:, :2] + step[:, 2:])
@@ -218,7 +222,8 @@ def level_determinant_curvature(start: FloatArray, step: FloatArray, coefficient
     now = np.abs(factors[0] * np.cos(at) + factors[1] * np.sin(at))
     local = turns**2 * (now + sizes * slow) + sizes * slow * (2 * turns + slow)
     crossed = np.minimum(local, sizes * (slow + turns) ** 2)
-    return np.asarray(crossed.sum(axis=1) + both * sums.sum(axis=1) ** 2)
+    apart = abs(coefficients.cross) * turns.sum(axis=1) ** 2
+    return np.asarray(crossed.sum(axis=1) + both * sums.sum(axis=1) ** 2 + apart)
 
 
 @lru_cache(maxsize=32)
@@ -265,25 +270,59 @@ def least_level_determinant(
     return range_of_level_determinant(starts, ends, coefficients, signs=(sign,), known=known, **options)[0]
 
 
+def sensitivity_bends(p0: FloatArray, p1: FloatArray, coefficients: Coefficients) -> tuple[FloatArray, FloatArray]:
+    """Return bounds of the second derivatives of Rθ and Rφ from p0 to p1, over s in [0, 1], times |sin 2δ|, shape (m,).
+
+    They are for a first arm along body x.
+    The second derivative of sin x·sin y is at most (x'² + y'²)·|sin x|·|sin y| + 2·|x'y'|, that of sin x·E at most
+    |sin x|·(|E''| + x'²·|E|) + 2·|x'E'|, E of :func:`leaning_factors` the difference of two cosines.
+    """
+    x0, x1 = (sensitivity_phases(side, coefficients) for side in (p0, p1))
+    rate, size = np.abs(x1 - x0), largest_sine(x0, x1)
+    # Of the two factors of Rθ, and of Rφ.
+    bends = [(rate[i] ** 2 + rate[j] ** 2) * size[i] * size[j] + 2 * rate[i] * rate[j] for i, j in ((0, 1), (2, 3))]
+    if coefficients.cross:
+        ends = [np.abs(leaning_factors(side, coefficients.delta)) for side in (p0, p1)]
+        steep = 1 / math.cos(coefficients.delta)  # size of the second cosine
+        # Rθ has sin(α1 − α3) with the sum and the difference of arms 2 and 4, Rφ the same of the other pairs.
+        for k, (sine, total, difference) in enumerate(((2, 3, 1), (1, 0, 2))):
+            slope, bend = (rate[difference] ** n + steep * rate[total] ** n for n in (1, 2))
+            factor = np.maximum(ends[0][1 - k], ends[1][1 - k]) + slope / 2
+            leaning = size[sine] * (bend + rate[sine] ** 2 * factor) + 2 * rate[sine] * slope
+            bends[k] = bends[k] + abs(coefficients.cross * math.sin(2 * coefficients.delta)) / 2 * leaning
+    return bends[0], bends[1]
+
+
 def largest_residual(starts: FloatArray, ends: FloatArray, coefficients: Coefficients, **options: Any) -> Least:
-    """Bracket the least of −max(|Rφ|, |Rθ|), products of two sines, along segments, for a first arm along body x."""
+    """Bracket the least of −max(|Rφ|, |Rθ|) along segments, for a first arm along body x.
+
+    Without a rotor height each is a product of two sines.
+    """
+    turned = replace(coefficients, first_arm_angle=0.0)
 
     def minus_larger(sines: FloatArray) -> FloatArray:
         x, y, u, v = sines
         return np.asarray(-np.maximum(x * y, u * v) / abs(math.sin(2 * coefficients.delta)))
 
     def value(alpha: FloatArray) -> FloatArray:
+        if coefficients.cross:
+            return np.asarray(-np.max(np.abs(sensitivities(alpha, turned)), axis=0))
         return minus_larger(np.abs(np.sin(sensitivity_phases(alpha, coefficients))))
 
     def bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
+        if coefficients.cross:
+            scale = 1 / abs(math.sin(2 * coefficients.delta))
+            bends = [scale * bend for bend in sensitivity_bends(p0, p1, turned)]
+            pairs = zip(sensitivities(p0, turned), sensitivities(p1, turned), bends[::-1], strict=True)
+            return np.min([least_of_bent(s * a, s * b, bend) for a, b, bend in pairs for s in (1.0, -1.0)], axis=0)
         return minus_larger(largest_sine(sensitivity_phases(p0, coefficients), sensitivity_phases(p1, coefficients)))
 
     return least_along(starts, ends, value, bound, **options)
 
 
-def singular_value_bound(vehicle: Vehicle) -> Bound:
-    """Return a bound from values at both ends that are the least singular value or less, Lipschitz with √(2 + κ²)."""
-    constant = math.sqrt(2.0 + vehicle.drag_ratio**2)
+def singular_value_bound(vehicle: Vehicle, *, level: bool = True) -> Bound:
+    """Return a bound from values at both ends that are the least singular value or less, by its rate of change."""
+    constant = singular_value_rate(vehicle, level=level)
 
     def bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
         return np.asarray(np.maximum((f0 + f1 - constant * np.linalg.norm(p1 - p0, axis=1)) / 2, 0.0))
@@ -300,20 +339,25 @@ def least_singular_value_along(
 ) -> Least:
     """Bracket the least singular value of the scaled decoupling matrix, level, along segments.
 
-    On the red sheet the matrix splits into two cosines and a block, which alone is searched. Elsewhere every end costs
-    a decomposition: see :func:`least_singular_value_of_all`.
+    On the red sheet the matrix splits into two blocks. Without a rotor height one of them has two cosines as singular
+    values, and the other alone is searched. Off the sheet every end costs a decomposition: see
+    :func:`least_singular_value_of_all`.
     """
     bound = singular_value_bound(vehicle)
     if not _on_red(starts, ends):
         value = partial(least_singular_value, vehicle=vehicle)
         return least_along(starts, ends, value, bound, tolerance=tolerance, **options)
 
+    raised = vehicle.height_ratio != 0
+
     def block(alpha: FloatArray) -> FloatArray:
-        return np.asarray(singular_values_on_red(alpha[:, 0], alpha[:, 1], vehicle)[1])
+        first, second = singular_values_on_red(alpha[:, 0], alpha[:, 1], vehicle)
+        return np.asarray(np.minimum(first, second) if raised else second)
 
     delta = math.atan(vehicle.signed_drag_ratio)
     phases = [side[:, :2] + np.array([-delta, delta]) + math.pi / 2 for side in (starts, ends)]
     alone = math.sqrt(2.0) / math.cos(delta) * least_sine(phases[0], phases[1]).min(axis=1)
+    alone = np.full(len(alone), np.inf) if raised else alone
     enough = alone if options.get("each") else np.full(len(alone), alone.min())
     third = least_along(starts, ends, block, bound, tolerance=tolerance, enough=enough, **options)
     fraction = np.where(third.upper <= alone, third.fraction, where_least_sine(phases[0], phases[1]))
@@ -347,13 +391,15 @@ def _bound_along_red(starts: FloatArray, ends: FloatArray, vehicle: Vehicle) -> 
     """Return a lower bound of the least singular value, level, on segments of the red sheet.
 
     The 2×2 block is √2·B with |det B| = |D|, D = κ·cos(α1 + α2) − sin(α1 − α2 − δ)/cos δ; the squares of the singular
-    values of B add up to f ≤ 2 + κ² + |κ|·√(κ² + 4). So the smaller one of the block is at least √2·|D|/√f.
+    values of B add up to f ≤ 2 + κ² + |κ|·√(κ² + 4). So the smaller one of the block is at least √2·|D|/√f. A rotor
+    height adds entries √2·H·sin αᵢ, one in either row, to the other block.
     """
     kappa = vehicle.signed_drag_ratio
     delta, quarter = math.atan(kappa), math.pi / 2
     first, second = starts[:, :2], ends[:, :2]
     shift = np.array([-delta, delta]) + quarter
     alone = least_sine(first + shift, second + shift).min(axis=1) / math.cos(delta)
+    alone = alone - abs(vehicle.height_ratio) * largest_sine(first, second).max(axis=1)
     # Columns: α1 − α2 − δ, and α1 + α2 + π/2, whose sine is the cosine of the sum.
     mix, shift = np.array([[1.0, 1.0], [-1.0, 1.0]]), np.array([-delta, quarter])
     low, high = range_of_sine(first @ mix + shift, second @ mix + shift)
@@ -384,12 +430,29 @@ def keeps_singular_value_above(
 
 
 def thrusts_push_up(starts: FloatArray, ends: FloatArray, vehicle: Vehicle = PAPER) -> npt.NDArray[np.bool_]:
-    """Return whether all hover thrusts are positive along whole segments, no rotor beyond π/2, shape (m,); exact."""
-    s0, s1 = _phases_of_inputs(starts, vehicle), _phases_of_inputs(ends, vehicle)
-    # Each rotor has one of the two sums of opposite arms, then the cosine of its opposite arm.
-    factors = np.sign(np.sin((s0 + s1) / 2))
-    signs = np.array([1, -1, 1, -1]) * factors[:, [0, 1, 0, 1]] * factors[:, [4, 5, 2, 3]]
-    kept = (least_sine(s0, s1) > 0).all(axis=-1) & (np.abs(signs.sum(axis=-1)) == 4)
+    """Return whether all hover thrusts are positive along whole segments, no rotor beyond π/2, shape (m,); exact.
+
+    They are products of two sines, with a rotor height on red alone. Off red their signs are then proven by bounds.
+    """
+    if vehicle.height_ratio and not _on_red(starts, ends):
+        signs = thrust_signs(vehicle)
+
+        def value(alpha: FloatArray) -> FloatArray:
+            thrusts = signs * zero_moment_inputs(alpha, vehicle)
+            return np.asarray(np.maximum(thrusts.min(axis=1), -thrusts.max(axis=1)))
+
+        def bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
+            w0, w1 = (signs * zero_moment_inputs(side, vehicle) for side in (p0, p1))
+            bends = _bends_of_inputs(p1 - p0, vehicle)[0]
+            return np.maximum(*(least_of_bent(s * w0, s * w1, bends).min(axis=1) for s in (1.0, -1.0)))
+
+        kept = least_along(starts, ends, value, bound, tolerance=0.0, floor=_TINY, each=True).lower > 0
+    else:
+        s0, s1 = _phases_of_inputs(starts, vehicle), _phases_of_inputs(ends, vehicle)
+        # Each rotor has one of the two sums of opposite arms, then the cosine of its opposite arm.
+        factors = np.sign(np.sin((s0 + s1) / 2))
+        signs = np.array([1, -1, 1, -1]) * factors[:, [0, 1, 0, 1]] * factors[:, [4, 5, 2, 3]]
+        kept = (least_sine(s0, s1) > 0).all(axis=-1) & (np.abs(signs.sum(axis=-1)) == 4)
     turns = 2 * math.pi * np.rint((starts + ends) / (4 * math.pi))
     upright = np.maximum(np.abs(starts - turns), np.abs(ends - turns)).max(axis=-1) <= math.pi / 2 + 1e-9
     return np.asarray(kept & upright)
@@ -404,6 +467,10 @@ def _phases_of_inputs(alpha: FloatArray, vehicle: Vehicle) -> FloatArray:
 
 def where_thrusts_vanish(start: FloatArray, end: FloatArray, vehicle: Vehicle = PAPER) -> float:
     """Return the fraction of a segment at which a factor of the zero-moment inputs is least, or vanishes."""
+    if vehicle.height_ratio and not _on_red(start[None], end[None]):  # there are no factors; to 0.5 % of the segment
+        at = np.linspace(0.0, 1.0, 201)
+        inputs = zero_moment_inputs(start + at[:, None] * (end - start), vehicle)
+        return float(at[np.argmin(np.abs(inputs).min(axis=1))])
     return float(where_least_sine(*(_phases_of_inputs(alpha[None], vehicle) for alpha in (start, end)))[0])
 
 
@@ -421,6 +488,8 @@ def thrust_shares_along(
     The brackets are of the least share T/(m·g) and of minus the largest one, NaN where not all are positive.
     """
     upward = thrusts_push_up(starts, ends, vehicle)
+    if _on_red(starts, ends):
+        vehicle = vehicle.replace(rotor_height=0.0)  # the shares are the same
     (lower, upper), fraction = np.full((2, 2, len(starts)), np.nan), np.zeros((2, len(starts)))
     if upward.any():
 
@@ -445,13 +514,8 @@ def _bounds_of_shares(v0: Several, v1: Several, p0: FloatArray, p1: FloatArray, 
     |wᵢ|, V and |wᵢ| − c·V have bounded second derivatives, where c is the least share at both ends. A share is below c
     by no more than the deficit of |wᵢ| − c·V over the least of V. The same holds for the largest share, reversed.
     """
-    step = p1 - p0
-    squares, sums = step**2, (step[:, :2] + step[:, 2:])[:, ::-1] ** 2
-    # The second derivative of a product of two sinusoids is at most the sum of both frequencies squared. V is
-    # ±sin(Σ2 + 2δ)·(cos(Σ1 − δ) + cos δ·cos Δ1) ± sin(Σ1 − 2δ)·(cos(Σ2 + δ) + cos δ·cos Δ2), with the sums Σ and the
-    # differences Δ of opposite arms.
-    bends = np.concatenate([sums + squares[:, 2:], sums + squares[:, :2]], axis=1).T
-    lift_bend = 2 * (sums.sum(axis=1) + squares.sum(axis=1) / math.hypot(1.0, vehicle.drag_ratio))
+    bends, lift_bend = _bends_of_inputs(p1 - p0, vehicle)
+    bends = bends.T
     inputs0, lift0, inputs1, lift1 = np.asarray(v0[2:6]), v0[6], np.asarray(v1[2:6]), v1[6]
     least_lift = np.maximum(least_of_bent(lift0, lift1, lift_bend), 1e-300)
     out = []
@@ -462,3 +526,25 @@ def _bounds_of_shares(v0: Several, v1: Several, p0: FloatArray, p1: FloatArray, 
         with np.errstate(over="ignore"):  # at a corner of the square V vanishes, and a share has no bound
             out.append(c + np.minimum(deficit, 0.0) / least_lift)
     return [np.maximum(out[0], 0.0), out[1]]
+
+
+def _bends_of_inputs(step: FloatArray, vehicle: Vehicle) -> tuple[FloatArray, FloatArray]:
+    """Return bounds of the second derivatives along a step of w₀, shape (m, 4), and of V, shape (m,)."""
+    squares, sums = step**2, (step[:, :2] + step[:, 2:])[:, ::-1] ** 2
+    # The second derivative of a product of two sinusoids is at most the sum of both frequencies squared. V is
+    # ±sin(Σ2 + 2δ)·(cos(Σ1 − δ) + cos δ·cos Δ1) ± sin(Σ1 − 2δ)·(cos(Σ2 + δ) + cos δ·cos Δ2), with the sums Σ and the
+    # differences Δ of opposite arms.
+    bends = np.concatenate([sums + squares[:, 2:], sums + squares[:, :2]], axis=1)
+    lift_bend = 2 * (sums.sum(axis=1) + squares.sum(axis=1) / math.hypot(1.0, vehicle.drag_ratio))
+    height, cosine = abs(vehicle.height_ratio), 1 / math.hypot(1.0, vehicle.drag_ratio)
+    if height:
+        # H·cos²δ·sin β3·sin Δ2 and H²·cos³δ·sin α3·(cos Δ2 − cos(Σ2 + δ)/cos δ) in w₁, and so on; in V times cos αᵢ.
+        rates, opposite = np.abs(step), np.abs(np.roll(step, 2, axis=1))
+        apart = opposite + np.tile(np.abs(step[:, 1::-1] - step[:, 3:1:-1]), 2)
+        summed = opposite + np.tile(np.sqrt(sums), 2)
+
+        def more(rate: FloatArray | float) -> FloatArray:
+            return height * cosine**2 * ((1 + height * cosine) * (apart + rate) ** 2 + height * (summed + rate) ** 2)
+
+        bends, lift_bend = bends + more(0.0), lift_bend + more(rates).sum(axis=1)
+    return bends, lift_bend

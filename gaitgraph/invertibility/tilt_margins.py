@@ -36,7 +36,7 @@ from gaitgraph.invertibility.matrices import (
     sensitivity_phases,
     tilt_angles,
 )
-from gaitgraph.invertibility.segment_bounds import largest_sine, least_along, level_determinant_curvature
+from gaitgraph.invertibility.segment_bounds import least_along, level_determinant_curvature, sensitivity_bends
 from gaitgraph.vehicle import PAPER, Vehicle
 
 _BLOCK = 1 << 13
@@ -103,6 +103,12 @@ def _across_and_level(rows: FloatArray, coefficients: Coefficients) -> tuple[Flo
         + ss * (coefficients.triple * even - 2.0 * CC)
         + odd * (coefficients.double * even - coefficients.single * CC - coefficients.triple * SS)
     )
+    if cross := coefficients.cross:
+        # As in matrices.sensitivities, times sin 2δ.
+        apart, apart2, half, kappa = sc - cs, SC - CS, cross / 2 * sine, math.tan(coefficients.delta)
+        roll = roll - half * apart2 * (2.0 * ss - kappa * odd)
+        pitch = pitch + half * apart * (2.0 * SS + kappa * even)
+        level = level + cross * apart * apart2
     return np.sqrt(pitch * pitch + roll * roll) / abs(sine), level
 
 
@@ -116,7 +122,9 @@ def singular_everywhere(
     off = 2.0 * (angle_rounding + coefficients.delta_error)
     sines = np.abs(np.sin(sensitivity_phases(alpha, coefficients)))
     scale = 1.0 / abs(math.sin(2 * coefficients.delta))
-    across = scale * off * (np.maximum(sines[0] + sines[1], sines[2] + sines[3]) + off) + noise
+    # E of matrices.leaning_factors is at most 1 + √(1 + κ²), and so is its slope.
+    leaning = abs(coefficients.cross) * (1.0 + 1.0 / math.cos(coefficients.delta)) * off * (1.0 + off)
+    across = scale * off * (np.maximum(sines[0] + sines[1], sines[2] + sines[3]) + off) + leaning + noise
     level = np.maximum(level_determinant_resolution(alpha, coefficients, angle_rounding), noise)
     return np.asarray((np.hypot(v[..., 0], v[..., 1]) <= math.sqrt(2) * across) & (v[..., 2] <= level))
 
@@ -146,15 +154,8 @@ def nearest_singular_attitude(alpha: npt.ArrayLike, coefficients: Coefficients) 
 def sensitivity_deviations(
     starts: FloatArray, ends: FloatArray, coefficients: Coefficients
 ) -> tuple[FloatArray, FloatArray]:
-    """Return how far (−Rθ, Rφ) and R can be from the chords between their ends, along segments, both of shape (m,).
-
-    The second derivative of sin x·sin y is at most (x'² + y'²)·|sin x|·|sin y| + 2·|x'y'|.
-    """
-    x0, x1 = (sensitivity_phases(side, coefficients) for side in (starts, ends))
-    rate, size = np.abs(x1 - x0), largest_sine(x0, x1)
-    # Of the two factors of Rθ, and of Rφ.
-    parts = [(rate[i] ** 2 + rate[j] ** 2) * size[i] * size[j] + 2 * rate[i] * rate[j] for i, j in ((0, 1), (2, 3))]
-    across = np.hypot(*parts) / abs(math.sin(2 * coefficients.delta))
+    """Return how far (−Rθ, Rφ) and R can be from the chords between their ends, along segments, both of shape (m,)."""
+    across = np.hypot(*sensitivity_bends(starts, ends, coefficients)) / abs(math.sin(2 * coefficients.delta))
     return across / 8, level_determinant_curvature(starts, ends - starts, coefficients) / 8
 
 

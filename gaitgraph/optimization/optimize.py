@@ -23,7 +23,14 @@ from gaitgraph.angles import angle_within, checked_number, number_of, whole_numb
 from gaitgraph.errors import Infeasible, InputError, checked_choice, shown
 from gaitgraph.gait.table import Table, merged
 from gaitgraph.graph.build import checked_waypoints
-from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Coefficients, CoefficientsLike, FloatArray, coefficients_of
+from gaitgraph.invertibility.matrices import (
+    DEFAULT_FLOOR,
+    Coefficients,
+    CoefficientsLike,
+    FloatArray,
+    coefficients_of,
+    largest_least_singular_value,
+)
 from gaitgraph.optimization.least_effort import (
     FEWEST_PIECES,
     LeastEffort,
@@ -303,7 +310,7 @@ def highest_level(region: Region, objective: Objective, discs: Discs, vehicle: V
     most = vehicle.thrust_share
     low, high = 0.0, 1e3 if most is None else most / 2
     if objective == "singular_value":
-        high = 2 * math.sqrt((1 + vehicle.drag_ratio**2) / 3)
+        high = largest_least_singular_value(vehicle)
     while high - low > 4 * _CLOSE * max(high, 1e-3):
         middle = (low + high) / 2
         outer = region.outer & level_region(objective, middle, vehicle, _FOLLOWED).outer

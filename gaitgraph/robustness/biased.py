@@ -307,7 +307,7 @@ def _least_singular_value(
     def value(alpha: FloatArray) -> FloatArray:
         return least_singular_value_within(alpha, tilt, vehicle)[0]
 
-    bound = singular_value_bound(vehicle)
+    bound = singular_value_bound(vehicle, level=False)
     matters = _near_the_least(segments, value, bound)
     found = least_along(segments.starts[matters], segments.ends[matters], value, bound, tolerance=_BRACKET)
     lower, upper, segment, fraction = found.worst()

@@ -22,6 +22,7 @@ from gaitgraph.invertibility.matrices import (
     CoefficientsLike,
     coefficients_of,
     hover_thrust_shares,
+    largest_least_singular_value,
     least_singular_value_on_red,
     level_determinant,
     noise_of,
@@ -32,6 +33,8 @@ from gaitgraph.surface.borders import (
     bracket_negative,
     determinant_below,
     mirrored,
+    raised_negative,
+    rolling_value_below,
     singular_value_below,
     thrust_above,
 )
@@ -101,20 +104,24 @@ def sign_region(
         least = least or noise_of(judged)
     spin = 1 if judged.delta > 0 else -1
     # Each of two lines turns the sign of R: on red a factor vanishes there, on blue α3 or α4 is wrapped by π.
+    kappa, raised = vehicle.signed_drag_ratio, vehicle.height_ratio
     if color == "red":
-        border, negative = judged.delta - spin * HALF_PI, bracket_negative(vehicle.signed_drag_ratio, tolerance)
+        border, negative = judged.delta - spin * HALF_PI, bracket_negative(kappa, tolerance)
         beyond = {spin: square_without(negative, half), -spin: offset_both(negative, half)[::-1]}
     else:
         border = 2 * judged.delta - spin * HALF_PI
         beyond = {t: square_without(blue_determinant_below(least, t, judged, tolerance), half) for t in (1, -1)}
-    sides = product((1, -1), repeat=2)
-    pair = _union([shapely.intersection(_cell(border, a, b, margin), beyond[a * b * wanted]) for a, b in sides])
+    cells = [(a * b, _cell(border, a, b, margin)) for a, b in product((1, -1), repeat=2)]
+    if raised:  # a curve instead of both lines
+        curved = raised_negative(kappa, raised, tolerance)
+        cells = [(1, square_without(curved, half)), (-1, offset_both(curved, half)[::-1])]
+    pair = _union([shapely.intersection(cell, beyond[turned * wanted]) for turned, cell in cells])
     if color == "red":
         # The bracket vanishes in two corners of the square too.
         for x in (HALF_PI, -HALF_PI):
             pair[0] = pair[0].difference(rectangle(x - half, -x - half, x + half, -x + half))
         if least and _determinant_falls_below(least, wanted, pair[0], judged):
-            pair = square_without(determinant_below(least, wanted, vehicle.signed_drag_ratio, tolerance), half)
+            pair = square_without(determinant_below(least, wanted, kappa, raised, tolerance), half)
     return region_of(pair, accuracy, _determinant_condition([wanted], least, color, judged))
 
 
@@ -273,17 +280,32 @@ def singular_value_region(
     """
     floor, accuracy = checked_number("floor", floor), checked_accuracy(accuracy)
     vehicle = vehicle_named(vehicle)
-    kappa = vehicle.signed_drag_ratio
-    inner = _singular_value_polygon(floor, floor if block is None else block, kappa, accuracy, inside=True)
-    outer = _singular_value_polygon(floor, floor, kappa, accuracy, inside=False)
+    ratios = vehicle.signed_drag_ratio, vehicle.height_ratio
+    inner = _singular_value_polygon(floor, floor if block is None else block, *ratios, accuracy, inside=True)
+    outer = _singular_value_polygon(floor, floor, *ratios, accuracy, inside=False)
     limit = _bound("least singular value", "≥", floor, partial(least_singular_value_on_red, vehicle=vehicle))
     return region_of([inner, outer], accuracy, limit)
 
 
 @lru_cache(maxsize=64)
-def _singular_value_polygon(floor: float, block: float, kappa: float, accuracy: float, *, inside: bool) -> BaseGeometry:
+def _singular_value_polygon(
+    floor: float, block: float, kappa: float, raised: float, accuracy: float, *, inside: bool
+) -> BaseGeometry:
     delta = math.atan(kappa)
     alone = floor * math.cos(delta) / math.sqrt(2.0)
+
+    def kept(strips: BaseGeometry, below: Callable[..., BaseGeometry], *ratios: float) -> BaseGeometry:
+        if floor >= accuracy / 2:
+            band = below(block, *ratios, min(chord_tolerance(accuracy), block / 16))
+            return strips.difference(offset(band, accuracy / 2 if inside else -accuracy / 2))
+        if floor == 0 or not inside:
+            return strips
+        # The band around R = 0 is narrower than the error of its polygons: a wider band, and none, enclose it.
+        return strips.difference(offset(below(accuracy / 2, *ratios, accuracy / 32), accuracy / 16))
+
+    if raised:
+        whole = kept(shapely.box(-HALF_PI, -HALF_PI, HALF_PI, HALF_PI), singular_value_below, kappa)
+        return kept(whole, rolling_value_below, kappa, raised)
     if alone > 1:
         return shapely.Polygon()
     # Two singular values keep the floor where |cos β1| and |cos β2| are at least cos(reach).
@@ -292,14 +314,7 @@ def _singular_value_polygon(floor: float, block: float, kappa: float, accuracy: 
     strips = shapely.union_all(
         [rectangle(max(c - reach, -HALF_PI), -HALF_PI, min(c + reach, HALF_PI), HALF_PI) for c in centers]
     )
-    strips = strips.intersection(mirrored(strips))
-    if floor >= accuracy / 2:
-        band = singular_value_below(block, kappa, min(chord_tolerance(accuracy), block / 16))
-        return strips.difference(offset(band, accuracy / 2 if inside else -accuracy / 2))
-    if floor == 0 or not inside:
-        return strips
-    # The band around R = 0 is narrower than the error of its polygons: a wider band, and none, enclose it.
-    return strips.difference(offset(singular_value_below(accuracy / 2, kappa, accuracy / 32), accuracy / 16))
+    return kept(strips.intersection(mirrored(strips)), singular_value_below, kappa)
 
 
 def admissible_region(
@@ -407,7 +422,7 @@ def _admissible(
 
 def why_empty(region: Region, floor: float, vehicle: Vehicle) -> str:
     """Return why a flyable region is empty."""
-    cap = 2 * math.sqrt((1 + vehicle.drag_ratio**2) / 3)
+    cap = largest_least_singular_value(vehicle)
     if floor > cap:
         return f"the least singular value of this vehicle is at most {cap:.4f}, below the floor {floor:g}; lower it"
     if vehicle.max_thrust and vehicle.mass and (lift := 4 * vehicle.max_thrust) < vehicle.mass * vehicle.gravity:

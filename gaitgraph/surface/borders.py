@@ -15,7 +15,10 @@ With u = α1 − α2, v = α1 + α2 and w = cos v the conditions of the red shee
 * R = (w + cos(u − 2δ))·D/(κ cos²δ) with the bracket D = κw + κ cos u − sin u (equation (6) on red; docs/theory.md, 6);
 * the 2×2 block of the scaled decoupling matrix has the singular values √2·√λ, where the two λ have the product D²
   and the sum F = 2 + κ² + κw·(κ cos u − 2 sin u). With g = floor²/2 both λ are at least g exactly where
-  h = D² − gF + g² ≥ 0 and F ≥ 2g. On F = 2g, h = D² − F²/4 ≤ 0: so F is compared once a part (theory.md, 14).
+  h = D² − gF + g² ≥ 0 and F ≥ 2g. On F = 2g, h = D² − F²/4 ≤ 0: so F is compared once a part (theory.md, 14);
+* with rotors H arm lengths above the centre of mass, w + cos(u − 2δ) becomes 2P = Aw + cos(u − 2δ) + B cos u with
+  B = H²cos²δ and A = 1 − B, and the other block has the product (P/cos²δ)² and the sum
+  (1 + κ²)(1 + w cos(u − 2δ)) + H²(1 − w cos u) (theory.md, 19).
 
 Each function of a set returns polygons whose sides are nowhere farther than `tolerance` [rad] from its border, inside
 [−π/2, π/2]²; beyond the square they end anywhere. `kappa` is the signed drag ratio.
@@ -253,7 +256,7 @@ def _bracket_without_w(u: FloatArray, kappa: float) -> FloatArray:
 
 
 def _where_it_holds(
-    kappa: float,
+    lead: float,
     tolerance: float,
     *,
     middle: Function,
@@ -262,11 +265,14 @@ def _where_it_holds(
     height: Callable[[FloatArray, float], FloatArray],
     holds: Callable[[FloatArray, float], Any],
     border: Border,
+    rest: Function | None = None,
 ) -> BaseGeometry:
     """Return, in the (α1, α2) plane, where a condition on (u, w) `holds`, with a quadratic in w as border.
 
-    `height` is the quadratic at (u, w), w = (±√discriminant − sgn κ·middle)/(2|κ|) are its roots, where `border`, a
-    function of (u, v), vanishes. `height` and `discriminant`, zero within 1e-9·scale, are of degree two in u.
+    `height` is the quadratic lead·w² + middle·w + rest at (u, w), up to a factor unless the `rest` is given.
+    w = (±√discriminant − sgn lead·middle)/(2|lead|) are its roots, where `border`, a function of (u, v), vanishes.
+    `height` and `discriminant`, zero within 1e-9·scale, are of degree two in u. A `lead` near zero, which may happen
+    where the `rest` is given, makes one root large; the other is then 2·rest/(∓√discriminant − middle).
     """
 
     def root(side: float) -> Function:
@@ -274,7 +280,13 @@ def _where_it_holds(
             square = discriminant(u)
             with np.errstate(invalid="ignore"):
                 size = np.sqrt(np.where(square > -1e-9 * scale, np.maximum(square, 0.0), np.nan))
-            return np.asarray((side * size - math.copysign(1, kappa) * middle(u)) / (2 * abs(kappa)))
+            half = math.copysign(1, lead) * middle(u)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                direct = (side * size - half) / (2 * abs(lead))
+                if rest is None:
+                    return np.asarray(direct)
+                other = 2 * math.copysign(1, lead) * rest(u) / (-side * size - half)
+            return np.asarray(np.where(side * half > 0, other, direct))
 
         return at
 
@@ -324,27 +336,66 @@ def singular_value_below(floor: float, kappa: float, tolerance: float) -> BaseGe
     )
 
 
-def determinant_below(level: float, sign: int, kappa: float, tolerance: float) -> BaseGeometry:
-    """Return where sign·R is below a positive level on the red sheet, exact coefficients."""
-    # sign·R < level, times κ cos²δ: (w + cos(u − 2δ))·D against small·κ, a quadratic in w.
+def determinant_below(level: float, sign: int, kappa: float, raised: float, tolerance: float) -> BaseGeometry:
+    """Return where sign·R is below a positive level on the red sheet, exact coefficients; `raised` is H."""
+    # sign·R < level, times κ cos²δ: 2P·D against small·κ, a quadratic in w.
     delta = math.atan(kappa)
-    small = sign * level * math.cos(delta) ** 2
+    small, turned = sign * level * math.cos(delta) ** 2, (raised * math.cos(delta)) ** 2
+    lead = 1 - turned
 
     def line(u: FloatArray) -> FloatArray:
-        return np.cos(u - 2 * delta)
+        return np.cos(u - 2 * delta) + turned * np.cos(u)
 
     def height(u: FloatArray, w: float) -> FloatArray:
-        return (w + line(u)) * (kappa * w + _bracket_without_w(u, kappa)) - small * kappa
+        return (lead * w + line(u)) * (kappa * w + _bracket_without_w(u, kappa)) - small * kappa
 
+    double = cosine(0, 1, size=lead) + cosine(1, 0, 2 * delta)
+    double = double + cosine(1, 0, size=turned) if raised else double
     return _where_it_holds(
-        kappa,
+        lead * kappa,
         tolerance,
-        middle=lambda u: kappa * line(u) + _bracket_without_w(u, kappa),
-        discriminant=lambda u: (kappa * line(u) - _bracket_without_w(u, kappa)) ** 2 + 4 * small * kappa**2,
-        scale=4 * (1 + kappa**2),
+        middle=lambda u: kappa * line(u) + lead * _bracket_without_w(u, kappa),
+        discriminant=lambda u: (
+            (kappa * line(u) - lead * _bracket_without_w(u, kappa)) ** 2 + 4 * lead * small * kappa**2
+        ),
+        scale=4 * (1 + kappa**2) * (1 + turned) ** 2,
         height=height,
         holds=lambda u, w: sign * kappa * height(u, w) < 0,
-        border=Border(rest=(cosine(0, 1) + cosine(1, 0, 2 * delta)) * _bracket_in_uv(kappa) + -small * kappa),
+        border=Border(rest=double * _bracket_in_uv(kappa) + -small * kappa),
+        rest=(lambda u: height(u, 0.0)) if raised else None,
+    )
+
+
+def rolling_value_below(floor: float, kappa: float, raised: float, tolerance: float) -> BaseGeometry:
+    """Return where the lesser singular value of the block of roll and pitch on the red sheet is below a positive floor.
+
+    `raised` is H, not zero; as for :func:`singular_value_below`.
+    """
+    g, delta, squares = floor**2 / 2, math.atan(kappa), 1 + kappa**2
+    lead = (squares - raised**2) / 2
+
+    def line(u: FloatArray) -> FloatArray:  # P/cos²δ without its term in w
+        return np.asarray((squares * np.cos(u - 2 * delta) + raised**2 * np.cos(u)) / 2)
+
+    def slope(u: FloatArray) -> FloatArray:  # of the sum of squares, in w
+        return np.asarray(squares * np.cos(u - 2 * delta) - raised**2 * np.cos(u))
+
+    def height(u: FloatArray, w: float) -> FloatArray:
+        return np.asarray((lead * w + line(u)) ** 2 - g * (squares + raised**2 + w * slope(u)) + g**2)
+
+    total = squares + raised**2
+    along = cosine(1, 0, 2 * delta, -g * squares) + cosine(1, 0, 0.0, g * raised**2)
+    determinant = cosine(0, 1, size=lead) + cosine(1, 0, 2 * delta, squares / 2) + cosine(1, 0, 0.0, raised**2 / 2)
+    return _where_it_holds(
+        lead**2,
+        tolerance,
+        middle=lambda u: 2 * lead * line(u) - g * slope(u),
+        discriminant=lambda u: g * (g * slope(u) ** 2 - 4 * lead * line(u) * slope(u) + 4 * lead**2 * (total - g)),
+        scale=g * total**2 * (8 * total + g),
+        height=height,
+        holds=lambda u, w: height(u, w) < 0 or total + w * slope(u) < 2 * g,
+        border=Border(rest=along * cosine(0, 1) + (g**2 - g * total), squared=determinant),
+        rest=lambda u: height(u, 0.0),
     )
 
 
@@ -363,6 +414,31 @@ def bracket_negative(kappa: float, tolerance: float) -> BaseGeometry:
     breaks = np.array([-HALF_PI - _BEYOND, 0.0, HALF_PI + _BEYOND])
     found = bands_between(breaks, (root,), lambda y, x: x > root(y), Border(rest=bracket), tolerance)
     return shapely.transform(found, lambda at: at[:, ::-1])
+
+
+def raised_negative(kappa: float, raised: float, tolerance: float) -> BaseGeometry:
+    """Return where P is negative inside the square, for a rotor height of `raised` arm lengths, not zero.
+
+    P = p·cos α2 − q·sin α2 over cos²δ, with p = cos α1 + κ sin α1 and q = κ cos α1 + (κ² − H²) sin α1, vanishes at
+    α2 = atan(p/q); where q does, one branch of that curve ends and another begins.
+    """
+    delta, squared = math.atan(kappa), raised**2
+
+    def ratio(x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        return np.cos(x) + kappa * np.sin(x), kappa * np.cos(x) + (kappa**2 - squared) * np.sin(x)
+
+    def root(x: FloatArray) -> FloatArray:
+        above, below = ratio(x)
+        return np.asarray(np.arctan2(above * np.sign(below), np.abs(below)))
+
+    half, pole = (1 + kappa**2) / 2, math.atan2(kappa, squared - kappa**2)
+    level = cosine(1, 1, size=half - squared / 2) + cosine(1, -1, 2 * delta, half) + cosine(1, -1, size=squared / 2)
+    poles = pole + math.pi * np.arange(-2, 3)
+    end = HALF_PI + _BEYOND
+    breaks = np.unique(np.concatenate([[-end, end], poles[np.abs(poles) < end]]))
+    return bands_between(
+        breaks, (root,), lambda x, y: (y > root(x)) == (ratio(x)[1] > 0), Border(rest=level), tolerance
+    )
 
 
 def thrust_above(share: float, kappa: float, tolerance: float) -> BaseGeometry:

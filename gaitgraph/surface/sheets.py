@@ -472,7 +472,9 @@ def family_jumps(
 def red_label(alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, vehicle: Vehicle = PAPER) -> npt.NDArray[np.int64]:
     """Return the signs of the factors of R on red, exact coefficients, shape (..., 3); their product is that of R.
 
-    The third is positive on the side of α = 0; a zero is singular.
+    The third is positive on the side of α = 0; a zero is singular. With a rotor height the product of the first two has
+    the sign of P = cos β1·cos β2 + H² cos²δ·sin α1·sin α2, and both are −1 instead of 1, or −1 and 1 instead of 1 and
+    −1, in the second of two components that no other sign tells apart (docs/theory.md, 19).
 
     >>> red_label(0.0, 0.0).tolist(), red_label(1.178, -0.393).tolist()
     ([1, 1, 1], [1, 1, -1])
@@ -481,7 +483,16 @@ def red_label(alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, vehicle: Vehicle = P
     kappa = vehicle.signed_drag_ratio
     delta = math.atan(kappa)
     saddle = math.copysign(1.0, kappa) * (2 * kappa * np.cos(a1) * np.cos(a2) - np.sin(a1 - a2))
-    factors = np.stack(np.broadcast_arrays(np.cos(a1 - delta), np.cos(a2 + delta), saddle), axis=-1)
+    first, second = np.cos(a1 - delta), np.cos(a2 + delta)
+    if squared := vehicle.height_ratio**2:
+        level = np.sign(first * second + squared * math.cos(delta) ** 2 * np.sin(a1) * np.sin(a2))
+        q = abs(kappa) * np.cos(a1) + math.copysign(1.0, kappa) * (kappa**2 - squared) * np.sin(a1)
+        # On the side of α = 0 two components lie on either side of q = 0; beyond, on either side of α1 + α2 = 0.
+        beyond = np.where(level > 0, squared > (kappa + 1 / kappa) ** 2, squared < kappa**2) & (np.sin(a1 + a2) > 0)
+        near = (q < 0) & ((level > 0) == (squared < kappa**2))
+        first = np.where(np.where(saddle > 0, near, beyond), -1.0, 1.0)
+        second = level * first
+    factors = np.stack(np.broadcast_arrays(first, second, saddle), axis=-1)
     return np.asarray(np.sign(factors).astype(np.int64))
 
 
@@ -490,12 +501,15 @@ def separating_factor(first: Sequence[float], second: Sequence[float], vehicle: 
     a, b = red_label(first[0], first[1], vehicle), red_label(second[0], second[1], vehicle)
     kappa = vehicle.signed_drag_ratio
     line = math.atan(kappa) - math.copysign(HALF_PI, kappa)
-    names = (
+    names: tuple[str, ...] = (
         f"the line α1 = {line:.4f} (β1 = ∓π/2)",
         f"the line α2 = {-line:.4f} (β2 = ±π/2)",
         f"the curve tan α1 − tan α2 = 2κ = {2 * kappa:.4f}",
     )
-    return " and ".join(name for name, x, y in zip(names, a, b, strict=True) if x != y) or None
+    if height := vehicle.height_ratio:
+        line_of_both = f"the curve (1 + κ tan α1)(1 − κ tan α2) = −H² tan α1 tan α2, H = {height:.4g}"
+        names = line_of_both, line_of_both, names[2]
+    return " and ".join(dict.fromkeys(name for name, x, y in zip(names, a, b, strict=True) if x != y)) or None
 
 
 def text_from_types(third: int, fourth: int) -> str:

@@ -17,6 +17,7 @@ import numpy.typing as npt
 
 from gaitgraph.angles import number_of
 from gaitgraph.errors import InputError, shown
+from gaitgraph.invertibility.matrices import singular_value_rate
 from gaitgraph.invertibility.segment_bounds import least_singular_value_of_all
 from gaitgraph.timing.laws import divided
 from gaitgraph.timing.timed_gait import TimedGait, timed_gait_of
@@ -86,7 +87,7 @@ class ServoResponse:
         # The actual acceleration is the commanded one averaged over the past, and it is (rate − error/lag)/lag.
         bend = np.minimum(2.0 * self.timed.peak_rates() / self.lag, self.timed.peak_accelerations())
         off = bend * float(np.diff(self.t).max()) ** 2 / 8.0
-        return lower - math.sqrt(2.0 + vehicle.drag_ratio**2) * float(np.linalg.norm(off))
+        return lower - singular_value_rate(vehicle) * float(np.linalg.norm(off))
 
     def as_mapping(self) -> dict[str, Any]:
         """Return it as plain values, ready for JSON."""

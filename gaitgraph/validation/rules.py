@@ -71,16 +71,18 @@ class Criteria:
 
     @property
     def singular_value_slack(self) -> float:
-        """The most that the least singular value is lower on a curve: at most √(2 + κ²) per radian of four angles."""
-        return math.sqrt(2.0 * (2.0 + self.vehicle.drag_ratio**2)) * self.beside
+        """The most that the least singular value is lower on a curve: its rate per radian of four angles."""
+        squared = 1.0 + max(1.0, self.vehicle.height_ratio**2) + self.vehicle.drag_ratio**2
+        return math.sqrt(2.0 * squared) * self.beside
 
     def level_slack(self, coefficients: Coefficients) -> float:
         """Return the most that R is lower on a curve than on its chords.
 
         R is bilinear in the features of both pairs. Their norms and their slopes are at most √2, and the four angles
-        move by 2√2·beside in sum.
+        move by 2√2·beside in sum. A rotor height adds `cross` times two sines.
         """
-        return 2.0 * float(np.linalg.norm(coefficients.bilinear_form, 2)) * math.sqrt(8.0) * self.beside
+        rate = 2.0 * float(np.linalg.norm(coefficients.bilinear_form, 2)) + abs(coefficients.cross)
+        return rate * math.sqrt(8.0) * self.beside
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
