@@ -24,7 +24,7 @@ from gaitgraph.planning.planner import plan
 from gaitgraph.planning.request import PlanRequest, plan_request
 from gaitgraph.plots.vehicles import vehicle_view
 from gaitgraph.robustness.biased import robustness_of
-from gaitgraph.surface.sheets import COLORS, Color, sheet_angles, text_from_types, types_of
+from gaitgraph.surface.sheets import COLORS, RAISED, Color, sheet_angles, text_from_types, types_of
 from gaitgraph.timing.laws import DEFAULT_LAW
 from gaitgraph.timing.timed_gait import DEFAULT_SAMPLES, checked_clock
 from gaitgraph.vehicle import PAPER, Vehicle, preset_names, vehicle_from_mapping, vehicle_named
@@ -345,6 +345,9 @@ def map_answer(content: Any, progress: Progress = quiet) -> dict[str, Any]:
     # On blue R and the least singular value are rounding noise, which is not shaded.
     values, extent = (None, None) if sheet == "blue" or shading == "none" else _shading(vehicle, coefficients, shading)
     blank = sheet == "blue" and coefficients.kind == "exact"
+    singular = _SINGULAR_BLUE
+    if height := vehicle.rotor_height:
+        singular = f"Blue is no gait surface {RAISED} {height:g} m."
     regions = []
     for name, label in () if blank else _REGIONS if sheet == "red" else _REGIONS[:2]:
         progress(f"drawing the region {label}")
@@ -357,7 +360,7 @@ def map_answer(content: Any, progress: Progress = quiet) -> dict[str, Any]:
         "range": extent,
         "regions": regions,
         "types": {"n": DEFAULT_DIVISIONS + 1, "codes": _types(coefficients, sheet)},
-        "note": None if sheet == "red" else _SINGULAR_BLUE if blank else _ROUNDED_BLUE,
+        "note": None if sheet == "red" else singular if blank else _ROUNDED_BLUE,
     }
 
 

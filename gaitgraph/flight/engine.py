@@ -1,8 +1,9 @@
 """A tilt-rotor in the physics engine MuJoCo: its model and its state.
 
 The model is a free body with four arms on tilting hinges and a rotor at the end of each. Body axes and signs are those
-of :mod:`gaitgraph.vehicle`. Thrust acts along the tilted rotor axis, and the rotor's drag torque about the same axis
-against its spin; neither has a moment about the hinge. Stiff position actuators hold the hinges at the servo angles.
+of :mod:`gaitgraph.vehicle`; hinges and rotors are at the rotor height, the centre of mass at the origin. Thrust acts
+along the tilted rotor axis, and the rotor's drag torque about the same axis against its spin; neither has a moment
+about the hinge. Stiff position actuators hold the hinges at the servo angles.
 """
 
 from __future__ import annotations
@@ -72,7 +73,8 @@ class Engine:
 
     Its `model` and `data` are `mujoco.MjModel` and `mujoco.MjData`. ``qpos`` holds position, quaternion (w, x, y, z)
     and the four tilt angles; ``qvel`` the velocity in the world, the angular velocity in the body, and the tilt rates;
-    ``ctrl`` four thrusts [N] along the tilted axes, then four servo commands [rad].
+    ``ctrl`` four thrusts [N] along the tilted axes, then four servo commands [rad]; ``act``, with a rotor lag, the
+    thrusts that the rotors have reached [N].
 
     Raises MissingConstant if the vehicle states no mass, inertia or arm length, MissingExtra if mujoco is not
     installed, and InputError if its moments of inertia cannot be those of a rigid body.
@@ -140,8 +142,13 @@ def mjcf_of(vehicle: Vehicle, *, step: float, air: bool) -> str:
     """Return a vehicle in the engine's model format (MJCF); parameters and errors as for :class:`Engine`."""
     mass, inertia, length = vehicle.require("mass", "inertia", "arm_length", purpose="flight")
     arm = vehicle.arm_inertia if vehicle.arm_inertia is not None else _LIGHT * min(inertia)
-    arm_mass = min(arm / (_BOX * length) ** 2, _MOST_ARM_MASS * mass)
-    body = [moment - 4.0 * arm for moment in inertia]
+    height = vehicle.rotor_height
+    arm_mass = min(arm / ((_BOX * length) ** 2 + height**2), _MOST_ARM_MASS * mass)
+    # The arms' mass is on their hinges. The body's is as far on the other side of the centre of mass as balances it.
+    body_mass = mass - 4 * arm_mass
+    drop = 4 * arm_mass * height / body_mass
+    moved = 4 * arm_mass * height**2 + body_mass * drop**2
+    body = [moment - 4.0 * arm - part for moment, part in zip(inertia, (moved, moved, 0.0), strict=True)]
     if vehicle.arm_inertia is None and _is_rigid(inertia):
         largest = max(range(3), key=body.__getitem__)
         body[largest] = min(body[largest], sum(body[:largest] + body[largest + 1 :]))
@@ -153,17 +160,21 @@ def mjcf_of(vehicle: Vehicle, *, step: float, air: bool) -> str:
         )
     stiffness = arm * (_STIFF / step) ** 2
     damping = 2.0 * arm * _STIFF / step
-    drag = vehicle.drag_ratio * length
+    drag, lag = vehicle.drag_ratio * length, ""
+    if vehicle.rotor_lag is not None:
+        lag = f' dyntype="filterexact" dynprm="{vehicle.rotor_lag!r}"'
     arms, thrusts, servos = [], [], []
     for k, spin in enumerate(thrust_signs(vehicle).tolist()):
         half = (vehicle.first_arm_angle + k * math.pi / 2) / 2
         arms.append(f"""
-   <body name="arm{k + 1}" quat="{math.cos(half)!r} 0 0 {math.sin(half)!r}">
+   <body name="arm{k + 1}" pos="0 0 {height!r}" quat="{math.cos(half)!r} 0 0 {math.sin(half)!r}">
     <inertial pos="0 0 0" mass="{arm_mass!r}" diaginertia="{arm!r} {arm!r} {arm!r}"/>
     <joint name="tilt{k + 1}" type="hinge" axis="1 0 0"/>
     <site name="rotor{k + 1}" pos="{length!r} 0 0" size="{0.01 * length!r}"/>
    </body>""")
-        thrusts.append(f'\n  <general name="thrust{k + 1}" site="rotor{k + 1}" gear="0 0 1 0 0 {-spin * drag!r}"/>')
+        thrusts.append(
+            f'\n  <general name="thrust{k + 1}" site="rotor{k + 1}" gear="0 0 1 0 0 {-spin * drag!r}"{lag}/>'
+        )
         servos.append(f'\n  <position name="servo{k + 1}" joint="tilt{k + 1}" kp="{stiffness!r}" kv="{damping!r}"/>')
     return f"""<mujoco model="tilt-rotor">
  <compiler angle="radian" autolimits="true"/>
@@ -175,7 +186,7 @@ def mjcf_of(vehicle: Vehicle, *, step: float, air: bool) -> str:
  <worldbody>
   <body name="vehicle">
    <freejoint name="base"/>
-   <inertial pos="0 0 0" mass="{mass - 4 * arm_mass!r}" diaginertia="{" ".join(map(repr, body))}"/>{"".join(arms)}
+   <inertial pos="0 0 {-drop!r}" mass="{body_mass!r}" diaginertia="{" ".join(map(repr, body))}"/>{"".join(arms)}
   </body>
  </worldbody>
  <actuator>{"".join(thrusts)}{"".join(servos)}

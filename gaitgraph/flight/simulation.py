@@ -116,6 +116,7 @@ class Simulation:
         model, data, mj_step = engine.model, engine.data, engine.mujoco.mj_step
         qpos, qvel, ctrl = data.qpos, data.qvel, data.ctrl
         hinge_commands, thrust, hinges = self._hinge_commands, ctrl[:4], ctrl[4:]
+        lagging = self.course.vehicle.rotor_lag is not None
         # A flight is many thousand short steps, so it uses plain numbers, as the controller does.
         table = np.empty((count + 1, len(COLUMNS)))
         memory, width, pack = table.data, len(COLUMNS) * table.itemsize, struct.Struct(f"{len(COLUMNS)}d").pack_into
@@ -148,10 +149,12 @@ class Simulation:
                         if settled_since(table[:kept], settings)[0] is not None:
                             break
                     thrust[:] = given
+                    if lagging and k == 0:
+                        data.act[:] = given  # the rotors turn before the flight begins
                     if gusts is not None:
                         model.opt.wind[:] = gusts[k]
                     if apply_gyroscopic is not None:
-                        apply_gyroscopic(engine, tilts, speed, given)
+                        apply_gyroscopic(engine, tilts, speed, tuple(data.act.tolist()) if lagging else given)
                     for step in range(k * every, (k + 1) * every):
                         hinges[:] = hinge_commands[step]
                         mj_step(model, data)
@@ -293,8 +296,9 @@ def fly(
 
     Notes
     -----
-    Not modelled: rotor speed dynamics, ground effect, wakes, flexible arms, delays. The controller knows the vehicle's
-    constants exactly, and the tilt angles unless it assumes the planned ones.
+    Rotors follow their commands at once, or with the vehicle's `rotor_lag`; the thrusts of a record are the commands,
+    and the controller does not know the lag. Not modelled: ground effect, wakes, flexible arms, delays. The controller
+    knows the vehicle's constants exactly, and the tilt angles unless it assumes the planned ones.
 
     Examples
     --------

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from gaitgraph.invertibility.matrices import Coefficients, coefficients_of, noise_of
-from gaitgraph.surface.sheets import COLORS, RELATION, SIGNS, RootArrays, root_arrays, separating_factor
+from gaitgraph.surface.sheets import COLORS, RAISED, RELATION, SIGNS, RootArrays, root_arrays, separating_factor
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -93,7 +93,11 @@ class Branch:
         """Return the obstacle at a waypoint, one of :meth:`rootless` if neither a reason nor R is given."""
         if self._is_singular:
             message = "with exact coefficients R = 0 on the whole blue sheet, so the matrix is singular there; use red"
-            return Obstacle(color=self.color, sign=self.sign, kind="color", message=f"blue: {message}", R=0.0)
+            if height := self.request.vehicle.rotor_height:
+                message = f"no gait surface {RAISED} {height:g} m"
+            return Obstacle(
+                color=self.color, sign=self.sign, kind="color", message=f"blue: {message}", R=None if height else 0.0
+            )
         if why is None:
             values, of_color = (part[k] for part in self._roots)
             R = float(max(values[of_color], key=lambda value: self.wanted * value))

@@ -83,11 +83,11 @@ def root_counts(ax: Axes, coefficients: Coefficients, divisions: int) -> None:
     axis = grid_axis(checked_divisions(divisions))
     a1, a2 = np.meshgrid(axis, axis, indexing="ij")
     count = root_arrays(a1, a2, coefficients=coefficients).count
-    looks = {2: ("o", "white"), 3: ("s", "0.6"), 4: ("D", "0.35"), 5: ("^", "black")}
+    looks = {1: (".", "black"), 2: ("o", "white"), 3: ("s", "0.6"), 4: ("D", "0.35"), 5: ("^", "black")}
     for number in np.unique(count).tolist():
         here, (marker, face) = count == number, looks[number]
         look: dict[str, Any] = {"s": 16, "marker": marker, "facecolor": face, "edgecolor": "black", "linewidth": 0.6}
-        label = f"{number} roots, {int(here.sum())} nodes"
+        label = f"{number} root{'s' * (number > 1)}, {int(here.sum())} nodes"
         ax.scatter(a1[here], a2[here], label=label, clip_on=False, zorder=3, **look)
     base.plane_axes(ax, r"\alpha_1", r"\alpha_2")
     base.legend_above(ax, columns=2)

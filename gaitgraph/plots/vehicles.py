@@ -58,6 +58,7 @@ class VehicleView:
     thrusts: FloatArray  # (n, 4, 2), ends of the lines of thrust
     facing: npt.NDArray[np.bool_]  # (n, 4), whether the viewer sees the side of the thrust
     arms: FloatArray  # (4, 2), outer ends
+    hub: FloatArray  # (2,), where the arms meet, at the rotors' height
     nose: FloatArray  # (2,), end of an arrow from the centre that points forward
     order: tuple[int, ...]  # rotors from the farthest to the nearest, counted from 0: the order of drawing
     clockwise: tuple[bool, ...]  # whether each rotor turns clockwise seen from above
@@ -65,7 +66,7 @@ class VehicleView:
     @property
     def labels(self) -> FloatArray:
         """Positions of the rotors' numbers, shape (4, 2)."""
-        return (1.0 + _DISC + _LABEL) * self.arms
+        return self.hub + (1.0 + _DISC + _LABEL) * (self.arms - self.hub)
 
     def limits(self) -> tuple[FloatArray, FloatArray]:
         """Return the low and high corners of a rectangle that holds the vehicle at every tilt."""
@@ -88,7 +89,7 @@ class VehicleView:
             "disc": np.swapaxes(np.concatenate([shapes, pixels(self.discs[..., 4:])], axis=-1), 0, 1).tolist(),
             "thrust": pixels(np.swapaxes(self.thrusts, 0, 1)),
             "facing": self.facing.T.tolist(),
-            "arm": [[*pixels(0.0 * self.nose), *end] for end in pixels(self.arms)],
+            "arm": [[*pixels(self.hub), *end] for end in pixels(self.arms)],
             "label": pixels(self.labels),
             "clockwise": self.clockwise,
             "color": ROTOR_COLORS,
@@ -118,10 +119,10 @@ def vehicle_view(
 ) -> VehicleView:
     """Return the view of a vehicle at tilt angles of shape (n, 4) or (4,) [rad].
 
-    Of the `vehicle` only the first arm's angle and the first rotor's spin matter. `view` is the viewer's azimuth and
-    elevation, from −π/2 to π/2 [rad]; `attitude` the rotation from body axes to world axes, shape (3, 3), by default
-    level. `thrusts`, shape (4,), are relative lengths of the lines of thrust, negative where a rotor pulls; `disc` is a
-    rotor's radius in arm lengths.
+    Of the `vehicle` only the rotor height, the first arm's angle and the first rotor's spin matter. `view` is the
+    viewer's azimuth and elevation, from −π/2 to π/2 [rad]; `attitude` the rotation from body axes to world axes, shape
+    (3, 3), by default level. `thrusts`, shape (4,), are relative lengths of the lines of thrust, negative where a rotor
+    pulls; `disc` is a rotor's radius in arm lengths.
 
     >>> vehicle_view([[0.0, 0.5, 0.0, 0.5]], view=FROM_ABOVE).discs.shape
     (1, 4, 6)
@@ -140,13 +141,15 @@ def vehicle_view(
     # Direction of each thrust at a level tilt is up, whatever the spin; shape (n, 4, 3).
     thrust = np.swapaxes(rotor_directions(angles, vehicle)[0] * thrust_signs(vehicle), -1, -2)
     length = np.broadcast_to(np.asarray(thrusts, dtype=float), (4,))
-    centre = outward + _STALK * thrust
+    ends = outward + np.array([0.0, 0.0, vehicle.height_ratio])
+    centre = ends + _STALK * thrust
     across = np.broadcast_to(disc * outward @ screen, (len(angles), 4, 2))
     return VehicleView(
         discs=np.concatenate([across, disc * np.cross(thrust, outward) @ screen, centre @ screen], axis=-1),
         thrusts=(centre + _THRUST * length[:, None] * thrust) @ screen,
         facing=(thrust @ toward > 0) ^ (length < 0),
-        arms=outward @ screen,
+        arms=ends @ screen,
+        hub=(ends - outward)[0] @ screen,
         nose=_NOSE * screen[0],
         # By the depth of the arms' ends, because discs do not reach each other; equal depths keep the order.
         order=tuple(np.argsort(np.round(outward @ toward, 9), kind="stable").tolist()),
@@ -168,7 +171,9 @@ def draw_vehicle(ax: Axes, seen: VehicleView, sample: int = 0) -> list[Any]:
     """Draw one sample of a view on axes of equal scales, in arm lengths, and return the artists."""
     drawn: list[Any] = []
     for arm in seen.arms:
-        drawn.extend(_line(ax, (0.0, 0.0), arm, zorder=1, color=LINE_GREY, linewidth=3.6))
+        drawn.extend(_line(ax, seen.hub, arm, zorder=1, color=LINE_GREY, linewidth=3.6))
+    if seen.hub.any():  # a mast from the centre of mass
+        drawn.extend(_line(ax, (0.0, 0.0), seen.hub, zorder=1, color=LINE_GREY, linewidth=3.6))
     drawn.append(draw_arrow(ax, (0.0, 0.0), seen.nose, INK, width=1.5, size=8.0, zorder=1.5))
     drawn.extend(ax.plot(0.0, 0.0, "o", markersize=8.0, color=INK, zorder=1.5))
     rims = _rims(seen, sample)

@@ -55,7 +55,7 @@ from gaitgraph.surface.region import (
     square_without,
     zones_region,
 )
-from gaitgraph.surface.sheets import COLORS, SIGNS, Color, Sign, red_label, sheet_angles
+from gaitgraph.surface.sheets import COLORS, RAISED, SIGNS, Color, Sign, red_label, sheet_angles
 from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
 
 if TYPE_CHECKING:
@@ -87,7 +87,8 @@ def sign_region(
 
     On red R is exact, and `least` is 0 by default, which means R ≠ 0. On blue R is what rounded coefficients leave,
     zero with exact ones; by default `least` is what floating point can tell from 0. The region on blue is cut where α3
-    or α4 wraps by π. Curved borders are at most `accuracy` from their true place [rad], 1e-9 to 0.1.
+    or α4 wraps by π, and empty with a rotor height, for which blue is no gait surface. Curved borders are at most
+    `accuracy` from their true place [rad], 1e-9 to 0.1.
 
     >>> round(sign_region("positive").area, 2), round(sign_region("negative").area, 2)
     (4.52, 5.35)
@@ -97,6 +98,8 @@ def sign_region(
     (wanted,), accuracy = _checked_signs(color, sign), checked_accuracy(accuracy)
     vehicle, least = vehicle_named(vehicle), 0.0 if least is None else checked_number("least", least)
     tolerance, half = chord_tolerance(accuracy), accuracy / 2
+    if color == "blue" and vehicle.rotor_height:
+        return _none_on_blue(vehicle, accuracy)
     if color == "red":
         judged, margin = coefficients_of(vehicle, "exact"), accuracy if least else _OPEN_MARGIN
     else:
@@ -123,6 +126,20 @@ def sign_region(
         if least and _determinant_falls_below(least, wanted, pair[0], judged):
             pair = square_without(determinant_below(least, wanted, kappa, raised, tolerance), half)
     return region_of(pair, accuracy, _determinant_condition([wanted], least, color, judged))
+
+
+def _none_on_blue(vehicle: Vehicle, accuracy: float) -> Region:
+    """Return the empty region, with the reason why no gait on blue can be robust or flyable."""
+    name, reason = (
+        "an invertible decoupling matrix",
+        "on blue the decoupling matrix is singular in exact physics: use red",
+    )
+    if vehicle.rotor_height:
+        name, reason = (
+            "a vertical zero-moment direction",
+            f"blue is no gait surface {RAISED} {vehicle.rotor_height:g} m",
+        )
+    return region_of(_NOWHERE, accuracy, Condition(name=name, broken_at=lambda _first, _second: reason))
 
 
 def _cell(border: float, first: int, second: int, margin: float) -> Pair:
@@ -382,10 +399,8 @@ def _admissible(
         name: Sign = "positive" if wanted > 0 else "negative"
         return sign_region(name, vehicle, color=color, coefficients=coefficients, least=least, accuracy=accuracy).pair
 
-    if use == "flyable" and color == "blue":
-        reason = "on blue the decoupling matrix is singular in exact physics: use red"
-        never = Condition(name="an invertible decoupling matrix", broken_at=lambda _first, _second: reason)
-        return region_of(_NOWHERE, accuracy, never)
+    if color == "blue" and (use == "flyable" or vehicle.rotor_height):
+        return _none_on_blue(vehicle, accuracy)
     if use == "valid":
         return region_of(_union([signed(wanted) for wanted in signs]), accuracy, condition)
     block = floor + _DECIDED if floor > 0 else 0.0

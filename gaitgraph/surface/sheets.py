@@ -21,6 +21,10 @@ there in hover, so no gait on a fibre can fly.
 On the red sheet R = 0 on two lines and one curve. Inside [−π/2, π/2]² the signs of the three factors label the seven
 components that remain. Two points with different labels cannot be joined without a singular matrix.
 
+All this is for rotors at the height of the centre of mass. With a rotor height H red and the fibres stay solutions, and
+their hover thrusts do not change; R does, and instead of the lines there is a curve. Blue is no solution then, and not
+singular in level flight: its zero-moment direction leans (docs/theory.md, 19).
+
 A red and a blue root lie over every (α1, α2), with α3 and α4 in [−π/2, π/2]. A solution at one end of that range is one
 at the other end too, with the opposite sign of R, and both are counted as roots.
 
@@ -99,6 +103,7 @@ DEFAULT_TOLERANCE = 2e-3
 
 # The two signs of R, in the order in which colourings are listed: the paper's Figure 16 is of R < 0.
 SIGNS: tuple[Sign, Sign] = ("negative", "positive")
+RAISED = "(use red), since its zero-moment direction leans for rotors at a height of"
 RELATION = {"negative": "R < 0", "positive": "R > 0"}
 HOVER_LABEL = (1, 1, 1)  # of the component of α = 0, which ordinary hover can reach; see red_label
 _ROUND_OFF = 1e-12
@@ -246,8 +251,9 @@ def roots(
     """Return every (α3, α4) in [−π/2, π/2]² with Rφ = Rθ = 0 for one (α1, α2).
 
     There are two inside the square, three on its sides, five at its corners (Figure 2); one more where blue lies at an
-    end of the range, α1 = 2δ − π/2 or α2 = π/2 − 2δ. On a fibre line the solutions are a continuum: `fibers` of the
-    answer states it, beside the red and the blue root. R may be 0: look at `R` of each root.
+    end of the range, α1 = 2δ − π/2 or α2 = π/2 − 2δ. With a rotor height blue has none. On a fibre line the solutions
+    are a continuum: `fibers` of the answer states it, beside the red and the blue root. R may be 0: look at `R` of each
+    root.
 
     Parameters
     ----------
@@ -316,6 +322,7 @@ def root_arrays(
     third, fourth = (np.stack(angles, axis=-1)[..., None] for angles in zip(*sheets, strict=True))
     end3, end4 = at_end_of_range(third), at_end_of_range(fourth)
     exist = ((end3 | (_SIDES[0] < 0)) & (end4 | (_SIDES[1] < 0))).reshape(*a1.shape, 8)
+    exist[..., 4 * len(coefficients.colors) :] = False
     candidates = np.empty((*a1.shape, 2, 4, 4))
     candidates[..., 0], candidates[..., 1] = a1[..., None, None], a2[..., None, None]
     candidates[..., 2], candidates[..., 3] = np.where(end3, _SIDES[0], third), np.where(end4, _SIDES[1], fourth)
@@ -364,6 +371,8 @@ def sheet_grid(
     column, alpha4 = with_both_ends(fourth)
     types3, types4 = types_of(color, a1[row], a2[column], coefficients, crossing_tolerance)
     R = pair_features(a1[row], alpha3) @ coefficients.bilinear_form @ pair_features(a2[column], alpha4).T
+    if coefficients.cross:
+        R = R + coefficients.cross * np.outer(np.sin(a1[row] - alpha3), np.sin(a2[column] - alpha4))
     return SheetGrid(row=row, column=column, alpha3=alpha3, alpha4=alpha4, types3=types3, types4=types4, R=R)
 
 

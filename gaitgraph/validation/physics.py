@@ -163,7 +163,7 @@ class _HoverThrust(Rule):
     continuous: Continuous
     least: Worst = field(default_factory=Worst)
     largest: Worst = field(default_factory=Worst)
-    level: float = math.inf  # the least |R| of a curve's chords, exact coefficients
+    level: float = math.inf  # the least |R| of a curve's chords, exact coefficients, without the rotor height
     broken: tuple[float | None, GaitPoint] | None = None
 
     def update(self, block: Segments) -> None:
@@ -178,7 +178,7 @@ class _HoverThrust(Rule):
             self.least.update(least, block)
             self.largest.update(largest, block)
             if criteria.beside:
-                exact = coefficients_of(vehicle, "exact")
+                exact = coefficients_of(vehicle.replace(rotor_height=0.0), "exact")
                 sign = 1.0 if level_determinant(block.alpha[0], exact) > 0 else -1.0
                 level = least_level_determinant(block.starts, block.ends, exact, sign=sign).lower.min()
                 self.level = min(self.level, float(level))
@@ -198,11 +198,15 @@ class _HoverThrust(Rule):
 
         On red each factor of the zero-moment inputs depends on one coordinate, so the diagonal of the box around a
         curve decides for all of it. There T1/(m·g) = |sin β2|/(2D) with D = |sin β2| cos α1 + |sin β1| cos α2 =
-        (κ cos³δ/2)·|R|/|cos β1 cos β2|, and D's slope is at most 2√2.
+        (κ cos³δ/2)·|R|/|cos β1 cos β2|, and D's slope is at most 2√2, all without the rotor height, which changes no
+        hover thrust there.
         """
-        criteria, vehicle, beside = self.criteria, self.criteria.vehicle, self.criteria.beside
+        criteria, beside = self.criteria, self.criteria.beside
+        vehicle = criteria.vehicle.replace(rotor_height=0.0)
         if criteria.extremes is None:
             return self.least.upper, -self.largest.lower
+        if criteria.vehicle.rotor_height and not np.array_equal(criteria.extremes[:, :2], criteria.extremes[:, 2:]):
+            return 0.0, math.inf  # not bounded off red
         kappa, box = vehicle.drag_ratio, criteria.extremes
         level = self.level - criteria.level_slack(coefficients_of(vehicle, "exact"))
         weight = level * kappa / (2.0 * (1.0 + kappa**2) ** 1.5)

@@ -222,7 +222,10 @@ class OnSurface(Rule):
         """Yield the check `on_surface`."""
         value, limit, place = max(-self.worst.lower, 0.0), self.criteria.tolerance, self.worst.place
         ok = value <= limit
-        advice = f"{_TAKE_ROOTS}, or raise the tolerance"
+        advice, coefficients = f"{_TAKE_ROOTS}, or raise the tolerance", self.criteria.coefficients
+        if coefficients.cross and place and family_distances(place.alpha, coefficients)[1] <= limit:
+            height = f"rotors at a height of {self.criteria.vehicle.rotor_height:g} m"
+            advice = f"use red, since on blue the zero-moment direction leans for {height}"
         message = self.compared(ok, f"max(|Rφ|, |Rθ|) = {value:.2g}", f"{limit:g}", place, advice)
         yield self.check(ok, message, value=value, limit=limit, place=place)
 
@@ -274,7 +277,7 @@ class Continuous(Rule):
     bare: GaitPoint | None = None  # the first point off the surfaces
     inferred_error: float = 0.0  # the largest distance from a sheet within the tolerance
     inferred_errors: FloatArray = field(default_factory=lambda: np.zeros(0))  # of each point of the latest block
-    blue: bool = False  # whether a point lies on the blue sheet alone, whatever its color
+    blue: bool = False  # whether a point is on blue alone, whatever its color, and the matrix singular: no rotor height
     fiber: tuple[int, GaitPoint] | None = None  # the first point colored as a fibre: which, and its place
     distance: float = 0.0  # the point that is farthest off the sheet of its color
     off_sheet: str = ""
@@ -299,7 +302,7 @@ class Continuous(Rule):
             self.fiber = (int(sheet[point]), block.place(point))
         distances = family_distances(block.alpha, criteria.coefficients)
         on_blue = (distances[:, 1] <= criteria.tolerance) & (distances[:, 0] > criteria.tolerance)
-        self.blue |= bool((on_blue & ~fibered).any())
+        self.blue |= bool((on_blue & ~fibered).any()) and not criteria.coefficients.cross
         # How far points are from the sheet or fibre of their color.
         column = FAMILY_COLUMN[sheet]
         off = np.where(bare, 0.0, np.take_along_axis(distances, column[:, None], axis=1)[:, 0])
