@@ -276,23 +276,75 @@ PAPER = Vehicle(
     drag_coefficient=2.423e-7,
     inertia=(2.24e-3, 2.99e-3, 4.80e-3),
 )
-"""The vehicle of Shen, Ma and Tsuchiya (2022), the default; κ = 0.168666."""
+"""The vehicle of Shen, Ma and Tsuchiya (2022), the default; κ = 0.168666. Its constants are those of an AR.Drone 2.0 as
+they circulate in public models."""
 
 
-# beetle_omni: physical parameters as published in the JSK lab's robot configuration; its rotor 1 is front left and
-# pushes the body clockwise.
-_BEETLE = Vehicle(
+# Presets from robots of others; docs/conventions.md says what was converted, and what their files do not state.
+# Li-Jinjie/jsk_aerial_robot_dev, aerial_robot_control/scripts/nmpc/nmpc_tilt_mt/tilt_qd/phys_param_beetle_omni.py:
+# rotor 1 front left, dr1 = 1 pushes the body clockwise; the origin is the centre of mass.
+_BEETLE_OMNI = Vehicle(
     name="beetle_omni",
     mass=3.0386,
     gravity=9.798,
-    arm_length=0.2754,
-    drag_to_thrust=0.0165,
+    arm_length=0.2754,  # of rotors 1 and 2; 0.2757 of 3 and 4
+    drag_to_thrust=0.0165,  # kq_d_kt
     inertia=(0.0627958, 0.0620796, 0.0948795),
     first_arm_angle=math.pi / 4,
     first_rotor_spin="counterclockwise",
-    servo_lag=0.048,
+    servo_lag=0.048,  # t_servo
+    rotor_lag=0.0942,  # t_rotor
+    rotor_height=-0.00368224,  # p1_b
 )
-_PRESETS = {vehicle.name: vehicle for vehicle in (PAPER, _BEETLE)}
+# The same repository, aerial_robot_control/scripts/nmpc/nmpc_tilt_mt/archive/phys_param_beetle_art.py, read alike.
+_BEETLE_ART = Vehicle(
+    name="beetle_art",
+    mass=2.773,
+    gravity=9.798,
+    arm_length=0.195,  # 0.1949 to 0.1952
+    drag_to_thrust=0.0153,
+    inertia=(0.04170, 0.03945, 0.07068),
+    first_arm_angle=math.pi / 4,
+    first_rotor_spin="counterclockwise",
+    servo_lag=0.008,
+    rotor_lag=0.0942,
+    rotor_height=0.0297217,
+)
+# jsk-ros-pkg/jsk_aerial_robot, robots/gimbalrotor: urdf/quad/gimbalrotor.urdf.xacro (links, gimbals), common.xacro
+# (drag, thrust) and robots/quad/gimbalrotor.urdf.xacro (spins). Mass, height and inertia are sums over the links
+# base_link, rotor_arm and gimbal_link at α = 0; links called virtual there were left out.
+_GIMBALROTOR = Vehicle(
+    name="gimbalrotor",
+    mass=0.9653,  # 0.1753 + 4·(0.088 + 0.1095)
+    arm_length=0.16712,  # 0.051·√2 + 0.077 + 0.018
+    drag_to_thrust=0.0172,  # m_f_rate
+    inertia=(0.0098914, 0.0098914, 0.0190014),
+    first_arm_angle=math.pi / 4,
+    first_rotor_spin="counterclockwise",
+    max_tilt=2.0,
+    max_tilt_rate=3.0,
+    max_thrust=18.0,
+    rotor_height=0.010176,  # of the gimbal's axis, 0.0385, over the centre of mass, 0.028324
+    arm_inertia=1.11491e-4,  # gimbal_link, its mean moment 1.0939e-4 + 0.1095·0.00438²
+)
+# sparcs-unipd/NMPC-tilting-quadrotor, highFidelityTiltingQuadrotorData.m: its rotors 3, 2, 4, 1 in our order. The
+# inertia is that of its body (a cylinder) with four points of 0.155 kg.
+_PADOVA = Vehicle(
+    name="padova",
+    mass=2.62,  # 2 + 4·(0.1 + 0.05 + 0.005)
+    gravity=9.81,
+    arm_length=math.hypot(0.2, 0.2),
+    thrust_coefficient=1.75782e-5,  # max_thrust / w_max²
+    drag_to_thrust=0.05,  # m_t_ratio
+    inertia=(0.0302167, 0.0302167, 0.0596),
+    first_arm_angle=math.pi / 4,
+    first_rotor_spin="clockwise",
+    max_tilt=math.pi / 3,
+    max_tilt_rate=6.0,
+    max_thrust=19.27665,  # 3·m·g/4
+    rotor_inertia=2.6e-5,  # prop.I + rotor.I, about the spin axis
+)
+_PRESETS = {vehicle.name: vehicle for vehicle in (PAPER, _BEETLE_OMNI, _BEETLE_ART, _GIMBALROTOR, _PADOVA)}
 
 
 VehicleLike = Vehicle | str | Path | Mapping[str, Any]
@@ -310,6 +362,8 @@ def vehicle_from_mapping(constants: dict[str, Any]) -> Vehicle:
     >>> vehicle_from_mapping({"preset": "paper", "max_tilt": "80deg"}).mass
     0.429
     """
+    if "rotor" in constants:
+        raise InputError("vehicle must be four arms with common constants, got rotors, which validate alone judges")
     check_fields("vehicle", constants, ["preset", *_FIELDS])
     if "preset" not in constants:
         return Vehicle(**constants)

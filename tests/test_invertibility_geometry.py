@@ -61,7 +61,14 @@ def test_matrices_by_brute_force(count: int) -> None:
         least = float(geometry.least_singular_value(alpha))
         assert least == pytest.approx(expected[3] if count >= 4 else 0.0, abs=1e-12)
         if least > 1e-3:
-            np.testing.assert_allclose(geometry.hover_thrusts(alpha), np.linalg.pinv(level)[:, 3], atol=1e-8)
+            thrusts, short = geometry.hover_thrusts(alpha), np.linalg.pinv(level)[:, 3]
+            np.testing.assert_allclose(level @ thrusts, [0, 0, 0, 1], atol=1e-8)
+            if count == 4 or short.min() > 0:
+                np.testing.assert_allclose(thrusts, short, atol=1e-8)
+            elif thrusts.min() < 1:  # no thrusts beside it, along the null space, have a larger least
+                null = np.linalg.svd(level)[2][4:]
+                for step in RNG.normal(scale=0.1, size=(200, count - 4)) @ null:
+                    assert (thrusts + step).min() <= thrusts.min() + 1e-9
         thrusts, forces = geometry.zero_moment_directions(alpha)
         assert len(thrusts) == max(count - 3, 0)
         np.testing.assert_allclose(both[3:] @ thrusts.T, 0.0, atol=1e-13)
@@ -132,17 +139,26 @@ def test_brackets_between_rows_hold(count: int) -> None:
         assert high == pytest.approx(float(geometry.least_singular_value(at)), abs=1e-12)
 
 
-def test_hover_thrusts_between_rows() -> None:
-    fractions, decided = np.linspace(0, 1, 501)[:, None], []
+@pytest.mark.parametrize("count", [4, 6])
+def test_hover_thrusts_between_rows(count: int) -> None:
+    fractions, decided = np.linspace(0, 1, 301)[:, None], []
+    turns = 2 * math.pi * np.arange(count) / count
+    outward = np.stack([np.cos(turns), np.sin(turns), 0 * turns], axis=1)
     for _ in range(60):
-        four = Geometry.of_vehicle(PAPER.replace(drag_ratio=RNG.uniform(0.1, 1.0)))
-        middle, step = RNG.uniform(-0.6, 0.6, 2), RNG.normal(scale=0.3, size=(1, 4))
-        starts = np.tile(middle, 2)[None]
-        if four.least_singular_value_along(starts, starts + step).lower.min() < LEAST_DECIDED:
+        star = Geometry(
+            position=0.3 * outward,
+            moment_ratio=RNG.uniform(0.03, 0.2) * (-1.0) ** np.arange(count),
+            thrust_axis=np.tile([0.0, 0.0, 1.0], (count, 1)),
+            tilt_axis=outward,
+            tilt_range=np.tile([-2.0, 2.0], (count, 1)),
+        )
+        starts = np.tile(RNG.uniform(-0.4, 0.4, 2), count // 2)[None]
+        step = RNG.normal(scale=0.3, size=(1, count))
+        if star.least_singular_value_along(starts, starts + step).lower.min() < LEAST_DECIDED:
             continue
-        found = four.least_hover_thrust_along(starts, starts + step)
-        least = four.hover_thrusts(starts + fractions * step).min()
-        assert found.lower[0] <= least + 1e-9
+        found = star.least_hover_thrust_along(starts, starts + step)
+        least = star.hover_thrusts(starts + fractions * step).min()
+        assert found.lower[0] <= least + 1e-9 or (count > 4 and least > 0)
         assert (found.lower[0] >= 0) == (least > 0) or abs(least) < 1e-3
         decided.append(bool(least > 0))
     assert {True, False} == set(decided)

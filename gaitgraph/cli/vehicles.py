@@ -1,12 +1,14 @@
-"""The command vehicles: the presets, and what is computed from them."""
+"""The command vehicles: the presets, what is computed from them, and vehicles in files of others."""
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from gaitgraph.cli import command, file, print_json, print_problem, wants_json
+from gaitgraph.cli import command, file, option, print_json, print_problem, wants_json
+from gaitgraph.errors import InputError
 
 if TYPE_CHECKING:
     from gaitgraph.vehicle import Vehicle
@@ -15,18 +17,42 @@ if TYPE_CHECKING:
 @command(
     "List the vehicles that come with the package, or show one.",
     file("name", "[NAME_OR_FILE]", required=False),
-    "vehicle coefficients json",
+    "vehicle coefficients",
+    option("--from", "FILE", "Read URDF, MJCF or PX4 parameters, and print TOML for --vehicle.", name="source"),
+    option("--output", "FILE", "Write the vehicle as a model of MuJoCo (.xml)."),
+    "force json",
 )
-def vehicles_command(name: str | None = None, vehicle: Vehicle | None = None, coefficients: Any = None) -> int:
-    """List the preset vehicles with their drag ratio κ and crossing angle δ, or show one: a preset or a TOML file."""
-    from gaitgraph.errors import InputError
+def vehicles_command(
+    name: str | None = None,
+    vehicle: Vehicle | None = None,
+    coefficients: Any = None,
+    source: str | None = None,
+    output: str | None = None,
+    force: bool = False,
+) -> int:
+    """List the preset vehicles with their drag ratio κ and crossing angle δ, or show one: a preset or a TOML file.
+
+    With --from the exit code is 1 if the paper's method does not fit the vehicle, or the file states no drag ratio.
+    """
+    from gaitgraph.files import check_new_files, write_whole
+    from gaitgraph.flight.engine import mjcf_of
     from gaitgraph.invertibility.matrices import coefficients_of
     from gaitgraph.validation.report import unlikely_limits
     from gaitgraph.vehicle import preset_names, vehicle_named
 
-    if name is not None and vehicle is not None:
-        raise InputError(f"--vehicle {vehicle.name} cannot be combined with {name!r}")
+    stated = [one for one in (name, vehicle and f"--vehicle {vehicle.name}", source and f"--from {source}") if one]
+    if len(stated) > 1:
+        raise InputError(f"{stated[-1]} cannot be combined with {stated[0]!r}")
+    if source is not None:
+        if output is not None:
+            raise InputError(f"--output {output} cannot be combined with --from; give it with the TOML that is printed")
+        return _show_description(source)
     given = vehicle if name is None else name
+    if output is not None:
+        if given is None or Path(output).suffix.lower() != ".xml":
+            raise InputError(f"--output must be a file .xml, with the name of one vehicle, got {output!r}")
+        check_new_files([output], force=force)
+        write_whole([(Path(output), mjcf_of(vehicle_named(given), step=1e-3, air=False).encode())], force=force)
     known = [vehicle_named(one) for one in (preset_names() if given is None else [given])]
     rows = [{**one.as_mapping(), "delta": coefficients_of(one, coefficients).delta} for one in known]
     if wants_json():
@@ -38,3 +64,24 @@ def vehicles_command(name: str | None = None, vehicle: Vehicle | None = None, co
         click.echo(f"{one.name}: κ = {one.drag_ratio:.6f}, δ = {row['delta']:.6f} rad")
         click.echo("\n".join(str(one).splitlines()[1:]))
     return 0
+
+
+def _show_description(source: str) -> int:
+    from gaitgraph.flight.vehicle_files import read_description
+
+    found = read_description(source)
+    if wants_json():
+        print_json(
+            {
+                "vehicles": [] if found.reasons else [found.constants],
+                "rotors": found.rotors,
+                "missing": found.missing,
+                "reasons": list(found.reasons),
+                "notes": list(found.notes),
+            }
+        )
+    else:
+        click.echo(found.as_toml())
+        if found.missing:
+            print_problem(f"warning: the file does not state {', '.join(found.missing)}: add what you know")
+    return 1 if found.reasons or "drag_to_thrust" in found.missing else 0

@@ -158,22 +158,20 @@ class Geometry:
 
     def least_singular_value(self, alpha: npt.ArrayLike) -> FloatArray:
         """Return the least singular value of the level matrix, shape (...); 0 with fewer than four rotors."""
-        return self._hover(alpha)[0]
+        size = np.linalg.svd(self.level_matrix(alpha), compute_uv=False)
+        return np.asarray(size[..., -1] if size.shape[-1] == 4 else np.zeros(size.shape[:-1]))
 
     def hover_thrusts(self, alpha: npt.ArrayLike) -> FloatArray:
-        """Return the thrusts of least norm that carry the weight without moment, in units of m·g, shape (..., N).
+        """Return thrusts of four or more rotors that carry the weight without moment, in units of m·g, shape (..., N).
 
-        They are those of the pseudo-inverse, and not finite where the level matrix is singular. A horizontal force may
-        remain, which is not included.
+        They are those of least norm, or where one of these is not positive, those whose least is largest. They have no
+        meaning where the level matrix is nearly singular. A horizontal force may remain, which is not included.
         """
-        return self._hover(alpha)[1]
-
-    def _hover(self, alpha: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
-        left, size, right = np.linalg.svd(self.level_matrix(alpha), full_matrices=False)
-        if size.shape[-1] < 4:
-            return np.zeros(size.shape[:-1]), np.full((*size.shape[:-1], size.shape[-1]), np.nan)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            return size[..., -1], np.sum((left[..., 3, :] / size)[..., None] * right, axis=-2)
+        level = self.level_matrix(alpha)
+        thrusts = np.linalg.pinv(level)[..., 3]
+        for at in np.argwhere(thrusts.min(axis=-1) <= 0) if level.shape[-1] > 4 else ():
+            thrusts[tuple(at)] = _best_thrusts(level[tuple(at)])
+        return np.asarray(thrusts)
 
     def zero_moment_directions(self, alpha: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Return thrusts without moment, and their forces, at one configuration: shapes (k, N) and (k, 3).
@@ -217,22 +215,39 @@ class Geometry:
         return least_along(starts, ends, self.least_singular_value, bound, tolerance=tolerance)
 
     def least_hover_thrust_along(self, starts: FloatArray, ends: FloatArray) -> Least:
-        """Bracket the least of :meth:`hover_thrusts` along segments, as far as its sign needs, in units of m·g.
+        """Bracket the least hover thrust along segments, as far as its sign needs, in units of m·g.
 
-        The least singular value must be above 0.01 along them. The difference of two pseudo-inverses of rank four is at
-        most √2·‖ΔM‖/(σσ') (Wedin 1973), which bounds that of the thrusts.
+        `upper` is that of :meth:`hover_thrusts` somewhere; everywhere some thrusts are all at least `lower`. The least
+        singular value must be above 0.01. Thrusts T of one point become those of another by
+        adding −M⁺·(M·T − e), with e = (0, 0, 0, 1), so that none falls by more than ‖ΔM‖·‖T‖/σ.
         """
 
         def values(alpha: FloatArray) -> tuple[FloatArray, ...]:
-            size, thrusts = self._hover(alpha)
-            return thrusts.min(axis=-1), size
+            thrusts = self.hover_thrusts(alpha)
+            return thrusts.min(axis=-1), self.least_singular_value(alpha), np.linalg.norm(thrusts, axis=-1)
 
         def bounds(v0: Several, v1: Several, p0: FloatArray, p1: FloatArray) -> list[FloatArray]:
             change = self._change(p0, p1)
             size = np.maximum((v0[1] + v1[1] - change) / 2, LEAST_DECIDED)
-            return [np.asarray((v0[0] + v1[0] - math.sqrt(2.0) * change / size**2) / 2)]
+            return [np.asarray((v0[0] + v1[0] - change * np.maximum(v0[2], v1[2]) / size) / 2)]
 
         return least_of_each(starts, ends, values, bounds, tolerance=1e-4, known=(math.inf,), floor=0.0)[0]
+
+
+def _best_thrusts(level: FloatArray) -> FloatArray:
+    """Return the thrusts T with level·T = (0, 0, 0, 1) whose least is largest, up to 1, shape (N,)."""
+    from scipy.optimize import linprog
+
+    count = level.shape[1]
+    found = linprog(
+        np.append(np.zeros(count), -1.0),
+        A_ub=np.column_stack([-np.eye(count), np.ones(count)]),
+        b_ub=np.zeros(count),
+        A_eq=np.column_stack([level, np.zeros(4)]),
+        b_eq=[0.0, 0.0, 0.0, 1.0],
+        bounds=[(None, None)] * count + [(None, 1.0)],
+    )
+    return np.full(count, np.nan) if found.x is None else np.asarray(found.x[:count])
 
 
 def geometry_from_mapping(stated: dict[str, Any]) -> Geometry:

@@ -24,7 +24,6 @@ from gaitgraph.errors import FileWarning, InputError, did_you_mean, shown
 from gaitgraph.gait.table import (
     ACCELERATIONS,
     ANGLES,
-    DEGREES,
     FORMAT,
     ORDER,
     RATES,
@@ -53,17 +52,21 @@ MADE_BY = "made_by"
 SHARED = ("vehicle", "coefficients", "period", "law")  # of a request and its table, stated once where they agree
 _TEXT = re.compile(r"\s*([\w.-]+) = ")
 _MOST_NAMED, _MOST_COMPARED = 20, 1000  # of other columns, in a message
-_OTHER_NAMES = DEGREES | {"time": "t"}
 
 
 class TableBuilder:
     """Checks the names of a table's columns, and then makes tables of raw columns, piece by piece.
 
-    With `plane_only` alpha1 and alpha2 are enough. With `joints` the columns are those of a servo table.
+    With `plane_only` alpha1 and alpha2 are enough. With `joints` the columns are those of a servo table. With `angles`
+    they are t and these angles alone, which may have any size.
     """
 
-    def __init__(self, *, plane_only: bool = False, joints: ServoMap | None = None) -> None:
-        self.plane_only, self.joints = plane_only, joints
+    def __init__(
+        self, *, plane_only: bool = False, joints: ServoMap | None = None, angles: tuple[str, ...] = ()
+    ) -> None:
+        self.plane_only, self.joints, self.angles = plane_only, joints, angles
+        self._order = ("t", *angles) if angles else ORDER
+        self._other_names = {f"{name}_deg": name for name in angles or ANGLES} | {"time": "t"}
         self.about: dict[str, Any] = {}
         self.names: Sequence[str] = ()
         self.notes: tuple[str, ...] = ()
@@ -84,14 +87,16 @@ class TableBuilder:
         if self.joints is not None:
             self.joints.check_columns(list(names))
         else:
-            for other, name in _OTHER_NAMES.items():
+            for other, name in self._other_names.items():
                 if other in names and name in names:
                     raise InputError(f"columns must have {name!r} or {other!r}, got both")
-            known = {_OTHER_NAMES.get(name, name) for name in names}
+            known = {self._other_names.get(name, name) for name in names}
             lifted = self.plane_only or ("color" in known and known.isdisjoint(ANGLES[2:]))
-            for name in ANGLES[:2] if lifted else ANGLES:
+            for name in self.angles or (ANGLES[:2] if lifted else ANGLES):
                 if name not in known:
                     wanted = "alpha1 to alpha4 (rad) or alpha1_deg to alpha4_deg, or alpha1, alpha2 and color"
+                    if self.angles:
+                        wanted = f"{', '.join(self.angles)} (rad), or these with _deg, one for each rotor that tilts"
                     there = f"; other columns are {self._listed(others)}" if others else ""
                     raise InputError(f"column {name!r} is missing; columns must be {wanted}{there}")
         self.notes = (f"columns not used: {self._listed(others)}",) if others else ()
@@ -108,7 +113,7 @@ class TableBuilder:
     @property
     def used(self) -> tuple[str, ...]:
         """Names of the columns that are read; others are listed in a warning."""
-        return (*ORDER, *_OTHER_NAMES) if self.joints is None else (*self.joints.columns, *_BESIDE_JOINTS)
+        return (*self._order, *self._other_names) if self.joints is None else (*self.joints.columns, *_BESIDE_JOINTS)
 
     def pieces(self, raw: Mapping[str, Any], *, digit_error: float = 0.0, angle_texts: bool = False) -> Iterator[Table]:
         """Yield the table of the next raw columns, checked and in order; nothing if they have no rows.
@@ -131,12 +136,12 @@ class TableBuilder:
         for name, values in used.items():
             if name in TEXTS:
                 found[name] = _texts(name, values, self.rows)
-            elif name in DEGREES:
-                found[DEGREES[name]] = np.radians(_numbers(name, values, self.rows))
+            elif name.endswith("_deg"):
+                found[self._other_names[name]] = np.radians(_numbers(name, values, self.rows))
             else:
-                as_texts = angle_texts and name in ANGLES
-                found[_OTHER_NAMES.get(name, name)] = _numbers(name, values, self.rows, angle_texts=as_texts)
-        for name, largest in _LARGEST.items():
+                as_texts = angle_texts and name in (self.angles or ANGLES)
+                found[self._other_names.get(name, name)] = _numbers(name, values, self.rows, angle_texts=as_texts)
+        for name, largest in (_LARGEST | dict.fromkeys(self.angles, 1e6)).items():
             beyond = np.abs(found.get(name, np.zeros(0))) > largest
             if beyond.any():
                 k = int(np.argmax(beyond))
@@ -151,8 +156,8 @@ class TableBuilder:
                 wanted = f"t must be at least {_SHORTEST_STEP:g} s after the row before"
                 raise InputError(f"row {self.rows + k + 1}: {wanted}, got {float(found['t'][k])!r}")
             self._last_time = found["t"][-1]
-        self.rows += len(found["alpha1"])
-        columns = {name: found[name] for name in ORDER if name in found}
+        self.rows += max(lengths)
+        columns = {name: found[name] for name in self._order if name in found}
         yield Table(columns=columns, about=self.about, digit_error=digit_error, notes=self.notes)
 
     def whole(self, columns: Mapping[str, Any], about: dict[str, Any]) -> Iterator[Table]:

@@ -297,11 +297,16 @@ def read_table(path: str | Path, *, joints: ServoMap | None = None) -> Table:
 
 
 def read_pieces(
-    path: str | Path, *, progress: Progress = None, plane_only: bool = False, joints: ServoMap | None = None
+    path: str | Path,
+    *,
+    progress: Progress = None,
+    plane_only: bool = False,
+    joints: ServoMap | None = None,
+    angles: tuple[str, ...] = (),
 ) -> Iterator[Table]:
     """Yield a gait table as consecutive pieces, each at least one row; errors as :func:`read_table`, at their piece.
 
-    `progress` is called with the fraction of the file that is read; with `plane_only` alpha1 and alpha2 are enough.
+    `progress` is called with the fraction of the file that is read; the other options are those of TableBuilder.
     """
     form, path = known_format(path, _WHAT, reads=True), Path(path)
     read = form.function("read")
@@ -309,7 +314,7 @@ def read_pieces(
         if not path.exists():
             remove_leftovers(path.parent)  # a killed process may have been about to replace it
         path.stat()
-        builder = TableBuilder(plane_only=plane_only, joints=joints)
+        builder = TableBuilder(plane_only=plane_only, joints=joints, angles=angles)
         for number, piece in enumerate(read(path, builder, progress)):
             for note in piece.notes if number == 0 else ():
                 warnings.warn(f"{_WHAT} {str(path)!r}: {note}", FileWarning, stacklevel=2)

@@ -8,6 +8,7 @@ from gaitgraph._lazy import lazy_names
 
 if TYPE_CHECKING:
     from gaitgraph.validation.report import Check as Check, Report as Report
+    from gaitgraph.validation.rotors import GeometryReport as GeometryReport, validate_geometry as validate_geometry
     from gaitgraph.validation.validating import validate as validate
 else:
     __getattr__, __dir__ = lazy_names(__name__)

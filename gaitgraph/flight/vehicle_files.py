@@ -1,0 +1,325 @@
+"""Vehicles as others describe them: URDF and MJCF, through the physics engine, and parameters of PX4.
+
+Each file is read as rotors of any geometry (:mod:`gaitgraph.invertibility.geometry`) and then, where they are four
+equal arms a quarter turn apart that tilt about themselves, as the constants of a vehicle that the paper's method fits.
+Body axes of URDF and MJCF are taken as x forward, y left, z up, as in ROS; those of PX4 are x forward, y right, z down.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gaitgraph.errors import GaitgraphError, InputError
+from gaitgraph.files import from_toml_file, text_of
+from gaitgraph.flight.engine import mujoco_library
+from gaitgraph.invertibility.geometry import Geometry, geometry_from_mapping
+from gaitgraph.vehicle import UNITS, Vehicle, vehicle_named
+
+if TYPE_CHECKING:
+    from gaitgraph.invertibility.matrices import FloatArray
+
+_ASKED = (
+    "drag_to_thrust",
+    "first_rotor_spin",
+    "mass",
+    "inertia",
+    "max_tilt_rate",
+    "max_thrust",
+    "servo_lag",
+    "rotor_lag",
+)
+_UNITS = {**UNITS, "first_rotor_spin": '"clockwise" or "counterclockwise"'}
+_ALIKE = 0.02  # allowed differences of arms, as a share of the arm's length, and in rad
+_PX4 = re.compile(r"^[^#\n]*?\b(CA_\w+)[ \t]+([-+.\deE]+)", re.MULTILINE)
+_JOINT = re.compile(r'<joint\b[^>]*?\bname="([^"]*)"(.*?)</joint>', re.DOTALL)
+_PLACES = ("PX", "PY", "PZ", "AX", "AY", "AZ")
+_TILTS = {"MINA": 0.0, "MAXA": 90.0, "TD": 0.0}  # degrees
+_COMPILER = 'fusestatic="false" balanceinertia="true" boundmass="1e-12" boundinertia="1e-12"'
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Description:
+    """What a file states about a vehicle.
+
+    Parameters
+    ----------
+    rotors
+        Each rotor as :func:`gaitgraph.invertibility.geometry.geometry_from_mapping` takes it; without `moment_ratio` if
+        the file states none.
+    constants
+        Those of a :class:`gaitgraph.vehicle.Vehicle`; only `name`, mass and inertia if the method does not fit.
+    reasons
+        Why the paper's method does not fit; empty if it does.
+    notes
+        How rotors are counted, and what was left out.
+    """
+
+    rotors: list[dict[str, Any]]
+    constants: dict[str, Any]
+    reasons: tuple[str, ...]
+    notes: tuple[str, ...]
+
+    @property
+    def missing(self) -> list[str]:
+        """Names of the constants that the file does not state: of a vehicle, or of its rotors."""
+        if self.reasons:
+            return [] if "moment_ratio" in self.rotors[0] else ["moment_ratio"]
+        return [name for name in _ASKED if name not in self.constants]
+
+    @property
+    def geometry(self) -> Geometry:
+        """The geometry; InputError if the file does not state the moment ratios."""
+        if "moment_ratio" not in self.rotors[0]:
+            rule = "the file must state the drag of its rotors; complete what gaitgraph vehicles --from prints"
+            raise InputError(f"{rule}, got none for {self.constants['name']!r}")
+        return geometry_from_mapping({"name": self.constants["name"], "rotor": self.rotors})
+
+    def as_toml(self) -> str:
+        """Return a vehicle, or where the method does not fit its rotors, as TOML that ``--vehicle`` reads."""
+        lines = [f"# {note}" for note in (*self.reasons, *self.notes)]
+        stated = {"name": self.constants["name"]} if self.reasons else self.constants
+        lines += [f"{name} = {json.dumps(value, ensure_ascii=False)}" for name, value in stated.items()]
+        lines += [f"# {name} =  # {_UNITS.get(name, 'm')}, not in the file" for name in self.missing]
+        for rotor in self.rotors if self.reasons else ():
+            lines += ["", "[[rotor]]", *(f"{name} = {json.dumps(value)}" for name, value in rotor.items())]
+        return "\n".join(lines)
+
+
+def read_description(path: str | Path) -> Description:
+    """Return what a URDF, MJCF or PX4 parameter file states about a vehicle.
+
+    Raises FileProblem if it cannot be read, MissingExtra if mujoco is needed and not installed, and InputError, with
+    the file, if it describes no rotors that tilt, or parameters contradict each other.
+    """
+    path = Path(path)
+    text = text_of(path, "file")
+    try:
+        if re.search(r"<(robot|mujoco)\b", text):
+            rotors, constants, notes = _of_model(path, text)
+        elif "CA_ROTOR" in text:
+            rotors, constants, notes = _of_px4(text), {}, []
+        else:
+            raise InputError("it must be URDF (<robot>), MJCF (<mujoco>) or parameters of PX4 (CA_ROTOR0_PX …)")
+        arms, reasons, order = _four_arms(rotors)
+        constants = {"name": path.stem, **_tidy(arms), **_tidy(constants)}
+        return Description(
+            rotors=[_tidy(rotor) for rotor in rotors], constants=constants, reasons=reasons, notes=(*notes, *order)
+        )
+    except GaitgraphError as error:
+        raise type(error)(f"file {str(path)!r}: {error}") from error
+
+
+def vehicle_or_geometry(name: str) -> Vehicle | Geometry:
+    """Return the vehicle of a name or TOML file, or the geometry of a file with rotors: TOML, URDF, MJCF or PX4's."""
+    path = Path(name)
+    if path.suffix.lower() in (".params", ".urdf", ".xml"):
+        return read_description(path).geometry
+    if path.suffix.lower() == ".toml" and "rotor" in from_toml_file(path, "vehicle", dict):
+        return from_toml_file(path, "vehicle", lambda stated: geometry_from_mapping({"name": path.stem, **stated}))
+    return vehicle_named(name)
+
+
+def _tidy(values: dict[str, Any]) -> dict[str, Any]:
+    """Return values with twelve digits of each number."""
+
+    def tidy(value: Any) -> Any:
+        if isinstance(value, str):
+            return value
+        return [tidy(one) for one in value] if np.ndim(value) else round(float(f"{value:.12g}"), 15) + 0.0
+
+    return {name: tidy(value) for name, value in values.items()}
+
+
+def _of_px4(text: str) -> list[dict[str, Any]]:
+    """Return the rotors of PX4 parameters; what is not stated has PX4's default (control_allocator/module.yaml).
+
+    The thrust axis of a rotor that tilts is upright, whatever its own parameters are. At tilt angle a it is (sin a, 0,
+    −cos a) in PX4's axes, turned about z by the tilt direction.
+    """
+    stated: dict[str, float] = {}
+    for name, value in _PX4.findall(text):
+        try:
+            number = float(value)
+        except ValueError:
+            raise InputError(f"{name} must be a number, got {value!r}") from None
+        if stated.setdefault(name, number) != number:
+            raise InputError(f"{name} must be stated once, got {stated[name]:g} and {number:g}")
+    count, tilts = (int(stated.get(name, 0)) for name in ("CA_ROTOR_COUNT", "CA_SV_TL_COUNT"))
+    if not 1 <= count <= 64:
+        raise InputError(f"CA_ROTOR_COUNT must be the number of rotors, got {count}")
+    rotors = []
+    for k in range(count):
+        if not any(name.startswith(f"CA_ROTOR{k}_") for name in stated):
+            raise InputError(
+                f"CA_ROTOR_COUNT must not exceed the rotors that are stated, got {count} without CA_ROTOR{k}"
+            )
+        x, y, z, *axis = (stated.get(f"CA_ROTOR{k}_{part}", -1.0 if part == "AZ" else 0.0) for part in _PLACES)
+        rotor: dict[str, Any] = {"position": [x, -y, -z], "moment_ratio": stated.get(f"CA_ROTOR{k}_KM", 0.05)}
+        if servo := int(stated.get(f"CA_ROTOR{k}_TILT", 0)):
+            if not 1 <= servo <= tilts:
+                raise InputError(f"CA_ROTOR{k}_TILT must be at most CA_SV_TL_COUNT = {tilts}, got {servo}")
+            prefix = f"CA_SV_TL{servo - 1}_"
+            low, high, toward = (stated.get(prefix + name, value) for name, value in _TILTS.items())
+            if not low < high:
+                raise InputError(f"{prefix}MAXA must be above {prefix}MINA = {low:g}, got {high:g}")
+            turn = math.radians(toward)
+            rotor["tilt_axis"] = [math.sin(turn), math.cos(turn), 0.0]
+            rotor["tilt_range"] = [math.radians(low), math.radians(high)]
+        else:
+            rotor["thrust_axis"] = [axis[0], -axis[1], -axis[2]]
+        rotors.append(rotor)
+    return rotors
+
+
+def _of_model(path: Path, text: str) -> tuple[list[dict[str, Any]], dict[str, Any], list[str]]:
+    """Return the rotors of a URDF or MJCF model at its zero configuration, mass and inertia, and notes.
+
+    A rotor is an actuator at a site, whose gear has its thrust and drag; else a hinge that turns about body z; else the
+    centre of mass of an arm. An arm is a body with a hinge across the thrust.
+    """
+    mujoco, hinge = mujoco_library(), 3  # mjJNT_HINGE
+    try:
+        if "<robot" in text:
+            folder = json.dumps(str(path.parent.resolve()), ensure_ascii=False)[1:-1]
+            extension = f'<mujoco><compiler {_COMPILER} meshdir="{folder}"/></mujoco>'
+            text = re.sub(r"<robot\b[^>]*>", lambda start: start[0] + extension, text, count=1)
+            model = mujoco.MjModel.from_xml_string(text)
+        else:
+            model = mujoco.MjModel.from_xml_path(str(path))
+    except ValueError as error:
+        hint = "; expand xacro first" if "xacro:" in text else ""
+        raise InputError(f"the physics engine cannot read it ({' '.join(str(error).split())}){hint}") from None
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_comPos(model, data)
+    hinges = [k for k in range(model.njnt) if model.jnt_type[k] == hinge]
+
+    def tilting(body: int, thrust: FloatArray) -> int | None:
+        """Return the nearest hinge across the thrust between a body and the root."""
+        while body:
+            for joint in hinges:
+                if model.jnt_bodyid[joint] == body and abs(data.xaxis[joint] @ thrust) < 0.9:
+                    return joint
+            body = int(model.body_parentid[body])
+        return None
+
+    found: list[tuple[int, FloatArray, FloatArray, float | None]] = []  # body, place, thrust axis, moment ratio
+    for k in range(model.nu):
+        gear, site = model.actuator_gear[k], int(model.actuator_trnid[k, 0])
+        if model.actuator_trntype[k] == int(mujoco.mjtTrn.mjTRN_SITE) and gear[:3].any():
+            ratio = -float(gear[3:] @ gear[:3] / (gear[:3] @ gear[:3]))
+            turn = data.site_xmat[site].reshape(3, 3)
+            found.append((int(model.site_bodyid[site]), data.site_xpos[site], turn @ gear[:3], ratio))
+    up = np.array([0.0, 0.0, 1.0])
+    if not found:
+        found = [(int(model.jnt_bodyid[k]), data.xanchor[k], up, None) for k in hinges if abs(data.xaxis[k][2]) >= 0.9]
+    if not any(tilting(body, thrust) is not None for body, _, thrust, _ in found):
+        arms = {int(model.jnt_bodyid[k]) for k in hinges if abs(data.xaxis[k][2]) < 0.9}
+        found = [(body, data.subtree_com[body], up, None) for body in sorted(arms)]
+    if not found:
+        raise InputError("it must have arms, bodies with a hinge across the thrust of a rotor, got none")
+    root = int(model.body_rootid[found[0][0]])
+    center, turn = data.subtree_com[root], data.xmat[root].reshape(3, 3)
+    rotors, notes, swing, rates = [], [], [], []
+    speeds = {name: re.findall(r'\bvelocity="([.\d]+)"', text) for name, text in _JOINT.findall(text)}
+    for number, (body, place, thrust, ratio) in enumerate(found, start=1):
+        rotor: dict[str, Any] = {"position": place - center, "thrust_axis": thrust / np.linalg.norm(thrust)}
+        if (joint := tilting(body, thrust)) is not None:
+            name = mujoco.mj_id2name(model, int(mujoco.mjtObj.mjOBJ_JOINT), joint)
+            axis, off = data.xaxis[joint], place - data.xanchor[joint]
+            thrust = rotor["thrust_axis"]  # noqa: PLW2901
+            rotor["position"] = rotor["position"] - (off @ thrust) * thrust  # a shift along the thrust has no moment
+            beside = off - (off @ thrust) * thrust - (off @ axis) * axis
+            if np.linalg.norm(beside) > 1e-3:
+                notes.append(
+                    f"rotor {number} is {1e3 * np.linalg.norm(beside):.3g} mm beside its tilt axis: taken as on it"
+                )
+            rotor["tilt_axis"] = axis
+            swing.append(float(model.dof_M0[model.jnt_dofadr[joint]]))
+            low, high = model.jnt_range[joint]
+            if low > high:
+                raise InputError(f"the range of joint {name!r} must be two increasing angles, got {low:g}, {high:g}")
+            if model.jnt_limited[joint]:
+                rotor["tilt_range"] = [low, high]
+            rates += [float(rate) for rate in speeds.get(name, ())]
+        rotor = {name: value if name == "tilt_range" else turn.T @ value for name, value in rotor.items()}
+        rotors.append(rotor if ratio is None else {**rotor, "moment_ratio": ratio})
+    inertia = np.zeros((3, 3))
+    for body in range(1, model.nbody):
+        if model.body_rootid[body] == root:
+            frame, arm = data.ximat[body].reshape(3, 3), data.xipos[body] - center
+            inertia += frame * model.body_inertia[body] @ frame.T
+            inertia += model.body_mass[body] * (arm @ arm * np.eye(3) - np.outer(arm, arm))
+    inertia = turn.T @ inertia @ turn
+    constants = {"mass": float(model.body_subtreemass[root]), "inertia": np.diag(inertia).tolist()}
+    if swing:
+        constants["arm_inertia"] = float(np.mean(swing))
+    if rates:
+        constants["max_tilt_rate"] = min(rates)
+    if np.abs(inertia - np.diag(np.diag(inertia))).max() > _ALIKE * np.diag(inertia).min():
+        notes.append("products of inertia were left out")
+    return rotors, constants, notes
+
+
+def _four_arms(rotors: list[dict[str, Any]]) -> tuple[dict[str, Any], tuple[str, ...], list[str]]:
+    """Return constants of a vehicle, why the paper's method does not fit the rotors, and how its angles are theirs."""
+    count, up = len(rotors), np.array([rotor.get("thrust_axis", [0, 0, 1])[2] for rotor in rotors])
+    place, axis = (np.array([rotor.get(name, [0, 0, 0]) for rotor in rotors]) for name in ("position", "tilt_axis"))
+    length, angle = np.hypot(place[:, 0], place[:, 1]), np.arctan2(place[:, 1], place[:, 0])
+    order = np.argsort((angle - angle[0] + 1e-6) % (2 * math.pi))
+    ratios, allowed = [rotor.get("moment_ratio") for rotor in rotors], _ALIKE * length.mean()
+    quarters = (angle[order] - np.arange(count) * math.pi / 2 - angle[0] + math.pi) % (2 * math.pi) - math.pi
+    inward = np.sum(axis[:, :2] * place[:, :2], axis=1) < 0
+    across = np.abs(axis[:, 0] * place[:, 1] - axis[:, 1] * place[:, 0])
+    reasons = [
+        reason
+        for reason, holds in (
+            (f"it has {count} rotors, not four", count != 4),
+            ("not every rotor tilts", not axis.any(axis=1).all()),
+            ("not every rotor pushes straight up at α = 0", (up < 1 - _ALIKE).any()),
+            ("its arms differ in length", np.ptp(length) > allowed),
+            ("its rotors are not at one height", np.ptp(place[:, 2]) > allowed),
+            ("its arms are not a quarter turn apart", np.abs(quarters).max() > _ALIKE),
+            (
+                "its rotors do not tilt about their own arms",
+                (across > allowed).any() or (np.abs(axis[:, 2]) > _ALIKE).any(),
+            ),
+        )
+        if holds
+    ]
+    known = None not in ratios
+    if known and count == 4:
+        signed = np.array(ratios, dtype=float)[order] * [1, -1, 1, -1]
+        if not np.ptp(signed) <= _ALIKE * np.abs(signed).max() or not signed.any():
+            reasons.append("its rotors do not turn alternately, with one drag ratio")
+    reasons = [f"The paper's method does not fit: {reason}." for reason in reasons]
+    if reasons:
+        return {}, tuple(reasons), []
+    constants: dict[str, Any] = {
+        "arm_length": float(length.mean()),
+        "first_arm_angle": float(angle[0] + quarters.mean()),
+    }
+    if abs(height := float(place[:, 2].mean())) > 1e-9:
+        constants["rotor_height"] = height
+    if known:
+        constants["drag_to_thrust"] = float(np.abs(signed).mean())
+        constants["first_rotor_spin"] = "counterclockwise" if signed[0] > 0 else "clockwise"
+    notes = [f"alpha1 to alpha4 are rotors {', '.join(str(k + 1) for k in order)} of the file"]
+    if inward.any():
+        which = ", ".join(str(k + 1) for k in np.flatnonzero(inward))
+        notes.append(
+            f"the tilt axes of rotors {which} of the file point inward: their angles have the other sign there"
+        )
+    ranges = np.abs([rotor["tilt_range"] for rotor in rotors if "tilt_range" in rotor])
+    if len(ranges):
+        constants["max_tilt"] = float(ranges.min())
+        if np.ptp(ranges) > 1e-9:
+            notes.append("max_tilt is the largest symmetric range that all servos have")
+    return constants, (), notes

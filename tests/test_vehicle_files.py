@@ -1,0 +1,255 @@
+"""Vehicles in files of others, and tilt tables on rotors of any geometry, through the command line too."""
+
+from __future__ import annotations
+
+import math
+import shlex
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import gaitgraph as gg
+from gaitgraph.flight.vehicle_files import read_description
+from gaitgraph.invertibility.geometry import Geometry, geometry_from_mapping
+from gaitgraph.validation.rotors import validate_geometry
+from gaitgraph.vehicle import preset_names, vehicle_named
+
+pytest.importorskip("mujoco")
+RNG = np.random.default_rng(5)
+
+# -- URDF of the links and joints that gimbalrotor's description has, with the numbers of its files
+
+
+def link(name: str, mass: float, place: str, moments: str) -> str:
+    x, y, z = moments.split()
+    inertia = f'<inertia ixx="{x}" iyy="{y}" izz="{z}" ixy="0" ixz="0" iyz="0"/>'
+    inertial = f'<inertial><origin xyz="{place}"/><mass value="{mass}"/>{inertia}</inertial>' if mass else ""
+    return f'<link name="{name}">{inertial}</link>'
+
+
+def joint(kind: str, name: str, ends: str, place: str, more: str = "") -> str:
+    parent, child = ends.split()
+    frame = f'<parent link="{parent}"/><child link="{child}"/><origin xyz="{place}" {more.partition("|")[0]}/>'
+    return f'<joint name="{name}" type="{kind}">{frame}{more.partition("|")[2]}</joint>'
+
+
+def urdf(count: int = 4, axis: str = "1 0 0", extra: str = "", limits: str = "-2.0 2.0") -> str:
+    parts = [link("base_link", 0.1753, "0 0 0.0165", "0.0004 0.0004 0.0008"), extra]
+    low, high = limits.split()
+    for k in range(count):
+        turn = math.pi / 4 + 2 * math.pi * k / count
+        place = f"{0.051 * math.sqrt(2) * math.cos(turn)} {0.051 * math.sqrt(2) * math.sin(turn)} 0"
+        limit = f'<axis xyz="{axis}"/><limit effort="6.6" lower="{low}" upper="{high}" velocity="3.0"/>'
+        parts += [
+            link(f"arm{k}", 0.088, "0.0486 0 0.0161", "0.000001 0.0001 0.0001"),
+            link(f"gimbal{k}", 0.1095, "0.018 0 0.00438", "0.00002989 0.00002848 0.0002698"),
+            link(f"thrust{k}", 0, "", "0 0 0"),
+            joint("fixed", f"fixed{k}", f"base_link arm{k}", place, f'rpy="0 0 {turn}"|'),
+            joint("revolute", f"tilt{k}", f"arm{k} gimbal{k}", "0.077 0 0.0385", f"|{limit}"),
+            joint("continuous", f"rotor{k}", f"gimbal{k} thrust{k}", "0.018 0 0.00438", '|<axis xyz="0 0 1"/>'),
+        ]
+    return f'<robot name="quad">{"".join(parts)}</robot>'
+
+
+def test_urdf_gives_the_preset_that_was_derived_from_the_same_numbers(run: Any) -> None:
+    Path("quad.urdf").write_text(urdf())
+    found, preset = run("vehicles", "--from", "quad.urdf"), vehicle_named("gimbalrotor")
+    assert found.code == 1
+    assert "the file does not state drag_to_thrust, first_rotor_spin, max_thrust" in found.err
+    stated = tomllib.loads(found.out)
+    assert stated.pop("name") == "quad"
+    for name, value in stated.items():
+        assert np.allclose(value, getattr(preset, name), rtol=1e-4), name
+    assert {"mass", "inertia", "arm_length", "rotor_height", "max_tilt", "max_tilt_rate", "arm_inertia"} <= {*stated}
+    Path("quad.toml").write_text(f"drag_to_thrust = 0.0172\n{found.out}")
+    assert run("vehicles", "quad.toml").code == 0
+    assert run("validate", "gait3", "--vehicle", "quad.urdf").err.startswith("gaitgraph: the file must state the drag")
+
+
+@pytest.mark.parametrize("name", preset_names())
+def test_models_read_back(run: Any, name: str) -> None:
+    preset = vehicle_named(name).replace(first_arm_angle=RNG.uniform(-3, 3))
+    Path("mine.toml").write_text(
+        "\n".join(f"{key} = {value!r}".replace("'", '"') for key, value in preset.as_mapping().items())
+    )
+    assert run("vehicles", "mine.toml", "--output", "model.xml").code == 0
+    assert run("vehicles", "mine.toml", "--output", "model.xml").code == 2  # it exists
+    found = read_description("model.xml")
+    again = gg.Vehicle(**found.constants)
+    for field in ("mass", "inertia", "arm_length", "drag_to_thrust", "first_arm_angle", "rotor_height"):
+        assert np.allclose(getattr(again, field), getattr(preset, field), rtol=1e-9, atol=1e-12), field
+    assert again.first_rotor_spin == preset.first_rotor_spin
+    alpha = RNG.uniform(-1, 1, (20, 4))
+    expected = Geometry.of_vehicle(preset)
+    np.testing.assert_allclose(found.geometry.level_matrix(alpha), expected.level_matrix(alpha), atol=1e-9)
+
+
+# -- PX4
+
+QUAD = {(0.15, 0.15): 0.05, (-0.15, -0.15): 0.05, (0.15, -0.15): -0.05, (-0.15, 0.15): -0.05}
+
+
+def parameters(places: dict[tuple[float, float], float], toward: list[int], **more: float) -> str:
+    """Return parameters as QGroundControl saves them; `toward` are the tilt directions [°]."""
+    stated: dict[str, float] = {"CA_ROTOR_COUNT": len(places), "CA_SV_TL_COUNT": len(toward)}
+    for k, ((x, y), drag) in enumerate(places.items()):
+        stated |= {f"CA_ROTOR{k}_PX": x, f"CA_ROTOR{k}_PY": y, f"CA_ROTOR{k}_PZ": -0.02, f"CA_ROTOR{k}_KM": drag}
+        if k < len(toward):
+            stated |= {f"CA_ROTOR{k}_TILT": k + 1, f"CA_SV_TL{k}_TD": toward[k], f"CA_SV_TL{k}_MINA": -60}
+    return "# Onboard parameters\n" + "\n".join(f"1\t1\t{name}\t{value}\t9" for name, value in (stated | more).items())
+
+
+def test_px4_geometry_is_that_of_its_source(tmp_path: Path) -> None:
+    places = {
+        tuple(place): drag for place, drag in zip(RNG.normal(size=(6, 2)).tolist(), RNG.normal(size=6), strict=True)
+    }
+    toward = [0, 90, 200, 315]
+    (tmp_path / "hexa.params").write_text(parameters(places, toward, CA_ROTOR5_AX=0.3, CA_ROTOR5_AZ=-0.5))
+    geometry = read_description(tmp_path / "hexa.params").geometry
+    np.testing.assert_allclose(np.degrees(geometry.tilt_range[:4]), [[-60, 90]] * 4)
+    alpha = RNG.uniform(-1, 1, 6)
+    to_ours = np.diag([1.0, -1.0, -1.0])
+    for k, ((x, y), drag) in enumerate(places.items()):
+        axis = np.array([0.3, 0, -0.5]) / math.hypot(0.3, 0.5) if k == 5 else np.array([0, 0, -1.0])
+        if k < 4:  # ActuatorEffectivenessRotors::tiltedAxis: Dcmf{Eulerf{0, -tilt_angle, tilt_direction}} * (0, 0, -1)
+            axis = Rotation.from_euler("ZYX", [math.radians(toward[k]), -alpha[k], 0]).apply(axis)
+        moment = np.cross([x, y, -0.02], axis) - drag * axis  # computeEffectivenessMatrix, per thrust
+        np.testing.assert_allclose(geometry.force_matrix(alpha)[:, k], to_ours @ axis, atol=1e-11)
+        np.testing.assert_allclose(geometry.moment_matrix(alpha)[:, k], to_ours @ moment, atol=1e-11)
+
+
+def test_px4_quadrotor_is_a_vehicle(run: Any) -> None:
+    Path("x.params").write_text(parameters(QUAD, [135, 315, 45, 45], CA_SV_TL3_MAXA=60))
+    found = run("vehicles", "--from", "x.params")
+    assert found.code == 0
+    assert "rotors 1, 3, 2, 4 of the file" in found.out
+    assert "the tilt axes of rotors 4 of the file point inward" in found.out
+    Path("x.toml").write_text(found.out)
+    vehicle = vehicle_named("x.toml")
+    assert (vehicle.first_rotor_spin, vehicle.first_arm_angle) == ("counterclockwise", pytest.approx(-math.pi / 4))
+    assert (vehicle.rotor_height, vehicle.max_tilt) == pytest.approx((0.02, math.pi / 3))
+    # The same tilt table, in both orders and senses, is the same matrix.
+    mine, theirs = RNG.uniform(-1, 1, (2, 4)), read_description("x.params").geometry
+    expected = Geometry.of_vehicle(vehicle).least_singular_value(mine)
+    np.testing.assert_allclose(theirs.least_singular_value(mine[:, [0, 2, 1, 3]] * [1, 1, 1, -1]), expected, atol=1e-9)
+
+
+NOT_FITTING = {
+    "it has 6 rotors": parameters({**QUAD, (0.3, 0): 0.05, (-0.3, 0): -0.05}, [135, 315, 45, 225]),
+    "not every rotor tilts": parameters(QUAD, [135, 315]),
+    "its arms differ in length": parameters(QUAD, [135, 315, 45, 225], CA_ROTOR0_PX=0.2, CA_ROTOR0_PY=0.2),
+    "not a quarter turn apart": parameters(QUAD, [135, 315, 45, 225], CA_ROTOR0_PX=0.1, CA_ROTOR0_PY=0.187),
+    "do not tilt about their own arms": parameters(QUAD, [0, 0, 0, 0]),
+    "not at one height": parameters(QUAD, [135, 315, 45, 225], CA_ROTOR2_PZ=0.1),
+    "do not turn alternately": parameters(QUAD, [135, 315, 45, 225], CA_ROTOR2_KM=0.05),
+    "its rotors do not turn alternately, with one drag": parameters(QUAD, [135, 315, 45, 225], CA_ROTOR2_KM=-0.06),
+}
+
+
+@pytest.mark.parametrize("reason", NOT_FITTING)
+def test_where_the_method_does_not_fit_the_geometry_is_printed(run: Any, reason: str) -> None:
+    Path("x.params").write_text(NOT_FITTING[reason])
+    found = run("vehicles", "--from", "x.params")
+    assert found.code == 1
+    assert reason in found.out
+    assert reason in run("vehicles", "--from", "x.params", "--json").json["reasons"][0]
+    geometry = geometry_from_mapping(tomllib.loads(found.out))
+    assert geometry.as_mapping() == read_description("x.params").geometry.as_mapping()
+    Path("x.toml").write_text(found.out)
+    assert run("plan", "--waypoint", "0,0", "--vehicle", "x.toml").code == 2
+
+
+# -- Tilt tables
+
+
+def test_a_table_of_six_rotors(run: Any) -> None:
+    toward = [90, 270, 150, 330]
+    turns = [math.radians(a) for a in (0, 180, 60, 240, 120, 300)]
+    places = {(0.3 * math.cos(a), 0.3 * math.sin(a)): 0.05 * (-1) ** k for k, a in enumerate(turns)}
+    Path("six.params").write_text(parameters(places, toward))
+    Path("six.csv").write_text("alpha1,alpha2,alpha3,alpha4_deg,note\n0,0,0,0,a\n0.1,0.1,-0.1,-6,b\n")
+    good = run("validate", "six.csv", "--vehicle", "six.params", "--json")
+    geometry = read_description("six.params").geometry
+    rows = np.array([[0, 0, 0, 0, 0, 0], [0.1, 0.1, -0.1, math.radians(-6), 0, 0]])
+    between = geometry.least_singular_value(rows[0] + np.linspace(0, 1, 999)[:, None] * (rows[1] - rows[0]))
+    assert good.code == 0
+    checks = {check["name"]: check for check in good.json["checks"]}
+    assert checks["least_singular_value"]["value"] == pytest.approx(between.min(), abs=2e-4)
+    assert [good.json[name] for name in ("valid", "two_color", "reachable_from_hover", "flyable")] == [None] * 3 + [
+        True
+    ]
+    singular = validate_geometry(rows * 15, geometry)
+    assert not singular
+    assert not singular.checks[-1].ok
+    assert singular.checks[-1].name == "tilt_range"
+
+
+def test_four_arms_are_judged_alike() -> None:
+    for gait in (3, 4):
+        alpha = gg.gait_of(f"gait{gait}").alpha
+        mine = {check.name: check for check in validate_geometry(alpha, Geometry.of_vehicle(gg.PAPER)).checks}
+        report = gg.validate(alpha)
+        for name in ("least_singular_value", "hover_thrust"):
+            assert mine[name].ok == report[name].ok
+            assert mine[name].value == pytest.approx(report[name].value, abs=2e-4)
+    crossing = validate_geometry([[0.0] * 4, [1.0, -1.0, 1.0, -1.0]], Geometry.of_vehicle(gg.PAPER))
+    assert not crossing.flyable
+    assert "row 1 and" in str(crossing)
+    assert crossing.checks[0].value < 1e-3
+
+
+WRONG = {
+    "vehicles --from no.urdf": "file 'no.urdf' cannot be read",
+    "vehicles --from text.xml": "file 'text.xml': it must be URDF (<robot>), MJCF (<mujoco>) or parameters of PX4",
+    "vehicles --from broken.urdf": "file 'broken.urdf': the physics engine cannot read it (",
+    "vehicles --from armless.urdf": "it must have arms",
+    "vehicles --from mesh.urdf": "none.stl",
+    "vehicles --from empty.urdf": "range",
+    "vehicles --from range.params": "CA_SV_TL0_MAXA must be above CA_SV_TL0_MINA = -60, got -70",
+    "vehicles --from twice.params": "CA_ROTOR0_KM must be stated once, got 0.05 and 0.07",
+    "vehicles --from count.params": "CA_ROTOR_COUNT must not exceed the rotors that are stated, got 5",
+    "vehicles --from none.params": "CA_ROTOR_COUNT must be the number of rotors, got 0",
+    "vehicles --from servo.params": "CA_ROTOR0_TILT must be at most CA_SV_TL_COUNT = 4, got 7",
+    "vehicles --from good.params --output x.xml": "cannot be combined",
+    "vehicles paper --from good.params": "--from good.params cannot be combined with 'paper'",
+    "vehicles --output x.xml": "--output must be a file .xml, with the name of one vehicle",
+    "vehicles paper --output x.urdf": "--output must be a file .xml",
+    "vehicles light.toml --output x.xml": "states no mass",
+    "validate gait3 --vehicle good.params --tolerance 0.1": "--tolerance must be omitted for rotors",
+    "validate five.csv --vehicle good.params": "column 'alpha4' is missing; columns must be alpha1",
+    "validate four.csv --vehicle still.toml": "tilt_axis must be other than zero for at least one rotor",
+    "validate four.csv --vehicle bad.toml": "vehicle file 'bad.toml': position must be numbers within ±1000",
+}
+
+
+@pytest.mark.parametrize("command", WRONG)
+def test_bad_input_is_one_line(run: Any, command: str) -> None:
+    good = parameters(QUAD, [135, 315, 45, 225])
+    wrong = '<collision><geometry><mesh filename="none.stl"/></geometry></collision></link>'
+    for name, text in {
+        "text.xml": "no XML at all",
+        "broken.urdf": "<robot><link",
+        "armless.urdf": urdf(0),
+        "mesh.urdf": urdf().replace("</link>", wrong, 1),
+        "empty.urdf": urdf(limits="1 -1"),
+        "good.params": good,
+        "range.params": parameters(QUAD, [135, 315, 45, 225], CA_SV_TL0_MAXA=-70),
+        "twice.params": good + "\n1\t1\tCA_ROTOR0_KM\t0.07\t9\n",
+        "count.params": parameters(QUAD, [135, 315, 45, 225], CA_ROTOR_COUNT=5),
+        "none.params": "1 1 CA_ROTOR0_PX 0.1 9",
+        "servo.params": parameters(QUAD, [135, 315, 45, 225], CA_ROTOR0_TILT=7),
+        "light.toml": "drag_ratio = 0.2",
+        "five.csv": "alpha1,alpha2,alpha3\n0,0,0\n",
+        "four.csv": "alpha1,alpha2,alpha3,alpha4\n0,0,0,0\n",
+        "still.toml": "[[rotor]]\nposition = [1, 0, 0]\nmoment_ratio = 0.1",
+        "bad.toml": "[[rotor]]\nposition = [1, 0]\nmoment_ratio = 0.1",
+    }.items():
+        Path(name).write_text(text)
+    result = run(*shlex.split(command))
+    assert (result.code, result.out) == (2, "")
+    assert WRONG[command] in result.err
+    assert len(result.err.splitlines()) == 1
