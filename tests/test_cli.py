@@ -148,7 +148,7 @@ def test_export(run: Any) -> None:
 
 def test_vehicles_and_version(run: Any) -> None:
     rows = run("vehicles", "--json").json["vehicles"]
-    assert [row["name"] for row in rows] == ["paper", "beetle_omni"]
+    assert [row["name"] for row in rows] == ["paper", "beetle_omni", "beetle_art", "gimbalrotor", "padova"]
     Path("mine.toml").write_text("drag_ratio = 0.1\n")
     Path("fast.toml").write_text('drag_ratio = 0.1\nmax_tilt = "80deg"\nmax_tilt_rate = 300\n')
     assert run("vehicles", "--vehicle", "mine.toml").out.startswith("mine: κ = 0.100000, δ = 0.099669 rad")
@@ -173,7 +173,7 @@ WRONG = [
     ("plan", "waypoints must be in a request file or given with --waypoint A1,A2, got neither"),
     ("optimize", "waypoints must be given with --waypoint A1,A2, got none"),
     ("plan --waypoint 0.1", "--waypoint must be A1,A2, two angles, got '0.1'"),
-    ("roots 0 0 --vehicle=", "vehicle must be a preset (paper, beetle_omni), a .toml file, a mapping of constants or"),
+    ("roots 0 0 --vehicle=", "vehicle must be a preset (paper, beetle_omni, beetle_art, gimbalrotor, padova), a .toml"),
     ("plan --waypoint 0,0 --vehicle none.toml", "vehicle 'none.toml' cannot be read: No such file"),
     ("plan --waypoint 0,0 --output x.txt", "got 'x.txt'"),
     ("plan --waypoint 0,0 --output there.csv", "output 'there.csv' exists. Overwrite it with --force"),
@@ -406,7 +406,7 @@ def complete(run: Any, monkeypatch: pytest.MonkeyPatch) -> Callable[..., list[st
         ("plan --waypoint -0.3,?", []),
         ("pace gait.csv --period ?", ["least"]),
         ("plan re?", ["file,re"]),
-        ("vehicles --vehicle b?", ["file,b", "beetle_omni"]),
+        ("vehicles --vehicle b?", ["file,b", "beetle_omni", "beetle_art"]),
         ("transition gait.csv h?", ["file,h", "hover"]),
     ],
 )

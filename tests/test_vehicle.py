@@ -49,7 +49,7 @@ def test_presets() -> None:
     assert beetle.signed_drag_ratio == -beetle.drag_ratio
     assert not beetle.carries_published_coefficients
     message = refusal("papper")
-    assert message.startswith("vehicle must be a preset (paper, beetle_omni), a .toml file, ")
+    assert message.startswith("vehicle must be a preset (paper, beetle_omni, beetle_art, gimbalrotor, padova), a ")
     assert message.endswith("did you mean 'paper'?")
     assert "did you mean" not in refusal("quadcopter")
     for wrong in ([1], {1: 2}, None):

@@ -33,8 +33,7 @@ def validate_command(gait_file: str, require: str = "valid", **given: Any) -> in
     checked, on alpha1 to alphaN, and the exit code is 1 if the table is not flyable.
     """
     from gaitgraph.io.formats import holds_request, provenance_in
-    from gaitgraph.validation.rotors import validate_geometry
-    from gaitgraph.validation.validating import validate
+    from gaitgraph.validation.validating import validate, validate_geometry
     from gaitgraph.vehicle import Vehicle
 
     with Working(f"judging {gait_file}") as progress:

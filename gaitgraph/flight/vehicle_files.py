@@ -25,16 +25,8 @@ from gaitgraph.vehicle import UNITS, Vehicle, vehicle_named
 if TYPE_CHECKING:
     from gaitgraph.invertibility.matrices import FloatArray
 
-_ASKED = (
-    "drag_to_thrust",
-    "first_rotor_spin",
-    "mass",
-    "inertia",
-    "max_tilt_rate",
-    "max_thrust",
-    "servo_lag",
-    "rotor_lag",
-)
+_ASKED = ("drag_to_thrust", "first_rotor_spin", "mass", "inertia")
+_ASKED += ("max_tilt", "max_tilt_rate", "max_thrust", "servo_lag", "rotor_lag")
 _UNITS = {**UNITS, "first_rotor_spin": '"clockwise" or "counterclockwise"'}
 _ALIKE = 0.02  # allowed differences of arms, as a share of the arm's length, and in rad
 _PX4 = re.compile(r"^[^#\n]*?\b(CA_\w+)[ \t]+([-+.\deE]+)", re.MULTILINE)
@@ -48,17 +40,9 @@ _COMPILER = 'fusestatic="false" balanceinertia="true" boundmass="1e-12" boundine
 class Description:
     """What a file states about a vehicle.
 
-    Parameters
-    ----------
-    rotors
-        Each rotor as :func:`gaitgraph.invertibility.geometry.geometry_from_mapping` takes it; without `moment_ratio` if
-        the file states none.
-    constants
-        Those of a :class:`gaitgraph.vehicle.Vehicle`; only `name`, mass and inertia if the method does not fit.
-    reasons
-        Why the paper's method does not fit; empty if it does.
-    notes
-        How rotors are counted, and what was left out.
+    `rotors` are as :func:`gaitgraph.invertibility.geometry.geometry_from_mapping` takes them, without `moment_ratio` if
+    the file states none; `constants` those of a :class:`gaitgraph.vehicle.Vehicle`. `reasons` say why the paper's
+    method does not fit, if it does not, and `notes` how rotors are counted and what was left out.
     """
 
     rotors: list[dict[str, Any]]
@@ -108,10 +92,8 @@ def read_description(path: str | Path) -> Description:
         else:
             raise InputError("it must be URDF (<robot>), MJCF (<mujoco>) or parameters of PX4 (CA_ROTOR0_PX …)")
         arms, reasons, order = _four_arms(rotors)
-        constants = {"name": path.stem, **_tidy(arms), **_tidy(constants)}
-        return Description(
-            rotors=[_tidy(rotor) for rotor in rotors], constants=constants, reasons=reasons, notes=(*notes, *order)
-        )
+        stated, rotors = _tidy({"name": path.stem, **arms, **constants}), [_tidy(rotor) for rotor in rotors]
+        return Description(rotors=rotors, constants=stated, reasons=reasons, notes=(*notes, *order))
     except GaitgraphError as error:
         raise type(error)(f"file {str(path)!r}: {error}") from error
 
@@ -126,15 +108,13 @@ def vehicle_or_geometry(name: str) -> Vehicle | Geometry:
     return vehicle_named(name)
 
 
-def _tidy(values: dict[str, Any]) -> dict[str, Any]:
-    """Return values with twelve digits of each number."""
-
-    def tidy(value: Any) -> Any:
-        if isinstance(value, str):
-            return value
-        return [tidy(one) for one in value] if np.ndim(value) else round(float(f"{value:.12g}"), 15) + 0.0
-
-    return {name: tidy(value) for name, value in values.items()}
+def _tidy(value: Any) -> Any:
+    """Return numbers, also in lists and mappings, with twelve digits."""
+    if isinstance(value, dict):
+        return {name: _tidy(one) for name, one in value.items()}
+    if isinstance(value, str):
+        return value
+    return [_tidy(one) for one in value] if np.ndim(value) else round(float(f"{value:.12g}"), 15) + 0.0
 
 
 def _of_px4(text: str) -> list[dict[str, Any]]:
@@ -157,9 +137,7 @@ def _of_px4(text: str) -> list[dict[str, Any]]:
     rotors = []
     for k in range(count):
         if not any(name.startswith(f"CA_ROTOR{k}_") for name in stated):
-            raise InputError(
-                f"CA_ROTOR_COUNT must not exceed the rotors that are stated, got {count} without CA_ROTOR{k}"
-            )
+            raise InputError(f"CA_ROTOR_COUNT must be the number of rotors, got {count} without CA_ROTOR{k}_PX")
         x, y, z, *axis = (stated.get(f"CA_ROTOR{k}_{part}", -1.0 if part == "AZ" else 0.0) for part in _PLACES)
         rotor: dict[str, Any] = {"position": [x, -y, -z], "moment_ratio": stated.get(f"CA_ROTOR{k}_KM", 0.05)}
         if servo := int(stated.get(f"CA_ROTOR{k}_TILT", 0)):
@@ -210,6 +188,7 @@ def _of_model(path: Path, text: str) -> tuple[list[dict[str, Any]], dict[str, An
             body = int(model.body_parentid[body])
         return None
 
+    constants, notes = dict[str, Any](), list[str]()
     found: list[tuple[int, FloatArray, FloatArray, float | None]] = []  # body, place, thrust axis, moment ratio
     for k in range(model.nu):
         gear, site = model.actuator_gear[k], int(model.actuator_trnid[k, 0])
@@ -217,6 +196,8 @@ def _of_model(path: Path, text: str) -> tuple[list[dict[str, Any]], dict[str, An
             ratio = -float(gear[3:] @ gear[:3] / (gear[:3] @ gear[:3]))
             turn = data.site_xmat[site].reshape(3, 3)
             found.append((int(model.site_bodyid[site]), data.site_xpos[site], turn @ gear[:3], ratio))
+            if model.actuator_dyntype[k] in (int(mujoco.mjtDyn.mjDYN_FILTER), int(mujoco.mjtDyn.mjDYN_FILTEREXACT)):
+                constants["rotor_lag"] = float(model.actuator_dynprm[k, 0])
     up = np.array([0.0, 0.0, 1.0])
     if not found:
         found = [(int(model.jnt_bodyid[k]), data.xanchor[k], up, None) for k in hinges if abs(data.xaxis[k][2]) >= 0.9]
@@ -227,20 +208,19 @@ def _of_model(path: Path, text: str) -> tuple[list[dict[str, Any]], dict[str, An
         raise InputError("it must have arms, bodies with a hinge across the thrust of a rotor, got none")
     root = int(model.body_rootid[found[0][0]])
     center, turn = data.subtree_com[root], data.xmat[root].reshape(3, 3)
-    rotors, notes, swing, rates = [], [], [], []
+    rotors: list[dict[str, Any]] = []
+    swing, rates = list[float](), list[float]()
     speeds = {name: re.findall(r'\bvelocity="([.\d]+)"', text) for name, text in _JOINT.findall(text)}
     for number, (body, place, thrust, ratio) in enumerate(found, start=1):
-        rotor: dict[str, Any] = {"position": place - center, "thrust_axis": thrust / np.linalg.norm(thrust)}
+        push = thrust / np.linalg.norm(thrust)
+        rotor: dict[str, Any] = {"position": place - center, "thrust_axis": push}
         if (joint := tilting(body, thrust)) is not None:
             name = mujoco.mj_id2name(model, int(mujoco.mjtObj.mjOBJ_JOINT), joint)
             axis, off = data.xaxis[joint], place - data.xanchor[joint]
-            thrust = rotor["thrust_axis"]  # noqa: PLW2901
-            rotor["position"] = rotor["position"] - (off @ thrust) * thrust  # a shift along the thrust has no moment
-            beside = off - (off @ thrust) * thrust - (off @ axis) * axis
-            if np.linalg.norm(beside) > 1e-3:
-                notes.append(
-                    f"rotor {number} is {1e3 * np.linalg.norm(beside):.3g} mm beside its tilt axis: taken as on it"
-                )
+            rotor["position"] = rotor["position"] - (off @ push) * push  # a shift along the thrust has no moment
+            beside = float(np.linalg.norm(off - (off @ push) * push - (off @ axis) * axis))
+            if beside > 1e-3:
+                notes.append(f"rotor {number} is {1e3 * beside:.3g} mm beside its tilt axis: taken as on it")
             rotor["tilt_axis"] = axis
             swing.append(float(model.dof_M0[model.jnt_dofadr[joint]]))
             low, high = model.jnt_range[joint]
@@ -251,20 +231,18 @@ def _of_model(path: Path, text: str) -> tuple[list[dict[str, Any]], dict[str, An
             rates += [float(rate) for rate in speeds.get(name, ())]
         rotor = {name: value if name == "tilt_range" else turn.T @ value for name, value in rotor.items()}
         rotors.append(rotor if ratio is None else {**rotor, "moment_ratio": ratio})
-    inertia = np.zeros((3, 3))
+    inertia = np.zeros((3, 3))  # at α = 0; its products are left out
     for body in range(1, model.nbody):
         if model.body_rootid[body] == root:
             frame, arm = data.ximat[body].reshape(3, 3), data.xipos[body] - center
             inertia += frame * model.body_inertia[body] @ frame.T
             inertia += model.body_mass[body] * (arm @ arm * np.eye(3) - np.outer(arm, arm))
     inertia = turn.T @ inertia @ turn
-    constants = {"mass": float(model.body_subtreemass[root]), "inertia": np.diag(inertia).tolist()}
+    constants |= {"mass": float(model.body_subtreemass[root]), "inertia": np.diag(inertia)}
     if swing:
-        constants["arm_inertia"] = float(np.mean(swing))
+        constants["arm_inertia"] = np.mean(swing)
     if rates:
         constants["max_tilt_rate"] = min(rates)
-    if np.abs(inertia - np.diag(np.diag(inertia))).max() > _ALIKE * np.diag(inertia).min():
-        notes.append("products of inertia were left out")
     return rotors, constants, notes
 
 
@@ -278,48 +256,35 @@ def _four_arms(rotors: list[dict[str, Any]]) -> tuple[dict[str, Any], tuple[str,
     quarters = (angle[order] - np.arange(count) * math.pi / 2 - angle[0] + math.pi) % (2 * math.pi) - math.pi
     inward = np.sum(axis[:, :2] * place[:, :2], axis=1) < 0
     across = np.abs(axis[:, 0] * place[:, 1] - axis[:, 1] * place[:, 0])
-    reasons = [
-        reason
-        for reason, holds in (
-            (f"it has {count} rotors, not four", count != 4),
-            ("not every rotor tilts", not axis.any(axis=1).all()),
-            ("not every rotor pushes straight up at α = 0", (up < 1 - _ALIKE).any()),
-            ("its arms differ in length", np.ptp(length) > allowed),
-            ("its rotors are not at one height", np.ptp(place[:, 2]) > allowed),
-            ("its arms are not a quarter turn apart", np.abs(quarters).max() > _ALIKE),
-            (
-                "its rotors do not tilt about their own arms",
-                (across > allowed).any() or (np.abs(axis[:, 2]) > _ALIKE).any(),
-            ),
-        )
-        if holds
-    ]
-    known = None not in ratios
-    if known and count == 4:
-        signed = np.array(ratios, dtype=float)[order] * [1, -1, 1, -1]
-        if not np.ptp(signed) <= _ALIKE * np.abs(signed).max() or not signed.any():
-            reasons.append("its rotors do not turn alternately, with one drag ratio")
-    reasons = [f"The paper's method does not fit: {reason}." for reason in reasons]
-    if reasons:
-        return {}, tuple(reasons), []
-    constants: dict[str, Any] = {
-        "arm_length": float(length.mean()),
-        "first_arm_angle": float(angle[0] + quarters.mean()),
+    leans = (across > allowed).any() or (np.abs(axis[:, 2]) > _ALIKE).any()
+    problems = {
+        f"it has {count} rotors, not four": count != 4,
+        "not every rotor tilts": not axis.any(axis=1).all(),
+        "not every rotor pushes straight up at α = 0": (up < 1 - _ALIKE).any(),
+        "its arms differ in length": np.ptp(length) > allowed,
+        "its rotors are not at one height": np.ptp(place[:, 2]) > allowed,
+        "its arms are not a quarter turn apart": np.abs(quarters).max() > _ALIKE,
+        "its rotors do not tilt about their own arms": leans,
     }
-    if abs(height := float(place[:, 2].mean())) > 1e-9:
+    signed = np.array([math.nan if one is None else one for one in ratios])[order] * (-1.0) ** np.arange(count)
+    problems["its rotors do not turn alternately, with one drag ratio"] = (
+        np.ptp(signed) > _ALIKE * np.abs(signed).max() or not signed.any()
+    )
+    if reasons := [f"The paper's method does not fit: {problem}." for problem, holds in problems.items() if holds]:
+        return {}, tuple(reasons), []
+    constants = {"arm_length": length.mean(), "first_arm_angle": angle[0] + quarters.mean()}
+    if abs(height := place[:, 2].mean()) > 1e-9:
         constants["rotor_height"] = height
-    if known:
-        constants["drag_to_thrust"] = float(np.abs(signed).mean())
+    if None not in ratios:
+        constants["drag_to_thrust"] = np.abs(signed).mean()
         constants["first_rotor_spin"] = "counterclockwise" if signed[0] > 0 else "clockwise"
     notes = [f"alpha1 to alpha4 are rotors {', '.join(str(k + 1) for k in order)} of the file"]
     if inward.any():
         which = ", ".join(str(k + 1) for k in np.flatnonzero(inward))
-        notes.append(
-            f"the tilt axes of rotors {which} of the file point inward: their angles have the other sign there"
-        )
+        notes.append(f"tilt axes of rotors {which} of the file point inward: their angles have the other sign there")
     ranges = np.abs([rotor["tilt_range"] for rotor in rotors if "tilt_range" in rotor])
     if len(ranges):
-        constants["max_tilt"] = float(ranges.min())
+        constants["max_tilt"] = ranges.min()
         if np.ptp(ranges) > 1e-9:
             notes.append("max_tilt is the largest symmetric range that all servos have")
     return constants, (), notes

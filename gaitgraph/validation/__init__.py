@@ -8,7 +8,10 @@ from gaitgraph._lazy import lazy_names
 
 if TYPE_CHECKING:
     from gaitgraph.validation.report import Check as Check, Report as Report
-    from gaitgraph.validation.rotors import GeometryReport as GeometryReport, validate_geometry as validate_geometry
-    from gaitgraph.validation.validating import validate as validate
+    from gaitgraph.validation.validating import (
+        GeometryReport as GeometryReport,
+        validate as validate,
+        validate_geometry as validate_geometry,
+    )
 else:
     __getattr__, __dir__ = lazy_names(__name__)
