@@ -316,6 +316,8 @@ def test_cycles(run: Any) -> None:
     assert (short.code, short.json["status"]) == (1, "none")
     assert run("cycles", "--effort", "1", "--json").json["status"] == "unfinished"
     assert "within 0.1 rad" in short.json["reason"]
+    Path("request.toml").write_text('waypoints = [["pi/8", "-pi/8"]]\n')
+    assert "do not use waypoints" in run("cycles", "request.toml", "--limit", "1").err
 
 
 def test_interrupting_keeps_what_is_printed(tmp_path: Path) -> None:

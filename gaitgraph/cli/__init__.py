@@ -151,6 +151,8 @@ def main(args: Sequence[str] | None = None) -> NoReturn:
 # ---------------------------------------------------------------- commands and their options
 
 REMOVED = {
+    "cycles --any-order": "plan --method grid --any-order finds a loop through waypoints",
+    "cycles --waypoint": "plan --method grid finds a loop through waypoints",
     "fly --render": "A film is drawn: --output flight.gif",
     "fly --view": "Write a film: --output flight.gif",
     "plan --watch": "Run the command again when the file changes, for example with entr",
