@@ -337,10 +337,7 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     # files
     (FormatOptions, {"periods": 0}, "periods must be a whole number from 1 to 100000, got 0"),
     (FormatOptions, {"joint_names": ("a", "b", "c")}, "joint_names must be four different printable texts"),
-    (FormatOptions, {"states_topic": "a b"}, "states_topic must be a topic such as '/arm/joint_states'"),
-    (FormatOptions, {"trajectory_topic": "/joint_states"}, "states_topic must be another topic than trajectory_topic"),
     (FormatOptions, {"number": "flaot"}, "number must be float, double or fixed, got 'flaot'"),
-    (FormatOptions, {"c_name": "3a"}, "c_name must be up to 60 letters, digits and underscores, a letter first"),
     # validation and robustness
     (validate, {"gait": TABLE, "tolerance": -1}, "tolerance must be a finite number ≥ 0, got -1"),
     (validate, {"gait": G3, "floor": NAN}, "floor must be a finite number ≥ 0, got nan"),

@@ -196,7 +196,7 @@ WRONG = [
     ("plan good.toml --sign plus", "gaitgraph: --sign must be one of auto, positive, negative, got 'plus'"),
     ("plan --waypoint 0,0 --vehicle light", "got 'light'; did you mean 'light.toml'?"),
     ("region --sheets all", "No such option '--sheets'"),
-    ("plan film.gif", "got 'film.gif'; a film is not read: use the gait table or the request"),
+    ("plan film.gif", "got 'film.gif'; this format is not read: use the gait table or the request"),
     ("plan --waypoint 0,0 --output x.svg", ".h, .gif, .mp4, got 'x.svg'; films are .gif, .mp4"),
     ("validate none.csv", "gaitgraph: gait file 'none.csv' cannot be read: No such file or directory\n"),
     ("validate long.csv", "line 2 must be comma-separated text: field larger than field limit (131072)"),

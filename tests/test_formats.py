@@ -210,16 +210,11 @@ def test_a_long_file_is_judged_and_exported_in_pieces(
     monkeypatch.setattr(text_files, "_BLOCK", 2000)
     monkeypatch.setattr(binary_tables, "ROWS_OF_A_PIECE", 50)
     monkeypatch.setattr(timed_gait, "_BYTES_HELD", 60)
-    seen: list[float] = []
-    count = len(list(read_pieces(path, progress=seen.append)))
+    count = len(list(read_pieces(path)))
     assert count == 1 if suffix == ".json" else count > 5
-    assert seen == sorted(seen)
-    assert suffix == ".json" or seen[-1] == 1.0
     assert gg.validate(path).as_mapping() == report.as_mapping()
-    done: list[float] = []
-    done_by = export(path, [tmp_path / "cut.csv", tmp_path / "cut.parquet"], progress=done.append)
+    done_by = export(path, [tmp_path / "cut.csv", tmp_path / "cut.parquet"])
     assert (done_by.rows, done_by.columns[0]) == (301, "t")
-    assert (done, done[-1]) == (sorted(done), 1.0)
     assert (tmp_path / "cut.csv").read_bytes() == (tmp_path / "whole.csv").read_bytes()
     assert_same(read_table(tmp_path / "cut.parquet"), read_table(tmp_path / "whole.parquet"))
 
@@ -327,4 +322,4 @@ def test_the_page_lists_every_format() -> None:
     assert list(found) == list(FORMATS)
     for suffix, one in FORMATS.items():
         extra = f"`{one.extra}`" if one.extra else "–"
-        assert found[suffix] == [one.name, extra, "yes" if one.reads else "`plan` only"]
+        assert found[suffix] == [one.name, extra, "yes" if one.reads else "no"]

@@ -8,7 +8,7 @@ import click
 
 from gaitgraph.cli import Paths, Working, command, file, one_of, option, print_json, wants_json
 
-_FORMAT_OPTIONS = ("periods", "joint_names", "trajectory_topic", "states_topic", "number", "c_name")
+_FORMAT_OPTIONS = ("periods", "joint_names", "number")
 
 
 def _map_names() -> list[str]:
@@ -25,10 +25,7 @@ def _map_names() -> list[str]:
     option("--servos", "NAME_OR_FILE", "Write positions of joints, by a preset or a TOML file.", words=_map_names),
     option("--periods", "N", "Periods in a bag or .yaml.  [default: 1]"),
     option("--joint-names", "A,B,C,D", "Names of the joints that tilt rotors 1 to 4, in a bag, .yaml or .h."),
-    option("--trajectory-topic", "TOPIC", "Topic of the trajectory in a bag.  [default: /joint_trajectory]"),
-    option("--states-topic", "TOPIC", "Topic of the states in a bag.  [default: /joint_states]"),
     one_of("--number", "float", "double", "fixed", of="In a .h: "),
-    option("--c-name", "WORD", "Prefix of all names in a .h.  [default: the file's name]"),
     "period samples rate law force vehicle coefficients json",
 )
 def export_command(gait_file: str, outputs: Paths, force: bool = False, servos: str | None = None, **given: Any) -> int:
@@ -54,11 +51,8 @@ def export_command(gait_file: str, outputs: Paths, force: bool = False, servos: 
         given["joints"] = servo_map_named(given.pop("columns"))
     tables, films = tables_and_films(outputs)
     check_films(films, force=force)
-    with Working(f"exporting {gait_file}") as progress:
-        options = FormatOptions(**chosen)
-        done = export(
-            gait_file, tables, force=force, options=options, servos=servo_map, progress=progress.part, **given
-        )
+    with Working(f"exporting {gait_file}"):
+        done = export(gait_file, tables, force=force, options=FormatOptions(**chosen), servos=servo_map, **given)
         if films:
             write_films(merged(done.pieces()), films, force=force)
     if wants_json():

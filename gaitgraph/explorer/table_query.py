@@ -66,7 +66,7 @@ def table_answer(name: str, content: bytes, progress: Progress = queries.quiet) 
         path = Path(folder) / f"table{form.suffix}"
         path.write_bytes(content)
         try:
-            table = merged(_bounded(read_pieces(path, progress=progress)))
+            table = merged(_bounded(read_pieces(path), progress))
             if isinstance(table.about.get("vehicle"), str):  # in the library it may be the name of a file
                 checked_choice("vehicle", table.about["vehicle"], preset_names())
             with naming_file(path):
@@ -137,10 +137,11 @@ def _broken_runs(rows: Gait, report: Report) -> list[dict[str, Any]]:
     return [place for _, place in sorted(found, key=lambda one: one[0])[:_MOST_RUNS]]
 
 
-def _bounded(pieces: Iterable[Table]) -> Iterator[Table]:
+def _bounded(pieces: Iterable[Table], progress: Progress) -> Iterator[Table]:
     """Yield pieces of a table up to the limit of rows: a small file can hold more rows than fit in memory."""
     rows, most = 0, queries.LIMITS["rows"]
     for piece in pieces:
+        progress("reading")
         rows += len(piece)
         if rows > most:
             raise InputError(f"a table must have at most {most} rows here; 'gaitgraph validate' has no limit")

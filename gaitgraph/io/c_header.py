@@ -41,7 +41,7 @@ def write_h(pieces: Iterable[Table], path: Path, options: FormatOptions) -> None
     Rows are joined by cubics where the table has rates and accelerations, else, and in fixed point, by straight lines.
     """
     table = merged_up_to(pieces, _MOST_ROWS + 1, "a C header")
-    number, name = options.number, options.c_name or re.sub(r"[^A-Za-z0-9_]", "_", path.stem)[:60]
+    number, name = options.number, re.sub(r"[^A-Za-z0-9_]", "_", path.stem)[:60]
     if not name[:1].isalpha():
         name = f"gait_{name.strip('_')}"[:60].rstrip("_")
     times, angles, closed = table["t"] - table["t"][0], table.alpha, is_closed(table.alpha)

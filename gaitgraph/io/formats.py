@@ -30,7 +30,7 @@ from gaitgraph.errors import (
 )
 from gaitgraph.files import check_new_files, path_of, reading, remove_leftovers, text_of, value_from_json, write_whole
 from gaitgraph.gait.gait import PAPER_GAITS, Gait, paper_gait
-from gaitgraph.gait.table import ANGLES, Table, about_from_text, closed_rows, merged, paced_gait
+from gaitgraph.gait.table import ANGLES, Table, closed_rows, merged, paced_gait
 from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.io import binary_tables, c_header, ros, text_files
 from gaitgraph.io.columns import FormatOptions, TableBuilder, is_frame, table_from_frame
@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from gaitgraph.invertibility.matrices import CoefficientsLike
-    from gaitgraph.io.columns import Frame, Progress
+    from gaitgraph.io.columns import Frame
     from gaitgraph.io.servo_map import ServoMap
     from gaitgraph.vehicle import VehicleLike
 
@@ -65,7 +65,7 @@ class Format:
     """One kind of gait file.
 
     Its module has ``write_SUFFIX(pieces, path, options)``, which writes a new file or folder from the pieces of a
-    table, and ``read_SUFFIX(path, builder, progress)``, which yields the tables of its columns, piece by piece.
+    table, and ``read_SUFFIX(path, builder)``, which yields the tables of its columns, piece by piece.
     """
 
     suffix: str
@@ -73,16 +73,10 @@ class Format:
     module: ModuleType
     library: str | None = None  # that it needs, and the extra that brings it
     extra: str | None = None
-    mark: str = ""  # of texts that are not read as tables: how the line begins that states what made it,
-    end: str = ""  # and the last line
+    reads: bool = True  # whether its files are read as gait tables
     folder: bool = False
     options: tuple[str, ...] = ()  # fields of FormatOptions that its writer heeds
     own: tuple[str, ...] = ()  # names of columns that it has for something else
-
-    @property
-    def reads(self) -> bool:
-        """Whether its files are read as gait tables."""
-        return not self.mark
 
     def why_not(self) -> str | None:
         """Return what is missing here, or None if the format can be used."""
@@ -98,23 +92,21 @@ class Format:
         return found
 
 
-_BAG: Any = {"library": "rosbags", "extra": "ros", "folder": True}
-_BAG["options"] = ("periods", "joint_names", "trajectory_topic", "states_topic")
-_GOAL: Any = {"mark": ros.GOAL_MARK, "end": ros.GOAL_END, "options": ("periods", "joint_names")}
-_HEADER: Any = {"mark": " * made_by: ", "end": "#endif", "options": ("joint_names", "number", "c_name")}
-_MAT_OWN = ("gait", "alpha", "alpha_rate", "alpha_acceleration", "names", "units", "provenance")
+_BAG: Any = {"library": "rosbags", "extra": "ros", "folder": True, "options": ("periods", "joint_names")}
+_NPZ_OWN = ("provenance", "file", "allow_pickle")  # the last two are parameters of numpy.savez
+_MAT_OWN = ("alpha", "alpha_rate", "alpha_acceleration", "names", "units", "provenance")
 
 FORMATS = {
     one.suffix: one
     for one in (
         Format(suffix=".csv", name="CSV", module=text_files, own=("made_by",)),
         Format(suffix=".json", name="JSON", module=text_files),
-        Format(suffix=".npz", name="NumPy archive", module=binary_tables, own=("provenance",)),
+        Format(suffix=".npz", name="NumPy archive", module=binary_tables, own=_NPZ_OWN),
         Format(suffix=".mat", name="MATLAB file", module=binary_tables, own=_MAT_OWN),
         Format(suffix=".parquet", name="Parquet", module=binary_tables, library="pyarrow", extra="table"),
         Format(suffix=".mcap", name="ROS 2 bag (MCAP)", module=ros, **_BAG),
-        Format(suffix=".yaml", name="ROS 2 trajectory", module=ros, **_GOAL),
-        Format(suffix=".h", name="C header", module=c_header, **_HEADER),
+        Format(suffix=".yaml", name="ROS 2 trajectory", module=ros, reads=False, options=("periods", "joint_names")),
+        Format(suffix=".h", name="C header", module=c_header, reads=False, options=("joint_names", "number")),
     )
 }
 """The formats by suffix."""
@@ -129,11 +121,11 @@ def tables_and_films(paths: Sequence[str | Path]) -> tuple[list[str | Path], lis
     return [path for path in paths if path not in films], films
 
 
-def known_format(path: str | Path, what: str, *, reads: bool = False, also: Sequence[str] = FILMS) -> Format:
+def known_format(path: str | Path, what: str, *, reads: bool = False, also: Sequence[str] = ()) -> Format:
     """Return the format of a gait file by its suffix; InputError for another suffix, or if it cannot be read.
 
     With `reads` a folder may have any name if there is a bag in it. `what` is its name in messages, and `also` are
-    further suffixes to list, which the caller handles.
+    further suffixes that are read, to list.
     """
     given, path = str(path), path_of(path, what)
     suffix = path.suffix.lower()
@@ -143,10 +135,9 @@ def known_format(path: str | Path, what: str, *, reads: bool = False, also: Sequ
         suffix = ".mcap"
     if suffix not in known:
         which = repr(given) + ", a folder without a .mcap file" * is_folder
-        known += () if reads else also
-        is_read = reads or also != FILMS
-        of_films = "; a film is not read: use the gait table or the request" if is_read else "; films are .gif, .mp4"
-        hints = dict.fromkeys((*FILMS, ".svg"), of_films)
+        not_read = "; this format is not read: use the gait table or the request"
+        hints = dict.fromkeys((*FORMATS, *FILMS, ".svg"), not_read) if reads else {".svg": "; films are .gif, .mp4"}
+        known += also if reads else FILMS
         hints |= {".db3": "; ros2 bag convert turns it into .mcap", ".m": "; MATLAB and Octave load .mat"}
         hint = hints.get(suffix) or did_you_mean(suffix, known)
         raise InputError(f"{what} must have one of the suffixes {', '.join(known)}, got {which}{hint}")
@@ -296,12 +287,10 @@ def read_table(path: str | Path, *, joints: ServoMap | None = None) -> Table:
     return merged(read_pieces(path, joints=joints))
 
 
-def read_pieces(
-    path: str | Path, *, progress: Progress = None, plane_only: bool = False, joints: ServoMap | None = None
-) -> Iterator[Table]:
+def read_pieces(path: str | Path, *, plane_only: bool = False, joints: ServoMap | None = None) -> Iterator[Table]:
     """Yield a gait table as consecutive pieces, each at least one row; errors as :func:`read_table`, at their piece.
 
-    `progress` is called with the fraction of the file that is read; with `plane_only` alpha1 and alpha2 are enough.
+    With `plane_only` alpha1 and alpha2 are enough.
     """
     form, path = known_format(path, _WHAT, reads=True), Path(path)
     read = form.function("read")
@@ -310,26 +299,11 @@ def read_pieces(
             remove_leftovers(path.parent)  # a killed process may have been about to replace it
         path.stat()
         builder = TableBuilder(plane_only=plane_only, joints=joints)
-        for number, piece in enumerate(read(path, builder, progress)):
+        for number, piece in enumerate(read(path, builder)):
             for note in piece.notes if number == 0 else ():
                 warnings.warn(f"{_WHAT} {str(path)!r}: {note}", FileWarning, stacklevel=2)
             yield piece
         builder.check_rows()
-
-
-def provenance_in(path: str | Path) -> dict[str, Any]:
-    """Return the `about` of a gait file of any format, also of those that are not read as tables: what made it."""
-    form, path = known_format(path, _WHAT), Path(path)
-    if form.reads:
-        return next(read_pieces(path)).about
-    with naming_file(path):
-        lines = text_of(path, _WHAT).rstrip().splitlines()
-        line = next((line for line in lines if line.startswith(form.mark)), None)
-        if line is None:
-            raise InputError(f"it does not state what made it; it must be a {form.name} that gaitgraph wrote")
-        if lines[-1].rstrip() != form.end:
-            raise InputError(f"it ends early: its last line must be {form.end!r}, got {shown(lines[-1])}")
-        return about_from_text(line.removeprefix(form.mark), required=True)
 
 
 def object_from_json(text: str) -> dict[str, Any]:

@@ -32,7 +32,6 @@ from gaitgraph.io.formats import (
     known_format,
     naming_file,
     object_from_json,
-    provenance_in,
     read_pieces,
 )
 from gaitgraph.surface.loop_colorings import colorings
@@ -214,12 +213,12 @@ def stated_request(path: str | Path) -> dict[str, Any]:
     """Return the fields that a file states, of those that :func:`read_request` reads, unchecked."""
     path, what = Path(path), _kind_of_file(path)
     if path.suffix.lower() != ".toml":
-        known_format(path, "request file", also=(".toml",))
+        known_format(path, "request file", reads=True, also=(".toml",))
     with naming_file(path, what):
         if path.suffix.lower() == ".toml":
             return table_from_toml(text_of(path, what))
         if what == "gait file":
-            content: dict[str, Any] = {"about": provenance_in(path)}
+            content: dict[str, Any] = {"about": next(read_pieces(path)).about}
         else:
             content = object_from_json(text_of(path, what))
             if "status" in content and isinstance(content.get("request"), dict):

@@ -460,7 +460,6 @@ def export(
     servos: ServoMap | None = None,
     options: FormatOptions | None = None,
     force: bool = False,
-    progress: Callable[[float], None] | None = None,
 ) -> Exported:
     """Write a gait file, or a gait in any other form, to files, piece by piece.
 
@@ -482,8 +481,6 @@ def export(
         The servo map of the columns of another program's table.
     servos, options, force
         As for :func:`gaitgraph.io.formats.write_tables`, which raises the same errors.
-    progress
-        Called with the fraction of the work that is done.
     """
     paths: list[Any] = [outputs]
     if not isinstance(outputs, str):
@@ -493,14 +490,7 @@ def export(
     if options is not None:
         check_options(options, formats)
     check_outputs(paths, force=force)
-    reached = 0.0
     done: list[Exported] = []
-
-    def report(share: float) -> None:
-        nonlocal reached
-        if progress is not None and share > reached:  # reading again does not count
-            reached = share
-            progress(share / (len(paths) + 1))  # reading, and each file written
 
     given = given_gait(source, whole=False, vehicle=vehicle, coefficients=coefficients)
     if isinstance(given, Gait):
@@ -510,7 +500,7 @@ def export(
     elif isinstance(given, Table):
         read = partial(iter, [given])
     else:
-        read = partial(read_pieces, given, progress=report, joints=joints)
+        read = partial(read_pieces, given, joints=joints)
         if not given.is_file() or given.stat().st_size <= _BYTES_HELD:  # a pipe can be read once
             read = partial(iter, list(read()))
     first = list(islice(read(), 2))
@@ -542,7 +532,6 @@ def export(
             rows += len(piece)
             yield piece
         done.append(Exported(rows=rows, columns=tuple(piece.columns), clipped=dict(clipped), pieces=pieces))
-        report(len(done) + 1)
 
     write_tables(counted, paths, force=force, options=options, servos=servos)
     if not done:  # some formats take the first piece only
