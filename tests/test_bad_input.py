@@ -36,7 +36,7 @@ from gaitgraph.surface.admissible import (
 )
 from gaitgraph.surface.region import Zones
 from gaitgraph.surface.sheets import FIBER_TYPES, PLANE_TYPES, root_arrays, roots, sheet_grid, types_from_text
-from gaitgraph.timing.curve import Curve, rounded
+from gaitgraph.timing.curve import rounded
 from gaitgraph.timing.servo_lag import servo_response
 from gaitgraph.timing.time_optimal import Limits, least_period, paced
 from gaitgraph.timing.timed_gait import table_of
@@ -230,26 +230,13 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     *((clock, {"rate": wrong}, f"rate must … got {wrong} Hz") for wrong in (-1.0, 10_000_001.0)),
     (clock, {"rate": 1.0, "samples": 4}, "samples and rate must not both"),
     (clock, {"law": "smoth"}, "law must be … got 'smoth'…; did you mean 'smooth'"),
-    (Curve, {"breaks": [0, 1], "pieces": np.ones((2, 1, 2))}, "pieces must be … the position jumps"),
-    (Curve, {"breaks": [0, 1, 2], "pieces": [[[1, 0], [-1, 0]], [[0, 0], [1, 0]]]}, "…first derivative jumps by 2 at "),
-    *(
-        (Curve, {"breaks": wrong, "pieces": np.zeros((1, np.size(wrong) - 1, 2))}, "breaks must be")
-        for wrong in ([0.0], 0.0, [0.0, 1.0, 1.0], [0.0, 1.0, INF], [0.5, 1.0])
-    ),
-    (Curve, {"breaks": [0.0, 1.0], "pieces": np.zeros((1, 2, 2))}, "pieces must be finite, of the shape"),
-    (Curve, {"breaks": [0.0, 1.0], "pieces": [[[NAN, 0.0]]]}, "pieces must be finite"),
-    (Curve, {"breaks": [0.0, 1.0], "pieces": "x"}, "breaks and pieces must be arrays of numbers, got 'x'"),
-    (Curve, {"breaks": [0.0, 1.0], "pieces": np.zeros((1, 1, 2)), "color": "green"}, "color must be … got 'green'"),
-    *((ROUNDED.curve.at, {"s": 0, "derivative": wrong}, "derivative must be … got") for wrong in (-1, 0.5, "x")),
-    (ROUNDED.curve.polyline, {"tolerance": 0.0}, "tolerance must be … got 0.0"),
-    (ROUNDED.curve.polyline, {"tolerance": 1e-18}, "tolerance must be larger"),
     (ROUNDED.curve.check, {"floor": -1.0}, "floor must be … got -1.0"),
     *((rounded, {"gait": G3, "tolerance": size}, "tolerance must be") for size in (0.0, 0.9e-5, NAN, "big")),
     *((rounded, {"gait": wrong, "tolerance": 0.01}, "…color") for wrong in (G3.biased(0.8), MIXED)),
     (Limits, {"rate": 1.0}, "limits must have an acceleration or a jerk, got neither"),
     *((Limits, {"acceleration": bad}, f"acceleration must be … got {bad}") for bad in (-1.0, NAN, [1, 2])),
     (least, {"path": 3}, "gait must be … got 3"),
-    (least, {"path": ROUNDED, "rounding": 0.1}, "rounding must be None … got 0.1"),
+    (least, {"path": ROUNDED.curve, "rounding": 0.1}, "rounding must be None … got 0.1"),
     (least, {"nodes": 5}, "nodes must be … got 5"),
     (least, {"limits": {"rate": 5}}, "limits must be … got {'rate': 5}"),
     (least, {"samples": 3, "rate": 5.0}, "samples and rate must not both"),

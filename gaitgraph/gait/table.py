@@ -15,7 +15,6 @@ import math
 import warnings
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from importlib import import_module
 from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -145,22 +144,14 @@ class Table:
 
     def to_pandas(self) -> Any:
         """Return the table as a pandas frame: floats, and categories for texts; its `attrs` state what made it."""
-        frame = self._frame("pandas")
+        try:
+            import pandas as pd
+        except ImportError as error:
+            raise MissingExtra("to_pandas needs pandas. Install it with: pip install pandas") from error
+        texts = {name: pd.Series(list(self[name]), dtype="category") for name in TEXTS if name in self}
+        frame = pd.DataFrame({**self.columns, **texts})
         frame.attrs["gaitgraph"] = provenance_of(self)
         return frame
-
-    def to_polars(self) -> Any:
-        """Return the table as a polars frame: floats, and categories for texts. What made it is not kept."""
-        return self._frame("polars")
-
-    def _frame(self, name: str) -> Any:
-        try:
-            library = import_module(name)
-        except ImportError as error:
-            raise MissingExtra(f"to_{name} needs {name}. Install it with: pip install {name}") from error
-        kind = "category" if name == "pandas" else library.Categorical
-        texts = {name: library.Series(list(self[name]), dtype=kind) for name in TEXTS if name in self}
-        return library.DataFrame({**self.columns, **texts})
 
 
 def merged(pieces: Iterable[Table]) -> Table:

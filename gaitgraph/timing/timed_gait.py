@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph._lazy import Pictured
-from gaitgraph.angles import number_of, text_from_angle, whole_number
+from gaitgraph.angles import number_of, whole_number
 from gaitgraph.errors import InputError, checked_choice, shown
 from gaitgraph.gait.gait import Gait
 from gaitgraph.gait.table import (
@@ -25,16 +25,14 @@ from gaitgraph.gait.table import (
     ROWS_OF_A_PIECE,
     Table,
     closed_rows,
-    closing_time,
     completed_pieces,
-    is_closed,
     merged,
+    paced_gait,
 )
 from gaitgraph.invertibility.matrices import level_determinant
 from gaitgraph.io.formats import (
     check_options,
     check_outputs,
-    gait_of,
     given_gait,
     known_format,
     naming_file,
@@ -252,10 +250,6 @@ class TimedGait(Pictured):
         """Return the gait table as a pandas frame; see :meth:`gaitgraph.gait.table.Table.to_pandas`."""
         return table_of(self).to_pandas()
 
-    def to_polars(self) -> Any:
-        """Return the gait table as a polars frame; see :meth:`gaitgraph.gait.table.Table.to_polars`."""
-        return table_of(self).to_polars()
-
     def __repr__(self) -> str:
         return (
             f"<{type(self).__name__}: {self.gait.color or 'off the surfaces'}, T = {self.period:.6g} s, {self.law}, "
@@ -263,23 +257,11 @@ class TimedGait(Pictured):
         )
 
     def __str__(self) -> str:
-        gait, vehicle = self.gait, self.gait.vehicle
-        lines = [
-            f"{type(self).__name__}, {gait.color or 'off the surfaces'}: T = {self.period:.6g} s, {self.law}, "
-            f"{self.samples} samples, {gait.length:.4f} rad around",
-            gait.setting_text(),
-            "",
-            "  angle     least   largest   peak rate   peak acceleration",
-        ]
-        columns = (gait.alpha.min(axis=0), gait.alpha.max(axis=0), self.peak_rates(), self.peak_accelerations())
-        for k, (low, high, rate, acceleration) in enumerate(zip(*columns, strict=True), start=1):
-            peak = f"{acceleration:.4g}".replace("inf", "infinite")
-            ends = f"{text_from_angle(float(low)):>11} {text_from_angle(float(high)):>9}"
-            lines.append(f"  α{k}  {ends} {rate:>11.4g} {peak:>20}")
-        known = ((getattr(vehicle, f"max_tilt_{kind}"), unit) for kind, unit in RATE_UNITS.items())
-        limits = [f"{value:.4g} {unit}" for value, unit in known if value is not None]
-        stated = f"the vehicle's limits are {', '.join(limits)}" if limits else "the vehicle states no limits"
-        return "\n".join([*lines, f"  in rad, rad/s and rad/s²; peaks between samples too; {stated}"])
+        gait = self.gait
+        title = f"{type(self).__name__}, {gait.color or 'off the surfaces'}: T = {self.period:.6g} s, {self.law}"
+        title += f", {self.samples} samples, {gait.length:.4f} rad around"
+        checks = (f"  {check.name.replace('_', ' ')}: {check.message}" for check in self.rate_checks())
+        return "\n".join([title, gait.setting_text(), "", *checks])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
@@ -343,7 +325,7 @@ def timed_gait_of(
         raise InputError(f"gait file {name!r} must be the table of a gait, got that of a flight{advice}")
     with naming_file(gait):
         rows, times, stated = closed_rows(source, vehicle=vehicle, coefficients=coefficients, name=gait)
-    merged_gait = stated.gait if stated else replace(rows.merged(), request=rows.request)
+    merged_gait = stated.gait if stated else paced_gait(source, rows) or replace(rows.merged(), request=rows.request)
     is_asked = period is not None or law is not None
     period = about.get("period") if period is None else period
     law = law or (about["law"] if about.get("law") in (*LAWS,) else DEFAULT_LAW)
@@ -504,20 +486,15 @@ def export(
         if not given.is_file() or given.stat().st_size <= _BYTES_HELD:  # a pipe can be read once
             read = partial(iter, list(read()))
     first = list(islice(read(), 2))
-    asked = {"period": period, "law": law, "samples": samples, "rate": rate}
-    asked = {name: value for name, value in asked.items() if value is not None}
+    asked = any(one is not None for one in (period, law, samples, rate))
     if asked or "t" not in first[0] or sum(map(len, first)) == 1:
-        table = merged(read())
-        # By default the timing of the file; laws that are not built in do not count.
-        clock: dict[str, Any] = {"law": table.about.get("law"), "period": table.about.get("period")}
-        if clock["period"] is None and "t" in table and len(table) > 1:
-            angles, t = np.column_stack([table[name] for name in ANGLES if name in table]), table["t"]
-            clock["period"] = (t[-1] if is_closed(angles) else closing_time(t[0], t[-1], len(t))) - t[0]
-        clock = {name: one for name, one in clock.items() if one is not None and (name == "period" or one in (*LAWS,))}
-        is_timed = isinstance(given, TimedGait)
+        stated = first[0].about.get("law")
+        law = law or (stated if stated in (*LAWS,) else DEFAULT_LAW)
+        whole = given if isinstance(given, TimedGait) else merged(read())
         with naming_file(source):
-            gait = given.gait if is_timed else gait_of(table, vehicle=vehicle, coefficients=coefficients)
-        pieces: Callable[[], Iterator[Table]] = partial(pieces_of, gait.parametrize(**clock | asked))
+            timed = timed_gait_of(whole, vehicle=vehicle, coefficients=coefficients, period=period, law=law)
+        timed = timed.gait.parametrize(timed.period, law=law, samples=samples, rate=rate)
+        pieces: Callable[[], Iterator[Table]] = partial(pieces_of, timed)
     else:
         with naming_file(source):
             pieces = completed_pieces(read, vehicle=vehicle, coefficients=coefficients)
