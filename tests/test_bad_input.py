@@ -324,7 +324,6 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     # files
     (FormatOptions, {"periods": 0}, "periods must be a whole number from 1 to 100000, got 0"),
     (FormatOptions, {"joint_names": ("a", "b", "c")}, "joint_names must be four different printable texts"),
-    (FormatOptions, {"number": "flaot"}, "number must be float, double or fixed, got 'flaot'"),
     # validation and robustness
     (validate, {"gait": TABLE, "tolerance": -1}, "tolerance must be a finite number ≥ 0, got -1"),
     (validate, {"gait": G3, "floor": NAN}, "floor must be a finite number ≥ 0, got nan"),

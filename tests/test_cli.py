@@ -223,7 +223,6 @@ WRONG = [
     ("plan typo.toml", "; did you mean 'objective'"),
     ("plan --waypoint 0,0 --output gait.cvs", "; did you mean '.csv'"),
     ("export one.csv g.csv --periods 3", "periods needs an output .mcap, .yaml, got 3 without one"),
-    ("export one.csv g.mcap --number fixed", "number needs an output .h, got 'fixed' without one"),
     ("export one.csv g.mcap --joint-names a,b,c,", "joint_names must be four different printable texts"),
     ("basin gait3 --bias 2", "--bias must be different numbers above 0, up to 1, got [1.0, 2.0]"),
     ("basin gait3 --output basin.gif", "output of a basin must end in one of .csv"),

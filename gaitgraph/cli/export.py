@@ -6,9 +6,9 @@ from typing import Any
 
 import click
 
-from gaitgraph.cli import Paths, Working, command, file, one_of, option, print_json, wants_json
+from gaitgraph.cli import Paths, Working, command, file, option, print_json, wants_json
 
-_FORMAT_OPTIONS = ("periods", "joint_names", "number")
+_FORMAT_OPTIONS = ("periods", "joint_names")
 
 
 def _map_names() -> list[str]:
@@ -25,7 +25,6 @@ def _map_names() -> list[str]:
     option("--servos", "NAME_OR_FILE", "Write positions of joints, by a preset or a TOML file.", words=_map_names),
     option("--periods", "N", "Periods in a bag or .yaml.  [default: 1]"),
     option("--joint-names", "A,B,C,D", "Names of the joints that tilt rotors 1 to 4, in a bag, .yaml or .h."),
-    one_of("--number", "float", "double", "fixed", of="In a .h: "),
     "period samples rate law force vehicle coefficients json",
 )
 def export_command(gait_file: str, outputs: Paths, force: bool = False, servos: str | None = None, **given: Any) -> int:

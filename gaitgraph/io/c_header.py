@@ -1,8 +1,8 @@
 """A gait as a C header.
 
-The header has a table of the angles, and a function that returns them at any time: before 0, after many periods, not a
-number. It is C99 and C++11, needs only <stdint.h>, and allocates nothing. Its first comment states what made it. Its
-text is in `gait_header.h.txt`; before a bar each line has the kinds of curve that it is for.
+The header has a table of the angles as floats, and a function that returns them at any time: before 0, after many
+periods, not a number. It is C99 and C++11, needs only <stdint.h>, and allocates nothing. Its first comment states what
+made it. Its text is in `gait_header.h.txt`; before a bar each line has the kinds of curve that it is for.
 """
 
 from __future__ import annotations
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from gaitgraph.io.columns import FormatOptions
 
 _MOST_ROWS = 16_384  # as floats with rates, half a megabyte
-_LARGEST = 32_767
 _EVEN, _NANOSECOND = 1e-6, 1e-9
 # Of a table alone: accelerations within ±d of a straight line between rows put a cubic off by at most step²/16·d, and
 # where they jump, d is half the largest second difference of the rows' accelerations.
@@ -38,10 +37,10 @@ _CUBIC_SHARE = 32.0
 def write_h(pieces: Iterable[Table], path: Path, options: FormatOptions) -> None:
     """Write a new C header.
 
-    Rows are joined by cubics where the table has rates and accelerations, else, and in fixed point, by straight lines.
+    Rows are joined by cubics where the table has rates and accelerations, else by straight lines.
     """
     table = merged_up_to(pieces, _MOST_ROWS + 1, "a C header")
-    number, name = options.number, re.sub(r"[^A-Za-z0-9_]", "_", path.stem)[:60]
+    name = re.sub(r"[^A-Za-z0-9_]", "_", path.stem)[:60]
     if not name[:1].isalpha():
         name = f"gait_{name.strip('_')}"[:60].rstrip("_")
     times, angles, closed = table["t"] - table["t"][0], table.alpha, is_closed(table.alpha)
@@ -53,32 +52,21 @@ def write_h(pieces: Iterable[Table], path: Path, options: FormatOptions) -> None
         rates, accelerations = (np.column_stack([table[one] for one in names]) for names in (RATES, ACCELERATIONS))
     step = times[-1] / (len(times) - 1)
     even = bool(np.abs(times - step * np.arange(len(times))).max() <= max(_EVEN * step, _NANOSECOND))
-    largest = float(np.abs(angles).max())
-    # An angle in fixed point has as many bits behind the point as the largest one leaves.
-    bits = next((bits for bits in range(15, -1, -1) if round(largest * 2**bits) <= _LARGEST), None)
-    if number == "fixed" and not even:
-        raise InputError("number must be float or double for rows that are not evenly spaced, got 'fixed'")
-    if number == "fixed" and bits is None:
-        raise InputError(f"number must be float for an angle of {largest:g} rad; 'fixed' goes up to {_LARGEST} rad")
-    if number == "float" and not even and np.diff(times.astype(np.float32)).min() <= 0:
-        raise InputError("number must be double for rows so near in time, got 'float'")
-    real = "double" if number == "double" else "float"
-    rows, cubic = len(times) - closed, number != "fixed" and rates is not None  # a closed table without its last row
+    if not even and np.diff(times.astype(np.float32)).min() <= 0:
+        raise InputError("t must have steps that differ as floats in a C header, got rows too near in time")
+    rows, cubic = len(times) - closed, rates is not None  # a closed table without its last row
 
     def literal(value: float) -> str:
         """Return a number as the compiler reads the same one again."""
-        return repr(float(value)) if real == "double" else f"{np.float32(value)!s}f"
+        return f"{np.float32(value)!s}f"
 
-    scale = 2.0 ** -(bits or 0)
-    units = np.rint(angles / scale).astype(np.int64)
     tables: list[str] = []
-    for what, values in {"angle": units if number == "fixed" else angles, "rate": rates if cubic else None}.items():
+    for what, values in {"angle": angles, "rate": rates}.items():
         if values is not None:
-            tables += ["", f"static const {'int16_t' if number == 'fixed' else real} {name}_{what}[{rows}][4] = {{"]
-            texts = (map(str if number == "fixed" else literal, row) for row in values[:rows].tolist())
-            tables += [*(f"    {{{', '.join(row)}}}," for row in texts), "};"]
+            tables += ["", f"static const float {name}_{what}[{rows}][4] = {{"]
+            tables += [f"    {{{', '.join(map(literal, row))}}}," for row in values[:rows].tolist()] + ["};"]
     if not even:
-        tables += ["", f"static const {real} {name}_time[{len(times)}] = {{"]
+        tables += ["", f"static const float {name}_time[{len(times)}] = {{"]
         tables += wrap(", ".join(map(literal, times.tolist())), 116, initial_indent="    ", subsequent_indent="    ")
         tables += ["};"]
 
@@ -92,18 +80,13 @@ def write_h(pieces: Iterable[Table], path: Path, options: FormatOptions) -> None
     joints, rotors = options.joints_of(table)
     upper = name.upper()
     words = {"file": _harmless(path.name), "provenance": _harmless(provenance_text(table)), "tables": "\n".join(tables)}
-    words |= {"name": name, "NAME": upper, "real": real, "rows": str(rows), "bits": str(bits), "off": off}
+    words |= {"name": name, "NAME": upper, "rows": str(rows), "off": off}
     words |= {"joints": _harmless(json.dumps(joints)), "rotors": ", ".join(map(str, rotors))}
-    words |= {"period": literal(times[-1]), "seconds": f"{times[-1]:g}", "step": literal(step), "scale": literal(scale)}
-    words["rounding"] = f"{float(np.abs(units * scale - angles).max()):.1e}"
+    words |= {"period": literal(times[-1]), "seconds": f"{times[-1]:g}", "step": literal(step)}
     words["intervals"] = f"{upper}_ROWS" if closed else f"({upper}_ROWS - 1)"
     words["next"] = f"i + 1 < {upper}_ROWS ? i + 1 : 0" if closed else "i + 1"
-    words |= {word: literal(value) for value, word in enumerate(("zero", "one", "two", "three"))}
-    words |= {"digits": "7", "far": "1.0e9f", "whole": "int32_t"}
-    if real == "double":
-        words |= {"digits": "16", "far": "9.0e15", "whole": "int64_t"}
     kinds = {"", "closed" if closed else "open", "even" if even else "uneven", "cubic" if cubic else "straight"}
-    kinds |= {"fixed" if number == "fixed" else "floating", "cornered" if accelerations is None else "smooth"}
+    kinds.add("cornered" if accelerations is None else "smooth")
     template = Path(__file__).with_name("gait_header.h.txt").read_text(encoding="ascii").splitlines()
     parts = (one.partition("|") for one in template)
     lines = [line for needed, _, line in parts if kinds.issuperset(needed.split(","))]

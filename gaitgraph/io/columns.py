@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from gaitgraph.angles import HALF_PI, angle_from_text, in_degrees
+from gaitgraph.angles import HALF_PI, angle_from_text, in_degrees, whole_number
 from gaitgraph.errors import FileWarning, InputError, did_you_mean, shown
 from gaitgraph.gait.table import (
     ACCELERATIONS,
@@ -354,28 +354,22 @@ class FormatOptions:
     joint_names
         Names of the robot's joints that tilt rotors 1 to 4, by default alpha1 to alpha4; for a servo table names of its
         joints in their order, by default its own.
-    number
-        Number type in a C header: "float", "double", or "fixed", which is 16-bit fixed point.
 
     >>> options = FormatOptions(periods=3, joint_names=("front", "left", "rear", "right"))
     """
 
     periods: int = 1
     joint_names: tuple[str, ...] | None = None
-    number: str = "float"
 
     def __post_init__(self) -> None:
-        names: Any = ANGLES if self.joint_names is None else self.joint_names
-        names = names if isinstance(names, tuple) and {*map(type, names)} == {str} else ()
-        are_names = all(name.isprintable() and 0 < len(name.strip()) == len(name) <= 100 for name in names)
-        four = "four different printable texts of up to 100 characters"
-        for name, holds, allowed in (
-            ("periods", type(self.periods) is int and 1 <= self.periods <= 100_000, "a whole number from 1 to 100000"),
-            ("joint_names", are_names and len(names) == len(set(names)) == len(ANGLES), four),
-            ("number", self.number in ("float", "double", "fixed"), "float, double or fixed"),
-        ):
-            if not holds:
-                raise InputError(f"{name} must be {allowed}, got {shown(getattr(self, name))}")
+        whole_number("periods", self.periods, 1, 100_000)
+        names = ANGLES if self.joint_names is None else self.joint_names
+        are_names = isinstance(names, tuple) and all(
+            isinstance(name, str) and name.isprintable() and 0 < len(name.strip()) == len(name) <= 100 for name in names
+        )
+        if not (are_names and len(names) == len(set(names)) == len(ANGLES)):
+            wanted = "four different printable texts of up to 100 characters"
+            raise InputError(f"joint_names must be {wanted}, got {shown(self.joint_names)}")
 
     def joints_of(self, table: Table) -> tuple[tuple[str, ...], tuple[int, ...]]:
         """Return the names of a table's four joints, as chosen or stated, and which rotor each of them tilts."""

@@ -106,7 +106,7 @@ FORMATS = {
         Format(suffix=".parquet", name="Parquet", module=binary_tables, library="pyarrow", extra="table"),
         Format(suffix=".mcap", name="ROS 2 bag (MCAP)", module=ros, **_BAG),
         Format(suffix=".yaml", name="ROS 2 trajectory", module=ros, reads=False, options=("periods", "joint_names")),
-        Format(suffix=".h", name="C header", module=c_header, reads=False, options=("joint_names", "number")),
+        Format(suffix=".h", name="C header", module=c_header, reads=False, options=("joint_names",)),
     )
 }
 """The formats by suffix."""
