@@ -209,7 +209,7 @@ WRONG = [
     ("transition hover", "Missing argument 'TO'"),
     ("robustness one.csv --bias abc", "--bias must be a number"),
     ("figures --only 2 --out there.csv", "out must be a folder that can be written, got 'there.csv': File exists"),
-    ("figures --only gait --gait none.csv", "gait file 'none.csv' cannot be read"),
+    ("figures none.csv", "gait file 'none.csv' cannot be read"),
     ("pace one.csv --period quick --max-jerk 100", "must be a number of seconds or the word least, got 'quick'"),
     ("plan typed.toml --period -1", "gaitgraph: --period must be between 1e-6 and 1e9 s, got -1.0"),
     ("plan typed.toml --waypoint 30,0", "gaitgraph: waypoint 1 alpha1 must be within"),
@@ -238,6 +238,7 @@ WRONG = [
     ("fly gait3 --from-hover --periods 0", "gaitgraph: --periods must be a whole number from 1 to 10000"),
     ("fly gait3 --thrust-limit 5 --no-saturation", "--thrust-limit 5 cannot be combined with --no-saturation"),
     ("fly gait3 --size 2", "--size has an effect with --reference step, line, circle only"),
+    ("figures --gait gait3", "--gait was removed. Give the file itself"),
     ("fly gait3 --view", "--view was removed. Write a film: --output flight.gif"),
     ("fly gait3 --vehicle light.toml", "gaitgraph: vehicle 'light' states no mass (kg), which flight needs"),
 ]  # fmt: skip

@@ -153,6 +153,7 @@ def main(args: Sequence[str] | None = None) -> NoReturn:
 REMOVED = {
     "cycles --any-order": "plan --method grid --any-order finds a loop through waypoints",
     "cycles --waypoint": "plan --method grid finds a loop through waypoints",
+    "figures --gait": "Give the file itself: gaitgraph figures GAIT_FILE",
     "fly --render": "A film is drawn: --output flight.gif",
     "fly --view": "Write a film: --output flight.gif",
     "plan --watch": "Run the command again when the file changes, for example with entr",

@@ -20,18 +20,17 @@ import shapely
 from gaitgraph.angles import HALF_PI, percent, whole_number
 from gaitgraph.errors import InputError, MissingConstant, MissingExtra, shown as shown_value
 from gaitgraph.gait.gait import Gait, lift, name_of
-from gaitgraph.gait.table import Table
 from gaitgraph.invertibility import matrices
 from gaitgraph.invertibility.matrices import Coefficients, FloatArray, coefficients_of
-from gaitgraph.io.formats import gait_of, given_gait
+from gaitgraph.io.formats import gait_of
 from gaitgraph.planning.planner import Plan
 from gaitgraph.plots import axes as base
-from gaitgraph.plots.planes import FINE, draw_zeros_of_R, type_map
+from gaitgraph.plots.planes import FINE, draw_zeros_of_R
 from gaitgraph.plots.vehicles import FROM_ABOVE, draw_vehicle, vehicle_view
 from gaitgraph.robustness.attitudes import acceptable_attitudes, singular_curve
 from gaitgraph.surface.admissible import admissible_region
 from gaitgraph.surface.region import Region
-from gaitgraph.surface.sheets import COLORS, RELATION, red_label, sheet_angles
+from gaitgraph.surface.sheets import COLORS, RELATION, red_label
 from gaitgraph.timing.timed_gait import TimedGait
 from gaitgraph.validation.report import Report, lines_of_checks
 from gaitgraph.vehicle import Vehicle
@@ -40,7 +39,6 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    import numpy.typing as npt
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -48,7 +46,6 @@ if TYPE_CHECKING:
     from gaitgraph.flight.flight import Outcome
     from gaitgraph.io.formats import GaitLike
     from gaitgraph.planning.any_angle import Location
-    from gaitgraph.surface.sheets import Sign
 
     Shown = Gait | TimedGait | Plan | Report | Region | Vehicle
 
@@ -188,48 +185,6 @@ def finish_diagram(ax: Axes) -> None:
     base.plane_axes(ax, r"\phi", r"\theta", grid=False)
     ax.set(xlabel=r"roll $\phi$ (rad)", ylabel=r"pitch $\theta$ (rad)")
     base.legend_below(ax, ncols=2)
-
-
-def gait_in_four_dimensions(
-    timed: GaitLike, *, gait: Gait | None = None, axes: Sequence[Axes] | npt.NDArray[np.object_] | Figure | None = None
-) -> npt.NDArray[np.object_]:
-    """Draw a gait over one period: its angles in time, its loop on the map of types, and three projections.
-
-    `timed` is a timed gait, a table, or a gait in any other form; without times it gets the smooth law and a period of
-    1 s. `gait` is the closed polyline of a table, by default :func:`gaitgraph.io.formats.gait_of` of it. Returns the
-    five `axes`: time, (α1, α2), (α1, α3), (α2, α4), (α3, α4); by default new ones of an empty figure, given or new.
-    """
-    given = given_gait(timed, name="timed")
-    gait = gait or gait_of(given)
-    if isinstance(given, Table) and "t" in given and "alpha3" in given:
-        time, alpha = np.asarray(given["t"], dtype=float), given.alpha
-    else:
-        clock = given if isinstance(given, TimedGait) else gait.parametrize()
-        time, alpha = clock.t, clock.alpha
-    if axes is None or hasattr(axes, "subplot_mosaic"):
-        figure: Any = axes or base.blank_figure(170, 118, pyplot=True)
-        axes = list(figure.subplot_mosaic([["time", "time", "12"], ["13", "24", "34"]]).values())
-    axes = np.ravel(np.asarray(axes, dtype=object))
-    if len(axes) != 5:
-        raise InputError(f"axes must be five, got {len(axes)}")
-    for ax in axes:
-        base.axes_or_new(ax)
-    draw_angles(axes[0], time, alpha)
-    sign: Sign = "positive" if gait.R[np.argmax(np.abs(gait.R))] > 0 else "negative"
-    type_map(sign, coefficients=gait.coefficients, labels=False, ax=axes[1])
-    gait_loop(gait, ax=axes[1])
-    axes[1].set_title(f"nodes with ${RELATION[sign]}$")
-    axis = np.linspace(-HALF_PI, HALF_PI, FINE)
-    for k, (ax, angles) in enumerate(zip(axes[2:], ((1, 3), (2, 4), (3, 4)), strict=True)):
-        for color in COLORS if k < 2 else ():
-            # The + and the − plane of α3 over α1, and of α4 over α2.
-            height = sheet_angles(color, axis, axis, gait.coefficients)[k].copy()
-            height[1:][np.abs(np.diff(height)) > HALF_PI] = np.nan  # it wraps there
-            dash = "-" if color == "red" else "--"
-            ax.plot(axis, height, color=base.COLOR_OF[color], linewidth=0.5, alpha=0.7, linestyle=dash)
-        gait_loop(gait, angles=angles, ax=ax)
-        base.plane_axes(ax, rf"\alpha_{angles[0]}", rf"\alpha_{angles[1]}")
-    return axes
 
 
 def draw_angles(ax: Axes, time: FloatArray, alpha: FloatArray) -> None:
