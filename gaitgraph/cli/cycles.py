@@ -44,10 +44,14 @@ def cycles_command(
     request, _ = request_of(request_file, given)
     with Working("building the graph") as progress:
         found = grid_cycles(request, max_length=max_length, use=require, effort=effort, progress=progress)
-        progress("searching cycles")
-        for cycle in islice(found, limit):
-            with progress.aside():
-                show(cycle)
+    listed = islice(found, limit)
+    while True:
+        with Working("searching cycles"):
+            cycle = next(listed, None)
+        if cycle is None:
+            break
+        show(cycle)
+    with Working("searching cycles"):
         found.look_ahead()
     if found.found:
         click.echo(str(found), err=True)

@@ -8,7 +8,9 @@ from datetime import timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gaitgraph.cli import Working, command, file, flag, option, print_json, print_problem, print_text, show, wants_json
+import click
+
+from gaitgraph.cli import Working, command, file, flag, option, print_json, print_problem, show, wants_json
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -66,7 +68,7 @@ def study_command(study_file: str, output: str | None = None, dry_run: bool = Fa
         if wants_json():
             print_json({"study": study.name, "fingerprint": study.fingerprint, **counts})
         else:
-            print_text(f"{study}\nabout {timedelta(seconds=round(study.seconds))} on one process; nothing was flown")
+            click.echo(f"{study}\nabout {timedelta(seconds=round(study.seconds))} on one process; nothing was flown")
         return 0
     folder = Path(output) if output is not None else Path(Path(study_file).stem)
     try:

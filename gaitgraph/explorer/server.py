@@ -195,11 +195,8 @@ def application(token: str, port: int) -> Starlette:
     return app
 
 
-async def _no_route(request: Request, error: Exception) -> Response:
-    headers = getattr(error, "headers", None) or {}
-    if "Allow" not in headers:
-        return _refusal(404, "page not found")
-    return _refusal(405, f"method must be {headers['Allow']}, got {shown(request.method)}", headers)
+def _no_route(_: Request, error: Any) -> Response:
+    return _refusal(error.status_code, error.detail, error.headers)
 
 
 def _refusal(status: int, message: str, headers: dict[str, str] | None = None) -> Response:

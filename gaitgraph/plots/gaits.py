@@ -18,7 +18,7 @@ import numpy as np
 import shapely
 
 from gaitgraph.angles import HALF_PI, percent, whole_number
-from gaitgraph.errors import InputError, MissingConstant, MissingExtra, shown as shown_value
+from gaitgraph.errors import InputError, MissingExtra, shown as shown_value
 from gaitgraph.gait.gait import Gait, lift, name_of
 from gaitgraph.invertibility import matrices
 from gaitgraph.invertibility.matrices import Coefficients, FloatArray, coefficients_of
@@ -32,7 +32,7 @@ from gaitgraph.surface.admissible import admissible_region
 from gaitgraph.surface.region import Region
 from gaitgraph.surface.sheets import COLORS, RELATION, red_label
 from gaitgraph.timing.timed_gait import TimedGait
-from gaitgraph.validation.report import Report, lines_of_checks
+from gaitgraph.validation.report import Report
 from gaitgraph.vehicle import Vehicle
 
 if TYPE_CHECKING:
@@ -61,7 +61,6 @@ ANGLE_LOOKS: tuple[dict[str, Any], ...] = tuple(
 _DASHES: dict[str, Any] = {"blue": (0, (3, 1.2)), "none": (0, (1, 1))}  # "none": off the surfaces
 _PALE = {"red": "#fcd4cd", "blue": "#9fb3e8"}
 _INSIDE = shapely.box(*(-HALF_PI + 1e-6,) * 2, *(HALF_PI - 1e-6,) * 2)  # the roll–pitch square without its sides
-_MOST_CHECKED = 2000  # corners of a gait that is judged at once, in 0.1 s
 _MOST_SHOWN = 60  # parts of a region
 _COARSE = 1e-3  # accuracy of the borders of a drawn region [rad]
 _MARKS = {"ok": ("yes", "✓"), "NO": ("no", "✗"), "??": ("partly", "?")}
@@ -194,7 +193,6 @@ def draw_angles(ax: Axes, time: FloatArray, alpha: FloatArray) -> None:
     base.angle_axis(ax.yaxis, r"\alpha_i")
     ax.set(xlabel="$t$ (s)", xlim=(float(time[0]), float(time[-1])) if time[-1] > time[0] else None)
     ax.grid(True)
-    base.legend_above(ax, columns=4)
 
 
 # Each outcome has its own shape, so that no color is needed; the order is that of flight.flight.OUTCOMES.
@@ -328,33 +326,13 @@ def write_regions(found: Location, vehicle: Vehicle, paths: Sequence[str | Path]
 
 
 def html_of(shown: Shown) -> str:
-    """Return an object as HTML that can be put anywhere in a page."""
-    text, picture, tables, gait, report, more = str(shown), "", "", None, None, []
-    title = text.partition("\n")[0]
-    if not isinstance(shown, Report):  # the table of its checks says more
-        picture, words = _picture(shown)
-        more = [words] if words != title else []
-    if isinstance(shown, Gait):
-        gait, more = shown, [*_judged(shown), *more]
-    elif isinstance(shown, Report):
-        report = shown
-    elif isinstance(shown, Plan) and shown.loop is not None:
-        gait, report = shown.loop.gait, shown.loop.report
-    if gait is not None:
-        text = text.replace("\n".join(gait.corner_lines()), "")
-        tables += _table([line.split() for line in gait.corner_lines()])
-    if report is not None:
-        text = text.replace("\n".join(lines_of_checks(report.checks)), "")
-        tables += _table([(check.mark, check.name.replace("_", " "), check.message) for check in report.checks])
-    lines = [line for line in [*text.splitlines()[1:], *more] if line]
-    body = f'<pre style="white-space:pre-wrap">{escape(chr(10).join(lines))}</pre>{tables}'
-    box = f'<div style="flex:1 1 24em;min-width:0"><div><strong>{escape(title)}</strong></div>{body}</div>'
+    """Return an object as HTML that can be put anywhere in a page: its text, and its picture but for a report."""
+    title, _, text = str(shown).partition("\n")
+    picture, words = ("", "") if isinstance(shown, Report) else _picture(shown)
+    text = "\n".join(line for line in (text, words if words != title else "") if line)
+    box = f'<div style="flex:1 1 24em;min-width:0"><strong>{escape(title)}</strong>'
+    box += f'<pre style="white-space:pre-wrap">{escape(text)}</pre></div>'
     return f'<div style="display:flex;flex-wrap:wrap;align-items:flex-start;gap:4px 20px">{picture}{box}</div>'
-
-
-def _table(rows: Sequence[Sequence[str]]) -> str:
-    cells = ["".join(f'<td style="text-align:left">{escape(text)}</td>' for text in row) for row in rows]
-    return f"<table>{''.join(f'<tr>{row}</tr>' for row in cells)}</table>"
 
 
 def _picture(shown: Shown) -> tuple[str, str]:
@@ -368,17 +346,6 @@ def _picture(shown: Shown) -> tuple[str, str]:
         return "", ""
     # Half as wide as its pixels, to be sharp on screens of high resolution.
     return f'<img alt="{escape(words)}" width="276" src="data:image/png;base64,{content}">', words
-
-
-def _judged(gait: Gait) -> list[str]:
-    """Return the verdict on a gait and the first reason against it, or why there is no verdict."""
-    if len(gait.alpha) > _MOST_CHECKED:
-        return [f"not judged here, because it has more than {_MOST_CHECKED} corners; use check()"]
-    try:
-        report = gait.check()
-    except MissingConstant as error:
-        return [f"not judged: {error}"]
-    return [report.verdict, *([report.reason] if report.reason else [])]
 
 
 def _draw(ax: Axes, shown: Any, *, legend: bool) -> str:

@@ -12,7 +12,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import partial
-from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -298,8 +297,7 @@ def write_films(gait: GaitLike, paths: Sequence[str | Path], *, force: bool = Fa
     period, shape = float(t[-1]), gait_of(table)
     if not period > 0:
         period, t = 1.0, np.linspace(0.0, 1.0, len(table))
-    delays = frame_delays(period)
-    phases = np.concatenate([[0.0], np.cumsum(delays)[:-1] / sum(delays)])
+    phases, delays = film_clock(period)
 
     def angles_at(times: FloatArray) -> FloatArray:
         return np.stack([np.interp(times, t, column) for column in table.alpha.T])
@@ -325,11 +323,15 @@ def write_films(gait: GaitLike, paths: Sequence[str | Path], *, force: bool = Fa
         write_whole([(Path(path), write) for path in paths], force=force)
 
 
-def frame_delays(seconds: float) -> list[int]:
-    """Return the duration of each frame [1/100 s]: 25 a second or more, in all from 0.2 s to a minute."""
+def film_clock(seconds: float) -> tuple[FloatArray, list[int]]:
+    """Return when each frame begins, as fractions of a film, and its duration [1/100 s].
+
+    There are 25 frames a second or more; the film lasts from 0.2 s to a minute.
+    """
     total = round(min(max(100 * seconds, _SHORTEST), LONGEST))
     count = max(math.ceil(total / _DELAY), _FEWEST)
-    return [after - before for before, after in pairwise(round(total * k / count) for k in range(count + 1))]
+    begins = [round(total * k / count) for k in range(count + 1)]
+    return np.array(begins[:-1]) / total, np.diff(begins).tolist()
 
 
 def blank_film(title: str, seen: VehicleView, zoom: float) -> tuple[Figure, Axes, Axes]:
