@@ -389,38 +389,6 @@ def test_separated_waypoints_are_told_with_what_can_be_reached_from_each() -> No
     assert coarse.message.endswith("separated by the grid of 3 divisions: try more divisions")
 
 
-def test_a_users_graph_is_planned_on_and_fixes_what_it_was_built_with() -> None:
-    graph = surface_graph("negative")
-    before = dict(graph.nodes(data=True))
-    whole = on_grid(G3.waypoints, graph=graph)
-    np.testing.assert_array_equal(whole.gait.alpha, on_grid(G3.waypoints, sign="negative").gait.alpha)
-    assert dict(graph.nodes(data=True)) == before
-    graph.remove_node((12, 6, "red"))
-    assert loop_of(on_grid(G3.waypoints, graph=graph, color="red")).length > pi + 0.1
-    vehicle = gg.PAPER.replace(max_tilt=1.4)
-    graph = surface_graph(
-        "negative",
-        divisions=8,
-        vehicle=vehicle,
-        coefficients=gg.invertibility.coefficients_of(kind="exact"),
-        floor=0.07,
-        waypoints=[(0.5, -0.6)],
-    )
-    plan = on_grid([(0.5, -0.6), ("3pi/8", "-pi/8")], graph=graph)
-    request = plan.request
-    assert (request.sign, request.divisions, request.coefficients, request.floor) == ("negative", 8, "exact", 0.07)
-    assert request.vehicle == vehicle
-    assert loop_of(plan).path.crossing_tolerance == pi / 16
-    with pytest.raises(gg.InputError) as caught:
-        on_grid([(0.5, -0.6), (0.5, -0.7)], graph=graph)
-    assert str(caught.value) == (
-        "waypoints must be nodes of the graph, got (0.5, -0.7); build it with surface_graph(waypoints=…)"
-    )
-    for name in ("sign", "divisions", "vehicle", "coefficients", "floor", "keep_out", "keep_in"):
-        with pytest.raises(gg.InputError, match=f"^{name} must be left out where a graph is given, which fixes it$"):
-            on_grid(G3.waypoints, graph=graph, **{name: {"floor": 0.1, "divisions": 0}.get(name, "x")})
-
-
 def test_where_nothing_flies_the_objective_decides() -> None:
     """Blue goes straight where red must go round the saddle; red is far from singular, blue never."""
     robust = on_grid([(1.0, 0.7), (-0.7, -1.0)], floor=2.0, sign="negative", objective="robust")

@@ -14,12 +14,10 @@ from itertools import groupby
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 from shapely import LinearRing
 
 from gaitgraph._lazy import Pictured
-from gaitgraph.errors import Infeasible, InputError
-from gaitgraph.graph.build import nodes_above, vehicle_and_coefficients
+from gaitgraph.errors import Infeasible
 from gaitgraph.graph.walks import note_on_gap
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR
 from gaitgraph.planning.any_angle import any_angle_paths, with_nearest
@@ -247,7 +245,6 @@ def plan_loop(
     law: LawName = DEFAULT_LAW,
     floor: float = DEFAULT_FLOOR,
     require: Use = "flyable",
-    graph: nx.Graph[Any] | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> Plan:
     """Plan a closed gait through (α1, α2) waypoints, in order and back to the first.
@@ -287,9 +284,6 @@ def plan_loop(
         Least singular value that a flyable loop keeps, dimensionless.
     require
         "flyable": a loop that can fly, or none; "valid": if none can fly, one that obeys the paper's rules.
-    graph
-        A surface graph to plan on, which has the waypoints as nodes. It fixes sign, divisions, method, vehicle,
-        coefficients, floor and polygons, which must then be left out.
     progress
         Called with a line of text before each step of long work.
 
@@ -305,21 +299,8 @@ def plan_loop(
     >>> plan.gait.alpha.round(3).tolist()[0]
     [1.178, -1.178, 1.178, -1.178]
     """
-    options = {name: value for name, value in locals().items() if name in REQUEST_FIELDS}
-    if graph is not None:
-        for name in ("sign", "divisions", "method", "vehicle", "coefficients", "floor", "keep_out", "keep_in"):
-            if not np.array_equal(options[name], REQUEST_FIELDS[name]):
-                raise InputError(f"{name} must be left out where a graph is given, which fixes it")
-        body, numbers = vehicle_and_coefficients(graph)
-        options |= {name: graph.graph[name] for name in ("sign", "divisions", "floor")}
-        options |= {"vehicle": body, "coefficients": numbers.kind, "method": "grid"}
-    request = plan_request(**options)
-    for point, nodes in zip(request.waypoints, nodes_above(graph, request.waypoints) if graph else (), strict=False):
-        if not nodes:
-            raise InputError(
-                f"waypoints must be nodes of the graph, got {point!r}; build it with surface_graph(waypoints=…)"
-            )
-    return plan(request, graph=graph, progress=progress)
+    request = plan_request(**{name: value for name, value in locals().items() if name in REQUEST_FIELDS})
+    return plan(request, progress=progress)
 
 
 def planned_gait(path: str | Path, stated: Mapping[str, Any]) -> TimedGait:
@@ -328,11 +309,9 @@ def planned_gait(path: str | Path, stated: Mapping[str, Any]) -> TimedGait:
     return plan(request).timed(**sampling)
 
 
-def plan(
-    request: PlanRequest, *, graph: nx.Graph[Any] | None = None, progress: Callable[[str], None] | None = None
-) -> Plan:
+def plan(request: PlanRequest, *, progress: Callable[[str], None] | None = None) -> Plan:
     """Answer a request; see :func:`plan_loop`."""
-    graph_of = cache(lambda sign: request_graph(request, sign, progress) if graph is None else graph)
+    graph_of = cache(lambda sign: request_graph(request, sign, progress))
     uses: tuple[Use, ...] = ("flyable",) if request.require == "flyable" else ("flyable", "valid")
     found = _answer(request, uses, graph_of, progress)
     if found or request.require == "valid":
