@@ -39,7 +39,7 @@ def figures_command(out: str, formats: Paths = (), gait_file: str | None = None,
     known = {figure.stem: figure for figure in FIGURES.values()}
     drawn = [(str(path), known[path.stem]) for path in written]
     if wants_json():
-        rows = [{"file": path, "figure": one.name, "title": one.title, "caption": one.caption} for path, one in drawn]
+        rows = [{"file": path, "figure": one.name, "title": one.title} for path, one in drawn]
         print_json({"files": rows})
         return 0
     for path, one in drawn:

@@ -67,7 +67,6 @@ HEADERS = {
 
 _content = partial(value_from_json, wanted="a query must be a JSON object")
 
-LONGEST_BODY = 60.0  # time limit for the body of a request [s]
 LONGEST_WORK = 20.0  # time limit for the work on one request [s]
 AT_ONCE = 2  # requests worked on at the same time
 
@@ -108,16 +107,12 @@ class Guard:
 
 
 async def body_of(request: Request, most: int) -> bytes:
-    """Return the body of a request; Refused if it has more than `most` bytes, or takes too long."""
+    """Return the body of a request; Refused if it has more than `most` bytes."""
     body = bytearray()
-    try:
-        async with asyncio.timeout(LONGEST_BODY):
-            async for piece in request.stream():
-                body += piece
-                if len(body) > most:
-                    raise Refused(413, f"the body of a request must have at most {most} bytes")
-    except TimeoutError as error:
-        raise Refused(408, f"the body of a request must arrive within {LONGEST_BODY:g} s") from error
+    async for piece in request.stream():
+        body += piece
+        if len(body) > most:
+            raise Refused(413, f"the body of a request must have at most {most} bytes")
     return bytes(body)
 
 
@@ -216,7 +211,7 @@ def _handler(work: Work, slots: asyncio.Semaphore, most: int, kind: str) -> Call
         except ClientDisconnect:  # nobody reads this
             return _refusal(400, "the client disconnected before its request was complete")
         except Refused as error:
-            close = {"Connection": "close"} if error.status in (408, 413) else None  # the rest of the body is not read
+            close = {"Connection": "close"} if error.status == 413 else None  # the rest of the body is not read
             return _refusal(error.status, str(error), close)
         except GaitgraphError as error:
             return _refusal(400, str(error))

@@ -116,7 +116,6 @@ def _state_of_request(table: Table) -> dict[str, Any] | None:
     request = table.about.get("request")
     if not isinstance(request, dict):
         return None
-    request = {name: value for name, value in request.items() if (name, value) != ("sheets", "planes")}
     if any(_NOT_SHOWN.get(name, ...) != value for name, value in request.items() if name not in queries.DEFAULTS):
         return None
     state = {name: value for name, value in request.items() if name in queries.DEFAULTS}

@@ -40,22 +40,20 @@ class _FigureInput(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class PaperFigure:
-    """A figure and its caption."""
+    """A figure and how it is drawn."""
 
     name: str  # the number in the paper, with b for a second figure, or "regions" or "set"
-    caption: str
+    title: str
     size: tuple[float, float]  # mm
     drawing: Drawing
-
-    @property
-    def title(self) -> str:
-        """First sentence of the caption."""
-        return self.caption.partition(". ")[0]
 
     @property
     def stem(self) -> str:
         """Name of its files without suffix: figure_01 … figure_22, figure_18b, figure_regions, figure_set."""
         return f"figure_{self.name:0>2}"
+
+
+_SMALL = (85, 74)  # of a figure in space [mm]
 
 
 def _in_space(function: Callable[..., None], figure: Figure, of: _FigureInput, **options: Any) -> None:
@@ -123,60 +121,43 @@ def _attitudes(figure: Figure, of: _FigureInput, *, number: int, eta: float, mor
 
 
 def _figures() -> dict[str, PaperFigure]:
-    order = "The roots of a node are ordered by α3, then α4: the solver's order in the paper is not known."
-    rounded = "Blue has a sign of R only because the paper's coefficients have four digits; with exact ones R = 0."
-    lines = "Lines are singular attitudes, shaded is what is never singular around level flight."
-    captions = {
-        "1": "The tilt-rotor from above, and one rotor from the tip of its arm. Positive tilts are right-handed about "
-        "the arm axes e1 to e4; cw and ccw are spins seen from above.",
-        "2": "Number of roots (α3, α4) at each node (α1, α2). −π/2 and π/2 are one angle.",
-        "15": "Which types may be neighbours. Lines join types that may; each may follow itself, and (?,?) all.",
-        "16": "Types of the roots with R < 0. Red squares are nodes with (+,+), blue discs those with (−,−), halves "
-        f"both; other types are written. {rounded}",
-        "17": f"Gaits 1 to 3 on the map of types. Pale bands are the loops of (α1, α2). {rounded}",
-        "regions": "Exact regions of the (α1, α2) plane on the red sheet. Left: signs of R, positive hover thrusts "
-        "(hatched), and the largest thrust of a rotor in units of the weight. Right: the least singular value.",
-        "set": "The set of a gait. Its loop on the map, tilt angles, level hover thrusts, acceptable attitudes, and "
-        "least singular value, with exact physics; Gait 3 unless another is given.",
-    }
-    drawings: dict[str, tuple[float, float, Drawing]] = {  # with width and height [mm]
-        "1": (170, 98, lambda figure, of: vehicle_figure(of.vehicle, ax=figure.add_subplot())),
-        "2": (85, 92, lambda figure, of: planes.root_counts(figure.add_subplot(), of.coefficients)),
-        "15": (170, 68, _rule),
-        "16": (170, 173, _types),
-        "17": (170, 177, _loops),
-        "regions": (170, 93, _regions),
-        "set": (400, 84, lambda figure, of: gaits.draw_sheet(figure, [of.timed])),
-    }
+    found = [  # with width and height [mm]
+        PaperFigure(
+            "1", "The tilt-rotor from above, and one rotor from the tip of its arm", (170, 98),
+            lambda figure, of: vehicle_figure(of.vehicle, ax=figure.add_subplot()),
+        ),
+        PaperFigure(
+            "2", "Number of roots (α3, α4) at each node (α1, α2)", (85, 92),
+            lambda figure, of: planes.root_counts(figure.add_subplot(), of.coefficients),
+        ),
+        PaperFigure("15", "Which types may be neighbours", (170, 68), _rule),
+        PaperFigure("16", "Types of the roots with R < 0", (170, 173), _types),
+        PaperFigure("17", "Gaits 1 to 3 on the map of types", (170, 177), _loops),
+        PaperFigure("regions", "Exact regions of the (α1, α2) plane on the red sheet", (170, 93), _regions),
+        PaperFigure("set", "The set of a gait", (400, 84), lambda figure, of: gaits.draw_sheet(figure, [of.timed])),
+    ]  # fmt: skip
     for name, (which, angle) in zip("345678", product(("first", "other", "both"), (3, 4)), strict=True):
-        words = "both roots" if which == "both" else f"the {which} root"
-        marks = f"Red squares lie on the + plane of α{angle}, blue discs on its − plane."
-        captions[name] = f"α{angle} of {words}. {marks} {order if which != 'both' else ''}".strip()
-        drawings[name] = 85, 74, partial(_in_space, planes.root_angle, angle=angle, which=which)
-    for name, (sign, which) in zip(
-        ("9", "11", "13", "14"), product(("positive", "negative"), ("first", "other")), strict=True
-    ):
+        title = f"α{angle} of {'both roots' if which == 'both' else f'the {which} root'}"
+        drawing = partial(_in_space, planes.root_angle, angle=angle, which=which)
+        found.append(PaperFigure(name, title, _SMALL, drawing))
+    signed = product(("positive", "negative"), ("first", "other"))
+    for name, (sign, which) in zip(("9", "11", "13", "14"), signed, strict=True):
         title = f"α3 and α4 of the {which} root where R {'>' if sign == 'positive' else '<'} 0"
-        captions[name] = f"{title}. Red squares are α3, blue discs α4. {order} {rounded}"
-        drawings[name] = 85, 74, partial(_in_space, planes.signed_roots, sign=sign, which=which)
+        drawing = partial(_in_space, planes.signed_roots, sign=sign, which=which)
+        found.append(PaperFigure(name, title, _SMALL, drawing))
     for name, which in (("10", "first"), ("12", "other")):
-        title = f"R of the {which} root where it is positive"
-        captions[name] = f"{title}. Red is the red sheet, blue the blue one. {order} {rounded}"
-        drawings[name] = 85, 74, partial(_in_space, planes.level_determinants, sign="positive", which=which)
-    biased = {"18": (1, 0.8), "19": (2, 0.99), "20": (3, 0.8), "21": (4, 0.8), "22": (2, 0.8)}
-    for name, (number, eta) in biased.items():
+        drawing = partial(_in_space, planes.level_determinants, sign="positive", which=which)
+        found.append(PaperFigure(name, f"R of the {which} root where it is positive", _SMALL, drawing))
+    for name, number, eta in (("18", 1, 0.8), ("19", 2, 0.99), ("20", 3, 0.8), ("21", 4, 0.8), ("22", 2, 0.8)):
         title = f"Unacceptable attitudes of Gait {number} and its biased gait, η = {eta:g}"
-        digits = " Blue depends on rounding: here the angles have four digits, and the formula is exact."
-        captions[name] = f"{title}. {lines}{digits if number <= 2 else ''}"
-        drawings[name] = 85, 98, partial(_attitudes, number=number, eta=eta)
+        drawing = partial(_attitudes, number=number, eta=eta)
+        found.append(PaperFigure(name, title, (85, 98), drawing))
         if number <= 2:
-            captions[f"{name}b"] = (
-                f"Figure {name} with other digits. {lines} Blue depends on rounding: exact coefficients; four digits, "
-                "taken as exact; straight lines between the printed vertices."
-            )
-            drawings[f"{name}b"] = 170, 84, partial(_attitudes, number=number, eta=eta, more=True)
+            more = partial(drawing, more=True)
+            found.append(PaperFigure(f"{name}b", f"Figure {name} with other digits", (170, 84), more))
+    by_name = {one.name: one for one in found}
     names = (*map(str, range(1, 23)), "18b", "19b", "22b", "regions", "set")
-    return {name: PaperFigure(name, captions[name], drawings[name][:2], drawings[name][2]) for name in names}
+    return {name: by_name[name] for name in names}
 
 
 FIGURES: dict[str, PaperFigure] = _figures()
