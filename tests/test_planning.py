@@ -183,29 +183,6 @@ def test_the_loop_is_made_for_the_request() -> None:
         assert loop_of(plan).order == (0, 1, 2, 3)
 
 
-HINT = "waypoint {} is {:.1e} rad off the grid node ({}); on the node the gait has fewer corners"
-
-
-def test_hints_name_the_waypoint_its_distance_and_the_node() -> None:
-    step = pi / 16
-    points = [(1.178, -1.178), (6 * step, -2 * step), (2 * step, -2 * step + step / 50.5), (2 * step, -6 * step)]
-    plan = on_grid(points, color="red")
-    assert [warning for warning in plan.warnings if " off the grid" in warning] == [
-        HINT.format(1, 6 * step - 1.178, "3π/8, -3π/8"),
-        HINT.format(3, step / 50.5, "π/8, -π/8"),
-    ]
-    # A fiftieth of a step is no slip of the pen any more, and 1e-9 rad is the node itself.
-    for off in (step / 49.5, 0.9e-9):
-        plan = on_grid([(6 * step, -2 * step), (2 * step + off, -2 * step)], color="red")
-        assert not any(" off the grid" in warning for warning in plan.warnings)
-    # On an odd number of divisions the nodes lie elsewhere.
-    third = pi / 15
-    plan = on_grid([(5.5 * third + 1e-4, -4.5 * third), (2.5 * third, -4.5 * third)], color="red", divisions=15)
-    assert [warning for warning in plan.warnings if " off the grid" in warning] == [
-        HINT.format(1, 1e-4, "1.1519, -0.9425")
-    ]
-
-
 def on_sheet(color: str, point: tuple[float, float]) -> float:
     """Return R of equation (6) on a sheet, from the planes themselves."""
     (a1, a2), delta = point, gg.invertibility.coefficients_of().delta
@@ -364,13 +341,9 @@ def test_no_graph_is_built_where_no_waypoint_could_serve() -> None:
     searching = ["searching red loops", "searching blue loops"]
     built = "building the graph of 16 divisions with R"
     assert told == [f"{built} > 0", *searching, f"{built} < 0", *searching]
-    for accuracy, said in (
-        (1e-7, []),
-        (0.9e-7, ["computing regions with an accuracy of 9e-08 rad, which takes a while"]),
-    ):
-        told.clear()
-        plan = gg.plan_loop(G3.waypoints, accuracy=accuracy, progress=told.append, **RED_BELOW)
-        assert told == [*said, "searching red loops with R < 0"]
+    told.clear()
+    plan = gg.plan_loop(G3.waypoints, progress=told.append, **RED_BELOW)
+    assert told == ["searching red loops with R < 0"]
     assert repr(plan).startswith(
         "<Plan: <Loop: red, R < 0, 4 corners, 3.1416 rad around, flyable> through 4 waypoints, "
     )

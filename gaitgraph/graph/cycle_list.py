@@ -49,16 +49,16 @@ class Cycles(Iterator[Cycle]):
     yielded; `bound`, `complete` and `steps` hold at any time, after an interruption too.
     """
 
-    def __init__(self, sources: Iterable[_Source]) -> None:
+    def __init__(self, sources: Iterable[tuple[CycleSearch, Iterator[Cycle]]]) -> None:
         self.found = 0
         self.sources = list(sources)
         self._heads: list[Cycle | None] = [None] * len(self.sources)
 
     def look_ahead(self) -> None:
         """Find the next cycle of each graph without yielding it, which sharpens the bound."""
-        for k, source in enumerate(self.sources):
+        for k, (_, following) in enumerate(self.sources):
             if self._heads[k] is None:
-                self._heads[k] = next(source.cycles, None)
+                self._heads[k] = next(following, None)
 
     def __next__(self) -> Cycle:
         self.look_ahead()
@@ -73,17 +73,17 @@ class Cycles(Iterator[Cycle]):
     @property
     def bound(self) -> float:
         """Lower bound of the length of the cycles still to come [rad]; infinite when there are none."""
-        return min((source.search.bound for source in self.sources), default=math.inf)
+        return min((search.bound for search, _ in self.sources), default=math.inf)
 
     @property
     def complete(self) -> bool:
         """Whether every cycle within `max_length` has been yielded."""
-        return all(source.search.complete for source in self.sources) and not any(self._heads)
+        return all(search.complete for search, _ in self.sources) and not any(self._heads)
 
     @property
     def steps(self) -> int:
         """How many nodes have been expanded."""
-        return sum(source.search.steps for source in self.sources)
+        return sum(search.steps for search, _ in self.sources)
 
     def __str__(self) -> str:
         head = f"{self.found} cycle{'s' * (self.found != 1)}"
@@ -129,38 +129,29 @@ def cycles(
     >>> 1 + sum(1 for _ in found), found.complete
     (965, True)
     """
-    options: dict[str, Any] = {"progress": progress}
+    vehicle_and_coefficients(graph)  # raises ContractError if metadata are missing
+    most = _NEVER - 1
     if max_length is not None:
-        most = checked_number("max_length", max_length, "a finite number ≥ 0 (rad) or None")
-        options["most"] = quanta_of(most) + _ROUNDING
-    if effort is not None:
-        options["effort"] = whole_number("effort", effort, 1, 10**12)
-    return Cycles([_Source(graph, use, options)])
+        longest = checked_number("max_length", max_length, "a finite number ≥ 0 (rad) or None")
+        most = quanta_of(longest) + _ROUNDING
+    steps = _NEVER if effort is None else whole_number("effort", effort, 1, 10**12)
+    allowed, surface, names = allowed_edges(use), graph.copy(), list(graph.nodes)
+    index = {name: k for k, name in enumerate(names)}
+    rows: Rows = [[] for _ in names]
+    for first, second, edge in graph.edges(data=True):
+        a, b = index[first], index[second]
+        if a != b and allowed(edge):
+            rows[a].append((b, quanta_of(edge["length"])))
+            rows[b].append((a, quanta_of(edge["length"])))
+    search = CycleSearch([sorted(row) for row in rows], most=most, effort=steps, progress=progress)
+    found = (
+        Cycle(nodes=tuple(names[node] for node in nodes), length=length / QUANTA_PER_RADIAN, surface=surface)
+        for length, nodes in search
+    )
+    return Cycles([(search, found)])
 
 
-class _Source:
-    """A graph in whole numbers, and the cycles found in it: a node is its position in the graph, lengths are quanta."""
-
-    def __init__(self, graph: nx.Graph[Any], use: Use, options: Mapping[str, Any]) -> None:
-        allowed = allowed_edges(use)
-        vehicle_and_coefficients(graph)  # raises ContractError if metadata are missing
-        self._surface, self._names = graph.copy(), list(graph.nodes)
-        index = {name: k for k, name in enumerate(self._names)}
-        rows: Rows = [[] for _ in self._names]
-        for first, second, edge in graph.edges(data=True):
-            a, b = index[first], index[second]
-            if a != b and allowed(edge):
-                rows[a].append((b, quanta_of(edge["length"])))
-                rows[b].append((a, quanta_of(edge["length"])))
-        self.search = CycleSearch([sorted(row) for row in rows], **options)
-        self.cycles = map(self._cycle, self.search)
-
-    def _cycle(self, item: Item) -> Cycle:
-        length, nodes = item[0] / QUANTA_PER_RADIAN, tuple(self._names[node] for node in item[1])
-        return Cycle(nodes=nodes, length=length, surface=self._surface)
-
-
-def distances(
+def _distances(
     rows: Rows, sources: Mapping[int, int], within: int, avoid: int, least: int
 ) -> tuple[dict[int, int], int]:
     """Return the distance [quanta] from the nearest source to each node `within` reach, by Dijkstra's algorithm.
@@ -283,7 +274,7 @@ class CycleSearch:
         """
         # One edge beyond the limit, so that pruned paths have their true distance, which is a limit worth trying.
         within = max(self._limit - length, 0) + max(closing.values())
-        back, beyond = distances(self._rows, closing, within, second, root + 1)
+        back, beyond = _distances(self._rows, closing, within, second, root + 1)
         shortest = length + back.get(second, beyond)
         if shortest > self._limit:
             self._least_left = min(self._least_left, shortest)

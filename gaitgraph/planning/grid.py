@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import networkx as nx
 import numpy as np
 
-from gaitgraph.angles import text_from_angle
-from gaitgraph.graph.build import WAYPOINT_SNAP, gait_along, nodes_above, surface_graph
+from gaitgraph.graph.build import gait_along, nodes_above, surface_graph
 from gaitgraph.graph.cycle_list import Cycles, cycles
 from gaitgraph.graph.walks import Blocked, allowed_edges, best_order, closed_walk
 from gaitgraph.invertibility.matrices import coefficients_of
@@ -23,20 +21,6 @@ if TYPE_CHECKING:
     from gaitgraph.graph.walks import Use
     from gaitgraph.planning.refusal import Branch, FoundPath, Obstacle
     from gaitgraph.planning.request import PlanRequest
-
-
-def notes_beside_the_grid(request: PlanRequest) -> list[str]:
-    """Return a hint for each waypoint that is nearly a grid node, mostly one rounded when printed."""
-    step, half = math.pi / request.divisions, request.divisions / 2
-    hints = []
-    for number, point in enumerate(request.waypoints, start=1):
-        node = [(round(angle / step + half) - half) * step for angle in point]
-        distance = max(abs(a - b) for a, b in zip(point, node, strict=True))
-        if WAYPOINT_SNAP < distance < step / 50:
-            place = ", ".join(map(text_from_angle, node))
-            beside = f"{distance:.1e} rad off the grid node ({place})"
-            hints.append(f"waypoint {number} is {beside}; on the node the gait has fewer corners")
-    return hints
 
 
 def grid_paths(

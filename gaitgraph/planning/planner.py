@@ -21,7 +21,7 @@ from gaitgraph.errors import Infeasible
 from gaitgraph.graph.walks import note_on_gap
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR
 from gaitgraph.planning.any_angle import any_angle_paths, with_nearest
-from gaitgraph.planning.grid import grid_paths, notes_beside_the_grid, request_graph
+from gaitgraph.planning.grid import grid_paths, request_graph
 from gaitgraph.planning.refusal import FoundPath, Obstacle, branches_of
 from gaitgraph.planning.request import REQUEST_FIELDS, PlanRequest, plan_request, read_request
 from gaitgraph.surface.sheets import RELATION
@@ -56,7 +56,6 @@ _NO_LOOP: dict[str, Any] = {
 }
 _HOW_TO_ASK = "for a loop that obeys only the paper's rules, use --require valid (require='valid')"
 _POSTURE = "the plan is a single posture, not a gait; for a gait, give two or more different waypoints"
-_FINE = 1e-7  # accuracy for which curved borders have so many corners that it takes a while [rad]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -333,7 +332,6 @@ def _answer(
     progress: Callable[[str], None] | None,
 ) -> Plan:
     """Return the best loop that meets what a request requires, or the obstacles."""
-    exact = request.method == "exact"
     loops: list[Loop] = []
     obstacles: list[Obstacle] = []
 
@@ -345,9 +343,7 @@ def _answer(
 
     for sign, group in groupby(branches_of(request, uses), key=lambda branch: branch.sign):
         branches = list(group)
-        if exact:
-            if progress is not None and request.accuracy < _FINE:
-                progress(f"computing regions with an accuracy of {request.accuracy:g} rad, which takes a while")
+        if request.method == "exact":
             answers = [any_angle_paths(branch, progress) for branch in branches]
         else:
             answers = grid_paths(branches, graph_of, progress)
@@ -375,7 +371,7 @@ def _answer(
         warnings += [_POSTURE] * (not loops[0].length)
         if len(waypoints) > 3 and not request.any_order and not LinearRing(waypoints).is_simple:
             warnings.append("the loop crosses itself; --any-order (any_order=True) finds the shortest order")
-        warnings += [*([] if exact else notes_beside_the_grid(request)), *([note_on_gap(gap)] if gap else [])]
+        warnings += [note_on_gap(gap)] if gap else []
         warnings += report.warnings
         if not report.reachable_from_hover:
             warnings.append(report.reachability)
