@@ -22,7 +22,7 @@ from gaitgraph.graph.build import surface_graph
 from gaitgraph.graph.cycle_list import cycles
 from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.invertibility.tilt_margins import least_singular_value_within
-from gaitgraph.io.columns import FormatOptions
+from gaitgraph.io.formats import write_tables
 from gaitgraph.optimization.retargeting import MOST_ROWS
 from gaitgraph.robustness.attitudes import acceptable_attitudes, singular_curve
 from gaitgraph.robustness.biased import robustness_of
@@ -322,8 +322,11 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
         "study 'small' must have at most 1000000 cases, got 36000000",
     ),
     # files
-    (FormatOptions, {"periods": 0}, "periods must be a whole number from 1 to 100000, got 0"),
-    (FormatOptions, {"joint_names": ("a", "b", "c")}, "joint_names must be four different printable texts"),
+    (
+        write_tables,
+        {"table": TABLE, "paths": ["a.mcap"], "periods": 0},
+        "periods must be a whole number from 1 to 100000, got 0",
+    ),
     # validation and robustness
     (validate, {"gait": TABLE, "tolerance": -1}, "tolerance must be a finite number ≥ 0, got -1"),
     (validate, {"gait": G3, "floor": NAN}, "floor must be a finite number ≥ 0, got nan"),

@@ -16,9 +16,8 @@ from scipy.interpolate import CubicHermiteSpline
 import gaitgraph as gg
 from gaitgraph.gait.gait import lift
 from gaitgraph.gait.table import ACCELERATIONS, ANGLES, RATES, Table, about_from_text
-from gaitgraph.io.columns import FormatOptions
 from gaitgraph.io.formats import write_tables
-from gaitgraph.io.servo_map import servo_map_named
+from gaitgraph.io.servo_map import servo_map_from_mapping, servo_map_named
 from gaitgraph.timing.timed_gait import table_of
 from tests.published import GAITS
 
@@ -67,7 +66,7 @@ class Case:
         return re.sub("[- ?]", "_", self.file.removesuffix(".h"))
 
 
-OPTIONS = FormatOptions(joint_names=("a", "/*b??/", "c*/", "d"))
+SERVOS = servo_map_from_mapping({"joint": [{"name": name} for name in ("a", "/*b??/", "c*/", "d")]})
 CASES = {
     "smooth": Case(file="gait-3 a.h", table=table_of(SMOOTH)),
     "coarse": Case(file="coarse.h", table=table_of(COARSE)),
@@ -119,7 +118,7 @@ def angles(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFact
         pytest.skip(f"no compiler: {', '.join(COMPILERS[request.param])}")
     folder = tmp_path_factory.mktemp("c")
     for case in CASES.values():
-        write_tables(case.table, [folder / case.file], options=OPTIONS)
+        write_tables(case.table, [folder / case.file], servos=SERVOS)
     names = list(CASES)
     branches = [BRANCH.format(number=k, call=case.name) for k, case in enumerate(CASES.values())]
     # Twice each: the guards are tried too.
@@ -229,14 +228,15 @@ def test_any_time_is_taken(angles: Callable[..., FloatArray]) -> None:
 def test_what_made_it_is_stated_whatever_it_is(tmp_path: Path) -> None:
     for k, case in enumerate(CASES.values()):
         path = tmp_path / f"g{k}.h"
-        write_tables(case.table, [path], options=OPTIONS)
+        write_tables(case.table, [path], servos=SERVOS)
         text = path.read_text(encoding="ascii")
         made = next(line for line in text.splitlines() if line.startswith(" * made_by: "))
-        assert about_from_text(made.removeprefix(" * made_by: "), required=True) == case.table.about
+        about = about_from_text(made.removeprefix(" * made_by: "), required=True)
+        assert about == {**case.table.about, "servos": SERVOS.in_radians().as_mapping()}
         comment = text[: text.index("#ifndef")]
         assert comment.count("*/") == comment.count("/*") == 1
         assert "??" not in comment
-        write_tables(case.table, [path], force=True, options=OPTIONS)
+        write_tables(case.table, [path], force=True, servos=SERVOS)
         assert path.read_text() == text
 
 

@@ -27,7 +27,6 @@ from gaitgraph.gait.table import (
 )
 from gaitgraph.invertibility.matrices import level_determinant_resolution
 from gaitgraph.io.c_header import write_h
-from gaitgraph.io.columns import FormatOptions
 from gaitgraph.surface.sheets import COLORS, roots
 from gaitgraph.timing.laws import LAWS, LawName
 from gaitgraph.timing.timed_gait import timed_gait_of
@@ -199,7 +198,7 @@ def test_all_readers_of_a_table_find_its_period(tmp_path: Path, law: LawName, sa
         read = gg.read_table(source)
         corners, times, _ = closed_rows(read)
         gg.timing.export(source, [tmp_path / "whole.csv"], force=True)
-        write_h([read], tmp_path / "rows.h", FormatOptions())
+        write_h([read], tmp_path / "rows.h")
         whole = gg.read_table(tmp_path / "whole.csv")
         by_row = merged(completed_pieces(partial(list, [read.rows(k, k + 1) for k in range(len(read))]))())
         assert times is not None

@@ -18,10 +18,9 @@ import gaitgraph as gg
 from gaitgraph.gait.gait import lift
 from gaitgraph.gait.table import ACCELERATIONS, ANGLES, RATES, Table
 from gaitgraph.io import binary_tables
-from gaitgraph.io.columns import FormatOptions
 from gaitgraph.io.formats import read_table, write_tables
 from gaitgraph.io.ros import STATE, STRING, TRAJECTORY, points_of
-from gaitgraph.io.servo_map import servo_map_named
+from gaitgraph.io.servo_map import servo_map_from_mapping, servo_map_named
 from gaitgraph.timing.timed_gait import table_of
 from tests.mutated import check_mutations, refusal
 from tests.published import GAITS
@@ -40,7 +39,7 @@ TIMED = lift(GAITS[2].angles, "red").parametrize(0.7, samples=20)
 TABLE = table_of(TIMED)
 ROWS = [(k * SECOND // 4, TIMED.alpha[k], TIMED.rates[k]) for k in range(21)]
 OPEN = Table(columns={"t": np.arange(3.0), **{name: np.array([0.0, 0.1, 0.2]) for name in ANGLES}})
-OPTIONS = FormatOptions(periods=3, joint_names=NAMES)
+SERVOS = servo_map_from_mapping({"joint": [{"name": name} for name in NAMES]})
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +47,7 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     """Gait 3, three periods of it, in both kinds of file."""
     folder = tmp_path_factory.mktemp("written")
     paths = {suffix: folder / f"gait3{suffix}" for suffix in (".mcap", ".yaml")}
-    write_tables(TABLE, list(paths.values()), options=OPTIONS)
+    write_tables(TABLE, list(paths.values()), servos=SERVOS, periods=3)
     return paths
 
 
@@ -144,7 +143,7 @@ def test_a_bag_is_read_back_as_one_period(written: dict[str, Path]) -> None:
 def test_the_same_table_gives_the_same_bytes_under_any_name(written: dict[str, Path], tmp_path: Path) -> None:
     folder = tmp_path / "100% ?mode=ro#ä"
     folder.mkdir()
-    write_tables(TABLE, [folder / "gait3.mcap", folder / "gait3.yaml"], options=OPTIONS)
+    write_tables(TABLE, [folder / "gait3.mcap", folder / "gait3.yaml"], servos=SERVOS, periods=3)
     for path in folder.rglob("*.*"):
         if path.is_file():
             assert path.read_bytes() == (written[".mcap"].parent / path.relative_to(folder)).read_bytes()
@@ -192,7 +191,8 @@ def test_the_yaml_is_a_goal_that_ros_takes(written: dict[str, Path]) -> None:
 def test_numbers_and_names_of_the_yaml_are_kept_as_they_are(tmp_path: Path) -> None:
     numbers, names = [1e-05, -2e-17, 1e5], ('a"b\\c', "it's: #1", "ä", "[x]")
     table = Table(columns={**OPEN.columns, "alpha3": np.array(numbers)})
-    write_tables(table, [tmp_path / "g.yaml"], options=FormatOptions(joint_names=names))
+    servos = servo_map_from_mapping({"joint": [{"name": name} for name in names]})
+    write_tables(table, [tmp_path / "g.yaml"], servos=servos)
     content = yaml.safe_load((tmp_path / "g.yaml").read_text())["trajectory"]
     assert [point["positions"][2] for point in content["points"]] == numbers
     assert "velocities" not in content["points"][0]
@@ -224,7 +224,7 @@ def test_times_increase_whatever_the_period(rows: int, periods: int, period: flo
 def test_what_ros_cannot_hold_is_refused(table: Table, periods: int, message: str, tmp_path: Path) -> None:
     for suffix in (".mcap", ".yaml"):
         with pytest.raises(gg.InputError, match=message):
-            write_tables(table, [tmp_path / f"g{suffix}"], options=FormatOptions(periods=periods))
+            write_tables(table, [tmp_path / f"g{suffix}"], periods=periods)
     assert not list(tmp_path.iterdir())
     write_tables(OPEN, [tmp_path / "open.mcap"])
     assert (read_table(tmp_path / "open.mcap").alpha == OPEN.alpha).all()

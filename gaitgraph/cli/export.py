@@ -8,8 +8,6 @@ import click
 
 from gaitgraph.cli import Paths, Working, command, file, option, print_json, wants_json
 
-_FORMAT_OPTIONS = ("periods", "joint_names")
-
 
 def _map_names() -> list[str]:
     from gaitgraph.io.servo_map import PRESETS
@@ -24,7 +22,6 @@ def _map_names() -> list[str]:
     option("--columns", "NAME_OR_FILE", "Joints of a servo table from elsewhere, as for --servos.", words=_map_names),
     option("--servos", "NAME_OR_FILE", "Write positions of joints, by a preset or a TOML file.", words=_map_names),
     option("--periods", "N", "Periods in a bag or .yaml.  [default: 1]"),
-    option("--joint-names", "A,B,C,D", "Names of the joints that tilt rotors 1 to 4, in a bag, .yaml or .h."),
     "period samples rate law force vehicle coefficients json",
 )
 def export_command(gait_file: str, outputs: Paths, force: bool = False, servos: str | None = None, **given: Any) -> int:
@@ -36,22 +33,18 @@ def export_command(gait_file: str, outputs: Paths, force: bool = False, servos: 
     --columns.
     """
     from gaitgraph.gait.table import merged
-    from gaitgraph.io.columns import FormatOptions
     from gaitgraph.io.formats import tables_and_films
     from gaitgraph.io.servo_map import servo_map_named
     from gaitgraph.plots.vehicles import check_films, write_films
     from gaitgraph.timing.timed_gait import export
 
-    chosen = {name: given.pop(name) for name in _FORMAT_OPTIONS if name in given}
-    if "joint_names" in chosen:
-        chosen["joint_names"] = tuple(name.strip() for name in chosen["joint_names"].split(","))
     servo_map = None if servos is None else servo_map_named(servos)
     if "columns" in given:
         given["joints"] = servo_map_named(given.pop("columns"))
     tables, films = tables_and_films(outputs)
     check_films(films, force=force)
     with Working(f"exporting {gait_file}"):
-        done = export(gait_file, tables, force=force, options=FormatOptions(**chosen), servos=servo_map, **given)
+        done = export(gait_file, tables, force=force, servos=servo_map, **given)
         if films:
             write_films(merged(done.pieces()), films, force=force)
     if wants_json():

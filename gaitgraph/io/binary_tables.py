@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from gaitgraph.gait.table import Table
-    from gaitgraph.io.columns import FormatOptions, TableBuilder
+    from gaitgraph.io.columns import TableBuilder
 
     Array = npt.NDArray[Any]
 
@@ -89,7 +89,7 @@ def _about_of_array(array: object) -> dict[str, Any]:
 # -- NumPy archives
 
 
-def write_npz(pieces: Iterable[Table], path: Path, options: FormatOptions) -> None:
+def write_npz(pieces: Iterable[Table], path: Path) -> None:
     """Write a new NumPy archive: one array for each column, and `provenance`, a text.
 
     It is not compressed and has no time stamps: the same table gives the same bytes everywhere.
@@ -122,7 +122,7 @@ _OURS, _OF_PANDAS = b"gaitgraph", b"PANDAS_ATTRS"
 _MOST_UNPACKED, _STEEPEST = 1 << 32, 100  # bytes in all, or for each byte of the file, whichever is more
 
 
-def write_parquet(pieces: Iterable[Table], path: Path, options: FormatOptions) -> None:
+def write_parquet(pieces: Iterable[Table], path: Path) -> None:
     """Write a new Parquet file, in row groups of 65,536 rows however the pieces are cut."""
     import pyarrow as pa
     import pyarrow.parquet as pq
@@ -206,7 +206,7 @@ _CLASSES = frozenset({4, *range(6, 16)})  # texts and full arrays of numbers
 _NAME = re.compile(r"[A-Za-z]\w{0,62}", re.ASCII)
 
 
-def write_mat(pieces: Iterable[Table], path: Path, options: FormatOptions) -> None:
+def write_mat(pieces: Iterable[Table], path: Path) -> None:
     """Write a new MATLAB file: every column as a variable, angles, rates and accelerations as matrices too.
 
     Beside them are `names` and `units` of the columns, and `provenance`, as texts.

@@ -20,12 +20,11 @@ import numpy as np
 from gaitgraph.errors import InputError
 from gaitgraph.gait.table import ACCELERATIONS, RATES, Table, closed_rows, is_closed, provenance_text
 from gaitgraph.io.ros import merged_up_to
-from gaitgraph.io.servo_map import servo_map_from_mapping, tilts_from_joints
+from gaitgraph.io.servo_map import servos_of, tilts_from_joints
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from gaitgraph.io.columns import FormatOptions
 
 _MOST_ROWS = 16_384  # as floats with rates, half a megabyte
 _EVEN, _NANOSECOND = 1e-6, 1e-9
@@ -34,7 +33,7 @@ _EVEN, _NANOSECOND = 1e-6, 1e-9
 _CUBIC_SHARE = 32.0
 
 
-def write_h(pieces: Iterable[Table], path: Path, options: FormatOptions) -> None:
+def write_h(pieces: Iterable[Table], path: Path) -> None:
     """Write a new C header.
 
     Rows are joined by cubics where the table has rates and accelerations, else by straight lines.
@@ -77,11 +76,12 @@ def write_h(pieces: Iterable[Table], path: Path, options: FormatOptions) -> None
         estimate = longest**2 * float(np.abs(changes).max(initial=0.0)) / (_CUBIC_SHARE if cubic else 8)
         bound = _proven_error(table, longest, cubic=cubic)
         off = f"about {estimate:.1e}" if bound is None else f"at most {1.06 * bound:.1e}"  # not less, to two digits
-    joints, rotors = options.joints_of(table)
+    servos = servos_of(table)
     upper = name.upper()
     words = {"file": _harmless(path.name), "provenance": _harmless(provenance_text(table)), "tables": "\n".join(tables)}
     words |= {"name": name, "NAME": upper, "rows": str(rows), "off": off}
-    words |= {"joints": _harmless(json.dumps(joints)), "rotors": ", ".join(map(str, rotors))}
+    words["joints"] = _harmless(json.dumps(servos.joint_names))
+    words["rotors"] = ", ".join(str(joint.rotor) for joint in servos.joints)
     words |= {"period": literal(times[-1]), "seconds": f"{times[-1]:g}", "step": literal(step)}
     words["intervals"] = f"{upper}_ROWS" if closed else f"({upper}_ROWS - 1)"
     words["next"] = f"i + 1 < {upper}_ROWS ? i + 1 : 0" if closed else "i + 1"
@@ -100,7 +100,7 @@ def _proven_error(table: Table, step: float, *, cubic: bool) -> float | None:
     For a straight line it is h²/8·max|f″|, for a cubic with the values and slopes of both ends h⁴/384·max|f⁗|. Over a
     corner, where f‴ jumps, it is h³/96·max|f‴|: the integral of |Peano kernel| is largest at h/2.
     """
-    tilts = tilts_from_joints(table.columns, servo_map_from_mapping(table.about.get("servos", {})))
+    tilts = tilts_from_joints(table.columns, servos_of(table))
     with warnings.catch_warnings(action="ignore"):  # that the rows are not those of the gait
         timed = closed_rows(replace(table, columns=table.columns | tilts))[2]
     if timed is None:

@@ -14,12 +14,11 @@ import warnings
 from collections import Counter
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from gaitgraph.angles import HALF_PI, angle_from_text, in_degrees, whole_number
+from gaitgraph.angles import HALF_PI, angle_from_text, in_degrees
 from gaitgraph.errors import FileWarning, InputError, did_you_mean, shown
 from gaitgraph.gait.table import (
     ACCELERATIONS,
@@ -338,40 +337,3 @@ def _lists(values: dict[str, Any]) -> Any:
     inner = {name: _lists(value) if isinstance(value, dict) else value for name, value in values.items()}
     is_list = inner and [*inner] == [str(number) for number in range(1, len(inner) + 1)]
     return [*inner.values()] if is_list else inner
-
-
-# -- What may be chosen of a format
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FormatOptions:
-    """Choices that some formats of gait files have.
-
-    Parameters
-    ----------
-    periods
-        How often the gait is repeated in a bag or a ROS 2 trajectory.
-    joint_names
-        Names of the robot's joints that tilt rotors 1 to 4, by default alpha1 to alpha4; for a servo table names of its
-        joints in their order, by default its own.
-
-    >>> options = FormatOptions(periods=3, joint_names=("front", "left", "rear", "right"))
-    """
-
-    periods: int = 1
-    joint_names: tuple[str, ...] | None = None
-
-    def __post_init__(self) -> None:
-        whole_number("periods", self.periods, 1, 100_000)
-        names = ANGLES if self.joint_names is None else self.joint_names
-        are_names = isinstance(names, tuple) and all(
-            isinstance(name, str) and name.isprintable() and 0 < len(name.strip()) == len(name) <= 100 for name in names
-        )
-        if not (are_names and len(names) == len(set(names)) == len(ANGLES)):
-            wanted = "four different printable texts of up to 100 characters"
-            raise InputError(f"joint_names must be {wanted}, got {shown(self.joint_names)}")
-
-    def joints_of(self, table: Table) -> tuple[tuple[str, ...], tuple[int, ...]]:
-        """Return the names of a table's four joints, as chosen or stated, and which rotor each of them tilts."""
-        servo_map = servo_map_from_mapping(table.about.get("servos", {}))
-        return self.joint_names or servo_map.joint_names, tuple(joint.rotor for joint in servo_map.joints)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import warnings
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
+from gaitgraph.angles import whole_number
 from gaitgraph.errors import (
     FileProblem,
     FileWarning,
@@ -33,7 +34,7 @@ from gaitgraph.gait.gait import PAPER_GAITS, Gait, paper_gait
 from gaitgraph.gait.table import ANGLES, Table, closed_rows, merged, paced_gait
 from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.io import binary_tables, c_header, ros, text_files
-from gaitgraph.io.columns import FormatOptions, TableBuilder, is_frame, table_from_frame
+from gaitgraph.io.columns import TableBuilder, is_frame, table_from_frame
 from gaitgraph.io.servo_map import mapped_table
 from gaitgraph.vehicle import PAPER, vehicle_named
 
@@ -58,14 +59,15 @@ if TYPE_CHECKING:
     GaitLike = Gait | HasGait | Table | Frame | str | Path | npt.ArrayLike
 
 _WHAT = "gait file"
+_MOST_PERIODS = 100_000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Format:
     """One kind of gait file.
 
-    Its module has ``write_SUFFIX(pieces, path, options)``, which writes a new file or folder from the pieces of a
-    table, and ``read_SUFFIX(path, builder)``, which yields the tables of its columns, piece by piece.
+    Its module has ``write_SUFFIX(pieces, path)``, which writes a new file or folder from the pieces of a table, and
+    ``read_SUFFIX(path, builder)``, which yields the tables of its columns, piece by piece.
     """
 
     suffix: str
@@ -75,7 +77,6 @@ class Format:
     extra: str | None = None
     reads: bool = True  # whether its files are read as gait tables
     folder: bool = False
-    options: tuple[str, ...] = ()  # fields of FormatOptions that its writer heeds
     own: tuple[str, ...] = ()  # names of columns that it has for something else
 
     def why_not(self) -> str | None:
@@ -92,7 +93,7 @@ class Format:
         return found
 
 
-_BAG: Any = {"library": "rosbags", "extra": "ros", "folder": True, "options": ("periods", "joint_names")}
+_BAG: Any = {"library": "rosbags", "extra": "ros", "folder": True}
 _NPZ_OWN = ("provenance", "file", "allow_pickle")  # the last two are parameters of numpy.savez
 _MAT_OWN = ("alpha", "alpha_rate", "alpha_acceleration", "names", "units", "provenance")
 
@@ -105,8 +106,8 @@ FORMATS = {
         Format(suffix=".mat", name="MATLAB file", module=binary_tables, own=_MAT_OWN),
         Format(suffix=".parquet", name="Parquet", module=binary_tables, library="pyarrow", extra="table"),
         Format(suffix=".mcap", name="ROS 2 bag (MCAP)", module=ros, **_BAG),
-        Format(suffix=".yaml", name="ROS 2 trajectory", module=ros, reads=False, options=("periods", "joint_names")),
-        Format(suffix=".h", name="C header", module=c_header, reads=False, options=("joint_names",)),
+        Format(suffix=".yaml", name="ROS 2 trajectory", module=ros, reads=False),
+        Format(suffix=".h", name="C header", module=c_header, reads=False),
     )
 }
 """The formats by suffix."""
@@ -147,38 +148,29 @@ def known_format(path: str | Path, what: str, *, reads: bool = False, also: Sequ
 # -- Writing
 
 
-def check_options(options: FormatOptions, formats: Iterable[Format]) -> None:
-    """Raise InputError if an option is chosen that none of the formats has."""
-    there = {name for one in formats for name in one.options}
-    for field in fields(options):
-        name, value = field.name, getattr(options, field.name)
-        if name not in there and value != field.default:
-            suffixes = ", ".join(suffix for suffix, one in FORMATS.items() if name in one.options)
-            raise InputError(f"{name} needs an output {suffixes}, got {shown(value)} without one")
-
-
 def write_tables(
     table: Table | Callable[[], Iterable[Table]],
     paths: Sequence[str | Path],
     *,
     force: bool = False,
-    options: FormatOptions | None = None,
+    periods: int = 1,
     servos: ServoMap | None = None,
 ) -> None:
     """Write a table to files, or folders, each whole or not at all; the format follows from the suffix.
 
-    `table` may be a function that yields the pieces of a table, called once for each file. Formats ignore `options`
-    that they do not have. `servos` determines the columns of tables, and order, signs and zeros in formats of robots.
+    `table` may be a function that yields the pieces of a table, called once for each file. `servos` determines the
+    columns of tables, and order, names, signs and zeros in formats of robots; those of ROS 2 repeat the gait `periods`
+    times.
 
     Raises OutputExists if a file exists and `force` is not set, FileProblem if one cannot be written (then no file is
     changed), InputError if a suffix is not known or a file is named twice, and MissingExtra if a library is missing.
     """
-    check_outputs(paths, force=force)
+    check_outputs(paths, force=force, periods=periods)
 
     def stated_in(form: Format) -> Iterator[Table]:
         # Formats of robots state joints in their own radians, tables in the columns of the map.
         in_format = servos if form.reads else None
-        if servos is not None and "joint_names" in form.options:
+        if servos is not None and form.module in (ros, c_header):
             in_format = servos.in_radians()
         rows = 0
         for piece in [table] if isinstance(table, Table) else table():
@@ -191,15 +183,19 @@ def write_tables(
             rows += len(piece)
 
     def write(form: Format, scratch: Path) -> None:
-        form.function("write")(stated_in(form), scratch, options or FormatOptions())
+        repeated = {"periods": periods} if form.module is ros else {}
+        form.function("write")(stated_in(form), scratch, **repeated)
 
     write_whole([(Path(path), partial(write, known_format(path, "output"))) for path in paths], force=force)
 
 
-def check_outputs(paths: Sequence[str | Path], *, force: bool = False) -> None:
+def check_outputs(paths: Sequence[str | Path], *, force: bool = False, periods: int = 1) -> None:
     """Raise before any work is done if an output cannot be: its suffix, an extra, a name taken or given twice."""
-    folders = set()
-    for form, path in [(known_format(path, "output"), Path(path)) for path in paths]:
+    folders, formats = set(), [known_format(path, "output") for path in paths]
+    whole_number("periods", periods, 1, _MOST_PERIODS)
+    if periods > 1 and ros not in [form.module for form in formats]:
+        raise InputError(f"periods needs an output .mcap or .yaml, got {periods} without one")
+    for form, path in zip(formats, map(Path, paths), strict=True):
         form.function("write")  # MissingExtra, if that is so
         if form.folder:
             folders.add(path)

@@ -27,6 +27,7 @@ from gaitgraph.gait.table import (
     provenance_text,
 )
 from gaitgraph.io.binary_tables import check_size, gate
+from gaitgraph.io.servo_map import servos_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -36,7 +37,7 @@ if TYPE_CHECKING:
     from rosbags.typesys.store import Typestore
 
     from gaitgraph.invertibility.matrices import FloatArray
-    from gaitgraph.io.columns import FormatOptions, TableBuilder
+    from gaitgraph.io.columns import TableBuilder
 
 TRAJECTORY = "trajectory_msgs/msg/JointTrajectory"
 STATE = "sensor_msgs/msg/JointState"
@@ -94,15 +95,15 @@ def points_of(table: Table, periods: int = 1) -> tuple[npt.NDArray[np.int64], di
 # -- The goal of an action
 
 
-def write_yaml(pieces: Iterable[Table], path: Path, options: FormatOptions) -> None:
+def write_yaml(pieces: Iterable[Table], path: Path, periods: int = 1) -> None:
     """Write a new file with the goal of an action, as ``ros2 action send_goal`` takes it; times are in nanoseconds."""
     table = merged_up_to(pieces, _MOST_POINTS, "a ROS 2 trajectory")
-    times, rows = points_of(table, options.periods)
+    times, rows = points_of(table, periods)
     lines = [
         "# A goal of control_msgs/action/FollowJointTrajectory; angles in rad, with rad/s and rad/s².",
         f"# made_by: {provenance_text(table)}",
         "trajectory:",
-        f"  joint_names: {json.dumps(options.joints_of(table)[0], ensure_ascii=False)}",
+        f"  joint_names: {json.dumps(servos_of(table).joint_names, ensure_ascii=False)}",
         "  points:",
     ]
     for time, *values in zip(times.tolist(), *(one.tolist() for one in rows.values()), strict=True):
@@ -121,14 +122,14 @@ def _number(value: float) -> str:
 # -- Bags
 
 
-def write_mcap(pieces: Iterable[Table], path: Path, options: FormatOptions) -> None:
+def write_mcap(pieces: Iterable[Table], path: Path, periods: int = 1) -> None:
     """Write a new folder: a bag with an MCAP file, which the library names after the folder."""
     from rosbags.rosbag2 import StoragePlugin, Writer
 
     table = merged_up_to(pieces, _MOST_POINTS, "a ROS 2 bag")
-    times, rows = points_of(table, options.periods)
-    names, none = list(options.joints_of(table)[0]), np.zeros(0)
-    chosen = {"periods": options.periods, "joint_names": names}
+    times, rows = points_of(table, periods)
+    names, none = list(servos_of(table).joint_names), np.zeros(0)
+    chosen = {"periods": periods, "joint_names": names}
     made = json.dumps({**provenance_of(table), "bag": chosen}, allow_nan=False)
     store = _store()
 

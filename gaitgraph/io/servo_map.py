@@ -326,6 +326,11 @@ def servo_map_named(name_or_file: str | Path) -> ServoMap:
 # -- Tables of joints
 
 
+def servos_of(table: Table) -> ServoMap:
+    """Return the map of the joints that a table states, or that of the paper's rotors."""
+    return servo_map_from_mapping(table.about.get("servos", {}))
+
+
 def mapped_table(table: Table, servo_map: ServoMap, *, rows_before: int = 0) -> Table:
     """Return a gait table in the columns of a map, which it states in ``about["servos"]``.
 

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
     from pathlib import Path
 
-    from gaitgraph.io.columns import FormatOptions, TableBuilder
+    from gaitgraph.io.columns import TableBuilder
 
 _WHAT = "gait file"
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?|nan|inf", re.IGNORECASE)
@@ -188,7 +188,7 @@ def _digit_error_of(lines: list[str], names: list[str], builder: TableBuilder) -
     return max(coarse, default=0.0) if max(decimals.values()) < _FULL_PRECISION else 0.0
 
 
-def write_csv(pieces: Iterable[Table], path: Path, options: FormatOptions) -> None:
+def write_csv(pieces: Iterable[Table], path: Path) -> None:
     """Write a new CSV file, piece by piece."""
     left = iter(pieces)
     first = next(left)
@@ -247,7 +247,7 @@ def _columns_of_plan(content: dict[str, Any]) -> tuple[dict[str, Any], dict[str,
     return columns, about
 
 
-def write_json(pieces: Iterable[Table], path: Path, options: FormatOptions) -> None:
+def write_json(pieces: Iterable[Table], path: Path) -> None:
     """Write a new JSON file: format, version, about, and the columns as lists."""
     table = merged(pieces)
     plain = {name: one.tolist() if isinstance(one, np.ndarray) else one for name, one in table.columns.items()}

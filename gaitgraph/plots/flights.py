@@ -17,7 +17,6 @@ from gaitgraph.flight.flight import TABLES
 from gaitgraph.gait.gait import name_of
 from gaitgraph.gait.table import provenance_text
 from gaitgraph.invertibility.matrices import least_singular_value
-from gaitgraph.io.columns import FormatOptions
 from gaitgraph.io.formats import FILMS, FORMATS
 from gaitgraph.plots import axes as base, vehicles
 from gaitgraph.plots.gaits import ANGLE_LOOKS, basins_figure
@@ -358,5 +357,5 @@ def _write(
             with base.paper_style():
                 contents.append((path, base.picture_bytes(figure(), suffix[1:])))  # type: ignore[arg-type]  # a format
         else:
-            contents.append((path, partial(FORMATS[suffix].function("write"), [table()], options=FormatOptions())))
+            contents.append((path, partial(FORMATS[suffix].function("write"), [table()])))
     write_whole(contents, force=force)

@@ -31,10 +31,8 @@ from gaitgraph.gait.table import (
 )
 from gaitgraph.invertibility.matrices import level_determinant
 from gaitgraph.io.formats import (
-    check_options,
     check_outputs,
     given_gait,
-    known_format,
     naming_file,
     read_pieces,
     tables_and_films,
@@ -50,7 +48,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping
 
     from gaitgraph.invertibility.matrices import CoefficientsLike, FloatArray
-    from gaitgraph.io.columns import FormatOptions
     from gaitgraph.io.formats import GaitLike
     from gaitgraph.io.servo_map import ServoMap
     from gaitgraph.validation.report import Check, CheckOptions, Report
@@ -229,7 +226,7 @@ class TimedGait(Pictured):
             checks.append(limit_check(f"tilt_{kind}", peak, joint + 1, limit, advice))
         return tuple(checks)
 
-    def write(self, *paths: str | Path, force: bool = False, options: FormatOptions | None = None) -> None:
+    def write(self, *paths: str | Path, force: bool = False, periods: int = 1) -> None:
         """Write the gait table to files, piece by piece; see :func:`gaitgraph.io.formats.write_tables`.
 
         Films (.gif, .mp4) are written by :meth:`animate`.
@@ -238,7 +235,7 @@ class TimedGait(Pictured):
         check_outputs(tables, force=force)
         if films:
             self.animate(*films, force=force)
-        write_tables(lambda: pieces_of(self), tables, force=force, options=options)
+        write_tables(lambda: pieces_of(self), tables, force=force, periods=periods)
 
     def animate(self, *paths: str | Path, force: bool = False) -> None:
         """Write films of one period, .gif or .mp4; see :func:`gaitgraph.plots.vehicles.write_films`."""
@@ -440,7 +437,7 @@ def export(
     rate: float | None = None,
     joints: ServoMap | None = None,
     servos: ServoMap | None = None,
-    options: FormatOptions | None = None,
+    periods: int = 1,
     force: bool = False,
 ) -> Exported:
     """Write a gait file, or a gait in any other form, to files, piece by piece.
@@ -461,17 +458,14 @@ def export(
         times of its rows or 1 s, and smooth.
     joints
         The servo map of the columns of another program's table.
-    servos, options, force
+    servos, periods, force
         As for :func:`gaitgraph.io.formats.write_tables`, which raises the same errors.
     """
     paths: list[Any] = [outputs]
     if not isinstance(outputs, str):
         with suppress(TypeError):  # one path, or no path at all
             paths = list(outputs)  # type: ignore[arg-type]
-    formats = [known_format(path, "output") for path in paths]
-    if options is not None:
-        check_options(options, formats)
-    check_outputs(paths, force=force)
+    check_outputs(paths, force=force, periods=periods)
     done: list[Exported] = []
 
     given = given_gait(source, whole=False, vehicle=vehicle, coefficients=coefficients)
@@ -498,7 +492,7 @@ def export(
     else:
         with naming_file(source):
             pieces = completed_pieces(read, vehicle=vehicle, coefficients=coefficients)
-    clips = servos if formats and servos is not None and servos.clip else None
+    clips = servos if paths and servos is not None and servos.clip else None
 
     def counted() -> Iterator[Table]:
         """Yield the pieces, once for each file, and count them."""
@@ -510,7 +504,7 @@ def export(
             yield piece
         done.append(Exported(rows=rows, columns=tuple(piece.columns), clipped=dict(clipped), pieces=pieces))
 
-    write_tables(counted, paths, force=force, options=options, servos=servos)
+    write_tables(counted, paths, force=force, periods=periods, servos=servos)
     if not done:  # some formats take the first piece only
         deque(counted(), maxlen=0)
     return done[0]
