@@ -22,11 +22,12 @@ from urllib.request import Request, urlopen
 
 import numpy as np
 import pytest
+from starlette.exceptions import HTTPException
 
 import gaitgraph as gg
 from gaitgraph.explorer import queries, server, table_query
 from gaitgraph.explorer.queries import DEFAULTS, LIMITS, map_answer, state_of
-from gaitgraph.explorer.server import HEADERS, Refused, application
+from gaitgraph.explorer.server import HEADERS, application
 from gaitgraph.explorer.table_query import file_answer, formats_answer, table_answer
 from gaitgraph.plots.vehicles import vehicle_view
 from tests.published import GAITS
@@ -431,8 +432,8 @@ class TestJobs:
                 while True:
                     progress("still at it")
                     time.sleep(0.001)
-            except Refused as error:
-                stopped.append(str(error))
+            except HTTPException as error:
+                stopped.append(error.detail)
                 raise
 
         monkeypatch.setattr(queries, "plan", endless)

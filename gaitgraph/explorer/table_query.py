@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import io
 import re
-import zipfile
 from importlib.util import find_spec
 from pathlib import Path
+from shutil import make_archive
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
@@ -149,11 +148,6 @@ def file_answer(state: queries.State, suffix: object, progress: Progress = queri
     with TemporaryDirectory(prefix="gaitgraph-") as folder:
         path = Path(folder) / f"gait{suffix}"
         (write_films if suffix == _FILM else write_tables)(table, [path])
-        if not path.is_dir():
-            return path.name, path.read_bytes()
-        stream = io.BytesIO()
-        with zipfile.ZipFile(stream, "w") as archive:
-            for one in sorted(path.iterdir()):
-                entry = zipfile.ZipInfo(f"{path.name}/{one.name}")  # no date: equal gaits give equal bytes
-                archive.writestr(entry, one.read_bytes(), zipfile.ZIP_DEFLATED)
-        return f"{path.name}.zip", stream.getvalue()
+        if path.is_dir():
+            path = Path(make_archive(str(path), "zip", folder, path.name))
+        return path.name, path.read_bytes()
