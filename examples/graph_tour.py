@@ -12,6 +12,7 @@ import networkx as nx
 import gaitgraph as gg
 from gaitgraph import plots
 from gaitgraph.graph.build import gait_along
+from gaitgraph.graph.walks import ClosedWalk
 
 # %%
 # A node is a root with R < 0 above a point of the paper's grid. Its seven types are those of the paper's Figure 16.
@@ -46,5 +47,6 @@ print(nx.dijkstra_path(flyable, (12, 2, "red"), (10, 6, "red"), weight="length")
 graph.remove_nodes_from([(12, 6, "red"), (12, 6, "blue")])
 gg.validate_graph(graph)
 walk = gg.graph.closed_walk(graph, [[(14, 6, "red")], [(10, 6, "red")], [(12, 2, "red")]], use="flyable")
+assert isinstance(walk, ClosedWalk)  # otherwise it names the leg that blocks it
 gait = gait_along(graph, walk.nodes).merged()
 print(f"around the missing node: {gait.length:.3f} rad, flyable {gg.validate(gait).flyable}")
