@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections import Counter, deque
+from collections import Counter
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack, get_args
 
@@ -25,7 +24,7 @@ from gaitgraph.gait.table import (
     ROWS_OF_A_PIECE,
     Table,
     closed_rows,
-    completed_pieces,
+    completed_table,
     merged,
     paced_gait,
 )
@@ -34,7 +33,7 @@ from gaitgraph.io.formats import (
     check_outputs,
     given_gait,
     naming_file,
-    read_pieces,
+    read_table,
     tables_and_films,
     write_tables,
 )
@@ -63,7 +62,6 @@ MOST_CORNERS = 1000
 
 ROW_BY_ROW = "row-by-row"  # the law of a RowTimedGait
 _SAME = 1e-6  # largest distance between a row and a law that it follows [rad]
-_BYTES_HELD = 1 << 24  # files of at most so many bytes are held in memory; longer ones are read again
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -440,12 +438,11 @@ def export(
     periods: int = 1,
     force: bool = False,
 ) -> Exported:
-    """Write a gait file, or a gait in any other form, to files, piece by piece.
+    """Write a gait file, or a gait in any other form, to files.
 
     A table with times keeps its rows, from t = 0 and closed, and gets the columns that follow from them, see
-    :func:`gaitgraph.gait.table.completed_pieces`. A long file is read several times, with some rows in memory. A table
-    without times or of a single row, or with any of `period`, `law`, `samples`, `rate`, gets a new timing on the closed
-    polyline through its rows.
+    :func:`gaitgraph.gait.table.completed_table`. A table without times or of a single row, or with any of `period`,
+    `law`, `samples`, `rate`, gets a new timing on the closed polyline through its rows. Tables are held in memory.
 
     Parameters
     ----------
@@ -466,45 +463,29 @@ def export(
         with suppress(TypeError):  # one path, or no path at all
             paths = list(outputs)  # type: ignore[arg-type]
     check_outputs(paths, force=force, periods=periods)
-    done: list[Exported] = []
-
     given = given_gait(source, whole=False, vehicle=vehicle, coefficients=coefficients)
     if isinstance(given, Gait):
         given = given.parametrize()
-    if isinstance(given, TimedGait):
-        read: Callable[[], Iterator[Table]] = partial(pieces_of, given)
-    elif isinstance(given, Table):
-        read = partial(iter, [given])
-    else:
-        read = partial(read_pieces, given, joints=joints)
-        if not given.is_file() or given.stat().st_size <= _BYTES_HELD:  # a pipe can be read once
-            read = partial(iter, list(read()))
-    first = list(islice(read(), 2))
+    if isinstance(given, Path):
+        given = read_table(given, joints=joints)
     asked = any(one is not None for one in (period, law, samples, rate))
-    if asked or "t" not in first[0] or sum(map(len, first)) == 1:
-        stated = first[0].about.get("law")
+    if asked or (isinstance(given, Table) and ("t" not in given or len(given) == 1)):
+        stated = given.about.get("law") if isinstance(given, Table) else given.law
         law = law or (stated if stated in (*LAWS,) else DEFAULT_LAW)
-        whole = given if isinstance(given, TimedGait) else merged(read())
         with naming_file(source):
-            timed = timed_gait_of(whole, vehicle=vehicle, coefficients=coefficients, period=period, law=law)
-        timed = timed.gait.parametrize(timed.period, law=law, samples=samples, rate=rate)
-        pieces: Callable[[], Iterator[Table]] = partial(pieces_of, timed)
+            timed = timed_gait_of(given, vehicle=vehicle, coefficients=coefficients, period=period, law=law)
+        given = timed.gait.parametrize(timed.period, law=law, samples=samples, rate=rate)
+    pieces: Callable[[], Iterator[Table]]
+    if isinstance(given, Table):
+        with naming_file(source):
+            table = completed_table(given, vehicle=vehicle, coefficients=coefficients)
+        starts = range(0, len(table), ROWS_OF_A_PIECE)
+        rows, pieces = len(table), partial(map, lambda start: table.rows(start, start + ROWS_OF_A_PIECE), starts)
     else:
-        with naming_file(source):
-            pieces = completed_pieces(read, vehicle=vehicle, coefficients=coefficients)
-    clips = servos if paths and servos is not None and servos.clip else None
-
-    def counted() -> Iterator[Table]:
-        """Yield the pieces, once for each file, and count them."""
-        rows, clipped = 0, Counter[str]()
+        rows, pieces = given.samples + 1, partial(pieces_of, given)
+    write_tables(pieces, paths, force=force, periods=periods, servos=servos)
+    clipped = Counter[str]()
+    if paths and servos is not None and servos.clip:
         for piece in pieces():
-            if clips is not None:
-                clipped.update(clipped_rows(piece, clips))
-            rows += len(piece)
-            yield piece
-        done.append(Exported(rows=rows, columns=tuple(piece.columns), clipped=dict(clipped), pieces=pieces))
-
-    write_tables(counted, paths, force=force, periods=periods, servos=servos)
-    if not done:  # some formats take the first piece only
-        deque(counted(), maxlen=0)
-    return done[0]
+            clipped.update(clipped_rows(piece, servos))
+    return Exported(rows=rows, columns=tuple(next(pieces()).columns), clipped=dict(clipped), pieces=pieces)
