@@ -12,7 +12,6 @@ import re
 import warnings
 from dataclasses import replace
 from pathlib import Path
-from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -50,9 +49,8 @@ def write_h(pieces: Iterable[Table], path: Path) -> None:
     elif ACCELERATIONS[0] in table and RATES[0] in table and any(table[one].any() for one in ACCELERATIONS):
         rates, accelerations = (np.column_stack([table[one] for one in names]) for names in (RATES, ACCELERATIONS))
     step = times[-1] / (len(times) - 1)
-    even = bool(np.abs(times - step * np.arange(len(times))).max() <= max(_EVEN * step, _NANOSECOND))
-    if not even and np.diff(times.astype(np.float32)).min() <= 0:
-        raise InputError("t must have steps that differ as floats in a C header, got rows too near in time")
+    if np.abs(times - step * np.arange(len(times))).max() > max(_EVEN * step, _NANOSECOND):
+        raise InputError("t must be evenly spaced in a C header; give the gait another timing with --samples or --rate")
     rows, cubic = len(times) - closed, rates is not None  # a closed table without its last row
 
     def literal(value: float) -> str:
@@ -64,10 +62,6 @@ def write_h(pieces: Iterable[Table], path: Path) -> None:
         if values is not None:
             tables += ["", f"static const float {name}_{what}[{rows}][4] = {{"]
             tables += [f"    {{{', '.join(map(literal, row))}}}," for row in values[:rows].tolist()] + ["};"]
-    if not even:
-        tables += ["", f"static const float {name}_time[{len(times)}] = {{"]
-        tables += wrap(", ".join(map(literal, times.tolist())), 116, initial_indent="    ", subsequent_indent="    ")
-        tables += ["};"]
 
     off = "0"
     if accelerations is not None:
@@ -85,7 +79,7 @@ def write_h(pieces: Iterable[Table], path: Path) -> None:
     words |= {"period": literal(times[-1]), "seconds": f"{times[-1]:g}", "step": literal(step)}
     words["intervals"] = f"{upper}_ROWS" if closed else f"({upper}_ROWS - 1)"
     words["next"] = f"i + 1 < {upper}_ROWS ? i + 1 : 0" if closed else "i + 1"
-    kinds = {"", "closed" if closed else "open", "even" if even else "uneven", "cubic" if cubic else "straight"}
+    kinds = {"", "closed" if closed else "open", "cubic" if cubic else "straight"}
     kinds.add("cornered" if accelerations is None else "smooth")
     template = Path(__file__).with_name("gait_header.h.txt").read_text(encoding="ascii").splitlines()
     parts = (one.partition("|") for one in template)

@@ -182,7 +182,7 @@ def run_study(
             flown += len(rows)
             left = timedelta(seconds=round((monotonic() - start) * (todo - flown) / flown))
             say(f"{len(study) - todo + flown} of {len(study)} cases" + f", about {left} left" * (flown < todo))
-        say("drawing the summary")
+        say("writing the summary")
         try:
             table = pyarrow.dataset.dataset(list(parts), format="parquet").to_table()
         except OSError as error:
