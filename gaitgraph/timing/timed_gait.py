@@ -383,9 +383,7 @@ def table_of(gait: GaitLike, about: Mapping[str, Any] | None = None) -> Table:
     return merged(pieces_of(timed_gait_of(gait), about))
 
 
-def pieces_of(
-    timed: TimedGait, about: Mapping[str, Any] | None = None, *, rows: int = ROWS_OF_A_PIECE
-) -> Iterator[Table]:
+def pieces_of(timed: TimedGait, about: Mapping[str, Any] | None = None) -> Iterator[Table]:
     """Yield the table of a timed gait as pieces of at least two rows, so that any length fits in memory."""
     gait = timed.gait
     made: dict[str, Any] = {
@@ -408,8 +406,8 @@ def pieces_of(
     made |= about or {}
     end = timed.samples + 1
     # No piece has a single row: numpy rounds the product of one row differently.
-    for start in range(0, end - 1, rows):
-        stop = end if end - (start + rows) <= 1 else start + rows
+    for start in range(0, end - 1, ROWS_OF_A_PIECE):
+        stop = end if end - (start + ROWS_OF_A_PIECE) <= 1 else start + ROWS_OF_A_PIECE
         yield Table(columns=timed.columns(range(start, stop)), about=made)
 
 
