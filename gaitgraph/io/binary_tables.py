@@ -95,8 +95,9 @@ def write_npz(pieces: Iterable[Table], path: Path) -> None:
     It is not compressed and has no time stamps: the same table gives the same bytes everywhere.
     """
     table = merged(pieces)
+    arrays: dict[str, Any] = {**table.columns, _PROVENANCE: np.array(provenance_text(table))}
     with path.open("wb") as stream:
-        np.savez(stream, **table.columns, **{_PROVENANCE: np.array(provenance_text(table))})
+        np.savez(stream, **arrays)
 
 
 def read_npz(path: Path, builder: TableBuilder) -> Iterator[Table]:
