@@ -32,19 +32,19 @@ def validate_command(gait_file: str, require: str = "valid", **given: Any) -> in
     If --vehicle describes rotors of any geometry (TOML with [[rotor]], PX4 parameters, URDF or MJCF), physics alone is
     checked, on alpha1 to alphaN, and the exit code is 1 if the table is not flyable.
     """
-    from gaitgraph.io.formats import holds_request, provenance_in
+    from gaitgraph.io.formats import holds_request, read_pieces
     from gaitgraph.validation.validating import validate, validate_geometry
     from gaitgraph.vehicle import Vehicle
 
-    with Working(f"judging {gait_file}") as progress:
+    with Working(f"judging {gait_file}"):
         if not isinstance(given.get("vehicle"), Vehicle | None):
             geometry, floor = given.pop("vehicle"), {"floor": given.pop("floor")} if "floor" in given else {}
             for name, value in given.items():
                 which = f"--{name.replace('_', '-')}"
                 raise InputError(f"{which} must be omitted for rotors of any geometry, got {value!r}")
-            return show(validate_geometry(gait_file, geometry, progress=progress.part, **floor))
-        report = validate(gait_file, progress=progress.part, **given)
+            return show(validate_geometry(gait_file, geometry, **floor))
+        report = validate(gait_file, **given)
     states_none = not (wants_json() or "vehicle" in given or gait_file in PAPER_GAITS or holds_request(gait_file))
-    if states_none and "vehicle" not in provenance_in(gait_file):
+    if states_none and "vehicle" not in next(read_pieces(gait_file)).about:
         print_problem("warning: the file states no vehicle: the paper's is taken; --vehicle names another")
     return show(report, ok=report.flyable if require == "flyable" else report.valid)

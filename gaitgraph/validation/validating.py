@@ -47,8 +47,6 @@ from gaitgraph.validation.report import RATE_CHECKS, RATE_UNITS, Check, GaitPoin
 from gaitgraph.validation.rules import Criteria, Peak, Segments, segments_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from gaitgraph.invertibility.geometry import Geometry
     from gaitgraph.invertibility.matrices import CoefficientsLike
     from gaitgraph.io.formats import GaitLike
@@ -111,7 +109,6 @@ def validate(
     floor: float = DEFAULT_FLOOR,
     angle_rounding: float | None = None,
     crossing_tolerance: float | None = None,
-    progress: Callable[[float], None] | None = None,
 ) -> Report:
     """Return every check of a gait; with times also those of tilt rates and accelerations.
 
@@ -128,8 +125,6 @@ def validate(
         `tolerance` of which they lie.
     crossing_tolerance
         For tables and files: distance from a crossing line within which a plane type is `?` [rad]; π/32 by default.
-    progress
-        Called with the fraction of a file that was read.
 
     Returns
     -------
@@ -164,7 +159,7 @@ def validate(
             return report  # colourings are of loops in [−π/2, π/2]²
         loop = colorings(bare.alpha, coefficients=bare.coefficients, crossing_tolerance=bare.crossing_tolerance)
         return replace(report, listing=loop)
-    pieces = iter([source]) if isinstance(source, Table) else read_pieces(source, progress=progress)
+    pieces = iter([source]) if isinstance(source, Table) else read_pieces(source)
     first = next(pieces)
     with naming_file(source):
         vehicle, numbers, stated = surface_of(first, vehicle, coefficients)
@@ -403,7 +398,6 @@ def validate_geometry(
     geometry: Geometry,
     *,
     floor: float = DEFAULT_FLOOR,
-    progress: Callable[[float], None] | None = None,
 ) -> GeometryReport:
     """Return whether rotors of any geometry can fly a tilt table, proven along the straight segments between its rows.
 
@@ -414,8 +408,6 @@ def validate_geometry(
         The last row is joined with the first.
     floor
         Least singular value floor of the level matrix, dimensionless.
-    progress
-        Called with the fraction of a file that was read.
 
     Returns
     -------
@@ -441,7 +433,7 @@ def validate_geometry(
         raise InputError("tilt_axis must be other than zero for at least one rotor, got none that tilts")
     floor = checked_number("floor", floor)
     if isinstance(table, (str, Path)):
-        pieces = list(read_pieces(table, progress=progress, angles=angles))
+        pieces = list(read_pieces(table, angles=angles))
         alpha = np.zeros((sum(map(len, pieces)), len(tilts)))
         alpha[:, tilts] = np.vstack([np.column_stack([piece[name] for name in angles]) for piece in pieces])
     else:
