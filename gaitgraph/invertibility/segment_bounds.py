@@ -40,6 +40,7 @@ _BATCH = 1 << 15
 _FEW, _PIECES = 32, 32
 _SHORT = 1e-12  # fractions nearer than this are halved, to the end of what floats resolve
 _TINY = float(np.finfo(float).tiny)
+_IDLE = 1e-9  # a zero-moment input below this counts as zero where its sign is proven by bounds
 _MOST_HALVINGS = 20_000_000
 
 
@@ -432,7 +433,8 @@ def keeps_singular_value_above(
 def thrusts_push_up(starts: FloatArray, ends: FloatArray, vehicle: Vehicle = PAPER) -> npt.NDArray[np.bool_]:
     """Return whether all hover thrusts are positive along whole segments, no rotor beyond π/2, shape (m,); exact.
 
-    They are products of two sines, with a rotor height on red alone. Off red their signs are then proven by bounds.
+    They are products of two sines, with a rotor height on red alone. Off red their signs are then proven by bounds, and
+    what is nearly zero does not count as positive.
     """
     if vehicle.height_ratio and not _on_red(starts, ends):
         signs = thrust_signs(vehicle)
@@ -446,7 +448,7 @@ def thrusts_push_up(starts: FloatArray, ends: FloatArray, vehicle: Vehicle = PAP
             bends = _bends_of_inputs(p1 - p0, vehicle)[0]
             return np.maximum(*(least_of_bent(s * w0, s * w1, bends).min(axis=1) for s in (1.0, -1.0)))
 
-        kept = least_along(starts, ends, value, bound, tolerance=0.0, floor=_TINY, each=True).lower > 0
+        kept = least_along(starts, ends, value, bound, tolerance=0.0, floor=_IDLE, each=True).lower >= _IDLE
     else:
         s0, s1 = _phases_of_inputs(starts, vehicle), _phases_of_inputs(ends, vehicle)
         # Each rotor has one of the two sums of opposite arms, then the cosine of its opposite arm.
