@@ -272,11 +272,15 @@ def series_answer(
 
 
 def vehicle_view_answer(alpha: FloatArray, vehicle: Vehicle, *, t: FloatArray | None) -> dict[str, Any]:
-    """Return the view of a vehicle at rows (n, 4) [rad], in at most 101 frames; `bearings` of the arms [rad]."""
+    """Return the view of a vehicle at rows (n, 4) [rad], in at most 101 frames; `bearings` of the arms [rad].
+
+    It has the rotors' `height` in arm lengths unless that is 0.
+    """
     rows = spread_rows(len(alpha), _MOST_FRAMES)
     times = (rows + 1).tolist() if t is None else to_digits(t[rows], 9)
     view = {"t": times, "bearings": to_digits(matrices.arm_angles(vehicle))}
-    return vehicle_view(alpha[rows], vehicle).as_mapping() | view
+    raised = {"height": vehicle.height_ratio} if vehicle.rotor_height else {}
+    return vehicle_view(alpha[rows], vehicle).as_mapping() | view | raised
 
 
 def spread_rows(count: int, most: int) -> npt.NDArray[np.int64]:
@@ -328,7 +332,7 @@ def map_answer(content: Any, progress: Progress = quiet) -> dict[str, Any]:
     A query may have ``vehicle``, ``drag_ratio``, ``coefficients`` as in a state, ``sheet`` and ``shading``. The answer
     has `n`·`n` ``values``, row by row from α2 = −π/2 up, each from α1 = −π/2, or None; their ``range``; regions as
     rings in the plane [rad], with holes, to be filled by the even-odd rule; the plane types of the nodes of the paper's
-    grid, None where R has no sign; and a note, or None.
+    grid, None where R has no sign; a note, or None; and ``raised``, true, if there is a rotor height.
     """
     check_fields("request", content, ("vehicle", "drag_ratio", "coefficients", "sheet", "shading"))
     vehicle = vehicle_of(content.get("vehicle", "paper"), content.get("drag_ratio"))
@@ -355,6 +359,7 @@ def map_answer(content: Any, progress: Progress = quiet) -> dict[str, Any]:
         "regions": regions,
         "types": {"n": DEFAULT_DIVISIONS + 1, "codes": _types(coefficients, sheet)},
         "note": None if sheet == "red" else singular if blank else _ROUNDED_BLUE,
+        **({"raised": True} if vehicle.rotor_height else {}),
     }
 
 

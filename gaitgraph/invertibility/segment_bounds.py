@@ -40,6 +40,7 @@ _BATCH = 1 << 15
 _FEW, _PIECES = 32, 32
 _SHORT = 1e-12  # fractions nearer than this are halved, to the end of what floats resolve
 _TINY = float(np.finfo(float).tiny)
+_IDLE = 1e-9  # a zero-moment input below this counts as zero where its sign is proven by bounds
 _MOST_HALVINGS = 20_000_000
 
 
@@ -432,9 +433,14 @@ def keeps_singular_value_above(
 def thrusts_push_up(starts: FloatArray, ends: FloatArray, vehicle: Vehicle = PAPER) -> npt.NDArray[np.bool_]:
     """Return whether all hover thrusts are positive along whole segments, no rotor beyond π/2, shape (m,); exact.
 
-    They are products of two sines, with a rotor height on red alone. Off red their signs are then proven by bounds.
+    They are products of two sines. With a rotor height they are so on red alone, where sin β1 and sin β2 must have
+    opposite signs; off red their signs are then proven by bounds, and what is nearly zero does not count as positive.
     """
-    if vehicle.height_ratio and not _on_red(starts, ends):
+    red, s0, s1 = _on_red(starts, ends), _phases_of_inputs(starts, vehicle), _phases_of_inputs(ends, vehicle)
+    if vehicle.height_ratio and red:
+        s0, s1 = s0[:, :2] / 2, s1[:, :2] / 2
+        kept = (least_sine(s0, s1) > 0).all(axis=-1) & (np.prod(np.sin((s0 + s1) / 2), axis=-1) < 0)
+    elif vehicle.height_ratio:
         signs = thrust_signs(vehicle)
 
         def value(alpha: FloatArray) -> FloatArray:
@@ -446,9 +452,8 @@ def thrusts_push_up(starts: FloatArray, ends: FloatArray, vehicle: Vehicle = PAP
             bends = _bends_of_inputs(p1 - p0, vehicle)[0]
             return np.maximum(*(least_of_bent(s * w0, s * w1, bends).min(axis=1) for s in (1.0, -1.0)))
 
-        kept = least_along(starts, ends, value, bound, tolerance=0.0, floor=_TINY, each=True).lower > 0
+        kept = least_along(starts, ends, value, bound, tolerance=0.0, floor=_IDLE, each=True).lower >= _IDLE
     else:
-        s0, s1 = _phases_of_inputs(starts, vehicle), _phases_of_inputs(ends, vehicle)
         # Each rotor has one of the two sums of opposite arms, then the cosine of its opposite arm.
         factors = np.sign(np.sin((s0 + s1) / 2))
         signs = np.array([1, -1, 1, -1]) * factors[:, [0, 1, 0, 1]] * factors[:, [4, 5, 2, 3]]
@@ -488,8 +493,6 @@ def thrust_shares_along(
     The brackets are of the least share T/(m·g) and of minus the largest one, NaN where not all are positive.
     """
     upward = thrusts_push_up(starts, ends, vehicle)
-    if _on_red(starts, ends):
-        vehicle = vehicle.replace(rotor_height=0.0)  # the shares are the same
     (lower, upper), fraction = np.full((2, 2, len(starts)), np.nan), np.zeros((2, len(starts)))
     if upward.any():
 

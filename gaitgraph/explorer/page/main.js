@@ -193,7 +193,8 @@ function showBackground(background) {
   const name = shading === "R" ? "R" : "σ";
   const ramp = (kind) => html("span", { class: `ramp ${kind}`, "aria-hidden": "true" });
   if (shading === "none") legend.replaceChildren();
-  else if (sheet === "blue") legend.replaceChildren(ramp("hatched"), `${name} = 0 in exact physics`);
+  else if (sheet === "blue" && !background.raised) legend.replaceChildren(ramp("hatched"), `${name} = 0 in exact physics`);
+  else if (sheet === "blue") legend.replaceChildren(ramp("hatched"), "no gait surface");
   else {
     const [low, high] = shading === "R" ? spread(range) : [0, range[1]];
     legend.replaceChildren(

@@ -184,7 +184,7 @@ export function sceneIn(root, canvas, context, pause, onLost) {
   /** Return a strip of shadow, as long as it is along x and y. */
   const blot = (alongY, alongX) => new Mesh(new PlaneGeometry(alongX, alongY), shade);
 
-  function build({ bearings, clockwise }) {
+  function build({ bearings, clockwise, height }) {
     model?.traverse((part) => part.geometry?.dispose());
     model?.removeFromParent();
     shadow.clear();
@@ -194,6 +194,7 @@ export function sceneIn(root, canvas, context, pause, onLost) {
       const arm = new Mesh(new CylinderGeometry(0.04, 0.055, 1, 20).rotateZ(-Math.PI / 2), frame);
       rotor.whole.add(placed(arm, 0.5, 0, 0));
       rotor.whole.rotation.z = bearing;
+      rotor.whole.position.z = height;
       rotor.shadow = new Group();
       rotor.shadow.add(new Mesh(new RingGeometry(DUCT - 0.045, DUCT + 0.02, 48), shade), blot(2 * DUCT, 0.06));
       rotor.shadow.position.x = 1;
@@ -208,9 +209,11 @@ export function sceneIn(root, canvas, context, pause, onLost) {
     dome.rotation.x = Math.PI / 2;
     dome.scale.set(1, 0.45, 1);
     shadow.add(new Mesh(new CircleGeometry(0.28, 32), shade));
+    const mast = placed(cylinder(0.06, 0.06, Math.max(Math.abs(height), 0.01), frame), 0, 0, height / 2);
+    mast.visible = height !== 0; // from the centre of mass to the arms
     // An arrow on the ground points forward.
     const forward = placed(new Mesh(new CircleGeometry(0.2, 3), rule), CIRCLE + 0.1, 0, GROUND);
-    model.add(hub, dome, forward, ...rotors.map((rotor) => rotor.whole));
+    model.add(hub, dome, mast, forward, ...rotors.map((rotor) => rotor.whole));
     scene.add(model);
     recolor();
   }

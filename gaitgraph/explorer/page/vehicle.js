@@ -72,10 +72,14 @@ function solidIn(root, scene, canvas) {
       const isIn = canvas.parentNode === root;
       if (!next) root.replaceChildren(nothing(false));
       else if (!isIn) root.replaceChildren(canvas, note); // only then: it may have the focus
-      const key = JSON.stringify(next && [next.bearings, next.rotors.map((rotor) => rotor.clockwise)]);
+      const key = JSON.stringify(next && [next.bearings, next.height, next.rotors.map((rotor) => rotor.clockwise)]);
       if (!next || key === built) return;
       built = key;
-      scene.build({ bearings: next.bearings, clockwise: next.rotors.map((rotor) => rotor.clockwise) });
+      scene.build({
+        bearings: next.bearings,
+        clockwise: next.rotors.map((rotor) => rotor.clockwise),
+        height: next.height ?? 0,
+      });
     },
     at(posture) {
       scene.pose(posture);
@@ -124,6 +128,7 @@ function drawingIn(root) {
       return svg("circle", { class: `disc alpha${k + 1}`, r: 1 });
     });
     picture.append(
+      svg("path", { class: "arm", d: `M${next.hub.join(" ")}L${next.rotors[0].arm.slice(0, 2).join(" ")}` }),
       svg("path", { class: "arm nose", d: `M${next.hub.join(" ")}L${next.nose.join(" ")}` }),
       svg("circle", { class: "hub", cx: next.hub[0], cy: next.hub[1], r: 6 }),
       ...next.order.flatMap((k) => [discs[k], thrusts[k]]), // what is far is drawn first
