@@ -362,7 +362,7 @@ def vehicle_from_mapping(constants: dict[str, Any]) -> Vehicle:
     >>> vehicle_from_mapping({"preset": "paper", "max_tilt": "80deg"}).mass
     0.429
     """
-    if "rotor" in constants:
+    if isinstance(constants, dict) and "rotor" in constants:
         raise InputError("vehicle must be four arms with common constants, got rotors, which validate alone judges")
     check_fields("vehicle", constants, ["preset", *_FIELDS])
     if "preset" not in constants:
