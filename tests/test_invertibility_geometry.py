@@ -78,7 +78,7 @@ def test_matrices_by_brute_force(count: int) -> None:
 @pytest.mark.parametrize("vehicle", VEHICLES, ids=["paper", "turned, mirrored, high"])
 def test_four_arms_as_the_four_arm_functions(vehicle: gg.Vehicle) -> None:
     geometry, alpha = Geometry.of_vehicle(vehicle), RNG.uniform(-1.5, 1.5, (200, 4))
-    per_thrust = thrust_signs(vehicle) / vehicle.thrust_coefficient
+    per_thrust = thrust_signs(vehicle) / np.array(vehicle.require("thrust_coefficient", purpose="the test"))
     for found, expected in (
         (geometry.force_matrix(alpha), control_force_matrix(alpha, vehicle) * per_thrust),
         (geometry.moment_matrix(alpha), control_moment_matrix(alpha, vehicle) * per_thrust),
@@ -147,7 +147,7 @@ def test_hover_thrusts_between_rows(count: int) -> None:
     for _ in range(60):
         star = Geometry(
             position=0.3 * outward,
-            moment_ratio=RNG.uniform(0.03, 0.2) * (-1.0) ** np.arange(count),
+            moment_ratio=np.asarray(RNG.uniform(0.03, 0.2) * (-1.0) ** np.arange(count), dtype=float),
             thrust_axis=np.tile([0.0, 0.0, 1.0], (count, 1)),
             tilt_axis=outward,
             tilt_range=np.tile([-2.0, 2.0], (count, 1)),

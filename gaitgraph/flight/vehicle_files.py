@@ -25,8 +25,8 @@ from gaitgraph.vehicle import UNITS, Vehicle, vehicle_named
 if TYPE_CHECKING:
     from gaitgraph.invertibility.matrices import FloatArray
 
-_ASKED = ("drag_to_thrust", "first_rotor_spin", "mass", "inertia")
-_ASKED += ("max_tilt", "max_tilt_rate", "max_thrust", "servo_lag", "rotor_lag")
+_NEEDED = ("drag_to_thrust", "first_rotor_spin", "mass", "inertia")
+_LIMITS = ("max_tilt", "max_tilt_rate", "max_thrust", "servo_lag", "rotor_lag")
 _UNITS = {**UNITS, "first_rotor_spin": '"clockwise" or "counterclockwise"'}
 _ALIKE = 0.02  # allowed differences of arms, as a share of the arm's length, and in rad
 _PX4 = re.compile(r"^[^#\n]*?\b(CA_\w+)[ \t]+([-+.\deE]+)", re.MULTILINE)
@@ -55,7 +55,7 @@ class Description:
         """Names of the constants that the file does not state: of a vehicle, or of its rotors."""
         if self.reasons:
             return [] if "moment_ratio" in self.rotors[0] else ["moment_ratio"]
-        return [name for name in _ASKED if name not in self.constants]
+        return [name for name in (*_NEEDED, *_LIMITS) if name not in self.constants]
 
     @property
     def geometry(self) -> Geometry:
@@ -190,12 +190,15 @@ def _of_model(path: Path, text: str) -> tuple[list[dict[str, Any]], dict[str, An
 
     constants, notes = dict[str, Any](), list[str]()
     found: list[tuple[int, FloatArray, FloatArray, float | None]] = []  # body, place, thrust axis, moment ratio
+    ratio: float | None
     for k in range(model.nu):
         gear, site = model.actuator_gear[k], int(model.actuator_trnid[k, 0])
         if model.actuator_trntype[k] == int(mujoco.mjtTrn.mjTRN_SITE) and gear[:3].any():
             ratio = -float(gear[3:] @ gear[:3] / (gear[:3] @ gear[:3]))
             turn = data.site_xmat[site].reshape(3, 3)
-            found.append((int(model.site_bodyid[site]), data.site_xpos[site], turn @ gear[:3], ratio))
+            found.append(
+                (int(model.site_bodyid[site]), data.site_xpos[site], turn @ gear[:3] / np.linalg.norm(gear[:3]), ratio)
+            )
             if model.actuator_dyntype[k] in (int(mujoco.mjtDyn.mjDYN_FILTER), int(mujoco.mjtDyn.mjDYN_FILTEREXACT)):
                 constants["rotor_lag"] = float(model.actuator_dynprm[k, 0])
     up = np.array([0.0, 0.0, 1.0])
@@ -211,10 +214,9 @@ def _of_model(path: Path, text: str) -> tuple[list[dict[str, Any]], dict[str, An
     rotors: list[dict[str, Any]] = []
     swing, rates = list[float](), list[float]()
     speeds = {name: re.findall(r'\bvelocity="([.\d]+)"', text) for name, text in _JOINT.findall(text)}
-    for number, (body, place, thrust, ratio) in enumerate(found, start=1):
-        push = thrust / np.linalg.norm(thrust)
+    for number, (body, place, push, ratio) in enumerate(found, start=1):
         rotor: dict[str, Any] = {"position": place - center, "thrust_axis": push}
-        if (joint := tilting(body, thrust)) is not None:
+        if (joint := tilting(body, push)) is not None:
             name = mujoco.mj_id2name(model, int(mujoco.mjtObj.mjOBJ_JOINT), joint)
             axis, off = data.xaxis[joint], place - data.xanchor[joint]
             rotor["position"] = rotor["position"] - (off @ push) * push  # a shift along the thrust has no moment

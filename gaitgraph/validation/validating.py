@@ -427,7 +427,7 @@ def validate_geometry(
     >>> report.flyable, round(report.checks[0].value, 4)
     (True, 0.3373)
     """
-    tilts = geometry.tilt_axis.any(axis=1)
+    tilts = np.asarray(geometry.tilt_axis.any(axis=1))
     angles = tuple(f"alpha{k + 1}" for k in np.flatnonzero(tilts))
     if not angles:
         raise InputError("tilt_axis must be other than zero for at least one rotor, got none that tilts")
@@ -451,18 +451,18 @@ def validate_geometry(
         message = found if ok else f"{found} at {place.described('row')}: {advice}"
         return Check(name=name, kind="flyable", ok=ok, message=message, where=place.as_mapping("row"), **numbers)
 
-    lower, upper, *where = geometry.least_singular_value_along(starts, ends).worst()
+    lower, upper, segment, fraction = geometry.least_singular_value_along(starts, ends).worst()
     if lower < floor <= upper:
-        lower, upper, *where = geometry.least_singular_value_along(starts, ends, tolerance=1e-6).worst()
+        lower, upper, segment, fraction = geometry.least_singular_value_along(starts, ends, tolerance=1e-6).worst()
     proven = (
         f"least singular value {figure(upper)} (proven lower bound {math.floor(1e4 * lower) / 1e4:g}, floor {floor:g})"
     )
     ok, advice = lower >= floor, "the thrusts alone cannot make every moment and the vertical force there"
-    checks = [check("least_singular_value", ok, proven, advice, *where, value=upper, limit=floor)]
+    checks = [check("least_singular_value", ok, proven, advice, segment, fraction, value=upper, limit=floor)]
     if lower >= LEAST_DECIDED:
-        lower, upper, *where = geometry.least_hover_thrust_along(starts, ends).worst()
+        lower, upper, segment, fraction = geometry.least_hover_thrust_along(starts, ends).worst()
         found, advice = f"least hover thrust {figure(upper)} of m·g", "a rotor would have to idle or to push down"
-        checks.append(check("hover_thrust", lower > 0, found, advice, *where, value=upper, limit=0.0))
+        checks.append(check("hover_thrust", lower > 0, found, advice, segment, fraction, value=upper, limit=0.0))
     beyond = np.maximum(geometry.tilt_range[:, 0] - starts, starts - geometry.tilt_range[:, 1])
     row, rotor = np.unravel_index(np.argmax(beyond), beyond.shape)
     low, high = np.degrees(geometry.tilt_range[rotor])
