@@ -111,7 +111,8 @@ class TestWrench:
                 out = np.array([math.cos(arm), math.sin(arm), 0.0])
                 axis = math.cos(tilt) * np.array([0, 0, 1.0]) + math.sin(tilt) * np.cross(out, [0, 0, 1.0])
                 force += thrust * axis
-                torque += thrust * (length * np.cross(out, axis) + sense * vehicle.drag_ratio * length * axis)
+                lever = length * out + [0.0, 0.0, vehicle.rotor_height]
+                torque += thrust * (np.cross(lever, axis) + sense * vehicle.drag_ratio * length * axis)
             moments = np.array(inertia)
             linear = turned(engine) @ force / mass - [0, 0, vehicle.gravity]
             angular = (torque - np.cross(omega, moments * omega)) / moments
