@@ -46,9 +46,11 @@ RNG = np.random.default_rng(7)
 _INERTIA = 0.02 * min(PAPER.inertia or (0.0,))
 VEHICLES = {
     "paper": PAPER,
-    "beetle": BEETLE,
+    "beetle": BEETLE.replace(rotor_lag=None),
     "paper with arms": PAPER.replace(arm_inertia=_INERTIA),
     **{f"drawn {k}": drawn_vehicle(RNG) for k in range(2)},
+    **{f"drawn, raised {h} m": drawn_vehicle(RNG).replace(arm_length=1.0, rotor_height=h) for h in (0.3, -2.0)},
+    "paper, raised, with arms": PAPER.replace(rotor_height=0.05, arm_inertia=_INERTIA),
     "drawn with arms": drawn_vehicle(RNG).replace(mass=2.0, inertia=(0.02, 0.03, 0.04), arm_inertia=1e-3),
 }
 

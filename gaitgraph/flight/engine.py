@@ -147,6 +147,7 @@ def mjcf_of(vehicle: Vehicle, *, step: float, air: bool) -> str:
     # The arms' mass is on their hinges. The body's is as far on the other side of the centre of mass as balances it.
     body_mass = mass - 4 * arm_mass
     drop = 4 * arm_mass * height / body_mass
+    half_turn = ' quat="0 0 0 1"' if height else ""  # without it the engine takes so small a drop for none
     moved = 4 * arm_mass * height**2 + body_mass * drop**2
     body = [moment - 4.0 * arm - part for moment, part in zip(inertia, (moved, moved, 0.0), strict=True)]
     if vehicle.arm_inertia is None and _is_rigid(inertia):
@@ -186,7 +187,9 @@ def mjcf_of(vehicle: Vehicle, *, step: float, air: bool) -> str:
  <worldbody>
   <body name="vehicle">
    <freejoint name="base"/>
-   <inertial pos="0 0 {-drop!r}" mass="{body_mass!r}" diaginertia="{" ".join(map(repr, body))}"/>{"".join(arms)}
+   <inertial pos="0 0 {-drop!r}"{half_turn} mass="{body_mass!r}" diaginertia="{" ".join(map(repr, body))}"/>{
+        "".join(arms)
+    }
   </body>
  </worldbody>
  <actuator>{"".join(thrusts)}{"".join(servos)}
