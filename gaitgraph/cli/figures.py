@@ -24,7 +24,8 @@ def figures_command(out: str, formats: Paths = (), gait_file: str | None = None,
     """Draw Figures 1 to 22 of the paper, the exact regions, and the set of Gait 3.
 
     With GAIT_FILE draw its set: loop on the map, angles, hover thrusts, attitudes and least singular value.
-    With exact coefficients, the default for any vehicle but the paper's, blue has R = 0 and is shown as singular.
+    With exact coefficients, the default for any vehicle but the paper's, blue has R = 0 and is shown as
+    singular; with a rotor height it is not shown.
     Needs matplotlib: pip install 'gaitgraph[plot]'.
     """
     from gaitgraph.plots.figures import FIGURES, write_figures

@@ -131,7 +131,7 @@ def surface_graph(
         Intervals into which [−π/2, π/2] is cut, at most 256; 16 in the paper.
     vehicle, coefficients
         By default the paper's vehicle with its published coefficients. With exact coefficients there are no
-        blue nodes, since R = 0 there.
+        blue nodes: R = 0 there, or with a rotor height Rφ and Rθ are not 0.
     waypoints
         Further points (α1, α2), numbers [rad] or texts; those more than 1e-9 rad off the grid become nodes.
     zones

@@ -307,8 +307,8 @@ def colorings(
     sign
         Sign of R that the roots must have: "negative", "positive", or "auto" for both, one after the other.
     vehicle, coefficients
-        By default the paper's vehicle with its published coefficients. With exact ones blue has R = 0, so only all-red
-        colourings remain.
+        By default the paper's vehicle with its published coefficients. With exact ones blue has R = 0 or is no
+        solution, so only all-red colourings remain.
     crossing_tolerance
         Distance from a crossing line within which a type is `?` [rad].
 
