@@ -13,8 +13,10 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import MISSING, dataclass, fields
+from functools import partial
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, Literal, get_args
 
@@ -36,17 +38,28 @@ UNITS = {
     "drag_ratio": "dimensionless",
     "inertia": "kg m²",
     "max_tilt": "rad",
+    "min_tilt": "rad",
     "max_tilt_rate": "rad/s",
     "max_tilt_acceleration": "rad/s²",
     "max_tilt_jerk": "rad/s³",
     "max_thrust": "N",
     "servo_lag": "s",
+    "linkage": "rad",
     "rotor_lag": "s",
     "rotor_height": "m",
     "arm_inertia": "kg m²",
     "rotor_inertia": "kg m²",
 }
-_ANGLES = ("first_arm_angle", "max_tilt", "max_tilt_rate", "max_tilt_acceleration", "max_tilt_jerk")
+_TILTS = ("max_tilt", "min_tilt")
+_ANGLES = ("max_tilt_rate", "max_tilt_acceleration", "max_tilt_jerk")
+_LEAST_TURN = 1e-6  # between two points of a linkage [rad]
+_ROUNDING = 1e-12  # of an angle at a corner of a linkage [rad]
+_EACH = (*_TILTS, *_ANGLES, "servo_lag")
+
+Each = float | tuple[float, ...]
+"""A constant of all arms, or four of which some differ."""
+Linkage = tuple[tuple[float, float], ...]
+"""Servo angles and the tilt angles that they make, pairs [rad], the tilt angles increasing."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, init=False)
@@ -72,13 +85,18 @@ class Vehicle(Pictured):
         Angle of the first arm from body x, positive towards y [rad].
     first_rotor_spin
         Spin of rotor 1 seen from above: "clockwise" (as in the paper) or "counterclockwise".
-    max_tilt, max_tilt_rate, max_tilt_acceleration, max_tilt_jerk
-        Largest |αᵢ| that the arms allow [rad], and of its derivatives [rad/s], [rad/s²], [rad/s³]. These angles and
-        that of the first arm may be texts such as "45deg".
+    max_tilt, min_tilt
+        Largest and least αᵢ that the arms allow [rad]; `min_tilt` is −`max_tilt` if it is not stated.
+    max_tilt_rate, max_tilt_acceleration, max_tilt_jerk
+        Largest |derivatives| of αᵢ, of the tilt axis whatever its linkage [rad/s], [rad/s²], [rad/s³].
     max_thrust
         Largest thrust of one rotor [N].
     servo_lag
         Time constant of the tilt servos as first-order lags [s].
+    linkage
+        Pairs (servo angle, tilt angle) from which a servo turns an arm [rad], at least two, linear between them, or
+        four such tables; None where the servo is on the tilt axis. Tilt angles must all rise, or all fall, with the
+        servo's. The tilt range ends where the linkage does.
     rotor_lag
         Time constant of the rotors' thrusts as first-order lags [s]; flight alone uses it.
     rotor_height
@@ -87,11 +105,15 @@ class Vehicle(Pictured):
         Moment of inertia of one tilting arm with its rotor about its tilt axis, part of `inertia`, and of one rotor
         about its spin axis [kg m²].
 
+    Limits of tilts and derivatives, `servo_lag` and `linkage` are one for all arms or a list of four. Angles may be
+    texts such as "45deg".
+
     Raises
     ------
     InputError
         If a value is not a positive finite number (or angle), or if constants contradict each other or leave κ open,
-        or if the rotor height is not zero and there is no arm length, or one below a tenth of it.
+        or if the rotor height is not zero and there is no arm length, or one below a tenth of it; if a list is not of
+        four, a tilt range is empty, or a linkage is not monotone.
 
     Examples
     --------
@@ -110,12 +132,14 @@ class Vehicle(Pictured):
     inertia: tuple[float, float, float] | None = None
     first_arm_angle: float = 0.0
     first_rotor_spin: Spin = "clockwise"
-    max_tilt: float | None = None
-    max_tilt_rate: float | None = None
-    max_tilt_acceleration: float | None = None
-    max_tilt_jerk: float | None = None
+    max_tilt: Each | None = None
+    min_tilt: Each | None = None
+    max_tilt_rate: Each | None = None
+    max_tilt_acceleration: Each | None = None
+    max_tilt_jerk: Each | None = None
     max_thrust: float | None = None
-    servo_lag: float | None = None
+    servo_lag: Each | None = None
+    linkage: Linkage | tuple[Linkage, ...] | None = None
     rotor_lag: float | None = None
     rotor_height: float = 0.0
     arm_inertia: float | None = None
@@ -126,16 +150,21 @@ class Vehicle(Pictured):
         stated: dict[str, Any] = _DEFAULTS | constants
         if not isinstance(name := stated["name"], str) or not name or not name.isprintable():
             raise InputError(f"vehicle name must be a printable, non-empty text, got {shown(name)}")
+        low = stated["min_tilt"]
+        if low is not None and stated["max_tilt"] is None:
+            raise InputError(f"max_tilt must be stated (rad) beside min_tilt, got none; min_tilt is {shown(low)}")
         for field in UNITS:
-            if field not in ("inertia", "rotor_height") and (stated[field] is not None or field == "gravity"):
-                stated[field] = _positive(field, stated[field])
+            if field in ("inertia", "rotor_height", "linkage") or (stated[field] is None and field != "gravity"):
+                continue
+            convert = partial(_tilt, signed=low is not None) if field in _TILTS else _positive
+            stated[field] = _each(field, stated[field], convert)
         if (inertia := stated["inertia"]) is not None:
             if not isinstance(inertia, (list, tuple)) or len(inertia) != 3:
                 raise InputError(f"inertia must be three positive numbers (kg m²), got {shown(inertia)}")
             stated["inertia"] = tuple(_positive("inertia", part) for part in inertia)
         stated["first_arm_angle"] = angle_within(stated["first_arm_angle"], "first_arm_angle", 2 * math.pi)
-        if stated["max_tilt"] is not None:
-            angle_within(stated["max_tilt"], "max_tilt", math.pi, least=0.0)
+        if stated["linkage"] is not None:
+            stated["linkage"] = _linkages(stated["linkage"])
         checked_choice("first_rotor_spin", stated["first_rotor_spin"], get_args(Spin))
         for field, formula, over, under in (
             ("drag_to_thrust", "Km/Kf", "drag_coefficient", "thrust_coefficient"),
@@ -159,6 +188,35 @@ class Vehicle(Pictured):
         stated["rotor_height"] = _height(stated["rotor_height"], stated["arm_length"])
         for field, value in stated.items():
             object.__setattr__(self, field, value)  # the record is frozen
+        for arm, (least, most) in enumerate(self.tilt_range or (), start=1):
+            if not least < most:
+                got = f"{least:g} to {most:g} rad for arm {arm}"
+                raise InputError(f"min_tilt must be below max_tilt, both within the linkage of the arm, got {got}")
+
+    @property
+    def tilt_range(self) -> tuple[tuple[float, float], ...] | None:
+        """The least and the largest tilt angle of each arm, by its limits and its linkage [rad]; None if not stated."""
+        if self.max_tilt is None and self.linkage is None:
+            return None
+        high = four_of(math.inf if self.max_tilt is None else self.max_tilt)
+        low = [-most for most in high] if self.min_tilt is None else four_of(self.min_tilt)
+        ends = [(table[0][1], table[-1][1]) if table else (-math.inf, math.inf) for table in self.linkages]
+        return tuple((max(a, c), min(b, d)) for a, b, (c, d) in zip(low, high, ends, strict=True))
+
+    @property
+    def linkages(self) -> tuple[Linkage | None, ...]:
+        """The linkage of each arm, or four times None."""
+        tables: Any = self.linkage
+        return tables if tables and isinstance(tables[0][0], tuple) else (tables,) * 4
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """A line for each arm whose tilt range excludes hover."""
+        return tuple(
+            f"arm {arm} tilts from {math.degrees(low):.4g}° to {math.degrees(high):.4g}°, so hover (α = 0) is excluded"
+            for arm, (low, high) in enumerate(self.tilt_range or (), start=1)
+            if not low <= 0 <= high
+        )
 
     @property
     def signed_drag_ratio(self) -> float:
@@ -214,8 +272,7 @@ class Vehicle(Pictured):
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the stated constants as plain values, in a fixed order; read back by vehicle_from_mapping."""
-        values = {name: getattr(self, name) for name in _FIELDS}
-        values["inertia"] = None if self.inertia is None else list(self.inertia)
+        values = {name: _plain(getattr(self, name)) for name in _FIELDS}
         values["rotor_height"] = self.rotor_height or None  # rotors at the height of the centre of mass: not said
         return {name: value for name, value in values.items() if value is not None}
 
@@ -236,11 +293,11 @@ class Vehicle(Pictured):
         stated, lines = self.as_mapping(), [f"Vehicle {self.name}: κ = {self.drag_ratio:.6g}"]
         del stated["name"]
         for name, value in stated.items():
-            if name in ("first_arm_angle", "max_tilt"):
+            if name in ("first_arm_angle", *_TILTS) and not isinstance(value, list):
                 text = f"{text_from_angle(value)} rad = {math.degrees(value):.6g}°"
             else:
                 parts = value if isinstance(value, list) else [value]
-                text = ", ".join(part if isinstance(part, str) else f"{part:.6g}" for part in parts)
+                text = ", ".join(_text(part) for part in parts)
                 text += f" {UNITS.get(name, '').removeprefix('dimensionless')}"
             lines.append(f"  {name.replace('_', ' '):<22} {text}".rstrip())
         return "\n".join(lines)
@@ -250,8 +307,102 @@ _DEFAULTS = {field.name: None if field.default is MISSING else field.default for
 _FIELDS = list(_DEFAULTS)
 
 
+def four_of(value: Any) -> tuple[Any, ...]:
+    """Return a constant of each arm: four that are stated, or one four times."""
+    return value if isinstance(value, tuple) else (value,) * 4
+
+
+def scale_of(limit: Each | None) -> Any:
+    """Return by what sizes of four joints are compared: their limits where these differ, shape (4,), else 1."""
+    import numpy as np
+
+    return np.array(limit) if isinstance(limit, tuple) else 1.0
+
+
+def linkage_of(pairs: object, name: str = "linkage") -> Linkage:
+    """Return pairs (servo angle, tilt angle), numbers [rad] or texts, in order; InputError unless it is monotone.
+
+    >>> linkage_of([("40deg", 0.5), (0.0, 0.0)])
+    ((0.0, 0.0), (0.6981317007977318, 0.5))
+    """
+    rows = [
+        row if isinstance(row, (list, tuple)) else () for row in (pairs if isinstance(pairs, (list, tuple)) else ())
+    ]
+    if len(rows) < 2 or any(len(row) != 2 for row in rows):
+        raise InputError(f"{name} must be two or more pairs of a servo and a tilt angle (rad), got {shown(pairs)}")
+    table = sorted(((angle_from_text(a, name), angle_from_text(b, name)) for a, b in rows), key=lambda pair: pair[1])
+    turns = [after[0] - before[0] for before, after in pairwise(table)]
+    rises = [after[1] - before[1] for before, after in pairwise(table)]
+    if min(rises) < _LEAST_TURN or not (min(turns) >= _LEAST_TURN or max(turns) <= -_LEAST_TURN):
+        rule = "monotone: tilt angles that all rise, or all fall, with the servo angle"
+        raise InputError(f"{name} must be {rule}, got {shown(pairs)}")
+    return tuple(table)
+
+
+def linked(linkage: Linkage, angles: Any, *, to_servo: bool = False) -> tuple[Any, Any]:
+    """Return tilt angles of servo angles, arrays of any shape [rad], or the reverse, and the slopes there.
+
+    Beyond the ends the outer pieces go on, so that the two directions are inverse; at a corner the slope is that above.
+
+    >>> tilt, slope = linked(((0.0, 0.0), (1.0, 0.5), (2.0, 2.0)), 1.5)
+    >>> float(tilt), float(slope), float(linked(((0.0, 0.0), (1.0, 0.5), (2.0, 2.0)), tilt, to_servo=True)[0])
+    (1.25, 1.5, 1.5)
+    """
+    import numpy as np
+
+    servo, tilt = np.array(linkage).T
+    known, wanted = (tilt, servo) if to_servo else (servo, tilt)
+    if known[0] > known[-1]:
+        known, wanted = known[::-1], wanted[::-1]
+    piece = np.clip(np.searchsorted(known, np.asarray(angles) + _ROUNDING, side="right") - 1, 0, len(known) - 2)
+    slope = (np.diff(wanted) / np.diff(known))[piece]
+    return wanted[piece] + slope * (angles - known[piece]), slope
+
+
+def _each(name: str, value: object, convert: Callable[[str, object], float]) -> Each:
+    """Return one number, or four if they differ."""
+    if name not in _EACH or not isinstance(value, (list, tuple)):
+        return convert(name, value)
+    if len(value) != 4:
+        raise InputError(f"{name} must be one number or four, one for each arm, got {shown(value)}")
+    parts = tuple(convert(name, part) for part in value)
+    return parts if len(set(parts)) > 1 else parts[0]
+
+
+def _tilt(name: str, value: object, *, signed: bool) -> float:
+    if signed:
+        return angle_within(value, name, math.pi)
+    return angle_within(_positive(name, value), name, math.pi, least=0.0)
+
+
+def _linkages(value: Any) -> Linkage | tuple[Linkage, ...]:
+    """Return one table, or four if they differ."""
+    try:
+        is_one = not isinstance(value[0][0], (list, tuple))
+    except (TypeError, LookupError):
+        is_one = True
+    if is_one:
+        return linkage_of(value)
+    if len(value) != 4:
+        raise InputError(f"linkage must be one table or four, one for each arm, got {len(value)} tables")
+    tables = tuple(linkage_of(one, f"linkage of arm {arm}") for arm, one in enumerate(value, start=1))
+    return tables if len(set(tables)) > 1 else tables[0]
+
+
+def _plain(value: Any) -> Any:
+    """Return lists for tuples, inside too."""
+    return [_plain(part) for part in value] if isinstance(value, tuple) else value
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, list):
+        return f"({', '.join(map(_text, value))})"
+    return value if isinstance(value, str) else f"{value:.6g}"
+
+
 def _positive(name: str, value: object) -> float:
-    number = angle_from_text(value, name) if name in _ANGLES and isinstance(value, str) else number_of(value)
+    is_angle = name in (*_TILTS, *_ANGLES) and isinstance(value, str)
+    number = angle_from_text(value, name) if is_angle else number_of(value)
     if not 1e-30 <= number <= 1e30:
         raise InputError(f"{name} must be a positive finite number ({UNITS[name]}), got {shown(value)}")
     return number

@@ -17,7 +17,7 @@ from gaitgraph.vehicle import PAPER, UNITS, Vehicle, vehicle_from_mapping, vehic
 if TYPE_CHECKING:
     from pathlib import Path
 
-POSITIVE = [name for name in UNITS if name not in ("inertia", "rotor_height")]
+POSITIVE = [name for name in UNITS if name not in ("inertia", "rotor_height", "min_tilt")]
 NO_CONSTANTS: tuple[object, ...] = (
     *(0, 0.0, -1.0, math.inf, math.nan, 1e-31, 1.0000001e30),
     *(True, np.True_, "heavy", b"0.1", 1j, [1.0], 10**5000, 1e-310),

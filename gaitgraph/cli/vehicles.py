@@ -59,7 +59,8 @@ def vehicles_command(
         print_json({"vehicles": rows})
         return 0
     for one, row in zip(known, rows, strict=True):
-        for warning in unlikely_limits({kind: row.get(f"max_tilt_{kind}") for kind in ("rate", "acceleration")}):
+        unlikely = unlikely_limits({kind: row.get(f"max_tilt_{kind}") for kind in ("rate", "acceleration")})
+        for warning in (*unlikely, *one.warnings):
             print_problem(f"warning: {warning}")
         click.echo(f"{one.name}: κ = {one.drag_ratio:.6f}, δ = {row['delta']:.6f} rad")
         click.echo("\n".join(str(one).splitlines()[1:]))

@@ -17,12 +17,13 @@ from gaitgraph.errors import InputError, shown
 from gaitgraph.planning.transitions import transition
 from gaitgraph.timing.laws import LAWS
 from gaitgraph.timing.timed_gait import ROW_BY_ROW, TimedGait, timed_gait_of
+from gaitgraph.vehicle import four_of, linked
 
 if TYPE_CHECKING:
     from gaitgraph.invertibility.matrices import FloatArray
     from gaitgraph.io.formats import GaitLike
     from gaitgraph.validation.report import Report
-    from gaitgraph.vehicle import Vehicle
+    from gaitgraph.vehicle import Each, Vehicle
 
 _MOST_PERIODS = 10_000
 _PAUSE = 1.0  # s in hover, before and after
@@ -83,8 +84,30 @@ def repeated(timed: TimedGait, *, begin: float = 0.0) -> Course:
     return Course(sections=((0.0, begin, timed),), duration=np.inf, phases=("gait",))
 
 
+def arm_response(
+    command: FloatArray, vehicle: Vehicle, step: float, *, lag: Each = 0.0, rate: Each = math.inf
+) -> FloatArray:
+    """Return the tilt angles of arms whose servos follow commanded ones, shape (n, 4) [rad].
+
+    A linkage is between servo and arm: the command passes back through it to the servo, whose response
+    (:func:`servo_response`) passes through it to the arm. `rate` is of the tilt axis, which a servo whose own rate is
+    that over the linkage's smallest slope reaches everywhere.
+    """
+    if vehicle.linkage is None and not isinstance(lag, tuple) and not isinstance(rate, tuple):
+        return servo_response(command, step, lag=lag, rate=rate)
+    arms = []
+    for angles, linkage, one, most in zip(command.T, vehicle.linkages, four_of(lag), four_of(rate), strict=True):
+        if linkage is None:
+            arms.append(servo_response(angles[:, None], step, lag=one, rate=most))
+            continue
+        slowest = min(abs((b - d) / (a - c)) for (a, b), (c, d) in pairwise(linkage))
+        servo = linked(linkage, angles, to_servo=True)[0][:, None]
+        arms.append(linked(linkage, servo_response(servo, step, lag=one, rate=most / slowest))[0])
+    return np.hstack(arms)
+
+
 def servo_response(command: FloatArray, step: float, *, lag: float = 0.0, rate: float = math.inf) -> FloatArray:
-    """Return the angles of four servos that follow a command and begin on it, shape (n, 4) [rad].
+    """Return the angles of k servos that follow a command and begin on it, shape (n, k) [rad].
 
     The command is linear between even times, `step` apart [s]. `lag` is the time constant of a first-order lag [s],
     `rate` the largest rate [rad/s]. Without a rate limit the response is exact; where the lag alone would exceed the
@@ -157,7 +180,7 @@ def from_hover(gait: GaitLike, *, periods: int = 2, anyway: bool = False) -> Cou
         straight = replace(gait, alpha=ends, colors=gait.colors[:1] * 2, request={})
         limit, seconds, corner = gait.vehicle.max_tilt_rate, path.duration, 0
         if limit is not None:
-            seconds = max(seconds, float(straight.parametrize(2.0).peak_rates().max()) / limit)
+            seconds = max(seconds, float((straight.parametrize(2.0).peak_rates() / limit).max()))
         entry = straight.parametrize(2 * seconds)
         forbidden, _ = broken_rules(entry.check())
         if forbidden and not anyway:

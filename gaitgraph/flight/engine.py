@@ -164,13 +164,15 @@ def mjcf_of(vehicle: Vehicle, *, step: float, air: bool) -> str:
     drag, lag = vehicle.drag_ratio * length, ""
     if vehicle.rotor_lag is not None:
         lag = f' dyntype="filterexact" dynprm="{vehicle.rotor_lag!r}"'
-    arms, thrusts, servos = [], [], []
+    arms, thrusts, servos, ranges = [], [], [], [""] * 4
+    if vehicle.tilt_range is not None:
+        ranges = [f' range="{low!r} {high!r}"' for low, high in vehicle.tilt_range]
     for k, spin in enumerate(thrust_signs(vehicle).tolist()):
         half = (vehicle.first_arm_angle + k * math.pi / 2) / 2
         arms.append(f"""
    <body name="arm{k + 1}" pos="0 0 {height!r}" quat="{math.cos(half)!r} 0 0 {math.sin(half)!r}">
     <inertial pos="0 0 0" mass="{arm_mass!r}" diaginertia="{arm!r} {arm!r} {arm!r}"/>
-    <joint name="tilt{k + 1}" type="hinge" axis="1 0 0"/>
+    <joint name="tilt{k + 1}" type="hinge" axis="1 0 0"{ranges[k]}/>
     <site name="rotor{k + 1}" pos="{length!r} 0 0" size="{0.01 * length!r}"/>
    </body>""")
         thrusts.append(

@@ -12,7 +12,7 @@ import numpy as np
 from gaitgraph.angles import angle_from_text, in_degrees
 from gaitgraph.errors import InputError, shown
 from gaitgraph.flight.controller import DIRECTION, Stopped, allocation_of, controller_of
-from gaitgraph.flight.course import Course, broken_rules, repeated, servo_response
+from gaitgraph.flight.course import Course, arm_response, broken_rules, repeated
 from gaitgraph.flight.engine import Engine, engine_warnings
 from gaitgraph.flight.flight import COLUMNS, Flight, FlightSettings, record_of, reference_at, settled_since
 from gaitgraph.invertibility.matrices import FloatArray, arm_angles, thrust_signs
@@ -65,7 +65,7 @@ class Simulation:
         lag = settings.servo_lag if settings.servo_lag is not None else vehicle.servo_lag or 0.0
         rate = settings.servo_rate or vehicle.max_tilt_rate or math.inf
         self.command: FloatArray = course.at(steps)
-        self.actual: FloatArray = servo_response(self.command, settings.step, lag=lag, rate=rate)
+        self.actual: FloatArray = arm_response(self.command, vehicle, settings.step, lag=lag, rate=rate)
         self._hinge_commands = self.engine.servo_commands(self.actual)
         assumed = self.actual if settings.arms == "served" else self.command
         self._allocation = allocation_of(assumed[::every], vehicle)

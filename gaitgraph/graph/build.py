@@ -284,8 +284,10 @@ def _edge_quantities(
 def segments_fly(starts: FloatArray, ends: FloatArray, floor: float, vehicle: Vehicle) -> BoolArray:
     """Return whether segments on red where R keeps its sign meet the physics along their whole length, shape (m,)."""
     flies = thrusts_push_up(starts, ends, vehicle)
-    if vehicle.max_tilt is not None:
-        flies &= np.maximum(np.abs(starts), np.abs(ends)).max(axis=1) <= vehicle.max_tilt + _SAME
+    if vehicle.tilt_range is not None:
+        least, most = np.array(vehicle.tilt_range).T
+        flies &= (np.minimum(starts, ends) >= least - _SAME).all(axis=1)
+        flies &= (np.maximum(starts, ends) <= most + _SAME).all(axis=1)
     if flies.any():
         flies[flies] = keeps_singular_value_above(starts[flies], ends[flies], floor, vehicle)
     share = vehicle.thrust_share

@@ -103,14 +103,14 @@ class Geometry:
     def of_vehicle(cls, vehicle: Vehicle) -> Self:
         """Return the geometry of a vehicle of four arms; in arm lengths instead of metres if it states none."""
         arms, length = arm_angles(vehicle), vehicle.arm_length or 1.0
-        outward, limit = np.stack([np.cos(arms), np.sin(arms), np.zeros(4)], axis=1), vehicle.max_tilt or math.inf
+        outward = np.stack([np.cos(arms), np.sin(arms), np.zeros(4)], axis=1)
         return cls(
             name=vehicle.name,
             position=length * outward + np.array([0.0, 0.0, vehicle.rotor_height]),
             moment_ratio=vehicle.drag_ratio * length * thrust_signs(vehicle),
             thrust_axis=np.tile([0.0, 0.0, 1.0], (4, 1)),
             tilt_axis=outward,
-            tilt_range=np.tile([-limit, limit], (4, 1)),
+            tilt_range=np.array(vehicle.tilt_range or [[-math.inf, math.inf]] * 4),
         )
 
     @property

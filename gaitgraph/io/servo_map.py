@@ -1,7 +1,8 @@
 """Servo maps: conversion between tilt angles and four joints with an order, signs, zeros, limits and units.
 
-A joint turns one rotor about its arm. It is at q = sign·α + zero [rad] when the rotor is tilted by α, and its column
-states q in radians, in degrees, or as the pulse width neutral + (µs per radian)·q that a servo takes.
+A joint turns one rotor about its arm. It is at q = sign·s + zero [rad] when the rotor is tilted by α, with s = α or the
+servo angle that makes α through a linkage. Its column states q in radians, in degrees, or as the pulse width
+neutral + (µs per radian)·q that a servo takes.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from gaitgraph.angles import HALF_PI, angle_from_text, number_of
 from gaitgraph.errors import InputError, check_fields, did_you_mean, shown
 from gaitgraph.files import from_toml_file
 from gaitgraph.gait.table import ACCELERATIONS, ANGLES, RATES, TEXTS, Table, surface_of
-from gaitgraph.vehicle import Spin
+from gaitgraph.vehicle import Linkage, Spin, linkage_of, linked
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -69,6 +70,8 @@ class Joint:
         Least and largest angle q [rad], for the units rad and deg; None for no limits.
     us_per_rad, neutral_us, limits_us
         For the unit us: pulse width per angle [µs/rad], at q = 0 [µs], and the least and the largest [µs].
+    linkage
+        That of its arm, as :class:`~gaitgraph.vehicle.Vehicle` has it; in exports the vehicle's, if it has one.
     """
 
     name: str
@@ -81,6 +84,7 @@ class Joint:
     us_per_rad: float | None = None
     neutral_us: float = 1500.0
     limits_us: tuple[float, float] = (1000.0, 2000.0)
+    linkage: Linkage | None = None
 
     def __post_init__(self) -> None:
         must, is_pulses = partial(_must, self, f"joint {shown(self.name)}"), self.unit == "us"
@@ -111,14 +115,17 @@ class Joint:
     @property
     def bounds(self) -> tuple[float, float]:
         """The least and the largest value of its column, in its unit; infinite where there is no limit."""
-        if self.unit == "us":
-            return self.limits_us
-        low, high = np.multiply(self.limits or (-math.inf, math.inf), self.per_radian).tolist()
+        stated = np.multiply(self.limits or (-math.inf, math.inf), self.per_radian)
+        low, high = self.limits_us if self.unit == "us" else stated.tolist()
+        if self.linkage is not None:
+            least, most = sorted(float(self.value_of(self.linkage[end][1])) for end in (0, -1))
+            low, high = max(low, least), min(high, most)
         return low, high
 
     def value_of(self, tilt: Any) -> Any:
         """Return the values of the column, in its unit, at tilt angles α [rad], whatever the limits."""
-        return (self.neutral_us if self.unit == "us" else 0.0) + self.per_radian * (self.sign * tilt + self.zero)
+        turn = tilt if self.linkage is None else linked(self.linkage, tilt, to_servo=True)[0]
+        return (self.neutral_us if self.unit == "us" else 0.0) + self.per_radian * (self.sign * turn + self.zero)
 
     def angle_of(self, value: Any) -> Any:
         """Return the joint's angle q [rad] of values of the column."""
@@ -128,7 +135,13 @@ class Joint:
 
     def tilt_of(self, value: Any) -> Any:
         """Return the tilt angle α [rad] of values of the column: the inverse of :meth:`value_of`."""
-        return self.sign * (self.angle_of(value) - self.zero)
+        turn = self.sign * (self.angle_of(value) - self.zero)
+        return turn if self.linkage is None else linked(self.linkage, turn)[0]
+
+    def slope_at(self, tilt: Any) -> Any:
+        """Return by what derivatives of the column exceed those of α, at tilt angles α [rad]."""
+        slope = 1.0 if self.linkage is None else linked(self.linkage, tilt, to_servo=True)[1]
+        return self.sign * self.per_radian * slope
 
     def is_beyond(self, values: FloatArray) -> npt.NDArray[np.bool_]:
         """Return which values of the column exceed the limits by more than rounding."""
@@ -204,9 +217,17 @@ class ServoMap:
         joints = []
         for column, joint in zip(ANGLES, self.joints, strict=True):
             low, high = (float(joint.angle_of(value)) for value in joint.bounds)
-            stated = {one: getattr(joint, one) for one in ("name", "rotor", "sign", "zero")}
+            stated = {one: getattr(joint, one) for one in ("name", "rotor", "sign", "zero", "linkage")}
             joints.append(Joint(**stated, column=column, limits=None if math.isinf(low) else (low, high)))
         return replace(self, joints=tuple(joints), time="t", time_unit="s")
+
+    def linked_to(self, vehicle: Vehicle) -> ServoMap:
+        """Return the map with the vehicle's linkages where it has none of its own."""
+        if vehicle.linkage is None:
+            return self
+        each = vehicle.linkages
+        joints = (replace(one, linkage=one.linkage or each[one.rotor - 1]) for one in self.joints)
+        return replace(self, joints=tuple(joints))
 
     def check_vehicle(self, vehicle: Vehicle) -> None:
         """Raise InputError if the order of rotors is meant for another vehicle.
@@ -287,6 +308,8 @@ def _parsed(joint: dict[str, Any]) -> dict[str, Any]:
     parsed = {name: tuple(value) if isinstance(value, list) else value for name, value in joint.items()}
     if "zero" in parsed:
         parsed["zero"] = angle_from_text(parsed["zero"], f"{who}: zero")
+    if parsed.get("linkage") is not None:
+        parsed["linkage"] = linkage_of(parsed["linkage"], f"{who}: linkage")
     if isinstance(limits := parsed.get("limits"), tuple):
         parsed["limits"] = tuple(angle_from_text(one, f"{who}: limits") for one in limits)
     return parsed
@@ -335,7 +358,9 @@ def mapped_table(table: Table, servo_map: ServoMap, *, rows_before: int = 0) -> 
     neither. Raises InputError if a joint is beyond its limits, unless the map clips, or if the map is for another
     vehicle.
     """
-    servo_map.check_vehicle(surface_of(table)[0])
+    vehicle = surface_of(table)[0]
+    servo_map.check_vehicle(vehicle)
+    servo_map = servo_map.linked_to(vehicle)
     columns: dict[str, FloatArray] = {}
     if "t" in table:
         columns[servo_map.time] = np.asarray(table["t"]) * _TIME_UNITS[servo_map.time_unit]
@@ -347,14 +372,16 @@ def mapped_table(table: Table, servo_map: ServoMap, *, rows_before: int = 0) -> 
     for end, names in _DERIVATIVES.items():
         for joint in servo_map.joints if all(name in table for name in names) else ():
             if joint.unit != "us":
-                columns[joint.column + end] = joint.sign * joint.per_radian * table[names[joint.rotor - 1]] + 0.0
+                slope = joint.slope_at(table[ANGLES[joint.rotor - 1]])
+                columns[joint.column + end] = slope * table[names[joint.rotor - 1]] + 0.0
     about = {**table.about, "servos": servo_map.as_mapping()}
     return Table(columns=columns, about=about, digit_error=table.digit_error)
 
 
 def clipped_rows(table: Table, servo_map: ServoMap) -> dict[str, int]:
     """Return how many rows of a gait table lie beyond each joint's limits; joints within theirs are left out."""
-    beyond = {joint.name: int(joint.is_beyond(_values(table, joint)).sum()) for joint in servo_map.joints}
+    joints = servo_map.linked_to(surface_of(table)[0]).joints
+    beyond = {joint.name: int(joint.is_beyond(_values(table, joint)).sum()) for joint in joints}
     return {name: count for name, count in beyond.items() if count}
 
 
@@ -398,7 +425,7 @@ def tilts_from_joints(
         found[name] = np.where(near, np.copysign(HALF_PI, tilt), tilt)
     for end, names in _DERIVATIVES.items():
         if all(joint.unit != "us" and joint.column + end in columns for joint in by_rotor):
-            for name, joint in zip(names, by_rotor, strict=True):
+            for name, angle, joint in zip(names, ANGLES, by_rotor, strict=True):
                 values = np.asarray(columns[joint.column + end], dtype=float)
-                found[name] = joint.sign * values / joint.per_radian + 0.0
+                found[name] = values / joint.slope_at(found[angle]) + 0.0
     return found

@@ -253,8 +253,8 @@ def transition(
         # One second, or how long one way takes within the vehicle's limits if that is more.
         once, body = gait.parametrize(2.0, law=law), gait.vehicle
         for order, limit in enumerate((body.max_tilt_rate, body.max_tilt_acceleration, body.max_tilt_jerk), start=1):
-            if limit is not None and np.isfinite(peak := float(once.peaks(order).max())):
-                seconds = max(seconds, (peak / limit) ** (1 / order))
+            if limit is not None and np.isfinite(share := float((once.peaks(order) / limit).max())):
+                seconds = max(seconds, share ** (1 / order))
         seconds = min(math.ceil(seconds * 1000) / 1000, _LONGEST)
         count = _checked_samples(seconds, law, samples, rate)
     timed = gait.parametrize(2 * seconds, law=law)

@@ -350,7 +350,7 @@ def admissible_region(
     Parameters
     ----------
     vehicle
-        The vehicle; `max_tilt` and `max_thrust` count where they are stated. MissingConstant if it states a thrust
+        The vehicle; its tilt ranges and `max_thrust` count where they are stated. MissingConstant if it states a thrust
         limit without the mass.
     use
         "valid": R has the sign. "flyable": also the least singular value is at least the floor, all hover thrusts are
@@ -412,10 +412,13 @@ def _admissible(
         within = thrust_region(share, vehicle, accuracy=accuracy)
         kept = thrust_region(max(share - _DECIDED_THRUST, share / 2), vehicle, accuracy=accuracy)
         region &= region_of([kept.inner, within.outer], accuracy, *within.conditions)
-    if vehicle.max_tilt is not None:
-        most = min(vehicle.max_tilt, HALF_PI)
+    if (limits := vehicle.tilt_range) is not None:
+        low, high = _on_red(limits)
+        box, most = rectangle(*low, *high), high[0]
         tilt = _bound("tilt", "≤", math.degrees(most), lambda *at: math.degrees(max(map(abs, at))), "°")
-        region &= region_of([shapely.box(-most, -most, most, most)] * 2, 0.0, tilt)
+        if (low, high) != ([-most] * 2, [most] * 2):
+            tilt = Condition(name="tilts within their ranges", broken_at=partial(_beyond, low, high))
+        region &= region_of([box] * 2, 0.0, tilt)
     if floor < _SEPARATING:
         return region_of(_union([signed(wanted) for wanted in signs]), accuracy, condition) & region
     # The floor keeps each polygon off R = 0, so R has one sign on it: keep those with one of the signs, and remove
@@ -433,6 +436,22 @@ def _admissible(
             pair = shapely.intersection(pair, signed(wanted))
         pairs.append(pair)
     return region_of(_union(pairs), region.accuracy, condition, *region.conditions)
+
+
+def _on_red(limits: Any) -> tuple[list[float], list[float]]:
+    """Return the least and the largest α1 and α2 on red, where opposite arms tilt alike, within ±π/2."""
+    bounds = np.array(limits)
+    low, high = np.maximum(bounds[:2, 0], bounds[2:, 0]), np.minimum(bounds[:2, 1], bounds[2:, 1])
+    return np.maximum(low, -HALF_PI).tolist(), np.minimum(high, HALF_PI).tolist()
+
+
+def _beyond(low: Sequence[float], high: Sequence[float], *at: float) -> str | None:
+    """Return which coordinate of a point is not in its range, None if both are."""
+    for name, angle, least, most in zip(("α1 = α3", "α2 = α4"), at, low, high, strict=True):
+        if not least <= angle <= most:
+            wanted = f"within {math.degrees(least):.3g}° and {math.degrees(most):.3g}°"
+            return f"tilt {name} must be {wanted}, got {math.degrees(angle):.3g}°"
+    return None
 
 
 def why_empty(region: Region, floor: float, vehicle: Vehicle) -> str:

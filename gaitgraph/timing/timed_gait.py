@@ -42,6 +42,7 @@ from gaitgraph.surface.sheets import family_codes, family_types, text_from_types
 from gaitgraph.timing.laws import DEFAULT_LAW, LAWS, STRAIGHT, LawName, located
 from gaitgraph.validation.report import RATE_UNITS, limit_check
 from gaitgraph.validation.validating import validate
+from gaitgraph.vehicle import four_of, scale_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -50,7 +51,7 @@ if TYPE_CHECKING:
     from gaitgraph.io.formats import GaitLike
     from gaitgraph.io.servo_map import ServoMap
     from gaitgraph.validation.report import Check, CheckOptions, Report
-    from gaitgraph.vehicle import VehicleLike
+    from gaitgraph.vehicle import Each, VehicleLike
 
 DEFAULT_SAMPLES = 100
 """Intervals per period by default."""
@@ -210,12 +211,12 @@ class TimedGait(Pictured):
         """
         checks = []
         for order, kind in enumerate(RATE_UNITS, start=1):
-            limit: float | None = getattr(self.gait.vehicle, f"max_tilt_{kind}")
-            if limit is None and order > 2:
+            limits: Each | None = getattr(self.gait.vehicle, f"max_tilt_{kind}")
+            if limits is None and order > 2:
                 continue
             peaks = self.peaks(order)
-            joint = int(np.argmax(peaks))
-            peak = float(peaks[joint])
+            joint = int(np.argmax(peaks / scale_of(limits)))
+            peak, limit = float(peaks[joint]), four_of(limits)[joint]
             if math.isinf(peak):
                 advice = f"the law {shown(self.law)} turns corners at full speed: use the law 'smooth'"
             else:

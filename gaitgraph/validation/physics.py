@@ -33,6 +33,7 @@ from gaitgraph.validation.rules import EXACT, Continuous, Criteria, OnSurface, P
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from gaitgraph.invertibility.matrices import FloatArray
     from gaitgraph.validation.report import Check, GaitPoint
 
 _BLOCK = 1 << 14
@@ -253,24 +254,40 @@ class _HoverThrust(Rule):
 
 @dataclass
 class _TiltRange(Rule):
-    """All tilts are within the vehicle's limit; along a straight segment each angle is largest at an end."""
+    """All tilts are within their arms' ranges; along a straight segment each angle is extreme at an end."""
 
     name = "tilt_range"
     kind = "flyable"
     peak: Peak = field(default_factory=Peak)
 
+    def __post_init__(self) -> None:
+        limits = self.criteria.vehicle.tilt_range
+        self.low, self.high = (np.array(limits) if limits else np.tile([-math.pi, math.pi], (4, 1))).T
+
+    def _sizes(self, alpha: FloatArray) -> FloatArray:
+        """Return distances from the middles of the ranges, the more the narrower; exact |α| if all are ±one limit."""
+        half = (self.high - self.low) / 2
+        return np.asarray(np.abs(alpha - (self.low + self.high) / 2) + (half.max() - half))
+
     def update(self, block: Segments) -> None:
-        self.peak.update(block.alpha, block)
+        self.peak.update(self._sizes(block.alpha), block)
 
     def checks(self) -> Iterator[Check]:
-        limit, extremes = self.criteria.vehicle.max_tilt, self.criteria.extremes
-        if limit is None:
+        place, low, high = self.peak.place, self.low, self.high
+        if self.criteria.vehicle.tilt_range is None or place is None:
             return
-        value = self.peak.value if extremes is None else float(np.abs(extremes).max())
-        found, allowed = (f"{math.degrees(angle):.4g}°" for angle in (value, limit))
-        ok, place = value <= limit + EXACT, self.peak.place
-        found = f"largest tilt {found} (α{self.peak.joint})"
-        message = self.compared(ok, found, allowed, place, "move the waypoints nearer to 0")
+        rows = np.array([place.alpha]) if self.criteria.extremes is None else self.criteria.extremes
+        sizes = self._sizes(rows)
+        row, arm = divmod(int(np.argmax(sizes)), 4)
+        value = float(rows[row, arm])
+        limit = float(high[arm] if 2 * value >= low[arm] + high[arm] else low[arm])
+        ok = bool(sizes[row, arm] <= ((high - low) / 2).max() + EXACT)
+        is_one = (high == high[0]).all() and (low == -high).all()
+        value, limit = (abs(value), abs(limit)) if is_one else (value, limit)
+        tilt, allowed = (f"{math.degrees(angle):.4g}°" for angle in (value, limit))
+        found = f"largest tilt {tilt} (α{arm + 1})" if is_one else f"tilt {tilt} of arm {arm + 1}"
+        advice = "move the waypoints nearer to 0" if is_one else "move the waypoints into its range"
+        message = self.compared(ok, found, allowed, place, advice)
         yield self.check(ok, message, value=value, limit=limit, place=place)
 
 
@@ -295,7 +312,8 @@ class Checker:
         """Return what was found; `closed` is the check of how the gait closes."""
         reachable, reachability = self.reachability.answer()
         checks = (closed, *(check for rule in self.rules for check in rule.checks()))
-        return Report(checks=checks, reachable_from_hover=reachable, reachability=reachability)
+        notes = self.reachability.vehicle.warnings
+        return Report(checks=checks, reachable_from_hover=reachable, reachability=reachability, notes=notes)
 
 
 class _Reachability:
@@ -341,6 +359,8 @@ class _Reachability:
         if not self.positive:
             way = f"plan with sign positive, in {home}, or start the flight in the gait"
             return False, f"entering from hover (R > 0) passes a singular matrix: {way}"
+        if self.vehicle.warnings:
+            return False, f"{self.vehicle.warnings[0]}: start the flight in the gait"
         if self.off_red > DEFAULT_TOLERANCE:
             return None, "not decided: off the red sheet, with R > 0"
         # An opposite arm shifted by π is on red too, but not on the part of it that hover is on.

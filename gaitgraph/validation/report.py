@@ -124,10 +124,12 @@ def unlikely_limits(limits: Mapping[str, Any]) -> list[str]:
     ["the limit of the tilt rate is 300 rad/s = 17,189°/s: for degrees write '300deg'"]
     """
     return [
-        f"the limit of the tilt {kind} is {figure(limits[kind])} {unit} = {math.degrees(limits[kind]):,.0f}"
-        f"{unit.replace('rad', '°')}: for degrees write '{limits[kind]:g}deg'"
+        f"the limit of the tilt {kind} is {figure(limit)} {unit} = {math.degrees(limit):,.0f}"
+        f"{unit.replace('rad', '°')}: for degrees write '{limit:g}deg'"
         for kind, unit in RATE_UNITS.items()
-        if limits.get(kind) is not None and limits[kind] > _LIKELY.get(kind, math.inf)
+        for stated in [limits.get(kind)]
+        for limit in [max(stated) if isinstance(stated, list) else stated]
+        if limit is not None and limit > _LIKELY.get(kind, math.inf)
     ]
 
 

@@ -157,18 +157,21 @@ class Worst:
 
 @dataclass
 class Peak:
-    """The largest absolute angle or derivative, its joint (1 to 4) and place."""
+    """The largest absolute angle or derivative, for its joint's `scale`, its joint (1 to 4) and place."""
 
+    scale: FloatArray | float = 1.0
+    share: float = 0.0
     value: float = 0.0
     joint: int = 1
     place: GaitPoint | None = None
 
     def update(self, values: FloatArray, block: Segments) -> None:
         """Examine values of shape (k, 4) that belong to the first k points."""
-        size = np.abs(values)
+        size = np.abs(values) / self.scale
         k, joint = divmod(int(np.argmax(size)), 4)
-        if size[k, joint] > self.value or self.place is None:
-            self.value, self.joint, self.place = float(size[k, joint]), joint + 1, block.place(k)
+        if size[k, joint] > self.share or self.place is None:
+            self.share, self.joint, self.place = float(size[k, joint]), joint + 1, block.place(k)
+            self.value = float(abs(values[k, joint]))
 
 
 @dataclass

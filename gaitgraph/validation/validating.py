@@ -45,6 +45,7 @@ from gaitgraph.surface.sheets import DEFAULT_TOLERANCE, SIGNS, family_of
 from gaitgraph.validation.physics import Checker
 from gaitgraph.validation.report import RATE_CHECKS, RATE_UNITS, Check, GaitPoint, Report, limit_check, lines_of_checks
 from gaitgraph.validation.rules import Criteria, Peak, Segments, segments_of
+from gaitgraph.vehicle import four_of, scale_of
 
 if TYPE_CHECKING:
     from gaitgraph.invertibility.geometry import Geometry
@@ -199,7 +200,7 @@ class _TableChecker:
 
     def __init__(self, criteria: Criteria) -> None:
         self.criteria, self.checker = criteria, Checker(criteria)
-        self.rates = _RowRates()
+        self.rates = _RowRates(criteria.vehicle)
         self.counts = {sign: ColoringCount(sign) for sign in SIGNS}
         self.rows = 0
         self.longest = 0.0  # step between rows [rad]
@@ -289,7 +290,7 @@ class _TableChecker:
         closed = Check(name="closed", kind="valid", ok=True, value=value, where=where, message=message)
         report = self.checker.report(closed)
         if head.t is not None:
-            report = report.with_checks(self.rates.checks(head, tail, self.criteria.vehicle, closed=near))
+            report = report.with_checks(self.rates.checks(head, tail, closed=near))
             self.notes |= self.rates.notes
         if self.is_beyond:
             listing = None
@@ -298,14 +299,15 @@ class _TableChecker:
         else:
             of, crossing = self.criteria.coefficients, self.criteria.crossing_tolerance
             listing = colorings(np.concatenate(self.plane), coefficients=of, crossing_tolerance=crossing)
-        return replace(report, notes=tuple(self.notes.values()), rows=self.rows, listing=listing)
+        return replace(report, notes=(*report.notes, *self.notes.values()), rows=self.rows, listing=listing)
 
 
 class _RowRates:
     """Rates, accelerations and jerks that a motion through timed rows must reach, or that the table states."""
 
-    def __init__(self) -> None:
-        self.peaks = (Peak(), Peak(), Peak())  # of rate, acceleration and jerk
+    def __init__(self, vehicle: Vehicle) -> None:
+        self.limits = [getattr(vehicle, f"max_tilt_{kind}") for kind in RATE_UNITS]
+        self.peaks = [Peak(scale=scale_of(limit)) for limit in self.limits]
         self.notes: dict[str, str] = {}
         self.moved, self.off = 0.0, 0.0
         self.stated = np.zeros((0, 4))  # the last row's rates
@@ -338,7 +340,7 @@ class _RowRates:
             values = order * np.diff(values, axis=0) / (rows.t[order:] - rows.t[:-order])[:, None]
             peak.update(values[:starts], rows[1:] if order > 1 else rows)
 
-    def checks(self, head: Segments, tail: Segments, vehicle: Vehicle, *, closed: bool) -> list[Check]:
+    def checks(self, head: Segments, tail: Segments, *, closed: bool) -> list[Check]:
         """Close the motion and return the checks of its rates, its accelerations and, where limited, jerks."""
         assert head.t is not None and tail.t is not None  # noqa: PT018, S101
         period = float(tail.t[-1] - head.t[0])
@@ -355,7 +357,7 @@ class _RowRates:
             )
         out = []
         for order, (kind, peak) in enumerate(zip(RATE_UNITS, self.peaks, strict=True), start=1):
-            limit: float | None = getattr(vehicle, f"max_tilt_{kind}")
+            limit = four_of(self.limits[order - 1])[peak.joint - 1]
             if order > 2 and limit is None:
                 continue
             needed = period * (peak.value / limit) ** (1 / order) if limit else period
