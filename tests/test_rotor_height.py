@@ -15,6 +15,8 @@ import gaitgraph as gg
 from gaitgraph.errors import InputError
 from gaitgraph.explorer.queries import map_answer
 from gaitgraph.invertibility import matrices, segment_bounds as bounds, tilt_margins
+from gaitgraph.plots.axes import blank_figure
+from gaitgraph.plots.planes import draw_zeros_of_R
 from gaitgraph.plots.vehicles import vehicle_view
 from gaitgraph.surface import sign_region, singular_value_region
 from gaitgraph.surface.sheets import COLORS, red_label, separating_factor
@@ -289,10 +291,17 @@ class TestGaits:
         assert str(names[1]).count("H = 0.15") == 1
 
 
-def test_the_vehicle_is_drawn_at_its_height() -> None:
+def test_the_vehicle_and_its_singular_curves_are_drawn() -> None:
     flat, high = (vehicle_view(np.zeros(4), one, view=(0.0, 0.0)) for one in (PAPER, RAISED))
     np.testing.assert_allclose(high.arms - flat.arms, np.tile([0.0, 0.15], (4, 1)), atol=1e-12)
     np.testing.assert_allclose(high.hub, [0.0, 0.15], atol=1e-12)
+    ax = blank_figure(80, 80).add_subplot()
+    draw_zeros_of_R(ax, RAISED)
+    points = np.concatenate([np.column_stack(line.get_data()) for line in ax.lines])
+    points = points[np.isfinite(points).all(axis=1)]
+    R = matrices.level_determinant(points[:, [0, 1, 0, 1]], matrices.coefficients_of(RAISED))
+    assert len(points) > 390
+    assert np.abs(R).max() < 1e-12
     assert "raised" not in map_answer({"vehicle": "paper", "sheet": "blue", "shading": "R"})
 
 

@@ -342,8 +342,14 @@ def draw_zeros_of_R(ax: Axes, vehicle: Vehicle) -> None:
     delta = math.atan(kappa)
     look: dict[str, Any] = {"color": "black", "linewidth": 1.4, "zorder": 4}
     end = np.linspace(-HALF_PI, HALF_PI, 2)
+    if squared := vehicle.height_ratio**2:  # one curve of two branches instead of the lines
+        rise = np.cos(_FINE_AXIS) + kappa * np.sin(_FINE_AXIS)
+        run = kappa * np.cos(_FINE_AXIS) + (kappa**2 - squared) * np.sin(_FINE_AXIS)
+        a2 = np.arctan2(rise * np.sign(run), np.abs(run))
+        a2[1:][np.diff(np.sign(run)) != 0] = np.nan
+        ax.plot(_FINE_AXIS, a2, **look, gid="P = 0")
     for edge in (delta - HALF_PI, delta + HALF_PI):
-        if abs(edge) <= HALF_PI:
+        if abs(edge) <= HALF_PI and not squared:
             ax.plot(np.full(2, edge), end, **look, gid="cos(alpha1 - delta) = 0")
             ax.plot(end, np.full(2, -edge), **look, gid="cos(alpha2 + delta) = 0")
     # The same curve as tan α1 − tan α2 = 2κ, without infinite tangents.
