@@ -296,8 +296,9 @@ def test_regions_map(ax: Axes, vehicle: gg.Vehicle) -> None:
     assert plots.regions_map(vehicle, ax=ax) is ax
     exact = gg.invertibility.coefficients_of(vehicle, "exact")
     curves = [np.asarray(line.get_xydata()) for line in ax.lines if "= " in str(line.get_gid())]
-    assert len(curves) == 3
-    for points in curves:
+    assert len(curves) == (2 if vehicle.rotor_height else 3)
+    for line in curves:
+        points = line[np.isfinite(line).all(axis=1)]
         value = gg.invertibility.level_determinant(np.column_stack([points, points]), exact)
         assert np.abs(value).max() < 1e-9 * np.abs(exact.bilinear_form).sum()
         assert np.abs(points).max() <= HALF_PI + 1e-12

@@ -124,9 +124,9 @@ def coefficients_of(vehicle: VehicleLike = PAPER, kind: CoefficientsLike | None 
         kind = "published" if vehicle.carries_published_coefficients else "exact"
     if checked_choice("coefficients", kind, ("published", "exact")) == "published":
         if not vehicle.carries_published_coefficients:
-            height = f", rotor height {vehicle.rotor_height:g} m" if vehicle.rotor_height else ""
+            raised = f", rotor height {vehicle.rotor_height:g} m" if vehicle.rotor_height else ""
             raise InputError(
-                f"coefficients must be 'exact' for {vehicle.name!r} (κ = {vehicle.drag_ratio:.6g}{height}), got "
+                f"coefficients must be 'exact' for {vehicle.name!r} (κ = {vehicle.drag_ratio:.6g}{raised}), got "
                 f"'published', which belong to the paper's vehicle (κ = {PAPER.drag_ratio:.6f})"
             )
         a, b, c, d = _PUBLISHED

@@ -315,7 +315,8 @@ def largest_residual(starts: FloatArray, ends: FloatArray, coefficients: Coeffic
             scale = 1 / abs(math.sin(2 * coefficients.delta))
             bends = [scale * bend for bend in sensitivity_bends(p0, p1, turned)]
             pairs = zip(sensitivities(p0, turned), sensitivities(p1, turned), bends[::-1], strict=True)
-            return np.min([least_of_bent(s * a, s * b, bend) for a, b, bend in pairs for s in (1.0, -1.0)], axis=0)
+            lower = [least_of_bent(s * a, s * b, bend) for a, b, bend in pairs for s in (1.0, -1.0)]
+            return np.asarray(np.min(lower, axis=0))
         return minus_larger(largest_sine(sensitivity_phases(p0, coefficients), sensitivity_phases(p1, coefficients)))
 
     return least_along(starts, ends, value, bound, **options)
@@ -450,7 +451,7 @@ def thrusts_push_up(starts: FloatArray, ends: FloatArray, vehicle: Vehicle = PAP
         def bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
             w0, w1 = (signs * zero_moment_inputs(side, vehicle) for side in (p0, p1))
             bends = _bends_of_inputs(p1 - p0, vehicle)[0]
-            return np.maximum(*(least_of_bent(s * w0, s * w1, bends).min(axis=1) for s in (1.0, -1.0)))
+            return np.asarray(np.maximum(*(least_of_bent(s * w0, s * w1, bends).min(axis=1) for s in (1.0, -1.0))))
 
         kept = least_along(starts, ends, value, bound, tolerance=0.0, floor=_IDLE, each=True).lower >= _IDLE
     else:
@@ -547,7 +548,8 @@ def _bends_of_inputs(step: FloatArray, vehicle: Vehicle) -> tuple[FloatArray, Fl
         summed = opposite + np.tile(np.sqrt(sums), 2)
 
         def more(rate: FloatArray | float) -> FloatArray:
-            return height * cosine**2 * ((1 + height * cosine) * (apart + rate) ** 2 + height * (summed + rate) ** 2)
+            bend = (1 + height * cosine) * (apart + rate) ** 2 + height * (summed + rate) ** 2
+            return np.asarray(height * cosine**2 * bend)
 
         bends, lift_bend = bends + more(0.0), lift_bend + more(rates).sum(axis=1)
     return bends, lift_bend
