@@ -209,6 +209,11 @@ WRONG = [
     ("transition hover", "Missing argument 'TO'"),
     ("robustness one.csv --bias abc", "--bias must be a number"),
     ("figures --only 2 --out there.csv", "out must be a folder that can be written, got 'there.csv': File exists"),
+    ("figures gait3 --gait gait4", "--gait must not be given beside GAIT_FILE, got 'gait4' beside 'gait3'"),
+    ("compare gait3 none.csv --output both.gif", "must end in .png, .svg or .pdf, got ['both.gif']"),
+    ("compare gait3 none.csv", "gait file 'none.csv' cannot be read"),
+    ("compare gait3", "Missing argument 'B'"),
+    ("region --waypoint 9,9 --output there.csv", "must end in .png, .svg or .pdf, got ['there.csv']"),
     ("figures --only gait --gait none.csv", "gait file 'none.csv' cannot be read"),
     ("pace one.csv --period quick --max-jerk 100", "must be a number of seconds or the word least, got 'quick'"),
     ("plan typed.toml --period -1", "gaitgraph: --period must be between 1e-6 and 1e9 s, got -1.0"),
@@ -468,6 +473,7 @@ ANSWERS = [
     (["roots", "0.3", "-0.4"], 0),
     (["export", "gait3.csv", "gait3.json"], 0),
     (["vehicles"], 0),
+    (["compare", "gait1", "gait3.csv"], 0),
 ]
 
 

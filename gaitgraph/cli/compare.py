@@ -13,8 +13,10 @@ from gaitgraph.cli.fly import CLOCK
 if TYPE_CHECKING:
     from gaitgraph.timing.timed_gait import TimedGait
 
-_UNITS = {"length": "rad", "period": "s", "peak_rate": "rad/s", "peak_acceleration": "rad/s²"}
-_UNITS |= dict.fromkeys(("least_hover_thrust", "largest_hover_thrust"), "m·g")
+_UNITS = {
+    "length": "rad", "period": "s", "tilt_margin_deg": "degrees", "acceptable_fraction": "of attitudes",
+    "least_hover_thrust": "m·g", "largest_hover_thrust": "m·g", "peak_rate": "rad/s", "peak_acceleration": "rad/s²",
+}  # fmt: skip
 
 
 @command(
@@ -28,29 +30,34 @@ _UNITS |= dict.fromkeys(("least_hover_thrust", "largest_hover_thrust"), "m·g")
 def compare_command(first: str, second: str, outputs: Paths = (), force: bool = False, **given: Any) -> int:
     """Compare two gaits, each in any form that the other commands take.
 
-    Hover thrusts, in units of the weight, and the least singular value are those of level flight.
+    Hover thrusts and the least singular value are those of level flight, with exact coefficients, as the margins are.
+    The exit code does not depend on the verdicts.
     """
+    from gaitgraph.plots.axes import blank_figure, check_pictures, write_pictures
+    from gaitgraph.plots.gaits import draw_sheet
     from gaitgraph.timing.timed_gait import timed_gait_of
 
+    check_pictures(outputs, force=force)
+    names = (first, second)
     with Working("comparing"):
-        gaits = [timed_gait_of(name, **given) for name in (first, second)]
-        found = [{"gait": name, **_numbers(timed)} for name, timed in zip((first, second), gaits, strict=True)]
+        gaits = [timed_gait_of(name, **given) for name in names]
+        found = [{"gait": name, **_numbers(timed)} for name, timed in zip(names, gaits, strict=True)]
         if outputs:
-            from gaitgraph.plots.axes import blank_figure, write_pictures
-            from gaitgraph.plots.gaits import draw_sheet
-
-            figure = blank_figure(400.0, 168.0)
-            draw_sheet(figure, gaits, (first, second))
+            draw_sheet(figure := blank_figure(400.0, 172.0), gaits, names)
             write_pictures(figure, outputs, force=force)
     if wants_json():
         print_json({"gaits": found, "outputs": list(outputs)})
         return 0
-    for name in (name for name in found[0] if name != "reason"):
+    rows = [(name, *(_text(one[name]) for one in found)) for name in found[0] if name != "reason"]
+    width = 2 + max(len(left) for _, left, _ in rows)
+    for name, left, right in rows:
         unit = f" ({_UNITS[name]})" if name in _UNITS else ""
-        left, right = (_text(numbers[name]) for numbers in found)
-        click.echo(f"{name.replace('_', ' ') + unit:<34}{left:<22}  {right}")
-    reasons = [f"{one['gait']} is not flyable: {one['reason']}" for one in found if one["reason"]]
-    click.echo("\n".join([*reasons, *(f"wrote {name}" for name in outputs)]))
+        click.echo(f"{name.removesuffix('_deg').replace('_', ' ') + unit:<36}{left:<{width}}{right}")
+    for one in found:
+        if one["reason"]:
+            click.echo(f"{one['gait']} is not flyable: {one['reason']}")
+    for name in outputs:
+        click.echo(f"wrote {name}")
     return 0
 
 
@@ -60,8 +67,7 @@ def _numbers(timed: TimedGait) -> dict[str, Any]:
     from gaitgraph.robustness.biased import robustness_of
 
     gait, report, robustness = timed.gait, timed.check(), robustness_of(timed, curves=1).gait.as_mapping()
-    upward, least, largest = thrust_shares_along(gait.alpha, gait.ends, gait.vehicle)
-    hovers = bool(upward.all()) and report["least_singular_value"].ok
+    least, (_, _, largest) = report["hover_thrust"].value, thrust_shares_along(gait.alpha, gait.ends, gait.vehicle)
     values = {
         **{name: getattr(report, name) for name in ("flyable", "valid", "reachable_from_hover", "reason")},
         "color": gait.color,
@@ -69,8 +75,8 @@ def _numbers(timed: TimedGait) -> dict[str, Any]:
         "period": timed.period,
         "least_singular_value": report["least_singular_value"].value,
         **{name: robustness[name] for name in ("tilt_margin_deg", "acceptable_fraction")},
-        "least_hover_thrust": float(least.upper.min()) if hovers else None,
-        "largest_hover_thrust": -float(largest.upper.min()) if hovers else None,
+        "least_hover_thrust": least,
+        "largest_hover_thrust": None if least is None else -float(largest.upper.min()),  # NaN unless all are positive
         "peak_rate": float(timed.peak_rates().max()),
         "peak_acceleration": float(timed.peak_accelerations().max()),
     }

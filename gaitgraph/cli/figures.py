@@ -8,6 +8,7 @@ from typing import Any
 import click
 
 from gaitgraph.cli import PAPER_GAITS, Paths, Working, command, file, one_of, option, print_json, wants_json
+from gaitgraph.errors import InputError
 
 _NAMES = [*map(str, range(1, 23)), "18b", "19b", "22b", "regions", "gait", "set"]
 
@@ -34,6 +35,8 @@ def figures_command(out: str, formats: Paths = (), gait_file: str | None = None,
     if formats:
         given["formats"] = [name.lower() for name in formats]
     if gait_file is not None:
+        if "gait" in given:
+            raise InputError(f"--gait must not be given beside GAIT_FILE, got {given['gait']!r} beside {gait_file!r}")
         given = {"only": ("set",), "gait": gait_file} | given
     with Working("drawing") as progress:
         written = write_figures(out, progress=progress, **given)
