@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import isfinite
+from math import isfinite, isnan
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -46,7 +46,11 @@ def compare_command(first: str, second: str, outputs: Paths = (), force: bool = 
             draw_sheet(figure := blank_figure(400.0, 172.0), gaits, names)
             write_pictures(figure, outputs, force=force)
     if wants_json():
-        print_json({"gaits": found, "outputs": list(outputs)})
+        plain = [
+            {name: None if isinstance(value, float) and not isfinite(value) else value for name, value in one.items()}
+            for one in found
+        ]
+        print_json({"gaits": plain, "outputs": list(outputs)})
         return 0
     rows = [(name, *(_text(one[name]) for one in found)) for name in found[0] if name != "reason"]
     width = 2 + max(len(left) for _, left, _ in rows)
@@ -62,13 +66,13 @@ def compare_command(first: str, second: str, outputs: Paths = (), force: bool = 
 
 
 def _numbers(timed: TimedGait) -> dict[str, Any]:
-    """Return what is compared of a gait as plain values; None for what does not exist or is infinite."""
+    """Return what is compared of a gait as plain values; None or NaN for what does not exist."""
     from gaitgraph.invertibility.segment_bounds import thrust_shares_along
     from gaitgraph.robustness.biased import robustness_of
 
     gait, report, robustness = timed.gait, timed.check(), robustness_of(timed, curves=1).gait.as_mapping()
     least, (_, _, largest) = report["hover_thrust"].value, thrust_shares_along(gait.alpha, gait.ends, gait.vehicle)
-    values = {
+    return {
         **{name: getattr(report, name) for name in ("flyable", "valid", "reachable_from_hover", "reason")},
         "color": gait.color,
         "length": gait.length,
@@ -77,13 +81,12 @@ def _numbers(timed: TimedGait) -> dict[str, Any]:
         **{name: robustness[name] for name in ("tilt_margin_deg", "acceptable_fraction")},
         "least_hover_thrust": least,
         "largest_hover_thrust": None if least is None else -float(largest.upper.min()),  # NaN unless all are positive
-        "peak_rate": float(timed.peak_rates().max()),
-        "peak_acceleration": float(timed.peak_accelerations().max()),
+        "peak_rate": report["tilt_rate"].value,
+        "peak_acceleration": report["tilt_acceleration"].value,
     }
-    return {name: None if isinstance(one, float) and not isfinite(one) else one for name, one in values.items()}
 
 
 def _text(value: Any) -> str:
-    if value is None or isinstance(value, bool):
-        return {None: "none", True: "yes", False: "no"}[value]
-    return value if isinstance(value, str) else f"{value:.4g}"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return value if isinstance(value, str) else "none" if value is None or isnan(value) else f"{value:.4g}"
