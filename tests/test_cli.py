@@ -209,6 +209,10 @@ WRONG = [
     ("robustness one.csv --bias abc", "--bias must be a number"),
     ("figures --only 2 --out there.csv", "out must be a folder that can be written, got 'there.csv': File exists"),
     ("figures none.csv", "gait file 'none.csv' cannot be read"),
+    ("compare gait3 none.csv --output both.gif", "must end in .png, .svg or .pdf, got ['both.gif']"),
+    ("compare gait3 none.csv", "gait file 'none.csv' cannot be read"),
+    ("compare gait3", "Missing argument 'B'"),
+    ("region --waypoint 9,9 --output there.csv", "must end in .png, .svg or .pdf, got ['there.csv']"),
     ("pace one.csv --period quick --max-jerk 100", "must be a number of seconds or the word least, got 'quick'"),
     ("plan typed.toml --period -1", "gaitgraph: --period must be between 1e-6 and 1e9 s, got -1.0"),
     ("plan typed.toml --waypoint 30,0", "gaitgraph: waypoint 1 alpha1 must be within"),
@@ -468,6 +472,7 @@ ANSWERS = [
     (["roots", "0.3", "-0.4"], 0),
     (["export", "gait3.csv", "gait3.json"], 0),
     (["vehicles"], 0),
+    (["compare", "gait1", "gait3.csv"], 0),
 ]
 
 

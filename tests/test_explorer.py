@@ -41,6 +41,7 @@ GAIT3 = GAITS[2]
 JSON = "application/json"
 Answer = tuple[int, dict[str, str], bytes]  # status, headers, content
 matrices = gg.invertibility
+DELTA = 2 * matrices.coefficients_of().delta  # between the sheets
 
 
 class Client:
@@ -173,7 +174,28 @@ class TestPlan:
         assert (empty["status"], none["status"]) == ("empty", "infeasible")
         assert "no flyable loop" in none["reason"]
         assert none["obstacles"][0]["nearest"]
-        assert empty["series"] is none["vehicle_view"] is None
+        assert empty["series"] is none["series"] is planned["posture"] is None
+
+    @pytest.mark.parametrize(
+        ("waypoint", "color", "alpha", "holds"),
+        [
+            (None, "auto", [0, 0, 0, 0], True),
+            ([0.5, 0.5], "red", [0.5, 0.5, 0.5, 0.5], True),
+            ([0.3, -0.2], "blue", [0.3, -0.2, DELTA - 0.3, 0.2 - DELTA], False),
+        ],
+    )  # fmt: skip
+    def test_without_a_gait_the_vehicle_stands_as_at_the_first_waypoint(
+        self, client: Client, waypoint: Any, color: str, alpha: list[float], holds: bool
+    ) -> None:
+        asked = {"waypoints": [waypoint, [-0.7, 0.7]], "color": color, "sign": "negative"} if waypoint else {}
+        answer = client("plan", asked)
+        posture, view = answer["posture"], answer["vehicle_view"]
+        assert np.allclose(posture["alpha"], alpha, rtol=0, atol=1e-4)
+        assert view["frames"] == 1
+        if holds:
+            assert np.allclose(posture["shares"], matrices.hover_thrust_shares(alpha), rtol=0, atol=1e-5)
+        else:
+            assert posture["shares"] == [None] * 4
 
 
 def test_the_diagram_is_the_robustness_of_the_plan(client: Client) -> None:

@@ -39,7 +39,7 @@ Paths = tuple[str, ...]
 
 COMMANDS = (
     "plan", "validate", "colorings", "cycles", "region", "robustness", "transition", "optimize", "pace", "retarget",
-    "fly", "basin", "study", "roots", "export", "vehicles", "figures", "explore",
+    "fly", "basin", "study", "roots", "export", "vehicles", "figures", "compare", "explore",
 )  # fmt: skip
 """Each is the function NAME_command in the file of its name."""
 

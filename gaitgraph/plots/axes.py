@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from gaitgraph.angles import HALF_PI, text_from_angle
 from gaitgraph.errors import InputError, needs_extra, shown
-from gaitgraph.files import write_whole
+from gaitgraph.files import check_new_files, write_whole
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -169,11 +169,18 @@ def draw_label(ax: Axes, place: Any, text: str, color: str = "black") -> None:
     ax.text(place[0], place[1], text, color=color, ha="center", va="center", zorder=6)
 
 
-def write_pictures(figure: Figure, paths: Sequence[str | Path], *, force: bool = False) -> None:
-    """Write a figure to .png, .svg or .pdf files, whole or not at all."""
-    kinds: dict[Path, Any] = {Path(path): Path(path).suffix.lower()[1:] for path in paths}
+def check_pictures(paths: Sequence[str | Path], *, force: bool = False) -> dict[Path, Any]:
+    """Return the format of each file of a picture; raise before any work is done if one cannot be written."""
+    kinds = {Path(path): Path(path).suffix.lower()[1:] for path in paths}
     if not {*kinds.values()} <= {*FORMATS}:
         raise InputError(f"output of a picture must end in .png, .svg or .pdf, got {shown(list(map(str, paths)))}")
+    check_new_files(paths, force=force)
+    return kinds
+
+
+def write_pictures(figure: Figure, paths: Sequence[str | Path], *, force: bool = False) -> None:
+    """Write a figure to .png, .svg or .pdf files, whole or not at all."""
+    kinds = check_pictures(paths, force=force)
     write_whole([(path, picture_bytes(figure, kind)) for path, kind in kinds.items()], force=force)
 
 
