@@ -3,8 +3,8 @@ Around a keep-out
 =================
 
 The shortest loop is straight wherever it can be, and bends only at corners of obstacles. Here two polygons in the plane
-of tilt angles are forbidden. The paper's grid has eight directions. The exact method has all, and a lower bound of the
-length of any loop.
+of tilt angles are forbidden. The paper's grid has eight directions. The any-angle method plans straight lines in every
+direction, and states a lower bound of the length of any loop.
 """
 
 import matplotlib.pyplot as plt
@@ -28,7 +28,7 @@ assert exact.loop is not None
 print(f"no loop through these waypoints in this order is shorter than {exact.loop.lower_bound:.4f} rad")
 
 # %%
-# With a wall across the region there is no loop, and the refusal states what separates which waypoints.
+# With a wall across the region there is no loop, and the refusal states which waypoints are separated, and by what.
 
 wall = [(-1.6, 0.65), (1.6, 0.65), (1.6, 0.75), (-1.6, 0.75)]
 print(gg.plan_loop(waypoints, color="red", sign="positive", keep_out=[wall]).reason)

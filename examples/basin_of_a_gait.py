@@ -25,8 +25,9 @@ for basin in (red, biased):
     print(basin)
 
 # %%
-# A green disc is an attitude that settled. Thin lines are singular attitudes at times of the period, and the thick line
-# borders the acceptable ones: the gait on the sheet has all of them, and settles from no more than the biased one does.
+# A green disc is an attitude from which the flight settled. Thin lines are attitudes that are singular at some time of
+# the period; the thick line borders the acceptable ones. All are acceptable for the gait on the sheet, yet it settles
+# from no more of them than the biased gait does.
 
 figure, axes = plt.subplots(1, 2, figsize=(8, 6), layout="constrained")
 for ax, basin in zip(axes, (red, biased), strict=True):

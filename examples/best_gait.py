@@ -15,7 +15,7 @@ waypoints = [("3pi/8", "-3pi/8"), ("3pi/8", "-pi/8"), ("pi/8", "-pi/8"), ("pi/8"
 
 # %%
 # The worst case of the best loop through the waypoints themselves, and within 0.1 and 0.2 rad of them.
-# The bound holds for every loop, whatever its form: so the worst case is optimal, to within the gap.
+# The bound holds for every loop, whatever its form, so the value is optimal to within the gap.
 
 found = {}
 for radius in (0.0, 0.1, 0.2):

@@ -2,14 +2,14 @@
 Check a gait of your own
 ========================
 
-Color the corners of a loop, or give all four angles, and check every rule.
+Color the corners of a loop, or state all four angles, and check every rule.
 """
 
 import gaitgraph as gg
 from gaitgraph import plots
 
 # %%
-# A loop with a color for each corner. Figure 15 of the paper says which types may stand side by side.
+# A loop with a color for each corner. Figure 15 of the paper states which types may be neighbours.
 
 loop = [(0.9, -0.9), (1.1, -0.9), (1.1, -0.5)]
 mixed = gg.lift(loop, ["red", "blue", "blue"])

@@ -19,7 +19,7 @@ loops = {
 }
 
 # %%
-# Which types may stand side by side, by Figure 15 of the paper. (?,?) may stand beside all.
+# Which types may be neighbours, by Figure 15 of the paper. (?,?) may be a neighbour of all.
 
 plots.adjacency_rule()
 
@@ -39,8 +39,8 @@ for name, loop in loops.items():
 print(gg.colorings([(pi / 16, -pi / 16)] * 100).count, "for 100 points that are all (?,?): 2 to the power of 100")
 
 # %%
-# Left of α1 = 2δ − π/2 blue has R > 0, above the diagonal red has: with R < 0 no color fits both points, and the pair
-# that forbids it is stated.
+# Blue has R > 0 left of α1 = 2δ − π/2, and red above the diagonal. So no color has R < 0 at both points; the obstacle
+# states them.
 
 found = gg.colorings([(-1.55, 0.0), (-0.4, 0.4)], sign="negative")
 print(found)

@@ -18,7 +18,7 @@ gait = gg.plan_loop([("-pi/8", "pi/8"), ("-pi/8", "3pi/8"), ("-3pi/8", "3pi/8"),
 plots.gait_loop(gait, ax=plots.singular_value_map())
 
 # %%
-# All four angles of it.
+# Its four angles over time.
 
 plots.gait_in_four_dimensions(gait.parametrize(period=1.5))
 

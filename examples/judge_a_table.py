@@ -2,7 +2,7 @@
 Judge a table
 =============
 
-In a given table one angle is wrong. The report states which, where, and what would help.
+One angle of this table is wrong. The report states which one, where, and what would help.
 """
 
 from pathlib import Path
@@ -25,8 +25,8 @@ report = gg.validate("broken.csv")
 print(report)
 
 # %%
-# Three checks fail for one reason. ``two_color`` names row 2; the surface is left furthest between rows 1 and 2,
-# because every check holds on the segments too.
+# Three checks fail for one reason. ``two_color`` names row 2; ``on_surface`` names a place between rows 1 and 2,
+# where the gait is farthest off: checks cover the segments too.
 
 print("first reason:", report.reason)
 place = report["on_surface"].where
@@ -43,6 +43,6 @@ for root in gg.roots(1.178, -0.393, coefficients=gg.invertibility.coefficients_o
 # With the red one the table is valid, and flyable.
 
 red = gg.roots(1.178, -0.393, coefficients=gg.invertibility.coefficients_of())[0]
-Path("mended.csv").write_text(rows.replace("1.278", f"{red.alpha3:.3f}"))
-print("mended: flyable", gg.validate("mended.csv").flyable)
-plots.gait_loop(gg.gait_of(gg.read_table("mended.csv")), ax=plots.regions_map())
+Path("corrected.csv").write_text(rows.replace("1.278", f"{red.alpha3:.3f}"))
+print("corrected: flyable", gg.validate("corrected.csv").flyable)
+plots.gait_loop(gg.gait_of(gg.read_table("corrected.csv")), ax=plots.regions_map())

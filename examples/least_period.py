@@ -2,7 +2,8 @@
 The least period of a gait
 ==========================
 
-How fast can servos run Gait 3? Its corners are rounded, and the fastest law is at one of the limits all the time.
+How fast can servos run Gait 3? Its corners are rounded. The time-optimal law, the fastest one, is at one of the limits
+all the time.
 """
 
 import matplotlib.pyplot as plt
@@ -22,7 +23,7 @@ print(f"least period: {resting.least:.3f} s with rests, {pacing.least:.3f} s rou
 print(pacing)
 
 # %%
-# A period that is too short is an answer.
+# A period that is too short is refused, with the limit that it would break.
 
 print(gg.paced(gait, limits, period=0.6, rounding="2deg").reason)
 

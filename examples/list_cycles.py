@@ -25,12 +25,12 @@ for cycle in islice(found, 3):
     plots.gait_loop(cycle.path, ax=ax)
 
 # %%
-# The rest of them are counted. ``complete`` says whether all were found, or an effort ran out before.
+# Count the rest. ``complete`` states whether the search found all of them before its effort ran out.
 
 print(f"{3 + sum(1 for _ in found)} flyable cycles up to 0.8 rad in the square, all of them: {found.complete}")
 
 # %%
-# Through given nodes, none twice, in any order: the shortest alone. The bound states whether it is proven to be that.
+# The shortest cycle through given nodes in any order, none passed twice. The bound tells whether it is proven.
 
 graph = gg.surface_graph("negative")
 found = gg.cycles(graph, through=nodes_above(graph, waypoints), any_order=True, shortest=True, effort=1_000_000)

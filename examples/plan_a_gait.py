@@ -16,7 +16,7 @@ plan = gg.plan_loop([("3pi/8", "-3pi/8"), ("3pi/8", "-pi/8"), ("pi/8", "-pi/8"),
 print(plan)
 
 # %%
-# A plan is falsy when there is no loop, and then carries the reason. Only asking it for the gait raises Infeasible.
+# A plan is falsy when there is no loop, and states the reason. Only reading its gait raises Infeasible.
 
 gait = plan.gait
 print(gait.color, gait.types, f"{gait.length:.4f} rad")
@@ -33,7 +33,7 @@ for other in plan.alternatives:
     print(other.color, other.sign, "valid" if other.report.valid else "not valid", "·", other.report.reason)
 
 # %%
-# Timing makes it a function of time. The vertices are those that the paper prints, by equations (16) to (19).
+# A timing law maps time to position along it. The vertices are those that the paper prints, equations (16) to (19).
 
 timed = gait.parametrize(period=1.0, rate=50)
 print(timed.vertices().round(3))

@@ -14,15 +14,15 @@ from gaitgraph import plots
 gait = gg.plan_loop([("3pi/8", "-3pi/8"), ("3pi/8", "-pi/8"), ("pi/8", "-pi/8"), ("pi/8", "-3pi/8")]).gait
 
 # %%
-# On the surfaces the margin is 90° in every direction: that is what they are for. Equations (12) to (15) of the paper
-# scale α3 and α4 by η; the gait leaves the surfaces and margin is lost. Acceptable are the attitudes that level flight
-# can reach without a singular matrix, at any time of the period.
+# On the surfaces the margin is 90° in every direction, which is their purpose. Equations (12) to (15) of the paper
+# scale α3 and α4 by η; the gait leaves the surfaces and its margin falls. An attitude is acceptable if it is
+# connected with level flight by attitudes that are not singular at any time of the period.
 
 report = gg.robustness_of(gait, bias=[0.9, 0.8])
 print(report)
 
 # %%
-# Where and when: the attitude that is nearest to level, of all that are singular at some time.
+# The attitude nearest to level that is singular at some time, and the angles at that time.
 
 worst = report.sweep[-1]
 if worst.direction:
@@ -31,7 +31,7 @@ if worst.direction:
 
 # %%
 # The roll–pitch diagram, as in Figures 18 to 22 of the paper: thin lines are singular attitudes at times of the period,
-# the thick line borders what is acceptable around level. The gait itself has none within ±90°.
+# the thick line borders the acceptable attitudes. The gait itself has no singular attitude within ±90°.
 
 plots.roll_pitch_diagram(gait, eta=0.8)
 

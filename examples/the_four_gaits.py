@@ -32,7 +32,7 @@ for gait in gaits.values():
     plots.gait_loop(gait, ax=ax)
 
 # %%
-# The verdicts. A reason is there as soon as a gait is not flyable.
+# The verdicts. A gait that is not flyable has a reason.
 
 for name, gait in gaits.items():
     report = gg.validate(gait)
@@ -44,6 +44,6 @@ for name, gait in gaits.items():
 # their rounding. The sign is undecided, ``??``; with exact coefficients R is zero.
 
 sign = gg.validate(gaits["Gait 2"])["R_sign"]
-print(sign.mark, f"R nearest to 0 is {sign.value:.1e}; the digits carry {sign.limit:.1e}")
+print(sign.mark, f"R nearest to 0 is {sign.value:.1e}; its error {sign.limit:.1e}")
 exact = gg.lift(square, "blue", coefficients=gg.invertibility.coefficients_of(kind="exact"))
 print("with exact coefficients: valid", gg.validate(exact).valid)

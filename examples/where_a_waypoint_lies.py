@@ -19,7 +19,8 @@ for sign in ("positive", "negative"):
         print(f"R {sign}, signs {gg.surface.red_label(inside.x, inside.y)}, area {part.area:.4f} rad²")
 
 # %%
-# What is flyable: R of one sign, well invertible, all rotors pushing up at hover, and out of a keep-out polygon.
+# The flyable region: R has one sign, the least singular value is above its floor, all rotors push up in hover, and a
+# keep-out polygon is left out.
 
 zones = gg.surface.Zones(keep_out=[[(0.5, -1.0), (0.8, -1.0), (0.8, -0.7), (0.5, -0.7)]])
 region = gg.admissible_region(gg.PAPER, zones=zones)

@@ -16,9 +16,9 @@ import gaitgraph as gg
 from gaitgraph import plots
 
 # %%
-# Where the least singular value is at least 0.05 and all hover thrusts are positive, by sign of R, in rad². What is
-# reached from hover is one component of R > 0. Margin is the distance from α = 0 to its border; light is the part of
-# it where no rotor hovers with more than 0.4 of the weight.
+# Where the least singular value is at least 0.05 and all hover thrusts are positive, by sign of R, in rad². The
+# part reached from hover is one component of R > 0. Margin is the distance from α = 0 to its border; light is the part
+# of it where no rotor hovers with more than 0.4 of the weight.
 
 kappas = (0.02, 0.0249, 0.0251, 0.05, 0.1, gg.PAPER.drag_ratio, 0.35, 0.7, 1.0, 1.5)
 areas, margins, maps = [], [], {}

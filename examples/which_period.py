@@ -17,7 +17,7 @@ gait = gg.plan_loop([("3pi/8", "-3pi/8"), ("3pi/8", "-pi/8"), ("pi/8", "-pi/8"),
 rate, lag = math.radians(300), 0.05
 
 # %%
-# What the limits allow. The paper's T = 1 s is just possible, unless jerk is limited too.
+# The least period within the limits. The paper's T = 1 s is just possible, unless jerk is limited too.
 
 limits = gg.Limits(rate=rate, acceleration=60.0)
 for name, pacing in (

@@ -9,7 +9,7 @@ import gaitgraph as gg
 from gaitgraph import plots
 
 # %%
-# What is not stated is not judged: without ``max_thrust`` there is no check of thrust limits.
+# Limits that are not stated are not checked: without ``max_thrust`` there is no check of thrust limits.
 
 mine = gg.Vehicle(
     name="mine",
@@ -30,7 +30,7 @@ for vehicle in (gg.PAPER, mine):
     print(f"{vehicle.name:6}", *(f"{value:8.4f}" for value in (numbers.attitude, numbers.single, numbers.double)))
 
 # %%
-# At first too fast for its arms: the plan has the reason, and the period that is long enough.
+# The first period is too short for its servos: the reason states the period that is long enough.
 
 waypoints = [(-0.4, 0.4), (-0.4, 1.2), (-1.2, 1.2), (-1.2, 0.4)]
 for period in (1.0, 2.0):
@@ -43,6 +43,6 @@ for period in (1.0, 2.0):
 plots.gait_loop(plan.gait, ax=plots.regions_map(mine))
 
 # %%
-# The verdict in full, with the limits that the vehicle states.
+# All checks, with the limits that the vehicle states.
 
 print(plan.report)

@@ -1,7 +1,7 @@
 """Every error that gaitgraph raises on purpose.
 
 All derive from :class:`GaitgraphError`, and each from the builtin error that a reader would catch. Infeasible requests
-are answers, not errors: a plan carries its reason, and only asking it for a gait raises :class:`Infeasible`.
+are answers, not errors: a plan states its reason, and only reading its gait raises :class:`Infeasible`.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class FileProblem(GaitgraphError, OSError):
 
 
 class FileWarning(UserWarning):
-    """Something in a gait file or a frame is not used; the message says what. The command line prints it."""
+    """A part of a gait file or frame is not used; the message names it. The command line prints it."""
 
 
 class OutputExists(FileProblem, FileExistsError):

@@ -241,7 +241,7 @@ def check_new_files(paths: Sequence[str | Path], *, force: bool, folders: Collec
 
 
 def target_of(path: Path) -> Path:
-    """Return the file that a path leads to, through links."""
+    """Return the file that a path names, with links resolved."""
     return Path(os.path.realpath(path))
 
 

@@ -30,9 +30,11 @@ EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 CONTEXT = click.Context(cli)
 REQUESTS = sorted((ROOT / "examples").glob("*.toml"))
 PAGES = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").glob("**/*.md"))]
+TUTORIAL = ROOT / "docs" / "tutorial.md"
+OTHER_PAGES = [page for page in PAGES if page != TUTORIAL]
 BLOCKS = [
     pytest.param(page, block, shown, id=f"{page.name}:{number}")
-    for page in PAGES
+    for page in OTHER_PAGES
     for number, (block, shown) in enumerate(
         re.findall(r"^```python\n(.*?)^```\n(?:\n```text\n(.*?)^```)?", page.read_text(), re.M | re.S), start=1
     )
@@ -121,7 +123,7 @@ def test_python_blocks_run(
     assert not shown or is_shown(shown, capsys)
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+@pytest.mark.parametrize("page", OTHER_PAGES, ids=lambda page: page.stem)
 def test_commands_print_what_is_shown_below_them(
     page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -132,6 +134,22 @@ def test_commands_print_what_is_shown_below_them(
             with pytest.raises(SystemExit):
                 main(shlex.split(command)[1:])
         assert is_shown(shown, capsys), commands
+
+
+def test_the_tutorial_runs_in_one_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    enter(tmp_path, TUTORIAL, monkeypatch)
+    blocks = r"^```(python|sh)\n(.*?)^```\n(?:\n```text\n(.*?)^```)?"
+    for language, block, shown in re.findall(blocks, TUTORIAL.read_text(), re.M | re.S):
+        capsys.readouterr()
+        if language == "python":
+            exec(compile(block, "<block>", "exec"), {"__name__": "__main__"})
+        for command in re.findall(r"^gaitgraph (.*)", block, re.M):
+            with pytest.raises(SystemExit) as stopped:
+                main(shlex.split(command))
+            assert stopped.value.code in (0, 1), command
+        assert not shown or is_shown(shown, capsys), block
 
 
 def test_links_between_pages_are_not_broken() -> None:

@@ -153,7 +153,8 @@ def test_pages_can_be_read_by_everybody(site: Path, tmp_path: Path, width: int, 
     browser = pytest.importorskip("tests.chromium")
     with browser.chromium(tmp_path) as driver:
         browser.show(driver, width, 1000, theme)
-        for name in ("index", "tutorial", "command_line", "theory", "reproduction", "gallery/index", "gallery/plan_a_gait"):
+        gallery = ("gallery/index", "gallery/plan_a_gait")
+        for name in ("index", "tutorial", "command_line", "theory", "reproduction", *gallery):
             driver.get((site / f"{name}.html").as_uri())
             shown, code = driver.execute_script(MEASURED)
             assert shown <= width, name

@@ -1,4 +1,4 @@
-"""Mends in the written pages what assistive technology cannot read: levels, names and lists that Sphinx leaves out."""
+"""Adds to the written pages what assistive technology needs and Sphinx leaves out: levels, names and lists."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from sphinx.application import Sphinx
 
-MENDED = (
+CORRECTIONS = (
     # The captions of the sidebar are headings without a level.
     (r'(<p class="caption" role="heading")>', r'\1 aria-level="2">'),
     # What scrolls within its box must be reachable by keyboard.
@@ -24,17 +24,17 @@ MENDED = (
 LISTED = '<dd role="listitem">'
 
 
-def mend_pages(app: Sphinx, exception: Exception | None) -> None:
-    """Mend every page of the site."""
+def correct_pages(app: Sphinx, exception: Exception | None) -> None:
+    """Correct every page of the site."""
     if exception is None and app.builder.format == "html":
         for page in Path(app.outdir).rglob("*.html"):
             text = page.read_text(encoding="utf-8")
-            for pattern, mended in MENDED:
-                text = re.sub(pattern, mended, text)
+            for pattern, corrected in CORRECTIONS:
+                text = re.sub(pattern, corrected, text)
             page.write_text(text, encoding="utf-8")
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
-    """Mend when all is written."""
-    app.connect("build-finished", mend_pages)
+    """Correct the pages once all are written."""
+    app.connect("build-finished", correct_pages)
     return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}

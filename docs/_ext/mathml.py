@@ -1,6 +1,6 @@
 """Formulas as MathML: written into the page when it is built, shown by the browser without any script.
 
-latex2mathml does the conversion. What it leaves out is mended here: the thin spaces around names of functions, the
+latex2mathml does the conversion. This module adds what it leaves out: the thin spaces around names of functions, the
 sides of bars, minus signs that stand before one operand, and upright words.
 """
 
@@ -43,15 +43,15 @@ def mathml(latex: str, display: str) -> str:
         raise ExtensionError(f"no MathML for the formula {latex!r}: {error!r}") from error
     for element in root.iter():
         element.tag = element.tag.rpartition("}")[2]
-    mend(root)
+    correct(root)
     return ET.tostring(root, encoding="unicode")
 
 
-def mend(parent: ET.Element) -> None:
-    """Mend the children of an element, and theirs."""
+def correct(parent: ET.Element) -> None:
+    """Correct the children of an element, and theirs."""
     for child in parent:
         set_kind(child)
-        mend(child)
+        correct(child)
     for child in parent:
         set_sides(child)
     if parent.tag in ("math", "mrow", "mtd", "msqrt", "mstyle"):
@@ -79,7 +79,7 @@ def set_kind(element: ET.Element) -> None:
 
 
 def set_sides(element: ET.Element) -> None:
-    """Say of a bar or brace on which side of its content it stands."""
+    """State on which side of its content a bar or brace stands."""
     for letter, sign, form in FENCES.values():
         if element.text == letter:
             element.tag, element.text = "mo", sign

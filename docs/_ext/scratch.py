@@ -56,7 +56,7 @@ def use_style(conf: dict[str, Any], name: str) -> None:
 
 
 def keep_to_the_example(app: Sphinx, docname: str, source: list[str]) -> None:
-    """Leave out of an example's page what says nothing about it, and archives, which hold the time they were made."""
+    """Remove boilerplate from an example's page, and archives, since they hold the time they were made."""
     if docname.startswith("gallery/"):
         source[0] = ZIP.sub("", NOTE.sub("", source[0]))
 

@@ -60,7 +60,7 @@ def is_bare_field(default: ast.expr) -> bool:
 
 
 def signature_of_function(node: ast.FunctionDef, names: dict[str, Any], *, bound: bool) -> tuple[str, str | None]:
-    """Return parameters and return type of a function; of a method without what it is bound to."""
+    """Return parameters and return type of a function; those of a method without ``self`` or ``cls``."""
     given = node.args
     plain = [*given.posonlyargs, *given.args]
     defaults = [None] * (len(plain) - len(given.defaults)) + list(given.defaults)
@@ -129,6 +129,6 @@ def as_written(
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
-    """Ask for the signatures here."""
+    """Connect the signatures of this module."""
     app.connect("autodoc-process-signature", as_written)
     return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}

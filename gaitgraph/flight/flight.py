@@ -153,7 +153,7 @@ class FlightSettings:
 
     @property
     def is_calm(self) -> bool:
-        """Whether there is neither wind nor gust; then the engine has no air."""
+        """Whether there is neither wind nor gust; the engine then models no air."""
         return self.gust == 0.0 and not any(self.wind)
 
     def as_mapping(self) -> dict[str, Any]:
@@ -163,7 +163,7 @@ class FlightSettings:
         return values | {"wind": [float(part) for part in self.wind]}
 
     def _check_gains(self) -> None:
-        """Raise InputError for unstable gains: of sampled double integrators, and of x and y around roll and pitch."""
+        """Raise InputError for gains with which attitude or altitude, as sampled, or x and y are unstable."""
         interval = 1.0 / self.control_rate
         for loop in ("attitude", "altitude"):
             stiffness, damping = (float(getattr(self, f"{loop}_{gain}")) for gain in ("stiffness", "damping"))

@@ -169,7 +169,7 @@ def _state_of(t: float, place: list[float], speed: list[float]) -> tuple[tuple[f
     if not abs(p) + abs(q) + abs(r) < _TUMBLING:
         raise Stopped("tumbling", f"it tumbles at {t:.3f} s: it turns by more than {_TUMBLING:g} rad/s")
     if not abs(x) + abs(y) + abs(z) < _FARTHEST:
-        raise Stopped("tumbling", f"it is lost at {t:.3f} s: it is farther than {_FARTHEST:g} m from the start")
+        raise Stopped("tumbling", f"it is more than {_FARTHEST:g} m from the start at {t:.3f} s")
     v1, v2, v3 = 2 * (qx * qz - qw * qy), 2 * (qy * qz + qw * qx), 1 - 2 * (qx * qx + qy * qy)
     roll, pitch = math.atan2(v2, v3), math.atan2(-v1, math.hypot(v2, v3))
     yaw = math.atan2(2 * (qx * qy + qw * qz), 1 - 2 * (qy * qy + qz * qz))

@@ -284,7 +284,7 @@ def _free_start(rows: Rows, root: int, second: int, length: int, closing: dict[i
 
 
 def _tour_start(rows: Rows, stops: Sequence[frozenset[int]], any_order: bool, root: int) -> _Start:
-    """Return the start of paths from a root past all stops and back.
+    """Return the start of paths from a root through all stops and back.
 
     A state is a node and the progress made there: the number of stops passed in order, each as early as possible, or in
     any order the set of those passed, as bits. `ahead` has the length of the shortest walk from a state that avoids the
@@ -336,7 +336,7 @@ class CycleSearch:
 
     `rows` states each edge from both sides, with lengths ≥ 0; `most` is the greatest length [quanta]. `stops`, `effort`
     and `shortest` are as for :func:`cycles`. Every cycle shorter than `floor` [quanta] has been yielded, `found` of
-    them, in `steps` expanded nodes. `complete` says whether the search came to its end.
+    them, in `steps` expanded nodes. `complete` states whether the search has ended.
 
     In a pass `held` are the first cycles found after the last one yielded, at most MOST_HELD (twice as many for a
     moment). Cycles longer than `_limit`, which only falls, are not needed. `_least_left` is at most the length of any

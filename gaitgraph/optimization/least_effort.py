@@ -77,7 +77,7 @@ def basis_rows(s: npt.ArrayLike, count: int, derivative: int = 0) -> FloatArray:
 
 @cache
 def hull_matrix(count: int) -> FloatArray:
-    """Return what gives the Bézier points of every piece from `count` control points, (count, 4, count), read-only."""
+    """Return the map from `count` control points to the Bézier points of every piece, (count, 4, count), read-only."""
     piece, k = np.arange(count)[:, None], np.arange(4)
     out = np.zeros((count, 4, count))
     out[piece, :, (piece + k) % count] = _BEZIER.T
@@ -340,8 +340,8 @@ class Program:
     def projected(self, trust: float) -> SmoothLoop | None:
         """Return the best loop, to first order in the passes, each of which moves by at most `trust`; or None.
 
-        Discs count as polygons inside them, with a corner where the loop passes now. Moving a pass costs as much as its
-        square in units of twice the trust.
+        Discs are replaced by polygons inside them, with a corner where the loop passes now. Moving a pass costs as much
+        as its square in units of twice the trust.
         """
         x, size = self.origin, 2 * self.count
         scale = np.ones(len(x))

@@ -328,7 +328,7 @@ class _TimedCurve(TimedGait):
         return self.curve.at(t, 0), self.curve.at(t, 1), self.curve.at(t, 2)
 
     def peaks(self, order: int) -> FloatArray:
-        """Return the largest size of a derivative of each angle, exact, shape (4,)."""
+        """Return the exact largest absolute value of a derivative of each angle, shape (4,)."""
         return np.asarray(np.abs(self.curve.at(self.curve.turning_points(order), order)).max(axis=0))
 
 

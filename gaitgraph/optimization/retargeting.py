@@ -307,7 +307,7 @@ def retarget(
 def _smaller(plane: FloatArray, share: float, part: Polygon, wanted: FloatArray) -> FloatArray:
     """Return a loop made smaller by a factor, inside a component, with its mean as near to a wanted point as possible.
 
-    The means for which one row is in the component are the component moved against the row. NaN if nothing fits.
+    The means that keep one row in the component form the component moved by minus the row. NaN if nothing fits.
     """
     shape = share * (plane - plane.mean(axis=0))
     corners = shapely.get_coordinates(shapely.simplify(shapely.linestrings(np.vstack([shape, shape[:1]])), _THINNED))

@@ -376,7 +376,7 @@ def _ring_of(rays: FloatArray) -> FloatArray:
 
 
 def _attitudes_of(verticals: FloatArray, middle: FloatArray) -> FloatArray:
-    """Return (roll, pitch) of verticals, shape (k, 2) [rad]; at pitch ±π/2 roll is that of `middle`, beside it."""
+    """Return (roll, pitch) of verticals, shape (k, 2) [rad]; at pitch ±π/2 roll is that of `middle`, which is near."""
     beside = np.where((np.hypot(verticals[:, 1], verticals[:, 2]) < 1e-12)[:, None], middle, verticals)
     roll = np.arctan2(beside[:, 1], np.maximum(beside[:, 2], 0.0))
     return np.column_stack([roll, attitude_of(verticals)[:, 1]])

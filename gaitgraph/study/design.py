@@ -115,7 +115,7 @@ def _axis_of(content: Any, name: str, convert: Callable[[Any], Any], *, random: 
 
 
 def _check_distinct(values: Sequence[Hashable], name: str) -> None:
-    """Raise InputError unless there is one value or more, each once."""
+    """Raise InputError if there are no values or one is repeated."""
     if not 0 < len(set(values)) == len(values):
         raise InputError(f"{name} must be different values, one at least, got {shown(list(values))}")
 

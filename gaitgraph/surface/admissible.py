@@ -246,7 +246,7 @@ def thrust_region(
 
 @lru_cache(maxsize=32)
 def _thrust_limit(share: float, vehicle: Vehicle, accuracy: float, *, largest: bool) -> Region:
-    """Return where the largest hover thrust is at most a share, or the least one at least that, all being positive."""
+    """Return where hover thrusts are positive and the largest is at most a share, or the least at least a share."""
 
     def value(alpha1: float, alpha2: float) -> Any:
         shares = hover_thrust_shares([alpha1, alpha2, alpha1, alpha2], vehicle)

@@ -254,7 +254,7 @@ class Colorings:
         return "\n".join(lines)
 
     def in_report(self) -> str:
-        """Return the line of a report on them."""
+        """Return the line of a report that counts the colourings."""
         if not self:
             return "none: " + "; ".join(obstacle.message for obstacle in self.obstacles.values())
         parts = []
@@ -302,8 +302,8 @@ def colorings(
     Parameters
     ----------
     points
-        The loop, shape (n, 2) or (n, 4), of which α1 and α2 count, numbers [rad] or texts such as "pi/8"; InputError
-        outside [−π/2, π/2]². A last point that repeats the first is one more point.
+        The loop, shape (n, 2) or (n, 4), numbers [rad] or texts such as "pi/8"; InputError
+        outside [−π/2, π/2]². Only α1 and α2 are used. A last point that repeats the first is one more point.
     sign
         Sign of R that the roots must have: "negative", "positive", or "auto" for both, one after the other.
     vehicle, coefficients

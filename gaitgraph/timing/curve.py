@@ -231,7 +231,7 @@ class Rounding:
 
     @property
     def merged(self) -> tuple[int, ...]:
-        """Corners whose blends met their neighbours' and were shrunk to share a segment."""
+        """Corners whose blends overlapped a neighbour's and were shrunk to share the segment."""
         return tuple(corner.corner for corner in self.corners if corner.shrunk and corner.deviation > 0)
 
     def as_mapping(self) -> dict[str, Any]:
