@@ -128,8 +128,11 @@ def level_physics(kappa: Fraction, angles: list[Polynomial], low: Fraction, high
     return ((x2, x4), (y1, y3), (z1, z2, z3, z4), (c1, c2, c3, c4)), thrusts, force
 
 
-def proves(name: str, claim: dict[str, Any], kappa: Fraction, physics: tuple[Any, Any, Any]) -> bool:
+def proves(name: str, claim: Any, kappa: Fraction, physics: Any, curves: Any, low: Fraction, high: Fraction) -> bool:
     """Return whether a claim holds on an interval."""
+    if name in ORDERS:
+        ranges = zip(claim["at_least"], (control_values(one, low, high) for one in curves), claim["at_most"], strict=True)
+        return all(least <= min(values) and max(values) <= most for least, values, most in ranges)
     rows, thrusts, (x, y, z) = physics
     none, is_up = enclosed(ZERO), z.value > 0
     if name == "least_singular_value":  # M M' - floor² 1 = [[a, 0, u, v], [0, b, w, t], [u, w, c, e], [v, t, e, d]]
@@ -185,14 +188,8 @@ def failure(whole: dict[str, Any], kappa: Fraction, name: str) -> str:
     for k, breaks in enumerate(claim.get("cover", [])):
         curves = motion(pieces[k], law, ORDERS.get(name, 0))
         for low, high in zip(breaks, breaks[1:], strict=False):
-            if name in ORDERS:
-                limits = zip(
-                    claim["at_least"], (control_values(one, low, high) for one in curves), claim["at_most"], strict=True
-                )
-                proved = all(least <= min(values) and max(values) <= most for least, values, most in limits)
-            else:
-                proved = proves(name, claim, kappa, level_physics(kappa, curves, low, high))
-            if not proved:
+            physics = None if name in ORDERS else level_physics(kappa, curves, low, high)
+            if not proves(name, claim, kappa, physics, curves, low, high):
                 return f"on piece {k} from {low} to {high}"
     return ""
 

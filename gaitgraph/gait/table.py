@@ -10,6 +10,7 @@ Any other table is closed by a straight segment back to the first row, which tak
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
 import warnings
@@ -172,6 +173,15 @@ def merged(pieces: Iterable[Table]) -> Table:
         parts = [values, *(piece[name] for piece in others)]
         columns[name] = np.concatenate(parts) if isinstance(values, np.ndarray) else tuple(chain.from_iterable(parts))
     return replace(first, columns=columns)
+
+
+def rows_digest(pieces: Iterable[Table]) -> str:
+    """Return the SHA-256 of the times and tilt angles of a table's rows, to nine decimals, by which files know it."""
+    digest = hashlib.sha256()
+    for piece in pieces:
+        rows = np.column_stack([piece[name] for name in ("t", *ANGLES) if name in piece]) + 0.0
+        digest.update("".join(" ".join(f"{one:.9f}" for one in row) + "\n" for row in rows.tolist()).encode())
+    return digest.hexdigest()
 
 
 def surface_of(
