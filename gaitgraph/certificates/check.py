@@ -1,4 +1,4 @@
-"""Check the certificate of a gait, with the standard library alone: python check.py gait.cert.json
+"""Check the certificate of a gait with the standard library alone: ``python check.py gait.cert.json``.
 
 Every claim is proved anew from the document. Polynomials are exact fractions; sines and cosines are integers times
 2^-96 with bounds of their errors. The matrix is that of the equations of Shen, Ma and Tsuchiya (2022).
@@ -11,6 +11,7 @@ import json
 import re
 import sys
 from fractions import Fraction
+from itertools import pairwise
 from math import comb
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -131,7 +132,9 @@ def level_physics(kappa: Fraction, angles: list[Polynomial], low: Fraction, high
 def proves(name: str, claim: Any, kappa: Fraction, physics: Any, curves: Any, low: Fraction, high: Fraction) -> bool:
     """Return whether a claim holds on an interval."""
     if name in ORDERS:
-        ranges = zip(claim["at_least"], (control_values(one, low, high) for one in curves), claim["at_most"], strict=True)
+        ranges = zip(
+            claim["at_least"], (control_values(one, low, high) for one in curves), claim["at_most"], strict=True
+        )
         return all(least <= min(values) and max(values) <= most for least, values, most in ranges)
     rows, thrusts, (x, y, z) = physics
     none, is_up = enclosed(ZERO), z.value > 0
@@ -187,7 +190,7 @@ def failure(whole: dict[str, Any], kappa: Fraction, name: str) -> str:
                 return f"at the start of piece {k}"
     for k, breaks in enumerate(claim.get("cover", [])):
         curves = motion(pieces[k], law, ORDERS.get(name, 0))
-        for low, high in zip(breaks, breaks[1:], strict=False):
+        for low, high in pairwise(breaks):
             physics = None if name in ORDERS else level_physics(kappa, curves, low, high)
             if not proves(name, claim, kappa, physics, curves, low, high):
                 return f"on piece {k} from {low} to {high}"

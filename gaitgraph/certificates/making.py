@@ -20,18 +20,18 @@ import numpy as np
 from gaitgraph import __version__
 from gaitgraph.angles import angle_within
 from gaitgraph.certificates import check
-from gaitgraph.errors import Infeasible
+from gaitgraph.errors import Infeasible, InputError
 from gaitgraph.files import check_new_files, write_whole
 from gaitgraph.gait.gait import Gait
-from gaitgraph.gait.table import Table, rows_digest
+from gaitgraph.gait.table import Table, row_texts
 from gaitgraph.invertibility.matrices import hover_thrust_shares, least_singular_value
 from gaitgraph.io.formats import gait_of, given_gait, naming_file
 from gaitgraph.timing.laws import LAWS, values_of
 from gaitgraph.timing.timed_gait import TimedGait, pieces_of, timed_gait_of
-from gaitgraph.validation.validating import validate
+from gaitgraph.validation.validating import CERTIFICATE as SUFFIX, validate
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable
 
     from gaitgraph.invertibility.matrices import CoefficientsLike, FloatArray
     from gaitgraph.io.formats import GaitLike
@@ -72,6 +72,15 @@ class Certified:
             texts = (f"{key.replace('_', ' ')} {_shown(value)}" for key, value in values.items())
             lines.append(f"  {name.replace('_', ' '):<21} {', '.join(texts)}; {self.intervals[name]} intervals")
         return "\n".join(lines)
+
+
+def certificates_beside(outputs: Iterable[str | Path], *, force: bool) -> list[Path]:
+    """Return the certificates beside gait files, gait.cert.json beside gait.csv; raise if one cannot be written."""
+    paths = sorted({Path(output).with_suffix(SUFFIX) for output in outputs})
+    if not paths:
+        raise InputError("certify must be given with an output, beside which the certificate is written, got none")
+    check_new_files(paths, force=force)
+    return paths
 
 
 def _without_covers(claims: dict[str, Any]) -> dict[str, Any]:
@@ -128,7 +137,7 @@ def certify(
             is_timed = "t" in source or "period" in source.about
         path = gait_of(source, **choices) if not (is_timed and timing) else timed_gait_of(source, **choices)
     rows = [source] if isinstance(source, Table) else pieces_of(source) if isinstance(source, TimedGait) else []
-    digest = rows_digest(rows) if rows else ""
+    digest = hashlib.sha256(b"".join(map(row_texts, rows))).hexdigest() if rows else ""
     angle = None if tilt is None else angle_within(tilt, "tilt", math.pi / 2 - 1e-6, least=0.0)
     return _Maker(path, digest, angle).made()
 

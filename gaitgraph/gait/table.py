@@ -10,7 +10,6 @@ Any other table is closed by a straight segment back to the first row, which tak
 
 from __future__ import annotations
 
-import hashlib
 import json
 import math
 import warnings
@@ -175,13 +174,10 @@ def merged(pieces: Iterable[Table]) -> Table:
     return replace(first, columns=columns)
 
 
-def rows_digest(pieces: Iterable[Table]) -> str:
-    """Return the SHA-256 of the times and tilt angles of a table's rows, to nine decimals, by which files know it."""
-    digest = hashlib.sha256()
-    for piece in pieces:
-        rows = np.column_stack([piece[name] for name in ("t", *ANGLES) if name in piece]) + 0.0
-        digest.update("".join(" ".join(f"{one:.9f}" for one in row) + "\n" for row in rows.tolist()).encode())
-    return digest.hexdigest()
+def row_texts(piece: Table) -> bytes:
+    """Return times and tilt angles of rows to nine decimals, a line each, whose SHA-256 a certificate states."""
+    rows = np.column_stack([piece[name] for name in ("t", *ANGLES) if name in piece]).round(9) + 0.0
+    return "".join(" ".join(f"{one:.9f}" for one in row) + "\n" for row in rows.tolist()).encode()
 
 
 def surface_of(

@@ -9,7 +9,9 @@ follow from its law. Rates of a table follow from its rows.
 
 from __future__ import annotations
 
+import hashlib
 import math
+from contextlib import suppress
 from dataclasses import replace
 from itertools import chain
 from pathlib import Path
@@ -18,6 +20,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from gaitgraph.errors import GaitgraphError
+from gaitgraph.files import text_of, value_from_json
 from gaitgraph.gait.gait import Gait
 from gaitgraph.gait.table import (
     ACCELERATIONS,
@@ -30,6 +34,7 @@ from gaitgraph.gait.table import (
     is_closed,
     lies_on,
     lifted_pieces,
+    row_texts,
     stated_gait,
     surface_of,
     takes_the_period,
@@ -51,6 +56,9 @@ if TYPE_CHECKING:
     from gaitgraph.vehicle import Vehicle, VehicleLike
 
 _MORE = 1.0 + 1e-6
+
+CERTIFICATE = ".cert.json"
+"""The suffix of the certificate of a gait file, beside it."""
 
 MOST_LISTED_ROWS = 10_000
 """Largest number of rows for which the colourings of a table are listed, not only counted."""
@@ -170,10 +178,16 @@ def validate(
     checker = _TableChecker(Criteria(**surface, **limits, digit_error=first.digit_error, noun="row"))
     if "transition" in first.about:
         checker.notes["transition"] = "the table is a transition: the segment back to row 1 is not part of it"
+    beside = source.with_suffix(CERTIFICATE) if isinstance(source, Path) else None
+    has_certificate, digest = beside is not None and beside.is_file(), hashlib.sha256()
     holds = True
     for piece, alpha, sheet in lifted_pieces(chain([first], pieces), numbers, tolerance):
         checker.update(piece, alpha, sheet)
+        if has_certificate:
+            digest.update(row_texts(piece))
         holds = holds and timed is not None and lies_on(timed, piece, first["t"][0])
+    if has_certificate and not _states(beside, digest.hexdigest()):
+        checker.notes["certificate"] = f"the certificate {beside.name!r} does not belong to these rows"
     found = checker.report()
     if timed is None:
         timing: list[Any] = [first.about.get(name) for name in ("period", "law")]
@@ -193,6 +207,14 @@ def validate(
         larger = check.name in RATE_CHECKS and (of_rows.value or 0.0) > _MORE * (check.value or 0.0)
         checks.append(of_rows if larger or check.name == "closed" else check)
     return replace(exact, checks=tuple(checks), notes=found.notes, rows=found.rows, listing=found.listing)
+
+
+def _states(certificate: Path, digest: str) -> bool:
+    """Return whether a certificate states the digest of some rows."""
+    with suppress(GaitgraphError):
+        content = value_from_json(text_of(certificate, "certificate"), "write it again with gaitgraph certify")
+        return isinstance(content, dict) and content.get("digest") == digest
+    return False
 
 
 class _TableChecker:
