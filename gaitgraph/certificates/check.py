@@ -1,8 +1,7 @@
 """Check the certificate of a gait with the standard library alone: ``python check.py gait.cert.json``.
 
-Every claim is proved anew from the document. Polynomials are exact fractions; sines and cosines are integers times
-2^-96 with bounds of their errors. The matrix is that of the equations of Shen, Ma and Tsuchiya (2022).
-Exit codes: 0 every claim is proved, 1 one is not, 2 the document is no certificate.
+Polynomials are exact fractions; sines and cosines are integers times 2^-96 with bounds of their errors. The matrix is
+that of Shen, Ma and Tsuchiya (2022). Exit codes: 0 every claim is proved, 1 one is not, 2 it is no certificate.
 """
 
 from __future__ import annotations
@@ -11,6 +10,7 @@ import json
 import re
 import sys
 from fractions import Fraction
+from functools import partial
 from itertools import pairwise
 from math import comb
 from pathlib import Path
@@ -18,7 +18,6 @@ from typing import Any, NamedTuple
 
 ONE, ZERO = 1 << 96, Fraction(0)
 Polynomial = list[Fraction]  # coefficients, the lowest power first
-# The form of a document: objects by their names, lists by what is in them and how often, texts by what they match.
 NUMBER = re.compile(r"-?[0-9]{1,40}(\.[0-9]{1,60}|/[1-9][0-9]{0,59})?")  # exact: a decimal or a fraction
 POSITIVE = re.compile(r"(?=[0-9.]*[1-9])[0-9]{1,40}(\.[0-9]{1,60}|/[1-9][0-9]{0,59})?")
 TEXT, FOUR, COVER = "(?s:.{0,1000})", [NUMBER, 4, 4], {"cover": [[NUMBER, 2, 10**6], 1, 10**6]}
@@ -29,7 +28,7 @@ CLAIMS = {name: {"at_least": FOUR, "at_most": FOUR, **COVER} for name in ORDERS}
     "joints": {"rate_jump": NUMBER, "acceleration_jump": NUMBER},
 }  # fmt: skip
 CONSTANTS = dict.fromkeys(("drag_coefficient", "thrust_coefficient", "arm_length"), POSITIVE)
-FORM = {
+FORM = {  # of a document: objects by their names, lists by what is in them and how often, texts by what they match
     "format": "gaitgraph certificate 1", "made_by": TEXT, "digest": "([0-9a-f]{64})?", "deviation": NUMBER,
     "vehicle": {"name": TEXT, **CONSTANTS, "first_rotor_spin": "clockwise|counterclockwise"}, "law": [NUMBER, 2, 8],
     "pieces": [{"alpha": [[NUMBER, 1, 24], 4, 4], "duration": POSITIVE}, 1, 10**6], "claims": CLAIMS,
@@ -54,8 +53,7 @@ class Bounds(NamedTuple):
         # f g - f0 g0 = (f - f0) (g + g0)/2 + (g - g0) (f + f0)/2, and (g + g0)/2 is within e2 + |g - g0|/2 of g0.
         (v1, e1, s1, r1), (v2, e2, s2, r2) = self, other
         f, g, size1, size2 = abs(s1) + r1, abs(s2) + r2, abs(v1), abs(v2)
-        error = size1 * e2 + size2 * e1 + e1 * e2
-        spread = f * (e2 + g // 2 + 1) + r1 * size2 + g * (e1 + f // 2 + 1) + r2 * size1
+        error, spread = size1 * e2 + size2 * e1 + e1 * e2, r1 * size2 + r2 * size1 + f * e2 + g * e1 + f * g + f + g
         return Bounds(v1 * v2 >> 96, (error >> 96) + 2, s1 * v2 + s2 * v1 >> 96, (spread >> 96) + 2)
 
 
@@ -90,8 +88,7 @@ def composed(outer: Polynomial, inner: Polynomial) -> Polynomial:
     out = outer[-1:]
     for coefficient in outer[-2::-1]:  # Horner's rule
         rows = [[ZERO] * k + [a * b for a in out] + [ZERO] * (len(inner) - 1 - k) for k, b in enumerate(inner)]
-        out = [sum(column, ZERO) for column in zip(*rows, strict=True)]
-        out[0] += coefficient
+        out = [sum(column, ZERO if k else coefficient) for k, column in enumerate(zip(*rows, strict=True))]
     return out
 
 
@@ -112,15 +109,14 @@ def motion(piece: dict[str, Any], law: Polynomial, order: int) -> list[Polynomia
 def level_physics(kappa: Fraction, angles: list[Polynomial], low: Fraction, high: Fraction) -> tuple[Any, Any, Any]:
     """Return the level matrix of the four thrusts on an interval, thrusts without torque, and their force in body axes.
 
-    [[0, x2, 0, -x4], [y1, 0, -y3, 0], [-z1, z2, -z3, z4], [c1, c2, c3, c4]] are torques / (L Kf), that about y with the
-    other sign, and lift / Kf. The vertical part of the force is its determinant, 2 kappa R.
+    M = [[0, x2, 0, -x4], [y1, 0, -y3, 0], [-z1, z2, -z3, z4], [c1, c2, c3, c4]] are torques / (L Kf), that about y
+    with the other sign, and lift / Kf. The vertical part of the force is det M = 2 kappa R.
     """
-    found = {}
+    k, found = enclosed(kappa), {}
     for one in set(map(tuple, angles)):
         a, *b = composed(list(one), [(low + high) / 2, (high - low) / 2])  # in powers of u in [-1, 1]
         found[one] = sine_and_cosine(enclosed(a, sum(b[:1], ZERO), sum(map(abs, b[1:]), ZERO)))
     (s1, c1), (s2, c2), (s3, c3), (s4, c4) = (found[tuple(one)] for one in angles)
-    k = enclosed(kappa)
     x2, y1, x4, y3 = c2 - k * s2, c1 + k * s1, c4 - k * s4, c3 + k * s3
     z1, z2, z3, z4 = k * c1 - s1, k * c2 + s2, k * c3 - s3, k * c4 + s4
     p, q = z2 * x4 + z4 * x2, z1 * y3 + z3 * y1
@@ -129,31 +125,26 @@ def level_physics(kappa: Fraction, angles: list[Polynomial], low: Fraction, high
     return ((x2, x4), (y1, y3), (z1, z2, z3, z4), (c1, c2, c3, c4)), thrusts, force
 
 
-def proves(name: str, claim: Any, kappa: Fraction, physics: Any, curves: Any, low: Fraction, high: Fraction) -> bool:
-    """Return whether a claim holds on an interval."""
+def proves(name: str, claim: Any, kappa: Fraction, curves: Any, ends: list[Fraction], known: Any = None) -> bool:
+    """Return whether a claim holds on an interval, of which level_physics may be known."""
     if name in ORDERS:
-        ranges = zip(
-            claim["at_least"], (control_values(one, low, high) for one in curves), claim["at_most"], strict=True
-        )
-        return all(least <= min(values) and max(values) <= most for least, values, most in ranges)
-    rows, thrusts, (x, y, z) = physics
-    none, is_up = enclosed(ZERO), z.value > 0
+        limits = zip(claim["at_least"], curves, claim["at_most"], strict=True)
+        return all(a <= value <= b for a, one, b in limits for value in control_values(one, *ends))
+    rows, thrusts, (x, y, z) = known or level_physics(kappa, curves, *ends)
     if name == "least_singular_value":  # M M' - floor² 1 = [[a, 0, u, v], [0, b, w, t], [u, w, c, e], [v, t, e, d]]
         (x2, x4), (y1, y3), (z1, z2, z3, z4), (c1, c2, c3, c4) = rows
-        a, b, c, d = (sum((i * i for i in row), none - enclosed(claim["at_least"] ** 2)) for row in rows)
+        a, b, c, d = (sum((i * i for i in row), enclosed(ZERO) - enclosed(claim["at_least"] ** 2)) for row in rows)
         e, ab = z2 * c2 + z4 * c4 - z1 * c1 - z3 * c3, a * b
         u, v, w, t = x2 * z2 - x4 * z4, x2 * c2 - x4 * c4, y3 * z3 - y1 * z1, y1 * c1 - y3 * c3
-        uve, wte, cross = u * v * e, w * t * e, u * t - v * w
-        left, right = u * u * d + v * v * c - uve - uve, w * w * d + t * t * c - wte - wte
-        last = ab * (c * d - e * e) - b * left - a * right + cross * cross
+        left = b * (u * u * d + v * v * c - (u * v + u * v) * e) + a * (w * w * d + t * t * c - (w * t + w * t) * e)
+        last = ab * (c * d - e * e) - left + (u * t - v * w) * (u * t - v * w)
         parts = [a, ab, ab * c - b * u * u - a * w * w, last]  # the leading minors
     elif name == "sign_of_R":
-        parts = [z if (kappa > 0) == (claim["sign"] == "positive") else none - z]
+        parts = [z if (kappa > 0) == (claim["sign"] == "positive") else enclosed(ZERO) - z]
     elif name == "hover_thrust":  # the share of the weight is thrust / z
-        bounds = [
-            (thrust - enclosed(claim["at_least"]) * z, enclosed(claim["at_most"]) * z - thrust) for thrust in thrusts
-        ]
-        parts = [part if is_up else none - part for pair in [(z, z), *bounds] for part in pair]
+        least, most = enclosed(claim["at_least"]) * z, enclosed(claim["at_most"]) * z
+        parts = [z, *(part for thrust in thrusts for part in (thrust - least, most - thrust))]
+        parts = parts if z.value > 0 else [enclosed(ZERO) - part for part in parts]
     else:  # attitude: the determinant is the product of the force and the vertical in body axes
         sine, cosine = sine_and_cosine(enclosed(claim["tilt"]))
         parts = [cosine, z * z * cosine * cosine - (x * x + y * y) * sine * sine]
@@ -162,39 +153,17 @@ def proves(name: str, claim: Any, kappa: Fraction, physics: Any, curves: Any, lo
 
 def parsed(value: Any, form: Any, what: str) -> Any:
     """Return a value of a form, its numbers as fractions; an object comes as a tuple of pairs."""
-    names, rule = sorted(name for name, _ in value) if isinstance(value, tuple) else [], f"the text {form}"
-    if isinstance(form, dict):
-        if names == sorted({*names, "joints"} & {*form} if form is CLAIMS else form):
-            return {name: parsed(one, form[name], name) for name, one in value}
-        rule = f"an object with the names {', '.join(form)}, each once"
-    elif isinstance(form, list):
-        if isinstance(value, list) and form[1] <= len(value) <= form[2]:
-            return [parsed(one, form[0], what) for one in value]
-        rule = f"a list of {form[1]} to {form[2]}"
-    elif isinstance(value, str) and re.fullmatch(form, value):
+    found = sorted(name for name, _ in value) if isinstance(value, tuple) else []
+    if isinstance(form, dict) and found and found == sorted({*found, "joints"} & {*form} if form is CLAIMS else form):
+        return {name: parsed(dict(value)[name], form[name], name) for name in form if name in found}
+    if isinstance(form, list) and isinstance(value, list) and form[1] <= len(value) <= form[2]:
+        return [parsed(one, form[0], what) for one in value]
+    if isinstance(form, (str, re.Pattern)) and isinstance(value, str) and re.fullmatch(form, value):
         return Fraction(value) if isinstance(form, re.Pattern) else value
-    elif isinstance(form, re.Pattern):
-        rule = "an exact number in a text, such as '0.25' or '2/3'"
-    raise ValueError(
-        f"{what} must be {rule}, got {names or value if isinstance(value, (str, float, tuple)) else type(value)}"
-    )
-
-
-def failure(whole: dict[str, Any], kappa: Fraction, name: str) -> str:
-    """Return the first place where a claim is not proved, or nothing."""
-    claim, pieces, law = whole["claims"][name], whole["pieces"], whole["law"]
-    for order, most in enumerate([ZERO, *claim.values()] if name == "joints" else []):
-        moved = [motion(piece, law, order) for piece in pieces]
-        for k, after in enumerate(moved):
-            if any(abs(sum(a) - b[0]) > most for a, b in zip(moved[k - 1], after, strict=True)):
-                return f"at the start of piece {k}"
-    for k, breaks in enumerate(claim.get("cover", [])):
-        curves = motion(pieces[k], law, ORDERS.get(name, 0))
-        for low, high in pairwise(breaks):
-            physics = None if name in ORDERS else level_physics(kappa, curves, low, high)
-            if not proves(name, claim, kappa, physics, curves, low, high):
-                return f"on piece {k} from {low} to {high}"
-    return ""
+    rule = f"an object with the names {', '.join(form)}, each once" if isinstance(form, dict) else f"the text {form}"
+    rule = f"a list of {form[1]} to {form[2]}" if isinstance(form, list) else rule
+    rule = "an exact number in a text, such as '0.25' or '2/3'" if isinstance(form, re.Pattern) else rule
+    raise ValueError(f"{what} must be {rule}, got {repr(found or value)[:60]}")
 
 
 def check(text: str) -> list[tuple[str, str]]:
@@ -202,29 +171,30 @@ def check(text: str) -> list[tuple[str, str]]:
     whole = parsed(json.loads(text, object_pairs_hook=tuple), FORM, "the document")
     drag, thrust, arm = (whole["vehicle"][name] for name in CONSTANTS)
     kappa = drag / (thrust * arm) * (1 if whole["vehicle"]["first_rotor_spin"] == "clockwise" else -1)
-    law = control_values(whole["law"], ZERO, Fraction(1))
-    if [law[0], law[-1]] != [0, 1] or law != sorted(law):
+    rise, out = control_values(whole["law"], ZERO, Fraction(1)), []
+    if (rise[0], rise[-1]) != (0, 1) or rise != sorted(rise):
         raise ValueError("law must rise from 0 to 1, got another polynomial")
     for name, claim in whole["claims"].items():
-        covers = claim.get("cover", [[0, 1]] * len(whole["pieces"]))
-        if len(covers) != len(whole["pieces"]) or any(
-            [*one[:: len(one) - 1]] != [0, 1] or one != sorted({*one}) for one in covers
-        ):
+        missed, law, pieces = [], whole["law"], whole["pieces"]
+        for order, most in enumerate([ZERO, *claim.values()] if name == "joints" else []):
+            at = [motion(piece, law, order) for piece in pieces]
+            jumps = [max(abs(sum(a) - b[0]) for a, b in zip(at[k - 1], at[k], strict=True)) for k in range(len(at))]
+            missed += [f"at the start of piece {k}" for k, jump in enumerate(jumps) if jump > most]
+        ends = [one == sorted({ZERO, Fraction(1), *one}) and one[-1] - one[0] for one in claim.get("cover", [])]
+        if name != "joints" and ends != [1] * len(pieces):
             raise ValueError(f"cover of {name} must rise from 0 to 1 on each piece, got another")
-    return [(name, failure(whole, kappa, name)) for name in whole["claims"]]
-
-
-def main(path: str) -> int:
-    """Print what is proved, and return the exit code."""
-    try:
-        found = check(Path(path).read_text(encoding="utf-8"))
-    except (OSError, RecursionError, ValueError) as error:
-        print(f"{path}: {error}", file=sys.stderr)
-        return 2
-    for name, place in found:
-        print(f"NOT proved: {name} {place}" if place else f"proved: {name}")
-    return 1 if any(place for _, place in found) else 0
+        for k, breaks in enumerate(claim.get("cover", [])):
+            test = partial(proves, name, claim, kappa, motion(pieces[k], law, ORDERS.get(name, 0)))
+            missed += [f"on piece {k} from {a} to {b}" for a, b in pairwise(breaks) if not test([a, b])]
+        out.append((name, missed[0] if missed else ""))
+    return out
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[-1]))
+    try:
+        found = check(Path(sys.argv[-1]).read_text(encoding="utf-8"))
+    except (OSError, RecursionError, ValueError) as error:
+        print(f"{sys.argv[-1]}: {error}", file=sys.stderr)
+        sys.exit(2)
+    print("\n".join(f"NOT proved: {name} {place}" if place else f"proved: {name}" for name, place in found))
+    sys.exit(int(any(place for _, place in found)))

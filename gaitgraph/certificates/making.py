@@ -22,20 +22,19 @@ from gaitgraph.angles import angle_within
 from gaitgraph.certificates import check
 from gaitgraph.errors import Infeasible, InputError
 from gaitgraph.files import check_new_files, write_whole
-from gaitgraph.gait.gait import Gait
 from gaitgraph.gait.table import Table, row_texts
 from gaitgraph.invertibility.matrices import hover_thrust_shares, least_singular_value
 from gaitgraph.io.formats import gait_of, given_gait, naming_file
-from gaitgraph.timing.laws import LAWS, values_of
 from gaitgraph.timing.timed_gait import TimedGait, pieces_of, timed_gait_of
 from gaitgraph.validation.validating import CERTIFICATE as SUFFIX, validate
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+    from gaitgraph.gait.gait import Gait
     from gaitgraph.invertibility.matrices import CoefficientsLike, FloatArray
     from gaitgraph.io.formats import GaitLike
-    from gaitgraph.vehicle import Vehicle, VehicleLike
+    from gaitgraph.vehicle import VehicleLike
 
 _GRID = Decimal("1e-15")  # of angles [rad]
 _ROOM = 0.01  # share by which claims stay below what samples show
@@ -353,7 +352,7 @@ class _Maker:
                 low, high = todo.pop()
                 if name not in check.ORDERS and (low, high) not in known:
                     known[low, high] = check.level_physics(self.kappa, curves, low, high)
-                if check.proves(name, claim, self.kappa, known.get((low, high)), curves, low, high):
+                if check.proves(name, claim, self.kappa, curves, [low, high], known.get((low, high))):
                     breaks.append(high)
                 elif (high - low) * 2**_DEEPEST < 1 or len(todo) + len(breaks) > _MOST_SAMPLES:
                     return name, low, high
