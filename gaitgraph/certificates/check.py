@@ -172,7 +172,7 @@ def check(text: str) -> list[tuple[str, str]]:
     drag, thrust, arm = (whole["vehicle"][name] for name in CONSTANTS)
     kappa = drag / (thrust * arm) * (1 if whole["vehicle"]["first_rotor_spin"] == "clockwise" else -1)
     rise, out = control_values(whole["law"], ZERO, Fraction(1)), []
-    if (rise[0], rise[-1]) != (0, 1) or rise != sorted(rise):
+    if rise[0] != 0 or rise[-1] != 1 or rise != sorted(rise):
         raise ValueError("law must rise from 0 to 1, got another polynomial")
     for name, claim in whole["claims"].items():
         missed, law, pieces = [], whole["law"], whole["pieces"]

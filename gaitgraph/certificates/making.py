@@ -77,7 +77,7 @@ def certificates_beside(outputs: Iterable[str | Path], *, force: bool) -> list[P
     """Return the certificates beside gait files, gait.cert.json beside gait.csv; raise if one cannot be written."""
     paths = sorted({Path(output).with_suffix(SUFFIX) for output in outputs})
     if not paths:
-        raise InputError("certify must be given with an output, beside which the certificate is written, got none")
+        raise InputError("--certify must be given with --output, beside which it writes, got no output")
     check_new_files(paths, force=force)
     return paths
 
@@ -320,7 +320,8 @@ class _Maker:
                 continue
             if not np.isfinite(peaks).all():
                 if limit is not None:
-                    raise Infeasible(f"{name} has no bound at the corners, where the rates jump: use the law 'smooth'")
+                    remedy = "use the law 'smooth', or certify the path alone with --untimed (timing=False)"
+                    raise Infeasible(f"max_tilt_{name} cannot be proved, since the rates jump between rows: {remedy}")
                 continue
             at_most = [_rounded(float(peak) * (1 + _ROOM), up=True) for peak in peaks]
             if limit is not None:

@@ -47,9 +47,9 @@ def plan_command(request_file: str | None = None, outputs: Paths = (), force: bo
         written = tuple(outputs) if found else ()
         if written:
             progress(f"writing {', '.join(written)}")
-            certified = certify(found.timed(**sampling)) if beside else None
+            certified = [(path, certify(found.timed(**sampling))) for path in beside]
             write_outputs(partial(pieces_of, found.timed(**sampling)), written, force=force)
-            for path in beside if certified else ():
-                certified.write(path, force=force)
+            for path, one in certified:
+                one.write(path, force=force)
             written += tuple(map(str, beside))
     return show(found, lines=[*([""] if written else []), *(f"wrote {name}" for name in written)])

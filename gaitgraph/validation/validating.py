@@ -178,8 +178,8 @@ def validate(
     checker = _TableChecker(Criteria(**surface, **limits, digit_error=first.digit_error, noun="row"))
     if "transition" in first.about:
         checker.notes["transition"] = "the table is a transition: the segment back to row 1 is not part of it"
-    beside = source.with_suffix(CERTIFICATE) if isinstance(source, Path) else None
-    has_certificate, digest = beside is not None and beside.is_file(), hashlib.sha256()
+    beside = source.with_suffix(CERTIFICATE) if isinstance(source, Path) and source.suffix else Path()
+    has_certificate, digest = beside.is_file(), hashlib.sha256()
     holds = True
     for piece, alpha, sheet in lifted_pieces(chain([first], pieces), numbers, tolerance):
         checker.update(piece, alpha, sheet)
