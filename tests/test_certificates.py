@@ -314,15 +314,35 @@ def test_the_checker_as_a_program(gait3: dict[str, Any], tmp_path: Path) -> None
         done = subprocess.run([sys.executable, "-I", CHECKER, path], capture_output=True, text=True, check=False)
         assert done.returncode == code
         assert (len(done.stderr.splitlines()), bool(done.stdout)) == ((1, False) if code == 2 else (0, True))
-    assert (
-        "NOT proved: sign_of_R on piece 0 from 0 to 1"
-        in subprocess.run(
-            [sys.executable, "-m", "gaitgraph", "verify", path.name],
-            capture_output=True,
-            text=True,
-            check=False,
-            cwd=tmp_path,
-        ).stderr
-        + str(check.check(json.dumps(wrong)))
-        + f"NOT proved: {check.check(json.dumps(wrong))}"
+
+
+def test_commands(run: Any, tmp_path: Path) -> None:
+    sent = ("plan", "--waypoint", "pi/8,-pi/8", "--waypoint", "3pi/8,-3pi/8", "--waypoint", "3pi/8,-pi/8")
+    assert run(*sent, "--output", "q.csv", "--certify").out.endswith("wrote q.csv\nwrote q.cert.json\n")
+    assert all(
+        json.loads(run("verify", "q.cert.json", "--json").out)["claims"][name] == "" for name in ("rate", "tilt")
     )
+    assert "certificate" not in run("validate", "q.csv").out
+    assert run("certify", "q.csv", "--output", "again.json").code == 0
+    assert (tmp_path / "again.json").read_text() == (tmp_path / "q.cert.json").read_text()
+    rows = (tmp_path / "q.csv").read_text().replace("0.03,", "0.031,", 1)
+    (tmp_path / "q.csv").write_text(rows)
+    assert "the certificate 'q.cert.json' does not belong to these rows" in " ".join(
+        run("validate", "q.csv").out.split()
+    )
+    wrong = json.loads((tmp_path / "q.cert.json").read_text())
+    wrong["claims"]["sign_of_R"]["sign"] = "positive"
+    (tmp_path / "wrong.json").write_text(json.dumps(wrong))
+    found = run("verify", "wrong.json")
+    assert (found.code, "NOT proved: sign_of_R on piece 0 from 0 to 1" in found.out) == (1, True)
+    for args, code, message in (
+        (("certify", "gait1"), 1, "not flyable"),
+        (("certify", "gait3", "--output", "wrong.json"), 2, "exists"),
+        (("certify", "gait3", "--tilt", "2"), 2, "tilt must be"),
+        (("verify", "q.csv"), 2, "certificate 'q.csv'"),
+        (("verify", "none.json"), 2, "cannot be read"),
+        ((*sent, "--certify"), 2, "--certify must"),
+    ):
+        found = run(*args)
+        assert (found.code, len(found.err.splitlines())) == (code, 1), args
+        assert message in found.err
