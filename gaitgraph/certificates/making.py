@@ -40,6 +40,7 @@ _GRID = Decimal("1e-15")  # of angles [rad]
 _ROOM = 0.01  # share by which claims stay below what samples show
 _SAMPLES = 16  # of a piece, at most
 _MOST_SAMPLES = 20_000
+_FEW = 100  # pieces
 _DEEPEST = 40  # halvings of a piece
 _PATIENCE = 4  # times that a claim is lowered to what was found between samples
 _SLACK = Decimal("1e-9")  # of limits, a share of them
@@ -167,6 +168,14 @@ def _rounded(value: float, *, up: bool) -> Fraction:
     return Fraction(exact.quantize(step, rounding=ROUND_CEILING if up else ROUND_FLOOR))
 
 
+def _claimed(peak: float, limit: float | None) -> Fraction:
+    """Return what is claimed of a peak: with room, or else the limit; one that is reached with the slack."""
+    bound = _rounded(peak * (1 + _ROOM), up=True)
+    if limit is None or bound <= limit:
+        return bound
+    return _decimal(limit) * (1 if peak < limit * (1 - float(_SLACK)) else 1 + Fraction(_SLACK))
+
+
 class _Maker:
     """Makes one certificate."""
 
@@ -185,6 +194,7 @@ class _Maker:
         self.constants = constants
         self.law = [Fraction(0), Fraction(1)]
         self.pieces: list[dict[str, Any]] = []
+        self.deviation = Fraction(_GRID)
         self._cut()
 
     def _cut(self) -> None:
@@ -212,6 +222,8 @@ class _Maker:
         first = [_decimal(one, _GRID) for one in tilts[-1, 0]]
         at = first
         for k, width in enumerate(widths.tolist()):
+            off = max(abs(_decimal(one) - start) for one, start in zip(tilts[-1, k], at, strict=True))
+            self.deviation = max(self.deviation, 2 * off + Fraction(_GRID))
             plane = []
             for joint in range(2):
                 rest = [_decimal(one, Decimal("1e-20")) for one in tilts[-2::-1, k, joint]]
@@ -246,9 +258,15 @@ class _Maker:
         vehicle |= dict(zip(check.CONSTANTS, map(_text, self.constants), strict=True))
         pieces = [{"alpha": _plain(one["alpha"]), "duration": _text(one["duration"])} for one in self.pieces]
         document = {
-            "format": check.FORM["format"], "made_by": f"gaitgraph {__version__}", "digest": self.digest,
-            "deviation": "0.000000000001", "vehicle": vehicle, "law": _plain(self.law), "pieces": pieces, "claims": out,
-        }  # fmt: skip
+            "format": check.FORM["format"],
+            "made_by": f"gaitgraph {__version__}",
+            "digest": self.digest,
+            "deviation": _text(_rounded(float(self.deviation), up=True)),
+            "vehicle": vehicle,
+            "law": _plain(self.law),
+            "pieces": pieces,
+            "claims": out,
+        }
         count = {name: sum(len(one) - 1 for one in cover) for name, cover in covers.items()}
         return Certified(document=document, intervals={"joints": len(pieces), **count})
 
@@ -264,9 +282,7 @@ class _Maker:
             for piece in self.pieces
         ])  # fmt: skip
         shares = hover_thrust_shares(alpha, vehicle)
-        high, limit = _rounded(float(shares.max()) * (1 + _ROOM), up=True), vehicle.thrust_share
-        if limit is not None:
-            high = min(high, Fraction(Decimal(limit) * (1 + _SLACK)))
+        high = _claimed(float(shares.max()), vehicle.thrust_share)
         positive = check.level_physics(self.kappa, self.pieces[0]["alpha"], Fraction(0), Fraction(0))[2][2].value > 0
         least = float(np.min(least_singular_value(alpha, vehicle)))
         out: dict[str, dict[str, Any]] = {
@@ -297,13 +313,13 @@ class _Maker:
     def _motion_claims(self) -> dict[str, dict[str, Any]]:
         """Return claims about angles and their derivatives."""
         vehicle, zero, one = self.gait.vehicle, Fraction(0), Fraction(1)
-        eighths = [(Fraction(k, 8), Fraction(k + 1, 8)) for k in range(8)]
+        count = 8 if len(self.pieces) <= _FEW else 1  # of parts, which narrow the bounds of curves
+        parts = [(Fraction(k, count), Fraction(k + 1, count)) for k in range(count)]
         bounds = []
         for joint in range(4):
             values = []
-            for piece in self.pieces:
-                polynomial = piece["alpha"][joint]
-                for low, high in eighths if len(polynomial) > 2 else [(zero, one)]:
+            for polynomial in (piece["alpha"][joint] for piece in self.pieces):
+                for low, high in parts if len(polynomial) > 2 else [(zero, one)]:
                     values += check.control_values(polynomial, low, high)
             bounds.append((min(values), max(values)))
         out = {"tilt": {"at_least": [low for low, _ in bounds], "at_most": [high for _, high in bounds]}}
@@ -323,9 +339,7 @@ class _Maker:
                     remedy = "use the law 'smooth', or certify the path alone with --untimed (timing=False)"
                     raise Infeasible(f"max_tilt_{name} cannot be proved, since the rates jump between rows: {remedy}")
                 continue
-            at_most = [_rounded(float(peak) * (1 + _ROOM), up=True) for peak in peaks]
-            if limit is not None:
-                at_most = [min(bound, _decimal(limit) * (1 + Fraction(_SLACK))) for bound in at_most]
+            at_most = [_claimed(float(peak), limit) for peak in peaks]
             out[name] = {"at_least": [-bound for bound in at_most], "at_most": at_most}
         return out
 
