@@ -294,6 +294,9 @@ def test_what_cannot_be_proved_is_refused() -> None:
         with pytest.raises(Infeasible, match=reason):
             gg.certify(gait, **options)  # type: ignore[arg-type]
     assert "rate" not in gg.certify(table, vehicle=limited.vehicle, timing=False).document["claims"]
+    turned = np.array([[0.4, -0.4, 0.4, -0.4], [0.5, -0.5, 0.5, -0.5]]) + 2 * math.pi
+    with pytest.raises(InputError, match="at most 3.9 rad"):
+        gg.certify(gg.Gait(alpha=turned, colors=("red", "red")))
     with pytest.raises(InputError, match="tilt"):
         gg.certify("gait3", tilt="90deg")
 

@@ -40,6 +40,7 @@ _GRID = Decimal("1e-15")  # of angles [rad]
 _ROOM = 0.01  # share by which claims stay below what samples show
 _SAMPLES = 16  # of a piece, at most
 _MOST_SAMPLES = 20_000
+_MOST_ANGLE = 3.9  # the checker's limit is 4 [rad]
 _FEW = 100  # pieces
 _DEEPEST = 40  # halvings of a piece
 _PATIENCE = 4  # times that a claim is lowered to what was found between samples
@@ -254,7 +255,7 @@ class _Maker:
         plain = {name: {key: _plain(one) for key, one in claim.items()} for name, claim in claims.items()}
         out = {"joints": self._joints(), **{name: {**plain[name], "cover": covers[name]} for name in claims}}
         spin = self.gait.vehicle.first_rotor_spin
-        vehicle = {"name": self.gait.vehicle.name, "first_rotor_spin": spin}
+        vehicle = {"name": self.gait.vehicle.name[:1000], "first_rotor_spin": spin}
         vehicle |= dict(zip(check.CONSTANTS, map(_text, self.constants), strict=True))
         pieces = [{"alpha": _plain(one["alpha"]), "duration": _text(one["duration"])} for one in self.pieces]
         document = {
@@ -281,6 +282,8 @@ class _Maker:
             np.stack([np.polyval([float(a) for a in one[::-1]], share) for one in piece["alpha"]], axis=-1)
             for piece in self.pieces
         ])  # fmt: skip
+        if (largest := float(np.abs(alpha).max())) > _MOST_ANGLE:
+            raise InputError(f"angles of a certificate must be at most {_MOST_ANGLE} rad in size, got {largest:.6g}")
         shares = hover_thrust_shares(alpha, vehicle)
         high = _claimed(float(shares.max()), vehicle.thrust_share)
         positive = check.level_physics(self.kappa, self.pieces[0]["alpha"], Fraction(0), Fraction(0))[2][2].value > 0
