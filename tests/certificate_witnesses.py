@@ -10,14 +10,11 @@ from __future__ import annotations
 
 import json
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import flint
 import mpmath
 from flint import arb, arb_series, fmpq, fmpq_poly
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 ORDER = 4  # of the Taylor polynomials of the balls
 DERIVATIVES = {"tilt": 0, "rate": 1, "acceleration": 2, "jerk": 3}
@@ -57,61 +54,55 @@ class Certificate:
                     jumps = [a(1) - b(0) for a, b in zip(moved[k - 1][order], derivatives[order], strict=True)]
                     found += [fmpq_poly([exact(most) - abs(jump)]) for jump in jumps]
             else:
-                for q, low, high in zip(
-                    derivatives[DERIVATIVES[name]], claim["at_least"], claim["at_most"], strict=True
-                ):
+                rows = derivatives[DERIVATIVES[name]], claim["at_least"], claim["at_most"]
+                for q, low, high in zip(*rows, strict=True):
                     found += [q - exact(low), exact(high) - q]
         return [[q] for q in found]
 
 
-def everywhere(holds: Callable[[Any, Any], bool], low: Any, width: Any, depth: int = 50) -> bool:
+def everywhere(holds: Any, low: Any, width: Any, depth: int = 50) -> bool:
     """Return whether something is shown on all of [low, low + width], halved where that helps."""
     halves = (low, low + width / 2)
     return holds(low, width) or (depth > 0 and all(everywhere(holds, x, width / 2, depth - 1) for x in halves))
 
 
-def signs(it: Certificate, name: str) -> Callable[[list[Any]], list[Any]]:
-    """Return a function of four angles (balls, or series of balls) whose values are positive where a claim holds."""
+def in_balls(it: Certificate, name: str, alpha: list[Any]) -> list[Any]:
+    """Return what is positive where a claim holds, for four angles that are balls, or series of balls."""
     if name in EXACT:
-        return lambda polynomials: polynomials
+        return alpha
     k, claim = arb(it.kappa), it.claims[name]
     bounds = [arb(exact(claim[side])) for side in ("at_least", "at_most", "tilt") if side in claim]
-
-    def values(alpha: list[Any]) -> list[Any]:
-        axes, torques = [], []
-        for a, (ex, ey), spin in zip(alpha, [(1, 0), (0, 1), (-1, 0), (0, -1)], [k, -k, k, -k], strict=True):
-            s, c = a.sin(), a.cos()
-            n = (s * ey, -s * ex, c)  # cos α z + sin α e×z
-            axes.append(n)
-            torques.append((ey * c + spin * n[0], -ex * c + spin * n[1], ex * n[1] - ey * n[0] + spin * c))  # e×n + σκn
-        if name == "least_singular_value":
-            columns = [(*torque, n[2]) for torque, n in zip(torques, axes, strict=True)]
-            gram = [[sum(x * y for x, y in zip(p, q, strict=True)) for q in columns] for p in columns]
-            for i in range(4):
-                gram[i][i] -= bounds[0] * bounds[0]
-                for row in range(i):
-                    share = gram[i][row] / gram[row][row]
-                    gram[i] = [x - share * y for x, y in zip(gram[i], gram[row], strict=True)]
-            return [gram[i][i] for i in range(4)]
-        free = []  # thrusts without torque
+    axes, torques = [], []
+    for a, (ex, ey), spin in zip(alpha, [(1, 0), (0, 1), (-1, 0), (0, -1)], [k, -k, k, -k], strict=True):
+        s, c = a.sin(), a.cos()
+        n = (s * ey, -s * ex, c)  # cos α z + sin α e×z
+        axes.append(n)
+        torques.append((ey * c + spin * n[0], -ex * c + spin * n[1], ex * n[1] - ey * n[0] + spin * c))  # e×n + σκn
+    if name == "least_singular_value":
+        columns = [(*torque, n[2]) for torque, n in zip(torques, axes, strict=True)]
+        gram = [[sum(x * y for x, y in zip(p, q, strict=True)) for q in columns] for p in columns]
         for i in range(4):
-            a, b, c = torques[:i] + torques[i + 1 :]
-            minor = a[0] * (b[1] * c[2] - b[2] * c[1]) - b[0] * (a[1] * c[2] - a[2] * c[1])
-            free.append((minor + c[0] * (a[1] * b[2] - a[2] * b[1])) * (-1) ** (i + 1))
-        x, y, z = (sum(u * n[j] for u, n in zip(free, axes, strict=True)) for j in range(3))
-        if name == "sign_of_R":
-            return [z / k * {"positive": 1, "negative": -1}[claim["sign"]]]
-        if name == "hover_thrust":
-            return [side for u in free for side in (u / z - bounds[0], bounds[1] - u / z)]
-        s, c = bounds[0].sin_cos()
-        return [z * z * c * c - (x * x + y * y) * s * s]
-
-    return values
+            gram[i][i] -= bounds[0] * bounds[0]
+            for row in range(i):
+                share = gram[i][row] / gram[row][row]
+                gram[i] = [x - share * y for x, y in zip(gram[i], gram[row], strict=True)]
+        return [gram[i][i] for i in range(4)]
+    free = []  # thrusts without torque
+    for i in range(4):
+        a, b, c = torques[:i] + torques[i + 1 :]
+        minor = a[0] * (b[1] * c[2] - b[2] * c[1]) - b[0] * (a[1] * c[2] - a[2] * c[1])
+        free.append((minor + c[0] * (a[1] * b[2] - a[2] * b[1])) * (-1) ** (i + 1))
+    x, y, z = (sum(u * n[j] for u, n in zip(free, axes, strict=True)) for j in range(3))
+    if name == "sign_of_R":
+        return [z / k * {"positive": 1, "negative": -1}[claim["sign"]]]
+    if name == "hover_thrust":
+        return [side for u in free for side in (u / z - bounds[0], bounds[1] - u / z)]
+    s, c = bounds[0].sin_cos()
+    return [z * z * c * c - (x * x + y * y) * s * s]
 
 
 def proved_by_balls(it: Certificate, name: str) -> bool:
     """Decide by Taylor polynomials about the middle, with the remainder's coefficient on the whole interval."""
-    values, least = signs(it, name), -1e-18 if name in EXACT else 0
 
     def shown(piece: list[list[arb]]) -> bool:
         def holds(low: fmpq, width: fmpq) -> bool:
@@ -122,13 +113,13 @@ def proved_by_balls(it: Certificate, name: str) -> bool:
                     rows = zip(alpha, piece, strict=True)
                     alpha = [a * arb_series([x, 1]) + (c[k] if k < len(c) else 0) for a, c in rows]
                 try:
-                    found.append(values(alpha))
+                    found.append(in_balls(it, name, alpha))
                 except (ValueError, ZeroDivisionError):  # a divisor's ball holds zero
                     return False
             enclosures = [rest[ORDER] for rest in found[1]]
             for k in reversed(range(ORDER)):
                 enclosures = [x * step + f[k] for x, f in zip(enclosures, found[0], strict=True)]
-            return all(x > least for x in enclosures)
+            return all(x > (-1e-18 if name in EXACT else 0) for x in enclosures)
 
         return everywhere(holds, fmpq(0), fmpq(1))
 
@@ -137,9 +128,9 @@ def proved_by_balls(it: Certificate, name: str) -> bool:
 
 def false_at_samples(it: Certificate, name: str, samples: int) -> bool:
     """Return whether a claim is false at one of evenly spaced points of a piece, in 128 bits."""
-    points, values = [fmpq(i, samples) for i in range(samples + 1)], signs(it, name)
+    points = [fmpq(i, samples) for i in range(samples + 1)]
     where = [[arb(q(x)) for q in piece] for piece in it.polynomials(name) for x in points]
-    return any(value < 0 for alpha in where for value in values(alpha))
+    return any(value < 0 for alpha in where for value in in_balls(it, name, alpha))
 
 
 class Slope:
@@ -178,8 +169,10 @@ def powers(coefficients: list[Any], x: Slope) -> Slope:
     return total
 
 
-def positive(it: Certificate, name: str, alpha: list[Slope]) -> list[Slope]:
-    """Return what is positive where a claim holds that the four angles alone decide."""
+def in_intervals(it: Certificate, name: str, alpha: list[Slope]) -> list[Slope]:
+    """Return what is positive where a claim holds."""
+    if name in EXACT:
+        return alpha
     trig, claim, k = [a.sine_and_cosine() for a in alpha], it.claims[name], interval(it.kappa)
     (s1, c1), (s2, c2), (s3, c3), (s4, c4) = trig
     C1, C2, C3, C4 = (c + s * x for (s, c), x in zip(trig, [k, -k, k, -k], strict=True))  # cos β / cos δ
@@ -215,7 +208,7 @@ def proved_by_intervals(it: Certificate, name: str) -> bool:
         def holds(low: Any, width: Any) -> bool:
             reach, step = iv.mpf([low.a, (low + width).b]), iv.mpf([-(width / 2).b, (width / 2).b])
             alpha = [powers(angle, Slope(low + width / 2, reach, iv.mpf(1))) for angle in piece]
-            found = alpha if name in EXACT else positive(it, name, alpha)
+            found = in_intervals(it, name, alpha)
             return all(max(q.on.a, (q.at + q.slope * step).a) > (-1e-18 if name in EXACT else 0) for q in found)
 
         return everywhere(holds, iv.mpf(0), iv.mpf(1))
