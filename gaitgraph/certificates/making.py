@@ -152,12 +152,13 @@ def _decimal(value: float, grid: Decimal | None = None) -> Fraction:
 def _text(value: Fraction) -> str:
     """Return an exact number as a text: a decimal where there is one."""
     digits = 0
-    while value.denominator > 1 and digits < 60 and (value * 10**digits).denominator > 1:
+    while digits < 60 and (value * 10**digits).denominator > 1:
         digits += 1
     scaled = value * 10**digits
     if scaled.denominator > 1:
         return f"{value.numerator}/{value.denominator}"
-    return f"{Decimal(scaled.numerator).scaleb(-digits):f}" if digits else str(scaled.numerator)
+    figures = f"{abs(scaled.numerator):0{digits + 1}d}"
+    return "-" * (value < 0) + (f"{figures[:-digits]}.{figures[-digits:]}" if digits else figures)
 
 
 def _rounded(value: float, *, up: bool) -> Fraction:
