@@ -60,10 +60,18 @@ class Certificate:
         return [[q] for q in found]
 
 
-def everywhere(holds: Any, low: Any, width: Any, depth: int = 50) -> bool:
-    """Return whether something is shown on all of [low, low + width], halved where that helps."""
+def everywhere(holds: Any, piece: Any, low: Any, width: Any, depth: int = 50) -> bool:
+    """Return whether something is shown of a piece on all of [low, low + width], halved where that helps."""
     halves = (low, low + width / 2)
-    return holds(low, width) or (depth > 0 and all(everywhere(holds, x, width / 2, depth - 1) for x in halves))
+    more = (everywhere(holds, piece, x, width / 2, depth - 1) for x in halves if depth)
+    return holds(piece, low, width) or (depth > 0 and all(more))
+
+
+def powers(coefficients: list[Any], x: Any) -> Any:
+    total = x * 0
+    for c in reversed(coefficients):
+        total = total * x + c
+    return total
 
 
 def in_balls(it: Certificate, name: str, alpha: list[Any]) -> list[Any]:
@@ -104,26 +112,21 @@ def in_balls(it: Certificate, name: str, alpha: list[Any]) -> list[Any]:
 def proved_by_balls(it: Certificate, name: str) -> bool:
     """Decide by Taylor polynomials about the middle, with the remainder's coefficient on the whole interval."""
 
-    def shown(piece: list[list[arb]]) -> bool:
-        def holds(low: fmpq, width: fmpq) -> bool:
-            middle, step, found = arb(low + width / 2), arb(0, arb(width / 2)), []
-            for x in (middle, middle + step):
-                alpha = [arb_series([0])] * len(piece)
-                for k in reversed(range(max(map(len, piece)))):
-                    rows = zip(alpha, piece, strict=True)
-                    alpha = [a * arb_series([x, 1]) + (c[k] if k < len(c) else 0) for a, c in rows]
-                try:
-                    found.append(in_balls(it, name, alpha))
-                except (ValueError, ZeroDivisionError):  # a divisor's ball holds zero
-                    return False
-            enclosures = [rest[ORDER] for rest in found[1]]
-            for k in reversed(range(ORDER)):
-                enclosures = [x * step + f[k] for x, f in zip(enclosures, found[0], strict=True)]
-            return all(x > (-1e-18 if name in EXACT else 0) for x in enclosures)
+    def holds(piece: list[list[arb]], low: fmpq, width: fmpq) -> bool:
+        middle, step = arb(low + width / 2), arb(0, arb(width / 2))
+        try:
+            at, on = (
+                in_balls(it, name, [powers(q, arb_series([x, 1])) for q in piece]) for x in (middle, middle + step)
+            )
+        except (ValueError, ZeroDivisionError):  # a divisor's ball holds zero
+            return False
+        enclosures = [f[ORDER] for f in on]
+        for k in reversed(range(ORDER)):
+            enclosures = [x * step + f[k] for x, f in zip(enclosures, at, strict=True)]
+        return all(x > (-1e-18 if name in EXACT else 0) for x in enclosures)
 
-        return everywhere(holds, fmpq(0), fmpq(1))
-
-    return all(shown([list(map(arb, q.coeffs())) for q in piece]) for piece in it.polynomials(name))
+    pieces = ([list(map(arb, q.coeffs())) for q in piece] for piece in it.polynomials(name))
+    return all(everywhere(holds, piece, fmpq(0), fmpq(1)) for piece in pieces)
 
 
 def false_at_samples(it: Certificate, name: str, samples: int) -> bool:
@@ -147,7 +150,7 @@ class Slope:
         x = x if isinstance(x, Slope) else Slope(x, x, 0)
         return Slope(self.at * x.at, self.on * x.on, self.slope * x.on + self.at * x.slope)
 
-    def __sub__(self, x: Any) -> Slope:
+    def __sub__(self, x: Any) -> Any:
         return self + x * -1
 
     def __truediv__(self, x: Slope) -> Slope:
@@ -158,15 +161,8 @@ class Slope:
         return Slope(iv.sin(self.at), s, c * self.slope), Slope(iv.cos(self.at), c, -s * self.slope)
 
 
-def interval(number: fmpq) -> Any:
-    return iv.mpf(int(number.p)) / int(number.q)
-
-
-def powers(coefficients: list[Any], x: Slope) -> Slope:
-    total = x * 0
-    for c in reversed(coefficients):
-        total = total * x + c
-    return total
+def interval(number: fmpq | str) -> Any:
+    return iv.mpf(Fraction(str(number)).numerator) / Fraction(str(number)).denominator
 
 
 def in_intervals(it: Certificate, name: str, alpha: list[Slope]) -> list[Slope]:
@@ -178,7 +174,7 @@ def in_intervals(it: Certificate, name: str, alpha: list[Slope]) -> list[Slope]:
     C1, C2, C3, C4 = (c + s * x for (s, c), x in zip(trig, [k, -k, k, -k], strict=True))  # cos β / cos δ
     S1, S2, S3, S4 = (s - c * x for (s, c), x in zip(trig, [k, -k, k, -k], strict=True))  # sin β / cos δ
     if name == "least_singular_value":
-        square = interval(exact(claim["at_least"]) * exact(claim["at_least"]))
+        square = interval(claim["at_least"]) * interval(claim["at_least"])
         roll, pitch = C2 * C2 + C4 * C4 - square, C1 * C1 + C3 * C3 - square
         a, b = C4 * S4 - C2 * S2, C1 * S1 - C3 * S3  # yaw with roll and with pitch
         e, f = C2 * c2 - C4 * c4, C3 * c3 - C1 * c1  # altitude with roll and with pitch
@@ -192,25 +188,20 @@ def in_intervals(it: Certificate, name: str, alpha: list[Slope]) -> list[Slope]:
     if name == "sign_of_R":
         return [N[2] * {"positive": -1, "negative": 1}[claim["sign"]] * (-1 if it.kappa < 0 else 1)]  # det M = −N_z
     if name == "hover_thrust":
-        low, high = (interval(exact(claim[side])) for side in ("at_least", "at_most"))
+        low, high = (interval(claim[side]) for side in ("at_least", "at_most"))
         return [side for thrust in u for side in (thrust / N[2] - low, thrust / N[2] * -1 + high)]
-    up, x, y = (
-        N[2] * iv.cos(interval(exact(claim["tilt"]))),
-        *(n * iv.sin(interval(exact(claim["tilt"]))) for n in N[:2]),
-    )
-    return [up * up - x * x - y * y]
+    s, c = iv.sin(interval(claim["tilt"])), iv.cos(interval(claim["tilt"]))
+    return [N[2] * N[2] * c * c - (N[0] * N[0] + N[1] * N[1]) * s * s]
 
 
 def proved_by_intervals(it: Certificate, name: str) -> bool:
     """Decide by ranges and by slopes to the middle, whichever is narrower."""
 
-    def shown(piece: list[list[Any]]) -> bool:
-        def holds(low: Any, width: Any) -> bool:
-            reach, step = iv.mpf([low.a, (low + width).b]), iv.mpf([-(width / 2).b, (width / 2).b])
-            alpha = [powers(angle, Slope(low + width / 2, reach, iv.mpf(1))) for angle in piece]
-            found = in_intervals(it, name, alpha)
-            return all(max(q.on.a, (q.at + q.slope * step).a) > (-1e-18 if name in EXACT else 0) for q in found)
+    def holds(piece: list[list[Any]], low: Any, width: Any) -> bool:
+        reach, step = iv.mpf([low.a, (low + width).b]), iv.mpf([-(width / 2).b, (width / 2).b])
+        alpha = [powers(q, Slope(low + width / 2, reach, iv.mpf(1))) for q in piece]
+        least = -1e-18 if name in EXACT else 0
+        return all(max(q.on.a, (q.at + q.slope * step).a) > least for q in in_intervals(it, name, alpha))
 
-        return everywhere(holds, iv.mpf(0), iv.mpf(1))
-
-    return all(shown([list(map(interval, q.coeffs())) for q in piece]) for piece in it.polynomials(name))
+    pieces = ([list(map(interval, q.coeffs())) for q in piece] for piece in it.polynomials(name))
+    return all(everywhere(holds, piece, iv.mpf(0), iv.mpf(1)) for piece in pieces)
