@@ -64,6 +64,7 @@ sphinx_gallery_conf = {
 
 html_theme = "furo"
 html_title = "gaitgraph"
+html_theme_options = {"dark_css_variables": {"color-foreground-muted": "#8c9198"}}  # a contrast of 4.5 or more
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_show_sphinx = False

@@ -1,4 +1,4 @@
-"""Public names of a package that are loaded when they are first used, so that importing the package costs nothing.
+"""Names and pictures that are loaded when they are first used, so that importing the package costs nothing.
 
 A package states each of its names once, in the imports of its ``if TYPE_CHECKING:`` block. Type checkers read them
 there; at run time :func:`lazy_names` reads the same block and imports a name's module when the name is asked for.
@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+
+    from matplotlib.axes import Axes
 
 
 @cache
@@ -50,3 +52,20 @@ def lazy_names(package: str) -> tuple[Callable[[str], Any], Callable[[], list[st
         return value
 
     return getattr_, lambda: sorted(lazy_modules(package))
+
+
+class Pictured:
+    """Base of the objects that have a picture, which :mod:`gaitgraph.plots.gaits` draws."""
+
+    __slots__ = ()
+
+    def plot(self: Any, *, ax: Axes | None = None) -> Axes:
+        """Draw the object on axes, by default those of a new figure; see :func:`gaitgraph.plots.plot`."""
+        from gaitgraph.plots.gaits import plot
+
+        return plot(self, ax=ax)
+
+    def _repr_html_(self: Any) -> str:
+        from gaitgraph.plots.gaits import html_of
+
+        return html_of(self)

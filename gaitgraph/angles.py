@@ -155,8 +155,7 @@ def text_from_angle(angle: float) -> str:
         return "0"
     divisor = 32 // math.gcd(abs(whole), 32)
     factor = whole * divisor // 32
-    head = {1: "", -1: "-"}.get(factor, str(factor))
-    return f"{head}π" + (f"/{divisor}" if divisor > 1 else "")
+    return {1: "", -1: "-"}.get(factor, str(factor)) + "π" + (f"/{divisor}" if divisor > 1 else "")
 
 
 def figure(number: float) -> str:
@@ -166,6 +165,15 @@ def figure(number: float) -> str:
     ('20,000', '5.89', '0.454', '-2')
     """
     return f"{float(f'{number:.3g}'):,.12g}"
+
+
+def percent(fraction: float) -> str:
+    """Return a fraction as a percentage with two decimals, everywhere the same.
+
+    >>> percent(0.85148)
+    '85.15 %'
+    """
+    return f"{100 * fraction:.2f} %"
 
 
 def wrapped(angle: Any, period: float = math.pi) -> Any:

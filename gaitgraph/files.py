@@ -54,7 +54,8 @@ def reading(path: Path, what: str) -> Iterator[None]:
     try:
         yield
     except UnicodeDecodeError as error:
-        raise InputError(f"{what} {str(path)!r} must be UTF-8 text, got other bytes") from error
+        got = "got other bytes; in Excel save it as CSV UTF-8"
+        raise InputError(f"{what} {str(path)!r} must be UTF-8 text, {got}") from error
     except (OSError, ValueError) as error:  # a name with a null character is a ValueError
         if isinstance(error, GaitgraphError):
             raise
@@ -77,7 +78,8 @@ def table_from_toml(text: str) -> dict[str, Any]:
     except RecursionError as error:
         raise InputError("it is nested too deeply") from error
     except ValueError as error:
-        raise InputError(f"it is not TOML ({str(error).splitlines()[0]})") from error
+        hint = "texts need quotes, as in '30deg', and numbers a decimal point"
+        raise InputError(f"it is not TOML ({str(error).splitlines()[0]}); {hint}") from error
 
 
 def value_from_json(text: str | bytes, wanted: str) -> Any:

@@ -12,11 +12,13 @@ surface and region in the origin of the (α1, α2) plane.
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, fields
 from pathlib import Path
 from typing import Any, Literal, get_args
 
+from gaitgraph._lazy import Pictured
 from gaitgraph.angles import angle_from_text, angle_within, number_of, text_from_angle
 from gaitgraph.errors import InputError, MissingConstant, check_fields, checked_choice, did_you_mean, shown
 from gaitgraph.files import from_toml_file
@@ -46,7 +48,7 @@ _ANGLES = ("first_arm_angle", "max_tilt", "max_tilt_rate", "max_tilt_acceleratio
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, init=False)
-class Vehicle:
+class Vehicle(Pictured):
     """The constants of one tilt-rotor; immutable, in SI units.
 
     Unknown constants are None. The drag ratio must be known: give Kf, Km and the arm length, or Km/Kf and the arm
@@ -219,18 +221,13 @@ class Vehicle:
         del stated["name"]
         for name, value in stated.items():
             if name in ("first_arm_angle", "max_tilt"):
-                text = text_from_angle(value)
+                text = f"{text_from_angle(value)} rad = {math.degrees(value):.6g}°"
             else:
                 parts = value if isinstance(value, list) else [value]
                 text = ", ".join(part if isinstance(part, str) else f"{part:.6g}" for part in parts)
-            unit = UNITS.get(name, "rad" if name in _ANGLES else "").removeprefix("dimensionless")
-            lines.append(f"  {name.replace('_', ' '):<22} {text} {unit}".rstrip())
+                text += f" {UNITS.get(name, '').removeprefix('dimensionless')}"
+            lines.append(f"  {name.replace('_', ' '):<22} {text}".rstrip())
         return "\n".join(lines)
-
-    def _repr_html_(self) -> str:
-        from gaitgraph.plots.notebook import html_of
-
-        return html_of(self)
 
 
 _DEFAULTS = {field.name: None if field.default is MISSING else field.default for field in fields(Vehicle)}
@@ -293,7 +290,9 @@ def vehicle_from_mapping(constants: dict[str, Any]) -> Vehicle:
     preset: Any = constants["preset"]
     if not isinstance(preset, str) or preset not in _PRESETS:
         allowed = f"a preset ({', '.join(_PRESETS)}), a .toml file, a mapping of constants or a Vehicle"
-        raise InputError(f"vehicle must be {allowed}, got {shown(preset)}{did_you_mean(preset, preset_names())}")
+        is_file = os.path.isfile(f"{preset}.toml")  # noqa: PTH113 - False for a name that no file can have
+        hint = f"; did you mean '{preset}.toml'?" if is_file else did_you_mean(preset, preset_names())
+        raise InputError(f"vehicle must be {allowed}, got {shown(preset)}{hint}")
     changes = {name: value for name, value in constants.items() if name != "preset"}
     return _PRESETS[preset].replace(**{"name": f"{preset}, changed", **changes}) if changes else _PRESETS[preset]
 

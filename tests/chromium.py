@@ -27,6 +27,7 @@ if CHROMIUM is None or DRIVER is None:
 FLAGS = (
     "--headless=new", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
     "--disable-background-networking", "--disable-component-update", "--disable-sync", "--force-prefers-reduced-motion",
+    "--enable-unsafe-swiftshader",  # draws WebGL without a graphics card
 )  # fmt: skip
 
 

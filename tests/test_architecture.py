@@ -34,12 +34,6 @@ EXCEPTIONS = {
     ("gait.gait", "TYPE_CHECKING", "validation.report"),
     ("timing.timed_gait", "TimedGait.animate", "plots.vehicles"),
     ("flight.flight", "Flight.write", "plots.flights"),
-    ("vehicle", "Vehicle._repr_html_", "plots.notebook"),
-    ("surface.region", "Region._repr_html_", "plots.notebook"),
-    ("gait.gait", "Gait._repr_html_", "plots.notebook"),
-    ("validation.report", "Report._repr_html_", "plots.notebook"),
-    ("timing.timed_gait", "TimedGait._repr_html_", "plots.notebook"),
-    ("planning.planner", "Plan._repr_html_", "plots.notebook"),
     ("io.formats", "given_gait", "planning.planner"),  # a request stands for its gait
     ("gait.table", "Table._frame", ANYTHING),  # pandas or polars
     ("cli", "Group.get_command", ANYTHING),  # a command's file, by the command's name

@@ -27,7 +27,6 @@ from gaitgraph.optimization.retargeting import MOST_ROWS
 from gaitgraph.robustness.attitudes import acceptable_attitudes, singular_curve
 from gaitgraph.robustness.biased import robustness_of
 from gaitgraph.study.design import study_from_mapping
-from gaitgraph.surface.adjacency import FIBER_TYPES, PLANE_TYPES, types_from_text
 from gaitgraph.surface.admissible import (
     admissible_region,
     hover_region,
@@ -36,7 +35,7 @@ from gaitgraph.surface.admissible import (
     thrust_region,
 )
 from gaitgraph.surface.region import Zones
-from gaitgraph.surface.sheets import root_arrays, roots, sheet_grid
+from gaitgraph.surface.sheets import FIBER_TYPES, PLANE_TYPES, root_arrays, roots, sheet_grid, types_from_text
 from gaitgraph.timing.curve import Curve, rounded
 from gaitgraph.timing.servo_lag import servo_response
 from gaitgraph.timing.time_optimal import Limits, least_period, paced
@@ -49,6 +48,7 @@ NAN, INF, NODE = math.nan, math.inf, (14, 2, "red")
 G3, G4 = (lift(GAITS[k].angles, "red") for k in (2, 3))
 NO_NUMBERS: list[Any] = [NAN, INF, -1.0, 1e300, True, "fast", [], 1j, {}, (1.0,), -(10**400)]
 SQUARE = [(0, 0), (1, 0), (1, 1), (0, 1)]
+LISTED: Any = ["a.csv"]
 SMALL: dict[str, Any] = {"name": "small", "gaits": ["gait1"], "attitudes": {"roll": [0.0, 0.3], "pitch": [0.0, 0.2]}}
 TABLE, POINT = table_of(G3.parametrize(samples=4)), lift([(0.3, -0.3)], "red")
 MIXED, EXACT_GAIT = lift(GAITS[2].angles, ["red", "blue"] * 2), lift(GAITS[3].angles, "red", coefficients=EXACT)
@@ -154,6 +154,7 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     (cycles_of, {"effort": 0}, "effort must be a whole number from 1 to 1000000000000, got 0"),
     # plans
     (plan, {"waypoints": []}, "waypoints must be …, got []"),
+    (plan, {"waypoints": ()}, "waypoints must be …, got none"),
     (plan, {"waypoints": "0,0"}, "waypoints must be … got '0,0'"),
     (plan, {"keep_out": 5}, "keep_out must be a list of polygons, … got 5"),
     (plan, {"vehicle": None}, "vehicle must be … got None"),
@@ -161,6 +162,7 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     (plan, {"waypoints": [(0, 0, 0)]}, "waypoint 1 must be [alpha1, alpha2], got "),
     (plan, {"waypoints": [(0, 0), ("x", 0)]}, "waypoint 2 alpha1 must be a finite number …, got 'x'"),
     (plan, {"waypoints": [("100deg", 0)]}, "waypoint 1 alpha1 must be within ±π/2 rad, got '100deg'"),
+    (partial(POINT.parametrize().write, LISTED), {}, "output must be the path of a file, got ['a.csv']"),
     # degrees without a unit
     (plan, {"waypoints": [(0, 30)]}, "waypoint 1 alpha2 must be within ±π/2 rad, got 30; for degrees write '30deg'"),
     (plan, {"waypoints": [("−30", 0)]}, "waypoint 1 alpha1 must be …, got '−30'; for degrees write '−30deg'"),
@@ -373,7 +375,7 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     *((curve_of, {"alpha": wrong}, "alpha must be four finite tilt angles") for wrong in ([NAN, 0, 0, 0], [0, 0, 0])),
     *(
         (within, {"tilt": tilt}, "tilt must be at least 0 and less than π/2 rad, got ")
-        for tilt in (-0.1, math.pi / 2, NAN, "x", True, np.array([0.1, 0.2]))
+        for tilt in (-0.1, math.pi / 2, NAN, "95deg", True, np.array([0.1, 0.2]))
     ),
 ]
 

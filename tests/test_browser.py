@@ -9,6 +9,8 @@ import math
 import subprocess
 import sys
 import time
+from contextlib import contextmanager
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -29,6 +31,23 @@ for name in ("starlette", "uvicorn"):
 
 pytestmark = pytest.mark.slow
 
+# Every visible text, with the contrast [1, 21] of its color to what is behind it.
+CONTRASTS = """
+const light = (rgb) => rgb.map((c) => c / 255).map((c) => (c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4))
+  .reduce((sum, c, k) => sum + c * [0.2126, 0.7152, 0.0722][k], 0);
+const parts = (text) => text.match(/[\\d.]+/g).map(Number);
+const found = [];
+for (const node of document.querySelectorAll("body *:not(option):not(script):not(svg *)")) {
+  const own = [...node.childNodes].some((child) => child.nodeType === 3 && child.textContent.trim());
+  if (!own || !node.checkVisibility() || node.closest(":disabled, .spoken, .skip, canvas")) continue;
+  let behind = node;
+  while (behind && (parts(getComputedStyle(behind).backgroundColor)[3] ?? 1) === 0) behind = behind.parentElement;
+  const ratio = [getComputedStyle(node).color, getComputedStyle(behind ?? document.body).backgroundColor]
+    .map((color) => light(parts(color).slice(0, 3)) + 0.05).sort((a, b) => b - a);
+  found.push([`${node.tagName}.${node.className} ${node.textContent.trim().slice(0, 30)}`, ratio[0] / ratio[1]]);
+}
+return found;
+"""
 WIDE, NARROW = (1280, 900), (400, 800)
 PATIENCE = 30.0  # until a page that does not come counts as broken [s]
 LEFT, RIGHT, UP, DOWN, ENTER, DELETE, ESCAPE, TAB = "\ue012\ue014\ue013\ue015\ue007\ue017\ue00c\ue004"
@@ -93,6 +112,9 @@ class Page:
 
     def text(self, name: str) -> str:
         return str(self.js("return document.getElementById(arguments[0]).textContent", name)).strip()
+
+    def shows_clock(self, text: str) -> bool:
+        return self.text("clock") == text
 
     def count(self, selector: str) -> int:
         return int(self.js("return document.querySelectorAll(arguments[0]).length", selector))
@@ -160,7 +182,43 @@ class Page:
         )  # fmt: skip
 
     def complaints(self) -> list[str]:
-        return [entry["message"] for entry in self.driver.get_log("browser")]  # and they are forgotten
+        """Return the lines of the console, and clear it; those of the graphics driver do not count."""
+        lines = [entry["message"] for entry in self.driver.get_log("browser")]
+        return [line for line in lines if "WebGL" not in line]
+
+    def touch(self, *points: tuple[float, float], moved: tuple[int, int] = (0, 0)) -> None:
+        """Touch the first point of the map, drag over the others, each moved by some pixels, and let go."""
+        for k, point in enumerate(points):
+            x, y = (place + by for place, by in zip(self.place(*point), moved, strict=True))
+            kind = "touchMove" if k else "touchStart"
+            self.cdp("Input.dispatchTouchEvent", type=kind, touchPoints=[{"x": x, "y": y}])
+        self.cdp("Input.dispatchTouchEvent", type="touchEnd", touchPoints=[])
+
+    def opened(self, path: Path) -> None:
+        """Open a table."""
+        self.id("file").send_keys(str(path))
+        self.until(lambda: self.text("table-name") == path.name)
+
+    @contextmanager
+    def emulated(self, *, still: bool = True, script: str = "") -> Iterator[None]:
+        """Run a script before those of each page, and prefer reduced motion or not."""
+        motion = {"name": "prefers-reduced-motion", "value": "reduce" if still else "no-preference"}
+        self.cdp("Emulation.setEmulatedMedia", features=[motion])
+        added = self.cdp("Page.addScriptToEvaluateOnNewDocument", source=script)
+        try:
+            yield
+        finally:
+            self.cdp("Page.removeScriptToEvaluateOnNewDocument", **added)
+            self.cdp("Emulation.setEmulatedMedia", features=[])
+
+    def vehicle(self) -> bytes:
+        """Return a picture of the vehicle in three dimensions, as soon as it is there and stands still."""
+        self.has("#vehicle-root canvas", 1)
+        seen = [b"", self.css("#vehicle-root canvas").screenshot_as_png]
+        while seen[-1] != seen[-2]:
+            time.sleep(0.1)
+            seen.append(self.css("#vehicle-root canvas").screenshot_as_png)
+        return bytes(seen[-1])
 
 
 @pytest.fixture(scope="module")
@@ -205,18 +263,111 @@ def test_clicking_the_waypoints_of_gait_3(page: Page) -> None:
     assert page.count(".waypoint") == page.count(".corner") == 4
     assert page.count(".check.ok") == page.count(".check") == 9
     assert "Flyable. red gait, 4 corners" in page.text("verdict-spoken")
-    page.until(lambda: page.count(".attitudes svg") == 2)  # the gait and the biased one beside it
-    assert "tilt margin90.0°" in page.text("diagram-root")
-    assert page.count("#vehicle-root .disc") == 4
+    page.has(".attitudes svg", 1)  # the biased gait; that of the gait is one line
+    assert page.text("all-acceptable") == "✓ All attitudes acceptable: tilt margin 90.0°, acceptable 100 %"
+    page.until(lambda: page.count("#vehicle-root canvas, #vehicle-root .disc"))
     assert page.count(".uplot canvas") == 2
-    # The browser prefers reduced motion: the vehicle is moved by steps.
-    disc = "return document.querySelector('#vehicle-root .disc').getAttribute('transform')"
-    before = page.js(disc)
-    assert page.text("play") == "Step"
+
+
+def test_the_first_visit_shows_gait_4_and_offers_to_try_it(page: Page) -> None:
+    gait_4 = "waypoints=-pi/8,pi/8;-pi/8,3pi/8;-3pi/8,3pi/8;-3pi/8,pi/8&color=red&sign=positive"
+    page.open()
+    page.until(page.id("welcome").is_displayed)
+    assert "Gait 4 of the paper" in page.text("welcome")
+    assert [page.count(selector) for selector in (".path.ghost", ".path:not(.ghost)", ".waypoint")] == [1, 0, 0]
+    assert page.state == ""
+    standing = page.vehicle()
+    page.id("play").click()
+    assert page.vehicle() != standing
+    page.id("try-gait").click()
+    page.at(gait_4)
+    assert page.headline() == "✓Flyable"
+    assert page.count(".path.ghost") == 0
+    assert not page.id("welcome").is_displayed()
+    page.id("undo").click()
+    page.at("")
+    assert not page.id("welcome").is_displayed()
+
+    page.open()
+    page.until(page.id("welcome").is_displayed)
+    page.id("draw-own").click()
+    assert not page.id("welcome").is_displayed()
+    assert (page.count(".path"), page.js("return document.activeElement.id")) == (0, "map")
+    page.open(GAIT_3)
+    assert not page.id("welcome").is_displayed()
+
+
+def test_the_vehicle_moves_by_itself_until_it_is_paused(page: Page) -> None:
+    counting = "window.asked = 0; const ask = requestAnimationFrame;"
+    counting += "window.requestAnimationFrame = (call) => { window.asked += 1; return ask(call); };"
+    with page.emulated(still=False, script=counting):
+        page.open(GAIT_3)
+        assert page.text("play") == "Pause"
+        shown = page.text("clock")
+        page.until(lambda: page.text("clock") != shown)
+        page.until(lambda: page.js("return window.asked") > 20)
+        page.id("play").click()
+        assert page.text("play") == "Play"
+        page.vehicle()
+        shown, asked = page.text("clock"), page.js("return window.asked")
+        time.sleep(0.5)
+        assert (page.text("clock"), page.js("return window.asked")) == (shown, asked)  # nothing runs in a pause
+        page.click(2 * STEP, -2 * STEP)  # a change of the gait does not start it
+        page.planned()
+        assert page.text("play") == "Play"
+
+
+def test_slider_steps_and_the_pointer_set_the_posture(page: Page) -> None:
+    page.open(GAIT_3)
+    pictures = [page.vehicle()]
+    assert (page.text("play"), page.text("clock")) == ("Step", "0.000 s")  # the browser prefers reduced motion
     for _ in range(3):
         page.id("play").click()
     assert page.text("clock") == "0.375 s"
-    assert page.js(disc) != before
+    pictures.append(page.vehicle())
+    page.js(
+        "const slider = document.getElementById('scrub'); slider.value = '600';"
+        " slider.dispatchEvent(new Event('input', { bubbles: true }));"
+    )
+    assert page.text("clock") == "0.600 s"
+    pictures.append(page.vehicle())
+    x, y = page.place(3 * math.pi / 8, -2 * STEP - math.pi / 8)  # in the middle of the first leg
+    for dx, clock in ((60, "0.600 s"), (4, "0.125 s"), (-60, "0.125 s")):
+        page.cdp("Input.dispatchMouseEvent", type="mouseMoved", x=x + dx, y=y)
+        page.until(partial(page.shows_clock, clock))
+    pictures.append(page.vehicle())
+    assert len(set(pictures)) == len(pictures)
+
+
+def test_the_vehicle_can_be_turned(page: Page) -> None:
+    page.open(GAIT_3)
+    page.vehicle()
+    canvas = page.css("#vehicle-root canvas")
+    canvas.send_keys("0")  # from now on it has the focus
+    first = page.vehicle()
+    ActionChains(page.driver).drag_and_drop_by_offset(canvas, 80, 20).perform()
+    dragged = page.vehicle()
+    canvas.send_keys(LEFT, UP, "+")
+    assert len({first, dragged, page.vehicle()}) == 3
+    canvas.send_keys("0")
+    assert page.vehicle() == first
+
+
+def test_without_webgl_the_vehicle_is_drawn(page: Page) -> None:
+    none = "HTMLCanvasElement.prototype.getContext = new Proxy(HTMLCanvasElement.prototype.getContext, {"
+    none += "apply: (get, canvas, [kind, ...rest]) => (kind === 'webgl2' ? null : get.call(canvas, kind, ...rest)) });"
+    with page.emulated(script=none):
+        page.open(GAIT_3)
+        page.has("#vehicle-root .disc", 4)
+        assert page.count("#vehicle-root canvas") == 0
+        assert not any(
+            "three" in name for name in page.js("return performance.getEntriesByType('resource').map((e) => e.name)")
+        )
+        disc = "return document.querySelector('#vehicle-root .disc').getAttribute('transform')"
+        before = page.js(disc)
+        for _ in range(3):
+            page.id("play").click()
+        assert page.js(disc) != before
 
 
 def test_gait_1_is_valid_and_not_flyable(page: Page) -> None:
@@ -282,9 +433,10 @@ def test_the_address_holds_everything(page: Page) -> None:
 def test_a_broken_address_is_reported_and_the_rest_of_it_kept(page: Page) -> None:
     page.open("waypoints=3pi/8,9&color=green&period=2&nonsense&keep_out=%E0%A4%A&eta=0&samples=1e9&accuracy=1e-9")
     for said in (
-        "color=green: allowed are auto, red, blue", "“3pi/8,9” is no pair of angles within ±pi/2",
-        "eta=0: allowed is a number above 0, up to 1", "samples=1e9: allowed is a whole number from 1 to 10000",
-        "accuracy=1e-9: allowed is a number from 1e-5 to 0.1",
+        "color must be one of auto, red, blue, got “green”", "pairs of angles within ±pi/2, got “3pi/8,9”",
+        "eta must be a number above 0, up to 1, got “0”", "samples must be a whole number from 1 to 10000, got “1e9”",
+        "accuracy must be a number from 1e-5 to 0.1, got “1e-9”", "“nonsense” is not a field of the page",
+        "keep_out cannot be decoded",
     ):  # fmt: skip
         assert said in page.text("notice")
     assert page.id("period").get_property("value") == "2"
@@ -318,6 +470,14 @@ def test_a_broken_table_is_marked_where_it_breaks(page: Page, tmp_path: Path) ->
     )
     assert min(math.hypot(x - left, y - top) for x, y in places) < 3
     assert page.js("return document.getElementById('use-request').checkVisibility()") is False
+    assert page.js("return document.getElementById('welcome').hidden")  # the ghost of a first visit is gone
+    assert page.count(".path.ghost") == 0
+    page.size(*NARROW)
+    for name in ("headline", "reason"):
+        box = f"document.getElementById('{name}')"
+        assert page.js(f"return {box}.getBoundingClientRect().right <= innerWidth"), name
+        assert page.js(f"return {box}.scrollWidth <= {box}.clientWidth"), name
+    page.size(*WIDE)
     page.id("close-table").click()
     assert page.headline() == "No waypoints yet"
     assert page.count(".broken") == 0
@@ -374,19 +534,25 @@ def test_waypoints_and_numbers_can_be_typed(page: Page) -> None:
     page.typed(field, "-22.5deg")
     page.planned()
     page.at(GAIT_3)
-    for one, text, allowed in (
-        (field, "2", "Waypoint 2, α2: “2”; allowed are angles within ±π/2"),
-        (field, "0,5", "Waypoint 2, α2: “0,5”; allowed are angles within ±π/2"),
-        (page.id("period"), "2,5", "Period (s): “2,5”; allowed is a number of seconds from 1e-6 to 1e9, with a point"),
-        (page.id("samples"), "0x10", "Samples: “0x10”; allowed is a whole number from 1 to 10000"),
+    page.css("#advanced > summary").click()
+    for one, text, wanted in (
+        (field, "2", "Waypoint 2, α2 must be an angle within ±π/2"),
+        (field, "0,5", "Waypoint 2, α2 must be an angle within ±π/2"),
+        (page.id("period"), "2,5", "Period (s) must be a number of seconds from 1e-6 to 1e9, got “2,5”"),
+        (page.id("samples"), "0x10", "Samples must be a whole number from 1 to 10000, got “0x10”"),
     ):
         page.typed(one, text)
-        assert page.text("problem").startswith(allowed)
+        assert page.text("problem").startswith(wanted)
         assert one.get_attribute("aria-invalid") == "true"
         assert page.state == GAIT_3
     page.typed(page.id("period"), "2.5")
     page.at(f"{GAIT_3}&period=2.5")
     assert page.id("problem").is_displayed() is False
+    assert page.text("advanced-changed") == "(1 changed)"
+    for text, shown, kept in (("-60deg", "−π/3", "-pi/3"), ("-50°", "−5π/18", "-5pi/18")):
+        page.typed(field, text)
+        page.at(f"{GAIT_3.replace('3pi/8,-pi/8', f'3pi/8,{kept}')}&period=2.5")
+        assert field.get_property("value") == shown
 
 
 def test_refusals_and_a_server_that_is_gone(page: Page) -> None:
@@ -417,6 +583,8 @@ def test_refusals_and_a_server_that_is_gone(page: Page) -> None:
 def test_nothing_is_too_wide_too_pale_or_without_a_name(page: Page, size: tuple[int, int], theme: str) -> None:
     page.size(*size)
     page.open(f"{GAIT_3}&keep_out=0,0;pi/16,pi/8;pi/8,0&theme={theme}&types=yes")
+    if page.id("menu").is_displayed():
+        page.id("menu").click()
     page.css("#download > summary").click()
     width = page.js("return [document.documentElement.scrollWidth, innerWidth]")
     assert width[0] <= width[1] == size[0]
@@ -426,3 +594,162 @@ def test_nothing_is_too_wide_too_pale_or_without_a_name(page: Page, size: tuple[
     controls = {"button", "textbox", "combobox", "checkbox", "radio", "slider", "link", "application"}
     assert {role for role, _ in found} >= controls | {"main", "banner", "region", "status"}
     assert [role for role, name in found if role in controls | {"DisclosureTriangle", "image"} and not name] == []
+
+
+def test_without_a_gait_a_waypoint_can_be_moved_to_where_there_is_one(page: Page) -> None:
+    state = "waypoints=pi/8,pi/8;5pi/16,-5pi/16;pi/8,-5pi/16"
+    page.open(state)
+    assert page.headline() == "✕No gait"
+    assert page.text("reason").startswith(
+        "red, R < 0: waypoint 1 (π/8, π/8) has R = 2.9; the nearest admissible point is"
+    )
+    assert page.count(".layer-advice .from") == page.count(".advice-head") == 1
+    assert page.count("[data-key=ways]:not([open])") == page.count("[data-key=alternatives]:not([open])") == 1
+    page.id("move-there").click()
+    page.shows("✓Flyable")
+    assert page.state.startswith("waypoints=pi/8,-0.167")
+    assert page.count(".layer-advice *") == page.count("#actions *") == 0
+    page.id("undo").click()
+    page.at(state)
+    page.id("allow-valid").click()
+    page.at(f"{state}&require=valid")
+    # The map becomes blue, and says so; nothing there is shaded as a value.
+    page.until(lambda: page.text("map-note").startswith("No red gait through these waypoints"))
+    page.until(lambda: page.text("legend") == "R = 0 in exact physics")
+    for name in ("R", "least_singular_value"):
+        page.js("document.getElementById(arguments[0]).click()", f"chart-{name}")
+        page.until(lambda: "rounding noise" in page.css(".series-section").text)
+
+
+def test_a_drag_that_makes_red_impossible_is_told(page: Page) -> None:
+    page.open("waypoints=pi/4,-pi/8;5pi/16,-5pi/16;pi/8,-5pi/16&require=valid")
+    page.mouse("mousePressed", (4 * STEP, -2 * STEP))
+    for step in (0, 2, 4):
+        page.mouse("mouseMoved", (2 * STEP, step * STEP / 2))
+    page.until(lambda: page.text("map-note").endswith("the loop is on the blue sheet."))
+    assert page.text("legend").startswith("R−")  # still held: the map stays red
+    page.mouse("mouseReleased", (2 * STEP, 2 * STEP))
+    page.until(lambda: "now on the blue sheet, and so is the map" in page.text("map-note"))
+    page.until(lambda: page.text("legend") == "R = 0 in exact physics")
+    page.planned()
+
+
+@pytest.mark.parametrize(
+    ("state", "headline", "corners_open"),
+    [
+        ("waypoints=3pi/8,-3pi/8", "One posture", True),
+        ("waypoints=pi/8,pi/8&require=valid", "△One posture, not flyable, obeys the paper’s rules", True),
+        (f"{GAIT_3};pi/4,-pi/4;5pi/16,-pi/4;3pi/16,-3pi/16;pi/4,-3pi/8;7pi/16,-pi/4;3pi/8,-5pi/16;pi/8,-pi/4;5pi/16,-pi/8"
+         ";3pi/16,-3pi/8", "✓Flyable", False),
+    ],
+    ids=["posture", "posture not flyable", "13 corners"],
+)  # fmt: skip
+def test_headlines_and_what_is_folded(page: Page, state: str, headline: str, corners_open: bool) -> None:
+    page.open(GAIT_3)
+    page.js("document.querySelectorAll('#report details').forEach((node) => { node.open = true; })")
+    page.js("location.hash = arguments[0]", state)
+    page.shows(headline)
+    page.planned()
+    assert page.count("[data-key=corners][open]") == int(corners_open)
+    assert page.count("[data-key=passed]") == 1
+    assert page.count("#report > .checks .check.ok") == 0
+
+
+def test_an_opened_table_shows_its_color_types_and_singular_attitudes(page: Page, tmp_path: Path) -> None:
+    page.open()
+    path = tmp_path / "gait.csv"
+    gg.plan_loop(GAITS[2].waypoints, color="red").timed(samples=40).write(path)
+    page.opened(path)
+    assert page.count(".table-path.red") == 1
+    types = page.js("return [...document.querySelectorAll('#corners .types')].map((node) => node.textContent)")
+    assert types == ["(+,+)"] * 4
+    assert page.text("all-acceptable").startswith("✓ All attitudes acceptable")
+    assert page.id("eta-row").is_displayed() is False
+    page.id("close-table").click()
+
+
+def test_the_map_follows_the_drag_ratio_while_it_is_dragged(page: Page) -> None:
+    page.open(GAIT_3)
+    region = "return document.querySelector('.region.flyable').getAttribute('d')"
+    page.until(lambda: page.count(".region.flyable"))
+    before = page.js(region)
+    for value in range(560, 500, -4):
+        page.js(
+            "const slider = document.getElementById('drag_ratio'); slider.value = arguments[0];"
+            " slider.dispatchEvent(new Event('input', { bubbles: true }));",
+            value,
+        )
+        time.sleep(0.03)
+    assert page.js(region) != before  # no change event: it is still held
+    page.js("document.getElementById('drag_ratio').dispatchEvent(new Event('change'))")
+    page.planned()
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_a_pressed_button_can_be_read_while_hovered(page: Page, theme: str) -> None:
+    page.open(f"theme={theme}")
+    button = page.id("mode-waypoints")
+    ActionChains(page.driver).move_to_element(button).perform()
+    assert page.js("return arguments[0].matches(':hover')", button)
+    assert [ratio for name, ratio in page.js(CONTRASTS) if "mode" in name and ratio < 4.5] == []
+
+
+@pytest.mark.parametrize("size", [WIDE, (900, 700), (600, 800), (390, 844)])
+def test_the_verdict_stays_in_sight(page: Page, size: tuple[int, int]) -> None:
+    page.size(*size)
+    page.open(GAIT_3)
+    page.js("scrollTo(0, document.documentElement.scrollHeight)")
+    box = page.js(
+        "const box = document.getElementById('headline').getBoundingClientRect(); return [box.top, box.bottom]"
+    )
+    assert 0 <= box[0] < box[1] <= size[1]
+    assert page.js("return document.documentElement.scrollWidth <= innerWidth")
+    is_sheet = size[0] < 640
+    assert page.id("sheet-toggle").is_displayed() == page.id("menu").is_displayed() == is_sheet
+    assert page.id("report").is_displayed() != is_sheet
+    if is_sheet:
+        page.id("sheet-toggle").click()
+        assert page.id("report").is_displayed()
+        assert page.id("tools").is_displayed() is False
+
+
+class TestTouch:
+    @pytest.fixture
+    def phone(self, page: Page) -> Iterator[Page]:
+        page.size(390, 844)
+        page.cdp("Emulation.setTouchEmulationEnabled", enabled=True)
+        yield page
+        page.cdp("Emulation.setTouchEmulationEnabled", enabled=False)
+
+    def test_waypoints_and_keep_outs_are_dragged(self, phone: Page) -> None:
+        phone.open(f"{GAIT_3}&keep_out=-pi/8,pi/8;-pi/4,pi/8;-pi/4,pi/4")
+        phone.js("document.getElementById('map').scrollIntoView({ block: 'start' })")
+        before = phone.js("return scrollY")
+        phone.touch((2 * STEP, -2 * STEP), (2 * STEP, -3 * STEP), (3 * STEP, -3.5 * STEP), (3 * STEP, -4 * STEP))
+        phone.until(lambda: "3pi/16,-pi/4;" in phone.state)
+        phone.touch((-3.2 * STEP, 2.7 * STEP), (-3.2 * STEP, 4 * STEP), (-3.2 * STEP, 4.7 * STEP))
+        phone.until(lambda: phone.state.endswith("keep_out=-pi/8,pi/4;-pi/4,pi/4;-pi/4,3pi/8"))
+        assert phone.js("return scrollY") == before
+        phone.planned()
+
+    def test_a_tap_beside_a_waypoint_adds_another(self, phone: Page) -> None:
+        phone.open("waypoints=3pi/8,-3pi/8")
+        phone.js("document.getElementById('map').scrollIntoView({ block: 'start' })")
+        phone.touch((5 * STEP, -6 * STEP))
+        phone.at("waypoints=3pi/8,-3pi/8;5pi/16,-3pi/8")
+        phone.touch((6 * STEP, -6 * STEP), moved=(3, 3))  # on it: nothing is added
+        assert phone.count(".waypoint.chosen[data-index='0']") == 1
+        phone.planned()
+
+    @pytest.mark.parametrize("left", [8, 200])
+    def test_the_gutter_and_the_free_map_scroll_the_page(self, phone: Page, left: int) -> None:
+        phone.open("waypoints=3pi/8,-3pi/8")
+        phone.js("scrollTo(0, 200)")
+        _, y = phone.place(0, 0)
+        for k in range(8):
+            kind = "touchMove" if k else "touchStart"
+            phone.cdp("Input.dispatchTouchEvent", type=kind, touchPoints=[{"x": left, "y": y - 20 * k}])
+            time.sleep(0.02)
+        phone.cdp("Input.dispatchTouchEvent", type="touchEnd", touchPoints=[])
+        phone.until(lambda: phone.js("return scrollY") > 250)
+        assert phone.state == "waypoints=3pi/8,-3pi/8"

@@ -209,6 +209,20 @@ def test_the_stated_error_is_a_bound(tmp_path: Path, seed: int) -> None:
     assert off <= float(found[1]) <= 40 * off
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_the_error_of_a_time_optimal_gait_is_not_larger_than_stated(tmp_path: Path, seed: int) -> None:
+    random = np.random.default_rng(seed)
+    gait = lift(random.uniform(0.1, 1.0, (4, 2)) * (-1, 1), "red")
+    timed = gg.least_period(gait, gg.Limits(rate=8, acceleration=100), rounding=[None, "3deg"][seed % 2]).timed
+    assert timed is not None
+    timed.write(tmp_path / "gait.h")
+    found = re.search("off the gait by about ([0-9.e-]+) rad", (tmp_path / "gait.h").read_text())
+    times = np.linspace(0.0, timed.period, 20_001)
+    off = np.abs(CubicHermiteSpline(timed.t, timed.alpha, timed.rates)(times) - timed.at(times)[0]).max()
+    assert found is not None
+    assert off <= float(found[1]) <= 10 * off
+
+
 def test_rows_and_rates_are_met_and_an_open_table_ends(angles: Callable[..., FloatArray]) -> None:
     for name in ("double", "coarse", "cornered", "uneven", "open"):
         table = CASES[name].table

@@ -81,6 +81,22 @@ def test_limits_that_look_like_degrees_are_shown_in_degrees(run: Any) -> None:
     planned = run("plan", *waypoints(G3), "--vehicle", "fast.toml", "--output", "fast.csv").out.splitlines()
     for lines in (planned, *(run(name, "fast.csv").out.splitlines() for name in ("validate", "pace"))):
         assert [line for line in lines if "for degrees" in line] == told
+    assert run("vehicles", "fast.toml").err.splitlines() == [f"gaitgraph: {line}" for line in told]
+
+
+def test_a_rate_that_a_period_does_not_hold_is_said(run: Any) -> None:
+    for period, told in (("0.99", "60.6061 rows per second, not 60; a period that is a multiple of 1/60 s"), ("1", "")):
+        err = run("plan", *waypoints(G3), "--period", period, "--rate", "60", "--output", "a.csv", "--force").err
+        assert told in err
+        assert bool(err) == bool(told)
+
+
+def test_a_table_without_a_vehicle_is_judged_for_the_papers_and_that_is_said(run: Any) -> None:
+    run("plan", *waypoints(G3), "--output", "a.csv")
+    Path("bare.csv").write_text("alpha1,alpha2,color\n1.2,-0.4,red\n0.4,-1.2,red\n")
+    assert "warning: the file states no vehicle" in run("validate", "bare.csv").err
+    for line in ("a.csv", "gait3", "bare.csv --vehicle paper", "bare.csv --json"):
+        assert run("validate", *line.split()).err == ""
 
 
 def test_plan_from_files(run: Any) -> None:
@@ -133,7 +149,11 @@ def test_vehicles_and_version(run: Any) -> None:
     rows = run("vehicles", "--json").json["vehicles"]
     assert [row["name"] for row in rows] == ["paper", "beetle_omni"]
     Path("mine.toml").write_text("drag_ratio = 0.1\n")
+    Path("fast.toml").write_text('drag_ratio = 0.1\nmax_tilt = "80deg"\nmax_tilt_rate = 300\n')
     assert run("vehicles", "--vehicle", "mine.toml").out.startswith("mine: κ = 0.100000, δ = 0.099669 rad")
+    fast = run("vehicles", "fast.toml")
+    assert "max tilt               1.3963 rad = 80°\n" in fast.out
+    assert "300 rad/s = 17,189°/s: for degrees write '300deg'" in fast.err
     assert run("--version").out == f"gaitgraph, version {gg.__version__}\n"
 
 
@@ -157,18 +177,22 @@ WRONG = [
     ("plan --waypoint 0,0 --output x.txt", "got 'x.txt'"),
     ("plan --waypoint 0,0 --output there.csv", "output 'there.csv' exists. Overwrite it with --force"),
     ("plan none.toml", "request file 'none.toml' cannot be read: "),
-    ("plan bad.toml", "request file 'bad.toml': it is not TOML"),
+    ("plan bad.toml", "texts need quotes, as in '30deg', and numbers a decimal point"),
     ("roots 0.1 0.2 -0.3", "(-0.3); see gaitgraph roots --help"),
     ("export", "GAIT_FILE"),
     ("export there.csv out.csv", "gait file 'there.csv'"),
     ("plann", "no command 'plann'; did you mean 'plan'?"),
     ("plan --waypoint 0,0 --sheets all", "sheets must be planes or left out, got 'all'; no gait on a fibre can fly"),
     ("plan --waypoint 0,0 --objective=thrust", "got 'thrust'; use gaitgraph optimize --objective hover_reserve"),
-    ("plan --waypoint 0,0,0,0", "α3 and α4 follow from the color, and no gait on a fibre can fly"),
+    ("plan --waypoint 0,0,0,0", "α3 and α4 follow from the color"),
     ("plan --waypoint 0,0 --divisions 300", "from 2 to 256, got 300; plan --method exact needs no grid"),
     ("plan --waypoint 0,0 --watch", "--watch was removed. Run the command again"),
     ("transition hover one.csv --divisions=3", "--divisions was removed. Leave it out"),
     ("figures --divisions 3", "No such option '--divisions'"),
+    ("plan --waypoints 0,0", "Did you mean '--waypoint'? See gaitgraph plan --help"),
+    ("plan folder.d", "gaitgraph: request file must have one of the suffixes .csv"),
+    ("plan good.toml --sign plus", "gaitgraph: --sign must be one of auto, positive, negative, got 'plus'"),
+    ("plan --waypoint 0,0 --vehicle light", "got 'light'; did you mean 'light.toml'?"),
     ("region --sheets all", "No such option '--sheets'"),
     ("plan film.gif", "got 'film.gif'; a film is not read: use the gait table or the request"),
     ("plan --waypoint 0,0 --output x.svg", ".h, .gif, .mp4, got 'x.svg'; films are .gif, .mp4"),
@@ -185,7 +209,11 @@ WRONG = [
     ("figures --only 2 --out there.csv", "out must be a folder that can be written, got 'there.csv': File exists"),
     ("figures --only gait --gait none.csv", "gait file 'none.csv' cannot be read"),
     ("pace one.csv --period quick --max-jerk 100", "must be a number of seconds or the word least, got 'quick'"),
-    ("pace one.csv --max-rate 3", "limits must have an acceleration or a jerk"),
+    ("plan typed.toml --period -1", "gaitgraph: --period must be between 1e-6 and 1e9 s, got -1.0"),
+    ("plan typed.toml --waypoint 30,0", "gaitgraph: waypoint 1 alpha1 must be within"),
+    ("plan typed.toml --law smooth", "gaitgraph: request file 'typed.toml': waypoint 1 alpha1 must be within"),
+    ("fly gait3 --control-rate 60", "got 60 Hz; with step 0.000980392157 it fits"),
+    ("pace one.csv --max-rate 3", "got neither; state max_tilt_acceleration in the vehicle, or use --max-acceleration"),
     ("pace one.csv --max-acceleration 9 --rounding 0", "--rounding"),
     ("pace one.csv --max-acceleration 9 --servo-lag 1e-12", "--servo-lag"),
     ("pace off.csv --max-acceleration 9", "off.csv must be a gait on one sheet, red or blue; gaitgraph retarget"),
@@ -219,6 +247,9 @@ def test_wrong_input_is_one_line_and_exit_code_2(run: Any, command: str, message
     Path("there.csv").write_text("mine")
     Path("bad.toml").write_text("waypoints = [")
     Path("light.toml").write_text("drag_ratio = 0.2\n")
+    Path("typed.toml").write_text("waypoints = [[30, 0], [0.3, 0.3]]\n")
+    Path("folder.d").mkdir()
+    Path("good.toml").write_text("waypoints = [[0, 0]]")
     Path("typo.toml").write_text('waypoints = [[0, 0]]\nobjectve = "robust"\n')
     for name, row in (("one.csv", "0.5,-0.5,0.5,-0.5\n0.8,-0.5,0.8,-0.5"), ("off.csv", "0.1,0.2,1.3,1.4")):
         Path(name).write_text(f"alpha1,alpha2,alpha3,alpha4\n{row}\n")

@@ -24,7 +24,7 @@ import numpy as np
 import pytest
 
 import gaitgraph as gg
-from gaitgraph.explorer import queries, server
+from gaitgraph.explorer import queries, server, table_query
 from gaitgraph.explorer.queries import DEFAULTS, LIMITS, map_answer, state_of
 from gaitgraph.explorer.server import HEADERS, Refused, application
 from gaitgraph.explorer.table_query import file_answer, formats_answer, table_answer
@@ -154,7 +154,8 @@ class TestPlan:
             ("hover_thrusts", matrices.hover_thrust_shares(alpha).T, 1e-5),
         ):  # fmt: skip
             assert np.allclose(series[name], values, rtol=0, atol=error), name
-        assert answer["vehicle_view"] == vehicle_view(alpha).as_mapping() | {"t": series["t"]}
+        bearings = pytest.approx([0, math.pi / 2, math.pi, 3 * math.pi / 2], abs=1e-6)
+        assert answer["vehicle_view"] == vehicle_view(alpha).as_mapping() | {"t": series["t"], "bearings": bearings}
 
     def test_blue_has_no_hover_thrusts_and_values_as_small_as_rounding(self, client: Client) -> None:
         series = client("plan", of_gait(1))["series"]
@@ -209,8 +210,9 @@ class TestMap:
         assert drawn.area == pytest.approx(flyable.area, rel=5e-3)
 
     def test_types_are_those_of_the_graph(self, client: Client) -> None:
-        answer = client("map", {"sheet": "blue"})
+        answer = client("map", {"sheet": "blue", "shading": "R"})
         assert "rounding" in answer["note"]
+        assert answer["values"] is answer["range"] is None  # noise is not shaded
         codes = np.array(answer["types"]["codes"], dtype=object).reshape(17, 17)
         graph = gg.surface_graph("negative")
         blue = {node[1::-1]: data["types"] for node, data in graph.nodes(data=True) if data["color"] == "blue"}
@@ -243,6 +245,8 @@ class TestTables:
         assert max(answer["series"]["R"]) < 0 < min(answer["series"]["least_singular_value"])
         assert answer["vehicle_view"]["t"] == answer["series"]["t"]
         assert np.abs(np.array(answer["corners"])[:, 2:] - GAIT3.printed).max() < 1e-3
+        assert (answer["color"], answer["colors"], answer["types"]) == ("red", ["red"] * 4, ["(+,+)"] * 4)
+        assert answer["diagram"]["own"] == client("diagram", of_gait(3))["own"]
 
     def test_each_run_of_broken_rows_is_marked_once(self, client: Client) -> None:
         t = np.arange(600) * 2 * math.pi / 600
@@ -272,6 +276,10 @@ class TestTables:
         rows = b"alpha1,alpha2,alpha3,alpha4\n" + b"1.1,-1.1,1.1,-1.1\n" * 11
         assert "at most 10 rows" in client.table("x.csv", rows, 400)
         assert client.table("x.csv", rows[:-18])["rows"] == 10
+        monkeypatch.setattr(table_query, "_MOST_CORNERS", 0)
+        diagram = client.table("x.csv", rows[:-18])["diagram"]
+        assert diagram == {"own": None, "reason": diagram["reason"]}
+        assert "got 1. For longer tables: gaitgraph robustness FILE" in diagram["reason"]
 
     def test_the_request_of_a_downloaded_file_comes_back_as_a_state(self, client: Client) -> None:
         state = of_gait(4) | {"drag_ratio": 0.25, "samples": 60, "law": "equal-time"}
@@ -348,6 +356,14 @@ def test_the_page_and_its_files(client: Client) -> None:
         status, headers, _ = client.get(f"/{TOKEN}/{name}")
         assert status == 200, name
         assert headers["x-content-type-options"] == "nosniff"
+
+
+def test_what_the_page_uses_of_others_has_its_licence_beside_it(client: Client) -> None:
+    for name, owner in (("uPlot", "Leon Sorokin"), ("three", "three.js authors")):
+        status, _, content = client.get(f"/{TOKEN}/page/vendor/LICENSE-{name}")
+        assert status == 200
+        assert "MIT License" in content.decode()
+        assert owner in content.decode()
 
 
 class TestGuards:

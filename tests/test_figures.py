@@ -56,15 +56,19 @@ def verdicts(figure: Any) -> list[list[str]]:
 
 
 def test_every_figure_of_the_paper_is_there_and_two_more() -> None:
-    assert tuple(FIGURES) == (*(str(number) for number in range(1, 23)), "regions", "gait")
-    assert [FIGURES[name].stem for name in ("1", "16", "regions")] == ["figure_01", "figure_16", "figure_regions"]
+    assert tuple(FIGURES) == (*(str(number) for number in range(1, 23)), "18b", "19b", "22b", "regions", "gait", "set")
+    assert [FIGURES[name].stem for name in ("1", "16", "18b", "regions")] == [
+        *("figure_01", "figure_16", "figure_18b", "figure_regions")
+    ]
     assert all(figure.title and figure.caption.startswith(f"{figure.title}. ") for figure in FIGURES.values())
     ordered = {name for name, figure in FIGURES.items() if "solver's order in the paper is not known" in figure.caption}
     assert ordered == {"3", "4", "5", "6", "9", "10", "11", "12", "13", "14"}
 
 
 def test_names_of_figures() -> None:
-    assert " ".join(names_of_figures([" 9 - 11 , regions", "GAIT", "03", 16, 3])) == "3 9 10 11 16 regions gait"
+    assert (
+        " ".join(names_of_figures([" 9 - 11 , regions", "GAIT", "03", 16, 3, "22B"])) == "3 9 10 11 16 22b regions gait"
+    )
     for text in ("0", "23", "-1", "9-23", "5-3", "1-", "", "3.5", "１", True, None, "10" * 40):
         with pytest.raises(gg.InputError, match=r"^only must be some of 1 to 22, ranges such as 9-14, .*, got "):
             names_of_figures([text])  # type: ignore[list-item]
@@ -132,30 +136,37 @@ def test_figure_17_holds_three_loops() -> None:
 
 @pytest.mark.no_cover
 @pytest.mark.parametrize(
-    ("name", "agreeing"),
+    ("name", "margins"),
     [
-        ("18", [False, True, False, True]),
-        pytest.param("19", [False, True, False, True], marks=pytest.mark.slow),
-        pytest.param("22", [False, False, True, True], marks=pytest.mark.slow),
+        ("18", ["43.7°, biased 0.0°", "none, biased 0.0°", "90.0°, biased 0.0°", "0.0°, biased 0.0°"]),
+        pytest.param(
+            *("19", ["41.5°, biased 41.7°", "none, biased 41.7°", "90.0°, biased 41.8°", "41.5°, biased 41.7°"]),
+            marks=pytest.mark.slow,
+        ),
+        ("22", ["41.5°, biased 45.0°", "none, biased 45.0°", "90.0°, biased 45.0°", "41.5°, biased 45.0°"]),
     ],
 )
-def test_blue_gaits_have_four_readings(name: str, agreeing: list[bool]) -> None:
-    """One reading alone looks like all three of the paper's claims: angles of four digits, judged exactly."""
-    found = verdicts(drawn(name))
-    assert "".join(lines[0][:3] for lines in found) == "(a)(b)(c)(d)"
-    assert [lines[2] == "as the paper says" for lines in found] == agreeing
-    assert found[0][1].startswith("tilt margin none, biased ")
-    assert found[1][1].startswith("tilt margin 90.0°, biased ")
+def test_blue_gaits_have_one_panel_and_three_more_readings(name: str, margins: list[str]) -> None:
+    found = [*verdicts(drawn(name)), *verdicts(drawn(f"{name}b"))]
+    readings = ["exact coefficients", "four-digit coefficients", "printed vertices"]
+    lead = f"Gait {1 if name == '18' else 2}: four-digit angles, exact formula"
+    assert found == [[title, f"tilt margin {text}"] for title, text in zip([lead, *readings], margins, strict=True)]
 
 
-def test_red_gaits_agree_with_the_paper_and_another_vehicle_has_one_reading() -> None:
-    for name, margin in (("20", "74.5"), ("21", "61.7")):
-        lines = ["four-digit coefficients", f"tilt margin 90.0°, biased {margin}°", "as the paper says"]
+def test_red_gaits_and_those_of_another_vehicle_have_one_reading() -> None:
+    for name, number, margin in (("20", 3, "74.5"), ("21", 4, "61.7")):
+        lines = [f"Gait {number}: four-digit coefficients", f"tilt margin 90.0°, biased {margin}°"]
         assert verdicts(drawn(name)) == [lines]
-    for name in ("18", "20"):
+    assert legend_of(drawn("20"))[1].endswith("85.15 % acceptable")
+    for name in ("18", "20", "22b"):
         ((title, margin),) = verdicts(draw(name, vehicle=BEETLE))
-        assert title == "exact coefficients"
+        assert title.endswith("exact coefficients")
         assert margin.startswith("tilt margin ")
+
+
+@pytest.mark.parametrize("name", [*map(str, range(3, 15))])
+def test_figures_in_space_have_their_title(name: str) -> None:
+    assert drawn(name).get_suptitle() == FIGURES[name].title
 
 
 @pytest.mark.no_cover
@@ -168,6 +179,27 @@ def test_the_gait_that_is_given_is_drawn() -> None:
     assert draw("gait").axes[1].get_title() == "nodes with $R < 0$"
     for odd in (gg.lift([(0.4, -0.4)], "red"), GAIT4.biased(0.5), gg.lift([(0.3, -0.2), (0.9, -0.2)], "blue")):
         draw("gait", gait=odd)
+
+
+def test_a_gait_has_a_set_of_its_own(run: Any, folder: Path) -> None:
+    result = run("figures", "gait4", "--format", "png")
+    assert (result.code, result.out.strip()) == (0, f"wrote {Path('figures', 'figure_set.png')}: The set of a gait")
+    axes: Any = draw("set", gait="gait4").axes
+    loop, _, thrusts, attitudes, value = axes
+    assert loop.get_title() == "Gait 4: loop on the map"
+    shares = np.array([line.get_ydata() for line in thrusts.get_lines()[:4]])
+    assert shares.max() == pytest.approx(4 * 0.6533, rel=1e-3)
+    assert "no singular attitude" in attitudes.get_legend().get_texts()[0].get_text()
+    assert np.min(value.get_lines()[0].get_ydata()) == pytest.approx(0.3208, rel=1e-3)
+    blue: Any = draw("set", gait="gait1").axes
+    assert [text.get_text() for text in blue[2].texts] == ["singular in level flight"]
+    assert "singular at every attitude" in blue[3].get_legend().get_texts()[0].get_text()
+    assert (
+        draw("set", gait=table_of(GAIT4.biased(0.8).parametrize()))
+        .axes[0]
+        .get_title()
+        .startswith("Gait 4 biased by 0.8:")
+    )
 
 
 # The same bytes
@@ -221,7 +253,7 @@ def test_places_and_settings_that_are_refused(folder: Path) -> None:
     for formats in (["tiff"], [], "gif", [1]):
         with pytest.raises(gg.InputError, match=r"^format must be one of png, svg, pdf, got "):
             write_figures("out", only=["2"], formats=formats)  # type: ignore[arg-type]
-    with pytest.raises(gg.InputError, match="gait has an effect on the figure gait only"):
+    with pytest.raises(gg.InputError, match="gait has an effect on the figures gait and set only"):
         write_figures("out", only=["2"], gait=GAIT4)
     assert sorted(path.name for path in folder.iterdir()) == ["file", "link"]
 
@@ -244,9 +276,18 @@ def test_command(run: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     assert "pip install 'gaitgraph[plot]'" in result.err
 
 
-@pytest.mark.parametrize(("name", "shown"), [("16", "type_map"), ("21", "roll_pitch")])
-def test_the_pictures_of_the_readme_are_of_this_code(name: str, shown: str, tmp_path: Path) -> None:
-    made = tmp_path / f"{shown}.png"
-    made.write_bytes(picture_bytes(draw(name), "png"))
-    found: Any = compare_images(str(ROOT / "docs" / "images" / f"{shown}.png"), str(made), tol=8.0)
+@pytest.mark.parametrize(("page", "name"), [("README.md", "gait3"), ("docs/index.md", "plan")])
+def test_the_pictures_of_a_quick_start_are_made_by_its_lines(page: str, name: str, folder: Path) -> None:
+    text = (ROOT / page).read_text(encoding="utf-8")
+    blocks = [block for block in re.findall(r"```python\n(.*?)```", text, re.DOTALL) if "savefig" in block]
+    exec("\n".join(blocks), {})
+    found: Any = compare_images(str(ROOT / "docs" / "images" / f"{name}.png"), f"{name}.png", tol=8.0)
+    assert found is None
+    assert f"images/{name}.png" in text
+
+
+def test_the_diagram_of_the_guide_is_of_this_code(tmp_path: Path) -> None:
+    made = tmp_path / "21.png"
+    made.write_bytes(picture_bytes(draw("21"), "png"))
+    found: Any = compare_images(str(ROOT / "docs" / "images" / "roll_pitch.png"), str(made), tol=8.0)
     assert found is None

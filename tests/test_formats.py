@@ -75,7 +75,7 @@ def test_a_file_is_as_good_as_the_plan(suffix: str, law: LawName, tmp_path: Path
         assert read.gait.alpha.tolist() == gg.gait_of(read_table(one)).alpha.tolist() == timed.gait.alpha.tolist()
         report, judged = gg.validate(one), gg.validate(timed)
         assert report.checks[1:] == judged.checks[1:]
-        assert (report["closed"].message, report.rows) == ("the last row repeats the first", 8)
+        assert (report["closed"].message, report.rows) == ("the last row repeats the first, T = 3 s", 8)
         assert gg.robustness_of(one).as_mapping() == gg.robustness_of(timed).as_mapping()
         export(one, [tmp_path / "finer.npz"], samples=12, force=True)
         finer = timed.gait.parametrize(3.0, law=law, samples=12)
@@ -237,13 +237,15 @@ def taken(frame: Any, expected: Table) -> None:
     assert gg.robustness_of(frame).gait.tilt == gg.robustness_of(expected).gait.tilt
 
 
-def test_frames_of_pandas(planned: TimedGait) -> None:
+def test_frames_of_pandas(planned: TimedGait, tmp_path: Path) -> None:
     pd = pytest.importorskip("pandas")
     frame, expected = planned.to_pandas(), table_of(planned)
     taken(frame, expected)
     taken(frame.set_index("t"), expected)
     assert table_from_frame(frame).about == expected.about
     assert frame.attrs["gaitgraph"]["about"]["request"]
+    planned.write(tmp_path / "read.csv")
+    assert table_from_frame(pd.read_csv(tmp_path / "read.csv")).about == expected.about  # by its column made_by
     for wrong, message in (
         (frame.rename(columns={"alpha4": "alpha_4"}), "'alpha_4' .did you mean 'alpha4'"),
         (pd.concat([frame, frame[["alpha1"]]], axis=1), "columns must have different names, got 'alpha1' 2 times"),

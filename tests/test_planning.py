@@ -336,8 +336,18 @@ def test_every_waypoint_outside_gets_its_nearest_admissible_point() -> None:
     assert obstacle.message.endswith(", and 2 more")
     (empty,) = gg.plan_loop(G3.waypoints, color="red", sign="negative", floor=2).obstacles
     assert empty.message.endswith(
-        "the least singular value of this vehicle is at most 1.1710, below the floor 2; lower the floor"
+        "the least singular value of this vehicle is at most 1.1710, below the floor 2; lower it"
     )
+    heavy = gg.plan_loop(G3.waypoints, color="red", sign="negative", vehicle=gg.PAPER.replace(max_thrust=1.0))
+    assert "four rotors lift 4 N at most, and the vehicle weighs 4.204 N; correct the vehicle" in str(heavy.reason)
+
+
+@pytest.mark.parametrize(("order", "crosses"), [((0, 1, 2, 3), False), ((0, 2, 1, 3), True)])
+def test_a_loop_that_crosses_itself_is_pointed_out(order: tuple[int, ...], crosses: bool) -> None:
+    points = [G3.waypoints[k] for k in order]
+    for any_order in (False, True):
+        warned = any("the loop crosses itself" in one for one in gg.plan_loop(points, any_order=any_order).warnings)
+        assert warned is (crosses and not any_order)
 
 
 def test_what_cannot_fly_is_listed_beside_a_flyable_loop_only_when_asked() -> None:

@@ -56,9 +56,12 @@ def test_the_command(run: Any, tmp_path: Any) -> None:
     assert "waypoint 2 (-0.3927, 0.3927): in part 1" in out.out
     assert "a loop can join them all" in out.out
     assert run("region", str(request), "--use", "valid", "--floor", "0.3", "--accuracy", "1e-3").code == 0
-    out = run("region")
-    assert (out.code, out.out) == (2, "")
-    assert "waypoints must be in a request file" in out.err
+    listed = run("region", "--output", str(tmp_path / "map.png"))
+    assert (listed.code, (tmp_path / "map.png").stat().st_size > 10_000) == (0, True)
+    assert "red, R > 0: 2 parts of" in listed.out
+    assert "  part 2: 0.01623 rad², around (-1.5047, 1.4796)" in listed.out
+    out = run("region", "--output", "map.bmp")
+    assert (out.code, out.out, out.err.count("\n")) == (2, "", 1)
 
 
 @pytest.mark.no_cover

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from itertools import combinations
+from itertools import combinations, product
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import matplotlib as mpl
@@ -14,16 +15,16 @@ from matplotlib.collections import PathCollection
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.text import Annotation
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-untyped]
 
 import gaitgraph as gg
 from gaitgraph import plots
 from gaitgraph.angles import HALF_PI, wrapped
 from gaitgraph.gait.table import Table
 from gaitgraph.invertibility.matrices import least_singular_value_on_red
-from gaitgraph.plots.axes import BLUE, GREY, RED
-from gaitgraph.plots.gaits import axes_of_a_gait
+from gaitgraph.plots.axes import BLUE, GREY, PALETTE, RED
 from gaitgraph.plots.planes import interior_roots
-from gaitgraph.surface.adjacency import PLANE_TYPES, text_from_types
+from gaitgraph.surface.sheets import PLANE_TYPES, text_from_types
 from gaitgraph.timing.timed_gait import table_of
 from tests.published import GAITS
 from tests.samples import BEETLE, EXACT, PUBLISHED
@@ -57,7 +58,15 @@ def points_of(scatter: Any) -> np.ndarray:
 
 
 def by_label(space: Any) -> dict[str, np.ndarray]:
-    return {one.get_label(): points_of(one) for one in scatters(space)}
+    """Return the points of each kind of mark, of all its layers."""
+    found: dict[str, list[np.ndarray]] = {}
+    for one in scatters(space):
+        found.setdefault(one.get_gid(), []).append(points_of(one))
+    return {name: np.concatenate(parts) for name, parts in found.items()}
+
+
+def planes_of(space: Any) -> list[Any]:
+    return [one for one in space.collections if isinstance(one, Poly3DCollection)]
 
 
 def faces(scatter: Any) -> set[str]:
@@ -114,7 +123,8 @@ def test_both_roots_lie_on_two_planes(name: str, over: int, shift: int) -> None:
     plus, minus = points["+ plane"], points["− plane"]
     np.testing.assert_allclose(plus[:, 2], plus[:, over], atol=1e-12)
     np.testing.assert_allclose(minus[:, 2], wrapped(shift * PUBLISHED.delta - minus[:, over]), atol=1e-12)
-    assert [to_hex(one.get_facecolor()[0]) for one in scatters(space)] == [RED, BLUE]
+    assert {to_hex(one.get_facecolor()[0]) for one in scatters(space)} == {RED, BLUE}
+    assert [len(part._faces) for part in planes_of(space)] == [1, 2]  # the − plane wraps once
 
 
 @pytest.mark.parametrize(
@@ -127,7 +137,7 @@ def test_signed_roots(names: tuple[str, str], sign: int, red: int, blue: int) ->
     published, exact = ([space_of(name, coefficients=kind) for name in names] for kind in ("published", "exact"))
     count = 0
     for space in published:
-        assert [to_hex(one.get_facecolor()[0]) for one in scatters(space)] == [RED, BLUE]
+        assert {to_hex(one.get_facecolor()[0]) for one in scatters(space)} == {RED, BLUE}
         points = by_label(space)
         if values:
             tops = points["red sheet"]
@@ -136,7 +146,7 @@ def test_signed_roots(names: tuple[str, str], sign: int, red: int, blue: int) ->
             assert 0 < points["blue sheet"][:, 2].max() < 3e-4
             count += sum(map(len, points.values()))
         else:
-            third, fourth = points.values()
+            third, fourth = (part[np.lexsort(part[:, :2].T)] for part in points.values())
             np.testing.assert_allclose(third[:, :2], fourth[:, :2])
             alpha = np.column_stack([third, fourth[:, 2]])
             assert np.abs(gg.invertibility.roll_sensitivity(alpha, PUBLISHED)).max() < 1e-12
@@ -255,10 +265,14 @@ def test_roll_pitch_diagram_draws_zeros_of_formula_1(ax: Axes) -> None:
     assert len(curves) == 12
     for alpha, points in zip(places, curves, strict=True):
         assert np.abs(gg.invertibility.determinant(alpha, PUBLISHED, *points.T)).max() < 1e-9
-    full, part = (points for points in lines_of(ax, "acceptable"))
-    assert np.abs(full).max() == pytest.approx(HALF_PI)
-    assert len(part) > 50
-    assert legend_of(ax) == ["Gait 3:\nno singular attitude", "Gait 3, $\\eta$ = 0.8:\n85.2 % acceptable"]
+    full, part = (patch for patch in ax.patches if patch.get_gid() == "acceptable")
+    assert np.ptp(full.get_path().vertices, axis=0) == pytest.approx(math.pi)  # all is shaded
+    (border,) = lines_of(ax, "border")  # of the biased gait alone, without the sides of the square
+    assert len(border) > 50
+    inside = np.abs(border) < HALF_PI - 1e-9
+    assert inside[1:-1].all()
+    assert part.get_path().contains_points(0.99 * border).all()
+    assert legend_of(ax) == ["Gait 3:\nno singular attitude", "Gait 3, $\\eta$ = 0.8:\n85.15 % acceptable"]
     assert {line.get_color() for line in ax.lines if line.get_gid() == "singular"} == {BLUE}
 
 
@@ -268,17 +282,17 @@ def test_roll_pitch_diagram_of_blue_turns_on_rounding() -> None:
     for gait, verdict, curves in (
         (gg.lift(points, "blue", coefficients=EXACT), "singular at every attitude", 0),
         (gg.lift(points, "blue"), "no singular attitude", 0),
-        (three, "level flight singular at times", 48),
+        (three, "singular in level flight", 48),
     ):
         ax = plots.roll_pitch_diagram(gait, ax=Figure().add_subplot())
         assert legend_of(ax) == [f"gait:\n{verdict}"]
         assert len(lines_of(ax, "singular")) == curves
-        assert [patch.get_hatch() for patch in ax.patches] == ["xxx"] * ("every" in verdict)
+        assert {patch.get_hatch() for patch in ax.patches} == ({"xxx"} if "every" in verdict else {None})
 
 
 def test_gait_in_four_dimensions() -> None:
     timed = GAIT3.parametrize(2.0, samples=40)
-    axes = plots.gait_in_four_dimensions(timed, axes=axes_of_a_gait(Figure()))
+    axes = plots.gait_in_four_dimensions(timed, axes=Figure())
     assert axes.shape == (5,)
     for k, line in enumerate(axes[0].lines):
         np.testing.assert_allclose(line.get_xydata(), np.column_stack([timed.t, timed.alpha[:, k]]))
@@ -292,11 +306,11 @@ def test_gait_in_four_dimensions() -> None:
     wrapping = np.asarray(planes[1].get_ydata(), dtype=float)
     assert np.isnan(wrapping).sum() == 1
     rows = table_of(timed)
-    again = plots.gait_in_four_dimensions(rows, axes=axes_of_a_gait(Figure()))[0]
+    again = plots.gait_in_four_dimensions(rows, axes=Figure())[0]
     for one, other in zip(axes[0].lines, again.lines, strict=True):
         np.testing.assert_array_equal(one.get_xydata(), other.get_xydata())
     bare = Table(columns={k: rows[k] for k in ("alpha1", "alpha2", "color")})  # rows without a clock get one
-    assert plots.gait_in_four_dimensions(bare, axes=axes_of_a_gait(Figure()))[0].get_xlim() == (0.0, 1.0)
+    assert plots.gait_in_four_dimensions(bare, axes=Figure())[0].get_xlim() == (0.0, 1.0)
     positive = plots.gait_in_four_dimensions(gg.lift(GAITS[3].angles, "red").parametrize())
     assert positive[1].get_title() == "nodes with $R > 0$"
 
@@ -390,6 +404,91 @@ def test_plots_draw_on_given_axes_or_one_new_figure(ax: Axes, name: str) -> None
     for wrong in (Figure().add_subplot(projection="3d"), Figure(), 3):
         with pytest.raises(gg.InputError, match=r"^ax must be None or .*, got "):
             draw(ax=wrong)
+
+
+def simulated(color: str, weights: Any) -> np.ndarray:
+    """Return a color in CIELAB as dichromats see it, with the weights of linear red, green and blue."""
+    levels = np.array([int(color[k : k + 2], 16) for k in (1, 3, 5)]) / 255
+    linear = np.where(levels <= 0.04045, levels / 12.92, ((levels + 0.055) / 1.055) ** 2.4)
+    xyz = [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]] @ np.clip(
+        np.asarray(weights) @ linear, 0, 1
+    )
+    f = np.cbrt(np.maximum(xyz / [0.9505, 1.0, 1.089], 0.00886))
+    return np.array([116 * f[1] - 16, 500 * (f[0] - f[1]), 200 * (f[1] - f[2])])
+
+
+# Full protanopia and deuteranopia by Machado, Oliveira and Fernandes (2009), and what all others see.
+EYES = (
+    np.eye(3).tolist(),
+    [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]],
+    [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]],
+)
+APART = (("alpha1", "alpha2", "alpha3", "alpha4"), ("red", "blue"), ("shade-positive", "shade-negative"))
+
+
+@pytest.mark.parametrize("names", [*APART, ("yes", "partly", "no"), ("red", "yes"), ("red", "no"), ("blue", "yes")])
+def test_colors_differ_for_all_eyes_on_light_and_dark(names: tuple[str, ...]) -> None:
+    for one, other in combinations(names, 2):
+        for dark, weights in product((0, 1), EYES):
+            distance = np.subtract(*(simulated(PALETTE[name][dark], weights) for name in (one, other)))
+            assert np.linalg.norm(distance) > 19, (one, other, dark)
+
+
+def test_the_explorer_has_the_same_colors() -> None:
+    style = (Path(gg.__file__).parent / "explorer" / "page" / "style.css").read_text(encoding="utf-8")
+    for name, (light, dark) in PALETTE.items():
+        assert f"--{name}: light-dark({light}, {dark});" in style
+
+
+# Pictures of objects
+
+WAYPOINTS = [("3pi/8", "-3pi/8"), ("3pi/8", "-pi/8"), ("pi/8", "-pi/8"), ("pi/8", "-3pi/8")]
+BAR = [(-0.9, 0.3), (-0.7, 0.3), (-0.7, 0.6), (-0.9, 0.6)]
+OBJECTS: dict[str, tuple[Callable[[], Any], list[str]]] = {
+    "gait": (lambda: GAIT3, ["flyable, $R<0$", "$R=0$", "all upright", "gait, red"]),
+    "blue": (lambda: gg.lift(GAITS[2].angles, "blue"), ["valid, $R=0$ in exact physics", "gait, blue"]),
+    "biased": (lambda: GAIT3.biased(0.8), ["gait, off the surfaces"]),
+    "timed": (GAIT3.parametrize, [rf"$\alpha_{k}$" for k in (1, 2, 3, 4)]),
+    "plan": (
+        lambda: gg.plan_loop([(-0.4, 0.4), (-0.4, 1.2), (-1.2, 1.2)], keep_out=[BAR]),
+        ["flyable, $R>0$", "$R=0$", "all upright", "keep out", "gait, red", "waypoints"],
+    ),
+    "no plan": (
+        lambda: gg.plan_loop([(0.5, 0.5), (0.2, 0.7)], sign="negative"),
+        ["flyable, $R<0$", "$R=0$", "all upright", "waypoints"],
+    ),
+    "report": (lambda: gg.validate(gg.lift(GAITS[2].angles, "blue")), []),
+    "region": (gg.admissible_region, []),
+    "vehicle": (lambda: gg.PAPER, []),
+}
+
+
+@pytest.mark.parametrize("name", OBJECTS)
+def test_objects_draw_themselves_whole(name: str, ax: Axes) -> None:
+    make, legend = OBJECTS[name]
+    one = make()
+    drawn = one.plot()
+    figure: Any = drawn.figure
+    assert [*figure.get_size_inches(), figure.dpi] == pytest.approx([6.0, 5.0, 150])
+    figure.canvas.draw()
+    tight = figure.get_tightbbox()
+    assert 0 <= tight.x0 < tight.x1 <= 6.02
+    assert 0 <= tight.y0 < tight.y1 <= 5.02
+    assert one.plot(ax=ax) is ax
+    assert ([] if drawn.get_legend() is None else legend_of(drawn)) == legend
+    assert drawn.get_title()
+    arrows = [text for text in drawn.texts if isinstance(text, Annotation) and text.arrow_patch is not None]
+    if name == "no plan":
+        places = [arrow.xyann for arrow in arrows]
+        assert places == [(0.5, 0.5)]
+        assert gg.admissible_region(sign="negative").contains([arrows[0].xy]).all()
+    if name == "report":
+        bars = [bar.get_width() for bar in drawn.patches]
+        assert len(bars) == len(one.checks)
+        assert max(bars) == 1.5  # beyond its limit
+        assert [text.get_text()[-1] for text in drawn.texts[1::2]] == ["✓", "✓", "✓", "✓", "?", "✗", "✗"]
+    with pytest.raises(gg.InputError, match="^only gaits, plans, reports, regions and vehicles can be plotted, got 3"):
+        plots.plot(3)  # type: ignore[arg-type]
 
 
 def test_wrong_values_are_refused(ax: Axes) -> None:

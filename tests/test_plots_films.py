@@ -20,12 +20,11 @@ from PIL import GifImagePlugin, Image
 import gaitgraph as gg
 from gaitgraph.gait.table import Table, provenance_text
 from gaitgraph.plots import vehicles
+from gaitgraph.plots.axes import ROTOR_COLORS
 from gaitgraph.plots.vehicles import (
     FROM_ABOVE,
-    ROTOR_COLORS,
     draw_vehicle,
     frame_delays,
-    underside,
     vehicle_view,
     write_films,
 )
@@ -123,8 +122,7 @@ def test_a_vehicle_is_drawn_as_its_view_says() -> None:
     for disc, rotor in zip(sorted(ax.patches, key=lambda patch: patch.get_zorder()), seen.order, strict=True):
         rim = np.asarray(disc.get_xy())  # type: ignore[attr-defined]
         np.testing.assert_allclose(rim[:-1].mean(axis=0), seen.discs[0, rotor, 4:], atol=0.01)
-        color = ROTOR_COLORS[rotor] if seen.facing[0, rotor] else underside(ROTOR_COLORS[rotor])
-        assert to_hex(disc.get_facecolor()) == color
+        assert to_hex(disc.get_facecolor()) == ROTOR_COLORS[rotor]  # from above and from below
     assert [text.get_text() for text in ax.texts if text.get_text()] == ["1", "2", "3", "4"]
 
 
@@ -152,21 +150,19 @@ def test_a_gif_plays_one_period_for_ever_and_states_what_made_it(tmp_path: Path)
         assert sum(durations_of(image)) == 400
         image.seek(0)
         pixels = np.asarray(image.convert("RGB")).astype(int)
-    seen = vehicle_view(table.alpha[:1])
-    for color, facing in zip(ROTOR_COLORS, seen.facing[0], strict=True):
-        disc = color if facing else underside(color)
+    for disc in ROTOR_COLORS:
         assert (np.abs(pixels - [int(disc[k : k + 2], 16) for k in (1, 3, 5)]).max(axis=-1) <= 12).sum() > 300
 
 
 def test_frames_last_as_long_as_the_period_where_the_format_can() -> None:
     for period, frames, total in (
-        (1e-6, 10, 20), (0.2, 10, 20), (0.123456, 10, 20), (1.0, 25, 100), (1.237, 31, 124), (4.0, 100, 400),
-        (3600.0, 100, 360_000), (1e9, 100, 6_553_500),
+        (1e-6, 10, 20), (0.2, 10, 20), (0.123456, 10, 20), (1.0, 25, 100), (1.25, 32, 125), (4.0, 100, 400),
+        (60.0, 1500, 6000), (1e9, 1500, 6000),
     ):  # fmt: skip
         delays = frame_delays(period)
         assert (len(delays), sum(delays)) == (frames, total)
         # Browsers take less than 2 for a tenth of a second.
-        assert 2 <= min(delays) <= max(delays) <= min(min(delays) + 1, 65535)
+        assert 2 <= min(delays) <= max(delays) <= min(min(delays) + 1, 4)
 
 
 def test_films_of_other_tables(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

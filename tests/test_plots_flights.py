@@ -58,8 +58,12 @@ def test_a_plot_shows_what_was_flown(levelling: Flight, circling: Flight) -> Non
     assert np.max(shares) == pytest.approx(levelling.peak_thrust_share)
     assert len(tilts.get_lines()) == 4
     assert near.get_yscale() == "log"
+    value, bound, floor = near.get_lines()
+    assert np.min(value.get_ydata()) == pytest.approx(levelling.least_singular_value, rel=1e-3)
+    assert np.all(np.asarray(bound.get_ydata()) <= np.asarray(value.get_ydata()) * (1 + 1e-9))
+    assert (floor.get_ydata()[0], attitude.get_ylabel()) == (0.01, "body attitude (°)")
     assert attitude.get_title().splitlines() == [
-        "Red gait · vehicle paper · T = 1 s · from roll 17.2°, pitch −11.5°",
+        "Gait 3 · vehicle paper · T = 1 s · from roll 17.2°, pitch −11.5°",
         "settled after 0.44 s",
     ]
     assert not [line for line in attitude.get_lines() if line.get_gid() == "stop"]
@@ -133,19 +137,14 @@ def test_the_drawn_vehicle_has_the_bodys_attitude(circling: Flight) -> None:
         np.testing.assert_allclose(pushed, 0.62 * shares[:, None] * (camera @ turned @ axes).T, atol=1e-9)
 
 
-def test_frames_of_a_long_film_go_through_the_gait() -> None:
-    """Every fifth second, a gait of one second would seem to stand still."""
-
+def test_a_film_has_25_frames_a_second_and_lasts_a_minute_at_most() -> None:
     def times(seconds: float) -> np.ndarray[Any, Any]:
         flown = SimpleNamespace(rows=[0], flown=seconds, course=SimpleNamespace(timed=SimpleNamespace(period=1.0)))
         return flight_frame_times(flown)[0]  # type: ignore[arg-type]
 
-    for seconds in (60.0, 500.0):
+    for seconds in (60.0, 5000.0):
         found = times(seconds)
-        assert np.all(np.diff(found) > 0)
-        assert np.abs(found - np.linspace(0.0, seconds, 101)[:-1])[:-1].max() <= 0.5
-        phases = np.round(found[:-1] % 1.0, 3) % 1.0
-        assert sorted(set(phases.tolist())) == pytest.approx(np.arange(25) / 25)
+        np.testing.assert_allclose(found[:-1], np.linspace(0.0, seconds, 1501)[:-2])
         assert found[-1] == seconds
     np.testing.assert_allclose(times(2.0)[:-1], np.linspace(0.0, 2.0, 51)[:-2], atol=0.01)
 
@@ -165,7 +164,7 @@ def test_the_map_marks_each_outcome_with_a_shape_of_its_own(basin: Basin) -> Non
     grid = [(i, j) for i, j in np.ndindex(3, 3) if basin.settled[i, j]]
     assert drawn == [tuple(np.round(basin.angles[[i, j]], 9).tolist()) for i, j in grid]
     assert "Gait 3" in ax.get_title()
-    assert any(line.get_gid() == "acceptable" for line in ax.lines)
+    assert any(patch.get_gid() == "acceptable" for patch in ax.patches)
 
 
 def test_files_hold_one_row_a_flight(basin: Basin, tmp_path: Path) -> None:

@@ -19,7 +19,6 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 import gaitgraph as gg
-from gaitgraph.plots import notebook
 from gaitgraph.plots.axes import RED as RED_LINE
 from gaitgraph.vehicle import preset_names, vehicle_named
 from tests.published import GAITS
@@ -130,39 +129,24 @@ def test_without_matplotlib_there_is_the_text(monkeypatch: pytest.MonkeyPatch) -
         assert "img" not in made(name)._repr_html_()
 
 
-def drawn(monkeypatch: pytest.MonkeyPatch, one: Any) -> Any:
-    """Return the axes of the picture in an object's page."""
-    kept: list[Any] = []
-
-    def keep(draw: Any, _: object) -> str:
-        kept.append(draw)
-        return ""
-
-    monkeypatch.setattr(notebook, "_picture", keep)
-    one._repr_html_()
-    ax = Figure().add_subplot()
-    kept[0](ax)
-    return ax
-
-
-def test_a_gait_shows_its_loop_its_region_and_its_verdict(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_gait_shows_its_loop_its_region_and_its_verdict() -> None:
     for published in GAITS[1:3]:
         page = page_of(gg.lift(published.angles, published.color))
         assert f"Flyable: {'yes' if published.flyable else 'no'}. Obeys the paper's rules: yes." in page.text
     assert "shaded: where a red gait with R < 0 is flyable" in page_of(RED).text
     assert "its loop in the plane of α1 and α2" in page_of(RED.biased(0.8)).text
-    ax = drawn(monkeypatch, RED)
-    np.testing.assert_allclose(np.asarray(ax.lines[0].get_xydata())[:4], RED.alpha[:, :2])
-    assert to_hex(ax.lines[0].get_color()) == RED_LINE
+    ax = RED.plot(ax=Figure().add_subplot())
+    np.testing.assert_allclose(np.asarray(ax.lines[-1].get_xydata())[:4], RED.alpha[:, :2])
+    assert to_hex(ax.lines[-1].get_color()) == RED_LINE
     region = gg.admissible_region(sign="negative", accuracy=1e-3)
     assert len(ax.patches) == len(region.components)
     shaded = [np.asarray(patch.get_path().vertices) for patch in ax.patches]
     assert shaded[0][:, 0].min() == pytest.approx(region.components[0].bounds[0], abs=2e-3)
 
 
-def test_texts_state_peaks_and_limits(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_texts_state_peaks_and_limits() -> None:
     timed = made("timed gait")
-    for k, line in enumerate(drawn(monkeypatch, timed).lines):
+    for k, line in enumerate(timed.plot(ax=Figure().add_subplot()).lines):
         np.testing.assert_allclose(line.get_xydata(), np.column_stack([timed.t, timed.alpha[:, k]]))
     assert all(f"{peak:.4g}" in str(timed) for peak in timed.peak_rates())
     assert "the vehicle's limits are 5 rad/s, 50 rad/s², 500 rad/s³" in str(made("timed with limits"))
@@ -174,14 +158,14 @@ def test_texts_state_peaks_and_limits(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "1.3090 rad" in str(gg.PAPER.replace(max_tilt="75deg"))
 
 
-def test_a_plan_shows_its_waypoints_and_its_region(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_plan_shows_its_waypoints_and_its_region() -> None:
     assert "rings: waypoints" in page_of(made("plan")).text
-    np.testing.assert_allclose(drawn(monkeypatch, made("plan")).lines[-1].get_xydata(), SQUARE)
+    np.testing.assert_allclose(made("plan").plot(ax=Figure().add_subplot()).lines[-1].get_xydata(), SQUARE)
     assert "where a red gait with R < 0 is flyable" in page_of(made("no plan")).text
     assert "where a blue gait is valid" in page_of(made("no plan on blue")).text
     assert "with the given polygons" in page_of(made("plan with polygons")).text
     assert "infeasible" in repr(made("no plan"))
-    numbers = [text.get_text() for text in drawn(monkeypatch, gg.PAPER).texts]
+    numbers = [text.get_text() for text in gg.PAPER.plot(ax=Figure().add_subplot()).texts]
     assert [text for text in numbers if text] == ["1", "2", "3", "4"]
 
 

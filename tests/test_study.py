@@ -467,5 +467,7 @@ def test_a_case_that_kills_its_worker_is_a_row_and_a_broken_worker_ends_the_stud
     assert [(row["case"], row["outcome"]) for row in rows] == [(0, "settled"), (1, "failed"), (2, "settled")]
     assert rows[1]["reason"] == "each worker that flew this case alone died"
     monkeypatch.setattr(running, "flown_batch", json.loads)
-    with pytest.raises(InputError, match=r"a worker cannot run the study \(TypeError: .*workers need this gaitgraph"):
+    with pytest.raises(
+        InputError, match=r"a worker cannot run the study \(TypeError: .*workers need the same gaitgraph"
+    ):
         run_study(asked, tmp_path / "broken", workers=1)

@@ -7,7 +7,7 @@ import itertools
 import numpy as np
 import pytest
 
-from gaitgraph.surface.adjacency import (
+from gaitgraph.surface.sheets import (
     FIBER_TYPES,
     PLANE_TYPES,
     neighbors_allowed,

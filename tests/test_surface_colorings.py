@@ -14,9 +14,8 @@ from hypothesis import given, settings, strategies as st
 
 import gaitgraph as gg
 from gaitgraph.invertibility.matrices import coefficients_of, noise_of
-from gaitgraph.surface.adjacency import text_from_types, types_from_text
 from gaitgraph.surface.loop_colorings import MOST_LISTED, Coloring, ColoringCount, ColoringObstacle, color_choices
-from gaitgraph.surface.sheets import SIGNS
+from gaitgraph.surface.sheets import SIGNS, text_from_types, types_from_text
 from tests.published import GAITS, PublishedGait
 
 if TYPE_CHECKING:

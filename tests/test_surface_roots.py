@@ -30,11 +30,11 @@ from gaitgraph.invertibility.matrices import (
     zero_moment_direction,
 )
 from gaitgraph.io.formats import read_table
-from gaitgraph.surface.adjacency import PLANE_TYPES, text_from_types
 from gaitgraph.surface.sheets import (
     COLORS,
     DEFAULT_CROSSING_TOLERANCE,
     FIBERS,
+    PLANE_TYPES,
     families_along,
     family_distances,
     family_jumps,
@@ -42,6 +42,7 @@ from gaitgraph.surface.sheets import (
     root_arrays,
     roots,
     sheet_grid,
+    text_from_types,
     types_contradict,
     types_of,
 )

@@ -92,6 +92,7 @@ def test_a_saved_plan_is_a_gait_file(tmp_path: Path) -> None:
         ("# t,{}", ""),
         ("# of Monday\n# t,{}", ""),
         ("Time,{}", "'Time' (did you mean 'time'?)"),
+        ("t [s],{}", "'t [s]' (did you mean 't'?)"),
         ("foo,{},alpha1_rates,bar", "'alpha1_rates' (did you mean 'alpha1_rate'?), 'foo', 'bar'"),
     ],
 )
@@ -118,6 +119,9 @@ BAD_CSV = [
     (HEAD, "it must have at least one row"),
     ("alpha1,alpha2,alpha3\n0,0,0\n", "column 'alpha4' is missing"),
     ("alpha1,alpha2,alpha3,alpha_4\n0,0,0,0\n", "column 'alpha4' is missing.*'alpha_4' .did you mean 'alpha4'"),
+    ("α1,a2,Alpha 3,alpha4 [rad]\n0,0,0,0\n", ".*".join(f"did you mean 'alpha{k}'" for k in range(1, 5))),
+    ("a1 (deg),alpha 2,alpha 3,alpha 4\n0,0,0,0\n", "'a1 .deg.' .did you mean 'alpha1_deg'"),
+    (HEAD + "20deg,0,0,0\n", "got '20deg'; in degrees the column is alpha1_deg"),
     ("alpha1,alpha2,alpha3,alpha4,alpha1\n0,0,0,0,0\n", "columns must have different names, got 'alpha1' 2 times"),
     ("alpha1,alpha2,alpha3,alpha4,alpha1_deg\n0,0,0,0,0\n", "columns must have 'alpha1' or 'alpha1_deg', got both"),
     (HEAD + "0,0,0\n", "line 2 must have 4 fields, as the header has, got 3"),
@@ -183,7 +187,7 @@ def test_files_that_cannot_be_read(tmp_path: Path, suffix: str) -> None:
         read_table(tmp_path / "gait.xlsx")
     if suffix in (".csv", ".json"):
         (tmp_path / f"a{suffix}").write_bytes(b"\xff\xfe\0")
-        assert "must be UTF-8 text" in refusal(tmp_path / f"a{suffix}")
+        assert "must be UTF-8 text, got other bytes; in Excel save it as CSV UTF-8" in refusal(tmp_path / f"a{suffix}")
 
 
 def test_what_killed_processes_left_is_removed_and_nothing_else(

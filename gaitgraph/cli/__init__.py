@@ -122,7 +122,8 @@ def main(args: Sequence[str] | None = None) -> NoReturn:
         _stop(2 if error.ctx and error.ctx.parent else 0)
     except click.UsageError as error:
         message = error.format_message().replace(_MINUS, "-").rstrip(".")
-        _stop(2, f"{message}; see {error.ctx.command_path if error.ctx else 'gaitgraph'} --help")
+        message += " See" if message.endswith("?") else "; see"
+        _stop(2, f"{message} {error.ctx.command_path if error.ctx else 'gaitgraph'} --help")
     except (click.Abort, KeyboardInterrupt):
         _stop(130, "interrupted")
     except (BrokenPipeError, SystemExit) as error:
@@ -296,7 +297,7 @@ def file(name: str, metavar: str, *words: str, **more: Any) -> Decorator:
 
         if "" in (value if isinstance(value, tuple) else (value,)):
             raise InputError(f"{metavar.strip('[.]')} must be the name of a file, got ''")
-        if words and value.lower() not in words and not Path(value).suffix and not Path(value).exists():
+        if words and value and value.lower() not in words and not Path(value).suffix and not Path(value).exists():
             hint = did_you_mean(value, words)
             raise InputError(f"{metavar} must be a file, or {' or '.join(words)}, got {shown(value)}{hint}")
         return value
@@ -377,7 +378,8 @@ def request_of(file: str | None, given: Mapping[str, Any]) -> tuple[PlanRequest,
 
     if file is None and "waypoints" not in given:
         raise InputError("waypoints must be in a request file or given with --waypoint A1,A2, got neither")
-    return request_from_mapping(given) if file is None else read_request(file, given)
+    with named_in_errors(given):
+        return request_from_mapping(given) if file is None else read_request(file, given)
 
 
 @contextmanager
@@ -404,8 +406,10 @@ def check_outputs(paths: Paths, *, force: bool) -> None:
     check_films(films, force=force)
 
 
-def write_outputs(pieces: Callable[[], Iterable[Table]], paths: Paths, *, force: bool) -> None:
-    """Write a gait that comes piece by piece to files, tables and films."""
+def write_outputs(
+    pieces: Callable[[], Iterable[Table]], paths: Paths, *, force: bool, rate: float | None = None
+) -> None:
+    """Write a gait that comes piece by piece to files, tables and films; warn if they lack the rate asked for."""
     from gaitgraph.gait.table import merged
     from gaitgraph.io.formats import tables_and_films, write_tables
     from gaitgraph.plots.vehicles import write_films
@@ -414,6 +418,13 @@ def write_outputs(pieces: Callable[[], Iterable[Table]], paths: Paths, *, force:
     write_tables(pieces, tables, force=force)
     if films:
         write_films(merged(pieces()), films, force=force)
+    if rate is not None:
+        found = 1 / (times := next(iter(pieces()))["t"])[1]
+        if abs(found - rate) > 1e-6 * rate and len(times) > 1:
+            print_problem(
+                f"warning: a table has whole intervals: {found:.6g} rows per second, not {rate:g}; a period that is a "
+                f"multiple of 1/{rate:g} s has {rate:g}"
+            )
 
 
 # ---------------------------------------------------------------- what commands print

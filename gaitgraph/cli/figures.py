@@ -7,24 +7,24 @@ from typing import Any
 
 import click
 
-from gaitgraph.cli import Paths, Working, command, one_of, option, print_json, wants_json
+from gaitgraph.cli import PAPER_GAITS, Paths, Working, command, file, one_of, option, print_json, wants_json
 
-_NAMES = [*map(str, range(1, 23)), "regions", "gait"]
+_NAMES = [*map(str, range(1, 23)), "18b", "19b", "22b", "regions", "gait", "set"]
 
 
 @command(
-    "Draw the figures of the paper, and two more.",
-    option(
-        "--only", "NAME", "1 to 22, 9-14, regions or gait; repeatable.  [default: all]", words=_NAMES, multiple=True
-    ),
+    "Draw the figures of the paper, or the set of a gait.",
+    file("gait_file", "[GAIT_FILE]", *PAPER_GAITS, required=False),
+    option("--only", "NAME", "1 to 22, 9-14, 18b, regions, gait, set; repeatable.", words=_NAMES, multiple=True),
     option("--out", "DIR", "Folder, created if missing.  [default: figures]", default="figures"),
     one_of("--format", "png", "svg", "pdf", of="Repeatable: ", default="png, svg", name="formats", multiple=True),
-    option("--gait", "GAIT_FILE", "Gait of the figure gait.  [default: Gait 3]"),
+    option("--gait", "GAIT_FILE", "Gait of the figures gait and set.  [default: Gait 3]"),
     "force vehicle coefficients json",
 )
-def figures_command(out: str, formats: Paths = (), gait: str | None = None, **given: Any) -> int:
+def figures_command(out: str, formats: Paths = (), gait_file: str | None = None, **given: Any) -> int:
     """Draw Figures 1 to 22 of the paper, the exact regions, and a gait in four dimensions.
 
+    With GAIT_FILE draw its own set: loop on the map, angles, hover thrusts, attitudes and least singular value.
     With exact coefficients, the default for any vehicle but the paper's, blue has R = 0 and is shown as singular.
     Needs matplotlib: pip install 'gaitgraph[plot]'.
     """
@@ -33,16 +33,16 @@ def figures_command(out: str, formats: Paths = (), gait: str | None = None, **gi
     os.environ["MPLBACKEND"] = "agg"  # no window is opened, and a notebook's backend may be missing here
     if formats:
         given["formats"] = [name.lower() for name in formats]
-    if gait is not None:
-        given["gait"] = gait
+    if gait_file is not None:
+        given = {"only": ("set",), "gait": gait_file} | given
     with Working("drawing") as progress:
         written = write_figures(out, progress=progress, **given)
     known = {figure.stem: figure for figure in FIGURES.values()}
     drawn = [(str(path), known[path.stem]) for path in written]
     if wants_json():
-        rows = [{"file": file, "figure": one.name, "title": one.title, "caption": one.caption} for file, one in drawn]
+        rows = [{"file": path, "figure": one.name, "title": one.title, "caption": one.caption} for path, one in drawn]
         print_json({"files": rows})
         return 0
-    for file, one in drawn:
-        click.echo(f"wrote {file}: {one.title}")
+    for path, one in drawn:
+        click.echo(f"wrote {path}: {one.title}")
     return 0

@@ -66,6 +66,6 @@ def pace_command(
                 more["servo"] = response.as_mapping()
                 lines.append(f"  {response}")
             if outputs:
-                write_outputs(lambda: pieces_of(timed), outputs, force=force)
+                write_outputs(lambda: pieces_of(timed), outputs, force=force, rate=given.get("rate"))
             lines += [f"wrote {name}: {timed.samples + 1} rows" for name in outputs]
     return show(pacing, more=more, lines=lines)

@@ -48,7 +48,7 @@ def plan_command(request_file: str | None = None, outputs: Paths = (), force: bo
         if written:
             progress(f"writing {', '.join(written)}")
             certified = [(path, certify(found.timed(**sampling))) for path in beside]
-            write_outputs(partial(pieces_of, found.timed(**sampling)), written, force=force)
+            write_outputs(partial(pieces_of, found.timed(**sampling)), written, force=force, rate=sampling.get("rate"))
             for path, one in certified:
                 one.write(path, force=force)
             written += tuple(map(str, beside))

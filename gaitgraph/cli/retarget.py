@@ -11,7 +11,7 @@ from gaitgraph.cli import Paths, Working, check_outputs, command, option, show, 
     "The nearest flyable gait: rows moved as little as possible.",
     "gait_file sign floor",
     option("--margin", "ANGLE", "Distance to keep from the flyable region's border.  [default: 0]"),
-    option("--keep", "X", "Share of the motion to keep, at most 1.  [default: the nearest rows, however little moves]"),
+    option("--keep", "X", "Keep the shape, smaller by this factor.  [default: the nearest rows, however little moves]"),
     "keep_in keep_out outputs force vehicle coefficients json",
 )
 def retarget_command(gait_file: str, outputs: Paths = (), force: bool = False, **given: Any) -> int:

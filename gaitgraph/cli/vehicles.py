@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from gaitgraph.cli import command, file, print_json, wants_json
+from gaitgraph.cli import command, file, print_json, print_problem, wants_json
 
 if TYPE_CHECKING:
     from gaitgraph.vehicle import Vehicle
@@ -21,19 +21,20 @@ def vehicles_command(name: str | None = None, vehicle: Vehicle | None = None, co
     """List the preset vehicles with their drag ratio κ and crossing angle δ, or show one: a preset or a TOML file."""
     from gaitgraph.errors import InputError
     from gaitgraph.invertibility.matrices import coefficients_of
+    from gaitgraph.validation.report import unlikely_limits
     from gaitgraph.vehicle import preset_names, vehicle_named
 
     if name is not None and vehicle is not None:
         raise InputError(f"--vehicle {vehicle.name} cannot be combined with {name!r}")
-    shown = [vehicle_named(name)] if name is not None else [vehicle] if vehicle is not None else None
-    known = map(vehicle_named, preset_names()) if shown is None else shown
+    given = vehicle if name is None else name
+    known = [vehicle_named(one) for one in (preset_names() if given is None else [given])]
     rows = [{**one.as_mapping(), "delta": coefficients_of(one, coefficients).delta} for one in known]
     if wants_json():
         print_json({"vehicles": rows})
         return 0
-    for row in rows:
-        click.echo(f"{row['name']}: κ = {row['drag_ratio']:.6f}, δ = {row['delta']:.6f} rad")
-        for key, value in row.items():
-            if key not in ("name", "drag_ratio", "delta"):
-                click.echo(f"    {key} = {value}")
+    for one, row in zip(known, rows, strict=True):
+        for warning in unlikely_limits({kind: row.get(f"max_tilt_{kind}") for kind in ("rate", "acceleration")}):
+            print_problem(f"warning: {warning}")
+        click.echo(f"{one.name}: κ = {one.drag_ratio:.6f}, δ = {row['delta']:.6f} rad")
+        click.echo("\n".join(str(one).splitlines()[1:]))
     return 0

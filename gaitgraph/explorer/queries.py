@@ -24,8 +24,7 @@ from gaitgraph.planning.planner import plan
 from gaitgraph.planning.request import PlanRequest, plan_request
 from gaitgraph.plots.vehicles import vehicle_view
 from gaitgraph.robustness.biased import robustness_of
-from gaitgraph.surface.adjacency import text_from_types
-from gaitgraph.surface.sheets import COLORS, Color, sheet_angles, types_of
+from gaitgraph.surface.sheets import COLORS, Color, sheet_angles, text_from_types, types_of
 from gaitgraph.timing.laws import DEFAULT_LAW
 from gaitgraph.timing.timed_gait import DEFAULT_SAMPLES, checked_clock
 from gaitgraph.vehicle import PAPER, Vehicle, preset_names, vehicle_from_mapping, vehicle_named
@@ -106,7 +105,7 @@ _MARKS = {"ok": "ok", "NO": "no", "??": "undecided"}
 _MOST_ROWS = 401  # of a series; a chart has fewer pixels
 _MOST_FRAMES = 101
 _FINE_DIGITS = 10  # of values that may be as small as the rounding of the published coefficients
-_CURVES = 16
+CURVES = 16  # singular curves of a diagram
 _KEPT_PLANS = 16
 
 _plans: dict[str, Plan] = {}  # the most recently used is last
@@ -192,7 +191,7 @@ def plan_answer(state: State, progress: Progress = quiet) -> dict[str, Any]:
     ``status`` is "empty", "infeasible" or "planned". Angles are exact in ``corners`` and ``vertices``, and
     rounded to 1e-6 rad elsewhere.
     """
-    lists = "checks warnings obstacles corners types colors path vertices order alternatives"
+    lists = "checks warnings obstacles corners types colors path vertices alternatives"
     answer: dict[str, Any] = {
         "status": "empty",
         **dict.fromkeys(("reason", "color", "sign", "length", "lower_bound", "series", "vehicle_view")),
@@ -227,7 +226,6 @@ def plan_answer(state: State, progress: Progress = quiet) -> dict[str, Any]:
         "types": list(gait.types),
         "colors": list(gait.colors),
         "vertices": loop.path.vertices().tolist(),
-        "order": list(loop.order),
         "series": series_answer(alpha, gait, report, t=t, rates=rates),
         "vehicle_view": vehicle_view_answer(alpha, gait.vehicle, t=t),
     }
@@ -280,10 +278,11 @@ def series_answer(
 
 
 def vehicle_view_answer(alpha: FloatArray, vehicle: Vehicle, *, t: FloatArray | None) -> dict[str, Any]:
-    """Return the view of a vehicle at rows (n, 4) [rad], in at most 101 frames, by time or row number."""
+    """Return the view of a vehicle at rows (n, 4) [rad], in at most 101 frames; `bearings` of the arms [rad]."""
     rows = spread_rows(len(alpha), _MOST_FRAMES)
-    view = vehicle_view(alpha[rows], vehicle).as_mapping()
-    return {**view, "t": (rows + 1).tolist() if t is None else to_digits(t[rows], 9)}
+    times = (rows + 1).tolist() if t is None else to_digits(t[rows], 9)
+    view = {"t": times, "bearings": to_digits(matrices.arm_angles(vehicle))}
+    return vehicle_view(alpha[rows], vehicle).as_mapping() | view
 
 
 def spread_rows(count: int, most: int) -> npt.NDArray[np.int64]:
@@ -293,37 +292,31 @@ def spread_rows(count: int, most: int) -> npt.NDArray[np.int64]:
 
 def diagram_answer(state: State, progress: Progress = quiet) -> dict[str, Any]:
     """Return the roll–pitch diagrams of the planned gait and of the gait biased by η, as plain values."""
-    answer = {"extent": [-math.pi / 2, math.pi / 2], "own": None, "biased": None, "eta": state.eta}
+    answer = {"own": None, "biased": None, "eta": state.eta}
     if state.empty:
         return answer | {"reason": "no waypoints yet"}
     result = planned(state, progress)
     if result.loop is None:
         return answer | {"reason": result.reason}
     progress("drawing the roll–pitch diagram")
-    found = robustness_of(result.loop.gait, bias=state.eta, tolerance=1e-4, curves=_CURVES, progress=progress)
-    return answer | {"own": _diagram(found.gait), "biased": _diagram(found.sweep[0]), "reason": None}
+    found = robustness_of(result.loop.gait, bias=state.eta, tolerance=1e-4, curves=CURVES, progress=progress)
+    return answer | {"own": diagram_of(found.gait), "biased": diagram_of(found.sweep[0]), "reason": None}
 
 
-def _diagram(one: Robustness) -> dict[str, Any]:
+def diagram_of(one: Robustness) -> dict[str, Any]:
+    """Return the roll–pitch diagram of one gait as plain values."""
     import shapely
 
-    margin = one.tilt_margin
-    outline = shapely.get_coordinates(one.acceptable.polygon.simplify(1e-3))
-    curves = [curve.points(61) for _, curve in one.curves]
+    margin, outline = one.tilt_margin, shapely.get_coordinates(one.acceptable.polygon.simplify(1e-3))
+    curves = (curve.points(61) for _, curve in one.curves)
     return {
         "curves": [to_digits(points, 5) for points in curves if len(points)],
         "tilt_margin_deg": None if margin is None else math.degrees(margin),
         "tilt_margin_reason": one.margin.reason or None,
         "acceptable_fraction": one.acceptable.fraction,
-        "acceptable_reason": one.acceptable.reason or None,
         "acceptable": to_digits(outline, 5),
-        "nearest_singular_attitude": None if one.direction is None else list(one.direction),
-        "least_singular_value": one.singular_value[1],
-        "tilt_deg": math.degrees(one.tilt),
     }
 
-
-# ---------------------------------------------------------------- the map
 
 SHADINGS = ("R", "least_singular_value", "none")
 """The quantities that the map can show as shading."""
@@ -331,11 +324,8 @@ SHADINGS = ("R", "least_singular_value", "none")
 _REGIONS = (("R>0", "R > 0"), ("R<0", "R < 0"), ("hover", "all hover thrusts positive"), ("flyable", "flyable"))
 _POINTS = 129
 _ACCURACY = 1e-3  # of curved borders [rad]; a pixel of the map is wider
-_SINGULAR_BLUE = "R = 0 on the whole blue sheet with exact coefficients: the matrix is singular there"
-_ROUNDED_BLUE = (
-    "The sign of R on blue is rounding noise of the published coefficients. R = 0 in exact physics: the matrix is "
-    "singular on the whole sheet."
-)
+_SINGULAR_BLUE = "R = 0 on the whole blue sheet in exact physics: the matrix is singular there."
+_ROUNDED_BLUE = f"{_SINGULAR_BLUE} The signs of R drawn are rounding noise of the published coefficients."
 
 
 def map_answer(content: Any, progress: Progress = quiet) -> dict[str, Any]:
@@ -352,7 +342,8 @@ def map_answer(content: Any, progress: Progress = quiet) -> dict[str, Any]:
     shading: str = checked_choice("shading", content.get("shading", "none"), SHADINGS)
     coefficients = matrices.coefficients_of(vehicle, content.get("coefficients"))
     progress("shading the map")
-    values, extent = _shading(vehicle, coefficients, sheet, shading)
+    # On blue R and the least singular value are rounding noise, which is not shaded.
+    values, extent = (None, None) if sheet == "blue" or shading == "none" else _shading(vehicle, coefficients, shading)
     blank = sheet == "blue" and coefficients.kind == "exact"
     regions = []
     for name, label in () if blank else _REGIONS if sheet == "red" else _REGIONS[:2]:
@@ -378,13 +369,9 @@ def _on_grid(points: int, coefficients: Coefficients, sheet: Color) -> FloatArra
 
 
 @lru_cache(maxsize=32)
-def _shading(
-    vehicle: Vehicle, coefficients: Coefficients, sheet: Color, shading: str
-) -> tuple[list[float] | None, list[float] | None]:
-    """Return the values of a shading, and their range."""
-    if shading == "none":
-        return None, None
-    alpha = _on_grid(_POINTS, coefficients, sheet)
+def _shading(vehicle: Vehicle, coefficients: Coefficients, shading: str) -> tuple[list[float], list[float]]:
+    """Return the values of a shading of the red sheet, and their range."""
+    alpha = _on_grid(_POINTS, coefficients, "red")
     function: Any = matrices.level_determinant if shading == "R" else matrices.least_singular_value
     values = np.asarray(function(alpha, coefficients if shading == "R" else vehicle)).ravel().tolist()
     return [float(f"{value:.5g}") for value in values], [min(values), max(values)]

@@ -19,6 +19,7 @@ from gaitgraph.gait.table import closed_rows, merged
 from gaitgraph.invertibility import matrices
 from gaitgraph.io.formats import FORMATS, known_format, naming_file, read_pieces, write_tables
 from gaitgraph.plots.vehicles import write_films
+from gaitgraph.robustness.biased import robustness_of
 from gaitgraph.timing.timed_gait import table_of
 from gaitgraph.validation.validating import validate
 from gaitgraph.vehicle import preset_names, vehicle_from_mapping
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
 
 _MOST_ROWS = 2000
 _MOST_RUNS = 50
+_MOST_CORNERS = 5000  # whose attitudes are judged
 _FILM = ".gif"
 _NOT_SHOWN = {"floor": matrices.DEFAULT_FLOOR}  # request fields without a control on the page
 
@@ -73,10 +75,9 @@ def table_answer(name: str, content: bytes, progress: Progress = queries.quiet) 
             progress(1.0)
         except (InputError, FileProblem) as error:
             raise type(error)(str(error).replace(repr(str(path)), repr(name))) from error
-    closed = np.vstack([rows.alpha, rows.alpha[:1]])
-    some = queries.spread_rows(len(closed), _MOST_ROWS)
-    alpha, t = closed[some], None if times is None else times[some]
-    verdict = queries.verdict_answer(report)
+    some = queries.spread_rows(len(rows.alpha) + 1, _MOST_ROWS)
+    alpha, t = rows.alpha[some % len(rows.alpha)], None if times is None else times[some]
+    gait, verdict = stated.gait if stated else rows.merged(), queries.verdict_answer(report)
     broken = [check for check in verdict["checks"] if check["mark"] != "ok" and check["where"] is not None]
     worst = [{**{k: one["where"][k] for k in ("alpha1", "alpha2")}, "message": one["message"]} for one in broken]
     return {
@@ -87,10 +88,23 @@ def table_answer(name: str, content: bytes, progress: Progress = queries.quiet) 
         "path": queries.to_digits(alpha[:, :2]),
         "series": queries.series_answer(alpha, rows, report, t=t),
         "vehicle_view": queries.vehicle_view_answer(alpha, rows.vehicle, t=t),
-        "corners": queries.to_digits((stated.gait if stated else rows.merged()).alpha[:_MOST_ROWS]),
+        "color": gait.color,
+        "corners": queries.to_digits(gait.alpha[:_MOST_ROWS]),
+        "types": list(gait.types[:_MOST_ROWS]),
+        "colors": list(gait.colors[:_MOST_ROWS]),
+        "diagram": _diagram_of(gait, progress),
         "broken": worst + _broken_runs(rows, report),
         "request": _state_of_request(table),
     }
+
+
+def _diagram_of(gait: Gait, progress: Progress) -> dict[str, Any]:
+    """Return the roll–pitch diagram of a gait, or the reason why there is none."""
+    if len(gait.alpha) > _MOST_CORNERS:
+        limit = f"At most {_MOST_CORNERS} corners are drawn here, got {len(gait.alpha)}"
+        return {"own": None, "reason": f"{limit}. For longer tables: gaitgraph robustness FILE"}
+    found = robustness_of(gait, tolerance=1e-4, curves=queries.CURVES, progress=progress)
+    return {"own": queries.diagram_of(found.gait), "reason": None}
 
 
 def _broken_runs(rows: Gait, report: Report) -> list[dict[str, Any]]:
@@ -125,11 +139,10 @@ def _broken_runs(rows: Gait, report: Report) -> list[dict[str, Any]]:
 
 def _bounded(pieces: Iterable[Table]) -> Iterator[Table]:
     """Yield pieces of a table up to the limit of rows: a small file can hold more rows than fit in memory."""
-    rows = 0
+    rows, most = 0, queries.LIMITS["rows"]
     for piece in pieces:
         rows += len(piece)
-        if rows > queries.LIMITS["rows"]:
-            most = queries.LIMITS["rows"]
+        if rows > most:
             raise InputError(f"a table must have at most {most} rows here; 'gaitgraph validate' has no limit")
         yield piece
 
@@ -151,14 +164,11 @@ def _state_of_request(table: Table) -> dict[str, Any] | None:
         state["accuracy"] = queries.RANGES["accuracy"].low  # finer would be too slow for the page
     stated = request.get("vehicle", queries.DEFAULTS["vehicle"])
     try:
-        pairs: list[tuple[Any, float | None]] = [(stated, None)]
-        if isinstance(stated, dict):  # a preset, perhaps with another drag ratio
-            vehicle = vehicle_from_mapping(stated)
-            pairs = [(name, ratio) for name in preset_names() for ratio in (None, vehicle.drag_ratio)]
-            pairs = [pair for pair in pairs if vehicle == queries.vehicle_of(*pair)]
-        state["vehicle"], state["drag_ratio"] = pairs[0]
+        vehicle = vehicle_from_mapping(stated) if isinstance(stated, dict) else queries.vehicle_of(stated)
+        pairs = ((name, ratio) for name in preset_names() for ratio in (None, vehicle.drag_ratio))
+        state["vehicle"], state["drag_ratio"] = next(pair for pair in pairs if queries.vehicle_of(*pair) == vehicle)
         queries.state_of(state)
-    except (GaitgraphError, IndexError):
+    except (GaitgraphError, StopIteration):  # only presets, with another drag ratio, have a control
         return None
     return state
 

@@ -129,7 +129,7 @@ class FlightSettings:
         if between < 1.0 - _SAMPLING or abs(between - round(between)) > _SAMPLING * between:
             raise InputError(
                 f"control_rate must be {1 / self.step:g} Hz divided by a whole number, for steps of {self.step:g} s, "
-                f"got {self.control_rate:g} Hz"
+                f"got {self.control_rate:g} Hz; with step {1 / (self.control_rate * math.ceil(between)):.9g} it fits"
             )
         self._check_gains()
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from gaitgraph._lazy import Pictured
 from gaitgraph.angles import angles_from, checked_number, text_from_angle, whole_number
 from gaitgraph.errors import InputError, shown
 from gaitgraph.invertibility.matrices import (
@@ -23,7 +24,6 @@ from gaitgraph.invertibility.matrices import (
     coefficients_of,
     level_determinant,
 )
-from gaitgraph.surface.adjacency import text_from_types
 from gaitgraph.surface.sheets import (
     COLORS,
     DEFAULT_CROSSING_TOLERANCE,
@@ -33,6 +33,7 @@ from gaitgraph.surface.sheets import (
     family_codes,
     family_types,
     sheet_angles,
+    text_from_types,
 )
 from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
 
@@ -46,7 +47,7 @@ _STRAIGHT = 1e-9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, init=False, eq=False)
-class Gait:
+class Gait(Pictured):
     """A closed polyline of tilt angles, with a color for each corner and a direction; :meth:`check` validates it.
 
     Parameters
@@ -260,11 +261,6 @@ class Gait:
             lines.append(f"  {k + 1:>4}  {angles}" + (f"     {types[k]}" if types else ""))
         return lines if corners <= most else [*lines, f"     … and {corners - most} more"]
 
-    def _repr_html_(self) -> str:
-        from gaitgraph.plots.notebook import html_of
-
-        return html_of(self)
-
 
 def lift(
     points: npt.ArrayLike,
@@ -367,6 +363,19 @@ def paper_gait(number: int, vehicle: Vehicle, coefficients: Coefficients) -> Gai
     color, points = _LOOPS[number]
     side = 1 if vehicle.signed_drag_ratio > 0 else -1
     return lift(side * np.array(points) * (math.pi / 16), color, vehicle=vehicle, coefficients=coefficients)
+
+
+def name_of(gait: Gait) -> str:
+    """Return the name of a gait in pictures: "Gait 3", "Gait 3 biased by 0.8", or else its color."""
+    rows = gait.vertices(1e-6) if len(gait.alpha) > 4 else gait.alpha
+    rows = rows[np.lexsort(rows[:, 1::-1].round(3).T)]
+    for number in _LOOPS:
+        known = paper_gait(number, gait.vehicle, gait.coefficients).alpha
+        known = known[np.lexsort(known[:, 1::-1].round(3).T)]
+        eta = (rows * known)[:, 2:].sum() / (known[:, 2:] ** 2).sum() if rows.shape == known.shape else 0.0
+        if eta > 0 and np.allclose(rows, known * [1, 1, eta, eta], atol=2e-3):
+            return f"Gait {number}" + (f" biased by {eta:.3g}" if eta < 0.998 else "")
+    return f"{gait.color.capitalize()} gait" if gait.color else "Gait on neither sheet"
 
 
 def printed_gait(number: int, coefficients: Coefficients) -> Gait:

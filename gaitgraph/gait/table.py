@@ -35,7 +35,6 @@ from gaitgraph.invertibility.matrices import (
     level_determinant,
     level_determinant_resolution,
 )
-from gaitgraph.surface.adjacency import text_from_types, types_from_text
 from gaitgraph.surface.sheets import (
     DEFAULT_CROSSING_TOLERANCE,
     DEFAULT_TOLERANCE,
@@ -44,7 +43,9 @@ from gaitgraph.surface.sheets import (
     family_codes,
     family_of,
     family_types,
+    text_from_types,
     types_contradict,
+    types_from_text,
 )
 from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
 
@@ -415,13 +416,6 @@ def completed_pieces(
 
     Rows are joined by straight segments: unless all rates and accelerations are stated, rates are those just after each
     row and accelerations are zero. `pieces` must yield the same pieces each time, in all one row or more, with `t`.
-
-    >>> columns = {"t": [1, 2, 3], "alpha1": [0.4, 0.9, 0.9], "alpha2": [-0.4, -0.4, -0.8]}
-    >>> columns |= {"alpha3": columns["alpha1"], "alpha4": columns["alpha2"]}
-    >>> table = Table(columns={name: np.array(values, dtype=float) for name, values in columns.items()})
-    >>> whole = merged(completed_pieces(lambda: [table])())
-    >>> whole["t"].tolist(), whole["color"], whole["alpha2_rate"].tolist()
-    ([0.0, 1.0, 2.0, 3.0], ('red', 'red', 'red', 'red'), [0.0, -0.4, 0.4, 0.0])
     """
     first = next(iter(pieces()))
     stated, numbers, crossing_tolerance = surface_of(first, vehicle, coefficients)

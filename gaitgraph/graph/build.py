@@ -48,8 +48,15 @@ from gaitgraph.invertibility.segment_bounds import (
     thrust_shares_along,
     thrusts_push_up,
 )
-from gaitgraph.surface.adjacency import neighbors_allowed, text_from_types
-from gaitgraph.surface.sheets import COLORS, Sign, family_jumps, root_arrays, sheet_grid
+from gaitgraph.surface.sheets import (
+    COLORS,
+    Sign,
+    family_jumps,
+    neighbors_allowed,
+    root_arrays,
+    sheet_grid,
+    text_from_types,
+)
 from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_from_mapping, vehicle_named
 
 if TYPE_CHECKING:
@@ -82,14 +89,15 @@ def checked_divisions(divisions: object) -> int:
 def checked_waypoints(value: object, most: float = MOST_WAYPOINTS, least: int = 1) -> list[tuple[float, float]]:
     """Return waypoints as pairs of angles [rad]; InputError unless `least` to `most` are given, in [−π/2, π/2]²."""
     if not isinstance(value, (list, tuple, np.ndarray)) or len(value) < least:
-        raise InputError(f"waypoints must be a list of one or more [alpha1, alpha2] in [−π/2, π/2], got {shown(value)}")
+        got = "none" if isinstance(value, tuple) and not value else shown(value)
+        raise InputError(f"waypoints must be a list of one or more [alpha1, alpha2] in [−π/2, π/2], got {got}")
     if len(value) > most:
         raise InputError(f"waypoints must be at most {most}, got {len(value)}")
     points = []
     for number, angles in enumerate(value, start=1):
         given = len(angles) if isinstance(angles, (list, tuple, np.ndarray)) else 0
         if given != 2:
-            why = "; α3 and α4 follow from the color, and no gait on a fibre can fly" if given == 4 else ""
+            why = "; α3 and α4 follow from the color" if given == 4 else ""
             raise InputError(f"waypoint {number} must be [alpha1, alpha2], got {shown(angles)}{why}")
         first, second = (angle_within(angles[k], f"waypoint {number} alpha{k + 1}") for k in range(2))
         points.append((first, second))

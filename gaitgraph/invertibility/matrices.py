@@ -404,8 +404,7 @@ def least_singular_value(
     >>> round(float(least_singular_value([0, 0, 0, 0])), 4)
     0.3373
     """
-    matrix = scaled_decoupling_matrix(alpha, vehicle, roll, pitch)
-    return np.linalg.svd(matrix, compute_uv=False)[..., -1]
+    return np.linalg.svd(scaled_decoupling_matrix(alpha, vehicle, roll, pitch), compute_uv=False)[..., -1]
 
 
 def least_singular_value_bound(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -> FloatArray:

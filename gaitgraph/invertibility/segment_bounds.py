@@ -325,7 +325,7 @@ def least_singular_value_of_all(
     """Bracket the least singular value over many segments; `upper` is infinite where no decomposition was needed."""
     if _on_red(starts, ends):
         return least_singular_value_along(starts, ends, vehicle, tolerance=tolerance, known=known)
-    low0, lower = _bounds_without_decomposition(starts, ends, vehicle)
+    low0, lower = _undecomposed_bounds(starts, ends, vehicle)
     upper, fraction = np.full(len(starts), np.inf), np.zeros(len(starts))
     first = int(np.argmin(low0))
     known = min(known, float(least_singular_value(starts[first], vehicle)))
@@ -336,9 +336,7 @@ def least_singular_value_of_all(
     return Least(lower=lower, upper=upper, fraction=fraction)
 
 
-def _bounds_without_decomposition(
-    starts: FloatArray, ends: FloatArray, vehicle: Vehicle
-) -> tuple[FloatArray, FloatArray]:
+def _undecomposed_bounds(starts: FloatArray, ends: FloatArray, vehicle: Vehicle) -> tuple[FloatArray, FloatArray]:
     """Return lower bounds of the least singular value at the starts, and along the segments."""
     low0, low1 = (least_singular_value_bound(side, vehicle) for side in (starts, ends))
     return low0, singular_value_bound(vehicle)(low0, low1, starts, ends)
@@ -376,7 +374,7 @@ def keeps_singular_value_above(
     if _on_red(starts, ends):
         above = _bound_along_red(starts, ends, vehicle) >= floor
     else:
-        above = _bounds_without_decomposition(starts, ends, vehicle)[1] >= floor
+        above = _undecomposed_bounds(starts, ends, vehicle)[1] >= floor
     if not above.all():
         p, q = starts[~above], ends[~above]
         found = least_singular_value_along(p, q, vehicle, tolerance=1e-6, floor=floor, each=True)

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import HALF_PI, in_degrees, number_of
+from gaitgraph.angles import HALF_PI, angle_from_text, in_degrees, number_of
 from gaitgraph.errors import InputError, shown
 from gaitgraph.invertibility.matrices import (
     Coefficients,
@@ -189,11 +189,6 @@ def least_tilt_margin(
 
     Zero where R changes its sign, or where v vanishes at an isolated point. There is none if v vanishes along a whole
     segment, if there is only one point, or if v cannot be distinguished from zero somewhere because of rounding.
-
-    >>> from gaitgraph.invertibility.matrices import coefficients_of
-    >>> corners = np.array([[3, -3, 2.4, -2.4], [3, -1, 2.4, -0.8]]) * math.pi / 8
-    >>> round(math.degrees(least_tilt_margin(corners[:1], corners[1:], coefficients_of(kind="exact")).lower), 2)
-    74.46
     """
     starts, ends = np.atleast_2d(tilt_angles(starts)), np.atleast_2d(tilt_angles(ends))
     none = segment_singular_everywhere(starts, ends, coefficients, angle_rounding)
@@ -273,7 +268,7 @@ def _zero_of(
 
 def checked_tilt(tilt: object) -> float:
     """Return a tilt in [0, π/2) [rad], or raise InputError."""
-    number = number_of(tilt)
+    number = angle_from_text(tilt, "tilt") if isinstance(tilt, str) else number_of(tilt)
     if not 0 <= number < HALF_PI:
         raise InputError(f"tilt must be at least 0 and less than π/2 rad, got {shown(tilt)}{in_degrees(tilt)}")
     return number

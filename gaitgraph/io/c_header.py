@@ -30,9 +30,9 @@ if TYPE_CHECKING:
 _MOST_ROWS = 16_384  # as floats with rates, half a megabyte
 _LARGEST = 32_767
 _EVEN, _NANOSECOND = 1e-6, 1e-9
-# Of a table alone, the error of a cubic is estimated by step² times the largest second difference of the accelerations,
-# divided by this: by 384 where the fourth derivative is steady, and thrice as much where the third one jumps.
-_CUBIC_SHARE = 128.0
+# Of a table alone: accelerations within ±d of a straight line between rows put a cubic off by at most step²/16·d, and
+# where they jump, d is half the largest second difference of the rows' accelerations.
+_CUBIC_SHARE = 32.0
 
 
 def write_h(pieces: Iterable[Table], path: Path, options: FormatOptions) -> None:
@@ -133,5 +133,4 @@ def _proven_error(table: Table, step: float, *, cubic: bool) -> float | None:
 
 def _harmless(text: str) -> str:
     """Return JSON, or a name, escaped so that it contains no comment marks and no trigraph; JSON reads the same."""
-    plain = text.replace("*", "\\u002a").replace("?", "\\u003f")
-    return plain.encode("ascii", "backslashreplace").decode()
+    return text.replace("*", "\\u002a").replace("?", "\\u003f").encode("ascii", "backslashreplace").decode()

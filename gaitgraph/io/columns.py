@@ -13,6 +13,7 @@ import re
 import warnings
 from collections import Counter
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -20,10 +21,21 @@ import numpy as np
 
 from gaitgraph.angles import HALF_PI, angle_from_text, in_degrees
 from gaitgraph.errors import FileWarning, InputError, did_you_mean, shown
-from gaitgraph.gait.table import ACCELERATIONS, ANGLES, DEGREES, ORDER, RATES, TEXTS, Table, about_from_text
+from gaitgraph.gait.table import (
+    ACCELERATIONS,
+    ANGLES,
+    DEGREES,
+    FORMAT,
+    ORDER,
+    RATES,
+    TEXTS,
+    Table,
+    about_from_text,
+    checked_about,
+)
 from gaitgraph.io.servo_map import servo_map_from_mapping, tilts_from_joints
-from gaitgraph.surface.adjacency import types_from_text
-from gaitgraph.surface.sheets import FAMILIES
+from gaitgraph.surface.sheets import FAMILIES, types_from_text
+from gaitgraph.vehicle import vehicle_from_mapping
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -37,6 +49,9 @@ _LARGEST = dict.fromkeys(ANGLES[:2], HALF_PI) | dict.fromkeys(ANGLES[2:], 1e6)  
 _LARGEST |= dict.fromkeys(("R", *RATES, *ACCELERATIONS), 1e12) | {"t": 1e9}
 _SHORTEST_STEP = 1e-9
 _BESIDE_JOINTS = ("color", "types", "R")
+MADE_BY = "made_by"
+SHARED = ("vehicle", "coefficients", "period", "law")  # of a request and its table, stated once where they agree
+_TEXT = re.compile(r"\s*([\w.-]+) = ")
 _MOST_NAMED, _MOST_COMPARED = 20, 1000  # of other columns, in a message
 _OTHER_NAMES = DEGREES | {"time": "t"}
 
@@ -84,7 +99,7 @@ class TableBuilder:
     def _listed(self, names: Sequence[str]) -> str:
         """Return names of columns for a message, first those that resemble a known one, with a hint."""
         known = [name for name in self.used if name not in self.names]
-        near = {name: did_you_mean(name.strip().lower(), known) for name in names[:_MOST_COMPARED]}
+        near = {name: did_you_mean(_plain_name(name), known) for name in names[:_MOST_COMPARED]}
         texts = [f"{name!r} ({hint.removeprefix('; ')})" for name, hint in near.items() if hint]
         texts += [shown(name) for name in names if not near.get(name)]
         more = len(texts) - _MOST_NAMED
@@ -191,7 +206,8 @@ def _numbers(name: str, values: Any, row: int, *, angle_texts: bool = False) -> 
         value = float(values[k]) if isinstance(values, np.ndarray) else values[k]
         allowed = "a finite number" + (", or a text such as '3pi/8'" if angle_texts else "")
         got = "no value" if value is None else shown(value)
-        raise InputError(f"row {row + k + 1}: {name} must be {allowed}, got {got}")
+        hint = f"; in degrees the column is {name}_deg" * (name in ANGLES and got.endswith(("deg'", "°'")))
+        raise InputError(f"row {row + k + 1}: {name} must be {allowed}, got {got}{hint}")
     return numbers
 
 
@@ -203,6 +219,12 @@ def _number(value: Any, angle_texts: bool) -> float:
         return math.nan if isinstance(value, (bool, list, dict, np.ndarray)) else float(value)
     except (TypeError, ValueError, OverflowError):
         return math.nan
+
+
+def _plain_name(name: str) -> str:
+    """Return the name that a person may have meant by "Alpha1", "α1", "a1", "alpha1 [rad]" or "t (s)"."""
+    name = re.sub(r"\s*[\[(](rad|s)[\])]$", "", name.strip().lower())
+    return re.sub(r"^(α|a(lpha)?)[ _]?(?=[1-4])", "alpha", name)
 
 
 def _is_plain(text: str) -> bool:
@@ -268,9 +290,13 @@ def table_from_frame(frame: Frame) -> Table:
     attributes = getattr(frame, "attrs", None)
     stated = attributes.get("gaitgraph") if isinstance(attributes, dict) else None
     try:
-        text = json.dumps(stated, allow_nan=False)
+        about = about_from_text(json.dumps(stated, allow_nan=False))
     except (RecursionError, TypeError, ValueError) as error:
         raise InputError(f"attrs must be as gaitgraph left them, got {shown(stated)}") from error
+    texts = [text for text in frame[MADE_BY] if isinstance(text, str) and text] if MADE_BY in names else []
+    if stated is None and FORMAT in "".join(texts[:1]):  # a CSV file of ours that pandas or polars has read
+        names.remove(MADE_BY)
+        about = about_from_texts(texts)
     index = getattr(frame, "index", None)
     columns = {name: frame[name] for name in names}
     time = getattr(index, "name", None)
@@ -278,12 +304,42 @@ def table_from_frame(frame: Frame) -> Table:
         names.append(time)
         columns[time] = index
     builder = TableBuilder()
-    builder.begin(names, about_from_text(text))
+    builder.begin(names, about)
     tables = list(builder.pieces(columns, angle_texts=True))
     builder.check_rows()
     for note in builder.notes:
         warnings.warn(f"frame: {note}", FileWarning, stacklevel=2)
     return tables[0]
+
+
+def about_from_texts(texts: list[str]) -> dict[str, Any]:
+    """Return what made a table, as the column `made_by` states it: one JSON text, or short texts."""
+    if texts[0].startswith("{"):
+        return about_from_text(texts[0])
+    whole, at, about = "; ".join(texts), 0, dict[str, Any]()
+    with suppress(AttributeError, RecursionError, TypeError, ValueError):
+        while match := _TEXT.match(whole, at):
+            *groups, last = match[1].split(".")
+            inner = about
+            for group in groups:
+                inner = inner.setdefault(group, {})
+            inner[last], end = json.JSONDecoder().raw_decode(whole, match.end())
+            at = end + whole.startswith(";", end)
+    if at < len(whole):
+        raise InputError(f"{MADE_BY} must hold texts such as 'law = \"smooth\"', got {shown(whole[at:].strip())}")
+    about = {name: one for name, one in _lists(checked_about(about)).items() if name not in ("format", "version")}
+    if isinstance(about.get("vehicle"), dict):
+        about["vehicle"] = vehicle_from_mapping(about["vehicle"]).as_mapping()
+    if isinstance(about.get("request"), dict):
+        about["request"] = {name: about[name] for name in SHARED if name in about} | about["request"]
+    return about
+
+
+def _lists(values: dict[str, Any]) -> Any:
+    """Return values with lists in place of what has numbers for names."""
+    inner = {name: _lists(value) if isinstance(value, dict) else value for name, value in values.items()}
+    is_list = inner and [*inner] == [str(number) for number in range(1, len(inner) + 1)]
+    return [*inner.values()] if is_list else inner
 
 
 # -- What may be chosen of a format

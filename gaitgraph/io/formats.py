@@ -208,7 +208,7 @@ def write_tables(
 def check_outputs(paths: Sequence[str | Path], *, force: bool = False) -> None:
     """Raise before any work is done if an output cannot be: its suffix, an extra, a name taken or given twice."""
     folders = set()
-    for path, form in [(Path(path), known_format(path, "output")) for path in paths]:
+    for form, path in [(known_format(path, "output"), Path(path)) for path in paths]:
         form.function("write")  # MissingExtra, if that is so
         if form.folder:
             folders.add(path)

@@ -333,14 +333,6 @@ def mapped_table(table: Table, servo_map: ServoMap, *, rows_before: int = 0) -> 
     follow the joints, in their units per second and per second squared, where the table has them; pulse widths have
     neither. Raises InputError if a joint is beyond its limits, unless the map clips, or if the map is for another
     vehicle.
-
-    >>> from gaitgraph.gait.gait import lift
-    >>> from gaitgraph.timing.timed_gait import table_of
-    >>> table = table_of(lift([(0.4, -0.4), (0.8, -0.8)], "red").parametrize(samples=2))
-    >>> servos = servo_map_from_mapping({"preset": "x_frame", "unit": "us", "us_per_rad": 500, "time_unit": "ms"})
-    >>> servo_table = mapped_table(table, servos)
-    >>> servo_table["t"].tolist(), servo_table["tilt1_us"].tolist()
-    ([0.0, 500.0, 1000.0], [1300.0, 1100.0, 1300.0])
     """
     servo_map.check_vehicle(surface_of(table)[0])
     columns: dict[str, FloatArray] = {}

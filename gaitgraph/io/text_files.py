@@ -27,12 +27,12 @@ from gaitgraph.gait.table import (
     FORMAT,
     TEXTS,
     Table,
-    about_from_text,
     checked_about,
     merged,
     provenance_of,
     provenance_text,
 )
+from gaitgraph.io.columns import MADE_BY, SHARED, about_from_texts
 from gaitgraph.vehicle import vehicle_from_mapping
 
 if TYPE_CHECKING:
@@ -42,11 +42,8 @@ if TYPE_CHECKING:
     from gaitgraph.io.columns import FormatOptions, Progress, TableBuilder
 
 _WHAT = "gait file"
-_MADE_BY = "made_by"
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?|nan|inf", re.IGNORECASE)
-_TEXT = re.compile(r"\s*([\w.-]+) = ")
 _LONG = 60  # characters of a value
-_SHARED = ("vehicle", "coefficients", "period", "law")  # of a request and its table, stated once where they agree
 _BLOCK = 1 << 22
 _QUOTED_FIELD = re.compile(r'^"[^"\n]*"(?=,|$)|(?<=,)"[^"\n]*"(?=,|$)', re.MULTILINE)
 _PRINTED_ROWS = 1000
@@ -66,7 +63,8 @@ def read_csv(path: Path, builder: TableBuilder, progress: Progress) -> Iterator[
             names = [name.strip() for name in next(csv.reader([head.lstrip("# ")], strict=True))]
         except csv.Error as error:
             raise InputError(f"line {read} must be comma-separated text: {error}") from error
-        if any(map(_NUMBER.fullmatch, re.split(r"[\s,;]+", head.strip()))) and set(names).isdisjoint(builder.used):
+        parts = names if "," in head else re.split(r"[\s;]+", head.strip())
+        if any(map(_NUMBER.fullmatch, parts)) and set(names).isdisjoint(builder.used):
             example = "t,alpha1,alpha2,alpha3,alpha4"
             raise InputError(f"line {read} must be a header that names the columns, such as {example}, got numbers")
         if len(names) == 1 and re.search(r"[;\s]", head.strip("# \n")):
@@ -74,7 +72,7 @@ def read_csv(path: Path, builder: TableBuilder, progress: Progress) -> Iterator[
             raise InputError(f"columns must be separated by commas, with points in numbers, got {got}")
         lines = stream.readlines(_BLOCK)
         about = _about_taken_out(lines, names, stream)
-        builder.begin([name for name in names if name != _MADE_BY or about is None], about or {})
+        builder.begin([name for name in names if name != MADE_BY or about is None], about or {})
         digit_error: float | None = None
         while lines:
             columns = _numeric_columns(lines, names, builder) or _text_columns(lines, names, read)
@@ -94,11 +92,11 @@ def _about_taken_out(lines: list[str], names: list[str], stream: TextIOWrapper) 
     """
     texts: list[str] = []
     with suppress(csv.Error):  # reading the line as a row says what is wrong
-        while _MADE_BY in names and lines and (texts or FORMAT in lines[0]):
+        while MADE_BY in names and lines and (texts or FORMAT in lines[0]):
             if len(texts) == len(lines):
                 lines += stream.readlines(_BLOCK)
             fields = next(csv.reader(lines[len(texts) : len(texts) + 1], strict=True), [])
-            column = names.index(_MADE_BY)
+            column = names.index(MADE_BY)
             if len(fields) != len(names) or not fields[column]:
                 break
             texts.append(fields[column])
@@ -106,7 +104,7 @@ def _about_taken_out(lines: list[str], names: list[str], stream: TextIOWrapper) 
             lines[len(texts) - 1] = ",".join(f'"{text}"' if "," in text else text for text in fields) + "\n"
     if not texts:
         return None
-    return about_from_text(texts[0]) if texts[0].startswith("{") else _about_from_texts(texts)
+    return about_from_texts(texts)
 
 
 def _texts_of(table: Table) -> list[str]:
@@ -115,13 +113,13 @@ def _texts_of(table: Table) -> list[str]:
     about = {**provenance.pop("about")}
     if isinstance(request := about.get("request"), dict):
         about["request"] = {
-            name: value for name, value in request.items() if name not in _SHARED or value != about.get(name)
+            name: value for name, value in request.items() if name not in SHARED or value != about.get(name)
         }
     with suppress(InputError):
         if isinstance(about.get("vehicle"), dict):
             about["vehicle"] = vehicle_from_mapping(about["vehicle"]).as_short_mapping()
         texts = [*_parts(provenance | about)]
-        if _about_from_texts(texts) == table.about:
+        if about_from_texts(texts) == table.about:
             return texts
     return [provenance_text(table)]
 
@@ -136,34 +134,6 @@ def _parts(values: dict[str, Any], before: str = "") -> Iterator[str]:
             yield from _parts(parts, f"{before}{name}.")
         else:
             yield f"{before}{name} = {text}"
-
-
-def _about_from_texts(texts: list[str]) -> dict[str, Any]:
-    """Return what made a table, as :func:`_texts_of` stated it."""
-    whole, at, about = "; ".join(texts), 0, dict[str, Any]()
-    with suppress(AttributeError, RecursionError, TypeError, ValueError):
-        while match := _TEXT.match(whole, at):
-            *groups, last = match[1].split(".")
-            inner = about
-            for group in groups:
-                inner = inner.setdefault(group, {})
-            inner[last], end = json.JSONDecoder().raw_decode(whole, match.end())
-            at = end + whole.startswith(";", end)
-    if at < len(whole):
-        raise InputError(f"{_MADE_BY} must hold texts such as 'law = \"smooth\"', got {shown(whole[at:].strip())}")
-    about = {name: one for name, one in _lists(checked_about(about)).items() if name not in ("format", "version")}
-    if isinstance(about.get("vehicle"), dict):
-        about["vehicle"] = vehicle_from_mapping(about["vehicle"]).as_mapping()
-    if isinstance(about.get("request"), dict):
-        about["request"] = {name: about[name] for name in _SHARED if name in about} | about["request"]
-    return about
-
-
-def _lists(values: dict[str, Any]) -> Any:
-    """Return values with lists in place of what has numbers for names."""
-    inner = {name: _lists(value) if isinstance(value, dict) else value for name, value in values.items()}
-    is_list = inner and [*inner] == [str(number) for number in range(1, len(inner) + 1)]
-    return [*inner.values()] if is_list else inner
 
 
 def _numeric_columns(lines: list[str], names: list[str], builder: TableBuilder) -> dict[str, Any] | None:
@@ -229,7 +199,7 @@ def write_csv(pieces: Iterable[Table], path: Path, options: FormatOptions) -> No
     stated = chain(("; ".join(texts[k : k + share]) for k in range(0, len(texts), share)), repeat(""))
     with path.open("w", encoding="utf-8", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow([*first.columns, _MADE_BY])
+        writer.writerow([*first.columns, MADE_BY])
         for piece in chain([first], left):
             columns = (one.tolist() if isinstance(one, np.ndarray) else one for one in piece.columns.values())
             writer.writerows(zip(*columns, stated, strict=False))
@@ -273,7 +243,7 @@ def _columns_of_plan(content: dict[str, Any]) -> tuple[dict[str, Any], dict[str,
         raise InputError(f"colors must be a list of 'red' and 'blue', got {shown(colors)}")
     columns = {name: [row[k] for row in path] for k, name in enumerate(ANGLES)} | ({"color": colors} if colors else {})
     request = content.get("request")
-    about = {key: request[key] for key in _SHARED if key in request} if isinstance(request, dict) else {}
+    about = {key: request[key] for key in SHARED if key in request} if isinstance(request, dict) else {}
     about |= {"request": request} if about else {}
     about |= {key: content[key] for key in ("crossing_tolerance",) if key in content}
     return columns, about

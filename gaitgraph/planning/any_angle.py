@@ -311,8 +311,8 @@ class RegionLocation:
     @property
     def joined(self) -> bool:
         """Whether one part of the region, or parts that touch, hold all waypoints."""
-        first, *others = (waypoint.point for waypoint in self.waypoints)
-        return self.waypoints[0].part is not None and all(self.region.joined(first, other) for other in others)
+        points = [waypoint.point for waypoint in self.waypoints]
+        return all(self.region.joined(points[0], other) for other in points)
 
     def as_mapping(self) -> dict[str, Any]:
         """Return plain values, ready for JSON."""
@@ -333,6 +333,9 @@ class RegionLocation:
         sizes = [f"{part.area:.4g}" for part in self.region.components]
         parts = f"{len(sizes)} part{'s' * (len(sizes) > 1)} of {', '.join(sizes)} rad²" if sizes else "empty"
         lines = [f"{self.color}, {RELATION[self.sign]}: {parts}"]
+        for number, component in enumerate(() if self.waypoints else self.region.components, start=1):
+            a1, a2 = component.representative_point().coords[0]
+            lines.append(f"  part {number}: {component.area:.4g} rad², around ({a1:.4f}, {a2:.4f})")
         for number, (point, part, why_not, nearest) in enumerate(self.waypoints, start=1):
             text = f"in part {part}" if part is not None else f"{why_not}"
             if nearest is not None:

@@ -144,14 +144,6 @@ def grid_cycles(
     cycles pass its waypoints, in order or, with its `any_order`, in any order; more than nine in the order of
     :func:`~gaitgraph.graph.walks.best_order`, as `notes` state. The other options are those of
     :func:`gaitgraph.graph.cycle_list.cycles`; the effort is for each sign of R. InputError if a value is not allowed.
-
-    Examples
-    --------
-    >>> from gaitgraph.planning.request import plan_request
-    >>> found = grid_cycles(plan_request([("pi/8", "-pi/8"), ("pi/4", "-pi/4")], color="red"))
-    >>> cycle = next(found.cycles)
-    >>> cycle.sign, len(cycle.nodes), round(cycle.length, 4), cycle.flyable
-    ('negative', 5, 1.2257, True)
     """
     heuristic = request.any_order and through and len(request.waypoints) > MOST_ANY_ORDER
     any_order = request.any_order and through and not heuristic

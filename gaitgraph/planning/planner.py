@@ -15,7 +15,9 @@ from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from shapely import LinearRing
 
+from gaitgraph._lazy import Pictured
 from gaitgraph.errors import Infeasible, InputError
 from gaitgraph.graph.build import nodes_above, vehicle_and_coefficients
 from gaitgraph.graph.walks import note_on_gap
@@ -130,7 +132,7 @@ class Loop:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Plan:
+class Plan(Pictured):
     """The answer to a request: a loop, or the reason why there is none. Truthy when there is one.
 
     `reason` says why there is no loop, or why the chosen one is not flyable; None if it is. `waypoints` are in the
@@ -224,11 +226,6 @@ class Plan:
         count, vehicle = len(self.waypoints), self.request.vehicle.name
         answer = "infeasible" if self.loop is None else repr(self.loop)
         return f"<Plan: {answer} through {count} waypoint{'s' * (count != 1)}, vehicle {vehicle!r}>"
-
-    def _repr_html_(self) -> str:
-        from gaitgraph.plots.notebook import html_of
-
-        return html_of(self)
 
 
 def plan_loop(
@@ -397,6 +394,8 @@ def _answer(
         waypoints = tuple(waypoints[k] for k in loops[0].order)
         gap = loops[0].order_gap
         warnings += [_POSTURE] * (not loops[0].length)
+        if len(waypoints) > 3 and not request.any_order and not LinearRing(waypoints).is_simple:
+            warnings.append("the loop crosses itself; --any-order (any_order=True) finds the shortest order")
         warnings += [*([] if exact else notes_beside_the_grid(request)), *([note_on_gap(gap)] if gap else [])]
         warnings += report.warnings
         if not report.reachable_from_hover:

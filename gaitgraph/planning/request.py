@@ -201,17 +201,23 @@ def read_request(path: str | Path, overrides: Mapping[str, Any]) -> tuple[PlanRe
         content["vehicle"] = str(Path(path).parent / vehicle)
     if any(name in overrides for name in _SAMPLING):
         content = {name: value for name, value in content.items() if name not in _SAMPLING}
-    with naming_file(path, _kind_of_file(path)):
+    try:
         return request_from_mapping({**content, **overrides})
+    except InputError as error:
+        if str(error).startswith(tuple(name.removesuffix("s") for name in overrides)):
+            raise  # it is not the file that is wrong
+        with naming_file(path, _kind_of_file(path)):
+            raise
 
 
 def stated_request(path: str | Path) -> dict[str, Any]:
     """Return the fields that a file states, of those that :func:`read_request` reads, unchecked."""
     path, what = Path(path), _kind_of_file(path)
+    if path.suffix.lower() != ".toml":
+        known_format(path, "request file", also=(".toml",))
     with naming_file(path, what):
         if path.suffix.lower() == ".toml":
             return table_from_toml(text_of(path, what))
-        known_format(path, "request file", also=(".toml",))
         if what == "gait file":
             content: dict[str, Any] = {"about": provenance_in(path)}
         else:
@@ -257,12 +263,8 @@ def colorings_of_file(
         sign = request.sign
     elif str(path) in PAPER_GAITS:
         gait = gait_of(path, vehicle=vehicle, coefficients=coefficients)
-        points, vehicle, numbers, stated_tolerance = (
-            gait.alpha,
-            gait.vehicle,
-            gait.coefficients,
-            gait.crossing_tolerance,
-        )
+        points, vehicle, numbers = gait.alpha, gait.vehicle, gait.coefficients
+        stated_tolerance = gait.crossing_tolerance
     else:
         table = merged(read_pieces(path, plane_only=True))
         with naming_file(path):

@@ -161,8 +161,7 @@ class Transition:
 
     def __str__(self) -> str:
         if self.report is None:
-            proof = f"\nProof: {self.proof['statement']}." if self.proof else ""
-            return f"No path: {self.reason}{proof}"
+            return f"No path: {self.reason}" + (f"\nProof: {self.proof['statement']}." if self.proof else "")
         ends = [
             HOVER if corner is None else f"corner {corner + 1} {tuple(round(float(a), 3) for a in alpha)}"
             for corner, alpha in zip(self.corners, (self.path[0], self.path[-1]), strict=True)

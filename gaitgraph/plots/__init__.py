@@ -18,6 +18,7 @@ if TYPE_CHECKING:
         basin_map as basin_map,
         gait_in_four_dimensions as gait_in_four_dimensions,
         gait_loop as gait_loop,
+        plot as plot,
         roll_pitch_diagram as roll_pitch_diagram,
     )
     from gaitgraph.plots.planes import (

@@ -8,13 +8,15 @@ from __future__ import annotations
 import io
 import math
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from gaitgraph.angles import HALF_PI, text_from_angle
 from gaitgraph.errors import InputError, needs_extra, shown
+from gaitgraph.files import write_whole
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
@@ -22,22 +24,37 @@ if TYPE_CHECKING:
 
 Format = Literal["png", "svg", "pdf"]
 
-FORMATS: tuple[Format, ...] = get_args(Format)
-"""File formats of pictures."""
+FORMATS: tuple[Format, ...] = get_args(Format)  # of files of pictures
+PALETTE: dict[str, tuple[str, str]] = {
+    "alpha1": ("#d27c00", "#ffc14d"),
+    "alpha2": ("#3a9ad6", "#a6dcff"),
+    "alpha3": ("#00543c", "#14906e"),
+    "alpha4": ("#7a2a82", "#c56cc4"),
+    "red": ("#d22a17", "#ff7c68"),
+    "blue": ("#12429f", "#86abff"),
+    "shade-positive": ("#f7dc94", "#5c4a17"),
+    "shade-negative": ("#c9cede", "#343c57"),
+    "yes": ("#0b6b4f", "#5fd0a6"),
+    "partly": ("#8f5600", "#f0b040"),
+    "no": ("#8c1183", "#f082e6"),
+}
+"""Colors of plots, films and the explorer on a light and on a dark background: of rotors, sheets, signs of
+R, and verdicts. They are safe for colour-blind readers; markers and dashes say the same without color."""
 
-RED, BLUE = "#e0301e", "#0b3c9c"  # the two sheets; red is lighter than blue also in a grey print
+ROTOR_COLORS = tuple(PALETTE[f"alpha{k}"][0] for k in (1, 2, 3, 4))
+RED, BLUE, POSITIVE, NEGATIVE = (PALETTE[name][0] for name in ("red", "blue", "shade-positive", "shade-negative"))
 GREY = "#8a8a8a"  # of singular points, and of missing data
 COLOR_OF = {"red": RED, "blue": BLUE}
 MARKER_OF = {"red": "s", "blue": "o"}
 INCH = 25.4  # mm
+_LEGEND: dict[str, Any] = {"fontsize": 7.5, "frameon": False}
 
 STYLE: Any = {
     # Fonts that come with matplotlib: text looks the same on every machine.
     "font.family": ["DejaVu Sans"],
     "mathtext.fontset": "dejavusans",
     **dict.fromkeys(("font.size", "axes.titlesize", "axes.labelsize"), 8.0),
-    **dict.fromkeys(("xtick.labelsize", "ytick.labelsize", "legend.fontsize"), 7.5),
-    "legend.frameon": False,
+    **dict.fromkeys(("xtick.labelsize", "ytick.labelsize"), 7.5),
     "legend.handlelength": 1.6,
     **dict.fromkeys(("axes.linewidth", "xtick.major.width", "ytick.major.width"), 0.6),
     **dict.fromkeys(("grid.linewidth", "hatch.linewidth"), 0.4),
@@ -52,11 +69,7 @@ STYLE: Any = {
 }
 """rcParams of the figures, on top of matplotlib's defaults. Sizes are in points, for widths of 85 and 170 mm."""
 
-_NO_STAMPS = {
-    "png": {"Software": None},
-    "svg": {"Date": None, "Creator": None},
-    "pdf": {"CreationDate": None, "Producer": None, "Creator": None},
-}
+_STAMPS = {"png": ("Software",), "svg": ("Date", "Creator"), "pdf": ("CreationDate", "Producer", "Creator")}
 
 
 def require_matplotlib() -> None:
@@ -86,10 +99,10 @@ def blank_figure(width: float, height: float, layout: Any = "constrained", *, py
 
     if pyplot:
         from matplotlib.pyplot import figure as Figure  # type: ignore[assignment] # noqa: N812
-    return Figure(figsize=(width / INCH, height / INCH), layout=layout)
+    return Figure(figsize=(width / INCH, height / INCH), layout=layout, dpi=150 if pyplot else None)
 
 
-def axes_or_new(ax: Axes | None, *, size: tuple[float, float] = (85.0, 80.0)) -> Axes:
+def axes_or_new(ax: Axes | None, *, size: tuple[float, float] = (152.4, 127.0)) -> Axes:
     """Return the given two-dimensional axes, or those of a new pyplot figure of a size [mm]."""
     if ax is None:
         return blank_figure(*size, pyplot=True).add_subplot()
@@ -137,23 +150,21 @@ def legend_above(ax: Any, *, columns: int, over: float = 5.0) -> None:
     named: dict[str, list[Any]] = {}
     for handle, label in zip(*ax.get_legend_handles_labels(), strict=True):
         named.setdefault(label, []).append(handle)
-    ax.legend(
-        [tuple(handles) if len(handles) > 1 else handles[0] for handles in named.values()],
-        list(named),
-        loc="lower center",
-        bbox_to_anchor=(0.5, 1.0),
-        ncols=columns,
-        columnspacing=1.2,
-        handletextpad=0.4,
-        borderaxespad=over / STYLE["legend.fontsize"],
-    )
+    handles = [tuple(marks) if len(marks) > 1 else marks[0] for marks in named.values()]
+    at = {"loc": "lower center", "bbox_to_anchor": (0.5, 1.0), "borderaxespad": over / _LEGEND["fontsize"]}
+    ax.legend(handles, list(named), ncols=columns, columnspacing=1.2, handletextpad=0.4, **at, **_LEGEND)
     for line in ax.get_legend().get_lines():
         line.set_linewidth(min(line.get_linewidth(), 6.0))
 
 
 def legend_below(ax: Axes, **options: Any) -> None:
     """Put a legend below the label of axes' x axis."""
-    ax.legend(loc="upper center", bbox_to_anchor=(0.5, 0.0), borderaxespad=32.0 / STYLE["legend.fontsize"], **options)
+    at: dict[str, Any] = {
+        "loc": "upper center",
+        "bbox_to_anchor": (0.5, 0.0),
+        "borderaxespad": 32.0 / _LEGEND["fontsize"],
+    }
+    ax.legend(**at, **_LEGEND, **options)
 
 
 def draw_arrow(ax: Any, start: Any, end: Any, color: str, *, width: float = 1.0, size: float = 9.0, **look: Any) -> Any:
@@ -167,6 +178,14 @@ def draw_label(ax: Axes, place: Any, text: str, color: str = "black") -> None:
     ax.text(place[0], place[1], text, color=color, ha="center", va="center", zorder=6)
 
 
+def write_pictures(figure: Figure, paths: Sequence[str | Path], *, force: bool = False) -> None:
+    """Write a figure to .png, .svg or .pdf files, whole or not at all."""
+    kinds: dict[Path, Any] = {Path(path): Path(path).suffix.lower()[1:] for path in paths}
+    if not {*kinds.values()} <= {*FORMATS}:
+        raise InputError(f"output of a picture must end in .png, .svg or .pdf, got {shown(list(map(str, paths)))}")
+    write_whole([(path, picture_bytes(figure, kind)) for path, kind in kinds.items()], force=force)
+
+
 def picture_bytes(figure: Figure, kind: Format) -> bytes:
     """Return a figure as the bytes of a file, without time stamps: the same figure gives the same bytes."""
     stream = io.BytesIO()
@@ -176,5 +195,5 @@ def picture_bytes(figure: Figure, kind: Format) -> bytes:
         if engine is not None:
             engine.execute(figure)
             figure.set_layout_engine("none")
-        figure.savefig(stream, format=kind, metadata=_NO_STAMPS[kind])
+        figure.savefig(stream, format=kind, metadata=dict.fromkeys(_STAMPS[kind]))
     return stream.getvalue()

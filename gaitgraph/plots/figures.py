@@ -1,8 +1,4 @@
-"""Every figure of the paper, computed by the package, and two more.
-
-Figures have the names "1" to "22", "regions" and "gait". :func:`draw` and :func:`write_figures` do not use pyplot, and
-ignore the user's settings.
-"""
+"""Every figure of the paper, computed by the package, and some more; without pyplot and the user's settings."""
 
 from __future__ import annotations
 
@@ -14,6 +10,8 @@ from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
+
 from gaitgraph.errors import FileProblem, InputError, checked_choice, did_you_mean, shown
 from gaitgraph.files import check_new_files, write_whole
 from gaitgraph.gait.gait import Gait, paper_gait, printed_gait
@@ -22,19 +20,9 @@ from gaitgraph.graph.build import DEFAULT_DIVISIONS
 from gaitgraph.invertibility.matrices import Coefficients, CoefficientsLike, coefficients_of
 from gaitgraph.invertibility.tilt_margins import least_tilt_margin
 from gaitgraph.io.formats import gait_of, given_gait, naming_file
-from gaitgraph.plots import gaits, planes
-from gaitgraph.plots.axes import (
-    FORMATS,
-    INCH,
-    Format,
-    blank_figure,
-    legend_above,
-    paper_style,
-    picture_bytes,
-    require_matplotlib,
-)
+from gaitgraph.plots import axes as base, gaits, planes
 from gaitgraph.plots.vehicles import vehicle_figure
-from gaitgraph.robustness.attitudes import acceptable_attitudes
+from gaitgraph.timing.timed_gait import timed_gait_of
 from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
 
 if TYPE_CHECKING:
@@ -60,7 +48,7 @@ class _FigureInput(NamedTuple):
 class PaperFigure:
     """A figure and its caption."""
 
-    name: str  # the number in the paper, or "regions" or "gait"
+    name: str  # the number in the paper, with b for a second figure, or "regions" or "gait"
     caption: str
     size: tuple[float, float]  # mm
     drawing: Drawing
@@ -72,12 +60,13 @@ class PaperFigure:
 
     @property
     def stem(self) -> str:
-        """Name of its files without suffix: figure_01 … figure_22, figure_regions, figure_gait."""
-        return f"figure_{int(self.name):02d}" if self.name.isdigit() else f"figure_{self.name}"
+        """Name of its files without suffix: figure_01 … figure_22, figure_18b, figure_regions, figure_gait."""
+        return f"figure_{self.name:0>2}"
 
 
 def _in_space(function: Callable[..., None], figure: Figure, of: _FigureInput, **options: Any) -> None:
-    function(figure.add_subplot(projection="3d"), of.coefficients, of.divisions, **options)
+    ax = figure.add_subplot(projection="3d", computed_zorder=False)
+    function(ax, of.coefficients, of.divisions, **options)
 
 
 def _rule(figure: Figure, of: _FigureInput) -> None:
@@ -99,7 +88,7 @@ def _loops(figure: Figure, of: _FigureInput) -> None:
         x, y = gait.alpha[:, :2].mean(axis=0)
         if name:
             ax.text(x, y + math.pi / 32, name, ha="center", va="center")  # between the rows of nodes
-    legend_above(ax, columns=3)
+    base.legend_above(ax, columns=3)
 
 
 def _regions(figure: Figure, of: _FigureInput) -> None:
@@ -108,68 +97,58 @@ def _regions(figure: Figure, of: _FigureInput) -> None:
     planes.singular_value_map(of.vehicle, ax=right)
 
 
-def _gait(figure: Figure, of: _FigureInput) -> None:
-    gaits.gait_in_four_dimensions(of.gait, gait=of.polyline, axes=gaits.axes_of_a_gait(figure))
+def _attitudes(figure: Figure, of: _FigureInput, *, number: int, eta: float, more: bool = False) -> None:
+    """Draw the roll–pitch diagram of a gait of the paper and its biased gait.
 
-
-def _attitudes(figure: Figure, of: _FigureInput, *, number: int, eta: float, alike: bool) -> None:
-    """Draw the roll–pitch diagram of a gait of the paper and its biased gait; of a blue one for each rounding.
-
-    Titles state whether the paper's claim holds, that the gait has more acceptable attitudes, or as many.
+    A blue gait of the paper's vehicle has angles of four digits and the exact formula: the reading that gives the
+    paper's picture. With `more` its other readings are drawn.
     """
-    exact, of_paper = coefficients_of(of.vehicle, "exact"), of.vehicle.carries_published_coefficients
-    if number <= 2 and of_paper:
-        figure.set_size_inches(170 / INCH, 216 / INCH)
-        layout: Any = figure.get_layout_engine()
-        layout.set(wspace=0.08)
+    exact = coefficients_of(of.vehicle, "exact")
+    if number <= 2 and of.vehicle.carries_published_coefficients:
         rounded = paper_gait(number, of.vehicle, coefficients_of(of.vehicle, "published"))
-        readings = {
-            "(a) exact coefficients": paper_gait(number, of.vehicle, exact),
-            "(b) four-digit coefficients": rounded,
-            "(c) printed vertices": printed_gait(number, exact),
-            "(d) four-digit surface, exact formula": Gait(alpha=rounded.alpha, vehicle=of.vehicle, coefficients=exact),
-        }
-        panels = list(figure.subplots(2, 2).flat)
+        mixed = Gait(alpha=rounded.alpha, vehicle=of.vehicle, coefficients=exact)
+        others = {"exact coefficients": paper_gait(number, of.vehicle, exact), "four-digit coefficients": rounded}
+        others["printed vertices"] = printed_gait(number, exact)
+        readings = others if more else {"four-digit angles, exact formula": mixed}
     else:
         gait = paper_gait(number, of.vehicle, of.coefficients if number > 2 else exact)
-        digits = "four-digit" if gait.coefficients.kind == "published" else "exact"
-        readings, panels = {f"{digits} coefficients": gait}, [figure.add_subplot()]
-    for ax, (title, gait) in zip(panels, readings.items(), strict=True):
+        readings = {f"{'four-digit' if gait.coefficients.kind == 'published' else 'exact'} coefficients": gait}
+    for ax, (title, gait) in zip(np.ravel(figure.subplots(1, len(readings))), readings.items(), strict=True):
         gaits.roll_pitch_diagram(gait, eta=eta, name=f"Gait {number}", ax=ax)
-        numbers, both = gaits.as_if_exact(gait.coefficients), (gait, gait.biased(eta))
-        margins = [least_tilt_margin(one.alpha, one.ends, numbers, tolerance=1e-4).upper for one in both]
-        texts = ["none" if math.isnan(margin) else f"{math.degrees(margin):.1f}°" for margin in margins]
-        lines = [title, f"tilt margin {texts[0]}, biased {texts[1]}"]
-        if of_paper:
-            own, biased = (acceptable_attitudes(one.alpha, numbers).fraction for one in both)
-            agrees = own < biased + 0.02 if alike else own > biased
-            everywhere_singular = math.isnan(margins[0])
-            lines.append("as the paper says" if agrees and not everywhere_singular else "unlike the paper")
-        ax.set_title("\n".join(lines))
+        numbers = gaits.as_if_exact(gait.coefficients)
+        margins = [
+            math.degrees(least_tilt_margin(one.alpha, one.ends, numbers, tolerance=1e-4).upper)
+            for one in (gait, gait.biased(eta))
+        ]
+        own, biased = ("none" if math.isnan(margin) else f"{margin:.1f}°" for margin in margins)
+        head = title if more else f"Gait {number}: {title}"
+        ax.set_title(f"{head}\ntilt margin {own}, biased {biased}")
+        if more:
+            base.legend_below(ax)
+            ax.set_ylabel(ax.get_ylabel() if ax.get_subplotspec().is_first_col() else "")
+
+
+def _set(figure: Figure, of: _FigureInput) -> None:
+    rows: Any = of.polyline and {"vehicle": of.polyline.vehicle, "coefficients": of.polyline.coefficients}
+    gaits.draw_sheet(figure, [timed_gait_of(of.gait, **(rows or {}))])
 
 
 def _figures() -> dict[str, PaperFigure]:
     order = "The roots of a node are ordered by α3, then α4: the solver's order in the paper is not known."
     rounded = "Blue has a sign of R only because the paper's coefficients have four digits; with exact ones R = 0."
-    readings = (
-        "Blue depends on rounding: (a) exact coefficients; (b) four digits, taken as exact; (c) straight lines "
-        "between the printed vertices; (d) angles of four digits, judged exactly. "
-    )
-    lines = "Thin lines are singular attitudes, thick ones enclose what is never singular around level flight;"
+    lines = "Lines are singular attitudes, shaded is what is never singular around level flight."
     captions = {
-        "1": "The tilt-rotor with its arms, tilt axes and signs. Left from above, right one rotor from the tip of its "
-        "arm. Positive tilts are right-handed about the arm axes e1 to e4; cw and ccw are spins seen from above.",
-        "2": "Number of roots (α3, α4) at each node (α1, α2). Two inside, three on a side, five in a corner: −π/2 and "
-        "π/2 are one angle.",
-        "15": "Which types may be neighbours. Types joined by a line may, and each may follow itself: (a) of one "
-        "angle, (b) of the pair; (?,?) fits every type.",
+        "1": "The tilt-rotor from above, and one rotor from the tip of its arm. Positive tilts are right-handed about "
+        "the arm axes e1 to e4; cw and ccw are spins seen from above.",
+        "2": "Number of roots (α3, α4) at each node (α1, α2). −π/2 and π/2 are one angle.",
+        "15": "Which types may be neighbours. Lines join types that may; each may follow itself, and (?,?) all.",
         "16": "Types of the roots with R < 0. Red squares are nodes with (+,+), blue discs those with (−,−), halves "
         f"both; other types are written. {rounded}",
-        "17": "Gaits 1 to 3 on the map of types. Pale bands are the loops of (α1, α2), arrows their direction. "
-        f"{rounded}",
+        "17": f"Gaits 1 to 3 on the map of types. Pale bands are the loops of (α1, α2). {rounded}",
         "regions": "Exact regions of the (α1, α2) plane on the red sheet. Left: signs of R, positive hover thrusts "
-        "(hatched), and the largest thrust of a rotor in hover, in units of the weight. Right: the least singular "
-        "value in level flight; black lines are R = 0.",
+        "(hatched), and the largest thrust of a rotor in units of the weight. Right: the least singular value.",
+        "set": "The set of a gait. Its loop on the map, tilt angles, level hover thrusts, acceptable attitudes, and "
+        "least singular value, with exact physics; Gait 3 unless another is given.",
         "gait": "A gait in four dimensions over its period. Angles in time, the loop on the map of types, and three "
         "projections with the + planes (red) and − planes (blue, dashed); Gait 3 unless another is given.",
     }
@@ -180,7 +159,8 @@ def _figures() -> dict[str, PaperFigure]:
         "16": (170, 173, _types),
         "17": (170, 177, _loops),
         "regions": (170, 93, _regions),
-        "gait": (170, 120, _gait),
+        "set": (400, 84, _set),
+        "gait": (170, 120, lambda figure, of: gaits.gait_in_four_dimensions(of.gait, gait=of.polyline, axes=figure)),
     }
     for name, (which, angle) in zip("345678", product(("first", "other", "both"), (3, 4)), strict=True):
         words = "both roots" if which == "both" else f"the {which} root"
@@ -199,11 +179,17 @@ def _figures() -> dict[str, PaperFigure]:
         drawings[name] = 85, 74, partial(_in_space, planes.level_determinants, sign="positive", which=which)
     biased = {"18": (1, 0.8), "19": (2, 0.99), "20": (3, 0.8), "21": (4, 0.8), "22": (2, 0.8)}
     for name, (number, eta) in biased.items():
-        claim = "they are alike" if name == "22" else "the gait's is the wider"
         title = f"Unacceptable attitudes of Gait {number} and its biased gait, η = {eta:g}"
-        captions[name] = f"{title}. {readings if number <= 2 else ''}{lines} the paper says that {claim}."
-        drawings[name] = 85, 108, partial(_attitudes, number=number, eta=eta, alike=name == "22")
-    names = (*map(str, range(1, 23)), "regions", "gait")
+        digits = " Blue depends on rounding: here the angles have four digits, and the formula is exact."
+        captions[name] = f"{title}. {lines}{digits if number <= 2 else ''}"
+        drawings[name] = 85, 98, partial(_attitudes, number=number, eta=eta)
+        if number <= 2:
+            captions[f"{name}b"] = (
+                f"Figure {name} with other digits. {lines} Blue depends on rounding: exact coefficients; four digits, "
+                "taken as exact; straight lines between the printed vertices."
+            )
+            drawings[f"{name}b"] = 170, 84, partial(_attitudes, number=number, eta=eta, more=True)
+    names = (*map(str, range(1, 23)), "18b", "19b", "22b", "regions", "gait", "set")
     return {name: PaperFigure(name, captions[name], drawings[name][:2], drawings[name][2]) for name in names}
 
 
@@ -224,7 +210,9 @@ def names_of_figures(texts: Sequence[str | int]) -> tuple[str, ...]:
         names = [str(number) for number in range(int(span[1]), int(span[2] or span[1]) + 1)] if span else [part]
         if not names or not set(names) <= set(FIGURES):
             got = f"{shown(part)}{did_you_mean(part, ['regions', 'gait'])}"
-            raise InputError(f"only must be some of 1 to 22, ranges such as 9-14, regions and gait, got {got}")
+            raise InputError(
+                f"only must be some of 1 to 22, ranges such as 9-14, 18b, 19b, 22b, regions, gait and set, got {got}"
+            )
         asked.update(names)
     return tuple(name for name in FIGURES if name in asked)
 
@@ -239,19 +227,11 @@ def draw(
 ) -> Figure:
     """Return one figure of the paper, which pyplot does not know.
 
-    Parameters
-    ----------
-    name
-        1 to 22, "regions" or "gait".
-    vehicle
-        By default the paper's. Others have no four-digit coefficients: Figures 18, 19 and 22 have one panel. If their
-        spins are opposite, the loops of Gaits 1 to 4 are mirrored in the origin.
-    coefficients
-        By default "published" for the paper's vehicle, "exact" for any other. Figures 18, 19 and 22 show both.
-    gait
-        For "gait": a gait in any form, by default Gait 3. `vehicle` and `coefficients` apply to tables only.
-    divisions
-        Number n of grid intervals in [−π/2, π/2].
+    `name` is one of FIGURES, `vehicle` by default the paper's. Other vehicles have no four-digit coefficients: 18b, 19b
+    and 22b then show the same as 18, 19 and 22. If their spins are opposite, the loops of Gaits 1 to 4 are mirrored in
+    the origin. `coefficients` are by default "published" for the paper's vehicle, "exact" for others. `gait` is that of
+    the figures "gait" and "set" in any form, by default Gait 3; vehicle and coefficients apply to it if it is a table.
+    `divisions` is the number of grid intervals in [−π/2, π/2].
     """
     names = names_of_figures([name])
     if len(names) != 1:
@@ -261,9 +241,11 @@ def draw(
     given = paper_gait(3, chosen, numbers) if gait is None else given_gait(gait)
     polyline = gait_of(given, vehicle=vehicle, coefficients=coefficients) if isinstance(given, Table) else None
     known = FIGURES[names[0]]
-    with paper_style():
-        figure = blank_figure(*known.size)
+    with base.paper_style():
+        figure = base.blank_figure(*known.size)
         known.drawing(figure, _FigureInput(chosen, numbers, divisions, given, polyline))
+        if known.name in map(str, range(3, 15)):
+            figure.suptitle(known.title, fontsize=9)
     return figure
 
 
@@ -274,40 +256,28 @@ def write_figures(
     vehicle: VehicleLike | None = None,
     coefficients: CoefficientsLike | None = None,
     gait: GaitLike | None = None,
-    formats: Sequence[Format] = ("png", "svg"),
+    formats: Sequence[base.Format] = ("png", "svg"),
     force: bool = False,
     progress: Callable[[str], None] | None = None,
 ) -> list[Path]:
-    """Draw figures, write them to figure_01.png and so on, and return the paths.
+    """Draw figures, write them to figure_01.png and so on in the folder `out`, and return the paths.
 
     Files are written whole or not at all. The same request gives the same bytes, with the same version of matplotlib.
-
-    Parameters
-    ----------
-    out
-        A folder, which is created if it does not exist.
-    only
-        Names such as 16, "3", "9-14" or "2,regions"; by default all.
-    vehicle, coefficients, gait
-        As for :func:`draw`.
-    formats
-        Some of png (200 dots per inch), svg and pdf.
-    force
-        Overwrite existing files. Without it, an existing file raises OutputExists, and nothing is written.
-    progress
-        Called with a short text before each figure.
+    `only` are names such as 16, "3", "9-14" or "2,regions", by default all; `vehicle`, `coefficients` and `gait` are as
+    for :func:`draw`; `formats` are some of png (200 dots per inch), svg and pdf. Without `force` an existing file
+    raises OutputExists before anything is written. `progress` is called with a short text before each figure.
     """
-    require_matplotlib()
+    base.require_matplotlib()
     source = None if gait is None else given_gait(gait)
     if isinstance(source, Table):
         with naming_file(gait):
             gait_of(source, vehicle=vehicle, coefficients=coefficients)
     names = tuple(FIGURES) if only is None else names_of_figures(only)
-    if gait is not None and "gait" not in names:
-        raise InputError(f"gait has an effect on the figure gait only, and only selects {', '.join(names)}")
+    if gait is not None and not {"gait", "set"} & {*names}:
+        raise InputError(f"gait has an effect on the figures gait and set only, and only selects {', '.join(names)}")
     kinds = tuple(dict.fromkeys(formats))
     for kind in kinds or ("none",):
-        checked_choice("format", kind, FORMATS)
+        checked_choice("format", kind, base.FORMATS)
     coefficients_of(PAPER if vehicle is None else vehicle, coefficients)
     folder = Path(out)
     files = {name: [(folder / f"{FIGURES[name].stem}.{kind}", kind) for kind in kinds] for name in names}
@@ -322,5 +292,5 @@ def write_figures(
         if progress is not None:
             progress(f"drawing {FIGURES[name].stem}")
         figure = draw(name, vehicle=vehicle, coefficients=coefficients, gait=source)
-        write_whole([(path, picture_bytes(figure, kind)) for path, kind in targets], force=force)
+        write_whole([(path, base.picture_bytes(figure, kind)) for path, kind in targets], force=force)
     return paths

@@ -14,21 +14,12 @@ from gaitgraph.errors import InputError, checked_choice, did_you_mean
 from gaitgraph.files import check_new_files, write_whole
 from gaitgraph.flight.basins import Basin, table_of_basins
 from gaitgraph.flight.flight import TABLES
+from gaitgraph.gait.gait import name_of
 from gaitgraph.gait.table import provenance_text
+from gaitgraph.invertibility.matrices import least_singular_value
 from gaitgraph.io.columns import FormatOptions
 from gaitgraph.io.formats import FILMS, FORMATS
-from gaitgraph.plots import vehicles
-from gaitgraph.plots.axes import (
-    FORMATS as PICTURES,
-    GREY,
-    RED,
-    axes_or_new,
-    blank_figure,
-    legend_above,
-    paper_style,
-    picture_bytes,
-    require_matplotlib,
-)
+from gaitgraph.plots import axes as base, vehicles
 from gaitgraph.plots.gaits import ANGLE_LOOKS, basins_figure
 from gaitgraph.plots.vehicles import INK, LINE_GREY, PALE, VehicleView
 
@@ -44,19 +35,20 @@ if TYPE_CHECKING:
 
 # Height [mm], label, columns of the legend, and least end of the axis, so that rounding errors stay small.
 _PANELS: dict[str, tuple[float, str, int, float]] = {
-    "attitude": (32.0, "attitude (°)", 4, 1.0),
+    "attitude": (32.0, "body attitude (°)", 4, 1.0),
     "place": (30.0, "place (m)", 4, 0.01),
     "thrusts": (34.0, "thrust\n(weight / 4)", 5, 0.0),
     "tilts": (30.0, "tilt (°)", 4, 0.0),
-    "singular_value": (30.0, "least singular\nvalue (1)", 2, 0.0),
+    "singular_value": (30.0, "least singular\nvalue (1)", 3, 0.0),
 }
 _WIDTH, _LEFT, _RIGHT, _TOP, _BOTTOM = 170.0, 19.0, 4.0, 13.0, 12.0
 _LEGEND = 8.0  # height above each panel
 _WANTED: dict[str, Any] = {"color": "#7b3294", "linestyle": "--", "linewidth": 0.8, "label": "asked for"}
+_CURVES = {"attitude": ("roll", "pitch", "yaw"), "place": ("x", "y", "z")}
+_CURVE_LOOKS: tuple[Any, ...] = ((INK, "-"), ("#0072b2", "-"), ("#d55e00", (0, (5, 1.5))))
 _MOST_SHARES = 8.0  # larger thrusts have a logarithmic scale
 
-PANELS = tuple(_PANELS)
-"""The panels of a flight, from the top."""
+PANELS = tuple(_PANELS)  # from the top
 
 
 def plot_flight(
@@ -65,11 +57,10 @@ def plot_flight(
     """Draw a flight over time and return the axes. The title states what was flown and the verdict.
 
     `panels` are some of :data:`PANELS`: roll, pitch and yaw [°]; x, y and z [m]; thrusts as multiples of a quarter of
-    the weight, with their limits; tilt angles [°]; and the band that holds the least singular value of the scaled
-    decoupling matrix, with the floor at which the flight stops. References are dashed. Panels of a refused flight are
-    empty. A red line of ``gid`` "stop" marks the time of a stop.
-
-    `axes` are as many as panels, by default those of a new figure, one below another.
+    the weight, with their limits; tilt angles [°]; and the least singular value of the scaled decoupling matrix, with
+    the lower bound that the controller computes, and the floor below which the flight stops. References are dashed.
+    Panels of a refused flight are empty. A red line of ``gid`` "stop" marks the time of a stop. `axes` are as many as
+    panels, by default new ones.
     """
     for name in panels:
         checked_choice("panels", name, PANELS)
@@ -82,15 +73,15 @@ def plot_flight(
     if flight.failed:  # show a little beyond the stop
         end = min(end, max(1.25 * flight.flown, flight.flown + 0.02))
     for ax, name in zip(axes, panels, strict=True):
-        _draw_panel(axes_or_new(ax), flight, name)
+        _draw_panel(base.axes_or_new(ax), flight, name)
         ax.grid(True)
         ax.set(xlim=(0.0, max(end, 1e-9)))
         if not len(flight.rows):
-            ax.text(0.5, 0.5, "nothing flown", color=GREY, ha="center", va="center", transform=ax.transAxes)
+            ax.text(0.5, 0.5, "nothing flown", color=base.GREY, ha="center", va="center", transform=ax.transAxes)
             continue
         _mark_phases(ax, flight, named=ax is axes[0])
         if flight.failed:
-            ax.axvline(flight.flown, color=RED, linewidth=1.6, gid="stop", zorder=4)
+            ax.axvline(flight.flown, color=base.RED, linewidth=1.6, gid="stop", zorder=4)
     axes[-1].set(xlabel="$t$ (s)")
     lines = [*wrap(" · ".join(_what_was_flown(flight)), 96), *wrap(flight.verdict, 96)]
     axes[0].set_title("\n".join(lines), pad=20.0)
@@ -101,21 +92,21 @@ def _panel_axes(panels: Sequence[str], *, pyplot: bool = False) -> npt.NDArray[n
     """Return axes of a new figure for panels, one below another, in a fixed layout: the same bytes in every process."""
     heights = [_PANELS[name][0] for name in panels]
     height = _TOP + _BOTTOM + sum(heights) + _LEGEND * len(panels)
-    figure = blank_figure(_WIDTH, height, "none", pyplot=pyplot)
+    figure = base.blank_figure(_WIDTH, height, "none", pyplot=pyplot)
     places: dict[str, Any] = {"left": _LEFT / _WIDTH, "right": 1 - _RIGHT / _WIDTH, "bottom": _BOTTOM / height}
     places |= {"top": 1 - (_TOP + _LEGEND) / height, "hspace": _LEGEND * len(panels) / sum(heights)}
     return figure.subplots(len(panels), sharex=True, squeeze=False, height_ratios=heights, gridspec_kw=places)[:, 0]
 
 
 def _what_was_flown(flight: Flight) -> list[str]:
-    """Return the gait's color, the vehicle, T, the reference and entry if any, and last the attitude at the start."""
+    """Return the gait's name, the vehicle, T, the reference and entry if any, and last the attitude at the start."""
     timed, settings, name = flight.course.timed, flight.settings, flight.vehicle.name
     reference: str = settings.reference
     if reference in ("step", "line", "circle"):
         reference += f" of {settings.size:g} m" + ("" if reference == "step" else f" in {settings.lap:g} s")
     roll, pitch = (f"{angle:.3g}°" for angle in np.degrees(flight.attitude))
     parts = [
-        f"{timed.gait.color.capitalize()} gait" if timed.gait.color else "Gait on neither sheet",
+        name_of(timed.gait),
         f"vehicle {name if len(name) <= 24 else name[:23] + '…'}",
         f"T = {timed.period:g} s",
         *([] if settings.reference == "attitude" else [reference]),
@@ -136,34 +127,24 @@ def _mark_phases(ax: Axes, flight: Flight, *, named: bool) -> None:
         if k % 2 and begin < end:
             ax.axvspan(begin, end, color="0.94", linewidth=0.0, zorder=0)
         if named and begin < end:
-            at: dict[str, Any] = {"xycoords": ax.get_xaxis_transform(), "textcoords": "offset points", "color": GREY}
-            ax.annotate(phase, (begin, 0.0), (3, 3), **at)
+            at: dict[str, Any] = {"xycoords": ax.get_xaxis_transform(), "textcoords": "offset points"}
+            ax.annotate(phase, (begin, 0.0), (3, 3), color=base.GREY, **at)
 
 
 def _draw_panel(ax: Axes, flight: Flight, name: str) -> None:
     """Draw the curves of a panel, with its label and legend."""
     t, column, settings, (_, label, columns, least) = flight.column("t"), flight.column, flight.settings, _PANELS[name]
     tracks = settings.reference != "attitude"
-    if name == "attitude":
-        for wanted in ("roll_wanted", "pitch_wanted") if tracks else ():
-            ax.plot(t, np.degrees(column(wanted)), **_WANTED)
-        drawn: dict[str, Any] = {
-            "roll": (INK, "-", 1.4),
-            "pitch": ("#0072b2", "-", 1.4),
-            "yaw": (GREY, (0, (1, 1)), 1.1),
-        }
-        for angle, (color, dash, width) in drawn.items():
-            values = np.degrees(column(angle))
-            values[1:][np.abs(np.diff(values)) > 180.0] = np.nan  # it wraps there
-            ax.plot(t, values, color=color, linestyle=dash, linewidth=width, label=angle)
-    elif name == "place":
-        held = "xyz" if tracks else "z"
-        for axis in held:
-            ax.plot(t, column(f"{axis}_wanted"), **_WANTED)
-        looks: dict[str, Any] = {"x": (INK, "-"), "y": ("#0072b2", "-"), "z": ("#d55e00", (0, (5, 1.5)))}
-        for axis, (color, dash) in looks.items():
-            text, width = (f"${axis}$", 1.4) if axis in held else (f"${axis}$, free", 0.9)
-            ax.plot(t, column(axis), color=color, linestyle=dash, linewidth=width, label=text)
+    if name in _CURVES:
+        scale = np.degrees if name == "attitude" else np.array
+        held = _CURVES[name][: 2 if name == "attitude" else 3] if tracks else ("z",)
+        for curve, (color, dash) in zip(_CURVES[name], _CURVE_LOOKS, strict=True):
+            if curve in held:
+                ax.plot(t, scale(column(f"{curve}_wanted")), **_WANTED)
+            values = scale(column(curve))
+            values[1:][np.abs(np.diff(values)) > 180.0] = np.nan  # an angle wraps there
+            text = curve if name == "attitude" else f"${curve}$" if curve in held else f"${curve}$, free"
+            ax.plot(t, values, color=color, linestyle=dash, linewidth=0.9 if "free" in text else 1.4, label=text)
     elif name == "thrusts":
         quarter = quarter_of_weight(flight)
         shares = flight.thrusts / quarter
@@ -172,51 +153,44 @@ def _draw_panel(ax: Axes, flight: Flight, name: str) -> None:
         most = flight.vehicle.max_thrust if settings.thrust_limit is None else settings.thrust_limit
         for limit in (0.0, most) if settings.saturation else ():
             if limit is not None:
-                ax.axhline(limit / quarter, color=RED, linewidth=0.9, linestyle="--", label="limits", zorder=1)
+                ax.axhline(limit / quarter, color=base.RED, linewidth=0.9, linestyle="--", label="limits", zorder=1)
         if len(shares) and np.abs(shares).max() > _MOST_SHARES:
             ax.set_yscale("symlog", linthresh=4.0, linscale=1.5)
             tens = [10.0**k for k in range(1, 12)]
             ax.set_yticks([*(-ten for ten in reversed(tens)), 0.0, *tens])
             ax.set(ylim=(min(2.0 * shares.min(), -1.0), max(2.0 * shares.max(), 4.0)))
-        ax.axhline(1.0, color=GREY, linewidth=0.7, zorder=0)
+        ax.axhline(1.0, color=base.GREY, linewidth=0.7, zorder=0)
     elif name == "tilts":
         for k, look in enumerate(ANGLE_LOOKS):
             ax.plot(t, np.degrees(flight.alpha[:, k]), label=rf"$\alpha_{k + 1}$", **look)
     else:
         near, floor = column("nearness"), settings.floor
-        band: dict[str, Any] = {"color": "#009e73", "alpha": 0.45, "linewidth": 0.0, "label": "lies in this band"}
-        ax.fill_between(t, near, 2.0 * near, **band)
+        value = least_singular_value(flight.alpha, flight.vehicle, column("roll"), column("pitch"))
+        ax.plot(t, value, color=INK, linewidth=1.4, label="least singular value")
+        ax.plot(t, near, color=base.GREY, linewidth=0.9, linestyle=":", label="the controller's lower bound")
         if floor > 0:
-            ax.axhline(floor, color=RED, linewidth=0.9, linestyle="--", label=f"flight stops below {floor:g}")
+            ax.axhline(floor, color=base.RED, linewidth=0.9, linestyle="--", label=f"flight stops below {floor:g}")
         ax.set_yscale("log")
         ax.set(ylim=(max(0.6 * float(np.nanmin(near, initial=floor or 1.0)), 1e-10), 3.0))
     if least:
         low, high = ax.get_ylim()
         ax.set(ylim=(min(low, -least), max(high, least)))
     ax.set(ylabel=label)
-    legend_above(ax, columns=columns)
+    base.legend_above(ax, columns=columns)
 
-
-# ---------------------------------------------------------------- films
 
 _MAP = (380 / 480, 134 / 420, 88 / 480, 88 / 420)
 _MOST_SHARE = 2.4  # of the longest line of thrust
-_SLOW = 25  # frames of one period of the arms where evenly spaced frames would be too few
 _CURVE_POINTS = 400
 
 
-def flight_frame_times(flight: Flight) -> tuple[FloatArray, list[int], bool]:
-    """Return the times of a film's frames [s], their durations [1/100 s], and whether the arms are slowed down."""
+def flight_frame_times(flight: Flight) -> tuple[FloatArray, list[int]]:
+    """Return the times of a film's frames [s], evenly spaced, and their durations [1/100 s]."""
     delays = vehicles.frame_delays(max(flight.flown, 1e-6))
     times = np.concatenate([[0.0], np.cumsum(delays)[:-1] / sum(delays)]) * flight.flown
-    period = flight.course.timed.period
-    slowed = bool(times[-1] > (len(times) - 1) * period / 2)
-    if slowed:
-        phases = np.arange(len(times)) / _SLOW
-        times = np.clip((np.round(times / period - phases) + phases) * period, 0.0, flight.flown)
     times[-1] = flight.flown
     delays[-1] += 80
-    return times, delays, slowed
+    return times, delays
 
 
 def flight_view(flight: Flight, row: int) -> VehicleView:
@@ -235,7 +209,7 @@ def quarter_of_weight(flight: Flight) -> float:
     return float(mass * flight.vehicle.gravity / 4.0)
 
 
-def _flight_film(flight: Flight, times: FloatArray, slowed: bool) -> tuple[Figure, Callable[[int], list[Any]]]:
+def _flight_film(flight: Flight, times: FloatArray) -> tuple[Figure, Callable[[int], list[Any]]]:
     """Return the figure of a flight's film, and the function that draws a frame."""
     (arm,) = flight.vehicle.require("arm_length", purpose="a picture of flight")
     t, quarter = flight.column("t"), quarter_of_weight(flight)
@@ -246,11 +220,14 @@ def _flight_film(flight: Flight, times: FloatArray, slowed: bool) -> tuple[Figur
     screen = np.stack(vehicles.screen_axes(vehicles.DEFAULT_VIEW), axis=-1)
 
     gait, _, period, *_, start = _what_was_flown(flight)
+    faster = f", shown in {vehicles.LONGEST / 100:g} s" if 100 * flight.flown > vehicles.LONGEST else ""
     figure, picture, chart = vehicles.blank_film(
         f"{gait}, {period} · {start}", vehicles.vehicle_view(np.zeros(4), flight.vehicle), 0.68
     )
     angles = np.degrees([flight.column(name)[every] for name in ("roll", "pitch")])
-    cursor = vehicles.draw_chart(chart, t[every], angles, [(INK, 1.5, "roll"), (LINE_GREY, 2.5, "pitch")], 5.0)
+    cursor = vehicles.draw_chart(
+        chart, t[every], angles, [(INK, 1.5, "body roll"), (LINE_GREY, 2.5, "body pitch")], 5.0
+    )
     chart.legend(loc="upper center", bbox_to_anchor=(0.5, -0.02), ncols=2, labelcolor=LINE_GREY, borderaxespad=0.2)
     path_seen, trail = _draw_map(figure, place[every], wanted[every] if tracks else None, arm)
     look: dict[str, Any] = {"fontsize": 8, "color": LINE_GREY, "va": "top", "linespacing": 1.5}
@@ -274,7 +251,7 @@ def _flight_film(flight: Flight, times: FloatArray, slowed: bool) -> tuple[Figur
         shares = flight.thrusts[row] / quarter
         x, y, z = np.round(here, 2) + 0.0
         words.set_text(
-            f"t = {t[row]:.2f} s{', arms slowed down' if slowed else ''}\n"
+            f"t = {t[row]:.2f} s{faster}\n"
             f"x {x:.2f} m   y {y:.2f} m   z {z:.2f} m\n"
             f"thrust {shares.min():.2f} to {shares.max():.2f} × weight/4".replace("-", "−")
         )
@@ -324,9 +301,7 @@ def _draw_map(figure: Figure, place: FloatArray, wanted: FloatArray | None, arm:
     return path, ax.plot([], [], "o", color=INK, markersize=4.3)[0]
 
 
-# ---------------------------------------------------------------- files
-
-_PLOTS = tuple(f".{name}" for name in PICTURES)
+_PLOTS = tuple(f".{name}" for name in base.FORMATS)
 
 
 def check_flight_outputs(
@@ -343,7 +318,7 @@ def check_flight_outputs(
         if suffix in FILMS:
             vehicles.check_films([path], force=force)
         elif suffix in _PLOTS:
-            require_matplotlib()
+            base.require_matplotlib()
         else:
             FORMATS[suffix].function("write")  # MissingExtra, if that is so
     check_new_files(paths, force=force)
@@ -353,16 +328,9 @@ def write_flight(flight: Flight, paths: Sequence[str | Path], *, force: bool = F
     """Write a flight that has rows to files, whole or not at all; `force` overwrites existing files.
 
     The suffix selects a table (.csv, .json, .npz, .mat, .parquet), a plot over time (.png, .svg, .pdf), or a film
-    (.gif, .mp4).
-
-    Notes
-    -----
-    The viewer of a film is behind, right and above, and follows the vehicle. The grid on the ground is 1.8 arm lengths
-    below the start. Lines of thrust are proportional to the thrust up to 2.4 times a quarter of the weight, and are on
-    the other side of the disc where a rotor pulls.
-
-    Frames are evenly spaced in time. Where a period has fewer than two of them, each is moved by up to half a period,
-    so that the arms pass through the gait once in 25 frames; the frames then say that the arms are slowed down.
+    (.gif, .mp4). The viewer of a film is behind, right and above, and follows the vehicle; the grid on the ground is
+    1.8 arm lengths below the start. Lines of thrust are proportional to the thrust up to 2.4 times a quarter of the
+    weight, on the other side of the disc where a rotor pulls. A flight of more than a minute is shown in a minute.
     """
     check_flight_outputs(paths, force=force)
     if paths and not len(flight.rows):
@@ -372,19 +340,15 @@ def write_flight(flight: Flight, paths: Sequence[str | Path], *, force: bool = F
         return plot_flight(flight, axes=_panel_axes(PANELS))[0].figure  # type: ignore[no-any-return]
 
     def film(path: Path) -> None:
-        times, delays, slowed = flight_frame_times(flight)
-        with paper_style():
-            vehicles.write_frames(*_flight_film(flight, times, slowed), delays, provenance_text(flight.table()), path)
+        times, delays = flight_frame_times(flight)
+        with base.paper_style():
+            vehicles.write_frames(*_flight_film(flight, times), delays, provenance_text(flight.table()), path)
 
     _write(paths, flight.table, figure, film, force=force)
 
 
 def write_basins(basins: Sequence[Basin], paths: Sequence[str | Path], *, force: bool = False) -> None:
-    """Write basins to files: a row for each flight, or one picture (.png, .svg, .pdf).
-
-    `basins` are those of one gait and its biased gaits, from :func:`gaitgraph.flight.basins.basins_of`. `paths` and
-    `force` are as for :func:`write_flight`.
-    """
+    """Write basins of a gait and its biased gaits: tables with a row a flight, or one picture (.png, .svg, .pdf)."""
     check_flight_outputs(paths, of="basin", force=force)
     _write(paths, partial(table_of_basins, basins), partial(basins_figure, basins), force=force)
 
@@ -403,8 +367,8 @@ def _write(
         if suffix in FILMS:
             contents.append((path, film))
         elif suffix in _PLOTS:
-            with paper_style():
-                contents.append((path, picture_bytes(figure(), suffix[1:])))  # type: ignore[arg-type]  # a format
+            with base.paper_style():
+                contents.append((path, base.picture_bytes(figure(), suffix[1:])))  # type: ignore[arg-type]  # a format
         else:
             contents.append((path, partial(FORMATS[suffix].function("write"), [table()], options=FormatOptions())))
     write_whole(contents, force=force)

@@ -1,61 +1,73 @@
-"""Gaits: loops (Figure 17), singular attitudes (Figures 18 to 22), basins over them, and one in four dimensions."""
+"""Pictures of gaits, plans, reports, regions and vehicles, singular attitudes (Figures 17 to 22), basins; and HTML.
+
+Without matplotlib the HTML has no picture. All its text is escaped.
+"""
 
 from __future__ import annotations
 
+import base64
 import math
+import re
 from dataclasses import replace
+from html import escape
 from itertools import groupby
+from textwrap import fill, shorten
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import shapely
 
-from gaitgraph.angles import HALF_PI, whole_number
-from gaitgraph.errors import InputError, shown
+from gaitgraph.angles import HALF_PI, percent, whole_number
+from gaitgraph.errors import InputError, MissingConstant, MissingExtra, shown as shown_value
+from gaitgraph.gait.gait import Gait, lift, name_of
 from gaitgraph.gait.table import Table
+from gaitgraph.invertibility import matrices
 from gaitgraph.invertibility.matrices import Coefficients, FloatArray, coefficients_of
 from gaitgraph.io.formats import gait_of, given_gait
-from gaitgraph.plots.axes import (
-    BLUE,
-    COLOR_OF,
-    GREY,
-    INCH,
-    MARKER_OF,
-    RED,
-    angle_axis,
-    axes_or_new,
-    blank_figure,
-    draw_arrow,
-    legend_above,
-    legend_below,
-    plane_axes,
-)
-from gaitgraph.plots.planes import FINE, type_map
-from gaitgraph.robustness.attitudes import AcceptableAttitudes, acceptable_attitudes, singular_curve
-from gaitgraph.surface.sheets import COLORS, RELATION, sheet_angles
+from gaitgraph.planning.planner import Plan
+from gaitgraph.plots import axes as base
+from gaitgraph.plots.planes import FINE, draw_zeros_of_R, type_map
+from gaitgraph.plots.vehicles import FROM_ABOVE, draw_vehicle, vehicle_view
+from gaitgraph.robustness.attitudes import acceptable_attitudes, singular_curve
+from gaitgraph.surface.admissible import admissible_region
+from gaitgraph.surface.region import Region
+from gaitgraph.surface.sheets import COLORS, RELATION, red_label, sheet_angles
 from gaitgraph.timing.timed_gait import TimedGait
+from gaitgraph.validation.report import Report, lines_of_checks
+from gaitgraph.vehicle import Vehicle
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from pathlib import Path
 
     import numpy.typing as npt
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure, SubFigure
+    from matplotlib.figure import Figure
 
     from gaitgraph.flight.basins import Basin
     from gaitgraph.flight.flight import Outcome
-    from gaitgraph.gait.gait import Gait
     from gaitgraph.io.formats import GaitLike
+    from gaitgraph.planning.any_angle import Location
     from gaitgraph.surface.sheets import Sign
 
+    Shown = Gait | TimedGait | Plan | Report | Region | Vehicle
+
 # Opposite rotors have the same angle on the red sheet: they differ in width, so that both curves are visible.
-ANGLE_LOOKS: tuple[dict[str, Any], ...] = (
-    {"color": "#e69f00", "linewidth": 3.2},
-    {"color": "#56b4e9", "linewidth": 3.2},
-    {"color": "black", "linewidth": 1.1, "linestyle": (0, (5, 2))},
-    {"color": "black", "linewidth": 1.1, "linestyle": (0, (1, 1.2))},
+ANGLE_LOOKS: tuple[dict[str, Any], ...] = tuple(
+    {
+        "color": color,
+        "linewidth": 3.4 if k < 2 else 1.6,
+        "linestyle": ("-", (0, (3, 0.7)), (0, (5, 2)), (0, (1, 1.2)))[k],
+    }
+    for k, color in enumerate(base.ROTOR_COLORS)
 )
 _DASHES: dict[str, Any] = {"blue": (0, (3, 1.2)), "none": (0, (1, 1))}  # "none": off the surfaces
 _PALE = {"red": "#fcd4cd", "blue": "#9fb3e8"}
+_INSIDE = shapely.box(*(-HALF_PI + 1e-6,) * 2, *(HALF_PI - 1e-6,) * 2)  # the roll–pitch square without its sides
+_MOST_CHECKED = 2000  # corners of a gait that is judged at once, in 0.1 s
+_MOST_SHOWN = 60  # parts of a region
+_COARSE = 1e-3  # accuracy of the borders of a drawn region [rad]
+_MARKS = {"ok": ("yes", "✓"), "NO": ("no", "✗"), "??": ("partly", "?")}
 
 
 def gait_loop(
@@ -75,15 +87,15 @@ def gait_loop(
     band below all marks, for a map with labels. `ax` are axes such as those of :func:`type_map`; by default new ones.
     """
     if sorted(angles) != sorted(set(angles) & {1, 2, 3, 4}) or len(angles) != 2:
-        raise InputError(f"angles must be two different ones of 1 to 4, got {shown(angles)}")
+        raise InputError(f"angles must be two different ones of 1 to 4, got {shown_value(angles)}")
     gait, fresh = gait_of(gait), ax is None
-    ax = axes_or_new(ax)
+    ax = base.axes_or_new(ax)
     columns = [angle - 1 for angle in angles]
     starts, ends = gait.alpha[:, columns], gait.ends[:, columns]
     colors = gait.colors or ("none",) * len(starts)
-    ink = [COLOR_OF.get(color, "black") for color in colors]
+    ink = [base.COLOR_OF.get(color, "black") for color in colors]
     if len(starts) == 1:
-        ax.plot(*starts[0], marker=MARKER_OF.get(colors[0], "D"), color=ink[0], linestyle="none", label=label)
+        ax.plot(*starts[0], marker=base.MARKER_OF.get(colors[0], "D"), color=ink[0], linestyle="none", label=label)
     closed, k = len(set(colors)) == 1, 0
     for color, run in groupby(colors):
         stop = k + len(list(run))
@@ -101,9 +113,11 @@ def gait_loop(
         # The arrow is on the first long segment, off its middle, where a grid node may be.
         longest = int(np.argmax(lengths > 0.75 * lengths.max()))
         tail = starts[longest] + 0.36 * steps[longest]
-        draw_arrow(ax, tail, tail + 0.03 * steps[longest], ink[longest], width=0.0, size=14 if band else 10)
+        base.draw_arrow(
+            ax, tail, tail + 0.03 * steps[longest], ink[longest], width=0.0, size=14 if band else 6 + 4 * width
+        )
     if fresh:
-        plane_axes(ax, rf"\alpha_{angles[0]}", rf"\alpha_{angles[1]}")
+        base.plane_axes(ax, rf"\alpha_{angles[0]}", rf"\alpha_{angles[1]}")
     return ax
 
 
@@ -113,22 +127,18 @@ def roll_pitch_diagram(
     """Draw the attitudes at which a gait is singular, and those of its biased gait (Figures 18 to 22).
 
     As in the paper the gait is red and solid, its biased gait blue and dashed. Thin lines are the singular attitudes at
-    `count` equally spaced times of a period. Thick lines enclose the attitudes around level flight that are never
-    singular. The gait's coefficients are taken as exact: with the published ones blue gaits have a sign of R.
+    `count` equally spaced times of a period. Shaded are the attitudes around level flight at which it is
+    never singular. The gait's coefficients are taken as exact: with the published ones blue gaits have a sign of R.
 
     `eta` is η of the biased gait, equations (14) and (15); without it only the gait is drawn. `name` is the gait's name
-    in the legend. Singular curves have the ``gid`` "singular", borders "acceptable".
+    in the legend. Singular curves have the ``gid`` "singular", shaded areas "acceptable", their borders "border".
     """
     whole_number("count", count, 1, 10_000)
     gait = gait_of(gait)
-    ax = axes_or_new(ax, size=(85, 95))
-    numbers = as_if_exact(gait.coefficients)
-    gaits: list[tuple[Gait, str, str, Any]] = [(gait, name, RED, "-")]
+    ax = base.axes_or_new(ax)
+    draw_attitudes(ax, gait, name, base.RED, count)
     if eta is not None:
-        gaits.append((gait.biased(eta), f"{name}, $\\eta$ = {eta:g}", BLUE, (0, (3, 1.5))))
-    for one, label, color, dash in gaits:
-        around = acceptable_attitudes(one.alpha, numbers)
-        draw_attitudes(ax, one, numbers, around, label=label, color=color, count=count, dash=dash, verdict=True)
+        draw_attitudes(ax, gait.biased(eta), f"{name}, $\\eta$ = {eta:g}", base.BLUE, count, dash=(0, (3, 1.5)))
     finish_diagram(ax)
     return ax
 
@@ -139,57 +149,55 @@ def as_if_exact(coefficients: Coefficients) -> Coefficients:
 
 
 def draw_attitudes(
-    ax: Axes,
-    gait: Gait,
-    numbers: Coefficients,
-    around: AcceptableAttitudes,
-    *,
-    label: str,
-    color: str,
-    count: int,
-    dash: Any = "-",
-    verdict: bool = False,
+    ax: Axes, gait: Gait, name: str, color: str, count: int, *, dash: Any = "-", basin: Basin | None = None
 ) -> None:
-    """Draw the singular attitudes of a gait at `count` times of a period, and the border of the acceptable ones.
+    """Draw the singular attitudes of a gait at `count` times of a period, and shade the acceptable ones, or a basin's.
 
-    The square is hatched if the gait is singular at every attitude. With `verdict` the label states the result.
+    The square is hatched if the gait is singular at every attitude. The label states the result, or is a basin's name.
     """
+    numbers = as_if_exact(gait.coefficients)
+    around = basin.acceptable if basin else acceptable_attitudes(gait.alpha, numbers)
     alpha = gait.parametrize(1.0, law="constant-speed").at(np.arange(count) / count)[0]
     curves = [singular_curve(row, numbers) for row in alpha]
     kinds = {curve.kind for curve in curves}
     empty = around.polygon.is_empty
-    if verdict:
-        words = f"{100 * around.fraction:.1f} % acceptable" if not empty else "level flight singular at times"
-        words = "no singular attitude" if kinds == {"none"} else words
-        label += f":\n{'singular at every attitude' if 'everywhere' in kinds else words}"
+    words = f"{percent(around.fraction)} acceptable" if not empty else "singular in level flight"
+    words = "no singular attitude" if kinds == {"none"} else words
+    label = name if basin else f"{name}:\n{'singular at every attitude' if 'everywhere' in kinds else words}"
     if "everywhere" in kinds:
         corners = HALF_PI * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
-        look: dict[str, Any] = {"facecolor": (color, 0.12), "edgecolor": (color, 0.5), "hatch": "xxx"}
-        ax.fill(*corners.T, **look, linewidth=0.0, gid="singular", label=label)
+        look: dict[str, Any] = {"facecolor": (color, 0.12), "edgecolor": (color, 0.5), "hatch": "xxx", "linewidth": 0.0}
+        ax.fill(*corners.T, **look, gid="singular", label=label)
         return
     for curve in curves:
         if curve.kind == "curve":
             ax.plot(*curve.points().T, color=color, linestyle=dash, linewidth=0.5, alpha=0.8, gid="singular", zorder=2)
-    corners = np.zeros((0, 2)) if empty else np.asarray(around.polygon.exterior.coords)
-    ax.plot(*corners.T, color=color, linestyle=dash, linewidth=2.0, gid="acceptable", label=label, zorder=3)
+    if not empty:
+        ax.fill(*np.asarray(around.polygon.exterior.coords).T, color=color, alpha=0.12, linewidth=0.0, gid="acceptable")
+    # The border without the sides of the square, where nothing is singular.
+    border = shapely.line_merge(around.polygon.exterior.intersection(_INSIDE)) if not empty else shapely.LineString()
+    for part in shapely.get_parts(border):
+        ax.plot(*np.asarray(part.coords).T, color=color, linestyle=dash, linewidth=2.0, gid="border", zorder=3)
+    face = "none" if empty else (color, 0.12)
+    ax.fill([], [], facecolor=face, edgecolor=color, linestyle=dash, linewidth=1.2, label=label)  # for the legend
 
 
 def finish_diagram(ax: Axes) -> None:
     """Mark level flight, and label the axes with roll and pitch."""
     ax.plot(0, 0, marker="+", markersize=6, color="black", linestyle="none", zorder=6)
-    plane_axes(ax, r"\phi", r"\theta", grid=False)
+    base.plane_axes(ax, r"\phi", r"\theta", grid=False)
     ax.set(xlabel=r"roll $\phi$ (rad)", ylabel=r"pitch $\theta$ (rad)")
-    legend_below(ax)
+    base.legend_below(ax, ncols=2)
 
 
 def gait_in_four_dimensions(
-    timed: GaitLike, *, gait: Gait | None = None, axes: Sequence[Axes] | npt.NDArray[np.object_] | None = None
+    timed: GaitLike, *, gait: Gait | None = None, axes: Sequence[Axes] | npt.NDArray[np.object_] | Figure | None = None
 ) -> npt.NDArray[np.object_]:
     """Draw a gait over one period: its angles in time, its loop on the map of types, and three projections.
 
     `timed` is a timed gait, a table, or a gait in any other form; without times it gets the smooth law and a period of
     1 s. `gait` is the closed polyline of a table, by default :func:`gaitgraph.io.formats.gait_of` of it. Returns the
-    five `axes`: time, (α1, α2), (α1, α3), (α2, α4), (α3, α4); by default those of a new figure.
+    five `axes`: time, (α1, α2), (α1, α3), (α2, α4), (α3, α4); by default new ones of an empty figure, given or new.
     """
     given = given_gait(timed, name="timed")
     gait = gait or gait_of(given)
@@ -198,13 +206,14 @@ def gait_in_four_dimensions(
     else:
         clock = given if isinstance(given, TimedGait) else gait.parametrize()
         time, alpha = clock.t, clock.alpha
-    if axes is None:
-        axes = axes_of_a_gait(blank_figure(170, 118, pyplot=True))
+    if axes is None or hasattr(axes, "subplot_mosaic"):
+        figure: Any = axes or base.blank_figure(170, 118, pyplot=True)
+        axes = list(figure.subplot_mosaic([["time", "time", "12"], ["13", "24", "34"]]).values())
     axes = np.ravel(np.asarray(axes, dtype=object))
     if len(axes) != 5:
         raise InputError(f"axes must be five, got {len(axes)}")
     for ax in axes:
-        axes_or_new(ax)
+        base.axes_or_new(ax)
     draw_angles(axes[0], time, alpha)
     sign: Sign = "positive" if gait.R[np.argmax(np.abs(gait.R))] > 0 else "negative"
     type_map(sign, coefficients=gait.coefficients, labels=False, ax=axes[1])
@@ -215,34 +224,25 @@ def gait_in_four_dimensions(
         for color in COLORS if k < 2 else ():
             # The + and the − plane of α3 over α1, and of α4 over α2.
             height = sheet_angles(color, axis, axis, gait.coefficients)[k].copy()
-            height[np.concatenate([[False], np.abs(np.diff(height)) > HALF_PI])] = np.nan  # it wraps there
+            height[1:][np.abs(np.diff(height)) > HALF_PI] = np.nan  # it wraps there
             dash = "-" if color == "red" else "--"
-            ax.plot(axis, height, color=COLOR_OF[color], linewidth=0.5, alpha=0.7, linestyle=dash)
+            ax.plot(axis, height, color=base.COLOR_OF[color], linewidth=0.5, alpha=0.7, linestyle=dash)
         gait_loop(gait, angles=angles, ax=ax)
-        plane_axes(ax, rf"\alpha_{angles[0]}", rf"\alpha_{angles[1]}")
+        base.plane_axes(ax, rf"\alpha_{angles[0]}", rf"\alpha_{angles[1]}")
     return axes
-
-
-def axes_of_a_gait(figure: Figure | SubFigure) -> npt.NDArray[np.object_]:
-    """Return new axes of a figure for :func:`gait_in_four_dimensions`."""
-    named = figure.subplot_mosaic([["time", "time", "12"], ["13", "24", "34"]])
-    return np.array([named[name] for name in ("time", "12", "13", "24", "34")], dtype=object)
 
 
 def draw_angles(ax: Axes, time: FloatArray, alpha: FloatArray) -> None:
     """Draw four tilt angles over time [s]."""
     for k, look in enumerate(ANGLE_LOOKS):
         ax.plot(time, alpha[:, k], label=rf"$\alpha_{k + 1}$", **look)
-    angle_axis(ax.yaxis, r"\alpha_i")
+    base.angle_axis(ax.yaxis, r"\alpha_i")
     ax.set(xlabel="$t$ (s)", xlim=(float(time[0]), float(time[-1])) if time[-1] > time[0] else None)
     ax.grid(True)
-    legend_above(ax, columns=4)
+    base.legend_above(ax, columns=4)
 
 
-# ---------------------------------------------------------------- basins
-
-# Each outcome has its own shape, so that no color is needed. The order is that of flight.flight.OUTCOMES, whose codes
-# are positions in it.
+# Each outcome has its own shape, so that no color is needed; the order is that of flight.flight.OUTCOMES.
 OUTCOME_LOOKS: dict[Outcome, dict[str, Any]] = {
     "settled": {"marker": "o", "color": "#009e73", "markersize": 3.0},
     "not settled": {"marker": "D", "color": "#e69f00", "markersize": 3.4},
@@ -264,12 +264,12 @@ def basin_map(basin: Basin, *, name: str = "", ax: Axes | None = None) -> Axes:
     means that all flights from the attitude settled; otherwise the mark is that of the first flight that did not, in
     the order of take-off. Marks have the ``gid`` "outcome".
     """
-    ax = axes_or_new(ax, size=(85, 105))
+    ax = base.axes_or_new(ax)
     gait = basin.timed.gait
     exact = coefficients_of(gait.vehicle, "exact")
     label = f"acceptable: {int(basin.inside.sum())} of {basin.inside.size} attitudes"
-    color = COLOR_OF.get(gait.color or "", GREY)
-    draw_attitudes(ax, replace(gait, coefficients=exact), exact, basin.acceptable, label=label, color=color, count=24)
+    color = base.COLOR_OF.get(gait.color or "", base.GREY)
+    draw_attitudes(ax, replace(gait, coefficients=exact), label, color, 24, basin=basin)
     finish_diagram(ax)
     smaller = min(1.0, _FULL_SIZE / len(basin.angles))
     for code, (outcome, look) in enumerate(OUTCOME_LOOKS.items()):
@@ -278,8 +278,8 @@ def basin_map(basin: Basin, *, name: str = "", ax: Axes | None = None) -> Axes:
             drawn = look | {"markersize": look["markersize"] * smaller, "linestyle": "none", "zorder": 4}
             label = f"{_WORDS.get(outcome, outcome)}: {len(roll)}"
             ax.plot(basin.angles[roll], basin.angles[pitch], label=label, gid="outcome", **drawn)
-    ax.set_title(f"{name or basin.name}\n{100 * basin.fraction:.1f} % of {basin.worst.size} attitudes settled")
-    legend_below(ax)
+    ax.set_title(f"{name or basin.name}\n{percent(basin.fraction)} of {basin.worst.size} attitudes settled")
+    base.legend_below(ax)
     return ax
 
 
@@ -287,13 +287,247 @@ def basins_figure(basins: Sequence[Basin]) -> Figure:
     """Return a figure of basins side by side, four in a row at most."""
     width, height, legend_line = 68.0, 73.0, 4.2  # mm
     columns = min(len(basins), 4)
-    figure = blank_figure(width * columns, height)
+    figure = base.blank_figure(width * columns, height)
     panels: np.ndarray[Any, Any] = figure.subplots(math.ceil(len(basins) / columns), columns, squeeze=False)
     for ax, basin in zip(panels.flat, basins, strict=False):
         basin_map(basin, ax=ax)
     for ax in panels.flat[len(basins) :]:
         ax.set_axis_off()
-    legends = [[ax.get_legend() for ax in row] for row in panels]
-    lines = [max(0 if one is None else len(one.get_texts()) for one in row) for row in legends]
-    figure.set_size_inches(width * columns / INCH, sum(height + legend_line * count for count in lines) / INCH)
+    most = max(len(ax.get_legend().get_texts()) for ax in panels.flat[: len(basins)])
+    figure.set_size_inches(width * columns / base.INCH, len(panels) * (height + legend_line * most) / base.INCH)
     return figure
+
+
+def plot(shown: Shown, *, ax: Axes | None = None) -> Axes:
+    """Draw an object on two-dimensional axes, by default those of a new figure, 6 by 5 inches, and return the axes.
+
+    A gait or plan is its loop on the map of (α1, α2), where the region for its sheet and sign of R is shaded; a plan
+    also has its waypoints, its polygons, and arrows to the nearest admissible points if there is no loop. A timed gait
+    is its four angles over time, a report the part of each limit that the gait uses.
+    """
+    ax = base.axes_or_new(ax)
+    _draw(ax, shown, legend=True)
+    title = shown.verdict if isinstance(shown, Report) else str(shown).partition("\n")[0].rstrip(":")
+    ax.set_title(fill(re.sub(r"-(?=\d)", "−", title), 80), fontsize=9)
+    return ax
+
+
+PANELS = ("loop on the map", "tilt angles", "hover thrusts", "acceptable attitudes", "least singular value")
+
+
+def draw_panel(timed: TimedGait, panel: str, *, name: str, ax: Axes) -> None:
+    """Draw one of the PANELS of a timed gait over a period; physics is exact, and level but for attitudes."""
+    gait, vehicle, t = timed.gait, timed.gait.vehicle, np.linspace(0.0, timed.period, 2 * FINE)
+    alpha = timed.at(t)[0]
+    value = matrices.least_singular_value(alpha, vehicle)
+    limit: dict[str, Any] = {"color": base.RED, "linewidth": 0.9, "linestyle": "--"}
+    if panel == PANELS[0]:
+        plot(gait, ax=ax)
+    elif panel == PANELS[1]:
+        draw_angles(ax, t, alpha)
+    elif panel == PANELS[3]:
+        exact = coefficients_of(vehicle, "exact")
+        lifted = set(gait.colors) & {*COLORS} and lift(gait.alpha[:, :2], gait.colors, coefficients=exact)
+        roll_pitch_diagram(lifted or replace(gait, coefficients=exact), name=name, ax=ax)
+    elif panel == PANELS[4]:
+        ax.plot(t, value, color="black", linewidth=1.6, label="least singular value, level")
+        ax.axhline(matrices.DEFAULT_FLOOR, label=f"floor {matrices.DEFAULT_FLOOR:g}", **limit)
+        ax.set(ylabel="least singular value (dimensionless)", ylim=(0.0, max(0.6, 1.1 * float(value.max()))))
+    elif value.min() > 1e-3:
+        for k, look in enumerate(ANGLE_LOOKS):
+            ax.plot(t, 4.0 * matrices.hover_thrust_shares(alpha, vehicle)[:, k], label=f"rotor {k + 1}", **look)
+        ax.axhline(4.0 * (vehicle.thrust_share or math.nan), label="limit" if vehicle.thrust_share else "_", **limit)
+        ax.set(ylabel="hover thrust (weight / 4)", ylim=(min(0.0, ax.get_ylim()[0]), None))
+    else:
+        ax.text(0.5, 0.5, "singular in level flight", transform=ax.transAxes, ha="center", va="center")
+    if panel not in (PANELS[0], PANELS[3]):
+        ax.set(xlabel="$t$ (s)", xlim=(0.0, timed.period))
+        ax.grid(True)
+        if ax.lines:
+            base.legend_below(ax, ncols=5)
+    ax.set_title(f"{name}: {panel}", fontsize=9)
+
+
+def draw_sheet(figure: Figure, gaits: Sequence[TimedGait], names: Sequence[str] = ("",)) -> None:
+    """Draw the panels of gaits on an empty figure, a row for each; the scales of a column are the same."""
+    axes = figure.subplots(len(gaits), len(PANELS), sharey="col", squeeze=False)
+    for timed, name, row in zip(gaits, names, axes, strict=True):
+        for panel, ax in zip(PANELS, row, strict=True):
+            draw_panel(timed, panel, name=name or name_of(timed.gait), ax=ax)
+
+
+def write_regions(found: Location, vehicle: Vehicle, paths: Sequence[str | Path], *, force: bool = False) -> None:
+    """Write a map of admissible regions, their parts with their numbers, and the waypoints as rings."""
+    figure = base.blank_figure(130.0, 140.0)
+    ax = figure.add_subplot()
+    for one in found.regions:
+        _draw_region(ax, one.region, vehicle if one.color == "red" else None, f"{found.use}, {one.color}")
+        for number, part in enumerate(one.region.components, start=1):
+            base.draw_label(ax, part.representative_point().coords[0], str(number))
+    for number, waypoint in enumerate(found.regions[0].waypoints, start=1):
+        ax.annotate(f"waypoint {number}", waypoint.point, (0, 6), textcoords="offset points", ha="center")
+        ax.plot(*waypoint.point, "ko", markersize=4)
+    ax.set_title(f"Admissible regions, vehicle {vehicle.name}")
+    base.legend_below(ax, ncols=2)
+    base.write_pictures(figure, paths, force=force)
+
+
+def html_of(shown: Shown) -> str:
+    """Return an object as HTML that can be put anywhere in a page."""
+    text, picture, tables, gait, report, more = str(shown), "", "", None, None, []
+    title = text.partition("\n")[0]
+    if not isinstance(shown, Report):  # the table of its checks says more
+        picture, words = _picture(shown)
+        more = [words] if words != title else []
+    if isinstance(shown, Gait):
+        gait, more = shown, [*_judged(shown), *more]
+    elif isinstance(shown, Report):
+        report = shown
+    elif isinstance(shown, Plan) and shown.loop is not None:
+        gait, report = shown.loop.gait, shown.loop.report
+    if gait is not None:
+        text = text.replace("\n".join(gait.corner_lines()), "")
+        tables += _table([line.split() for line in gait.corner_lines()])
+    if report is not None:
+        text = text.replace("\n".join(lines_of_checks(report.checks)), "")
+        tables += _table([(check.mark, check.name.replace("_", " "), check.message) for check in report.checks])
+    lines = [line for line in [*text.splitlines()[1:], *more] if line]
+    body = f'<pre style="white-space:pre-wrap">{escape(chr(10).join(lines))}</pre>{tables}'
+    box = f'<div style="flex:1 1 24em;min-width:0"><div><strong>{escape(title)}</strong></div>{body}</div>'
+    return f'<div style="display:flex;flex-wrap:wrap;align-items:flex-start;gap:4px 20px">{picture}{box}</div>'
+
+
+def _table(rows: Sequence[Sequence[str]]) -> str:
+    cells = ["".join(f'<td style="text-align:left">{escape(text)}</td>' for text in row) for row in rows]
+    return f"<table>{''.join(f'<tr>{row}</tr>' for row in cells)}</table>"
+
+
+def _picture(shown: Shown) -> tuple[str, str]:
+    """Return a small picture as an HTML element and what it shows, or twice "" without matplotlib."""
+    try:
+        with base.paper_style():
+            figure = base.blank_figure(70, 62)
+            words = _draw(figure.add_subplot(), shown, legend=False)
+            content = base64.b64encode(base.picture_bytes(figure, "png")).decode("ascii")
+    except MissingExtra:
+        return "", ""
+    # Half as wide as its pixels, to be sharp on screens of high resolution.
+    return f'<img alt="{escape(words)}" width="276" src="data:image/png;base64,{content}">', words
+
+
+def _judged(gait: Gait) -> list[str]:
+    """Return the verdict on a gait and the first reason against it, or why there is no verdict."""
+    if len(gait.alpha) > _MOST_CHECKED:
+        return [f"not judged here, because it has more than {_MOST_CHECKED} corners; use check()"]
+    try:
+        report = gait.check()
+    except MissingConstant as error:
+        return [f"not judged: {error}"]
+    return [report.verdict, *([report.reason] if report.reason else [])]
+
+
+def _draw(ax: Axes, shown: Any, *, legend: bool) -> str:
+    """Draw an object, with a legend where it has one and that is asked for, and return what the picture shows."""
+    title = str(shown).partition("\n")[0]
+    if isinstance(shown, (Gait, Plan)):
+        title = _draw_loop(ax, shown)
+        if legend:
+            base.legend_below(ax, ncols=2)
+    elif isinstance(shown, TimedGait):
+        draw_angles(ax, shown.t, shown.alpha)
+        base.legend_below(ax, ncols=4)
+    elif isinstance(shown, Report):
+        _draw_checks(ax, shown)
+    elif isinstance(shown, Region):
+        _draw_region(ax, shown)
+    elif isinstance(shown, Vehicle):
+        seen = vehicle_view(np.zeros(4), shown, view=FROM_ABOVE)
+        low, high = seen.limits()
+        ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
+        ax.set_axis_off()
+        draw_vehicle(ax, seen)
+    else:
+        raise InputError(f"only gaits, plans, reports, regions and vehicles can be plotted, got {shown_value(shown)}")
+    return title
+
+
+def _draw_region(ax: Axes, region: Region, vehicle: Vehicle | None = None, use: str = "") -> None:
+    """Fill a region; with a vehicle in the color of the sign of R on its red sheet. `use` is for the legend."""
+    from matplotlib.patches import PathPatch
+    from matplotlib.path import Path
+
+    labels = set()
+    for part in region.components[:_MOST_SHOWN]:
+        rings = [np.asarray(ring.coords) for ring in (part.exterior, *part.interiors)]
+        outline = Path.make_compound_path(*(Path(ring, closed=True) for ring in rings))
+        face, label = "0.9", f"{use}, $R=0$ in exact physics" if use else ""
+        if vehicle is not None:
+            inside = part.representative_point()
+            positive = red_label(inside.x, inside.y, vehicle).prod() > 0
+            face, label = (base.POSITIVE, f"{use}, $R>0$") if positive else (base.NEGATIVE, f"{use}, $R<0$")
+        named = "_" if label in labels else label
+        labels.add(label)
+        ax.add_patch(PathPatch(outline, facecolor=face, edgecolor=base.GREY, linewidth=0.5, label=named))
+    base.plane_axes(ax, r"\alpha_1", r"\alpha_2")
+
+
+def _draw_loop(ax: Axes, shown: Gait | Plan) -> str:
+    """Draw a gait or a plan on the map of its sheet, and return what is shaded."""
+    plan, gait = (None, shown) if isinstance(shown, Gait) else (shown, shown.loop.gait if shown.loop else None)
+    sign: Any = None
+    if gait is not None:
+        vehicle, color, numbers = gait.vehicle, gait.color, gait.coefficients
+        sign = "positive" if gait.R.min() > 0 else "negative" if gait.R.max() < 0 else None
+    elif plan is not None:
+        vehicle, color = plan.request.vehicle, "blue" if plan.request.color == "blue" else "red"
+        sign, numbers = plan.request.sign, coefficients_of(vehicle, plan.request.coefficients)
+    zones, waypoints = (None, ()) if plan is None else (plan.request.zones, plan.waypoints)
+    words, which = "its loop in the plane of α1 and α2", f" with {RELATION[sign]}" if sign in RELATION else ""
+    if color in ("red", "blue"):
+        # Nothing is flyable on blue; limits of thrust need the mass.
+        judged = color == "red" and (vehicle.max_thrust is None or vehicle.mass is not None)
+        conditions: dict[str, Any] = {"use": "flyable" if judged else "valid", "color": color, "coefficients": numbers}
+        region = admissible_region(vehicle, sign=sign if which else None, zones=zones, accuracy=_COARSE, **conditions)
+        words = f"shaded: where a {color} gait{which} is {conditions['use']}"
+        words += ", with the given polygons" if zones else ""
+        _draw_region(ax, region, vehicle if color == "red" else None, conditions["use"])
+    if color == "red":
+        draw_zeros_of_R(ax, vehicle)
+        ax.plot(0, 0, "k+", markersize=7, label="all upright")
+    base.plane_axes(ax, r"\alpha_1", r"\alpha_2")
+    for k, corners in enumerate(zones.keep_out if zones else ()):
+        look: dict[str, Any] = {"facecolor": "white", "edgecolor": base.GREY, "hatch": "///"}
+        ax.fill(*np.asarray(corners).T, label="_" if k else "keep out", **look)
+    if gait is not None:
+        gait_loop(gait, label=f"gait, {color or 'off the surfaces'}", width=2.2, ax=ax)
+        end = max(np.pi / 2, float(np.abs(gait.alpha[:, :2]).max()))
+        ax.set(xlim=(-end, end), ylim=(-end, end))
+    if waypoints:
+        words += "; rings: waypoints"
+        points = np.array([point[:2] for point in waypoints], dtype=float)
+        ring: dict[str, Any] = {"markersize": 7, "markerfacecolor": "none", "markeredgecolor": "black", "zorder": 5}
+        ax.plot(*points.T, "o", label="waypoints", **ring)
+    for obstacle in () if plan is None or gait is not None else plan.obstacles:
+        if obstacle.nearest is not None:
+            start = waypoints[obstacle.waypoints[0] - 1][:2]
+            base.draw_arrow(ax, start, obstacle.nearest, base.PALETTE["no"][0])
+    return words
+
+
+def _draw_checks(ax: Axes, report: Report) -> None:
+    """Draw the part of its limit that each check of a report uses, with its mark and its message."""
+    from matplotlib.ticker import PercentFormatter
+
+    for row, check in enumerate(report.checks):
+        used, color, mark = 0.0, base.PALETTE[_MARKS[check.mark][0]][0], _MARKS[check.mark][1]
+        if check.value is not None and check.limit:
+            floor = check.name in ("R_sign", "least_singular_value")
+            used = abs(check.limit / check.value) if floor and check.value else abs(check.value / check.limit)
+        ax.barh(row + 0.2, min(used, 1.5), height=0.36, color=color)
+        words = shorten(check.message.partition(": ")[0], 84, placeholder=" …")
+        box = {"facecolor": "white", "edgecolor": "none", "pad": 0.5}
+        ax.text(0.01, row - 0.22, words, fontsize=6.5, color="0.3", va="center", bbox=box, gid=check.name)
+        ax.text(-0.02, row, f"{check.name.replace('_', ' ')}  {mark}", color=color, fontsize=8, ha="right", va="center")
+    ax.axvline(1.0, color="black", linewidth=0.8, linestyle="--")
+    ax.xaxis.set_major_formatter(PercentFormatter(1.0))
+    ax.set(xlim=(0.0, 1.5), ylim=(len(report.checks) - 0.4, -0.6), yticks=[], xlabel="part of the limit that is used")

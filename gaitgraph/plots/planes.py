@@ -15,41 +15,42 @@ from gaitgraph.errors import checked_choice
 from gaitgraph.graph.build import DEFAULT_DIVISIONS, checked_divisions, grid_axis
 from gaitgraph.invertibility import matrices
 from gaitgraph.invertibility.matrices import BoolArray, Coefficients, CoefficientsLike, FloatArray, coefficients_of
-from gaitgraph.plots.axes import (
-    BLUE,
-    COLOR_OF,
-    GREY,
-    MARKER_OF,
-    RED,
-    angle_axis,
-    axes_or_new,
-    draw_label,
-    legend_above,
-    legend_below,
-    plane_axes,
+from gaitgraph.plots import axes as base
+from gaitgraph.surface.sheets import (
+    COLORS,
+    PLANE_TYPES,
+    RELATION,
+    RootArrays,
+    Sign,
+    red_label,
+    root_arrays,
+    sheet_angles,
+    text_from_types,
+    types_may_be_adjacent,
 )
-from gaitgraph.surface.adjacency import PLANE_TYPES, text_from_types, types_may_be_adjacent
-from gaitgraph.surface.sheets import COLORS, RELATION, RootArrays, Sign, red_label, root_arrays
 from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from matplotlib.axes import Axes
+
+    from gaitgraph.surface.sheets import Color
+
+    Marks = tuple[FloatArray, str, str, str]  # points, color, marker, label
 
 IntArray = npt.NDArray[np.int8]
 Which = Literal["first", "other", "both"]
 
-FINE = 201
-"""Points along each axis of a contour plot. Curves and borders are drawn in closed form."""
+FINE = 201  # points along each axis of a contour plot; curves and borders are in closed form
 _FINE_AXIS = np.linspace(-HALF_PI, HALF_PI, FINE)
 _SHEET = {"red": 1, "blue": -1}
 _SIGN = {"positive": 1, "negative": -1}
 _SINGULAR = "R = 0 to rounding: singular"
+_ELEVATION, _AZIMUTH = 16, -125  # of the viewer of a space [°]
+_LAYERS = 12  # of marks in space, from far to near
 _TIE = 12  # decimals [rad] to which α3 of two roots is compared
-_POSITIVE, _NEGATIVE = "#fff1b8", "#dcdce6"  # where R > 0 and R < 0
 _ROUNDED_BOX = "round,pad=0.5,rounding_size=0.6"
-
-
-# ---------------------------------------------------------------- roots at the nodes of the grid
 
 
 def interior_roots(coefficients: Coefficients, divisions: int) -> tuple[RootArrays, IntArray]:
@@ -88,18 +89,21 @@ def root_counts(ax: Axes, coefficients: Coefficients, divisions: int) -> None:
         look: dict[str, Any] = {"s": 16, "marker": marker, "facecolor": face, "edgecolor": "black", "linewidth": 0.6}
         label = f"{number} roots, {int(here.sum())} nodes"
         ax.scatter(a1[here], a2[here], label=label, clip_on=False, zorder=3, **look)
-    plane_axes(ax, r"\alpha_1", r"\alpha_2")
-    legend_above(ax, columns=2)
+    base.plane_axes(ax, r"\alpha_1", r"\alpha_2")
+    base.legend_above(ax, columns=2)
 
 
 def root_angle(ax: Any, coefficients: Coefficients, divisions: int, *, angle: int, which: Which) -> None:
     """Draw α3 or α4 over the interior nodes (Figures 3 to 8): red squares on its + plane, blue discs on its − plane."""
     found, _ = interior_roots(coefficients, divisions)
-    for color, label in (("red", "+ plane"), ("blue", "− plane")):
-        points = found.alpha[_chosen(found, which) & (found.sheet == _SHEET[color])]
-        _scatter(ax, points[:, [0, 1, angle - 1]], COLOR_OF[color], MARKER_OF[color], label)
-    angle_axis(ax.zaxis, rf"\alpha_{angle}")
-    _space_axes(ax)
+    chosen = _chosen(found, which)
+    marks: list[Marks] = []
+    for color, label in zip(COLORS, ("+ plane", "− plane"), strict=True):
+        points = found.alpha[chosen & (found.sheet == _SHEET[color])]
+        marks.append((points[:, [0, 1, angle - 1]], base.COLOR_OF[color], base.MARKER_OF[color], label))
+        _draw_plane(ax, coefficients, angle, color)
+    base.angle_axis(ax.zaxis, rf"\alpha_{angle}")
+    _draw_marks(ax, marks)
 
 
 def signed_roots(ax: Any, coefficients: Coefficients, divisions: int, *, sign: Sign, which: Which) -> None:
@@ -110,72 +114,90 @@ def signed_roots(ax: Any, coefficients: Coefficients, divisions: int, *, sign: S
     found, signs = interior_roots(coefficients, divisions)
     chosen = _chosen(found, which)
     grey, signed = found.alpha[chosen & (signs == 0)], found.alpha[chosen & (signs == _SIGN[sign])]
-    _scatter(ax, grey[:, :3], GREY, "s", _SINGULAR)
-    _scatter(ax, grey[:, [0, 1, 3]], GREY, "o", "_")
-    for column, color, marker in ((2, RED, "s"), (3, BLUE, "o")):
-        _scatter(ax, signed[:, [0, 1, column]], color, marker, rf"$\alpha_{column + 1}$, ${RELATION[sign]}$")
-    angle_axis(ax.zaxis, r"\alpha_3,\ \alpha_4")
-    _space_axes(ax, columns=2 if len(grey) else 3)
+    marks = [(grey[:, [0, 1, k]], base.GREY, marker, _SINGULAR) for k, marker in ((2, "s"), (3, "o"))]
+    for angle, color, marker in ((3, base.RED, "s"), (4, base.BLUE, "o")):
+        marks.append((signed[:, [0, 1, angle - 1]], color, marker, rf"$\alpha_{angle}$, ${RELATION[sign]}$"))
+        for sheet in COLORS:
+            _draw_plane(ax, coefficients, angle, sheet, color)
+    base.angle_axis(ax.zaxis, r"\alpha_3,\ \alpha_4")
+    _draw_marks(ax, marks)
 
 
 def level_determinants(ax: Any, coefficients: Coefficients, divisions: int, *, sign: Sign, which: Which) -> None:
     """Draw R of the roots with one sign of R over the interior nodes, each sheet in its color (Figures 10 and 12)."""
     found, signs = interior_roots(coefficients, divisions)
     chosen, points = _chosen(found, which), np.dstack([found.alpha[..., :2], found.R])
-    _scatter(ax, points[chosen & (signs == 0)], GREY, MARKER_OF["blue"], _SINGULAR)
     signed = chosen & (signs == _SIGN[sign])
     # Stems show which node a value belongs to; they are one line with gaps.
     tops = points[signed]
     stems = np.stack([tops * [1.0, 1.0, 0.0], tops, np.full(tops.shape, np.nan)], axis=1).reshape(-1, 3)
     ax.plot(*stems.T, color="0.75", linewidth=0.4)
+    marks = [(points[chosen & (signs == 0)], base.GREY, base.MARKER_OF["blue"], _SINGULAR)]
     for color in COLORS:
         here = points[signed & (found.sheet == _SHEET[color])]
-        _scatter(ax, here, COLOR_OF[color], MARKER_OF[color], f"{color} sheet")
+        marks.append((here, base.COLOR_OF[color], base.MARKER_OF[color], f"{color} sheet"))
     ax.set_zlabel("$R$ (dimensionless)")
-    _space_axes(ax)
+    ax.set_zlim(0.0, tops[:, 2].max())
+    _draw_marks(ax, marks)
 
 
-def _scatter(ax: Any, points: FloatArray, color: str, marker: str, label: str) -> None:
-    """Scatter points of shape (m, 3), without fading distant ones: red and blue keep their colors."""
-    if len(points):
-        grey = color == GREY
-        look = {"facecolor": "none" if grey else color, "edgecolor": color if grey else "white"}
-        width = 0.6 if grey else 0.25
-        ax.scatter(*points.T, s=11, marker=marker, linewidth=width, depthshade=False, label=label, **look)
+def _draw_plane(ax: Any, coefficients: Coefficients, angle: int, sheet: Color, color: str = "") -> None:
+    """Draw the translucent plane of α3 over α1, or of α4 over α2, of a sheet; it ends where the angle wraps."""
+    from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-untyped]
+
+    height = sheet_angles(sheet, _FINE_AXIS, _FINE_AXIS, coefficients)[angle - 3]
+    quads = []
+    for run in np.split(np.arange(FINE), 1 + np.flatnonzero(np.abs(np.diff(height)) > HALF_PI)):
+        (x0, x1), (z0, z1) = _FINE_AXIS[run[[0, -1]]], height[run[[0, -1]]]
+        quad = np.array([[x0, -HALF_PI, z0], [x1, -HALF_PI, z1], [x1, HALF_PI, z1], [x0, HALF_PI, z0]])
+        quads.append(quad if angle == 3 else quad[:, [1, 0, 2]])
+    ink = color or base.COLOR_OF[sheet]
+    ax.add_collection3d(Poly3DCollection(quads, facecolor=(ink, 0.1), edgecolor=(ink, 0.35), linewidth=0.5, zorder=1))
 
 
-def _space_axes(ax: Any, *, columns: int = 2) -> None:
-    """Label x and y with α1 and α2, with a legend above; no plane of roots is seen on edge."""
+def _draw_marks(ax: Any, marks: Sequence[Marks]) -> None:
+    """Draw points over the (α1, α2) plane, with a legend above. Near ones are larger and over far ones; none fades."""
     from matplotlib.ticker import FixedLocator
 
     for axis, symbol in ((ax.xaxis, r"\alpha_1"), (ax.yaxis, r"\alpha_2")):
-        angle_axis(axis, symbol)
+        base.angle_axis(axis, symbol)
         # At the ends the labels of two axes would meet.
         axis.set_major_locator(FixedLocator([-HALF_PI / 2, 0.0, HALF_PI / 2]))
-    ax.view_init(elev=14, azim=-125)
-    ax.set_box_aspect((1, 1, 0.9), zoom=0.82)
+    ax.view_init(elev=_ELEVATION, azim=_AZIMUTH)
+    ax.set_box_aspect((1, 1, 0.9), zoom=0.93)
+    around, up = math.radians(_AZIMUTH), math.radians(_ELEVATION)
+    toward = np.array([math.cos(up) * math.cos(around), math.cos(up) * math.sin(around), 0.9 * math.sin(up)])
+    spans = np.array([ax.get_xlim(), ax.get_ylim(), ax.get_zlim()])
+    for points, color, marker, label in marks:
+        depth = ((points - spans[:, 0]) / np.ptp(spans, axis=1) - 0.5) @ toward  # about −0.7 to 0.7
+        layer = np.clip(((depth + 0.7) / 1.4 * _LAYERS).astype(int), 0, _LAYERS - 1)
+        grey = color == base.GREY
+        look: dict[str, Any] = {"facecolor": "none" if grey else color, "edgecolor": color if grey else "white"}
+        look |= {"marker": marker, "linewidth": 0.6 if grey else 0.3, "depthshade": False, "gid": label}
+        for k in np.unique(layer):
+            named = label if k == layer.max() else "_"
+            ax.scatter(*points[layer == k].T, s=5.0 + 12.0 * k / _LAYERS, zorder=2 + k, label=named, **look)
     for axis in (ax.xaxis, ax.yaxis, ax.zaxis):
         axis.set_pane_color((0.97, 0.97, 0.97, 1.0))
     ax.zaxis.set_rotate_label(False)
     ax.zaxis.label.set_rotation(90)
-    ax.tick_params(pad=0)
-    legend_above(ax, columns=columns, over=-16.0)
-
-
-# ---------------------------------------------------------------- types
+    ax.tick_params(pad=-1)
+    for axis in (ax.xaxis, ax.yaxis, ax.zaxis):
+        axis.labelpad = 2.0
+    base.legend_above(ax, columns=3, over=-20.0)
 
 
 def adjacency_rule(of: Literal["angle", "pair"] = "pair", *, ax: Axes | None = None) -> Axes:
     """Draw the Two Color rule as a graph: types joined by a line may be neighbours (Figure 15).
 
     Each type may also be its own neighbour. As in the paper, (?,?) is left out: it may neighbour every type. Lines
-    follow :func:`gaitgraph.surface.adjacency.types_may_be_adjacent`; the ``gid`` of each is its two types.
+    follow :func:`gaitgraph.surface.sheets.types_may_be_adjacent`; the ``gid`` of each is its two types.
 
     `of` is "angle" for the types of α3 or α4, Figure 15 (a), or "pair" for those of (α3, α4), Figure 15 (b). The frame
     of `ax` is removed.
     """
     checked_choice("of", of, ("angle", "pair"))
-    ax = axes_or_new(ax, size=(85, 75))
+    ax = base.axes_or_new(ax)
     if of == "angle":  # the other angle is ?, which forbids nothing
         names = {kind: f"({kind},?)" for kind in "+?-"}
         places = {"+": (-1.0, 0.0), "?": (0.0, 0.0), "-": (1.0, 0.0)}
@@ -188,9 +210,9 @@ def adjacency_rule(of: Literal["angle", "pair"] = "pair", *, ax: Axes | None = N
             line = np.array([places[kind] for kind in pair])
             ax.plot(*line.T, color="0.35", linewidth=1.2, zorder=1, gid=" ".join(pair))
     for kind, place in places.items():
-        color = {"(+,+)": RED, "+": RED, "(-,-)": BLUE, "-": BLUE}.get(kind, "0.35")
+        color = {"(+,+)": base.RED, "+": base.RED, "(-,-)": base.BLUE, "-": base.BLUE}.get(kind, "0.35")
         face, ink = ("white", "black") if color == "0.35" else (color, "white")
-        shape = "square,pad=0.5" if color == RED else _ROUNDED_BOX
+        shape = "square,pad=0.5" if color == base.RED else _ROUNDED_BOX
         box = {"boxstyle": shape, "edgecolor": color, "facecolor": face, "linewidth": 1.0}
         ax.text(*place, kind.replace("-", "−"), color=ink, bbox=box, ha="center", va="center", zorder=3)
     ax.set_axis_off()
@@ -209,17 +231,15 @@ def type_map(
 ) -> Axes:
     """Draw which types of roots with one sign of R each interior node has (Figure 16).
 
-    A red square is (+,+), a blue disc (−,−), a mark half of each is both. Other types are written. Roots with R = 0 are
-    grey, and hollow where marked. A dot is a node without roots of the sign.
-
-    `sign` is the sign of R, "positive" or "negative"; `coefficients` are those of formula (1), by default the paper's
-    published ones; `divisions` is the number n of grid intervals in [−π/2, π/2]. Without `labels` the map suits small
-    axes: marks are smaller, and types with a ? are marked like their sheet. With labels, 16 divisions need axes 170 mm
-    wide. Each kind of node is one scatter; a written type has the node's (i, j) as its ``gid``.
+    A red square is (+,+), a blue disc (−,−), a mark half of each is both. Other types are written; the ``gid`` of the
+    text is the node's (i, j). Roots with R = 0 are grey, and hollow where marked. A dot is a node without roots of the
+    sign. `coefficients` are those of formula (1), by default the paper's published ones; `divisions` is the number n of
+    grid intervals in [−π/2, π/2]. Without `labels` the map suits axes less than 170 mm wide: marks are smaller, and
+    types with a ? are marked like their sheet.
     """
     checked_choice("sign", sign, RELATION)
     found, signs = interior_roots(coefficients_of(kind=coefficients), divisions)
-    ax = axes_or_new(ax, size=(170, 176))
+    ax = base.axes_or_new(ax, size=(170, 176))
     shows = (found.sheet != 0) & ((signs == _SIGN[sign]) | (signs == 0))
     written = (shows & (found.types == 0).any(axis=-1)).any(axis=1) & labels
     for number in np.flatnonzero(written):
@@ -227,9 +247,10 @@ def type_map(
         # Each type once, red ones first.
         roots = sorted({(sheets[k], text_from_types(*types[k]), unsigned[k]) for k in np.flatnonzero(shows[number])})
         for k, (sheet, kind, singular) in enumerate(roots):
+            ink = base.GREY if singular else base.RED if sheet < 0 else base.BLUE
             ax.annotate(
                 kind.replace("-", "−"), tuple(found.alpha[number, 0, :2]), textcoords="offset points",
-                xytext=(0, 7.0 * ((len(roots) - 1) / 2 - k)), color=GREY if singular else RED if sheet < 0 else BLUE,
+                xytext=(0, 7.0 * ((len(roots) - 1) / 2 - k)), color=ink,
                 fontsize=6.0, ha="center", va="center", annotation_clip=False,
                 gid=",".join(str(k + 1) for k in divmod(number, divisions - 1)),
             )  # fmt: skip
@@ -238,9 +259,9 @@ def type_map(
     for state in sorted(set(map(tuple, states[~written].tolist())), reverse=True):
         places = found.alpha[~written & (states == state).all(axis=1), 0, :2]
         _mark_nodes(ax, places, state, 42.0 if labels else 5.0, RELATION[sign])
-    plane_axes(ax, r"\alpha_1", r"\alpha_2", divisor=8 if labels else 4)
+    base.plane_axes(ax, r"\alpha_1", r"\alpha_2", divisor=8 if labels else 4)
     if labels:
-        legend_above(ax, columns=3)
+        base.legend_above(ax, columns=3)
     return ax
 
 
@@ -250,24 +271,19 @@ def _mark_nodes(ax: Axes, places: FloatArray, state: tuple[int, ...], size: floa
 
     (x, y), gid = places.T, " ".join(("no", "singular", "yes")[one] for one in state)
     look: dict[str, Any] = {"linewidth": 0.6, "gid": gid, "zorder": 3}
-    texts = [
-        f"{kind}: ${('', 'R = 0', sign)[one]}$" for kind, one in zip(("(+,+)", "(−,−)"), state, strict=True) if one
-    ]
+    texts = [f"{of}: ${('', 'R = 0', sign)[one]}$" for of, one in zip(("(+,+)", "(−,−)"), state, strict=True) if one]
     label = ", ".join(texts)
     if len(texts) == 2 and state[0] == state[1]:
         label = texts[0].replace("(+,+)", "(+,+) and (−,−)")
     if not texts:
         label = f"no root with ${sign}$"
-        ax.scatter(x, y, s=size / 12, marker="o", facecolor=GREY, label=label, **(look | {"linewidth": 0.0}))
+        ax.scatter(x, y, s=size / 12, marker="o", facecolor=base.GREY, label=label, **(look | {"linewidth": 0.0}))
     halves: tuple[Any, Any] = ("left", "right")
     for color, one, half in zip(COLORS, state, halves, strict=True):
         if one:  # two roots are the left half of a square and the right half of a disc
-            marker = MarkerStyle(MARKER_OF[color], fillstyle="full" if len(texts) == 1 else half)
-            face, edge = (COLOR_OF[color],) * 2 if one == 2 else ("white", GREY)
+            marker = MarkerStyle(base.MARKER_OF[color], fillstyle="full" if len(texts) == 1 else half)
+            face, edge = (base.COLOR_OF[color],) * 2 if one == 2 else ("white", base.GREY)
             ax.scatter(x, y, s=size, marker=marker, facecolor=face, edgecolor=edge, label=label, **look)
-
-
-# ---------------------------------------------------------------- regions
 
 
 def regions_map(vehicle: VehicleLike = PAPER, *, ax: Axes | None = None) -> Axes:
@@ -277,41 +293,32 @@ def regions_map(vehicle: VehicleLike = PAPER, *, ax: Axes | None = None) -> Axes
     positive in the hatched parts: α1 < δ and α2 > −δ, or both reversed. Contours are the largest hover thrust of a
     rotor, in units of the weight. Coefficients are exact. Each curve has its equation as its ``gid``.
     """
-    vehicle, ax = vehicle_named(vehicle), axes_or_new(ax, size=(85, 96))
-    from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
-
+    vehicle, ax = vehicle_named(vehicle), base.axes_or_new(ax)
     a1, a2 = np.meshgrid(_FINE_AXIS, _FINE_AXIS, indexing="ij")
     value = matrices.level_determinant(np.stack([a1, a2, a1, a2], axis=-1), coefficients_of(vehicle, "exact"))
-    ax.contourf(a1, a2, value, levels=[value.min() - 1, 0.0, value.max() + 1], colors=[_NEGATIVE, _POSITIVE])
+    ax.contourf(a1, a2, value, levels=[value.min() - 1, 0.0, value.max() + 1], colors=[base.NEGATIVE, base.POSITIVE])
     delta = math.atan(vehicle.signed_drag_ratio)
     low, high = -HALF_PI, HALF_PI
     hatched: dict[str, Any] = {"edgecolor": "0.6", "hatch": "///", "linewidth": 0.0}
+    for color, relation in ((base.POSITIVE, ">"), (base.NEGATIVE, "<")):  # for the legend, as are other empty lists
+        ax.fill([], [], facecolor=color, edgecolor="0.5", linewidth=0.5, label=f"$R{relation}0$")
     for first, second in (((low, delta), (-delta, high)), ((delta, high), (low, -delta))):
         corners = np.array([[first[i], second[j]] for i, j in ((0, 0), (1, 0), (1, 1), (0, 1))])
         ax.fill(*corners.T, facecolor="none", gid="hover", **hatched)
         _contour_thrust(ax, first, second, vehicle)
     idle: dict[str, Any] = {"color": "0.25", "linewidth": 0.8, "linestyle": (0, (4, 2))}
-    ax.axvline(delta, **idle)
+    ax.axvline(delta, label="a pair of rotors idles", **idle)
     ax.axhline(-delta, **idle)
-    _draw_zeros_of_R(ax, vehicle)
-    upright: dict[str, Any] = {"color": "black", "marker": "+", "linestyle": "none"}
-    ax.plot(0, 0, markersize=7, zorder=6, **upright)
+    draw_zeros_of_R(ax, vehicle)
+    ax.fill([], [], facecolor="white", label="hover, thrusts > 0", **hatched)
+    ax.plot([], [], color="black", linewidth=0.7, label="largest thrust / weight")
+    ax.plot(0, 0, "k+", markersize=7, zorder=6, label="all upright")
     mirror = math.copysign(1.0, delta)
     for x, y in ((-1.05, -0.62), (1.08, 0.3)):  # within the two large components, off the hatched parts
         at = (mirror * x, mirror * y)
-        draw_label(ax, at, "$R>0$" if red_label(*at, vehicle).prod() > 0 else "$R<0$")
-    plane_axes(ax, r"\alpha_1", r"\alpha_2", grid=False)
-    handles: list[Any] = [
-        Patch(facecolor=_POSITIVE, edgecolor="0.5", linewidth=0.5, label="$R>0$"),
-        Patch(facecolor=_NEGATIVE, edgecolor="0.5", linewidth=0.5, label="$R<0$"),
-        Line2D([], [], color="black", linewidth=1.4, label="$R=0$"),
-        Patch(facecolor="white", label="hover, thrusts > 0", **hatched),
-        Line2D([], [], color="black", linewidth=0.7, label="largest thrust / weight"),
-        Line2D([], [], label="a pair of rotors idles", **idle),
-        Line2D([], [], label="all upright", **upright),
-    ]
-    legend_below(ax, handles=handles, ncols=2)
+        base.draw_label(ax, at, "$R>0$" if red_label(*at, vehicle).prod() > 0 else "$R<0$")
+    base.plane_axes(ax, r"\alpha_1", r"\alpha_2", grid=False)
+    base.legend_below(ax, ncols=2)
     return ax
 
 
@@ -328,12 +335,12 @@ def _contour_thrust(ax: Axes, first: tuple[float, float], second: tuple[float, f
     side = 1.0 if first[0] > -HALF_PI else -1.0
     for level in levels:
         at = side * math.acos(0.25 / level)
-        ground = _POSITIVE if red_label(at, -at, vehicle).prod() > 0 else _NEGATIVE
+        ground = base.POSITIVE if red_label(at, -at, vehicle).prod() > 0 else base.NEGATIVE
         box = {"facecolor": ground, "edgecolor": "none", "pad": 0.6}
         ax.text(at, -at, f"{level:.1f}", fontsize=6.0, ha="center", va="center", bbox=box, zorder=5)
 
 
-def _draw_zeros_of_R(ax: Axes, vehicle: Vehicle) -> None:
+def draw_zeros_of_R(ax: Axes, vehicle: Vehicle) -> None:
     """Draw where R = 0 on the red sheet, in closed form."""
     kappa = vehicle.signed_drag_ratio
     delta = math.atan(kappa)
@@ -345,12 +352,12 @@ def _draw_zeros_of_R(ax: Axes, vehicle: Vehicle) -> None:
             ax.plot(end, np.full(2, -edge), **look, gid="cos(alpha2 + delta) = 0")
     # The same curve as tan α1 − tan α2 = 2κ, without infinite tangents.
     a2 = np.arctan2(np.sin(_FINE_AXIS) - 2 * kappa * np.cos(_FINE_AXIS), np.cos(_FINE_AXIS))
-    ax.plot(_FINE_AXIS, a2, **look, gid="tan(alpha1) - tan(alpha2) = 2 kappa")
+    ax.plot(_FINE_AXIS, a2, **look, gid="tan(alpha1) - tan(alpha2) = 2 kappa", label="$R=0$")
 
 
 def singular_value_map(vehicle: VehicleLike = PAPER, *, ax: Axes | None = None) -> Axes:
     """Draw the least singular value on the red sheet in level flight, with exact coefficients, and a color bar."""
-    vehicle, ax = vehicle_named(vehicle), axes_or_new(ax, size=(95, 85))
+    vehicle, ax = vehicle_named(vehicle), base.axes_or_new(ax)
     a1, a2 = np.meshgrid(_FINE_AXIS, _FINE_AXIS, indexing="ij")
     value = matrices.least_singular_value_on_red(a1, a2, vehicle)
     levels = 0.1 * np.arange(math.ceil(10 * float(value.max())) + 1)
@@ -358,9 +365,8 @@ def singular_value_map(vehicle: VehicleLike = PAPER, *, ax: Axes | None = None) 
     ink = ["white" if level < 0.65 else "black" for level in levels[2::2]]
     lines = ax.contour(a1, a2, value, levels=levels[2::2], colors=ink, linewidths=0.5)
     ax.clabel(lines, levels[4::2], fmt="%.1f", fontsize=6.0)  # the lowest runs along the border
-    _draw_zeros_of_R(ax, vehicle)
+    draw_zeros_of_R(ax, vehicle)
     ax.plot(0, 0, marker="+", markersize=7, color="white", linestyle="none", zorder=6)
-    plane_axes(ax, r"\alpha_1", r"\alpha_2", grid=False)
-    bar = ax.figure.colorbar(filled, cax=ax.inset_axes((1.05, 0.0, 0.06, 1.0)))
-    bar.set_label("least singular value (dimensionless)")
+    base.plane_axes(ax, r"\alpha_1", r"\alpha_2", grid=False)
+    ax.figure.colorbar(filled, ax=ax, aspect=18, pad=0.03, label="least singular value (dimensionless)")
     return ax

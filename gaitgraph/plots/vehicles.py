@@ -21,15 +21,16 @@ import numpy.typing as npt
 
 from gaitgraph.errors import InputError, needs_extra, shown
 from gaitgraph.files import check_new_files, write_whole
-from gaitgraph.gait.table import Table, provenance_text, surface_of
+from gaitgraph.gait.gait import name_of
+from gaitgraph.gait.table import Table, provenance_text
 from gaitgraph.invertibility.matrices import FloatArray, arm_angles, rotor_directions, thrust_signs
-from gaitgraph.io.formats import FILMS, given_gait
-from gaitgraph.plots.axes import axes_or_new, draw_arrow, draw_label, paper_style
+from gaitgraph.io.formats import FILMS, gait_of, given_gait
+from gaitgraph.plots.axes import ROTOR_COLORS, axes_or_new, draw_arrow, draw_label, paper_style
 from gaitgraph.timing.timed_gait import table_of
 from gaitgraph.vehicle import PAPER, VehicleLike, vehicle_named
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Sequence
 
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -37,17 +38,10 @@ if TYPE_CHECKING:
 
     from gaitgraph.io.formats import GaitLike
 
-ROTOR_COLORS = ("#e69f00", "#56b4e9", "#009e73", "#cc79a7")
-"""Colors of rotors 1 to 4, safe for colour-blind readers."""
-
-DEFAULT_VIEW = (math.radians(-152.0), math.radians(33.0))
-"""Position of the viewer, behind, right and above: azimuth from forward, positive to the left, and elevation [rad]."""
-
-FROM_ABOVE = (math.pi, math.pi / 2)
-"""The view from above; forward is up."""
-
+# Positions of the viewer: azimuth from forward, positive to the left, and elevation [rad].
+DEFAULT_VIEW = (math.radians(-152.0), math.radians(33.0))  # behind, right and above
+FROM_ABOVE = (math.pi, math.pi / 2)  # forward is up
 INK, LINE_GREY = "#23262b", "#767b85"
-
 _DISC, _STALK, _THRUST, _NOSE, _LABEL = 0.5, 0.1, 0.62, 0.34, 0.24  # in arm lengths
 
 
@@ -81,11 +75,7 @@ class VehicleView:
         return around.min(axis=0), around.max(axis=0)
 
     def as_mapping(self) -> dict[str, Any]:
-        """Return the view as plain values for a picture of 480 by 360 px, y downwards; rotors are in the order 1 to 4.
-
-        >>> vehicle_view([[0.0, 0.0, 0.0, 0.0]]).as_mapping()["order"]
-        [0, 1, 3, 2]
-        """
+        """Return the view as plain values for a picture of 480 by 360 px, y downwards, with rotors in order."""
         (low, high), size = self.limits(), np.array([480.0, 360.0])
         flip = float(min(size / (high - low))) * np.array([1.0, -1.0])
         hub = size / 2 - flip * (low + high) / 2
@@ -126,25 +116,13 @@ def vehicle_view(
     thrusts: npt.ArrayLike = 1.0,
     disc: float = _DISC,
 ) -> VehicleView:
-    """Return the view of a vehicle at given tilt angles.
+    """Return the view of a vehicle at tilt angles of shape (n, 4) or (4,) [rad].
 
-    Parameters
-    ----------
-    alpha
-        Tilt angles, shape (n, 4) or (4,) [rad].
-    vehicle
-        Only its `first_arm_angle` and `first_rotor_spin` matter.
-    view
-        Azimuth and elevation of the viewer [rad]; elevation from −π/2 to π/2.
-    attitude
-        Rotation from body axes to world axes, shape (3, 3); by default level.
-    thrusts
-        Lengths of the lines of thrust relative to the full length, shape (4,); negative where a rotor pulls.
-    disc
-        Radius of a rotor in arm lengths.
+    Of the `vehicle` only the first arm's angle and the first rotor's spin matter. `view` is the viewer's azimuth and
+    elevation, from −π/2 to π/2 [rad]; `attitude` the rotation from body axes to world axes, shape (3, 3), by default
+    level. `thrusts`, shape (4,), are relative lengths of the lines of thrust, negative where a rotor pulls; `disc` is a
+    rotor's radius in arm lengths.
 
-    Examples
-    --------
     >>> vehicle_view([[0.0, 0.5, 0.0, 0.5]], view=FROM_ABOVE).discs.shape
     (1, 4, 6)
     """
@@ -176,12 +154,6 @@ def vehicle_view(
     )
 
 
-def underside(color: str) -> str:
-    """Return the color of a disc's underside: mixed with the ink, 11 to 9."""
-    mixed = ((int(color[k : k + 2], 16) * 11 + int(INK[k : k + 2], 16) * 9) // 20 for k in (1, 3, 5))
-    return "#" + "".join(f"{part:02x}" for part in mixed)
-
-
 _AROUND = np.linspace(0.0, math.tau, 73)
 _CIRCLE = np.stack([np.cos(_AROUND), np.sin(_AROUND)])
 
@@ -202,15 +174,16 @@ def draw_vehicle(ax: Axes, seen: VehicleView, sample: int = 0) -> list[Any]:
     rims = _rims(seen, sample)
     for place, rotor in enumerate(seen.order):
         centre, facing, order = seen.discs[sample, rotor, 4:], bool(seen.facing[sample, rotor]), 2.0 + 0.1 * place
-        color = ROTOR_COLORS[rotor] if facing else underside(ROTOR_COLORS[rotor])
         drawn.extend(_line(ax, seen.arms[rotor], centre, color=LINE_GREY, linewidth=2.9, zorder=order))
-        drawn.extend(ax.fill(*rims[rotor], facecolor=color, edgecolor=INK, linewidth=0.9, zorder=order + 0.02))
+        drawn.extend(
+            ax.fill(*rims[rotor], facecolor=ROTOR_COLORS[rotor], edgecolor=INK, linewidth=0.9, zorder=order + 0.02)
+        )
         drawn.extend(ax.plot(*centre, "o", markersize=3.6, markeredgewidth=0.0, color=INK, zorder=order + 0.03))
         tip, above = seen.thrusts[sample, rotor], order + (0.04 if facing else 0.01)
         drawn.append(draw_arrow(ax, centre, tip, INK, width=1.8, size=9.0, zorder=above))
     for rotor, place in enumerate(seen.labels):
         box = {"boxstyle": "circle,pad=0.25", "facecolor": ROTOR_COLORS[rotor], "edgecolor": "white", "linewidth": 1.1}
-        look: dict[str, Any] = {"ha": "center", "va": "center", "weight": "bold", "color": INK, "zorder": 3}
+        look: dict[str, Any] = {"ha": "center", "va": "center", "weight": "bold", "color": "white", "zorder": 3}
         drawn.append(ax.text(place[0], place[1], str(rotor + 1), bbox=box, fontsize=8.0, **look))
     return drawn
 
@@ -219,18 +192,13 @@ def _line(ax: Axes, start: Any, end: Any, **look: Any) -> list[Any]:
     return list(ax.plot(*np.array([start, end]).T, **look))
 
 
-# ---------------------------------------------------------------- Figure 1
-
 _PAPER_DISC = 0.42
 _LEAN = "#b35900"  # of tilt angles and the leaning thrusts
 
 
 def vehicle_figure(vehicle: VehicleLike = PAPER, *, ax: Axes | None = None) -> Axes:
-    """Draw a vehicle from above, and one rotor from the tip of its arm: axes, spins, positive tilts (Figure 1).
-
-    The frame of `ax` is removed. The arrow that shows how the thrust of rotor 1 leans has the ``gid`` "lean 1".
-    """
-    ax = axes_or_new(ax, size=(170, 92))
+    """Draw a vehicle from above, and one rotor from the tip of its arm: axes, spins, positive tilts (Figure 1)."""
+    ax = axes_or_new(ax)
     ax.set_axis_off()
     ax.set_aspect("equal")
     ax.set(xlim=(-2.75, 5.6), ylim=(-2.45, 2.3))
@@ -294,14 +262,10 @@ def _draw_from_the_tip(ax: Axes) -> None:
     draw_label(ax, hub - 0.75 * up, text)
 
 
-# ---------------------------------------------------------------- films
-
-MOST_FRAMES = 100  # of a film
 PALE = "#dfe2e7"
 FILM_WIDTH, FILM_HEIGHT = 480, 420  # px, at 100 per inch
-_DELAY = 4  # usual duration of a frame [1/100 s]
-_SHORTEST, _FEWEST = 20, 10  # least duration of a film [1/100 s], and least number of frames
-_LONGEST = 65535 * MOST_FRAMES  # longest duration that GIF can state [1/100 s]
+_DELAY = 4  # longest duration of a frame [1/100 s]
+_SHORTEST, LONGEST, _FEWEST = 20, 6000, 10  # durations of a film [1/100 s], and least number of frames
 _PICTURE = (0.0, 112 / 420, 1.0, 272 / 420)  # axes: left, bottom, width, height
 _CHART = (52 / 480, 28 / 420, 412 / 480, 66 / 420)
 
@@ -331,7 +295,7 @@ def write_films(gait: GaitLike, paths: Sequence[str | Path], *, force: bool = Fa
     given = given_gait(gait)
     table = given if isinstance(given, Table) else table_of(given)
     t = table["t"] - table["t"][0] if "t" in table else np.zeros(1)
-    period, vehicle = float(t[-1]), surface_of(table)[0]
+    period, shape = float(t[-1]), gait_of(table)
     if not period > 0:
         period, t = 1.0, np.linspace(0.0, 1.0, len(table))
     delays = frame_delays(period)
@@ -340,10 +304,10 @@ def write_films(gait: GaitLike, paths: Sequence[str | Path], *, force: bool = Fa
     def angles_at(times: FloatArray) -> FloatArray:
         return np.stack([np.interp(times, t, column) for column in table.alpha.T])
 
-    seen = vehicle_view(angles_at(phases * period).T, vehicle)
-    name = vehicle.name if len(vehicle.name) <= 32 else vehicle.name[:31] + "…"
+    seen, name = vehicle_view(angles_at(phases * period).T, shape.vehicle), shape.vehicle.name
+    name = name if len(name) <= 32 else name[:31] + "…"
     law, seconds = table.about.get("law"), sum(delays) / 100
-    title = " · ".join([f"Vehicle {name}", f"T = {period:g} s", *([law] if isinstance(law, str) else [])])
+    title = f"{name_of(shape)} · vehicle {name} · T = {period:g} s" + (f" · {law}" if isinstance(law, str) else "")
     if abs(seconds - period) > max(0.005, 1e-9 * period):
         title += f" (shown {'slower' if seconds > period else 'faster'}: {seconds:g} s)"
     with paper_style():
@@ -362,12 +326,9 @@ def write_films(gait: GaitLike, paths: Sequence[str | Path], *, force: bool = Fa
 
 
 def frame_delays(seconds: float) -> list[int]:
-    """Return the duration of each frame [1/100 s]: 25 frames a second, 10 to 100 in all.
-
-    The sum is the given time, rounded to 1/100 s, within the 0.2 s to 65535 s that a film can last.
-    """
-    total = round(min(max(100 * seconds, _SHORTEST), _LONGEST))
-    count = min(max(round(total / _DELAY), _FEWEST), MOST_FRAMES)
+    """Return the duration of each frame [1/100 s]: 25 a second or more, in all from 0.2 s to a minute."""
+    total = round(min(max(100 * seconds, _SHORTEST), LONGEST))
+    count = max(math.ceil(total / _DELAY), _FEWEST)
     return [after - before for before, after in pairwise(round(total * k / count) for k in range(count + 1))]
 
 
@@ -412,27 +373,33 @@ def write_frames(
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from PIL import Image
 
-    def drawn() -> Iterator[None]:
-        for k in range(len(delays)):
+    def drawn(numbers: Iterable[int]) -> Iterator[None]:
+        for k in numbers:
             passing = frame(k)
             yield
             for one in passing:
                 one.remove()
 
     if path.suffix.lower() == ".mp4":
-        writer: Any = FFMpegWriter(fps=100 * len(delays) / sum(delays), metadata={"comment": about})  # type: ignore[arg-type]
+        rate = 100 * len(delays[:-1]) / sum(delays[:-1])  # the last frame may stay longer
+        writer: Any = FFMpegWriter(fps=rate, metadata={"comment": about})  # type: ignore[arg-type]
         with writer.saving(figure, path, dpi=100):
-            for _ in drawn():
-                writer.grab_frame()
+            for delay, _ in zip(delays, drawn(range(len(delays))), strict=True):
+                for _ in range(max(round(delay * rate / 100), 1)):
+                    writer.grab_frame()
         return
     canvas: Any = FigureCanvasAgg(figure)
-    frames = []
-    for _ in drawn():
-        canvas.draw()
-        frames.append(Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB"))
+
+    def pictures(numbers: Iterable[int]) -> Iterator[Any]:
+        for _ in drawn(numbers):
+            canvas.draw()
+            yield Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
+
     # One color table for all frames, from a few of them; dither would flicker.
-    some = [np.asarray(one) for one in frames[:: max(len(frames) // 6, 1)]]
+    some = [np.asarray(one) for one in pictures(range(0, len(delays), max(len(delays) // 6, 1)))]
     color_table = Image.fromarray(np.concatenate(some)).quantize(255, dither=Image.Dither.NONE)
-    first, *others = (one.quantize(palette=color_table, dither=Image.Dither.NONE) for one in frames)
+    first, *others = (
+        one.quantize(palette=color_table, dither=Image.Dither.NONE) for one in pictures(range(len(delays)))
+    )
     times = [10 * delay for delay in delays]
     first.save(path, save_all=True, append_images=others, duration=times, loop=0, comment=about.encode("ascii"))

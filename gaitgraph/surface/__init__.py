@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 from gaitgraph._lazy import lazy_names
 
 if TYPE_CHECKING:
-    from gaitgraph.surface.adjacency import types_may_be_adjacent as types_may_be_adjacent
     from gaitgraph.surface.admissible import (
         admissible_region as admissible_region,
         hover_region as hover_region,
@@ -34,6 +33,7 @@ if TYPE_CHECKING:
         roots as roots,
         sheet_angles as sheet_angles,
         sheet_grid as sheet_grid,
+        types_may_be_adjacent as types_may_be_adjacent,
     )
 else:
     __getattr__, __dir__ = lazy_names(__name__)

@@ -205,9 +205,7 @@ def hover_region(vehicle: VehicleLike = PAPER) -> Region:
     return region_of(pair, _OPEN_MARGIN, Condition(name="hover thrusts > 0", broken_at=broken_at))
 
 
-def _limit(
-    name: str, symbol: str, limit: float, value: Callable[..., Any], unit: str = "", what: str = ""
-) -> Condition:
+def _bound(name: str, sign: str, limit: float, value: Callable[..., Any], unit: str = "", what: str = "") -> Condition:
     """Return the condition that a value at (α1, α2) is at least ("≥") or at most ("≤") a limit.
 
     `name` is that of the condition, `what` that of the value where it differs.
@@ -215,11 +213,10 @@ def _limit(
 
     def broken_at(alpha1: float, alpha2: float) -> str | None:
         found = float(value(alpha1, alpha2))
-        if found == limit or (found > limit) == (symbol == "≥"):
-            return None
-        return f"{what or name} must be {symbol} {limit:.3g}{unit}, got {found:.3g}{unit}"
+        good = found == limit or (found > limit) == (sign == "≥")
+        return None if good else f"{what or name} must be {sign} {limit:.3g}{unit}, got {found:.3g}{unit}"
 
-    return Condition(name=f"{name} {symbol} {limit:.3g}{unit}", broken_at=broken_at)
+    return Condition(name=f"{name} {sign} {limit:.3g}{unit}", broken_at=broken_at)
 
 
 def thrust_region(
@@ -259,7 +256,7 @@ def _thrust_limit(share: float, vehicle: Vehicle, accuracy: float, *, largest: b
         pair = offset_both(above, accuracy / 2)[::-1]
         pair = np.asarray(shapely.intersection(pair, [mirrored(shape) for shape in pair]))
     word, symbol = ("largest", "≤") if largest else ("least", "≥")
-    limit = _limit("hover thrusts", symbol, share, value, " of m·g", f"{word} hover thrust")
+    limit = _bound("hover thrusts", symbol, share, value, " of m·g", f"{word} hover thrust")
     return region_of(pair, accuracy, limit)
 
 
@@ -279,7 +276,7 @@ def singular_value_region(
     kappa = vehicle.signed_drag_ratio
     inner = _singular_value_polygon(floor, floor if block is None else block, kappa, accuracy, inside=True)
     outer = _singular_value_polygon(floor, floor, kappa, accuracy, inside=False)
-    limit = _limit("least singular value", "≥", floor, partial(least_singular_value_on_red, vehicle=vehicle))
+    limit = _bound("least singular value", "≥", floor, partial(least_singular_value_on_red, vehicle=vehicle))
     return region_of([inner, outer], accuracy, limit)
 
 
@@ -387,7 +384,7 @@ def _admissible(
         region &= region_of([kept.inner, within.outer], accuracy, *within.conditions)
     if vehicle.max_tilt is not None:
         most = min(vehicle.max_tilt, HALF_PI)
-        tilt = _limit("tilt", "≤", math.degrees(most), lambda *at: math.degrees(max(map(abs, at))), "°")
+        tilt = _bound("tilt", "≤", math.degrees(most), lambda *at: math.degrees(max(map(abs, at))), "°")
         region &= region_of([shapely.box(-most, -most, most, most)] * 2, 0.0, tilt)
     if floor < _SEPARATING:
         return region_of(_union([signed(wanted) for wanted in signs]), accuracy, condition) & region
@@ -412,8 +409,9 @@ def why_empty(region: Region, floor: float, vehicle: Vehicle) -> str:
     """Return why a flyable region is empty."""
     cap = 2 * math.sqrt((1 + vehicle.drag_ratio**2) / 3)
     if floor > cap:
-        return (
-            f"the least singular value of this vehicle is at most {cap:.4f}, below the floor {floor:g}; lower the floor"
-        )
+        return f"the least singular value of this vehicle is at most {cap:.4f}, below the floor {floor:g}; lower it"
+    if vehicle.max_thrust and vehicle.mass and (lift := 4 * vehicle.max_thrust) < vehicle.mass * vehicle.gravity:
+        weight = vehicle.mass * vehicle.gravity
+        return f"four rotors lift {lift:.4g} N at most, and the vehicle weighs {weight:.4g} N; correct the vehicle"
     names = ", ".join(dict.fromkeys(condition.name for condition in region.conditions))
     return f"no tilt angles meet all conditions ({names}); lower the floor, or widen the limits or the polygons"

@@ -28,7 +28,6 @@ from gaitgraph.invertibility.matrices import (
     level_determinant,
     noise_of,
 )
-from gaitgraph.surface.adjacency import text_from_types
 from gaitgraph.surface.sheets import (
     COLORS,
     DEFAULT_CROSSING_TOLERANCE,
@@ -39,6 +38,7 @@ from gaitgraph.surface.sheets import (
     at_end_of_range,
     checked_plane_angles,
     sheet_angles,
+    text_from_types,
     types_of,
 )
 from gaitgraph.vehicle import PAPER, VehicleLike

@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
+from gaitgraph._lazy import Pictured
 from gaitgraph.angles import HALF_PI, angle_within, angles_from
 from gaitgraph.errors import InputError, shown
 from gaitgraph.vehicle import Angle
@@ -48,7 +49,7 @@ class Condition:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Region:
+class Region(Pictured):
     """A region of the (α1, α2) plane of one sheet, between two polygons.
 
     Every question is answered by `inner`, so what it contains is certainly in the region. ``&`` intersects two regions.
@@ -184,11 +185,6 @@ class Region:
         if self.conditions:
             lines.append(" · ".join(dict.fromkeys(condition.name for condition in self.conditions)))
         return "\n".join(lines)
-
-    def _repr_html_(self) -> str:
-        from gaitgraph.plots.notebook import html_of
-
-        return html_of(self)
 
 
 def _points(points: npt.ArrayLike) -> FloatArray:

@@ -24,12 +24,17 @@ components that remain. Two points with different labels cannot be joined withou
 A red and a blue root lie over every (α1, α2), with α3 and α4 in [−π/2, π/2]. A solution at one end of that range is one
 at the other end too, with the opposite sign of R, and both are counted as roots.
 
+Plane types are neighbours on a loop as in Figure 15: an angle must not step from its + plane to its − plane, but may
+pass through `?`, where the planes cross; (a) is for one angle, (b) for both. A fibre holds both planes of its free
+angle and all between them, so its type `*` may be a neighbour of every type.
+
 In arrays a family is +1 red, −1 blue, 2 the first fibre, 3 the second, 0 none.
 """
 
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -45,7 +50,7 @@ from gaitgraph.angles import (
     distance_to_multiple,
     wrapped,
 )
-from gaitgraph.errors import InputError, checked_choice
+from gaitgraph.errors import InputError, checked_choice, shown
 from gaitgraph.invertibility.matrices import (
     Coefficients,
     CoefficientsLike,
@@ -55,7 +60,6 @@ from gaitgraph.invertibility.matrices import (
     pair_features,
     sensitivities,
 )
-from gaitgraph.surface.adjacency import FIBER_TYPES, FREE, text_from_types
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
@@ -72,6 +76,13 @@ FIBERS = ("fiber1", "fiber2")  # α1 = α3 = δ, and α2 = α4 = −δ
 FAMILIES = (*COLORS, *FIBERS)  # in the order of the columns of family_distances
 FIRST, SECOND = 2, 3  # the codes of the two fibres
 FAMILY_COLUMN = np.array([0, 0, 2, 3, 1])  # the column of a code; codes count from the end too
+# The seven categories of roots; (+,−) and (−,+) never occur.
+PLANE_TYPES = ("(+,+)", "(-,-)", "(+,?)", "(?,+)", "(-,?)", "(?,-)", "(?,?)")
+FIBER_TYPES = ("(?,*)", "(*,?)")  # on the first and on the second fibre
+FREE = 2  # the code of the type `*`, of an angle that is free on a fibre, beside +1, 0 and −1
+_TYPE_MARKS = {1: "+", 0: "?", -1: "-", FREE: "*"}
+_TYPE_CODES = {"−": -1, **{mark: code for code, mark in _TYPE_MARKS.items()}}
+_TYPES_TEXT = re.compile(r"\(\s*([+?−*-])\s*,\s*([+?−*-])\s*\)")
 _CODES = {"red": 1, "blue": -1, "fiber1": FIRST, "fiber2": SECOND}
 # The columns, two for each family, are the linear forms of α that are constant on it: α3 ∓ α1 and α4 ∓ α2 on the
 # sheets, the two fixed angles on a fibre.
@@ -484,5 +495,41 @@ def separating_factor(first: Sequence[float], second: Sequence[float], vehicle: 
         f"the line α2 = {-line:.4f} (β2 = ±π/2)",
         f"the curve tan α1 − tan α2 = 2κ = {2 * kappa:.4f}",
     )
-    differing = [name for name, x, y in zip(names, a, b, strict=True) if x != y]
-    return " and ".join(differing) or None
+    return " and ".join(name for name, x, y in zip(names, a, b, strict=True) if x != y) or None
+
+
+def text_from_types(third: int, fourth: int) -> str:
+    """Return the ASCII label, such as ``(+,?)``, of plane types given as +1, 0, −1, or :data:`FREE` for `*`."""
+    return f"({_TYPE_MARKS[int(third)]},{_TYPE_MARKS[int(fourth)]})"
+
+
+def types_from_text(label: str) -> tuple[int, int]:
+    """Return a label such as ``(+,?)`` as +1, 0 or −1 for α3 and for α4, and :data:`FREE` for `*`.
+
+    InputError unless it is one of the seven categories or that of a fibre.
+
+    >>> types_from_text("(?,-)"), types_from_text("(?,*)")
+    ((0, -1), (0, 2))
+    """
+    match = _TYPES_TEXT.fullmatch(label.strip()) if isinstance(label, str) else None
+    codes = (_TYPE_CODES[match[1]], _TYPE_CODES[match[2]]) if match else (1, -1)
+    if codes[0] * codes[1] < 0 or (FREE in codes and 0 not in codes):
+        raise InputError(f"types must be one of {', '.join((*PLANE_TYPES, *FIBER_TYPES))}, got {shown(label)}")
+    return codes
+
+
+def neighbors_allowed(first: tuple[npt.ArrayLike, npt.ArrayLike], second: tuple[npt.ArrayLike, npt.ArrayLike]) -> Any:
+    """Return whether types, given as +1, 0, −1 or `FREE` for α3 and for α4, may be adjacent; arrays broadcast."""
+    # Neither angle may have the types + and −, whose product is −1; that of `FREE` and − is −2.
+    return (np.multiply(first[0], second[0]) != -1) & (np.multiply(first[1], second[1]) != -1)
+
+
+def types_may_be_adjacent(first: str, second: str) -> bool:
+    """Return whether Figure 15 joins two types by a line.
+
+    >>> types_may_be_adjacent("(+,+)", "(+,?)"), types_may_be_adjacent("(+,+)", "(-,-)")
+    (True, False)
+    >>> all(types_may_be_adjacent(one, other) for one in ("(?,?)", *FIBER_TYPES) for other in PLANE_TYPES)
+    True
+    """
+    return bool(neighbors_allowed(types_from_text(first), types_from_text(second)))

@@ -73,14 +73,6 @@ class Curve:
     -----
     InputError if the curve or its first or second derivative jumps at a break or at the seam. A curve need not be
     flyable; :meth:`check` decides that. Where the first derivative vanishes it may turn back on itself.
-
-    Examples
-    --------
-    >>> from scipy.interpolate import CubicSpline
-    >>> points = [(0.4, -1.2), (0.4, -0.4), (1.2, -0.4), (1.2, -1.2), (0.4, -1.2)]
-    >>> curve = Curve(breaks=range(5), pieces=CubicSpline(range(5), points, bc_type="periodic").c)
-    >>> curve.at(1.0).round(6).tolist(), curve.check().flyable
-    ([0.4, -0.4, 0.4, -0.4], True)
     """
 
     breaks: FloatArray
@@ -156,7 +148,7 @@ class Curve:
         derivative = whole_number("derivative", derivative, 0, 1000)
         piece, local = located(self.breaks, s)
         plane = values_of(derivative_of(self.pieces, derivative)[:, piece], local)
-        return _lifted(plane, self.color, self.pieces[-1, 0], self.coefficients, derivative)
+        return _lift(plane, self.color, self.pieces[-1, 0], self.coefficients, derivative)
 
     def turning_points(self, derivative: int = 0) -> FloatArray:
         """Return the breaks and where α1 or α2, or a derivative, may turn round, increasing parameters, shape (n,)."""
@@ -269,13 +261,6 @@ def rounded(gait: GaitLike, tolerance: float | str) -> Rounding:
 
     With segments along the unit vectors u and v, a blend that takes d of each, with control points 2d/5 apart, passes
     its corner at the distance (3/16)·d·‖v − u‖ = (3/8)·d·sin(turn/2), reached at its middle.
-
-    Examples
-    --------
-    >>> from gaitgraph.gait.gait import lift
-    >>> rounding = rounded(lift([(0.4, -1.2), (0.4, -0.4), (1.2, -0.4)], "red"), 0.02)
-    >>> print(rounding)
-    3 corners rounded, at most 0.02 rad from the gait
     """
     size = angle_within(tolerance, "tolerance", least=SMALLEST)
     gait = gait_of(gait)
@@ -417,7 +402,7 @@ class LimitedGait(TimedGait):
         piece, local = located(self.corner_times, t)
         h, gait = self.widths[piece], self.gait
         plane = values_of(derivative_of(self.tilts, order)[:, piece], local / h) / h[..., None] ** order
-        return _lifted(plane, gait.color or "red", gait.alpha[0, :2], gait.coefficients, order)
+        return _lift(plane, gait.color or "red", gait.alpha[0, :2], gait.coefficients, order)
 
     def peaks(self, order: int) -> FloatArray:
         """Return an upper bound of a derivative of each angle over the period, between samples too, shape (4,).
@@ -449,8 +434,7 @@ class LimitedGait(TimedGait):
 
     def check(self, **options: Unpack[CheckOptions]) -> Report:
         """Return every check of the path, along the curve itself, and those of rates, accelerations and jerks."""
-        path = self.curve or self.gait
-        return path.check(**options).with_checks(self.rate_checks())
+        return (self.curve or self.gait).check(**options).with_checks(self.rate_checks())
 
 
 def nodes_along(breaks: FloatArray, pieces: FloatArray, nodes: int) -> FloatArray:
@@ -480,9 +464,7 @@ def nodes_along(breaks: FloatArray, pieces: FloatArray, nodes: int) -> FloatArra
     return np.concatenate([*parts, breaks[-1:]])
 
 
-def _lifted(
-    plane: FloatArray, color: str, first: FloatArray, coefficients: Coefficients, derivative: int
-) -> FloatArray:
+def _lift(plane: FloatArray, color: str, first: FloatArray, coefficients: Coefficients, derivative: int) -> FloatArray:
     """Return (α1, …, α4) on a sheet above points of the plane, or above a derivative of them, shape (..., 4) [rad].
 
     Never wrapped: (α3, α4) above `first` is taken from [−π/2, π/2], and the others follow without a jump.

@@ -453,13 +453,11 @@ def laws_under_jerk(
         bounds: Any = np.column_stack([low, np.concatenate([fastest, np.full(2 * n, np.inf)])])
         time = around * b**-0.5
         cost = np.concatenate([np.zeros(2 * n), time / time.sum()])
-        found = linprog(
-            cost, A_ub=above, b_ub=np.sign(sides), A_eq=equal, b_eq=np.zeros(n), bounds=bounds, method="highs"
-        )
-        if found.x is None:
+        lp = linprog(cost, A_ub=above, b_ub=np.sign(sides), A_eq=equal, b_eq=np.zeros(n), bounds=bounds, method="highs")
+        if lp.x is None:
             return
-        rise = np.asarray(found.x[n : 2 * n] * b / around)
-        b = np.asarray(found.x[:n] * b)
+        rise = np.asarray(lp.x[n : 2 * n] * b / around)
+        b = np.asarray(lp.x[:n] * b)
         law = law_through_nodes(s, rise, float(np.sqrt(b[0])))
         if law is None:
             return

@@ -75,8 +75,8 @@ class Limits:
 
     def __init__(self, *, rate: Limit = None, acceleration: Limit = None, jerk: Limit = None) -> None:
         if acceleration is None and jerk is None:
-            reason = "under a rate limit alone there is no fastest smooth law"
-            raise InputError(f"limits must have an acceleration or a jerk, got neither: {reason}")
+            advice = "state max_tilt_acceleration in the vehicle, or use --max-acceleration (Limits(acceleration=…))"
+            raise InputError(f"limits must have an acceleration or a jerk, got neither; {advice}")
         for (kind, unit), value in zip(RATE_UNITS.items(), (rate, acceleration, jerk), strict=True):
             numbers = None
             if value is not None:

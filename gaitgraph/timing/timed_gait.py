@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Unpack, get_args
 import numpy as np
 import numpy.typing as npt
 
+from gaitgraph._lazy import Pictured
 from gaitgraph.angles import number_of, text_from_angle, whole_number
 from gaitgraph.errors import InputError, checked_choice, shown
 from gaitgraph.gait.gait import Gait
@@ -42,8 +43,7 @@ from gaitgraph.io.formats import (
     write_tables,
 )
 from gaitgraph.io.servo_map import clipped_rows
-from gaitgraph.surface.adjacency import text_from_types
-from gaitgraph.surface.sheets import family_codes, family_types
+from gaitgraph.surface.sheets import family_codes, family_types, text_from_types
 from gaitgraph.timing.laws import DEFAULT_LAW, LAWS, STRAIGHT, LawName, located
 from gaitgraph.validation.report import RATE_UNITS, limit_check
 from gaitgraph.validation.validating import validate
@@ -72,7 +72,7 @@ _BYTES_HELD = 1 << 24  # files of at most so many bytes are held in memory; long
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class TimedGait:
+class TimedGait(Pictured):
     """A gait with a timing law: exact at every time, and sampled evenly over one period.
 
     Parameters
@@ -280,11 +280,6 @@ class TimedGait:
         limits = [f"{value:.4g} {unit}" for value, unit in known if value is not None]
         stated = f"the vehicle's limits are {', '.join(limits)}" if limits else "the vehicle states no limits"
         return "\n".join([*lines, f"  in rad, rad/s and rad/s²; peaks between samples too; {stated}"])
-
-    def _repr_html_(self) -> str:
-        from gaitgraph.plots.notebook import html_of
-
-        return html_of(self)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)

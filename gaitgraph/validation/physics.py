@@ -216,9 +216,7 @@ class _HoverThrust(Rule):
         refusal, value, place = "", None, None
         if self.continuous.blue:
             # Floating point would give some ratio of two vanishing quantities.
-            refusal = (
-                "no thrusts carry the weight without torque: the control moment matrix has rank two on blue; use red"
-            )
+            refusal = "no thrusts carry the weight without torque: the moment matrix has rank two on blue; use red"
         elif self.continuous.fiber is not None:
             (code, place), value = self.continuous.fiber, 0.0
             which, rotors = ("first", "2 and 4") if code == FIRST else ("second", "1 and 3")
@@ -337,7 +335,7 @@ class _Reachability:
         home = f"the component of α = 0 (tan α1 − tan α2 {'<' if limit > 0 else '>'} {limit:.4f})"
         enters = "the component of α = 0: a flight from hover can enter and leave it"
         if not self.positive:
-            way = f"plan in {home}, or start the flight in the gait"
+            way = f"plan with sign positive, in {home}, or start the flight in the gait"
             return False, f"entering from hover (R > 0) passes a singular matrix: {way}"
         if self.off_red > DEFAULT_TOLERANCE:
             return None, "not decided: off the red sheet, with R > 0"

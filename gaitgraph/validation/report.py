@@ -12,6 +12,7 @@ from dataclasses import asdict, dataclass, replace
 from textwrap import fill
 from typing import TYPE_CHECKING, Any, Literal, TypedDict
 
+from gaitgraph._lazy import Pictured
 from gaitgraph.angles import figure
 
 if TYPE_CHECKING:
@@ -131,7 +132,7 @@ def unlikely_limits(limits: Mapping[str, Any]) -> list[str]:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Report:
+class Report(Pictured):
     """All checks of one gait; false in a condition if it is not valid.
 
     Parameters
@@ -233,11 +234,6 @@ class Report:
     def __repr__(self) -> str:
         broken = [check.name.replace("_", " ") for check in self.checks if check.mark != "ok"]
         return f"<Report: {self.verdict} {len(self.checks)} checks, not ok: {', '.join(broken) or 'none'}>"
-
-    def _repr_html_(self) -> str:
-        from gaitgraph.plots.notebook import html_of
-
-        return html_of(self)
 
 
 def lines_of_checks(checks: Iterable[Check]) -> list[str]:

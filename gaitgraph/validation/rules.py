@@ -17,7 +17,6 @@ import numpy.typing as npt
 
 from gaitgraph.angles import angle_within, checked_number
 from gaitgraph.invertibility.segment_bounds import Least, largest_residual
-from gaitgraph.surface.adjacency import neighbors_allowed, text_from_types
 from gaitgraph.surface.sheets import (
     DEFAULT_CROSSING_TOLERANCE,
     FAMILIES,
@@ -27,6 +26,8 @@ from gaitgraph.surface.sheets import (
     family_jumps,
     family_of,
     family_types,
+    neighbors_allowed,
+    text_from_types,
 )
 from gaitgraph.validation.report import Check, GaitPoint
 
@@ -258,7 +259,7 @@ class TwoColor(Rule):
     def checks(self) -> Iterator[Check]:
         """Yield the check `two_color`."""
         color = family_of(*self.families) if len(self.families) == 1 else "mixed"
-        message, place = self.broken or (f"all neighbours allowed by Figure 15 ({color})", None)
+        message, place = self.broken or (f"all neighbours allowed by Figure 15 of the paper ({color})", None)
         ok = self.broken is None
         yield self.check(ok, message, value=float(not ok), limit=0.0, place=place)
 

@@ -298,8 +298,11 @@ class _TableChecker:
         message = f"closed by a straight segment of {gap:.4g} rad from row {self.rows} back to row 1"
         if near:
             message = "the last row repeats the first" + ("" if repeated else f", to within {gap:.2g} rad")
+            message += "" if first.t is None or last.t is None else f", T = {float(last.t[0] - first.t[0]):g} s"
         elif self.rows == 1:
             message = "the gait is a single point"
+        if gap == self.longest == 0:
+            self.notes["posture"] = "the table is a single posture, not a gait: its rows are all equal"
         if not repeated and gap > 3 * self.longest:
             self.notes["closed"] = (
                 f"the closing segment from row {self.rows} to row 1 is {gap:.4g} rad long, the longest step between "

@@ -1,11 +1,13 @@
 // Angles as a researcher writes them: multiples of π where they are such, radians otherwise. No planning here.
 
 export const HALF_PI = Math.PI / 2;
-const DENOMINATORS = [1, 2, 4, 8, 16, 32, 64, 128];
+// Those of grids and of whole degrees
+const DENOMINATORS = [1, 2, 3, 4, 5, 6, 8, 9, 10, 12, 16, 18, 20, 24, 30, 32, 36, 45, 48, 60, 64, 90, 96, 128, 180];
+const ROUGH = [1, 2, 3, 4, 6, 8, 12, 16];
 
-/** Return [n, d] with x = nπ/d, n and d whole and d a power of two, or null. Exact if tolerance is 0. */
-export function multipleOfPi(x, tolerance = 1e-9) {
-  for (const d of DENOMINATORS) {
+/** Return [n, d] with x = nπ/d, n whole and d one of the denominators, or null. Exact if tolerance is 0. */
+export function multipleOfPi(x, tolerance = 1e-9, denominators = DENOMINATORS) {
+  for (const d of denominators) {
     const n = Math.round((x * d) / Math.PI);
     if (Math.abs((n * Math.PI) / d - x) <= tolerance) return [n, d];
   }
@@ -28,24 +30,35 @@ export function figure(x, digits = 4) {
   return text.replaceAll("-", "−");
 }
 
+const multiple = ([n, d]) => {
+  const head = `${n < 0 ? "−" : ""}${Math.abs(n) === 1 ? "" : Math.abs(n)}π`;
+  return n === 0 ? "0" : d === 1 ? head : `${head}/${d}`;
+};
+
 /** Return "−3π/8", or radians with four digits where there is no such multiple. */
 export function angle(x) {
   if (x === null || x === undefined) return "–";
   const found = multipleOfPi(x);
-  if (!found) return number(x);
-  const [n, d] = found;
-  if (n === 0) return "0";
-  const head = `${n < 0 ? "−" : ""}${Math.abs(n) === 1 ? "" : Math.abs(n)}π`;
-  return d === 1 ? head : `${head}/${d}`;
+  return found ? multiple(found) : number(x);
+}
+
+/** Return a message of the server with the angles of its points, such as "(1.1781, -0.3927)", as on the map. */
+export function inPi(text) {
+  return text.replace(/\((-?\d\.\d{3,}(?:, -?\d\.\d{3,})+)\)/g, (_, angles) => {
+    const shown = angles.split(", ").map((digits) => {
+      const places = digits.split(".")[1].length;
+      const found = multipleOfPi(Number(digits), 0.6 * 10 ** -places, ROUGH);
+      return found ? multiple(found) : number(Number(digits), Math.min(4, places));
+    });
+    return `(${shown.join(", ")})`;
+  });
 }
 
 /** Return the text that stands for exactly this number in an address: "-3pi/8" or all its digits. */
 export function exactText(x) {
   const found = multipleOfPi(x, 0);
   if (!found || found[0] === 0) return String(x === 0 ? 0 : x);
-  const [n, d] = found;
-  const head = `${n < 0 ? "-" : ""}${Math.abs(n) === 1 ? "" : Math.abs(n)}pi`;
-  return d === 1 ? head : `${head}/${d}`;
+  return multiple(found).replace("−", "-").replace("π", "pi");
 }
 
 /** Return the angle that a text names ("3pi/8", "-3*π/8", "67.5deg", "1.178"), or null. */
@@ -57,7 +70,7 @@ export function angleFromText(text) {
     return Number.isFinite(value) ? (multiple[1] === "-" ? -value : value) : null;
   }
   const degrees = /^([+-]?\d+(?:\.\d+)?)(?:deg|°)$/.exec(plain);
-  if (degrees) return (Number(degrees[1]) * Math.PI) / 180;
+  if (degrees) return tidied((Number(degrees[1]) * Math.PI) / 180);
   return /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/.test(plain) ? Number(plain) : null;
 }
 

@@ -1,4 +1,4 @@
-// The time series: the tilt angles, and below them one more quantity, with one cursor that is the clock's phase.
+// The time series: the tilt angles, and below them a second quantity, with one cursor at the phase of the clock.
 
 import uPlot from "./vendor/uPlot.esm.js";
 import { angle, figure, number } from "./angles.js";
@@ -6,7 +6,11 @@ import { html, themed } from "./elements.js";
 
 const NAMES = ["α1", "α2", "α3", "α4"];
 const COLORS = ["--alpha1", "--alpha2", "--alpha3", "--alpha4"];
-const DASHES = [undefined, undefined, [6, 5], [6, 5]]; // α3 and α4 often lie on α1 and α2
+// On red α3 lies on α1 and α4 on α2: a thin dark dashed line on a wide light one shows both.
+const WIDTHS = [5, 5, 1.75, 1.75];
+const DASHES = [undefined, [9, 3], [5, 3], [2, 3]];
+const ONE = { colors: ["--ink"], widths: [1.75], dashes: [undefined] };
+const FOUR = { colors: COLORS, widths: WIDTHS, dashes: DASHES };
 
 export const CHARTS = {
   rates: { title: "Rates", unit: "rad/s", names: NAMES.map((name) => `${name}′`) },
@@ -29,7 +33,7 @@ function ticksOfPi(self, axis, low, high) {
   return ticks;
 }
 
-function chartIn(root, { names, colors, dashes, isAngle, height, isLast, fromZero, timeUnit, onCursor }) {
+function chartIn(root, { names, colors, widths, dashes, isAngle, height, isLast, fromZero, timeUnit, onCursor }) {
   const ink = themed("--soft");
   const rule = themed("--rule");
   const font = "12px system-ui, sans-serif";
@@ -85,7 +89,7 @@ function chartIn(root, { names, colors, dashes, isAngle, height, isLast, fromZer
         ...names.map((label, k) => ({
           label,
           stroke: themed(colors[k]),
-          width: 1.75,
+          width: widths[k],
           pxAlign: 0,
           dash: dashes[k],
           points: { show: false },
@@ -116,6 +120,9 @@ export function chartsIn(upper, lower, legend, onTime) {
   const hidden = [false, false, false, false];
   let values = [];
   let phaseShown = 0;
+  let sheet = null;
+  const note = html("p", { class: "small", hidden: true }, "Blue: 0 in exact physics. The values are rounding noise.");
+  lower.after(note);
 
   const clockOf = () => series.t ?? series.alpha[0].map((_, k) => k + 1);
   const onCursor = (t) => {
@@ -135,29 +142,26 @@ export function chartsIn(upper, lower, legend, onTime) {
     plots.push(
       chartIn(upper, {
         ...common,
+        ...FOUR,
         names: NAMES,
-        colors: COLORS,
-        dashes: DASHES,
         isAngle: true,
         height: 190,
         isLast: !rows,
       }),
     );
     if (rows) {
-      const many = rows.length > 1;
       plots.push(
         chartIn(lower, {
           ...common,
+          ...(rows.length > 1 ? FOUR : ONE),
           names: CHARTS[kind].names,
-          colors: many ? COLORS : ["--ink"],
-          dashes: many ? DASHES : [undefined],
           isAngle: false,
           height: 150,
           isLast: true,
           fromZero: true,
         }),
       );
-    } else lower.append(html("p", { class: "nothing" }, "The file does not say."));
+    } else lower.append(html("p", { class: "nothing" }, "Rates are drawn for plans only."));
     fill();
   }
 
@@ -184,7 +188,7 @@ export function chartsIn(upper, lower, legend, onTime) {
       });
       box.checked = !hidden[k];
       legend.append(
-        html("label", { class: `key alpha${k + 1}` }, box, html("span", { class: "swatch" }), name, " ", value),
+        html("label", { class: "key" }, box, html("span", { class: `swatch alpha${k + 1}` }), name, " ", value),
       );
       return value;
     });
@@ -216,7 +220,7 @@ export function chartsIn(upper, lower, legend, onTime) {
     const part = clock[next] > clock[row] ? (time - clock[row]) / (clock[next] - clock[row]) : 0;
     const alpha = series.alpha.map((column) => column[row] + part * (column[next] - column[row]));
     values.forEach((value, k) => (value.textContent = number(alpha[k], 3)));
-    return { time, row, alpha };
+    return { time, row, part, alpha };
   }
 
   // uPlot hides its cursor when the pointer leaves; here it is the time, which stays.
@@ -224,7 +228,10 @@ export function chartsIn(upper, lower, legend, onTime) {
     root.addEventListener("pointerleave", () => requestAnimationFrame(() => at(phaseShown)));
 
   return {
-    show(next, chart) {
+    show(next, chart, color) {
+      const isNoise = color === "blue" && (chart === "R" || chart === "least_singular_value");
+      note.hidden = !isNoise || !next;
+      sheet = color;
       series = next?.alpha?.[0]?.length ? next : null;
       const wanted = JSON.stringify([chart, series && [Boolean(series.t), Boolean(rowsOf(series, chart))]]);
       kind = chart;
@@ -237,7 +244,7 @@ export function chartsIn(upper, lower, legend, onTime) {
     },
     /** Show another quantity below, of the same series. */
     choose(chart) {
-      if (kind !== chart) this.show(series, chart);
+      if (kind !== chart) this.show(series, chart, sheet);
     },
     rebuild: build,
     at,

@@ -1,6 +1,6 @@
 // The controls: each is tied to one field of the state, in both directions.
 
-import { HALF_PI, angle, angleFromText, exactText, figure, number } from "./angles.js";
+import { HALF_PI, angle, angleFromText, figure, number } from "./angles.js";
 import { byId, html, spoken } from "./elements.js";
 import { numberFrom } from "./state.js";
 
@@ -14,7 +14,34 @@ const LABELS = {
   grid: "grid",
   shortest: "shortest",
   robust: "most robust",
+  least_singular_value: "least singular value σ",
 };
+
+const ADVANCED = "sign require method divisions any_order reverse vehicle coefficients period law samples".split(" ");
+
+/** The words of the page that are those of the paper or of this package, in the order of the page. */
+const WORDS = {
+  color: "Red and blue are the two surfaces of tilt angles on which roll and pitch do not depend on thrust.",
+  objective: "Shortest: least length in the (α1, α2) plane. Most robust: farthest from singular matrices.",
+  drag_ratio: "κ, the ratio of a rotor’s drag torque to the torque of its thrust about the hub.",
+  R: "R, the determinant of the decoupling matrix at level attitude. A gait must not pass R = 0.",
+  require: "Flyable: can be flown in exact physics. Valid: obeys the paper’s rules, which use rounded coefficients.",
+  method: "Grid: a graph search on a grid. Any angle: the any-angle method, a shortest path between any angles.",
+  coefficients: "The coefficients of R: as published (rounded), exact, or chosen by rule from the vehicle.",
+  law: "Timing law: maps time to position along the loop.",
+  sheet: "The surface that the map shows. Auto follows the plan.",
+  types: "Plane types: the signs by which α3 and α4 follow α1 and α2, drawn on the paper’s grid.",
+  eta: "Biased gait: α3 and α4 scaled by η. On red, that tells which attitudes become singular.",
+};
+
+/** Explain the words where they stand, and in a list for those who have no pointer. */
+function explainWords() {
+  for (const [word, text] of Object.entries(WORDS)) {
+    const place = document.querySelector(`[data-word=${word}]`);
+    place.title = text;
+    byId("words").append(html("dt", {}, place.textContent), html("dd", {}, text));
+  }
+}
 
 /** Make radio buttons in a fieldset; return a function that shows a value. */
 function segmented(fieldset, name, options, onChoose) {
@@ -48,7 +75,7 @@ const labelled = (values) => values.map((value) => [value, LABELS[value] ?? valu
 export function bindControls(setup, on) {
   const shows = [];
   const choose = (key) => (value) => on.commit({ [key]: value });
-  const look = (key) => (value) => on.look({ [key]: value });
+  explainWords();
 
   for (const [key, values] of [
     ["color", setup.colors],
@@ -59,26 +86,21 @@ export function bindControls(setup, on) {
     const show = segmented(byId(`field-${key}`), key, labelled(values), choose(key));
     shows.push((state) => show(state[key]));
   }
-  const bind = (id, key, options) => {
-    const show = filled(byId(id), options, choose(key));
-    shows.push((state) => show(state[key]));
-  };
-  bind("objective", "objective", labelled(setup.objectives));
-  bind(
-    "law",
-    "law",
-    setup.laws.map((law) => [law, law]),
-  );
   const presets = setup.presets.map((preset) => [preset.name, `${preset.name} (κ = ${figure(preset.drag_ratio)})`]);
-  const showVehicle = filled(byId("vehicle"), presets, (name) => on.commit({ vehicle: name, drag_ratio: null }));
-  shows.push((state) => showVehicle(state.vehicle));
   const rules = [
     ["", "by rule"],
     ["published", "published"],
     ["exact", "exact"],
   ];
-  const showKind = filled(byId("coefficients"), rules, (value) => on.commit({ coefficients: value || null }));
-  shows.push((state) => showKind(state.coefficients ?? ""));
+  for (const [id, options, patch] of [
+    ["objective", labelled(setup.objectives)],
+    ["law", labelled(setup.laws)],
+    ["vehicle", presets, (name) => ({ vehicle: name, drag_ratio: null })],
+    ["coefficients", rules, (value) => ({ coefficients: value || null })],
+  ]) {
+    const show = filled(byId(id), options, (value) => on.commit(patch?.(value) ?? { [id]: value }));
+    shows.push((state) => show(state[id] ?? ""));
+  }
 
   for (const key of ["any_order", "reverse"]) {
     byId(key).addEventListener("change", (event) => on.commit({ [key]: event.target.checked }));
@@ -88,34 +110,12 @@ export function bindControls(setup, on) {
     byId(key).addEventListener("change", (event) => on.look({ [key]: event.target.checked }));
     shows.push((state) => (byId(key).checked = state.view[key]));
   }
-  const views = [
-    [
-      "sheet",
-      [
-        ["auto", "auto"],
-        ["red", "red"],
-        ["blue", "blue"],
-      ],
-    ],
-    [
-      "shading",
-      [
-        ["R", "R"],
-        ["least_singular_value", "least σ"],
-        ["none", "none"],
-      ],
-    ],
-    [
-      "theme",
-      [
-        ["auto", "auto"],
-        ["light", "light"],
-        ["dark", "dark"],
-      ],
-    ],
-  ];
-  for (const [key, options] of views) {
-    const show = filled(byId(key), options, look(key));
+  for (const [key, values] of [
+    ["sheet", ["auto", "red", "blue"]],
+    ["shading", setup.shadings],
+    ["theme", ["auto", "light", "dark"]],
+  ]) {
+    const show = filled(byId(key), labelled(values), (value) => on.look({ [key]: value }));
     shows.push((state) => show(state.view[key]));
   }
 
@@ -126,8 +126,7 @@ export function bindControls(setup, on) {
       const value = numberFrom(input.value, range);
       input.setAttribute("aria-invalid", String(value === null));
       if (value === null) {
-        const written = range.whole ? "" : ", with a point";
-        on.problem(`${input.labels[0].textContent.trim()}: “${input.value}”; allowed is ${range.allowed}${written}`);
+        on.problem(`${input.labels[0].textContent.trim()} must be ${range.allowed}, got “${input.value}”`);
       } else on.commit({ [key]: value });
     });
     shows.push((state) => {
@@ -137,7 +136,11 @@ export function bindControls(setup, on) {
       }
     });
   }
-  shows.push((state) => (byId("divisions-row").hidden = state.method !== "grid"));
+  shows.push((state) => {
+    byId("divisions-row").hidden = state.method !== "grid";
+    const changed = ADVANCED.filter((key) => state[key] !== setup.defaults[key]).length;
+    byId("advanced-changed").textContent = changed ? `(${changed} changed)` : "";
+  });
 
   shows.push(bindDragRatio(setup, on), bindEta(on), bindWaypoints(on), bindPolygons(on));
   return (state) => shows.forEach((show) => show(state));
@@ -187,8 +190,8 @@ function bindWaypoints(on) {
     input.setAttribute("aria-invalid", String(wrong));
     if (wrong) {
       on.problem(
-        `Waypoint ${index + 1}, α${axis + 1}: “${input.value}”; allowed are angles within ±π/2, ` +
-          "such as 3pi/8, 67.5deg or 1.178, with a point",
+        `Waypoint ${index + 1}, α${axis + 1} must be an angle within ±π/2, such as 3pi/8, 67.5deg or 1.178, ` +
+          `got “${input.value}”`,
       );
       return;
     }
@@ -240,7 +243,7 @@ function bindWaypoints(on) {
         const isTyped = document.activeElement === input && input.getAttribute("aria-invalid") === "true";
         if (isTyped) return;
         const text = angle(point[axis]);
-        input.value = text === number(point[axis]) ? exactText(Number(point[axis].toPrecision(6))) : text;
+        input.value = text === number(point[axis]) ? String(Number(point[axis].toPrecision(6))) : text;
         input.removeAttribute("aria-invalid");
       });
     });

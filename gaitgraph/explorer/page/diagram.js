@@ -1,4 +1,4 @@
-// The roll–pitch diagram: where the matrix is singular, of the gait itself and of the biased gait beside it.
+// The roll–pitch diagrams: the attitudes at which the matrix is singular, for the gait and for the biased gait.
 
 import { HALF_PI, angle, figure, number } from "./angles.js";
 import { html, svg } from "./elements.js";
@@ -51,7 +51,7 @@ function share(drawn) {
 }
 
 function words(drawn) {
-  return `Tilt margin ${margin(drawn)}, acceptable attitudes ${share(drawn)}`;
+  return `tilt margin ${margin(drawn)}, acceptable ${share(drawn)}`;
 }
 
 function side(drawn, kind, title) {
@@ -67,18 +67,18 @@ function side(drawn, kind, title) {
       html("div", {}, html("dt", {}, "acceptable"), html("dd", {}, share(drawn))),
     ),
     drawn.tilt_margin_reason ? html("p", { class: "small" }, drawn.tilt_margin_reason) : null,
-    drawn.curves.length || drawn.acceptable_fraction !== 1
-      ? null
-      : html("p", { class: "small" }, "No attitude in the square is singular."),
   );
 }
 
+/** Show the diagram of a gait and of the biased gait; one line where no attitude is singular, as on red. */
 export function showDiagram(root, answer) {
   if (!answer?.own) {
     root.replaceChildren(html("p", { class: "nothing" }, answer?.reason ?? "Drawn once there is a gait."));
     return;
   }
-  const parts = [side(answer.own, "own", "Gait itself")];
+  const isFree = answer.own.acceptable_fraction === 1 && !answer.own.curves.length;
+  const free = html("p", { id: "all-acceptable" }, `✓ All attitudes acceptable: ${words(answer.own)}`);
+  const parts = [isFree ? free : side(answer.own, "own", "Gait")];
   if (answer.biased) parts.push(side(answer.biased, "biased", `Biased, η = ${figure(answer.eta)}`));
   root.replaceChildren(...parts);
   if (answer.reason) root.append(html("p", { class: "small whole" }, answer.reason));

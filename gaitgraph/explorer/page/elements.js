@@ -1,4 +1,4 @@
-// Making elements. Styles are set by class, never as text: the page's policy forbids inline styles.
+// Make elements. Styles are set by class: the content security policy forbids inline styles.
 
 const SVG = "http://www.w3.org/2000/svg";
 
@@ -34,7 +34,7 @@ export function themed(name) {
   return color;
 }
 
-/** Return a text that only screen readers meet. */
+/** Return a text for screen readers only. */
 export function spoken(text) {
   return html("span", { class: "spoken" }, text);
 }

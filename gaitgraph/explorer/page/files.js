@@ -1,10 +1,10 @@
-// Files in and out: a table that is opened or dropped, and the planned gait saved in each format.
+// Files: a table that is opened or dropped, and downloads of the planned gait.
 
 import { byId, html } from "./elements.js";
 import { problem, say } from "./lines.js";
 import { download, tableReport } from "./queries.js";
 
-/** Take a file from the button or dropped on the page; `onReport` gets what the server says of it. */
+/** Open a file from the button or by drag and drop; `onReport` gets the answer of the server. */
 export function bindFile(mostBytes, { onReport, onError }) {
   const input = byId("file");
   const hint = byId("drop-hint");
@@ -12,7 +12,7 @@ export function bindFile(mostBytes, { onReport, onError }) {
   async function open(file) {
     if (!file) return;
     if (file.size > mostBytes) {
-      problem(`${file.name}: ${file.size} bytes; allowed are at most ${mostBytes}`);
+      problem(`${file.name} must have at most ${mostBytes} bytes, got ${file.size}`);
       return;
     }
     byId("main").classList.add("waiting");
@@ -28,7 +28,7 @@ export function bindFile(mostBytes, { onReport, onError }) {
   byId("open").addEventListener("click", () => input.click());
   input.addEventListener("change", () => {
     open(input.files[0]);
-    input.value = ""; // so that the same file, mended, can be opened again
+    input.value = ""; // so that the same file can be opened again
   });
   addEventListener("dragover", (event) => {
     if (!event.dataTransfer?.types.includes("Files")) return;
@@ -82,15 +82,20 @@ export function bindDownloads(formats, question, onError) {
     ),
   );
   byId("formats").append(...items);
-  const menu = byId("download");
-  addEventListener("pointerdown", (event) => {
-    if (!menu.contains(event.target)) menu.open = false;
-  });
-  menu.addEventListener("keydown", (event) => {
-    if (event.key !== "Escape" || !menu.open) return;
-    menu.open = false;
-    menu.firstElementChild.focus();
-  });
+}
+
+/** Close the menus with Escape, or by a press elsewhere. */
+export function bindMenus() {
+  for (const menu of document.querySelectorAll(".menu")) {
+    addEventListener("pointerdown", (event) => {
+      if (!menu.contains(event.target)) menu.open = false;
+    });
+    menu.addEventListener("keydown", (event) => {
+      if (event.key !== "Escape" || !menu.open) return;
+      menu.open = false;
+      menu.firstElementChild.focus();
+    });
+  }
 }
 
 /** Let the available formats be chosen, or none while there is no gait. */

@@ -1,4 +1,4 @@
-// Lines to the reader: what is wrong now, what stays to be known, what is only spoken.
+// Messages: problems and notices in lines of the page, and announcements for screen readers.
 
 import { byId } from "./elements.js";
 
@@ -8,28 +8,28 @@ function shownIn(id, text) {
   line.firstElementChild.textContent = text ?? "";
 }
 
-/** Say what is wrong with what was just done; null, and the next change, take it away. */
+/** Show a problem with the last action; null, or the next change, removes it. */
 export function problem(text) {
   shownIn("problem", text);
 }
 
-/** Say what stays until it is dismissed. */
+/** Show a notice until it is dismissed. */
 export function notice(text) {
   shownIn("notice", text);
 }
 
-/** Inform the listeners of what a hand on the map did. */
+/** Announce an action on the map to screen readers. */
 export function say(text) {
   byId("moves-spoken").textContent = text;
 }
 
-/** Say that the server is gone and asked again in `pause` [s]; null: that it is back. */
+/** Show that the server does not answer and is asked again in `pause` [s]; null removes the line. */
 export function gone(pause) {
   const line = byId("connection");
   line.hidden = pause === null;
   line.textContent =
-    "The server does not answer; is “gaitgraph explore” still running? " +
-    `Trying again in ${pause} s. Your work stays in the address.`;
+    "The server does not answer. Check that “gaitgraph explore” is still running. " +
+    `Next try in ${pause} s. Your work is kept in the address.`;
 }
 
 export function bindLines() {

@@ -6,14 +6,15 @@ import { clockOf, prefersStillness } from "./clock.js";
 import { bindControls } from "./controls.js";
 import { showDiagram } from "./diagram.js";
 import { byId, html } from "./elements.js";
-import { allowDownloads, bindDownloads, bindFile } from "./files.js";
+import { allowDownloads, bindDownloads, bindFile, bindMenus } from "./files.js";
 import { bindLines, gone, notice, problem, say } from "./lines.js";
 import { mapIn } from "./map.js";
-import { Gone, latest, setupOf, waitForServer } from "./queries.js";
+import { Gone, latest, planOf, setupOf, waitForServer } from "./queries.js";
 import { addressOf, historyOf, planKey, startOf, stateFrom } from "./state.js";
 import { vehicleIn } from "./vehicle.js";
-import { sentenceOf, showReport, verdictOf } from "./verdict.js";
+import { adviceOf, sentenceOf, showReport, showVerdict, verdictOf } from "./verdict.js";
 
+const FIRST_GAIT = 3; // of the paper's gaits, the one that a first visit shows: Gait 4
 const QUIET = 200; // after the last change, before the diagram is asked for [ms]
 
 let setup = null;
@@ -28,7 +29,12 @@ let away = null;
 let diagramTimer = 0;
 let diagramFor = "";
 let mapFor = "";
+let mapNote = "";
+let sheetShown = "red"; // of a map that follows the plan
+let emptyKey = ""; // of the state without waypoints that a first visit has
 let addressTimer = 0;
+let ghost = null; // the plan of the gait that a first visit shows
+let wantsMotion = !prefersStillness(); // until the reader stops it
 const maps = new Map();
 
 function failed(error) {
@@ -67,7 +73,7 @@ const planner = latest("api/plan", {
       failed(error);
       return;
     }
-    // Without waypoints there is nothing to judge: what else is wrong is said, but is no verdict.
+    // Without waypoints there is no verdict: the error is a line of the page.
     const isEmpty = !body.waypoints.length;
     if (isEmpty) problem(error.message);
     plan = isEmpty ? { status: "empty" } : { status: "refused", reason: error.message };
@@ -96,7 +102,7 @@ const backgrounds = latest("api/map", {
     const background = { ...answer, sheet: body.sheet, shading: body.shading };
     maps.set(JSON.stringify(body), background);
     if (maps.size > 16) maps.delete(maps.keys().next().value);
-    if (JSON.stringify(body) === mapFor) showBackground(background);
+    showBackground(background); // also one that is late, while κ is dragged: the newest one follows
   },
   onError: (error) => {
     mapFor = "";
@@ -104,14 +110,31 @@ const backgrounds = latest("api/map", {
   },
 });
 
+/** Return the sheet that the map shows: while something is dragged it stays what it is. */
+function sheetOf(state, live) {
+  const { sheet } = state.view;
+  if (sheet !== "auto") return sheet;
+  if (state.color !== "auto") return state.color;
+  if (!live && !store.isPreview() && shownReport()?.color) sheetShown = shownReport().color === "blue" ? "blue" : "red";
+  return sheetShown;
+}
+
+/** Say that red has become impossible, instead of changing the map silently. */
+function sheetNote(state) {
+  if (tab !== "plan" || plan?.color !== "blue" || state.color !== "auto") return "";
+  const same = sheetOf(state, true) === "blue";
+  return `No red gait through these waypoints: the loop is ${same ? "now on the blue sheet, and so is the map" : "on the blue sheet"}.`;
+}
+
 function askMap(state, live) {
-  const { sheet, shading } = state.view;
-  const own = plan?.color === "blue" || plan?.color === "red" ? plan.color : state.color === "blue" ? "blue" : "red";
+  const sheet = sheetOf(state, live);
+  const { shading } = state.view;
+  showNote(state);
   const body = {
     vehicle: state.vehicle,
     drag_ratio: state.drag_ratio,
     coefficients: state.coefficients,
-    sheet: sheet === "auto" ? own : sheet,
+    sheet,
     shading,
   };
   const key = JSON.stringify(body);
@@ -123,6 +146,7 @@ function askMap(state, live) {
 
 function drawDiagram(answer) {
   byId("diagram-root").setAttribute("aria-busy", "false");
+  byId("eta-row").hidden = tab === "table"; // only plans are biased
   showDiagram(byId("diagram-root"), answer);
 }
 
@@ -132,13 +156,13 @@ function askDiagram() {
   if (tab === "table") {
     diagrams.stop();
     diagramFor = "";
-    drawDiagram({ reason: "Drawn for plans. For a table: gaitgraph robustness FILE" });
+    drawDiagram(table.diagram);
     return;
   }
   if (plan?.status !== "planned") {
     diagrams.stop();
     diagramFor = "";
-    drawDiagram({ reason: plan && plan.status !== "empty" ? "There is no gait." : null });
+    drawDiagram(null);
     return;
   }
   const key = JSON.stringify(question(state));
@@ -154,20 +178,28 @@ function askDiagram() {
 
 const shownReport = () => (tab === "table" ? table : plan);
 
+/** Return the report whose gait moves, or null. */
+function moving() {
+  if (tab === "table") return table;
+  return plan?.status === "planned" ? plan : ghost;
+}
+
 function showBackground(background) {
   map.showMap(background);
-  const note = byId("map-note");
-  note.hidden = !background.note;
-  note.textContent = background.note ?? "";
+  mapNote = background.note ?? "";
+  showNote(store.state);
   const legend = byId("legend");
-  const { shading, range } = background;
-  if (shading === "none" || !range) legend.replaceChildren();
+  const { shading, range, sheet } = background;
+  const name = shading === "R" ? "R" : "σ";
+  const ramp = (kind) => html("span", { class: `ramp ${kind}`, "aria-hidden": "true" });
+  if (shading === "none") legend.replaceChildren();
+  else if (sheet === "blue") legend.replaceChildren(ramp("hatched"), `${name} = 0 in exact physics`);
   else {
     const [low, high] = shading === "R" ? spread(range) : [0, range[1]];
     legend.replaceChildren(
-      html("span", {}, shading === "R" ? "R" : "σ"),
+      html("span", {}, name),
       html("span", {}, figure(low, 3)),
-      html("span", { class: `ramp ${shading}`, "aria-hidden": "true" }),
+      ramp(shading),
       html("span", {}, figure(high, 3)),
     );
   }
@@ -179,27 +211,40 @@ function showBackground(background) {
   }
 }
 
+function showNote(state) {
+  const text = [sheetNote(state), mapNote].filter(Boolean).join(" ");
+  byId("map-note").hidden = !text;
+  byId("map-note").textContent = text;
+}
+
 function spread([low, high]) {
   const reach = Math.max(Math.abs(low), Math.abs(high));
   return [-reach, reach];
 }
 
 function showFound() {
+  vehicle.rest(false);
   const report = shownReport();
-  showReport(byId("report"), report, {
+  const advice = adviceOf(report, store.state.waypoints);
+  showVerdict(report, advice, {
+    move: (index, point) => commit({ waypoints: store.state.waypoints.with(index, point) }),
+    allowValid: () => commit({ require: "valid" }),
+  });
+  if (ghost) byId("reason").textContent = `The vehicle flies ${setup.paper_gaits[FIRST_GAIT].name} of the paper`;
+  showReport(byId("report"), report, advice, {
     point: (where) => map.point(where),
     take: ({ color, sign, flyable }) => commit({ color, sign, require: flyable ? "flyable" : "valid" }),
   });
-  const sentence = sentenceOf(report);
+  const sentence = sentenceOf(report, advice);
   if (byId("verdict-spoken").textContent !== sentence) byId("verdict-spoken").textContent = sentence;
   document.title =
     report && report.status !== "empty" ? `${verdictOf(report).headline} · gaitgraph` : "gaitgraph explore";
-  const hasGait = tab === "table" || plan?.status === "planned";
-  charts.show(hasGait ? report.series : null, store.state.view.chart);
-  vehicle.show(hasGait ? (report.vehicle_view ?? null) : null, tab === "table");
-  byId("field-chart").hidden = !hasGait;
-  for (const id of ["play", "scrub"]) byId(id).disabled = !hasGait;
-  if (!hasGait) clock.play(false);
+  const gait = moving();
+  charts.show(gait?.series ?? null, store.state.view.chart, gait?.color);
+  vehicle.show(gait?.vehicle_view ?? null, tab === "table");
+  byId("field-chart").hidden = !gait;
+  for (const id of ["play", "scrub"]) byId(id).disabled = !gait;
+  clock.play(Boolean(gait) && wantsMotion);
   allowDownloads(plan?.status === "planned");
   showPhase(clock.phase, null);
   document.documentElement.dataset.planned = planFor === planKey(store.state) ? "yes" : "no";
@@ -209,13 +254,21 @@ function showFound() {
 
 function showPhase(phase, source) {
   const at = charts.at(phase);
-  const report = shownReport();
-  map.showDot(at && [at.alpha[0], at.alpha[1]], report?.color ?? "");
-  vehicle.at(phase);
+  const gait = moving();
+  map.showDot(at && [at.alpha[0], at.alpha[1]], gait?.color ?? "");
+  if (at) vehicle.at({ phase, alpha: at.alpha, shares: thrustsAt(gait.series, at) });
   if (source !== "scrub") byId("scrub").value = String(Math.round(phase * 1000));
-  const text = at ? (report.series.t ? `${number(at.time, 3)} s` : `row ${Math.round(at.time)}`) : "";
+  const text = at ? (gait.series.t ? `${number(at.time, 3)} s` : `row ${Math.round(at.time)}`) : "";
   byId("clock").textContent = text;
   byId("scrub").setAttribute("aria-valuetext", text);
+}
+
+/** Return the hover thrusts at a row and a part of the way to the next; null where there are none. */
+function thrustsAt(series, { row, part }) {
+  return series.hover_thrusts.map((column) => {
+    const [from, to] = [column[row], column[Math.min(row + 1, column.length - 1)]];
+    return from === null || to === null ? null : from + part * (to - from);
+  });
 }
 
 function showTabs() {
@@ -238,10 +291,12 @@ function refresh({ live }) {
     document.documentElement.dataset.theme = state.view.theme;
     map.repaint();
     charts.rebuild();
+    vehicle.repaint();
   }
   map.showState(state);
   const key = planKey(state);
   if (planFor !== key) document.documentElement.dataset.planned = "no";
+  if (key !== emptyKey) dropGhost();
   if (key !== askedFor) {
     askedFor = key;
     problem(null);
@@ -249,6 +304,7 @@ function refresh({ live }) {
     diagrams.stop(); // the server is to plan first
     diagramFor = "";
     byId("diagram-root").setAttribute("aria-busy", "true");
+    vehicle.rest(true); // until the loop is painted
     planner.ask(question(state), live);
   } else if (!live) askDiagram();
   showControls(state);
@@ -283,7 +339,7 @@ function showTab(name) {
 
 function limited(count, limit, what) {
   if (count < limit) return false;
-  problem(`${count} ${what}; at most ${limit} are allowed`);
+  problem(`${what} must be at most ${limit}, got ${count + 1}`);
   return true;
 }
 
@@ -304,7 +360,7 @@ function removePolygon(kind, index) {
 const map = mapIn(byId("map-root"), {
   add(point, index) {
     const { waypoints } = store.state;
-    if (limited(waypoints.length, setup.limits.waypoints, "waypoints")) return;
+    if (limited(waypoints.length, setup.limits.waypoints, "Waypoints")) return;
     commit({ waypoints: waypoints.toSpliced(index, 0, point) });
     say(`Waypoint ${index + 1} added: α1 ${angle(point[0])}, α2 ${angle(point[1])}`);
   },
@@ -319,7 +375,7 @@ const map = mapIn(byId("map-root"), {
   cancel: () => store.cancel(),
   remove: removeWaypoint,
   polygon(kind, ring) {
-    if (limited(store.state[kind].length, setup.limits.polygons, "polygons")) return;
+    if (limited(store.state[kind].length, setup.limits.polygons, "Polygons")) return;
     commit({ [kind]: [...store.state[kind], ring] });
     map.select({ kind, index: store.state[kind].length - 1 });
     say("Polygon closed");
@@ -339,9 +395,9 @@ const clock = clockOf(
   showPhase,
   (playing) => (byId("play").textContent = playing ? "Pause" : prefersStillness() ? "Step" : "Play"),
 );
-const charts = chartsIn(byId("chart-upper"), byId("chart-lower"), byId("legend-alpha"), (phase) => {
-  if (!clock.playing) clock.set(phase, "chart");
-});
+const charts = chartsIn(byId("chart-upper"), byId("chart-lower"), byId("legend-alpha"), (phase) =>
+  clock.hold(phase, "chart"),
+);
 
 /** Step on by an eighth of the period instead of moving, for those who asked for less motion. */
 function stepClock() {
@@ -350,12 +406,58 @@ function stepClock() {
 
 function bindPlayer() {
   if (prefersStillness()) byId("play").textContent = "Step";
-  byId("play").addEventListener("click", () => (prefersStillness() ? stepClock() : clock.play(!clock.playing)));
+  const play = (wanted) => clock.play((wantsMotion = wanted));
+  byId("play").addEventListener("click", () => (prefersStillness() ? stepClock() : play(!clock.playing)));
   byId("scrub").addEventListener("input", (event) => {
-    clock.play(false);
+    play(false);
     clock.set(Number(event.target.value) / 1000, "scrub");
   });
+  // The pointer over a curve or over the loop sets the time.
+  for (const id of ["chart-upper", "chart-lower", "map-root"]) {
+    byId(id).addEventListener("pointerleave", clock.release);
+  }
+  map.element.addEventListener("pointermove", (event) => {
+    const phase = event.buttons ? null : map.phaseAt(event, moving()?.series);
+    if (phase === null) clock.release();
+    else clock.hold(phase, "map");
+  });
   byId("pace").addEventListener("change", () => clock.setSeconds(store.state.period / Number(byId("pace").value)));
+}
+
+/** Show a gait of the paper at a first visit, as a ghost: it plays, and can be tried. */
+async function showGhost() {
+  const { name: _name, ...gait } = setup.paper_gaits[FIRST_GAIT];
+  const { view: _view, ...begin } = startOf(setup);
+  const found = await planOf({ ...begin, ...gait });
+  if (table || (plan && plan.status !== "empty")) return;
+  ghost = found;
+  map.showGhost(ghost);
+  byId("welcome").hidden = false;
+  showFound();
+}
+
+function dropGhost() {
+  byId("welcome").hidden = true;
+  if (!ghost) return;
+  ghost = null;
+  map.showGhost(null);
+}
+
+function bindWelcome() {
+  byId("try-gait").addEventListener("click", () => loadGait(FIRST_GAIT));
+  byId("draw-own").addEventListener("click", () => {
+    dropGhost();
+    showFound();
+    map.element.focus({ preventScroll: true });
+    say("Click the map, or press Enter at the crosshair, to set the first waypoint");
+  });
+}
+
+/** Plan a gait of the paper. */
+function loadGait(number) {
+  const { name: _name, ...gait } = setup.paper_gaits[number];
+  const { view: _view, ...begin } = startOf(setup);
+  commit({ ...begin, ...gait, eta: store.state.eta });
 }
 
 function closeTable() {
@@ -368,8 +470,8 @@ function bindTable() {
   bindFile(setup.limits.table_bytes, {
     onReport(report) {
       table = report;
+      dropGhost();
       problem(null);
-      clock.play(false);
       map.select(null);
       showTab("table");
     },
@@ -385,6 +487,14 @@ function bindTable() {
   });
 }
 
+/** Let a button open and close a part of the page; only narrow windows show such a button. */
+function bindToggle(id, part) {
+  byId(id).addEventListener("click", () => {
+    const open = part.classList.toggle("open");
+    byId(id).setAttribute("aria-expanded", String(open));
+  });
+}
+
 function bindHeader() {
   byId("version").textContent = setup.version;
   const load = byId("load");
@@ -392,10 +502,8 @@ function bindHeader() {
     ...setup.paper_gaits.map((gait, k) => html("option", { value: String(k) }, `${gait.name}, ${gait.color}`)),
   );
   load.addEventListener("change", () => {
-    const { name: _name, ...gait } = setup.paper_gaits[Number(load.value)];
+    loadGait(Number(load.value));
     load.value = "";
-    const { view: _view, ...start } = startOf(setup);
-    commit({ ...start, ...gait, eta: store.state.eta });
   });
   byId("undo").addEventListener("click", () => store.undo());
   byId("redo").addEventListener("click", () => store.redo());
@@ -411,10 +519,13 @@ function bindHeader() {
       say("Link copied");
       setTimeout(() => (byId("copy").textContent = "Copy link"), 1500);
     } catch {
-      problem("The browser does not let this page copy; the link is the address above");
+      problem("The browser does not allow this page to copy. The link is the address of the page");
     }
   });
   bindLines();
+  bindMenus();
+  bindToggle("menu", byId("tools"));
+  bindToggle("sheet-toggle", byId("result"));
   for (const mode of ["waypoints", "keep_out", "keep_in"]) {
     byId(`mode-${mode}`).addEventListener("click", () => {
       map.setMode(mode);
@@ -458,7 +569,7 @@ function readAddress() {
   if (problems.length) {
     const more = problems.length > 8 ? [`and ${problems.length - 8} more`] : [];
     const told = [...problems.slice(0, 8), ...more].join(" · ");
-    notice(`The address holds what cannot be used; the default stands instead. ${told}`);
+    notice(`Parts of the address cannot be used and have their defaults: ${told}`);
   } else notice(null);
   return state;
 }
@@ -479,6 +590,7 @@ async function start() {
   bindDownloads(setup.formats, () => question(store.state), failed);
   bindPlayer();
   bindKeys();
+  emptyKey = planKey(startOf(setup));
   store = historyOf(readAddress(), (_state, how) => refresh(how));
   showControls = bindControls(setup, {
     commit,
@@ -493,6 +605,8 @@ async function start() {
     },
   });
   store.look({});
+  bindWelcome();
+  if (planKey(store.state) === emptyKey) showGhost().catch(failed);
   addEventListener("hashchange", () => {
     const next = readAddress();
     store.look(next.view);
@@ -502,6 +616,7 @@ async function start() {
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
     map.repaint();
     charts.rebuild();
+    vehicle.repaint();
   });
   addEventListener("pagehide", writeAddress);
   document.documentElement.dataset.ready = "yes";

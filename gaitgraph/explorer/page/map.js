@@ -1,9 +1,9 @@
-// The hand and the keyboard on the (α1, α2) map. It reports what they do; it knows no rule of a gait.
+// Mouse, touch and keyboard on the (α1, α2) map. This module reports what they do; it knows no rule of a gait.
 
 import { HALF_PI, angle, clamped, snapped, tidied } from "./angles.js";
 import { pictureIn } from "./picture.js";
 
-const REACH = { mouse: 11, touch: 22, pen: 16 }; // how near counts as on it [px]
+const REACH = { mouse: 11, touch: 22, pen: 16 }; // how near to a waypoint a press grabs it [px]
 const SLIP = 5; // a press that moves less than this is a click [px]
 
 /**
@@ -19,7 +19,7 @@ export function mapIn(root, on) {
   let press = null;
   let lastHit = { index: null, time: 0 };
 
-  // The hand ------------------------------------------------------------------------------------------------------
+  // Mouse and touch ------------------------------------------------------------------------------------------------------
 
   function nearest(points, target, reach) {
     let found = null;
@@ -153,8 +153,8 @@ export function mapIn(root, on) {
       if (hit) on.drop();
       return;
     }
-    if (hit) {
-      // A second click counts as a double one only if the waypoint was there before the first.
+    if (hit && !isBeside(hit, point)) {
+      // Two clicks are a double click only if the waypoint existed before the first one.
       const now = performance.now();
       if (hit.kind === "waypoint" && lastHit.index === hit.index && now - lastHit.time < 400) {
         lastHit = { index: null, time: 0 };
@@ -170,6 +170,25 @@ export function mapIn(root, on) {
     lastHit = { index: null, time: 0 };
     on.add(target, shift ? nearestLeg(target) : shown.state.waypoints.length);
   }
+
+  /** Whether a tap near a waypoint means the free place beside it: a finger grabs from farther away than it points. */
+  function isBeside({ kind, index }, point) {
+    if (kind !== "waypoint") return false;
+    const from = shown.state.waypoints[index];
+    const step = (view.box().side / 16) * Number(shown.state.view.snap);
+    return pixels(from, point) > Math.max(REACH.mouse, step / 2);
+  }
+
+  // A touch that grabs something drags it; any other one scrolls the page. The browser asks before pointermove.
+  picture.addEventListener(
+    "touchstart",
+    (event) => {
+      const point = raw(event.touches[0]);
+      if (!shown.state || isOutside(point)) return;
+      if (shown.mode === "waypoints" && event.touches.length === 1 && hitAt(point, "touch")) event.preventDefault();
+    },
+    { passive: false },
+  );
 
   picture.addEventListener("pointerup", release);
   picture.addEventListener("pointercancel", () => {
@@ -309,6 +328,8 @@ export function mapIn(root, on) {
     showTable: view.showTable,
     showMap: view.showMap,
     showDot: view.showDot,
+    showGhost: view.showGhost,
+    phaseAt: view.phaseAt,
     point: view.point,
     repaint: view.repaint,
   };

@@ -2,8 +2,11 @@
 
 import { HALF_PI, angle, clamped, number, snapped } from "./angles.js";
 import { byId, html, svg, themed } from "./elements.js";
+import { adviceOf } from "./verdict.js";
 
 const TICKS = [-8, -6, -4, -2, 0, 2, 4, 6, 8].map((n) => (n * Math.PI) / 16);
+
+const NEAR = 12; // how near to the loop the pointer shows the posture there [px]
 
 const LAYERS = [
   "grid",
@@ -12,11 +15,13 @@ const LAYERS = [
   "polygons",
   "crosshair",
   "alternatives",
+  "ghost",
   "loop",
   "corners",
   "table",
   "marks",
   "waypoints",
+  "advice",
   "draft",
   "dot",
   "pointer",
@@ -55,6 +60,7 @@ export function pictureIn(root) {
     crosshair: [0, 0],
     keyboard: false,
     hover: null,
+    ghost: null, // the plan of a gait to try
     dot: null, // where the gait is at the time shown
   };
   let size = 0;
@@ -116,7 +122,11 @@ export function pictureIn(root) {
     const data = shown.map;
     const ratio = window.devicePixelRatio || 1;
     canvas.width = canvas.height = Math.max(1, Math.round(box.side * ratio));
-    if (!data?.values || shown.state.view.shading === "none") return;
+    if (!data || shown.state.view.shading === "none") return;
+    if (data.sheet === "blue") {
+      paintHatching(canvas.getContext("2d"), ratio);
+      return;
+    }
     const { n, values } = data;
     const [low, high] = data.range;
     const colors = ["--shade-negative", "--shade-positive", "--shade-zero", "--shade-sigma"].map(rgbOf);
@@ -140,6 +150,19 @@ export function pictureIn(root) {
     brush.imageSmoothingQuality = "high";
     // Values stand at the nodes, so the outer half of the outer cells lies outside the map.
     brush.drawImage(small, 0.5, 0.5, n - 1, n - 1, 0, 0, canvas.width, canvas.height);
+  }
+
+  /** Hatch the map where the values are rounding noise: R and σ are 0 on the whole blue sheet. */
+  function paintHatching(brush, ratio) {
+    const { width, height } = canvas;
+    brush.strokeStyle = themed("--line");
+    brush.lineWidth = 1.5 * ratio;
+    brush.beginPath();
+    for (let at = 0; at < width + height; at += 9 * ratio) {
+      brush.moveTo(at, 0);
+      brush.lineTo(at - height, height);
+    }
+    brush.stroke();
   }
 
   function paintRegions() {
@@ -254,14 +277,22 @@ export function pictureIn(root) {
     layers.corners.replaceChildren(...corners);
   }
 
+  function paintGhost() {
+    const path = shown.ghost?.path;
+    const kind = `ghost ${shown.ghost?.color}`;
+    layers.ghost.replaceChildren(
+      ...(path ? [svg("path", { class: `path ${kind}`, d: line(path, false) }), ...arrows(path, kind)] : []),
+    );
+  }
+
   function paintTable() {
     const table = shown.table;
     const faint = shown.tab === "table" ? "" : " faint";
     if (!table) return layers.table.replaceChildren();
     return layers.table.replaceChildren(
       svg("path", { class: `casing${faint}`, d: line(table.path, false) }),
-      svg("path", { class: `table-path${faint}`, d: line(table.path, false) }),
-      ...arrows(table.path, `of-table${faint}`),
+      svg("path", { class: `table-path ${table.color}${faint}`, d: line(table.path, false) }),
+      ...arrows(table.path, table.color + faint),
     );
   }
 
@@ -299,12 +330,39 @@ export function pictureIn(root) {
           transform: `translate(${x(p[0])} ${y(p[1])})`,
           "data-index": index,
         },
-        svg("circle", { class: "reach", r: 16 }),
         svg("circle", { class: "ring", r: 9 }),
         svg("text", { y: 3.5, "text-anchor": "middle" }, String(index + 1)),
       );
     });
     layers.waypoints.replaceChildren(...bits);
+  }
+
+  /** Ring the waypoints that have no gait; an arrow leads from the first to its nearest admissible point. */
+  function paintAdvice() {
+    const advice = shown.tab === "plan" ? adviceOf(shown.plan, shown.state.waypoints) : null;
+    const { waypoints } = shown.state;
+    const bits = (advice?.indices ?? []).map((k) => disc(waypoints[k], 15, "advice-line from"));
+    if (advice?.to && bits.length) {
+      const from = waypoints[advice.indices[0]];
+      const ends = [from, advice.to].map(([p, q]) => [x(p), y(q)]);
+      const [dx, dy] = ends[1].map((end, k) => end - ends[0][k]);
+      const length = Math.hypot(dx, dy);
+      if (length > 24) {
+        const [ux, uy] = [dx / length, dy / length];
+        const start = [ends[0][0] + 15 * ux, ends[0][1] + 15 * uy];
+        const turn = (Math.atan2(dy, dx) * 180) / Math.PI;
+        bits.push(
+          svg("path", { class: "advice-line to", d: `M${start.join(" ")}L${ends[1][0] - 12 * ux} ${ends[1][1] - 12 * uy}` }),
+          svg("path", {
+            class: "advice-head",
+            d: "M-8 -6L4 0L-8 6Z",
+            transform: `translate(${ends[1][0] - 9 * ux} ${ends[1][1] - 9 * uy}) rotate(${turn})`,
+          }),
+        );
+      }
+      bits.push(disc(advice.to, 5, "advice-line to"));
+    }
+    layers.advice.replaceChildren(...bits);
   }
 
   function paintDraft() {
@@ -345,9 +403,11 @@ export function pictureIn(root) {
     paintTypes();
     paintPolygons();
     paintTable();
+    paintGhost();
     paintLoop();
     paintWaypoints();
     paintMarks();
+    paintAdvice();
     paintDraft();
     paintDot();
     paintCrosshair();
@@ -363,13 +423,32 @@ export function pictureIn(root) {
     }
     let text = `α1 ${place(point[0])} · α2 ${place(point[1])}`;
     const data = shown.map;
-    if (data?.values && shown.state.view.shading !== "none") {
+    const name = data?.shading === "R" ? "R" : "σ";
+    if (data?.sheet === "blue" && shown.state.view.shading !== "none") text += ` · ${name} = 0 in exact physics`;
+    else if (data?.values && shown.state.view.shading !== "none") {
       const [column, row] = point.map((a) => Math.round(((a + HALF_PI) / Math.PI) * (data.n - 1)));
       const value = data.values[row * data.n + column];
-      const name = data.shading === "R" ? "R" : "σ";
       text += value === null || value === undefined ? " · no root" : ` · ${name} ≈ ${number(value, 2)}`;
     }
     field.textContent = text;
+  }
+
+  /** Return the phase of the period at which a gait is nearest to the pointer, or null if it is not near. */
+  function phaseAt(event, series) {
+    if (!series || !box.side) return null;
+    const [a1, a2] = series.alpha;
+    const clock = series.t ?? a1.map((_, k) => k);
+    const [left, top] = raw(event).map((a, k) => (k ? y(a) : x(a)));
+    let best = { distance: NEAR, time: null };
+    for (let k = 0; k + 1 < a1.length; k += 1) {
+      const [x0, y0] = [x(a1[k]), y(a2[k])];
+      const [dx, dy] = [x(a1[k + 1]) - x0, y(a2[k + 1]) - y0];
+      const square2 = dx * dx + dy * dy;
+      const part = square2 ? Math.max(0, Math.min(1, ((left - x0) * dx + (top - y0) * dy) / square2)) : 0;
+      const distance = Math.hypot(x0 + part * dx - left, y0 + part * dy - top);
+      if (distance < best.distance) best = { distance, time: clock[k] + part * (clock[k + 1] - clock[k]) };
+    }
+    return best.time === null ? null : (best.time - clock[0]) / (clock.at(-1) - clock[0]);
   }
 
   const place = (a) => (angle(a) === number(a) ? `${number(a)}` : `${angle(a)} (${number(a, 3)})`);
@@ -412,6 +491,7 @@ export function pictureIn(root) {
       shown.plan = plan;
       paintLoop();
       paintMarks();
+      paintAdvice();
     },
     showTable(table, tab) {
       shown.table = table;
@@ -419,6 +499,7 @@ export function pictureIn(root) {
       paintTable();
       paintLoop();
       paintMarks();
+      paintAdvice();
     },
     showMap(map) {
       shown.map = map;
@@ -430,6 +511,12 @@ export function pictureIn(root) {
       shown.dot = point && { point, kind };
       paintDot();
     },
+    /** Show the loop of a gait that is no plan yet; null takes it away. */
+    showGhost(gait) {
+      shown.ghost = gait;
+      paintGhost();
+    },
+    phaseAt,
     /** Ring a place, for instance where a check was worst; null takes the ring away. */
     point(where) {
       layers.pointer.replaceChildren(...(where ? [disc([where.alpha1, where.alpha2], 18, "pointer")] : []));

@@ -1,4 +1,4 @@
-// Queries to the server: the latest one wins, and a server that is gone is waited for.
+// Queries to the server: only the latest answer counts; a server that does not answer is asked again.
 
 export class Refused extends Error {}
 export class Gone extends Error {}
@@ -16,7 +16,7 @@ async function answerOf(path, options) {
   try {
     line = (await response.json()).error ?? line;
   } catch {
-    // No JSON: the status has to do.
+    // The answer is not JSON; the status is shown.
   }
   throw new Refused(line);
 }
@@ -30,6 +30,11 @@ const jsonOptions = (body, signal) => ({
 
 export async function setupOf() {
   return (await answerOf("api/setup")).json();
+}
+
+/** Return the plan of a state, beside those that `latest` asks for. */
+export async function planOf(state) {
+  return (await answerOf("api/plan", jsonOptions(state))).json();
 }
 
 export async function tableReport(file) {
@@ -48,8 +53,8 @@ export async function download(state, suffix) {
 /**
  * Return a function that asks `path`, of which only the latest answer counts.
  *
- * A new question aborts the one before, unless it is asked live (while dragging) and the one before is younger than
- * `patience` [ms]: then the newest waits for that answer, so that something is seen on the way.
+ * A new query aborts the one before. While dragging (`live`), a query younger than `patience` [ms] is not aborted: the
+ * new one waits for its answer, so that the page follows the drag.
  */
 export function latest(path, { onAnswer, onError, onWaiting = () => {}, patience = 150 }) {
   let flight = null;
@@ -98,7 +103,7 @@ export function latest(path, { onAnswer, onError, onWaiting = () => {}, patience
   };
 }
 
-/** Ask again and again, ever more seldom, until the server is back. */
+/** Ask again, at growing intervals, until the server answers. */
 export function waitForServer(onBack, onTry) {
   let pause = 1;
   let timer = 0;

@@ -1,4 +1,4 @@
-// What the page is asked for: one plain object, its way into the address and back, and its history.
+// The state of the page: one plain object, its text in the address, and its history for undo.
 
 import { HALF_PI, angleFromText, exactText } from "./angles.js";
 
@@ -19,7 +19,6 @@ const VIEW_CHOICES = {
   theme: ["auto", "light", "dark"],
 };
 
-const POINTS = { waypoints: "waypoints" };
 const POLYGONS = ["keep_out", "keep_in"];
 const FLAGS = ["any_order", "reverse"];
 const NUMBERS = ["divisions", "accuracy", "drag_ratio", "period", "samples", "eta"];
@@ -73,17 +72,22 @@ function plainText(value) {
   return String(value);
 }
 
-class Wrong extends Error {}
+/** A field must be `wanted`, but is `got`. */
+class Wrong extends Error {
+  constructor(wanted, got) {
+    super(`must be ${wanted}, got “${got}”`);
+  }
+}
 
-function pointsFrom(text, limit, what) {
+function pointsFrom(text, limit) {
   const points = text.split(";").map((pair) => {
     const angles = pair.split(",").map(angleFromText);
     if (angles.length !== 2 || angles.some((a) => a === null || Math.abs(a) > HALF_PI)) {
-      throw new Wrong(`“${pair}” is no pair of angles within ±pi/2`);
+      throw new Wrong("pairs of angles within ±pi/2", pair);
     }
     return angles;
   });
-  if (points.length > limit) throw new Wrong(`${points.length} ${what}; at most ${limit} are allowed`);
+  if (points.length > limit) throw new Wrong(`at most ${limit} points`, points.length);
   return points;
 }
 
@@ -97,46 +101,50 @@ export function numberFrom(text, range) {
 }
 
 function valueFrom(key, text, setup) {
-  if (key === "waypoints") return pointsFrom(text, setup.limits.waypoints, "waypoints");
+  if (key === "waypoints") return pointsFrom(text, setup.limits.waypoints);
   if (POLYGONS.includes(key)) {
-    const rings = text.split("~").map((ring) => pointsFrom(ring, setup.limits.corners, "corners"));
-    if (rings.length > setup.limits.polygons) throw new Wrong(`at most ${setup.limits.polygons} polygons are allowed`);
-    if (rings.some((ring) => ring.length < 3)) throw new Wrong("a polygon has at least 3 corners");
+    const rings = text.split("~").map((ring) => pointsFrom(ring, setup.limits.corners));
+    if (rings.length > setup.limits.polygons) throw new Wrong(`at most ${setup.limits.polygons} polygons`, rings.length);
+    if (rings.some((ring) => ring.length < 3)) throw new Wrong("polygons of at least 3 corners", text);
     return rings;
   }
   const choices = choicesOf(setup)[key] ?? VIEW_CHOICES[key];
   if (choices) {
     if (key === "coefficients" && text === "own") return null;
-    if (!choices.includes(text)) throw new Wrong(`allowed are ${choices.join(", ")}`);
+    if (!choices.includes(text)) throw new Wrong(`one of ${choices.join(", ")}`, text);
     return text;
   }
   if (FLAGS.includes(key) || typeof VIEW[key] === "boolean") {
-    if (text !== "yes" && text !== "no") throw new Wrong("allowed are yes, no");
+    if (text !== "yes" && text !== "no") throw new Wrong("yes or no", text);
     return text === "yes";
   }
   if (key === "drag_ratio" && text === "own") return null;
   const range = setup.ranges[key];
   const value = numberFrom(text, range);
-  if (value === null) throw new Wrong(`allowed is ${range.allowed}`);
+  if (value === null) throw new Wrong(range.allowed, text);
   return value;
 }
+
+const short = (text) => (text.length > 120 ? `${text.slice(0, 120)}…` : text);
 
 /** Return the state that an address holds, and a sentence for each part that it could not keep. */
 export function stateFrom(hash, setup) {
   const state = startOf(setup);
   const problems = [];
-  const known = new Set([...Object.keys(POINTS), ...POLYGONS, ...FLAGS, ...NUMBERS, ...Object.keys(choicesOf(setup))]);
+  const known = new Set(["waypoints", ...POLYGONS, ...FLAGS, ...NUMBERS, ...Object.keys(choicesOf(setup))]);
   for (const part of hash.replace(/^#/, "").split("&").filter(Boolean)) {
     const at = part.indexOf("=");
     const key = at < 0 ? part : part.slice(0, at);
     try {
-      if (!known.has(key) && !(key in VIEW)) throw new Wrong("no field has this name");
+      if (!known.has(key) && !(key in VIEW)) {
+        problems.push(`“${short(key)}” is not a field of the page`);
+        continue;
+      }
       const value = valueFrom(key, decodeURIComponent(at < 0 ? "" : part.slice(at + 1)), setup);
       if (key in VIEW) state.view[key] = value;
       else state[key] = value;
     } catch (error) {
-      const why = error instanceof Wrong ? error.message : "it cannot be read";
-      problems.push(`${part.length > 60 ? `${part.slice(0, 60)}…` : part}: ${why}`);
+      problems.push(`${key} ${error instanceof Wrong ? short(error.message) : "cannot be decoded"}`);
     }
   }
   return { state, problems };
@@ -151,9 +159,8 @@ export function planKey(state) {
 /**
  * Hold the state with its past and future.
  *
- * `commit` makes one step that can be undone. `preview` changes the state without one, as while dragging: the next
- * `commit` then counts from before the first preview. What a step means for the view alone is not kept: undo never
- * changes the theme.
+ * `commit` makes one step that can be undone. `preview` changes the state without a step, as while dragging; the next
+ * `commit` then makes one step from the state before the first preview. Undo does not change the view.
  */
 export function historyOf(first, onChange) {
   let state = first;
@@ -171,6 +178,7 @@ export function historyOf(first, onChange) {
     get state() {
       return state;
     },
+    isPreview: () => before !== null,
     canUndo: () => past.length > 0,
     canRedo: () => future.length > 0,
     preview(patch) {

@@ -1,51 +1,92 @@
-// What was found: the headline, why, each check with its mark, the corners, other loops, warnings.
+// The answer: the headline and why, what to do when there is no gait, each check, the corners, other loops, warnings.
 
-import { angle, number } from "./angles.js";
-import { html, spoken } from "./elements.js";
+import { angle, inPi, number } from "./angles.js";
+import { byId, html, spoken } from "./elements.js";
 
 const MARKS = { ok: ["✓", "holds"], no: ["✕", "broken"], undecided: ["?", "undecided"] };
 const SIGNS = { positive: "R > 0", negative: "R < 0" };
+const GLYPHS = { yes: "✓", partly: "△", no: "✕" };
+const MOST_OPEN = 12; // corners
+const MOST_CORNERS = 64;
+const HINT = /; [^;]*require='valid'\)$/; // the advice for the command line; the page has a button
 
-/** Return the kind ("yes", "partly", "no", "none"), the headline and the reasons of a plan or a table's report. */
-export function verdictOf(report) {
-  if (!report || report.status === "empty") {
-    return { kind: "none", headline: "No waypoints yet", reasons: [] };
+/** Return the kind ("yes", "partly", "no", "none"), the headline and the reason of a plan or a table's report. */
+export function verdictOf(report, advice = null) {
+  const said = (kind, headline, reason = "") => ({ kind, headline, reason });
+  if (!report || report.status === "empty") return said("none", "No waypoints yet");
+  if (report.status === "refused") return said("no", "Wrong input", report.reason);
+  if (report.status === "infeasible") {
+    return said("no", "No gait", inPi(advice?.obstacle.message ?? report.reason.replace(HINT, "")));
   }
-  if (report.status === "refused") return { kind: "no", headline: "Wrong input", reasons: [report.reason] };
-  if (report.status === "infeasible") return { kind: "no", headline: "No gait", reasons: [report.reason] };
-  const checks = report.checks ?? [];
-  const broken = checks.filter((check) => check.mark !== "ok").map((check) => check.title);
-  if (report.flyable) return { kind: "yes", headline: "Flyable", reasons: [] };
-  if (report.valid) return { kind: "partly", headline: "Not flyable, obeys the paper’s rules", reasons: broken };
-  return { kind: "no", headline: "Not flyable, breaks the paper’s rules", reasons: broken };
+  const broken = (report.checks ?? []).filter((check) => check.mark !== "ok").map((check) => check.title);
+  const isPosture = report.corners?.length === 1;
+  const [what, add] = isPosture ? ["One posture, not", "Add a waypoint for a gait. "] : ["Not", ""];
+  if (report.flyable) {
+    return isPosture ? said("none", "One posture", add.trim()) : said("yes", "Flyable", outline(report));
+  }
+  const reason = `${add}Broken: ${broken.join(", ")}`;
+  if (report.valid) return said("partly", `${what} flyable, obeys the paper’s rules`, reason);
+  return said("no", `${what} flyable, breaks the paper’s rules`, reason);
+}
+
+function outline(report) {
+  const length = Number.isFinite(report.length) ? `length ${number(report.length)} rad` : `${report.rows} rows`;
+  return [report.color, SIGNS[report.sign], length].filter(Boolean).join(", ");
 }
 
 /** Return one sentence for screen readers. */
-export function sentenceOf(report) {
-  const { headline, reasons } = verdictOf(report);
+export function sentenceOf(report, advice) {
+  const { headline, reason } = verdictOf(report, advice);
   const what = report?.color ? `${report.color} gait, ${report.corners.length} corners. ` : "";
-  return `${headline}. ${what}${reasons.join(", ")}`.trim();
+  return `${headline}. ${what}${reason}`.trim();
 }
 
-const yesNo = { true: "yes", false: "no" };
+/**
+ * Return what is nearest to a gait where there is none: the obstacle, the numbers of its waypoints, from 0, and the
+ * nearest admissible point `to` of the first of them, or null.
+ */
+export function adviceOf(plan, waypoints) {
+  if (plan?.status !== "infeasible") return null;
+  const advices = plan.obstacles
+    .map((obstacle) => ({ obstacle, indices: obstacle.waypoints.map((k) => k - 1), to: obstacle.nearest }))
+    .filter(({ indices }) => indices.every((k) => k < waypoints.length));
+  const far = ({ indices: [k], to }) =>
+    to && k !== undefined ? Math.hypot(to[0] - waypoints[k][0], to[1] - waypoints[k][1]) : Infinity;
+  return advices.toSorted((a, b) => far(a) - far(b))[0] ?? null;
+}
+
+/** Show the verdict in its line, with the way from "No gait" to a gait. `on` has move(index, point), allowValid(). */
+export function showVerdict(report, advice, on) {
+  const { kind, headline, reason } = verdictOf(report, advice);
+  const glyph = GLYPHS[kind];
+  const line = byId("headline");
+  line.className = `headline ${kind}`;
+  line.replaceChildren(glyph ? html("span", { class: "mark", "aria-hidden": "true" }, glyph) : "", headline);
+  byId("reason").textContent = byId("reason").title = reason;
+  const button = (id, text, onclick) => html("button", { type: "button", id, onclick }, text);
+  const [index] = advice?.indices ?? [];
+  const actions = [
+    advice?.to ? button("move-there", `Move waypoint ${index + 1} there`, () => on.move(index, advice.to)) : null,
+    HINT.test(report?.reason ?? "") ? button("allow-valid", "Allow valid loops", () => on.allowValid()) : null,
+  ];
+  byId("actions").replaceChildren(...actions.filter(Boolean));
+}
+
+function folded(key, title, open, ...children) {
+  return html("details", { open, "data-key": key }, html("summary", {}, title), ...children);
+}
 
 function facts(report) {
-  const rows = [];
-  if (report.color)
-    rows.push(["sheet", report.sign ? `${report.color}, ${SIGNS[report.sign] ?? report.sign}` : report.color]);
-  const twoColor = () => {
-    if (report.two_color !== null && report.two_color !== undefined) rows.push(["two-color", yesNo[report.two_color]]);
-  };
-  if (report.rows !== undefined) {
-    rows.push(["rows", String(report.rows)]);
-    twoColor();
-  }
-  if (Number.isFinite(report.length)) rows.push(["length", `${number(report.length)} rad`]);
-  if (report.reachable_from_hover !== null && report.reachable_from_hover !== undefined) {
-    rows.push(["reachable from hover", yesNo[report.reachable_from_hover]]);
-  }
-  if (report.rows === undefined) twoColor();
-  if (Number.isFinite(report.lower_bound)) rows.push(["lower bound", `${number(report.lower_bound)} rad`]);
+  const yesNo = (value) => (value === null || value === undefined ? null : value ? "yes" : "no");
+  const rad = (value) => (Number.isFinite(value) ? `${number(value)} rad` : null);
+  const rows = [
+    ["sheet", report.color && [report.color, SIGNS[report.sign] ?? report.sign].filter(Boolean).join(", ")],
+    ["rows", report.rows === undefined ? null : String(report.rows)],
+    ["length", rad(report.length)],
+    ["lower bound", rad(report.lower_bound)],
+    ["reachable from hover", yesNo(report.reachable_from_hover)],
+    ["two-color", yesNo(report.two_color)],
+  ].filter(([, value]) => value);
   return html(
     "dl",
     { class: "facts" },
@@ -56,23 +97,12 @@ function facts(report) {
 function checkRow(check, onPoint) {
   const [glyph, words] = MARKS[check.mark] ?? MARKS.undecided;
   const hasPlace = check.where && Number.isFinite(check.where.alpha1);
-  const point = (where) => () => onPoint(where);
+  const show = () => onPoint(check.where);
+  const hide = () => onPoint(null);
+  const events = { onmouseenter: show, onmouseleave: hide, onfocus: show, onblur: hide, onclick: show };
   const title = hasPlace
-    ? html(
-        "button",
-        {
-          type: "button",
-          class: "plain",
-          title: "Show the place on the map",
-          onmouseenter: point(check.where),
-          onmouseleave: point(null),
-          onfocus: point(check.where),
-          onblur: point(null),
-          onclick: point(check.where),
-        },
-        check.title,
-      )
-    : html("span", {}, check.title);
+    ? html("button", { type: "button", class: "plain", title: "Show the place on the map", ...events }, check.title)
+    : check.title;
   return html(
     "li",
     { class: `check ${check.mark}`, "data-check": check.name },
@@ -83,140 +113,117 @@ function checkRow(check, onPoint) {
       html("span", { class: "check-title" }, title),
       spoken(` ${words}: `),
       " ",
-      html("span", { class: "small" }, check.message),
+      html("span", { class: "small" }, inPi(check.message)),
     ),
   );
 }
 
+/** Return the checks: those that fail are listed, those that hold are one line to unfold. */
+function checksOf(checks, onPoint) {
+  const list = (some) => html("ul", { class: "checks" }, ...some.map((check) => checkRow(check, onPoint)));
+  const passed = checks.filter((check) => check.mark === "ok");
+  const failed = checks.filter((check) => check.mark !== "ok");
+  const title = `✓ ${failed.length ? "" : "All "}${passed.length} checks hold`;
+  return [failed.length ? list(failed) : null, passed.length ? folded("passed", title, false, list(passed)) : null];
+}
+
 function cornersTable(report) {
-  if (!report.corners?.length) return null;
-  const most = 64;
-  const head = html(
-    "tr",
-    {},
-    ...["", "α1", "α2", "α3", "α4", "types"].map((name) => html("th", { scope: "col" }, name || spoken("corner"))),
-  );
-  const body = report.corners.slice(0, most).map((corner, k) =>
+  const { corners, types = [], colors = [] } = report;
+  if (!corners?.length) return null;
+  const names = ["", "α1", "α2", "α3", "α4", "types"];
+  const head = names.map((name) => html("th", { scope: "col" }, name || spoken("corner")));
+  const cell = (a) => {
+    const isPlain = angle(a) === number(a);
+    const digits = number(a, 3);
+    return html(
+      "td",
+      {},
+      html("span", { class: "angle" }, isPlain ? digits : angle(a)),
+      isPlain ? null : html("span", { class: "small" }, digits),
+    );
+  };
+  const row = (corner, k) =>
     html(
       "tr",
       {},
       html("th", { scope: "row" }, String(k + 1)),
-      ...corner.map((a) => {
-        const text = angle(a);
-        const plain = number(a, 3);
-        return html(
-          "td",
-          {},
-          html("span", { class: "angle" }, text === number(a) ? plain : text),
-          text === number(a) ? null : html("span", { class: "small" }, plain),
-        );
-      }),
-      html("td", { class: `types ${report.colors?.[k] ?? ""}` }, (report.types?.[k] ?? "").replaceAll("-", "−")),
-    ),
+      ...corner.map(cell),
+      html("td", { class: `types ${colors[k] ?? ""}` }, (types[k] ?? "").replaceAll("-", "−")),
+    );
+  const table = html(
+    "table",
+    { class: "corners", id: "corners" },
+    html("thead", {}, html("tr", {}, ...head)),
+    html("tbody", {}, ...corners.slice(0, MOST_CORNERS).map(row)),
   );
-  return html(
-    "details",
-    { open: report.corners.length <= 12, "data-key": "corners" },
-    html("summary", {}, `Corners (${report.corners.length})`),
-    html(
-      "div",
-      { class: "scrolls", tabindex: "0", role: "region", "aria-label": "Corners, in radians" },
-      html("table", { class: "corners", id: "corners" }, html("thead", {}, head), html("tbody", {}, ...body)),
-    ),
-    report.corners.length > most ? html("p", { class: "small" }, `The first ${most} of them.`) : null,
+  return folded(
+    "corners",
+    `Corners (${corners.length})`,
+    corners.length <= MOST_OPEN,
+    html("div", { class: "scrolls", tabindex: "0", role: "region", "aria-label": "Corners, in radians" }, table),
+    corners.length > MOST_CORNERS ? html("p", { class: "small" }, `The first ${MOST_CORNERS} of them.`) : null,
   );
 }
 
 function others(report, onTake) {
   if (!report.alternatives?.length) return null;
-  return html(
-    "details",
-    { open: true, "data-key": "alternatives" },
-    html("summary", {}, `Other loops (${report.alternatives.length})`),
-    html(
-      "ul",
-      { class: "plainlist" },
-      ...report.alternatives.map((other) => {
-        const rules = other.valid ? "obeys the paper’s rules, cannot fly" : "breaks the paper’s rules";
-        const verdict = other.flyable ? "flyable" : rules;
-        const can = ["red", "blue"].includes(other.color);
-        const words = `${other.color}, ${SIGNS[other.sign] ?? "no sign of R"}`;
-        return html(
-          "li",
-          { class: "other" },
-          html("span", { class: `sheet-key ${other.color}`, "aria-hidden": "true" }),
-          html("span", {}, `${words}, ${number(other.length)} rad: ${verdict}`),
-          can
-            ? html(
-                "button",
-                { type: "button", class: "quiet", onclick: () => onTake(other) },
-                "Take",
-                spoken(` the ${words} loop`),
-              )
-            : null,
-        );
-      }),
-    ),
+  const item = (other) => {
+    const rules = other.valid ? "obeys the paper’s rules, cannot fly" : "breaks the paper’s rules";
+    const words = `${other.color}, ${SIGNS[other.sign] ?? "no sign of R"}`;
+    const take = html(
+      "button",
+      { type: "button", class: "quiet", onclick: () => onTake(other) },
+      "Take",
+      spoken(` the ${words} loop`),
+    );
+    return html(
+      "li",
+      { class: "other" },
+      html("span", { class: `sheet-key ${other.color}`, "aria-hidden": "true" }),
+      html("span", {}, `${words}, ${number(other.length)} rad: ${other.flyable ? "flyable" : rules}`),
+      other.color === "mixed" ? null : take,
+    );
+  };
+  return folded(
+    "alternatives",
+    `Other loops (${report.alternatives.length})`,
+    report.status === "planned",
+    html("ul", { class: "plainlist" }, ...report.alternatives.map(item)),
   );
 }
 
-function lines(title, texts, kind) {
-  if (!texts?.length) return null;
-  return html(
-    "div",
-    { class: `notes ${kind}` },
-    html("h3", {}, title),
-    html("ul", {}, ...texts.map((text) => html("li", {}, text))),
-  );
+function listed(texts) {
+  return html("ul", { class: "ways small" }, ...texts.map((text) => html("li", {}, inPi(text))));
 }
 
-/** Show a plan or a table's report in `root`. `on` has point(where) and take(alternative). */
-export function showReport(root, report, on) {
+/**
+ * Show a plan or a table's report in `root`. `on` has point(where) and take(alternative).
+ */
+export function showReport(root, report, advice, on) {
   const open = new Map([...root.querySelectorAll("details[data-key]")].map((node) => [node.dataset.key, node.open]));
-  const { kind, headline, reasons } = verdictOf(report);
-  const glyph = { yes: "✓", partly: "△", no: "✕" }[kind];
-  const parts = [
-    html(
-      "p",
-      { class: `headline ${kind}`, id: "headline" },
-      glyph ? html("span", { class: "mark", "aria-hidden": "true" }, glyph) : null,
-      headline,
-    ),
-  ];
-  if (kind === "none") {
+  const { reason } = verdictOf(report, advice);
+  const parts = [];
+  if (!report || report.status === "empty") {
     parts.push(
       html("p", { class: "hint" }, "Click on the map to set the first waypoint, or load one of the paper’s gaits."),
     );
   } else {
-    if (reasons.length) parts.push(html("p", { class: "reasons" }, reasons.join(", ")));
-    if (report.checks?.length) parts.push(facts(report));
-    const checks = (report.checks ?? []).toSorted((a, b) => Number(a.mark === "ok") - Number(b.mark === "ok"));
-    if (checks.length) {
+    const { checks = [], warnings = [], obstacles = [] } = report;
+    if (!checks.length) parts.push(html("p", {}, reason)); // whole; its line may cut it off
+    if (checks.length) parts.push(facts(report), ...checksOf(checks, on.point));
+    const rest = warnings.filter((text) => !checks.some((check) => check.message === text));
+    if (rest.length) {
       parts.push(
-        html("h3", {}, "Checks"),
-        html("ul", { class: "checks" }, ...checks.map((check) => checkRow(check, on.point))),
+        html("div", { class: "notes" }, html("h3", {}, rest.length > 1 ? "Warnings" : "Warning"), listed(rest)),
       );
     }
-    // What a check says already is not said twice.
-    const warnings = report.warnings?.filter((text) => !checks.some((check) => check.message === text));
-    parts.push(lines(warnings?.length > 1 ? "Warnings" : "Warning", warnings, "warnings"));
     parts.push(cornersTable(report), others(report, on.take));
-    const ways = (report.obstacles ?? [])
-      .map((obstacle) => obstacle.message)
-      .filter((text) => !report.reason?.includes(text));
-    if (ways.length) {
-      parts.push(
-        html(
-          "details",
-          { "data-key": "ways" },
-          html("summary", {}, `Why not otherwise (${ways.length})`),
-          html("ul", { class: "ways small" }, ...ways.map((text) => html("li", {}, text))),
-        ),
-      );
-    }
+    const ways = obstacles.filter((one) => one !== advice?.obstacle).map((one) => one.message);
+    if (ways.length) parts.push(folded("ways", `Why no other color or sign (${ways.length})`, false, listed(ways)));
   }
   root.replaceChildren(...parts.filter(Boolean));
   for (const node of root.querySelectorAll("details[data-key]")) {
-    if (open.has(node.dataset.key)) node.open = open.get(node.dataset.key);
+    const { key } = node.dataset;
+    if (open.has(key) && !(key === "corners" && report.corners.length > MOST_OPEN)) node.open = open.get(key);
   }
 }
