@@ -123,6 +123,7 @@ def test_plan_from_files(run: Any) -> None:
 
 def test_roots(run: Any) -> None:
     result = run("roots", "0.3", "-3pi/8", "--json")
+    assert run("roots", "0.3,-3pi/8", "--json").json == result.json  # as a waypoint is written
     assert result.code == 0
     roots = result.json["roots"]
     assert set(roots[0]) == {"alpha3", "alpha4", "types", "color", "R", "R_phi", "R_theta"}
@@ -178,7 +179,8 @@ WRONG = [
     ("plan --waypoint 0,0 --output there.csv", "output 'there.csv' exists. Overwrite it with --force"),
     ("plan none.toml", "request file 'none.toml' cannot be read: "),
     ("plan bad.toml", "texts need quotes, as in '30deg', and numbers a decimal point"),
-    ("roots 0.1 0.2 -0.3", "(-0.3); see gaitgraph roots --help"),
+    ("roots 0.1 0.2 -0.3", "roots needs two angles A1 A2, got '0.1 0.2 -0.3'"),
+    ("roots", "roots needs two angles A1 A2, got ''"),
     ("export", "GAIT_FILE"),
     ("export there.csv out.csv", "gait file 'there.csv'"),
     ("plann", "no command 'plann'; did you mean 'plan'?"),

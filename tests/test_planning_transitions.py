@@ -79,6 +79,12 @@ def pair_of(there: bool, gait: gg.Gait = G4) -> tuple[Any, Any]:
     return ("hover", gait) if there else (gait, "hover")
 
 
+def test_a_transition_of_no_length_says_so() -> None:
+    assert (
+        str(gg.transition("hover", "hover")).splitlines()[0].endswith("smooth, nothing moves; checked there and back")
+    )
+
+
 @pytest.mark.parametrize("there", [True, False], ids=["entry", "exit"])
 def test_hover_and_gait_4(there: bool) -> None:
     start, end = pair_of(there)

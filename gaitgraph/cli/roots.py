@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 from gaitgraph.cli import command, print_json, wants_json
-
-if TYPE_CHECKING:
-    from gaitgraph.vehicle import Vehicle
+from gaitgraph.errors import InputError
 
 
 @command(
     "Every (α3, α4) on the gait surfaces for one (α1, α2).",
-    click.argument("a1", metavar="A1"),
-    click.argument("a2", metavar="A2"),
+    click.argument("angles", metavar="A1 A2", nargs=-1),
     "crossing_tolerance vehicle coefficients json",
 )
-def roots_command(a1: str, a2: str, vehicle: Vehicle | None = None, coefficients: Any = None, **given: float) -> int:
+def roots_command(angles: tuple[str, ...] = (), vehicle: Any = None, coefficients: Any = None, **given: float) -> int:
     """Print every root (α3, α4) of Rφ = Rθ = 0 for one (α1, α2), with plane types, color and R."""
     from dataclasses import asdict
 
@@ -27,14 +24,14 @@ def roots_command(a1: str, a2: str, vehicle: Vehicle | None = None, coefficients
     from gaitgraph.surface.sheets import roots
     from gaitgraph.vehicle import PAPER
 
-    numbers = coefficients_of(vehicle or PAPER, coefficients)
-    found = roots(a1, a2, coefficients=numbers, **given)
+    pair, numbers = ",".join(angles).split(","), coefficients_of(vehicle or PAPER, coefficients)
+    if len(pair) != 2:
+        raise InputError(f"roots needs two angles A1 A2, got {' '.join(angles)!r}")
+    found = roots(*pair, coefficients=numbers, **given)
     alpha1, alpha2 = found[0].alpha[:2]
     if wants_json():
-        plane = ("alpha1", "alpha2")
-        rows = [{name: value for name, value in asdict(root).items() if name not in plane} for root in found]
-        fibers = [asdict(fiber) for fiber in found.fibers]
-        print_json({"alpha1": alpha1, "alpha2": alpha2, "roots": rows, "fibers": fibers})
+        rows = [{k: value for k, value in asdict(root).items() if k not in ("alpha1", "alpha2")} for root in found]
+        print_json({"alpha1": alpha1, "alpha2": alpha2, "roots": rows, "fibers": [*map(asdict, found.fibers)]})
         return 0
     click.echo(f"(α1, α2) = ({text_from_angle(alpha1)}, {text_from_angle(alpha2)}), {numbers.kind} coefficients")
     click.echo("  color  types            α3            α4             R")

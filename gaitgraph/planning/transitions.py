@@ -167,6 +167,7 @@ class Transition:
             for corner, alpha in zip(self.corners, (self.path[0], self.path[-1]), strict=True)
         ]
         size = f"{len(self.path)} corners, {self.length:.4f} rad, {self.duration:g} s, {self.law}"
+        size += "" if self.length else ", nothing moves"
         return f"From {ends[0]} to {ends[1]}: {size}; checked there and back\n{self.report}"
 
 
