@@ -36,7 +36,7 @@ class Certificate:
         drag, thrust, arm = (exact(vehicle[x]) for x in ("drag_coefficient", "thrust_coefficient", "arm_length"))
         self.kappa = drag / (thrust * arm) * (1 if vehicle["first_rotor_spin"] == "clockwise" else -1)
         self.law, self.durations = fmpq_poly(list(map(exact, document["law"]))), [exact(p["duration"]) for p in pieces]
-        self.pieces = [[fmpq_poly(list(map(exact, angle))) for angle in piece["alpha"]] for piece in pieces]
+        self.pieces = [[fmpq_poly(list(map(exact, angle))) for angle in (piece["alpha"] * 2)[:4]] for piece in pieces]
 
     def polynomials(self, name: str) -> list[list[fmpq_poly]]:
         """Return for each piece the angles, or for EXACT, one by one, what is not negative where a claim holds."""

@@ -315,6 +315,13 @@ class TestTables:
             assert part in client.table(name, content, 400)
 
 
+def test_a_certificate_is_downloaded_or_refused_with_the_reason(client: Client) -> None:
+    name, content = client.file(of_gait(3) | {"samples": 8}, ".cert.json")
+    assert name.endswith("gait.cert.json")
+    assert not any(place for _, place in check(content.decode()))
+    table = gg.read_table(BytesIO(b"")) if False else None
+
+
 @pytest.mark.parametrize("suffix", [".json", ".npz", ".h", ".mcap", ".gif"])
 def test_downloads_are_files_and_folders_are_zips(client: Client, suffix: str) -> None:
     (listed,) = (one for one in formats_answer() if one["suffix"] == suffix)
