@@ -24,6 +24,7 @@ import numpy as np
 import pytest
 
 import gaitgraph as gg
+from gaitgraph.certificates.check import check as checked
 from gaitgraph.explorer import queries, server, table_query
 from gaitgraph.explorer.queries import DEFAULTS, LIMITS, map_answer, state_of
 from gaitgraph.explorer.server import HEADERS, Refused, application
@@ -315,11 +316,21 @@ class TestTables:
             assert part in client.table(name, content, 400)
 
 
-def test_a_certificate_is_downloaded_or_refused_with_the_reason(client: Client) -> None:
-    name, content = client.file(of_gait(3) | {"samples": 8}, ".cert.json")
-    assert name.endswith("gait.cert.json")
-    assert not any(place for _, place in check(content.decode()))
-    table = gg.read_table(BytesIO(b"")) if False else None
+def test_a_certificate_of_the_downloaded_rows_is_offered_or_refused_with_the_reason(
+    client: Client, tmp_path: Path
+) -> None:
+    assert next(one["available"] for one in formats_answer() if one["suffix"] == ".cert.json")
+    for suffix in (".csv", ".cert.json"):
+        name, content = client.file(of_gait(3) | {"samples": 8}, suffix)
+        assert name == f"gait{suffix}"
+        (tmp_path / name).write_bytes(content)
+    found = checked(content.decode())
+    assert {"rate", "hover_thrust"} <= {name for name, place in found if not place}
+    assert "certificate" not in str(gg.validate(tmp_path / "gait.csv").warnings)
+    (tmp_path / "gait.cert.json").write_text("{}")
+    assert "certificate" in str(gg.validate(tmp_path / "gait.csv").warnings)
+    refused = client.refused("download", {"state": of_gait(1), "suffix": ".cert.json"})
+    assert "not flyable: least singular value" in refused
 
 
 @pytest.mark.parametrize("suffix", [".json", ".npz", ".h", ".mcap", ".gif"])
