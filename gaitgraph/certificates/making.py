@@ -211,9 +211,8 @@ class _Path:
         known = (vehicle.drag_coefficient, vehicle.thrust_coefficient, vehicle.arm_length)
         constants = [one if value is None else _decimal(value) for value in known]
         kappa = constants[0] / (constants[1] * constants[2])
-        if None in known or abs(float(kappa) / vehicle.drag_ratio - 1) > 1e-12:
-            kappa = _decimal(vehicle.drag_ratio)
-            constants = [kappa, one, one]
+        if None in known:
+            kappa, *_ = constants = [_decimal(vehicle.drag_ratio), one, one]
         self.kappa = check.enclosed(kappa if vehicle.signed_drag_ratio > 0 else -kappa)
         self.vehicle = {"name": vehicle.name[:1000], "first_rotor_spin": vehicle.first_rotor_spin}
         self.vehicle |= dict(zip(check.CONSTANTS, constants, strict=True))

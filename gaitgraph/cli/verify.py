@@ -25,8 +25,9 @@ def verify_command(certificate: str) -> int:
             found = check(text)
         except (RecursionError, ValueError) as error:
             raise InputError(f"certificate {certificate!r}: {error}") from None
+    is_proved = not any(place for _, place in found)
     if wants_json():
-        print_json({"proved": not any(place for _, place in found), "claims": dict(found)})
+        print_json({"proved": is_proved, "claims": dict(found)})
     else:
         click.echo("\n".join(f"NOT proved: {name} {place}" if place else f"proved: {name}" for name, place in found))
-    return 1 if any(place for _, place in found) else 0
+    return 0 if is_proved else 1
