@@ -20,14 +20,14 @@ plots.gait_loop(gait, ax=plots.singular_value_map())
 # %%
 # Its four angles over time.
 
-plots.gait_in_four_dimensions(gait.parametrize(period=1.5))
+gait.parametrize(period=1.5).plot()
 
 # %%
-# Plots on your own axes, side by side. The second one is the gait's loop among the nodes with R > 0.
+# Plots on your own axes, side by side. The second one is the gait's loop among the regions of the red sheet.
 
 figure, (left, right) = plt.subplots(1, 2, figsize=(9, 4.5), layout="constrained")
 plots.vehicle_figure(gait.vehicle, ax=left)
-plots.gait_loop(gait, ax=plots.type_map("positive", labels=False, ax=right))
+plots.gait_loop(gait, ax=plots.regions_map(ax=right))
 
 # %%
 # The figures of the paper, and two that it lacks, are written by their names. Without ``force`` a file that exists is

@@ -2,7 +2,7 @@
 A gait for a microcontroller
 ============================
 
-A C header with a table of the gait and a function that returns its angles at any time, as floats or in fixed point.
+A C header with a table of the gait and a function that returns its angles at any time.
 """
 
 from pathlib import Path
@@ -12,16 +12,14 @@ import gaitgraph as gg
 gait = gg.lift([(1.178, -1.178), (1.178, -0.393), (0.393, -0.393), (0.393, -1.178)], "red")
 
 # %%
-# Rows are joined by cubics, or, in fixed point, by straight lines. The header states the error, which helps to
-# choose the number of rows.
+# Rows are joined by cubics. The header states the error, which helps to choose the number of rows.
 
-for number, samples in (("float", 40), ("fixed", 100), ("fixed", 400)):
+for samples in (25, 40, 100):
     timed = gait.parametrize(period=1.0, samples=samples)
-    timed.write("gait3.h", force=True, options=gg.io.FormatOptions(number=number))
+    timed.write("gait3.h", force=True)
     lines = Path("gait3.h").read_text().splitlines()
-    size = samples * (8 if number == "fixed" else 32)
     (error,) = (line for line in lines if "off the gait by" in line)
-    print(f"{number}, {samples} rows, {size} bytes:")
+    print(f"{samples} rows, {32 * samples} bytes:")
     print(f"    off the gait by {error.split('off the gait by ')[1]}")
 
 # %%

@@ -2,7 +2,7 @@
 A tour of the graph
 ===================
 
-The surfaces as a plain networkx graph: inspect it, remove nodes, run any algorithm, and plan on the rest.
+The surfaces as a plain networkx graph: inspect it, remove nodes, run any algorithm, and walk on the rest.
 """
 
 from collections import Counter
@@ -11,6 +11,8 @@ import networkx as nx
 
 import gaitgraph as gg
 from gaitgraph import plots
+from gaitgraph.graph.build import gait_along
+from gaitgraph.graph.walks import ClosedWalk
 
 # %%
 # A node is a root with R < 0 above a point of the paper's grid. Its seven types are those of the paper's Figure 16.
@@ -40,9 +42,11 @@ print({color for _, color in flyable.nodes(data="color")})
 print(nx.dijkstra_path(flyable, (12, 2, "red"), (10, 6, "red"), weight="length"))
 
 # %%
-# Remove nodes, check the contract, and plan on the rest.
+# Remove nodes, check the contract, and find the shortest closed walk through others on the rest.
 
 graph.remove_nodes_from([(12, 6, "red"), (12, 6, "blue")])
 gg.validate_graph(graph)
-plan = gg.plan_loop([("3pi/8", "-pi/8"), ("pi/8", "-pi/8"), ("pi/4", "-3pi/8")], graph=graph)
-print(f"around the missing node: {plan.gait.length:.3f} rad, flyable {plan.report.flyable}")
+walk = gg.graph.closed_walk(graph, [[(14, 6, "red")], [(10, 6, "red")], [(12, 2, "red")]], use="flyable")
+assert isinstance(walk, ClosedWalk)  # otherwise it names the leg that blocks it
+gait = gait_along(graph, walk.nodes).merged()
+print(f"around the missing node: {gait.length:.3f} rad, flyable {gg.validate(gait).flyable}")

@@ -35,7 +35,6 @@ EXCEPTIONS = {
     ("timing.timed_gait", "TimedGait.animate", "plots.vehicles"),
     ("flight.flight", "Flight.write", "plots.flights"),
     ("io.formats", "given_gait", "planning.planner"),  # a request stands for its gait
-    ("gait.table", "Table._frame", ANYTHING),  # pandas or polars
     ("cli", "Group.get_command", ANYTHING),  # a command's file, by the command's name
 }
 

@@ -65,21 +65,19 @@ def test_numpy_reads_the_archive(planned: TimedGait, tmp_path: Path) -> None:
     assert {one.date_time for one in zipfile.ZipFile(path).infolist()} == {(1980, 1, 1, 0, 0, 0)}
 
 
-def test_scipy_reads_the_matlab_file_as_struct_and_as_columns(planned: TimedGait, tmp_path: Path) -> None:
+def test_scipy_reads_the_matlab_file(planned: TimedGait, tmp_path: Path) -> None:
     path = tmp_path / "gait.mat"
     planned.write(path)
-    found = loadmat(path, squeeze_me=True, struct_as_record=False)
-    gait = found["gait"]
+    found = loadmat(path, squeeze_me=True)
     assert path.read_bytes()[:116] == f"MATLAB 5.0 MAT-file, written by gaitgraph {gg.__version__}".ljust(116).encode()
     assert loadmat(path)["t"].shape == loadmat(path)["alpha1"].shape == (13, 1)
     for name, values in planned.columns().items():
         np.testing.assert_array_equal(np.char.strip(found[name]) if name in ("color", "types") else found[name], values)
     for group, values in zip(("alpha", "alpha_rate", "alpha_acceleration"), planned.at(planned.t), strict=True):
         np.testing.assert_array_equal(found[group], values)
-        np.testing.assert_array_equal(getattr(gait, group), values)
-    units = dict(zip(np.char.strip(gait.names).tolist(), np.char.strip(gait.units).tolist(), strict=True))
+    units = dict(zip(np.char.strip(found["names"]).tolist(), np.char.strip(found["units"]).tolist(), strict=True))
     assert (units["t"], units["alpha3"], units["alpha3_rate"], units["R"]) == ("s", "rad", "rad/s", "1")
-    assert gait.provenance == provenance_text(table_of(planned))
+    assert found["provenance"] == provenance_text(table_of(planned))
 
 
 @pytest.mark.parametrize(("library", "stated"), [("pandas", True), ("polars", False)])
@@ -92,7 +90,9 @@ def test_parquet_is_exchanged_with(library: str, stated: bool, planned: TimedGai
     assert [str(schema.field(name).type)[:24] for name in ("t", "color")] == ["double", "dictionary<values=string"]
     assert json.loads(schema.metadata[b"gaitgraph"])["version"] == gg.__version__
     frame = frames.read_parquet(ours)
-    assert frame.equals(getattr(planned, f"to_{library}")())
+    assert {name: list(frame[name]) for name in frame.columns} == {
+        name: list(values) for name, values in table_of(planned).columns.items()
+    }
     (frame.to_parquet if stated else frame.write_parquet)(theirs)
     found = read_table(theirs)
     assert_same(found, table_of(planned))
@@ -132,17 +132,13 @@ def test_arrays_of_other_kinds_are_read(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("packed", [False, True])
-def test_matlab_files_with_arrays_alone_or_with_a_struct_alone(
-    packed: bool, planned: TimedGait, tmp_path: Path
-) -> None:
+def test_matlab_files_may_hold_more_than_arrays(packed: bool, planned: TimedGait, tmp_path: Path) -> None:
     alpha, t, path = planned.alpha, planned.t, tmp_path / "a.mat"
     parts = {f"alpha{k + 1}": alpha[:, k] for k in range(4)}
     for content in (
         {"alpha": alpha, "t": t, "fs": 5.0},
         {**parts, "t": t[:, None], "gait": {"note": 1.0}},
-        {"gait": {"alpha": alpha, "t": t}, "other": {"alpha": 3.0}},
-        {"run7": {**parts, "t": t, "inner": {"deeper": {"deepest": 1.0}}}},
-        {"fs": 100.0, "run7": {"alpha": alpha, "t": t}},
+        {"alpha": alpha, "t": t, "run7": {"alpha1": 3.0, "inner": {"deeper": {"deepest": 1.0}}}},
     ):
         savemat(path, content, do_compression=packed)
         table = read_table(path)
@@ -236,15 +232,14 @@ def test_matlab_files_with_something_else_are_refused(tmp_path: Path) -> None:
     three = {name: values for name, values in FOUR.items() if name != "alpha1"}
     for content, message in (
         ({"fs": 100.0, "signal": np.zeros(9)}, "column 'alpha1' is missing.*other columns are 'fs', 'signal'"),
-        ({**three, "alpha1": cells}, "alpha1 must be a column of numbers .*object"),
+        ({**three, "alpha1": cells}, "column 'alpha1' is missing"),
         ({**three, "alpha1": {"a": 1.0}}, "column 'alpha1' is missing"),
         ({**three, "alpha1": np.zeros(3) * 1j}, "alpha1 must be a column of numbers .*complex"),
         ({**three, "alpha1": np.zeros((3, 2))}, r"alpha1 must be a column .*shape \(3, 2\)"),
         ({**three, "alpha1": np.zeros(4)}, "columns must have equally many rows, got 3 to 4"),
         ({**three, "alpha1": np.array(["0x", "1", "2"])}, "row 1: alpha1 .*'0x'"),
         ({"alpha": np.zeros((4, 9)), "t": np.zeros(9)}, r"alpha must be a matrix of 4 columns, .*\(4, 9\)"),
-        ({"gait": [{"alpha": 1.0}, {"alpha": 2.0}]}, "column 'alpha1' is missing"),
-        ({"a": {"alpha": 1.0}, "b": FOUR, "fs": 9.0}, "it must have one struct of angles, or one .*'gait', got 2"),
+        ({"run7": {"alpha": np.zeros((9, 4))}}, "it must have variables of numbers; save -struct writes"),
     ):
         for packed in (False, True):
             savemat(path, content, do_compression=packed, long_field_names=True)
@@ -272,7 +267,7 @@ def test_matlab_files_that_are_broken_or_too_large_are_refused(tmp_path: Path, m
         (whole[:-20], "it must be whole, got a variable that ends at byte"),
         (whole[:130], "or it is broken"),
         (HEADER + struct.pack("<II", 15, 4) + bytes(4), "or it is broken"),
-        (HEADER + struct.pack("<II", 9, 8) + bytes(8), "got type 9 at level 0"),
+        (HEADER + part(9, bytes(8) + b"\6" + bytes(7)), "got an element of type 9"),
         (HEADER + part(14, head_of(6, "a", 2**30) + part(9, bytes(8))), "or it is broken"),
         (HEADER + bytes(checksum), "or it is broken .*incorrect data check"),
         (HEADER + packed(struct.pack("<II", 14, 100) + zeros[8:]), "of another size than it states"),
@@ -284,24 +279,19 @@ def test_matlab_files_that_are_broken_or_too_large_are_refused(tmp_path: Path, m
     assert "its variables must have at most 2 MiB, got 300" in refusal(path)
 
 
-@pytest.mark.parametrize("lying", [False, True])
-def test_nested_matlab_arrays_do_not_overflow_the_stack(lying: bool, tmp_path: Path) -> None:
-    """The reader of scipy ends the process on tens of thousands of levels."""
+def test_matlab_parts_of_unknown_types_and_nested_structs_do_not_reach_scipy(tmp_path: Path) -> None:
+    """The reader of scipy ends the process on them."""
+    path, alphas = tmp_path / "a.mat", [part(14, head_of(6, name, 3) + part(9, bytes(24))) for name in FOUR]
+    for values in (part(14, bytes(24)), part(99, bytes(24)), struct.pack("<II", 9, 2**31), b""):
+        path.write_bytes(HEADER + b"".join(alphas) + part(14, head_of(6, "more", 3) + values))
+        assert re.search("it must be whole, got a part of type|or it is broken", refusal(path))
     struct_head = head_of(2, "gait") + part(5, struct.pack("<i", 2)) + part(1, b"a\0")
-    for levels, is_read in ((100, True), (101, False), (100_000, False)):
-        sizes = [len(struct_head) + 8]
-        for _ in range(levels - 1):
-            sizes.append(sizes[-1] + len(struct_head) + 8)
-        stated = reversed([8] * (levels - 1) + sizes[-1:] if lying else sizes)
-        nested = b"".join(struct.pack("<II", 14, size) + struct_head for size in stated) + struct.pack("<II", 14, 0)
-        alphas = b"".join(part(14, head_of(6, name, 3) + part(9, bytes(24))) for name in FOUR)
-        for content in (nested, packed(nested)):
-            path = tmp_path / "deep.mat"
-            path.write_bytes(HEADER + content + alphas)
-            if is_read:
-                assert len(read_table(path)) == 3
-            else:
-                assert "must hold arrays, at most 100 within each other, got type 14 at level 101" in refusal(path)
+    nested = b""
+    for _ in range(10_000):
+        nested = struct.pack("<II", 14, len(struct_head) + len(nested)) + struct_head + nested
+    for content in (nested, packed(nested)):
+        path.write_bytes(HEADER + content + b"".join(alphas))
+        assert len(read_table(path)) == 3
 
 
 def test_parquet_files_with_something_else_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -363,7 +353,7 @@ def test_mutated_files_are_read_or_refused_in_one_line(suffix: str, planned: Tim
         savez_compressed(theirs, **{name: np.array(v) for name, v in planned.columns().items()})
     elif suffix == ".mat":
         found = loadmat(ours)
-        savemat(theirs, {"gait": found["gait"][0, 0]}, do_compression=True)
+        savemat(theirs, {"alpha": found["alpha"], "provenance": found["provenance"]}, do_compression=True)
         savemat(more, {"alpha": found["alpha"], "t": found["t"].T, "color": "red"})
     for path in (ours, theirs, more):
         if path.exists():

@@ -54,7 +54,7 @@ EXPECTED = {
     "basin_of_a_gait": "Basin of biased by 0.8: 4 by 4 attitudes, roll and pitch up to 70°: 81.2 % settled",
     "draw_a_gait": "figure_15.svg",
     "where_a_waypoint_lies": "0.1000 rad away is (0.5000, -0.9000)",
-    "export_to_c": "fixed, 400 rows, 3200 bytes",
+    "export_to_c": "100 rows, 3200 bytes",
     "least_period": "least period: 0.950 s with rests, 0.729 s rounded",
     "around_a_keep_out": "no loop through these waypoints in this order is shorter than 3.8393 rad",
     "best_gait": "radius 0.1: least singular value 0.592, at most 0.592, 13.44 rad²/s",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from functools import partial
 from math import pi
 from typing import TYPE_CHECKING, Any
 
@@ -19,15 +18,13 @@ from gaitgraph.gait.table import (
     checked_about,
     closed_rows,
     closing_time,
-    completed_pieces,
+    completed_table,
     is_closed,
-    merged,
     provenance_text,
     tilt_angles,
 )
 from gaitgraph.invertibility.matrices import level_determinant_resolution
 from gaitgraph.io.c_header import write_h
-from gaitgraph.io.columns import FormatOptions
 from gaitgraph.surface.sheets import COLORS, roots
 from gaitgraph.timing.laws import LAWS, LawName
 from gaitgraph.timing.timed_gait import timed_gait_of
@@ -80,16 +77,14 @@ def test_reversing_and_restarting_are_permutations(points: list[tuple[float, flo
     assert {(tuple(b), tuple(a)) for a, b in zip(back.alpha, back.ends, strict=True)} == pairs
 
 
-def test_bias_scales_the_last_two_angles_and_scaling_keeps_red_on_its_plane_and_not_blue() -> None:
-    red, blue = lift(GAITS[3].angles, "red"), lift(GAITS[1].angles, "blue").scaled(0.5)
+def test_bias_scales_the_last_two_angles() -> None:
+    red = lift(GAITS[3].angles, "red")
     biased = red.biased(0.8)
     np.testing.assert_allclose(biased.alpha, red.alpha * [1, 1, 0.8, 0.8])
     assert biased.colors == biased.types == ()
     np.testing.assert_array_equal(red.biased(1.0).alpha, red.alpha)
     assert red.biased(1.0).colors == red.colors
-    np.testing.assert_allclose(red.scaled(0.5).alpha, 0.5 * red.alpha)
-    for gait, color in ((red.scaled(0.5), "red"), (blue, None)):
-        assert (gait.check()["on_surface"].ok, gait.color) == (color == "red", color)
+    assert not biased.check()["on_surface"].ok
 
 
 def test_straight_runs_merge_and_turns_stay() -> None:
@@ -178,8 +173,7 @@ def test_a_last_row_closes_up_to_the_gap_and_not_beyond(off: float) -> None:
             gait, times, _ = closed_rows(rows)
             assert times is not None
             assert (len(gait.alpha), times[-1]) == ((3, 3.0) if closed else (4, 4.0))
-            parts = [rows.rows(0, 2), rows.rows(2, 4)]
-            whole = merged(completed_pieces(partial(list, parts))())
+            whole = completed_table(rows)
             assert (len(whole), whole["t"][-1]) == ((4, 3.0) if closed else (5, 4.0))
             assert all(name == "t" or values[0] == values[-1] for name, values in whole.columns.items())
             check = gg.validate(rows)["closed"]
@@ -201,13 +195,12 @@ def test_all_readers_of_a_table_find_its_period(tmp_path: Path, law: LawName, sa
         read = gg.read_table(source)
         corners, times, _ = closed_rows(read)
         gg.timing.export(source, [tmp_path / "whole.csv"], force=True)
-        write_h([read], tmp_path / "rows.h", FormatOptions())
+        write_h([read], tmp_path / "rows.h")
         whole = gg.read_table(tmp_path / "whole.csv")
-        by_row = merged(completed_pieces(partial(list, [read.rows(k, k + 1) for k in range(len(read))]))())
         assert times is not None
-        for end in (times[-1], timed_gait_of(source).period, whole["t"][-1], by_row["t"][-1]):
+        for end in (times[-1], timed_gait_of(source).period, whole["t"][-1]):
             assert end == pytest.approx(1.0, abs=1e-9)
-        assert (len(corners.alpha), len(whole), len(by_row)) == (samples, samples + 1, samples + 1)
+        assert (len(corners.alpha), len(whole)) == (samples, samples + 1)
         assert (whole.alpha[-1] == whole.alpha[0]).all()
         assert f"_angle[{samples}][4]" in (tmp_path / "rows.h").read_text()
 
@@ -268,8 +261,8 @@ def test_the_request_stays_unless_another_vehicle_is_given() -> None:
     assert closed_rows(made, vehicle=gg.vehicle_named("beetle_omni"))[0].coefficients.kind == "exact"
     timed = Table(columns={**made.columns, "t": np.arange(3.0)}, about=made.about | {"crossing_tolerance": 0})
     assert closed_rows(timed)[0].crossing_tolerance == 0
-    assert "request" in merged(completed_pieces(lambda: [timed])()).about
-    assert "request" not in merged(completed_pieces(lambda: [timed], coefficients="exact")()).about
+    assert "request" in completed_table(timed).about
+    assert "request" not in completed_table(timed, coefficients="exact").about
 
 
 def test_stated_R_stays_within_its_digits_and_not_beyond() -> None:
@@ -279,7 +272,7 @@ def test_stated_R_stays_within_its_digits_and_not_beyond() -> None:
     for share, stays in ((0.99, True), (1.01, False)):
         stated = computed + share * digits * np.array([0, 1, 0, 0])
         given = Table(columns={**rows.columns, "R": stated})
-        kept = merged(completed_pieces(lambda given=given: [given])())["R"]  # type: ignore[misc]
+        kept = completed_table(given)["R"]
         np.testing.assert_array_equal(kept, stated if stays else computed)
 
 

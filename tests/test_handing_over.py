@@ -30,7 +30,7 @@ FORMS: dict[str, Callable[[Path], Any]] = {
     "other answer": lambda _: gg.least_period(GAIT, LIMITS, samples=8),
     "table": lambda _: gg.timing.table_of(TIMED),
     "pandas": lambda _: TIMED.to_pandas(),
-    "polars": lambda _: TIMED.to_polars(),
+    "polars": lambda _: pl.DataFrame(gg.timing.table_of(TIMED).columns),
     "array": lambda _: TIMED.alpha,
     "texts": lambda _: [[a, b, a, b] for a, b in WAYPOINTS],
     "file": lambda folder: str(folder / "gait.csv"),
@@ -52,9 +52,8 @@ USES: dict[str, Callable[[Any], Any]] = {
     "rounded": lambda gait: len(gg.timing.rounded(gait, 0.05).corners) == 4,
     "table_of": lambda gait: np.ptp(gg.timing.table_of(gait)["alpha1"]) == pytest.approx(np.pi / 4),
     "gait_loop": gg.plots.gait_loop,
-    "gait_in_four_dimensions": lambda gait: len(gg.plots.gait_in_four_dimensions(gait)) == 5,
     "roll_pitch_diagram": gg.plots.roll_pitch_diagram,
-    "draw": lambda gait: gg.plots.draw("gait", gait=gait),
+    "draw": lambda gait: gg.plots.draw("set", gait=gait),
     "from_hover": lambda gait: isinstance(gg.flight.from_hover(gait), str),  # R < 0
     "fly": lambda gait: gg.fly(gait, settings=gg.FlightSettings(duration=1.0)).settled,
 }

@@ -14,7 +14,12 @@ import shapely
 from scipy import ndimage
 
 from gaitgraph.errors import Infeasible, MissingConstant
-from gaitgraph.invertibility.matrices import hover_thrust_shares, least_singular_value, least_singular_value_on_red
+from gaitgraph.invertibility.matrices import (
+    coefficients_of,
+    hover_thrust_shares,
+    least_singular_value,
+    least_singular_value_on_red,
+)
 from gaitgraph.optimization import optimize
 from gaitgraph.optimization.least_effort import (
     LeastEffort,
@@ -66,7 +71,8 @@ def test_effort_matrix_is_the_integral(count: int) -> None:
 
 def test_a_spline_is_a_smooth_curve_in_its_hulls() -> None:
     points, t = np.random.default_rng(1).normal(size=(11, 2)) / 3, np.linspace(0, 1, 7)
-    curve = Curve(breaks=np.linspace(0, 2.0, 12), pieces=power_pieces(points, 2.0 / 11))  # refuses jumps itself
+    breaks, pieces = np.linspace(0, 2.0, 12), power_pieces(points, 2.0 / 11)
+    curve = Curve(breaks=breaks, pieces=pieces, vehicle=PAPER, coefficients=coefficients_of())
     for number, hull in enumerate(hull_matrix(11) @ points):
         bezier = sum(math.comb(3, k) * np.outer(t**k * (1 - t) ** (3 - k), hull[k]) for k in range(4))
         np.testing.assert_allclose(basis_rows(number + t, 11) @ points, bezier, atol=1e-13)

@@ -183,29 +183,6 @@ def test_the_loop_is_made_for_the_request() -> None:
         assert loop_of(plan).order == (0, 1, 2, 3)
 
 
-HINT = "waypoint {} is {:.1e} rad off the grid node ({}); on the node the gait has fewer corners"
-
-
-def test_hints_name_the_waypoint_its_distance_and_the_node() -> None:
-    step = pi / 16
-    points = [(1.178, -1.178), (6 * step, -2 * step), (2 * step, -2 * step + step / 50.5), (2 * step, -6 * step)]
-    plan = on_grid(points, color="red")
-    assert [warning for warning in plan.warnings if " off the grid" in warning] == [
-        HINT.format(1, 6 * step - 1.178, "3π/8, -3π/8"),
-        HINT.format(3, step / 50.5, "π/8, -π/8"),
-    ]
-    # A fiftieth of a step is no slip of the pen any more, and 1e-9 rad is the node itself.
-    for off in (step / 49.5, 0.9e-9):
-        plan = on_grid([(6 * step, -2 * step), (2 * step + off, -2 * step)], color="red")
-        assert not any(" off the grid" in warning for warning in plan.warnings)
-    # On an odd number of divisions the nodes lie elsewhere.
-    third = pi / 15
-    plan = on_grid([(5.5 * third + 1e-4, -4.5 * third), (2.5 * third, -4.5 * third)], color="red", divisions=15)
-    assert [warning for warning in plan.warnings if " off the grid" in warning] == [
-        HINT.format(1, 1e-4, "1.1519, -0.9425")
-    ]
-
-
 def on_sheet(color: str, point: tuple[float, float]) -> float:
     """Return R of equation (6) on a sheet, from the planes themselves."""
     (a1, a2), delta = point, gg.invertibility.coefficients_of().delta
@@ -364,13 +341,9 @@ def test_no_graph_is_built_where_no_waypoint_could_serve() -> None:
     searching = ["searching red loops", "searching blue loops"]
     built = "building the graph of 16 divisions with R"
     assert told == [f"{built} > 0", *searching, f"{built} < 0", *searching]
-    for accuracy, said in (
-        (1e-7, []),
-        (0.9e-7, ["computing regions with an accuracy of 9e-08 rad, which takes a while"]),
-    ):
-        told.clear()
-        plan = gg.plan_loop(G3.waypoints, accuracy=accuracy, progress=told.append, **RED_BELOW)
-        assert told == [*said, "searching red loops with R < 0"]
+    told.clear()
+    plan = gg.plan_loop(G3.waypoints, progress=told.append, **RED_BELOW)
+    assert told == ["searching red loops with R < 0"]
     assert repr(plan).startswith(
         "<Plan: <Loop: red, R < 0, 4 corners, 3.1416 rad around, flyable> through 4 waypoints, "
     )
@@ -387,38 +360,6 @@ def test_separated_waypoints_are_told_with_what_can_be_reached_from_each() -> No
     assert obstacle.components == tuple(len(nx.node_connected_component(graph, nodes[k])) for k in (1, 2))
     (coarse,) = on_grid([(-1.45, -0.3), (-1.45, 1.0)], divisions=3, **RED_BELOW).obstacles
     assert coarse.message.endswith("separated by the grid of 3 divisions: try more divisions")
-
-
-def test_a_users_graph_is_planned_on_and_fixes_what_it_was_built_with() -> None:
-    graph = surface_graph("negative")
-    before = dict(graph.nodes(data=True))
-    whole = on_grid(G3.waypoints, graph=graph)
-    np.testing.assert_array_equal(whole.gait.alpha, on_grid(G3.waypoints, sign="negative").gait.alpha)
-    assert dict(graph.nodes(data=True)) == before
-    graph.remove_node((12, 6, "red"))
-    assert loop_of(on_grid(G3.waypoints, graph=graph, color="red")).length > pi + 0.1
-    vehicle = gg.PAPER.replace(max_tilt=1.4)
-    graph = surface_graph(
-        "negative",
-        divisions=8,
-        vehicle=vehicle,
-        coefficients=gg.invertibility.coefficients_of(kind="exact"),
-        floor=0.07,
-        waypoints=[(0.5, -0.6)],
-    )
-    plan = on_grid([(0.5, -0.6), ("3pi/8", "-pi/8")], graph=graph)
-    request = plan.request
-    assert (request.sign, request.divisions, request.coefficients, request.floor) == ("negative", 8, "exact", 0.07)
-    assert request.vehicle == vehicle
-    assert loop_of(plan).path.crossing_tolerance == pi / 16
-    with pytest.raises(gg.InputError) as caught:
-        on_grid([(0.5, -0.6), (0.5, -0.7)], graph=graph)
-    assert str(caught.value) == (
-        "waypoints must be nodes of the graph, got (0.5, -0.7); build it with surface_graph(waypoints=…)"
-    )
-    for name in ("sign", "divisions", "vehicle", "coefficients", "floor", "keep_out", "keep_in"):
-        with pytest.raises(gg.InputError, match=f"^{name} must be left out where a graph is given, which fixes it$"):
-            on_grid(G3.waypoints, graph=graph, **{name: {"floor": 0.1, "divisions": 0}.get(name, "x")})
 
 
 def test_where_nothing_flies_the_objective_decides() -> None:

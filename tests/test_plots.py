@@ -20,12 +20,10 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-u
 import gaitgraph as gg
 from gaitgraph import plots
 from gaitgraph.angles import HALF_PI, wrapped
-from gaitgraph.gait.table import Table
 from gaitgraph.invertibility.matrices import least_singular_value_on_red
 from gaitgraph.plots.axes import BLUE, GREY, PALETTE, RED
 from gaitgraph.plots.planes import interior_roots
 from gaitgraph.surface.sheets import PLANE_TYPES, text_from_types
-from gaitgraph.timing.timed_gait import table_of
 from tests.published import GAITS
 from tests.samples import BEETLE, EXACT, PUBLISHED
 
@@ -102,7 +100,7 @@ def test_root_counts_hold_650_roots() -> None:
 
 
 def test_interior_roots_are_those_of_each_node() -> None:
-    found, signs = interior_roots(PUBLISHED, 16)
+    found, signs = interior_roots(PUBLISHED)
     assert (found.sheet != 0).sum() == 2 * len(found.sheet) == 450
     places = np.array([(i, j) for i in range(1, 16) for j in range(1, 16)]) * STEP - HALF_PI
     np.testing.assert_allclose(found.alpha[:, 0, :2], places, atol=1e-12)
@@ -290,31 +288,6 @@ def test_roll_pitch_diagram_of_blue_turns_on_rounding() -> None:
         assert {patch.get_hatch() for patch in ax.patches} == ({"xxx"} if "every" in verdict else {None})
 
 
-def test_gait_in_four_dimensions() -> None:
-    timed = GAIT3.parametrize(2.0, samples=40)
-    axes = plots.gait_in_four_dimensions(timed, axes=Figure())
-    assert axes.shape == (5,)
-    for k, line in enumerate(axes[0].lines):
-        np.testing.assert_allclose(line.get_xydata(), np.column_stack([timed.t, timed.alpha[:, k]]))
-    assert axes[0].get_xlim() == (0.0, 2.0)
-    for ax, (x, y) in zip(axes[1:], ((1, 2), (1, 3), (2, 4), (3, 4)), strict=True):
-        loop = np.asarray(ax.lines[-1].get_xydata())
-        np.testing.assert_allclose(loop[:4], GAIT3.alpha[:, [x - 1, y - 1]])
-        assert ax.get_xlabel() == rf"$\alpha_{x}$ (rad)"
-    planes = axes[2].lines[:2]
-    np.testing.assert_allclose(planes[0].get_ydata(), planes[0].get_xdata())
-    wrapping = np.asarray(planes[1].get_ydata(), dtype=float)
-    assert np.isnan(wrapping).sum() == 1
-    rows = table_of(timed)
-    again = plots.gait_in_four_dimensions(rows, axes=Figure())[0]
-    for one, other in zip(axes[0].lines, again.lines, strict=True):
-        np.testing.assert_array_equal(one.get_xydata(), other.get_xydata())
-    bare = Table(columns={k: rows[k] for k in ("alpha1", "alpha2", "color")})  # rows without a clock get one
-    assert plots.gait_in_four_dimensions(bare, axes=Figure())[0].get_xlim() == (0.0, 1.0)
-    positive = plots.gait_in_four_dimensions(gg.lift(GAITS[3].angles, "red").parametrize())
-    assert positive[1].get_title() == "nodes with $R > 0$"
-
-
 # Regions
 
 
@@ -495,12 +468,10 @@ def test_wrong_values_are_refused(ax: Axes) -> None:
     cases: list[tuple[str, Callable[..., Any], tuple[Any, ...], dict[str, Any]]] = [
         ("sign", plots.type_map, (1,), {"ax": ax}),
         ("of", plots.adjacency_rule, ("loop",), {"ax": ax}),
-        ("divisions", plots.type_map, (), {"divisions": 1, "ax": ax}),
         ("angles", plots.gait_loop, (GAIT3,), {"angles": (1, 1), "ax": ax}),
         ("angles", plots.gait_loop, (GAIT3,), {"angles": (0, 1), "ax": ax}),
         ("count", plots.roll_pitch_diagram, (GAIT3,), {"count": 0, "ax": ax}),
         ("eta", plots.roll_pitch_diagram, (GAIT3,), {"eta": 1.5, "ax": ax}),
-        ("axes", plots.gait_in_four_dimensions, (GAIT3.parametrize(),), {"axes": [ax]}),
     ]
     for name, draw, values, options in cases:
         with pytest.raises(gg.InputError, match=rf"^{name}( must be |: ).*"):

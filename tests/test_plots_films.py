@@ -24,7 +24,7 @@ from gaitgraph.plots.axes import ROTOR_COLORS
 from gaitgraph.plots.vehicles import (
     FROM_ABOVE,
     draw_vehicle,
-    frame_delays,
+    film_clock,
     vehicle_view,
     write_films,
 )
@@ -159,7 +159,8 @@ def test_frames_last_as_long_as_the_period_where_the_format_can() -> None:
         (1e-6, 10, 20), (0.2, 10, 20), (0.123456, 10, 20), (1.0, 25, 100), (1.25, 32, 125), (4.0, 100, 400),
         (60.0, 1500, 6000), (1e9, 1500, 6000),
     ):  # fmt: skip
-        delays = frame_delays(period)
+        phases, delays = film_clock(period)
+        np.testing.assert_allclose(phases, (np.cumsum(delays) - delays) / total)
         assert (len(delays), sum(delays)) == (frames, total)
         # Browsers take less than 2 for a tenth of a second.
         assert 2 <= min(delays) <= max(delays) <= min(min(delays) + 1, 4)

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import re
-from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -19,7 +18,7 @@ from gaitgraph.flight.basins import Basin, basins_of
 from gaitgraph.flight.flight import OUTCOMES, Flight, FlightSettings
 from gaitgraph.flight.simulation import fly
 from gaitgraph.plots import vehicles
-from gaitgraph.plots.flights import flight_frame_times, flight_view, plot_flight, write_basins, write_flight
+from gaitgraph.plots.flights import flight_view, plot_flight, write_basins, write_flight
 from gaitgraph.plots.gaits import OUTCOME_LOOKS, basin_map
 from gaitgraph.plots.vehicles import DEFAULT_VIEW, screen_axes
 from gaitgraph.vehicle import PAPER
@@ -135,18 +134,6 @@ def test_the_drawn_vehicle_has_the_bodys_attitude(circling: Flight) -> None:
         shares = np.clip(circling.thrusts[row] / (PAPER.mass * PAPER.gravity / 4), -2.4, 2.4)  # type: ignore[operator]
         pushed = seen.thrusts[0] - seen.discs[0, :, 4:]
         np.testing.assert_allclose(pushed, 0.62 * shares[:, None] * (camera @ turned @ axes).T, atol=1e-9)
-
-
-def test_a_film_has_25_frames_a_second_and_lasts_a_minute_at_most() -> None:
-    def times(seconds: float) -> np.ndarray[Any, Any]:
-        flown = SimpleNamespace(rows=[0], flown=seconds, course=SimpleNamespace(timed=SimpleNamespace(period=1.0)))
-        return flight_frame_times(flown)[0]  # type: ignore[arg-type]
-
-    for seconds in (60.0, 5000.0):
-        found = times(seconds)
-        np.testing.assert_allclose(found[:-1], np.linspace(0.0, seconds, 1501)[:-2])
-        assert found[-1] == seconds
-    np.testing.assert_allclose(times(2.0)[:-1], np.linspace(0.0, 2.0, 51)[:-2], atol=0.01)
 
 
 @pytest.fixture(scope="module")

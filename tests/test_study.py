@@ -321,8 +321,7 @@ def test_the_page_loads_nothing_and_shows_names_as_they_are(tmp_path: Path) -> N
     assert "<b>$x$" not in page
     assert "<tr><td>$torn_{$ &lt;i&gt;</td><td>2</td><td>0</td><td>0</td><td>0</td><td>2</td><td>0</td></tr>" in page
     assert "<tr><td>gait4</td><td>2</td><td>2</td><td>0</td><td>0</td><td>0</td><td>0</td></tr>" in page
-    assert not re.search(r"<script|<link|@import|https?:", page)
-    assert [to[:22] for to in re.findall(r'(?:href|src)="([^"]*)', page)] == ["data:image/png;base64,"]
+    assert not re.search(r"<script|<link|<img|@import|https?:", page)
 
 
 def test_the_command_counts_flies_and_reports(run: Any, tmp_path: Path) -> None:
@@ -344,26 +343,23 @@ def test_the_command_counts_flies_and_reports(run: Any, tmp_path: Path) -> None:
         assert (wrong.code, wrong.out, wrong.err) == (2, "", f"gaitgraph: {message}\n")
 
 
-@pytest.mark.parametrize(("name", "code", "word"), [("SIGTERM", 143, "terminated"), ("SIGINT", 130, "interrupted")])
-def test_a_signal_ends_the_study_in_order(
-    run: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, code: int, word: str
-) -> None:
+def test_an_interrupt_ends_the_study_in_order(run: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "s.toml").write_text("gaits = ['gait1']\n[attitudes]\nroll = [0.1, 0.2, 0.3]\n")
-    true, number = running.row_of, getattr(signal, name)
+    true = running.row_of
 
     def ended(case: Any, *rest: Any) -> Any:
         if case.number == 1:
             try:
-                os.kill(os.getpid(), number)
+                signal.raise_signal(signal.SIGINT)
             finally:
-                os.kill(os.getpid(), number)  # again, while it cleans up
+                signal.raise_signal(signal.SIGINT)  # again, while it cleans up
         return true(case, *rest)
 
     with monkeypatch.context() as context:
         context.setattr(running, "row_of", ended)
         done = run("study", "s.toml", "--workers", 0)
-    assert (done.code, done.out) == (code, "")
-    assert done.err == f"gaitgraph: {word}; 1 of 3 parts are in 's'; run the same command again to continue\n"
+    assert (done.code, done.out) == (130, "")
+    assert done.err == "gaitgraph: interrupted; 1 of 3 parts are in 's'; run the same command again to continue\n"
     assert run("study", "s.toml", "--workers", 0, "--json").json["flown"] == 2
 
 

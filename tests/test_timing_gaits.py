@@ -142,9 +142,10 @@ def test_limits_of_rates_decide_flyable_and_name_the_period_needed() -> None:
 
 
 @pytest.mark.parametrize(("samples", "lengths"), [(10, [4, 4, 3]), (9, [4, 4, 2]), (8, [4, 5]), (2, [3])])
-def test_the_pieces_of_a_table_are_its_rows(samples: int, lengths: list[int]) -> None:
+def test_the_pieces_of_a_table_are_its_rows(samples: int, lengths: list[int], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("gaitgraph.timing.timed_gait.ROWS_OF_A_PIECE", 4)
     timed = lift(GAITS[2].angles, "red").parametrize(samples=samples)
-    pieces = list(pieces_of(timed, {"note": "x"}, rows=4))
+    pieces = list(pieces_of(timed, {"note": "x"}))
     assert [len(piece) for piece in pieces] == lengths  # no piece is one row alone
     assert pieces[0].about["note"] == "x"
     whole = table_of(timed)

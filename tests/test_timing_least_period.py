@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
-from scipy.interpolate import CubicSpline, PPoly
+from scipy.interpolate import PPoly
 from scipy.optimize import linprog
 
 import gaitgraph as gg
 from gaitgraph.gait.gait import lift
 from gaitgraph.timing import time_optimal
-from gaitgraph.timing.curve import Curve, rounded
 from gaitgraph.timing.laws import fastest_squared_speeds, law_through_nodes, phases, smoothed_law
 from gaitgraph.timing.time_optimal import Limits, limits_of
 from gaitgraph.timing.timed_gait import table_of
@@ -241,14 +240,13 @@ def test_rounding_is_never_slower_than_resting_at_the_corners(
 ) -> None:
     monkeypatch.setattr(time_optimal, "_MOST_NODES_UNDER_JERK", nodes)  # without programmes it is quick
     limits = Limits(acceleration=60, jerk=2000)
-    resting, smooth = least_period(SQUARE, limits), least_period(rounded(SQUARE, tolerance), limits, nodes=50)
-    both = least_period(SQUARE, limits, rounding=tolerance, nodes=50)
-    assert both.least == min(resting.least, smooth.least)
-    rests = resting.least < smooth.least
-    assert rests is (tolerance == 1e-5)
+    resting, both = least_period(SQUARE, limits), least_period(SQUARE, limits, rounding=tolerance, nodes=50)
+    assert both.at_rest == resting.least
+    rests = tolerance == 1e-5
+    assert both.least == resting.least if rests else both.least < resting.least
     assert (both.rounding is None, both.note.startswith("rests at the corners")) == (rests, rests)
     assert both.as_mapping()["note"] == (both.note or None)
-    assert both.lower_bound <= min(resting.lower_bound, smooth.lower_bound)
+    assert both.lower_bound <= resting.lower_bound
     assert_lawful(paced(SQUARE, limits, period=resting.least, rounding=tolerance, nodes=50))
 
 
@@ -272,21 +270,8 @@ def test_work_under_a_jerk_limit_reports_and_is_bounded(monkeypatch: pytest.Monk
 def test_periods_that_no_clock_has_are_answered(more: dict[str, float], rounding: float | None) -> None:
     limits = Limits(rate=1e-9, **more)
     for found in (least_period(SQUARE, limits, rounding=rounding), paced(SQUARE, limits, rounding=rounding)):
-        assert (bool(found), found.status, found.limit) == (False, "no period", "rate")
-        assert "rate limit 1e-09 rad/s of α1 and α3 would be above 1e9 s" in found.reason
-
-
-@pytest.mark.parametrize(("kind", "joint"), [("rate", 1), ("acceleration", 2), ("jerk", 1)])
-def test_the_slowest_limit_of_a_tiny_curve_is_named(monkeypatch: pytest.MonkeyPatch, kind: str, joint: int) -> None:
-    monkeypatch.setattr(time_optimal, "_MOST_NODES_UNDER_JERK", 0)
-    pieces = np.zeros((4, 2, 2))
-    pieces[:, :, joint - 1] = 1e-10 * CubicSpline([0, 1, 2], [0, 1, 0], bc_type="periodic").c
-    v, a, j = (2.2e-7 * (1.002 if one == kind else 1.0) for one in ("rate", "acceleration", "jerk"))
-    limits = Limits(rate=2e-10 / v, acceleration=16e-10 / a**2, jerk=96e-10 / j**3)
-    found = least_period(Curve(breaks=np.arange(3.0), pieces=pieces), limits, nodes=10)
-    assert (bool(found), found.status, found.limit) == (False, "no period", kind)
-    assert f"under the {kind} limit " in found.reason == found.as_mapping()["reason"]
-    assert f"of α{joint} and α{joint + 2} would be below 1e-6 s" in found.reason
+        assert (bool(found), found.status) == (False, "no period")
+        assert found.reason == "the least period under the limits would be above 1e9 s"
 
 
 @pytest.mark.parametrize("window", [0.3, 0.02])

@@ -15,7 +15,7 @@ import sys
 import warnings
 from contextlib import contextmanager, suppress
 from importlib import import_module
-from threading import Event, RLock, Thread
+from threading import Event, Thread
 from time import monotonic
 from typing import TYPE_CHECKING, Any, NoReturn, Self
 
@@ -121,7 +121,7 @@ def main(args: Sequence[str] | None = None) -> NoReturn:
         click.echo(error.format_message())
         _stop(2 if error.ctx and error.ctx.parent else 0)
     except click.UsageError as error:
-        message = error.format_message().replace(_MINUS, "-").rstrip(".")
+        message = error.format_message().rstrip(".")
         message += " See" if message.endswith("?") else "; see"
         _stop(2, f"{message} {error.ctx.command_path if error.ctx else 'gaitgraph'} --help")
     except (click.Abort, KeyboardInterrupt):
@@ -151,6 +151,9 @@ def main(args: Sequence[str] | None = None) -> NoReturn:
 # ---------------------------------------------------------------- commands and their options
 
 REMOVED = {
+    "cycles --any-order": "plan --method grid --any-order finds a loop through waypoints",
+    "cycles --waypoint": "plan --method grid finds a loop through waypoints",
+    "figures --gait": "Give the file itself: gaitgraph figures GAIT_FILE",
     "fly --render": "A film is drawn: --output flight.gif",
     "fly --view": "Write a film: --output flight.gif",
     "plan --watch": "Run the command again when the file changes, for example with entr",
@@ -158,43 +161,27 @@ REMOVED = {
 }
 """Options of earlier versions, and what to use instead; requests refuse their own."""
 
-_NEGATIVE_ANGLE = re.compile(r"-\s*(?:\d|\.|pi|π|inf|nan)", re.IGNORECASE)
-_MINUS = "−"  # stands for the hyphen of a negative angle while the arguments are parsed
-
 
 class Command(click.Command):
-    """A command whose arguments may be negative angles as they stand; there are no short options.
+    """A command without short options.
 
     The function gets what was given: an option without a default that was not given is not among its arguments.
     """
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Parse the arguments; a negative angle is never an option."""
-        known = {name: one for one in self.params if isinstance(one, click.Option) for name in one.opts}
-        marked = []
-        for before, arg in zip(["", *args], args, strict=False):
-            name = arg.partition("=")[0]
+        """Parse the arguments."""
+        for name in (arg.partition("=")[0] for arg in args):
             if advice := REMOVED.get(f"{self.name} {name}"):
                 raise InputError(f"{name} was removed. {advice}")
-            is_value = before in known and not known[before].is_flag
-            marked.append(_MINUS + arg[1:] if _NEGATIVE_ANGLE.match(arg) and not is_value else arg)
-        rest = super().parse_args(ctx, marked)
-        for name, given in list(ctx.params.items()):
-            if given is None or given is False or given == ():
-                del ctx.params[name]
-            else:
-                ctx.params[name] = tuple(map(_unmarked, given)) if isinstance(given, tuple) else _unmarked(given)
+        rest = super().parse_args(ctx, args)
+        ctx.params = {name: one for name, one in ctx.params.items() if not (one is None or one is False or one == ())}
         return rest
 
 
-def _unmarked(value: Any) -> Any:
-    return "-" + value[1:] if isinstance(value, str) and value.startswith(_MINUS) else value
-
-
-def command(short_help: str, *options: str | Decorator) -> Callable[[Callable[..., int]], Command]:
+def command(short_help: str, *options: str | Decorator, **settings: Any) -> Callable[[Callable[..., int]], Command]:
     """Make a function a command: its docstring is the help, its value the exit code.
 
-    Options are in the order of the help; a text names some that commands share.
+    Options are in the order of the help; a text names some that commands share. `settings` are for click's context.
     """
     named = [one.split() if isinstance(one, str) else [one] for one in options]
     flat = [_SHARED[one] if isinstance(one, str) else one for part in named for one in part]
@@ -202,7 +189,7 @@ def command(short_help: str, *options: str | Decorator) -> Callable[[Callable[..
     def decorated(function: Any) -> Command:
         for one in reversed(flat):
             function = one(function)
-        made: Command = click.command(cls=Command, short_help=short_help)(function)
+        made: Command = click.command(cls=Command, short_help=short_help, context_settings=settings)(function)
         return made
 
     return decorated
@@ -429,11 +416,6 @@ def write_outputs(
 
 # ---------------------------------------------------------------- what commands print
 
-_COLORS = {"ok": "green", "yes": "green", "??": "yellow", "unknown": "yellow", "warning": "yellow"}  # all others red
-_COLORED = re.compile(
-    r"^(?:  (?:ok|NO|\?\?)(?=  )|warning(?=: )|No [a-z ]+(?=[.:])|Flyable: (?:yes|no)\. .*$)", re.MULTILINE
-)
-_WORDS = re.compile(r"\b(?:ok|NO|No [a-z ]+|yes|no|unknown|warning)\b|\?\?")
 _GRACE = 1.0  # s without progress
 _TICK = 0.2  # s
 
@@ -441,18 +423,6 @@ _TICK = 0.2  # s
 def print_json(content: Any) -> None:
     """Print one JSON object on one line; a number that is not finite is refused."""
     click.echo(json.dumps(content, allow_nan=False))
-
-
-def print_text(text: str) -> None:
-    """Print text for people: on a terminal with its verdicts in color, unless the environment says otherwise."""
-    # NO_COLOR forbids color, FORCE_COLOR asks for it, in a pipe too; otherwise click leaves it to terminals.
-    forced = os.environ.get("FORCE_COLOR", "0") not in ("", "0")
-    is_plain = os.environ.get("NO_COLOR") or (os.environ.get("TERM") == "dumb" and not forced)
-
-    def colored(line: re.Match[str]) -> str:
-        return _WORDS.sub(lambda word: click.style(word[0], fg=_COLORS.get(word[0], "red")), line[0])
-
-    click.echo(_COLORED.sub(colored, text), color=False if is_plain else forced or None)
 
 
 def show(found: Any, *, more: Mapping[str, Any] | None = None, lines: Iterable[str] = (), ok: Any = None) -> int:
@@ -463,7 +433,7 @@ def show(found: Any, *, more: Mapping[str, Any] | None = None, lines: Iterable[s
     if wants_json():
         print_json({**found.as_mapping(), **(more or {})})
     else:
-        print_text("\n".join([str(found), *lines]))
+        click.echo("\n".join([str(found), *lines]))
     return 0 if (found if ok is None else ok) else 1
 
 
@@ -475,7 +445,7 @@ class Working:
 
     def __init__(self, doing: str) -> None:
         self._words, self._line = doing, ""
-        self._over, self._alone = Event(), RLock()
+        self._over = Event()
         # A thread of its own, since most of what takes long does not call back.
         self._clock = Thread(target=self._run, daemon=True)
         self._is_shown = sys.stderr.isatty() and os.environ.get("TERM") != "dumb"
@@ -487,13 +457,6 @@ class Working:
     def part(self, fraction: float) -> None:
         """Show the fraction of the work that is done, as a percentage."""
         self._words = f"{re.sub(r' [0-9]+ %$', '', self._words)} {int(100 * fraction)} %"
-
-    @contextmanager
-    def aside(self) -> Iterator[None]:
-        """Clear the line for a part of the answer while work goes on."""
-        with self._alone:
-            self._show("")
-            yield
 
     def __enter__(self) -> Self:
         if self._is_shown:
@@ -510,7 +473,7 @@ class Working:
         start, pause = monotonic(), _GRACE
         while not self._over.wait(pause):
             pause = _TICK
-            with self._alone, suppress(OSError, ValueError):
+            with suppress(OSError, ValueError):
                 clock = f" … {monotonic() - start:.0f} s"
                 width = os.get_terminal_size(sys.stderr.fileno()).columns or 80
                 self._show(self._words[: max(width - 1 - len(clock), 0)] + clock)

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from gaitgraph.cli import Paths, Working, command, flag, named_in_errors, option, print_json, print_text, wants_json
+import click
+
+from gaitgraph.cli import Paths, Working, command, flag, named_in_errors, option, print_json, wants_json
 from gaitgraph.cli.fly import CLOCK, SETTINGS, checked_settings
 
 
@@ -49,5 +51,5 @@ def basin_command(
         print_json({"basins": answers, "vehicle": timed.gait.vehicle.name, "settings": used, "outputs": list(outputs)})
     else:
         lines = [line for basin in basins for line in (str(basin), *(f"warning: {one}" for one in basin.warnings))]
-        print_text("\n".join([*lines, *(f"wrote {name}" for name in outputs)]))
+        click.echo("\n".join([*lines, *(f"wrote {name}" for name in outputs)]))
     return 1 if any(basin.refusal for basin in basins) else 0

@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from gaitgraph.cli import PAPER_GAITS, Working, command, file, option, print_text, wants_json, whole_from
+from gaitgraph.cli import PAPER_GAITS, Working, command, file, option, wants_json, whole_from
 
 
 @command(
@@ -40,7 +40,7 @@ def colorings_command(loop_file: str, limit: int | None = None, **given: Any) ->
             signs.append(coloring.sign)
         click.echo(f'], "coloring_signs": {json.dumps(signs)}}}')
     else:
-        print_text(str(found))
+        click.echo(str(found))
         for coloring in listed:
             click.echo(f"  {coloring}")
         if limit is not None and found.count > limit:

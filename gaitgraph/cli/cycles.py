@@ -6,13 +6,12 @@ from typing import Any
 
 import click
 
-from gaitgraph.cli import Working, command, flag, one_of, option, print_json, request_of, show, wants_json, whole_from
+from gaitgraph.cli import Working, command, one_of, option, print_json, request_of, show, wants_json, whole_from
 
 
 @command(
     "Closed cycles of the graph, shortest first.",
-    "request_file waypoints",
-    flag("--any-order", "Through the waypoints in any order."),
+    "request_file",
     "keep_in keep_out",
     option("--max-length", "ANGLE", "Longest cycle to list, measured in the (α1, α2) plane."),
     option("--limit", "N", "Number of cycles to list.  [default: 20]", type=whole_from(1, 10**9), default=20),
@@ -31,46 +30,39 @@ def cycles_command(
 ) -> int:
     """List simple closed cycles of the surface graph, the shortest first, each with its verdict.
 
-    Each is printed as soon as it is found, as text or as one line of JSON. With waypoints, from options or a request
-    file, only cycles that pass them are listed. The exit code is 1 if there is none.
+    Each is printed as soon as it is found, as text or as one line of JSON. Polygons confine them to a region; waypoints
+    of a request file are not used. The exit code is 1 if there is none.
     """
     from itertools import islice
-    from math import isfinite
 
     from gaitgraph.planning.grid import grid_cycles
     from gaitgraph.planning.request import stated_request
 
-    through = "waypoints" in given or (request_file is not None and "waypoints" in stated_request(request_file))
-    if not through:
-        # A request needs a waypoint; it is not used.
-        given["waypoints"] = [(0.0, 0.0)]
+    if request_file is not None and "waypoints" in stated_request(request_file):
+        click.echo("warning: cycles do not use waypoints; plan --method grid finds a loop through them", err=True)
+    given["waypoints"] = [(0.0, 0.0)]  # a request needs one
     request, _ = request_of(request_file, given)
     with Working("building the graph") as progress:
-        found = grid_cycles(
-            request, through=through, max_length=max_length, use=require, effort=effort, progress=progress
-        )
-        for note in found.notes:
-            with progress.aside():
-                click.echo(f"warning: {note}", err=True)
-        progress("searching cycles")
-        for cycle in islice(found.cycles, limit):
-            with progress.aside():
-                show(cycle)
-        found.cycles.look_ahead()
-    if found.cycles.found:
-        click.echo(str(found.cycles), err=True)
+        found = grid_cycles(request, max_length=max_length, use=require, effort=effort, progress=progress)
+    listed = islice(found, limit)
+    while True:
+        with Working("searching cycles"):
+            cycle = next(listed, None)
+        if cycle is None:
+            break
+        show(cycle)
+    with Working("searching cycles"):
+        found.look_ahead()
+    if found.found:
+        click.echo(str(found), err=True)
         return 0
-    with Working("searching a shortest cycle"):
-        best, bound, reason = found.best(effort=effort or 1_000_000)
-    if best is not None:
-        exact = best.length <= bound
-        show(best, more={"exact": exact, "bound": bound})
-        proof = "proven shortest" if exact else f"not proven shortest; lower bound {bound:.4f} rad"
-        click.echo(f"best cycle found: {proof}", err=True)
-        return 0
+    within = "" if max_length is None else f" within {max_length:g} rad"
+    status, reason = "none", f"the graph has none{within}"
+    if not found.complete:
+        status = "unfinished"
+        reason = f"none found in {found.steps} steps; any cycle is at least {found.bound:.4f} rad long"
     if wants_json():
-        unknown = {} if found.cycles.complete else {"bound": bound if isfinite(bound) else None}
-        print_json({"status": "none" if found.cycles.complete else "unfinished", "reason": reason, **unknown})
+        print_json({"status": status, "reason": reason, **({} if found.complete else {"bound": found.bound})})
     else:
-        click.echo(f"{'No cycle' if found.cycles.complete else 'Unfinished'}: {reason}")
+        click.echo(f"{'No cycle' if found.complete else 'Unfinished'}: {reason}")
     return 1

@@ -6,9 +6,7 @@ from typing import Any
 
 import click
 
-from gaitgraph.cli import Paths, Working, command, file, one_of, option, print_json, wants_json
-
-_FORMAT_OPTIONS = ("periods", "joint_names", "trajectory_topic", "states_topic", "number", "c_name")
+from gaitgraph.cli import Paths, Working, command, file, option, print_json, wants_json
 
 
 def _map_names() -> list[str]:
@@ -24,11 +22,6 @@ def _map_names() -> list[str]:
     option("--columns", "NAME_OR_FILE", "Joints of a servo table from elsewhere, as for --servos.", words=_map_names),
     option("--servos", "NAME_OR_FILE", "Write positions of joints, by a preset or a TOML file.", words=_map_names),
     option("--periods", "N", "Periods in a bag or .yaml.  [default: 1]"),
-    option("--joint-names", "A,B,C,D", "Names of the joints that tilt rotors 1 to 4, in a bag, .yaml or .h."),
-    option("--trajectory-topic", "TOPIC", "Topic of the trajectory in a bag.  [default: /joint_trajectory]"),
-    option("--states-topic", "TOPIC", "Topic of the states in a bag.  [default: /joint_states]"),
-    one_of("--number", "float", "double", "fixed", of="In a .h: "),
-    option("--c-name", "WORD", "Prefix of all names in a .h.  [default: the file's name]"),
     "period samples rate law force vehicle coefficients json",
 )
 def export_command(gait_file: str, outputs: Paths, force: bool = False, servos: str | None = None, **given: Any) -> int:
@@ -40,25 +33,18 @@ def export_command(gait_file: str, outputs: Paths, force: bool = False, servos: 
     --columns.
     """
     from gaitgraph.gait.table import merged
-    from gaitgraph.io.columns import FormatOptions
     from gaitgraph.io.formats import tables_and_films
     from gaitgraph.io.servo_map import servo_map_named
     from gaitgraph.plots.vehicles import check_films, write_films
     from gaitgraph.timing.timed_gait import export
 
-    chosen = {name: given.pop(name) for name in _FORMAT_OPTIONS if name in given}
-    if "joint_names" in chosen:
-        chosen["joint_names"] = tuple(name.strip() for name in chosen["joint_names"].split(","))
     servo_map = None if servos is None else servo_map_named(servos)
     if "columns" in given:
         given["joints"] = servo_map_named(given.pop("columns"))
     tables, films = tables_and_films(outputs)
     check_films(films, force=force)
-    with Working(f"exporting {gait_file}") as progress:
-        options = FormatOptions(**chosen)
-        done = export(
-            gait_file, tables, force=force, options=options, servos=servo_map, progress=progress.part, **given
-        )
+    with Working(f"exporting {gait_file}"):
+        done = export(gait_file, tables, force=force, servos=servo_map, **given)
         if films:
             write_films(merged(done.pieces()), films, force=force)
     if wants_json():

@@ -9,22 +9,21 @@ import click
 
 from gaitgraph.cli import PAPER_GAITS, Paths, Working, command, file, one_of, option, print_json, wants_json
 
-_NAMES = [*map(str, range(1, 23)), "18b", "19b", "22b", "regions", "gait", "set"]
+_NAMES = [*map(str, range(1, 23)), "18b", "19b", "22b", "regions", "set"]
 
 
 @command(
     "Draw the figures of the paper, or the set of a gait.",
     file("gait_file", "[GAIT_FILE]", *PAPER_GAITS, required=False),
-    option("--only", "NAME", "1 to 22, 9-14, 18b, regions, gait, set; repeatable.", words=_NAMES, multiple=True),
+    option("--only", "NAME", "1 to 22, 18b, 19b, 22b, regions or set; repeatable.", words=_NAMES, multiple=True),
     option("--out", "DIR", "Folder, created if missing.  [default: figures]", default="figures"),
     one_of("--format", "png", "svg", "pdf", of="Repeatable: ", default="png, svg", name="formats", multiple=True),
-    option("--gait", "GAIT_FILE", "Gait of the figures gait and set.  [default: Gait 3]"),
     "force vehicle coefficients json",
 )
 def figures_command(out: str, formats: Paths = (), gait_file: str | None = None, **given: Any) -> int:
-    """Draw Figures 1 to 22 of the paper, the exact regions, and a gait in four dimensions.
+    """Draw Figures 1 to 22 of the paper, the exact regions, and the set of Gait 3.
 
-    With GAIT_FILE draw its own set: loop on the map, angles, hover thrusts, attitudes and least singular value.
+    With GAIT_FILE draw its set: loop on the map, angles, hover thrusts, attitudes and least singular value.
     With exact coefficients, the default for any vehicle but the paper's, blue has R = 0 and is shown as singular.
     Needs matplotlib: pip install 'gaitgraph[plot]'.
     """
@@ -40,7 +39,7 @@ def figures_command(out: str, formats: Paths = (), gait_file: str | None = None,
     known = {figure.stem: figure for figure in FIGURES.values()}
     drawn = [(str(path), known[path.stem]) for path in written]
     if wants_json():
-        rows = [{"file": path, "figure": one.name, "title": one.title, "caption": one.caption} for path, one in drawn]
+        rows = [{"file": path, "figure": one.name, "title": one.title} for path, one in drawn]
         print_json({"files": rows})
         return 0
     for path, one in drawn:

@@ -111,7 +111,7 @@ def fly_command(
             progress("flying")
             if hovers and settings.duration is None:
                 settings = replace(settings, duration=course.duration)
-            flight = fly(course, attitude=start, settings=settings, anyway=anyway, progress=progress.part)
+            flight = fly(course, attitude=start, settings=settings, anyway=anyway)
         warnings, written = list(flight.warnings), outputs if len(flight.rows) else ()
         if outputs and not written:
             warnings.append(f"nothing was flown, so {', '.join(outputs)} is not written")

@@ -14,6 +14,7 @@ from gaitgraph.errors import InputError
     "Every (α3, α4) on the gait surfaces for one (α1, α2).",
     click.argument("angles", metavar="A1 A2", nargs=-1),
     "crossing_tolerance vehicle coefficients json",
+    ignore_unknown_options=True,  # a negative angle is an argument
 )
 def roots_command(angles: tuple[str, ...] = (), vehicle: Any = None, coefficients: Any = None, **given: float) -> int:
     """Print every root (α3, α4) of Rφ = Rθ = 0 for one (α1, α2), with plane types, color and R."""

@@ -2,42 +2,13 @@
 
 from __future__ import annotations
 
-import signal
-from contextlib import contextmanager, suppress
 from datetime import timedelta
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from gaitgraph.cli import Working, command, file, flag, option, print_json, print_problem, print_text, show, wants_json
+import click
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from types import FrameType
-
-
-class _Stopped(KeyboardInterrupt):
-    """A signal asked for the end; its argument is the number of the signal."""
-
-
-@contextmanager
-def _stopped_by_signals() -> Iterator[None]:
-    """Turn the signals that ask for an end into an exception, so that workers, keys and locks go with the study."""
-
-    def stop(number: int, _: FrameType | None) -> None:
-        for one in before:  # a second one does not disturb the clearing up
-            signal.signal(one, signal.SIG_IGN)
-        raise _Stopped(number)
-
-    known = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
-    # An ignored SIGHUP is that of nohup.
-    before = {one: signal.getsignal(one) for one in known if signal.getsignal(one) is not signal.SIG_IGN}
-    try:
-        for one in before:
-            signal.signal(one, stop)
-        yield
-    finally:
-        for one, handler in before.items():
-            signal.signal(one, handler)
+from gaitgraph.cli import Working, command, file, flag, option, print_json, print_problem, show, wants_json
 
 
 @command(
@@ -66,19 +37,15 @@ def study_command(study_file: str, output: str | None = None, dry_run: bool = Fa
         if wants_json():
             print_json({"study": study.name, "fingerprint": study.fingerprint, **counts})
         else:
-            print_text(f"{study}\nabout {timedelta(seconds=round(study.seconds))} on one process; nothing was flown")
+            click.echo(f"{study}\nabout {timedelta(seconds=round(study.seconds))} on one process; nothing was flown")
         return 0
     folder = Path(output) if output is not None else Path(Path(study_file).stem)
     try:
-        with _stopped_by_signals(), Working(f"study {study.name}") as progress:
+        with Working(f"study {study.name}") as progress:
             run = run_study(study, folder, progress=progress, **given)
-    except _Stopped as error:
-        (number,) = error.args
+    except KeyboardInterrupt:
         parts = len(list((folder / "rows").glob("part-*.parquet")))
-        with suppress(OSError):  # the terminal may be gone
-            print_problem(
-                f"{'interrupted' if number == signal.SIGINT else 'terminated'}; {parts} of {len(study.batches)} parts "
-                f"are in {str(folder)!r}; run the same command again to continue"
-            )
-        return 128 + int(number)
+        kept = f"{parts} of {len(study.batches)} parts are in {str(folder)!r}"
+        print_problem(f"interrupted; {kept}; run the same command again to continue")
+        return 130
     return show(run, ok=True)

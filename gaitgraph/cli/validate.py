@@ -20,12 +20,12 @@ def validate_command(gait_file: str, require: str = "valid", **given: Any) -> in
     The exit code is 1 if the gait is not valid (or not flyable, with --require flyable). CSV and Parquet files of any
     length are read piece by piece.
     """
-    from gaitgraph.io.formats import holds_request, provenance_in
+    from gaitgraph.io.formats import holds_request, read_pieces
     from gaitgraph.validation.validating import validate
 
-    with Working(f"judging {gait_file}") as progress:
-        report = validate(gait_file, progress=progress.part, **given)
+    with Working(f"judging {gait_file}"):
+        report = validate(gait_file, **given)
     states_none = not (wants_json() or "vehicle" in given or gait_file in PAPER_GAITS or holds_request(gait_file))
-    if states_none and "vehicle" not in provenance_in(gait_file):
+    if states_none and "vehicle" not in next(read_pieces(gait_file)).about:
         print_problem("warning: the file states no vehicle: the paper's is taken; --vehicle names another")
     return show(report, ok=report.flyable if require == "flyable" else report.valid)

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 import math
-import threading
 from dataclasses import asdict, dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -52,18 +51,16 @@ LIMITS: dict[str, int] = {
 
 
 class Range(NamedTuple):
-    """The range of a number, also in words; `above` excludes `low`."""
+    """The range of a number, also in words."""
 
     low: float
     high: float
     allowed: str
     whole: bool = False
-    above: bool = False
 
     def contains(self, value: object) -> bool:
         """Return whether a value is a number in the range."""
-        number, kind = number_of(value), isinstance(value, int) or not self.whole
-        return kind and self.low <= number <= self.high and not (self.above and number == self.low)
+        return (isinstance(value, int) or not self.whole) and self.low <= number_of(value) <= self.high
 
 
 RANGES: dict[str, Range] = {
@@ -72,7 +69,7 @@ RANGES: dict[str, Range] = {
     "accuracy": Range(1e-5, 0.1, "a number from 1e-5 to 0.1"),
     "period": Range(1e-6, 1e9, "a number of seconds from 1e-6 to 1e9"),
     "samples": Range(1, 10_000, "a whole number from 1 to 10000", whole=True),
-    "eta": Range(0.0, 1.0, "a number above 0, up to 1", above=True),
+    "eta": Range(0.01, 1.0, "a number from 0.01 to 1"),
 }
 """The ranges of the numbers of a state; the library allows more divisions and samples, and a finer accuracy."""
 
@@ -109,7 +106,6 @@ CURVES = 16  # singular curves of a diagram
 _KEPT_PLANS = 16
 
 _plans: dict[str, Plan] = {}  # the most recently used is last
-_lock = threading.Lock()
 
 
 def quiet(*_: object) -> None:
@@ -174,14 +170,12 @@ def _check_count(name: str, value: object, most: int) -> None:
 
 def planned(state: State, progress: Progress = quiet) -> Plan:
     """Return the plan of a state with waypoints; the last few plans are cached, for the diagram and for undo."""
-    with _lock:
-        found = _plans.pop(state.key, None)
+    found = _plans.pop(state.key, None)
     if found is None:
         found = plan(state.request, progress=progress)
-    with _lock:
-        _plans[state.key] = found
-        for oldest in list(_plans)[:-_KEPT_PLANS]:
-            del _plans[oldest]
+    _plans[state.key] = found
+    for oldest in list(_plans)[:-_KEPT_PLANS]:
+        _plans.pop(oldest, None)  # another thread may have taken it
     return found
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import mimetypes
 import secrets
 import socket
 import sys
@@ -27,11 +28,13 @@ from gaitgraph.vehicle import PAPER, preset_names, vehicle_named
 try:
     import uvicorn
     from starlette.applications import Starlette
+    from starlette.exceptions import HTTPException
     from starlette.middleware import Middleware
     from starlette.middleware.trustedhost import TrustedHostMiddleware
     from starlette.requests import ClientDisconnect, Request
-    from starlette.responses import JSONResponse, Response
-    from starlette.routing import Route
+    from starlette.responses import FileResponse, JSONResponse, Response
+    from starlette.routing import Mount, Route
+    from starlette.staticfiles import StaticFiles
 except ImportError as error:
     raise needs_extra((error.name or "starlette").partition(".")[0], "the explorer", "explore") from error
 
@@ -45,11 +48,7 @@ if TYPE_CHECKING:
 
 ADDRESS = "127.0.0.1"
 _PAGE = Path(__file__).parent / "page"
-_TYPES = {  # the table of the system may give .js another type
-    ".html": "text/html; charset=utf-8",
-    ".css": "text/css; charset=utf-8",
-    ".js": "text/javascript; charset=utf-8",
-}
+mimetypes.add_type("text/javascript", ".js")  # the table of the system may give another type
 _MOST_CONNECTIONS = 400
 
 HEADERS = {
@@ -67,17 +66,8 @@ HEADERS = {
 
 _content = partial(value_from_json, wanted="a query must be a JSON object")
 
-LONGEST_BODY = 60.0  # time limit for the body of a request [s]
 LONGEST_WORK = 20.0  # time limit for the work on one request [s]
 AT_ONCE = 2  # requests worked on at the same time
-
-
-class Refused(GaitgraphError):
-    """A request was refused or stopped; `status` is the HTTP status of the answer."""
-
-    def __init__(self, status: int, message: str) -> None:
-        super().__init__(message)
-        self.status = status
 
 
 class Guard:
@@ -108,16 +98,13 @@ class Guard:
 
 
 async def body_of(request: Request, most: int) -> bytes:
-    """Return the body of a request; Refused if it has more than `most` bytes, or takes too long."""
+    """Return the body of a request; HTTPException if it has more than `most` bytes."""
     body = bytearray()
-    try:
-        async with asyncio.timeout(LONGEST_BODY):
-            async for piece in request.stream():
-                body += piece
-                if len(body) > most:
-                    raise Refused(413, f"the body of a request must have at most {most} bytes")
-    except TimeoutError as error:
-        raise Refused(408, f"the body of a request must arrive within {LONGEST_BODY:g} s") from error
+    async for piece in request.stream():
+        body += piece
+        if len(body) > most:
+            close = {"Connection": "close"}  # the rest of the body is not read
+            raise HTTPException(413, f"the body of a request must have at most {most} bytes", close)
     return bytes(body)
 
 
@@ -135,10 +122,10 @@ async def answer_in_thread(request: Request, slots: asyncio.Semaphore, work: Cal
 
         def check(*_: Any) -> None:
             if gone.is_set():
-                raise Refused(503, "the client disconnected")
+                raise HTTPException(503, "the client disconnected")
             if time.monotonic() > end:
                 advice = "use fewer waypoints, polygons or rows, or the command line"
-                raise Refused(503, f"the query took longer than {LONGEST_WORK:g} s; {advice}")
+                raise HTTPException(503, f"the query took longer than {LONGEST_WORK:g} s; {advice}")
 
         check()
         answer = work(check)
@@ -156,14 +143,7 @@ async def answer_in_thread(request: Request, slots: asyncio.Semaphore, work: Cal
 
 def application(token: str, port: int) -> Starlette:
     """Return the ASGI application; its paths begin with the token, and its origin has the port."""
-    files = {path.relative_to(_PAGE).as_posix(): path for path in _PAGE.rglob("*") if path.is_file()}
     slots = asyncio.Semaphore(AT_ONCE)
-
-    async def page(request: Request) -> Response:
-        name = request.path_params.get("name", "index.html")
-        if name not in files:
-            return _refusal(404, f"page not found: {shown(name)}")
-        return Response(files[name].read_bytes(), media_type=_TYPES.get(files[name].suffix, "text/plain"))
 
     def post(name: str, work: Work, size: str = "request_bytes", kind: str = "application/json") -> Route:
         handler = _handler(work, slots, queries.LIMITS[size], kind)
@@ -171,8 +151,8 @@ def application(token: str, port: int) -> Starlette:
 
     app = Starlette(
         routes=[
-            Route(f"/{token}/", page),
-            Route(f"/{token}/page/{{name:path}}", page),
+            Route(f"/{token}/", lambda _: FileResponse(_PAGE / "index.html")),
+            Mount(f"/{token}/page", StaticFiles(directory=_PAGE)),
             Route(f"/{token}/api/setup", lambda _: JSONResponse(setup_answer())),
             post("plan", lambda _, body, check: queries.plan_answer(queries.state_of(_content(body)), check)),
             post("diagram", lambda _, body, check: queries.diagram_answer(queries.state_of(_content(body)), check)),
@@ -189,17 +169,14 @@ def application(token: str, port: int) -> Starlette:
             Middleware(Guard, token=token, port=port),
             Middleware(TrustedHostMiddleware, allowed_hosts=[ADDRESS, "localhost"], www_redirect=False),
         ],
-        exception_handlers={404: _no_route, 405: _no_route},
+        exception_handlers={HTTPException: _refused},
     )
     app.router.redirect_slashes = False
     return app
 
 
-async def _no_route(request: Request, error: Exception) -> Response:
-    headers = getattr(error, "headers", None) or {}
-    if "Allow" not in headers:
-        return _refusal(404, "page not found")
-    return _refusal(405, f"method must be {headers['Allow']}, got {shown(request.method)}", headers)
+def _refused(_: Request, error: Any) -> Response:
+    return _refusal(error.status_code, error.detail, error.headers)
 
 
 def _refusal(status: int, message: str, headers: dict[str, str] | None = None) -> Response:
@@ -218,9 +195,8 @@ def _handler(work: Work, slots: asyncio.Semaphore, most: int, kind: str) -> Call
             answer = await answer_in_thread(request, slots, lambda check: work(request, body, check))
         except ClientDisconnect:  # nobody reads this
             return _refusal(400, "the client disconnected before its request was complete")
-        except Refused as error:
-            close = {"Connection": "close"} if error.status in (408, 413) else None  # the rest of the body is not read
-            return _refusal(error.status, str(error), close)
+        except HTTPException:
+            raise
         except GaitgraphError as error:
             return _refusal(400, str(error))
         except MemoryError:

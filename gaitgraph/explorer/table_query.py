@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import io
 import re
-import zipfile
 from importlib.util import find_spec
 from pathlib import Path
+from shutil import make_archive
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
-
-import numpy as np
 
 from gaitgraph.angles import number_of
 from gaitgraph.certificates.making import SUFFIX, certify
@@ -26,15 +23,13 @@ from gaitgraph.validation.validating import validate
 from gaitgraph.vehicle import preset_names, vehicle_from_mapping
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
+    from collections.abc import Iterable, Iterator
 
     from gaitgraph.explorer.queries import Progress
     from gaitgraph.gait.gait import Gait
     from gaitgraph.gait.table import Table
-    from gaitgraph.validation.report import Report
 
 _MOST_ROWS = 2000
-_MOST_RUNS = 50
 _MOST_CORNERS = 5000  # whose attitudes are judged
 _FILM = ".gif"
 _NOT_SHOWN = {"floor": matrices.DEFAULT_FLOOR}  # request fields without a control on the page
@@ -53,7 +48,7 @@ def formats_answer() -> list[dict[str, Any]]:
 
 
 def table_answer(name: str, content: bytes, progress: Progress = queries.quiet) -> dict[str, Any]:
-    """Return the report of a gait file's bytes, and where it breaks rules; InputError or FileProblem if it is no table.
+    """Return the report of a gait file's bytes, and its rows; InputError or FileProblem if it is no table.
 
     The suffix of the name selects the format; the name appears only in messages.
     """
@@ -68,7 +63,7 @@ def table_answer(name: str, content: bytes, progress: Progress = queries.quiet) 
         path = Path(folder) / f"table{form.suffix}"
         path.write_bytes(content)
         try:
-            table = merged(_bounded(read_pieces(path, progress=progress)))
+            table = merged(_bounded(read_pieces(path), progress))
             if isinstance(table.about.get("vehicle"), str):  # in the library it may be the name of a file
                 checked_choice("vehicle", table.about["vehicle"], preset_names())
             with naming_file(path):
@@ -79,13 +74,11 @@ def table_answer(name: str, content: bytes, progress: Progress = queries.quiet) 
             raise type(error)(str(error).replace(repr(str(path)), repr(name))) from error
     some = queries.spread_rows(len(rows.alpha) + 1, _MOST_ROWS)
     alpha, t = rows.alpha[some % len(rows.alpha)], None if times is None else times[some]
-    gait, verdict = stated.gait if stated else rows.merged(), queries.verdict_answer(report)
-    broken = [check for check in verdict["checks"] if check["mark"] != "ok" and check["where"] is not None]
-    worst = [{**{k: one["where"][k] for k in ("alpha1", "alpha2")}, "message": one["message"]} for one in broken]
+    gait = stated.gait if stated else rows.merged()
     return {
         "name": name,
         "rows": report.rows,
-        **verdict,
+        **queries.verdict_answer(report),
         "warnings": [*table.notes, *report.warnings],
         "path": queries.to_digits(alpha[:, :2]),
         "series": queries.series_answer(alpha, rows, report, t=t),
@@ -95,7 +88,6 @@ def table_answer(name: str, content: bytes, progress: Progress = queries.quiet) 
         "types": list(gait.types[:_MOST_ROWS]),
         "colors": list(gait.colors[:_MOST_ROWS]),
         "diagram": _diagram_of(gait, progress),
-        "broken": worst + _broken_runs(rows, report),
         "request": _state_of_request(table),
     }
 
@@ -109,40 +101,11 @@ def _diagram_of(gait: Gait, progress: Progress) -> dict[str, Any]:
     return {"own": queries.diagram_of(found.gait), "reason": None}
 
 
-def _broken_runs(rows: Gait, report: Report) -> list[dict[str, Any]]:
-    """Return the worst row of each run of rows that break a rule, except the place that the check itself reports."""
-    alpha, vehicle, coefficients = rows.alpha, rows.vehicle, rows.coefficients
-    R = np.asarray(matrices.level_determinant(alpha, coefficients))
-    tilts = (matrices.roll_sensitivity, matrices.pitch_sensitivity)
-    measures: dict[str, tuple[int, Callable[[], Any]]] = {  # of each row; 1 if the limit is an upper bound, −1 a lower
-        "on_surface": (1, lambda: np.abs([one(alpha, coefficients) for one in tilts]).max(axis=0)),
-        "R_sign": (1, lambda: -R * np.sign(R[np.argmax(np.abs(R))])),
-        "least_singular_value": (-1, lambda: np.asarray(matrices.least_singular_value(alpha, vehicle))),
-        "hover_thrust": (-1, lambda: np.nan_to_num(matrices.hover_thrust_shares(alpha, vehicle), nan=-9).min(axis=1)),
-    }
-    found = []
-    for check in report.checks:
-        if check.ok or check.where is None or check.limit is None or check.name not in measures:
-            continue
-        sign, measure = measures[check.name]
-        over = sign * (measure() - check.limit)
-        edges = np.flatnonzero(np.diff(np.concatenate([[False], over > 0, [False]]).astype(np.int8)))
-        # The place is at this row or after it; without a row, the stated gait was checked.
-        title, row = check.name.replace("_", " "), check.where.get("row")
-        for first, end in edges.reshape(-1, 2).tolist():
-            if row is not None and (first < row <= end or first < row % len(alpha) + 1 <= end):
-                continue
-            worst = first + int(np.argmax(over[first:end]))
-            run = f"row {end}" if end == first + 1 else f"rows {first + 1} to {end}, the worst row {worst + 1}"
-            a1, a2 = alpha[worst, :2].tolist()
-            found.append((first - end, {"alpha1": a1, "alpha2": a2, "message": f"{title} broken: {run}"}))
-    return [place for _, place in sorted(found, key=lambda one: one[0])[:_MOST_RUNS]]
-
-
-def _bounded(pieces: Iterable[Table]) -> Iterator[Table]:
+def _bounded(pieces: Iterable[Table], progress: Progress) -> Iterator[Table]:
     """Yield pieces of a table up to the limit of rows: a small file can hold more rows than fit in memory."""
     rows, most = 0, queries.LIMITS["rows"]
     for piece in pieces:
+        progress("reading")
         rows += len(piece)
         if rows > most:
             raise InputError(f"a table must have at most {most} rows here; 'gaitgraph validate' has no limit")
@@ -154,7 +117,6 @@ def _state_of_request(table: Table) -> dict[str, Any] | None:
     request = table.about.get("request")
     if not isinstance(request, dict):
         return None
-    request = {name: value for name, value in request.items() if (name, value) != ("sheets", "planes")}
     if any(_NOT_SHOWN.get(name, ...) != value for name, value in request.items() if name not in queries.DEFAULTS):
         return None
     state = {name: value for name, value in request.items() if name in queries.DEFAULTS}
@@ -191,11 +153,6 @@ def file_answer(state: queries.State, suffix: object, progress: Progress = queri
     with TemporaryDirectory(prefix="gaitgraph-") as folder:
         path = Path(folder) / f"gait{suffix}"
         (write_films if suffix == _FILM else write_tables)(table, [path])
-        if not path.is_dir():
-            return path.name, path.read_bytes()
-        stream = io.BytesIO()
-        with zipfile.ZipFile(stream, "w") as archive:
-            for one in sorted(path.iterdir()):
-                entry = zipfile.ZipInfo(f"{path.name}/{one.name}")  # no date: equal gaits give equal bytes
-                archive.writestr(entry, one.read_bytes(), zipfile.ZIP_DEFLATED)
-        return f"{path.name}.zip", stream.getvalue()
+        if path.is_dir():
+            path = Path(make_archive(str(path), "zip", folder, path.name))
+        return path.name, path.read_bytes()

@@ -28,9 +28,6 @@ Arms = Literal["served", "planned"]
 REFERENCES: tuple[Reference, ...] = get_args(Reference)
 """What the controller holds: the level attitude alone, or a place in the plane as well."""
 
-ARMS: tuple[Arms, ...] = get_args(Arms)
-"""Tilt angles that the controller assumes: those that the servos reach, or the planned ones."""
-
 _ANGLES = frozenset({"attitude_noise", "rate_noise", "servo_rate"})
 _SAMPLING = 1e-6  # relative tolerance for control steps being a whole number of engine steps
 
@@ -66,7 +63,8 @@ class FlightSettings:
     servo_lag, servo_rate
         Time constant and largest rate of the tilt servos; by default the vehicle's, if it states them.
     arms
-        One of :data:`ARMS`. With "planned" a lag or a limited rate makes the controller assume wrong tilt angles.
+        Tilt angles that the controller assumes: "served", those that the servos reach; or "planned", which are wrong
+        with a lag or a limited rate.
     floor
         The flight stops when the least singular value of the scaled decoupling matrix may fall below this.
     attitude_noise, rate_noise, position_noise, velocity_noise
@@ -118,7 +116,7 @@ class FlightSettings:
             if unit and not (value is None and one.default is None) and not low <= number_of(value) <= high:
                 raise InputError(f"{one.name} must be between {low:g} and {high:g} ({unit}), got {shown(value)}")
         checked_choice("reference", self.reference, REFERENCES)
-        checked_choice("arms", self.arms, ARMS)
+        checked_choice("arms", self.arms, get_args(Arms))
         if not isinstance(self.saturation, bool):
             raise InputError(f"saturation must be true or false, got {shown(self.saturation)}")
         whole_number("seed", self.seed, 0, (1 << 64) - 1)

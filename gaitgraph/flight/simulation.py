@@ -31,7 +31,6 @@ _TUMBLING = 200.0  # rad/s
 _FARTHEST = 1e5  # m
 _MOST_LEAD = 1.0  # s by which the controller looks ahead on a reference
 _GUST_TIME = 1.0  # s over which gusts are correlated
-_PROGRESS_EVERY = 500  # control steps
 _SETTLED_EVERY = 50  # control steps between two checks whether a flight has settled
 _MOST_STEPS = 1_000_000  # they take about 1.5 GB
 _LEAST_STEPS = 20  # of the engine in a period
@@ -90,14 +89,12 @@ class Simulation:
     def run(
         self,
         attitude: tuple[float, float] = (0.0, 0.0),
-        progress: Callable[[float], None] | None = None,
         *,
         until_settled: float | None = None,
     ) -> Flight:
         """Fly from rest at the origin with a roll and a pitch [rad], until the course or the settings end.
 
-        `progress` is called with the fraction flown. With `until_settled` the flight ends once it has settled, but not
-        before so many seconds.
+        With `until_settled` the flight ends once it has settled, but not before so many seconds.
         """
         settings, engine, count = self.settings, self.engine, self.controls
         every = settings.steps_per_control
@@ -155,8 +152,6 @@ class Simulation:
                     for step in range(k * every, (k + 1) * every):
                         hinges[:] = hinge_commands[step]
                         mj_step(model, data)
-                    if progress is not None and (k + 1) % _PROGRESS_EVERY == 0:
-                        progress((k + 1) / count)
             except Stopped as stop:
                 failure = stop.args
         return record_of(self.course, settings, attitude, rows=table[:kept].copy(), failure=failure)
@@ -263,7 +258,6 @@ def fly(
     attitude: tuple[float | str, float | str] | None = None,
     settings: FlightSettings | None = None,
     anyway: bool = False,
-    progress: Callable[[float], None] | None = None,
 ) -> Flight:
     """Fly a gait in the physics engine MuJoCo, by feedback linearisation with the thrusts as the only inputs.
 
@@ -276,8 +270,6 @@ def fly(
         reference "attitude", else level.
     settings, anyway
         See :class:`~gaitgraph.flight.flight.FlightSettings`; whether to fly a gait that is not flyable.
-    progress
-        Called with the fraction flown.
 
     Returns
     -------
@@ -316,7 +308,7 @@ def fly(
         failure = "refused", f"refused before take-off: {refusal}"
         return record_of(course, settings, start, failure=failure, warnings=warnings)
     simulation = Simulation(course, settings)
-    return replace(simulation.run(start, progress), warnings=(*warnings, *simulation.warnings))
+    return replace(simulation.run(start), warnings=(*warnings, *simulation.warnings))
 
 
 def checked_attitude(attitude: Any) -> tuple[float, float]:

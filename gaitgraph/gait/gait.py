@@ -184,19 +184,9 @@ class Gait(Pictured):
 
     def biased(self, eta: float) -> Gait:
         """Return the gait with α3 and α4 scaled by η in (0, 1], equations (12) to (15); it leaves the surfaces."""
-        return self._scaled(eta, [1, 1, eta, eta], stays=False)
-
-    def scaled(self, eta: float) -> Gait:
-        """Return the gait with all four angles scaled by η in (0, 1].
-
-        The red sheet is a plane through the origin: a red gait stays on it. A blue one leaves its sheet.
-        """
-        return self._scaled(eta, [eta] * 4, stays=self.color == "red")
-
-    def _scaled(self, eta: float, factors: list[float], *, stays: bool) -> Gait:
         checked_factor("eta", eta)
-        colors = self.colors if stays or eta == 1 else ()
-        return replace(self, alpha=self.alpha * np.array(factors, dtype=float), colors=colors, request={})
+        colors = self.colors if eta == 1 else ()
+        return replace(self, alpha=self.alpha * np.array([1, 1, eta, eta]), colors=colors, request={})
 
     def vertices(self, tolerance: float = 1e-9) -> FloatArray:
         """Return the corners of the loop, in order, shape (k, 4) [rad]; see :func:`vertices`."""

@@ -15,7 +15,6 @@ import math
 import warnings
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from importlib import import_module
 from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -50,7 +49,7 @@ from gaitgraph.surface.sheets import (
 from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
+    from collections.abc import Iterable, Iterator
 
     TimedGait = Any  # timing comes after this package
 
@@ -145,22 +144,14 @@ class Table:
 
     def to_pandas(self) -> Any:
         """Return the table as a pandas frame: floats, and categories for texts; its `attrs` state what made it."""
-        frame = self._frame("pandas")
+        try:
+            import pandas as pd
+        except ImportError as error:
+            raise MissingExtra("to_pandas needs pandas. Install it with: pip install pandas") from error
+        texts = {name: pd.Series(list(self[name]), dtype="category") for name in TEXTS if name in self}
+        frame = pd.DataFrame({**self.columns, **texts})
         frame.attrs["gaitgraph"] = provenance_of(self)
         return frame
-
-    def to_polars(self) -> Any:
-        """Return the table as a polars frame: floats, and categories for texts. What made it is not kept."""
-        return self._frame("polars")
-
-    def _frame(self, name: str) -> Any:
-        try:
-            library = import_module(name)
-        except ImportError as error:
-            raise MissingExtra(f"to_{name} needs {name}. Install it with: pip install {name}") from error
-        kind = "category" if name == "pandas" else library.Categorical
-        texts = {name: library.Series(list(self[name]), dtype=kind) for name in TEXTS if name in self}
-        return library.DataFrame({**self.columns, **texts})
 
 
 def merged(pieces: Iterable[Table]) -> Table:
@@ -399,92 +390,39 @@ def closed_rows(
     return Gait(alpha=alpha, colors=colors, request=request, **made), t, stated
 
 
-# -- Completing a table piece by piece
-
-
-def completed_pieces(
-    pieces: Callable[[], Iterable[Table]],
-    *,
-    vehicle: VehicleLike | None = None,
-    coefficients: CoefficientsLike | None = None,
-) -> Callable[[], Iterator[Table]]:
-    """Return a function that yields a table completed: from t = 0, closed, with all columns that can be computed.
+def completed_table(
+    table: Table, *, vehicle: VehicleLike | None = None, coefficients: CoefficientsLike | None = None
+) -> Table:
+    """Return a table of two rows or more completed: from t = 0, closed, with all columns that can be computed.
 
     A stated column stays if all of its rows agree with the angles: R to within its digits, types with the color.
-    Otherwise, or for another vehicle, it is computed. This takes one pass over all pieces now, and another each time
-    the result is called. No more than two pieces are held at a time.
-
-    Rows are joined by straight segments: unless all rates and accelerations are stated, rates are those just after each
-    row and accelerations are zero. `pieces` must yield the same pieces each time, in all one row or more, with `t`.
+    Otherwise, or for another vehicle, it is computed. Rows are joined by straight segments: unless all rates and
+    accelerations are stated, rates are those just after each row and accelerations are zero. `t` must be there.
     """
-    first = next(iter(pieces()))
-    stated, numbers, crossing_tolerance = surface_of(first, vehicle, coefficients)
-    about = {**first.about, "vehicle": stated.as_mapping(), "coefficients": numbers.kind}
+    stated, numbers, crossing_tolerance = surface_of(table, vehicle, coefficients)
+    about = {**table.about, "vehicle": stated.as_mapping(), "coefficients": numbers.kind}
     if not isinstance(about.get("request"), dict) or vehicle is not None or coefficients is not None:
         about.pop("request", None)  # the request was for something else
-
-    def R_of(alpha: FloatArray) -> FloatArray:
-        rows = np.repeat(alpha, 2, axis=0) if len(alpha) == 1 else alpha  # numpy rounds a single row otherwise
-        return np.asarray(level_determinant(rows, numbers))[: len(alpha)]
-
-    count, has_colors, keeps_R, keeps_types = 0, True, True, True
-    ends = np.zeros((0, 4))  # the first row and the last two so far
-    for piece, alpha, codes in lifted_pieces(pieces(), numbers):
-        count += len(alpha)
-        ends = np.delete(np.vstack([ends, alpha]), slice(1, -2), axis=0)
-        has_colors &= bool(codes.all())
-        if keeps_R:
-            digits = 2 * level_determinant_resolution(alpha, numbers)
-            keeps_R = "R" in piece and not (np.abs(piece["R"] - R_of(alpha)) > digits).any()
-        if keeps_types:
-            keeps_types = "types" in piece and not wrong_types(piece, codes).any()
-
-    def closed() -> Iterator[Table]:
-        """Yield the pieces without rates, and a closing row, which replaces a last row that repeats the first."""
-        opening: dict[str, Any] = {}
-        left, start = count - returned, float(first["t"][0])
-        for piece, alpha, codes in lifted_pieces(pieces(), numbers):
-            columns = piece.columns | dict(zip(ANGLES, alpha.T, strict=True)) | {"t": piece["t"] - start}
-            if not keeps_R:
-                columns["R"] = R_of(alpha)
-            if not has_colors:
-                columns.pop("types", None)
-            else:
-                columns["color"] = tuple(map(family_of, codes.tolist()))
-                if not keeps_types:
-                    pairs = zip(*family_types(alpha, codes, numbers, crossing_tolerance), strict=True)
-                    columns["types"] = tuple(text_from_types(*pair) for pair in pairs)
-            whole = Table(columns=columns, about=about)
-            opening, end = opening or whole.rows(0, 1).columns, float(columns["t"][-1])
-            if left:
-                yield whole.rows(0, left)
-            left = max(left - len(whole), 0)
-        end = end if returned else closing_time(0.0, end, count)
-        yield Table(columns={**opening, "t": np.array([end])}, about=about)
-
-    def in_order() -> Iterator[Table]:
-        for piece in closed() if stated_rates else _with_rates(closed()):
-            yield replace(piece, columns={name: piece[name] for name in ORDER if name in piece})
-
-    returned = is_closed(ends)
-    stated_rates = all(name in first for name in (*RATES, *ACCELERATIONS))
-    return in_order
-
-
-def _with_rates(pieces: Iterable[Table]) -> Iterator[Table]:
-    """Yield closed pieces with the rates of straight segments between the rows, and accelerations of zero."""
-
-    def moving(table: Table, rates: dict[str, FloatArray]) -> Table:
-        return replace(table, columns=table.columns | rates | dict.fromkeys(ACCELERATIONS, np.zeros(len(table))))
-
-    first_rates: dict[str, FloatArray] = {}
-    held: list[Table] = []  # the last row so far
-    for piece in pieces:
-        joined = merged([*held, piece])
-        held = [joined.rows(len(joined) - 1, len(joined))]
-        if len(joined) > 1:
-            step = np.diff(joined["t"])
-            rates = {rate: np.diff(joined[name]) / step + 0.0 for name, rate in zip(ANGLES, RATES, strict=True)}
-            first_rates = first_rates or {name: values[:1] for name, values in rates.items()}
-            yield moving(joined.rows(0, len(joined) - 1), rates)
-    yield moving(held[0], first_rates)  # closed pieces have two rows or more
+    ((_, alpha, codes),) = lifted_pieces([table], numbers)
+    t = table["t"] - table["t"][0]
+    columns = table.columns | dict(zip(ANGLES, alpha.T, strict=True)) | {"t": t}
+    R = np.asarray(level_determinant(alpha, numbers))
+    if "R" not in table or (np.abs(table["R"] - R) > 2 * level_determinant_resolution(alpha, numbers)).any():
+        columns["R"] = R
+    if not codes.all():
+        columns.pop("types", None)
+    else:
+        columns["color"] = tuple(map(family_of, codes.tolist()))
+        if "types" not in table or wrong_types(table, codes).any():
+            pairs = zip(*family_types(alpha, codes, numbers, crossing_tolerance), strict=True)
+            columns["types"] = tuple(text_from_types(*pair) for pair in pairs)
+    # The first row again at the end, which replaces a last row that repeats it.
+    whole, returned = Table(columns=columns, about=about), is_closed(alpha)
+    end = t[-1] if returned else closing_time(0.0, t[-1], len(t))
+    last = Table(columns=whole.rows(0, 1).columns | {"t": np.array([end])})
+    columns = merged([whole.rows(0, len(t) - returned), last]).columns
+    if not all(name in table for name in (*RATES, *ACCELERATIONS)):
+        for name, rate, acceleration in zip(ANGLES, RATES, ACCELERATIONS, strict=True):
+            slopes = np.diff(columns[name]) / np.diff(columns["t"]) + 0.0
+            columns |= {rate: np.append(slopes, slopes[:1]), acceleration: np.zeros(len(slopes) + 1)}
+    return Table(columns={name: columns[name] for name in ORDER if name in columns}, about=about)

@@ -49,12 +49,10 @@ from gaitgraph.invertibility.segment_bounds import (
     thrusts_push_up,
 )
 from gaitgraph.surface.sheets import (
-    COLORS,
     Sign,
     family_jumps,
     neighbors_allowed,
     root_arrays,
-    sheet_grid,
     text_from_types,
 )
 from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_from_mapping, vehicle_named
@@ -153,12 +151,8 @@ def surface_graph(
     vehicle = vehicle_named(vehicle)
     coefficients = coefficients_of(vehicle, coefficients)
     wanted = 1.0 if sign == "positive" else -1.0
-    axis, crossing_tolerance = grid_axis(divisions), math.pi / (2 * divisions)
-    nodes = (
-        _grid_nodes(axis, wanted, coefficients, crossing_tolerance),
-        _waypoint_nodes(axis, waypoints, wanted, coefficients, crossing_tolerance),
-    )
-    alpha, red, types, R, cell = (np.concatenate(parts) for parts in zip(*nodes, strict=True))
+    crossing_tolerance = math.pi / (2 * divisions)
+    alpha, red, types, R, cell = _nodes(divisions, waypoints, wanted, coefficients, crossing_tolerance)
     if zones is not None and len(alpha):
         allowed = zones.allow_points(alpha[:, :2])
         alpha, red, types, R, cell = (part[allowed] for part in (alpha, red, types, R, cell))
@@ -200,43 +194,29 @@ def surface_graph(
     return graph
 
 
-def _grid_nodes(axis: FloatArray, wanted: float, coefficients: Coefficients, reach: float) -> tuple[Any, ...]:
-    """Return the nodes on the grid as arrays: alpha (n, 4), on red (n,), types (n, 2), R (n,) and cell (n, 2)."""
-    inner = axis[1:-1]
-    parts = []
-    for color in COLORS:
-        if color == "blue" and coefficients.kind == "exact":
-            continue  # R = 0 there: floating-point noise is not a sign
-        sheet = sheet_grid(color, inner, inner, coefficients=coefficients, crossing_tolerance=reach)
-        r, s = np.nonzero(wanted * sheet.R > noise_of(coefficients))
-        i, j = sheet.row[r], sheet.column[s]
-        alpha = np.column_stack([inner[i], inner[j], sheet.alpha3[r], sheet.alpha4[s]])
-        types = np.column_stack([sheet.types3[r], sheet.types4[s]])
-        red = np.full(len(r), color == "red")
-        parts.append((alpha, red, types, sheet.R[r, s], np.column_stack([i, j]) + 1))
-    return tuple(np.concatenate(column) for column in zip(*parts, strict=True))
+def _nodes(divisions: int, waypoints: Any, wanted: float, coefficients: Coefficients, reach: float) -> tuple[Any, ...]:
+    """Return the nodes as arrays: alpha (n, 4), on red (n,), types (n, 2), R (n,) and cell (n, 2), −1 off the grid.
 
-
-def _waypoint_nodes(
-    axis: FloatArray, waypoints: Any, wanted: float, coefficients: Coefficients, reach: float
-) -> tuple[Any, ...]:
-    """Return the nodes above waypoints off the grid, as :func:`_grid_nodes` does; their cell is −1.
-
-    Waypoints within 1e-9 rad of each other count as one.
+    Those on the grid come first, red before blue. Waypoints within 1e-9 rad of each other, or of a grid node, count as
+    one.
     """
-    plane = np.array(checked_waypoints(waypoints, math.inf, least=0)).reshape(-1, 2)
-    away = np.abs(plane[:, :, None] - axis[1:-1]).min(axis=2).max(axis=1)
-    plane = plane[away > WAYPOINT_SNAP]
-    same = np.abs(plane[:, None] - plane).max(axis=2) <= WAYPOINT_SNAP
-    if len(plane):
-        plane = plane[same.argmax(axis=1) == np.arange(len(plane))]
+    axis = grid_axis(divisions)[1:-1]
+    given = np.array(checked_waypoints(waypoints, math.inf, least=0)).reshape(-1, 2)
+    given = given[np.abs(given[:, :, None] - axis).min(axis=2).max(axis=1) > WAYPOINT_SNAP]
+    if len(given):
+        same = np.abs(given[:, None] - given).max(axis=2) <= WAYPOINT_SNAP
+        given = given[same.argmax(axis=1) == np.arange(len(given))]
+    cell = np.array([*product(range(1, divisions), repeat=2), *[(-1, -1)] * len(given)])
+    plane = np.concatenate([axis[cell[: len(axis) ** 2] - 1], given])
     found = root_arrays(plane[:, 0], plane[:, 1], coefficients=coefficients, crossing_tolerance=reach)
     usable = wanted * np.nan_to_num(found.R) > noise_of(coefficients)
     if coefficients.kind == "exact":
-        usable &= found.sheet > 0
+        usable &= found.sheet > 0  # on blue R = 0 there: floating-point noise is not a sign
     point, root = np.nonzero(usable)
-    on_red, off_grid = found.sheet[point, root] > 0, np.full((len(point), 2), -1)
-    return found.alpha[point, root], on_red, found.types[point, root], found.R[point, root], off_grid
+    off_grid, red = cell[point, 0] < 0, found.sheet[point, root] > 0
+    order = np.lexsort((~red & ~off_grid, off_grid))
+    point, root = point[order], root[order]
+    return found.alpha[point, root], red[order], found.types[point, root], found.R[point, root], cell[point]
 
 
 def _edges(alpha: FloatArray, red: BoolArray, types: npt.NDArray[np.int8], cell: IntArray, divisions: int) -> IntArray:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import io
 import json
-import math
 import re
 import struct
 import warnings
@@ -40,11 +39,11 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from gaitgraph.gait.table import Table
-    from gaitgraph.io.columns import FormatOptions, Progress, TableBuilder
+    from gaitgraph.io.columns import TableBuilder
 
     Array = npt.NDArray[Any]
 
-_PROVENANCE = "provenance"  # the array of an archive, and the field of a struct, that state what made the file
+_PROVENANCE = "provenance"  # the array that states what made the file
 
 
 @contextmanager
@@ -72,19 +71,14 @@ def check_size(size: int, what: str, most: int | None = None) -> None:
         raise InputError(f"{what} must have at most {most >> 20} MiB, got {size} bytes")
 
 
-def _tables_of(
-    arrays: Mapping[str, Any], about: dict[str, Any], builder: TableBuilder, progress: Progress
-) -> Iterator[Table]:
+def _tables_of(arrays: Mapping[str, Any], about: dict[str, Any], builder: TableBuilder) -> Iterator[Table]:
     """Yield the tables of arrays by name, some rows at a time."""
     builder.begin(list(arrays), about)
     columns = {name: column_of(name, arrays[name]) for name in builder.used if name in arrays}
     rows = max((len(values) for values in columns.values() if not isinstance(values, str)), default=1)
     for start in range(0, rows, ROWS_OF_A_PIECE):
-        stop = min(start + ROWS_OF_A_PIECE, rows)
-        cut = {name: one if isinstance(one, str) else one[start:stop] for name, one in columns.items()}
-        yield from builder.pieces(cut)
-        if progress is not None:
-            progress(stop / rows)
+        stop = start + ROWS_OF_A_PIECE
+        yield from builder.pieces({k: one if isinstance(one, str) else one[start:stop] for k, one in columns.items()})
 
 
 def _about_of_array(array: object) -> dict[str, Any]:
@@ -95,25 +89,18 @@ def _about_of_array(array: object) -> dict[str, Any]:
 # -- NumPy archives
 
 
-def write_npz(pieces: Iterable[Table], path: Path, options: FormatOptions) -> None:
+def write_npz(pieces: Iterable[Table], path: Path) -> None:
     """Write a new NumPy archive: one array for each column, and `provenance`, a text.
 
     It is not compressed and has no time stamps: the same table gives the same bytes everywhere.
     """
-    import zipfile
-
     table = merged(pieces)
-    arrays: dict[str, Array] = {name: np.asarray(values) for name, values in table.columns.items()}
-    arrays[_PROVENANCE] = np.array(provenance_text(table))
-    with zipfile.ZipFile(path, "w") as archive:
-        for name, array in arrays.items():  # numpy.savez would write the time
-            member = zipfile.ZipInfo(f"{name}.npy", date_time=(1980, 1, 1, 0, 0, 0))
-            member.create_system, member.external_attr = 3, 0o600 << 16
-            with archive.open(member, "w", force_zip64=True) as stream:
-                np.lib.format.write_array(stream, array, allow_pickle=False)
+    arrays: dict[str, Any] = {**table.columns, _PROVENANCE: np.array(provenance_text(table))}
+    with path.open("wb") as stream:
+        np.savez(stream, **arrays)
 
 
-def read_npz(path: Path, builder: TableBuilder, progress: Progress) -> Iterator[Table]:
+def read_npz(path: Path, builder: TableBuilder) -> Iterator[Table]:
     """Yield the tables of a NumPy archive, which is read whole."""
     with gate(path, "an archive that numpy.savez wrote, with one array for each column"):
         with warnings.catch_warnings(action="ignore"), path.open("rb") as file, np.load(file) as archive:
@@ -125,7 +112,7 @@ def read_npz(path: Path, builder: TableBuilder, progress: Progress) -> Iterator[
                 except ValueError as error:  # objects, say, which are not loaded
                     arrays[name] = error
         about = _about_of_array(arrays.pop(_PROVENANCE, None))
-        yield from _tables_of(arrays, about, builder, progress)
+        yield from _tables_of(arrays, about, builder)
 
 
 # -- Parquet: numbers are 64-bit floats, `color` and `types` dictionaries of texts; every field states its unit. pandas
@@ -136,7 +123,7 @@ _OURS, _OF_PANDAS = b"gaitgraph", b"PANDAS_ATTRS"
 _MOST_UNPACKED, _STEEPEST = 1 << 32, 100  # bytes in all, or for each byte of the file, whichever is more
 
 
-def write_parquet(pieces: Iterable[Table], path: Path, options: FormatOptions) -> None:
+def write_parquet(pieces: Iterable[Table], path: Path) -> None:
     """Write a new Parquet file, in row groups of 65,536 rows however the pieces are cut."""
     import pyarrow as pa
     import pyarrow.parquet as pq
@@ -172,7 +159,7 @@ def _regrouped(pieces: Iterable[Table]) -> Iterator[Table]:
         yield merged(held)
 
 
-def read_parquet(path: Path, builder: TableBuilder, progress: Progress) -> Iterator[Table]:
+def read_parquet(path: Path, builder: TableBuilder) -> Iterator[Table]:
     """Yield the tables of a Parquet file, some rows at a time."""
     import pyarrow.parquet as pq
     from pyarrow.types import is_nested
@@ -192,12 +179,8 @@ def read_parquet(path: Path, builder: TableBuilder, progress: Progress) -> Itera
             if is_nested(schema.field(name).type):
                 raise InputError(f"{name} must be a column of numbers or of texts, got {schema.field(name).type}")
         check_size(8 * rows * len(used), "its columns", max(_MOST_UNPACKED, _STEEPEST * size))
-        done = 0
         for batch in file.iter_batches(batch_size=ROWS_OF_A_PIECE, columns=used, use_threads=False):
             yield from builder.pieces(dict(zip(batch.schema.names, batch.columns, strict=True)))
-            done += batch.num_rows
-            if progress is not None:
-                progress(min(done / rows, 1.0) if rows else 1.0)
 
 
 def _about_of_parquet(metadata: dict[bytes, bytes]) -> dict[str, Any]:
@@ -214,24 +197,20 @@ def _about_of_parquet(metadata: dict[bytes, bytes]) -> dict[str, Any]:
 
 # -- MATLAB files
 
-_GAIT = "gait"  # the struct
 _GROUPS = {"alpha": ANGLES, "alpha_rate": RATES, "alpha_acceleration": ACCELERATIONS}  # matrices, a column for a rotor
-_ANGLES = frozenset({"alpha", "alpha1", "alpha1_deg"})
 _MAT = "a MAT-file of level 5 in little-endian order, as save -v7 or save -v6 write it"
 _HEADER, _TEXT_OF_HEADER = 128, 116
 _MATRIX, _COMPRESSED = 14, 15
 _TYPES = frozenset({1, 2, 3, 4, 5, 6, 7, 9, 12, 13, 16, 17, 18})
-_CELL, _STRUCT, _TEXT = 1, 2, 4
-_CLASSES = frozenset({_CELL, _STRUCT, _TEXT, *range(6, 16)})  # without objects, functions and sparse matrices
-_DEEPEST = 100
+_CLASSES = frozenset({4, *range(6, 16)})  # texts and full arrays of numbers
 
 _NAME = re.compile(r"[A-Za-z]\w{0,62}", re.ASCII)
 
 
-def write_mat(pieces: Iterable[Table], path: Path, options: FormatOptions) -> None:
+def write_mat(pieces: Iterable[Table], path: Path) -> None:
     """Write a new MATLAB file: every column as a variable, angles, rates and accelerations as matrices too.
 
-    The struct `gait` has `t`, the matrices and the other columns, `names` and `units` of the columns, and `provenance`.
+    Beside them are `names` and `units` of the columns, and `provenance`, as texts.
     """
     from scipy.io import savemat
     from scipy.io.matlab import MatWriteError
@@ -240,57 +219,44 @@ def write_mat(pieces: Iterable[Table], path: Path, options: FormatOptions) -> No
     for name in table.columns:
         if not _NAME.fullmatch(name):
             raise InputError(f"column must be up to 63 letters, digits and _ in a .mat file, got {shown(name)}")
-    columns = {name: np.asarray(values) for name, values in table.columns.items()}
-    fields, groups = dict(columns), {}
+    arrays = {name: np.asarray(values) for name, values in table.columns.items()}
     for group, names in _GROUPS.items():
-        if all(name in columns for name in names):
-            groups[group] = np.column_stack([fields.pop(name) for name in names])
-    fields = {**({"t": fields["t"]} if "t" in fields else {}), **groups, **fields}
-    fields["names"], fields["units"] = np.array(list(columns)), np.array(list(table.units.values()))
-    fields[_PROVENANCE] = np.array(provenance_text(table))
+        if all(name in table for name in names):
+            arrays[group] = np.column_stack([table[name] for name in names])
+    arrays["names"], arrays["units"] = np.array(list(table.columns)), np.array(list(table.units.values()))
+    arrays[_PROVENANCE] = np.array(provenance_text(table))
     try:
-        savemat(path, {**columns, **groups, _GAIT: fields}, oned_as="column", long_field_names=True)
+        savemat(path, arrays, oned_as="column")
     except MatWriteError as error:
         raise InputError(f"{len(table)} rows are too many for a .mat file ({error}); write a .parquet file") from error
     with path.open("r+b") as stream:  # scipy writes the time and the system there
         stream.write(f"MATLAB 5.0 MAT-file, written by gaitgraph {__version__}".ljust(_TEXT_OF_HEADER).encode())
 
 
-def read_mat(path: Path, builder: TableBuilder, progress: Progress) -> Iterator[Table]:
-    """Yield the tables of a MATLAB file, which is read whole: of its variables, or else of the fields of a struct."""
+def read_mat(path: Path, builder: TableBuilder) -> Iterator[Table]:
+    """Yield the tables of a MATLAB file, which is read whole."""
     with gate(path, _MAT):
         with warnings.catch_warnings(action="ignore"):
-            variables = _mat_variables(path.read_bytes())
-        plain = {name: one for name, one in variables.items() if not one.dtype.names}
-        structs = [_fields(one) for name, one in variables.items() if one.dtype.names and name != _GAIT]
-        ours = _fields(variables.get(_GAIT, np.zeros(0)))
-        tables = [[one for one in some if one] for some in ([plain], [ours], structs)]
-        # What has angles is preferred; joints may have any name.
-        with_angles = [[one for one in some if not _ANGLES.isdisjoint(one)] for some in tables]
-        found, *others = next(filter(None, with_angles + tables), [{}])
-        if others:
-            raise InputError(f"it must have one struct of angles, or one called {_GAIT!r}, got {1 + len(others)}")
-        about = _about_of_array({**found, **ours}.get(_PROVENANCE))
+            found: dict[str, Any] = _mat_variables(path.read_bytes())
+        if not found:
+            raise InputError("it must have variables of numbers; save -struct writes the fields of a struct as such")
+        about = _about_of_array(found.get(_PROVENANCE))
         if about:
             found = {name: one for name, one in found.items() if name not in ("names", "units", _PROVENANCE)}
         for group, angles in _GROUPS.items():
             matrix = found.pop(group, None)
             if matrix is not None and found.keys().isdisjoint(angles):
-                if not isinstance(matrix, np.ndarray) or matrix.ndim != 2 or matrix.shape[1] != len(angles):
-                    raise InputError(f"{group} must be a matrix of 4 columns, got shape {np.shape(matrix)}")
+                if matrix.ndim != 2 or matrix.shape[1] != len(angles):
+                    raise InputError(f"{group} must be a matrix of 4 columns, got shape {matrix.shape}")
                 found |= dict(zip(angles, matrix.T, strict=True))
-        yield from _tables_of(found, about, builder, progress)
-
-
-def _fields(array: Array) -> dict[str, Any]:
-    """Return the fields of a struct; nothing of another array."""
-    return {name: array[name].item() for name in array.dtype.names or ()} if array.size == 1 else {}
+        yield from _tables_of(found, about, builder)
 
 
 def _mat_variables(content: bytes) -> dict[str, Array]:
-    """Return the variables of a MATLAB file as scipy reads them, without objects and functions.
+    """Return the arrays of numbers and texts in a MATLAB file as scipy reads them; other variables are passed over.
 
-    scipy gets one variable at a time, inflated, so that nothing in it refers to another one.
+    scipy follows in C the types and sizes that a file states; wrong ones end the process. So it gets one variable at a
+    time, inflated and checked.
     """
     from scipy.io import loadmat
 
@@ -313,54 +279,30 @@ def _mat_variables(content: bytes) -> dict[str, Array]:
                 raise InputError("it must be whole, got a compressed variable that ends early")
         if len(element) > 16 and element[16] not in _CLASSES:
             continue
-        name, end = _array_at(memoryview(element), 0)
-        if not end == len(element) == 8 + struct.unpack_from("<I", element, 4)[0]:
-            raise InputError(f"it must be whole, got a variable {name!r} of another size than it states")
+        name = _checked_name(memoryview(element))
         if name and not name.startswith("__"):  # others belong to objects and functions
             stream: Any = io.BytesIO(content[:_HEADER] + element)
             variables[name] = loadmat(stream)[name]
     return variables
 
 
-def _array_at(content: memoryview, place: int, depth: int = 0) -> tuple[str, int]:
-    """Return the name of an array of a MATLAB file and where it ends, without looking at values.
-
-    scipy follows types, counts and nested arrays in C as a file states them; unknown types, or thousands of levels, end
-    the process. So they are checked here, in the order in which scipy goes through them; struct.error is raised too.
-    """
-
-    def part() -> memoryview:
-        nonlocal place
-        kind, size = struct.unpack_from("<II", content, place)
+def _checked_name(element: memoryview) -> str:
+    """Return the name of an array in a MATLAB file; InputError, or struct.error, unless its parts are whole."""
+    kind, size, flags = struct.unpack_from("<II8xI", element)
+    if kind != _MATRIX:
+        raise InputError(f"it must hold arrays, got an element of type {kind}")
+    parts, place = [], 24
+    for _ in range(4 if flags & 0x0800 else 3):  # shape, name, values, and imaginary ones
+        kind, length = struct.unpack_from("<II", element, place)
+        start, place = place + 8, place + 8 + length + -length % 8
         if kind >> 16:  # up to four bytes are in the tag itself
-            kind, size, start, place = kind & 0xFFFF, kind >> 16, place + 4, place + 8
-        else:
-            start, place = place + 8, place + 8 + size + -size % 8
-        if kind not in _TYPES or start + size > len(content):
-            raise InputError(f"it must be whole, got a part of type {kind} and {size} bytes at byte {start}")
-        return content[start : start + size]
-
-    kind, size = struct.unpack_from("<II", content, place)
-    if kind != _MATRIX or depth > _DEEPEST:
-        raise InputError(f"it must hold arrays, at most {_DEEPEST} within each other, got type {kind} at level {depth}")
-    if not size:
-        return "", place + 8
-    (flags,) = struct.unpack_from("<I", content, place + 16)
-    class_, is_complex = flags & 0xFF, bool(flags & 0x0800)
-    if class_ not in _CLASSES:
-        raise InputError(f"it must hold numbers, texts, cells and structs, got an array of class {class_}")
-    place += 24
-    shape = [size for (size,) in struct.iter_unpack("<i", part())]
+            kind, length, start, place = kind & 0xFFFF, kind >> 16, start - 4, start
+        if kind not in _TYPES or start + length > len(element):
+            raise InputError(f"it must be whole, got a part of type {kind} and {length} bytes at byte {start}")
+        parts.append(element[start : start + length])
+    name, shape = bytes(parts[1]).decode("latin-1"), [size for (size,) in struct.iter_unpack("<i", parts[0])]
+    if not place == len(element) == 8 + size:
+        raise InputError(f"it must be whole, got a variable {name!r} of another size than it states")
     if len(shape) < 2 or min(shape) < 0:
         raise InputError(f"it must be whole, got an array of shape {shown(shape)}")
-    name, inner = bytes(part()).decode("latin-1"), math.prod(shape)
-    if class_ == _STRUCT:
-        (width,) = struct.unpack("<i", part())
-        inner *= len(part()) // max(width, 1)
-    elif class_ != _CELL:
-        inner = 0
-        for _ in range(1 + is_complex):
-            part()
-    for _ in range(inner):
-        _, place = _array_at(content, place, depth + 1)
-    return name, place
+    return name

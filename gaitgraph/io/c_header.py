@@ -1,8 +1,8 @@
 """A gait as a C header.
 
-The header has a table of the angles, and a function that returns them at any time: before 0, after many periods, not a
-number. It is C99 and C++11, needs only <stdint.h>, and allocates nothing. Its first comment states what made it. Its
-text is in `gait_header.h.txt`; before a bar each line has the kinds of curve that it is for.
+The header has a table of the angles as floats, and a function that returns them at any time: before 0, after many
+periods, not a number. It is C99 and C++11, needs only <stdint.h>, and allocates nothing. Its first comment states what
+made it. Its text is in `gait_header.h.txt`; before a bar each line has the kinds of curve that it is for.
 """
 
 from __future__ import annotations
@@ -12,7 +12,6 @@ import re
 import warnings
 from dataclasses import replace
 from pathlib import Path
-from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,28 +19,26 @@ import numpy as np
 from gaitgraph.errors import InputError
 from gaitgraph.gait.table import ACCELERATIONS, RATES, Table, closed_rows, is_closed, provenance_text
 from gaitgraph.io.ros import merged_up_to
-from gaitgraph.io.servo_map import servo_map_from_mapping, tilts_from_joints
+from gaitgraph.io.servo_map import servos_of, tilts_from_joints
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from gaitgraph.io.columns import FormatOptions
 
 _MOST_ROWS = 16_384  # as floats with rates, half a megabyte
-_LARGEST = 32_767
 _EVEN, _NANOSECOND = 1e-6, 1e-9
 # Of a table alone: accelerations within ±d of a straight line between rows put a cubic off by at most step²/16·d, and
 # where they jump, d is half the largest second difference of the rows' accelerations.
 _CUBIC_SHARE = 32.0
 
 
-def write_h(pieces: Iterable[Table], path: Path, options: FormatOptions) -> None:
+def write_h(pieces: Iterable[Table], path: Path) -> None:
     """Write a new C header.
 
-    Rows are joined by cubics where the table has rates and accelerations, else, and in fixed point, by straight lines.
+    Rows are joined by cubics where the table has rates and accelerations, else by straight lines.
     """
     table = merged_up_to(pieces, _MOST_ROWS + 1, "a C header")
-    number, name = options.number, options.c_name or re.sub(r"[^A-Za-z0-9_]", "_", path.stem)[:60]
+    name = re.sub(r"[^A-Za-z0-9_]", "_", path.stem)[:60]
     if not name[:1].isalpha():
         name = f"gait_{name.strip('_')}"[:60].rstrip("_")
     times, angles, closed = table["t"] - table["t"][0], table.alpha, is_closed(table.alpha)
@@ -52,35 +49,19 @@ def write_h(pieces: Iterable[Table], path: Path, options: FormatOptions) -> None
     elif ACCELERATIONS[0] in table and RATES[0] in table and any(table[one].any() for one in ACCELERATIONS):
         rates, accelerations = (np.column_stack([table[one] for one in names]) for names in (RATES, ACCELERATIONS))
     step = times[-1] / (len(times) - 1)
-    even = bool(np.abs(times - step * np.arange(len(times))).max() <= max(_EVEN * step, _NANOSECOND))
-    largest = float(np.abs(angles).max())
-    # An angle in fixed point has as many bits behind the point as the largest one leaves.
-    bits = next((bits for bits in range(15, -1, -1) if round(largest * 2**bits) <= _LARGEST), None)
-    if number == "fixed" and not even:
-        raise InputError("number must be float or double for rows that are not evenly spaced, got 'fixed'")
-    if number == "fixed" and bits is None:
-        raise InputError(f"number must be float for an angle of {largest:g} rad; 'fixed' goes up to {_LARGEST} rad")
-    if number == "float" and not even and np.diff(times.astype(np.float32)).min() <= 0:
-        raise InputError("number must be double for rows so near in time, got 'float'")
-    real = "double" if number == "double" else "float"
-    rows, cubic = len(times) - closed, number != "fixed" and rates is not None  # a closed table without its last row
+    if np.abs(times - step * np.arange(len(times))).max() > max(_EVEN * step, _NANOSECOND):
+        raise InputError("t must be evenly spaced in a C header; give the gait another timing with --samples or --rate")
+    rows, cubic = len(times) - closed, rates is not None  # a closed table without its last row
 
     def literal(value: float) -> str:
         """Return a number as the compiler reads the same one again."""
-        return repr(float(value)) if real == "double" else f"{np.float32(value)!s}f"
+        return f"{np.float32(value)!s}f"
 
-    scale = 2.0 ** -(bits or 0)
-    units = np.rint(angles / scale).astype(np.int64)
     tables: list[str] = []
-    for what, values in {"angle": units if number == "fixed" else angles, "rate": rates if cubic else None}.items():
+    for what, values in {"angle": angles, "rate": rates}.items():
         if values is not None:
-            tables += ["", f"static const {'int16_t' if number == 'fixed' else real} {name}_{what}[{rows}][4] = {{"]
-            texts = (map(str if number == "fixed" else literal, row) for row in values[:rows].tolist())
-            tables += [*(f"    {{{', '.join(row)}}}," for row in texts), "};"]
-    if not even:
-        tables += ["", f"static const {real} {name}_time[{len(times)}] = {{"]
-        tables += wrap(", ".join(map(literal, times.tolist())), 116, initial_indent="    ", subsequent_indent="    ")
-        tables += ["};"]
+            tables += ["", f"static const float {name}_{what}[{rows}][4] = {{"]
+            tables += [f"    {{{', '.join(map(literal, row))}}}," for row in values[:rows].tolist()] + ["};"]
 
     off = "0"
     if accelerations is not None:
@@ -89,21 +70,17 @@ def write_h(pieces: Iterable[Table], path: Path, options: FormatOptions) -> None
         estimate = longest**2 * float(np.abs(changes).max(initial=0.0)) / (_CUBIC_SHARE if cubic else 8)
         bound = _proven_error(table, longest, cubic=cubic)
         off = f"about {estimate:.1e}" if bound is None else f"at most {1.06 * bound:.1e}"  # not less, to two digits
-    joints, rotors = options.joints_of(table)
+    servos = servos_of(table)
     upper = name.upper()
     words = {"file": _harmless(path.name), "provenance": _harmless(provenance_text(table)), "tables": "\n".join(tables)}
-    words |= {"name": name, "NAME": upper, "real": real, "rows": str(rows), "bits": str(bits), "off": off}
-    words |= {"joints": _harmless(json.dumps(joints)), "rotors": ", ".join(map(str, rotors))}
-    words |= {"period": literal(times[-1]), "seconds": f"{times[-1]:g}", "step": literal(step), "scale": literal(scale)}
-    words["rounding"] = f"{float(np.abs(units * scale - angles).max()):.1e}"
+    words |= {"name": name, "NAME": upper, "rows": str(rows), "off": off}
+    words["joints"] = _harmless(json.dumps(servos.joint_names))
+    words["rotors"] = ", ".join(str(joint.rotor) for joint in servos.joints)
+    words |= {"period": literal(times[-1]), "seconds": f"{times[-1]:g}", "step": literal(step)}
     words["intervals"] = f"{upper}_ROWS" if closed else f"({upper}_ROWS - 1)"
     words["next"] = f"i + 1 < {upper}_ROWS ? i + 1 : 0" if closed else "i + 1"
-    words |= {word: literal(value) for value, word in enumerate(("zero", "one", "two", "three"))}
-    words |= {"digits": "7", "far": "1.0e9f", "whole": "int32_t"}
-    if real == "double":
-        words |= {"digits": "16", "far": "9.0e15", "whole": "int64_t"}
-    kinds = {"", "closed" if closed else "open", "even" if even else "uneven", "cubic" if cubic else "straight"}
-    kinds |= {"fixed" if number == "fixed" else "floating", "cornered" if accelerations is None else "smooth"}
+    kinds = {"", "closed" if closed else "open", "cubic" if cubic else "straight"}
+    kinds.add("cornered" if accelerations is None else "smooth")
     template = Path(__file__).with_name("gait_header.h.txt").read_text(encoding="ascii").splitlines()
     parts = (one.partition("|") for one in template)
     lines = [line for needed, _, line in parts if kinds.issuperset(needed.split(","))]
@@ -117,7 +94,7 @@ def _proven_error(table: Table, step: float, *, cubic: bool) -> float | None:
     For a straight line it is h²/8·max|f″|, for a cubic with the values and slopes of both ends h⁴/384·max|f⁗|. Over a
     corner, where f‴ jumps, it is h³/96·max|f‴|: the integral of |Peano kernel| is largest at h/2.
     """
-    tilts = tilts_from_joints(table.columns, servo_map_from_mapping(table.about.get("servos", {})))
+    tilts = tilts_from_joints(table.columns, servos_of(table))
     with warnings.catch_warnings(action="ignore"):  # that the rows are not those of the gait
         timed = closed_rows(replace(table, columns=table.columns | tilts))[2]
     if timed is None:

@@ -14,7 +14,6 @@ import warnings
 from collections import Counter
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -38,12 +37,10 @@ from gaitgraph.surface.sheets import FAMILIES, types_from_text
 from gaitgraph.vehicle import vehicle_from_mapping
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Iterator, Sequence
 
     from gaitgraph.invertibility.matrices import FloatArray
     from gaitgraph.io.servo_map import ServoMap
-
-    Progress = Callable[[float], None] | None
 
 _LARGEST = dict.fromkeys(ANGLES[:2], HALF_PI) | dict.fromkeys(ANGLES[2:], 1e6)  # beyond 1e6 a float carries no angle
 _LARGEST |= dict.fromkeys(("R", *RATES, *ACCELERATIONS), 1e12) | {"t": 1e9}
@@ -340,69 +337,3 @@ def _lists(values: dict[str, Any]) -> Any:
     inner = {name: _lists(value) if isinstance(value, dict) else value for name, value in values.items()}
     is_list = inner and [*inner] == [str(number) for number in range(1, len(inner) + 1)]
     return [*inner.values()] if is_list else inner
-
-
-# -- What may be chosen of a format
-
-PROVENANCE_TOPIC = "/gaitgraph"
-"""The topic of a bag that states what made it."""
-
-_TOPIC = re.compile(r"(?=.{1,255}$)(?:/[A-Za-z_][A-Za-z0-9_]*)+")
-_TOPICS = f"a topic such as '/arm/joint_states', and not {PROVENANCE_TOPIC}"
-_IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,59}")
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FormatOptions:
-    """Choices that some formats of gait files have.
-
-    Parameters
-    ----------
-    periods
-        How often the gait is repeated in a bag or a ROS 2 trajectory.
-    joint_names
-        Names of the robot's joints that tilt rotors 1 to 4, by default alpha1 to alpha4; for a servo table names of its
-        joints in their order, by default its own.
-    trajectory_topic, states_topic
-        The topics of a bag: JointTrajectory and JointState.
-    number
-        Number type in a C header: "float", "double", or "fixed", which is 16-bit fixed point.
-    c_name
-        Prefix of the names in a C header; by default the file's name.
-
-    >>> options = FormatOptions(periods=3, joint_names=("front", "left", "rear", "right"))
-    """
-
-    periods: int = 1
-    joint_names: tuple[str, ...] | None = None
-    trajectory_topic: str = "/joint_trajectory"
-    states_topic: str = "/joint_states"
-    number: str = "float"
-    c_name: str | None = None
-
-    def __post_init__(self) -> None:
-        names: Any = ANGLES if self.joint_names is None else self.joint_names
-        names = names if isinstance(names, tuple) and {*map(type, names)} == {str} else ()
-        are_names = all(name.isprintable() and 0 < len(name.strip()) == len(name) <= 100 for name in names)
-        trajectory, states = (
-            isinstance(topic, str) and _TOPIC.fullmatch(topic) and topic != PROVENANCE_TOPIC
-            for topic in (self.trajectory_topic, self.states_topic)
-        )
-        c_name = "up to 60 letters, digits and underscores, a letter first"
-        four = "four different printable texts of up to 100 characters"
-        for name, holds, allowed in (
-            ("periods", type(self.periods) is int and 1 <= self.periods <= 100_000, "a whole number from 1 to 100000"),
-            ("joint_names", are_names and len(names) == len(set(names)) == len(ANGLES), four),
-            ("trajectory_topic", trajectory, _TOPICS),
-            ("states_topic", states, _TOPICS),
-            ("states_topic", self.states_topic != self.trajectory_topic, "another topic than trajectory_topic"),
-            ("number", self.number in ("float", "double", "fixed"), "float, double or fixed"),
-            ("c_name", self.c_name is None or _IDENTIFIER.fullmatch(str(self.c_name)), c_name),
-        ):
-            if not holds:
-                raise InputError(f"{name} must be {allowed}, got {shown(getattr(self, name))}")
-
-    def joints_of(self, table: Table) -> tuple[tuple[str, ...], tuple[int, ...]]:
-        """Return the names of a table's four joints, as chosen or stated, and which rotor each of them tilts."""
-        servo_map = servo_map_from_mapping(table.about.get("servos", {}))
-        return self.joint_names or servo_map.joint_names, tuple(joint.rotor for joint in servo_map.joints)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import warnings
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
+from gaitgraph.angles import whole_number
 from gaitgraph.errors import (
     FileProblem,
     FileWarning,
@@ -30,10 +31,10 @@ from gaitgraph.errors import (
 )
 from gaitgraph.files import check_new_files, path_of, reading, remove_leftovers, text_of, value_from_json, write_whole
 from gaitgraph.gait.gait import PAPER_GAITS, Gait, paper_gait
-from gaitgraph.gait.table import ANGLES, Table, about_from_text, closed_rows, merged, paced_gait
+from gaitgraph.gait.table import ANGLES, Table, closed_rows, merged, paced_gait
 from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.io import binary_tables, c_header, ros, text_files
-from gaitgraph.io.columns import FormatOptions, TableBuilder, is_frame, table_from_frame
+from gaitgraph.io.columns import TableBuilder, is_frame, table_from_frame
 from gaitgraph.io.servo_map import mapped_table
 from gaitgraph.vehicle import PAPER, vehicle_named
 
@@ -44,7 +45,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from gaitgraph.invertibility.matrices import CoefficientsLike
-    from gaitgraph.io.columns import Frame, Progress
+    from gaitgraph.io.columns import Frame
     from gaitgraph.io.servo_map import ServoMap
     from gaitgraph.vehicle import VehicleLike
 
@@ -58,14 +59,15 @@ if TYPE_CHECKING:
     GaitLike = Gait | HasGait | Table | Frame | str | Path | npt.ArrayLike
 
 _WHAT = "gait file"
+_MOST_PERIODS = 100_000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Format:
     """One kind of gait file.
 
-    Its module has ``write_SUFFIX(pieces, path, options)``, which writes a new file or folder from the pieces of a
-    table, and ``read_SUFFIX(path, builder, progress)``, which yields the tables of its columns, piece by piece.
+    Its module has ``write_SUFFIX(pieces, path)``, which writes a new file or folder from the pieces of a table, and
+    ``read_SUFFIX(path, builder)``, which yields the tables of its columns, piece by piece.
     """
 
     suffix: str
@@ -73,16 +75,9 @@ class Format:
     module: ModuleType
     library: str | None = None  # that it needs, and the extra that brings it
     extra: str | None = None
-    mark: str = ""  # of texts that are not read as tables: how the line begins that states what made it,
-    end: str = ""  # and the last line
+    reads: bool = True  # whether its files are read as gait tables
     folder: bool = False
-    options: tuple[str, ...] = ()  # fields of FormatOptions that its writer heeds
     own: tuple[str, ...] = ()  # names of columns that it has for something else
-
-    @property
-    def reads(self) -> bool:
-        """Whether its files are read as gait tables."""
-        return not self.mark
 
     def why_not(self) -> str | None:
         """Return what is missing here, or None if the format can be used."""
@@ -99,22 +94,20 @@ class Format:
 
 
 _BAG: Any = {"library": "rosbags", "extra": "ros", "folder": True}
-_BAG["options"] = ("periods", "joint_names", "trajectory_topic", "states_topic")
-_GOAL: Any = {"mark": ros.GOAL_MARK, "end": ros.GOAL_END, "options": ("periods", "joint_names")}
-_HEADER: Any = {"mark": " * made_by: ", "end": "#endif", "options": ("joint_names", "number", "c_name")}
-_MAT_OWN = ("gait", "alpha", "alpha_rate", "alpha_acceleration", "names", "units", "provenance")
+_NPZ_OWN = ("provenance", "file", "allow_pickle")  # the last two are parameters of numpy.savez
+_MAT_OWN = ("alpha", "alpha_rate", "alpha_acceleration", "names", "units", "provenance")
 
 FORMATS = {
     one.suffix: one
     for one in (
         Format(suffix=".csv", name="CSV", module=text_files, own=("made_by",)),
         Format(suffix=".json", name="JSON", module=text_files),
-        Format(suffix=".npz", name="NumPy archive", module=binary_tables, own=("provenance",)),
+        Format(suffix=".npz", name="NumPy archive", module=binary_tables, own=_NPZ_OWN),
         Format(suffix=".mat", name="MATLAB file", module=binary_tables, own=_MAT_OWN),
         Format(suffix=".parquet", name="Parquet", module=binary_tables, library="pyarrow", extra="table"),
         Format(suffix=".mcap", name="ROS 2 bag (MCAP)", module=ros, **_BAG),
-        Format(suffix=".yaml", name="ROS 2 trajectory", module=ros, **_GOAL),
-        Format(suffix=".h", name="C header", module=c_header, **_HEADER),
+        Format(suffix=".yaml", name="ROS 2 trajectory", module=ros, reads=False),
+        Format(suffix=".h", name="C header", module=c_header, reads=False),
     )
 }
 """The formats by suffix."""
@@ -129,11 +122,11 @@ def tables_and_films(paths: Sequence[str | Path]) -> tuple[list[str | Path], lis
     return [path for path in paths if path not in films], films
 
 
-def known_format(path: str | Path, what: str, *, reads: bool = False, also: Sequence[str] = FILMS) -> Format:
+def known_format(path: str | Path, what: str, *, reads: bool = False, also: Sequence[str] = ()) -> Format:
     """Return the format of a gait file by its suffix; InputError for another suffix, or if it cannot be read.
 
     With `reads` a folder may have any name if there is a bag in it. `what` is its name in messages, and `also` are
-    further suffixes to list, which the caller handles.
+    further suffixes that are read, to list.
     """
     given, path = str(path), path_of(path, what)
     suffix = path.suffix.lower()
@@ -143,10 +136,9 @@ def known_format(path: str | Path, what: str, *, reads: bool = False, also: Sequ
         suffix = ".mcap"
     if suffix not in known:
         which = repr(given) + ", a folder without a .mcap file" * is_folder
-        known += () if reads else also
-        is_read = reads or also != FILMS
-        of_films = "; a film is not read: use the gait table or the request" if is_read else "; films are .gif, .mp4"
-        hints = dict.fromkeys((*FILMS, ".svg"), of_films)
+        not_read = "; this format is not read: use the gait table or the request"
+        hints = dict.fromkeys((*FORMATS, *FILMS, ".svg"), not_read) if reads else {".svg": "; films are .gif, .mp4"}
+        known += also if reads else FILMS
         hints |= {".db3": "; ros2 bag convert turns it into .mcap", ".m": "; MATLAB and Octave load .mat"}
         hint = hints.get(suffix) or did_you_mean(suffix, known)
         raise InputError(f"{what} must have one of the suffixes {', '.join(known)}, got {which}{hint}")
@@ -156,38 +148,29 @@ def known_format(path: str | Path, what: str, *, reads: bool = False, also: Sequ
 # -- Writing
 
 
-def check_options(options: FormatOptions, formats: Iterable[Format]) -> None:
-    """Raise InputError if an option is chosen that none of the formats has."""
-    there = {name for one in formats for name in one.options}
-    for field in fields(options):
-        name, value = field.name, getattr(options, field.name)
-        if name not in there and value != field.default:
-            suffixes = ", ".join(suffix for suffix, one in FORMATS.items() if name in one.options)
-            raise InputError(f"{name} needs an output {suffixes}, got {shown(value)} without one")
-
-
 def write_tables(
     table: Table | Callable[[], Iterable[Table]],
     paths: Sequence[str | Path],
     *,
     force: bool = False,
-    options: FormatOptions | None = None,
+    periods: int = 1,
     servos: ServoMap | None = None,
 ) -> None:
     """Write a table to files, or folders, each whole or not at all; the format follows from the suffix.
 
-    `table` may be a function that yields the pieces of a table, called once for each file. Formats ignore `options`
-    that they do not have. `servos` determines the columns of tables, and order, signs and zeros in formats of robots.
+    `table` may be a function that yields the pieces of a table, called once for each file. `servos` determines the
+    columns of tables, and order, names, signs and zeros in formats of robots; those of ROS 2 repeat the gait `periods`
+    times.
 
     Raises OutputExists if a file exists and `force` is not set, FileProblem if one cannot be written (then no file is
     changed), InputError if a suffix is not known or a file is named twice, and MissingExtra if a library is missing.
     """
-    check_outputs(paths, force=force)
+    check_outputs(paths, force=force, periods=periods)
 
     def stated_in(form: Format) -> Iterator[Table]:
         # Formats of robots state joints in their own radians, tables in the columns of the map.
         in_format = servos if form.reads else None
-        if servos is not None and "joint_names" in form.options:
+        if servos is not None and form.module in (ros, c_header):
             in_format = servos.in_radians()
         rows = 0
         for piece in [table] if isinstance(table, Table) else table():
@@ -200,15 +183,19 @@ def write_tables(
             rows += len(piece)
 
     def write(form: Format, scratch: Path) -> None:
-        form.function("write")(stated_in(form), scratch, options or FormatOptions())
+        repeated = {"periods": periods} if form.module is ros else {}
+        form.function("write")(stated_in(form), scratch, **repeated)
 
     write_whole([(Path(path), partial(write, known_format(path, "output"))) for path in paths], force=force)
 
 
-def check_outputs(paths: Sequence[str | Path], *, force: bool = False) -> None:
+def check_outputs(paths: Sequence[str | Path], *, force: bool = False, periods: int = 1) -> None:
     """Raise before any work is done if an output cannot be: its suffix, an extra, a name taken or given twice."""
-    folders = set()
-    for form, path in [(known_format(path, "output"), Path(path)) for path in paths]:
+    folders, formats = set(), [known_format(path, "output") for path in paths]
+    whole_number("periods", periods, 1, _MOST_PERIODS)
+    if periods > 1 and ros not in [form.module for form in formats]:
+        raise InputError(f"periods needs an output .mcap or .yaml, got {periods} without one")
+    for form, path in zip(formats, map(Path, paths), strict=True):
         form.function("write")  # MissingExtra, if that is so
         if form.folder:
             folders.add(path)
@@ -296,12 +283,10 @@ def read_table(path: str | Path, *, joints: ServoMap | None = None) -> Table:
     return merged(read_pieces(path, joints=joints))
 
 
-def read_pieces(
-    path: str | Path, *, progress: Progress = None, plane_only: bool = False, joints: ServoMap | None = None
-) -> Iterator[Table]:
+def read_pieces(path: str | Path, *, plane_only: bool = False, joints: ServoMap | None = None) -> Iterator[Table]:
     """Yield a gait table as consecutive pieces, each at least one row; errors as :func:`read_table`, at their piece.
 
-    `progress` is called with the fraction of the file that is read; with `plane_only` alpha1 and alpha2 are enough.
+    With `plane_only` alpha1 and alpha2 are enough.
     """
     form, path = known_format(path, _WHAT, reads=True), Path(path)
     read = form.function("read")
@@ -310,26 +295,11 @@ def read_pieces(
             remove_leftovers(path.parent)  # a killed process may have been about to replace it
         path.stat()
         builder = TableBuilder(plane_only=plane_only, joints=joints)
-        for number, piece in enumerate(read(path, builder, progress)):
+        for number, piece in enumerate(read(path, builder)):
             for note in piece.notes if number == 0 else ():
                 warnings.warn(f"{_WHAT} {str(path)!r}: {note}", FileWarning, stacklevel=2)
             yield piece
         builder.check_rows()
-
-
-def provenance_in(path: str | Path) -> dict[str, Any]:
-    """Return the `about` of a gait file of any format, also of those that are not read as tables: what made it."""
-    form, path = known_format(path, _WHAT), Path(path)
-    if form.reads:
-        return next(read_pieces(path)).about
-    with naming_file(path):
-        lines = text_of(path, _WHAT).rstrip().splitlines()
-        line = next((line for line in lines if line.startswith(form.mark)), None)
-        if line is None:
-            raise InputError(f"it does not state what made it; it must be a {form.name} that gaitgraph wrote")
-        if lines[-1].rstrip() != form.end:
-            raise InputError(f"it ends early: its last line must be {form.end!r}, got {shown(lines[-1])}")
-        return about_from_text(line.removeprefix(form.mark), required=True)
 
 
 def object_from_json(text: str) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 A bag has three topics: what made it, in one String; the JointTrajectory, one message stamped 0, which makes a
 controller start at once; and a JointState for each point, for plotting, from 1 s on, since tools take 0 for "not set".
-Bags have version 8, since Humble cannot read version 9. A goal states in a comment what made it, and ends with another.
+Bags have version 8, since Humble cannot read version 9. A goal states in a comment what made it.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from gaitgraph.gait.table import (
     provenance_text,
 )
 from gaitgraph.io.binary_tables import check_size, gate
-from gaitgraph.io.columns import PROVENANCE_TOPIC
+from gaitgraph.io.servo_map import servos_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -37,14 +37,12 @@ if TYPE_CHECKING:
     from rosbags.typesys.store import Typestore
 
     from gaitgraph.invertibility.matrices import FloatArray
-    from gaitgraph.io.columns import FormatOptions, Progress, TableBuilder
+    from gaitgraph.io.columns import TableBuilder
 
 TRAJECTORY = "trajectory_msgs/msg/JointTrajectory"
 STATE = "sensor_msgs/msg/JointState"
 STRING = "std_msgs/msg/String"
-
-GOAL_MARK, GOAL_END = "# made_by: ", "# end"
-"""How the line of a goal begins that states what made it, and its last line."""
+TOPICS = {STRING: "/gaitgraph", TRAJECTORY: "/joint_trajectory", STATE: "/joint_states"}
 
 _MOST_POINTS = 100_000
 _COLUMNS = {"positions": ANGLES, "velocities": RATES, "accelerations": ACCELERATIONS}
@@ -97,22 +95,22 @@ def points_of(table: Table, periods: int = 1) -> tuple[npt.NDArray[np.int64], di
 # -- The goal of an action
 
 
-def write_yaml(pieces: Iterable[Table], path: Path, options: FormatOptions) -> None:
+def write_yaml(pieces: Iterable[Table], path: Path, periods: int = 1) -> None:
     """Write a new file with the goal of an action, as ``ros2 action send_goal`` takes it; times are in nanoseconds."""
     table = merged_up_to(pieces, _MOST_POINTS, "a ROS 2 trajectory")
-    times, rows = points_of(table, options.periods)
+    times, rows = points_of(table, periods)
     lines = [
         "# A goal of control_msgs/action/FollowJointTrajectory; angles in rad, with rad/s and rad/s².",
-        GOAL_MARK + provenance_text(table),
+        f"# made_by: {provenance_text(table)}",
         "trajectory:",
-        f"  joint_names: {json.dumps(options.joints_of(table)[0], ensure_ascii=False)}",
+        f"  joint_names: {json.dumps(servos_of(table).joint_names, ensure_ascii=False)}",
         "  points:",
     ]
     for time, *values in zip(times.tolist(), *(one.tolist() for one in rows.values()), strict=True):
         fields = [f"{what}: [{', '.join(map(_number, row))}]" for what, row in zip(rows, values, strict=True)]
         fields.append(f"time_from_start: {{sec: {time // _NANOSECONDS}, nanosec: {time % _NANOSECONDS}}}")
         lines.append(f"  - {{{', '.join(fields)}}}")
-    path.write_text("\n".join([*lines, GOAL_END]) + "\n", encoding="utf-8")
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 def _number(value: float) -> str:
@@ -124,15 +122,15 @@ def _number(value: float) -> str:
 # -- Bags
 
 
-def write_mcap(pieces: Iterable[Table], path: Path, options: FormatOptions) -> None:
+def write_mcap(pieces: Iterable[Table], path: Path, periods: int = 1) -> None:
     """Write a new folder: a bag with an MCAP file, which the library names after the folder."""
     from rosbags.rosbag2 import StoragePlugin, Writer
 
     table = merged_up_to(pieces, _MOST_POINTS, "a ROS 2 bag")
-    times, rows = points_of(table, options.periods)
-    names, none = list(options.joints_of(table)[0]), np.zeros(0)
-    chosen = {name: getattr(options, name) for name in ("periods", "joint_names", "trajectory_topic", "states_topic")}
-    made = json.dumps({**provenance_of(table), "bag": {**chosen, "joint_names": names}}, allow_nan=False)
+    times, rows = points_of(table, periods)
+    names, none = list(servos_of(table).joint_names), np.zeros(0)
+    chosen = {"periods": periods, "joint_names": names}
+    made = json.dumps({**provenance_of(table), "bag": chosen}, allow_nan=False)
     store = _store()
 
     def message(kind: str, **fields: Any) -> Any:
@@ -151,8 +149,7 @@ def write_mcap(pieces: Iterable[Table], path: Path, options: FormatOptions) -> N
         points.append(message(f"{TRAJECTORY}Point", **fields, time_from_start=moment("Duration", time)))
     folder = path.with_suffix("")
     with Writer(folder, version=8, storage_plugin=StoragePlugin.MCAP) as bag:
-        topics = {STRING: PROVENANCE_TOPIC, TRAJECTORY: options.trajectory_topic, STATE: options.states_topic}
-        connections = {kind: bag.add_connection(topic, kind, typestore=store) for kind, topic in topics.items()}
+        connections = {kind: bag.add_connection(topic, kind, typestore=store) for kind, topic in TOPICS.items()}
 
         def write(kind: str, time: int, **fields: Any) -> None:
             bag.write(connections[kind], time, store.serialize_cdr(message(kind, **fields), kind))
@@ -171,7 +168,7 @@ def _store() -> Typestore:
     return get_typestore(Stores.ROS2_HUMBLE)  # these messages are the same in all distributions
 
 
-def read_mcap(path: Path, builder: TableBuilder, progress: Progress) -> Iterator[Table]:
+def read_mcap(path: Path, builder: TableBuilder) -> Iterator[Table]:
     """Yield the gait of a bag or of its file: its JointTrajectory, else its JointStates; of ours, one period."""
     from rosbags.rosbag2 import Reader
 
@@ -183,13 +180,11 @@ def read_mcap(path: Path, builder: TableBuilder, progress: Progress) -> Iterator
             chunks = (chunk for storage in storages for chunk in getattr(storage, "chunks", ()))
             check_size(sum(chunk.uncompressed_size for chunk in chunks), "its chunks")
             about, chosen = dict[str, Any](), None  # of our own bags, with which options they were written
-            for _, message in _messages(bag, STRING, [PROVENANCE_TOPIC])[:1]:
+            for _, message in _messages(bag, STRING, [TOPICS[STRING]])[:1]:
                 about, chosen = about_from_text(message.data, required=True), json.loads(message.data).get("bag")
             chosen = chosen if isinstance(chosen, dict) else {}
             columns = _columns(*_recorded(bag, chosen), chosen)
         yield from builder.whole(columns, about)
-    if progress is not None:
-        progress(1.0)
 
 
 def _messages(bag: Reader, kind: str, topics: list[str]) -> list[tuple[int, Any]]:
@@ -209,9 +204,7 @@ def _recorded(bag: Reader, chosen: dict[str, Any]) -> tuple[list[str], list[tupl
     def nanoseconds(one: Any) -> int:
         return int(one.sec * _NANOSECONDS + one.nanosec)
 
-    usual = {TRAJECTORY: ("trajectory_topic", "/joint_trajectory"), STATE: ("states_topic", "/joint_states")}
-    for kind, (option, name) in usual.items():
-        topic = chosen.get(option, name)
+    for kind, topic in [(TRAJECTORY, TOPICS[TRAJECTORY]), (STATE, TOPICS[STATE])]:
         topics = sorted({one.topic for one in bag.connections if one.msgtype == kind})
         if len(topics) > 1 and topic not in topics:
             raise InputError(f"topics of {kind} must be one, or {topic} among them, got {', '.join(topics)}")

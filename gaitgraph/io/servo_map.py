@@ -283,16 +283,12 @@ def servo_map_from_mapping(stated: Mapping[str, Any]) -> ServoMap:
 
 def _parsed(joint: dict[str, Any]) -> dict[str, Any]:
     """Return the fields of a joint with texts as numbers and pairs; :class:`Joint` refuses what is left."""
-    parsed, who = dict(joint), f"joint {shown(joint['name'])}"
-    if "zero" in joint:
-        parsed["zero"] = angle_from_text(joint["zero"], f"{who}: zero")
-    if isinstance(limits := joint.get("limits"), (list, tuple)):
+    who = f"joint {shown(joint['name'])}"
+    parsed = {name: tuple(value) if isinstance(value, list) else value for name, value in joint.items()}
+    if "zero" in parsed:
+        parsed["zero"] = angle_from_text(parsed["zero"], f"{who}: zero")
+    if isinstance(limits := parsed.get("limits"), tuple):
         parsed["limits"] = tuple(angle_from_text(one, f"{who}: limits") for one in limits)
-    for name in _OF_PULSES:
-        several = isinstance(value := joint.get(name), (list, tuple))
-        numbers = tuple(number_of(one) for one in (joint[name] if several else [value]))
-        if not any(map(math.isnan, numbers)):
-            parsed[name] = numbers if several else numbers[0]
     return parsed
 
 
@@ -324,6 +320,11 @@ def servo_map_named(name_or_file: str | Path) -> ServoMap:
 
 
 # -- Tables of joints
+
+
+def servos_of(table: Table) -> ServoMap:
+    """Return the map of the joints that a table states, or that of the paper's rotors."""
+    return servo_map_from_mapping(table.about.get("servos", {}))
 
 
 def mapped_table(table: Table, servo_map: ServoMap, *, rows_before: int = 0) -> Table:

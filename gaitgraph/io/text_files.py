@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
     from pathlib import Path
 
-    from gaitgraph.io.columns import FormatOptions, Progress, TableBuilder
+    from gaitgraph.io.columns import TableBuilder
 
 _WHAT = "gait file"
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?|nan|inf", re.IGNORECASE)
@@ -50,10 +50,10 @@ _PRINTED_ROWS = 1000
 _FEWEST_DECIMALS, _FULL_PRECISION = 3, 9
 
 
-def read_csv(path: Path, builder: TableBuilder, progress: Progress) -> Iterator[Table]:
+def read_csv(path: Path, builder: TableBuilder) -> Iterator[Table]:
     """Yield the pieces of a CSV file, each with what made it and the rounding error of its printed angles."""
     with path.open("rb") as raw:
-        stream, size = TextIOWrapper(raw, encoding="utf-8-sig"), path.stat().st_size
+        stream = TextIOWrapper(raw, encoding="utf-8-sig")
         read, head = 1, stream.readline()  # lines until now
         while head == "\n" or (head.startswith("#") and "alpha" not in head):  # comments
             read, head = read + 1, stream.readline()
@@ -78,8 +78,6 @@ def read_csv(path: Path, builder: TableBuilder, progress: Progress) -> Iterator[
             columns = _numeric_columns(lines, names, builder) or _text_columns(lines, names, read)
             if digit_error is None and len(columns[names[0]]):
                 digit_error = _digit_error_of(lines[:_PRINTED_ROWS], names, builder)
-            if progress is not None and size:  # that of a pipe is 0
-                progress(raw.tell() / size)
             yield from builder.pieces(columns, digit_error=digit_error or 0.0)
             read += len(lines)
             lines = stream.readlines(_BLOCK)
@@ -190,7 +188,7 @@ def _digit_error_of(lines: list[str], names: list[str], builder: TableBuilder) -
     return max(coarse, default=0.0) if max(decimals.values()) < _FULL_PRECISION else 0.0
 
 
-def write_csv(pieces: Iterable[Table], path: Path, options: FormatOptions) -> None:
+def write_csv(pieces: Iterable[Table], path: Path) -> None:
     """Write a new CSV file, piece by piece."""
     left = iter(pieces)
     first = next(left)
@@ -209,7 +207,7 @@ _JSON = "it must be an object of columns, a list of rows, or a plan"
 _MOST_BRACKETS = 5_000_000
 
 
-def read_json(path: Path, builder: TableBuilder, progress: Progress) -> Iterator[Table]:
+def read_json(path: Path, builder: TableBuilder) -> Iterator[Table]:
     """Yield the table in a JSON file: of columns (beside or around them what made them), of rows, or of a plan."""
     text = text_of(path, _WHAT)
     if text.count("[") + text.count("{") > _MOST_BRACKETS:  # they take twenty times the memory of the text, and more
@@ -249,7 +247,7 @@ def _columns_of_plan(content: dict[str, Any]) -> tuple[dict[str, Any], dict[str,
     return columns, about
 
 
-def write_json(pieces: Iterable[Table], path: Path, options: FormatOptions) -> None:
+def write_json(pieces: Iterable[Table], path: Path) -> None:
     """Write a new JSON file: format, version, about, and the columns as lists."""
     table = merged(pieces)
     plain = {name: one.tolist() if isinstance(one, np.ndarray) else one for name, one in table.columns.items()}

@@ -14,16 +14,14 @@ from itertools import groupby
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 from shapely import LinearRing
 
 from gaitgraph._lazy import Pictured
-from gaitgraph.errors import Infeasible, InputError
-from gaitgraph.graph.build import nodes_above, vehicle_and_coefficients
+from gaitgraph.errors import Infeasible
 from gaitgraph.graph.walks import note_on_gap
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR
 from gaitgraph.planning.any_angle import any_angle_paths, with_nearest
-from gaitgraph.planning.grid import grid_paths, notes_beside_the_grid, request_graph
+from gaitgraph.planning.grid import grid_paths, request_graph
 from gaitgraph.planning.refusal import FoundPath, Obstacle, branches_of
 from gaitgraph.planning.request import REQUEST_FIELDS, PlanRequest, plan_request, read_request
 from gaitgraph.surface.sheets import RELATION
@@ -58,7 +56,6 @@ _NO_LOOP: dict[str, Any] = {
 }
 _HOW_TO_ASK = "for a loop that obeys only the paper's rules, use --require valid (require='valid')"
 _POSTURE = "the plan is a single posture, not a gait; for a gait, give two or more different waypoints"
-_FINE = 1e-7  # accuracy for which curved borders have so many corners that it takes a while [rad]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -247,7 +244,6 @@ def plan_loop(
     law: LawName = DEFAULT_LAW,
     floor: float = DEFAULT_FLOOR,
     require: Use = "flyable",
-    graph: nx.Graph[Any] | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> Plan:
     """Plan a closed gait through (α1, α2) waypoints, in order and back to the first.
@@ -287,9 +283,6 @@ def plan_loop(
         Least singular value that a flyable loop keeps, dimensionless.
     require
         "flyable": a loop that can fly, or none; "valid": if none can fly, one that obeys the paper's rules.
-    graph
-        A surface graph to plan on, which has the waypoints as nodes. It fixes sign, divisions, method, vehicle,
-        coefficients, floor and polygons, which must then be left out.
     progress
         Called with a line of text before each step of long work.
 
@@ -305,21 +298,8 @@ def plan_loop(
     >>> plan.gait.alpha.round(3).tolist()[0]
     [1.178, -1.178, 1.178, -1.178]
     """
-    options = {name: value for name, value in locals().items() if name in REQUEST_FIELDS}
-    if graph is not None:
-        for name in ("sign", "divisions", "method", "vehicle", "coefficients", "floor", "keep_out", "keep_in"):
-            if not np.array_equal(options[name], REQUEST_FIELDS[name]):
-                raise InputError(f"{name} must be left out where a graph is given, which fixes it")
-        body, numbers = vehicle_and_coefficients(graph)
-        options |= {name: graph.graph[name] for name in ("sign", "divisions", "floor")}
-        options |= {"vehicle": body, "coefficients": numbers.kind, "method": "grid"}
-    request = plan_request(**options)
-    for point, nodes in zip(request.waypoints, nodes_above(graph, request.waypoints) if graph else (), strict=False):
-        if not nodes:
-            raise InputError(
-                f"waypoints must be nodes of the graph, got {point!r}; build it with surface_graph(waypoints=…)"
-            )
-    return plan(request, graph=graph, progress=progress)
+    request = plan_request(**{name: value for name, value in locals().items() if name in REQUEST_FIELDS})
+    return plan(request, progress=progress)
 
 
 def planned_gait(path: str | Path, stated: Mapping[str, Any]) -> TimedGait:
@@ -328,11 +308,9 @@ def planned_gait(path: str | Path, stated: Mapping[str, Any]) -> TimedGait:
     return plan(request).timed(**sampling)
 
 
-def plan(
-    request: PlanRequest, *, graph: nx.Graph[Any] | None = None, progress: Callable[[str], None] | None = None
-) -> Plan:
+def plan(request: PlanRequest, *, progress: Callable[[str], None] | None = None) -> Plan:
     """Answer a request; see :func:`plan_loop`."""
-    graph_of = cache(lambda sign: request_graph(request, sign, progress) if graph is None else graph)
+    graph_of = cache(lambda sign: request_graph(request, sign, progress))
     uses: tuple[Use, ...] = ("flyable",) if request.require == "flyable" else ("flyable", "valid")
     found = _answer(request, uses, graph_of, progress)
     if found or request.require == "valid":
@@ -354,7 +332,6 @@ def _answer(
     progress: Callable[[str], None] | None,
 ) -> Plan:
     """Return the best loop that meets what a request requires, or the obstacles."""
-    exact = request.method == "exact"
     loops: list[Loop] = []
     obstacles: list[Obstacle] = []
 
@@ -366,9 +343,7 @@ def _answer(
 
     for sign, group in groupby(branches_of(request, uses), key=lambda branch: branch.sign):
         branches = list(group)
-        if exact:
-            if progress is not None and request.accuracy < _FINE:
-                progress(f"computing regions with an accuracy of {request.accuracy:g} rad, which takes a while")
+        if request.method == "exact":
             answers = [any_angle_paths(branch, progress) for branch in branches]
         else:
             answers = grid_paths(branches, graph_of, progress)
@@ -396,7 +371,7 @@ def _answer(
         warnings += [_POSTURE] * (not loops[0].length)
         if len(waypoints) > 3 and not request.any_order and not LinearRing(waypoints).is_simple:
             warnings.append("the loop crosses itself; --any-order (any_order=True) finds the shortest order")
-        warnings += [*([] if exact else notes_beside_the_grid(request)), *([note_on_gap(gap)] if gap else [])]
+        warnings += [note_on_gap(gap)] if gap else []
         warnings += report.warnings
         if not report.reachable_from_hover:
             warnings.append(report.reachability)

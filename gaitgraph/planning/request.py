@@ -32,7 +32,6 @@ from gaitgraph.io.formats import (
     known_format,
     naming_file,
     object_from_json,
-    provenance_in,
     read_pieces,
 )
 from gaitgraph.surface.loop_colorings import colorings
@@ -214,12 +213,12 @@ def stated_request(path: str | Path) -> dict[str, Any]:
     """Return the fields that a file states, of those that :func:`read_request` reads, unchecked."""
     path, what = Path(path), _kind_of_file(path)
     if path.suffix.lower() != ".toml":
-        known_format(path, "request file", also=(".toml",))
+        known_format(path, "request file", reads=True, also=(".toml",))
     with naming_file(path, what):
         if path.suffix.lower() == ".toml":
             return table_from_toml(text_of(path, what))
         if what == "gait file":
-            content: dict[str, Any] = {"about": provenance_in(path)}
+            content: dict[str, Any] = {"about": next(read_pieces(path)).about}
         else:
             content = object_from_json(text_of(path, what))
             if "status" in content and isinstance(content.get("request"), dict):
@@ -258,27 +257,20 @@ def colorings_of_file(
         given = {"vehicle": vehicle, "coefficients": coefficients, "sign": sign}
         request, _ = read_request(path, {name: value for name, value in given.items() if value is not None})
         points: Any = request.waypoints
-        vehicle, numbers = request.vehicle, coefficients_of(request.vehicle, request.coefficients)
+        numbers, sign = coefficients_of(request.vehicle, request.coefficients), request.sign
         stated_tolerance = math.pi / (2 * request.divisions)
-        sign = request.sign
     elif str(path) in PAPER_GAITS:
         gait = gait_of(path, vehicle=vehicle, coefficients=coefficients)
-        points, vehicle, numbers = gait.alpha, gait.vehicle, gait.coefficients
-        stated_tolerance = gait.crossing_tolerance
+        points, numbers, stated_tolerance = gait.alpha, gait.coefficients, gait.crossing_tolerance
     else:
         table = merged(read_pieces(path, plane_only=True))
         with naming_file(path):
-            vehicle, numbers, stated_tolerance = surface_of(table, vehicle, coefficients)
+            _, numbers, stated_tolerance = surface_of(table, vehicle, coefficients)
         points = np.column_stack([table["alpha1"], table["alpha2"]])
         # As in validate a row that comes back with some noise, or in another color, is a point of its own.
         first, last = (np.array([table[name][k] for name in ANGLES if name in table]) for k in (0, -1))
         colors = table.columns.get("color", [None])
         if len(points) > 1 and np.abs(last - first).max() <= SAME_ROW and colors[0] == colors[-1]:
             points = points[:-1]
-    return colorings(
-        points,
-        sign=sign or "auto",
-        vehicle=vehicle,
-        coefficients=numbers,
-        crossing_tolerance=stated_tolerance if crossing_tolerance is None else crossing_tolerance,
-    )
+    tolerance = stated_tolerance if crossing_tolerance is None else crossing_tolerance
+    return colorings(points, sign=sign or "auto", coefficients=numbers, crossing_tolerance=tolerance)

@@ -36,7 +36,6 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from gaitgraph.invertibility.matrices import CoefficientsLike
-    from gaitgraph.io.columns import FormatOptions
     from gaitgraph.io.formats import GaitLike
     from gaitgraph.surface.sheets import Color, Sign
     from gaitgraph.validation.report import Report
@@ -133,9 +132,9 @@ class Transition:
             yield replace(piece, columns={**piece.columns, **ended})
             return
 
-    def write(self, *paths: str | Path, force: bool = False, options: FormatOptions | None = None) -> None:
+    def write(self, *paths: str | Path, force: bool = False, periods: int = 1) -> None:
         """Write the table of the path; see :func:`gaitgraph.io.formats.write_tables`."""
-        write_tables(self.pieces, paths, force=force, options=options)
+        write_tables(self.pieces, paths, force=force, periods=periods)
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the transition as plain values, ready for JSON."""

@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     )
     from gaitgraph.plots.gaits import (
         basin_map as basin_map,
-        gait_in_four_dimensions as gait_in_four_dimensions,
         gait_loop as gait_loop,
         plot as plot,
         roll_pitch_diagram as roll_pitch_diagram,

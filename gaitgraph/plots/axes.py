@@ -92,14 +92,14 @@ def paper_style() -> Iterator[None]:
         yield
 
 
-def blank_figure(width: float, height: float, layout: Any = "constrained", *, pyplot: bool = False) -> Figure:
+def blank_figure(width: float, height: float, *, pyplot: bool = False) -> Figure:
     """Return an empty figure of a size [mm]. With `pyplot` it is registered with pyplot."""
     require_matplotlib()
     from matplotlib.figure import Figure
 
     if pyplot:
         from matplotlib.pyplot import figure as Figure  # type: ignore[assignment] # noqa: N812
-    return Figure(figsize=(width / INCH, height / INCH), layout=layout, dpi=150 if pyplot else None)
+    return Figure(figsize=(width / INCH, height / INCH), layout="constrained", dpi=150 if pyplot else None)
 
 
 def axes_or_new(ax: Axes | None, *, size: tuple[float, float] = (152.4, 127.0)) -> Axes:
@@ -114,22 +114,12 @@ def axes_or_new(ax: Axes | None, *, size: tuple[float, float] = (152.4, 127.0)) 
     return ax
 
 
-def text_of_multiple(angle: float, position: int | None = None) -> str:
-    r"""Return an angle [rad] as a tick label, a multiple of π in mathtext. matplotlib passes `position`; it is unused.
-
-    >>> text_of_multiple(-3 * math.pi / 8)
-    '$-3\\pi/8$'
-    """
-    return f"${text_from_angle(angle)}$".replace("π", r"\pi")
-
-
 def angle_axis(axis: Axis, label: str, *, divisor: int = 4) -> None:
     r"""Make an axis run from −π/2 to π/2 [rad], labelled with a symbol such as ``\alpha_1``, ticks each π/divisor."""
-    from matplotlib.ticker import FixedLocator, FuncFormatter
+    from matplotlib.ticker import FuncFormatter, MultipleLocator
 
-    most = divisor // 2
-    axis.set_major_locator(FixedLocator([k * math.pi / divisor for k in range(-most, most + 1)]))
-    axis.set_major_formatter(FuncFormatter(text_of_multiple))
+    axis.set_major_locator(MultipleLocator(math.pi / divisor))
+    axis.set_major_formatter(FuncFormatter(lambda angle, _: f"${text_from_angle(angle)}$".replace("π", r"\pi")))
     axis.set_label_text(f"${label}$ (rad)")
     axis.axes.set(**{f"{axis.axis_name}lim": (-HALF_PI, HALF_PI)})  # type: ignore[attr-defined]
 

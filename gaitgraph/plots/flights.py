@@ -17,7 +17,6 @@ from gaitgraph.flight.flight import TABLES
 from gaitgraph.gait.gait import name_of
 from gaitgraph.gait.table import provenance_text
 from gaitgraph.invertibility.matrices import least_singular_value
-from gaitgraph.io.columns import FormatOptions
 from gaitgraph.io.formats import FILMS, FORMATS
 from gaitgraph.plots import axes as base, vehicles
 from gaitgraph.plots.gaits import ANGLE_LOOKS, basins_figure
@@ -41,8 +40,6 @@ _PANELS: dict[str, tuple[float, str, int, float]] = {
     "tilts": (30.0, "tilt (°)", 4, 0.0),
     "singular_value": (30.0, "least singular\nvalue (1)", 3, 0.0),
 }
-_WIDTH, _LEFT, _RIGHT, _TOP, _BOTTOM = 170.0, 19.0, 4.0, 13.0, 12.0
-_LEGEND = 8.0  # height above each panel
 _WANTED: dict[str, Any] = {"color": "#7b3294", "linestyle": "--", "linewidth": 0.8, "label": "asked for"}
 _CURVES = {"attitude": ("roll", "pitch", "yaw"), "place": ("x", "y", "z")}
 _CURVE_LOOKS: tuple[Any, ...] = ((INK, "-"), ("#0072b2", "-"), ("#d55e00", (0, (5, 1.5))))
@@ -89,13 +86,10 @@ def plot_flight(
 
 
 def _panel_axes(panels: Sequence[str], *, pyplot: bool = False) -> npt.NDArray[np.object_]:
-    """Return axes of a new figure for panels, one below another, in a fixed layout: the same bytes in every process."""
+    """Return axes of a new figure for panels, one below another."""
     heights = [_PANELS[name][0] for name in panels]
-    height = _TOP + _BOTTOM + sum(heights) + _LEGEND * len(panels)
-    figure = base.blank_figure(_WIDTH, height, "none", pyplot=pyplot)
-    places: dict[str, Any] = {"left": _LEFT / _WIDTH, "right": 1 - _RIGHT / _WIDTH, "bottom": _BOTTOM / height}
-    places |= {"top": 1 - (_TOP + _LEGEND) / height, "hspace": _LEGEND * len(panels) / sum(heights)}
-    return figure.subplots(len(panels), sharex=True, squeeze=False, height_ratios=heights, gridspec_kw=places)[:, 0]
+    figure = base.blank_figure(170.0, sum(heights) + 8.0 * len(panels) + 25.0, pyplot=pyplot)
+    return figure.subplots(len(panels), sharex=True, squeeze=False, height_ratios=heights)[:, 0]
 
 
 def _what_was_flown(flight: Flight) -> list[str]:
@@ -182,15 +176,6 @@ def _draw_panel(ax: Axes, flight: Flight, name: str) -> None:
 _MAP = (380 / 480, 134 / 420, 88 / 480, 88 / 420)
 _MOST_SHARE = 2.4  # of the longest line of thrust
 _CURVE_POINTS = 400
-
-
-def flight_frame_times(flight: Flight) -> tuple[FloatArray, list[int]]:
-    """Return the times of a film's frames [s], evenly spaced, and their durations [1/100 s]."""
-    delays = vehicles.frame_delays(max(flight.flown, 1e-6))
-    times = np.concatenate([[0.0], np.cumsum(delays)[:-1] / sum(delays)]) * flight.flown
-    times[-1] = flight.flown
-    delays[-1] += 80
-    return times, delays
 
 
 def flight_view(flight: Flight, row: int) -> VehicleView:
@@ -340,7 +325,9 @@ def write_flight(flight: Flight, paths: Sequence[str | Path], *, force: bool = F
         return plot_flight(flight, axes=_panel_axes(PANELS))[0].figure  # type: ignore[no-any-return]
 
     def film(path: Path) -> None:
-        times, delays = flight_frame_times(flight)
+        phases, delays = vehicles.film_clock(max(flight.flown, 1e-6))
+        delays[-1] += 80  # the end is read
+        times = np.append(flight.flown * phases[:-1], flight.flown)
         with base.paper_style():
             vehicles.write_frames(*_flight_film(flight, times), delays, provenance_text(flight.table()), path)
 
@@ -370,5 +357,5 @@ def _write(
             with base.paper_style():
                 contents.append((path, base.picture_bytes(figure(), suffix[1:])))  # type: ignore[arg-type]  # a format
         else:
-            contents.append((path, partial(FORMATS[suffix].function("write"), [table()], options=FormatOptions())))
+            contents.append((path, partial(FORMATS[suffix].function("write"), [table()])))
     write_whole(contents, force=force)

@@ -18,29 +18,27 @@ import numpy as np
 import shapely
 
 from gaitgraph.angles import HALF_PI, percent, whole_number
-from gaitgraph.errors import InputError, MissingConstant, MissingExtra, shown as shown_value
+from gaitgraph.errors import InputError, MissingExtra, shown as shown_value
 from gaitgraph.gait.gait import Gait, lift, name_of
-from gaitgraph.gait.table import Table
 from gaitgraph.invertibility import matrices
 from gaitgraph.invertibility.matrices import Coefficients, FloatArray, coefficients_of
-from gaitgraph.io.formats import gait_of, given_gait
+from gaitgraph.io.formats import gait_of
 from gaitgraph.planning.planner import Plan
 from gaitgraph.plots import axes as base
-from gaitgraph.plots.planes import FINE, draw_zeros_of_R, type_map
+from gaitgraph.plots.planes import FINE, draw_zeros_of_R
 from gaitgraph.plots.vehicles import FROM_ABOVE, draw_vehicle, vehicle_view
 from gaitgraph.robustness.attitudes import acceptable_attitudes, singular_curve
 from gaitgraph.surface.admissible import admissible_region
 from gaitgraph.surface.region import Region
-from gaitgraph.surface.sheets import COLORS, RELATION, red_label, sheet_angles
+from gaitgraph.surface.sheets import COLORS, RELATION, red_label
 from gaitgraph.timing.timed_gait import TimedGait
-from gaitgraph.validation.report import Report, lines_of_checks
+from gaitgraph.validation.report import Report
 from gaitgraph.vehicle import Vehicle
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    import numpy.typing as npt
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -48,7 +46,6 @@ if TYPE_CHECKING:
     from gaitgraph.flight.flight import Outcome
     from gaitgraph.io.formats import GaitLike
     from gaitgraph.planning.any_angle import Location
-    from gaitgraph.surface.sheets import Sign
 
     Shown = Gait | TimedGait | Plan | Report | Region | Vehicle
 
@@ -64,7 +61,6 @@ ANGLE_LOOKS: tuple[dict[str, Any], ...] = tuple(
 _DASHES: dict[str, Any] = {"blue": (0, (3, 1.2)), "none": (0, (1, 1))}  # "none": off the surfaces
 _PALE = {"red": "#fcd4cd", "blue": "#9fb3e8"}
 _INSIDE = shapely.box(*(-HALF_PI + 1e-6,) * 2, *(HALF_PI - 1e-6,) * 2)  # the roll–pitch square without its sides
-_MOST_CHECKED = 2000  # corners of a gait that is judged at once, in 0.1 s
 _MOST_SHOWN = 60  # parts of a region
 _COARSE = 1e-3  # accuracy of the borders of a drawn region [rad]
 _MARKS = {"ok": ("yes", "✓"), "NO": ("no", "✗"), "??": ("partly", "?")}
@@ -190,48 +186,6 @@ def finish_diagram(ax: Axes) -> None:
     base.legend_below(ax, ncols=2)
 
 
-def gait_in_four_dimensions(
-    timed: GaitLike, *, gait: Gait | None = None, axes: Sequence[Axes] | npt.NDArray[np.object_] | Figure | None = None
-) -> npt.NDArray[np.object_]:
-    """Draw a gait over one period: its angles in time, its loop on the map of types, and three projections.
-
-    `timed` is a timed gait, a table, or a gait in any other form; without times it gets the smooth law and a period of
-    1 s. `gait` is the closed polyline of a table, by default :func:`gaitgraph.io.formats.gait_of` of it. Returns the
-    five `axes`: time, (α1, α2), (α1, α3), (α2, α4), (α3, α4); by default new ones of an empty figure, given or new.
-    """
-    given = given_gait(timed, name="timed")
-    gait = gait or gait_of(given)
-    if isinstance(given, Table) and "t" in given and "alpha3" in given:
-        time, alpha = np.asarray(given["t"], dtype=float), given.alpha
-    else:
-        clock = given if isinstance(given, TimedGait) else gait.parametrize()
-        time, alpha = clock.t, clock.alpha
-    if axes is None or hasattr(axes, "subplot_mosaic"):
-        figure: Any = axes or base.blank_figure(170, 118, pyplot=True)
-        axes = list(figure.subplot_mosaic([["time", "time", "12"], ["13", "24", "34"]]).values())
-    axes = np.ravel(np.asarray(axes, dtype=object))
-    if len(axes) != 5:
-        raise InputError(f"axes must be five, got {len(axes)}")
-    for ax in axes:
-        base.axes_or_new(ax)
-    draw_angles(axes[0], time, alpha)
-    sign: Sign = "positive" if gait.R[np.argmax(np.abs(gait.R))] > 0 else "negative"
-    type_map(sign, coefficients=gait.coefficients, labels=False, ax=axes[1])
-    gait_loop(gait, ax=axes[1])
-    axes[1].set_title(f"nodes with ${RELATION[sign]}$")
-    axis = np.linspace(-HALF_PI, HALF_PI, FINE)
-    for k, (ax, angles) in enumerate(zip(axes[2:], ((1, 3), (2, 4), (3, 4)), strict=True)):
-        for color in COLORS if k < 2 else ():
-            # The + and the − plane of α3 over α1, and of α4 over α2.
-            height = sheet_angles(color, axis, axis, gait.coefficients)[k].copy()
-            height[1:][np.abs(np.diff(height)) > HALF_PI] = np.nan  # it wraps there
-            dash = "-" if color == "red" else "--"
-            ax.plot(axis, height, color=base.COLOR_OF[color], linewidth=0.5, alpha=0.7, linestyle=dash)
-        gait_loop(gait, angles=angles, ax=ax)
-        base.plane_axes(ax, rf"\alpha_{angles[0]}", rf"\alpha_{angles[1]}")
-    return axes
-
-
 def draw_angles(ax: Axes, time: FloatArray, alpha: FloatArray) -> None:
     """Draw four tilt angles over time [s]."""
     for k, look in enumerate(ANGLE_LOOKS):
@@ -239,7 +193,6 @@ def draw_angles(ax: Axes, time: FloatArray, alpha: FloatArray) -> None:
     base.angle_axis(ax.yaxis, r"\alpha_i")
     ax.set(xlabel="$t$ (s)", xlim=(float(time[0]), float(time[-1])) if time[-1] > time[0] else None)
     ax.grid(True)
-    base.legend_above(ax, columns=4)
 
 
 # Each outcome has its own shape, so that no color is needed; the order is that of flight.flight.OUTCOMES.
@@ -373,33 +326,13 @@ def write_regions(found: Location, vehicle: Vehicle, paths: Sequence[str | Path]
 
 
 def html_of(shown: Shown) -> str:
-    """Return an object as HTML that can be put anywhere in a page."""
-    text, picture, tables, gait, report, more = str(shown), "", "", None, None, []
-    title = text.partition("\n")[0]
-    if not isinstance(shown, Report):  # the table of its checks says more
-        picture, words = _picture(shown)
-        more = [words] if words != title else []
-    if isinstance(shown, Gait):
-        gait, more = shown, [*_judged(shown), *more]
-    elif isinstance(shown, Report):
-        report = shown
-    elif isinstance(shown, Plan) and shown.loop is not None:
-        gait, report = shown.loop.gait, shown.loop.report
-    if gait is not None:
-        text = text.replace("\n".join(gait.corner_lines()), "")
-        tables += _table([line.split() for line in gait.corner_lines()])
-    if report is not None:
-        text = text.replace("\n".join(lines_of_checks(report.checks)), "")
-        tables += _table([(check.mark, check.name.replace("_", " "), check.message) for check in report.checks])
-    lines = [line for line in [*text.splitlines()[1:], *more] if line]
-    body = f'<pre style="white-space:pre-wrap">{escape(chr(10).join(lines))}</pre>{tables}'
-    box = f'<div style="flex:1 1 24em;min-width:0"><div><strong>{escape(title)}</strong></div>{body}</div>'
+    """Return an object as HTML that can be put anywhere in a page: its text, and its picture but for a report."""
+    title, _, text = str(shown).partition("\n")
+    picture, words = ("", "") if isinstance(shown, Report) else _picture(shown)
+    text = "\n".join(line for line in (text, words if words != title else "") if line)
+    box = f'<div style="flex:1 1 24em;min-width:0"><strong>{escape(title)}</strong>'
+    box += f'<pre style="white-space:pre-wrap">{escape(text)}</pre></div>'
     return f'<div style="display:flex;flex-wrap:wrap;align-items:flex-start;gap:4px 20px">{picture}{box}</div>'
-
-
-def _table(rows: Sequence[Sequence[str]]) -> str:
-    cells = ["".join(f'<td style="text-align:left">{escape(text)}</td>' for text in row) for row in rows]
-    return f"<table>{''.join(f'<tr>{row}</tr>' for row in cells)}</table>"
 
 
 def _picture(shown: Shown) -> tuple[str, str]:
@@ -413,17 +346,6 @@ def _picture(shown: Shown) -> tuple[str, str]:
         return "", ""
     # Half as wide as its pixels, to be sharp on screens of high resolution.
     return f'<img alt="{escape(words)}" width="276" src="data:image/png;base64,{content}">', words
-
-
-def _judged(gait: Gait) -> list[str]:
-    """Return the verdict on a gait and the first reason against it, or why there is no verdict."""
-    if len(gait.alpha) > _MOST_CHECKED:
-        return [f"not judged here, because it has more than {_MOST_CHECKED} corners; use check()"]
-    try:
-        report = gait.check()
-    except MissingConstant as error:
-        return [f"not judged: {error}"]
-    return [report.verdict, *([report.reason] if report.reason else [])]
 
 
 def _draw(ax: Axes, shown: Any, *, legend: bool) -> str:

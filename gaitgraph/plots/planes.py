@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from gaitgraph.angles import HALF_PI
 from gaitgraph.errors import checked_choice
-from gaitgraph.graph.build import DEFAULT_DIVISIONS, checked_divisions, grid_axis
+from gaitgraph.graph.build import DEFAULT_DIVISIONS, grid_axis
 from gaitgraph.invertibility import matrices
 from gaitgraph.invertibility.matrices import BoolArray, Coefficients, CoefficientsLike, FloatArray, coefficients_of
 from gaitgraph.plots import axes as base
@@ -53,15 +53,15 @@ _TIE = 12  # decimals [rad] to which α3 of two roots is compared
 _ROUNDED_BOX = "round,pad=0.5,rounding_size=0.6"
 
 
-def interior_roots(coefficients: Coefficients, divisions: int) -> tuple[RootArrays, IntArray]:
-    """Return the roots of the (n − 1)² interior nodes, sorted by α3, then α4, and the signs of R, shape (m, 5).
+def interior_roots(coefficients: Coefficients) -> tuple[RootArrays, IntArray]:
+    """Return the roots of the 15² interior nodes, sorted by α3, then α4, and the signs of R, shape (225, 5).
 
-    Node (i, j) of α1 = −π/2 + iπ/n and α2 = −π/2 + jπ/n is row (i − 1)(n − 1) + j − 1. The sign is 0 where there is no
+    Node (i, j) of α1 = −π/2 + iπ/16 and α2 = −π/2 + jπ/16 is row 15(i − 1) + j − 1. The sign is 0 where there is no
     root, and where R is zero to rounding: on all of the blue sheet with exact coefficients.
     """
-    axis = grid_axis(checked_divisions(divisions))[1:-1]
+    axis = grid_axis(DEFAULT_DIVISIONS)[1:-1]
     a1, a2 = (angle.ravel() for angle in np.meshgrid(axis, axis, indexing="ij"))
-    found = root_arrays(a1, a2, coefficients=coefficients, crossing_tolerance=math.pi / (2 * divisions))
+    found = root_arrays(a1, a2, coefficients=coefficients, crossing_tolerance=math.pi / (2 * DEFAULT_DIVISIONS))
     order = np.lexsort((np.round(found.alpha[..., 3], _TIE), np.round(found.alpha[..., 2], _TIE)))  # NaN is last
     at = np.arange(len(order))[:, None], order
     found = replace(found, alpha=found.alpha[at], sheet=found.sheet[at], types=found.types[at], R=found.R[at])
@@ -78,9 +78,9 @@ def _chosen(found: RootArrays, which: Which) -> BoolArray:
     return np.asarray((found.sheet != 0) & wanted)
 
 
-def root_counts(ax: Axes, coefficients: Coefficients, divisions: int) -> None:
+def root_counts(ax: Axes, coefficients: Coefficients) -> None:
     """Draw how many roots each node of the grid has (Figure 2), with one scatter for each count."""
-    axis = grid_axis(checked_divisions(divisions))
+    axis = grid_axis(DEFAULT_DIVISIONS)
     a1, a2 = np.meshgrid(axis, axis, indexing="ij")
     count = root_arrays(a1, a2, coefficients=coefficients).count
     looks = {2: ("o", "white"), 3: ("s", "0.6"), 4: ("D", "0.35"), 5: ("^", "black")}
@@ -93,9 +93,9 @@ def root_counts(ax: Axes, coefficients: Coefficients, divisions: int) -> None:
     base.legend_above(ax, columns=2)
 
 
-def root_angle(ax: Any, coefficients: Coefficients, divisions: int, *, angle: int, which: Which) -> None:
+def root_angle(ax: Any, coefficients: Coefficients, *, angle: int, which: Which) -> None:
     """Draw α3 or α4 over the interior nodes (Figures 3 to 8): red squares on its + plane, blue discs on its − plane."""
-    found, _ = interior_roots(coefficients, divisions)
+    found, _ = interior_roots(coefficients)
     chosen = _chosen(found, which)
     marks: list[Marks] = []
     for color, label in zip(COLORS, ("+ plane", "− plane"), strict=True):
@@ -106,12 +106,12 @@ def root_angle(ax: Any, coefficients: Coefficients, divisions: int, *, angle: in
     _draw_marks(ax, marks)
 
 
-def signed_roots(ax: Any, coefficients: Coefficients, divisions: int, *, sign: Sign, which: Which) -> None:
+def signed_roots(ax: Any, coefficients: Coefficients, *, sign: Sign, which: Which) -> None:
     """Draw α3 and α4 of the roots with one sign of R over the interior nodes (Figures 9, 11, 13 and 14).
 
     As in the paper, red squares are α3 and blue discs α4. Roots with R = 0 are grey and hollow.
     """
-    found, signs = interior_roots(coefficients, divisions)
+    found, signs = interior_roots(coefficients)
     chosen = _chosen(found, which)
     grey, signed = found.alpha[chosen & (signs == 0)], found.alpha[chosen & (signs == _SIGN[sign])]
     marks = [(grey[:, [0, 1, k]], base.GREY, marker, _SINGULAR) for k, marker in ((2, "s"), (3, "o"))]
@@ -123,9 +123,9 @@ def signed_roots(ax: Any, coefficients: Coefficients, divisions: int, *, sign: S
     _draw_marks(ax, marks)
 
 
-def level_determinants(ax: Any, coefficients: Coefficients, divisions: int, *, sign: Sign, which: Which) -> None:
+def level_determinants(ax: Any, coefficients: Coefficients, *, sign: Sign, which: Which) -> None:
     """Draw R of the roots with one sign of R over the interior nodes, each sheet in its color (Figures 10 and 12)."""
-    found, signs = interior_roots(coefficients, divisions)
+    found, signs = interior_roots(coefficients)
     chosen, points = _chosen(found, which), np.dstack([found.alpha[..., :2], found.R])
     signed = chosen & (signs == _SIGN[sign])
     # Stems show which node a value belongs to; they are one line with gaps.
@@ -225,23 +225,19 @@ def type_map(
     sign: Sign = "negative",
     *,
     coefficients: CoefficientsLike | None = None,
-    divisions: int = DEFAULT_DIVISIONS,
-    labels: bool = True,
     ax: Axes | None = None,
 ) -> Axes:
     """Draw which types of roots with one sign of R each interior node has (Figure 16).
 
     A red square is (+,+), a blue disc (−,−), a mark half of each is both. Other types are written; the ``gid`` of the
     text is the node's (i, j). Roots with R = 0 are grey, and hollow where marked. A dot is a node without roots of the
-    sign. `coefficients` are those of formula (1), by default the paper's published ones; `divisions` is the number n of
-    grid intervals in [−π/2, π/2]. Without `labels` the map suits axes less than 170 mm wide: marks are smaller, and
-    types with a ? are marked like their sheet.
+    sign. `coefficients` are those of formula (1), by default the paper's published ones.
     """
     checked_choice("sign", sign, RELATION)
-    found, signs = interior_roots(coefficients_of(kind=coefficients), divisions)
+    found, signs = interior_roots(coefficients_of(kind=coefficients))
     ax = base.axes_or_new(ax, size=(170, 176))
     shows = (found.sheet != 0) & ((signs == _SIGN[sign]) | (signs == 0))
-    written = (shows & (found.types == 0).any(axis=-1)).any(axis=1) & labels
+    written = (shows & (found.types == 0).any(axis=-1)).any(axis=1)
     for number in np.flatnonzero(written):
         sheets, types, unsigned = -found.sheet[number], found.types[number], signs[number] == 0
         # Each type once, red ones first.
@@ -252,38 +248,38 @@ def type_map(
                 kind.replace("-", "−"), tuple(found.alpha[number, 0, :2]), textcoords="offset points",
                 xytext=(0, 7.0 * ((len(roots) - 1) / 2 - k)), color=ink,
                 fontsize=6.0, ha="center", va="center", annotation_clip=False,
-                gid=",".join(str(k + 1) for k in divmod(number, divisions - 1)),
+                gid=",".join(str(k + 1) for k in divmod(number, DEFAULT_DIVISIONS - 1)),
             )  # fmt: skip
     # State of the red and of the blue sheet: 0 without a root, 1 with R = 0, 2 with the sign of R.
     states = np.stack([np.where(shows & (found.sheet == k), 1 + np.abs(signs), 0).max(axis=1) for k in (1, -1)], axis=1)
     for state in sorted(set(map(tuple, states[~written].tolist())), reverse=True):
         places = found.alpha[~written & (states == state).all(axis=1), 0, :2]
-        _mark_nodes(ax, places, state, 42.0 if labels else 5.0, RELATION[sign])
-    base.plane_axes(ax, r"\alpha_1", r"\alpha_2", divisor=8 if labels else 4)
-    if labels:
-        base.legend_above(ax, columns=3)
+        _mark_nodes(ax, places, state, RELATION[sign])
+    base.plane_axes(ax, r"\alpha_1", r"\alpha_2", divisor=8)
+    base.legend_above(ax, columns=3)
     return ax
 
 
-def _mark_nodes(ax: Axes, places: FloatArray, state: tuple[int, ...], size: float, sign: str) -> None:
+def _mark_nodes(ax: Axes, places: FloatArray, state: tuple[int, ...], sign: str) -> None:
     """Scatter nodes by the state of their roots on the red and on the blue sheet."""
     from matplotlib.markers import MarkerStyle
 
     (x, y), gid = places.T, " ".join(("no", "singular", "yes")[one] for one in state)
-    look: dict[str, Any] = {"linewidth": 0.6, "gid": gid, "zorder": 3}
+    look: dict[str, Any] = {"linewidth": 0.6, "gid": gid, "zorder": 3, "s": 42.0}
     texts = [f"{of}: ${('', 'R = 0', sign)[one]}$" for of, one in zip(("(+,+)", "(−,−)"), state, strict=True) if one]
     label = ", ".join(texts)
     if len(texts) == 2 and state[0] == state[1]:
         label = texts[0].replace("(+,+)", "(+,+) and (−,−)")
     if not texts:
         label = f"no root with ${sign}$"
-        ax.scatter(x, y, s=size / 12, marker="o", facecolor=base.GREY, label=label, **(look | {"linewidth": 0.0}))
+        look |= {"s": 3.5, "linewidth": 0.0}
+        ax.scatter(x, y, marker="o", facecolor=base.GREY, label=label, **look)
     halves: tuple[Any, Any] = ("left", "right")
     for color, one, half in zip(COLORS, state, halves, strict=True):
         if one:  # two roots are the left half of a square and the right half of a disc
             marker = MarkerStyle(base.MARKER_OF[color], fillstyle="full" if len(texts) == 1 else half)
             face, edge = (base.COLOR_OF[color],) * 2 if one == 2 else ("white", base.GREY)
-            ax.scatter(x, y, s=size, marker=marker, facecolor=face, edgecolor=edge, label=label, **look)
+            ax.scatter(x, y, marker=marker, facecolor=face, edgecolor=edge, label=label, **look)
 
 
 def regions_map(vehicle: VehicleLike = PAPER, *, ax: Axes | None = None) -> Axes:

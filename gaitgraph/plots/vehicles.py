@@ -12,7 +12,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import partial
-from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,9 +23,9 @@ from gaitgraph.files import check_new_files, write_whole
 from gaitgraph.gait.gait import name_of
 from gaitgraph.gait.table import Table, provenance_text
 from gaitgraph.invertibility.matrices import FloatArray, arm_angles, rotor_directions, thrust_signs
-from gaitgraph.io.formats import FILMS, gait_of, given_gait
+from gaitgraph.io.formats import FILMS, given_gait
 from gaitgraph.plots.axes import ROTOR_COLORS, axes_or_new, draw_arrow, draw_label, paper_style
-from gaitgraph.timing.timed_gait import table_of
+from gaitgraph.timing.timed_gait import table_of, timed_gait_of
 from gaitgraph.vehicle import PAPER, VehicleLike, vehicle_named
 
 if TYPE_CHECKING:
@@ -293,21 +292,14 @@ def write_films(gait: GaitLike, paths: Sequence[str | Path], *, force: bool = Fa
     """
     check_films(paths, force=force)
     given = given_gait(gait)
-    table = given if isinstance(given, Table) else table_of(given)
-    t = table["t"] - table["t"][0] if "t" in table else np.zeros(1)
-    period, shape = float(t[-1]), gait_of(table)
-    if not period > 0:
-        period, t = 1.0, np.linspace(0.0, 1.0, len(table))
-    delays = frame_delays(period)
-    phases = np.concatenate([[0.0], np.cumsum(delays)[:-1] / sum(delays)])
-
-    def angles_at(times: FloatArray) -> FloatArray:
-        return np.stack([np.interp(times, t, column) for column in table.alpha.T])
-
-    seen, name = vehicle_view(angles_at(phases * period).T, shape.vehicle), shape.vehicle.name
+    timed = timed_gait_of(given)
+    table = given if isinstance(given, Table) else table_of(timed)
+    period, name = timed.period, timed.gait.vehicle.name
+    phases, delays = film_clock(period)
+    seen = vehicle_view(timed.at(phases * period)[0], timed.gait.vehicle)
     name = name if len(name) <= 32 else name[:31] + "…"
     law, seconds = table.about.get("law"), sum(delays) / 100
-    title = f"{name_of(shape)} · vehicle {name} · T = {period:g} s" + (f" · {law}" if isinstance(law, str) else "")
+    title = f"{name_of(timed.gait)} · vehicle {name} · T = {period:g} s" + (f" · {law}" if isinstance(law, str) else "")
     if abs(seconds - period) > max(0.005, 1e-9 * period):
         title += f" (shown {'slower' if seconds > period else 'faster'}: {seconds:g} s)"
     with paper_style():
@@ -315,7 +307,7 @@ def write_films(gait: GaitLike, paths: Sequence[str | Path], *, force: bool = Fa
         times = np.linspace(0.0, period, 161)
         # Opposite rotors move together on the red sheet: they differ in width.
         looks = [(color, 3.6 if k < 2 else 1.3, "") for k, color in enumerate(ROTOR_COLORS)]
-        cursor = draw_chart(chart, times, np.degrees(angles_at(times)), looks, 10.0)
+        cursor = draw_chart(chart, times, np.degrees(timed.at(times)[0].T), looks, 10.0)
 
         def frame(k: int) -> list[Any]:
             cursor.set_xdata([phases[k] * period])
@@ -325,11 +317,15 @@ def write_films(gait: GaitLike, paths: Sequence[str | Path], *, force: bool = Fa
         write_whole([(Path(path), write) for path in paths], force=force)
 
 
-def frame_delays(seconds: float) -> list[int]:
-    """Return the duration of each frame [1/100 s]: 25 a second or more, in all from 0.2 s to a minute."""
+def film_clock(seconds: float) -> tuple[FloatArray, list[int]]:
+    """Return when each frame begins, as fractions of a film, and its duration [1/100 s].
+
+    There are 25 frames a second or more; the film lasts from 0.2 s to a minute.
+    """
     total = round(min(max(100 * seconds, _SHORTEST), LONGEST))
     count = max(math.ceil(total / _DELAY), _FEWEST)
-    return [after - before for before, after in pairwise(round(total * k / count) for k in range(count + 1))]
+    begins = [round(total * k / count) for k in range(count + 1)]
+    return np.array(begins[:-1]) / total, np.diff(begins).tolist()
 
 
 def blank_film(title: str, seen: VehicleView, zoom: float) -> tuple[Figure, Axes, Axes]:

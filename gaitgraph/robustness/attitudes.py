@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal, NamedTuple, cast
+from typing import Literal, NamedTuple, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -38,9 +38,6 @@ from gaitgraph.invertibility.tilt_margins import (
     singular_everywhere,
 )
 from gaitgraph.surface.region import polygons_of
-
-if TYPE_CHECKING:
-    from shapely.geometry.base import BaseGeometry
 
 DIAGRAM_AREA = math.pi**2  # rad², of the roll–pitch diagram (−π/2, π/2)²
 _MOST_PIECES = 50_000
@@ -103,19 +100,16 @@ class AcceptableAttitudes:
     """The attitudes at which a gait is never singular, over its whole period.
 
     `polygon` holds those connected with (0, 0), as (roll, pitch) [rad]; if it is empty, `reason` says why. Every
-    attitude in it is proven, and its straight sides are within 1e-6 rad of the curves. `beyond` holds those not
-    connected with (0, 0). `error` bounds the fraction of the diagram that is acceptable around (0, 0) but missing in
-    `polygon`; the requested bound is `tolerance`. `pieces` is the number of pieces into which the gait was cut.
+    attitude in it is proven, and its straight sides are within 1e-6 rad of the curves. `error` bounds the fraction of
+    the diagram that is acceptable around (0, 0) but missing in `polygon`; the requested bound is `tolerance`.
 
     The matrix may still be badly conditioned there; see
     :func:`gaitgraph.invertibility.tilt_margins.least_singular_value_within`.
     """
 
     polygon: shapely.Polygon
-    beyond: BaseGeometry
     error: float
     tolerance: float
-    pieces: int
     reason: str = ""
 
     @property
@@ -127,12 +121,6 @@ class AcceptableAttitudes:
     def met(self) -> bool:
         """Whether the error is within the tolerance."""
         return self.error <= self.tolerance
-
-    @property
-    def swept(self) -> BaseGeometry:
-        """The attitudes that the gait's singular curves sweep over a period."""
-        diagram = shapely.box(-HALF_PI, -HALF_PI, HALF_PI, HALF_PI)
-        return diagram.difference(self.polygon).difference(self.beyond)
 
 
 def acceptable_attitudes(
@@ -171,37 +159,21 @@ def acceptable_attitudes(
     segment, number, count = _counted(np.maximum(np.ceil(size / longest), 1))
     starts = points[segment] + (number / count)[:, None] * step[segment]
     sweep = _swept(starts, np.roll(starts, -1, axis=0), coefficients)
-    polygon, error, reason, pieces = shapely.Polygon(), 0.0, _NOT_LEVEL, len(sweep.starts)
-    beyond: list[shapely.Polygon] = []
+    polygon, error, reason = shapely.Polygon(), 0.0, _NOT_LEVEL
     heights = np.concatenate([sweep.v0[:, 2], sweep.v1[:, 2]])
-    sign = math.copysign(1.0, heights[np.argmax(np.abs(heights))])
-    sides: tuple[float, ...] = (sign, -sign)
     lost = singular_everywhere(sweep.starts, coefficients, angle_rounding=angle_rounding)
     if lost.any():
-        sides = ()
         exactly = singular_everywhere(sweep.starts[lost], replace(coefficients, kind="exact")).all()
         along = segment_singular_everywhere(sweep.starts, sweep.ends, coefficients, angle_rounding)
         if along is not None or not exactly:
             reason = EVERYWHERE
-    for side in sides:
+    elif (heights > 0).all() or (heights < 0).all():
+        # Level flight is nowhere singular at the samples.
+        side = math.copysign(1.0, heights[0])
         inside = _inside(side * np.concatenate([sweep.v0, sweep.v1]))
         found = None if inside is None else _narrowed(sweep, coefficients, side, inside, tolerance)
-        if side == sign and (sign * heights > 0).all():
-            # Level flight is nowhere singular at the samples: this is the cone around (0, 0).
-            if found is None:
-                error, reason = 1.0, "R is too near to zero to be decided"
-            else:
-                (polygon, error, pieces), reason = found, ""
-        elif found is not None:
-            beyond.append(found[0])
-    return AcceptableAttitudes(
-        polygon=polygon,
-        beyond=shapely.union_all(beyond),
-        error=error,
-        tolerance=float(tolerance),
-        pieces=pieces,
-        reason=reason,
-    )
+        (polygon, error), reason = found or (polygon, 1.0), "" if found else "R is too near to zero to be decided"
+    return AcceptableAttitudes(polygon=polygon, error=error, tolerance=float(tolerance), reason=reason)
 
 
 class _Sweep(NamedTuple):
@@ -250,8 +222,8 @@ def _counted(counts: FloatArray) -> tuple[IntArray, IntArray, IntArray]:
 
 def _narrowed(
     sweep: _Sweep, coefficients: Coefficients, sign: float, inside: FloatArray, tolerance: float
-) -> tuple[shapely.Polygon, float, int] | None:
-    """Return the polygon of verticals with sign·v > 0 all along, its error and the pieces; None if none is proven.
+) -> tuple[shapely.Polygon, float] | None:
+    """Return the polygon of verticals with sign·v > 0 all along, and its error; None if none is proven.
 
     Pieces inside the cone of the samples are dropped; the others are cut finer.
     """
@@ -282,7 +254,7 @@ def _narrowed(
                 chords = _SAG * float(polygon.length) / DIAGRAM_AREA if len(extreme) > 1 else 0.0
                 error = max(_polygon_of(outer).area - polygon.area, 0.0) / DIAGRAM_AREA + chords
                 if last or error <= tolerance:
-                    return polygon, error, pieces
+                    return polygon, error
             doubtful = np.ones(len(sweep.starts), dtype=bool)
         elif pieces + doubtful.sum() > most:
             return None

@@ -5,7 +5,7 @@ The folder of a study::
     study.json                 the study with its fingerprint, and the versions that made the rows
     rows/part-00000.parquet    cases 0 to B − 1, in order; written whole or not at all
     rows/part-00001.parquet    the next B, and so on; B depends on the number of cases
-    summary.html               written at the end: counts, tables and a picture, without scripts or links
+    summary.html               written at the end: counts and reasons, without scripts or links
     certificates/              written at the end: one of each flyable gait, untimed, for each vehicle
 
 Rows do not depend on the time, the machine or the process, so a part has the same bytes whichever worker flew it. A
@@ -20,7 +20,6 @@ import json
 import logging
 import math
 import re
-from base64 import b64encode
 from collections import Counter
 from concurrent.futures import CancelledError, ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager, suppress
@@ -39,7 +38,6 @@ from gaitgraph.certificates.making import SUFFIX, certify
 from gaitgraph.errors import FileProblem, GaitgraphError, Infeasible, InputError, OutputExists, needs_extra, shown
 from gaitgraph.files import remove_leftovers, text_of, write_whole
 from gaitgraph.flight.simulation import fly
-from gaitgraph.plots.axes import blank_figure, paper_style, picture_bytes, require_matplotlib
 from gaitgraph.study.design import FLIGHT, Case, Study, columns_of, read_study, study_from_mapping
 
 if TYPE_CHECKING:
@@ -163,7 +161,6 @@ def run_study(
         where = "on one worker" if scheduler is not None else f"with --workers {workers}"
         asked = f"study {study.name!r} has {len(study):,} flights, about {takes} {where}"
         raise InputError(f"{asked}; to fly more than {_FREE_CASES:,} or for more than {free}, add --yes (yes=True)")
-    require_matplotlib()
     try:
         import pyarrow.dataset
     except ImportError as error:
@@ -188,7 +185,7 @@ def run_study(
             flown += len(rows)
             left = timedelta(seconds=round((monotonic() - start) * (todo - flown) / flown))
             say(f"{len(study) - todo + flown} of {len(study)} cases" + f", about {left} left" * (flown < todo))
-        say("drawing the summary")
+        say("writing the summary")
         try:
             table = pyarrow.dataset.dataset(list(parts), format="parquet").to_table()
         except OSError as error:
@@ -424,7 +421,6 @@ def _line(error: BaseException) -> str:
     return shown(f"{type(error).__name__}: {error}")[1:-1]
 
 
-_MOST_PANELS = 24
 _MOST_LINES = 20  # of a table; quantities with more values, as drawn ones, have no table
 _PAGE = """<!DOCTYPE html>
 <html lang="en">
@@ -482,38 +478,9 @@ def _page_of(study: Study, table: Any, reasons: Sequence[tuple[str, str, int]]) 
     if reasons:
         of_each = [[str(count), outcome, reason] for outcome, reason, count in reasons]
         body.append(_html_table(["cases", "outcome", "reason, as in the first"], of_each))
-    if {"settled", "not settled"} & set(outcomes):
-        body.append(_picture(table))
     return _PAGE.format(name=escape(study.name), body="\n".join(body))
 
 
 def _html_table(head: Sequence[str], lines: Sequence[Sequence[str]]) -> str:
     rows = [f"<tr>{''.join(f'<td>{escape(cell)}</td>' for cell in line)}</tr>" for line in (head, *lines)]
     return f'<table cellpadding="4">{"".join(rows)}</table>'
-
-
-def _picture(table: Any) -> str:
-    """Return the picture of the page: from which attitudes flights settle, by gait and bias."""
-    # Of each panel, of each attitude: whether its flights settled.
-    panels: dict[str, dict[tuple[float, float], list[bool]]] = {}
-    for row in table.select(["gait", "eta", "roll", "pitch", "outcome"]).to_pylist():
-        if row["outcome"] in ("settled", "not settled"):
-            places = panels.setdefault(f"{row['gait']}, η = {row['eta']:.3g}", {})
-            place = math.degrees(row["roll"]), math.degrees(row["pitch"])
-            places.setdefault(place, []).append(row["outcome"] == "settled")
-    with paper_style():
-        height = -(-min(len(panels), _MOST_PANELS) // 4)
-        figure = blank_figure(170.0, 20.0 + 46.0 * height)
-        axes = figure.subplots(height, 4, squeeze=False, sharex=True, sharey=True)
-        for ax, (title, places) in zip(axes.flat, panels.items(), strict=False):
-            part = [sum(flights) / len(flights) for flights in places.values()]
-            dots = ax.scatter(*zip(*places, strict=True), s=9, c=part, cmap="viridis", vmin=0, vmax=1)
-            ax.set_title(title, parse_math=False)
-        for ax in axes.flat[len(panels) :]:
-            ax.set_axis_off()
-        figure.supxlabel("initial roll (°)")
-        figure.supylabel("initial pitch (°)")
-        figure.colorbar(dots, ax=axes, label="part of the flights that settled")
-        more = f"; the first {_MOST_PANELS} of {len(panels)}" * (len(panels) > _MOST_PANELS)
-        content = b64encode(picture_bytes(figure, "png")).decode()
-    return f'<p>From which attitudes flights settle{more}.</p><img alt="" src="data:image/png;base64,{content}">'

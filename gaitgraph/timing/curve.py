@@ -20,21 +20,21 @@ from typing import TYPE_CHECKING, Any, Unpack
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import angle_within, checked_number, figure, whole_number
-from gaitgraph.errors import InputError, checked_choice, shown
+from gaitgraph.angles import angle_within, figure
+from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.gait import Gait
-from gaitgraph.invertibility.matrices import Coefficients, CoefficientsLike, FloatArray, coefficients_of
 from gaitgraph.io.formats import gait_of
 from gaitgraph.surface.sheets import DEFAULT_CROSSING_TOLERANCE, sheet_angles
 from gaitgraph.timing.laws import bernstein_from_power, derivative_of, divided, located, peaks_of, values_of
 from gaitgraph.timing.timed_gait import TimedGait
 from gaitgraph.validation.report import RATE_UNITS
 from gaitgraph.validation.validating import check_gait
-from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
 
 if TYPE_CHECKING:
+    from gaitgraph.invertibility.matrices import Coefficients, FloatArray
     from gaitgraph.io.formats import GaitLike
     from gaitgraph.validation.report import CheckOptions, Report
+    from gaitgraph.vehicle import Vehicle
 
 DEFAULT_CHORD = 1e-6
 """How far a curve may be from the chords that its checks look along [rad in the (α1, α2) plane]."""
@@ -42,8 +42,6 @@ DEFAULT_CHORD = 1e-6
 SMALLEST = 1e-5
 """The least rounding, and the least distance between rounded corners [rad], limited by round-off."""
 
-_MOST_POINTS = 4_000_000
-_SEAM = 1e-8
 _STRAIGHT = 1e-9
 _SPACING = 0.4  # distance between control points of a blend on a segment, as a share of the length that it takes
 # Finite differences that turn the control points of a blend into coefficients, from the fifth power down.
@@ -53,9 +51,13 @@ _FEWEST = 8  # intervals on a piece of a curve
 _GROWTH = 0.3  # of the distance between nodes, from one to the next
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, repr=False, init=False, eq=False)
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
 class Curve:
     """A closed curve of tilt angles on one sheet, twice continuously differentiable in its parameter.
+
+    :func:`rounded` and :func:`gaitgraph.optimization.optimize.optimal_gait` make curves; nothing is checked here. A
+    curve need not be flyable; :meth:`check` decides that. Where the first derivative vanishes it may turn back on
+    itself.
 
     Parameters
     ----------
@@ -64,61 +66,16 @@ class Curve:
     pieces
         Coefficients of (α1, α2) on each piece in powers of s − breaks[j], highest power first, shape
         (degree + 1, k, 2), as those of ``scipy.interpolate.PPoly`` [rad].
-    color
-        "red" or "blue".
-    vehicle, coefficients, crossing_tolerance
-        As for :class:`gaitgraph.gait.gait.Gait`.
-
-    Notes
-    -----
-    InputError if the curve or its first or second derivative jumps at a break or at the seam. A curve need not be
-    flyable; :meth:`check` decides that. Where the first derivative vanishes it may turn back on itself.
+    vehicle, coefficients, color, crossing_tolerance
+        As for :class:`gaitgraph.gait.gait.Gait`; the color is "red" or "blue".
     """
 
     breaks: FloatArray
     pieces: FloatArray
-    color: str
     vehicle: Vehicle
     coefficients: Coefficients
-    crossing_tolerance: float
-
-    def __init__(
-        self,
-        *,
-        breaks: npt.ArrayLike,
-        pieces: npt.ArrayLike,
-        color: str = "red",
-        vehicle: VehicleLike = PAPER,
-        coefficients: CoefficientsLike | None = None,
-        crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE,
-    ) -> None:
-        stated = breaks, pieces
-        try:
-            breaks, pieces = np.array(breaks, dtype=float), np.array(pieces, dtype=float)
-        except (TypeError, ValueError) as error:
-            raise InputError(f"breaks and pieces must be arrays of numbers, got {shown(stated[1])}") from error
-        width = np.diff(np.atleast_1d(breaks))
-        if breaks.ndim != 1 or not len(width) or breaks[0] != 0 or not ((width > 0) & (width < math.inf)).all():
-            rule = "at least two finite, increasing numbers from 0 on"
-            raise InputError(f"breaks must be {rule}, got {shown(stated[0])}")
-        if pieces.ndim != 3 or pieces.shape[1:] != (width.size, 2) or not len(pieces) or not np.isfinite(pieces).all():
-            rule = f"finite, of the shape (degree + 1, {width.size}, 2)"
-            raise InputError(f"pieces must be {rule}, got {shown(stated[1])}")
-        checked_choice("color", color, ("red", "blue"))
-        for order, kind in enumerate(("position", "first derivative", "second derivative")):
-            derivative = derivative_of(pieces, order)
-            jump = np.abs(np.roll(values_of(derivative, width), 1, axis=0) - derivative[-1]).max(axis=1)
-            at = int(np.argmax(jump))
-            # Round-off of a derivative is relative to the terms of its sum.
-            if jump[at] > _SEAM * max(float(values_of(np.abs(derivative), width).max()), 1e-300):
-                where = f"jumps by {jump[at]:.2g} at {f'break {at}' if at else 'the seam'}"
-                rule = "a closed curve, continuous to the second derivative"
-                raise InputError(f"pieces must be {rule}, but the {kind} {where}")
-        breaks.flags.writeable = pieces.flags.writeable = False
-        vehicle = vehicle_named(vehicle)
-        made = (breaks, pieces, color, vehicle, coefficients_of(vehicle, coefficients), crossing_tolerance)
-        for name, value in zip(self.__slots__, made, strict=True):
-            object.__setattr__(self, name, value)  # the record is frozen
+    color: str = "red"
+    crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE
 
     def __repr__(self) -> str:
         pieces = f"{len(self.breaks) - 1} pieces, span {self.span:.6g}"
@@ -145,7 +102,6 @@ class Curve:
         Parameters of shape (...) give angles of shape (..., 4) [rad]. At a break, derivatives from the third on are
         those of the piece that starts there.
         """
-        derivative = whole_number("derivative", derivative, 0, 1000)
         piece, local = located(self.breaks, s)
         plane = values_of(derivative_of(self.pieces, derivative)[:, piece], local)
         return _lift(plane, self.color, self.pieces[-1, 0], self.coefficients, derivative)
@@ -158,25 +114,12 @@ class Curve:
         found = np.concatenate([self.breaks[:-1], *slope.roots(discontinuity=False, extrapolate=False)])
         return np.asarray(np.unique(found[(found >= 0) & (found < self.span)]))
 
-    def extremes(self) -> FloatArray:
-        """Return the least and the largest value of each tilt angle over the whole curve, shape (2, 4) [rad]."""
-        alpha = self.at(self.turning_points())
-        return np.stack([alpha.min(axis=0), alpha.max(axis=0)])
-
-    def chord_parameters(self, tolerance: float = DEFAULT_CHORD) -> FloatArray:
-        """Return parameter values, from 0 to below the span, between which chords are within a tolerance [rad]."""
-        checked_number("tolerance", tolerance, "a positive finite number (rad)", above=True)
+    def polyline(self, tolerance: float = 1e-4) -> Gait:
+        """Return a gait with corners on the curve, whose segments are proven to be within a tolerance of it [rad]."""
         width = np.diff(self.breaks)
         bend = np.linalg.norm(bernstein_from_power(derivative_of(self.pieces, 2), width), axis=-1).max(axis=0)
         count = np.maximum(np.ceil(width * np.sqrt(bend / (8.0 * tolerance)) * (1 + 1e-9)), 1.0)
-        if count.sum() > _MOST_POINTS:
-            chords = f"{figure(count.sum())} chords, more than {_MOST_POINTS:,}"
-            raise InputError(f"tolerance must be larger, got {shown(tolerance)}: it takes {chords}")
-        return divided(self.breaks, count)[0]
-
-    def polyline(self, tolerance: float = 1e-4) -> Gait:
-        """Return a gait with corners on the curve, whose segments are proven to be within a tolerance of it [rad]."""
-        alpha = self.at(self.chord_parameters(tolerance))
+        alpha = self.at(divided(self.breaks, count)[0])
         return Gait(
             alpha=alpha,
             colors=(self.color,) * len(alpha),
@@ -193,7 +136,9 @@ class Curve:
         largest slope of R for R, and so on. So a curve that touches a limit may fail where it passes with a finer
         chord, but a curve that breaks a rule never passes.
         """
-        return check_gait(self.polyline(chord), beside=chord, extremes=self.extremes(), **options)
+        alpha = self.at(self.turning_points())
+        extremes = np.stack([alpha.min(axis=0), alpha.max(axis=0)])
+        return check_gait(self.polyline(chord), beside=chord, extremes=extremes, **options)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -16,7 +16,6 @@ import numpy as np
 
 from gaitgraph.angles import angle_from_text, whole_number
 from gaitgraph.errors import InputError, shown
-from gaitgraph.gait.gait import Gait
 from gaitgraph.invertibility.matrices import FloatArray
 from gaitgraph.io.formats import gait_of
 from gaitgraph.timing.curve import Curve, LimitedGait, Rounding, nodes_along, rounded
@@ -198,7 +197,7 @@ class LeastPeriod:
 
 
 def least_period(
-    path: GaitLike | Curve | Rounding,
+    path: GaitLike | Curve,
     limits: Limits | None = None,
     *,
     rounding: float | str | None = None,
@@ -212,7 +211,7 @@ def least_period(
     Parameters
     ----------
     path, limits
-        A gait of one color in any form, a curve, or a rounded gait; and what to keep, by default the limits of its
+        A gait of one color in any form, or the curve of an optimal one; and what to keep, by default the limits of its
         vehicle.
     rounding
         For a gait: round its corners by this tolerance first, see :func:`gaitgraph.timing.curve.rounded`. Otherwise
@@ -247,7 +246,7 @@ def least_period(
 
 
 def paced(
-    path: GaitLike | Curve | Rounding,
+    path: GaitLike | Curve,
     limits: Limits | None = None,
     *,
     period: float = 1.0,
@@ -300,32 +299,31 @@ def paced(
 class _Task:
     """A path and the limits to keep: a smooth curve, or if `curve` is None a polyline with a rest at each corner."""
 
-    def __init__(self, path: Any, limits: Limits | None, rounding: float | str | None = None) -> None:
-        path = path if isinstance(path, (Curve, Rounding)) else gait_of(path)
-        if rounding is not None and not isinstance(path, Gait):
-            raise InputError(f"rounding must be None for a curve, which has no corners, got {shown(rounding)}")
+    def __init__(self, path: GaitLike | Curve, limits: Limits | None, rounding: float | str | None = None) -> None:
         if limits is not None and not isinstance(limits, Limits):
             raise InputError(f"limits must be a Limits object, as in Limits(acceleration=60), got {shown(limits)}")
-        made = rounded(path, 1e-3 if rounding is None else rounding) if isinstance(path, Gait) else path
-        self.rounding = made if isinstance(made, Rounding) and (rounding is not None or made is path) else None
-        self.curve: Curve | None = made if isinstance(made, Curve) else made.curve
-        # A gait that only turns back on its line is smooth as it is, whatever the tolerance.
-        if isinstance(path, Gait) and rounding is None and made.deviation > 0:
-            self.curve, self.gait = None, path.merged()
-            self.plane = self.gait.alpha[:, :2]
+        if isinstance(path, Curve):
+            if rounding is not None:
+                raise InputError(f"rounding must be None for a curve, which has no corners, got {shown(rounding)}")
+            gait, curve, made = path.polyline(), path, None
         else:
-            self.gait = self.curve.polyline()
-            self.plane = self.curve.at(self.curve.turning_points())[:, :2]
-        if isinstance(path, Gait):
-            self.gait = replace(self.gait, request=path.request)
+            gait = gait_of(path)
+            made = rounded(gait, 1e-3 if rounding is None else rounding)
+            curve = made.curve
+        self.rounding = None if rounding is None else made
+        # A gait that only turns back on its line is smooth as it is, whatever the tolerance.
+        rests = made is not None and rounding is None and made.deviation > 0
+        self.curve = None if rests else curve
+        self.gait = replace(gait.merged() if rests else curve.polyline(), request=gait.request)
+        self.plane = (self.gait.alpha if rests else curve.at(curve.turning_points()))[:, :2]
         self.limits = limits_of(self.gait.vehicle) if limits is None else limits
         self.limited = self.limits.in_plane()
         self.extent = np.ptp(self.plane, axis=0)
         self.moves = self.extent > _STILL
         self.still = not self.moves.any()
         # The same gait with rests at its corners, if this one rounds them.
-        rounds = isinstance(path, Gait) and self.rounding is not None and self.rounding.deviation > 0
-        self.resting: _Task | None = _Task(path, self.limits) if rounds else None
+        rounds = self.rounding is not None and self.rounding.deviation > 0
+        self.resting: _Task | None = _Task(gait, self.limits) if rounds else None
 
     def answer(self, status: str, reason: str = "", **found: Any) -> LeastPeriod:
         return LeastPeriod(status=status, reason=reason, limits=self.limits, rounding=self.rounding, **found)
@@ -380,15 +378,9 @@ class _Task:
         return task.answer("ok", note=note, lower_bound=bound, **found)
 
     def _out_of_range(self, period: float) -> LeastPeriod:
-        """Return the answer for a least period that a timed gait cannot have, with the slowest limit."""
-        # Least periods of a motion forth and back: 2d/v, 4√(d/a) and ∛(96·d/j).
-        factors = np.array([[2.0], [16.0], [96.0]])
-        least = (factors * self.extent / self.limited) ** (1.0 / np.array([[1.0], [2.0], [3.0]]))
-        order, joint = divmod(int(np.argmax(np.where(self.moves, least, 0.0))), 2)
-        (kind, unit), limit = list(RATE_UNITS.items())[order], self.limited[order, joint]
+        """Return the answer for a least period that a timed gait cannot have."""
         beyond = "above 1e9 s" if period > _LONGEST else "below 1e-6 s"
-        words = f"{kind} limit {limit:g} {unit} of α{joint + 1} and α{joint + 3}"
-        return self.answer("no period", f"the least period under the {words} would be {beyond}", limit=kind)
+        return self.answer("no period", f"the least period under the limits would be {beyond}")
 
     def lower_bound(self) -> tuple[float, int]:
         """Return a proven lower bound of the period, and the joint (1 or 2) that decides it, 0 for both.

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections import Counter, deque
+from collections import Counter
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack, get_args
 
@@ -15,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph._lazy import Pictured
-from gaitgraph.angles import number_of, text_from_angle, whole_number
+from gaitgraph.angles import number_of, whole_number
 from gaitgraph.errors import InputError, checked_choice, shown
 from gaitgraph.gait.gait import Gait
 from gaitgraph.gait.table import (
@@ -25,20 +24,16 @@ from gaitgraph.gait.table import (
     ROWS_OF_A_PIECE,
     Table,
     closed_rows,
-    closing_time,
-    completed_pieces,
-    is_closed,
+    completed_table,
     merged,
+    paced_gait,
 )
 from gaitgraph.invertibility.matrices import level_determinant
 from gaitgraph.io.formats import (
-    check_options,
     check_outputs,
-    gait_of,
     given_gait,
-    known_format,
     naming_file,
-    read_pieces,
+    read_table,
     tables_and_films,
     write_tables,
 )
@@ -52,7 +47,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping
 
     from gaitgraph.invertibility.matrices import CoefficientsLike, FloatArray
-    from gaitgraph.io.columns import FormatOptions
     from gaitgraph.io.formats import GaitLike
     from gaitgraph.io.servo_map import ServoMap
     from gaitgraph.validation.report import Check, CheckOptions, Report
@@ -68,7 +62,6 @@ MOST_CORNERS = 1000
 
 ROW_BY_ROW = "row-by-row"  # the law of a RowTimedGait
 _SAME = 1e-6  # largest distance between a row and a law that it follows [rad]
-_BYTES_HELD = 1 << 24  # files of at most so many bytes are held in memory; longer ones are read again
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -231,7 +224,7 @@ class TimedGait(Pictured):
             checks.append(limit_check(f"tilt_{kind}", peak, joint + 1, limit, advice))
         return tuple(checks)
 
-    def write(self, *paths: str | Path, force: bool = False, options: FormatOptions | None = None) -> None:
+    def write(self, *paths: str | Path, force: bool = False, periods: int = 1) -> None:
         """Write the gait table to files, piece by piece; see :func:`gaitgraph.io.formats.write_tables`.
 
         Films (.gif, .mp4) are written by :meth:`animate`.
@@ -240,7 +233,7 @@ class TimedGait(Pictured):
         check_outputs(tables, force=force)
         if films:
             self.animate(*films, force=force)
-        write_tables(lambda: pieces_of(self), tables, force=force, options=options)
+        write_tables(lambda: pieces_of(self), tables, force=force, periods=periods)
 
     def animate(self, *paths: str | Path, force: bool = False) -> None:
         """Write films of one period, .gif or .mp4; see :func:`gaitgraph.plots.vehicles.write_films`."""
@@ -252,10 +245,6 @@ class TimedGait(Pictured):
         """Return the gait table as a pandas frame; see :meth:`gaitgraph.gait.table.Table.to_pandas`."""
         return table_of(self).to_pandas()
 
-    def to_polars(self) -> Any:
-        """Return the gait table as a polars frame; see :meth:`gaitgraph.gait.table.Table.to_polars`."""
-        return table_of(self).to_polars()
-
     def __repr__(self) -> str:
         return (
             f"<{type(self).__name__}: {self.gait.color or 'off the surfaces'}, T = {self.period:.6g} s, {self.law}, "
@@ -263,23 +252,11 @@ class TimedGait(Pictured):
         )
 
     def __str__(self) -> str:
-        gait, vehicle = self.gait, self.gait.vehicle
-        lines = [
-            f"{type(self).__name__}, {gait.color or 'off the surfaces'}: T = {self.period:.6g} s, {self.law}, "
-            f"{self.samples} samples, {gait.length:.4f} rad around",
-            gait.setting_text(),
-            "",
-            "  angle     least   largest   peak rate   peak acceleration",
-        ]
-        columns = (gait.alpha.min(axis=0), gait.alpha.max(axis=0), self.peak_rates(), self.peak_accelerations())
-        for k, (low, high, rate, acceleration) in enumerate(zip(*columns, strict=True), start=1):
-            peak = f"{acceleration:.4g}".replace("inf", "infinite")
-            ends = f"{text_from_angle(float(low)):>11} {text_from_angle(float(high)):>9}"
-            lines.append(f"  α{k}  {ends} {rate:>11.4g} {peak:>20}")
-        known = ((getattr(vehicle, f"max_tilt_{kind}"), unit) for kind, unit in RATE_UNITS.items())
-        limits = [f"{value:.4g} {unit}" for value, unit in known if value is not None]
-        stated = f"the vehicle's limits are {', '.join(limits)}" if limits else "the vehicle states no limits"
-        return "\n".join([*lines, f"  in rad, rad/s and rad/s²; peaks between samples too; {stated}"])
+        gait = self.gait
+        title = f"{type(self).__name__}, {gait.color or 'off the surfaces'}: T = {self.period:.6g} s, {self.law}"
+        title += f", {self.samples} samples, {gait.length:.4f} rad around"
+        checks = (f"  {check.name.replace('_', ' ')}: {check.message}" for check in self.rate_checks())
+        return "\n".join([title, gait.setting_text(), "", *checks])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
@@ -343,7 +320,7 @@ def timed_gait_of(
         raise InputError(f"gait file {name!r} must be the table of a gait, got that of a flight{advice}")
     with naming_file(gait):
         rows, times, stated = closed_rows(source, vehicle=vehicle, coefficients=coefficients, name=gait)
-    merged_gait = stated.gait if stated else replace(rows.merged(), request=rows.request)
+    merged_gait = stated.gait if stated else paced_gait(source, rows) or replace(rows.merged(), request=rows.request)
     is_asked = period is not None or law is not None
     period = about.get("period") if period is None else period
     law = law or (about["law"] if about.get("law") in (*LAWS,) else DEFAULT_LAW)
@@ -406,9 +383,7 @@ def table_of(gait: GaitLike, about: Mapping[str, Any] | None = None) -> Table:
     return merged(pieces_of(timed_gait_of(gait), about))
 
 
-def pieces_of(
-    timed: TimedGait, about: Mapping[str, Any] | None = None, *, rows: int = ROWS_OF_A_PIECE
-) -> Iterator[Table]:
+def pieces_of(timed: TimedGait, about: Mapping[str, Any] | None = None) -> Iterator[Table]:
     """Yield the table of a timed gait as pieces of at least two rows, so that any length fits in memory."""
     gait = timed.gait
     made: dict[str, Any] = {
@@ -431,8 +406,8 @@ def pieces_of(
     made |= about or {}
     end = timed.samples + 1
     # No piece has a single row: numpy rounds the product of one row differently.
-    for start in range(0, end - 1, rows):
-        stop = end if end - (start + rows) <= 1 else start + rows
+    for start in range(0, end - 1, ROWS_OF_A_PIECE):
+        stop = end if end - (start + ROWS_OF_A_PIECE) <= 1 else start + ROWS_OF_A_PIECE
         yield Table(columns=timed.columns(range(start, stop)), about=made)
 
 
@@ -458,16 +433,14 @@ def export(
     rate: float | None = None,
     joints: ServoMap | None = None,
     servos: ServoMap | None = None,
-    options: FormatOptions | None = None,
+    periods: int = 1,
     force: bool = False,
-    progress: Callable[[float], None] | None = None,
 ) -> Exported:
-    """Write a gait file, or a gait in any other form, to files, piece by piece.
+    """Write a gait file, or a gait in any other form, to files.
 
     A table with times keeps its rows, from t = 0 and closed, and gets the columns that follow from them, see
-    :func:`gaitgraph.gait.table.completed_pieces`. A long file is read several times, with some rows in memory. A table
-    without times or of a single row, or with any of `period`, `law`, `samples`, `rate`, gets a new timing on the closed
-    polyline through its rows.
+    :func:`gaitgraph.gait.table.completed_table`. A table without times or of a single row, or with any of `period`,
+    `law`, `samples`, `rate`, gets a new timing on the closed polyline through its rows. Tables are held in memory.
 
     Parameters
     ----------
@@ -480,71 +453,37 @@ def export(
         times of its rows or 1 s, and smooth.
     joints
         The servo map of the columns of another program's table.
-    servos, options, force
+    servos, periods, force
         As for :func:`gaitgraph.io.formats.write_tables`, which raises the same errors.
-    progress
-        Called with the fraction of the work that is done.
     """
     paths: list[Any] = [outputs]
     if not isinstance(outputs, str):
         with suppress(TypeError):  # one path, or no path at all
             paths = list(outputs)  # type: ignore[arg-type]
-    formats = [known_format(path, "output") for path in paths]
-    if options is not None:
-        check_options(options, formats)
-    check_outputs(paths, force=force)
-    reached = 0.0
-    done: list[Exported] = []
-
-    def report(share: float) -> None:
-        nonlocal reached
-        if progress is not None and share > reached:  # reading again does not count
-            reached = share
-            progress(share / (len(paths) + 1))  # reading, and each file written
-
+    check_outputs(paths, force=force, periods=periods)
     given = given_gait(source, whole=False, vehicle=vehicle, coefficients=coefficients)
     if isinstance(given, Gait):
         given = given.parametrize()
-    if isinstance(given, TimedGait):
-        read: Callable[[], Iterator[Table]] = partial(pieces_of, given)
-    elif isinstance(given, Table):
-        read = partial(iter, [given])
-    else:
-        read = partial(read_pieces, given, progress=report, joints=joints)
-        if not given.is_file() or given.stat().st_size <= _BYTES_HELD:  # a pipe can be read once
-            read = partial(iter, list(read()))
-    first = list(islice(read(), 2))
-    asked = {"period": period, "law": law, "samples": samples, "rate": rate}
-    asked = {name: value for name, value in asked.items() if value is not None}
-    if asked or "t" not in first[0] or sum(map(len, first)) == 1:
-        table = merged(read())
-        # By default the timing of the file; laws that are not built in do not count.
-        clock: dict[str, Any] = {"law": table.about.get("law"), "period": table.about.get("period")}
-        if clock["period"] is None and "t" in table and len(table) > 1:
-            angles, t = np.column_stack([table[name] for name in ANGLES if name in table]), table["t"]
-            clock["period"] = (t[-1] if is_closed(angles) else closing_time(t[0], t[-1], len(t))) - t[0]
-        clock = {name: one for name, one in clock.items() if one is not None and (name == "period" or one in (*LAWS,))}
-        is_timed = isinstance(given, TimedGait)
+    if isinstance(given, Path):
+        given = read_table(given, joints=joints)
+    asked = any(one is not None for one in (period, law, samples, rate))
+    if asked or (isinstance(given, Table) and ("t" not in given or len(given) == 1)):
+        stated = given.about.get("law") if isinstance(given, Table) else given.law
+        law = law or (stated if stated in (*LAWS,) else DEFAULT_LAW)
         with naming_file(source):
-            gait = given.gait if is_timed else gait_of(table, vehicle=vehicle, coefficients=coefficients)
-        pieces: Callable[[], Iterator[Table]] = partial(pieces_of, gait.parametrize(**clock | asked))
-    else:
+            timed = timed_gait_of(given, vehicle=vehicle, coefficients=coefficients, period=period, law=law)
+        given = timed.gait.parametrize(timed.period, law=law, samples=samples, rate=rate)
+    pieces: Callable[[], Iterator[Table]]
+    if isinstance(given, Table):
         with naming_file(source):
-            pieces = completed_pieces(read, vehicle=vehicle, coefficients=coefficients)
-    clips = servos if formats and servos is not None and servos.clip else None
-
-    def counted() -> Iterator[Table]:
-        """Yield the pieces, once for each file, and count them."""
-        rows, clipped = 0, Counter[str]()
+            table = completed_table(given, vehicle=vehicle, coefficients=coefficients)
+        starts = range(0, len(table), ROWS_OF_A_PIECE)
+        rows, pieces = len(table), partial(map, lambda start: table.rows(start, start + ROWS_OF_A_PIECE), starts)
+    else:
+        rows, pieces = given.samples + 1, partial(pieces_of, given)
+    write_tables(pieces, paths, force=force, periods=periods, servos=servos)
+    clipped = Counter[str]()
+    if paths and servos is not None and servos.clip:
         for piece in pieces():
-            if clips is not None:
-                clipped.update(clipped_rows(piece, clips))
-            rows += len(piece)
-            yield piece
-        done.append(Exported(rows=rows, columns=tuple(piece.columns), clipped=dict(clipped), pieces=pieces))
-        report(len(done) + 1)
-
-    write_tables(counted, paths, force=force, options=options, servos=servos)
-    if not done:  # some formats take the first piece only
-        deque(counted(), maxlen=0)
-    return done[0]
+            clipped.update(clipped_rows(piece, servos))
+    return Exported(rows=rows, columns=tuple(next(pieces()).columns), clipped=dict(clipped), pieces=pieces)

@@ -47,8 +47,6 @@ from gaitgraph.validation.report import RATE_CHECKS, RATE_UNITS, Check, Report, 
 from gaitgraph.validation.rules import Criteria, Peak, Segments, segments_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from gaitgraph.invertibility.matrices import CoefficientsLike
     from gaitgraph.io.formats import GaitLike
     from gaitgraph.vehicle import Vehicle, VehicleLike
@@ -113,7 +111,6 @@ def validate(
     floor: float = DEFAULT_FLOOR,
     angle_rounding: float | None = None,
     crossing_tolerance: float | None = None,
-    progress: Callable[[float], None] | None = None,
 ) -> Report:
     """Return every check of a gait; with times also those of tilt rates and accelerations.
 
@@ -130,8 +127,6 @@ def validate(
         `tolerance` of which they lie.
     crossing_tolerance
         For tables and files: distance from a crossing line within which a plane type is `?` [rad]; π/32 by default.
-    progress
-        Called with the fraction of a file that was read.
 
     Returns
     -------
@@ -166,7 +161,7 @@ def validate(
             return report  # colourings are of loops in [−π/2, π/2]²
         loop = colorings(bare.alpha, coefficients=bare.coefficients, crossing_tolerance=bare.crossing_tolerance)
         return replace(report, listing=loop)
-    pieces = iter([source]) if isinstance(source, Table) else read_pieces(source, progress=progress)
+    pieces = iter([source]) if isinstance(source, Table) else read_pieces(source)
     first = next(pieces)
     with naming_file(source):
         vehicle, numbers, stated = surface_of(first, vehicle, coefficients)

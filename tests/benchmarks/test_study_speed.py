@@ -1,4 +1,4 @@
-"""A study of 200 flights on two worker processes, against one; starting them and drawing the summary included."""
+"""A study of 200 flights on two worker processes, against one; starting them and writing the summary included."""
 
 from __future__ import annotations
 

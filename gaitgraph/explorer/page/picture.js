@@ -305,7 +305,6 @@ export function pictureIn(root) {
       broken.set(key, { place, message: broken.has(key) ? `${broken.get(key).message}\n${message}` : message });
     };
     for (const check of report?.checks ?? []) if (check.mark === "no") mark(check.where, check.message);
-    for (const place of report?.broken ?? []) mark(place, place.message);
     const bits = [...broken.values()].map(({ place, message }) =>
       svg(
         "g",

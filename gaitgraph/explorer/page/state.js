@@ -96,8 +96,7 @@ export function numberFrom(text, range) {
   const plain = text.trim();
   if (!/^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i.test(plain)) return null;
   const value = Number(plain);
-  const isLow = range.above ? value <= range.low : value < range.low;
-  return isLow || value > range.high || (range.whole && !Number.isInteger(value)) ? null : value;
+  return value < range.low || value > range.high || (range.whole && !Number.isInteger(value)) ? null : value;
 }
 
 function valueFrom(key, text, setup) {
