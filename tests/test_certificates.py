@@ -265,7 +265,7 @@ def test_physics_is_that_of_the_matrices() -> None:
         kappa = check.enclosed(Fraction(vehicle.signed_drag_ratio))
         for alpha in rng.uniform(-2, 2, (20, 4)):
             point = [[Fraction(one)] for one in alpha.tolist()]
-            rows, thrusts, force = check.level_physics(kappa, *(check.enclosed(*one) for one in point))
+            rows, thrusts, force = check.level_physics(kappa, *(check.enclosed(one[0]) for one in point))
             shares = np.array([one.value / check.ONE for one in thrusts])
             inputs = np.linalg.solve(scaled_decoupling_matrix(alpha, vehicle), [0, 0, 0, 1])
             vertical = np.array([one.value / check.ONE for one in force])

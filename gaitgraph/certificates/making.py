@@ -31,7 +31,7 @@ from gaitgraph.invertibility.matrices import (
 from gaitgraph.io.formats import gait_of, given_gait, naming_file
 from gaitgraph.timing.laws import bernstein_from_power, values_of
 from gaitgraph.timing.timed_gait import TimedGait, pieces_of, timed_gait_of
-from gaitgraph.validation.validating import CERTIFICATE as SUFFIX, validate
+from gaitgraph.validation.validating import CERTIFICATE, validate
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -92,7 +92,7 @@ def _shown(value: Any) -> str:
 
 def certificates_beside(outputs: Iterable[str | Path], *, force: bool) -> list[Path]:
     """Return the certificates beside gait files, gait.cert.json beside gait.csv; raise if one cannot be written."""
-    paths = sorted({Path(output).with_suffix(SUFFIX) for output in outputs})
+    paths = sorted({Path(output).with_suffix(CERTIFICATE) for output in outputs})
     if not paths:
         raise InputError("--certify must be given with --output, beside which it writes, got no output")
     check_new_files(paths, force=force)
@@ -214,7 +214,7 @@ class _Path:
         if None in known:
             kappa, *_ = constants = [_decimal(vehicle.drag_ratio), one, one]
         self.kappa = check.enclosed(kappa if vehicle.signed_drag_ratio > 0 else -kappa)
-        self.vehicle = {"name": vehicle.name[:1000], "first_rotor_spin": vehicle.first_rotor_spin}
+        self.vehicle: dict[str, Any] = {"name": vehicle.name[:1000], "first_rotor_spin": vehicle.first_rotor_spin}
         self.vehicle |= dict(zip(check.CONSTANTS, constants, strict=True))
         self.powers, widths, is_smooth = self._polynomials()
         self.law = [Fraction(a) for a in ((0, 0, 0, 10, -15, 6) if is_smooth else (0, 1))]

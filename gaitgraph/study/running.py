@@ -34,11 +34,12 @@ from typing import TYPE_CHECKING, Any
 
 from gaitgraph import __version__
 from gaitgraph.angles import whole_number
-from gaitgraph.certificates.making import SUFFIX, certify
+from gaitgraph.certificates.making import certify
 from gaitgraph.errors import FileProblem, GaitgraphError, Infeasible, InputError, OutputExists, needs_extra, shown
 from gaitgraph.files import remove_leftovers, text_of, write_whole
 from gaitgraph.flight.simulation import fly
 from gaitgraph.study.design import FLIGHT, Case, Study, columns_of, read_study, study_from_mapping
+from gaitgraph.validation.validating import CERTIFICATE
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -439,7 +440,7 @@ def _certificates_of(study: Study) -> dict[str, str]:
     for number, (model, source) in enumerate(product(study.models, study.sources)):
         name = re.sub(r"[^\w-]+", "_", f"{number}_{source.name}_{model.base.name}")[:100]
         with suppress(GaitgraphError):  # the rows have the reason
-            found[f"{name}{SUFFIX}"] = certify(source.gait(model.base)).text()
+            found[f"{name}{CERTIFICATE}"] = certify(source.gait(model.base)).text()
     return found
 
 
