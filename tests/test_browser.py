@@ -434,7 +434,7 @@ def test_a_broken_address_is_reported_and_the_rest_of_it_kept(page: Page) -> Non
     page.open("waypoints=3pi/8,9&color=green&period=2&nonsense&keep_out=%E0%A4%A&eta=0&samples=1e9&accuracy=1e-9")
     for said in (
         "color must be one of auto, red, blue, got “green”", "pairs of angles within ±pi/2, got “3pi/8,9”",
-        "eta must be a number above 0, up to 1, got “0”", "samples must be a whole number from 1 to 10000, got “1e9”",
+        "eta must be a number from 0.01 to 1, got “0”", "samples must be a whole number from 1 to 10000, got “1e9”",
         "accuracy must be a number from 1e-5 to 0.1, got “1e-9”", "“nonsense” is not a field of the page",
         "keep_out cannot be decoded",
     ):  # fmt: skip

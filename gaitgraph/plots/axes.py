@@ -116,9 +116,10 @@ def axes_or_new(ax: Axes | None, *, size: tuple[float, float] = (152.4, 127.0)) 
 
 def angle_axis(axis: Axis, label: str, *, divisor: int = 4) -> None:
     r"""Make an axis run from −π/2 to π/2 [rad], labelled with a symbol such as ``\alpha_1``, ticks each π/divisor."""
-    from matplotlib.ticker import FuncFormatter, MultipleLocator
+    from matplotlib.ticker import FixedLocator, FuncFormatter
 
-    axis.set_major_locator(MultipleLocator(math.pi / divisor))
+    most = divisor // 2
+    axis.set_major_locator(FixedLocator([k * math.pi / divisor for k in range(-most, most + 1)]))
     axis.set_major_formatter(FuncFormatter(lambda angle, _: f"${text_from_angle(angle)}$".replace("π", r"\pi")))
     axis.set_label_text(f"${label}$ (rad)")
     axis.axes.set(**{f"{axis.axis_name}lim": (-HALF_PI, HALF_PI)})  # type: ignore[attr-defined]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product
 from pathlib import Path
@@ -107,7 +107,7 @@ def _attitudes(figure: Figure, of: _FigureInput, *, number: int, eta: float, mor
         readings = {f"{'four-digit' if gait.coefficients.kind == 'published' else 'exact'} coefficients": gait}
     for ax, (title, gait) in zip(np.ravel(figure.subplots(1, len(readings))), readings.items(), strict=True):
         gaits.roll_pitch_diagram(gait, eta=eta, name=f"Gait {number}", ax=ax)
-        numbers = gaits.as_if_exact(gait.coefficients)
+        numbers = replace(gait.coefficients, kind="exact")
         margins = [
             math.degrees(least_tilt_margin(one.alpha, one.ends, numbers, tolerance=1e-4).upper)
             for one in (gait, gait.biased(eta))

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from gaitgraph.errors import InputError, checked_choice, did_you_mean
+from gaitgraph.errors import InputError, checked_choice
 from gaitgraph.files import check_new_files, write_whole
 from gaitgraph.flight.basins import Basin, table_of_basins
 from gaitgraph.flight.flight import TABLES
@@ -295,11 +295,7 @@ def check_flight_outputs(
     """Raise before a flight if an output cannot be written: wrong suffix, missing library or folder, existing file."""
     known = [*TABLES, *_PLOTS, *(FILMS if of == "flight" else ())]
     for path in map(Path, paths):
-        suffix = path.suffix.lower()
-        if suffix not in known:
-            hint = did_you_mean(suffix, known) if suffix else ""
-            hint = f"; a {FORMATS[suffix].name} is for gaits only" if suffix in FORMATS else hint
-            raise InputError(f"output of a {of} must end in one of {', '.join(known)}, got {str(path)!r}{hint}")
+        suffix = checked_choice(f"suffix of the {of} output {str(path)!r}", path.suffix.lower(), known)
         if suffix in FILMS:
             vehicles.check_films([path], force=force)
         elif suffix in _PLOTS:

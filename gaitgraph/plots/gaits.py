@@ -21,7 +21,7 @@ from gaitgraph.angles import HALF_PI, percent, whole_number
 from gaitgraph.errors import InputError, MissingExtra, shown as shown_value
 from gaitgraph.gait.gait import Gait, lift, name_of
 from gaitgraph.invertibility import matrices
-from gaitgraph.invertibility.matrices import Coefficients, FloatArray, coefficients_of
+from gaitgraph.invertibility.matrices import FloatArray, coefficients_of
 from gaitgraph.io.formats import gait_of
 from gaitgraph.planning.planner import Plan
 from gaitgraph.plots import axes as base
@@ -139,11 +139,6 @@ def roll_pitch_diagram(
     return ax
 
 
-def as_if_exact(coefficients: Coefficients) -> Coefficients:
-    """Return coefficients whose digits are taken as exact, without rounding error."""
-    return replace(coefficients, kind="exact")
-
-
 def draw_attitudes(
     ax: Axes, gait: Gait, name: str, color: str, count: int, *, dash: Any = "-", basin: Basin | None = None
 ) -> None:
@@ -151,7 +146,7 @@ def draw_attitudes(
 
     The square is hatched if the gait is singular at every attitude. The label states the result, or is a basin's name.
     """
-    numbers = as_if_exact(gait.coefficients)
+    numbers = replace(gait.coefficients, kind="exact")  # the digits are taken as exact
     around = basin.acceptable if basin else acceptable_attitudes(gait.alpha, numbers)
     alpha = gait.parametrize(1.0, law="constant-speed").at(np.arange(count) / count)[0]
     curves = [singular_curve(row, numbers) for row in alpha]
