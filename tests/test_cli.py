@@ -444,6 +444,7 @@ def files(run: Any) -> None:
     for gait, name in ((G3, "gait3.csv"), (G1, "gait1.csv")):
         waypoints = [(a, b) for a, b in gait.waypoints]
         gg.plan_loop(waypoints, color=gait.color, require="valid").gait.parametrize(samples=16).write(name)
+    gg.certify("gait3").write("proof.json")
     Path("off.csv").write_text("alpha1,alpha2,alpha3,alpha4\n0.1,0.2,1.3,1.4\n")
     Path("no.csv").write_text("alpha1,alpha2,color\n0.5,-0.5,red\n-0.5,0.5,blue\n")
     Path("study.toml").write_text('name = "two"\ngaits = ["gait1", "gait4"]\n[flight]\nduration = 1.0\n')
@@ -455,6 +456,9 @@ ANSWERS = [
     (["plan", *SQUARE, *FARAWAY, "--output", "none.csv"], 1),
     (["validate", "gait3.csv"], 0),
     (["validate", "off.csv"], 1),
+    (["certify", "gait3.csv", "--output", "certificate.json"], 0),
+    (["certify", "gait1.csv"], 1),
+    (["verify", "proof.json"], 0),
     (["colorings", "no.csv", "--sign", "positive"], 1),
     (["region", *SQUARE], 0),
     (["region", *SQUARE, *FARAWAY], 1),

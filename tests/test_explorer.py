@@ -25,6 +25,7 @@ import pytest
 from starlette.exceptions import HTTPException
 
 import gaitgraph as gg
+from gaitgraph.certificates.check import check as checked
 from gaitgraph.explorer import queries, server, table_query
 from gaitgraph.explorer.queries import DEFAULTS, LIMITS, map_answer, state_of
 from gaitgraph.explorer.server import HEADERS, application
@@ -312,6 +313,23 @@ class TestTables:
             ("x.csv", b"\xff\xfe\x00", "UTF-8"), ("x.json", b"[" * 50_000, "nested"),
         ):  # fmt: skip
             assert part in client.table(name, content, 400)
+
+
+def test_a_certificate_of_the_downloaded_rows_is_offered_or_refused_with_the_reason(
+    client: Client, tmp_path: Path
+) -> None:
+    assert next(one["available"] for one in formats_answer() if one["suffix"] == ".cert.json")
+    for suffix in (".csv", ".cert.json"):
+        name, content = client.file(of_gait(3) | {"samples": 8}, suffix)
+        assert name == f"gait{suffix}"
+        (tmp_path / name).write_bytes(content)
+    found = checked(content.decode())
+    assert {"rate", "hover_thrust"} <= {name for name, place in found if not place}
+    assert "certificate" not in str(gg.validate(tmp_path / "gait.csv").warnings)
+    (tmp_path / "gait.cert.json").write_text("{}")
+    assert "certificate" in str(gg.validate(tmp_path / "gait.csv").warnings)
+    refused = client.refused("download", {"state": of_gait(1), "suffix": ".cert.json"})
+    assert "not flyable: least singular value" in refused
 
 
 @pytest.mark.parametrize("suffix", [".json", ".npz", ".h", ".mcap", ".gif"])
