@@ -22,6 +22,7 @@ __version__ = "0.1.0"
 if TYPE_CHECKING:
     from gaitgraph import (
         angles as angles,
+        certificates as certificates,
         errors as errors,
         explorer as explorer,
         flight as flight,
@@ -39,6 +40,7 @@ if TYPE_CHECKING:
         validation as validation,
         vehicle as vehicle,
     )
+    from gaitgraph.certificates.making import certify as certify
     from gaitgraph.errors import GaitgraphError as GaitgraphError, Infeasible as Infeasible, InputError as InputError
     from gaitgraph.flight.basins import basins_of as basins_of
     from gaitgraph.flight.flight import FlightSettings as FlightSettings

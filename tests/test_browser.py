@@ -259,6 +259,7 @@ def test_clicking_the_waypoints_of_gait_3(page: Page) -> None:
         page.click(*point)
     page.until(lambda: page.headline() == "✓Flyable" and len(page.corners()) == 4)
     page.at(GAIT_3)
+    assert page.text("reason") == "red, R < 0, length π rad"
     assert page.corners()[0] == ["3π/8", "−3π/8", "3π/8", "−3π/8"]
     assert page.count(".waypoint") == page.count(".corner") == 4
     assert page.count(".check.ok") == page.count(".check") == 9
@@ -604,6 +605,8 @@ def test_without_a_gait_a_waypoint_can_be_moved_to_where_there_is_one(page: Page
         "red, R < 0: waypoint 1 (π/8, π/8) has R = 2.9; the nearest admissible point is"
     )
     assert page.count(".layer-advice .from") == page.count(".advice-head") == 1
+    page.vehicle()
+    assert page.css(".vehicle-note").text == "The posture of waypoint 1"
     assert page.count("[data-key=ways]:not([open])") == page.count("[data-key=alternatives]:not([open])") == 1
     page.id("move-there").click()
     page.shows("✓Flyable")
@@ -680,7 +683,7 @@ def test_the_map_follows_the_drag_ratio_while_it_is_dragged(page: Page) -> None:
             value,
         )
         time.sleep(0.03)
-    assert page.js(region) != before  # no change event: it is still held
+    page.until(lambda: page.js(region) != before)  # no change event: it is still held
     page.js("document.getElementById('drag_ratio').dispatchEvent(new Event('change'))")
     page.planned()
 
@@ -711,6 +714,20 @@ def test_the_verdict_stays_in_sight(page: Page, size: tuple[int, int]) -> None:
         page.id("sheet-toggle").click()
         assert page.id("report").is_displayed()
         assert page.id("tools").is_displayed() is False
+
+
+def test_many_waypoints_on_a_narrow_map_do_not_overlap(page: Page) -> None:
+    circle = [(0.75 + 0.27 * math.cos(k * math.pi / 7), 0.3 * math.sin(k * math.pi / 7) - 0.75) for k in range(14)]
+    page.size(390, 844)
+    page.open("waypoints=" + ";".join(f"{a:.3f},{b:.3f}" for a, b in [*circle, (-1.0, 1.0)]))
+    discs = page.js(
+        "return [...document.querySelectorAll('.waypoint')].map((one) => [one.transform.baseVal[0].matrix.e,"
+        " one.transform.baseVal[0].matrix.f, Number(one.firstChild.getAttribute('r')), one.textContent])"
+    )
+    assert [text for *_, text in discs] == [""] * 14 + ["15"]
+    for k, (x, y, radius, _) in enumerate(discs):
+        assert all(math.hypot(x - x2, y - y2) > radius + r2 for x2, y2, r2, _ in discs[:k])
+        assert radius >= 3.5
 
 
 class TestTouch:

@@ -209,6 +209,10 @@ WRONG = [
     ("robustness one.csv --bias abc", "--bias must be a number"),
     ("figures --only 2 --out there.csv", "out must be a folder that can be written, got 'there.csv': File exists"),
     ("figures none.csv", "gait file 'none.csv' cannot be read"),
+    ("compare gait3 none.csv --output both.gif", "must end in .png, .svg or .pdf, got ['both.gif']"),
+    ("compare gait3 none.csv", "gait file 'none.csv' cannot be read"),
+    ("compare gait3", "Missing argument 'B'"),
+    ("region --waypoint 9,9 --output there.csv", "must end in .png, .svg or .pdf, got ['there.csv']"),
     ("pace one.csv --period quick --max-jerk 100", "must be a number of seconds or the word least, got 'quick'"),
     ("plan typed.toml --period -1", "gaitgraph: --period must be between 1e-6 and 1e9 s, got -1.0"),
     ("plan typed.toml --waypoint 30,0", "gaitgraph: waypoint 1 alpha1 must be within"),
@@ -440,6 +444,7 @@ def files(run: Any) -> None:
     for gait, name in ((G3, "gait3.csv"), (G1, "gait1.csv")):
         waypoints = [(a, b) for a, b in gait.waypoints]
         gg.plan_loop(waypoints, color=gait.color, require="valid").gait.parametrize(samples=16).write(name)
+    gg.certify("gait3").write("proof.json")
     Path("off.csv").write_text("alpha1,alpha2,alpha3,alpha4\n0.1,0.2,1.3,1.4\n")
     Path("no.csv").write_text("alpha1,alpha2,color\n0.5,-0.5,red\n-0.5,0.5,blue\n")
     Path("study.toml").write_text('name = "two"\ngaits = ["gait1", "gait4"]\n[flight]\nduration = 1.0\n')
@@ -451,6 +456,9 @@ ANSWERS = [
     (["plan", *SQUARE, *FARAWAY, "--output", "none.csv"], 1),
     (["validate", "gait3.csv"], 0),
     (["validate", "off.csv"], 1),
+    (["certify", "gait3.csv", "--output", "certificate.json"], 0),
+    (["certify", "gait1.csv"], 1),
+    (["verify", "proof.json"], 0),
     (["colorings", "no.csv", "--sign", "positive"], 1),
     (["region", *SQUARE], 0),
     (["region", *SQUARE, *FARAWAY], 1),
@@ -468,6 +476,7 @@ ANSWERS = [
     (["roots", "0.3", "-0.4"], 0),
     (["export", "gait3.csv", "gait3.json"], 0),
     (["vehicles"], 0),
+    (["compare", "gait1", "gait3.csv"], 0),
 ]
 
 

@@ -25,6 +25,7 @@ import pytest
 from starlette.exceptions import HTTPException
 
 import gaitgraph as gg
+from gaitgraph.certificates.check import check as checked
 from gaitgraph.explorer import queries, server, table_query
 from gaitgraph.explorer.queries import DEFAULTS, LIMITS, map_answer, state_of
 from gaitgraph.explorer.server import HEADERS, application
@@ -41,6 +42,7 @@ GAIT3 = GAITS[2]
 JSON = "application/json"
 Answer = tuple[int, dict[str, str], bytes]  # status, headers, content
 matrices = gg.invertibility
+DELTA = 2 * matrices.coefficients_of().delta  # between the sheets
 
 
 class Client:
@@ -173,7 +175,28 @@ class TestPlan:
         assert (empty["status"], none["status"]) == ("empty", "infeasible")
         assert "no flyable loop" in none["reason"]
         assert none["obstacles"][0]["nearest"]
-        assert empty["series"] is none["vehicle_view"] is None
+        assert empty["series"] is none["series"] is planned["posture"] is None
+
+    @pytest.mark.parametrize(
+        ("waypoint", "color", "alpha", "holds"),
+        [
+            (None, "auto", [0, 0, 0, 0], True),
+            ([0.5, 0.5], "red", [0.5, 0.5, 0.5, 0.5], True),
+            ([0.3, -0.2], "blue", [0.3, -0.2, DELTA - 0.3, 0.2 - DELTA], False),
+        ],
+    )  # fmt: skip
+    def test_without_a_gait_the_vehicle_stands_as_at_the_first_waypoint(
+        self, client: Client, waypoint: Any, color: str, alpha: list[float], holds: bool
+    ) -> None:
+        asked = {"waypoints": [waypoint, [-0.7, 0.7]], "color": color, "sign": "negative"} if waypoint else {}
+        answer = client("plan", asked)
+        posture, view = answer["posture"], answer["vehicle_view"]
+        assert np.allclose(posture["alpha"], alpha, rtol=0, atol=1e-4)
+        assert view["frames"] == 1
+        if holds:
+            assert np.allclose(posture["shares"], matrices.hover_thrust_shares(alpha), rtol=0, atol=1e-5)
+        else:
+            assert posture["shares"] == [None] * 4
 
 
 def test_the_diagram_is_the_robustness_of_the_plan(client: Client) -> None:
@@ -290,6 +313,23 @@ class TestTables:
             ("x.csv", b"\xff\xfe\x00", "UTF-8"), ("x.json", b"[" * 50_000, "nested"),
         ):  # fmt: skip
             assert part in client.table(name, content, 400)
+
+
+def test_a_certificate_of_the_downloaded_rows_is_offered_or_refused_with_the_reason(
+    client: Client, tmp_path: Path
+) -> None:
+    assert next(one["available"] for one in formats_answer() if one["suffix"] == ".cert.json")
+    for suffix in (".csv", ".cert.json"):
+        name, content = client.file(of_gait(3) | {"samples": 8}, suffix)
+        assert name == f"gait{suffix}"
+        (tmp_path / name).write_bytes(content)
+    found = checked(content.decode())
+    assert {"rate", "hover_thrust"} <= {name for name, place in found if not place}
+    assert "certificate" not in str(gg.validate(tmp_path / "gait.csv").warnings)
+    (tmp_path / "gait.cert.json").write_text("{}")
+    assert "certificate" in str(gg.validate(tmp_path / "gait.csv").warnings)
+    refused = client.refused("download", {"state": of_gait(1), "suffix": ".cert.json"})
+    assert "not flyable: least singular value" in refused
 
 
 @pytest.mark.parametrize("suffix", [".json", ".npz", ".h", ".mcap", ".gif"])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import re
 import subprocess
@@ -21,6 +22,7 @@ from matplotlib.text import Text
 
 import gaitgraph as gg
 from gaitgraph.gait.gait import printed_gait
+from gaitgraph.invertibility.matrices import hover_thrust_shares, least_singular_value
 from gaitgraph.plots.axes import FORMATS, paper_style, picture_bytes
 from gaitgraph.plots.figures import FIGURES, draw, write_figures
 from gaitgraph.timing.timed_gait import table_of
@@ -227,6 +229,36 @@ def test_files_are_written_whole_and_kept_without_force(folder: Path) -> None:
         write_figures("new/deep", only=["15"], formats=["svg"])
     write_figures("new/deep", only=["15"], formats=["svg"], force=True)
     assert Path("new/deep/figure_15.svg").read_text() != "mine"
+
+
+def test_compare_puts_two_gaits_side_by_side(run: Any, folder: Path) -> None:
+    """Against samples of Gait 3, whose extremes are at its corners, and the numbers of the paper's rectangles."""
+    given = ("compare", "gait1", "gait3", "--period", "2", "--law", "constant-speed")
+    result = run(*given, "--output", "both.png", "--json")
+    assert (result.code, result.err, result.json["outputs"]) == (0, "", ["both.png"])
+    blue, red = result.json["gaits"]
+    alpha = (
+        gg.plan_loop(GAITS[2].angles, color="red")
+        .gait.parametrize(2.0, law="constant-speed")
+        .at(np.arange(0, 2, 1 / 64))[0]
+    )
+    shares, least = hover_thrust_shares(alpha), least_singular_value(alpha)
+    expected = {
+        "gait": "gait3", "flyable": True, "valid": True, "reachable_from_hover": False, "reason": "", "color": "red",
+        "length": math.pi, "period": 2.0, "least_singular_value": least.min(), "tilt_margin_deg": 90.0,
+        "acceptable_fraction": 1.0, "least_hover_thrust": shares.min(), "largest_hover_thrust": shares.max(),
+        "peak_rate": math.pi / 2, "peak_acceleration": None,
+    }  # fmt: skip
+    assert list(blue) == list(red) == list(expected)
+    for name, value in expected.items():
+        assert red[name] == (pytest.approx(value, abs=5e-4) if isinstance(value, float) else value), name
+    names = ("flyable", "valid", "tilt_margin_deg", "acceptable_fraction", "least_hover_thrust", "largest_hover_thrust")
+    assert [blue[name] for name in names] == [False, True, None, 0.0, None, None]
+    assert Path("both.png").stat().st_size > 10_000
+    assert "'both.png' exists" in run(*given, "--output", "both.png").err
+    lines = run(*given).out.splitlines()
+    assert lines[1].split() == ["flyable", "no", "yes"]
+    assert lines[-1].startswith("gait1 is not flyable: least singular value")
 
 
 def test_places_and_settings_that_are_refused(folder: Path) -> None:

@@ -22,6 +22,7 @@ import pyarrow as pa
 import pyarrow.parquet
 import pytest
 
+from gaitgraph.certificates import check
 from gaitgraph.errors import FileProblem, InputError, OutputExists
 from gaitgraph.flight.flight import FlightSettings
 from gaitgraph.flight.simulation import fly
@@ -204,6 +205,14 @@ def test_a_row_is_the_flight_of_its_case() -> None:
     assert {name: row[name] for name in FLIGHT} == {name: flight.as_mapping()[name] for name in FLIGHT}
     with pytest.raises(InputError, match=r"workers must have mujoco 1\.0, as this process has, got "):
         flown_batch([0], study, versions() | {"mujoco": "1.0"})
+
+
+def test_each_flyable_gait_has_a_certificate(small: StudyRun, tmp_path: Path) -> None:
+    (path,) = (small.folder / "certificates").iterdir()
+    assert path.name == "1_gait4_paper.cert.json"  # gait1 is not flyable
+    assert not any(place for _, place in check.check(path.read_text()))
+    none = run_study({"name": "none", "gaits": ["gait1"], "flight": {"duration": 0.1}}, tmp_path / "none", workers=0)
+    assert not (none.folder / "certificates").exists()
 
 
 def test_units_and_what_made_them_are_in_the_file(small: StudyRun) -> None:

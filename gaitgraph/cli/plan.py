@@ -24,6 +24,7 @@ from gaitgraph.cli import Paths, Working, check_outputs, command, flag, one_of, 
     "floor accuracy keep_in keep_out",
     flag("--any-order", "Visit the waypoints in the order that is shortest."),
     flag("--reverse", "Run the loop in the other direction."),
+    flag("--certify", "Write a certificate beside each output: gait.cert.json beside gait.csv."),
     "outputs period samples rate law force vehicle coefficients json",
 )
 def plan_command(request_file: str | None = None, outputs: Paths = (), force: bool = False, **given: Any) -> int:
@@ -33,10 +34,12 @@ def plan_command(request_file: str | None = None, outputs: Paths = (), force: bo
     made from; from options, or from both: options replace what the file says.
     The exit code is 1, with the reason, if there is no such gait.
     """
+    from gaitgraph.certificates.making import certificates_beside, certify
     from gaitgraph.planning.planner import plan
     from gaitgraph.timing.timed_gait import checked_clock, pieces_of
 
     check_outputs(outputs, force=force)
+    beside = certificates_beside(outputs, force=force) if given.pop("certify", False) else []
     request, sampling = request_of(request_file, given)
     checked_clock(request.period, request.law, **sampling)
     with Working("planning") as progress:
@@ -44,5 +47,9 @@ def plan_command(request_file: str | None = None, outputs: Paths = (), force: bo
         written = tuple(outputs) if found else ()
         if written:
             progress(f"writing {', '.join(written)}")
+            certified = [(path, certify(found.timed(**sampling))) for path in beside]
             write_outputs(partial(pieces_of, found.timed(**sampling)), written, force=force, rate=sampling.get("rate"))
+            for path, one in certified:
+                one.write(path, force=force)
+            written += tuple(map(str, beside))
     return show(found, lines=[*([""] if written else []), *(f"wrote {name}" for name in written)])

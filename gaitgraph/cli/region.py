@@ -26,8 +26,10 @@ def region_command(
     waypoints, so that no closed gait passes them, or if there is no part.
     """
     from gaitgraph.planning.any_angle import location_of
+    from gaitgraph.plots.axes import check_pictures
     from gaitgraph.plots.gaits import write_regions
 
+    check_pictures(outputs, force=force)
     request, _ = request_of(request_file, given if request_file else {"waypoints": [(0.0, 0.0)], **given})
     if request_file is None and "waypoints" not in given:
         request = replace(request, waypoints=())

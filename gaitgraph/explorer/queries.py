@@ -182,13 +182,14 @@ def planned(state: State, progress: Progress = quiet) -> Plan:
 def plan_answer(state: State, progress: Progress = quiet) -> dict[str, Any]:
     """Return the plan of a state as plain values: verdict, paths, series over one period, and view of the vehicle.
 
-    ``status`` is "empty", "infeasible" or "planned". Angles are exact in ``corners`` and ``vertices``, and
-    rounded to 1e-6 rad elsewhere.
+    ``status`` is "empty", "infeasible" or "planned". Without a gait the view is of one ``posture``: that of the first
+    waypoint, or upright. Angles are exact in ``corners`` and ``vertices``, and rounded to 1e-6 rad elsewhere.
     """
     lists = "checks warnings obstacles corners types colors path vertices alternatives"
     answer: dict[str, Any] = {
         "status": "empty",
-        **dict.fromkeys(("reason", "color", "sign", "length", "lower_bound", "series", "vehicle_view")),
+        **dict.fromkeys(("reason", "color", "sign", "length", "lower_bound", "series")),
+        **_standing(state),
         **dict.fromkeys(_VERDICTS, False),
         **{name: [] for name in lists.split()},
     }
@@ -221,8 +222,22 @@ def plan_answer(state: State, progress: Progress = quiet) -> dict[str, Any]:
         "colors": list(gait.colors),
         "vertices": loop.path.vertices().tolist(),
         "series": series_answer(alpha, gait, report, t=t, rates=rates),
+        "posture": None,
         "vehicle_view": vehicle_view_answer(alpha, gait.vehicle, t=t),
     }
+
+
+def _standing(state: State) -> dict[str, Any]:
+    """Return the posture of the first waypoint, with hover thrusts or None for each, and the view of the vehicle."""
+    request, (alpha1, alpha2) = state.request, state.request.waypoints[0][:2]
+    color: Color = "blue" if request.color == "blue" else "red"
+    others = sheet_angles(color, alpha1, alpha2, matrices.coefficients_of(request.vehicle, request.coefficients))
+    alpha = np.array([alpha1, alpha2, *others])
+    shares = matrices.hover_thrust_shares(alpha, request.vehicle)
+    holds = color == "red" and matrices.least_singular_value(alpha, request.vehicle) > matrices.DEFAULT_FLOOR
+    posture = {"alpha": to_digits(alpha), "shares": to_digits(shares, 5) if holds else [None] * 4}
+    view = vehicle_view_answer(alpha[None], request.vehicle, t=np.zeros(1))
+    return {"posture": posture, "vehicle_view": view}
 
 
 def _outline(loop: Loop) -> dict[str, Any]:

@@ -10,6 +10,7 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 from gaitgraph.angles import number_of
+from gaitgraph.certificates.making import certify
 from gaitgraph.errors import FileProblem, GaitgraphError, InputError, checked_choice, needs_extra, shown
 from gaitgraph.explorer import queries
 from gaitgraph.gait.table import closed_rows, merged
@@ -18,7 +19,7 @@ from gaitgraph.io.formats import FORMATS, known_format, naming_file, read_pieces
 from gaitgraph.plots.vehicles import write_films
 from gaitgraph.robustness.biased import robustness_of
 from gaitgraph.timing.timed_gait import table_of
-from gaitgraph.validation.validating import validate
+from gaitgraph.validation.validating import CERTIFICATE, validate
 from gaitgraph.vehicle import preset_names, vehicle_from_mapping
 
 if TYPE_CHECKING:
@@ -39,9 +40,10 @@ def formats_answer() -> list[dict[str, Any]]:
     missing = next((module for module in ("matplotlib", "PIL") if find_spec(module) is None), None)
     why_no_film = None if missing is None else str(needs_extra(missing, "a film", "plot"))
     listed = [(one.suffix, one.name, one.why_not(), one.reads and not one.folder) for one in FORMATS.values()]
+    others = (_FILM, "animated GIF", why_no_film, False), (CERTIFICATE, "certificate", None, False)
     return [
         {"suffix": suffix, "name": name, "available": why_not is None, "why_not": why_not, "reads": reads}
-        for suffix, name, why_not, reads in (*listed, (_FILM, "animated GIF", why_no_film, False))
+        for suffix, name, why_not, reads in (*listed, *others)
     ]
 
 
@@ -136,15 +138,18 @@ def _state_of_request(table: Table) -> dict[str, Any] | None:
 
 
 def file_answer(state: queries.State, suffix: object, progress: Progress = queries.quiet) -> tuple[str, bytes]:
-    """Return the planned gait of a state as a file: name and bytes; a folder as a zip file."""
-    suffix = checked_choice("suffix", suffix, (*FORMATS, _FILM))
+    """Return the planned gait of a state as a file, or its certificate: name and bytes; a folder as a zip file."""
+    suffix = checked_choice("suffix", suffix, (*FORMATS, _FILM, CERTIFICATE))
     if state.empty:
         raise InputError("waypoints must have at least one entry, got 0")
     result = queries.planned(state, progress)
     if result.loop is None:
         raise InputError(f"there is no gait to write: {result.reason}")
     progress(f"writing {suffix}")
-    table = table_of(result.timed(samples=state.samples), {"request": state.request.as_mapping()})
+    timed = result.timed(samples=state.samples)
+    if suffix == CERTIFICATE:
+        return f"gait{CERTIFICATE}", certify(timed).text().encode()
+    table = table_of(timed, {"request": state.request.as_mapping()})
     with TemporaryDirectory(prefix="gaitgraph-") as folder:
         path = Path(folder) / f"gait{suffix}"
         (write_films if suffix == _FILM else write_tables)(table, [path])

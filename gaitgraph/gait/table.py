@@ -166,6 +166,12 @@ def merged(pieces: Iterable[Table]) -> Table:
     return replace(first, columns=columns)
 
 
+def row_texts(piece: Table) -> bytes:
+    """Return times and tilt angles of rows to nine decimals, a line each, whose SHA-256 a certificate states."""
+    rows = np.column_stack([piece[name] for name in ("t", *ANGLES) if name in piece]).round(9) + 0.0
+    return "".join(" ".join(f"{one:.9f}" for one in row) + "\n" for row in rows.tolist()).encode()
+
+
 def surface_of(
     table: Table, vehicle: VehicleLike | None = None, coefficients: CoefficientsLike | None = None
 ) -> tuple[Vehicle, Coefficients, float]:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from gaitgraph.angles import HALF_PI, text_from_angle
 from gaitgraph.errors import InputError, needs_extra, shown
-from gaitgraph.files import write_whole
+from gaitgraph.files import check_new_files, write_whole
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -92,14 +92,14 @@ def paper_style() -> Iterator[None]:
         yield
 
 
-def blank_figure(width: float, height: float, *, pyplot: bool = False) -> Figure:
+def blank_figure(width: float, height: float, layout: Any = "constrained", *, pyplot: bool = False) -> Figure:
     """Return an empty figure of a size [mm]. With `pyplot` it is registered with pyplot."""
     require_matplotlib()
     from matplotlib.figure import Figure
 
     if pyplot:
         from matplotlib.pyplot import figure as Figure  # type: ignore[assignment] # noqa: N812
-    return Figure(figsize=(width / INCH, height / INCH), layout="constrained", dpi=150 if pyplot else None)
+    return Figure(figsize=(width / INCH, height / INCH), layout=layout, dpi=150 if pyplot else None)
 
 
 def axes_or_new(ax: Axes | None, *, size: tuple[float, float] = (152.4, 127.0)) -> Axes:
@@ -169,11 +169,18 @@ def draw_label(ax: Axes, place: Any, text: str, color: str = "black") -> None:
     ax.text(place[0], place[1], text, color=color, ha="center", va="center", zorder=6)
 
 
-def write_pictures(figure: Figure, paths: Sequence[str | Path], *, force: bool = False) -> None:
-    """Write a figure to .png, .svg or .pdf files, whole or not at all."""
-    kinds: dict[Path, Any] = {Path(path): Path(path).suffix.lower()[1:] for path in paths}
+def check_pictures(paths: Sequence[str | Path], *, force: bool = False) -> dict[Path, Any]:
+    """Return the format of each file of a picture; raise before any work is done if one cannot be written."""
+    kinds = {Path(path): Path(path).suffix.lower()[1:] for path in paths}
     if not {*kinds.values()} <= {*FORMATS}:
         raise InputError(f"output of a picture must end in .png, .svg or .pdf, got {shown(list(map(str, paths)))}")
+    check_new_files(paths, force=force)
+    return kinds
+
+
+def write_pictures(figure: Figure, paths: Sequence[str | Path], *, force: bool = False) -> None:
+    """Write a figure to .png, .svg or .pdf files, whole or not at all."""
+    kinds = check_pictures(paths, force=force)
     write_whole([(path, picture_bytes(figure, kind)) for path, kind in kinds.items()], force=force)
 
 

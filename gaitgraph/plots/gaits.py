@@ -280,7 +280,7 @@ def draw_panel(timed: TimedGait, panel: str, *, name: str, ax: Axes) -> None:
     elif panel == PANELS[4]:
         ax.plot(t, value, color="black", linewidth=1.6, label="least singular value, level")
         ax.axhline(matrices.DEFAULT_FLOOR, label=f"floor {matrices.DEFAULT_FLOOR:g}", **limit)
-        ax.set(ylabel="least singular value (dimensionless)", ylim=(0.0, max(0.6, 1.1 * float(value.max()))))
+        ax.set(ylabel="least singular value", ylim=(0.0, max(0.6, 1.1 * float(value.max()))))
     elif value.min() > 1e-3:
         for k, look in enumerate(ANGLE_LOOKS):
             ax.plot(t, 4.0 * matrices.hover_thrust_shares(alpha, vehicle)[:, k], label=f"rotor {k + 1}", **look)
@@ -292,8 +292,8 @@ def draw_panel(timed: TimedGait, panel: str, *, name: str, ax: Axes) -> None:
         ax.set(xlabel="$t$ (s)", xlim=(0.0, timed.period))
         ax.grid(True)
         if ax.lines:
-            base.legend_below(ax, ncols=5)
-    ax.set_title(f"{name}: {panel}", fontsize=9)
+            base.legend_below(ax, ncols=2)
+    ax.set_title(fill(f"{name}: {panel}", 46), fontsize=9)
 
 
 def draw_sheet(figure: Figure, gaits: Sequence[TimedGait], names: Sequence[str] = ("",)) -> None:

@@ -370,5 +370,6 @@ def singular_value_map(vehicle: VehicleLike = PAPER, *, ax: Axes | None = None) 
     draw_zeros_of_R(ax, vehicle)
     ax.plot(0, 0, marker="+", markersize=7, color="white", linestyle="none", zorder=6)
     base.plane_axes(ax, r"\alpha_1", r"\alpha_2", grid=False)
-    ax.figure.colorbar(filled, ax=ax, aspect=18, pad=0.03, label="least singular value (dimensionless)")
+    bar = ax.inset_axes((1.04, 0.0, 0.05, 1.0))  # as high as the map
+    ax.figure.colorbar(filled, cax=bar, label="least singular value (dimensionless)")
     return ax

@@ -6,6 +6,7 @@ The folder of a study::
     rows/part-00000.parquet    cases 0 to B − 1, in order; written whole or not at all
     rows/part-00001.parquet    the next B, and so on; B depends on the number of cases
     summary.html               written at the end: counts and reasons, without scripts or links
+    certificates/              written at the end: one of each flyable gait, untimed, for each vehicle
 
 Rows do not depend on the time, the machine or the process, so a part has the same bytes whichever worker flew it. A
 case that cannot be planned, is refused, does not settle or fails has a row too, with its reason.
@@ -26,16 +27,19 @@ from dataclasses import dataclass
 from datetime import timedelta
 from html import escape
 from importlib.metadata import PackageNotFoundError, version
+from itertools import product
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 from gaitgraph import __version__
 from gaitgraph.angles import whole_number
+from gaitgraph.certificates.making import certify
 from gaitgraph.errors import FileProblem, GaitgraphError, Infeasible, InputError, OutputExists, needs_extra, shown
 from gaitgraph.files import remove_leftovers, text_of, write_whole
 from gaitgraph.flight.simulation import fly
 from gaitgraph.study.design import FLIGHT, Case, Study, columns_of, read_study, study_from_mapping
+from gaitgraph.validation.validating import CERTIFICATE
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -188,7 +192,11 @@ def run_study(
         except OSError as error:
             raise FileProblem(f"a part was removed while the study ran; run it again ({error})") from error
         reasons = _reasons_of(table)
-        write_whole([(folder / "summary.html", _page_of(study, table, reasons).encode())], force=True)
+        certificates = {folder / "certificates" / name: text for name, text in _certificates_of(study).items()}
+        if certificates:
+            (folder / "certificates").mkdir(exist_ok=True)
+        certificates[folder / "summary.html"] = _page_of(study, table, reasons)
+        write_whole([(path, text.encode()) for path, text in certificates.items()], force=True)
     outcomes = {**dict.fromkeys(OUTCOMES, 0), **Counter(table["outcome"].to_pylist())}
     return StudyRun(study=study, folder=folder, outcomes=outcomes, reasons=reasons, flown=flown, table=table)
 
@@ -424,6 +432,16 @@ _PAGE = """<!DOCTYPE html>
 </body>
 </html>
 """
+
+
+def _certificates_of(study: Study) -> dict[str, str]:
+    """Return the certificate of each gait for each vehicle, with the first of the constants that vary, by file name."""
+    found = {}
+    for number, (model, source) in enumerate(product(study.models, study.sources)):
+        name = re.sub(r"[^\w-]+", "_", f"{number}_{source.name}_{model.base.name}")[:100]
+        with suppress(GaitgraphError):  # the rows have the reason
+            found[f"{name}{CERTIFICATE}"] = certify(source.gait(model.base)).text()
+    return found
 
 
 def _reasons_of(table: Any) -> tuple[tuple[str, str, int], ...]:

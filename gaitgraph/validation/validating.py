@@ -9,6 +9,7 @@ follow from its law. Rates of a table follow from its rows.
 
 from __future__ import annotations
 
+import hashlib
 import math
 from dataclasses import dataclass, replace
 from itertools import chain
@@ -20,6 +21,7 @@ import numpy.typing as npt
 
 from gaitgraph.angles import checked_number, figure
 from gaitgraph.errors import InputError
+from gaitgraph.files import reading
 from gaitgraph.gait.gait import Gait
 from gaitgraph.gait.table import (
     ACCELERATIONS,
@@ -32,6 +34,7 @@ from gaitgraph.gait.table import (
     is_closed,
     lies_on,
     lifted_pieces,
+    row_texts,
     stated_gait,
     surface_of,
     takes_the_period,
@@ -54,6 +57,9 @@ if TYPE_CHECKING:
     from gaitgraph.vehicle import Vehicle, VehicleLike
 
 _MORE = 1.0 + 1e-6
+
+CERTIFICATE = ".cert.json"
+"""The suffix of the certificate of a gait file, beside it."""
 
 MOST_LISTED_ROWS = 10_000
 """Largest number of rows for which the colourings of a table are listed, not only counted."""
@@ -170,10 +176,18 @@ def validate(
     checker = _TableChecker(Criteria(**surface, **limits, digit_error=first.digit_error, noun="row"))
     if "transition" in first.about:
         checker.notes["transition"] = "the table is a transition: the segment back to row 1 is not part of it"
+    beside = source.with_suffix(CERTIFICATE) if isinstance(source, Path) and source.suffix else Path()
+    has_certificate, digest = beside.is_file(), hashlib.sha256()
     holds = True
     for piece, alpha, sheet in lifted_pieces(chain([first], pieces), numbers, tolerance):
         checker.update(piece, alpha, sheet)
+        if has_certificate:
+            digest.update(row_texts(piece))
         holds = holds and timed is not None and lies_on(timed, piece, first["t"][0])
+    with reading(beside, "certificate"):
+        belongs = not has_certificate or digest.hexdigest().encode() in beside.read_bytes()
+    if not belongs:
+        checker.notes["certificate"] = f"the certificate {beside.name!r} does not belong to these rows"
     found = checker.report()
     if timed is None:
         timing: list[Any] = [first.about.get(name) for name in ("period", "law")]

@@ -42,7 +42,7 @@ export function angle(x) {
   return found ? multiple(found) : number(x);
 }
 
-/** Return a message of the server with the angles of its points, such as "(1.1781, -0.3927)", as on the map. */
+/** Return a message of the server with the angles of its points, such as "(1.1781, -0.3927)", as on the map, and true minus signs. */
 export function inPi(text) {
   return text.replace(/\((-?\d\.\d{3,}(?:, -?\d\.\d{3,})+)\)/g, (_, angles) => {
     const shown = angles.split(", ").map((digits) => {
@@ -51,7 +51,7 @@ export function inPi(text) {
       return found ? multiple(found) : number(Number(digits), Math.min(4, places));
     });
     return `(${shown.join(", ")})`;
-  });
+  }).replace(/-(?=\d)/g, "−");
 }
 
 /** Return the text that stands for exactly this number in an address: "-3pi/8" or all its digits. */

@@ -136,7 +136,7 @@ export function chartsIn(upper, lower, legend, onTime) {
     plots = [];
     upper.replaceChildren();
     lower.replaceChildren();
-    if (!series) return;
+    if (!series) return upper.append(html("p", { class: "nothing" }, "No gait to draw."));
     const rows = rowsOf(series, kind);
     const common = { onCursor, timeUnit: series.t ? "t (s)" : "row" };
     plots.push(
@@ -240,7 +240,6 @@ export function chartsIn(upper, lower, legend, onTime) {
         build();
       } else if (series) fill();
       values.forEach((value) => (value.textContent = ""));
-      if (!series) upper.replaceChildren(html("p", { class: "nothing" }, "Drawn here, once there is a gait."));
     },
     /** Show another quantity below, of the same series. */
     choose(chart) {

@@ -21,12 +21,12 @@ function square(drawn, kind, title) {
     : [];
   const bits = [...outline, svg("rect", { class: "frame", x: EDGE.left, y: EDGE.top, width: SIDE, height: SIDE })];
   for (const a of [-HALF_PI, 0, HALF_PI]) {
-    bits.push(svg("text", { class: "tick", x: x(a), y: EDGE.top + SIDE + 13, "text-anchor": "middle" }, angle(a)));
+    bits.push(svg("text", { class: "tick", x: x(a), y: EDGE.top + SIDE + 16, "text-anchor": "middle" }, angle(a)));
     bits.push(svg("text", { class: "tick", x: EDGE.left - 4, y: y(a) + 3.5, "text-anchor": "end" }, angle(a)));
   }
   bits.push(svg("path", { class: "rule", d: `M${x(0)} ${EDGE.top}v${SIDE}M${EDGE.left} ${y(0)}h${SIDE}` }));
   bits.push(
-    svg("text", { class: "axis", x: x(0), y: EDGE.top + SIDE + 26, "text-anchor": "middle" }, "roll φ"),
+    svg("text", { class: "axis", x: x(0), y: EDGE.top + SIDE + 30, "text-anchor": "middle" }, "roll φ"),
     svg("text", { class: "axis", transform: `translate(9 ${y(0)}) rotate(-90)`, "text-anchor": "middle" }, "pitch θ"),
   );
   const d = drawn.curves
@@ -47,7 +47,7 @@ function margin(drawn) {
 }
 
 function share(drawn) {
-  return drawn.acceptable_fraction === null ? "–" : `${figure(100 * drawn.acceptable_fraction, 3)} %`;
+  return drawn.acceptable_fraction === null ? "–" : `${figure(100 * drawn.acceptable_fraction)} %`;
 }
 
 function words(drawn) {
@@ -73,13 +73,14 @@ function side(drawn, kind, title) {
 /** Show the diagram of a gait and of the biased gait; one line where no attitude is singular, as on red. */
 export function showDiagram(root, answer) {
   if (!answer?.own) {
-    root.replaceChildren(html("p", { class: "nothing" }, answer?.reason ?? "Drawn once there is a gait."));
+    root.replaceChildren(html("p", { class: "nothing" }, answer?.reason ?? "No gait to draw."));
     return;
   }
   const isFree = answer.own.acceptable_fraction === 1 && !answer.own.curves.length;
   const free = html("p", { id: "all-acceptable" }, `✓ All attitudes acceptable: ${words(answer.own)}`);
   const parts = [isFree ? free : side(answer.own, "own", "Gait")];
   if (answer.biased) parts.push(side(answer.biased, "biased", `Biased, η = ${figure(answer.eta)}`));
+  root.classList.toggle("single", isFree || !answer.biased);
   root.replaceChildren(...parts);
   if (answer.reason) root.append(html("p", { class: "small whole" }, answer.reason));
 }

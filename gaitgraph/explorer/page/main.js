@@ -242,7 +242,11 @@ function showFound() {
     report && report.status !== "empty" ? `${verdictOf(report).headline} · gaitgraph` : "gaitgraph explore";
   const gait = moving();
   charts.show(gait?.series ?? null, store.state.view.chart, gait?.color);
-  vehicle.show(gait?.vehicle_view ?? null, tab === "table");
+  vehicle.show((gait ?? report)?.vehicle_view ?? null, tab === "table");
+  if (!gait && report?.posture) {
+    const name = report.status === "empty" ? "Upright, in hover" : "The posture of waypoint 1";
+    vehicle.at({ phase: 0, name, ...report.posture });
+  }
   byId("field-chart").hidden = !gait;
   for (const id of ["play", "scrub"]) byId(id).disabled = !gait;
   clock.play(Boolean(gait) && wantsMotion);
@@ -523,6 +527,9 @@ function bindHeader() {
       problem("The browser does not allow this page to copy. The link is the address of the page");
     }
   });
+  new ResizeObserver(([{ target }]) =>
+    document.documentElement.style.setProperty("--sheet", `${target.offsetHeight}px`),
+  ).observe(byId("verdict"));
   bindLines();
   bindMenus();
   bindToggle("menu", byId("tools"));

@@ -6,6 +6,7 @@ import { adviceOf } from "./verdict.js";
 
 const TICKS = [-8, -6, -4, -2, 0, 2, 4, 6, 8].map((n) => (n * Math.PI) / 16);
 
+const RING = 9; // radius of a waypoint's ring [px]
 const NEAR = 12; // how near to the loop the pointer shows the posture there [px]
 
 const LAYERS = [
@@ -266,7 +267,8 @@ export function pictureIn(root) {
       plan.corners.forEach((corner, k) => {
         const color = plan.colors[k] ?? plan.color;
         // Under a waypoint's ring the marker is made wide enough to be seen around it.
-        const half = shown.state.waypoints.some((p) => pixels(p, corner) < 7) ? 10.5 : 4;
+        const under = shown.state.waypoints.findIndex((p) => pixels(p, corner) < 7);
+        const half = under < 0 ? 4 : radiusOf(under) + 1.5;
         corners.push(
           color === "red" ? square(corner, half, `corner ${kind}`) : disc(corner, half * 1.15, `corner ${kind}`),
         );
@@ -319,9 +321,19 @@ export function pictureIn(root) {
     layers.marks.replaceChildren(...bits);
   }
 
+  const isChosen = (index) => shown.selected?.kind === "waypoint" && shown.selected.index === index;
+
+  /** Return the radius of the ring of a waypoint: smaller where another is near, so that they do not overlap. */
+  function radiusOf(index) {
+    const { waypoints } = shown.state;
+    const gaps = waypoints.map((p) => pixels(p, waypoints[index])).filter((gap) => gap > 1);
+    return isChosen(index) ? RING : Math.max(3.5, Math.min(RING, ...gaps.map((gap) => gap / 2 - 1)));
+  }
+
   function paintWaypoints() {
     const bits = shown.state.waypoints.map((p, index) => {
-      const chosen = shown.selected?.kind === "waypoint" && shown.selected.index === index;
+      const chosen = isChosen(index);
+      const radius = radiusOf(index);
       return svg(
         "g",
         {
@@ -329,11 +341,11 @@ export function pictureIn(root) {
           transform: `translate(${x(p[0])} ${y(p[1])})`,
           "data-index": index,
         },
-        svg("circle", { class: "ring", r: 9 }),
-        svg("text", { y: 3.5, "text-anchor": "middle" }, String(index + 1)),
+        svg("circle", { class: "ring", r: radius }),
+        radius < 7 ? "" : svg("text", { y: 3.5, "text-anchor": "middle" }, String(index + 1)),
       );
     });
-    layers.waypoints.replaceChildren(...bits);
+    layers.waypoints.replaceChildren(...bits.toSorted((a, b) => a.classList.contains("chosen") - b.classList.contains("chosen")));
   }
 
   /** Ring the waypoints that have no gait; an arrow leads from the first to its nearest admissible point. */

@@ -35,6 +35,7 @@ const START = { azimuth: (-152 * Math.PI) / 180, elevation: (30 * Math.PI) / 180
 const DUCT = 0.5; // radius
 const GROUND = -0.85;
 const CIRCLE = 1.55; // on the ground
+const LINE = [0.014, 0.03]; // its width: with smooth edges, and without, where a thin line has gaps
 const SUN = [-1.6, -1.4, 5];
 const HALF_VIEW = [1.97, 1.46]; // half the width and height that must be in the picture
 const FIELD = Math.tan((14 * Math.PI) / 180); // half of the vertical field of view
@@ -165,7 +166,7 @@ export function sceneIn(root, canvas, context, pause, onLost) {
   sky.position.set(0, 0, 1);
   const sun = placed(new DirectionalLight(0xffffff, 2.1), ...SUN);
   const rule = new MeshBasicMaterial({ transparent: true, opacity: 0.4, depthWrite: false });
-  const circle = placed(new Mesh(new RingGeometry(CIRCLE - 0.012, CIRCLE, 96), rule), 0, 0, GROUND);
+  const circle = placed(new Mesh(new RingGeometry(CIRCLE - LINE[pause ? 1 : 0], CIRCLE, 96), rule), 0, 0, GROUND);
   scene.add(sky, sun, circle);
 
   // The shadow is the vehicle's outline pressed onto the ground; no pixel of it is darkened twice.

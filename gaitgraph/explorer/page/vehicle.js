@@ -84,7 +84,8 @@ function solidIn(root, scene, canvas) {
     at(posture) {
       scene.pose(posture);
       const isHeld = posture.shares.every((share) => share !== null);
-      const text = isHeld ? "" : "No hover thrusts: nothing holds the vehicle level here.";
+      const held = isHeld ? "" : "No hover thrusts: nothing holds the vehicle level here.";
+      const text = [posture.name, held].filter(Boolean).join(". ");
       if (note.textContent !== text) note.textContent = text;
     },
     rest: scene.rest,
@@ -93,7 +94,7 @@ function solidIn(root, scene, canvas) {
 }
 
 const nothing = (isTable) =>
-  html("p", { class: "nothing" }, isTable ? "Not drawn for this table." : "Drawn here, once there is a gait.");
+  html("p", { class: "nothing" }, isTable ? "Not drawn for this table." : "No gait to draw.");
 
 function drawingIn(root) {
   let vehicleView = null;

@@ -30,7 +30,7 @@ export function verdictOf(report, advice = null) {
 }
 
 function outline(report) {
-  const length = Number.isFinite(report.length) ? `length ${number(report.length)} rad` : `${report.rows} rows`;
+  const length = Number.isFinite(report.length) ? `length ${angle(report.length)} rad` : `${report.rows} rows`;
   return [report.color, SIGNS[report.sign], length].filter(Boolean).join(", ");
 }
 
@@ -78,7 +78,7 @@ function folded(key, title, open, ...children) {
 
 function facts(report) {
   const yesNo = (value) => (value === null || value === undefined ? null : value ? "yes" : "no");
-  const rad = (value) => (Number.isFinite(value) ? `${number(value)} rad` : null);
+  const rad = (value) => (Number.isFinite(value) ? `${angle(value)} rad` : null);
   const rows = [
     ["sheet", report.color && [report.color, SIGNS[report.sign] ?? report.sign].filter(Boolean).join(", ")],
     ["rows", report.rows === undefined ? null : String(report.rows)],
@@ -180,7 +180,7 @@ function others(report, onTake) {
       "li",
       { class: "other" },
       html("span", { class: `sheet-key ${other.color}`, "aria-hidden": "true" }),
-      html("span", {}, `${words}, ${number(other.length)} rad: ${other.flyable ? "flyable" : rules}`),
+      html("span", {}, `${words}, ${angle(other.length)} rad: ${other.flyable ? "flyable" : rules}`),
       other.color === "mixed" ? null : take,
     );
   };

@@ -1,0 +1,12 @@
+"""Certificates: what proves a gait, and the short program that checks it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from gaitgraph._lazy import lazy_names
+
+if TYPE_CHECKING:
+    from gaitgraph.certificates.making import Certified as Certified, certify as certify
+else:
+    __getattr__, __dir__ = lazy_names(__name__)

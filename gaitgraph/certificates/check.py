@@ -1,0 +1,200 @@
+"""Check the certificate of a gait with the standard library alone: ``python check.py gait.cert.json``.
+
+Sines and cosines are integers times 2^-96 with bounds of their errors; the matrix is that of Shen, Ma and Tsuchiya
+(2022). Exit codes: 0 every claim is proved, 1 one is not, 2 it is no certificate.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+from fractions import Fraction
+from functools import lru_cache, partial
+from itertools import pairwise
+from math import comb, lcm
+from pathlib import Path
+from typing import Any, NamedTuple
+
+ONE, ZERO = 1 << 96, Fraction(0)
+Polynomial = list[Fraction]  # coefficients, the lowest power first
+NUMBER = re.compile(r"-?[0-9]{1,40}(\.[0-9]{1,60}|/[1-9][0-9]{0,59})?")  # exact: a decimal or a fraction
+POSITIVE = re.compile(r"(?=[0-9.]*[1-9])[0-9]{1,40}(\.[0-9]{1,60}|/[1-9][0-9]{0,59})?")
+TEXT, FOUR, COVER = "(?s:.{0,1000})", [NUMBER, 4, 5], {"cover": [[NUMBER, 2, 10**6], 1, 10**6]}
+ORDERS = {"tilt": 0, "rate": 1, "acceleration": 2, "jerk": 3}  # claims about derivatives by time
+CLAIMS = {name: {"at_least": FOUR, "at_most": FOUR, **COVER} for name in ORDERS} | {
+    "least_singular_value": {"at_least": NUMBER, **COVER}, "sign_of_R": {"sign": "positive|negative", **COVER},
+    "hover_thrust": {"at_least": NUMBER, "at_most": NUMBER, **COVER}, "attitude": {"tilt": NUMBER, **COVER},
+    "joints": {"rate_jump": NUMBER, "acceleration_jump": NUMBER},
+}  # fmt: skip
+CONSTANTS = dict.fromkeys(("drag_coefficient", "thrust_coefficient", "arm_length"), POSITIVE)
+FORM = {  # of a document: objects by their names, lists by what is in them and their lengths, texts by what they match
+    "format": "gaitgraph certificate 1", "made_by": TEXT, "digest": "([0-9a-f]{64})?", "deviation": NUMBER,
+    "vehicle": {"name": TEXT, **CONSTANTS, "first_rotor_spin": "clockwise|counterclockwise"}, "law": [NUMBER, 2, 9],
+    "pieces": [{"alpha": [[NUMBER, 1, 25], 2, 5, 2], "duration": POSITIVE}, 1, 10**6], "claims": CLAIMS,
+}  # fmt: skip
+
+
+class Bounds(NamedTuple):
+    """Of a function f of u in [-1, 1]: f(0) is within error of value, (f(u) - f(0)) / u within spread of slope."""
+
+    value: int
+    error: int
+    slope: int
+    spread: int
+
+    def __add__(self, other: Bounds) -> Bounds:  # type: ignore[override]
+        (v1, e1, s1, r1), (v2, e2, s2, r2) = self, other
+        return Bounds(v1 + v2, e1 + e2, s1 + s2, r1 + r2)
+
+    def __sub__(self, other: Bounds) -> Bounds:
+        return self + Bounds(-other.value, other.error, -other.slope, other.spread)
+
+    def __mul__(self, other: Bounds) -> Bounds:  # type: ignore[override]
+        # f g - f0 g0 = (f - f0) (g + g0)/2 + (g - g0) (f + f0)/2, and (g + g0)/2 is within e2 + |g - g0|/2 of g0.
+        (v1, e1, s1, r1), (v2, e2, s2, r2) = self, other
+        f, g, size1, size2 = abs(s1) + r1, abs(s2) + r2, abs(v1), abs(v2)
+        error, spread = size1 * e2 + (size2 + e2) * e1, r1 * size2 + r2 * size1 + f * (g + e2 + 1) + g * (e1 + 1)
+        return Bounds(v1 * v2 >> 96, (error >> 96) + 2, s1 * v2 + s2 * v1 >> 96, (spread >> 96) + 2)
+
+
+def enclosed(value: Fraction | int, *more: int, under: int = 1) -> Bounds:
+    """Return bounds of a polynomial of u, whose coefficients are divided by a number."""
+    return Bounds(value * ONE // under, 1, sum(more[:1]) * ONE // under, sum(map(abs, more[1:])) * ONE // under + 2)
+
+
+def around(polynomial: Polynomial, low: Fraction, high: Fraction) -> tuple[list[int], int]:
+    """Return a polynomial on an interval as one of u in [-1, 1]: coefficients times a number, and that number."""
+    n, over = len(polynomial) - 1, lcm(*(one.denominator for one in polynomial))
+    under = lcm(low.denominator, high.denominator)
+    start, end = (one.numerator * (under // one.denominator) for one in (low, high))
+    out = [a.numerator * (over // a.denominator) * (2 * under) ** (n - k) for k, a in enumerate(polynomial)]
+    for first in range(n):
+        for j in range(n - 1, first - 1, -1):
+            out[j] += (start + end) * out[j + 1]
+    return [a * (end - start) ** k for k, a in enumerate(out)], over * (2 * under) ** n
+
+
+def sine_and_cosine(angle: Bounds) -> list[Bounds]:
+    """Return the sine and the cosine of an angle."""
+    a, off, s, r = angle
+    if abs(a) > 4 * ONE:
+        raise ValueError("angles must be at most 4 rad in size, got a larger one")
+    sums, term = [0, ONE], ONE
+    for k in range(1, 46):
+        term = term * a // (k << 96)  # a^k / k!
+        sums[(k + 1) % 2] += -term if k % 4 in (2, 3) else term
+    off += 200  # all errors of terms by rounding are below 100 in sum, the remainder is below 4^46 / 46! < 1 / ONE
+    # sin(a + d) - sin a = sin d cos a - (1 - cos d) sin a, where 1 - sin(d)/d is in [0, d²/6], (1 - cos d)/|d| in
+    # [0, |d|/2]; and cos(a + d) - cos a = -sin d sin a - (1 - cos d) cos a.
+    d, out = abs(s) + r, []
+    for value, first in ((sums[0], sums[1]), (sums[1], -sums[0])):
+        around = ((abs(first) + off) * (d * d // (6 << 96) + 1) + (abs(value) + off) * (d // 2 + 1) >> 96) + off + 1
+        out.append(Bounds(value, off, s * first >> 96, (d * around + r * abs(first) >> 96) + 2))
+    return out
+
+
+def motion(piece: dict[str, Any], order: int) -> list[Polynomial]:
+    """Return a derivative by time of the angles on a piece, of the share of its duration; order 0: of s."""
+    out = piece["moved" if order else "alpha"]
+    for _ in range(order):
+        out = [[k * a for k, a in enumerate(one)][1:] or [ZERO] for one in out]
+    return [[a / piece["duration"] ** order for a in one] for one in out]
+
+
+@lru_cache(maxsize=4096)
+def level_physics(k: Bounds, *angles: Bounds) -> tuple[Any, ...]:
+    """Return the level matrix M of the four thrusts, thrusts without torque, and their force in body axes."""
+    # M = [[0, x2, 0, -x4], [y1, 0, -y3, 0], [-z1, z2, -z3, z4], [c1, c2, c3, c4]] are torques / (L Kf), that about y
+    # with the other sign, and lift / Kf. The vertical part of the force is det M = 2 kappa R.
+    turned = [(s, c, k * s, k * c) for s, c in map(sine_and_cosine, angles)] * 2
+    (s1, c1, p1, q1), (s2, c2, p2, q2), (s3, c3, p3, q3), (s4, c4, p4, q4) = turned[:4]
+    x2, y1, x4, y3 = c2 - p2, c1 + p1, c4 - p4, c3 + p3
+    z1, z2, z3, z4 = q1 - s1, q2 + s2, q3 - s3, q4 + s4
+    p, q = z2 * x4 + z4 * x2, z1 * y3 + z3 * y1
+    t1, t2, t3, t4 = thrusts = y3 * p, x4 * q, y1 * p, x2 * q
+    force = s2 * t2 - s4 * t4, s3 * t3 - s1 * t1, c1 * t1 + c2 * t2 + c3 * t3 + c4 * t4
+    return ((x2, x4), (y1, y3), (z1, z2, z3, z4), (c1, c2, c3, c4)), thrusts, force
+
+
+def proves(name: str, claim: Any, kappa: Bounds, curves: list[Polynomial], *ends: Fraction) -> bool:
+    """Return whether a claim holds on an interval, on which the angles or their derivatives are the curves."""
+    found = [around(one, *ends) for one in curves]
+    if name in ORDERS:  # odd powers of u lie between -1 and 1, even ones between 0 and 1
+        least = [Fraction(a[0] + sum(min(x, -x * (k % 2)) for k, x in enumerate(a) if k), n) for a, n in found] * 2
+        most = [Fraction(a[0] + sum(max(x, -x * (k % 2)) for k, x in enumerate(a) if k), n) for a, n in found] * 2
+        return all(map(Fraction.__le__, claim["at_least"], least)) and all(map(Fraction.__le__, most, claim["at_most"]))
+    rows, thrusts, (fx, fy, fz) = level_physics(kappa, *(enclosed(*a, under=n) for a, n in found))
+    if name == "least_singular_value":  # M M' - floor² 1 = [[a, 0, u, v], [0, b, w, t], [u, w, c, e], [v, t, e, d]]
+        (x2, x4), (y1, y3), (z1, z2, z3, z4), (c1, c2, c3, c4) = rows
+        a, b, c, d = (sum((i * i for i in row), enclosed(-(claim["at_least"] ** 2))) for row in rows)
+        e, u, v = z2 * c2 + z4 * c4 - z1 * c1 - z3 * c3, x2 * z2 - x4 * z4, x2 * c2 - x4 * c4
+        w, t, ab = y3 * z3 - y1 * z1, y1 * c1 - y3 * c3, a * b
+        bu, bv, aw, at = b * u, b * v, a * w, a * t
+        left = bu * (u * d - v * e) + bv * (v * c - u * e) + aw * (w * d - t * e) + at * (t * c - w * e)
+        last = ab * (c * d - e * e) - left + (u * t - v * w) * (u * t - v * w)
+        parts = [a, ab, ab * c - bu * u - aw * w, last]  # the leading minors
+    elif name == "sign_of_R":
+        parts = [fz if (kappa.value > 0) == (claim["sign"] == "positive") else enclosed(ZERO) - fz]
+    elif name == "hover_thrust":  # the share of the weight is thrust / fz
+        least, most = enclosed(claim["at_least"]) * fz, enclosed(claim["at_most"]) * fz
+        parts = [fz, *(part for thrust in thrusts for part in (thrust - least, most - thrust))]
+        parts = parts if fz.value > 0 else [enclosed(ZERO) - part for part in parts]
+    else:  # attitude: the determinant is the product of the force and the vertical in body axes
+        sine, cosine = sine_and_cosine(enclosed(claim["tilt"]))
+        parts = [cosine, fz * fz * cosine * cosine - (fx * fx + fy * fy) * sine * sine]
+    return all(part.value - part.error > abs(part.slope) + part.spread for part in parts)
+
+
+def parsed(value: Any, form: Any, what: str) -> Any:
+    """Return a value of a form, its numbers as fractions; an object comes as a tuple of pairs."""
+    found = sorted(name for name, _ in value) if isinstance(value, tuple) else []
+    if isinstance(form, dict) and found and found == sorted({*found, "joints"} & {*form} if form is CLAIMS else form):
+        return {name: parsed(dict(value)[name], form[name], name) for name in form if name in found}
+    if isinstance(form, list) and isinstance(value, list) and len(value) in range(*form[1:]):
+        return [parsed(one, form[0], what) for one in value]
+    if isinstance(form, (str, re.Pattern)) and isinstance(value, str) and re.fullmatch(form, value):
+        return Fraction(value) if isinstance(form, re.Pattern) else value
+    rule = f"an object with the names {', '.join(form)}, each once" if isinstance(form, dict) else f"the text {form}"
+    if not isinstance(form, (dict, str)):
+        rule = f"a list, its length in {range(*form[1:])}" if isinstance(form, list) else "an exact number in a text"
+    raise ValueError(f"{what} must be {rule}, got {repr(found or value)[:60]}")
+
+
+def check(text: str) -> list[tuple[str, str]]:
+    """Return each claim and the first place where it is not proved, if any; ValueError if it is no certificate."""
+    whole = parsed(json.loads(text, object_pairs_hook=tuple), FORM, "the document")
+    drag, thrust, arm = (whole["vehicle"][name] for name in CONSTANTS)
+    spin = 1 if whole["vehicle"]["first_rotor_spin"] == "clockwise" else -1
+    kappa, law, pieces, out = enclosed(spin * drag / (thrust * arm)), whole["law"], whole["pieces"], []
+    rise = [sum(a * comb(j, k) / comb(len(law) - 1, k) for k, a in enumerate(law[: j + 1])) for j in range(len(law))]
+    curved = any(len(one) > 2 for piece in pieces for one in piece["alpha"])
+    if rise[0] != 0 or rise[-1] != 1 or rise != sorted(rise) or (curved and len(law) > 2):
+        raise ValueError("law must rise from 0 to 1, evenly where pieces are curved, got another polynomial")
+    for piece in pieces:
+        piece["moved"] = [a if curved else [a[0], *(sum(a[1:]) * c for c in law[1:])] for a in piece["alpha"]]
+    for name, claim in whole["claims"].items():
+        missed, cover = [], claim.get("cover", [])
+        for order, most in enumerate([ZERO, *claim.values()] if name == "joints" else []):
+            at = [motion(piece, order) * 2 for piece in pieces]
+            for k, after in enumerate(at):
+                jumps = (abs(sum(a) - b[0]) for a, b in zip(at[k - 1], after, strict=False))
+                missed += [f"at the start of piece {k}"] * (max(jumps) > most)
+        rises = [one == sorted({ZERO, Fraction(1), *one}) and one[-1] - one[0] == 1 for one in cover]
+        if name != "joints" and rises != [True] * len(pieces):
+            raise ValueError(f"cover of {name} must rise from 0 to 1 on each piece, got another")
+        for k, breaks in enumerate(cover):
+            test = partial(proves, name, claim, kappa, motion(pieces[k], ORDERS.get(name, 0)))
+            missed += [f"on piece {k} from {a} to {b}" for a, b in pairwise(breaks) if not test(a, b)]
+        out.append((name, missed[0] if missed else ""))
+    return out
+
+
+if __name__ == "__main__":
+    try:
+        found = check(Path(sys.argv[-1]).read_text(encoding="utf-8"))
+    except (OSError, RecursionError, ValueError) as error:
+        print(f"{sys.argv[-1]}: {error}", file=sys.stderr)
+        sys.exit(2)
+    print("\n".join(f"NOT proved: {name} {place}" if place else f"proved: {name}" for name, place in found))
+    sys.exit(int(any(place for _, place in found)))

@@ -1,0 +1,207 @@
+"""Two witnesses of certificates, from the paper's equations and the format alone: Arb balls, and mpmath intervals.
+
+Neither uses the package, or the covers: each bisects until it can decide. The balls take arms and axes of the rotors
+(docs/theory.md, section 1), cofactors and elimination in M'M − σ²1; the intervals the zero-moment thrusts (sections 2
+and 3) and the Schur complement in MM' − σ²1, whose rows of roll and pitch are orthogonal. Claims of angles, rates and
+joints are exact polynomials, which may touch zero: each judges them to within 1e-18.
+"""
+
+from __future__ import annotations
+
+import json
+from fractions import Fraction
+from typing import Any
+
+import flint
+import mpmath
+from flint import arb, arb_series, fmpq, fmpq_poly
+
+ORDER = 4  # of the Taylor polynomials of the balls
+DERIVATIVES = {"tilt": 0, "rate": 1, "acceleration": 2, "jerk": 3}
+EXACT = {*DERIVATIVES, "joints"}
+iv = mpmath.ctx_iv.MPIntervalContext()
+iv.prec, flint.ctx.prec, flint.ctx.cap = 80, 128, ORDER + 1
+
+
+def exact(text: str) -> fmpq:
+    return fmpq(*Fraction(text).as_integer_ratio())
+
+
+class Certificate:
+    """The content of a certificate; κ is negative where the first rotor turns counterclockwise."""
+
+    def __init__(self, text: str) -> None:
+        document = json.loads(text)
+        vehicle, pieces, self.claims = document["vehicle"], document["pieces"], document["claims"]
+        drag, thrust, arm = (exact(vehicle[x]) for x in ("drag_coefficient", "thrust_coefficient", "arm_length"))
+        self.kappa = drag / (thrust * arm) * (1 if vehicle["first_rotor_spin"] == "clockwise" else -1)
+        self.law, self.durations = fmpq_poly(list(map(exact, document["law"]))), [exact(p["duration"]) for p in pieces]
+        self.pieces = [[fmpq_poly(list(map(exact, angle))) for angle in (piece["alpha"] * 2)[:4]] for piece in pieces]
+
+    def polynomials(self, name: str) -> list[list[fmpq_poly]]:
+        """Return for each piece the angles, or for EXACT, one by one, what is not negative where a claim holds."""
+        if name not in EXACT:
+            return self.pieces
+        moved, claim = [], self.claims[name]  # the angles, rates, accelerations and jerks by the share of a duration
+        for piece, duration in zip(self.pieces, self.durations, strict=True):
+            moved.append([piece, [angle(self.law).derivative() / duration for angle in piece]])
+            for _ in range(2):
+                moved[-1].append([q.derivative() / duration for q in moved[-1][-1]])
+        found = [self.law.derivative(), fmpq_poly([-abs(self.law(0)) - abs(self.law(1) - 1)])]
+        for k, derivatives in enumerate(moved):
+            if name == "joints":
+                for order, most in enumerate(["0", claim["rate_jump"], claim["acceleration_jump"]]):
+                    jumps = [a(1) - b(0) for a, b in zip(moved[k - 1][order], derivatives[order], strict=True)]
+                    found += [fmpq_poly([exact(most) - abs(jump)]) for jump in jumps]
+            else:
+                rows = derivatives[DERIVATIVES[name]], claim["at_least"], claim["at_most"]
+                for q, low, high in zip(*rows, strict=True):
+                    found += [q - exact(low), exact(high) - q]
+        return [[q] for q in found]
+
+
+def everywhere(holds: Any, piece: Any, low: Any, width: Any, depth: int = 50) -> bool:
+    """Return whether something is shown of a piece on all of [low, low + width], halved where that helps."""
+    halves = (low, low + width / 2)
+    more = (everywhere(holds, piece, x, width / 2, depth - 1) for x in halves if depth)
+    return holds(piece, low, width) or (depth > 0 and all(more))
+
+
+def powers(coefficients: list[Any], x: Any) -> Any:
+    total = x * 0
+    for c in reversed(coefficients):
+        total = total * x + c
+    return total
+
+
+def in_balls(it: Certificate, name: str, alpha: list[Any]) -> list[Any]:
+    """Return what is positive where a claim holds, for four angles that are balls, or series of balls."""
+    if name in EXACT:
+        return alpha
+    k, claim = arb(it.kappa), it.claims[name]
+    bounds = [arb(exact(claim[side])) for side in ("at_least", "at_most", "tilt") if side in claim]
+    axes, torques = [], []
+    for a, (ex, ey), spin in zip(alpha, [(1, 0), (0, 1), (-1, 0), (0, -1)], [k, -k, k, -k], strict=True):
+        s, c = a.sin(), a.cos()
+        n = (s * ey, -s * ex, c)  # cos α z + sin α e×z
+        axes.append(n)
+        torques.append((ey * c + spin * n[0], -ex * c + spin * n[1], ex * n[1] - ey * n[0] + spin * c))  # e×n + σκn
+    if name == "least_singular_value":
+        columns = [(*torque, n[2]) for torque, n in zip(torques, axes, strict=True)]
+        gram = [[sum(x * y for x, y in zip(p, q, strict=True)) for q in columns] for p in columns]
+        for i in range(4):
+            gram[i][i] -= bounds[0] * bounds[0]
+            for row in range(i):
+                share = gram[i][row] / gram[row][row]
+                gram[i] = [x - share * y for x, y in zip(gram[i], gram[row], strict=True)]
+        return [gram[i][i] for i in range(4)]
+    free = []  # thrusts without torque
+    for i in range(4):
+        a, b, c = torques[:i] + torques[i + 1 :]
+        minor = a[0] * (b[1] * c[2] - b[2] * c[1]) - b[0] * (a[1] * c[2] - a[2] * c[1])
+        free.append((minor + c[0] * (a[1] * b[2] - a[2] * b[1])) * (-1) ** (i + 1))
+    x, y, z = (sum(u * n[j] for u, n in zip(free, axes, strict=True)) for j in range(3))
+    if name == "sign_of_R":
+        return [z / k * {"positive": 1, "negative": -1}[claim["sign"]]]
+    if name == "hover_thrust":
+        return [side for u in free for side in (u / z - bounds[0], bounds[1] - u / z)]
+    s, c = bounds[0].sin_cos()
+    return [z * z * c * c - (x * x + y * y) * s * s]
+
+
+def proved_by_balls(it: Certificate, name: str) -> bool:
+    """Decide by Taylor polynomials about the middle, with the remainder's coefficient on the whole interval."""
+
+    def holds(piece: list[list[arb]], low: fmpq, width: fmpq) -> bool:
+        middle, step = arb(low + width / 2), arb(0, arb(width / 2))
+        try:
+            at, on = (
+                in_balls(it, name, [powers(q, arb_series([x, 1])) for q in piece]) for x in (middle, middle + step)
+            )
+        except (ValueError, ZeroDivisionError):  # a divisor's ball holds zero
+            return False
+        enclosures = [f[ORDER] for f in on]
+        for k in reversed(range(ORDER)):
+            enclosures = [x * step + f[k] for x, f in zip(enclosures, at, strict=True)]
+        return all(x > (-1e-18 if name in EXACT else 0) for x in enclosures)
+
+    pieces = ([list(map(arb, q.coeffs())) for q in piece] for piece in it.polynomials(name))
+    return all(everywhere(holds, piece, fmpq(0), fmpq(1)) for piece in pieces)
+
+
+def false_at_samples(it: Certificate, name: str, samples: int) -> bool:
+    """Return whether a claim is false at one of evenly spaced points of a piece, in 128 bits."""
+    points = [fmpq(i, samples) for i in range(samples + 1)]
+    where = [[arb(q(x)) for q in piece] for piece in it.polynomials(name) for x in points]
+    return any(value < 0 for alpha in where for value in in_balls(it, name, alpha))
+
+
+class Slope:
+    """A function on an interval U about m: its value at m, its range on U, and the range of its slopes to m."""
+
+    def __init__(self, at: Any, on: Any, slope: Any) -> None:
+        self.at, self.on, self.slope = at, on, slope
+
+    def __add__(self, x: Any) -> Slope:
+        x = x if isinstance(x, Slope) else Slope(x, x, 0)
+        return Slope(self.at + x.at, self.on + x.on, self.slope + x.slope)
+
+    def __mul__(self, x: Any) -> Slope:
+        x = x if isinstance(x, Slope) else Slope(x, x, 0)
+        return Slope(self.at * x.at, self.on * x.on, self.slope * x.on + self.at * x.slope)
+
+    def __sub__(self, x: Any) -> Any:
+        return self + x * -1
+
+    def __truediv__(self, x: Slope) -> Slope:
+        return Slope(self.at / x.at, self.on / x.on, (self.slope - self.at / x.at * x.slope) / x.on)
+
+    def sine_and_cosine(self) -> tuple[Slope, Slope]:
+        s, c = iv.sin(self.on), iv.cos(self.on)
+        return Slope(iv.sin(self.at), s, c * self.slope), Slope(iv.cos(self.at), c, -s * self.slope)
+
+
+def interval(number: fmpq | str) -> Any:
+    return iv.mpf(Fraction(str(number)).numerator) / Fraction(str(number)).denominator
+
+
+def in_intervals(it: Certificate, name: str, alpha: list[Slope]) -> list[Slope]:
+    """Return what is positive where a claim holds."""
+    if name in EXACT:
+        return alpha
+    trig, claim, k = [a.sine_and_cosine() for a in alpha], it.claims[name], interval(it.kappa)
+    (s1, c1), (s2, c2), (s3, c3), (s4, c4) = trig
+    C1, C2, C3, C4 = (c + s * x for (s, c), x in zip(trig, [k, -k, k, -k], strict=True))  # cos β / cos δ
+    S1, S2, S3, S4 = (s - c * x for (s, c), x in zip(trig, [k, -k, k, -k], strict=True))  # sin β / cos δ
+    if name == "least_singular_value":
+        square = interval(claim["at_least"]) * interval(claim["at_least"])
+        roll, pitch = C2 * C2 + C4 * C4 - square, C1 * C1 + C3 * C3 - square
+        a, b = C4 * S4 - C2 * S2, C1 * S1 - C3 * S3  # yaw with roll and with pitch
+        e, f = C2 * c2 - C4 * c4, C3 * c3 - C1 * c1  # altitude with roll and with pitch
+        yaw = S1 * S1 + S2 * S2 + S3 * S3 + S4 * S4 - square - a * a / roll - b * b / pitch
+        altitude = c1 * c1 + c2 * c2 + c3 * c3 + c4 * c4 - square - e * e / roll - f * f / pitch
+        both = S1 * c1 + S2 * c2 + S3 * c3 + S4 * c4 + a * e / roll + b * f / pitch
+        return [roll, pitch, yaw, yaw * altitude - both * both]
+    x, y = S1 * C3 + C1 * S3, S2 * C4 + C2 * S4
+    u = (y * C3 * -1, x * C4, y * C1 * -1, x * C2)  # zero-moment thrusts
+    N = (u[1] * s2 - u[3] * s4, u[2] * s3 - u[0] * s1, u[0] * c1 + u[1] * c2 + u[2] * c3 + u[3] * c4)
+    if name == "sign_of_R":
+        return [N[2] * {"positive": -1, "negative": 1}[claim["sign"]] * (-1 if it.kappa < 0 else 1)]  # det M = −N_z
+    if name == "hover_thrust":
+        low, high = (interval(claim[side]) for side in ("at_least", "at_most"))
+        return [side for thrust in u for side in (thrust / N[2] - low, thrust / N[2] * -1 + high)]
+    s, c = iv.sin(interval(claim["tilt"])), iv.cos(interval(claim["tilt"]))
+    return [N[2] * N[2] * c * c - (N[0] * N[0] + N[1] * N[1]) * s * s]
+
+
+def proved_by_intervals(it: Certificate, name: str) -> bool:
+    """Decide by ranges and by slopes to the middle, whichever is narrower."""
+
+    def holds(piece: list[list[Any]], low: Any, width: Any) -> bool:
+        reach, step = iv.mpf([low.a, (low + width).b]), iv.mpf([-(width / 2).b, (width / 2).b])
+        alpha = [powers(q, Slope(low + width / 2, reach, iv.mpf(1))) for q in piece]
+        least = -1e-18 if name in EXACT else 0
+        return all(max(q.on.a, (q.at + q.slope * step).a) > least for q in in_intervals(it, name, alpha))
+
+    pieces = ([list(map(interval, q.coeffs())) for q in piece] for piece in it.polynomials(name))
+    return all(everywhere(holds, piece, iv.mpf(0), iv.mpf(1)) for piece in pieces)

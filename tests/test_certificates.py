@@ -1,0 +1,355 @@
+"""Certificates: what is made is proved by the checker alone; what is false, or no certificate, is not."""
+
+from __future__ import annotations
+
+import ast
+import json
+import math
+import subprocess
+import sys
+from fractions import Fraction
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import gaitgraph as gg
+from gaitgraph.certificates import check
+from gaitgraph.errors import Infeasible, InputError
+from gaitgraph.gait.gait import paper_gait
+from gaitgraph.invertibility.matrices import (
+    coefficients_of,
+    control_force_matrix,
+    hover_thrust_shares,
+    least_singular_value,
+    level_determinant,
+    scaled_decoupling_matrix,
+)
+from gaitgraph.timing.time_optimal import limits_of
+
+CHECKER = Path(check.__file__)
+LOOP = [(0.4, -1.2), (0.4, -0.4), (1.2, -0.4)]
+
+
+@pytest.fixture(scope="module")
+def gait3() -> dict[str, Any]:
+    document: dict[str, Any] = gg.certify("gait3", tilt="60deg").document
+    timed = gg.certify(paper_gait(3, gg.PAPER, coefficients_of()).parametrize()).document
+    timed["claims"]["attitude"] = document["claims"]["attitude"]
+    return timed
+
+
+def proved(document: dict[str, Any]) -> dict[str, bool]:
+    return {name: not place for name, place in check.check(json.dumps(document))}
+
+
+def changed(document: dict[str, Any], *path: Any, to: Any) -> dict[str, Any]:
+    copy = json.loads(json.dumps(document))
+    inner = copy
+    for key in path[:-1]:
+        inner = inner[key]
+    inner[path[-1]] = to
+    return dict(copy)
+
+
+def test_the_checker_is_short_and_stands_alone() -> None:
+    source = CHECKER.read_text(encoding="utf-8")
+    assert len(source.splitlines()) <= 200
+    modules = {node.module for node in ast.walk(ast.parse(source)) if isinstance(node, ast.ImportFrom)}
+    modules |= {one.name for node in ast.walk(ast.parse(source)) if isinstance(node, ast.Import) for one in node.names}
+    assert modules <= {*sys.stdlib_module_names}
+    assert not {"random", "math", "decimal"} & modules - {"math"}
+
+
+@pytest.mark.parametrize("number", [3, 4])
+def test_gaits_of_the_paper(number: int) -> None:
+    timed = paper_gait(number, gg.PAPER, coefficients_of()).parametrize()
+    found = gg.certify(timed, tilt="60deg")
+    assert all(proved(found.document).values())
+    assert proved(found.document).keys() == check.CLAIMS.keys() - {"jerk"}
+    assert max(found.intervals.values()) <= 50
+    assert len(found.text()) <= 100_000
+    least = Fraction(found.document["claims"]["least_singular_value"]["at_least"])
+    assert 0.98 <= float(least) / (timed.check()["least_singular_value"].value or 0.0) < 1.0
+
+
+def random_plans(seed: int, count: int) -> list[gg.Plan]:
+    rng = np.random.default_rng(seed)
+    plans: list[gg.Plan] = []
+    while len(plans) < count:
+        limits: dict[str, Any] = {"max_tilt": rng.uniform(0.9, 1.5), "max_thrust": rng.uniform(2.0, 9.0)}
+        limits = {name: value for name, value in limits.items() if rng.random() < 0.3}
+        spin = str(rng.choice(["clockwise", "counterclockwise"]))
+        vehicle = gg.Vehicle(drag_ratio=10 ** rng.uniform(-1.2, 0.2), mass=1.0, first_rotor_spin=spin, **limits)
+        side = rng.choice([-1, 1])
+        points = side * rng.uniform(0, 1.5, (int(rng.integers(1, 6)), 2)) * [1, -1]
+        plan = gg.plan_loop(points, vehicle=vehicle, law=str(rng.choice(["smooth", "constant-speed"])))  # type: ignore[arg-type]
+        plans += [plan] * bool(plan)
+    return plans
+
+
+@pytest.mark.parametrize("count", [5, pytest.param(100, marks=pytest.mark.slow)])
+def test_every_flyable_plan_gets_a_certificate(count: int) -> None:
+    for plan in random_plans(count, count):
+        found = gg.certify(plan)
+        assert all(proved(found.document).values())
+        claims, alpha = found.document["claims"], plan.timed(samples=200).alpha
+        vehicle, exact = plan.gait.vehicle, coefficients_of(plan.gait.vehicle, "exact")
+        low, high = (float(Fraction(claims["hover_thrust"][key])) for key in ("at_least", "at_most"))
+        shares = hover_thrust_shares(alpha, vehicle)
+        assert low < shares.min()
+        assert shares.max() < high
+        assert np.min(least_singular_value(alpha, vehicle)) > float(
+            Fraction(claims["least_singular_value"]["at_least"])
+        )
+        sign = 1.0 if claims["sign_of_R"]["sign"] == "positive" else -1.0
+        assert (sign * level_determinant(alpha, exact) > 0).all()
+
+
+def curves() -> dict[str, Any]:
+    gait = gg.lift(LOOP, "red")
+    limited = gg.lift(LOOP, "red", vehicle=gg.PAPER.replace(max_tilt_rate=2.0, max_tilt_acceleration=20.0))
+    return {
+        "untimed": gait,
+        "posture": gg.lift(LOOP[:1], "red").parametrize(),
+        "constant speed": gait.parametrize(2.0, law="constant-speed"),
+        "rows": gait.parametrize(2.0).alpha,
+        "within limits": limited.parametrize(2.7),
+        "optimal": gg.optimal_gait(LOOP),
+        "least period": gg.least_period(limited, limits_of(limited.vehicle)),
+    }
+
+
+def test_every_kind_of_gait() -> None:
+    for name, gait in curves().items():
+        found = gg.certify(gait)
+        assert all(proved(found.document).values()), name
+        rates = "rate" in found.document["claims"]
+        assert rates == (name not in ("untimed", "rows")), name
+
+
+def test_the_curve_is_that_of_the_gait() -> None:
+    for name in ("within limits", "optimal", "least period"):
+        gait = curves()[name]
+        timed = gait if isinstance(gait, gg.TimedGait) else gait.timed() if name == "optimal" else gait.timed
+        document = gg.certify(gait).document
+        start = 0.0
+        for piece in document["pieces"][:10]:
+            for share in (0.0, 0.3, 0.9):
+                s = sum(float(a) * share**k for k, a in enumerate(document["law"]))
+                angles = [sum(float(a) * s**k for k, a in enumerate(one)) for one in piece["alpha"]] * 2
+                angles = angles[:4]
+                at = timed.at(start + share * float(Fraction(piece["duration"])))[0]
+                assert np.allclose(angles, at, rtol=0, atol=1e-9), name
+            start += float(Fraction(piece["duration"]))
+
+
+FALSE = [
+    (("least_singular_value", "at_least"), "0.4538"),
+    (("sign_of_R", "sign"), "positive"),
+    (("hover_thrust", "at_least"), "0.1288"),
+    (("hover_thrust", "at_most"), "0.6532"),
+    (("tilt", "at_most"), ["1.17", "1.2", "1.2", "1.2"]),
+    (("rate", "at_most"), ["5.89"] * 4),
+    (("acceleration", "at_least"), ["-72.5"] * 4),
+]
+
+
+@pytest.mark.parametrize(("path", "value"), FALSE)
+def test_what_is_false_is_not_proved(gait3: dict[str, Any], path: tuple[str, str], value: Any) -> None:
+    fine = [str(Fraction(k, 64)) for k in range(65)]
+    document = changed(changed(gait3, "claims", *path, to=value), "claims", path[0], "cover", to=[fine] * 4)
+    found = proved(document)
+    assert not found.pop(path[0])
+    assert all(found.values())
+
+
+def test_jumps_are_not_proved(gait3: dict[str, Any]) -> None:
+    for path, value in ((("pieces", 1, "alpha", 0, 0), "1.178"), (("law",), ["0", "1"])):
+        assert not proved(changed(gait3, *path, to=value))["joints"]
+
+
+MALFORMED = [
+    (("format",), "gaitgraph certificate 2"),
+    (("digest",), "12"),
+    (("vehicle", "arm_length"), "0.000"),
+    (("vehicle", "arm_length"), 0.1785),
+    (("vehicle", "first_rotor_spin"), "left"),
+    (("law",), ["0", "2", "-1.5"]),
+    (("law",), ["0", "-1", "2"]),
+    (("pieces", 0, "alpha"), [["0"]] * 3),
+    (("pieces", 0, "alpha", 0), ["0", "1", "1"]),
+    (("pieces",), []),
+    (("pieces", 0), {"alpha": []}),
+    (("pieces", 0, "duration"), "-1"),
+    (("pieces", 0, "alpha", 0, 0), "1e3"),
+    (("pieces", 0, "alpha", 0, 0), "1/0"),
+    (("pieces", 0, "alpha", 0, 0), "٣"),
+    (("pieces", 0, "alpha", 0, 0), "9" * 50),
+    (("pieces", 0, "alpha", 0, 0), math.nan),
+    (("pieces", 0, "alpha", 0, 0), True),
+    (("pieces", 0, "alpha", 0, 0), "1\n"),
+    (("claims",), {}),
+    (("claims", "more"), {"at_most": "1"}),
+    (("claims", "rate", "at_most"), ["1"] * 3),
+    (("claims", "tilt", "cover"), [["0", "1"]] * 3),
+    (("claims", "tilt", "cover"), [["0", "1"]] * 4 + [["0", "2"]]),
+    (("claims", "tilt", "cover", 2), ["0", "1/2"]),
+    (("claims", "tilt", "cover", 2), ["1/2", "1"]),
+    (("claims", "tilt", "cover", 2), ["0", "2/3", "1/3", "1"]),
+    (("claims", "tilt", "cover", 2), ["0", "1/2", "1/2", "1"]),
+    (("claims", "tilt", "cover", 2), ["-1", "0", "1", "2"]),
+]
+
+
+@pytest.mark.parametrize(("path", "value"), MALFORMED)
+def test_what_is_no_certificate_is_refused(gait3: dict[str, Any], path: tuple[Any, ...], value: Any) -> None:
+    with pytest.raises(ValueError, match=r"must .*, got "):
+        check.check(json.dumps(changed(gait3, *path, to=value)))
+
+
+def test_other_documents_are_refused(gait3: dict[str, Any]) -> None:
+    text = json.dumps(gait3)
+    twice = text.replace('"digest": ', '"digest": "", "digest": ', 1)
+    for other in ("", "[]", "{}", "null", "1", '"a"', text[:-9], "[" * 10**5, twice, "1" * 5000):
+        with pytest.raises((ValueError, RecursionError)):
+            check.check(other)
+
+
+def test_mutated_certificates_are_proved_only_if_true(gait3: dict[str, Any]) -> None:
+    rng, vehicle = np.random.default_rng(3), gg.PAPER
+    for _ in range(150):
+        piece, joint, term = (int(rng.integers(n)) for n in (4, 2, 2))
+        size = 10 ** rng.uniform(-6, 0.3) * rng.choice([-1, 1])
+        text = gait3["pieces"][piece]["alpha"][joint]
+        value = f"{float(text[term % len(text)]) + size:.9f}"
+        document = changed(gait3, "pieces", piece, "alpha", joint, term % len(text), to=value)
+        found, claims = proved(document), gait3["claims"]
+        share = np.linspace(0, 1, 50)
+        alpha = np.stack(
+            [np.polyval([float(a) for a in one[::-1]], share) for one in document["pieces"][piece]["alpha"] * 2],
+            axis=-1,
+        )
+        shares = hover_thrust_shares(alpha, vehicle)
+        if found["least_singular_value"]:
+            assert np.min(least_singular_value(alpha, vehicle)) > float(claims["least_singular_value"]["at_least"])
+        if found["hover_thrust"]:
+            assert shares.min() > float(claims["hover_thrust"]["at_least"])
+            assert shares.max() < float(claims["hover_thrust"]["at_most"])
+        if found["tilt"]:
+            assert (alpha <= [float(one) for one in claims["tilt"]["at_most"]]).all()
+
+
+def test_bounds_enclose_functions() -> None:
+    rng = np.random.default_rng(5)
+    u = np.linspace(-1, 1, 101)
+    for _ in range(200):
+        a, b, c, d = (int(one) for one in rng.integers(-2000, 2000, 4))
+        f, g = check.enclosed(50 * a, 50 * b, c, under=50_000), check.enclosed(c, d, under=1000)
+        left, right = (a + u * (b + c / 50 * u)) / 1000, (c + u * d) / 1000
+        for bounds, values in ((f * g, left * right), (f - g * g, left - right**2), *zip(
+            check.sine_and_cosine(f), (np.sin(left), np.cos(left)), strict=True
+        )):  # fmt: skip
+            value, error, slope, spread = (float(one) / check.ONE for one in bounds)
+            assert abs(values[50] - value) <= error + 1e-15
+            assert (np.abs(values - values[50] - slope * u) <= spread * np.abs(u) + 1e-14).all()
+            assert error < 1e-24
+
+
+def test_physics_is_that_of_the_matrices() -> None:
+    rng = np.random.default_rng(6)
+    for spin in ("clockwise", "counterclockwise"):
+        vehicle = gg.PAPER.replace(first_rotor_spin=spin)
+        kappa = check.enclosed(Fraction(vehicle.signed_drag_ratio))
+        for alpha in rng.uniform(-2, 2, (20, 4)):
+            point = [[Fraction(one)] for one in alpha.tolist()]
+            rows, thrusts, force = check.level_physics(kappa, *(check.enclosed(one[0]) for one in point))
+            shares = np.array([one.value / check.ONE for one in thrusts])
+            inputs = np.linalg.solve(scaled_decoupling_matrix(alpha, vehicle), [0, 0, 0, 1])
+            vertical = np.array([one.value / check.ONE for one in force])
+            assert np.allclose(shares / vertical[2], hover_thrust_shares(alpha, vehicle))
+            body = control_force_matrix(alpha, vehicle) @ inputs / vehicle.thrust_coefficient
+            assert np.allclose(vertical / vertical[2], body)
+            exact = coefficients_of(vehicle, "exact")
+            assert math.isclose(
+                vertical[2], 2 * vehicle.signed_drag_ratio * level_determinant(alpha, exact), abs_tol=1e-12
+            )
+            gram = scaled_decoupling_matrix(alpha, vehicle) @ scaled_decoupling_matrix(alpha, vehicle).T
+            for row, size in zip(rows, np.diag(gram), strict=True):
+                assert math.isclose(sum((one.value / check.ONE) ** 2 for one in row), size)
+            least = float(least_singular_value(alpha, vehicle))
+            for factor, holds in ((1 - 1e-9, True), (1 + 1e-9, False)):
+                claim, whole = {"at_least": Fraction(least * factor)}, (Fraction(0), Fraction(1))
+                assert check.proves("least_singular_value", claim, kappa, point, *whole) == holds
+
+
+def test_what_cannot_be_proved_is_refused() -> None:
+    limited = gg.lift(LOOP, "red", vehicle=gg.PAPER.replace(max_tilt_acceleration=1e4))
+    rows = np.column_stack([limited.parametrize(2.0).t, limited.parametrize(2.0).alpha])
+    table = dict(zip(("t", "alpha1", "alpha2", "alpha3", "alpha4"), rows[::7].T, strict=True))
+    for gait, options, reason in (
+        ("gait2", {}, "least singular value"),
+        (limited.parametrize(2.0, law="constant-speed"), {}, "infinite"),
+        (table, {"vehicle": limited.vehicle}, "--untimed"),
+    ):
+        with pytest.raises(Infeasible, match=reason):
+            gg.certify(gait, **options)  # type: ignore[arg-type]
+    assert "rate" not in gg.certify(table, vehicle=limited.vehicle, timing=False).document["claims"]
+    turned = np.array([[0.4, -0.4, 0.4, -0.4], [0.5, -0.5, 0.5, -0.5]]) + 2 * math.pi
+    with pytest.raises(InputError, match="at most 3.9 rad"):
+        gg.certify(gg.Gait(alpha=turned, colors=("red", "red")))
+    with pytest.raises(InputError, match="tilt"):
+        gg.certify("gait3", tilt="90deg")
+
+
+def test_covers_hold_from_0_to_1(gait3: dict[str, Any]) -> None:
+    for claim in gait3["claims"].values():
+        for breaks in claim.get("cover", []):
+            numbers = [Fraction(one) for one in breaks]
+            assert numbers[0] == 0
+            assert numbers[-1] == 1
+            assert all(a < b for a, b in pairwise(numbers))
+
+
+def test_the_checker_as_a_program(gait3: dict[str, Any], tmp_path: Path) -> None:
+    path = tmp_path / "gait.cert.json"
+    wrong = changed(gait3, "claims", "sign_of_R", "sign", to="positive")
+    for text, code in ((json.dumps(gait3), 0), (json.dumps(wrong), 1), ("{}", 2)):
+        path.write_text(text)
+        done = subprocess.run([sys.executable, "-I", CHECKER, path], capture_output=True, text=True, check=False)
+        assert done.returncode == code
+        assert (len(done.stderr.splitlines()), bool(done.stdout)) == ((1, False) if code == 2 else (0, True))
+
+
+def test_commands(run: Any, tmp_path: Path) -> None:
+    sent = ("plan", "--waypoint", "pi/8,-pi/8", "--waypoint", "3pi/8,-3pi/8", "--waypoint", "3pi/8,-pi/8")
+    assert run(*sent, "--output", "q.csv", "--certify").out.endswith("wrote q.csv\nwrote q.cert.json\n")
+    assert all(
+        json.loads(run("verify", "q.cert.json", "--json").out)["claims"][name] == "" for name in ("rate", "tilt")
+    )
+    assert "certificate" not in run("validate", "q.csv").out
+    assert run("certify", "q.csv", "--output", "again.json").code == 0
+    assert (tmp_path / "again.json").read_text() == (tmp_path / "q.cert.json").read_text()
+    rows = (tmp_path / "q.csv").read_text().replace("0.03,", "0.031,", 1)
+    (tmp_path / "q.csv").write_text(rows)
+    assert "the certificate 'q.cert.json' does not belong to these rows" in " ".join(
+        run("validate", "q.csv").out.split()
+    )
+    wrong = json.loads((tmp_path / "q.cert.json").read_text())
+    wrong["claims"]["sign_of_R"]["sign"] = "positive"
+    (tmp_path / "wrong.json").write_text(json.dumps(wrong))
+    found = run("verify", "wrong.json")
+    assert (found.code, "NOT proved: sign_of_R on piece 0 from 0 to 1" in found.out) == (1, True)
+    for args, code, message in (
+        (("certify", "gait1"), 1, "not flyable"),
+        (("certify", "gait3", "--output", "wrong.json"), 2, "exists"),
+        (("certify", "gait3", "--tilt", "2"), 2, "tilt must be"),
+        (("verify", "q.csv"), 2, "certificate 'q.csv'"),
+        (("verify", "none.json"), 2, "cannot be read"),
+        ((*sent, "--certify"), 2, "--certify must"),
+    ):
+        found = run(*args)
+        assert (found.code, len(found.err.splitlines())) == (code, 1), args
+        assert message in found.err
