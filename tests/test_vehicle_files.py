@@ -80,7 +80,16 @@ def test_models_read_back(run: Any, name: str) -> None:
     assert run("vehicles", "mine.toml", "--output", "model.xml").code == 2  # it exists
     found = read_description("model.xml")
     again = gg.Vehicle(**found.constants)
-    for field in ("mass", "inertia", "arm_length", "drag_to_thrust", "first_arm_angle", "rotor_height", "rotor_lag"):
+    for field in (
+        "mass",
+        "inertia",
+        "arm_length",
+        "drag_to_thrust",
+        "first_arm_angle",
+        "rotor_height",
+        "rotor_lag",
+        "max_tilt",
+    ):
         assert np.allclose(getattr(again, field) or 0, getattr(preset, field) or 0, rtol=1e-9, atol=1e-12), field
     assert again.first_rotor_spin == preset.first_rotor_spin
     alpha = RNG.uniform(-1, 1, (20, 4))
@@ -123,7 +132,7 @@ def test_px4_geometry_is_that_of_its_source(tmp_path: Path) -> None:
 
 
 def test_px4_quadrotor_is_a_vehicle(run: Any) -> None:
-    Path("x.params").write_text(parameters(QUAD, [135, 315, 45, 45], CA_SV_TL3_MAXA=60))
+    Path("x.params").write_text(parameters(QUAD, [135, 315, 45, 45], CA_SV_TL3_MAXA=45))
     found = run("vehicles", "--from", "x.params")
     assert found.code == 0
     assert "rotors 1, 3, 2, 4 of the file" in found.out
@@ -132,7 +141,10 @@ def test_px4_quadrotor_is_a_vehicle(run: Any) -> None:
     vehicle = vehicle_named("x.toml")
     assert vehicle.first_rotor_spin == "counterclockwise"
     assert vehicle.first_arm_angle == pytest.approx(-math.pi / 4)
-    assert (vehicle.rotor_height, vehicle.max_tilt) == pytest.approx((0.02, math.pi / 3))
+    assert vehicle.rotor_height == pytest.approx(0.02)
+    # Rotors 1, 3, 2, 4 of the file; the axis of rotor 4 points inward.
+    expected = [[-60, 90], [-60, 90], [-60, 90], [-45, 60]]
+    np.testing.assert_allclose(np.degrees(vehicle.tilt_range), expected, atol=1e-6)
     # The same tilt table, in both orders and senses, is the same matrix.
     mine, theirs = RNG.uniform(-1, 1, (2, 4)), read_description("x.params").geometry
     expected = Geometry.of_vehicle(vehicle).least_singular_value(mine)

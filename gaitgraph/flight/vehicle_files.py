@@ -91,7 +91,7 @@ def read_description(path: str | Path) -> Description:
             rotors, constants, notes = _of_px4(text), {}, []
         else:
             raise InputError("it must be URDF (<robot>), MJCF (<mujoco>) or parameters of PX4 (CA_ROTOR0_PX …)")
-        arms, reasons, order = _four_arms(rotors)
+        arms, reasons, order = _four_arms(rotors, constants.pop("max_tilt_rate", []))
         stated, rotors = _tidy({"name": path.stem, **arms, **constants}), [_tidy(rotor) for rotor in rotors]
         return Description(rotors=rotors, constants=stated, reasons=reasons, notes=(*notes, *order))
     except GaitgraphError as error:
@@ -244,12 +244,15 @@ def _of_model(path: Path, text: str) -> tuple[list[dict[str, Any]], dict[str, An
     if swing:
         constants["arm_inertia"] = np.mean(swing)
     if rates:
-        constants["max_tilt_rate"] = min(rates)
+        constants["max_tilt_rate"] = rates
     return rotors, constants, notes
 
 
-def _four_arms(rotors: list[dict[str, Any]]) -> tuple[dict[str, Any], tuple[str, ...], list[str]]:
-    """Return constants of a vehicle, why the paper's method does not fit the rotors, and how its angles are theirs."""
+def _four_arms(rotors: list[dict[str, Any]], rates: list[float]) -> tuple[dict[str, Any], tuple[str, ...], list[str]]:
+    """Return constants of a vehicle, why the paper's method does not fit the rotors, and how its angles are theirs.
+
+    `rates` are the largest tilt rates in the order of the rotors, where the file states them [rad/s].
+    """
     count, up = len(rotors), np.array([rotor.get("thrust_axis", [0, 0, 1])[2] for rotor in rotors])
     place, axis = (np.array([rotor.get(name, [0, 0, 0]) for rotor in rotors]) for name in ("position", "tilt_axis"))
     length, angle = np.hypot(place[:, 0], place[:, 1]), np.arctan2(place[:, 1], place[:, 0])
@@ -284,9 +287,16 @@ def _four_arms(rotors: list[dict[str, Any]]) -> tuple[dict[str, Any], tuple[str,
     if inward.any():
         which = ", ".join(str(k + 1) for k in np.flatnonzero(inward))
         notes.append(f"tilt axes of rotors {which} of the file point inward: their angles have the other sign there")
-    ranges = np.abs([rotor["tilt_range"] for rotor in rotors if "tilt_range" in rotor])
-    if len(ranges):
-        constants["max_tilt"] = ranges.min()
-        if np.ptp(ranges) > 1e-9:
-            notes.append("max_tilt is the largest symmetric range that all servos have")
+    ranges = np.array([rotor.get("tilt_range", [-math.pi, math.pi]) for rotor in rotors])
+    if any("tilt_range" in rotor for rotor in rotors):
+        low, high = np.clip(np.where(inward[:, None], -ranges[:, ::-1], ranges)[order], -math.pi, math.pi).T
+        constants["max_tilt"] = _one_or_four(high)
+        if np.abs(low + high).max() > 1e-9:
+            constants["min_tilt"] = _one_or_four(low)
+    if rates:
+        constants["max_tilt_rate"] = _one_or_four(np.array(rates)[order]) if len(rates) == count else min(rates)
     return constants, (), notes
+
+
+def _one_or_four(values: FloatArray) -> Any:
+    return values if np.ptp(values) > 1e-9 else values[0]

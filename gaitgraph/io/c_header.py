@@ -35,7 +35,7 @@ _CUBIC_SHARE = 32.0
 def write_h(pieces: Iterable[Table], path: Path) -> None:
     """Write a new C header.
 
-    Rows are joined by cubics where the table has rates and accelerations, else by straight lines.
+    Rows are joined by cubics where the table has rates and accelerations and no linkage, else by straight lines.
     """
     table = merged_up_to(pieces, _MOST_ROWS + 1, "a C header")
     name = re.sub(r"[^A-Za-z0-9_]", "_", path.stem)[:60]
@@ -43,10 +43,12 @@ def write_h(pieces: Iterable[Table], path: Path) -> None:
         name = f"gait_{name.strip('_')}"[:60].rstrip("_")
     times, angles, closed = table["t"] - table["t"][0], table.alpha, is_closed(table.alpha)
     rates: Any = None
+    servos, states_rates = servos_of(table), ACCELERATIONS[0] in table and RATES[0] in table
+    is_linked = any(joint.linkage is not None for joint in servos.joints)  # then rates jump between rows
     accelerations: Any = None
     if len(times) == 1:  # a gait that is a point, once more
         times, angles, closed = np.array([0.0, 1.0]), np.vstack([angles, angles]), True
-    elif ACCELERATIONS[0] in table and RATES[0] in table and any(table[one].any() for one in ACCELERATIONS):
+    elif states_rates and not is_linked and any(table[one].any() for one in ACCELERATIONS):
         rates, accelerations = (np.column_stack([table[one] for one in names]) for names in (RATES, ACCELERATIONS))
     step = times[-1] / (len(times) - 1)
     if np.abs(times - step * np.arange(len(times))).max() > max(_EVEN * step, _NANOSECOND):
@@ -70,7 +72,6 @@ def write_h(pieces: Iterable[Table], path: Path) -> None:
         estimate = longest**2 * float(np.abs(changes).max(initial=0.0)) / (_CUBIC_SHARE if cubic else 8)
         bound = _proven_error(table, longest, cubic=cubic)
         off = f"about {estimate:.1e}" if bound is None else f"at most {1.06 * bound:.1e}"  # not less, to two digits
-    servos = servos_of(table)
     upper = name.upper()
     words = {"file": _harmless(path.name), "provenance": _harmless(provenance_text(table)), "tables": "\n".join(tables)}
     words |= {"name": name, "NAME": upper, "rows": str(rows), "off": off}
