@@ -435,7 +435,8 @@ export function pictureIn(root) {
     let text = `α1 ${place(point[0])} · α2 ${place(point[1])}`;
     const data = shown.map;
     const name = data?.shading === "R" ? "R" : "σ";
-    if (data?.sheet === "blue" && shown.state.view.shading !== "none") text += data.raised ? " · no gait surface" : ` · ${name} = 0 in exact physics`;
+    if (data?.sheet === "blue" && shown.state.view.shading !== "none")
+      text += data.raised ? " · no gait surface" : ` · ${name} = 0 in exact physics`;
     else if (data?.values && shown.state.view.shading !== "none") {
       const [column, row] = point.map((a) => Math.round(((a + HALF_PI) / Math.PI) * (data.n - 1)));
       const value = data.values[row * data.n + column];
