@@ -171,7 +171,8 @@ def test_where_the_method_does_not_fit_the_geometry_is_printed(run: Any, reason:
     assert reason in found.out
     assert reason in run("vehicles", "--from", "x.params", "--json").json["reasons"][0]
     geometry = geometry_from_mapping(tomllib.loads(found.out))
-    assert geometry.as_mapping() == read_description("x.params").geometry.as_mapping()
+    for field in ("position", "tilt_axis", "tilt_range", "moment_ratio"):
+        assert np.array_equal(getattr(geometry, field), getattr(read_description("x.params").geometry, field))
     Path("x.toml").write_text(found.out)
     assert run("plan", "--waypoint", "0,0", "--vehicle", "x.toml").code == 2
 

@@ -13,12 +13,13 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
 from gaitgraph.errors import GaitgraphError, InputError
 from gaitgraph.files import from_toml_file, text_of
-from gaitgraph.flight.engine import mujoco_library
+from gaitgraph.flight.engine import engine_warnings, mujoco_library
 from gaitgraph.invertibility.geometry import Geometry, geometry_from_mapping
 from gaitgraph.vehicle import UNITS, Vehicle, vehicle_named
 
@@ -164,19 +165,23 @@ def _of_model(path: Path, text: str) -> tuple[list[dict[str, Any]], dict[str, An
     """
     mujoco, hinge = mujoco_library(), 3  # mjJNT_HINGE
     try:
-        if "<robot" in text:
-            folder = json.dumps(str(path.parent.resolve()), ensure_ascii=False)[1:-1]
-            extension = f'<mujoco><compiler {_COMPILER} meshdir="{folder}"/></mujoco>'
-            text = re.sub(r"<robot\b[^>]*>", lambda start: start[0] + extension, text, count=1)
-            model = mujoco.MjModel.from_xml_string(text)
-        else:
-            model = mujoco.MjModel.from_xml_path(str(path))
+        with engine_warnings():
+            if "<robot" in text:
+                extension = f"<mujoco><compiler {_COMPILER} meshdir={quoteattr(str(path.parent.resolve()))}/></mujoco>"
+                text = re.sub(r"<robot\b[^>]*>", lambda start: start[0] + extension, text, count=1)
+                model = mujoco.MjModel.from_xml_string(text)
+            else:
+                model = mujoco.MjModel.from_xml_path(str(path))
+            data = mujoco.MjData(model)
+            mujoco.mj_kinematics(model, data)
+            mujoco.mj_comPos(model, data)
     except ValueError as error:
         hint = "; expand xacro first" if "xacro:" in text else ""
         raise InputError(f"the physics engine cannot read it ({' '.join(str(error).split())}){hint}") from None
-    data = mujoco.MjData(model)
-    mujoco.mj_kinematics(model, data)
-    mujoco.mj_comPos(model, data)
+    if not all(
+        (np.abs(one) <= 1e9).all() for one in (data.xipos, data.xanchor, model.body_inertia, model.actuator_gear)
+    ):
+        raise InputError("its numbers must be within ±1e9 (SI)")
     hinges = [k for k in range(model.njnt) if model.jnt_type[k] == hinge]
 
     def tilting(body: int, thrust: FloatArray) -> int | None:

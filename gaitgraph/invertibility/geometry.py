@@ -118,12 +118,6 @@ class Geometry:
         """The length L by which moments are divided: the mean distance of the rotors from body z [m]."""
         return float(np.hypot(self.position[:, 0], self.position[:, 1]).mean())
 
-    def as_mapping(self) -> dict[str, Any]:
-        """Return plain values, which :func:`geometry_from_mapping` reads back."""
-        rotors = [{field: getattr(self, field)[k].tolist() for field in _ROTOR} for k in range(len(self.position))]
-        kept = [{field: value for field, value in one.items() if np.isfinite(value).all()} for one in rotors]
-        return {"name": self.name, "rotor": kept}
-
     def _parts(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return A, B and C of dᵢ = A + B·cos αᵢ + C·sin αᵢ (Rodrigues), each of shape (N, 3)."""
         along = self.tilt_axis * np.sum(self.tilt_axis * self.thrust_axis, axis=1, keepdims=True)

@@ -410,10 +410,7 @@ class GeometryReport:
 
 
 def validate_geometry(
-    table: str | Path | npt.ArrayLike,
-    geometry: Geometry,
-    *,
-    floor: float = DEFAULT_FLOOR,
+    table: str | Path | npt.ArrayLike, geometry: Geometry, *, floor: float = DEFAULT_FLOOR
 ) -> GeometryReport:
     """Return whether rotors of any geometry can fly a tilt table, proven along the straight segments between its rows.
 
@@ -428,7 +425,8 @@ def validate_geometry(
     Returns
     -------
     GeometryReport
-        With the checks `least_singular_value`, `hover_thrust` (that of least norm, positive) and `tilt_range`.
+        With the checks `least_singular_value`, `hover_thrust`, unless the matrix is nearly singular, and
+        `tilt_range`, if there are ranges.
 
     Raises
     ------
@@ -470,11 +468,10 @@ def validate_geometry(
     lower, upper, segment, fraction = geometry.least_singular_value_along(starts, ends).worst()
     if lower < floor <= upper:
         lower, upper, segment, fraction = geometry.least_singular_value_along(starts, ends, tolerance=1e-6).worst()
-    proven = (
-        f"least singular value {figure(upper)} (proven lower bound {math.floor(1e4 * lower) / 1e4:g}, floor {floor:g})"
-    )
+    proven = math.floor(1e4 * lower) / 1e4
+    found = f"least singular value {figure(upper)} (proven lower bound {proven:g}, floor {floor:g})"
     ok, advice = lower >= floor, "the thrusts alone cannot make every moment and the vertical force there"
-    checks = [check("least_singular_value", ok, proven, advice, segment, fraction, value=upper, limit=floor)]
+    checks = [check("least_singular_value", ok, found, advice, segment, fraction, value=upper, limit=floor)]
     if lower >= LEAST_DECIDED:
         lower, upper, segment, fraction = geometry.least_hover_thrust_along(starts, ends).worst()
         found, advice = f"least hover thrust {figure(upper)} of m·g", "a rotor would have to idle or to push down"
