@@ -388,7 +388,7 @@ def rolling_value_below(floor: float, kappa: float, raised: float, tolerance: fl
     determinant = cosine(0, 1, size=lead) + cosine(1, 0, 2 * delta, squares / 2) + cosine(1, 0, 0.0, raised**2 / 2)
     return _where_it_holds(
         lead**2,
-        tolerance,
+        min(tolerance, floor / (16 * total)),  # P/cos²δ is steeper than the floor is high
         middle=lambda u: 2 * lead * line(u) - g * slope(u),
         discriminant=lambda u: g * (g * slope(u) ** 2 - 4 * lead * line(u) * slope(u) + 4 * lead**2 * (total - g)),
         scale=g * total**2 * (8 * total + g),
