@@ -16,12 +16,11 @@ import os
 from collections.abc import Callable, Mapping
 from dataclasses import MISSING, dataclass, fields
 from functools import partial
-from itertools import pairwise
 from pathlib import Path
 from typing import Any, Literal, get_args
 
 from gaitgraph._lazy import Pictured
-from gaitgraph.angles import angle_from_text, angle_within, number_of, text_from_angle
+from gaitgraph.angles import angle_from_text, angle_within, angles_from, number_of, text_from_angle
 from gaitgraph.errors import InputError, MissingConstant, check_fields, checked_choice, did_you_mean, shown
 from gaitgraph.files import from_toml_file
 
@@ -52,9 +51,9 @@ UNITS = {
 }
 _TILTS = ("max_tilt", "min_tilt")
 _ANGLES = ("max_tilt_rate", "max_tilt_acceleration", "max_tilt_jerk")
-_LEAST_TURN = 1e-6  # between two points of a linkage [rad]
+_LEAST_TURN, _LARGEST_TURN = 1e-6, 1e6  # between two points of a linkage [rad]
 _ROUNDING = 1e-12  # of an angle at a corner of a linkage [rad]
-_EACH = (*_TILTS, *_ANGLES, "servo_lag")
+_EACH = (*_TILTS, *_ANGLES, "servo_lag", "linkage")
 
 Each = float | tuple[float, ...]
 """A constant of all arms, or four of which some differ."""
@@ -154,17 +153,16 @@ class Vehicle(Pictured):
         if low is not None and stated["max_tilt"] is None:
             raise InputError(f"max_tilt must be stated (rad) beside min_tilt, got none; min_tilt is {shown(low)}")
         for field in UNITS:
-            if field in ("inertia", "rotor_height", "linkage") or (stated[field] is None and field != "gravity"):
+            if field in ("inertia", "rotor_height") or (stated[field] is None and field != "gravity"):
                 continue
-            convert = partial(_tilt, signed=low is not None) if field in _TILTS else _positive
+            tilt = partial(_tilt, signed=low is not None)
+            convert = {"linkage": linkage_of, **dict.fromkeys(_TILTS, tilt)}.get(field, _positive)
             stated[field] = _each(field, stated[field], convert)
         if (inertia := stated["inertia"]) is not None:
             if not isinstance(inertia, (list, tuple)) or len(inertia) != 3:
                 raise InputError(f"inertia must be three positive numbers (kg m²), got {shown(inertia)}")
             stated["inertia"] = tuple(_positive("inertia", part) for part in inertia)
         stated["first_arm_angle"] = angle_within(stated["first_arm_angle"], "first_arm_angle", 2 * math.pi)
-        if stated["linkage"] is not None:
-            stated["linkage"] = _linkages(stated["linkage"])
         checked_choice("first_rotor_spin", stated["first_rotor_spin"], get_args(Spin))
         for field, formula, over, under in (
             ("drag_to_thrust", "Km/Kf", "drag_coefficient", "thrust_coefficient"),
@@ -319,24 +317,22 @@ def scale_of(limit: Each | None) -> Any:
     return np.array(limit) if isinstance(limit, tuple) else 1.0
 
 
-def linkage_of(pairs: object, name: str = "linkage") -> Linkage:
+def linkage_of(name: str, pairs: object) -> Linkage:
     """Return pairs (servo angle, tilt angle), numbers [rad] or texts, in order; InputError unless it is monotone.
 
-    >>> linkage_of([("40deg", 0.5), (0.0, 0.0)])
+    >>> linkage_of("linkage", [("40deg", 0.5), (0.0, 0.0)])
     ((0.0, 0.0), (0.6981317007977318, 0.5))
     """
-    rows = [
-        row if isinstance(row, (list, tuple)) else () for row in (pairs if isinstance(pairs, (list, tuple)) else ())
-    ]
-    if len(rows) < 2 or any(len(row) != 2 for row in rows):
+    table = angles_from(pairs, name)
+    if table.ndim != 2 or len(table) < 2 or table.shape[1] != 2:
         raise InputError(f"{name} must be two or more pairs of a servo and a tilt angle (rad), got {shown(pairs)}")
-    table = sorted(((angle_from_text(a, name), angle_from_text(b, name)) for a, b in rows), key=lambda pair: pair[1])
-    turns = [after[0] - before[0] for before, after in pairwise(table)]
-    rises = [after[1] - before[1] for before, after in pairwise(table)]
-    if min(rises) < _LEAST_TURN or not (min(turns) >= _LEAST_TURN or max(turns) <= -_LEAST_TURN):
+    table = table[table[:, 1].argsort()]
+    turns, rises = (table[1:] - table[:-1]).T
+    one_way = turns * (1 if turns[0] > 0 else -1)
+    if not (_LEAST_TURN <= min(*one_way, *rises) <= max(*one_way, *rises) <= _LARGEST_TURN):
         rule = "monotone: tilt angles that all rise, or all fall, with the servo angle"
         raise InputError(f"{name} must be {rule}, got {shown(pairs)}")
-    return tuple(table)
+    return tuple(map(tuple, table.tolist()))
 
 
 def linked(linkage: Linkage, angles: Any, *, to_servo: bool = False) -> tuple[Any, Any]:
@@ -359,12 +355,15 @@ def linked(linkage: Linkage, angles: Any, *, to_servo: bool = False) -> tuple[An
     return wanted[piece] + slope * (angles - known[piece]), slope
 
 
-def _each(name: str, value: object, convert: Callable[[str, object], float]) -> Each:
-    """Return one number, or four if they differ."""
-    if name not in _EACH or not isinstance(value, (list, tuple)):
+def _each(name: str, value: object, convert: Callable[[str, Any], Any]) -> Any:
+    """Return one value, or four if they differ; a linkage is a list of lists itself."""
+    inner = value
+    for _ in range(2 if name == "linkage" else 0):
+        inner = inner[0] if isinstance(inner, (list, tuple)) and inner else None
+    if name not in _EACH or not isinstance(value, (list, tuple)) or not isinstance(inner, (list, tuple)):
         return convert(name, value)
     if len(value) != 4:
-        raise InputError(f"{name} must be one number or four, one for each arm, got {shown(value)}")
+        raise InputError(f"{name} must be one for all arms or four, one for each, got {shown(value)}")
     parts = tuple(convert(name, part) for part in value)
     return parts if len(set(parts)) > 1 else parts[0]
 
@@ -373,20 +372,6 @@ def _tilt(name: str, value: object, *, signed: bool) -> float:
     if signed:
         return angle_within(value, name, math.pi)
     return angle_within(_positive(name, value), name, math.pi, least=0.0)
-
-
-def _linkages(value: Any) -> Linkage | tuple[Linkage, ...]:
-    """Return one table, or four if they differ."""
-    try:
-        is_one = not isinstance(value[0][0], (list, tuple))
-    except (TypeError, LookupError):
-        is_one = True
-    if is_one:
-        return linkage_of(value)
-    if len(value) != 4:
-        raise InputError(f"linkage must be one table or four, one for each arm, got {len(value)} tables")
-    tables = tuple(linkage_of(one, f"linkage of arm {arm}") for arm, one in enumerate(value, start=1))
-    return tables if len(set(tables)) > 1 else tables[0]
 
 
 def _plain(value: Any) -> Any:

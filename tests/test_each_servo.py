@@ -39,10 +39,10 @@ FALLING = [(servo, -tilt) for servo, tilt in ((-1.5, -1.3), (-0.2, 0.1), (1.2, 1
 
 def test_how_four_are_stated(tmp_path: Path) -> None:
     expected = [[-math.pi / 3, 0.9], [-0.9, math.radians(70)], [-1.3, 0.6], [-0.7, 1.1]]
-    np.testing.assert_allclose(MINE.tilt_range, expected, rtol=1e-15)
+    np.testing.assert_allclose(np.array(MINE.tilt_range), np.array(expected), rtol=1e-15)
     curved = MINE.replace(linkage=[CURVE, FALLING, CURVE, [[3, 1], [-3, -1]]])
     narrowed = [[-math.radians(50), 0.9], [-0.9, math.radians(70)], [-math.radians(50), 0.6], [-0.7, 1.0]]
-    np.testing.assert_allclose(curved.tilt_range, narrowed, rtol=1e-15)
+    np.testing.assert_allclose(np.array(curved.tilt_range), np.array(narrowed), rtol=1e-15)
     for one in (MINE, curved, PAPER.replace(linkage=CURVE)):
         stated = one.as_mapping()
         assert vehicle_from_mapping(json.loads(json.dumps(stated))) == one
@@ -61,8 +61,8 @@ def test_how_four_are_stated(tmp_path: Path) -> None:
 
 
 BAD: list[tuple[dict[str, Any], str]] = [
-    ({"max_tilt": [1, 1, 1]}, "max_tilt must be one number or four, one for each arm, got [1, 1, 1]"),
-    ({"servo_lag": []}, "servo_lag must be one number or four, one for each arm, got []"),
+    ({"max_tilt": [1, 1, 1]}, "max_tilt must be one for all arms or four, one for each, got [1, 1, 1]"),
+    ({"servo_lag": []}, "servo_lag must be one for all arms or four, one for each, got []"),
     ({"max_tilt_rate": [1, 2, 3, "x"]}, "max_tilt_rate must be a finite number in radians, or a text"),
     ({"max_tilt_rate": [1, 2, 3, -4]}, "max_tilt_rate must be a positive finite number (rad/s), got -4"),
     ({"max_tilt": [1, 1, 1, -1]}, "max_tilt must be a positive finite number (rad), got -1"),
@@ -75,13 +75,15 @@ BAD: list[tuple[dict[str, Any], str]] = [
     ({"max_tilt": 1, "linkage": [[0, 1.1], [1, 2]]}, "the linkage of the arm, got 1.1 to 1 rad for arm 1"),
     ({"linkage": [[0, 0]]}, "linkage must be two or more pairs of a servo and a tilt angle (rad), got [[0, 0]]"),
     ({"linkage": 3}, "linkage must be two or more pairs"),
-    ({"linkage": {}}, "linkage must be two or more pairs"),
+    ({"linkage": [[0, 0], [1, math.inf]]}, "linkage must be monotone"),
+    ({"linkage": {}}, "linkage must be finite numbers in radians"),
     ({"linkage": [[0, 0, 0], [1, 1, 1]]}, "linkage must be two or more pairs"),
     ({"linkage": [[0, 0], [1, 1], [2, 0.5]]}, "linkage must be monotone: tilt angles that all rise, or all fall"),
     ({"linkage": [[0, 0], [1, 1], [1, 2]]}, "linkage must be monotone"),
-    ({"linkage": [[0, 0], [1, "one"]]}, "linkage must be a finite number in radians"),
-    ({"linkage": [CURVE] * 3}, "linkage must be one table or four, one for each arm, got 3 tables"),
-    ({"linkage": [CURVE, CURVE, CURVE, [[0, 0]]]}, "linkage of arm 4 must be two or more pairs"),
+    ({"linkage": [[0], [1, 2]]}, "linkage must be finite numbers in radians"),
+    ({"linkage": [[0, 0], [1, "one"]]}, "linkage must be finite numbers in radians"),
+    ({"linkage": [CURVE] * 3}, "linkage must be one for all arms or four, one for each, got ["),
+    ({"linkage": [CURVE, CURVE, CURVE, [[0, 0]]]}, "linkage must be two or more pairs"),
 ]
 
 

@@ -167,7 +167,7 @@ def test_every_attribute_of_an_edge_is_what_sampling_shows(vehicle: gg.Vehicle, 
         margins.append(1 - shares.max(axis=(1, 2)) * vehicle.mass * float(vehicle.gravity) / vehicle.max_thrust)
     margin = np.min(margins, axis=0)
     tilt = np.abs(along).max(axis=(1, 2))
-    expected = (margin > 0) & (tilt <= (vehicle.max_tilt or pi) + 1e-9)
+    expected = (margin > 0) & (tilt <= (vehicle.tilt_range or [(-pi, pi)])[0][1] + 1e-9)
     decided = np.abs(margin) > 1e-3
     assert np.count_nonzero(decided) > 0.8 * len(decided)
     np.testing.assert_array_equal(arrays.flyable[smooth][decided], expected[decided])

@@ -143,8 +143,8 @@ def test_px4_quadrotor_is_a_vehicle(run: Any) -> None:
     assert vehicle.first_arm_angle == pytest.approx(-math.pi / 4)
     assert vehicle.rotor_height == pytest.approx(0.02)
     # Rotors 1, 3, 2, 4 of the file; the axis of rotor 4 points inward.
-    expected = [[-60, 90], [-60, 90], [-60, 90], [-45, 60]]
-    np.testing.assert_allclose(np.degrees(vehicle.tilt_range), expected, atol=1e-6)
+    ranges = np.array([[-60, 90], [-60, 90], [-60, 90], [-45, 60]])
+    np.testing.assert_allclose(np.degrees(np.array(vehicle.tilt_range)), ranges, atol=1e-6)
     # The same tilt table, in both orders and senses, is the same matrix.
     mine, theirs = RNG.uniform(-1, 1, (2, 4)), read_description("x.params").geometry
     expected = Geometry.of_vehicle(vehicle).least_singular_value(mine)

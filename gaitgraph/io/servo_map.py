@@ -309,7 +309,7 @@ def _parsed(joint: dict[str, Any]) -> dict[str, Any]:
     if "zero" in parsed:
         parsed["zero"] = angle_from_text(parsed["zero"], f"{who}: zero")
     if parsed.get("linkage") is not None:
-        parsed["linkage"] = linkage_of(parsed["linkage"], f"{who}: linkage")
+        parsed["linkage"] = linkage_of(f"{who}: linkage", parsed["linkage"])
     if isinstance(limits := parsed.get("limits"), tuple):
         parsed["limits"] = tuple(angle_from_text(one, f"{who}: limits") for one in limits)
     return parsed

@@ -138,8 +138,9 @@ def _model_of(entry: Any, folder: Path, random: bool) -> Model:
         raise InputError(f"it must be a preset, a .toml file or a table of constants, got {shown(entry)}")
     constants, varied = dict[str, Any](constants), {}
     for name, value in list(constants.items()):
-        # Three plain numbers are one inertia; a list of such lists varies it.
+        # Three plain numbers are one inertia; a list of such lists varies it. Linkages do not vary.
         one = name == "inertia" and isinstance(value, list) and value and not isinstance(value[0], list)
+        one = one or name == "linkage"
         if name != "name" and isinstance(value, (list, dict)) and not one:
             varied[name] = constants.pop(name)
     file = constants.pop("file", None)
@@ -152,6 +153,9 @@ def _model_of(entry: Any, folder: Path, random: bool) -> Model:
     start = vehicle_from_mapping(constants) if base is None else base.replace(**constants)
 
     def checked(name: str, value: Any) -> Any:
+        if name != "inertia" and isinstance(value, list):
+            remedy = "a vehicle with one for each arm is a .toml file"
+            raise InputError(f"{name} must be a list of numbers, which vary it, got {shown(value)} in it; {remedy}")
         return getattr(start.replace(**{name: value}), name)
 
     axes = {name: _axis_of(value, name, partial(checked, name), random=random) for name, value in varied.items()}

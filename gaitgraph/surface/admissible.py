@@ -413,7 +413,10 @@ def _admissible(
         kept = thrust_region(max(share - _DECIDED_THRUST, share / 2), vehicle, accuracy=accuracy)
         region &= region_of([kept.inner, within.outer], accuracy, *within.conditions)
     if (limits := vehicle.tilt_range) is not None:
-        low, high = _on_red(limits)
+        # Opposite arms tilt alike on red.
+        pairs = np.array(limits).reshape(2, 2, 2)
+        low = np.maximum(pairs[..., 0].max(axis=0), -HALF_PI).tolist()
+        high = np.minimum(pairs[..., 1].min(axis=0), HALF_PI).tolist()
         box, most = rectangle(*low, *high), high[0]
         tilt = _bound("tilt", "≤", math.degrees(most), lambda *at: math.degrees(max(map(abs, at))), "°")
         if (low, high) != ([-most] * 2, [most] * 2):
@@ -436,13 +439,6 @@ def _admissible(
             pair = shapely.intersection(pair, signed(wanted))
         pairs.append(pair)
     return region_of(_union(pairs), region.accuracy, condition, *region.conditions)
-
-
-def _on_red(limits: Any) -> tuple[list[float], list[float]]:
-    """Return the least and the largest α1 and α2 on red, where opposite arms tilt alike, within ±π/2."""
-    bounds = np.array(limits)
-    low, high = np.maximum(bounds[:2, 0], bounds[2:, 0]), np.minimum(bounds[:2, 1], bounds[2:, 1])
-    return np.maximum(low, -HALF_PI).tolist(), np.minimum(high, HALF_PI).tolist()
 
 
 def _beyond(low: Sequence[float], high: Sequence[float], *at: float) -> str | None:

@@ -42,7 +42,7 @@ from gaitgraph.surface.sheets import family_codes, family_types, text_from_types
 from gaitgraph.timing.laws import DEFAULT_LAW, LAWS, STRAIGHT, LawName, located
 from gaitgraph.validation.report import RATE_UNITS, limit_check
 from gaitgraph.validation.validating import validate
-from gaitgraph.vehicle import four_of, scale_of
+from gaitgraph.vehicle import four_of, scale_of, vehicle_named
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -453,7 +453,7 @@ def export(
         As for :meth:`gaitgraph.gait.gait.Gait.parametrize`; by default those that the file states, else the
         times of its rows or 1 s, and smooth.
     joints
-        The servo map of the columns of another program's table.
+        The servo map of the columns of another program's table, with the linkages of the `vehicle` given beside it.
     servos, periods, force
         As for :func:`gaitgraph.io.formats.write_tables`, which raises the same errors.
     """
@@ -466,7 +466,7 @@ def export(
     if isinstance(given, Gait):
         given = given.parametrize()
     if isinstance(given, Path):
-        given = read_table(given, joints=joints)
+        given = read_table(given, joints=joints and joints.linked_to(vehicle_named(vehicle or "paper")))
     asked = any(one is not None for one in (period, law, samples, rate))
     if asked or (isinstance(given, Table) and ("t" not in given or len(given) == 1)):
         stated = given.about.get("law") if isinstance(given, Table) else given.law
