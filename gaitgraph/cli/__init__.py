@@ -38,8 +38,8 @@ if TYPE_CHECKING:
 Paths = tuple[str, ...]
 
 COMMANDS = (
-    "plan", "validate", "compare", "certify", "verify", "colorings", "cycles", "region", "robustness", "transition",
-    "optimize", "pace", "retarget", "fly", "basin", "study", "roots", "export", "vehicles", "figures", "explore",
+    "plan", "validate", "certify", "verify", "colorings", "cycles", "region", "robustness", "transition", "optimize",
+    "pace", "retarget", "fly", "basin", "study", "roots", "export", "vehicles", "figures", "compare", "explore",
 )  # fmt: skip
 """Each is the function NAME_command in the file of its name."""
 

@@ -336,7 +336,9 @@ def timed_gait_of(
     if found is not None:
         return found
     with naming_file(gait):
-        for known in sorted(get_args(LawName), key=lambda known: known != law):  # the file's law first
+        # Every law fits rows that are all corners: without a stated one they say nothing about the time between them.
+        are_corners = len(times) - 1 < 2 * (len(merged_gait.alpha) - 1) and "law" not in about
+        for known in () if are_corners else sorted(get_args(LawName), key=lambda known: known != law):
             timed = merged_gait.parametrize(float(times[-1]), law=known, samples=max(len(times) - 1, 1))
             if np.abs(timed.at(times[:-1])[0] - rows.alpha).max() <= _SAME:
                 return timed
