@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import replace
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ import numpy as np
 import pytest
 
 import gaitgraph as gg
+from gaitgraph.certificates import certify, check as certificate_check
 from gaitgraph.flight.course import arm_response, servo_response as stepped_response
 from gaitgraph.gait.table import Table
 from gaitgraph.graph.build import segments_fly
@@ -157,6 +159,23 @@ def test_plans_obey_each_arm() -> None:
     assert moved.after is not None
     assert moved.after.flyable
     assert moved.table.alpha[:, 0].min() == pytest.approx(-math.pi / 3)  # type: ignore[union-attr]
+
+
+def test_a_certificate_claims_the_limits_of_each_arm() -> None:
+    loop = [(-0.8, 0.2), (-0.2, 0.6), (-0.6, 0.5)]
+    tight = {
+        "max_tilt_rate": [9.0, 8.0, 7.0, 6.0],
+        "min_tilt": [-0.8, -0.9, -1.3, -0.7],
+        "max_tilt": [0.9, 1.2, 0.6, 0.6],
+    }
+    text = certify(gg.lift(loop, "red", vehicle=PAPER.replace(**tight)).parametrize(2.0)).text()
+    assert not any(error for _, error in certificate_check.check(text))
+    claims = json.loads(text)["claims"]
+    low, high = ([float(Fraction(one)) for one in claims["tilt"][end]] for end in ("at_least", "at_most"))
+    assert low[0] == pytest.approx(-0.8, abs=1e-8)
+    assert low[0] > low[2]  # arm 3 may go on, so its claim has room
+    assert high[3] == pytest.approx(0.6, abs=1e-8)
+    assert high[1] > high[3]
 
 
 # -- Linkages

@@ -32,6 +32,7 @@ from gaitgraph.io.formats import gait_of, given_gait, naming_file
 from gaitgraph.timing.laws import bernstein_from_power, values_of
 from gaitgraph.timing.timed_gait import TimedGait, pieces_of, timed_gait_of
 from gaitgraph.validation.validating import CERTIFICATE, validate
+from gaitgraph.vehicle import four_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -281,9 +282,9 @@ def _claims_of(path: _Path, report: Report, tilt: float | None) -> dict[str, dic
     if tilt is not None:
         claims["attitude"] = {"tilt": _decimal(tilt, _GRID)}
     hull = np.tile(bernstein_from_power(powers, np.ones(len(path.pieces))), 4 // powers.shape[-1])
-    limit = math.inf if vehicle.max_tilt is None else vehicle.max_tilt * (1 + float(_SLACK))
-    at_most = np.minimum(hull.max(axis=(0, 1)) + _LEAST_ROOM, limit)
-    at_least = np.maximum(hull.min(axis=(0, 1)) - _LEAST_ROOM, -limit)
+    low, high = np.array(vehicle.tilt_range or [(-math.inf, math.inf)] * 4).T
+    at_most = np.minimum(hull.max(axis=(0, 1)) + _LEAST_ROOM, high * (1 + np.sign(high) * float(_SLACK)))
+    at_least = np.maximum(hull.min(axis=(0, 1)) - _LEAST_ROOM, low * (1 - np.sign(low) * float(_SLACK)))
     claims["tilt"] = {"at_least": list(map(_decimal, at_least)), "at_most": list(map(_decimal, at_most))}
     for name, order in list(check.ORDERS.items())[1:] if path.timed is not None else ():
         largest, peaks = getattr(vehicle, f"max_tilt_{name}"), path.timed.peaks(order)
@@ -291,7 +292,8 @@ def _claims_of(path: _Path, report: Report, tilt: float | None) -> dict[str, dic
             remedy = "use the law 'smooth', or certify the path alone with --untimed (timing=False)"
             raise Infeasible(f"max_tilt_{name} cannot be proved, since the rates jump between rows: {remedy}")
         if np.isfinite(peaks).all() and (largest is not None or name != "jerk"):
-            bounds = [_claimed(float(peak), largest, _ROOM_OF_RATES) for peak in peaks]
+            each = zip(peaks.tolist(), four_of(largest), strict=True)
+            bounds = [_claimed(peak, limit, _ROOM_OF_RATES) for peak, limit in each]
             claims[name] = {"at_least": [-bound for bound in bounds], "at_most": bounds}
     return claims
 
