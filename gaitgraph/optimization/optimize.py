@@ -42,7 +42,7 @@ from gaitgraph.validation.report import Report, lines_of_checks
 from gaitgraph.vehicle import PAPER, Angle, Vehicle, VehicleLike, vehicle_named
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Iterable, Sequence
 
     from shapely.geometry.base import BaseGeometry
 
@@ -138,14 +138,10 @@ class OptimalGait:
 
     def table(self, *, samples: int | None = None, rate: float | None = None) -> Table:
         """Return even samples with exact rates, as :meth:`gaitgraph.gait.gait.Gait.parametrize` counts them."""
-        return merged(self.pieces(samples=samples, rate=rate))
-
-    def pieces(self, *, samples: int | None = None, rate: float | None = None) -> Iterator[Table]:
-        """Yield :meth:`table` as consecutive pieces, so that any length fits in memory."""
         discs = {"waypoints": self.waypoints.tolist(), "radius": self.radius.tolist()}
         about = {"made_by": "optimize", "objective": self.objective, **discs}
-        for piece in pieces_of(self.timed(samples=samples, rate=rate), about):
-            yield replace(piece, about={name: value for name, value in piece.about.items() if name != "law"})
+        table = merged(pieces_of(self.timed(samples=samples, rate=rate), about))
+        return replace(table, about={name: value for name, value in table.about.items() if name != "law"})
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the answer as plain values, ready for JSON; a saved one can be read as a gait file."""

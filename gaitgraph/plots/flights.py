@@ -148,11 +148,8 @@ def _draw_panel(ax: Axes, flight: Flight, name: str) -> None:
         for limit in (0.0, most) if settings.saturation else ():
             if limit is not None:
                 ax.axhline(limit / quarter, color=base.RED, linewidth=0.9, linestyle="--", label="limits", zorder=1)
-        if len(shares) and np.abs(shares).max() > _MOST_SHARES:
-            ax.set_yscale("symlog", linthresh=4.0, linscale=1.5)
-            tens = [10.0**k for k in range(1, 12)]
-            ax.set_yticks([*(-ten for ten in reversed(tens)), 0.0, *tens])
-            ax.set(ylim=(min(2.0 * shares.min(), -1.0), max(2.0 * shares.max(), 4.0)))
+        if np.abs(shares).max(initial=0.0) > _MOST_SHARES:
+            ax.set_yscale("symlog", linthresh=4.0)
         ax.axhline(1.0, color=base.GREY, linewidth=0.7, zorder=0)
     elif name == "tilts":
         for k, look in enumerate(ANGLE_LOOKS):
