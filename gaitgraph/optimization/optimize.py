@@ -360,25 +360,20 @@ class _Search(NamedTuple):
         if here is not None:
             return self._described(here, [0.0], None, bound)
 
-        # The loop of least effort, from the shortest polygon or the one through the centres: the better one counts.
-        # Where a level counts one start is enough. The border is drawn with fewer corners, all of it inside.
+        # The loop of least effort, from the shortest polygon, or from that through the centres where a level counts.
+        # The border is drawn with fewer corners, all of it inside.
         inside = component_meeting(shapely.simplify(offset(polygon, -CLEARANCE), CLEARANCE), discs)
-        best: tuple[SmoothLoop, list[float]] | None = None
         if inside is not None:
-            problem = LeastEffort(inside, discs, CLEARANCE)
-            aims = [discs.centers]
+            problem, targets = LeastEffort(inside, discs, CLEARANCE), discs.centers
             if objective == "tilt_rate":
-                corners, length = shortest_loop(discs, region.outer)
-                aims, bound = [corners, *aims], 2 * length**2 / self.base.period
-            for targets in aims:
-                start = self._start(problem, targets)
-                if start is not None:
-                    loop, history = problem.solve(start)
-                    if history and (best is None or loop.effort < best[0].effort * (1 - 1e-9)):
-                        best = loop, history
-        if best is None:
-            return replace(self.base, reason=f"every path through the discs is within {CLEARANCE:.5f} rad of a border")
-        return self._described(*best, problem, bound)
+                targets, length = shortest_loop(discs, region.outer)
+                bound = 2 * length**2 / self.base.period
+            start = self._start(problem, targets)
+            if start is not None:
+                loop, history = problem.solve(start)
+                if history:
+                    return self._described(loop, history, problem, bound)
+        return replace(self.base, reason=f"every path through the discs is within {CLEARANCE:.5f} rad of a border")
 
     def _why_apart(self) -> str:
         """Return why no component of the region meets every disc: which disc misses it, or which two lie apart."""
