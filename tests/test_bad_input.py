@@ -35,7 +35,7 @@ from gaitgraph.surface.admissible import (
     thrust_region,
 )
 from gaitgraph.surface.region import Zones
-from gaitgraph.surface.sheets import FIBER_TYPES, PLANE_TYPES, root_arrays, roots, sheet_grid, types_from_text
+from gaitgraph.surface.sheets import FIBER_TYPES, PLANE_TYPES, root_arrays, roots, types_from_text
 from gaitgraph.timing.curve import rounded
 from gaitgraph.timing.servo_lag import servo_response
 from gaitgraph.timing.time_optimal import Limits, least_period, paced
@@ -95,12 +95,9 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     # the surface
     (roots, {"alpha1": 1.571, "alpha2": 0}, "alpha1 must be within ±π/2 rad, got 1.571"),
     (root_arrays, {"alpha1": [0.0, 0.1], "alpha2": [NAN, 0.0]}, "alpha2 must be a finite number"),
-    (sheet_grid, {"color": "blue", "alpha1": [0, -INF], "alpha2": [0]}, "alpha1 must be a finite number"),
     (roots, {"alpha1": "x", "alpha2": 0.1}, "alpha1 must be a finite number in radians, "),
     (roots, {"alpha1": 0.1, "alpha2": [0.1, 0.2]}, "alpha2 must be a finite number in radians, "),
     (root_arrays, {"alpha1": ["x"], "alpha2": [0.0]}, "alpha1 must be finite numbers in radians, … got ['x']"),
-    (sheet_grid, {"color": "red", "alpha1": 0.3, "alpha2": [0.1]}, "alpha1 and alpha2 must be axes of one dimension, "),
-    (sheet_grid, {"color": "green", "alpha1": [0], "alpha2": [0]}, "color must be "),
     *(
         (root_arrays, {"alpha1": 0.1, "alpha2": 0.2, "crossing_tolerance": wrong}, "crossing_tolerance must be a fini")
         for wrong in (-1e-3, INF, NAN, True)

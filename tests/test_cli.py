@@ -187,8 +187,6 @@ WRONG = [
     ("plan --waypoint 0,0 --objective=thrust", "got 'thrust'; use gaitgraph optimize --objective hover_reserve"),
     ("plan --waypoint 0,0,0,0", "α3 and α4 follow from the color"),
     ("plan --waypoint 0,0 --divisions 300", "from 2 to 256, got 300; plan --method exact needs no grid"),
-    ("plan --waypoint 0,0 --watch", "--watch was removed. Run the command again"),
-    ("transition hover one.csv --divisions=3", "--divisions was removed. Leave it out"),
     ("figures --divisions 3", "No such option '--divisions'"),
     ("plan --waypoints 0,0", "Did you mean '--waypoint'? See gaitgraph plan --help"),
     ("plan folder.d", "gaitgraph: request file must have one of the suffixes .csv"),
@@ -240,8 +238,6 @@ WRONG = [
     ("fly gait3 --from-hover --periods 0", "gaitgraph: --periods must be a whole number from 1 to 10000"),
     ("fly gait3 --thrust-limit 5 --no-saturation", "--thrust-limit 5 cannot be combined with --no-saturation"),
     ("fly gait3 --size 2", "--size has an effect with --reference step, line, circle only"),
-    ("figures --gait gait3", "--gait was removed. Give the file itself"),
-    ("fly gait3 --view", "--view was removed. Write a film: --output flight.gif"),
     ("fly gait3 --vehicle light.toml", "gaitgraph: vehicle 'light' states no mass (kg), which flight needs"),
 ]  # fmt: skip
 

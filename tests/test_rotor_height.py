@@ -280,10 +280,6 @@ class TestGaits:
             plan = gg.plan_loop(CORNERS, vehicle=RAISED, color="blue", require=require)
             assert "blue: no gait surface (use red), since its zero-moment direction leans" in str(plan.reason)
         assert sign_region("positive", RAISED, color="blue").area == 0
-        for color in COLORS:
-            grid = gg.surface.sheet_grid(color, [0.3, 0.5], [-0.7], coefficients=exact)
-            whole = np.array([[a1, -0.7, a3, grid.alpha4[0]] for a1, a3 in zip((0.3, 0.5), grid.alpha3, strict=True)])
-            np.testing.assert_allclose(grid.R[:, 0], matrices.level_determinant(whole, exact))
         with pytest.raises(InputError, match=r"rotor height 0\.026775 m\), got 'published'"):
             matrices.coefficients_of(RAISED, "published")
         names = separating_factor((0, 0), (1.2, -1.2), RAISED), separating_factor((0, 0), (-1.55, 0.0), RAISED)

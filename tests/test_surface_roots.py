@@ -41,7 +41,6 @@ from gaitgraph.surface.sheets import (
     family_types,
     root_arrays,
     roots,
-    sheet_grid,
     text_from_types,
     types_contradict,
     types_of,
@@ -204,26 +203,6 @@ def test_arrays_agree_with_single_roots(case: str, shape: tuple[int, ...]) -> No
         assert np.isnan(answer.R[index][count:]).all()
         assert not answer.sheet[index][count:].any()
         assert not answer.types[index][count:].any()
-
-
-@every_case
-@pytest.mark.parametrize(("rows", "columns"), [(17, 17), (1, 9), (0, 3)])
-def test_a_grid_is_an_outer_product_of_the_same_roots(case: str, rows: int, columns: int) -> None:
-    numbers, _ = CASES[case]
-    first, second = np.linspace(-HALF_PI, HALF_PI, rows), np.linspace(HALF_PI, -HALF_PI, columns)
-    arrays = root_arrays(first[:, None], second, coefficients=numbers, crossing_tolerance=0.05)
-    for color in COLORS:
-        grid = sheet_grid(color, first, second, coefficients=numbers, crossing_tolerance=0.05)
-        r, s = np.indices(grid.R.shape).reshape(2, -1)
-        # At each node in the order of its angles.
-        order = np.lexsort((grid.alpha4[s], grid.alpha3[r], grid.column[s], grid.row[r]))
-        r, s = r[order], s[order]
-        here = arrays.sheet == SIGN[color]
-        np.testing.assert_array_equal(np.column_stack([grid.row[r], grid.column[s]]), np.argwhere(here)[:, :2])
-        np.testing.assert_array_equal(np.column_stack([grid.alpha3[r], grid.alpha4[s]]), arrays.alpha[here][:, 2:])
-        np.testing.assert_array_equal(np.column_stack([grid.types3[r], grid.types4[s]]), arrays.types[here])
-        np.testing.assert_allclose(grid.R[r, s], arrays.R[here], atol=1e-13 / 0.05)
-        assert [part.dtype.name for part in (grid.types3, grid.types4, grid.R)] == ["int8", "int8", "float64"]
 
 
 @every_case

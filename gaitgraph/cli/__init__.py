@@ -150,17 +150,6 @@ def main(args: Sequence[str] | None = None) -> NoReturn:
 
 # ---------------------------------------------------------------- commands and their options
 
-REMOVED = {
-    "cycles --any-order": "plan --method grid --any-order finds a loop through waypoints",
-    "cycles --waypoint": "plan --method grid finds a loop through waypoints",
-    "figures --gait": "Give the file itself: gaitgraph figures GAIT_FILE",
-    "fly --render": "A film is drawn: --output flight.gif",
-    "fly --view": "Write a film: --output flight.gif",
-    "plan --watch": "Run the command again when the file changes, for example with entr",
-    "transition --divisions": "Leave it out",
-}
-"""Options of earlier versions, and what to use instead; requests refuse their own."""
-
 
 class Command(click.Command):
     """A command without short options.
@@ -170,9 +159,6 @@ class Command(click.Command):
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Parse the arguments."""
-        for name in (arg.partition("=")[0] for arg in args):
-            if advice := REMOVED.get(f"{self.name} {name}"):
-                raise InputError(f"{name} was removed. {advice}")
         rest = super().parse_args(ctx, args)
         ctx.params = {name: one for name, one in ctx.params.items() if not (one is None or one is False or one == ())}
         return rest

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import Any
 
 from gaitgraph.cli import Paths, Working, check_outputs, command, one_of, option, show, write_outputs
@@ -38,5 +37,5 @@ def optimize_command(outputs: Paths = (), force: bool = False, **given: Any) -> 
     with Working("optimising"):
         found = optimal_gait(**given)
         if found and outputs:
-            write_outputs(partial(found.pieces, **sampling), outputs, force=force)
+            write_outputs(lambda: [found.table(**sampling)], outputs, force=force)
     return show(found)

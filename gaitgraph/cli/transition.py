@@ -29,6 +29,6 @@ def transition_command(
         found = transition(*(HOVER if one.lower() == HOVER else one for one in (start, end)), **given)
         written = outputs if found else ()
         if written:
-            write_outputs(found.pieces, written, force=force, rate=given.get("rate"))
+            write_outputs(lambda: [found.table()], written, force=force, rate=given.get("rate"))
     meets = found.report is not None and (require == "valid" or found.report.flyable)
     return show(found, lines=[f"wrote {name}" for name in written], ok=meets)

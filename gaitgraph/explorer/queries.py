@@ -272,10 +272,7 @@ def series_answer(
     vehicle, hovers = gait.vehicle, report["hover_thrust"].value is not None
     shares = matrices.hover_thrust_shares(alpha, vehicle) if hovers else np.full(alpha.shape, np.nan)
     thrusts = [[value if math.isfinite(value) else None for value in rotor] for rotor in to_digits(shares.T, 5)]
-    if np.array_equal(alpha[:, :2], alpha[:, 2:]):  # the red sheet has a closed form, which is faster
-        least = np.asarray(matrices.least_singular_value_on_red(alpha[:, 0], alpha[:, 1], vehicle))
-    else:
-        least = np.asarray(matrices.least_singular_value(alpha, vehicle))
+    least = np.asarray(matrices.least_singular_value(alpha, vehicle))
     return {
         **({} if t is None else {"t": to_digits(t, 9)}),
         "alpha": to_digits(alpha.T),

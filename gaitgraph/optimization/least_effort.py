@@ -47,8 +47,6 @@ if TYPE_CHECKING:
 FEWEST_PIECES = 8
 """Fewer control points would meet themselves around the loop."""
 
-# Coefficients of the four basis functions of a piece in powers of t, constant first.
-_BASIS = np.array([[1, -3, 3, -1], [4, 0, -6, 3], [1, 3, 3, -3], [0, 0, 0, 1]]) / 6.0
 _BEZIER = np.array([[1, 4, 1, 0], [0, 4, 2, 0], [0, 2, 4, 0], [0, 1, 4, 1]]) / 6.0  # points of a piece from its control
 _PRODUCTS = np.array([2 / 3, -1 / 8, -1 / 5, -1 / 120])
 _BEYOND = 1e-12
@@ -95,10 +93,12 @@ def effort_matrix(count: int) -> FloatArray:
 def power_pieces(points: FloatArray, width: float) -> FloatArray:
     """Return the pieces as polynomials in powers of a local parameter from 0 to `width`, highest first, (4, K, 2)."""
     # From the first point, so that a spline that stands still does so exactly.
-    around = np.stack([np.roll(points - points[0], -k, axis=0) for k in range(4)])
-    rising = np.einsum("kp,kjd->pjd", _BASIS, around)
-    rising[0] += points[0]
-    return np.asarray(rising[::-1] / width ** np.arange(3, -1, -1).reshape(4, 1, 1))
+    count, moved = len(points), points - points[0]
+    derivatives = (basis_rows(np.arange(count), count, order) @ moved for order in (3, 2, 1, 0))
+    sizes = (math.factorial(order) * width**order for order in (3, 2, 1, 0))
+    pieces = np.stack([one / size for one, size in zip(derivatives, sizes, strict=True)])
+    pieces[3] += points[0]
+    return pieces
 
 
 def control_points_along(corners: FloatArray, pieces: int) -> tuple[FloatArray, IntArray]:

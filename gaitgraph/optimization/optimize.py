@@ -49,7 +49,7 @@ from gaitgraph.validation.report import Report, lines_of_checks
 from gaitgraph.vehicle import PAPER, Angle, Vehicle, VehicleLike, vehicle_named
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Iterable, Sequence
 
     from shapely.geometry.base import BaseGeometry
 
@@ -145,14 +145,10 @@ class OptimalGait:
 
     def table(self, *, samples: int | None = None, rate: float | None = None) -> Table:
         """Return even samples with exact rates, as :meth:`gaitgraph.gait.gait.Gait.parametrize` counts them."""
-        return merged(self.pieces(samples=samples, rate=rate))
-
-    def pieces(self, *, samples: int | None = None, rate: float | None = None) -> Iterator[Table]:
-        """Yield :meth:`table` as consecutive pieces, so that any length fits in memory."""
         discs = {"waypoints": self.waypoints.tolist(), "radius": self.radius.tolist()}
         about = {"made_by": "optimize", "objective": self.objective, **discs}
-        for piece in pieces_of(self.timed(samples=samples, rate=rate), about):
-            yield replace(piece, about={name: value for name, value in piece.about.items() if name != "law"})
+        table = merged(pieces_of(self.timed(samples=samples, rate=rate), about))
+        return replace(table, about={name: value for name, value in table.about.items() if name != "law"})
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the answer as plain values, ready for JSON; a saved one can be read as a gait file."""
@@ -371,25 +367,20 @@ class _Search(NamedTuple):
         if here is not None:
             return self._described(here, [0.0], None, bound)
 
-        # The loop of least effort, from the shortest polygon or the one through the centres: the better one counts.
-        # Where a level counts one start is enough. The border is drawn with fewer corners, all of it inside.
+        # The loop of least effort, from the shortest polygon, or from that through the centres where a level counts.
+        # The border is drawn with fewer corners, all of it inside.
         inside = component_meeting(shapely.simplify(offset(polygon, -CLEARANCE), CLEARANCE), discs)
-        best: tuple[SmoothLoop, list[float]] | None = None
         if inside is not None:
-            problem = LeastEffort(inside, discs, CLEARANCE)
-            aims = [discs.centers]
+            problem, targets = LeastEffort(inside, discs, CLEARANCE), discs.centers
             if objective == "tilt_rate":
-                corners, length = shortest_loop(discs, region.outer)
-                aims, bound = [corners, *aims], 2 * length**2 / self.base.period
-            for targets in aims:
-                start = self._start(problem, targets)
-                if start is not None:
-                    loop, history = problem.solve(start)
-                    if history and (best is None or loop.effort < best[0].effort * (1 - 1e-9)):
-                        best = loop, history
-        if best is None:
-            return replace(self.base, reason=f"every path through the discs is within {CLEARANCE:.5f} rad of a border")
-        return self._described(*best, problem, bound)
+                targets, length = shortest_loop(discs, region.outer)
+                bound = 2 * length**2 / self.base.period
+            start = self._start(problem, targets)
+            if start is not None:
+                loop, history = problem.solve(start)
+                if history:
+                    return self._described(loop, history, problem, bound)
+        return replace(self.base, reason=f"every path through the discs is within {CLEARANCE:.5f} rad of a border")
 
     def _why_apart(self) -> str:
         """Return why no component of the region meets every disc: which disc misses it, or which two lie apart."""

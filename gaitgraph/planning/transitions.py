@@ -32,7 +32,6 @@ from gaitgraph.timing.timed_gait import MOST_SAMPLES, TimedGait, checked_clock, 
 from gaitgraph.vehicle import PAPER
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
     from pathlib import Path
 
     from gaitgraph.invertibility.matrices import CoefficientsLike
@@ -112,29 +111,18 @@ class Transition:
 
     def table(self) -> Table:
         """Return the table of the path, from t = 0 to its duration; raises Infeasible if there is none."""
-        return merged(self.pieces())
-
-    def pieces(self) -> Iterator[Table]:
-        """Yield :meth:`table` as consecutive pieces, so that any length fits in memory."""
-        timed, left = self.timed, self.samples + 1
-        about = {"period": self.duration, "made_by": "transition", "transition": self._ends}
-        for whole in pieces_of(timed, about):
-            piece = whole.rows(0, left)
-            left -= len(piece)
-            if left:
-                yield piece
-                continue
-            # The last row is the end of the path, not the begin of the path back.
-            rests = math.isfinite(LAWS[self.law].peaks[1])
-            before = np.zeros(4) if rests else timed.at(math.nextafter(self.duration, 0.0))[1]
-            last = dict(zip((*ANGLES, *RATES, "t"), (*self.path[-1], *before, self.duration), strict=True))
-            ended = {name: np.append(piece[name][:-1], value) for name, value in last.items()}
-            yield replace(piece, columns={**piece.columns, **ended})
-            return
+        timed, about = self.timed, {"period": self.duration, "made_by": "transition", "transition": self._ends}
+        half = merged(pieces_of(timed, about)).rows(0, self.samples + 1)
+        # The last row is the end of the path, not the begin of the path back.
+        rests = math.isfinite(LAWS[self.law].peaks[1])
+        before = np.zeros(4) if rests else timed.at(math.nextafter(self.duration, 0.0))[1]
+        last = dict(zip((*ANGLES, *RATES, "t"), (*self.path[-1], *before, self.duration), strict=True))
+        ended = {name: np.append(half[name][:-1], value) for name, value in last.items()}
+        return replace(half, columns={**half.columns, **ended})
 
     def write(self, *paths: str | Path, force: bool = False, periods: int = 1) -> None:
         """Write the table of the path; see :func:`gaitgraph.io.formats.write_tables`."""
-        write_tables(self.pieces, paths, force=force, periods=periods)
+        write_tables(self.table(), paths, force=force, periods=periods)
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the transition as plain values, ready for JSON."""

@@ -11,6 +11,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
+import numpy as np
+
 from gaitgraph.angles import HALF_PI, text_from_angle
 from gaitgraph.errors import InputError, needs_extra, shown
 from gaitgraph.files import check_new_files, write_whole
@@ -193,5 +195,7 @@ def picture_bytes(figure: Figure, kind: Format) -> bytes:
         if engine is not None:
             engine.execute(figure)
             figure.set_layout_engine("none")
+            for ax in figure.axes:  # its solver's last digits may differ from run to run
+                ax.set_position(np.round(ax.get_position(original=True).bounds, 9).tolist())
         figure.savefig(stream, format=kind, metadata=dict.fromkeys(_STAMPS[kind]))
     return stream.getvalue()

@@ -153,11 +153,8 @@ def _draw_panel(ax: Axes, flight: Flight, name: str) -> None:
         for limit in (0.0, most) if settings.saturation else ():
             if limit is not None:
                 ax.axhline(limit / quarter, color=base.RED, linewidth=0.9, linestyle="--", label="limits", zorder=1)
-        if len(shares) and np.abs(shares).max() > _MOST_SHARES:
-            ax.set_yscale("symlog", linthresh=4.0, linscale=1.5)
-            tens = [10.0**k for k in range(1, 12)]
-            ax.set_yticks([*(-ten for ten in reversed(tens)), 0.0, *tens])
-            ax.set(ylim=(min(2.0 * shares.min(), -1.0), max(2.0 * shares.max(), 4.0)))
+        if np.abs(shares).max(initial=0.0) > _MOST_SHARES:
+            ax.set_yscale("symlog", linthresh=4.0)
         ax.axhline(1.0, color=base.GREY, linewidth=0.7, zorder=0)
     elif name == "tilts":
         for k, look in enumerate(ANGLE_LOOKS):
@@ -178,7 +175,6 @@ def _draw_panel(ax: Axes, flight: Flight, name: str) -> None:
     base.legend_above(ax, columns=columns)
 
 
-_MAP = (380 / 480, 134 / 420, 88 / 480, 88 / 420)
 _MOST_SHARE = 2.4  # of the longest line of thrust
 _CURVE_POINTS = 400
 
@@ -219,14 +215,13 @@ def _flight_film(flight: Flight, times: FloatArray) -> tuple[Figure, Callable[[i
         chart, t[every], angles, [(INK, 1.5, "body roll"), (LINE_GREY, 2.5, "body pitch")], 5.0
     )
     chart.legend(loc="upper center", bbox_to_anchor=(0.5, -0.02), ncols=2, labelcolor=LINE_GREY, borderaxespad=0.2)
-    path_seen, trail = _draw_map(figure, place[every], wanted[every] if tracks else None, arm)
     look: dict[str, Any] = {"fontsize": 8, "color": LINE_GREY, "va": "top", "linespacing": 1.5}
     box: dict[str, Any] = {"facecolor": "white", "edgecolor": "none", "pad": 1.5}
     words = figure.text(16 / vehicles.FILM_WIDTH, 1 - 38 / vehicles.FILM_HEIGHT, "", bbox=box, **look)
 
     def frame(k: int) -> list[Any]:
         row = int(np.clip(np.searchsorted(t, times[k] + 1e-12) - 1, 0, len(place) - 1))
-        here, before = place[row], every[every <= row]
+        here = place[row]
 
         def seen(points: FloatArray) -> FloatArray:
             return np.asarray((points - here) / arm @ screen)
@@ -245,8 +240,6 @@ def _flight_film(flight: Flight, times: FloatArray) -> tuple[Figure, Callable[[i
             f"x {x:.2f} m   y {y:.2f} m   z {z:.2f} m\n"
             f"thrust {shares.min():.2f} to {shares.max():.2f} × weight/4".replace("-", "−")
         )
-        path_seen.set_data(-place[before, 1], place[before, 0])
-        trail.set_data([-here[1]], [here[0]])
         cursor.set_xdata([t[row]])
         if k == len(times) - 1:
             text = "\n".join(wrap(flight.reason or flight.verdict, 52, max_lines=2, placeholder=" …"))
@@ -274,21 +267,6 @@ def _draw_ground(ax: Axes, here: FloatArray, arm: float, seen: Callable[[FloatAr
     ring = [here[0], here[1], level] + 0.35 * arm * np.stack([np.cos(around), np.sin(around), 0 * around], axis=-1)
     grid = ax.plot(*seen(np.concatenate(lines)).T, color=PALE, linewidth=0.8, zorder=0.5)
     return [*grid, *ax.fill(*seen(ring).T, color=PALE, zorder=0.6)]
-
-
-def _draw_map(figure: Figure, place: FloatArray, wanted: FloatArray | None, arm: float) -> tuple[Any, Any]:
-    """Draw the flight from above, forward up, and return the lines of the path so far and of the vehicle."""
-    points = np.concatenate([place[:, :2]] + ([] if wanted is None else [wanted[:, :2]]))
-    low, high = points.min(axis=0), points.max(axis=0)
-    middle, half = (low + high) / 2, max(float((high - low).max()) / 2 * 1.15, 1.5 * arm)
-    ax = figure.add_axes(_MAP, xticks=[], yticks=[])
-    ax.set(xlim=(-middle[1] - half, -middle[1] + half), ylim=(middle[0] - half, middle[0] + half))
-    ax.spines[:].set_color(PALE)
-    if wanted is not None:
-        ax.plot(-wanted[:, 1], wanted[:, 0], color=PALE, linewidth=2.2)
-    ax.set_xlabel(f"{2 * half:.3g} m, from above", color=LINE_GREY, fontsize=7.5, labelpad=2.0)
-    path = ax.plot([], [], color=INK, linewidth=0.9)[0]
-    return path, ax.plot([], [], "o", color=INK, markersize=4.3)[0]
 
 
 _PLOTS = tuple(f".{name}" for name in base.FORMATS)

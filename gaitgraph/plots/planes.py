@@ -283,11 +283,11 @@ def _mark_nodes(ax: Axes, places: FloatArray, state: tuple[int, ...], sign: str)
 
 
 def regions_map(vehicle: VehicleLike = PAPER, *, ax: Axes | None = None) -> Axes:
-    """Draw the regions of the (α1, α2) plane on the red sheet: signs of R, and hover with its thrusts.
+    """Draw the regions of the (α1, α2) plane on the red sheet: signs of R, and hover.
 
     R = 0 on the lines α1 = δ ∓ π/2 and α2 = ±π/2 − δ and on the curve tan α1 − tan α2 = 2κ. All hover thrusts are
-    positive in the hatched parts: α1 < δ and α2 > −δ, or both reversed. Contours are the largest hover thrust of a
-    rotor, in units of the weight. Coefficients are exact. Each curve has its equation as its ``gid``.
+    positive in the hatched parts: α1 < δ and α2 > −δ, or both reversed. Coefficients are exact. Each curve has its
+    equation as its ``gid``.
     """
     vehicle, ax = vehicle_named(vehicle), base.axes_or_new(ax)
     a1, a2 = np.meshgrid(_FINE_AXIS, _FINE_AXIS, indexing="ij")
@@ -301,13 +301,11 @@ def regions_map(vehicle: VehicleLike = PAPER, *, ax: Axes | None = None) -> Axes
     for first, second in (((low, delta), (-delta, high)), ((delta, high), (low, -delta))):
         corners = np.array([[first[i], second[j]] for i, j in ((0, 0), (1, 0), (1, 1), (0, 1))])
         ax.fill(*corners.T, facecolor="none", gid="hover", **hatched)
-        _contour_thrust(ax, first, second, vehicle)
     idle: dict[str, Any] = {"color": "0.25", "linewidth": 0.8, "linestyle": (0, (4, 2))}
     ax.axvline(delta, label="a pair of rotors idles", **idle)
     ax.axhline(-delta, **idle)
     draw_zeros_of_R(ax, vehicle)
     ax.fill([], [], facecolor="white", label="hover, thrusts > 0", **hatched)
-    ax.plot([], [], color="black", linewidth=0.7, label="largest thrust / weight")
     ax.plot(0, 0, "k+", markersize=7, zorder=6, label="all upright")
     mirror = math.copysign(1.0, delta)
     for x, y in ((-1.05, -0.62), (1.08, 0.3)):  # within the two large components, off the hatched parts
@@ -316,24 +314,6 @@ def regions_map(vehicle: VehicleLike = PAPER, *, ax: Axes | None = None) -> Axes
     base.plane_axes(ax, r"\alpha_1", r"\alpha_2", grid=False)
     base.legend_below(ax, ncols=2)
     return ax
-
-
-def _contour_thrust(ax: Axes, first: tuple[float, float], second: tuple[float, float], vehicle: Vehicle) -> None:
-    """Draw contours of the largest hover thrust within one rectangle of the (α1, α2) plane."""
-    inside = np.linspace(0.0, 1.0, FINE // 2)[1:-1]
-    inside = inside**2 * (3 - 2 * inside)  # denser at the ends, because all contours meet in one corner
-    a1, a2 = (low + (high - low) * inside for low, high in (first, second))
-    b1, b2 = np.meshgrid(a1, a2, indexing="ij")
-    largest = matrices.hover_thrust_shares(np.stack([b1, b2, b1, b2], axis=-1), vehicle).max(axis=-1)
-    levels = [0.3, 0.4, 0.6]
-    ax.contour(b1, b2, largest, levels=levels, colors="black", linewidths=0.7)
-    # Each contour has a corner where all four thrusts are 1/(4·cos α1) of the weight; its label is there.
-    side = 1.0 if first[0] > -HALF_PI else -1.0
-    for level in levels:
-        at = side * math.acos(0.25 / level)
-        ground = base.POSITIVE if red_label(at, -at, vehicle).prod() > 0 else base.NEGATIVE
-        box = {"facecolor": ground, "edgecolor": "none", "pad": 0.6}
-        ax.text(at, -at, f"{level:.1f}", fontsize=6.0, ha="center", va="center", bbox=box, zorder=5)
 
 
 def draw_zeros_of_R(ax: Axes, vehicle: Vehicle) -> None:

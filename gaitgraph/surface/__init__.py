@@ -32,7 +32,6 @@ if TYPE_CHECKING:
         root_arrays as root_arrays,
         roots as roots,
         sheet_angles as sheet_angles,
-        sheet_grid as sheet_grid,
         types_may_be_adjacent as types_may_be_adjacent,
     )
 else:

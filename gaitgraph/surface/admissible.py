@@ -432,13 +432,13 @@ def _admissible(
             point = part.representative_point()
             of_sign = polygons[int(red_label(point.x, point.y, vehicle).prod())]
             of_sign[k] = of_sign[k].union(part)
-    pairs = []
+    of_signs = []
     for wanted in signs:
         pair = polygons[wanted]
         if _determinant_falls_below(least, wanted, pair[0], judged):
             pair = shapely.intersection(pair, signed(wanted))
-        pairs.append(pair)
-    return region_of(_union(pairs), region.accuracy, condition, *region.conditions)
+        of_signs.append(pair)
+    return region_of(_union(of_signs), region.accuracy, condition, *region.conditions)
 
 
 def _beyond(low: Sequence[float], high: Sequence[float], *at: float) -> str | None:

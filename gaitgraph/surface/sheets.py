@@ -61,7 +61,6 @@ from gaitgraph.invertibility.matrices import (
     FloatArray,
     coefficients_of,
     level_determinant,
-    pair_features,
     sensitivities,
 )
 from gaitgraph.vehicle import PAPER, Vehicle
@@ -223,24 +222,6 @@ class RootArrays:
     R: FloatArray
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SheetGrid:
-    """The roots of one sheet over a grid of (α1, α2), as an outer product of n rows and m columns.
-
-    Root (r, s) is at the grid node (`row[r]`, `column[s]`), with α3 `alpha3[r]` and α4 `alpha4[s]` [rad], plane types
-    types3[r] and types4[s], each +1, 0 (`?`) or −1, and equation (6) R[r, s]. A grid value whose α3 (α4) lies at an end
-    of [−π/2, π/2] appears as two rows (columns).
-    """
-
-    row: npt.NDArray[np.int64]
-    column: npt.NDArray[np.int64]
-    alpha3: FloatArray
-    alpha4: FloatArray
-    types3: CodeArray
-    types4: CodeArray
-    R: FloatArray
-
-
 def roots(
     alpha1: float | str,
     alpha2: float | str,
@@ -336,44 +317,6 @@ def root_arrays(
     types = on_red[..., None, :] * sheet[..., None]
     R = level_determinant(alpha, coefficients)
     return RootArrays(count=exist.sum(axis=-1), alpha=alpha, sheet=sheet, types=types, R=R)
-
-
-def sheet_grid(
-    color: Color,
-    alpha1: npt.ArrayLike,
-    alpha2: npt.ArrayLike,
-    *,
-    coefficients: CoefficientsLike | None = None,
-    crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE,
-) -> SheetGrid:
-    """Return the roots of one sheet over the grid alpha1 × alpha2, axes in [−π/2, π/2] [rad].
-
-    Options and errors are those of :func:`roots`; for a grid of step h the paper's types have the tolerance h/2.
-
-    >>> axis = np.linspace(-np.pi / 2, np.pi / 2, 17)
-    >>> sum(sheet_grid(color, axis, axis).R.size for color in COLORS)
-    650
-    """
-    coefficients = coefficients_of(kind=coefficients)
-    a1, a2 = checked_plane_angles(alpha1, alpha2)
-    if a1.ndim != 1 or a2.ndim != 1:
-        raise InputError(f"alpha1 and alpha2 must be axes of one dimension, got {a1.ndim} and {a2.ndim}")
-
-    def with_both_ends(angles: FloatArray) -> tuple[npt.NDArray[np.int64], FloatArray]:
-        """Return each angle's index and its representations: two where it lies at an end of the range."""
-        at_end = at_end_of_range(angles)
-        index = np.repeat(np.arange(angles.size), np.where(at_end, 2, 1))
-        side = np.where(np.diff(index, prepend=-1) == 0, HALF_PI, -HALF_PI)
-        return index, np.where(at_end[index], side, angles[index])
-
-    third, fourth = sheet_angles(color, a1, a2, coefficients)
-    row, alpha3 = with_both_ends(third)
-    column, alpha4 = with_both_ends(fourth)
-    types3, types4 = types_of(color, a1[row], a2[column], coefficients, crossing_tolerance)
-    R = pair_features(a1[row], alpha3) @ coefficients.bilinear_form @ pair_features(a2[column], alpha4).T
-    if coefficients.cross:
-        R = R + coefficients.cross * np.outer(np.sin(a1[row] - alpha3), np.sin(a2[column] - alpha4))
-    return SheetGrid(row=row, column=column, alpha3=alpha3, alpha4=alpha4, types3=types3, types4=types4, R=R)
 
 
 def family_codes(colors: Sequence[str]) -> CodeArray:

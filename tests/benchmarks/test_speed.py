@@ -18,7 +18,6 @@ from gaitgraph.graph.walks import closed_walk
 from gaitgraph.invertibility.matrices import coefficients_of, determinant, least_singular_value_bound
 from gaitgraph.invertibility.tilt_margins import tilt_margin
 from gaitgraph.robustness.attitudes import AcceptableAttitudes, acceptable_attitudes
-from gaitgraph.surface.sheets import COLORS
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -62,7 +61,7 @@ def test_processes(benchmark: Any, group: str, command: list[str]) -> None:
 
 
 def all_roots() -> int:
-    return sum(grid.R.size for grid in (gg.surface.sheet_grid(color, AXIS, AXIS) for color in COLORS))
+    return int(gg.surface.root_arrays(AXIS[:, None], AXIS).count.sum())
 
 
 def roots_by_a_solver() -> None:
