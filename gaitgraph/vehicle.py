@@ -156,7 +156,7 @@ class Vehicle(Pictured):
             if field in ("inertia", "rotor_height") or (stated[field] is None and field != "gravity"):
                 continue
             tilt = partial(_tilt, signed=low is not None)
-            convert = {"linkage": linkage_of, **dict.fromkeys(_TILTS, tilt)}.get(field, _positive)
+            convert: Any = {"linkage": linkage_of, **dict.fromkeys(_TILTS, tilt)}.get(field, _positive)
             stated[field] = _each(field, stated[field], convert)
         if (inertia := stated["inertia"]) is not None:
             if not isinstance(inertia, (list, tuple)) or len(inertia) != 3:
