@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 import gaitgraph as gg
+from gaitgraph.angles import angle_from_text
 from gaitgraph.certificates import certify, check as certificate_check
 from gaitgraph.flight.course import arm_response, servo_response as stepped_response
 from gaitgraph.gait.table import Table
@@ -23,7 +24,7 @@ from gaitgraph.io.servo_map import clipped_rows, mapped_table, servo_map_from_ma
 from gaitgraph.surface import admissible_region
 from gaitgraph.timing.servo_lag import servo_response
 from gaitgraph.timing.time_optimal import least_period, limits_of
-from gaitgraph.timing.timed_gait import table_of
+from gaitgraph.timing.timed_gait import export, table_of
 from gaitgraph.vehicle import PAPER, linked, vehicle_from_mapping, vehicle_named
 
 OWN: dict[str, Any] = {
@@ -224,6 +225,17 @@ def test_servo_angles_are_written_and_read_back(tmp_path: Path, name: str, unit:
     report = gg.validate(tmp_path / name)
     assert report.flyable
     assert not report.warnings
+
+
+def test_a_log_of_servo_angles_is_read_through_the_linkage_of_the_vehicle(tmp_path: Path) -> None:
+    angles = {"tilt1": "60deg", "tilt2": "20deg", "tilt3": "-60deg", "tilt4": "-30deg"}
+    row = ",".join(str(angle_from_text(one)) for one in angles.values())
+    (tmp_path / "log.csv").write_text(f"{','.join(angles)}\n{row}\n{row}\n")
+    vehicle = PAPER.replace(linkage=CURVE, first_arm_angle="45deg")
+    joints = servo_map_from_mapping({"preset": "x_frame"})
+    found = next(iter(export(tmp_path / "log.csv", [], vehicle=vehicle, joints=joints).pieces()))
+    # Joints 1 to 4 turn rotors 4, 2, 1, 3.
+    np.testing.assert_allclose(np.degrees(found.alpha[0]), [-50.0, 15.0, -25.0, 70.0], atol=1e-9)
 
 
 def test_tilts_beyond_a_linkage_are_refused_or_clipped() -> None:

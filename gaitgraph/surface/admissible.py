@@ -414,9 +414,9 @@ def _admissible(
         region &= region_of([kept.inner, within.outer], accuracy, *within.conditions)
     if (limits := vehicle.tilt_range) is not None:
         # Opposite arms tilt alike on red.
-        pairs = np.array(limits).reshape(2, 2, 2)
-        low = np.maximum(pairs[..., 0].max(axis=0), -HALF_PI).tolist()
-        high = np.minimum(pairs[..., 1].min(axis=0), HALF_PI).tolist()
+        ranges = np.array(limits).reshape(2, 2, 2)
+        low = np.maximum(ranges[..., 0].max(axis=0), -HALF_PI).tolist()
+        high = np.minimum(ranges[..., 1].min(axis=0), HALF_PI).tolist()
         box, most = rectangle(*low, *high), high[0]
         tilt = _bound("tilt", "≤", math.degrees(most), lambda *at: math.degrees(max(map(abs, at))), "°")
         if (low, high) != ([-most] * 2, [most] * 2):
