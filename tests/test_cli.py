@@ -543,7 +543,7 @@ def test_an_answer_does_not_run_into_the_progress_line() -> None:
 
 
 def test_long_outputs_are_written_piece_by_piece(run: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Whatever writes a table from a clock holds some rows of it at a time."""
+    """Whatever writes the table of a gait from a clock holds some rows of it at a time."""
     sizes: list[int] = []
 
     def taken(pieces: Iterable[Table], path: Path) -> None:
@@ -556,7 +556,6 @@ def test_long_outputs_are_written_piece_by_piece(run: Any, monkeypatch: pytest.M
     for command in (
         ["plan", *SQUARE],
         ["pace", "gait.json", "--max-rate", "10", "--max-acceleration", "90", "--max-jerk", "2000"],
-        ["transition", "hover", "hover"],
     ):
         sizes.clear()
         done = run(*command, *long)
