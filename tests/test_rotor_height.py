@@ -19,7 +19,7 @@ from gaitgraph.plots.axes import blank_figure
 from gaitgraph.plots.planes import draw_zeros_of_R
 from gaitgraph.plots.vehicles import vehicle_view
 from gaitgraph.surface import sign_region, singular_value_region
-from gaitgraph.surface.sheets import COLORS, red_label, separating_factor
+from gaitgraph.surface.sheets import red_label, separating_factor
 from gaitgraph.vehicle import PAPER, Vehicle
 
 FloatArray = npt.NDArray[np.float64]

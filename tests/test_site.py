@@ -100,7 +100,7 @@ def pages(site: Path) -> dict[str, Page]:
 def test_every_page_is_there(pages: dict[str, Page]) -> None:
     listed = re.findall(r"^((?:guide/)?\w+)$", (ROOT / "docs" / "index.md").read_text(), re.M)
     written = {f"{name}.html" for name in ("index", *listed)}
-    assert len(written) == 15
+    assert len(written) == 16
     shown = {f"gallery/{path.stem}.html" for path in (ROOT / "examples").glob("*.py")}
     assert written | shown | {"gallery/index.html", "search.html", "genindex.html"} <= set(pages)
 
