@@ -1,9 +1,9 @@
 """Two witnesses of certificates, from the paper's equations and the format alone: Arb balls, and mpmath intervals.
 
-Neither uses the package, or the covers: each bisects until it can decide. The balls take arms and axes of the rotors
-(docs/theory.md, section 1), cofactors and elimination in M'M − σ²1; the intervals the zero-moment thrusts (sections 2
-and 3) and the Schur complement in MM' − σ²1, whose rows of roll and pitch are orthogonal. Claims of angles, rates and
-joints are exact polynomials, which may touch zero: each judges them to within 1e-18.
+Neither uses the package, or the covers: each bisects until it can decide. The balls take places and axes of the rotors
+(docs/theory.md, section 1), cofactors and elimination in M'M − σ²1; the intervals the zero-moment thrusts (sections 2,
+3 and 19) and the Schur complement in MM' − σ²1. Claims of angles, rates and joints are exact polynomials, which may
+touch zero: each judges them to within 1e-18.
 """
 
 from __future__ import annotations
@@ -28,13 +28,14 @@ def exact(text: str) -> fmpq:
 
 
 class Certificate:
-    """The content of a certificate; κ is negative where the first rotor turns counterclockwise."""
+    """The content of a certificate; κ is negative where the first rotor turns counterclockwise. H is `height`."""
 
     def __init__(self, text: str) -> None:
         document = json.loads(text)
         vehicle, pieces, self.claims = document["vehicle"], document["pieces"], document["claims"]
         drag, thrust, arm = (exact(vehicle[x]) for x in ("drag_coefficient", "thrust_coefficient", "arm_length"))
         self.kappa = drag / (thrust * arm) * (1 if vehicle["first_rotor_spin"] == "clockwise" else -1)
+        self.height = exact(vehicle["rotor_height"]) / arm
         self.law, self.durations = fmpq_poly(list(map(exact, document["law"]))), [exact(p["duration"]) for p in pieces]
         self.pieces = [[fmpq_poly(list(map(exact, angle))) for angle in (piece["alpha"] * 2)[:4]] for piece in pieces]
 
@@ -78,14 +79,15 @@ def in_balls(it: Certificate, name: str, alpha: list[Any]) -> list[Any]:
     """Return what is positive where a claim holds, for four angles that are balls, or series of balls."""
     if name in EXACT:
         return alpha
-    k, claim = arb(it.kappa), it.claims[name]
+    k, h, claim = arb(it.kappa), arb(it.height), it.claims[name]
     bounds = [arb(exact(claim[side])) for side in ("at_least", "at_most", "tilt") if side in claim]
     axes, torques = [], []
     for a, (ex, ey), spin in zip(alpha, [(1, 0), (0, 1), (-1, 0), (0, -1)], [k, -k, k, -k], strict=True):
         s, c = a.sin(), a.cos()
         n = (s * ey, -s * ex, c)  # cos α z + sin α e×z
         axes.append(n)
-        torques.append((ey * c + spin * n[0], -ex * c + spin * n[1], ex * n[1] - ey * n[0] + spin * c))  # e×n + σκn
+        roll, pitch = ey * c - h * n[1], h * n[0] - ex * c
+        torques.append((roll + spin * n[0], pitch + spin * n[1], ex * n[1] - ey * n[0] + spin * c))  # (e + Hz)×n + σκn
     if name == "least_singular_value":
         columns = [(*torque, n[2]) for torque, n in zip(torques, axes, strict=True)]
         gram = [[sum(x * y for x, y in zip(p, q, strict=True)) for q in columns] for p in columns]
@@ -169,21 +171,28 @@ def in_intervals(it: Certificate, name: str, alpha: list[Slope]) -> list[Slope]:
     """Return what is positive where a claim holds."""
     if name in EXACT:
         return alpha
-    trig, claim, k = [a.sine_and_cosine() for a in alpha], it.claims[name], interval(it.kappa)
+    trig, claim = [a.sine_and_cosine() for a in alpha], it.claims[name]
+    k, h = interval(it.kappa), interval(it.height)
     (s1, c1), (s2, c2), (s3, c3), (s4, c4) = trig
     C1, C2, C3, C4 = (c + s * x for (s, c), x in zip(trig, [k, -k, k, -k], strict=True))  # cos β / cos δ
     S1, S2, S3, S4 = (s - c * x for (s, c), x in zip(trig, [k, -k, k, -k], strict=True))  # sin β / cos δ
     if name == "least_singular_value":
         square = interval(claim["at_least"]) * interval(claim["at_least"])
-        roll, pitch = C2 * C2 + C4 * C4 - square, C1 * C1 + C3 * C3 - square
-        a, b = C4 * S4 - C2 * S2, C1 * S1 - C3 * S3  # yaw with roll and with pitch
-        e, f = C2 * c2 - C4 * c4, C3 * c3 - C1 * c1  # altitude with roll and with pitch
+        h1, h2, h3, h4 = (s * h for s in (s1, s2, s3, s4))
+        roll, pitch = C2 * C2 + C4 * C4 + h1 * h1 + h3 * h3 - square, C1 * C1 + C3 * C3 + h2 * h2 + h4 * h4 - square
+        a, b = C4 * S4 - C2 * S2 + h3 * S3 - h1 * S1, C1 * S1 - C3 * S3 + h4 * S4 - h2 * S2  # yaw with roll, with pitch
+        e, f = C2 * c2 - C4 * c4 + h1 * c1 - h3 * c3, C3 * c3 - C1 * c1 + h2 * c2 - h4 * c4  # altitude likewise
+        g = (h2 * C2 + h4 * C4 - h1 * C1 - h3 * C3) / roll  # roll with pitch: zero for rotors without a height
+        pitch, b, f = pitch - g * g * roll, b - g * a, f - g * e
         yaw = S1 * S1 + S2 * S2 + S3 * S3 + S4 * S4 - square - a * a / roll - b * b / pitch
         altitude = c1 * c1 + c2 * c2 + c3 * c3 + c4 * c4 - square - e * e / roll - f * f / pitch
         both = S1 * c1 + S2 * c2 + S3 * c3 + S4 * c4 + a * e / roll + b * f / pitch
         return [roll, pitch, yaw, yaw * altitude - both * both]
     x, y = S1 * C3 + C1 * S3, S2 * C4 + C2 * S4
-    u = (y * C3 * -1, x * C4, y * C1 * -1, x * C2)  # zero-moment thrusts
+    E, F = s1 * s3 * 2 - (s1 * c3 + c1 * s3) * k, s2 * s4 * 2 + (s2 * c4 + c2 * s4) * k
+    p, q = s1 * c3 - c1 * s3, s2 * c4 - c2 * s4
+    u1, u2 = q * S3 * h - y * C3 - s3 * F * (h * h), x * C4 + p * S4 * h + s4 * E * (h * h)  # zero-moment thrusts
+    u = (u1, u2, q * S1 * -h - y * C1 - s1 * F * (h * h), x * C2 - p * S2 * h + s2 * E * (h * h))
     N = (u[1] * s2 - u[3] * s4, u[2] * s3 - u[0] * s1, u[0] * c1 + u[1] * c2 + u[2] * c3 + u[3] * c4)
     if name == "sign_of_R":
         return [N[2] * {"positive": -1, "negative": 1}[claim["sign"]] * (-1 if it.kappa < 0 else 1)]  # det M = −N_z

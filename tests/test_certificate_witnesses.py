@@ -32,7 +32,10 @@ def random_gait(seed: int) -> Any:
     made: Any = None
     while made is None or not validate(made).flyable:
         points = numbers.uniform(-0.95, 0.95, 2) + numbers.uniform(-0.5, 0.5, (int(numbers.integers(3, 7)), 2))
-        made = gait = lift(points, "red", vehicle=random_vehicle(numbers), coefficients="exact")
+        least, most, rate = (numbers.uniform(*ends, 4).tolist() for ends in ((-2, -0.8), (0.8, 2), (20, 60)))
+        raised = {"arm_length": 0.2, "rotor_height": float(numbers.choice([0.0, *numbers.uniform(-0.3, 0.3, 3)]))}
+        vehicle = random_vehicle(numbers).replace(**raised, min_tilt=least, max_tilt=most, max_tilt_rate=rate)
+        made = gait = lift(points, "red", vehicle=vehicle, coefficients="exact")
         period, limits = float(numbers.uniform(0.2, 9)), Limits(rate=50.0, acceleration=2000.0)
         if form == "paced":
             made = paced(gait, limits, period=period, nodes=40).timed

@@ -8,7 +8,7 @@ import math
 import subprocess
 import sys
 from fractions import Fraction
-from itertools import pairwise
+from itertools import pairwise, product
 from pathlib import Path
 from typing import Any
 
@@ -79,8 +79,9 @@ def random_plans(seed: int, count: int) -> list[gg.Plan]:
     rng = np.random.default_rng(seed)
     plans: list[gg.Plan] = []
     while len(plans) < count:
-        limits: dict[str, Any] = {"max_tilt": rng.uniform(0.9, 1.5), "max_thrust": rng.uniform(2.0, 9.0)}
-        limits = {name: value for name, value in limits.items() if rng.random() < 0.3}
+        limits: dict[str, Any] = {"max_tilt": rng.uniform(0.9, 1.5, 4).tolist(), "max_thrust": rng.uniform(2.0, 9.0)}
+        limits |= {"rotor_height": rng.uniform(-0.06, 0.06)}
+        limits = {"arm_length": 0.2} | {name: value for name, value in limits.items() if rng.random() < 0.3}
         spin = str(rng.choice(["clockwise", "counterclockwise"]))
         vehicle = gg.Vehicle(drag_ratio=10 ** rng.uniform(-1.2, 0.2), mass=1.0, first_rotor_spin=spin, **limits)
         side = rng.choice([-1, 1])
@@ -166,6 +167,21 @@ def test_what_is_false_is_not_proved(gait3: dict[str, Any], path: tuple[str, str
     assert all(found.values())
 
 
+def test_a_raised_vehicle_whose_servos_differ() -> None:
+    tilts = {"min_tilt": [0.4, -1.3, 0.0, -1.2], "max_tilt": [1.2, 0.0, 1.5, -0.4]}
+    vehicle = gg.PAPER.replace(rotor_height=0.05, max_tilt_rate=[4.28, 9.0, 30.0, 4.3], **tilts)
+    document = gg.certify(gg.lift(LOOP, "red", vehicle=vehicle).parametrize(1.2), tilt="5deg").document
+    assert all(proved(document).values())
+    tilt = document["claims"]["tilt"]
+    for side, at in (("at_least", [0.4, -1.200001, 0.399999, -1.2]), ("at_most", [1.2, -0.399999, 1.200001, -0.4])):
+        assert np.allclose(list(map(float, tilt[side])), at, rtol=0, atol=2e-9)
+    assert document["claims"]["rate"]["at_most"] == ["4.28", "4.4", "4.4", "4.3"]
+    # At H ≠ 0 the determinant is not small where κ is: its sign alone says nothing of R's.
+    tiny = changed(document, "vehicle", "drag_coefficient", to="1/1" + "0" * 50)
+    for sign in ("positive", "negative"):
+        assert not proved(changed(tiny, "claims", "sign_of_R", "sign", to=sign))["sign_of_R"]
+
+
 def test_jumps_are_not_proved(gait3: dict[str, Any]) -> None:
     for path, value in ((("pieces", 1, "alpha", 0, 0), "1.178"), (("law",), ["0", "1"])):
         assert not proved(changed(gait3, *path, to=value))["joints"]
@@ -176,6 +192,8 @@ MALFORMED = [
     (("digest",), "12"),
     (("vehicle", "arm_length"), "0.000"),
     (("vehicle", "arm_length"), 0.1785),
+    (("vehicle", "rotor_height"), "1e-1"),
+    (("vehicle",), dict.fromkeys(("name", *list(check.CONSTANTS)[:3]), "1") | {"first_rotor_spin": "clockwise"}),
     (("vehicle", "first_rotor_spin"), "left"),
     (("law",), ["0", "2", "-1.5"]),
     (("law",), ["0", "-1", "2"]),
@@ -260,12 +278,13 @@ def test_bounds_enclose_functions() -> None:
 
 def test_physics_is_that_of_the_matrices() -> None:
     rng = np.random.default_rng(6)
-    for spin in ("clockwise", "counterclockwise"):
-        vehicle = gg.PAPER.replace(first_rotor_spin=spin)
-        kappa = check.enclosed(Fraction(vehicle.signed_drag_ratio))
+    for spin, height in product(("clockwise", "counterclockwise"), (0.0, -0.3, 0.05)):
+        vehicle = gg.PAPER.replace(first_rotor_spin=spin, rotor_height=height)
+        k, h = Fraction(vehicle.signed_drag_ratio), Fraction(vehicle.height_ratio)
+        ratios = check.enclosed(k), check.enclosed(h)
         for alpha in rng.uniform(-2, 2, (20, 4)):
             point = [[Fraction(one)] for one in alpha.tolist()]
-            rows, thrusts, force = check.level_physics(kappa, *(check.enclosed(one[0]) for one in point))
+            rows, thrusts, force = check.level_physics(*ratios, *(check.enclosed(one[0]) for one in point))
             shares = np.array([one.value / check.ONE for one in thrusts])
             inputs = np.linalg.solve(scaled_decoupling_matrix(alpha, vehicle), [0, 0, 0, 1])
             vertical = np.array([one.value / check.ONE for one in force])
@@ -282,7 +301,7 @@ def test_physics_is_that_of_the_matrices() -> None:
             least = float(least_singular_value(alpha, vehicle))
             for factor, holds in ((1 - 1e-9, True), (1 + 1e-9, False)):
                 claim, whole = {"at_least": Fraction(least * factor)}, (Fraction(0), Fraction(1))
-                assert check.proves("least_singular_value", claim, kappa, point, *whole) == holds
+                assert check.proves("least_singular_value", claim, ratios, point, *whole) == holds
 
 
 def test_what_cannot_be_proved_is_refused() -> None:

@@ -1,7 +1,6 @@
 """Check the certificate of a gait with the standard library alone: ``python check.py gait.cert.json``.
 
-Sines and cosines are integers times 2^-96 with bounds of their errors; the matrix is that of Shen, Ma and Tsuchiya
-(2022). Exit codes: 0 every claim is proved, 1 one is not, 2 it is no certificate.
+The matrix is that of Shen, Ma and Tsuchiya (2022). Exit codes: 0 all is proved, 1 it is not, 2 it is no certificate.
 """
 
 from __future__ import annotations
@@ -11,13 +10,12 @@ import re
 import sys
 from fractions import Fraction
 from functools import lru_cache, partial
-from itertools import pairwise
+from itertools import combinations, pairwise
 from math import comb, lcm
 from pathlib import Path
 from typing import Any, NamedTuple
 
-ONE, ZERO = 1 << 96, Fraction(0)
-Polynomial = list[Fraction]  # coefficients, the lowest power first
+ONE, ZERO = 1 << 96, Fraction(0)  # bounds of sines and so on are integers times 1 / ONE
 NUMBER = re.compile(r"-?[0-9]{1,40}(\.[0-9]{1,60}|/[1-9][0-9]{0,59})?")  # exact: a decimal or a fraction
 POSITIVE = re.compile(r"(?=[0-9.]*[1-9])[0-9]{1,40}(\.[0-9]{1,60}|/[1-9][0-9]{0,59})?")
 TEXT, FOUR, COVER = "(?s:.{0,1000})", [NUMBER, 4, 5], {"cover": [[NUMBER, 2, 10**6], 1, 10**6]}
@@ -27,7 +25,7 @@ CLAIMS = {name: {"at_least": FOUR, "at_most": FOUR, **COVER} for name in ORDERS}
     "hover_thrust": {"at_least": NUMBER, "at_most": NUMBER, **COVER}, "attitude": {"tilt": NUMBER, **COVER},
     "joints": {"rate_jump": NUMBER, "acceleration_jump": NUMBER},
 }  # fmt: skip
-CONSTANTS = dict.fromkeys(("drag_coefficient", "thrust_coefficient", "arm_length"), POSITIVE)
+CONSTANTS = dict.fromkeys(("drag_coefficient", "thrust_coefficient", "arm_length"), POSITIVE) | {"rotor_height": NUMBER}
 FORM = {  # of a document: objects by their names, lists by what is in them and their lengths, texts by what they match
     "format": "gaitgraph certificate 1", "made_by": TEXT, "digest": "([0-9a-f]{64})?", "deviation": NUMBER,
     "vehicle": {"name": TEXT, **CONSTANTS, "first_rotor_spin": "clockwise|counterclockwise"}, "law": [NUMBER, 2, 9],
@@ -44,8 +42,7 @@ class Bounds(NamedTuple):
     spread: int
 
     def __add__(self, other: Bounds) -> Bounds:  # type: ignore[override]
-        (v1, e1, s1, r1), (v2, e2, s2, r2) = self, other
-        return Bounds(v1 + v2, e1 + e2, s1 + s2, r1 + r2)
+        return Bounds(*map(int.__add__, self, other))
 
     def __sub__(self, other: Bounds) -> Bounds:
         return self + Bounds(-other.value, other.error, -other.slope, other.spread)
@@ -63,16 +60,15 @@ def enclosed(value: Fraction | int, *more: int, under: int = 1) -> Bounds:
     return Bounds(value * ONE // under, 1, sum(more[:1]) * ONE // under, sum(map(abs, more[1:])) * ONE // under + 2)
 
 
-def around(polynomial: Polynomial, low: Fraction, high: Fraction) -> tuple[list[int], int]:
-    """Return a polynomial on an interval as one of u in [-1, 1]: coefficients times a number, and that number."""
-    n, over = len(polynomial) - 1, lcm(*(one.denominator for one in polynomial))
-    under = lcm(low.denominator, high.denominator)
+def around(polynomial: list[Fraction], low: Fraction, high: Fraction) -> tuple[list[int], int]:
+    """Return a polynomial, the lowest power first, as one of u in [-1, 1]: coefficients times a number, and that."""
+    over, under = lcm(*(one.denominator for one in polynomial)), lcm(low.denominator, high.denominator)
     start, end = (one.numerator * (under // one.denominator) for one in (low, high))
-    out = [a.numerator * (over // a.denominator) * (2 * under) ** (n - k) for k, a in enumerate(polynomial)]
-    for first in range(n):
-        for j in range(n - 1, first - 1, -1):
-            out[j] += (start + end) * out[j + 1]
-    return [a * (end - start) ** k for k, a in enumerate(out)], over * (2 * under) ** n
+    out: list[int] = []
+    for k, a in enumerate(reversed(polynomial)):  # Horner's scheme
+        out = [(start + end) * x + (end - start) * y for x, y in zip([*out, 0], [0, *out], strict=True)]
+        out[0] += a.numerator * (over // a.denominator) * (2 * under) ** k
+    return out, over * (2 * under) ** (len(polynomial) - 1)
 
 
 def sine_and_cosine(angle: Bounds) -> list[Bounds]:
@@ -94,7 +90,7 @@ def sine_and_cosine(angle: Bounds) -> list[Bounds]:
     return out
 
 
-def motion(piece: dict[str, Any], order: int) -> list[Polynomial]:
+def motion(piece: dict[str, Any], order: int) -> list[list[Fraction]]:
     """Return a derivative by time of the angles on a piece, of the share of its duration; order 0: of s."""
     out = piece["moved" if order else "alpha"]
     for _ in range(order):
@@ -102,44 +98,48 @@ def motion(piece: dict[str, Any], order: int) -> list[Polynomial]:
     return [[a / piece["duration"] ** order for a in one] for one in out]
 
 
+def cofactors(*rows: Any) -> tuple[Bounds, ...]:
+    """Return the cofactors of the last row of a 4×4 matrix, whose other three are given."""
+    one, two, (x, y, z, w) = rows
+    a, b, c, d, e, f = (one[i] * two[j] - one[j] * two[i] for i, j in combinations(range(4), 2))
+    return z * e - y * f - w * d, x * f - z * c + w * b, y * c - x * e - w * a, x * d - y * b + z * a
+
+
 @lru_cache(maxsize=4096)
-def level_physics(k: Bounds, *angles: Bounds) -> tuple[Any, ...]:
+def level_physics(kappa: Bounds, height: Bounds, *angles: Bounds) -> tuple[Any, ...]:
     """Return the level matrix M of the four thrusts, thrusts without torque, and their force in body axes."""
-    # M = [[0, x2, 0, -x4], [y1, 0, -y3, 0], [-z1, z2, -z3, z4], [c1, c2, c3, c4]] are torques / (L Kf), that about y
-    # with the other sign, and lift / Kf. The vertical part of the force is det M = 2 kappa R.
-    turned = [(s, c, k * s, k * c) for s, c in map(sine_and_cosine, angles)] * 2
-    (s1, c1, p1, q1), (s2, c2, p2, q2), (s3, c3, p3, q3), (s4, c4, p4, q4) = turned[:4]
-    x2, y1, x4, y3 = c2 - p2, c1 + p1, c4 - p4, c3 + p3
-    z1, z2, z3, z4 = q1 - s1, q2 + s2, q3 - s3, q4 + s4
-    p, q = z2 * x4 + z4 * x2, z1 * y3 + z3 * y1
-    t1, t2, t3, t4 = thrusts = y3 * p, x4 * q, y1 * p, x2 * q
+    # The rows of M are torques / (L Kf), those about y and z with the other sign, and lift / Kf. The thrusts are the
+    # cofactors of the last row, so that the vertical part of their force is det M = 2 kappa R.
+    none = enclosed(0)
+    turned = [(s, c, kappa * s, kappa * c, height * s) for s, c in map(sine_and_cosine, angles)] * 2
+    (s1, c1, p1, q1, h1), (s2, c2, p2, q2, h2), (s3, c3, p3, q3, h3), (s4, c4, p4, q4, h4) = turned[:4]
+    roll, pitch = (h1, c2 - p2, none - h3, p4 - c4), (c1 + p1, none - h2, none - c3 - p3, h4)
+    yaw, lift = (s1 - q1, s2 + q2, s3 - q3, s4 + q4), (c1, c2, c3, c4)
+    t1, t2, t3, t4 = thrusts = cofactors(roll, pitch, yaw)
     force = s2 * t2 - s4 * t4, s3 * t3 - s1 * t1, c1 * t1 + c2 * t2 + c3 * t3 + c4 * t4
-    return ((x2, x4), (y1, y3), (z1, z2, z3, z4), (c1, c2, c3, c4)), thrusts, force
+    return (roll, pitch, yaw, lift), thrusts, force
 
 
-def proves(name: str, claim: Any, kappa: Bounds, curves: list[Polynomial], *ends: Fraction) -> bool:
+def proves(name: str, claim: Any, ratios: tuple[Bounds, Bounds], curves: list[list[Fraction]], *ends: Fraction) -> bool:
     """Return whether a claim holds on an interval, on which the angles or their derivatives are the curves."""
-    found = [around(one, *ends) for one in curves]
+    found, none = [around(one, *ends) for one in curves], enclosed(0)
     if name in ORDERS:  # odd powers of u lie between -1 and 1, even ones between 0 and 1
         least = [Fraction(a[0] + sum(min(x, -x * (k % 2)) for k, x in enumerate(a) if k), n) for a, n in found] * 2
         most = [Fraction(a[0] + sum(max(x, -x * (k % 2)) for k, x in enumerate(a) if k), n) for a, n in found] * 2
         return all(map(Fraction.__le__, claim["at_least"], least)) and all(map(Fraction.__le__, most, claim["at_most"]))
-    rows, thrusts, (fx, fy, fz) = level_physics(kappa, *(enclosed(*a, under=n) for a, n in found))
-    if name == "least_singular_value":  # M M' - floor² 1 = [[a, 0, u, v], [0, b, w, t], [u, w, c, e], [v, t, e, d]]
-        (x2, x4), (y1, y3), (z1, z2, z3, z4), (c1, c2, c3, c4) = rows
-        a, b, c, d = (sum((i * i for i in row), enclosed(-(claim["at_least"] ** 2))) for row in rows)
-        e, u, v = z2 * c2 + z4 * c4 - z1 * c1 - z3 * c3, x2 * z2 - x4 * z4, x2 * c2 - x4 * c4
-        w, t, ab = y3 * z3 - y1 * z1, y1 * c1 - y3 * c3, a * b
-        bu, bv, aw, at = b * u, b * v, a * w, a * t
-        left = bu * (u * d - v * e) + bv * (v * c - u * e) + aw * (w * d - t * e) + at * (t * c - w * e)
-        last = ab * (c * d - e * e) - left + (u * t - v * w) * (u * t - v * w)
-        parts = [a, ab, ab * c - bu * u - aw * w, last]  # the leading minors
+    m, thrusts, (fx, fy, fz) = level_physics(*ratios, *(enclosed(*a, under=n) for a, n in found))
+    if name == "least_singular_value":  # the leading minors of M M' - floor² 1
+        less = enclosed(-(claim["at_least"] ** 2))
+        half = [[sum(map(Bounds.__mul__, a, b), less if a is b else none) for b in m[:k]] for k, a in enumerate(m, 1)]
+        gram = [[half[max(i, k)][min(i, k)] for i in range(4)] for k in range(4)]
+        (a, b, *_), (_, c, *_), last = *gram[:2], cofactors(*gram[:3])
+        parts = [a, a * c - b * b, last[3], sum(map(Bounds.__mul__, gram[3], last), none)]
     elif name == "sign_of_R":
-        parts = [fz if (kappa.value > 0) == (claim["sign"] == "positive") else enclosed(ZERO) - fz]
+        parts = [ratios[0] * (fz if claim["sign"] == "positive" else none - fz)]
     elif name == "hover_thrust":  # the share of the weight is thrust / fz
         least, most = enclosed(claim["at_least"]) * fz, enclosed(claim["at_most"]) * fz
         parts = [fz, *(part for thrust in thrusts for part in (thrust - least, most - thrust))]
-        parts = parts if fz.value > 0 else [enclosed(ZERO) - part for part in parts]
+        parts = parts if fz.value > 0 else [none - part for part in parts]
     else:  # attitude: the determinant is the product of the force and the vertical in body axes
         sine, cosine = sine_and_cosine(enclosed(claim["tilt"]))
         parts = [cosine, fz * fz * cosine * cosine - (fx * fx + fy * fy) * sine * sine]
@@ -164,9 +164,9 @@ def parsed(value: Any, form: Any, what: str) -> Any:
 def check(text: str) -> list[tuple[str, str]]:
     """Return each claim and the first place where it is not proved, if any; ValueError if it is no certificate."""
     whole = parsed(json.loads(text, object_pairs_hook=tuple), FORM, "the document")
-    drag, thrust, arm = (whole["vehicle"][name] for name in CONSTANTS)
-    spin = 1 if whole["vehicle"]["first_rotor_spin"] == "clockwise" else -1
-    kappa, law, pieces, out = enclosed(spin * drag / (thrust * arm)), whole["law"], whole["pieces"], []
+    law, pieces, out = whole["law"], whole["pieces"], []
+    _, drag, thrust, arm, height, spin = whole["vehicle"].values()
+    ratios = enclosed(drag / (thrust * arm) * (1 if spin == "clockwise" else -1)), enclosed(height / arm)
     rise = [sum(a * comb(j, k) / comb(len(law) - 1, k) for k, a in enumerate(law[: j + 1])) for j in range(len(law))]
     curved = any(len(one) > 2 for piece in pieces for one in piece["alpha"])
     if rise[0] != 0 or rise[-1] != 1 or rise != sorted(rise) or (curved and len(law) > 2):
@@ -184,7 +184,7 @@ def check(text: str) -> list[tuple[str, str]]:
         if name != "joints" and rises != [True] * len(pieces):
             raise ValueError(f"cover of {name} must rise from 0 to 1 on each piece, got another")
         for k, breaks in enumerate(cover):
-            test = partial(proves, name, claim, kappa, motion(pieces[k], ORDERS.get(name, 0)))
+            test = partial(proves, name, claim, ratios, motion(pieces[k], ORDERS.get(name, 0)))
             missed += [f"on piece {k} from {a} to {b}" for a, b in pairwise(breaks) if not test(a, b)]
         out.append((name, missed[0] if missed else ""))
     return out

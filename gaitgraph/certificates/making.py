@@ -209,12 +209,12 @@ class _Path:
         self.timed: Any = path if isinstance(path, TimedGait) else None
         self.gait = path.gait if isinstance(path, TimedGait) else path
         vehicle, one = self.gait.vehicle, Fraction(1)
-        known = (vehicle.drag_coefficient, vehicle.thrust_coefficient, vehicle.arm_length)
+        known = (vehicle.drag_coefficient, vehicle.thrust_coefficient, vehicle.arm_length, vehicle.rotor_height)
         constants = [one if value is None else _decimal(value) for value in known]
-        kappa = constants[0] / (constants[1] * constants[2])
         if None in known:
-            kappa, *_ = constants = [_decimal(vehicle.drag_ratio), one, one]
-        self.kappa = check.enclosed(kappa if vehicle.signed_drag_ratio > 0 else -kappa)
+            constants = [_decimal(vehicle.drag_ratio), one, one, constants[3] / constants[2]]
+        kappa, height = constants[0] / (constants[1] * constants[2]), constants[3] / constants[2]
+        self.ratios = check.enclosed(kappa if vehicle.signed_drag_ratio > 0 else -kappa), check.enclosed(height)
         self.vehicle: dict[str, Any] = {"name": vehicle.name[:1000], "first_rotor_spin": vehicle.first_rotor_spin}
         self.vehicle |= dict(zip(check.CONSTANTS, constants, strict=True))
         self.powers, widths, is_smooth = self._polynomials()
@@ -283,8 +283,9 @@ def _claims_of(path: _Path, report: Report, tilt: float | None) -> dict[str, dic
         claims["attitude"] = {"tilt": _decimal(tilt, _GRID)}
     hull = np.tile(bernstein_from_power(powers, np.ones(len(path.pieces))), 4 // powers.shape[-1])
     low, high = np.array(vehicle.tilt_range or [(-math.inf, math.inf)] * 4).T
-    at_most = np.minimum(hull.max(axis=(0, 1)) + _LEAST_ROOM, high * (1 + np.sign(high) * float(_SLACK)))
-    at_least = np.maximum(hull.min(axis=(0, 1)) - _LEAST_ROOM, low * (1 - np.sign(low) * float(_SLACK)))
+    slack = float(_SLACK) * np.where([low == 0, high == 0], 1.0, np.abs([low, high]))
+    at_least = np.maximum(hull.min(axis=(0, 1)) - _LEAST_ROOM, low - slack[0])
+    at_most = np.minimum(hull.max(axis=(0, 1)) + _LEAST_ROOM, high + slack[1])
     claims["tilt"] = {"at_least": list(map(_decimal, at_least)), "at_most": list(map(_decimal, at_most))}
     for name, order in list(check.ORDERS.items())[1:] if path.timed is not None else ():
         largest, peaks = getattr(vehicle, f"max_tilt_{name}"), path.timed.peaks(order)
@@ -316,7 +317,7 @@ def _cover(path: _Path, name: str, claim: dict[str, Any], k: int) -> list[Fracti
     while todo:
         low, high = todo.pop()
         middle = (low + high) / 2
-        if check.proves(name, claim, path.kappa, curves, low, high):
+        if check.proves(name, claim, path.ratios, curves, low, high):
             breaks.append(high)
         elif high - low < _SMALLEST or len(breaks) > _MOST_INTERVALS:
             at = ", ".join(f"{np.polyval([float(a) for a in one[::-1]], float(middle)):.4f}" for one in piece["alpha"])
