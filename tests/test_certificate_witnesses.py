@@ -32,7 +32,7 @@ def random_gait(seed: int) -> Any:
     made: Any = None
     while made is None or not validate(made).flyable:
         points = numbers.uniform(-0.95, 0.95, 2) + numbers.uniform(-0.5, 0.5, (int(numbers.integers(3, 7)), 2))
-        least, most, rate = (numbers.uniform(*ends, 4).tolist() for ends in ((-2, -0.8), (0.8, 2), (20, 60)))
+        least, most, rate = (numbers.uniform(low, high, 4).tolist() for low, high in ((-2, -0.8), (0.8, 2), (20, 60)))
         raised = {"arm_length": 0.2, "rotor_height": float(numbers.choice([0.0, *numbers.uniform(-0.3, 0.3, 3)]))}
         vehicle = random_vehicle(numbers).replace(**raised, min_tilt=least, max_tilt=most, max_tilt_rate=rate)
         made = gait = lift(points, "red", vehicle=vehicle, coefficients="exact")
