@@ -318,6 +318,24 @@ def test_the_vehicle_moves_by_itself_until_it_is_paused(page: Page) -> None:
         assert page.text("play") == "Play"
 
 
+@pytest.mark.parametrize("way", ["try-gait", "map", "load"])
+def test_the_motion_goes_on_when_the_ghost_makes_room_for_a_gait(page: Page, way: str) -> None:
+    with page.emulated(still=False):
+        page.open()
+        page.until(page.id("welcome").is_displayed)
+        if way == "try-gait":
+            page.id(way).click()
+        elif way == "load":
+            page.choose(way, "2")
+        else:
+            page.click(2 * STEP, -2 * STEP)
+            page.click(6 * STEP, -2 * STEP)
+        page.until(lambda: page.headline().endswith("Flyable"))
+        page.planned()
+        shown = page.text("clock")
+        page.until(lambda: page.text("clock") != shown)
+
+
 def test_slider_steps_and_the_pointer_set_the_posture(page: Page) -> None:
     page.open(GAIT_3)
     pictures = [page.vehicle()]
@@ -573,10 +591,12 @@ def test_refusals_and_a_server_that_is_gone(page: Page) -> None:
     page.cdp("Network.emulateNetworkConditions", offline=True, **network)
     page.click(4 * STEP, -6 * STEP)
     page.until(lambda: "does not answer" in page.text("connection"))
+    assert (page.headline(), page.text("reason")) == ("Not planned yet", "The server does not answer")
     assert page.count(".waypoint") == 5  # what was clicked is kept
     page.cdp("Network.emulateNetworkConditions", offline=False, **network)
     page.until(lambda: not page.id("connection").is_displayed())
     page.planned()
+    page.shows("✓Flyable")
     assert all("400" in line or "ERR_INTERNET_DISCONNECTED" in line for line in page.complaints())
 
 
@@ -605,6 +625,7 @@ def test_without_a_gait_a_waypoint_can_be_moved_to_where_there_is_one(page: Page
         "red, R < 0: waypoint 1 (π/8, π/8) has R = 2.9; the nearest admissible point is"
     )
     assert page.count(".layer-advice .from") == page.count(".advice-head") == 1
+    assert serious_findings(page.driver) == []
     page.vehicle()
     assert page.css(".vehicle-note").text == "The posture of waypoint 1"
     assert page.count("[data-key=ways]:not([open])") == page.count("[data-key=alternatives]:not([open])") == 1

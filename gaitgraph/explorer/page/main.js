@@ -34,6 +34,7 @@ let sheetShown = "red"; // of a map that follows the plan
 let emptyKey = ""; // of the state without waypoints that a first visit has
 let addressTimer = 0;
 let ghost = null; // the plan of the gait that a first visit shows
+let moving = null; // the report whose gait the charts show; it lasts until the next answer is shown
 let wantsMotion = !prefersStillness(); // until the reader stops it
 const maps = new Map();
 
@@ -70,6 +71,7 @@ const planner = latest("api/plan", {
   onError(error, body) {
     if (error instanceof Gone) {
       byId("main").classList.add("stale");
+      showVerdict({ status: "gone" }, null, {}); // the old one was that of another loop
       failed(error);
       return;
     }
@@ -178,12 +180,6 @@ function askDiagram() {
 
 const shownReport = () => (tab === "table" ? table : plan);
 
-/** Return the report whose gait moves, or null. */
-function moving() {
-  if (tab === "table") return table;
-  return plan?.status === "planned" ? plan : ghost;
-}
-
 function showBackground(background) {
   map.showMap(background);
   mapNote = background.note ?? "";
@@ -240,16 +236,16 @@ function showFound() {
   if (byId("verdict-spoken").textContent !== sentence) byId("verdict-spoken").textContent = sentence;
   document.title =
     report && report.status !== "empty" ? `${verdictOf(report).headline} · gaitgraph` : "gaitgraph explore";
-  const gait = moving();
-  charts.show(gait?.series ?? null, store.state.view.chart, gait?.color);
-  vehicle.show((gait ?? report)?.vehicle_view ?? null, tab === "table");
-  if (!gait && report?.posture) {
+  moving = tab === "table" ? table : plan?.status === "planned" ? plan : ghost;
+  charts.show(moving?.series ?? null, store.state.view.chart, moving?.color);
+  vehicle.show((moving ?? report)?.vehicle_view ?? null, tab === "table");
+  if (!moving && report?.posture) {
     const name = report.status === "empty" ? "Upright, in hover" : "The posture of waypoint 1";
     vehicle.at({ phase: 0, name, ...report.posture });
   }
-  byId("field-chart").hidden = !gait;
-  for (const id of ["play", "scrub"]) byId(id).disabled = !gait;
-  clock.play(Boolean(gait) && wantsMotion);
+  byId("field-chart").hidden = !moving;
+  for (const id of ["play", "scrub"]) byId(id).disabled = !moving;
+  clock.play(Boolean(moving) && wantsMotion);
   allowDownloads(plan?.status === "planned");
   showPhase(clock.phase, null);
   document.documentElement.dataset.planned = planFor === planKey(store.state) ? "yes" : "no";
@@ -259,13 +255,12 @@ function showFound() {
 
 function showPhase(phase, source) {
   const at = charts.at(phase);
-  const gait = moving();
-  map.showDot(at && [at.alpha[0], at.alpha[1]], gait?.color ?? "");
-  if (at) vehicle.at({ phase, alpha: at.alpha, shares: thrustsAt(gait.series, at) });
+  map.showDot(at && [at.alpha[0], at.alpha[1]], moving?.color ?? "");
+  if (at) vehicle.at({ phase, alpha: at.alpha, shares: thrustsAt(moving.series, at) });
   if (source !== "scrub") byId("scrub").value = String(Math.round(phase * 1000));
-  const text = at ? (gait.series.t ? `${number(at.time, 3)} s` : `row ${Math.round(at.time)}`) : "";
+  const text = at ? (moving.series.t ? `${number(at.time, 3)} s` : `row ${Math.round(at.time)}`) : "";
   byId("clock").textContent = text;
-  byId("scrub").setAttribute("aria-valuetext", text);
+  byId("scrub").setAttribute("aria-valuetext", text || "no gait");
 }
 
 /** Return the hover thrusts at a row and a part of the way to the next; null where there are none. */
@@ -422,7 +417,7 @@ function bindPlayer() {
     byId(id).addEventListener("pointerleave", clock.release);
   }
   map.element.addEventListener("pointermove", (event) => {
-    const phase = event.buttons ? null : map.phaseAt(event, moving()?.series);
+    const phase = event.buttons ? null : map.phaseAt(event, moving?.series);
     if (phase === null) clock.release();
     else clock.hold(phase, "map");
   });

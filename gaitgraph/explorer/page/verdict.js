@@ -14,6 +14,7 @@ const HINT = /; [^;]*require='valid'\)$/; // the advice for the command line; th
 export function verdictOf(report, advice = null) {
   const said = (kind, headline, reason = "") => ({ kind, headline, reason });
   if (!report || report.status === "empty") return said("none", "No waypoints yet");
+  if (report.status === "gone") return said("none", "Not planned yet", "The server does not answer");
   if (report.status === "refused") return said("no", "Wrong input", report.reason);
   if (report.status === "infeasible") {
     return said("no", "No gait", inPi(advice?.obstacle.message ?? report.reason.replace(HINT, "")));
