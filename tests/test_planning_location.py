@@ -60,6 +60,8 @@ def test_the_command(run: Any, tmp_path: Any) -> None:
     assert (listed.code, (tmp_path / "map.png").stat().st_size > 10_000) == (0, True)
     assert "red, R > 0: 2 parts of" in listed.out
     assert "  part 2: 0.01623 rad², around (-1.5047, 1.4796)" in listed.out
+    empty = run("region", "--color", "blue", "--output", str(tmp_path / "empty.png"))
+    assert (empty.code, empty.err, "red" in empty.out, empty.out.count("empty\n")) == (1, "", False, 2)
     out = run("region", "--output", "map.bmp")
     assert (out.code, out.out, out.err.count("\n")) == (2, "", 1)
 

@@ -281,6 +281,7 @@ def test_roll_pitch_diagram_of_blue_turns_on_rounding() -> None:
         (gg.lift(points, "blue", coefficients=EXACT), "singular at every attitude", 0),
         (gg.lift(points, "blue"), "no singular attitude", 0),
         (three, "singular in level flight", 48),
+        (gg.lift([(0.5, 0.5), (0.6, -0.6)], "red"), "singular in level flight", 0),  # R = 0 between two of the times
     ):
         ax = plots.roll_pitch_diagram(gait, ax=Figure().add_subplot())
         assert legend_of(ax) == [f"gait:\n{verdict}"]

@@ -74,6 +74,7 @@ def _numbers(timed: TimedGait) -> dict[str, Any]:
     least, (_, _, largest) = report["hover_thrust"].value, thrust_shares_along(gait.alpha, gait.ends, gait.vehicle)
     return {
         **{name: getattr(report, name) for name in ("flyable", "valid", "reachable_from_hover", "reason")},
+        "vehicle": gait.vehicle.name,
         "color": gait.color,
         "length": gait.length,
         "period": timed.period,

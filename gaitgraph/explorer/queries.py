@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import HALF_PI, number_of
+from gaitgraph.angles import HALF_PI, number_of, percent
 from gaitgraph.errors import GaitgraphError, InputError, check_fields, checked_choice, shown
 from gaitgraph.graph.build import DEFAULT_DIVISIONS
 from gaitgraph.invertibility import matrices
@@ -309,7 +309,7 @@ def diagram_answer(state: State, progress: Progress = quiet) -> dict[str, Any]:
     if result.loop is None:
         return answer | {"reason": result.reason}
     progress("drawing the roll–pitch diagram")
-    found = robustness_of(result.loop.gait, bias=state.eta, tolerance=1e-4, curves=CURVES, progress=progress)
+    found = robustness_of(result.loop.gait, bias=state.eta, curves=CURVES, progress=progress)
     return answer | {"own": diagram_of(found.gait), "biased": diagram_of(found.sweep[0]), "reason": None}
 
 
@@ -324,6 +324,7 @@ def diagram_of(one: Robustness) -> dict[str, Any]:
         "tilt_margin_deg": None if margin is None else math.degrees(margin),
         "tilt_margin_reason": one.margin.reason or None,
         "acceptable_fraction": one.acceptable.fraction,
+        "acceptable_percent": percent(one.acceptable.fraction),
         "acceptable": to_digits(outline, 5),
     }
 

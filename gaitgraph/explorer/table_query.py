@@ -97,7 +97,7 @@ def _diagram_of(gait: Gait, progress: Progress) -> dict[str, Any]:
     if len(gait.alpha) > _MOST_CORNERS:
         limit = f"At most {_MOST_CORNERS} corners are drawn here, got {len(gait.alpha)}"
         return {"own": None, "reason": f"{limit}. For longer tables: gaitgraph robustness FILE"}
-    found = robustness_of(gait, tolerance=1e-4, curves=queries.CURVES, progress=progress)
+    found = robustness_of(gait, curves=queries.CURVES, progress=progress)
     return {"own": queries.diagram_of(found.gait), "reason": None}
 
 

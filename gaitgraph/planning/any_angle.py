@@ -310,9 +310,9 @@ class RegionLocation:
 
     @property
     def joined(self) -> bool:
-        """Whether one part of the region, or parts that touch, hold all waypoints."""
+        """Whether there is one part of the region, or parts that touch, with all waypoints."""
         points = [waypoint.point for waypoint in self.waypoints]
-        return all(self.region.joined(points[0], other) for other in points)
+        return bool(self.region.components) and all(self.region.joined(points[0], other) for other in points)
 
     def as_mapping(self) -> dict[str, Any]:
         """Return plain values, ready for JSON."""
@@ -349,7 +349,7 @@ class RegionLocation:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Location:
-    """Where waypoints lie; truthy if, for a color and sign of R, one part of the region holds them all.
+    """Where waypoints lie; truthy if, for a color and sign of R, there is a part of the region that holds them all.
 
     The `regions`, one for each sign of R of the request, allow the `use` "flyable" or "valid", and lie inside their
     curved borders by at most the `accuracy` [rad].

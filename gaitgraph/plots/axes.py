@@ -151,13 +151,14 @@ def legend_above(ax: Any, *, columns: int, over: float = 5.0) -> None:
 
 
 def legend_below(ax: Axes, **options: Any) -> None:
-    """Put a legend below the label of axes' x axis."""
+    """Put a legend below the label of axes' x axis, if anything there has a label."""
     at: dict[str, Any] = {
         "loc": "upper center",
         "bbox_to_anchor": (0.5, 0.0),
         "borderaxespad": 32.0 / _LEGEND["fontsize"],
     }
-    ax.legend(**at, **_LEGEND, **options)
+    if ax.get_legend_handles_labels()[0]:
+        ax.legend(**at, **_LEGEND, **options)
 
 
 def draw_arrow(ax: Any, start: Any, end: Any, color: str, *, width: float = 1.0, size: float = 9.0, **look: Any) -> Any:

@@ -152,8 +152,8 @@ def draw_attitudes(
     curves = [singular_curve(row, numbers) for row in alpha]
     kinds = {curve.kind for curve in curves}
     empty = around.polygon.is_empty
-    words = f"{percent(around.fraction)} acceptable" if not empty else "singular in level flight"
-    words = "no singular attitude" if kinds == {"none"} else words
+    words = f"{percent(around.fraction)} acceptable" if around.fraction < 1.0 else "no singular attitude"
+    words = "singular in level flight" if empty else words
     label = name if basin else f"{name}:\n{'singular at every attitude' if 'everywhere' in kinds else words}"
     if "everywhere" in kinds:
         corners = HALF_PI * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
@@ -283,25 +283,26 @@ def draw_panel(timed: TimedGait, panel: str, *, name: str, ax: Axes) -> None:
         ax.set(ylabel="least singular value", ylim=(0.0, max(0.6, 1.1 * float(value.max()))))
     elif value.min() > 1e-3:
         for k, look in enumerate(ANGLE_LOOKS):
-            ax.plot(t, 4.0 * matrices.hover_thrust_shares(alpha, vehicle)[:, k], label=f"rotor {k + 1}", **look)
-        ax.axhline(4.0 * (vehicle.thrust_share or math.nan), label="limit" if vehicle.thrust_share else "_", **limit)
-        ax.set(ylabel="hover thrust (weight / 4)", ylim=(min(0.0, ax.get_ylim()[0]), None))
+            ax.plot(t, matrices.hover_thrust_shares(alpha, vehicle)[:, k], label=f"rotor {k + 1}", **look)
+        ax.axhline(vehicle.thrust_share or math.nan, label="limit" if vehicle.thrust_share else "_", **limit)
+        ax.set(ylabel="hover thrust (m·g)", ylim=(min(0.0, ax.get_ylim()[0]), None))
     else:
         ax.text(0.5, 0.5, "singular in level flight", transform=ax.transAxes, ha="center", va="center")
     if panel not in (PANELS[0], PANELS[3]):
         ax.set(xlabel="$t$ (s)", xlim=(0.0, timed.period))
         ax.grid(True)
-        if ax.lines:
-            base.legend_below(ax, ncols=2)
+        base.legend_below(ax, ncols=2)
     ax.set_title(fill(f"{name}: {panel}", 46), fontsize=9)
 
 
 def draw_sheet(figure: Figure, gaits: Sequence[TimedGait], names: Sequence[str] = ("",)) -> None:
     """Draw the panels of gaits on an empty figure, a row for each; the scales of a column are the same."""
-    axes = figure.subplots(len(gaits), len(PANELS), sharey="col", squeeze=False)
-    for timed, name, row in zip(gaits, names, axes, strict=True):
-        for panel, ax in zip(PANELS, row, strict=True):
+    axes = figure.subplots(len(gaits), len(PANELS), squeeze=False)
+    for panel, column in zip(PANELS, axes.T, strict=True):
+        for timed, name, ax in zip(gaits, names, column, strict=True):
             draw_panel(timed, panel, name=name or name_of(timed.gait), ax=ax)
+        for ax in column:
+            ax.set_ylim(min(one.get_ylim()[0] for one in column), max(one.get_ylim()[1] for one in column))
 
 
 def write_regions(found: Location, vehicle: Vehicle, paths: Sequence[str | Path], *, force: bool = False) -> None:

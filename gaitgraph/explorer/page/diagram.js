@@ -46,12 +46,8 @@ function margin(drawn) {
   return drawn.tilt_margin_deg === null ? "no margin" : `${number(drawn.tilt_margin_deg, 1)}°`;
 }
 
-function share(drawn) {
-  return drawn.acceptable_fraction === null ? "–" : `${figure(100 * drawn.acceptable_fraction)} %`;
-}
-
 function words(drawn) {
-  return `tilt margin ${margin(drawn)}, acceptable ${share(drawn)}`;
+  return `tilt margin ${margin(drawn)}, acceptable ${drawn.acceptable_percent}`;
 }
 
 function side(drawn, kind, title) {
@@ -64,7 +60,7 @@ function side(drawn, kind, title) {
       "dl",
       {},
       html("div", {}, html("dt", {}, "tilt margin"), html("dd", {}, margin(drawn))),
-      html("div", {}, html("dt", {}, "acceptable"), html("dd", {}, share(drawn))),
+      html("div", {}, html("dt", {}, "acceptable"), html("dd", {}, drawn.acceptable_percent)),
     ),
     drawn.tilt_margin_reason ? html("p", { class: "small" }, drawn.tilt_margin_reason) : null,
   );
