@@ -44,7 +44,6 @@ DEFAULT_FLOOR = 0.05
 _PUBLISHED = (2.880, 5.592, 0.9716, 0.1687)
 _PUBLISHED_ROUNDING = (5e-4, 5e-4, 5e-5, 5e-5)
 _EPSILON = float(np.finfo(float).eps)
-_TINY = float(np.finfo(float).tiny)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -522,12 +521,10 @@ def singular_values_on_red(alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, vehicle
     kappa, height = vehicle.signed_drag_ratio, vehicle.height_ratio
     c1, c2, s1, s2 = np.cos(a1), np.cos(a2), np.sin(a1), np.sin(a2)
     a, b = c2 - kappa * s2, c1 + kappa * s1
-    # Its larger one squared, by the eigenvalues of the block times its transpose; exactly max(a², b²) for H = 0.
-    rolled, pitched, mixed = a**2 + (height * s1) ** 2, b**2 + (height * s2) ** 2, height * (s2 * a - s1 * b)
-    half = np.abs(rolled - pitched) / 2
-    most = np.sqrt(np.maximum(rolled, pitched) + mixed**2 / np.maximum(half + np.hypot(half, mixed), _TINY))
-    raised, most, a, b = np.copysign(height**2, a * b) * s1 * s2, np.maximum(most, _TINY), np.abs(a), np.abs(b)
-    alone = np.abs(np.minimum(a, b) * (np.maximum(a, b) / most) + raised / most)
+    alone: Any = np.minimum(np.abs(a), np.abs(b))
+    if height:  # the larger singular value is half the sum of two lengths
+        larger = np.hypot(height * (s1 + s2), a + b) + np.hypot(height * (s1 - s2), a - b)
+        alone = 2 * np.abs(a * b + height**2 * s1 * s2) / larger
     p, q = s1 - kappa * c1, s2 + kappa * c2
     minor = np.abs(c1 * q - c2 * p)
     squares = c1**2 + c2**2 + p**2 + q**2

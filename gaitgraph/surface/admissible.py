@@ -29,14 +29,16 @@ from gaitgraph.invertibility.matrices import (
 )
 from gaitgraph.invertibility.segment_bounds import least_level_determinant
 from gaitgraph.surface.borders import (
+    Block,
     blue_determinant_below,
     bracket_negative,
     determinant_below,
     mirrored,
     raised_negative,
-    rolling_value_below,
+    roll_block,
     singular_value_below,
     thrust_above,
+    yaw_block,
 )
 from gaitgraph.surface.region import (
     DEFAULT_ACCURACY,
@@ -308,21 +310,20 @@ def singular_value_region(
 def _singular_value_polygon(
     floor: float, block: float, kappa: float, raised: float, accuracy: float, *, inside: bool
 ) -> BaseGeometry:
-    delta = math.atan(kappa)
-    alone = floor * math.cos(delta) / math.sqrt(2.0)
-
-    def kept(strips: BaseGeometry, below: Callable[..., BaseGeometry], *ratios: float) -> BaseGeometry:
+    def kept(shape: BaseGeometry, of: Block) -> BaseGeometry:
         if floor >= accuracy / 2:
-            band = below(block, *ratios, min(chord_tolerance(accuracy), block / 16))
-            return strips.difference(offset(band, accuracy / 2 if inside else -accuracy / 2))
+            band = singular_value_below(block, of, chord_tolerance(accuracy))
+            return shape.difference(offset(band, accuracy / 2 if inside else -accuracy / 2))
         if floor == 0 or not inside:
-            return strips
+            return shape
         # The band around R = 0 is narrower than the error of its polygons: a wider band, and none, enclose it.
-        return strips.difference(offset(below(accuracy / 2, *ratios, accuracy / 32), accuracy / 16))
+        return shape.difference(offset(singular_value_below(accuracy / 2, of, accuracy / 32), accuracy / 16))
 
     if raised:
-        whole = kept(shapely.box(-HALF_PI, -HALF_PI, HALF_PI, HALF_PI), singular_value_below, kappa)
-        return kept(whole, rolling_value_below, kappa, raised)
+        square = shapely.box(-HALF_PI, -HALF_PI, HALF_PI, HALF_PI)
+        return kept(kept(square, yaw_block(kappa)), roll_block(kappa, raised))
+    delta = math.atan(kappa)
+    alone = floor * math.cos(delta) / math.sqrt(2.0)
     if alone > 1:
         return shapely.Polygon()
     # Two singular values keep the floor where |cos β1| and |cos β2| are at least cos(reach).
@@ -331,7 +332,7 @@ def _singular_value_polygon(
     strips = shapely.union_all(
         [rectangle(max(c - reach, -HALF_PI), -HALF_PI, min(c + reach, HALF_PI), HALF_PI) for c in centers]
     )
-    return kept(strips.intersection(mirrored(strips)), singular_value_below, kappa)
+    return kept(strips.intersection(mirrored(strips)), yaw_block(kappa))
 
 
 def admissible_region(

@@ -245,14 +245,43 @@ def mirrored(shape: BaseGeometry) -> BaseGeometry:
     return shapely.transform(shape, lambda at: -at[:, ::-1])
 
 
-def _bracket_in_uv(kappa: float) -> CosineSum:
-    """Return D as a function of (u, v)."""
-    return cosine(1, 0, size=kappa) + cosine(0, 1, size=kappa) + cosine(1, 0, HALF_PI, -1.0)
+Parts = tuple[float, float]  # factors of cos u and of sin u
 
 
-def _bracket_without_w(u: FloatArray, kappa: float) -> FloatArray:
-    """Return D less its term in w."""
-    return np.asarray(kappa * np.cos(u) - np.sin(u))
+@dataclass(frozen=True, slots=True)
+class Block:
+    """A 2×2 block of the scaled decoupling matrix on red, over √2.
+
+    Its determinant is lead·w + line, and the squares of its entries add up to total + common·w·slope, where `line` and
+    `slope` are functions of u. `steep` is about how steep the determinant is.
+    """
+
+    lead: float
+    line: Parts
+    total: float
+    slope: Parts
+    common: float = 1.0
+    steep: float = 1.0
+
+
+def yaw_block(kappa: float) -> Block:
+    """Return the block of yaw torque and lift, of determinant D."""
+    return Block(kappa, (kappa, -1.0), 2 + kappa**2, (kappa, -2.0), common=kappa)
+
+
+def roll_block(kappa: float, raised: float) -> Block:
+    """Return the block of roll and pitch torque, of determinant P/cos²δ, for rotors `raised` arm lengths high."""
+    square, total = raised**2, 1 + kappa**2 + raised**2
+    line, slope = ((1 - kappa**2 + square) / 2, kappa), (1 - kappa**2 - square, 2 * kappa)
+    return Block(total / 2 - square, line, total, slope, steep=total)
+
+
+def _at(parts: Parts, u: FloatArray) -> FloatArray:
+    return np.asarray(parts[0] * np.cos(u) + parts[1] * np.sin(u))
+
+
+def _in_uv(parts: Parts, size: float = 1.0) -> CosineSum:
+    return cosine(1, 0, size=size * parts[0]) + cosine(1, 0, HALF_PI, size * parts[1])
 
 
 def _where_it_holds(
@@ -265,14 +294,14 @@ def _where_it_holds(
     height: Callable[[FloatArray, float], FloatArray],
     holds: Callable[[FloatArray, float], Any],
     border: Border,
-    rest: Function | None = None,
+    may_vanish: bool,
 ) -> BaseGeometry:
     """Return, in the (α1, α2) plane, where a condition on (u, w) `holds`, with a quadratic in w as border.
 
-    `height` is the quadratic lead·w² + middle·w + rest at (u, w), up to a factor unless the `rest` is given.
-    w = (±√discriminant − sgn lead·middle)/(2|lead|) are its roots, where `border`, a function of (u, v), vanishes.
-    `height` and `discriminant`, zero within 1e-9·scale, are of degree two in u. A `lead` near zero, which may happen
-    where the `rest` is given, makes one root large; the other is then 2·rest/(∓√discriminant − middle).
+    `height` is the quadratic lead·w² + middle·w + rest at (u, w), up to a factor unless the `lead` may vanish, w =
+    (±√discriminant − sgn lead·middle)/(2|lead|) are its roots, where `border`, a function of (u, v), vanishes. `height`
+    and `discriminant`, zero within 1e-9·scale, are of degree two in u. A `lead` near zero makes one root large; the
+    other is then 2·rest/(∓√discriminant − middle).
     """
 
     def root(side: float) -> Function:
@@ -283,9 +312,9 @@ def _where_it_holds(
             half = math.copysign(1, lead) * middle(u)
             with np.errstate(divide="ignore", invalid="ignore"):
                 direct = (side * size - half) / (2 * abs(lead))
-                if rest is None:
+                if not may_vanish:
                     return np.asarray(direct)
-                other = 2 * math.copysign(1, lead) * rest(u) / (-side * size - half)
+                other = 2 * math.copysign(1, lead) * height(u, 0.0) / (-side * size - half)
             return np.asarray(np.where(side * half > 0, other, direct))
 
         return at
@@ -305,34 +334,36 @@ def _where_it_holds(
     return shapely.transform(both, lambda at: np.column_stack([at[:, 1] + at[:, 0], at[:, 1] - at[:, 0]]) / 2)
 
 
-def singular_value_below(floor: float, kappa: float, tolerance: float) -> BaseGeometry:
-    """Return where the lesser singular value of the 2×2 block on the red sheet is below a positive floor.
+def singular_value_below(floor: float, block: Block, tolerance: float) -> BaseGeometry:
+    """Return where the lesser singular value of a block on the red sheet is below a positive floor.
 
-    Around the curve R = 0 this is a band, as narrow as the floor; `tolerance` must not be much above it.
+    Around the curve where its determinant vanishes this is a band, as narrow as the floor.
     """
-    g = floor**2 / 2
+    g, ratio = floor**2 / 2, block.lead / block.common
 
-    def slope(u: FloatArray) -> FloatArray:  # F = 2 + κ² + κw·slope(u)
-        return np.asarray(kappa * np.cos(u) - 2 * np.sin(u))
+    def squares(u: FloatArray, w: float) -> FloatArray:  # F
+        return np.asarray(block.total + block.common * w * _at(block.slope, u))
 
     def height(u: FloatArray, w: float) -> FloatArray:  # h
-        determinant = kappa * w + _bracket_without_w(u, kappa)
-        return np.asarray(determinant**2 - g * (2 + kappa**2 + kappa * w * slope(u)) + g**2)
+        return np.asarray((block.lead * w + _at(block.line, u)) ** 2 - g * squares(u, w) + g**2)
 
-    # h = P² + Q with P = D and Q = g² − gF, in (u, v): κw·κ cos u and κw·(−2 sin u) as products of cosines.
-    squares = cosine(1, 0, size=kappa**2) * cosine(0, 1) + cosine(1, 0, HALF_PI, -2 * kappa) * cosine(0, 1)
-    rest = squares * -g + (g**2 - g * (2 + kappa**2))
+    def discriminant(u: FloatArray) -> FloatArray:
+        line, slope = _at(block.line, u), _at(block.slope, u)
+        return np.asarray(g * (-4 * ratio * line * slope + g * slope**2 + 4 * ratio**2 * (block.total - g)))
+
+    # h = P² + Q with the determinant as P and Q = g² − gF, in (u, v).
+    rest = _in_uv(block.slope, -g * block.common) * cosine(0, 1) + (g**2 - g * block.total)
+    longest, steepest = math.hypot(*block.line), math.hypot(*block.slope)
     return _where_it_holds(
-        kappa,
-        tolerance,
-        middle=lambda u: 2 * _bracket_without_w(u, kappa) - g * slope(u),
-        discriminant=lambda u: (
-            g * (-4 * _bracket_without_w(u, kappa) * slope(u) + g * slope(u) ** 2 + 4 * (2 + kappa**2 - g))
-        ),
-        scale=g * (8 + 12 * kappa**2 + g),
+        block.lead * ratio,
+        min(tolerance, floor / 16 / block.steep),  # not much above the width of the band
+        middle=lambda u: 2 * ratio * _at(block.line, u) - g * _at(block.slope, u),
+        discriminant=discriminant,
+        scale=g * (4 * abs(ratio) * longest * steepest + g * steepest**2 + 4 * ratio**2 * block.total),
         height=height,
-        holds=lambda u, w: height(u, w) < 0 or 2 + kappa**2 + kappa * w * slope(u) < 2 * g,  # h < 0 or F < 2g
-        border=Border(rest=rest, squared=_bracket_in_uv(kappa)),
+        holds=lambda u, w: height(u, w) < 0 or squares(u, w) < 2 * g,
+        border=Border(rest=rest, squared=_in_uv(block.line) + cosine(0, 1, size=block.lead)),
+        may_vanish=ratio != 1,
     )
 
 
@@ -341,61 +372,25 @@ def determinant_below(level: float, sign: int, kappa: float, raised: float, tole
     # sign·R < level, times κ cos²δ: 2P·D against small·κ, a quadratic in w.
     delta = math.atan(kappa)
     small, turned = sign * level * math.cos(delta) ** 2, (raised * math.cos(delta)) ** 2
-    lead = 1 - turned
+    lead, bracket = 1 - turned, yaw_block(kappa).line
 
     def line(u: FloatArray) -> FloatArray:
         return np.cos(u - 2 * delta) + turned * np.cos(u)
 
     def height(u: FloatArray, w: float) -> FloatArray:
-        return (lead * w + line(u)) * (kappa * w + _bracket_without_w(u, kappa)) - small * kappa
+        return (lead * w + line(u)) * (kappa * w + _at(bracket, u)) - small * kappa
 
-    double = cosine(0, 1, size=lead) + cosine(1, 0, 2 * delta)
-    double = double + cosine(1, 0, size=turned) if raised else double
+    double = cosine(0, 1, size=lead) + cosine(1, 0, 2 * delta) + cosine(1, 0, size=turned)
     return _where_it_holds(
         lead * kappa,
         tolerance,
-        middle=lambda u: kappa * line(u) + lead * _bracket_without_w(u, kappa),
-        discriminant=lambda u: (
-            (kappa * line(u) - lead * _bracket_without_w(u, kappa)) ** 2 + 4 * lead * small * kappa**2
-        ),
+        middle=lambda u: kappa * line(u) + lead * _at(bracket, u),
+        discriminant=lambda u: (kappa * line(u) - lead * _at(bracket, u)) ** 2 + 4 * lead * small * kappa**2,
         scale=4 * (1 + kappa**2) * (1 + turned) ** 2,
         height=height,
         holds=lambda u, w: sign * kappa * height(u, w) < 0,
-        border=Border(rest=double * _bracket_in_uv(kappa) + -small * kappa),
-        rest=(lambda u: height(u, 0.0)) if raised else None,
-    )
-
-
-def rolling_value_below(floor: float, kappa: float, raised: float, tolerance: float) -> BaseGeometry:
-    """Return where the lesser singular value of the block of roll and pitch on the red sheet is below a positive floor.
-
-    `raised` is H, not zero; as for :func:`singular_value_below`.
-    """
-    g, delta, squares = floor**2 / 2, math.atan(kappa), 1 + kappa**2
-    lead = (squares - raised**2) / 2
-
-    def line(u: FloatArray) -> FloatArray:  # P/cos²δ without its term in w
-        return np.asarray((squares * np.cos(u - 2 * delta) + raised**2 * np.cos(u)) / 2)
-
-    def slope(u: FloatArray) -> FloatArray:  # of the sum of squares, in w
-        return np.asarray(squares * np.cos(u - 2 * delta) - raised**2 * np.cos(u))
-
-    def height(u: FloatArray, w: float) -> FloatArray:
-        return np.asarray((lead * w + line(u)) ** 2 - g * (squares + raised**2 + w * slope(u)) + g**2)
-
-    total = squares + raised**2
-    along = cosine(1, 0, 2 * delta, -g * squares) + cosine(1, 0, 0.0, g * raised**2)
-    determinant = cosine(0, 1, size=lead) + cosine(1, 0, 2 * delta, squares / 2) + cosine(1, 0, 0.0, raised**2 / 2)
-    return _where_it_holds(
-        lead**2,
-        min(tolerance, floor / (16 * total)),  # P/cos²δ is steeper than the floor is high
-        middle=lambda u: 2 * lead * line(u) - g * slope(u),
-        discriminant=lambda u: g * (g * slope(u) ** 2 - 4 * lead * line(u) * slope(u) + 4 * lead**2 * (total - g)),
-        scale=g * total**2 * (8 * total + g),
-        height=height,
-        holds=lambda u, w: height(u, w) < 0 or total + w * slope(u) < 2 * g,
-        border=Border(rest=along * cosine(0, 1) + (g**2 - g * total), squared=determinant),
-        rest=lambda u: height(u, 0.0),
+        border=Border(rest=double * (_in_uv(bracket) + cosine(0, 1, size=kappa)) + -small * kappa),
+        may_vanish=raised != 0,
     )
 
 
