@@ -137,7 +137,7 @@ def level_determinants(ax: Any, coefficients: Coefficients, *, sign: Sign, which
         here = points[signed & (found.sheet == _SHEET[color])]
         marks.append((here, base.COLOR_OF[color], base.MARKER_OF[color], f"{color} sheet"))
     ax.set_zlabel("$R$ (dimensionless)")
-    ax.set_zlim(0.0, tops[:, 2].max())
+    ax.set_zlim(0.0, tops[:, 2].max(initial=0.0) or 1.0)  # a vehicle with a rotor height has no blue roots
     _draw_marks(ax, marks)
 
 
