@@ -543,13 +543,7 @@ def _bends_of_inputs(step: FloatArray, vehicle: Vehicle) -> tuple[FloatArray, Fl
     height, cosine = abs(vehicle.height_ratio), 1 / math.hypot(1.0, vehicle.drag_ratio)
     if height:
         # H·cos²δ·sin β3·sin Δ2 and H²·cos³δ·sin α3·(cos Δ2 − cos(Σ2 + δ)/cos δ) in w₁, and so on; in V times cos αᵢ.
-        rates, opposite = np.abs(step), np.abs(np.roll(step, 2, axis=1))
-        apart = opposite + np.tile(np.abs(step[:, 1::-1] - step[:, 3:1:-1]), 2)
-        summed = opposite + np.tile(np.sqrt(sums), 2)
-
-        def more(rate: FloatArray | float) -> FloatArray:
-            bend = (1 + height * cosine) * (apart + rate) ** 2 + height * (summed + rate) ** 2
-            return np.asarray(height * cosine**2 * bend)
-
-        bends, lift_bend = bends + more(0.0), lift_bend + more(rates).sum(axis=1)
+        # All frequencies of a product add up to no more than those of the four angles.
+        more = height * cosine**2 * (1 + height * cosine + height) * np.abs(step).sum(axis=1) ** 2
+        bends, lift_bend = bends + more[:, None], lift_bend + 4 * more
     return bends, lift_bend
