@@ -312,11 +312,9 @@ def largest_residual(starts: FloatArray, ends: FloatArray, coefficients: Coeffic
 
     def bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
         if coefficients.cross:
-            scale = 1 / abs(math.sin(2 * coefficients.delta))
-            bends = [scale * bend for bend in sensitivity_bends(p0, p1, turned)]
-            pairs = zip(sensitivities(p0, turned), sensitivities(p1, turned), bends[::-1], strict=True)
-            lower = [least_of_bent(s * a, s * b, bend) for a, b, bend in pairs for s in (1.0, -1.0)]
-            return np.asarray(np.min(lower, axis=0))
+            bends = np.array(sensitivity_bends(p0, p1, turned)[::-1]) / abs(math.sin(2 * coefficients.delta))
+            sizes = np.maximum(*(np.abs(sensitivities(side, turned)) for side in (p0, p1)))
+            return np.asarray(-(sizes + bends / 8).max(axis=0))
         return minus_larger(largest_sine(sensitivity_phases(p0, coefficients), sensitivity_phases(p1, coefficients)))
 
     return least_along(starts, ends, value, bound, **options)

@@ -118,7 +118,7 @@ def sign_region(
         beyond = {t: square_without(blue_determinant_below(least, t, judged, tolerance), half) for t in (1, -1)}
     cells = [(a * b, _cell(border, a, b, margin)) for a, b in product((1, -1), repeat=2)]
     if raised:  # a curve instead of both lines
-        curved = raised_negative(kappa, raised, tolerance)
+        curved = raised_negative(roll_block(kappa, raised), tolerance)
         cells = [(1, square_without(curved, half)), (-1, offset_both(curved, half)[::-1])]
     pair = _union([shapely.intersection(cell, beyond[turned * wanted]) for turned, cell in cells])
     if color == "red":
