@@ -72,15 +72,8 @@ def _show_description(source: str) -> int:
 
     found = read_description(source)
     if wants_json():
-        print_json(
-            {
-                "vehicles": [] if found.reasons else [found.constants],
-                "rotors": found.rotors,
-                "missing": found.missing,
-                "reasons": list(found.reasons),
-                "notes": list(found.notes),
-            }
-        )
+        stated = {name: getattr(found, name) for name in ("rotors", "missing", "reasons", "notes")}
+        print_json({"vehicles": [] if found.reasons else [found.constants], **stated})
     else:
         click.echo(found.as_toml())
         if found.missing:

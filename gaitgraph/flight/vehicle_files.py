@@ -173,14 +173,13 @@ def _of_model(path: Path, text: str) -> tuple[list[dict[str, Any]], dict[str, An
             else:
                 model = mujoco.MjModel.from_xml_path(str(path))
             data = mujoco.MjData(model)
-            mujoco.mj_kinematics(model, data)
-            mujoco.mj_comPos(model, data)
+            for step in (mujoco.mj_kinematics, mujoco.mj_comPos, mujoco.mj_crb):
+                step(model, data)
     except ValueError as error:
         hint = "; expand xacro first" if "xacro:" in text else ""
         raise InputError(f"the physics engine cannot read it ({' '.join(str(error).split())}){hint}") from None
-    if not all(
-        (np.abs(one) <= 1e9).all() for one in (data.xipos, data.xanchor, model.body_inertia, model.actuator_gear)
-    ):
+    used = (data.xipos, data.xanchor, model.body_inertia, model.actuator_gear)
+    if not all((np.abs(one) <= 1e9).all() for one in used):
         raise InputError("its numbers must be within ±1e9 (SI)")
     hinges = [k for k in range(model.njnt) if model.jnt_type[k] == hinge]
 
@@ -195,15 +194,12 @@ def _of_model(path: Path, text: str) -> tuple[list[dict[str, Any]], dict[str, An
 
     constants, notes = dict[str, Any](), list[str]()
     found: list[tuple[int, FloatArray, FloatArray, float | None]] = []  # body, place, thrust axis, moment ratio
-    ratio: float | None
     for k in range(model.nu):
-        gear, site = model.actuator_gear[k], int(model.actuator_trnid[k, 0])
-        if model.actuator_trntype[k] == int(mujoco.mjtTrn.mjTRN_SITE) and gear[:3].any():
-            ratio = -float(gear[3:] @ gear[:3] / (gear[:3] @ gear[:3]))
-            turn = data.site_xmat[site].reshape(3, 3)
-            found.append(
-                (int(model.site_bodyid[site]), data.site_xpos[site], turn @ gear[:3] / np.linalg.norm(gear[:3]), ratio)
-            )
+        site, (push, turning) = int(model.actuator_trnid[k, 0]), model.actuator_gear[k].reshape(2, 3)
+        if model.actuator_trntype[k] == int(mujoco.mjtTrn.mjTRN_SITE) and push.any():
+            along = data.site_xmat[site].reshape(3, 3) @ push / np.linalg.norm(push)
+            drag = -float(turning @ push / (push @ push))
+            found.append((int(model.site_bodyid[site]), data.site_xpos[site], along, drag))
             if model.actuator_dyntype[k] in (int(mujoco.mjtDyn.mjDYN_FILTER), int(mujoco.mjtDyn.mjDYN_FILTEREXACT)):
                 constants["rotor_lag"] = float(model.actuator_dynprm[k, 0])
     up = np.array([0.0, 0.0, 1.0])
@@ -238,18 +234,10 @@ def _of_model(path: Path, text: str) -> tuple[list[dict[str, Any]], dict[str, An
             rates += [float(rate) for rate in speeds.get(name, ())]
         rotor = {name: value if name == "tilt_range" else turn.T @ value for name, value in rotor.items()}
         rotors.append(rotor if ratio is None else {**rotor, "moment_ratio": ratio})
-    inertia = np.zeros((3, 3))  # at α = 0; its products are left out
-    for body in range(1, model.nbody):
-        if model.body_rootid[body] == root:
-            frame, arm = data.ximat[body].reshape(3, 3), data.xipos[body] - center
-            inertia += frame * model.body_inertia[body] @ frame.T
-            inertia += model.body_mass[body] * (arm @ arm * np.eye(3) - np.outer(arm, arm))
-    inertia = turn.T @ inertia @ turn
+    inertia = turn.T @ data.crb[root, [[0, 3, 4], [3, 1, 5], [4, 5, 2]]] @ turn  # at α = 0, about the centre of mass
     constants |= {"mass": float(model.body_subtreemass[root]), "inertia": np.diag(inertia)}
-    if swing:
-        constants["arm_inertia"] = np.mean(swing)
-    if rates:
-        constants["max_tilt_rate"] = rates
+    constants |= {"arm_inertia": np.mean(swing)} if swing else {}
+    constants |= {"max_tilt_rate": rates} if rates else {}
     return rotors, constants, notes
 
 

@@ -312,11 +312,9 @@ def largest_residual(starts: FloatArray, ends: FloatArray, coefficients: Coeffic
 
     def bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
         if coefficients.cross:
-            scale = 1 / abs(math.sin(2 * coefficients.delta))
-            bends = [scale * bend for bend in sensitivity_bends(p0, p1, turned)]
-            pairs = zip(sensitivities(p0, turned), sensitivities(p1, turned), bends[::-1], strict=True)
-            lower = [least_of_bent(s * a, s * b, bend) for a, b, bend in pairs for s in (1.0, -1.0)]
-            return np.asarray(np.min(lower, axis=0))
+            bends = np.array(sensitivity_bends(p0, p1, turned)[::-1]) / abs(math.sin(2 * coefficients.delta))
+            sizes = np.maximum(*(np.abs(sensitivities(side, turned)) for side in (p0, p1)))
+            return np.asarray(-(sizes + bends / 8).max(axis=0))
         return minus_larger(largest_sine(sensitivity_phases(p0, coefficients), sensitivity_phases(p1, coefficients)))
 
     return least_along(starts, ends, value, bound, **options)
@@ -543,13 +541,7 @@ def _bends_of_inputs(step: FloatArray, vehicle: Vehicle) -> tuple[FloatArray, Fl
     height, cosine = abs(vehicle.height_ratio), 1 / math.hypot(1.0, vehicle.drag_ratio)
     if height:
         # H·cos²δ·sin β3·sin Δ2 and H²·cos³δ·sin α3·(cos Δ2 − cos(Σ2 + δ)/cos δ) in w₁, and so on; in V times cos αᵢ.
-        rates, opposite = np.abs(step), np.abs(np.roll(step, 2, axis=1))
-        apart = opposite + np.tile(np.abs(step[:, 1::-1] - step[:, 3:1:-1]), 2)
-        summed = opposite + np.tile(np.sqrt(sums), 2)
-
-        def more(rate: FloatArray | float) -> FloatArray:
-            bend = (1 + height * cosine) * (apart + rate) ** 2 + height * (summed + rate) ** 2
-            return np.asarray(height * cosine**2 * bend)
-
-        bends, lift_bend = bends + more(0.0), lift_bend + more(rates).sum(axis=1)
+        # All frequencies of a product add up to no more than those of the four angles.
+        more = height * cosine**2 * (1 + height * cosine + height) * np.abs(step).sum(axis=1) ** 2
+        bends, lift_bend = bends + more[:, None], lift_bend + 4 * more
     return bends, lift_bend

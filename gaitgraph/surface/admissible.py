@@ -118,7 +118,7 @@ def sign_region(
         beyond = {t: square_without(blue_determinant_below(least, t, judged, tolerance), half) for t in (1, -1)}
     cells = [(a * b, _cell(border, a, b, margin)) for a, b in product((1, -1), repeat=2)]
     if raised:  # a curve instead of both lines
-        curved = raised_negative(kappa, raised, tolerance)
+        curved = raised_negative(roll_block(kappa, raised), tolerance)
         cells = [(1, square_without(curved, half)), (-1, offset_both(curved, half)[::-1])]
     pair = _union([shapely.intersection(cell, beyond[turned * wanted]) for turned, cell in cells])
     if color == "red":
@@ -132,15 +132,10 @@ def sign_region(
 
 def _none_on_blue(vehicle: Vehicle, accuracy: float) -> Region:
     """Return the empty region, with the reason why no gait on blue can be robust or flyable."""
-    name, reason = (
-        "an invertible decoupling matrix",
-        "on blue the decoupling matrix is singular in exact physics: use red",
-    )
-    if vehicle.rotor_height:
-        name, reason = (
-            "a vertical zero-moment direction",
-            f"blue is no gait surface {RAISED} {vehicle.rotor_height:g} m",
-        )
+    name, reason = "an invertible decoupling matrix", "the decoupling matrix is singular in exact physics: use red"
+    reason = f"on blue {reason}"
+    if height := vehicle.rotor_height:
+        name, reason = "a vertical zero-moment direction", f"blue is no gait surface {RAISED} {height:g} m"
     return region_of(_NOWHERE, accuracy, Condition(name=name, broken_at=lambda _first, _second: reason))
 
 

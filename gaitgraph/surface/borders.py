@@ -411,29 +411,28 @@ def bracket_negative(kappa: float, tolerance: float) -> BaseGeometry:
     return shapely.transform(found, lambda at: at[:, ::-1])
 
 
-def raised_negative(kappa: float, raised: float, tolerance: float) -> BaseGeometry:
-    """Return where P is negative inside the square, for a rotor height of `raised` arm lengths, not zero.
+def raised_negative(block: Block, tolerance: float) -> BaseGeometry:
+    """Return where the determinant of the block of roll and pitch is negative inside the square, for a rotor height.
 
-    P = p·cos α2 − q·sin α2 over cos²δ, with p = cos α1 + κ sin α1 and q = κ cos α1 + (κ² − H²) sin α1, vanishes at
-    α2 = atan(p/q); where q does, one branch of that curve ends and another begins.
+    It is p·cos α2 − q·sin α2 with p and q sums of cos α1 and sin α1, and vanishes at α2 = atan(p/q); where q does, one
+    branch of that curve ends and another begins.
     """
-    delta, squared = math.atan(kappa), raised**2
+    (even, odd), lead = block.line, block.lead
 
     def ratio(x: FloatArray) -> tuple[FloatArray, FloatArray]:
-        return np.cos(x) + kappa * np.sin(x), kappa * np.cos(x) + (kappa**2 - squared) * np.sin(x)
+        return _at((lead + even, odd), x), _at((odd, lead - even), x)
 
     def root(x: FloatArray) -> FloatArray:
         above, below = ratio(x)
         return np.asarray(np.arctan2(above * np.sign(below), np.abs(below)))
 
-    half, pole = (1 + kappa**2) / 2, math.atan2(kappa, squared - kappa**2)
-    level = cosine(1, 1, size=half - squared / 2) + cosine(1, -1, 2 * delta, half) + cosine(1, -1, size=squared / 2)
-    poles = pole + math.pi * np.arange(-2, 3)
-    end = HALF_PI + _BEYOND
+    def holds(x: FloatArray, y: float) -> Any:
+        return (y > root(x)) == (ratio(x)[1] > 0)
+
+    determinant = cosine(1, 1, size=lead) + cosine(1, -1, size=even) + cosine(1, -1, HALF_PI, odd)
+    end, poles = HALF_PI + _BEYOND, math.atan2(odd, even - lead) + math.pi * np.arange(-2, 3)
     breaks = np.unique(np.concatenate([[-end, end], poles[np.abs(poles) < end]]))
-    return bands_between(
-        breaks, (root,), lambda x, y: (y > root(x)) == (ratio(x)[1] > 0), Border(rest=level), tolerance
-    )
+    return bands_between(breaks, (root,), holds, Border(rest=determinant), tolerance)
 
 
 def thrust_above(share: float, kappa: float, tolerance: float) -> BaseGeometry:
