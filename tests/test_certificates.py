@@ -349,6 +349,18 @@ def test_commands(run: Any, tmp_path: Path) -> None:
         json.loads(run("verify", "q.cert.json", "--json").out)["claims"][name] == "" for name in ("rate", "tilt")
     )
     assert "certificate" not in run("validate", "q.csv").out
+    (tmp_path / "limited.toml").write_text('preset = "paper"\nmax_tilt_acceleration = 50\n')
+    assert run("pace", "q.csv", "--vehicle", "limited.toml", "--output", "paced.csv", "--certify").code == 0
+    bounds = json.loads((tmp_path / "paced.cert.json").read_text())["claims"]["acceleration"]["at_most"]
+    assert all(float(bound) <= 50 * (1 + 1e-9) for bound in bounds)
+    assert "belong" not in run("validate", "paced.csv").out
+    (tmp_path / "low.toml").write_text("drag_ratio = 0.026\n")
+    low = "plan", "--waypoint", "1.57,-0.814", "--vehicle", "low.toml", "--floor", "0.01"
+    assert run(*low, "--output", "low.csv", "--certify").code == 0
+    assert run("certify", "low.csv", "--floor", "0.01").code == 0
+    near = "plan", "--waypoint=-0.1,0.1", "--waypoint=-0.2,0.1", "--sign", "positive", "--output", "near.csv"
+    assert run(*near).code == 0
+    assert run("transition", "hover", "near.csv", "--output", "there.csv").code == 0
     assert run("certify", "q.csv", "--output", "again.json").code == 0
     assert (tmp_path / "again.json").read_text() == (tmp_path / "q.cert.json").read_text()
     rows = (tmp_path / "q.csv").read_text().replace("0.03,", "0.031,", 1)
@@ -365,6 +377,12 @@ def test_commands(run: Any, tmp_path: Path) -> None:
         (("certify", "gait1"), 1, "not flyable"),
         (("certify", "gait3", "--output", "wrong.json"), 2, "exists"),
         (("certify", "gait3", "--tilt", "2"), 2, "tilt must be"),
+        (("certify", "q.csv", "--output", "other.csv"), 2, "must end in .json"),
+        (("certify", "request.json", "--output", "./request.json", "--force"), 2, "another file than the gait"),
+        ((*sent, "--certify", "--output", "n.csv", "--output", "n.cert.json"), 2, "got 'n.cert.json' twice"),
+        (("certify", "there.csv"), 1, "transition, which is no closed gait"),
+        (("certify", "paced.csv"), 1, "plan or pace with --certify"),
+        (("certify", "low.csv"), 1, "floor 0.05"),
         (("verify", "q.csv"), 2, "certificate 'q.csv'"),
         (("verify", "none.json"), 2, "cannot be read"),
         ((*sent, "--certify"), 2, "--certify must"),

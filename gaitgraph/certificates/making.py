@@ -23,6 +23,7 @@ from gaitgraph.errors import Infeasible, InputError
 from gaitgraph.files import check_new_files, write_whole
 from gaitgraph.gait.table import Table, row_texts
 from gaitgraph.invertibility.matrices import (
+    DEFAULT_FLOOR,
     coefficients_of,
     hover_thrust_shares,
     least_singular_value,
@@ -35,7 +36,7 @@ from gaitgraph.validation.validating import CERTIFICATE, validate
 from gaitgraph.vehicle import four_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Collection
 
     from gaitgraph.gait.gait import Gait
     from gaitgraph.invertibility.matrices import CoefficientsLike, FloatArray
@@ -59,10 +60,14 @@ _MOST_DIGITS = 60
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Certified:
-    """A gait with its certificate, the `document`, as plain values; `intervals` has the size of each claim's cover."""
+    """A gait with its certificate, the `document`, as plain values; `intervals` has the size of each claim's cover.
+
+    `warnings` are those of the gait's report.
+    """
 
     document: dict[str, Any]
     intervals: dict[str, int]
+    warnings: tuple[str, ...] = ()
 
     def text(self) -> str:
         """Return the document as JSON, one line."""
@@ -70,6 +75,7 @@ class Certified:
 
     def write(self, path: str | Path, *, force: bool = False) -> None:
         """Write the document to a file, whole or not at all."""
+        check_certificate(path)
         check_new_files([path], force=force)
         write_whole([(Path(path), self.text().encode())], force=force)
 
@@ -77,26 +83,37 @@ class Certified:
         """Return the claims as plain values, ready for JSON."""
         named = self.document["claims"].items()
         claims = {name: {key: one for key, one in claim.items() if key != "cover"} for name, claim in named}
-        return {"status": "certified", "claims": claims, "intervals": self.intervals}
+        return {
+            "status": "certified",
+            "claims": claims,
+            "intervals": self.intervals,
+            "warnings": list(self.warnings),
+        }
 
     def __str__(self) -> str:
         lines = [f"Certified {len(self.document['pieces'])} pieces"]
         for name, values in self.as_mapping()["claims"].items():
             texts = (f"{key.replace('_', ' ')} {_shown(value)}" for key, value in values.items())
             lines.append(f"  {name.replace('_', ' '):<21} {', '.join(texts)}; {self.intervals[name]} intervals")
-        return "\n".join(lines)
+        return "\n".join([*lines, *(f"warning: {warning}" for warning in self.warnings)])
 
 
 def _shown(value: Any) -> str:
     return value if isinstance(value, str) else f"({', '.join(f'{float(one):.4g}' for one in value)})"
 
 
-def certificates_beside(outputs: Iterable[str | Path], *, force: bool) -> list[Path]:
+def check_certificate(path: str | Path) -> None:
+    """Raise InputError if the name of a certificate does not end in .json."""
+    if Path(path).suffix != ".json":
+        raise InputError(f"output {str(path)!r} must end in .json, as a certificate does, got {Path(path).suffix!r}")
+
+
+def certificates_beside(outputs: Collection[str | Path], *, force: bool) -> list[Path]:
     """Return the certificates beside gait files, gait.cert.json beside gait.csv; raise if one cannot be written."""
     paths = sorted({Path(output).with_suffix(CERTIFICATE) for output in outputs})
     if not paths:
         raise InputError("--certify must be given with --output, beside which it writes, got no output")
-    check_new_files(paths, force=force)
+    check_new_files([*paths, *(path for path in map(Path, outputs) if path in paths)], force=force)
     return paths
 
 
@@ -105,6 +122,7 @@ def certify(
     *,
     vehicle: VehicleLike | None = None,
     coefficients: CoefficientsLike | None = None,
+    floor: float = DEFAULT_FLOOR,
     tilt: float | str | None = None,
     timing: bool = True,
 ) -> Certified:
@@ -117,6 +135,8 @@ def certify(
         claimed too; rows of a table without a law are joined by straight segments.
     vehicle, coefficients
         For tables and files; by default those that the table states, else the paper's vehicle.
+    floor
+        As for :func:`gaitgraph.validation.validating.validate`.
     tilt
         Claim that no attitude within this tilt from upright is singular; radians below π/2, or a text such as "30deg".
     timing
@@ -125,7 +145,8 @@ def certify(
     Raises
     ------
     Infeasible
-        If the gait is not flyable, or a claim cannot be proved, with the reason and the place.
+        If the gait is not flyable or a table is that of a transition, or a claim cannot be proved, with the reason and
+        the place.
 
     Examples
     --------
@@ -138,7 +159,9 @@ def certify(
     if not isinstance(source, Table):
         choices = {}
     with naming_file(gait):
-        report = validate(source, **choices)
+        if isinstance(source, Table) and "transition" in source.about:
+            raise Infeasible("no certificate, since the table is that of a transition, which is no closed gait")
+        report = validate(source, floor=floor, **choices)
         if not report.flyable:
             raise Infeasible(f"no certificate, since the gait is not flyable: {report.reason}")
         is_timed = hasattr(source, "rate_checks")
@@ -164,7 +187,7 @@ def certify(
         | {name: {**claims[name], "cover": covers[name]} for name in claims},
     }
     count = {name: sum(len(one) - 1 for one in cover) for name, cover in covers.items()}
-    return Certified(document=_plain(document), intervals={"joints": len(pieces), **count})
+    return Certified(document=_plain(document), intervals={"joints": len(pieces), **count}, warnings=report.warnings)
 
 
 def _decimal(value: float, digits: int | None = None) -> Fraction:
@@ -290,8 +313,8 @@ def _claims_of(path: _Path, report: Report, tilt: float | None) -> dict[str, dic
     for name, order in list(check.ORDERS.items())[1:] if path.timed is not None else ():
         largest, peaks = getattr(vehicle, f"max_tilt_{name}"), path.timed.peaks(order)
         if largest is not None and not np.isfinite(peaks).all():
-            remedy = "use the law 'smooth', or certify the path alone with --untimed (timing=False)"
-            raise Infeasible(f"max_tilt_{name} cannot be proved, since the rates jump between rows: {remedy}")
+            remedy = "make it with the gait (plan or pace with --certify), or of the path alone with --untimed"
+            raise Infeasible(f"max_tilt_{name} cannot be proved of rows, between which rates jump: {remedy}")
         if np.isfinite(peaks).all() and (largest is not None or name != "jerk"):
             each = zip(peaks.tolist(), four_of(largest), strict=True)
             bounds = [_claimed(peak, limit, _ROOM_OF_RATES) for peak, limit in each]
@@ -320,9 +343,10 @@ def _cover(path: _Path, name: str, claim: dict[str, Any], k: int) -> list[Fracti
         if check.proves(name, claim, path.ratios, curves, low, high):
             breaks.append(high)
         elif high - low < _SMALLEST or len(breaks) > _MOST_INTERVALS:
-            at = ", ".join(f"{np.polyval([float(a) for a in one[::-1]], float(middle)):.4f}" for one in piece["alpha"])
-            what = f"{name} {' '.join(_plain(one) for one in claim.values() if isinstance(one, Fraction))}"
-            raise Infeasible(f"{what.strip()} cannot be proved on piece {k} at {float(middle):.6g} of it ({at})")
+            at = _shown([np.polyval([float(a) for a in one[::-1]], float(middle)) for one in curves])
+            what = f"{name} {', '.join(f'{key} {_shown(_plain(one))}' for key, one in claim.items())}"
+            where = f"at {float(middle):.6g} of it, where {'it is' if name in check.ORDERS else 'the angles are'} {at}"
+            raise Infeasible(f"{what} cannot be proved on piece {k} {where}")
         else:
             todo += [(middle, high), (low, middle)]
     return breaks

@@ -322,6 +322,7 @@ _SHARED: dict[str, Decorator] = {
     "force": flag("--force", "Overwrite outputs that exist."),
     "gait_file": file("gait_file", "GAIT_FILE", *PAPER_GAITS),
     "request_file": file("request_file", "[REQUEST.toml]", required=False),
+    "certify": flag("--certify", "Write a certificate beside each output: gait.cert.json beside gait.csv."),
     "outputs": option("--output", "FILE", _OUTPUT, name="outputs", multiple=True),
     "vehicle": option("--vehicle", "NAME_OR_FILE", _VEHICLE, words=_preset_names, callback=_vehicle),
     "coefficients": one_of(

@@ -19,7 +19,7 @@ _PERIOD = Kind("a number of seconds or the word least", lambda text: None if tex
     option("--max-jerk", "ANGLE", "Per second cubed.  [default: the vehicle's]"),
     option("--rounding", "ANGLE", "Largest distance from a rounded corner.  [default: rest at corners]"),
     option("--servo-lag", "SECONDS", "Time constant.  [default: the vehicle's, if any]"),
-    "samples rate outputs force vehicle coefficients json",
+    "samples rate certify outputs force vehicle coefficients json",
 )
 def pace_command(
     gait_file: str, period: float | None = None, outputs: Paths = (), force: bool = False, **given: Any
@@ -30,6 +30,7 @@ def pace_command(
     keeps the limits between samples too. It rests at every corner unless corners are rounded. The exit code is 1 if no
     law meets the limits in the period.
     """
+    from gaitgraph.certificates.making import certificates_beside, certify
     from gaitgraph.io.formats import gait_of
     from gaitgraph.timing.servo_lag import servo_response
     from gaitgraph.timing.time_optimal import least_period, limits_of, paced
@@ -37,6 +38,7 @@ def pace_command(
     from gaitgraph.validation.report import unlikely_limits
 
     check_outputs(outputs, force=force)
+    beside = certificates_beside(outputs, force=force) if given.get("certify") else []
     kinds = ("rate", "acceleration", "jerk")
     names = {kind: f"max_{kind}" for kind in kinds} | {"tolerance": "rounding", "lag": "servo_lag"}
     with Working(f"reading {gait_file}") as progress, named_in_errors(given, **names):
@@ -65,7 +67,11 @@ def pace_command(
                 response = servo_response(timed, lag)
                 more["servo"] = response.as_mapping()
                 lines.append(f"  {response}")
+            certified = [(path, certify(timed)) for path in beside]
             if outputs:
                 write_outputs(lambda: pieces_of(timed), outputs, force=force, rate=given.get("rate"))
             lines += [f"wrote {name}: {timed.samples + 1} rows" for name in outputs]
+            for path, one in certified:
+                one.write(path, force=force)
+                lines.append(f"wrote {path}")
     return show(pacing, more=more, lines=lines)

@@ -24,8 +24,7 @@ from gaitgraph.cli import Paths, Working, check_outputs, command, flag, one_of, 
     "floor accuracy keep_in keep_out",
     flag("--any-order", "Visit the waypoints in the order that is shortest."),
     flag("--reverse", "Run the loop in the other direction."),
-    flag("--certify", "Write a certificate beside each output: gait.cert.json beside gait.csv."),
-    "outputs period samples rate law force vehicle coefficients json",
+    "certify outputs period samples rate law force vehicle coefficients json",
 )
 def plan_command(request_file: str | None = None, outputs: Paths = (), force: bool = False, **given: Any) -> int:
     """Plan a closed gait through (α1, α2) waypoints, in order and back to the first.
@@ -47,7 +46,7 @@ def plan_command(request_file: str | None = None, outputs: Paths = (), force: bo
         written = tuple(outputs) if found else ()
         if written:
             progress(f"writing {', '.join(written)}")
-            certified = [(path, certify(found.timed(**sampling))) for path in beside]
+            certified = [(path, certify(found.timed(**sampling), floor=request.floor)) for path in beside]
             write_outputs(partial(pieces_of, found.timed(**sampling)), written, force=force, rate=sampling.get("rate"))
             for path, one in certified:
                 one.write(path, force=force)
