@@ -645,6 +645,18 @@ def test_without_a_gait_a_waypoint_can_be_moved_to_where_there_is_one(page: Page
         page.until(lambda: "rounding noise" in page.css(".series-section").text)
 
 
+@pytest.mark.parametrize("state", ["3pi/16,-pi/4;0.9,-0.4;0.9,-0.4;-7pi/16,7pi/16", "-0.5,0.5;-1.5,1.5;-0.5,1.55"])
+def test_moves_that_are_advised_end_in_a_gait(page: Page, state: str) -> None:
+    page.open(f"waypoints={state}")
+    for _ in range(4):
+        if page.count("#move-there"):
+            before = page.state
+            page.id("move-there").click()
+            page.until(lambda before=before: page.state != before)  # type: ignore[misc]
+            page.planned()
+    assert page.headline().endswith("Flyable")
+
+
 def test_a_drag_that_makes_red_impossible_is_told(page: Page) -> None:
     page.open("waypoints=pi/4,-pi/8;5pi/16,-5pi/16;pi/8,-5pi/16&require=valid")
     page.mouse("mousePressed", (4 * STEP, -2 * STEP))

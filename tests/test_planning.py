@@ -245,7 +245,8 @@ def test_each_color_and_sign_without_a_loop_is_refused_with_what_is_in_its_way(n
     plan = gg.plan_loop(points, method=method, require="valid", **options)
     assert (plan.status, bool(plan)) == ("infeasible", False)
     messages = [line.split(" / ")[1] for line in ANSWERED.splitlines() if line.startswith(f"{name} / ")]
-    for obstacle, message in zip(plan.obstacles, messages, strict=True):
+    listed = sorted(plan.obstacles, key=lambda one: (one.sign == "negative", one.color == "blue"))
+    for obstacle, message in zip(listed, messages, strict=True):
         assert obstacle.message.startswith(message)
         ending = obstacle.message.removeprefix(message)
         named = re.search(r"waypoints? (\d)(?: and (\d))?", message)
@@ -303,6 +304,28 @@ def test_only_what_can_fly_is_handed_out_and_the_rest_is_an_alternative(name: st
     if asked.loop is not None:
         np.testing.assert_array_equal(asked.gait.alpha, plan.alternatives[0].gait.alpha)
         assert str(asked.reason).startswith("no loop through these waypoints is flyable: ")
+
+
+@pytest.mark.parametrize(
+    ("points", "options"),
+    [
+        ([(0.589, -0.785), (0.9, -0.4), (-1.374, 1.374)], {}),  # the first waypoint lies in the other sign of R
+        ([(-0.5, 0.5), (-1.5, 1.5), (-0.5, 1.55)], {"color": "red"}),  # two parts of one sign
+        ([(0.5, 0.5), (0.6, -0.6)], {"keep_out": [[(0.5, -2), (0.55, -2), (0.55, 2), (0.5, 2)]]}),
+        ([(-1.0, 1.0), (1.0, -1.0), (0.9, -0.9)], {}),  # admissible, but not together
+    ],
+)
+def test_all_moves_of_the_first_obstacle_lead_to_a_gait_one_after_another(points: Any, options: dict[str, Any]) -> None:
+    plan, moves = gg.plan_loop(points, **options), 0
+    while not plan:
+        first, *others = plan.obstacles
+        far = [sum(map(math.dist, one.moved, plan.waypoints)) for one in (first, *others)]
+        assert far[0] == min(far) > 0
+        assert gg.plan_loop(first.moved, **options)
+        k = next(k for k, point in enumerate(plan.waypoints) if first.moved[k] != point)
+        points, moves = [*plan.waypoints[:k], first.moved[k], *plan.waypoints[k + 1 :]], moves + 1
+        plan = gg.plan_loop(points, **options)
+    assert 1 <= moves <= len(points)
 
 
 def test_every_waypoint_outside_gets_its_nearest_admissible_point() -> None:

@@ -247,8 +247,8 @@ def test_blue_region_is_where_rounding_left_a_sign(sign: Any) -> None:
     assert exact.outer.is_empty
     assert "R at level attitude must be" in (exact.why_not((0.3, 0.2)) or "")
     flyable = admissible_region(color="blue")
-    for ask in (flyable.nearest_as_text, flyable.nearest, flyable.component_of):
-        assert ask((0.3, 0.3)) is None
+    assert (flyable.nearest((0.3, 0.3)), flyable.component_of((0.3, 0.3))) == (None, None)
+    assert flyable.nearest_joined([(0.3, 0.3)]) == ()
     assert "singular" in (flyable.why_not((0.3, 0.3)) or "")
     assert why_empty(flyable, 0.05, PAPER).startswith(
         "no tilt angles meet all conditions (an invertible decoupling matrix); "
@@ -365,9 +365,7 @@ def test_nearest_point() -> None:
         assert region.contains(found)[0]
         assert region.nearest(found) == found
         assert math.dist(found, point) == pytest.approx(region.inner.distance(shapely.Point(point)), abs=1e-12)
-        text = region.nearest_as_text(point)
-        assert text is not None
-        printed = [float(part) for part in re.findall(r"-?\d+\.\d+", text)]
+        printed = [float(part) for part in re.findall(r"-?\d+\.\d+", region.as_text(found))]
         assert region.contains(printed)[0]
         assert math.dist(printed, found) < 2e-4
 

@@ -185,7 +185,7 @@ def plan_answer(state: State, progress: Progress = quiet) -> dict[str, Any]:
     ``status`` is "empty", "infeasible" or "planned". Without a gait the view is of one ``posture``: that of the first
     waypoint, or upright. Angles are exact in ``corners`` and ``vertices``, and rounded to 1e-6 rad elsewhere.
     """
-    lists = "checks warnings obstacles corners types colors path vertices alternatives"
+    lists = "checks warnings waypoints obstacles corners types colors path vertices alternatives"
     answer: dict[str, Any] = {
         "status": "empty",
         **dict.fromkeys(("reason", "color", "sign", "length", "lower_bound", "series")),
@@ -199,6 +199,7 @@ def plan_answer(state: State, progress: Progress = quiet) -> dict[str, Any]:
     answer |= {
         "status": "infeasible",
         "reason": result.reason,
+        "waypoints": result.waypoints,
         "obstacles": [asdict(obstacle) for obstacle in result.obstacles],
         "warnings": list(result.warnings),
         "alternatives": [

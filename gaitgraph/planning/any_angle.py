@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, lru_cache
-from itertools import groupby, pairwise
+from itertools import groupby, pairwise, zip_longest
 from textwrap import fill
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -151,24 +151,26 @@ def _most_robust_region(branch: Branch, use: Use) -> PreparedRegion:
 
 
 def with_nearest(obstacle: Obstacle, request: PlanRequest) -> Obstacle:
-    """Return an obstacle; at a waypoint, with the nearest points that the loop may pass, or why there are none."""
+    """Return an obstacle with the nearest points that a loop can join; at a waypoint also in words, or why none."""
     from gaitgraph.surface.admissible import why_empty  # loads shapely
 
-    if obstacle.kind != "waypoint":
+    if not obstacle.waypoints:
         return obstacle
     region = region_of(request, obstacle.color, obstacle.sign, request.require)  # type: ignore[arg-type]
-    point = request.waypoints[obstacle.waypoints[0] - 1]
-    nearest = region.nearest(point)
-    if nearest is None:
+    moved = region.nearest_joined(request.waypoints)
+    if obstacle.kind != "waypoint":
+        return replace(obstacle, moved=moved)
+    if not moved:
         return replace(obstacle, message=f"{obstacle.message}; {why_empty(region, request.floor, request.vehicle)}")
-    outside = np.flatnonzero(~region.contains(request.waypoints)).tolist()
-    if len(outside) < 2:
-        message = f"the nearest admissible point is {region.nearest_as_text(point)}"
+    nearest = moved[obstacle.waypoints[0] - 1]
+    elsewhere = [k for k, point in enumerate(request.waypoints) if moved[k] != point]
+    if len(elsewhere) < 2:
+        message = f"the nearest admissible point is {region.as_text(nearest)}"
     else:
-        listed = [f"{region.nearest_as_text(request.waypoints[k])} for waypoint {k + 1}" for k in outside]
-        more = [f"and {len(outside) - _MOST_NEAREST} more"] * (len(outside) > _MOST_NEAREST)
+        listed = [f"{region.as_text(moved[k])} for waypoint {k + 1}" for k in elsewhere]
+        more = [f"and {len(elsewhere) - _MOST_NEAREST} more"] * (len(elsewhere) > _MOST_NEAREST)
         message = f"the nearest admissible points are {', '.join([*listed[:_MOST_NEAREST], *more])}"
-    return replace(obstacle, message=f"{obstacle.message}; {message}", nearest=nearest)
+    return replace(obstacle, message=f"{obstacle.message}; {message}", nearest=nearest, moved=moved)
 
 
 def straight_loop_holds(branch: Branch, use: Use, *, robust: bool = False) -> bool:
@@ -291,7 +293,10 @@ def region_of(request: PlanRequest, color: Color, sign: Sign, use: Use) -> Regio
 
 
 class WaypointLocation(NamedTuple):
-    """One waypoint: the number of its part, from 1; or why it is in none, and the nearest point that is in one."""
+    """One waypoint: the number of its part, from 1, or why it is in none.
+
+    `nearest` is where a loop can join it to the others, if it is not there already: see ``Region.nearest_joined``.
+    """
 
     point: Point
     part: int | None
@@ -339,7 +344,8 @@ class RegionLocation:
         for number, (point, part, why_not, nearest) in enumerate(self.waypoints, start=1):
             text = f"in part {part}" if part is not None else f"{why_not}"
             if nearest is not None:
-                text += f"; the nearest admissible point is {self.region.nearest_as_text(point)}"
+                joined = "admissible point" if part is None else "point in one part with the others"
+                text += f"; the nearest {joined} is {self.region.as_text(nearest)}"
             text = f"waypoint {number} ({point[0]:.4f}, {point[1]:.4f}): {text}"
             lines.append(fill(text, _WIDTH, initial_indent="  ", subsequent_indent="    "))
         if len(self.waypoints) > 1:
@@ -394,10 +400,11 @@ def location_of(request: PlanRequest, *, use: Use = "flyable") -> Location:
     for branch in branches_of(replace(request, color="blue" if request.color == "blue" else "red")):
         region = prepared_region(branch, use).region
         waypoints = []
-        for point in request.waypoints:
-            part = region.component_of(point)
-            where = (None, None) if part is not None else (region.why_not(point), region.nearest(point))
-            waypoints.append(WaypointLocation(point, None if part is None else part + 1, *where))
+        moved = region.nearest_joined(request.waypoints) if request.waypoints else ()
+        for point, near in zip_longest(request.waypoints, moved):
+            part, nearest = region.component_of(point), None if near == point else near
+            number, why_not = (None, region.why_not(point)) if part is None else (part + 1, None)
+            waypoints.append(WaypointLocation(point, number, why_not, nearest))
         located = RegionLocation(color=branch.color, sign=branch.sign, region=region, waypoints=tuple(waypoints))
         regions.append(located)
     return Location(use=use, accuracy=request.accuracy, regions=tuple(regions))

@@ -135,7 +135,8 @@ class Plan(Pictured):
     `reason` says why there is no loop, or why the chosen one is not flyable; None if it is. `waypoints` are in the
     order in which the loop passes them [rad]. `alternatives` are other loops through the same waypoints, with their
     verdicts: those that cannot fly only if there is no other, or if the request does not require it. `obstacles` has
-    one for each color and sign without a loop.
+    one for each color and sign without a loop; without any loop the first is the one that the shortest moves of
+    waypoints remove.
     """
 
     request: PlanRequest
@@ -361,6 +362,7 @@ def _answer(
     reason, waypoints, warnings = None, request.waypoints, [*request.notes]
     if is_refused or not loops:
         obstacles = [with_nearest(obstacle, request) for obstacle in obstacles]
+        obstacles.sort(key=lambda one: sum(map(math.dist, one.moved, waypoints)) if one.moved else math.inf)
         kind = "flyable" if is_refused else "closed"
         reason = f"no {kind} loop: {'; '.join(dict.fromkeys(obstacle.message for obstacle in obstacles))}"
         loops = []

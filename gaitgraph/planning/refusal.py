@@ -32,7 +32,8 @@ class Obstacle:
     `kind` is "waypoint" if a waypoint has no root of this color and sign, or lies where the request forbids it: `R` is
     its value there, `nearest` the nearest admissible (α1, α2) [rad]. It is "separated" if two waypoints cannot be
     joined: on the grid `components` has how many nodes can be reached from each; "color" if the color cannot fly; and
-    "limit" if the loop that was found cannot fly, such as for its period. `waypoints` are numbers from 1.
+    "limit" if the loop that was found cannot fly, such as for its period. `waypoints` are numbers from 1. `moved` has
+    for all waypoints the nearest places where a loop can join them; it is empty if there are none.
     """
 
     color: str
@@ -43,6 +44,7 @@ class Obstacle:
     R: float | None = None
     components: tuple[int, ...] = ()
     nearest: Point | None = None
+    moved: tuple[Point, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -425,10 +425,10 @@ def _draw_loop(ax: Axes, shown: Gait | Plan) -> str:
         points = np.array([point[:2] for point in waypoints], dtype=float)
         ring: dict[str, Any] = {"markersize": 7, "markerfacecolor": "none", "markeredgecolor": "black", "zorder": 5}
         ax.plot(*points.T, "o", label="waypoints", **ring)
-    for obstacle in () if plan is None or gait is not None else plan.obstacles:
-        if obstacle.nearest is not None:
-            start = waypoints[obstacle.waypoints[0] - 1][:2]
-            base.draw_arrow(ax, start, obstacle.nearest, base.PALETTE["no"][0])
+    moved = () if plan is None or gait is not None else plan.obstacles[0].moved
+    for start, end in zip(waypoints, moved, strict=False):
+        if start != end:
+            base.draw_arrow(ax, start, end, base.PALETTE["no"][0])
     return words
 
 

@@ -144,16 +144,36 @@ class Region(Pictured):
         found = shapely.get_coordinates(shapely.shortest_line(self.inner, shapely.Point(asked)))[0]
         return float(found[0]), float(found[1])
 
-    def nearest_as_text(self, point: npt.ArrayLike) -> str | None:
-        """Return the nearest point of `inner` with as few digits as keep it inside, at least four, or None."""
-        found = self.nearest(point)
-        if found is None:
-            return None
+    def nearest_joined(self, points: npt.ArrayLike) -> tuple[tuple[float, float], ...]:
+        """Return for each of m points, shape (m, 2) [rad], the nearest one inside, all of which paths inside join.
+
+        Of the parts of `inner`, where those that touch are one, the one with the least sum of distances is chosen.
+        Empty if `inner` is.
+
+        >>> from gaitgraph.surface import admissible_region
+        >>> region = admissible_region(sign="positive")
+        >>> [(round(x, 3), round(y, 3)) for x, y in region.nearest_joined([(-0.4, 0.4), (-0.2, 1.0), (-1.5, 1.5)])]
+        [(-0.4, 0.4), (-0.2, 1.0), (-1.369, 1.369)]
+        """
+        asked = _points(points)
+        away = [float(shapely.distance(one.inner, shapely.points(asked)).sum()) for one in self._joined_parts]
+        joined = self._joined_parts[away.index(min(away))] if away else self
+        return tuple(found for point in asked if (found := joined.nearest(point)) is not None)
+
+    @cached_property
+    def _joined_parts(self) -> tuple[Region, ...]:
+        """The components as regions, those that touch as one."""
+        components, groups = np.array(self.components, dtype=object), set(self._groups.tolist())
+        parts = (polygons_of(components[self._groups == group]) for group in groups)
+        return tuple(region_of([part, part], self.accuracy) for part in parts)
+
+    def as_text(self, point: tuple[float, float]) -> str:
+        """Return a point of `inner` with as few digits as keep it inside, at least four."""
         for digits in range(4, 18):
-            texts = [f"{angle:.{digits}f}" for angle in found]
+            texts = [f"{angle:.{digits}f}" for angle in point]
             if self.contains([float(text) for text in texts])[0]:
                 return f"({texts[0]}, {texts[1]})"
-        return f"({found[0]!r}, {found[1]!r})"
+        return f"({point[0]!r}, {point[1]!r})"
 
     def why_not(self, point: npt.ArrayLike) -> str | None:
         """Return the conditions that a point (α1, α2) [rad] breaks, with numbers, or None if it is in `inner`."""

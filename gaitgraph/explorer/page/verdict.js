@@ -43,17 +43,20 @@ export function sentenceOf(report, advice) {
 }
 
 /**
- * Return what is nearest to a gait where there is none: the obstacle, the numbers of its waypoints, from 0, and the
- * nearest admissible point `to` of the first of them, or null.
+ * Return what is nearest to a gait where there is none: the obstacle, which of the waypoints are its, and the place
+ * `to` which the first of them is to move, or null.
  */
 export function adviceOf(plan, waypoints) {
   if (plan?.status !== "infeasible") return null;
-  const advices = plan.obstacles
-    .map((obstacle) => ({ obstacle, indices: obstacle.waypoints.map((k) => k - 1), to: obstacle.nearest }))
-    .filter(({ indices }) => indices.every((k) => k < waypoints.length));
-  const far = ({ indices: [k], to }) =>
-    to && k !== undefined ? Math.hypot(to[0] - waypoints[k][0], to[1] - waypoints[k][1]) : Infinity;
-  return advices.toSorted((a, b) => far(a) - far(b))[0] ?? null;
+  const [obstacle] = plan.obstacles; // the one that the shortest moves remove
+  const isSame = ([p, q], [r, s]) => p === r && q === s;
+  const moves = obstacle.waypoints
+    .map((k) => ({ from: plan.waypoints[k - 1], to: obstacle.moved[k - 1] ?? plan.waypoints[k - 1] }))
+    .toSorted((a, b) => isSame(a.from, a.to) - isSame(b.from, b.to));
+  // The server merges waypoints that repeat, and those of the page may be newer.
+  const indices = moves.map(({ from }) => waypoints.findIndex((point) => isSame(point, from)));
+  if (indices.includes(-1)) return null;
+  return { obstacle, indices, to: moves.length && !isSame(moves[0].from, moves[0].to) ? moves[0].to : null };
 }
 
 /** Show the verdict in its line, with the way from "No gait" to a gait. `on` has move(index, point), allowValid(). */
