@@ -21,7 +21,7 @@ import numpy.typing as npt
 from gaitgraph.angles import angle_within
 from gaitgraph.errors import InputError, check_fields, shown
 from gaitgraph.invertibility.matrices import FloatArray, arm_angles, thrust_signs
-from gaitgraph.invertibility.segment_bounds import Least, Several, least_along, least_of_each
+from gaitgraph.invertibility.segment_bounds import Least, Several, bound_by_change, least_along, least_of_each
 
 if TYPE_CHECKING:
     from gaitgraph.vehicle import Vehicle
@@ -202,10 +202,7 @@ class Geometry:
         >>> found.upper.round(3).tolist(), bool(found.lower[0] > found.upper[0] - 1e-4)
         ([0.259], True)
         """
-
-        def bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
-            return np.asarray(np.maximum((f0 + f1 - self._change(p0, p1)) / 2, 0.0))
-
+        bound = bound_by_change(self._change)
         return least_along(starts, ends, self.least_singular_value, bound, tolerance=tolerance)
 
     def least_hover_thrust_along(self, starts: FloatArray, ends: FloatArray) -> Least:

@@ -266,13 +266,9 @@ def level_determinant_slopes(alpha: npt.ArrayLike, coefficients: Coefficients) -
     a1, a2, a3, a4 = np.moveaxis(tilt_angles(alpha), -1, 0)
     form = coefficients.bilinear_form
     right, left = pair_features(a2, a4) @ form.T, pair_features(a1, a3) @ form
-    slopes, cross = [], coefficients.cross
-    for moving, still, rest, other in (
-        (a1, a3, right, a2 - a4),
-        (a2, a4, left, a1 - a3),
-        (a3, a1, right, a4 - a2),
-        (a4, a2, left, a3 - a1),
-    ):
+    slopes, cross, first, second = [], coefficients.cross, a1 - a3, a2 - a4
+    arms = ((a1, a3, right, second), (a2, a4, left, first), (a3, a1, right, -second), (a4, a2, left, -first))
+    for moving, still, rest, other in arms:
         # The derivative of the pair features with respect to the moving angle.
         parts = (-np.sin(moving) * np.cos(still), np.cos(moving) * np.sin(still), np.cos(moving + still))
         slope = np.sum(np.stack(parts, axis=-1) * rest, axis=-1)
@@ -506,8 +502,11 @@ def least_singular_value_bound(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -
         height = (((root - e1) * root + e2) * root - e3) * root + e4
         with np.errstate(divide="ignore", invalid="ignore"):
             root = root + np.where(slope < 0, np.maximum(height, 0.0) / -slope, 0.0)
-    raised = abs(vehicle.height_ratio) * np.sqrt(np.maximum(sine[0] ** 2 + sine[2] ** 2, sine[1] ** 2 + sine[3] ** 2))
-    return np.asarray(np.maximum(np.sqrt(root) * (1 - 1e-6) - raised, 0.0))
+    bound = np.sqrt(root) * (1 - 1e-6)
+    if raised := abs(vehicle.height_ratio):
+        norm = np.sqrt(np.maximum(sine[0] ** 2 + sine[2] ** 2, sine[1] ** 2 + sine[3] ** 2))
+        bound = np.maximum(bound - raised * norm, 0.0)
+    return np.asarray(bound)
 
 
 def singular_values_on_red(alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, vehicle: Vehicle = PAPER) -> tuple[Any, Any]:

@@ -320,14 +320,19 @@ def largest_residual(starts: FloatArray, ends: FloatArray, coefficients: Coeffic
     return least_along(starts, ends, value, bound, **options)
 
 
-def singular_value_bound(vehicle: Vehicle, *, level: bool = True) -> Bound:
-    """Return a bound from values at both ends that are the least singular value or less, by its rate of change."""
-    constant = singular_value_rate(vehicle, level=level)
+def bound_by_change(change: Callable[[FloatArray, FloatArray], FloatArray]) -> Bound:
+    """Return a bound, at least 0, of functions that differ by at most change(p0, p1) along an interval."""
 
     def bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
-        return np.asarray(np.maximum((f0 + f1 - constant * np.linalg.norm(p1 - p0, axis=1)) / 2, 0.0))
+        return np.asarray(np.maximum((f0 + f1 - change(p0, p1)) / 2, 0.0))
 
     return bound
+
+
+def singular_value_bound(vehicle: Vehicle, *, level: bool = True) -> Bound:
+    """Return a bound from values at both ends that are the least singular value or less, by its rate of change."""
+    rate = singular_value_rate(vehicle, level=level)
+    return bound_by_change(lambda p0, p1: rate * np.linalg.norm(p1 - p0, axis=1))
 
 
 def _on_red(starts: FloatArray, ends: FloatArray) -> bool:
@@ -399,7 +404,8 @@ def _bound_along_red(starts: FloatArray, ends: FloatArray, vehicle: Vehicle) -> 
     first, second = starts[:, :2], ends[:, :2]
     shift = np.array([-delta, delta]) + quarter
     alone = least_sine(first + shift, second + shift).min(axis=1) / math.cos(delta)
-    alone = alone - abs(vehicle.height_ratio) * largest_sine(first, second).max(axis=1)
+    if vehicle.height_ratio:
+        alone = alone - abs(vehicle.height_ratio) * largest_sine(first, second).max(axis=1)
     # Columns: α1 − α2 − δ, and α1 + α2 + π/2, whose sine is the cosine of the sum.
     mix, shift = np.array([[1.0, 1.0], [-1.0, 1.0]]), np.array([-delta, quarter])
     low, high = range_of_sine(first @ mix + shift, second @ mix + shift)
@@ -435,8 +441,8 @@ def thrusts_push_up(starts: FloatArray, ends: FloatArray, vehicle: Vehicle = PAP
     They are products of two sines. With a rotor height they are so on red alone, where sin β1 and sin β2 must have
     opposite signs; off red their signs are then proven by bounds, and what is nearly zero does not count as positive.
     """
-    red, s0, s1 = _on_red(starts, ends), _phases_of_inputs(starts, vehicle), _phases_of_inputs(ends, vehicle)
-    if vehicle.height_ratio and red:
+    s0, s1 = _phases_of_inputs(starts, vehicle), _phases_of_inputs(ends, vehicle)
+    if vehicle.height_ratio and _on_red(starts, ends):
         s0, s1 = s0[:, :2] / 2, s1[:, :2] / 2
         kept = (least_sine(s0, s1) > 0).all(axis=-1) & (np.prod(np.sin((s0 + s1) / 2), axis=-1) < 0)
     elif vehicle.height_ratio:
