@@ -203,9 +203,9 @@ class _HoverThrust(Rule):
         hover thrust there.
         """
         criteria, beside = self.criteria, self.criteria.beside
-        vehicle = criteria.vehicle.replace(rotor_height=0.0)
         if criteria.extremes is None:
             return self.least.upper, -self.largest.lower
+        vehicle = criteria.vehicle.replace(rotor_height=0.0)
         if criteria.vehicle.rotor_height and not np.array_equal(criteria.extremes[:, :2], criteria.extremes[:, 2:]):
             return 0.0, math.inf  # not bounded off red
         kappa, box = vehicle.drag_ratio, criteria.extremes
