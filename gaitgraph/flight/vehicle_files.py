@@ -64,7 +64,7 @@ class Description:
         if "moment_ratio" not in self.rotors[0]:
             rule = "the file must state the drag of its rotors; complete what gaitgraph vehicles --from prints"
             raise InputError(f"{rule}, got none for {self.constants['name']!r}")
-        return geometry_from_mapping({"name": self.constants["name"], "rotor": self.rotors})
+        return geometry_from_mapping({"rotor": self.rotors})
 
     def as_toml(self) -> str:
         """Return a vehicle, or where the method does not fit its rotors, as TOML that ``--vehicle`` reads."""
@@ -105,7 +105,7 @@ def vehicle_or_geometry(name: str) -> Vehicle | Geometry:
     if path.suffix.lower() in (".params", ".urdf", ".xml"):
         return read_description(path).geometry
     if path.suffix.lower() == ".toml" and "rotor" in from_toml_file(path, "vehicle", dict):
-        return from_toml_file(path, "vehicle", lambda stated: geometry_from_mapping({"name": path.stem, **stated}))
+        return from_toml_file(path, "vehicle", geometry_from_mapping)
     return vehicle_named(name)
 
 

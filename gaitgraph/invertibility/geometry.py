@@ -67,7 +67,6 @@ class Geometry:
     0.3373
     """
 
-    name: str = "unnamed"
     position: FloatArray
     moment_ratio: FloatArray
     thrust_axis: FloatArray
@@ -76,8 +75,8 @@ class Geometry:
 
     def __post_init__(self) -> None:
         count = len(self.position)
-        for field in _ROTOR:
-            shape = (count,) if field == "moment_ratio" else (count, 2 if field == "tilt_range" else 3)
+        for field, rest in zip(_ROTOR, ((3,), (), (3,), (3,), (2,)), strict=True):
+            shape = (count, *rest)
             try:
                 values = np.array(getattr(self, field), dtype=float)
             except (TypeError, ValueError, OverflowError):
@@ -105,7 +104,6 @@ class Geometry:
         arms, length = arm_angles(vehicle), vehicle.arm_length or 1.0
         outward = np.stack([np.cos(arms), np.sin(arms), np.zeros(4)], axis=1)
         return cls(
-            name=vehicle.name,
             position=length * outward + np.array([0.0, 0.0, vehicle.rotor_height]),
             moment_ratio=vehicle.drag_ratio * length * thrust_signs(vehicle),
             thrust_axis=np.tile([0.0, 0.0, 1.0], (4, 1)),
@@ -229,20 +227,14 @@ def _best_thrusts(level: FloatArray) -> FloatArray:
     """Return the thrusts T with level·T = (0, 0, 0, 1) whose least is largest, up to 1, shape (N,)."""
     from scipy.optimize import linprog
 
-    count = level.shape[1]
-    found = linprog(
-        np.append(np.zeros(count), -1.0),
-        A_ub=np.column_stack([-np.eye(count), np.ones(count)]),
-        b_ub=np.zeros(count),
-        A_eq=np.column_stack([level, np.zeros(4)]),
-        b_eq=[0.0, 0.0, 0.0, 1.0],
-        bounds=[(None, None)] * count + [(None, 1.0)],
-    )
-    return np.full(count, np.nan) if found.x is None else np.asarray(found.x[:count])
+    count = level.shape[1]  # the unknowns are what each thrust is above the least, and the least
+    both, limits = np.column_stack([level, level.sum(axis=1)]), [(0, None)] * count + [(None, 1)]
+    found = linprog(np.append(np.zeros(count), -1.0), A_eq=both, b_eq=[0, 0, 0, 1], bounds=limits).x
+    return np.full(count, np.nan) if found is None else np.asarray(found[:count] + found[count])
 
 
 def geometry_from_mapping(stated: dict[str, Any]) -> Geometry:
-    """Return the geometry that a table with `name` and a list `rotor` of tables describes; InputError if it is none.
+    """Return the geometry that a list `rotor` of tables describes, beside a `name`; InputError if it is none.
 
     >>> places = ((1, 1), (-1, 1), (-1, -1), (1, -1))
     >>> arms = [{"position": [x, y, 0], "tilt_axis": [x, y, 0], "moment_ratio": x * y / 50} for x, y in places]
@@ -253,12 +245,11 @@ def geometry_from_mapping(stated: dict[str, Any]) -> Geometry:
     rotors = stated.get("rotor")
     if not isinstance(rotors, list) or not rotors:
         raise InputError(f"rotor must be a list of tables, one for each rotor, got {shown(rotors)}")
-    columns: dict[str, Any] = {field: [] for field in _ROTOR}
+    tables = []
     for number, rotor in enumerate(rotors, start=1):
         check_fields(f"rotor {number}", rotor, list(_ROTOR))
+        table, name = _ROTOR | rotor, f"tilt_range of rotor {number}"
         if isinstance(limits := rotor.get("tilt_range"), list):
-            name = f"tilt_range of rotor {number}"
-            rotor = {**rotor, "tilt_range": [angle_within(one, name, 2 * math.pi) for one in limits]}  # noqa: PLW2901
-        for field, default in _ROTOR.items():
-            columns[field].append(rotor.get(field, default))
-    return Geometry(name=str(stated.get("name", "unnamed")), **columns)
+            table["tilt_range"] = [angle_within(one, name, 2 * math.pi) for one in limits]
+        tables.append(table)
+    return Geometry(**{field: [table[field] for table in tables] for field in _ROTOR})
