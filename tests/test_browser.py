@@ -265,7 +265,7 @@ def test_clicking_the_waypoints_of_gait_3(page: Page) -> None:
     assert page.count(".check.ok") == page.count(".check") == 9
     assert "Flyable. red gait, 4 corners" in page.text("verdict-spoken")
     page.has(".attitudes svg", 1)  # the biased gait; that of the gait is one line
-    assert page.text("all-acceptable") == "✓ All attitudes acceptable: tilt margin 90.0°, acceptable 100 %"
+    assert page.text("all-acceptable") == "✓ All attitudes acceptable: tilt margin 90.0°, acceptable 100.00 %"
     page.until(lambda: page.count("#vehicle-root canvas, #vehicle-root .disc"))
     assert page.count(".uplot canvas") == 2
 
@@ -701,6 +701,35 @@ def test_an_opened_table_shows_its_color_types_and_singular_attitudes(page: Page
     assert types == ["(+,+)"] * 4
     assert page.text("all-acceptable").startswith("✓ All attitudes acceptable")
     assert page.id("eta-row").is_displayed() is False
+    page.id("close-table").click()
+
+
+def test_the_map_is_that_of_the_vehicle_of_a_table_or_says_that_it_is_not(page: Page, tmp_path: Path) -> None:
+    page.open()
+    region = "return document.querySelector('.region.flyable').getAttribute('d')"
+    page.until(lambda: page.count(".region.flyable"))
+    before = page.js(region)
+    other = gg.PAPER.replace(name="other", max_tilt=1.2)
+    for name, vehicle, note in (("bee", "beetle_omni", ""), ("other", other, "not that of the table, other.")):
+        path = tmp_path / f"{name}.csv"
+        gg.plan_loop([(-0.4, 0.4), (-0.9, 0.9)], color="red", vehicle=vehicle).timed().write(path)
+        page.opened(path)
+        page.until(lambda note=note: page.text("map-note").endswith(note))  # type: ignore[misc]
+        assert f"vehicle{'other' if note else vehicle}" in page.text("report")
+        page.until(lambda note=note: (page.js(region) == before) == bool(note))  # type: ignore[misc]
+    page.id("close-table").click()
+
+
+def test_rows_without_times_are_joined_by_what_is_true_between_them(page: Page, tmp_path: Path) -> None:
+    page.open()
+    path = tmp_path / "untimed.csv"
+    path.write_text("alpha1,alpha2,alpha3,alpha4\n" + "".join(f"{a},{b},{a},{b}\n" for a, b in GAITS[2].angles))
+    page.opened(path)
+    page.js(
+        "const slider = document.getElementById('scrub'); slider.value = '1000';"
+        " slider.dispatchEvent(new Event('input', { bubbles: true }));"
+    )
+    assert page.text("clock") == "row 1"
     page.id("close-table").click()
 
 

@@ -273,6 +273,19 @@ class TestTables:
         assert (answer["color"], answer["colors"], answer["types"]) == ("red", ["red"] * 4, ["(+,+)"] * 4)
         assert answer["diagram"]["own"] == client("diagram", of_gait(3))["own"]
 
+    def test_between_rows_without_times_the_motion_is_straight(self, client: Client) -> None:
+        corners = np.array(GAIT3.angles)[:, [0, 1, 0, 1]]
+        content = "\n".join(["alpha1,alpha2,alpha3,alpha4", *(",".join(map(repr, row)) for row in corners.tolist())])
+        answer = client.table("corners.csv", content.encode())
+        series, legs = answer["series"], np.vstack([corners, corners[:1]])
+        assert (series["rows"][0], series["rows"][-1], len(answer["path"])) == (1, 5, 5)
+        places = np.array([np.interp(series["rows"], range(1, 6), column) for column in legs.T])
+        assert np.allclose(series["alpha"], places, rtol=0, atol=1e-6)
+        least = matrices.least_singular_value(places.T)
+        assert np.allclose(series["least_singular_value"], least, rtol=0, atol=1e-6)
+        judged = {"vehicle": "paper", "drag_ratio": None, "coefficients": "published"}
+        assert (answer["vehicle"], answer["map"]) == ("paper", judged)
+
     def test_rows_are_bounded(self, client: Client, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setitem(LIMITS, "rows", 10)
         rows = b"alpha1,alpha2,alpha3,alpha4\n" + b"1.1,-1.1,1.1,-1.1\n" * 11

@@ -28,8 +28,10 @@ if TYPE_CHECKING:
     from gaitgraph.explorer.queries import Progress
     from gaitgraph.gait.gait import Gait
     from gaitgraph.gait.table import Table
+    from gaitgraph.vehicle import Vehicle
 
 _MOST_ROWS = 2000
+_PLACES = 400  # along the legs of a table without times
 _MOST_CORNERS = 5000  # whose attitudes are judged
 _FILM = ".gif"
 _NOT_SHOWN = {"floor": matrices.DEFAULT_FLOOR}  # request fields without a control on the page
@@ -72,16 +74,22 @@ def table_answer(name: str, content: bytes, progress: Progress = queries.quiet) 
             progress(1.0)
         except (InputError, FileProblem) as error:
             raise type(error)(str(error).replace(repr(str(path)), repr(name))) from error
-    some = queries.spread_rows(len(rows.alpha) + 1, _MOST_ROWS)
-    alpha, t = rows.alpha[some % len(rows.alpha)], None if times is None else times[some]
+    # Without times the motion between rows is straight: values there are those of places on the legs.
+    count, parts = len(rows.alpha), 1 if times is not None else max(1, _PLACES // len(rows.alpha))
+    some = queries.spread_rows(count * parts + 1, _MOST_ROWS)
+    legs, t = some // parts % count, None if times is None else times[some]
+    alpha = rows.alpha[legs] + (some % parts / parts)[:, None] * (rows.ends - rows.alpha)[legs]
     gait = stated.gait if stated else rows.merged()
+    map_of = _preset_of(rows.vehicle)
     return {
         "name": name,
         "rows": report.rows,
         **queries.verdict_answer(report),
         "warnings": [*table.notes, *report.warnings],
-        "path": queries.to_digits(alpha[:, :2]),
-        "series": queries.series_answer(alpha, rows, report, t=t),
+        "path": queries.to_digits(rows.alpha[queries.spread_rows(count + 1, _MOST_ROWS) % count, :2]),
+        "series": queries.series_answer(alpha, rows, report, t=t) | {"rows": queries.to_digits(1 + some / parts)},
+        "vehicle": rows.vehicle.name,
+        "map": map_of and map_of | {"coefficients": rows.coefficients.kind},
         "vehicle_view": queries.vehicle_view_answer(alpha, rows.vehicle, t=t),
         "color": gait.color,
         "corners": queries.to_digits(gait.alpha[:_MOST_ROWS]),
@@ -112,6 +120,14 @@ def _bounded(pieces: Iterable[Table], progress: Progress) -> Iterator[Table]:
         yield piece
 
 
+def _preset_of(vehicle: Vehicle) -> dict[str, Any] | None:
+    """Return the fields of a state that stand for a vehicle: a preset, with another drag ratio; None if none do."""
+    ratios = (None, *filter(queries.RANGES["drag_ratio"].contains, [vehicle.drag_ratio]))
+    pairs = ((name, ratio) for name in preset_names() for ratio in ratios)
+    found = next((pair for pair in pairs if queries.vehicle_of(*pair) == vehicle), None)
+    return found and {"vehicle": found[0], "drag_ratio": found[1]}
+
+
 def _state_of_request(table: Table) -> dict[str, Any] | None:
     """Return the request of a file as a state, or None if the file has none, or the page cannot show it."""
     request = table.about.get("request")
@@ -129,12 +145,11 @@ def _state_of_request(table: Table) -> dict[str, Any] | None:
     stated = request.get("vehicle", queries.DEFAULTS["vehicle"])
     try:
         vehicle = vehicle_from_mapping(stated) if isinstance(stated, dict) else queries.vehicle_of(stated)
-        pairs = ((name, ratio) for name in preset_names() for ratio in (None, vehicle.drag_ratio))
-        state["vehicle"], state["drag_ratio"] = next(pair for pair in pairs if queries.vehicle_of(*pair) == vehicle)
-        queries.state_of(state)
-    except (GaitgraphError, StopIteration):  # only presets, with another drag ratio, have a control
+        found = _preset_of(vehicle)
+        queries.state_of(state := state | (found or {}))
+    except GaitgraphError:
         return None
-    return state
+    return state if found else None  # only presets, with another drag ratio, have a control
 
 
 def file_answer(state: queries.State, suffix: object, progress: Progress = queries.quiet) -> tuple[str, bytes]:

@@ -124,7 +124,7 @@ export function chartsIn(upper, lower, legend, onTime) {
   const note = html("p", { class: "small", hidden: true }, "Blue: 0 in exact physics. The values are rounding noise.");
   lower.after(note);
 
-  const clockOf = () => series.t ?? series.alpha[0].map((_, k) => k + 1);
+  const clockOf = () => series.t ?? series.rows;
   const onCursor = (t) => {
     const clock = clockOf();
     const [first, last] = [clock[0], clock.at(-1)];

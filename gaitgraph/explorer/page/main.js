@@ -35,6 +35,7 @@ let emptyKey = ""; // of the state without waypoints that a first visit has
 let addressTimer = 0;
 let ghost = null; // the plan of the gait that a first visit shows
 let moving = null; // the report whose gait the charts show; it lasts until the next answer is shown
+let mostThrust = 0; // of its rotors, as a share of the weight
 let wantsMotion = !prefersStillness(); // until the reader stops it
 const maps = new Map();
 
@@ -121,8 +122,11 @@ function sheetOf(state, live) {
   return sheetShown;
 }
 
-/** Say that red has become impossible, instead of changing the map silently. */
+/** Say that red has become impossible, or that the map is not a table's, instead of changing the map silently. */
 function sheetNote(state) {
+  if (tab === "table" && !table.map) {
+    return `The map is that of the vehicle ${state.vehicle}, not that of the table, ${table.vehicle}.`;
+  }
   if (tab !== "plan" || plan?.color !== "blue" || state.color !== "auto") return "";
   const same = sheetOf(state, true) === "blue";
   return `No red gait through these waypoints: the loop is ${same ? "now on the blue sheet, and so is the map" : "on the blue sheet"}.`;
@@ -132,13 +136,8 @@ function askMap(state, live) {
   const sheet = sheetOf(state, live);
   const { shading } = state.view;
   showNote(state);
-  const body = {
-    vehicle: state.vehicle,
-    drag_ratio: state.drag_ratio,
-    coefficients: state.coefficients,
-    sheet,
-    shading,
-  };
+  const { vehicle, drag_ratio, coefficients } = (tab === "table" && table.map) || state;
+  const body = { vehicle, drag_ratio, coefficients, sheet, shading };
   const key = JSON.stringify(body);
   if (key === mapFor) return;
   mapFor = key;
@@ -237,11 +236,12 @@ function showFound() {
   document.title =
     report && report.status !== "empty" ? `${verdictOf(report).headline} · gaitgraph` : "gaitgraph explore";
   moving = tab === "table" ? table : plan?.status === "planned" ? plan : ghost;
+  mostThrust = largest(moving?.series.hover_thrusts.flat() ?? []);
   charts.show(moving?.series ?? null, store.state.view.chart, moving?.color);
   vehicle.show((moving ?? report)?.vehicle_view ?? null, tab === "table");
   if (!moving && report?.posture) {
     const name = report.status === "empty" ? "Upright, in hover" : "The posture of waypoint 1";
-    vehicle.at({ phase: 0, name, ...report.posture });
+    vehicle.at({ phase: 0, name, ...report.posture, most: largest(report.posture.shares) });
   }
   byId("field-chart").hidden = !moving;
   for (const id of ["play", "scrub"]) byId(id).disabled = !moving;
@@ -256,12 +256,14 @@ function showFound() {
 function showPhase(phase, source) {
   const at = charts.at(phase);
   map.showDot(at && [at.alpha[0], at.alpha[1]], moving?.color ?? "");
-  if (at) vehicle.at({ phase, alpha: at.alpha, shares: thrustsAt(moving.series, at) });
+  if (at) vehicle.at({ phase, alpha: at.alpha, shares: thrustsAt(moving.series, at), most: mostThrust });
   if (source !== "scrub") byId("scrub").value = String(Math.round(phase * 1000));
-  const text = at ? (moving.series.t ? `${number(at.time, 3)} s` : `row ${Math.round(at.time)}`) : "";
+  const text = at ? (moving.series.t ? `${number(at.time, 3)} s` : `row ${((Math.round(at.time) - 1) % moving.rows) + 1}`) : "";
   byId("clock").textContent = text;
   byId("scrub").setAttribute("aria-valuetext", text || "no gait");
 }
+
+const largest = (thrusts) => thrusts.reduce((most, thrust) => Math.max(most, Math.abs(thrust)), 0);
 
 /** Return the hover thrusts at a row and a part of the way to the next; null where there are none. */
 function thrustsAt(series, { row, part }) {

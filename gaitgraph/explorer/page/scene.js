@@ -39,8 +39,8 @@ const LINE = [0.014, 0.03]; // its width: with smooth edges, and without, where 
 const SUN = [-1.6, -1.4, 5];
 const HALF_VIEW = [1.97, 1.46]; // half the width and height that must be in the picture
 const FIELD = Math.tan((14 * Math.PI) / 180); // half of the vertical field of view
-const FULL_THRUST = 1.9; // length of the arrow of a rotor that carries the whole weight
-const LONGEST = 1.5; // arrow
+const LONGEST = 1; // arrow that stays in the picture
+const LEAST_FULL = 0.5; // share of the weight; the longest arrow is the largest thrust of the gait, or this
 const TURNS = 12; // of the blades in one period
 
 /** Return a cylinder along z. */
@@ -127,11 +127,11 @@ function rotorOf(number, clockwise, frame) {
       glow.emissive.set(color);
       label.paint(color, panel, ink);
     },
-    /** Tilt by an angle [rad], with a thrust as a share of the weight, or null where there is none. */
-    pose(alpha, share, phase) {
+    /** Tilt by an angle [rad], with a thrust as a share of the weight, or null where there is none; `most` of all. */
+    pose(alpha, share, phase, most) {
       tilting.rotation.x = alpha;
       blades.rotation.z = (clockwise ? -1 : 1) * 2 * Math.PI * TURNS * phase;
-      const length = Math.min(LONGEST, FULL_THRUST * Math.abs(share ?? 0));
+      const length = (LONGEST * Math.abs(share ?? 0)) / Math.max(LEAST_FULL, most);
       arrow.visible = length > 0.01;
       arrow.rotation.x = share < 0 ? Math.PI : 0;
       shaft.scale.z = Math.max(0.01, length - 0.2);
@@ -260,7 +260,7 @@ export function sceneIn(root, canvas, context, pause, onLost) {
     painted = now;
     if (posture) {
       rotors.forEach((rotor, k) => {
-        rotor.pose(posture.alpha[k], posture.shares[k], posture.phase);
+        rotor.pose(posture.alpha[k], posture.shares[k], posture.phase, posture.most);
         rotor.shadow.rotation.x = posture.alpha[k];
       });
     }
@@ -336,7 +336,7 @@ export function sceneIn(root, canvas, context, pause, onLost) {
       resting = wanted;
       if (!resting) draw();
     },
-    /** Show tilt angles [rad] and thrusts as shares of the weight, at a phase of the period. */
+    /** Show tilt angles [rad] and thrusts as shares of the weight, the largest of which is `most`, at a phase. */
     pose(next) {
       posture = next;
       draw();

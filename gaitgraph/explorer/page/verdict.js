@@ -85,6 +85,7 @@ function facts(report) {
   const rad = (value) => (Number.isFinite(value) ? `${angle(value)} rad` : null);
   const rows = [
     ["sheet", report.color && [report.color, SIGNS[report.sign] ?? report.sign].filter(Boolean).join(", ")],
+    ["vehicle", report.vehicle],
     ["rows", report.rows === undefined ? null : String(report.rows)],
     ["length", rad(report.length)],
     ["lower bound", rad(report.lower_bound)],
