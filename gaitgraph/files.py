@@ -54,7 +54,7 @@ def reading(path: Path, what: str) -> Iterator[None]:
     try:
         yield
     except UnicodeDecodeError as error:
-        got = "got other bytes; in Excel save it as CSV UTF-8"
+        got = "got other bytes" + "; in Excel save it as CSV UTF-8" * (what != "certificate")
         raise InputError(f"{what} {str(path)!r} must be UTF-8 text, {got}") from error
     except (OSError, ValueError) as error:  # a name with a null character is a ValueError
         if isinstance(error, GaitgraphError):

@@ -42,7 +42,7 @@ def gait3() -> dict[str, Any]:
 
 
 def proved(document: dict[str, Any]) -> dict[str, bool]:
-    return {name: not place for name, place in check.check(json.dumps(document))}
+    return {name: not place for name, place in check.check(json.dumps(document))["claims"].items()}
 
 
 def changed(document: dict[str, Any], *path: Any, to: Any) -> dict[str, Any]:
@@ -219,6 +219,7 @@ MALFORMED = [
     (("claims", "tilt", "cover", 2), ["0", "2/3", "1/3", "1"]),
     (("claims", "tilt", "cover", 2), ["0", "1/2", "1/2", "1"]),
     (("claims", "tilt", "cover", 2), ["-1", "0", "1", "2"]),
+    (("claims", "least_singular_value", "at_least"), "-0.4"),
 ]
 
 
@@ -335,10 +336,23 @@ def test_covers_hold_from_0_to_1(gait3: dict[str, Any]) -> None:
 def test_the_checker_as_a_program(gait3: dict[str, Any], tmp_path: Path) -> None:
     path = tmp_path / "gait.cert.json"
     wrong = changed(gait3, "claims", "sign_of_R", "sign", to="positive")
-    for text, code in ((json.dumps(gait3), 0), (json.dumps(wrong), 1), ("{}", 2)):
-        path.write_text(text)
-        done = subprocess.run([sys.executable, "-I", CHECKER, path], capture_output=True, text=True, check=False)
+    short = json.dumps(changed(gait3, "pieces", 0, "alpha", to=[["0"]] * 3))
+    for text, arguments, code, said in (
+        (json.dumps(gait3), [path], 0, 'proved: sign_of_R {"sign": "negative"}\n'),
+        ("\ufeff" + json.dumps(gait3), [path], 0, 'vehicle {"name": "paper", '),
+        (json.dumps(wrong), [path], 1, 'NOT proved: sign_of_R {"sign": "positive"} on piece 0 from 0 to 1'),
+        ("{}", [path], 2, "the document must be an object with the names format, "),
+        (json.dumps(changed(gait3, "digest", to="12")), [path], 2, "digest must be an empty text or 64 hexadecimal"),
+        (json.dumps(changed(gait3, "pieces", 0, "duration", to="-1")), [path], 2, "must be a positive exact number"),
+        (json.dumps(changed(gait3, "claims", "tilt", "cover", 2, to=["0", "1/2"])), [path], 2, "1 on piece 2, got"),
+        (short, [path], 2, "alpha must be a list of 2 or 4 values"),
+        ("", [], 2, "usage: python check.py"),
+    ):
+        path.write_text(text, encoding="utf-8")
+        command = [sys.executable, "-I", CHECKER, *arguments]
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
         assert done.returncode == code
+        assert said in done.stdout + done.stderr
         assert (len(done.stderr.splitlines()), bool(done.stdout)) == ((1, False) if code == 2 else (0, True))
 
 
@@ -368,11 +382,37 @@ def test_commands(run: Any, tmp_path: Path) -> None:
     assert "the certificate 'q.cert.json' does not belong to these rows" in " ".join(
         run("validate", "q.csv").out.split()
     )
+    (tmp_path / "again.csv").write_text(rows.replace("0.031,", "0.03,", 1))
+    again = (tmp_path / "again.json").read_text()
+    for text, options, why in (
+        (again, (), ""),
+        (again, ("--vehicle", "beetle_omni"), "is of another vehicle: κ = "),
+        ("x" + json.loads(again)["digest"], (), "is no certificate"),
+        (again.replace('"digest":"', '"digest":"", "made_by":"'), (), "is no certificate"),
+        (again.replace('"digest":"' + json.loads(again)["digest"], '"digest":"'), (), "does not belong"),
+    ):
+        (tmp_path / "again.cert.json").write_text(text)
+        said = " ".join(run("validate", "again.csv", *options).out.split())
+        assert ("again.cert.json" in said, why in said) == (bool(why), True)
     wrong = json.loads((tmp_path / "q.cert.json").read_text())
     wrong["claims"]["sign_of_R"]["sign"] = "positive"
     (tmp_path / "wrong.json").write_text(json.dumps(wrong))
     found = run("verify", "wrong.json")
-    assert (found.code, "NOT proved: sign_of_R on piece 0 from 0 to 1" in found.out) == (1, True)
+    assert found.code == 1
+    assert 'NOT proved: sign_of_R {"sign": "positive"} on piece 0 from 0 to 1' in found.out
+    assert 'vehicle {"name": "paper", ' in found.out
+    known = json.loads(run("verify", "q.cert.json", "--json").out)
+    assert (known["flyable"], known["vehicle"]["name"]) == (True, "paper")
+    assert known["values"]["sign_of_R"] == {"sign": "negative"}
+    document = json.loads((tmp_path / "q.cert.json").read_text())
+    for claims in (
+        {"joints": document["claims"]["joints"]},
+        changed(document["claims"], "hover_thrust", "at_least", to="-9"),
+    ):
+        (tmp_path / "less.json").write_text(json.dumps({**document, "claims": claims}), encoding="utf-8-sig")
+        found = run("verify", "less.json")
+        assert (found.code, "not proved flyable" in found.out) == (0, True)
+        assert not json.loads(run("verify", "less.json", "--json").out)["flyable"]
     for args, code, message in (
         (("certify", "gait1"), 1, "not flyable"),
         (("certify", "gait3", "--output", "wrong.json"), 2, "exists"),

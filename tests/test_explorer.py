@@ -338,8 +338,8 @@ def test_a_certificate_of_the_downloaded_rows_is_offered_or_refused_with_the_rea
         name, content = client.file(of_gait(3) | {"samples": 8}, suffix)
         assert name == f"gait{suffix}"
         (tmp_path / name).write_bytes(content)
-    found = checked(content.decode())
-    assert {"rate", "hover_thrust"} <= {name for name, place in found if not place}
+    found = checked(content.decode())["claims"]
+    assert {"rate", "hover_thrust"} <= {name for name, place in found.items() if not place}
     assert "certificate" not in str(gg.validate(tmp_path / "gait.csv").warnings)
     (tmp_path / "gait.cert.json").write_text("{}")
     assert "certificate" in str(gg.validate(tmp_path / "gait.csv").warnings)

@@ -1,7 +1,4 @@
-"""Check the certificate of a gait with the standard library alone: ``python check.py gait.cert.json``.
-
-The matrix is that of Shen, Ma and Tsuchiya (2022). Exit codes: 0 all is proved, 1 it is not, 2 it is no certificate.
-"""
+"""Check a gait's certificate with the standard library; exit code 0: all is proved, 1: not all, 2: no certificate."""
 
 from __future__ import annotations
 
@@ -10,24 +7,26 @@ import re
 import sys
 from fractions import Fraction
 from functools import lru_cache, partial
-from itertools import combinations, pairwise
-from math import comb, lcm
+from itertools import combinations, pairwise, zip_longest
+from math import comb, lcm, perm
 from pathlib import Path
 from typing import Any, NamedTuple
 
 ONE, ZERO = 1 << 96, Fraction(0)  # bounds of sines and so on are integers times 1 / ONE
-NUMBER = re.compile(r"-?[0-9]{1,40}(\.[0-9]{1,60}|/[1-9][0-9]{0,59})?")  # exact: a decimal or a fraction
-POSITIVE = re.compile(r"(?=[0-9.]*[1-9])[0-9]{1,40}(\.[0-9]{1,60}|/[1-9][0-9]{0,59})?")
-TEXT, FOUR, COVER = "(?s:.{0,1000})", [NUMBER, 4, 5], {"cover": [[NUMBER, 2, 10**6], 1, 10**6]}
+NUMBER, POSITIVE = "an exact number in a text", "a positive exact number in a text"  # decimals or fractions
+TEXT, DIGEST = "a text of at most 1000 characters", "an empty text or 64 hexadecimal digits"
+DIGIT = r"[0-9]{1,40}(\.[0-9]{1,60}|/[1-9][0-9]{0,59})?"
+RULES = {NUMBER: f"-?{DIGIT}", POSITIVE: f"(?=[0-9.]*[1-9]){DIGIT}", TEXT: "(?s:.{0,1000})", DIGEST: "([0-9a-f]{64})?"}
+FOUR, COVER = [NUMBER, 4, 5], {"cover": [[NUMBER, 2, 10**6], 1, 10**6]}
 ORDERS = {"tilt": 0, "rate": 1, "acceleration": 2, "jerk": 3}  # claims about derivatives by time
 CLAIMS = {name: {"at_least": FOUR, "at_most": FOUR, **COVER} for name in ORDERS} | {
-    "least_singular_value": {"at_least": NUMBER, **COVER}, "sign_of_R": {"sign": "positive|negative", **COVER},
+    "least_singular_value": {"at_least": POSITIVE, **COVER}, "sign_of_R": {"sign": "positive|negative", **COVER},
     "hover_thrust": {"at_least": NUMBER, "at_most": NUMBER, **COVER}, "attitude": {"tilt": NUMBER, **COVER},
     "joints": {"rate_jump": NUMBER, "acceleration_jump": NUMBER},
 }  # fmt: skip
 CONSTANTS = dict.fromkeys(("drag_coefficient", "thrust_coefficient", "arm_length"), POSITIVE) | {"rotor_height": NUMBER}
 FORM = {  # of a document: objects by their names, lists by what is in them and their lengths, texts by what they match
-    "format": "gaitgraph certificate 1", "made_by": TEXT, "digest": "([0-9a-f]{64})?", "deviation": NUMBER,
+    "format": "gaitgraph certificate 1", "made_by": TEXT, "digest": DIGEST, "deviation": NUMBER,
     "vehicle": {"name": TEXT, **CONSTANTS, "first_rotor_spin": "clockwise|counterclockwise"}, "law": [NUMBER, 2, 9],
     "pieces": [{"alpha": [[NUMBER, 1, 25], 2, 5, 2], "duration": POSITIVE}, 1, 10**6], "claims": CLAIMS,
 }  # fmt: skip
@@ -92,10 +91,8 @@ def sine_and_cosine(angle: Bounds) -> list[Bounds]:
 
 def motion(piece: dict[str, Any], order: int) -> list[list[Fraction]]:
     """Return a derivative by time of the angles on a piece, of the share of its duration; order 0: of s."""
-    out = piece["moved" if order else "alpha"]
-    for _ in range(order):
-        out = [[k * a for k, a in enumerate(one)][1:] or [ZERO] for one in out]
-    return [[a / piece["duration"] ** order for a in one] for one in out]
+    curves, unit = piece["moved" if order else "alpha"], piece["duration"] ** order
+    return [[perm(k, order) * a / unit for k, a in enumerate(one)][order:] or [ZERO] for one in curves]
 
 
 def cofactors(*rows: Any) -> tuple[Bounds, ...]:
@@ -107,9 +104,8 @@ def cofactors(*rows: Any) -> tuple[Bounds, ...]:
 
 @lru_cache(maxsize=4096)
 def level_physics(kappa: Bounds, height: Bounds, *angles: Bounds) -> tuple[Any, ...]:
-    """Return the level matrix M of the four thrusts, thrusts without torque, and their force in body axes."""
-    # The rows of M are torques / (L Kf), those about y and z with the other sign, and lift / Kf. The thrusts are the
-    # cofactors of the last row, so that the vertical part of their force is det M = 2 kappa R.
+    """Return the level matrix M of Shen, Ma, Tsuchiya (2022), thrusts without torque, their force in body axes."""
+    # Rows: torques / (L Kf), y and z negated, and lift / Kf. Thrusts: cofactors of the last, so fz = det M = 2 kappa R.
     none = enclosed(0)
     turned = [(s, c, kappa * s, kappa * c, height * s) for s, c in map(sine_and_cosine, angles)] * 2
     (s1, c1, p1, q1, h1), (s2, c2, p2, q2, h2), (s3, c3, p3, q3, h3), (s4, c4, p4, q4, h4) = turned[:4]
@@ -153,18 +149,17 @@ def parsed(value: Any, form: Any, what: str) -> Any:
         return {name: parsed(dict(value)[name], form[name], name) for name in form if name in found}
     if isinstance(form, list) and isinstance(value, list) and len(value) in range(*form[1:]):
         return [parsed(one, form[0], what) for one in value]
-    if isinstance(form, (str, re.Pattern)) and isinstance(value, str) and re.fullmatch(form, value):
-        return Fraction(value) if isinstance(form, re.Pattern) else value
-    rule = f"an object with the names {', '.join(form)}, each once" if isinstance(form, dict) else f"the text {form}"
-    if not isinstance(form, (dict, str)):
-        rule = f"a list, its length in {range(*form[1:])}" if isinstance(form, list) else "an exact number in a text"
+    if isinstance(form, str) and isinstance(value, str) and re.fullmatch(RULES.get(form, form), value):
+        return Fraction(value) if form in (NUMBER, POSITIVE) else value
+    rule = f"an object with the names {', '.join(form)}, each once" if isinstance(form, dict) else form
+    rule = f"a list of {form[1]} {'or' if form[3:] else 'to'} {form[2] - 1} values" if isinstance(form, list) else rule
     raise ValueError(f"{what} must be {rule}, got {repr(found or value)[:60]}")
 
 
-def check(text: str) -> list[tuple[str, str]]:
-    """Return each claim and the first place where it is not proved, if any; ValueError if it is no certificate."""
-    whole = parsed(json.loads(text, object_pairs_hook=tuple), FORM, "the document")
-    law, pieces, out = whole["law"], whole["pieces"], []
+def check(text: str) -> dict[str, Any]:
+    """Return of which vehicle what is proved, and the first places where it is not; ValueError if it is none."""
+    whole, stated = parsed(json.loads(text, object_pairs_hook=tuple), FORM, "the document"), json.loads(text)
+    law, pieces, places, lines = whole["law"], whole["pieces"], {}, [f"vehicle {json.dumps(stated['vehicle'])}"]
     _, drag, thrust, arm, height, spin = whole["vehicle"].values()
     ratios = enclosed(drag / (thrust * arm) * (1 if spin == "clockwise" else -1)), enclosed(height / arm)
     rise = [sum(a * comb(j, k) / comb(len(law) - 1, k) for k, a in enumerate(law[: j + 1])) for j in range(len(law))]
@@ -174,27 +169,32 @@ def check(text: str) -> list[tuple[str, str]]:
     for piece in pieces:
         piece["moved"] = [a if curved else [a[0], *(sum(a[1:]) * c for c in law[1:])] for a in piece["alpha"]]
     for name, claim in whole["claims"].items():
-        missed, cover = [], claim.get("cover", [])
+        missed, _ = [], stated["claims"][name].pop("cover", [])
         for order, most in enumerate([ZERO, *claim.values()] if name == "joints" else []):
             at = [motion(piece, order) * 2 for piece in pieces]
             for k, after in enumerate(at):
                 jumps = (abs(sum(a) - b[0]) for a, b in zip(at[k - 1], after, strict=False))
                 missed += [f"at the start of piece {k}"] * (max(jumps) > most)
-        rises = [one == sorted({ZERO, Fraction(1), *one}) and one[-1] - one[0] == 1 for one in cover]
-        if name != "joints" and rises != [True] * len(pieces):
-            raise ValueError(f"cover of {name} must rise from 0 to 1 on each piece, got another")
-        for k, breaks in enumerate(cover):
-            test = partial(proves, name, claim, ratios, motion(pieces[k], ORDERS.get(name, 0)))
+        for k, (piece, breaks) in enumerate(zip_longest(pieces, claim["cover"]) if name != "joints" else []):
+            if not (piece and breaks) or breaks != sorted({*breaks}) or [breaks[0], breaks[-1]] != [0, 1]:
+                raise ValueError(f"cover of {name} must rise from 0 to 1 on piece {k}, got another")
+            test = partial(proves, name, claim, ratios, motion(piece, ORDERS.get(name, 0)))
             missed += [f"on piece {k} from {a} to {b}" for a, b in pairwise(breaks) if not test(a, b)]
-        out.append((name, missed[0] if missed else ""))
-    return out
+        places[name] = missed[0] if missed else ""
+        lines.append(
+            f"{'NOT ' * bool(missed)}proved: {name} {json.dumps(stated['claims'][name])} {places[name]}".strip()
+        )
+    known = {"proved": not any(places.values()), "vehicle": stated["vehicle"]}
+    return {**known, "claims": places, "values": stated["claims"], "lines": lines}
 
 
 if __name__ == "__main__":
     try:
-        found = check(Path(sys.argv[-1]).read_text(encoding="utf-8"))
+        if len(sys.argv) != 2:
+            raise ValueError("usage: python check.py gait.cert.json")
+        found = check(Path(sys.argv[1]).read_text(encoding="utf-8-sig"))
     except (OSError, RecursionError, ValueError) as error:
-        print(f"{sys.argv[-1]}: {error}", file=sys.stderr)
+        print(f"check.py: {error}", file=sys.stderr)
         sys.exit(2)
-    print("\n".join(f"NOT proved: {name} {place}" if place else f"proved: {name}" for name, place in found))
-    sys.exit(int(any(place for _, place in found)))
+    print("\n".join(found["lines"]))
+    sys.exit(int(not found["proved"]))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from pathlib import Path
 
 import click
@@ -25,9 +26,12 @@ def verify_command(certificate: str) -> int:
             found = check(text)
         except (RecursionError, ValueError) as error:
             raise InputError(f"certificate {certificate!r}: {error}") from None
-    is_proved = not any(place for _, place in found)
+    values, lines = found["values"], found.pop("lines")
+    flies = found["proved"] and "least_singular_value" in values and "hover_thrust" in values
+    found["flyable"] = flies = flies and Fraction(values["hover_thrust"]["at_least"]) >= 0
     if wants_json():
-        print_json({"proved": is_proved, "claims": dict(found)})
+        print_json(found)
     else:
-        click.echo("\n".join(f"NOT proved: {name} {place}" if place else f"proved: {name}" for name, place in found))
-    return 0 if is_proved else 1
+        needs = "which takes least_singular_value, and hover_thrust with at_least 0 or more"
+        click.echo("\n".join([*lines, *[f"not proved flyable, {needs}"] * (found["proved"] and not flies)]))
+    return 0 if found["proved"] else 1

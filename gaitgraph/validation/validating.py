@@ -21,7 +21,7 @@ import numpy.typing as npt
 
 from gaitgraph.angles import checked_number, figure
 from gaitgraph.errors import InputError
-from gaitgraph.files import reading
+from gaitgraph.files import reading, value_from_json
 from gaitgraph.gait.gait import Gait
 from gaitgraph.gait.table import (
     ACCELERATIONS,
@@ -184,10 +184,8 @@ def validate(
         if has_certificate:
             digest.update(row_texts(piece))
         holds = holds and timed is not None and lies_on(timed, piece, first["t"][0])
-    with reading(beside, "certificate"):
-        belongs = not has_certificate or digest.hexdigest().encode() in beside.read_bytes()
-    if not belongs:
-        checker.notes["certificate"] = f"the certificate {beside.name!r} does not belong to these rows"
+    if has_certificate and (why := _why_another(beside, digest.hexdigest(), vehicle)):
+        checker.notes["certificate"] = f"the certificate {beside.name!r} {why}"
     found = checker.report()
     if timed is None:
         timing: list[Any] = [first.about.get(name) for name in ("period", "law")]
@@ -207,6 +205,29 @@ def validate(
         larger = check.name in RATE_CHECKS and (of_rows.value or 0.0) > _MORE * (check.value or 0.0)
         checks.append(of_rows if larger or check.name == "closed" else check)
     return replace(exact, checks=tuple(checks), notes=found.notes, rows=found.rows, listing=found.listing)
+
+
+def _why_another(path: Path, digest: str, vehicle: Vehicle) -> str:
+    """Return why a file is not the certificate of rows with a digest and of a vehicle, or an empty text if it is."""
+
+    def value(name: str) -> float:
+        top, _, under = stated[name].partition("/")
+        return float(top) / float(under or 1)
+
+    with reading(path, "certificate"):
+        content = path.read_bytes()
+    try:
+        document = value_from_json(content, "gaitgraph certify writes one")
+        stated, of_rows = document["vehicle"], document["digest"] == digest
+        sign = 1 if stated["first_rotor_spin"] == "clockwise" else -1
+        kappa = sign * value("drag_coefficient") / (value("thrust_coefficient") * value("arm_length"))
+        ratios = kappa, value("rotor_height") / value("arm_length")
+    except (InputError, ArithmeticError, AttributeError, LookupError, TypeError, ValueError):
+        return f"is no certificate; gaitgraph verify {path.name} says why"
+    if not of_rows:
+        return "does not belong to these rows"
+    same = np.allclose(ratios, (vehicle.signed_drag_ratio, vehicle.height_ratio), rtol=1e-9, atol=0)
+    return "" if same else f"is of another vehicle: κ = {ratios[0]:.6g} and H = {ratios[1]:.6g}"
 
 
 class _TableChecker:
