@@ -132,8 +132,8 @@ def sign_region(
 
 def _none_on_blue(vehicle: Vehicle, accuracy: float) -> Region:
     """Return the empty region, with the reason why no gait on blue can be robust or flyable."""
-    name, reason = "an invertible decoupling matrix", "the decoupling matrix is singular in exact physics: use red"
-    reason = f"on blue {reason}"
+    name = "an invertible decoupling matrix"
+    reason = "on blue the decoupling matrix is singular in exact physics: use red"
     if height := vehicle.rotor_height:
         name, reason = "a vertical zero-moment direction", f"blue is no gait surface {RAISED} {height:g} m"
     return region_of(_NOWHERE, accuracy, Condition(name=name, broken_at=lambda _first, _second: reason))
