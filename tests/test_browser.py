@@ -720,6 +720,22 @@ def test_the_map_is_that_of_the_vehicle_of_a_table_or_says_that_it_is_not(page: 
     page.id("close-table").click()
 
 
+def test_a_table_plays_at_its_own_period(page: Page, tmp_path: Path) -> None:
+    with page.emulated(still=False):
+        page.open()
+        path = tmp_path / "slow.csv"
+        gg.plan_loop(GAITS[2].waypoints, color="red", period=4000.0).timed().write(path)
+        page.opened(path)
+        page.until(lambda: float(page.text("clock").removesuffix(" s")) > 0)
+        page.id("play").click()
+        first, start = float(page.text("clock").removesuffix(" s")), time.monotonic()
+        page.id("play").click()
+        page.until(lambda: float(page.text("clock").removesuffix(" s")) > first)
+        time.sleep(0.3)
+        assert float(page.text("clock").removesuffix(" s")) - first < 5 * (time.monotonic() - start)
+        page.id("close-table").click()
+
+
 def test_rows_without_times_are_joined_by_what_is_true_between_them(page: Page, tmp_path: Path) -> None:
     page.open()
     path = tmp_path / "untimed.csv"

@@ -260,9 +260,11 @@ def test_compare_puts_two_gaits_side_by_side(run: Any, folder: Path) -> None:
     assert Path("both.png").stat().st_size > 10_000
     timed = [timed_gait_of(gait, period=2.0) for gait in ("gait3", gg.lift([(0.2, -0.2), (1.4, -1.4)], "red"))]
     draw_sheet(figure := Figure(), timed, ("A", "B"))
-    ends = [(ax.get_ylim(), [line.get_ydata() for line in ax.lines if len(line.get_ydata()) > 2]) for ax in figure.axes]
-    assert [low for low, _ in ends[:5]] == [low for low, _ in ends[5:]]
-    assert all(low <= np.min(curve) <= np.max(curve) <= high for (low, high), curves in ends for curve in curves)
+    limits = [ax.get_ylim() for ax in figure.axes]
+    assert limits[:5] == limits[5:]
+    for (low, high), ax in zip(limits, figure.axes, strict=True):
+        curves = [line.get_ydata() for line in ax.lines if np.size(line.get_ydata()) > 2]
+        assert all(low <= np.min(curve) <= np.max(curve) <= high for curve in curves)
     assert "'both.png' exists" in run(*given, "--output", "both.png").err
     lines = run(*given).out.splitlines()
     assert lines[1].split() == ["flyable", "no", "yes"]

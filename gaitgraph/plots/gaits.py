@@ -316,7 +316,7 @@ def write_regions(found: Location, vehicle: Vehicle, paths: Sequence[str | Path]
     for number, waypoint in enumerate(found.regions[0].waypoints, start=1):
         ax.annotate(f"waypoint {number}", waypoint.point, (0, 6), textcoords="offset points", ha="center")
         ax.plot(*waypoint.point, "ko", markersize=4)
-    ax.set_title(f"Admissible regions, vehicle {vehicle.name}")
+    ax.set_title(f"Admissible regions, vehicle {vehicle.name}{'' if ax.patches else ': none'}")
     base.legend_below(ax, ncols=2)
     base.write_pictures(figure, paths, force=force)
 
@@ -426,9 +426,9 @@ def _draw_loop(ax: Axes, shown: Gait | Plan) -> str:
         ring: dict[str, Any] = {"markersize": 7, "markerfacecolor": "none", "markeredgecolor": "black", "zorder": 5}
         ax.plot(*points.T, "o", label="waypoints", **ring)
     moved = () if plan is None or gait is not None else plan.obstacles[0].moved
-    for start, end in zip(waypoints, moved, strict=False):
-        if start != end:
-            base.draw_arrow(ax, start, end, base.PALETTE["no"][0])
+    for waypoint, place in zip(waypoints, moved, strict=False):
+        if waypoint != place:
+            base.draw_arrow(ax, waypoint, place, base.PALETTE["no"][0])
     return words
 
 

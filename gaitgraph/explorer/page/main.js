@@ -245,6 +245,7 @@ function showFound() {
   }
   byId("field-chart").hidden = !moving;
   for (const id of ["play", "scrub"]) byId(id).disabled = !moving;
+  setPace();
   clock.play(Boolean(moving) && wantsMotion);
   allowDownloads(plan?.status === "planned");
   showPhase(clock.phase, null);
@@ -313,7 +314,7 @@ function refresh({ live }) {
   for (const key of Object.keys(CHARTS)) byId(`chart-${key}`).checked = state.view.chart === key;
   byId("undo").disabled = !store.canUndo();
   byId("redo").disabled = !store.canRedo();
-  clock.setSeconds(state.period / Number(byId("pace").value));
+  setPace();
   charts.choose(state.view.chart);
   askMap(state, live);
   // A change of the address costs 10 ms, and browsers refuse many in a row: it waits until the loop is painted.
@@ -406,6 +407,12 @@ function stepClock() {
   clock.set(clock.phase >= 0.999 ? 0 : Math.min(1, Math.floor(clock.phase * 8 + 1.001) / 8), "step");
 }
 
+/** Let a period, of a table that of its rows, take as long on the screen as the speed says. */
+function setPace() {
+  const t = tab === "table" ? table.series.t : null;
+  clock.setSeconds((t ? t.at(-1) - t[0] : store.state.period) / Number(byId("pace").value));
+}
+
 function bindPlayer() {
   if (prefersStillness()) byId("play").textContent = "Step";
   const play = (wanted) => clock.play((wantsMotion = wanted));
@@ -423,7 +430,7 @@ function bindPlayer() {
     if (phase === null) clock.release();
     else clock.hold(phase, "map");
   });
-  byId("pace").addEventListener("change", () => clock.setSeconds(store.state.period / Number(byId("pace").value)));
+  byId("pace").addEventListener("change", setPace);
 }
 
 /** Show a gait of the paper at a first visit, as a ghost: it plays, and can be tried. */
