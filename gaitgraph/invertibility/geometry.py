@@ -252,4 +252,5 @@ def geometry_from_mapping(stated: dict[str, Any]) -> Geometry:
         if isinstance(limits := rotor.get("tilt_range"), list):
             table["tilt_range"] = [angle_within(one, name, 2 * math.pi) for one in limits]
         tables.append(table)
-    return Geometry(**{field: [table[field] for table in tables] for field in _ROTOR})
+    columns: dict[str, Any] = {field: [table[field] for table in tables] for field in _ROTOR}
+    return Geometry(**columns)
