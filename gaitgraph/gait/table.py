@@ -168,8 +168,8 @@ def merged(pieces: Iterable[Table]) -> Table:
 
 def row_texts(piece: Table) -> bytes:
     """Return times and tilt angles of rows to nine decimals, a line each, whose SHA-256 a certificate states."""
-    rows = np.column_stack([piece[name] for name in ("t", *ANGLES) if name in piece]).round(9) + 0.0
-    return "".join(" ".join(f"{one:.9f}" for one in row) + "\n" for row in rows.tolist()).encode()
+    rows = np.column_stack([piece[name] for name in ("t", *ANGLES) if name in piece]).tolist()
+    return "".join(" ".join(f"{round(one, 9) + 0.0:.9f}" for one in row) + "\n" for row in rows).encode()
 
 
 def surface_of(
