@@ -349,7 +349,7 @@ def test_the_checker_as_a_program(gait3: dict[str, Any], tmp_path: Path) -> None
         ("", [], 2, "usage: python check.py"),
     ):
         path.write_text(text, encoding="utf-8")
-        command = [sys.executable, "-I", CHECKER, *arguments]
+        command = [sys.executable, "-I", str(CHECKER), *map(str, arguments)]
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         assert done.returncode == code
         assert said in done.stdout + done.stderr
