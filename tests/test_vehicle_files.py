@@ -202,6 +202,23 @@ def test_a_table_of_six_rotors(run: Any) -> None:
     assert singular.checks[-1].name == "tilt_range"
 
 
+@pytest.mark.parametrize(("most", "flyable"), [(4000, True), (1, None)])
+def test_hover_thrusts_of_six_rotors(monkeypatch: pytest.MonkeyPatch, most: int, flyable: bool | None) -> None:
+    """The thrusts of least norm reach 0 between these rows; others are all above 0.058 everywhere."""
+    monkeypatch.setattr("gaitgraph.invertibility.geometry._MOST_PROGRAMS", most)
+    turns = [k * math.pi / 3 for k in range(6)]
+    arms = [[0.3 * math.cos(turn), 0.3 * math.sin(turn), 0.02] for turn in turns]
+    rotors = [
+        {"position": [x, y, z], "moment_ratio": 0.02 * (-1) ** k, "tilt_axis": [x, y, 0]}
+        for k, (x, y, z) in enumerate(arms)
+    ]
+    report = validate_geometry([[0.0] * 6, [-0.3, 0.5, -0.9, -0.1, -0.3, 0]], geometry_from_mapping({"rotor": rotors}))
+    assert report.flyable is flyable
+    assert ("Flyable: undecided" in str(report)) == (flyable is None) == (not report)
+    value = report.checks[1].value or 0.0
+    assert value == pytest.approx(0.0587, abs=1e-3) or not report
+
+
 def test_four_arms_are_judged_alike() -> None:
     for gait in (3, 4):
         alpha = gg.gait_of(f"gait{gait}").alpha

@@ -35,6 +35,7 @@ _ROTOR: dict[str, Any] = {
 }  # the fields of a rotor, and their defaults in a file
 LEAST_DECIDED = 0.01
 """Least singular value from which hover thrusts are bounded between rows."""
+_MOST_PROGRAMS = 4000  # halvings of intervals, each with a linear program or more
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -156,12 +157,12 @@ class Geometry:
     def hover_thrusts(self, alpha: npt.ArrayLike) -> FloatArray:
         """Return thrusts of four or more rotors that carry the weight without moment, in units of m·g, shape (..., N).
 
-        They are those of least norm, or where one of these is not positive, those whose least is largest. They have no
+        They are those of least norm, or where one of these is below 1/(2·N), those whose least is largest. They have no
         meaning where the level matrix is nearly singular. A horizontal force may remain, which is not included.
         """
         level = self.level_matrix(alpha)
-        thrusts = np.linalg.pinv(level)[..., 3]
-        for at in np.argwhere(thrusts.min(axis=-1) <= 0) if level.shape[-1] > 4 else ():
+        thrusts, count = np.linalg.pinv(level)[..., 3], level.shape[-1]
+        for at in np.argwhere(thrusts.min(axis=-1) < 0.5 / count) if count > 4 else ():
             thrusts[tuple(at)] = _best_thrusts(level[tuple(at)])
         return np.asarray(thrusts)
 
@@ -206,8 +207,9 @@ class Geometry:
     def least_hover_thrust_along(self, starts: FloatArray, ends: FloatArray) -> Least:
         """Bracket the least hover thrust along segments, as far as its sign needs, in units of m·g.
 
-        `upper` is that of :meth:`hover_thrusts` somewhere; everywhere some thrusts are all at least `lower`. The least
-        singular value must be above 0.01. Thrusts T of one point become those of another by
+        `upper` is that of :meth:`hover_thrusts` somewhere; everywhere some thrusts are all at least `lower`. With more
+        than four rotors the work is bounded, and 0 may stay between the two. The least singular value must be above
+        0.01. Thrusts T of one point become those of another by
         adding −M⁺·(M·T − e), with e = (0, 0, 0, 1), so that none falls by more than ‖ΔM‖·‖T‖/σ.
         """
 
@@ -220,7 +222,8 @@ class Geometry:
             size = np.maximum((v0[1] + v1[1] - change) / 2, LEAST_DECIDED)
             return [np.asarray((v0[0] + v1[0] - change * np.maximum(v0[2], v1[2]) / size) / 2)]
 
-        return least_of_each(starts, ends, values, bounds, tolerance=1e-4, known=(math.inf,), floor=0.0)[0]
+        most, known = _MOST_PROGRAMS if starts.shape[1] > 4 else None, (math.inf,)
+        return least_of_each(starts, ends, values, bounds, tolerance=1e-4, known=known, floor=0.0, most=most)[0]
 
 
 def _best_thrusts(level: FloatArray) -> FloatArray:

@@ -85,6 +85,7 @@ def least_of_each(
     each: bool = False,
     enough: FloatArray | None = None,
     at_ends: tuple[Several, Several] | None = None,
+    most: int | None = None,
 ) -> tuple[Least, ...]:
     """Bracket the least of each of a few functions along straight segments, shape (m, n), all in one search.
 
@@ -97,8 +98,8 @@ def least_of_each(
     each function attains elsewhere. A segment is settled earlier once its least value is known to be above or below
     `floor`, or above its value of `enough`, shape (m,).
 
-    Intervals are halved in batches, the latest first, so that memory is bounded. Work is bounded too, so that a bracket
-    may stay wider than `tolerance`; `lower` is always valid.
+    Intervals are halved in batches, the latest first, so that memory is bounded. Work is bounded too, by `most`
+    halvings, so that a bracket may stay wider than `tolerance`; `lower` is always valid.
     """
     steps, functions = ends - starts, range(len(known))
     v0, v1 = at_ends if at_ends is not None else (values(starts), values(ends))
@@ -136,7 +137,7 @@ def least_of_each(
             open_ &= ~whole
         count = int(np.count_nonzero(open_))
         halvings += count
-        if halvings > _MOST_HALVINGS:
+        if halvings > (most or _MOST_HALVINGS):
             open_[:], count = False, 0
         for k in functions:
             np.minimum.at(lower[k], segment[~open_], least[k][~open_])

@@ -56,7 +56,8 @@ class Check:
     where
         The worst place: segment, counted from 0, fraction along it, and tilt angles [rad]; or None.
     decided
-        False for a sign of R that is within the error of coefficients and angles.
+        False for a sign of R that is within the error of coefficients and angles, and for hover thrusts of more than
+        four rotors whose sign the bounded search leaves open; the latter are not `ok`.
     """
 
     name: str
@@ -70,10 +71,8 @@ class Check:
 
     @property
     def mark(self) -> str:
-        """The mark of the check in a summary: "ok", "NO", or "??" for an undecided sign."""
-        if not self.ok:
-            return "NO"
-        return "ok" if self.decided else "??"
+        """The mark of the check in a summary: "ok", "NO", or "??" if it is undecided."""
+        return "??" if not self.decided else "ok" if self.ok else "NO"
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the check as plain values, ready for JSON, which has no infinities."""

@@ -56,6 +56,8 @@ if TYPE_CHECKING:
     from gaitgraph.io.formats import GaitLike
     from gaitgraph.vehicle import Vehicle, VehicleLike
 
+_IDLE = 1e-7  # a hover thrust below this is none, to the accuracy of a linear program
+_FLYABLE = {True: "yes", False: "no", None: "undecided"}
 _MORE = 1.0 + 1e-6
 
 CERTIFICATE = ".cert.json"
@@ -412,12 +414,13 @@ class GeometryReport:
     rows: int
 
     @property
-    def flyable(self) -> bool:
-        """Whether every check holds."""
-        return all(check.ok for check in self.checks)
+    def flyable(self) -> bool | None:
+        """Whether every check holds; None if those that do not are undecided."""
+        broken = [check.decided for check in self.checks if not check.ok]
+        return None if broken and not any(broken) else not broken
 
     def __bool__(self) -> bool:
-        return self.flyable
+        return bool(self.flyable)
 
     def as_mapping(self) -> dict[str, Any]:
         """Return plain values, ready for JSON: those of a Report, None where a rule does not apply."""
@@ -426,7 +429,7 @@ class GeometryReport:
         return {**dict.fromkeys(names), "flyable": self.flyable, "checks": checks, "warnings": [], "rows": self.rows}
 
     def __str__(self) -> str:
-        verdict = f"Flyable: {'yes' if self.flyable else 'no'}. The paper's rules do not apply to this geometry."
+        verdict = f"Flyable: {_FLYABLE[self.flyable]}. The paper's rules do not apply to this geometry."
         return "\n".join([verdict, *lines_of_checks(self.checks)])
 
 
@@ -496,7 +499,10 @@ def validate_geometry(
     if lower >= LEAST_DECIDED:
         lower, upper, segment, fraction = geometry.least_hover_thrust_along(starts, ends).worst()
         found, advice = f"least hover thrust {figure(upper)} of m·g", "a rotor would have to idle or to push down"
-        checks.append(check("hover_thrust", lower > 0, found, advice, segment, fraction, value=upper, limit=0.0))
+        if not (decided := lower > 0 or upper < _IDLE):
+            advice = "undecided between rows, more rows may decide it"
+        numbers = {"value": upper, "limit": 0.0, "decided": decided}
+        checks.append(check("hover_thrust", lower > 0, found, advice, segment, fraction, **numbers))
     beyond = np.maximum(geometry.tilt_range[:, 0] - starts, starts - geometry.tilt_range[:, 1])
     row, rotor = np.unravel_index(np.argmax(beyond), beyond.shape)
     low, high = np.degrees(geometry.tilt_range[rotor])
