@@ -70,6 +70,35 @@ def test_urdf_gives_the_preset_that_was_derived_from_the_same_numbers(run: Any) 
     assert run("validate", "gait3", "--vehicle", "quad.urdf").err.startswith("gaitgraph: the file must state the drag")
 
 
+def test_urdf_is_read_without_its_meshes_comments_and_extension(tmp_path: Path) -> None:
+    shape = '<{0}><geometry><mesh filename="package://none.dae"/></geometry></{0}>'
+    mesh = shape.format("visual") + shape.format("collision")
+    extended = urdf(extra='<mujoco><compiler fusestatic="true"/></mujoco>').replace("</link>", f"{mesh}</link>")
+    (tmp_path / "quad.urdf").write_text(urdf())
+    plain = read_description(tmp_path / "quad.urdf")
+    (tmp_path / "quad.urdf").write_text(f'<!-- <robot name="old"> -->{extended}')
+    assert read_description(tmp_path / "quad.urdf") == plain
+    (tmp_path / "quad.urdf").write_text(urdf(limits="0.3 7"))
+    notes = " ".join(read_description(tmp_path / "quad.urdf").notes)
+    assert "beyond ±180° are cut to it" in notes
+    assert "rotor 4 of the file excludes hover" in notes
+
+
+def test_a_rotor_beside_its_tilt_axis_is_said_where_it_is_judged(run: Any) -> None:
+    arms, actuators = "", ""
+    for k in range(4):
+        x, y = 0.3 * math.cos(k * math.pi / 2), 0.3 * math.sin(k * math.pi / 2)
+        hinge = f'<joint axis="{x} {y} 0"/><inertial pos="0 0 0" mass="0.1" diaginertia="1e-4 1e-4 1e-4"/>'
+        beside = f"{-y / 6} {x / 6} 0" if k == 0 else "0 0 0"
+        arms += f'<body pos="{x} {y} 0">{hinge}<site name="s{k}" pos="{beside}"/></body>'
+        actuators += f'<general site="s{k}" gear="0 0 1 0 0 {0.02 * (-1) ** k}"/>'
+    body = f'<body><freejoint/><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>{arms}</body>'
+    Path("x.xml").write_text(f"<mujoco><worldbody>{body}</worldbody><actuator>{actuators}</actuator></mujoco>")
+    Path("x.csv").write_text("alpha1,alpha2,alpha3,alpha4\n0,0,0,0\n-0.1,0.1,-0.1,0.1\n")
+    found = run("validate", "x.csv", "--vehicle", "x.xml")
+    assert found.err == "gaitgraph: warning: rotor 1 is 50 mm beside its tilt axis: taken as on it\n"
+
+
 @pytest.mark.parametrize("name", preset_names())
 def test_models_read_back(run: Any, name: str) -> None:
     preset = vehicle_named(name).replace(first_arm_angle=RNG.uniform(-3, 3))
@@ -88,6 +117,7 @@ def test_models_read_back(run: Any, name: str) -> None:
         "first_arm_angle",
         "rotor_height",
         "rotor_lag",
+        "gravity",
         "max_tilt",
     ):
         assert np.allclose(getattr(again, field) or 0, getattr(preset, field) or 0, rtol=1e-9, atol=1e-12), field
@@ -238,8 +268,17 @@ WRONG = {
     "vehicles --from text.xml": "file 'text.xml': it must be URDF (<robot>), MJCF (<mujoco>) or parameters of PX4",
     "vehicles --from broken.urdf": "file 'broken.urdf': the physics engine cannot read it (",
     "vehicles --from armless.urdf": "it must have arms",
-    "vehicles --from mesh.urdf": "none.stl",
-    "vehicles --from empty.urdf": "range",
+    "vehicles --from negative.urdf": "mass value of link 'arm0' must not be negative, got -0.088",
+    "vehicles --from nan.urdf": "mass value of link 'arm0' must be a number within ±1e+09, got 'nan'",
+    "vehicles --from empty.urdf": "range of joint 'tilt0' must be two increasing angles, got 1, -1",
+    "vehicles --from zero.urdf": "range of joint 'tilt0' must be two increasing angles, got 0, 0",
+    "vehicles --from still.urdf": "limit velocity of joint 'tilt0' must be above 0, got 0",
+    "vehicles --from nan.params": "CA_SV_TL0_MINA must be a number within ±1000, got 'nan'",
+    "vehicles --from comma.params": "CA_ROTOR0_PX must be a number within ±1000, got '0,15'",
+    "vehicles --from half.params": "CA_ROTOR_COUNT must be a whole number, got 3.5",
+    "vehicles --from word.params": "CA_ROTOR_COUNT must be a number within ±1000, got 'four'",
+    "vehicles --from equals.params": "CA_ROTOR_COUNT must be a number within ±1000, got '='",
+    "vehicles --from turn.params": "CA_SV_TL0_MAXA must be a number within ±180, got '200'",
     "vehicles --from range.params": "CA_SV_TL0_MAXA must be above CA_SV_TL0_MINA = -60, got -70",
     "vehicles --from twice.params": "CA_ROTOR0_KM must be stated once, got 0.05 and 0.07",
     "vehicles --from count.params": "CA_ROTOR_COUNT must be the number of rotors, got 5 without CA_ROTOR4_PX",
@@ -260,12 +299,20 @@ WRONG = {
 @pytest.mark.parametrize("command", WRONG)
 def test_bad_input_is_one_line(run: Any, command: str) -> None:
     good = parameters(QUAD, [135, 315, 45, 225])
-    wrong = '<collision><geometry><mesh filename="none.stl"/></geometry></collision></link>'
     for name, text in {
         "text.xml": "no XML at all",
         "broken.urdf": "<robot><link",
         "armless.urdf": urdf(0),
-        "mesh.urdf": urdf().replace("</link>", wrong, 1),
+        "negative.urdf": urdf().replace('"0.088"', '"-0.088"'),
+        "nan.urdf": urdf().replace('"0.088"', '"nan"'),
+        "zero.urdf": urdf(limits="0 0"),
+        "still.urdf": urdf().replace('velocity="3.0"', 'velocity="0"'),
+        "nan.params": good.replace("CA_SV_TL0_MINA\t-60", "CA_SV_TL0_MINA\tnan"),
+        "comma.params": good.replace("CA_ROTOR0_PX\t0.15", "CA_ROTOR0_PX\t0,15"),
+        "half.params": good.replace("CA_ROTOR_COUNT\t4", "CA_ROTOR_COUNT\t3.5"),
+        "word.params": good.replace("CA_ROTOR_COUNT\t4", "CA_ROTOR_COUNT\tfour"),
+        "equals.params": "CA_ROTOR_COUNT = 4",
+        "turn.params": parameters(QUAD, [135, 315, 45, 225], CA_SV_TL0_MAXA=200),
         "empty.urdf": urdf(limits="1 -1"),
         "good.params": good,
         "range.params": parameters(QUAD, [135, 315, 45, 225], CA_SV_TL0_MAXA=-70),

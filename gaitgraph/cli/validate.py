@@ -11,7 +11,7 @@ from gaitgraph.errors import InputError
 def _vehicle(_: Any, __: Any, name: str | None) -> Any:
     from gaitgraph.flight.vehicle_files import vehicle_or_geometry
 
-    return None if name is None else vehicle_or_geometry(name)
+    return None if name is None else vehicle_or_geometry(name, lambda note: print_problem(f"warning: {note}"))
 
 
 @command(

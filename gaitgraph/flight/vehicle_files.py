@@ -13,7 +13,7 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-from xml.sax.saxutils import quoteattr
+from xml.etree import ElementTree
 
 import numpy as np
 
@@ -24,17 +24,21 @@ from gaitgraph.invertibility.geometry import Geometry, geometry_from_mapping
 from gaitgraph.vehicle import UNITS, Vehicle, vehicle_named
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from gaitgraph.invertibility.matrices import FloatArray
 
 _NEEDED = ("drag_to_thrust", "first_rotor_spin", "mass", "inertia")
 _LIMITS = ("max_tilt", "max_tilt_rate", "max_thrust", "servo_lag", "rotor_lag")
 _UNITS = {**UNITS, "first_rotor_spin": '"clockwise" or "counterclockwise"'}
 _ALIKE = 0.02  # allowed differences of arms, as a share of the arm's length, and in rad
-_PX4 = re.compile(r"^[^#\n]*?\b(CA_\w+)[ \t]+([-+.\deE]+)", re.MULTILINE)
-_JOINT = re.compile(r'<joint\b[^>]*?\bname="([^"]*)"(.*?)</joint>', re.DOTALL)
+_PX4 = re.compile(r"^[^#\n]*?\b(CA_(?:ROTOR|SV_TL)\w+)[ \t]*(\S*)", re.MULTILINE)
+_BESIDE = "mm beside its tilt axis: taken as on it"
 _PLACES = ("PX", "PY", "PZ", "AX", "AY", "AZ")
 _TILTS = {"MINA": 0.0, "MAXA": 90.0, "TD": 0.0}  # degrees
-_COMPILER = 'fusestatic="false" balanceinertia="true" boundmass="1e-12" boundinertia="1e-12"'
+_COMPILER = {"fusestatic": "false", "balanceinertia": "true", "boundmass": "1e-12", "boundinertia": "1e-12"}
+_NOT_NEGATIVE = {"mass": ("value",), "inertia": ("ixx", "iyy", "izz")}
+_NUMBERS = {**_NOT_NEGATIVE, "origin": ("xyz", "rpy"), "axis": ("xyz",), "limit": ("lower", "upper", "velocity")}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -99,11 +103,18 @@ def read_description(path: str | Path) -> Description:
         raise type(error)(f"file {str(path)!r}: {error}") from error
 
 
-def vehicle_or_geometry(name: str) -> Vehicle | Geometry:
-    """Return the vehicle of a name or TOML file, or the geometry of a file with rotors: TOML, URDF, MJCF or PX4's."""
+def vehicle_or_geometry(name: str, warn: Callable[[str], None] = lambda _: None) -> Vehicle | Geometry:
+    """Return the vehicle of a name or TOML file, or the geometry of a file with rotors: TOML, URDF, MJCF or PX4's.
+
+    `warn` is called with a line for each rotor beside its tilt axis.
+    """
     path = Path(name)
     if path.suffix.lower() in (".params", ".urdf", ".xml"):
-        return read_description(path).geometry
+        found = read_description(path)
+        for note in found.notes:
+            if _BESIDE in note:
+                warn(note)
+        return found.geometry
     if path.suffix.lower() == ".toml" and "rotor" in from_toml_file(path, "vehicle", dict):
         return from_toml_file(path, "vehicle", geometry_from_mapping)
     return vehicle_named(name)
@@ -126,10 +137,9 @@ def _of_px4(text: str) -> list[dict[str, Any]]:
     """
     stated: dict[str, float] = {}
     for name, value in _PX4.findall(text):
-        try:
-            number = float(value)
-        except ValueError:
-            raise InputError(f"{name} must be a number, got {value!r}") from None
+        number = _number(name, value, 1e3)
+        if name.endswith(("COUNT", "TILT")) and not number.is_integer():
+            raise InputError(f"{name} must be a whole number, got {value}")
         if stated.setdefault(name, number) != number:
             raise InputError(f"{name} must be stated once, got {stated[name]:g} and {number:g}")
     count, tilts = (int(stated.get(name, 0)) for name in ("CA_ROTOR_COUNT", "CA_SV_TL_COUNT"))
@@ -148,6 +158,8 @@ def _of_px4(text: str) -> list[dict[str, Any]]:
             low, high, toward = (stated.get(prefix + name, value) for name, value in _TILTS.items())
             if not low < high:
                 raise InputError(f"{prefix}MAXA must be above {prefix}MINA = {low:g}, got {high:g}")
+            for end, value in (("MINA", low), ("MAXA", high)):
+                _number(f"{prefix}{end}", f"{value:g}", 180.0)
             turn = math.radians(toward)
             rotor["tilt_axis"] = [math.sin(turn), math.cos(turn), 0.0]
             rotor["tilt_range"] = [math.radians(low), math.radians(high)]
@@ -157,6 +169,41 @@ def _of_px4(text: str) -> list[dict[str, Any]]:
     return rotors
 
 
+def _number(name: str, text: str, largest: float) -> float:
+    """Return the number of a text; InputError with the name if it is none within ±largest."""
+    try:
+        number = float(text)
+    except ValueError:
+        number = math.nan
+    if not abs(number) <= largest:
+        raise InputError(f"{name} must be a number within ±{largest:g}, got {text!r}")
+    return number
+
+
+def _urdf_for_engine(text: str) -> tuple[str, dict[str, dict[str, float]]]:
+    """Return URDF with links and joints alone, as the physics engine needs it, and the limits of joints by name.
+
+    The engine needs no meshes for places and masses. InputError if a number is none, or a mass or a moment of inertia
+    is negative.
+    """
+    root, limits = ElementTree.fromstring(text), dict[str, dict[str, float]]()  # noqa: S314
+    for parent in (root, *root.findall("link")):
+        for child in [one for one in parent if one.tag in ("mujoco", "visual", "collision")]:
+            parent.remove(child)
+    for part in [*root.findall("link"), *root.findall("joint")]:
+        owner = f"{part.tag} {part.get('name')!r}"
+        for element in part.iter():
+            for name in _NUMBERS.get(element.tag, ()):
+                words = element.get(name, "").split()
+                numbers = [_number(f"{element.tag} {name} of {owner}", word, 1e9) for word in words]
+                if name in _NOT_NEGATIVE.get(element.tag, ()) and min(numbers, default=0.0) < 0:
+                    raise InputError(f"{element.tag} {name} of {owner} must not be negative, got {words[0]}")
+                if element.tag == "limit" and numbers:
+                    limits.setdefault(part.get("name", ""), {})[name] = numbers[0]
+    ElementTree.SubElement(ElementTree.SubElement(root, "mujoco"), "compiler", _COMPILER)
+    return ElementTree.tostring(root, encoding="unicode"), limits
+
+
 def _of_model(path: Path, text: str) -> tuple[list[dict[str, Any]], dict[str, Any], list[str]]:
     """Return the rotors of a URDF or MJCF model at its zero configuration, mass and inertia, and notes.
 
@@ -164,21 +211,23 @@ def _of_model(path: Path, text: str) -> tuple[list[dict[str, Any]], dict[str, An
     centre of mass of an arm. An arm is a body with a hinge across the thrust.
     """
     mujoco, hinge = mujoco_library(), 3  # mjJNT_HINGE
+    limits, urdf = dict[str, dict[str, float]](), "</robot>" in text
     try:
         with engine_warnings():
-            if "<robot" in text:
-                extension = f"<mujoco><compiler {_COMPILER} meshdir={quoteattr(str(path.parent.resolve()))}/></mujoco>"
-                text = re.sub(r"<robot\b[^>]*>", lambda start: start[0] + extension, text, count=1)
-                model = mujoco.MjModel.from_xml_string(text)
+            if urdf:
+                prepared, limits = _urdf_for_engine(text)
+                model = mujoco.MjModel.from_xml_string(prepared)
             else:
                 model = mujoco.MjModel.from_xml_path(str(path))
             data = mujoco.MjData(model)
             for step in (mujoco.mj_kinematics, mujoco.mj_comPos, mujoco.mj_crb):
                 step(model, data)
-    except ValueError as error:
+    except InputError:
+        raise
+    except (ValueError, ElementTree.ParseError) as error:
         hint = "; expand xacro first" if "xacro:" in text else ""
         raise InputError(f"the physics engine cannot read it ({' '.join(str(error).split())}){hint}") from None
-    used = (data.xipos, data.xanchor, model.body_inertia, model.actuator_gear)
+    used = (data.xipos, data.xanchor, model.body_inertia, model.body_mass, model.actuator_gear)
     if not all((np.abs(one) <= 1e9).all() for one in used):
         raise InputError("its numbers must be within ±1e9 (SI)")
     hinges = [k for k in range(model.njnt) if model.jnt_type[k] == hinge]
@@ -214,7 +263,6 @@ def _of_model(path: Path, text: str) -> tuple[list[dict[str, Any]], dict[str, An
     center, turn = data.subtree_com[root], data.xmat[root].reshape(3, 3)
     rotors: list[dict[str, Any]] = []
     swing, rates = list[float](), list[float]()
-    speeds = {name: re.findall(r'\bvelocity="([.\d]+)"', text) for name, text in _JOINT.findall(text)}
     for number, (body, place, push, ratio) in enumerate(found, start=1):
         rotor: dict[str, Any] = {"position": place - center, "thrust_axis": push}
         if (joint := tilting(body, push)) is not None:
@@ -223,21 +271,26 @@ def _of_model(path: Path, text: str) -> tuple[list[dict[str, Any]], dict[str, An
             rotor["position"] = rotor["position"] - (off @ push) * push  # a shift along the thrust has no moment
             beside = float(np.linalg.norm(off - (off @ push) * push - (off @ axis) * axis))
             if beside > 1e-3:
-                notes.append(f"rotor {number} is {1e3 * beside:.3g} mm beside its tilt axis: taken as on it")
+                notes.append(f"rotor {number} is {1e3 * beside:.3g} {_BESIDE}")
             rotor["tilt_axis"] = axis
             swing.append(float(model.dof_M0[model.jnt_dofadr[joint]]))
+            stated = limits.get(name, {})
             low, high = model.jnt_range[joint]
-            if low > high:
+            if low > high or (low == high and (model.jnt_limited[joint] or {"lower", "upper"} <= stated.keys())):
                 raise InputError(f"the range of joint {name!r} must be two increasing angles, got {low:g}, {high:g}")
             if model.jnt_limited[joint]:
                 rotor["tilt_range"] = [low, high]
-            rates += [float(rate) for rate in speeds.get(name, ())]
+            if stated.get("velocity", 1.0) <= 0:
+                raise InputError(f"limit velocity of joint {name!r} must be above 0, got {stated['velocity']:g}")
+            rates += [stated["velocity"]] if "velocity" in stated else []
         rotor = {name: value if name == "tilt_range" else turn.T @ value for name, value in rotor.items()}
         rotors.append(rotor if ratio is None else {**rotor, "moment_ratio": ratio})
     inertia = turn.T @ data.crb[root, [[0, 3, 4], [3, 1, 5], [4, 5, 2]]] @ turn  # at α = 0, about the centre of mass
     constants |= {"mass": float(model.body_subtreemass[root]), "inertia": np.diag(inertia)}
     constants |= {"arm_inertia": np.mean(swing)} if swing else {}
     constants |= {"max_tilt_rate": rates} if rates else {}
+    gravity = float(np.linalg.norm(model.opt.gravity))
+    constants |= {"gravity": gravity} if gravity and not urdf else {}
     return rotors, constants, notes
 
 
@@ -282,6 +335,9 @@ def _four_arms(rotors: list[dict[str, Any]], rates: list[float]) -> tuple[dict[s
         notes.append(f"tilt axes of rotors {which} of the file point inward: their angles have the other sign there")
     ranges = np.array([rotor.get("tilt_range", [-math.pi, math.pi]) for rotor in rotors])
     if any("tilt_range" in rotor for rotor in rotors):
+        notes += ["tilt ranges beyond ±180° are cut to it"] if np.abs(ranges).max() > math.pi + 1e-3 else []
+        for number in np.flatnonzero((ranges[:, 0] > 0) | (ranges[:, 1] < 0)) + 1:
+            notes.append(f"the tilt range of rotor {number} of the file excludes hover (α = 0)")
         low, high = np.clip(np.where(inward[:, None], -ranges[:, ::-1], ranges)[order], -math.pi, math.pi).T
         constants["max_tilt"] = _one_or_four(high)
         if np.abs(low + high).max() > 1e-9:
