@@ -309,4 +309,7 @@ def test_rotors_follow_with_their_lag() -> None:
     assert lagging.settling_time != prompt.settling_time
     # kp = 100 and kd = 20 with a first-order lag are stable below 0.2 s: τs³ + s² + 20s + 100 by Routh and Hurwitz.
     slow = gg.lift([(-0.4, 0.4)], "red", vehicle=PAPER.replace(rotor_lag=0.3)).parametrize(1.0)
-    assert not gg.fly(slow, settings=gg.FlightSettings(saturation=False), attitude=(0.01, 0.0)).settled
+    unstable = gg.fly(slow, settings=gg.FlightSettings(saturation=False), attitude=(0.01, 0.0))
+    assert not unstable.settled
+    swinging = gg.fly(gg.gait_of("gait3", vehicle=PAPER.replace(rotor_lag=0.05)).parametrize(1.0))
+    assert swinging.reason.endswith("; with rotor_lag = 0.05 s a longer period may settle")

@@ -410,6 +410,8 @@ def record_of(
         (outcome, reason), since = failure, None
     elif since is None:
         outcome, reason = "not settled", f"it did not settle within {rows[-1, 0]:g} s: {worst}"
+        if (lag := course.vehicle.rotor_lag) is not None:
+            reason += f"; with rotor_lag = {lag:g} s a longer period may settle"
     else:
         outcome, reason = "settled", ""
     flight, vehicle = Flight(course, settings, attitude, rows, outcome, reason, since, warnings), course.vehicle

@@ -35,6 +35,8 @@ _ROTOR: dict[str, Any] = {
 }  # the fields of a rotor, and their defaults in a file
 LEAST_DECIDED = 0.01
 """Least singular value from which hover thrusts are bounded between rows."""
+IDLE_THRUST = 1e-7
+"""A hover thrust below this, in units of m·g, is none, to the accuracy of a linear program."""
 _MOST_PROGRAMS = 4000  # halvings of intervals, each with a linear program or more
 
 
@@ -208,7 +210,7 @@ class Geometry:
         """Bracket the least hover thrust along segments, as far as its sign needs, in units of m·g.
 
         `upper` is that of :meth:`hover_thrusts` somewhere; everywhere some thrusts are all at least `lower`. With more
-        than four rotors the work is bounded, and 0 may stay between the two. The least singular value must be above
+        than four rotors the work is bounded, and 1e-7 may stay between the two. The least singular value must be above
         0.01. Thrusts T of one point become those of another by
         adding −M⁺·(M·T − e), with e = (0, 0, 0, 1), so that none falls by more than ‖ΔM‖·‖T‖/σ.
         """
@@ -223,7 +225,8 @@ class Geometry:
             return [np.asarray((v0[0] + v1[0] - change * np.maximum(v0[2], v1[2]) / size) / 2)]
 
         most, known = _MOST_PROGRAMS if starts.shape[1] > 4 else None, (math.inf,)
-        return least_of_each(starts, ends, values, bounds, tolerance=1e-4, known=known, floor=0.0, most=most)[0]
+        options: dict[str, Any] = {"tolerance": 1e-4, "known": known, "floor": IDLE_THRUST, "most": most}
+        return least_of_each(starts, ends, values, bounds, **options)[0]
 
 
 def _best_thrusts(level: FloatArray) -> FloatArray:

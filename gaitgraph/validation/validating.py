@@ -40,7 +40,7 @@ from gaitgraph.gait.table import (
     takes_the_period,
     wrong_types,
 )
-from gaitgraph.invertibility.geometry import LEAST_DECIDED
+from gaitgraph.invertibility.geometry import IDLE_THRUST, LEAST_DECIDED
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, FloatArray, level_determinant
 from gaitgraph.io.formats import given_gait, naming_file, read_pieces
 from gaitgraph.surface.loop_colorings import ColoringCount, color_choices, colorings, colorings_counted
@@ -56,7 +56,6 @@ if TYPE_CHECKING:
     from gaitgraph.io.formats import GaitLike
     from gaitgraph.vehicle import Vehicle, VehicleLike
 
-_IDLE = 1e-7  # a hover thrust below this is none, to the accuracy of a linear program
 _FLYABLE = {True: "yes", False: "no", None: "undecided"}
 _MORE = 1.0 + 1e-6
 
@@ -499,7 +498,7 @@ def validate_geometry(
     if lower >= LEAST_DECIDED:
         lower, upper, segment, fraction = geometry.least_hover_thrust_along(starts, ends).worst()
         found, advice = f"least hover thrust {figure(upper)} of m·g", "a rotor would have to idle or to push down"
-        if not (decided := lower > 0 or upper < _IDLE):
+        if not (decided := lower > 0 or upper < IDLE_THRUST):
             advice = "undecided between rows, more rows may decide it"
         numbers = {"value": upper, "limit": 0.0, "decided": decided}
         checks.append(check("hover_thrust", lower > 0, found, advice, segment, fraction, **numbers))
