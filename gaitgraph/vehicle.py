@@ -345,14 +345,13 @@ def linked(linkage: Linkage, angles: Any, *, to_servo: bool = False) -> tuple[An
     (1.25, 1.5, 1.5)
     """
     import numpy as np
+    from scipy.interpolate import make_interp_spline
 
     servo, tilt = np.array(linkage).T
     known, wanted = (tilt, servo) if to_servo else (servo, tilt)
-    if known[0] > known[-1]:
-        known, wanted = known[::-1], wanted[::-1]
-    piece = np.clip(np.searchsorted(known, np.asarray(angles) + _ROUNDING, side="right") - 1, 0, len(known) - 2)
-    slope = (np.diff(wanted) / np.diff(known))[piece]
-    return wanted[piece] + slope * (angles - known[piece]), slope
+    order = known.argsort()
+    line = make_interp_spline(known[order], wanted[order], k=1)
+    return line(angles), line.derivative()(np.asarray(angles) + _ROUNDING)
 
 
 def _each(name: str, value: object, convert: Callable[[str, Any], Any]) -> Any:
@@ -416,7 +415,7 @@ PAPER = Vehicle(
 they circulate in public models."""
 
 
-# Presets from robots of others; docs/conventions.md says what was converted, and what their files do not state.
+# Presets from robots of others; docs/guide/vehicles.md says what was converted, and what their files do not state.
 # Li-Jinjie/jsk_aerial_robot_dev, aerial_robot_control/scripts/nmpc/nmpc_tilt_mt/tilt_qd/phys_param_beetle_omni.py:
 # rotor 1 front left, dr1 = 1 pushes the body clockwise; the origin is the centre of mass.
 _BEETLE_OMNI = Vehicle(

@@ -12,7 +12,7 @@ from hypothesis import given, settings, strategies as st
 import gaitgraph as gg
 from gaitgraph.gait.gait import lift
 from gaitgraph.timing.laws import LAWS, LawName
-from gaitgraph.timing.timed_gait import checked_clock, pieces_of, table_of
+from gaitgraph.timing.timed_gait import ROW_BY_ROW, checked_clock, pieces_of, table_of, timed_gait_of
 from tests.published import GAITS
 
 angle = st.floats(-1.5, 1.5)
@@ -151,3 +151,14 @@ def test_the_pieces_of_a_table_are_its_rows(samples: int, lengths: list[int], mo
     whole = table_of(timed)
     assert "note" not in whole.about
     np.testing.assert_array_equal(np.concatenate([piece.alpha for piece in pieces]), whole.alpha)
+
+
+@pytest.mark.parametrize("ratio", [1.0, 0.5])
+def test_rows_that_are_all_corners_keep_their_own_times(ratio: float) -> None:
+    """Every law that rests at corners fits the rows of a circle; it would say nothing of the motion between them."""
+    t = np.linspace(0.0, 2.0, 101)
+    alpha1, alpha2 = 0.8 + 0.3 * np.cos(pi * t), -0.8 + 0.3 * ratio * np.sin(pi * t)
+    columns = dict(zip(("t", "alpha1", "alpha2", "alpha3", "alpha4"), (t, alpha1, alpha2, alpha1, alpha2), strict=True))
+    timed = timed_gait_of(gg.Table(columns=columns))
+    assert timed.law == ROW_BY_ROW
+    assert timed.peak_rates().max() == pytest.approx(0.3 * pi, rel=1e-3)

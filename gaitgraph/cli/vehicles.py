@@ -34,8 +34,6 @@ def vehicles_command(
 
     With --from the exit code is 1 if the paper's method does not fit the vehicle, or the file states no drag ratio.
     """
-    from gaitgraph.files import check_new_files, write_whole
-    from gaitgraph.flight.engine import mjcf_of
     from gaitgraph.invertibility.matrices import coefficients_of
     from gaitgraph.validation.report import unlikely_limits
     from gaitgraph.vehicle import preset_names, vehicle_named
@@ -51,6 +49,9 @@ def vehicles_command(
     if output is not None:
         if given is None or Path(output).suffix.lower() != ".xml":
             raise InputError(f"--output must be a file .xml, with the name of one vehicle, got {output!r}")
+        from gaitgraph.files import check_new_files, write_whole
+        from gaitgraph.flight.engine import mjcf_of
+
         check_new_files([output], force=force)
         write_whole([(Path(output), mjcf_of(vehicle_named(given), step=1e-3, air=False).encode())], force=force)
     known = [vehicle_named(one) for one in (preset_names() if given is None else [given])]
@@ -64,6 +65,8 @@ def vehicles_command(
             print_problem(f"warning: {warning}")
         click.echo(f"{one.name}: κ = {one.drag_ratio:.6f}, δ = {row['delta']:.6f} rad")
         click.echo("\n".join(str(one).splitlines()[1:]))
+    if output is not None:
+        click.echo(f"wrote {output}")
     return 0
 
 

@@ -211,8 +211,8 @@ class Geometry:
 
         `upper` is that of :meth:`hover_thrusts` somewhere; everywhere some thrusts are all at least `lower`. With more
         than four rotors the work is bounded, and 1e-7 may stay between the two. The least singular value must be above
-        0.01. Thrusts T of one point become those of another by
-        adding −M⁺·(M·T − e), with e = (0, 0, 0, 1), so that none falls by more than ‖ΔM‖·‖T‖/σ.
+        0.01. Thrusts T of one point become those of another by adding −M⁺·(M·T − e), with e = (0, 0, 0, 1), so that
+        none falls by more than ‖ΔM‖·‖T‖/σ.
         """
 
         def values(alpha: FloatArray) -> tuple[FloatArray, ...]:
