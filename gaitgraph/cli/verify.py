@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from json import JSONDecodeError
 from pathlib import Path
 
 import click
@@ -25,7 +26,8 @@ def verify_command(certificate: str) -> int:
         try:
             found = check(text)
         except (RecursionError, ValueError) as error:
-            raise InputError(f"certificate {certificate!r}: {error}") from None
+            rule = "it must be JSON: " if isinstance(error, JSONDecodeError) else ""
+            raise InputError(f"certificate {certificate!r}: {rule}{error}") from None
     values, lines = found["values"], found.pop("lines")
     flies = found["proved"] and "least_singular_value" in values and "hover_thrust" in values
     found["flyable"] = flies = flies and Fraction(values["hover_thrust"]["at_least"]) >= 0
