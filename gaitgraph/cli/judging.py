@@ -10,22 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from gaitgraph.cli import (
-    PAPER_GAITS,
-    Paths,
-    Working,
-    command,
-    file,
-    flag,
-    option,
-    print_json,
-    print_problem,
-    show,
-    wants_json,
-)
+from gaitgraph.cli import PAPER_GAITS, Working, command, file, flag, option, print_json, print_problem, show, wants_json
 from gaitgraph.errors import InputError
 
 if TYPE_CHECKING:
+    from gaitgraph.cli import Paths
     from gaitgraph.timing.timed_gait import TimedGait
 
 

@@ -94,14 +94,14 @@ def paper_style() -> Iterator[None]:
         yield
 
 
-def blank_figure(width: float, height: float, layout: Any = "constrained", *, pyplot: bool = False) -> Figure:
+def blank_figure(width: float, height: float, *, pyplot: bool = False) -> Figure:
     """Return an empty figure of a size [mm]. With `pyplot` it is registered with pyplot."""
     require_matplotlib()
     from matplotlib.figure import Figure
 
     if pyplot:
         from matplotlib.pyplot import figure as Figure  # type: ignore[assignment] # noqa: N812
-    return Figure(figsize=(width / INCH, height / INCH), layout=layout, dpi=150 if pyplot else None)
+    return Figure(figsize=(width / INCH, height / INCH), layout="constrained", dpi=150 if pyplot else None)
 
 
 def axes_or_new(ax: Axes | None, *, size: tuple[float, float] = (152.4, 127.0)) -> Axes:

@@ -19,15 +19,7 @@ import numpy.typing as npt
 
 from gaitgraph.angles import angles_from
 from gaitgraph.errors import InputError, checked_choice
-from gaitgraph.invertibility.matrices import (
-    BoolArray,
-    Coefficients,
-    CoefficientsLike,
-    FloatArray,
-    coefficients_of,
-    level_determinant,
-    noise_of,
-)
+from gaitgraph.invertibility.matrices import coefficients_of, level_determinant, noise_of
 from gaitgraph.surface.sheets import (
     COLORS,
     DEFAULT_CROSSING_TOLERANCE,
@@ -45,6 +37,8 @@ from gaitgraph.vehicle import PAPER, VehicleLike
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+
+    from gaitgraph.invertibility.matrices import BoolArray, Coefficients, CoefficientsLike, FloatArray
 
 MOST_LISTED = 16  # in a report, which counts all
 _MOST_DIGITS = 4000
