@@ -416,6 +416,15 @@ def print_json(content: Any) -> None:
     click.echo(json.dumps(content, allow_nan=False))
 
 
+def tell(content: Any, lines: Iterable[str]) -> int:
+    """Print an object as JSON, or lines of text; return the exit code 0."""
+    if wants_json():
+        print_json(content)
+    else:
+        click.echo("\n".join(lines))
+    return 0
+
+
 def show(found: Any, *, more: Mapping[str, Any] | None = None, lines: Iterable[str] = (), ok: Any = None) -> int:
     """Print a result as JSON, with `more` keys, or as text, with more `lines`.
 

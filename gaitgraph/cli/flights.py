@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
-from gaitgraph.cli import Paths, Working, command, flag, named_in_errors, one_of, option, print_json, show, wants_json
+from gaitgraph.cli import Paths, Working, command, flag, named_in_errors, one_of, option, show, tell
 from gaitgraph.errors import InputError
 
 if TYPE_CHECKING:
@@ -183,11 +183,8 @@ def basin_command(
         if outputs:
             progress("writing")
             write_basins(basins, outputs, force=force)
-    if wants_json():
-        used = basins[0].settings.as_mapping()
-        answers = [basin.as_mapping() for basin in basins]
-        print_json({"basins": answers, "vehicle": timed.gait.vehicle.name, "settings": used, "outputs": list(outputs)})
-    else:
-        lines = [line for basin in basins for line in (str(basin), *(f"warning: {one}" for one in basin.warnings))]
-        click.echo("\n".join([*lines, *(f"wrote {name}" for name in outputs)]))
+    answer = {"basins": [basin.as_mapping() for basin in basins], "vehicle": timed.gait.vehicle.name}
+    lines = [line for basin in basins for line in (str(basin), *(f"warning: {one}" for one in basin.warnings))]
+    lines += [f"wrote {name}" for name in outputs]
+    tell({**answer, "settings": basins[0].settings.as_mapping(), "outputs": list(outputs)}, lines)
     return 1 if any(basin.refusal for basin in basins) else 0

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import click
-
 from gaitgraph.cli import (
     PAPER_GAITS,
     Kind,
@@ -17,9 +15,8 @@ from gaitgraph.cli import (
     named_in_errors,
     one_of,
     option,
-    print_json,
     show,
-    wants_json,
+    tell,
     write_outputs,
 )
 from gaitgraph.errors import InputError
@@ -219,14 +216,10 @@ def export_command(gait_file: str, outputs: Paths, force: bool = False, servos: 
         done = export(gait_file, tables, force=force, servos=servo_map, **given)
         if films:
             write_films(merged(done.pieces()), films, force=force)
-    if wants_json():
-        answer: dict[str, Any] = {"rows": done.rows, "columns": list(done.columns), "outputs": list(outputs)}
-        if servo_map:
-            answer |= {"servos": servo_map.as_mapping(), "clipped": done.clipped}
-        print_json(answer)
-        return 0
-    for name in outputs:
-        click.echo(f"wrote {name}: {'one period, drawn' if name in films else f'{done.rows} rows'}")
+    answer: dict[str, Any] = {"rows": done.rows, "columns": list(done.columns), "outputs": list(outputs)}
+    if servo_map:
+        answer |= {"servos": servo_map.as_mapping(), "clipped": done.clipped}
+    lines = [f"wrote {name}: {'one period, drawn' if name in films else f'{done.rows} rows'}" for name in outputs]
     for joint, count in done.clipped.items():
-        click.echo(f"clipped: joint {joint!r} at its limit in {count} of {done.rows} rows")
-    return 0
+        lines.append(f"clipped: joint {joint!r} at its limit in {count} of {done.rows} rows")
+    return tell(answer, lines)

@@ -8,9 +8,7 @@ from math import isfinite, isnan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import click
-
-from gaitgraph.cli import PAPER_GAITS, Working, command, file, flag, option, print_json, print_problem, show, wants_json
+from gaitgraph.cli import PAPER_GAITS, Working, command, file, flag, option, print_problem, show, tell, wants_json
 from gaitgraph.errors import InputError
 
 if TYPE_CHECKING:
@@ -112,11 +110,8 @@ def verify_command(certificate: str) -> int:
     values, lines = found["values"], found.pop("lines")
     flies = found["proved"] and "least_singular_value" in values and "hover_thrust" in values
     found["flyable"] = flies = flies and Fraction(values["hover_thrust"]["at_least"]) >= 0
-    if wants_json():
-        print_json(found)
-    else:
-        needs = "which takes least_singular_value, and hover_thrust with at_least 0 or more"
-        click.echo("\n".join([*lines, *[f"not proved flyable, {needs}"] * (found["proved"] and not flies)]))
+    needs = "which takes least_singular_value, and hover_thrust with at_least 0 or more"
+    tell(found, [*lines, *[f"not proved flyable, {needs}"] * (found["proved"] and not flies)])
     return 0 if found["proved"] else 1
 
 
@@ -175,24 +170,18 @@ def compare_command(first: str, second: str, outputs: Paths = (), force: bool = 
         if outputs:
             draw_sheet(figure := blank_figure(400.0, 172.0), gaits, names)
             write_pictures(figure, outputs, force=force)
-    if wants_json():
-        plain = [
-            {name: None if isinstance(value, float) and not isfinite(value) else value for name, value in one.items()}
-            for one in found
-        ]
-        print_json({"gaits": plain, "outputs": list(outputs)})
-        return 0
+    plain = [
+        {name: None if isinstance(value, float) and not isfinite(value) else value for name, value in one.items()}
+        for one in found
+    ]
     rows = [(name, *(_text(one[name]) for one in found)) for name in found[0] if name != "reason"]
-    width = 2 + max(len(left) for _, left, _ in rows)
+    width, lines = 2 + max(len(left) for _, left, _ in rows), []
     for name, left, right in rows:
         unit = f" ({_UNITS[name]})" if name in _UNITS else ""
-        click.echo(f"{name.removesuffix('_deg').replace('_', ' ') + unit:<36}{left:<{width}}{right}")
-    for one in found:
-        if one["reason"]:
-            click.echo(f"{one['gait']} is not flyable: {one['reason']}")
-    for name in outputs:
-        click.echo(f"wrote {name}")
-    return 0
+        lines.append(f"{name.removesuffix('_deg').replace('_', ' ') + unit:<36}{left:<{width}}{right}")
+    lines += [f"{one['gait']} is not flyable: {one['reason']}" for one in found if one["reason"]]
+    lines += [f"wrote {name}" for name in outputs]
+    return tell({"gaits": plain, "outputs": list(outputs)}, lines)
 
 
 def _numbers(timed: TimedGait) -> dict[str, Any]:

@@ -4,25 +4,27 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from gaitgraph.cli import (
     PAPER_GAITS,
-    Paths,
     Working,
     command,
     file,
     one_of,
     option,
-    print_json,
     request_of,
     show,
+    tell,
     wants_json,
     whole_from,
 )
 from gaitgraph.errors import InputError
+
+if TYPE_CHECKING:
+    from gaitgraph.cli import Paths
 
 
 @command(
@@ -45,19 +47,18 @@ def roots_command(angles: tuple[str, ...] = (), vehicle: Any = None, coefficient
         raise InputError(f"roots needs two angles A1 A2, got {' '.join(angles)!r}")
     found = roots(*pair, coefficients=numbers, **given)
     alpha1, alpha2 = found[0].alpha[:2]
-    if wants_json():
-        rows = [{k: value for k, value in asdict(root).items() if k not in ("alpha1", "alpha2")} for root in found]
-        print_json({"alpha1": alpha1, "alpha2": alpha2, "roots": rows, "fibers": [*map(asdict, found.fibers)]})
-        return 0
-    click.echo(f"(α1, α2) = ({text_from_angle(alpha1)}, {text_from_angle(alpha2)}), {numbers.kind} coefficients")
-    click.echo("  color  types            α3            α4             R")
-    for root in found:
-        click.echo(f"  {root.color:<5}  {root.types}  {root.alpha3:12.6f}  {root.alpha4:12.6f}  {root.R:12.6g}")
+    rows = [{k: value for k, value in asdict(root).items() if k not in ("alpha1", "alpha2")} for root in found]
+    lines = [f"(α1, α2) = ({text_from_angle(alpha1)}, {text_from_angle(alpha2)}), {numbers.kind} coefficients"]
+    lines.append("  color  types            α3            α4             R")
+    lines += [
+        f"  {root.color:<5}  {root.types}  {root.alpha3:12.6f}  {root.alpha4:12.6f}  {root.R:12.6g}" for root in found
+    ]
     for fiber in found.fibers:
         fixed = ", ".join(f"{value:.6f}" for value in fiber.values)
         note = "; singular at every attitude" if fiber.singular else ""
-        click.echo(f"  and a continuum {fiber.types}: {fiber.fixed} = {fixed}, {fiber.free} free{note}")
-    return 0
+        lines.append(f"  and a continuum {fiber.types}: {fiber.fixed} = {fixed}, {fiber.free} free{note}")
+    found_fibers = [*map(asdict, found.fibers)]
+    return tell({"alpha1": alpha1, "alpha2": alpha2, "roots": rows, "fibers": found_fibers}, lines)
 
 
 @command(
@@ -150,10 +151,8 @@ def cycles_command(
     if not found.complete:
         status = "unfinished"
         reason = f"none found in {found.steps} steps; any cycle is at least {found.bound:.4f} rad long"
-    if wants_json():
-        print_json({"status": status, "reason": reason, **({} if found.complete else {"bound": found.bound})})
-    else:
-        click.echo(f"{'No cycle' if found.complete else 'Unfinished'}: {reason}")
+    answer = {"status": status, "reason": reason, **({} if found.complete else {"bound": found.bound})}
+    tell(answer, [f"{'No cycle' if found.complete else 'Unfinished'}: {reason}"])
     return 1
 
 
