@@ -191,7 +191,7 @@ class ShortestPaths:
         return any(abs(turn) <= reach for turn, reach in zip((first, second), reaches, strict=True))
 
     def _tangent(self, corner: int) -> list[int]:
-        """Return the corners whose line to a given one may bend around both, seen or not: few along a fine curve."""
+        """Return the corners whose line to a given one may bend around both, to rounding: few along a fine curve."""
         around, here = self._around, self._around[self._reflex.index(corner)]
         there, noise = around[:, 0], _ROUNDING * max(1.0, float(np.abs(around).max())) ** 2
 
@@ -201,12 +201,7 @@ class ShortestPaths:
 
         line = (there - here[0])[:, None]
         both = passes(here[1:] - here[0], line) & passes(around[:, 1:] - there[:, None], line)
-        place = self._points[corner]
-        return [
-            other
-            for other in (self._reflex[k] for k in np.flatnonzero(both))
-            if other != corner and self._touches(corner, self._points[other]) and self._touches(other, place)
-        ]
+        return [other for other in (self._reflex[k] for k in np.flatnonzero(both)) if other != corner]
 
     def _in_region(self, lines: list[tuple[Point, Point]]) -> list[bool]:
         """Return whether straight lines lie in the region; one along its border may be missed."""
@@ -225,7 +220,12 @@ class ShortestPaths:
             else:
                 inside = self._in_region([(place, self._points[other]) for other in others])
                 others = [*compress(others, inside)]
-            self._views[corner] = tuple((other, math.dist(place, self._points[other])) for other in others)
+            # Exact, and so dear: of those alone that are seen.
+            self._views[corner] = tuple(
+                (other, math.dist(place, self._points[other]))
+                for other in others
+                if self._touches(corner, self._points[other]) and self._touches(other, place)
+            )
         return self._views[corner]
 
     def path(self, start: npt.ArrayLike, end: npt.ArrayLike) -> FloatArray | None:
