@@ -223,6 +223,12 @@ def test_help_loads_nothing_heavy() -> None:
     assert loaded_by(run) <= {"click"}
 
 
+def test_a_plan_loads_no_graphs_and_no_scipy() -> None:
+    request = PAGE.parents[2] / "examples" / "gait3.toml"
+    run = f"import gaitgraph.cli as c\ntry:\n    c.main(['plan', {str(request)!r}])\nexcept SystemExit:\n    pass"
+    assert loaded_by(run) <= {"click", "numpy", "shapely"}
+
+
 def test_at_most_forty_public_names() -> None:
     names = gg.__all__  # type: ignore[attr-defined]
     assert len(names) <= 40

@@ -33,7 +33,6 @@ import math
 from itertools import product
 from typing import TYPE_CHECKING, Any
 
-import networkx as nx
 import numpy as np
 import numpy.typing as npt
 
@@ -47,6 +46,8 @@ from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_from_mapping,
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
+
+    import networkx as nx
 
     from gaitgraph.invertibility.matrices import BoolArray, FloatArray, IntArray
     from gaitgraph.surface.region import Zones
@@ -134,6 +135,8 @@ def surface_graph(
     >>> graph.number_of_nodes(), graph.nodes[14, 2, "red"]["types"]
     (294, '(+,+)')
     """
+    import networkx as nx
+
     divisions = checked_divisions(divisions)
     checked_choice("sign", sign, ("positive", "negative"))
     floor = checked_number("floor", floor)
@@ -311,6 +314,8 @@ def gait_along(graph: nx.Graph[Any], nodes: Sequence[Any]) -> Gait:
 
 def vehicle_and_coefficients(graph: nx.Graph[Any]) -> tuple[Vehicle, Coefficients]:
     """Return the vehicle and coefficients in the metadata of a surface graph; ContractError if any are missing."""
+    import networkx as nx
+
     if not isinstance(graph, nx.Graph):
         raise InputError(f"graph must be a networkx graph, as surface_graph returns, got {shown(graph)}")
     for key in ("vehicle", "coefficients", "sign", "divisions", "crossing_tolerance", "floor"):
@@ -333,6 +338,8 @@ def validate_graph(graph: nx.Graph[Any]) -> None:
     ...
     gaitgraph.errors.ContractError: node (6, 2, 'red'): R must be -6.7323, got 1.0
     """
+    import networkx as nx
+
     if type(graph) is not nx.Graph:
         raise ContractError(f"graph must be a networkx.Graph, got {type(graph).__name__}")
     meta = graph.graph

@@ -243,7 +243,7 @@ class TwoColor(Rule):
 
     def update(self, block: Segments) -> None:
         """Find the first pair of points that may not be neighbours."""
-        self.families |= set(np.unique(block.sheet).tolist()) - {0}
+        self.families |= {code for code in family_codes(FAMILIES).tolist() if (block.sheet == code).any()}
         if self.broken is not None:
             return
         criteria = self.criteria
