@@ -169,14 +169,10 @@ def application(token: str, port: int) -> Starlette:
             Middleware(Guard, token=token, port=port),
             Middleware(TrustedHostMiddleware, allowed_hosts=[ADDRESS, "localhost"], www_redirect=False),
         ],
-        exception_handlers={HTTPException: _refused},
+        exception_handlers={HTTPException: lambda _, error: _refusal(error.status_code, error.detail, error.headers)},
     )
     app.router.redirect_slashes = False
     return app
-
-
-def _refused(_: Request, error: Any) -> Response:
-    return _refusal(error.status_code, error.detail, error.headers)
 
 
 def _refusal(status: int, message: str, headers: dict[str, str] | None = None) -> Response:
