@@ -110,9 +110,7 @@ class Vehicle(Pictured):
     Raises
     ------
     InputError
-        If a value is not a positive finite number (or angle), or if constants contradict each other or leave κ open,
-        or if the rotor height is not zero and there is no arm length, or one below a tenth of it; if a list is not of
-        four, a tilt range is empty, or a linkage is not monotone.
+        If a value is not as stated above, a tilt range is empty, or constants contradict each other or leave κ open.
 
     Examples
     --------

@@ -31,11 +31,7 @@ Use = Literal["flyable", "valid", "two_color"]
 Allowed = Callable[[Mapping[str, Any]], bool]
 
 QUANTA_PER_RADIAN = 1e12
-"""Lengths are compared as whole multiples of 1e-12 rad."""
-
-MOST_ANY_ORDER = 9
-"""Up to this number of stops the order found is the best one; beyond, it is a good one with a bound of its gap."""
-
+MOST_ANY_ORDER = 9  # stops of which all orders are tried
 _ROUNDS, _ASCENTS = 20, 50  # bounds of the time for more stops
 
 _ALLOWED: dict[str, Allowed] = {
