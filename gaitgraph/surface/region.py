@@ -344,9 +344,9 @@ def _polygons_from(value: object, name: str) -> tuple[Corners, ...]:
             (angle_within(first, f"{label} alpha1", math.pi), angle_within(second, f"{label} alpha2", math.pi))
             for first, second in corners
         ]
-        if len(set(points)) < 3 or not shapely.MultiPoint(points).convex_hull.area > 1e-12:
+        polygon = shapely.Polygon(points if len(set(points)) > 2 else ())
+        if not polygon.convex_hull.area > 1e-12:
             raise InputError(f"{label} must have three or more corners that are not on a line, got {shown(corners)}")
-        polygon = shapely.Polygon(points)
         if not polygon.is_valid:
             raise InputError(f"{label} must not cross or touch itself, got {shapely.is_valid_reason(polygon)}")
         if not polygon.intersects(_SQUARE):

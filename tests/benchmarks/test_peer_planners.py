@@ -41,10 +41,12 @@ def test_gait_3_ours(benchmark: Any, space: str) -> None:
     assert benchmark(planned).length == pytest.approx(math.pi, abs=1e-12)
 
 
-def leg_planner(space: str, polygons: Sequence[Any] = (), seconds: float = 5.0) -> Callable[[Any, Any], Any]:
+def leg_planner(
+    space: str, polygons: Sequence[Any] = (), *, step: float = 0.05, seconds: float = 5.0
+) -> Callable[[Any, Any], Any]:
     """Return OMPL's planning of one leg: RRTConnect on equations (7) and (8), with a checker of color and sign of R.
 
-    The checker keeps out of `polygons` too. A leg without an exact answer within some seconds fails.
+    The checker keeps out of `polygons` too; it is asked along the way at steps, 0.05 rad if OMPL chooses.
     """
     base: Any = pytest.importorskip("ompl.base", reason="OMPL is not installed: pip install gaitgraph[peers]")
     geometric: Any = pytest.importorskip("ompl.geometric")
@@ -91,6 +93,7 @@ def leg_planner(space: str, polygons: Sequence[Any] = (), seconds: float = 5.0) 
         bounds.setHigh(math.pi / 2)
         ambient.setBounds(bounds)
         constrained = getattr(base, space)(ambient, Surfaces())
+        constrained.setDelta(step)
         information = base.ConstrainedSpaceInformation(constrained)
         setup = geometric.SimpleSetup(information)
         setup.setStateValidityChecker(red_with_negative_R)
