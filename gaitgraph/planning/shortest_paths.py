@@ -186,11 +186,9 @@ class ShortestPaths:
         if sides is None:
             return True
         place = self._points[corner]
-        first, second = (orientation(point, place, side) for side in sides)
-        if first * second >= 0:
-            return True
-        reaches = (tolerance * math.dist(place, side) for side in sides)
-        return any(abs(turn) <= reach for turn, reach in zip((first, second), reaches, strict=True))
+        first, second = turns = [orientation(point, place, side) for side in sides]
+        near = (abs(turn) <= tolerance * math.dist(place, side) for turn, side in zip(turns, sides, strict=True))
+        return first * second >= 0 or any(near)
 
     def _tangent(self, corner: int) -> list[int]:
         """Return the corners whose line to a given one may bend around both, to rounding: few along a fine curve."""
@@ -219,14 +217,13 @@ class ShortestPaths:
             if len(others) > _FEW:
                 around = [t for t in self._containers(place) if corner in self._triangles[t]]
                 seen = self._seen(place, around, None)
-                others = [other for other in others if other in seen]
+                inside = [other in seen for other in others]
             else:
                 inside = self._in_region([(place, self._points[other]) for other in others])
-                others = [*compress(others, inside)]
             # Exact, and so dear: of those alone that are seen.
             self._views[corner] = tuple(
                 (other, math.dist(place, self._points[other]))
-                for other in others
+                for other in compress(others, inside)
                 if self._touches(corner, self._points[other]) and self._touches(other, place)
             )
         return self._views[corner]

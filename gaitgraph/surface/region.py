@@ -328,16 +328,13 @@ class Zones:
 
 def _polygons_from(value: object, name: str) -> tuple[Corners, ...]:
     """Return the corners of each polygon [rad]; raise InputError, with its number, for one that is malformed."""
-
-    def are_lists(*values: object) -> bool:
-        return all(isinstance(one, (list, tuple, np.ndarray)) for one in values)
-
-    if not isinstance(value, (list, tuple, np.ndarray)):
+    lists = (list, tuple, np.ndarray)
+    if not isinstance(value, lists):
         raise InputError(f"{name} must be a list of polygons, each a list of [alpha1, alpha2], got {shown(value)}")
     found = []
     for number, corners in enumerate(value, start=1):
         label = f"{name} polygon {number}"
-        if not are_lists(corners) or not are_lists(*corners) or any(len(corner) != 2 for corner in corners):
+        if not isinstance(corners, lists) or any(not isinstance(one, lists) or len(one) != 2 for one in corners):
             raise InputError(f"{label} must be a list of corners [alpha1, alpha2], got {shown(corners)}")
         # A polygon may reach beyond the square of ±π/2, but must overlap it.
         points = [
