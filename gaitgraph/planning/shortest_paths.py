@@ -121,19 +121,16 @@ class ShortestPaths:
         numbers = {point: number for number, point in enumerate(self._points)}
         sides: dict[int, tuple[Point, Point] | None] = {}
         met: set[int] = set()
-        for part in shapely.get_parts(shapely.orient_polygons(region)):
-            for ring in (part.exterior, *part.interiors):
-                points = [(x, y) for x, y in ring.coords[:-1]]
-                for k, point in enumerate(points):
-                    number = numbers.get(point)
-                    if number is None:
-                        continue
-                    before, after = points[k - 1], points[(k + 1) % len(points)]
-                    if number in met:
-                        sides[number] = None
-                    elif orientation(before, point, after) < 0:
-                        sides[number] = (before, after)
-                    met.add(number)
+        for ring in shapely.get_rings(shapely.get_parts(shapely.orient_polygons(region))):
+            points = [(x, y) for x, y in ring.coords[:-1]]
+            for before, point, after in zip(points[-1:] + points[:-1], points, points[1:] + points[:1], strict=True):
+                if (number := numbers.get(point)) is None:
+                    continue
+                if number in met:
+                    sides[number] = None
+                elif orientation(before, point, after) < 0:
+                    sides[number] = (before, after)
+                met.add(number)
         return sides
 
     def _containers(self, point: Point) -> list[int]:
