@@ -198,8 +198,7 @@ class ShortestPaths:
 
         both = passes(self._offsets[:, row]) & passes(self._offsets)
         both[row] = False
-        found: list[int] = self._reflex[both].tolist()
-        return found
+        return [*map(int, self._reflex[both])]
 
     def _in_region(self, lines: list[tuple[Point, Point]]) -> list[bool]:
         """Return whether straight lines lie in the region; one along its border may be missed."""
