@@ -13,7 +13,7 @@ import pytest
 from gaitgraph.errors import InputError
 from gaitgraph.timing.time_optimal import Limits, least_period
 from gaitgraph.vehicle import PAPER
-from tests.samples import gait_of_paper
+from tests.samples import flown_by, gait_of_paper
 
 pytest.importorskip("mujoco")
 
@@ -62,7 +62,9 @@ def test_the_numbers_of_the_page_are_flown_again(row: tuple[str, ...]) -> None:
 def test_a_red_gait_settles_from_everywhere_without_a_thrust_limit() -> None:
     parts: list[float] = []
     basin = basin_of(timed_gait(3), resolution=3, progress=parts.append)
-    assert parts == pytest.approx(np.arange(1, 10) / 9)
+    assert parts == sorted(parts)
+    assert (parts[0], parts[-1]) == (0.0, 1.0)
+    assert len(parts) > 10
     assert basin.fraction == basin.acceptable_fraction == 1.0
     assert basin.cases == dict(zip(CASES, (9, 0, 0, 0), strict=True))
     assert basin.outcomes == {"settled": 9}
@@ -95,17 +97,45 @@ def test_moments_of_take_off_are_flown_one_by_one(biased: Basin) -> None:
     assert len(table_of_basins([biased, biased])) == 64
 
 
-def test_flights_that_end_once_settled_end_as_whole_ones_do() -> None:
-    """A period has all moments of the gait, so a flight that has settled by then stays so."""
-    timed = timed_gait(4)
-    basin = basin_of(timed, 0.8, resolution=3, extent="60deg", settings=FlightSettings(thrust_limit=4 * SHARE))
-    simulation = Simulation(repeated(biased_timed_gait(timed, 0.8)), basin.settings)
-    for i, j in np.ndindex(3, 3):
+FOUR = {"thrust_limit": 4 * SHARE}
+LAGGING = PAPER.replace(rotor_lag=0.02, rotor_inertia=1e-5)
+ROUGH = {"wind": (2.0, -1.0, 0.5), "gust": 0.5, "attitude_noise": 0.002}
+SLOW = {"control_rate": 200.0, "step": 2.5e-3, "servo_lag": 0.01, "attitude_damping": 14.0}
+
+
+@pytest.mark.parametrize(
+    "case",
+    [
+        (PAPER, 4, 0.8, 1.0, FOUR, {"settled", "near singular"}),
+        (PAPER, 3, 1.0, 2.0, FOUR, {"settled", "near singular", "sign change"}),
+        (PAPER, 3, 0.8, 1.0, ROUGH, {"settled", "near singular"}),
+        (PAPER, 3, 0.9, 2.0, SLOW, {"settled", "near singular"}),
+        (LAGGING, 3, 1.0, 1.0, {"duration": 1.5}, {"not settled"}),
+        (PAPER.replace(mass=1e20), 3, 1.0, 1.0, {}, {"tumbling"}),
+        (PAPER.replace(rotor_inertia=1e-2), 3, 1.0, 1.0, {}, {"tumbling", "near singular", "sign change"}),
+    ],
+)
+def test_flights_side_by_side_end_as_whole_ones_do(monkeypatch: pytest.MonkeyPatch, case: Any) -> None:
+    """Alone, a flight takes its whole duration, and the controller computes plain numbers."""
+    vehicle, number, eta, period, changes, outcomes = case
+    timed = flown_by(gait_of_paper(number).parametrize(period), vehicle)
+    asked: dict[str, Any] = {"settings": FlightSettings(**changes), "resolution": 5, "anyway": True}
+    basin = basin_of(timed, eta, **asked)
+    simulation = Simulation(repeated(timed if eta == 1 else biased_timed_gait(timed, eta)), basin.settings)
+    for i, j in np.ndindex(5, 5):
         flight = simulation.run((float(basin.angles[i]), float(basin.angles[j])))
         assert flight.outcome == OUTCOMES[basin.outcome[0, i, j]]
-        if flight.settled:
-            assert flight.settling_time == basin.seconds[0, i, j]
-            assert flight.peak_thrust_share == basin.peak_share[0, i, j]
+        assert basin.seconds[0, i, j] == (flight.settling_time if flight.settled else flight.flown)
+        # A flight that settles ends after a period at least, a whole one may ask for more later.
+        thrusts = np.abs(flight.thrusts).max(axis=1, initial=0.0) * 4 / (vehicle.mass * vehicle.gravity)
+        first = thrusts[flight.column("t") <= period + 1e-9].max(initial=0.0)
+        assert first * (1 - 2e-4) <= basin.peak_share[0, i, j] <= thrusts.max(initial=0.0) * (1 + 2e-4)
+    assert basin.outcomes.keys() == outcomes
+    monkeypatch.setattr("gaitgraph.flight.simulation._FLIGHTS_OF_A_THREAD", 5)
+    monkeypatch.setattr("os.cpu_count", lambda: 3)
+    again = basin_of(timed, eta, **asked)
+    for name in ("outcome", "seconds", "peak_share"):
+        np.testing.assert_array_equal(getattr(again, name), getattr(basin, name))
 
 
 def test_gaits_that_physics_forbids_are_refused_and_fail_anyway() -> None:

@@ -224,12 +224,13 @@ def basins_of(
         raise InputError(f"duration must be {wanted}, got {settings.duration!r} s")
     if settings.reference != "attitude":
         raise InputError(f"reference must be attitude for a basin, got {settings.reference!r}")
-    timed.gait.vehicle.require("mass", "inertia", "arm_length", purpose="flight")
+    mass, *_ = timed.gait.vehicle.require("mass", "inertia", "arm_length", purpose="flight")
     # The middle of an odd count is zero exactly.
     angles = span * (2.0 * np.arange(resolution) - (resolution - 1)) / max(resolution - 1, 1)
     starts = timed.period * np.arange(begins) / begins
 
     roll, pitch = np.meshgrid(angles, angles, indexing="ij")
+    attitudes = np.column_stack([roll.ravel(), pitch.ravel()])
     shape = (len(starts), *roll.shape)
     found = []
     for k, (one, eta) in enumerate(zip(gaits, etas, strict=True)):
@@ -237,16 +238,18 @@ def basins_of(
         refusal, warnings = before_take_off(repeated(one), settings, anyway=anyway)
         outcome = np.full(shape, OUTCOMES.index("refused"), dtype=np.int8)
         seconds, peak = np.zeros(shape), np.zeros(shape)
-        for number, index in enumerate(np.ndindex(shape) if not refusal else (), start=1):
-            if index[1:] == (0, 0):
-                simulation = Simulation(repeated(one, begin=float(starts[index[0]])), settings)
-                warnings += tuple(one for one in simulation.warnings if one not in warnings)
-            flight = simulation.run((float(roll[index[1:]]), float(pitch[index[1:]])), until_settled=one.period)
-            outcome[index] = OUTCOMES.index(flight.outcome)
-            seconds[index] = flight.flown if flight.settling_time is None else flight.settling_time
-            peak[index] = flight.peak_thrust_share or 0.0
-            if progress is not None:
-                progress((k + number / outcome.size) / len(etas))
+        for number, start in enumerate(starts.tolist() if not refusal else ()):
+            simulation = Simulation(repeated(one, begin=start), settings)
+            warnings += tuple(one for one in simulation.warnings if one not in warnings)
+            before = k * len(starts) + number
+
+            def part(done: float, before: int = before) -> None:
+                if progress is not None:
+                    progress((before + done) / (len(etas) * len(starts)))
+
+            flown = simulation.run_many(attitudes, until_settled=one.period, progress=part)
+            outcome[number], seconds[number], peak[number] = (values.reshape(roll.shape) for values in flown)
+        peak *= 4.0 / (mass * one.gait.vehicle.gravity)
         alpha, exact = one.at(starts)[0][:, None, None], coefficients_of(one.gait.vehicle, "exact")
         same_side = np.asarray(determinant(alpha, exact, roll, pitch) * determinant(alpha, exact) > 0)
         inside = np.asarray(shapely.contains_xy(acceptable.polygon, roll, pitch))

@@ -11,6 +11,8 @@ from __future__ import annotations
 import math
 import os
 from contextlib import contextmanager
+from copy import copy
+from functools import lru_cache
 from threading import Lock
 from typing import TYPE_CHECKING, Any
 
@@ -46,6 +48,11 @@ def mujoco_library() -> Any:
 _lock = Lock()
 _warnings: list[str] = []  # of all engines during flights
 _handlers: list[Any] = []  # the original handler of warnings, once for each flight in progress
+
+
+@lru_cache(maxsize=8)
+def _compiled(text: str) -> Any:
+    return mujoco_library().MjModel.from_xml_string(text)
 
 
 @contextmanager
@@ -90,7 +97,7 @@ class Engine:
         self.mujoco = mujoco_library()
         text = mjcf_of(vehicle, step=step, air=air)
         try:
-            self.model = self.mujoco.MjModel.from_xml_string(text)
+            self.model = copy(_compiled(text))
         except ValueError as error:  # constants of extreme sizes
             reason = " ".join(str(error).split())
             rule = "mass, inertia and arm length must be in the range of the physics engine"

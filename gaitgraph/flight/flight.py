@@ -150,6 +150,11 @@ class FlightSettings:
         return round(1.0 / (self.control_rate * self.step))
 
     @property
+    def held(self) -> float:
+        """Time within tolerance at the end after which a flight has settled [s]."""
+        return min(_HELD_AT_LEAST, 0.1 * self.seconds)
+
+    @property
     def is_calm(self) -> bool:
         """Whether there is neither wind nor gust; the engine then models no air."""
         return self.gust == 0.0 and not any(self.wind)
@@ -461,9 +466,8 @@ def settled_since(rows: FloatArray, settings: FlightSettings) -> tuple[float | N
     outside = np.any([np.abs(error) > settings.tolerance for error in errors.values()], axis=0)
     last = int(np.flatnonzero(outside)[-1]) + 1 if outside.any() else 0
     t = rows[:, 0]
-    held = min(_HELD_AT_LEAST, 0.1 * settings.seconds)
-    if last < len(rows) and t[-1] - t[last] >= held - 1e-9:
+    if last < len(rows) and t[-1] - t[last] >= settings.held - 1e-9:
         return float(t[last]), ""
-    tail = t >= t[-1] - held
+    tail = t >= t[-1] - settings.held
     worst = max(errors, key=lambda name: float(np.abs(errors[name][tail]).max()))
     return None, f"{worst} is still off by {np.abs(errors[worst][tail]).max():.3g}"

@@ -3,40 +3,60 @@
 from __future__ import annotations
 
 import math
+import os
 import struct
 from dataclasses import replace
+from itertools import repeat
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gaitgraph.angles import angle_from_text, in_degrees
 from gaitgraph.errors import InputError, shown
-from gaitgraph.flight.controller import DIRECTION, Stopped, allocation_of, controller_of
+from gaitgraph.flight.controller import DIRECTION, WANTED, allocation_of, controller_of, observed
 from gaitgraph.flight.course import Course, arm_response, broken_rules, repeated
 from gaitgraph.flight.engine import Engine, engine_warnings
-from gaitgraph.flight.flight import COLUMNS, Flight, FlightSettings, record_of, reference_at, settled_since
+from gaitgraph.flight.flight import COLUMNS, OUTCOMES, Flight, FlightSettings, record_of, reference_at
 from gaitgraph.invertibility.matrices import FloatArray, arm_angles, thrust_signs
 from gaitgraph.timing.timed_gait import RowTimedGait, timed_gait_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
+
+    import numpy.typing as npt
 
     from gaitgraph.io.formats import GaitLike
     from gaitgraph.vehicle import Vehicle
 
-    ApplyTorque = Callable[[Engine, list[float], list[float], tuple[float, ...]], None]
-
 _DEFAULT_ATTITUDE = (0.3, -0.2)  # roll and pitch at the start of a flight that only levels out [rad]
 _TUMBLING = 200.0  # rad/s
+_LEAST_FLOOR = 1e-9
+_LARGEST = 1e10  # of the engine's numbers
+_UPRIGHT = 1e-3  # cosine of the pitch below which Euler angles are too inaccurate
 _FARTHEST = 1e5  # m
 _MOST_LEAD = 1.0  # s by which the controller looks ahead on a reference
 _GUST_TIME = 1.0  # s over which gusts are correlated
 _SETTLED_EVERY = 50  # control steps between two checks whether a flight has settled
+_JOINED_EVERY = 10  # the same, whether it has joined level flight
+_DECOUPLED = [3, 4, 5, 2, 9, 10, 11, 8]  # roll, pitch, yaw, altitude, and their rates, among the numbers of a state
+_FLIGHTS_OF_A_THREAD = 64  # or more
+_FAILURES = (
+    ("tumbling", "it tumbles just before {t:.3f} s: thrusts or accelerations exceed the range of the physics engine"),
+    ("tumbling", f"it tumbles at {{t:.3f}} s: it turns by more than {_TUMBLING:g} rad/s"),
+    ("tumbling", f"it is more than {_FARTHEST:g} m from the start at {{t:.3f}} s"),
+    ("upended", "its nose points straight up or down at {t:.3f} s, where roll and yaw are not defined"),
+    ("sign change", "the decoupling matrix is singular just before {t:.3f} s: its determinant has changed sign"),
+    (
+        "near singular",
+        "the decoupling matrix nears singularity at {t:.3f} s: its least singular value is between {least:.2g} and "
+        "{most:.2g}, and the floor is {floor:g}",
+    ),
+)
+_CODES = np.array([OUTCOMES.index(name) for name, _ in _FAILURES])
 _MOST_STEPS = 1_000_000  # they take about 1.5 GB
 _LEAST_STEPS = 20  # of the engine in a period
 _STILL = 1e-9  # rad of swing below which an arm stands still
 _ENOUGH = 0.9  # share of its commanded swing that an arm must reach
-_ROWS_AT_ONCE = 500  # of an allocation converted to plain numbers
 
 
 class Simulation:
@@ -60,17 +80,24 @@ class Simulation:
         self.controls = max(round(seconds * settings.control_rate), 1)
         # Roll and pitch lag behind their wanted values by kd/kp, so references are read that much ahead.
         lead = min(settings.attitude_damping / settings.attitude_stiffness, _MOST_LEAD)
-        self._ahead = round(lead * settings.control_rate) if settings.reference != "attitude" else 0
-        steps: FloatArray = np.arange((self.controls + self._ahead) * every + 1, dtype=float) * settings.step
+        ahead = round(lead * settings.control_rate) if settings.reference != "attitude" else 0
+        steps: FloatArray = np.arange((self.controls + ahead) * every + 1, dtype=float) * settings.step
         lag = settings.servo_lag if settings.servo_lag is not None else vehicle.servo_lag or 0.0
         rate = settings.servo_rate or vehicle.max_tilt_rate or math.inf
         self.command: FloatArray = course.at(steps)
         self.actual: FloatArray = arm_response(self.command, vehicle, settings.step, lag=lag, rate=rate)
-        self._hinge_commands = self.engine.servo_commands(self.actual)
+        self._hinges = self.engine.servo_commands(self.actual)
         assumed = self.actual if settings.arms == "served" else self.command
-        self._allocation = allocation_of(assumed[::every], vehicle)
+        self._interval, self._floor_squared = every * step, max(settings.floor, _LEAST_FLOOR) ** 2
+        allocation, t = allocation_of(assumed[::every], vehicle), np.arange(self.controls + 1) * self._interval
+        place, velocity, _ = reference_at(settings, t)
+        acceleration = reference_at(settings, t + ahead * self._interval)[2]
+        wanted = allocation[ahead:, DIRECTION], place, velocity[:, :2], acceleration[:, :2]
+        self._known = np.hstack([allocation[: self.controls + 1], *wanted])  # to the controller, before the flight
         limit = settings.thrust_limit if settings.thrust_limit is not None else vehicle.max_thrust
         self._limits = (0.0, limit or math.inf) if settings.saturation else (-math.inf, math.inf)
+        self._first_rates = (self.actual[1] - self.actual[0]) / step
+        self._noise, self._gusts = sensor_noise(settings, self.controls), gusts_of(settings, self.controls)
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -86,92 +113,159 @@ class Simulation:
             f"{planned[worst]:.3g} rad, so another gait is flown; a longer period helps",
         )
 
-    def run(
-        self,
-        attitude: tuple[float, float] = (0.0, 0.0),
-        *,
-        until_settled: float | None = None,
-    ) -> Flight:
-        """Fly from rest at the origin with a roll and a pitch [rad], until the course or the settings end.
-
-        With `until_settled` the flight ends once it has settled, but not before so many seconds.
-        """
-        settings, engine, count = self.settings, self.engine, self.controls
-        every = settings.steps_per_control
-        interval = every * settings.step
-        low, high = self._limits
-        t_wanted = np.arange(count + 1, dtype=float) * interval
-        place, velocity, _ = reference_at(settings, t_wanted)
-        acceleration = reference_at(settings, t_wanted + self._ahead * interval)[2]
-        wanted = np.hstack([place, velocity[:, :2], acceleration[:, :2]]).tolist()
-        leading = self._allocation[self._ahead :, DIRECTION].tolist()
-        blocks = range(0, len(self._allocation), _ROWS_AT_ONCE)
-        rows = (row for begin in blocks for row in self._allocation[begin : begin + _ROWS_AT_ONCE].tolist())
-        noise, gusts = sensor_noise(settings, count), gusts_of(settings, count)
-        thrusts_of, apply_gyroscopic = controller_of(settings, self.course.vehicle), gyroscopic_of(self.course.vehicle)
-        first_rates = (self.actual[1] - self.actual[0]) / settings.step
+    def run(self, attitude: tuple[float, float] = (0.0, 0.0)) -> Flight:
+        """Fly from rest at the origin with a roll and a pitch [rad], until the course or the settings end."""
+        settings, engine, vehicle, last = self.settings, self.engine, self.course.vehicle, self.controls
+        every, interval, (low, high) = settings.steps_per_control, self._interval, self._limits
+        thrusts_of, torque_of, lagging = controller_of(settings, vehicle), gyroscopic_of(vehicle), vehicle.rotor_lag
         model, data, mj_step = engine.model, engine.data, engine.mujoco.mj_step
-        qpos, qvel, ctrl = data.qpos, data.qvel, data.ctrl
-        hinge_commands, thrust, hinges = self._hinge_commands, ctrl[:4], ctrl[4:]
-        lagging = self.course.vehicle.rotor_lag is not None
+        place_of, speed_of, control = data.qpos.tolist, data.qvel.tolist, data.ctrl.data
         # A flight is many thousand short steps, so it uses plain numbers, as the controller does.
-        table = np.empty((count + 1, len(COLUMNS)))
-        memory, width, pack = table.data, len(COLUMNS) * table.itemsize, struct.Struct(f"{len(COLUMNS)}d").pack_into
-        kept = 0
-        check_at = math.inf if until_settled is None else math.ceil(until_settled / interval)
-        failure: tuple[Any, ...] = ()
+        table, hinges = np.zeros((last + 1, len(COLUMNS))), self._hinges.ravel().data
+        memory, width = table.data, table.strides[0]
+        record, set_thrusts = struct.Struct("8x22d24x2d").pack_into, struct.Struct("4d").pack_into
+        sign, floor_squared, sqrt, kept = 0.0, self._floor_squared, math.sqrt, last + 1
+        failure: tuple[str, ...] = ()
         with engine_warnings() as warnings:
-            engine.place(self.actual[0], roll=attitude[0], pitch=attitude[1], rates=first_rates)
-            try:
-                for k, row in enumerate(rows):
-                    t = k * interval
-                    if warnings and engine.gave_up:
-                        reason = "thrusts or accelerations exceed the range of the physics engine"
-                        raise Stopped("tumbling", f"it tumbles just before {t:.3f} s: {reason}")
-                    speed = qvel.tolist()
-                    state, tilts = _state_of(t, qpos.tolist(), speed)
-                    measured = state if noise is None else [a + b for a, b in zip(state, noise[k], strict=True)]
-                    h1, h2, h3, h4, near, roll_d, pitch_d = thrusts_of(t, measured, row, leading[k], wanted[k])
-                    given: tuple[float, ...] = h1, h2, h3, h4
-                    cut = not (low <= h1 <= high and low <= h2 <= high and low <= h3 <= high and low <= h4 <= high)
-                    if cut:
-                        given = tuple([low if one < low else high if one > high else one for one in given])
-                    xd, yd, zd, *_ = wanted[k]
-                    pack(memory, kept * width, t, *state, *tilts, *given, cut, near, xd, yd, zd, roll_d, pitch_d)
-                    kept += 1
-                    if k == count:
-                        break
-                    if k >= check_at:
-                        check_at += _SETTLED_EVERY
-                        if settled_since(table[:kept], settings)[0] is not None:
-                            break
-                    thrust[:] = given
-                    if lagging and k == 0:
-                        data.act[:] = given  # the rotors turn before the flight begins
-                    if gusts is not None:
-                        model.opt.wind[:] = gusts[k]
-                    if apply_gyroscopic is not None:
-                        apply_gyroscopic(engine, tilts, speed, tuple(data.act.tolist()) if lagging else given)
-                    for step in range(k * every, (k + 1) * every):
-                        hinges[:] = hinge_commands[step]
-                        mj_step(model, data)
-            except Stopped as stop:
-                failure = stop.args
+            engine.place(self.actual[0], roll=attitude[0], pitch=attitude[1], rates=self._first_rates)
+            for k, (known, noise) in enumerate(self._steps()):
+                place, speed = place_of(), speed_of()
+                state, measured, vertical, turning, distance = observed(place, speed, noise)
+                h1, h2, h3, h4, along, near, roll_d, pitch_d = thrusts_of(measured, vertical, known)
+                sign = sign or along
+                fine = (
+                    not (warnings and engine.gave_up), turning < _TUMBLING, distance < _FARTHEST,
+                    vertical[3] >= _UPRIGHT, along * sign >= 0.0, near >= floor_squared,
+                )  # fmt: skip
+                if not all(fine):
+                    end, why = _FAILURES[fine.index(False)]
+                    failure = (
+                        end,
+                        why.format(t=k * interval, least=sqrt(near), most=2 * sqrt(near), floor=settings.floor),
+                    )
+                    kept = k
+                    break
+                cut = not (low <= h1 <= high and low <= h2 <= high and low <= h3 <= high and low <= h4 <= high)
+                if cut:
+                    h1, h2, h3, h4 = (low if one < low else high if one > high else one for one in (h1, h2, h3, h4))
+                record(memory, k * width, *state, *place[7:], h1, h2, h3, h4, cut, sqrt(near), roll_d, pitch_d)
+                if k == last:
+                    break
+                set_thrusts(control, 0, h1, h2, h3, h4)
+                if lagging is not None and k == 0:
+                    data.act[:] = h1, h2, h3, h4  # the rotors turn before the flight begins
+                if self._gusts is not None:
+                    model.opt.wind[:] = self._gusts[k]
+                if torque_of is not None:
+                    acting = data.act.tolist() if lagging is not None else (h1, h2, h3, h4)
+                    data.qfrc_applied[3:6] = torque_of(place[7:], speed[3:6], speed[6:], acting)
+                for step in range(4 * k * every, 4 * (k + 1) * every, 4):
+                    control[4:] = hinges[step : step + 4]
+                    mj_step(model, data)
+        table[:, 0], table[:, -5:-2] = np.arange(last + 1) * interval, self._known[:, WANTED]
         return record_of(self.course, settings, attitude, rows=table[:kept].copy(), failure=failure)
 
+    def _steps(self) -> Iterator[tuple[tuple[float, ...], list[float] | None]]:
+        """Yield what the controller knows before the flight, and the errors of its sensors, at each control step."""
+        known = struct.iter_unpack(f"{self._known.shape[1]}d", self._known.tobytes())
+        return zip(known, self._noise or repeat(None), strict=False)
 
-def _state_of(t: float, place: list[float], speed: list[float]) -> tuple[tuple[float, ...], list[float]]:
-    """Return place, Euler angles, velocity and body rates, twelve numbers, and the tilt angles; or raise Stopped."""
-    x, y, z, qw, qx, qy, qz, *tilts = place
-    vx, vy, vz, p, q, r, *_ = speed
-    if not abs(p) + abs(q) + abs(r) < _TUMBLING:
-        raise Stopped("tumbling", f"it tumbles at {t:.3f} s: it turns by more than {_TUMBLING:g} rad/s")
-    if not abs(x) + abs(y) + abs(z) < _FARTHEST:
-        raise Stopped("tumbling", f"it is more than {_FARTHEST:g} m from the start at {t:.3f} s")
-    v1, v2, v3 = 2 * (qx * qz - qw * qy), 2 * (qy * qz + qw * qx), 1 - 2 * (qx * qx + qy * qy)
-    roll, pitch = math.atan2(v2, v3), math.atan2(-v1, math.hypot(v2, v3))
-    yaw = math.atan2(2 * (qx * qy + qw * qz), 1 - 2 * (qy * qy + qz * qz))
-    return (x, y, z, roll, pitch, yaw, vx, vy, vz, p, q, r), tilts
+    def run_many(
+        self, attitudes: FloatArray, *, until_settled: float, progress: Callable[[float], None]
+    ) -> tuple[npt.NDArray[np.int8], FloatArray, FloatArray]:
+        """Fly from many attitudes, shape (n, 2) [rad], each until it has settled, but not before so many seconds.
+
+        Return the outcomes, as indices of :data:`gaitgraph.flight.flight.OUTCOMES`; the settling times, or the ends of
+        the flights [s]; and the largest thrusts [N]. They do not depend on the number of cores: the controller computes
+        one array of all flights at a time, and the engine steps them on all cores. The reference must be "attitude".
+
+        A flight ends before its time once it has joined level flight, whose thrusts are those of hover. Its errors e in
+        roll, pitch, yaw and altitude obey ë = −kp·e − kd·ė while no thrust is cut, so e² + ė²/kp never grows. It has
+        joined once the root of that is at most a quarter of the tolerance, its thrusts differ from those of hover by at
+        most half of what these are away from their limits from then on, and the least singular value of level flight
+        stays above the floor by the tolerance, which is more than so small a tilt can take from it. None joins where
+        the controller does not cancel all else: with wind, noise, thrusts that are held for more than a step of the
+        engine, rotor lag, or inertia of rotors or arms.
+        """
+        from mujoco.rollout import Rollout
+
+        settings, engine, vehicle, mujoco = self.settings, self.engine, self.course.vehicle, self.engine.mujoco
+        every, interval, last, (low, high) = settings.steps_per_control, self._interval, self.controls, self._limits
+        thrusts_of, torque_of = controller_of(settings, vehicle, np), gyroscopic_of(vehicle, np)
+        model, kinds, lagging = engine.model, mujoco.mjtState, vehicle.rotor_lag is not None
+        whole, inputs = kinds.mjSTATE_FULLPHYSICS.value, kinds.mjSTATE_CTRL.value | kinds.mjSTATE_QFRC_APPLIED.value
+        states = np.empty((len(attitudes), mujoco.mj_stateSize(model, whole)))
+        for state, (roll, pitch) in zip(states, attitudes.tolist(), strict=True):
+            engine.place(self.actual[0], roll=roll, pitch=pitch, rates=self._first_rates)
+            mujoco.mj_getState(model, engine.data, state, whole)
+        states[:, 0] = 1.0  # s; where the engine gives up it starts again at 0 s
+        outcomes, (seconds, largest) = np.zeros(len(states), np.int8), np.zeros((2, len(states)))
+        # Of those that fly: their numbers, the rows since which they are within tolerance, their largest thrusts.
+        flights, since, peak, sign = np.arange(len(states)), *np.zeros((3, len(states)))
+        check_at = math.ceil(until_settled / interval)
+        # Of hover, from each control step on: the largest thrust, and how far thrusts stay away from their limits.
+        (mass,), level = vehicle.require("mass", purpose="hover"), self._known[: check_at + 1]
+        upward = np.maximum(level[:, DIRECTION][:, 2], 1e-12)
+        hover = (mass * vehicle.gravity / upward)[:, None] * level[:, 25:29]
+        nearness = 1.0 / np.sqrt(level[:, 12] + (1.0 + np.sum(level[:, 6:9] ** 2, axis=1)) / upward**2)
+        room = np.minimum(hover - low, min(high, _LARGEST) - hover).min(axis=1)
+        room[nearness < settings.floor + settings.tolerance] = -math.inf
+        later = np.maximum.accumulate(np.abs(hover).max(axis=1)[::-1])[::-1]
+        room = np.minimum.accumulate(room[::-1])[::-1]
+        cancelled = self._noise is None and self._gusts is None and settings.arms == "served" and every == 1
+        cancelled = cancelled and not (vehicle.rotor_lag or vehicle.arm_inertia or vehicle.rotor_inertia)
+        stiffness = np.array([settings.attitude_stiffness] * 3 + [settings.altitude_stiffness])[:, None]
+        threads = min(os.cpu_count() or 1, len(states) // _FLIGHTS_OF_A_THREAD)
+        copies = [mujoco.MjData(model) for _ in range(max(threads, 1))]
+        with engine_warnings(), Rollout(nthread=threads if threads > 1 else 0) as pool:
+            for k, (known, noise) in enumerate(self._steps()):
+                columns = np.ascontiguousarray(states.T)
+                state, measured, vertical, turning, distance = observed(columns[1:12], columns[12:], noise, np)
+                *asked, along, near, _, _ = thrusts_of(measured, vertical, known)
+                given, sign = np.clip(asked, low, high), along if k == 0 else sign
+                fine = np.array([
+                    (columns[0] >= 1.0) & (peak <= _LARGEST), turning < _TUMBLING, distance < _FARTHEST,
+                    vertical[3] >= _UPRIGHT, along * sign >= 0.0, near >= self._floor_squared,
+                ])  # fmt: skip
+                ended = failed = ~fine.all(axis=0)
+                peak = np.where(failed, peak, np.maximum(peak, np.abs(given).max(axis=0)))
+                since[np.abs(state[2:6]).max(axis=0) > settings.tolerance] = k + 1
+                settled = (k - since) * interval >= settings.held - 1e-9
+                if k == last or k >= check_at:
+                    check_at += _SETTLED_EVERY
+                    ended = failed | settled | (k == last)
+                elif cancelled and k % _JOINED_EVERY == 0 and k < len(room):
+                    off = np.array(state)[_DECOUPLED] ** 2
+                    apart = 2.0 * np.abs(given - hover[k, :, None]).max(axis=0)
+                    settled = (off[:4] + off[4:] / stiffness).max(axis=0) <= (settings.tolerance / 4) ** 2
+                    settled &= (apart <= room[k]) & ((check_at - since) * interval >= settings.held - 1e-9)
+                    settled &= (apart <= 2e-4 * later[k]) | (apart <= peak - later[k])
+                    peak, ended = np.where(settled, np.maximum(peak, later[k]), peak), failed | settled
+                if ended.any():
+                    at, going = flights[ended], ~ended
+                    codes = np.where(failed, _CODES[fine.argmin(axis=0)], np.where(settled, 0, 1))
+                    rows = np.where(failed, max(k - 1, 0), np.where(settled, since, k))
+                    outcomes[at], seconds[at], largest[at] = codes[ended], rows[ended] * interval, peak[ended]
+                    if not going.any():
+                        break
+                    left: list[Any] = [one[going] for one in (flights, states, since, peak, sign)]
+                    flights, states, since, peak, sign = left
+                    columns, given = columns[:, going], given[:, going]
+                control = np.zeros((len(flights), every, model.nu + model.nv))
+                control[:, :, :4], control[:, :, 4:8] = given.T[:, None], self._hinges[k * every : (k + 1) * every]
+                if lagging and k == 0:
+                    states[:, 22:] = given.T
+                if self._gusts is not None:
+                    model.opt.wind[:] = self._gusts[k]
+                if torque_of is not None:
+                    acting = states[:, 22:].T if lagging else given
+                    torque = torque_of(columns[8:12], columns[15:18], columns[18:22], acting)
+                    control[:, :, 11:14] = np.transpose(torque)[:, None]
+                states = pool.rollout(model, copies, states, control, control_spec=inputs)[0][:, -1]
+                if k % _SETTLED_EVERY == 0:
+                    progress(k / last)
+        progress(1.0)
+        return outcomes, seconds, largest
 
 
 def sensor_noise(settings: FlightSettings, count: int) -> list[list[float]] | None:
@@ -195,30 +289,31 @@ def gusts_of(settings: FlightSettings, count: int) -> FloatArray | None:
     return np.asarray(settings.wind + settings.gust * lfilter([1.0], [1.0, -keep], drawn, axis=0))
 
 
-def gyroscopic_of(vehicle: Vehicle) -> ApplyTorque | None:
-    """Return a function that applies the rotors' gyroscopic torques to the body; None without a rotor inertia.
+def gyroscopic_of(vehicle: Vehicle, functions: Any = math) -> Callable[..., tuple[Any, ...]] | None:
+    """Return a function that computes the rotors' gyroscopic torque on the body [N m]; None without a rotor inertia.
 
-    The part about a hinge acts on the body through the servo.
+    It takes tilt angles, body rates, tilt rates and thrusts: numbers, or arrays with `functions` of numpy. The part
+    about a hinge acts on the body through the servo.
     """
     if vehicle.rotor_inertia is None:
         return None
     (coefficient,) = vehicle.require("thrust_coefficient", purpose="the gyroscopic torque of a rotor_inertia")
     momenta = (thrust_signs(vehicle) * vehicle.rotor_inertia).tolist()
     arms = [(math.cos(azimuth), math.sin(azimuth)) for azimuth in arm_angles(vehicle).tolist()]
-    sin, cos, sqrt = math.sin, math.cos, math.sqrt
+    sin, cos, sqrt, copysign = functions.sin, functions.cos, functions.sqrt, functions.copysign
 
-    def apply(engine: Engine, tilts: list[float], speed: list[float], thrusts: tuple[float, ...]) -> None:
-        _, _, _, p, q, r, *tilt_rates = speed
+    def torque(tilts: Any, body_rates: Any, rates: Any, thrusts: Any) -> tuple[Any, ...]:
+        p, q, r = body_rates
         t1 = t2 = t3 = 0.0
-        for (cz, sz), momentum, tilt, rate, thrust in zip(arms, momenta, tilts, tilt_rates, thrusts, strict=True):
-            spun = momentum * math.copysign(sqrt(abs(thrust) / coefficient), thrust)
+        for (cz, sz), momentum, tilt, rate, thrust in zip(arms, momenta, tilts, rates, thrusts, strict=True):
+            spun = momentum * copysign(sqrt(abs(thrust) / coefficient), thrust)
             # −ω × h in body axes: ω of the arm, h along the tilted rotor axis.
             w1, w2, across, up = p + rate * cz, q + rate * sz, spun * sin(tilt), spun * cos(tilt)
             h1, h2 = sz * across, -cz * across
             t1, t2, t3 = t1 + r * h2 - w2 * up, t2 + w1 * up - r * h1, t3 + w2 * h1 - w1 * h2
-        engine.data.qfrc_applied[3:6] = t1, t2, t3
+        return t1, t2, t3
 
-    return apply
+    return torque
 
 
 def before_take_off(course: Course, settings: FlightSettings, *, anyway: bool = False) -> tuple[str, tuple[str, ...]]:
