@@ -1,4 +1,4 @@
-"""A second of flight at 1 kHz, beside the engine alone that steps the same model."""
+"""A second of flight at 1 kHz beside the engine alone, which steps the same model; a basin beside single flights."""
 
 from __future__ import annotations
 
@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from gaitgraph.flight.basins import basins_of
 from gaitgraph.flight.engine import Engine
-from gaitgraph.flight.flight import FlightSettings
+from gaitgraph.flight.flight import OUTCOMES, FlightSettings
 from gaitgraph.flight.simulation import fly
 from gaitgraph.vehicle import PAPER
 from tests.samples import RED
@@ -16,6 +17,7 @@ from tests.samples import RED
 pytest.importorskip("mujoco")
 
 ENGINE = "one second of flight at 1 kHz against mujoco alone"
+BASIN = "a basin of 17 x 17 attitudes against fly from each for the whole duration"
 SECOND = FlightSettings(duration=1.0)
 
 
@@ -43,3 +45,25 @@ def test_a_thousand_steps_of_the_engine(benchmark: Any) -> None:
 
     benchmark.pedantic(steps, rounds=40, warmup_rounds=3)
     assert np.isfinite(data.qpos).all()
+
+
+@pytest.fixture(scope="module")
+def basins() -> list[Any]:
+    return []
+
+
+@pytest.mark.benchmark(group=BASIN)
+def test_a_basin_ours(benchmark: Any, basins: list[Any]) -> None:
+    basins += benchmark.pedantic(basins_of, args=(RED,), kwargs={"biases": [1.0]}, rounds=5, warmup_rounds=1)
+    assert basins[0].outcome.shape == (1, 17, 17)
+
+
+@pytest.mark.benchmark(group=BASIN)
+def test_a_flight_from_each_attitude(benchmark: Any, basins: list[Any]) -> None:
+    angles, settings = basins[0].angles.tolist(), basins[0].settings
+
+    def flights() -> list[str]:
+        return [fly(RED, attitude=(roll, pitch), settings=settings).outcome for roll in angles for pitch in angles]
+
+    found = benchmark.pedantic(flights, rounds=1)
+    assert found == [OUTCOMES[code] for code in basins[0].outcome.flat]
