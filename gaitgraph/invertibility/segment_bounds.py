@@ -331,9 +331,20 @@ def bound_by_change(change: Callable[[FloatArray, FloatArray], FloatArray]) -> B
 
 
 def singular_value_bound(vehicle: Vehicle, *, level: bool = True) -> Bound:
-    """Return a bound from values at both ends that are the least singular value or less, by its rate of change."""
+    """Return a bound from values at both ends that are the least singular value or less.
+
+    It is the larger of two: that of the rate r of change, and a closed form for short steps h. The square of the value
+    is the least of ‖M·x‖² over unit x (and attitudes). Each column of M is a sinusoid of one angle, no longer than r,
+    so that (‖M·x‖²)'' ≤ 2r²h² + 2rh²·‖M·x‖. Where the value is below that at both ends, ‖M·x‖ is below it plus r·h.
+    """
     rate = singular_value_rate(vehicle, level=level)
-    return bound_by_change(lambda p0, p1: rate * np.linalg.norm(p1 - p0, axis=1))
+
+    def bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
+        change = rate * np.sqrt(((p1 - p0) ** 2).sum(axis=1))
+        bend = 2 * change**2 * (1 + (np.minimum(f0, f1) + change) / rate)
+        return np.asarray(np.maximum((f0 + f1 - change) / 2, np.sqrt(np.maximum(least_of_bent(f0**2, f1**2, bend), 0))))
+
+    return bound
 
 
 def _on_red(starts: FloatArray, ends: FloatArray) -> bool:
