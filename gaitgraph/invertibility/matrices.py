@@ -25,7 +25,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -149,6 +149,61 @@ def tilt_angles(alpha: npt.ArrayLike) -> FloatArray:
     if angles.ndim == 0 or angles.shape[-1] != 4:
         raise InputError(f"alpha must be an array of shape (..., 4), got shape {angles.shape}")
     return angles
+
+
+class Sines(NamedTuple):
+    """Cosines and sines of tilt angles, shape (4, k), and the features of both pairs of arms, shape (3, 2, k) [rad].
+
+    The features are those of :func:`pair_features`. What depends on the angles at level attitude is made of these, so
+    that each sine is computed once.
+    """
+
+    cosine: FloatArray
+    sine: FloatArray
+    features: FloatArray
+
+    @classmethod
+    def of(cls, alpha: FloatArray) -> Sines:
+        """Return those of points, shape (k, 4) [rad]."""
+        c, s = np.cos(alpha.T), np.sin(alpha.T)
+        return cls(c, s, np.array([c[:2] * c[2:], s[:2] * s[2:], s[:2] * c[2:] + c[:2] * s[2:]]))
+
+    def level_determinant(self, coefficients: Coefficients) -> FloatArray:
+        """Return R of equation (6), shape (k,); see :func:`level_determinant`."""
+        first, second = self.features[:, 0], self.features[:, 1]
+        level = ((coefficients.bilinear_form.T @ first) * second).sum(axis=0)
+        if coefficients.cross:
+            level = level + coefficients.cross * np.prod(self.differences(), axis=0)
+        return np.asarray(level)
+
+    def differences(self) -> FloatArray:
+        """Return the sines of α1 − α3 and α2 − α4, shape (2, k)."""
+        c, s = self.cosine, self.sine
+        return np.asarray(s[:2] * c[2:] - c[:2] * s[2:])
+
+    def zero_moment_inputs(self, vehicle: Vehicle) -> FloatArray:
+        """Return w₀, shape (4, k); see :func:`zero_moment_inputs`."""
+        kappa = vehicle.signed_drag_ratio
+        delta = math.atan(kappa)
+        turned, c, s = math.sin(delta) * _TURNS, self.cosine, self.sine
+        products, sums = self.features[0] - self.features[1], self.features[2]
+        # The cosines of β1 to β4, and the sines of β1 + β3 and of β2 + β4.
+        cosines = math.cos(delta) * c + turned * s
+        totals = math.cos(2 * delta) * sums - math.sin(2 * delta) * _TURNS[:2] * products
+        inputs = totals[_OTHER] * cosines[_OPPOSITE]
+        height = vehicle.height_ratio * math.cos(delta)
+        if height:
+            leaning = 2.0 * self.features[1] - kappa * _TURNS[:2] * sums  # E and E′ of leaning_factors
+            sines = math.cos(delta) * s - turned * c
+            apart = self.differences()[_OTHER] * np.array([[-1.0], [1.0], [1.0], [-1.0]])
+            more = sines[_OPPOSITE] * apart + height * s[_OPPOSITE] * leaning[_OTHER]
+            inputs = inputs + height * math.cos(delta) * more
+        return np.asarray(inputs)
+
+
+# The signs of δ in β1 to β4, negated, the other pair of each arm, and its opposite arm.
+_TURNS = np.array([[1.0], [-1.0], [1.0], [-1.0]])
+_OTHER, _OPPOSITE = np.array([1, 0, 1, 0]), np.array([2, 3, 0, 1])
 
 
 def pair_features(first: npt.ArrayLike, opposite: npt.ArrayLike) -> FloatArray:
@@ -517,18 +572,28 @@ def singular_values_on_red(alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, vehicle
     has the columns √2·(cos αᵢ, sin βᵢ/cos δ).
     """
     a1, a2 = np.asarray(alpha1, dtype=float), np.asarray(alpha2, dtype=float)
+    (c1, c2), (s1, s2) = (np.cos(a1), np.cos(a2)), (np.sin(a1), np.sin(a2))
+    return roll_block_on_red(c1, c2, s1, s2, vehicle), yaw_block_on_red(c1, c2, s1, s2, vehicle)
+
+
+def roll_block_on_red(c1: Any, c2: Any, s1: Any, s2: Any, vehicle: Vehicle) -> Any:
+    """Return the smaller singular value of the block of roll and pitch torque, from cosines and sines of α1 and α2."""
     kappa, height = vehicle.signed_drag_ratio, vehicle.height_ratio
-    c1, c2, s1, s2 = np.cos(a1), np.cos(a2), np.sin(a1), np.sin(a2)
     a, b = c2 - kappa * s2, c1 + kappa * s1
-    alone: Any = np.minimum(np.abs(a), np.abs(b))
-    if height:  # the larger singular value is half the sum of two lengths
-        larger = np.hypot(height * (s1 + s2), a + b) + np.hypot(height * (s1 - s2), a - b)
-        alone = 2 * np.abs(a * b + height**2 * s1 * s2) / larger
+    if not height:
+        return math.sqrt(2.0) * np.minimum(np.abs(a), np.abs(b))
+    # The larger singular value is half the sum of two lengths.
+    larger = np.hypot(height * (s1 + s2), a + b) + np.hypot(height * (s1 - s2), a - b)
+    return math.sqrt(8.0) * np.abs(a * b + height**2 * s1 * s2) / larger
+
+
+def yaw_block_on_red(c1: Any, c2: Any, s1: Any, s2: Any, vehicle: Vehicle) -> Any:
+    """Return the smaller singular value of the block of yaw torque and lift, from cosines and sines of α1 and α2."""
+    kappa = vehicle.signed_drag_ratio
     p, q = s1 - kappa * c1, s2 + kappa * c2
     minor = np.abs(c1 * q - c2 * p)
     squares = c1**2 + c2**2 + p**2 + q**2
-    largest = np.sqrt((squares + np.sqrt(np.maximum(squares**2 - 4 * minor**2, 0.0))) / 2)
-    return math.sqrt(2.0) * alone, math.sqrt(2.0) * minor / largest
+    return 2.0 * minor / np.sqrt(squares + np.sqrt(np.maximum(squares**2 - 4 * minor**2, 0.0)))
 
 
 def least_singular_value_on_red(alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, vehicle: Vehicle = PAPER) -> Any:
