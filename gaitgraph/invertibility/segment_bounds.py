@@ -39,6 +39,7 @@ Several = Sequence[FloatArray] | FloatArray  # several of one shape, or the rows
 _BATCH = 1 << 15
 # An iteration over few points costs the same for any number of them: a few intervals are cut finer.
 _FEW, _PIECES = 32, 32
+_LONG = 0.05  # a longer segment is hardly settled without a cut [rad]
 _SHORT = 1e-12  # fractions nearer than this are halved, to the end of what floats resolve
 _TINY = float(np.finfo(float).tiny)
 _IDLE = 1e-9  # a zero-moment input below this counts as zero where its sign is proven by bounds
@@ -207,10 +208,13 @@ def least_of_quantities(
     ends: FloatArray,
     quantities: Sequence[Quantity],
     *,
-    at_ends: tuple[Sines, Sines] | None = None,
+    points: Sines | None = None,
     **options: Any,
 ) -> tuple[Least, ...]:
-    """Bracket the least of the functions of all quantities in one search; options as for :func:`least_of_each`."""
+    """Bracket the least of the functions of all quantities in one search; options as for :func:`least_of_each`.
+
+    `points` are the sines at the points that consecutive segments join, if at hand, shape (m + 1,).
+    """
     stops = np.cumsum([quantity.size for quantity in quantities]).tolist()
     parts = [slice(stop - quantity.size, stop) for stop, quantity in zip(stops, quantities, strict=True)]
 
@@ -221,16 +225,25 @@ def least_of_quantities(
         found = [each.bounds(v0[part], v1[part], p0, p1) for part, each in zip(parts, quantities, strict=True)]
         return np.concatenate(found)
 
+    pieces, at_ends = 1, None
+    if len(starts) <= _FEW and float(np.abs(ends - starts).max()) > _LONG:
+        pieces = _PIECES
+    elif points is not None:
+        found = values(points)
+        at_ends = found[:, :-1], found[:, 1:]
+    functions = ((part.start, each.tolerances) for part, each in zip(parts, quantities, strict=True))
+    rows, tolerances = zip(
+        *((at + k, tolerance) for at, all_ in functions for k, tolerance in enumerate(all_)), strict=True
+    )
     return least_of_each(
         starts,
         ends,
         lambda alpha: values(Sines.of(alpha)),
         bounds,
-        tolerance=[tolerance for quantity in quantities for tolerance in quantity.tolerances],
-        rows=[
-            part.start + k for part, each in zip(parts, quantities, strict=True) for k in range(len(each.tolerances))
-        ],
-        at_ends=None if at_ends is None else (values(at_ends[0]), values(at_ends[1])),
+        tolerance=tolerances,
+        rows=rows,
+        at_ends=at_ends,
+        pieces=pieces,
         **options,
     )
 
