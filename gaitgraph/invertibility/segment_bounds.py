@@ -319,7 +319,7 @@ def _form_of_sums(coefficients: Coefficients) -> tuple[FloatArray, FloatArray, f
 
 
 def level_quantity(
-    coefficients: Coefficients, signs: tuple[float, ...] = (1.0, -1.0), *, tolerance: float = 1e-6
+    coefficients: Coefficients, signs: tuple[float, ...] = (1.0, -1.0), *, tolerances: tuple[float, ...]
 ) -> Quantity:
     """Return sign·R for each of some signs."""
 
@@ -329,7 +329,7 @@ def level_quantity(
     def bounds(v0: FloatArray, v1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
         return least_of_bent(v0, v1, level_determinant_curvature(p0, p1 - p0, coefficients))
 
-    return Quantity(values, bounds, (tolerance,) * len(signs), len(signs))
+    return Quantity(values, bounds, tolerances, len(signs))
 
 
 def range_of_level_determinant(
@@ -343,7 +343,7 @@ def range_of_level_determinant(
     **options: Any,
 ) -> tuple[Least, ...]:
     """Bracket the least of sign·R along segments for each of some signs, in one search."""
-    quantity = level_quantity(coefficients, signs, tolerance=tolerance)
+    quantity = level_quantity(coefficients, signs, tolerances=(tolerance,) * len(signs))
     return least_of_quantities(starts, ends, [quantity], known=known, **options)
 
 

@@ -20,7 +20,6 @@ from gaitgraph.invertibility.segment_bounds import (
     Least,
     LeastCosines,
     block_quantity,
-    is_red,
     keeps_singular_value_above,
     least_level_determinant,
     least_of_quantities,
@@ -52,7 +51,8 @@ class _Brackets(Rule):
 
     continuous: Continuous
     sines: Sines = field(init=False)  # of the points
-    red: bool = False  # whether the points are exactly on red
+    value: FloatArray = field(init=False)  # R at the points
+    largest: float = 0.0  # R at the point where |R| is largest so far, of whose sign a gait is
     level: tuple[Least, Least] = field(init=False)  # of R and of −R
     singular: Least = field(init=False)
     hovers: bool = True  # whether all thrusts are positive so far
@@ -63,9 +63,19 @@ class _Brackets(Rule):
     def update(self, block: Segments) -> None:
         """Bracket all quantities that the rules compare with their limits."""
         criteria, vehicle, starts, ends = self.criteria, self.criteria.vehicle, block.starts, block.ends
-        self.sines, self.red = Sines.of(block.alpha), is_red(block.alpha)
-        quantities, which, enough = [level_quantity(criteria.coefficients)], [0, 1], [math.inf, math.inf]
-        if self.red:
+        self.sines = Sines.of(block.alpha)
+        self.value = self.sines.level_determinant(criteria.coefficients)
+        self.largest = max(self.largest, float(self.value.min()), float(self.value.max()), key=abs)
+        # Of a whole gait no check states how large |R| becomes: the least of −R, or of R, is not narrowed.
+        widths = [1e-6, 1e-6]
+        if block.number[0] == block.number[-1]:
+            widths[self.largest >= 0] = math.inf
+        quantities, which, enough = (
+            [level_quantity(criteria.coefficients, tolerances=tuple(widths))],
+            [0, 1],
+            [math.inf] * 2,
+        )
+        if block.on_red:
             cosines = LeastCosines.along(starts, ends, vehicle)
             quantities.append(block_quantity(vehicle, tolerance=criteria.bracket))
             which, enough = [*which, 2], [*enough, float(cosines.value.min())]
@@ -81,7 +91,7 @@ class _Brackets(Rule):
             starts, ends, quantities, points=self.sines, known=self.known[which], enough=np.array(enough)[:, None]
         )
         self.level, self.shares = (found[0], found[1]), found[-2:]
-        if self.red:
+        if block.on_red:
             self.singular = cosines.joined(found[2])
         else:
             known = float(self.known[2])
@@ -104,22 +114,18 @@ class _LevelSign(Rule):
     # The sign of R is that of the largest |R| at a point, known at the end.
     worst: dict[float, Worst] = field(default_factory=lambda: {1.0: Worst(), -1.0: Worst()})
     found: dict[float, bool] = field(default_factory=lambda: {1.0: False, -1.0: False})  # for certain, at a point
-    largest: float = 0.0
     digits: float = 0.0
     slope: float = 0.0
 
     def update(self, block: Segments) -> None:
         """Bracket R and −R along the segments, as narrowly as the comparison with the resolution needs."""
         coefficients, sines = self.criteria.coefficients, self.brackets.sines
-        value = sines.level_determinant(coefficients)
-        peak = float(value[np.argmax(np.abs(value))])
-        self.largest = peak if abs(peak) > abs(self.largest) else self.largest
         slopes = sines.level_slopes(coefficients)
         digits, slope = sines.level_resolution(coefficients, slopes), slopes.sum(axis=0)
         self.digits, self.slope = max(self.digits, float(digits.max())), max(self.slope, float(slope.max()))
         carried = self._carried(digits, slope, self.continuous.inferred_errors)
         for sign in self.found:
-            self.found[sign] |= bool((sign * value > carried).any())
+            self.found[sign] |= bool((sign * self.brackets.value > carried).any())
         resolution = self._resolution()
         for (sign, worst), found in zip(self.worst.items(), self.brackets.level, strict=True):
             if found.lower.min() <= resolution < min(found.upper.min(), worst.upper):
@@ -145,7 +151,7 @@ class _LevelSign(Rule):
         return float(self._carried(self.digits, self.slope, self.continuous.inferred_error))
 
     def checks(self) -> Iterator[Check]:
-        sign = 1.0 if self.largest >= 0 else -1.0
+        sign = 1.0 if self.brackets.largest >= 0 else -1.0
         worst, resolution, kind = self.worst[sign], self._resolution(), self.criteria.coefficients.kind
         lower = worst.lower - self.criteria.level_slack(self.criteria.coefficients)
         ok, decided, at, undecided = True, True, self.described(worst.place), "sign of R undecided: |R|"
