@@ -194,7 +194,8 @@ def least_of_each(
 class Quantity(NamedTuple):
     """Functions of the tilt angles that :func:`least_of_each` brackets, each to within its tolerance.
 
-    `values` has `size` rows: the functions, one for each tolerance, and what `bounds` needs.
+    `values` has `size` rows: the functions, one for each tolerance, and what `bounds` needs. `bounds` takes these rows
+    at both ends of intervals, their starts and their steps, shape (k, 4).
     """
 
     values: Callable[[Sines], FloatArray]
@@ -222,7 +223,8 @@ def least_of_quantities(
         return np.concatenate([quantity.values(sines) for quantity in quantities])
 
     def bounds(v0: FloatArray, v1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
-        found = [each.bounds(v0[part], v1[part], p0, p1) for part, each in zip(parts, quantities, strict=True)]
+        step = p1 - p0
+        found = [each.bounds(v0[part], v1[part], p0, step) for part, each in zip(parts, quantities, strict=True)]
         return np.concatenate(found)
 
     pieces, at_ends = 1, None
@@ -326,8 +328,8 @@ def level_quantity(
     def values(sines: Sines) -> FloatArray:
         return np.asarray(np.multiply.outer(signs, sines.level_determinant(coefficients)))
 
-    def bounds(v0: FloatArray, v1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
-        return least_of_bent(v0, v1, level_determinant_curvature(p0, p1 - p0, coefficients))
+    def bounds(v0: FloatArray, v1: FloatArray, start: FloatArray, step: FloatArray) -> FloatArray:
+        return least_of_bent(v0, v1, level_determinant_curvature(start, step, coefficients))
 
     return Quantity(values, bounds, tolerances, len(signs))
 
@@ -435,16 +437,18 @@ def is_red(*points: FloatArray) -> bool:
     return all(bool((side[:, :2] == side[:, 2:]).all()) for side in points)
 
 
-def block_quantity(vehicle: Vehicle, *, tolerance: float) -> Quantity:
-    """Return the smaller singular value on red of the block of yaw and lift, with a rotor height of both blocks."""
+def red_quantity(vehicle: Vehicle, *, tolerance: float) -> Quantity:
+    """Return the least singular value on red, in closed form."""
     bound = singular_value_bound(vehicle)
 
     def values(sines: Sines) -> FloatArray:
         sides = (*sines.cosine[:2], *sines.sine[:2], vehicle)
-        value = yaw_block_on_red(*sides)
-        return np.asarray(np.minimum(value, roll_block_on_red(*sides)) if vehicle.height_ratio else value)[None]
+        return np.asarray(np.minimum(roll_block_on_red(*sides), yaw_block_on_red(*sides)))[None]
 
-    return Quantity(values, lambda v0, v1, p0, p1: bound(v0[0], v1[0], p0, p1)[None], (tolerance,), 1)
+    def bounds(v0: FloatArray, v1: FloatArray, start: FloatArray, step: FloatArray) -> FloatArray:
+        return bound(v0[0], v1[0], start, start + step)[None]
+
+    return Quantity(values, bounds, (tolerance,), 1)
 
 
 def least_singular_value_along(
@@ -452,45 +456,14 @@ def least_singular_value_along(
 ) -> Least:
     """Bracket the least singular value of the scaled decoupling matrix, level, along segments.
 
-    On the red sheet the matrix splits into two blocks. Without a rotor height one of them has two cosines as singular
-    values, and the other alone is searched. Off the sheet every end costs a decomposition: see
+    On the red sheet it is known in closed form. Off the sheet every end costs a decomposition: see
     :func:`least_singular_value_of_all`.
     """
     if not is_red(starts, ends):
         value = partial(least_singular_value, vehicle=vehicle)
         return least_along(starts, ends, value, singular_value_bound(vehicle), tolerance=tolerance, **options)
-    cosines = LeastCosines.along(starts, ends, vehicle)
-    enough = cosines.value if options.get("each") else np.full(len(starts), cosines.value.min())
-    known = (options.pop("known", math.inf),)
-    quantity = block_quantity(vehicle, tolerance=tolerance)
-    (found,) = least_of_quantities(starts, ends, [quantity], enough=enough, known=known, **options)
-    return cosines.joined(found)
-
-
-class LeastCosines(NamedTuple):
-    """The least of the two singular values on red that are cosines along segments, shape (m,); infinite if raised."""
-
-    value: FloatArray
-    phases: tuple[FloatArray, FloatArray]
-
-    @classmethod
-    def along(cls, starts: FloatArray, ends: FloatArray, vehicle: Vehicle) -> LeastCosines:
-        """Return them for segments on red."""
-        delta = math.atan(vehicle.signed_drag_ratio)
-        shift = np.array([math.pi / 2 - delta, math.pi / 2 + delta])
-        phases = starts[:, :2] + shift, ends[:, :2] + shift
-        if vehicle.height_ratio:
-            return cls(np.full(len(starts), np.inf), phases)
-        return cls(math.sqrt(2.0) / math.cos(delta) * least_sine(*phases).min(axis=1), phases)
-
-    def joined(self, block: Least) -> Least:
-        """Return the least of these and of the other singular values."""
-        nearer = self.value < block.upper
-        if not nearer.any():
-            return block
-        fraction = np.where(nearer, where_least_sine(*self.phases), block.fraction)
-        lower, upper = np.minimum(block.lower, self.value), np.minimum(block.upper, self.value)
-        return Least(lower=lower, upper=upper, fraction=fraction)
+    known, quantity = (options.pop("known", math.inf),), red_quantity(vehicle, tolerance=tolerance)
+    return least_of_quantities(starts, ends, [quantity], known=known, **options)[0]
 
 
 def least_singular_value_of_all(
@@ -646,10 +619,10 @@ def share_quantity(vehicle: Vehicle, *, tolerance: float) -> Quantity:
         lift = (inputs * sines.cosine).sum(axis=0)
         return np.concatenate([[inputs.min(axis=0) / lift, -inputs.max(axis=0) / lift], inputs, lift[None]])
 
-    def bounds(v0: FloatArray, v1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
+    def bounds(v0: FloatArray, v1: FloatArray, start: FloatArray, step: FloatArray) -> FloatArray:
         # |wᵢ| − c·V is bent too, where c is the rotor's least share at both ends, and at least 0 there. Its share is
         # below c by no more than the deficit of that over the least of V. The same holds for the largest, reversed.
-        bends, lift_bend = _bends_of_inputs(p1 - p0, vehicle)
+        bends, lift_bend = _bends_of_inputs(step, vehicle)
         first, last = _SENSES * v0[2:6], _SENSES * v1[2:6]
         least_lift = np.maximum(least_of_bent(v0[6], v1[6], lift_bend), 1e-300)
         with np.errstate(over="ignore"):  # at a corner of the square V vanishes, and a share has no bound
