@@ -119,10 +119,16 @@ def coefficients_of(vehicle: VehicleLike = PAPER, kind: CoefficientsLike | None 
     """
     if isinstance(kind, Coefficients):
         return kind
-    vehicle = vehicle_named(vehicle)
+    if kind is not None:
+        checked_choice("coefficients", kind, ("published", "exact"))
+    return _coefficients(vehicle_named(vehicle), kind)
+
+
+@lru_cache(maxsize=64)
+def _coefficients(vehicle: Vehicle, kind: Kind | None) -> Coefficients:
     if kind is None:
         kind = "published" if vehicle.carries_published_coefficients else "exact"
-    if checked_choice("coefficients", kind, ("published", "exact")) == "published":
+    if kind == "published":
         if not vehicle.carries_published_coefficients:
             raised = f", rotor height {vehicle.rotor_height:g} m" if vehicle.rotor_height else ""
             raise InputError(

@@ -273,10 +273,11 @@ def least_sine(x0: FloatArray, x1: FloatArray) -> FloatArray:
 
 def range_of_sine(x0: FloatArray, x1: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the least and the largest sin on intervals: ±1 if a peak lies inside, else those of the ends."""
-    s0, s1, turn = np.sin(x0), np.sin(x1), 2 * math.pi
-    top = np.floor(x0 / turn - 0.25) != np.floor(x1 / turn - 0.25)
-    bottom = np.floor(x0 / turn + 0.25) != np.floor(x1 / turn + 0.25)
-    return np.where(bottom, -1.0, np.minimum(s0, s1)), np.where(top, 1.0, np.maximum(s0, s1))
+    sides = np.array([x0, x1])
+    sines, turns = np.sin(sides), sides / (2 * math.pi)
+    top, bottom = np.floor(turns - 0.25), np.floor(turns + 0.25)
+    low = np.where(bottom[0] != bottom[1], -1.0, np.minimum(sines[0], sines[1]))
+    return low, np.where(top[0] != top[1], 1.0, np.maximum(sines[0], sines[1]))
 
 
 def where_least_sine(x0: FloatArray, x1: FloatArray) -> FloatArray:
@@ -298,14 +299,19 @@ def level_determinant_curvature(start: FloatArray, step: FloatArray, coefficient
     frequencies. A factor that hardly moves, as on both sheets, counts with its value at the start instead of its size.
     """
     factors, sizes, both = _form_of_sums(coefficients)
-    turns, sums = np.abs(step[:, :2] - step[:, 2:]), np.abs(step[:, :2] + step[:, 2:])
+    start, step = start.T, step.T
+    turns, sums = np.abs(step[:2] - step[2:]), np.abs(step[:2] + step[2:])
     # A difference of one pair turns with the sum of the other: Δ1 with Σ2, then Δ2 with Σ1.
-    slow, at = sums[:, ::-1], (start[:, :2] + start[:, 2:])[:, ::-1]
-    now = np.abs(factors[0] * np.cos(at) + factors[1] * np.sin(at))
-    local = turns**2 * (now + sizes * slow) + sizes * slow * (2 * turns + slow)
-    crossed = np.minimum(local, sizes * (slow + turns) ** 2)
-    apart = abs(coefficients.cross) * turns.sum(axis=1) ** 2
-    return np.asarray(crossed.sum(axis=1) + both * sums.sum(axis=1) ** 2 + apart)
+    slow, bend = sums[::-1], both * (sums[0] + sums[1]) ** 2
+    if not turns.any():
+        crossed = sizes * slow**2
+    else:
+        at = (start[:2] + start[2:])[::-1]
+        now = np.abs(factors[0] * np.cos(at) + factors[1] * np.sin(at))
+        local = turns**2 * (now + sizes * slow) + sizes * slow * (2 * turns + slow)
+        crossed = np.minimum(local, sizes * (slow + turns) ** 2)
+        bend = bend + abs(coefficients.cross) * (turns[0] + turns[1]) ** 2
+    return np.asarray(crossed[0] + crossed[1] + bend)
 
 
 @lru_cache(maxsize=32)
@@ -317,7 +323,7 @@ def _form_of_sums(coefficients: Coefficients) -> tuple[FloatArray, FloatArray, f
     mix = np.array([[0.5, 0.5, 0.0], [0.5, -0.5, 0.0], [0.0, 0.0, 1.0]])
     form = mix.T @ coefficients.bilinear_form @ mix
     factors = np.stack([form[0, 1:], form[1:, 0]], axis=1)
-    return factors, np.hypot(*factors), float(np.linalg.norm(form[1:, 1:], 2))
+    return factors[..., None], np.hypot(*factors)[:, None], float(np.linalg.norm(form[1:, 1:], 2))
 
 
 def level_quantity(
@@ -498,20 +504,22 @@ def _bound_along_red(starts: FloatArray, ends: FloatArray, vehicle: Vehicle) -> 
     """
     kappa = vehicle.signed_drag_ratio
     delta, quarter = math.atan(kappa), math.pi / 2
-    first, second = starts[:, :2], ends[:, :2]
-    shift = np.array([-delta, delta]) + quarter
-    alone = least_sine(first + shift, second + shift).min(axis=1) / math.cos(delta)
+    # Columns: β1 + π/2 and β2 + π/2, α1 − α2 − δ, and α1 + α2 + π/2, whose sine is the cosine of the sum.
+    mix, shift = _MIX, np.array([quarter - delta, quarter + delta, -delta, quarter])
+    low, high = range_of_sine(starts[:, :2] @ mix + shift, ends[:, :2] @ mix + shift)
+    alone = np.maximum(np.maximum(low[:, :2], -high[:, :2]), 0.0).min(axis=1) / math.cos(delta)
     if vehicle.height_ratio:
-        alone = alone - abs(vehicle.height_ratio) * largest_sine(first, second).max(axis=1)
-    # Columns: α1 − α2 − δ, and α1 + α2 + π/2, whose sine is the cosine of the sum.
-    mix, shift = np.array([[1.0, 1.0], [-1.0, 1.0]]), np.array([-delta, quarter])
-    low, high = range_of_sine(first @ mix + shift, second @ mix + shift)
-    low, high = np.array([1 / math.cos(delta), abs(kappa)]) * np.stack([low, high])
-    sums = (low[:, 1], high[:, 1]) if kappa > 0 else (-high[:, 1], -low[:, 1])
+        alone = alone - abs(vehicle.height_ratio) * largest_sine(starts[:, :2], ends[:, :2]).max(axis=1)
+    low, high = low[:, 2:] / math.cos(delta), high[:, 2:] / math.cos(delta)
+    sines = abs(math.sin(delta))  # |κ| is sin δ/cos δ
+    sums = (sines * low[:, 1], sines * high[:, 1]) if kappa > 0 else (-sines * high[:, 1], -sines * low[:, 1])
     minor = np.maximum(np.maximum(sums[0] - high[:, 0], low[:, 0] - sums[1]), 0.0)
     return np.asarray(
         math.sqrt(2.0) * np.minimum(alone, minor / math.sqrt(2 + kappa**2 + abs(kappa) * math.sqrt(kappa**2 + 4)))
     )
+
+
+_MIX = np.array([[1.0, 0.0, 1.0, 1.0], [0.0, 1.0, -1.0, 1.0]])
 
 
 def keeps_singular_value_above(
@@ -538,11 +546,8 @@ def thrusts_push_up(starts: FloatArray, ends: FloatArray, vehicle: Vehicle = PAP
     They are products of two sines. With a rotor height they are so on red alone, where sin β1 and sin β2 must have
     opposite signs; off red their signs are then proven by bounds, and what is nearly zero does not count as positive.
     """
-    s0, s1 = _phases_of_inputs(starts, vehicle), _phases_of_inputs(ends, vehicle)
-    if vehicle.height_ratio and is_red(starts, ends):
-        s0, s1 = s0[:, :2] / 2, s1[:, :2] / 2
-        kept = (least_sine(s0, s1) > 0).all(axis=-1) & (np.prod(np.sin((s0 + s1) / 2), axis=-1) < 0)
-    elif vehicle.height_ratio:
+    sides, red = np.array([starts, ends]), vehicle.height_ratio and is_red(starts, ends)
+    if vehicle.height_ratio and not red:
         signs = thrust_signs(vehicle)
 
         def value(alpha: FloatArray) -> FloatArray:
@@ -556,20 +561,25 @@ def thrusts_push_up(starts: FloatArray, ends: FloatArray, vehicle: Vehicle = PAP
 
         kept = least_along(starts, ends, value, bound, tolerance=0.0, floor=_IDLE, each=True).lower >= _IDLE
     else:
-        # Each rotor has one of the two sums of opposite arms, then the cosine of its opposite arm.
-        factors = np.sign(np.sin((s0 + s1) / 2))
-        signs = np.array([1, -1, 1, -1]) * factors[:, [0, 1, 0, 1]] * factors[:, [4, 5, 2, 3]]
-        kept = (least_sine(s0, s1) > 0).all(axis=-1) & (np.abs(signs.sum(axis=-1)) == 4)
+        phases = _phases_of_inputs(sides, vehicle)
+        phases = phases[..., :2] / 2 if red else phases  # β2 and β1
+        halves, after = np.floor(phases / math.pi)  # an odd one where the sine is negative
+        kept = ((halves == after) & (phases != 0).all(axis=0)).all(axis=-1)
+        if red:
+            kept &= halves.sum(axis=-1) % 2 == 1
+        else:
+            # Each rotor has one of the two sums of opposite arms, then the cosine of its opposite arm.
+            odd = (halves[:, [0, 1, 0, 1]] + halves[:, [4, 5, 2, 3]] + np.array([0.0, 1.0, 0.0, 1.0])) % 2
+            kept &= (odd == odd[:, :1]).all(axis=-1)
     turns = 2 * math.pi * np.rint((starts + ends) / (4 * math.pi))
-    upright = np.maximum(np.abs(starts - turns), np.abs(ends - turns)).max(axis=-1) <= math.pi / 2 + 1e-9
-    return np.asarray(kept & upright)
+    return np.asarray(kept & (np.abs(sides - turns).max(axis=(0, 2)) <= math.pi / 2 + 1e-9))
 
 
 def _phases_of_inputs(alpha: FloatArray, vehicle: Vehicle) -> FloatArray:
-    """Return phases whose sines are the factors of w₀: two sums of opposite arms, then four cosines, shape (m, 6)."""
+    """Return phases whose sines are the factors of w₀: two sums of opposite arms, then four cosines, shape (..., 6)."""
     delta = math.atan(vehicle.signed_drag_ratio)
     beta = alpha + np.array([-delta, delta, -delta, delta])
-    return np.concatenate([beta[:, 1::-1] + beta[:, 3:1:-1], beta + math.pi / 2], axis=-1)
+    return np.concatenate([beta[..., 1::-1] + beta[..., 3:1:-1], beta + math.pi / 2], axis=-1)
 
 
 def where_thrusts_vanish(start: FloatArray, end: FloatArray, vehicle: Vehicle = PAPER) -> float:

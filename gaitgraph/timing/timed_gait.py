@@ -96,7 +96,7 @@ class TimedGait(Pictured):
     @property
     def corner_times(self) -> FloatArray:
         """The times of the corners, from 0 to T, shape (n + 1,) [s]."""
-        length = np.linalg.norm(self.gait.ends - self.gait.alpha, axis=1)
+        length = np.sqrt(((self.gait.ends - self.gait.alpha) ** 2).sum(axis=1))
         even = not LAWS[self.law].by_length or not length.sum() > 0
         share = np.full(len(length), 1.0 / len(length)) if even else length / length.sum()
         return np.concatenate([[0.0], np.cumsum(share)[:-1] * self.period, [self.period]])
@@ -180,11 +180,18 @@ class TimedGait(Pictured):
         between corners. From 2 on they are infinite where a law turns a corner at full speed. Jerks of the law `smooth`
         jump at the corners.
         """
-        duration = np.diff(self.corner_times)
+        return self._peaks(order, *self._moves())
+
+    def _moves(self) -> tuple[FloatArray, FloatArray]:
+        """Return the steps of the segments that take time, shape (m, 4) [rad], and their durations, (m, 1) [s]."""
+        times = self.corner_times
+        duration, step = times[1:] - times[:-1], self.gait.ends - self.gait.alpha
         moving = duration > 0
-        if not moving.any():
+        return step[moving], duration[moving, None]
+
+    def _peaks(self, order: int, step: FloatArray, duration: FloatArray) -> FloatArray:
+        if not len(step):
             return np.zeros(4)
-        step, duration = (self.gait.ends - self.gait.alpha)[moving], duration[moving][:, None]
         factor = LAWS.get(self.law, STRAIGHT).peaks[order - 1]
         if math.isfinite(factor):
             return np.asarray((factor * np.abs(step) / duration**order).max(axis=0))
@@ -209,12 +216,12 @@ class TimedGait(Pictured):
 
         A failed check states the `noun` that would keep the limit, a time that is a `share` of the period.
         """
-        checks = []
+        checks, moves = [], self._moves()
         for order, kind in enumerate(RATE_UNITS, start=1):
             limits: Each | None = getattr(self.gait.vehicle, f"max_tilt_{kind}")
             if limits is None and order > 2:
                 continue
-            peaks = self.peaks(order)
+            peaks = self._peaks(order, *moves)
             joint = int(np.argmax(peaks / scale_of(limits)))
             peak, limit = float(peaks[joint]), four_of(limits)[joint]
             if math.isinf(peak):
