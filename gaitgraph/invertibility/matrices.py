@@ -25,7 +25,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, Literal
+from functools import lru_cache
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -145,12 +146,109 @@ def coefficients_of(vehicle: VehicleLike = PAPER, kind: CoefficientsLike | None 
     )
 
 
+@lru_cache(maxsize=64)
+def _form_of(coefficients: Coefficients) -> tuple[FloatArray, float, float]:
+    """Return the sizes of the entries of the bilinear form, and the form's norm and total with the term `cross`."""
+    sizes = np.abs(coefficients.bilinear_form)
+    cross = abs(coefficients.cross)
+    return sizes, float(np.linalg.norm(sizes)) + cross, float(sizes.sum()) + 4 * cross
+
+
 def tilt_angles(alpha: npt.ArrayLike) -> FloatArray:
     """Return tilt angles as an array of shape (..., 4), or raise InputError."""
     angles = np.asarray(alpha, dtype=float)
     if angles.ndim == 0 or angles.shape[-1] != 4:
         raise InputError(f"alpha must be an array of shape (..., 4), got shape {angles.shape}")
     return angles
+
+
+class Sines(NamedTuple):
+    """Cosines and sines of tilt angles, shape (4, k), and the features of both pairs of arms, shape (3, 2, k) [rad].
+
+    The features are those of :func:`pair_features`. What depends on the angles at level attitude is made of these, so
+    that each sine is computed once.
+    """
+
+    cosine: FloatArray
+    sine: FloatArray
+    features: FloatArray
+
+    @classmethod
+    def of(cls, alpha: FloatArray) -> Sines:
+        """Return those of points, shape (k, 4) [rad]."""
+        c, s = np.cos(alpha.T), np.sin(alpha.T)
+        return cls(c, s, np.array([c[:2] * c[2:], s[:2] * s[2:], s[:2] * c[2:] + c[:2] * s[2:]]))
+
+    def level_determinant(self, coefficients: Coefficients) -> FloatArray:
+        """Return R of equation (6), shape (k,); see :func:`level_determinant`."""
+        first, second = self.features[:, 0], self.features[:, 1]
+        level = ((coefficients.bilinear_form.T @ first) * second).sum(axis=0)
+        if coefficients.cross:
+            level = level + coefficients.cross * np.prod(self.differences(), axis=0)
+        return np.asarray(level)
+
+    def level_slopes(self, coefficients: Coefficients) -> FloatArray:
+        """Return |∂R/∂αᵢ| for each angle, per radian, shape (4, k)."""
+        c, s, form = self.cosine, self.sine, coefficients.bilinear_form
+        rest = np.stack([form @ self.features[:, 1], form.T @ self.features[:, 0]], axis=1)  # of each pair
+        # The derivative of the pair features with respect to each angle, its opposite one fixed.
+        across, along = s * c[_OPPOSITE], (self.features[0] - self.features[1])[_PAIR]
+        slopes = rest[1][_PAIR] * across[_OPPOSITE] - rest[0][_PAIR] * across + rest[2][_PAIR] * along
+        if coefficients.cross:
+            turned = (self.features[0] + self.features[1])[_PAIR] * self.differences()[_OTHER]
+            slopes = slopes + coefficients.cross * np.array([[1.0], [1.0], [-1.0], [-1.0]]) * turned
+        return np.abs(slopes)
+
+    def level_resolution(self, coefficients: Coefficients, slopes: FloatArray, rounding: float = 0.0) -> FloatArray:
+        """Return the |R| above which its sign is certain, shape (k,); see :func:`level_determinant_resolution`."""
+        first, second = self.features[:, 0], self.features[:, 1]
+        form, size, total = _form_of(coefficients)
+        # single·|p₀q₂ − p₂q₀| + double·|p₂q₂| + triple·|p₁q₂ − p₂q₁| of the features p and q of both pairs.
+        _, single, double, triple = coefficients.digit_errors
+        crossed = np.abs(first[:2] * second[2] - first[2] * second[:2])
+        resolution = single * crossed[0] + triple * crossed[1] + double * np.abs(first[2] * second[2])
+        sizes = np.abs(self.features)
+        resolution += 32 * _EPSILON * ((form.T @ sizes[:, 0]) * sizes[:, 1]).sum(axis=0) + 8 * _EPSILON * total
+        derived = coefficients.sheet_error
+        if derived or rounding:
+            resolution += rounding * slopes.sum(axis=0) + derived * slopes[2:].sum(axis=0)
+            resolution += 8 * size * (rounding + derived) ** 2
+        return np.asarray(resolution)
+
+    def differences(self) -> FloatArray:
+        """Return the sines of α1 − α3 and α2 − α4, shape (2, k)."""
+        c, s = self.cosine, self.sine
+        return np.asarray(s[:2] * c[2:] - c[:2] * s[2:])
+
+    def zero_moment_inputs(self, vehicle: Vehicle) -> FloatArray:
+        """Return w₀, shape (4, k); see :func:`zero_moment_inputs`."""
+        kappa = vehicle.signed_drag_ratio
+        delta = math.atan(kappa)
+        turned, c, s = math.sin(delta) * _TURNS, self.cosine, self.sine
+        products, sums = self.features[0] - self.features[1], self.features[2]
+        # The cosines of β1 to β4, and the sines of β1 + β3 and of β2 + β4.
+        cosines = math.cos(delta) * c + turned * s
+        totals = math.cos(2 * delta) * sums - math.sin(2 * delta) * _TURNS[:2] * products
+        inputs = totals[_OTHER] * cosines[_OPPOSITE]
+        height = vehicle.height_ratio * math.cos(delta)
+        if height:
+            leaning = 2.0 * self.features[1] - kappa * _TURNS[:2] * sums  # E and E′ of leaning_factors
+            sines = math.cos(delta) * s - turned * c
+            apart = self.differences()[_OTHER] * np.array([[-1.0], [1.0], [1.0], [-1.0]])
+            more = sines[_OPPOSITE] * apart + height * s[_OPPOSITE] * leaning[_OTHER]
+            inputs = inputs + height * math.cos(delta) * more
+        return np.asarray(inputs)
+
+
+def _sines_of(alpha: npt.ArrayLike) -> tuple[FloatArray, Sines]:
+    """Return tilt angles as an array of shape (..., 4), and their sines as rows of all points."""
+    angles = tilt_angles(alpha)
+    return angles, Sines.of(angles.reshape(-1, 4))
+
+
+# The signs of δ in β1 to β4, negated; the pair of each arm, the other pair, and its opposite arm.
+_TURNS = np.array([[1.0], [-1.0], [1.0], [-1.0]])
+_PAIR, _OTHER, _OPPOSITE = np.array([0, 1, 0, 1]), np.array([1, 0, 1, 0]), np.array([2, 3, 0, 1])
 
 
 def pair_features(first: npt.ArrayLike, opposite: npt.ArrayLike) -> FloatArray:
@@ -231,12 +329,8 @@ def level_determinant(alpha: npt.ArrayLike, coefficients: Coefficients) -> Any:
     >>> float(level_determinant([0, 0, 0, 0], coefficients_of()))
     4.0
     """
-    first, second = pairs_of_arms(alpha)
-    level = np.sum(first @ coefficients.bilinear_form * second, axis=-1)
-    if coefficients.cross:
-        a1, a2, a3, a4 = np.moveaxis(tilt_angles(alpha), -1, 0)
-        level = level + coefficients.cross * np.sin(a1 - a3) * np.sin(a2 - a4)
-    return level
+    angles, sines = _sines_of(alpha)
+    return sines.level_determinant(coefficients).reshape(angles.shape[:-1])
 
 
 def level_determinant_resolution(alpha: npt.ArrayLike, coefficients: Coefficients, angle_rounding: float = 0.0) -> Any:
@@ -244,38 +338,15 @@ def level_determinant_resolution(alpha: npt.ArrayLike, coefficients: Coefficient
 
     It covers rounded coefficients, δ in α3 and α4, rounded angles and floating point.
     """
-    first, second = pairs_of_arms(alpha)
-    _, single, double, triple = coefficients.digit_errors
-    form = coefficients.bilinear_form
-    resolution = (
-        single * np.abs(first[..., 0] * second[..., 2] - first[..., 2] * second[..., 0])
-        + double * np.abs(first[..., 2] * second[..., 2])
-        + triple * np.abs(first[..., 1] * second[..., 2] - first[..., 2] * second[..., 1])
-        + 32 * _EPSILON * np.sum((np.abs(first) @ np.abs(form)) * np.abs(second), axis=-1)
-        + 8 * _EPSILON * (np.abs(form).sum() + 4 * abs(coefficients.cross))
-    )
-    derived = coefficients.sheet_error
-    if derived or angle_rounding:
-        slopes = level_determinant_slopes(alpha, coefficients)
-        resolution = resolution + slopes @ np.array([angle_rounding, angle_rounding] + [angle_rounding + derived] * 2)
-        size = np.linalg.norm(form) + abs(coefficients.cross)
-        resolution = resolution + 8 * size * (angle_rounding + derived) ** 2
-    return resolution
+    angles, sines = _sines_of(alpha)
+    slopes = sines.level_slopes(coefficients)
+    return sines.level_resolution(coefficients, slopes, angle_rounding).reshape(angles.shape[:-1])
 
 
 def level_determinant_slopes(alpha: npt.ArrayLike, coefficients: Coefficients) -> FloatArray:
     """Return |∂R/∂αᵢ| for each angle, per radian, shape (..., 4)."""
-    a1, a2, a3, a4 = np.moveaxis(tilt_angles(alpha), -1, 0)
-    form = coefficients.bilinear_form
-    right, left = pair_features(a2, a4) @ form.T, pair_features(a1, a3) @ form
-    slopes, cross, first, second = [], coefficients.cross, a1 - a3, a2 - a4
-    arms = ((a1, a3, right, second), (a2, a4, left, first), (a3, a1, right, -second), (a4, a2, left, -first))
-    for moving, still, rest, other in arms:
-        # The derivative of the pair features with respect to the moving angle.
-        parts = (-np.sin(moving) * np.cos(still), np.cos(moving) * np.sin(still), np.cos(moving + still))
-        slope = np.sum(np.stack(parts, axis=-1) * rest, axis=-1)
-        slopes.append(np.abs(slope + cross * np.cos(moving - still) * np.sin(other) if cross else slope))
-    return np.stack(slopes, axis=-1)
+    angles, sines = _sines_of(alpha)
+    return sines.level_slopes(coefficients).T.reshape(angles.shape)
 
 
 def noise_of(coefficients: Coefficients) -> float:
@@ -402,20 +473,8 @@ def zero_moment_inputs(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -> FloatA
     They are zero where the control moment matrix has rank two or less. On red and on fibres their ratios do not depend
     on the rotor height.
     """
-    a1, a2, a3, a4 = np.moveaxis(tilt_angles(alpha), -1, 0)
-    delta = math.atan(vehicle.signed_drag_ratio)
-    b1, b2, b3, b4 = a1 - delta, a2 + delta, a3 - delta, a4 + delta
-    odd, even = np.sin(b2 + b4), np.sin(b1 + b3)
-    inputs = np.stack([odd * np.cos(b3), even * np.cos(b4), odd * np.cos(b1), even * np.cos(b2)], axis=-1)
-    height = vehicle.height_ratio * math.cos(delta)
-    if height:
-        first, second = leaning_factors(alpha, delta)
-        turned = [np.sin(b3) * np.sin(a4 - a2), np.sin(b4) * np.sin(a1 - a3)]
-        turned += [np.sin(b1) * np.sin(a2 - a4), np.sin(b2) * np.sin(a3 - a1)]
-        raised = [np.sin(a3) * second, np.sin(a4) * first, np.sin(a1) * second, np.sin(a2) * first]
-        more = np.stack(turned, axis=-1) + height * np.stack(raised, axis=-1)
-        inputs = inputs + height * math.cos(delta) * more
-    return inputs
+    angles, sines = _sines_of(alpha)
+    return sines.zero_moment_inputs(vehicle).T.reshape(angles.shape)
 
 
 def zero_moment_direction(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -> FloatArray:
@@ -515,18 +574,28 @@ def singular_values_on_red(alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, vehicle
     has the columns √2·(cos αᵢ, sin βᵢ/cos δ).
     """
     a1, a2 = np.asarray(alpha1, dtype=float), np.asarray(alpha2, dtype=float)
+    (c1, c2), (s1, s2) = (np.cos(a1), np.cos(a2)), (np.sin(a1), np.sin(a2))
+    return roll_block_on_red(c1, c2, s1, s2, vehicle), yaw_block_on_red(c1, c2, s1, s2, vehicle)
+
+
+def roll_block_on_red(c1: Any, c2: Any, s1: Any, s2: Any, vehicle: Vehicle) -> Any:
+    """Return the smaller singular value of the block of roll and pitch torque, from cosines and sines of α1 and α2."""
     kappa, height = vehicle.signed_drag_ratio, vehicle.height_ratio
-    c1, c2, s1, s2 = np.cos(a1), np.cos(a2), np.sin(a1), np.sin(a2)
     a, b = c2 - kappa * s2, c1 + kappa * s1
-    alone: Any = np.minimum(np.abs(a), np.abs(b))
-    if height:  # the larger singular value is half the sum of two lengths
-        larger = np.hypot(height * (s1 + s2), a + b) + np.hypot(height * (s1 - s2), a - b)
-        alone = 2 * np.abs(a * b + height**2 * s1 * s2) / larger
+    if not height:
+        return math.sqrt(2.0) * np.minimum(np.abs(a), np.abs(b))
+    # The larger singular value is half the sum of two lengths.
+    larger = np.hypot(height * (s1 + s2), a + b) + np.hypot(height * (s1 - s2), a - b)
+    return math.sqrt(8.0) * np.abs(a * b + height**2 * s1 * s2) / larger
+
+
+def yaw_block_on_red(c1: Any, c2: Any, s1: Any, s2: Any, vehicle: Vehicle) -> Any:
+    """Return the smaller singular value of the block of yaw torque and lift, from cosines and sines of α1 and α2."""
+    kappa = vehicle.signed_drag_ratio
     p, q = s1 - kappa * c1, s2 + kappa * c2
     minor = np.abs(c1 * q - c2 * p)
     squares = c1**2 + c2**2 + p**2 + q**2
-    largest = np.sqrt((squares + np.sqrt(np.maximum(squares**2 - 4 * minor**2, 0.0))) / 2)
-    return math.sqrt(2.0) * alone, math.sqrt(2.0) * minor / largest
+    return 2.0 * minor / np.sqrt(squares + np.sqrt(np.maximum(squares**2 - 4 * minor**2, 0.0)))
 
 
 def least_singular_value_on_red(alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, vehicle: Vehicle = PAPER) -> Any:

@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -18,15 +18,16 @@ import numpy.typing as npt
 from gaitgraph.invertibility.matrices import (
     Coefficients,
     FloatArray,
+    Sines,
     leaning_factors,
     least_singular_value,
     least_singular_value_bound,
-    level_determinant,
+    roll_block_on_red,
     sensitivities,
     sensitivity_phases,
     singular_value_rate,
-    singular_values_on_red,
     thrust_signs,
+    yaw_block_on_red,
     zero_moment_inputs,
 )
 from gaitgraph.vehicle import PAPER, Vehicle
@@ -38,6 +39,7 @@ Several = Sequence[FloatArray] | FloatArray  # several of one shape, or the rows
 _BATCH = 1 << 15
 # An iteration over few points costs the same for any number of them: a few intervals are cut finer.
 _FEW, _PIECES = 32, 32
+_LONG = 0.05  # a longer segment is hardly settled without a cut [rad]
 _SHORT = 1e-12  # fractions nearer than this are halved, to the end of what floats resolve
 _TINY = float(np.finfo(float).tiny)
 _IDLE = 1e-9  # a zero-moment input below this counts as zero where its sign is proven by bounds
@@ -77,97 +79,173 @@ def least_of_each(
     starts: FloatArray,
     ends: FloatArray,
     values: Callable[[FloatArray], Several],
-    bounds: Callable[[Several, Several, FloatArray, FloatArray], Sequence[FloatArray]],
+    bounds: Callable[[FloatArray, FloatArray, FloatArray, FloatArray], Several],
     *,
-    tolerance: float,
+    tolerance: npt.ArrayLike,
     known: tuple[float, ...],
+    rows: Sequence[int] | None = None,
     floor: float = math.inf,
     each: bool = False,
     enough: FloatArray | None = None,
     at_ends: tuple[Several, Several] | None = None,
     most: int | None = None,
+    pieces: int = 1,
 ) -> tuple[Least, ...]:
     """Bracket the least of each of a few functions along straight segments, shape (m, n), all in one search.
 
-    `values` maps points, shape (k, n), to the functions, each of shape (k,), as many as `known` has numbers, then to
-    any other arrays of that shape that `bounds` needs. `bounds` returns lower bounds of the functions on intervals from
-    `values` at both ends and the ends themselves; `at_ends` are `values` at starts and ends, if at hand.
+    `values` maps points, shape (k, n), to rows of shape (k,): the functions, as many as `known` has numbers and the
+    first ones unless `rows` says which, and whatever else `bounds` needs. `bounds` returns lower bounds of the
+    functions on intervals from the rows at both ends and the ends themselves; `at_ends` are `values` at starts and
+    ends, if at hand. `pieces` is into how many the segments are cut first, where they are few.
 
     An interval whose lower bound is good enough is settled, any other is cut, until the bracket of every function is as
-    narrow as `tolerance`: that of every segment with `each`, else that of the least of all and of `known`, a value that
-    each function attains elsewhere. A segment is settled earlier once its least value is known to be above or below
-    `floor`, or above its value of `enough`, shape (m,).
+    narrow as its `tolerance`: that of every segment with `each`, else that of the least of all and of `known`, a value
+    that each function attains elsewhere. A segment is settled earlier once its least value is known to be above or
+    below `floor`, or above its value of `enough`, shape (m,) or for each function (f, m).
 
     Intervals are halved in batches, the latest first, so that memory is bounded. Work is bounded too, by `most`
     halvings, so that a bracket may stay wider than `tolerance`; `lower` is always valid.
     """
-    steps, functions = ends - starts, range(len(known))
-    v0, v1 = at_ends if at_ends is not None else (values(starts), values(ends))
-    best = [np.minimum(v0[k], v1[k]) for k in functions]
-    fraction = [np.where(v1[k] < v0[k], 1.0, 0.0) for k in functions]
-    lower = [one.copy() for one in best]
-    overall = [min(known[k], float(best[k].min())) for k in functions]
-    # An interval has its segment and two rows, one for each end: the fraction, the angles, the values.
-    base = 1 + starts.shape[1]  # column of the first value
-    first = np.column_stack([np.zeros(len(starts)), starts, *v0])
-    last = np.column_stack([np.ones(len(starts)), ends, *v1])
-    batches: list[tuple[Any, FloatArray, FloatArray]] = [(np.arange(len(starts)), first, last)]
-    halvings = 0
+    count, most, functions = len(starts), _MOST_HALVINGS if most is None else most, len(known)
+    steps, origins, base = (ends - starts).T, starts.T, 1 + starts.shape[1]  # base: row of the first value
+    which: Any = slice(base, base + functions) if rows is None else base + np.array(rows)
+    margin = np.reshape(tolerance, (-1, 1))
+
+    # A node has its fraction of the segment, its angles and its values, as rows.
+    def nodes_at(fraction: FloatArray, segment: Any) -> FloatArray:
+        """Return the nodes at fractions of segments, shape (j, k)."""
+        places = origins[:, None, segment] + fraction * steps[:, None, segment]
+        found = np.asarray(values(places.reshape(base - 1, -1).T))
+        return np.concatenate([fraction[None], places, found.reshape(-1, *fraction.shape)])
+
+    every, halvings = np.arange(count), 0
+    pieces = pieces if count <= min(_FEW, most) else 1
+    fractions = np.arange(pieces + 1) / pieces
+    if pieces == 1 and at_ends is not None:
+        sides = ((0.0, starts, at_ends[0]), (1.0, ends, at_ends[1]))
+        nodes = np.stack([np.concatenate([np.full((1, count), s), p.T, v]) for s, p, v in sides], axis=1)
+    else:
+        nodes = nodes_at(np.repeat(fractions[:, None], count, axis=1), every)
+    found = nodes[which]
+    best, fraction = found.min(axis=1), fractions[found.argmin(axis=1)]
+    lower, overall = best.copy(), np.minimum(best.min(axis=1), known)[:, None]
+    offsets = count * np.arange(functions)[:, None]  # of functions in flat arrays of shape (f, m)
+    if enough is not None:
+        enough = np.broadcast_to(enough, best.shape)
+
+    batches: list[tuple[Any, FloatArray, FloatArray]] = []
+
+    def cut_at(nodes: FloatArray, segment: Any) -> None:
+        # The first piece of every interval, then the second: each ends where the next begins.
+        pieced = np.repeat(segment[None], nodes.shape[1] - 1, axis=0).reshape(-1)
+        firsts, lasts = (side.reshape(len(nodes), -1) for side in (nodes[:, :-1], nodes[:, 1:]))
+        for start in range(0, len(pieced), _BATCH):
+            part = slice(start, start + _BATCH)
+            batches.append((pieced[part], firsts[:, part], lasts[:, part]))
+
+    cut_at(nodes, every)
     while batches:
         segment, first, last = batches.pop()
-        before, after = first.T[base:], last.T[base:]
-        least = bounds(before, after, first[:, 1:base], last[:, 1:base])
-        open_ = np.zeros(len(segment), dtype=bool)
-        for k in functions:
-            reference: Any = best[k][segment] if each else overall[k]
-            unsettled = least[k] < np.minimum(reference - tolerance, floor)
-            if math.isfinite(floor):
-                unsettled &= reference >= floor
-            if enough is not None:
-                unsettled &= least[k] < enough[segment]
-            open_ |= unsettled
-        width = last[:, 0] - first[:, 0]
+        before, after = first[base:], last[base:]
+        least = np.asarray(bounds(before, after, first[1:base].T, last[1:base].T))
+        reference: Any = best[:, segment] if each else overall
+        unsettled = least < np.minimum(reference - margin, floor)
+        if math.isfinite(floor):
+            unsettled &= reference >= floor
+        if enough is not None:
+            unsettled &= least < enough[:, segment]
+        open_ = unsettled.any(axis=0)
+        width = last[0] - first[0]
         finely = float(width.min()) > _SHORT
         if not finely:
-            middle = first[:, 0] + width / 2
+            middle = first[0] + width / 2
             # A fraction that no longer splits the interval is the end of what floats resolve.
-            whole = open_ & ~((middle > first[:, 0]) & (middle < last[:, 0]))
-            for k in functions:
-                least[k][whole] = np.minimum(before[k], after[k])[whole]
+            whole = open_ & ~((middle > first[0]) & (middle < last[0]))
+            least[:, whole] = np.minimum(first[which], last[which])[:, whole]
             open_ &= ~whole
         count = int(np.count_nonzero(open_))
         halvings += count
-        if halvings > (most or _MOST_HALVINGS):
+        if halvings > most:
             open_[:], count = False, 0
-        for k in functions:
-            np.minimum.at(lower[k], segment[~open_], least[k][~open_])
+        settled = ~open_
+        at = (offsets + segment[settled]).reshape(-1)
+        np.minimum.at(lower.reshape(-1), at, least[:, settled].reshape(-1))
         if not count:
             continue
-        segment, first, last, width = segment[open_], first[open_], last[open_], width[open_]
+        segment, first, last, width = segment[open_], first[:, open_], last[:, open_], width[open_]
         pieces = _PIECES if finely and count <= _FEW else 2
-        nodes = np.empty((pieces + 1, *first.shape))
-        nodes[0], nodes[-1], inner = first, last, nodes[1:-1]
-        inner[..., 0] = first[:, 0] + np.arange(1, pieces)[:, None] / pieces * width
-        inner[..., 1:base] = starts[segment] + inner[..., :1] * steps[segment]
-        for k, found in enumerate(values(inner[..., 1:base].reshape(-1, base - 1)), start=base):
-            inner[..., k] = found.reshape(pieces - 1, count)
-        for k in functions:
-            found = inner[..., base + k]
-            better = np.flatnonzero(found.min(axis=0) < best[k][segment])
-            if not better.size:
-                continue
-            lowest = inner[np.argmin(found[:, better], axis=0), better]
-            order = np.argsort(lowest[:, base + k], kind="stable")[::-1]  # the last of a segment is its least
-            at = segment[better[order]]
-            best[k][at], fraction[k][at] = lowest[order, base + k], lowest[order, 0]
-            overall[k] = min(overall[k], float(lowest[:, base + k].min()))
-        # The first piece of every interval, then the second: each ends where the next begins.
-        pieced = np.tile(segment, pieces)
-        firsts, lasts = (side.reshape(len(pieced), -1) for side in (nodes[:-1], nodes[1:]))
-        for start in range(0, len(pieced), _BATCH):
-            part = slice(start, start + _BATCH)
-            batches.append((pieced[part], firsts[part], lasts[part]))
-    return tuple(Least(lower=np.minimum(lower[k], best[k]), upper=best[k], fraction=fraction[k]) for k in functions)
+        inner = nodes_at(first[0] + np.arange(1, pieces)[:, None] / pieces * width, segment)
+        found = inner[which]
+        better = found.min(axis=1) < best[:, segment]
+        for k in np.flatnonzero(better.any(axis=1)).tolist():
+            of = np.flatnonzero(better[k])
+            nearest = found[k, :, of].argmin(axis=1)
+            lowest = found[k, nearest, of]
+            order = np.argsort(lowest, kind="stable")[::-1]  # the last of a segment is its least
+            at = segment[of[order]]
+            best[k, at], fraction[k, at] = lowest[order], inner[0, nearest, of][order]
+            overall[k] = min(overall[k, 0], float(lowest.min()))
+        cut_at(np.concatenate([first[:, None], inner, last[:, None]], axis=1), segment)
+    return tuple(
+        Least(lower=np.minimum(lower[k], best[k]), upper=best[k], fraction=fraction[k]) for k in range(functions)
+    )
+
+
+class Quantity(NamedTuple):
+    """Functions of the tilt angles that :func:`least_of_each` brackets, each to within its tolerance.
+
+    `values` has `size` rows: the functions, one for each tolerance, and what `bounds` needs.
+    """
+
+    values: Callable[[Sines], FloatArray]
+    bounds: Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]
+    tolerances: tuple[float, ...]
+    size: int
+
+
+def least_of_quantities(
+    starts: FloatArray,
+    ends: FloatArray,
+    quantities: Sequence[Quantity],
+    *,
+    points: Sines | None = None,
+    **options: Any,
+) -> tuple[Least, ...]:
+    """Bracket the least of the functions of all quantities in one search; options as for :func:`least_of_each`.
+
+    `points` are the sines at the points that consecutive segments join, if at hand, shape (m + 1,).
+    """
+    stops = np.cumsum([quantity.size for quantity in quantities]).tolist()
+    parts = [slice(stop - quantity.size, stop) for stop, quantity in zip(stops, quantities, strict=True)]
+
+    def values(sines: Sines) -> FloatArray:
+        return np.concatenate([quantity.values(sines) for quantity in quantities])
+
+    def bounds(v0: FloatArray, v1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
+        found = [each.bounds(v0[part], v1[part], p0, p1) for part, each in zip(parts, quantities, strict=True)]
+        return np.concatenate(found)
+
+    pieces, at_ends = 1, None
+    if len(starts) <= _FEW and float(np.abs(ends - starts).max()) > _LONG:
+        pieces = _PIECES
+    elif points is not None:
+        found = values(points)
+        at_ends = found[:, :-1], found[:, 1:]
+    functions = ((part.start, each.tolerances) for part, each in zip(parts, quantities, strict=True))
+    rows, tolerances = zip(
+        *((at + k, tolerance) for at, all_ in functions for k, tolerance in enumerate(all_)), strict=True
+    )
+    return least_of_each(
+        starts,
+        ends,
+        lambda alpha: values(Sines.of(alpha)),
+        bounds,
+        tolerance=tolerances,
+        rows=rows,
+        at_ends=at_ends,
+        pieces=pieces,
+        **options,
+    )
 
 
 def least_of_bent(f0: FloatArray, f1: FloatArray, bend: FloatArray) -> FloatArray:
@@ -240,6 +318,20 @@ def _form_of_sums(coefficients: Coefficients) -> tuple[FloatArray, FloatArray, f
     return factors, np.hypot(*factors), float(np.linalg.norm(form[1:, 1:], 2))
 
 
+def level_quantity(
+    coefficients: Coefficients, signs: tuple[float, ...] = (1.0, -1.0), *, tolerances: tuple[float, ...]
+) -> Quantity:
+    """Return sign·R for each of some signs."""
+
+    def values(sines: Sines) -> FloatArray:
+        return np.asarray(np.multiply.outer(signs, sines.level_determinant(coefficients)))
+
+    def bounds(v0: FloatArray, v1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
+        return least_of_bent(v0, v1, level_determinant_curvature(p0, p1 - p0, coefficients))
+
+    return Quantity(values, bounds, tolerances, len(signs))
+
+
 def range_of_level_determinant(
     starts: FloatArray,
     ends: FloatArray,
@@ -248,20 +340,11 @@ def range_of_level_determinant(
     signs: tuple[float, ...] = (1.0, -1.0),
     tolerance: float = 1e-6,
     known: tuple[float, ...] = (math.inf, math.inf),
-    at_ends: tuple[FloatArray, FloatArray] | None = None,
     **options: Any,
 ) -> tuple[Least, ...]:
-    """Bracket the least of sign·R along segments for each of some signs, in one search; `at_ends` are values of R."""
-
-    def values(alpha: FloatArray) -> FloatArray:
-        return np.asarray(np.multiply.outer(signs, level_determinant(alpha, coefficients)))
-
-    def bounds(v0: Several, v1: Several, p0: FloatArray, p1: FloatArray) -> list[FloatArray]:
-        curvature = level_determinant_curvature(p0, p1 - p0, coefficients)
-        return [least_of_bent(f0, f1, curvature) for f0, f1 in zip(v0, v1, strict=True)]
-
-    both: Any = None if at_ends is None else [np.multiply.outer(signs, value) for value in at_ends]
-    return least_of_each(starts, ends, values, bounds, tolerance=tolerance, known=known, at_ends=both, **options)
+    """Bracket the least of sign·R along segments for each of some signs, in one search."""
+    quantity = level_quantity(coefficients, signs, tolerances=(tolerance,) * len(signs))
+    return least_of_quantities(starts, ends, [quantity], known=known, **options)
 
 
 def least_level_determinant(
@@ -347,8 +430,21 @@ def singular_value_bound(vehicle: Vehicle, *, level: bool = True) -> Bound:
     return bound
 
 
-def _on_red(starts: FloatArray, ends: FloatArray) -> bool:
-    return all(np.array_equal(side[:, :2], side[:, 2:]) for side in (starts, ends))
+def is_red(*points: FloatArray) -> bool:
+    """Return whether points lie exactly on red, where α3 = α1 and α4 = α2."""
+    return all(bool((side[:, :2] == side[:, 2:]).all()) for side in points)
+
+
+def block_quantity(vehicle: Vehicle, *, tolerance: float) -> Quantity:
+    """Return the smaller singular value on red of the block of yaw and lift, with a rotor height of both blocks."""
+    bound = singular_value_bound(vehicle)
+
+    def values(sines: Sines) -> FloatArray:
+        sides = (*sines.cosine[:2], *sines.sine[:2], vehicle)
+        value = yaw_block_on_red(*sides)
+        return np.asarray(np.minimum(value, roll_block_on_red(*sides)) if vehicle.height_ratio else value)[None]
+
+    return Quantity(values, lambda v0, v1, p0, p1: bound(v0[0], v1[0], p0, p1)[None], (tolerance,), 1)
 
 
 def least_singular_value_along(
@@ -360,32 +456,48 @@ def least_singular_value_along(
     values, and the other alone is searched. Off the sheet every end costs a decomposition: see
     :func:`least_singular_value_of_all`.
     """
-    bound = singular_value_bound(vehicle)
-    if not _on_red(starts, ends):
+    if not is_red(starts, ends):
         value = partial(least_singular_value, vehicle=vehicle)
-        return least_along(starts, ends, value, bound, tolerance=tolerance, **options)
+        return least_along(starts, ends, value, singular_value_bound(vehicle), tolerance=tolerance, **options)
+    cosines = LeastCosines.along(starts, ends, vehicle)
+    enough = cosines.value if options.get("each") else np.full(len(starts), cosines.value.min())
+    known = (options.pop("known", math.inf),)
+    quantity = block_quantity(vehicle, tolerance=tolerance)
+    (found,) = least_of_quantities(starts, ends, [quantity], enough=enough, known=known, **options)
+    return cosines.joined(found)
 
-    raised = vehicle.height_ratio != 0
 
-    def block(alpha: FloatArray) -> FloatArray:
-        first, second = singular_values_on_red(alpha[:, 0], alpha[:, 1], vehicle)
-        return np.asarray(np.minimum(first, second) if raised else second)
+class LeastCosines(NamedTuple):
+    """The least of the two singular values on red that are cosines along segments, shape (m,); infinite if raised."""
 
-    delta = math.atan(vehicle.signed_drag_ratio)
-    phases = [side[:, :2] + np.array([-delta, delta]) + math.pi / 2 for side in (starts, ends)]
-    alone = math.sqrt(2.0) / math.cos(delta) * least_sine(phases[0], phases[1]).min(axis=1)
-    alone = np.full(len(alone), np.inf) if raised else alone
-    enough = alone if options.get("each") else np.full(len(alone), alone.min())
-    third = least_along(starts, ends, block, bound, tolerance=tolerance, enough=enough, **options)
-    fraction = np.where(third.upper <= alone, third.fraction, where_least_sine(phases[0], phases[1]))
-    return Least(lower=np.minimum(third.lower, alone), upper=np.minimum(third.upper, alone), fraction=fraction)
+    value: FloatArray
+    phases: tuple[FloatArray, FloatArray]
+
+    @classmethod
+    def along(cls, starts: FloatArray, ends: FloatArray, vehicle: Vehicle) -> LeastCosines:
+        """Return them for segments on red."""
+        delta = math.atan(vehicle.signed_drag_ratio)
+        shift = np.array([math.pi / 2 - delta, math.pi / 2 + delta])
+        phases = starts[:, :2] + shift, ends[:, :2] + shift
+        if vehicle.height_ratio:
+            return cls(np.full(len(starts), np.inf), phases)
+        return cls(math.sqrt(2.0) / math.cos(delta) * least_sine(*phases).min(axis=1), phases)
+
+    def joined(self, block: Least) -> Least:
+        """Return the least of these and of the other singular values."""
+        nearer = self.value < block.upper
+        if not nearer.any():
+            return block
+        fraction = np.where(nearer, where_least_sine(*self.phases), block.fraction)
+        lower, upper = np.minimum(block.lower, self.value), np.minimum(block.upper, self.value)
+        return Least(lower=lower, upper=upper, fraction=fraction)
 
 
 def least_singular_value_of_all(
     starts: FloatArray, ends: FloatArray, vehicle: Vehicle = PAPER, *, tolerance: float = 1e-4, known: float = math.inf
 ) -> Least:
     """Bracket the least singular value over many segments; `upper` is infinite where no decomposition was needed."""
-    if _on_red(starts, ends):
+    if is_red(starts, ends):
         return least_singular_value_along(starts, ends, vehicle, tolerance=tolerance, known=known)
     low0, lower = _undecomposed_bounds(starts, ends, vehicle)
     upper, fraction = np.full(len(starts), np.inf), np.zeros(len(starts))
@@ -436,7 +548,7 @@ def keeps_singular_value_above(
 
     Decided to within 1e-6 of the floor; what is closer than that counts as below.
     """
-    if _on_red(starts, ends):
+    if is_red(starts, ends):
         above = _bound_along_red(starts, ends, vehicle) >= floor
     else:
         above = _undecomposed_bounds(starts, ends, vehicle)[1] >= floor
@@ -454,7 +566,7 @@ def thrusts_push_up(starts: FloatArray, ends: FloatArray, vehicle: Vehicle = PAP
     opposite signs; off red their signs are then proven by bounds, and what is nearly zero does not count as positive.
     """
     s0, s1 = _phases_of_inputs(starts, vehicle), _phases_of_inputs(ends, vehicle)
-    if vehicle.height_ratio and _on_red(starts, ends):
+    if vehicle.height_ratio and is_red(starts, ends):
         s0, s1 = s0[:, :2] / 2, s1[:, :2] / 2
         kept = (least_sine(s0, s1) > 0).all(axis=-1) & (np.prod(np.sin((s0 + s1) / 2), axis=-1) < 0)
     elif vehicle.height_ratio:
@@ -489,7 +601,7 @@ def _phases_of_inputs(alpha: FloatArray, vehicle: Vehicle) -> FloatArray:
 
 def where_thrusts_vanish(start: FloatArray, end: FloatArray, vehicle: Vehicle = PAPER) -> float:
     """Return the fraction of a segment at which a factor of the zero-moment inputs is least, or vanishes."""
-    if vehicle.height_ratio and not _on_red(start[None], end[None]):  # there are no factors; to 0.5 % of the segment
+    if vehicle.height_ratio and not is_red(start[None], end[None]):  # there are no factors; to 0.5 % of the segment
         at = np.linspace(0.0, 1.0, 201)
         inputs = zero_moment_inputs(start + at[:, None] * (end - start), vehicle)
         return float(at[np.argmin(np.abs(inputs).min(axis=1))])
@@ -512,40 +624,42 @@ def thrust_shares_along(
     upward = thrusts_push_up(starts, ends, vehicle)
     (lower, upper), fraction = np.full((2, 2, len(starts)), np.nan), np.zeros((2, len(starts)))
     if upward.any():
-
-        def values(alpha: FloatArray) -> tuple[FloatArray, ...]:
-            # The least share, minus the largest, then |w₀| of each rotor and V: where all push up, a share is |wᵢ|/V
-            # with V = Σ|wⱼ|·cos αⱼ, as in hover_thrust_shares.
-            inputs = np.abs(zero_moment_inputs(alpha, vehicle))
-            lift = (inputs * np.cos(alpha)).sum(axis=-1)
-            return inputs.min(axis=-1) / lift, -inputs.max(axis=-1) / lift, *inputs.T, lift
-
-        bounds = partial(_bounds_of_shares, vehicle=vehicle)
-        found = least_of_each(starts[upward], ends[upward], values, bounds, tolerance=tolerance, each=each, known=known)
+        quantity = share_quantity(vehicle, tolerance=tolerance)
+        found = least_of_quantities(starts[upward], ends[upward], [quantity], each=each, known=known)
         for k, one in enumerate(found):
             lower[k, upward], upper[k, upward], fraction[k, upward] = one.lower, one.upper, one.fraction
     least, largest = (Least(lower=lower[k], upper=upper[k], fraction=fraction[k]) for k in range(2))
     return upward, least, largest
 
 
-def _bounds_of_shares(v0: Several, v1: Several, p0: FloatArray, p1: FloatArray, vehicle: Vehicle) -> list[FloatArray]:
-    """Return lower bounds of the least share and of minus the largest on intervals where all rotors push up.
+_SENSES = np.array([1.0, -1.0])[:, None, None]
 
-    |wᵢ|, V and |wᵢ| − c·V have bounded second derivatives, where c is the least share at both ends. A share is below c
-    by no more than the deficit of |wᵢ| − c·V over the least of V. The same holds for the largest share, reversed.
+
+def share_quantity(vehicle: Vehicle, *, tolerance: float) -> Quantity:
+    """Return the least share of the weight and minus the largest, where all rotors push up.
+
+    There a share is |wᵢ|/V with V = Σ|wⱼ|·cos αⱼ, as in ``hover_thrust_shares``, of bounded second derivatives.
     """
-    bends, lift_bend = _bends_of_inputs(p1 - p0, vehicle)
-    bends = bends.T
-    inputs0, lift0, inputs1, lift1 = np.asarray(v0[2:6]), v0[6], np.asarray(v1[2:6]), v1[6]
-    least_lift = np.maximum(least_of_bent(lift0, lift1, lift_bend), 1e-300)
-    out = []
-    for k, sense in enumerate((1.0, -1.0)):
-        c = np.minimum(v0[k], v1[k])
-        apart0, apart1 = sense * inputs0 - c * lift0, sense * inputs1 - c * lift1
-        deficit = least_of_bent(apart0, apart1, bends + np.abs(c) * lift_bend).min(axis=0)
+
+    def values(sines: Sines) -> FloatArray:
+        inputs = np.abs(sines.zero_moment_inputs(vehicle))
+        lift = (inputs * sines.cosine).sum(axis=0)
+        return np.concatenate([[inputs.min(axis=0) / lift, -inputs.max(axis=0) / lift], inputs, lift[None]])
+
+    def bounds(v0: FloatArray, v1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
+        # |wᵢ| − c·V is bent too, where c is the rotor's least share at both ends, and at least 0 there. Its share is
+        # below c by no more than the deficit of that over the least of V. The same holds for the largest, reversed.
+        bends, lift_bend = _bends_of_inputs(p1 - p0, vehicle)
+        first, last = _SENSES * v0[2:6], _SENSES * v1[2:6]
+        least_lift = np.maximum(least_of_bent(v0[6], v1[6], lift_bend), 1e-300)
         with np.errstate(over="ignore"):  # at a corner of the square V vanishes, and a share has no bound
-            out.append(c + np.minimum(deficit, 0.0) / least_lift)
-    return [np.maximum(out[0], 0.0), out[1]]
+            c = np.minimum(first / v0[6], last / v1[6])
+            deficit = least_of_bent(first - c * v0[6], last - c * v1[6], bends.T + np.abs(c) * lift_bend)
+            out = (c + np.minimum(deficit, 0.0) / least_lift).min(axis=1)
+        np.maximum(out[0], 0.0, out=out[0])
+        return np.asarray(out)
+
+    return Quantity(values, bounds, (tolerance, tolerance), 7)
 
 
 def _bends_of_inputs(step: FloatArray, vehicle: Vehicle) -> tuple[FloatArray, FloatArray]:

@@ -10,13 +10,14 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.angles import angle_within, checked_number
-from gaitgraph.invertibility.segment_bounds import Least, largest_residual
+from gaitgraph.invertibility.segment_bounds import Least, is_red, largest_residual
 from gaitgraph.surface.sheets import (
     DEFAULT_CROSSING_TOLERANCE,
     FAMILIES,
@@ -85,7 +86,7 @@ class Criteria:
         return rate * math.sqrt(8.0) * self.beside
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Segments:
     """Consecutive straight segments of a gait."""
 
@@ -119,6 +120,17 @@ class Segments:
     def ends(self) -> FloatArray:
         """The end of each segment, shape (m, 4) [rad]."""
         return self.alpha[1:]
+
+    @cached_property
+    def on_red(self) -> bool:
+        """Whether all points lie exactly on the red sheet, as those of a lifted loop do."""
+        return is_red(self.alpha)
+
+    @cached_property
+    def color(self) -> int:
+        """The sheet, +1 or −1, if all points have the same, else 0."""
+        first = int(self.sheet[0])
+        return first if abs(first) == 1 and bool((self.sheet == first).all()) else 0
 
     def place(self, segment: int, fraction: float = 0.0) -> GaitPoint:
         """Return the place at a fraction of a segment, counted from 0 within these."""
@@ -218,6 +230,10 @@ class OnSurface(Rule):
     def update(self, block: Segments) -> None:
         """Bracket the largest residual."""
         tolerance, known = self.criteria.tolerance / 100, self.worst.upper
+        if block.on_red:  # both products of sines vanish
+            zero = np.zeros(len(block.starts))
+            self.worst.update(Least(lower=zero, upper=zero, fraction=zero), block)
+            return
         found = largest_residual(block.starts, block.ends, self.criteria.coefficients, tolerance=tolerance, known=known)
         self.worst.update(found, block)
 
@@ -243,8 +259,8 @@ class TwoColor(Rule):
 
     def update(self, block: Segments) -> None:
         """Find the first pair of points that may not be neighbours."""
-        self.families |= set(np.unique(block.sheet).tolist()) - {0}
-        if self.broken is not None:
+        self.families |= {block.color} if block.color else set(np.unique(block.sheet).tolist()) - {0}
+        if self.broken is not None or block.color:  # on one sheet no two types are + and −
             return
         criteria = self.criteria
         third, fourth = family_types(block.alpha, block.sheet, criteria.coefficients, criteria.crossing_tolerance)
@@ -294,8 +310,12 @@ class Continuous(Rule):
     def update(self, block: Segments) -> None:
         """Compare points with the sheets of their colors, and segments with the sheets of their ends."""
         sheet, criteria = block.sheet, self.criteria
-        bare, fibered = sheet == 0, sheet > 1
         self.inferred_errors = np.zeros(len(sheet))
+        if block.on_red and block.color > 0:
+            if self.ratio < 0:
+                self.ratio, self.jump, self.limit, self.place = 0.0, 0.0, criteria.tolerance, block.place(0)
+            return
+        bare, fibered = sheet == 0, sheet > 1
         if bare.any():
             self.bare = self.bare or block.place(int(np.argmax(bare)))
             if bare.all():
