@@ -45,6 +45,8 @@ DEFAULT_FLOOR = 0.05
 _PUBLISHED = (2.880, 5.592, 0.9716, 0.1687)
 _PUBLISHED_ROUNDING = (5e-4, 5e-4, 5e-5, 5e-5)
 _EPSILON = float(np.finfo(float).eps)
+_TINY = float(np.finfo(float).tiny)
+_MINORS_ROUNDED = 1000 * _EPSILON  # more than a sum of minors of order three is off
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -526,52 +528,48 @@ def largest_least_singular_value(vehicle: Vehicle) -> float:
 
 
 def least_singular_value_bound(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -> FloatArray:
-    """Return a lower bound of :func:`least_singular_value`, level, ten times cheaper, shape (...).
+    """Return a lower bound of :func:`least_singular_value`, level, twenty times cheaper, shape (...).
 
-    The squared singular values are the roots of λ⁴ − e1·λ³ + e2·λ² − e3·λ + e4, where e4 is the squared determinant and
-    e3 the sum of the squares of all 3×3 minors. Newton's iteration from λ = 0 increases towards the least root. All
-    that is for rotors at the height of the centre of mass. A height adds a matrix with entries H·sin αᵢ, two in either
-    of two rows, and takes off no more than its norm.
+    The squared singular values are the roots of λ⁴ − e1·λ³ + e2·λ² − e3·λ + e4, whose coefficients are the sums of the
+    principal minors of the products of rows; e4 is the squared determinant. Laguerre's iteration from λ = 0 increases
+    towards the least root, and e3 is rounded up, which lowers that. All this is for rotors at the height of the centre
+    of mass. A height adds a matrix with entries H·sin αᵢ, two in either of two rows, and takes off no more than its
+    norm.
     """
     kappa = vehicle.signed_drag_ratio
-    angles = np.stack(list(np.moveaxis(tilt_angles(alpha), -1, 0)))
-    sine, cosine = np.sin(angles), np.cos(angles)
+    angles = tilt_angles(alpha).T
+    sine, lift = np.sin(angles), np.cos(angles)
     sense = kappa * np.array([1.0, -1.0, 1.0, -1.0]).reshape(4, *[1] * (sine.ndim - 1))
-    # The entries, with column signs that thrust up: arms 2 and 4 roll, arms 1 and 3 pitch, all four yaw and lift.
-    y1, x2, y3, x4 = (cosine + sense * sine) * np.array([-1.0, 1.0, 1.0, -1.0]).reshape(sense.shape)
-    yaw1, yaw2, yaw3, yaw4 = sense * cosine - sine
-    lift1, lift2, lift3, lift4 = cosine
-    m12, m34 = yaw1 * lift2 - yaw2 * lift1, yaw3 * lift4 - yaw4 * lift3
-    m13, m24 = yaw1 * lift3 - yaw3 * lift1, yaw2 * lift4 - yaw4 * lift2
-    m14, m23 = yaw1 * lift4 - yaw4 * lift1, yaw2 * lift3 - yaw3 * lift2
-    rolled, pitched = x2**2 + x4**2, y1**2 + y3**2
-    e4 = (x2 * (y3 * m14 - y1 * m34) - x4 * (y1 * m23 + y3 * m12)) ** 2
-    e3 = (
-        pitched * ((x2 * yaw4 - x4 * yaw2) ** 2 + (x2 * lift4 - x4 * lift2) ** 2 + m24**2)
-        + rolled * ((y1 * yaw3 - y3 * yaw1) ** 2 + (y1 * lift3 - y3 * lift1) ** 2 + m13**2)
-        + (y1 * m23 + y3 * m12) ** 2
-        + (y1 * m34 - y3 * m14) ** 2
-        + (x2 * m34 + x4 * m23) ** 2
-        + (x4 * m12 - x2 * m14) ** 2
-    )
-    odd, even = y1 * y3 + yaw1 * yaw3 + lift1 * lift3, x2 * x4 + yaw2 * yaw4 + lift2 * lift4
-    across = sum(
-        (i * k + p * q) ** 2 for i, p in ((yaw1, lift1), (yaw3, lift3)) for k, q in ((yaw2, lift2), (yaw4, lift4))
-    )
-    squares = (1.0 + kappa**2) + cosine**2
-    e1 = squares.sum(axis=0)
-    e2 = (e1**2 - (squares**2).sum(axis=0)) / 2 - odd**2 - even**2 - across
-    root = np.zeros_like(e1)
-    for _ in range(5):
-        slope = ((4 * root - 3 * e1) * root + 2 * e2) * root - e3
-        height = (((root - e1) * root + e2) * root - e3) * root + e4
-        with np.errstate(divide="ignore", invalid="ignore"):
-            root = root + np.where(slope < 0, np.maximum(height, 0.0) / -slope, 0.0)
+    # Up to signs of rows and columns: arms 1 and 3 pitch, arms 2 and 4 roll, either against the other; all four yaw and
+    # lift. A column without its lift has the length √(1 + κ²).
+    turn, yaw = lift + sense * sine, sense * lift - sine
+    squares, yawed, lifted = turn * turn, turn * yaw, turn * lift
+    pitch, roll = squares[:2] + squares[2:]
+    yaws, lifts, across = 4.0 * (1.0 + kappa**2) - (pitch + roll), (lift * lift).sum(axis=0), (yaw * lift).sum(axis=0)
+    (pitch_yaw, roll_yaw), (pitch_lift, roll_lift) = yawed[:2] - yawed[2:], lifted[:2] - lifted[2:]
+    both, two, minor = pitch + roll, pitch * roll, yaws * lifts - across * across
+    of_pitch, of_roll = pitch_yaw * pitch_yaw + pitch_lift * pitch_lift, roll_yaw * roll_yaw + roll_lift * roll_lift
+    e1 = both + yaws + lifts
+    e2 = two + both * (yaws + lifts) + minor - of_pitch - of_roll
+    e3 = both * minor + two * (yaws + lifts) - pitch * of_roll - roll * of_pitch + _MINORS_ROUNDED * (1 + kappa**2) ** 3
+    e3 -= lifts * (pitch_yaw * pitch_yaw + roll_yaw * roll_yaw) + yaws * (pitch_lift**2 + roll_lift**2)
+    e3 += 2 * across * (pitch_yaw * pitch_lift + roll_yaw * roll_lift)
+    (t1, t2, t3, t4), (y1, y2, y3, y4), (c1, c2, c3, c4) = turn, yaw, lift
+    e4 = t2 * (t3 * (y1 * c4 - y4 * c1) + t1 * (y3 * c4 - y4 * c3))
+    e4 = (e4 + t4 * (t3 * (y1 * c2 - y2 * c1) - t1 * (y2 * c3 - y3 * c2))) ** 2
+    slope, height, bend, root = -e3, e4, 2 * e2, np.zeros_like(e1)
+    for again in (True, True, True, False):
+        steep = np.sqrt(np.maximum(9 * slope * slope - 12 * height * bend, 0.0)) - slope
+        root = root + 4 * height / np.maximum(steep, _TINY)
+        if again:
+            height = np.maximum((((root - e1) * root + e2) * root - e3) * root + e4, 0.0)
+            slope = ((4 * root - 3 * e1) * root + 2 * e2) * root - e3
+            bend = (12 * root - 6 * e1) * root + 2 * e2
     bound = np.sqrt(root) * (1 - 1e-6)
     if raised := abs(vehicle.height_ratio):
-        norm = np.sqrt(np.maximum(sine[0] ** 2 + sine[2] ** 2, sine[1] ** 2 + sine[3] ** 2))
-        bound = np.maximum(bound - raised * norm, 0.0)
-    return np.asarray(bound)
+        raising = sine[:2] ** 2 + sine[2:] ** 2
+        bound = np.maximum(bound - raised * np.sqrt(raising.max(axis=0)), 0.0)
+    return np.asarray(bound.T)
 
 
 def singular_values_on_red(alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, vehicle: Vehicle = PAPER) -> tuple[Any, Any]:

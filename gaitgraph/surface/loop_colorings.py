@@ -94,7 +94,7 @@ def color_choices(
     a1, a2 = np.asarray(alpha1, dtype=float), np.asarray(alpha2, dtype=float)
     noise = noise_of(coefficients)
     crossing = [part == 0 for part in types_of("red", a1, a2, coefficients, crossing_tolerance)]
-    choices = {sign: np.column_stack([np.zeros((len(a1), 2), dtype=bool), *crossing]) for sign in SIGNS}
+    choices = {sign: np.array([*np.zeros((2, len(a1)), dtype=bool), *crossing]).T for sign in SIGNS}
     for k, color in enumerate(COLORS):
         if color == "blue" and coefficients.kind != "published":
             continue  # R = 0 has no sign
