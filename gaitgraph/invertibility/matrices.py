@@ -152,12 +152,18 @@ def _coefficients(vehicle: Vehicle, kind: Kind | None) -> Coefficients:
     )
 
 
+class _Form(NamedTuple):
+    form: FloatArray
+    sizes: FloatArray  # of its entries
+    norm: float  # with the term `cross`, like `total`
+    total: float
+
+
 @lru_cache(maxsize=64)
-def _form_of(coefficients: Coefficients) -> tuple[FloatArray, float, float]:
-    """Return the sizes of the entries of the bilinear form, and the form's norm and total with the term `cross`."""
-    sizes = np.abs(coefficients.bilinear_form)
-    cross = abs(coefficients.cross)
-    return sizes, float(np.linalg.norm(sizes)) + cross, float(sizes.sum()) + 4 * cross
+def _form_of(coefficients: Coefficients) -> _Form:
+    """Return the bilinear form of R and its sizes."""
+    form, cross = coefficients.bilinear_form, abs(coefficients.cross)
+    return _Form(form, np.abs(form), float(np.linalg.norm(form)) + cross, float(np.abs(form).sum()) + 4 * cross)
 
 
 def tilt_angles(alpha: npt.ArrayLike) -> FloatArray:
@@ -169,12 +175,13 @@ def tilt_angles(alpha: npt.ArrayLike) -> FloatArray:
 
 
 class Sines(NamedTuple):
-    """Cosines and sines of tilt angles, shape (4, k), and the features of both pairs of arms, shape (3, 2, k) [rad].
+    """Tilt angles [rad], their cosines and sines, shape (4, k), and the features of both pairs of arms, (3, 2, k).
 
     The features are those of :func:`pair_features`. What depends on the angles at level attitude is made of these, so
     that each sine is computed once.
     """
 
+    alpha: FloatArray
     cosine: FloatArray
     sine: FloatArray
     features: FloatArray
@@ -182,33 +189,35 @@ class Sines(NamedTuple):
     @classmethod
     def of(cls, alpha: FloatArray) -> Sines:
         """Return those of points, shape (k, 4) [rad]."""
-        c, s = np.cos(alpha.T), np.sin(alpha.T)
-        return cls(c, s, np.array([c[:2] * c[2:], s[:2] * s[2:], s[:2] * c[2:] + c[:2] * s[2:]]))
+        rows = alpha.T
+        c, s = np.cos(rows), np.sin(rows)
+        return cls(rows, c, s, np.array([c[:2] * c[2:], s[:2] * s[2:], s[:2] * c[2:] + c[:2] * s[2:]]))
 
     def level_determinant(self, coefficients: Coefficients) -> FloatArray:
         """Return R of equation (6), shape (k,); see :func:`level_determinant`."""
         first, second = self.features[:, 0], self.features[:, 1]
-        level = ((coefficients.bilinear_form.T @ first) * second).sum(axis=0)
+        level = ((_form_of(coefficients).form.T @ first) * second).sum(axis=0)
         if coefficients.cross:
             level = level + coefficients.cross * np.prod(self.differences(), axis=0)
         return np.asarray(level)
 
     def level_slopes(self, coefficients: Coefficients) -> FloatArray:
         """Return |∂R/∂αᵢ| for each angle, per radian, shape (4, k)."""
-        c, s, form = self.cosine, self.sine, coefficients.bilinear_form
-        rest = np.stack([form @ self.features[:, 1], form.T @ self.features[:, 0]], axis=1)  # of each pair
-        # The derivative of the pair features with respect to each angle, its opposite one fixed.
-        across, along = s * c[_OPPOSITE], (self.features[0] - self.features[1])[_PAIR]
-        slopes = rest[1][_PAIR] * across[_OPPOSITE] - rest[0][_PAIR] * across + rest[2][_PAIR] * along
+        form, (first, second) = _form_of(coefficients).form, self.features.swapaxes(0, 1)
+        rest = np.array([form @ second, form.T @ first]).swapaxes(0, 1)  # for each pair
+        # The derivative of the pair features with respect to each angle, its opposite one fixed; shape (2, 2, k).
+        across = self.sine.reshape(2, 2, -1) * self.cosine.reshape(2, 2, -1)[::-1]
+        along = self.features[0] - self.features[1]
+        slopes = rest[1] * across[::-1] - rest[0] * across + rest[2] * along
         if coefficients.cross:
-            turned = (self.features[0] + self.features[1])[_PAIR] * self.differences()[_OTHER]
-            slopes = slopes + coefficients.cross * np.array([[1.0], [1.0], [-1.0], [-1.0]]) * turned
-        return np.abs(slopes)
+            turned = (self.features[0] + self.features[1]) * self.differences()[::-1]
+            slopes += coefficients.cross * np.array([turned, -turned])
+        return np.abs(slopes.reshape(4, -1))
 
     def level_resolution(self, coefficients: Coefficients, slopes: FloatArray, rounding: float = 0.0) -> FloatArray:
         """Return the |R| above which its sign is certain, shape (k,); see :func:`level_determinant_resolution`."""
         first, second = self.features[:, 0], self.features[:, 1]
-        form, size, total = _form_of(coefficients)
+        _, form, size, total = _form_of(coefficients)
         # single·|p₀q₂ − p₂q₀| + double·|p₂q₂| + triple·|p₁q₂ − p₂q₁| of the features p and q of both pairs.
         _, single, double, triple = coefficients.digit_errors
         crossed = np.abs(first[:2] * second[2] - first[2] * second[:2])
@@ -230,19 +239,18 @@ class Sines(NamedTuple):
         """Return w₀, shape (4, k); see :func:`zero_moment_inputs`."""
         kappa = vehicle.signed_drag_ratio
         delta = math.atan(kappa)
-        turned, c, s = math.sin(delta) * _TURNS, self.cosine, self.sine
-        products, sums = self.features[0] - self.features[1], self.features[2]
-        # The cosines of β1 to β4, and the sines of β1 + β3 and of β2 + β4.
-        cosines = math.cos(delta) * c + turned * s
-        totals = math.cos(2 * delta) * sums - math.sin(2 * delta) * _TURNS[:2] * products
-        inputs = totals[_OTHER] * cosines[_OPPOSITE]
+        beta, turned = self.alpha - delta * _TURNS, math.sin(delta) * _TURNS
+        totals = np.sin(beta[:2] + beta[2:])  # of β1 + β3 and of β2 + β4, exactly zero on fibres
+        cosines = math.cos(delta) * self.cosine + turned * self.sine
+        inputs = (totals[::-1] * cosines.reshape(2, 2, -1)[::-1]).reshape(4, -1)
         height = vehicle.height_ratio * math.cos(delta)
         if height:
-            leaning = 2.0 * self.features[1] - kappa * _TURNS[:2] * sums  # E and E′ of leaning_factors
-            sines = math.cos(delta) * s - turned * c
-            apart = self.differences()[_OTHER] * np.array([[-1.0], [1.0], [1.0], [-1.0]])
-            more = sines[_OPPOSITE] * apart + height * s[_OPPOSITE] * leaning[_OTHER]
-            inputs = inputs + height * math.cos(delta) * more
+            leaning = 2.0 * self.features[1] - kappa * _TURNS[:2] * self.features[2]  # E and E′ of leaning_factors
+            sines = (math.cos(delta) * self.sine - turned * self.cosine).reshape(2, 2, -1)
+            raised = height * (self.sine.reshape(2, 2, -1) * leaning[::-1])[::-1]
+            apart = self.differences()[::-1] * _TURNS[:2]
+            more = raised + sines[::-1] * np.array([-apart, apart])
+            inputs = inputs + height * math.cos(delta) * more.reshape(4, -1)
         return np.asarray(inputs)
 
 
@@ -252,9 +260,7 @@ def _sines_of(alpha: npt.ArrayLike) -> tuple[FloatArray, Sines]:
     return angles, Sines.of(angles.reshape(-1, 4))
 
 
-# The signs of δ in β1 to β4, negated; the pair of each arm, the other pair, and its opposite arm.
-_TURNS = np.array([[1.0], [-1.0], [1.0], [-1.0]])
-_PAIR, _OTHER, _OPPOSITE = np.array([0, 1, 0, 1]), np.array([1, 0, 1, 0]), np.array([2, 3, 0, 1])
+_TURNS = np.array([[1.0], [-1.0], [1.0], [-1.0]])  # the signs of δ in β1 to β4, negated
 
 
 def pair_features(first: npt.ArrayLike, opposite: npt.ArrayLike) -> FloatArray:
