@@ -111,70 +111,68 @@ def least_of_each(
     which: Any = slice(base, base + functions) if rows is None else base + np.array(rows)
     margin = np.reshape(tolerance, (-1, 1))
 
-    # A node has its fraction of the segment, its angles and its values, as rows.
-    def nodes_at(fraction: FloatArray, segment: Any) -> FloatArray:
-        """Return the nodes at fractions of segments, shape (j, k)."""
-        places = origins[:, None, segment] + fraction * steps[:, None, segment]
+    def nodes_at(fraction: FloatArray, origin: FloatArray, step: FloatArray) -> FloatArray:
+        """Return nodes, shape (rows, j, k): the fraction of the segment, the angles and the values."""
+        places = origin[:, None] + fraction * step[:, None]
         found = np.asarray(values(places.reshape(base - 1, -1).T))
         return np.concatenate([fraction[None], places, found.reshape(-1, *fraction.shape)])
 
-    every, halvings = np.arange(count), 0
+    segment, halvings = np.arange(count), 0
     pieces = pieces if count <= min(_FEW, most) else 1
     fractions = np.arange(pieces + 1) / pieces
     if pieces == 1 and at_ends is not None:
         sides = ((0.0, starts, at_ends[0]), (1.0, ends, at_ends[1]))
         nodes = np.stack([np.concatenate([np.full((1, count), s), p.T, v]) for s, p, v in sides], axis=1)
     else:
-        nodes = nodes_at(np.repeat(fractions[:, None], count, axis=1), every)
+        nodes = nodes_at(np.repeat(fractions[:, None], count, axis=1), origins, steps)
     found = nodes[which]
     best, fraction = found.min(axis=1), fractions[found.argmin(axis=1)]
     lower, overall = best.copy(), np.minimum(best.min(axis=1), known)[:, None]
     offsets = count * np.arange(functions)[:, None]  # of functions in flat arrays of shape (f, m)
     if enough is not None:
         enough = np.broadcast_to(enough, best.shape)
-
     batches: list[tuple[Any, FloatArray, FloatArray]] = []
-
-    def cut_at(nodes: FloatArray, segment: Any) -> None:
+    while True:
         # The first piece of every interval, then the second: each ends where the next begins.
         pieced = np.repeat(segment[None], nodes.shape[1] - 1, axis=0).reshape(-1)
-        firsts, lasts = (side.reshape(len(nodes), -1) for side in (nodes[:, :-1], nodes[:, 1:]))
+        firsts, lasts = nodes[:, :-1].reshape(len(nodes), -1), nodes[:, 1:].reshape(len(nodes), -1)
         for start in range(0, len(pieced), _BATCH):
             part = slice(start, start + _BATCH)
             batches.append((pieced[part], firsts[:, part], lasts[:, part]))
-
-    cut_at(nodes, every)
-    while batches:
-        segment, first, last = batches.pop()
-        before, after = first[base:], last[base:]
-        least = np.asarray(bounds(before, after, first[1:base].T, last[1:base].T))
-        reference: Any = best[:, segment] if each else overall
-        unsettled = least < np.minimum(reference - margin, floor)
-        if math.isfinite(floor):
-            unsettled &= reference >= floor
-        if enough is not None:
-            unsettled &= least < enough[:, segment]
-        open_ = unsettled.any(axis=0)
-        width = last[0] - first[0]
-        finely = float(width.min()) > _SHORT
-        if not finely:
-            middle = first[0] + width / 2
-            # A fraction that no longer splits the interval is the end of what floats resolve.
-            whole = open_ & ~((middle > first[0]) & (middle < last[0]))
-            least[:, whole] = np.minimum(first[which], last[which])[:, whole]
-            open_ &= ~whole
-        count = int(np.count_nonzero(open_))
-        halvings += count
-        if halvings > most:
-            open_[:], count = False, 0
-        settled = ~open_
-        at = (offsets + segment[settled]).reshape(-1)
-        np.minimum.at(lower.reshape(-1), at, least[:, settled].reshape(-1))
+        count = 0
+        while batches and not count:
+            segment, first, last = batches.pop()
+            least = np.asarray(bounds(first[base:], last[base:], first[1:base].T, last[1:base].T))
+            reference: Any = best[:, segment] if each else overall
+            unsettled = least < (np.minimum(reference - margin, floor) if floor < math.inf else reference - margin)
+            if floor < math.inf:
+                unsettled &= reference >= floor
+            if enough is not None:
+                unsettled &= least < enough[:, segment]
+            open_ = np.logical_or.reduce(unsettled, axis=0)
+            count = int(np.count_nonzero(open_))
+            if count:
+                width = last[0] - first[0]
+                finely = float(width.min()) > _SHORT
+                if not finely:
+                    middle = first[0] + width / 2
+                    # A fraction that no longer splits the interval is the end of what floats resolve.
+                    whole = open_ & ~((middle > first[0]) & (middle < last[0]))
+                    least[:, whole] = np.minimum(first[which], last[which])[:, whole]
+                    open_ &= ~whole
+                    count = int(np.count_nonzero(open_))
+                halvings += count
+                if halvings > most:
+                    open_[:], count = False, 0
+            settled = ~open_ if count else slice(None)
+            at = (offsets + segment[settled]).reshape(-1)
+            np.minimum.at(lower.reshape(-1), at, least[:, settled].reshape(-1))
         if not count:
-            continue
+            break
         segment, first, last, width = segment[open_], first[:, open_], last[:, open_], width[open_]
         pieces = _PIECES if finely and count <= _FEW else 2
-        inner = nodes_at(first[0] + np.arange(1, pieces)[:, None] / pieces * width, segment)
+        inner = first[0] + np.arange(1, pieces)[:, None] / pieces * width
+        inner = nodes_at(inner, origins[:, segment], steps[:, segment])
         found = inner[which]
         better = found.min(axis=1) < best[:, segment]
         for k in np.flatnonzero(better.any(axis=1)).tolist():
@@ -185,10 +183,9 @@ def least_of_each(
             at = segment[of[order]]
             best[k, at], fraction[k, at] = lowest[order], inner[0, nearest, of][order]
             overall[k] = min(overall[k, 0], float(lowest.min()))
-        cut_at(np.concatenate([first[:, None], inner, last[:, None]], axis=1), segment)
-    return tuple(
-        Least(lower=np.minimum(lower[k], best[k]), upper=best[k], fraction=fraction[k]) for k in range(functions)
-    )
+        nodes = np.concatenate([first[:, None], inner, last[:, None]], axis=1)
+    lower = np.minimum(lower, best)
+    return tuple(Least(lower=lower[k], upper=best[k], fraction=fraction[k]) for k in range(functions))
 
 
 class Quantity(NamedTuple):
@@ -255,8 +252,8 @@ def least_of_bent(f0: FloatArray, f1: FloatArray, bend: FloatArray) -> FloatArra
 
     A function stays above its chord minus bend·s·(1 − s)/2, which is least at an end where the chord is steep.
     """
-    flat = np.maximum(bend / 2 - np.abs(f1 - f0), 0.0)
-    return np.asarray(np.minimum(f0, f1) - flat**2 / (2 * np.maximum(bend, _TINY)))
+    flat = np.maximum(0.5 * bend - np.abs(f1 - f0), 0.0)
+    return np.asarray(np.minimum(f0, f1) - 0.5 * flat * flat / np.maximum(bend, _TINY))
 
 
 def largest_sine(x0: FloatArray, x1: FloatArray) -> FloatArray:
