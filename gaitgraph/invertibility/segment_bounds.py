@@ -583,10 +583,14 @@ def thrusts_push_up(starts: FloatArray, ends: FloatArray, vehicle: Vehicle = PAP
 
         kept = least_along(starts, ends, value, bound, tolerance=0.0, floor=_IDLE, each=True).lower >= _IDLE
     else:
-        # Each rotor has one of the two sums of opposite arms, then the cosine of its opposite arm.
-        factors = np.sign(np.sin((s0 + s1) / 2))
-        signs = np.array([1, -1, 1, -1]) * factors[:, [0, 1, 0, 1]] * factors[:, [4, 5, 2, 3]]
-        kept = (least_sine(s0, s1) > 0).all(axis=-1) & (np.abs(signs.sum(axis=-1)) == 4)
+        # Each rotor has one of the two sums of opposite arms, then the cosine of its opposite arm. A sine keeps its sign
+        # between two multiples of π; it is negative after odd ones.
+        at, to = s0.T / math.pi, s1.T / math.pi
+        after = np.floor(at)
+        odd = np.floor(after / 2) != after / 2
+        first, second, third, fourth = odd[[0, 1, 0, 1]] ^ odd[[4, 5, 2, 3]]
+        kept = ((after == np.floor(to)) & (at != after) & (to != after)).all(axis=0)
+        kept &= (first == third) & (second == fourth) & (first != second)
     turns = 2 * math.pi * np.rint((starts + ends) / (4 * math.pi))
     upright = np.maximum(np.abs(starts - turns), np.abs(ends - turns)).max(axis=-1) <= math.pi / 2 + 1e-9
     return np.asarray(kept & upright)
