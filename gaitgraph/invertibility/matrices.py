@@ -165,8 +165,8 @@ def tilt_angles(alpha: npt.ArrayLike) -> FloatArray:
 class Sines(NamedTuple):
     """Cosines and sines of tilt angles, shape (4, k), and the features of both pairs of arms, shape (3, 2, k) [rad].
 
-    The features are those of :func:`pair_features`. What depends on the angles at level attitude is made of these, so
-    that each sine is computed once.
+    The features of opposite arms are cos·cos, sin·sin and the sine of the sum. What depends on the angles at level
+    attitude is made of these, so that each sine is computed once.
     """
 
     cosine: FloatArray
@@ -220,24 +220,74 @@ class Sines(NamedTuple):
         c, s = self.cosine, self.sine
         return np.asarray(s[:2] * c[2:] - c[:2] * s[2:])
 
+    def totals(self, delta: float) -> FloatArray:
+        """Return the sines of β1 + β3 and of β2 + β4, shape (2, k)."""
+        turned = math.sin(2 * delta) * _TURNS[:2] * (self.features[0] - self.features[1])
+        return np.asarray(math.cos(2 * delta) * self.features[2] - turned)
+
+    def leaning(self, delta: float) -> FloatArray:
+        """Return E and E′ of :func:`leaning_factors`, shape (2, k)."""
+        return np.asarray(2.0 * self.features[1] - math.tan(delta) * _TURNS[:2] * self.features[2])
+
+    def sensitivities(self, coefficients: Coefficients) -> tuple[FloatArray, FloatArray]:
+        """Return Rφ and Rθ, shape (k,), for a first arm along body x; see :func:`sensitivities`."""
+        (first, fourth), (third, second) = self.totals(coefficients.delta), self.differences()
+        scale, half = 1.0 / math.sin(2.0 * coefficients.delta), coefficients.cross / 2
+        roll, pitch = -scale * third * fourth, scale * first * second
+        if half:
+            leaning, other = self.leaning(coefficients.delta)
+            roll, pitch = roll + half * second * leaning, pitch + half * third * other
+        return roll, pitch
+
     def zero_moment_inputs(self, vehicle: Vehicle) -> FloatArray:
         """Return w₀, shape (4, k); see :func:`zero_moment_inputs`."""
-        kappa = vehicle.signed_drag_ratio
-        delta = math.atan(kappa)
+        delta = math.atan(vehicle.signed_drag_ratio)
         turned, c, s = math.sin(delta) * _TURNS, self.cosine, self.sine
-        products, sums = self.features[0] - self.features[1], self.features[2]
-        # The cosines of β1 to β4, and the sines of β1 + β3 and of β2 + β4.
-        cosines = math.cos(delta) * c + turned * s
-        totals = math.cos(2 * delta) * sums - math.sin(2 * delta) * _TURNS[:2] * products
-        inputs = totals[_OTHER] * cosines[_OPPOSITE]
+        inputs = self.totals(delta)[_OTHER] * (math.cos(delta) * c + turned * s)[_OPPOSITE]  # cosines of β1 to β4
         height = vehicle.height_ratio * math.cos(delta)
         if height:
-            leaning = 2.0 * self.features[1] - kappa * _TURNS[:2] * sums  # E and E′ of leaning_factors
             sines = math.cos(delta) * s - turned * c
             apart = self.differences()[_OTHER] * np.array([[-1.0], [1.0], [1.0], [-1.0]])
-            more = sines[_OPPOSITE] * apart + height * s[_OPPOSITE] * leaning[_OTHER]
+            more = sines[_OPPOSITE] * apart + height * s[_OPPOSITE] * self.leaning(delta)[_OTHER]
             inputs = inputs + height * math.cos(delta) * more
         return np.asarray(inputs)
+
+    def least_singular_value_bound(self, vehicle: Vehicle) -> FloatArray:
+        """Return a lower bound of the least singular value, level, shape (k,); :func:`least_singular_value_bound`."""
+        kappa = vehicle.signed_drag_ratio
+        (lift, sine, _), sense = self, kappa * _TURNS
+        # Up to signs of rows and columns: arms 1 and 3 pitch against each other, arms 2 and 4 roll; all yaw and lift. A
+        # column without its lift has the length √(1 + κ²).
+        turn, yaw = lift + sense * sine, sense * lift - sine
+        squares, yawed, lifted = turn * turn, turn * yaw, turn * lift
+        pitch, roll = squares[:2] + squares[2:]
+        both, two, lifts, across = pitch + roll, pitch * roll, (lift * lift).sum(axis=0), (yaw * lift).sum(axis=0)
+        yaws = 4.0 * (1.0 + kappa**2) - both
+        (pitch_yaw, roll_yaw), (pitch_lift, roll_lift) = yawed[:2] - yawed[2:], lifted[:2] - lifted[2:]
+        minor = yaws * lifts - across * across
+        of_pitch, of_roll = pitch_yaw * pitch_yaw + pitch_lift * pitch_lift, roll_yaw * roll_yaw + roll_lift * roll_lift
+        e1 = both + yaws + lifts
+        e2 = two + both * (yaws + lifts) + minor - of_pitch - of_roll
+        e3 = both * minor + two * (yaws + lifts) - pitch * of_roll - roll * of_pitch
+        e3 += _MINORS_ROUNDED * (1 + kappa**2) ** 3
+        e3 -= lifts * (pitch_yaw * pitch_yaw + roll_yaw * roll_yaw) + yaws * (pitch_lift**2 + roll_lift**2)
+        e3 += 2 * across * (pitch_yaw * pitch_lift + roll_yaw * roll_lift)
+        (t1, t2, t3, t4), (y1, y2, y3, y4), (c1, c2, c3, c4) = turn, yaw, lift
+        e4 = t2 * (t3 * (y1 * c4 - y4 * c1) + t1 * (y3 * c4 - y4 * c3))
+        e4 = (e4 + t4 * (t3 * (y1 * c2 - y2 * c1) - t1 * (y2 * c3 - y3 * c2))) ** 2
+        slope, height, bend, root = -e3, e4, 2 * e2, np.zeros_like(e1)
+        for again in (True, True, True, False):
+            steep = np.sqrt(np.maximum(9 * slope * slope - 12 * height * bend, 0.0)) - slope
+            root = root + 4 * height / np.maximum(steep, _TINY)
+            if again:
+                height = np.maximum((((root - e1) * root + e2) * root - e3) * root + e4, 0.0)
+                slope = ((4 * root - 3 * e1) * root + 2 * e2) * root - e3
+                bend = (12 * root - 6 * e1) * root + 2 * e2
+        bound = np.sqrt(root) * (1 - 1e-6)
+        if raised := abs(vehicle.height_ratio):
+            raising = sine[:2] ** 2 + sine[2:] ** 2
+            bound = np.maximum(bound - raised * np.sqrt(raising.max(axis=0)), 0.0)
+        return np.asarray(bound)
 
 
 def _sines_of(alpha: npt.ArrayLike) -> tuple[FloatArray, Sines]:
@@ -249,19 +299,6 @@ def _sines_of(alpha: npt.ArrayLike) -> tuple[FloatArray, Sines]:
 # The signs of δ in β1 to β4, negated; the pair of each arm, the other pair, and its opposite arm.
 _TURNS = np.array([[1.0], [-1.0], [1.0], [-1.0]])
 _PAIR, _OTHER, _OPPOSITE = np.array([0, 1, 0, 1]), np.array([1, 0, 1, 0]), np.array([2, 3, 0, 1])
-
-
-def pair_features(first: npt.ArrayLike, opposite: npt.ArrayLike) -> FloatArray:
-    """Return (cos·cos, sin·sin, sin of the sum) of two opposite arms' tilt angles [rad], stacked last."""
-    first, opposite = np.asarray(first, dtype=float), np.asarray(opposite, dtype=float)
-    total, difference = np.cos(first + opposite), np.cos(first - opposite)
-    return np.stack([(difference + total) / 2, (difference - total) / 2, np.sin(first + opposite)], axis=-1)
-
-
-def pairs_of_arms(alpha: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Return the pair features of arms 1 and 3, and of arms 2 and 4."""
-    a1, a2, a3, a4 = np.moveaxis(tilt_angles(alpha), -1, 0)
-    return pair_features(a1, a3), pair_features(a2, a4)
 
 
 def sensitivity_phases(alpha: npt.ArrayLike, coefficients: Coefficients) -> FloatArray:
@@ -280,20 +317,15 @@ def leaning_factors(alpha: npt.ArrayLike, delta: float) -> tuple[Any, Any]:
 
     A rotor height H adds H/(2κ)·sin(α2 − α4)·E to Rφ and H/(2κ)·sin(α1 − α3)·E′ to Rθ: nothing on red and on fibres.
     """
-    first, second = pairs_of_arms(alpha)
-    kappa = math.tan(delta)
-    return 2.0 * first[..., 1] - kappa * first[..., 2], 2.0 * second[..., 1] + kappa * second[..., 2]
+    angles, sines = _sines_of(alpha)
+    first, second = sines.leaning(delta)
+    return first.reshape(angles.shape[:-1]), second.reshape(angles.shape[:-1])
 
 
 def sensitivities(alpha: npt.ArrayLike, coefficients: Coefficients) -> tuple[Any, Any]:
     """Return Rφ and Rθ by the factorised form of (4) and (5), turned by the angle of the first arm."""
-    first, second, third, fourth = np.sin(sensitivity_phases(alpha, coefficients))
-    scale = 1.0 / math.sin(2.0 * coefficients.delta)
-    pitch, roll = scale * first * second, -scale * third * fourth
-    if coefficients.cross:
-        (a1, a2, a3, a4), factors = np.moveaxis(tilt_angles(alpha), -1, 0), leaning_factors(alpha, coefficients.delta)
-        roll = roll + coefficients.cross / 2 * np.sin(a2 - a4) * factors[0]
-        pitch = pitch + coefficients.cross / 2 * np.sin(a1 - a3) * factors[1]
+    angles, sines = _sines_of(alpha)
+    roll, pitch = (one.reshape(angles.shape[:-1]) for one in sines.sensitivities(coefficients))
     turn = coefficients.first_arm_angle
     if turn == 0.0:
         return roll, pitch
@@ -530,40 +562,8 @@ def least_singular_value_bound(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -
     of mass. A height adds a matrix with entries H·sin αᵢ, two in either of two rows, and takes off no more than its
     norm.
     """
-    kappa = vehicle.signed_drag_ratio
-    angles = tilt_angles(alpha).T
-    sine, lift = np.sin(angles), np.cos(angles)
-    sense = kappa * np.array([1.0, -1.0, 1.0, -1.0]).reshape(4, *[1] * (sine.ndim - 1))
-    # Up to signs of rows and columns: arms 1 and 3 pitch, arms 2 and 4 roll, either against the other; all four yaw and
-    # lift. A column without its lift has the length √(1 + κ²).
-    turn, yaw = lift + sense * sine, sense * lift - sine
-    squares, yawed, lifted = turn * turn, turn * yaw, turn * lift
-    pitch, roll = squares[:2] + squares[2:]
-    yaws, lifts, across = 4.0 * (1.0 + kappa**2) - (pitch + roll), (lift * lift).sum(axis=0), (yaw * lift).sum(axis=0)
-    (pitch_yaw, roll_yaw), (pitch_lift, roll_lift) = yawed[:2] - yawed[2:], lifted[:2] - lifted[2:]
-    both, two, minor = pitch + roll, pitch * roll, yaws * lifts - across * across
-    of_pitch, of_roll = pitch_yaw * pitch_yaw + pitch_lift * pitch_lift, roll_yaw * roll_yaw + roll_lift * roll_lift
-    e1 = both + yaws + lifts
-    e2 = two + both * (yaws + lifts) + minor - of_pitch - of_roll
-    e3 = both * minor + two * (yaws + lifts) - pitch * of_roll - roll * of_pitch + _MINORS_ROUNDED * (1 + kappa**2) ** 3
-    e3 -= lifts * (pitch_yaw * pitch_yaw + roll_yaw * roll_yaw) + yaws * (pitch_lift**2 + roll_lift**2)
-    e3 += 2 * across * (pitch_yaw * pitch_lift + roll_yaw * roll_lift)
-    (t1, t2, t3, t4), (y1, y2, y3, y4), (c1, c2, c3, c4) = turn, yaw, lift
-    e4 = t2 * (t3 * (y1 * c4 - y4 * c1) + t1 * (y3 * c4 - y4 * c3))
-    e4 = (e4 + t4 * (t3 * (y1 * c2 - y2 * c1) - t1 * (y2 * c3 - y3 * c2))) ** 2
-    slope, height, bend, root = -e3, e4, 2 * e2, np.zeros_like(e1)
-    for again in (True, True, True, False):
-        steep = np.sqrt(np.maximum(9 * slope * slope - 12 * height * bend, 0.0)) - slope
-        root = root + 4 * height / np.maximum(steep, _TINY)
-        if again:
-            height = np.maximum((((root - e1) * root + e2) * root - e3) * root + e4, 0.0)
-            slope = ((4 * root - 3 * e1) * root + 2 * e2) * root - e3
-            bend = (12 * root - 6 * e1) * root + 2 * e2
-    bound = np.sqrt(root) * (1 - 1e-6)
-    if raised := abs(vehicle.height_ratio):
-        raising = sine[:2] ** 2 + sine[2:] ** 2
-        bound = np.maximum(bound - raised * np.sqrt(raising.max(axis=0)), 0.0)
-    return np.asarray(bound.T)
+    angles, sines = _sines_of(alpha)
+    return sines.least_singular_value_bound(vehicle).reshape(angles.shape[:-1])
 
 
 def singular_values_on_red(alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, vehicle: Vehicle = PAPER) -> tuple[Any, Any]:

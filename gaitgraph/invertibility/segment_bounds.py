@@ -23,7 +23,6 @@ from gaitgraph.invertibility.matrices import (
     least_singular_value,
     least_singular_value_bound,
     roll_block_on_red,
-    sensitivities,
     sensitivity_phases,
     singular_value_rate,
     thrust_signs,
@@ -257,10 +256,10 @@ def least_of_bent(f0: FloatArray, f1: FloatArray, bend: FloatArray) -> FloatArra
     return np.asarray(np.minimum(f0, f1) - flat**2 / (2 * np.maximum(bend, _TINY)))
 
 
-def largest_sine(x0: FloatArray, x1: FloatArray) -> FloatArray:
-    """Return the largest |sin| on intervals: 1 if a peak lies inside, else the larger end."""
+def largest_sine(x0: FloatArray, x1: FloatArray, larger: FloatArray | None = None) -> FloatArray:
+    """Return the largest |sin| on intervals: 1 if a peak lies inside, else that of the larger end, if at hand."""
     peak = np.floor(x0 / math.pi - 0.5) != np.floor(x1 / math.pi - 0.5)
-    return np.where(peak, 1.0, np.maximum(np.abs(np.sin(x0)), np.abs(np.sin(x1))))
+    return np.where(peak, 1.0, np.maximum(np.abs(np.sin(x0)), np.abs(np.sin(x1))) if larger is None else larger)
 
 
 def least_sine(x0: FloatArray, x1: FloatArray) -> FloatArray:
@@ -378,30 +377,40 @@ def sensitivity_bends(p0: FloatArray, p1: FloatArray, coefficients: Coefficients
     return bends[0], bends[1]
 
 
-def largest_residual(starts: FloatArray, ends: FloatArray, coefficients: Coefficients, **options: Any) -> Least:
+def largest_residual(
+    starts: FloatArray,
+    ends: FloatArray,
+    coefficients: Coefficients,
+    *,
+    tolerance: float,
+    known: float = math.inf,
+    **options: Any,
+) -> Least:
     """Bracket the least of −max(|Rφ|, |Rθ|) along segments, for a first arm along body x.
 
     Without a rotor height each is a product of two sines.
     """
-    turned = replace(coefficients, first_arm_angle=0.0)
+    delta, turned = coefficients.delta, replace(coefficients, first_arm_angle=0.0)
 
-    def minus_larger(sines: FloatArray) -> FloatArray:
-        x, y, u, v = sines
-        return np.asarray(-np.maximum(x * y, u * v) / abs(math.sin(2 * coefficients.delta)))
+    def values(sines: Sines) -> FloatArray:
+        # Minus the larger, then the sizes of both, or of the factors in the order of their phases.
+        sizes = np.abs(sines.sensitivities(turned))
+        (first, fourth), (third, second) = sines.totals(delta), sines.differences()
+        more = sizes if coefficients.cross else np.abs([first, second, third, fourth])
+        return np.concatenate([-sizes.max(axis=0, keepdims=True), more])
 
-    def value(alpha: FloatArray) -> FloatArray:
+    def bounds(v0: FloatArray, v1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
+        scale, sizes = abs(math.sin(2 * delta)), np.maximum(v0[1:], v1[1:])
         if coefficients.cross:
-            return np.asarray(-np.max(np.abs(sensitivities(alpha, turned)), axis=0))
-        return minus_larger(np.abs(np.sin(sensitivity_phases(alpha, coefficients))))
+            sizes = sizes + np.array(sensitivity_bends(p0, p1, turned)[::-1]) / (8 * scale)
+        else:
+            phases = sensitivity_phases(p0, coefficients), sensitivity_phases(p1, coefficients)
+            sizes = largest_sine(*phases, larger=sizes)
+            sizes = sizes[::2] * sizes[1::2] / scale
+        return np.asarray(-sizes.max(axis=0, keepdims=True))
 
-    def bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
-        if coefficients.cross:
-            bends = np.array(sensitivity_bends(p0, p1, turned)[::-1]) / abs(math.sin(2 * coefficients.delta))
-            sizes = np.maximum(*(np.abs(sensitivities(side, turned)) for side in (p0, p1)))
-            return np.asarray(-(sizes + bends / 8).max(axis=0))
-        return minus_larger(largest_sine(sensitivity_phases(p0, coefficients), sensitivity_phases(p1, coefficients)))
-
-    return least_along(starts, ends, value, bound, **options)
+    quantity = Quantity(values, bounds, (tolerance,), 3 if coefficients.cross else 5)
+    return least_of_quantities(starts, ends, [quantity], known=(known,), **options)[0]
 
 
 def bound_by_change(change: Callable[[FloatArray, FloatArray], FloatArray]) -> Bound:
@@ -494,13 +503,24 @@ class LeastCosines(NamedTuple):
 
 
 def least_singular_value_of_all(
-    starts: FloatArray, ends: FloatArray, vehicle: Vehicle = PAPER, *, tolerance: float = 1e-4, known: float = math.inf
+    starts: FloatArray,
+    ends: FloatArray,
+    vehicle: Vehicle = PAPER,
+    *,
+    tolerance: float = 1e-4,
+    known: float = math.inf,
+    points: Sines | None = None,
 ) -> Least:
-    """Bracket the least singular value over many segments; `upper` is infinite where no decomposition was needed."""
+    """Bracket the least singular value over many segments; `upper` is infinite where no decomposition was needed.
+
+    `points` are the sines of all starts and of the last end of consecutive segments, if at hand.
+    """
     if is_red(starts, ends):
         return least_singular_value_along(starts, ends, vehicle, tolerance=tolerance, known=known)
-    low0, lower = _undecomposed_bounds(starts, ends, vehicle)
+    low0, lower = _undecomposed_bounds(starts, ends, vehicle, points)
     upper, fraction = np.full(len(starts), np.inf), np.zeros(len(starts))
+    if lower.min() >= known - tolerance:
+        return Least(lower=lower, upper=upper, fraction=fraction)
     first = int(np.argmin(low0))
     known = min(known, float(least_singular_value(starts[first], vehicle)))
     matters = lower < known - tolerance
@@ -510,9 +530,15 @@ def least_singular_value_of_all(
     return Least(lower=lower, upper=upper, fraction=fraction)
 
 
-def _undecomposed_bounds(starts: FloatArray, ends: FloatArray, vehicle: Vehicle) -> tuple[FloatArray, FloatArray]:
+def _undecomposed_bounds(
+    starts: FloatArray, ends: FloatArray, vehicle: Vehicle, points: Sines | None = None
+) -> tuple[FloatArray, FloatArray]:
     """Return lower bounds of the least singular value at the starts, and along the segments."""
-    low0, low1 = (least_singular_value_bound(side, vehicle) for side in (starts, ends))
+    if points is None:
+        low0, low1 = (least_singular_value_bound(side, vehicle) for side in (starts, ends))
+    else:
+        low = points.least_singular_value_bound(vehicle)
+        low0, low1 = low[:-1], low[1:]
     return low0, singular_value_bound(vehicle)(low0, low1, starts, ends)
 
 
@@ -583,8 +609,8 @@ def thrusts_push_up(starts: FloatArray, ends: FloatArray, vehicle: Vehicle = PAP
 
         kept = least_along(starts, ends, value, bound, tolerance=0.0, floor=_IDLE, each=True).lower >= _IDLE
     else:
-        # Each rotor has one of the two sums of opposite arms, then the cosine of its opposite arm. A sine keeps its sign
-        # between two multiples of π; it is negative after odd ones.
+        # Each rotor has one of the two sums of opposite arms, then the cosine of its opposite arm. A sine keeps its
+        # sign between two multiples of π; it is negative after odd ones.
         at, to = s0.T / math.pi, s1.T / math.pi
         after = np.floor(at)
         odd = np.floor(after / 2) != after / 2

@@ -63,7 +63,7 @@ class _Brackets(Rule):
     def update(self, block: Segments) -> None:
         """Bracket all quantities that the rules compare with their limits."""
         criteria, vehicle, starts, ends = self.criteria, self.criteria.vehicle, block.starts, block.ends
-        self.sines = Sines.of(block.alpha)
+        self.sines = block.sines
         self.value = self.sines.level_determinant(criteria.coefficients)
         self.largest = max(self.largest, float(self.value.min()), float(self.value.max()), key=abs)
         # Of a whole gait no check states how large |R| becomes: the least of −R, or of R, is not narrowed.
@@ -95,7 +95,8 @@ class _Brackets(Rule):
             self.singular = cosines.joined(found[2])
         else:
             known = float(self.known[2])
-            self.singular = least_singular_value_of_all(starts, ends, vehicle, tolerance=criteria.bracket, known=known)
+            options: Any = {"tolerance": criteria.bracket, "known": known, "points": self.sines}
+            self.singular = least_singular_value_of_all(starts, ends, vehicle, **options)
         self.known[which] = np.minimum(self.known[which], [one.upper.min() for one in found])
         self.known[2] = min(self.known[2], float(self.singular.upper.min()))
 
