@@ -177,8 +177,8 @@ def tilt_angles(alpha: npt.ArrayLike) -> FloatArray:
 class Sines(NamedTuple):
     """Tilt angles [rad], their cosines and sines, shape (4, k), and the features of both pairs of arms, (3, 2, k).
 
-    The features are those of :func:`pair_features`. What depends on the angles at level attitude is made of these, so
-    that each sine is computed once.
+    The features of opposite arms are cos·cos, sin·sin and the sine of the sum. What depends on the angles at level
+    attitude is made of these, so that each sine is computed once.
     """
 
     alpha: FloatArray
@@ -235,23 +235,76 @@ class Sines(NamedTuple):
         c, s = self.cosine, self.sine
         return np.asarray(s[:2] * c[2:] - c[:2] * s[2:])
 
+    def totals(self, delta: float) -> FloatArray:
+        """Return the sines of β1 + β3 and of β2 + β4, shape (2, k)."""
+        beta = self.alpha - delta * _TURNS
+        return np.asarray(np.sin(beta[:2] + beta[2:]))  # exactly zero on fibres, as a product is not
+
+    def leaning(self, delta: float) -> FloatArray:
+        """Return E and E′ of :func:`leaning_factors`, shape (2, k)."""
+        return np.asarray(2.0 * self.features[1] - math.tan(delta) * _TURNS[:2] * self.features[2])
+
+    def sensitivities(self, coefficients: Coefficients) -> tuple[FloatArray, FloatArray]:
+        """Return Rφ and Rθ, shape (k,), for a first arm along body x; see :func:`sensitivities`."""
+        (first, fourth), (third, second) = self.totals(coefficients.delta), self.differences()
+        scale, half = 1.0 / math.sin(2.0 * coefficients.delta), coefficients.cross / 2
+        roll, pitch = -scale * third * fourth, scale * first * second
+        if half:
+            leaning, other = self.leaning(coefficients.delta)
+            roll, pitch = roll + half * second * leaning, pitch + half * third * other
+        return roll, pitch
+
     def zero_moment_inputs(self, vehicle: Vehicle) -> FloatArray:
         """Return w₀, shape (4, k); see :func:`zero_moment_inputs`."""
-        kappa = vehicle.signed_drag_ratio
-        delta = math.atan(kappa)
-        beta, turned = self.alpha - delta * _TURNS, math.sin(delta) * _TURNS
-        totals = np.sin(beta[:2] + beta[2:])  # of β1 + β3 and of β2 + β4, exactly zero on fibres
-        cosines = math.cos(delta) * self.cosine + turned * self.sine
-        inputs = (totals[::-1] * cosines.reshape(2, 2, -1)[::-1]).reshape(4, -1)
+        delta = math.atan(vehicle.signed_drag_ratio)
+        turned = math.sin(delta) * _TURNS
+        cosines = math.cos(delta) * self.cosine + turned * self.sine  # of β1 to β4
+        inputs = (self.totals(delta)[::-1] * cosines.reshape(2, 2, -1)[::-1]).reshape(4, -1)
         height = vehicle.height_ratio * math.cos(delta)
         if height:
-            leaning = 2.0 * self.features[1] - kappa * _TURNS[:2] * self.features[2]  # E and E′ of leaning_factors
             sines = (math.cos(delta) * self.sine - turned * self.cosine).reshape(2, 2, -1)
-            raised = height * (self.sine.reshape(2, 2, -1) * leaning[::-1])[::-1]
+            raised = height * (self.sine.reshape(2, 2, -1) * self.leaning(delta)[::-1])[::-1]
             apart = self.differences()[::-1] * _TURNS[:2]
             more = raised + sines[::-1] * np.array([-apart, apart])
             inputs = inputs + height * math.cos(delta) * more.reshape(4, -1)
         return np.asarray(inputs)
+
+    def least_singular_value_bound(self, vehicle: Vehicle) -> FloatArray:
+        """Return a lower bound of the least singular value, level, shape (k,); :func:`least_singular_value_bound`."""
+        kappa = vehicle.signed_drag_ratio
+        lift, sine, sense = self.cosine, self.sine, kappa * _TURNS
+        # Up to signs of rows and columns: arms 1 and 3 pitch against each other, arms 2 and 4 roll; all yaw and lift. A
+        # column without its lift has the length √(1 + κ²).
+        turn, yaw = lift + sense * sine, sense * lift - sine
+        squares, yawed, lifted = turn * turn, turn * yaw, turn * lift
+        pitch, roll = squares[:2] + squares[2:]
+        both, two, lifts, across = pitch + roll, pitch * roll, (lift * lift).sum(axis=0), (yaw * lift).sum(axis=0)
+        yaws = 4.0 * (1.0 + kappa**2) - both
+        (pitch_yaw, roll_yaw), (pitch_lift, roll_lift) = yawed[:2] - yawed[2:], lifted[:2] - lifted[2:]
+        minor = yaws * lifts - across * across
+        of_pitch, of_roll = pitch_yaw * pitch_yaw + pitch_lift * pitch_lift, roll_yaw * roll_yaw + roll_lift * roll_lift
+        e1 = both + yaws + lifts
+        e2 = two + both * (yaws + lifts) + minor - of_pitch - of_roll
+        e3 = both * minor + two * (yaws + lifts) - pitch * of_roll - roll * of_pitch
+        e3 += _MINORS_ROUNDED * (1 + kappa**2) ** 3
+        e3 -= lifts * (pitch_yaw * pitch_yaw + roll_yaw * roll_yaw) + yaws * (pitch_lift**2 + roll_lift**2)
+        e3 += 2 * across * (pitch_yaw * pitch_lift + roll_yaw * roll_lift)
+        (t1, t2, t3, t4), (y1, y2, y3, y4), (c1, c2, c3, c4) = turn, yaw, lift
+        e4 = t2 * (t3 * (y1 * c4 - y4 * c1) + t1 * (y3 * c4 - y4 * c3))
+        e4 = (e4 + t4 * (t3 * (y1 * c2 - y2 * c1) - t1 * (y2 * c3 - y3 * c2))) ** 2
+        slope, height, bend, root = -e3, e4, 2 * e2, np.zeros_like(e1)
+        for again in (True, True, True, False):
+            steep = np.sqrt(np.maximum(9 * slope * slope - 12 * height * bend, 0.0)) - slope
+            root = root + 4 * height / np.maximum(steep, _TINY)
+            if again:
+                height = np.maximum((((root - e1) * root + e2) * root - e3) * root + e4, 0.0)
+                slope = ((4 * root - 3 * e1) * root + 2 * e2) * root - e3
+                bend = (12 * root - 6 * e1) * root + 2 * e2
+        bound = np.sqrt(root) * (1 - 1e-6)
+        if raised := abs(vehicle.height_ratio):
+            raising = sine[:2] ** 2 + sine[2:] ** 2
+            bound = np.maximum(bound - raised * np.sqrt(raising.max(axis=0)), 0.0)
+        return np.asarray(bound)
 
 
 def _sines_of(alpha: npt.ArrayLike) -> tuple[FloatArray, Sines]:
@@ -261,19 +314,6 @@ def _sines_of(alpha: npt.ArrayLike) -> tuple[FloatArray, Sines]:
 
 
 _TURNS = np.array([[1.0], [-1.0], [1.0], [-1.0]])  # the signs of δ in β1 to β4, negated
-
-
-def pair_features(first: npt.ArrayLike, opposite: npt.ArrayLike) -> FloatArray:
-    """Return (cos·cos, sin·sin, sin of the sum) of two opposite arms' tilt angles [rad], stacked last."""
-    first, opposite = np.asarray(first, dtype=float), np.asarray(opposite, dtype=float)
-    total, difference = np.cos(first + opposite), np.cos(first - opposite)
-    return np.stack([(difference + total) / 2, (difference - total) / 2, np.sin(first + opposite)], axis=-1)
-
-
-def pairs_of_arms(alpha: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Return the pair features of arms 1 and 3, and of arms 2 and 4."""
-    a1, a2, a3, a4 = np.moveaxis(tilt_angles(alpha), -1, 0)
-    return pair_features(a1, a3), pair_features(a2, a4)
 
 
 def sensitivity_phases(alpha: npt.ArrayLike, coefficients: Coefficients) -> FloatArray:
@@ -292,20 +332,15 @@ def leaning_factors(alpha: npt.ArrayLike, delta: float) -> tuple[Any, Any]:
 
     A rotor height H adds H/(2κ)·sin(α2 − α4)·E to Rφ and H/(2κ)·sin(α1 − α3)·E′ to Rθ: nothing on red and on fibres.
     """
-    first, second = pairs_of_arms(alpha)
-    kappa = math.tan(delta)
-    return 2.0 * first[..., 1] - kappa * first[..., 2], 2.0 * second[..., 1] + kappa * second[..., 2]
+    angles, sines = _sines_of(alpha)
+    first, second = sines.leaning(delta)
+    return first.reshape(angles.shape[:-1]), second.reshape(angles.shape[:-1])
 
 
 def sensitivities(alpha: npt.ArrayLike, coefficients: Coefficients) -> tuple[Any, Any]:
     """Return Rφ and Rθ by the factorised form of (4) and (5), turned by the angle of the first arm."""
-    first, second, third, fourth = np.sin(sensitivity_phases(alpha, coefficients))
-    scale = 1.0 / math.sin(2.0 * coefficients.delta)
-    pitch, roll = scale * first * second, -scale * third * fourth
-    if coefficients.cross:
-        (a1, a2, a3, a4), factors = np.moveaxis(tilt_angles(alpha), -1, 0), leaning_factors(alpha, coefficients.delta)
-        roll = roll + coefficients.cross / 2 * np.sin(a2 - a4) * factors[0]
-        pitch = pitch + coefficients.cross / 2 * np.sin(a1 - a3) * factors[1]
+    angles, sines = _sines_of(alpha)
+    roll, pitch = (one.reshape(angles.shape[:-1]) for one in sines.sensitivities(coefficients))
     turn = coefficients.first_arm_angle
     if turn == 0.0:
         return roll, pitch
@@ -542,40 +577,8 @@ def least_singular_value_bound(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -
     of mass. A height adds a matrix with entries H·sin αᵢ, two in either of two rows, and takes off no more than its
     norm.
     """
-    kappa = vehicle.signed_drag_ratio
-    angles = tilt_angles(alpha).T
-    sine, lift = np.sin(angles), np.cos(angles)
-    sense = kappa * np.array([1.0, -1.0, 1.0, -1.0]).reshape(4, *[1] * (sine.ndim - 1))
-    # Up to signs of rows and columns: arms 1 and 3 pitch, arms 2 and 4 roll, either against the other; all four yaw and
-    # lift. A column without its lift has the length √(1 + κ²).
-    turn, yaw = lift + sense * sine, sense * lift - sine
-    squares, yawed, lifted = turn * turn, turn * yaw, turn * lift
-    pitch, roll = squares[:2] + squares[2:]
-    yaws, lifts, across = 4.0 * (1.0 + kappa**2) - (pitch + roll), (lift * lift).sum(axis=0), (yaw * lift).sum(axis=0)
-    (pitch_yaw, roll_yaw), (pitch_lift, roll_lift) = yawed[:2] - yawed[2:], lifted[:2] - lifted[2:]
-    both, two, minor = pitch + roll, pitch * roll, yaws * lifts - across * across
-    of_pitch, of_roll = pitch_yaw * pitch_yaw + pitch_lift * pitch_lift, roll_yaw * roll_yaw + roll_lift * roll_lift
-    e1 = both + yaws + lifts
-    e2 = two + both * (yaws + lifts) + minor - of_pitch - of_roll
-    e3 = both * minor + two * (yaws + lifts) - pitch * of_roll - roll * of_pitch + _MINORS_ROUNDED * (1 + kappa**2) ** 3
-    e3 -= lifts * (pitch_yaw * pitch_yaw + roll_yaw * roll_yaw) + yaws * (pitch_lift**2 + roll_lift**2)
-    e3 += 2 * across * (pitch_yaw * pitch_lift + roll_yaw * roll_lift)
-    (t1, t2, t3, t4), (y1, y2, y3, y4), (c1, c2, c3, c4) = turn, yaw, lift
-    e4 = t2 * (t3 * (y1 * c4 - y4 * c1) + t1 * (y3 * c4 - y4 * c3))
-    e4 = (e4 + t4 * (t3 * (y1 * c2 - y2 * c1) - t1 * (y2 * c3 - y3 * c2))) ** 2
-    slope, height, bend, root = -e3, e4, 2 * e2, np.zeros_like(e1)
-    for again in (True, True, True, False):
-        steep = np.sqrt(np.maximum(9 * slope * slope - 12 * height * bend, 0.0)) - slope
-        root = root + 4 * height / np.maximum(steep, _TINY)
-        if again:
-            height = np.maximum((((root - e1) * root + e2) * root - e3) * root + e4, 0.0)
-            slope = ((4 * root - 3 * e1) * root + 2 * e2) * root - e3
-            bend = (12 * root - 6 * e1) * root + 2 * e2
-    bound = np.sqrt(root) * (1 - 1e-6)
-    if raised := abs(vehicle.height_ratio):
-        raising = sine[:2] ** 2 + sine[2:] ** 2
-        bound = np.maximum(bound - raised * np.sqrt(raising.max(axis=0)), 0.0)
-    return np.asarray(bound.T)
+    angles, sines = _sines_of(alpha)
+    return sines.least_singular_value_bound(vehicle).reshape(angles.shape[:-1])
 
 
 def singular_values_on_red(alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, vehicle: Vehicle = PAPER) -> tuple[Any, Any]:
@@ -586,28 +589,30 @@ def singular_values_on_red(alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, vehicle
     has the columns √2·(cos αᵢ, sin βᵢ/cos δ).
     """
     a1, a2 = np.asarray(alpha1, dtype=float), np.asarray(alpha2, dtype=float)
-    (c1, c2), (s1, s2) = (np.cos(a1), np.cos(a2)), (np.sin(a1), np.sin(a2))
-    return roll_block_on_red(c1, c2, s1, s2, vehicle), yaw_block_on_red(c1, c2, s1, s2, vehicle)
+    angles = np.array(np.broadcast_arrays(a1, a2))
+    sides = np.cos(angles), np.sin(angles), vehicle
+    return roll_block_on_red(*sides), yaw_block_on_red(*sides)
 
 
-def roll_block_on_red(c1: Any, c2: Any, s1: Any, s2: Any, vehicle: Vehicle) -> Any:
-    """Return the smaller singular value of the block of roll and pitch torque, from cosines and sines of α1 and α2."""
+def roll_block_on_red(cosine: FloatArray, sine: FloatArray, vehicle: Vehicle) -> Any:
+    """Return the smaller singular value of the block of roll and pitch torque, from those of α1 and α2, (2, ...)."""
     kappa, height = vehicle.signed_drag_ratio, vehicle.height_ratio
-    a, b = c2 - kappa * s2, c1 + kappa * s1
+    b, a = cosine[0] + kappa * sine[0], cosine[1] - kappa * sine[1]
     if not height:
         return math.sqrt(2.0) * np.minimum(np.abs(a), np.abs(b))
     # The larger singular value is half the sum of two lengths.
+    s1, s2 = sine
     larger = np.hypot(height * (s1 + s2), a + b) + np.hypot(height * (s1 - s2), a - b)
     return math.sqrt(8.0) * np.abs(a * b + height**2 * s1 * s2) / larger
 
 
-def yaw_block_on_red(c1: Any, c2: Any, s1: Any, s2: Any, vehicle: Vehicle) -> Any:
-    """Return the smaller singular value of the block of yaw torque and lift, from cosines and sines of α1 and α2."""
-    kappa = vehicle.signed_drag_ratio
+def yaw_block_on_red(cosine: FloatArray, sine: FloatArray, vehicle: Vehicle) -> Any:
+    """Return the smaller singular value of the block of yaw torque and lift, from those of α1 and α2, (2, ...)."""
+    kappa, (c1, c2), (s1, s2) = vehicle.signed_drag_ratio, cosine, sine
     p, q = s1 - kappa * c1, s2 + kappa * c2
-    minor = np.abs(c1 * q - c2 * p)
-    squares = c1**2 + c2**2 + p**2 + q**2
-    return 2.0 * minor / np.sqrt(squares + np.sqrt(np.maximum(squares**2 - 4 * minor**2, 0.0)))
+    minor = 2.0 * np.abs(c1 * q - c2 * p)
+    squares = c1 * c1 + c2 * c2 + p * p + q * q
+    return minor / np.sqrt(squares + np.sqrt(np.maximum(squares * squares - minor * minor, 0.0)))
 
 
 def least_singular_value_on_red(alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, vehicle: Vehicle = PAPER) -> Any:

@@ -23,7 +23,6 @@ from gaitgraph.invertibility.matrices import (
     least_singular_value,
     least_singular_value_bound,
     roll_block_on_red,
-    sensitivities,
     sensitivity_phases,
     singular_value_rate,
     thrust_signs,
@@ -191,8 +190,7 @@ def least_of_each(
 class Quantity(NamedTuple):
     """Functions of the tilt angles that :func:`least_of_each` brackets, each to within its tolerance.
 
-    `values` has `size` rows: the functions, one for each tolerance, and what `bounds` needs. `bounds` takes these rows
-    at both ends of intervals, their starts and their steps, shape (k, 4).
+    `values` has `size` rows: the functions, one for each tolerance, and what `bounds` needs.
     """
 
     values: Callable[[Sines], FloatArray]
@@ -220,8 +218,7 @@ def least_of_quantities(
         return np.concatenate([quantity.values(sines) for quantity in quantities])
 
     def bounds(v0: FloatArray, v1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
-        step = p1 - p0
-        found = [each.bounds(v0[part], v1[part], p0, step) for part, each in zip(parts, quantities, strict=True)]
+        found = [each.bounds(v0[part], v1[part], p0, p1) for part, each in zip(parts, quantities, strict=True)]
         return np.concatenate(found)
 
     pieces, at_ends = 1, None
@@ -256,10 +253,10 @@ def least_of_bent(f0: FloatArray, f1: FloatArray, bend: FloatArray) -> FloatArra
     return np.asarray(np.minimum(f0, f1) - 0.5 * flat * flat / np.maximum(bend, _TINY))
 
 
-def largest_sine(x0: FloatArray, x1: FloatArray) -> FloatArray:
-    """Return the largest |sin| on intervals: 1 if a peak lies inside, else the larger end."""
+def largest_sine(x0: FloatArray, x1: FloatArray, larger: FloatArray | None = None) -> FloatArray:
+    """Return the largest |sin| on intervals: 1 if a peak lies inside, else that of the larger end, if at hand."""
     peak = np.floor(x0 / math.pi - 0.5) != np.floor(x1 / math.pi - 0.5)
-    return np.where(peak, 1.0, np.maximum(np.abs(np.sin(x0)), np.abs(np.sin(x1))))
+    return np.where(peak, 1.0, np.maximum(np.abs(np.sin(x0)), np.abs(np.sin(x1))) if larger is None else larger)
 
 
 def least_sine(x0: FloatArray, x1: FloatArray) -> FloatArray:
@@ -331,8 +328,8 @@ def level_quantity(
     def values(sines: Sines) -> FloatArray:
         return np.asarray(np.multiply.outer(signs, sines.level_determinant(coefficients)))
 
-    def bounds(v0: FloatArray, v1: FloatArray, start: FloatArray, step: FloatArray) -> FloatArray:
-        return least_of_bent(v0, v1, level_determinant_curvature(start, step, coefficients))
+    def bounds(v0: FloatArray, v1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
+        return least_of_bent(v0, v1, level_determinant_curvature(p0, p1 - p0, coefficients))
 
     return Quantity(values, bounds, tolerances, len(signs))
 
@@ -383,30 +380,40 @@ def sensitivity_bends(p0: FloatArray, p1: FloatArray, coefficients: Coefficients
     return bends[0], bends[1]
 
 
-def largest_residual(starts: FloatArray, ends: FloatArray, coefficients: Coefficients, **options: Any) -> Least:
+def largest_residual(
+    starts: FloatArray,
+    ends: FloatArray,
+    coefficients: Coefficients,
+    *,
+    tolerance: float,
+    known: float = math.inf,
+    **options: Any,
+) -> Least:
     """Bracket the least of −max(|Rφ|, |Rθ|) along segments, for a first arm along body x.
 
     Without a rotor height each is a product of two sines.
     """
-    turned = replace(coefficients, first_arm_angle=0.0)
+    delta, turned = coefficients.delta, replace(coefficients, first_arm_angle=0.0)
 
-    def minus_larger(sines: FloatArray) -> FloatArray:
-        x, y, u, v = sines
-        return np.asarray(-np.maximum(x * y, u * v) / abs(math.sin(2 * coefficients.delta)))
+    def values(sines: Sines) -> FloatArray:
+        # Minus the larger, then the sizes of both, or of the factors in the order of their phases.
+        sizes = np.abs(sines.sensitivities(turned))
+        (first, fourth), (third, second) = sines.totals(delta), sines.differences()
+        more = sizes if coefficients.cross else np.abs([first, second, third, fourth])
+        return np.concatenate([-sizes.max(axis=0, keepdims=True), more])
 
-    def value(alpha: FloatArray) -> FloatArray:
+    def bounds(v0: FloatArray, v1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
+        scale, sizes = abs(math.sin(2 * delta)), np.maximum(v0[1:], v1[1:])
         if coefficients.cross:
-            return np.asarray(-np.max(np.abs(sensitivities(alpha, turned)), axis=0))
-        return minus_larger(np.abs(np.sin(sensitivity_phases(alpha, coefficients))))
+            sizes = sizes + np.array(sensitivity_bends(p0, p1, turned)[::-1]) / (8 * scale)
+        else:
+            phases = sensitivity_phases(p0, coefficients), sensitivity_phases(p1, coefficients)
+            sizes = largest_sine(*phases, larger=sizes)
+            sizes = sizes[::2] * sizes[1::2] / scale
+        return np.asarray(-sizes.max(axis=0, keepdims=True))
 
-    def bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
-        if coefficients.cross:
-            bends = np.array(sensitivity_bends(p0, p1, turned)[::-1]) / abs(math.sin(2 * coefficients.delta))
-            sizes = np.maximum(*(np.abs(sensitivities(side, turned)) for side in (p0, p1)))
-            return np.asarray(-(sizes + bends / 8).max(axis=0))
-        return minus_larger(largest_sine(sensitivity_phases(p0, coefficients), sensitivity_phases(p1, coefficients)))
-
-    return least_along(starts, ends, value, bound, **options)
+    quantity = Quantity(values, bounds, (tolerance,), 3 if coefficients.cross else 5)
+    return least_of_quantities(starts, ends, [quantity], known=(known,), **options)[0]
 
 
 def bound_by_change(change: Callable[[FloatArray, FloatArray], FloatArray]) -> Bound:
@@ -445,13 +452,10 @@ def red_quantity(vehicle: Vehicle, *, tolerance: float) -> Quantity:
     bound = singular_value_bound(vehicle)
 
     def values(sines: Sines) -> FloatArray:
-        sides = (*sines.cosine[:2], *sines.sine[:2], vehicle)
+        sides = sines.cosine[:2], sines.sine[:2], vehicle
         return np.asarray(np.minimum(roll_block_on_red(*sides), yaw_block_on_red(*sides)))[None]
 
-    def bounds(v0: FloatArray, v1: FloatArray, start: FloatArray, step: FloatArray) -> FloatArray:
-        return bound(v0[0], v1[0], start, start + step)[None]
-
-    return Quantity(values, bounds, (tolerance,), 1)
+    return Quantity(values, lambda v0, v1, p0, p1: bound(v0[0], v1[0], p0, p1)[None], (tolerance,), 1)
 
 
 def least_singular_value_along(
@@ -470,13 +474,24 @@ def least_singular_value_along(
 
 
 def least_singular_value_of_all(
-    starts: FloatArray, ends: FloatArray, vehicle: Vehicle = PAPER, *, tolerance: float = 1e-4, known: float = math.inf
+    starts: FloatArray,
+    ends: FloatArray,
+    vehicle: Vehicle = PAPER,
+    *,
+    tolerance: float = 1e-4,
+    known: float = math.inf,
+    points: Sines | None = None,
 ) -> Least:
-    """Bracket the least singular value over many segments; `upper` is infinite where no decomposition was needed."""
+    """Bracket the least singular value over many segments; `upper` is infinite where no decomposition was needed.
+
+    `points` are the sines of all starts and of the last end of consecutive segments, if at hand.
+    """
     if is_red(starts, ends):
         return least_singular_value_along(starts, ends, vehicle, tolerance=tolerance, known=known)
-    low0, lower = _undecomposed_bounds(starts, ends, vehicle)
+    low0, lower = _undecomposed_bounds(starts, ends, vehicle, points)
     upper, fraction = np.full(len(starts), np.inf), np.zeros(len(starts))
+    if lower.min() >= known - tolerance:
+        return Least(lower=lower, upper=upper, fraction=fraction)
     first = int(np.argmin(low0))
     known = min(known, float(least_singular_value(starts[first], vehicle)))
     matters = lower < known - tolerance
@@ -486,9 +501,15 @@ def least_singular_value_of_all(
     return Least(lower=lower, upper=upper, fraction=fraction)
 
 
-def _undecomposed_bounds(starts: FloatArray, ends: FloatArray, vehicle: Vehicle) -> tuple[FloatArray, FloatArray]:
+def _undecomposed_bounds(
+    starts: FloatArray, ends: FloatArray, vehicle: Vehicle, points: Sines | None = None
+) -> tuple[FloatArray, FloatArray]:
     """Return lower bounds of the least singular value at the starts, and along the segments."""
-    low0, low1 = (least_singular_value_bound(side, vehicle) for side in (starts, ends))
+    if points is None:
+        low0, low1 = (least_singular_value_bound(side, vehicle) for side in (starts, ends))
+    else:
+        low = points.least_singular_value_bound(vehicle)
+        low0, low1 = low[:-1], low[1:]
     return low0, singular_value_bound(vehicle)(low0, low1, starts, ends)
 
 
@@ -543,8 +564,8 @@ def thrusts_push_up(starts: FloatArray, ends: FloatArray, vehicle: Vehicle = PAP
     They are products of two sines. With a rotor height they are so on red alone, where sin β1 and sin β2 must have
     opposite signs; off red their signs are then proven by bounds, and what is nearly zero does not count as positive.
     """
-    sides, red = np.array([starts, ends]), vehicle.height_ratio and is_red(starts, ends)
-    if vehicle.height_ratio and not red:
+    sides, raised = np.array([starts.T, ends.T]), bool(vehicle.height_ratio)
+    if raised and not is_red(starts, ends):
         signs = thrust_signs(vehicle)
 
         def value(alpha: FloatArray) -> FloatArray:
@@ -553,30 +574,36 @@ def thrusts_push_up(starts: FloatArray, ends: FloatArray, vehicle: Vehicle = PAP
 
         def bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
             w0, w1 = (signs * zero_moment_inputs(side, vehicle) for side in (p0, p1))
-            bends = _bends_of_inputs(p1 - p0, vehicle)[0]
+            bends = _bends_of_inputs(p1 - p0, vehicle)[0].T
             return np.asarray(np.maximum(*(least_of_bent(s * w0, s * w1, bends).min(axis=1) for s in (1.0, -1.0))))
 
         kept = least_along(starts, ends, value, bound, tolerance=0.0, floor=_IDLE, each=True).lower >= _IDLE
     else:
-        phases = _phases_of_inputs(sides, vehicle)
-        phases = phases[..., :2] / 2 if red else phases  # β2 and β1
-        halves, after = np.floor(phases / math.pi)  # an odd one where the sine is negative
-        kept = ((halves == after) & (phases != 0).all(axis=0)).all(axis=-1)
-        if red:
-            kept &= halves.sum(axis=-1) % 2 == 1
+        # A sine keeps its sign between two multiples of π; it is negative after odd ones.
+        at = _phases_of_inputs(sides, vehicle) / math.pi
+        at = 0.5 * at[:, :2] if raised else at  # β2 and β1
+        after = np.floor(at)
+        kept = ((after[0] == after[1]) & (at != after).all(axis=0)).all(axis=0)
+        halves = 0.5 * after[0]
+        odd = np.floor(halves) != halves
+        if raised:
+            kept &= odd[0] != odd[1]
         else:
             # Each rotor has one of the two sums of opposite arms, then the cosine of its opposite arm.
-            odd = (halves[:, [0, 1, 0, 1]] + halves[:, [4, 5, 2, 3]] + np.array([0.0, 1.0, 0.0, 1.0])) % 2
-            kept &= (odd == odd[:, :1]).all(axis=-1)
-    turns = 2 * math.pi * np.rint((starts + ends) / (4 * math.pi))
-    return np.asarray(kept & (np.abs(sides - turns).max(axis=(0, 2)) <= math.pi / 2 + 1e-9))
+            first, second = odd[2:].reshape(2, 2, -1)[::-1] ^ odd[:2]
+            kept &= (first == second).all(axis=0) & (first[0] != first[1])
+    turns = 2 * math.pi * np.rint((sides[0] + sides[1]) / (4 * math.pi))
+    return np.asarray(kept & (np.abs(sides - turns).max(axis=(0, 1)) <= math.pi / 2 + 1e-9))
 
 
-def _phases_of_inputs(alpha: FloatArray, vehicle: Vehicle) -> FloatArray:
-    """Return phases whose sines are the factors of w₀: two sums of opposite arms, then four cosines, shape (..., 6)."""
+def _phases_of_inputs(rows: FloatArray, vehicle: Vehicle) -> FloatArray:
+    """Return phases whose sines are the factors of w₀: two sums of opposite arms, then four cosines.
+
+    Angles of shape (..., 4, m) [rad] give phases of shape (..., 6, m).
+    """
     delta = math.atan(vehicle.signed_drag_ratio)
-    beta = alpha + np.array([-delta, delta, -delta, delta])
-    return np.concatenate([beta[..., 1::-1] + beta[..., 3:1:-1], beta + math.pi / 2], axis=-1)
+    beta = rows + np.array([[-delta], [delta], [-delta], [delta]])
+    return np.concatenate([beta[..., 1::-1, :] + beta[..., 3:1:-1, :], beta + math.pi / 2], axis=-2)
 
 
 def where_thrusts_vanish(start: FloatArray, end: FloatArray, vehicle: Vehicle = PAPER) -> float:
@@ -585,7 +612,7 @@ def where_thrusts_vanish(start: FloatArray, end: FloatArray, vehicle: Vehicle = 
         at = np.linspace(0.0, 1.0, 201)
         inputs = zero_moment_inputs(start + at[:, None] * (end - start), vehicle)
         return float(at[np.argmin(np.abs(inputs).min(axis=1))])
-    return float(where_least_sine(*(_phases_of_inputs(alpha[None], vehicle) for alpha in (start, end)))[0])
+    return float(where_least_sine(*(_phases_of_inputs(alpha[:, None], vehicle).T for alpha in (start, end)))[0])
 
 
 def thrust_shares_along(
@@ -622,20 +649,22 @@ def share_quantity(vehicle: Vehicle, *, tolerance: float) -> Quantity:
     """
 
     def values(sines: Sines) -> FloatArray:
-        inputs = np.abs(sines.zero_moment_inputs(vehicle))
-        lift = (inputs * sines.cosine).sum(axis=0)
-        return np.concatenate([[inputs.min(axis=0) / lift, -inputs.max(axis=0) / lift], inputs, lift[None]])
+        rows = np.empty((7, sines.alpha.shape[1]))
+        inputs, lift = np.abs(sines.zero_moment_inputs(vehicle), out=rows[2:6]), rows[6]
+        np.add.reduce(inputs * sines.cosine, axis=0, out=lift)
+        rows[0], rows[1] = np.minimum.reduce(inputs) / lift, -np.maximum.reduce(inputs) / lift
+        return rows
 
-    def bounds(v0: FloatArray, v1: FloatArray, start: FloatArray, step: FloatArray) -> FloatArray:
+    def bounds(v0: FloatArray, v1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
         # |wᵢ| − c·V is bent too, where c is the rotor's least share at both ends, and at least 0 there. Its share is
         # below c by no more than the deficit of that over the least of V. The same holds for the largest, reversed.
-        bends, lift_bend = _bends_of_inputs(step, vehicle)
-        first, last = _SENSES * v0[2:6], _SENSES * v1[2:6]
-        least_lift = np.maximum(least_of_bent(v0[6], v1[6], lift_bend), 1e-300)
-        with np.errstate(over="ignore"):  # at a corner of the square V vanishes, and a share has no bound
-            c = np.minimum(first / v0[6], last / v1[6])
-            deficit = least_of_bent(first - c * v0[6], last - c * v1[6], bends.T + np.abs(c) * lift_bend)
-            out = (c + np.minimum(deficit, 0.0) / least_lift).min(axis=1)
+        bends, lift_bend = _bends_of_inputs(p1 - p0, vehicle)
+        first, last, lift0, lift1 = _SENSES * v0[2:6], _SENSES * v1[2:6], v0[6], v1[6]
+        # At a corner of the square V vanishes, and a share has no bound.
+        least_lift = np.maximum(least_of_bent(lift0, lift1, lift_bend), 1e-200)
+        c = np.minimum(first / lift0, last / lift1)
+        deficit = least_of_bent(first - c * lift0, last - c * lift1, bends + np.abs(c) * lift_bend)
+        out = np.minimum.reduce(c + np.minimum(deficit, 0.0) / least_lift, axis=1)
         np.maximum(out[0], 0.0, out=out[0])
         return np.asarray(out)
 
@@ -643,17 +672,20 @@ def share_quantity(vehicle: Vehicle, *, tolerance: float) -> Quantity:
 
 
 def _bends_of_inputs(step: FloatArray, vehicle: Vehicle) -> tuple[FloatArray, FloatArray]:
-    """Return bounds of the second derivatives along a step of w₀, shape (m, 4), and of V, shape (m,)."""
-    squares, sums = step**2, (step[:, :2] + step[:, 2:])[:, ::-1] ** 2
+    """Return bounds of the second derivatives along steps of w₀, shape (4, m), and of V, shape (m,)."""
+    rows = step.T
+    squares, sums = rows * rows, rows[:2] + rows[2:]
+    sums *= sums
     # The second derivative of a product of two sinusoids is at most the sum of both frequencies squared. V is
     # ±sin(Σ2 + 2δ)·(cos(Σ1 − δ) + cos δ·cos Δ1) ± sin(Σ1 − 2δ)·(cos(Σ2 + δ) + cos δ·cos Δ2), with the sums Σ and the
     # differences Δ of opposite arms.
-    bends = np.concatenate([sums + squares[:, 2:], sums + squares[:, :2]], axis=1)
-    lift_bend = 2 * (sums.sum(axis=1) + squares.sum(axis=1) / math.hypot(1.0, vehicle.drag_ratio))
-    height, cosine = abs(vehicle.height_ratio), 1 / math.hypot(1.0, vehicle.drag_ratio)
+    bends = (squares.reshape(2, 2, -1)[::-1] + sums[::-1]).reshape(4, -1)
+    cosine = 1 / math.hypot(1.0, vehicle.drag_ratio)
+    lift_bend = 2 * (sums[0] + sums[1]) + 2 * cosine * squares.sum(axis=0)
+    height = abs(vehicle.height_ratio)
     if height:
         # H·cos²δ·sin β3·sin Δ2 and H²·cos³δ·sin α3·(cos Δ2 − cos(Σ2 + δ)/cos δ) in w₁, and so on; in V times cos αᵢ.
         # All frequencies of a product add up to no more than those of the four angles.
-        more = height * cosine**2 * (1 + height * cosine + height) * np.abs(step).sum(axis=1) ** 2
-        bends, lift_bend = bends + more[:, None], lift_bend + 4 * more
+        more = height * cosine**2 * (1 + height * cosine + height) * np.abs(rows).sum(axis=0) ** 2
+        bends, lift_bend = bends + more, lift_bend + 4 * more
     return bends, lift_bend

@@ -25,6 +25,7 @@ from gaitgraph.errors import InputError, shown
 from gaitgraph.invertibility.matrices import (
     Coefficients,
     FloatArray,
+    Sines,
     attitude_of,
     attitude_sensitivities,
     body_vertical,
@@ -87,29 +88,10 @@ def _finite_or_nan(alpha: npt.ArrayLike) -> FloatArray:
 
 
 def _across_and_level(rows: FloatArray, coefficients: Coefficients) -> tuple[FloatArray, FloatArray]:
-    """Return √(Rφ² + Rθ²) and R for rows of shape (m, 4), with one sine and one cosine of each angle."""
-    columns = np.ascontiguousarray(rows.T)
-    s1, s2, s3, s4 = np.sin(columns)
-    c1, c2, c3, c4 = np.cos(columns)
-    cc, ss, sc, cs = c1 * c3, s1 * s3, s1 * c3, c1 * s3
-    CC, SS, SC, CS = c2 * c4, s2 * s4, s2 * c4, c2 * s4
-    odd, even = sc + cs, SC + CS
-    twice = 2.0 * coefficients.delta
-    sine, cosine = math.sin(twice), math.cos(twice)
-    pitch = (odd * cosine - (cc - ss) * sine) * (SC - CS)
-    roll = (sc - cs) * (even * cosine + (CC - SS) * sine)
-    level = (
-        cc * (4.0 * CC - 2.0 * SS + coefficients.single * even)
-        + ss * (coefficients.triple * even - 2.0 * CC)
-        + odd * (coefficients.double * even - coefficients.single * CC - coefficients.triple * SS)
-    )
-    if cross := coefficients.cross:
-        # As in matrices.sensitivities, times sin 2δ.
-        apart, apart2, half, kappa = sc - cs, SC - CS, cross / 2 * sine, math.tan(coefficients.delta)
-        roll = roll - half * apart2 * (2.0 * ss - kappa * odd)
-        pitch = pitch + half * apart * (2.0 * SS + kappa * even)
-        level = level + cross * apart * apart2
-    return np.sqrt(pitch * pitch + roll * roll) / abs(sine), level
+    """Return √(Rφ² + Rθ²) and R for rows of shape (m, 4)."""
+    sines = Sines.of(np.asfortranarray(rows))
+    roll, pitch = sines.sensitivities(coefficients)
+    return np.sqrt(pitch * pitch + roll * roll), sines.level_determinant(coefficients)
 
 
 def singular_everywhere(

@@ -62,7 +62,7 @@ class _Brackets(Rule):
     def update(self, block: Segments) -> None:
         """Bracket all quantities that the rules compare with their limits."""
         criteria, vehicle, starts, ends = self.criteria, self.criteria.vehicle, block.starts, block.ends
-        self.sines = Sines.of(block.alpha)
+        self.sines = block.sines
         self.value = self.sines.level_determinant(criteria.coefficients)
         self.largest = max(self.largest, float(self.value.min()), float(self.value.max()), key=abs)
         # Of a whole gait no check states how large |R| becomes: the least of −R, or of R, is not narrowed.
@@ -85,8 +85,8 @@ class _Brackets(Rule):
         found = least_of_quantities(starts, ends, quantities, points=self.sines, known=known)
         brackets = dict(zip(which, found, strict=True))
         if not block.on_red:
-            bracket, least = criteria.bracket, self.known[2]
-            brackets[2] = least_singular_value_of_all(starts, ends, vehicle, tolerance=bracket, known=least)
+            options: Any = {"tolerance": criteria.bracket, "known": self.known[2], "points": self.sines}
+            brackets[2] = least_singular_value_of_all(starts, ends, vehicle, **options)
         for k, least in brackets.items():
             self.known[k] = min(self.known[k], float(least.upper.min()))
         self.level, self.singular, self.shares = (found[0], found[1]), brackets[2], found[-2:]

@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.angles import angle_within, checked_number
+from gaitgraph.invertibility.matrices import Sines
 from gaitgraph.invertibility.segment_bounds import Least, is_red, largest_residual
 from gaitgraph.surface.sheets import (
     DEFAULT_CROSSING_TOLERANCE,
@@ -122,6 +123,11 @@ class Segments:
     def ends(self) -> FloatArray:
         """The end of each segment, shape (m, 4) [rad]."""
         return self.alpha[1:]
+
+    @cached_property
+    def sines(self) -> Sines:
+        """The sines and cosines of all points."""
+        return Sines.of(self.alpha)
 
     @cached_property
     def on_red(self) -> bool:
@@ -236,7 +242,8 @@ class OnSurface(Rule):
             zero = np.zeros(len(block.starts))
             self.worst.update(Least(lower=zero, upper=zero, fraction=zero), block)
             return
-        found = largest_residual(block.starts, block.ends, self.criteria.coefficients, tolerance=tolerance, known=known)
+        options: Any = {"tolerance": tolerance, "known": known, "points": block.sines}
+        found = largest_residual(block.starts, block.ends, self.criteria.coefficients, **options)
         self.worst.update(found, block)
 
     def checks(self) -> Iterator[Check]:
