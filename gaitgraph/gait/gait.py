@@ -309,6 +309,8 @@ def points_on_sheets(
 ) -> FloatArray:
     """Return the points of the sheets above (α1, α2), each on that of its color, shape (n, 4) [rad]."""
     a1, a2 = checked_plane_angles(alpha1, alpha2)
+    if len(set(colors)) == 1:
+        return np.array([a1, a2, *sheet_angles(colors[0], a1, a2, coefficients)]).T  # type: ignore[arg-type]
     is_red = np.array([color == "red" for color in colors])
     sheets = (sheet_angles("red", a1, a2, coefficients), sheet_angles("blue", a1, a2, coefficients))
     return np.column_stack([a1, a2, *(np.where(is_red, red, blue) for red, blue in zip(*sheets, strict=True))])
