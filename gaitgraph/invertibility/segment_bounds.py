@@ -38,7 +38,7 @@ Several = Sequence[FloatArray] | FloatArray  # several of one shape, or the rows
 _BATCH = 1 << 15
 # An iteration over few points costs the same for any number of them: a few intervals are cut finer.
 _FEW, _PIECES = 32, 32
-_LONG = 0.05  # a longer segment is hardly settled without a cut [rad]
+_LONG = 0.05  # a longer segment is hardly settled without a cut to this length [rad]
 _SHORT = 1e-12  # fractions nearer than this are halved, to the end of what floats resolve
 _TINY = float(np.finfo(float).tiny)
 _IDLE = 1e-9  # a zero-moment input below this counts as zero where its sign is proven by bounds
@@ -222,9 +222,9 @@ def least_of_quantities(
         return np.concatenate(found)
 
     pieces, at_ends = 1, None
-    if len(starts) <= _FEW and float(np.abs(ends - starts).max()) > _LONG:
-        pieces = _PIECES
-    elif points is not None:
+    if len(starts) <= _FEW:
+        pieces = max(1, min(_PIECES, math.ceil(float(np.abs(ends - starts).max()) / _LONG)))
+    if pieces == 1 and points is not None:
         found = values(points)
         at_ends = found[:, :-1], found[:, 1:]
     functions = ((part.start, each.tolerances) for part, each in zip(parts, quantities, strict=True))
@@ -642,16 +642,17 @@ def thrust_shares_along(
 _SENSES = np.array([1.0, -1.0])[:, None, None]
 
 
-def share_quantity(vehicle: Vehicle, *, tolerance: float) -> Quantity:
-    """Return the least share of the weight and minus the largest, where all rotors push up.
+def share_quantity(vehicle: Vehicle, *, tolerance: float, rotors: int = 4) -> Quantity:
+    """Return the least share of the weight and minus the largest, where all rotors push up; on red two are enough.
 
     There a share is |wᵢ|/V with V = Σ|wⱼ|·cos αⱼ, as in ``hover_thrust_shares``, of bounded second derivatives.
     """
 
     def values(sines: Sines) -> FloatArray:
-        rows = np.empty((7, sines.alpha.shape[1]))
-        inputs, lift = np.abs(sines.zero_moment_inputs(vehicle), out=rows[2:6]), rows[6]
-        np.add.reduce(inputs * sines.cosine, axis=0, out=lift)
+        inputs = np.abs(sines.zero_moment_inputs(vehicle))
+        rows = np.empty((3 + rotors, sines.alpha.shape[1]))
+        lift = np.add.reduce(inputs * sines.cosine, axis=0, out=rows[2])
+        rows[3:] = inputs = inputs[:rotors]
         rows[0], rows[1] = np.minimum.reduce(inputs) / lift, -np.maximum.reduce(inputs) / lift
         return rows
 
@@ -659,16 +660,16 @@ def share_quantity(vehicle: Vehicle, *, tolerance: float) -> Quantity:
         # |wᵢ| − c·V is bent too, where c is the rotor's least share at both ends, and at least 0 there. Its share is
         # below c by no more than the deficit of that over the least of V. The same holds for the largest, reversed.
         bends, lift_bend = _bends_of_inputs(p1 - p0, vehicle)
-        first, last, lift0, lift1 = _SENSES * v0[2:6], _SENSES * v1[2:6], v0[6], v1[6]
+        first, last, lift0, lift1 = _SENSES * v0[3:], _SENSES * v1[3:], v0[2], v1[2]
         # At a corner of the square V vanishes, and a share has no bound.
         least_lift = np.maximum(least_of_bent(lift0, lift1, lift_bend), 1e-200)
         c = np.minimum(first / lift0, last / lift1)
-        deficit = least_of_bent(first - c * lift0, last - c * lift1, bends + np.abs(c) * lift_bend)
+        deficit = least_of_bent(first - c * lift0, last - c * lift1, bends[:rotors] + np.abs(c) * lift_bend)
         out = np.minimum.reduce(c + np.minimum(deficit, 0.0) / least_lift, axis=1)
         np.maximum(out[0], 0.0, out=out[0])
         return np.asarray(out)
 
-    return Quantity(values, bounds, (tolerance, tolerance), 7)
+    return Quantity(values, bounds, (tolerance, tolerance), 3 + rotors)
 
 
 def _bends_of_inputs(step: FloatArray, vehicle: Vehicle) -> tuple[FloatArray, FloatArray]:

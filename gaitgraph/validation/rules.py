@@ -144,7 +144,7 @@ class Segments:
         """Return the place at a fraction of a segment, counted from 0 within these."""
         index, fraction = (segment + 1, 0.0) if fraction == 1.0 else (segment, float(fraction))
         at, t = self.alpha[index], None if self.t is None else float(self.t[index])
-        if index and self.number[index] <= self.number[index - 1]:
+        if t is not None and index and self.number[index] <= self.number[index - 1]:
             t = self.first_t
         if fraction:
             at = at + fraction * (self.alpha[index + 1] - at)
@@ -239,7 +239,7 @@ class OnSurface(Rule):
         """Bracket the largest residual."""
         tolerance, known = self.criteria.tolerance / 100, self.worst.upper
         if block.on_red:  # both products of sines vanish
-            zero = np.zeros(len(block.starts))
+            zero = np.zeros(1)
             self.worst.update(Least(lower=zero, upper=zero, fraction=zero), block)
             return
         options: Any = {"tolerance": tolerance, "known": known, "points": block.sines}
