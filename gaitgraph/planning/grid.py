@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-import networkx as nx
 import numpy as np
 
 from gaitgraph.graph.build import gait_along, nodes_above, surface_graph
@@ -18,6 +17,8 @@ from gaitgraph.surface.sheets import RELATION, SIGNS, Sign
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
+
+    import networkx as nx
 
     from gaitgraph.graph.walks import Use
     from gaitgraph.planning.refusal import Branch, Obstacle
@@ -42,6 +43,8 @@ def _paths_of_color(
     graph: nx.Graph[Any], served: list[list[Any]], branch: Branch, progress: Callable[[str], None] | None
 ) -> list[FoundPath] | Obstacle:
     """Return the best loop of one color for each use of it, or the obstacle."""
+    import networkx as nx
+
     request = branch.request
     if progress is not None:
         progress(f"searching {branch.color} loops")

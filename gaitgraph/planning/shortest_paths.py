@@ -93,10 +93,12 @@ class ShortestPaths:
             self._at_edge |= {(a, b): (t, c), (b, c): (t, a), (c, a): (t, b)}
         self._sides = self._reflex_corners(region)
         self._region = region
-        # The reflex corners, and each one's place and neighbours on its border (its place again where several meet).
-        self._reflex = sorted(self._sides)
-        rows = [(place := self._points[k], *(self._sides[k] or (place, place))) for k in self._reflex]
-        self._around = np.array(rows).reshape(-1, 3, 2)
+        # The reflex corners, each one's place, and from there its neighbours on its border (itself where several meet).
+        self._reflex = np.array(sorted(self._sides), dtype=int)
+        rows = [(place := self._points[k], *(self._sides[k] or (place, place))) for k in self._reflex.tolist()]
+        self._places, *sides = np.moveaxis(np.array(rows).reshape(-1, 3, 2), 1, 0)
+        self._offsets = np.array([side - self._places for side in sides])
+        self._noise = _ROUNDING * float(np.abs([self._places, *sides]).max(initial=1.0)) ** 2
         self._views: dict[int, tuple[tuple[int, float], ...]] = {}
         corners = np.array(self._points).reshape(-1, 2)[np.array(self._triangles, dtype=int).reshape(-1, 3)]
         self._tree = shapely.STRtree(shapely.polygons(corners))
@@ -191,22 +193,18 @@ class ShortestPaths:
         return any(abs(turn) <= reach for turn, reach in zip((first, second), reaches, strict=True))
 
     def _tangent(self, corner: int) -> list[int]:
-        """Return the corners whose line to a given one may bend around both, seen or not: few along a fine curve."""
-        around, here = self._around, self._around[self._reflex.index(corner)]
-        there, noise = around[:, 0], _ROUNDING * max(1.0, float(np.abs(around).max())) ** 2
+        """Return the corners whose line to a given one may bend around both, to rounding: few along a fine curve."""
+        row = np.searchsorted(self._reflex, corner)
+        x, y = (self._places - self._places[row]).T
 
-        def passes(offset: FloatArray, line: FloatArray) -> npt.NDArray[np.bool_]:
-            first, second = np.moveaxis(line[..., 0] * offset[..., 1] - line[..., 1] * offset[..., 0], -1, 0)
-            return np.asarray((first * second >= 0) | (np.minimum(np.abs(first), np.abs(second)) <= noise))
+        def passes(sides: FloatArray) -> npt.NDArray[np.bool_]:
+            first, second = (x * side[..., 1] - y * side[..., 0] for side in sides)
+            return np.asarray((first * second >= 0) | (np.minimum(np.abs(first), np.abs(second)) <= self._noise))
 
-        line = (there - here[0])[:, None]
-        both = passes(here[1:] - here[0], line) & passes(around[:, 1:] - there[:, None], line)
-        place = self._points[corner]
-        return [
-            other
-            for other in (self._reflex[k] for k in np.flatnonzero(both))
-            if other != corner and self._touches(corner, self._points[other]) and self._touches(other, place)
-        ]
+        both = passes(self._offsets[:, row]) & passes(self._offsets)
+        both[row] = False
+        found: list[int] = self._reflex[both].tolist()
+        return found
 
     def _in_region(self, lines: list[tuple[Point, Point]]) -> list[bool]:
         """Return whether straight lines lie in the region; one along its border may be missed."""
@@ -225,7 +223,12 @@ class ShortestPaths:
             else:
                 inside = self._in_region([(place, self._points[other]) for other in others])
                 others = [*compress(others, inside)]
-            self._views[corner] = tuple((other, math.dist(place, self._points[other])) for other in others)
+            # Exact, and so dear: of those alone that are seen.
+            self._views[corner] = tuple(
+                (other, math.dist(place, self._points[other]))
+                for other in others
+                if self._touches(corner, self._points[other]) and self._touches(other, place)
+            )
         return self._views[corner]
 
     def path(self, start: npt.ArrayLike, end: npt.ArrayLike) -> FloatArray | None:

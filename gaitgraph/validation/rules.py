@@ -268,7 +268,8 @@ class TwoColor(Rule):
 
     def update(self, block: Segments) -> None:
         """Find the first pair of points that may not be neighbours."""
-        self.families |= {block.color} if block.color else set(np.unique(block.sheet).tolist()) - {0}
+        codes = [block.color] if block.color else family_codes(FAMILIES).tolist()
+        self.families |= {code for code in codes if block.color or (block.sheet == code).any()}
         if self.broken is not None or block.color:  # on one sheet no two types are + and −
             return
         criteria = self.criteria

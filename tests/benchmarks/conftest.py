@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 AIMS = {
-    "plan as a process": "at most 1.3",
+    "plan as a process": "at most 0.5",
     "--help as a process": "at most 1.6",
     "roots per node against a numerical solver": "at most 1/2000",
     "roots on a 1025 x 1025 grid against numpy.sin": "at most 5",
