@@ -121,7 +121,7 @@ class Gait(Pictured):
     @property
     def ends(self) -> FloatArray:
         """The end of the segment that starts at each corner, shape (n, 4) [rad]."""
-        return _following(self.alpha)
+        return np.concatenate([self.alpha[1:], self.alpha[:1]])
 
     @property
     def length(self) -> float:
@@ -156,18 +156,18 @@ class Gait(Pictured):
         if len(self.alpha) == 1:
             return self
         points, colors = self.alpha, np.array(self.colors if self.colors else [""] * len(self.alpha))
-        changes = colors != _following(colors)
+        after = np.arange(1, len(points) + 1) % len(points)
         # First drop points that repeat the one before, of which the direction is not known.
-        keep = (points != self.ends).any(axis=1) | changes
+        keep = (points != points[after]).any(axis=1) | (colors != colors[after])
         if not keep.all():
             keep[0] |= not keep.any()
             points, colors = points[keep], colors[keep]
-            changes = colors != _following(colors)
-        step = _following(points) - points
+            after = np.arange(1, len(points) + 1) % len(points)
+        step, changes, before = points[after] - points, colors != colors[after], np.arange(len(points)) - 1
         size = np.sqrt((step**2).sum(axis=1, keepdims=True))
         unit = step / np.where(size > 0, size, 1.0)
-        corner = ((unit - _preceding(unit)) ** 2).sum(axis=1) > _STRAIGHT**2
-        corner |= changes | _preceding(changes)
+        corner = ((unit - unit[before]) ** 2).sum(axis=1) > _STRAIGHT**2
+        corner |= changes | changes[before]
         corner[0] = True
         if keep.all() and corner.all() and not self.request:
             return self
@@ -256,16 +256,6 @@ class Gait(Pictured):
             angles = "".join(f"{text_from_angle(float(angle)):>10}" for angle in alpha)
             lines.append(f"  {k + 1:>4}  {angles}" + (f"     {types[k]}" if types else ""))
         return lines if corners <= most else [*lines, f"     … and {corners - most} more"]
-
-
-def _following(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """Return for each of the points of a loop the value of the next one."""
-    return np.concatenate([values[1:], values[:1]])
-
-
-def _preceding(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """Return for each of the points of a loop the value of the one before."""
-    return np.concatenate([values[-1:], values[:-1]])
 
 
 def lift(

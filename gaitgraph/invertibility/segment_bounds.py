@@ -85,7 +85,6 @@ def least_of_each(
     rows: Sequence[int] | None = None,
     floor: float = math.inf,
     each: bool = False,
-    enough: FloatArray | None = None,
     at_ends: tuple[Several, Several] | None = None,
     most: int | None = None,
     pieces: int = 1,
@@ -100,7 +99,7 @@ def least_of_each(
     An interval whose lower bound is good enough is settled, any other is cut, until the bracket of every function is as
     narrow as its `tolerance`: that of every segment with `each`, else that of the least of all and of `known`, a value
     that each function attains elsewhere. A segment is settled earlier once its least value is known to be above or
-    below `floor`, or above its value of `enough`, shape (m,) or for each function (f, m).
+    below `floor`.
 
     Intervals are halved in batches, the latest first, so that memory is bounded. Work is bounded too, by `most`
     halvings, so that a bracket may stay wider than `tolerance`; `lower` is always valid.
@@ -128,8 +127,6 @@ def least_of_each(
     best, fraction = found.min(axis=1), fractions[found.argmin(axis=1)]
     lower, overall = best.copy(), np.minimum(best.min(axis=1), known)[:, None]
     offsets = count * np.arange(functions)[:, None]  # of functions in flat arrays of shape (f, m)
-    if enough is not None:
-        enough = np.broadcast_to(enough, best.shape)
     batches: list[tuple[Any, FloatArray, FloatArray]] = []
     while True:
         # The first piece of every interval, then the second: each ends where the next begins.
@@ -146,8 +143,6 @@ def least_of_each(
             unsettled = least < (np.minimum(reference - margin, floor) if floor < math.inf else reference - margin)
             if floor < math.inf:
                 unsettled &= reference >= floor
-            if enough is not None:
-                unsettled &= least < enough[:, segment]
             open_ = np.logical_or.reduce(unsettled, axis=0)
             count = int(np.count_nonzero(open_))
             if count:
@@ -259,12 +254,6 @@ def largest_sine(x0: FloatArray, x1: FloatArray, larger: FloatArray | None = Non
     return np.where(peak, 1.0, np.maximum(np.abs(np.sin(x0)), np.abs(np.sin(x1))) if larger is None else larger)
 
 
-def least_sine(x0: FloatArray, x1: FloatArray) -> FloatArray:
-    """Return the least |sin| on intervals: 0 if a zero lies inside, else the smaller end (|sin| is concave)."""
-    zero = np.floor(x0 / math.pi) != np.floor(x1 / math.pi)
-    return np.where(zero, 0.0, np.minimum(np.abs(np.sin(x0)), np.abs(np.sin(x1))))
-
-
 def range_of_sine(x0: FloatArray, x1: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the least and the largest sin on intervals: ±1 if a peak lies inside, else those of the ends."""
     sides = np.array([x0, x1])
@@ -334,27 +323,19 @@ def level_quantity(
     return Quantity(values, bounds, tolerances, len(signs))
 
 
-def range_of_level_determinant(
+def least_level_determinant(
     starts: FloatArray,
     ends: FloatArray,
     coefficients: Coefficients,
     *,
-    signs: tuple[float, ...] = (1.0, -1.0),
+    sign: float = 1.0,
     tolerance: float = 1e-6,
-    known: tuple[float, ...] = (math.inf, math.inf),
+    known: float = math.inf,
     **options: Any,
-) -> tuple[Least, ...]:
-    """Bracket the least of sign·R along segments for each of some signs, in one search."""
-    quantity = level_quantity(coefficients, signs, tolerances=(tolerance,) * len(signs))
-    return least_of_quantities(starts, ends, [quantity], known=known, **options)
-
-
-def least_level_determinant(
-    starts: FloatArray, ends: FloatArray, coefficients: Coefficients, *, sign: float = 1.0, **options: Any
 ) -> Least:
     """Bracket the least of sign·R along segments; a positive lower bound proves that R keeps that sign."""
-    known = (options.pop("known", math.inf),)
-    return range_of_level_determinant(starts, ends, coefficients, signs=(sign,), known=known, **options)[0]
+    quantity = level_quantity(coefficients, (sign,), tolerances=(tolerance,))
+    return least_of_quantities(starts, ends, [quantity], known=(known,), **options)[0]
 
 
 def sensitivity_bends(p0: FloatArray, p1: FloatArray, coefficients: Coefficients) -> tuple[FloatArray, FloatArray]:

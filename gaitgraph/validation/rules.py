@@ -248,7 +248,7 @@ class OnSurface(Rule):
 
     def checks(self) -> Iterator[Check]:
         """Yield the check `on_surface`."""
-        value, limit, place = max(-self.worst.lower, 0.0), self.criteria.tolerance, self.worst.place
+        value, limit, place = max(0.0, -self.worst.lower), self.criteria.tolerance, self.worst.place
         ok = value <= limit
         advice, coefficients = f"{_TAKE_ROOTS}, or raise the tolerance", self.criteria.coefficients
         if coefficients.cross and place and family_distances(place.alpha, coefficients)[1] <= limit:
