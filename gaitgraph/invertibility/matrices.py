@@ -230,14 +230,23 @@ class Sines(NamedTuple):
         return np.asarray(2.0 * self.features[1] - math.tan(delta) * _TURNS[:2] * self.features[2])
 
     def sensitivities(self, coefficients: Coefficients) -> tuple[FloatArray, FloatArray]:
-        """Return Rφ and Rθ, shape (k,), for a first arm along body x; see :func:`sensitivities`."""
+        """Return Rφ and Rθ by the factorised form of (4) and (5), turned by the angle of the first arm, shape (k,)."""
         (first, fourth), (third, second) = self.totals(coefficients.delta), self.differences()
         scale, half = 1.0 / math.sin(2.0 * coefficients.delta), coefficients.cross / 2
         roll, pitch = -scale * third * fourth, scale * first * second
         if half:
             leaning, other = self.leaning(coefficients.delta)
             roll, pitch = roll + half * second * leaning, pitch + half * third * other
-        return roll, pitch
+        turn = coefficients.first_arm_angle
+        if turn == 0.0:
+            return roll, pitch
+        sine, cosine = math.sin(turn), math.cos(turn)
+        return roll * cosine - pitch * sine, pitch * cosine + roll * sine
+
+    def attitude_sensitivities(self, coefficients: Coefficients) -> FloatArray:
+        """Return v, shape (3, k); see :func:`attitude_sensitivities`."""
+        roll, pitch = self.sensitivities(coefficients)
+        return np.array([-pitch, roll, self.level_determinant(coefficients)]) + 0.0
 
     def zero_moment_inputs(self, vehicle: Vehicle) -> FloatArray:
         """Return w₀, shape (4, k); see :func:`zero_moment_inputs`."""
@@ -342,14 +351,10 @@ def leaning_factors(alpha: npt.ArrayLike, delta: float) -> tuple[Any, Any]:
 
 
 def sensitivities(alpha: npt.ArrayLike, coefficients: Coefficients) -> tuple[Any, Any]:
-    """Return Rφ and Rθ by the factorised form of (4) and (5), turned by the angle of the first arm."""
+    """Return Rφ and Rθ of equations (4) and (5), each of shape (...)."""
     angles, sines = _sines_of(alpha)
     roll, pitch = (one.reshape(angles.shape[:-1]) for one in sines.sensitivities(coefficients))
-    turn = coefficients.first_arm_angle
-    if turn == 0.0:
-        return roll, pitch
-    sine, cosine = math.sin(turn), math.cos(turn)
-    return roll * cosine - pitch * sine, pitch * cosine + roll * sine
+    return roll, pitch
 
 
 def roll_sensitivity(alpha: npt.ArrayLike, coefficients: Coefficients) -> Any:
@@ -425,8 +430,8 @@ def attitude_sensitivities(alpha: npt.ArrayLike, coefficients: Coefficients) -> 
     >>> attitude_sensitivities([0, 0, 0, 0], coefficients_of()).round(12).tolist()
     [0.0, 0.0, 4.0]
     """
-    roll, pitch = sensitivities(alpha, coefficients)
-    return np.stack([-np.asarray(pitch), roll, level_determinant(alpha, coefficients)], axis=-1) + 0.0
+    angles, sines = _sines_of(alpha)
+    return sines.attitude_sensitivities(coefficients).T.reshape(*angles.shape[:-1], 3)
 
 
 def determinant(
