@@ -121,12 +121,13 @@ class Gait(Pictured):
     @property
     def ends(self) -> FloatArray:
         """The end of the segment that starts at each corner, shape (n, 4) [rad]."""
-        return np.roll(self.alpha, -1, axis=0)
+        return _following(self.alpha)
 
     @property
     def length(self) -> float:
         """Length of the loop in the (α1, α2) plane [rad]."""
-        return float(np.linalg.norm((self.ends - self.alpha)[:, :2], axis=1).sum())
+        step = (self.ends - self.alpha)[:, :2]
+        return float(np.sqrt((step**2).sum(axis=1)).sum())
 
     @property
     def color(self) -> str | None:
@@ -154,17 +155,22 @@ class Gait(Pictured):
         """
         if len(self.alpha) == 1:
             return self
-        colors = np.array(self.colors if self.colors else [""] * len(self.alpha))
+        points, colors = self.alpha, np.array(self.colors if self.colors else [""] * len(self.alpha))
+        changes = colors != _following(colors)
         # First drop points that repeat the one before, of which the direction is not known.
-        keep = (np.linalg.norm(self.ends - self.alpha, axis=1) > 0) | (np.roll(colors, -1) != colors)
-        keep[0] |= not keep.any()
-        points, colors = self.alpha[keep], colors[keep]
-        step = np.roll(points, -1, axis=0) - points
-        size = np.linalg.norm(step, axis=1, keepdims=True)
+        keep = (points != self.ends).any(axis=1) | changes
+        if not keep.all():
+            keep[0] |= not keep.any()
+            points, colors = points[keep], colors[keep]
+            changes = colors != _following(colors)
+        step = _following(points) - points
+        size = np.sqrt((step**2).sum(axis=1, keepdims=True))
         unit = step / np.where(size > 0, size, 1.0)
-        corner = np.linalg.norm(unit - np.roll(unit, 1, axis=0), axis=1) > _STRAIGHT
-        corner |= (colors != np.roll(colors, 1)) | (colors != np.roll(colors, -1))
+        corner = ((unit - _preceding(unit)) ** 2).sum(axis=1) > _STRAIGHT**2
+        corner |= changes | _preceding(changes)
         corner[0] = True
+        if keep.all() and corner.all() and not self.request:
+            return self
         kept = tuple(map(str, colors[corner])) if self.colors else ()
         return replace(self, alpha=points[corner], colors=kept, request={})
 
@@ -250,6 +256,16 @@ class Gait(Pictured):
             angles = "".join(f"{text_from_angle(float(angle)):>10}" for angle in alpha)
             lines.append(f"  {k + 1:>4}  {angles}" + (f"     {types[k]}" if types else ""))
         return lines if corners <= most else [*lines, f"     … and {corners - most} more"]
+
+
+def _following(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Return for each of the points of a loop the value of the next one."""
+    return np.concatenate([values[1:], values[:1]])
+
+
+def _preceding(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Return for each of the points of a loop the value of the one before."""
+    return np.concatenate([values[-1:], values[:-1]])
 
 
 def lift(

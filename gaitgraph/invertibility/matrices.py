@@ -121,10 +121,16 @@ def coefficients_of(vehicle: VehicleLike = PAPER, kind: CoefficientsLike | None 
     """
     if isinstance(kind, Coefficients):
         return kind
-    vehicle = vehicle_named(vehicle)
+    if kind is not None:
+        checked_choice("coefficients", kind, ("published", "exact"))
+    return _coefficients(vehicle_named(vehicle), kind)
+
+
+@lru_cache(maxsize=64)
+def _coefficients(vehicle: Vehicle, kind: Kind | None) -> Coefficients:
     if kind is None:
         kind = "published" if vehicle.carries_published_coefficients else "exact"
-    if checked_choice("coefficients", kind, ("published", "exact")) == "published":
+    if kind == "published":
         if not vehicle.carries_published_coefficients:
             raised = f", rotor height {vehicle.rotor_height:g} m" if vehicle.rotor_height else ""
             raise InputError(
@@ -146,12 +152,18 @@ def coefficients_of(vehicle: VehicleLike = PAPER, kind: CoefficientsLike | None 
     )
 
 
+class _Form(NamedTuple):
+    form: FloatArray
+    sizes: FloatArray  # of its entries
+    norm: float  # with the term `cross`, like `total`
+    total: float
+
+
 @lru_cache(maxsize=64)
-def _form_of(coefficients: Coefficients) -> tuple[FloatArray, float, float]:
-    """Return the sizes of the entries of the bilinear form, and the form's norm and total with the term `cross`."""
-    sizes = np.abs(coefficients.bilinear_form)
-    cross = abs(coefficients.cross)
-    return sizes, float(np.linalg.norm(sizes)) + cross, float(sizes.sum()) + 4 * cross
+def _form_of(coefficients: Coefficients) -> _Form:
+    """Return the bilinear form of R and its sizes."""
+    form, cross = coefficients.bilinear_form, abs(coefficients.cross)
+    return _Form(form, np.abs(form), float(np.linalg.norm(form)) + cross, float(np.abs(form).sum()) + 4 * cross)
 
 
 def tilt_angles(alpha: npt.ArrayLike) -> FloatArray:
@@ -163,12 +175,13 @@ def tilt_angles(alpha: npt.ArrayLike) -> FloatArray:
 
 
 class Sines(NamedTuple):
-    """Cosines and sines of tilt angles, shape (4, k), and the features of both pairs of arms, shape (3, 2, k) [rad].
+    """Tilt angles [rad], their cosines and sines, shape (4, k), and the features of both pairs of arms, (3, 2, k).
 
     The features of opposite arms are cos·cos, sin·sin and the sine of the sum. What depends on the angles at level
     attitude is made of these, so that each sine is computed once.
     """
 
+    alpha: FloatArray
     cosine: FloatArray
     sine: FloatArray
     features: FloatArray
@@ -176,33 +189,35 @@ class Sines(NamedTuple):
     @classmethod
     def of(cls, alpha: FloatArray) -> Sines:
         """Return those of points, shape (k, 4) [rad]."""
-        c, s = np.cos(alpha.T), np.sin(alpha.T)
-        return cls(c, s, np.array([c[:2] * c[2:], s[:2] * s[2:], s[:2] * c[2:] + c[:2] * s[2:]]))
+        rows = alpha.T
+        c, s = np.cos(rows), np.sin(rows)
+        return cls(rows, c, s, np.array([c[:2] * c[2:], s[:2] * s[2:], s[:2] * c[2:] + c[:2] * s[2:]]))
 
     def level_determinant(self, coefficients: Coefficients) -> FloatArray:
         """Return R of equation (6), shape (k,); see :func:`level_determinant`."""
         first, second = self.features[:, 0], self.features[:, 1]
-        level = ((coefficients.bilinear_form.T @ first) * second).sum(axis=0)
+        level = ((_form_of(coefficients).form.T @ first) * second).sum(axis=0)
         if coefficients.cross:
             level = level + coefficients.cross * np.prod(self.differences(), axis=0)
         return np.asarray(level)
 
     def level_slopes(self, coefficients: Coefficients) -> FloatArray:
         """Return |∂R/∂αᵢ| for each angle, per radian, shape (4, k)."""
-        c, s, form = self.cosine, self.sine, coefficients.bilinear_form
-        rest = np.stack([form @ self.features[:, 1], form.T @ self.features[:, 0]], axis=1)  # of each pair
-        # The derivative of the pair features with respect to each angle, its opposite one fixed.
-        across, along = s * c[_OPPOSITE], (self.features[0] - self.features[1])[_PAIR]
-        slopes = rest[1][_PAIR] * across[_OPPOSITE] - rest[0][_PAIR] * across + rest[2][_PAIR] * along
+        form, (first, second) = _form_of(coefficients).form, self.features.swapaxes(0, 1)
+        rest = np.array([form @ second, form.T @ first]).swapaxes(0, 1)  # for each pair
+        # The derivative of the pair features with respect to each angle, its opposite one fixed; shape (2, 2, k).
+        across = self.sine.reshape(2, 2, -1) * self.cosine.reshape(2, 2, -1)[::-1]
+        along = self.features[0] - self.features[1]
+        slopes = rest[1] * across[::-1] - rest[0] * across + rest[2] * along
         if coefficients.cross:
-            turned = (self.features[0] + self.features[1])[_PAIR] * self.differences()[_OTHER]
-            slopes = slopes + coefficients.cross * np.array([[1.0], [1.0], [-1.0], [-1.0]]) * turned
-        return np.abs(slopes)
+            turned = (self.features[0] + self.features[1]) * self.differences()[::-1]
+            slopes += coefficients.cross * np.array([turned, -turned])
+        return np.abs(slopes.reshape(4, -1))
 
     def level_resolution(self, coefficients: Coefficients, slopes: FloatArray, rounding: float = 0.0) -> FloatArray:
         """Return the |R| above which its sign is certain, shape (k,); see :func:`level_determinant_resolution`."""
         first, second = self.features[:, 0], self.features[:, 1]
-        form, size, total = _form_of(coefficients)
+        _, form, size, total = _form_of(coefficients)
         # single·|p₀q₂ − p₂q₀| + double·|p₂q₂| + triple·|p₁q₂ − p₂q₁| of the features p and q of both pairs.
         _, single, double, triple = coefficients.digit_errors
         crossed = np.abs(first[:2] * second[2] - first[2] * second[:2])
@@ -222,8 +237,8 @@ class Sines(NamedTuple):
 
     def totals(self, delta: float) -> FloatArray:
         """Return the sines of β1 + β3 and of β2 + β4, shape (2, k)."""
-        turned = math.sin(2 * delta) * _TURNS[:2] * (self.features[0] - self.features[1])
-        return np.asarray(math.cos(2 * delta) * self.features[2] - turned)
+        beta = self.alpha - delta * _TURNS
+        return np.asarray(np.sin(beta[:2] + beta[2:]))  # exactly zero on fibres, as a product is not
 
     def leaning(self, delta: float) -> FloatArray:
         """Return E and E′ of :func:`leaning_factors`, shape (2, k)."""
@@ -251,14 +266,16 @@ class Sines(NamedTuple):
     def zero_moment_inputs(self, vehicle: Vehicle) -> FloatArray:
         """Return w₀, shape (4, k); see :func:`zero_moment_inputs`."""
         delta = math.atan(vehicle.signed_drag_ratio)
-        turned, c, s = math.sin(delta) * _TURNS, self.cosine, self.sine
-        inputs = self.totals(delta)[_OTHER] * (math.cos(delta) * c + turned * s)[_OPPOSITE]  # cosines of β1 to β4
+        turned = math.sin(delta) * _TURNS
+        cosines = math.cos(delta) * self.cosine + turned * self.sine  # of β1 to β4
+        inputs = (self.totals(delta)[::-1] * cosines.reshape(2, 2, -1)[::-1]).reshape(4, -1)
         height = vehicle.height_ratio * math.cos(delta)
         if height:
-            sines = math.cos(delta) * s - turned * c
-            apart = self.differences()[_OTHER] * np.array([[-1.0], [1.0], [1.0], [-1.0]])
-            more = sines[_OPPOSITE] * apart + height * s[_OPPOSITE] * self.leaning(delta)[_OTHER]
-            inputs = inputs + height * math.cos(delta) * more
+            sines = (math.cos(delta) * self.sine - turned * self.cosine).reshape(2, 2, -1)
+            raised = height * (self.sine.reshape(2, 2, -1) * self.leaning(delta)[::-1])[::-1]
+            apart = self.differences()[::-1] * _TURNS[:2]
+            more = raised + sines[::-1] * np.array([-apart, apart])
+            inputs = inputs + height * math.cos(delta) * more.reshape(4, -1)
         return np.asarray(inputs)
 
     def rotor_directions(self, vehicle: Vehicle) -> tuple[FloatArray, FloatArray]:
@@ -274,7 +291,7 @@ class Sines(NamedTuple):
     def least_singular_value_bound(self, vehicle: Vehicle) -> FloatArray:
         """Return a lower bound of the least singular value, level, shape (k,); :func:`least_singular_value_bound`."""
         kappa = vehicle.signed_drag_ratio
-        (lift, sine, _), sense = self, kappa * _TURNS
+        lift, sine, sense = self.cosine, self.sine, kappa * _TURNS
         # Up to signs of rows and columns: arms 1 and 3 pitch against each other, arms 2 and 4 roll; all yaw and lift. A
         # column without its lift has the length √(1 + κ²).
         turn, yaw = lift + sense * sine, sense * lift - sine
@@ -324,9 +341,7 @@ def _sines_of(alpha: npt.ArrayLike) -> tuple[FloatArray, Sines]:
     return angles, Sines.of(angles.reshape(-1, 4))
 
 
-# The signs of δ in β1 to β4, negated; the pair of each arm, the other pair, and its opposite arm.
-_TURNS = np.array([[1.0], [-1.0], [1.0], [-1.0]])
-_PAIR, _OTHER, _OPPOSITE = np.array([0, 1, 0, 1]), np.array([1, 0, 1, 0]), np.array([2, 3, 0, 1])
+_TURNS = np.array([[1.0], [-1.0], [1.0], [-1.0]])  # the signs of δ in β1 to β4, negated
 
 
 def sensitivity_phases(alpha: npt.ArrayLike, coefficients: Coefficients) -> FloatArray:
@@ -594,28 +609,30 @@ def singular_values_on_red(alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, vehicle
     has the columns √2·(cos αᵢ, sin βᵢ/cos δ).
     """
     a1, a2 = np.asarray(alpha1, dtype=float), np.asarray(alpha2, dtype=float)
-    (c1, c2), (s1, s2) = (np.cos(a1), np.cos(a2)), (np.sin(a1), np.sin(a2))
-    return roll_block_on_red(c1, c2, s1, s2, vehicle), yaw_block_on_red(c1, c2, s1, s2, vehicle)
+    angles = np.array(np.broadcast_arrays(a1, a2))
+    sides = np.cos(angles), np.sin(angles), vehicle
+    return roll_block_on_red(*sides), yaw_block_on_red(*sides)
 
 
-def roll_block_on_red(c1: Any, c2: Any, s1: Any, s2: Any, vehicle: Vehicle) -> Any:
-    """Return the smaller singular value of the block of roll and pitch torque, from cosines and sines of α1 and α2."""
+def roll_block_on_red(cosine: FloatArray, sine: FloatArray, vehicle: Vehicle) -> Any:
+    """Return the smaller singular value of the block of roll and pitch torque, from those of α1 and α2, (2, ...)."""
     kappa, height = vehicle.signed_drag_ratio, vehicle.height_ratio
-    a, b = c2 - kappa * s2, c1 + kappa * s1
+    b, a = cosine[0] + kappa * sine[0], cosine[1] - kappa * sine[1]
     if not height:
         return math.sqrt(2.0) * np.minimum(np.abs(a), np.abs(b))
     # The larger singular value is half the sum of two lengths.
+    s1, s2 = sine
     larger = np.hypot(height * (s1 + s2), a + b) + np.hypot(height * (s1 - s2), a - b)
     return math.sqrt(8.0) * np.abs(a * b + height**2 * s1 * s2) / larger
 
 
-def yaw_block_on_red(c1: Any, c2: Any, s1: Any, s2: Any, vehicle: Vehicle) -> Any:
-    """Return the smaller singular value of the block of yaw torque and lift, from cosines and sines of α1 and α2."""
-    kappa = vehicle.signed_drag_ratio
+def yaw_block_on_red(cosine: FloatArray, sine: FloatArray, vehicle: Vehicle) -> Any:
+    """Return the smaller singular value of the block of yaw torque and lift, from those of α1 and α2, (2, ...)."""
+    kappa, (c1, c2), (s1, s2) = vehicle.signed_drag_ratio, cosine, sine
     p, q = s1 - kappa * c1, s2 + kappa * c2
-    minor = np.abs(c1 * q - c2 * p)
-    squares = c1**2 + c2**2 + p**2 + q**2
-    return 2.0 * minor / np.sqrt(squares + np.sqrt(np.maximum(squares**2 - 4 * minor**2, 0.0)))
+    minor = 2.0 * np.abs(c1 * q - c2 * p)
+    squares = c1 * c1 + c2 * c2 + p * p + q * q
+    return minor / np.sqrt(squares + np.sqrt(np.maximum(squares * squares - minor * minor, 0.0)))
 
 
 def least_singular_value_on_red(alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, vehicle: Vehicle = PAPER) -> Any:

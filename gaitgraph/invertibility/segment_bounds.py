@@ -110,70 +110,68 @@ def least_of_each(
     which: Any = slice(base, base + functions) if rows is None else base + np.array(rows)
     margin = np.reshape(tolerance, (-1, 1))
 
-    # A node has its fraction of the segment, its angles and its values, as rows.
-    def nodes_at(fraction: FloatArray, segment: Any) -> FloatArray:
-        """Return the nodes at fractions of segments, shape (j, k)."""
-        places = origins[:, None, segment] + fraction * steps[:, None, segment]
+    def nodes_at(fraction: FloatArray, origin: FloatArray, step: FloatArray) -> FloatArray:
+        """Return nodes, shape (rows, j, k): the fraction of the segment, the angles and the values."""
+        places = origin[:, None] + fraction * step[:, None]
         found = np.asarray(values(places.reshape(base - 1, -1).T))
         return np.concatenate([fraction[None], places, found.reshape(-1, *fraction.shape)])
 
-    every, halvings = np.arange(count), 0
+    segment, halvings = np.arange(count), 0
     pieces = pieces if count <= min(_FEW, most) else 1
     fractions = np.arange(pieces + 1) / pieces
     if pieces == 1 and at_ends is not None:
         sides = ((0.0, starts, at_ends[0]), (1.0, ends, at_ends[1]))
         nodes = np.stack([np.concatenate([np.full((1, count), s), p.T, v]) for s, p, v in sides], axis=1)
     else:
-        nodes = nodes_at(np.repeat(fractions[:, None], count, axis=1), every)
+        nodes = nodes_at(np.repeat(fractions[:, None], count, axis=1), origins, steps)
     found = nodes[which]
     best, fraction = found.min(axis=1), fractions[found.argmin(axis=1)]
     lower, overall = best.copy(), np.minimum(best.min(axis=1), known)[:, None]
     offsets = count * np.arange(functions)[:, None]  # of functions in flat arrays of shape (f, m)
     if enough is not None:
         enough = np.broadcast_to(enough, best.shape)
-
     batches: list[tuple[Any, FloatArray, FloatArray]] = []
-
-    def cut_at(nodes: FloatArray, segment: Any) -> None:
+    while True:
         # The first piece of every interval, then the second: each ends where the next begins.
         pieced = np.repeat(segment[None], nodes.shape[1] - 1, axis=0).reshape(-1)
-        firsts, lasts = (side.reshape(len(nodes), -1) for side in (nodes[:, :-1], nodes[:, 1:]))
+        firsts, lasts = nodes[:, :-1].reshape(len(nodes), -1), nodes[:, 1:].reshape(len(nodes), -1)
         for start in range(0, len(pieced), _BATCH):
             part = slice(start, start + _BATCH)
             batches.append((pieced[part], firsts[:, part], lasts[:, part]))
-
-    cut_at(nodes, every)
-    while batches:
-        segment, first, last = batches.pop()
-        before, after = first[base:], last[base:]
-        least = np.asarray(bounds(before, after, first[1:base].T, last[1:base].T))
-        reference: Any = best[:, segment] if each else overall
-        unsettled = least < np.minimum(reference - margin, floor)
-        if math.isfinite(floor):
-            unsettled &= reference >= floor
-        if enough is not None:
-            unsettled &= least < enough[:, segment]
-        open_ = unsettled.any(axis=0)
-        width = last[0] - first[0]
-        finely = float(width.min()) > _SHORT
-        if not finely:
-            middle = first[0] + width / 2
-            # A fraction that no longer splits the interval is the end of what floats resolve.
-            whole = open_ & ~((middle > first[0]) & (middle < last[0]))
-            least[:, whole] = np.minimum(first[which], last[which])[:, whole]
-            open_ &= ~whole
-        count = int(np.count_nonzero(open_))
-        halvings += count
-        if halvings > most:
-            open_[:], count = False, 0
-        settled = ~open_
-        at = (offsets + segment[settled]).reshape(-1)
-        np.minimum.at(lower.reshape(-1), at, least[:, settled].reshape(-1))
+        count = 0
+        while batches and not count:
+            segment, first, last = batches.pop()
+            least = np.asarray(bounds(first[base:], last[base:], first[1:base].T, last[1:base].T))
+            reference: Any = best[:, segment] if each else overall
+            unsettled = least < (np.minimum(reference - margin, floor) if floor < math.inf else reference - margin)
+            if floor < math.inf:
+                unsettled &= reference >= floor
+            if enough is not None:
+                unsettled &= least < enough[:, segment]
+            open_ = np.logical_or.reduce(unsettled, axis=0)
+            count = int(np.count_nonzero(open_))
+            if count:
+                width = last[0] - first[0]
+                finely = float(width.min()) > _SHORT
+                if not finely:
+                    middle = first[0] + width / 2
+                    # A fraction that no longer splits the interval is the end of what floats resolve.
+                    whole = open_ & ~((middle > first[0]) & (middle < last[0]))
+                    least[:, whole] = np.minimum(first[which], last[which])[:, whole]
+                    open_ &= ~whole
+                    count = int(np.count_nonzero(open_))
+                halvings += count
+                if halvings > most:
+                    open_[:], count = False, 0
+            settled = ~open_ if count else slice(None)
+            at = (offsets + segment[settled]).reshape(-1)
+            np.minimum.at(lower.reshape(-1), at, least[:, settled].reshape(-1))
         if not count:
-            continue
+            break
         segment, first, last, width = segment[open_], first[:, open_], last[:, open_], width[open_]
         pieces = _PIECES if finely and count <= _FEW else 2
-        inner = nodes_at(first[0] + np.arange(1, pieces)[:, None] / pieces * width, segment)
+        inner = first[0] + np.arange(1, pieces)[:, None] / pieces * width
+        inner = nodes_at(inner, origins[:, segment], steps[:, segment])
         found = inner[which]
         better = found.min(axis=1) < best[:, segment]
         for k in np.flatnonzero(better.any(axis=1)).tolist():
@@ -184,10 +182,9 @@ def least_of_each(
             at = segment[of[order]]
             best[k, at], fraction[k, at] = lowest[order], inner[0, nearest, of][order]
             overall[k] = min(overall[k, 0], float(lowest.min()))
-        cut_at(np.concatenate([first[:, None], inner, last[:, None]], axis=1), segment)
-    return tuple(
-        Least(lower=np.minimum(lower[k], best[k]), upper=best[k], fraction=fraction[k]) for k in range(functions)
-    )
+        nodes = np.concatenate([first[:, None], inner, last[:, None]], axis=1)
+    lower = np.minimum(lower, best)
+    return tuple(Least(lower=lower[k], upper=best[k], fraction=fraction[k]) for k in range(functions))
 
 
 class Quantity(NamedTuple):
@@ -252,8 +249,8 @@ def least_of_bent(f0: FloatArray, f1: FloatArray, bend: FloatArray) -> FloatArra
 
     A function stays above its chord minus bend·s·(1 − s)/2, which is least at an end where the chord is steep.
     """
-    flat = np.maximum(bend / 2 - np.abs(f1 - f0), 0.0)
-    return np.asarray(np.minimum(f0, f1) - flat**2 / (2 * np.maximum(bend, _TINY)))
+    flat = np.maximum(0.5 * bend - np.abs(f1 - f0), 0.0)
+    return np.asarray(np.minimum(f0, f1) - 0.5 * flat * flat / np.maximum(bend, _TINY))
 
 
 def largest_sine(x0: FloatArray, x1: FloatArray, larger: FloatArray | None = None) -> FloatArray:
@@ -270,10 +267,11 @@ def least_sine(x0: FloatArray, x1: FloatArray) -> FloatArray:
 
 def range_of_sine(x0: FloatArray, x1: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the least and the largest sin on intervals: ±1 if a peak lies inside, else those of the ends."""
-    s0, s1, turn = np.sin(x0), np.sin(x1), 2 * math.pi
-    top = np.floor(x0 / turn - 0.25) != np.floor(x1 / turn - 0.25)
-    bottom = np.floor(x0 / turn + 0.25) != np.floor(x1 / turn + 0.25)
-    return np.where(bottom, -1.0, np.minimum(s0, s1)), np.where(top, 1.0, np.maximum(s0, s1))
+    sides = np.array([x0, x1])
+    sines, turns = np.sin(sides), sides / (2 * math.pi)
+    top, bottom = np.floor(turns - 0.25), np.floor(turns + 0.25)
+    low = np.where(bottom[0] != bottom[1], -1.0, np.minimum(sines[0], sines[1]))
+    return low, np.where(top[0] != top[1], 1.0, np.maximum(sines[0], sines[1]))
 
 
 def where_least_sine(x0: FloatArray, x1: FloatArray) -> FloatArray:
@@ -295,14 +293,19 @@ def level_determinant_curvature(start: FloatArray, step: FloatArray, coefficient
     frequencies. A factor that hardly moves, as on both sheets, counts with its value at the start instead of its size.
     """
     factors, sizes, both = _form_of_sums(coefficients)
-    turns, sums = np.abs(step[:, :2] - step[:, 2:]), np.abs(step[:, :2] + step[:, 2:])
+    start, step = start.T, step.T
+    turns, sums = np.abs(step[:2] - step[2:]), np.abs(step[:2] + step[2:])
     # A difference of one pair turns with the sum of the other: Δ1 with Σ2, then Δ2 with Σ1.
-    slow, at = sums[:, ::-1], (start[:, :2] + start[:, 2:])[:, ::-1]
-    now = np.abs(factors[0] * np.cos(at) + factors[1] * np.sin(at))
-    local = turns**2 * (now + sizes * slow) + sizes * slow * (2 * turns + slow)
-    crossed = np.minimum(local, sizes * (slow + turns) ** 2)
-    apart = abs(coefficients.cross) * turns.sum(axis=1) ** 2
-    return np.asarray(crossed.sum(axis=1) + both * sums.sum(axis=1) ** 2 + apart)
+    slow, bend = sums[::-1], both * (sums[0] + sums[1]) ** 2
+    if not turns.any():
+        crossed = sizes * slow**2
+    else:
+        at = (start[:2] + start[2:])[::-1]
+        now = np.abs(factors[0] * np.cos(at) + factors[1] * np.sin(at))
+        local = turns**2 * (now + sizes * slow) + sizes * slow * (2 * turns + slow)
+        crossed = np.minimum(local, sizes * (slow + turns) ** 2)
+        bend = bend + abs(coefficients.cross) * (turns[0] + turns[1]) ** 2
+    return np.asarray(crossed[0] + crossed[1] + bend)
 
 
 @lru_cache(maxsize=32)
@@ -314,7 +317,7 @@ def _form_of_sums(coefficients: Coefficients) -> tuple[FloatArray, FloatArray, f
     mix = np.array([[0.5, 0.5, 0.0], [0.5, -0.5, 0.0], [0.0, 0.0, 1.0]])
     form = mix.T @ coefficients.bilinear_form @ mix
     factors = np.stack([form[0, 1:], form[1:, 0]], axis=1)
-    return factors, np.hypot(*factors), float(np.linalg.norm(form[1:, 1:], 2))
+    return factors[..., None], np.hypot(*factors)[:, None], float(np.linalg.norm(form[1:, 1:], 2))
 
 
 def level_quantity(
@@ -444,14 +447,13 @@ def is_red(*points: FloatArray) -> bool:
     return all(bool((side[:, :2] == side[:, 2:]).all()) for side in points)
 
 
-def block_quantity(vehicle: Vehicle, *, tolerance: float) -> Quantity:
-    """Return the smaller singular value on red of the block of yaw and lift, with a rotor height of both blocks."""
+def red_quantity(vehicle: Vehicle, *, tolerance: float) -> Quantity:
+    """Return the least singular value on red, in closed form."""
     bound = singular_value_bound(vehicle)
 
     def values(sines: Sines) -> FloatArray:
-        sides = (*sines.cosine[:2], *sines.sine[:2], vehicle)
-        value = yaw_block_on_red(*sides)
-        return np.asarray(np.minimum(value, roll_block_on_red(*sides)) if vehicle.height_ratio else value)[None]
+        sides = sines.cosine[:2], sines.sine[:2], vehicle
+        return np.asarray(np.minimum(roll_block_on_red(*sides), yaw_block_on_red(*sides)))[None]
 
     return Quantity(values, lambda v0, v1, p0, p1: bound(v0[0], v1[0], p0, p1)[None], (tolerance,), 1)
 
@@ -461,45 +463,14 @@ def least_singular_value_along(
 ) -> Least:
     """Bracket the least singular value of the scaled decoupling matrix, level, along segments.
 
-    On the red sheet the matrix splits into two blocks. Without a rotor height one of them has two cosines as singular
-    values, and the other alone is searched. Off the sheet every end costs a decomposition: see
+    On the red sheet it is known in closed form. Off the sheet every end costs a decomposition: see
     :func:`least_singular_value_of_all`.
     """
     if not is_red(starts, ends):
         value = partial(least_singular_value, vehicle=vehicle)
         return least_along(starts, ends, value, singular_value_bound(vehicle), tolerance=tolerance, **options)
-    cosines = LeastCosines.along(starts, ends, vehicle)
-    enough = cosines.value if options.get("each") else np.full(len(starts), cosines.value.min())
-    known = (options.pop("known", math.inf),)
-    quantity = block_quantity(vehicle, tolerance=tolerance)
-    (found,) = least_of_quantities(starts, ends, [quantity], enough=enough, known=known, **options)
-    return cosines.joined(found)
-
-
-class LeastCosines(NamedTuple):
-    """The least of the two singular values on red that are cosines along segments, shape (m,); infinite if raised."""
-
-    value: FloatArray
-    phases: tuple[FloatArray, FloatArray]
-
-    @classmethod
-    def along(cls, starts: FloatArray, ends: FloatArray, vehicle: Vehicle) -> LeastCosines:
-        """Return them for segments on red."""
-        delta = math.atan(vehicle.signed_drag_ratio)
-        shift = np.array([math.pi / 2 - delta, math.pi / 2 + delta])
-        phases = starts[:, :2] + shift, ends[:, :2] + shift
-        if vehicle.height_ratio:
-            return cls(np.full(len(starts), np.inf), phases)
-        return cls(math.sqrt(2.0) / math.cos(delta) * least_sine(*phases).min(axis=1), phases)
-
-    def joined(self, block: Least) -> Least:
-        """Return the least of these and of the other singular values."""
-        nearer = self.value < block.upper
-        if not nearer.any():
-            return block
-        fraction = np.where(nearer, where_least_sine(*self.phases), block.fraction)
-        lower, upper = np.minimum(block.lower, self.value), np.minimum(block.upper, self.value)
-        return Least(lower=lower, upper=upper, fraction=fraction)
+    known, quantity = (options.pop("known", math.inf),), red_quantity(vehicle, tolerance=tolerance)
+    return least_of_quantities(starts, ends, [quantity], known=known, **options)[0]
 
 
 def least_singular_value_of_all(
@@ -551,20 +522,22 @@ def _bound_along_red(starts: FloatArray, ends: FloatArray, vehicle: Vehicle) -> 
     """
     kappa = vehicle.signed_drag_ratio
     delta, quarter = math.atan(kappa), math.pi / 2
-    first, second = starts[:, :2], ends[:, :2]
-    shift = np.array([-delta, delta]) + quarter
-    alone = least_sine(first + shift, second + shift).min(axis=1) / math.cos(delta)
+    # Columns: β1 + π/2 and β2 + π/2, α1 − α2 − δ, and α1 + α2 + π/2, whose sine is the cosine of the sum.
+    mix, shift = _MIX, np.array([quarter - delta, quarter + delta, -delta, quarter])
+    low, high = range_of_sine(starts[:, :2] @ mix + shift, ends[:, :2] @ mix + shift)
+    alone = np.maximum(np.maximum(low[:, :2], -high[:, :2]), 0.0).min(axis=1) / math.cos(delta)
     if vehicle.height_ratio:
-        alone = alone - abs(vehicle.height_ratio) * largest_sine(first, second).max(axis=1)
-    # Columns: α1 − α2 − δ, and α1 + α2 + π/2, whose sine is the cosine of the sum.
-    mix, shift = np.array([[1.0, 1.0], [-1.0, 1.0]]), np.array([-delta, quarter])
-    low, high = range_of_sine(first @ mix + shift, second @ mix + shift)
-    low, high = np.array([1 / math.cos(delta), abs(kappa)]) * np.stack([low, high])
-    sums = (low[:, 1], high[:, 1]) if kappa > 0 else (-high[:, 1], -low[:, 1])
+        alone = alone - abs(vehicle.height_ratio) * largest_sine(starts[:, :2], ends[:, :2]).max(axis=1)
+    low, high = low[:, 2:] / math.cos(delta), high[:, 2:] / math.cos(delta)
+    sines = abs(math.sin(delta))  # |κ| is sin δ/cos δ
+    sums = (sines * low[:, 1], sines * high[:, 1]) if kappa > 0 else (-sines * high[:, 1], -sines * low[:, 1])
     minor = np.maximum(np.maximum(sums[0] - high[:, 0], low[:, 0] - sums[1]), 0.0)
     return np.asarray(
         math.sqrt(2.0) * np.minimum(alone, minor / math.sqrt(2 + kappa**2 + abs(kappa) * math.sqrt(kappa**2 + 4)))
     )
+
+
+_MIX = np.array([[1.0, 0.0, 1.0, 1.0], [0.0, 1.0, -1.0, 1.0]])
 
 
 def keeps_singular_value_above(
@@ -591,11 +564,8 @@ def thrusts_push_up(starts: FloatArray, ends: FloatArray, vehicle: Vehicle = PAP
     They are products of two sines. With a rotor height they are so on red alone, where sin β1 and sin β2 must have
     opposite signs; off red their signs are then proven by bounds, and what is nearly zero does not count as positive.
     """
-    s0, s1 = _phases_of_inputs(starts, vehicle), _phases_of_inputs(ends, vehicle)
-    if vehicle.height_ratio and is_red(starts, ends):
-        s0, s1 = s0[:, :2] / 2, s1[:, :2] / 2
-        kept = (least_sine(s0, s1) > 0).all(axis=-1) & (np.prod(np.sin((s0 + s1) / 2), axis=-1) < 0)
-    elif vehicle.height_ratio:
+    sides, raised = np.array([starts.T, ends.T]), bool(vehicle.height_ratio)
+    if raised and not is_red(starts, ends):
         signs = thrust_signs(vehicle)
 
         def value(alpha: FloatArray) -> FloatArray:
@@ -604,29 +574,36 @@ def thrusts_push_up(starts: FloatArray, ends: FloatArray, vehicle: Vehicle = PAP
 
         def bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
             w0, w1 = (signs * zero_moment_inputs(side, vehicle) for side in (p0, p1))
-            bends = _bends_of_inputs(p1 - p0, vehicle)[0]
+            bends = _bends_of_inputs(p1 - p0, vehicle)[0].T
             return np.asarray(np.maximum(*(least_of_bent(s * w0, s * w1, bends).min(axis=1) for s in (1.0, -1.0))))
 
         kept = least_along(starts, ends, value, bound, tolerance=0.0, floor=_IDLE, each=True).lower >= _IDLE
     else:
-        # Each rotor has one of the two sums of opposite arms, then the cosine of its opposite arm. A sine keeps its
-        # sign between two multiples of π; it is negative after odd ones.
-        at, to = s0.T / math.pi, s1.T / math.pi
+        # A sine keeps its sign between two multiples of π; it is negative after odd ones.
+        at = _phases_of_inputs(sides, vehicle) / math.pi
+        at = 0.5 * at[:, :2] if raised else at  # β2 and β1
         after = np.floor(at)
-        odd = np.floor(after / 2) != after / 2
-        first, second, third, fourth = odd[[0, 1, 0, 1]] ^ odd[[4, 5, 2, 3]]
-        kept = ((after == np.floor(to)) & (at != after) & (to != after)).all(axis=0)
-        kept &= (first == third) & (second == fourth) & (first != second)
-    turns = 2 * math.pi * np.rint((starts + ends) / (4 * math.pi))
-    upright = np.maximum(np.abs(starts - turns), np.abs(ends - turns)).max(axis=-1) <= math.pi / 2 + 1e-9
-    return np.asarray(kept & upright)
+        kept = ((after[0] == after[1]) & (at != after).all(axis=0)).all(axis=0)
+        halves = 0.5 * after[0]
+        odd = np.floor(halves) != halves
+        if raised:
+            kept &= odd[0] != odd[1]
+        else:
+            # Each rotor has one of the two sums of opposite arms, then the cosine of its opposite arm.
+            first, second = odd[2:].reshape(2, 2, -1)[::-1] ^ odd[:2]
+            kept &= (first == second).all(axis=0) & (first[0] != first[1])
+    turns = 2 * math.pi * np.rint((sides[0] + sides[1]) / (4 * math.pi))
+    return np.asarray(kept & (np.abs(sides - turns).max(axis=(0, 1)) <= math.pi / 2 + 1e-9))
 
 
-def _phases_of_inputs(alpha: FloatArray, vehicle: Vehicle) -> FloatArray:
-    """Return phases whose sines are the factors of w₀: two sums of opposite arms, then four cosines, shape (m, 6)."""
+def _phases_of_inputs(rows: FloatArray, vehicle: Vehicle) -> FloatArray:
+    """Return phases whose sines are the factors of w₀: two sums of opposite arms, then four cosines.
+
+    Angles of shape (..., 4, m) [rad] give phases of shape (..., 6, m).
+    """
     delta = math.atan(vehicle.signed_drag_ratio)
-    beta = alpha + np.array([-delta, delta, -delta, delta])
-    return np.concatenate([beta[:, 1::-1] + beta[:, 3:1:-1], beta + math.pi / 2], axis=-1)
+    beta = rows + np.array([[-delta], [delta], [-delta], [delta]])
+    return np.concatenate([beta[..., 1::-1, :] + beta[..., 3:1:-1, :], beta + math.pi / 2], axis=-2)
 
 
 def where_thrusts_vanish(start: FloatArray, end: FloatArray, vehicle: Vehicle = PAPER) -> float:
@@ -635,7 +612,7 @@ def where_thrusts_vanish(start: FloatArray, end: FloatArray, vehicle: Vehicle = 
         at = np.linspace(0.0, 1.0, 201)
         inputs = zero_moment_inputs(start + at[:, None] * (end - start), vehicle)
         return float(at[np.argmin(np.abs(inputs).min(axis=1))])
-    return float(where_least_sine(*(_phases_of_inputs(alpha[None], vehicle) for alpha in (start, end)))[0])
+    return float(where_least_sine(*(_phases_of_inputs(alpha[:, None], vehicle).T for alpha in (start, end)))[0])
 
 
 def thrust_shares_along(
@@ -672,20 +649,22 @@ def share_quantity(vehicle: Vehicle, *, tolerance: float) -> Quantity:
     """
 
     def values(sines: Sines) -> FloatArray:
-        inputs = np.abs(sines.zero_moment_inputs(vehicle))
-        lift = (inputs * sines.cosine).sum(axis=0)
-        return np.concatenate([[inputs.min(axis=0) / lift, -inputs.max(axis=0) / lift], inputs, lift[None]])
+        rows = np.empty((7, sines.alpha.shape[1]))
+        inputs, lift = np.abs(sines.zero_moment_inputs(vehicle), out=rows[2:6]), rows[6]
+        np.add.reduce(inputs * sines.cosine, axis=0, out=lift)
+        rows[0], rows[1] = np.minimum.reduce(inputs) / lift, -np.maximum.reduce(inputs) / lift
+        return rows
 
     def bounds(v0: FloatArray, v1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
         # |wᵢ| − c·V is bent too, where c is the rotor's least share at both ends, and at least 0 there. Its share is
         # below c by no more than the deficit of that over the least of V. The same holds for the largest, reversed.
         bends, lift_bend = _bends_of_inputs(p1 - p0, vehicle)
-        first, last = _SENSES * v0[2:6], _SENSES * v1[2:6]
-        least_lift = np.maximum(least_of_bent(v0[6], v1[6], lift_bend), 1e-300)
-        with np.errstate(over="ignore"):  # at a corner of the square V vanishes, and a share has no bound
-            c = np.minimum(first / v0[6], last / v1[6])
-            deficit = least_of_bent(first - c * v0[6], last - c * v1[6], bends.T + np.abs(c) * lift_bend)
-            out = (c + np.minimum(deficit, 0.0) / least_lift).min(axis=1)
+        first, last, lift0, lift1 = _SENSES * v0[2:6], _SENSES * v1[2:6], v0[6], v1[6]
+        # At a corner of the square V vanishes, and a share has no bound.
+        least_lift = np.maximum(least_of_bent(lift0, lift1, lift_bend), 1e-200)
+        c = np.minimum(first / lift0, last / lift1)
+        deficit = least_of_bent(first - c * lift0, last - c * lift1, bends + np.abs(c) * lift_bend)
+        out = np.minimum.reduce(c + np.minimum(deficit, 0.0) / least_lift, axis=1)
         np.maximum(out[0], 0.0, out=out[0])
         return np.asarray(out)
 
@@ -693,17 +672,20 @@ def share_quantity(vehicle: Vehicle, *, tolerance: float) -> Quantity:
 
 
 def _bends_of_inputs(step: FloatArray, vehicle: Vehicle) -> tuple[FloatArray, FloatArray]:
-    """Return bounds of the second derivatives along a step of w₀, shape (m, 4), and of V, shape (m,)."""
-    squares, sums = step**2, (step[:, :2] + step[:, 2:])[:, ::-1] ** 2
+    """Return bounds of the second derivatives along steps of w₀, shape (4, m), and of V, shape (m,)."""
+    rows = step.T
+    squares, sums = rows * rows, rows[:2] + rows[2:]
+    sums *= sums
     # The second derivative of a product of two sinusoids is at most the sum of both frequencies squared. V is
     # ±sin(Σ2 + 2δ)·(cos(Σ1 − δ) + cos δ·cos Δ1) ± sin(Σ1 − 2δ)·(cos(Σ2 + δ) + cos δ·cos Δ2), with the sums Σ and the
     # differences Δ of opposite arms.
-    bends = np.concatenate([sums + squares[:, 2:], sums + squares[:, :2]], axis=1)
-    lift_bend = 2 * (sums.sum(axis=1) + squares.sum(axis=1) / math.hypot(1.0, vehicle.drag_ratio))
-    height, cosine = abs(vehicle.height_ratio), 1 / math.hypot(1.0, vehicle.drag_ratio)
+    bends = (squares.reshape(2, 2, -1)[::-1] + sums[::-1]).reshape(4, -1)
+    cosine = 1 / math.hypot(1.0, vehicle.drag_ratio)
+    lift_bend = 2 * (sums[0] + sums[1]) + 2 * cosine * squares.sum(axis=0)
+    height = abs(vehicle.height_ratio)
     if height:
         # H·cos²δ·sin β3·sin Δ2 and H²·cos³δ·sin α3·(cos Δ2 − cos(Σ2 + δ)/cos δ) in w₁, and so on; in V times cos αᵢ.
         # All frequencies of a product add up to no more than those of the four angles.
-        more = height * cosine**2 * (1 + height * cosine + height) * np.abs(step).sum(axis=1) ** 2
-        bends, lift_bend = bends + more[:, None], lift_bend + 4 * more
+        more = height * cosine**2 * (1 + height * cosine + height) * np.abs(rows).sum(axis=0) ** 2
+        bends, lift_bend = bends + more, lift_bend + 4 * more
     return bends, lift_bend

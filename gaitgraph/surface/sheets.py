@@ -444,7 +444,8 @@ def red_label(alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, vehicle: Vehicle = P
         near = (q < 0) & ((level > 0) == (squared < kappa**2))
         first = np.where(np.where(saddle > 0, near, beyond), -1.0, 1.0)
         second = level * first
-    factors = np.stack(np.broadcast_arrays(first, second, saddle), axis=-1)
+    factors = np.empty((*saddle.shape, 3))
+    factors[..., 0], factors[..., 1], factors[..., 2] = first, second, saddle
     return np.asarray(np.sign(factors).astype(np.int64))
 
 

@@ -18,13 +18,12 @@ from gaitgraph.invertibility.matrices import (
 )
 from gaitgraph.invertibility.segment_bounds import (
     Least,
-    LeastCosines,
-    block_quantity,
     keeps_singular_value_above,
     least_level_determinant,
     least_of_quantities,
     least_singular_value_of_all,
     level_quantity,
+    red_quantity,
     share_quantity,
     thrusts_push_up,
     where_thrusts_vanish,
@@ -58,7 +57,7 @@ class _Brackets(Rule):
     hovers: bool = True  # whether all thrusts are positive so far
     upward: BoolArray = field(init=False)
     shares: tuple[Least, ...] = ()  # of the least share of the weight and of minus the largest, where all are positive
-    known: FloatArray = field(default_factory=lambda: np.full(5, np.inf))  # the least of each so far
+    known: list[float] = field(default_factory=lambda: [math.inf] * 5)  # the least of each so far
 
     def update(self, block: Segments) -> None:
         """Bracket all quantities that the rules compare with their limits."""
@@ -70,15 +69,10 @@ class _Brackets(Rule):
         widths = [1e-6, 1e-6]
         if block.number[0] == block.number[-1]:
             widths[self.largest >= 0] = math.inf
-        quantities, which, enough = (
-            [level_quantity(criteria.coefficients, tolerances=tuple(widths))],
-            [0, 1],
-            [math.inf] * 2,
-        )
+        quantities, which = [level_quantity(criteria.coefficients, tolerances=tuple(widths))], [0, 1]
         if block.on_red:
-            cosines = LeastCosines.along(starts, ends, vehicle)
-            quantities.append(block_quantity(vehicle, tolerance=criteria.bracket))
-            which, enough = [*which, 2], [*enough, float(cosines.value.min())]
+            quantities.append(red_quantity(vehicle, tolerance=criteria.bracket))
+            which.append(2)
         if self.continuous.blue or self.continuous.fiber is not None:
             self.hovers = False
         if self.hovers:
@@ -86,19 +80,16 @@ class _Brackets(Rule):
             self.hovers = bool(self.upward.all())
         if self.hovers:
             quantities.append(share_quantity(vehicle, tolerance=criteria.bracket))
-            which, enough = [*which, 3, 4], [*enough, math.inf, math.inf]
-        found = least_of_quantities(
-            starts, ends, quantities, points=self.sines, known=self.known[which], enough=np.array(enough)[:, None]
-        )
-        self.level, self.shares = (found[0], found[1]), found[-2:]
-        if block.on_red:
-            self.singular = cosines.joined(found[2])
-        else:
-            known = float(self.known[2])
-            options: Any = {"tolerance": criteria.bracket, "known": known, "points": self.sines}
-            self.singular = least_singular_value_of_all(starts, ends, vehicle, **options)
-        self.known[which] = np.minimum(self.known[which], [one.upper.min() for one in found])
-        self.known[2] = min(self.known[2], float(self.singular.upper.min()))
+            which += [3, 4]
+        known = tuple(self.known[k] for k in which)
+        found = least_of_quantities(starts, ends, quantities, points=self.sines, known=known)
+        brackets = dict(zip(which, found, strict=True))
+        if not block.on_red:
+            options: Any = {"tolerance": criteria.bracket, "known": self.known[2], "points": self.sines}
+            brackets[2] = least_singular_value_of_all(starts, ends, vehicle, **options)
+        for k, least in brackets.items():
+            self.known[k] = min(self.known[k], float(least.upper.min()))
+        self.level, self.singular, self.shares = (found[0], found[1]), brackets[2], found[-2:]
 
     def checks(self) -> Iterator[Check]:
         """Yield no check."""

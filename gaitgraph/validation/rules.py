@@ -83,6 +83,8 @@ class Criteria:
         R is bilinear in the features of both pairs. Their norms and their slopes are at most √2, and the four angles
         move by 2√2·beside in sum. A rotor height adds `cross` times two sines.
         """
+        if not self.beside:
+            return 0.0
         rate = 2.0 * float(np.linalg.norm(coefficients.bilinear_form, 2)) + abs(coefficients.cross)
         return rate * math.sqrt(8.0) * self.beside
 
