@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import sys
@@ -17,7 +18,10 @@ def main() -> None:
         signal.signal(signal.SIGINT, _interrupt)
     from gaitgraph.cli import main as run
 
-    run()
+    try:
+        run()
+    finally:
+        gc.freeze()  # at the end of the process nothing need be searched for cycles
 
 
 def _interrupt(_: int, frame: FrameType | None) -> None:

@@ -13,16 +13,16 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import MISSING, dataclass, fields
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import Any, Literal, get_args
 
 from gaitgraph._lazy import Pictured
 from gaitgraph.angles import angle_from_text, angle_within, angles_from, number_of, text_from_angle
 from gaitgraph.errors import InputError, MissingConstant, check_fields, checked_choice, did_you_mean, shown
-from gaitgraph.files import from_toml_file
+from gaitgraph.files import from_toml_file, table_from_toml
 
 Spin = Literal["clockwise", "counterclockwise"]
 Angle = float | str  # [rad], or a text such as "45deg"
@@ -277,9 +277,9 @@ class Vehicle(Pictured):
     def as_short_mapping(self) -> dict[str, Any]:
         """Return constants that vehicle_from_mapping reads as this vehicle: those of a preset that differ, or all."""
         stated = self.as_mapping()
-        for name, preset in _PRESETS.items():
+        for preset in _presets():
             base = preset.as_mapping()
-            short = {"preset": name} | {name: value for name, value in stated.items() if base.get(name) != value}
+            short = {"preset": preset.name} | {name: value for name, value in stated.items() if base.get(name) != value}
             if vehicle_from_mapping(short) == self:
                 return short
         return stated
@@ -415,80 +415,25 @@ PAPER = Vehicle(
 they circulate in public models."""
 
 
-# Presets from robots of others; docs/guide/vehicles.md says what was converted, and what their files do not state.
-# Li-Jinjie/jsk_aerial_robot_dev, aerial_robot_control/scripts/nmpc/nmpc_tilt_mt/tilt_qd/phys_param_beetle_omni.py:
-# rotor 1 front left, dr1 = 1 pushes the body clockwise; the origin is the centre of mass.
-_BEETLE_OMNI = Vehicle(
-    name="beetle_omni",
-    mass=3.0386,
-    gravity=9.798,
-    arm_length=0.2754,  # of rotors 1 and 2; 0.2757 of 3 and 4
-    drag_to_thrust=0.0165,  # kq_d_kt
-    inertia=(0.0627958, 0.0620796, 0.0948795),
-    first_arm_angle=math.pi / 4,
-    first_rotor_spin="counterclockwise",
-    servo_lag=0.048,  # t_servo
-    rotor_lag=0.0942,  # t_rotor
-    rotor_height=-0.00368224,  # p1_b
-)
-# The same repository, aerial_robot_control/scripts/nmpc/nmpc_tilt_mt/archive/phys_param_beetle_art.py, read alike.
-_BEETLE_ART = Vehicle(
-    name="beetle_art",
-    mass=2.773,
-    gravity=9.798,
-    arm_length=0.195,  # 0.1949 to 0.1952
-    drag_to_thrust=0.0153,
-    inertia=(0.04170, 0.03945, 0.07068),
-    first_arm_angle=math.pi / 4,
-    first_rotor_spin="counterclockwise",
-    servo_lag=0.008,
-    rotor_lag=0.0942,
-    rotor_height=0.0297217,
-)
-# jsk-ros-pkg/jsk_aerial_robot, robots/gimbalrotor: urdf/quad/gimbalrotor.urdf.xacro (links, gimbals), common.xacro
-# (drag, thrust) and robots/quad/gimbalrotor.urdf.xacro (spins). Mass, height and inertia are sums over the links
-# base_link, rotor_arm and gimbal_link at α = 0; links called virtual there were left out.
-_GIMBALROTOR = Vehicle(
-    name="gimbalrotor",
-    mass=0.9653,  # 0.1753 + 4·(0.088 + 0.1095)
-    arm_length=0.16712,  # 0.051·√2 + 0.077 + 0.018
-    drag_to_thrust=0.0172,  # m_f_rate
-    inertia=(0.0098914, 0.0098914, 0.0190014),
-    first_arm_angle=math.pi / 4,
-    first_rotor_spin="counterclockwise",
-    max_tilt=2.0,
-    max_tilt_rate=3.0,
-    max_thrust=18.0,
-    rotor_height=0.010176,  # of the gimbal's axis, 0.0385, over the centre of mass, 0.028324
-    arm_inertia=1.11491e-4,  # gimbal_link, its mean moment 1.0939e-4 + 0.1095·0.00438²
-)
-# sparcs-unipd/NMPC-tilting-quadrotor, highFidelityTiltingQuadrotorData.m: its rotors 3, 2, 4, 1 in our order. The
-# inertia is that of its body (a cylinder) with four points of 0.155 kg.
-_PADOVA = Vehicle(
-    name="padova",
-    mass=2.62,  # 2 + 4·(0.1 + 0.05 + 0.005)
-    gravity=9.81,
-    arm_length=math.hypot(0.2, 0.2),
-    thrust_coefficient=1.75782e-5,  # max_thrust / w_max²
-    drag_to_thrust=0.05,  # m_t_ratio
-    inertia=(0.0302167, 0.0302167, 0.0596),
-    first_arm_angle=math.pi / 4,
-    first_rotor_spin="clockwise",
-    max_tilt=math.pi / 3,
-    max_tilt_rate=6.0,
-    max_thrust=19.27665,  # 3·m·g/4
-    rotor_inertia=2.6e-5,  # prop.I + rotor.I, about the spin axis
-)
-_PRESETS = {vehicle.name: vehicle for vehicle in (PAPER, _BEETLE_OMNI, _BEETLE_ART, _GIMBALROTOR, _PADOVA)}
-
-
 VehicleLike = Vehicle | str | Path | Mapping[str, Any]
 """What may be given for a vehicle: see :func:`vehicle_named`."""
 
 
+@cache
+def _presets_of_others() -> list[Vehicle]:
+    tables = table_from_toml(Path(__file__).with_name("presets.toml").read_text(encoding="utf-8"))
+    return [Vehicle(name=name, **constants) for name, constants in tables.items()]
+
+
+def _presets() -> Iterator[Vehicle]:
+    """Yield the vehicles that come with the package, the default first; the others are read when they are needed."""
+    yield PAPER
+    yield from _presets_of_others()
+
+
 def preset_names() -> list[str]:
     """Return the names of the vehicles that come with the package, the default first."""
-    return list(_PRESETS)
+    return [preset.name for preset in _presets()]
 
 
 def vehicle_from_mapping(constants: dict[str, Any]) -> Vehicle:
@@ -503,13 +448,14 @@ def vehicle_from_mapping(constants: dict[str, Any]) -> Vehicle:
     if "preset" not in constants:
         return Vehicle(**constants)
     preset: Any = constants["preset"]
-    if not isinstance(preset, str) or preset not in _PRESETS:
-        allowed = f"a preset ({', '.join(_PRESETS)}), a .toml file, a mapping of constants or a Vehicle"
+    found = next((one for one in _presets() if isinstance(preset, str) and one.name == preset), None)
+    if found is None:
+        allowed = f"a preset ({', '.join(preset_names())}), a .toml file, a mapping of constants or a Vehicle"
         is_file = os.path.isfile(f"{preset}.toml")  # noqa: PTH113 - False for a name that no file can have
         hint = f"; did you mean '{preset}.toml'?" if is_file else did_you_mean(preset, preset_names())
         raise InputError(f"vehicle must be {allowed}, got {shown(preset)}{hint}")
     changes = {name: value for name, value in constants.items() if name != "preset"}
-    return _PRESETS[preset].replace(**{"name": f"{preset}, changed", **changes}) if changes else _PRESETS[preset]
+    return found.replace(**{"name": f"{preset}, changed", **changes}) if changes else found
 
 
 def vehicle_named(vehicle: VehicleLike) -> Vehicle:

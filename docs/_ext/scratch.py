@@ -48,10 +48,11 @@ class GalleryOrder:
 def use_style(conf: dict[str, Any], name: str) -> None:
     """Draw the pictures of the examples as the figures are drawn."""
     import matplotlib as mpl
+    import matplotlib.style
 
     from gaitgraph.plots.axes import STYLE
 
-    mpl.rcParams.update(STYLE)
+    mpl.style.use(STYLE)
     mpl.rcParams["savefig.dpi"] = 180
 
 

@@ -37,11 +37,13 @@ if TYPE_CHECKING:
 
 Paths = tuple[str, ...]
 
-COMMANDS = (
-    "plan", "validate", "certify", "verify", "colorings", "cycles", "region", "robustness", "transition", "optimize",
-    "pace", "retarget", "fly", "basin", "study", "roots", "export", "vehicles", "figures", "compare", "explore",
-)  # fmt: skip
-"""Each is the function NAME_command in the file of its name."""
+COMMANDS = {
+    "plan": "plan", "validate": "judging", "certify": "judging", "verify": "judging", "colorings": "surface",
+    "cycles": "surface", "region": "surface", "robustness": "judging", "transition": "gaits", "optimize": "gaits",
+    "pace": "gaits", "retarget": "gaits", "fly": "flights", "basin": "flights", "study": "study", "roots": "surface",
+    "export": "gaits", "vehicles": "vehicles", "figures": "figures", "compare": "judging", "explore": "explore",
+}  # fmt: skip
+"""The file of each command, which is the function NAME_command in it."""
 
 
 class Group(click.Group):
@@ -55,7 +57,7 @@ class Group(click.Group):
         """Return a command by its name, or None."""
         if cmd_name not in COMMANDS:
             return None
-        found: click.Command = getattr(import_module(f"gaitgraph.cli.{cmd_name}"), f"{cmd_name}_command")
+        found: click.Command = getattr(import_module(f"gaitgraph.cli.{COMMANDS[cmd_name]}"), f"{cmd_name}_command")
         return found
 
     def invoke(self, ctx: click.Context) -> Any:
@@ -337,6 +339,8 @@ _SHARED: dict[str, Decorator] = {
     "angle_rounding": option("--angle-rounding", "ANGLE", _ROUNDING),
     "period": option("--period", "SECONDS", "Period T.  [default: 1]"),
     "law": one_of("--law", *LAWS, of="Timing law (position along the loop over time): "),
+    "period_of_file": option("--period", "SECONDS", "Period T.  [default: what the file says]"),
+    "law_of_file": one_of("--law", *LAWS, default="what the file says"),
     "samples": option("--samples", "N", "Even intervals per period.  [default: 100]"),
     "rate": option("--rate", "HZ", "Samples per second, instead of --samples."),
     "require": one_of("--require", "valid", "flyable", of="Needed for exit code 0: ", check=True),
@@ -410,6 +414,15 @@ _TICK = 0.2  # s
 def print_json(content: Any) -> None:
     """Print one JSON object on one line; a number that is not finite is refused."""
     click.echo(json.dumps(content, allow_nan=False))
+
+
+def tell(content: Any, lines: Iterable[str]) -> int:
+    """Print an object as JSON, or lines of text; return the exit code 0."""
+    if wants_json():
+        print_json(content)
+    else:
+        click.echo("\n".join(lines))
+    return 0
 
 
 def show(found: Any, *, more: Mapping[str, Any] | None = None, lines: Iterable[str] = (), ok: Any = None) -> int:

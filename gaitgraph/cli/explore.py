@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import click
-
-from gaitgraph.cli import command, flag, option, print_json, wants_json, whole_from
+from gaitgraph.cli import command, flag, option, tell, whole_from
 
 
 @command(
@@ -33,10 +31,7 @@ def explore_command(port: int = 0, no_browser: bool = False) -> int:
             webbrowser.open(server.address)
 
     try:
-        if wants_json():
-            print_json({"address": server.address})
-        else:
-            click.echo(server.address)
+        tell({"address": server.address}, [server.address])
         if not no_browser:
             # Beside the server, since opening may take a while or fail: the address is printed all the same.
             threading.Thread(target=open_page, daemon=True).start()

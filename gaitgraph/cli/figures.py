@@ -5,9 +5,7 @@ from __future__ import annotations
 import os
 from typing import Any
 
-import click
-
-from gaitgraph.cli import PAPER_GAITS, Paths, Working, command, file, one_of, option, print_json, wants_json
+from gaitgraph.cli import PAPER_GAITS, Paths, Working, command, file, one_of, option, tell
 
 _NAMES = [*map(str, range(1, 23)), "18b", "19b", "22b", "regions", "set"]
 
@@ -39,10 +37,5 @@ def figures_command(out: str, formats: Paths = (), gait_file: str | None = None,
         written = write_figures(out, progress=progress, **given)
     known = {figure.stem: figure for figure in FIGURES.values()}
     drawn = [(str(path), known[path.stem]) for path in written]
-    if wants_json():
-        rows = [{"file": path, "figure": one.name, "title": one.title} for path, one in drawn]
-        print_json({"files": rows})
-        return 0
-    for path, one in drawn:
-        click.echo(f"wrote {path}: {one.title}")
-    return 0
+    rows = [{"file": path, "figure": one.name, "title": one.title} for path, one in drawn]
+    return tell({"files": rows}, [f"wrote {path}: {one.title}" for path, one in drawn])

@@ -33,12 +33,15 @@ def plan_command(request_file: str | None = None, outputs: Paths = (), force: bo
     made from; from options, or from both: options replace what the file says.
     The exit code is 1, with the reason, if there is no such gait.
     """
-    from gaitgraph.certificates.making import certificates_beside, certify
     from gaitgraph.planning.planner import plan
     from gaitgraph.timing.timed_gait import checked_clock, pieces_of
 
     check_outputs(outputs, force=force)
-    beside = certificates_beside(outputs, force=force) if given.pop("certify", False) else []
+    beside = []
+    if given.pop("certify", False):
+        from gaitgraph.certificates.making import certificates_beside, certify
+
+        beside = certificates_beside(outputs, force=force)
     request, sampling = request_of(request_file, given)
     checked_clock(request.period, request.law, **sampling)
     with Working("planning") as progress:

@@ -6,9 +6,7 @@ from datetime import timedelta
 from pathlib import Path
 from typing import Any
 
-import click
-
-from gaitgraph.cli import Working, command, file, flag, option, print_json, print_problem, show, wants_json
+from gaitgraph.cli import Working, command, file, flag, option, print_problem, show, tell
 
 
 @command(
@@ -34,11 +32,8 @@ def study_command(study_file: str, output: str | None = None, dry_run: bool = Fa
     study = read_study(study_file)
     if dry_run:
         counts = {"cases": len(study), "parts": len(study.batches), "seconds_on_one_process": study.seconds}
-        if wants_json():
-            print_json({"study": study.name, "fingerprint": study.fingerprint, **counts})
-        else:
-            click.echo(f"{study}\nabout {timedelta(seconds=round(study.seconds))} on one process; nothing was flown")
-        return 0
+        estimate = f"about {timedelta(seconds=round(study.seconds))} on one process; nothing was flown"
+        return tell({"study": study.name, "fingerprint": study.fingerprint, **counts}, [str(study), estimate])
     folder = Path(output) if output is not None else Path(Path(study_file).stem)
     try:
         with Working(f"study {study.name}") as progress:

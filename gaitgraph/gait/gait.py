@@ -121,7 +121,7 @@ class Gait(Pictured):
     @property
     def ends(self) -> FloatArray:
         """The end of the segment that starts at each corner, shape (n, 4) [rad]."""
-        return _following(self.alpha)
+        return np.concatenate([self.alpha[1:], self.alpha[:1]])
 
     @property
     def length(self) -> float:
@@ -156,18 +156,18 @@ class Gait(Pictured):
         if len(self.alpha) == 1:
             return self
         points, colors = self.alpha, np.array(self.colors if self.colors else [""] * len(self.alpha))
-        changes = colors != _following(colors)
+        after = np.arange(1, len(points) + 1) % len(points)
         # First drop points that repeat the one before, of which the direction is not known.
-        keep = (points != self.ends).any(axis=1) | changes
+        keep = (points != points[after]).any(axis=1) | (colors != colors[after])
         if not keep.all():
             keep[0] |= not keep.any()
             points, colors = points[keep], colors[keep]
-            changes = colors != _following(colors)
-        step = _following(points) - points
+            after = np.arange(1, len(points) + 1) % len(points)
+        step, changes, before = points[after] - points, colors != colors[after], np.arange(len(points)) - 1
         size = np.sqrt((step**2).sum(axis=1, keepdims=True))
         unit = step / np.where(size > 0, size, 1.0)
-        corner = ((unit - _preceding(unit)) ** 2).sum(axis=1) > _STRAIGHT**2
-        corner |= changes | _preceding(changes)
+        corner = ((unit - unit[before]) ** 2).sum(axis=1) > _STRAIGHT**2
+        corner |= changes | changes[before]
         corner[0] = True
         if keep.all() and corner.all() and not self.request:
             return self
@@ -258,16 +258,6 @@ class Gait(Pictured):
         return lines if corners <= most else [*lines, f"     … and {corners - most} more"]
 
 
-def _following(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """Return for each of the points of a loop the value of the next one."""
-    return np.concatenate([values[1:], values[:1]])
-
-
-def _preceding(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """Return for each of the points of a loop the value of the one before."""
-    return np.concatenate([values[-1:], values[:-1]])
-
-
 def lift(
     points: npt.ArrayLike,
     colors: str | Iterable[str],
@@ -309,6 +299,8 @@ def points_on_sheets(
 ) -> FloatArray:
     """Return the points of the sheets above (α1, α2), each on that of its color, shape (n, 4) [rad]."""
     a1, a2 = checked_plane_angles(alpha1, alpha2)
+    if len(set(colors)) == 1:
+        return np.array([a1, a2, *sheet_angles(colors[0], a1, a2, coefficients)]).T  # type: ignore[arg-type]
     is_red = np.array([color == "red" for color in colors])
     sheets = (sheet_angles("red", a1, a2, coefficients), sheet_angles("blue", a1, a2, coefficients))
     return np.column_stack([a1, a2, *(np.where(is_red, red, blue) for red, blue in zip(*sheets, strict=True))])

@@ -33,35 +33,25 @@ import math
 from itertools import product
 from typing import TYPE_CHECKING, Any
 
-import networkx as nx
 import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.angles import angle_within, checked_number, number_of, whole_number
 from gaitgraph.errors import ContractError, InputError, checked_choice, shown
 from gaitgraph.gait.gait import Gait
+from gaitgraph.invertibility import segment_bounds
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Coefficients, CoefficientsLike, coefficients_of, noise_of
-from gaitgraph.invertibility.segment_bounds import (
-    keeps_singular_value_above,
-    least_level_determinant,
-    least_singular_value_along,
-    thrust_shares_along,
-    thrusts_push_up,
-)
-from gaitgraph.surface.sheets import (
-    Sign,
-    family_jumps,
-    neighbors_allowed,
-    root_arrays,
-    text_from_types,
-)
+from gaitgraph.surface.sheets import family_jumps, neighbors_allowed, root_arrays, text_from_types
 from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_from_mapping, vehicle_named
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
+    import networkx as nx
+
     from gaitgraph.invertibility.matrices import BoolArray, FloatArray, IntArray
     from gaitgraph.surface.region import Zones
+    from gaitgraph.surface.sheets import Sign
 
 CONTRACT = "gaitgraph surface graph 1"
 DEFAULT_DIVISIONS = 16
@@ -145,6 +135,8 @@ def surface_graph(
     >>> graph.number_of_nodes(), graph.nodes[14, 2, "red"]["types"]
     (294, '(+,+)')
     """
+    import networkx as nx
+
     divisions = checked_divisions(divisions)
     checked_choice("sign", sign, ("positive", "negative"))
     floor = checked_number("floor", floor)
@@ -263,12 +255,14 @@ def _edge_quantities(
     singular = np.zeros(len(edge))
     if len(edge):
         noise = noise_of(coefficients)
-        least = least_level_determinant(starts, ends, coefficients, sign=wanted, tolerance=0.0, floor=noise, each=True)
+        least = segment_bounds.least_level_determinant(
+            starts, ends, coefficients, sign=wanted, tolerance=0.0, floor=noise, each=True
+        )
         keeps_sign = least.lower >= noise
     smooth = red[a] & red[b] & (jump == 0) & keeps_sign
     if smooth.any():
         p, q = starts[smooth], ends[smooth]
-        least = least_singular_value_along(p, q, vehicle, tolerance=_SINGULAR_VALUE_TOLERANCE, each=True)
+        least = segment_bounds.least_singular_value_along(p, q, vehicle, tolerance=_SINGULAR_VALUE_TOLERANCE, each=True)
         singular[smooth] = least.upper
         flyable[smooth] = segments_fly(p, q, floor, vehicle)
     return {
@@ -283,16 +277,16 @@ def _edge_quantities(
 
 def segments_fly(starts: FloatArray, ends: FloatArray, floor: float, vehicle: Vehicle) -> BoolArray:
     """Return whether segments on red where R keeps its sign meet the physics along their whole length, shape (m,)."""
-    flies = thrusts_push_up(starts, ends, vehicle)
+    flies = segment_bounds.thrusts_push_up(starts, ends, vehicle)
     if vehicle.tilt_range is not None:
         least, most = np.array(vehicle.tilt_range).T
         flies &= (np.minimum(starts, ends) >= least - _SAME).all(axis=1)
         flies &= (np.maximum(starts, ends) <= most + _SAME).all(axis=1)
     if flies.any():
-        flies[flies] = keeps_singular_value_above(starts[flies], ends[flies], floor, vehicle)
+        flies[flies] = segment_bounds.keeps_singular_value_above(starts[flies], ends[flies], floor, vehicle)
     share = vehicle.thrust_share
     if share is not None and flies.any():
-        _, _, largest = thrust_shares_along(starts[flies], ends[flies], vehicle, each=True)
+        _, _, largest = segment_bounds.thrust_shares_along(starts[flies], ends[flies], vehicle, each=True)
         flies[flies] = -largest.lower <= share
     return flies
 
@@ -320,6 +314,8 @@ def gait_along(graph: nx.Graph[Any], nodes: Sequence[Any]) -> Gait:
 
 def vehicle_and_coefficients(graph: nx.Graph[Any]) -> tuple[Vehicle, Coefficients]:
     """Return the vehicle and coefficients in the metadata of a surface graph; ContractError if any are missing."""
+    import networkx as nx
+
     if not isinstance(graph, nx.Graph):
         raise InputError(f"graph must be a networkx graph, as surface_graph returns, got {shown(graph)}")
     for key in ("vehicle", "coefficients", "sign", "divisions", "crossing_tolerance", "floor"):
@@ -342,6 +338,8 @@ def validate_graph(graph: nx.Graph[Any]) -> None:
     ...
     gaitgraph.errors.ContractError: node (6, 2, 'red'): R must be -6.7323, got 1.0
     """
+    import networkx as nx
+
     if type(graph) is not nx.Graph:
         raise ContractError(f"graph must be a networkx.Graph, got {type(graph).__name__}")
     meta = graph.graph

@@ -433,18 +433,16 @@ def _bound_of_orders(lengths: FloatArray, shortest: float) -> float:
     A closed order is a tree of all places but the first, with two steps to that one, so that the least such tree is not
     longer. Weights on the places change all orders alike; they are raised where the tree has more than two steps.
     """
+    from scipy.sparse.csgraph import minimum_spanning_tree
+
     n, bound, pace = len(lengths), 0.0, 1.0
     weights = np.zeros(n)
     for _ in range(_ASCENTS):
         weighted = lengths + weights + weights[:, None]
-        near, nearest, left = weighted[1].copy(), np.ones(n, dtype=np.intp), np.arange(n) > 1
-        total, steps = -2 * weights.sum(), np.zeros(n)
-        for _ in range(n - 2):  # Prim's algorithm
-            k = int(np.where(left, near, np.inf).argmin())
-            total, left[k] = total + near[k], False
-            steps[[k, nearest[k]]] += 1
-            nearest[weighted[k] < near] = k
-            near = np.minimum(near, weighted[k])
+        raised = 1 - weighted.min()  # in a sparse matrix 0 is no edge
+        tree = minimum_spanning_tree(weighted[1:, 1:] + raised)
+        total, steps = tree.sum() - raised * (n - 2) - 2 * weights.sum(), np.zeros(n)
+        np.add.at(steps, np.concatenate(tree.nonzero()) + 1, 1)
         ends = weighted[0, 1:].argsort(kind="stable")[:2] + 1
         total, steps[0] = total + weighted[0, ends].sum(), 2
         steps[ends] += 1

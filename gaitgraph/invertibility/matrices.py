@@ -155,15 +155,15 @@ def _coefficients(vehicle: Vehicle, kind: Kind | None) -> Coefficients:
 class _Form(NamedTuple):
     form: FloatArray
     sizes: FloatArray  # of its entries
-    norm: float  # with the term `cross`, like `total`
-    total: float
+    norm: float
+    total: float  # of the sizes
 
 
 @lru_cache(maxsize=64)
-def _form_of(coefficients: Coefficients) -> _Form:
-    """Return the bilinear form of R and its sizes."""
-    form, cross = coefficients.bilinear_form, abs(coefficients.cross)
-    return _Form(form, np.abs(form), float(np.linalg.norm(form)) + cross, float(np.abs(form).sum()) + 4 * cross)
+def form_of(coefficients: Coefficients) -> _Form:
+    """Return the bilinear form of R, the sizes of its entries, its Frobenius norm and the sum of the sizes."""
+    form = coefficients.bilinear_form
+    return _Form(form, np.abs(form), float(np.linalg.norm(form)), float(np.abs(form).sum()))
 
 
 def tilt_angles(alpha: npt.ArrayLike) -> FloatArray:
@@ -196,14 +196,14 @@ class Sines(NamedTuple):
     def level_determinant(self, coefficients: Coefficients) -> FloatArray:
         """Return R of equation (6), shape (k,); see :func:`level_determinant`."""
         first, second = self.features[:, 0], self.features[:, 1]
-        level = ((_form_of(coefficients).form.T @ first) * second).sum(axis=0)
+        level = ((form_of(coefficients).form.T @ first) * second).sum(axis=0)
         if coefficients.cross:
             level = level + coefficients.cross * np.prod(self.differences(), axis=0)
         return np.asarray(level)
 
     def level_slopes(self, coefficients: Coefficients) -> FloatArray:
         """Return |∂R/∂αᵢ| for each angle, per radian, shape (4, k)."""
-        form, (first, second) = _form_of(coefficients).form, self.features.swapaxes(0, 1)
+        form, (first, second) = form_of(coefficients).form, self.features.swapaxes(0, 1)
         rest = np.array([form @ second, form.T @ first]).swapaxes(0, 1)  # for each pair
         # The derivative of the pair features with respect to each angle, its opposite one fixed; shape (2, 2, k).
         across = self.sine.reshape(2, 2, -1) * self.cosine.reshape(2, 2, -1)[::-1]
@@ -217,17 +217,18 @@ class Sines(NamedTuple):
     def level_resolution(self, coefficients: Coefficients, slopes: FloatArray, rounding: float = 0.0) -> FloatArray:
         """Return the |R| above which its sign is certain, shape (k,); see :func:`level_determinant_resolution`."""
         first, second = self.features[:, 0], self.features[:, 1]
-        _, form, size, total = _form_of(coefficients)
+        form, cross = form_of(coefficients), abs(coefficients.cross)
         # single·|p₀q₂ − p₂q₀| + double·|p₂q₂| + triple·|p₁q₂ − p₂q₁| of the features p and q of both pairs.
         _, single, double, triple = coefficients.digit_errors
         crossed = np.abs(first[:2] * second[2] - first[2] * second[:2])
         resolution = single * crossed[0] + triple * crossed[1] + double * np.abs(first[2] * second[2])
         sizes = np.abs(self.features)
-        resolution += 32 * _EPSILON * ((form.T @ sizes[:, 0]) * sizes[:, 1]).sum(axis=0) + 8 * _EPSILON * total
+        rounded = 4 * ((form.sizes.T @ sizes[:, 0]) * sizes[:, 1]).sum(axis=0)
+        resolution += 8 * _EPSILON * (rounded + form.total + 4 * cross)
         derived = coefficients.sheet_error
         if derived or rounding:
             resolution += rounding * slopes.sum(axis=0) + derived * slopes[2:].sum(axis=0)
-            resolution += 8 * size * (rounding + derived) ** 2
+            resolution += 8 * (form.norm + cross) * (rounding + derived) ** 2
         return np.asarray(resolution)
 
     def differences(self) -> FloatArray:
@@ -425,7 +426,7 @@ def level_determinant_slopes(alpha: npt.ArrayLike, coefficients: Coefficients) -
 
 def noise_of(coefficients: Coefficients) -> float:
     """Return a bound of the |R| that floating point alone makes where R = 0."""
-    return 64 * _EPSILON * float(np.abs(coefficients.bilinear_form).sum() + abs(coefficients.cross))
+    return 64 * _EPSILON * (form_of(coefficients).total + abs(coefficients.cross))
 
 
 def body_vertical(roll: npt.ArrayLike, pitch: npt.ArrayLike) -> FloatArray:

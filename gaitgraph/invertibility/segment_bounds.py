@@ -38,7 +38,7 @@ Several = Sequence[FloatArray] | FloatArray  # several of one shape, or the rows
 _BATCH = 1 << 15
 # An iteration over few points costs the same for any number of them: a few intervals are cut finer.
 _FEW, _PIECES = 32, 32
-_LONG = 0.05  # a longer segment is hardly settled without a cut [rad]
+_LONG = 0.05  # a longer segment is hardly settled without a cut to this length [rad]
 _SHORT = 1e-12  # fractions nearer than this are halved, to the end of what floats resolve
 _TINY = float(np.finfo(float).tiny)
 _IDLE = 1e-9  # a zero-moment input below this counts as zero where its sign is proven by bounds
@@ -85,7 +85,6 @@ def least_of_each(
     rows: Sequence[int] | None = None,
     floor: float = math.inf,
     each: bool = False,
-    enough: FloatArray | None = None,
     at_ends: tuple[Several, Several] | None = None,
     most: int | None = None,
     pieces: int = 1,
@@ -100,7 +99,7 @@ def least_of_each(
     An interval whose lower bound is good enough is settled, any other is cut, until the bracket of every function is as
     narrow as its `tolerance`: that of every segment with `each`, else that of the least of all and of `known`, a value
     that each function attains elsewhere. A segment is settled earlier once its least value is known to be above or
-    below `floor`, or above its value of `enough`, shape (m,) or for each function (f, m).
+    below `floor`.
 
     Intervals are halved in batches, the latest first, so that memory is bounded. Work is bounded too, by `most`
     halvings, so that a bracket may stay wider than `tolerance`; `lower` is always valid.
@@ -128,8 +127,6 @@ def least_of_each(
     best, fraction = found.min(axis=1), fractions[found.argmin(axis=1)]
     lower, overall = best.copy(), np.minimum(best.min(axis=1), known)[:, None]
     offsets = count * np.arange(functions)[:, None]  # of functions in flat arrays of shape (f, m)
-    if enough is not None:
-        enough = np.broadcast_to(enough, best.shape)
     batches: list[tuple[Any, FloatArray, FloatArray]] = []
     while True:
         # The first piece of every interval, then the second: each ends where the next begins.
@@ -146,8 +143,6 @@ def least_of_each(
             unsettled = least < (np.minimum(reference - margin, floor) if floor < math.inf else reference - margin)
             if floor < math.inf:
                 unsettled &= reference >= floor
-            if enough is not None:
-                unsettled &= least < enough[:, segment]
             open_ = np.logical_or.reduce(unsettled, axis=0)
             count = int(np.count_nonzero(open_))
             if count:
@@ -222,9 +217,9 @@ def least_of_quantities(
         return np.concatenate(found)
 
     pieces, at_ends = 1, None
-    if len(starts) <= _FEW and float(np.abs(ends - starts).max()) > _LONG:
-        pieces = _PIECES
-    elif points is not None:
+    if len(starts) <= _FEW:
+        pieces = max(1, min(_PIECES, math.ceil(float(np.abs(ends - starts).max()) / _LONG)))
+    if pieces == 1 and points is not None:
         found = values(points)
         at_ends = found[:, :-1], found[:, 1:]
     functions = ((part.start, each.tolerances) for part, each in zip(parts, quantities, strict=True))
@@ -257,12 +252,6 @@ def largest_sine(x0: FloatArray, x1: FloatArray, larger: FloatArray | None = Non
     """Return the largest |sin| on intervals: 1 if a peak lies inside, else that of the larger end, if at hand."""
     peak = np.floor(x0 / math.pi - 0.5) != np.floor(x1 / math.pi - 0.5)
     return np.where(peak, 1.0, np.maximum(np.abs(np.sin(x0)), np.abs(np.sin(x1))) if larger is None else larger)
-
-
-def least_sine(x0: FloatArray, x1: FloatArray) -> FloatArray:
-    """Return the least |sin| on intervals: 0 if a zero lies inside, else the smaller end (|sin| is concave)."""
-    zero = np.floor(x0 / math.pi) != np.floor(x1 / math.pi)
-    return np.where(zero, 0.0, np.minimum(np.abs(np.sin(x0)), np.abs(np.sin(x1))))
 
 
 def range_of_sine(x0: FloatArray, x1: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -334,27 +323,19 @@ def level_quantity(
     return Quantity(values, bounds, tolerances, len(signs))
 
 
-def range_of_level_determinant(
+def least_level_determinant(
     starts: FloatArray,
     ends: FloatArray,
     coefficients: Coefficients,
     *,
-    signs: tuple[float, ...] = (1.0, -1.0),
+    sign: float = 1.0,
     tolerance: float = 1e-6,
-    known: tuple[float, ...] = (math.inf, math.inf),
+    known: float = math.inf,
     **options: Any,
-) -> tuple[Least, ...]:
-    """Bracket the least of sign·R along segments for each of some signs, in one search."""
-    quantity = level_quantity(coefficients, signs, tolerances=(tolerance,) * len(signs))
-    return least_of_quantities(starts, ends, [quantity], known=known, **options)
-
-
-def least_level_determinant(
-    starts: FloatArray, ends: FloatArray, coefficients: Coefficients, *, sign: float = 1.0, **options: Any
 ) -> Least:
     """Bracket the least of sign·R along segments; a positive lower bound proves that R keeps that sign."""
-    known = (options.pop("known", math.inf),)
-    return range_of_level_determinant(starts, ends, coefficients, signs=(sign,), known=known, **options)[0]
+    quantity = level_quantity(coefficients, (sign,), tolerances=(tolerance,))
+    return least_of_quantities(starts, ends, [quantity], known=(known,), **options)[0]
 
 
 def sensitivity_bends(p0: FloatArray, p1: FloatArray, coefficients: Coefficients) -> tuple[FloatArray, FloatArray]:
@@ -642,16 +623,17 @@ def thrust_shares_along(
 _SENSES = np.array([1.0, -1.0])[:, None, None]
 
 
-def share_quantity(vehicle: Vehicle, *, tolerance: float) -> Quantity:
-    """Return the least share of the weight and minus the largest, where all rotors push up.
+def share_quantity(vehicle: Vehicle, *, tolerance: float, rotors: int = 4) -> Quantity:
+    """Return the least share of the weight and minus the largest, where all rotors push up; on red two are enough.
 
     There a share is |wᵢ|/V with V = Σ|wⱼ|·cos αⱼ, as in ``hover_thrust_shares``, of bounded second derivatives.
     """
 
     def values(sines: Sines) -> FloatArray:
-        rows = np.empty((7, sines.alpha.shape[1]))
-        inputs, lift = np.abs(sines.zero_moment_inputs(vehicle), out=rows[2:6]), rows[6]
-        np.add.reduce(inputs * sines.cosine, axis=0, out=lift)
+        inputs = np.abs(sines.zero_moment_inputs(vehicle))
+        rows = np.empty((3 + rotors, sines.alpha.shape[1]))
+        lift = np.add.reduce(inputs * sines.cosine, axis=0, out=rows[2])
+        rows[3:] = inputs = inputs[:rotors]
         rows[0], rows[1] = np.minimum.reduce(inputs) / lift, -np.maximum.reduce(inputs) / lift
         return rows
 
@@ -659,16 +641,16 @@ def share_quantity(vehicle: Vehicle, *, tolerance: float) -> Quantity:
         # |wᵢ| − c·V is bent too, where c is the rotor's least share at both ends, and at least 0 there. Its share is
         # below c by no more than the deficit of that over the least of V. The same holds for the largest, reversed.
         bends, lift_bend = _bends_of_inputs(p1 - p0, vehicle)
-        first, last, lift0, lift1 = _SENSES * v0[2:6], _SENSES * v1[2:6], v0[6], v1[6]
+        first, last, lift0, lift1 = _SENSES * v0[3:], _SENSES * v1[3:], v0[2], v1[2]
         # At a corner of the square V vanishes, and a share has no bound.
         least_lift = np.maximum(least_of_bent(lift0, lift1, lift_bend), 1e-200)
         c = np.minimum(first / lift0, last / lift1)
-        deficit = least_of_bent(first - c * lift0, last - c * lift1, bends + np.abs(c) * lift_bend)
+        deficit = least_of_bent(first - c * lift0, last - c * lift1, bends[:rotors] + np.abs(c) * lift_bend)
         out = np.minimum.reduce(c + np.minimum(deficit, 0.0) / least_lift, axis=1)
         np.maximum(out[0], 0.0, out=out[0])
         return np.asarray(out)
 
-    return Quantity(values, bounds, (tolerance, tolerance), 7)
+    return Quantity(values, bounds, (tolerance, tolerance), 3 + rotors)
 
 
 def _bends_of_inputs(step: FloatArray, vehicle: Vehicle) -> tuple[FloatArray, FloatArray]:

@@ -21,17 +21,7 @@ import numpy as np
 
 from gaitgraph.errors import InputError, shown
 from gaitgraph.files import text_of, value_from_json
-from gaitgraph.gait.table import (
-    ANGLES,
-    DEGREES,
-    FORMAT,
-    TEXTS,
-    Table,
-    checked_about,
-    merged,
-    provenance_of,
-    provenance_text,
-)
+from gaitgraph.gait.table import ANGLES, DEGREES, FORMAT, TEXTS, checked_about, merged, provenance_of, provenance_text
 from gaitgraph.io.columns import MADE_BY, SHARED, about_from_texts
 from gaitgraph.vehicle import vehicle_from_mapping
 
@@ -39,6 +29,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
     from pathlib import Path
 
+    from gaitgraph.gait.table import Table
     from gaitgraph.io.columns import TableBuilder
 
 _WHAT = "gait file"

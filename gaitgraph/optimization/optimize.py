@@ -23,21 +23,8 @@ from gaitgraph.angles import angle_within, checked_number, number_of, whole_numb
 from gaitgraph.errors import Infeasible, InputError, checked_choice, shown
 from gaitgraph.gait.table import Table, merged
 from gaitgraph.graph.build import checked_waypoints
-from gaitgraph.invertibility.matrices import (
-    DEFAULT_FLOOR,
-    Coefficients,
-    CoefficientsLike,
-    FloatArray,
-    coefficients_of,
-    largest_least_singular_value,
-)
-from gaitgraph.optimization.least_effort import (
-    FEWEST_PIECES,
-    LeastEffort,
-    SmoothLoop,
-    control_points_along,
-    power_pieces,
-)
+from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, coefficients_of, largest_least_singular_value
+from gaitgraph.optimization import least_effort
 from gaitgraph.planning.request import merged_repeats
 from gaitgraph.planning.shortest_paths import ShortestPaths, shortest_loop
 from gaitgraph.surface.admissible import admissible_region, singular_value_region, thrust_region, why_empty
@@ -54,6 +41,8 @@ if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
     from gaitgraph.gait.gait import Gait
+    from gaitgraph.invertibility.matrices import Coefficients, CoefficientsLike, FloatArray
+    from gaitgraph.optimization.least_effort import LeastEffort, SmoothLoop
     from gaitgraph.surface.region import Points, Region
 
 Objective = Literal["singular_value", "hover_reserve", "tilt_rate"]
@@ -255,7 +244,7 @@ def optimal_gait(
     checked_clock(period, "smooth")
     discs, notes = _discs(waypoints, radius)
     pieces = min(max(36, 12 * len(discs.radii)), 240) if pieces is None else pieces
-    pieces = whole_number("pieces", pieces, FEWEST_PIECES, _MOST_PIECES)
+    pieces = whole_number("pieces", pieces, least_effort.FEWEST_PIECES, _MOST_PIECES)
     zones, numbers = Zones(keep_out=keep_out, keep_in=keep_in), coefficients_of(vehicle, coefficients)
     asked: Any = {"objective": objective, "waypoints": discs.centers, "radius": discs.radii, "period": float(period)}
     base = OptimalGait(**asked, reason=None, warnings=notes)
@@ -371,7 +360,7 @@ class _Search(NamedTuple):
         # The border is drawn with fewer corners, all of it inside.
         inside = component_meeting(shapely.simplify(offset(polygon, -CLEARANCE), CLEARANCE), discs)
         if inside is not None:
-            problem, targets = LeastEffort(inside, discs, CLEARANCE), discs.centers
+            problem, targets = least_effort.LeastEffort(inside, discs, CLEARANCE), discs.centers
             if objective == "tilt_rate":
                 targets, length = shortest_loop(discs, region.outer)
                 bound = 2 * length**2 / self.base.period
@@ -417,7 +406,7 @@ class _Search(NamedTuple):
             middle = shapely.Point(self.discs.centers.mean(axis=0))
             point = shapely.shortest_line(middle, shared).coords[-1]
         passes = np.linspace(0.0, self.pieces, len(self.discs.radii), endpoint=False)
-        return SmoothLoop(points=np.tile(np.array(point), (self.pieces, 1)), passes=passes)
+        return least_effort.SmoothLoop(points=np.tile(np.array(point), (self.pieces, 1)), passes=passes)
 
     def _start(self, problem: LeastEffort, targets: FloatArray) -> SmoothLoop | None:
         """Return a loop along shortest legs from one disc to the next, as a start."""
@@ -443,8 +432,8 @@ class _Search(NamedTuple):
                 at.append(len(corners))
                 corners += list(leg[:-1])
             if 3 * len(corners) <= _MOST_PIECES:
-                points, knots = control_points_along(np.array(corners), self.pieces)
-                loop = SmoothLoop(points=points, passes=knots[at].astype(float))
+                points, knots = least_effort.control_points_along(np.array(corners), self.pieces)
+                loop = least_effort.SmoothLoop(points=points, passes=knots[at].astype(float))
                 if problem.keeps_inside(loop):
                     return loop
         return None
@@ -457,7 +446,7 @@ class _Search(NamedTuple):
         period, width = self.base.period, self.base.period / len(loop.points)
         curve = Curve(
             breaks=np.linspace(0.0, period, len(loop.points) + 1),
-            pieces=power_pieces(loop.points, width),
+            pieces=least_effort.power_pieces(loop.points, width),
             vehicle=self.vehicle,
             coefficients=self.coefficients,
         )

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-import networkx as nx
 import numpy as np
 
 from gaitgraph.graph.build import gait_along, nodes_above, surface_graph
@@ -13,13 +12,16 @@ from gaitgraph.graph.cycle_list import Cycles, cycles
 from gaitgraph.graph.walks import Blocked, allowed_edges, best_order, closed_walk
 from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.planning.any_angle import first_outside, prepared_region
+from gaitgraph.planning.refusal import FoundPath
 from gaitgraph.surface.sheets import RELATION, SIGNS, Sign
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    import networkx as nx
+
     from gaitgraph.graph.walks import Use
-    from gaitgraph.planning.refusal import Branch, FoundPath, Obstacle
+    from gaitgraph.planning.refusal import Branch, Obstacle
     from gaitgraph.planning.request import PlanRequest
 
 
@@ -41,6 +43,8 @@ def _paths_of_color(
     graph: nx.Graph[Any], served: list[list[Any]], branch: Branch, progress: Callable[[str], None] | None
 ) -> list[FoundPath] | Obstacle:
     """Return the best loop of one color for each use of it, or the obstacle."""
+    import networkx as nx
+
     request = branch.request
     if progress is not None:
         progress(f"searching {branch.color} loops")
@@ -56,8 +60,8 @@ def _paths_of_color(
         walk = closed_walk(graph, ordered, use=use, objective=request.objective)
         if not isinstance(walk, Blocked):
             path = gait_along(graph, walk.nodes)
-            if not any(np.array_equal(path.alpha, other.alpha) for other, *_ in found):
-                found.append((path, order, None, gap))
+            if not any(np.array_equal(path.alpha, other.path.alpha) for other in found):
+                found.append(FoundPath(path, order, None, gap))
         elif use == branch.uses[-1]:
             if use == "flyable" and (outside := first_outside(branch, prepared_region(branch, use))):
                 return outside

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
@@ -19,10 +19,21 @@ if TYPE_CHECKING:
     from gaitgraph.gait.gait import Gait
     from gaitgraph.planning.request import PlanRequest, Point, Use
     from gaitgraph.surface.sheets import Color, Sign
+    from gaitgraph.validation.report import Report
 
-FoundPath = tuple["Gait", tuple[int, ...], float | None, float]
-"""A loop through every node, the order of the waypoints (counted from 0), a lower bound of its length [rad], and the
-gap of the order, as :func:`gaitgraph.graph.walks.best_order` states it."""
+
+class FoundPath(NamedTuple):
+    """A loop through every node, the order of the waypoints (counted from 0), and a lower bound of its length [rad].
+
+    `gap` is that of the order, as :func:`gaitgraph.graph.walks.best_order` states it; `judged` has the same
+    loop with straight runs merged and its checks without those of rates, if they are known.
+    """
+
+    path: Gait
+    order: tuple[int, ...]
+    lower_bound: float | None
+    gap: float
+    judged: tuple[Gait, Report] | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -51,25 +51,8 @@ MARKER_OF = {"red": "s", "blue": "o"}
 INCH = 25.4  # mm
 _LEGEND: dict[str, Any] = {"fontsize": 7.5, "frameon": False}
 
-STYLE: Any = {
-    # Fonts that come with matplotlib: text looks the same on every machine.
-    "font.family": ["DejaVu Sans"],
-    "mathtext.fontset": "dejavusans",
-    **dict.fromkeys(("font.size", "axes.titlesize", "axes.labelsize"), 8.0),
-    **dict.fromkeys(("xtick.labelsize", "ytick.labelsize"), 7.5),
-    "legend.handlelength": 1.6,
-    **dict.fromkeys(("axes.linewidth", "xtick.major.width", "ytick.major.width"), 0.6),
-    **dict.fromkeys(("grid.linewidth", "hatch.linewidth"), 0.4),
-    "grid.color": "#d5d5d5",
-    "axes.axisbelow": True,
-    "lines.linewidth": 1.0,
-    "figure.dpi": 200.0,
-    "savefig.dpi": "figure",
-    "svg.hashsalt": "gaitgraph",
-    "svg.fonttype": "path",
-    "pdf.fonttype": 42,
-}
-"""rcParams of the figures, on top of matplotlib's defaults. Sizes are in points, for widths of 85 and 170 mm."""
+STYLE = Path(__file__).with_name("paper.mplstyle")
+"""The style of the figures, as a file for matplotlib.style.use."""
 
 _STAMPS = {"png": ("Software",), "svg": ("Date", "Creator"), "pdf": ("CreationDate", "Producer", "Creator")}
 
@@ -86,22 +69,20 @@ def require_matplotlib() -> None:
 def paper_style() -> Iterator[None]:
     """Use :data:`STYLE` on top of matplotlib's defaults, then restore the user's settings."""
     require_matplotlib()
-    import matplotlib as mpl
+    from matplotlib import rc_context
 
-    with mpl.rc_context():
-        mpl.rcdefaults()
-        mpl.rcParams.update(STYLE)
+    with rc_context(fname=STYLE):
         yield
 
 
-def blank_figure(width: float, height: float, layout: Any = "constrained", *, pyplot: bool = False) -> Figure:
+def blank_figure(width: float, height: float, *, pyplot: bool = False) -> Figure:
     """Return an empty figure of a size [mm]. With `pyplot` it is registered with pyplot."""
     require_matplotlib()
     from matplotlib.figure import Figure
 
     if pyplot:
         from matplotlib.pyplot import figure as Figure  # type: ignore[assignment] # noqa: N812
-    return Figure(figsize=(width / INCH, height / INCH), layout=layout, dpi=150 if pyplot else None)
+    return Figure(figsize=(width / INCH, height / INCH), layout="constrained", dpi=150 if pyplot else None)
 
 
 def axes_or_new(ax: Axes | None, *, size: tuple[float, float] = (152.4, 127.0)) -> Axes:

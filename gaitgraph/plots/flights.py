@@ -32,16 +32,15 @@ if TYPE_CHECKING:
     from gaitgraph.flight.flight import Flight
     from gaitgraph.invertibility.matrices import FloatArray
 
-# Height [mm], label, columns of the legend, and least end of the axis, so that rounding errors stay small.
+# Height with the legend [mm], label, columns of the legend, and least end of the axis: rounding errors stay small.
 _PANELS: dict[str, tuple[float, str, int, float]] = {
-    "attitude": (32.0, "body attitude (°)", 4, 1.0),
-    "place": (30.0, "place (m)", 4, 0.01),
-    "thrusts": (34.0, "thrust\n(weight / 4)", 5, 0.0),
-    "tilts": (30.0, "tilt (°)", 4, 0.0),
-    "singular_value": (30.0, "least singular\nvalue (1)", 3, 0.0),
+    "attitude": (40.0, "body attitude (°)", 4, 1.0),
+    "place": (38.0, "place (m)", 4, 0.01),
+    "thrusts": (42.0, "thrust\n(weight / 4)", 5, 0.0),
+    "tilts": (38.0, "tilt (°)", 4, 0.0),
+    "singular_value": (38.0, "least singular\nvalue (1)", 3, 0.0),
 }
-_WIDTH, _LEFT, _RIGHT, _TOP, _BOTTOM = 170.0, 19.0, 4.0, 13.0, 12.0
-_LEGEND = 8.0  # height above each panel
+_WIDTH, _ENDS = 170.0, 20.0  # of the figure, and height of its title and the time below it [mm]
 _WANTED: dict[str, Any] = {"color": "#7b3294", "linestyle": "--", "linewidth": 0.8, "label": "asked for"}
 _CURVES = {"attitude": ("roll", "pitch", "yaw"), "place": ("x", "y", "z")}
 _CURVE_LOOKS: tuple[Any, ...] = ((INK, "-"), ("#0072b2", "-"), ("#d55e00", (0, (5, 1.5))))
@@ -88,13 +87,10 @@ def plot_flight(
 
 
 def _panel_axes(panels: Sequence[str], *, pyplot: bool = False) -> npt.NDArray[np.object_]:
-    """Return axes of a new figure for panels, one below another, in a fixed layout: the same bytes in every process."""
+    """Return axes of a new figure for panels, one below another."""
     heights = [_PANELS[name][0] for name in panels]
-    height = _TOP + _BOTTOM + sum(heights) + _LEGEND * len(panels)
-    figure = base.blank_figure(_WIDTH, height, "none", pyplot=pyplot)
-    places: dict[str, Any] = {"left": _LEFT / _WIDTH, "right": 1 - _RIGHT / _WIDTH, "bottom": _BOTTOM / height}
-    places |= {"top": 1 - (_TOP + _LEGEND) / height, "hspace": _LEGEND * len(panels) / sum(heights)}
-    return figure.subplots(len(panels), sharex=True, squeeze=False, height_ratios=heights, gridspec_kw=places)[:, 0]
+    figure = base.blank_figure(_WIDTH, _ENDS + sum(heights), pyplot=pyplot)
+    return figure.subplots(len(panels), sharex=True, squeeze=False, height_ratios=heights)[:, 0]
 
 
 def _what_was_flown(flight: Flight) -> list[str]:

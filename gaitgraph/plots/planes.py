@@ -16,18 +16,7 @@ from gaitgraph.graph.build import DEFAULT_DIVISIONS, grid_axis
 from gaitgraph.invertibility import matrices
 from gaitgraph.invertibility.matrices import BoolArray, Coefficients, CoefficientsLike, FloatArray, coefficients_of
 from gaitgraph.plots import axes as base
-from gaitgraph.surface.sheets import (
-    COLORS,
-    PLANE_TYPES,
-    RELATION,
-    RootArrays,
-    Sign,
-    red_label,
-    root_arrays,
-    sheet_angles,
-    text_from_types,
-    types_may_be_adjacent,
-)
+from gaitgraph.surface import sheets
 from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
 
 if TYPE_CHECKING:
@@ -35,7 +24,7 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
 
-    from gaitgraph.surface.sheets import Color
+    from gaitgraph.surface.sheets import Color, RootArrays, Sign
 
     Marks = tuple[FloatArray, str, str, str]  # points, color, marker, label
 
@@ -61,7 +50,7 @@ def interior_roots(coefficients: Coefficients) -> tuple[RootArrays, IntArray]:
     """
     axis = grid_axis(DEFAULT_DIVISIONS)[1:-1]
     a1, a2 = (angle.ravel() for angle in np.meshgrid(axis, axis, indexing="ij"))
-    found = root_arrays(a1, a2, coefficients=coefficients, crossing_tolerance=math.pi / (2 * DEFAULT_DIVISIONS))
+    found = sheets.root_arrays(a1, a2, coefficients=coefficients, crossing_tolerance=math.pi / (2 * DEFAULT_DIVISIONS))
     order = np.lexsort((np.round(found.alpha[..., 3], _TIE), np.round(found.alpha[..., 2], _TIE)))  # NaN is last
     at = np.arange(len(order))[:, None], order
     found = replace(found, alpha=found.alpha[at], sheet=found.sheet[at], types=found.types[at], R=found.R[at])
@@ -82,7 +71,7 @@ def root_counts(ax: Axes, coefficients: Coefficients) -> None:
     """Draw how many roots each node of the grid has (Figure 2), with one scatter for each count."""
     axis = grid_axis(DEFAULT_DIVISIONS)
     a1, a2 = np.meshgrid(axis, axis, indexing="ij")
-    count = root_arrays(a1, a2, coefficients=coefficients).count
+    count = sheets.root_arrays(a1, a2, coefficients=coefficients).count
     looks = {1: (".", "black"), 2: ("o", "white"), 3: ("s", "0.6"), 4: ("D", "0.35"), 5: ("^", "black")}
     for number in np.unique(count).tolist():
         here, (marker, face) = count == number, looks[number]
@@ -98,7 +87,7 @@ def root_angle(ax: Any, coefficients: Coefficients, *, angle: int, which: Which)
     found, _ = interior_roots(coefficients)
     chosen = _chosen(found, which)
     marks: list[Marks] = []
-    for color, label in zip(COLORS, ("+ plane", "− plane"), strict=True):
+    for color, label in zip(sheets.COLORS, ("+ plane", "− plane"), strict=True):
         points = found.alpha[chosen & (found.sheet == _SHEET[color])]
         marks.append((points[:, [0, 1, angle - 1]], base.COLOR_OF[color], base.MARKER_OF[color], label))
         _draw_plane(ax, coefficients, angle, color)
@@ -116,8 +105,8 @@ def signed_roots(ax: Any, coefficients: Coefficients, *, sign: Sign, which: Whic
     grey, signed = found.alpha[chosen & (signs == 0)], found.alpha[chosen & (signs == _SIGN[sign])]
     marks = [(grey[:, [0, 1, k]], base.GREY, marker, _SINGULAR) for k, marker in ((2, "s"), (3, "o"))]
     for angle, color, marker in ((3, base.RED, "s"), (4, base.BLUE, "o")):
-        marks.append((signed[:, [0, 1, angle - 1]], color, marker, rf"$\alpha_{angle}$, ${RELATION[sign]}$"))
-        for sheet in COLORS:
+        marks.append((signed[:, [0, 1, angle - 1]], color, marker, rf"$\alpha_{angle}$, ${sheets.RELATION[sign]}$"))
+        for sheet in sheets.COLORS:
             _draw_plane(ax, coefficients, angle, sheet, color)
     base.angle_axis(ax.zaxis, r"\alpha_3,\ \alpha_4")
     _draw_marks(ax, marks)
@@ -133,7 +122,7 @@ def level_determinants(ax: Any, coefficients: Coefficients, *, sign: Sign, which
     stems = np.stack([tops * [1.0, 1.0, 0.0], tops, np.full(tops.shape, np.nan)], axis=1).reshape(-1, 3)
     ax.plot(*stems.T, color="0.75", linewidth=0.4)
     marks = [(points[chosen & (signs == 0)], base.GREY, base.MARKER_OF["blue"], _SINGULAR)]
-    for color in COLORS:
+    for color in sheets.COLORS:
         here = points[signed & (found.sheet == _SHEET[color])]
         marks.append((here, base.COLOR_OF[color], base.MARKER_OF[color], f"{color} sheet"))
     ax.set_zlabel("$R$ (dimensionless)")
@@ -145,7 +134,7 @@ def _draw_plane(ax: Any, coefficients: Coefficients, angle: int, sheet: Color, c
     """Draw the translucent plane of α3 over α1, or of α4 over α2, of a sheet; it ends where the angle wraps."""
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-untyped]
 
-    height = sheet_angles(sheet, _FINE_AXIS, _FINE_AXIS, coefficients)[angle - 3]
+    height = sheets.sheet_angles(sheet, _FINE_AXIS, _FINE_AXIS, coefficients)[angle - 3]
     quads = []
     for run in np.split(np.arange(FINE), 1 + np.flatnonzero(np.abs(np.diff(height)) > HALF_PI)):
         (x0, x1), (z0, z1) = _FINE_AXIS[run[[0, -1]]], height[run[[0, -1]]]
@@ -202,11 +191,11 @@ def adjacency_rule(of: Literal["angle", "pair"] = "pair", *, ax: Axes | None = N
         names = {kind: f"({kind},?)" for kind in "+?-"}
         places = {"+": (-1.0, 0.0), "?": (0.0, 0.0), "-": (1.0, 0.0)}
     else:
-        names = {kind: kind for kind in PLANE_TYPES}
+        names = {kind: kind for kind in sheets.PLANE_TYPES}
         degrees = {"(+,+)": 180, "(+,?)": 120, "(?,-)": 60, "(-,-)": 0, "(-,?)": 300, "(?,+)": 240}
         places = {kind: (math.cos(math.radians(at)), math.sin(math.radians(at))) for kind, at in degrees.items()}
     for pair in combinations(places, 2):
-        if types_may_be_adjacent(*(names[kind] for kind in pair)):
+        if sheets.types_may_be_adjacent(*(names[kind] for kind in pair)):
             line = np.array([places[kind] for kind in pair])
             ax.plot(*line.T, color="0.35", linewidth=1.2, zorder=1, gid=" ".join(pair))
     for kind, place in places.items():
@@ -233,17 +222,18 @@ def type_map(
     text is the node's (i, j). Roots with R = 0 are grey, and hollow where marked. A dot is a node without roots of the
     sign. `coefficients` are those of formula (1), by default the paper's published ones.
     """
-    checked_choice("sign", sign, RELATION)
+    checked_choice("sign", sign, sheets.RELATION)
     found, signs = interior_roots(coefficients_of(kind=coefficients))
     ax = base.axes_or_new(ax, size=(170, 176))
     shows = (found.sheet != 0) & ((signs == _SIGN[sign]) | (signs == 0))
     written = (shows & (found.types == 0).any(axis=-1)).any(axis=1)
     for number in np.flatnonzero(written):
-        sheets, types, unsigned = -found.sheet[number], found.types[number], signs[number] == 0
+        sheet, types, unsigned = -found.sheet[number], found.types[number], signs[number] == 0
         # Each type once, red ones first.
-        roots = sorted({(sheets[k], text_from_types(*types[k]), unsigned[k]) for k in np.flatnonzero(shows[number])})
-        for k, (sheet, kind, singular) in enumerate(roots):
-            ink = base.GREY if singular else base.RED if sheet < 0 else base.BLUE
+        drawn = np.flatnonzero(shows[number])
+        roots = sorted({(sheet[k], sheets.text_from_types(*types[k]), unsigned[k]) for k in drawn})
+        for k, (side, kind, singular) in enumerate(roots):
+            ink = base.GREY if singular else base.RED if side < 0 else base.BLUE
             ax.annotate(
                 kind.replace("-", "−"), tuple(found.alpha[number, 0, :2]), textcoords="offset points",
                 xytext=(0, 7.0 * ((len(roots) - 1) / 2 - k)), color=ink,
@@ -254,7 +244,7 @@ def type_map(
     states = np.stack([np.where(shows & (found.sheet == k), 1 + np.abs(signs), 0).max(axis=1) for k in (1, -1)], axis=1)
     for state in sorted(set(map(tuple, states[~written].tolist())), reverse=True):
         places = found.alpha[~written & (states == state).all(axis=1), 0, :2]
-        _mark_nodes(ax, places, state, RELATION[sign])
+        _mark_nodes(ax, places, state, sheets.RELATION[sign])
     base.plane_axes(ax, r"\alpha_1", r"\alpha_2", divisor=8)
     base.legend_above(ax, columns=3)
     return ax
@@ -275,7 +265,7 @@ def _mark_nodes(ax: Axes, places: FloatArray, state: tuple[int, ...], sign: str)
         look |= {"s": 3.5, "linewidth": 0.0}
         ax.scatter(x, y, marker="o", facecolor=base.GREY, label=label, **look)
     halves: tuple[Any, Any] = ("left", "right")
-    for color, one, half in zip(COLORS, state, halves, strict=True):
+    for color, one, half in zip(sheets.COLORS, state, halves, strict=True):
         if one:  # two roots are the left half of a square and the right half of a disc
             marker = MarkerStyle(base.MARKER_OF[color], fillstyle="full" if len(texts) == 1 else half)
             face, edge = (base.COLOR_OF[color],) * 2 if one == 2 else ("white", base.GREY)
@@ -310,7 +300,7 @@ def regions_map(vehicle: VehicleLike = PAPER, *, ax: Axes | None = None) -> Axes
     mirror = math.copysign(1.0, delta)
     for x, y in ((-1.05, -0.62), (1.08, 0.3)):  # within the two large components, off the hatched parts
         at = (mirror * x, mirror * y)
-        base.draw_label(ax, at, "$R>0$" if red_label(*at, vehicle).prod() > 0 else "$R<0$")
+        base.draw_label(ax, at, "$R>0$" if sheets.red_label(*at, vehicle).prod() > 0 else "$R<0$")
     base.plane_axes(ax, r"\alpha_1", r"\alpha_2", grid=False)
     base.legend_below(ax, ncols=2)
     return ax

@@ -16,30 +16,9 @@ import shapely
 
 from gaitgraph.angles import HALF_PI, checked_number
 from gaitgraph.errors import checked_choice
-from gaitgraph.invertibility.matrices import (
-    DEFAULT_FLOOR,
-    Coefficients,
-    CoefficientsLike,
-    coefficients_of,
-    hover_thrust_shares,
-    largest_least_singular_value,
-    least_singular_value_on_red,
-    level_determinant,
-    noise_of,
-)
+from gaitgraph.invertibility import matrices
 from gaitgraph.invertibility.segment_bounds import least_level_determinant
-from gaitgraph.surface.borders import (
-    Block,
-    blue_determinant_below,
-    bracket_negative,
-    determinant_below,
-    mirrored,
-    raised_negative,
-    roll_block,
-    singular_value_below,
-    thrust_above,
-    yaw_block,
-)
+from gaitgraph.surface import borders
 from gaitgraph.surface.region import (
     DEFAULT_ACCURACY,
     OVERLAY_ERROR,
@@ -64,6 +43,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from shapely.geometry.base import BaseGeometry
+
+    from gaitgraph.invertibility.matrices import Coefficients, CoefficientsLike
 
 Use = Literal["valid", "flyable"]
 
@@ -94,7 +75,7 @@ def sign_region(
 
     >>> round(sign_region("positive").area, 2), round(sign_region("negative").area, 2)
     (4.52, 5.35)
-    >>> sign_region("negative", color="blue", coefficients=coefficients_of(kind="exact")).area
+    >>> sign_region("negative", color="blue", coefficients="exact").area
     0.0
     """
     (wanted,), accuracy = _checked_signs(color, sign), checked_accuracy(accuracy)
@@ -103,22 +84,22 @@ def sign_region(
     if color == "blue" and vehicle.rotor_height:
         return _none_on_blue(vehicle, accuracy)
     if color == "red":
-        judged, margin = coefficients_of(vehicle, "exact"), accuracy if least else _OPEN_MARGIN
+        judged, margin = matrices.coefficients_of(vehicle, "exact"), accuracy if least else _OPEN_MARGIN
     else:
-        judged, margin = coefficients_of(vehicle, coefficients), _OPEN_MARGIN
-        least = least or noise_of(judged)
+        judged, margin = matrices.coefficients_of(vehicle, coefficients), _OPEN_MARGIN
+        least = least or matrices.noise_of(judged)
     spin = 1 if judged.delta > 0 else -1
     # Each of two lines turns the sign of R: on red a factor vanishes there, on blue α3 or α4 is wrapped by π.
     kappa, raised = vehicle.signed_drag_ratio, vehicle.height_ratio
     if color == "red":
-        border, negative = judged.delta - spin * HALF_PI, bracket_negative(kappa, tolerance)
+        border, negative = judged.delta - spin * HALF_PI, borders.bracket_negative(kappa, tolerance)
         beyond = {spin: square_without(negative, half), -spin: offset_both(negative, half)[::-1]}
     else:
         border = 2 * judged.delta - spin * HALF_PI
-        beyond = {t: square_without(blue_determinant_below(least, t, judged, tolerance), half) for t in (1, -1)}
+        beyond = {t: square_without(borders.blue_determinant_below(least, t, judged, tolerance), half) for t in (1, -1)}
     cells = [(a * b, _cell(border, a, b, margin)) for a, b in product((1, -1), repeat=2)]
     if raised:  # a curve instead of both lines
-        curved = raised_negative(roll_block(kappa, raised), tolerance)
+        curved = borders.raised_negative(borders.roll_block(kappa, raised), tolerance)
         cells = [(1, square_without(curved, half)), (-1, offset_both(curved, half)[::-1])]
     pair = _union([shapely.intersection(cell, beyond[turned * wanted]) for turned, cell in cells])
     if color == "red":
@@ -126,7 +107,7 @@ def sign_region(
         for x in (HALF_PI, -HALF_PI):
             pair[0] = pair[0].difference(rectangle(x - half, -x - half, x + half, -x + half))
         if least and _determinant_falls_below(least, wanted, pair[0], judged):
-            pair = square_without(determinant_below(least, wanted, kappa, raised, tolerance), half)
+            pair = square_without(borders.determinant_below(least, wanted, kappa, raised, tolerance), half)
     return region_of(pair, accuracy, _determinant_condition([wanted], least, color, judged))
 
 
@@ -184,7 +165,7 @@ def _determinant_condition(signs: list[int], least: float, color: Color, coeffic
 
     def broken_at(alpha1: float, alpha2: float) -> str | None:
         third, fourth = sheet_angles(color, alpha1, alpha2, coefficients)
-        value = float(level_determinant([alpha1, alpha2, float(third), float(fourth)], coefficients))
+        value = float(matrices.level_determinant([alpha1, alpha2, float(third), float(fourth)], coefficients))
         if value != 0 and any(sign * value >= least for sign in signs):
             return None
         return f"R at level attitude must be {' or '.join(limits)}, got {value:.4g}"
@@ -217,7 +198,7 @@ def hover_region(vehicle: VehicleLike = PAPER) -> Region:
     body = vehicle_named(vehicle)
 
     def broken_at(alpha1: float, alpha2: float) -> str | None:
-        shares = hover_thrust_shares([alpha1, alpha2, alpha1, alpha2], body)
+        shares = matrices.hover_thrust_shares([alpha1, alpha2, alpha1, alpha2], body)
         if shares.min() > 0:
             return None
         return f"hover thrusts must be > 0, got {shares[0]:.3g} (rotors 1 and 3) and {shares[1]:.3g} (2 and 4) of m·g"
@@ -267,15 +248,15 @@ def _thrust_limit(share: float, vehicle: Vehicle, accuracy: float, *, largest: b
     """Return where hover thrusts are positive and the largest is at most a share, or the least at least a share."""
 
     def value(alpha1: float, alpha2: float) -> Any:
-        shares = hover_thrust_shares([alpha1, alpha2, alpha1, alpha2], vehicle)
+        shares = matrices.hover_thrust_shares([alpha1, alpha2, alpha1, alpha2], vehicle)
         return shares.max() if largest else shares.min()
 
-    above = thrust_above(share, vehicle.signed_drag_ratio, chord_tolerance(accuracy))
+    above = borders.thrust_above(share, vehicle.signed_drag_ratio, chord_tolerance(accuracy))
     if largest:
-        pair = square_without(above.union(mirrored(above)), accuracy / 2)
+        pair = square_without(above.union(borders.mirrored(above)), accuracy / 2)
     else:
         pair = offset_both(above, accuracy / 2)[::-1]
-        pair = np.asarray(shapely.intersection(pair, [mirrored(shape) for shape in pair]))
+        pair = np.asarray(shapely.intersection(pair, [borders.mirrored(shape) for shape in pair]))
     word, symbol = ("largest", "≤") if largest else ("least", "≥")
     limit = _bound("hover thrusts", symbol, share, value, " of m·g", f"{word} hover thrust")
     return region_of(pair, accuracy, limit)
@@ -297,7 +278,7 @@ def singular_value_region(
     ratios = vehicle.signed_drag_ratio, vehicle.height_ratio
     inner = _singular_value_polygon(floor, floor if block is None else block, *ratios, accuracy, inside=True)
     outer = _singular_value_polygon(floor, floor, *ratios, accuracy, inside=False)
-    limit = _bound("least singular value", "≥", floor, partial(least_singular_value_on_red, vehicle=vehicle))
+    limit = _bound("least singular value", "≥", floor, partial(matrices.least_singular_value_on_red, vehicle=vehicle))
     return region_of([inner, outer], accuracy, limit)
 
 
@@ -305,18 +286,18 @@ def singular_value_region(
 def _singular_value_polygon(
     floor: float, block: float, kappa: float, raised: float, accuracy: float, *, inside: bool
 ) -> BaseGeometry:
-    def kept(shape: BaseGeometry, of: Block) -> BaseGeometry:
+    def kept(shape: BaseGeometry, of: borders.Block) -> BaseGeometry:
         if floor >= accuracy / 2:
-            band = singular_value_below(block, of, chord_tolerance(accuracy))
+            band = borders.singular_value_below(block, of, chord_tolerance(accuracy))
             return shape.difference(offset(band, accuracy / 2 if inside else -accuracy / 2))
         if floor == 0 or not inside:
             return shape
         # The band around R = 0 is narrower than the error of its polygons: a wider band, and none, enclose it.
-        return shape.difference(offset(singular_value_below(accuracy / 2, of, accuracy / 32), accuracy / 16))
+        return shape.difference(offset(borders.singular_value_below(accuracy / 2, of, accuracy / 32), accuracy / 16))
 
     if raised:
         square = shapely.box(-HALF_PI, -HALF_PI, HALF_PI, HALF_PI)
-        return kept(kept(square, yaw_block(kappa)), roll_block(kappa, raised))
+        return kept(kept(square, borders.yaw_block(kappa)), borders.roll_block(kappa, raised))
     delta = math.atan(kappa)
     alone = floor * math.cos(delta) / math.sqrt(2.0)
     if alone > 1:
@@ -327,7 +308,7 @@ def _singular_value_polygon(
     strips = shapely.union_all(
         [rectangle(max(c - reach, -HALF_PI), -HALF_PI, min(c + reach, HALF_PI), HALF_PI) for c in centers]
     )
-    return kept(strips.intersection(mirrored(strips)), yaw_block(kappa))
+    return kept(strips.intersection(borders.mirrored(strips)), borders.yaw_block(kappa))
 
 
 def admissible_region(
@@ -337,7 +318,7 @@ def admissible_region(
     color: Color = "red",
     sign: Sign | None = None,
     coefficients: CoefficientsLike | None = None,
-    floor: float = DEFAULT_FLOOR,
+    floor: float = matrices.DEFAULT_FLOOR,
     zones: Zones | None = None,
     accuracy: float = DEFAULT_ACCURACY,
 ) -> Region:
@@ -370,7 +351,7 @@ def admissible_region(
     checked_choice("use", use, ("valid", "flyable"))
     _checked_signs(color, sign)
     vehicle = vehicle_named(vehicle)
-    coefficients = coefficients_of(vehicle, coefficients)
+    coefficients = matrices.coefficients_of(vehicle, coefficients)
     floor, accuracy = checked_number("floor", floor), checked_accuracy(accuracy)
     region = _admissible(vehicle, use, color, sign, coefficients, floor, accuracy)
     return region & zones_region(zones) if zones is not None and (zones.keep_out or zones.keep_in) else region
@@ -387,8 +368,8 @@ def _admissible(
     accuracy: float,
 ) -> Region:
     signs = _checked_signs(color, sign)
-    judged = coefficients_of(vehicle, "exact") if color == "red" else coefficients
-    least = certain_determinant(coefficients) if color == "red" else noise_of(coefficients)
+    judged = matrices.coefficients_of(vehicle, "exact") if color == "red" else coefficients
+    least = certain_determinant(coefficients) if color == "red" else matrices.noise_of(coefficients)
     condition = _determinant_condition(signs, least, color, judged)
 
     def signed(wanted: int) -> Pair:
@@ -448,7 +429,7 @@ def _beyond(low: Sequence[float], high: Sequence[float], *at: float) -> str | No
 
 def why_empty(region: Region, floor: float, vehicle: Vehicle) -> str:
     """Return why a flyable region is empty."""
-    cap = largest_least_singular_value(vehicle)
+    cap = matrices.largest_least_singular_value(vehicle)
     if floor > cap:
         return f"the least singular value of this vehicle is at most {cap:.4f}, below the floor {floor:g}; lower it"
     if vehicle.max_thrust and vehicle.mass and (lift := 4 * vehicle.max_thrust) < vehicle.mass * vehicle.gravity:

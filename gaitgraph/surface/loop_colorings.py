@@ -19,32 +19,15 @@ import numpy.typing as npt
 
 from gaitgraph.angles import angles_from
 from gaitgraph.errors import InputError, checked_choice
-from gaitgraph.invertibility.matrices import (
-    BoolArray,
-    Coefficients,
-    CoefficientsLike,
-    FloatArray,
-    coefficients_of,
-    level_determinant,
-    noise_of,
-)
-from gaitgraph.surface.sheets import (
-    COLORS,
-    DEFAULT_CROSSING_TOLERANCE,
-    RELATION,
-    SIGNS,
-    Sign,
-    SignChoice,
-    at_end_of_range,
-    checked_plane_angles,
-    sheet_angles,
-    text_from_types,
-    types_of,
-)
+from gaitgraph.invertibility.matrices import coefficients_of, level_determinant, noise_of
+from gaitgraph.surface import sheets
 from gaitgraph.vehicle import PAPER, VehicleLike
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+
+    from gaitgraph.invertibility.matrices import BoolArray, Coefficients, CoefficientsLike, FloatArray
+    from gaitgraph.surface.sheets import Sign, SignChoice
 
 MOST_LISTED = 16  # in a report, which counts all
 _MOST_DIGITS = 4000
@@ -58,7 +41,7 @@ class Coloring:
     sign: Sign
 
     def __str__(self) -> str:
-        relation, parts, last = RELATION[self.sign], [], 0
+        relation, parts, last = sheets.RELATION[self.sign], [], 0
         if len(set(self.colors)) == 1:
             return f"{relation}  all {self.colors[0]}"
         for color, run in groupby(self.colors):
@@ -84,7 +67,7 @@ def color_choices(
     alpha1: npt.ArrayLike,
     alpha2: npt.ArrayLike,
     coefficients: Coefficients,
-    crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE,
+    crossing_tolerance: float = sheets.DEFAULT_CROSSING_TOLERANCE,
 ) -> dict[Sign, BoolArray]:
     """Return what decides the color of each point, for each sign of R; angles of shape (n,) [rad].
 
@@ -93,15 +76,15 @@ def color_choices(
     """
     a1, a2 = np.asarray(alpha1, dtype=float), np.asarray(alpha2, dtype=float)
     noise = noise_of(coefficients)
-    crossing = [part == 0 for part in types_of("red", a1, a2, coefficients, crossing_tolerance)]
-    choices = {sign: np.array([*np.zeros((2, len(a1)), dtype=bool), *crossing]).T for sign in SIGNS}
-    for k, color in enumerate(COLORS):
+    crossing = [part == 0 for part in sheets.types_of("red", a1, a2, coefficients, crossing_tolerance)]
+    choices = {sign: np.array([*np.zeros((2, len(a1)), dtype=bool), *crossing]).T for sign in sheets.SIGNS}
+    for k, color in enumerate(sheets.COLORS):
         if color == "blue" and coefficients.kind != "published":
             continue  # R = 0 has no sign
-        a3, a4 = sheet_angles(color, a1, a2, coefficients)
+        a3, a4 = sheets.sheet_angles(color, a1, a2, coefficients)
         R = np.asarray(level_determinant(np.stack([a1, a2, a3, a4], axis=-1), coefficients))
-        either = at_end_of_range(a3) | at_end_of_range(a4)
-        for sign in SIGNS:
+        either = sheets.at_end_of_range(a3) | sheets.at_end_of_range(a4)
+        for sign in sheets.SIGNS:
             choices[sign][:, k] = np.where(either, np.abs(R), R if sign == "positive" else -R) > noise
     return choices
 
@@ -127,7 +110,7 @@ class ColoringCount:
     @property
     def plain(self) -> tuple[str, ...]:
         """The colors that the whole loop can have."""
-        return tuple(color for color, yes in zip(COLORS, self._everywhere, strict=True) if yes)
+        return tuple(color for color, yes in zip(sheets.COLORS, self._everywhere, strict=True) if yes)
 
     def add(self, choices: BoolArray) -> None:
         """Append points, given by their choices, to the loop."""
@@ -151,7 +134,7 @@ class ColoringCount:
             if joined[k, :2].any():
                 self._forbid((number - 1, number), left[k - 1 - start], joined[k, :2], joined[k - 1 : k + 1])
             else:
-                message = f"point {number} has no root with {RELATION[self.sign]}, neither red nor blue"
+                message = f"point {number} has no root with {sheets.RELATION[self.sign]}, neither red nor blue"
                 self.obstacle = ColoringObstacle(kind="point", points=(number,), types=(), message=message)
             return
         ended = shared[:-1]
@@ -179,14 +162,14 @@ class ColoringCount:
 
     def _forbid(self, numbers: tuple[int, int], before: BoolArray, after: BoolArray, choices: BoolArray) -> None:
         """Record the obstacle between two neighbours that can have one color each."""
-        colors = COLORS[0 if before[0] else 1], COLORS[0 if after[0] else 1]
+        colors = sheets.COLORS[0 if before[0] else 1], sheets.COLORS[0 if after[0] else 1]
         signs = np.array([[1 if color == "red" else -1] for color in colors])
-        types = tuple(text_from_types(*pair) for pair in np.where(choices[:, 2:], 0, signs).tolist())
+        types = tuple(sheets.text_from_types(*pair) for pair in np.where(choices[:, 2:], 0, signs).tolist())
         broken = [f"α{k + 3}" for k in range(2) if not choices[:, 2 + k].any()]
         message = (
             f"points {numbers[0]} {types[0]} and {numbers[1]} {types[1]} may not be neighbours: with "
-            f"{RELATION[self.sign]} the first can only be {colors[0]}, the second only {colors[1]}, and by Figure 15 "
-            f"{' and '.join(broken)} may change between + and - only if one of the two points has the type ?"
+            f"{sheets.RELATION[self.sign]} the first can only be {colors[0]}, the second only {colors[1]}, and by "
+            f"Figure 15 {' and '.join(broken)} may change between + and - only if one of the two points has the type ?"
         )
         self.obstacle = ColoringObstacle(kind="pair", points=numbers, types=types, message=message)
 
@@ -236,7 +219,7 @@ class Colorings:
         shared = np.ones((runs, 2), dtype=bool)
         np.logical_and.at(shared, run, choices[:, :2])
         for chosen in product(*([color for color in range(2) if can[color]] for can in shared)):
-            yield Coloring(colors=tuple(COLORS[chosen[k]] for k in run.tolist()), sign=sign)
+            yield Coloring(colors=tuple(sheets.COLORS[chosen[k]] for k in run.tolist()), sign=sign)
 
     def as_mapping(self) -> dict[str, Any]:
         """Return counts and obstacles, ready for JSON; a count of more than 4000 digits is given by its logarithm."""
@@ -250,7 +233,7 @@ class Colorings:
         n, count = len(self.points), self.count
         points = f" of {n} point{'s' * (n > 1)}" if n else ""  # the points of counted pieces are not kept
         lines = [f"{_count_as_text(count)} colouring{'s' * (count != 1)} of a loop{points}"]
-        lines += [f"  {RELATION[sign]}  none: {obstacle.message}" for sign, obstacle in self.obstacles.items()]
+        lines += [f"  {sheets.RELATION[sign]}  none: {obstacle.message}" for sign, obstacle in self.obstacles.items()]
         return "\n".join(lines)
 
     def in_report(self) -> str:
@@ -263,7 +246,7 @@ class Colorings:
                 plain = self.plain[sign]
                 mixed = "" if len(plain) == count else " (those that change color jump between the sheets)"
                 all_of = f", all {' or all '.join(plain)}" if plain else ""
-                parts.append(f"{_count_as_text(count)} with {RELATION[sign]}{all_of}{mixed}")
+                parts.append(f"{_count_as_text(count)} with {sheets.RELATION[sign]}{all_of}{mixed}")
         return "; ".join(parts)
 
 
@@ -295,7 +278,7 @@ def colorings(
     sign: SignChoice = "auto",
     vehicle: VehicleLike = PAPER,
     coefficients: CoefficientsLike | None = None,
-    crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE,
+    crossing_tolerance: float = sheets.DEFAULT_CROSSING_TOLERANCE,
 ) -> Colorings:
     """Return every Two-Color-consistent colouring of a closed loop, counted and ready to be listed.
 
@@ -330,10 +313,10 @@ def colorings(
     plane = angles_from(points, "points")
     if plane.ndim != 2 or plane.shape[1] not in (2, 4) or not len(plane):
         raise InputError(f"points must have shape (n, 2) or (n, 4), n at least 1, got {plane.shape}")
-    checked_choice("sign", sign, ("auto", *SIGNS))
-    a1, a2 = checked_plane_angles(plane[:, 0], plane[:, 1])
+    checked_choice("sign", sign, ("auto", *sheets.SIGNS))
+    a1, a2 = sheets.checked_plane_angles(plane[:, 0], plane[:, 1])
     choices = color_choices(a1, a2, coefficients_of(vehicle, coefficients), crossing_tolerance)
-    counting = {one: ColoringCount(one) for one in SIGNS if sign in ("auto", one)}
+    counting = {one: ColoringCount(one) for one in sheets.SIGNS if sign in ("auto", one)}
     for one, count in counting.items():
         count.add(choices[one])
     return colorings_counted(counting, points=plane[:, :2], choices={one: choices[one] for one in counting})

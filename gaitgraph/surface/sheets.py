@@ -55,18 +55,13 @@ from gaitgraph.angles import (
     wrapped,
 )
 from gaitgraph.errors import InputError, checked_choice, shown
-from gaitgraph.invertibility.matrices import (
-    Coefficients,
-    CoefficientsLike,
-    FloatArray,
-    coefficients_of,
-    level_determinant,
-    sensitivities,
-)
+from gaitgraph.invertibility.matrices import coefficients_of, level_determinant, sensitivities
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+    from gaitgraph.invertibility.matrices import Coefficients, CoefficientsLike, FloatArray
 
 CodeArray = npt.NDArray[np.int8]
 Color = Literal["red", "blue"]

@@ -190,13 +190,14 @@ class TimedGait(Pictured):
         if not moving.any():
             return [np.zeros(4) for _ in orders]
         velocity, per_second = step[moving] / duration[moving, None], 1.0 / duration[moving, None]
-        turns = np.abs(velocity - np.roll(velocity, 1, axis=0)) > 1e-12 * (1.0 + np.abs(velocity).max())
-        return [
-            factors[order - 1] * (np.abs(velocity) * per_second ** (order - 1)).max(axis=0)
-            if math.isfinite(factors[order - 1])
-            else np.where(turns.any(axis=0), np.inf, 0.0)
-            for order in orders
-        ]
+
+        def peak(order: int) -> FloatArray:
+            if math.isfinite(factors[order - 1]):
+                return np.asarray(factors[order - 1] * (np.abs(velocity) * per_second ** (order - 1)).max(axis=0))
+            turns = np.abs(velocity - np.roll(velocity, 1, axis=0)) > 1e-12 * (1.0 + np.abs(velocity).max())
+            return np.where(turns.any(axis=0), np.inf, 0.0)
+
+        return [peak(order) for order in orders]
 
     def peak_rates(self) -> FloatArray:
         """Return the largest |dαᵢ/dt|, as :meth:`peaks` does [rad/s]."""

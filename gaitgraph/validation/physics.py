@@ -12,6 +12,7 @@ from gaitgraph.angles import distance_to_multiple, figure
 from gaitgraph.invertibility.matrices import (
     Sines,
     coefficients_of,
+    form_of,
     hover_thrust_shares,
     level_determinant,
     level_determinant_resolution,
@@ -66,9 +67,8 @@ class _Brackets(Rule):
         self.value = self.sines.level_determinant(criteria.coefficients)
         self.largest = max(self.largest, float(self.value.min()), float(self.value.max()), key=abs)
         # Of a whole gait no check states how large |R| becomes: the least of −R, or of R, is not narrowed.
-        widths = [1e-6, 1e-6]
-        if block.number[0] == block.number[-1]:
-            widths[self.largest >= 0] = math.inf
+        whole, prevails = bool(block.number[0] == block.number[-1]), self.largest >= 0
+        widths = [math.inf if whole and sign != prevails else 1e-6 for sign in (True, False)]
         quantities, which = [level_quantity(criteria.coefficients, tolerances=tuple(widths))], [0, 1]
         if block.on_red:
             quantities.append(red_quantity(vehicle, tolerance=criteria.bracket))
@@ -79,7 +79,7 @@ class _Brackets(Rule):
             self.upward = thrusts_push_up(starts, ends, vehicle)
             self.hovers = bool(self.upward.all())
         if self.hovers:
-            quantities.append(share_quantity(vehicle, tolerance=criteria.bracket))
+            quantities.append(share_quantity(vehicle, tolerance=criteria.bracket, rotors=2 if block.on_red else 4))
             which += [3, 4]
         known = tuple(self.known[k] for k in which)
         found = least_of_quantities(starts, ends, quantities, points=self.sines, known=known)
@@ -136,7 +136,7 @@ class _LevelSign(Rule):
         coefficients, known = self.criteria.coefficients, self.criteria.angle_rounding
         rounding = np.maximum(inferred, self.criteria.digit_error) if known is None else known
         derived = coefficients.sheet_error
-        second = 8 * float(np.linalg.norm(coefficients.bilinear_form)) * ((rounding + derived) ** 2 - derived**2)
+        second = 8 * form_of(coefficients).norm * ((rounding + derived) ** 2 - derived**2)
         return digits + slope * rounding + second
 
     def _resolution(self) -> float:

@@ -144,7 +144,7 @@ class Segments:
         """Return the place at a fraction of a segment, counted from 0 within these."""
         index, fraction = (segment + 1, 0.0) if fraction == 1.0 else (segment, float(fraction))
         at, t = self.alpha[index], None if self.t is None else float(self.t[index])
-        if index and self.number[index] <= self.number[index - 1]:
+        if t is not None and index and self.number[index] <= self.number[index - 1]:
             t = self.first_t
         if fraction:
             at = at + fraction * (self.alpha[index + 1] - at)
@@ -239,7 +239,7 @@ class OnSurface(Rule):
         """Bracket the largest residual."""
         tolerance, known = self.criteria.tolerance / 100, self.worst.upper
         if block.on_red:  # both products of sines vanish
-            zero = np.zeros(len(block.starts))
+            zero = np.zeros(1)
             self.worst.update(Least(lower=zero, upper=zero, fraction=zero), block)
             return
         options: Any = {"tolerance": tolerance, "known": known, "points": block.sines}
@@ -248,7 +248,7 @@ class OnSurface(Rule):
 
     def checks(self) -> Iterator[Check]:
         """Yield the check `on_surface`."""
-        value, limit, place = max(-self.worst.lower, 0.0), self.criteria.tolerance, self.worst.place
+        value, limit, place = max(0.0, -self.worst.lower), self.criteria.tolerance, self.worst.place
         ok = value <= limit
         advice, coefficients = f"{_TAKE_ROOTS}, or raise the tolerance", self.criteria.coefficients
         if coefficients.cross and place and family_distances(place.alpha, coefficients)[1] <= limit:
@@ -268,7 +268,8 @@ class TwoColor(Rule):
 
     def update(self, block: Segments) -> None:
         """Find the first pair of points that may not be neighbours."""
-        self.families |= {block.color} if block.color else set(np.unique(block.sheet).tolist()) - {0}
+        codes = [block.color] if block.color else family_codes(FAMILIES).tolist()
+        self.families |= {code for code in codes if block.color or (block.sheet == code).any()}
         if self.broken is not None or block.color:  # on one sheet no two types are + and −
             return
         criteria = self.criteria

@@ -9,7 +9,6 @@ follow from its law. Rates of a table follow from its rows.
 
 from __future__ import annotations
 
-import hashlib
 import math
 from dataclasses import dataclass, replace
 from itertools import chain
@@ -167,6 +166,8 @@ def validate(
             return report  # colourings are of loops in [−π/2, π/2]²
         loop = colorings(bare.alpha, coefficients=bare.coefficients, crossing_tolerance=bare.crossing_tolerance)
         return replace(report, listing=loop)
+    from hashlib import sha256
+
     pieces = iter([source]) if isinstance(source, Table) else read_pieces(source)
     first = next(pieces)
     with naming_file(source):
@@ -178,7 +179,7 @@ def validate(
     if "transition" in first.about:
         checker.notes["transition"] = "the table is a transition: the segment back to row 1 is not part of it"
     beside = source.with_suffix(CERTIFICATE) if isinstance(source, Path) and source.suffix else Path()
-    has_certificate, digest = beside.is_file(), hashlib.sha256()
+    has_certificate, digest = beside.is_file(), sha256()
     holds = True
     for piece, alpha, sheet in lifted_pieces(chain([first], pieces), numbers, tolerance):
         checker.update(piece, alpha, sheet)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+import time
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import networkx as nx
 import numpy as np
 import pytest
+import shapely
 
 import gaitgraph as gg
 from gaitgraph.invertibility.matrices import coefficients_of
@@ -18,7 +20,7 @@ from gaitgraph.planning.request import plan_request
 from tests.samples import visibility_graph
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
 GAIT_3 = [(3 * math.pi / 8, -3 * math.pi / 8), (3 * math.pi / 8, -math.pi / 8)]
 GAIT_3 += [(math.pi / 8, -math.pi / 8), (math.pi / 8, -3 * math.pi / 8)]
@@ -40,8 +42,11 @@ def test_gait_3_ours(benchmark: Any, space: str) -> None:
     assert benchmark(planned).length == pytest.approx(math.pi, abs=1e-12)
 
 
-def leg_planner(space: str) -> Callable[[list[float], list[float]], Any]:
-    """Return OMPL's planning of one leg: RRTConnect on equations (7) and (8), with a checker of color and sign of R."""
+def leg_planner(space: str, polygons: Sequence[Any] = (), seconds: float = 5.0) -> Callable[[Any, Any], Any]:
+    """Return OMPL's planning of one leg: RRTConnect on equations (7) and (8), with a checker of color and sign of R.
+
+    The checker keeps out of `polygons` too. A leg without an exact answer within some seconds fails.
+    """
     base: Any = pytest.importorskip("ompl.base", reason="OMPL is not installed: pip install gaitgraph[peers]")
     geometric: Any = pytest.importorskip("ompl.geometric")
     util: Any = pytest.importorskip("ompl.util")
@@ -49,6 +54,8 @@ def leg_planner(space: str) -> Callable[[list[float], list[float]], Any]:
     util.RNG.setSeed(1)
     delta = COEFFICIENTS.delta
     scale, kappa = 1 / math.sin(2 * delta), math.tan(delta)
+    forbidden = shapely.union_all([shapely.Polygon(corners) for corners in polygons])
+    shapely.prepare(forbidden)
 
     class Surfaces(base.Constraint):  # type: ignore[misc]  # OMPL has no types
         def __init__(self) -> None:
@@ -73,10 +80,13 @@ def leg_planner(space: str) -> Callable[[list[float], list[float]], Any]:
         a1, a2, a3, a4 = (state[k] for k in range(4))
         if abs(a1 - a3) > 0.03 or abs(a2 - a4) > 0.03:
             return False
+        if polygons and shapely.intersects_xy(forbidden, a1, a2):
+            return False
         bracket = 2 * kappa * math.cos(a1) * math.cos(a2) - math.sin(a1 - a2)
         return math.cos(a1 - delta) * math.cos(a2 + delta) * bracket < 0
 
-    def plan(start: list[float], goal: list[float]) -> Any:
+    def plan(first: Any, last: Any) -> Any:
+        """Return the length of a path between two points (α1, α2) of red."""
         ambient, bounds = base.RealVectorStateSpace(4), base.RealVectorBounds(4)
         bounds.setLow(-math.pi / 2)
         bounds.setHigh(math.pi / 2)
@@ -86,14 +96,15 @@ def leg_planner(space: str) -> Callable[[list[float], list[float]], Any]:
         setup = geometric.SimpleSetup(information)
         setup.setStateValidityChecker(red_with_negative_R)
         ends = constrained.allocState(), constrained.allocState()
-        for end, angles in zip(ends, (start, goal), strict=True):
-            end.copy(angles)
+        for end, point in zip(ends, (first, last), strict=True):
+            end.copy([*point, *point])
             if space == "AtlasStateSpace":
                 constrained.anchorChart(end)
         setup.setStartAndGoalStates(*ends)
         setup.setPlanner(geometric.RRTConnect(information))
         setup.setup()
-        assert setup.solve(5.0)
+        assert setup.solve(seconds)
+        assert setup.haveExactSolutionPath()
         return setup.getSolutionPath().length()
 
     return plan
@@ -104,11 +115,10 @@ def test_gait_3_ompl(benchmark: Any, space: str) -> None:
     """Leg by leg; each state space is built anew for each leg, as OMPL wants it."""
     benchmark.group = f"the loop of Gait 3 against OMPL's {space}"
     plan = leg_planner(space)
-    corners = [[a1, a2, a1, a2] for a1, a2 in GAIT_3]
     lengths: list[float] = []
 
     def loop() -> None:
-        lengths.append(sum(plan(a, b) for a, b in pairwise([*corners, corners[0]])))
+        lengths.append(sum(plan(a, b) for a, b in pairwise([*GAIT_3, GAIT_3[0]])))
 
     benchmark.pedantic(loop, rounds=30, warmup_rounds=2)
     shares = np.array(lengths) / (math.sqrt(2) * math.pi)  # in four dimensions the shortest is √2 times as long
@@ -120,19 +130,63 @@ KEEP_OUTS, CORNERS_EACH = 50, 20
 ACROSS = [(0.21, -1.52), (1.5, -0.25), (1.5, -1.52), (0.21, -0.25)]
 
 
-def keep_outs() -> list[list[tuple[float, float]]]:
-    """Return 50 star-shaped polygons of 20 corners each, strewn over the part where Gait 3 flies."""
-    rng = np.random.default_rng(0)
-    places = [(i, j) for i in range(8) for j in range(7)]
+def keep_outs(
+    count: int = KEEP_OUTS, corners_each: int = CORNERS_EACH, seed: int = 0
+) -> list[list[tuple[float, float]]]:
+    """Return star-shaped polygons, strewn over the part where Gait 3 flies; the more, the smaller."""
+    rng = np.random.default_rng(seed)
+    columns = math.ceil(math.sqrt(count))
+    rows = math.ceil(count / columns)
+    width, height = 1.24 / columns, 1.225 / rows
+    places = [(i, j) for i in range(columns) for j in range(rows)]
     rng.shuffle(places)
     polygons = []
-    for i, j in places[:KEEP_OUTS]:
-        center = np.array([0.30 + 0.155 * i, -0.33 - 0.175 * j]) + 0.02 * rng.uniform(-1, 1, 2)
-        turns = 2 * np.pi * (np.arange(CORNERS_EACH) + 0.8 * rng.uniform(0, 1, CORNERS_EACH)) / CORNERS_EACH
-        reach = 0.07 * rng.uniform(0.6, 1.0, CORNERS_EACH)
+    for i, j in places[:count]:
+        center = np.array([0.2225 + width * (i + 0.5), -0.2425 - height * (j + 0.5)])
+        center += 0.13 * width * rng.uniform(-1, 1, 2)
+        turns = 2 * np.pi * (np.arange(corners_each) + 0.8 * rng.uniform(0, 1, corners_each)) / corners_each
+        reach = 0.45 * min(width, height) * rng.uniform(0.6, 1.0, corners_each)
         corners = center + reach[:, None] * np.column_stack([np.cos(turns), np.sin(turns)])
         polygons.append([(float(x), float(y)) for x, y in corners])
     return polygons
+
+
+TEXTS = [("3pi/8", "-3pi/8"), ("3pi/8", "-pi/8"), ("pi/8", "-pi/8"), ("pi/8", "-3pi/8")]
+EIGHT = np.random.default_rng(7).uniform((0.25, -1.45), (1.45, -0.3), (200, 2))
+EIGHT = EIGHT[gg.surface.Zones(keep_out=keep_outs(10, 8)).allow_points(EIGHT)][:8].tolist()
+PLANS: dict[str, tuple[Any, Any, Any]] = {
+    "a plan of Gait 3 with its report against OMPL's AtlasStateSpace": (TEXTS, GAIT_3, []),
+    "a plan of 8 waypoints among 10 keep-outs against OMPL's AtlasStateSpace": (EIGHT, EIGHT, keep_outs(10, 8)),
+}
+
+
+@pytest.mark.parametrize("group", PLANS)
+def test_a_whole_plan_ours(benchmark: Any, group: str) -> None:
+    """From texts or numbers to a plan whose report is certified along the whole loop.
+
+    The region of one request is kept for the next with the same keep-outs; the first call makes it.
+    """
+    benchmark.group = group
+    waypoints, _, polygons = PLANS[group]
+    started = time.perf_counter()
+    gg.plan_loop(waypoints, keep_out=polygons)
+    benchmark.extra_info["first call"] = f"{1e3 * (time.perf_counter() - started):.1f} ms"
+
+    def planned() -> list[str]:
+        plan = gg.plan_loop(waypoints, keep_out=polygons)
+        assert plan.report.flyable
+        return [check.message for check in plan.report.checks]
+
+    assert len(benchmark.pedantic(planned, rounds=100, warmup_rounds=5)) == 9
+
+
+@pytest.mark.parametrize("group", PLANS)
+def test_a_whole_plan_ompl(benchmark: Any, group: str) -> None:
+    """Leg by leg, without any verdict."""
+    benchmark.group = group
+    _, points, polygons = PLANS[group]
+    plan = leg_planner("AtlasStateSpace", polygons)
+    benchmark.pedantic(lambda: [plan(a, b) for a, b in pairwise([*points, points[0]])], rounds=30, warmup_rounds=2)
 
 
 @pytest.fixture(scope="module")

@@ -1,4 +1,4 @@
-"""The command fly: a gait in the physics engine, with its report, its tables, plots and film."""
+"""The commands that fly gaits in the physics engine: fly, and basin, which flies from many attitudes."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
-from gaitgraph.cli import LAWS, Paths, Working, command, flag, named_in_errors, one_of, option, show
+from gaitgraph.cli import Paths, Working, command, flag, named_in_errors, one_of, option, show, tell
 from gaitgraph.errors import InputError
 
 if TYPE_CHECKING:
@@ -18,11 +18,6 @@ _REFERENCES = ("attitude", "hover", "step", "line", "circle")
 # From which of the references on a setting has an effect.
 _SERVES = {"size": 2, "lap": 3, "position_stiffness": 1, "position_damping": 1}
 
-CLOCK = (
-    option("--period", "SECONDS", "Period T.  [default: what the file says]"),
-    one_of("--law", *LAWS, default="what the file says"),
-    "vehicle coefficients",
-)
 SETTINGS = (
     option("--settings", "FILE", "A TOML file with a table [flight] of settings; options replace them."),
     option("--duration", "SECONDS", "Duration of the flight.  [default: a period, at least 3]"),
@@ -46,7 +41,7 @@ SETTINGS = (
     "Fly a gait in a physics engine.",
     "gait_file",
     option("--attitude", "ROLL,PITCH", "Attitude at the start.  [default: 0.3,-0.2; level with another --reference]"),
-    *CLOCK,
+    "period_of_file law_of_file vehicle coefficients",
     option("--bias", "ETA", "Fly with α3 and α4 scaled by η in (0, 1]."),
     click.option("--from-hover", "hovers", is_flag=True, help="Start from hover, enter the gait, and return to hover."),
     option("--periods", "N", "Periods of the gait, with --from-hover.  [default: 2]"),
@@ -151,3 +146,45 @@ def checked_settings(
         if file is None or str(error).startswith("--"):
             raise
         raise InputError(f"flight file {file!r}: {error}") from error
+
+
+@command(
+    "From which roll and pitch a gait settles, by flying from each.",
+    "gait_file",
+    option("--bias", "ETA", "Also α3 and α4 scaled by η; repeatable.", multiple=True),
+    option("--resolution", "N", "Attitudes along each side of the grid.  [default: 17]"),
+    option("--extent", "ANGLE", "Largest roll and pitch at the start.  [default: 80deg]"),
+    option("--begins", "N", "Moments of the period to take off at.  [default: 1]"),
+    flag("--anyway", "Fly even gaits that cannot fly."),
+    "period_of_file law_of_file vehicle coefficients",
+    *SETTINGS,
+    "outputs force json",
+)
+def basin_command(
+    gait_file: str, bias: tuple[float, ...] = (), outputs: Paths = (), force: bool = False, **given: Any
+) -> int:
+    """Fly a gait, and its biased gaits, from rest at every attitude of a grid, and report from which it settles.
+
+    GAIT_FILE is a gait table of any format, a saved plan, a request, which is planned first, or gait1 to gait4 of the
+    paper. The acceptable attitudes, at which the gait is never singular, are reported too. The exit code is 1 if one of
+    the gaits cannot fly. Needs mujoco: pip install 'gaitgraph[sim]'.
+    """
+    from gaitgraph.flight.basins import basins_of
+    from gaitgraph.plots.flights import write_basins
+    from gaitgraph.timing.timed_gait import timed_gait_of
+
+    asked = {**given, "bias": bias or None}
+    settings = checked_settings(given, outputs, of="basin", force=force)
+    grid = {name: given.pop(name) for name in ("resolution", "extent", "begins", "anyway") if name in given}
+    with Working(f"reading {gait_file}") as progress, named_in_errors(asked):
+        timed = timed_gait_of(gait_file, **given)
+        progress("flying")
+        basins = basins_of(timed, biases=(1.0, *bias), settings=settings, progress=progress.part, **grid)
+        if outputs:
+            progress("writing")
+            write_basins(basins, outputs, force=force)
+    answer = {"basins": [basin.as_mapping() for basin in basins], "vehicle": timed.gait.vehicle.name}
+    lines = [line for basin in basins for line in (str(basin), *(f"warning: {one}" for one in basin.warnings))]
+    lines += [f"wrote {name}" for name in outputs]
+    tell({**answer, "settings": basins[0].settings.as_mapping(), "outputs": list(outputs)}, lines)
+    return 1 if any(basin.refusal for basin in basins) else 0

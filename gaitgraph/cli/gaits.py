@@ -1,0 +1,225 @@
+"""The commands that write another gait, a path, or a gait in other formats."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from gaitgraph.cli import (
+    PAPER_GAITS,
+    Kind,
+    Paths,
+    Working,
+    check_outputs,
+    command,
+    file,
+    named_in_errors,
+    one_of,
+    option,
+    show,
+    tell,
+    write_outputs,
+)
+from gaitgraph.errors import InputError
+
+
+@command(
+    "A path from hover to a gait, back, or from gait to gait.",
+    file("start", "FROM", "hover", *PAPER_GAITS),
+    file("end", "TO", "hover", *PAPER_GAITS),
+    option("--duration", "SECONDS", "Duration of the path.  [default: 1, or what the limits need]"),
+    "samples rate law require outputs force vehicle coefficients json",
+)
+def transition_command(
+    start: str, end: str, require: str = "valid", outputs: Paths = (), force: bool = False, **given: Any
+) -> int:
+    """Find a path on the surface from FROM to TO, each a gait file or the word hover.
+
+    A gait is left and joined at a corner. The exit code is 1, with the proof, if there is no path: between R > 0, where
+    hover is, and R < 0 every path passes a singular matrix.
+    """
+    from gaitgraph.planning.transitions import HOVER, transition
+
+    check_outputs(outputs, force=force)
+    with Working("searching a path"):
+        found = transition(*(HOVER if one.lower() == HOVER else one for one in (start, end)), **given)
+        written = outputs if found else ()
+        if written:
+            write_outputs(lambda: [found.table()], written, force=force, rate=given.get("rate"))
+    meets = found.report is not None and (require == "valid" or found.report.flyable)
+    return show(found, lines=[f"wrote {name}" for name in written], ok=meets)
+
+
+@command(
+    "The smooth gait through discs with the best worst case, or the least tilt-rate effort.",
+    option("--waypoint", "A1,A2", "Centre of a disc; repeat in order.", name="waypoints", multiple=True),
+    option("--radius", "ANGLE", "Radius of all discs; repeat it for one each.  [default: 0.1]", multiple=True),
+    one_of("--objective", "singular_value", "hover_reserve", "tilt_rate"),
+    "sign floor period",
+    option("--pieces", "N", "Pieces of the spline.  [default: 12 for each waypoint]"),
+    option("--concession", "X", "Fraction of the worst case given up for less effort.  [default: 0.001]"),
+    "samples rate keep_in keep_out outputs force vehicle coefficients json",
+)
+def optimize_command(outputs: Paths = (), force: bool = False, **given: Any) -> int:
+    """Find the smooth closed gait that passes discs in order and is optimal along all of it.
+
+    The answer says how far from the best possible it may be, and is checked between samples too. The exit code is 1,
+    with the reason, if no flyable gait passes the discs.
+    """
+    from gaitgraph.optimization.optimize import optimal_gait
+    from gaitgraph.timing.timed_gait import checked_clock
+
+    if "waypoints" not in given:
+        raise InputError("waypoints must be given with --waypoint A1,A2, got none")
+    if len(given.get("radius", ())) == 1:
+        given["radius"] = given["radius"][0]
+    sampling = {name: given.pop(name) for name in ("samples", "rate") if name in given}
+    check_outputs(outputs, force=force)
+    checked_clock(given.get("period", 1.0), "smooth", **sampling)
+    with Working("optimising"):
+        found = optimal_gait(**given)
+        if found and outputs:
+            write_outputs(lambda: [found.table(**sampling)], outputs, force=force)
+    return show(found)
+
+
+_PERIOD = Kind("a number of seconds or the word least", lambda text: None if text == "least" else float(text))
+
+
+@command(
+    "The least period of a gait (time-optimal) under limits of rate, acceleration and jerk.",
+    "gait_file",
+    option("--period", "SECONDS", "Period T, or least.  [default: least]", type=_PERIOD, words=["least"]),
+    option("--max-rate", "ANGLE", "Largest tilt rate per second.  [default: the vehicle's]"),
+    option("--max-acceleration", "ANGLE", "Per second squared.  [default: the vehicle's]"),
+    option("--max-jerk", "ANGLE", "Per second cubed.  [default: the vehicle's]"),
+    option("--rounding", "ANGLE", "Largest distance from a rounded corner.  [default: rest at corners]"),
+    option("--servo-lag", "SECONDS", "Time constant.  [default: the vehicle's, if any]"),
+    "samples rate certify outputs force vehicle coefficients json",
+)
+def pace_command(
+    gait_file: str, period: float | None = None, outputs: Paths = (), force: bool = False, **given: Any
+) -> int:
+    """Find the time-optimal timing law of a gait file, a request's gait or gait1 to gait4, or one for a given period.
+
+    A timing law maps time to position along the loop. This one is twice continuously differentiable, periodic, and
+    keeps the limits between samples too. It rests at every corner unless corners are rounded. The exit code is 1 if no
+    law meets the limits in the period.
+    """
+    from gaitgraph.certificates.making import certificates_beside, certify
+    from gaitgraph.io.formats import gait_of
+    from gaitgraph.timing.servo_lag import servo_response
+    from gaitgraph.timing.time_optimal import least_period, limits_of, paced
+    from gaitgraph.timing.timed_gait import pieces_of
+    from gaitgraph.validation.report import unlikely_limits
+
+    check_outputs(outputs, force=force)
+    beside = certificates_beside(outputs, force=force) if given.get("certify") else []
+    kinds = ("rate", "acceleration", "jerk")
+    names = {kind: f"max_{kind}" for kind in kinds} | {"tolerance": "rounding", "lag": "servo_lag"}
+    with Working(f"reading {gait_file}") as progress, named_in_errors(given, **names):
+        gait = gait_of(gait_file, vehicle=given.get("vehicle"), coefficients=given.get("coefficients"))
+        if gait.color not in ("red", "blue"):
+            remedy = f"gaitgraph retarget {gait_file} moves it there"
+            raise InputError(f"{gait_file} must be a gait on one sheet, red or blue; {remedy}")
+        limits = limits_of(gait.vehicle, **{kind: given.get(f"max_{kind}") for kind in kinds})
+        asked = {name: given[name] for name in ("samples", "rate", "rounding") if name in given}
+        progress("pacing")
+        if period is None:
+            pacing = least_period(gait, limits, progress=progress, **asked)
+        else:
+            pacing = paced(gait, limits, period=period, progress=progress, **asked)
+        warnings = unlikely_limits(limits.as_mapping())
+        more: dict[str, Any] = {"valid": None, "flyable": None, "servo": None, "outputs": [], "warnings": warnings}
+        lines = [f"warning: {warning}" for warning in warnings]
+        timed = pacing.timed
+        if timed is not None:
+            report = timed.check()
+            more |= {"valid": report.valid, "flyable": report.flyable, "outputs": list(outputs)}
+            if not report.flyable:
+                lines.append(f"  not flyable: {report.reason}")
+            lag = given.get("servo_lag", gait.vehicle.servo_lag)
+            if lag is not None:
+                response = servo_response(timed, lag)
+                more["servo"] = response.as_mapping()
+                lines.append(f"  {response}")
+            certified = [(path, certify(timed)) for path in beside]
+            if outputs:
+                write_outputs(lambda: pieces_of(timed), outputs, force=force, rate=given.get("rate"))
+            lines += [f"wrote {name}: {timed.samples + 1} rows" for name in outputs]
+            for path, one in certified:
+                one.write(path, force=force)
+                lines.append(f"wrote {path}")
+    return show(pacing, more=more, lines=lines)
+
+
+@command(
+    "The nearest flyable gait: rows moved as little as possible.",
+    "gait_file sign floor",
+    option("--margin", "ANGLE", "Distance to keep from the flyable region's border.  [default: 0]"),
+    option("--keep", "X", "Keep the shape, smaller by this factor.  [default: the nearest rows, however little moves]"),
+    "keep_in keep_out outputs force vehicle coefficients json",
+)
+def retarget_command(gait_file: str, outputs: Paths = (), force: bool = False, **given: Any) -> int:
+    """Move the rows of a gait table as little as possible so that the gait is valid and flyable.
+
+    Rows need alpha1 to alpha4. A table with times keeps them. The exit code is 1, with the reason, if nothing is
+    flyable, or if the vehicle's limits of tilt rate forbid the new gait at the given times.
+    """
+    from gaitgraph.optimization.retargeting import retarget
+
+    if given.get("sign") == "auto":
+        del given["sign"]
+    check_outputs(outputs, force=force)
+    with Working(f"retargeting {gait_file}"):
+        found = retarget(gait_file, **given)
+        table = found.table
+        if table is not None and outputs:
+            write_outputs(lambda: [table], outputs, force=force)
+    return show(found, ok=found.after is not None and found.after.flyable)
+
+
+def _map_names() -> list[str]:
+    from gaitgraph.io.servo_map import PRESETS
+
+    return list(PRESETS)
+
+
+@command(
+    "Write a gait file in other formats, or with another timing.",
+    "gait_file",
+    file("outputs", "OUTPUT...", nargs=-1, required=True),
+    option("--columns", "NAME_OR_FILE", "Joints of a servo table from elsewhere, as for --servos.", words=_map_names),
+    option("--servos", "NAME_OR_FILE", "Write positions of joints, by a preset or a TOML file.", words=_map_names),
+    option("--periods", "N", "Periods in a bag or .yaml.  [default: 1]"),
+    "period samples rate law force vehicle coefficients json",
+)
+def export_command(gait_file: str, outputs: Paths, force: bool = False, servos: str | None = None, **given: Any) -> int:
+    """Write a gait file, a plan, a request's gait or gait1 to gait4 to OUTPUT files; their suffixes say the formats.
+
+    A table with times keeps its rows. Without times, or with --period, --samples, --rate or --law, the closed
+    polyline through the rows gets a new timing. With --servos the columns are positions of the vehicle's joints: order,
+    sign, zero, degrees or pulse widths. Such files are read without an option, servo tables from elsewhere with
+    --columns.
+    """
+    from gaitgraph.gait.table import merged
+    from gaitgraph.io.formats import tables_and_films
+    from gaitgraph.io.servo_map import servo_map_named
+    from gaitgraph.plots.vehicles import check_films, write_films
+    from gaitgraph.timing.timed_gait import export
+
+    servo_map = None if servos is None else servo_map_named(servos)
+    if "columns" in given:
+        given["joints"] = servo_map_named(given.pop("columns"))
+    tables, films = tables_and_films(outputs)
+    check_films(films, force=force)
+    with Working(f"exporting {gait_file}"):
+        done = export(gait_file, tables, force=force, servos=servo_map, **given)
+        if films:
+            write_films(merged(done.pieces()), films, force=force)
+    answer: dict[str, Any] = {"rows": done.rows, "columns": list(done.columns), "outputs": list(outputs)}
+    if servo_map:
+        answer |= {"servos": servo_map.as_mapping(), "clipped": done.clipped}
+    lines = [f"wrote {name}: {'one period, drawn' if name in films else f'{done.rows} rows'}" for name in outputs]
+    for joint, count in done.clipped.items():
+        lines.append(f"clipped: joint {joint!r} at its limit in {count} of {done.rows} rows")
+    return tell(answer, lines)
