@@ -38,6 +38,7 @@ from gaitgraph.invertibility.segment_bounds import (
     level_determinant_curvature,
     level_quantity,
     range_of_sine,
+    singular_value_bound,
     thrust_shares_along,
     thrusts_push_up,
     where_least_sine,
@@ -435,6 +436,18 @@ def test_it_brackets_the_least_of_all(seed: int, size: float) -> None:
     at = starts[segment] + fraction * (ends[segment] - starts[segment])
     assert float(least_singular_value(at)) == pytest.approx(upper, abs=1e-12)
     assert np.isinf(found.upper).any() or size > 1
+
+
+@pytest.mark.parametrize("height", [0.0, 0.1])
+def test_short_segments_lose_little_of_the_least_singular_value(height: float) -> None:
+    vehicle, rng = PAPER.replace(rotor_height=height), np.random.default_rng(3)
+    starts, steps = rng.uniform(-1.5, 1.5, (2, 200, 4))
+    for size in (1.0, 0.1, 1e-3):
+        ends = starts + size * steps
+        f0, f1 = (np.asarray(least_singular_value(side, vehicle)) for side in (starts, ends))
+        bound = singular_value_bound(vehicle)(f0, f1, starts, ends)
+        assert (bound <= np.asarray(least_singular_value(points_of(starts, ends), vehicle)).min(axis=1) + 1e-12).all()
+    assert np.median(np.minimum(f0, f1) - bound) < 1e-6
 
 
 def test_many_open_intervals_are_halved_in_batches(monkeypatch: pytest.MonkeyPatch) -> None:

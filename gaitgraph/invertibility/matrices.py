@@ -46,7 +46,7 @@ _PUBLISHED = (2.880, 5.592, 0.9716, 0.1687)
 _PUBLISHED_ROUNDING = (5e-4, 5e-4, 5e-5, 5e-5)
 _EPSILON = float(np.finfo(float).eps)
 _TINY = float(np.finfo(float).tiny)
-MINORS_ROUNDED = 1000 * _EPSILON  # more than a sum of minors of order three is off
+_MINORS_ROUNDED = 1000 * _EPSILON  # more than a sum of minors of order three is off
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -237,14 +237,23 @@ class Sines(NamedTuple):
         return np.asarray(2.0 * self.features[1] - math.tan(delta) * _TURNS[:2] * self.features[2])
 
     def sensitivities(self, coefficients: Coefficients) -> tuple[FloatArray, FloatArray]:
-        """Return Rφ and Rθ, shape (k,), for a first arm along body x; see :func:`sensitivities`."""
+        """Return Rφ and Rθ by the factorised form of (4) and (5), turned by the angle of the first arm, shape (k,)."""
         (first, fourth), (third, second) = self.totals(coefficients.delta), self.differences()
         scale, half = 1.0 / math.sin(2.0 * coefficients.delta), coefficients.cross / 2
         roll, pitch = -scale * third * fourth, scale * first * second
         if half:
             leaning, other = self.leaning(coefficients.delta)
             roll, pitch = roll + half * second * leaning, pitch + half * third * other
-        return roll, pitch
+        turn = coefficients.first_arm_angle
+        if turn == 0.0:
+            return roll, pitch
+        sine, cosine = math.sin(turn), math.cos(turn)
+        return roll * cosine - pitch * sine, pitch * cosine + roll * sine
+
+    def attitude_sensitivities(self, coefficients: Coefficients) -> FloatArray:
+        """Return v, shape (3, k); see :func:`attitude_sensitivities`."""
+        roll, pitch = self.sensitivities(coefficients)
+        return np.array([-pitch, roll, self.level_determinant(coefficients)]) + 0.0
 
     def zero_moment_inputs(self, vehicle: Vehicle) -> FloatArray:
         """Return w₀, shape (4, k); see :func:`zero_moment_inputs`."""
@@ -271,34 +280,37 @@ class Sines(NamedTuple):
         lever = np.array([aside * c + height * ahead * s, height * aside * s - ahead * c, -s])
         return lift * direction, lift * lever - vehicle.drag_ratio * direction
 
+    def characteristic(self, vehicle: Vehicle, *, level: bool = False) -> tuple[FloatArray, FloatArray]:
+        """Return forms and numbers of which nᵀ·form·n + number are e4 to e1 at the vertical n, (4, 3, 3, k) and (4, k).
+
+        The squared singular values are the roots of λ⁴ − e1·λ³ + e2·λ² − e3·λ + e4. With the products K of torques, W
+        of forces with torques and L of forces, a Schur complement gives the polynomial as det(K − λ)·(nᵀLn − λ) −
+        nᵀW·adj(K − λ)·Wᵀn; e4 is the squared determinant. e3 is rounded up, which lowers the least root. With `level`
+        the forms have the shape (4, 1, 1, k), for n = z alone.
+        """
+        exact, size = coefficients_of(vehicle, "exact"), 1 + vehicle.drag_ratio**2 + vehicle.height_ratio**2
+        v = self.level_determinant(exact)[None] if level else self.attitude_sensitivities(exact)
+        (force, moment), product = self.rotor_directions(vehicle), "ikm,jkm->ijm"
+        force = force[-len(v) :]
+        L, W, K = (np.einsum(product, *pair) for pair in ((force, force), (force, moment), (moment, moment)))
+        WW, WKW = np.einsum(product, W, W), np.einsum("ikm,klm,jlm->ijm", W, K, W)
+        (a, b, c), (_, d, e), (_, _, f) = K
+        one, two = a + d + f, a * d + a * f + d * f - b * b - c * c - e * e
+        three = a * (d * f - e * e) - b * (b * f - c * e) + c * (b * e - c * d) + _MINORS_ROUNDED * size**3
+        outer = (2 * vehicle.drag_ratio) ** 2 * v[:, None] * v
+        form = np.array([outer, two * L - one * WW + WKW, one * L - WW, L])
+        return form, np.array([np.zeros_like(one), three, two, one])
+
     def least_singular_value_bound(self, vehicle: Vehicle) -> FloatArray:
         """Return a lower bound of the least singular value, level, shape (k,); :func:`least_singular_value_bound`."""
-        kappa = vehicle.signed_drag_ratio
-        lift, sine, sense = self.cosine, self.sine, kappa * _TURNS
-        # Up to signs of rows and columns: arms 1 and 3 pitch against each other, arms 2 and 4 roll; all yaw and lift. A
-        # column without its lift has the length √(1 + κ²).
-        turn, yaw = lift + sense * sine, sense * lift - sine
-        squares, yawed, lifted = turn * turn, turn * yaw, turn * lift
-        pitch, roll = squares[:2] + squares[2:]
-        both, two, lifts, across = pitch + roll, pitch * roll, (lift * lift).sum(axis=0), (yaw * lift).sum(axis=0)
-        yaws = 4.0 * (1.0 + kappa**2) - both
-        (pitch_yaw, roll_yaw), (pitch_lift, roll_lift) = yawed[:2] - yawed[2:], lifted[:2] - lifted[2:]
-        minor = yaws * lifts - across * across
-        of_pitch, of_roll = pitch_yaw * pitch_yaw + pitch_lift * pitch_lift, roll_yaw * roll_yaw + roll_lift * roll_lift
-        e1 = both + yaws + lifts
-        e2 = two + both * (yaws + lifts) + minor - of_pitch - of_roll
-        e3 = both * minor + two * (yaws + lifts) - pitch * of_roll - roll * of_pitch
-        e3 += MINORS_ROUNDED * (1 + kappa**2) ** 3
-        e3 -= lifts * (pitch_yaw * pitch_yaw + roll_yaw * roll_yaw) + yaws * (pitch_lift**2 + roll_lift**2)
-        e3 += 2 * across * (pitch_yaw * pitch_lift + roll_yaw * roll_lift)
-        (t1, t2, t3, t4), (y1, y2, y3, y4), (c1, c2, c3, c4) = turn, yaw, lift
-        e4 = t2 * (t3 * (y1 * c4 - y4 * c1) + t1 * (y3 * c4 - y4 * c3))
-        e4 = (e4 + t4 * (t3 * (y1 * c2 - y2 * c1) - t1 * (y2 * c3 - y3 * c2))) ** 2
-        bound = np.sqrt(least_root(e1, e2, e3, e4)) * (1 - 1e-6)
-        if raised := abs(vehicle.height_ratio):
-            raising = sine[:2] ** 2 + sine[2:] ** 2
-            bound = np.maximum(bound - raised * np.sqrt(raising.max(axis=0)), 0.0)
-        return np.asarray(bound)
+        form, number = self.characteristic(vehicle, level=True)
+        e4, e3, e2, e1 = form[:, 0, 0] + number
+        return singular_value_below(least_root(e1, e2, e3, e4))
+
+
+def singular_value_below(squared: FloatArray) -> FloatArray:
+    """Return the root of a least squared singular value, less what floating point may add to it."""
+    return np.asarray(np.maximum(np.sqrt(squared) * (1 - 1e-6) - 1e-9, 0.0))
 
 
 def least_root(e1: Any, e2: Any, e3: Any, e4: Any, steps: int = 4) -> FloatArray:
@@ -349,14 +361,10 @@ def leaning_factors(alpha: npt.ArrayLike, delta: float) -> tuple[Any, Any]:
 
 
 def sensitivities(alpha: npt.ArrayLike, coefficients: Coefficients) -> tuple[Any, Any]:
-    """Return Rφ and Rθ by the factorised form of (4) and (5), turned by the angle of the first arm."""
+    """Return Rφ and Rθ of equations (4) and (5), each of shape (...)."""
     angles, sines = _sines_of(alpha)
     roll, pitch = (one.reshape(angles.shape[:-1]) for one in sines.sensitivities(coefficients))
-    turn = coefficients.first_arm_angle
-    if turn == 0.0:
-        return roll, pitch
-    sine, cosine = math.sin(turn), math.cos(turn)
-    return roll * cosine - pitch * sine, pitch * cosine + roll * sine
+    return roll, pitch
 
 
 def roll_sensitivity(alpha: npt.ArrayLike, coefficients: Coefficients) -> Any:
@@ -426,8 +434,8 @@ def attitude_sensitivities(alpha: npt.ArrayLike, coefficients: Coefficients) -> 
     >>> attitude_sensitivities([0, 0, 0, 0], coefficients_of()).round(12).tolist()
     [0.0, 0.0, 4.0]
     """
-    roll, pitch = sensitivities(alpha, coefficients)
-    return np.stack([-np.asarray(pitch), roll, level_determinant(alpha, coefficients)], axis=-1) + 0.0
+    angles, sines = _sines_of(alpha)
+    return sines.attitude_sensitivities(coefficients).T.reshape(*angles.shape[:-1], 3)
 
 
 def determinant(
@@ -573,10 +581,7 @@ def largest_least_singular_value(vehicle: Vehicle) -> float:
 def least_singular_value_bound(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -> FloatArray:
     """Return a lower bound of :func:`least_singular_value`, level, twenty times cheaper, shape (...).
 
-    The squared singular values are the roots of λ⁴ − e1·λ³ + e2·λ² − e3·λ + e4, whose coefficients are the sums of the
-    principal minors of the products of rows; e4 is the squared determinant. Rounding e3 up lowers the least root. All
-    this is for rotors at the height of the centre of mass. A height adds a matrix with entries H·sin αᵢ, two in either
-    of two rows, and takes off no more than its norm.
+    It is the least root of the characteristic polynomial by a few steps of Laguerre's iteration.
     """
     angles, sines = _sines_of(alpha)
     return sines.least_singular_value_bound(vehicle).reshape(angles.shape[:-1])

@@ -23,7 +23,6 @@ import numpy.typing as npt
 from gaitgraph.angles import HALF_PI, angle_from_text, in_degrees, number_of
 from gaitgraph.errors import InputError, shown
 from gaitgraph.invertibility.matrices import (
-    MINORS_ROUNDED,
     Coefficients,
     FloatArray,
     Sines,
@@ -33,9 +32,8 @@ from gaitgraph.invertibility.matrices import (
     least_root,
     least_singular_value,
     level_determinant,
-    level_determinant_resolution,
     noise_of,
-    sensitivity_phases,
+    singular_value_below,
     tilt_angles,
 )
 from gaitgraph.invertibility.segment_bounds import least_along, level_determinant_curvature, sensitivity_bends
@@ -100,17 +98,19 @@ def singular_everywhere(
     alpha: npt.ArrayLike, coefficients: Coefficients, *, angle_rounding: float = 0.0
 ) -> npt.NDArray[np.bool_]:
     """Return whether Rφ, Rθ and R all vanish within the errors of coefficients and angles, as on blue, shape (...)."""
-    alpha, noise = _finite_or_nan(alpha), noise_of(coefficients)
-    v = np.abs(attitude_sensitivities(alpha, coefficients))
+    angles, noise = _finite_or_nan(alpha), noise_of(coefficients)
+    sines = Sines.of(angles.reshape(-1, 4))
+    v = np.abs(sines.attitude_sensitivities(coefficients))
     # Each phase adds two angles, and 2δ or nothing.
     off = 2.0 * (angle_rounding + coefficients.delta_error)
-    sines = np.abs(np.sin(sensitivity_phases(alpha, coefficients)))
+    totals, apart = np.abs(sines.totals(coefficients.delta)), np.abs(sines.differences())
     scale = 1.0 / abs(math.sin(2 * coefficients.delta))
     # E of matrices.leaning_factors is at most 1 + √(1 + κ²), and so is its slope.
     leaning = abs(coefficients.cross) * (1.0 + 1.0 / math.cos(coefficients.delta)) * off * (1.0 + off)
-    across = scale * off * (np.maximum(sines[0] + sines[1], sines[2] + sines[3]) + off) + leaning + noise
-    level = np.maximum(level_determinant_resolution(alpha, coefficients, angle_rounding), noise)
-    return np.asarray((np.hypot(v[..., 0], v[..., 1]) <= math.sqrt(2) * across) & (v[..., 2] <= level))
+    across = scale * off * ((totals + apart[::-1]).max(axis=0) + off) + leaning + noise
+    resolution = sines.level_resolution(coefficients, sines.level_slopes(coefficients), angle_rounding)
+    everywhere = (np.hypot(v[0], v[1]) <= math.sqrt(2) * across) & (v[2] <= np.maximum(resolution, noise))
+    return np.asarray(everywhere.reshape(angles.shape[:-1]))
 
 
 def nearest_singular_attitude(alpha: npt.ArrayLike, coefficients: Coefficients) -> FloatArray:
@@ -301,17 +301,19 @@ def least_singular_value_within_bound(rows: FloatArray, tilt: float, vehicle: Ve
     blocks = [rows[k : k + _BLOCK] for k in range(0, len(rows), _BLOCK)]
     squared = np.concatenate([_worst_on_rim(block, tilt, vehicle)[0] for block in blocks])
     within = tilt_margin(rows, coefficients_of(vehicle, "exact")) > tilt
-    return np.where(within, np.sqrt(squared) * (1 - 1e-6), 0.0)
+    return np.where(within, singular_value_below(squared), 0.0)
 
 
 def _worst_on_rim(rows: FloatArray, tilt: float, vehicle: Vehicle) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the least squared singular value at a tilt, and the cosine and the sine of the direction, shape (m,)."""
-    exact, sines = coefficients_of(vehicle, "exact"), Sines.of(np.asfortranarray(rows))
-    roll, pitch = sines.sensitivities(exact)
-    v = np.array([-pitch, roll, sines.level_determinant(exact)])  # for a first arm along body x, as all that follows
-    forms = _forms_on_rim(sines, v, tilt, vehicle)
+    sines, rim, height = Sines.of(np.asfortranarray(rows)), math.sin(tilt), math.cos(tilt)
+    v, (form, number) = sines.attitude_sensitivities(coefficients_of(vehicle, "exact")), sines.characteristic(vehicle)
+    # On the rim e4 to e1 are a number and the factors of cos 2t, sin 2t, cos t and sin t: shape (5, 4, m).
+    xx, yy, middle = rim**2 * form[:, 0, 0] / 2, rim**2 * form[:, 1, 1] / 2, height**2 * form[:, 2, 2] + number
+    twice, once = rim**2 * form[:, 0, 1], 2 * rim * height * form[:, :2, 2].swapaxes(0, 1)
+    forms = np.array([xx + yy + middle, xx - yy, twice, *once])
     # The first guess is the direction of the nearest singular attitude.
-    across = np.where(v[2] < 0, 1.0, -1.0) * np.sqrt(roll * roll + pitch * pitch)
+    across = np.where(v[2] < 0, 1.0, -1.0) * np.hypot(v[0], v[1])
     flat = across == 0
     c, s = v[:2] / np.where(flat, 1.0, across)
     c[flat] = 1.0
@@ -319,49 +321,14 @@ def _worst_on_rim(rows: FloatArray, tilt: float, vehicle: Vehicle) -> tuple[Floa
     while open_.size:
         waves = np.array([np.ones(len(c)), c * c - s * s, 2 * c * s, c, s])
         _, e3, e2, e1 = np.einsum("ikm,im->km", forms, waves)
-        level = math.sin(tilt) * (v[0] * c + v[1] * s) + math.cos(tilt) * v[2]
+        level = rim * (v[0] * c + v[1] * s) + height * v[2]
         tried = least_root(e1, e2, e3, (2 * vehicle.drag_ratio * level) ** 2, steps=8)
         better = tried < squared[open_] * (1 - 1e-12)
         forms, v, tried, open_ = forms[:, :, better], v[:, better], tried[better], open_[better]
         squared[open_], best[:, open_] = tried, np.array([c, s])[:, better]
         _, *waves = forms[:, 0] - tried * (forms[:, 1] - tried * (forms[:, 2] - tried * forms[:, 3]))
         c, s = _least_direction(*waves)
-    turn, (c, s) = vehicle.first_arm_angle, best
-    return squared, math.cos(turn) * c - math.sin(turn) * s, math.sin(turn) * c + math.cos(turn) * s
-
-
-def _forms_on_rim(sines: Sines, v: FloatArray, tilt: float, vehicle: Vehicle) -> FloatArray:
-    """Return the coefficients e4 to e1 of the characteristic polynomial at verticals on the rim, shape (5, 4, m).
-
-    Each is a number and the factors of cos 2t, sin 2t, cos t and sin t. With the products K of torques, W of forces
-    with torques and L of forces, a Schur complement gives det(K − λ)·(nᵀLn − λ) − nᵀW·adj(K − λ)·Wᵀn.
-    """
-    force, moment = sines.rotor_directions(vehicle.replace(first_arm_angle=0.0))
-    product, rim, height = "ikm,jkm->ijm", math.sin(tilt), math.cos(tilt)
-    L, W, K = (np.einsum(product, *pair) for pair in ((force, force), (force, moment), (moment, moment)))
-    WW, WKW = np.einsum(product, W, W), np.einsum("ikm,klm,jlm->ijm", W, K, W)
-    trace, third = np.einsum("iim->m", K), np.einsum("im,im->m", K[0], np.cross(K[1], K[2], axis=0))
-    second = (trace * trace - np.einsum("ijm,ijm->m", K, K)) / 2
-    outer = (2 * vehicle.drag_ratio) ** 2 * v[:, None] * v
-    form = np.array([outer, second * L - trace * WW + WKW, trace * L - WW, L])
-    number = np.array(
-        [
-            np.zeros_like(trace),
-            third + MINORS_ROUNDED * (1 + vehicle.drag_ratio**2 + vehicle.height_ratio**2) ** 3,
-            second,
-            trace,
-        ]
-    )
-    xx, yy = form[:, 0, 0], form[:, 1, 1]
-    return np.array(
-        [
-            height**2 * form[:, 2, 2] + rim**2 * (xx + yy) / 2 + number,
-            rim**2 * (xx - yy) / 2,
-            rim**2 * form[:, 0, 1],
-            2 * rim * height * form[:, 0, 2],
-            2 * rim * height * form[:, 1, 2],
-        ]
-    )
+    return squared, best[0], best[1]
 
 
 def _least_direction(A: FloatArray, B: FloatArray, D: FloatArray, E: FloatArray) -> tuple[FloatArray, FloatArray]:
