@@ -276,11 +276,7 @@ def _discs(waypoints: Any, radius: Any) -> tuple[Discs, tuple[str, ...]]:
 
 
 def level_region(objective: Objective, level: float, vehicle: Vehicle, accuracy: float = DEFAULT_ACCURACY) -> Region:
-    """Return where the least singular value, or the hover reserve, is at least a level, on the red sheet.
-
-    The hover reserve is the smallest change of a hover thrust, in units of m·g per rotor, until a rotor idles or
-    reaches the vehicle's largest thrust, if it states one.
-    """
+    """Return where the least singular value, or the hover reserve, is at least a level, on the red sheet."""
     if objective == "singular_value":
         return singular_value_region(level, vehicle, accuracy=accuracy)
     most = vehicle.thrust_share
