@@ -203,7 +203,7 @@ class Sines(NamedTuple):
         if coefficients.cross:
             turned = (self.features[0] + self.features[1]) * self.differences()[::-1]
             slopes += coefficients.cross * np.array([turned, -turned])
-        return np.abs(slopes.reshape(4, -1))
+        return np.asarray(np.abs(slopes.reshape(4, -1)))
 
     def level_resolution(self, coefficients: Coefficients, slopes: FloatArray, rounding: float = 0.0) -> FloatArray:
         """Return the |R| above which its sign is certain, shape (k,); see :func:`level_determinant_resolution`."""
