@@ -298,14 +298,12 @@ def least_singular_value_within(
 
 def least_singular_value_within_bound(rows: FloatArray, tilt: float, vehicle: Vehicle) -> FloatArray:
     """Return lower bounds of :func:`least_singular_value_within`, within 1e-4 of it and cheaper, for rows (m, 4)."""
-    blocks = [rows[k : k + _BLOCK] for k in range(0, len(rows), _BLOCK)]
-    squared = np.concatenate([_worst_on_rim(block, tilt, vehicle)[0] for block in blocks])
-    within = tilt_margin(rows, coefficients_of(vehicle, "exact")) > tilt
-    return np.where(within, singular_value_below(squared), 0.0)
+    blocks = (rows[k : k + _BLOCK] for k in range(0, len(rows), _BLOCK))
+    return singular_value_below(np.concatenate([_worst_on_rim(block, tilt, vehicle)[0] for block in blocks]))
 
 
 def _worst_on_rim(rows: FloatArray, tilt: float, vehicle: Vehicle) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the least squared singular value at a tilt, and the cosine and the sine of the direction, shape (m,)."""
+    """Return the least squared singular value within a tilt, and the cosine and the sine of its direction, (m,)."""
     sines, rim, height = Sines.of(np.asfortranarray(rows)), math.sin(tilt), math.cos(tilt)
     v, (form, number) = sines.attitude_sensitivities(coefficients_of(vehicle, "exact")), sines.characteristic(vehicle)
     # On the rim e4 to e1 are a number and the factors of cos 2t, sin 2t, cos t and sin t: shape (5, 4, m).
@@ -313,10 +311,9 @@ def _worst_on_rim(rows: FloatArray, tilt: float, vehicle: Vehicle) -> tuple[Floa
     twice, once = rim**2 * form[:, 0, 1], 2 * rim * height * form[:, :2, 2].swapaxes(0, 1)
     forms = np.array([xx + yy + middle, xx - yy, twice, *once])
     # The first guess is the direction of the nearest singular attitude.
-    across = np.where(v[2] < 0, 1.0, -1.0) * np.hypot(v[0], v[1])
-    flat = across == 0
-    c, s = v[:2] / np.where(flat, 1.0, across)
-    c[flat] = 1.0
+    size = np.hypot(v[0], v[1])
+    across, beyond, flat = np.where(v[2] < 0, size, -size), rim * size >= height * np.abs(v[2]), size == 0
+    c, s = np.where(flat, [[1.0], [0.0]], v[:2] / np.where(flat, 1.0, across))
     best, squared, open_ = np.array([c, s]), np.full(len(rows), np.inf), np.arange(len(rows))
     while open_.size:
         waves = np.array([np.ones(len(c)), c * c - s * s, 2 * c * s, c, s])
@@ -328,6 +325,7 @@ def _worst_on_rim(rows: FloatArray, tilt: float, vehicle: Vehicle) -> tuple[Floa
         squared[open_], best[:, open_] = tried, np.array([c, s])[:, better]
         _, *waves = forms[:, 0] - tried * (forms[:, 1] - tried * (forms[:, 2] - tried * forms[:, 3]))
         c, s = _least_direction(*waves)
+    squared[beyond] = 0.0
     return squared, best[0], best[1]
 
 
@@ -343,12 +341,8 @@ def _least_direction(A: FloatArray, B: FloatArray, D: FloatArray, E: FloatArray)
     c1, s1 = np.sqrt((1 + share) / 2), np.copysign(np.sqrt((1 - share) / 2), -B)
     b, c = D * c1 + E * s1, E * c1 - D * s1
     along, across = np.abs(b), np.abs(c)
-    # Where x is at least what the second term alone leaves, it is at most what that gives.
-    beyond = np.maximum(across - 4 * a, 0.0)
-    least = beyond / np.maximum(np.hypot(beyond, along), _TINY)
-    rest = np.maximum(across - 4 * a * least, 0.0)
-    x = np.minimum(rest / np.maximum(np.hypot(rest, along), _TINY), across / np.maximum(4 * a + along, _TINY))
-    for _ in range(8):
+    x = across / np.maximum(np.maximum(4 * a + along, np.hypot(along, across)), _TINY)
+    for _ in range(16):
         left = np.maximum(1 - x * x, _TINY**0.5)
         steep = along / np.sqrt(left)
         x = np.clip(x - (4 * a * x + steep * x - across) / np.maximum(4 * a + steep / left, _TINY), 0.0, 1.0)

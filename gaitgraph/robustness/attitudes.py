@@ -43,6 +43,8 @@ DIAGRAM_AREA = math.pi**2  # rad², of the roll–pitch diagram (−π/2, π/2)�
 _MOST_PIECES = 50_000
 _LONGEST_PIECE = 0.5  # rad of the largest tilt angle, before any refinement
 _MOST_HALVINGS = 40
+_SAMPLES = 5  # of a piece
+_SMALL = 0.1  # an |R| above what rounded coefficients make of zero
 _FEW_RAYS = 64
 _DEEP = 0.1  # products of unit vectors of which a vertical is deep inside
 _SAME_RAY = 1e-9
@@ -163,9 +165,12 @@ def acceptable_attitudes(
     sweep = _swept(starts, np.roll(starts, -1, axis=0), v, np.roll(v, -1, axis=0), coefficients)
     polygon, error, reason = shapely.Polygon(), 0.0, _NOT_LEVEL
     heights = np.concatenate([sweep.v0[:, 2], sweep.v1[:, 2]])
-    lost = singular_everywhere(sweep.starts, coefficients, angle_rounding=angle_rounding)
-    if lost.any():
-        exactly = singular_everywhere(sweep.starts[lost], replace(coefficients, kind="exact")).all()
+    # Points at which v may vanish, where R is small enough for that.
+    near = np.minimum(np.abs(sweep.v0[:, 2]), np.abs(sweep.v1[:, 2])) - sweep.level <= _SMALL + 50 * angle_rounding
+    points = np.linspace(sweep.starts[near], sweep.ends[near], _SAMPLES, endpoint=False).reshape(-1, 4)
+    points = points[singular_everywhere(points, coefficients, angle_rounding=angle_rounding)]
+    if len(points):
+        exactly = singular_everywhere(points, replace(coefficients, kind="exact")).all()
         along = segment_singular_everywhere(sweep.starts, sweep.ends, coefficients, angle_rounding)
         if along is not None or not exactly:
             reason = EVERYWHERE

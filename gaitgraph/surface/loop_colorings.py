@@ -82,7 +82,7 @@ def color_choices(
         if color == "blue" and coefficients.kind != "published":
             continue  # R = 0 has no sign
         a3, a4 = sheets.sheet_angles(color, a1, a2, coefficients)
-        R = np.asarray(level_determinant(np.stack([a1, a2, a3, a4], axis=-1), coefficients))
+        R = np.asarray(level_determinant(np.array([a1, a2, a3, a4]).T, coefficients))
         either = sheets.at_end_of_range(a3) | sheets.at_end_of_range(a4)
         for sign in sheets.SIGNS:
             choices[sign][:, k] = np.where(either, np.abs(R), R if sign == "positive" else -R) > noise
