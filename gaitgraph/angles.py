@@ -72,8 +72,9 @@ def angle_within(value: object, name: str, limit: float = HALF_PI, *, least: flo
     Traceback (most recent call last):
     gaitgraph.errors.InputError: alpha1 must be within ±π/2 rad, got '30'; for degrees write '30deg'
     """
-    angle, most = angle_from_text(value, name), text_from_angle(limit)
+    angle = angle_from_text(value, name)
     if not (-limit if least is None else least) <= angle <= limit:
+        most = text_from_angle(limit)
         allowed = f"within ±{most} rad" if least is None else f"an angle from {least:g} to {most} rad"
         raise InputError(f"{name} must be {allowed}, got {shown(value)}{in_degrees(value)}")
     return angle
@@ -104,6 +105,8 @@ def number_of(value: object) -> float:
     >>> number_of(3), number_of(True), number_of("3")
     (3.0, nan, nan)
     """
+    if type(value) is float:
+        return value
     if getattr(value, "ndim", None) == 0 and hasattr(value, "item"):
         value = value.item()
     # Decimal is a Number that is neither real nor complex.
@@ -136,8 +139,12 @@ def whole_number(name: str, value: object, low: int, high: int) -> int:
     >>> whole_number("count", 3, 1, 9)
     3
     """
-    # number_of is NaN for booleans and arrays.
-    if not isinstance(value, SupportsIndex) or math.isnan(number_of(value)) or not low <= int(value) <= high:
+    # number_of is NaN for booleans and arrays. A protocol is slow to compare with.
+    if (
+        not (type(value) is int or isinstance(value, SupportsIndex))
+        or math.isnan(number_of(value))
+        or not low <= int(value) <= high
+    ):
         raise InputError(f"{name} must be a whole number from {low} to {high}, got {shown(value)}")
     return int(value)
 

@@ -32,12 +32,13 @@ from gaitgraph.invertibility.segment_bounds import (
     least_along,
     least_level_determinant,
     least_of_bent,
-    least_sine,
+    least_of_quantities,
     least_singular_value_along,
     least_singular_value_of_all,
     level_determinant_curvature,
-    range_of_level_determinant,
+    level_quantity,
     range_of_sine,
+    singular_value_bound,
     thrust_shares_along,
     thrusts_push_up,
     where_least_sine,
@@ -97,23 +98,23 @@ def minus_largest_share(start: FloatArray, end: FloatArray, **options: Any) -> L
 STRONG_NUMBERS = coefficients_of(STRONG)
 QUANTITIES = {
     "R": Quantity(
-        lambda start, end, **options: range_of_level_determinant(start, end, PUBLISHED, **options)[0],
+        partial(least_level_determinant, coefficients=PUBLISHED),
         partial(level_determinant, coefficients=PUBLISHED),
         1e-6,
-        (1585, 1688),
+        (694, 839),
     ),
     "minus R, strong drag": Quantity(
-        lambda start, end, **options: range_of_level_determinant(start, end, STRONG_NUMBERS, **options)[1],
+        partial(least_level_determinant, coefficients=STRONG_NUMBERS, sign=-1.0),
         lambda at: -level_determinant(at, STRONG_NUMBERS),
         1e-4,
-        (1078, 1080),
+        (862, 732),
     ),
-    "singular value": Quantity(least_singular_value_along, least_singular_value, 1e-3, (2723, 1329)),
+    "singular value": Quantity(least_singular_value_along, least_singular_value, 1e-3, (1216, 1221)),
     "singular value, strong drag": Quantity(
         partial(least_singular_value_along, vehicle=STRONG),
         partial(least_singular_value, vehicle=STRONG),
         1e-3,
-        (2377, 1214),
+        (1206, 1454),
     ),
     "residual": Quantity(partial(largest_residual, coefficients=PUBLISHED), residual, 1e-5),
     "least thrust": Quantity(least_share, lambda at: hover_thrust_shares(at).min(axis=-1), 1e-4, (573, 573)),
@@ -248,12 +249,10 @@ class TestSines:
         x0, x1 = np.random.default_rng(5).uniform(-7, 7, (2, 600, 3))
         x1[::2] = x0[::2] + x1[::2] / 10
         sines = np.sin(x0 + np.linspace(0.0, 1.0, 4001)[:, None, None] * (x1 - x0))
-        sizes, (low, high), least = np.abs(sines), range_of_sine(x0, x1), least_sine(x0, x1)
-        found, largest = [low, high, least, largest_sine(x0, x1)], sizes.max(axis=0)
-        sampled = [sines.min(axis=0), sines.max(axis=0), sizes.min(axis=0), largest]
-        np.testing.assert_allclose(found, sampled, atol=2e-3)
+        sizes, found = np.abs(sines), [*range_of_sine(x0, x1), largest_sine(x0, x1)]
+        np.testing.assert_allclose(found, [sines.min(axis=0), sines.max(axis=0), sizes.max(axis=0)], atol=2e-3)
         at = x0 + where_least_sine(x0, x1)[:, None] * (x1 - x0)
-        np.testing.assert_allclose(np.abs(np.sin(at)).min(axis=1), least.min(axis=1), atol=1e-12)
+        np.testing.assert_allclose(np.abs(np.sin(at)).min(axis=1), sizes.min(axis=(0, 2)), atol=2e-3)
 
     @three_vehicles
     @pytest.mark.parametrize(("direction", "tolerance"), [([0, 0], 1e-12), ([1, 1], 5e-3), ([1, -1], 5e-3)])
@@ -286,12 +285,14 @@ class TestLevelDeterminant:
     @pytest.mark.parametrize("known", [np.inf, 0.0, -1.0, -2.5, -1e3])
     def test_a_value_known_elsewhere_saves_work_and_costs_nothing(self, known: float) -> None:
         start, end = random_segments("anywhere", seed=22, count=40)
-        free = [least_level_determinant(start, end, PUBLISHED, sign=sign).worst() for sign in (1.0, -1.0)]
-        least, minus_largest = range_of_level_determinant(start, end, PUBLISHED, known=(known, math.inf))
-        assert min(known, least.worst()[1]) == pytest.approx(min(known, free[0][1]), abs=2e-6)
-        assert least.lower.min() <= free[0][1]
-        assert min(least.lower.min(), known) >= min(free[0][0], known) - 2e-6
-        assert minus_largest.worst()[:2] == pytest.approx(free[1][:2], abs=2e-6)
+        free = least_level_determinant(start, end, PUBLISHED).worst()
+        both = level_quantity(PUBLISHED, tolerances=(1e-6, math.inf))
+        least, minus_largest = least_of_quantities(start, end, [both], known=(known, math.inf))
+        assert min(known, least.worst()[1]) == pytest.approx(min(known, free[1]), abs=2e-6)
+        assert least.lower.min() <= free[1]
+        assert min(least.lower.min(), known) >= min(free[0], known) - 2e-6
+        values = level_determinant(points_of(start, end), PUBLISHED)
+        assert (minus_largest.lower <= -values.max(axis=1) + 1e-12).all()  # not narrowed, but valid
 
     @staticmethod
     def second_derivative(alpha: FloatArray, step: FloatArray, numbers: Any) -> FloatArray:
@@ -435,6 +436,18 @@ def test_it_brackets_the_least_of_all(seed: int, size: float) -> None:
     at = starts[segment] + fraction * (ends[segment] - starts[segment])
     assert float(least_singular_value(at)) == pytest.approx(upper, abs=1e-12)
     assert np.isinf(found.upper).any() or size > 1
+
+
+@pytest.mark.parametrize("height", [0.0, 0.1])
+def test_short_segments_lose_little_of_the_least_singular_value(height: float) -> None:
+    vehicle, rng = PAPER.replace(rotor_height=height), np.random.default_rng(3)
+    starts, steps = rng.uniform(-1.5, 1.5, (2, 200, 4))
+    for size in (1.0, 0.1, 1e-3):
+        ends = starts + size * steps
+        f0, f1 = (np.asarray(least_singular_value(side, vehicle)) for side in (starts, ends))
+        bound = singular_value_bound(vehicle)(f0, f1, starts, ends)
+        assert (bound <= np.asarray(least_singular_value(points_of(starts, ends), vehicle)).min(axis=1) + 1e-12).all()
+    assert np.median(np.minimum(f0, f1) - bound) < 1e-6
 
 
 def test_many_open_intervals_are_halved_in_batches(monkeypatch: pytest.MonkeyPatch) -> None:

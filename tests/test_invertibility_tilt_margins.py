@@ -24,6 +24,7 @@ from gaitgraph.invertibility.matrices import (
 from gaitgraph.invertibility.tilt_margins import (
     LeastMargin,
     least_singular_value_within,
+    least_singular_value_within_bound,
     least_tilt_margin,
     nearest_singular_attitude,
     sensitivity_deviations,
@@ -278,6 +279,7 @@ def test_against_sampling_of_the_whole_cap() -> None:
             assert math.hypot(up[0], up[1]) == pytest.approx(math.sin(tilt), abs=1e-12)
             assert value <= dense.min() + 1e-12
             assert value >= dense.min() - 0.02  # the sampling is that coarse
+            assert value - 1e-4 < least_singular_value_within_bound(alpha[None], tilt, vehicle)[0] < value
         else:
             assert value == 0.0
             assert found < 1e-9

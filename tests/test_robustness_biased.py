@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import replace
-from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,7 +16,7 @@ from gaitgraph.errors import InputError
 from gaitgraph.gait.gait import Gait, lift
 from gaitgraph.invertibility.matrices import coefficients_of, determinant, least_singular_value, level_determinant
 from gaitgraph.invertibility.tilt_margins import least_singular_value_within, tilt_margin
-from gaitgraph.robustness.biased import Robustness, _near_the_least, robustness_of
+from gaitgraph.robustness.biased import Robustness, robustness_of
 from gaitgraph.timing.timed_gait import table_of
 from tests.published import GAITS, PublishedGait
 from tests.samples import EXACT, along, table_from
@@ -147,19 +146,6 @@ class TestAgainstSampling:
         assert found.singular_value[0] <= dense <= found.singular_value[1] + 5e-4
         assert found.singular_value[1] <= dense + 1e-12
         assert found.tilt_margin == pytest.approx(tilt_margin(rows, EXACT).min(), abs=1e-6)
-
-    def test_a_segment_that_dips_between_its_ends_is_searched(self) -> None:
-        rows = np.ones((200, 4))
-        rows[77, 0], rows[144, 0] = -1.0, 0.5
-        segments: Any = SimpleNamespace(starts=rows, ends=np.roll(rows, -1, axis=0))
-        # The function falls by at most the distance between two points.
-        kept = _near_the_least(
-            segments,
-            lambda alpha: np.abs(alpha[:, 0]),
-            lambda f0, f1, p0, p1: (f0 + f1 - np.linalg.norm(p1 - p0, axis=1)) / 2,
-        )
-        assert {76, 77} <= set(kept.tolist())
-        assert len(kept) < 20
 
 
 class TestForms:

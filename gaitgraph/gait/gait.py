@@ -121,12 +121,13 @@ class Gait(Pictured):
     @property
     def ends(self) -> FloatArray:
         """The end of the segment that starts at each corner, shape (n, 4) [rad]."""
-        return np.roll(self.alpha, -1, axis=0)
+        return np.concatenate([self.alpha[1:], self.alpha[:1]])
 
     @property
     def length(self) -> float:
         """Length of the loop in the (α1, α2) plane [rad]."""
-        return float(np.linalg.norm((self.ends - self.alpha)[:, :2], axis=1).sum())
+        step = (self.ends - self.alpha)[:, :2]
+        return float(np.sqrt((step**2).sum(axis=1)).sum())
 
     @property
     def color(self) -> str | None:
@@ -154,17 +155,22 @@ class Gait(Pictured):
         """
         if len(self.alpha) == 1:
             return self
-        colors = np.array(self.colors if self.colors else [""] * len(self.alpha))
+        points, colors = self.alpha, np.array(self.colors if self.colors else [""] * len(self.alpha))
+        after = np.arange(1, len(points) + 1) % len(points)
         # First drop points that repeat the one before, of which the direction is not known.
-        keep = (np.linalg.norm(self.ends - self.alpha, axis=1) > 0) | (np.roll(colors, -1) != colors)
-        keep[0] |= not keep.any()
-        points, colors = self.alpha[keep], colors[keep]
-        step = np.roll(points, -1, axis=0) - points
-        size = np.linalg.norm(step, axis=1, keepdims=True)
+        keep = (points != points[after]).any(axis=1) | (colors != colors[after])
+        if not keep.all():
+            keep[0] |= not keep.any()
+            points, colors = points[keep], colors[keep]
+            after = np.arange(1, len(points) + 1) % len(points)
+        step, changes, before = points[after] - points, colors != colors[after], np.arange(len(points)) - 1
+        size = np.sqrt((step**2).sum(axis=1, keepdims=True))
         unit = step / np.where(size > 0, size, 1.0)
-        corner = np.linalg.norm(unit - np.roll(unit, 1, axis=0), axis=1) > _STRAIGHT
-        corner |= (colors != np.roll(colors, 1)) | (colors != np.roll(colors, -1))
+        corner = ((unit - unit[before]) ** 2).sum(axis=1) > _STRAIGHT**2
+        corner |= changes | changes[before]
         corner[0] = True
+        if keep.all() and corner.all() and not self.request:
+            return self
         kept = tuple(map(str, colors[corner])) if self.colors else ()
         return replace(self, alpha=points[corner], colors=kept, request={})
 
@@ -293,6 +299,8 @@ def points_on_sheets(
 ) -> FloatArray:
     """Return the points of the sheets above (α1, α2), each on that of its color, shape (n, 4) [rad]."""
     a1, a2 = checked_plane_angles(alpha1, alpha2)
+    if len(set(colors)) == 1:
+        return np.array([a1, a2, *sheet_angles(colors[0], a1, a2, coefficients)]).T  # type: ignore[arg-type]
     is_red = np.array([color == "red" for color in colors])
     sheets = (sheet_angles("red", a1, a2, coefficients), sheet_angles("blue", a1, a2, coefficients))
     return np.column_stack([a1, a2, *(np.where(is_red, red, blue) for red, blue in zip(*sheets, strict=True))])

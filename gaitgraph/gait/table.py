@@ -123,7 +123,7 @@ class Table:
     @property
     def alpha(self) -> FloatArray:
         """The four tilt angles of each row, shape (n, 4) [rad]."""
-        return np.column_stack([self.columns[name] for name in ANGLES])
+        return np.array([self.columns[name] for name in ANGLES]).T
 
     @property
     def units(self) -> dict[str, str]:

@@ -25,7 +25,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, Literal
+from functools import cached_property, lru_cache
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -44,9 +45,11 @@ DEFAULT_FLOOR = 0.05
 _PUBLISHED = (2.880, 5.592, 0.9716, 0.1687)
 _PUBLISHED_ROUNDING = (5e-4, 5e-4, 5e-5, 5e-5)
 _EPSILON = float(np.finfo(float).eps)
+_TINY = float(np.finfo(float).tiny)
+_MINORS_ROUNDED = 1000 * _EPSILON  # more than a sum of minors of order three is off
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class Coefficients:
     """The four numbers of formula (1) and the crossing angle δ that follows from the first.
 
@@ -79,12 +82,17 @@ class Coefficients:
         """The sheets on which Rφ = Rθ = 0: red, and for rotors at the height of the centre of mass blue."""
         return ("red",) if self.cross else ("red", "blue")
 
-    @property
+    @cached_property
     def bilinear_form(self) -> FloatArray:
         """The 3×3 matrix K of R = p(α1, α3)ᵀ·K·p(α2, α4) + cross·sin(α1 − α3)·sin(α2 − α4)."""
         return np.array([[4.0, -2.0, self.single], [-2.0, 0.0, self.triple], [-self.single, -self.triple, self.double]])
 
-    @property
+    @cached_property
+    def form_norm(self) -> float:
+        """The Frobenius norm of the bilinear form."""
+        return float(np.linalg.norm(self.bilinear_form))
+
+    @cached_property
     def digit_errors(self) -> tuple[float, float, float, float]:
         """Assumed error of each of the four numbers (half a unit of its last digit)."""
         if self.kind == "published":
@@ -118,10 +126,16 @@ def coefficients_of(vehicle: VehicleLike = PAPER, kind: CoefficientsLike | None 
     """
     if isinstance(kind, Coefficients):
         return kind
-    vehicle = vehicle_named(vehicle)
+    if kind is not None:
+        checked_choice("coefficients", kind, ("published", "exact"))
+    return _coefficients(vehicle_named(vehicle), kind)
+
+
+@lru_cache(maxsize=64)
+def _coefficients(vehicle: Vehicle, kind: Kind | None) -> Coefficients:
     if kind is None:
         kind = "published" if vehicle.carries_published_coefficients else "exact"
-    if checked_choice("coefficients", kind, ("published", "exact")) == "published":
+    if kind == "published":
         if not vehicle.carries_published_coefficients:
             raised = f", rotor height {vehicle.rotor_height:g} m" if vehicle.rotor_height else ""
             raise InputError(
@@ -151,17 +165,178 @@ def tilt_angles(alpha: npt.ArrayLike) -> FloatArray:
     return angles
 
 
-def pair_features(first: npt.ArrayLike, opposite: npt.ArrayLike) -> FloatArray:
-    """Return (cos·cos, sin·sin, sin of the sum) of two opposite arms' tilt angles [rad], stacked last."""
-    first, opposite = np.asarray(first, dtype=float), np.asarray(opposite, dtype=float)
-    total, difference = np.cos(first + opposite), np.cos(first - opposite)
-    return np.stack([(difference + total) / 2, (difference - total) / 2, np.sin(first + opposite)], axis=-1)
+class Sines(NamedTuple):
+    """Tilt angles [rad], their cosines and sines, shape (4, k), and the features of both pairs of arms, (3, 2, k).
+
+    The features of opposite arms are cos·cos, sin·sin and the sine of the sum. What depends on the angles at level
+    attitude is made of these, so that each sine is computed once.
+    """
+
+    alpha: FloatArray
+    cosine: FloatArray
+    sine: FloatArray
+    features: FloatArray
+
+    @classmethod
+    def of(cls, alpha: FloatArray) -> Sines:
+        """Return those of points, shape (k, 4) [rad]."""
+        rows = alpha.T
+        c, s = np.cos(rows), np.sin(rows)
+        return cls(rows, c, s, np.array([c[:2] * c[2:], s[:2] * s[2:], s[:2] * c[2:] + c[:2] * s[2:]]))
+
+    def level_determinant(self, coefficients: Coefficients) -> FloatArray:
+        """Return R of equation (6), shape (k,); see :func:`level_determinant`."""
+        first, second = self.features[:, 0], self.features[:, 1]
+        level = ((coefficients.bilinear_form.T @ first) * second).sum(axis=0)
+        if coefficients.cross:
+            level = level + coefficients.cross * np.prod(self.differences(), axis=0)
+        return np.asarray(level)
+
+    def level_slopes(self, coefficients: Coefficients) -> FloatArray:
+        """Return |∂R/∂αᵢ| for each angle, per radian, shape (4, k)."""
+        form, (first, second) = coefficients.bilinear_form, self.features.swapaxes(0, 1)
+        rest = np.array([form @ second, form.T @ first]).swapaxes(0, 1)  # for each pair
+        # The derivative of the pair features with respect to each angle, its opposite one fixed; shape (2, 2, k).
+        across = self.sine.reshape(2, 2, -1) * self.cosine.reshape(2, 2, -1)[::-1]
+        along = self.features[0] - self.features[1]
+        slopes = rest[1] * across[::-1] - rest[0] * across + rest[2] * along
+        if coefficients.cross:
+            turned = (self.features[0] + self.features[1]) * self.differences()[::-1]
+            slopes += coefficients.cross * np.array([turned, -turned])
+        return np.asarray(np.abs(slopes.reshape(4, -1)))
+
+    def level_resolution(self, coefficients: Coefficients, slopes: FloatArray, rounding: float = 0.0) -> FloatArray:
+        """Return the |R| above which its sign is certain, shape (k,); see :func:`level_determinant_resolution`."""
+        first, second = self.features[:, 0], self.features[:, 1]
+        form, cross = np.abs(coefficients.bilinear_form), abs(coefficients.cross)
+        # single·|p₀q₂ − p₂q₀| + double·|p₂q₂| + triple·|p₁q₂ − p₂q₁| of the features p and q of both pairs.
+        _, single, double, triple = coefficients.digit_errors
+        crossed = np.abs(first[:2] * second[2] - first[2] * second[:2])
+        resolution = single * crossed[0] + triple * crossed[1] + double * np.abs(first[2] * second[2])
+        sizes = np.abs(self.features)
+        rounded = 4 * ((form.T @ sizes[:, 0]) * sizes[:, 1]).sum(axis=0)
+        resolution += 8 * _EPSILON * (rounded + form.sum() + 4 * cross)
+        derived = coefficients.sheet_error
+        if derived or rounding:
+            resolution += rounding * slopes.sum(axis=0) + derived * slopes[2:].sum(axis=0)
+            resolution += 8 * (coefficients.form_norm + cross) * (rounding + derived) ** 2
+        return np.asarray(resolution)
+
+    def differences(self) -> FloatArray:
+        """Return the sines of α1 − α3 and α2 − α4, shape (2, k)."""
+        c, s = self.cosine, self.sine
+        return np.asarray(s[:2] * c[2:] - c[:2] * s[2:])
+
+    def totals(self, delta: float) -> FloatArray:
+        """Return the sines of β1 + β3 and of β2 + β4, shape (2, k)."""
+        beta = self.alpha - delta * _TURNS
+        return np.asarray(np.sin(beta[:2] + beta[2:]))  # exactly zero on fibres, as a product is not
+
+    def leaning(self, delta: float) -> FloatArray:
+        """Return E and E′ of :func:`leaning_factors`, shape (2, k)."""
+        return np.asarray(2.0 * self.features[1] - math.tan(delta) * _TURNS[:2] * self.features[2])
+
+    def sensitivities(self, coefficients: Coefficients) -> tuple[FloatArray, FloatArray]:
+        """Return Rφ and Rθ by the factorised form of (4) and (5), turned by the angle of the first arm, shape (k,)."""
+        (first, fourth), (third, second) = self.totals(coefficients.delta), self.differences()
+        scale, half = 1.0 / math.sin(2.0 * coefficients.delta), coefficients.cross / 2
+        roll, pitch = -scale * third * fourth, scale * first * second
+        if half:
+            leaning, other = self.leaning(coefficients.delta)
+            roll, pitch = roll + half * second * leaning, pitch + half * third * other
+        turn = coefficients.first_arm_angle
+        if turn == 0.0:
+            return roll, pitch
+        sine, cosine = math.sin(turn), math.cos(turn)
+        return roll * cosine - pitch * sine, pitch * cosine + roll * sine
+
+    def attitude_sensitivities(self, coefficients: Coefficients) -> FloatArray:
+        """Return v, shape (3, k); see :func:`attitude_sensitivities`."""
+        roll, pitch = self.sensitivities(coefficients)
+        return np.array([-pitch, roll, self.level_determinant(coefficients)]) + 0.0
+
+    def zero_moment_inputs(self, vehicle: Vehicle) -> FloatArray:
+        """Return w₀, shape (4, k); see :func:`zero_moment_inputs`."""
+        delta = math.atan(vehicle.signed_drag_ratio)
+        turned = math.sin(delta) * _TURNS
+        cosines = math.cos(delta) * self.cosine + turned * self.sine  # of β1 to β4
+        inputs = (self.totals(delta)[::-1] * cosines.reshape(2, 2, -1)[::-1]).reshape(4, -1)
+        height = vehicle.height_ratio * math.cos(delta)
+        if height:
+            sines = (math.cos(delta) * self.sine - turned * self.cosine).reshape(2, 2, -1)
+            raised = height * (self.sine.reshape(2, 2, -1) * self.leaning(delta)[::-1])[::-1]
+            apart = self.differences()[::-1] * _TURNS[:2]
+            more = raised + sines[::-1] * np.array([-apart, apart])
+            inputs = inputs + height * math.cos(delta) * more.reshape(4, -1)
+        return np.asarray(inputs)
+
+    def rotor_directions(self, vehicle: Vehicle) -> tuple[FloatArray, FloatArray]:
+        """Return thrust directions, w > 0, and their dimensionless torques, both of shape (3, 4, k)."""
+        arms, lift = arm_angles(vehicle)[:, None], thrust_signs(vehicle)[:, None]
+        ahead, aside, height = np.cos(arms), np.sin(arms), vehicle.height_ratio
+        c, s = self.cosine, self.sine
+        direction = np.array([aside * s, -ahead * s, c])
+        # The product of the place (ahead, aside, height), in arm lengths, with the direction.
+        lever = np.array([aside * c + height * ahead * s, height * aside * s - ahead * c, -s])
+        return lift * direction, lift * lever - vehicle.drag_ratio * direction
+
+    def characteristic(self, vehicle: Vehicle, *, level: bool = False) -> tuple[FloatArray, FloatArray]:
+        """Return forms and numbers of which nᵀ·form·n + number are e4 to e1 at the vertical n, (4, 3, 3, k) and (4, k).
+
+        The squared singular values are the roots of λ⁴ − e1·λ³ + e2·λ² − e3·λ + e4. With the products K of torques, W
+        of forces with torques and L of forces, a Schur complement gives the polynomial as det(K − λ)·(nᵀLn − λ) −
+        nᵀW·adj(K − λ)·Wᵀn; e4 is the squared determinant. e3 is rounded up, which lowers the least root. With `level`
+        the forms have the shape (4, 1, 1, k), for n = z alone.
+        """
+        exact, size = coefficients_of(vehicle, "exact"), 1 + vehicle.drag_ratio**2 + vehicle.height_ratio**2
+        v = self.level_determinant(exact)[None] if level else self.attitude_sensitivities(exact)
+        (force, moment), product = self.rotor_directions(vehicle), "ikm,jkm->ijm"
+        force = force[-len(v) :]
+        L, W, K = (np.einsum(product, *pair) for pair in ((force, force), (force, moment), (moment, moment)))
+        WW, WKW = np.einsum(product, W, W), np.einsum("ikm,klm,jlm->ijm", W, K, W)
+        (a, b, c), (_, d, e), (_, _, f) = K
+        one, two = a + d + f, a * d + a * f + d * f - b * b - c * c - e * e
+        three = a * (d * f - e * e) - b * (b * f - c * e) + c * (b * e - c * d) + _MINORS_ROUNDED * size**3
+        outer = (2 * vehicle.drag_ratio) ** 2 * v[:, None] * v
+        form = np.array([outer, two * L - one * WW + WKW, one * L - WW, L])
+        return form, np.array([np.zeros_like(one), three, two, one])
+
+    def least_singular_value_bound(self, vehicle: Vehicle) -> FloatArray:
+        """Return a lower bound of the least singular value, level, shape (k,); :func:`least_singular_value_bound`."""
+        form, number = self.characteristic(vehicle, level=True)
+        e4, e3, e2, e1 = form[:, 0, 0] + number
+        return singular_value_below(least_root(e1, e2, e3, e4))
 
 
-def pairs_of_arms(alpha: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Return the pair features of arms 1 and 3, and of arms 2 and 4."""
-    a1, a2, a3, a4 = np.moveaxis(tilt_angles(alpha), -1, 0)
-    return pair_features(a1, a3), pair_features(a2, a4)
+def singular_value_below(squared: FloatArray) -> FloatArray:
+    """Return the root of a least squared singular value, less what floating point may add to it."""
+    return np.asarray(np.maximum(np.sqrt(squared) * (1 - 1e-6) - 1e-9, 0.0))
+
+
+def least_root(e1: Any, e2: Any, e3: Any, e4: Any, steps: int = 4) -> FloatArray:
+    """Return lower bounds of the least roots of x⁴ − e1·x³ + e2·x² − e3·x + e4, whose roots are real and at least 0.
+
+    Laguerre's iteration from 0 increases towards the least root: each step more than triples the correct digits, or
+    leaves 27 % of the distance from a double root.
+    """
+    slope, height, bend, root = -e3, e4, 2 * e2, np.zeros_like(e1)
+    for left in reversed(range(steps)):
+        steep = np.sqrt(np.maximum(9 * slope * slope - 12 * height * bend, 0.0)) - slope
+        root = root + 4 * np.where(slope < 0, height, 0.0) / np.maximum(steep, _TINY)
+        if left:
+            height = np.maximum((((root - e1) * root + e2) * root - e3) * root + e4, 0.0)
+            slope = ((4 * root - 3 * e1) * root + 2 * e2) * root - e3
+            bend = (12 * root - 6 * e1) * root + 2 * e2
+    return np.asarray(root)
+
+
+def _sines_of(alpha: npt.ArrayLike) -> tuple[FloatArray, Sines]:
+    """Return tilt angles as an array of shape (..., 4), and their sines as rows of all points."""
+    angles = tilt_angles(alpha)
+    return angles, Sines.of(angles.reshape(-1, 4))
+
+
+_TURNS = np.array([[1.0], [-1.0], [1.0], [-1.0]])  # the signs of δ in β1 to β4, negated
 
 
 def sensitivity_phases(alpha: npt.ArrayLike, coefficients: Coefficients) -> FloatArray:
@@ -180,25 +355,16 @@ def leaning_factors(alpha: npt.ArrayLike, delta: float) -> tuple[Any, Any]:
 
     A rotor height H adds H/(2κ)·sin(α2 − α4)·E to Rφ and H/(2κ)·sin(α1 − α3)·E′ to Rθ: nothing on red and on fibres.
     """
-    first, second = pairs_of_arms(alpha)
-    kappa = math.tan(delta)
-    return 2.0 * first[..., 1] - kappa * first[..., 2], 2.0 * second[..., 1] + kappa * second[..., 2]
+    angles, sines = _sines_of(alpha)
+    first, second = sines.leaning(delta)
+    return first.reshape(angles.shape[:-1]), second.reshape(angles.shape[:-1])
 
 
 def sensitivities(alpha: npt.ArrayLike, coefficients: Coefficients) -> tuple[Any, Any]:
-    """Return Rφ and Rθ by the factorised form of (4) and (5), turned by the angle of the first arm."""
-    first, second, third, fourth = np.sin(sensitivity_phases(alpha, coefficients))
-    scale = 1.0 / math.sin(2.0 * coefficients.delta)
-    pitch, roll = scale * first * second, -scale * third * fourth
-    if coefficients.cross:
-        (a1, a2, a3, a4), factors = np.moveaxis(tilt_angles(alpha), -1, 0), leaning_factors(alpha, coefficients.delta)
-        roll = roll + coefficients.cross / 2 * np.sin(a2 - a4) * factors[0]
-        pitch = pitch + coefficients.cross / 2 * np.sin(a1 - a3) * factors[1]
-    turn = coefficients.first_arm_angle
-    if turn == 0.0:
-        return roll, pitch
-    sine, cosine = math.sin(turn), math.cos(turn)
-    return roll * cosine - pitch * sine, pitch * cosine + roll * sine
+    """Return Rφ and Rθ of equations (4) and (5), each of shape (...)."""
+    angles, sines = _sines_of(alpha)
+    roll, pitch = (one.reshape(angles.shape[:-1]) for one in sines.sensitivities(coefficients))
+    return roll, pitch
 
 
 def roll_sensitivity(alpha: npt.ArrayLike, coefficients: Coefficients) -> Any:
@@ -229,12 +395,8 @@ def level_determinant(alpha: npt.ArrayLike, coefficients: Coefficients) -> Any:
     >>> float(level_determinant([0, 0, 0, 0], coefficients_of()))
     4.0
     """
-    first, second = pairs_of_arms(alpha)
-    level = np.sum(first @ coefficients.bilinear_form * second, axis=-1)
-    if coefficients.cross:
-        a1, a2, a3, a4 = np.moveaxis(tilt_angles(alpha), -1, 0)
-        level = level + coefficients.cross * np.sin(a1 - a3) * np.sin(a2 - a4)
-    return level
+    angles, sines = _sines_of(alpha)
+    return sines.level_determinant(coefficients).reshape(angles.shape[:-1])
 
 
 def level_determinant_resolution(alpha: npt.ArrayLike, coefficients: Coefficients, angle_rounding: float = 0.0) -> Any:
@@ -242,38 +404,9 @@ def level_determinant_resolution(alpha: npt.ArrayLike, coefficients: Coefficient
 
     It covers rounded coefficients, δ in α3 and α4, rounded angles and floating point.
     """
-    first, second = pairs_of_arms(alpha)
-    _, single, double, triple = coefficients.digit_errors
-    form = coefficients.bilinear_form
-    resolution = (
-        single * np.abs(first[..., 0] * second[..., 2] - first[..., 2] * second[..., 0])
-        + double * np.abs(first[..., 2] * second[..., 2])
-        + triple * np.abs(first[..., 1] * second[..., 2] - first[..., 2] * second[..., 1])
-        + 32 * _EPSILON * np.sum((np.abs(first) @ np.abs(form)) * np.abs(second), axis=-1)
-        + 8 * _EPSILON * (np.abs(form).sum() + 4 * abs(coefficients.cross))
-    )
-    derived = coefficients.sheet_error
-    if derived or angle_rounding:
-        slopes = level_determinant_slopes(alpha, coefficients)
-        resolution = resolution + slopes @ np.array([angle_rounding, angle_rounding] + [angle_rounding + derived] * 2)
-        size = np.linalg.norm(form) + abs(coefficients.cross)
-        resolution = resolution + 8 * size * (angle_rounding + derived) ** 2
-    return resolution
-
-
-def level_determinant_slopes(alpha: npt.ArrayLike, coefficients: Coefficients) -> FloatArray:
-    """Return |∂R/∂αᵢ| for each angle, per radian, shape (..., 4)."""
-    a1, a2, a3, a4 = np.moveaxis(tilt_angles(alpha), -1, 0)
-    form = coefficients.bilinear_form
-    right, left = pair_features(a2, a4) @ form.T, pair_features(a1, a3) @ form
-    slopes, cross, first, second = [], coefficients.cross, a1 - a3, a2 - a4
-    arms = ((a1, a3, right, second), (a2, a4, left, first), (a3, a1, right, -second), (a4, a2, left, -first))
-    for moving, still, rest, other in arms:
-        # The derivative of the pair features with respect to the moving angle.
-        parts = (-np.sin(moving) * np.cos(still), np.cos(moving) * np.sin(still), np.cos(moving + still))
-        slope = np.sum(np.stack(parts, axis=-1) * rest, axis=-1)
-        slopes.append(np.abs(slope + cross * np.cos(moving - still) * np.sin(other) if cross else slope))
-    return np.stack(slopes, axis=-1)
+    angles, sines = _sines_of(alpha)
+    slopes = sines.level_slopes(coefficients)
+    return sines.level_resolution(coefficients, slopes, angle_rounding).reshape(angles.shape[:-1])
 
 
 def noise_of(coefficients: Coefficients) -> float:
@@ -301,8 +434,8 @@ def attitude_sensitivities(alpha: npt.ArrayLike, coefficients: Coefficients) -> 
     >>> attitude_sensitivities([0, 0, 0, 0], coefficients_of()).round(12).tolist()
     [0.0, 0.0, 4.0]
     """
-    roll, pitch = sensitivities(alpha, coefficients)
-    return np.stack([-np.asarray(pitch), roll, level_determinant(alpha, coefficients)], axis=-1) + 0.0
+    angles, sines = _sines_of(alpha)
+    return sines.attitude_sensitivities(coefficients).T.reshape(*angles.shape[:-1], 3)
 
 
 def determinant(
@@ -330,13 +463,10 @@ def thrust_signs(vehicle: Vehicle) -> FloatArray:
 
 def rotor_directions(alpha: npt.ArrayLike, vehicle: Vehicle) -> tuple[FloatArray, FloatArray]:
     """Return thrust directions, w > 0, and their dimensionless torques, both of shape (..., 3, 4)."""
-    angles = np.ascontiguousarray(tilt_angles(alpha))
-    arms, lift = arm_angles(vehicle), thrust_signs(vehicle)
-    sine, cosine = np.sin(angles), np.cos(angles)
-    place = np.stack([np.cos(arms), np.sin(arms), np.full(4, vehicle.height_ratio)])  # in arm lengths
-    direction = np.stack([np.sin(arms) * sine, -np.cos(arms) * sine, cosine], axis=-2)
-    lever = np.cross(np.broadcast_to(place, direction.shape), direction, axis=-2)
-    return np.asarray(lift * direction), np.asarray(lift * lever - vehicle.drag_ratio * direction)
+    angles, sines = _sines_of(alpha)
+    force, moment = (np.moveaxis(one, -1, 0) for one in sines.rotor_directions(vehicle))
+    shape = (*angles.shape[:-1], 3, 4)
+    return force.reshape(shape), moment.reshape(shape)
 
 
 def control_force_matrix(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -> FloatArray:
@@ -400,20 +530,8 @@ def zero_moment_inputs(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -> FloatA
     They are zero where the control moment matrix has rank two or less. On red and on fibres their ratios do not depend
     on the rotor height.
     """
-    a1, a2, a3, a4 = np.moveaxis(tilt_angles(alpha), -1, 0)
-    delta = math.atan(vehicle.signed_drag_ratio)
-    b1, b2, b3, b4 = a1 - delta, a2 + delta, a3 - delta, a4 + delta
-    odd, even = np.sin(b2 + b4), np.sin(b1 + b3)
-    inputs = np.stack([odd * np.cos(b3), even * np.cos(b4), odd * np.cos(b1), even * np.cos(b2)], axis=-1)
-    height = vehicle.height_ratio * math.cos(delta)
-    if height:
-        first, second = leaning_factors(alpha, delta)
-        turned = [np.sin(b3) * np.sin(a4 - a2), np.sin(b4) * np.sin(a1 - a3)]
-        turned += [np.sin(b1) * np.sin(a2 - a4), np.sin(b2) * np.sin(a3 - a1)]
-        raised = [np.sin(a3) * second, np.sin(a4) * first, np.sin(a1) * second, np.sin(a2) * first]
-        more = np.stack(turned, axis=-1) + height * np.stack(raised, axis=-1)
-        inputs = inputs + height * math.cos(delta) * more
-    return inputs
+    angles, sines = _sines_of(alpha)
+    return sines.zero_moment_inputs(vehicle).T.reshape(angles.shape)
 
 
 def zero_moment_direction(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -> FloatArray:
@@ -461,52 +579,12 @@ def largest_least_singular_value(vehicle: Vehicle) -> float:
 
 
 def least_singular_value_bound(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -> FloatArray:
-    """Return a lower bound of :func:`least_singular_value`, level, ten times cheaper, shape (...).
+    """Return a lower bound of :func:`least_singular_value`, level, twenty times cheaper, shape (...).
 
-    The squared singular values are the roots of λ⁴ − e1·λ³ + e2·λ² − e3·λ + e4, where e4 is the squared determinant and
-    e3 the sum of the squares of all 3×3 minors. Newton's iteration from λ = 0 increases towards the least root. All
-    that is for rotors at the height of the centre of mass. A height adds a matrix with entries H·sin αᵢ, two in either
-    of two rows, and takes off no more than its norm.
+    It is the least root of the characteristic polynomial by a few steps of Laguerre's iteration.
     """
-    kappa = vehicle.signed_drag_ratio
-    angles = np.stack(list(np.moveaxis(tilt_angles(alpha), -1, 0)))
-    sine, cosine = np.sin(angles), np.cos(angles)
-    sense = kappa * np.array([1.0, -1.0, 1.0, -1.0]).reshape(4, *[1] * (sine.ndim - 1))
-    # The entries, with column signs that thrust up: arms 2 and 4 roll, arms 1 and 3 pitch, all four yaw and lift.
-    y1, x2, y3, x4 = (cosine + sense * sine) * np.array([-1.0, 1.0, 1.0, -1.0]).reshape(sense.shape)
-    yaw1, yaw2, yaw3, yaw4 = sense * cosine - sine
-    lift1, lift2, lift3, lift4 = cosine
-    m12, m34 = yaw1 * lift2 - yaw2 * lift1, yaw3 * lift4 - yaw4 * lift3
-    m13, m24 = yaw1 * lift3 - yaw3 * lift1, yaw2 * lift4 - yaw4 * lift2
-    m14, m23 = yaw1 * lift4 - yaw4 * lift1, yaw2 * lift3 - yaw3 * lift2
-    rolled, pitched = x2**2 + x4**2, y1**2 + y3**2
-    e4 = (x2 * (y3 * m14 - y1 * m34) - x4 * (y1 * m23 + y3 * m12)) ** 2
-    e3 = (
-        pitched * ((x2 * yaw4 - x4 * yaw2) ** 2 + (x2 * lift4 - x4 * lift2) ** 2 + m24**2)
-        + rolled * ((y1 * yaw3 - y3 * yaw1) ** 2 + (y1 * lift3 - y3 * lift1) ** 2 + m13**2)
-        + (y1 * m23 + y3 * m12) ** 2
-        + (y1 * m34 - y3 * m14) ** 2
-        + (x2 * m34 + x4 * m23) ** 2
-        + (x4 * m12 - x2 * m14) ** 2
-    )
-    odd, even = y1 * y3 + yaw1 * yaw3 + lift1 * lift3, x2 * x4 + yaw2 * yaw4 + lift2 * lift4
-    across = sum(
-        (i * k + p * q) ** 2 for i, p in ((yaw1, lift1), (yaw3, lift3)) for k, q in ((yaw2, lift2), (yaw4, lift4))
-    )
-    squares = (1.0 + kappa**2) + cosine**2
-    e1 = squares.sum(axis=0)
-    e2 = (e1**2 - (squares**2).sum(axis=0)) / 2 - odd**2 - even**2 - across
-    root = np.zeros_like(e1)
-    for _ in range(5):
-        slope = ((4 * root - 3 * e1) * root + 2 * e2) * root - e3
-        height = (((root - e1) * root + e2) * root - e3) * root + e4
-        with np.errstate(divide="ignore", invalid="ignore"):
-            root = root + np.where(slope < 0, np.maximum(height, 0.0) / -slope, 0.0)
-    bound = np.sqrt(root) * (1 - 1e-6)
-    if raised := abs(vehicle.height_ratio):
-        norm = np.sqrt(np.maximum(sine[0] ** 2 + sine[2] ** 2, sine[1] ** 2 + sine[3] ** 2))
-        bound = np.maximum(bound - raised * norm, 0.0)
-    return np.asarray(bound)
+    angles, sines = _sines_of(alpha)
+    return sines.least_singular_value_bound(vehicle).reshape(angles.shape[:-1])
 
 
 def singular_values_on_red(alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, vehicle: Vehicle = PAPER) -> tuple[Any, Any]:
@@ -517,18 +595,30 @@ def singular_values_on_red(alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, vehicle
     has the columns √2·(cos αᵢ, sin βᵢ/cos δ).
     """
     a1, a2 = np.asarray(alpha1, dtype=float), np.asarray(alpha2, dtype=float)
+    angles = np.array(np.broadcast_arrays(a1, a2))
+    sides = np.cos(angles), np.sin(angles), vehicle
+    return roll_block_on_red(*sides), yaw_block_on_red(*sides)
+
+
+def roll_block_on_red(cosine: FloatArray, sine: FloatArray, vehicle: Vehicle) -> Any:
+    """Return the smaller singular value of the block of roll and pitch torque, from those of α1 and α2, (2, ...)."""
     kappa, height = vehicle.signed_drag_ratio, vehicle.height_ratio
-    c1, c2, s1, s2 = np.cos(a1), np.cos(a2), np.sin(a1), np.sin(a2)
-    a, b = c2 - kappa * s2, c1 + kappa * s1
-    alone: Any = np.minimum(np.abs(a), np.abs(b))
-    if height:  # the larger singular value is half the sum of two lengths
-        larger = np.hypot(height * (s1 + s2), a + b) + np.hypot(height * (s1 - s2), a - b)
-        alone = 2 * np.abs(a * b + height**2 * s1 * s2) / larger
+    b, a = cosine[0] + kappa * sine[0], cosine[1] - kappa * sine[1]
+    if not height:
+        return math.sqrt(2.0) * np.minimum(np.abs(a), np.abs(b))
+    # The larger singular value is half the sum of two lengths.
+    s1, s2 = sine
+    larger = np.hypot(height * (s1 + s2), a + b) + np.hypot(height * (s1 - s2), a - b)
+    return math.sqrt(8.0) * np.abs(a * b + height**2 * s1 * s2) / larger
+
+
+def yaw_block_on_red(cosine: FloatArray, sine: FloatArray, vehicle: Vehicle) -> Any:
+    """Return the smaller singular value of the block of yaw torque and lift, from those of α1 and α2, (2, ...)."""
+    kappa, (c1, c2), (s1, s2) = vehicle.signed_drag_ratio, cosine, sine
     p, q = s1 - kappa * c1, s2 + kappa * c2
-    minor = np.abs(c1 * q - c2 * p)
-    squares = c1**2 + c2**2 + p**2 + q**2
-    largest = np.sqrt((squares + np.sqrt(np.maximum(squares**2 - 4 * minor**2, 0.0))) / 2)
-    return math.sqrt(2.0) * alone, math.sqrt(2.0) * minor / largest
+    minor = 2.0 * np.abs(c1 * q - c2 * p)
+    squares = c1 * c1 + c2 * c2 + p * p + q * q
+    return minor / np.sqrt(squares + np.sqrt(np.maximum(squares * squares - minor * minor, 0.0)))
 
 
 def least_singular_value_on_red(alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, vehicle: Vehicle = PAPER) -> Any:

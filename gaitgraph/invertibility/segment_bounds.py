@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -18,15 +18,15 @@ import numpy.typing as npt
 from gaitgraph.invertibility.matrices import (
     Coefficients,
     FloatArray,
+    Sines,
     leaning_factors,
     least_singular_value,
     least_singular_value_bound,
-    level_determinant,
-    sensitivities,
+    roll_block_on_red,
     sensitivity_phases,
     singular_value_rate,
-    singular_values_on_red,
     thrust_signs,
+    yaw_block_on_red,
     zero_moment_inputs,
 )
 from gaitgraph.vehicle import PAPER, Vehicle
@@ -38,6 +38,7 @@ Several = Sequence[FloatArray] | FloatArray  # several of one shape, or the rows
 _BATCH = 1 << 15
 # An iteration over few points costs the same for any number of them: a few intervals are cut finer.
 _FEW, _PIECES = 32, 32
+_LONG = 0.05  # a longer segment is hardly settled without a cut to this length [rad]
 _SHORT = 1e-12  # fractions nearer than this are halved, to the end of what floats resolve
 _TINY = float(np.finfo(float).tiny)
 _IDLE = 1e-9  # a zero-moment input below this counts as zero where its sign is proven by bounds
@@ -77,97 +78,162 @@ def least_of_each(
     starts: FloatArray,
     ends: FloatArray,
     values: Callable[[FloatArray], Several],
-    bounds: Callable[[Several, Several, FloatArray, FloatArray], Sequence[FloatArray]],
+    bounds: Callable[[FloatArray, FloatArray, FloatArray, FloatArray], Several],
     *,
-    tolerance: float,
+    tolerance: npt.ArrayLike,
     known: tuple[float, ...],
+    rows: Sequence[int] | None = None,
     floor: float = math.inf,
     each: bool = False,
-    enough: FloatArray | None = None,
     at_ends: tuple[Several, Several] | None = None,
     most: int | None = None,
+    pieces: int = 1,
 ) -> tuple[Least, ...]:
     """Bracket the least of each of a few functions along straight segments, shape (m, n), all in one search.
 
-    `values` maps points, shape (k, n), to the functions, each of shape (k,), as many as `known` has numbers, then to
-    any other arrays of that shape that `bounds` needs. `bounds` returns lower bounds of the functions on intervals from
-    `values` at both ends and the ends themselves; `at_ends` are `values` at starts and ends, if at hand.
+    `values` maps points, shape (k, n), to rows of shape (k,): the functions, as many as `known` has numbers and the
+    first ones unless `rows` says which, and whatever else `bounds` needs. `bounds` returns lower bounds of the
+    functions on intervals from the rows at both ends and the ends themselves; `at_ends` are `values` at starts and
+    ends, if at hand. `pieces` is into how many the segments are cut first, where they are few.
 
     An interval whose lower bound is good enough is settled, any other is cut, until the bracket of every function is as
-    narrow as `tolerance`: that of every segment with `each`, else that of the least of all and of `known`, a value that
-    each function attains elsewhere. A segment is settled earlier once its least value is known to be above or below
-    `floor`, or above its value of `enough`, shape (m,).
+    narrow as its `tolerance`: that of every segment with `each`, else that of the least of all and of `known`, a value
+    that each function attains elsewhere. A segment is settled earlier once its least value is known to be above or
+    below `floor`.
 
     Intervals are halved in batches, the latest first, so that memory is bounded. Work is bounded too, by `most`
     halvings, so that a bracket may stay wider than `tolerance`; `lower` is always valid.
     """
-    steps, functions = ends - starts, range(len(known))
-    v0, v1 = at_ends if at_ends is not None else (values(starts), values(ends))
-    best = [np.minimum(v0[k], v1[k]) for k in functions]
-    fraction = [np.where(v1[k] < v0[k], 1.0, 0.0) for k in functions]
-    lower = [one.copy() for one in best]
-    overall = [min(known[k], float(best[k].min())) for k in functions]
-    # An interval has its segment and two rows, one for each end: the fraction, the angles, the values.
-    base = 1 + starts.shape[1]  # column of the first value
-    first = np.column_stack([np.zeros(len(starts)), starts, *v0])
-    last = np.column_stack([np.ones(len(starts)), ends, *v1])
-    batches: list[tuple[Any, FloatArray, FloatArray]] = [(np.arange(len(starts)), first, last)]
-    halvings = 0
-    while batches:
-        segment, first, last = batches.pop()
-        before, after = first.T[base:], last.T[base:]
-        least = bounds(before, after, first[:, 1:base], last[:, 1:base])
-        open_ = np.zeros(len(segment), dtype=bool)
-        for k in functions:
-            reference: Any = best[k][segment] if each else overall[k]
-            unsettled = least[k] < np.minimum(reference - tolerance, floor)
-            if math.isfinite(floor):
-                unsettled &= reference >= floor
-            if enough is not None:
-                unsettled &= least[k] < enough[segment]
-            open_ |= unsettled
-        width = last[:, 0] - first[:, 0]
-        finely = float(width.min()) > _SHORT
-        if not finely:
-            middle = first[:, 0] + width / 2
-            # A fraction that no longer splits the interval is the end of what floats resolve.
-            whole = open_ & ~((middle > first[:, 0]) & (middle < last[:, 0]))
-            for k in functions:
-                least[k][whole] = np.minimum(before[k], after[k])[whole]
-            open_ &= ~whole
-        count = int(np.count_nonzero(open_))
-        halvings += count
-        if halvings > (most or _MOST_HALVINGS):
-            open_[:], count = False, 0
-        for k in functions:
-            np.minimum.at(lower[k], segment[~open_], least[k][~open_])
-        if not count:
-            continue
-        segment, first, last, width = segment[open_], first[open_], last[open_], width[open_]
-        pieces = _PIECES if finely and count <= _FEW else 2
-        nodes = np.empty((pieces + 1, *first.shape))
-        nodes[0], nodes[-1], inner = first, last, nodes[1:-1]
-        inner[..., 0] = first[:, 0] + np.arange(1, pieces)[:, None] / pieces * width
-        inner[..., 1:base] = starts[segment] + inner[..., :1] * steps[segment]
-        for k, found in enumerate(values(inner[..., 1:base].reshape(-1, base - 1)), start=base):
-            inner[..., k] = found.reshape(pieces - 1, count)
-        for k in functions:
-            found = inner[..., base + k]
-            better = np.flatnonzero(found.min(axis=0) < best[k][segment])
-            if not better.size:
-                continue
-            lowest = inner[np.argmin(found[:, better], axis=0), better]
-            order = np.argsort(lowest[:, base + k], kind="stable")[::-1]  # the last of a segment is its least
-            at = segment[better[order]]
-            best[k][at], fraction[k][at] = lowest[order, base + k], lowest[order, 0]
-            overall[k] = min(overall[k], float(lowest[:, base + k].min()))
+    count, most, functions = len(starts), _MOST_HALVINGS if most is None else most, len(known)
+    steps, origins, base = (ends - starts).T, starts.T, 1 + starts.shape[1]  # base: row of the first value
+    which: Any = slice(base, base + functions) if rows is None else base + np.array(rows)
+    margin = np.reshape(tolerance, (-1, 1))
+
+    def nodes_at(fraction: FloatArray, origin: FloatArray, step: FloatArray) -> FloatArray:
+        """Return nodes, shape (rows, j, k): the fraction of the segment, the angles and the values."""
+        places = origin[:, None] + fraction * step[:, None]
+        found = np.asarray(values(places.reshape(base - 1, -1).T))
+        return np.concatenate([fraction[None], places, found.reshape(-1, *fraction.shape)])
+
+    segment, halvings = np.arange(count), 0
+    pieces = pieces if count <= min(_FEW, most) else 1
+    fractions = np.arange(pieces + 1) / pieces
+    if pieces == 1 and at_ends is not None:
+        sides = ((0.0, starts, at_ends[0]), (1.0, ends, at_ends[1]))
+        nodes = np.stack([np.concatenate([np.full((1, count), s), p.T, v]) for s, p, v in sides], axis=1)
+    else:
+        nodes = nodes_at(np.repeat(fractions[:, None], count, axis=1), origins, steps)
+    found = nodes[which]
+    best, fraction = found.min(axis=1), fractions[found.argmin(axis=1)]
+    lower, overall = best.copy(), np.minimum(best.min(axis=1), known)[:, None]
+    offsets = count * np.arange(functions)[:, None]  # of functions in flat arrays of shape (f, m)
+    batches: list[tuple[Any, FloatArray, FloatArray]] = []
+    while True:
         # The first piece of every interval, then the second: each ends where the next begins.
-        pieced = np.tile(segment, pieces)
-        firsts, lasts = (side.reshape(len(pieced), -1) for side in (nodes[:-1], nodes[1:]))
+        pieced = np.repeat(segment[None], nodes.shape[1] - 1, axis=0).reshape(-1)
+        firsts, lasts = nodes[:, :-1].reshape(len(nodes), -1), nodes[:, 1:].reshape(len(nodes), -1)
         for start in range(0, len(pieced), _BATCH):
             part = slice(start, start + _BATCH)
-            batches.append((pieced[part], firsts[part], lasts[part]))
-    return tuple(Least(lower=np.minimum(lower[k], best[k]), upper=best[k], fraction=fraction[k]) for k in functions)
+            batches.append((pieced[part], firsts[:, part], lasts[:, part]))
+        count = 0
+        while batches and not count:
+            segment, first, last = batches.pop()
+            least = np.asarray(bounds(first[base:], last[base:], first[1:base].T, last[1:base].T))
+            reference: Any = best[:, segment] if each else overall
+            unsettled = least < (np.minimum(reference - margin, floor) if floor < math.inf else reference - margin)
+            if floor < math.inf:
+                unsettled &= reference >= floor
+            open_ = np.logical_or.reduce(unsettled, axis=0)
+            count = int(np.count_nonzero(open_))
+            if count:
+                width = last[0] - first[0]
+                finely = float(width.min()) > _SHORT
+                if not finely:
+                    middle = first[0] + width / 2
+                    # A fraction that no longer splits the interval is the end of what floats resolve.
+                    whole = open_ & ~((middle > first[0]) & (middle < last[0]))
+                    least[:, whole] = np.minimum(first[which], last[which])[:, whole]
+                    open_ &= ~whole
+                    count = int(np.count_nonzero(open_))
+                halvings += count
+                if halvings > most:
+                    open_[:], count = False, 0
+            settled = ~open_ if count else slice(None)
+            at = (offsets + segment[settled]).reshape(-1)
+            np.minimum.at(lower.reshape(-1), at, least[:, settled].reshape(-1))
+        if not count:
+            break
+        segment, first, last, width = segment[open_], first[:, open_], last[:, open_], width[open_]
+        pieces = _PIECES if finely and count <= _FEW else 2
+        inner = first[0] + np.arange(1, pieces)[:, None] / pieces * width
+        inner = nodes_at(inner, origins[:, segment], steps[:, segment])
+        found = inner[which]
+        better = found.min(axis=1) < best[:, segment]
+        for k in np.flatnonzero(better.any(axis=1)).tolist():
+            of = np.flatnonzero(better[k])
+            nearest = found[k, :, of].argmin(axis=1)
+            lowest = found[k, nearest, of]
+            order = np.argsort(lowest, kind="stable")[::-1]  # the last of a segment is its least
+            at = segment[of[order]]
+            best[k, at], fraction[k, at] = lowest[order], inner[0, nearest, of][order]
+            overall[k] = min(overall[k, 0], float(lowest.min()))
+        nodes = np.concatenate([first[:, None], inner, last[:, None]], axis=1)
+    lower = np.minimum(lower, best)
+    return tuple(Least(lower=lower[k], upper=best[k], fraction=fraction[k]) for k in range(functions))
+
+
+class Quantity(NamedTuple):
+    """Functions of the tilt angles that :func:`least_of_each` brackets, each to within its tolerance.
+
+    `values` has `size` rows: the functions, one for each tolerance, and what `bounds` needs.
+    """
+
+    values: Callable[[Sines], FloatArray]
+    bounds: Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]
+    tolerances: tuple[float, ...]
+    size: int
+
+
+def least_of_quantities(
+    starts: FloatArray,
+    ends: FloatArray,
+    quantities: Sequence[Quantity],
+    *,
+    points: Sines | None = None,
+    **options: Any,
+) -> tuple[Least, ...]:
+    """Bracket the least of the functions of all quantities in one search; options as for :func:`least_of_each`.
+
+    `points` are the sines at the points that consecutive segments join, if at hand, shape (m + 1,).
+    """
+    begins = [sum(quantity.size for quantity in quantities[:k]) for k in range(len(quantities))]
+    parts = [slice(begin, begin + quantity.size) for begin, quantity in zip(begins, quantities, strict=True)]
+
+    def values(sines: Sines) -> FloatArray:
+        return np.concatenate([quantity.values(sines) for quantity in quantities])
+
+    def bounds(v0: FloatArray, v1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
+        found = [each.bounds(v0[part], v1[part], p0, p1) for part, each in zip(parts, quantities, strict=True)]
+        return np.concatenate(found)
+
+    pieces, at_ends = 1, None
+    if len(starts) <= _FEW:
+        pieces = max(1, min(_PIECES, math.ceil(float(np.abs(ends - starts).max()) / _LONG)))
+    if pieces == 1 and points is not None:
+        found = values(points)
+        at_ends = found[:, :-1], found[:, 1:]
+    rows = [begin + k for begin, each in zip(begins, quantities, strict=True) for k in range(len(each.tolerances))]
+    return least_of_each(
+        starts,
+        ends,
+        lambda alpha: values(Sines.of(alpha)),
+        bounds,
+        tolerance=[tolerance for quantity in quantities for tolerance in quantity.tolerances],
+        rows=rows,
+        at_ends=at_ends,
+        pieces=pieces,
+        **options,
+    )
 
 
 def least_of_bent(f0: FloatArray, f1: FloatArray, bend: FloatArray) -> FloatArray:
@@ -175,28 +241,23 @@ def least_of_bent(f0: FloatArray, f1: FloatArray, bend: FloatArray) -> FloatArra
 
     A function stays above its chord minus bend·s·(1 − s)/2, which is least at an end where the chord is steep.
     """
-    flat = np.maximum(bend / 2 - np.abs(f1 - f0), 0.0)
-    return np.asarray(np.minimum(f0, f1) - flat**2 / (2 * np.maximum(bend, _TINY)))
+    flat = np.maximum(0.5 * bend - np.abs(f1 - f0), 0.0)
+    return np.asarray(np.minimum(f0, f1) - 0.5 * flat * flat / np.maximum(bend, _TINY))
 
 
-def largest_sine(x0: FloatArray, x1: FloatArray) -> FloatArray:
-    """Return the largest |sin| on intervals: 1 if a peak lies inside, else the larger end."""
+def largest_sine(x0: FloatArray, x1: FloatArray, larger: FloatArray | None = None) -> FloatArray:
+    """Return the largest |sin| on intervals: 1 if a peak lies inside, else that of the larger end, if at hand."""
     peak = np.floor(x0 / math.pi - 0.5) != np.floor(x1 / math.pi - 0.5)
-    return np.where(peak, 1.0, np.maximum(np.abs(np.sin(x0)), np.abs(np.sin(x1))))
-
-
-def least_sine(x0: FloatArray, x1: FloatArray) -> FloatArray:
-    """Return the least |sin| on intervals: 0 if a zero lies inside, else the smaller end (|sin| is concave)."""
-    zero = np.floor(x0 / math.pi) != np.floor(x1 / math.pi)
-    return np.where(zero, 0.0, np.minimum(np.abs(np.sin(x0)), np.abs(np.sin(x1))))
+    return np.where(peak, 1.0, np.maximum(np.abs(np.sin(x0)), np.abs(np.sin(x1))) if larger is None else larger)
 
 
 def range_of_sine(x0: FloatArray, x1: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the least and the largest sin on intervals: ±1 if a peak lies inside, else those of the ends."""
-    s0, s1, turn = np.sin(x0), np.sin(x1), 2 * math.pi
-    top = np.floor(x0 / turn - 0.25) != np.floor(x1 / turn - 0.25)
-    bottom = np.floor(x0 / turn + 0.25) != np.floor(x1 / turn + 0.25)
-    return np.where(bottom, -1.0, np.minimum(s0, s1)), np.where(top, 1.0, np.maximum(s0, s1))
+    sides = np.array([x0, x1])
+    sines, turns = np.sin(sides), sides / (2 * math.pi)
+    top, bottom = np.floor(turns - 0.25), np.floor(turns + 0.25)
+    low = np.where(bottom[0] != bottom[1], -1.0, np.minimum(sines[0], sines[1]))
+    return low, np.where(top[0] != top[1], 1.0, np.maximum(sines[0], sines[1]))
 
 
 def where_least_sine(x0: FloatArray, x1: FloatArray) -> FloatArray:
@@ -218,14 +279,19 @@ def level_determinant_curvature(start: FloatArray, step: FloatArray, coefficient
     frequencies. A factor that hardly moves, as on both sheets, counts with its value at the start instead of its size.
     """
     factors, sizes, both = _form_of_sums(coefficients)
-    turns, sums = np.abs(step[:, :2] - step[:, 2:]), np.abs(step[:, :2] + step[:, 2:])
+    start, step = start.T, step.T
+    turns, sums = np.abs(step[:2] - step[2:]), np.abs(step[:2] + step[2:])
     # A difference of one pair turns with the sum of the other: Δ1 with Σ2, then Δ2 with Σ1.
-    slow, at = sums[:, ::-1], (start[:, :2] + start[:, 2:])[:, ::-1]
-    now = np.abs(factors[0] * np.cos(at) + factors[1] * np.sin(at))
-    local = turns**2 * (now + sizes * slow) + sizes * slow * (2 * turns + slow)
-    crossed = np.minimum(local, sizes * (slow + turns) ** 2)
-    apart = abs(coefficients.cross) * turns.sum(axis=1) ** 2
-    return np.asarray(crossed.sum(axis=1) + both * sums.sum(axis=1) ** 2 + apart)
+    slow, bend = sums[::-1], both * (sums[0] + sums[1]) ** 2
+    if not turns.any():
+        crossed = sizes * slow**2
+    else:
+        at = (start[:2] + start[2:])[::-1]
+        now = np.abs(factors[0] * np.cos(at) + factors[1] * np.sin(at))
+        local = turns**2 * (now + sizes * slow) + sizes * slow * (2 * turns + slow)
+        crossed = np.minimum(local, sizes * (slow + turns) ** 2)
+        bend = bend + abs(coefficients.cross) * (turns[0] + turns[1]) ** 2
+    return np.asarray(crossed[0] + crossed[1] + bend)
 
 
 @lru_cache(maxsize=32)
@@ -237,39 +303,36 @@ def _form_of_sums(coefficients: Coefficients) -> tuple[FloatArray, FloatArray, f
     mix = np.array([[0.5, 0.5, 0.0], [0.5, -0.5, 0.0], [0.0, 0.0, 1.0]])
     form = mix.T @ coefficients.bilinear_form @ mix
     factors = np.stack([form[0, 1:], form[1:, 0]], axis=1)
-    return factors, np.hypot(*factors), float(np.linalg.norm(form[1:, 1:], 2))
+    return factors[..., None], np.hypot(*factors)[:, None], float(np.linalg.norm(form[1:, 1:], 2))
 
 
-def range_of_level_determinant(
+def level_quantity(
+    coefficients: Coefficients, signs: tuple[float, ...] = (1.0, -1.0), *, tolerances: tuple[float, ...]
+) -> Quantity:
+    """Return sign·R for each of some signs."""
+
+    def values(sines: Sines) -> FloatArray:
+        return np.asarray(np.multiply.outer(signs, sines.level_determinant(coefficients)))
+
+    def bounds(v0: FloatArray, v1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
+        return least_of_bent(v0, v1, level_determinant_curvature(p0, p1 - p0, coefficients))
+
+    return Quantity(values, bounds, tolerances, len(signs))
+
+
+def least_level_determinant(
     starts: FloatArray,
     ends: FloatArray,
     coefficients: Coefficients,
     *,
-    signs: tuple[float, ...] = (1.0, -1.0),
+    sign: float = 1.0,
     tolerance: float = 1e-6,
-    known: tuple[float, ...] = (math.inf, math.inf),
-    at_ends: tuple[FloatArray, FloatArray] | None = None,
+    known: float = math.inf,
     **options: Any,
-) -> tuple[Least, ...]:
-    """Bracket the least of sign·R along segments for each of some signs, in one search; `at_ends` are values of R."""
-
-    def values(alpha: FloatArray) -> FloatArray:
-        return np.asarray(np.multiply.outer(signs, level_determinant(alpha, coefficients)))
-
-    def bounds(v0: Several, v1: Several, p0: FloatArray, p1: FloatArray) -> list[FloatArray]:
-        curvature = level_determinant_curvature(p0, p1 - p0, coefficients)
-        return [least_of_bent(f0, f1, curvature) for f0, f1 in zip(v0, v1, strict=True)]
-
-    both: Any = None if at_ends is None else [np.multiply.outer(signs, value) for value in at_ends]
-    return least_of_each(starts, ends, values, bounds, tolerance=tolerance, known=known, at_ends=both, **options)
-
-
-def least_level_determinant(
-    starts: FloatArray, ends: FloatArray, coefficients: Coefficients, *, sign: float = 1.0, **options: Any
 ) -> Least:
     """Bracket the least of sign·R along segments; a positive lower bound proves that R keeps that sign."""
-    known = (options.pop("known", math.inf),)
-    return range_of_level_determinant(starts, ends, coefficients, signs=(sign,), known=known, **options)[0]
+    quantity = level_quantity(coefficients, (sign,), tolerances=(tolerance,))
+    return least_of_quantities(starts, ends, [quantity], known=(known,), **options)[0]
 
 
 def sensitivity_bends(p0: FloatArray, p1: FloatArray, coefficients: Coefficients) -> tuple[FloatArray, FloatArray]:
@@ -295,30 +358,40 @@ def sensitivity_bends(p0: FloatArray, p1: FloatArray, coefficients: Coefficients
     return bends[0], bends[1]
 
 
-def largest_residual(starts: FloatArray, ends: FloatArray, coefficients: Coefficients, **options: Any) -> Least:
+def largest_residual(
+    starts: FloatArray,
+    ends: FloatArray,
+    coefficients: Coefficients,
+    *,
+    tolerance: float,
+    known: float = math.inf,
+    **options: Any,
+) -> Least:
     """Bracket the least of −max(|Rφ|, |Rθ|) along segments, for a first arm along body x.
 
     Without a rotor height each is a product of two sines.
     """
-    turned = replace(coefficients, first_arm_angle=0.0)
+    delta, turned = coefficients.delta, replace(coefficients, first_arm_angle=0.0)
 
-    def minus_larger(sines: FloatArray) -> FloatArray:
-        x, y, u, v = sines
-        return np.asarray(-np.maximum(x * y, u * v) / abs(math.sin(2 * coefficients.delta)))
+    def values(sines: Sines) -> FloatArray:
+        # Minus the larger, then the sizes of both, or of the factors in the order of their phases.
+        sizes = np.abs(sines.sensitivities(turned))
+        (first, fourth), (third, second) = sines.totals(delta), sines.differences()
+        more = sizes if coefficients.cross else np.abs([first, second, third, fourth])
+        return np.concatenate([-sizes.max(axis=0, keepdims=True), more])
 
-    def value(alpha: FloatArray) -> FloatArray:
+    def bounds(v0: FloatArray, v1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
+        scale, sizes = abs(math.sin(2 * delta)), np.maximum(v0[1:], v1[1:])
         if coefficients.cross:
-            return np.asarray(-np.max(np.abs(sensitivities(alpha, turned)), axis=0))
-        return minus_larger(np.abs(np.sin(sensitivity_phases(alpha, coefficients))))
+            sizes = sizes + np.array(sensitivity_bends(p0, p1, turned)[::-1]) / (8 * scale)
+        else:
+            phases = sensitivity_phases(p0, coefficients), sensitivity_phases(p1, coefficients)
+            sizes = largest_sine(*phases, larger=sizes)
+            sizes = sizes[::2] * sizes[1::2] / scale
+        return np.asarray(-sizes.max(axis=0, keepdims=True))
 
-    def bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
-        if coefficients.cross:
-            bends = np.array(sensitivity_bends(p0, p1, turned)[::-1]) / abs(math.sin(2 * coefficients.delta))
-            sizes = np.maximum(*(np.abs(sensitivities(side, turned)) for side in (p0, p1)))
-            return np.asarray(-(sizes + bends / 8).max(axis=0))
-        return minus_larger(largest_sine(sensitivity_phases(p0, coefficients), sensitivity_phases(p1, coefficients)))
-
-    return least_along(starts, ends, value, bound, **options)
+    quantity = Quantity(values, bounds, (tolerance,), 3 if coefficients.cross else 5)
+    return least_of_quantities(starts, ends, [quantity], known=(known,), **options)[0]
 
 
 def bound_by_change(change: Callable[[FloatArray, FloatArray], FloatArray]) -> Bound:
@@ -331,13 +404,36 @@ def bound_by_change(change: Callable[[FloatArray, FloatArray], FloatArray]) -> B
 
 
 def singular_value_bound(vehicle: Vehicle, *, level: bool = True) -> Bound:
-    """Return a bound from values at both ends that are the least singular value or less, by its rate of change."""
+    """Return a bound from values at both ends that are the least singular value or less.
+
+    It is the larger of two: that of the rate r of change, and a closed form for short steps h. The square of the value
+    is the least of ‖M·x‖² over unit x (and attitudes). Each column of M is a sinusoid of one angle, no longer than r,
+    so that (‖M·x‖²)'' ≤ 2r²h² + 2rh²·‖M·x‖. Where the value is below that at both ends, ‖M·x‖ is below it plus r·h.
+    """
     rate = singular_value_rate(vehicle, level=level)
-    return bound_by_change(lambda p0, p1: rate * np.linalg.norm(p1 - p0, axis=1))
+
+    def bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
+        change = rate * np.sqrt(((p1 - p0) ** 2).sum(axis=1))
+        bend = 2 * change**2 * (1 + (np.minimum(f0, f1) + change) / rate)
+        return np.asarray(np.maximum((f0 + f1 - change) / 2, np.sqrt(np.maximum(least_of_bent(f0**2, f1**2, bend), 0))))
+
+    return bound
 
 
-def _on_red(starts: FloatArray, ends: FloatArray) -> bool:
-    return all(np.array_equal(side[:, :2], side[:, 2:]) for side in (starts, ends))
+def is_red(*points: FloatArray) -> bool:
+    """Return whether points lie exactly on red, where α3 = α1 and α4 = α2."""
+    return all(bool((side[:, :2] == side[:, 2:]).all()) for side in points)
+
+
+def red_quantity(vehicle: Vehicle, *, tolerance: float) -> Quantity:
+    """Return the least singular value on red, in closed form."""
+    bound = singular_value_bound(vehicle)
+
+    def values(sines: Sines) -> FloatArray:
+        sides = sines.cosine[:2], sines.sine[:2], vehicle
+        return np.asarray(np.minimum(roll_block_on_red(*sides), yaw_block_on_red(*sides)))[None]
+
+    return Quantity(values, lambda v0, v1, p0, p1: bound(v0[0], v1[0], p0, p1)[None], (tolerance,), 1)
 
 
 def least_singular_value_along(
@@ -345,39 +441,35 @@ def least_singular_value_along(
 ) -> Least:
     """Bracket the least singular value of the scaled decoupling matrix, level, along segments.
 
-    On the red sheet the matrix splits into two blocks. Without a rotor height one of them has two cosines as singular
-    values, and the other alone is searched. Off the sheet every end costs a decomposition: see
+    On the red sheet it is known in closed form. Off the sheet every end costs a decomposition: see
     :func:`least_singular_value_of_all`.
     """
-    bound = singular_value_bound(vehicle)
-    if not _on_red(starts, ends):
+    if not is_red(starts, ends):
         value = partial(least_singular_value, vehicle=vehicle)
-        return least_along(starts, ends, value, bound, tolerance=tolerance, **options)
-
-    raised = vehicle.height_ratio != 0
-
-    def block(alpha: FloatArray) -> FloatArray:
-        first, second = singular_values_on_red(alpha[:, 0], alpha[:, 1], vehicle)
-        return np.asarray(np.minimum(first, second) if raised else second)
-
-    delta = math.atan(vehicle.signed_drag_ratio)
-    phases = [side[:, :2] + np.array([-delta, delta]) + math.pi / 2 for side in (starts, ends)]
-    alone = math.sqrt(2.0) / math.cos(delta) * least_sine(phases[0], phases[1]).min(axis=1)
-    alone = np.full(len(alone), np.inf) if raised else alone
-    enough = alone if options.get("each") else np.full(len(alone), alone.min())
-    third = least_along(starts, ends, block, bound, tolerance=tolerance, enough=enough, **options)
-    fraction = np.where(third.upper <= alone, third.fraction, where_least_sine(phases[0], phases[1]))
-    return Least(lower=np.minimum(third.lower, alone), upper=np.minimum(third.upper, alone), fraction=fraction)
+        return least_along(starts, ends, value, singular_value_bound(vehicle), tolerance=tolerance, **options)
+    known, quantity = (options.pop("known", math.inf),), red_quantity(vehicle, tolerance=tolerance)
+    return least_of_quantities(starts, ends, [quantity], known=known, **options)[0]
 
 
 def least_singular_value_of_all(
-    starts: FloatArray, ends: FloatArray, vehicle: Vehicle = PAPER, *, tolerance: float = 1e-4, known: float = math.inf
+    starts: FloatArray,
+    ends: FloatArray,
+    vehicle: Vehicle = PAPER,
+    *,
+    tolerance: float = 1e-4,
+    known: float = math.inf,
+    points: Sines | None = None,
 ) -> Least:
-    """Bracket the least singular value over many segments; `upper` is infinite where no decomposition was needed."""
-    if _on_red(starts, ends):
+    """Bracket the least singular value over many segments; `upper` is infinite where no decomposition was needed.
+
+    `points` are the sines of all starts and of the last end of consecutive segments, if at hand.
+    """
+    if is_red(starts, ends):
         return least_singular_value_along(starts, ends, vehicle, tolerance=tolerance, known=known)
-    low0, lower = _undecomposed_bounds(starts, ends, vehicle)
+    low0, lower = _undecomposed_bounds(starts, ends, vehicle, points)
     upper, fraction = np.full(len(starts), np.inf), np.zeros(len(starts))
+    if lower.min() >= known - tolerance:
+        return Least(lower=lower, upper=upper, fraction=fraction)
     first = int(np.argmin(low0))
     known = min(known, float(least_singular_value(starts[first], vehicle)))
     matters = lower < known - tolerance
@@ -387,9 +479,15 @@ def least_singular_value_of_all(
     return Least(lower=lower, upper=upper, fraction=fraction)
 
 
-def _undecomposed_bounds(starts: FloatArray, ends: FloatArray, vehicle: Vehicle) -> tuple[FloatArray, FloatArray]:
+def _undecomposed_bounds(
+    starts: FloatArray, ends: FloatArray, vehicle: Vehicle, points: Sines | None = None
+) -> tuple[FloatArray, FloatArray]:
     """Return lower bounds of the least singular value at the starts, and along the segments."""
-    low0, low1 = (least_singular_value_bound(side, vehicle) for side in (starts, ends))
+    if points is None:
+        low0, low1 = (least_singular_value_bound(side, vehicle) for side in (starts, ends))
+    else:
+        low = points.least_singular_value_bound(vehicle)
+        low0, low1 = low[:-1], low[1:]
     return low0, singular_value_bound(vehicle)(low0, low1, starts, ends)
 
 
@@ -402,20 +500,22 @@ def _bound_along_red(starts: FloatArray, ends: FloatArray, vehicle: Vehicle) -> 
     """
     kappa = vehicle.signed_drag_ratio
     delta, quarter = math.atan(kappa), math.pi / 2
-    first, second = starts[:, :2], ends[:, :2]
-    shift = np.array([-delta, delta]) + quarter
-    alone = least_sine(first + shift, second + shift).min(axis=1) / math.cos(delta)
+    # Columns: β1 + π/2 and β2 + π/2, α1 − α2 − δ, and α1 + α2 + π/2, whose sine is the cosine of the sum.
+    mix, shift = _MIX, np.array([quarter - delta, quarter + delta, -delta, quarter])
+    low, high = range_of_sine(starts[:, :2] @ mix + shift, ends[:, :2] @ mix + shift)
+    alone = np.maximum(np.maximum(low[:, :2], -high[:, :2]), 0.0).min(axis=1) / math.cos(delta)
     if vehicle.height_ratio:
-        alone = alone - abs(vehicle.height_ratio) * largest_sine(first, second).max(axis=1)
-    # Columns: α1 − α2 − δ, and α1 + α2 + π/2, whose sine is the cosine of the sum.
-    mix, shift = np.array([[1.0, 1.0], [-1.0, 1.0]]), np.array([-delta, quarter])
-    low, high = range_of_sine(first @ mix + shift, second @ mix + shift)
-    low, high = np.array([1 / math.cos(delta), abs(kappa)]) * np.stack([low, high])
-    sums = (low[:, 1], high[:, 1]) if kappa > 0 else (-high[:, 1], -low[:, 1])
+        alone = alone - abs(vehicle.height_ratio) * largest_sine(starts[:, :2], ends[:, :2]).max(axis=1)
+    low, high = low[:, 2:] / math.cos(delta), high[:, 2:] / math.cos(delta)
+    sines = abs(math.sin(delta))  # |κ| is sin δ/cos δ
+    sums = (sines * low[:, 1], sines * high[:, 1]) if kappa > 0 else (-sines * high[:, 1], -sines * low[:, 1])
     minor = np.maximum(np.maximum(sums[0] - high[:, 0], low[:, 0] - sums[1]), 0.0)
     return np.asarray(
         math.sqrt(2.0) * np.minimum(alone, minor / math.sqrt(2 + kappa**2 + abs(kappa) * math.sqrt(kappa**2 + 4)))
     )
+
+
+_MIX = np.array([[1.0, 0.0, 1.0, 1.0], [0.0, 1.0, -1.0, 1.0]])
 
 
 def keeps_singular_value_above(
@@ -425,7 +525,7 @@ def keeps_singular_value_above(
 
     Decided to within 1e-6 of the floor; what is closer than that counts as below.
     """
-    if _on_red(starts, ends):
+    if is_red(starts, ends):
         above = _bound_along_red(starts, ends, vehicle) >= floor
     else:
         above = _undecomposed_bounds(starts, ends, vehicle)[1] >= floor
@@ -442,11 +542,8 @@ def thrusts_push_up(starts: FloatArray, ends: FloatArray, vehicle: Vehicle = PAP
     They are products of two sines. With a rotor height they are so on red alone, where sin β1 and sin β2 must have
     opposite signs; off red their signs are then proven by bounds, and what is nearly zero does not count as positive.
     """
-    s0, s1 = _phases_of_inputs(starts, vehicle), _phases_of_inputs(ends, vehicle)
-    if vehicle.height_ratio and _on_red(starts, ends):
-        s0, s1 = s0[:, :2] / 2, s1[:, :2] / 2
-        kept = (least_sine(s0, s1) > 0).all(axis=-1) & (np.prod(np.sin((s0 + s1) / 2), axis=-1) < 0)
-    elif vehicle.height_ratio:
+    sides, raised = np.array([starts.T, ends.T]), bool(vehicle.height_ratio)
+    if raised and not is_red(starts, ends):
         signs = thrust_signs(vehicle)
 
         def value(alpha: FloatArray) -> FloatArray:
@@ -455,34 +552,45 @@ def thrusts_push_up(starts: FloatArray, ends: FloatArray, vehicle: Vehicle = PAP
 
         def bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
             w0, w1 = (signs * zero_moment_inputs(side, vehicle) for side in (p0, p1))
-            bends = _bends_of_inputs(p1 - p0, vehicle)[0]
+            bends = _bends_of_inputs(p1 - p0, vehicle)[0].T
             return np.asarray(np.maximum(*(least_of_bent(s * w0, s * w1, bends).min(axis=1) for s in (1.0, -1.0))))
 
         kept = least_along(starts, ends, value, bound, tolerance=0.0, floor=_IDLE, each=True).lower >= _IDLE
     else:
-        # Each rotor has one of the two sums of opposite arms, then the cosine of its opposite arm.
-        factors = np.sign(np.sin((s0 + s1) / 2))
-        signs = np.array([1, -1, 1, -1]) * factors[:, [0, 1, 0, 1]] * factors[:, [4, 5, 2, 3]]
-        kept = (least_sine(s0, s1) > 0).all(axis=-1) & (np.abs(signs.sum(axis=-1)) == 4)
-    turns = 2 * math.pi * np.rint((starts + ends) / (4 * math.pi))
-    upright = np.maximum(np.abs(starts - turns), np.abs(ends - turns)).max(axis=-1) <= math.pi / 2 + 1e-9
-    return np.asarray(kept & upright)
+        # A sine keeps its sign between two multiples of π; it is negative after odd ones.
+        at = _phases_of_inputs(sides, vehicle) / math.pi
+        at = 0.5 * at[:, :2] if raised else at  # β2 and β1
+        after = np.floor(at)
+        kept = ((after[0] == after[1]) & (at != after).all(axis=0)).all(axis=0)
+        halves = 0.5 * after[0]
+        odd = np.floor(halves) != halves
+        if raised:
+            kept &= odd[0] != odd[1]
+        else:
+            # Each rotor has one of the two sums of opposite arms, then the cosine of its opposite arm.
+            first, second = odd[2:].reshape(2, 2, -1)[::-1] ^ odd[:2]
+            kept &= (first == second).all(axis=0) & (first[0] != first[1])
+    turns = 2 * math.pi * np.rint((sides[0] + sides[1]) / (4 * math.pi))
+    return np.asarray(kept & (np.abs(sides - turns).max(axis=(0, 1)) <= math.pi / 2 + 1e-9))
 
 
-def _phases_of_inputs(alpha: FloatArray, vehicle: Vehicle) -> FloatArray:
-    """Return phases whose sines are the factors of w₀: two sums of opposite arms, then four cosines, shape (m, 6)."""
+def _phases_of_inputs(rows: FloatArray, vehicle: Vehicle) -> FloatArray:
+    """Return phases whose sines are the factors of w₀: two sums of opposite arms, then four cosines.
+
+    Angles of shape (..., 4, m) [rad] give phases of shape (..., 6, m).
+    """
     delta = math.atan(vehicle.signed_drag_ratio)
-    beta = alpha + np.array([-delta, delta, -delta, delta])
-    return np.concatenate([beta[:, 1::-1] + beta[:, 3:1:-1], beta + math.pi / 2], axis=-1)
+    beta = rows + np.array([[-delta], [delta], [-delta], [delta]])
+    return np.concatenate([beta[..., 1::-1, :] + beta[..., 3:1:-1, :], beta + math.pi / 2], axis=-2)
 
 
 def where_thrusts_vanish(start: FloatArray, end: FloatArray, vehicle: Vehicle = PAPER) -> float:
     """Return the fraction of a segment at which a factor of the zero-moment inputs is least, or vanishes."""
-    if vehicle.height_ratio and not _on_red(start[None], end[None]):  # there are no factors; to 0.5 % of the segment
+    if vehicle.height_ratio and not is_red(start[None], end[None]):  # there are no factors; to 0.5 % of the segment
         at = np.linspace(0.0, 1.0, 201)
         inputs = zero_moment_inputs(start + at[:, None] * (end - start), vehicle)
         return float(at[np.argmin(np.abs(inputs).min(axis=1))])
-    return float(where_least_sine(*(_phases_of_inputs(alpha[None], vehicle) for alpha in (start, end)))[0])
+    return float(where_least_sine(*(_phases_of_inputs(alpha[:, None], vehicle).T for alpha in (start, end)))[0])
 
 
 def thrust_shares_along(
@@ -501,54 +609,62 @@ def thrust_shares_along(
     upward = thrusts_push_up(starts, ends, vehicle)
     (lower, upper), fraction = np.full((2, 2, len(starts)), np.nan), np.zeros((2, len(starts)))
     if upward.any():
-
-        def values(alpha: FloatArray) -> tuple[FloatArray, ...]:
-            # The least share, minus the largest, then |w₀| of each rotor and V: where all push up, a share is |wᵢ|/V
-            # with V = Σ|wⱼ|·cos αⱼ, as in hover_thrust_shares.
-            inputs = np.abs(zero_moment_inputs(alpha, vehicle))
-            lift = (inputs * np.cos(alpha)).sum(axis=-1)
-            return inputs.min(axis=-1) / lift, -inputs.max(axis=-1) / lift, *inputs.T, lift
-
-        bounds = partial(_bounds_of_shares, vehicle=vehicle)
-        found = least_of_each(starts[upward], ends[upward], values, bounds, tolerance=tolerance, each=each, known=known)
+        quantity = share_quantity(vehicle, tolerance=tolerance)
+        found = least_of_quantities(starts[upward], ends[upward], [quantity], each=each, known=known)
         for k, one in enumerate(found):
             lower[k, upward], upper[k, upward], fraction[k, upward] = one.lower, one.upper, one.fraction
     least, largest = (Least(lower=lower[k], upper=upper[k], fraction=fraction[k]) for k in range(2))
     return upward, least, largest
 
 
-def _bounds_of_shares(v0: Several, v1: Several, p0: FloatArray, p1: FloatArray, vehicle: Vehicle) -> list[FloatArray]:
-    """Return lower bounds of the least share and of minus the largest on intervals where all rotors push up.
+_SENSES = np.array([1.0, -1.0])[:, None, None]
 
-    |wᵢ|, V and |wᵢ| − c·V have bounded second derivatives, where c is the least share at both ends. A share is below c
-    by no more than the deficit of |wᵢ| − c·V over the least of V. The same holds for the largest share, reversed.
+
+def share_quantity(vehicle: Vehicle, *, tolerance: float, rotors: int = 4) -> Quantity:
+    """Return the least share of the weight and minus the largest, where all rotors push up; on red two are enough.
+
+    There a share is |wᵢ|/V with V = Σ|wⱼ|·cos αⱼ, as in ``hover_thrust_shares``, of bounded second derivatives.
     """
-    bends, lift_bend = _bends_of_inputs(p1 - p0, vehicle)
-    bends = bends.T
-    inputs0, lift0, inputs1, lift1 = np.asarray(v0[2:6]), v0[6], np.asarray(v1[2:6]), v1[6]
-    least_lift = np.maximum(least_of_bent(lift0, lift1, lift_bend), 1e-300)
-    out = []
-    for k, sense in enumerate((1.0, -1.0)):
-        c = np.minimum(v0[k], v1[k])
-        apart0, apart1 = sense * inputs0 - c * lift0, sense * inputs1 - c * lift1
-        deficit = least_of_bent(apart0, apart1, bends + np.abs(c) * lift_bend).min(axis=0)
-        with np.errstate(over="ignore"):  # at a corner of the square V vanishes, and a share has no bound
-            out.append(c + np.minimum(deficit, 0.0) / least_lift)
-    return [np.maximum(out[0], 0.0), out[1]]
+
+    def values(sines: Sines) -> FloatArray:
+        inputs = np.abs(sines.zero_moment_inputs(vehicle))
+        rows = np.empty((3 + rotors, sines.alpha.shape[1]))
+        lift = np.add.reduce(inputs * sines.cosine, axis=0, out=rows[2])
+        rows[3:] = inputs = inputs[:rotors]
+        rows[0], rows[1] = np.minimum.reduce(inputs) / lift, -np.maximum.reduce(inputs) / lift
+        return rows
+
+    def bounds(v0: FloatArray, v1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
+        # |wᵢ| − c·V is bent too, where c is the rotor's least share at both ends, and at least 0 there. Its share is
+        # below c by no more than the deficit of that over the least of V. The same holds for the largest, reversed.
+        bends, lift_bend = _bends_of_inputs(p1 - p0, vehicle)
+        first, last, lift0, lift1 = _SENSES * v0[3:], _SENSES * v1[3:], v0[2], v1[2]
+        # At a corner of the square V vanishes, and a share has no bound.
+        least_lift = np.maximum(least_of_bent(lift0, lift1, lift_bend), 1e-200)
+        c = np.minimum(first / lift0, last / lift1)
+        deficit = least_of_bent(first - c * lift0, last - c * lift1, bends[:rotors] + np.abs(c) * lift_bend)
+        out = np.minimum.reduce(c + np.minimum(deficit, 0.0) / least_lift, axis=1)
+        np.maximum(out[0], 0.0, out=out[0])
+        return np.asarray(out)
+
+    return Quantity(values, bounds, (tolerance, tolerance), 3 + rotors)
 
 
 def _bends_of_inputs(step: FloatArray, vehicle: Vehicle) -> tuple[FloatArray, FloatArray]:
-    """Return bounds of the second derivatives along a step of w₀, shape (m, 4), and of V, shape (m,)."""
-    squares, sums = step**2, (step[:, :2] + step[:, 2:])[:, ::-1] ** 2
+    """Return bounds of the second derivatives along steps of w₀, shape (4, m), and of V, shape (m,)."""
+    rows = step.T
+    squares, sums = rows * rows, rows[:2] + rows[2:]
+    sums *= sums
     # The second derivative of a product of two sinusoids is at most the sum of both frequencies squared. V is
     # ±sin(Σ2 + 2δ)·(cos(Σ1 − δ) + cos δ·cos Δ1) ± sin(Σ1 − 2δ)·(cos(Σ2 + δ) + cos δ·cos Δ2), with the sums Σ and the
     # differences Δ of opposite arms.
-    bends = np.concatenate([sums + squares[:, 2:], sums + squares[:, :2]], axis=1)
-    lift_bend = 2 * (sums.sum(axis=1) + squares.sum(axis=1) / math.hypot(1.0, vehicle.drag_ratio))
-    height, cosine = abs(vehicle.height_ratio), 1 / math.hypot(1.0, vehicle.drag_ratio)
+    bends = (squares.reshape(2, 2, -1)[::-1] + sums[::-1]).reshape(4, -1)
+    cosine = 1 / math.hypot(1.0, vehicle.drag_ratio)
+    lift_bend = 2 * (sums[0] + sums[1]) + 2 * cosine * squares.sum(axis=0)
+    height = abs(vehicle.height_ratio)
     if height:
         # H·cos²δ·sin β3·sin Δ2 and H²·cos³δ·sin α3·(cos Δ2 − cos(Σ2 + δ)/cos δ) in w₁, and so on; in V times cos αᵢ.
         # All frequencies of a product add up to no more than those of the four angles.
-        more = height * cosine**2 * (1 + height * cosine + height) * np.abs(step).sum(axis=1) ** 2
-        bends, lift_bend = bends + more[:, None], lift_bend + 4 * more
+        more = height * cosine**2 * (1 + height * cosine + height) * np.abs(rows).sum(axis=0) ** 2
+        bends, lift_bend = bends + more, lift_bend + 4 * more
     return bends, lift_bend

@@ -25,15 +25,15 @@ from gaitgraph.errors import InputError, shown
 from gaitgraph.invertibility.matrices import (
     Coefficients,
     FloatArray,
+    Sines,
     attitude_of,
     attitude_sensitivities,
-    body_vertical,
     coefficients_of,
+    least_root,
+    least_singular_value,
     level_determinant,
-    level_determinant_resolution,
     noise_of,
-    rotor_directions,
-    sensitivity_phases,
+    singular_value_below,
     tilt_angles,
 )
 from gaitgraph.invertibility.segment_bounds import least_along, level_determinant_curvature, sensitivity_bends
@@ -43,6 +43,7 @@ _BLOCK = 1 << 13
 EVERYWHERE = "the matrix is singular at every attitude, within the rounding of the coefficients and the angles"
 """Why a gait has no tilt margin and no acceptable attitudes."""
 
+_TINY = float(np.finfo(float).tiny)
 _LARGEST_RESOLUTION = 0.1  # more than the error of v from coefficients of four digits and angles of three
 
 
@@ -87,46 +88,29 @@ def _finite_or_nan(alpha: npt.ArrayLike) -> FloatArray:
 
 
 def _across_and_level(rows: FloatArray, coefficients: Coefficients) -> tuple[FloatArray, FloatArray]:
-    """Return √(Rφ² + Rθ²) and R for rows of shape (m, 4), with one sine and one cosine of each angle."""
-    columns = np.ascontiguousarray(rows.T)
-    s1, s2, s3, s4 = np.sin(columns)
-    c1, c2, c3, c4 = np.cos(columns)
-    cc, ss, sc, cs = c1 * c3, s1 * s3, s1 * c3, c1 * s3
-    CC, SS, SC, CS = c2 * c4, s2 * s4, s2 * c4, c2 * s4
-    odd, even = sc + cs, SC + CS
-    twice = 2.0 * coefficients.delta
-    sine, cosine = math.sin(twice), math.cos(twice)
-    pitch = (odd * cosine - (cc - ss) * sine) * (SC - CS)
-    roll = (sc - cs) * (even * cosine + (CC - SS) * sine)
-    level = (
-        cc * (4.0 * CC - 2.0 * SS + coefficients.single * even)
-        + ss * (coefficients.triple * even - 2.0 * CC)
-        + odd * (coefficients.double * even - coefficients.single * CC - coefficients.triple * SS)
-    )
-    if cross := coefficients.cross:
-        # As in matrices.sensitivities, times sin 2δ.
-        apart, apart2, half, kappa = sc - cs, SC - CS, cross / 2 * sine, math.tan(coefficients.delta)
-        roll = roll - half * apart2 * (2.0 * ss - kappa * odd)
-        pitch = pitch + half * apart * (2.0 * SS + kappa * even)
-        level = level + cross * apart * apart2
-    return np.sqrt(pitch * pitch + roll * roll) / abs(sine), level
+    """Return √(Rφ² + Rθ²) and R for rows of shape (m, 4)."""
+    sines = Sines.of(np.asfortranarray(rows))
+    roll, pitch = sines.sensitivities(coefficients)
+    return np.sqrt(pitch * pitch + roll * roll), sines.level_determinant(coefficients)
 
 
 def singular_everywhere(
     alpha: npt.ArrayLike, coefficients: Coefficients, *, angle_rounding: float = 0.0
 ) -> npt.NDArray[np.bool_]:
     """Return whether Rφ, Rθ and R all vanish within the errors of coefficients and angles, as on blue, shape (...)."""
-    alpha, noise = _finite_or_nan(alpha), noise_of(coefficients)
-    v = np.abs(attitude_sensitivities(alpha, coefficients))
+    angles, noise = _finite_or_nan(alpha), noise_of(coefficients)
+    sines = Sines.of(angles.reshape(-1, 4))
+    v = np.abs(sines.attitude_sensitivities(coefficients))
     # Each phase adds two angles, and 2δ or nothing.
     off = 2.0 * (angle_rounding + coefficients.delta_error)
-    sines = np.abs(np.sin(sensitivity_phases(alpha, coefficients)))
+    totals, apart = np.abs(sines.totals(coefficients.delta)), np.abs(sines.differences())
     scale = 1.0 / abs(math.sin(2 * coefficients.delta))
     # E of matrices.leaning_factors is at most 1 + √(1 + κ²), and so is its slope.
     leaning = abs(coefficients.cross) * (1.0 + 1.0 / math.cos(coefficients.delta)) * off * (1.0 + off)
-    across = scale * off * (np.maximum(sines[0] + sines[1], sines[2] + sines[3]) + off) + leaning + noise
-    level = np.maximum(level_determinant_resolution(alpha, coefficients, angle_rounding), noise)
-    return np.asarray((np.hypot(v[..., 0], v[..., 1]) <= math.sqrt(2) * across) & (v[..., 2] <= level))
+    across = scale * off * ((totals + apart[::-1]).max(axis=0) + off) + leaning + noise
+    resolution = sines.level_resolution(coefficients, sines.level_slopes(coefficients), angle_rounding)
+    everywhere = (np.hypot(v[0], v[1]) <= math.sqrt(2) * across) & (v[2] <= np.maximum(resolution, noise))
+    return np.asarray(everywhere.reshape(angles.shape[:-1]))
 
 
 def nearest_singular_attitude(alpha: npt.ArrayLike, coefficients: Coefficients) -> FloatArray:
@@ -286,12 +270,10 @@ def least_singular_value_within(
 
     Notes
     -----
-    For a squared singular value λ below those of the control moment matrix, λ is below the least one at the vertical
-    n exactly if nᵀQ(λ)n < 0, with Q(λ) = f₀f₀ᵀ − λ·(1 + Σ fᵢfᵢᵀ/(μᵢ − λ)), μᵢ and uᵢ the squared singular values and
-    right singular vectors of the control moment matrix, fᵢ = F·uᵢ. Q has one positive direction at most, so that the
-    least of nᵀQn within a tilt is on its rim (docs/theory.md, 13), where it is a trigonometric polynomial of degree
-    two: the direction is a root of a quartic. Each step computes λ of the best direction so far, then the best
-    direction for that λ, until no direction is better.
+    A number λ ≥ 0 is below all squared singular values at a vertical n exactly if the characteristic polynomial is
+    positive from 0 to λ. It is a quadratic form of n, the least of which within a tilt is on the rim (docs/theory.md,
+    13), where it is a trigonometric polynomial of degree two. Each step computes λ of the best direction so far, then
+    the best direction for that λ, until no direction is better.
 
     Examples
     --------
@@ -304,57 +286,65 @@ def least_singular_value_within(
     angles = _finite_or_nan(alpha)
     known = np.asarray(np.isfinite(angles).all(axis=-1))
     rows = np.where(known[..., None], angles, 0.0).reshape(-1, 4)
-    force, moment = rotor_directions(rows, vehicle)
     exact = coefficients_of(vehicle, "exact")
-    within = tilt_margin(rows, exact) > tilt
-    value, attitude = np.zeros(len(rows)), nearest_singular_attitude(rows, exact)
-    attitude[np.isnan(attitude)] = 0.0
-    # The first guess is the direction of the nearest singular attitude.
-    nearest = body_vertical(attitude[:, 0], attitude[:, 1])
-    azimuth = np.arctan2(nearest[:, 1], nearest[:, 0])
-    open_ = np.flatnonzero(within)
-    _, size, right = np.linalg.svd(moment)
-    size = np.append(size**2, np.zeros((len(rows), 1)), axis=1)
-    turned = np.einsum("kij,klj->kli", force, right)  # rows fᵢ = F·uᵢ
-    value[open_] = _value_at(force[open_], moment[open_], tilt, azimuth[open_])
-    while open_.size:
-        best = _best_azimuth(turned[open_], size[open_], value[open_] ** 2, tilt)
-        tried = _value_at(force[open_], moment[open_], tilt, best)
-        better = tried < value[open_] * (1 - 1e-13)
-        open_ = open_[better]
-        value[open_], azimuth[open_] = tried[better], best[better]
-    attitude[within] = attitude_of(_verticals(tilt, azimuth[within]))
+    within, attitude = tilt_margin(rows, exact) > tilt, nearest_singular_attitude(rows, exact)
+    _, ahead, aside = _worst_on_rim(rows, tilt, vehicle)
+    verticals = np.array([math.sin(tilt) * ahead, math.sin(tilt) * aside, np.full(len(rows), math.cos(tilt))]).T
+    attitude = np.where(within[:, None], attitude_of(verticals), np.nan_to_num(attitude))
+    value = np.where(within, least_singular_value(rows, vehicle, *attitude.T), 0.0)
     worst = np.where(known, value.reshape(known.shape), np.nan)
     return worst[()], np.where(known[..., None], attitude.reshape(*known.shape, 2), np.nan)
 
 
-def _verticals(tilt: float, azimuth: FloatArray) -> FloatArray:
-    """Return the upward vertical in body axes at a tilt towards an azimuth, shape (m, 3)."""
-    rim = math.sin(tilt)
-    return np.stack([rim * np.cos(azimuth), rim * np.sin(azimuth), np.full(azimuth.shape, math.cos(tilt))], axis=-1)
+def least_singular_value_within_bound(rows: FloatArray, tilt: float, vehicle: Vehicle) -> FloatArray:
+    """Return lower bounds of :func:`least_singular_value_within`, within 1e-4 of it and cheaper, for rows (m, 4)."""
+    blocks = (rows[k : k + _BLOCK] for k in range(0, len(rows), _BLOCK))
+    return singular_value_below(np.concatenate([_worst_on_rim(block, tilt, vehicle)[0] for block in blocks]))
 
 
-def _value_at(force: FloatArray, moment: FloatArray, tilt: float, azimuth: FloatArray) -> FloatArray:
-    vertical = np.einsum("ki,kij->kj", _verticals(tilt, azimuth), force)[:, None, :]
-    return np.asarray(np.linalg.svd(np.concatenate([moment, vertical], axis=1), compute_uv=False)[:, -1])
+def _worst_on_rim(rows: FloatArray, tilt: float, vehicle: Vehicle) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the least squared singular value within a tilt, and the cosine and the sine of its direction, (m,)."""
+    sines, rim, height = Sines.of(np.asfortranarray(rows)), math.sin(tilt), math.cos(tilt)
+    v, (form, number) = sines.attitude_sensitivities(coefficients_of(vehicle, "exact")), sines.characteristic(vehicle)
+    # On the rim e4 to e1 are a number and the factors of cos 2t, sin 2t, cos t and sin t: shape (5, 4, m).
+    xx, yy, middle = rim**2 * form[:, 0, 0] / 2, rim**2 * form[:, 1, 1] / 2, height**2 * form[:, 2, 2] + number
+    twice, once = rim**2 * form[:, 0, 1], 2 * rim * height * form[:, :2, 2].swapaxes(0, 1)
+    forms = np.array([xx + yy + middle, xx - yy, twice, *once])
+    # The first guess is the direction of the nearest singular attitude.
+    size = np.hypot(v[0], v[1])
+    across, beyond, flat = np.where(v[2] < 0, size, -size), rim * size >= height * np.abs(v[2]), size == 0
+    c, s = np.where(flat, [[1.0], [0.0]], v[:2] / np.where(flat, 1.0, across))
+    best, squared, open_ = np.array([c, s]), np.full(len(rows), np.inf), np.arange(len(rows))
+    while open_.size:
+        waves = np.array([np.ones(len(c)), c * c - s * s, 2 * c * s, c, s])
+        _, e3, e2, e1 = np.einsum("ikm,im->km", forms, waves)
+        level = rim * (v[0] * c + v[1] * s) + height * v[2]
+        tried = least_root(e1, e2, e3, (2 * vehicle.drag_ratio * level) ** 2, steps=8)
+        better = tried < squared[open_] * (1 - 1e-12)
+        forms, v, tried, open_ = forms[:, :, better], v[:, better], tried[better], open_[better]
+        squared[open_], best[:, open_] = tried, np.array([c, s])[:, better]
+        _, *waves = forms[:, 0] - tried * (forms[:, 1] - tried * (forms[:, 2] - tried * forms[:, 3]))
+        c, s = _least_direction(*waves)
+    squared[beyond] = 0.0
+    return squared, best[0], best[1]
 
 
-def _best_azimuth(turned: FloatArray, size: FloatArray, squared: FloatArray, tilt: float) -> FloatArray:
-    """Return the direction in which nᵀQ(λ)n is least on the rim, where Re(2(B + iA)z² + (E + iD)z) = 0, shape (m,)."""
-    weight = np.where(size > 0, -squared[:, None] / np.maximum(size - squared[:, None], 1e-300), 1.0)
-    form = np.einsum("ki,kil,kim->klm", weight, turned, turned) - squared[:, None, None] * np.eye(3)
-    rim, height = math.sin(tilt), math.cos(tilt)
-    A, B = rim**2 * (form[:, 0, 0] - form[:, 1, 1]) / 2, rim**2 * form[:, 0, 1]
-    D, E = 2 * rim * height * form[:, 0, 2], 2 * rim * height * form[:, 1, 2]
-    p, r = 2 * (B + 1j * A), E + 1j * D
-    small = np.abs(p) <= 1e-14 * np.abs(r)
-    p = np.where(small, 1e-14 * np.abs(r) + 1e-300, p)
-    companion = np.zeros((len(p), 4, 4), dtype=complex)
-    companion[:, [1, 2, 3], [0, 1, 2]] = 1.0
-    companion[:, :, 3] = -np.stack([p.conj() / p, r.conj() / p, np.zeros_like(p), r / p], axis=-1)
-    angles = np.concatenate(
-        [np.angle(np.linalg.eigvals(companion)), np.broadcast_to(np.arange(8) * math.pi / 4, (len(p), 8))], axis=1
-    )
-    waves = [np.cos(2 * angles), np.sin(2 * angles), np.cos(angles), np.sin(angles)]
-    height_of = sum(size[:, None] * wave for size, wave in zip((A, B, D, E), waves, strict=True))
-    return np.asarray(np.take_along_axis(angles, np.argmin(height_of, axis=1)[:, None], axis=1)[:, 0])
+def _least_direction(A: FloatArray, B: FloatArray, D: FloatArray, E: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the cosine and the sine of the t at which A·cos 2t + B·sin 2t + D·cos t + E·sin t is least.
+
+    Along the direction in which the first two are least, and across it, D and E are b and c. The sum is then
+    −a·cos 2u + b·cos u + c·sin u, least where both terms are negative and 4a·x + |b|·x/√(1 − x²) = |c| for x = |sin u|.
+    The left side is convex, and Newton's iteration from above decreases towards the only root.
+    """
+    a = np.sqrt(A * A + B * B)
+    share = np.clip(-A / np.maximum(a, _TINY), -1.0, 1.0)
+    c1, s1 = np.sqrt((1 + share) / 2), np.copysign(np.sqrt((1 - share) / 2), -B)
+    b, c = D * c1 + E * s1, E * c1 - D * s1
+    along, across = np.abs(b), np.abs(c)
+    x = across / np.maximum(np.maximum(4 * a + along, np.hypot(along, across)), _TINY)
+    for _ in range(16):
+        left = np.maximum(1 - x * x, _TINY**0.5)
+        steep = along / np.sqrt(left)
+        x = np.clip(x - (4 * a * x + steep * x - across) / np.maximum(4 * a + steep / left, _TINY), 0.0, 1.0)
+    x, y = -np.copysign(np.sqrt(1 - x * x), b), -np.copysign(x, c)
+    return x * c1 - y * s1, x * s1 + y * c1

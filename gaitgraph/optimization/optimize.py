@@ -315,9 +315,9 @@ class _TimedCurve(TimedGait):
         """Return tilt angles, rates and accelerations at any times."""
         return self.curve.at(t, 0), self.curve.at(t, 1), self.curve.at(t, 2)
 
-    def peaks(self, order: int) -> FloatArray:
-        """Return the exact largest absolute value of a derivative of each angle, shape (4,)."""
-        return np.asarray(np.abs(self.curve.at(self.curve.turning_points(order), order)).max(axis=0))
+    def _peaks(self, orders: Sequence[int]) -> list[FloatArray]:
+        """Return the exact largest absolute values of derivatives of each angle."""
+        return [np.abs(self.curve.at(self.curve.turning_points(order), order)).max(axis=0) for order in orders]
 
 
 class _Search(NamedTuple):

@@ -28,9 +28,11 @@ from gaitgraph.surface.sheets import RELATION, Color, Sign, family_codes, family
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    from gaitgraph.gait.gait import Gait
     from gaitgraph.planning.request import PlanRequest, Point, Use
     from gaitgraph.planning.shortest_paths import ShortestPaths
     from gaitgraph.surface.region import Region
+    from gaitgraph.validation.report import Report
 
 _WIDTH = 110
 _MOST_NEAREST = 8
@@ -47,7 +49,10 @@ def any_angle_paths(branch: Branch, progress: Callable[[str], None] | None) -> l
     robust = request.objective == "robust" and branch.color == "red"
     reorder = request.any_order and len(request.waypoints) > 3
     for use in branch.uses:
-        straight = not reorder and straight_loop_holds(branch, use, robust=robust)
+        judged = straight_loop(branch) if use == "flyable" and not (reorder or robust) else None
+        straight = judged is not None or (
+            (robust or use == "valid") and not reorder and straight_loop_holds(branch, use, robust=robust)
+        )
         if straight:
             points, order, gap = request.waypoints, tuple(range(len(request.waypoints))), 0.0
             bound: float | None = length_of([*points, points[0]])
@@ -59,9 +64,9 @@ def any_angle_paths(branch: Branch, progress: Callable[[str], None] | None) -> l
                     continue
                 return found or answer
             points, order, bound, gap = answer
-        path = lift(points, branch.color, vehicle=request.vehicle, coefficients=branch.coefficients)
-        if not any(np.array_equal(path.alpha, other.alpha) for other, *_ in found):
-            found.append((path, order, None if robust and not straight else bound, gap))
+        path = _lifted(branch, points) if judged is None else judged[0]
+        if not any(np.array_equal(path.alpha, other.path.alpha) for other in found):
+            found.append(FoundPath(path, order, None if robust and not straight else bound, gap, judged and judged[1]))
         if straight:
             break  # nothing is shorter
     return found
@@ -173,28 +178,51 @@ def with_nearest(obstacle: Obstacle, request: PlanRequest) -> Obstacle:
     return replace(obstacle, message=f"{obstacle.message}; {message}", nearest=nearest, moved=moved)
 
 
+def _lifted(branch: Branch, points: Sequence[Point]) -> Gait:
+    return lift(points, branch.color, vehicle=branch.request.vehicle, coefficients=branch.coefficients)
+
+
+def straight_loop(branch: Branch) -> tuple[Gait, tuple[Gait, Report]] | None:
+    """Return the straight loop, and merged with its checks without those of rates; None unless all of it is flyable."""
+    if not _may_be_straight(branch):
+        return None
+    path = _lifted(branch, branch.request.waypoints)
+    gait = path.merged()
+    report = gait.check(floor=branch.request.floor)
+    return (path, (gait, report)) if report.flyable else None
+
+
+def _may_be_straight(branch: Branch) -> bool:
+    """Return whether waypoints on red are in one component of R of the wanted sign, and zones allow straight segments.
+
+    Where all thrusts push up, the borders of R are straight: R keeps its sign between points of one label.
+    """
+    plane, zones = np.array(branch.request.waypoints), branch.request.zones
+    labels = red_label(plane[:, 0], plane[:, 1], branch.request.vehicle)
+    if not (labels == labels[0]).all() or labels[0].prod() != branch.wanted:
+        return False
+    return zones is None or bool(zones.allow_segments(plane, np.roll(plane, -1, axis=0)).all())
+
+
 def straight_loop_holds(branch: Branch, use: Use, *, robust: bool = False) -> bool:
     """Return whether the straight loop is admissible everywhere, and with `robust` whether no other is better."""
     request, coefficients = branch.request, branch.coefficients
     if use == "flyable":
+        if not _may_be_straight(branch):
+            return False
         starts = np.array(request.waypoints)[:, [0, 1, 0, 1]]  # red, where α3 = α1 and α4 = α2
         ends = np.roll(starts, -1, axis=0)
-        # Where all thrusts push up, the borders of R are straight: R keeps its sign between points of one label.
-        labels = red_label(starts[:, 0], starts[:, 1], request.vehicle)
-        holds = bool((labels == labels[0]).all() and labels[0].prod() == branch.wanted)
-        holds = holds and bool(segments_fly(starts, ends, request.floor, request.vehicle).all())
+        holds = bool(segments_fly(starts, ends, request.floor, request.vehicle).all())
     else:
-        gait = lift(request.waypoints, branch.color, vehicle=request.vehicle, coefficients=coefficients)
+        gait = _lifted(branch, request.waypoints)
         starts, ends = gait.alpha, gait.ends
         codes, noise = family_codes(gait.colors), noise_of(coefficients)
         least = least_level_determinant(starts, ends, coefficients, sign=branch.wanted, tolerance=0.0, floor=noise)
         holds = bool(least.lower.min() >= noise) and not family_jumps(starts, ends, codes, codes, coefficients).any()
-    if not holds:
-        return False
-    if request.zones is not None and not request.zones.allow_segments(starts[:, :2], ends[:, :2]).all():
-        return False
-    if not robust:
-        return True
+        if holds and request.zones is not None:
+            holds = bool(request.zones.allow_segments(starts[:, :2], ends[:, :2]).all())
+    if not holds or not robust:
+        return holds
     # None is better if its least singular value is that of a waypoint.
     along = least_singular_value_along(starts, ends, request.vehicle, tolerance=1e-7)
     at_waypoints = least_singular_value_on_red(starts[:, 0], starts[:, 1], request.vehicle)

@@ -12,6 +12,7 @@ from gaitgraph.graph.cycle_list import Cycles, cycles
 from gaitgraph.graph.walks import Blocked, allowed_edges, best_order, closed_walk
 from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.planning.any_angle import first_outside, prepared_region
+from gaitgraph.planning.refusal import FoundPath
 from gaitgraph.surface.sheets import RELATION, SIGNS, Sign
 
 if TYPE_CHECKING:
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     import networkx as nx
 
     from gaitgraph.graph.walks import Use
-    from gaitgraph.planning.refusal import Branch, FoundPath, Obstacle
+    from gaitgraph.planning.refusal import Branch, Obstacle
     from gaitgraph.planning.request import PlanRequest
 
 
@@ -59,8 +60,8 @@ def _paths_of_color(
         walk = closed_walk(graph, ordered, use=use, objective=request.objective)
         if not isinstance(walk, Blocked):
             path = gait_along(graph, walk.nodes)
-            if not any(np.array_equal(path.alpha, other.alpha) for other, *_ in found):
-                found.append((path, order, None, gap))
+            if not any(np.array_equal(path.alpha, other.path.alpha) for other in found):
+                found.append(FoundPath(path, order, None, gap))
         elif use == branch.uses[-1]:
             if use == "flyable" and (outside := first_outside(branch, prepared_region(branch, use))):
                 return outside

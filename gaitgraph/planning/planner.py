@@ -8,7 +8,7 @@ the obstacles.
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from functools import cache, cached_property
 from itertools import groupby
 from textwrap import fill
@@ -74,16 +74,18 @@ class Loop:
     request: PlanRequest
     lower_bound: float | None
     order_gap: float
+    judged: tuple[Gait, Report] | None = field(default=None, compare=False)
 
     @cached_property
     def gait(self) -> Gait:
         """The same loop with straight runs merged."""
-        return self.path.merged()
+        return self.judged[0] if self.judged else self.path.merged()
 
     @cached_property
     def report(self) -> Report:
         """All checks, with those of tilt rates."""
-        return self.gait.parametrize(self.request.period, law=self.request.law).check(floor=self.request.floor)
+        report = self.judged[1] if self.judged else self.gait.check(floor=self.request.floor)
+        return report.with_checks(self.gait.parametrize(self.request.period, law=self.request.law).rate_checks())
 
     @property
     def color(self) -> str:
@@ -337,10 +339,10 @@ def _answer(
     obstacles: list[Obstacle] = []
 
     def loop_of(found: FoundPath, sign: Sign) -> Loop:
-        path, order, bound, gap = found
+        path, order, bound, gap, judged = found
         if request.reverse:
-            path, order = path.reversed(), (order[0], *order[:0:-1])
-        return Loop(path=path, sign=sign, order=order, request=request, lower_bound=bound, order_gap=gap)
+            path, order, judged = path.reversed(), (order[0], *order[:0:-1]), None
+        return Loop(path=path, sign=sign, order=order, request=request, lower_bound=bound, order_gap=gap, judged=judged)
 
     for sign, group in groupby(branches_of(request, uses), key=lambda branch: branch.sign):
         branches = list(group)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
-from typing import TYPE_CHECKING, Literal
+from functools import cached_property, lru_cache
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
-from gaitgraph.invertibility.matrices import Coefficients, coefficients_of, noise_of
-from gaitgraph.surface.sheets import COLORS, RAISED, RELATION, SIGNS, RootArrays, root_arrays, separating_factor
+from gaitgraph.invertibility.matrices import Coefficients, coefficients_of, level_determinant, noise_of
+from gaitgraph.surface.sheets import COLORS, RAISED, RELATION, SIGNS, at_end_of_range, root_arrays, separating_factor
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -19,10 +19,21 @@ if TYPE_CHECKING:
     from gaitgraph.gait.gait import Gait
     from gaitgraph.planning.request import PlanRequest, Point, Use
     from gaitgraph.surface.sheets import Color, Sign
+    from gaitgraph.validation.report import Report
 
-FoundPath = tuple["Gait", tuple[int, ...], float | None, float]
-"""A loop through every node, the order of the waypoints (counted from 0), a lower bound of its length [rad], and the
-gap of the order, as :func:`gaitgraph.graph.walks.best_order` states it."""
+
+class FoundPath(NamedTuple):
+    """A loop through every node, the order of the waypoints (counted from 0), and a lower bound of its length [rad].
+
+    `gap` is that of the order, as :func:`gaitgraph.graph.walks.best_order` states it; `judged` has the same
+    loop with straight runs merged and its checks without those of rates, if they are known.
+    """
+
+    path: Gait
+    order: tuple[int, ...]
+    lower_bound: float | None
+    gap: float
+    judged: tuple[Gait, Report] | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,7 +58,7 @@ class Obstacle:
     moved: tuple[Point, ...] = ()
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class Branch:
     """One color and sign of R for which a request is answered; waypoints are counted from 0."""
 
@@ -60,7 +71,7 @@ class Branch:
     def __str__(self) -> str:
         return f"{self.color}, {RELATION[self.sign]}"
 
-    @property
+    @cached_property
     def coefficients(self) -> Coefficients:
         """The coefficients of formula (1) that the request asks for."""
         return coefficients_of(self.request.vehicle, self.request.coefficients)
@@ -77,8 +88,7 @@ class Branch:
     @property
     def _roots(self) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
         """R of the roots above each waypoint, and whether they are of this color."""
-        found = _roots_above(self.request.waypoints, self.coefficients)
-        return found.R, found.sheet == (1 if self.color == "red" else -1)
+        return _roots_above(self.request.waypoints, self.color, self.coefficients)
 
     def rootless(self) -> list[int]:
         """Return the waypoints that have no root of this color and sign, or lie where polygons forbid it."""
@@ -129,10 +139,16 @@ class Branch:
 
 
 @lru_cache(maxsize=2)
-def _roots_above(waypoints: tuple[Point, ...], coefficients: Coefficients) -> RootArrays:
-    """Return the roots above waypoints; each color and sign of one request asks for them again."""
+def _roots_above(
+    waypoints: tuple[Point, ...], color: Color, coefficients: Coefficients
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
+    """Return R of the roots above waypoints, and whether they are of a color; both signs of R ask for them."""
     plane = np.array(waypoints)
-    return root_arrays(plane[:, 0], plane[:, 1], coefficients=coefficients)
+    if color == "red" and not at_end_of_range(plane).any():  # the only one
+        R = level_determinant(plane[:, [0, 1, 0, 1]], coefficients)[:, None]
+        return R, np.ones(R.shape, dtype=bool)
+    found = root_arrays(plane[:, 0], plane[:, 1], coefficients=coefficients)
+    return found.R, found.sheet == (1 if color == "red" else -1)
 
 
 def branches_of(request: PlanRequest, uses: tuple[Use, ...] = ("flyable",)) -> list[Branch]:

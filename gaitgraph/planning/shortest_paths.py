@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
+from functools import lru_cache
 from heapq import heappop, heappush
 from itertools import compress
 from typing import TYPE_CHECKING, Any
@@ -100,6 +101,9 @@ class ShortestPaths:
         self._offsets = np.array([side - self._places for side in sides])
         self._noise = _ROUNDING * float(np.abs([self._places, *sides]).max(initial=1.0)) ** 2
         self._views: dict[int, tuple[tuple[int, float], ...]] = {}
+        self._bends_from = lru_cache(maxsize=1 << 12)(self._bends_at)
+        self._enclosing = shapely.buffer(region, 4 * _TOLERANCE, join_style="mitre")
+        shapely.prepare(self._enclosing)
         corners = np.array(self._points).reshape(-1, 2)[np.array(self._triangles, dtype=int).reshape(-1, 3)]
         self._tree = shapely.STRtree(shapely.polygons(corners))
 
@@ -139,7 +143,7 @@ class ShortestPaths:
 
     def contains(self, point: npt.ArrayLike) -> bool:
         """Return whether a point lies in the region, to within 1e-9."""
-        return bool(self._containers(_pair(point)))
+        return bool(self._bends_from(_pair(point))[0])
 
     def _seen(self, point: Point, containers: Iterable[int], goal: tuple[Point, frozenset[int]] | None) -> set[int]:
         """Return the reflex corners that a point sees, and −1 if it sees the goal, by widening cones."""
@@ -224,6 +228,16 @@ class ShortestPaths:
             )
         return self._views[corner]
 
+    def _bends_at(self, point: Point) -> tuple[list[int], dict[int, float]]:
+        """Return the triangles that hold a point, and the corners at which a path from there may bend, with distances.
+
+        Each point of a loop is the end of one leg and the start of the next, and often of the next request too.
+        """
+        holding = self._containers(point)
+        seen = sorted(self._seen(point, holding, None))
+        bends = {k: math.dist(point, self._points[k]) for k in seen if self._touches(k, point, 2 * _TOLERANCE)}
+        return holding, bends
+
     def path(self, start: npt.ArrayLike, end: npt.ArrayLike) -> FloatArray | None:
         """Return the shortest path between two points: the start, its bends and the end, shape (k, 2).
 
@@ -232,29 +246,23 @@ class ShortestPaths:
         start, end = _pair(start), _pair(end)
         if start != end and self._in_region([(start, end)])[0]:
             return np.array([start, end])
-        here, there = self._containers(start), self._containers(end)
+        (here, first), (there, last) = self._bends_from(start), self._bends_from(end)
         if not here or not there:
             return None
         if start == end:
             return np.array([start])
-        seen = self._seen(start, here, (end, frozenset(there)))
-        if _DIRECT in seen:
+        along = shapely.covers(self._enclosing, shapely.linestrings([start, end]))  # perhaps along the border
+        if along and _DIRECT in self._seen(start, here, (end, frozenset(there))):
             return np.array([start, end])
-        points, dist = self._points, math.dist
-        last = {
-            corner: dist(points[corner], end)
-            for corner in self._seen(end, there, None)
-            if self._touches(corner, end, 2 * _TOLERANCE)
-        }
         if not last:
             return None
+        points, dist = self._points, math.dist
         best: dict[int, float] = {}
         parent: dict[int, int] = {}
         heap: list[tuple[float, int, float]] = []
-        for corner in sorted(seen):
-            if self._touches(corner, start, 2 * _TOLERANCE):
-                best[corner] = dist(start, points[corner])
-                heappush(heap, (best[corner] + dist(points[corner], end), corner, best[corner]))
+        for corner, length in first.items():
+            best[corner] = length
+            heappush(heap, (length + dist(points[corner], end), corner, length))
         shortest, final = math.inf, _DIRECT
         while heap and heap[0][0] < shortest:
             _, corner, reached = heappop(heap)

@@ -41,9 +41,12 @@ from gaitgraph.surface.region import polygons_of
 
 DIAGRAM_AREA = math.pi**2  # rad², of the roll–pitch diagram (−π/2, π/2)²
 _MOST_PIECES = 50_000
-_LONGEST_PIECE = 0.1  # rad of the largest tilt angle, before any refinement
+_LONGEST_PIECE = 0.5  # rad of the largest tilt angle, before any refinement
 _MOST_HALVINGS = 40
+_SAMPLES = 5  # of a piece
+_SMALL = 0.1  # an |R| above what rounded coefficients make of zero
 _FEW_RAYS = 64
+_DEEP = 0.1  # products of unit vectors of which a vertical is deep inside
 _SAME_RAY = 1e-9
 _SAG = 1e-6  # rad, largest distance of straight sides of a polygon from the curves
 
@@ -158,12 +161,16 @@ def acceptable_attitudes(
     longest = max(_LONGEST_PIECE, float(size.sum()) / _MOST_PIECES)
     segment, number, count = _counted(np.maximum(np.ceil(size / longest), 1))
     starts = points[segment] + (number / count)[:, None] * step[segment]
-    sweep = _swept(starts, np.roll(starts, -1, axis=0), coefficients)
+    v = attitude_sensitivities(starts, coefficients)
+    sweep = _swept(starts, np.roll(starts, -1, axis=0), v, np.roll(v, -1, axis=0), coefficients)
     polygon, error, reason = shapely.Polygon(), 0.0, _NOT_LEVEL
     heights = np.concatenate([sweep.v0[:, 2], sweep.v1[:, 2]])
-    lost = singular_everywhere(sweep.starts, coefficients, angle_rounding=angle_rounding)
-    if lost.any():
-        exactly = singular_everywhere(sweep.starts[lost], replace(coefficients, kind="exact")).all()
+    # Points at which v may vanish, where R is small enough for that.
+    near = np.minimum(np.abs(sweep.v0[:, 2]), np.abs(sweep.v1[:, 2])) - sweep.level <= _SMALL + 50 * angle_rounding
+    points = np.linspace(sweep.starts[near], sweep.ends[near], _SAMPLES, endpoint=False).reshape(-1, 4)
+    points = points[singular_everywhere(points, coefficients, angle_rounding=angle_rounding)]
+    if len(points):
+        exactly = singular_everywhere(points, replace(coefficients, kind="exact")).all()
         along = segment_singular_everywhere(sweep.starts, sweep.ends, coefficients, angle_rounding)
         if along is not None or not exactly:
             reason = EVERYWHERE
@@ -190,12 +197,22 @@ class _Sweep(NamedTuple):
         """Return some of the pieces."""
         return _Sweep(*(part[where] for part in self))
 
-    def halved(self, where: npt.NDArray[np.bool_], coefficients: Coefficients) -> _Sweep:
-        """Halve some of the pieces."""
+    def cut(self, where: npt.NDArray[np.bool_], coefficients: Coefficients) -> _Sweep:
+        """Cut some of the pieces in four."""
         starts, ends = self.starts[where], self.ends[where]
-        middle = (starts + ends) / 2
-        halves = _swept(np.concatenate([starts, middle]), np.concatenate([middle, ends]), coefficients)
-        return _Sweep(*(np.concatenate(pair) for pair in zip(self.only(~where), halves, strict=True)))
+        nodes = np.array([starts + k / 4 * (ends - starts) for k in range(4)] + [ends])
+        v = attitude_sensitivities(nodes, coefficients)
+        firsts, lasts = (
+            [one[part].reshape(-1, one.shape[2]) for one in (nodes, v)] for part in (slice(4), slice(1, 5))
+        )
+        pieces = _swept(firsts[0], lasts[0], firsts[1], lasts[1], coefficients)
+        return _Sweep(*(np.concatenate(pair) for pair in zip(self.only(~where), pieces, strict=True)))
+
+    def least_products(self, sign: float, vectors: FloatArray) -> FloatArray:
+        """Return lower bounds of products of :meth:`safe_rays` with vectors above the horizon, the columns, (m, k)."""
+        chord = np.minimum(sign * self.v0 @ vectors, sign * self.v1 @ vectors)
+        size = math.sqrt(2.0) * np.hypot(vectors[0], vectors[1])
+        return np.asarray(chord - self.across[:, None] * size - self.level[:, None] * vectors[2])
 
     def safe_rays(self, sign: float) -> FloatArray:
         """Return vectors whose cone holds sign·v all along each piece, for verticals above the horizon, (m, 8, 3).
@@ -208,8 +225,7 @@ class _Sweep(NamedTuple):
         return np.concatenate([sign * v[:, None, :] + offsets for v in (self.v0, self.v1)], axis=1)
 
 
-def _swept(starts: FloatArray, ends: FloatArray, coefficients: Coefficients) -> _Sweep:
-    v0, v1 = attitude_sensitivities(starts, coefficients), attitude_sensitivities(ends, coefficients)
+def _swept(starts: FloatArray, ends: FloatArray, v0: FloatArray, v1: FloatArray, coefficients: Coefficients) -> _Sweep:
     return _Sweep(starts, ends, v0, v1, *sensitivity_deviations(starts, ends, coefficients))
 
 
@@ -231,24 +247,23 @@ def _narrowed(
     most = max(_MOST_PIECES, 2 * pieces)
     core = np.zeros((0, 3))
     while True:
-        rays = sweep.safe_rays(sign)
-        samples = np.concatenate([core, sign * sweep.v0, sign * sweep.v1])
+        samples = np.concatenate([core, sign * sweep.v0])  # where a piece ends, the next begins
         if (samples @ inside <= 0).any():
             return None
-        doubtful = np.any(rays @ inside <= 0, axis=1)
+        doubtful = sweep.least_products(sign, inside[:, None])[:, 0] <= 0
         if not doubtful.any():
             outer = _extreme_rays(samples, inside)
             out = (sweep.across > 0) | (sweep.level > 0)
-            if len(outer) >= 3:
-                hull = shapely.Polygon(_projected(outer, inside))
-                shapely.prepare(hull)
-                x, y = np.moveaxis(_projected(rays, inside), -1, 0)
-                out &= ~shapely.contains_xy(hull, x, y).all(axis=1)
-            sweep, rays, core = sweep.only(out), rays[out], outer
+            if len(outer) >= 3:  # the pieces that may leave the cone of the samples, by the normals of its sides
+                normals = np.cross(outer, np.roll(outer, -1, axis=0)).T
+                out &= (sweep.least_products(sign, normals) < 0).any(axis=1)
+            sweep, core = sweep.only(out), outer
+            rays = sweep.safe_rays(sign)
             extreme = _extreme_rays(np.concatenate([core, rays.reshape(-1, 3)]), inside)
-            gap = abs(shapely.Polygon(_ring_of(outer)).area - shapely.Polygon(_ring_of(extreme)).area) / DIAGRAM_AREA
+            areas = [shapely.Polygon(_ring_of(rays, 1e-4)).area for rays in (outer, extreme)]
+            gap = abs(areas[0] - areas[1]) / DIAGRAM_AREA
             # Finer pieces gain at most what the straight sides lose.
-            last = not out.any() or pieces + len(sweep.starts) > most or gap <= 2 * _SAG
+            last = not out.any() or pieces + 3 * len(sweep.starts) > most or gap <= 2 * _SAG
             if last or gap <= tolerance:
                 polygon = _polygon_of(extreme)
                 chords = _SAG * float(polygon.length) / DIAGRAM_AREA if len(extreme) > 1 else 0.0
@@ -256,18 +271,20 @@ def _narrowed(
                 if last or error <= tolerance:
                     return polygon, error
             doubtful = np.ones(len(sweep.starts), dtype=bool)
-        elif pieces + doubtful.sum() > most:
+        elif pieces + 3 * doubtful.sum() > most:
             return None
-        pieces += int(doubtful.sum())
-        sweep = sweep.halved(doubtful, coefficients)
+        pieces += 3 * int(doubtful.sum())
+        sweep = sweep.cut(doubtful, coefficients)
 
 
 def _inside(rays: FloatArray) -> FloatArray | None:
-    """Return a vertical above the horizon with a positive product with every ray, the deepest one, or None."""
+    """Return a vertical above the horizon with a positive product with every ray, upright or the deepest one."""
     from scipy.optimize import linprog
 
     rows = np.vstack([_UP, rays])
     rows /= np.linalg.norm(rows, axis=1, keepdims=True)
+    if rows[:, 2].min() > _DEEP:
+        return _UP
     # A few rays decide: start with some, and add those that the best vertical so far violates most.
     chosen = np.unique(np.linspace(0, len(rows) - 1, min(len(rows), _FEW_RAYS)).astype(int))
     while True:
@@ -330,7 +347,7 @@ def _polygon_of(rays: FloatArray) -> shapely.Polygon:
     return cast("shapely.Polygon", polygon.normalize())
 
 
-def _ring_of(rays: FloatArray) -> FloatArray:
+def _ring_of(rays: FloatArray, sag: float = _SAG) -> FloatArray:
     """Return the border of the polygon of :func:`_polygon_of` as points (roll, pitch), shape (k, 2)."""
     if len(rays) == 1:
         return HALF_PI * np.array([[-1.0, -1], [1, -1], [1, 1], [-1, 1]])
@@ -343,8 +360,8 @@ def _ring_of(rays: FloatArray) -> FloatArray:
     turn = np.arctan2(np.sum(corners * along, axis=1), np.sum(corners * starts, axis=1)) % (2 * math.pi)
     turn = np.where(turn > 1.5 * math.pi, 0.0, turn) if len(rays) > 2 else np.full(2, math.pi)
     curved = len(rays) - horizon.size
-    points = _arcs(starts[:curved], along[:curved], turn[:curved])
-    return np.concatenate([points, _border(starts[-1], float(turn[-1]))]) if horizon.size else points
+    points = _arcs(starts[:curved], along[:curved], turn[:curved], sag)
+    return np.concatenate([points, _border(starts[-1], float(turn[-1]))[:-1]]) if horizon.size else points
 
 
 def _attitudes_of(verticals: FloatArray, middle: FloatArray) -> FloatArray:
@@ -354,8 +371,11 @@ def _attitudes_of(verticals: FloatArray, middle: FloatArray) -> FloatArray:
     return np.column_stack([roll, attitude_of(verticals)[:, 1]])
 
 
-def _arcs(starts: FloatArray, along: FloatArray, turn: FloatArray) -> FloatArray:
-    """Return points of sides that are arcs of great circles; straight lines between them are within 1e-6 rad."""
+def _arcs(starts: FloatArray, along: FloatArray, turn: FloatArray, sag: float) -> FloatArray:
+    """Return points of sides that are arcs of great circles; straight lines between them are within `sag` [rad].
+
+    The end of a side is left out, since the next begins there.
+    """
     middle = starts * np.cos(turn / 2)[:, None] + along * np.sin(turn / 2)[:, None]
 
     def at(side: IntArray, angle: FloatArray) -> FloatArray:
@@ -373,13 +393,13 @@ def _arcs(starts: FloatArray, along: FloatArray, turn: FloatArray) -> FloatArray
         size = np.maximum(np.linalg.norm(chord, axis=1), 1e-300)
         beside = new - points[:-1]
         off = np.abs(chord[:, 0] * beside[:, 1] - chord[:, 1] * beside[:, 0]) / size
-        wide = np.flatnonzero(inner & (off > _SAG))
+        wide = np.flatnonzero(inner & (off > sag))
         if not wide.size:
             break
         angle = np.insert(angle, wide + 1, between[wide])
         side = np.insert(side, wide + 1, side[wide])
         points = np.insert(points, wide + 1, new[wide], axis=0)
-    return points
+    return points[np.append(side[1:] == side[:-1], False)]
 
 
 def _border(start: FloatArray, turn: float) -> FloatArray:

@@ -5,21 +5,22 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-import numpy.typing as npt
 import shapely
 
 from gaitgraph.angles import angle_within, whole_number
 from gaitgraph.gait.gait import Gait, checked_factor
 from gaitgraph.gait.table import Table, closed_rows
 from gaitgraph.invertibility.matrices import coefficients_of
-from gaitgraph.invertibility.segment_bounds import Bound, Value, least_along, singular_value_bound
+from gaitgraph.invertibility.segment_bounds import least_along, singular_value_bound
 from gaitgraph.invertibility.tilt_margins import (
     LeastMargin,
     checked_tilt,
     least_singular_value_within,
+    least_singular_value_within_bound,
     least_tilt_margin,
     nearest_singular_attitude,
 )
@@ -29,7 +30,7 @@ from gaitgraph.surface.sheets import DEFAULT_TOLERANCE, family_distances
 from gaitgraph.validation.rules import Segments, segments_of
 
 if TYPE_CHECKING:
-    from gaitgraph.invertibility.matrices import Coefficients, CoefficientsLike, FloatArray
+    from gaitgraph.invertibility.matrices import Coefficients, CoefficientsLike
     from gaitgraph.io.formats import GaitLike
     from gaitgraph.validation.report import GaitPoint
     from gaitgraph.vehicle import Vehicle, VehicleLike
@@ -303,35 +304,12 @@ def _least_singular_value(
     segments: Segments, tilt: float, vehicle: Vehicle
 ) -> tuple[tuple[float, float], GaitPoint, tuple[float, float]]:
     """Return the bracket of the least singular value within a tilt below the margin, where, and the attitude."""
-
-    def value(alpha: FloatArray) -> FloatArray:
-        return least_singular_value_within(alpha, tilt, vehicle)[0]
-
+    value = partial(least_singular_value_within_bound, tilt=tilt, vehicle=vehicle)
     bound = singular_value_bound(vehicle, level=False)
-    matters = _near_the_least(segments, value, bound)
-    found = least_along(segments.starts[matters], segments.ends[matters], value, bound, tolerance=_BRACKET)
-    lower, upper, segment, fraction = found.worst()
-    place = segments.place(int(matters[segment]), fraction)
-    roll, pitch = least_singular_value_within(place.alpha, tilt, vehicle)[1]
-    return (lower, upper), place, (float(roll), float(pitch))
-
-
-def _near_the_least(segments: Segments, value: Value, bound: Bound) -> npt.NDArray[np.intp]:
-    """Return the segments that may hold the least of a costly value; values at a few rows exclude most segments.
-
-    The bound holds between any two points.
-    """
-    starts, rows, least = segments.starts, np.arange(len(segments.starts)), math.inf
-    for stride in (4096, 512, 64, 8):
-        anchors, nearest = np.unique(rows - rows % stride, return_inverse=True)
-        if len(anchors) * 2 > len(rows):
-            continue
-        found = value(starts[anchors])
-        least = min(least, float(found.min()))
-        at, zero = starts[anchors][nearest], np.zeros(len(rows))
-        lower = [2 * bound(found[nearest], zero, at, side[rows]) for side in (starts, segments.ends)]
-        rows = rows[np.minimum(*lower) <= least]
-    return rows
+    lower, _, segment, fraction = least_along(segments.starts, segments.ends, value, bound, tolerance=_BRACKET).worst()
+    place = segments.place(segment, fraction)
+    upper, (roll, pitch) = least_singular_value_within(place.alpha, tilt, vehicle)
+    return (lower, float(upper)), place, (float(roll), float(pitch))
 
 
 def _spread(segments: Segments, count: int) -> list[GaitPoint]:

@@ -77,12 +77,12 @@ def color_choices(
     a1, a2 = np.asarray(alpha1, dtype=float), np.asarray(alpha2, dtype=float)
     noise = noise_of(coefficients)
     crossing = [part == 0 for part in sheets.types_of("red", a1, a2, coefficients, crossing_tolerance)]
-    choices = {sign: np.column_stack([np.zeros((len(a1), 2), dtype=bool), *crossing]) for sign in sheets.SIGNS}
+    choices = {sign: np.array([*np.zeros((2, len(a1)), dtype=bool), *crossing]).T for sign in sheets.SIGNS}
     for k, color in enumerate(sheets.COLORS):
         if color == "blue" and coefficients.kind != "published":
             continue  # R = 0 has no sign
         a3, a4 = sheets.sheet_angles(color, a1, a2, coefficients)
-        R = np.asarray(level_determinant(np.stack([a1, a2, a3, a4], axis=-1), coefficients))
+        R = np.asarray(level_determinant(np.array([a1, a2, a3, a4]).T, coefficients))
         either = sheets.at_end_of_range(a3) | sheets.at_end_of_range(a4)
         for sign in sheets.SIGNS:
             choices[sign][:, k] = np.where(either, np.abs(R), R if sign == "positive" else -R) > noise

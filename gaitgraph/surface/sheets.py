@@ -79,12 +79,6 @@ _TYPE_MARKS = {1: "+", 0: "?", -1: "-", FREE: "*"}
 _TYPE_CODES = {"−": -1, **{mark: code for code, mark in _TYPE_MARKS.items()}}
 _TYPES_TEXT = re.compile(r"\(\s*([+?−*-])\s*,\s*([+?−*-])\s*\)")
 _CODES = {"red": 1, "blue": -1, "fiber1": FIRST, "fiber2": SECOND}
-# The columns, two for each family, are the linear forms of α that are constant on it: α3 ∓ α1 and α4 ∓ α2 on the
-# sheets, the two fixed angles on a fibre.
-_FORMS = np.array(
-    [[-1, 0, 1, 0, 1, 0, 0, 0], [0, -1, 0, 1, 0, 0, 1, 0], [1, 0, 1, 0, 0, 1, 0, 0], [0, 1, 0, 1, 0, 0, 0, 1]],
-    dtype=float,
-)
 
 DEFAULT_CROSSING_TOLERANCE = math.pi / 32
 """Distance from a crossing line within which a plane type is `?` [rad]: half a step of the paper's grid."""
@@ -322,11 +316,15 @@ def family_of(code: int) -> str:
     return FAMILIES[FAMILY_COLUMN[int(code)]]
 
 
-def _family_forms(alpha: FloatArray, coefficients: Coefficients) -> FloatArray:
-    """Return the two linear forms of each family that are multiples of π on it, shape (..., 4, 2)."""
-    delta = coefficients.delta
-    shift = np.array([[0.0, 0.0], [-2 * delta, 2 * delta], [-delta, -delta], [delta, delta]])
-    return np.asarray((alpha @ _FORMS).reshape(*alpha.shape[:-1], 4, 2) + shift)
+def _family_forms(alpha: FloatArray, delta: float) -> FloatArray:
+    """Return the two linear forms of each family that are multiples of π on it, shape (4, 2, ...).
+
+    They are α3 ∓ α1 and α4 ∓ α2 on the sheets, the two fixed angles on a fibre.
+    """
+    first, opposite = alpha.T[:2], alpha.T[2:]
+    turn = delta * np.array([-1.0, 1.0]).reshape(2, *[1] * (alpha.ndim - 1))
+    fixed = np.array([first + turn, opposite + turn])
+    return np.concatenate([[opposite - first, first + opposite + 2 * turn], fixed.swapaxes(0, 1)])
 
 
 def family_distances(alpha: npt.ArrayLike, coefficients: Coefficients) -> FloatArray:
@@ -335,8 +333,8 @@ def family_distances(alpha: npt.ArrayLike, coefficients: Coefficients) -> FloatA
     For a sheet the larger difference of α3 and α4 counts, for a fibre that of its two fixed angles. The copies of the
     fibres at β = π/2 (mod π), where R = 0, do not count as fibres.
     """
-    forms = _family_forms(np.asarray(alpha, dtype=float), coefficients)
-    return np.asarray(distance_to_multiple(forms, math.pi).max(axis=-1))
+    forms = _family_forms(np.asarray(alpha, dtype=float), coefficients.delta)
+    return np.asarray(distance_to_multiple(forms, math.pi).max(axis=1).T)
 
 
 def families_along(alpha: npt.ArrayLike, coefficients: Coefficients, tolerance: float, *, before: int = 0) -> CodeArray:
@@ -359,7 +357,7 @@ def families_along(alpha: npt.ArrayLike, coefficients: Coefficients, tolerance: 
         out[both] = np.where(known[latest] == 0, 1, known[latest])[both]
     out[(out == 0) & near[:, 3]] = SECOND
     out[(out == 0) & near[:, 2]] = FIRST
-    for point in np.flatnonzero(on_blue & ~on_red & near[:, 2:].any(axis=1)).tolist():
+    for point in np.flatnonzero(on_blue & ~on_red & (near[:, 2] | near[:, 3])).tolist():
         previous = before if point == 0 else int(out[point - 1])
         if previous > 1 and near[point, previous]:
             out[point] = previous
@@ -402,11 +400,13 @@ def family_jumps(
     """
 
     def left(at: FloatArray, to: FloatArray, of: CodeArray) -> FloatArray:
-        row, column = np.arange(len(at)), FAMILY_COLUMN[of]
-        forms, step = _family_forms(at, coefficients), ((to - at) @ _FORMS).reshape(-1, 4, 2)
-        # The distance from a family changes linearly along the segment; whole wraps show at its end.
-        off = np.abs(wrapped(forms[row, column]) + step[row, column]).max(axis=1)
-        return np.where(of == 0, np.inf, off)
+        forms, step, off = _family_forms(at, coefficients.delta), _family_forms(to - at, 0.0), np.full(len(at), np.inf)
+        for code in (1, -1, FIRST, SECOND):
+            if (on_it := of == code).any():
+                # The distance from a family changes linearly along the segment; whole wraps show at its end.
+                of_end = wrapped(forms[FAMILY_COLUMN[code]]) + step[FAMILY_COLUMN[code]]
+                np.copyto(off, np.abs(of_end).max(axis=0), where=on_it)
+        return off
 
     out = left(starts, ends, codes)
     between = codes != after
@@ -437,7 +437,8 @@ def red_label(alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, vehicle: Vehicle = P
         near = (q < 0) & ((level > 0) == (squared < kappa**2))
         first = np.where(np.where(saddle > 0, near, beyond), -1.0, 1.0)
         second = level * first
-    factors = np.stack(np.broadcast_arrays(first, second, saddle), axis=-1)
+    factors = np.empty((*saddle.shape, 3))
+    factors[..., 0], factors[..., 1], factors[..., 2] = first, second, saddle
     return np.asarray(np.sign(factors).astype(np.int64))
 
 

@@ -31,6 +31,8 @@ from gaitgraph.validation.report import RATE_UNITS
 from gaitgraph.validation.validating import check_gait
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from gaitgraph.invertibility.matrices import Coefficients, FloatArray
     from gaitgraph.io.formats import GaitLike
     from gaitgraph.validation.report import CheckOptions, Report
@@ -349,12 +351,9 @@ class LimitedGait(TimedGait):
         plane = values_of(derivative_of(self.tilts, order)[:, piece], local / h) / h[..., None] ** order
         return _lift(plane, gait.color or "red", gait.alpha[0, :2], gait.coefficients, order)
 
-    def peaks(self, order: int) -> FloatArray:
-        """Return an upper bound of a derivative of each angle over the period, between samples too, shape (4,).
-
-        It follows from Bernstein coefficients, and is the sharper the more knots there are.
-        """
-        return np.tile(peaks_of(self.widths, self.tilts, order).max(axis=0), 2)
+    def _peaks(self, orders: Sequence[int]) -> list[FloatArray]:
+        """Return upper bounds from Bernstein coefficients; they are the sharper the more knots there are."""
+        return [np.tile(peaks_of(self.widths, self.tilts, order).max(axis=0), 2) for order in orders]
 
     def limits_touched(self, within: float = 0.01) -> tuple[TouchedLimit, ...]:
         """Return the limits that the law comes within a share of, and for what share of the period."""

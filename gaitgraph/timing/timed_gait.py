@@ -45,13 +45,13 @@ from gaitgraph.validation.validating import validate
 from gaitgraph.vehicle import four_of, scale_of, vehicle_named
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from gaitgraph.invertibility.matrices import CoefficientsLike, FloatArray
     from gaitgraph.io.formats import GaitLike
     from gaitgraph.io.servo_map import ServoMap
     from gaitgraph.validation.report import Check, CheckOptions, Report
-    from gaitgraph.vehicle import Each, VehicleLike
+    from gaitgraph.vehicle import VehicleLike
 
 DEFAULT_SAMPLES = 100
 """Intervals per period by default."""
@@ -96,7 +96,7 @@ class TimedGait(Pictured):
     @property
     def corner_times(self) -> FloatArray:
         """The times of the corners, from 0 to T, shape (n + 1,) [s]."""
-        length = np.linalg.norm(self.gait.ends - self.gait.alpha, axis=1)
+        length = np.sqrt(((self.gait.ends - self.gait.alpha) ** 2).sum(axis=1))
         even = not LAWS[self.law].by_length or not length.sum() > 0
         share = np.full(len(length), 1.0 / len(length)) if even else length / length.sum()
         return np.concatenate([[0.0], np.cumsum(share)[:-1] * self.period, [self.period]])
@@ -180,17 +180,24 @@ class TimedGait(Pictured):
         between corners. From 2 on they are infinite where a law turns a corner at full speed. Jerks of the law `smooth`
         jump at the corners.
         """
-        duration = np.diff(self.corner_times)
+        return self._peaks((order,))[0]
+
+    def _peaks(self, orders: Sequence[int]) -> list[FloatArray]:
+        """Return what :meth:`peaks` does, for each of some orders."""
+        times, factors = self.corner_times, LAWS.get(self.law, STRAIGHT).peaks
+        duration, step = times[1:] - times[:-1], self.gait.ends - self.gait.alpha
         moving = duration > 0
         if not moving.any():
-            return np.zeros(4)
-        step, duration = (self.gait.ends - self.gait.alpha)[moving], duration[moving][:, None]
-        factor = LAWS.get(self.law, STRAIGHT).peaks[order - 1]
-        if math.isfinite(factor):
-            return np.asarray((factor * np.abs(step) / duration**order).max(axis=0))
-        velocity = step / duration
-        turns = np.abs(velocity - np.roll(velocity, 1, axis=0)) > 1e-12 * (1.0 + np.abs(velocity).max())
-        return np.where(turns.any(axis=0), np.inf, 0.0)
+            return [np.zeros(4) for _ in orders]
+        velocity, per_second = step[moving] / duration[moving, None], 1.0 / duration[moving, None]
+
+        def peak(order: int) -> FloatArray:
+            if math.isfinite(factors[order - 1]):
+                return np.asarray(factors[order - 1] * (np.abs(velocity) * per_second ** (order - 1)).max(axis=0))
+            turns = np.abs(velocity - np.roll(velocity, 1, axis=0)) > 1e-12 * (1.0 + np.abs(velocity).max())
+            return np.where(turns.any(axis=0), np.inf, 0.0)
+
+        return [peak(order) for order in orders]
 
     def peak_rates(self) -> FloatArray:
         """Return the largest |dαᵢ/dt|, as :meth:`peaks` does [rad/s]."""
@@ -210,11 +217,10 @@ class TimedGait(Pictured):
         A failed check states the `noun` that would keep the limit, a time that is a `share` of the period.
         """
         checks = []
-        for order, kind in enumerate(RATE_UNITS, start=1):
-            limits: Each | None = getattr(self.gait.vehicle, f"max_tilt_{kind}")
-            if limits is None and order > 2:
-                continue
-            peaks = self.peaks(order)
+        limited = {k: getattr(self.gait.vehicle, f"max_tilt_{kind}") for k, kind in enumerate(RATE_UNITS, start=1)}
+        orders = [order for order, limits in limited.items() if limits is not None or order <= 2]
+        for order, peaks in zip(orders, self._peaks(orders), strict=True):
+            kind, limits = [*RATE_UNITS][order - 1], limited[order]
             joint = int(np.argmax(peaks / scale_of(limits)))
             peak, limit = float(peaks[joint]), four_of(limits)[joint]
             if math.isinf(peak):

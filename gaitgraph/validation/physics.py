@@ -10,19 +10,21 @@ import numpy as np
 
 from gaitgraph.angles import distance_to_multiple, figure
 from gaitgraph.invertibility.matrices import (
+    Sines,
     coefficients_of,
     hover_thrust_shares,
     level_determinant,
     level_determinant_resolution,
-    level_determinant_slopes,
 )
 from gaitgraph.invertibility.segment_bounds import (
     Least,
     keeps_singular_value_above,
     least_level_determinant,
+    least_of_quantities,
     least_singular_value_of_all,
-    range_of_level_determinant,
-    thrust_shares_along,
+    level_quantity,
+    red_quantity,
+    share_quantity,
     thrusts_push_up,
     where_thrusts_vanish,
 )
@@ -33,10 +35,64 @@ from gaitgraph.validation.rules import EXACT, Continuous, Criteria, OnSurface, P
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from gaitgraph.invertibility.matrices import FloatArray
+    from gaitgraph.invertibility.matrices import BoolArray, FloatArray
     from gaitgraph.validation.report import Check, GaitPoint
 
 _BLOCK = 1 << 14
+
+
+@dataclass
+class _Brackets(Rule):
+    """The brackets of R, of the least singular value and of the hover thrusts along the latest block, for other rules.
+
+    They are found in one search, and from sines that are computed once.
+    """
+
+    continuous: Continuous
+    sines: Sines = field(init=False)  # of the points
+    value: FloatArray = field(init=False)  # R at the points
+    largest: float = 0.0  # R at the point where |R| is largest so far, of whose sign a gait is
+    level: tuple[Least, Least] = field(init=False)  # of R and of −R
+    singular: Least = field(init=False)
+    hovers: bool = True  # whether all thrusts are positive so far
+    upward: BoolArray = field(init=False)
+    shares: tuple[Least, ...] = ()  # of the least share of the weight and of minus the largest, where all are positive
+    known: list[float] = field(default_factory=lambda: [math.inf] * 5)  # the least of each so far
+
+    def update(self, block: Segments) -> None:
+        """Bracket all quantities that the rules compare with their limits."""
+        criteria, vehicle, starts, ends = self.criteria, self.criteria.vehicle, block.starts, block.ends
+        self.sines = block.sines
+        self.value = self.sines.level_determinant(criteria.coefficients)
+        self.largest = max(self.largest, float(self.value.min()), float(self.value.max()), key=abs)
+        # Of a whole gait no check states how large |R| becomes: the least of −R, or of R, is not narrowed.
+        whole, prevails = bool(block.number[0] == block.number[-1]), self.largest >= 0
+        widths = [math.inf if whole and sign != prevails else 1e-6 for sign in (True, False)]
+        quantities, which = [level_quantity(criteria.coefficients, tolerances=tuple(widths))], [0, 1]
+        if block.on_red:
+            quantities.append(red_quantity(vehicle, tolerance=criteria.bracket))
+            which.append(2)
+        if self.continuous.blue or self.continuous.fiber is not None:
+            self.hovers = False
+        if self.hovers:
+            self.upward = thrusts_push_up(starts, ends, vehicle)
+            self.hovers = bool(self.upward.all())
+        if self.hovers:
+            quantities.append(share_quantity(vehicle, tolerance=criteria.bracket, rotors=2 if block.on_red else 4))
+            which += [3, 4]
+        known = tuple(self.known[k] for k in which)
+        found = least_of_quantities(starts, ends, quantities, points=self.sines, known=known)
+        brackets = dict(zip(which, found, strict=True))
+        if not block.on_red:
+            options: Any = {"tolerance": criteria.bracket, "known": self.known[2], "points": self.sines}
+            brackets[2] = least_singular_value_of_all(starts, ends, vehicle, **options)
+        for k, least in brackets.items():
+            self.known[k] = min(self.known[k], float(least.upper.min()))
+        self.level, self.singular, self.shares = (found[0], found[1]), brackets[2], found[-2:]
+
+    def checks(self) -> Iterator[Check]:
+        """Yield no check."""
+        return iter(())
 
 
 @dataclass
@@ -45,31 +101,24 @@ class _LevelSign(Rule):
 
     name = "R_sign"
     continuous: Continuous
+    brackets: _Brackets
     # The sign of R is that of the largest |R| at a point, known at the end.
     worst: dict[float, Worst] = field(default_factory=lambda: {1.0: Worst(), -1.0: Worst()})
     found: dict[float, bool] = field(default_factory=lambda: {1.0: False, -1.0: False})  # for certain, at a point
-    largest: float = 0.0
     digits: float = 0.0
     slope: float = 0.0
 
     def update(self, block: Segments) -> None:
         """Bracket R and −R along the segments, as narrowly as the comparison with the resolution needs."""
-        coefficients, alpha = self.criteria.coefficients, block.alpha
-        value = np.asarray(level_determinant(alpha, coefficients))
-        peak = float(value[np.argmax(np.abs(value))])
-        self.largest = peak if abs(peak) > abs(self.largest) else self.largest
-        digits = np.asarray(level_determinant_resolution(alpha, coefficients))
-        slope = level_determinant_slopes(alpha, coefficients).sum(axis=1)
+        coefficients, sines = self.criteria.coefficients, self.brackets.sines
+        slopes = sines.level_slopes(coefficients)
+        digits, slope = sines.level_resolution(coefficients, slopes), slopes.sum(axis=0)
         self.digits, self.slope = max(self.digits, float(digits.max())), max(self.slope, float(slope.max()))
         carried = self._carried(digits, slope, self.continuous.inferred_errors)
         for sign in self.found:
-            self.found[sign] |= bool((sign * value > carried).any())
+            self.found[sign] |= bool((sign * self.brackets.value > carried).any())
         resolution = self._resolution()
-        known = (self.worst[1.0].upper, self.worst[-1.0].upper)
-        both = range_of_level_determinant(
-            block.starts, block.ends, coefficients, known=known, at_ends=(value[:-1], value[1:])
-        )
-        for (sign, worst), found in zip(self.worst.items(), both, strict=True):
+        for (sign, worst), found in zip(self.worst.items(), self.brackets.level, strict=True):
             if found.lower.min() <= resolution < min(found.upper.min(), worst.upper):
                 # Narrow the brackets that straddle the resolution until the comparison with it is settled.
                 near, floor = found.lower <= resolution, float(np.nextafter(resolution, math.inf))
@@ -86,14 +135,14 @@ class _LevelSign(Rule):
         coefficients, known = self.criteria.coefficients, self.criteria.angle_rounding
         rounding = np.maximum(inferred, self.criteria.digit_error) if known is None else known
         derived = coefficients.sheet_error
-        second = 8 * float(np.linalg.norm(coefficients.bilinear_form)) * ((rounding + derived) ** 2 - derived**2)
+        second = 8 * coefficients.form_norm * ((rounding + derived) ** 2 - derived**2)
         return digits + slope * rounding + second
 
     def _resolution(self) -> float:
         return float(self._carried(self.digits, self.slope, self.continuous.inferred_error))
 
     def checks(self) -> Iterator[Check]:
-        sign = 1.0 if self.largest >= 0 else -1.0
+        sign = 1.0 if self.brackets.largest >= 0 else -1.0
         worst, resolution, kind = self.worst[sign], self._resolution(), self.criteria.coefficients.kind
         lower = worst.lower - self.criteria.level_slack(self.criteria.coefficients)
         ok, decided, at, undecided = True, True, self.described(worst.place), "sign of R undecided: |R|"
@@ -125,15 +174,14 @@ class _SingularValue(Rule):
     name = "least_singular_value"
     kind = "flyable"
     continuous: Continuous
+    brackets: _Brackets
     worst: Worst = field(default_factory=Worst)
     above: bool = True
 
     def update(self, block: Segments) -> None:
         """Bracket the least singular value, and decide the comparison with the floor where the bracket does not."""
         criteria, floor = self.criteria, self.criteria.floor + self.criteria.singular_value_slack
-        found = least_singular_value_of_all(
-            block.starts, block.ends, criteria.vehicle, tolerance=criteria.bracket, known=self.worst.upper
-        )
+        found = self.brackets.singular
         self.worst.update(found, block)
         close = found.lower < floor
         if self.above and close.any():
@@ -162,6 +210,7 @@ class _HoverThrust(Rule):
     name = "hover_thrust"
     kind = "flyable"
     continuous: Continuous
+    brackets: _Brackets
     least: Worst = field(default_factory=Worst)
     largest: Worst = field(default_factory=Worst)
     level: float = math.inf  # the least |R| of a curve's chords, exact coefficients, without the rotor height
@@ -171,20 +220,17 @@ class _HoverThrust(Rule):
         """Bracket the least and the largest thrust, up to the first segment where one is not positive."""
         if self.continuous.blue or self.continuous.fiber is not None or self.broken is not None:
             return
-        criteria, vehicle, known = self.criteria, self.criteria.vehicle, (self.least.upper, self.largest.upper)
-        upward, least, largest = thrust_shares_along(
-            block.starts, block.ends, vehicle, tolerance=criteria.bracket, known=known
-        )
-        if upward.all():
-            self.least.update(least, block)
-            self.largest.update(largest, block)
+        criteria, vehicle = self.criteria, self.criteria.vehicle
+        if self.brackets.hovers:
+            self.least.update(self.brackets.shares[0], block)
+            self.largest.update(self.brackets.shares[1], block)
             if criteria.beside:
                 exact = coefficients_of(vehicle.replace(rotor_height=0.0), "exact")
                 sign = 1.0 if level_determinant(block.alpha[0], exact) > 0 else -1.0
                 level = least_level_determinant(block.starts, block.ends, exact, sign=sign).lower.min()
                 self.level = min(self.level, float(level))
             return
-        segment = int(np.argmin(upward))
+        segment = int(np.argmin(self.brackets.upward))
         shares = hover_thrust_shares(block.alpha[segment : segment + 2], vehicle)
         worst = int(np.argmin(shares.min(axis=1)))  # the first that is not a number, if there is one
         if shares[worst].min() > 0:
@@ -296,9 +342,11 @@ class Checker:
 
     def __init__(self, criteria: Criteria) -> None:
         continuous = Continuous(criteria)
-        flyable = [rule(criteria, continuous) for rule in (_LevelSign, _SingularValue, _HoverThrust)]
-        self.rules: list[Rule] = [OnSurface(criteria), TwoColor(criteria), continuous, *flyable, _TiltRange(criteria)]
-        self.reachability = _Reachability(criteria, continuous)
+        brackets = _Brackets(criteria, continuous)
+        flyable = [rule(criteria, continuous, brackets) for rule in (_LevelSign, _SingularValue, _HoverThrust)]
+        self.rules: list[Rule] = [OnSurface(criteria), TwoColor(criteria), continuous, brackets, *flyable]
+        self.rules.append(_TiltRange(criteria))
+        self.reachability = _Reachability(criteria, continuous, brackets)
 
     def update(self, segments: Segments) -> None:
         """Examine the next segments, in blocks so that memory stays bounded."""
@@ -319,8 +367,8 @@ class Checker:
 class _Reachability:
     """Whether a flight from hover can enter the gait, and leave it, without a singular matrix."""
 
-    def __init__(self, criteria: Criteria, continuous: Continuous) -> None:
-        self.vehicle, self.continuous = criteria.vehicle, continuous
+    def __init__(self, criteria: Criteria, continuous: Continuous, brackets: _Brackets) -> None:
+        self.vehicle, self.continuous, self.brackets = criteria.vehicle, continuous, brackets
         self.exact = coefficients_of(criteria.vehicle, "exact")
         self.slack = criteria.level_slack(self.exact)
         self.positive, self.decided, self.home, self.opposite, self.off_red = True, True, True, 0.0, 0.0
@@ -331,12 +379,13 @@ class _Reachability:
         if not self.positive:
             return
         alpha = block.alpha
-        value = np.asarray(level_determinant(alpha, self.exact))
-        resolution = float(np.max(level_determinant_resolution(alpha, self.exact)))
-        floor, ends = float(np.nextafter(max(resolution, self.slack), math.inf)), (value[:-1], value[1:])
-        least = least_level_determinant(
-            block.starts, block.ends, self.exact, tolerance=0.0, floor=floor, each=True, at_ends=ends
-        )
+        value = self.brackets.sines.level_determinant(self.exact)
+        if value.min() <= 0:
+            self.positive = False
+            return
+        resolution = float(level_determinant_resolution(alpha, self.exact).max())
+        floor = float(np.nextafter(max(resolution, self.slack), math.inf))
+        least = least_level_determinant(block.starts, block.ends, self.exact, tolerance=0.0, floor=floor, each=True)
         lower = float(least.lower.min())
         self.positive = lower > resolution and not self.continuous.blue
         self.decided &= lower > self.slack

@@ -10,13 +10,15 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.angles import angle_within, checked_number
-from gaitgraph.invertibility.segment_bounds import Least, largest_residual
+from gaitgraph.invertibility.matrices import Sines
+from gaitgraph.invertibility.segment_bounds import Least, is_red, largest_residual
 from gaitgraph.surface.sheets import (
     DEFAULT_CROSSING_TOLERANCE,
     FAMILIES,
@@ -81,11 +83,13 @@ class Criteria:
         R is bilinear in the features of both pairs. Their norms and their slopes are at most √2, and the four angles
         move by 2√2·beside in sum. A rotor height adds `cross` times two sines.
         """
+        if not self.beside:
+            return 0.0
         rate = 2.0 * float(np.linalg.norm(coefficients.bilinear_form, 2)) + abs(coefficients.cross)
         return rate * math.sqrt(8.0) * self.beside
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Segments:
     """Consecutive straight segments of a gait."""
 
@@ -120,11 +124,27 @@ class Segments:
         """The end of each segment, shape (m, 4) [rad]."""
         return self.alpha[1:]
 
+    @cached_property
+    def sines(self) -> Sines:
+        """The sines and cosines of all points."""
+        return Sines.of(self.alpha)
+
+    @cached_property
+    def on_red(self) -> bool:
+        """Whether all points lie exactly on the red sheet, as those of a lifted loop do."""
+        return is_red(self.alpha)
+
+    @cached_property
+    def color(self) -> int:
+        """The sheet, +1 or −1, if all points have the same, else 0."""
+        first = int(self.sheet[0])
+        return first if abs(first) == 1 and bool((self.sheet == first).all()) else 0
+
     def place(self, segment: int, fraction: float = 0.0) -> GaitPoint:
         """Return the place at a fraction of a segment, counted from 0 within these."""
         index, fraction = (segment + 1, 0.0) if fraction == 1.0 else (segment, float(fraction))
         at, t = self.alpha[index], None if self.t is None else float(self.t[index])
-        if index and self.number[index] <= self.number[index - 1]:
+        if t is not None and index and self.number[index] <= self.number[index - 1]:
             t = self.first_t
         if fraction:
             at = at + fraction * (self.alpha[index + 1] - at)
@@ -218,12 +238,17 @@ class OnSurface(Rule):
     def update(self, block: Segments) -> None:
         """Bracket the largest residual."""
         tolerance, known = self.criteria.tolerance / 100, self.worst.upper
-        found = largest_residual(block.starts, block.ends, self.criteria.coefficients, tolerance=tolerance, known=known)
+        if block.on_red:  # both products of sines vanish
+            zero = np.zeros(1)
+            self.worst.update(Least(lower=zero, upper=zero, fraction=zero), block)
+            return
+        options: Any = {"tolerance": tolerance, "known": known, "points": block.sines}
+        found = largest_residual(block.starts, block.ends, self.criteria.coefficients, **options)
         self.worst.update(found, block)
 
     def checks(self) -> Iterator[Check]:
         """Yield the check `on_surface`."""
-        value, limit, place = max(-self.worst.lower, 0.0), self.criteria.tolerance, self.worst.place
+        value, limit, place = max(0.0, -self.worst.lower), self.criteria.tolerance, self.worst.place
         ok = value <= limit
         advice, coefficients = f"{_TAKE_ROOTS}, or raise the tolerance", self.criteria.coefficients
         if coefficients.cross and place and family_distances(place.alpha, coefficients)[1] <= limit:
@@ -243,8 +268,9 @@ class TwoColor(Rule):
 
     def update(self, block: Segments) -> None:
         """Find the first pair of points that may not be neighbours."""
-        self.families |= {code for code in family_codes(FAMILIES).tolist() if (block.sheet == code).any()}
-        if self.broken is not None:
+        codes = [block.color] if block.color else family_codes(FAMILIES).tolist()
+        self.families |= {code for code in codes if block.color or (block.sheet == code).any()}
+        if self.broken is not None or block.color:  # on one sheet no two types are + and −
             return
         criteria = self.criteria
         third, fourth = family_types(block.alpha, block.sheet, criteria.coefficients, criteria.crossing_tolerance)
@@ -294,8 +320,12 @@ class Continuous(Rule):
     def update(self, block: Segments) -> None:
         """Compare points with the sheets of their colors, and segments with the sheets of their ends."""
         sheet, criteria = block.sheet, self.criteria
-        bare, fibered = sheet == 0, sheet > 1
         self.inferred_errors = np.zeros(len(sheet))
+        if block.on_red and block.color > 0:
+            if self.ratio < 0:
+                self.ratio, self.jump, self.limit, self.place = 0.0, 0.0, criteria.tolerance, block.place(0)
+            return
+        bare, fibered = sheet == 0, sheet > 1
         if bare.any():
             self.bare = self.bare or block.place(int(np.argmax(bare)))
             if bare.all():

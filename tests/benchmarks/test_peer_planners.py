@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
@@ -148,6 +149,44 @@ def keep_outs(count: int = 50, corners: int = 20, seed: int = 0) -> list[list[tu
         outline = center + reach[:, None] * np.column_stack([np.cos(turns), np.sin(turns)])
         polygons.append([(float(x), float(y)) for x, y in outline])
     return polygons
+
+
+TEXTS = [("3pi/8", "-3pi/8"), ("3pi/8", "-pi/8"), ("pi/8", "-pi/8"), ("pi/8", "-3pi/8")]
+EIGHT = np.random.default_rng(7).uniform((0.25, -1.45), (1.45, -0.3), (200, 2))
+EIGHT = EIGHT[gg.surface.Zones(keep_out=keep_outs(10, 8)).allow_points(EIGHT)][:8].tolist()
+PLANS: dict[str, tuple[Any, Any, Any]] = {
+    "a plan of Gait 3 with its report against OMPL's AtlasStateSpace": (TEXTS, GAIT_3, []),
+    "a plan of 8 waypoints among 10 keep-outs against OMPL's AtlasStateSpace": (EIGHT, EIGHT, keep_outs(10, 8)),
+}
+
+
+@pytest.mark.parametrize("group", PLANS)
+def test_a_whole_plan_ours(benchmark: Any, group: str) -> None:
+    """From texts or numbers to a plan whose report is certified along the whole loop.
+
+    The region of one request is kept for the next with the same keep-outs; the first call makes it.
+    """
+    benchmark.group = group
+    waypoints, _, polygons = PLANS[group]
+    started = time.perf_counter()
+    gg.plan_loop(waypoints, keep_out=polygons)
+    benchmark.extra_info["first call"] = f"{1e3 * (time.perf_counter() - started):.1f} ms"
+
+    def planned() -> list[str]:
+        plan = gg.plan_loop(waypoints, keep_out=polygons)
+        assert plan.report.flyable
+        return [check.message for check in plan.report.checks]
+
+    assert len(benchmark.pedantic(planned, rounds=100, warmup_rounds=5)) == 9
+
+
+@pytest.mark.parametrize("group", PLANS)
+def test_a_whole_plan_ompl(benchmark: Any, group: str) -> None:
+    """Leg by leg, without any verdict."""
+    benchmark.group = group
+    _, points, polygons = PLANS[group]
+    plan = leg_planner("AtlasStateSpace", polygons)
+    benchmark.pedantic(lambda: [plan(a, b) for a, b in pairwise([*points, points[0]])], rounds=30, warmup_rounds=2)
 
 
 @pytest.fixture(scope="module")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -14,10 +15,12 @@ import pytest
 from scipy.optimize import root
 
 import gaitgraph as gg
+from gaitgraph.gait.table import ANGLES
 from gaitgraph.graph.walks import closed_walk
 from gaitgraph.invertibility.matrices import coefficients_of, determinant, least_singular_value_bound
 from gaitgraph.invertibility.tilt_margins import tilt_margin
 from gaitgraph.robustness.attitudes import AcceptableAttitudes, acceptable_attitudes
+from gaitgraph.robustness.biased import robustness_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -32,6 +35,12 @@ SAMPLES = BIASED.parametrize(law="constant-speed", samples=1000).alpha[:-1]
 ATTITUDES = np.linspace(-np.pi / 2, np.pi / 2, 1001)
 VALUES = np.random.default_rng(0).uniform(-2, 2, AXIS.size**2)
 MATRICES = np.random.default_rng(1).uniform(-1.5, 1.5, (1 << 14, 4))
+RANDOM = np.random.default_rng(7).uniform([0.393, -1.178] * 2, [1.178, -0.393] * 2, (10_000, 4))
+RANDOM_ROWS = {
+    "on the sheet": RANDOM[:, [0, 1, 0, 1]],
+    "off the sheets": RANDOM[:, [0, 1, 0, 1]] * [1, 1, 0.8, 0.8],
+    "anywhere flyable": RANDOM,
+}
 TEN_MILLION = np.random.default_rng(3).uniform(-1.5, 1.5, (10_000_000, 4))
 
 
@@ -144,6 +153,15 @@ PAIRS = {
     ),
 }
 
+PAIRS |= {
+    f"robustness of 10,000 random rows against validate, {kind}": (
+        Side(partial(robustness_of, table), lambda found: found.gait.acceptable.met, rounds=5),
+        Side(partial(gg.validate, table), lambda found: found.rows == 10_000, rounds=5),
+    )
+    for kind, rows in RANDOM_ROWS.items()
+    for table in [dict(zip(ANGLES, rows.T, strict=True))]
+}
+
 
 @pytest.mark.parametrize("group", PAIRS)
 @pytest.mark.parametrize("number", [0, 1], ids=["ours", "theirs"])
@@ -153,7 +171,7 @@ def test_pairs(benchmark: Any, group: str, number: int) -> None:
     assert side.is_fine(benchmark.pedantic(side.run, rounds=side.rounds, warmup_rounds=1))
 
 
-ROWS = 300_000
+ROWS = 1_000_000
 
 
 @pytest.fixture(scope="module", params=["on the sheet", "off the sheets"])
@@ -173,7 +191,7 @@ def long_table(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPath
 def test_judging_ours(benchmark: Any, long_table: tuple[str, Path]) -> None:
     kind, path = long_table
     benchmark.group = f"judging a table on disk against reading it, {kind}"
-    report = benchmark.pedantic(lambda: gg.validate(path), rounds=5, warmup_rounds=1)
+    report = benchmark.pedantic(lambda: gg.validate(path), rounds=3, warmup_rounds=1)
     assert report.rows == ROWS
 
 
@@ -181,5 +199,5 @@ def test_reading(benchmark: Any, long_table: tuple[str, Path]) -> None:
     """The fastest reader that there is without another dependency: numpy's own."""
     kind, path = long_table
     benchmark.group = f"judging a table on disk against reading it, {kind}"
-    rows = benchmark.pedantic(lambda: np.loadtxt(path, delimiter=",", skiprows=1), rounds=5, warmup_rounds=1)
+    rows = benchmark.pedantic(lambda: np.loadtxt(path, delimiter=",", skiprows=1), rounds=3, warmup_rounds=1)
     assert rows.shape == (ROWS, 4)
