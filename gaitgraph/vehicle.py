@@ -110,9 +110,7 @@ class Vehicle(Pictured):
     Raises
     ------
     InputError
-        If a value is not a positive finite number (or angle), or if constants contradict each other or leave κ open,
-        or if the rotor height is not zero and there is no arm length, or one below a tenth of it; if a list is not of
-        four, a tilt range is empty, or a linkage is not monotone.
+        If a value is not as stated above, a tilt range is empty, or constants contradict each other or leave κ open.
 
     Examples
     --------
@@ -183,7 +181,13 @@ class Vehicle(Pictured):
             )
         if not 1e-9 <= stated["drag_ratio"] <= 1e9:
             raise InputError(f"drag_ratio must be between 1e-9 and 1e9 (dimensionless), got {stated['drag_ratio']!r}")
-        stated["rotor_height"] = _height(stated["rotor_height"], stated["arm_length"])
+        height, largest = stated["rotor_height"], 10 * (stated["arm_length"] or 0.0)
+        if number_of(height) and not largest:
+            rule = "0 m without an arm_length"
+            raise InputError(f"rotor_height must be {rule}, got {shown(height)}; state arm_length (m)")
+        if not abs(number_of(height)) <= largest * (1 + 1e-12):
+            raise InputError(f"rotor_height must be within ±{largest:g} m, ten arm lengths, got {shown(height)}")
+        stated["rotor_height"] = number_of(height) + 0.0  # -0.0 is 0.0
         for field, value in stated.items():
             object.__setattr__(self, field, value)  # the record is frozen
         for arm, (least, most) in enumerate(self.tilt_range or (), start=1):
@@ -390,16 +394,6 @@ def _positive(name: str, value: object) -> float:
     if not 1e-30 <= number <= 1e30:
         raise InputError(f"{name} must be a positive finite number ({UNITS[name]}), got {shown(value)}")
     return number
-
-
-def _height(height: object, arm_length: float | None) -> float:
-    number = number_of(height)
-    if number and arm_length is None:
-        raise InputError(f"rotor_height must be 0 m without an arm_length, got {shown(height)}; state arm_length (m)")
-    largest = 10 * (arm_length or 0.0)
-    if not abs(number) <= largest * (1 + 1e-12):
-        raise InputError(f"rotor_height must be within ±{largest:g} m, ten arm lengths, got {shown(height)}")
-    return number + 0.0  # -0.0 is 0.0
 
 
 PAPER = Vehicle(

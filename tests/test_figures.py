@@ -117,10 +117,6 @@ def test_figures_fit_a_page_and_no_text_lies_on_another(name: str, vehicle: gg.V
     assert dict(mpl.rcParams) == before
 
 
-def test_figures_take_the_coefficients() -> None:
-    assert "(−,−): $R = 0$" in legend_of(draw(16, coefficients="exact"))
-
-
 def test_figure_17_holds_three_loops() -> None:
     (ax,) = draw(17).axes
     for known in GAITS[:3]:
@@ -158,11 +154,6 @@ def test_red_gaits_and_those_of_another_vehicle_have_one_reading() -> None:
         ((title, margin),) = verdicts(draw(name, vehicle=BEETLE))
         assert title.endswith("exact coefficients")
         assert margin.startswith("tilt margin ")
-
-
-@pytest.mark.parametrize("name", [*map(str, range(3, 15))])
-def test_figures_in_space_have_their_title(name: str) -> None:
-    assert drawn(name).get_suptitle() == FIGURES[name].title
 
 
 def test_a_gait_has_a_set_of_its_own(run: Any, folder: Path) -> None:

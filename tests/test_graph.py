@@ -59,13 +59,6 @@ def test_the_region_with_positive_R(positive: nx.Graph[Any], negative: nx.Graph[
     assert len(positive) + len(negative) == 2 * 15 * 15
 
 
-def test_question_marks_are_the_nodes_nearest_to_the_crossing_lines(negative: nx.Graph[Any]) -> None:
-    for (i, j, _), data in negative.nodes(data=True):
-        third, fourth = data["types"].strip("()").split(",")
-        assert (third == "?") == (i in (1, 9))  # α1 = −7π/16, π/16
-        assert (fourth == "?") == (j in (7, 15))  # α2 = −π/16, 7π/16
-
-
 def brute_edges(graph: nx.Graph[Any]) -> set[frozenset[Any]]:
     """All pairs, the rule word by word: neighbouring cells, and no angle from + to −."""
     out = set()

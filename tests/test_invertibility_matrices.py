@@ -20,6 +20,7 @@ from scipy.spatial.transform import Rotation
 
 from gaitgraph.errors import InputError, MissingConstant
 from gaitgraph.invertibility.matrices import (
+    Sines,
     attitude_of,
     body_vertical,
     coefficients_of,
@@ -33,7 +34,6 @@ from gaitgraph.invertibility.matrices import (
     least_singular_value_on_red,
     level_determinant,
     level_determinant_resolution,
-    level_determinant_slopes,
     noise_of,
     pitch_sensitivity,
     roll_sensitivity,
@@ -381,7 +381,7 @@ class TestResolution:
     def test_slopes_are_differences(self) -> None:
         for alpha in random_tilts(33, 20):
             ahead, behind = (level_determinant(alpha + sign * 1e-6 * np.eye(4), PUBLISHED) for sign in (1, -1))
-            slopes = level_determinant_slopes(alpha, PUBLISHED)
+            slopes = Sines.of(alpha[None]).level_slopes(PUBLISHED)[:, 0]
             np.testing.assert_allclose(slopes, np.abs(ahead - behind) / 2e-6, atol=1e-7)
 
     def test_where_all_slopes_vanish_the_second_order_is_covered(self) -> None:

@@ -22,8 +22,7 @@ from gaitgraph import plots
 from gaitgraph.angles import HALF_PI, wrapped
 from gaitgraph.invertibility.matrices import least_singular_value_on_red
 from gaitgraph.plots.axes import BLUE, GREY, PALETTE, RED
-from gaitgraph.plots.planes import interior_roots
-from gaitgraph.surface.sheets import PLANE_TYPES, text_from_types
+from gaitgraph.surface.sheets import PLANE_TYPES
 from tests.published import GAITS
 from tests.samples import BEETLE, EXACT, PUBLISHED
 
@@ -97,20 +96,6 @@ def test_root_counts_hold_650_roots() -> None:
     counted = {label: len(points) for label, points in places.items()}
     assert counted == {"2 roots, 225 nodes": 225, "3 roots, 60 nodes": 60, "5 roots, 4 nodes": 4}
     np.testing.assert_allclose(np.abs(places["5 roots, 4 nodes"]), HALF_PI)
-
-
-def test_interior_roots_are_those_of_each_node() -> None:
-    found, signs = interior_roots(PUBLISHED)
-    assert (found.sheet != 0).sum() == 2 * len(found.sheet) == 450
-    places = np.array([(i, j) for i in range(1, 16) for j in range(1, 16)]) * STEP - HALF_PI
-    np.testing.assert_allclose(found.alpha[:, 0, :2], places, atol=1e-12)
-    for node in range(0, 225, 19):
-        known = sorted(gg.roots(*places[node]), key=lambda root: (root.alpha3, root.alpha4))
-        for k, root in enumerate(known):
-            assert ("red" if found.sheet[node, k] > 0 else "blue") == root.color
-            assert text_from_types(*found.types[node, k]) == root.types
-            np.testing.assert_allclose(found.alpha[node, k], root.alpha, atol=1e-12)
-            assert signs[node, k] == np.sign(root.R)
 
 
 @pytest.mark.parametrize(("name", "over", "shift"), [("7", 0, 2), ("8", 1, -2)])

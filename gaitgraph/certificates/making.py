@@ -22,13 +22,7 @@ from gaitgraph.certificates import check
 from gaitgraph.errors import Infeasible, InputError
 from gaitgraph.files import check_new_files, write_whole
 from gaitgraph.gait.table import Table, row_texts
-from gaitgraph.invertibility.matrices import (
-    DEFAULT_FLOOR,
-    coefficients_of,
-    hover_thrust_shares,
-    least_singular_value,
-    level_determinant,
-)
+from gaitgraph.invertibility import matrices
 from gaitgraph.io.formats import gait_of, given_gait, naming_file
 from gaitgraph.timing.laws import bernstein_from_power, values_of
 from gaitgraph.timing.timed_gait import TimedGait, pieces_of, timed_gait_of
@@ -122,7 +116,7 @@ def certify(
     *,
     vehicle: VehicleLike | None = None,
     coefficients: CoefficientsLike | None = None,
-    floor: float = DEFAULT_FLOOR,
+    floor: float = matrices.DEFAULT_FLOOR,
     tilt: float | str | None = None,
     timing: bool = True,
 ) -> Certified:
@@ -288,12 +282,12 @@ def _claims_of(path: _Path, report: Report, tilt: float | None) -> dict[str, dic
     alpha = np.tile(values_of(powers[:, None], share[:, None]), 4 // powers.shape[-1])
     if (largest := float(np.abs(alpha).max())) > _MOST_ANGLE:
         raise InputError(f"angles of a certificate must be at most {_MOST_ANGLE} rad in size, got {largest:.6g}")
-    least: dict[str, Fraction] = {}
-    shares = hover_thrust_shares(alpha, vehicle)
-    for name, values in (("least_singular_value", least_singular_value(alpha, vehicle)), ("hover_thrust", shares)):
-        value = min(float(np.min(values)), float(report[name].value or 0.0))
-        least[name] = _rounded(value * (1 - _ROOM), up=False)
-    is_positive = level_determinant(alpha[0, 0], coefficients_of(vehicle, "exact")) > 0
+    shares, values = matrices.hover_thrust_shares(alpha, vehicle), matrices.least_singular_value(alpha, vehicle)
+    least = {
+        name: _rounded(min(float(np.min(found)), float(report[name].value or 0.0)) * (1 - _ROOM), up=False)
+        for name, found in (("least_singular_value", values), ("hover_thrust", shares))
+    }
+    is_positive = matrices.level_determinant(alpha[0, 0], matrices.coefficients_of(vehicle, "exact")) > 0
     claims: dict[str, dict[str, Any]] = {
         "least_singular_value": {"at_least": least["least_singular_value"]},
         "sign_of_R": {"sign": "positive" if is_positive else "negative"},

@@ -39,10 +39,10 @@ except ImportError as error:
     raise needs_extra((error.name or "starlette").partition(".")[0], "the explorer", "explore") from error
 
 if TYPE_CHECKING:
-    from collections.abc import Awaitable, Callable, MutableMapping
+    from collections.abc import Awaitable, Callable
 
-    Message = MutableMapping[str, Any]
-    App = Callable[[Message, Callable[[], Awaitable[Message]], Callable[[Message], Awaitable[None]]], Awaitable[None]]
+    from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
     Check = Callable[..., None]
     Work = Callable[[Request, bytes, Check], Any]
 
@@ -73,11 +73,11 @@ AT_ONCE = 2  # requests worked on at the same time
 class Guard:
     """ASGI middleware that refuses paths without the token and other origins, and adds :data:`HEADERS`."""
 
-    def __init__(self, app: App, *, token: str, port: int) -> None:
+    def __init__(self, app: ASGIApp, *, token: str, port: int) -> None:
         self.app, self.token = app, token.encode()
         self.origins = [f"http://{name}:{port}" for name in ("127.0.0.1", "localhost")]
 
-    async def __call__(self, scope: Message, receive: Any, send: Any) -> None:
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Refuse a request or pass it on."""
         if scope["type"] != "http":
             return
@@ -169,14 +169,10 @@ def application(token: str, port: int) -> Starlette:
             Middleware(Guard, token=token, port=port),
             Middleware(TrustedHostMiddleware, allowed_hosts=[ADDRESS, "localhost"], www_redirect=False),
         ],
-        exception_handlers={HTTPException: _refused},
+        exception_handlers={HTTPException: lambda _, error: _refusal(error.status_code, error.detail, error.headers)},
     )
     app.router.redirect_slashes = False
     return app
-
-
-def _refused(_: Request, error: Any) -> Response:
-    return _refusal(error.status_code, error.detail, error.headers)
 
 
 def _refusal(status: int, message: str, headers: dict[str, str] | None = None) -> Response:

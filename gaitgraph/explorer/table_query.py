@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from gaitgraph.explorer.queries import Progress
-    from gaitgraph.gait.gait import Gait
     from gaitgraph.gait.table import Table
     from gaitgraph.vehicle import Vehicle
 
@@ -81,6 +80,12 @@ def table_answer(name: str, content: bytes, progress: Progress = queries.quiet) 
     alpha = rows.alpha[legs] + (some % parts / parts)[:, None] * (rows.ends - rows.alpha)[legs]
     gait = stated.gait if stated else rows.merged()
     map_of = _preset_of(rows.vehicle)
+    diagram: dict[str, Any] = {"own": None, "reason": None}
+    if len(gait.alpha) > _MOST_CORNERS:
+        limit = f"At most {_MOST_CORNERS} corners are drawn here, got {len(gait.alpha)}"
+        diagram["reason"] = f"{limit}. For longer tables: gaitgraph robustness FILE"
+    else:
+        diagram["own"] = queries.diagram_of(robustness_of(gait, curves=queries.CURVES, progress=progress).gait)
     return {
         "name": name,
         "rows": report.rows,
@@ -95,18 +100,9 @@ def table_answer(name: str, content: bytes, progress: Progress = queries.quiet) 
         "corners": queries.to_digits(gait.alpha[:_MOST_ROWS]),
         "types": list(gait.types[:_MOST_ROWS]),
         "colors": list(gait.colors[:_MOST_ROWS]),
-        "diagram": _diagram_of(gait, progress),
+        "diagram": diagram,
         "request": _state_of_request(table),
     }
-
-
-def _diagram_of(gait: Gait, progress: Progress) -> dict[str, Any]:
-    """Return the roll–pitch diagram of a gait, or the reason why there is none."""
-    if len(gait.alpha) > _MOST_CORNERS:
-        limit = f"At most {_MOST_CORNERS} corners are drawn here, got {len(gait.alpha)}"
-        return {"own": None, "reason": f"{limit}. For longer tables: gaitgraph robustness FILE"}
-    found = robustness_of(gait, curves=queries.CURVES, progress=progress)
-    return {"own": queries.diagram_of(found.gait), "reason": None}
 
 
 def _bounded(pieces: Iterable[Table], progress: Progress) -> Iterator[Table]:

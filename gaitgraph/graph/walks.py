@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from heapq import heappop, heappush
-from itertools import chain, combinations, count, pairwise, permutations
+from itertools import chain, combinations, count, pairwise, permutations, product
 from typing import TYPE_CHECKING, Any, Literal, cast
 
 import numpy as np
@@ -31,11 +31,7 @@ Use = Literal["flyable", "valid", "two_color"]
 Allowed = Callable[[Mapping[str, Any]], bool]
 
 QUANTA_PER_RADIAN = 1e12
-"""Lengths are compared as whole multiples of 1e-12 rad."""
-
-MOST_ANY_ORDER = 9
-"""Up to this number of stops the order found is the best one; beyond, it is a good one with a bound of its gap."""
-
+MOST_ANY_ORDER = 9  # stops of which all orders are tried
 _ROUNDS, _ASCENTS = 20, 50  # bounds of the time for more stops
 
 _ALLOWED: dict[str, Allowed] = {
@@ -205,10 +201,9 @@ def closed_walk(
         if first in reached and (best is None or reached[first][0] < best[0]):
             best = reached[first]
     if best is None:
-        for leg, (here, onward) in enumerate(pairwise(stops)):
-            if all(math.isinf(paths.path(a, b)[0]) for a in here for b in onward):
-                return Blocked(leg=leg)
-        return Blocked(leg=len(stops) - 1)
+        ends = enumerate(product(*pair) for pair in pairwise(stops))
+        blocked = (leg for leg, pairs in ends if all(math.isinf(paths.path(a, b)[0]) for a, b in pairs))
+        return Blocked(leg=next(blocked, len(stops) - 1))
     length, chosen = best
     nodes = [node for source, target in pairwise(chosen) for node in paths.path(source, target)[1][:-1]]
     return ClosedWalk(nodes=tuple(nodes) or (chosen[0],), length=length / QUANTA_PER_RADIAN)

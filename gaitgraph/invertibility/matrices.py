@@ -25,7 +25,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -49,7 +49,7 @@ _TINY = float(np.finfo(float).tiny)
 _MINORS_ROUNDED = 1000 * _EPSILON  # more than a sum of minors of order three is off
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class Coefficients:
     """The four numbers of formula (1) and the crossing angle δ that follows from the first.
 
@@ -82,12 +82,17 @@ class Coefficients:
         """The sheets on which Rφ = Rθ = 0: red, and for rotors at the height of the centre of mass blue."""
         return ("red",) if self.cross else ("red", "blue")
 
-    @property
+    @cached_property
     def bilinear_form(self) -> FloatArray:
         """The 3×3 matrix K of R = p(α1, α3)ᵀ·K·p(α2, α4) + cross·sin(α1 − α3)·sin(α2 − α4)."""
         return np.array([[4.0, -2.0, self.single], [-2.0, 0.0, self.triple], [-self.single, -self.triple, self.double]])
 
-    @property
+    @cached_property
+    def form_norm(self) -> float:
+        """The Frobenius norm of the bilinear form."""
+        return float(np.linalg.norm(self.bilinear_form))
+
+    @cached_property
     def digit_errors(self) -> tuple[float, float, float, float]:
         """Assumed error of each of the four numbers (half a unit of its last digit)."""
         if self.kind == "published":
@@ -152,20 +157,6 @@ def _coefficients(vehicle: Vehicle, kind: Kind | None) -> Coefficients:
     )
 
 
-class _Form(NamedTuple):
-    form: FloatArray
-    sizes: FloatArray  # of its entries
-    norm: float
-    total: float  # of the sizes
-
-
-@lru_cache(maxsize=64)
-def form_of(coefficients: Coefficients) -> _Form:
-    """Return the bilinear form of R, the sizes of its entries, its Frobenius norm and the sum of the sizes."""
-    form = coefficients.bilinear_form
-    return _Form(form, np.abs(form), float(np.linalg.norm(form)), float(np.abs(form).sum()))
-
-
 def tilt_angles(alpha: npt.ArrayLike) -> FloatArray:
     """Return tilt angles as an array of shape (..., 4), or raise InputError."""
     angles = np.asarray(alpha, dtype=float)
@@ -196,14 +187,14 @@ class Sines(NamedTuple):
     def level_determinant(self, coefficients: Coefficients) -> FloatArray:
         """Return R of equation (6), shape (k,); see :func:`level_determinant`."""
         first, second = self.features[:, 0], self.features[:, 1]
-        level = ((form_of(coefficients).form.T @ first) * second).sum(axis=0)
+        level = ((coefficients.bilinear_form.T @ first) * second).sum(axis=0)
         if coefficients.cross:
             level = level + coefficients.cross * np.prod(self.differences(), axis=0)
         return np.asarray(level)
 
     def level_slopes(self, coefficients: Coefficients) -> FloatArray:
         """Return |∂R/∂αᵢ| for each angle, per radian, shape (4, k)."""
-        form, (first, second) = form_of(coefficients).form, self.features.swapaxes(0, 1)
+        form, (first, second) = coefficients.bilinear_form, self.features.swapaxes(0, 1)
         rest = np.array([form @ second, form.T @ first]).swapaxes(0, 1)  # for each pair
         # The derivative of the pair features with respect to each angle, its opposite one fixed; shape (2, 2, k).
         across = self.sine.reshape(2, 2, -1) * self.cosine.reshape(2, 2, -1)[::-1]
@@ -212,23 +203,23 @@ class Sines(NamedTuple):
         if coefficients.cross:
             turned = (self.features[0] + self.features[1]) * self.differences()[::-1]
             slopes += coefficients.cross * np.array([turned, -turned])
-        return np.abs(slopes.reshape(4, -1))
+        return np.asarray(np.abs(slopes.reshape(4, -1)))
 
     def level_resolution(self, coefficients: Coefficients, slopes: FloatArray, rounding: float = 0.0) -> FloatArray:
         """Return the |R| above which its sign is certain, shape (k,); see :func:`level_determinant_resolution`."""
         first, second = self.features[:, 0], self.features[:, 1]
-        form, cross = form_of(coefficients), abs(coefficients.cross)
+        form, cross = np.abs(coefficients.bilinear_form), abs(coefficients.cross)
         # single·|p₀q₂ − p₂q₀| + double·|p₂q₂| + triple·|p₁q₂ − p₂q₁| of the features p and q of both pairs.
         _, single, double, triple = coefficients.digit_errors
         crossed = np.abs(first[:2] * second[2] - first[2] * second[:2])
         resolution = single * crossed[0] + triple * crossed[1] + double * np.abs(first[2] * second[2])
         sizes = np.abs(self.features)
-        rounded = 4 * ((form.sizes.T @ sizes[:, 0]) * sizes[:, 1]).sum(axis=0)
-        resolution += 8 * _EPSILON * (rounded + form.total + 4 * cross)
+        rounded = 4 * ((form.T @ sizes[:, 0]) * sizes[:, 1]).sum(axis=0)
+        resolution += 8 * _EPSILON * (rounded + form.sum() + 4 * cross)
         derived = coefficients.sheet_error
         if derived or rounding:
             resolution += rounding * slopes.sum(axis=0) + derived * slopes[2:].sum(axis=0)
-            resolution += 8 * (form.norm + cross) * (rounding + derived) ** 2
+            resolution += 8 * (coefficients.form_norm + cross) * (rounding + derived) ** 2
         return np.asarray(resolution)
 
     def differences(self) -> FloatArray:
@@ -418,15 +409,9 @@ def level_determinant_resolution(alpha: npt.ArrayLike, coefficients: Coefficient
     return sines.level_resolution(coefficients, slopes, angle_rounding).reshape(angles.shape[:-1])
 
 
-def level_determinant_slopes(alpha: npt.ArrayLike, coefficients: Coefficients) -> FloatArray:
-    """Return |∂R/∂αᵢ| for each angle, per radian, shape (..., 4)."""
-    angles, sines = _sines_of(alpha)
-    return sines.level_slopes(coefficients).T.reshape(angles.shape)
-
-
 def noise_of(coefficients: Coefficients) -> float:
     """Return a bound of the |R| that floating point alone makes where R = 0."""
-    return 64 * _EPSILON * (form_of(coefficients).total + abs(coefficients.cross))
+    return 64 * _EPSILON * float(np.abs(coefficients.bilinear_form).sum() + abs(coefficients.cross))
 
 
 def body_vertical(roll: npt.ArrayLike, pitch: npt.ArrayLike) -> FloatArray:

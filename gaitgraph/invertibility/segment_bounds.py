@@ -206,8 +206,8 @@ def least_of_quantities(
 
     `points` are the sines at the points that consecutive segments join, if at hand, shape (m + 1,).
     """
-    stops = np.cumsum([quantity.size for quantity in quantities]).tolist()
-    parts = [slice(stop - quantity.size, stop) for stop, quantity in zip(stops, quantities, strict=True)]
+    begins = [sum(quantity.size for quantity in quantities[:k]) for k in range(len(quantities))]
+    parts = [slice(begin, begin + quantity.size) for begin, quantity in zip(begins, quantities, strict=True)]
 
     def values(sines: Sines) -> FloatArray:
         return np.concatenate([quantity.values(sines) for quantity in quantities])
@@ -222,16 +222,13 @@ def least_of_quantities(
     if pieces == 1 and points is not None:
         found = values(points)
         at_ends = found[:, :-1], found[:, 1:]
-    functions = ((part.start, each.tolerances) for part, each in zip(parts, quantities, strict=True))
-    rows, tolerances = zip(
-        *((at + k, tolerance) for at, all_ in functions for k, tolerance in enumerate(all_)), strict=True
-    )
+    rows = [begin + k for begin, each in zip(begins, quantities, strict=True) for k in range(len(each.tolerances))]
     return least_of_each(
         starts,
         ends,
         lambda alpha: values(Sines.of(alpha)),
         bounds,
-        tolerance=tolerances,
+        tolerance=[tolerance for quantity in quantities for tolerance in quantity.tolerances],
         rows=rows,
         at_ends=at_ends,
         pieces=pieces,

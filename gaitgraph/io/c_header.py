@@ -12,7 +12,7 @@ import re
 import warnings
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -42,36 +42,32 @@ def write_h(pieces: Iterable[Table], path: Path) -> None:
     if not name[:1].isalpha():
         name = f"gait_{name.strip('_')}"[:60].rstrip("_")
     times, angles, closed = table["t"] - table["t"][0], table.alpha, is_closed(table.alpha)
-    rates: Any = None
     servos, states_rates = servos_of(table), ACCELERATIONS[0] in table and RATES[0] in table
     is_linked = any(joint.linkage is not None for joint in servos.joints)  # then rates jump between rows
-    accelerations: Any = None
+    cubic = states_rates and not is_linked and any(table[one].any() for one in ACCELERATIONS)
     if len(times) == 1:  # a gait that is a point, once more
-        times, angles, closed = np.array([0.0, 1.0]), np.vstack([angles, angles]), True
-    elif states_rates and not is_linked and any(table[one].any() for one in ACCELERATIONS):
-        rates, accelerations = (np.column_stack([table[one] for one in names]) for names in (RATES, ACCELERATIONS))
+        times, angles, closed, cubic = np.array([0.0, 1.0]), np.vstack([angles, angles]), True, False
     step = times[-1] / (len(times) - 1)
     if np.abs(times - step * np.arange(len(times))).max() > max(_EVEN * step, _NANOSECOND):
         raise InputError("t must be evenly spaced in a C header; give the gait another timing with --samples or --rate")
-    rows, cubic = len(times) - closed, rates is not None  # a closed table without its last row
+    rows = len(times) - closed  # a closed table without its last row
 
     def literal(value: float) -> str:
         """Return a number as the compiler reads the same one again."""
         return f"{np.float32(value)!s}f"
 
-    tables: list[str] = []
-    for what, values in {"angle": angles, "rate": rates}.items():
-        if values is not None:
-            tables += ["", f"static const float {name}_{what}[{rows}][4] = {{"]
-            tables += [f"    {{{', '.join(map(literal, row))}}}," for row in values[:rows].tolist()] + ["};"]
-
-    off = "0"
-    if accelerations is not None:
+    tables, off, tabled = list[str](), "0", {"angle": angles}
+    if cubic:
+        tabled["rate"] = np.column_stack([table[one] for one in RATES])
         longest = float(np.diff(times).max())
-        changes = np.diff(accelerations, 2, axis=0) if cubic else accelerations
-        estimate = longest**2 * float(np.abs(changes).max(initial=0.0)) / (_CUBIC_SHARE if cubic else 8)
-        bound = _proven_error(table, longest, cubic=cubic)
+        changes = np.diff(np.column_stack([table[one] for one in ACCELERATIONS]), 2, axis=0)
+        estimate = longest**2 * float(np.abs(changes).max(initial=0.0)) / _CUBIC_SHARE
+        bound = _proven_error(table, longest)
         off = f"about {estimate:.1e}" if bound is None else f"at most {1.06 * bound:.1e}"  # not less, to two digits
+    for what, values in tabled.items():
+        tables += ["", f"static const float {name}_{what}[{rows}][4] = {{"]
+        tables += [f"    {{{', '.join(map(literal, row))}}}," for row in values[:rows].tolist()] + ["};"]
+
     upper = name.upper()
     words = {"file": _harmless(path.name), "provenance": _harmless(provenance_text(table)), "tables": "\n".join(tables)}
     words |= {"name": name, "NAME": upper, "rows": str(rows), "off": off}
@@ -80,29 +76,26 @@ def write_h(pieces: Iterable[Table], path: Path) -> None:
     words |= {"period": literal(times[-1]), "seconds": f"{times[-1]:g}", "step": literal(step)}
     words["intervals"] = f"{upper}_ROWS" if closed else f"({upper}_ROWS - 1)"
     words["next"] = f"i + 1 < {upper}_ROWS ? i + 1 : 0" if closed else "i + 1"
-    kinds = {"", "closed" if closed else "open", "cubic" if cubic else "straight"}
-    kinds.add("cornered" if accelerations is None else "smooth")
+    kinds = ("", "closed" if closed else "open", "cubic" if cubic else "straight")
     template = Path(__file__).with_name("gait_header.h.txt").read_text(encoding="ascii").splitlines()
     parts = (one.partition("|") for one in template)
-    lines = [line for needed, _, line in parts if kinds.issuperset(needed.split(","))]
+    lines = [line for needed, _, line in parts if needed in kinds]
     text = re.sub("<<([A-Za-z]+)>>", lambda found: words[found[1]], "\n".join(lines))
     path.write_text(text + "\n", encoding="utf-8")
 
 
-def _proven_error(table: Table, step: float, *, cubic: bool) -> float | None:
-    """Return a bound of the error of interpolation against the gait that a table states [rad]; None if it states none.
+def _proven_error(table: Table, step: float) -> float | None:
+    """Return a bound of the error of the cubics against the gait that a table states [rad]; None if it states none.
 
-    For a straight line it is h²/8·max|f″|, for a cubic with the values and slopes of both ends h⁴/384·max|f⁗|. Over a
-    corner, where f‴ jumps, it is h³/96·max|f‴|: the integral of |Peano kernel| is largest at h/2.
+    For a cubic with the values and slopes of both ends it is h⁴/384·max|f⁗|. Over a corner, where f‴ jumps, it is
+    h³/96·max|f‴|: the integral of |Peano kernel| is largest at h/2.
     """
     tilts = tilts_from_joints(table.columns, servos_of(table))
     with warnings.catch_warnings(action="ignore"):  # that the rows are not those of the gait
         timed = closed_rows(replace(table, columns=table.columns | tilts))[2]
     if timed is None:
         return None
-    second, third, fourth = (float(timed.peaks(order).max()) for order in (2, 3, 4))
-    if not cubic:
-        return step**2 / 8 * second
+    third, fourth = (float(timed.peaks(order).max()) for order in (3, 4))
     corners, rows = timed.corner_times, table["t"] - table["t"][0]
     off_rows = np.abs(corners[:, None] - rows[np.searchsorted(rows[1:-1], corners)[:, None] + [0, 1]]).min(axis=1).max()
     over_a_corner = step**3 / 96 * third

@@ -276,11 +276,7 @@ def _discs(waypoints: Any, radius: Any) -> tuple[Discs, tuple[str, ...]]:
 
 
 def level_region(objective: Objective, level: float, vehicle: Vehicle, accuracy: float = DEFAULT_ACCURACY) -> Region:
-    """Return where the least singular value, or the hover reserve, is at least a level, on the red sheet.
-
-    The hover reserve is the smallest change of a hover thrust, in units of m·g per rotor, until a rotor idles or
-    reaches the vehicle's largest thrust, if it states one.
-    """
+    """Return where the least singular value, or the hover reserve, is at least a level, on the red sheet."""
     if objective == "singular_value":
         return singular_value_region(level, vehicle, accuracy=accuracy)
     most = vehicle.thrust_share
@@ -319,9 +315,9 @@ class _TimedCurve(TimedGait):
         """Return tilt angles, rates and accelerations at any times."""
         return self.curve.at(t, 0), self.curve.at(t, 1), self.curve.at(t, 2)
 
-    def peaks(self, order: int) -> FloatArray:
-        """Return the exact largest absolute value of a derivative of each angle, shape (4,)."""
-        return np.asarray(np.abs(self.curve.at(self.curve.turning_points(order), order)).max(axis=0))
+    def _peaks(self, orders: Sequence[int]) -> list[FloatArray]:
+        """Return the exact largest absolute values of derivatives of each angle."""
+        return [np.abs(self.curve.at(self.curve.turning_points(order), order)).max(axis=0) for order in orders]
 
 
 class _Search(NamedTuple):

@@ -14,7 +14,7 @@ from gaitgraph.angles import HALF_PI
 from gaitgraph.errors import checked_choice
 from gaitgraph.graph.build import DEFAULT_DIVISIONS, grid_axis
 from gaitgraph.invertibility import matrices
-from gaitgraph.invertibility.matrices import BoolArray, Coefficients, CoefficientsLike, FloatArray, coefficients_of
+from gaitgraph.invertibility.matrices import Coefficients, CoefficientsLike, FloatArray, coefficients_of
 from gaitgraph.plots import axes as base
 from gaitgraph.surface import sheets
 from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
@@ -42,29 +42,26 @@ _TIE = 12  # decimals [rad] to which α3 of two roots is compared
 _ROUNDED_BOX = "round,pad=0.5,rounding_size=0.6"
 
 
-def interior_roots(coefficients: Coefficients) -> tuple[RootArrays, IntArray]:
+def interior_roots(coefficients: Coefficients, which: Which = "both") -> tuple[RootArrays, IntArray]:
     """Return the roots of the 15² interior nodes, sorted by α3, then α4, and the signs of R, shape (225, 5).
 
     Node (i, j) of α1 = −π/2 + iπ/16 and α2 = −π/2 + jπ/16 is row 15(i − 1) + j − 1. The sign is 0 where there is no
-    root, and where R is zero to rounding: on all of the blue sheet with exact coefficients.
+    root, and where R is zero to rounding: on all of the blue sheet with exact coefficients. `sheet` is 0 for roots
+    that are not asked for: a node's "first", or its "other" ones.
     """
     axis = grid_axis(DEFAULT_DIVISIONS)[1:-1]
     a1, a2 = (angle.ravel() for angle in np.meshgrid(axis, axis, indexing="ij"))
     found = sheets.root_arrays(a1, a2, coefficients=coefficients, crossing_tolerance=math.pi / (2 * DEFAULT_DIVISIONS))
     order = np.lexsort((np.round(found.alpha[..., 3], _TIE), np.round(found.alpha[..., 2], _TIE)))  # NaN is last
     at = np.arange(len(order))[:, None], order
-    found = replace(found, alpha=found.alpha[at], sheet=found.sheet[at], types=found.types[at], R=found.R[at])
+    number = np.arange(order.shape[1])
+    wanted = {"first": number == 0, "other": number > 0, "both": number >= 0}[which]
+    sheet = np.where(wanted, found.sheet[at], 0)
+    found = replace(found, alpha=found.alpha[at], sheet=sheet, types=found.types[at], R=found.R[at])
     signed = (np.abs(found.R) > matrices.noise_of(coefficients)) & (found.sheet != 0)
     if coefficients.kind == "exact":
         signed &= found.sheet > 0  # R = 0 on blue: floating-point noise is not a sign
     return found, np.where(signed, np.sign(found.R), 0).astype(np.int8)
-
-
-def _chosen(found: RootArrays, which: Which) -> BoolArray:
-    """Return which roots are a node's first, its others, or both, shape (m, 5)."""
-    number = np.arange(found.sheet.shape[1])
-    wanted = {"first": number == 0, "other": number > 0, "both": number >= 0}[which]
-    return np.asarray((found.sheet != 0) & wanted)
 
 
 def root_counts(ax: Axes, coefficients: Coefficients) -> None:
@@ -84,11 +81,10 @@ def root_counts(ax: Axes, coefficients: Coefficients) -> None:
 
 def root_angle(ax: Any, coefficients: Coefficients, *, angle: int, which: Which) -> None:
     """Draw α3 or α4 over the interior nodes (Figures 3 to 8): red squares on its + plane, blue discs on its − plane."""
-    found, _ = interior_roots(coefficients)
-    chosen = _chosen(found, which)
+    found, _ = interior_roots(coefficients, which)
     marks: list[Marks] = []
     for color, label in zip(sheets.COLORS, ("+ plane", "− plane"), strict=True):
-        points = found.alpha[chosen & (found.sheet == _SHEET[color])]
+        points = found.alpha[found.sheet == _SHEET[color]]
         marks.append((points[:, [0, 1, angle - 1]], base.COLOR_OF[color], base.MARKER_OF[color], label))
         _draw_plane(ax, coefficients, angle, color)
     base.angle_axis(ax.zaxis, rf"\alpha_{angle}")
@@ -100,9 +96,8 @@ def signed_roots(ax: Any, coefficients: Coefficients, *, sign: Sign, which: Whic
 
     As in the paper, red squares are α3 and blue discs α4. Roots with R = 0 are grey and hollow.
     """
-    found, signs = interior_roots(coefficients)
-    chosen = _chosen(found, which)
-    grey, signed = found.alpha[chosen & (signs == 0)], found.alpha[chosen & (signs == _SIGN[sign])]
+    found, signs = interior_roots(coefficients, which)
+    grey, signed = found.alpha[(found.sheet != 0) & (signs == 0)], found.alpha[signs == _SIGN[sign]]
     marks = [(grey[:, [0, 1, k]], base.GREY, marker, _SINGULAR) for k, marker in ((2, "s"), (3, "o"))]
     for angle, color, marker in ((3, base.RED, "s"), (4, base.BLUE, "o")):
         marks.append((signed[:, [0, 1, angle - 1]], color, marker, rf"$\alpha_{angle}$, ${sheets.RELATION[sign]}$"))
@@ -114,14 +109,13 @@ def signed_roots(ax: Any, coefficients: Coefficients, *, sign: Sign, which: Whic
 
 def level_determinants(ax: Any, coefficients: Coefficients, *, sign: Sign, which: Which) -> None:
     """Draw R of the roots with one sign of R over the interior nodes, each sheet in its color (Figures 10 and 12)."""
-    found, signs = interior_roots(coefficients)
-    chosen, points = _chosen(found, which), np.dstack([found.alpha[..., :2], found.R])
-    signed = chosen & (signs == _SIGN[sign])
+    found, signs = interior_roots(coefficients, which)
+    points, signed = np.dstack([found.alpha[..., :2], found.R]), signs == _SIGN[sign]
     # Stems show which node a value belongs to; they are one line with gaps.
     tops = points[signed]
     stems = np.stack([tops * [1.0, 1.0, 0.0], tops, np.full(tops.shape, np.nan)], axis=1).reshape(-1, 3)
     ax.plot(*stems.T, color="0.75", linewidth=0.4)
-    marks = [(points[chosen & (signs == 0)], base.GREY, base.MARKER_OF["blue"], _SINGULAR)]
+    marks = [(points[(found.sheet != 0) & (signs == 0)], base.GREY, base.MARKER_OF["blue"], _SINGULAR)]
     for color in sheets.COLORS:
         here = points[signed & (found.sheet == _SHEET[color])]
         marks.append((here, base.COLOR_OF[color], base.MARKER_OF[color], f"{color} sheet"))

@@ -192,11 +192,15 @@ def run_study(
         except OSError as error:
             raise FileProblem(f"a part was removed while the study ran; run it again ({error})") from error
         reasons = _reasons_of(table)
-        certificates = {folder / "certificates" / name: text for name, text in _certificates_of(study).items()}
-        if certificates:
-            (folder / "certificates").mkdir(exist_ok=True)
-        certificates[folder / "summary.html"] = _page_of(study, table, reasons)
-        write_whole([(path, text.encode()) for path, text in certificates.items()], force=True)
+        written = {folder / "summary.html": _page_of(study, table, reasons)}
+        # The certificate of each gait for each vehicle, with the first of the constants that vary.
+        for number, (model, source) in enumerate(product(study.models, study.sources)):
+            name = re.sub(r"[^\w-]+", "_", f"{number}_{source.name}_{model.base.name}")[:100]
+            with suppress(GaitgraphError):  # the rows have the reason
+                text = certify(source.gait(model.base)).text()
+                written[folder / "certificates" / f"{name}{CERTIFICATE}"] = text
+                (folder / "certificates").mkdir(exist_ok=True)
+        write_whole([(path, text.encode()) for path, text in written.items()], force=True)
     outcomes = {**dict.fromkeys(OUTCOMES, 0), **Counter(table["outcome"].to_pylist())}
     return StudyRun(study=study, folder=folder, outcomes=outcomes, reasons=reasons, flown=flown, table=table)
 
@@ -432,16 +436,6 @@ _PAGE = """<!DOCTYPE html>
 </body>
 </html>
 """
-
-
-def _certificates_of(study: Study) -> dict[str, str]:
-    """Return the certificate of each gait for each vehicle, with the first of the constants that vary, by file name."""
-    found = {}
-    for number, (model, source) in enumerate(product(study.models, study.sources)):
-        name = re.sub(r"[^\w-]+", "_", f"{number}_{source.name}_{model.base.name}")[:100]
-        with suppress(GaitgraphError):  # the rows have the reason
-            found[f"{name}{CERTIFICATE}"] = certify(source.gait(model.base)).text()
-    return found
 
 
 def _reasons_of(table: Any) -> tuple[tuple[str, str, int], ...]:

@@ -64,9 +64,7 @@ class CosineSum:
         rest = other.terms if isinstance(other, CosineSum) else np.array([[other, 0.0, 0.0, 0.0]])
         return CosineSum(np.vstack([self.terms, rest]))
 
-    def __mul__(self, other: CosineSum | float) -> CosineSum:
-        if not isinstance(other, CosineSum):
-            return CosineSum(self.terms * np.array([other, 1.0, 1.0, 1.0]))
+    def __mul__(self, other: CosineSum) -> CosineSum:
         one, two = np.repeat(self.terms, len(other.terms), axis=0), np.tile(other.terms, (len(self.terms), 1))
         size = one[:, :1] * two[:, :1] / 2
         parts = [np.hstack([size, one[:, 1:] + two[:, 1:]]), np.hstack([size, one[:, 1:] - two[:, 1:]])]

@@ -25,9 +25,6 @@ All this is for rotors at the height of the centre of mass. With a rotor height 
 their hover thrusts do not change; R does, and instead of the lines there is a curve. Blue is no solution then, and not
 singular in level flight: its zero-moment direction leans (docs/theory.md, 19).
 
-A red and a blue root lie over every (α1, α2), with α3 and α4 in [−π/2, π/2]. A solution at one end of that range is one
-at the other end too, with the opposite sign of R, and both are counted as roots.
-
 Plane types are neighbours on a loop as in Figure 15: an angle must not step from its + plane to its − plane, but may
 pass through `?`, where the planes cross; (a) is for one angle, (b) for both. A fibre holds both planes of its free
 angle and all between them, so its type `*` may be a neighbour of every type.
@@ -220,10 +217,11 @@ def roots(
 ) -> RootSet:
     """Return every (α3, α4) in [−π/2, π/2]² with Rφ = Rθ = 0 for one (α1, α2).
 
-    There are two inside the square, three on its sides, five at its corners (Figure 2); one more where blue lies at an
-    end of the range, α1 = 2δ − π/2 or α2 = π/2 − 2δ. With a rotor height blue has none. On a fibre line the solutions
-    are a continuum: `fibers` of the answer states it, beside the red and the blue root. R may be 0: look at `R` of each
-    root.
+    There are two inside the square, a red and a blue one. A solution at one end of the range is one at the other end
+    too, with the opposite sign of R: three on the sides of the square, five at its corners (Figure 2), one more where
+    blue lies at an end of the range, α1 = 2δ − π/2 or α2 = π/2 − 2δ. With a rotor height blue has none. On a fibre line
+    the solutions are a continuum: `fibers` of the answer states it, beside the red and the blue root. R may be 0: look
+    at `R` of each root.
 
     Parameters
     ----------

@@ -12,7 +12,6 @@ from gaitgraph.angles import distance_to_multiple, figure
 from gaitgraph.invertibility.matrices import (
     Sines,
     coefficients_of,
-    form_of,
     hover_thrust_shares,
     level_determinant,
     level_determinant_resolution,
@@ -136,7 +135,7 @@ class _LevelSign(Rule):
         coefficients, known = self.criteria.coefficients, self.criteria.angle_rounding
         rounding = np.maximum(inferred, self.criteria.digit_error) if known is None else known
         derived = coefficients.sheet_error
-        second = 8 * form_of(coefficients).norm * ((rounding + derived) ** 2 - derived**2)
+        second = 8 * coefficients.form_norm * ((rounding + derived) ** 2 - derived**2)
         return digits + slope * rounding + second
 
     def _resolution(self) -> float:
