@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import gc
 import os
 import signal
@@ -18,10 +19,8 @@ def main() -> None:
         signal.signal(signal.SIGINT, _interrupt)
     from gaitgraph.cli import main as run
 
-    try:
-        run()
-    finally:
-        gc.freeze()  # at the end of the process nothing need be searched for cycles
+    atexit.register(gc.freeze)  # at the end of the process nothing need be searched for cycles
+    run()
 
 
 def _interrupt(_: int, frame: FrameType | None) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import runpy
 import shlex
@@ -201,3 +202,12 @@ def test_the_version_is_stated_once() -> None:
     assert "version" in project["dynamic"]
     assert f"version: {gg.__version__}\n" in citation
     assert f"## {gg.__version__}" in changelog
+
+
+def test_how_cost_grows_is_what_was_measured() -> None:
+    from tests.benchmarks import growth
+
+    found = json.loads((growth.IMAGES / "growth.json").read_text(encoding="utf-8"))
+    assert [*found] == [*growth.CASES]
+    assert growth.summary(found) in (ROOT / "docs" / "limitations.md").read_text(encoding="utf-8")
+    assert growth.picture(found).startswith(b"\x89PNG")

@@ -314,9 +314,7 @@ def gait_along(graph: nx.Graph[Any], nodes: Sequence[Any]) -> Gait:
 
 def vehicle_and_coefficients(graph: nx.Graph[Any]) -> tuple[Vehicle, Coefficients]:
     """Return the vehicle and coefficients in the metadata of a surface graph; ContractError if any are missing."""
-    import networkx as nx
-
-    if not isinstance(graph, nx.Graph):
+    if not isinstance(getattr(graph, "graph", None), dict):
         raise InputError(f"graph must be a networkx graph, as surface_graph returns, got {shown(graph)}")
     for key in ("vehicle", "coefficients", "sign", "divisions", "crossing_tolerance", "floor"):
         if key not in graph.graph:

@@ -125,19 +125,16 @@ class ShortestPaths:
         numbers = {point: number for number, point in enumerate(self._points)}
         sides: dict[int, tuple[Point, Point] | None] = {}
         met: set[int] = set()
-        for part in shapely.get_parts(shapely.orient_polygons(region)):
-            for ring in (part.exterior, *part.interiors):
-                points = [(x, y) for x, y in ring.coords[:-1]]
-                for k, point in enumerate(points):
-                    number = numbers.get(point)
-                    if number is None:
-                        continue
-                    before, after = points[k - 1], points[(k + 1) % len(points)]
-                    if number in met:
-                        sides[number] = None
-                    elif orientation(before, point, after) < 0:
-                        sides[number] = (before, after)
-                    met.add(number)
+        for ring in shapely.get_rings(shapely.get_parts(shapely.orient_polygons(region))):
+            points = [(x, y) for x, y in ring.coords[:-1]]
+            for before, point, after in zip(points[-1:] + points[:-1], points, points[1:] + points[:1], strict=True):
+                if (number := numbers.get(point)) is None:
+                    continue
+                if number in met:
+                    sides[number] = None
+                elif orientation(before, point, after) < 0:
+                    sides[number] = (before, after)
+                met.add(number)
         return sides
 
     def _containers(self, point: Point) -> list[int]:
@@ -190,11 +187,9 @@ class ShortestPaths:
         if sides is None:
             return True
         place = self._points[corner]
-        first, second = (orientation(point, place, side) for side in sides)
-        if first * second >= 0:
-            return True
-        reaches = (tolerance * math.dist(place, side) for side in sides)
-        return any(abs(turn) <= reach for turn, reach in zip((first, second), reaches, strict=True))
+        first, second = turns = [orientation(point, place, side) for side in sides]
+        near = (abs(turn) <= tolerance * math.dist(place, side) for turn, side in zip(turns, sides, strict=True))
+        return first * second >= 0 or any(near)
 
     def _tangent(self, corner: int) -> list[int]:
         """Return the corners whose line to a given one may bend around both, to rounding: few along a fine curve."""
@@ -207,8 +202,7 @@ class ShortestPaths:
 
         both = passes(self._offsets[:, row]) & passes(self._offsets)
         both[row] = False
-        found: list[int] = self._reflex[both].tolist()
-        return found
+        return [*map(int, self._reflex[both])]
 
     def _in_region(self, lines: list[tuple[Point, Point]]) -> list[bool]:
         """Return whether straight lines lie in the region; one along its border may be missed."""
@@ -223,14 +217,13 @@ class ShortestPaths:
             if len(others) > _FEW:
                 around = [t for t in self._containers(place) if corner in self._triangles[t]]
                 seen = self._seen(place, around, None)
-                others = [other for other in others if other in seen]
+                inside = [other in seen for other in others]
             else:
                 inside = self._in_region([(place, self._points[other]) for other in others])
-                others = [*compress(others, inside)]
             # Exact, and so dear: of those alone that are seen.
             self._views[corner] = tuple(
                 (other, math.dist(place, self._points[other]))
-                for other in others
+                for other in compress(others, inside)
                 if self._touches(corner, self._points[other]) and self._touches(other, place)
             )
         return self._views[corner]

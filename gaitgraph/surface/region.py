@@ -328,25 +328,22 @@ class Zones:
 
 def _polygons_from(value: object, name: str) -> tuple[Corners, ...]:
     """Return the corners of each polygon [rad]; raise InputError, with its number, for one that is malformed."""
-
-    def are_lists(*values: object) -> bool:
-        return all(isinstance(one, (list, tuple, np.ndarray)) for one in values)
-
-    if not isinstance(value, (list, tuple, np.ndarray)):
+    lists = (list, tuple, np.ndarray)
+    if not isinstance(value, lists):
         raise InputError(f"{name} must be a list of polygons, each a list of [alpha1, alpha2], got {shown(value)}")
     found = []
     for number, corners in enumerate(value, start=1):
         label = f"{name} polygon {number}"
-        if not are_lists(corners) or not are_lists(*corners) or any(len(corner) != 2 for corner in corners):
+        if not isinstance(corners, lists) or any(not isinstance(one, lists) or len(one) != 2 for one in corners):
             raise InputError(f"{label} must be a list of corners [alpha1, alpha2], got {shown(corners)}")
         # A polygon may reach beyond the square of ±π/2, but must overlap it.
         points = [
             (angle_within(first, f"{label} alpha1", math.pi), angle_within(second, f"{label} alpha2", math.pi))
             for first, second in corners
         ]
-        if len(set(points)) < 3 or not shapely.MultiPoint(points).convex_hull.area > 1e-12:
+        polygon = shapely.Polygon(points if len(set(points)) > 2 else ())
+        if not polygon.convex_hull.area > 1e-12:
             raise InputError(f"{label} must have three or more corners that are not on a line, got {shown(corners)}")
-        polygon = shapely.Polygon(points)
         if not polygon.is_valid:
             raise InputError(f"{label} must not cross or touch itself, got {shapely.is_valid_reason(polygon)}")
         if not polygon.intersects(_SQUARE):
