@@ -273,23 +273,22 @@ class Sines(NamedTuple):
     def rotor_directions(self, vehicle: Vehicle) -> tuple[FloatArray, FloatArray]:
         """Return thrust directions, w > 0, and their dimensionless torques, both of shape (3, 4, k)."""
         arms, lift = arm_angles(vehicle)[:, None], thrust_signs(vehicle)[:, None]
-        ahead, aside, height = np.cos(arms), np.sin(arms), vehicle.height_ratio
+        ahead, aside, height, kappa = np.cos(arms), np.sin(arms), vehicle.height_ratio, vehicle.drag_ratio
         c, s = self.cosine, self.sine
-        direction = np.array([aside * s, -ahead * s, c])
-        # The product of the place (ahead, aside, height), in arm lengths, with the direction.
-        lever = np.array([aside * c + height * ahead * s, height * aside * s - ahead * c, -s])
-        return lift * direction, lift * lever - vehicle.drag_ratio * direction
+        # Torques are the products of the places (ahead, aside, height) with the directions, less κ times those.
+        roll = lift * aside * c + (height * lift * ahead - kappa * aside) * s
+        pitch = (height * lift * aside + kappa * ahead) * s - lift * ahead * c
+        return np.array([lift * aside * s, -lift * ahead * s, lift * c]), np.array([roll, pitch, -lift * s - kappa * c])
 
-    def characteristic(self, vehicle: Vehicle, *, level: bool = False) -> tuple[FloatArray, FloatArray]:
+    def characteristic(self, vehicle: Vehicle, v: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return forms and numbers of which nᵀ·form·n + number are e4 to e1 at the vertical n, (4, 3, 3, k) and (4, k).
 
         The squared singular values are the roots of λ⁴ − e1·λ³ + e2·λ² − e3·λ + e4. With the products K of torques, W
         of forces with torques and L of forces, a Schur complement gives the polynomial as det(K − λ)·(nᵀLn − λ) −
-        nᵀW·adj(K − λ)·Wᵀn; e4 is the squared determinant. e3 is rounded up, which lowers the least root. With `level`
-        the forms have the shape (4, 1, 1, k), for n = z alone.
+        nᵀW·adj(K − λ)·Wᵀn; e4 is the squared determinant. e3 is rounded up, which lowers the least root. `v` is that of
+        :meth:`attitude_sensitivities` with exact coefficients, or R alone for n = z, and forms of shape (4, 1, 1, k).
         """
-        exact, size = coefficients_of(vehicle, "exact"), 1 + vehicle.drag_ratio**2 + vehicle.height_ratio**2
-        v = self.level_determinant(exact)[None] if level else self.attitude_sensitivities(exact)
+        size = 1 + vehicle.drag_ratio**2 + vehicle.height_ratio**2
         (force, moment), product = self.rotor_directions(vehicle), "ikm,jkm->ijm"
         force = force[-len(v) :]
         L, W, K = (np.einsum(product, *pair) for pair in ((force, force), (force, moment), (moment, moment)))
@@ -303,7 +302,7 @@ class Sines(NamedTuple):
 
     def least_singular_value_bound(self, vehicle: Vehicle) -> FloatArray:
         """Return a lower bound of the least singular value, level, shape (k,); :func:`least_singular_value_bound`."""
-        form, number = self.characteristic(vehicle, level=True)
+        form, number = self.characteristic(vehicle, self.level_determinant(coefficients_of(vehicle, "exact"))[None])
         e4, e3, e2, e1 = form[:, 0, 0] + number
         return singular_value_below(least_root(e1, e2, e3, e4))
 

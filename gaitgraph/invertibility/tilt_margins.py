@@ -305,7 +305,8 @@ def least_singular_value_within_bound(rows: FloatArray, tilt: float, vehicle: Ve
 def _worst_on_rim(rows: FloatArray, tilt: float, vehicle: Vehicle) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the least squared singular value within a tilt, and the cosine and the sine of its direction, (m,)."""
     sines, rim, height = Sines.of(np.asfortranarray(rows)), math.sin(tilt), math.cos(tilt)
-    v, (form, number) = sines.attitude_sensitivities(coefficients_of(vehicle, "exact")), sines.characteristic(vehicle)
+    v = sines.attitude_sensitivities(coefficients_of(vehicle, "exact"))
+    form, number = sines.characteristic(vehicle, v)
     # On the rim e4 to e1 are a number and the factors of cos 2t, sin 2t, cos t and sin t: shape (5, 4, m).
     xx, yy, middle = rim**2 * form[:, 0, 0] / 2, rim**2 * form[:, 1, 1] / 2, height**2 * form[:, 2, 2] + number
     twice, once = rim**2 * form[:, 0, 1], 2 * rim * height * form[:, :2, 2].swapaxes(0, 1)
@@ -342,7 +343,7 @@ def _least_direction(A: FloatArray, B: FloatArray, D: FloatArray, E: FloatArray)
     b, c = D * c1 + E * s1, E * c1 - D * s1
     along, across = np.abs(b), np.abs(c)
     x = across / np.maximum(np.maximum(4 * a + along, np.hypot(along, across)), _TINY)
-    for _ in range(16):
+    for _ in range(12):
         left = np.maximum(1 - x * x, _TINY**0.5)
         steep = along / np.sqrt(left)
         x = np.clip(x - (4 * a * x + steep * x - across) / np.maximum(4 * a + steep / left, _TINY), 0.0, 1.0)
