@@ -20,7 +20,10 @@ from gaitgraph.vehicle import PAPER, Vehicle, vehicle_named
 from tests.published import GAITS
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from gaitgraph.gait.gait import Gait
+    from gaitgraph.surface.region import Region
     from gaitgraph.timing.timed_gait import TimedGait
 
 FloatArray = npt.NDArray[np.float64]
@@ -126,3 +129,21 @@ def visibility_graph(region: Any, points: set[tuple[float, float]]) -> nx.Graph[
     lines = ((a, b) for a, b in combinations(graph, 2) if shell.covers(shapely.LineString([a, b])))
     graph.add_edges_from((a, b, {"length": math.dist(a, b)}) for a, b in lines)
     return graph
+
+
+def replan_requests(region: Region, rng: np.random.Generator, count: int) -> Iterator[tuple[Any, Any, Any]]:
+    """Yield present tilt angles, 3 to 8 waypoints and up to three keep-outs of 3 to 8 corners across the path."""
+    part = region.components[0]
+    low, high = np.array(part.bounds).reshape(2, 2)
+    pool: Any = rng.uniform(low, high, (4000, 2))
+    pool = pool[shapely.covers(part, shapely.points(pool))]
+    for _ in range(count):
+        here, *stops = pool[rng.integers(0, len(pool), rng.integers(4, 10))].tolist()
+        path, keep_out = np.array([here, *stops, stops[0]]), []
+        for k in rng.integers(0, len(path) - 1, rng.integers(0, 4)):
+            center = path[k] + rng.uniform(0.2, 0.8) * (path[k + 1] - path[k])
+            n = int(rng.integers(3, 9))
+            turns = 2 * math.pi * (np.arange(n) + 0.8 * rng.uniform(0, 1, n)) / n
+            reach = rng.uniform(0.03, 0.2) * rng.uniform(0.5, 1.0, n)
+            keep_out.append((center + reach[:, None] * np.column_stack([np.cos(turns), np.sin(turns)])).tolist())
+        yield [*here, *here], stops, keep_out

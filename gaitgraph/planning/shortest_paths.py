@@ -4,16 +4,17 @@ In a polygonal region a shortest path is a polyline that bends only at reflex co
 into triangles whose corners are its own (a constrained Delaunay triangulation). What a point can see is found by
 widening cones through them, with exact orientations of three points. The path is then searched among the reflex corners
 by A*; what a corner sees is computed when the search first needs it, and kept. Between corners only lines that are
-tangent at both ends matter; where these are few, shapely tests whether they lie in the region. The shortest loop
-through discs, without obstacles, is a convex problem, whose dual bounds the length of all loops.
+tangent at both ends matter; where these are few, shapely tests whether they lie in the region. Polygons that appear
+later bring their corners into the search; the triangles stay. The shortest loop through discs, without obstacles, is a
+convex problem, whose dual bounds the length of all loops.
 """
 
 from __future__ import annotations
 
 import math
 from fractions import Fraction
-from functools import lru_cache
-from heapq import heappop, heappush
+from functools import cached_property, lru_cache
+from heapq import heapify, heappop, heappush
 from itertools import compress
 from typing import TYPE_CHECKING, Any
 
@@ -24,7 +25,7 @@ import shapely
 from gaitgraph.errors import InputError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Callable, Iterable, Sequence
 
     from shapely.geometry.base import BaseGeometry
 
@@ -39,6 +40,7 @@ _DIRECT = -1
 _FEW = 12  # lines, up to which it is quicker to test each in shapely than to widen cones around a corner
 _SMALL = 1e-7  # what a side of length zero counts as, so that lengths of loops are smooth
 _ROUNDING = 1e-14  # of an orientation, per square of the largest coordinate: more than floating point leaves
+_UNSURE = 3e-14  # the same of coordinates within ±π, by the bound above
 
 
 def orientation(a: Point, b: Point, c: Point) -> float:
@@ -59,6 +61,20 @@ def orientation(a: Point, b: Point, c: Point) -> float:
     (ax, ay), (bx, by), (cx, cy) = ((Fraction(x), Fraction(y)) for x, y in (a, b, c))
     exact = (ax - cx) * (by - cy) - (ay - cy) * (bx - cx)
     return float(exact) or math.copysign(math.ulp(0.0), exact) * bool(exact)
+
+
+def orientations(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
+    """Return :func:`orientation` of arrays of points within ±π, of shapes (..., 2) that broadcast; signs are exact."""
+    left = (a[..., 0] - c[..., 0]) * (b[..., 1] - c[..., 1])
+    right = (a[..., 1] - c[..., 1]) * (b[..., 0] - c[..., 0])
+    value = left - right
+    # Where both products vanish a coordinate is the same, and zero is exact.
+    unsure = (np.abs(value) <= _UNSURE).ravel().nonzero()[0]
+    unsure = unsure[left.ravel()[unsure] != 0]
+    if unsure.size:
+        rows = [np.broadcast_to(one, (*value.shape, 2)).reshape(-1, 2)[unsure].tolist() for one in (a, b, c)]
+        value.flat[unsure] = [orientation(*three) for three in zip(*rows, strict=True)]
+    return np.asarray(value)
 
 
 def _pair(point: npt.ArrayLike) -> Point:
@@ -94,6 +110,7 @@ class ShortestPaths:
             self._at_edge |= {(a, b): (t, c), (b, c): (t, a), (c, a): (t, b)}
         self._sides = self._reflex_corners(region)
         self._region = region
+        shapely.prepare(region)
         # The reflex corners, each one's place, and from there its neighbours on its border (itself where several meet).
         self._reflex = np.array(sorted(self._sides), dtype=int)
         rows = [(place := self._points[k], *(self._sides[k] or (place, place))) for k in self._reflex.tolist()]
@@ -191,24 +208,22 @@ class ShortestPaths:
         near = (abs(turn) <= tolerance * math.dist(place, side) for turn, side in zip(turns, sides, strict=True))
         return first * second >= 0 or any(near)
 
+    def _bends(self, line: FloatArray, sides: FloatArray) -> npt.NDArray[np.bool_]:
+        """Return whether lines may bend around corners with two sides each, to rounding; shapes (..., 2)."""
+        first, second = (line[..., 0] * side[..., 1] - line[..., 1] * side[..., 0] for side in sides)
+        return np.asarray((first * second >= 0) | (np.minimum(np.abs(first), np.abs(second)) <= self._noise))
+
     def _tangent(self, corner: int) -> list[int]:
         """Return the corners whose line to a given one may bend around both, to rounding: few along a fine curve."""
         row = np.searchsorted(self._reflex, corner)
-        x, y = (self._places - self._places[row]).T
-
-        def passes(sides: FloatArray) -> npt.NDArray[np.bool_]:
-            first, second = (x * side[..., 1] - y * side[..., 0] for side in sides)
-            return np.asarray((first * second >= 0) | (np.minimum(np.abs(first), np.abs(second)) <= self._noise))
-
-        both = passes(self._offsets[:, row]) & passes(self._offsets)
+        line = self._places - self._places[row]
+        both = self._bends(line, self._offsets[:, row]) & self._bends(line, self._offsets)
         both[row] = False
         return [*map(int, self._reflex[both])]
 
-    def _in_region(self, lines: list[tuple[Point, Point]]) -> list[bool]:
-        """Return whether straight lines lie in the region; one along its border may be missed."""
-        shapely.prepare(self._region)
-        ends = np.array(lines).reshape(-1, 2, 2)
-        return [bool(found) for found in shapely.covers(self._region, shapely.linestrings(ends))]
+    def _in_region(self, lines: Any) -> npt.NDArray[np.bool_]:
+        """Return whether straight lines, shape (k, 2, 2), lie in the region; one along its border may be missed."""
+        return np.asarray(shapely.covers(self._region, shapely.linestrings(np.asarray(lines).reshape(-1, 2, 2))))
 
     def _view(self, corner: int) -> tuple[tuple[int, float], ...]:
         """Return the corners to which a path may go on from a corner, with distances."""
@@ -217,7 +232,7 @@ class ShortestPaths:
             if len(others) > _FEW:
                 around = [t for t in self._containers(place) if corner in self._triangles[t]]
                 seen = self._seen(place, around, None)
-                inside = [other in seen for other in others]
+                inside = np.array([other in seen for other in others])
             else:
                 inside = self._in_region([(place, self._points[other]) for other in others])
             # Exact, and so dear: of those alone that are seen.
@@ -256,32 +271,171 @@ class ShortestPaths:
             return np.array([start, end])
         if not last:
             return None
-        points, dist = self._points, math.dist
-        best: dict[int, float] = {}
-        parent: dict[int, int] = {}
-        heap: list[tuple[float, int, float]] = []
-        for corner, length in first.items():
-            best[corner] = length
-            heappush(heap, (length + dist(points[corner], end), corner, length))
-        shortest, final = math.inf, _DIRECT
-        while heap and heap[0][0] < shortest:
-            _, corner, reached = heappop(heap)
-            if reached > best[corner]:
-                continue
-            if corner in last and reached + last[corner] < shortest:
-                shortest, final = reached + last[corner], corner
-            for other, length in self._view(corner):
-                total = reached + length
-                if total < best.get(other, math.inf):
-                    best[other], parent[other] = total, corner
-                    heappush(heap, (total + dist(points[other], end), other, total))
-        if final == _DIRECT:
+        visited = _cheapest(first, last, self._view, lambda corner: math.dist(self._points[corner], end))
+        if visited is None:
             return None
-        visited = [final]
-        while visited[-1] in parent:
-            visited.append(parent[visited[-1]])
-        bends = [points[corner] for corner in reversed(visited)]
+        bends = [self._points[corner] for corner in visited]
         return np.array([start, *(bend for bend in bends if bend not in (start, end)), end])
+
+    def paths_around(
+        self, points: FloatArray, legs: Sequence[tuple[int, int]], polygons: npt.NDArray[np.object_]
+    ) -> list[FloatArray | None]:
+        """Return the shortest paths, as :meth:`path` does, between pairs of points, that do not enter polygons either.
+
+        The points, within ±π, lie in the region and not inside a polygon; those of a pair differ. Polygons do not
+        overlap. Where the path in the region meets one, a path in the plane bends at corners of polygons alone; if it
+        lies in the region, it is the shortest there. For other pairs the region's own corners join the search.
+        """
+        ends = points[np.array(legs, dtype=int).reshape(-1, 2)]
+        lines: Any = shapely.linestrings(ends)
+        inside = shapely.covers(self._region, lines).tolist()
+        found = [one if straight else self.path(*one) for one, straight in zip(ends, inside, strict=True)]
+        if not len(polygons):
+            return found
+        for k, straight in enumerate(inside):
+            lines[k] = lines[k] if straight else _line(found[k])
+        met: Any = shapely.intersects(polygons[:, None], lines).any(axis=0).tolist()
+        left = [*compress(range(len(legs)), met)]
+        for in_region in (False, True):
+            if left:
+                again = self._searched(points, [legs[k] for k in left], polygons, in_region=in_region)
+                for k, path in zip(left, again, strict=True):
+                    found[k] = path
+                left = [*compress(left, ~shapely.covers(self._region, [*map(_line, again)]))]
+        return found
+
+    @cached_property
+    def sights(self) -> tuple[list[list[tuple[int, float]]], npt.NDArray[np.int_], FloatArray]:
+        """What each reflex corner sees, counted among these, with distances; the lines of which, and their boxes."""
+        number = {corner: k for k, corner in enumerate(self._reflex.tolist())}
+        views = [[(number[other], length) for other, length in self._view(corner)] for corner in number]
+        lines = np.array([(k, other) for k, view in enumerate(views) for other, _ in view], dtype=int).reshape(-1, 2)
+        ends = self._places[lines]
+        return views, lines, np.hstack([ends.min(axis=1), -ends.max(axis=1)])
+
+    def _searched(
+        self, places: FloatArray, legs: Sequence[tuple[int, int]], polygons: Any, *, in_region: bool
+    ) -> list[FloatArray | None]:
+        """Return the shortest paths around polygons, in the region or in the whole plane."""
+        ends = [*dict.fromkeys(end for leg in legs for end in leg)]
+        around = _Around(polygons, places[ends], self._places if in_region else self._places[:0])
+        points, count, own = around.points, len(ends), len(ends) + around.count
+        linked = around.touches[:own]
+        if in_region:
+            linked = np.hstack([linked, self._bends(points[:own, None] - self._places, self._offsets)])
+        linked[count:] &= around.touches[count:].T
+        start, end = linked.nonzero()
+        once = start < end + count
+        pairs = [(ends.index(a), ends.index(b)) for a, b in legs]
+        start, end = np.concatenate([np.array(pairs).T, [start[once], end[once] + count]], axis=1)
+        free = ~around.entered(start, end)
+        if in_region:
+            start, end = start[free], end[free]
+            free = self._in_region(points[np.array([start, end]).T]) | (points[start] == points[end]).all(axis=1)
+        start, end = start[free], end[free]
+        views: list[list[tuple[int, float]]] = [[] for _ in points]
+        lengths = np.hypot(*(points[end] - points[start]).T).tolist()
+        for a, b, length in zip(start.tolist(), end.tolist(), lengths, strict=True):
+            views[a].append((b, length))
+            if a >= count:
+                views[b].append((a, length))
+        if in_region:
+            seen, lines, boxes = self.sights
+            corners = points[count:own]
+            lines = lines[(boxes <= np.append(corners.max(axis=0), -corners.min(axis=0))).all(axis=1)]
+            blocked = {*map(tuple, lines[around.entered(*(lines + own).T)].tolist())}
+
+        def onward(node: int) -> list[tuple[int, float]]:
+            k = node - own
+            if k < 0:
+                return views[node]
+            return views[node] + [(other + own, length) for other, length in seen[k] if (k, other) not in blocked]
+
+        known: list[Point] = [*map(tuple, points.tolist())]
+        found: list[FloatArray | None] = []
+        for first, last in pairs:
+            here, there = known[first], known[last]
+            ahead = [math.dist(point, there) for point in known]
+            nodes = _cheapest(dict(views[first]), dict(views[last]) | {last: 0.0}, onward, ahead.__getitem__)
+            bend = [known[node] for node in nodes or () if known[node] not in (here, there)]
+            found.append(None if nodes is None else np.array([here, *bend, there]))
+        return found
+
+
+def _line(path: FloatArray | None) -> Any:
+    return None if path is None else shapely.linestrings(path)
+
+
+class _Around:
+    """Points outside polygons that do not overlap, and exact tests of lines between them; coordinates are within ±π.
+
+    `points`, shape (n, 2), are the first given ones, the `count` corners of the polygons, and more. `touches`, shape
+    (n, count), is whether a line from a point may bend around a corner: both its sides lie on one side of the line.
+    """
+
+    def __init__(self, polygons: npt.NDArray[np.object_], first: FloatArray, more: FloatArray) -> None:
+        borders = shapely.get_rings(shapely.orient_polygons(polygons))
+        corners, ring = shapely.get_coordinates(borders, return_index=True)
+        begins = (ring[1:] == ring[:-1]).nonzero()[0]  # a border ends with its first point; its inside is on the left
+        self._corners, self.count = corners[begins], len(begins)
+        self.points: FloatArray = np.concatenate([first, self._corners, more])
+        last = np.bincount(ring).cumsum() - np.arange(2, ring[-1] + 3)
+        start = np.array([0, *(last[:-1] + 1)])
+        corner = np.arange(self.count)
+        self._after, self._before = corner + 1, corner - 1
+        self._after[last], self._before[start] = start, last
+        sides = orientations(self._corners, corners[begins + 1], self.points[:, None])
+        self._inner = sides > 0
+        self._convex = self._inner[len(first) + self._after, self._before]
+        self.touches = (sides * sides[:, self._before] <= 0) & self._convex
+
+    def entered(self, start: npt.NDArray[np.int_], end: npt.NDArray[np.int_]) -> npt.NDArray[np.bool_]:
+        """Return whether each line between two points, by their numbers, enters a polygon, shape (k,)."""
+        points, inner = self.points, self._inner
+        turns = orientations(points[start][:, None], points[end][:, None], self._corners)
+        found = ((turns * turns[:, self._after] < 0) & (inner[start] != inner[end])).any(axis=1)
+        # From a corner on the line into the angle between its sides.
+        line, corner = (turns == 0).nonzero()
+        ends, places, before = (start[line], end[line]), self._corners[corner], self._before[corner]
+        met = ((points[ends[0]] - places) * (points[ends[1]] - places)).sum(axis=1) <= 0
+        for point in ends:
+            first, second = inner[point, before], inner[point, corner]
+            into = np.where(self._convex[corner], first & second, first | second)
+            found[line[met & into]] = True
+        return np.asarray(found)
+
+
+def _cheapest(
+    first: dict[int, float],
+    last: dict[int, float],
+    onward: Callable[[int], Iterable[tuple[int, float]]],
+    ahead: Callable[[int], float],
+) -> list[int] | None:
+    """Return the corners of the shortest path by A*, None if there is no path.
+
+    `first` and `last` are the lengths of the lines from the start, and to the end; `onward` returns the corners after a
+    corner with distances, `ahead` a lower bound of what is left.
+    """
+    best, parent, final, shortest = dict(first), dict[int, int](), _DIRECT, math.inf
+    heap = [(length + ahead(corner), corner, length) for corner, length in first.items()]
+    heapify(heap)
+    while heap and heap[0][0] < shortest:
+        _, corner, reached = heappop(heap)
+        if reached > best[corner]:
+            continue
+        if corner in last and reached + last[corner] < shortest:
+            shortest, final = reached + last[corner], corner
+        for other, length in onward(corner):
+            total = reached + length
+            if total < best.get(other, math.inf):
+                best[other], parent[other] = total, corner
+                heappush(heap, (total + ahead(other), other, total))
+    if final == _DIRECT:
+        return None
+    visited = [final]
+    while visited[-1] in parent:
+        visited.append(parent[visited[-1]])
+    return visited[::-1]
 
 
 def shortest_loop(discs: Discs, region: BaseGeometry | None = None) -> tuple[FloatArray, float]:

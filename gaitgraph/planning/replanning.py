@@ -1,0 +1,241 @@
+"""Planning again in flight: a region prepared once, and answers in about half a millisecond.
+
+What does not change is computed once: the region, what its corners see of each other, the limits of tilt rates. New
+keep-outs leave the region as it is and bring their corners into the search.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import accumulate, combinations, pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import shapely
+
+from gaitgraph.angles import angles_from, checked_number
+from gaitgraph.errors import Infeasible, InputError, shown
+from gaitgraph.gait.gait import Gait
+from gaitgraph.graph.build import checked_waypoints
+from gaitgraph.invertibility.matrices import DEFAULT_FLOOR
+from gaitgraph.invertibility.segment_bounds import bound_along_red_path
+from gaitgraph.planning.shortest_paths import ShortestPaths
+from gaitgraph.surface.admissible import admissible_region
+from gaitgraph.surface.region import DEFAULT_ACCURACY, OVERLAY_ERROR, Zones, checked_polygons, region_of
+from gaitgraph.surface.sheets import separating_factor
+from gaitgraph.timing.timed_gait import DEFAULT_SAMPLES, TimedGait
+from gaitgraph.vehicle import PAPER, four_of, vehicle_named
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import numpy.typing as npt
+
+    from gaitgraph.invertibility.matrices import FloatArray
+    from gaitgraph.planning.request import Point
+    from gaitgraph.surface.region import Points
+    from gaitgraph.surface.sheets import SignChoice
+    from gaitgraph.vehicle import Vehicle, VehicleLike
+
+_ON_RED = 1e-9  # rad
+_ROUNDING = 1e-10  # of a time
+_STEP = 0.05  # rad between two points at which the singular values are computed
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Replan:
+    """A path from the present tilt angles to a loop, and the loop; falsy, with the `reason`, if there is none.
+
+    `approach` leads from the present (α1, α2) to the first waypoint, shape (k, 2), one point if the angles are there
+    already; `loop` has the corners of the closed loop from there on, shape (n, 2) [rad]. Both are run at one speed, in
+    `duration` and `period` [s], so that no tilt rate exceeds its limit. `least_singular_value` is a proven lower bound
+    along both.
+    """
+
+    vehicle: Vehicle
+    reason: str | None = None
+    approach: FloatArray
+    loop: FloatArray
+    least_singular_value: float = 0.0
+    duration: float = 0.0
+    period: float = 0.0
+
+    def __bool__(self) -> bool:
+        return self.reason is None
+
+    @property
+    def entry(self) -> TimedGait:
+        """The approach there and back, timed; its first half is the approach; raises Infeasible if there is none."""
+        return self._timed(np.vstack([self.approach, self.approach[-2:0:-1]]), 2 * self.duration)
+
+    @property
+    def timed(self) -> TimedGait:
+        """The loop as a timed gait, from the first waypoint on; raises Infeasible if there is none."""
+        return self._timed(self.loop, self.period)
+
+    def _timed(self, plane: FloatArray, period: float) -> TimedGait:
+        if self.reason is not None:
+            raise Infeasible(self.reason)
+        gait = Gait(alpha=plane[:, [0, 1, 0, 1]], colors=("red",) * len(plane), vehicle=self.vehicle)
+        # Without a motion any period will do.
+        return TimedGait(gait=gait, period=period or 1.0, law="constant-speed", samples=DEFAULT_SAMPLES)
+
+    def at(self, t: npt.ArrayLike) -> FloatArray:
+        """Return the tilt angles on the approach and then on the loop, at times from now, shape (..., 4) [rad]."""
+        t = np.asarray(t, dtype=float)
+        on_loop = (t >= self.duration)[..., None]
+        return np.where(on_loop, self.timed.at(t - self.duration)[0], self.entry.at(t)[0])
+
+
+class Replanner:
+    """A vehicle, a region and limits, prepared for planning again in flight; on red, where alone a gait can fly.
+
+    Paths are the shortest in the region, a polygon inside the true borders by at most the accuracy. Corners are passed
+    at full speed.
+
+    Parameters
+    ----------
+    vehicle
+        The vehicle; InputError if it limits tilt accelerations or jerks, which no path with corners keeps at speed.
+    sign
+        Sign of R of the region; no path leads from one to the other.
+    keep_out, keep_in, floor, accuracy
+        As for :func:`gaitgraph.planning.planner.plan_loop`.
+    rate
+        Largest tilt rate [rad/s]; by default the vehicle's, MissingConstant if it states none.
+
+    Examples
+    --------
+    >>> replanner = Replanner("padova", sign="positive")
+    >>> around = [(-0.3, 0.3), (-0.3, 0.9), (-0.9, 0.9), (-0.9, 0.3)]
+    >>> found = replanner.replan([-0.3, 0.2, -0.3, 0.2], around, keep_out=[[(-0.4, 0.5), (-0.2, 0.5), (-0.3, 0.7)]])
+    >>> found.loop.tolist(), round(found.period, 3), round(found.least_singular_value, 3)
+    ([[-0.3, 0.3], [-0.4, 0.5], [-0.3, 0.9], [-0.9, 0.9], [-0.9, 0.3]], 0.406, 0.682)
+    >>> replanner.replan([0.8, -0.8, 0.8, -0.8], around).reason[:59]
+    'the present angles (0.8000, -0.8000): R at level attitude m'
+    """
+
+    def __init__(
+        self,
+        vehicle: VehicleLike = PAPER,
+        *,
+        sign: SignChoice = "auto",
+        keep_out: Sequence[Points] = (),
+        keep_in: Sequence[Points] = (),
+        floor: float = DEFAULT_FLOOR,
+        rate: float | None = None,
+        accuracy: float = DEFAULT_ACCURACY,
+    ) -> None:
+        self.vehicle = body = vehicle_named(vehicle)
+        for name in ("max_tilt_acceleration", "max_tilt_jerk"):
+            if (limit := getattr(body, name)) is not None:
+                raise InputError(f"vehicle must state no {name}, since corners are passed at speed, got {shown(limit)}")
+        if rate is None:
+            (rate,) = body.require("max_tilt_rate", purpose="a replanner without a rate")
+        else:
+            rate = checked_number("rate", rate, "a positive finite number (rad/s)", above=True)
+        limits = four_of(rate)
+        self._limits = min(limits[::2]), min(limits[1::2])  # opposite arms tilt alike
+        self.floor = checked_number("floor", floor)
+        zones = Zones(keep_out=keep_out, keep_in=keep_in)
+        self.region = admissible_region(
+            body, sign=None if sign == "auto" else sign, floor=floor, zones=zones, accuracy=accuracy
+        )
+        self._kept_out = checked_polygons(keep_out, "keep_out")
+        shapely.prepare(self._kept_out)
+        self._paths = ShortestPaths(self.region.inner)
+        _ = self._paths.sights  # computed once, now
+
+    def replan(self, alpha: npt.ArrayLike, waypoints: Points, *, keep_out: Sequence[Points] = ()) -> Replan:
+        """Return the path from the present tilt angles to a loop, and the loop, in the order of its waypoints.
+
+        `alpha` are the present angles, as commanded, shape (4,) [rad]. The loop is joined at its first waypoint: state
+        the one that comes next first. `keep_out` are polygons that appeared since; nothing is kept of them.
+        """
+        tilts = angles_from(alpha, "alpha")
+        if tilts.shape != (4,) or not math.isfinite(tilts.sum()):
+            raise InputError(f"alpha must be four finite tilt angles in radians, got {shown(alpha)}")
+        given = checked_waypoints(waypoints.tolist() if isinstance(waypoints, np.ndarray) else waypoints)
+        polygons = checked_polygons(keep_out, "keep_out")
+        first, second, third, fourth = tilts.tolist()
+        if (off := max(abs(first - third), abs(second - fourth))) > _ON_RED:
+            advice = "give the commanded angles, which lie on it"
+            return self._refused(f"the present angles are {off:.3g} rad off red, where α3 = α1 and α4 = α2; {advice}")
+        stops = [stop for stop, following in pairwise([*given, given[0]]) if stop != following] or given[:1]
+        points: list[Point] = [(first, second), *stops]
+
+        def name_of(k: int) -> str:
+            return f"waypoint {given.index(points[k]) + 1}" if k else "the present angles"
+
+        plane = np.array(points)
+        places: Any = shapely.points(plane)
+        outside = ~shapely.covers(self.region.inner, places)
+        if len(polygons):
+            # As one with old ones that they touch, so that no path leads between two that share a side.
+            if len(self._kept_out):
+                touched = shapely.intersects(self._kept_out[:, None], polygons).any(axis=1)
+                polygons = np.append(polygons, self._kept_out[touched])
+            boxes = combinations(shapely.bounds(polygons).tolist(), 2)
+            if any(a <= g and e <= c and b <= h and f <= d for (a, b, c, d), (e, f, g, h) in boxes):  # two may meet
+                polygons = shapely.get_parts(shapely.union_all(polygons))
+            outside |= shapely.contains(polygons[:, None], places).any(axis=0)
+        if outside.any():
+            free = self._free_of(polygons)
+            outside &= shapely.distance(free, places) > OVERLAY_ERROR
+        if outside.any():
+            k = int(np.argmax(outside))
+            return self._refused(f"{name_of(k)} {self._why_not(points[k], free)}")
+        legs = [(a, b) for a, b in pairwise([*range(len(points)), 1]) if points[a] != points[b]]
+        paths = []
+        for (a, b), path in zip(legs, self._paths.paths_around(plane, legs, polygons), strict=True):
+            found = path
+            if path is None and len(polygons):
+                # The search may miss lines along borders: only ends in different parts are separated for sure.
+                free = shapely.get_parts(self._free_of(polygons))
+                parts = shapely.dwithin(free, places[[a, b], None], _ON_RED).all(axis=0)
+                found = ShortestPaths(free[parts][0]).path(*plane[[a, b]]) if parts.any() else None
+            if found is None:
+                wall = separating_factor(points[a], points[b], self.vehicle) or "keep_out or the border of the region"
+                return self._refused(f"{name_of(a)} and {name_of(b)} are separated by {wall}; move one of them")
+            paths.append(found)
+        moves = legs[:1] == [(0, 1)]
+        loop = np.concatenate([path[:-1] for path in paths[moves:]] or [plane[1:]])
+        return self._timed(paths[0] if moves else plane[:1], loop)
+
+    def _timed(self, approach: FloatArray, loop: FloatArray) -> Replan:
+        """Return a path with its lower bound of the least singular value, as fast as the tilt rates allow."""
+        path = np.concatenate([approach[:-1], loop, loop[:1]])
+        corners, (odd, even) = path.tolist(), self._limits
+        lengths = [math.dist(start, end) for start, end in pairwise(corners)]
+        passed = [0.0, *accumulate(lengths)]
+        nodes = np.append(np.arange(0.0, passed[-1], _STEP), passed)
+        nodes.sort()
+        between = np.array([np.interp(nodes, passed, angle) for angle in path.T])
+        # Seconds per radian of the path, for the arms that turn fastest; no rate exceeds its limit by rounding.
+        steps = [(abs(c - a) / odd, abs(d - b) / even) for (a, b), (c, d) in pairwise(corners)]
+        slowest = max((max(step) / length for step, length in zip(steps, lengths, strict=True) if length), default=0.0)
+        entered = len(approach) - 1
+        return Replan(
+            vehicle=self.vehicle,
+            approach=approach,
+            loop=loop,
+            # The region keeps the floor itself.
+            least_singular_value=max(float(bound_along_red_path(between, self.vehicle).min()), self.floor),
+            duration=passed[entered] * slowest * (1 + _ROUNDING),
+            period=sum(lengths[entered:]) * slowest * (1 + _ROUNDING),
+        )
+
+    def _refused(self, reason: str) -> Replan:
+        return Replan(vehicle=self.vehicle, reason=reason, approach=np.empty((0, 2)), loop=np.empty((0, 2)))
+
+    def _why_not(self, point: Point, free: Any) -> str:
+        """Return why a point is not admissible, and the nearest one that is."""
+        left = region_of([free, free], self.region.accuracy)
+        nearest = left.nearest(point)
+        why = self.region.why_not(point) or "inside a new keep_out polygon"
+        where = f"the nearest admissible point is {left.as_text(nearest)}" if nearest else "no point is admissible"
+        return f"({point[0]:.4f}, {point[1]:.4f}): {why}; {where}"
+
+    def _free_of(self, polygons: Any) -> Any:
+        return self.region.inner.difference(shapely.union_all(polygons))

@@ -1,0 +1,207 @@
+"""Planning again in flight: paths around new keep-outs, their lower bounds, their timing, their refusals."""
+
+from __future__ import annotations
+
+import gc
+import tracemalloc
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import mpmath
+import numpy as np
+import pytest
+import shapely
+
+import gaitgraph as gg
+from gaitgraph.invertibility.matrices import least_singular_value_on_red, scaled_decoupling_matrix
+from gaitgraph.invertibility.segment_bounds import bound_along_red_path
+from gaitgraph.planning import Replan, Replanner, ShortestPaths
+from gaitgraph.planning.shortest_paths import orientation, orientations
+from tests.samples import replan_requests
+
+if TYPE_CHECKING:
+    from gaitgraph.invertibility.matrices import FloatArray
+
+AROUND = [(-0.3, 0.3), (-0.3, 0.9), (-0.9, 0.9), (-0.9, 0.3)]
+HERE = [-0.5, 0.3, -0.5, 0.3]
+WALL = [(-2.0, 0.5), (0.5, 0.5), (0.5, 0.7), (-2.0, 0.7)]
+# Vehicles with and without curved borders, and with rotors above the centre of mass.
+CASES = [("paper", "positive", 0.05), ("paper", "negative", 0.3), ("gimbalrotor", "negative", 0.05)]
+
+
+@pytest.fixture(scope="module")
+def replanner() -> Replanner:
+    return Replanner("paper", sign="positive", rate=3.0)
+
+
+def path_of(found: Replan) -> FloatArray:
+    return np.vstack([found.approach, found.loop[1:], found.loop[:1]])
+
+
+@pytest.mark.parametrize(("vehicle", "sign", "floor"), CASES)
+def test_random_requests(vehicle: str, sign: Any, floor: float) -> None:
+    replanner = Replanner(vehicle, sign=sign, floor=floor, rate=3.0)
+    shares = []
+    for alpha, stops, keep_out in replan_requests(replanner.region, np.random.default_rng(7), 40):
+        forbidden = shapely.union_all([shapely.Polygon(corners) for corners in keep_out])
+        free = replanner.region.inner.difference(forbidden)
+        ends = [alpha[:2], *stops, stops[0]]
+        found = replanner.replan(alpha, stops, keep_out=keep_out)
+        if not found:
+            assert not shapely.covers(free, shapely.points(ends)).all(), found.reason
+            continue
+        # Outside the keep-outs, and as short as paths in the region that is triangulated anew.
+        path = path_of(found)
+        line = shapely.LineString(path)
+        assert line.intersection(forbidden.buffer(-1e-9)).is_empty
+        assert line.difference(replanner.region.inner.buffer(1e-9)).is_empty
+        anew = ShortestPaths(free)
+        legs: list[Any] = [anew.path(a, b) for a, b in pairwise(ends)]
+        assert line.length == pytest.approx(sum(shapely.LineString(leg).length for leg in legs), abs=1e-9)
+        # The least singular value is proven, and near to what is sampled.
+        points = np.concatenate([a + np.linspace(0, 1, 300)[:, None] * (b - a) for a, b in pairwise(path)])
+        values = least_singular_value_on_red(points[:, 0], points[:, 1], replanner.vehicle)
+        assert floor <= found.least_singular_value <= values.min() + 1e-12
+        shares.append(found.least_singular_value / values.min())
+        with mpmath.workdps(30):
+            worst = points[values.argmin()][[0, 1, 0, 1]]
+            exact = mpmath.svd(mpmath.matrix(scaled_decoupling_matrix(worst, replanner.vehicle)), compute_uv=False)
+            assert found.least_singular_value <= min(exact) * (1 + 1e-12)
+        # Both parts fly.
+        assert gg.validate(found.timed.gait, floor=floor).flyable
+        assert found.entry.check(floor=floor).flyable
+    assert min(shares) > 0.95
+    assert len(shares) > 20
+
+
+def test_as_short_as_a_plan(replanner: Replanner) -> None:
+    for _, stops, keep_out in replan_requests(replanner.region, np.random.default_rng(3), 6):
+        plan = gg.plan_loop(stops, color="red", sign="positive", keep_out=keep_out)
+        found = replanner.replan([*stops[0], *stops[0]], stops, keep_out=keep_out)
+        assert bool(plan) == bool(found)
+        if plan.loop is not None:
+            assert found.approach.tolist() == [list(stops[0])]
+            assert shapely.LinearRing(found.loop).length == pytest.approx(plan.loop.length, abs=1e-9)
+
+
+@pytest.mark.parametrize("height", [None, 0.3, -2.0])
+def test_the_bound_along_red_is_true_and_of_second_order(height: float | None) -> None:
+    vehicle = gg.PAPER if height is None else gg.PAPER.replace(rotor_height=height * (gg.PAPER.arm_length or 0.0))
+    rng = np.random.default_rng(0)
+    for step, most in ((0.05, 0.1), (0.005, 1e-3)):
+        for _ in range(300):
+            turn, start = rng.uniform(0, 2 * np.pi), rng.uniform(-1.4, 1.4, 2)
+            ends = np.array([start, start + step * np.array([np.cos(turn), np.sin(turn)])])
+            points = start + np.linspace(0, 1, 41)[:, None] * (ends[1] - start)
+            least = least_singular_value_on_red(points[:, 0], points[:, 1], vehicle).min()
+            bound = bound_along_red_path(ends.T, vehicle)[0]
+            assert least - most * max(least, 0.05) <= bound <= least
+
+
+def test_the_speed_is_constant_and_the_fastest_that_rates_allow() -> None:
+    vehicle = gg.PAPER.replace(max_tilt_rate=[3.0, 1.0, 2.0, 4.0])
+    found = Replanner(vehicle, sign="positive").replan([-0.1, 0.8, -0.1, 0.8], AROUND)
+    path = path_of(found)
+    seconds = np.linspace(0, found.duration + found.period, 20_001)
+    angles = found.at(seconds)
+    assert np.abs(angles[[0, -1]] - path[[0, -1]][:, [0, 1, 0, 1]]).max() < 1e-12
+    rates = np.abs(np.diff(angles, axis=0) / np.diff(seconds)[:, None])
+    assert (rates.max(axis=0) <= np.array([2.0, 1.0, 2.0, 1.0]) * (1 + 1e-9)).all()
+    assert rates.max(axis=0) == pytest.approx([1.0] * 4, rel=1e-9)  # arms 2 and 4 are the slowest along these sides
+    speeds = np.linalg.norm(rates, axis=1)
+    assert np.median(speeds) == pytest.approx(speeds.max(), rel=1e-9)
+    assert found.at(found.duration + 3 * found.period) == pytest.approx(angles[-1], abs=1e-9)
+    assert found.timed.check().flyable
+
+
+def test_nothing_moves_or_nothing_to_approach(replanner: Replanner) -> None:
+    at = [*AROUND[0], *AROUND[0]]
+    posture = replanner.replan(at, [AROUND[0], AROUND[0]])
+    assert (posture.duration, posture.period, posture.at(7.0).tolist()) == (0.0, 0.0, at)
+    found = replanner.replan(np.array(at), np.array([*AROUND, AROUND[0]]))
+    assert (len(found.approach), found.duration, found.loop.tolist()) == (1, 0.0, [[*stop] for stop in AROUND])
+
+
+def test_refusals_say_why(replanner: Replanner) -> None:
+    box = [(-0.6, 0.2), (-0.4, 0.2), (-0.4, 0.4), (-0.6, 0.4)]
+    for alpha, stops, keep_out, reason in (
+        ([-0.5, 0.3, -0.5, 0.31], AROUND, [], "the present angles are 0.01 rad off red"),
+        (HERE, AROUND, [box], "the present angles (-0.5000, 0.3000): inside a new keep_out polygon; the nearest"),
+        ([0.5, 0.5] * 2, AROUND, [], "the present angles (0.5000, 0.5000): hover thrusts must be > 0"),
+        (HERE, [*AROUND, (0.8, -0.8)], [], "waypoint 5 (0.8000, -0.8000): R at level attitude must be"),
+        (HERE, AROUND, [WALL], "waypoint 1 and waypoint 2 are separated by keep_out or the border of the region"),
+    ):
+        found = replanner.replan(alpha, stops, keep_out=keep_out)
+        assert not found
+        assert (found.reason or "").startswith(reason)
+        with pytest.raises(gg.errors.Infeasible, match="."):
+            _ = found.timed
+    both = Replanner("paper", rate=1.0).replan(HERE, [(0.8, -0.8), (0.9, -0.6)])
+    assert (both.reason or "").startswith(
+        "the present angles and waypoint 1 are separated by the curve tan α1 − tan α2"
+    )
+
+
+def test_bad_input() -> None:
+    with pytest.raises(gg.errors.MissingConstant, match="states no max_tilt_rate"):
+        Replanner("paper")
+    with pytest.raises(gg.InputError, match="vehicle must state no max_tilt_acceleration"):
+        Replanner({"preset": "padova", "max_tilt_acceleration": 30.0})
+    replanner = Replanner("padova", sign="positive")
+    for alpha, stops, keep_out, message in (
+        ([0.1, 0.2], AROUND, [], "alpha must be four finite tilt angles"),
+        (HERE, [], [], "waypoints must be a list of one or more"),
+        (HERE, AROUND, [[(0, 0), (1, 1)]], "keep_out polygon 1 must have three or more corners"),
+    ):
+        with pytest.raises(gg.InputError, match=message):
+            replanner.replan(alpha, stops, keep_out=keep_out)
+
+
+def test_nothing_passes_between_keep_outs_that_share_a_side() -> None:
+    halves = [[(-2.0, 0.5), (-0.6, 0.5), (-0.6, 0.7), (-2.0, 0.7)], [(-0.6, 0.5), (0.5, 0.5), (0.5, 0.7), (-0.6, 0.7)]]
+    stops = [(-0.6, 0.3), (-0.6, 0.9)]
+    for before, after in (([], halves), (halves[:1], halves[1:])):
+        found = Replanner("paper", sign="positive", rate=1.0, keep_out=before).replan(HERE, stops, keep_out=after)
+        assert "separated" in (found.reason or "")
+    apart = [[(x - 0.01 * (x < -0.6), y) for x, y in halves[0]], [(max(x, -0.59), y) for x, y in halves[1]]]
+    assert Replanner("paper", sign="positive", rate=1.0).replan(HERE, stops, keep_out=apart)
+
+
+def test_waypoints_on_corners_and_sides_of_keep_outs(replanner: Replanner) -> None:
+    box = [(-0.7, 0.5), (-0.5, 0.5), (-0.5, 0.7), (-0.7, 0.7)]
+    across = [(-0.7, 0.5), (-0.5, 0.7)]  # along the diagonal
+    found = replanner.replan([-0.7, 0.6, -0.7, 0.6], [*across, (-0.5, 0.55)], keep_out=[box])
+    assert shapely.LinearRing(found.loop).length == pytest.approx(0.8, abs=1e-12)
+    assert len(found.loop) == 5
+
+
+def test_corners_of_other_polygons_on_sides() -> None:
+    # A corner of the second lies on a side of the first, where a path goes along; a waypoint on a cut side is outside.
+    new = [[(-1, 0.225), (-0.625, 0.225), (-0.625, 1.1), (-1, 1.1)], [(-1, 0.35), (-0.75, 0.85), (-0.25, 0.35)]]
+    along = Replanner("paper", sign="positive", rate=1.0).replan([-1.0, 0.1] * 2, [(-0.75, 1.1)], keep_out=new)
+    assert along.approach.tolist() == [[-1.0, 0.1], [-1.0, 1.1], [-0.75, 1.1]]
+    thirds = [[(-0.9, 0.3), (-0.3, 0.5), (-0.9, 0.9)], [(-0.8, 0.1), (-0.4, 0.1), (-0.6, 0.6)]]
+    cut = shapely.get_coordinates(shapely.union_all([shapely.Polygon(one) for one in thirds])).tolist()
+    for x, y in cut:
+        assert Replanner("paper", sign="positive", rate=1.0).replan([x, y, x, y], [(-0.1, 0.9)], keep_out=thirds)
+
+
+def test_signs_of_orientations_are_exact() -> None:
+    rng = np.random.default_rng(0)
+    points = rng.integers(0, 4, (3, 4000, 2)) * 0.1 + rng.integers(-2, 3, (3, 4000, 2)) * 1e-16
+    one_by_one = [orientation(*(tuple(one) for one in three)) for three in points.swapaxes(0, 1).tolist()]
+    assert (np.sign(orientations(*points)) == np.sign(one_by_one)).all()
+
+
+@pytest.mark.slow
+def test_memory_does_not_grow(replanner: Replanner) -> None:
+    sizes = []
+    tracemalloc.start()
+    for number, request in enumerate(replan_requests(replanner.region, np.random.default_rng(5), 4000), start=1):
+        alpha, stops, keep_out = request
+        replanner.replan(alpha, stops, keep_out=keep_out)
+        if number % 2000 == 0:
+            gc.collect()
+            sizes.append(tracemalloc.get_traced_memory()[0])
+    tracemalloc.stop()
+    assert sizes[1] - sizes[0] < 10_000  # what numpy keeps of small arrays
