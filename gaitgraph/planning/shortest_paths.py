@@ -290,6 +290,7 @@ class ShortestPaths:
         lines: Any = shapely.linestrings(ends)
         inside = shapely.covers(self._region, lines).tolist()
         found = [one if straight else self.path(*one) for one, straight in zip(ends, inside, strict=True)]
+        self._bends_from.cache_clear()  # in flight the points are other ones each time
         if not len(polygons):
             return found
         for k, straight in enumerate(inside):
