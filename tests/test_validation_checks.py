@@ -419,3 +419,13 @@ def test_a_value_at_its_tolerance_is_within_it(factor: float, ok: bool) -> None:
 def test_hover_is_not_decided_where_one_arm_alone_leaves_red(turned: list[float]) -> None:
     report = Gait(alpha=lift([(0.1, 0.0)], "red").alpha + turned, colors=("red",)).check()
     assert report.reachability.startswith("not decided")
+
+
+def test_hover_thrusts_that_are_no_numbers_are_not_positive() -> None:
+    """Off the surfaces by the name of no color, but exactly where no thrusts carry the weight."""
+    vehicle = gg.PAPER.replace(drag_ratio=0.004652334215179169, first_arm_angle=-0.9750201267805285)
+    first = [-0.21748872218123916, -0.2263425738234366, 0.22679332348172546, 0.2170379725229503]
+    second = [0.14146998656354937, 0.1323386938841839, -0.13216538526306307, -0.1416432951846702]
+    with np.errstate(invalid="ignore"):
+        report = gg.validate(gg.Gait(alpha=[first, first, second], vehicle=vehicle), tolerance=1e-3)
+    assert not report["hover_thrust"].ok

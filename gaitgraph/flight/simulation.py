@@ -180,12 +180,13 @@ class Simulation:
         one array of all flights at a time, and the engine steps them on all cores. The reference must be "attitude".
 
         A flight ends before its time once it has joined level flight, whose thrusts are those of hover. Its errors e in
-        roll, pitch, yaw and altitude obey ë = −kp·e − kd·ė while no thrust is cut, so e² + ė²/kp never grows. It has
-        joined once the root of that is at most a quarter of the tolerance, its thrusts differ from those of hover by at
-        most half of what these are away from their limits from then on, and the least singular value of level flight
-        stays above the floor by the tolerance, which is more than so small a tilt can take from it. None joins where
-        the controller does not cancel all else: with wind, noise, thrusts that are held for more than a step of the
-        engine, rotor lag, or inertia of rotors or arms.
+        roll, pitch, yaw and altitude obey ë = −kp·e − kd·ė while no thrust is cut, so e² + ė²/kp never grows. With r its
+        root, |ë| is at most √(kp² + kd²·kp)·r from then on, which bounds how far thrusts go from those of hover, to first
+        order. A flight has joined once r is at most a quarter of the tolerance, twice that bound is at most what thrusts
+        of hover are away from their limits from then on, and the least singular value of level flight stays above the
+        floor by the tolerance, which is more than so small a tilt can take from it. None joins where
+        the controller does not cancel all else: with wind, noise, gains that are too high for the step, thrusts that
+        are held for more than a step of the engine, rotor lag, or inertia of rotors or arms.
         """
         from mujoco.rollout import Rollout
 
@@ -214,7 +215,20 @@ class Simulation:
         room = np.minimum.accumulate(room[::-1])[::-1]
         cancelled = self._noise is None and self._gusts is None and settings.arms == "served" and every == 1
         cancelled = cancelled and not (vehicle.rotor_lag or vehicle.arm_inertia or vehicle.rotor_inertia)
-        stiffness = np.array([settings.attitude_stiffness] * 3 + [settings.altitude_stiffness])[:, None]
+        stiffness, damping = np.array([
+            [settings.attitude_stiffness] * 3 + [settings.altitude_stiffness],
+            [settings.attitude_damping] * 3 + [settings.altitude_damping],
+        ])  # fmt: skip
+        # An accurate step is short beside the swing and the decay of an error.
+        cancelled = cancelled and (stiffness * interval**2).max() <= 0.01 and (damping * interval).max() <= 0.1
+        steepest = np.sqrt(stiffness**2 + damping**2 * stiffness)  # of ë per root of e² + ė²/kp
+        (inertia, length), share = vehicle.require("inertia", "arm_length", purpose="flight"), upward[:, None, None]
+        free = level[:, 25:29, None] / share
+        turning = (level[:, 13:25].reshape(-1, 4, 3) - free * level[:, None, 6:9]) * inertia / length * steepest[:3]
+        climbing, leaning = free * mass * steepest[3], hover[:, :, None] * level[:, None, 10:8:-1] / share
+        # The largest change of each thrust, from each control step on, per root of each error, then per tilt.
+        change = np.abs(np.concatenate([turning, climbing, leaning], axis=2))
+        change = np.maximum.accumulate(change[::-1])[::-1]
         threads = min(os.cpu_count() or 1, len(states) // _FLIGHTS_OF_A_THREAD)
         copies = [mujoco.MjData(model) for _ in range(max(threads, 1))]
         with engine_warnings(), Rollout(nthread=threads if threads > 1 else 0) as pool:
@@ -236,9 +250,10 @@ class Simulation:
                     ended = failed | settled | (k == last)
                 elif cancelled and k % _JOINED_EVERY == 0 and k < len(room):
                     off = np.array(state)[_DECOUPLED] ** 2
-                    apart = 2.0 * np.abs(given - hover[k, :, None]).max(axis=0)
-                    settled = (off[:4] + off[4:] / stiffness).max(axis=0) <= (settings.tolerance / 4) ** 2
-                    settled &= (apart <= room[k]) & ((check_at - since) * interval >= settings.held - 1e-9)
+                    root = np.sqrt(off[:4] + off[4:] / stiffness[:, None])
+                    apart = 2.0 * (change[k] @ np.concatenate([root, root[:2]])).max(axis=0)
+                    settled = (root.max(axis=0) <= settings.tolerance / 4) & (apart <= room[k])
+                    settled &= (min(check_at, last) - since) * interval >= settings.held - 1e-9
                     settled &= (apart <= 2e-4 * later[k]) | (apart <= peak - later[k])
                     peak, ended = np.where(settled, np.maximum(peak, later[k]), peak), failed | settled
                 if ended.any():

@@ -41,6 +41,7 @@ from gaitgraph.surface.region import polygons_of
 
 DIAGRAM_AREA = math.pi**2  # rad², of the roll–pitch diagram (−π/2, π/2)²
 _MOST_PIECES = 50_000
+_SIDES = 64  # of a cone, against which pieces are tested
 _LONGEST_PIECE = 0.5  # rad of the largest tilt angle, before any refinement
 _MOST_HALVINGS = 40
 _SAMPLES = 5  # of a piece
@@ -254,8 +255,9 @@ def _narrowed(
         if not doubtful.any():
             outer = _extreme_rays(samples, inside)
             out = (sweep.across > 0) | (sweep.level > 0)
-            if len(outer) >= 3:  # the pieces that may leave the cone of the samples, by the normals of its sides
-                normals = np.cross(outer, np.roll(outer, -1, axis=0)).T
+            if len(outer) >= 3:  # the pieces that may leave a cone of some samples, by the normals of its sides
+                some = outer[:: -(-len(outer) // _SIDES)]
+                normals = np.cross(some, np.roll(some, -1, axis=0)).T
                 out &= (sweep.least_products(sign, normals) < 0).any(axis=1)
             sweep, core = sweep.only(out), outer
             rays = sweep.safe_rays(sign)

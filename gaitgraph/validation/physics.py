@@ -282,7 +282,7 @@ class _HoverThrust(Rule):
             )
         else:
             (low, peak), place = self._shares(), self.least.place
-            if low <= 0:
+            if not low > 0:  # it may be no number
                 refusal = "a rotor may have to idle to hover along the curve: keep away from β1 = 0 and β2 = 0"
         if refusal:
             yield self.check(False, refusal, value=value, limit=0.0, place=place)
