@@ -211,7 +211,7 @@ class Replanner:
         nodes = np.arange(numbers[-1] + 1)
         between = np.array([np.interp(nodes, numbers, angle) for angle in path.T])
         # Seconds per radian of the path, for the arms that turn fastest; no rate exceeds its limit by rounding.
-        steps = (max(abs(x) / odd, abs(y) / even) / length for (x, y), length in zip(moves, lengths) if length)
+        steps = (max(abs(x) / odd, abs(y) / even) / math.hypot(x, y) for x, y in moves if x or y)
         slowest = max(steps, default=0.0) * (1 + _ROUNDING)
         entered = len(approach) - 1
         return Replan(
