@@ -297,7 +297,7 @@ class ShortestPaths:
             return found
         for k, straight in enumerate(inside):
             lines[k] = lines[k] if straight else _line(found[k])
-        left = np.unique(shapely.intersects(polygons[:, None], lines).nonzero()[1]).tolist()
+        left = sorted({*shapely.intersects(polygons[:, None], lines).nonzero()[1].tolist()})
         for in_region in (False, True):
             if left:
                 again = self._searched([legs[k] for k in left], polygons, in_region=in_region)
