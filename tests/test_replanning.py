@@ -201,6 +201,18 @@ def test_waypoints_on_slanted_sides(replanner: Replanner) -> None:
         assert line.length == pytest.approx(sum(shapely.LineString(leg).length for leg in legs), abs=1e-9)
 
 
+def test_nothing_crosses_a_polygon_that_crosses_the_side_of_another() -> None:
+    box = np.array([(-0.56, 0.634), (-0.362, 0.666), (-0.394, 0.863), (-0.591, 0.832)])
+    side = box[2] - box[1]
+    places = ((0.4, -0.06), (0.4, 0.04), (0.6, 0.04), (0.6, -0.06))
+    strip = np.array([box[1] + share * side + np.array([out, 0.0]) for share, out in places])
+    forbidden = shapely.union_all([shapely.Polygon(box), shapely.Polygon(strip)]).buffer(-1e-9)
+    replanner, rng = Replanner("paper", sign="positive", rate=1.0), np.random.default_rng(2)
+    for low, high in zip(rng.uniform(0.05, 0.35, 40), rng.uniform(0.65, 0.95, 40), strict=True):
+        found = replanner.replan([*(box[1] + low * side)] * 2, [box[1] + high * side], keep_out=[box, strip])
+        assert not shapely.LineString(path_of(found)).intersects(forbidden)
+
+
 def test_corners_of_other_polygons_on_sides() -> None:
     # A corner of the second lies on a side of the first, where a path goes along; a waypoint on a cut side is outside.
     new = [[(-1, 0.225), (-0.625, 0.225), (-0.625, 1.1), (-1, 1.1)], [(-1, 0.35), (-0.75, 0.85), (-0.25, 0.35)]]

@@ -20,7 +20,7 @@ from gaitgraph.gait.gait import Gait
 from gaitgraph.graph.build import checked_waypoints
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR
 from gaitgraph.invertibility.segment_bounds import bound_along_red_path
-from gaitgraph.planning.shortest_paths import ShortestPaths
+from gaitgraph.planning.shortest_paths import ShortestPaths, line_of
 from gaitgraph.surface.admissible import admissible_region
 from gaitgraph.surface.region import DEFAULT_ACCURACY, OVERLAY_ERROR, Zones, checked_polygons, region_of
 from gaitgraph.surface.sheets import separating_factor
@@ -169,7 +169,7 @@ class Replanner:
             return "the present angles" if point == points[0] else f"waypoint {given.index(point) + 1}"
 
         places: Any = shapely.points(points)
-        outside = ~shapely.covers(self.region.inner, places)
+        outside, core = ~shapely.covers(self.region.inner, places), None
         if len(polygons):
             # As one with old ones that they touch, so that no path leads between two that share a side.
             if len(self._kept_out):
@@ -178,6 +178,8 @@ class Replanner:
             if len(polygons) > 1:
                 polygons = shapely.get_parts(shapely.disjoint_subset_union_all(polygons))
             outside |= shapely.contains(polygons[:, None], places).any(axis=0)
+            if shapely.dwithin(polygons[:, None], places, OVERLAY_ERROR).any():
+                core = shapely.union_all(shapely.buffer(polygons, -_ON_RED, join_style="mitre"))
         if outside.any():
             free = self._free_of(polygons)
             outside &= ~shapely.dwithin(free, places, OVERLAY_ERROR)
@@ -188,8 +190,9 @@ class Replanner:
         paths = []
         for leg, path in zip(legs, self._paths.paths_around(legs, polygons), strict=True):
             found = path
-            if path is None and len(polygons):
-                # The search may miss lines along borders: only ends in different parts are separated for sure.
+            if (path is None and len(polygons)) or (core is not None and shapely.intersects(core, line_of(path))):
+                # The search may miss lines along borders: only ends in different parts are separated for sure. From a
+                # point on a border it may enter where another polygon crosses that border.
                 free = shapely.get_parts(self._free_of(polygons))
                 parts = shapely.dwithin(free, shapely.points(leg)[:, None], _ON_RED).all(axis=0)
                 found = ShortestPaths(free[parts][0]).path(*leg) if parts.any() else None

@@ -296,14 +296,14 @@ class ShortestPaths:
         if not len(polygons):
             return found
         for k, straight in enumerate(inside):
-            lines[k] = lines[k] if straight else _line(found[k])
+            lines[k] = lines[k] if straight else line_of(found[k])
         left = sorted({*shapely.intersects(polygons[:, None], lines).nonzero()[1].tolist()})
         for in_region in (False, True):
             if left:
                 again = self._searched([legs[k] for k in left], polygons, in_region=in_region)
                 for k, path in zip(left, again, strict=True):
                     found[k] = path
-                left = [*compress(left, ~shapely.contains_properly(self._region, [*map(_line, again)]))]
+                left = [*compress(left, ~shapely.contains_properly(self._region, [*map(line_of, again)]))]
         return found
 
     @cached_property
@@ -355,7 +355,8 @@ class ShortestPaths:
         return found
 
 
-def _line(path: FloatArray | None) -> Any:
+def line_of(path: FloatArray | None) -> Any:
+    """Return a path as a line, None if there is none."""
     return None if path is None else shapely.linestrings(path)
 
 
