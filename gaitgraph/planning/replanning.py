@@ -203,7 +203,7 @@ class Replanner:
                 )
             paths.append(found)
         approach = paths.pop(0) if points[0] != points[1] else np.array(points[:1])
-        return self._timed(approach, np.concatenate([path[:-1] for path in paths] or [points[1:]]))
+        return self._timed(approach, np.concatenate([path[:-1] for path in paths] or [np.array(points[1:])]))
 
     def _timed(self, approach: FloatArray, loop: FloatArray) -> Replan:
         """Return a path with its lower bound of the least singular value, as fast as the tilt rates allow."""
