@@ -72,7 +72,7 @@ def angle_within(value: object, name: str, limit: float = HALF_PI, *, least: flo
     Traceback (most recent call last):
     gaitgraph.errors.InputError: alpha1 must be within ±π/2 rad, got '30'; for degrees write '30deg'
     """
-    angle = angle_from_text(value, name)
+    angle = value if type(value) is float and abs(value) <= limit else angle_from_text(value, name)
     if not (-limit if least is None else least) <= angle <= limit:
         most = text_from_angle(limit)
         allowed = f"within ±{most} rad" if least is None else f"an angle from {least:g} to {most} rad"

@@ -136,6 +136,9 @@ def test_refusals_say_why(replanner: Replanner) -> None:
         assert (found.reason or "").startswith(reason)
         with pytest.raises(gg.errors.Infeasible, match="."):
             _ = found.timed
+    everywhere = [[(-2, -2), (2, -2), (2, 2), (-2, 2)]]
+    for one, keep_out in ((replanner, everywhere), (Replanner("paper", sign="positive", rate=1.0, floor=5.0), [])):
+        assert "no point is admissible" in (one.replan(HERE, AROUND, keep_out=keep_out).reason or "")
     both = Replanner("paper", rate=1.0).replan(HERE, [(0.8, -0.8), (0.9, -0.6)])
     assert (both.reason or "").startswith(
         "the present angles and waypoint 1 are separated by the curve tan α1 − tan α2"
@@ -150,6 +153,7 @@ def test_bad_input() -> None:
     replanner = Replanner("padova", sign="positive")
     for alpha, stops, keep_out, message in (
         ([0.1, 0.2], AROUND, [], "alpha must be four finite tilt angles"),
+        ([1e300] * 4, AROUND, [], "alpha must be four finite tilt angles within ±π"),
         (HERE, [], [], "waypoints must be a list of one or more"),
         (HERE, AROUND, [[(0, 0), (1, 1)]], "keep_out polygon 1 must have three or more corners"),
     ):
@@ -163,6 +167,13 @@ def test_nothing_passes_between_keep_outs_that_share_a_side() -> None:
     for before, after in (([], halves), (halves[:1], halves[1:])):
         found = Replanner("paper", sign="positive", rate=1.0, keep_out=before).replan(HERE, stops, keep_out=after)
         assert "separated" in (found.reason or "")
+    inside = [[(-0.7, 0.2), (-0.5, 0.2), (-0.5, 1.0), (-0.7, 1.0)]]  # a keep-out from border to border
+    across = Replanner("paper", sign="positive", rate=1.0, keep_in=inside)
+    wall = [(-0.7, 0.5), (-0.5, 0.5), (-0.5, 0.7), (-0.7, 0.7)]
+    assert "separated" in (across.replan([-0.6, 0.3] * 2, [(-0.6, 0.9)], keep_out=[wall]).reason or "")
+    wall[1:3] = [(-0.55, 0.5), (-0.55, 0.7)]
+    found = across.replan([-0.6, 0.3] * 2, [(-0.6, 0.9)], keep_out=[wall])
+    assert found.approach.tolist() == [[-0.6, 0.3], [-0.55, 0.5], [-0.55, 0.7], [-0.6, 0.9]]
     apart = [[(x - 0.01 * (x < -0.6), y) for x, y in halves[0]], [(max(x, -0.59), y) for x, y in halves[1]]]
     assert Replanner("paper", sign="positive", rate=1.0).replan(HERE, stops, keep_out=apart)
 
@@ -173,6 +184,33 @@ def test_waypoints_on_corners_and_sides_of_keep_outs(replanner: Replanner) -> No
     found = replanner.replan([-0.7, 0.6, -0.7, 0.6], [*across, (-0.5, 0.55)], keep_out=[box])
     assert shapely.LinearRing(found.loop).length == pytest.approx(0.8, abs=1e-12)
     assert len(found.loop) == 5
+
+
+def test_waypoints_on_slanted_sides(replanner: Replanner) -> None:
+    # By rounding they are inside or outside; a path from side to side goes around, one along a side does not.
+    rng = np.random.default_rng(1)
+    corners = np.array([(-0.7, 0.5), (-0.45, 0.61), (-0.53, 0.73), (-0.66, 0.71)])
+    forbidden, following = shapely.Polygon(corners), np.roll(corners, -1, axis=0)
+    for _ in range(100):
+        ends = (corners + rng.uniform(0.05, 0.95, (4, 1)) * (following - corners))[rng.permutation(4)[:3]]
+        found = replanner.replan([*ends[0]] * 2, ends[[1, 2]], keep_out=[corners.tolist()])
+        line = shapely.LineString(path_of(found))
+        assert line.intersection(forbidden.buffer(-1e-9)).is_empty
+        anew = ShortestPaths(replanner.region.inner.difference(forbidden))
+        legs: list[Any] = [anew.path(ends[a], ends[b]) for a, b in ((0, 1), (1, 2), (2, 1))]
+        assert line.length == pytest.approx(sum(shapely.LineString(leg).length for leg in legs), abs=1e-9)
+
+
+def test_nothing_crosses_a_polygon_that_crosses_the_side_of_another() -> None:
+    box = np.array([(-0.56, 0.634), (-0.362, 0.666), (-0.394, 0.863), (-0.591, 0.832)])
+    side = box[2] - box[1]
+    places = ((0.4, -0.06), (0.4, 0.04), (0.6, 0.04), (0.6, -0.06))
+    strip = np.array([box[1] + share * side + np.array([out, 0.0]) for share, out in places])
+    forbidden = shapely.union_all([shapely.Polygon(box), shapely.Polygon(strip)]).buffer(-1e-9)
+    replanner, rng = Replanner("paper", sign="positive", rate=1.0), np.random.default_rng(2)
+    for low, high in zip(rng.uniform(0.05, 0.35, 40), rng.uniform(0.65, 0.95, 40), strict=True):
+        found = replanner.replan([*(box[1] + low * side)] * 2, [box[1] + high * side], keep_out=[box, strip])
+        assert not shapely.LineString(path_of(found)).intersects(forbidden)
 
 
 def test_corners_of_other_polygons_on_sides() -> None:
@@ -190,7 +228,7 @@ def test_signs_of_orientations_are_exact() -> None:
     rng = np.random.default_rng(0)
     points = rng.integers(0, 4, (3, 4000, 2)) * 0.1 + rng.integers(-2, 3, (3, 4000, 2)) * 1e-16
     one_by_one = [orientation(*(tuple(one) for one in three)) for three in points.swapaxes(0, 1).tolist()]
-    assert (np.sign(orientations(*points)) == np.sign(one_by_one)).all()
+    assert (np.sign(orientations(*(points @ [1, 1j]))) == np.sign(one_by_one)).all()
 
 
 @pytest.mark.slow

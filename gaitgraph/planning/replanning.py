@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from itertools import accumulate, combinations, pairwise
+from itertools import accumulate, pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,7 +20,7 @@ from gaitgraph.gait.gait import Gait
 from gaitgraph.graph.build import checked_waypoints
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR
 from gaitgraph.invertibility.segment_bounds import bound_along_red_path
-from gaitgraph.planning.shortest_paths import ShortestPaths
+from gaitgraph.planning.shortest_paths import ShortestPaths, line_of
 from gaitgraph.surface.admissible import admissible_region
 from gaitgraph.surface.region import DEFAULT_ACCURACY, OVERLAY_ERROR, Zones, checked_polygons, region_of
 from gaitgraph.surface.sheets import separating_factor
@@ -154,8 +154,8 @@ class Replanner:
         the one that comes next first. `keep_out` are polygons that appeared since; nothing is kept of them.
         """
         tilts = angles_from(alpha, "alpha")
-        if tilts.shape != (4,) or not math.isfinite(tilts.sum()):
-            raise InputError(f"alpha must be four finite tilt angles in radians, got {shown(alpha)}")
+        if tilts.shape != (4,) or not (abs(tilts) <= math.pi).all():
+            raise InputError(f"alpha must be four finite tilt angles within ±π rad, got {shown(alpha)}")
         given = checked_waypoints(waypoints.tolist() if isinstance(waypoints, np.ndarray) else waypoints)
         polygons = checked_polygons(keep_out, "keep_out")
         first, second, third, fourth = tilts.tolist()
@@ -165,56 +165,57 @@ class Replanner:
         stops = [stop for stop, following in pairwise([*given, given[0]]) if stop != following] or given[:1]
         points: list[Point] = [(first, second), *stops]
 
-        def name_of(k: int) -> str:
-            return f"waypoint {given.index(points[k]) + 1}" if k else "the present angles"
+        def name_of(point: Point) -> str:
+            return "the present angles" if point == points[0] else f"waypoint {given.index(point) + 1}"
 
-        plane = np.array(points)
-        places: Any = shapely.points(plane)
-        outside = ~shapely.covers(self.region.inner, places)
+        places: Any = shapely.points(points)
+        outside, core = ~shapely.covers(self.region.inner, places), None
         if len(polygons):
             # As one with old ones that they touch, so that no path leads between two that share a side.
             if len(self._kept_out):
                 touched = shapely.intersects(self._kept_out[:, None], polygons).any(axis=1)
                 polygons = np.append(polygons, self._kept_out[touched])
-            boxes = combinations(shapely.bounds(polygons).tolist(), 2)
-            if any(a <= g and e <= c and b <= h and f <= d for (a, b, c, d), (e, f, g, h) in boxes):  # two may meet
-                polygons = shapely.get_parts(shapely.union_all(polygons))
+            if len(polygons) > 1:
+                polygons = shapely.get_parts(shapely.disjoint_subset_union_all(polygons))
             outside |= shapely.contains(polygons[:, None], places).any(axis=0)
+            if shapely.dwithin(polygons[:, None], places, OVERLAY_ERROR).any():
+                core = shapely.union_all(shapely.buffer(polygons, -_ON_RED, join_style="mitre"))
         if outside.any():
             free = self._free_of(polygons)
-            outside &= shapely.distance(free, places) > OVERLAY_ERROR
-        if outside.any():
-            k = int(np.argmax(outside))
-            return self._refused(f"{name_of(k)} {self._why_not(points[k], free)}")
-        legs = [(a, b) for a, b in pairwise([*range(len(points)), 1]) if points[a] != points[b]]
+            outside &= ~shapely.dwithin(free, places, OVERLAY_ERROR)
+            if outside.any():
+                point = points[int(np.argmax(outside))]
+                return self._refused(f"{name_of(point)} {self._why_not(point, free)}")
+        legs = [leg for leg in pairwise([*points, points[1]]) if leg[0] != leg[1]]
         paths = []
-        for (a, b), path in zip(legs, self._paths.paths_around(plane, legs, polygons), strict=True):
+        for leg, path in zip(legs, self._paths.paths_around(legs, polygons), strict=True):
             found = path
-            if path is None and len(polygons):
-                # The search may miss lines along borders: only ends in different parts are separated for sure.
+            if (path is None and len(polygons)) or (core is not None and shapely.intersects(core, line_of(path))):
+                # The search may miss lines along borders: only ends in different parts are separated for sure. From a
+                # point on a border it may enter where another polygon crosses that border.
                 free = shapely.get_parts(self._free_of(polygons))
-                parts = shapely.dwithin(free, places[[a, b], None], _ON_RED).all(axis=0)
-                found = ShortestPaths(free[parts][0]).path(*plane[[a, b]]) if parts.any() else None
+                parts = shapely.dwithin(free, shapely.points(leg)[:, None], _ON_RED).all(axis=0)
+                found = ShortestPaths(free[parts][0]).path(*leg) if parts.any() else None
             if found is None:
-                wall = separating_factor(points[a], points[b], self.vehicle) or "keep_out or the border of the region"
-                return self._refused(f"{name_of(a)} and {name_of(b)} are separated by {wall}; move one of them")
+                wall = separating_factor(*leg, self.vehicle) or "keep_out or the border of the region"
+                return self._refused(
+                    f"{name_of(leg[0])} and {name_of(leg[1])} are separated by {wall}; move one of them"
+                )
             paths.append(found)
-        moves = legs[:1] == [(0, 1)]
-        loop = np.concatenate([path[:-1] for path in paths[moves:]] or [plane[1:]])
-        return self._timed(paths[0] if moves else plane[:1], loop)
+        approach = paths.pop(0) if points[0] != points[1] else np.array(points[:1])
+        return self._timed(approach, np.concatenate([path[:-1] for path in paths] or [np.array(points[1:])]))
 
     def _timed(self, approach: FloatArray, loop: FloatArray) -> Replan:
         """Return a path with its lower bound of the least singular value, as fast as the tilt rates allow."""
         path = np.concatenate([approach[:-1], loop, loop[:1]])
-        corners, (odd, even) = path.tolist(), self._limits
-        lengths = [math.dist(start, end) for start, end in pairwise(corners)]
-        passed = [0.0, *accumulate(lengths)]
-        nodes = np.append(np.arange(0.0, passed[-1], _STEP), passed)
-        nodes.sort()
-        between = np.array([np.interp(nodes, passed, angle) for angle in path.T])
+        moves, (odd, even) = [(c - a, d - b) for (a, b), (c, d) in pairwise(path.tolist())], self._limits
+        lengths = [math.hypot(*move) for move in moves]
+        numbers = [0, *accumulate(math.ceil(length / _STEP) or 1 for length in lengths)]
+        nodes = np.arange(numbers[-1] + 1)
+        between = np.array([np.interp(nodes, numbers, angle) for angle in path.T])
         # Seconds per radian of the path, for the arms that turn fastest; no rate exceeds its limit by rounding.
-        steps = [(abs(c - a) / odd, abs(d - b) / even) for (a, b), (c, d) in pairwise(corners)]
-        slowest = max((max(step) / length for step, length in zip(steps, lengths, strict=True) if length), default=0.0)
+        steps = (max(abs(x) / odd, abs(y) / even) / math.hypot(x, y) for x, y in moves if x or y)
+        slowest = max(steps, default=0.0) * (1 + _ROUNDING)
         entered = len(approach) - 1
         return Replan(
             vehicle=self.vehicle,
@@ -222,8 +223,8 @@ class Replanner:
             loop=loop,
             # The region keeps the floor itself.
             least_singular_value=max(float(bound_along_red_path(between, self.vehicle).min()), self.floor),
-            duration=passed[entered] * slowest * (1 + _ROUNDING),
-            period=sum(lengths[entered:]) * slowest * (1 + _ROUNDING),
+            duration=sum(lengths[:entered]) * slowest,
+            period=sum(lengths[entered:]) * slowest,
         )
 
     def _refused(self, reason: str) -> Replan:

@@ -15,7 +15,7 @@ import math
 from fractions import Fraction
 from functools import cached_property, lru_cache
 from heapq import heapify, heappop, heappush
-from itertools import compress
+from itertools import chain, compress
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,6 +23,7 @@ import numpy.typing as npt
 import shapely
 
 from gaitgraph.errors import InputError
+from gaitgraph.surface.region import OVERLAY_ERROR
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
     from gaitgraph.surface.region import Discs
 
 Point = tuple[float, float]
+Complexes = npt.NDArray[np.complex128]  # points x + iy
 
 _ORIENTATION_ERROR = 3.3306690738754716e-16  # (3 + 16·2⁻⁵³)·2⁻⁵³, Shewchuk's bound for the determinant below
 _TOLERANCE = 1e-9
@@ -63,17 +65,16 @@ def orientation(a: Point, b: Point, c: Point) -> float:
     return float(exact) or math.copysign(math.ulp(0.0), exact) * bool(exact)
 
 
-def orientations(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
-    """Return :func:`orientation` of arrays of points within ±π, of shapes (..., 2) that broadcast; signs are exact."""
-    left = (a[..., 0] - c[..., 0]) * (b[..., 1] - c[..., 1])
-    right = (a[..., 1] - c[..., 1]) * (b[..., 0] - c[..., 0])
-    value = left - right
+def orientations(a: Complexes, b: Complexes, c: Complexes) -> FloatArray:
+    """Return :func:`orientation` of points x + iy within ±π, in arrays that broadcast; the signs are exact."""
+    first, second = a - c, b - c
+    left = first.real * second.imag
+    value = left - first.imag * second.real
     # Where both products vanish a coordinate is the same, and zero is exact.
-    unsure = (np.abs(value) <= _UNSURE).ravel().nonzero()[0]
-    unsure = unsure[left.ravel()[unsure] != 0]
-    if unsure.size:
-        rows = [np.broadcast_to(one, (*value.shape, 2)).reshape(-1, 2)[unsure].tolist() for one in (a, b, c)]
-        value.flat[unsure] = [orientation(*three) for three in zip(*rows, strict=True)]
+    unsure = (np.abs(value) <= _UNSURE) & (left != 0)
+    if unsure.any():
+        rows = [np.broadcast_to(one, value.shape)[unsure].tolist() for one in (a, b, c)]
+        value[unsure] = [orientation(*((z.real, z.imag) for z in three)) for three in zip(*rows, strict=True)]
     return np.asarray(value)
 
 
@@ -114,9 +115,10 @@ class ShortestPaths:
         # The reflex corners, each one's place, and from there its neighbours on its border (itself where several meet).
         self._reflex = np.array(sorted(self._sides), dtype=int)
         rows = [(place := self._points[k], *(self._sides[k] or (place, place))) for k in self._reflex.tolist()]
-        self._places, *sides = np.moveaxis(np.array(rows).reshape(-1, 3, 2), 1, 0)
+        corners = np.array(rows).reshape(-1, 3, 2)
+        self._places, *sides = (corners @ [1, 1j]).T
         self._offsets = np.array([side - self._places for side in sides])
-        self._noise = _ROUNDING * float(np.abs([self._places, *sides]).max(initial=1.0)) ** 2
+        self._noise = _ROUNDING * float(np.abs(corners).max(initial=1.0)) ** 2
         self._views: dict[int, tuple[tuple[int, float], ...]] = {}
         self._bends_from = lru_cache(maxsize=1 << 12)(self._bends_at)
         self._enclosing = shapely.buffer(region, 4 * _TOLERANCE, join_style="mitre")
@@ -208,9 +210,9 @@ class ShortestPaths:
         near = (abs(turn) <= tolerance * math.dist(place, side) for turn, side in zip(turns, sides, strict=True))
         return first * second >= 0 or any(near)
 
-    def _bends(self, line: FloatArray, sides: FloatArray) -> npt.NDArray[np.bool_]:
-        """Return whether lines may bend around corners with two sides each, to rounding; shapes (..., 2)."""
-        first, second = (line[..., 0] * side[..., 1] - line[..., 1] * side[..., 0] for side in sides)
+    def _bends(self, line: Complexes, sides: Complexes) -> npt.NDArray[np.bool_]:
+        """Return whether lines may bend around corners with two sides each, to rounding."""
+        first, second = (line.real * side.imag - line.imag * side.real for side in sides)
         return np.asarray((first * second >= 0) | (np.minimum(np.abs(first), np.abs(second)) <= self._noise))
 
     def _tangent(self, corner: int) -> list[int]:
@@ -278,15 +280,15 @@ class ShortestPaths:
         return np.array([start, *(bend for bend in bends if bend not in (start, end)), end])
 
     def paths_around(
-        self, points: FloatArray, legs: Sequence[tuple[int, int]], polygons: npt.NDArray[np.object_]
+        self, legs: Sequence[tuple[Point, Point]], polygons: npt.NDArray[np.object_]
     ) -> list[FloatArray | None]:
         """Return the shortest paths, as :meth:`path` does, between pairs of points, that do not enter polygons either.
 
         The points, within ±π, lie in the region and not inside a polygon; those of a pair differ. Polygons do not
         overlap. Where the path in the region meets one, a path in the plane bends at corners of polygons alone; if it
-        lies in the region, it is the shortest there. For other pairs the region's own corners join the search.
+        lies inside the region, it is the shortest there. For other pairs the region's own corners join the search.
         """
-        ends = points[np.array(legs, dtype=int).reshape(-1, 2)]
+        ends = np.array(legs).reshape(-1, 2, 2)
         lines: Any = shapely.linestrings(ends)
         inside = shapely.covers(self._region, lines).tolist()
         found = [one if straight else self.path(*one) for one, straight in zip(ends, inside, strict=True)]
@@ -294,115 +296,114 @@ class ShortestPaths:
         if not len(polygons):
             return found
         for k, straight in enumerate(inside):
-            lines[k] = lines[k] if straight else _line(found[k])
-        met: Any = shapely.intersects(polygons[:, None], lines).any(axis=0).tolist()
-        left = [*compress(range(len(legs)), met)]
+            lines[k] = lines[k] if straight else line_of(found[k])
+        left = sorted({*shapely.intersects(polygons[:, None], lines).nonzero()[1].tolist()})
         for in_region in (False, True):
             if left:
-                again = self._searched(points, [legs[k] for k in left], polygons, in_region=in_region)
+                again = self._searched([legs[k] for k in left], polygons, in_region=in_region)
                 for k, path in zip(left, again, strict=True):
                     found[k] = path
-                left = [*compress(left, ~shapely.covers(self._region, [*map(_line, again)]))]
+                left = [*compress(left, ~shapely.contains_properly(self._region, [*map(line_of, again)]))]
         return found
 
     @cached_property
-    def sights(self) -> tuple[list[list[tuple[int, float]]], npt.NDArray[np.int_], FloatArray]:
-        """What each reflex corner sees, counted among these, with distances; the lines of which, and their boxes."""
+    def sights(self) -> npt.NDArray[np.int_]:
+        """The lines between reflex corners that see each other, by their numbers among these, shape (2, n)."""
         number = {corner: k for k, corner in enumerate(self._reflex.tolist())}
-        views = [[(number[other], length) for other, length in self._view(corner)] for corner in number]
-        lines = np.array([(k, other) for k, view in enumerate(views) for other, _ in view], dtype=int).reshape(-1, 2)
-        ends = self._places[lines]
-        return views, lines, np.hstack([ends.min(axis=1), -ends.max(axis=1)])
+        lines = [(k, number[other]) for corner, k in number.items() for other, _ in self._view(corner)]
+        return np.array([line for line in lines if line[0] < line[1]], dtype=int).reshape(-1, 2).T
 
     def _searched(
-        self, places: FloatArray, legs: Sequence[tuple[int, int]], polygons: Any, *, in_region: bool
+        self, legs: Sequence[tuple[Point, Point]], polygons: Any, *, in_region: bool
     ) -> list[FloatArray | None]:
         """Return the shortest paths around polygons, in the region or in the whole plane."""
-        ends = [*dict.fromkeys(end for leg in legs for end in leg)]
-        around = _Around(polygons, places[ends], self._places if in_region else self._places[:0])
-        points, count, own = around.points, len(ends), len(ends) + around.count
+        number = {end: k for k, end in enumerate(dict.fromkeys(chain.from_iterable(legs)))}
+        around = _Around(polygons, [complex(*end) for end in number], self._places if in_region else self._places[:0])
+        points, count, own = around.points, len(number), len(number) + around.count
         linked = around.touches[:own]
         if in_region:
             linked = np.hstack([linked, self._bends(points[:own, None] - self._places, self._offsets)])
         linked[count:] &= around.touches[count:].T
         start, end = linked.nonzero()
-        once = start < end + count
-        pairs = [(ends.index(a), ends.index(b)) for a, b in legs]
-        start, end = np.concatenate([np.array(pairs).T, [start[once], end[once] + count]], axis=1)
-        free = ~around.entered(start, end)
+        end += count
+        once = start < end
+        pairs = [(number[a], number[b]) for a, b in legs]
+        lines = np.concatenate([np.array(pairs).T, [start[once], end[once]]], axis=1)
+        lines = lines[:, ~around.entered(*lines)]
         if in_region:
-            start, end = start[free], end[free]
-            free = self._in_region(points[np.array([start, end]).T]) | (points[start] == points[end]).all(axis=1)
-        start, end = start[free], end[free]
+            ends = points[lines]
+            lines = lines[:, shapely.covers(self._region, _straight(ends)) | (ends[0] == ends[1])]
+            sights = self.sights + own
+            lines = np.hstack([lines, sights[:, ~around.entered(*sights)]])
+            # Nothing passes between a polygon and a border of the region along which it lies.
+            seam = shapely.intersection(self._region.boundary, shapely.multipolygons(polygons).boundary)
+            if seam.length:
+                along = shapely.intersection(seam, _straight(points[lines]))
+                lines = lines[:, shapely.length(along) <= _TOLERANCE]
         views: list[list[tuple[int, float]]] = [[] for _ in points]
-        lengths = np.hypot(*(points[end] - points[start]).T).tolist()
-        for a, b, length in zip(start.tolist(), end.tolist(), lengths, strict=True):
+        lengths = np.abs(points[lines[1]] - points[lines[0]])
+        for a, b, length in zip(*lines.tolist(), lengths.tolist(), strict=True):
             views[a].append((b, length))
             if a >= count:
                 views[b].append((a, length))
-        if in_region:
-            seen, lines, boxes = self.sights
-            corners = points[count:own]
-            lines = lines[(boxes <= np.append(corners.max(axis=0), -corners.min(axis=0))).all(axis=1)]
-            blocked = {*map(tuple, lines[around.entered(*(lines + own).T)].tolist())}
-
-        def onward(node: int) -> list[tuple[int, float]]:
-            k = node - own
-            if k < 0:
-                return views[node]
-            return views[node] + [(other + own, length) for other, length in seen[k] if (k, other) not in blocked]
-
-        known: list[Point] = [*map(tuple, points.tolist())]
         found: list[FloatArray | None] = []
         for first, last in pairs:
-            here, there = known[first], known[last]
-            ahead = [math.dist(point, there) for point in known]
-            nodes = _cheapest(dict(views[first]), dict(views[last]) | {last: 0.0}, onward, ahead.__getitem__)
-            bend = [known[node] for node in nodes or () if known[node] not in (here, there)]
-            found.append(None if nodes is None else np.array([here, *bend, there]))
+            ahead = np.abs(points - points[last]).tolist()
+            nodes = _cheapest(dict(views[first]), dict(views[last]) | {last: 0.0}, views.__getitem__, ahead.__getitem__)
+            bends = [node for node in nodes or () if points[node] not in (points[first], points[last])]
+            found.append(None if nodes is None else points[[first, *bends, last]].view(float).reshape(-1, 2))
         return found
 
 
-def _line(path: FloatArray | None) -> Any:
+def line_of(path: FloatArray | None) -> Any:
+    """Return a path as a line, None if there is none."""
     return None if path is None else shapely.linestrings(path)
+
+
+def _straight(ends: Complexes) -> Any:
+    """Return the lines between points x + iy, shape (2, n)."""
+    return shapely.linestrings(np.stack([ends.T.real, ends.T.imag], axis=-1))
 
 
 class _Around:
     """Points outside polygons that do not overlap, and exact tests of lines between them; coordinates are within ±π.
 
-    `points`, shape (n, 2), are the first given ones, the `count` corners of the polygons, and more. `touches`, shape
+    `points`, x + iy, are the first given ones, the `count` corners of the polygons, and more. `touches`, shape
     (n, count), is whether a line from a point may bend around a corner: both its sides lie on one side of the line.
     """
 
-    def __init__(self, polygons: npt.NDArray[np.object_], first: FloatArray, more: FloatArray) -> None:
+    def __init__(self, polygons: npt.NDArray[np.object_], first: Sequence[complex], more: Complexes) -> None:
         borders = shapely.get_rings(shapely.orient_polygons(polygons))
         corners, ring = shapely.get_coordinates(borders, return_index=True)
+        places = corners.view(complex)[:, 0]
         begins = (ring[1:] == ring[:-1]).nonzero()[0]  # a border ends with its first point; its inside is on the left
-        self._corners, self.count = corners[begins], len(begins)
-        self.points: FloatArray = np.concatenate([first, self._corners, more])
-        last = np.bincount(ring).cumsum() - np.arange(2, ring[-1] + 3)
-        start = np.array([0, *(last[:-1] + 1)])
+        self._corners, self.count = places[begins], len(begins)
+        self.points: Complexes = np.concatenate([first, self._corners, more])
         corner = np.arange(self.count)
-        self._after, self._before = corner + 1, corner - 1
-        self._after[last], self._before[start] = start, last
-        sides = orientations(self._corners, corners[begins + 1], self.points[:, None])
-        self._inner = sides > 0
-        self._convex = self._inner[len(first) + self._after, self._before]
+        last = np.bincount(ring[begins]).cumsum() - 1
+        self._before = corner - 1
+        self._before[[0, *(last[:-1] + 1)]] = last
+        following = places[begins + 1]
+        sides = orientations(self._corners, following, self.points[:, None])
+        self._convex = sides[len(first) + self._before, corner] > 0
         self.touches = (sides * sides[:, self._before] <= 0) & self._convex
+        # Whether a point is left of the side before a corner, and of the one after it; given ones are outside, and
+        # inside by rounding only.
+        sides[: len(first)] -= OVERLAY_ERROR * np.abs(following - self._corners)
+        self._left = sides[:, self._before] > 0, sides > 0
 
     def entered(self, start: npt.NDArray[np.int_], end: npt.NDArray[np.int_]) -> npt.NDArray[np.bool_]:
         """Return whether each line between two points, by their numbers, enters a polygon, shape (k,)."""
-        points, inner = self.points, self._inner
-        turns = orientations(points[start][:, None], points[end][:, None], self._corners)
-        found = ((turns * turns[:, self._after] < 0) & (inner[start] != inner[end])).any(axis=1)
+        points, (before, after) = self.points, self._left
+        turns = orientations(points[start, None], points[end, None], self._corners)
+        found = ((turns * turns[:, self._before] < 0) & (before[start] != before[end])).any(axis=1)
         # From a corner on the line into the angle between its sides.
         line, corner = (turns == 0).nonzero()
-        ends, places, before = (start[line], end[line]), self._corners[corner], self._before[corner]
-        met = ((points[ends[0]] - places) * (points[ends[1]] - places)).sum(axis=1) <= 0
-        for point in ends:
-            first, second = inner[point, before], inner[point, corner]
-            into = np.where(self._convex[corner], first & second, first | second)
-            found[line[met & into]] = True
+        ends = np.array([start[line], end[line]])
+        here, there = points[ends] - self._corners[corner]
+        first, second = before[ends, corner], after[ends, corner]
+        into = np.where(self._convex[corner], first & second, first | second).any(axis=0)
+        found[line[into & (here.real * there.real + here.imag * there.imag <= 0)]] = True
         return np.asarray(found)
 
 

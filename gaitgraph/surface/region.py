@@ -346,8 +346,8 @@ def checked_polygons(value: object, name: str) -> npt.NDArray[np.object_]:
     if not polygons:
         return np.empty(0, dtype=object)
     # All at once: shapely takes several times as long for one after the other.
-    points = np.array([corner for corners in polygons for corner in corners])
-    rings = shapely.linearrings(points, indices=np.repeat(np.arange(len(polygons)), [*map(len, polygons)]))
+    points = [corner for corners in polygons for corner in corners]
+    rings = shapely.linearrings(points, indices=[k for k, corners in enumerate(polygons) for _ in corners])
     shapes = np.asarray(shapely.polygons(rings))
     fine = shapely.is_valid(shapes) & (shapely.area(shapes) > 1e-12) & shapely.intersects(_SQUARE, shapes)
     for k in () if fine.all() else range(len(shapes)):
