@@ -180,13 +180,13 @@ class Simulation:
         one array of all flights at a time, and the engine steps them on all cores. The reference must be "attitude".
 
         A flight ends before its time once it has joined level flight, whose thrusts are those of hover. Its errors e in
-        roll, pitch, yaw and altitude obey ë = −kp·e − kd·ė while no thrust is cut, so e² + ė²/kp never grows. With r its
-        root, |ë| is at most √(kp² + kd²·kp)·r from then on, which bounds how far thrusts go from those of hover, to first
-        order. A flight has joined once r is at most a quarter of the tolerance, twice that bound is at most what thrusts
-        of hover are away from their limits from then on, and the least singular value of level flight stays above the
-        floor by the tolerance, which is more than so small a tilt can take from it. None joins where
-        the controller does not cancel all else: with wind, noise, gains that are too high for the step, thrusts that
-        are held for more than a step of the engine, rotor lag, or inertia of rotors or arms.
+        roll, pitch, yaw and altitude obey ë = −kp·e − kd·ė while no thrust is cut, so e² + ė²/kp never grows. With its
+        root r, |ë| is at most √(kp² + kd²·kp)·r from then on, which bounds to first order how far thrusts go from those
+        of hover. A flight has joined once r is at most a quarter of the tolerance, twice that bound is at most what
+        thrusts of hover are away from their limits from then on, and the least singular value of level flight stays
+        above the floor by the tolerance, which is more than so small a tilt can take from it. None joins where the
+        controller does not cancel all else: with wind, noise, gains that are too high for the step, thrusts that are
+        held for more than a step of the engine, rotor lag, or inertia of rotors or arms.
         """
         from mujoco.rollout import Rollout
 
