@@ -112,6 +112,10 @@ def test_the_speed_is_constant_and_the_fastest_that_rates_allow() -> None:
     assert np.median(speeds) == pytest.approx(speeds.max(), rel=1e-9)
     assert found.at(found.duration + 3 * found.period) == pytest.approx(angles[-1], abs=1e-9)
     assert found.timed.check().flyable
+    faster = Replanner(vehicle, sign="positive", rate=50.0).replan([-0.1, 0.8, -0.1, 0.8], AROUND)
+    assert faster.period == found.period  # the vehicle's limits hold too
+    with pytest.raises(gg.errors.InputError, match="t must be finite times of at least 0 s, got -0.1"):
+        found.at(-0.1)
 
 
 def test_nothing_moves_or_nothing_to_approach(replanner: Replanner) -> None:

@@ -50,7 +50,7 @@ class Replan:
     `approach` leads from the present (α1, α2) to the first waypoint, shape (k, 2), one point if the angles are there
     already; `loop` has the corners of the closed loop from there on, shape (n, 2) [rad]. Both are run at one speed, in
     `duration` and `period` [s], so that no tilt rate exceeds its limit. `least_singular_value` is a proven lower bound
-    along both.
+    along both, at level attitude.
     """
 
     vehicle: Vehicle
@@ -84,6 +84,8 @@ class Replan:
     def at(self, t: npt.ArrayLike) -> FloatArray:
         """Return the tilt angles on the approach and then on the loop, at times from now, shape (..., 4) [rad]."""
         t = np.asarray(t, dtype=float)
+        if not (np.isfinite(t) & (t >= 0)).all():
+            raise InputError(f"t must be finite times of at least 0 s, got {shown(t.tolist())}")
         on_loop = (t >= self.duration)[..., None]
         return np.where(on_loop, self.timed.at(t - self.duration)[0], self.entry.at(t)[0])
 
@@ -103,7 +105,7 @@ class Replanner:
     keep_out, keep_in, floor, accuracy
         As for :func:`gaitgraph.planning.planner.plan_loop`.
     rate
-        Largest tilt rate [rad/s]; by default the vehicle's, MissingConstant if it states none.
+        Largest tilt rate [rad/s], beside the vehicle's own limits; MissingConstant if neither is stated.
 
     Examples
     --------
@@ -135,7 +137,8 @@ class Replanner:
             (rate,) = body.require("max_tilt_rate", purpose="a replanner without a rate")
         else:
             rate = checked_number("rate", rate, "a positive finite number (rad/s)", above=True)
-        limits = four_of(rate)
+        stated = math.inf if body.max_tilt_rate is None else body.max_tilt_rate
+        limits = np.minimum(four_of(rate), four_of(stated)).tolist()
         self._limits = min(limits[::2]), min(limits[1::2])  # opposite arms tilt alike
         self.floor = checked_number("floor", floor)
         zones = Zones(keep_out=keep_out, keep_in=keep_in)
