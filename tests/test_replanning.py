@@ -247,3 +247,13 @@ def test_memory_does_not_grow(replanner: Replanner) -> None:
             sizes.append(tracemalloc.get_traced_memory()[0])
     tracemalloc.stop()
     assert sizes[1] - sizes[0] < 10_000  # what numpy keeps of small arrays
+
+
+def test_many_keep_outs_are_passed_as_few_are(replanner: Replanner) -> None:
+    squares = [(x, y) for x in np.linspace(-0.95, -0.5, 10) for y in np.linspace(0.4, 0.9, 10)]
+    keep_out = [[(x, y), (x + 0.02, y), (x + 0.02, y + 0.02), (x, y + 0.02)] for x, y in squares]
+    found = replanner.replan([-0.97, 0.3, -0.97, 0.3], [(-0.4, 0.95), (-0.97, 0.97)], keep_out=keep_out)
+    within = shapely.union_all([shapely.Polygon(one).buffer(-1e-9) for one in keep_out])
+    assert not shapely.LineString(path_of(found)).intersects(within)
+    plan = gg.plan_loop([(-0.97, 0.3), (-0.4, 0.95)], keep_out=keep_out, vehicle="paper", sign="positive")
+    assert np.hypot(*np.diff(found.approach, axis=0).T).sum() == pytest.approx(plan.loop.length / 2, rel=1e-9)

@@ -40,6 +40,7 @@ if TYPE_CHECKING:
 
 _ON_RED = 1e-9  # rad
 _ROUNDING = 1e-10  # of a time
+_MOST_CORNERS = 120  # of new keep-outs
 _STEP = 0.05  # rad between two points at which the singular values are computed
 
 
@@ -191,11 +192,14 @@ class Replanner:
                 return self._refused(f"{name_of(point)} {self._why_not(point, free)}")
         legs = [leg for leg in pairwise([*points, points[1]]) if leg[0] != leg[1]]
         paths = []
-        for leg, path in zip(legs, self._paths.paths_around(legs, polygons), strict=True):
+        many = int(shapely.get_num_coordinates(polygons).sum()) > _MOST_CORNERS
+        for leg, path in zip(legs, self._paths.paths_around(legs, polygons[: 0 if many else None]), strict=True):
             found = path
-            if (path is None and len(polygons)) or (core is not None and shapely.intersects(core, line_of(path))):
+            anew = many or (path is None and len(polygons))
+            if anew or (core is not None and shapely.intersects(core, line_of(path))):
                 # The search may miss lines along borders: only ends in different parts are separated for sure. From a
-                # point on a border it may enter where another polygon crosses that border.
+                # point on a border it may enter where another polygon crosses that border. Among many corners it takes
+                # longer than cutting the region anew.
                 free = shapely.get_parts(self._free_of(polygons))
                 parts = shapely.dwithin(free, shapely.points(leg)[:, None], _ON_RED).all(axis=0)
                 found = ShortestPaths(free[parts][0]).path(*leg) if parts.any() else None

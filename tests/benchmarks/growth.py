@@ -89,7 +89,8 @@ def measured(title: str, deadline: float, folder: Path) -> dict[str, Curve]:
     sides = ["gaitgraph"] if peer == "ideal" else [*found]
     for size in sizes:
         left = deadline - monotonic()
-        sides = [side for side in sides if expected(found[side], size) < (min(left, MOST) if side == peer else left)]
+        room = {side: min(left, MOST) if side == peer else left for side in sides}
+        sides = [side for side in sides if not found[side] or expected(found[side], size) < room[side]]
         times: dict[str, list[float]] = {side: [] for side in sides}
         for case, side in product(range(ROUNDS), [*sides]):
             if side in sides and sum(times[side]) < ENOUGH and (run := work(side, size, folder, case)):
