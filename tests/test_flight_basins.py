@@ -142,8 +142,13 @@ def test_flights_side_by_side_end_as_whole_ones_do(monkeypatch: pytest.MonkeyPat
 def test_thrusts_that_are_cut_later_keep_a_swinging_flight_from_settling() -> None:
     """Twice a swing the thrusts are those of hover, at half of it they are cut."""
     loop = [[0.9669, -0.7349], [0.9496, -0.4135], [0.8105, -0.482], [0.4596, -0.744]]
-    gains = {"attitude_stiffness": 1e5, "attitude_damping": 105, "altitude_stiffness": 1.82e5, "altitude_damping": 366}
-    limits = {"tolerance": 0.05, "floor": 0.0, "servo_lag": 0.194, "thrust_limit": 2.2}
+    gains: dict[str, Any] = {
+        "attitude_stiffness": 1e5,
+        "attitude_damping": 105,
+        "altitude_stiffness": 1.82e5,
+        "altitude_damping": 366,
+    }
+    limits: dict[str, Any] = {"tolerance": 0.05, "floor": 0.0, "servo_lag": 0.194, "thrust_limit": 2.2}
     settings = FlightSettings(**gains, **limits, duration=1.8, step=2.5e-4, control_rate=4000.0)
     simulation = Simulation(repeated(lift(loop, "red").parametrize(1.8)), settings)
     attitudes = np.array([[0.0, 0.1], [0.0, 0.2]])

@@ -140,7 +140,7 @@ def test_refusals_say_why(replanner: Replanner) -> None:
         assert (found.reason or "").startswith(reason)
         with pytest.raises(gg.errors.Infeasible, match="."):
             _ = found.timed
-    everywhere = [[(-2, -2), (2, -2), (2, 2), (-2, 2)]]
+    everywhere = [[(-2.0, -2.0), (2.0, -2.0), (2.0, 2.0), (-2.0, 2.0)]]
     for one, keep_out in ((replanner, everywhere), (Replanner("paper", sign="positive", rate=1.0, floor=5.0), [])):
         assert "no point is admissible" in (one.replan(HERE, AROUND, keep_out=keep_out).reason or "")
     both = Replanner("paper", rate=1.0).replan(HERE, [(0.8, -0.8), (0.9, -0.6)])
@@ -256,4 +256,5 @@ def test_many_keep_outs_are_passed_as_few_are(replanner: Replanner) -> None:
     within = shapely.union_all([shapely.Polygon(one).buffer(-1e-9) for one in keep_out])
     assert not shapely.LineString(path_of(found)).intersects(within)
     plan = gg.plan_loop([(-0.97, 0.3), (-0.4, 0.95)], keep_out=keep_out, vehicle="paper", sign="positive")
+    assert plan.loop
     assert np.hypot(*np.diff(found.approach, axis=0).T).sum() == pytest.approx(plan.loop.length / 2, rel=1e-9)
