@@ -320,7 +320,7 @@ def _worst_on_rim(rows: FloatArray, tilt: float, vehicle: Vehicle) -> tuple[Floa
         waves = np.array([np.ones(len(c)), c * c - s * s, 2 * c * s, c, s])
         _, e3, e2, e1 = np.einsum("ikm,im->km", forms, waves)
         level = rim * (v[0] * c + v[1] * s) + height * v[2]
-        tried = least_root(e1, e2, e3, (2 * vehicle.drag_ratio * level) ** 2, steps=8)
+        tried = least_root(e1, e2, e3, (2 * vehicle.drag_ratio * level) ** 2)
         better = tried < squared[open_] * (1 - 1e-12)
         forms, v, tried, open_ = forms[:, :, better], v[:, better], tried[better], open_[better]
         squared[open_], best[:, open_] = tried, np.array([c, s])[:, better]
