@@ -233,7 +233,10 @@ class Sines(NamedTuple):
         return np.asarray(np.sin(beta[:2] + beta[2:]))  # exactly zero on fibres, as a product is not
 
     def leaning(self, delta: float) -> FloatArray:
-        """Return E and E′ of :func:`leaning_factors`, shape (2, k)."""
+        """Return E = 2·sin α1·sin α3 − κ·sin(α1 + α3), E′ = 2·sin α2·sin α4 + κ·sin(α2 + α4), κ = tan δ, (2, k).
+
+        A rotor height H adds H/(2κ)·sin(α2 − α4)·E to Rφ and H/(2κ)·sin(α1 − α3)·E′ to Rθ: nothing on red and fibres.
+        """
         return np.asarray(2.0 * self.features[1] - math.tan(delta) * _TURNS[:2] * self.features[2])
 
     def sensitivities(self, coefficients: Coefficients) -> tuple[FloatArray, FloatArray]:
@@ -350,16 +353,6 @@ def sensitivity_phases(alpha: npt.ArrayLike, coefficients: Coefficients) -> Floa
     a1, a2, a3, a4 = (angles[..., k] for k in range(4))  # moveaxis takes longer
     twice = 2.0 * coefficients.delta
     return np.array([a1 + a3 - twice, a2 - a4, a1 - a3, a2 + a4 + twice])
-
-
-def leaning_factors(alpha: npt.ArrayLike, delta: float) -> tuple[Any, Any]:
-    """Return E = 2·sin α1·sin α3 − κ·sin(α1 + α3) and E′ = 2·sin α2·sin α4 + κ·sin(α2 + α4), κ = tan δ.
-
-    A rotor height H adds H/(2κ)·sin(α2 − α4)·E to Rφ and H/(2κ)·sin(α1 − α3)·E′ to Rθ: nothing on red and on fibres.
-    """
-    angles, sines = _sines_of(alpha)
-    first, second = sines.leaning(delta)
-    return first.reshape(angles.shape[:-1]), second.reshape(angles.shape[:-1])
 
 
 def sensitivities(alpha: npt.ArrayLike, coefficients: Coefficients) -> tuple[Any, Any]:

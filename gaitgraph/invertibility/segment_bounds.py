@@ -20,7 +20,6 @@ from gaitgraph.invertibility.matrices import (
     FloatArray,
     Sines,
     blocks_on_red,
-    leaning_factors,
     least_singular_value,
     sensitivity_phases,
     singular_value_rate,
@@ -329,14 +328,14 @@ def sensitivity_bends(p0: FloatArray, p1: FloatArray, coefficients: Coefficients
 
     They are for a first arm along body x.
     The second derivative of sin x·sin y is at most (x'² + y'²)·|sin x|·|sin y| + 2·|x'y'|, that of sin x·E at most
-    |sin x|·(|E''| + x'²·|E|) + 2·|x'E'|, E of :func:`leaning_factors` the difference of two cosines.
+    |sin x|·(|E''| + x'²·|E|) + 2·|x'E'|, E of :meth:`Sines.leaning` the difference of two cosines.
     """
     x0, x1 = (sensitivity_phases(side, coefficients) for side in (p0, p1))
     rate, size = np.abs(x1 - x0), largest_sine(x0, x1)
     # Of the two factors of Rθ, and of Rφ.
     bends = [(rate[i] ** 2 + rate[j] ** 2) * size[i] * size[j] + 2 * rate[i] * rate[j] for i, j in ((0, 1), (2, 3))]
     if coefficients.cross:
-        ends = [np.abs(leaning_factors(side, coefficients.delta)) for side in (p0, p1)]
+        ends = [np.abs(Sines.of(side).leaning(coefficients.delta)) for side in (p0, p1)]
         steep = 1 / math.cos(coefficients.delta)  # size of the second cosine
         # Rθ has sin(α1 − α3) with the sum and the difference of arms 2 and 4, Rφ the same of the other pairs.
         for k, (sine, total, difference) in enumerate(((2, 3, 1), (1, 0, 2))):

@@ -105,7 +105,7 @@ def singular_everywhere(
     off = 2.0 * (angle_rounding + coefficients.delta_error)
     totals, apart = np.abs(sines.totals(coefficients.delta)), np.abs(sines.differences())
     scale = 1.0 / abs(math.sin(2 * coefficients.delta))
-    # E of matrices.leaning_factors is at most 1 + √(1 + κ²), and so is its slope.
+    # E of Sines.leaning is at most 1 + √(1 + κ²), and so is its slope.
     leaning = abs(coefficients.cross) * (1.0 + 1.0 / math.cos(coefficients.delta)) * off * (1.0 + off)
     across = scale * off * ((totals + apart[::-1]).max(axis=0) + off) + leaning + noise
     resolution = sines.level_resolution(coefficients, sines.level_slopes(coefficients), angle_rounding)
