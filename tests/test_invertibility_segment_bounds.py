@@ -31,7 +31,7 @@ from gaitgraph.invertibility.segment_bounds import (
     least_along,
     least_level_determinant,
     least_of_bent,
-    least_of_quantities,
+    least_of_each,
     least_singular_value_along,
     level_determinant_curvature,
     level_quantity,
@@ -287,7 +287,7 @@ class TestLevelDeterminant:
         start, end = random_segments("anywhere", seed=22, count=40)
         free = least_level_determinant(start, end, PUBLISHED).worst()
         both = level_quantity(PUBLISHED, tolerances=(1e-6, math.inf))
-        least, minus_largest = least_of_quantities(start, end, [both], known=(known, math.inf))
+        least, minus_largest = least_of_each(start, end, [both], known=(known, math.inf))
         assert min(known, least.worst()[1]) == pytest.approx(min(known, free[1]), abs=2e-6)
         assert least.lower.min() <= free[1]
         assert min(least.lower.min(), known) >= min(free[0], known) - 2e-6

@@ -586,12 +586,13 @@ def blocks_on_red(cosine: FloatArray, sine: FloatArray, vehicle: Vehicle) -> Flo
     first, second = c2 - kappa * s2, c1 + kappa * s1  # cos β2 and cos β1 over cos δ
     blocks = [(height * s1, height * s2, first, second)] if height else []
     blocks.append((c1, s2 + kappa * c2, c2, kappa * c1 - s1))
-    sizes = [np.sqrt((w + x) ** 2 + (y + z) ** 2) + np.sqrt((w - x) ** 2 + (y - z) ** 2) for w, x, y, z in blocks]
-    products = [w * x + y * z for w, x, y, z in blocks]
+    found = np.empty((2, 2 if height else 3, *cosine.shape[1:]))
+    for (w, x, y, z), at in zip(blocks[::-1], found.swapaxes(0, 1)[::-1], strict=False):
+        lengths = (np.sqrt(a * a + b * b) for a, b in ((w + x, y + z), (w - x, y - z)))
+        at[0], at[1] = w * x + y * z, np.maximum(sum(lengths), _TINY)
     if not height:
-        two = np.full_like(first, 2.0)
-        products, sizes = [first, second, *products], [two, two, *sizes]
-    return np.array([products, np.maximum(sizes, _TINY)])
+        found[0, 0], found[0, 1], found[1, :2] = first, second, 2.0
+    return found
 
 
 def least_singular_value_on_red(alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, vehicle: Vehicle = PAPER) -> Any:

@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -30,7 +31,6 @@ from gaitgraph.vehicle import PAPER, Vehicle
 
 Value = Callable[[FloatArray], FloatArray]
 Bound = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]
-Several = Sequence[FloatArray] | FloatArray  # several of one shape, or the rows of an array
 
 _BATCH = 1 << 15
 # An iteration over few points costs the same for any number of them: a few intervals are cut finer.
@@ -56,67 +56,91 @@ class Least:
         return float(self.lower.min()), float(self.upper[k]), k, float(self.fraction[k])
 
 
+class Quantity(NamedTuple):
+    """Functions of the tilt angles that :func:`least_of_each` brackets, each to within its tolerance.
+
+    `values` has `size` rows, of shape (k,) for k points: the functions, one for each tolerance, and what `bounds`
+    needs. `bounds` returns lower bounds of the functions on intervals from the rows at both ends and the ends
+    themselves, shape (k, n).
+    """
+
+    values: Callable[[Any], FloatArray]
+    bounds: Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]
+    tolerances: tuple[float, ...]
+    size: int
+
+
 def least_along(
-    starts: FloatArray, ends: FloatArray, value: Value, bound: Bound, *, known: float = math.inf, **options: Any
+    starts: FloatArray,
+    ends: FloatArray,
+    value: Value,
+    bound: Bound,
+    *,
+    tolerance: float,
+    known: float = math.inf,
+    **options: Any,
 ) -> Least:
     """Bracket the least of one function, from (k, n) to (k,); the options are those of :func:`least_of_each`."""
-    (found,) = least_of_each(
-        starts,
-        ends,
-        lambda alpha: (value(alpha),),
-        lambda v0, v1, p0, p1: (bound(v0[0], v1[0], p0, p1),),
-        known=(known,),
-        **options,
+    quantity = Quantity(
+        lambda alpha: value(alpha)[None], lambda v0, v1, *ends: bound(v0[0], v1[0], *ends)[None], (tolerance,), 1
     )
-    return found
+    return least_of_each(starts, ends, [quantity], prepare=None, known=(known,), **options)[0]
 
 
 def least_of_each(
     starts: FloatArray,
     ends: FloatArray,
-    values: Callable[[FloatArray], Several],
-    bounds: Callable[[FloatArray, FloatArray, FloatArray, FloatArray], Several],
+    quantities: Sequence[Quantity],
     *,
-    tolerance: npt.ArrayLike,
     known: tuple[float, ...],
-    rows: Sequence[int] | None = None,
+    prepare: Callable[[FloatArray], Any] | None = Sines.of,
+    points: Any = None,
     floor: float = math.inf,
     each: bool = False,
-    at_ends: tuple[Several, Several] | None = None,
     most: int | None = None,
-    pieces: int = 1,
 ) -> tuple[Least, ...]:
-    """Bracket the least of each of a few functions along straight segments, shape (m, n), all in one search.
+    """Bracket the least of each function of some quantities along straight segments, shape (m, n), all in one search.
 
-    `values` maps points, shape (k, n), to rows of shape (k,): the functions, as many as `known` has numbers and the
-    first ones unless `rows` says which, and whatever else `bounds` needs. `bounds` returns lower bounds of the
-    functions on intervals from the rows at both ends and the ends themselves; `at_ends` are `values` at starts and
-    ends, if at hand. `pieces` is into how many the segments are cut first, where they are few.
+    What `prepare` returns of points is given to `values`, and few segments are cut to short pieces at once; None for
+    neither. `points` are those that consecutive segments join, prepared, shape (m + 1,), if at hand.
 
     An interval whose lower bound is good enough is settled, any other is cut, until the bracket of every function is as
-    narrow as its `tolerance`: that of every segment with `each`, else that of the least of all and of `known`, a value
+    narrow as its tolerance: that of every segment with `each`, else that of the least of all and of `known`, a value
     that each function attains elsewhere. A segment is settled earlier once its least value is known to be above or
     below `floor`.
 
     Intervals are halved in batches, the latest first, so that memory is bounded. Work is bounded too, by `most`
-    halvings, so that a bracket may stay wider than `tolerance`; `lower` is always valid.
+    halvings, so that a bracket may stay wider than its tolerance; `lower` is always valid.
     """
     count, most, functions = len(starts), _MOST_HALVINGS if most is None else most, len(known)
     steps, origins, base = (ends - starts).T, starts.T, 1 + starts.shape[1]  # base: row of the first value
-    which: Any = slice(base, base + functions) if rows is None else base + np.array(rows)
-    margin = np.reshape(tolerance, (-1, 1))
+    rows = np.cumsum([base, *(quantity.size for quantity in quantities)]).tolist()
+    which = np.array([row + k for row, one in zip(rows, quantities, strict=False) for k in range(len(one.tolerances))])
+    margin = np.array([tolerance for quantity in quantities for tolerance in quantity.tolerances])[:, None]
+
+    def values(prepared: Any) -> FloatArray:
+        return np.concatenate([quantity.values(prepared) for quantity in quantities])
+
+    def bounds(first: FloatArray, last: FloatArray) -> FloatArray:
+        angles = first[1:base].T, last[1:base].T
+        parts = zip(quantities, pairwise(rows), strict=True)
+        return np.concatenate([quantity.bounds(first[a:b], last[a:b], *angles) for quantity, (a, b) in parts])
 
     def nodes_at(fraction: FloatArray, origin: FloatArray, step: FloatArray) -> FloatArray:
         """Return nodes, shape (rows, j, k): the fraction of the segment, the angles and the values."""
         places = origin[:, None] + fraction * step[:, None]
-        found = np.asarray(values(places.reshape(base - 1, -1).T))
+        alpha = places.reshape(base - 1, -1).T
+        found = values(alpha if prepare is None else prepare(alpha))
         return np.concatenate([fraction[None], places, found.reshape(-1, *fraction.shape)])
 
     segment, halvings = np.arange(count), 0
-    pieces = pieces if count <= min(_FEW, most) else 1
+    pieces = 1
+    if prepare is not None and count <= min(_FEW, most):
+        pieces = max(1, min(_PIECES, math.ceil(float(np.abs(steps).max()) / _LONG)))
     fractions = np.arange(pieces + 1) / pieces
-    if pieces == 1 and at_ends is not None:
-        sides = ((0.0, starts, at_ends[0]), (1.0, ends, at_ends[1]))
+    if pieces == 1 and points is not None:
+        found = values(points)
+        sides = ((0.0, starts, found[:, :-1]), (1.0, ends, found[:, 1:]))
         nodes = np.stack([np.concatenate([np.full((1, count), s), p.T, v]) for s, p, v in sides], axis=1)
     else:
         nodes = nodes_at(np.repeat(fractions[:, None], count, axis=1), origins, steps)
@@ -135,7 +159,7 @@ def least_of_each(
         count = 0
         while batches and not count:
             segment, first, last = batches.pop()
-            least = np.asarray(bounds(first[base:], last[base:], first[1:base].T, last[1:base].T))
+            least = bounds(first, last)
             reference: Any = best[:, segment] if each else overall
             unsettled = least < (np.minimum(reference - margin, floor) if floor < math.inf else reference - margin)
             if floor < math.inf:
@@ -177,60 +201,6 @@ def least_of_each(
         nodes = np.concatenate([first[:, None], inner, last[:, None]], axis=1)
     lower = np.minimum(lower, best)
     return tuple(Least(lower=lower[k], upper=best[k], fraction=fraction[k]) for k in range(functions))
-
-
-class Quantity(NamedTuple):
-    """Functions of the tilt angles that :func:`least_of_each` brackets, each to within its tolerance.
-
-    `values` has `size` rows: the functions, one for each tolerance, and what `bounds` needs.
-    """
-
-    values: Callable[[Sines], FloatArray]
-    bounds: Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]
-    tolerances: tuple[float, ...]
-    size: int
-
-
-def least_of_quantities(
-    starts: FloatArray,
-    ends: FloatArray,
-    quantities: Sequence[Quantity],
-    *,
-    points: Sines | None = None,
-    **options: Any,
-) -> tuple[Least, ...]:
-    """Bracket the least of the functions of all quantities in one search; options as for :func:`least_of_each`.
-
-    `points` are the sines at the points that consecutive segments join, if at hand, shape (m + 1,).
-    """
-    begins = [sum(quantity.size for quantity in quantities[:k]) for k in range(len(quantities))]
-    parts = [slice(begin, begin + quantity.size) for begin, quantity in zip(begins, quantities, strict=True)]
-
-    def values(sines: Sines) -> FloatArray:
-        return np.concatenate([quantity.values(sines) for quantity in quantities])
-
-    def bounds(v0: FloatArray, v1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
-        found = [each.bounds(v0[part], v1[part], p0, p1) for part, each in zip(parts, quantities, strict=True)]
-        return np.concatenate(found)
-
-    pieces, at_ends = 1, None
-    if len(starts) <= _FEW:
-        pieces = max(1, min(_PIECES, math.ceil(float(np.abs(ends - starts).max()) / _LONG)))
-    if pieces == 1 and points is not None:
-        found = values(points)
-        at_ends = found[:, :-1], found[:, 1:]
-    rows = [begin + k for begin, each in zip(begins, quantities, strict=True) for k in range(len(each.tolerances))]
-    return least_of_each(
-        starts,
-        ends,
-        lambda alpha: values(Sines.of(alpha)),
-        bounds,
-        tolerance=[tolerance for quantity in quantities for tolerance in quantity.tolerances],
-        rows=rows,
-        at_ends=at_ends,
-        pieces=pieces,
-        **options,
-    )
 
 
 def least_of_bent(f0: FloatArray, f1: FloatArray, bend: FloatArray) -> FloatArray:
@@ -320,7 +290,7 @@ def least_level_determinant(
 ) -> Least:
     """Bracket the least of sign·R along segments; a positive lower bound proves that R keeps that sign."""
     quantity = level_quantity(coefficients, (sign,), tolerances=(tolerance,))
-    return least_of_quantities(starts, ends, [quantity], known=(known,), **options)[0]
+    return least_of_each(starts, ends, [quantity], known=(known,), **options)[0]
 
 
 def sensitivity_bends(p0: FloatArray, p1: FloatArray, coefficients: Coefficients) -> tuple[FloatArray, FloatArray]:
@@ -379,7 +349,7 @@ def largest_residual(
         return np.asarray(-sizes.max(axis=0, keepdims=True))
 
     quantity = Quantity(values, bounds, (tolerance,), 3 if coefficients.cross else 5)
-    return least_of_quantities(starts, ends, [quantity], known=(known,), **options)[0]
+    return least_of_each(starts, ends, [quantity], known=(known,), **options)[0]
 
 
 def bound_by_change(change: Callable[[FloatArray, FloatArray], FloatArray]) -> Bound:
@@ -413,6 +383,7 @@ def is_red(*points: FloatArray) -> bool:
     return all(bool((side[:, :2] == side[:, 2:]).all()) for side in points)
 
 
+@lru_cache(maxsize=32)
 def singular_quantity(vehicle: Vehicle, *, tolerance: float, red: bool) -> Quantity:
     """Return the least singular value, level: on red in closed form, elsewhere lower bounds without decompositions.
 
@@ -461,7 +432,7 @@ def bound_along_red_path(plane: FloatArray, vehicle: Vehicle) -> FloatArray:
     quantity, points = singular_quantity(vehicle, tolerance=math.inf, red=True), plane[[0, 1, 0, 1]].T
     values, rounding = quantity.values(Sines.of(points)), 1e-14 * (1 + vehicle.drag_ratio**2)
     least = quantity.bounds(values[:, :-1], values[:, 1:], points[:-1], points[1:])[0]
-    return np.maximum((1 - 1e-12) * least - rounding, 0.0)
+    return np.asarray(np.maximum((1 - 1e-12) * least - rounding, 0.0))
 
 
 def least_singular_value_along(
@@ -476,10 +447,10 @@ def least_singular_value_along(
 ) -> Least:
     """Bracket the least singular value of the scaled decoupling matrix, level, along segments; see :func:`decomposed`.
 
-    The options are those of :func:`least_of_quantities`.
+    The options are those of :func:`least_of_each`.
     """
     quantity = singular_quantity(vehicle, tolerance=tolerance, red=is_red(starts, ends))
-    (found,) = least_of_quantities(starts, ends, [quantity], known=(known,), each=each, **options)
+    (found,) = least_of_each(starts, ends, [quantity], known=(known,), each=each, **options)
     return decomposed(found, starts, ends, vehicle, each=each)
 
 
@@ -582,7 +553,7 @@ def thrust_shares_along(
     (lower, upper), fraction = np.full((2, 2, len(starts)), np.nan), np.zeros((2, len(starts)))
     if upward.any():
         quantity = share_quantity(vehicle, tolerance=tolerance)
-        found = least_of_quantities(starts[upward], ends[upward], [quantity], each=each, known=known)
+        found = least_of_each(starts[upward], ends[upward], [quantity], each=each, known=known)
         for k, one in enumerate(found):
             lower[k, upward], upper[k, upward], fraction[k, upward] = one.lower, one.upper, one.fraction
     least, largest = (Least(lower=lower[k], upper=upper[k], fraction=fraction[k]) for k in range(2))

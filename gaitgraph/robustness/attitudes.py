@@ -399,7 +399,7 @@ def _arcs(starts: FloatArray, along: FloatArray, turn: FloatArray, sag: float) -
         angle = np.insert(angle, wide + 1, between[wide])
         side = np.insert(side, wide + 1, side[wide])
         points = np.insert(points, wide + 1, new[wide], axis=0)
-    return points[np.append(side[1:] == side[:-1], False)]
+    return np.asarray(points[np.append(side[1:] == side[:-1], False)])
 
 
 def _border(start: FloatArray, turn: float) -> FloatArray:

@@ -21,7 +21,7 @@ from gaitgraph.invertibility.segment_bounds import (
     decomposed,
     keeps_singular_value_above,
     least_level_determinant,
-    least_of_quantities,
+    least_of_each,
     level_quantity,
     share_quantity,
     singular_quantity,
@@ -80,7 +80,7 @@ class _Brackets(Rule):
         if self.hovers:
             quantities.append(share_quantity(vehicle, tolerance=criteria.bracket, rotors=2 if block.on_red else 4))
         known = tuple(self.known[: 5 if self.hovers else 3])
-        first, second, singular, *shares = least_of_quantities(starts, ends, quantities, points=self.sines, known=known)
+        first, second, singular, *shares = least_of_each(starts, ends, quantities, points=self.sines, known=known)
         self.level, self.singular = (first, second), decomposed(singular, starts, ends, vehicle)
         self.shares = tuple(shares)
         for k, least in enumerate((first, second, self.singular, *shares)):
