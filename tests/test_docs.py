@@ -58,7 +58,7 @@ EXPECTED = {
     "export_to_c": "100 rows, 3200 bytes",
     "least_period": "least period: 0.950 s with rests, 0.729 s rounded",
     "around_a_keep_out": "no loop through these waypoints in this order is shorter than 3.8393 rad",
-    "replan_in_flight": "then: 0.188 s to waypoint 3, 0.882 s around, least singular value at least 0.562, 6 corners",
+    "replan_in_flight": "then: 0.188 s to waypoint 3, 0.882 s around, least singular value at least 0.563, 6 corners",
     "best_gait": "radius 0.1: least singular value 0.592, at most 0.592, 13.44 rad²/s",
     "retarget_a_gait": "moved by 0.4566 rad at most (row 11), 0.3477 rad rms",
     "which_drag_ratio": "0.1687      9.57°  2.374  2.374    2.358  0.167  0.886",

@@ -14,7 +14,6 @@ import shapely
 
 import gaitgraph as gg
 from gaitgraph.invertibility.matrices import least_singular_value_on_red, scaled_decoupling_matrix
-from gaitgraph.invertibility.segment_bounds import bound_along_red_path
 from gaitgraph.planning import Replan, Replanner, ShortestPaths
 from gaitgraph.planning.shortest_paths import orientation, orientations
 from tests.samples import replan_requests
@@ -82,20 +81,6 @@ def test_as_short_as_a_plan(replanner: Replanner) -> None:
         if plan.loop is not None:
             assert found.approach.tolist() == [list(stops[0])]
             assert shapely.LinearRing(found.loop).length == pytest.approx(plan.loop.length, abs=1e-9)
-
-
-@pytest.mark.parametrize("height", [None, 0.3, -2.0])
-def test_the_bound_along_red_is_true_and_of_second_order(height: float | None) -> None:
-    vehicle = gg.PAPER if height is None else gg.PAPER.replace(rotor_height=height * (gg.PAPER.arm_length or 0.0))
-    rng = np.random.default_rng(0)
-    for step, most in ((0.05, 0.1), (0.005, 1e-3)):
-        for _ in range(300):
-            turn, start = rng.uniform(0, 2 * np.pi), rng.uniform(-1.4, 1.4, 2)
-            ends = np.array([start, start + step * np.array([np.cos(turn), np.sin(turn)])])
-            points = start + np.linspace(0, 1, 41)[:, None] * (ends[1] - start)
-            least = least_singular_value_on_red(points[:, 0], points[:, 1], vehicle).min()
-            bound = bound_along_red_path(ends.T, vehicle)[0]
-            assert least - most * max(least, 0.05) <= bound <= least
 
 
 def test_the_speed_is_constant_and_the_fastest_that_rates_allow() -> None:

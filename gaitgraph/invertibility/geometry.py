@@ -21,7 +21,7 @@ import numpy.typing as npt
 from gaitgraph.angles import angle_within
 from gaitgraph.errors import InputError, check_fields, shown
 from gaitgraph.invertibility.matrices import FloatArray, arm_angles, thrust_signs
-from gaitgraph.invertibility.segment_bounds import Least, Several, bound_by_change, least_along, least_of_each
+from gaitgraph.invertibility.segment_bounds import Least, Quantity, bound_by_change, least_along, least_of_each
 
 if TYPE_CHECKING:
     from gaitgraph.vehicle import Vehicle
@@ -215,18 +215,18 @@ class Geometry:
         none falls by more than ‖ΔM‖·‖T‖/σ.
         """
 
-        def values(alpha: FloatArray) -> tuple[FloatArray, ...]:
+        def values(alpha: FloatArray) -> FloatArray:
             thrusts = self.hover_thrusts(alpha)
-            return thrusts.min(axis=-1), self.least_singular_value(alpha), np.linalg.norm(thrusts, axis=-1)
+            return np.array([thrusts.min(axis=-1), self.least_singular_value(alpha), np.linalg.norm(thrusts, axis=-1)])
 
-        def bounds(v0: Several, v1: Several, p0: FloatArray, p1: FloatArray) -> list[FloatArray]:
+        def bounds(v0: FloatArray, v1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
             change = self._change(p0, p1)
             size = np.maximum((v0[1] + v1[1] - change) / 2, LEAST_DECIDED)
-            return [np.asarray((v0[0] + v1[0] - change * np.maximum(v0[2], v1[2]) / size) / 2)]
+            return np.asarray((v0[:1] + v1[:1] - change * np.maximum(v0[2], v1[2]) / size) / 2)
 
-        most, known = _MOST_PROGRAMS if starts.shape[1] > 4 else None, (math.inf,)
-        options: dict[str, Any] = {"tolerance": 1e-4, "known": known, "floor": IDLE_THRUST, "most": most}
-        return least_of_each(starts, ends, values, bounds, **options)[0]
+        most, quantity = _MOST_PROGRAMS if starts.shape[1] > 4 else None, Quantity(values, bounds, (1e-4,), 3)
+        options: dict[str, Any] = {"prepare": None, "known": (math.inf,), "floor": IDLE_THRUST, "most": most}
+        return least_of_each(starts, ends, [quantity], **options)[0]
 
 
 def _best_thrusts(level: FloatArray) -> FloatArray:

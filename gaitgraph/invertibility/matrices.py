@@ -233,7 +233,10 @@ class Sines(NamedTuple):
         return np.asarray(np.sin(beta[:2] + beta[2:]))  # exactly zero on fibres, as a product is not
 
     def leaning(self, delta: float) -> FloatArray:
-        """Return E and E′ of :func:`leaning_factors`, shape (2, k)."""
+        """Return E = 2·sin α1·sin α3 − κ·sin(α1 + α3), E′ = 2·sin α2·sin α4 + κ·sin(α2 + α4), κ = tan δ, (2, k).
+
+        A rotor height H adds H/(2κ)·sin(α2 − α4)·E to Rφ and H/(2κ)·sin(α1 − α3)·E′ to Rθ: nothing on red and fibres.
+        """
         return np.asarray(2.0 * self.features[1] - math.tan(delta) * _TURNS[:2] * self.features[2])
 
     def sensitivities(self, coefficients: Coefficients) -> tuple[FloatArray, FloatArray]:
@@ -301,7 +304,10 @@ class Sines(NamedTuple):
         return form, np.array([np.zeros_like(one), three, two, one])
 
     def least_singular_value_bound(self, vehicle: Vehicle) -> FloatArray:
-        """Return a lower bound of the least singular value, level, shape (k,); :func:`least_singular_value_bound`."""
+        """Return lower bounds of :func:`least_singular_value`, level, within 2e-5 of it and much cheaper, shape (k,).
+
+        It is the least root of the characteristic polynomial by a few steps of Laguerre's iteration.
+        """
         form, number = self.characteristic(vehicle, self.level_determinant(coefficients_of(vehicle, "exact"))[None])
         e4, e3, e2, e1 = form[:, 0, 0] + number
         return singular_value_below(least_root(e1, e2, e3, e4))
@@ -312,14 +318,14 @@ def singular_value_below(squared: FloatArray) -> FloatArray:
     return np.asarray(np.maximum(np.sqrt(squared) * (1 - 1e-6) - 1e-9, 0.0))
 
 
-def least_root(e1: Any, e2: Any, e3: Any, e4: Any, steps: int = 4) -> FloatArray:
+def least_root(e1: Any, e2: Any, e3: Any, e4: Any) -> FloatArray:
     """Return lower bounds of the least roots of x⁴ − e1·x³ + e2·x² − e3·x + e4, whose roots are real and at least 0.
 
     Laguerre's iteration from 0 increases towards the least root: each step more than triples the correct digits, or
     leaves 27 % of the distance from a double root.
     """
     slope, height, bend, root = -e3, e4, 2 * e2, np.zeros_like(e1)
-    for left in reversed(range(steps)):
+    for left in reversed(range(8)):
         steep = np.sqrt(np.maximum(9 * slope * slope - 12 * height * bend, 0.0)) - slope
         root = root + 4 * np.where(slope < 0, height, 0.0) / np.maximum(steep, _TINY)
         if left:
@@ -347,16 +353,6 @@ def sensitivity_phases(alpha: npt.ArrayLike, coefficients: Coefficients) -> Floa
     a1, a2, a3, a4 = (angles[..., k] for k in range(4))  # moveaxis takes longer
     twice = 2.0 * coefficients.delta
     return np.array([a1 + a3 - twice, a2 - a4, a1 - a3, a2 + a4 + twice])
-
-
-def leaning_factors(alpha: npt.ArrayLike, delta: float) -> tuple[Any, Any]:
-    """Return E = 2·sin α1·sin α3 − κ·sin(α1 + α3) and E′ = 2·sin α2·sin α4 + κ·sin(α2 + α4), κ = tan δ.
-
-    A rotor height H adds H/(2κ)·sin(α2 − α4)·E to Rφ and H/(2κ)·sin(α1 − α3)·E′ to Rθ: nothing on red and on fibres.
-    """
-    angles, sines = _sines_of(alpha)
-    first, second = sines.leaning(delta)
-    return first.reshape(angles.shape[:-1]), second.reshape(angles.shape[:-1])
 
 
 def sensitivities(alpha: npt.ArrayLike, coefficients: Coefficients) -> tuple[Any, Any]:
@@ -577,52 +573,33 @@ def largest_least_singular_value(vehicle: Vehicle) -> float:
     return 2 * math.sqrt((1 + vehicle.drag_ratio**2 + vehicle.height_ratio**2) / 3)
 
 
-def least_singular_value_bound(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -> FloatArray:
-    """Return a lower bound of :func:`least_singular_value`, level, twenty times cheaper, shape (...).
+def blocks_on_red(cosine: FloatArray, sine: FloatArray, vehicle: Vehicle) -> FloatArray:
+    """Return D and G from those of α1 and α2 on red, (2, ...): √8·|D|/G are singular values, level, the least too.
 
-    It is the least root of the characteristic polynomial by a few steps of Laguerre's iteration.
+    At α = (α1, α2, α1, α2) the scaled decoupling matrix is √2 times two blocks [[w, y], [−z, x]]: of roll and pitch
+    torque, of differences of opposite thrusts; and of yaw torque and lift, of sums. The singular values of a block have
+    the product |D|, D = wx + yz, and the larger one is G/2, the lengths of (w + x, y + z) and (w − x, y − z) together.
+    So the smaller one is 2·|D|/G. Without a rotor height the first block has y and z alone, which are its own values.
+    The shape is (2, 2, ...), then (2, 3, ...).
     """
-    angles, sines = _sines_of(alpha)
-    return sines.least_singular_value_bound(vehicle).reshape(angles.shape[:-1])
-
-
-def singular_values_on_red(alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, vehicle: Vehicle = PAPER) -> tuple[Any, Any]:
-    """Return the smaller singular values of the two 2×2 blocks, level, on red.
-
-    At α = (α1, α2, α1, α2) the scaled decoupling matrix splits. The block of roll and pitch torque, of differences of
-    opposite thrusts, is √2·[[H sin α1, cos β2/cos δ], [−cos β1/cos δ, H sin α2]]. That of yaw torque and lift, of sums,
-    has the columns √2·(cos αᵢ, sin βᵢ/cos δ).
-    """
-    a1, a2 = np.asarray(alpha1, dtype=float), np.asarray(alpha2, dtype=float)
-    angles = np.array(np.broadcast_arrays(a1, a2))
-    sides = np.cos(angles), np.sin(angles), vehicle
-    return roll_block_on_red(*sides), yaw_block_on_red(*sides)
-
-
-def roll_block_on_red(cosine: FloatArray, sine: FloatArray, vehicle: Vehicle) -> Any:
-    """Return the smaller singular value of the block of roll and pitch torque, from those of α1 and α2, (2, ...)."""
-    kappa, height = vehicle.signed_drag_ratio, vehicle.height_ratio
-    b, a = cosine[0] + kappa * sine[0], cosine[1] - kappa * sine[1]
+    kappa, height, (c1, c2), (s1, s2) = vehicle.signed_drag_ratio, vehicle.height_ratio, cosine, sine
+    first, second = c2 - kappa * s2, c1 + kappa * s1  # cos β2 and cos β1 over cos δ
+    blocks = [(height * s1, height * s2, first, second)] if height else []
+    blocks.append((c1, s2 + kappa * c2, c2, kappa * c1 - s1))
+    found = np.empty((2, 2 if height else 3, *cosine.shape[1:]))
+    for (w, x, y, z), at in zip(blocks[::-1], found.swapaxes(0, 1)[::-1], strict=False):
+        lengths = (np.sqrt(a * a + b * b) for a, b in ((w + x, y + z), (w - x, y - z)))
+        at[0], at[1] = w * x + y * z, np.maximum(sum(lengths), _TINY)
     if not height:
-        return math.sqrt(2.0) * np.minimum(np.abs(a), np.abs(b))
-    # The larger singular value is half the sum of two lengths.
-    s1, s2 = sine
-    larger = np.hypot(height * (s1 + s2), a + b) + np.hypot(height * (s1 - s2), a - b)
-    return math.sqrt(8.0) * np.abs(a * b + height**2 * s1 * s2) / larger
-
-
-def yaw_block_on_red(cosine: FloatArray, sine: FloatArray, vehicle: Vehicle) -> Any:
-    """Return the smaller singular value of the block of yaw torque and lift, from those of α1 and α2, (2, ...)."""
-    kappa, (c1, c2), (s1, s2) = vehicle.signed_drag_ratio, cosine, sine
-    p, q = s1 - kappa * c1, s2 + kappa * c2
-    minor = 2.0 * np.abs(c1 * q - c2 * p)
-    squares = c1 * c1 + c2 * c2 + p * p + q * q
-    return minor / np.sqrt(squares + np.sqrt(np.maximum(squares * squares - minor * minor, 0.0)))
+        found[0, 0], found[0, 1], found[1, :2] = first, second, 2.0
+    return found
 
 
 def least_singular_value_on_red(alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, vehicle: Vehicle = PAPER) -> Any:
     """Return the least singular value at α = (α1, α2, α1, α2), level, in closed form, shape (...)."""
-    return np.minimum(*singular_values_on_red(alpha1, alpha2, vehicle))
+    angles = np.array(np.broadcast_arrays(np.asarray(alpha1, dtype=float), np.asarray(alpha2, dtype=float)))
+    products, sizes = blocks_on_red(np.cos(angles), np.sin(angles), vehicle)
+    return (math.sqrt(8.0) * np.abs(products) / sizes).min(axis=0)
 
 
 def singular_value_rate(vehicle: Vehicle, *, level: bool = True) -> float:

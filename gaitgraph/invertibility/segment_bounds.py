@@ -9,7 +9,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache, partial
+from functools import lru_cache
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,21 +20,17 @@ from gaitgraph.invertibility.matrices import (
     Coefficients,
     FloatArray,
     Sines,
-    leaning_factors,
+    blocks_on_red,
     least_singular_value,
-    least_singular_value_bound,
-    roll_block_on_red,
     sensitivity_phases,
     singular_value_rate,
     thrust_signs,
-    yaw_block_on_red,
     zero_moment_inputs,
 )
 from gaitgraph.vehicle import PAPER, Vehicle
 
 Value = Callable[[FloatArray], FloatArray]
 Bound = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]
-Several = Sequence[FloatArray] | FloatArray  # several of one shape, or the rows of an array
 
 _BATCH = 1 << 15
 # An iteration over few points costs the same for any number of them: a few intervals are cut finer.
@@ -59,67 +56,91 @@ class Least:
         return float(self.lower.min()), float(self.upper[k]), k, float(self.fraction[k])
 
 
+class Quantity(NamedTuple):
+    """Functions of the tilt angles that :func:`least_of_each` brackets, each to within its tolerance.
+
+    `values` has `size` rows, of shape (k,) for k points: the functions, one for each tolerance, and what `bounds`
+    needs. `bounds` returns lower bounds of the functions on intervals from the rows at both ends and the ends
+    themselves, shape (k, n).
+    """
+
+    values: Callable[[Any], FloatArray]
+    bounds: Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]
+    tolerances: tuple[float, ...]
+    size: int
+
+
 def least_along(
-    starts: FloatArray, ends: FloatArray, value: Value, bound: Bound, *, known: float = math.inf, **options: Any
+    starts: FloatArray,
+    ends: FloatArray,
+    value: Value,
+    bound: Bound,
+    *,
+    tolerance: float,
+    known: float = math.inf,
+    **options: Any,
 ) -> Least:
     """Bracket the least of one function, from (k, n) to (k,); the options are those of :func:`least_of_each`."""
-    (found,) = least_of_each(
-        starts,
-        ends,
-        lambda alpha: (value(alpha),),
-        lambda v0, v1, p0, p1: (bound(v0[0], v1[0], p0, p1),),
-        known=(known,),
-        **options,
+    quantity = Quantity(
+        lambda alpha: value(alpha)[None], lambda v0, v1, *ends: bound(v0[0], v1[0], *ends)[None], (tolerance,), 1
     )
-    return found
+    return least_of_each(starts, ends, [quantity], prepare=None, known=(known,), **options)[0]
 
 
 def least_of_each(
     starts: FloatArray,
     ends: FloatArray,
-    values: Callable[[FloatArray], Several],
-    bounds: Callable[[FloatArray, FloatArray, FloatArray, FloatArray], Several],
+    quantities: Sequence[Quantity],
     *,
-    tolerance: npt.ArrayLike,
     known: tuple[float, ...],
-    rows: Sequence[int] | None = None,
+    prepare: Callable[[FloatArray], Any] | None = Sines.of,
+    points: Any = None,
     floor: float = math.inf,
     each: bool = False,
-    at_ends: tuple[Several, Several] | None = None,
     most: int | None = None,
-    pieces: int = 1,
 ) -> tuple[Least, ...]:
-    """Bracket the least of each of a few functions along straight segments, shape (m, n), all in one search.
+    """Bracket the least of each function of some quantities along straight segments, shape (m, n), all in one search.
 
-    `values` maps points, shape (k, n), to rows of shape (k,): the functions, as many as `known` has numbers and the
-    first ones unless `rows` says which, and whatever else `bounds` needs. `bounds` returns lower bounds of the
-    functions on intervals from the rows at both ends and the ends themselves; `at_ends` are `values` at starts and
-    ends, if at hand. `pieces` is into how many the segments are cut first, where they are few.
+    What `prepare` returns of points is given to `values`, and few segments are cut to short pieces at once; None for
+    neither. `points` are those that consecutive segments join, prepared, shape (m + 1,), if at hand.
 
     An interval whose lower bound is good enough is settled, any other is cut, until the bracket of every function is as
-    narrow as its `tolerance`: that of every segment with `each`, else that of the least of all and of `known`, a value
+    narrow as its tolerance: that of every segment with `each`, else that of the least of all and of `known`, a value
     that each function attains elsewhere. A segment is settled earlier once its least value is known to be above or
     below `floor`.
 
     Intervals are halved in batches, the latest first, so that memory is bounded. Work is bounded too, by `most`
-    halvings, so that a bracket may stay wider than `tolerance`; `lower` is always valid.
+    halvings, so that a bracket may stay wider than its tolerance; `lower` is always valid.
     """
     count, most, functions = len(starts), _MOST_HALVINGS if most is None else most, len(known)
     steps, origins, base = (ends - starts).T, starts.T, 1 + starts.shape[1]  # base: row of the first value
-    which: Any = slice(base, base + functions) if rows is None else base + np.array(rows)
-    margin = np.reshape(tolerance, (-1, 1))
+    rows = np.cumsum([base, *(quantity.size for quantity in quantities)]).tolist()
+    which = np.array([row + k for row, one in zip(rows, quantities, strict=False) for k in range(len(one.tolerances))])
+    margin = np.array([tolerance for quantity in quantities for tolerance in quantity.tolerances])[:, None]
+
+    def values(prepared: Any) -> FloatArray:
+        return np.concatenate([quantity.values(prepared) for quantity in quantities])
+
+    def bounds(first: FloatArray, last: FloatArray) -> FloatArray:
+        angles = first[1:base].T, last[1:base].T
+        parts = zip(quantities, pairwise(rows), strict=True)
+        return np.concatenate([quantity.bounds(first[a:b], last[a:b], *angles) for quantity, (a, b) in parts])
 
     def nodes_at(fraction: FloatArray, origin: FloatArray, step: FloatArray) -> FloatArray:
         """Return nodes, shape (rows, j, k): the fraction of the segment, the angles and the values."""
         places = origin[:, None] + fraction * step[:, None]
-        found = np.asarray(values(places.reshape(base - 1, -1).T))
+        alpha = places.reshape(base - 1, -1).T
+        found = values(alpha if prepare is None else prepare(alpha))
         return np.concatenate([fraction[None], places, found.reshape(-1, *fraction.shape)])
 
     segment, halvings = np.arange(count), 0
-    pieces = pieces if count <= min(_FEW, most) else 1
+    pieces = 1
+    if prepare is not None and count <= min(_FEW, most):
+        pieces = max(1, min(_PIECES, math.ceil(float(np.abs(steps).max()) / _LONG)))
     fractions = np.arange(pieces + 1) / pieces
-    if pieces == 1 and at_ends is not None:
-        sides = ((0.0, starts, at_ends[0]), (1.0, ends, at_ends[1]))
+    if pieces == 1 and points is not None:
+        found = values(points)
+        sides = ((0.0, starts, found[:, :-1]), (1.0, ends, found[:, 1:]))
         nodes = np.stack([np.concatenate([np.full((1, count), s), p.T, v]) for s, p, v in sides], axis=1)
     else:
         nodes = nodes_at(np.repeat(fractions[:, None], count, axis=1), origins, steps)
@@ -138,7 +159,7 @@ def least_of_each(
         count = 0
         while batches and not count:
             segment, first, last = batches.pop()
-            least = np.asarray(bounds(first[base:], last[base:], first[1:base].T, last[1:base].T))
+            least = bounds(first, last)
             reference: Any = best[:, segment] if each else overall
             unsettled = least < (np.minimum(reference - margin, floor) if floor < math.inf else reference - margin)
             if floor < math.inf:
@@ -182,60 +203,6 @@ def least_of_each(
     return tuple(Least(lower=lower[k], upper=best[k], fraction=fraction[k]) for k in range(functions))
 
 
-class Quantity(NamedTuple):
-    """Functions of the tilt angles that :func:`least_of_each` brackets, each to within its tolerance.
-
-    `values` has `size` rows: the functions, one for each tolerance, and what `bounds` needs.
-    """
-
-    values: Callable[[Sines], FloatArray]
-    bounds: Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]
-    tolerances: tuple[float, ...]
-    size: int
-
-
-def least_of_quantities(
-    starts: FloatArray,
-    ends: FloatArray,
-    quantities: Sequence[Quantity],
-    *,
-    points: Sines | None = None,
-    **options: Any,
-) -> tuple[Least, ...]:
-    """Bracket the least of the functions of all quantities in one search; options as for :func:`least_of_each`.
-
-    `points` are the sines at the points that consecutive segments join, if at hand, shape (m + 1,).
-    """
-    begins = [sum(quantity.size for quantity in quantities[:k]) for k in range(len(quantities))]
-    parts = [slice(begin, begin + quantity.size) for begin, quantity in zip(begins, quantities, strict=True)]
-
-    def values(sines: Sines) -> FloatArray:
-        return np.concatenate([quantity.values(sines) for quantity in quantities])
-
-    def bounds(v0: FloatArray, v1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
-        found = [each.bounds(v0[part], v1[part], p0, p1) for part, each in zip(parts, quantities, strict=True)]
-        return np.concatenate(found)
-
-    pieces, at_ends = 1, None
-    if len(starts) <= _FEW:
-        pieces = max(1, min(_PIECES, math.ceil(float(np.abs(ends - starts).max()) / _LONG)))
-    if pieces == 1 and points is not None:
-        found = values(points)
-        at_ends = found[:, :-1], found[:, 1:]
-    rows = [begin + k for begin, each in zip(begins, quantities, strict=True) for k in range(len(each.tolerances))]
-    return least_of_each(
-        starts,
-        ends,
-        lambda alpha: values(Sines.of(alpha)),
-        bounds,
-        tolerance=[tolerance for quantity in quantities for tolerance in quantity.tolerances],
-        rows=rows,
-        at_ends=at_ends,
-        pieces=pieces,
-        **options,
-    )
-
-
 def least_of_bent(f0: FloatArray, f1: FloatArray, bend: FloatArray) -> FloatArray:
     """Return a lower bound of functions on intervals from their values at both ends, if |f''| ≤ `bend` there.
 
@@ -249,15 +216,6 @@ def largest_sine(x0: FloatArray, x1: FloatArray, larger: FloatArray | None = Non
     """Return the largest |sin| on intervals: 1 if a peak lies inside, else that of the larger end, if at hand."""
     peak = np.floor(x0 / math.pi - 0.5) != np.floor(x1 / math.pi - 0.5)
     return np.where(peak, 1.0, np.maximum(np.abs(np.sin(x0)), np.abs(np.sin(x1))) if larger is None else larger)
-
-
-def range_of_sine(x0: FloatArray, x1: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the least and the largest sin on intervals: ±1 if a peak lies inside, else those of the ends."""
-    sides = np.array([x0, x1])
-    sines, turns = np.sin(sides), sides / (2 * math.pi)
-    top, bottom = np.floor(turns - 0.25), np.floor(turns + 0.25)
-    low = np.where(bottom[0] != bottom[1], -1.0, np.minimum(sines[0], sines[1]))
-    return low, np.where(top[0] != top[1], 1.0, np.maximum(sines[0], sines[1]))
 
 
 def where_least_sine(x0: FloatArray, x1: FloatArray) -> FloatArray:
@@ -332,7 +290,7 @@ def least_level_determinant(
 ) -> Least:
     """Bracket the least of sign·R along segments; a positive lower bound proves that R keeps that sign."""
     quantity = level_quantity(coefficients, (sign,), tolerances=(tolerance,))
-    return least_of_quantities(starts, ends, [quantity], known=(known,), **options)[0]
+    return least_of_each(starts, ends, [quantity], known=(known,), **options)[0]
 
 
 def sensitivity_bends(p0: FloatArray, p1: FloatArray, coefficients: Coefficients) -> tuple[FloatArray, FloatArray]:
@@ -340,14 +298,14 @@ def sensitivity_bends(p0: FloatArray, p1: FloatArray, coefficients: Coefficients
 
     They are for a first arm along body x.
     The second derivative of sin x·sin y is at most (x'² + y'²)·|sin x|·|sin y| + 2·|x'y'|, that of sin x·E at most
-    |sin x|·(|E''| + x'²·|E|) + 2·|x'E'|, E of :func:`leaning_factors` the difference of two cosines.
+    |sin x|·(|E''| + x'²·|E|) + 2·|x'E'|, E of :meth:`Sines.leaning` the difference of two cosines.
     """
     x0, x1 = (sensitivity_phases(side, coefficients) for side in (p0, p1))
     rate, size = np.abs(x1 - x0), largest_sine(x0, x1)
     # Of the two factors of Rθ, and of Rφ.
     bends = [(rate[i] ** 2 + rate[j] ** 2) * size[i] * size[j] + 2 * rate[i] * rate[j] for i, j in ((0, 1), (2, 3))]
     if coefficients.cross:
-        ends = [np.abs(leaning_factors(side, coefficients.delta)) for side in (p0, p1)]
+        ends = [np.abs(Sines.of(side).leaning(coefficients.delta)) for side in (p0, p1)]
         steep = 1 / math.cos(coefficients.delta)  # size of the second cosine
         # Rθ has sin(α1 − α3) with the sum and the difference of arms 2 and 4, Rφ the same of the other pairs.
         for k, (sine, total, difference) in enumerate(((2, 3, 1), (1, 0, 2))):
@@ -391,7 +349,7 @@ def largest_residual(
         return np.asarray(-sizes.max(axis=0, keepdims=True))
 
     quantity = Quantity(values, bounds, (tolerance,), 3 if coefficients.cross else 5)
-    return least_of_quantities(starts, ends, [quantity], known=(known,), **options)[0]
+    return least_of_each(starts, ends, [quantity], known=(known,), **options)[0]
 
 
 def bound_by_change(change: Callable[[FloatArray, FloatArray], FloatArray]) -> Bound:
@@ -425,129 +383,89 @@ def is_red(*points: FloatArray) -> bool:
     return all(bool((side[:, :2] == side[:, 2:]).all()) for side in points)
 
 
-def red_quantity(vehicle: Vehicle, *, tolerance: float) -> Quantity:
-    """Return the least singular value on red, in closed form."""
-    bound = singular_value_bound(vehicle)
+@lru_cache(maxsize=32)
+def singular_quantity(vehicle: Vehicle, *, tolerance: float, red: bool) -> Quantity:
+    """Return the least singular value, level: on red in closed form, elsewhere lower bounds without decompositions.
+
+    On red it is √8·|D|/G of either of :func:`blocks_on_red`. D and the entries are sums of sinusoids, and a length is
+    convex: D − c·G lies above its chord but for their second derivatives. Where c is the smaller D/G of both ends, D/G
+    is below c by no more than that over the least G. So the bound is of second order: points 0.05 rad apart leave about
+    a per cent.
+    """
+    if not red:
+        bound = singular_value_bound(vehicle)
+        return Quantity(
+            lambda sines: sines.least_singular_value_bound(vehicle)[None],
+            lambda v0, v1, p0, p1: bound(v0[0], v1[0], p0, p1)[None],
+            (tolerance,),
+            1,
+        )
+    steep, height = 1 + vehicle.drag_ratio**2, vehicle.height_ratio
+    # Bounds of |D″| and |G″| per square of the step; √2 times the latter is one of |G′| per step.
+    raised, alone = steep + height**2, [math.sqrt(steep), 0.0]
+    rates = [[raised, 2 * math.sqrt(raised)]] if height else [alone, alone]
+    rates.append([2 * math.sqrt(steep), math.sqrt(8 * steep)])
+    bend, curve = np.array(rates).T[..., None]
+    count = len(rates)
 
     def values(sines: Sines) -> FloatArray:
-        sides = sines.cosine[:2], sines.sine[:2], vehicle
-        return np.asarray(np.minimum(roll_block_on_red(*sides), yaw_block_on_red(*sides)))[None]
+        products, sizes = blocks_on_red(sines.cosine[:2], sines.sine[:2], vehicle)
+        least = (np.abs(products) / sizes).min(axis=0, keepdims=True)
+        return np.concatenate([math.sqrt(8.0) * least, products, sizes])
 
-    return Quantity(values, lambda v0, v1, p0, p1: bound(v0[0], v1[0], p0, p1)[None], (tolerance,), 1)
+    def bounds(v0: FloatArray, v1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
+        sign = np.sign(v0[1 : count + 1])
+        f0, f1, g0, g1 = sign * v0[1 : count + 1], sign * v1[1 : count + 1], v0[count + 1 :], v1[count + 1 :]
+        ratio, steps = np.minimum(f0 / g0, f1 / g1), (p1 - p0)[:, 1::-1].T ** 2
+        both = steps[0] + steps[1]
+        squares = np.array([both, both] if height else [*steps, both])  # one of α2 alone, one of α1, the others of both
+        deficit = least_of_bent(f0 - ratio * g0, f1 - ratio * g1, (bend + ratio * curve) * squares)
+        least_size = np.maximum((g0 + g1 - curve * np.sqrt(2 * squares)) / 2, 1e-100)
+        least = (ratio + np.minimum(deficit, 0.0) / least_size).min(axis=0, keepdims=True)
+        return np.asarray(np.maximum(math.sqrt(8.0) * least, 0.0))
+
+    return Quantity(values, bounds, (tolerance,), 1 + 2 * count)
+
+
+def bound_along_red_path(plane: FloatArray, vehicle: Vehicle) -> FloatArray:
+    """Return a lower bound of the least singular value, level, between each two points (α1, α2) of red, rows (2, n)."""
+    quantity, points = singular_quantity(vehicle, tolerance=math.inf, red=True), plane[[0, 1, 0, 1]].T
+    values, rounding = quantity.values(Sines.of(points)), 1e-14 * (1 + vehicle.drag_ratio**2)
+    least = quantity.bounds(values[:, :-1], values[:, 1:], points[:-1], points[1:])[0]
+    return np.asarray(np.maximum((1 - 1e-12) * least - rounding, 0.0))
 
 
 def least_singular_value_along(
-    starts: FloatArray, ends: FloatArray, vehicle: Vehicle = PAPER, *, tolerance: float = 1e-4, **options: Any
-) -> Least:
-    """Bracket the least singular value of the scaled decoupling matrix, level, along segments.
-
-    On the red sheet it is known in closed form. Off the sheet every end costs a decomposition: see
-    :func:`least_singular_value_of_all`.
-    """
-    if not is_red(starts, ends):
-        value = partial(least_singular_value, vehicle=vehicle)
-        return least_along(starts, ends, value, singular_value_bound(vehicle), tolerance=tolerance, **options)
-    known, quantity = (options.pop("known", math.inf),), red_quantity(vehicle, tolerance=tolerance)
-    return least_of_quantities(starts, ends, [quantity], known=known, **options)[0]
-
-
-def least_singular_value_of_all(
     starts: FloatArray,
     ends: FloatArray,
     vehicle: Vehicle = PAPER,
     *,
     tolerance: float = 1e-4,
     known: float = math.inf,
-    points: Sines | None = None,
+    each: bool = False,
+    **options: Any,
 ) -> Least:
-    """Bracket the least singular value over many segments; `upper` is infinite where no decomposition was needed.
+    """Bracket the least singular value of the scaled decoupling matrix, level, along segments; see :func:`decomposed`.
 
-    `points` are the sines of all starts and of the last end of consecutive segments, if at hand.
+    The options are those of :func:`least_of_each`.
+    """
+    quantity = singular_quantity(vehicle, tolerance=tolerance, red=is_red(starts, ends))
+    (found,) = least_of_each(starts, ends, [quantity], known=(known,), each=each, **options)
+    return decomposed(found, starts, ends, vehicle, each=each)
+
+
+def decomposed(found: Least, starts: FloatArray, ends: FloatArray, vehicle: Vehicle, *, each: bool = False) -> Least:
+    """Return brackets of the least singular value with `upper` from a decomposition, unless all segments are red.
+
+    Without `each` there is one only, where the value is least, and `upper` of other segments is infinite.
     """
     if is_red(starts, ends):
-        return least_singular_value_along(starts, ends, vehicle, tolerance=tolerance, known=known)
-    low0, lower = _undecomposed_bounds(starts, ends, vehicle, points)
-    upper, fraction = np.full(len(starts), np.inf), np.zeros(len(starts))
-    if lower.min() >= known - tolerance:
-        return Least(lower=lower, upper=upper, fraction=fraction)
-    first = int(np.argmin(low0))
-    known = min(known, float(least_singular_value(starts[first], vehicle)))
-    matters = lower < known - tolerance
-    matters[first] = True
-    found = least_singular_value_along(starts[matters], ends[matters], vehicle, tolerance=tolerance, known=known)
-    lower[matters], upper[matters], fraction[matters] = found.lower, found.upper, found.fraction
-    return Least(lower=lower, upper=upper, fraction=fraction)
-
-
-def _undecomposed_bounds(
-    starts: FloatArray, ends: FloatArray, vehicle: Vehicle, points: Sines | None = None
-) -> tuple[FloatArray, FloatArray]:
-    """Return lower bounds of the least singular value at the starts, and along the segments."""
-    if points is None:
-        low0, low1 = (least_singular_value_bound(side, vehicle) for side in (starts, ends))
-    else:
-        low = points.least_singular_value_bound(vehicle)
-        low0, low1 = low[:-1], low[1:]
-    return low0, singular_value_bound(vehicle)(low0, low1, starts, ends)
-
-
-def _bound_along_red(starts: FloatArray, ends: FloatArray, vehicle: Vehicle) -> FloatArray:
-    """Return a lower bound of the least singular value, level, on segments of the red sheet.
-
-    The 2×2 block is √2·B with |det B| = |D|, D = κ·cos(α1 + α2) − sin(α1 − α2 − δ)/cos δ; the squares of the singular
-    values of B add up to f ≤ 2 + κ² + |κ|·√(κ² + 4). So the smaller one of the block is at least √2·|D|/√f. A rotor
-    height adds entries √2·H·sin αᵢ, one in either row, to the other block.
-    """
-    kappa = vehicle.signed_drag_ratio
-    delta, quarter = math.atan(kappa), math.pi / 2
-    # Columns: β1 + π/2 and β2 + π/2, α1 − α2 − δ, and α1 + α2 + π/2, whose sine is the cosine of the sum.
-    mix, shift = _MIX, np.array([quarter - delta, quarter + delta, -delta, quarter])
-    low, high = range_of_sine(starts[:, :2] @ mix + shift, ends[:, :2] @ mix + shift)
-    alone = np.maximum(np.maximum(low[:, :2], -high[:, :2]), 0.0).min(axis=1) / math.cos(delta)
-    if vehicle.height_ratio:
-        alone = alone - abs(vehicle.height_ratio) * largest_sine(starts[:, :2], ends[:, :2]).max(axis=1)
-    low, high = low[:, 2:] / math.cos(delta), high[:, 2:] / math.cos(delta)
-    sines = abs(math.sin(delta))  # |κ| is sin δ/cos δ
-    sums = (sines * low[:, 1], sines * high[:, 1]) if kappa > 0 else (-sines * high[:, 1], -sines * low[:, 1])
-    minor = np.maximum(np.maximum(sums[0] - high[:, 0], low[:, 0] - sums[1]), 0.0)
-    return np.asarray(
-        math.sqrt(2.0) * np.minimum(alone, minor / math.sqrt(2 + kappa**2 + abs(kappa) * math.sqrt(kappa**2 + 4)))
-    )
-
-
-def bound_along_red_path(plane: FloatArray, vehicle: Vehicle) -> FloatArray:
-    """Return a lower bound of the least singular value, level, between each two points of red, shape (n − 1,).
-
-    The points have α1 and α2 as rows, shape (2, n). The matrix is √2 times two 2×2 blocks. The singular values of a
-    block [[w, y], [−z, x]] have the product |D|, D = wx + yz, and the larger one is G/2, the lengths of (w + x, y + z)
-    and (w − x, y − z) together, so that the smaller one is 2·|D|/G. D and the entries are sums of sinusoids, and a
-    length is convex: D − c·G lies above its chord but for their second derivatives. Where c is the smaller D/G of both
-    ends, D/G is below c by no more than that over the least G. So the bound is of second order: points 0.05 rad apart
-    leave about a per cent.
-    """
-    kappa, height = vehicle.signed_drag_ratio, vehicle.height_ratio
-    steep, raised = 1 + kappa**2, 1 + kappa**2 + height**2
-    c, s = np.cos(plane), np.sin(plane)
-    entries = np.empty((4, *plane.shape))  # w, x, y, z of each block
-    entries[:2, 0], entries[0, 1], entries[2, 1] = height * s, c[0], c[1]
-    entries[2, 0], entries[3, 0] = c[1] - kappa * s[1], c[0] + kappa * s[0]  # cos β2 and cos β1 over cos δ
-    entries[1, 1], entries[3, 1] = s[1] + kappa * c[1], kappa * c[0] - s[0]  # sin β2 and −sin β1 over cos δ
-    sums, differences = entries[::2] + entries[1::2], entries[::2] - entries[1::2]
-    sizes = np.hypot(sums[0], sums[1]) + np.hypot(differences[0], differences[1])
-    products = entries[0] * entries[1] + entries[2] * entries[3]
-    sign = np.sign(products[:, :-1])
-    f0, f1, g0, g1 = sign * products[:, :-1], sign * products[:, 1:], sizes[:, :-1], sizes[:, 1:]
-    ratio = np.minimum(f0 / g0, f1 / g1)
-    squares = ((plane[:, 1:] - plane[:, :-1]) ** 2).sum(axis=0)
-    # Bounds of |D″| and |G″| per square of the step; √2 times the latter is one of |G′| per step.
-    bend, curve = np.array([[[raised], [2 * math.sqrt(steep)]], [[2 * math.sqrt(raised)], [math.sqrt(8 * steep)]]])
-    deficit = least_of_bent(f0 - ratio * g0, f1 - ratio * g1, (bend + ratio * curve) * squares)
-    least_size = np.maximum((g0 + g1 - curve * np.sqrt(2 * squares)) / 2, 1e-100)
-    least = (ratio + np.minimum(deficit, 0.0) / least_size).min(axis=0)
-    return np.asarray(np.maximum(math.sqrt(8.0) * (1 - 1e-12) * least - 1e-14 * steep, 0.0))
-
-
-_MIX = np.array([[1.0, 0.0, 1.0, 1.0], [0.0, 1.0, -1.0, 1.0]])
+        return found
+    which = np.arange(len(starts)) if each else np.array([np.argmin(found.upper)])
+    upper = np.full(len(starts), np.inf)
+    at = starts[which] + found.fraction[which, None] * (ends - starts)[which]
+    upper[which] = least_singular_value(at, vehicle)
+    return Least(lower=np.minimum(found.lower, upper), upper=upper, fraction=found.fraction)
 
 
 def keeps_singular_value_above(
@@ -555,17 +473,10 @@ def keeps_singular_value_above(
 ) -> npt.NDArray[np.bool_]:
     """Return whether the least singular value is at least `floor` along each whole segment, shape (m,).
 
-    Decided to within 1e-6 of the floor; what is closer than that counts as below.
+    Decided to within 1e-6 of the floor, and off red 2e-5 of it more; what is closer than that counts as below.
     """
-    if is_red(starts, ends):
-        above = _bound_along_red(starts, ends, vehicle) >= floor
-    else:
-        above = _undecomposed_bounds(starts, ends, vehicle)[1] >= floor
-    if not above.all():
-        p, q = starts[~above], ends[~above]
-        found = least_singular_value_along(p, q, vehicle, tolerance=1e-6, floor=floor, each=True)
-        above[~above] = found.lower >= floor
-    return np.asarray(above)
+    found = least_singular_value_along(starts, ends, vehicle, tolerance=1e-6, floor=floor, each=True)
+    return np.asarray(found.lower >= floor)
 
 
 def thrusts_push_up(starts: FloatArray, ends: FloatArray, vehicle: Vehicle = PAPER) -> npt.NDArray[np.bool_]:
@@ -642,7 +553,7 @@ def thrust_shares_along(
     (lower, upper), fraction = np.full((2, 2, len(starts)), np.nan), np.zeros((2, len(starts)))
     if upward.any():
         quantity = share_quantity(vehicle, tolerance=tolerance)
-        found = least_of_quantities(starts[upward], ends[upward], [quantity], each=each, known=known)
+        found = least_of_each(starts[upward], ends[upward], [quantity], each=each, known=known)
         for k, one in enumerate(found):
             lower[k, upward], upper[k, upward], fraction[k, upward] = one.lower, one.upper, one.fraction
     least, largest = (Least(lower=lower[k], upper=upper[k], fraction=fraction[k]) for k in range(2))

@@ -105,7 +105,7 @@ def singular_everywhere(
     off = 2.0 * (angle_rounding + coefficients.delta_error)
     totals, apart = np.abs(sines.totals(coefficients.delta)), np.abs(sines.differences())
     scale = 1.0 / abs(math.sin(2 * coefficients.delta))
-    # E of matrices.leaning_factors is at most 1 + √(1 + κ²), and so is its slope.
+    # E of Sines.leaning is at most 1 + √(1 + κ²), and so is its slope.
     leaning = abs(coefficients.cross) * (1.0 + 1.0 / math.cos(coefficients.delta)) * off * (1.0 + off)
     across = scale * off * ((totals + apart[::-1]).max(axis=0) + off) + leaning + noise
     resolution = sines.level_resolution(coefficients, sines.level_slopes(coefficients), angle_rounding)
@@ -320,7 +320,7 @@ def _worst_on_rim(rows: FloatArray, tilt: float, vehicle: Vehicle) -> tuple[Floa
         waves = np.array([np.ones(len(c)), c * c - s * s, 2 * c * s, c, s])
         _, e3, e2, e1 = np.einsum("ikm,im->km", forms, waves)
         level = rim * (v[0] * c + v[1] * s) + height * v[2]
-        tried = least_root(e1, e2, e3, (2 * vehicle.drag_ratio * level) ** 2, steps=8)
+        tried = least_root(e1, e2, e3, (2 * vehicle.drag_ratio * level) ** 2)
         better = tried < squared[open_] * (1 - 1e-12)
         forms, v, tried, open_ = forms[:, :, better], v[:, better], tried[better], open_[better]
         squared[open_], best[:, open_] = tried, np.array([c, s])[:, better]

@@ -114,7 +114,7 @@ class Replanner:
     >>> around = [(-0.3, 0.3), (-0.3, 0.9), (-0.9, 0.9), (-0.9, 0.3)]
     >>> found = replanner.replan([-0.3, 0.2, -0.3, 0.2], around, keep_out=[[(-0.4, 0.5), (-0.2, 0.5), (-0.3, 0.7)]])
     >>> found.loop.tolist(), round(found.period, 3), round(found.least_singular_value, 3)
-    ([[-0.3, 0.3], [-0.4, 0.5], [-0.3, 0.9], [-0.9, 0.9], [-0.9, 0.3]], 0.406, 0.682)
+    ([[-0.3, 0.3], [-0.4, 0.5], [-0.3, 0.9], [-0.9, 0.9], [-0.9, 0.3]], 0.406, 0.683)
     >>> replanner.replan([0.8, -0.8, 0.8, -0.8], around).reason[:59]
     'the present angles (0.8000, -0.8000): R at level attitude m'
     """

@@ -18,7 +18,7 @@ import numpy.typing as npt
 from gaitgraph.angles import number_of
 from gaitgraph.errors import InputError, shown
 from gaitgraph.invertibility.matrices import singular_value_rate
-from gaitgraph.invertibility.segment_bounds import least_singular_value_of_all
+from gaitgraph.invertibility.segment_bounds import least_singular_value_along
 from gaitgraph.timing.laws import divided
 from gaitgraph.timing.timed_gait import TimedGait, timed_gait_of
 
@@ -83,7 +83,7 @@ class ServoResponse:
     def least_singular_value(self) -> float:
         """Return a lower bound of the least singular value along the actual motion, between the times `t` too."""
         vehicle, alpha = self.timed.gait.vehicle, self.actual
-        lower = float(least_singular_value_of_all(alpha[:-1], alpha[1:], vehicle, tolerance=1e-5).lower.min())
+        lower = float(least_singular_value_along(alpha[:-1], alpha[1:], vehicle, tolerance=1e-5).lower.min())
         # The actual acceleration is the commanded one averaged over the past, and it is (rate − error/lag)/lag.
         bend = np.minimum(2.0 * self.timed.peak_rates() / self.lag, self.timed.peak_accelerations())
         off = bend * float(np.diff(self.t).max()) ** 2 / 8.0

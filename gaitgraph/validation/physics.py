@@ -18,13 +18,13 @@ from gaitgraph.invertibility.matrices import (
 )
 from gaitgraph.invertibility.segment_bounds import (
     Least,
+    decomposed,
     keeps_singular_value_above,
     least_level_determinant,
-    least_of_quantities,
-    least_singular_value_of_all,
+    least_of_each,
     level_quantity,
-    red_quantity,
     share_quantity,
+    singular_quantity,
     thrusts_push_up,
     where_thrusts_vanish,
 )
@@ -68,10 +68,10 @@ class _Brackets(Rule):
         # Of a whole gait no check states how large |R| becomes: the least of −R, or of R, is not narrowed.
         whole, prevails = bool(block.number[0] == block.number[-1]), self.largest >= 0
         widths = [math.inf if whole and sign != prevails else 1e-6 for sign in (True, False)]
-        quantities, which = [level_quantity(criteria.coefficients, tolerances=tuple(widths))], [0, 1]
-        if block.on_red:
-            quantities.append(red_quantity(vehicle, tolerance=criteria.bracket))
-            which.append(2)
+        quantities = [
+            level_quantity(criteria.coefficients, tolerances=tuple(widths)),
+            singular_quantity(vehicle, tolerance=criteria.bracket, red=block.on_red),
+        ]
         if self.continuous.blue or self.continuous.fiber is not None:
             self.hovers = False
         if self.hovers:
@@ -79,16 +79,12 @@ class _Brackets(Rule):
             self.hovers = bool(self.upward.all())
         if self.hovers:
             quantities.append(share_quantity(vehicle, tolerance=criteria.bracket, rotors=2 if block.on_red else 4))
-            which += [3, 4]
-        known = tuple(self.known[k] for k in which)
-        found = least_of_quantities(starts, ends, quantities, points=self.sines, known=known)
-        brackets = dict(zip(which, found, strict=True))
-        if not block.on_red:
-            options: Any = {"tolerance": criteria.bracket, "known": self.known[2], "points": self.sines}
-            brackets[2] = least_singular_value_of_all(starts, ends, vehicle, **options)
-        for k, least in brackets.items():
+        known = tuple(self.known[: 5 if self.hovers else 3])
+        first, second, singular, *shares = least_of_each(starts, ends, quantities, points=self.sines, known=known)
+        self.level, self.singular = (first, second), decomposed(singular, starts, ends, vehicle)
+        self.shares = tuple(shares)
+        for k, least in enumerate((first, second, self.singular, *shares)):
             self.known[k] = min(self.known[k], float(least.upper.min()))
-        self.level, self.singular, self.shares = (found[0], found[1]), brackets[2], found[-2:]
 
     def checks(self) -> Iterator[Check]:
         """Yield no check."""

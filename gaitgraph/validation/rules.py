@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.angles import angle_within, checked_number
-from gaitgraph.invertibility.matrices import Sines
+from gaitgraph.invertibility.matrices import Sines, singular_value_rate
 from gaitgraph.invertibility.segment_bounds import Least, is_red, largest_residual
 from gaitgraph.surface.sheets import (
     DEFAULT_CROSSING_TOLERANCE,
@@ -74,8 +74,7 @@ class Criteria:
     @property
     def singular_value_slack(self) -> float:
         """The most that the least singular value is lower on a curve: its rate per radian of four angles."""
-        squared = 1.0 + max(1.0, self.vehicle.height_ratio**2) + self.vehicle.drag_ratio**2
-        return math.sqrt(2.0 * squared) * self.beside
+        return math.sqrt(2.0) * singular_value_rate(self.vehicle) * self.beside
 
     def level_slack(self, coefficients: Coefficients) -> float:
         """Return the most that R is lower on a curve than on its chords.
