@@ -179,14 +179,7 @@ class Simulation:
         the flights [s]; and the largest thrusts [N]. They do not depend on the number of cores: the controller computes
         one array of all flights at a time, and the engine steps them on all cores. The reference must be "attitude".
 
-        A flight ends before its time once it has joined level flight, whose thrusts are those of hover. Its errors e in
-        roll, pitch, yaw and altitude obey ë = −kp·e − kd·ė while no thrust is cut, so e² + ė²/kp never grows. With its
-        root r, |ë| is at most √(kp² + kd²·kp)·r from then on, which bounds to first order how far thrusts go from those
-        of hover. A flight has joined once r is at most a quarter of the tolerance, twice that bound is at most what
-        thrusts of hover are away from their limits from then on, and the least singular value of level flight stays
-        above the floor by the tolerance, which is more than so small a tilt can take from it. None joins where the
-        controller does not cancel all else: with wind, noise, gains that are too high for the step, thrusts that are
-        held for more than a step of the engine, rotor lag, or inertia of rotors or arms.
+        A flight ends before its time once it has certainly settled: see :meth:`_joining_level_flight`.
         """
         from mujoco.rollout import Rollout
 
@@ -204,31 +197,7 @@ class Simulation:
         # Of those that fly: their numbers, the rows since which they are within tolerance, their largest thrusts.
         flights, since, peak, sign = np.arange(len(states)), *np.zeros((3, len(states)))
         check_at = math.ceil(until_settled / interval)
-        # Of hover, from each control step on: the largest thrust, and how far thrusts stay away from their limits.
-        (mass,), level = vehicle.require("mass", purpose="hover"), self._known[: check_at + 1]
-        upward = np.maximum(level[:, DIRECTION][:, 2], 1e-12)
-        hover = (mass * vehicle.gravity / upward)[:, None] * level[:, 25:29]
-        nearness = 1.0 / np.sqrt(level[:, 12] + (1.0 + np.sum(level[:, 6:9] ** 2, axis=1)) / upward**2)
-        room = np.minimum(hover - low, min(high, _LARGEST) - hover).min(axis=1)
-        room[nearness < settings.floor + settings.tolerance] = -math.inf
-        later = np.maximum.accumulate(np.abs(hover).max(axis=1)[::-1])[::-1]
-        room = np.minimum.accumulate(room[::-1])[::-1]
-        cancelled = self._noise is None and self._gusts is None and settings.arms == "served" and every == 1
-        cancelled = cancelled and not (vehicle.rotor_lag or vehicle.arm_inertia or vehicle.rotor_inertia)
-        stiffness, damping = np.array([
-            [settings.attitude_stiffness] * 3 + [settings.altitude_stiffness],
-            [settings.attitude_damping] * 3 + [settings.altitude_damping],
-        ])  # fmt: skip
-        # An accurate step is short beside the swing and the decay of an error.
-        cancelled = cancelled and (stiffness * interval**2).max() <= 0.01 and (damping * interval).max() <= 0.1
-        steepest = np.sqrt(stiffness**2 + damping**2 * stiffness)  # of ë per root of e² + ė²/kp
-        (inertia, length), share = vehicle.require("inertia", "arm_length", purpose="flight"), upward[:, None, None]
-        free = level[:, 25:29, None] / share
-        turning = (level[:, 13:25].reshape(-1, 4, 3) - free * level[:, None, 6:9]) * inertia / length * steepest[:3]
-        climbing, leaning = free * mass * steepest[3], hover[:, :, None] * level[:, None, 10:8:-1] / share
-        # The largest change of each thrust, from each control step on, per root of each error, then per tilt.
-        change = np.abs(np.concatenate([turning, climbing, leaning], axis=2))
-        change = np.maximum.accumulate(change[::-1])[::-1]
+        joins = self._joining_level_flight(check_at)
         threads = min(os.cpu_count() or 1, len(states) // _FLIGHTS_OF_A_THREAD)
         copies = [mujoco.MjData(model) for _ in range(max(threads, 1))]
         with engine_warnings(), Rollout(nthread=threads if threads > 1 else 0) as pool:
@@ -246,16 +215,12 @@ class Simulation:
                 since[np.abs(state[2:6]).max(axis=0) > settings.tolerance] = k + 1
                 settled = (k - since) * interval >= settings.held - 1e-9
                 if k == last or k >= check_at:
-                    check_at += _SETTLED_EVERY
+                    check_at, joins = check_at + _SETTLED_EVERY, None
                     ended = failed | settled | (k == last)
-                elif cancelled and k % _JOINED_EVERY == 0 and k < len(room):
-                    off = np.array(state)[_DECOUPLED] ** 2
-                    root = np.sqrt(off[:4] + off[4:] / stiffness[:, None])
-                    apart = 2.0 * (change[k] @ np.concatenate([root, root[:2]])).max(axis=0)
-                    settled = (root.max(axis=0) <= settings.tolerance / 4) & (apart <= room[k])
+                elif joins is not None and k % _JOINED_EVERY == 0:
+                    settled, later = joins(k, np.array(state), peak)
                     settled &= (min(check_at, last) - since) * interval >= settings.held - 1e-9
-                    settled &= (apart <= 2e-4 * later[k]) | (apart <= peak - later[k])
-                    peak, ended = np.where(settled, np.maximum(peak, later[k]), peak), failed | settled
+                    peak, ended = np.where(settled, np.maximum(peak, later), peak), failed | settled
                 if ended.any():
                     at, going = flights[ended], ~ended
                     codes = np.where(failed, _CODES[fine.argmin(axis=0)], np.where(settled, 0, 1))
@@ -281,6 +246,61 @@ class Simulation:
                     progress(k / last)
         progress(1.0)
         return outcomes, seconds, largest
+
+    def _joining_level_flight(
+        self, until: int
+    ) -> Callable[[int, FloatArray, FloatArray], tuple[npt.NDArray[np.bool_], float]] | None:
+        """Return which flights have joined level flight, whose thrusts are those of hover, and stay up to a step.
+
+        The function takes a control step, the states of flights as rows, and their largest thrusts so far; it returns
+        which have joined, and the largest thrust of hover from then on.
+
+        The errors e in roll, pitch, yaw and altitude obey ë = −kp·e − kd·ė while no thrust is cut, so e² + ė²/kp never
+        grows. With its root r, |ë| is at most √(kp² + kd²·kp)·r from then on, which bounds to first order how far
+        thrusts go from those of hover. A flight has joined once r is at most a quarter of the tolerance, twice that
+        bound is at most what thrusts of hover are away from their limits from then on, the largest thrust is known to
+        1 part in 5000, and the least singular value of level flight stays above the floor by the tolerance, which is
+        more than so small a tilt can take from it. None joins where the controller does not cancel all else: with wind,
+        noise, gains that are too high for the step, thrusts that are held for more than a step of the engine, rotor
+        lag, or inertia of rotors or arms.
+        """
+        settings, vehicle, interval, (low, high) = self.settings, self.course.vehicle, self._interval, self._limits
+        stiffness, damping = np.array([
+            [settings.attitude_stiffness] * 3 + [settings.altitude_stiffness],
+            [settings.attitude_damping] * 3 + [settings.altitude_damping],
+        ])  # fmt: skip
+        calm = self._noise is None and self._gusts is None and settings.arms == "served"
+        light = not (vehicle.rotor_lag or vehicle.arm_inertia or vehicle.rotor_inertia)
+        # An accurate step is short beside the swing and the decay of an error.
+        fine = (stiffness * interval**2).max() <= 0.01 and (damping * interval).max() <= 0.1
+        if not (calm and light and fine and settings.steps_per_control == 1):
+            return None
+        mass, inertia, length = vehicle.require("mass", "inertia", "arm_length", purpose="flight")
+        level = self._known[: until + 1]
+        upward = np.maximum(level[:, DIRECTION][:, 2], 1e-12)
+        hover = (mass * vehicle.gravity / upward)[:, None] * level[:, 25:29]
+        nearness = 1.0 / np.sqrt(level[:, 12] + (1.0 + np.sum(level[:, 6:9] ** 2, axis=1)) / upward**2)
+        # From each control step on: how far hover stays from the limits, its largest thrust, and the largest change of
+        # each thrust, per root of each error, then per tilt.
+        room = np.minimum(hover - low, min(high, _LARGEST) - hover).min(axis=1)
+        room[nearness < settings.floor + settings.tolerance] = -math.inf
+        room = np.minimum.accumulate(room[::-1])[::-1]
+        later = np.maximum.accumulate(np.abs(hover).max(axis=1)[::-1])[::-1]
+        steepest, share = np.sqrt(stiffness**2 + damping**2 * stiffness), upward[:, None, None]
+        free = level[:, 25:29, None] / share
+        turning = (level[:, 13:25].reshape(-1, 4, 3) - free * level[:, None, 6:9]) * inertia / length * steepest[:3]
+        climbing, leaning = free * mass * steepest[3], hover[:, :, None] * level[:, None, 10:8:-1] / share
+        change = np.abs(np.concatenate([turning, climbing, leaning], axis=2))
+        change = np.maximum.accumulate(change[::-1])[::-1]
+
+        def joins(k: int, state: FloatArray, peak: FloatArray) -> tuple[npt.NDArray[np.bool_], float]:
+            off = state[_DECOUPLED] ** 2
+            root = np.sqrt(off[:4] + off[4:] / stiffness[:, None])
+            apart = 2.0 * (change[k] @ np.concatenate([root, root[:2]])).max(axis=0)
+            known = (apart <= 2e-4 * later[k]) | (apart <= peak - later[k])
+            return (root.max(axis=0) <= settings.tolerance / 4) & (apart <= room[k]) & known, float(later[k])
+
+        return joins
 
 
 def sensor_noise(settings: FlightSettings, count: int) -> list[list[float]] | None:
