@@ -179,7 +179,7 @@ class Simulation:
         the flights [s]; and the largest thrusts [N]. They do not depend on the number of cores: the controller computes
         one array of all flights at a time, and the engine steps them on all cores. The reference must be "attitude".
 
-        A flight ends before its time once it has certainly settled: see :meth:`_joining_level_flight`.
+        A flight ends before its time once it has certainly settled: the guide to flight says when, and why.
         """
         from mujoco.rollout import Rollout
 
