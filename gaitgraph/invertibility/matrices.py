@@ -25,7 +25,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, reduce
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -573,33 +573,39 @@ def largest_least_singular_value(vehicle: Vehicle) -> float:
     return 2 * math.sqrt((1 + vehicle.drag_ratio**2 + vehicle.height_ratio**2) / 3)
 
 
-def blocks_on_red(cosine: FloatArray, sine: FloatArray, vehicle: Vehicle) -> FloatArray:
-    """Return D and G from those of α1 and α2 on red, (2, ...): √8·|D|/G are singular values, level, the least too.
+def blocks_on_red(
+    cosine: FloatArray, sine: FloatArray, vehicle: Vehicle
+) -> tuple[list[tuple[FloatArray, FloatArray]], list[FloatArray]]:
+    """Return pairs (D, G), and e, of α1 and α2 on red: √8·|D|/G and √2·|e| are singular values, level, the least too.
 
-    At α = (α1, α2, α1, α2) the scaled decoupling matrix is √2 times two blocks [[w, y], [−z, x]]: of roll and pitch
-    torque, of differences of opposite thrusts; and of yaw torque and lift, of sums. The singular values of a block have
+    At α = (α1, α2, α1, α2) the scaled decoupling matrix is √2 times two blocks [[w, y], [−z, x]]: of yaw torque and
+    lift, of sums of opposite thrusts; and of roll and pitch torque, of differences. The singular values of a block have
     the product |D|, D = wx + yz, and the larger one is G/2, the lengths of (w + x, y + z) and (w − x, y − z) together.
-    So the smaller one is 2·|D|/G. Without a rotor height the first block has y and z alone, which are its own values.
-    The shape is (2, 2, ...), then (2, 3, ...).
+    So the smaller one is 2·|D|/G. Without a rotor height the second block has y and z alone: they are e, of α2 and of
+    α1 alone. With one there are two pairs, and no e.
     """
     kappa, height, (c1, c2), (s1, s2) = vehicle.signed_drag_ratio, vehicle.height_ratio, cosine, sine
-    first, second = c2 - kappa * s2, c1 + kappa * s1  # cos β2 and cos β1 over cos δ
-    blocks = [(height * s1, height * s2, first, second)] if height else []
-    blocks.append((c1, s2 + kappa * c2, c2, kappa * c1 - s1))
-    found = np.empty((2, 2 if height else 3, *cosine.shape[1:]))
-    for (w, x, y, z), at in zip(blocks[::-1], found.swapaxes(0, 1)[::-1], strict=False):
-        lengths = (np.sqrt(a * a + b * b) for a, b in ((w + x, y + z), (w - x, y - z)))
-        at[0], at[1] = w * x + y * z, np.maximum(sum(lengths), _TINY)
-    if not height:
-        found[0, 0], found[0, 1], found[1, :2] = first, second, 2.0
-    return found
+    alone = [c2 - kappa * s2, c1 + kappa * s1]  # cos β2 and cos β1 over cos δ
+    blocks = [(c1, s2 + kappa * c2, c2, kappa * c1 - s1)]
+    if height:
+        blocks.append((height * s1, height * s2, *alone))
+    found = []
+    for w, x, y, z in blocks:
+        a, b, c, d = w + x, y + z, w - x, y - z
+        found.append((w * x + y * z, np.maximum(np.sqrt(a * a + b * b) + np.sqrt(c * c + d * d), _TINY)))
+    return found, [] if height else alone
+
+
+def least_of_blocks(blocks: list[tuple[FloatArray, FloatArray]], alone: list[FloatArray]) -> FloatArray:
+    """Return the least singular value on red from what :func:`blocks_on_red` returns."""
+    values = [*(2.0 * np.abs(product) / size for product, size in blocks), *map(np.abs, alone)]
+    return np.asarray(math.sqrt(2.0) * reduce(np.minimum, values))
 
 
 def least_singular_value_on_red(alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, vehicle: Vehicle = PAPER) -> Any:
     """Return the least singular value at α = (α1, α2, α1, α2), level, in closed form, shape (...)."""
     angles = np.array(np.broadcast_arrays(np.asarray(alpha1, dtype=float), np.asarray(alpha2, dtype=float)))
-    products, sizes = blocks_on_red(np.cos(angles), np.sin(angles), vehicle)
-    return (math.sqrt(8.0) * np.abs(products) / sizes).min(axis=0)
+    return least_of_blocks(*blocks_on_red(np.cos(angles), np.sin(angles), vehicle))
 
 
 def singular_value_rate(vehicle: Vehicle, *, level: bool = True) -> float:

@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
-from itertools import pairwise
+from functools import lru_cache, reduce
+from itertools import chain, pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,6 +21,7 @@ from gaitgraph.invertibility.matrices import (
     FloatArray,
     Sines,
     blocks_on_red,
+    least_of_blocks,
     least_singular_value,
     sensitivity_phases,
     singular_value_rate,
@@ -387,10 +388,11 @@ def is_red(*points: FloatArray) -> bool:
 def singular_quantity(vehicle: Vehicle, *, tolerance: float, red: bool) -> Quantity:
     """Return the least singular value, level: on red in closed form, elsewhere lower bounds without decompositions.
 
-    On red it is √8·|D|/G of either of :func:`blocks_on_red`. D and the entries are sums of sinusoids, and a length is
-    convex: D − c·G lies above its chord but for their second derivatives. Where c is the smaller D/G of both ends, D/G
-    is below c by no more than that over the least G. So the bound is of second order: points 0.05 rad apart leave about
-    a per cent.
+    On red it is the least √8·|D|/G and √2·|e| of :func:`blocks_on_red`. A sinusoid e is concave where it is positive,
+    and so least at an end if both have one sign, less than π apart. D and the entries are sums of sinusoids, and a
+    length is convex: D − c·G lies above its chord but for their second derivatives. Where c is the smaller D/G of both
+    ends, D/G is below c by no more than that over the least G. So the bound is of second order: points 0.05 rad apart
+    leave about a per cent.
     """
     if not red:
         bound = singular_value_bound(vehicle)
@@ -402,37 +404,41 @@ def singular_quantity(vehicle: Vehicle, *, tolerance: float, red: bool) -> Quant
         )
     steep, height = 1 + vehicle.drag_ratio**2, vehicle.height_ratio
     # Bounds of |D″| and |G″| per square of the step; √2 times the latter is one of |G′| per step.
-    raised, alone = steep + height**2, [math.sqrt(steep), 0.0]
-    rates = [[raised, 2 * math.sqrt(raised)]] if height else [alone, alone]
-    rates.append([2 * math.sqrt(steep), math.sqrt(8 * steep)])
-    bend, curve = np.array(rates).T[..., None]
-    count = len(rates)
+    rates = [(2 * math.sqrt(steep), math.sqrt(8 * steep))]
+    if height:
+        rates.append((steep + height**2, 2 * math.sqrt(steep + height**2)))
+    count = 2 * len(rates)
 
     def values(sines: Sines) -> FloatArray:
-        products, sizes = blocks_on_red(sines.cosine[:2], sines.sine[:2], vehicle)
-        least = (np.abs(products) / sizes).min(axis=0, keepdims=True)
-        return np.concatenate([math.sqrt(8.0) * least, products, sizes])
+        blocks, alone = blocks_on_red(sines.cosine[:2], sines.sine[:2], vehicle)
+        return np.array([least_of_blocks(blocks, alone), *chain.from_iterable(blocks), *alone])
 
     def bounds(v0: FloatArray, v1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
-        sign = np.sign(v0[1 : count + 1])
-        f0, f1, g0, g1 = sign * v0[1 : count + 1], sign * v1[1 : count + 1], v0[count + 1 :], v1[count + 1 :]
-        ratio, steps = np.minimum(f0 / g0, f1 / g1), (p1 - p0)[:, 1::-1].T ** 2
-        both = steps[0] + steps[1]
-        squares = np.array([both, both] if height else [*steps, both])  # one of α2 alone, one of α1, the others of both
-        deficit = least_of_bent(f0 - ratio * g0, f1 - ratio * g1, (bend + ratio * curve) * squares)
-        least_size = np.maximum((g0 + g1 - curve * np.sqrt(2 * squares)) / 2, 1e-100)
-        least = (ratio + np.minimum(deficit, 0.0) / least_size).min(axis=0, keepdims=True)
-        return np.asarray(np.maximum(math.sqrt(8.0) * least, 0.0))
+        across, along = (p1 - p0)[:, :2].T
+        squares, least = across * across + along * along, []
+        for k, (bend, curve) in enumerate(rates):
+            (f0, g0), (f1, g1) = v0[2 * k + 1 :][:2], v1[2 * k + 1 :][:2]
+            sign = np.sign(f0)
+            f0, f1 = sign * f0, sign * f1
+            ratio = np.minimum(f0 / g0, f1 / g1)
+            deficit = least_of_bent(f0 - ratio * g0, f1 - ratio * g1, (bend + ratio * curve) * squares)
+            size = np.maximum((g0 + g1 - curve * np.sqrt(2 * squares)) / 2, 1e-100)
+            least.append(2.0 * (ratio + np.minimum(deficit, 0.0) / size))
+        for e0, e1, step in zip(v0[count + 1 :], v1[count + 1 :], (along, across), strict=False):
+            kept = (e0 * e1 > 0) & (np.abs(step) < math.pi)
+            least.append(np.minimum(np.abs(e0), np.abs(e1)) * kept)
+        return np.asarray(math.sqrt(2.0) * np.maximum(reduce(np.minimum, least), 0.0))[None]
 
-    return Quantity(values, bounds, (tolerance,), 1 + 2 * count)
+    return Quantity(values, bounds, (tolerance,), 5)
 
 
 def bound_along_red_path(plane: FloatArray, vehicle: Vehicle) -> FloatArray:
     """Return a lower bound of the least singular value, level, between each two points (α1, α2) of red, rows (2, n)."""
-    quantity, points = singular_quantity(vehicle, tolerance=math.inf, red=True), plane[[0, 1, 0, 1]].T
-    values, rounding = quantity.values(Sines.of(points)), 1e-14 * (1 + vehicle.drag_ratio**2)
+    quantity, points = singular_quantity(vehicle, tolerance=math.inf, red=True), plane.T
+    # The first two angles are all that red takes.
+    values = quantity.values(Sines(plane, np.cos(plane), np.sin(plane), features=plane[:0]))
     least = quantity.bounds(values[:, :-1], values[:, 1:], points[:-1], points[1:])[0]
-    return np.asarray(np.maximum((1 - 1e-12) * least - rounding, 0.0))
+    return np.asarray(np.maximum((1 - 1e-12) * least - 1e-14 * (1 + vehicle.drag_ratio**2), 0.0))
 
 
 def least_singular_value_along(

@@ -173,26 +173,26 @@ class Replanner:
             return "the present angles" if point == points[0] else f"waypoint {given.index(point) + 1}"
 
         places: Any = shapely.points(points)
-        outside, core = ~shapely.covers(self.region.inner, places), None
+        outside, touched = ~shapely.covers(self.region.inner, places), False
         if len(polygons):
             # As one with old ones that they touch, so that no path leads between two that share a side.
             if len(self._kept_out):
-                touched = shapely.intersects(self._kept_out[:, None], polygons).any(axis=1)
-                polygons = np.append(polygons, self._kept_out[touched])
-            if len(polygons) > 1:
+                shared = shapely.intersects(self._kept_out[:, None], polygons).any(axis=1)
+                polygons = np.append(polygons, self._kept_out[shared])
+            if np.count_nonzero(shapely.intersects(polygons[:, None], polygons)) > len(polygons):
                 polygons = shapely.get_parts(shapely.disjoint_subset_union_all(polygons))
-            outside |= shapely.contains(polygons[:, None], places).any(axis=0)
-            if shapely.dwithin(polygons[:, None], places, OVERLAY_ERROR).any():
-                core = shapely.union_all(shapely.buffer(polygons, -_ON_RED, join_style="mitre"))
+            touched = bool(shapely.dwithin(polygons[:, None], places, OVERLAY_ERROR).any())
+            if touched:
+                outside |= shapely.contains(polygons[:, None], places).any(axis=0)
         if outside.any():
             free = self._free_of(polygons)
             outside &= ~shapely.dwithin(free, places, OVERLAY_ERROR)
             if outside.any():
                 point = points[int(np.argmax(outside))]
                 return self._refused(f"{name_of(point)} {self._why_not(point, free)}")
-        legs = [leg for leg in pairwise([*points, points[1]]) if leg[0] != leg[1]]
-        paths = []
-        many = int(shapely.get_num_coordinates(polygons).sum()) > _MOST_CORNERS
+        legs, paths = [leg for leg in pairwise([*points, points[1]]) if leg[0] != leg[1]], []
+        core = shapely.union_all(shapely.buffer(polygons, -_ON_RED, join_style="mitre")) if touched else None
+        many = len(shapely.get_coordinates(polygons)) > _MOST_CORNERS
         for leg, path in zip(legs, self._paths.paths_around(legs, polygons[: 0 if many else None]), strict=True):
             found = path
             anew = many or (path is None and len(polygons))
@@ -219,17 +219,17 @@ class Replanner:
         lengths = [math.hypot(*move) for move in moves]
         numbers = [0, *accumulate(math.ceil(length / _STEP) or 1 for length in lengths)]
         nodes = np.arange(numbers[-1] + 1)
-        between = np.array([np.interp(nodes, numbers, angle) for angle in path.T])
+        between = np.interp(nodes, numbers, path.view(complex)[:, 0])
         # Seconds per radian of the path, for the arms that turn fastest; no rate exceeds its limit by rounding.
         steps = (max(abs(x) / odd, abs(y) / even) / math.hypot(x, y) for x, y in moves if x or y)
         slowest = max(steps, default=0.0) * (1 + _ROUNDING)
-        entered = len(approach) - 1
+        entered, bound = len(approach) - 1, bound_along_red_path(np.array([between.real, between.imag]), self.vehicle)
         return Replan(
             vehicle=self.vehicle,
             approach=approach,
             loop=loop,
             # The region keeps the floor itself.
-            least_singular_value=max(float(bound_along_red_path(between, self.vehicle).min()), self.floor),
+            least_singular_value=max(float(bound.min()), self.floor),
             duration=sum(lengths[:entered]) * slowest,
             period=sum(lengths[entered:]) * slowest,
         )

@@ -290,14 +290,14 @@ class ShortestPaths:
         """
         ends = np.array(legs).reshape(-1, 2, 2)
         lines: Any = shapely.linestrings(ends)
-        inside = shapely.covers(self._region, lines).tolist()
-        found = [one if straight else self.path(*one) for one, straight in zip(ends, inside, strict=True)]
+        found: list[FloatArray | None] = [*ends]
+        for k in (~shapely.covers(self._region, lines)).nonzero()[0].tolist():
+            found[k] = self.path(*ends[k])
+            lines[k] = line_of(found[k])
         self._bends_from.cache_clear()  # in flight the points are other ones each time
         if not len(polygons):
             return found
-        for k, straight in enumerate(inside):
-            lines[k] = lines[k] if straight else line_of(found[k])
-        left = sorted({*shapely.intersects(polygons[:, None], lines).nonzero()[1].tolist()})
+        left = shapely.intersects(polygons[:, None], lines).any(axis=0).nonzero()[0].tolist()
         for in_region in (False, True):
             if left:
                 again = self._searched([legs[k] for k in left], polygons, in_region=in_region)
@@ -329,12 +329,12 @@ class ShortestPaths:
         once = start < end
         pairs = [(number[a], number[b]) for a, b in legs]
         lines = np.concatenate([np.array(pairs).T, [start[once], end[once]]], axis=1)
-        lines = lines[:, ~around.entered(*lines)]
+        lines = lines[:, ~around.entered(lines)]
         if in_region:
             ends = points[lines]
             lines = lines[:, shapely.covers(self._region, _straight(ends)) | (ends[0] == ends[1])]
             sights = self.sights + own
-            lines = np.hstack([lines, sights[:, ~around.entered(*sights)]])
+            lines = np.hstack([lines, sights[:, ~around.entered(sights)]])
             # Nothing passes between a polygon and a border of the region along which it lies.
             seam = shapely.intersection(self._region.boundary, shapely.multipolygons(polygons).boundary)
             if seam.length:
@@ -373,16 +373,17 @@ class _Around:
     """
 
     def __init__(self, polygons: npt.NDArray[np.object_], first: Sequence[complex], more: Complexes) -> None:
-        borders = shapely.get_rings(shapely.orient_polygons(polygons))
+        shapes, holes = shapely.orient_polygons(polygons), shapely.get_num_interior_rings(polygons).any()
+        borders = shapely.get_rings(shapes) if holes else shapely.get_exterior_ring(shapes)
         corners, ring = shapely.get_coordinates(borders, return_index=True)
         places = corners.view(complex)[:, 0]
         begins = (ring[1:] == ring[:-1]).nonzero()[0]  # a border ends with its first point; its inside is on the left
-        self._corners, self.count = places[begins], len(begins)
+        self._corners, self.count, self._first = places[begins], len(begins), len(first)
         self.points: Complexes = np.concatenate([first, self._corners, more])
-        corner = np.arange(self.count)
-        last = np.bincount(ring[begins]).cumsum() - 1
+        corner, counts = np.arange(self.count), shapely.get_num_coordinates(borders) - 1
+        after_last = counts.cumsum()
         self._before = corner - 1
-        self._before[[0, *(last[:-1] + 1)]] = last
+        self._before[after_last - counts] = after_last - 1
         following = places[begins + 1]
         sides = orientations(self._corners, following, self.points[:, None])
         self._convex = sides[len(first) + self._before, corner] > 0
@@ -392,14 +393,17 @@ class _Around:
         sides[: len(first)] -= OVERLAY_ERROR * np.abs(following - self._corners)
         self._left = sides[:, self._before] > 0, sides > 0
 
-    def entered(self, start: npt.NDArray[np.int_], end: npt.NDArray[np.int_]) -> npt.NDArray[np.bool_]:
-        """Return whether each line between two points, by their numbers, enters a polygon, shape (k,)."""
-        points, (before, after) = self.points, self._left
+    def entered(self, lines: npt.NDArray[np.int_]) -> npt.NDArray[np.bool_]:
+        """Return whether lines between points, by their numbers, shape (2, k), enter a polygon; they touch corners."""
+        points, (before, after), (start, end) = self.points, self._left, lines
         turns = orientations(points[start, None], points[end, None], self._corners)
         found = ((turns * turns[:, self._before] < 0) & (before[start] != before[end])).any(axis=1)
-        # From a corner on the line into the angle between its sides.
-        line, corner = (turns == 0).nonzero()
-        ends = np.array([start[line], end[line]])
+        # From a corner on the line into the angle between its sides; lines that end at a corner touch it there.
+        straight = turns == 0
+        if np.count_nonzero(straight) == np.count_nonzero((lines >= self._first) & (lines < self._first + self.count)):
+            return np.asarray(found)
+        line, corner = straight.nonzero()
+        ends = lines[:, line]
         here, there = points[ends] - self._corners[corner]
         first, second = before[ends, corner], after[ends, corner]
         into = np.where(self._convex[corner], first & second, first | second).any(axis=0)

@@ -137,7 +137,7 @@ class Region(Pictured):
 
     def nearest(self, point: npt.ArrayLike) -> tuple[float, float] | None:
         """Return the point of `inner` nearest to a point [rad], the point itself if it is inside; None if empty."""
-        if not self.components:
+        if self.inner.is_empty:
             return None
         asked = _points(point)[0]
         if self.contains(asked)[0]:
@@ -243,7 +243,7 @@ def component_meeting(shape: BaseGeometry, discs: Discs) -> Polygon | None:
 def polygons_of(shape: BaseGeometry) -> MultiPolygon:
     """Return the polygons of a shape, without the points and lines that overlaying leaves."""
     parts = shapely.get_parts(shapely.get_parts(shape))
-    return shapely.MultiPolygon([part for part in parts if part.geom_type == "Polygon" and part.area > 0])
+    return shapely.multipolygons(parts[shapely.area(parts) > 0])
 
 
 def rectangle(left: float, bottom: float, right: float, top: float) -> Polygon:
