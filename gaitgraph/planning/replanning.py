@@ -179,7 +179,7 @@ class Replanner:
             if len(self._kept_out):
                 shared = shapely.intersects(self._kept_out[:, None], polygons).any(axis=1)
                 polygons = np.append(polygons, self._kept_out[shared])
-            if np.count_nonzero(shapely.intersects(polygons[:, None], polygons)) > len(polygons):
+            if np.count_nonzero(shapely.dwithin(polygons[:, None], polygons, OVERLAY_ERROR)) > len(polygons):
                 polygons = shapely.get_parts(shapely.disjoint_subset_union_all(polygons))
             touched = bool(shapely.dwithin(polygons[:, None], places, OVERLAY_ERROR).any())
             if touched:

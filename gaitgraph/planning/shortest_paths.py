@@ -291,13 +291,14 @@ class ShortestPaths:
         ends = np.array(legs).reshape(-1, 2, 2)
         lines: Any = shapely.linestrings(ends)
         found: list[FloatArray | None] = [*ends]
-        for k in (~shapely.covers(self._region, lines)).nonzero()[0].tolist():
+        for k in np.flatnonzero(~shapely.covers(self._region, lines)).tolist():
             found[k] = self.path(*ends[k])
             lines[k] = line_of(found[k])
         self._bends_from.cache_clear()  # in flight the points are other ones each time
         if not len(polygons):
             return found
-        left = shapely.intersects(polygons[:, None], lines).any(axis=0).nonzero()[0].tolist()
+        near = shapely.dwithin(polygons[:, None], lines, OVERLAY_ERROR)  # twice as fast as whether they intersect
+        left = np.flatnonzero(near.any(axis=0)).tolist()
         for in_region in (False, True):
             if left:
                 again = self._searched([legs[k] for k in left], polygons, in_region=in_region)

@@ -243,7 +243,7 @@ def component_meeting(shape: BaseGeometry, discs: Discs) -> Polygon | None:
 def polygons_of(shape: BaseGeometry) -> MultiPolygon:
     """Return the polygons of a shape, without the points and lines that overlaying leaves."""
     parts = shapely.get_parts(shapely.get_parts(shape))
-    return shapely.multipolygons(parts[shapely.area(parts) > 0])
+    return shapely.MultiPolygon(parts[shapely.area(parts) > 0])
 
 
 def rectangle(left: float, bottom: float, right: float, top: float) -> Polygon:
