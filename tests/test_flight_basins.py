@@ -101,6 +101,7 @@ def test_moments_of_take_off_are_flown_one_by_one(biased: Basin) -> None:
 FOUR = {"thrust_limit": 4 * SHARE}
 LAGGING = PAPER.replace(rotor_lag=0.02, rotor_inertia=1e-5)
 ROUGH = {"wind": (2.0, -1.0, 0.5), "gust": 0.5, "attitude_noise": 0.002}
+SWINGING = {"attitude_stiffness": 3000.0, "attitude_damping": 30.0, "floor": 0.1, "tolerance": 0.05}
 SLOW = {"control_rate": 200.0, "step": 2.5e-3, "servo_lag": 0.01, "attitude_damping": 14.0}
 
 
@@ -111,6 +112,7 @@ SLOW = {"control_rate": 200.0, "step": 2.5e-3, "servo_lag": 0.01, "attitude_damp
         (PAPER, 3, 1.0, 2.0, FOUR, {"settled", "near singular", "sign change"}),
         (PAPER, 3, 0.8, 1.0, ROUGH, {"settled", "near singular"}),
         (PAPER, 3, 0.9, 2.0, SLOW, {"settled", "near singular"}),
+        (PAPER, 4, 0.9, 1.5, SWINGING, {"settled", "near singular"}),
         (LAGGING, 3, 1.0, 1.0, {"duration": 1.5}, {"not settled"}),
         (PAPER.replace(mass=1e20), 3, 1.0, 1.0, {}, {"tumbling"}),
         (PAPER.replace(rotor_inertia=1e-2), 3, 1.0, 1.0, {}, {"tumbling", "near singular", "sign change"}),

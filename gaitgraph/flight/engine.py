@@ -122,12 +122,10 @@ class Engine:
         rates: npt.ArrayLike = 0.0,
     ) -> None:
         """Put the vehicle at rest at the origin, with an attitude [rad], tilt angles [rad] and tilt rates [rad/s]."""
-        from scipy.spatial.transform import Rotation
-
         data = self.data
         self.mujoco.mj_resetData(self.model, data)
         data.qpos[:3] = 0.0
-        data.qpos[3:7] = Rotation.from_euler("ZYX", [yaw, pitch, roll]).as_quat(scalar_first=True)
+        data.qpos[3:7] = quaternions(roll, pitch, yaw)
         data.qpos[7:] = alpha
         data.qvel[6:] = rates
         data.ctrl[4:] = alpha
@@ -143,6 +141,14 @@ class Engine:
         moved = np.diff(alpha, axis=0)
         before = np.concatenate([moved[:1], moved[:-1]])
         return np.asarray(alpha[:-1] + ((1.0 + 2.0 * _STIFF) * moved - before) / _STIFF**2)
+
+
+def quaternions(roll: npt.ArrayLike, pitch: npt.ArrayLike, yaw: npt.ArrayLike = 0.0) -> FloatArray:
+    """Return the unit quaternions (w, x, y, z) of Euler angles [rad], along the last axis."""
+    from scipy.spatial.transform import Rotation
+
+    angles = np.stack(np.broadcast_arrays(yaw, pitch, roll), axis=-1)
+    return np.asarray(Rotation.from_euler("ZYX", angles).as_quat(scalar_first=True))
 
 
 def mjcf_of(vehicle: Vehicle, *, step: float, air: bool) -> str:

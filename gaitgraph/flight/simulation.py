@@ -15,7 +15,7 @@ from gaitgraph.angles import angle_from_text, in_degrees
 from gaitgraph.errors import InputError, shown
 from gaitgraph.flight.controller import DIRECTION, WANTED, allocation_of, controller_of, observed
 from gaitgraph.flight.course import Course, arm_response, broken_rules, repeated
-from gaitgraph.flight.engine import Engine, engine_warnings
+from gaitgraph.flight.engine import Engine, engine_warnings, quaternions
 from gaitgraph.flight.flight import COLUMNS, OUTCOMES, Flight, FlightSettings, record_of, reference_at
 from gaitgraph.invertibility.matrices import FloatArray, arm_angles, thrust_signs
 from gaitgraph.timing.timed_gait import RowTimedGait, timed_gait_of
@@ -55,6 +55,7 @@ _FAILURES = (
 _CODES = np.array([OUTCOMES.index(name) for name, _ in _FAILURES])
 _MOST_STEPS = 1_000_000  # they take about 1.5 GB
 _LEAST_STEPS = 20  # of the engine in a period
+_SMALL = 0.05  # rad and m: errors whose squares change thrusts by much less than they do themselves
 _STILL = 1e-9  # rad of swing below which an arm stands still
 _ENOUGH = 0.9  # share of its commanded swing that an arm must reach
 
@@ -188,11 +189,12 @@ class Simulation:
         thrusts_of, torque_of = controller_of(settings, vehicle, np), gyroscopic_of(vehicle, np)
         model, kinds, lagging = engine.model, mujoco.mjtState, vehicle.rotor_lag is not None
         whole, inputs = kinds.mjSTATE_FULLPHYSICS.value, kinds.mjSTATE_CTRL.value | kinds.mjSTATE_QFRC_APPLIED.value
-        states = np.empty((len(attitudes), mujoco.mj_stateSize(model, whole)))
-        for state, (roll, pitch) in zip(states, attitudes.tolist(), strict=True):
-            engine.place(self.actual[0], roll=roll, pitch=pitch, rates=self._first_rates)
-            mujoco.mj_getState(model, engine.data, state, whole)
-        states[:, 0] = 1.0  # s; where the engine gives up it starts again at 0 s
+        state = np.empty(mujoco.mj_stateSize(model, whole))
+        engine.place(self.actual[0], rates=self._first_rates)
+        mujoco.mj_getState(model, engine.data, state, whole)
+        state[0] = 1.0  # s; where the engine gives up it starts again at 0 s
+        states = np.tile(state, (len(attitudes), 1))
+        states[:, 4:8] = quaternions(*attitudes.T)
         outcomes, (seconds, largest) = np.zeros(len(states), np.int8), np.zeros((2, len(states)))
         # Of those that fly: their numbers, the rows since which they are within tolerance, their largest thrusts.
         flights, since, peak, sign = np.arange(len(states)), *np.zeros((3, len(states)))
@@ -200,6 +202,7 @@ class Simulation:
         joins = self._joining_level_flight(check_at)
         threads = min(os.cpu_count() or 1, len(states) // _FLIGHTS_OF_A_THREAD)
         copies = [mujoco.MjData(model) for _ in range(max(threads, 1))]
+        same: dict[str, Any] = {"control_spec": inputs, "nstep": every, "skip_checks": True}
         with engine_warnings(), Rollout(nthread=threads if threads > 1 else 0) as pool:
             for k, (known, noise) in enumerate(self._steps()):
                 columns = np.ascontiguousarray(states.T)
@@ -241,7 +244,9 @@ class Simulation:
                     acting = states[:, 22:].T if lagging else given
                     torque = torque_of(columns[8:12], columns[15:18], columns[18:22], acting)
                     control[:, :, 11:14] = np.transpose(torque)[:, None]
-                states = pool.rollout(model, copies, states, control, control_spec=inputs)[0][:, -1]
+                moved = np.empty((len(flights), every, states.shape[1]))
+                pool.rollout([model] * len(flights), copies, np.ascontiguousarray(states), control, state=moved, **same)
+                states = moved[:, -1]
                 if k % _SETTLED_EVERY == 0:
                     progress(k / last)
         progress(1.0)
@@ -256,13 +261,14 @@ class Simulation:
         which have joined, and the largest thrust of hover from then on.
 
         The errors e in roll, pitch, yaw and altitude obey ë = −kp·e − kd·ė while no thrust is cut, so e² + ė²/kp never
-        grows. With its root r, |ë| is at most √(kp² + kd²·kp)·r from then on, which bounds to first order how far
-        thrusts go from those of hover. A flight has joined once r is at most a quarter of the tolerance, twice that
-        bound is at most what thrusts of hover are away from their limits from then on, the largest thrust is known to
-        1 part in 5000, and the least singular value of level flight stays above the floor by the tolerance, which is
-        more than so small a tilt can take from it. None joins where the controller does not cancel all else: with wind,
-        noise, gains that are too high for the step, thrusts that are held for more than a step of the engine, rotor
-        lag, or inertia of rotors or arms.
+        grows, nor does it in steps h of the engine, since kp·h² ≤ kd·h·(2 − kd·h) with all gains that join. With its
+        root r, |ë| is at most √(kp² + kd²·kp)·r from then on, which bounds to first order how far thrusts go from those
+        of hover. A flight has joined once r is at most nine tenths of the tolerance, and small; twice that bound is at
+        most what thrusts of hover are away from their limits from then on; the largest thrust is known to 1 part in
+        5000; and the bound of the least singular value stays above the floor by twice the tilt, which is the most that
+        a tilt takes from it, since the norm of the rotors' four axes is 2. None joins where the controller does not
+        cancel all else: with wind, noise, gains that are too high for the step, thrusts that are held for more than a
+        step of the engine, rotor lag, or inertia of rotors or arms.
         """
         settings, vehicle, interval, (low, high) = self.settings, self.course.vehicle, self._interval, self._limits
         stiffness, damping = np.array([
@@ -283,8 +289,7 @@ class Simulation:
         # From each control step on: how far hover stays from the limits, its largest thrust, and the largest change of
         # each thrust, per root of each error, then per tilt.
         room = np.minimum(hover - low, min(high, _LARGEST) - hover).min(axis=1)
-        room[nearness < settings.floor + settings.tolerance] = -math.inf
-        room = np.minimum.accumulate(room[::-1])[::-1]
+        room, clear = np.minimum.accumulate(np.stack([room, nearness - settings.floor])[:, ::-1], axis=1)[:, ::-1]
         later = np.maximum.accumulate(np.abs(hover).max(axis=1)[::-1])[::-1]
         steepest, share = np.sqrt(stiffness**2 + damping**2 * stiffness), upward[:, None, None]
         free = level[:, 25:29, None] / share
@@ -292,13 +297,15 @@ class Simulation:
         climbing, leaning = free * mass * steepest[3], hover[:, :, None] * level[:, None, 10:8:-1] / share
         change = np.abs(np.concatenate([turning, climbing, leaning], axis=2))
         change = np.maximum.accumulate(change[::-1])[::-1]
+        small = min(0.9 * settings.tolerance, _SMALL)
 
         def joins(k: int, state: FloatArray, peak: FloatArray) -> tuple[npt.NDArray[np.bool_], float]:
             off = state[_DECOUPLED] ** 2
             root = np.sqrt(off[:4] + off[4:] / stiffness[:, None])
             apart = 2.0 * (change[k] @ np.concatenate([root, root[:2]])).max(axis=0)
             known = (apart <= 2e-4 * later[k]) | (apart <= peak - later[k])
-            return (root.max(axis=0) <= settings.tolerance / 4) & (apart <= room[k]) & known, float(later[k])
+            regular = 2.0 * np.hypot(root[0], root[1]) <= clear[k]
+            return (root.max(axis=0) <= small) & (apart <= room[k]) & regular & known, float(later[k])
 
         return joins
 

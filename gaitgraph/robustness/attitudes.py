@@ -281,12 +281,12 @@ def _narrowed(
 
 def _inside(rays: FloatArray) -> FloatArray | None:
     """Return a vertical above the horizon with a positive product with every ray, upright or the deepest one."""
-    from scipy.optimize import linprog
-
     rows = np.vstack([_UP, rays])
     rows /= np.linalg.norm(rows, axis=1, keepdims=True)
     if rows[:, 2].min() > _DEEP:
         return _UP
+    from scipy.optimize import linprog  # which most gaits need not load
+
     # A few rays decide: start with some, and add those that the best vertical so far violates most.
     chosen = np.unique(np.linspace(0, len(rows) - 1, min(len(rows), _FEW_RAYS)).astype(int))
     while True:
