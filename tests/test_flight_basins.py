@@ -113,6 +113,7 @@ SLOW = {"control_rate": 200.0, "step": 2.5e-3, "servo_lag": 0.01, "attitude_damp
         (PAPER, 3, 0.8, 1.0, ROUGH, {"settled", "near singular"}),
         (PAPER, 3, 0.9, 2.0, SLOW, {"settled", "near singular"}),
         (PAPER, 4, 0.9, 1.5, SWINGING, {"settled", "near singular"}),
+        (PAPER, 4, 0.9, 1.5, {**SWINGING, "floor": 0.27}, {"near singular"}),  # in level flight too, but later
         (LAGGING, 3, 1.0, 1.0, {"duration": 1.5}, {"not settled"}),
         (PAPER.replace(mass=1e20), 3, 1.0, 1.0, {}, {"tumbling"}),
         (PAPER.replace(rotor_inertia=1e-2), 3, 1.0, 1.0, {}, {"tumbling", "near singular", "sign change"}),
