@@ -188,11 +188,10 @@ class Simulation:
         every, interval, last, (low, high) = settings.steps_per_control, self._interval, self.controls, self._limits
         thrusts_of, torque_of = controller_of(settings, vehicle, np), gyroscopic_of(vehicle, np)
         model, kinds, lagging = engine.model, mujoco.mjtState, vehicle.rotor_lag is not None
-        whole, inputs = kinds.mjSTATE_FULLPHYSICS.value, kinds.mjSTATE_CTRL.value | kinds.mjSTATE_QFRC_APPLIED.value
-        state = np.empty(mujoco.mj_stateSize(model, whole))
+        inputs = kinds.mjSTATE_CTRL.value | kinds.mjSTATE_QFRC_APPLIED.value
         engine.place(self.actual[0], rates=self._first_rates)
-        mujoco.mj_getState(model, engine.data, state, whole)
-        state[0] = 1.0  # s; where the engine gives up it starts again at 0 s
+        # The time starts at 1 s; where the engine gives up it starts again at 0 s.
+        state = np.concatenate([[1.0], engine.data.qpos, engine.data.qvel, engine.data.act])
         states = np.tile(state, (len(attitudes), 1))
         states[:, 4:8] = quaternions(*attitudes.T)
         outcomes, (seconds, largest) = np.zeros(len(states), np.int8), np.zeros((2, len(states)))
