@@ -163,7 +163,7 @@ class ShortestPaths:
 
     def contains(self, point: npt.ArrayLike) -> bool:
         """Return whether a point lies in the region, to within 1e-9."""
-        return bool(self._bends_from(_pair(point))[0])
+        return bool(shapely.dwithin(self._region, shapely.Point(_pair(point)), _TOLERANCE))
 
     def _seen(self, point: Point, containers: Iterable[int], goal: tuple[Point, frozenset[int]] | None) -> set[int]:
         """Return the reflex corners that a point sees, and −1 if it sees the goal, by widening cones."""
