@@ -14,7 +14,7 @@ from itertools import groupby
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
-from shapely import LinearRing
+import shapely
 
 from gaitgraph._lazy import Pictured
 from gaitgraph.errors import Infeasible
@@ -372,8 +372,8 @@ def _answer(
         report = loops[0].report
         waypoints = tuple(waypoints[k] for k in loops[0].order)
         gap = loops[0].order_gap
-        warnings += [_POSTURE] * (not loops[0].length)
-        if len(waypoints) > 3 and not request.any_order and not LinearRing(waypoints).is_simple:
+        warnings += [_POSTURE] * (len(loops[0].gait.alpha) == 1)
+        if len(waypoints) > 3 and not request.any_order and not shapely.is_simple(shapely.linearrings(waypoints)):
             warnings.append("the loop crosses itself; --any-order (any_order=True) finds the shortest order")
         warnings += [note_on_gap(gap)] if gap else []
         warnings += report.warnings
@@ -396,12 +396,11 @@ def _preference(loop: Loop) -> tuple[Any, ...]:
     """Order loops: flyable first, then flyable but for tilt rates, then valid, then by the objective."""
     report = loop.report
     timeless = all(check.mark == "ok" for check in report.checks if check.name not in RATE_CHECKS)
-    robustness = report["least_singular_value"].value or 0.0
     return (
         not report.flyable,
         not timeless,
         not report.valid,
-        -round(robustness, 3) if loop.request.objective == "robust" else 0.0,
+        -round(report["least_singular_value"].value or 0.0, 3) if loop.request.objective == "robust" else 0.0,
         round(loop.length, 9),
         loop.color != "red",
         loop.sign != "positive",

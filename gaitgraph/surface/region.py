@@ -313,7 +313,9 @@ class Zones:
 
     def _allow(self, shapes: Any) -> npt.NDArray[np.bool_]:
         allowed = ~shapely.intersects(_united(self.keep_out, -_ON_BORDER), shapes)
-        return np.asarray(allowed & shapely.covers(_united(self.keep_in, _ON_BORDER), shapes) if self.keep_in else allowed)
+        if self.keep_in:
+            allowed &= shapely.covers(_united(self.keep_in, _ON_BORDER), shapes)
+        return np.asarray(allowed)
 
 
 @lru_cache(maxsize=32)
