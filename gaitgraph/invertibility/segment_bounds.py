@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache, reduce
-from itertools import chain, pairwise
+from itertools import accumulate, chain, pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -53,7 +53,7 @@ class Least:
 
     def worst(self) -> tuple[float, float, int, float]:
         """Return (lower, upper, segment, fraction) of the least over all segments."""
-        k = int(np.argmin(self.upper))
+        k = int(self.upper.argmin())
         return float(self.lower.min()), float(self.upper[k]), k, float(self.fraction[k])
 
 
@@ -115,7 +115,7 @@ def least_of_each(
     """
     count, most, functions = len(starts), _MOST_HALVINGS if most is None else most, len(known)
     steps, origins, base = (ends - starts).T, starts.T, 1 + starts.shape[1]  # base: row of the first value
-    rows = np.cumsum([base, *(quantity.size for quantity in quantities)]).tolist()
+    rows = [*accumulate((quantity.size for quantity in quantities), initial=base)]
     which = np.array([row + k for row, one in zip(rows, quantities, strict=False) for k in range(len(one.tolerances))])
     margin = np.array([tolerance for quantity in quantities for tolerance in quantity.tolerances])[:, None]
 

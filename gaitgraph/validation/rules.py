@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
@@ -101,8 +101,8 @@ class Segments:
 
     def __getitem__(self, part: slice) -> Segments:
         """Return consecutive points, as a slice of step 1."""
-        t = None if self.t is None else self.t[part]
-        return replace(self, alpha=self.alpha[part], sheet=self.sheet[part], number=self.number[part], t=t)
+        t, first = None if self.t is None else self.t[part], self.first_t
+        return Segments(alpha=self.alpha[part], sheet=self.sheet[part], number=self.number[part], t=t, first_t=first)
 
     def joined(self, following: Segments) -> Segments:
         """Return these points followed by others."""
