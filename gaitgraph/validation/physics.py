@@ -78,7 +78,7 @@ class _Brackets(Rule):
             self.upward = thrusts_push_up(starts, ends, vehicle)
             self.hovers = bool(self.upward.all())
         if self.hovers:
-            quantities.append(share_quantity(vehicle, tolerance=criteria.bracket, rotors=2 if block.on_red else 4))
+            quantities.append(share_quantity(vehicle, tolerance=criteria.bracket, red=block.on_red))
         known = tuple(self.known[: 5 if self.hovers else 3])
         first, second, singular, *shares = least_of_each(starts, ends, quantities, points=self.sines, known=known)
         self.level, self.singular = (first, second), decomposed(singular, starts, ends, vehicle)
