@@ -36,7 +36,7 @@ Bound = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]
 _BATCH = 1 << 15
 # An iteration over few points costs the same for any number of them: a few intervals are cut finer.
 _FEW, _PIECES = 32, 32
-_LONG = 0.05  # a longer segment is hardly settled without a cut to this length [rad]
+_LONG = 0.1  # a longer segment is hardly settled without a cut to this length [rad]
 _SHORT = 1e-12  # fractions nearer than this are halved, to the end of what floats resolve
 _TINY = float(np.finfo(float).tiny)
 _IDLE = 1e-9  # a zero-moment input below this counts as zero where its sign is proven by bounds

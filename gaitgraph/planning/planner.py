@@ -26,6 +26,7 @@ from gaitgraph.planning.refusal import FoundPath, Obstacle, branches_of
 from gaitgraph.planning.request import REQUEST_FIELDS, PlanRequest, plan_request, read_request
 from gaitgraph.surface.sheets import RELATION
 from gaitgraph.timing.laws import DEFAULT_LAW, LawName
+from gaitgraph.timing.timed_gait import TimedGait
 from gaitgraph.validation.report import RATE_CHECKS, lines_of_checks
 from gaitgraph.vehicle import PAPER
 
@@ -40,7 +41,6 @@ if TYPE_CHECKING:
     from gaitgraph.planning.request import Method, Objective, Point, Use
     from gaitgraph.surface.region import Points
     from gaitgraph.surface.sheets import ColorChoice, Sign, SignChoice
-    from gaitgraph.timing.timed_gait import TimedGait
     from gaitgraph.validation.report import Report
     from gaitgraph.vehicle import VehicleLike
 
@@ -85,7 +85,8 @@ class Loop:
     def report(self) -> Report:
         """All checks, with those of tilt rates."""
         report = self.judged[1] if self.judged else self.gait.check(floor=self.request.floor)
-        return report.with_checks(self.gait.parametrize(self.request.period, law=self.request.law).rate_checks())
+        timed = TimedGait(gait=self.gait, period=self.request.period, law=self.request.law, samples=1)
+        return report.with_checks(timed.rate_checks())
 
     @property
     def color(self) -> str:

@@ -98,10 +98,11 @@ class TimedGait(Pictured):
         """The times of the corners, from 0 to T, shape (n + 1,) [s]."""
         step = self.gait.ends - self.gait.alpha
         length = np.sqrt((step * step).sum(axis=1))
-        if not LAWS[self.law].by_length or not length.any():
-            length[:] = 1.0
+        total = length.sum()
+        if not LAWS[self.law].by_length or not total > 0:
+            length, total = np.ones(len(length)), len(length)
         times = np.zeros(len(length) + 1)
-        (length / length.sum()).cumsum(out=times[1:])
+        (length / total).cumsum(out=times[1:])
         times *= self.period
         times[-1] = self.period
         return times
@@ -225,7 +226,7 @@ class TimedGait(Pictured):
         limited = [getattr(self.gait.vehicle, f"max_{name}") for name in RATE_CHECKS]
         orders = [1, 2, 3] if limited[2] is not None else [1, 2]
         for order, name, limits, peaks in zip(orders, RATE_CHECKS, limited, self._peaks(orders), strict=False):
-            joint = int(np.argmax(peaks / scale_of(limits)))
+            joint = int((peaks / scale_of(limits)).argmax())
             peak, limit = float(peaks[joint]), four_of(limits)[joint]
             if math.isinf(peak):
                 advice = f"the law {shown(self.law)} turns corners at full speed: use the law 'smooth'"

@@ -81,7 +81,8 @@ class _Brackets(Rule):
             quantities.append(share_quantity(vehicle, tolerance=criteria.bracket, red=block.on_red))
         known = tuple(self.known[: 5 if self.hovers else 3])
         first, second, singular, *shares = least_of_each(starts, ends, quantities, points=self.sines, known=known)
-        self.level, self.singular = (first, second), decomposed(singular, starts, ends, vehicle)
+        self.level = first, second
+        self.singular = singular if block.on_red else decomposed(singular, starts, ends, vehicle)
         self.shares = tuple(shares)
         for k, least in enumerate((first, second, self.singular, *shares)):
             self.known[k] = min(self.known[k], float(least.upper.min()))
