@@ -154,7 +154,7 @@ class Segments:
 def segments_of(gait: Gait) -> Segments:
     """Return all segments of a gait, from the last corner back to the first too."""
     sheet = family_codes(gait.colors) if gait.colors else np.zeros(len(gait.alpha), dtype=np.int8)
-    point = np.append(np.arange(len(gait.alpha)), 0)
+    point = np.arange(len(gait.alpha) + 1) % len(gait.alpha)
     return Segments(alpha=gait.alpha[point], sheet=sheet[point], number=point + 1)
 
 
