@@ -152,8 +152,9 @@ def keep_outs(count: int = 50, corners: int = 20, seed: int = 0) -> list[list[tu
 
 
 TEXTS = [("3pi/8", "-3pi/8"), ("3pi/8", "-pi/8"), ("pi/8", "-pi/8"), ("pi/8", "-3pi/8")]
-EIGHTS = np.random.default_rng(7).uniform((0.25, -1.45), (1.45, -0.3), (2000, 2))
-EIGHTS = EIGHTS[gg.surface.Zones(keep_out=keep_outs(10, 8)).allow_points(EIGHTS)][:960].reshape(-1, 8, 2).tolist()
+STREWN = np.random.default_rng(7).uniform((0.25, -1.45), (1.45, -0.3), (2000, 2))
+STREWN = STREWN[gg.surface.Zones(keep_out=keep_outs(10, 8)).allow_points(STREWN)]
+EIGHTS = STREWN[:960].reshape(-1, 8, 2).tolist()
 PLANS: dict[str, tuple[Any, Any, Any]] = {
     "a plan of Gait 3 with its report against OMPL's AtlasStateSpace": ([TEXTS], [GAIT_3], []),
     "a plan of 8 waypoints among 10 keep-outs against OMPL's AtlasStateSpace": (EIGHTS, EIGHTS, keep_outs(10, 8)),
