@@ -15,6 +15,7 @@ from textwrap import fill
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+import shapely
 
 from gaitgraph.errors import InputError, checked_choice, shown
 from gaitgraph.gait.gait import lift
@@ -23,7 +24,6 @@ from gaitgraph.graph.walks import order_of_places, quanta_of
 from gaitgraph.invertibility.matrices import least_singular_value_on_red, level_determinant, noise_of
 from gaitgraph.invertibility.segment_bounds import least_level_determinant, least_singular_value_along
 from gaitgraph.planning.refusal import Branch, FoundPath, Obstacle, branches_of
-from gaitgraph.planning.shortest_paths import ShortestPaths, line_of
 from gaitgraph.surface.sheets import RELATION, Color, Sign, family_codes, family_jumps, red_label
 
 if TYPE_CHECKING:
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 
     from gaitgraph.gait.gait import Gait
     from gaitgraph.planning.request import PlanRequest, Point, Use
+    from gaitgraph.planning.shortest_paths import ShortestPaths
     from gaitgraph.surface.region import Region
     from gaitgraph.validation.report import Report
 
@@ -245,13 +246,15 @@ class PreparedRegion:
     @cached_property
     def paths(self) -> ShortestPaths:
         """Shortest paths in the region."""
+        from gaitgraph.planning.shortest_paths import ShortestPaths  # loads decimal
+
         return ShortestPaths(self.region.inner)
 
     @cached_property
     def _around(self) -> ShortestPaths:
         """Shortest paths in the polygon that encloses the region; the same ones if its borders are all straight."""
         same = self.region.outer.equals(self.region.inner)
-        return self.paths if same else ShortestPaths(self.region.outer)
+        return self.paths if same else type(self.paths)(self.region.outer)
 
     def entry(self, point: Point) -> Point | None:
         """Return the point itself if loops may pass it, else the nearest that they may pass, or None if it is far."""
@@ -264,7 +267,7 @@ class PreparedRegion:
     def leg(self, start: Point, end: Point) -> Leg | None:
         """Return the shortest path from one point to another, or None."""
         found = around = self._around.path(start, end)
-        if not self.region.inner.covers(line_of(around)):
+        if around is None or not self.region.inner.covers(shapely.linestrings([start, *around.tolist()])):
             # What is shortest in the polygon around the region is so in the region only if it lies there.
             first, last = self.entry(start), self.entry(end)
             found = None if first is None or last is None else self.paths.path(first, last)
