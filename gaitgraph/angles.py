@@ -37,7 +37,7 @@ def angle_from_text(value: object, name: str = "angle") -> float:
     >>> angle_from_text("-67.5deg")
     -1.1780972450961724
     """
-    angle = number_of(value)
+    angle = math.nan if isinstance(value, str) else number_of(value)
     if isinstance(value, str) and len(value) <= _LONGEST:
         match = _ANGLE.fullmatch(value.strip().replace("−", "-"))
         if match and match["plain"]:

@@ -446,7 +446,8 @@ def test_whole_turns_change_no_physics() -> None:
     plain, turned = (validate(table_from(rows + shift)) for shift in (0.0, np.array([0, 0, 2 * np.pi, -4 * np.pi])))
     for name in ("least_singular_value", "hover_thrust", "R_sign", "on_surface", "continuous"):
         assert turned[name].ok is plain[name].ok
-        assert value_of(turned, name) == pytest.approx(value_of(plain, name), abs=1e-6)
+        # Off red the bounds are wider and the search finer, within the same brackets.
+        assert value_of(turned, name) == pytest.approx(value_of(plain, name), abs=1e-5)
     flipped = validate(table_from(rows + np.array([0, 0, np.pi, 0])))
     assert not flipped["hover_thrust"].ok
 

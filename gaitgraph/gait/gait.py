@@ -155,24 +155,19 @@ class Gait(Pictured):
         """
         if len(self.alpha) == 1:
             return self
-        points, colors = self.alpha, np.array(self.colors if self.colors else [""] * len(self.alpha))
-        after = np.arange(1, len(points) + 1) % len(points)
+        step, before = self.ends - self.alpha, np.arange(len(self.alpha)) - 1
+        changes = np.zeros(len(step), dtype=bool)  # of color, to the next point
+        if self.color == "mixed":
+            changes[before] = (codes := family_codes(self.colors)) != codes[before]
         # First drop points that repeat the one before, of which the direction is not known.
-        keep = (points != points[after]).any(axis=1) | (colors != colors[after])
+        keep = step.any(axis=1) | changes
         if not keep.all():
-            keep[0] |= not keep.any()
-            points, colors = points[keep], colors[keep]
-            after = np.arange(1, len(points) + 1) % len(points)
-        step, changes, before = points[after] - points, colors != colors[after], np.arange(len(points)) - 1
-        size = np.sqrt((step**2).sum(axis=1, keepdims=True))
-        unit = step / np.where(size > 0, size, 1.0)
-        corner = ((unit - unit[before]) ** 2).sum(axis=1) > _STRAIGHT**2
-        corner |= changes | changes[before]
+            return self._reordered(np.flatnonzero(keep).tolist() or [0]).merged()
+        unit = step / np.maximum(np.sqrt((step * step).sum(axis=1, keepdims=True)), 1e-300)
+        turn = unit - unit[before]
+        corner = ((turn * turn).sum(axis=1) > _STRAIGHT**2) | changes | changes[before]
         corner[0] = True
-        if keep.all() and corner.all() and not self.request:
-            return self
-        kept = tuple(map(str, colors[corner])) if self.colors else ()
-        return replace(self, alpha=points[corner], colors=kept, request={})
+        return self if corner.all() and not self.request else self._reordered(np.flatnonzero(corner).tolist())
 
     def reversed(self) -> Gait:
         """Return the gait run the other way from the same start."""

@@ -404,6 +404,7 @@ def level_determinant_resolution(alpha: npt.ArrayLike, coefficients: Coefficient
     return sines.level_resolution(coefficients, slopes, angle_rounding).reshape(angles.shape[:-1])
 
 
+@lru_cache(maxsize=64)
 def noise_of(coefficients: Coefficients) -> float:
     """Return a bound of the |R| that floating point alone makes where R = 0."""
     return 64 * _EPSILON * float(np.abs(coefficients.bilinear_form).sum() + abs(coefficients.cross))

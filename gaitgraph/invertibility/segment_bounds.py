@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache, reduce
-from itertools import chain, pairwise
+from itertools import accumulate, chain, pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -36,7 +36,7 @@ Bound = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]
 _BATCH = 1 << 15
 # An iteration over few points costs the same for any number of them: a few intervals are cut finer.
 _FEW, _PIECES = 32, 32
-_LONG = 0.05  # a longer segment is hardly settled without a cut to this length [rad]
+_LONG = 0.1  # a longer segment is hardly settled without a cut to this length [rad]
 _SHORT = 1e-12  # fractions nearer than this are halved, to the end of what floats resolve
 _TINY = float(np.finfo(float).tiny)
 _IDLE = 1e-9  # a zero-moment input below this counts as zero where its sign is proven by bounds
@@ -53,7 +53,7 @@ class Least:
 
     def worst(self) -> tuple[float, float, int, float]:
         """Return (lower, upper, segment, fraction) of the least over all segments."""
-        k = int(np.argmin(self.upper))
+        k = int(self.upper.argmin())
         return float(self.lower.min()), float(self.upper[k]), k, float(self.fraction[k])
 
 
@@ -115,7 +115,7 @@ def least_of_each(
     """
     count, most, functions = len(starts), _MOST_HALVINGS if most is None else most, len(known)
     steps, origins, base = (ends - starts).T, starts.T, 1 + starts.shape[1]  # base: row of the first value
-    rows = np.cumsum([base, *(quantity.size for quantity in quantities)]).tolist()
+    rows = [*accumulate((quantity.size for quantity in quantities), initial=base)]
     which = np.array([row + k for row, one in zip(rows, quantities, strict=False) for k in range(len(one.tolerances))])
     margin = np.array([tolerance for quantity in quantities for tolerance in quantity.tolerances])[:, None]
 
@@ -569,29 +569,41 @@ def thrust_shares_along(
 _SENSES = np.array([1.0, -1.0])[:, None, None]
 
 
-def share_quantity(vehicle: Vehicle, *, tolerance: float, rotors: int = 4) -> Quantity:
-    """Return the least share of the weight and minus the largest, where all rotors push up; on red two are enough.
+def share_quantity(vehicle: Vehicle, *, tolerance: float, red: bool = False) -> Quantity:
+    """Return the least share of the weight and minus the largest, where all rotors push up.
 
-    There a share is |wᵢ|/V with V = Σ|wⱼ|·cos αⱼ, as in ``hover_thrust_shares``, of bounded second derivatives.
+    There a share is |wᵢ|/V with V = Σ|wⱼ|·cos αⱼ, as in ``hover_thrust_shares``, of bounded second derivatives. On red
+    |sin β2| and |sin β1| are enough, whatever the rotor height; V is then 2·|sin β2·cos α1 − sin β1·cos α2|, which is
+    −cos δ·sin(α1 − α2) + sin δ·(cos(α1 − α2) + cos(α1 + α2)) twice.
     """
+    rotors, delta = 2 if red else 4, math.atan(vehicle.signed_drag_ratio)
+    turned = math.sin(delta) * np.array([[1.0], [-1.0]])
 
     def values(sines: Sines) -> FloatArray:
-        inputs = np.abs(sines.zero_moment_inputs(vehicle))
         rows = np.empty((3 + rotors, sines.alpha.shape[1]))
-        lift = np.add.reduce(inputs * sines.cosine, axis=0, out=rows[2])
-        rows[3:] = inputs = inputs[:rotors]
+        if red:
+            inputs = np.abs(math.cos(delta) * sines.sine[1::-1] + turned * sines.cosine[1::-1], out=rows[3:])
+            lift = np.add.reduce(2.0 * inputs * sines.cosine[:2], axis=0, out=rows[2])
+        else:
+            inputs = np.abs(sines.zero_moment_inputs(vehicle), out=rows[3:])
+            lift = np.add.reduce(inputs * sines.cosine, axis=0, out=rows[2])
         rows[0], rows[1] = np.minimum.reduce(inputs) / lift, -np.maximum.reduce(inputs) / lift
         return rows
 
     def bounds(v0: FloatArray, v1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
         # |wᵢ| − c·V is bent too, where c is the rotor's least share at both ends, and at least 0 there. Its share is
         # below c by no more than the deficit of that over the least of V. The same holds for the largest, reversed.
-        bends, lift_bend = _bends_of_inputs(p1 - p0, vehicle)
+        if red:
+            steps, tilt = (p1 - p0)[:, 1::-1].T, abs(math.sin(delta))
+            bends = steps * steps
+            lift_bend = 2 * (1 + tilt) * (bends[0] + bends[1]) - 4 * (1 - tilt) * steps[0] * steps[1]
+        else:
+            bends, lift_bend = _bends_of_inputs(p1 - p0, vehicle)
         first, last, lift0, lift1 = _SENSES * v0[3:], _SENSES * v1[3:], v0[2], v1[2]
         # At a corner of the square V vanishes, and a share has no bound.
         least_lift = np.maximum(least_of_bent(lift0, lift1, lift_bend), 1e-200)
         c = np.minimum(first / lift0, last / lift1)
-        deficit = least_of_bent(first - c * lift0, last - c * lift1, bends[:rotors] + np.abs(c) * lift_bend)
+        deficit = least_of_bent(first - c * lift0, last - c * lift1, bends + np.abs(c) * lift_bend)
         out = np.minimum.reduce(c + np.minimum(deficit, 0.0) / least_lift, axis=1)
         np.maximum(out[0], 0.0, out=out[0])
         return np.asarray(out)

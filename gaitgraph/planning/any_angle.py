@@ -1,8 +1,8 @@
 """The any-angle method: the shortest loops of each color and sign of R, flyable and valid, or their obstacles.
 
 The straight loop through the waypoints is tried first: if it is admissible along its whole length, nothing is shorter.
-Otherwise shortest paths are found in the admissible region, whose polygon lies inside the true borders by at most the
-accuracy; the same search in the polygon that encloses it gives a lower bound of every loop.
+Otherwise shortest paths are found in a polygon around the admissible region, which gives a lower bound of every loop,
+and again in the polygon inside the true borders, by at most the accuracy, if they leave that.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from textwrap import fill
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+import shapely
 
 from gaitgraph.errors import InputError, checked_choice, shown
 from gaitgraph.gait.gait import lift
@@ -183,8 +184,11 @@ def _lifted(branch: Branch, points: Sequence[Point]) -> Gait:
 
 
 def straight_loop(branch: Branch) -> tuple[Gait, tuple[Gait, Report]] | None:
-    """Return the straight loop, and merged with its checks without those of rates; None unless all of it is flyable."""
-    if not _may_be_straight(branch):
+    """Return the straight loop, and merged with its checks without those of rates; None unless all of it is flyable.
+
+    No waypoint is rootless.
+    """
+    if not _zones_allow(branch):
         return None
     path = _lifted(branch, branch.request.waypoints)
     gait = path.merged()
@@ -192,25 +196,23 @@ def straight_loop(branch: Branch) -> tuple[Gait, tuple[Gait, Report]] | None:
     return (path, (gait, report)) if report.flyable else None
 
 
-def _may_be_straight(branch: Branch) -> bool:
-    """Return whether waypoints on red are in one component of R of the wanted sign, and zones allow straight segments.
-
-    Where all thrusts push up, the borders of R are straight: R keeps its sign between points of one label.
-    """
-    plane, zones = np.array(branch.request.waypoints), branch.request.zones
-    labels = red_label(plane[:, 0], plane[:, 1], branch.request.vehicle)
-    if not (labels == labels[0]).all() or labels[0].prod() != branch.wanted:
-        return False
-    return zones is None or bool(zones.allow_segments(plane, np.roll(plane, -1, axis=0)).all())
+def _zones_allow(branch: Branch) -> bool:
+    """Return whether the request's polygons allow the straight loop."""
+    points, zones = branch.request.waypoints, branch.request.zones
+    return zones is None or bool(zones.allow_segments(points, [*points[1:], points[0]]).all())
 
 
 def straight_loop_holds(branch: Branch, use: Use, *, robust: bool = False) -> bool:
     """Return whether the straight loop is admissible everywhere, and with `robust` whether no other is better."""
     request, coefficients = branch.request, branch.coefficients
+    if not _zones_allow(branch):
+        return False
     if use == "flyable":
-        if not _may_be_straight(branch):
-            return False
         starts = np.array(request.waypoints)[:, [0, 1, 0, 1]]  # red, where α3 = α1 and α4 = α2
+        # Where all thrusts push up, the borders of R are straight: R keeps its sign between points of one label.
+        labels = red_label(starts[:, 0], starts[:, 1], request.vehicle)
+        if not (labels == labels[0]).all() or labels[0].prod() != branch.wanted:
+            return False
         ends = np.roll(starts, -1, axis=0)
         holds = bool(segments_fly(starts, ends, request.floor, request.vehicle).all())
     else:
@@ -219,8 +221,6 @@ def straight_loop_holds(branch: Branch, use: Use, *, robust: bool = False) -> bo
         codes, noise = family_codes(gait.colors), noise_of(coefficients)
         least = least_level_determinant(starts, ends, coefficients, sign=branch.wanted, tolerance=0.0, floor=noise)
         holds = bool(least.lower.min() >= noise) and not family_jumps(starts, ends, codes, codes, coefficients).any()
-        if holds and request.zones is not None:
-            holds = bool(request.zones.allow_segments(starts[:, :2], ends[:, :2]).all())
     if not holds or not robust:
         return holds
     # None is better if its least singular value is that of a waypoint.
@@ -246,7 +246,7 @@ class PreparedRegion:
     @cached_property
     def paths(self) -> ShortestPaths:
         """Shortest paths in the region."""
-        from gaitgraph.planning.shortest_paths import ShortestPaths  # loads shapely
+        from gaitgraph.planning.shortest_paths import ShortestPaths  # loads decimal
 
         return ShortestPaths(self.region.inner)
 
@@ -266,20 +266,18 @@ class PreparedRegion:
 
     def leg(self, start: Point, end: Point) -> Leg | None:
         """Return the shortest path from one point to another, or None."""
-        first, last = self.entry(start), self.entry(end)
-        if first is None or last is None:
-            return None
-        found = self.paths.path(first, last)
+        found = around = self._around.path(start, end)
+        if around is None or not self.region.inner.covers(shapely.linestrings([start, *around.tolist()])):
+            # What is shortest in the polygon around the region is so in the region only if it lies there.
+            first, last = self.entry(start), self.entry(end)
+            found = None if first is None or last is None else self.paths.path(first, last)
         if found is None:
             return None
         points = [point for point, _ in groupby([start, *((float(x), float(y)) for x, y in found), end])]
-        bound = length = length_of(points)
-        if len(points) > 2 and self._around is not self.paths:
-            around = self._around.path(start, end)
-            # An end outside even this polygon is not in the region: only the straight line is certain.
-            shortest = math.dist(start, end) if around is None else length_of(around.tolist())
-            bound = min(length, shortest)
-        return Leg(points, length, bound)
+        # An end outside even that polygon is not in the region: only the straight line is certain.
+        shortest = math.dist(start, end) if around is None else length_of(around.tolist())
+        length = length_of(points)
+        return Leg(points, length, min(length, shortest))
 
 
 def length_of(points: Sequence[Sequence[float]]) -> float:

@@ -14,7 +14,7 @@ from itertools import groupby
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
-from shapely import LinearRing
+import shapely
 
 from gaitgraph._lazy import Pictured
 from gaitgraph.errors import Infeasible
@@ -26,6 +26,7 @@ from gaitgraph.planning.refusal import FoundPath, Obstacle, branches_of
 from gaitgraph.planning.request import REQUEST_FIELDS, PlanRequest, plan_request, read_request
 from gaitgraph.surface.sheets import RELATION
 from gaitgraph.timing.laws import DEFAULT_LAW, LawName
+from gaitgraph.timing.timed_gait import TimedGait
 from gaitgraph.validation.report import RATE_CHECKS, lines_of_checks
 from gaitgraph.vehicle import PAPER
 
@@ -40,7 +41,6 @@ if TYPE_CHECKING:
     from gaitgraph.planning.request import Method, Objective, Point, Use
     from gaitgraph.surface.region import Points
     from gaitgraph.surface.sheets import ColorChoice, Sign, SignChoice
-    from gaitgraph.timing.timed_gait import TimedGait
     from gaitgraph.validation.report import Report
     from gaitgraph.vehicle import VehicleLike
 
@@ -85,7 +85,8 @@ class Loop:
     def report(self) -> Report:
         """All checks, with those of tilt rates."""
         report = self.judged[1] if self.judged else self.gait.check(floor=self.request.floor)
-        return report.with_checks(self.gait.parametrize(self.request.period, law=self.request.law).rate_checks())
+        timed = TimedGait(gait=self.gait, period=self.request.period, law=self.request.law, samples=1)
+        return report.with_checks(timed.rate_checks())
 
     @property
     def color(self) -> str:
@@ -372,8 +373,8 @@ def _answer(
         report = loops[0].report
         waypoints = tuple(waypoints[k] for k in loops[0].order)
         gap = loops[0].order_gap
-        warnings += [_POSTURE] * (not loops[0].length)
-        if len(waypoints) > 3 and not request.any_order and not LinearRing(waypoints).is_simple:
+        warnings += [_POSTURE] * (len(loops[0].gait.alpha) == 1)
+        if len(waypoints) > 3 and not request.any_order and not shapely.is_simple(shapely.linearrings(waypoints)):
             warnings.append("the loop crosses itself; --any-order (any_order=True) finds the shortest order")
         warnings += [note_on_gap(gap)] if gap else []
         warnings += report.warnings
@@ -396,12 +397,11 @@ def _preference(loop: Loop) -> tuple[Any, ...]:
     """Order loops: flyable first, then flyable but for tilt rates, then valid, then by the objective."""
     report = loop.report
     timeless = all(check.mark == "ok" for check in report.checks if check.name not in RATE_CHECKS)
-    robustness = report["least_singular_value"].value or 0.0
     return (
         not report.flyable,
         not timeless,
         not report.valid,
-        -round(robustness, 3) if loop.request.objective == "robust" else 0.0,
+        -round(report["least_singular_value"].value or 0.0, 3) if loop.request.objective == "robust" else 0.0,
         round(loop.length, 9),
         loop.color != "red",
         loop.sign != "positive",

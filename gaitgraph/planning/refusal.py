@@ -99,7 +99,7 @@ class Branch:
         rooted = (of_color & (self.wanted * R > noise_of(self.coefficients))).any(axis=1)
         if zones is not None:
             rooted &= zones.allow_points(np.array(waypoints))
-        return [int(k) for k in np.flatnonzero(~rooted)]
+        return np.flatnonzero(~rooted).tolist()
 
     def obstacle_at(self, k: int, why: str | None = None, R: float | None = None) -> Obstacle:
         """Return the obstacle at a waypoint, one of :meth:`rootless` if neither a reason nor R is given."""

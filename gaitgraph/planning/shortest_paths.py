@@ -118,7 +118,8 @@ class ShortestPaths:
         corners = np.array(rows).reshape(-1, 3, 2)
         self._places, *sides = (corners @ [1, 1j]).T
         self._offsets = np.array([side - self._places for side in sides])
-        self._noise = _ROUNDING * float(np.abs(corners).max(initial=1.0)) ** 2
+        rounding = _ROUNDING * float(np.abs(corners).max(initial=1.0)) ** 2
+        self._noise = rounding + 2 * _TOLERANCE * np.abs(self._offsets).max(axis=0)
         self._views: dict[int, tuple[tuple[int, float], ...]] = {}
         self._bends_from = lru_cache(maxsize=1 << 12)(self._bends_at)
         self._enclosing = shapely.buffer(region, 4 * _TOLERANCE, join_style="mitre")
@@ -162,7 +163,7 @@ class ShortestPaths:
 
     def contains(self, point: npt.ArrayLike) -> bool:
         """Return whether a point lies in the region, to within 1e-9."""
-        return bool(self._bends_from(_pair(point))[0])
+        return bool(shapely.dwithin(self._region, shapely.Point(_pair(point)), _TOLERANCE))
 
     def _seen(self, point: Point, containers: Iterable[int], goal: tuple[Point, frozenset[int]] | None) -> set[int]:
         """Return the reflex corners that a point sees, and −1 if it sees the goal, by widening cones."""
@@ -197,29 +198,20 @@ class ShortestPaths:
                 stack.append((apex, left, place if above >= 0 else low, high))
         return seen
 
-    def _touches(self, corner: int, point: Point, tolerance: float = 0.0) -> bool:
-        """Return whether a straight line from a point may bend around a corner: both its sides lie on one side of it.
+    def _bends(self, line: Complexes, corners: Any = slice(None)) -> npt.NDArray[np.bool_]:
+        """Return whether lines may bend around reflex corners: both sides of a corner lie on one side of its line.
 
-        With a tolerance also if the point may be on the line of a side.
+        Also if a line is along a side, to within the tolerance.
         """
-        sides = self._sides[corner]
-        if sides is None:
-            return True
-        place = self._points[corner]
-        first, second = turns = [orientation(point, place, side) for side in sides]
-        near = (abs(turn) <= tolerance * math.dist(place, side) for turn, side in zip(turns, sides, strict=True))
-        return first * second >= 0 or any(near)
-
-    def _bends(self, line: Complexes, sides: Complexes) -> npt.NDArray[np.bool_]:
-        """Return whether lines may bend around corners with two sides each, to rounding."""
-        first, second = (line.real * side.imag - line.imag * side.real for side in sides)
-        return np.asarray((first * second >= 0) | (np.minimum(np.abs(first), np.abs(second)) <= self._noise))
+        first, second = (line.real * side.imag - line.imag * side.real for side in self._offsets[:, corners])
+        near = np.minimum(np.abs(first), np.abs(second)) <= self._noise[corners]
+        return np.asarray((first * second >= 0) | near)
 
     def _tangent(self, corner: int) -> list[int]:
-        """Return the corners whose line to a given one may bend around both, to rounding: few along a fine curve."""
+        """Return the corners whose line to a given one may bend around both: few along a fine curve."""
         row = np.searchsorted(self._reflex, corner)
         line = self._places - self._places[row]
-        both = self._bends(line, self._offsets[:, row]) & self._bends(line, self._offsets)
+        both = self._bends(line, row) & self._bends(line)
         both[row] = False
         return [*map(int, self._reflex[both])]
 
@@ -237,11 +229,8 @@ class ShortestPaths:
                 inside = np.array([other in seen for other in others])
             else:
                 inside = self._in_region([(place, self._points[other]) for other in others])
-            # Exact, and so dear: of those alone that are seen.
             self._views[corner] = tuple(
-                (other, math.dist(place, self._points[other]))
-                for other in compress(others, inside)
-                if self._touches(corner, self._points[other]) and self._touches(other, place)
+                (other, math.dist(place, self._points[other])) for other in compress(others, inside)
             )
         return self._views[corner]
 
@@ -251,9 +240,8 @@ class ShortestPaths:
         Each point of a loop is the end of one leg and the start of the next, and often of the next request too.
         """
         holding = self._containers(point)
-        seen = sorted(self._seen(point, holding, None))
-        bends = {k: math.dist(point, self._points[k]) for k in seen if self._touches(k, point, 2 * _TOLERANCE)}
-        return holding, bends
+        seen, touched = self._seen(point, holding, None), self._reflex[self._bends(self._places - complex(*point))]
+        return holding, {k: math.dist(point, self._points[k]) for k in touched.tolist() if k in seen}
 
     def path(self, start: npt.ArrayLike, end: npt.ArrayLike) -> FloatArray | None:
         """Return the shortest path between two points: the start, its bends and the end, shape (k, 2).
@@ -323,7 +311,7 @@ class ShortestPaths:
         points, count, own = around.points, len(number), len(number) + around.count
         linked = around.touches[:own]
         if in_region:
-            linked = np.hstack([linked, self._bends(points[:own, None] - self._places, self._offsets)])
+            linked = np.hstack([linked, self._bends(points[:own, None] - self._places)])
         linked[count:] &= around.touches[count:].T
         start, end = linked.nonzero()
         end += count

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -302,18 +302,6 @@ class Zones:
             corners = (shapely.get_coordinates(polygon)[:-1].tolist() for polygon in checked_polygons(value, name))
             object.__setattr__(self, name, tuple(tuple(map(tuple, one)) for one in corners))  # the record is frozen
 
-    @cached_property
-    def _forbidden(self) -> BaseGeometry:
-        shape = shapely.union_all([offset(shapely.Polygon(corners), -_ON_BORDER) for corners in self.keep_out])
-        shapely.prepare(shape)
-        return shape
-
-    @cached_property
-    def _permitted(self) -> BaseGeometry:
-        shape = offset(shapely.union_all([*map(shapely.Polygon, self.keep_in)]), _ON_BORDER)
-        shapely.prepare(shape)
-        return shape
-
     def allow_points(self, points: npt.ArrayLike) -> npt.NDArray[np.bool_]:
         """Return whether each point (α1, α2) may be used, for points of shape (m, 2)."""
         return self._allow(shapely.points(np.asarray(points, dtype=float).reshape(-1, 2)))
@@ -324,8 +312,18 @@ class Zones:
         return self._allow(shapely.linestrings(lines))
 
     def _allow(self, shapes: Any) -> npt.NDArray[np.bool_]:
-        allowed = ~shapely.intersects(self._forbidden, shapes)
-        return np.asarray(allowed & shapely.covers(self._permitted, shapes) if self.keep_in else allowed)
+        allowed = ~shapely.intersects(_united(self.keep_out, -_ON_BORDER), shapes)
+        if self.keep_in:
+            allowed &= shapely.covers(_united(self.keep_in, _ON_BORDER), shapes)
+        return np.asarray(allowed)
+
+
+@lru_cache(maxsize=32)
+def _united(polygons: tuple[Corners, ...], distance: float) -> BaseGeometry:
+    """Return the union of polygons whose borders are moved outward, prepared, and kept for the next request."""
+    shape = shapely.union_all([offset(shapely.Polygon(corners), distance) for corners in polygons])
+    shapely.prepare(shape)
+    return shape
 
 
 def checked_polygons(value: object, name: str) -> npt.NDArray[np.object_]:

@@ -40,7 +40,7 @@ from gaitgraph.io.formats import (
 from gaitgraph.io.servo_map import clipped_rows
 from gaitgraph.surface.sheets import family_codes, family_types, text_from_types
 from gaitgraph.timing.laws import DEFAULT_LAW, LAWS, STRAIGHT, LawName, located
-from gaitgraph.validation.report import RATE_UNITS, limit_check
+from gaitgraph.validation.report import RATE_CHECKS, limit_check
 from gaitgraph.validation.validating import validate
 from gaitgraph.vehicle import four_of, scale_of, vehicle_named
 
@@ -96,10 +96,16 @@ class TimedGait(Pictured):
     @property
     def corner_times(self) -> FloatArray:
         """The times of the corners, from 0 to T, shape (n + 1,) [s]."""
-        length = np.sqrt(((self.gait.ends - self.gait.alpha) ** 2).sum(axis=1))
-        even = not LAWS[self.law].by_length or not length.sum() > 0
-        share = np.full(len(length), 1.0 / len(length)) if even else length / length.sum()
-        return np.concatenate([[0.0], np.cumsum(share)[:-1] * self.period, [self.period]])
+        step = self.gait.ends - self.gait.alpha
+        length = np.sqrt((step * step).sum(axis=1))
+        total = length.sum()
+        if not LAWS[self.law].by_length or not total > 0:
+            length, total = np.ones(len(length)), len(length)
+        times = np.zeros(len(length) + 1)
+        (length / total).cumsum(out=times[1:])
+        times *= self.period
+        times[-1] = self.period
+        return times
 
     @property
     def t(self) -> FloatArray:
@@ -217,18 +223,17 @@ class TimedGait(Pictured):
         A failed check states the `noun` that would keep the limit, a time that is a `share` of the period.
         """
         checks = []
-        limited = {k: getattr(self.gait.vehicle, f"max_tilt_{kind}") for k, kind in enumerate(RATE_UNITS, start=1)}
-        orders = [order for order, limits in limited.items() if limits is not None or order <= 2]
-        for order, peaks in zip(orders, self._peaks(orders), strict=True):
-            kind, limits = [*RATE_UNITS][order - 1], limited[order]
-            joint = int(np.argmax(peaks / scale_of(limits)))
+        limited = [getattr(self.gait.vehicle, f"max_{name}") for name in RATE_CHECKS]
+        orders = [1, 2, 3] if limited[2] is not None else [1, 2]
+        for order, name, limits, peaks in zip(orders, RATE_CHECKS, limited, self._peaks(orders), strict=False):
+            joint = int((peaks / scale_of(limits)).argmax())
             peak, limit = float(peaks[joint]), four_of(limits)[joint]
             if math.isinf(peak):
                 advice = f"the law {shown(self.law)} turns corners at full speed: use the law 'smooth'"
             else:
                 needed = self.period * share * (peak / (limit or peak or 1.0)) ** (1 / order)
                 advice = f"this law needs a {noun} of at least {math.ceil(needed * 1000) / 1000:.3f} s"
-            checks.append(limit_check(f"tilt_{kind}", peak, joint + 1, limit, advice))
+            checks.append(limit_check(name, peak, joint + 1, limit, advice))
         return tuple(checks)
 
     def write(self, *paths: str | Path, force: bool = False, periods: int = 1) -> None:

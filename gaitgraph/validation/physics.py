@@ -78,10 +78,11 @@ class _Brackets(Rule):
             self.upward = thrusts_push_up(starts, ends, vehicle)
             self.hovers = bool(self.upward.all())
         if self.hovers:
-            quantities.append(share_quantity(vehicle, tolerance=criteria.bracket, rotors=2 if block.on_red else 4))
+            quantities.append(share_quantity(vehicle, tolerance=criteria.bracket, red=block.on_red))
         known = tuple(self.known[: 5 if self.hovers else 3])
         first, second, singular, *shares = least_of_each(starts, ends, quantities, points=self.sines, known=known)
-        self.level, self.singular = (first, second), decomposed(singular, starts, ends, vehicle)
+        self.level = first, second
+        self.singular = singular if block.on_red else decomposed(singular, starts, ends, vehicle)
         self.shares = tuple(shares)
         for k, least in enumerate((first, second, self.singular, *shares)):
             self.known[k] = min(self.known[k], float(least.upper.min()))
@@ -141,7 +142,7 @@ class _LevelSign(Rule):
         sign = 1.0 if self.brackets.largest >= 0 else -1.0
         worst, resolution, kind = self.worst[sign], self._resolution(), self.criteria.coefficients.kind
         lower = worst.lower - self.criteria.level_slack(self.criteria.coefficients)
-        ok, decided, at, undecided = True, True, self.described(worst.place), "sign of R undecided: |R|"
+        ok, decided, undecided = True, True, "sign of R undecided: |R|"
         if self.continuous.blue and kind == "exact":
             ok = False
             message = "R = 0 on the whole blue sheet with exact coefficients, so it has no sign: use red"
@@ -150,7 +151,8 @@ class _LevelSign(Rule):
             message = f"{relation} along the whole gait ({kind} coefficients)"
         elif worst.upper < -resolution or all(self.found.values()):
             ok = False
-            message = f"R changes its sign at {at} ({kind} coefficients): keep the loop in one region of R"
+            message = f"R changes its sign at {self.described(worst.place)} ({kind} coefficients)"
+            message += ": keep the loop in one region of R"
         elif worst.lower > resolution:
             decided, least = False, max(lower, 0.0)
             message = f"{undecided} may fall to {least:.2g} along the curve, error {resolution:.2g}: use shorter chords"
@@ -158,7 +160,7 @@ class _LevelSign(Rule):
             decided = False
             error = f"below the error {resolution:.2g} of the {kind} coefficients and of the angles"
             advice = "use red" if self.continuous.blue else "keep away from R = 0, or use more digits"
-            message = f"{undecided} falls to {abs(worst.upper):.2g} at {at}, {error}: {advice}"
+            message = f"{undecided} falls to {abs(worst.upper):.2g} at {self.described(worst.place)}, {error}: {advice}"
         value = sign * (lower if self.criteria.beside else worst.upper)
         yield self.check(ok, message, value=value, limit=resolution, place=worst.place, decided=decided)
 
@@ -303,8 +305,7 @@ class _TiltRange(Rule):
     peak: Peak = field(default_factory=Peak)
 
     def __post_init__(self) -> None:
-        limits = self.criteria.vehicle.tilt_range
-        self.low, self.high = (np.array(limits) if limits else np.tile([-math.pi, math.pi], (4, 1))).T
+        self.low, self.high = np.array(self.criteria.vehicle.tilt_range).T
 
     def _sizes(self, alpha: FloatArray) -> FloatArray:
         """Return distances from the middles of the ranges, the more the narrower; exact |α| if all are ±one limit."""
@@ -316,7 +317,7 @@ class _TiltRange(Rule):
 
     def checks(self) -> Iterator[Check]:
         place, low, high = self.peak.place, self.low, self.high
-        if self.criteria.vehicle.tilt_range is None or place is None:
+        if place is None:
             return
         rows = np.array([place.alpha]) if self.criteria.extremes is None else self.criteria.extremes
         sizes = self._sizes(rows)
@@ -341,7 +342,8 @@ class Checker:
         brackets = _Brackets(criteria, continuous)
         flyable = [rule(criteria, continuous, brackets) for rule in (_LevelSign, _SingularValue, _HoverThrust)]
         self.rules: list[Rule] = [OnSurface(criteria), TwoColor(criteria), continuous, brackets, *flyable]
-        self.rules.append(_TiltRange(criteria))
+        if criteria.vehicle.tilt_range is not None:
+            self.rules.append(_TiltRange(criteria))
         self.reachability = _Reachability(criteria, continuous, brackets)
 
     def update(self, segments: Segments) -> None:

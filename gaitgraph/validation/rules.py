@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
@@ -101,8 +101,8 @@ class Segments:
 
     def __getitem__(self, part: slice) -> Segments:
         """Return consecutive points, as a slice of step 1."""
-        t = None if self.t is None else self.t[part]
-        return replace(self, alpha=self.alpha[part], sheet=self.sheet[part], number=self.number[part], t=t)
+        t, first = None if self.t is None else self.t[part], self.first_t
+        return Segments(alpha=self.alpha[part], sheet=self.sheet[part], number=self.number[part], t=t, first_t=first)
 
     def joined(self, following: Segments) -> Segments:
         """Return these points followed by others."""
@@ -154,7 +154,7 @@ class Segments:
 def segments_of(gait: Gait) -> Segments:
     """Return all segments of a gait, from the last corner back to the first too."""
     sheet = family_codes(gait.colors) if gait.colors else np.zeros(len(gait.alpha), dtype=np.int8)
-    point = np.append(np.arange(len(gait.alpha)), 0)
+    point = np.arange(len(gait.alpha) + 1) % len(gait.alpha)
     return Segments(alpha=gait.alpha[point], sheet=sheet[point], number=point + 1)
 
 
