@@ -36,7 +36,12 @@ from gaitgraph.invertibility.matrices import (
     singular_value_below,
     tilt_angles,
 )
-from gaitgraph.invertibility.segment_bounds import least_along, level_determinant_curvature, sensitivity_bends
+from gaitgraph.invertibility.segment_bounds import (
+    Quantity,
+    least_of_each,
+    level_determinant_curvature,
+    sensitivity_bends,
+)
 from gaitgraph.vehicle import PAPER, Vehicle
 
 _BLOCK = 1 << 13
@@ -60,38 +65,33 @@ def tilt_margin(alpha: npt.ArrayLike, coefficients: Coefficients, *, angle_round
     array([90.  , 86.79])
     """
     angles = _finite_or_nan(alpha)
-    return np.abs(_signed_margin(angles.reshape(-1, 4), coefficients, angle_rounding)).reshape(angles.shape[:-1])[()]
-
-
-def _signed_margin(rows: FloatArray, coefficients: Coefficients, angle_rounding: float) -> FloatArray:
-    """Return the tilt margin with the sign of R, NaN where there is none, for rows of shape (m, 4)."""
+    rows = angles.reshape(-1, 4)
     margin = np.empty(len(rows))
+    for k in range(0, len(rows), _BLOCK):
+        margin[k : k + _BLOCK] = np.abs(_signed_margin(rows[k : k + _BLOCK], coefficients, angle_rounding)[0])
+    return margin.reshape(angles.shape[:-1])[()]
+
+
+def _signed_margin(rows: FloatArray, coefficients: Coefficients, angle_rounding: float) -> tuple[FloatArray, ...]:
+    """Return, for rows (m, 4), the margin with the sign of R, NaN where there is none, √(Rφ² + Rθ²) and R."""
     noise = noise_of(coefficients)
     doubt = noise if coefficients.kind == "exact" and not angle_rounding else _LARGEST_RESOLUTION
+    sines = Sines.of(np.asfortranarray(rows))
+    roll, pitch = sines.sensitivities(coefficients)
+    across, level = np.sqrt(pitch * pitch + roll * roll), sines.level_determinant(coefficients)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        for k in range(0, len(rows), _BLOCK):
-            block = rows[k : k + _BLOCK]
-            across, level = _across_and_level(block, coefficients)
-            found = np.arctan(level / across)
-            near = np.flatnonzero((across <= doubt) & (np.abs(level) <= doubt))
-            if near.size and doubt > noise:
-                near = near[singular_everywhere(block[near], coefficients, angle_rounding=angle_rounding)]
-            found[near] = np.nan
-            margin[k : k + _BLOCK] = found
-    return margin
+        margin = np.arctan(level / across)
+    near = np.flatnonzero((across <= doubt) & (np.abs(level) <= doubt))
+    if near.size and doubt > noise:
+        near = near[singular_everywhere(rows[near], coefficients, angle_rounding=angle_rounding)]
+    margin[near] = np.nan
+    return margin, across, level
 
 
 def _finite_or_nan(alpha: npt.ArrayLike) -> FloatArray:
     """Return tilt angles as an array of shape (..., 4), NaN where they are not finite, or raise InputError."""
     angles = tilt_angles(alpha)
     return np.where(np.isfinite(angles), angles, np.nan)
-
-
-def _across_and_level(rows: FloatArray, coefficients: Coefficients) -> tuple[FloatArray, FloatArray]:
-    """Return √(Rφ² + Rθ²) and R for rows of shape (m, 4)."""
-    sines = Sines.of(np.asfortranarray(rows))
-    roll, pitch = sines.sensitivities(coefficients)
-    return np.sqrt(pitch * pitch + roll * roll), sines.level_determinant(coefficients)
 
 
 def singular_everywhere(
@@ -182,27 +182,28 @@ def least_tilt_margin(
     level = np.asarray(level_determinant(starts, coefficients))
     sign = math.copysign(1.0, level[np.argmax(np.abs(level))])
 
-    def value(alpha: FloatArray) -> FloatArray:
-        margin = sign * _signed_margin(alpha, coefficients, angle_rounding)
-        return np.where(margin > 0, margin, 0.0)
+    def values(alpha: FloatArray) -> FloatArray:
+        """Return the margins, at least 0, √(Rφ² + Rθ²) and R with the sign."""
+        margin, across, level = _signed_margin(alpha, coefficients, angle_rounding)
+        return np.array([np.where(sign * margin > 0, np.abs(margin), 0.0), across, sign * level])
 
-    def bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
+    def bounds(v0: FloatArray, v1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
         across, rise = sensitivity_deviations(p0, p1, coefficients)
-        v0, v1 = attitude_sensitivities(p0, coefficients), attitude_sensitivities(p1, coefficients)
         # The widest (Rφ, Rθ) and the least R: all that counts on the surfaces, where (Rφ, Rθ) vanishes and R may bend.
-        widest = np.maximum(np.hypot(v0[:, 0], v0[:, 1]), np.hypot(v1[:, 0], v1[:, 1])) + across
-        least = np.minimum(sign * v0[:, 2], sign * v1[:, 2]) - rise
-        apart, near = np.arctan2(np.maximum(least, 0.0), widest), np.full(len(f0), np.inf)
+        widest, least = np.maximum(v0[1], v1[1]) + across, np.minimum(v0[2], v1[2]) - rise
+        apart, near = np.arctan2(np.maximum(least, 0.0), widest), np.full(len(rise), np.inf)
         off = np.hypot(across, rise)
-        for margin, v in ((f0, v0), (f1, v1)):
+        for margin, *v in (v0, v1):
             # R·cos m − ‖(Rφ, Rθ)‖·sin m is ‖v‖·sin(margin − m) at an end, above its chord but for `off` in between, and
             # the margin is at least m where it is not negative.
             with np.errstate(divide="ignore", invalid="ignore"):
-                ratio = off / np.linalg.norm(v, axis=-1)
+                ratio = off / np.hypot(*v)
             near = np.minimum(near, np.where(ratio < 1, margin - np.arcsin(np.minimum(ratio, 1.0)), -1.0))
-        return np.asarray(np.maximum(near, apart))
+        return np.asarray(np.maximum(near, apart)[None])
 
-    lower, upper, segment, fraction = least_along(starts, ends, value, bound, tolerance=tolerance).worst()
+    quantity, points = Quantity(values, bounds, (tolerance,), 3), np.concatenate([starts, ends[-1:]])
+    (found,) = least_of_each(starts, ends, [quantity], known=(math.inf,), prepare=None, points=points)
+    lower, upper, segment, fraction = found.worst()
     if upper > 0:
         return LeastMargin(lower=lower, upper=upper, segment=segment, fraction=fraction)
     segment, fraction, crossed = _zero_of(starts, ends, coefficients, sign, segment, fraction)

@@ -209,11 +209,16 @@ class _Sweep(NamedTuple):
         pieces = _swept(firsts[0], lasts[0], firsts[1], lasts[1], coefficients)
         return _Sweep(*(np.concatenate(pair) for pair in zip(self.only(~where), pieces, strict=True)))
 
-    def least_products(self, sign: float, vectors: FloatArray) -> FloatArray:
-        """Return lower bounds of products of :meth:`safe_rays` with vectors above the horizon, the columns, (m, k)."""
-        chord = np.minimum(sign * self.v0 @ vectors, sign * self.v1 @ vectors)
-        size = math.sqrt(2.0) * np.hypot(vectors[0], vectors[1])
-        return np.asarray(chord - self.across[:, None] * size - self.level[:, None] * vectors[2])
+    def may_leave(self, sign: float, normals: FloatArray) -> npt.NDArray[np.bool_]:
+        """Return whether sign·v may leave a cone along each piece, by its normals above the horizon, the columns.
+
+        A product with a normal is f0 and f1 at the ends and, of a second derivative of no more than b, nowhere negative
+        if √f0 + √f1 ≥ √(b/2): a parabola through both then touches zero at most.
+        """
+        bends = np.column_stack([self.across, self.level]) @ [4 * np.hypot(*normals[:2]), 4 * normals[2]]
+        with np.errstate(invalid="ignore"):  # an end that is outside by rounding gives NaN
+            roots = np.sqrt(sign * self.v0 @ normals) + np.sqrt(sign * self.v1 @ normals)
+            return np.asarray(~(roots >= np.sqrt(bends)).all(axis=1))
 
     def safe_rays(self, sign: float) -> FloatArray:
         """Return vectors whose cone holds sign·v all along each piece, for verticals above the horizon, (m, 8, 3).
@@ -251,14 +256,17 @@ def _narrowed(
         samples = np.concatenate([core, sign * sweep.v0])  # where a piece ends, the next begins
         if (samples @ inside <= 0).any():
             return None
-        doubtful = sweep.least_products(sign, inside[:, None])[:, 0] <= 0
+        # Some safe ray may have no positive product with `inside`.
+        chord = np.minimum(sign * sweep.v0 @ inside, sign * sweep.v1 @ inside)
+        doubtful = chord <= math.sqrt(2.0) * math.hypot(*inside[:2]) * sweep.across + inside[2] * sweep.level
         if not doubtful.any():
             outer = _extreme_rays(samples, inside)
-            out = (sweep.across > 0) | (sweep.level > 0)
+            # Upright all along, v adds nothing to the horizon, as on red.
+            leaning = sweep.v0[:, :2].any(axis=1) | sweep.v1[:, :2].any(axis=1)
+            out = (sweep.across > 0) | ((sweep.level > 0) & leaning)
             if len(outer) >= 3:  # the pieces that may leave a cone of some samples, by the normals of its sides
                 some = outer[:: -(-len(outer) // _SIDES)]
-                normals = np.cross(some, np.roll(some, -1, axis=0)).T
-                out &= (sweep.least_products(sign, normals) < 0).any(axis=1)
+                out &= sweep.may_leave(sign, np.cross(some, np.roll(some, -1, axis=0)).T)
             sweep, core = sweep.only(out), outer
             rays = sweep.safe_rays(sign)
             extreme = _extreme_rays(np.concatenate([core, rays.reshape(-1, 3)]), inside)
@@ -363,7 +371,9 @@ def _ring_of(rays: FloatArray, sag: float = _SAG) -> FloatArray:
     turn = np.where(turn > 1.5 * math.pi, 0.0, turn) if len(rays) > 2 else np.full(2, math.pi)
     curved = len(rays) - horizon.size
     points = _arcs(starts[:curved], along[:curved], turn[:curved], sag)
-    return np.concatenate([points, _border(starts[-1], float(turn[-1]))[:-1]]) if horizon.size else points
+    border = _border(starts[-1], float(turn[-1])) if horizon.size else points[:0]
+    # Its end is the first point again, except for rounding, which would make a ring cross itself.
+    return np.concatenate([points, border[np.abs(border - points[0]).max(axis=1) > _SAME_RAY]])
 
 
 def _attitudes_of(verticals: FloatArray, middle: FloatArray) -> FloatArray:

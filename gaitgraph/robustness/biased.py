@@ -306,7 +306,8 @@ def _least_singular_value(
     """Return the bracket of the least singular value within a tilt below the margin, where, and the attitude."""
     value = partial(least_singular_value_within_bound, tilt=tilt, vehicle=vehicle)
     bound = singular_value_bound(vehicle, level=False)
-    lower, _, segment, fraction = least_along(segments.starts, segments.ends, value, bound, tolerance=_BRACKET).worst()
+    found = least_along(segments.starts, segments.ends, value, bound, tolerance=_BRACKET, points=segments.alpha)
+    lower, _, segment, fraction = found.worst()
     place = segments.place(segment, fraction)
     upper, (roll, pitch) = least_singular_value_within(place.alpha, tilt, vehicle)
     return (lower, float(upper)), place, (float(roll), float(pitch))
