@@ -187,7 +187,7 @@ def test_bounds_hold_on_random_segments() -> None:
         assert (-residual.lower <= true + 100 * small).all()
         assert true[:15].max() < small * 1e-6 > true[20:25].max()
         for k in np.flatnonzero(np.abs(R).min(axis=1) > 0.1 * np.abs(R).max(axis=1))[:6]:
-            margin = tilt_margins.least_tilt_margin(start[[k]], end[[k]], exact)
+            margin = tilt_margins.least_tilt_margin([start[k], end[k]], exact)
             sampled = tilt_margins.tilt_margin(alpha[k], exact).min()
             assert margin.lower <= sampled + 1e-9
             assert margin.upper <= sampled + 1e-3 if k >= 15 else margin.lower > math.pi / 2 - 1e-6

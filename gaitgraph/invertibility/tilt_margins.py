@@ -163,19 +163,15 @@ class LeastMargin:
 
 
 def least_tilt_margin(
-    starts: npt.ArrayLike,
-    ends: npt.ArrayLike,
-    coefficients: Coefficients,
-    *,
-    angle_rounding: float = 0.0,
-    tolerance: float = 1e-7,
+    points: npt.ArrayLike, coefficients: Coefficients, *, angle_rounding: float = 0.0, tolerance: float = 1e-7
 ) -> LeastMargin:
-    """Bracket the least tilt margin along consecutive segments of finite angles, shape (m, 4), to a tolerance [rad].
+    """Bracket the least tilt margin along the m segments through finite angles, shape (m + 1, 4), to a tolerance [rad].
 
     Zero where R changes its sign, or where v vanishes at an isolated point. There is none if v vanishes along a whole
     segment, if there is only one point, or if v cannot be distinguished from zero somewhere because of rounding.
     """
-    starts, ends = np.atleast_2d(tilt_angles(starts)), np.atleast_2d(tilt_angles(ends))
+    points = np.asarray(tilt_angles(points))
+    starts, ends = points[:-1], points[1:]
     none = segment_singular_everywhere(starts, ends, coefficients, angle_rounding)
     if none is not None:
         return LeastMargin(lower=math.nan, upper=math.nan, segment=none, fraction=0.0, reason=EVERYWHERE)
@@ -201,7 +197,7 @@ def least_tilt_margin(
             near = np.minimum(near, np.where(ratio < 1, margin - np.arcsin(np.minimum(ratio, 1.0)), -1.0))
         return np.asarray(np.maximum(near, apart)[None])
 
-    quantity, points = Quantity(values, bounds, (tolerance,), 3), np.concatenate([starts, ends[-1:]])
+    quantity = Quantity(values, bounds, (tolerance,), 3)
     (found,) = least_of_each(starts, ends, [quantity], known=(math.inf,), prepare=None, points=points)
     lower, upper, segment, fraction = found.worst()
     if upper > 0:

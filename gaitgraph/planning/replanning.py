@@ -181,8 +181,7 @@ class Replanner:
                 polygons = np.append(polygons, self._kept_out[shared])
             if np.count_nonzero(shapely.dwithin(polygons[:, None], polygons, OVERLAY_ERROR)) > len(polygons):
                 polygons = shapely.get_parts(shapely.disjoint_subset_union_all(polygons))
-            touched = bool(shapely.dwithin(polygons[:, None], places, OVERLAY_ERROR).any())
-            if touched:
+            if touched := bool(shapely.dwithin(polygons[:, None], places, OVERLAY_ERROR).any()):
                 outside |= shapely.contains(polygons[:, None], places).any(axis=0)
         if outside.any():
             free = self._free_of(polygons)

@@ -229,9 +229,7 @@ class ShortestPaths:
                 inside = np.array([other in seen for other in others])
             else:
                 inside = self._in_region([(place, self._points[other]) for other in others])
-            self._views[corner] = tuple(
-                (other, math.dist(place, self._points[other])) for other in compress(others, inside)
-            )
+            self._views[corner] = tuple((k, math.dist(place, self._points[k])) for k in compress(others, inside))
         return self._views[corner]
 
     def _bends_at(self, point: Point) -> tuple[list[int], dict[int, float]]:

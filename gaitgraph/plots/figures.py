@@ -109,7 +109,7 @@ def _attitudes(figure: Figure, of: _FigureInput, *, number: int, eta: float, mor
         gaits.roll_pitch_diagram(gait, eta=eta, name=f"Gait {number}", ax=ax)
         numbers = replace(gait.coefficients, kind="exact")
         margins = [
-            math.degrees(least_tilt_margin(one.alpha, one.ends, numbers, tolerance=1e-4).upper)
+            math.degrees(least_tilt_margin(np.append(one.alpha, one.alpha[:1], axis=0), numbers, tolerance=1e-4).upper)
             for one in (gait, gait.biased(eta))
         ]
         own, biased = ("none" if math.isnan(margin) else f"{margin:.1f}°" for margin in margins)

@@ -247,7 +247,7 @@ def robustness_of(
             progress("the gait itself" if scaling == "none" else f"the gait {scaling} by {eta:g}")
         factor = np.array([1.0, 1.0, eta, eta] if scaling == "biased" else [eta] * 4)
         moved = replace(segments, alpha=segments.alpha * factor)
-        margin = least_tilt_margin(moved.starts, moved.ends, numbers, angle_rounding=rounding)
+        margin = least_tilt_margin(moved.alpha, numbers, angle_rounding=rounding)
         where = moved.place(margin.segment, margin.fraction)
         nearest = nearest_singular_attitude(where.alpha, numbers)
         direction = None if np.isnan(nearest).any() or not margin.exists else (float(nearest[0]), float(nearest[1]))

@@ -101,9 +101,7 @@ class TimedGait(Pictured):
         total = length.sum()
         if not LAWS[self.law].by_length or not total > 0:
             length, total = np.ones(len(length)), len(length)
-        times = np.zeros(len(length) + 1)
-        (length / total).cumsum(out=times[1:])
-        times *= self.period
+        times = np.concatenate([[0.0], (length / total).cumsum() * self.period])
         times[-1] = self.period
         return times
 
