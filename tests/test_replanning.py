@@ -175,6 +175,15 @@ def test_waypoints_on_corners_and_sides_of_keep_outs(replanner: Replanner) -> No
     assert len(found.loop) == 5
 
 
+def test_a_keep_out_that_repeats_its_corners_is_passed_as_without(replanner: Replanner) -> None:
+    box = [(-0.7, 0.5), (-0.5, 0.5), (-0.5, 0.7), (-0.7, 0.7)]
+    found = [
+        replanner.replan([-0.6, 0.3, -0.6, 0.3], [(-0.6, 0.9)], keep_out=[np.repeat(box, times, axis=0)])
+        for times in (1, 2)
+    ]
+    np.testing.assert_array_equal(found[0].approach, found[1].approach)
+
+
 def test_waypoints_on_slanted_sides(replanner: Replanner) -> None:
     # By rounding they are inside or outside; a path from side to side goes around, one along a side does not.
     rng = np.random.default_rng(1)

@@ -191,7 +191,7 @@ class Replanner:
                 return self._refused(f"{name_of(point)} {self._why_not(point, free)}")
         legs, paths = [leg for leg in pairwise([*points, points[1]]) if leg[0] != leg[1]], []
         core = shapely.union_all(shapely.buffer(polygons, -_ON_RED, join_style="mitre")) if touched else None
-        many = len(shapely.get_coordinates(polygons)) > _MOST_CORNERS
+        many = sum(map(len, keep_out)) > _MOST_CORNERS
         for leg, path in zip(legs, self._paths.paths_around(legs, polygons[: 0 if many else None]), strict=True):
             found = path
             anew = many or (path is None and len(polygons))

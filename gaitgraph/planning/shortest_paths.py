@@ -277,14 +277,14 @@ class ShortestPaths:
         ends = np.array(legs).reshape(-1, 2, 2)
         lines: Any = shapely.linestrings(ends)
         found: list[FloatArray | None] = [*ends]
-        for k in np.flatnonzero(~shapely.covers(self._region, lines)).tolist():
+        for k in compress(range(len(legs)), np.logical_not(shapely.covers(self._region, lines))):
             found[k] = self.path(*ends[k])
             lines[k] = line_of(found[k])
         self._bends_from.cache_clear()  # in flight the points are other ones each time
         if not len(polygons):
             return found
-        near = shapely.dwithin(polygons[:, None], lines, OVERLAY_ERROR)  # twice as fast as whether they intersect
-        left = np.flatnonzero(near.any(axis=0)).tolist()
+        near: Any = shapely.dwithin(polygons[:, None], lines, OVERLAY_ERROR)  # twice as fast as whether they intersect
+        left = [*compress(range(len(legs)), near.any(axis=0))]
         for in_region in (False, True):
             if left:
                 again = self._searched([legs[k] for k in left], polygons, in_region=in_region)
@@ -364,12 +364,12 @@ class _Around:
         borders = shapely.get_rings(shapes) if holes else shapely.get_exterior_ring(shapes)
         corners, ring = shapely.get_coordinates(borders, return_index=True)
         places = corners.view(complex)[:, 0]
-        begins = (ring[1:] == ring[:-1]).nonzero()[0]  # a border ends with its first point; its inside is on the left
+        # A border ends with its first point, and may repeat others; its inside is on the left.
+        begins = ((ring[1:] == ring[:-1]) & (places[1:] != places[:-1])).nonzero()[0]
         self._corners, self.count, self._first = places[begins], len(begins), len(first)
         self.points: Complexes = np.concatenate([first, self._corners, more])
-        corner, counts = np.arange(self.count), shapely.get_num_coordinates(borders) - 1
-        after_last = counts.cumsum()
-        self._before = corner - 1
+        corner, counts = np.arange(self.count), np.bincount(ring[begins])
+        self._before, after_last = corner - 1, counts.cumsum()
         self._before[after_last - counts] = after_last - 1
         following = places[begins + 1]
         sides = orientations(self._corners, following, self.points[:, None])

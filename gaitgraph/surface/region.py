@@ -344,9 +344,9 @@ def checked_polygons(value: object, name: str) -> npt.NDArray[np.object_]:
     if not polygons:
         return np.empty(0, dtype=object)
     # All at once: shapely takes several times as long for one after the other.
-    points = [corner for corners in polygons for corner in corners]
-    rings = shapely.linearrings(points, indices=[k for k, corners in enumerate(polygons) for _ in corners])
-    shapes = np.asarray(shapely.polygons(rings))
+    rings = [one if one[0] == one[-1] and len(one) > 3 else [*one, one[0]] for one in polygons]
+    offsets = np.cumsum([0, *map(len, rings)]), np.arange(len(rings) + 1)
+    shapes = shapely.from_ragged_array(shapely.GeometryType.POLYGON, np.concatenate(rings), offsets)
     fine = shapely.is_valid(shapes) & (shapely.area(shapes) > 1e-12) & shapely.intersects(_SQUARE, shapes)
     for k in () if fine.all() else range(len(shapes)):
         got = shown(value[k])
