@@ -45,6 +45,7 @@ from tests.published import GAITS
 from tests.samples import EXACT
 
 NAN, INF = math.nan, math.inf
+NAN_TABLE = gg.Table(columns={f"alpha{k}": np.array([0.1, NAN]) for k in range(1, 5)})
 G3, G4 = (lift(GAITS[k].angles, "red") for k in (2, 3))
 NO_NUMBERS: list[Any] = [NAN, INF, -1.0, 1e300, True, "fast", [], 1j, {}, (1.0,), -(10**400)]
 SQUARE = [(0, 0), (1, 0), (1, 1), (0, 1)]
@@ -79,6 +80,7 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     # gaits
     (Gait, {"alpha": np.zeros((0, 4))}, "alpha must have the shape (n, 4) with n at least 1, got (0, 4)"),
     (Gait, {"alpha": [[0, 0, 0, NAN]]}, "alpha must hold finite angles in radians, got …nan"),
+    (validate, {"gait": NAN_TABLE}, "alpha must hold finite angles in radians, got …nan"),
     (Gait, {"alpha": np.zeros((2, 4)), "colors": ("red",)}, "colors must be one for each of the 2 corners, got 1"),
     (Gait, {"alpha": np.zeros((1, 4)), "colors": ("green",)}, "colors must be 'red', …, got …'green'"),
     (Gait, {"alpha": np.zeros((1, 4)), "colors": (["red"],)}, "colors must be 'red', …, got "),

@@ -162,6 +162,16 @@ def test_thrusts_that_are_cut_later_keep_a_swinging_flight_from_settling() -> No
     assert seconds[0] == flights[0].settling_time
 
 
+def test_a_slow_loop_holds_a_tilt_that_needs_more_thrust_than_the_limit() -> None:
+    # On red a tilt adds its square to the thrusts, and nothing of first order.
+    loop = lift([[0.5, -0.5], [0.51, -0.5], [0.51, -0.51]], "red").parametrize(6.0)
+    gains: dict[str, Any] = {"attitude_stiffness": 0.05, "attitude_damping": 0.1}
+    settings = FlightSettings(**gains, tolerance=0.05, duration=6.0, thrust_limit=1.21814)
+    simulation = Simulation(repeated(loop), settings)
+    codes, _, _ = simulation.run_many(np.array([[0.03, 0.03]]), until_settled=6.0, progress=lambda _: None)
+    assert OUTCOMES[codes[0]] == simulation.run((0.03, 0.03)).outcome == "not settled"
+
+
 def test_gaits_that_physics_forbids_are_refused_and_fail_anyway() -> None:
     refused = basins_of(timed_gait(1), biases=(1.0, 0.8), resolution=3)
     assert [basin.outcomes for basin in refused] == [{"refused": 9}] * 2

@@ -199,6 +199,26 @@ def test_waypoints_on_slanted_sides(replanner: Replanner) -> None:
         assert line.length == pytest.approx(sum(shapely.LineString(leg).length for leg in legs), abs=1e-9)
 
 
+OLD = [(-0.8, 0.4), (-0.4, 0.4), (-0.4, 0.7), (-0.8, 0.7)]
+SIDES = [
+    # From sides of new keep-outs, by rounding inside or outside, past others.
+    ((), [[(-0.3, 1.1), (-0.8, 1.0), (-0.7, 0.7)], [(-1.3, 0.3), (-1.5, 0.0), (-0.9, -0.1)]], (-1.0, 0.4), (-0.6, 0.8)),
+    ((), [[(0.04, 0.48), (-0.07, 0.54), (-0.09, 0.64), (-0.19, 0.44)]], (-0.08, 0.59), (-0.104467, 0.611066)),
+    ((), [[(-0.2, 0.2), (-0.5, 0.1), (-0.3, 0.0), (-0.3, 0.0)]], (-0.2, 0.2), (-0.4, 0.05)),
+    # Along a side of an old one that a new one overlaps.
+    ([OLD], [[(-0.9, 0.35), (-0.7, 0.35), (-0.7, 0.75), (-0.9, 0.75)]], (-0.45, 0.3), (-0.45, 0.8)),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "start", "end"), SIDES)
+def test_along_sides_paths_are_the_shortest_too(old: Any, new: Any, start: Any, end: Any) -> None:
+    replanner = Replanner("paper", sign="positive", rate=3.0, keep_out=old)
+    free = replanner.region.inner.difference(shapely.union_all([shapely.Polygon(one) for one in new]))
+    found, shortest = replanner.replan([*start, *start], [end], keep_out=new), ShortestPaths(free).path(start, end)
+    assert shortest is not None
+    np.testing.assert_allclose(found.approach, shortest, atol=1e-12)
+
+
 def test_nothing_crosses_a_polygon_that_crosses_the_side_of_another() -> None:
     box = np.array([(-0.56, 0.634), (-0.362, 0.666), (-0.394, 0.863), (-0.591, 0.832)])
     side = box[2] - box[1]

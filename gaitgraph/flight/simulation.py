@@ -262,12 +262,12 @@ class Simulation:
         The errors e in roll, pitch, yaw and altitude obey ë = −kp·e − kd·ė while no thrust is cut, so e² + ė²/kp never
         grows, nor does it in steps h of the engine, since kp·h² ≤ kd·h·(2 − kd·h) with all gains that join. With its
         root r, |ë| is at most √(kp² + kd²·kp)·r from then on, which bounds to first order how far thrusts go from those
-        of hover. A flight has joined once r is at most nine tenths of the tolerance, and small; twice that bound is at
-        most what thrusts of hover are away from their limits from then on; the largest thrust is known to 1 part in
-        5000; and the bound of the least singular value stays above the floor by twice the tilt, which is the most that
-        a tilt takes from it, since the norm of the rotors' four axes is 2. None joins where the controller does not
-        cancel all else: with wind, noise, gains that are too high for the step, thrusts that are held for more than a
-        step of the engine, rotor lag, or inertia of rotors or arms.
+        of hover; a tilt adds its square of them. A flight has joined once r is at most nine tenths of the tolerance,
+        and small; twice that bound is at most what thrusts of hover are away from their limits from then on; the
+        largest thrust is known to 1 part in 5000; and the bound of the least singular value stays above the floor by
+        twice the tilt, which is the most that a tilt takes from it, since the norm of the rotors' four axes is 2. None
+        joins where the controller does not cancel all else: with wind, noise, gains that are too high for the step,
+        thrusts that are held for more than a step of the engine, rotor lag, or inertia of rotors or arms.
         """
         settings, vehicle, interval, (low, high) = self.settings, self.course.vehicle, self._interval, self._limits
         stiffness, damping = np.array([
@@ -301,10 +301,11 @@ class Simulation:
         def joins(k: int, state: FloatArray, peak: FloatArray) -> tuple[npt.NDArray[np.bool_], float]:
             off = state[_DECOUPLED] ** 2
             root = np.sqrt(off[:4] + off[4:] / stiffness[:, None])
-            apart = 2.0 * (change[k] @ np.concatenate([root, root[:2]])).max(axis=0)
+            tilt = np.hypot(root[0], root[1])
+            apart = 2.0 * (change[k] @ np.concatenate([root, root[:2]])).max(axis=0) + later[k] * tilt**2
             known = (apart <= 2e-4 * later[k]) | (apart <= peak - later[k])
-            regular = 2.0 * np.hypot(root[0], root[1]) <= clear[k]
-            return (root.max(axis=0) <= small) & (apart <= room[k]) & regular & known, float(later[k])
+            known &= 2.0 * tilt <= clear[k]
+            return (root.max(axis=0) <= small) & (apart <= room[k]) & known, float(later[k])
 
         return joins
 

@@ -256,6 +256,8 @@ def lifted_pieces(
     rows = code = 0
     for piece in pieces:
         alpha = tilt_angles(piece, coefficients, rows_before=rows)
+        if not np.isfinite(alpha).all():
+            raise InputError(f"alpha must hold finite angles in radians, got {alpha[~np.isfinite(alpha)][0]!r}")
         if "color" in piece:
             codes = family_codes(piece["color"])
         else:

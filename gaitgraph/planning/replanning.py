@@ -20,7 +20,7 @@ from gaitgraph.gait.gait import Gait
 from gaitgraph.graph.build import checked_waypoints
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR
 from gaitgraph.invertibility.segment_bounds import bound_along_red_path
-from gaitgraph.planning.shortest_paths import ShortestPaths, line_of
+from gaitgraph.planning.shortest_paths import ShortestPaths
 from gaitgraph.surface.admissible import admissible_region
 from gaitgraph.surface.region import DEFAULT_ACCURACY, OVERLAY_ERROR, Zones, checked_polygons, region_of
 from gaitgraph.surface.sheets import separating_factor
@@ -173,7 +173,8 @@ class Replanner:
             return "the present angles" if point == points[0] else f"waypoint {given.index(point) + 1}"
 
         places: Any = shapely.points(points)
-        outside, touched = ~shapely.covers(self.region.inner, places), False
+        outside, new = ~shapely.covers(self.region.inner, places), polygons
+        exact = sum(map(len, keep_out)) > _MOST_CORNERS
         if len(polygons):
             # As one with old ones that they touch, so that no path leads between two that share a side.
             if len(self._kept_out):
@@ -181,33 +182,30 @@ class Replanner:
                 polygons = np.append(polygons, self._kept_out[shared])
             if np.count_nonzero(shapely.dwithin(polygons[:, None], polygons, OVERLAY_ERROR)) > len(polygons):
                 polygons = shapely.get_parts(shapely.disjoint_subset_union_all(polygons))
-            if touched := bool(shapely.dwithin(polygons[:, None], places, OVERLAY_ERROR).any()):
+            if shapely.dwithin(polygons[:, None], places, OVERLAY_ERROR).any():
                 outside |= shapely.contains(polygons[:, None], places).any(axis=0)
+                exact = True
         if outside.any():
             free = self._free_of(polygons)
             outside &= ~shapely.dwithin(free, places, OVERLAY_ERROR)
             if outside.any():
                 point = points[int(np.argmax(outside))]
                 return self._refused(f"{name_of(point)} {self._why_not(point, free)}")
-        legs, paths = [leg for leg in pairwise([*points, points[1]]) if leg[0] != leg[1]], []
-        core = shapely.union_all(shapely.buffer(polygons, -_ON_RED, join_style="mitre")) if touched else None
-        many = sum(map(len, keep_out)) > _MOST_CORNERS
-        for leg, path in zip(legs, self._paths.paths_around(legs, polygons[: 0 if many else None]), strict=True):
-            found = path
-            anew = many or (path is None and len(polygons))
-            if anew or (core is not None and shapely.intersects(core, line_of(path))):
+        legs = [leg for leg in pairwise([*points, points[1]]) if leg[0] != leg[1]]
+        paths: list[Any] = [None] * len(legs) if exact else self._paths.paths_around(legs, polygons, new)
+        cut: dict[int, ShortestPaths] = {}
+        for k, leg in enumerate(legs):
+            if paths[k] is None and len(polygons):
                 # The search may miss lines along borders: only ends in different parts are separated for sure. From a
-                # point on a border it may enter where another polygon crosses that border. Among many corners it takes
-                # longer than cutting the region anew.
+                # point on a side it is decided by rounding. Among many corners it takes longer than cutting anew.
                 free = shapely.get_parts(self._free_of(polygons))
-                parts = shapely.dwithin(free, shapely.points(leg)[:, None], _ON_RED).all(axis=0)
-                found = ShortestPaths(free[parts][0]).path(*leg) if parts.any() else None
-            if found is None:
+                parts: Any = shapely.dwithin(free, shapely.points(leg)[:, None], _ON_RED).all(axis=0)
+                if parts[part := int(parts.argmax())]:
+                    cut[part] = cut.get(part) or ShortestPaths(free[part])
+                    paths[k] = cut[part].path(*leg)
+            if paths[k] is None:
                 wall = separating_factor(*leg, self.vehicle) or "keep_out or the border of the region"
-                return self._refused(
-                    f"{name_of(leg[0])} and {name_of(leg[1])} are separated by {wall}; move one of them"
-                )
-            paths.append(found)
+                return self._refused(f"{' and '.join(map(name_of, leg))} are separated by {wall}; move one of them")
         approach = paths.pop(0) if points[0] != points[1] else np.array(points[:1])
         return self._timed(approach, np.concatenate([path[:-1] for path in paths] or [np.array(points[1:])]))
 

@@ -266,13 +266,14 @@ class ShortestPaths:
         return np.array([start, *(bend for bend in bends if bend not in (start, end)), end])
 
     def paths_around(
-        self, legs: Sequence[tuple[Point, Point]], polygons: npt.NDArray[np.object_]
+        self, legs: Sequence[tuple[Point, Point]], polygons: npt.NDArray[np.object_], new: npt.NDArray[np.object_]
     ) -> list[FloatArray | None]:
         """Return the shortest paths, as :meth:`path` does, between pairs of points, that do not enter polygons either.
 
         The points, within ±π, lie in the region and not inside a polygon; those of a pair differ. Polygons do not
         overlap. Where the path in the region meets one, a path in the plane bends at corners of polygons alone; if it
         lies inside the region, it is the shortest there. For other pairs the region's own corners join the search.
+        Nothing passes between the region's border and sides of `new`, those of the polygons that are not behind it.
         """
         ends = np.array(legs).reshape(-1, 2, 2)
         lines: Any = shapely.linestrings(ends)
@@ -287,7 +288,7 @@ class ShortestPaths:
         left = [*compress(range(len(legs)), near.any(axis=0))]
         for in_region in (False, True):
             if left:
-                again = self._searched([legs[k] for k in left], polygons, in_region=in_region)
+                again = self._searched([legs[k] for k in left], polygons, new if in_region else None)
                 for k, path in zip(left, again, strict=True):
                     found[k] = path
                 left = [*compress(left, ~shapely.contains_properly(self._region, [*map(line_of, again)]))]
@@ -300,15 +301,13 @@ class ShortestPaths:
         lines = [(k, number[other]) for corner, k in number.items() for other, _ in self._view(corner)]
         return np.array([line for line in lines if line[0] < line[1]], dtype=int).reshape(-1, 2).T
 
-    def _searched(
-        self, legs: Sequence[tuple[Point, Point]], polygons: Any, *, in_region: bool
-    ) -> list[FloatArray | None]:
-        """Return the shortest paths around polygons, in the region or in the whole plane."""
+    def _searched(self, legs: Sequence[tuple[Point, Point]], polygons: Any, new: Any) -> list[FloatArray | None]:
+        """Return the shortest paths around polygons, in the region or, if `new` is None, in the whole plane."""
         number = {end: k for k, end in enumerate(dict.fromkeys(chain.from_iterable(legs)))}
-        around = _Around(polygons, [complex(*end) for end in number], self._places if in_region else self._places[:0])
+        around = _Around(polygons, [complex(*end) for end in number], self._places[: 0 if new is None else None])
         points, count, own = around.points, len(number), len(number) + around.count
         linked = around.touches[:own]
-        if in_region:
+        if new is not None:
             linked = np.hstack([linked, self._bends(points[:own, None] - self._places)])
         linked[count:] &= around.touches[count:].T
         start, end = linked.nonzero()
@@ -317,13 +316,13 @@ class ShortestPaths:
         pairs = [(number[a], number[b]) for a, b in legs]
         lines = np.concatenate([np.array(pairs).T, [start[once], end[once]]], axis=1)
         lines = lines[:, ~around.entered(lines)]
-        if in_region:
+        if new is not None:
             ends = points[lines]
             lines = lines[:, shapely.covers(self._region, _straight(ends)) | (ends[0] == ends[1])]
             sights = self.sights + own
             lines = np.hstack([lines, sights[:, ~around.entered(sights)]])
             # Nothing passes between a polygon and a border of the region along which it lies.
-            seam = shapely.intersection(self._region.boundary, shapely.multipolygons(polygons).boundary)
+            seam = shapely.intersection(self._region.boundary, shapely.multipolygons(new).boundary)
             if seam.length:
                 along = shapely.intersection(seam, _straight(points[lines]))
                 lines = lines[:, shapely.length(along) <= _TOLERANCE]
