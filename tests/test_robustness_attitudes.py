@@ -14,6 +14,7 @@ from scipy.optimize import brentq
 
 from gaitgraph.gait.gait import lift
 from gaitgraph.invertibility.matrices import (
+    attitude_sensitivities,
     body_vertical,
     coefficients_of,
     determinant,
@@ -180,6 +181,25 @@ class TestAgainstARaster:
         curve = shapely.LineString(singular_curve(OBLIQUE, EXACT).points(3001))
         assert found.polygon.exterior.distance(curve) < 1e-5
         assert check(np.zeros((1, 4)), PAPER).fraction == 1.0
+
+    def test_where_only_roll_counts_the_region_is_a_rectangle(self) -> None:
+        """With α4 = α2, Rθ vanishes; at pitch ±π/2 the vertical is one for all rolls, and each side has its own."""
+        random = np.random.default_rng(3)
+        sides = set()
+        for number in range(32):
+            points = random.uniform(-1.2, 1.2, 4) * [1, 1, 0, 0] + random.uniform(-0.4, 0.4, (1 + number % 4, 4))
+            points[:, 2] += points[:, 0]
+            points[:, 3] = points[:, 1]
+            found = acceptable_attitudes(points, EXACT, tolerance=random.choice([1e-3, 1e-6]))
+            check_shapes(found)
+            if not found.polygon.is_empty:
+                _, across, level = attitude_sensitivities(along(points, 400), EXACT).T
+                low, high = np.clip([np.arctan(across / level).max(), np.arctan(across / level).min()], [0, -9], [9, 0])
+                rectangle = shapely.box(low - HALF_PI, -HALF_PI, high + HALF_PI, HALF_PI)
+                assert found.polygon.difference(rectangle).area < 1e-5
+                assert rectangle.difference(found.polygon).area <= found.error * math.pi**2 + 1e-5
+                sides.add((bool(low > 0), bool(high < 0)))
+        assert len(sides) == 3
 
     @pytest.mark.parametrize(
         ("points", "constants"),

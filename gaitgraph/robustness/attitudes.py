@@ -386,7 +386,7 @@ def _attitudes_of(verticals: FloatArray, middle: FloatArray) -> FloatArray:
 def _arcs(starts: FloatArray, along: FloatArray, turn: FloatArray, sag: float) -> FloatArray:
     """Return points of sides that are arcs of great circles; straight lines between them are within `sag` [rad].
 
-    The end of a side is left out, since the next begins there.
+    The end of a side is left out, since the next begins there, but for pitch ±π/2, where the next has another roll.
     """
     middle = starts * np.cos(turn / 2)[:, None] + along * np.sin(turn / 2)[:, None]
 
@@ -411,7 +411,7 @@ def _arcs(starts: FloatArray, along: FloatArray, turn: FloatArray, sag: float) -
         angle = np.insert(angle, wide + 1, between[wide])
         side = np.insert(side, wide + 1, side[wide])
         points = np.insert(points, wide + 1, new[wide], axis=0)
-    return np.asarray(points[np.append(side[1:] == side[:-1], False)])
+    return np.asarray(points[np.append(side[1:] == side[:-1], False) | (np.abs(points[:, 1]) > HALF_PI - 1e-12)])
 
 
 def _border(start: FloatArray, turn: float) -> FloatArray:
