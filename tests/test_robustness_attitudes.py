@@ -105,6 +105,14 @@ def random_gait(random: np.random.Generator) -> FloatArray:
 
 NEAR = np.array([[0.1, 0.2, 0.3, 0.4], [0.2, 0.3, 0.1, 0.1]])
 """Corners of a gait that is acceptable somewhere around level."""
+ON_A_LINE = np.array(
+    [
+        [-1.3561032954993943, 0.20851614292986043, -1.3561032954993941, 0.9258227613637499],
+        [-0.7340200547401995, -0.21269552974295386, -0.7340200547401997, 0.03704985715723069],
+        [-0.8527532924891374, -0.4049288921475107, -0.8527532924891374, 0.1751112096708824],
+    ]
+)
+"""Corners with α3 = α1 but for rounding: all v are in one plane but for rounding, and Qhull lost one of both ends."""
 
 
 class TestSingularCurve:
@@ -247,10 +255,11 @@ class TestAgainstARaster:
 class TestError:
     """What the sampling of the period costs is stated, and shrinks as asked."""
 
-    def test_it_bounds_the_error_and_converges(self) -> None:
-        found = [acceptable_attitudes(NEAR, EXACT, tolerance=tolerance) for tolerance in (1e-1, 1e-3, 1e-5)]
+    @pytest.mark.parametrize("corners", [NEAR, ON_A_LINE], ids=["near", "line"])
+    def test_it_bounds_the_error_and_converges(self, corners: FloatArray) -> None:
+        found = [acceptable_attitudes(corners, EXACT, tolerance=tolerance) for tolerance in (1e-1, 1e-3, 1e-5)]
         best = found[-1]
-        back = acceptable_attitudes(NEAR[::-1], EXACT, tolerance=1e-3)
+        back = acceptable_attitudes(corners[::-1], EXACT, tolerance=1e-3)
         assert abs(back.fraction - best.fraction) <= back.error + best.error
         for one in found:
             assert one.met

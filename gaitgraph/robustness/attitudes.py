@@ -49,6 +49,7 @@ _SMALL = 0.1  # an |R| above what rounded coefficients make of zero
 _FEW_RAYS = 64
 _DEEP = 0.1  # products of unit vectors of which a vertical is deep inside
 _SAME_RAY = 1e-9
+_THIN = 1e-13  # of the length of points on a line: how far rounding leads them off it
 _SAG = 1e-6  # rad, largest distance of straight sides of a polygon from the curves
 
 _UP = np.array([0.0, 0.0, 1.0])
@@ -326,19 +327,18 @@ def _extreme_rays(rays: FloatArray, inside: FloatArray) -> FloatArray:
     """Return the extreme rays of a cone and the horizon's, unit vectors, counter-clockwise about `inside`.
 
     Rays within 1e-9 rad of each other are one. Qhull keeps its hulls convex where points are within rounding of each
-    other; of points on a line only both ends are extreme.
+    other, but may lose an end of points that are on a line but for rounding; only both ends are extreme then.
     """
-    from scipy.spatial import ConvexHull, QhullError
+    from scipy.spatial import ConvexHull
 
     everything = np.vstack([_UP, rays])
     everything /= np.linalg.norm(everything, axis=1, keepdims=True)
     points = _projected(everything, inside)
-    try:
-        index = np.asarray(ConvexHull(points).vertices, dtype=np.intp)
-    except (QhullError, ValueError):  # all on a line, or fewer than three
-        offset = points - points[0]
-        along = offset @ offset[np.argmax(np.sum(offset**2, axis=1))]
-        index = np.unique([np.argmin(along), np.argmax(along)])
+    offset = points - points[0]
+    x, y = offset[np.argmax(np.sum(offset**2, axis=1))]
+    along, beside = offset @ [x, y], offset @ [-y, x]
+    thin = np.abs(beside).max() <= _THIN * along.max()
+    index = np.unique([np.argmin(along), np.argmax(along)]) if thin else np.asarray(ConvexHull(points).vertices)
     index = np.roll(index, -int(np.argmax(index == 0)))  # the horizon counts first
     kept = [index[0]]
     for k in index[1:]:
