@@ -1,4 +1,4 @@
-"""Planning again in flight: a region prepared once, and answers in about half a millisecond.
+"""Planning again in flight: a region prepared once, and answers in 0.5 to 0.6 ms.
 
 What does not change is computed once: the region, what its corners see of each other, the limits of tilt rates. New
 keep-outs leave the region as it is and bring their corners into the search.
