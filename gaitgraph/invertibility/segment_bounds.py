@@ -414,8 +414,8 @@ def singular_quantity(vehicle: Vehicle, *, tolerance: float, red: bool) -> Quant
         return np.array([least_of_blocks(blocks, alone), *chain.from_iterable(blocks), *alone])
 
     def bounds(v0: FloatArray, v1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
-        across, along = (p1 - p0)[:, :2].T
-        squares, least = across * across + along * along, []
+        first, second = (p1 - p0)[:, :2].T  # of α1 and α2
+        squares, least = first * first + second * second, []
         for k, (bend, curve) in enumerate(rates):
             (f0, g0), (f1, g1) = v0[2 * k + 1 :][:2], v1[2 * k + 1 :][:2]
             sign = np.sign(f0)
@@ -424,7 +424,7 @@ def singular_quantity(vehicle: Vehicle, *, tolerance: float, red: bool) -> Quant
             deficit = least_of_bent(f0 - ratio * g0, f1 - ratio * g1, (bend + ratio * curve) * squares)
             size = np.maximum((g0 + g1 - curve * np.sqrt(2 * squares)) / 2, 1e-100)
             least.append(2.0 * (ratio + np.minimum(deficit, 0.0) / size))
-        for e0, e1, step in zip(v0[count + 1 :], v1[count + 1 :], (along, across), strict=False):
+        for e0, e1, step in zip(v0[count + 1 :], v1[count + 1 :], (second, first), strict=False):
             kept = (e0 * e1 > 0) & (np.abs(step) < math.pi)
             least.append(np.minimum(np.abs(e0), np.abs(e1)) * kept)
         return np.asarray(math.sqrt(2.0) * np.maximum(reduce(np.minimum, least), 0.0))[None]

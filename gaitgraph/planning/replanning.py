@@ -193,12 +193,12 @@ class Replanner:
                 return self._refused(f"{name_of(point)} {self._why_not(point, free)}")
         legs = [leg for leg in pairwise([*points, points[1]]) if leg[0] != leg[1]]
         paths: list[Any] = [None] * len(legs) if exact else self._paths.paths_around(legs, polygons, new)
-        cut: dict[int, ShortestPaths] = {}
+        cut, free = dict[int, ShortestPaths](), np.empty(0, dtype=object)
         for k, leg in enumerate(legs):
             if paths[k] is None and len(polygons):
                 # The search may miss lines along borders: only ends in different parts are separated for sure. From a
                 # point on a side it is decided by rounding. Among many corners it takes longer than cutting anew.
-                free = shapely.get_parts(self._free_of(polygons))
+                free = free if len(free) else shapely.get_parts(self._free_of(polygons))
                 parts: Any = shapely.dwithin(free, shapely.points(leg)[:, None], _ON_RED).all(axis=0)
                 if parts[part := int(parts.argmax())]:
                     cut[part] = cut.get(part) or ShortestPaths(free[part])

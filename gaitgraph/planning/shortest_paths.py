@@ -280,7 +280,7 @@ class ShortestPaths:
         found: list[FloatArray | None] = [*ends]
         for k in compress(range(len(legs)), np.logical_not(shapely.covers(self._region, lines))):
             found[k] = self.path(*ends[k])
-            lines[k] = line_of(found[k])
+            lines[k] = _line_of(found[k])
         self._bends_from.cache_clear()  # in flight the points are other ones each time
         if not len(polygons):
             return found
@@ -291,7 +291,7 @@ class ShortestPaths:
                 again = self._searched([legs[k] for k in left], polygons, new if in_region else None)
                 for k, path in zip(left, again, strict=True):
                     found[k] = path
-                left = [*compress(left, ~shapely.contains_properly(self._region, [*map(line_of, again)]))]
+                left = [*compress(left, ~shapely.contains_properly(self._region, [*map(_line_of, again)]))]
         return found
 
     @cached_property
@@ -341,7 +341,7 @@ class ShortestPaths:
         return found
 
 
-def line_of(path: FloatArray | None) -> Any:
+def _line_of(path: FloatArray | None) -> Any:
     """Return a path as a line, None if there is none."""
     return None if path is None else shapely.linestrings(path)
 
