@@ -331,18 +331,21 @@ def _least_direction(A: FloatArray, B: FloatArray, D: FloatArray, E: FloatArray)
     """Return the cosine and the sine of the t at which A·cos 2t + B·sin 2t + D·cos t + E·sin t is least.
 
     Along the direction in which the first two are least, and across it, D and E are b and c. The sum is then
-    −a·cos 2u + b·cos u + c·sin u, least where both terms are negative and 4a·x + |b|·x/√(1 − x²) = |c| for x = |sin u|.
-    The left side is convex, and Newton's iteration from above decreases towards the only root.
+    −a·cos 2u + b·cos u + c·sin u, least where both terms are negative and 4a·t/√(1 + t²) + |b|·t = |c| for t = |tan u|.
+    The left side is concave, and Newton's iteration from below increases towards the only root.
     """
     a = np.sqrt(A * A + B * B)
-    share = np.clip(-A / np.maximum(a, _TINY), -1.0, 1.0)
-    c1, s1 = np.sqrt((1 + share) / 2), np.copysign(np.sqrt((1 - share) / 2), -B)
+    large = np.sqrt((1 + np.abs(A) / np.maximum(a, _TINY)) / 2)
+    small, flat = np.where(a > 0, np.abs(B) / np.maximum(2 * a * large, _TINY), large), A < 0
+    c1, s1 = np.where(flat, large, small), np.copysign(np.where(flat, small, large), -B)
     b, c = D * c1 + E * s1, E * c1 - D * s1
-    along, across = np.abs(b), np.abs(c)
-    x = across / np.maximum(np.maximum(4 * a + along, np.hypot(along, across)), _TINY)
-    for _ in range(12):
-        left = np.maximum(1 - x * x, _TINY**0.5)
-        steep = along / np.sqrt(left)
-        x = np.clip(x - (4 * a * x + steep * x - across) / np.maximum(4 * a + steep / left, _TINY), 0.0, 1.0)
-    x, y = -np.copysign(np.sqrt(1 - x * x), b), -np.copysign(x, c)
+    a, across = 4 * a, np.abs(c)
+    along = np.maximum(np.abs(b), 1e-15 * (a + across))  # without b, u may be 90°
+    t = across / np.maximum(a + along, _TINY)
+    for _ in range(11):
+        squared = 1 / (1 + t * t)
+        pull = a * np.sqrt(squared)
+        t += (across - (pull + along) * t) / np.maximum(pull * squared + along, _TINY)
+    x = 1 / np.sqrt(1 + t * t)
+    x, y = -np.copysign(x, b), -np.copysign(x * t, c)
     return x * c1 - y * s1, x * s1 + y * c1

@@ -271,11 +271,11 @@ def _narrowed(
             sweep, core = sweep.only(out), outer
             rays = sweep.safe_rays(sign)
             extreme = _extreme_rays(np.concatenate([core, rays.reshape(-1, 3)]), inside)
-            areas = [shapely.Polygon(_ring_of(rays, 1e-4)).area for rays in (outer, extreme)]
-            gap = abs(areas[0] - areas[1]) / DIAGRAM_AREA
+            whole, part = (shapely.Polygon(_ring_of(rays, 1e-4)) for rays in (outer, extreme))
+            gap = abs(whole.area - part.area) / DIAGRAM_AREA
             # Finer pieces gain at most what the straight sides lose.
             last = not out.any() or pieces + 3 * len(sweep.starts) > most or gap <= 2 * _SAG
-            if last or gap <= tolerance:
+            if last or gap + _SAG * part.length / DIAGRAM_AREA <= tolerance:
                 polygon = _polygon_of(extreme)
                 chords = _SAG * float(polygon.length) / DIAGRAM_AREA if len(extreme) > 1 else 0.0
                 error = max(_polygon_of(outer).area - polygon.area, 0.0) / DIAGRAM_AREA + chords
