@@ -347,7 +347,8 @@ class Program:
         scale = np.ones(len(x))
         scale[size:] = 2 * trust / self.unit
         off, (first, second) = (part[..., self.round, :] for part in self.at_discs(x))
-        turns = np.arctan2(off[:, 1], off[:, 0]) + (np.arange(_SIDES) + 0.5)[:, None] * (2 * math.pi / _SIDES)
+        ahead, aside = np.round(off, 12).T + 0.0  # a direction that is rounding alone would differ between processors
+        turns = np.arctan2(aside, ahead) + (np.arange(_SIDES) + 0.5)[:, None] * (2 * math.pi / _SIDES)
         cosine, sine = np.cos(turns), np.sin(turns)
         sides = (cosine[..., None] * first + sine[..., None] * second).reshape(-1, len(x))
         apothem = self.discs.radii[self.round] * math.cos(math.pi / _SIDES)
