@@ -99,6 +99,19 @@ def test_points_outside_have_no_path_and_points_on_the_border_have_one() -> None
     assert ShortestPaths(shapely.Polygon()).path((0, 0), (0, 0)) is None
 
 
+def test_points_of_a_side_with_a_corner_on_it_see_past_that_corner() -> None:
+    # In decimals a corner on a side, and points of that side, are beside it by rounding.
+    rng, around = np.random.default_rng(4), shapely.box(-1, -1, 1, 1)
+    for _ in range(60):
+        step, (middle, at) = rng.integers(-40, 40, 2), np.sort(rng.choice(np.arange(1, 10), 2, replace=False))
+        side = [(k * step + [3, 7]) / 1000 for k in (0, middle, 10, at, -3)]
+        aside = side[2] + [step[1] / 500, -step[0] / 500]
+        regions = (around - shapely.Polygon([*corners, aside]) for corners in (side[:3], side[:3:2]))
+        start = side[4] + [step[1] / 300, -step[0] / 300]  # beyond the first corner, on the other side of the line
+        lengths = [length_of(ShortestPaths(region).path(start, side[3])) for region in regions]
+        assert lengths[0] == pytest.approx(lengths[1], abs=1e-12)
+
+
 def test_each_bend_touches_the_border_and_turns_around_it(monkeypatch: pytest.MonkeyPatch) -> None:
     rng = np.random.default_rng(3)
     region = random_region(rng, 12)

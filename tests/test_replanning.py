@@ -26,6 +26,9 @@ HERE = [-0.5, 0.3, -0.5, 0.3]
 WALL = [(-2.0, 0.5), (0.5, 0.5), (0.5, 0.7), (-2.0, 0.7)]
 # Vehicles with and without curved borders, and with rotors above the centre of mass.
 CASES = [("paper", "positive", 0.05), ("paper", "negative", 0.3), ("gimbalrotor", "negative", 0.05)]
+TURNS = 2 * np.pi * np.arange(6) / 6
+PLACES = [(x, y) for x in (-1.05, -0.75, -0.45, -0.15) for y in (0.25, 0.55, 0.85)]
+HEXAGONS = [[(x + 0.09 * np.cos(turn), y + 0.09 * np.sin(turn)) for turn in TURNS] for x, y in PLACES]
 
 
 @pytest.fixture(scope="module")
@@ -37,9 +40,9 @@ def path_of(found: Replan) -> FloatArray:
     return np.vstack([found.approach, found.loop[1:], found.loop[:1]])
 
 
-@pytest.mark.parametrize(("vehicle", "sign", "floor"), CASES)
-def test_random_requests(vehicle: str, sign: Any, floor: float) -> None:
-    replanner = Replanner(vehicle, sign=sign, floor=floor, rate=3.0)
+@pytest.mark.parametrize(("vehicle", "sign", "floor", "old"), [*((*case, []) for case in CASES), (*CASES[0], HEXAGONS)])
+def test_random_requests(vehicle: str, sign: Any, floor: float, old: Any) -> None:
+    replanner = Replanner(vehicle, sign=sign, floor=floor, rate=3.0, keep_out=old)
     shares = []
     for alpha, stops, keep_out in replan_requests(replanner.region, np.random.default_rng(7), 40):
         forbidden = shapely.union_all([shapely.Polygon(corners) for corners in keep_out])
@@ -242,6 +245,18 @@ def test_corners_of_other_polygons_on_sides() -> None:
         assert Replanner("paper", sign="positive", rate=1.0).replan([x, y, x, y], [(-0.1, 0.9)], keep_out=thirds)
 
 
+def test_a_corner_that_two_keep_outs_share_is_a_passage(replanner: Replanner) -> None:
+    walls = [shapely.box(*wall) for wall in [(-0.9, 0.4, -0.8, 0.9), (-0.9, 0.9, -0.4, 1.0), (-0.4, 0.4, -0.3, 0.9)]]
+    room: Any = [list(wall.exterior.coords) for wall in [*walls, shapely.box(-0.8, 0.3, -0.4, 0.4)]]
+    triangles = [
+        [(x, y), (x + 0.01, y), (x, y + 0.01)] for x in np.linspace(-0.3, -0.1, 7) for y in np.linspace(0.2, 0.4, 7)
+    ]
+    for end, length in (((-0.6, 0.2), 0.6064495), ((-0.6, 0.3), 0.5828427)):  # the second lies on a side
+        for keep_out in (room, room + triangles):
+            found = replanner.replan([-0.6, 0.6] * 2, [end], keep_out=keep_out)
+            assert shapely.LineString(found.approach).length == pytest.approx(length, abs=1e-7)
+
+
 def test_signs_of_orientations_are_exact() -> None:
     rng = np.random.default_rng(0)
     points = rng.integers(0, 4, (3, 4000, 2)) * 0.1 + rng.integers(-2, 3, (3, 4000, 2)) * 1e-16
@@ -250,8 +265,9 @@ def test_signs_of_orientations_are_exact() -> None:
 
 
 @pytest.mark.slow
-def test_memory_does_not_grow(replanner: Replanner) -> None:
-    sizes = []
+@pytest.mark.parametrize("old", [[], HEXAGONS])
+def test_memory_does_not_grow(old: Any) -> None:
+    replanner, sizes = Replanner("paper", sign="positive", rate=3.0, keep_out=old), []
     tracemalloc.start()
     for number, request in enumerate(replan_requests(replanner.region, np.random.default_rng(5), 4000), start=1):
         alpha, stops, keep_out = request

@@ -40,7 +40,6 @@ if TYPE_CHECKING:
 
 _ON_RED = 1e-9  # rad
 _ROUNDING = 1e-10  # of a time
-_MOST_CORNERS = 120  # of new keep-outs
 _STEP = 0.05  # rad between two points at which the singular values are computed
 
 
@@ -142,13 +141,19 @@ class Replanner:
         limits = np.minimum(four_of(rate), four_of(stated)).tolist()
         self._limits = min(limits[::2]), min(limits[1::2])  # opposite arms tilt alike
         self.floor = checked_number("floor", floor)
-        zones = Zones(keep_out=keep_out, keep_in=keep_in)
-        self.region = admissible_region(
-            body, sign=None if sign == "auto" else sign, floor=floor, zones=zones, accuracy=accuracy
-        )
-        self._kept_out = checked_polygons(keep_out, "keep_out")
+
+        def region_without(polygons: Sequence[Points]) -> Region:
+            zones = Zones(keep_out=polygons, keep_in=keep_in)
+            return admissible_region(
+                body, sign=None if sign == "auto" else sign, floor=floor, zones=zones, accuracy=accuracy
+            )
+
+        self.region = region_without(keep_out)
+        self._kept_out = _apart(checked_polygons(keep_out, "keep_out"))
         shapely.prepare(self._kept_out)
-        self._paths = ShortestPaths(self.region.inner)
+        self._whole = self._paths = ShortestPaths(self.region.inner)
+        if len(self._kept_out):  # which are searched as new ones are
+            self._paths = ShortestPaths(region_without(()).inner)
         _ = self._paths.sights  # computed once, now
 
     def replan(self, alpha: npt.ArrayLike, waypoints: Points, *, keep_out: Sequence[Points] = ()) -> Replan:
@@ -161,7 +166,7 @@ class Replanner:
         if tilts.shape != (4,) or not (abs(tilts) <= math.pi).all():
             raise InputError(f"alpha must be four finite tilt angles within ±π rad, got {shown(alpha)}")
         given = checked_waypoints(waypoints.tolist() if isinstance(waypoints, np.ndarray) else waypoints)
-        polygons = checked_polygons(keep_out, "keep_out")
+        new = checked_polygons(keep_out, "keep_out")
         first, second, third, fourth = tilts.tolist()
         if (off := max(abs(first - third), abs(second - fourth))) > _ON_RED:
             advice = "give the commanded angles, which lie on it"
@@ -173,37 +178,31 @@ class Replanner:
             return "the present angles" if point == points[0] else f"waypoint {given.index(point) + 1}"
 
         places: Any = shapely.points(points)
-        outside, new = ~shapely.covers(self.region.inner, places), polygons
-        exact = sum(map(len, keep_out)) > _MOST_CORNERS
-        if len(polygons):
+        outside, polygons = ~shapely.covers(self.region.inner, places), self._kept_out
+        if len(new):
             # As one with old ones that they touch, so that no path leads between two that share a side.
-            if len(self._kept_out):
-                shared = shapely.intersects(self._kept_out[:, None], polygons).any(axis=1)
-                polygons = np.append(polygons, self._kept_out[shared])
-            if np.count_nonzero(shapely.dwithin(polygons[:, None], polygons, OVERLAY_ERROR)) > len(polygons):
-                polygons = shapely.get_parts(shapely.disjoint_subset_union_all(polygons))
-            if shapely.dwithin(polygons[:, None], places, OVERLAY_ERROR).any():
-                outside |= shapely.contains(polygons[:, None], places).any(axis=0)
-                exact = True
+            apart = ~shapely.dwithin(self._kept_out[:, None], new, OVERLAY_ERROR).any(axis=1)
+            new = _apart(np.concatenate([new, self._kept_out[~apart]]))
+            polygons = np.concatenate([new, self._kept_out[apart]])
+        touched: Any = shapely.dwithin(polygons[:, None], places, OVERLAY_ERROR)
+        if touched.any():
+            outside |= shapely.contains(polygons[:, None], places).any(axis=0)
         if outside.any():
-            free = self._free_of(polygons)
+            free = self._free_of(new)
             outside &= ~shapely.dwithin(free, places, OVERLAY_ERROR)
             if outside.any():
                 point = points[int(np.argmax(outside))]
                 return self._refused(f"{name_of(point)} {self._why_not(point, free)}")
         legs = [leg for leg in pairwise([*points, points[1]]) if leg[0] != leg[1]]
-        paths: list[Any] = [None] * len(legs) if exact else self._paths.paths_around(legs, polygons, new)
-        cut, free = dict[int, ShortestPaths](), np.empty(0, dtype=object)
-        for k, leg in enumerate(legs):
-            if paths[k] is None and len(polygons):
-                # The search may miss lines along borders: only ends in different parts are separated for sure. From a
-                # point on a side it is decided by rounding. Among many corners it takes longer than cutting anew.
-                free = free if len(free) else shapely.get_parts(self._free_of(polygons))
-                parts: Any = shapely.dwithin(free, shapely.points(leg)[:, None], _ON_RED).all(axis=0)
-                if parts[part := int(parts.argmax())]:
-                    cut[part] = cut.get(part) or ShortestPaths(free[part])
-                    paths[k] = cut[part].path(*leg)
-            if paths[k] is None:
+        paths: list[Any] = [None] * len(legs) if touched.any() else self._paths.paths_around(legs, polygons)
+        left = [k for k, path in enumerate(paths) if path is None]
+        if left and len(polygons):
+            # The search may miss lines along borders, and from a point on a side it is decided by rounding.
+            free = ShortestPaths(self._free_of(new)) if len(new) else self._whole
+            for k, path in zip(left, free.paths_around([legs[k] for k in left], polygons[:0]), strict=True):
+                paths[k] = path
+        for leg, path in zip(legs, paths, strict=True):
+            if path is None:
                 wall = separating_factor(*leg, self.vehicle) or "keep_out or the border of the region"
                 return self._refused(f"{' and '.join(map(name_of, leg))} are separated by {wall}; move one of them")
         approach = paths.pop(0) if points[0] != points[1] else np.array(points[:1])
@@ -244,3 +243,10 @@ class Replanner:
 
     def _free_of(self, polygons: Any) -> Any:
         return self.region.inner.difference(shapely.union_all(polygons))
+
+
+def _apart(polygons: npt.NDArray[np.object_]) -> npt.NDArray[np.object_]:
+    """Return polygons with those that touch as one."""
+    if np.count_nonzero(shapely.dwithin(polygons[:, None], polygons, OVERLAY_ERROR)) > len(polygons):
+        return np.asarray(shapely.get_parts(shapely.disjoint_subset_union_all(polygons)))
+    return polygons

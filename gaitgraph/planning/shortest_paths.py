@@ -39,6 +39,7 @@ Complexes = npt.NDArray[np.complex128]  # points x + iy
 _ORIENTATION_ERROR = 3.3306690738754716e-16  # (3 + 16·2⁻⁵³)·2⁻⁵³, Shewchuk's bound for the determinant below
 _TOLERANCE = 1e-9
 _DIRECT = -1
+_MOST_CORNERS = 400  # of polygons that appear later; around more, cutting the region anew takes less time
 _FEW = 12  # lines, up to which it is quicker to test each in shapely than to widen cones around a corner
 _SMALL = 1e-7  # what a side of length zero counts as, so that lengths of loops are smooth
 _ROUNDING = 1e-14  # of an orientation, per square of the largest coordinate: more than floating point leaves
@@ -152,7 +153,8 @@ class ShortestPaths:
                     continue
                 if number in met:
                     sides[number] = None
-                elif orientation(before, point, after) < 0:
+                elif orientation(before, point, after) <= _TOLERANCE * math.dist(before, after):
+                    # Nearly straight ones too: points of a side may be outside of it, and see no farther.
                     sides[number] = (before, after)
                 met.add(number)
         return sides
@@ -266,14 +268,14 @@ class ShortestPaths:
         return np.array([start, *(bend for bend in bends if bend not in (start, end)), end])
 
     def paths_around(
-        self, legs: Sequence[tuple[Point, Point]], polygons: npt.NDArray[np.object_], new: npt.NDArray[np.object_]
+        self, legs: Sequence[tuple[Point, Point]], polygons: npt.NDArray[np.object_]
     ) -> list[FloatArray | None]:
         """Return the shortest paths, as :meth:`path` does, between pairs of points, that do not enter polygons either.
 
-        The points, within ±π, lie in the region and not inside a polygon; those of a pair differ. Polygons do not
-        overlap. Where the path in the region meets one, a path in the plane bends at corners of polygons alone; if it
-        lies inside the region, it is the shortest there. For other pairs the region's own corners join the search.
-        Nothing passes between the region's border and sides of `new`, those of the polygons that are not behind it.
+        The points, within ±π, lie in the region and are clear of the polygons, which are clear of each other; those of
+        a pair differ. Where the path in the region meets a polygon, a path in the plane bends at corners of polygons
+        alone; if it lies inside the region, it is the shortest there. For other pairs the region's own corners join the
+        search. Polygons count once a path meets them. Paths around too many corners are None, as are some along borders.
         """
         ends = np.array(legs).reshape(-1, 2, 2)
         lines: Any = shapely.linestrings(ends)
@@ -285,13 +287,25 @@ class ShortestPaths:
         if not len(polygons):
             return found
         near: Any = shapely.dwithin(polygons[:, None], lines, OVERLAY_ERROR)  # twice as fast as whether they intersect
-        left = [*compress(range(len(legs)), near.any(axis=0))]
+        left, met = [*compress(range(len(legs)), near.any(axis=0))], near.any(axis=1)
         for in_region in (False, True):
-            if left:
-                again = self._searched([legs[k] for k in left], polygons, new if in_region else None)
-                for k, path in zip(left, again, strict=True):
+            left, blocked = [], left
+            while blocked:
+                others = polygons[~met]
+                around = polygons[met] if len(others) else polygons
+                few = shapely.get_num_coordinates(around).sum() <= _MOST_CORNERS
+                again = self._searched([legs[k] for k in blocked], around, in_region) if few else [None] * len(blocked)
+                for k, path in zip(blocked, again, strict=True):
                     found[k] = path
-                left = [*compress(left, ~shapely.contains_properly(self._region, [*map(_line_of, again)]))]
+                lines = [*map(_line_of, again)]
+                beyond = ~shapely.contains_properly(self._region, lines)
+                if len(others) and (near := shapely.dwithin(others[:, None], lines, OVERLAY_ERROR)).any():
+                    met[~met], more = near.any(axis=1), near.any(axis=0)
+                    left += compress(blocked, beyond & ~more)
+                    blocked = [*compress(blocked, more)]
+                else:
+                    left += compress(blocked, beyond)
+                    break
         return found
 
     @cached_property
@@ -301,13 +315,13 @@ class ShortestPaths:
         lines = [(k, number[other]) for corner, k in number.items() for other, _ in self._view(corner)]
         return np.array([line for line in lines if line[0] < line[1]], dtype=int).reshape(-1, 2).T
 
-    def _searched(self, legs: Sequence[tuple[Point, Point]], polygons: Any, new: Any) -> list[FloatArray | None]:
-        """Return the shortest paths around polygons, in the region or, if `new` is None, in the whole plane."""
+    def _searched(self, legs: Sequence[tuple[Point, Point]], polygons: Any, in_region: bool) -> list[FloatArray | None]:
+        """Return the shortest paths around polygons, in the region or in the whole plane."""
         number = {end: k for k, end in enumerate(dict.fromkeys(chain.from_iterable(legs)))}
-        around = _Around(polygons, [complex(*end) for end in number], self._places[: 0 if new is None else None])
+        around = _Around(polygons, [complex(*end) for end in number], self._places[: None if in_region else 0])
         points, count, own = around.points, len(number), len(number) + around.count
         linked = around.touches[:own]
-        if new is not None:
+        if in_region:
             linked = np.hstack([linked, self._bends(points[:own, None] - self._places)])
         linked[count:] &= around.touches[count:].T
         start, end = linked.nonzero()
@@ -316,13 +330,13 @@ class ShortestPaths:
         pairs = [(number[a], number[b]) for a, b in legs]
         lines = np.concatenate([np.array(pairs).T, [start[once], end[once]]], axis=1)
         lines = lines[:, ~around.entered(lines)]
-        if new is not None:
+        if in_region:
             ends = points[lines]
             lines = lines[:, shapely.covers(self._region, _straight(ends)) | (ends[0] == ends[1])]
             sights = self.sights + own
             lines = np.hstack([lines, sights[:, ~around.entered(sights)]])
             # Nothing passes between a polygon and a border of the region along which it lies.
-            seam = shapely.intersection(self._region.boundary, shapely.multipolygons(new).boundary)
+            seam = shapely.intersection(self._region.boundary, shapely.multipolygons(polygons).boundary)
             if seam.length:
                 along = shapely.intersection(seam, _straight(points[lines]))
                 lines = lines[:, shapely.length(along) <= _TOLERANCE]
