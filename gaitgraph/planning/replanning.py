@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
     from gaitgraph.invertibility.matrices import FloatArray
     from gaitgraph.planning.request import Point
-    from gaitgraph.surface.region import Points
+    from gaitgraph.surface.region import Points, Region
     from gaitgraph.surface.sheets import SignChoice
     from gaitgraph.vehicle import Vehicle, VehicleLike
 

@@ -275,7 +275,8 @@ class ShortestPaths:
         The points, within ±π, lie in the region and are clear of the polygons, which are clear of each other; those of
         a pair differ. Where the path in the region meets a polygon, a path in the plane bends at corners of polygons
         alone; if it lies inside the region, it is the shortest there. For other pairs the region's own corners join the
-        search. Polygons count once a path meets them. Paths around too many corners are None, as are some along borders.
+        search. Polygons count once a path meets them. Some paths along borders, around many corners or polygons with
+        holes are None.
         """
         ends = np.array(legs).reshape(-1, 2, 2)
         lines: Any = shapely.linestrings(ends)
@@ -291,21 +292,18 @@ class ShortestPaths:
         for in_region in (False, True):
             left, blocked = [], left
             while blocked:
-                others = polygons[~met]
-                around = polygons[met] if len(others) else polygons
+                around = polygons[met]
+                again: list[FloatArray | None] = [None] * len(blocked)
                 few = shapely.get_num_coordinates(around).sum() <= _MOST_CORNERS
-                again = self._searched([legs[k] for k in blocked], around, in_region) if few else [None] * len(blocked)
+                if few and not shapely.get_num_interior_rings(around).any():
+                    again = self._searched([legs[k] for k in blocked], around, in_region)
                 for k, path in zip(blocked, again, strict=True):
                     found[k] = path
                 lines = [*map(_line_of, again)]
-                beyond = ~shapely.contains_properly(self._region, lines)
-                if len(others) and (near := shapely.dwithin(others[:, None], lines, OVERLAY_ERROR)).any():
-                    met[~met], more = near.any(axis=1), near.any(axis=0)
-                    left += compress(blocked, beyond & ~more)
-                    blocked = [*compress(blocked, more)]
-                else:
-                    left += compress(blocked, beyond)
-                    break
+                near = shapely.dwithin(polygons[~met, None], lines, OVERLAY_ERROR)
+                met[~met], meets = near.any(axis=1), near.any(axis=0)
+                left += compress(blocked, ~(meets | shapely.contains_properly(self._region, lines)))
+                blocked = [*compress(blocked, meets)]
         return found
 
     @cached_property
@@ -366,15 +364,14 @@ def _straight(ends: Complexes) -> Any:
 
 
 class _Around:
-    """Points outside polygons that do not overlap, and exact tests of lines between them; coordinates are within ±π.
+    """Points outside polygons without holes that do not overlap, and exact tests of lines between them, within ±π.
 
     `points`, x + iy, are the first given ones, the `count` corners of the polygons, and more. `touches`, shape
     (n, count), is whether a line from a point may bend around a corner: both its sides lie on one side of the line.
     """
 
     def __init__(self, polygons: npt.NDArray[np.object_], first: Sequence[complex], more: Complexes) -> None:
-        shapes, holes = shapely.orient_polygons(polygons), shapely.get_num_interior_rings(polygons).any()
-        borders = shapely.get_rings(shapes) if holes else shapely.get_exterior_ring(shapes)
+        borders = shapely.get_exterior_ring(shapely.orient_polygons(polygons))
         corners, ring = shapely.get_coordinates(borders, return_index=True)
         places = corners.view(complex)[:, 0]
         # A border ends with its first point, and may repeat others; its inside is on the left.
