@@ -404,7 +404,7 @@ def _flown_on_dask(
             return None
         except GaitgraphError:
             raise
-        except (Exception, CancelledError) as error:
+        except (Exception, CancelledError) as error:  # of any kind: pickled in the worker, or made by Dask
             needs = "workers need the same gaitgraph, with its extra study"
             raise InputError(f"a worker cannot run the study ({_line(error)}); {needs}") from error
 
