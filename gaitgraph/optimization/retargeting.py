@@ -303,12 +303,10 @@ def _targets(rows: FloatArray, parts: Sequence[Polygon], keep: float | None) -> 
     Distances are in four dimensions. With `keep` the points are those of a smaller loop, NaN where it does not fit.
     """
     middle, off = (rows[:, :2] + rows[:, 2:]) / 2, np.sum((rows[:, :2] - rows[:, 2:]) ** 2, axis=1) / 2
+    targets = [middle if keep is None else _smaller(rows[:, :2], keep, part, middle.mean(axis=0)) for part in parts]
+    squares = np.sum((np.array(targets) - middle) ** 2, axis=2)
     if keep is None:
-        targets = [middle] * len(parts)
         squares = shapely.distance(np.array(parts)[:, None], shapely.points(middle)) ** 2
-    else:
-        targets = [_smaller(rows[:, :2], keep, part, middle.mean(axis=0)) for part in parts]
-        squares = np.sum((np.array(targets) - middle) ** 2, axis=2)
     return targets, np.sqrt(2 * squares + off).sum(axis=1)
 
 
