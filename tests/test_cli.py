@@ -323,9 +323,10 @@ def test_interrupting_keeps_what_is_printed(tmp_path: Path) -> None:
     streams: dict[str, Any] = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
     with subprocess.Popen(command, cwd=tmp_path, **streams) as job:
         assert job.stdout is not None
+        assert job.stderr is not None
         first = job.stdout.readline()
         job.send_signal(signal.SIGINT)
-        rest, error = job.communicate()
+        rest, error = job.stdout.read(), job.stderr.read()  # communicate loses what readline read ahead
     assert (job.returncode, error) == (130, "gaitgraph: interrupted\n")
     for line in [first, *rest.splitlines()]:
         assert json.loads(line)["valid"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from math import inf, pi, sqrt
 from typing import Any, get_args
 
@@ -10,6 +11,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 import gaitgraph as gg
+from gaitgraph.errors import shown
 from gaitgraph.gait.gait import lift
 from gaitgraph.timing.laws import LAWS, LawName
 from gaitgraph.timing.timed_gait import ROW_BY_ROW, checked_clock, pieces_of, table_of, timed_gait_of
@@ -104,6 +106,18 @@ def test_a_gait_that_is_a_point_stands_still() -> None:
         assert timed.check().flyable
         timed = lift([(0.5, -0.6), (0.9, -0.6), (0.5, -0.6)], "red").parametrize(law=law)
         np.testing.assert_array_equal(timed.at(-1e-300)[0], timed.alpha[0])  # the last segment has no length
+
+
+@pytest.mark.parametrize("wrong", ["a", [[0.1], [0.2, 0.3]], None, 10**400, [0.0, inf], np.array([0.1, np.nan])])
+def test_times_are_finite_numbers(wrong: Any) -> None:
+    timed: Any = lift(GAITS[2].angles, "red").parametrize()
+    paced: Any = gg.paced(timed.gait, gg.Limits(rate=50.0, acceleration=500.0))
+    optimal: Any = gg.optimal_gait(timed.gait.alpha[:, :2], pieces=12)
+    for one in (timed, paced.timed, optimal.timed()):
+        with pytest.raises(gg.errors.InputError, match=f"^{re.escape(f't must be finite times, got {shown(wrong)}')}$"):
+            one.at(wrong)
+    with pytest.raises(gg.errors.InputError, match="s must be finite parameters, got "):
+        optimal.curve.at(wrong)
 
 
 def test_samples_by_count_and_by_rate() -> None:

@@ -197,7 +197,7 @@ def _handler(work: Work, slots: asyncio.Semaphore, most: int, kind: str) -> Call
             return _refusal(400, str(error))
         except MemoryError:
             return _refusal(503, "not enough memory; use fewer waypoints, polygons, samples or rows")
-        except Exception as error:
+        except Exception as error:  # a bug of ours ends one request, not the server
             message = " ".join(f"{type(error).__name__}: {error}".split())
             print(f"gaitgraph: {request.url.path.rpartition('/')[2]}: {message}", file=sys.stderr)
             return _refusal(500, f"internal error ({message}); the server continues")

@@ -31,6 +31,7 @@ from gaitgraph.surface.admissible import admissible_region, singular_value_regio
 from gaitgraph.surface.region import DEFAULT_ACCURACY, OVERLAY_ERROR, Discs, Zones, component_meeting, offset
 from gaitgraph.surface.sheets import SIGNS, separating_factor
 from gaitgraph.timing.curve import Curve
+from gaitgraph.timing.laws import times_from
 from gaitgraph.timing.timed_gait import TimedGait, checked_clock, pieces_of
 from gaitgraph.validation.report import Report, lines_of_checks
 from gaitgraph.vehicle import PAPER, Angle, Vehicle, VehicleLike, vehicle_named
@@ -313,6 +314,7 @@ class _TimedCurve(TimedGait):
 
     def at(self, t: npt.ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return tilt angles, rates and accelerations at any times."""
+        t = times_from(t)
         return self.curve.at(t, 0), self.curve.at(t, 1), self.curve.at(t, 2)
 
     def _peaks(self, orders: Sequence[int]) -> list[FloatArray]:

@@ -245,19 +245,12 @@ def retarget(
     turned, closing = turns.any(axis=1), is_closed(given)
     rows = given[: len(given) - closing]
 
-    # The component with the least summed distance in four dimensions.
-    middle = (rows[:, :2] + rows[:, 2:]) / 2
-    points: Any = shapely.points(middle)
-    off = np.sum((rows[:, :2] - rows[:, 2:]) ** 2, axis=1) / 2
-    totals = np.array([np.sqrt(2 * shapely.distance(part, points) ** 2 + off).sum() for part in parts])
-    if keep is not None:
-        smaller = [_smaller(rows[:, :2], keep, part, middle.mean(axis=0)) for part in parts]
-        totals = np.array([np.sqrt(2 * np.sum((there - middle) ** 2, axis=1) + off).sum() for there in smaller])
-        if np.isnan(totals).all():
-            return Retargeted(before=before, reason=f"{100 * keep:.3g} % of the motion fits nowhere; lower keep")
-        middle = smaller[int(np.nanargmin(totals))]
-        points = shapely.points(middle)
+    targets, totals = _targets(rows, parts, keep)
+    if np.isnan(totals).all():
+        return Retargeted(before=before, reason=f"{100 * number_of(keep):.3g} % of the motion fits nowhere; lower keep")
     best = int(np.nanargmin(totals))
+    middle = targets[best]
+    points: Any = shapely.points(middle)
 
     # Rows that are flyable where they may be stay as they are.
     new, placed = rows, np.arange(len(rows))
@@ -302,6 +295,19 @@ def retarget(
         moving=moving,
         warnings=(f"took whole turns off α3 or α4 in {turned.sum()} rows",) if turned.any() else (),
     )
+
+
+def _targets(rows: FloatArray, parts: Sequence[Polygon], keep: float | None) -> tuple[list[FloatArray], FloatArray]:
+    """Return what rows are moved towards in each component, points (α1, α2), and the summed distances to it.
+
+    Distances are in four dimensions. With `keep` the points are those of a smaller loop, NaN where it does not fit.
+    """
+    middle, off = (rows[:, :2] + rows[:, 2:]) / 2, np.sum((rows[:, :2] - rows[:, 2:]) ** 2, axis=1) / 2
+    targets = [middle if keep is None else _smaller(rows[:, :2], keep, part, middle.mean(axis=0)) for part in parts]
+    squares = np.sum((np.array(targets) - middle) ** 2, axis=2)
+    if keep is None:
+        squares = shapely.distance(np.array(parts)[:, None], shapely.points(middle)) ** 2
+    return targets, np.sqrt(2 * squares + off).sum(axis=1)
 
 
 def _smaller(plane: FloatArray, share: float, part: Polygon, wanted: FloatArray) -> FloatArray:

@@ -42,7 +42,7 @@ from gaitgraph.study.design import FLIGHT, Case, Study, columns_of, read_study, 
 from gaitgraph.validation.validating import CERTIFICATE
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from gaitgraph.gait.gait import Gait
 
@@ -163,7 +163,7 @@ def run_study(
         asked = f"study {study.name!r} has {len(study):,} flights, about {takes} {where}"
         raise InputError(f"{asked}; to fly more than {_FREE_CASES:,} or for more than {free}, add --yes (yes=True)")
     try:
-        import pyarrow.dataset
+        import pyarrow.dataset as _  # noqa: F401 - reported before anything is flown
     except ImportError as error:
         raise needs_extra("pyarrow", "a study", "study") from error
     here, folder, say = versions(), Path(output), progress or (lambda _: None)
@@ -187,20 +187,27 @@ def run_study(
             left = timedelta(seconds=round((monotonic() - start) * (todo - flown) / flown))
             say(f"{len(study) - todo + flown} of {len(study)} cases" + f", about {left} left" * (flown < todo))
         say("writing the summary")
-        try:
-            table = pyarrow.dataset.dataset(list(parts), format="parquet").to_table()
-        except OSError as error:
-            raise FileProblem(f"a part was removed while the study ran; run it again ({error})") from error
-        reasons = _reasons_of(table)
-        written = {folder / "summary.html": _page_of(study, table, reasons)}
-        # The certificate of each gait for each vehicle, with the first of the constants that vary.
-        for number, (model, source) in enumerate(product(study.models, study.sources)):
-            name = re.sub(r"[^\w-]+", "_", f"{number}_{source.name}_{model.base.name}")[:100]
-            with suppress(GaitgraphError):  # the rows have the reason
-                text = certify(source.gait(model.base)).text()
-                written[folder / "certificates" / f"{name}{CERTIFICATE}"] = text
-                (folder / "certificates").mkdir(exist_ok=True)
-        write_whole([(path, text.encode()) for path, text in written.items()], force=True)
+        return _summarised(study, folder, parts, flown)
+
+
+def _summarised(study: Study, folder: Path, parts: Iterable[Path], flown: int) -> StudyRun:
+    """Write the summary and the certificates of a study whose parts are all there, and return its answer."""
+    import pyarrow.dataset
+
+    try:
+        table = pyarrow.dataset.dataset(list(parts), format="parquet").to_table()
+    except OSError as error:
+        raise FileProblem(f"a part was removed while the study ran; run it again ({error})") from error
+    reasons = _reasons_of(table)
+    written = {folder / "summary.html": _page_of(study, table, reasons)}
+    # The certificate of each gait for each vehicle, with the first of the constants that vary.
+    for number, (model, source) in enumerate(product(study.models, study.sources)):
+        name = re.sub(r"[^\w-]+", "_", f"{number}_{source.name}_{model.base.name}")[:100]
+        with suppress(GaitgraphError):  # the rows have the reason
+            text = certify(source.gait(model.base)).text()
+            written[folder / "certificates" / f"{name}{CERTIFICATE}"] = text
+            (folder / "certificates").mkdir(exist_ok=True)
+    write_whole([(path, text.encode()) for path, text in written.items()], force=True)
     outcomes = {**dict.fromkeys(OUTCOMES, 0), **Counter(table["outcome"].to_pylist())}
     return StudyRun(study=study, folder=folder, outcomes=outcomes, reasons=reasons, flown=flown, table=table)
 
@@ -404,7 +411,7 @@ def _flown_on_dask(
             return None
         except GaitgraphError:
             raise
-        except (Exception, CancelledError) as error:
+        except (Exception, CancelledError) as error:  # of any kind: pickled in the worker, or made by Dask
             needs = "workers need the same gaitgraph, with its extra study"
             raise InputError(f"a worker cannot run the study ({_line(error)}); {needs}") from error
 

@@ -284,26 +284,22 @@ def root_arrays(
     [2, 3, 5]
     """
     coefficients = coefficients_of(kind=coefficients)
-    a1, a2 = np.broadcast_arrays(*checked_plane_angles(alpha1, alpha2))
+    first, second = checked_plane_angles(alpha1, alpha2)
     # Four candidates on each sheet: both ends of the range for α3 and for α4. An angle elsewhere uses one end only.
-    sheets = [sheet_angles(color, a1, a2, coefficients) for color in COLORS]
+    sheets = [sheet_angles(color, first, second, coefficients) for color in coefficients.colors]
     third, fourth = (np.stack(angles, axis=-1)[..., None] for angles in zip(*sheets, strict=True))
     end3, end4 = at_end_of_range(third), at_end_of_range(fourth)
-    exist = ((end3 | (_SIDES[0] < 0)) & (end4 | (_SIDES[1] < 0))).reshape(*a1.shape, 8)
-    exist[..., 4 * len(coefficients.colors) :] = False
-    candidates = np.empty((*a1.shape, 2, 4, 4))
-    candidates[..., 0], candidates[..., 1] = a1[..., None, None], a2[..., None, None]
-    candidates[..., 2], candidates[..., 3] = np.where(end3, _SIDES[0], third), np.where(end4, _SIDES[1], fourth)
-    # Those that exist come first.
-    order = np.argsort(~exist, axis=-1, kind="stable")[..., :_MOST_ROOTS]
-    taken = np.take_along_axis(exist, order, axis=-1)
-    alpha = np.take_along_axis(candidates.reshape(*a1.shape, 8, 4), order[..., None], axis=-2)
-    alpha[~taken] = np.nan
-    sheet = np.where(taken, np.where(order < 4, 1, -1), 0).astype(np.int8)
-    on_red = np.stack(types_of("red", a1, a2, coefficients, crossing_tolerance), axis=-1)
-    types = on_red[..., None, :] * sheet[..., None]
-    R = level_determinant(alpha, coefficients)
-    return RootArrays(count=exist.sum(axis=-1), alpha=alpha, sheet=sheet, types=types, R=R)
+    exist = (end3 | (_SIDES[0] < 0)) & (end4 | (_SIDES[1] < 0))
+    codes = np.array([[_CODES[color]] for color in coefficients.colors], dtype=np.int8)
+    third, fourth = np.where(end3, _SIDES[0], third), np.where(end4, _SIDES[1], fourth)
+    parts = (codes, first[..., None, None], second[..., None, None], third, fourth)
+    on_sheet, *angles = (np.broadcast_to(part, exist.shape)[exist] for part in parts)
+    points, count = np.array(angles).T, exist.sum(axis=(-2, -1))
+    taken = np.arange(_MOST_ROOTS) < count[..., None]
+    alpha, R, sheet = np.full((*taken.shape, 4), np.nan), np.full(taken.shape, np.nan), np.zeros(taken.shape, np.int8)
+    alpha[taken], R[taken], sheet[taken] = points, level_determinant(points, coefficients), on_sheet
+    on_red = np.stack(np.broadcast_arrays(*types_of("red", first, second, coefficients, crossing_tolerance)), axis=-1)
+    return RootArrays(count=count, alpha=alpha, sheet=sheet, types=on_red[..., None, :] * sheet[..., None], R=R)
 
 
 def family_codes(colors: Sequence[str]) -> CodeArray:

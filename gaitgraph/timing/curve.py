@@ -104,7 +104,7 @@ class Curve:
         Parameters of shape (...) give angles of shape (..., 4) [rad]. At a break, derivatives from the third on are
         those of the piece that starts there.
         """
-        piece, local = located(self.breaks, s)
+        piece, local = located(self.breaks, s, "s must be finite parameters")
         plane = values_of(derivative_of(self.pieces, derivative)[:, piece], local)
         return _lift(plane, self.color, self.pieces[-1, 0], self.coefficients, derivative)
 

@@ -36,6 +36,8 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from gaitgraph.errors import InputError, shown
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
@@ -43,6 +45,7 @@ if TYPE_CHECKING:
 
 _NEAREST = 1e-12  # share of the period below which a knot and a break coincide
 _APART = 1e-9  # the same of two knots
+_TIMES = "t must be finite times"
 _SECANTS = 30
 
 # From rest to rest: without a jerk limit the acceleration rises in this share of a segment's time, so that it is
@@ -121,9 +124,20 @@ def values_of(pieces: FloatArray, local: FloatArray) -> FloatArray:
     return np.asarray(np.polyval(pieces, local[..., None]))
 
 
-def located(breaks: FloatArray, at: npt.ArrayLike) -> tuple[npt.NDArray[np.intp], FloatArray]:
-    """Return in which piece of a period parameters lie, and how far from its start; the last break is the period."""
-    phase = np.asarray(np.mod(np.asarray(at, dtype=float), breaks[-1]))
+def times_from(t: npt.ArrayLike, what: str = _TIMES) -> FloatArray:
+    """Return times as an array of any shape [s]; InputError, which `what` begins, unless they are finite."""
+    try:
+        times = np.asarray(t, dtype=float)
+    except (OverflowError, TypeError, ValueError):  # of numpy; the last for rows of different lengths too
+        times = np.array(np.nan)
+    if not np.isfinite(times).all():
+        raise InputError(f"{what}, got {shown(t)}")
+    return times
+
+
+def located(breaks: FloatArray, at: npt.ArrayLike, what: str = _TIMES) -> tuple[npt.NDArray[np.intp], FloatArray]:
+    """Return in which piece of a period times or parameters lie, and how far from its start; breaks are from 0 on."""
+    phase = np.asarray(np.mod(times_from(at, what), breaks[-1]))
     piece = np.clip(np.searchsorted(breaks, phase, side="right") - 1, 0, len(breaks) - 2)
     return piece, phase - breaks[piece]
 
