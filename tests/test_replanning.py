@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import re
 import tracemalloc
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
@@ -102,8 +103,16 @@ def test_the_speed_is_constant_and_the_fastest_that_rates_allow() -> None:
     assert found.timed.check().flyable
     faster = Replanner(vehicle, sign="positive", rate=50.0).replan([-0.1, 0.8, -0.1, 0.8], AROUND)
     assert faster.period == found.period  # the vehicle's limits hold too
-    with pytest.raises(gg.errors.InputError, match="t must be finite times of at least 0 s, got -0.1"):
-        found.at(-0.1)
+    for wrong in (-0.1, "a", [[0.1], [0.2, 0.3]], [0.1, None]):
+        wanted = f"t must be finite times of at least 0 s, got {wrong!r}"
+        with pytest.raises(gg.errors.InputError, match=f"^{re.escape(wanted)}$"):
+            found.at(wrong)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("sign", ["up", "both", None, 1])
+def test_a_sign_is_one_of_three(sign: Any) -> None:
+    with pytest.raises(gg.errors.InputError, match="^sign must be one of auto, positive, negative, got "):
+        Replanner("padova", sign=sign)
 
 
 def test_nothing_moves_or_nothing_to_approach(replanner: Replanner) -> None:
@@ -112,6 +121,9 @@ def test_nothing_moves_or_nothing_to_approach(replanner: Replanner) -> None:
     assert (posture.duration, posture.period, posture.at(7.0).tolist()) == (0.0, 0.0, at)
     found = replanner.replan(np.array(at), np.array([*AROUND, AROUND[0]]))
     assert (len(found.approach), found.duration, found.loop.tolist()) == (1, 0.0, [[*stop] for stop in AROUND])
+    assert repr(found) == "<Replan: 0.000 s to the loop, 0.800 s around, least singular value at least 0.692>"
+    with pytest.raises(ValueError, match="read-only"):
+        found.loop[0] = 0.0
 
 
 def test_refusals_say_why(replanner: Replanner) -> None:
@@ -126,6 +138,7 @@ def test_refusals_say_why(replanner: Replanner) -> None:
         found = replanner.replan(alpha, stops, keep_out=keep_out)
         assert not found
         assert (found.reason or "").startswith(reason)
+        assert repr(found).startswith(f"<Replan: none; {reason}")
         with pytest.raises(gg.errors.Infeasible, match="."):
             _ = found.timed
     everywhere = [[(-2.0, -2.0), (2.0, -2.0), (2.0, 2.0), (-2.0, 2.0)]]

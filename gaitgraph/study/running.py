@@ -42,7 +42,7 @@ from gaitgraph.study.design import FLIGHT, Case, Study, columns_of, read_study, 
 from gaitgraph.validation.validating import CERTIFICATE
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from gaitgraph.gait.gait import Gait
 
@@ -163,7 +163,7 @@ def run_study(
         asked = f"study {study.name!r} has {len(study):,} flights, about {takes} {where}"
         raise InputError(f"{asked}; to fly more than {_FREE_CASES:,} or for more than {free}, add --yes (yes=True)")
     try:
-        import pyarrow.dataset as _  # noqa: F401 - reported before anything is flown
+        from pyarrow.dataset import dataset
     except ImportError as error:
         raise needs_extra("pyarrow", "a study", "study") from error
     here, folder, say = versions(), Path(output), progress or (lambda _: None)
@@ -187,17 +187,15 @@ def run_study(
             left = timedelta(seconds=round((monotonic() - start) * (todo - flown) / flown))
             say(f"{len(study) - todo + flown} of {len(study)} cases" + f", about {left} left" * (flown < todo))
         say("writing the summary")
-        return _summarised(study, folder, parts, flown)
+        try:
+            table = dataset(list(parts), format="parquet").to_table()
+        except OSError as error:
+            raise FileProblem(f"a part was removed while the study ran; run it again ({error})") from error
+        return _summarised(study, folder, table, flown)
 
 
-def _summarised(study: Study, folder: Path, parts: Iterable[Path], flown: int) -> StudyRun:
-    """Write the summary and the certificates of a study whose parts are all there, and return its answer."""
-    import pyarrow.dataset
-
-    try:
-        table = pyarrow.dataset.dataset(list(parts), format="parquet").to_table()
-    except OSError as error:
-        raise FileProblem(f"a part was removed while the study ran; run it again ({error})") from error
+def _summarised(study: Study, folder: Path, table: Any, flown: int) -> StudyRun:
+    """Write the summary and the certificates of a study, whose rows are given, and return its answer."""
     reasons = _reasons_of(table)
     written = {folder / "summary.html": _page_of(study, table, reasons)}
     # The certificate of each gait for each vehicle, with the first of the constants that vary.

@@ -124,13 +124,13 @@ def values_of(pieces: FloatArray, local: FloatArray) -> FloatArray:
     return np.asarray(np.polyval(pieces, local[..., None]))
 
 
-def times_from(t: npt.ArrayLike, what: str = _TIMES) -> FloatArray:
-    """Return times as an array of any shape [s]; InputError, which `what` begins, unless they are finite."""
+def times_from(t: npt.ArrayLike, what: str = _TIMES, least: float = -math.inf) -> FloatArray:
+    """Return times [s] of any shape as an array; InputError, which `what` begins, unless finite and from `least` on."""
     try:
         times = np.asarray(t, dtype=float)
     except (OverflowError, TypeError, ValueError):  # of numpy; the last for rows of different lengths too
         times = np.array(np.nan)
-    if not np.isfinite(times).all():
+    if not (np.isfinite(times) & (times >= least)).all():
         raise InputError(f"{what}, got {shown(t)}")
     return times
 
