@@ -8,6 +8,7 @@ least singular value never falls below its floor.
 
 import matplotlib.pyplot as plt
 import numpy as np
+import shapely
 
 import gaitgraph as gg
 from gaitgraph import plots
@@ -49,6 +50,8 @@ print(flight)
 assert flight.settled
 assert flight.least_singular_value is not None
 assert flight.least_singular_value >= FLOOR
+second = flight.column("t") >= appears
+assert not shapely.intersects_xy(shapely.Polygon(keep_out).buffer(-1e-4), flight.alpha[second, :2]).any()
 rates = np.abs(np.diff(flight.alpha, axis=0)).max(axis=1) * settings.control_rate
 print(f"tilt rates at the change: {rates[1950:2050].min():.2f} to {rates[1950:2050].max():.2f} rad/s, no stop")
 
@@ -62,8 +65,7 @@ plane.fill(*np.transpose(keep_out), facecolor="none", edgecolor="white", hatch="
 for found, style in ((before, "--"), (after, "-")):
     plane.plot(*np.vstack([found.approach, found.loop[1:], found.loop[:1]]).T, style, color="white")
 plane.set(xlim=(-np.pi / 2, 0.3), ylim=(-0.3, np.pi / 2))
-changed = flight.column("t") >= appears
-for part, style, name in ((~changed, "--", "first loop"), (changed, "-", "second loop")):
+for part, style, name in ((~second, "--", "first loop"), (second, "-", "second loop")):
     place.plot(flight.column("x")[part], flight.column("y")[part], style, color="C0", label=name)
 place.set(xlabel="x (m)", ylabel="y (m)", aspect="equal")
 place.legend()

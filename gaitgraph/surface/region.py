@@ -365,7 +365,7 @@ def checked_polygons(value: object, name: str) -> npt.NDArray[np.object_]:
 def zones_region(zones: Zones) -> Region:
     """Return what the user's polygons allow: all outside every keep-out and in the union of the keep-ins.
 
-    Borders are exact and belong to the region. A passage without width, between keep-outs that touch, does not.
+    Borders are exact and belong to the region, also a corner that two keep-outs share, but not a side of both.
 
     >>> region = zones_region(Zones(keep_out=[[(0, 0), (1, 0), (1, 1), (0, 1)]]))
     >>> region.contains([[0.5, 0.5], [1.0, 0.5]]).tolist(), region.why_not((0.5, 0.5))
