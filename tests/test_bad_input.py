@@ -169,10 +169,7 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
         (gg.Vehicle, {"drag_to_thrust": 0.05, **more}, message)
         for more, message in (
             ({"arm_length": 0.25, "drag_ratio": 0.21}, "drag_ratio must equal Km/(Kf·L) = 0.2 … got 0.21"),
-            (
-                {"drag_coefficient": 4e-7, "thrust_coefficient": 5e-6},
-                "drag_to_thrust must equal Km/Kf = 0.0… got 0.05",
-            ),
+            ({"drag_coefficient": 4e-7, "thrust_coefficient": 5e-6}, "drag_to_thrust must equal Km/Kf = 0.0… got 0.05"),
             ({"drag_ratio": 0.99e-9}, "drag_ratio must be between 1e-9 and 1e9 (dimensionless), got 9.9e-10"),
             ({"drag_ratio": 1.01e9}, "drag_ratio must be between 1e-9 and 1e9"),
         )

@@ -77,12 +77,7 @@ class Certified:
         """Return the claims as plain values, ready for JSON."""
         named = self.document["claims"].items()
         claims = {name: {key: one for key, one in claim.items() if key != "cover"} for name, claim in named}
-        return {
-            "status": "certified",
-            "claims": claims,
-            "intervals": self.intervals,
-            "warnings": list(self.warnings),
-        }
+        return {"status": "certified", "claims": claims, "intervals": self.intervals, "warnings": list(self.warnings)}
 
     def __str__(self) -> str:
         lines = [f"Certified {len(self.document['pieces'])} pieces"]

@@ -193,12 +193,7 @@ class CycleSearch:
     """
 
     def __init__(
-        self,
-        rows: Rows,
-        *,
-        most: int = _NEVER - 1,
-        effort: int = _NEVER,
-        progress: Callable[[str], None] | None = None,
+        self, rows: Rows, *, most: int = _NEVER - 1, effort: int = _NEVER, progress: Callable[[str], None] | None = None
     ) -> None:
         self.floor = self.steps = self.found = self._limit = 0
         self.complete = False

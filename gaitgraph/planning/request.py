@@ -26,14 +26,7 @@ from gaitgraph.gait.gait import PAPER_GAITS
 from gaitgraph.gait.table import ANGLES, SAME_ROW, merged, surface_of
 from gaitgraph.graph.build import DEFAULT_DIVISIONS, checked_divisions, checked_waypoints
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, CoefficientsLike, Kind, coefficients_of
-from gaitgraph.io.formats import (
-    gait_of,
-    holds_request,
-    known_format,
-    naming_file,
-    object_from_json,
-    read_pieces,
-)
+from gaitgraph.io.formats import gait_of, holds_request, known_format, naming_file, object_from_json, read_pieces
 from gaitgraph.surface.loop_colorings import colorings
 from gaitgraph.surface.region import Points, Zones, checked_accuracy
 from gaitgraph.surface.sheets import ColorChoice, SignChoice

@@ -204,12 +204,7 @@ def adjacency_rule(of: Literal["angle", "pair"] = "pair", *, ax: Axes | None = N
     return ax
 
 
-def type_map(
-    sign: Sign = "negative",
-    *,
-    coefficients: CoefficientsLike | None = None,
-    ax: Axes | None = None,
-) -> Axes:
+def type_map(sign: Sign = "negative", *, coefficients: CoefficientsLike | None = None, ax: Axes | None = None) -> Axes:
     """Draw which types of roots with one sign of R each interior node has (Figure 16).
 
     A red square is (+,+), a blue disc (−,−), a mark half of each is both. Other types are written; the ``gid`` of the

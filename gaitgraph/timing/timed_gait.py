@@ -29,14 +29,7 @@ from gaitgraph.gait.table import (
     paced_gait,
 )
 from gaitgraph.invertibility.matrices import level_determinant
-from gaitgraph.io.formats import (
-    check_outputs,
-    given_gait,
-    naming_file,
-    read_table,
-    tables_and_films,
-    write_tables,
-)
+from gaitgraph.io.formats import check_outputs, given_gait, naming_file, read_table, tables_and_films, write_tables
 from gaitgraph.io.servo_map import clipped_rows
 from gaitgraph.surface.sheets import family_codes, family_types, text_from_types
 from gaitgraph.timing.laws import DEFAULT_LAW, LAWS, STRAIGHT, LawName, located
