@@ -6,7 +6,6 @@ import inspect
 import json
 from typing import TYPE_CHECKING, Any
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 import polars as pl
@@ -17,7 +16,7 @@ from gaitgraph.cli import main
 from gaitgraph.gait.gait import lift
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable
     from pathlib import Path
 
 WAYPOINTS = [("3pi/8", "-3pi/8"), ("3pi/8", "-pi/8"), ("pi/8", "-pi/8"), ("pi/8", "-3pi/8")]
@@ -66,12 +65,6 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     TIMED.write(path / "gait.csv")
     (path / "request.json").write_text(json.dumps({"waypoints": WAYPOINTS, "samples": 8}), encoding="utf-8")
     return path
-
-
-@pytest.fixture(autouse=True)
-def _closed_figures() -> Iterator[None]:
-    yield
-    plt.close("all")
 
 
 # All uses are through one function: those that take longer are tried with two forms.

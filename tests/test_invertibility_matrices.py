@@ -161,35 +161,20 @@ def test_term_by_term(function: Callable[..., Any], equation: str, kappa: float 
     np.testing.assert_allclose(function(CORNERS, numbers), expected, atol=1e-14 / (kappa or 0.1))
 
 
-class TestCoefficients:
-    def test_published_ones_are_the_printed_digits_and_the_angle_that_follows_from_the_first(self) -> None:
-        numbers = coefficients_of()
-        assert numbers == coefficients_of(PAPER, "published")
-        assert (numbers.attitude, numbers.single, numbers.double, numbers.triple) == (2.880, 5.592, 0.9716, 0.1687)
-        assert 1 / math.tan(2 * numbers.delta) == pytest.approx(2.880, rel=1e-15)
-
-    @every_vehicle
-    @pytest.mark.parametrize("kappa", KAPPAS)
-    def test_exact_ones_are_functions_of_kappa(self, vehicle: Vehicle, kappa: float) -> None:
-        numbers = coefficients_of(vehicle.replace(drag_ratio=kappa), "exact")
-        signed = kappa if vehicle.first_rotor_spin == "clockwise" else -kappa
-        for name, printed in (("attitude", "2.880"), ("single", "5.592"), ("double", "0.9716"), ("triple", "0.1687")):
-            assert getattr(numbers, name) == pytest.approx(IN_KAPPA[printed](signed), rel=1e-15, abs=1e-15)
-        # The factorised forms rest on cot 2δ being the coefficient of (4) and (5).
-        assert math.tan(numbers.delta) == pytest.approx(signed, rel=1e-15)
-        assert math.cos(2 * numbers.delta) == pytest.approx(numbers.attitude * math.sin(2 * numbers.delta), abs=1e-15)
-        assert numbers.first_arm_angle == vehicle.first_arm_angle
+@every_vehicle
+@pytest.mark.parametrize("kappa", KAPPAS)
+def test_exact_coefficients_are_functions_of_kappa(vehicle: Vehicle, kappa: float) -> None:
+    numbers = coefficients_of(vehicle.replace(drag_ratio=kappa), "exact")
+    signed = kappa if vehicle.first_rotor_spin == "clockwise" else -kappa
+    for name, printed in (("attitude", "2.880"), ("single", "5.592"), ("double", "0.9716"), ("triple", "0.1687")):
+        assert getattr(numbers, name) == pytest.approx(IN_KAPPA[printed](signed), rel=1e-15, abs=1e-15)
+    # The factorised forms rest on cot 2δ being the coefficient of (4) and (5).
+    assert math.tan(numbers.delta) == pytest.approx(signed, rel=1e-15)
+    assert math.cos(2 * numbers.delta) == pytest.approx(numbers.attitude * math.sin(2 * numbers.delta), abs=1e-15)
+    assert numbers.first_arm_angle == vehicle.first_arm_angle
 
 
 class TestDeterminantAgainstTheMatrix:
-    @every_vehicle
-    def test_the_scaled_matrix(self, vehicle: Vehicle) -> None:
-        rng = np.random.default_rng(7)
-        alpha, roll, pitch = random_tilts(8, 400), rng.uniform(-3, 3, 400), rng.uniform(-3, 3, 400)
-        value = np.linalg.det(scaled_decoupling_matrix(alpha, vehicle, roll, pitch))
-        expected = determinant(alpha, coefficients_of(vehicle, "exact"), roll, pitch)
-        np.testing.assert_allclose(value, 2 * vehicle.signed_drag_ratio * expected, atol=1e-13)
-
     @every_vehicle
     def test_the_matrix_maps_inputs_to_what_euler_angles_do(self, vehicle: Vehicle) -> None:
         # Rows: altitude, roll, pitch, yaw. Rebuilt with a rotation matrix and the rates of its angles.

@@ -79,12 +79,6 @@ def pair_of(there: bool, gait: gg.Gait = G4) -> tuple[Any, Any]:
     return ("hover", gait) if there else (gait, "hover")
 
 
-def test_a_transition_of_no_length_says_so() -> None:
-    assert (
-        str(gg.transition("hover", "hover")).splitlines()[0].endswith("smooth, nothing moves; checked there and back")
-    )
-
-
 @pytest.mark.parametrize("there", [True, False], ids=["entry", "exit"])
 def test_hover_and_gait_4(there: bool) -> None:
     start, end = pair_of(there)
@@ -194,6 +188,7 @@ def test_a_way_from_a_gait_to_itself_is_a_stop_at_a_corner() -> None:
     hover = gg.transition("hover", "hover")
     assert hover
     assert (hover.length, hover.corners) == (0, (None, None))
+    assert str(hover).splitlines()[0].endswith("smooth, nothing moves; checked there and back")
     np.testing.assert_array_equal(hover.path, np.zeros((2, 4)))
 
 
