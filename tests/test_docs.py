@@ -67,7 +67,6 @@ EXPECTED = {
 
 @pytest.fixture(autouse=True)
 def pictures_without_windows() -> None:
-    """Draw pictures in memory."""
     plt.switch_backend("agg")
 
 
@@ -182,7 +181,6 @@ def test_pages_name_what_there_is() -> None:
 
 
 def is_there(name: str) -> bool:
-    """Return whether the package has an attribute of that dotted name, in its modules too."""
     try:
         resolve_name(f"gaitgraph.{name}")
     except (AttributeError, ImportError):

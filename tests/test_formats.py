@@ -48,7 +48,6 @@ def assert_same(found: Table, expected: Table) -> None:
 
 
 def cut(table: Table, places: tuple[int, ...]) -> list[Table]:
-    """Return a table in pieces."""
     return [table.rows(*pair) for pair in pairwise(places)]
 
 
@@ -143,8 +142,6 @@ def test_a_plan_is_read_back_bit_for_bit_with_what_made_it(suffix: str, planned:
 
 
 class LongTable:
-    """Pieces of a long table."""
-
     def __init__(self, count: int, rows: int) -> None:
         self.count, self.rows = count, rows
 
@@ -214,7 +211,6 @@ ZEROS: dict[str, Any] = {f"alpha{k}": np.zeros(3) for k in range(1, 5)}
 
 
 def taken(frame: Any, expected: Table) -> None:
-    """Check that a frame is taken by all who take tables."""
     assert_same(table_from_frame(frame), expected)
     assert gg.validate(frame).flyable
     assert gg.gait_of(frame).color == gg.retarget(frame).gait.color == "red"

@@ -60,7 +60,6 @@ USES: dict[str, Callable[[Any], Any]] = {
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return a folder with a gait and a request."""
     path = tmp_path_factory.mktemp("gaits")
     TIMED.write(path / "gait.csv")
     (path / "request.json").write_text(json.dumps({"waypoints": WAYPOINTS, "samples": 8}), encoding="utf-8")

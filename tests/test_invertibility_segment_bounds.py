@@ -169,6 +169,7 @@ class TestBrackets:
             at = start + found.fraction[:, None] * (end - start)
             known = np.isfinite(found.upper)
             np.testing.assert_allclose(quantity.value(at)[known], found.upper[known], atol=1e-12)
+            assert known.all() or found is brackets[0]  # where the least of all is asked for, others are not decomposed
             # The bracket of the least of all is as narrow as was asked for.
             lower, upper, segment, fraction = found.worst()
             assert upper - tolerance <= lower <= least.min() + 1e-12
@@ -419,23 +420,6 @@ class TestThrusts:
         assert thrusts_push_up(both, both[::-1]).tolist() == [False, False]
         end = np.array([[HALF_PI, -1.2, HALF_PI, -1.2]])
         assert thrusts_push_up(both[:1], end).tolist() == [True]
-
-
-@pytest.mark.parametrize("seed", range(2))
-@pytest.mark.parametrize("size", [1e-3, 0.3, 2.0])
-def test_it_brackets_the_least_of_all(seed: int, size: float) -> None:
-    rng = np.random.default_rng(seed)
-    starts = rng.uniform(-1.5, 1.5, (40, 4))
-    ends = starts + rng.uniform(-size, size, (40, 4))
-    found = least_singular_value_along(starts, ends, tolerance=1e-4)
-    lower, upper, segment, fraction = found.worst()
-    dense = np.asarray(least_singular_value(points_of(starts, ends))).min(axis=1)
-    assert lower <= dense.min() + 1e-12
-    assert upper - lower <= 1e-4 + 1e-9
-    assert (found.lower <= dense + 1e-12).all()
-    at = starts[segment] + fraction * (ends[segment] - starts[segment])
-    assert float(least_singular_value(at)) == pytest.approx(upper, abs=1e-12)
-    assert np.isfinite(found.upper).sum() == 1  # the others are not decomposed
 
 
 @pytest.mark.parametrize("height", [0.0, 0.1])

@@ -133,7 +133,6 @@ def test_written_and_read_back_bit_for_bit(tmp_path: Path) -> None:
 
 
 def around(a1: float, a2: float, radius: float, corners: int = 4, **about: Any) -> gg.Gait:
-    """Return a red gait around a point."""
     turn = (np.arange(corners) + 0.5) * (2 * pi / corners)
     return gg.lift(np.column_stack([a1 + radius * np.cos(turn), a2 + radius * np.sin(turn)]), "red", **about)
 

@@ -80,7 +80,6 @@ def legend_of(ax: Any) -> list[str]:
 
 
 def space_of(name: str, **options: Any) -> Any:
-    """Return the axes of a figure of one plot."""
     (ax,) = plots.draw(name, **options).axes
     return ax
 

@@ -46,7 +46,7 @@ from gaitgraph.surface.sheets import (
     types_of,
 )
 from gaitgraph.vehicle import Vehicle, vehicle_named
-from tests.samples import EXACT, HALF_PI, MIRRORED
+from tests.samples import EXACT, HALF_PI, MIRRORED, write_rows
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -423,7 +423,7 @@ def test_a_gait_on_a_fibre_is_valid_and_not_flyable_also_as_a_table_without_colo
     timed.write(tmp_path / "colored.csv")
     table = read_table(tmp_path / "colored.csv")
     assert set(table["color"]) == {fiber}
-    np.savetxt(tmp_path / "bare.csv", table.alpha, "%.4f", ",", header="alpha1,alpha2,alpha3,alpha4", comments="")
+    write_rows(tmp_path / "bare.csv", table.alpha, fmt="%.4f")
     for path in (tmp_path / "colored.csv", tmp_path / "bare.csv"):
         report = gg.validate(path)
         assert (report.valid, report.flyable, report.two_color, report.notes) == (True, False, True, ())
