@@ -260,18 +260,6 @@ class TestForcesAndTorques:
 
 class TestHoverThrusts:
     @every_vehicle
-    def test_formula_1_is_the_height_of_the_zero_moment_direction(self, vehicle: Vehicle) -> None:
-        rng = np.random.default_rng(19)
-        alpha, roll, pitch = random_tilts(20, 50), rng.uniform(-3, 3, 50), rng.uniform(-3, 3, 50)
-        kappa = vehicle.signed_drag_ratio
-        height = np.sum(zero_moment_direction(alpha, vehicle) * body_vertical(roll, pitch), axis=-1)
-        expected = determinant(alpha, coefficients_of(vehicle, "exact"), roll, pitch)
-        # The thrust of a mirrored rotor is reversed, which takes the sign away again.
-        sense = 1.0 if vehicle.first_rotor_spin == "clockwise" else -1.0
-        scale = 2 * abs(kappa) * math.cos(math.atan(kappa)) ** 3
-        np.testing.assert_allclose(height, -sense * np.sign(kappa) * scale * expected, atol=1e-13)
-
-    @every_vehicle
     def test_they_carry_the_weight_and_make_no_torque(self, vehicle: Vehicle) -> None:
         alpha = random_tilts(23, 50)
         sense = 1.0 if vehicle.first_rotor_spin == "clockwise" else -1.0

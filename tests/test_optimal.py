@@ -26,7 +26,6 @@ from gaitgraph.optimization.least_effort import (
     SmoothLoop,
     basis_rows,
     control_points_along,
-    effort_matrix,
     hull_matrix,
     power_pieces,
 )
@@ -57,16 +56,6 @@ def plane_of(found: Any, count: int = 4001) -> np.ndarray:
 
 
 # Splines
-
-
-@pytest.mark.parametrize("count", [8, 13])
-def test_effort_matrix_is_the_integral(count: int) -> None:
-    nodes, weights = np.polynomial.legendre.leggauss(4)
-    s = (np.arange(count)[:, None] + (nodes + 1) / 2).ravel()
-    rows = basis_rows(s, count, 1)
-    integral = rows.T @ (np.tile(weights / 2, count)[:, None] * rows)
-    np.testing.assert_allclose(effort_matrix(count), integral, atol=1e-14)
-    assert abs(effort_matrix(count).sum(axis=1)).max() < 1e-14
 
 
 def test_a_spline_is_a_smooth_curve_in_its_hulls() -> None:

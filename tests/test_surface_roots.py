@@ -144,15 +144,6 @@ def test_the_same_roots_by_elimination(case: str, a1: float, a2: float) -> None:
     assert_same_solutions(ours, found_by_elimination(a1, a2, kappa), tolerance)
 
 
-def test_the_counts_of_figure_2() -> None:
-    figure = np.full((17, 17), 2)
-    figure[[0, -1], :] = figure[:, [0, -1]] = 3
-    figure[np.ix_([0, -1], [0, -1])] = 5
-    counts = root_arrays(AXIS[:, None], AXIS).count
-    np.testing.assert_array_equal(counts, figure)
-    assert counts.sum() == 650
-
-
 @every_case
 @settings(deadline=None, max_examples=30)
 @given(a1=angle, a2=angle)
@@ -378,24 +369,6 @@ def test_a_segment_is_continuous_if_samples_along_it_stay_on_a_sheet_of_its_ends
     jumps = family_jumps(alpha[:-1], alpha[1:], codes[:-1], codes[1:], numbers)
     assert ((jumps > 0) == (off > 1e-9)).all()
     assert (jumps[codes[:-1] != codes[1:]] == 0).sum() > 50
-
-
-def test_segments_leave_a_fibre_by_what_their_ends_do() -> None:
-    on = on_fiber("fiber1", [(0.1, 0.8), (0.4, 0.2)])
-    red, blue, two = (np.array([code], dtype=np.int8) for code in (1, -1, 2))
-    off, turned = on[1:] + np.array([0.01, 0, 0, 0]), on[1:] + np.array([0, 0, math.pi, 0])
-    line = on_fiber("fiber1", [(0.3, 0.3)])
-    meeting = on_fiber("fiber1", [(0.2, -0.2 - 2 * EXACT.delta)])
-    for start, end, codes, after, expected in (
-        (on[:1], on[1:], two, two, 0.0),
-        (on[:1], off, two, two, 0.01),
-        (on[:1], turned, two, two, math.pi),
-        (line, on[:1], red, two, 0.0),
-        (line - np.array([0.2, 0, 0.2, 0]), on[:1], red, two, 0.2),
-        (meeting, on[:1], blue, two, 0.0),
-        (on[:1], meeting + np.array([-0.3, 0, 0.3, 0]), two, blue, 0.3),
-    ):
-        assert family_jumps(start, end, codes, after, EXACT)[0] == pytest.approx(expected, abs=1e-12)
 
 
 # From the red sheet onto both fibres and back, R > 0.
