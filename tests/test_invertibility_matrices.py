@@ -258,17 +258,16 @@ class TestForcesAndTorques:
         np.testing.assert_allclose(attitude_of(up), np.stack([roll, pitch], axis=-1), atol=1e-12)
 
 
-class TestHoverThrusts:
-    @every_vehicle
-    def test_they_carry_the_weight_and_make_no_torque(self, vehicle: Vehicle) -> None:
-        alpha = random_tilts(23, 50)
-        sense = 1.0 if vehicle.first_rotor_spin == "clockwise" else -1.0
-        shares = hover_thrust_shares(alpha, vehicle)
-        # w < 0 makes a rotor lift that is meant to turn clockwise.
-        inputs = shares * sense * np.array([-1.0, 1.0, -1.0, 1.0])
-        carried = np.squeeze(scaled_decoupling_matrix(alpha, vehicle) @ inputs[..., None], axis=-1)
-        size = 1e-12 * np.abs(shares).max(axis=1, keepdims=True)
-        assert (np.abs(carried - [0.0, 0.0, 0.0, 1.0]) <= size).all()
+@every_vehicle
+def test_hover_thrusts_carry_the_weight_and_make_no_torque(vehicle: Vehicle) -> None:
+    alpha = random_tilts(23, 50)
+    sense = 1.0 if vehicle.first_rotor_spin == "clockwise" else -1.0
+    shares = hover_thrust_shares(alpha, vehicle)
+    # w < 0 makes a rotor lift that is meant to turn clockwise.
+    inputs = shares * sense * np.array([-1.0, 1.0, -1.0, 1.0])
+    carried = np.squeeze(scaled_decoupling_matrix(alpha, vehicle) @ inputs[..., None], axis=-1)
+    size = 1e-12 * np.abs(shares).max(axis=1, keepdims=True)
+    assert (np.abs(carried - [0.0, 0.0, 0.0, 1.0]) <= size).all()
 
 
 class TestLeastSingularValue:

@@ -33,7 +33,6 @@ from gaitgraph.invertibility.segment_bounds import (
     least_of_bent,
     least_of_each,
     least_singular_value_along,
-    level_determinant_curvature,
     level_quantity,
     singular_value_bound,
     thrust_shares_along,
@@ -50,7 +49,6 @@ from tests.samples import (
     by_vehicle,
     points_of,
     random_segments,
-    random_tilts,
 )
 
 if TYPE_CHECKING:
@@ -243,15 +241,14 @@ def test_work_ends_even_where_the_tolerance_is_finer_than_floats(zero: float) ->
     assert fraction == pytest.approx((1 + zero) / 2, abs=2e-16)
 
 
-class TestSines:
-    def test_their_ranges_are_those_of_many_samples(self) -> None:
-        x0, x1 = np.random.default_rng(5).uniform(-7, 7, (2, 600, 3))
-        x1[::2] = x0[::2] + x1[::2] / 10
-        sines = np.sin(x0 + np.linspace(0.0, 1.0, 4001)[:, None, None] * (x1 - x0))
-        sizes = np.abs(sines)
-        np.testing.assert_allclose(largest_sine(x0, x1), sizes.max(axis=0), atol=2e-3)
-        at = x0 + where_least_sine(x0, x1)[:, None] * (x1 - x0)
-        np.testing.assert_allclose(np.abs(np.sin(at)).min(axis=1), sizes.min(axis=(0, 2)), atol=2e-3)
+def test_ranges_of_sines_are_those_of_many_samples() -> None:
+    x0, x1 = np.random.default_rng(5).uniform(-7, 7, (2, 600, 3))
+    x1[::2] = x0[::2] + x1[::2] / 10
+    sines = np.sin(x0 + np.linspace(0.0, 1.0, 4001)[:, None, None] * (x1 - x0))
+    sizes = np.abs(sines)
+    np.testing.assert_allclose(largest_sine(x0, x1), sizes.max(axis=0), atol=2e-3)
+    at = x0 + where_least_sine(x0, x1)[:, None] * (x1 - x0)
+    np.testing.assert_allclose(np.abs(np.sin(at)).min(axis=1), sizes.min(axis=(0, 2)), atol=2e-3)
 
 
 @three_vehicles
@@ -282,44 +279,17 @@ def test_it_is_exact_for_a_parabola_and_holds_for_what_bends_less(
     assert least_of_bent(f0, f1, np.array([bend * size]))[0] == pytest.approx(least, abs=1e-12)
 
 
-class TestLevelDeterminant:
-    @pytest.mark.parametrize("known", [np.inf, 0.0, -1.0, -2.5, -1e3])
-    def test_a_value_known_elsewhere_saves_work_and_costs_nothing(self, known: float) -> None:
-        start, end = random_segments("anywhere", seed=22, count=40)
-        free = least_level_determinant(start, end, PUBLISHED).worst()
-        both = level_quantity(PUBLISHED, tolerances=(1e-6, math.inf))
-        least, minus_largest = least_of_each(start, end, [both], known=(known, math.inf))
-        assert min(known, least.worst()[1]) == pytest.approx(min(known, free[1]), abs=2e-6)
-        assert least.lower.min() <= free[1]
-        assert min(least.lower.min(), known) >= min(free[0], known) - 2e-6
-        values = level_determinant(points_of(start, end), PUBLISHED)
-        assert (minus_largest.lower <= -values.max(axis=1) + 1e-12).all()  # not narrowed, but valid
-
-    @staticmethod
-    def second_derivative(alpha: FloatArray, step: FloatArray, numbers: Any) -> FloatArray:
-        """Return d²R/ds²: R is linear in (cos αᵢ, sin αᵢ), so that a quarter turn of αᵢ differentiates it."""
-        turned = alpha[:, None, None, :] + HALF_PI * (np.eye(4)[:, None, :] + np.eye(4)[None, :, :])
-        return np.asarray(np.einsum("mi,mij,mj->m", step, level_determinant(turned, numbers), step))
-
-    @three_vehicles
-    def test_its_curvature_is_bounded_anywhere_and_near_the_sheets(self, vehicle: Vehicle) -> None:
-        numbers, random = coefficients_of(vehicle), np.random.default_rng(23)
-        p, d = random_tilts(23, 2, 600, reach=3)
-        # On the sheets one factor of a product hardly moves, and the sharper of two bounds is taken.
-        slip = random.choice([0.0, 1e-6, 1e-2], (400, 2)) * [1.0, -1.0]
-        for rows, color in ((slice(0, 200), 1.0), (slice(200, 400), -1.0)):
-            twice = 0.0 if color > 0 else 2 * numbers.delta
-            p[rows, 2:] = np.array([twice, -twice]) + color * p[rows, :2]
-            d[rows, 2:] = color * d[rows, :2] + slip[rows]
-        bound = level_determinant_curvature(p, d, numbers)
-        second = self.second_derivative(p + random.uniform(0, 1, (600, 1)) * d, d, numbers)
-        assert (np.abs(second) <= bound * (1 + 1e-12) + 1e-12).all()
-        # The derivative itself, against differences.
-        h = 1e-3
-        back, here, ahead = (level_determinant(p + k * h * d, numbers) for k in (-1, 0, 1))
-        size = (1 + np.abs(d).sum(axis=1)) ** 4
-        expected = (back - 2 * here + ahead) / h**2
-        assert (np.abs(self.second_derivative(p, d, numbers) - expected) <= 1e-4 * size).all()
+@pytest.mark.parametrize("known", [np.inf, 0.0, -1.0, -2.5, -1e3])
+def test_a_value_known_elsewhere_saves_work_and_costs_nothing(known: float) -> None:
+    start, end = random_segments("anywhere", seed=22, count=40)
+    free = least_level_determinant(start, end, PUBLISHED).worst()
+    both = level_quantity(PUBLISHED, tolerances=(1e-6, math.inf))
+    least, minus_largest = least_of_each(start, end, [both], known=(known, math.inf))
+    assert min(known, least.worst()[1]) == pytest.approx(min(known, free[1]), abs=2e-6)
+    assert least.lower.min() <= free[1]
+    assert min(least.lower.min(), known) >= min(free[0], known) - 2e-6
+    values = level_determinant(points_of(start, end), PUBLISHED)
+    assert (minus_largest.lower <= -values.max(axis=1) + 1e-12).all()  # not narrowed, but valid
 
 
 class TestThrusts:

@@ -31,7 +31,6 @@ from gaitgraph.invertibility.matrices import (
 )
 from gaitgraph.io.formats import read_table
 from gaitgraph.surface.sheets import (
-    COLORS,
     DEFAULT_CROSSING_TOLERANCE,
     FIBERS,
     PLANE_TYPES,
@@ -234,25 +233,6 @@ def test_off_the_lines_there_are_no_fibres(case: str) -> None:
     # Where δ is at an end of the range, both of its values are there.
     (fiber,) = roots(HALF_PI, 0.3, coefficients=replace(numbers, delta=HALF_PI)).fibers
     assert fiber.values == (-HALF_PI, HALF_PI)
-
-
-@every_case
-@pytest.mark.parametrize("divisions", [8, 16, 30])
-def test_half_a_step_marks_the_nearest_nodes_of_any_grid(case: str, divisions: int) -> None:
-    numbers, kappa = CASES[case]
-    axis = np.linspace(-HALF_PI, HALF_PI, divisions + 1)
-    reach = HALF_PI / divisions
-
-    def nearest(line: float) -> list[int]:
-        copies = line + HALF_PI * np.arange(-4, 5)
-        copies = copies[np.abs(copies) <= HALF_PI + reach]
-        return sorted({int(np.argmin(np.abs(axis - copy))) for copy in copies})
-
-    for color in COLORS:
-        third, fourth = types_of(color, axis, axis, numbers, reach)
-        assert np.flatnonzero(third == 0).tolist() == nearest(math.atan(kappa))
-        assert np.flatnonzero(fourth == 0).tolist() == nearest(-math.atan(kappa))
-        assert set(third.tolist()) == set(fourth.tolist()) == {0, SIGN[color]}
 
 
 def test_question_marks_of_the_papers_grid_and_of_a_line_halfway_between_nodes() -> None:
