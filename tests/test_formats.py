@@ -260,7 +260,6 @@ def test_mappings_are_frames() -> None:
         ({**ZEROS, "alpha1": np.full(3, np.nan)}, "row 1: alpha1 must be a finite number, .* got nan"),
         ({**ZEROS, "alpha1": np.zeros((3, 3))}, r"alpha1 must be a column .*, got float64 of shape \(3, 3\)"),
         ({**ZEROS, "alpha1": 3}, "columns must have equally many rows, got 1 to 3"),
-        (5, "gait must be a Gait, .* or the path of a gait file or a request, got 5"),
     ):
         with pytest.raises(gg.InputError, match=message):
             gg.validate(wrong)

@@ -139,16 +139,6 @@ def test_what_is_none_of_them_is_refused_in_one_line(
                 assert "\n" not in str(error)
 
 
-def test_a_refusal_lists_what_is_accepted() -> None:
-    wanted = "gait must be a Gait, TimedGait, Plan, Table, data frame or .n, 4. array, or the path of a gait file or a"
-    with pytest.raises(gg.InputError, match=f"^{wanted} request, got 3$"):
-        gg.validate(3)
-    with pytest.raises(gg.InputError, match="^output must be the path of a file, got array"):
-        gg.export(GAIT, np.array(3.0))
-    with pytest.raises(gg.InputError, match="^vehicle must be None beside a gait, which has its own, got 'paper'$"):
-        gg.robustness_of(GAIT, vehicle="paper")
-
-
 def test_commands_plan_a_request_or_say_why_not(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "request.toml"
     for sign, code in (("negative", 0), ("positive", 1)):

@@ -30,7 +30,6 @@ from gaitgraph.invertibility.matrices import (
     determinant,
     hover_thrust_shares,
     least_singular_value,
-    least_singular_value_on_red,
     level_determinant,
     level_determinant_resolution,
     noise_of,
@@ -271,21 +270,6 @@ def test_hover_thrusts_carry_the_weight_and_make_no_torque(vehicle: Vehicle) -> 
 
 
 class TestLeastSingularValue:
-    @pytest.mark.parametrize("vehicle", [PAPER, BOTH, Vehicle(drag_ratio=1e-4), Vehicle(drag_ratio=1.0)])
-    def test_the_closed_form_on_red(self, vehicle: Vehicle) -> None:
-        delta = delta_of(vehicle)
-        samples = [np.random.default_rng(31).uniform(-math.pi, math.pi, (200, 2))]
-        # And beside the lines where it vanishes.
-        for offset in (0.0, 1e-12, 1e-8, 1e-3):
-            lines = itertools.product((delta, delta - HALF_PI), (-delta, HALF_PI - delta, 0.3))
-            samples.append(np.array(list(lines)) + np.array([offset, -offset]))
-        first, second = np.concatenate(samples).T
-        np.testing.assert_allclose(
-            least_singular_value_on_red(first, second, vehicle),
-            least_singular_value(on_red(first, second), vehicle),
-            atol=1e-13,
-        )
-
     @pytest.mark.parametrize("kappa", [1e-4, 0.168666, 1.0])
     def test_it_is_lipschitz_in_the_tilts(self, kappa: float) -> None:
         vehicle, alpha, (roll, pitch) = Vehicle(drag_ratio=kappa), random_tilts(32, 300), np.zeros((2, 300))

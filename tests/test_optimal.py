@@ -70,18 +70,6 @@ def test_a_spline_is_a_smooth_curve_in_its_hulls() -> None:
             np.testing.assert_allclose(curve.at((number + t) * 2 / 11, order)[:, :2], expected, atol=1e-9)
 
 
-def test_control_points_run_along_a_polygon() -> None:
-    corners = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 0.5], [0.0, 0.5]])
-    points, knots = control_points_along(corners, 30)
-    assert len(points) == 30
-    np.testing.assert_allclose(basis_rows(knots, 30) @ points, corners, atol=1e-15)
-    on_it = shapely.points(basis_rows(np.linspace(0, 30, 500), 30) @ points)
-    assert shapely.distance(shapely.LinearRing(corners), on_it).max() < 1e-14
-    # Three for each corner are the least; more go to long sides.
-    for pieces, expected in ((3, [0, 3, 6, 9]), (14, [0, 4, 7, 11]), (30, [0, 12, 15, 27])):
-        assert control_points_along(corners, pieces)[1].tolist() == expected
-
-
 # Cells
 
 
