@@ -33,7 +33,6 @@ from gaitgraph.invertibility.segment_bounds import (
     least_of_each,
     least_singular_value_along,
     level_quantity,
-    singular_value_bound,
     thrust_shares_along,
     thrusts_push_up,
     where_least_sine,
@@ -370,18 +369,6 @@ class TestThrusts:
         assert thrusts_push_up(both, both[::-1]).tolist() == [False, False]
         end = np.array([[HALF_PI, -1.2, HALF_PI, -1.2]])
         assert thrusts_push_up(both[:1], end).tolist() == [True]
-
-
-@pytest.mark.parametrize("height", [0.0, 0.1])
-def test_short_segments_lose_little_of_the_least_singular_value(height: float) -> None:
-    vehicle, rng = PAPER.replace(rotor_height=height), np.random.default_rng(3)
-    starts, steps = rng.uniform(-1.5, 1.5, (2, 200, 4))
-    for size in (1.0, 0.1, 1e-3):
-        ends = starts + size * steps
-        f0, f1 = (np.asarray(least_singular_value(side, vehicle)) for side in (starts, ends))
-        bound = singular_value_bound(vehicle)(f0, f1, starts, ends)
-        assert (bound <= np.asarray(least_singular_value(points_of(starts, ends), vehicle)).min(axis=1) + 1e-12).all()
-    assert np.median(np.minimum(f0, f1) - bound) < 1e-6
 
 
 def test_many_open_intervals_are_halved_in_batches(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -70,33 +70,6 @@ def test_a_spline_is_a_smooth_curve_in_its_hulls() -> None:
             np.testing.assert_allclose(curve.at((number + t) * 2 / 11, order)[:, :2], expected, atol=1e-9)
 
 
-# Cells
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_cells_stay_inside_the_polygon(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    angles = np.sort(rng.uniform(0, 2 * math.pi, 25))
-    outline = shapely.Polygon(np.column_stack([np.cos(angles), np.sin(angles)]) * rng.uniform(0.6, 1.4, (25, 1)))
-    holes = [shapely.Point(*rng.uniform(-0.6, 0.6, 2)).buffer(rng.uniform(0.03, 0.2), quad_segs=4) for _ in range(4)]
-    polygon = max(shapely.get_parts(outline.buffer(0) - shapely.union_all(holes)), key=lambda part: part.area)
-    clearance = 1e-3
-    seeds = rng.uniform(-1, 1, (400, 2))
-    hulls = seeds[:, None, :] + rng.normal(scale=0.03, size=(400, 4, 2))
-    shapes = shapely.convex_hull(shapely.multipoints(hulls))
-    hulls = hulls[shapely.covers(polygon.buffer(-2 * clearance), shapes)]
-    assert len(hulls) > 20
-    cells = LeastEffort(polygon, discs_of([(0, 0)], 0.1), clearance).cells(hulls, 0.3)
-    for number, hull in enumerate(hulls):
-        own = cells.piece == number
-        normals, offsets = cells.normals[own], cells.offsets[own]
-        assert (hull @ normals.T <= offsets + 1e-12).all()
-        tried = hull.mean(axis=0) + rng.uniform(-0.5, 0.5, (300, 2))
-        inside = shapely.points(tried[(tried @ normals.T <= offsets).all(axis=1)])
-        assert shapely.covers(polygon, inside).all()
-        assert np.min(shapely.distance(polygon.boundary, inside), initial=1.0) >= clearance * (1 - 1e-9)
-
-
 # Levels
 
 
