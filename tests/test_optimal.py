@@ -14,26 +14,13 @@ import shapely
 from scipy import ndimage
 
 from gaitgraph.errors import Infeasible, MissingConstant
-from gaitgraph.invertibility.matrices import (
-    coefficients_of,
-    hover_thrust_shares,
-    least_singular_value,
-    least_singular_value_on_red,
-)
+from gaitgraph.invertibility.matrices import hover_thrust_shares, least_singular_value, least_singular_value_on_red
 from gaitgraph.optimization import optimize
-from gaitgraph.optimization.least_effort import (
-    LeastEffort,
-    SmoothLoop,
-    basis_rows,
-    control_points_along,
-    hull_matrix,
-    power_pieces,
-)
+from gaitgraph.optimization.least_effort import LeastEffort, SmoothLoop, basis_rows, control_points_along
 from gaitgraph.optimization.optimize import CLEARANCE, OBJECTIVES, highest_level, level_region
 from gaitgraph.planning.shortest_paths import shortest_loop
 from gaitgraph.surface.admissible import admissible_region
 from gaitgraph.surface.region import Discs, Zones, component_meeting
-from gaitgraph.timing.curve import Curve
 from gaitgraph.validation.validating import validate
 from gaitgraph.vehicle import PAPER, Vehicle
 
@@ -58,16 +45,43 @@ def plane_of(found: Any, count: int = 4001) -> np.ndarray:
 # Splines
 
 
-def test_a_spline_is_a_smooth_curve_in_its_hulls() -> None:
-    points, t = np.random.default_rng(1).normal(size=(11, 2)) / 3, np.linspace(0, 1, 7)
-    breaks, pieces = np.linspace(0, 2.0, 12), power_pieces(points, 2.0 / 11)
-    curve = Curve(breaks=breaks, pieces=pieces, vehicle=PAPER, coefficients=coefficients_of())
-    for number, hull in enumerate(hull_matrix(11) @ points):
-        bezier = sum(math.comb(3, k) * np.outer(t**k * (1 - t) ** (3 - k), hull[k]) for k in range(4))
-        np.testing.assert_allclose(basis_rows(number + t, 11) @ points, bezier, atol=1e-13)
-        for order in range(3):
-            expected = basis_rows(number + t, 11, order) @ points * (11 / 2.0) ** order
-            np.testing.assert_allclose(curve.at((number + t) * 2 / 11, order)[:, :2], expected, atol=1e-9)
+def test_control_points_run_along_a_polygon() -> None:
+    corners = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 0.5], [0.0, 0.5]])
+    points, knots = control_points_along(corners, 30)
+    assert len(points) == 30
+    np.testing.assert_allclose(basis_rows(knots, 30) @ points, corners, atol=1e-15)
+    on_it = shapely.points(basis_rows(np.linspace(0, 30, 500), 30) @ points)
+    assert shapely.distance(shapely.LinearRing(corners), on_it).max() < 1e-14
+    # Three for each corner are the least; more go to long sides.
+    for pieces, expected in ((3, [0, 3, 6, 9]), (14, [0, 4, 7, 11]), (30, [0, 12, 15, 27])):
+        assert control_points_along(corners, pieces)[1].tolist() == expected
+
+
+# Cells
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_cells_stay_inside_the_polygon(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    angles = np.sort(rng.uniform(0, 2 * math.pi, 25))
+    outline = shapely.Polygon(np.column_stack([np.cos(angles), np.sin(angles)]) * rng.uniform(0.6, 1.4, (25, 1)))
+    holes = [shapely.Point(*rng.uniform(-0.6, 0.6, 2)).buffer(rng.uniform(0.03, 0.2), quad_segs=4) for _ in range(4)]
+    polygon = max(shapely.get_parts(outline.buffer(0) - shapely.union_all(holes)), key=lambda part: part.area)
+    clearance = 1e-3
+    seeds = rng.uniform(-1, 1, (400, 2))
+    hulls = seeds[:, None, :] + rng.normal(scale=0.03, size=(400, 4, 2))
+    shapes = shapely.convex_hull(shapely.multipoints(hulls))
+    hulls = hulls[shapely.covers(polygon.buffer(-2 * clearance), shapes)]
+    assert len(hulls) > 20
+    cells = LeastEffort(polygon, discs_of([(0, 0)], 0.1), clearance).cells(hulls, 0.3)
+    for number, hull in enumerate(hulls):
+        own = cells.piece == number
+        normals, offsets = cells.normals[own], cells.offsets[own]
+        assert (hull @ normals.T <= offsets + 1e-12).all()
+        tried = hull.mean(axis=0) + rng.uniform(-0.5, 0.5, (300, 2))
+        inside = shapely.points(tried[(tried @ normals.T <= offsets).all(axis=1)])
+        assert shapely.covers(polygon, inside).all()
+        assert np.min(shapely.distance(polygon.boundary, inside), initial=1.0) >= clearance * (1 - 1e-9)
 
 
 # Levels
