@@ -37,7 +37,7 @@ from gaitgraph.surface.admissible import (
     thrust_region,
     why_empty,
 )
-from gaitgraph.surface.borders import Border, cosine, zeros_of_degree_two
+from gaitgraph.surface.borders import Border, CosineSum, cosine, zeros_of_degree_two
 from gaitgraph.surface.region import Points, Region, Zones, zones_region
 from gaitgraph.surface.sheets import HOVER_LABEL, SIGNS, red_label, separating_factor, sheet_angles
 from gaitgraph.validation.validating import check_gait
@@ -388,6 +388,29 @@ def test_why_not_names_the_condition(point: tuple[float, float], reason: str) ->
     assert reason in (region.why_not(point) or "")
     assert region.why_not((-0.5, 0.5)) is None
     assert {condition.broken_at(-0.5, 0.5) for condition in region.conditions} == {None}
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_waves_add_multiply_and_bend(seed: int) -> None:
+    def some(seed: int) -> CosineSum:
+        rng = np.random.default_rng(seed)
+        return CosineSum(np.column_stack([rng.normal(size=3), rng.integers(-2, 3, (3, 2)), rng.uniform(0, 6, 3)]))
+
+    one, two = some(seed), some(seed + 100)
+    at = np.random.default_rng(seed).uniform(-3, 3, (50, 2))
+    np.testing.assert_allclose((one * two + 0.5).at(at), one.at(at) * two.at(at) + 0.5, atol=1e-12)
+    angle, step = 0.7 * seed, 1e-4
+    along = np.tile([math.cos(angle), math.sin(angle)], (50, 1))
+    ahead, behind = one.at(at + step * along), one.at(at - step * along)
+    value, slope, side, bend = one.along(at, along)
+    np.testing.assert_allclose(value, one.at(at), atol=1e-12)
+    np.testing.assert_allclose((ahead - behind) / (2 * step), slope, atol=1e-6)
+    left = np.column_stack([-along[:, 1], along[:, 0]])
+    np.testing.assert_allclose(one.along(at, left)[1], side, atol=1e-12)
+    bends = (ahead - 2 * one.at(at) + behind) / step**2
+    np.testing.assert_allclose(bends, bend, atol=1e-6)
+    assert (np.abs(bends) <= one.most(2) + 1e-6).all()
+    assert cosine(2, -1, size=-3.0).most(3) == pytest.approx(3 * 5**1.5)
 
 
 def test_deviation_bounds_how_far_a_circle_is_from_its_chords() -> None:
