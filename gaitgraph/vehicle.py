@@ -28,27 +28,12 @@ Spin = Literal["clockwise", "counterclockwise"]
 Angle = float | str  # [rad], or a text such as "45deg"
 
 UNITS = {
-    "mass": "kg",
-    "gravity": "m/s²",
-    "arm_length": "m",
-    "thrust_coefficient": "N s²/rad²",
-    "drag_coefficient": "N m s²/rad²",
-    "drag_to_thrust": "m",
-    "drag_ratio": "dimensionless",
-    "inertia": "kg m²",
-    "max_tilt": "rad",
-    "min_tilt": "rad",
-    "max_tilt_rate": "rad/s",
-    "max_tilt_acceleration": "rad/s²",
-    "max_tilt_jerk": "rad/s³",
-    "max_thrust": "N",
-    "servo_lag": "s",
-    "linkage": "rad",
-    "rotor_lag": "s",
-    "rotor_height": "m",
-    "arm_inertia": "kg m²",
-    "rotor_inertia": "kg m²",
-}
+    "mass": "kg", "gravity": "m/s²", "arm_length": "m", "thrust_coefficient": "N s²/rad²",
+    "drag_coefficient": "N m s²/rad²", "drag_to_thrust": "m", "drag_ratio": "dimensionless", "inertia": "kg m²",
+    "max_tilt": "rad", "min_tilt": "rad", "max_tilt_rate": "rad/s", "max_tilt_acceleration": "rad/s²",
+    "max_tilt_jerk": "rad/s³", "max_thrust": "N", "servo_lag": "s", "linkage": "rad", "rotor_lag": "s",
+    "rotor_height": "m", "arm_inertia": "kg m²", "rotor_inertia": "kg m²",
+}  # fmt: skip
 _TILTS = ("max_tilt", "min_tilt")
 _ANGLES = ("max_tilt_rate", "max_tilt_acceleration", "max_tilt_jerk")
 _LEAST_TURN, _LARGEST_TURN = 1e-6, 1e6  # between two points of a linkage [rad]

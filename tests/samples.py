@@ -21,8 +21,10 @@ from tests.published import GAITS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+    from pathlib import Path
 
     from gaitgraph.gait.gait import Gait
+    from gaitgraph.planning.planner import Loop, Plan
     from gaitgraph.surface.region import Region
     from gaitgraph.timing.timed_gait import TimedGait
 
@@ -56,9 +58,19 @@ def flown_by(timed: TimedGait, vehicle: Vehicle) -> TimedGait:
 
 
 def table_from(alpha: Any, *, t: Any = None, **columns: Any) -> Table:
-    """Return a table of tilt angles, with times where they are given, and other columns."""
     times = {} if t is None else {"t": np.asarray(t, dtype=float)}
     return Table(columns={**times, **dict(zip(ANGLES, np.array(alpha, dtype=float).T, strict=True)), **columns})
+
+
+def write_rows(path: Path, rows: Any, **options: Any) -> None:
+    """Write tilt angles as a table, with times if there is a fifth column before them."""
+    header = ",".join(("t", *ANGLES)[-np.shape(rows)[1] :])
+    np.savetxt(path, rows, delimiter=",", header=header, comments="", **options)
+
+
+def loop_of(plan: Plan) -> Loop:
+    assert plan.loop is not None, plan.reason
+    return plan.loop
 
 
 def random_vehicle(random: np.random.Generator) -> Vehicle:

@@ -49,6 +49,7 @@ NAN_TABLE = gg.Table(columns={f"alpha{k}": np.array([0.1, NAN]) for k in range(1
 G3, G4 = (lift(GAITS[k].angles, "red") for k in (2, 3))
 NO_NUMBERS: list[Any] = [NAN, INF, -1.0, 1e300, True, "fast", [], 1j, {}, (1.0,), -(10**400)]
 SQUARE = [(0, 0), (1, 0), (1, 1), (0, 1)]
+FORMS = "Gait, TimedGait, Plan, Table, data frame or (n, 4) array, or the path of a gait file or a"
 LISTED: Any = ["a.csv"]
 SMALL: dict[str, Any] = {"name": "small", "gaits": ["gait1"], "attitudes": {"roll": [0.0, 0.3], "pitch": [0.0, 0.2]}}
 TABLE, POINT = table_of(G3.parametrize(samples=4)), lift([(0.3, -0.3)], "red")
@@ -169,10 +170,7 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
         (gg.Vehicle, {"drag_to_thrust": 0.05, **more}, message)
         for more, message in (
             ({"arm_length": 0.25, "drag_ratio": 0.21}, "drag_ratio must equal Km/(Kf·L) = 0.2 … got 0.21"),
-            (
-                {"drag_coefficient": 4e-7, "thrust_coefficient": 5e-6},
-                "drag_to_thrust must equal Km/Kf = 0.0… got 0.05",
-            ),
+            ({"drag_coefficient": 4e-7, "thrust_coefficient": 5e-6}, "drag_to_thrust must equal Km/Kf = 0.0… got 0.05"),
             ({"drag_ratio": 0.99e-9}, "drag_ratio must be between 1e-9 and 1e9 (dimensionless), got 9.9e-10"),
             ({"drag_ratio": 1.01e9}, "drag_ratio must be between 1e-9 and 1e9"),
         )
@@ -332,7 +330,8 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     (validate, {"gait": G3, "angle_rounding": INF}, "angle_rounding must be a finite number in radians, … got inf"),
     (validate, {"gait": TABLE, "crossing_tolerance": "x"}, "crossing_tolerance must be … got 'x'"),
     (validate, {"gait": TABLE, "coefficients": "rough"}, "coefficients must be one of published, exact, got 'rough'"),
-    (validate, {"gait": 3}, "gait must be a Gait, … got 3"),
+    (validate, {"gait": 3}, f"gait must be a {FORMS} request, got 3"),
+    (gg.export, {"source": G3, "outputs": np.array(3.0)}, "output must be the path of a file, got array"),
     (validate, {"gait": G3, "vehicle": gg.PAPER}, "vehicle must be None beside a gait"),
     *(
         (robustness_of, {"gait": POINT, name: value}, message)

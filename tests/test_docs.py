@@ -10,7 +10,6 @@ import tomllib
 from doctest import ELLIPSIS, OutputChecker
 from pathlib import Path
 from pkgutil import resolve_name
-from typing import TYPE_CHECKING
 
 import click
 import matplotlib.pyplot as plt
@@ -20,9 +19,6 @@ import gaitgraph as gg
 from gaitgraph.cli import cli, main
 from gaitgraph.io.formats import read_table
 from gaitgraph.plots.figures import FIGURES
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 pytestmark = pytest.mark.no_cover  # what pages show has tests of its own, which are traced
 
@@ -70,11 +66,8 @@ EXPECTED = {
 
 
 @pytest.fixture(autouse=True)
-def pictures_without_windows() -> Iterator[None]:
-    """Draw pictures in memory, and close them after each test."""
+def pictures_without_windows() -> None:
     plt.switch_backend("agg")
-    yield
-    plt.close("all")
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
@@ -188,7 +181,6 @@ def test_pages_name_what_there_is() -> None:
 
 
 def is_there(name: str) -> bool:
-    """Return whether the package has an attribute of that dotted name, in its modules too."""
     try:
         resolve_name(f"gaitgraph.{name}")
     except (AttributeError, ImportError):

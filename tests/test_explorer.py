@@ -105,7 +105,6 @@ class Client:
 
 
 def message_of(answer: Answer, expected: int) -> str:
-    """Return the one line of a refusal."""
     status, headers, content = answer
     assert status == expected, content[:300]
     assert headers["content-security-policy"].startswith("default-src 'none'")

@@ -219,16 +219,15 @@ def test_hinges_are_where_they_are_planned(arm_inertia: float | None, every: flo
     assert off < 1.15 * fastest * every**2 / 0.09
 
 
-class TestModels:
-    @pytest.mark.parametrize("inertia", [(2e-3, 2e-3, 4e-3), (1e-3, 7e-3, 8e-3)])
-    def test_a_flat_body_is_the_limit(self, inertia: tuple[float, float, float]) -> None:
-        engine = Engine(PAPER.replace(inertia=inertia))
-        moments = engine.model.body_inertia[1] + 4 * engine.model.body_inertia[2]
-        np.testing.assert_allclose(np.sort(moments), np.sort(inertia), rtol=5e-6)
-        with pytest.raises(InputError, match="is not that of a rigid body"):
-            Engine(PAPER.replace(inertia=(*inertia[:2], 1.0005 * inertia[2])))
-        with pytest.raises(InputError, match="for four arms is not that of a rigid body"):
-            Engine(PAPER.replace(inertia=inertia, arm_inertia=1e-5))
+@pytest.mark.parametrize("inertia", [(2e-3, 2e-3, 4e-3), (1e-3, 7e-3, 8e-3)])
+def test_a_flat_body_is_the_limit(inertia: tuple[float, float, float]) -> None:
+    engine = Engine(PAPER.replace(inertia=inertia))
+    moments = engine.model.body_inertia[1] + 4 * engine.model.body_inertia[2]
+    np.testing.assert_allclose(np.sort(moments), np.sort(inertia), rtol=5e-6)
+    with pytest.raises(InputError, match="is not that of a rigid body"):
+        Engine(PAPER.replace(inertia=(*inertia[:2], 1.0005 * inertia[2])))
+    with pytest.raises(InputError, match="for four arms is not that of a rigid body"):
+        Engine(PAPER.replace(inertia=inertia, arm_inertia=1e-5))
 
 
 class TestWarnings:

@@ -18,18 +18,12 @@ from gaitgraph.timing.curve import rounded
 from gaitgraph.timing.time_optimal import Limits, paced
 from gaitgraph.timing.timed_gait import ROW_BY_ROW, RowTimedGait, timed_gait_of
 from tests.published import GAITS
-from tests.samples import gait_of_paper
+from tests.samples import gait_of_paper, write_rows
 
 if TYPE_CHECKING:
     from gaitgraph.flight.flight import Flight
 
 SHORT = FlightSettings(duration=0.5)
-
-
-def write_rows(path: Path, rows: Any) -> None:
-    """Write tilt angles as a table, with times if there is a fifth column before them."""
-    names = ["t", "alpha1", "alpha2", "alpha3", "alpha4"][-np.shape(rows)[1] :]
-    np.savetxt(path, rows, delimiter=",", header=",".join(names), comments="")
 
 
 def request_of(number: int) -> str:

@@ -28,8 +28,8 @@ from gaitgraph.io.c_header import write_h
 from gaitgraph.surface.sheets import COLORS, roots
 from gaitgraph.timing.laws import LAWS, LawName
 from gaitgraph.timing.timed_gait import timed_gait_of
-from tests.published import GAITS, PublishedGait
-from tests.samples import EXACT, PUBLISHED, table_from
+from tests.published import GAITS
+from tests.samples import EXACT, PUBLISHED, table_from, write_rows
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -38,13 +38,6 @@ angle = st.floats(-1.5, 1.5)
 loops = st.lists(st.tuples(angle, angle), min_size=1, max_size=7)
 LOW_BEETLE = gg.vehicle_named("beetle_omni").replace(rotor_height=0.0)  # blue is a sheet of solutions for h = 0 alone
 kinds = st.sampled_from([PUBLISHED, EXACT, gg.invertibility.coefficients_of(LOW_BEETLE)])
-
-
-@pytest.mark.parametrize("gait", GAITS, ids=lambda gait: f"gait{gait.number}")
-def test_lifted_vertices_match_the_printed_digits(gait: PublishedGait) -> None:
-    lifted = lift(gait.angles, gait.color)
-    np.testing.assert_allclose(lifted.alpha[:, 2:], gait.printed, atol=5.0001e-4)
-    np.testing.assert_allclose(lifted.vertices(), lifted.alpha)
 
 
 @settings(deadline=None, max_examples=30)
@@ -156,7 +149,6 @@ CORNERS = [(0.4, -1.2), (0.4, -0.4), (1.2, -0.4)]
 
 
 def table(points: list[tuple[float, float]], colors: str | tuple[str, ...] = "red", **columns: Any) -> Table:
-    """Return a table of alpha1, alpha2 and color."""
     a1, a2 = np.array(points, dtype=float).T
     names = (colors,) * len(points) if isinstance(colors, str) else colors
     more = {name: np.array(values, dtype=float) for name, values in columns.items()}
@@ -191,7 +183,7 @@ def test_all_readers_of_a_table_find_its_period(tmp_path: Path, law: LawName, sa
     noisy = closed + np.append(np.zeros((samples, 5)), [[0, 1e-6, 0, 0, 0]], axis=0)
     source = tmp_path / "rows.csv"
     for rows, returns in ((closed, True), (closed[:-1], False), (noisy if samples < 1000 else closed, True)):
-        np.savetxt(source, rows, delimiter=",", header="t,alpha1,alpha2,alpha3,alpha4", comments="")
+        write_rows(source, rows)
         assert gg.validate(source)["closed"].message.startswith("the last row repeats the first") is returns
         read = gg.read_table(source)
         corners, times, _ = closed_rows(read)
@@ -211,7 +203,7 @@ def test_the_closing_row_of_a_measured_table_goes_with_the_first(tmp_path: Path)
     rows = np.column_stack([timed.t, timed.alpha])
     rows[-1, 1] += 1e-6
     source = tmp_path / "rows.csv"
-    np.savetxt(source, rows, delimiter=",", header="t,alpha1,alpha2,alpha3,alpha4", comments="")
+    write_rows(source, rows)
     assert (timed_gait_of(source).law, len(gg.gait_of(gg.read_table(source)).alpha)) == ("smooth", 4)
     kept: Any = gg.retarget(source)  # flyable, so it comes back bit by bit
     assert (kept.status, kept.table["t"][-1]) == ("unchanged", 1.0)

@@ -6,7 +6,6 @@ import inspect
 import json
 from typing import TYPE_CHECKING, Any
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 import polars as pl
@@ -17,7 +16,7 @@ from gaitgraph.cli import main
 from gaitgraph.gait.gait import lift
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable
     from pathlib import Path
 
 WAYPOINTS = [("3pi/8", "-3pi/8"), ("3pi/8", "-pi/8"), ("pi/8", "-pi/8"), ("pi/8", "-3pi/8")]
@@ -61,17 +60,10 @@ USES: dict[str, Callable[[Any], Any]] = {
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return a folder with a gait and a request."""
     path = tmp_path_factory.mktemp("gaits")
     TIMED.write(path / "gait.csv")
     (path / "request.json").write_text(json.dumps({"waypoints": WAYPOINTS, "samples": 8}), encoding="utf-8")
     return path
-
-
-@pytest.fixture(autouse=True)
-def _closed_figures() -> Iterator[None]:
-    yield
-    plt.close("all")
 
 
 # All uses are through one function: those that take longer are tried with two forms.
@@ -145,16 +137,6 @@ def test_what_is_none_of_them_is_refused_in_one_line(
                 function(**given)
             except gg.GaitgraphError as error:
                 assert "\n" not in str(error)
-
-
-def test_a_refusal_lists_what_is_accepted() -> None:
-    wanted = "gait must be a Gait, TimedGait, Plan, Table, data frame or .n, 4. array, or the path of a gait file or a"
-    with pytest.raises(gg.InputError, match=f"^{wanted} request, got 3$"):
-        gg.validate(3)
-    with pytest.raises(gg.InputError, match="^output must be the path of a file, got array"):
-        gg.export(GAIT, np.array(3.0))
-    with pytest.raises(gg.InputError, match="^vehicle must be None beside a gait, which has its own, got 'paper'$"):
-        gg.robustness_of(GAIT, vehicle="paper")
 
 
 def test_commands_plan_a_request_or_say_why_not(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,4 +1,4 @@
-"""Rotors of any geometry: against numpy, the four-arm functions, and the dynamics of the physics engine."""
+"""Rotors of any geometry: against numpy and the four-arm functions."""
 
 from __future__ import annotations
 
@@ -91,37 +91,6 @@ def test_four_arms_as_the_four_arm_functions(vehicle: gg.Vehicle) -> None:
     for row in alpha[:20]:
         (force,) = geometry.zero_moment_directions(row)[1]
         np.testing.assert_allclose(np.cross(force, zero_moment_direction(row, vehicle)), 0.0, atol=1e-12)
-
-
-@pytest.mark.parametrize("count", [4, 5, 8])
-def test_physics_engine_agrees(count: int) -> None:
-    mujoco = pytest.importorskip("mujoco")
-    for _ in range(10):
-        geometry, alpha, thrust = drawn(count), RNG.uniform(-4, 4, count), RNG.uniform(-5, 9, count)
-        mass, inertia, gravity = RNG.uniform(0.5, 3), RNG.uniform(0.02, 0.03, 3), np.array([0.3, -0.2, -9.81])
-
-        def text(values: Any) -> str:
-            return " ".join(repr(float(value)) for value in values)
-
-        arms, actuators = "", ""
-        for k in range(count):
-            axis, push = geometry.tilt_axis[k], geometry.thrust_axis[k]
-            turn = f'axisangle="{text([*axis, alpha[k]])}"' if axis.any() else ""
-            arms += f'<body pos="{text(geometry.position[k])}" {turn}><site name="s{k}"/></body>'
-            gear = text([*push, *(-geometry.moment_ratio[k] * push)])
-            actuators += f'<general site="s{k}" gear="{gear}"/>'
-        model = mujoco.MjModel.from_xml_string(
-            f'<mujoco><compiler angle="radian"/><option gravity="{text(gravity)}"/><worldbody><body><freejoint/>'
-            f'<inertial pos="0 0 0" mass="{mass!r}" diaginertia="{text(inertia)}"/>{arms}</body></worldbody>'
-            f"<actuator>{actuators}</actuator></mujoco>"
-        )
-        data = mujoco.MjData(model)
-        data.ctrl[:] = thrust
-        mujoco.mj_forward(model, data)
-        force, moment = geometry.force_matrix(alpha) @ thrust, geometry.moment_matrix(alpha) @ thrust
-        np.testing.assert_allclose(data.qacc, [*(force / mass + gravity), *(moment / inertia)], rtol=1e-9, atol=1e-9)
-        mujoco.mj_inverse(model, data)
-        np.testing.assert_allclose(data.qfrc_inverse, data.qfrc_actuator, atol=1e-9)
 
 
 @pytest.mark.parametrize("count", [4, 6, 8])

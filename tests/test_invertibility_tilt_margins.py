@@ -159,8 +159,6 @@ class TestTiltMargin:
 
 
 class TestLeastTiltMargin:
-    """The bracket of the worst over a period."""
-
     @pytest.mark.parametrize(
         ("gait", "eta", "degrees"),
         [(2, 1.0, 90.0), (3, 1.0, 90.0), (2, 0.8, 74.46), (3, 0.8, 61.66), (1, 0.99, 41.74), (1, 0.8, 44.99)],

@@ -14,27 +14,13 @@ import shapely
 from scipy import ndimage
 
 from gaitgraph.errors import Infeasible, MissingConstant
-from gaitgraph.invertibility.matrices import (
-    coefficients_of,
-    hover_thrust_shares,
-    least_singular_value,
-    least_singular_value_on_red,
-)
+from gaitgraph.invertibility.matrices import hover_thrust_shares, least_singular_value, least_singular_value_on_red
 from gaitgraph.optimization import optimize
-from gaitgraph.optimization.least_effort import (
-    LeastEffort,
-    SmoothLoop,
-    basis_rows,
-    control_points_along,
-    effort_matrix,
-    hull_matrix,
-    power_pieces,
-)
+from gaitgraph.optimization.least_effort import LeastEffort, SmoothLoop, basis_rows, control_points_along
 from gaitgraph.optimization.optimize import CLEARANCE, OBJECTIVES, highest_level, level_region
 from gaitgraph.planning.shortest_paths import shortest_loop
 from gaitgraph.surface.admissible import admissible_region
 from gaitgraph.surface.region import Discs, Zones, component_meeting
-from gaitgraph.timing.curve import Curve
 from gaitgraph.validation.validating import validate
 from gaitgraph.vehicle import PAPER, Vehicle
 
@@ -57,28 +43,6 @@ def plane_of(found: Any, count: int = 4001) -> np.ndarray:
 
 
 # Splines
-
-
-@pytest.mark.parametrize("count", [8, 13])
-def test_effort_matrix_is_the_integral(count: int) -> None:
-    nodes, weights = np.polynomial.legendre.leggauss(4)
-    s = (np.arange(count)[:, None] + (nodes + 1) / 2).ravel()
-    rows = basis_rows(s, count, 1)
-    integral = rows.T @ (np.tile(weights / 2, count)[:, None] * rows)
-    np.testing.assert_allclose(effort_matrix(count), integral, atol=1e-14)
-    assert abs(effort_matrix(count).sum(axis=1)).max() < 1e-14
-
-
-def test_a_spline_is_a_smooth_curve_in_its_hulls() -> None:
-    points, t = np.random.default_rng(1).normal(size=(11, 2)) / 3, np.linspace(0, 1, 7)
-    breaks, pieces = np.linspace(0, 2.0, 12), power_pieces(points, 2.0 / 11)
-    curve = Curve(breaks=breaks, pieces=pieces, vehicle=PAPER, coefficients=coefficients_of())
-    for number, hull in enumerate(hull_matrix(11) @ points):
-        bezier = sum(math.comb(3, k) * np.outer(t**k * (1 - t) ** (3 - k), hull[k]) for k in range(4))
-        np.testing.assert_allclose(basis_rows(number + t, 11) @ points, bezier, atol=1e-13)
-        for order in range(3):
-            expected = basis_rows(number + t, 11, order) @ points * (11 / 2.0) ** order
-            np.testing.assert_allclose(curve.at((number + t) * 2 / 11, order)[:, :2], expected, atol=1e-9)
 
 
 def test_control_points_run_along_a_polygon() -> None:

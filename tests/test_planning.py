@@ -16,10 +16,10 @@ from hypothesis import given, settings, strategies as st
 import gaitgraph as gg
 from gaitgraph.graph.build import surface_graph
 from tests.published import GAITS, PublishedGait
-from tests.samples import along
+from tests.samples import along, loop_of
 
 if TYPE_CHECKING:
-    from gaitgraph.planning.planner import Loop, Plan
+    from gaitgraph.planning.planner import Plan
 
 G1, _, G3, _ = GAITS
 
@@ -28,11 +28,6 @@ def on_grid(waypoints: Any, **request: Any) -> Plan:
     """Plan by the paper's method and rules; what any-angle loops do is tested in test_planning_any_angle."""
     method = {} if "graph" in request else {"method": "grid"}
     return gg.plan_loop(waypoints, **{"require": "valid", **method, **request})
-
-
-def loop_of(plan: Plan) -> Loop:
-    assert plan.loop is not None
-    return plan.loop
 
 
 @pytest.mark.parametrize("gait", GAITS, ids=lambda gait: f"gait{gait.number}")

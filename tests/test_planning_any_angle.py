@@ -21,7 +21,7 @@ from gaitgraph.planning.any_angle import region_of, straight_loop_holds
 from gaitgraph.planning.refusal import Branch
 from gaitgraph.planning.request import PlanRequest, plan_request
 from tests.published import GAITS
-from tests.samples import along, visibility_graph
+from tests.samples import along, loop_of, visibility_graph
 
 if TYPE_CHECKING:
     from gaitgraph.planning.planner import Loop, Plan
@@ -42,11 +42,6 @@ WALL = [(0.6, -0.6), (1.0, -0.6), (1.0, -0.2), (0.6, -0.2)]
 
 def exact(waypoints: Any, **request: Any) -> Plan:
     return gg.plan_loop(waypoints, method="exact", **{"require": "valid", **request})
-
-
-def planned(plan: Plan) -> Loop:
-    assert plan.loop is not None, plan.reason
-    return plan.loop
 
 
 def straight_loop_flies(request: PlanRequest, sign: Any) -> bool:
@@ -145,7 +140,7 @@ CASES = [
 def test_shortest_of_all_in_the_region(seed: int, name: str, sign: Any, keep_in: bool) -> None:
     asked = some_request(seed + 10 * keep_in, name, sign, keep_in=keep_in)
     plan = exact(**asked)
-    loop, points, region = planned(plan), asked["waypoints"], region_of(plan.request, "red", sign, "flyable")
+    loop, points, region = loop_of(plan), asked["waypoints"], region_of(plan.request, "red", sign, "flyable")
     assert plan.report.flyable
     expected = shortest(visibility(region.inner, points), points)
     assert loop.length == pytest.approx(expected, abs=1e-9)
@@ -184,7 +179,7 @@ def test_along_the_curve_where_R_vanishes_against_a_string_under_it(kappa: float
     assert length > math.dist(start, end) + 1e-4
     for accuracy in (1e-3, 1e-5):
         asked: dict[str, Any] = {"vehicle": vehicle, "accuracy": accuracy, "floor": 2.0}
-        loop = planned(exact([start, end], color="red", sign="negative", **asked))
+        loop = loop_of(exact([start, end], color="red", sign="negative", **asked))
         assert loop.lower_bound is not None
         assert loop.lower_bound - 1e-9 <= 2 * length <= loop.length + 1e-9
         assert loop.length - loop.lower_bound < 8 * accuracy
@@ -193,7 +188,7 @@ def test_along_the_curve_where_R_vanishes_against_a_string_under_it(kappa: float
 
 def test_between_straight_borders_the_bound_is_the_length() -> None:
     for accuracy in (1e-2, 1e-4):
-        loop = planned(exact(G3.waypoints, color="red", keep_out=[WALL], accuracy=accuracy))
+        loop = loop_of(exact(G3.waypoints, color="red", keep_out=[WALL], accuracy=accuracy))
         assert loop.lower_bound == pytest.approx(loop.length, abs=1e-14)
         # By hand: from a corner of the loop over both corners of the wall, instead of straight below them.
         left, right = math.hypot(0.6 - pi / 8, pi / 8 - 0.2), math.hypot(3 * pi / 8 - 1.0, pi / 8 - 0.2)
@@ -209,7 +204,7 @@ def test_robust_to_a_millionth() -> None:
     value, other = (plan.report["least_singular_value"].value or 0.0 for plan in (best, grid))
     assert value == pytest.approx(cap, abs=1e-6)
     assert value >= other - 1e-6
-    assert planned(quick).length <= planned(best).length <= planned(grid).length + 1e-9
+    assert loop_of(quick).length <= loop_of(best).length <= loop_of(grid).length + 1e-9
 
 
 def test_robust_where_a_gate_is_the_worst_place(monkeypatch: Any) -> None:
@@ -217,7 +212,7 @@ def test_robust_where_a_gate_is_the_worst_place(monkeypatch: Any) -> None:
     walls = [[(a, 0.6), (b, 0.6), (b, 0.7), (a, 0.7)] for a, b in ((-1.57, -1.3), (-1.25, 0.2))]
     ends = [(-0.4, 0.45), (-0.4, 0.9)]
     plan = exact(ends, sign="positive", color="red", objective="robust", keep_out=walls, accuracy=0.1)
-    assert (plan.report.flyable, planned(plan).lower_bound) == (True, None)
+    assert (plan.report.flyable, loop_of(plan).lower_bound) == (True, None)
     gate = float(least_singular_value_on_red(-1.25, 0.6))
     assert plan.report["least_singular_value"].value == pytest.approx(gate, abs=1e-5)
 
@@ -230,20 +225,20 @@ def test_any_order_is_the_best_of_all(seed: int, number: int) -> None:
     ways = {a: nx.single_source_dijkstra_path_length(graph, a, weight="length") for a in points}
     orders = ([points[0], *rest] for rest in permutations(points[1:]))
     best = min(sum(ways[a][b] for a, b in pairwise([*order, order[0]])) for order in orders)
-    assert planned(plan).length == pytest.approx(best, abs=1e-9)
-    assert [points[k] for k in planned(plan).order] == list(plan.waypoints)
-    passes_in_order(planned(plan), plan)
+    assert loop_of(plan).length == pytest.approx(best, abs=1e-9)
+    assert [points[k] for k in loop_of(plan).order] == list(plan.waypoints)
+    passes_in_order(loop_of(plan), plan)
     assert best < shortest(graph, points) - 1e-6
-    again = exact(**(asked | {"waypoints": [points[k] for k in planned(plan).order], "any_order": False}))
-    assert planned(again).length == pytest.approx(best, abs=1e-12)
+    again = exact(**(asked | {"waypoints": [points[k] for k in loop_of(plan).order], "any_order": False}))
+    assert loop_of(again).length == pytest.approx(best, abs=1e-12)
 
 
 def test_a_straight_loop_is_the_shortest_and_needs_no_region() -> None:
     plan = exact(G3.waypoints, color="red", accuracy=0.1)
-    loop = planned(plan)
+    loop = loop_of(plan)
     assert loop.length == loop.lower_bound == pytest.approx(pi, abs=1e-15)
     assert len(loop.path.alpha) == 4
-    assert planned(exact(G3.waypoints, color="red", objective="robust")).lower_bound == loop.length
+    assert loop_of(exact(G3.waypoints, color="red", objective="robust")).lower_bound == loop.length
     assert straight_loop_flies(plan_request(G3.waypoints), "negative")
     assert not straight_loop_flies(plan_request(G3.waypoints), "positive")
     assert not straight_loop_flies(plan_request(G3.waypoints, keep_out=[WALL]), "negative")
@@ -272,21 +267,21 @@ def test_a_straight_loop_holds_where_its_report_says_so(name: str) -> None:
 
 def test_one_two_and_repeated_waypoints() -> None:
     point = exact([(0.7, -0.9)], color="red", accuracy=1e-3, keep_out=[[(0.2, -0.4), (0.4, -0.4), (0.4, -0.2)]])
-    assert planned(point).length == planned(point).lower_bound == 0
+    assert loop_of(point).length == loop_of(point).lower_bound == 0
     assert point.report.flyable
     there = exact([(1.1, -0.35), (0.4, -0.35)], color="red", keep_out=[WALL], accuracy=1e-3)
-    rows = planned(there).path.alpha[:, :2].tolist()
+    rows = loop_of(there).path.alpha[:, :2].tolist()
     assert rows == [[1.1, -0.35], [1.0, -0.2], [0.6, -0.2], [0.4, -0.35], [0.6, -0.2], [1.0, -0.2]]
     twice = exact([(1.1, -0.35), (1.1, -0.35), (0.4, -0.35), (1.1, -0.35)], color="red", keep_out=[WALL], accuracy=1e-3)
-    np.testing.assert_array_equal(planned(twice).path.alpha, planned(there).path.alpha)
+    np.testing.assert_array_equal(loop_of(twice).path.alpha, loop_of(there).path.alpha)
     # The same place again later in the loop is passed again.
     again = exact([(1.1, -0.35), (0.4, -0.35), (1.1, -0.35), (1.1, -1.0)], color="red", keep_out=[WALL], accuracy=1e-3)
-    assert planned(again).length == pytest.approx(planned(there).length + 1.3, abs=1e-12)
+    assert loop_of(again).length == pytest.approx(loop_of(there).length + 1.3, abs=1e-12)
 
 
 def test_waypoints_on_borders_and_corners_of_keep_outs() -> None:
     points = [(0.6, -0.4), (0.8, -0.2), (1.0, -0.6), (1.0, -0.2)]
-    loop = planned(exact(points, color="red", keep_out=[WALL], accuracy=1e-3))
+    loop = loop_of(exact(points, color="red", keep_out=[WALL], accuracy=1e-3))
     # Along the wall: round its corners, nowhere away from it.
     assert loop.length == pytest.approx(0.2 + 0.2 + 0.2 + 0.4 + 0.4 + 0.4 + 0.2, abs=1e-12)
     assert shapely.LinearRing(WALL).buffer(1e-12).covers(shapely.LineString(loop.path.alpha[:, :2]))
@@ -302,15 +297,15 @@ def test_waypoints_on_borders_and_corners_of_keep_outs() -> None:
             if region.component_of((at.x, at.y)) == 0:
                 edges.append((at.x, at.y))
         plan = exact(**{**asked, "waypoints": edges})
-        assert planned(plan).length == pytest.approx(shortest(visibility(region.inner, edges), edges), abs=1e-8)
-        keeps_to_the_polygons(planned(plan), plan.request)
+        assert loop_of(plan).length == pytest.approx(shortest(visibility(region.inner, edges), edges), abs=1e-8)
+        keeps_to_the_polygons(loop_of(plan), plan.request)
 
 
 def test_waypoints_on_sides_of_the_square() -> None:
     points = [(pi / 2, -0.5), (0.8, -pi / 2), (0.4, -0.9)]
-    loop = planned(exact(points, color="red", floor=0.01, accuracy=1e-3))
+    loop = loop_of(exact(points, color="red", floor=0.01, accuracy=1e-3))
     assert loop.length == loop.lower_bound == perimeter(points)
-    bent = planned(
+    bent = loop_of(
         exact([(pi / 2, -1.2), (pi / 2, -0.3)], color="red", accuracy=1e-3, keep_out=[[(1, -1), (2, -1), (2, -0.5)]])
     )
     corner = (1.0, -1.0)
@@ -326,7 +321,7 @@ def test_waypoints_closer_to_a_curved_border_than_its_polygon(beside: float) -> 
         border = brentq(lambda a2, a1=a1: float(least_singular_value_on_red(a1, a2)) - 0.5, -1.0, -0.167, xtol=1e-15)
         points.append((a1, border - beside))
     plan = exact([*points, (1.0, -1.0)], color="red", sign="negative", floor=0.5, accuracy=1e-3)
-    loop = planned(plan)
+    loop = loop_of(plan)
     passes_in_order(loop, plan)
     assert loop.report.valid
     assert loop.length <= perimeter(plan.waypoints) + 8e-3
@@ -336,7 +331,7 @@ def test_a_blue_loop_bends_within_the_sign_that_rounding_leaves() -> None:
     points = [G1.angles[0], G1.angles[1], G1.angles[2]]
     wall = [(0.3, 0.5), (0.9, 0.5), (0.9, 0.9), (0.5, 1.1)]
     plan = exact(points, color="blue", keep_out=[wall], accuracy=1e-2)
-    loop = planned(plan)
+    loop = loop_of(plan)
     assert (loop.color, loop.sign, loop.report.valid, loop.report.flyable) == ("blue", "negative", True, False)
     region = region_of(plan.request, "blue", "negative", "valid").inner
     assert loop.length == pytest.approx(shortest(visibility(region, points), points), abs=1e-9)
@@ -404,7 +399,7 @@ def test_requests_of_every_kind_are_planned_by_both(points: Any, request_: dict[
     """Whenever the grid plans, exact plans too: as valid, as flyable, and never longer or less robust."""
     grid = gg.plan_loop(points, method="grid", divisions=16, **request_)
     best = exact(points, accuracy=1e-5, **request_)
-    loop = planned(best)
+    loop = loop_of(best)
     if grid.loop is None:
         return
     assert loop.report.valid >= grid.report.valid

@@ -79,30 +79,6 @@ def pair_of(there: bool, gait: gg.Gait = G4) -> tuple[Any, Any]:
     return ("hover", gait) if there else (gait, "hover")
 
 
-def test_a_transition_of_no_length_says_so() -> None:
-    assert (
-        str(gg.transition("hover", "hover")).splitlines()[0].endswith("smooth, nothing moves; checked there and back")
-    )
-
-
-@pytest.mark.parametrize("there", [True, False], ids=["entry", "exit"])
-def test_hover_and_gait_4(there: bool) -> None:
-    start, end = pair_of(there)
-    found = gg.transition(start, end)
-    assert (bool(found), found.status, found.reason, found.proof) == (True, "planned", None, None)
-    assert report_of(found).valid
-    assert report_of(found).flyable
-    assert report_of(found).reachable_from_hover
-    check_ends(found, start, end)
-    # Its corner nearest to hover is (−π/8, π/8), and nothing is in the way.
-    assert found.corners == ((None, 0) if there else (0, None))
-    assert found.path.shape == (2, 4)
-    assert found.length == pytest.approx(pi / 8 * math.sqrt(2), abs=1e-15)
-    check_flight(dense(found.path), gg.PAPER, 1.0)
-    assert found.gait.color == "red"
-    assert found.gait.check().flyable
-
-
 @pytest.mark.parametrize("there", [True, False], ids=["entry", "exit"])
 @pytest.mark.parametrize("samples", [1, 100])
 def test_the_table_goes_from_rest_at_one_end_to_rest_at_the_other(there: bool, samples: int) -> None:
@@ -139,7 +115,6 @@ def test_written_and_read_back_bit_for_bit(tmp_path: Path) -> None:
 
 
 def around(a1: float, a2: float, radius: float, corners: int = 4, **about: Any) -> gg.Gait:
-    """Return a red gait around a point."""
     turn = (np.arange(corners) + 0.5) * (2 * pi / corners)
     return gg.lift(np.column_stack([a1 + radius * np.cos(turn), a2 + radius * np.sin(turn)]), "red", **about)
 
@@ -194,6 +169,7 @@ def test_a_way_from_a_gait_to_itself_is_a_stop_at_a_corner() -> None:
     hover = gg.transition("hover", "hover")
     assert hover
     assert (hover.length, hover.corners) == (0, (None, None))
+    assert str(hover).splitlines()[0].endswith("smooth, nothing moves; checked there and back")
     np.testing.assert_array_equal(hover.path, np.zeros((2, 4)))
 
 
@@ -204,14 +180,17 @@ def test_from_the_nearest_corner_to_the_nearest_also_of_more_than_are_tried() ->
     beside = gg.Gait(alpha=rows, colors=("red",) * 3)  # its first corner is a little off the surface
     assert beside.check().valid
     check_ends(gg.transition("hover", beside), "hover", beside)
-    cases: list[tuple[Any, Any]] = [("hover", small), (large, small), (small, large), below, below[::-1]]
-    for start, end in cases:
+    cases: list[tuple[Any, Any]] = [("hover", G4), (G4, "hover"), ("hover", small), (large, small), (small, large)]
+    for start, end in (*cases, below, below[::-1]):
         found = gg.transition(start, end)
-        assert found.reason is None
+        assert (found.reason, found.proof, report_of(found).flyable) == (None, None, True)
+        assert report_of(found).reachable_from_hover is ((start, end) in cases)
+        assert found.path.shape == (2, 4)  # nothing is in the way
         check_ends(found, start, end)
         nearest = np.linalg.norm(ends_of(start)[:, None, :2] - ends_of(end)[None, :, :2], axis=2).min()
         assert found.length == pytest.approx(nearest, abs=1e-12)
-        check_flight(dense(found.path), gg.PAPER, float(np.sign(end.R[0])))
+        sign = 1.0 if "hover" in (start, end) else float(np.sign(end.R[0]))
+        check_flight(dense(found.path), gg.PAPER, sign)
 
 
 @pytest.mark.parametrize("ends", [(-0.45, 0.8), (-0.2, 0.9)])

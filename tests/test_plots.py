@@ -27,7 +27,7 @@ from tests.published import GAITS
 from tests.samples import BEETLE, EXACT, PUBLISHED
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable
 
     from matplotlib.axes import Axes
 
@@ -38,12 +38,6 @@ GAIT3 = gg.lift(GAITS[2].angles, "red")
 @pytest.fixture
 def ax() -> Axes:
     return Figure().add_subplot()
-
-
-@pytest.fixture(autouse=True)
-def _no_window_left() -> Iterator[None]:
-    yield
-    pyplot.close("all")
 
 
 def scatters(ax: Any) -> list[Any]:
@@ -86,7 +80,6 @@ def legend_of(ax: Any) -> list[str]:
 
 
 def space_of(name: str, **options: Any) -> Any:
-    """Return the axes of a figure of one plot."""
     (ax,) = plots.draw(name, **options).axes
     return ax
 

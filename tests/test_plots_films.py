@@ -21,13 +21,7 @@ import gaitgraph as gg
 from gaitgraph.gait.table import Table, provenance_text
 from gaitgraph.plots import vehicles
 from gaitgraph.plots.axes import ROTOR_COLORS
-from gaitgraph.plots.vehicles import (
-    FROM_ABOVE,
-    draw_vehicle,
-    film_clock,
-    vehicle_view,
-    write_films,
-)
+from gaitgraph.plots.vehicles import FROM_ABOVE, draw_vehicle, film_clock, vehicle_view, write_films
 from gaitgraph.timing.timed_gait import table_of
 
 X_FRAME = gg.Vehicle(

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from matplotlib import pyplot
 from matplotlib.figure import Figure
 from PIL import Image
 from scipy.linalg import expm
@@ -25,7 +24,6 @@ from gaitgraph.vehicle import PAPER
 from tests.samples import gait_of_paper
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
     from pathlib import Path
 
 SHORT = FlightSettings(duration=0.5)
@@ -40,12 +38,6 @@ def levelling() -> Flight:
 def circling() -> Flight:
     settings = FlightSettings(reference="circle", size=0.3, lap=1.0, duration=1.2)
     return fly(gait_of_paper(4).parametrize(1.0), attitude=(0.2, -0.1), settings=settings)
-
-
-@pytest.fixture(autouse=True)
-def _no_window_left() -> Iterator[None]:
-    yield
-    pyplot.close("all")
 
 
 def test_a_plot_shows_what_was_flown(levelling: Flight, circling: Flight) -> None:

@@ -173,16 +173,6 @@ def test_a_gait_that_would_stand_still_is_offered_with_half_of_its_motion() -> N
         retarget(blue, keep=50)
 
 
-def test_a_closing_row_stays_one() -> None:
-    rows = wave(4, count=10)
-    closed = np.vstack([rows, rows[:1]])
-    answer, without = retarget(closed), retarget(rows)
-    assert (answer.table.alpha[:-1] == without.table.alpha).all()
-    assert (answer.table.alpha[-1] == answer.table.alpha[0]).all()
-    assert len(answer.rows) == 11
-    assert answer.added == without.added
-
-
 def test_whole_turns_are_taken_off_with_a_warning() -> None:
     rows = lift(FLYABLE, "red").alpha.copy()
     rows[1, 3] += 2 * math.pi  # which rounding does not touch

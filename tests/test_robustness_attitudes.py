@@ -116,8 +116,6 @@ ON_A_LINE = np.array(
 
 
 class TestSingularCurve:
-    """One configuration."""
-
     def test_its_points_are_singular_and_reach_the_border(self) -> None:
         random = np.random.default_rng(0)
         for number in range(40):
@@ -275,8 +273,6 @@ class TestError:
 
 
 class TestReasons:
-    """Why there is nothing around level."""
-
     def test_blue(self) -> None:
         found = acceptable_attitudes(np.vstack([BLUE, BLUE[1] + 0.2]), EXACT)
         assert "singular at every attitude" in found.reason

@@ -58,8 +58,6 @@ def report_of_2() -> RobustnessReport:
 
 
 class TestThePaper:
-    """The numbers of the paper's four gaits, biased and not."""
-
     def test_the_sweep_of_gait_3(self, report_of_3: RobustnessReport) -> None:
         plain, same, mild, biased, scaled = (report_of_3.gait, *report_of_3.sweep)
         assert plain.tilt_margin == same.tilt_margin == math.pi / 2
@@ -110,8 +108,6 @@ class TestThePaper:
 
 
 class TestAgainstSampling:
-    """Each number against the period, sampled densely."""
-
     @pytest.mark.parametrize("number", range(6))
     def test_random_gaits(self, number: int) -> None:
         random = np.random.default_rng(number)
@@ -149,8 +145,6 @@ class TestAgainstSampling:
 
 
 class TestForms:
-    """The same gait as a gait, a timed one, a table or a file."""
-
     def test_one_answer(self, tmp_path: Path) -> None:
         gait = red(G3).biased(0.9)
         timed = gait.parametrize(samples=40)
@@ -196,8 +190,6 @@ class TestForms:
 
 
 class TestAnswers:
-    """What is printed and saved."""
-
     @pytest.mark.parametrize("bias", [[], np.array([0.8]), [0.9, 0.8]], ids=len)
     def test_plain_values(self, bias: Any) -> None:
         """JSON that any reader takes: no NaN, the keys of the design, null with a reason."""

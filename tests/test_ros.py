@@ -52,7 +52,6 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
 
 
 def messages_of(path: Path, topic: str) -> list[tuple[int, Any]]:
-    """Return the messages of a topic as rosbags reads them."""
     with Reader(path) as bag:
         there = [one for one in bag.connections if one.topic == topic]
         return [

@@ -71,14 +71,6 @@ def test_a_map_does_what_it_says(table: Table, servos: Path) -> None:
     assert np.allclose(found["rear_right_us"], 1480 + 390 * a3)
 
 
-def test_rates_follow_in_the_units_of_the_angles(table: Table) -> None:
-    found = mapped_columns(table, servo_map_from_mapping({"preset": "x_frame", "unit": "deg", "sign": -1, "zero": 0.5}))
-    assert list(found)[5:] == [f"tilt{k}_deg_{end}" for end in ("rate", "acceleration") for k in (1, 2, 3, 4)]
-    assert np.allclose(found["tilt1_deg_rate"], -np.degrees(table["alpha4_rate"]))
-    assert np.allclose(found["tilt4_deg_acceleration"], -np.degrees(table["alpha3_acceleration"]))
-    assert np.allclose(found["tilt3_deg"], np.degrees(0.5 - table["alpha1"]))
-
-
 def test_the_papers_map_changes_no_bit(table: Table) -> None:
     found = mapped_columns(table, servo_map_named("paper"))
     assert list(found) == ["t", *(f"alpha{k}" for k in (1, 2, 3, 4)), *RATES, *ACCELERATIONS]

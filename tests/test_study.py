@@ -118,8 +118,7 @@ def test_gaits_come_from_files_too(tmp_path: Path) -> None:
         'waypoints = [["3pi/8", "-3pi/8"], ["3pi/8", "-pi/8"], ["pi/8", "-pi/8"], ["pi/8", "-3pi/8"]]\nperiod = 9.0\n'
     )
     study = study_from_mapping(
-        SMALL | {"gaits": ["gait3", "mine.csv", {"file": "plane.csv", "name": "lifted"}, "asked.toml"]},
-        folder=tmp_path,
+        SMALL | {"gaits": ["gait3", "mine.csv", {"file": "plane.csv", "name": "lifted"}, "asked.toml"]}, folder=tmp_path
     )
     shutil.rmtree(tmp_path)  # a study needs no file any more
     assert [source.name for source in study.sources] == ["gait3", "mine", "lifted", "asked"]

@@ -31,7 +31,6 @@ from gaitgraph.invertibility.matrices import (
 )
 from gaitgraph.io.formats import read_table
 from gaitgraph.surface.sheets import (
-    COLORS,
     DEFAULT_CROSSING_TOLERANCE,
     FIBERS,
     PLANE_TYPES,
@@ -46,7 +45,7 @@ from gaitgraph.surface.sheets import (
     types_of,
 )
 from gaitgraph.vehicle import Vehicle, vehicle_named
-from tests.samples import EXACT, HALF_PI, MIRRORED
+from tests.samples import EXACT, HALF_PI, MIRRORED, write_rows
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -144,15 +143,6 @@ def test_the_same_roots_by_elimination(case: str, a1: float, a2: float) -> None:
     assert_same_solutions(ours, found_by_elimination(a1, a2, kappa), tolerance)
 
 
-def test_the_counts_of_figure_2() -> None:
-    figure = np.full((17, 17), 2)
-    figure[[0, -1], :] = figure[:, [0, -1]] = 3
-    figure[np.ix_([0, -1], [0, -1])] = 5
-    counts = root_arrays(AXIS[:, None], AXIS).count
-    np.testing.assert_array_equal(counts, figure)
-    assert counts.sum() == 650
-
-
 @every_case
 @settings(deadline=None, max_examples=30)
 @given(a1=angle, a2=angle)
@@ -243,25 +233,6 @@ def test_off_the_lines_there_are_no_fibres(case: str) -> None:
     # Where δ is at an end of the range, both of its values are there.
     (fiber,) = roots(HALF_PI, 0.3, coefficients=replace(numbers, delta=HALF_PI)).fibers
     assert fiber.values == (-HALF_PI, HALF_PI)
-
-
-@every_case
-@pytest.mark.parametrize("divisions", [8, 16, 30])
-def test_half_a_step_marks_the_nearest_nodes_of_any_grid(case: str, divisions: int) -> None:
-    numbers, kappa = CASES[case]
-    axis = np.linspace(-HALF_PI, HALF_PI, divisions + 1)
-    reach = HALF_PI / divisions
-
-    def nearest(line: float) -> list[int]:
-        copies = line + HALF_PI * np.arange(-4, 5)
-        copies = copies[np.abs(copies) <= HALF_PI + reach]
-        return sorted({int(np.argmin(np.abs(axis - copy))) for copy in copies})
-
-    for color in COLORS:
-        third, fourth = types_of(color, axis, axis, numbers, reach)
-        assert np.flatnonzero(third == 0).tolist() == nearest(math.atan(kappa))
-        assert np.flatnonzero(fourth == 0).tolist() == nearest(-math.atan(kappa))
-        assert set(third.tolist()) == set(fourth.tolist()) == {0, SIGN[color]}
 
 
 def test_question_marks_of_the_papers_grid_and_of_a_line_halfway_between_nodes() -> None:
@@ -380,24 +351,6 @@ def test_a_segment_is_continuous_if_samples_along_it_stay_on_a_sheet_of_its_ends
     assert (jumps[codes[:-1] != codes[1:]] == 0).sum() > 50
 
 
-def test_segments_leave_a_fibre_by_what_their_ends_do() -> None:
-    on = on_fiber("fiber1", [(0.1, 0.8), (0.4, 0.2)])
-    red, blue, two = (np.array([code], dtype=np.int8) for code in (1, -1, 2))
-    off, turned = on[1:] + np.array([0.01, 0, 0, 0]), on[1:] + np.array([0, 0, math.pi, 0])
-    line = on_fiber("fiber1", [(0.3, 0.3)])
-    meeting = on_fiber("fiber1", [(0.2, -0.2 - 2 * EXACT.delta)])
-    for start, end, codes, after, expected in (
-        (on[:1], on[1:], two, two, 0.0),
-        (on[:1], off, two, two, 0.01),
-        (on[:1], turned, two, two, math.pi),
-        (line, on[:1], red, two, 0.0),
-        (line - np.array([0.2, 0, 0.2, 0]), on[:1], red, two, 0.2),
-        (meeting, on[:1], blue, two, 0.0),
-        (on[:1], meeting + np.array([-0.3, 0, 0.3, 0]), two, blue, 0.3),
-    ):
-        assert family_jumps(start, end, codes, after, EXACT)[0] == pytest.approx(expected, abs=1e-12)
-
-
 # From the red sheet onto both fibres and back, R > 0.
 AT = EXACT.delta
 ACROSS = [(-0.3, 0.5, -0.3, 0.5), (AT, 0.5, AT, 0.5), (AT, 0.3, AT, 0.9), (AT, 0.2, AT, 0.2)]
@@ -423,7 +376,7 @@ def test_a_gait_on_a_fibre_is_valid_and_not_flyable_also_as_a_table_without_colo
     timed.write(tmp_path / "colored.csv")
     table = read_table(tmp_path / "colored.csv")
     assert set(table["color"]) == {fiber}
-    np.savetxt(tmp_path / "bare.csv", table.alpha, "%.4f", ",", header="alpha1,alpha2,alpha3,alpha4", comments="")
+    write_rows(tmp_path / "bare.csv", table.alpha, fmt="%.4f")
     for path in (tmp_path / "colored.csv", tmp_path / "bare.csv"):
         report = gg.validate(path)
         assert (report.valid, report.flyable, report.two_color, report.notes) == (True, False, True, ())

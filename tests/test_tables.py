@@ -37,7 +37,6 @@ TIMED = lift(G3.angles, "red").parametrize(samples=4)
 
 
 def exported(source: Path, output: Path, **choices: Any) -> Table:
-    """Return the table that an export writes."""
     export(source, [output], **choices)
     return read_table(output)
 

@@ -8,13 +8,12 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 from hypothesis import given, settings, strategies as st
-from numpy.polynomial import polynomial as power
 from scipy.interpolate import CubicSpline
 
 import gaitgraph as gg
 from gaitgraph.invertibility.matrices import coefficients_of, least_singular_value, level_determinant
 from gaitgraph.timing.curve import Curve, rounded
-from gaitgraph.timing.laws import bernstein_from_power, derivative_of, values_of
+from gaitgraph.timing.laws import derivative_of, values_of
 
 angle = st.floats(-1.4, 1.4)
 points = st.lists(st.tuples(angle, angle), min_size=3, max_size=7, unique=True).filter(
@@ -129,24 +128,6 @@ def test_what_is_taken_off_for_the_chords_is_as_documented(curve: Curve, chord: 
     low = shares.min() - off - 4 * sqrt(2) * off * high
     assert report["hover_thrust"].value == pytest.approx(low, abs=1e-5)
     assert f"hover thrusts {low:.3f} to {high:.3f} of m·g" in report["hover_thrust"].message
-
-
-@settings(deadline=None, max_examples=40)
-@given(
-    coefficients=st.lists(st.floats(-3, 3), min_size=1, max_size=8), width=st.floats(0.1, 3), order=st.integers(0, 3)
-)
-def test_bernstein_coefficients_enclose_and_agree(coefficients: list[float], width: float, order: int) -> None:
-    pieces = np.array(coefficients)[:, None, None]
-    derived = derivative_of(pieces, order)
-    x = np.linspace(0, width, 101)
-    values = values_of(np.broadcast_to(derived, (len(derived), 101, 1)), x)[:, 0]
-    expected = power.polyval(x, power.polyder(coefficients[::-1], order))
-    np.testing.assert_allclose(values, expected, atol=1e-9 * (1 + np.abs(expected).max()))
-    control = bernstein_from_power(derived, np.array([width]))[:, 0, 0]
-    slack = 1e-9 * (1 + np.abs(control).max())
-    assert control.min() - slack <= values.min()
-    assert values.max() <= control.max() + slack
-    np.testing.assert_allclose(control[[0, -1]], values[[0, -1]], atol=slack)
 
 
 # -- Rounded gaits

@@ -16,7 +16,7 @@ from scipy.optimize import linprog
 import gaitgraph as gg
 from gaitgraph.gait.gait import lift
 from gaitgraph.timing import time_optimal
-from gaitgraph.timing.laws import fastest_squared_speeds, law_through_nodes, phases, smoothed_law
+from gaitgraph.timing.laws import fastest_squared_speeds, law_through_nodes, smoothed_law
 from gaitgraph.timing.time_optimal import Limits, limits_of
 from gaitgraph.timing.timed_gait import table_of
 from tests.published import GAITS
@@ -158,29 +158,6 @@ def test_least_periods_to_six_digits(points, limits, rounding, least, bound, str
     assert found.least == pytest.approx(least, rel=2e-6)
     assert found.lower_bound == pytest.approx(bound, rel=1e-8)
     assert found.stretch == pytest.approx(stretch, abs=2e-6)
-
-
-@settings(deadline=None, max_examples=60)
-@given(d=st.floats(1e-4, 3), rate=st.floats(0.05, 20), acceleration=st.floats(0.5, 500), jerk=st.floats(5, 50_000))
-def test_a_leg_from_rest_to_rest_covers_its_distance_within_limits(
-    d: float, rate: float, acceleration: float, jerk: float
-) -> None:
-    s = v = total = fastest = highest = 0.0
-    for duration, start, end in phases(d, rate, acceleration, jerk):
-        assert abs(end - start) <= jerk * duration * (1 + 1e-6) + 1e-9
-        highest = max(highest, abs(start), abs(end))
-        s += v * duration + duration**2 * (2 * start + end) / 6
-        v += duration * (start + end) / 2
-        fastest = max(fastest, v)
-        total += duration
-    assert s == pytest.approx(d, rel=1e-6)
-    assert v == pytest.approx(0, abs=1e-6 * fastest)
-    assert fastest <= rate * (1 + 1e-9)
-    assert highest <= acceleration * (1 + 1e-9)
-    # The fastest motion meets a limit throughout: speed, acceleration or jerk.
-    with_jerk = 4 * (d / (2 * jerk)) ** (1 / 3)
-    without = d / rate + rate / acceleration if d * acceleration > rate**2 else 2 * sqrt(d / acceleration)
-    assert max(with_jerk, without) * (1 - 1e-6) <= total <= without + with_jerk + acceleration / jerk
 
 
 @pytest.mark.parametrize(

@@ -132,7 +132,6 @@ def test_messages_of_two_color(points: Any, colors: Any, message: str) -> None:
 
 
 def test_gaits_are_checked_with_their_crossing_tolerance() -> None:
-    """Crossing tolerance and coefficients of the gait."""
     angles = [(np.pi / 16 + 0.05, -np.pi / 16), (np.pi / 8, -np.pi / 16)]
     for tolerance, ok in ((0.2, True), (0.01, False)):
         assert lift(angles, ["blue", "red"], crossing_tolerance=tolerance).check()["two_color"].ok is ok

@@ -239,8 +239,6 @@ def test_a_closing_segment_of_more_than_three_steps_is_suspicious(first: list[fl
 
 
 class TestClock:
-    """Rates and accelerations of rows with times."""
-
     def table(self, n: int = 400, **columns: Any) -> Table:
         t = np.linspace(0, 2, n + 1)
         swing = 0.2 * np.cos(np.pi * t)

@@ -109,17 +109,8 @@ def test_models_read_back(run: Any, name: str) -> None:
     assert run("vehicles", "mine.toml", "--output", "model.xml").code == 2  # it exists
     found = read_description("model.xml")
     again = gg.Vehicle(**found.constants)
-    for field in (
-        "mass",
-        "inertia",
-        "arm_length",
-        "drag_to_thrust",
-        "first_arm_angle",
-        "rotor_height",
-        "rotor_lag",
-        "gravity",
-        "max_tilt",
-    ):
+    sizes = "mass inertia arm_length drag_to_thrust first_arm_angle rotor_height rotor_lag gravity max_tilt"
+    for field in sizes.split():
         assert np.allclose(getattr(again, field) or 0, getattr(preset, field) or 0, rtol=1e-9, atol=1e-12), field
     assert again.first_rotor_spin == preset.first_rotor_spin
     alpha = RNG.uniform(-1, 1, (20, 4))

@@ -15,8 +15,7 @@ def explore_command(port: int = 0, no_browser: bool = False) -> int:
     """Serve the explorer on the loopback address until interrupted, and open it in the browser.
 
     The first line printed is its address. It contains a secret token: anyone on this machine who has it can use the
-    page. Needs
-    starlette and uvicorn: pip install 'gaitgraph[explore]'.
+    page. Needs starlette and uvicorn: pip install 'gaitgraph[explore]'.
     """
     import threading
     import webbrowser

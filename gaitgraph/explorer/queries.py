@@ -74,26 +74,12 @@ RANGES: dict[str, Range] = {
 """The ranges of the numbers of a state; the library allows more divisions and samples, and a finer accuracy."""
 
 DEFAULTS: dict[str, Any] = {
-    "waypoints": [],
-    "color": "auto",
-    "sign": "auto",
-    "objective": "shortest",
-    "method": "exact",
-    "require": "flyable",
-    "divisions": 16,
-    "any_order": False,
-    "reverse": False,
-    "keep_out": [],
-    "keep_in": [],
-    "vehicle": PAPER.name,
-    "drag_ratio": None,
-    "coefficients": None,
+    "waypoints": [], "color": "auto", "sign": "auto", "objective": "shortest", "method": "exact",
+    "require": "flyable", "divisions": 16, "any_order": False, "reverse": False, "keep_out": [], "keep_in": [],
+    "vehicle": PAPER.name, "drag_ratio": None, "coefficients": None,
     "accuracy": 1e-4,  # coarser than in the library, so that dragging is smooth
-    "period": 1.0,
-    "law": DEFAULT_LAW,
-    "samples": DEFAULT_SAMPLES,
-    "eta": 0.8,
-}
+    "period": 1.0, "law": DEFAULT_LAW, "samples": DEFAULT_SAMPLES, "eta": 0.8,
+}  # fmt: skip
 """The state of an empty page."""
 
 _NOT_OF_A_REQUEST = ("drag_ratio", "samples", "eta")

@@ -225,8 +225,7 @@ class Geometry:
             return np.asarray((v0[:1] + v1[:1] - change * np.maximum(v0[2], v1[2]) / size) / 2)
 
         most, quantity = _MOST_PROGRAMS if starts.shape[1] > 4 else None, Quantity(values, bounds, (1e-4,), 3)
-        options: dict[str, Any] = {"prepare": None, "known": (math.inf,), "floor": IDLE_THRUST, "most": most}
-        return least_of_each(starts, ends, [quantity], **options)[0]
+        return least_of_each(starts, ends, [quantity], prepare=None, floor=IDLE_THRUST, most=most)[0]
 
 
 def _best_thrusts(level: FloatArray) -> FloatArray:

@@ -72,20 +72,13 @@ class Quantity(NamedTuple):
 
 
 def least_along(
-    starts: FloatArray,
-    ends: FloatArray,
-    value: Value,
-    bound: Bound,
-    *,
-    tolerance: float,
-    known: float = math.inf,
-    **options: Any,
+    starts: FloatArray, ends: FloatArray, value: Value, bound: Bound, *, tolerance: float, **options: Any
 ) -> Least:
     """Bracket the least of one function, from (k, n) to (k,); the options are those of :func:`least_of_each`."""
     quantity = Quantity(
         lambda alpha: value(alpha)[None], lambda v0, v1, *ends: bound(v0[0], v1[0], *ends)[None], (tolerance,), 1
     )
-    return least_of_each(starts, ends, [quantity], prepare=None, known=(known,), **options)[0]
+    return least_of_each(starts, ends, [quantity], prepare=None, **options)[0]
 
 
 def least_of_each(
@@ -93,7 +86,7 @@ def least_of_each(
     ends: FloatArray,
     quantities: Sequence[Quantity],
     *,
-    known: tuple[float, ...],
+    known: float | tuple[float, ...] = math.inf,
     prepare: Callable[[FloatArray], Any] | None = Sines.of,
     points: Any = None,
     floor: float = math.inf,
@@ -113,7 +106,7 @@ def least_of_each(
     Intervals are halved in batches, the latest first, so that memory is bounded. Work is bounded too, by `most`
     halvings, so that a bracket may stay wider than its tolerance; `lower` is always valid.
     """
-    count, most, functions = len(starts), _MOST_HALVINGS if most is None else most, len(known)
+    count, most = len(starts), _MOST_HALVINGS if most is None else most
     steps, origins, base = (ends - starts).T, starts.T, 1 + starts.shape[1]  # base: row of the first value
     rows = [*accumulate((quantity.size for quantity in quantities), initial=base)]
     which = np.array([row + k for row, one in zip(rows, quantities, strict=False) for k in range(len(one.tolerances))])
@@ -148,7 +141,7 @@ def least_of_each(
     found = nodes[which]
     best, fraction = found.min(axis=1), fractions[found.argmin(axis=1)]
     lower, overall = best.copy(), np.minimum(best.min(axis=1), known)[:, None]
-    offsets = count * np.arange(functions)[:, None]  # of functions in flat arrays of shape (f, m)
+    offsets = count * np.arange(len(which))[:, None]  # of functions in flat arrays of shape (f, m)
     batches: list[tuple[Any, FloatArray, FloatArray]] = []
     while True:
         # The first piece of every interval, then the second: each ends where the next begins.
@@ -201,7 +194,7 @@ def least_of_each(
             overall[k] = min(overall[k, 0], float(lowest.min()))
         nodes = np.concatenate([first[:, None], inner, last[:, None]], axis=1)
     lower = np.minimum(lower, best)
-    return tuple(Least(lower=lower[k], upper=best[k], fraction=fraction[k]) for k in range(functions))
+    return tuple(Least(lower=lower[k], upper=best[k], fraction=fraction[k]) for k in range(len(which)))
 
 
 def least_of_bent(f0: FloatArray, f1: FloatArray, bend: FloatArray) -> FloatArray:
@@ -286,12 +279,11 @@ def least_level_determinant(
     *,
     sign: float = 1.0,
     tolerance: float = 1e-6,
-    known: float = math.inf,
     **options: Any,
 ) -> Least:
     """Bracket the least of sign·R along segments; a positive lower bound proves that R keeps that sign."""
     quantity = level_quantity(coefficients, (sign,), tolerances=(tolerance,))
-    return least_of_each(starts, ends, [quantity], known=(known,), **options)[0]
+    return least_of_each(starts, ends, [quantity], **options)[0]
 
 
 def sensitivity_bends(p0: FloatArray, p1: FloatArray, coefficients: Coefficients) -> tuple[FloatArray, FloatArray]:
@@ -323,7 +315,6 @@ def largest_residual(
     coefficients: Coefficients,
     *,
     tolerance: float,
-    known: float = math.inf,
     **options: Any,
 ) -> Least:
     """Bracket the least of −max(|Rφ|, |Rθ|) along segments, for a first arm along body x.
@@ -350,7 +341,7 @@ def largest_residual(
         return np.asarray(-sizes.max(axis=0, keepdims=True))
 
     quantity = Quantity(values, bounds, (tolerance,), 3 if coefficients.cross else 5)
-    return least_of_each(starts, ends, [quantity], known=(known,), **options)[0]
+    return least_of_each(starts, ends, [quantity], **options)[0]
 
 
 def bound_by_change(change: Callable[[FloatArray, FloatArray], FloatArray]) -> Bound:
@@ -447,7 +438,6 @@ def least_singular_value_along(
     vehicle: Vehicle = PAPER,
     *,
     tolerance: float = 1e-4,
-    known: float = math.inf,
     each: bool = False,
     **options: Any,
 ) -> Least:
@@ -456,7 +446,7 @@ def least_singular_value_along(
     The options are those of :func:`least_of_each`.
     """
     quantity = singular_quantity(vehicle, tolerance=tolerance, red=is_red(starts, ends))
-    (found,) = least_of_each(starts, ends, [quantity], known=(known,), each=each, **options)
+    (found,) = least_of_each(starts, ends, [quantity], each=each, **options)
     return decomposed(found, starts, ends, vehicle, each=each)
 
 
@@ -543,13 +533,7 @@ def where_thrusts_vanish(start: FloatArray, end: FloatArray, vehicle: Vehicle = 
 
 
 def thrust_shares_along(
-    starts: FloatArray,
-    ends: FloatArray,
-    vehicle: Vehicle = PAPER,
-    *,
-    tolerance: float = 1e-4,
-    each: bool = False,
-    known: tuple[float, float] = (math.inf, math.inf),
+    starts: FloatArray, ends: FloatArray, vehicle: Vehicle = PAPER, *, tolerance: float = 1e-4, each: bool = False
 ) -> tuple[npt.NDArray[np.bool_], Least, Least]:
     """Return whether every thrust is positive on whole segments (:func:`thrusts_push_up`), and brackets of the shares.
 
@@ -559,7 +543,7 @@ def thrust_shares_along(
     (lower, upper), fraction = np.full((2, 2, len(starts)), np.nan), np.zeros((2, len(starts)))
     if upward.any():
         quantity = share_quantity(vehicle, tolerance=tolerance)
-        found = least_of_each(starts[upward], ends[upward], [quantity], each=each, known=known)
+        found = least_of_each(starts[upward], ends[upward], [quantity], each=each)
         for k, one in enumerate(found):
             lower[k, upward], upper[k, upward], fraction[k, upward] = one.lower, one.upper, one.fraction
     least, largest = (Least(lower=lower[k], upper=upper[k], fraction=fraction[k]) for k in range(2))

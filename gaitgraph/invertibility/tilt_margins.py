@@ -198,7 +198,7 @@ def least_tilt_margin(
         return np.asarray(np.maximum(near, apart)[None])
 
     quantity = Quantity(values, bounds, (tolerance,), 3)
-    (found,) = least_of_each(starts, ends, [quantity], known=(math.inf,), prepare=None, points=points)
+    (found,) = least_of_each(starts, ends, [quantity], prepare=None, points=points)
     lower, upper, segment, fraction = found.worst()
     if upper > 0:
         return LeastMargin(lower=lower, upper=upper, segment=segment, fraction=fraction)
