@@ -39,15 +39,16 @@ def angle_from_text(value: object, name: str = "angle") -> float:
     """
     angle = math.nan if isinstance(value, str) else number_of(value)
     if isinstance(value, str) and len(value) <= _LONGEST:
-        match = _ANGLE.fullmatch(value.strip().replace("−", "-"))
-        if match and match["plain"]:
-            angle = float(match["plain"])
-            if (match["unit"] or "").lower() in ("deg", "°"):
-                angle = math.radians(angle)
-        elif match and (divisor := float(match["divisor"] or 1)):
-            angle = float(match["factor"] or 1) * math.pi / divisor
-        if match and match["sign"] == "-":
-            angle = -angle
+        if match := _ANGLE.fullmatch(value.strip().replace("−", "-")):
+            sign, plain, unit, factor, divisor = match.groups()
+            if plain:
+                angle = float(plain)
+                if (unit or "").lower() in ("deg", "°"):
+                    angle = math.radians(angle)
+            elif part := float(divisor or 1):
+                angle = float(factor or 1) * math.pi / part
+            if sign == "-":
+                angle = -angle
     if not math.isfinite(angle):
         allowed = "a finite number in radians, or a text such as '3pi/8', '-3*pi/8' or '67.5deg'"
         raise InputError(f"{name} must be {allowed}, got {shown(value)}")

@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Collection, Sequence
 
 
 class GaitgraphError(Exception):
@@ -86,11 +86,11 @@ def did_you_mean(word: object, known: Sequence[str]) -> str:
     return f"; did you mean {close[0]!r}?" if close else ""
 
 
-def checked_choice(name: str, value: Any, known: Iterable[str]) -> Any:
+def checked_choice(name: str, value: Any, known: Collection[str]) -> Any:
     """Return a value that is one of a few words; raise InputError for anything else."""
-    words = list(known)
-    if isinstance(value, str) and value in words:
+    if isinstance(value, str) and value in known:
         return value
+    words = list(known)
     raise InputError(f"{name} must be one of {', '.join(words)}, got {shown(value)}{did_you_mean(value, words)}")
 
 

@@ -156,16 +156,18 @@ class Gait(Pictured):
         if len(self.alpha) == 1:
             return self
         step, before = self.ends - self.alpha, np.arange(len(self.alpha)) - 1
-        changes = np.zeros(len(step), dtype=bool)  # of color, to the next point
+        changes: Any = False  # of color, to the next point, and from the one before
+        changed: Any = False
         if self.color == "mixed":
-            changes[before] = (codes := family_codes(self.colors)) != codes[before]
+            changed = (codes := family_codes(self.colors)) != codes[before]
+            changes = np.roll(changed, -1)
         # First drop points that repeat the one before, of which the direction is not known.
         keep = step.any(axis=1) | changes
         if not keep.all():
             return self._reordered(np.flatnonzero(keep).tolist() or [0]).merged()
         unit = step / np.maximum(np.sqrt((step * step).sum(axis=1, keepdims=True)), 1e-300)
         turn = unit - unit[before]
-        corner = ((turn * turn).sum(axis=1) > _STRAIGHT**2) | changes | changes[before]
+        corner = ((turn * turn).sum(axis=1) > _STRAIGHT**2) | changes | changed
         corner[0] = True
         return self if corner.all() and not self.request else self._reordered(np.flatnonzero(corner).tolist())
 
@@ -294,6 +296,8 @@ def points_on_sheets(
 ) -> FloatArray:
     """Return the points of the sheets above (α1, α2), each on that of its color, shape (n, 4) [rad]."""
     a1, a2 = checked_plane_angles(alpha1, alpha2)
+    if set(colors) == {"red"}:  # α3 = α1 and α4 = α2 within ±π/2; adding zero turns negative zeros into zeros
+        return np.array([a1, a2, a1 + 0.0, a2 + 0.0]).T
     if len(set(colors)) == 1:
         return np.array([a1, a2, *sheet_angles(colors[0], a1, a2, coefficients)]).T  # type: ignore[arg-type]
     is_red = np.array([color == "red" for color in colors])

@@ -87,8 +87,8 @@ def checked_waypoints(value: object, most: float = MOST_WAYPOINTS, least: int = 
         if given != 2:
             why = "; α3 and α4 follow from the color" if given == 4 else ""
             raise InputError(f"waypoint {number} must be [alpha1, alpha2], got {shown(angles)}{why}")
-        first, second = (angle_within(angles[k], f"waypoint {number} alpha{k + 1}") for k in range(2))
-        points.append((first, second))
+        first = angle_within(angles[0], f"waypoint {number} alpha1")
+        points.append((first, angle_within(angles[1], f"waypoint {number} alpha2")))
     return points
 
 

@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.invertibility.matrices import (
+    TURNS,
     Coefficients,
     FloatArray,
     Sines,
@@ -501,14 +502,15 @@ def thrusts_push_up(starts: FloatArray, ends: FloatArray, vehicle: Vehicle = PAP
         at = 0.5 * at[:, :2] if raised else at  # β2 and β1
         after = np.floor(at)
         kept = ((after[0] == after[1]) & (at != after).all(axis=0)).all(axis=0)
-        halves = 0.5 * after[0]
-        odd = np.floor(halves) != halves
+        odd = after[0] % 2 != 0
         if raised:
             kept &= odd[0] != odd[1]
         else:
             # Each rotor has one of the two sums of opposite arms, then the cosine of its opposite arm.
             first, second = odd[2:].reshape(2, 2, -1)[::-1] ^ odd[:2]
             kept &= (first == second).all(axis=0) & (first[0] != first[1])
+    if (np.abs(sides) <= math.pi / 2).all():
+        return np.asarray(kept)
     turns = 2 * math.pi * np.rint((sides[0] + sides[1]) / (4 * math.pi))
     return np.asarray(kept & (np.abs(sides - turns).max(axis=(0, 1)) <= math.pi / 2 + 1e-9))
 
@@ -518,8 +520,7 @@ def _phases_of_inputs(rows: FloatArray, vehicle: Vehicle) -> FloatArray:
 
     Angles of shape (..., 4, m) [rad] give phases of shape (..., 6, m).
     """
-    delta = math.atan(vehicle.signed_drag_ratio)
-    beta = rows + np.array([[-delta], [delta], [-delta], [delta]])
+    beta = rows - math.atan(vehicle.signed_drag_ratio) * TURNS
     return np.concatenate([beta[..., 1::-1, :] + beta[..., 3:1:-1, :], beta + math.pi / 2], axis=-2)
 
 

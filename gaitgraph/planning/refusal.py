@@ -85,7 +85,7 @@ class Branch:
     def _is_singular(self) -> bool:
         return self.color == "blue" and (self.coefficients.kind == "exact" or self.request.require == "flyable")
 
-    @property
+    @cached_property
     def _roots(self) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
         """R of the roots above each waypoint, and whether they are of this color."""
         return _roots_above(self.request.waypoints, self.color, self.coefficients)

@@ -94,7 +94,8 @@ class TimedGait(Pictured):
         total = length.sum()
         if not LAWS[self.law].by_length or not total > 0:
             length, total = np.ones(len(length)), len(length)
-        times = np.concatenate([[0.0], (length / total).cumsum() * self.period])
+        times = np.zeros(len(length) + 1)
+        times[1:] = (length / total).cumsum() * self.period
         times[-1] = self.period
         return times
 
@@ -184,14 +185,18 @@ class TimedGait(Pictured):
         times, factors = self.corner_times, LAWS.get(self.law, STRAIGHT).peaks
         duration, step = times[1:] - times[:-1], self.gait.ends - self.gait.alpha
         moving = duration > 0
-        if not moving.any():
+        if not moving.all():
+            step, duration = step[moving], duration[moving]
+        if not len(step):
             return [np.zeros(4) for _ in orders]
-        velocity, per_second = step[moving] / duration[moving, None], 1.0 / duration[moving, None]
+        velocity, per_second = step / duration[:, None], 1.0 / duration[:, None]
+        speed = np.abs(velocity)
 
         def peak(order: int) -> FloatArray:
             if math.isfinite(factors[order - 1]):
-                return np.asarray(factors[order - 1] * (np.abs(velocity) * per_second ** (order - 1)).max(axis=0))
-            turns = np.abs(velocity - np.roll(velocity, 1, axis=0)) > 1e-12 * (1.0 + np.abs(velocity).max())
+                size = speed * per_second ** (order - 1) if order > 1 else speed
+                return np.asarray(factors[order - 1] * size.max(axis=0))
+            turns = np.abs(velocity - np.roll(velocity, 1, axis=0)) > 1e-12 * (1.0 + speed.max())
             return np.where(turns.any(axis=0), np.inf, 0.0)
 
         return [peak(order) for order in orders]
@@ -218,11 +223,11 @@ class TimedGait(Pictured):
         orders = [1, 2, 3] if limited[2] is not None else [1, 2]
         for order, name, limits, peaks in zip(orders, RATE_CHECKS, limited, self._peaks(orders), strict=False):
             joint = int((peaks / scale_of(limits)).argmax())
-            peak, limit = float(peaks[joint]), four_of(limits)[joint]
+            peak, limit, advice = float(peaks[joint]), four_of(limits)[joint], ""
             if math.isinf(peak):
                 advice = f"the law {shown(self.law)} turns corners at full speed: use the law 'smooth'"
-            else:
-                needed = self.period * share * (peak / (limit or peak or 1.0)) ** (1 / order)
+            elif limit is not None:
+                needed = self.period * share * (peak / limit) ** (1 / order)
                 advice = f"this law needs a {noun} of at least {math.ceil(needed * 1000) / 1000:.3f} s"
             checks.append(limit_check(name, peak, joint + 1, limit, advice))
         return tuple(checks)

@@ -52,7 +52,7 @@ class _Brackets(Rule):
     sines: Sines = field(init=False)  # of the points
     value: FloatArray = field(init=False)  # R at the points
     largest: float = 0.0  # R at the point where |R| is largest so far, of whose sign a gait is
-    level: tuple[Least, Least] = field(init=False)  # of R and of −R
+    level: dict[float, Least] = field(init=False)  # of R and of −R; of a whole gait only of that with its sign
     singular: Least = field(init=False)
     hovers: bool = True  # whether all thrusts are positive so far
     upward: BoolArray = field(init=False)
@@ -65,11 +65,11 @@ class _Brackets(Rule):
         self.sines = block.sines
         self.value = self.sines.level_determinant(criteria.coefficients)
         self.largest = max(self.largest, float(self.value.min()), float(self.value.max()), key=abs)
-        # Of a whole gait no check states how large |R| becomes: the least of −R, or of R, is not narrowed.
-        whole, prevails = bool(block.number[0] == block.number[-1]), self.largest >= 0
-        widths = [math.inf if whole and sign != prevails else 1e-6 for sign in (True, False)]
+        # Of a whole gait no check states how large |R| becomes.
+        whole = bool(block.number[0] == block.number[-1])
+        signs = (self.sign,) if whole else (1.0, -1.0)
         quantities = [
-            level_quantity(criteria.coefficients, tolerances=tuple(widths)),
+            level_quantity(criteria.coefficients, signs, tolerances=(1e-6,) * len(signs)),
             singular_quantity(vehicle, tolerance=criteria.bracket, red=block.on_red),
         ]
         if self.continuous.blue or self.continuous.fiber is not None:
@@ -79,13 +79,19 @@ class _Brackets(Rule):
             self.hovers = bool(self.upward.all())
         if self.hovers:
             quantities.append(share_quantity(vehicle, tolerance=criteria.bracket, red=block.on_red))
-        known = tuple(self.known[: 5 if self.hovers else 3])
-        first, second, singular, *shares = least_of_each(starts, ends, quantities, points=self.sines, known=known)
-        self.level = first, second
+        known = tuple(self.known[: len(signs) + (3 if self.hovers else 1)])
+        found = least_of_each(starts, ends, quantities, points=self.sines, known=known)
+        self.level, (singular, *shares) = dict(zip(signs, found, strict=False)), found[len(signs) :]
         self.singular = singular if block.on_red else decomposed(singular, starts, ends, vehicle)
         self.shares = tuple(shares)
-        for k, least in enumerate((first, second, self.singular, *shares)):
-            self.known[k] = min(self.known[k], float(least.upper.min()))
+        if not whole:
+            for k, least in enumerate((*self.level.values(), self.singular, *shares)):
+                self.known[k] = min(self.known[k], float(least.upper.min()))
+
+    @property
+    def sign(self) -> float:
+        """The sign of the gait's R, +1 or −1."""
+        return 1.0 if self.largest >= 0 else -1.0
 
     def checks(self) -> Iterator[Check]:
         """Yield no check."""
@@ -115,8 +121,9 @@ class _LevelSign(Rule):
         for sign in self.found:
             self.found[sign] |= bool((sign * self.brackets.value > carried).any())
         resolution = self._resolution()
-        for (sign, worst), found in zip(self.worst.items(), self.brackets.level, strict=True):
-            if found.lower.min() <= resolution < min(found.upper.min(), worst.upper):
+        for sign, found in self.brackets.level.items():
+            least, worst = found.worst(), self.worst[sign]
+            if least[0] <= resolution < min(least[1], worst.upper):
                 # Narrow the brackets that straddle the resolution until the comparison with it is settled.
                 near, floor = found.lower <= resolution, float(np.nextafter(resolution, math.inf))
                 narrow = least_level_determinant(
@@ -124,8 +131,8 @@ class _LevelSign(Rule):
                 )
                 lower, upper, fraction = found.lower.copy(), found.upper.copy(), found.fraction.copy()
                 lower[near], upper[near], fraction[near] = narrow.lower, narrow.upper, narrow.fraction
-                found = Least(lower=lower, upper=upper, fraction=fraction)  # noqa: PLW2901
-            worst.update(found, block)
+                least = Least(lower=lower, upper=upper, fraction=fraction).worst()
+            worst.update(least, block)
 
     def _carried(self, digits: Any, slope: Any, inferred: Any) -> Any:
         """Return the error of R, to second order in the rounding of angles; |R| must exceed it to have a sign."""
@@ -139,7 +146,7 @@ class _LevelSign(Rule):
         return float(self._carried(self.digits, self.slope, self.continuous.inferred_error))
 
     def checks(self) -> Iterator[Check]:
-        sign = 1.0 if self.brackets.largest >= 0 else -1.0
+        sign = self.brackets.sign
         worst, resolution, kind = self.worst[sign], self._resolution(), self.criteria.coefficients.kind
         lower = worst.lower - self.criteria.level_slack(self.criteria.coefficients)
         ok, decided, undecided = True, True, "sign of R undecided: |R|"
@@ -180,7 +187,7 @@ class _SingularValue(Rule):
         """Bracket the least singular value, and decide the comparison with the floor where the bracket does not."""
         criteria, floor = self.criteria, self.criteria.floor + self.criteria.singular_value_slack
         found = self.brackets.singular
-        self.worst.update(found, block)
+        self.worst.update(found.worst(), block)
         close = found.lower < floor
         if self.above and close.any():
             self.above = self.worst.upper >= floor and bool(
@@ -220,8 +227,8 @@ class _HoverThrust(Rule):
             return
         criteria, vehicle = self.criteria, self.criteria.vehicle
         if self.brackets.hovers:
-            self.least.update(self.brackets.shares[0], block)
-            self.largest.update(self.brackets.shares[1], block)
+            self.least.update(self.brackets.shares[0].worst(), block)
+            self.largest.update(self.brackets.shares[1].worst(), block)
             if criteria.beside:
                 exact = coefficients_of(vehicle.replace(rotor_height=0.0), "exact")
                 sign = 1.0 if level_determinant(block.alpha[0], exact) > 0 else -1.0

@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 from gaitgraph.angles import angle_within, checked_number
 from gaitgraph.invertibility.matrices import Sines, singular_value_rate
-from gaitgraph.invertibility.segment_bounds import Least, is_red, largest_residual
+from gaitgraph.invertibility.segment_bounds import is_red, largest_residual
 from gaitgraph.surface.sheets import (
     DEFAULT_CROSSING_TOLERANCE,
     FAMILIES,
@@ -166,9 +166,9 @@ class Worst:
     upper: float = math.inf
     place: GaitPoint | None = None
 
-    def update(self, least: Least, block: Segments) -> None:
-        """Include the least value along further segments."""
-        lower, upper, segment, fraction = least.worst()
+    def update(self, worst: tuple[float, float, int, float], block: Segments) -> None:
+        """Include the least value along further segments, as ``Least.worst`` returns it."""
+        lower, upper, segment, fraction = worst
         self.lower = min(self.lower, lower)
         if upper < self.upper or self.place is None:
             self.upper, self.place = upper, block.place(segment, fraction)
@@ -238,12 +238,11 @@ class OnSurface(Rule):
         """Bracket the largest residual."""
         tolerance, known = self.criteria.tolerance / 100, self.worst.upper
         if block.on_red:  # both products of sines vanish
-            zero = np.zeros(1)
-            self.worst.update(Least(lower=zero, upper=zero, fraction=zero), block)
+            self.worst.update((0.0, 0.0, 0, 0.0), block)
             return
         options: Any = {"tolerance": tolerance, "known": known, "points": block.sines}
         found = largest_residual(block.starts, block.ends, self.criteria.coefficients, **options)
-        self.worst.update(found, block)
+        self.worst.update(found.worst(), block)
 
     def checks(self) -> Iterator[Check]:
         """Yield the check `on_surface`."""
