@@ -38,17 +38,14 @@ def angle_from_text(value: object, name: str = "angle") -> float:
     -1.1780972450961724
     """
     angle = math.nan if isinstance(value, str) else number_of(value)
-    if isinstance(value, str) and len(value) <= _LONGEST:
-        if match := _ANGLE.fullmatch(value.strip().replace("−", "-")):
-            sign, plain, unit, factor, divisor = match.groups()
-            if plain:
-                angle = float(plain)
-                if (unit or "").lower() in ("deg", "°"):
-                    angle = math.radians(angle)
-            elif part := float(divisor or 1):
-                angle = float(factor or 1) * math.pi / part
-            if sign == "-":
-                angle = -angle
+    text = value.strip().replace("−", "-") if isinstance(value, str) and len(value) <= _LONGEST else ""
+    if match := _ANGLE.fullmatch(text):
+        sign, plain, unit, factor, divisor = match.groups()
+        if plain:
+            angle = math.radians(float(plain)) if (unit or "").lower() in ("deg", "°") else float(plain)
+        elif part := float(divisor or 1):
+            angle = float(factor or 1) * math.pi / part
+        angle = -angle if sign == "-" else angle
     if not math.isfinite(angle):
         allowed = "a finite number in radians, or a text such as '3pi/8', '-3*pi/8' or '67.5deg'"
         raise InputError(f"{name} must be {allowed}, got {shown(value)}")

@@ -162,10 +162,10 @@ class Gait(Pictured):
             changed = (codes := family_codes(self.colors)) != codes[before]
             changes = np.roll(changed, -1)
         # First drop points that repeat the one before, of which the direction is not known.
-        keep = step.any(axis=1) | changes
-        if not keep.all():
+        size = np.sqrt((step * step).sum(axis=1, keepdims=True))
+        if not size.all() and not (keep := step.any(axis=1) | changes).all():
             return self._reordered(np.flatnonzero(keep).tolist() or [0]).merged()
-        unit = step / np.maximum(np.sqrt((step * step).sum(axis=1, keepdims=True)), 1e-300)
+        unit = step / np.maximum(size, 1e-300)
         turn = unit - unit[before]
         corner = ((turn * turn).sum(axis=1) > _STRAIGHT**2) | changes | changed
         corner[0] = True

@@ -265,7 +265,8 @@ def level_quantity(
     """Return sign·R for each of some signs."""
 
     def values(sines: Sines) -> FloatArray:
-        return np.asarray(np.multiply.outer(signs, sines.level_determinant(coefficients)))
+        level = sines.level_determinant(coefficients)
+        return np.array([sign * level for sign in signs])
 
     def bounds(v0: FloatArray, v1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
         return least_of_bent(v0, v1, level_determinant_curvature(p0, p1 - p0, coefficients))
@@ -399,15 +400,14 @@ def singular_quantity(vehicle: Vehicle, *, tolerance: float, red: bool) -> Quant
     rates = [(2 * math.sqrt(steep), math.sqrt(8 * steep))]
     if height:
         rates.append((steep + height**2, 2 * math.sqrt(steep + height**2)))
-    count = 2 * len(rates)
 
     def values(sines: Sines) -> FloatArray:
         blocks, alone = blocks_on_red(sines.cosine[:2], sines.sine[:2], vehicle)
         return np.array([least_of_blocks(blocks, alone), *chain.from_iterable(blocks), *alone])
 
     def bounds(v0: FloatArray, v1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
-        first, second = (p1 - p0)[:, :2].T  # of α1 and α2
-        squares, least = first * first + second * second, []
+        steps = (p1 - p0)[:, 1::-1].T  # of α2 and α1
+        squares, least = steps[1] * steps[1] + steps[0] * steps[0], []
         for k, (bend, curve) in enumerate(rates):
             (f0, g0), (f1, g1) = v0[2 * k + 1 :][:2], v1[2 * k + 1 :][:2]
             sign = np.sign(f0)
@@ -416,9 +416,10 @@ def singular_quantity(vehicle: Vehicle, *, tolerance: float, red: bool) -> Quant
             deficit = least_of_bent(f0 - ratio * g0, f1 - ratio * g1, (bend + ratio * curve) * squares)
             size = np.maximum((g0 + g1 - curve * np.sqrt(2 * squares)) / 2, 1e-100)
             least.append(2.0 * (ratio + np.minimum(deficit, 0.0) / size))
-        for e0, e1, step in zip(v0[count + 1 :], v1[count + 1 :], (second, first), strict=False):
-            kept = (e0 * e1 > 0) & (np.abs(step) < math.pi)
-            least.append(np.minimum(np.abs(e0), np.abs(e1)) * kept)
+        if not height:
+            e0, e1 = v0[3:], v1[3:]
+            kept = (e0 * e1 > 0) & (np.abs(steps) < math.pi)
+            least += [*np.where(kept, np.minimum(np.abs(e0), np.abs(e1)), 0.0)]
         return np.asarray(math.sqrt(2.0) * np.maximum(reduce(np.minimum, least), 0.0))[None]
 
     return Quantity(values, bounds, (tolerance,), 5)
@@ -501,14 +502,14 @@ def thrusts_push_up(starts: FloatArray, ends: FloatArray, vehicle: Vehicle = PAP
         at = _phases_of_inputs(sides, vehicle) / math.pi
         at = 0.5 * at[:, :2] if raised else at  # β2 and β1
         after = np.floor(at)
-        kept = ((after[0] == after[1]) & (at != after).all(axis=0)).all(axis=0)
+        kept = (np.ceil(at) == after[::-1] + 1).all(axis=(0, 1))
         odd = after[0] % 2 != 0
         if raised:
             kept &= odd[0] != odd[1]
         else:
             # Each rotor has one of the two sums of opposite arms, then the cosine of its opposite arm.
-            first, second = odd[2:].reshape(2, 2, -1)[::-1] ^ odd[:2]
-            kept &= (first == second).all(axis=0) & (first[0] != first[1])
+            negative = (odd[2:].reshape(2, 2, -1)[::-1] ^ odd[:2]).reshape(4, -1)
+            kept &= (negative[1:] != negative[:-1]).all(axis=0)
     if (np.abs(sides) <= math.pi / 2).all():
         return np.asarray(kept)
     turns = 2 * math.pi * np.rint((sides[0] + sides[1]) / (4 * math.pi))

@@ -51,6 +51,7 @@ class _Brackets(Rule):
     continuous: Continuous
     sines: Sines = field(init=False)  # of the points
     value: FloatArray = field(init=False)  # R at the points
+    of_one_sign: bool = False  # whether the latest block is a whole gait, and R has one sign at its points
     largest: float = 0.0  # R at the point where |R| is largest so far, of whose sign a gait is
     level: dict[float, Least] = field(init=False)  # of R and of −R; of a whole gait only of that with its sign
     singular: Least = field(init=False)
@@ -64,9 +65,11 @@ class _Brackets(Rule):
         criteria, vehicle, starts, ends = self.criteria, self.criteria.vehicle, block.starts, block.ends
         self.sines = block.sines
         self.value = self.sines.level_determinant(criteria.coefficients)
-        self.largest = max(self.largest, float(self.value.min()), float(self.value.max()), key=abs)
+        low, high = float(self.value.min()), float(self.value.max())
+        self.largest = max(self.largest, low, high, key=abs)
         # Of a whole gait no check states how large |R| becomes.
         whole = bool(block.number[0] == block.number[-1])
+        self.of_one_sign = whole and not low < 0 < high
         signs = (self.sign,) if whole else (1.0, -1.0)
         quantities = [
             level_quantity(criteria.coefficients, signs, tolerances=(1e-6,) * len(signs)),
@@ -107,7 +110,8 @@ class _LevelSign(Rule):
     brackets: _Brackets
     # The sign of R is that of the largest |R| at a point, known at the end.
     worst: dict[float, Worst] = field(default_factory=lambda: {1.0: Worst(), -1.0: Worst()})
-    found: dict[float, bool] = field(default_factory=lambda: {1.0: False, -1.0: False})  # for certain, at a point
+    # Whether R has each sign for certain at a point, unless it has one sign at all points.
+    found: dict[float, bool] = field(default_factory=lambda: {1.0: False, -1.0: False})
     digits: float = 0.0
     slope: float = 0.0
 
@@ -117,9 +121,11 @@ class _LevelSign(Rule):
         slopes = sines.level_slopes(coefficients)
         digits, slope = sines.level_resolution(coefficients, slopes), slopes.sum(axis=0)
         self.digits, self.slope = max(self.digits, float(digits.max())), max(self.slope, float(slope.max()))
-        carried = self._carried(digits, slope, self.continuous.inferred_errors)
-        for sign in self.found:
-            self.found[sign] |= bool((sign * self.brackets.value > carried).any())
+        if not self.brackets.of_one_sign:
+            rounding = np.maximum(self.continuous.inferred_errors, self.criteria.digit_error)
+            carried = self._carried(digits, slope, rounding)
+            for sign in self.found:
+                self.found[sign] |= bool((sign * self.brackets.value > carried).any())
         resolution = self._resolution()
         for sign, found in self.brackets.level.items():
             least, worst = found.worst(), self.worst[sign]
@@ -137,13 +143,14 @@ class _LevelSign(Rule):
     def _carried(self, digits: Any, slope: Any, inferred: Any) -> Any:
         """Return the error of R, to second order in the rounding of angles; |R| must exceed it to have a sign."""
         coefficients, known = self.criteria.coefficients, self.criteria.angle_rounding
-        rounding = np.maximum(inferred, self.criteria.digit_error) if known is None else known
+        rounding = inferred if known is None else known
         derived = coefficients.sheet_error
         second = 8 * coefficients.form_norm * ((rounding + derived) ** 2 - derived**2)
         return digits + slope * rounding + second
 
     def _resolution(self) -> float:
-        return float(self._carried(self.digits, self.slope, self.continuous.inferred_error))
+        rounding = max(self.continuous.inferred_error, self.criteria.digit_error)
+        return float(self._carried(self.digits, self.slope, rounding))
 
     def checks(self) -> Iterator[Check]:
         sign = self.brackets.sign
