@@ -298,8 +298,6 @@ def points_on_sheets(
     a1, a2 = checked_plane_angles(alpha1, alpha2)
     if set(colors) == {"red"}:  # α3 = α1 and α4 = α2 within ±π/2; adding zero turns negative zeros into zeros
         return np.array([a1, a2, a1 + 0.0, a2 + 0.0]).T
-    if len(set(colors)) == 1:
-        return np.array([a1, a2, *sheet_angles(colors[0], a1, a2, coefficients)]).T  # type: ignore[arg-type]
     is_red = np.array([color == "red" for color in colors])
     sheets = (sheet_angles("red", a1, a2, coefficients), sheet_angles("blue", a1, a2, coefficients))
     return np.column_stack([a1, a2, *(np.where(is_red, red, blue) for red, blue in zip(*sheets, strict=True))])

@@ -88,12 +88,6 @@ class Coefficients:
         return np.array([[4.0, -2.0, self.single], [-2.0, 0.0, self.triple], [-self.single, -self.triple, self.double]])
 
     @cached_property
-    def form_sizes(self) -> tuple[FloatArray, float]:
-        """The sizes of the entries of the bilinear form, and their sum."""
-        sizes = np.abs(self.bilinear_form)
-        return sizes, float(sizes.sum())
-
-    @cached_property
     def form_norm(self) -> float:
         """The Frobenius norm of the bilinear form."""
         return float(np.linalg.norm(self.bilinear_form))
@@ -214,14 +208,14 @@ class Sines(NamedTuple):
     def level_resolution(self, coefficients: Coefficients, slopes: FloatArray, rounding: float = 0.0) -> FloatArray:
         """Return the |R| above which its sign is certain, shape (k,); see :func:`level_determinant_resolution`."""
         first, second = self.features[:, 0], self.features[:, 1]
-        (form, total), cross = coefficients.form_sizes, abs(coefficients.cross)
+        form, cross = np.abs(coefficients.bilinear_form), abs(coefficients.cross)
         # single·|p₀q₂ − p₂q₀| + double·|p₂q₂| + triple·|p₁q₂ − p₂q₁| of the features p and q of both pairs.
         _, single, double, triple = coefficients.digit_errors
         crossed = np.abs(first[:2] * second[2] - first[2] * second[:2])
         resolution = single * crossed[0] + triple * crossed[1] + double * np.abs(first[2] * second[2])
         sizes = np.abs(self.features)
         rounded = 4 * ((form.T @ sizes[:, 0]) * sizes[:, 1]).sum(axis=0)
-        resolution += 8 * _EPSILON * (rounded + total + 4 * cross)
+        resolution += 8 * _EPSILON * (rounded + form.sum() + 4 * cross)
         derived = coefficients.sheet_error
         if derived or rounding:
             carried = derived * (slopes[2] + slopes[3])
@@ -236,7 +230,7 @@ class Sines(NamedTuple):
 
     def totals(self, delta: float) -> FloatArray:
         """Return the sines of β1 + β3 and of β2 + β4, shape (2, k)."""
-        beta = self.alpha - delta * TURNS
+        beta = self.alpha - delta * _TURNS
         return np.asarray(np.sin(beta[:2] + beta[2:]))  # exactly zero on fibres, as a product is not
 
     def leaning(self, delta: float) -> FloatArray:
@@ -244,7 +238,7 @@ class Sines(NamedTuple):
 
         A rotor height H adds H/(2κ)·sin(α2 − α4)·E to Rφ and H/(2κ)·sin(α1 − α3)·E′ to Rθ: nothing on red and fibres.
         """
-        return np.asarray(2.0 * self.features[1] - math.tan(delta) * TURNS[:2] * self.features[2])
+        return np.asarray(2.0 * self.features[1] - math.tan(delta) * _TURNS[:2] * self.features[2])
 
     def sensitivities(self, coefficients: Coefficients) -> tuple[FloatArray, FloatArray]:
         """Return Rφ and Rθ by the factorised form of (4) and (5), turned by the angle of the first arm, shape (k,)."""
@@ -268,14 +262,14 @@ class Sines(NamedTuple):
     def zero_moment_inputs(self, vehicle: Vehicle) -> FloatArray:
         """Return w₀, shape (4, k); see :func:`zero_moment_inputs`."""
         delta = math.atan(vehicle.signed_drag_ratio)
-        turned = math.sin(delta) * TURNS
+        turned = math.sin(delta) * _TURNS
         cosines = math.cos(delta) * self.cosine + turned * self.sine  # of β1 to β4
         inputs = (self.totals(delta)[::-1] * cosines.reshape(2, 2, -1)[::-1]).reshape(4, -1)
         height = vehicle.height_ratio * math.cos(delta)
         if height:
             sines = (math.cos(delta) * self.sine - turned * self.cosine).reshape(2, 2, -1)
             raised = height * (self.sine.reshape(2, 2, -1) * self.leaning(delta)[::-1])[::-1]
-            apart = self.differences()[::-1] * TURNS[:2]
+            apart = self.differences()[::-1] * _TURNS[:2]
             more = raised + sines[::-1] * np.array([-apart, apart])
             inputs = inputs + height * math.cos(delta) * more.reshape(4, -1)
         return np.asarray(inputs)
@@ -348,8 +342,7 @@ def _sines_of(alpha: npt.ArrayLike) -> tuple[FloatArray, Sines]:
     return angles, Sines.of(angles.reshape(-1, 4))
 
 
-TURNS = np.array([[1.0], [-1.0], [1.0], [-1.0]])
-"""The signs of δ in β1 to β4, negated, as a column."""
+_TURNS = np.array([[1.0], [-1.0], [1.0], [-1.0]])  # the signs of δ in β1 to β4, negated
 
 
 def sensitivity_phases(alpha: npt.ArrayLike, coefficients: Coefficients) -> FloatArray:

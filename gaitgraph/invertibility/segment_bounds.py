@@ -17,7 +17,6 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.invertibility.matrices import (
-    TURNS,
     Coefficients,
     FloatArray,
     Sines,
@@ -138,7 +137,7 @@ def least_of_each(
         sides = ((0.0, starts, found[:, :-1]), (1.0, ends, found[:, 1:]))
         nodes = np.stack([np.concatenate([np.full((1, count), s), p.T, v]) for s, p, v in sides], axis=1)
     else:
-        nodes = nodes_at(np.repeat(fractions[:, None], count, axis=1), origins, steps)
+        nodes = nodes_at(fractions[:, None] + np.zeros(count), origins, steps)
     found = nodes[which]
     best, fraction = found.min(axis=1), fractions[found.argmin(axis=1)]
     lower, overall = best.copy(), np.minimum(best.min(axis=1), known)[:, None]
@@ -265,8 +264,7 @@ def level_quantity(
     """Return sign·R for each of some signs."""
 
     def values(sines: Sines) -> FloatArray:
-        level = sines.level_determinant(coefficients)
-        return np.array([sign * level for sign in signs])
+        return np.asarray(np.multiply.outer(signs, sines.level_determinant(coefficients)))
 
     def bounds(v0: FloatArray, v1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
         return least_of_bent(v0, v1, level_determinant_curvature(p0, p1 - p0, coefficients))
@@ -521,7 +519,8 @@ def _phases_of_inputs(rows: FloatArray, vehicle: Vehicle) -> FloatArray:
 
     Angles of shape (..., 4, m) [rad] give phases of shape (..., 6, m).
     """
-    beta = rows - math.atan(vehicle.signed_drag_ratio) * TURNS
+    delta = math.atan(vehicle.signed_drag_ratio)
+    beta = rows + np.array([[-delta], [delta], [-delta], [delta]])
     return np.concatenate([beta[..., 1::-1, :] + beta[..., 3:1:-1, :], beta + math.pi / 2], axis=-2)
 
 

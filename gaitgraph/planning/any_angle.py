@@ -25,6 +25,7 @@ from gaitgraph.invertibility.matrices import least_singular_value_on_red, level_
 from gaitgraph.invertibility.segment_bounds import least_level_determinant, least_singular_value_along
 from gaitgraph.planning.refusal import Branch, FoundPath, Obstacle, branches_of
 from gaitgraph.surface.sheets import RELATION, Color, Sign, family_codes, family_jumps, red_label
+from gaitgraph.validation.validating import check_gait
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -192,7 +193,7 @@ def straight_loop(branch: Branch) -> tuple[Gait, tuple[Gait, Report]] | None:
         return None
     path = _lifted(branch, branch.request.waypoints)
     gait = path.merged()
-    report = gait.check(floor=branch.request.floor)
+    report = check_gait(gait, floor=branch.request.floor)
     return (path, (gait, report)) if report.flyable else None
 
 

@@ -94,8 +94,7 @@ class TimedGait(Pictured):
         total = length.sum()
         if not LAWS[self.law].by_length or not total > 0:
             length, total = np.ones(len(length)), len(length)
-        times = np.zeros(len(length) + 1)
-        times[1:] = (length / total).cumsum() * self.period
+        times = np.concatenate([[0.0], (length / total).cumsum() * self.period])
         times[-1] = self.period
         return times
 
@@ -185,17 +184,15 @@ class TimedGait(Pictured):
         times, factors = self.corner_times, LAWS.get(self.law, STRAIGHT).peaks
         duration, step = times[1:] - times[:-1], self.gait.ends - self.gait.alpha
         moving = duration > 0
-        if not moving.all():
-            step, duration = step[moving], duration[moving]
-        if not len(step):
+        if not moving.any():
             return [np.zeros(4) for _ in orders]
+        step, duration = (step, duration) if moving.all() else (step[moving], duration[moving])
         velocity, per_second = step / duration[:, None], 1.0 / duration[:, None]
         speed = np.abs(velocity)
 
         def peak(order: int) -> FloatArray:
             if math.isfinite(factors[order - 1]):
-                size = speed * per_second ** (order - 1) if order > 1 else speed
-                return np.asarray(factors[order - 1] * size.max(axis=0))
+                return np.asarray(factors[order - 1] * (speed * per_second ** (order - 1)).max(axis=0))
             turns = np.abs(velocity - np.roll(velocity, 1, axis=0)) > 1e-12 * (1.0 + speed.max())
             return np.where(turns.any(axis=0), np.inf, 0.0)
 

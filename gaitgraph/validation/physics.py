@@ -70,7 +70,7 @@ class _Brackets(Rule):
         # Of a whole gait no check states how large |R| becomes.
         whole = bool(block.number[0] == block.number[-1])
         self.of_one_sign = whole and not low < 0 < high
-        signs = (self.sign,) if whole else (1.0, -1.0)
+        signs = (1.0 if self.largest >= 0 else -1.0,) if whole else (1.0, -1.0)
         quantities = [
             level_quantity(criteria.coefficients, signs, tolerances=(1e-6,) * len(signs)),
             singular_quantity(vehicle, tolerance=criteria.bracket, red=block.on_red),
@@ -87,14 +87,8 @@ class _Brackets(Rule):
         self.level, (singular, *shares) = dict(zip(signs, found, strict=False)), found[len(signs) :]
         self.singular = singular if block.on_red else decomposed(singular, starts, ends, vehicle)
         self.shares = tuple(shares)
-        if not whole:
-            for k, least in enumerate((*self.level.values(), self.singular, *shares)):
-                self.known[k] = min(self.known[k], float(least.upper.min()))
-
-    @property
-    def sign(self) -> float:
-        """The sign of the gait's R, +1 or −1."""
-        return 1.0 if self.largest >= 0 else -1.0
+        for k, least in enumerate(() if whole else (*self.level.values(), self.singular, *shares)):
+            self.known[k] = min(self.known[k], float(least.upper.min()))
 
     def checks(self) -> Iterator[Check]:
         """Yield no check."""
@@ -110,8 +104,7 @@ class _LevelSign(Rule):
     brackets: _Brackets
     # The sign of R is that of the largest |R| at a point, known at the end.
     worst: dict[float, Worst] = field(default_factory=lambda: {1.0: Worst(), -1.0: Worst()})
-    # Whether R has each sign for certain at a point, unless it has one sign at all points.
-    found: dict[float, bool] = field(default_factory=lambda: {1.0: False, -1.0: False})
+    found: dict[float, bool] = field(default_factory=lambda: {1.0: False, -1.0: False})  # for certain, at a point
     digits: float = 0.0
     slope: float = 0.0
 
@@ -122,8 +115,9 @@ class _LevelSign(Rule):
         digits, slope = sines.level_resolution(coefficients, slopes), slopes.sum(axis=0)
         self.digits, self.slope = max(self.digits, float(digits.max())), max(self.slope, float(slope.max()))
         if not self.brackets.of_one_sign:
-            rounding = np.maximum(self.continuous.inferred_errors, self.criteria.digit_error)
-            carried = self._carried(digits, slope, rounding)
+            carried = self._carried(
+                digits, slope, np.maximum(self.continuous.inferred_errors, self.criteria.digit_error)
+            )
             for sign in self.found:
                 self.found[sign] |= bool((sign * self.brackets.value > carried).any())
         resolution = self._resolution()
@@ -153,7 +147,7 @@ class _LevelSign(Rule):
         return float(self._carried(self.digits, self.slope, rounding))
 
     def checks(self) -> Iterator[Check]:
-        sign = self.brackets.sign
+        sign = 1.0 if self.brackets.largest >= 0 else -1.0
         worst, resolution, kind = self.worst[sign], self._resolution(), self.criteria.coefficients.kind
         lower = worst.lower - self.criteria.level_slack(self.criteria.coefficients)
         ok, decided, undecided = True, True, "sign of R undecided: |R|"
@@ -363,7 +357,7 @@ class Checker:
     def update(self, segments: Segments) -> None:
         """Examine the next segments, in blocks so that memory stays bounded."""
         for start in range(0, len(segments.alpha) - 1, _BLOCK):
-            block = segments[start : start + _BLOCK + 1]
+            block = segments[start : start + _BLOCK + 1] if len(segments.alpha) > _BLOCK + 1 else segments
             for rule in self.rules:
                 rule.update(block)
             self.reachability.update(block)

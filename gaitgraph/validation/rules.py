@@ -213,9 +213,7 @@ class Rule(ABC):
     def checks(self) -> Iterator[Check]:
         """Yield what was found, after at least one update."""
 
-    def check(
-        self, ok: bool, message: str, *, place: GaitPoint | None = None, name: str | None = None, **values: Any
-    ) -> Check:
+    def check(self, ok: bool, message: str, *, place: GaitPoint | None = None, name: str = "", **values: Any) -> Check:
         """Return the check of this rule, or of another name, with its place as plain values."""
         where = None if place is None else place.as_mapping(self.criteria.noun)
         return Check(name=name or self.name, kind=self.kind, ok=ok, message=message, where=where, **values)
