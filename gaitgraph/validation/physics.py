@@ -110,14 +110,12 @@ class _LevelSign(Rule):
 
     def update(self, block: Segments) -> None:
         """Bracket R and −R along the segments, as narrowly as the comparison with the resolution needs."""
-        coefficients, sines = self.criteria.coefficients, self.brackets.sines
+        coefficients, sines, inferred = self.criteria.coefficients, self.brackets.sines, self.continuous.inferred_errors
         slopes = sines.level_slopes(coefficients)
         digits, slope = sines.level_resolution(coefficients, slopes), slopes.sum(axis=0)
         self.digits, self.slope = max(self.digits, float(digits.max())), max(self.slope, float(slope.max()))
         if not self.brackets.of_one_sign:
-            carried = self._carried(
-                digits, slope, np.maximum(self.continuous.inferred_errors, self.criteria.digit_error)
-            )
+            carried = self._carried(digits, slope, np.maximum(inferred, self.criteria.digit_error))
             for sign in self.found:
                 self.found[sign] |= bool((sign * self.brackets.value > carried).any())
         resolution = self._resolution()
