@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import partial
 from itertools import accumulate, pairwise
 from typing import TYPE_CHECKING, Any, get_args
 
@@ -35,7 +36,7 @@ if TYPE_CHECKING:
 
     from gaitgraph.invertibility.matrices import FloatArray
     from gaitgraph.planning.request import Point
-    from gaitgraph.surface.region import Points, Region
+    from gaitgraph.surface.region import Points
     from gaitgraph.vehicle import Vehicle, VehicleLike
 
 _ON_RED = 1e-9  # rad
@@ -149,19 +150,15 @@ class Replanner:
         limits = np.minimum(four_of(rate), four_of(stated)).tolist()
         self._limits = min(limits[::2]), min(limits[1::2])  # opposite arms tilt alike
         self.floor = checked_number("floor", floor)
-
-        def region_without(polygons: Sequence[Points]) -> Region:
-            zones = Zones(keep_out=polygons, keep_in=keep_in)
-            return admissible_region(
-                body, sign=None if sign == "auto" else sign, floor=floor, zones=zones, accuracy=accuracy
-            )
-
-        self.region = region_without(keep_out)
+        admissible = partial(
+            admissible_region, body, sign=None if sign == "auto" else sign, floor=floor, accuracy=accuracy
+        )
+        self.region = admissible(zones=Zones(keep_out=keep_out, keep_in=keep_in))
         self._kept_out = _apart(checked_polygons(keep_out, "keep_out"))
         shapely.prepare(self._kept_out)
         self._whole = self._paths = ShortestPaths(self.region.inner)
         if len(self._kept_out):  # which are searched as new ones are
-            self._paths = ShortestPaths(region_without(()).inner)
+            self._paths = ShortestPaths(admissible(zones=Zones(keep_in=keep_in)).inner)
         _ = self._paths.sights  # computed once, now
 
     def replan(self, alpha: npt.ArrayLike, waypoints: Points, *, keep_out: Sequence[Points] = ()) -> Replan:
