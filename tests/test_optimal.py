@@ -275,6 +275,12 @@ def test_a_loop_bends_around_an_obstacle() -> None:
     assert found.stationarity < 1e-6
 
 
+def test_the_first_and_the_last_disc_may_be_passed_in_one_point() -> None:
+    found = optimal_gait([(-0.9, 0.8), (-0.5, 1.0), (-0.1, 0.6), (-0.9, 1.0)], radius=0.3)
+    assert found.value == pytest.approx(0.8783, abs=1e-3)
+    assert found.violation <= 1e-9
+
+
 def test_a_larger_concession_gives_a_calmer_gait() -> None:
     asked: Any = {"radius": 0.15, "sign": "positive", "pieces": 24}
     tight, loose = (optimal_gait([(-1.2, 0.2), (-0.1, 1.2)], **asked, concession=part) for part in (1e-3, 0.1))

@@ -258,6 +258,20 @@ def test_corners_of_other_polygons_on_sides() -> None:
         assert Replanner("paper", sign="positive", rate=1.0).replan([x, y, x, y], [(-0.1, 0.9)], keep_out=thirds)
 
 
+def test_a_keep_out_behind_the_border_leaves_the_free_side_open() -> None:
+    corridors: Any = [shapely.box(*one) for one in [(-1.1, 0.1, -0.8, 1.1), (-0.8, 0.8, -0.1, 1.1)]]
+    corridors += [shapely.box(-0.8, 0.1, -0.1, 0.4), shapely.box(-0.3, 0.4, -0.1, 0.8)]
+    within: Any = [list(one.exterior.coords) for one in corridors]
+    block = [(-0.5, 0.3), (-0.3, 0.3), (-0.3, 0.6), (-0.5, 0.6)]  # partly in a corridor, partly in the hole
+    loop = [(-0.51, 0.22), (-0.35, 0.9)]
+    plan = gg.plan_loop(loop, keep_out=[block], keep_in=within, sign="positive")
+    assert plan.loop
+    for old, new in (([], [block]), ([block], [])):
+        replanner = Replanner("paper", sign="positive", rate=3.0, keep_in=within, keep_out=old)
+        found = replanner.replan([*loop[0]] * 2, loop, keep_out=new)
+        assert shapely.LinearRing(found.loop).length == pytest.approx(plan.loop.length, abs=1e-9)
+
+
 def test_a_corner_that_two_keep_outs_share_is_a_passage(replanner: Replanner) -> None:
     walls = [shapely.box(*wall) for wall in [(-0.9, 0.4, -0.8, 0.9), (-0.9, 0.9, -0.4, 1.0), (-0.4, 0.4, -0.3, 0.9)]]
     room: Any = [list(wall.exterior.coords) for wall in [*walls, shapely.box(-0.8, 0.3, -0.4, 0.4)]]

@@ -226,8 +226,8 @@ def optimal_gait(
     -----
     A worst case is globally optimal to within the stated gap: `bound` holds for every continuous gait in the flyable
     region that passes the discs. Its effort is a local optimum among splines, on the side of each obstacle on which the
-    initial loop runs; another side may be better by far. Discs that share a point, or a single disc, give a gait that
-    stands still there. With "tilt_rate" the bound is (shortest length in four dimensions)²/T, which no smooth
+    initial loop runs; another may be better by far, and rounding may decide between two. Discs that share a point, or a
+    single disc, give a gait that stands still there. With "tilt_rate" the bound is (shortest length in four dimensions)²/T, which no smooth
     loop attains where the shortest one has corners; with a radius it takes no notice of the region.
 
     Examples
@@ -431,7 +431,8 @@ class _Search(NamedTuple):
                 corners += list(leg[:-1])
             if 3 * len(corners) <= _MOST_PIECES:
                 points, knots = least_effort.control_points_along(np.array(corners), self.pieces)
-                loop = least_effort.SmoothLoop(points=points, passes=knots[at].astype(float))
+                passes = np.append(knots, len(points))[at].astype(float)  # the last stop may be the first again
+                loop = least_effort.SmoothLoop(points=points, passes=passes)
                 if problem.keeps_inside(loop):
                     return loop
         return None

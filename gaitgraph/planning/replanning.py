@@ -183,15 +183,14 @@ class Replanner:
             return "the present angles" if point == points[0] else f"waypoint {given.index(point) + 1}"
 
         places: Any = shapely.points(points)
-        outside, polygons = ~shapely.covers(self.region.inner, places), self._kept_out
+        outside, polygons, touched = ~shapely.covers(self.region.inner, places), new, False
         if len(new):
             # As one with old ones that they touch, so that no path leads between two that share a side.
             apart = ~shapely.dwithin(self._kept_out[:, None], new, OVERLAY_ERROR).any(axis=1)
             new = _apart(np.concatenate([new, self._kept_out[~apart]]))
             polygons = np.concatenate([new, self._kept_out[apart]])
-        touched: Any = shapely.dwithin(polygons[:, None], places, OVERLAY_ERROR)
-        if touched.any():
-            outside |= shapely.contains(polygons[:, None], places).any(axis=0)
+            if touched := bool(shapely.dwithin(polygons[:, None], places, OVERLAY_ERROR).any()):
+                outside |= shapely.contains(polygons[:, None], places).any(axis=0)
         if outside.any():
             free = self._free_of(new)
             outside &= ~shapely.dwithin(free, places, OVERLAY_ERROR)
@@ -199,12 +198,13 @@ class Replanner:
                 point = points[int(np.argmax(outside))]
                 return self._refused(f"{name_of(point)} {self._why_not(point, free)}")
         legs = [leg for leg in pairwise([*points, points[1]]) if leg[0] != leg[1]]
-        paths: list[Any] = [None] * len(legs) if touched.any() else self._paths.paths_around(legs, polygons)
+        known = self._paths if len(new) else self._whole
+        paths: list[Any] = [None] * len(legs) if touched else known.paths_around(legs, polygons)
         left = [k for k, path in enumerate(paths) if path is None]
-        if left and len(polygons):
+        if left and len(new):
             # The search may miss lines along borders, and from a point on a side it is decided by rounding.
-            free = ShortestPaths(self._free_of(new)) if len(new) else self._whole
-            for k, path in zip(left, free.paths_around([legs[k] for k in left], polygons[:0]), strict=True):
+            cut = ShortestPaths(self._free_of(new))
+            for k, path in zip(left, cut.paths_around([legs[k] for k in left], new[:0]), strict=True):
                 paths[k] = path
         for leg, path in zip(legs, paths, strict=True):
             if path is None:

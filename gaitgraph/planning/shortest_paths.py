@@ -336,6 +336,8 @@ class ShortestPaths:
             # Nothing passes between a polygon and a border of the region along which it lies.
             seam = shapely.intersection(self._region.boundary, shapely.multipolygons(polygons).boundary)
             if seam.length:
+                inside = shapely.get_parts(shapely.intersection(self._region, polygons))  # not those behind the border
+                seam = shapely.intersection(seam, shapely.union_all(shapely.boundary(inside)))
                 along = shapely.intersection(seam, _straight(points[lines]))
                 lines = lines[:, shapely.length(along) <= _TOLERANCE]
         views: list[list[tuple[int, float]]] = [[] for _ in points]
