@@ -227,8 +227,9 @@ def optimal_gait(
     A worst case is globally optimal to within the stated gap: `bound` holds for every continuous gait in the flyable
     region that passes the discs. Its effort is a local optimum among splines, on the side of each obstacle on which the
     initial loop runs; another may be better by far, and rounding may decide between two. Discs that share a point, or a
-    single disc, give a gait that stands still there. With "tilt_rate" the bound is (shortest length in four dimensions)²/T, which no smooth
-    loop attains where the shortest one has corners; with a radius it takes no notice of the region.
+    single disc, give a gait that stands still there. With "tilt_rate" the bound is (shortest length in four
+    dimensions)²/T, which no smooth loop attains where the shortest one has corners; with a radius it takes no notice of
+    the region.
 
     Examples
     --------
