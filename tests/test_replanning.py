@@ -303,7 +303,7 @@ def test_memory_does_not_grow(old: Any) -> None:
             gc.collect()
             sizes.append(tracemalloc.get_traced_memory()[0])
     tracemalloc.stop()
-    assert sizes[1] - sizes[0] < 10_000  # what numpy keeps of small arrays
+    assert sizes[1] - sizes[0] < 30_000  # 15 bytes a request: what is kept of corners seen, and numpy of small arrays
 
 
 def test_many_keep_outs_are_passed_as_few_are(replanner: Replanner) -> None:
