@@ -163,7 +163,7 @@ class Gait(Pictured):
             changes = np.roll(changed, -1)
         # First drop points that repeat the one before, of which the direction is not known.
         size = np.sqrt((step * step).sum(axis=1, keepdims=True))
-        if np.count_nonzero(size) < len(size) and not (keep := step.any(axis=1) | changes).all():
+        if not size.all() and not (keep := step.any(axis=1) | changes).all():
             return self._reordered(np.flatnonzero(keep).tolist() or [0]).merged()
         unit = step / np.maximum(size, 1e-300)
         turn = unit - unit[before]

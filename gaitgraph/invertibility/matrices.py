@@ -218,8 +218,7 @@ class Sines(NamedTuple):
         resolution += 8 * _EPSILON * (rounded + form.sum() + 4 * cross)
         derived = coefficients.sheet_error
         if derived or rounding:
-            carried = derived * (slopes[2] + slopes[3])
-            resolution += rounding * slopes.sum(axis=0) + carried if rounding else carried
+            resolution += rounding * slopes.sum(axis=0) + derived * slopes[2:].sum(axis=0)
             resolution += 8 * (coefficients.form_norm + cross) * (rounding + derived) ** 2
         return np.asarray(resolution)
 

@@ -53,8 +53,8 @@ class Least:
 
     def worst(self) -> tuple[float, float, int, float]:
         """Return (lower, upper, segment, fraction) of the least over all segments."""
-        k = int(self.upper.argmin())  # faster than min of a few
-        return float(self.lower[self.lower.argmin()]), float(self.upper[k]), k, float(self.fraction[k])
+        k = int(self.upper.argmin())
+        return float(self.lower.min()), float(self.upper[k]), k, float(self.fraction[k])
 
 
 class Quantity(NamedTuple):
@@ -235,7 +235,7 @@ def level_determinant_curvature(start: FloatArray, step: FloatArray, coefficient
     turns, sums = np.abs(step[:2] - step[2:]), np.abs(step[:2] + step[2:])
     # A difference of one pair turns with the sum of the other: Δ1 with Σ2, then Δ2 with Σ1.
     slow, bend = sums[::-1], both * (sums[0] + sums[1]) ** 2
-    if not np.count_nonzero(turns):
+    if not turns.any():
         crossed = sizes * slow**2
     else:
         at = (start[:2] + start[2:])[::-1]
@@ -372,7 +372,7 @@ def singular_value_bound(vehicle: Vehicle, *, level: bool = True) -> Bound:
 
 def is_red(*points: FloatArray) -> bool:
     """Return whether points lie exactly on red, where α3 = α1 and α4 = α2."""
-    return not any(np.count_nonzero(side[:, :2] != side[:, 2:]) for side in points)
+    return all(bool((side[:, :2] == side[:, 2:]).all()) for side in points)
 
 
 @lru_cache(maxsize=32)
@@ -508,7 +508,7 @@ def thrusts_push_up(starts: FloatArray, ends: FloatArray, vehicle: Vehicle = PAP
             # Each rotor has one of the two sums of opposite arms, then the cosine of its opposite arm.
             negative = (odd[2:].reshape(2, 2, -1)[::-1] ^ odd[:2]).reshape(4, -1)
             kept &= (negative[1:] != negative[:-1]).all(axis=0)
-    if not np.count_nonzero(np.abs(sides) > math.pi / 2):
+    if (np.abs(sides) <= math.pi / 2).all():
         return np.asarray(kept)
     turns = 2 * math.pi * np.rint((sides[0] + sides[1]) / (4 * math.pi))
     return np.asarray(kept & (np.abs(sides - turns).max(axis=(0, 1)) <= math.pi / 2 + 1e-9))

@@ -356,7 +356,7 @@ def _answer(
                 obstacles.append(answer)
             else:
                 loops += [loop_of(found, sign) for found in answer]
-    loops = sorted(loops, key=_preference) if len(loops) > 1 else loops
+    loops.sort(key=_preference)
     is_refused = request.require == "flyable" and not (loops and loops[0].report.flyable)
     if is_refused and loops:
         # What no region knows, such as a period that is too short for the vehicle's limits.

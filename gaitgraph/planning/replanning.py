@@ -198,8 +198,8 @@ class Replanner:
                 point = points[int(np.argmax(outside))]
                 return self._refused(f"{name_of(point)} {self._why_not(point, free)}")
         legs = [leg for leg in pairwise([*points, points[1]]) if leg[0] != leg[1]]
-        known = self._paths if len(new) else self._whole
-        paths: list[Any] = [None] * len(legs) if touched else known.paths_around(legs, polygons)
+        prepared = self._paths if len(new) else self._whole
+        paths: list[Any] = [None] * len(legs) if touched else prepared.paths_around(legs, polygons)
         left = [k for k, path in enumerate(paths) if path is None]
         if left and len(new):
             # The search may miss lines along borders, and from a point on a side it is decided by rounding.

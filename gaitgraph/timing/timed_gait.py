@@ -183,10 +183,10 @@ class TimedGait(Pictured):
         """Return what :meth:`peaks` does, for each of some orders."""
         times, factors = self.corner_times, LAWS.get(self.law, STRAIGHT).peaks
         duration, step = times[1:] - times[:-1], self.gait.ends - self.gait.alpha
-        if np.count_nonzero(moving := duration > 0) < len(step):
-            step, duration = step[moving], duration[moving]
-        if not len(step):
+        moving = duration > 0
+        if not moving.any():
             return [np.zeros(4) for _ in orders]
+        step, duration = (step, duration) if moving.all() else (step[moving], duration[moving])
         velocity, per_second = step / duration[:, None], 1.0 / duration[:, None]
         speed = np.abs(velocity)
 

@@ -65,7 +65,7 @@ class _Brackets(Rule):
         criteria, vehicle, starts, ends = self.criteria, self.criteria.vehicle, block.starts, block.ends
         self.sines = block.sines
         self.value = self.sines.level_determinant(criteria.coefficients)
-        low, high = (float(self.value[k]) for k in (self.value.argmin(), self.value.argmax()))
+        low, high = float(self.value.min()), float(self.value.max())
         self.largest = max(self.largest, low, high, key=abs)
         # Of a whole gait no check states how large |R| becomes.
         whole = bool(block.number[0] == block.number[-1])
@@ -79,7 +79,7 @@ class _Brackets(Rule):
             self.hovers = False
         if self.hovers:
             self.upward = thrusts_push_up(starts, ends, vehicle)
-            self.hovers = np.count_nonzero(self.upward) == len(self.upward)
+            self.hovers = bool(self.upward.all())
         if self.hovers:
             quantities.append(share_quantity(vehicle, tolerance=criteria.bracket, red=block.on_red))
         known = tuple(self.known[: len(signs) + (3 if self.hovers else 1)])
@@ -188,7 +188,7 @@ class _SingularValue(Rule):
         found = self.brackets.singular
         self.worst.update(found.worst(), block)
         close = found.lower < floor
-        if self.above and np.count_nonzero(close):
+        if self.above and close.any():
             self.above = self.worst.upper >= floor and bool(
                 keeps_singular_value_above(block.starts[close], block.ends[close], floor, criteria.vehicle).all()
             )
@@ -384,7 +384,7 @@ class _Reachability:
             return
         alpha = block.alpha
         value = self.brackets.sines.level_determinant(self.exact)
-        if value[value.argmin()] <= 0:
+        if value.min() <= 0:
             self.positive = False
             return
         resolution = float(level_determinant_resolution(alpha, self.exact).max())

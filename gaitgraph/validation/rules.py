@@ -137,7 +137,7 @@ class Segments:
     def color(self) -> int:
         """The sheet, +1 or −1, if all points have the same, else 0."""
         first = int(self.sheet[0])
-        return first if abs(first) == 1 and not np.count_nonzero(self.sheet != first) else 0
+        return first if abs(first) == 1 and bool((self.sheet == first).all()) else 0
 
     def place(self, segment: int, fraction: float = 0.0) -> GaitPoint:
         """Return the place at a fraction of a segment, counted from 0 within these."""
