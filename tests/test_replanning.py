@@ -215,6 +215,7 @@ def test_waypoints_on_slanted_sides(replanner: Replanner) -> None:
         assert line.length == pytest.approx(sum(shapely.LineString(leg).length for leg in legs), abs=1e-9)
 
 
+PINCHED = [(-0.5, 0.25), (-0.45, 0.25), (-0.65, 0.35), (-0.65, 0.5), (-0.85, 0.25), (-0.85, 0.15), (-0.45, 0.15)]
 OLD = [(-0.8, 0.4), (-0.4, 0.4), (-0.4, 0.7), (-0.8, 0.7)]
 SIDES = [
     # From sides of new keep-outs, by rounding inside or outside, past others.
@@ -223,6 +224,8 @@ SIDES = [
     ((), [[(-0.2, 0.2), (-0.5, 0.1), (-0.3, 0.0), (-0.3, 0.0)]], (-0.2, 0.2), (-0.4, 0.05)),
     # Along a side of an old one that a new one overlaps.
     ([OLD], [[(-0.9, 0.35), (-0.7, 0.35), (-0.7, 0.75), (-0.9, 0.75)]], (-0.45, 0.3), (-0.45, 0.8)),
+    # Past a corner at which a hole, left between two, touches their border.
+    ([[(-0.45, 0.25), (-0.5, 0.2), (-0.6, 0.2), (-0.6, 0.1), (-0.4, 0.05)]], [PINCHED], (-0.35, 0.0), (-0.79, 0.73)),
 ]
 
 
