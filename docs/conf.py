@@ -25,7 +25,14 @@ extensions = [
     "signatures",
     "scratch",
 ]
-exclude_patterns = ["_*", "developers", "gallery/*.ipynb", "gallery/*.py", "gallery/*.json", "gallery/*.zip"]
+exclude_patterns = [
+    "_*",
+    "developers",
+    "gallery/*.ipynb",
+    "gallery/*.py",
+    "gallery/*.json",
+    "gallery/*.zip",
+]
 smartquotes = False
 nitpicky = True
 
@@ -64,7 +71,9 @@ sphinx_gallery_conf = {
 
 html_theme = "furo"
 html_title = "gaitgraph"
-html_theme_options = {"dark_css_variables": {"color-foreground-muted": "#8c9198"}}  # a contrast of 4.5 or more
+html_theme_options = {
+    "dark_css_variables": {"color-foreground-muted": "#8c9198"}
+}  # a contrast of 4.5 or more
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_show_sphinx = False

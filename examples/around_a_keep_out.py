@@ -21,11 +21,17 @@ post = [(-0.5, 0.6), (-0.2, 0.65), (-0.15, 0.85), (-0.45, 0.9)]
 # Both methods keep out of the polygons along the whole loop, not only at corners. Touching them is allowed.
 
 exact = gg.plan_loop(waypoints, color="red", keep_out=[cable, post])
-grid = gg.plan_loop(waypoints, color="red", keep_out=[cable, post], method="grid", divisions=32)
+grid = gg.plan_loop(
+    waypoints, color="red", keep_out=[cable, post], method="grid", divisions=32
+)
 for name, plan in (("exact", exact), ("grid", grid)):
-    print(f"{name}: {plan.gait.length:.4f} rad, {len(plan.gait.alpha)} corners, flyable {plan.report.flyable}")
+    print(
+        f"{name}: {plan.gait.length:.4f} rad, {len(plan.gait.alpha)} corners, flyable {plan.report.flyable}"
+    )
 assert exact.loop is not None
-print(f"no loop through these waypoints in this order is shorter than {exact.loop.lower_bound:.4f} rad")
+print(
+    f"no loop through these waypoints in this order is shorter than {exact.loop.lower_bound:.4f} rad"
+)
 
 # %%
 # With a wall across the region there is no loop, and the refusal states which waypoints are separated, and by what.
@@ -40,7 +46,11 @@ ax = plots.singular_value_map()
 for polygon in (cable, post):
     ax.fill(*np.transpose(polygon), facecolor="none", edgecolor="white", hatch="///")
 for plan, style in ((grid, "--"), (exact, "-")):
-    ax.plot(*np.vstack([plan.gait.alpha, plan.gait.alpha[:1]])[:, :2].T, style, color="white")
+    ax.plot(
+        *np.vstack([plan.gait.alpha, plan.gait.alpha[:1]])[:, :2].T,
+        style,
+        color="white",
+    )
 ax.plot(*np.transpose(waypoints), "o", color="white", markersize=4)
 ax.set(xlim=(-np.pi / 2, 0.4), ylim=(-0.4, np.pi / 2))
 plt.gcf().set_size_inches(6.4, 5.2)

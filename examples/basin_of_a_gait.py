@@ -11,7 +11,9 @@ import matplotlib.pyplot as plt
 import gaitgraph as gg
 from gaitgraph import plots
 
-gait = gg.plan_loop([("-pi/8", "pi/8"), ("-pi/8", "3pi/8"), ("-3pi/8", "3pi/8"), ("-3pi/8", "pi/8")]).gait
+gait = gg.plan_loop(
+    [("-pi/8", "pi/8"), ("-pi/8", "3pi/8"), ("-3pi/8", "3pi/8"), ("-3pi/8", "pi/8")]
+).gait
 timed = gait.parametrize(1.0)
 
 # %%
@@ -20,7 +22,9 @@ timed = gait.parametrize(1.0)
 
 (mass,) = gait.vehicle.require("mass", purpose="a share of the weight")
 settings = gg.FlightSettings(thrust_limit=mass * gait.vehicle.gravity)
-red, biased = gg.basins_of(timed, biases=[1.0, 0.8], settings=settings, resolution=4, extent="70deg")
+red, biased = gg.basins_of(
+    timed, biases=[1.0, 0.8], settings=settings, resolution=4, extent="70deg"
+)
 for basin in (red, biased):
     print(basin)
 

@@ -11,7 +11,12 @@ import numpy as np
 import gaitgraph as gg
 from gaitgraph import plots
 
-waypoints = [("3pi/8", "-3pi/8"), ("3pi/8", "-pi/8"), ("pi/8", "-pi/8"), ("pi/8", "-3pi/8")]
+waypoints = [
+    ("3pi/8", "-3pi/8"),
+    ("3pi/8", "-pi/8"),
+    ("pi/8", "-pi/8"),
+    ("pi/8", "-3pi/8"),
+]
 
 # %%
 # The worst case of the best loop through the waypoints themselves, and within 0.1 and 0.2 rad of them.
@@ -21,13 +26,17 @@ found = {}
 for radius in (0.0, 0.1, 0.2):
     found[radius] = gg.optimal_gait(waypoints, radius=radius, sign="negative")
     best = found[radius]
-    print(f"radius {radius}: least singular value {best.value:.3f}, at most {best.bound:.3f}, {best.effort:.2f} rad²/s")
+    print(
+        f"radius {radius}: least singular value {best.value:.3f}, at most {best.bound:.3f}, {best.effort:.2f} rad²/s"
+    )
 
 # %%
 # The least tilting within 0.1 rad. No smooth loop needs less than the squared length of the shortest polygon through
 # the discs, in four dimensions, over the period.
 
-calm = gg.optimal_gait(waypoints, radius=0.1, objective="tilt_rate", sign="negative", period=2.0)
+calm = gg.optimal_gait(
+    waypoints, radius=0.1, objective="tilt_rate", sign="negative", period=2.0
+)
 print(f"effort {calm.value:.2f} rad²/s, of any loop at least {calm.bound:.2f}")
 
 # %%
@@ -39,9 +48,17 @@ print(gg.validate(calm.table(samples=100)).flyable)
 # Both on the map of the least singular value: the discs, and the loops that pass them.
 
 ax = plots.singular_value_map()
-for name, best in (("most robust, 0.2 rad", found[0.2]), ("least effort, 0.1 rad", calm)):
+for name, best in (
+    ("most robust, 0.2 rad", found[0.2]),
+    ("least effort, 0.1 rad", calm),
+):
     ax.plot(*best.gait.alpha[:, :2].T, label=name)
 for center, size in zip(found[0.2].waypoints, found[0.2].radius, strict=True):
     turn = np.linspace(0, 2 * np.pi, 73)
-    ax.plot(center[0] + size * np.cos(turn), center[1] + size * np.sin(turn), color="black", linewidth=0.7)
+    ax.plot(
+        center[0] + size * np.cos(turn),
+        center[1] + size * np.sin(turn),
+        color="black",
+        linewidth=0.7,
+    )
 ax.legend(loc="upper left", fontsize="small")

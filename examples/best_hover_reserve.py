@@ -16,7 +16,9 @@ import numpy.typing as npt
 import gaitgraph as gg
 from gaitgraph import plots
 
-still = gg.FlightSettings(duration=1.0, servo_lag=0.0)  # the arms follow the gait exactly
+still = gg.FlightSettings(
+    duration=1.0, servo_lag=0.0
+)  # the arms follow the gait exactly
 
 
 def square(center: float, side: float = math.pi / 4) -> npt.NDArray[np.float64]:
@@ -27,7 +29,9 @@ def square(center: float, side: float = math.pi / 4) -> npt.NDArray[np.float64]:
 
 def largest(corners: npt.NDArray[np.float64], vehicle: gg.Vehicle) -> float:
     """Return the largest hover thrust along a loop, in quarters of the weight; infinite where a rotor would idle."""
-    points = np.vstack([np.linspace(a, b, 41) for a, b in pairwise([*corners, corners[0]])])
+    points = np.vstack(
+        [np.linspace(a, b, 41) for a, b in pairwise([*corners, corners[0]])]
+    )
     shares = gg.invertibility.hover_thrust_shares(points[:, [0, 1, 0, 1]], vehicle)
     return 4 * float(shares.max()) if shares.min() > 0 else math.inf
 
@@ -44,8 +48,12 @@ for name, mirror in (("paper", 1), ("beetle_omni", -1)):
     mass, gravity = strong.require("mass", "gravity", purpose="a quarter of the weight")
     vehicle = strong.replace(max_thrust=2.4 * mass * gravity / 4)
     corners = mirror * square(math.pi / 4)
-    print(f"{name}: {gg.fly(gg.lift(corners, 'red', vehicle=vehicle).parametrize(1.0), settings=still).reason}")
-    best = gg.optimal_gait(corners, radius=0.2, objective="hover_reserve", vehicle=vehicle, pieces=24)
+    print(
+        f"{name}: {gg.fly(gg.lift(corners, 'red', vehicle=vehicle).parametrize(1.0), settings=still).reason}"
+    )
+    best = gg.optimal_gait(
+        corners, radius=0.2, objective="hover_reserve", vehicle=vehicle, pieces=24
+    )
     assert best.value is not None
     assert best.bound is not None
     needed, bound = 2.4 - 4 * best.value, 2.4 - 4 * best.bound
@@ -64,7 +72,11 @@ for name, mirror in (("paper", 1), ("beetle_omni", -1)):
     before = gg.lift(corners, "red", vehicle=strong)
     compared = (before.parametrize(1.0), along, moved.parametrize(1.0))
     flown[name] = [gg.fly(one, attitude=(0, 0), settings=still) for one in compared]
-    for what, flight in zip(("Gait 4", "within 0.2 rad", f"moved to {center:.3f} rad"), flown[name], strict=True):
+    for what, flight in zip(
+        ("Gait 4", "within 0.2 rad", f"moved to {center:.3f} rad"),
+        flown[name],
+        strict=True,
+    ):
         print(
             f"  {what}: peak in flight {flight.peak_thrust_share:.3f} quarters, "
             f"least singular value {flight.least_singular_value:.3f}"
@@ -75,10 +87,24 @@ for name, mirror in (("paper", 1), ("beetle_omni", -1)):
 
 figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4.6), layout="constrained")
 plots.regions_map(ax=left)
-for name, flight, style in zip(("Gait 4", "within 0.2 rad", "moved"), flown["paper"], ("k--", "r-", "b-"), strict=True):
+for name, flight, style in zip(
+    ("Gait 4", "within 0.2 rad", "moved"),
+    flown["paper"],
+    ("k--", "r-", "b-"),
+    strict=True,
+):
     left.plot(flight.column("alpha1"), flight.column("alpha2"), style)
-    mass, gravity = flight.vehicle.require("mass", "gravity", purpose="a quarter of the weight")
-    right.plot(flight.column("t"), 4 * flight.thrusts.max(axis=1) / (mass * gravity), style, label=name)
+    mass, gravity = flight.vehicle.require(
+        "mass", "gravity", purpose="a quarter of the weight"
+    )
+    right.plot(
+        flight.column("t"),
+        4 * flight.thrusts.max(axis=1) / (mass * gravity),
+        style,
+        label=name,
+    )
 right.axhline(2.4, color="black", linestyle="dotted", linewidth=0.8)
-right.set(xlabel="t [s]", ylabel="largest thrust [quarter of the weight]", ylim=(0.9, None))
+right.set(
+    xlabel="t [s]", ylabel="largest thrust [quarter of the weight]", ylim=(0.9, None)
+)
 right.legend()

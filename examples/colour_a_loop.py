@@ -12,10 +12,29 @@ import gaitgraph as gg
 from gaitgraph import plots
 
 loops = {
-    "Gait 1": [(5 * pi / 16, pi / 8), (5 * pi / 16, 3 * pi / 8), (pi / 16, 3 * pi / 8), (pi / 16, pi / 8)],
-    "Gaits 2 and 3": [(3 * pi / 8, -3 * pi / 8), (3 * pi / 8, -pi / 8), (pi / 8, -pi / 8), (pi / 8, -3 * pi / 8)],
-    "Gait 4": [(-pi / 8, pi / 8), (-pi / 8, 3 * pi / 8), (-3 * pi / 8, 3 * pi / 8), (-3 * pi / 8, pi / 8)],
-    "where the planes cross": [(pi / 16, -pi / 16), (pi / 8, -pi / 8), (3 * pi / 16, -pi / 8)],
+    "Gait 1": [
+        (5 * pi / 16, pi / 8),
+        (5 * pi / 16, 3 * pi / 8),
+        (pi / 16, 3 * pi / 8),
+        (pi / 16, pi / 8),
+    ],
+    "Gaits 2 and 3": [
+        (3 * pi / 8, -3 * pi / 8),
+        (3 * pi / 8, -pi / 8),
+        (pi / 8, -pi / 8),
+        (pi / 8, -3 * pi / 8),
+    ],
+    "Gait 4": [
+        (-pi / 8, pi / 8),
+        (-pi / 8, 3 * pi / 8),
+        (-3 * pi / 8, 3 * pi / 8),
+        (-3 * pi / 8, pi / 8),
+    ],
+    "where the planes cross": [
+        (pi / 16, -pi / 16),
+        (pi / 8, -pi / 8),
+        (3 * pi / 16, -pi / 8),
+    ],
 }
 
 # %%
@@ -36,7 +55,10 @@ for name, loop in loops.items():
 # %%
 # Colourings are listed as they are asked for, and counted without being listed.
 
-print(gg.colorings([(pi / 16, -pi / 16)] * 100).count, "for 100 points that are all (?,?): 2 to the power of 100")
+print(
+    gg.colorings([(pi / 16, -pi / 16)] * 100).count,
+    "for 100 points that are all (?,?): 2 to the power of 100",
+)
 
 # %%
 # Blue has R > 0 left of α1 = 2δ − π/2, and red above the diagonal. So no color has R < 0 at both points; the obstacle

@@ -10,7 +10,9 @@ import matplotlib.pyplot as plt
 import gaitgraph as gg
 from gaitgraph import plots
 
-gait = gg.plan_loop([("-pi/8", "pi/8"), ("-pi/8", "3pi/8"), ("-3pi/8", "3pi/8"), ("-3pi/8", "pi/8")]).gait
+gait = gg.plan_loop(
+    [("-pi/8", "pi/8"), ("-pi/8", "3pi/8"), ("-3pi/8", "3pi/8"), ("-3pi/8", "pi/8")]
+).gait
 
 # %%
 # How well the matrix can be inverted on the red sheet, with the gait on it. R = 0 on the black curves.
@@ -33,5 +35,7 @@ plots.gait_loop(gait, ax=plots.regions_map(ax=right))
 # The figures of the paper, and two that it lacks, are written by their names. Without ``force`` a file that exists is
 # refused; the same call gives the same bytes.
 
-for path in plots.write_figures("figures", only=["15", "regions"], formats=["svg"], force=True):
+for path in plots.write_figures(
+    "figures", only=["15", "regions"], formats=["svg"], force=True
+):
     print(path.name)

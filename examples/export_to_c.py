@@ -9,7 +9,9 @@ from pathlib import Path
 
 import gaitgraph as gg
 
-gait = gg.lift([(1.178, -1.178), (1.178, -0.393), (0.393, -0.393), (0.393, -1.178)], "red")
+gait = gg.lift(
+    [(1.178, -1.178), (1.178, -0.393), (0.393, -0.393), (0.393, -1.178)], "red"
+)
 
 # %%
 # Rows are joined by cubics. The header states the error, which helps to choose the number of rows.

@@ -24,7 +24,9 @@ print(flight)
 # The gait again with α3 and α4 scaled by 0.8: off the surfaces, but physics does not forbid it.
 
 biased = gg.fly(red.biased(0.8).parametrize(period=1.0))
-print(f"biased by 0.8: {biased.peak_thrust_share:.2f} shares, least singular value {biased.least_singular_value:.3f}")
+print(
+    f"biased by 0.8: {biased.peak_thrust_share:.2f} shares, least singular value {biased.least_singular_value:.3f}"
+)
 
 # %%
 # The blue sheet through the same corners is Gait 2 of the paper. Its matrix is singular but for rounding, so it is
@@ -41,7 +43,9 @@ print(anyway.reason)
 
 panels = ("attitude", "thrusts", "singular_value")
 axes = plt.figure(figsize=(13, 6), layout="constrained").subplots(3, 3)
-for column, one, name in zip(axes.T, (flight, biased, anyway), ("red", "biased by 0.8", "blue"), strict=True):
+for column, one, name in zip(
+    axes.T, (flight, biased, anyway), ("red", "biased by 0.8", "blue"), strict=True
+):
     plots.plot_flight(one, axes=column, panels=panels)[0].set_title(name, pad=26)
     column[1].get_legend().remove()  # wider than a column; curves are rotors 1 to 4
 

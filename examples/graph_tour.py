@@ -26,14 +26,24 @@ plots.type_map("negative")
 # %%
 # An edge obeys Figure 15. Where it leaves the sheets it states the jump; no valid gait uses it.
 
-jumps = [(a, b, data["jump"]) for a, b, data in graph.edges(data=True) if not data["continuous"]]
-print(f"{len(jumps)} edges obey Figure 15 but jump, the least by {min(jump for *_, jump in jumps):.4f} rad")
+jumps = [
+    (a, b, data["jump"])
+    for a, b, data in graph.edges(data=True)
+    if not data["continuous"]
+]
+print(
+    f"{len(jumps)} edges obey Figure 15 but jump, the least by {min(jump for *_, jump in jumps):.4f} rad"
+)
 
 # %%
 # The flyable part is connected, and all red.
 
-flyable = graph.edge_subgraph([(a, b) for a, b, data in graph.edges(data=True) if data["flyable"]])
-print(f"{nx.number_connected_components(flyable)} flyable component of {len(flyable)} nodes")
+flyable = graph.edge_subgraph(
+    [(a, b) for a, b, data in graph.edges(data=True) if data["flyable"]]
+)
+print(
+    f"{nx.number_connected_components(flyable)} flyable component of {len(flyable)} nodes"
+)
 print({color for _, color in flyable.nodes(data="color")})
 
 # %%
@@ -46,7 +56,11 @@ print(nx.dijkstra_path(flyable, (12, 2, "red"), (10, 6, "red"), weight="length")
 
 graph.remove_nodes_from([(12, 6, "red"), (12, 6, "blue")])
 gg.validate_graph(graph)
-walk = gg.graph.closed_walk(graph, [[(14, 6, "red")], [(10, 6, "red")], [(12, 2, "red")]], use="flyable")
+walk = gg.graph.closed_walk(
+    graph, [[(14, 6, "red")], [(10, 6, "red")], [(12, 2, "red")]], use="flyable"
+)
 assert isinstance(walk, ClosedWalk)  # otherwise it names the leg that blocks it
 gait = gait_along(graph, walk.nodes).merged()
-print(f"around the missing node: {gait.length:.3f} rad, flyable {gg.validate(gait).flyable}")
+print(
+    f"around the missing node: {gait.length:.3f} rad, flyable {gg.validate(gait).flyable}"
+)

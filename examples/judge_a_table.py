@@ -31,13 +31,17 @@ print(report)
 print("first reason:", report.reason)
 place = report["on_surface"].where
 if place:
-    print(f"row {place['row']}, {place['fraction']:.2f} of the segment to the next, t = {place['t']:.3f} s")
+    print(
+        f"row {place['row']}, {place['fraction']:.2f} of the segment to the next, t = {place['t']:.3f} s"
+    )
 
 # %%
 # The correct values are among the roots above (α1, α2) of row 2.
 
 for root in gg.roots(1.178, -0.393, coefficients=gg.invertibility.coefficients_of()):
-    print(f"{root.color:5}{root.types}  α3 = {root.alpha3:+.3f}, α4 = {root.alpha4:+.3f}, R = {root.R:+.4f}")
+    print(
+        f"{root.color:5}{root.types}  α3 = {root.alpha3:+.3f}, α4 = {root.alpha4:+.3f}, R = {root.R:+.4f}"
+    )
 
 # %%
 # With the red one the table is valid, and flyable.

@@ -11,7 +11,9 @@ import numpy as np
 
 import gaitgraph as gg
 
-gait = gg.lift([(1.178, -1.178), (1.178, -0.393), (0.393, -0.393), (0.393, -1.178)], "red")
+gait = gg.lift(
+    [(1.178, -1.178), (1.178, -0.393), (0.393, -0.393), (0.393, -1.178)], "red"
+)
 limits = gg.Limits(rate="300deg", acceleration=60.0)
 
 # %%

@@ -10,7 +10,12 @@ from itertools import islice
 import gaitgraph as gg
 from gaitgraph import plots
 
-square = [("pi/8", "-3pi/8"), ("3pi/8", "-3pi/8"), ("3pi/8", "-pi/8"), ("pi/8", "-pi/8")]
+square = [
+    ("pi/8", "-3pi/8"),
+    ("3pi/8", "-3pi/8"),
+    ("3pi/8", "-pi/8"),
+    ("pi/8", "-pi/8"),
+]
 
 # %%
 # The graph of a region, R < 0. Cycles come one by one, the shortest first, each with its verdict.
@@ -25,4 +30,6 @@ for cycle in islice(found, 3):
 # %%
 # Count the rest. ``complete`` states whether the search found all of them before its effort ran out.
 
-print(f"{3 + sum(1 for _ in found)} flyable cycles up to 0.8 rad in the square, all of them: {found.complete}")
+print(
+    f"{3 + sum(1 for _ in found)} flyable cycles up to 0.8 rad in the square, all of them: {found.complete}"
+)

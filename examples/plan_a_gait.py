@@ -12,7 +12,9 @@ from gaitgraph import plots
 # Waypoints are numbers in radians or texts such as "3pi/8" and "67.5deg". The loop passes them in order and comes
 # back to the first. The answer prints its corners, its verdict, and each check.
 
-plan = gg.plan_loop([("3pi/8", "-3pi/8"), ("3pi/8", "-pi/8"), ("pi/8", "-pi/8"), ("pi/8", "-3pi/8")])
+plan = gg.plan_loop(
+    [("3pi/8", "-3pi/8"), ("3pi/8", "-pi/8"), ("pi/8", "-pi/8"), ("pi/8", "-3pi/8")]
+)
 print(plan)
 
 # %%
@@ -30,7 +32,13 @@ plots.gait_loop(gait, ax=plots.regions_map())
 # Other loops through the same waypoints are alternatives, with their own verdicts.
 
 for other in plan.alternatives:
-    print(other.color, other.sign, "valid" if other.report.valid else "not valid", "·", other.report.reason)
+    print(
+        other.color,
+        other.sign,
+        "valid" if other.report.valid else "not valid",
+        "·",
+        other.report.reason,
+    )
 
 # %%
 # A timing law maps time to position along it. The vertices are those that the paper prints, equations (16) to (19).

@@ -11,7 +11,9 @@ import numpy as np
 import gaitgraph as gg
 from gaitgraph import plots
 
-gait = gg.plan_loop([("3pi/8", "-3pi/8"), ("3pi/8", "-pi/8"), ("pi/8", "-pi/8"), ("pi/8", "-3pi/8")]).gait
+gait = gg.plan_loop(
+    [("3pi/8", "-3pi/8"), ("3pi/8", "-pi/8"), ("pi/8", "-pi/8"), ("pi/8", "-3pi/8")]
+).gait
 
 # %%
 # On the surfaces the margin is 90° in every direction, which is their purpose. Equations (12) to (15) of the paper
@@ -27,7 +29,9 @@ print(report)
 worst = report.sweep[-1]
 if worst.direction:
     roll, pitch = np.degrees(worst.direction)
-    print(f"at {np.round(worst.where.alpha, 3)} towards roll {roll:.1f}°, pitch {pitch:.1f}°")
+    print(
+        f"at {np.round(worst.where.alpha, 3)} towards roll {roll:.1f}°, pitch {pitch:.1f}°"
+    )
 
 # %%
 # The roll–pitch diagram, as in Figures 18 to 22 of the paper: thin lines are singular attitudes at times of the period,
@@ -45,7 +49,13 @@ part = [100 * one.acceptable.fraction for one in sweep]
 
 figure, left = plt.subplots(figsize=(6, 3.5), layout="constrained")
 left.plot(eta, margin, "o-", color="black", label="least tilt margin [°]")
-left.plot(eta, part, "s--", color="tab:red", label="acceptable part of the roll–pitch diagram [%]")
+left.plot(
+    eta,
+    part,
+    "s--",
+    color="tab:red",
+    label="acceptable part of the roll–pitch diagram [%]",
+)
 left.set_xlabel("η")
 left.set_ylim(0, 105)
 left.legend()

@@ -8,7 +8,9 @@ one servo mounted the other way round, and takes pulse widths over milliseconds.
 
 import gaitgraph as gg
 
-plan = gg.plan_loop([("3pi/8", "-3pi/8"), ("3pi/8", "-pi/8"), ("pi/8", "-pi/8"), ("pi/8", "-3pi/8")])
+plan = gg.plan_loop(
+    [("3pi/8", "-3pi/8"), ("3pi/8", "-pi/8"), ("pi/8", "-pi/8"), ("pi/8", "-3pi/8")]
+)
 table = gg.timing.table_of(plan.gait.parametrize(period=2.0, samples=8))
 
 # %%
@@ -38,4 +40,6 @@ for name, values in mapped.columns.items():
 
 gg.io.write_tables(mapped, ["servos.csv"], force=True)
 error = abs(gg.read_table("servos.csv").alpha - table.alpha).max()
-print(f"read back to {'1e-12' if error < 1e-12 else error} rad; flyable {gg.validate('servos.csv').flyable}")
+print(
+    f"read back to {'1e-12' if error < 1e-12 else error} rad; flyable {gg.validate('servos.csv').flyable}"
+)

@@ -11,9 +11,24 @@ from math import pi
 import gaitgraph as gg
 from gaitgraph import plots
 
-square = [(3 * pi / 8, -3 * pi / 8), (3 * pi / 8, -pi / 8), (pi / 8, -pi / 8), (pi / 8, -3 * pi / 8)]
-first = [(5 * pi / 16, pi / 8), (5 * pi / 16, 3 * pi / 8), (pi / 16, 3 * pi / 8), (pi / 16, pi / 8)]
-fourth = [(-pi / 8, pi / 8), (-pi / 8, 3 * pi / 8), (-3 * pi / 8, 3 * pi / 8), (-3 * pi / 8, pi / 8)]
+square = [
+    (3 * pi / 8, -3 * pi / 8),
+    (3 * pi / 8, -pi / 8),
+    (pi / 8, -pi / 8),
+    (pi / 8, -3 * pi / 8),
+]
+first = [
+    (5 * pi / 16, pi / 8),
+    (5 * pi / 16, 3 * pi / 8),
+    (pi / 16, 3 * pi / 8),
+    (pi / 16, pi / 8),
+]
+fourth = [
+    (-pi / 8, pi / 8),
+    (-pi / 8, 3 * pi / 8),
+    (-3 * pi / 8, 3 * pi / 8),
+    (-3 * pi / 8, pi / 8),
+]
 gaits = {
     "Gait 1": gg.lift(first, "blue"),
     "Gait 2": gg.lift(square, "blue"),
@@ -36,7 +51,9 @@ for gait in gaits.values():
 
 for name, gait in gaits.items():
     report = gg.validate(gait)
-    print(f"{name}: valid {report.valid}, flyable {report.flyable}, from hover {report.reachable_from_hover}")
+    print(
+        f"{name}: valid {report.valid}, flyable {report.flyable}, from hover {report.reachable_from_hover}"
+    )
     print(f"        {report.reason or 'nothing against it'}")
 
 # %%
@@ -45,5 +62,7 @@ for name, gait in gaits.items():
 
 sign = gg.validate(gaits["Gait 2"])["R_sign"]
 print(sign.mark, f"R nearest to 0 is {sign.value:.1e}; its error {sign.limit:.1e}")
-exact = gg.lift(square, "blue", coefficients=gg.invertibility.coefficients_of(kind="exact"))
+exact = gg.lift(
+    square, "blue", coefficients=gg.invertibility.coefficients_of(kind="exact")
+)
 print("with exact coefficients: valid", gg.validate(exact).valid)

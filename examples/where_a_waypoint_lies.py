@@ -16,15 +16,24 @@ import gaitgraph as gg
 for sign in ("positive", "negative"):
     for part in gg.surface.sign_region(sign).components:
         inside = part.representative_point()
-        print(f"R {sign}, signs {gg.surface.red_label(inside.x, inside.y)}, area {part.area:.4f} rad²")
+        print(
+            f"R {sign}, signs {gg.surface.red_label(inside.x, inside.y)}, area {part.area:.4f} rad²"
+        )
 
 # %%
 # The flyable region: R has one sign, the least singular value is above its floor, all rotors push up in hover, and a
 # keep-out polygon is left out.
 
-zones = gg.surface.Zones(keep_out=[[(0.5, -1.0), (0.8, -1.0), (0.8, -0.7), (0.5, -0.7)]])
+zones = gg.surface.Zones(
+    keep_out=[[(0.5, -1.0), (0.8, -1.0), (0.8, -0.7), (0.5, -0.7)]]
+)
 region = gg.admissible_region(gg.PAPER, zones=zones)
-print("\n".join(f"component {k}: {part.area:.4f} rad²" for k, part in enumerate(region.components)))
+print(
+    "\n".join(
+        f"component {k}: {part.area:.4f} rad²"
+        for k, part in enumerate(region.components)
+    )
+)
 
 # %%
 # Two waypoints can be joined if one component holds both, around the keep-out if need be.

@@ -30,7 +30,9 @@ for kappa in kappas:
     number = positive.component_of((0.0, 0.0))
     reached = shapely.Polygon() if number is None else positive.components[number]
     margin = 0.0 if number is None else reached.boundary.distance(shapely.Point(0, 0))
-    light = reached.intersection(gg.surface.thrust_region(0.4, vehicle, accuracy=1e-4).inner).area
+    light = reached.intersection(
+        gg.surface.thrust_region(0.4, vehicle, accuracy=1e-4).inner
+    ).area
     areas.append((positive.area, negative.area, reached.area))
     margins.append(margin)
     maps[kappa] = (positive.components, negative.components, (reached,))
@@ -43,14 +45,18 @@ for kappa in kappas:
 # most, so that nothing is reached where κ < 0.025.
 
 for kappa in (0.0249, 0.0251):
-    value = gg.invertibility.least_singular_value([0, 0, 0, 0], gg.Vehicle(drag_ratio=kappa))
+    value = gg.invertibility.least_singular_value(
+        [0, 0, 0, 0], gg.Vehicle(drag_ratio=kappa)
+    )
     print(f"κ = {kappa}: least singular value {value:.4f} at α = 0")
 
 # %%
 # The regions for three vehicles; the cross is hover. Both signs of R have the same area, to the third digit.
 
 colors = {"R > 0": "#f0c020", "R < 0": "#a9a9bd", "reached from hover": "#e0762e"}
-figure, axes = plt.subplots(1, 4, figsize=(13, 3.6), layout="constrained", width_ratios=(1.2, 1, 1, 1))
+figure, axes = plt.subplots(
+    1, 4, figsize=(13, 3.6), layout="constrained", width_ratios=(1.2, 1, 1, 1)
+)
 for ax, kappa in zip(axes[1:], (0.05, gg.PAPER.drag_ratio, 1.0), strict=True):
     for shapes, color in zip(maps[kappa], colors.values(), strict=True):
         for shape in shapes:
@@ -59,9 +65,20 @@ for ax, kappa in zip(axes[1:], (0.05, gg.PAPER.drag_ratio, 1.0), strict=True):
     plots.plane_axes(ax, r"\alpha_1", r"\alpha_2", grid=False)
     ax.set_title(f"κ = {kappa:.3g}")
 for (name, color), area in zip(colors.items(), np.transpose(areas), strict=True):
-    axes[0].semilogx(kappas, area, "--" if name == "R < 0" else "-", color=color, label=f"{name} [rad²]")
+    axes[0].semilogx(
+        kappas,
+        area,
+        "--" if name == "R < 0" else "-",
+        color=color,
+        label=f"{name} [rad²]",
+    )
 axes[0].semilogx(kappas, margins, "k:", label="margin around α = 0 [rad]")
 ticks = (0.02, 0.05, 0.1, 0.2, 0.5, 1)
-axes[0].set(xlabel="κ", ylim=(0, None), xticks=ticks, xticklabels=[f"{tick:g}" for tick in ticks])
+axes[0].set(
+    xlabel="κ",
+    ylim=(0, None),
+    xticks=ticks,
+    xticklabels=[f"{tick:g}" for tick in ticks],
+)
 axes[0].minorticks_off()
 axes[0].legend(fontsize="small", loc="center left", bbox_to_anchor=(0.02, 0.45))

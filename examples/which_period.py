@@ -13,7 +13,9 @@ import numpy as np
 
 import gaitgraph as gg
 
-gait = gg.plan_loop([("3pi/8", "-3pi/8"), ("3pi/8", "-pi/8"), ("pi/8", "-pi/8"), ("pi/8", "-3pi/8")]).gait
+gait = gg.plan_loop(
+    [("3pi/8", "-3pi/8"), ("3pi/8", "-pi/8"), ("pi/8", "-pi/8"), ("pi/8", "-3pi/8")]
+).gait
 rate, lag = math.radians(300), 0.05
 
 # %%
@@ -23,7 +25,10 @@ limits = gg.Limits(rate=rate, acceleration=60.0)
 for name, pacing in (
     ("at rest in the corners", gg.least_period(gait, limits)),
     ("corners rounded by 2°", gg.least_period(gait, limits, rounding="2deg")),
-    ("at rest, and 2000 rad/s³", gg.least_period(gait, gg.Limits(rate=rate, acceleration=60.0, jerk=2000.0))),
+    (
+        "at rest, and 2000 rad/s³",
+        gg.least_period(gait, gg.Limits(rate=rate, acceleration=60.0, jerk=2000.0)),
+    ),
 ):
     print(f"least period {name}: {pacing.least:.3f} s")
 
@@ -33,7 +38,9 @@ for name, pacing in (
 
 for period in (2.0, 1.0, 0.5, 0.25):
     alike = gg.timing.servo_response(gait.parametrize(period), lag)
-    unlike = gg.timing.servo_response(gait.parametrize(period), [lag, lag, 1.2 * lag, lag])
+    unlike = gg.timing.servo_response(
+        gait.parametrize(period), [lag, lag, 1.2 * lag, lag]
+    )
     print(
         f"T = {period:4g} s: error {alike.peak().max():.3f} rad, off the sheet {alike.distance_off_sheet():.3f} rad, "
         f"with one slower servo {unlike.distance_off_sheet():.3f} rad, "
@@ -48,7 +55,10 @@ for period in (2.0, 1.0, 0.5, 0.25):
 
 settings = gg.FlightSettings(duration=3.0, servo_lag=lag, servo_rate=rate)
 quarter = 0.25 * 0.429 * 9.8  # of the weight of the paper's vehicle [N]
-flights = {period: gg.fly(gait.parametrize(period), settings=settings, anyway=True) for period in (2.0, 1.0, 0.5, 0.25)}
+flights = {
+    period: gg.fly(gait.parametrize(period), settings=settings, anyway=True)
+    for period in (2.0, 1.0, 0.5, 0.25)
+}
 for period, flight in flights.items():
     later = flight.column("t") >= 1.0
     span = np.ptp(flight.column("alpha1")[later])
@@ -60,12 +70,20 @@ for period, flight in flights.items():
 # %%
 # The loops that are flown after the first second, and the largest thrust.
 
-figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.8), layout="constrained", width_ratios=(1, 1.6))
+figure, (left, right) = plt.subplots(
+    1, 2, figsize=(9, 3.8), layout="constrained", width_ratios=(1, 1.6)
+)
 left.plot(*np.vstack([gait.alpha, gait.alpha[:1]])[:, :2].T, "k:", label="planned")
 for period, flight in flights.items():
     later = flight.column("t") >= 1.0
-    left.plot(flight.column("alpha1")[later], flight.column("alpha2")[later], label=f"T = {period:g} s")
+    left.plot(
+        flight.column("alpha1")[later],
+        flight.column("alpha2")[later],
+        label=f"T = {period:g} s",
+    )
     right.plot(flight.column("t"), flight.thrusts.max(axis=1) / quarter)
 left.set(xlabel="α1 [rad]", ylabel="α2 [rad]", aspect="equal")
-right.set(xlabel="t [s]", ylabel="largest thrust [quarter of the weight]", ylim=(0, None))
+right.set(
+    xlabel="t [s]", ylabel="largest thrust [quarter of the weight]", ylim=(0, None)
+)
 left.legend(fontsize="small", loc="center")

@@ -20,14 +20,22 @@ mine = gg.Vehicle(
     max_tilt_rate=5.0,
     max_thrust=9.0,
 )
-print(f"κ = {mine.drag_ratio:.3f}, δ = {gg.invertibility.coefficients_of(mine).delta:.4f} rad")
+print(
+    f"κ = {mine.drag_ratio:.3f}, δ = {gg.invertibility.coefficients_of(mine).delta:.4f} rad"
+)
 
 # %%
 # The coefficients of formula (1) are those of the vehicle, exact. The paper's four digits belong to its own vehicle.
 
 for vehicle in (gg.PAPER, mine):
     numbers = gg.invertibility.coefficients_of(vehicle, "exact")
-    print(f"{vehicle.name:6}", *(f"{value:8.4f}" for value in (numbers.attitude, numbers.single, numbers.double)))
+    print(
+        f"{vehicle.name:6}",
+        *(
+            f"{value:8.4f}"
+            for value in (numbers.attitude, numbers.single, numbers.double)
+        ),
+    )
 
 # %%
 # The first period is too short for its servos: the reason states the period that is long enough.

@@ -41,13 +41,20 @@ if TYPE_CHECKING:
         vehicle as vehicle,
     )
     from gaitgraph.certificates.making import certify as certify
-    from gaitgraph.errors import GaitgraphError as GaitgraphError, Infeasible as Infeasible, InputError as InputError
+    from gaitgraph.errors import (
+        GaitgraphError as GaitgraphError,
+        Infeasible as Infeasible,
+        InputError as InputError,
+    )
     from gaitgraph.flight.basins import basins_of as basins_of
     from gaitgraph.flight.flight import FlightSettings as FlightSettings
     from gaitgraph.flight.simulation import fly as fly
     from gaitgraph.gait.gait import Gait as Gait, lift as lift
     from gaitgraph.gait.table import Table as Table
-    from gaitgraph.graph.build import surface_graph as surface_graph, validate_graph as validate_graph
+    from gaitgraph.graph.build import (
+        surface_graph as surface_graph,
+        validate_graph as validate_graph,
+    )
     from gaitgraph.graph.cycle_list import cycles as cycles
     from gaitgraph.invertibility.matrices import Coefficients as Coefficients
     from gaitgraph.io.formats import gait_of as gait_of, read_table as read_table
@@ -62,10 +69,18 @@ if TYPE_CHECKING:
     from gaitgraph.surface.admissible import admissible_region as admissible_region
     from gaitgraph.surface.loop_colorings import colorings as colorings
     from gaitgraph.surface.sheets import roots as roots
-    from gaitgraph.timing.time_optimal import Limits as Limits, least_period as least_period, paced as paced
+    from gaitgraph.timing.time_optimal import (
+        Limits as Limits,
+        least_period as least_period,
+        paced as paced,
+    )
     from gaitgraph.timing.timed_gait import TimedGait as TimedGait, export as export
     from gaitgraph.validation.report import Report as Report
     from gaitgraph.validation.validating import validate as validate
-    from gaitgraph.vehicle import PAPER as PAPER, Vehicle as Vehicle, vehicle_named as vehicle_named
+    from gaitgraph.vehicle import (
+        PAPER as PAPER,
+        Vehicle as Vehicle,
+        vehicle_named as vehicle_named,
+    )
 else:
     __getattr__, __dir__ = lazy_names(__name__)

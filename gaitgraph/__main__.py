@@ -15,11 +15,15 @@ if TYPE_CHECKING:
 
 def main() -> None:
     """Run the command line."""
-    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # it may be ignored, as in the background
+    if (
+        signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    ):  # it may be ignored, as in the background
         signal.signal(signal.SIGINT, _interrupt)
     from gaitgraph.cli import main as run
 
-    atexit.register(gc.freeze)  # at the end of the process nothing need be searched for cycles
+    atexit.register(
+        gc.freeze
+    )  # at the end of the process nothing need be searched for cycles
     run()
 
 

@@ -28,9 +28,13 @@ def lazy_modules(package: str) -> dict[str, str]:
     found = {}
     for node in block.body:
         if not isinstance(node, ast.ImportFrom):
-            raise TypeError(f"{package}: the block of public names must hold imports only")
+            raise TypeError(
+                f"{package}: the block of public names must hold imports only"
+            )
         for name in node.names:
-            found[name.name] = f"{package}.{name.name}" if node.module == package else str(node.module)
+            found[name.name] = (
+                f"{package}.{name.name}" if node.module == package else str(node.module)
+            )
     return found
 
 
@@ -38,7 +42,11 @@ def lazy_names(package: str) -> tuple[Callable[[str], Any], Callable[[], list[st
     """Return the ``__getattr__`` and the ``__dir__`` of a package whose names are loaded on first use."""
 
     def public() -> list[str]:  # what __all__ has, which __getattr__ gives
-        return sorted(name for name, module in lazy_modules(package).items() if module != f"{package}.{name}")
+        return sorted(
+            name
+            for name, module in lazy_modules(package).items()
+            if module != f"{package}.{name}"
+        )
 
     def getattr_(name: str) -> Any:
         if name == "__all__":

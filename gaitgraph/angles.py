@@ -38,11 +38,19 @@ def angle_from_text(value: object, name: str = "angle") -> float:
     -1.1780972450961724
     """
     angle = math.nan if isinstance(value, str) else number_of(value)
-    text = value.strip().replace("−", "-") if isinstance(value, str) and len(value) <= _LONGEST else ""
+    text = (
+        value.strip().replace("−", "-")
+        if isinstance(value, str) and len(value) <= _LONGEST
+        else ""
+    )
     if match := _ANGLE.fullmatch(text):
         sign, plain, unit, factor, divisor = match.groups()
         if plain:
-            angle = math.radians(float(plain)) if (unit or "").lower() in ("deg", "°") else float(plain)
+            angle = (
+                math.radians(float(plain))
+                if (unit or "").lower() in ("deg", "°")
+                else float(plain)
+            )
         elif part := float(divisor or 1):
             angle = float(factor or 1) * math.pi / part
         angle = -angle if sign == "-" else angle
@@ -60,21 +68,37 @@ def in_degrees(value: object) -> str:
     """
     text = value.strip() if isinstance(value, str) else f"{number_of(value):g}"
     is_plain = re.fullmatch(rf"[+−-]?{_NUMBER}", text, re.ASCII)
-    return f"; for degrees write '{text}deg'" if is_plain and 2 <= float(text.strip("+−-")) <= 360 else ""
+    return (
+        f"; for degrees write '{text}deg'"
+        if is_plain and 2 <= float(text.strip("+−-")) <= 360
+        else ""
+    )
 
 
-def angle_within(value: object, name: str, limit: float = HALF_PI, *, least: float | None = None) -> float:
+def angle_within(
+    value: object, name: str, limit: float = HALF_PI, *, least: float | None = None
+) -> float:
     """Return the angle that a number or a text means; InputError unless it is within ±limit, or from `least` to it.
 
     >>> angle_within("30", "alpha1")
     Traceback (most recent call last):
     gaitgraph.errors.InputError: alpha1 must be within ±π/2 rad, got '30'; for degrees write '30deg'
     """
-    angle = value if type(value) is float and abs(value) <= limit else angle_from_text(value, name)
+    angle = (
+        value
+        if type(value) is float and abs(value) <= limit
+        else angle_from_text(value, name)
+    )
     if not (-limit if least is None else least) <= angle <= limit:
         most = text_from_angle(limit)
-        allowed = f"within ±{most} rad" if least is None else f"an angle from {least:g} to {most} rad"
-        raise InputError(f"{name} must be {allowed}, got {shown(value)}{in_degrees(value)}")
+        allowed = (
+            f"within ±{most} rad"
+            if least is None
+            else f"an angle from {least:g} to {most} rad"
+        )
+        raise InputError(
+            f"{name} must be {allowed}, got {shown(value)}{in_degrees(value)}"
+        )
     return angle
 
 
@@ -91,9 +115,13 @@ def angles_from(values: Any, name: str = "angles") -> Any:
         if numbers.dtype.kind in "fiu":
             return np.asarray(numbers, dtype=float)
         given = np.asarray(values, dtype=object)
-        return np.array([angle_from_text(one, name) for one in given.flat]).reshape(given.shape)
+        return np.array([angle_from_text(one, name) for one in given.flat]).reshape(
+            given.shape
+        )
     except ValueError as error:  # of numpy for rows of different lengths
-        allowed = "finite numbers in radians, or texts such as '3pi/8', in rows of one length"
+        allowed = (
+            "finite numbers in radians, or texts such as '3pi/8', in rows of one length"
+        )
         raise InputError(f"{name} must be {allowed}, got {shown(values)}") from error
 
 
@@ -108,7 +136,9 @@ def number_of(value: object) -> float:
     if getattr(value, "ndim", None) == 0 and hasattr(value, "item"):
         value = value.item()
     # Decimal is a Number that is neither real nor complex.
-    real = isinstance(value, Real) or (isinstance(value, Number) and not isinstance(value, Complex))
+    real = isinstance(value, Real) or (
+        isinstance(value, Number) and not isinstance(value, Complex)
+    )
     if isinstance(value, bool) or not real:
         return math.nan
     try:
@@ -118,7 +148,12 @@ def number_of(value: object) -> float:
 
 
 def checked_number(
-    name: str, value: object, allowed: str = "a finite number ≥ 0", *, above: bool = False, most: float = math.inf
+    name: str,
+    value: object,
+    allowed: str = "a finite number ≥ 0",
+    *,
+    above: bool = False,
+    most: float = math.inf,
 ) -> float:
     """Return a finite number from 0, which `above` excludes, to `most`, or raise InputError with what is `allowed`.
 
@@ -143,7 +178,9 @@ def whole_number(name: str, value: object, low: int, high: int) -> int:
         or math.isnan(number_of(value))
         or not low <= int(value) <= high
     ):
-        raise InputError(f"{name} must be a whole number from {low} to {high}, got {shown(value)}")
+        raise InputError(
+            f"{name} must be a whole number from {low} to {high}, got {shown(value)}"
+        )
     return int(value)
 
 
@@ -160,7 +197,11 @@ def text_from_angle(angle: float) -> str:
         return "0"
     divisor = 32 // math.gcd(abs(whole), 32)
     factor = whole * divisor // 32
-    return {1: "", -1: "-"}.get(factor, str(factor)) + "π" + (f"/{divisor}" if divisor > 1 else "")
+    return (
+        {1: "", -1: "-"}.get(factor, str(factor))
+        + "π"
+        + (f"/{divisor}" if divisor > 1 else "")
+    )
 
 
 def figure(number: float) -> str:

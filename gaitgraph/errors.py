@@ -57,7 +57,11 @@ def shown(value: object) -> str:
     try:
         text = " ".join(line.strip() for line in repr(value).splitlines())
     except ValueError:  # whole numbers of thousands of digits are not written out
-        text = f"a whole number of {value.bit_length()} bits" if isinstance(value, int) else ""
+        text = (
+            f"a whole number of {value.bit_length()} bits"
+            if isinstance(value, int)
+            else ""
+        )
     except RecursionError:
         text = ""
     text = text or f"a {type(value).__name__}"
@@ -71,7 +75,9 @@ def needs_extra(module: str, purpose: str, extra: str) -> MissingExtra:
     The explorer needs uvicorn. Install it with: pip install 'gaitgraph[explore]'
     """
     who = purpose[0].upper() + purpose[1:]
-    return MissingExtra(f"{who} needs {module}. Install it with: pip install 'gaitgraph[{extra}]'")
+    return MissingExtra(
+        f"{who} needs {module}. Install it with: pip install 'gaitgraph[{extra}]'"
+    )
 
 
 def did_you_mean(word: object, known: Sequence[str]) -> str:
@@ -91,13 +97,17 @@ def checked_choice(name: str, value: Any, known: Collection[str]) -> Any:
     if isinstance(value, str) and value in known:
         return value
     words = list(known)
-    raise InputError(f"{name} must be one of {', '.join(words)}, got {shown(value)}{did_you_mean(value, words)}")
+    raise InputError(
+        f"{name} must be one of {', '.join(words)}, got {shown(value)}{did_you_mean(value, words)}"
+    )
 
 
 def check_fields(who: str, stated: object, known: Sequence[str]) -> None:
     """Raise InputError unless `stated` is a mapping of known field names; `who` begins the message."""
     if not isinstance(stated, dict):
-        raise InputError(f"{who} must be a table of values by name, got {shown(stated)}")
+        raise InputError(
+            f"{who} must be a table of values by name, got {shown(stated)}"
+        )
     for name in stated:
         if name not in known:
             hint = did_you_mean(name, known) or f"; the fields are {', '.join(known)}"

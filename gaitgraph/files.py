@@ -13,7 +13,13 @@ from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from gaitgraph.errors import FileProblem, GaitgraphError, InputError, OutputExists, shown
+from gaitgraph.errors import (
+    FileProblem,
+    GaitgraphError,
+    InputError,
+    OutputExists,
+    shown,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator, Sequence
@@ -44,7 +50,9 @@ def text_of(path: Path, what: str) -> str:
     with reading(path, what):
         size = path.stat().st_size
         if size > MOST_BYTES:
-            raise InputError(f"{what} {str(path)!r} must have at most {MOST_BYTES >> 20} MiB, got {size >> 20} MiB")
+            raise InputError(
+                f"{what} {str(path)!r} must have at most {MOST_BYTES >> 20} MiB, got {size >> 20} MiB"
+            )
         return path.read_text(encoding="utf-8-sig")
 
 
@@ -54,9 +62,14 @@ def reading(path: Path, what: str) -> Iterator[None]:
     try:
         yield
     except UnicodeDecodeError as error:
-        got = "got other bytes" + "; in Excel save it as CSV UTF-8" * (what != "certificate")
+        got = "got other bytes" + "; in Excel save it as CSV UTF-8" * (
+            what != "certificate"
+        )
         raise InputError(f"{what} {str(path)!r} must be UTF-8 text, {got}") from error
-    except (OSError, ValueError) as error:  # a name with a null character is a ValueError
+    except (
+        OSError,
+        ValueError,
+    ) as error:  # a name with a null character is a ValueError
         if isinstance(error, GaitgraphError):
             raise
         reason = getattr(error, "strerror", None) or error
@@ -72,14 +85,18 @@ def table_from_toml(text: str) -> dict[str, Any]:
 
     for run in re.split(r"[^\w.\"' \t-]+", text):
         if run.count(".") > _DEEPEST:
-            raise InputError(f"it is nested too deeply: a key must have at most {_DEEPEST} dotted parts")
+            raise InputError(
+                f"it is nested too deeply: a key must have at most {_DEEPEST} dotted parts"
+            )
     try:
         return tomllib.loads(text)
     except RecursionError as error:
         raise InputError("it is nested too deeply") from error
     except ValueError as error:
         hint = "texts need quotes, as in '30deg', and numbers a decimal point"
-        raise InputError(f"it is not TOML ({str(error).splitlines()[0]}); {hint}") from error
+        raise InputError(
+            f"it is not TOML ({str(error).splitlines()[0]}); {hint}"
+        ) from error
 
 
 def value_from_json(text: str | bytes, wanted: str) -> Any:
@@ -88,8 +105,14 @@ def value_from_json(text: str | bytes, wanted: str) -> Any:
     def fields_of(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
         fields = dict(pairs)
         if len(fields) < len(pairs):
-            twice = next(name for name, count in Counter(name for name, _ in pairs).items() if count > 1)
-            raise InputError(f"names in an object must differ, got {shown(twice)} twice")
+            twice = next(
+                name
+                for name, count in Counter(name for name, _ in pairs).items()
+                if count > 1
+            )
+            raise InputError(
+                f"names in an object must differ, got {shown(twice)} twice"
+            )
         return fields
 
     def refused(name: str) -> None:
@@ -100,7 +123,11 @@ def value_from_json(text: str | bytes, wanted: str) -> Any:
     except InputError:
         raise
     except (RecursionError, ValueError) as error:
-        why = "it is nested too deeply" if isinstance(error, RecursionError) else str(error).splitlines()[0]
+        why = (
+            "it is nested too deeply"
+            if isinstance(error, RecursionError)
+            else str(error).splitlines()[0]
+        )
         raise InputError(f"it is not JSON ({why}); {wanted}") from error
 
 
@@ -114,10 +141,14 @@ def from_toml_file(path: Path, what: str, make: Callable[[dict[str, Any]], T]) -
         content = table_from_toml(text)
         inner = content.get(what, content)
         if not isinstance(inner, dict):
-            raise InputError(f"{what} must be a table of values by name, got {shown(inner)}")
+            raise InputError(
+                f"{what} must be a table of values by name, got {shown(inner)}"
+            )
         if inner is not content and len(content) > 1:
             beside = next(name for name in content if name != what)
-            raise InputError(f"{beside} must be inside the [{what}] table, got it beside the table")
+            raise InputError(
+                f"{beside} must be inside the [{what}] table, got it beside the table"
+            )
         return make(inner)
     except GaitgraphError as error:
         raise type(error)(f"{what} file {str(path)!r}: {error}") from error
@@ -156,7 +187,9 @@ def write_whole(contents: Sequence[tuple[Path, Content]], *, force: bool) -> Non
         except OSError as error:
             if isinstance(error, GaitgraphError):
                 raise
-            raise FileProblem(f"output {str(path)!r} cannot be written: {error.strerror or error}") from error
+            raise FileProblem(
+                f"output {str(path)!r} cannot be written: {error.strerror or error}"
+            ) from error
 
 
 @contextlib.contextmanager
@@ -164,9 +197,13 @@ def _scratch_in(folder: Path) -> Iterator[Path]:
     """Make a hidden folder to write in, locked while it is used, and remove it after."""
     remove_leftovers(folder)
     while True:
-        scratch = Path(tempfile.mkdtemp(prefix=".gaitgraph-", suffix=".part", dir=folder))
+        scratch = Path(
+            tempfile.mkdtemp(prefix=".gaitgraph-", suffix=".part", dir=folder)
+        )
         lock = _locked(scratch, wait=True)
-        if scratch.exists():  # before it was locked, another process may have taken it for a leftover
+        if (
+            scratch.exists()
+        ):  # before it was locked, another process may have taken it for a leftover
             break
     try:
         yield scratch
@@ -213,7 +250,9 @@ def remove_leftovers(folder: Path) -> None:
         os.close(lock)
 
 
-def check_new_files(paths: Sequence[str | Path], *, force: bool, folders: Collection[Path] = ()) -> None:
+def check_new_files(
+    paths: Sequence[str | Path], *, force: bool, folders: Collection[Path] = ()
+) -> None:
     """Raise before any work is done if one of these files, or `folders` among them, cannot be written.
 
     Raises InputError if a file is named twice, OutputExists if something has the name and is no file or `force` is not
@@ -226,8 +265,16 @@ def check_new_files(paths: Sequence[str | Path], *, force: bool, folders: Collec
             if target in seen:
                 raise InputError(f"outputs must differ, got {str(path)!r} twice")
             seen.add(target)
-            if target.exists() and not (target.is_dir() if path in folders else target.is_file()):
-                got = "a folder" if target.is_dir() else "a file" if target.is_file() else "a special file"
+            if target.exists() and not (
+                target.is_dir() if path in folders else target.is_file()
+            ):
+                got = (
+                    "a folder"
+                    if target.is_dir()
+                    else "a file"
+                    if target.is_file()
+                    else "a special file"
+                )
                 wanted = "a new folder" if path in folders else "a regular file"
                 raise OutputExists(f"output {str(path)!r} must be {wanted}, got {got}")
             if os.path.lexists(path) and not force:
@@ -239,7 +286,9 @@ def check_new_files(paths: Sequence[str | Path], *, force: bool, folders: Collec
             raise
         except (OSError, ValueError) as error:  # a name that the file system refuses
             reason = getattr(error, "strerror", None) or error
-            raise FileProblem(f"output {shown(str(path))} cannot be written: {reason}") from error
+            raise FileProblem(
+                f"output {shown(str(path))} cannot be written: {reason}"
+            ) from error
 
 
 def target_of(path: Path) -> Path:
@@ -252,7 +301,9 @@ def _replace(whole: Path, target: Path) -> None:
     if not whole.is_dir():
         whole.replace(target)
         return
-    aside = whole.with_name(f"{target.name}.old")  # a folder takes the place of another only while that one is away
+    aside = whole.with_name(
+        f"{target.name}.old"
+    )  # a folder takes the place of another only while that one is away
     while True:
         try:
             with contextlib.suppress(FileNotFoundError):
@@ -262,9 +313,13 @@ def _replace(whole: Path, target: Path) -> None:
         except OSError as error:
             if error.errno not in (errno.EEXIST, errno.ENOTEMPTY):
                 raise
-            shutil.rmtree(aside, ignore_errors=True)  # another process took the place meanwhile: once more
+            shutil.rmtree(
+                aside, ignore_errors=True
+            )  # another process took the place meanwhile: once more
         finally:
-            if aside.exists() and not os.path.lexists(target):  # interrupted, or refused
+            if aside.exists() and not os.path.lexists(
+                target
+            ):  # interrupted, or refused
                 aside.rename(target)
 
 

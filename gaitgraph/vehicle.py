@@ -20,8 +20,21 @@ from pathlib import Path
 from typing import Any, Literal, get_args
 
 from gaitgraph._lazy import Pictured
-from gaitgraph.angles import angle_from_text, angle_within, angles_from, number_of, text_from_angle
-from gaitgraph.errors import InputError, MissingConstant, check_fields, checked_choice, did_you_mean, shown
+from gaitgraph.angles import (
+    angle_from_text,
+    angle_within,
+    angles_from,
+    number_of,
+    text_from_angle,
+)
+from gaitgraph.errors import (
+    InputError,
+    MissingConstant,
+    check_fields,
+    checked_choice,
+    did_you_mean,
+    shown,
+)
 from gaitgraph.files import from_toml_file, table_from_toml
 
 Spin = Literal["clockwise", "counterclockwise"]
@@ -130,22 +143,38 @@ class Vehicle(Pictured):
     def __init__(self, **constants: Any) -> None:
         check_fields("vehicle", constants, _FIELDS)
         stated: dict[str, Any] = _DEFAULTS | constants
-        if not isinstance(name := stated["name"], str) or not name or not name.isprintable():
-            raise InputError(f"vehicle name must be a printable, non-empty text, got {shown(name)}")
+        if (
+            not isinstance(name := stated["name"], str)
+            or not name
+            or not name.isprintable()
+        ):
+            raise InputError(
+                f"vehicle name must be a printable, non-empty text, got {shown(name)}"
+            )
         low = stated["min_tilt"]
         if low is not None and stated["max_tilt"] is None:
-            raise InputError(f"max_tilt must be stated (rad) beside min_tilt, got none; min_tilt is {shown(low)}")
+            raise InputError(
+                f"max_tilt must be stated (rad) beside min_tilt, got none; min_tilt is {shown(low)}"
+            )
         for field in UNITS:
-            if field in ("inertia", "rotor_height") or (stated[field] is None and field != "gravity"):
+            if field in ("inertia", "rotor_height") or (
+                stated[field] is None and field != "gravity"
+            ):
                 continue
             tilt = partial(_tilt, signed=low is not None)
-            convert: Any = {"linkage": linkage_of, **dict.fromkeys(_TILTS, tilt)}.get(field, _positive)
+            convert: Any = {"linkage": linkage_of, **dict.fromkeys(_TILTS, tilt)}.get(
+                field, _positive
+            )
             stated[field] = _each(field, stated[field], convert)
         if (inertia := stated["inertia"]) is not None:
             if not isinstance(inertia, (list, tuple)) or len(inertia) != 3:
-                raise InputError(f"inertia must be three positive numbers (kg m²), got {shown(inertia)}")
+                raise InputError(
+                    f"inertia must be three positive numbers (kg m²), got {shown(inertia)}"
+                )
             stated["inertia"] = tuple(_positive("inertia", part) for part in inertia)
-        stated["first_arm_angle"] = angle_within(stated["first_arm_angle"], "first_arm_angle", 2 * math.pi)
+        stated["first_arm_angle"] = angle_within(
+            stated["first_arm_angle"], "first_arm_angle", 2 * math.pi
+        )
         checked_choice("first_rotor_spin", stated["first_rotor_spin"], get_args(Spin))
         for field, formula, over, under in (
             ("drag_to_thrust", "Km/Kf", "drag_coefficient", "thrust_coefficient"),
@@ -155,7 +184,9 @@ class Vehicle(Pictured):
                 continue
             derived, got = stated[over] / stated[under], stated[field]
             if got is None:
-                stated[field] = _positive(field, derived)  # a quotient of extreme constants can overflow or vanish
+                stated[field] = _positive(
+                    field, derived
+                )  # a quotient of extreme constants can overflow or vanish
             elif not math.isclose(got, derived, rel_tol=1e-6):
                 rule = f"{formula} = {derived!r} of the other constants, or be omitted"
                 raise InputError(f"{field} must equal {rule}, got {got!r}")
@@ -165,20 +196,28 @@ class Vehicle(Pictured):
                 "drag_coefficient and arm_length, or drag_to_thrust and arm_length, or drag_ratio"
             )
         if not 1e-9 <= stated["drag_ratio"] <= 1e9:
-            raise InputError(f"drag_ratio must be between 1e-9 and 1e9 (dimensionless), got {stated['drag_ratio']!r}")
+            raise InputError(
+                f"drag_ratio must be between 1e-9 and 1e9 (dimensionless), got {stated['drag_ratio']!r}"
+            )
         height, largest = stated["rotor_height"], 10 * (stated["arm_length"] or 0.0)
         if number_of(height) and not largest:
             rule = "0 m without an arm_length"
-            raise InputError(f"rotor_height must be {rule}, got {shown(height)}; state arm_length (m)")
+            raise InputError(
+                f"rotor_height must be {rule}, got {shown(height)}; state arm_length (m)"
+            )
         if not abs(number_of(height)) <= largest * (1 + 1e-12):
-            raise InputError(f"rotor_height must be within ±{largest:g} m, ten arm lengths, got {shown(height)}")
+            raise InputError(
+                f"rotor_height must be within ±{largest:g} m, ten arm lengths, got {shown(height)}"
+            )
         stated["rotor_height"] = number_of(height) + 0.0  # -0.0 is 0.0
         for field, value in stated.items():
             object.__setattr__(self, field, value)  # the record is frozen
         for arm, (least, most) in enumerate(self.tilt_range or (), start=1):
             if not least < most:
                 got = f"{least:g} to {most:g} rad for arm {arm}"
-                raise InputError(f"min_tilt must be below max_tilt, both within the linkage of the arm, got {got}")
+                raise InputError(
+                    f"min_tilt must be below max_tilt, both within the linkage of the arm, got {got}"
+                )
 
     @property
     def tilt_range(self) -> tuple[tuple[float, float], ...] | None:
@@ -186,9 +225,18 @@ class Vehicle(Pictured):
         if self.max_tilt is None and self.linkage is None:
             return None
         high = four_of(math.inf if self.max_tilt is None else self.max_tilt)
-        low = [-most for most in high] if self.min_tilt is None else four_of(self.min_tilt)
-        ends = [(table[0][1], table[-1][1]) if table else (-math.inf, math.inf) for table in self.linkages]
-        return tuple((max(a, c), min(b, d)) for a, b, (c, d) in zip(low, high, ends, strict=True))
+        low = (
+            [-most for most in high]
+            if self.min_tilt is None
+            else four_of(self.min_tilt)
+        )
+        ends = [
+            (table[0][1], table[-1][1]) if table else (-math.inf, math.inf)
+            for table in self.linkages
+        ]
+        return tuple(
+            (max(a, c), min(b, d)) for a, b, (c, d) in zip(low, high, ends, strict=True)
+        )
 
     @property
     def linkages(self) -> tuple[Linkage | None, ...]:
@@ -208,32 +256,50 @@ class Vehicle(Pictured):
     @property
     def signed_drag_ratio(self) -> float:
         """κ, negative if the spins are mirrored against the paper's, as the formulas use it."""
-        return self.drag_ratio if self.first_rotor_spin == "clockwise" else -self.drag_ratio
+        return (
+            self.drag_ratio
+            if self.first_rotor_spin == "clockwise"
+            else -self.drag_ratio
+        )
 
     @property
     def height_ratio(self) -> float:
         """H = h/L, the rotor height in arm lengths, as the formulas use it; 0 at the height of the centre of mass."""
-        return self.rotor_height / self.arm_length if self.rotor_height and self.arm_length else 0.0
+        return (
+            self.rotor_height / self.arm_length
+            if self.rotor_height and self.arm_length
+            else 0.0
+        )
 
     @property
     def carries_published_coefficients(self) -> bool:
         """Whether formula (1) with the paper's four-digit coefficients holds for this vehicle."""
-        same_kappa = math.isclose(self.signed_drag_ratio, PAPER.signed_drag_ratio, rel_tol=1e-9)
-        return same_kappa and self.first_arm_angle == PAPER.first_arm_angle and self.rotor_height == 0.0
+        same_kappa = math.isclose(
+            self.signed_drag_ratio, PAPER.signed_drag_ratio, rel_tol=1e-9
+        )
+        return (
+            same_kappa
+            and self.first_arm_angle == PAPER.first_arm_angle
+            and self.rotor_height == 0.0
+        )
 
     @property
     def thrust_share(self) -> float | None:
         """The largest thrust of one rotor in units of m·g, None if not stated; MissingConstant without a mass."""
         if self.max_thrust is None:
             return None
-        mass, gravity = self.require("mass", "gravity", purpose="the limit of the largest thrust")
+        mass, gravity = self.require(
+            "mass", "gravity", purpose="the limit of the largest thrust"
+        )
         return float(self.max_thrust / (mass * gravity))
 
     def require(self, *names: str, purpose: str) -> tuple[Any, ...]:
         """Return the named constants, or raise MissingConstant for the first that is None; `purpose` needs it."""
         for name in names:
             if getattr(self, name) is None:
-                raise MissingConstant(f"vehicle {self.name!r} states no {name} ({UNITS[name]}), which {purpose} needs")
+                raise MissingConstant(
+                    f"vehicle {self.name!r} states no {name} ({UNITS[name]}), which {purpose} needs"
+                )
         return tuple(getattr(self, name) for name in names)
 
     def replace(self, **changes: Any) -> Vehicle:
@@ -242,7 +308,10 @@ class Vehicle(Pictured):
         >>> PAPER.replace(max_tilt_rate=6.0).carries_published_coefficients
         True
         """
-        new: dict[str, Any] = {**{name: getattr(self, name) for name in _FIELDS}, **changes}
+        new: dict[str, Any] = {
+            **{name: getattr(self, name) for name in _FIELDS},
+            **changes,
+        }
         known = {name for name, value in new.items() if value is not None}
         # A new value replaces what it would follow from; what follows from it is derived again.
         if "drag_ratio" in changes:
@@ -260,7 +329,9 @@ class Vehicle(Pictured):
     def as_mapping(self) -> dict[str, Any]:
         """Return the stated constants as plain values, in a fixed order; read back by vehicle_from_mapping."""
         values = {name: _plain(getattr(self, name)) for name in _FIELDS}
-        values["rotor_height"] = self.rotor_height or None  # rotors at the height of the centre of mass: not said
+        values["rotor_height"] = (
+            self.rotor_height or None
+        )  # rotors at the height of the centre of mass: not said
         return {name: value for name, value in values.items() if value is not None}
 
     def as_short_mapping(self) -> dict[str, Any]:
@@ -268,7 +339,9 @@ class Vehicle(Pictured):
         stated = self.as_mapping()
         for preset in _presets():
             base = preset.as_mapping()
-            short = {"preset": preset.name} | {name: value for name, value in stated.items() if base.get(name) != value}
+            short = {"preset": preset.name} | {
+                name: value for name, value in stated.items() if base.get(name) != value
+            }
             if vehicle_from_mapping(short) == self:
                 return short
         return stated
@@ -277,7 +350,10 @@ class Vehicle(Pictured):
         return f"Vehicle({', '.join(f'{name}={value!r}' for name, value in self.as_mapping().items())})"
 
     def __str__(self) -> str:
-        stated, lines = self.as_mapping(), [f"Vehicle {self.name}: κ = {self.drag_ratio:.6g}"]
+        stated, lines = (
+            self.as_mapping(),
+            [f"Vehicle {self.name}: κ = {self.drag_ratio:.6g}"],
+        )
         del stated["name"]
         for name, value in stated.items():
             if name in ("first_arm_angle", *_TILTS) and not isinstance(value, list):
@@ -290,7 +366,10 @@ class Vehicle(Pictured):
         return "\n".join(lines)
 
 
-_DEFAULTS = {field.name: None if field.default is MISSING else field.default for field in fields(Vehicle)}
+_DEFAULTS = {
+    field.name: None if field.default is MISSING else field.default
+    for field in fields(Vehicle)
+}
 _FIELDS = list(_DEFAULTS)
 
 
@@ -314,11 +393,15 @@ def linkage_of(name: str, pairs: object) -> Linkage:
     """
     table = angles_from(pairs, name)
     if table.ndim != 2 or len(table) < 2 or table.shape[1] != 2:
-        raise InputError(f"{name} must be two or more pairs of a servo and a tilt angle (rad), got {shown(pairs)}")
+        raise InputError(
+            f"{name} must be two or more pairs of a servo and a tilt angle (rad), got {shown(pairs)}"
+        )
     table = table[table[:, 1].argsort()]
     turns, rises = (table[1:] - table[:-1]).T
     one_way = turns * (1 if turns[0] > 0 else -1)
-    if not (_LEAST_TURN <= min(*one_way, *rises) <= max(*one_way, *rises) <= _LARGEST_TURN):
+    if not (
+        _LEAST_TURN <= min(*one_way, *rises) <= max(*one_way, *rises) <= _LARGEST_TURN
+    ):
         rule = "monotone: tilt angles that all rise, or all fall, with the servo angle"
         raise InputError(f"{name} must be {rule}, got {shown(pairs)}")
     return tuple(map(tuple, table.tolist()))
@@ -348,10 +431,16 @@ def _each(name: str, value: object, convert: Callable[[str, Any], Any]) -> Any:
     inner = value
     for _ in range(2 if name == "linkage" else 0):
         inner = inner[0] if isinstance(inner, (list, tuple)) and inner else None
-    if name not in _EACH or not isinstance(value, (list, tuple)) or not isinstance(inner, (list, tuple)):
+    if (
+        name not in _EACH
+        or not isinstance(value, (list, tuple))
+        or not isinstance(inner, (list, tuple))
+    ):
         return convert(name, value)
     if len(value) != 4:
-        raise InputError(f"{name} must be one for all arms or four, one for each, got {shown(value)}")
+        raise InputError(
+            f"{name} must be one for all arms or four, one for each, got {shown(value)}"
+        )
     parts = tuple(convert(name, part) for part in value)
     return parts if len(set(parts)) > 1 else parts[0]
 
@@ -377,7 +466,9 @@ def _positive(name: str, value: object) -> float:
     is_angle = name in (*_TILTS, *_ANGLES) and isinstance(value, str)
     number = angle_from_text(value, name) if is_angle else number_of(value)
     if not 1e-30 <= number <= 1e30:
-        raise InputError(f"{name} must be a positive finite number ({UNITS[name]}), got {shown(value)}")
+        raise InputError(
+            f"{name} must be a positive finite number ({UNITS[name]}), got {shown(value)}"
+        )
     return number
 
 
@@ -400,7 +491,9 @@ VehicleLike = Vehicle | str | Path | Mapping[str, Any]
 
 @cache
 def _presets_of_others() -> list[Vehicle]:
-    tables = table_from_toml(Path(__file__).with_name("presets.toml").read_text(encoding="utf-8"))
+    tables = table_from_toml(
+        Path(__file__).with_name("presets.toml").read_text(encoding="utf-8")
+    )
     return [Vehicle(name=name, **constants) for name, constants in tables.items()]
 
 
@@ -422,19 +515,30 @@ def vehicle_from_mapping(constants: dict[str, Any]) -> Vehicle:
     0.429
     """
     if isinstance(constants, dict) and "rotor" in constants:
-        raise InputError("vehicle must be four arms with common constants, got rotors, which validate alone judges")
+        raise InputError(
+            "vehicle must be four arms with common constants, got rotors, which validate alone judges"
+        )
     check_fields("vehicle", constants, ["preset", *_FIELDS])
     if "preset" not in constants:
         return Vehicle(**constants)
     preset: Any = constants["preset"]
-    found = next((one for one in _presets() if isinstance(preset, str) and one.name == preset), None)
+    found = next(
+        (one for one in _presets() if isinstance(preset, str) and one.name == preset),
+        None,
+    )
     if found is None:
         allowed = f"a preset ({', '.join(preset_names())}), a .toml file, a mapping of constants or a Vehicle"
         is_file = os.path.isfile(f"{preset}.toml")  # noqa: PTH113 - False for a name that no file can have
-        hint = f"; did you mean '{preset}.toml'?" if is_file else did_you_mean(preset, preset_names())
+        hint = (
+            f"; did you mean '{preset}.toml'?"
+            if is_file
+            else did_you_mean(preset, preset_names())
+        )
         raise InputError(f"vehicle must be {allowed}, got {shown(preset)}{hint}")
     changes = {name: value for name, value in constants.items() if name != "preset"}
-    return found.replace(**{"name": f"{preset}, changed", **changes}) if changes else found
+    return (
+        found.replace(**{"name": f"{preset}, changed", **changes}) if changes else found
+    )
 
 
 def vehicle_named(vehicle: VehicleLike) -> Vehicle:
@@ -452,6 +556,8 @@ def vehicle_named(vehicle: VehicleLike) -> Vehicle:
     path = Path(vehicle)
 
     def make(stated: dict[str, Any]) -> Vehicle:
-        return vehicle_from_mapping(stated if "preset" in stated else {"name": path.stem, **stated})
+        return vehicle_from_mapping(
+            stated if "preset" in stated else {"name": path.stem, **stated}
+        )
 
     return from_toml_file(path, "vehicle", make)

@@ -32,30 +32,66 @@ class Certificate:
 
     def __init__(self, text: str) -> None:
         document = json.loads(text)
-        vehicle, pieces, self.claims = document["vehicle"], document["pieces"], document["claims"]
-        drag, thrust, arm = (exact(vehicle[x]) for x in ("drag_coefficient", "thrust_coefficient", "arm_length"))
-        self.kappa = drag / (thrust * arm) * (1 if vehicle["first_rotor_spin"] == "clockwise" else -1)
+        vehicle, pieces, self.claims = (
+            document["vehicle"],
+            document["pieces"],
+            document["claims"],
+        )
+        drag, thrust, arm = (
+            exact(vehicle[x])
+            for x in ("drag_coefficient", "thrust_coefficient", "arm_length")
+        )
+        self.kappa = (
+            drag
+            / (thrust * arm)
+            * (1 if vehicle["first_rotor_spin"] == "clockwise" else -1)
+        )
         self.height = exact(vehicle["rotor_height"]) / arm
-        self.law, self.durations = fmpq_poly(list(map(exact, document["law"]))), [exact(p["duration"]) for p in pieces]
-        self.pieces = [[fmpq_poly(list(map(exact, angle))) for angle in (piece["alpha"] * 2)[:4]] for piece in pieces]
+        self.law, self.durations = (
+            fmpq_poly(list(map(exact, document["law"]))),
+            [exact(p["duration"]) for p in pieces],
+        )
+        self.pieces = [
+            [fmpq_poly(list(map(exact, angle))) for angle in (piece["alpha"] * 2)[:4]]
+            for piece in pieces
+        ]
 
     def polynomials(self, name: str) -> list[list[fmpq_poly]]:
         """Return for each piece the angles, or for EXACT, one by one, what is not negative where a claim holds."""
         if name not in EXACT:
             return self.pieces
-        moved, claim = [], self.claims[name]  # the angles, rates, accelerations and jerks by the share of a duration
+        moved, claim = (
+            [],
+            self.claims[name],
+        )  # the angles, rates, accelerations and jerks by the share of a duration
         for piece, duration in zip(self.pieces, self.durations, strict=True):
-            moved.append([piece, [angle(self.law).derivative() / duration for angle in piece]])
+            moved.append(
+                [piece, [angle(self.law).derivative() / duration for angle in piece]]
+            )
             for _ in range(2):
                 moved[-1].append([q.derivative() / duration for q in moved[-1][-1]])
-        found = [self.law.derivative(), fmpq_poly([-abs(self.law(0)) - abs(self.law(1) - 1)])]
+        found = [
+            self.law.derivative(),
+            fmpq_poly([-abs(self.law(0)) - abs(self.law(1) - 1)]),
+        ]
         for k, derivatives in enumerate(moved):
             if name == "joints":
-                for order, most in enumerate(["0", claim["rate_jump"], claim["acceleration_jump"]]):
-                    jumps = [a(1) - b(0) for a, b in zip(moved[k - 1][order], derivatives[order], strict=True)]
+                for order, most in enumerate(
+                    ["0", claim["rate_jump"], claim["acceleration_jump"]]
+                ):
+                    jumps = [
+                        a(1) - b(0)
+                        for a, b in zip(
+                            moved[k - 1][order], derivatives[order], strict=True
+                        )
+                    ]
                     found += [fmpq_poly([exact(most) - abs(jump)]) for jump in jumps]
             else:
-                rows = derivatives[DERIVATIVES[name]], claim["at_least"], claim["at_most"]
+                rows = (
+                    derivatives[DERIVATIVES[name]],
+                    claim["at_least"],
+                    claim["at_most"],
+                )
                 for q, low, high in zip(*rows, strict=True):
                     found += [q - exact(low), exact(high) - q]
         return [[q] for q in found]
@@ -80,22 +116,35 @@ def in_balls(it: Certificate, name: str, alpha: list[Any]) -> list[Any]:
     if name in EXACT:
         return alpha
     k, h, claim = arb(it.kappa), arb(it.height), it.claims[name]
-    bounds = [arb(exact(claim[side])) for side in ("at_least", "at_most", "tilt") if side in claim]
+    bounds = [
+        arb(exact(claim[side]))
+        for side in ("at_least", "at_most", "tilt")
+        if side in claim
+    ]
     axes, torques = [], []
-    for a, (ex, ey), spin in zip(alpha, [(1, 0), (0, 1), (-1, 0), (0, -1)], [k, -k, k, -k], strict=True):
+    for a, (ex, ey), spin in zip(
+        alpha, [(1, 0), (0, 1), (-1, 0), (0, -1)], [k, -k, k, -k], strict=True
+    ):
         s, c = a.sin(), a.cos()
         n = (s * ey, -s * ex, c)  # cos α z + sin α e×z
         axes.append(n)
         roll, pitch = ey * c - h * n[1], h * n[0] - ex * c
-        torques.append((roll + spin * n[0], pitch + spin * n[1], ex * n[1] - ey * n[0] + spin * c))  # (e + Hz)×n + σκn
+        torques.append(
+            (roll + spin * n[0], pitch + spin * n[1], ex * n[1] - ey * n[0] + spin * c)
+        )  # (e + Hz)×n + σκn
     if name == "least_singular_value":
         columns = [(*torque, n[2]) for torque, n in zip(torques, axes, strict=True)]
-        gram = [[sum(x * y for x, y in zip(p, q, strict=True)) for q in columns] for p in columns]
+        gram = [
+            [sum(x * y for x, y in zip(p, q, strict=True)) for q in columns]
+            for p in columns
+        ]
         for i in range(4):
             gram[i][i] -= bounds[0] * bounds[0]
             for row in range(i):
                 share = gram[i][row] / gram[row][row]
-                gram[i] = [x - share * y for x, y in zip(gram[i], gram[row], strict=True)]
+                gram[i] = [
+                    x - share * y for x, y in zip(gram[i], gram[row], strict=True)
+                ]
         return [gram[i][i] for i in range(4)]
     free = []  # thrusts without torque
     for i in range(4):
@@ -118,7 +167,8 @@ def proved_by_balls(it: Certificate, name: str) -> bool:
         middle, step = arb(low + width / 2), arb(0, arb(width / 2))
         try:
             at, on = (
-                in_balls(it, name, [powers(q, arb_series([x, 1])) for q in piece]) for x in (middle, middle + step)
+                in_balls(it, name, [powers(q, arb_series([x, 1])) for q in piece])
+                for x in (middle, middle + step)
             )
         except (ValueError, ZeroDivisionError):  # a divisor's ball holds zero
             return False
@@ -127,14 +177,18 @@ def proved_by_balls(it: Certificate, name: str) -> bool:
             enclosures = [x * step + f[k] for x, f in zip(enclosures, at, strict=True)]
         return all(x > (-1e-18 if name in EXACT else 0) for x in enclosures)
 
-    pieces = ([list(map(arb, q.coeffs())) for q in piece] for piece in it.polynomials(name))
+    pieces = (
+        [list(map(arb, q.coeffs())) for q in piece] for piece in it.polynomials(name)
+    )
     return all(everywhere(holds, piece, fmpq(0), fmpq(1)) for piece in pieces)
 
 
 def false_at_samples(it: Certificate, name: str, samples: int) -> bool:
     """Return whether a claim is false at one of evenly spaced points of a piece, in 128 bits."""
     points = [fmpq(i, samples) for i in range(samples + 1)]
-    where = [[arb(q(x)) for q in piece] for piece in it.polynomials(name) for x in points]
+    where = [
+        [arb(q(x)) for q in piece] for piece in it.polynomials(name) for x in points
+    ]
     return any(value < 0 for alpha in where for value in in_balls(it, name, alpha))
 
 
@@ -150,17 +204,25 @@ class Slope:
 
     def __mul__(self, x: Any) -> Slope:
         x = x if isinstance(x, Slope) else Slope(x, x, 0)
-        return Slope(self.at * x.at, self.on * x.on, self.slope * x.on + self.at * x.slope)
+        return Slope(
+            self.at * x.at, self.on * x.on, self.slope * x.on + self.at * x.slope
+        )
 
     def __sub__(self, x: Any) -> Any:
         return self + x * -1
 
     def __truediv__(self, x: Slope) -> Slope:
-        return Slope(self.at / x.at, self.on / x.on, (self.slope - self.at / x.at * x.slope) / x.on)
+        return Slope(
+            self.at / x.at,
+            self.on / x.on,
+            (self.slope - self.at / x.at * x.slope) / x.on,
+        )
 
     def sine_and_cosine(self) -> tuple[Slope, Slope]:
         s, c = iv.sin(self.on), iv.cos(self.on)
-        return Slope(iv.sin(self.at), s, c * self.slope), Slope(iv.cos(self.at), c, -s * self.slope)
+        return Slope(iv.sin(self.at), s, c * self.slope), Slope(
+            iv.cos(self.at), c, -s * self.slope
+        )
 
 
 def interval(number: fmpq | str) -> Any:
@@ -174,31 +236,82 @@ def in_intervals(it: Certificate, name: str, alpha: list[Slope]) -> list[Slope]:
     trig, claim = [a.sine_and_cosine() for a in alpha], it.claims[name]
     k, h = interval(it.kappa), interval(it.height)
     (s1, c1), (s2, c2), (s3, c3), (s4, c4) = trig
-    C1, C2, C3, C4 = (c + s * x for (s, c), x in zip(trig, [k, -k, k, -k], strict=True))  # cos β / cos δ
-    S1, S2, S3, S4 = (s - c * x for (s, c), x in zip(trig, [k, -k, k, -k], strict=True))  # sin β / cos δ
+    C1, C2, C3, C4 = (
+        c + s * x for (s, c), x in zip(trig, [k, -k, k, -k], strict=True)
+    )  # cos β / cos δ
+    S1, S2, S3, S4 = (
+        s - c * x for (s, c), x in zip(trig, [k, -k, k, -k], strict=True)
+    )  # sin β / cos δ
     if name == "least_singular_value":
         square = interval(claim["at_least"]) * interval(claim["at_least"])
         h1, h2, h3, h4 = (s * h for s in (s1, s2, s3, s4))
-        roll, pitch = C2 * C2 + C4 * C4 + h1 * h1 + h3 * h3 - square, C1 * C1 + C3 * C3 + h2 * h2 + h4 * h4 - square
-        a, b = C4 * S4 - C2 * S2 + h3 * S3 - h1 * S1, C1 * S1 - C3 * S3 + h4 * S4 - h2 * S2  # yaw with roll, with pitch
-        e, f = C2 * c2 - C4 * c4 + h1 * c1 - h3 * c3, C3 * c3 - C1 * c1 + h2 * c2 - h4 * c4  # altitude likewise
-        g = (h2 * C2 + h4 * C4 - h1 * C1 - h3 * C3) / roll  # roll with pitch: zero for rotors without a height
+        roll, pitch = (
+            C2 * C2 + C4 * C4 + h1 * h1 + h3 * h3 - square,
+            C1 * C1 + C3 * C3 + h2 * h2 + h4 * h4 - square,
+        )
+        a, b = (
+            C4 * S4 - C2 * S2 + h3 * S3 - h1 * S1,
+            C1 * S1 - C3 * S3 + h4 * S4 - h2 * S2,
+        )  # yaw with roll, with pitch
+        e, f = (
+            C2 * c2 - C4 * c4 + h1 * c1 - h3 * c3,
+            C3 * c3 - C1 * c1 + h2 * c2 - h4 * c4,
+        )  # altitude likewise
+        g = (
+            h2 * C2 + h4 * C4 - h1 * C1 - h3 * C3
+        ) / roll  # roll with pitch: zero for rotors without a height
         pitch, b, f = pitch - g * g * roll, b - g * a, f - g * e
-        yaw = S1 * S1 + S2 * S2 + S3 * S3 + S4 * S4 - square - a * a / roll - b * b / pitch
-        altitude = c1 * c1 + c2 * c2 + c3 * c3 + c4 * c4 - square - e * e / roll - f * f / pitch
+        yaw = (
+            S1 * S1
+            + S2 * S2
+            + S3 * S3
+            + S4 * S4
+            - square
+            - a * a / roll
+            - b * b / pitch
+        )
+        altitude = (
+            c1 * c1
+            + c2 * c2
+            + c3 * c3
+            + c4 * c4
+            - square
+            - e * e / roll
+            - f * f / pitch
+        )
         both = S1 * c1 + S2 * c2 + S3 * c3 + S4 * c4 + a * e / roll + b * f / pitch
         return [roll, pitch, yaw, yaw * altitude - both * both]
     x, y = S1 * C3 + C1 * S3, S2 * C4 + C2 * S4
     E, F = s1 * s3 * 2 - (s1 * c3 + c1 * s3) * k, s2 * s4 * 2 + (s2 * c4 + c2 * s4) * k
     p, q = s1 * c3 - c1 * s3, s2 * c4 - c2 * s4
-    u1, u2 = q * S3 * h - y * C3 - s3 * F * (h * h), x * C4 + p * S4 * h + s4 * E * (h * h)  # zero-moment thrusts
-    u = (u1, u2, q * S1 * -h - y * C1 - s1 * F * (h * h), x * C2 - p * S2 * h + s2 * E * (h * h))
-    N = (u[1] * s2 - u[3] * s4, u[2] * s3 - u[0] * s1, u[0] * c1 + u[1] * c2 + u[2] * c3 + u[3] * c4)
+    u1, u2 = (
+        q * S3 * h - y * C3 - s3 * F * (h * h),
+        x * C4 + p * S4 * h + s4 * E * (h * h),
+    )  # zero-moment thrusts
+    u = (
+        u1,
+        u2,
+        q * S1 * -h - y * C1 - s1 * F * (h * h),
+        x * C2 - p * S2 * h + s2 * E * (h * h),
+    )
+    N = (
+        u[1] * s2 - u[3] * s4,
+        u[2] * s3 - u[0] * s1,
+        u[0] * c1 + u[1] * c2 + u[2] * c3 + u[3] * c4,
+    )
     if name == "sign_of_R":
-        return [N[2] * {"positive": -1, "negative": 1}[claim["sign"]] * (-1 if it.kappa < 0 else 1)]  # det M = −N_z
+        return [
+            N[2]
+            * {"positive": -1, "negative": 1}[claim["sign"]]
+            * (-1 if it.kappa < 0 else 1)
+        ]  # det M = −N_z
     if name == "hover_thrust":
         low, high = (interval(claim[side]) for side in ("at_least", "at_most"))
-        return [side for thrust in u for side in (thrust / N[2] - low, thrust / N[2] * -1 + high)]
+        return [
+            side
+            for thrust in u
+            for side in (thrust / N[2] - low, thrust / N[2] * -1 + high)
+        ]
     s, c = iv.sin(interval(claim["tilt"])), iv.cos(interval(claim["tilt"]))
     return [N[2] * N[2] * c * c - (N[0] * N[0] + N[1] * N[1]) * s * s]
 
@@ -207,10 +320,19 @@ def proved_by_intervals(it: Certificate, name: str) -> bool:
     """Decide by ranges and by slopes to the middle, whichever is narrower."""
 
     def holds(piece: list[list[Any]], low: Any, width: Any) -> bool:
-        reach, step = iv.mpf([low.a, (low + width).b]), iv.mpf([-(width / 2).b, (width / 2).b])
+        reach, step = (
+            iv.mpf([low.a, (low + width).b]),
+            iv.mpf([-(width / 2).b, (width / 2).b]),
+        )
         alpha = [powers(q, Slope(low + width / 2, reach, iv.mpf(1))) for q in piece]
         least = -1e-18 if name in EXACT else 0
-        return all(max(q.on.a, (q.at + q.slope * step).a) > least for q in in_intervals(it, name, alpha))
+        return all(
+            max(q.on.a, (q.at + q.slope * step).a) > least
+            for q in in_intervals(it, name, alpha)
+        )
 
-    pieces = ([list(map(interval, q.coeffs())) for q in piece] for piece in it.polynomials(name))
+    pieces = (
+        [list(map(interval, q.coeffs())) for q in piece]
+        for piece in it.polynomials(name)
+    )
     return all(everywhere(holds, piece, iv.mpf(0), iv.mpf(1)) for piece in pieces)

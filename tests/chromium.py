@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 pytest.importorskip("selenium", reason="selenium, of the extra 'dev', is not installed")
-pytest.importorskip("axe_core_python", reason="axe-core-python, of the extra 'dev', is not installed")
+pytest.importorskip(
+    "axe_core_python", reason="axe-core-python, of the extra 'dev', is not installed"
+)
 
 from axe_core_python.selenium import Axe
 from selenium import webdriver
@@ -19,7 +21,11 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+CHROMIUM = (
+    shutil.which("chromium")
+    or shutil.which("chromium-browser")
+    or shutil.which("google-chrome")
+)
 DRIVER = shutil.which("chromedriver")
 if CHROMIUM is None or DRIVER is None:
     pytest.skip("no chromium with chromedriver on the path", allow_module_level=True)
@@ -57,4 +63,8 @@ def show(driver: Any, width: int, height: int, theme: str) -> None:
 def serious_findings(driver: Any) -> list[tuple[str, str]]:
     """Rules of axe-core that the page breaks critically or seriously, each with the first element that does."""
     found = Axe().run(driver)["violations"]
-    return [(rule["id"], rule["nodes"][0]["html"]) for rule in found if rule["impact"] in ("critical", "serious")]
+    return [
+        (rule["id"], rule["nodes"][0]["html"])
+        for rule in found
+        if rule["impact"] in ("critical", "serious")
+    ]

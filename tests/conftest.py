@@ -28,7 +28,10 @@ settings.register_profile(
     phases=[Phase.explicit, Phase.generate],
     suppress_health_check=[HealthCheck.differing_executors, HealthCheck.too_slow],
 )
-settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE") or ("ci" if os.environ.get("CI") else "default"))
+settings.load_profile(
+    os.environ.get("HYPOTHESIS_PROFILE")
+    or ("ci" if os.environ.get("CI") else "default")
+)
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -57,7 +60,12 @@ def planned() -> TimedGait:
     """Gait 3 as planned for another vehicle, with nothing at its default."""
     import gaitgraph as gg
 
-    asked: dict[str, Any] = {"vehicle": "beetle_omni", "period": 2.0, "law": "equal-time", "reverse": True}
+    asked: dict[str, Any] = {
+        "vehicle": "beetle_omni",
+        "period": 2.0,
+        "law": "equal-time",
+        "reverse": True,
+    }
     return gg.plan_loop(GAITS[2].waypoints, **asked).timed(samples=12)
 
 
@@ -71,7 +79,9 @@ class Result:
 
 
 @pytest.fixture
-def run(capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
+def run(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> Any:
     from gaitgraph.cli import main
 
     monkeypatch.chdir(tmp_path)

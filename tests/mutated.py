@@ -44,7 +44,9 @@ def check_mutations(content: bytes, path: Path, *, count: int, seed: int = 1) ->
             elif kind == "end" and chance.random() < 0.2:
                 del mutation[place:]
             else:
-                mutation[place : place + length] = chance.choice((chance.randbytes(length), b"\xff" * length))
+                mutation[place : place + length] = chance.choice(
+                    (chance.randbytes(length), b"\xff" * length)
+                )
         path.write_bytes(mutation)
         try:
             assert np.isfinite(read_table(path).alpha[:, :2]).all()

@@ -70,7 +70,9 @@ PART = {"(2)": "cφcθ", "(4)": "sφcθ", "(5)": "sθ", "(6)": "cφcθ"}
 
 
 def term_of(text: str) -> Term:
-    match = re.fullmatch(r"([+-][\d.]+) ([cs])1 ([cs])2 ([cs])3 ([cs])4 (sθ|sφcθ|cφcθ)", text)
+    match = re.fullmatch(
+        r"([+-][\d.]+) ([cs])1 ([cs])2 ([cs])3 ([cs])4 (sθ|sφcθ|cφcθ)", text
+    )
     assert match is not None, text
     number, *letters, attitude = match.groups()
     return number, "".join(letters), attitude

@@ -34,32 +34,56 @@ HALF_PI = math.pi / 2
 PUBLISHED, EXACT = coefficients_of(), coefficients_of(kind="exact")
 TURNED = PAPER.replace(name="turned", first_arm_angle=0.7)
 MIRRORED = PAPER.replace(name="mirrored", first_rotor_spin="counterclockwise")
-BOTH = PAPER.replace(name="both", first_arm_angle=-2.1, first_rotor_spin="counterclockwise", arm_length=0.05)
+BOTH = PAPER.replace(
+    name="both",
+    first_arm_angle=-2.1,
+    first_rotor_spin="counterclockwise",
+    arm_length=0.05,
+)
 STRONG = Vehicle(name="strong", drag_ratio=0.8)
-BEETLE = vehicle_named("beetle_omni").replace(thrust_coefficient=1e-5, rotor_lag=None)  # lag has tests of its own
+BEETLE = vehicle_named("beetle_omni").replace(
+    thrust_coefficient=1e-5, rotor_lag=None
+)  # lag has tests of its own
 
 RED, ASCENDING = (lift(GAITS[k].angles, "red").parametrize(1.0) for k in (2, 3))
 HOVER = lift([(0.0, 0.0)], "red").parametrize(1.0)
 
-by_kind = pytest.mark.parametrize("numbers", [PUBLISHED, EXACT], ids=lambda numbers: numbers.kind)
+by_kind = pytest.mark.parametrize(
+    "numbers", [PUBLISHED, EXACT], ids=lambda numbers: numbers.kind
+)
 
 
 def by_vehicle(*vehicles: Vehicle) -> Any:
-    return pytest.mark.parametrize("vehicle", vehicles, ids=lambda vehicle: vehicle.name)
+    return pytest.mark.parametrize(
+        "vehicle", vehicles, ids=lambda vehicle: vehicle.name
+    )
 
 
-def gait_of_paper(number: int, kind: Any = "published", vehicle: Vehicle = PAPER) -> Gait:
+def gait_of_paper(
+    number: int, kind: Any = "published", vehicle: Vehicle = PAPER
+) -> Gait:
     return paper_gait(number, vehicle, coefficients_of(vehicle, kind))
 
 
 def flown_by(timed: TimedGait, vehicle: Vehicle) -> TimedGait:
     """Return the same angles and times for another vehicle."""
-    return replace(timed, gait=replace(timed.gait, vehicle=vehicle, coefficients=coefficients_of(vehicle, "exact")))
+    return replace(
+        timed,
+        gait=replace(
+            timed.gait, vehicle=vehicle, coefficients=coefficients_of(vehicle, "exact")
+        ),
+    )
 
 
 def table_from(alpha: Any, *, t: Any = None, **columns: Any) -> Table:
     times = {} if t is None else {"t": np.asarray(t, dtype=float)}
-    return Table(columns={**times, **dict(zip(ANGLES, np.array(alpha, dtype=float).T, strict=True)), **columns})
+    return Table(
+        columns={
+            **times,
+            **dict(zip(ANGLES, np.array(alpha, dtype=float).T, strict=True)),
+            **columns,
+        }
+    )
 
 
 def write_rows(path: Path, rows: Any, **options: Any) -> None:
@@ -96,7 +120,9 @@ def on_blue(first: Any, second: Any, delta: float) -> FloatArray:
 KINDS = ("anywhere", "red", "blue", "short", "points", "near red", "one angle")
 
 
-def random_segments(kind: str, seed: int, count: int = 10) -> tuple[FloatArray, FloatArray]:
+def random_segments(
+    kind: str, seed: int, count: int = 10
+) -> tuple[FloatArray, FloatArray]:
     """Return starts and ends of random segments of one kind, both of shape (count, 4)."""
     random = np.random.default_rng(seed)
     start, end = random.uniform(-1.5, 1.5, (2, count, 4))
@@ -118,7 +144,9 @@ def random_segments(kind: str, seed: int, count: int = 10) -> tuple[FloatArray, 
 
 def points_of(start: FloatArray, end: FloatArray, count: int = 401) -> FloatArray:
     """Return evenly spaced points of each segment, shape (m, count, 4)."""
-    return np.asarray(start[:, None] + np.linspace(0.0, 1.0, count)[:, None] * (end - start)[:, None])
+    return np.asarray(
+        start[:, None] + np.linspace(0.0, 1.0, count)[:, None] * (end - start)[:, None]
+    )
 
 
 def closed(corners: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -138,12 +166,18 @@ def visibility_graph(region: Any, points: set[tuple[float, float]]) -> nx.Graph[
     shapely.prepare(shell)
     graph: nx.Graph[Any] = nx.Graph()
     graph.add_nodes_from(sorted(points))
-    lines = ((a, b) for a, b in combinations(graph, 2) if shell.covers(shapely.LineString([a, b])))
+    lines = (
+        (a, b)
+        for a, b in combinations(graph, 2)
+        if shell.covers(shapely.LineString([a, b]))
+    )
     graph.add_edges_from((a, b, {"length": math.dist(a, b)}) for a, b in lines)
     return graph
 
 
-def replan_requests(region: Region, rng: np.random.Generator, count: int) -> Iterator[tuple[Any, Any, Any]]:
+def replan_requests(
+    region: Region, rng: np.random.Generator, count: int
+) -> Iterator[tuple[Any, Any, Any]]:
     """Yield present tilt angles, 3 to 8 waypoints and up to three keep-outs of 3 to 8 corners across the path."""
     part = region.components[0]
     low, high = np.array(part.bounds).reshape(2, 2)
@@ -157,5 +191,10 @@ def replan_requests(region: Region, rng: np.random.Generator, count: int) -> Ite
             n = int(rng.integers(3, 9))
             turns = 2 * math.pi * (np.arange(n) + 0.8 * rng.uniform(0, 1, n)) / n
             reach = rng.uniform(0.03, 0.2) * rng.uniform(0.5, 1.0, n)
-            keep_out.append((center + reach[:, None] * np.column_stack([np.cos(turns), np.sin(turns)])).tolist())
+            keep_out.append(
+                (
+                    center
+                    + reach[:, None] * np.column_stack([np.cos(turns), np.sin(turns)])
+                ).tolist()
+            )
         yield [*here, *here], stops, keep_out

@@ -23,7 +23,13 @@ PACKAGE = Path(gg.__file__).parent
 PAGE = Path(__file__).parent.parent / "docs" / "developers" / "architecture.md"
 ORDER = re.findall(r"^\| `(\w+)` \|", PAGE.read_text(encoding="utf-8"), re.M)
 ANYTHING = "*"  # what an import by a computed name, or of the whole package, may reach
-RANKS = ["", "_lazy", *ORDER, "__main__", ANYTHING]  # "" is gaitgraph/__init__.py, of which there is the version
+RANKS = [
+    "",
+    "_lazy",
+    *ORDER,
+    "__main__",
+    ANYTHING,
+]  # "" is gaitgraph/__init__.py, of which there is the version
 
 # Imports against the order: from which module, where in it, of which module.
 EXCEPTIONS = {
@@ -44,7 +50,9 @@ def places(tree: ast.AST, place: str = "") -> Iterator[tuple[ast.AST, str]]:
     for node in ast.iter_child_nodes(tree):
         yield node, place
         name = getattr(node, "name", "") if isinstance(node, ast.stmt) else ""
-        if isinstance(node, ast.If) and ast.unparse(node.test).endswith("TYPE_CHECKING"):
+        if isinstance(node, ast.If) and ast.unparse(node.test).endswith(
+            "TYPE_CHECKING"
+        ):
             name = "TYPE_CHECKING"
         yield from places(node, f"{place}.{name}".strip("."))
 
@@ -54,10 +62,15 @@ def arrows(root: Path) -> set[tuple[str, str, str]]:
 
     An `__init__.py` is the module of its package's name. A name that it states is imported from where it is defined.
     """
-    paths = {path.relative_to(root).with_suffix("").parts: path for path in root.rglob("*.py")}
+    paths = {
+        path.relative_to(root).with_suffix("").parts: path
+        for path in root.rglob("*.py")
+    }
     packages = {".".join(parts[:-1]) for parts in paths if parts[-1] == "__init__"}
     trees = {
-        ".".join(parts[:-1] if parts[-1] == "__init__" else parts): ast.parse(path.read_text(encoding="utf-8"))
+        ".".join(parts[:-1] if parts[-1] == "__init__" else parts): ast.parse(
+            path.read_text(encoding="utf-8")
+        )
         for parts, path in paths.items()
     }
 
@@ -65,7 +78,9 @@ def arrows(root: Path) -> set[tuple[str, str, str]]:
         """Return the module from which names are imported, without `gaitgraph`; None if it is another library's."""
         above = node.level - (source in packages)
         parts = ["gaitgraph", *source.split(".")]
-        start = [part for part in parts[: len(parts) - above] if part] if node.level else []
+        start = (
+            [part for part in parts[: len(parts) - above] if part] if node.level else []
+        )
         first, _, rest = ".".join([*start, *filter(None, [node.module])]).partition(".")
         return rest if first == "gaitgraph" else None
 
@@ -75,7 +90,9 @@ def arrows(root: Path) -> set[tuple[str, str, str]]:
         if full in trees:
             return full
         for node in ast.walk(trees[base]) if base in packages else ():
-            if isinstance(node, ast.ImportFrom) and name in [alias.asname or alias.name for alias in node.names]:
+            if isinstance(node, ast.ImportFrom) and name in [
+                alias.asname or alias.name for alias in node.names
+            ]:
                 inner = base_of(base, node)
                 return base if inner is None else home_of(inner, name)
         return base
@@ -85,18 +102,31 @@ def arrows(root: Path) -> set[tuple[str, str, str]]:
             for alias in node.names:
                 first, _, target = alias.name.partition(".")
                 if first == "gaitgraph":
-                    yield target if alias.asname and target else ANYTHING  # else `gaitgraph` itself is bound
+                    yield (
+                        target if alias.asname and target else ANYTHING
+                    )  # else `gaitgraph` itself is bound
         elif isinstance(node, ast.ImportFrom):
             base = base_of(source, node)
             for alias in node.names:
                 if base is not None:
-                    yield ANYTHING if (base, alias.name) == ("", "*") else home_of(base, alias.name)
+                    yield (
+                        ANYTHING
+                        if (base, alias.name) == ("", "*")
+                        else home_of(base, alias.name)
+                    )
                 elif alias.name == "import_module" and alias.asname:
                     yield ANYTHING
-        elif getattr(node, "id", getattr(node, "attr", "")) in ("import_module", "__import__"):
+        elif getattr(node, "id", getattr(node, "attr", "")) in (
+            "import_module",
+            "__import__",
+        ):
             yield ANYTHING
 
-    inside = {source: tree for source, tree in trees.items() if source not in ("", "_lazy", "__main__")}
+    inside = {
+        source: tree
+        for source, tree in trees.items()
+        if source not in ("", "_lazy", "__main__")
+    }
     return {
         (source, place, target)
         for source, tree in inside.items()
@@ -114,8 +144,15 @@ def problems(root: Path) -> list[str]:
         if RANKS.index(target.split(".")[0]) > RANKS.index(source.split(".")[0])
     }
     graph = nx.DiGraph((source, target) for source, _, target in found - upward)
-    circles = [sorted(part) for part in nx.strongly_connected_components(graph) if len(part) > 1]
-    lines = [f"{source}: {place or 'module'} imports {target}" for source, place, target in upward]
+    circles = [
+        sorted(part)
+        for part in nx.strongly_connected_components(graph)
+        if len(part) > 1
+    ]
+    lines = [
+        f"{source}: {place or 'module'} imports {target}"
+        for source, place, target in upward
+    ]
     return sorted([*lines, *(f"circle of {' and '.join(part)}" for part in circles)])
 
 
@@ -126,7 +163,9 @@ def test_imports_keep_the_order() -> None:
 
 def test_records_with_arrays_are_compared_as_objects() -> None:
     record = r"^@dataclass\((?!.*eq=False).*frozen.*\nclass.*\n(?:(?:    .*)?\n)*?    \w+: (?!.*compare=False).*Array\b"
-    for path in PACKAGE.rglob("*.py"):  # a generated == would ask for the truth of an array
+    for path in PACKAGE.rglob(
+        "*.py"
+    ):  # a generated == would ask for the truth of an array
         assert not re.findall(record, path.read_text(encoding="utf-8"), re.M), path
 
 
@@ -140,12 +179,24 @@ WRONG = [
     ("surface/sheets", "from ..plots import axes", "plots.axes"),
     ("surface/sheets", "from gaitgraph import plots", "plots"),
     ("surface/sheets", "from gaitgraph import draw", "plots.axes"),
-    ("surface/sheets", "if TYPE_CHECKING:\n    from gaitgraph.plots import draw", "plots.axes"),
-    ("surface/sheets", "from importlib import import_module\nimport_module('gaitgraph.plots')", "*"),
+    (
+        "surface/sheets",
+        "if TYPE_CHECKING:\n    from gaitgraph.plots import draw",
+        "plots.axes",
+    ),
+    (
+        "surface/sheets",
+        "from importlib import import_module\nimport_module('gaitgraph.plots')",
+        "*",
+    ),
     ("surface/sheets", "from importlib import import_module as load", "*"),
     ("surface/sheets", "__import__('gaitgraph.plots')", "*"),
     ("surface/__init__", "from gaitgraph.plots.axes import draw", "plots.axes"),
-    ("surface/__init__", "if TYPE_CHECKING:\n    from ..plots.axes import draw as draw", "plots.axes"),
+    (
+        "surface/__init__",
+        "if TYPE_CHECKING:\n    from ..plots.axes import draw as draw",
+        "plots.axes",
+    ),
     ("surface/adjacency", "from gaitgraph.surface import roots", "surface.sheets"),
     ("surface/adjacency", "def f():\n    from .sheets import roots", "surface.sheets"),
     ("surface/adjacency", "from gaitgraph import surface", "surface.sheets"),
@@ -154,16 +205,23 @@ WRONG = [
     ("gait/gait", CHECK.format("Gait", "rules"), "validation.rules"),
 ]
 RIGHT = [
-    ("plots/axes", "import os.path\nfrom .. import surface\nfrom gaitgraph import __version__, roots", None),
+    (
+        "plots/axes",
+        "import os.path\nfrom .. import surface\nfrom gaitgraph import __version__, roots",
+        None,
+    ),
     ("gait/gait", CHECK.format("Gait", "validating"), None),
 ]
 
 
 @pytest.mark.parametrize(("module", "code", "reached"), [*WRONG, *RIGHT])
-def test_each_form_of_import_is_judged(tmp_path: Path, module: str, code: str, reached: str | None) -> None:
+def test_each_form_of_import_is_judged(
+    tmp_path: Path, module: str, code: str, reached: str | None
+) -> None:
     listing = "if TYPE_CHECKING:\n    from gaitgraph.{0} import {1} as {1}\n"
     files = {
-        "__init__": listing.format("plots", "draw") + "    from gaitgraph import plots as plots\n__version__ = '1'\n",
+        "__init__": listing.format("plots", "draw")
+        + "    from gaitgraph import plots as plots\n__version__ = '1'\n",
         "angles": "",
         "surface/__init__": listing.format("surface.sheets", "roots"),
         "surface/adjacency": "from gaitgraph.angles import text\n",
@@ -180,11 +238,15 @@ def test_each_form_of_import_is_judged(tmp_path: Path, module: str, code: str, r
         path = tmp_path / f"{name}.py"
         path.parent.mkdir(exist_ok=True)
         path.write_text(text + code * (name == module))
-    assert [line.split()[-1] for line in problems(tmp_path)] == ([reached] if reached else [])
+    assert [line.split()[-1] for line in problems(tmp_path)] == (
+        [reached] if reached else []
+    )
 
 
 def test_the_page_lists_the_packages() -> None:
-    there = {path.stem for path in PACKAGE.glob("*.py")} | {path.parent.name for path in PACKAGE.glob("*/__init__.py")}
+    there = {path.stem for path in PACKAGE.glob("*.py")} | {
+        path.parent.name for path in PACKAGE.glob("*/__init__.py")
+    }
     assert there - {"__init__", "__main__", "_lazy"} == set(ORDER)
     assert len(ORDER) == len(set(ORDER))
 
@@ -197,7 +259,9 @@ def test_the_package_does_not_grow() -> None:
 
 
 def test_every_command_is_in_the_file_that_is_stated() -> None:
-    assert {*cli.COMMANDS.values()} == {path.stem for path in (PACKAGE / "cli").glob("*.py")} - {"__init__"}
+    assert {*cli.COMMANDS.values()} == {
+        path.stem for path in (PACKAGE / "cli").glob("*.py")
+    } - {"__init__"}
     for name in cli.cli.list_commands(click.Context(cli.cli)):
         found = cli.cli.get_command(click.Context(cli.cli), name)
         assert found is not None
@@ -207,7 +271,9 @@ def test_every_command_is_in_the_file_that_is_stated() -> None:
 def loaded_by(code: str) -> set[str]:
     heavy = "{'numpy', 'scipy', 'networkx', 'shapely', 'matplotlib', 'click'}"
     script = f"{code}\nimport sys\nprint(*sorted({heavy} & set(sys.modules)))"
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=True
+    )
     return set(done.stdout.splitlines()[-1].split())
 
 

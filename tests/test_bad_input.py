@@ -35,7 +35,13 @@ from gaitgraph.surface.admissible import (
     thrust_region,
 )
 from gaitgraph.surface.region import Zones
-from gaitgraph.surface.sheets import FIBER_TYPES, PLANE_TYPES, root_arrays, roots, types_from_text
+from gaitgraph.surface.sheets import (
+    FIBER_TYPES,
+    PLANE_TYPES,
+    root_arrays,
+    roots,
+    types_from_text,
+)
 from gaitgraph.timing.curve import rounded
 from gaitgraph.timing.servo_lag import servo_response
 from gaitgraph.timing.time_optimal import Limits, least_period, paced
@@ -47,13 +53,32 @@ from tests.samples import EXACT
 NAN, INF = math.nan, math.inf
 NAN_TABLE = gg.Table(columns={f"alpha{k}": np.array([0.1, NAN]) for k in range(1, 5)})
 G3, G4 = (lift(GAITS[k].angles, "red") for k in (2, 3))
-NO_NUMBERS: list[Any] = [NAN, INF, -1.0, 1e300, True, "fast", [], 1j, {}, (1.0,), -(10**400)]
+NO_NUMBERS: list[Any] = [
+    NAN,
+    INF,
+    -1.0,
+    1e300,
+    True,
+    "fast",
+    [],
+    1j,
+    {},
+    (1.0,),
+    -(10**400),
+]
 SQUARE = [(0, 0), (1, 0), (1, 1), (0, 1)]
 FORMS = "Gait, TimedGait, Plan, Table, data frame or (n, 4) array, or the path of a gait file or a"
 LISTED: Any = ["a.csv"]
-SMALL: dict[str, Any] = {"name": "small", "gaits": ["gait1"], "attitudes": {"roll": [0.0, 0.3], "pitch": [0.0, 0.2]}}
+SMALL: dict[str, Any] = {
+    "name": "small",
+    "gaits": ["gait1"],
+    "attitudes": {"roll": [0.0, 0.3], "pitch": [0.0, 0.2]},
+}
 TABLE, POINT = table_of(G3.parametrize(samples=4)), lift([(0.3, -0.3)], "red")
-MIXED, EXACT_GAIT = lift(GAITS[2].angles, ["red", "blue"] * 2), lift(GAITS[3].angles, "red", coefficients=EXACT)
+MIXED, EXACT_GAIT = (
+    lift(GAITS[2].angles, ["red", "blue"] * 2),
+    lift(GAITS[3].angles, "red", coefficients=EXACT),
+)
 ROUNDED = rounded(G3, 0.1)
 plan = partial(gg.plan_loop, waypoints=GAITS[2].waypoints, method="grid")
 optimal = partial(gg.optimal_gait, waypoints=[(0, 0)])
@@ -61,7 +86,10 @@ colorings = partial(gg.colorings, points=[(0.1, 0.2)])
 cycles_of = partial(cycles, graph=surface_graph("negative", divisions=8))
 least = partial(least_period, path=G3, limits=Limits(rate=6.0, acceleration=60.0))
 transition = partial(gg.transition, start="hover", end=G4)
-attitudes, curve_of = (partial(function, coefficients=EXACT) for function in (acceptable_attitudes, singular_curve))
+attitudes, curve_of = (
+    partial(function, coefficients=EXACT)
+    for function in (acceptable_attitudes, singular_curve)
+)
 within = partial(least_singular_value_within, alpha=[0.1] * 4)
 TIMED, HEAVY = G3.parametrize(1.0), gg.Vehicle(drag_ratio=0.17, max_thrust=3.0)
 basins = partial(basins_of, TIMED)
@@ -79,74 +107,221 @@ def flight(**values: Any) -> Any:
 # A function, its arguments, and how its refusal begins; … stands for any text.
 REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     # gaits
-    (Gait, {"alpha": np.zeros((0, 4))}, "alpha must have the shape (n, 4) with n at least 1, got (0, 4)"),
-    (Gait, {"alpha": [[0, 0, 0, NAN]]}, "alpha must hold finite angles in radians, got …nan"),
-    (validate, {"gait": NAN_TABLE}, "alpha must hold finite angles in radians, got …nan"),
-    (Gait, {"alpha": np.zeros((2, 4)), "colors": ("red",)}, "colors must be one for each of the 2 corners, got 1"),
-    (Gait, {"alpha": np.zeros((1, 4)), "colors": ("green",)}, "colors must be 'red', …, got …'green'"),
-    (Gait, {"alpha": np.zeros((1, 4)), "colors": (["red"],)}, "colors must be 'red', …, got "),
-    (lift, {"points": [], "colors": "red"}, "points must have the shape (n, 2) with n at least 1"),
+    (
+        Gait,
+        {"alpha": np.zeros((0, 4))},
+        "alpha must have the shape (n, 4) with n at least 1, got (0, 4)",
+    ),
+    (
+        Gait,
+        {"alpha": [[0, 0, 0, NAN]]},
+        "alpha must hold finite angles in radians, got …nan",
+    ),
+    (
+        validate,
+        {"gait": NAN_TABLE},
+        "alpha must hold finite angles in radians, got …nan",
+    ),
+    (
+        Gait,
+        {"alpha": np.zeros((2, 4)), "colors": ("red",)},
+        "colors must be one for each of the 2 corners, got 1",
+    ),
+    (
+        Gait,
+        {"alpha": np.zeros((1, 4)), "colors": ("green",)},
+        "colors must be 'red', …, got …'green'",
+    ),
+    (
+        Gait,
+        {"alpha": np.zeros((1, 4)), "colors": (["red"],)},
+        "colors must be 'red', …, got ",
+    ),
+    (
+        lift,
+        {"points": [], "colors": "red"},
+        "points must have the shape (n, 2) with n at least 1",
+    ),
     (lift, {"points": [(0.0, 0.0, 0.0)], "colors": "red"}, "points must … got (1, 3)"),
     (lift, {"points": [(2.0, 0.0)], "colors": "red"}, "alpha1 must be …, got 2.0"),
     (lift, {"points": [(0.0, NAN)], "colors": "red"}, "alpha2 must be …, got nan"),
-    (lift, {"points": [("x", 0.0)], "colors": "red"}, "points must be finite numbers in radians, or texts"),
-    (lift, {"points": [(0.0, 0.0)], "colors": ["red", "red"]}, "…one for all or for each of the 1 points, got "),
-    *((lift, {"points": [(0.0, 0.0)], "colors": wrong}, f"…got {wrong!r}") for wrong in ("green", None, "fiber1")),
-    *((POINT.biased, {"eta": eta}, "eta must be a number in (0, 1], got") for eta in (0.0, -0.5, 1.5, NAN, "x")),
-    *((vertices, {"alpha": [[0] * 4], "tolerance": off}, "tolerance must be") for off in (-1.0, NAN, INF, "x")),
-    *((G3.started_at, {"corner": k}, "corner must be a whole number from 0 to 3") for k in (1.5, True, -1, 4, "1")),
-    # the surface
-    (roots, {"alpha1": 1.571, "alpha2": 0}, "alpha1 must be within ±π/2 rad, got 1.571"),
-    (root_arrays, {"alpha1": [0.0, 0.1], "alpha2": [NAN, 0.0]}, "alpha2 must be a finite number"),
-    (roots, {"alpha1": "x", "alpha2": 0.1}, "alpha1 must be a finite number in radians, "),
-    (roots, {"alpha1": 0.1, "alpha2": [0.1, 0.2]}, "alpha2 must be a finite number in radians, "),
-    (root_arrays, {"alpha1": ["x"], "alpha2": [0.0]}, "alpha1 must be finite numbers in radians, … got ['x']"),
+    (
+        lift,
+        {"points": [("x", 0.0)], "colors": "red"},
+        "points must be finite numbers in radians, or texts",
+    ),
+    (
+        lift,
+        {"points": [(0.0, 0.0)], "colors": ["red", "red"]},
+        "…one for all or for each of the 1 points, got ",
+    ),
     *(
-        (root_arrays, {"alpha1": 0.1, "alpha2": 0.2, "crossing_tolerance": wrong}, "crossing_tolerance must be a fini")
+        (lift, {"points": [(0.0, 0.0)], "colors": wrong}, f"…got {wrong!r}")
+        for wrong in ("green", None, "fiber1")
+    ),
+    *(
+        (POINT.biased, {"eta": eta}, "eta must be a number in (0, 1], got")
+        for eta in (0.0, -0.5, 1.5, NAN, "x")
+    ),
+    *(
+        (vertices, {"alpha": [[0] * 4], "tolerance": off}, "tolerance must be")
+        for off in (-1.0, NAN, INF, "x")
+    ),
+    *(
+        (G3.started_at, {"corner": k}, "corner must be a whole number from 0 to 3")
+        for k in (1.5, True, -1, 4, "1")
+    ),
+    # the surface
+    (
+        roots,
+        {"alpha1": 1.571, "alpha2": 0},
+        "alpha1 must be within ±π/2 rad, got 1.571",
+    ),
+    (
+        root_arrays,
+        {"alpha1": [0.0, 0.1], "alpha2": [NAN, 0.0]},
+        "alpha2 must be a finite number",
+    ),
+    (
+        roots,
+        {"alpha1": "x", "alpha2": 0.1},
+        "alpha1 must be a finite number in radians, ",
+    ),
+    (
+        roots,
+        {"alpha1": 0.1, "alpha2": [0.1, 0.2]},
+        "alpha2 must be a finite number in radians, ",
+    ),
+    (
+        root_arrays,
+        {"alpha1": ["x"], "alpha2": [0.0]},
+        "alpha1 must be finite numbers in radians, … got ['x']",
+    ),
+    *(
+        (
+            root_arrays,
+            {"alpha1": 0.1, "alpha2": 0.2, "crossing_tolerance": wrong},
+            "crossing_tolerance must be a fini",
+        )
         for wrong in (-1e-3, INF, NAN, True)
     ),
-    (admissible_region, {"accuracy": 1e-10}, "accuracy must be an angle from 1e-09 to 0.1000 rad, got 1e-10"),
-    (singular_value_region, {"floor": -0.1}, "floor must be a finite number ≥ 0, got -0.1"),
-    (thrust_region, {"share": 0.0}, "share must be a positive finite number (of m·g), got 0.0"),
+    (
+        admissible_region,
+        {"accuracy": 1e-10},
+        "accuracy must be an angle from 1e-09 to 0.1000 rad, got 1e-10",
+    ),
+    (
+        singular_value_region,
+        {"floor": -0.1},
+        "floor must be a finite number ≥ 0, got -0.1",
+    ),
+    (
+        thrust_region,
+        {"share": 0.0},
+        "share must be a positive finite number (of m·g), got 0.0",
+    ),
     (sign_region, {"sign": "up"}, "sign must be one of negative, positive, got 'up'"),
-    (sign_region, {"sign": "positive", "color": "green"}, "color must be one of red, blue, got 'green'"),
+    (
+        sign_region,
+        {"sign": "positive", "color": "green"},
+        "color must be one of red, blue, got 'green'",
+    ),
     (admissible_region, {"use": "fun"}, "use must be one of valid, flyable, got 'fun'"),
     (admissible_region, {"floor": NAN}, "floor must be a finite number ≥ 0, got nan"),
-    (hover_region().contains, {"points": [1.0, 2.0, 3.0]}, "point must be finite … got [1.0, 2.0, 3.0]"),
+    (
+        hover_region().contains,
+        {"points": [1.0, 2.0, 3.0]},
+        "point must be finite … got [1.0, 2.0, 3.0]",
+    ),
     (hover_region().component_of, {"point": "here"}, "point must be … got 'here'"),
-    *((colorings, {"points": no}, "points must have shape (n, 2) or (n, 4), n") for no in ([], [[0.1] * 3])),
-    (colorings, {"points": [("a", "b")]}, "points must be finite numbers in radians, … got [('a', 'b')]"),
+    *(
+        (colorings, {"points": no}, "points must have shape (n, 2) or (n, 4), n")
+        for no in ([], [[0.1] * 3])
+    ),
+    (
+        colorings,
+        {"points": [("a", "b")]},
+        "points must be finite numbers in radians, … got [('a', 'b')]",
+    ),
     (colorings, {"points": [[0.0, NAN]]}, "alpha2 must be a finite number"),
-    (colorings, {"sign": "negativ"}, "sign must be one of …, got 'negativ'; did you mean 'negative'?"),
-    (colorings, {"crossing_tolerance": -0.1}, "crossing_tolerance must be a finite number ≥ 0 (rad), got -0.1"),
+    (
+        colorings,
+        {"sign": "negativ"},
+        "sign must be one of …, got 'negativ'; did you mean 'negative'?",
+    ),
+    (
+        colorings,
+        {"crossing_tolerance": -0.1},
+        "crossing_tolerance must be a finite number ≥ 0 (rad), got -0.1",
+    ),
     *(
         (Zones, {name: [SQUARE, corners, SQUARE]}, f"{name} polygon 2…{message}")
         for name in ("keep_out", "keep_in")
         for corners, message in (
             ("square", "must be a list of corners [alpha1, alpha2], got 'square'"),
-            ([(0, 0), (1, 0), (0.5,)], "must be a list of corners [alpha1, alpha2], got [(0, 0), (1, 0), (0.5,)]"),
-            ([(0, 0), (1, 0), (0, 0), (1, 0)], "must have three or more corners that are not on a line"),
-            ([(0, 0), (1e-7, 0), (0, 1e-7)], "must have three or more corners that are not on a line"),
+            (
+                [(0, 0), (1, 0), (0.5,)],
+                "must be a list of corners [alpha1, alpha2], got [(0, 0), (1, 0), (0.5,)]",
+            ),
+            (
+                [(0, 0), (1, 0), (0, 0), (1, 0)],
+                "must have three or more corners that are not on a line",
+            ),
+            (
+                [(0, 0), (1e-7, 0), (0, 1e-7)],
+                "must have three or more corners that are not on a line",
+            ),
             ([(0, 0), (1, 0), (0, "x")], "alpha2 must be a finite number in radians"),
-            ([(0, 0), (1, 0), (1e7, 1)], "alpha1 must be within ±π rad, got 10000000.0"),
-            ([(0, 0), (1, 1), (1, 0), (0, 1)], "must not cross or touch itself, got "),  # a bow tie
+            (
+                [(0, 0), (1, 0), (1e7, 1)],
+                "alpha1 must be within ±π rad, got 10000000.0",
+            ),
+            (
+                [(0, 0), (1, 1), (1, 0), (0, 1)],
+                "must not cross or touch itself, got ",
+            ),  # a bow tie
             (
                 [(0, 0), (1, 1), (2, 0), (2, 2), (1, 1), (0, 2)],
                 "must not cross or touch itself, got ",
             ),  # two that touch
         )
     ),
-    (Zones, {"keep_in": "square"}, "keep_in must be a list of polygons, each a list of …, got 'square'"),
+    (
+        Zones,
+        {"keep_in": "square"},
+        "keep_in must be a list of polygons, each a list of …, got 'square'",
+    ),
     # graphs
     *(
-        (surface_graph, {"divisions": wrong}, "divisions must be a whole number from 2 to 256, got ")
+        (
+            surface_graph,
+            {"divisions": wrong},
+            "divisions must be a whole number from 2 to 256, got ",
+        )
         for wrong in (0, 1, -3, 1.5, "16", True, 100000)
     ),
-    *((surface_graph, {"waypoints": [wrong]}, "waypoint 1 …must be") for wrong in ((NAN, 0.0), (2.0, 0), (0, 0, 0))),
-    *((surface_graph, {"floor": wrong}, "floor must be a finite number ≥ 0, got ") for wrong in (NAN, -1.0, "x")),
-    *((cycles_of, {"max_length": wrong}, f"max_length must be … got {wrong}") for wrong in (-1, NAN, INF, True)),
-    (cycles_of, {"use": "fly"}, "use must be one of flyable, valid, two_color, got 'fly'"),
-    (cycles_of, {"effort": 0}, "effort must be a whole number from 1 to 1000000000000, got 0"),
+    *(
+        (surface_graph, {"waypoints": [wrong]}, "waypoint 1 …must be")
+        for wrong in ((NAN, 0.0), (2.0, 0), (0, 0, 0))
+    ),
+    *(
+        (surface_graph, {"floor": wrong}, "floor must be a finite number ≥ 0, got ")
+        for wrong in (NAN, -1.0, "x")
+    ),
+    *(
+        (cycles_of, {"max_length": wrong}, f"max_length must be … got {wrong}")
+        for wrong in (-1, NAN, INF, True)
+    ),
+    (
+        cycles_of,
+        {"use": "fly"},
+        "use must be one of flyable, valid, two_color, got 'fly'",
+    ),
+    (
+        cycles_of,
+        {"effort": 0},
+        "effort must be a whole number from 1 to 1000000000000, got 0",
+    ),
     # plans
     (plan, {"waypoints": []}, "waypoints must be …, got []"),
     (plan, {"waypoints": ()}, "waypoints must be …, got none"),
@@ -155,92 +330,285 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     (plan, {"vehicle": None}, "vehicle must be … got None"),
     (plan, {"color": np.array(["red"])}, "color must be … got array"),
     (plan, {"waypoints": [(0, 0, 0)]}, "waypoint 1 must be [alpha1, alpha2], got "),
-    (plan, {"waypoints": [(0, 0), ("x", 0)]}, "waypoint 2 alpha1 must be a finite number …, got 'x'"),
-    (plan, {"waypoints": [("100deg", 0)]}, "waypoint 1 alpha1 must be within ±π/2 rad, got '100deg'"),
-    (partial(POINT.parametrize().write, LISTED), {}, "output must be the path of a file, got ['a.csv']"),
+    (
+        plan,
+        {"waypoints": [(0, 0), ("x", 0)]},
+        "waypoint 2 alpha1 must be a finite number …, got 'x'",
+    ),
+    (
+        plan,
+        {"waypoints": [("100deg", 0)]},
+        "waypoint 1 alpha1 must be within ±π/2 rad, got '100deg'",
+    ),
+    (
+        partial(POINT.parametrize().write, LISTED),
+        {},
+        "output must be the path of a file, got ['a.csv']",
+    ),
     # degrees without a unit
-    (plan, {"waypoints": [(0, 30)]}, "waypoint 1 alpha2 must be within ±π/2 rad, got 30; for degrees write '30deg'"),
-    (plan, {"waypoints": [("−30", 0)]}, "waypoint 1 alpha1 must be …, got '−30'; for degrees write '−30deg'"),
-    (plan, {"keep_out": [[(30, -60), (40, -60), (40, -50)]]}, "keep_out polygon 1 alpha1 …±π rad, got 30; for degrees"),
-    (plan, {"keep_in": [[(2, 2), (3, 2), (3, 3)]]}, "keep_in polygon 1 must overlap the square of ±π/2 rad, got [(2"),
-    (optimal, {"radius": 10}, "radius must be an angle from 0 to π/2 rad, got 10; for degrees write '10deg'"),
-    (gg.retarget, {"source": [[0.0] * 4], "margin": 5.0}, "margin must be …, got 5.0; for degrees write '5deg'"),
-    (validate, {"gait": POINT, "angle_rounding": 5}, "angle_rounding must be …, got 5; for degrees write '5deg'"),
+    (
+        plan,
+        {"waypoints": [(0, 30)]},
+        "waypoint 1 alpha2 must be within ±π/2 rad, got 30; for degrees write '30deg'",
+    ),
+    (
+        plan,
+        {"waypoints": [("−30", 0)]},
+        "waypoint 1 alpha1 must be …, got '−30'; for degrees write '−30deg'",
+    ),
+    (
+        plan,
+        {"keep_out": [[(30, -60), (40, -60), (40, -50)]]},
+        "keep_out polygon 1 alpha1 …±π rad, got 30; for degrees",
+    ),
+    (
+        plan,
+        {"keep_in": [[(2, 2), (3, 2), (3, 3)]]},
+        "keep_in polygon 1 must overlap the square of ±π/2 rad, got [(2",
+    ),
+    (
+        optimal,
+        {"radius": 10},
+        "radius must be an angle from 0 to π/2 rad, got 10; for degrees write '10deg'",
+    ),
+    (
+        gg.retarget,
+        {"source": [[0.0] * 4], "margin": 5.0},
+        "margin must be …, got 5.0; for degrees write '5deg'",
+    ),
+    (
+        validate,
+        {"gait": POINT, "angle_rounding": 5},
+        "angle_rounding must be …, got 5; for degrees write '5deg'",
+    ),
     *(
         (gg.Vehicle, {"drag_to_thrust": 0.05, **more}, message)
         for more, message in (
-            ({"arm_length": 0.25, "drag_ratio": 0.21}, "drag_ratio must equal Km/(Kf·L) = 0.2 … got 0.21"),
-            ({"drag_coefficient": 4e-7, "thrust_coefficient": 5e-6}, "drag_to_thrust must equal Km/Kf = 0.0… got 0.05"),
-            ({"drag_ratio": 0.99e-9}, "drag_ratio must be between 1e-9 and 1e9 (dimensionless), got 9.9e-10"),
+            (
+                {"arm_length": 0.25, "drag_ratio": 0.21},
+                "drag_ratio must equal Km/(Kf·L) = 0.2 … got 0.21",
+            ),
+            (
+                {"drag_coefficient": 4e-7, "thrust_coefficient": 5e-6},
+                "drag_to_thrust must equal Km/Kf = 0.0… got 0.05",
+            ),
+            (
+                {"drag_ratio": 0.99e-9},
+                "drag_ratio must be between 1e-9 and 1e9 (dimensionless), got 9.9e-10",
+            ),
             ({"drag_ratio": 1.01e9}, "drag_ratio must be between 1e-9 and 1e9"),
         )
     ),
-    (coefficients_of, {"vehicle": "beetle_omni", "kind": "published"}, "coefficients must be 'exact' …0.0599…0.168666"),
-    (coefficients_of, {"kind": "rounded"}, "coefficients must be one of published, exact, got 'rounded'"),
-    (lift([(0.9, -0.9)], "red", vehicle=HEAVY).check, {}, "…no mass … which the check of the largest thrust needs"),
-    *(
-        (types_from_text, {"label": label}, f"types must be one of {', '.join((*PLANE_TYPES, *FIBER_TYPES))}, got ")
-        for label in ("(+,-)", "(-,+)", "(+,−)", "", "+,+", "(+)", "(+,+", "(+,+,+)", "(1,1)", "[+,+]", "(*,*)")
+    (
+        coefficients_of,
+        {"vehicle": "beetle_omni", "kind": "published"},
+        "coefficients must be 'exact' …0.0599…0.168666",
     ),
-    *((types_from_text, {"label": label}, "types must be") for label in ("(*,+)", "(-,*)", 3, None, ("+", "+"))),
-    (gg.Vehicle, {"drag_ratio": 0.1, "max_tilt": 60}, "max_tilt must be …, got 60.0; for degrees write '60deg'"),
-    (gg.Vehicle, {"drag_ratio": 0.1, "first_arm_angle": 45}, "first_arm_angle must be …; for degrees write '45deg'"),
+    (
+        coefficients_of,
+        {"kind": "rounded"},
+        "coefficients must be one of published, exact, got 'rounded'",
+    ),
+    (
+        lift([(0.9, -0.9)], "red", vehicle=HEAVY).check,
+        {},
+        "…no mass … which the check of the largest thrust needs",
+    ),
+    *(
+        (
+            types_from_text,
+            {"label": label},
+            f"types must be one of {', '.join((*PLANE_TYPES, *FIBER_TYPES))}, got ",
+        )
+        for label in (
+            "(+,-)",
+            "(-,+)",
+            "(+,−)",
+            "",
+            "+,+",
+            "(+)",
+            "(+,+",
+            "(+,+,+)",
+            "(1,1)",
+            "[+,+]",
+            "(*,*)",
+        )
+    ),
+    *(
+        (types_from_text, {"label": label}, "types must be")
+        for label in ("(*,+)", "(-,*)", 3, None, ("+", "+"))
+    ),
+    (
+        gg.Vehicle,
+        {"drag_ratio": 0.1, "max_tilt": 60},
+        "max_tilt must be …, got 60.0; for degrees write '60deg'",
+    ),
+    (
+        gg.Vehicle,
+        {"drag_ratio": 0.1, "first_arm_angle": 45},
+        "first_arm_angle must be …; for degrees write '45deg'",
+    ),
     (within, {"tilt": 30}, "tilt must be …, got 30; for degrees write '30deg'"),
     (plan, {"waypoints": [(0, 0)] * 1001}, "waypoints must be at most 1000, got 1001"),
-    (plan, {"color": "rad"}, "color must be one of auto, red, blue, got 'rad'; did you mean 'red'"),
+    (
+        plan,
+        {"color": "rad"},
+        "color must be one of auto, red, blue, got 'rad'; did you mean 'red'",
+    ),
     (plan, {"sign": 1}, "sign must be … got 1"),
     (plan, {"require": "fly"}, "require must be one of flyable, valid, got 'fly'"),
-    (plan, {"objective": "thrust"}, "objective must be one of shortest, robust, got 'thrust'; use "),
+    (
+        plan,
+        {"objective": "thrust"},
+        "objective must be one of shortest, robust, got 'thrust'; use ",
+    ),
     (plan, {"law": "x"}, "law must be … got 'x'"),
     (plan, {"floor": NAN}, "floor must be a finite number ≥ 0, got nan"),
     (plan, {"reverse": 1}, "reverse must be true or false, got 1"),
     (transition, {"start": None}, "start must be a Gait, … got None"),
-    (transition, {"vehicle": gg.PAPER}, "vehicle must be None beside a gait, which has its own"),
-    (transition, {"end": "hover", "coefficients": "rough"}, "coefficients must be one of published, exact, got 'r"),
-    (transition, {"rate": 10, "samples": 10}, "samples and rate must not both be given, got 10 and 10"),
-    (transition, {"samples": 5_000_001}, "samples must give at most 5000000 samples, got 5000001"),
-    (transition, {"start": G3, "end": EXACT_GAIT}, "end must be a gait for 'paper' (published coefficients), as the s"),
-    (transition, {"end": G3, "law": "fast"}, "law must be one of smooth, constant-speed, equal-time, got 'fast'"),
-    (transition, {"end": G3, "floor": -0.1}, "floor must be a finite number ≥ 0, got -0.1"),
+    (
+        transition,
+        {"vehicle": gg.PAPER},
+        "vehicle must be None beside a gait, which has its own",
+    ),
+    (
+        transition,
+        {"end": "hover", "coefficients": "rough"},
+        "coefficients must be one of published, exact, got 'r",
+    ),
+    (
+        transition,
+        {"rate": 10, "samples": 10},
+        "samples and rate must not both be given, got 10 and 10",
+    ),
+    (
+        transition,
+        {"samples": 5_000_001},
+        "samples must give at most 5000000 samples, got 5000001",
+    ),
+    (
+        transition,
+        {"start": G3, "end": EXACT_GAIT},
+        "end must be a gait for 'paper' (published coefficients), as the s",
+    ),
+    (
+        transition,
+        {"end": G3, "law": "fast"},
+        "law must be one of smooth, constant-speed, equal-time, got 'fast'",
+    ),
+    (
+        transition,
+        {"end": G3, "floor": -0.1},
+        "floor must be a finite number ≥ 0, got -0.1",
+    ),
     *(
-        (transition, {"duration": wrong}, "duration must be between 1e-6 and 5e8 s, got ")
+        (
+            transition,
+            {"duration": wrong},
+            "duration must be between 1e-6 and 5e8 s, got ",
+        )
         for wrong in (0, 0.99e-6, 5.01e8, NAN, "1", True)
     ),
     # optimization
     (optimal, {"waypoints": [(0, 0)] * 41}, "waypoints must be at most 40, got 41"),
-    (optimal, {"radius": 6.3}, "radius must be an angle from 0 to π/2 rad, got 6.3; for degrees write '6.3deg'"),
-    (optimal, {"radius": [0.1, 0.2]}, "radius must be one for all waypoints or one for each of 1, got 2"),
-    (optimal, {"objective": "tilt"}, "objective must be one of singular_value, hover_reserve, tilt_rate, got 'tilt'"),
-    (optimal, {"sign": "both"}, "sign must be one of auto, positive, negative, got 'both'"),
+    (
+        optimal,
+        {"radius": 6.3},
+        "radius must be an angle from 0 to π/2 rad, got 6.3; for degrees write '6.3deg'",
+    ),
+    (
+        optimal,
+        {"radius": [0.1, 0.2]},
+        "radius must be one for all waypoints or one for each of 1, got 2",
+    ),
+    (
+        optimal,
+        {"objective": "tilt"},
+        "objective must be one of singular_value, hover_reserve, tilt_rate, got 'tilt'",
+    ),
+    (
+        optimal,
+        {"sign": "both"},
+        "sign must be one of auto, positive, negative, got 'both'",
+    ),
     (optimal, {"floor": -1}, "floor must be a finite number ≥ 0, got -1"),
     (optimal, {"pieces": 7}, "pieces must be a whole number from 8 to 400, got 7"),
     (optimal, {"concession": 0}, "concession must be above 0 and at most 0.5, got 0"),
-    (gg.retarget, {"source": [[0, 0, 0]]}, "gait must be a Gait, … (n, 4) array, … got [[0, 0, 0]]"),
-    (gg.retarget, {"source": [[0, 0, 0, INF]]}, "row 1: alpha4 must be a finite number, … got inf"),
-    (gg.retarget, {"source": np.zeros((MOST_ROWS + 1, 4))}, "gait must have at most 200000 rows, got 200001"),
-    (gg.retarget, {"source": [[0, 0, 0, 0]], "margin": -1}, "margin must be an angle from 0 to π/2 rad, got -1"),
-    (gg.retarget, {"source": [[0, 0, 0, 0]], "sign": "both"}, "sign must be one of negative, positive, got 'both'"),
+    (
+        gg.retarget,
+        {"source": [[0, 0, 0]]},
+        "gait must be a Gait, … (n, 4) array, … got [[0, 0, 0]]",
+    ),
+    (
+        gg.retarget,
+        {"source": [[0, 0, 0, INF]]},
+        "row 1: alpha4 must be a finite number, … got inf",
+    ),
+    (
+        gg.retarget,
+        {"source": np.zeros((MOST_ROWS + 1, 4))},
+        "gait must have at most 200000 rows, got 200001",
+    ),
+    (
+        gg.retarget,
+        {"source": [[0, 0, 0, 0]], "margin": -1},
+        "margin must be an angle from 0 to π/2 rad, got -1",
+    ),
+    (
+        gg.retarget,
+        {"source": [[0, 0, 0, 0]], "sign": "both"},
+        "sign must be one of negative, positive, got 'both'",
+    ),
     (gg.retarget, {"source": "no.csv"}, "gait file 'no.csv' cannot be read: "),
     # timing
-    *((clock, {"period": wrong}, f"period must be … got {wrong!r}") for wrong in (0.0, 0.999e-6, 1.001e9, NAN, "1")),
-    *((clock, {"samples": wrong}, f"samples must be … got {wrong}") for wrong in (0, True, 10_000_001)),
-    *((clock, {"rate": wrong}, f"rate must … got {wrong} Hz") for wrong in (-1.0, 10_000_001.0)),
+    *(
+        (clock, {"period": wrong}, f"period must be … got {wrong!r}")
+        for wrong in (0.0, 0.999e-6, 1.001e9, NAN, "1")
+    ),
+    *(
+        (clock, {"samples": wrong}, f"samples must be … got {wrong}")
+        for wrong in (0, True, 10_000_001)
+    ),
+    *(
+        (clock, {"rate": wrong}, f"rate must … got {wrong} Hz")
+        for wrong in (-1.0, 10_000_001.0)
+    ),
     (clock, {"rate": 1.0, "samples": 4}, "samples and rate must not both"),
     (clock, {"law": "smoth"}, "law must be … got 'smoth'…; did you mean 'smooth'"),
     (ROUNDED.curve.check, {"floor": -1.0}, "floor must be … got -1.0"),
-    *((rounded, {"gait": G3, "tolerance": size}, "tolerance must be") for size in (0.0, 0.9e-5, NAN, "big")),
-    *((rounded, {"gait": wrong, "tolerance": 0.01}, "…color") for wrong in (G3.biased(0.8), MIXED)),
+    *(
+        (rounded, {"gait": G3, "tolerance": size}, "tolerance must be")
+        for size in (0.0, 0.9e-5, NAN, "big")
+    ),
+    *(
+        (rounded, {"gait": wrong, "tolerance": 0.01}, "…color")
+        for wrong in (G3.biased(0.8), MIXED)
+    ),
     (Limits, {"rate": 1.0}, "limits must have an acceleration or a jerk, got neither"),
-    *((Limits, {"acceleration": bad}, f"acceleration must be … got {bad}") for bad in (-1.0, NAN, [1, 2])),
+    *(
+        (Limits, {"acceleration": bad}, f"acceleration must be … got {bad}")
+        for bad in (-1.0, NAN, [1, 2])
+    ),
     (least, {"path": 3}, "gait must be … got 3"),
-    (least, {"path": ROUNDED.curve, "rounding": 0.1}, "rounding must be None … got 0.1"),
+    (
+        least,
+        {"path": ROUNDED.curve, "rounding": 0.1},
+        "rounding must be None … got 0.1",
+    ),
     (least, {"nodes": 5}, "nodes must be … got 5"),
     (least, {"limits": {"rate": 5}}, "limits must be … got {'rate': 5}"),
     (least, {"samples": 3, "rate": 5.0}, "samples and rate must not both"),
     (least, {"path": G3.biased(0.8)}, "…color"),
     (least, {"rounding": -1.0}, "tolerance must be … got -1.0"),
-    (paced, {"path": G3, "limits": Limits(acceleration=60.0), "period": 0.0}, "period must be … got 0.0"),
-    *((lag_of, {"lag": lag}, "lag must be a positive") for lag in (0.0, -1.0, NAN, "slow", [0.1, 0.2], True)),
+    (
+        paced,
+        {"path": G3, "limits": Limits(acceleration=60.0), "period": 0.0},
+        "period must be … got 0.0",
+    ),
+    *(
+        (lag_of, {"lag": lag}, "lag must be a positive")
+        for lag in (0.0, -1.0, NAN, "slow", [0.1, 0.2], True)
+    ),
     *(
         (lag_of, {"lag": lag}, "lag must be from 3.2… to 1e+06 s for the period 1 s")
         for lag in (1e300, [0.1, 0.1, 2e6, 0.1], 3e-5)
@@ -248,20 +616,48 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     # flights and studies
     *(
         (flight, {name: wrong}, name)
-        for name in FlightSettings().as_mapping().keys() - {"reference", "arms", "saturation", "seed", "wind"}
+        for name in FlightSettings().as_mapping().keys()
+        - {"reference", "arms", "saturation", "seed", "wind"}
         for wrong in NO_NUMBERS
     ),
-    (flight, {"atitude_noise": 0.1}, "flight has no field 'atitude_noise'; did you mean 'attitude_noise'"),
-    (flight, {"tolerance": 10.1}, "tolerance must be between 1e-09 and 10 (rad and m), got 10.1"),
+    (
+        flight,
+        {"atitude_noise": 0.1},
+        "flight has no field 'atitude_noise'; did you mean 'attitude_noise'",
+    ),
+    (
+        flight,
+        {"tolerance": 10.1},
+        "tolerance must be between 1e-09 and 10 (rad and m), got 10.1",
+    ),
     (flight, {"gust": 100.01}, "gust must be between 0 and 100"),
-    (flight, {"reference": "hoover"}, "reference must be one of attitude, hover, step, line, circle, got 'hoover'; di"),
+    (
+        flight,
+        {"reference": "hoover"},
+        "reference must be one of attitude, hover, step, line, circle, got 'hoover'; di",
+    ),
     (flight, {"saturation": 1}, "saturation must be true or false, got 1"),
-    (flight, {"seed": -1}, "seed must be a whole number from 0 to 18446744073709551615, got -1"),
-    *((flight, {"wind": wrong}, "wind must be two or three numbers") for wrong in ("12", (1, NAN))),
-    (flight, {"wind": (1, 2, 100.1)}, "wind …from -100 to 100"),
-    (flight, {"control_rate": 300.0}, "control_rate must be 1000 Hz divided by a whole number, for steps of 0.001 s, "),
+    (
+        flight,
+        {"seed": -1},
+        "seed must be a whole number from 0 to 18446744073709551615, got -1",
+    ),
     *(
-        (FlightSettings, {f"{loop}_damping": damping, "control_rate": rate}, f"{loop}_damping must be between {lowest}")
+        (flight, {"wind": wrong}, "wind must be two or three numbers")
+        for wrong in ("12", (1, NAN))
+    ),
+    (flight, {"wind": (1, 2, 100.1)}, "wind …from -100 to 100"),
+    (
+        flight,
+        {"control_rate": 300.0},
+        "control_rate must be 1000 Hz divided by a whole number, for steps of 0.001 s, ",
+    ),
+    *(
+        (
+            FlightSettings,
+            {f"{loop}_damping": damping, "control_rate": rate},
+            f"{loop}_damping must be between {lowest}",
+        )
         for loop in ("attitude", "altitude")
         for damping, rate, lowest in (
             (2100.0, 1000, "0.05125 and 1949.95 1/s to be"),
@@ -280,42 +676,140 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     *(
         (Engine, {"vehicle": gg.PAPER.replace(**changes)}, message)
         for changes, message in (
-            ({"inertia": (1.0, 1.0, 3.0)}, "…must be three positive moments … is not that of a rigid body"),
-            ({"arm_inertia": 1e-3}, "…without 0.004 of each for four arms is not that of a rigid body"),
-            ({"inertia": (1e-10, 1e-10, 1e-10)}, "mass, inertia and arm length must be in the range of the …mjMINVAL"),
-            ({"mass": 1e-18}, "mass, inertia and arm length must be in the range of the physics engine, got those"),
+            (
+                {"inertia": (1.0, 1.0, 3.0)},
+                "…must be three positive moments … is not that of a rigid body",
+            ),
+            (
+                {"arm_inertia": 1e-3},
+                "…without 0.004 of each for four arms is not that of a rigid body",
+            ),
+            (
+                {"inertia": (1e-10, 1e-10, 1e-10)},
+                "mass, inertia and arm length must be in the range of the …mjMINVAL",
+            ),
+            (
+                {"mass": 1e-18},
+                "mass, inertia and arm length must be in the range of the physics engine, got those",
+            ),
         )
     ),
     (fly, {"gait": 3}, "gait must be a Gait"),
-    *((fly, {"gait": TIMED, "attitude": at}, "attitude must be a roll") for at in ((0.1,), (4.0, 0.0), (0.0, 1.6))),
-    (from_hover, {"gait": G4.parametrize(), "periods": 0}, "periods must be a whole number from 1 to 10000, got 0"),
-    (basins, {"resolution": 2.5}, "resolution must be a whole number from 1 to 100000, got 2.5"),
-    (basins, {"resolution": 317}, "resolution must make at most 100000 flights, got 301467"),
+    *(
+        (fly, {"gait": TIMED, "attitude": at}, "attitude must be a roll")
+        for at in ((0.1,), (4.0, 0.0), (0.0, 1.6))
+    ),
+    (
+        from_hover,
+        {"gait": G4.parametrize(), "periods": 0},
+        "periods must be a whole number from 1 to 10000, got 0",
+    ),
+    (
+        basins,
+        {"resolution": 2.5},
+        "resolution must be a whole number from 1 to 100000, got 2.5",
+    ),
+    (
+        basins,
+        {"resolution": 317},
+        "resolution must make at most 100000 flights, got 301467",
+    ),
     (basins, {"begins": 0}, "begins must be a whole number from 1 to 100000, got 0"),
-    (basins, {"extent": "90deg"}, "extent must be an angle above 0 and below pi/2, got '90deg'"),
-    (basins, {"settings": FlightSettings(duration=0.99)}, "duration must be at least the gait's period, 1 s, got 0.99"),
-    (basins, {"settings": FlightSettings(reference="hover")}, "reference must be attitude for a basin, got 'hover'"),
-    (basins, {"biases": [0.0]}, "bias must be different numbers above 0, up to 1, got [0.0]"),
-    (basins, {"biases": [0.8, 1.0, 0.8]}, "bias must be different numbers above 0, up to 1, got [0.8, 1.0, 0.8]"),
-    (study, {"gait": ["gait3"]}, "the study has no field 'gait'; did you mean 'gaits'?"),
-    (study, {"gaits": ["gait5"]}, "gait 1: file must be gait1, gait2, gait3, gait4 or the name of a file, got 'gait5'"),
-    (study, {"gaits": [{"waypoints": [[0, 0]], "period": 2.0}]}, "gait 1: it has no field 'period'; the fields are na"),
-    (study, {"gaits": [{"file": 3}]}, "gait 1: name and file must be texts, got '3' and 3"),
-    (study, {"vehicles": ["paper", "paper"]}, "names of vehicles must be different values, one at least, got ['"),
-    (study, {"vehicles": [{"preset": "paper", "mass": {"to": 1}}]}, "vehicle 1: mass must be a list, or a table with "),
-    (study, {"biases": [0.8, 1.2]}, "biases must be a number in (0, 1], got 1.2"),
-    (study, {"periods": 9e-7}, "periods must be between 1e-6 and 1e6 s, got 9e-07"),
-    (study, {"periods": {"from": 2, "to": 2, "count": 2}}, "periods must be a list, or a table with from below to"),
-    (study, {"periods": {"from": 1, "to": 2, "count": 1}}, "periods.count must be a whole number from 2 to 1000000, g"),
-    (study, {"attitudes": {"roll": 3.15}}, "roll must be within ±π rad, got 3.15"),
-    (study, {"attitudes": {"pitch": 1.6}}, "pitch must be within ±π/2 rad, got 1.6"),
-    (study, {"flight": {"durations": 1}}, "flight has no field 'durations'; did you mean 'duration'?"),
-    (study, {"sample": {"seed": 3}}, "sample.kind must be grid, or random with a count and a seed, got {'seed': 3}"),
-    (study, {"sample": {"count": 2, "seed": -1}}, "sample.seed must be a whole number from 0 to 184467440737095516"),
-    (study, {"anyway": "yes"}, "name must be a text and anyway true or false, got 'small' and 'yes'"),
+    (
+        basins,
+        {"extent": "90deg"},
+        "extent must be an angle above 0 and below pi/2, got '90deg'",
+    ),
+    (
+        basins,
+        {"settings": FlightSettings(duration=0.99)},
+        "duration must be at least the gait's period, 1 s, got 0.99",
+    ),
+    (
+        basins,
+        {"settings": FlightSettings(reference="hover")},
+        "reference must be attitude for a basin, got 'hover'",
+    ),
+    (
+        basins,
+        {"biases": [0.0]},
+        "bias must be different numbers above 0, up to 1, got [0.0]",
+    ),
+    (
+        basins,
+        {"biases": [0.8, 1.0, 0.8]},
+        "bias must be different numbers above 0, up to 1, got [0.8, 1.0, 0.8]",
+    ),
     (
         study,
-        {"periods": {"from": 1, "to": 2, "count": 90000}, "biases": {"from": 0.1, "to": 1, "count": 100}},
+        {"gait": ["gait3"]},
+        "the study has no field 'gait'; did you mean 'gaits'?",
+    ),
+    (
+        study,
+        {"gaits": ["gait5"]},
+        "gait 1: file must be gait1, gait2, gait3, gait4 or the name of a file, got 'gait5'",
+    ),
+    (
+        study,
+        {"gaits": [{"waypoints": [[0, 0]], "period": 2.0}]},
+        "gait 1: it has no field 'period'; the fields are na",
+    ),
+    (
+        study,
+        {"gaits": [{"file": 3}]},
+        "gait 1: name and file must be texts, got '3' and 3",
+    ),
+    (
+        study,
+        {"vehicles": ["paper", "paper"]},
+        "names of vehicles must be different values, one at least, got ['",
+    ),
+    (
+        study,
+        {"vehicles": [{"preset": "paper", "mass": {"to": 1}}]},
+        "vehicle 1: mass must be a list, or a table with ",
+    ),
+    (study, {"biases": [0.8, 1.2]}, "biases must be a number in (0, 1], got 1.2"),
+    (study, {"periods": 9e-7}, "periods must be between 1e-6 and 1e6 s, got 9e-07"),
+    (
+        study,
+        {"periods": {"from": 2, "to": 2, "count": 2}},
+        "periods must be a list, or a table with from below to",
+    ),
+    (
+        study,
+        {"periods": {"from": 1, "to": 2, "count": 1}},
+        "periods.count must be a whole number from 2 to 1000000, g",
+    ),
+    (study, {"attitudes": {"roll": 3.15}}, "roll must be within ±π rad, got 3.15"),
+    (study, {"attitudes": {"pitch": 1.6}}, "pitch must be within ±π/2 rad, got 1.6"),
+    (
+        study,
+        {"flight": {"durations": 1}},
+        "flight has no field 'durations'; did you mean 'duration'?",
+    ),
+    (
+        study,
+        {"sample": {"seed": 3}},
+        "sample.kind must be grid, or random with a count and a seed, got {'seed': 3}",
+    ),
+    (
+        study,
+        {"sample": {"count": 2, "seed": -1}},
+        "sample.seed must be a whole number from 0 to 184467440737095516",
+    ),
+    (
+        study,
+        {"anyway": "yes"},
+        "name must be a text and anyway true or false, got 'small' and 'yes'",
+    ),
+    (
+        study,
+        {
+            "periods": {"from": 1, "to": 2, "count": 90000},
+            "biases": {"from": 0.1, "to": 1, "count": 100},
+        },
         "study 'small' must have at most 1000000 cases, got 36000000",
     ),
     # files
@@ -325,33 +819,80 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
         "periods must be a whole number from 1 to 100000, got 0",
     ),
     # validation and robustness
-    (validate, {"gait": TABLE, "tolerance": -1}, "tolerance must be a finite number ≥ 0, got -1"),
-    (validate, {"gait": G3, "floor": NAN}, "floor must be a finite number ≥ 0, got nan"),
-    (validate, {"gait": G3, "angle_rounding": INF}, "angle_rounding must be a finite number in radians, … got inf"),
-    (validate, {"gait": TABLE, "crossing_tolerance": "x"}, "crossing_tolerance must be … got 'x'"),
-    (validate, {"gait": TABLE, "coefficients": "rough"}, "coefficients must be one of published, exact, got 'rough'"),
+    (
+        validate,
+        {"gait": TABLE, "tolerance": -1},
+        "tolerance must be a finite number ≥ 0, got -1",
+    ),
+    (
+        validate,
+        {"gait": G3, "floor": NAN},
+        "floor must be a finite number ≥ 0, got nan",
+    ),
+    (
+        validate,
+        {"gait": G3, "angle_rounding": INF},
+        "angle_rounding must be a finite number in radians, … got inf",
+    ),
+    (
+        validate,
+        {"gait": TABLE, "crossing_tolerance": "x"},
+        "crossing_tolerance must be … got 'x'",
+    ),
+    (
+        validate,
+        {"gait": TABLE, "coefficients": "rough"},
+        "coefficients must be one of published, exact, got 'rough'",
+    ),
     (validate, {"gait": 3}, f"gait must be a {FORMS} request, got 3"),
-    (gg.export, {"source": G3, "outputs": np.array(3.0)}, "output must be the path of a file, got array"),
+    (
+        gg.export,
+        {"source": G3, "outputs": np.array(3.0)},
+        "output must be the path of a file, got array",
+    ),
     (validate, {"gait": G3, "vehicle": gg.PAPER}, "vehicle must be None beside a gait"),
     *(
         (robustness_of, {"gait": POINT, name: value}, message)
         for name, wrong, message in (
-            ("bias", (0, 1.5, NAN, [0.8, None]), "bias must be a number in (0, 1], got "),
+            (
+                "bias",
+                (0, 1.5, NAN, [0.8, None]),
+                "bias must be a number in (0, 1], got ",
+            ),
             ("scale", (0, 1.0001), "scale must be a number in (0, 1], got "),
-            ("tilt", (math.pi / 2, -0.1, NAN), "tilt must be at least 0 and less than π/2 rad, got "),
+            (
+                "tilt",
+                (math.pi / 2, -0.1, NAN),
+                "tilt must be at least 0 and less than π/2 rad, got ",
+            ),
             ("tolerance", (0, INF), "tolerance must be a finite number above 0, got "),
             ("angle_rounding", (-1, INF), "angle_rounding must be … got "),
-            ("curves", (-1, 10_001, 1.5), "curves must be a whole number from 0 to 10000, got "),
-            ("coefficients", ("rough",), "coefficients must be one of published, exact, got 'rough'"),
+            (
+                "curves",
+                (-1, 10_001, 1.5),
+                "curves must be a whole number from 0 to 10000, got ",
+            ),
+            (
+                "coefficients",
+                ("rough",),
+                "coefficients must be one of published, exact, got 'rough'",
+            ),
         )
         for value in wrong
     ),
     (robustness_of, {"gait": [[0, 0, 0, 0, 0]]}, "gait must be a Gait"),
     (robustness_of, {"gait": "none.csv"}, "gait file …No such file"),
-    (attitudes, {"alpha": [[0, 0, 0, 0], [0, INF, 0, 0]]}, "alpha must be finite tilt angles of shape (n, 4), n at"),
+    (
+        attitudes,
+        {"alpha": [[0, 0, 0, 0], [0, INF, 0, 0]]},
+        "alpha must be finite tilt angles of shape (n, 4), n at",
+    ),
     (attitudes, {"alpha": np.zeros((0, 4))}, "alpha must be finite tilt angles"),
     (attitudes, {"alpha": [[0.0] * 3]}, "alpha must be finite tilt angles"),
-    *((curve_of, {"alpha": wrong}, "alpha must be four finite tilt angles") for wrong in ([NAN, 0, 0, 0], [0, 0, 0])),
+    *(
+        (curve_of, {"alpha": wrong}, "alpha must be four finite tilt angles")
+        for wrong in ([NAN, 0, 0, 0], [0, 0, 0])
+    ),
     *(
         (within, {"tilt": tilt}, "tilt must be at least 0 and less than π/2 rad, got ")
         for tilt in (-0.1, math.pi / 2, NAN, "95deg", True, np.array([0.1, 0.2]))
@@ -359,8 +900,12 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
 ]
 
 
-@pytest.mark.parametrize(("function", "arguments", "message"), REFUSED, ids=range(len(REFUSED)))
-def test_bad_input_is_named_in_one_line(function: Any, arguments: dict[str, Any], message: str) -> None:
+@pytest.mark.parametrize(
+    ("function", "arguments", "message"), REFUSED, ids=range(len(REFUSED))
+)
+def test_bad_input_is_named_in_one_line(
+    function: Any, arguments: dict[str, Any], message: str
+) -> None:
     with pytest.raises((FileProblem, InputError)) as caught:
         function(**arguments)
     assert re.match(".*".join(map(re.escape, message.split("…"))), str(caught.value))

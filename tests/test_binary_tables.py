@@ -45,7 +45,9 @@ def test_any_finite_values_survive(suffix: str, tmp_path: Path) -> None:
     made: dict[str, Any] = {f"alpha{k}": np.roll(values, k) for k in range(1, 5)}
     about = {"": "ü\n\0\r", "'\"{},;": 1.7e308, "\U0001f681": -0.0}
     for rows, colors in ((5, {}), (1, {"color": ("red",) * 5})):
-        table = Table(columns=made | colors | {"R": 1e11 * values}, about=about).rows(0, rows)
+        table = Table(columns=made | colors | {"R": 1e11 * values}, about=about).rows(
+            0, rows
+        )
         write_tables(table, [tmp_path / f"any{suffix}"], force=True)
         found = read_table(tmp_path / f"any{suffix}")
         assert_same(found, table)
@@ -62,32 +64,62 @@ def test_numpy_reads_the_archive(planned: TimedGait, tmp_path: Path) -> None:
             assert found[name].dtype == float or found[name].dtype.kind == "U"
         assert found["provenance"].shape == ()
         assert json.loads(found["provenance"].item())["about"]["period"] == 2.0
-    assert {one.date_time for one in zipfile.ZipFile(path).infolist()} == {(1980, 1, 1, 0, 0, 0)}
+    assert {one.date_time for one in zipfile.ZipFile(path).infolist()} == {
+        (1980, 1, 1, 0, 0, 0)
+    }
 
 
 def test_scipy_reads_the_matlab_file(planned: TimedGait, tmp_path: Path) -> None:
     path = tmp_path / "gait.mat"
     planned.write(path)
     found = loadmat(path, squeeze_me=True)
-    assert path.read_bytes()[:116] == f"MATLAB 5.0 MAT-file, written by gaitgraph {gg.__version__}".ljust(116).encode()
+    assert (
+        path.read_bytes()[:116]
+        == f"MATLAB 5.0 MAT-file, written by gaitgraph {gg.__version__}".ljust(
+            116
+        ).encode()
+    )
     assert loadmat(path)["t"].shape == loadmat(path)["alpha1"].shape == (13, 1)
     for name, values in planned.columns().items():
-        np.testing.assert_array_equal(np.char.strip(found[name]) if name in ("color", "types") else found[name], values)
-    for group, values in zip(("alpha", "alpha_rate", "alpha_acceleration"), planned.at(planned.t), strict=True):
+        np.testing.assert_array_equal(
+            np.char.strip(found[name]) if name in ("color", "types") else found[name],
+            values,
+        )
+    for group, values in zip(
+        ("alpha", "alpha_rate", "alpha_acceleration"),
+        planned.at(planned.t),
+        strict=True,
+    ):
         np.testing.assert_array_equal(found[group], values)
-    units = dict(zip(np.char.strip(found["names"]).tolist(), np.char.strip(found["units"]).tolist(), strict=True))
-    assert (units["t"], units["alpha3"], units["alpha3_rate"], units["R"]) == ("s", "rad", "rad/s", "1")
+    units = dict(
+        zip(
+            np.char.strip(found["names"]).tolist(),
+            np.char.strip(found["units"]).tolist(),
+            strict=True,
+        )
+    )
+    assert (units["t"], units["alpha3"], units["alpha3_rate"], units["R"]) == (
+        "s",
+        "rad",
+        "rad/s",
+        "1",
+    )
     assert found["provenance"] == provenance_text(table_of(planned))
 
 
 @pytest.mark.parametrize(("library", "stated"), [("pandas", True), ("polars", False)])
-def test_parquet_is_exchanged_with(library: str, stated: bool, planned: TimedGait, tmp_path: Path) -> None:
+def test_parquet_is_exchanged_with(
+    library: str, stated: bool, planned: TimedGait, tmp_path: Path
+) -> None:
     frames = pytest.importorskip(library)
     ours, theirs = tmp_path / "a.parquet", tmp_path / "b.parquet"
     planned.write(ours)
     schema = pq.ParquetFile(ours).schema_arrow
     assert schema.field("alpha2_acceleration").metadata[b"unit"] == b"rad/s^2"
-    assert [str(schema.field(name).type)[:24] for name in ("t", "color")] == ["double", "dictionary<values=string"]
+    assert [str(schema.field(name).type)[:24] for name in ("t", "color")] == [
+        "double",
+        "dictionary<values=string",
+    ]
     assert json.loads(schema.metadata[b"gaitgraph"])["version"] == gg.__version__
     frame = frames.read_parquet(ours)
     assert {name: list(frame[name]) for name in frame.columns} == {
@@ -96,7 +128,9 @@ def test_parquet_is_exchanged_with(library: str, stated: bool, planned: TimedGai
     (frame.to_parquet if stated else frame.write_parquet)(theirs)
     found = read_table(theirs)
     assert_same(found, table_of(planned))
-    assert found.about == (table_of(planned).about if stated else {})  # what polars writes states nothing
+    assert found.about == (
+        table_of(planned).about if stated else {}
+    )  # what polars writes states nothing
     assert check_mutations(theirs.read_bytes(), theirs, count=75) > 20
 
 
@@ -104,11 +138,19 @@ def test_row_groups_do_not_depend_on_how_pieces_are_cut(tmp_path: Path) -> None:
     t = np.arange(ROWS_OF_A_PIECE + 1000.0)
     table = Table(columns={"t": t, **{f"alpha{k}": np.sin(t + k) for k in range(1, 5)}})
 
-    for name, places in (("one", (0, len(table))), ("more", (0, 10, 60_000, 66_000, len(table)))):
+    for name, places in (
+        ("one", (0, len(table))),
+        ("more", (0, 10, 60_000, 66_000, len(table))),
+    ):
         write_tables(partial(cut, table, places), [tmp_path / f"{name}.parquet"])
-    assert (tmp_path / "one.parquet").read_bytes() == (tmp_path / "more.parquet").read_bytes()
+    assert (tmp_path / "one.parquet").read_bytes() == (
+        tmp_path / "more.parquet"
+    ).read_bytes()
     groups = pq.ParquetFile(tmp_path / "one.parquet").metadata
-    assert [groups.row_group(k).num_rows for k in range(groups.num_row_groups)] == [ROWS_OF_A_PIECE, 1000]
+    assert [groups.row_group(k).num_rows for k in range(groups.num_row_groups)] == [
+        ROWS_OF_A_PIECE,
+        1000,
+    ]
     for name in ("more.parquet", "long.npz"):
         write_tables(table, [tmp_path / name], force=True)
         assert_same(read_table(tmp_path / name), table)
@@ -118,27 +160,53 @@ def test_row_groups_do_not_depend_on_how_pieces_are_cut(tmp_path: Path) -> None:
 
 
 def test_arrays_of_other_kinds_are_read(tmp_path: Path) -> None:
-    rows = {"alpha1": np.array([0, 1], dtype=np.int8), "alpha2": np.array([-1.0, -0.5], dtype=">f8")}
-    rows |= {"alpha3": np.array([0.5, 1], dtype=np.float32), "alpha4": np.array([-0.5, -1], dtype=np.float16)}
-    savez(tmp_path / "a.npz", **rows, color=np.array("red"), note=np.array([1, 2, 3]), deep=np.zeros((2, 2)))
+    rows = {
+        "alpha1": np.array([0, 1], dtype=np.int8),
+        "alpha2": np.array([-1.0, -0.5], dtype=">f8"),
+    }
+    rows |= {
+        "alpha3": np.array([0.5, 1], dtype=np.float32),
+        "alpha4": np.array([-0.5, -1], dtype=np.float16),
+    }
+    savez(
+        tmp_path / "a.npz",
+        **rows,
+        color=np.array("red"),
+        note=np.array([1, 2, 3]),
+        deep=np.zeros((2, 2)),
+    )
     table = read_table(tmp_path / "a.npz")
     assert table["alpha1"].tolist() == [0, 1]
     assert table["alpha2"].tolist() == [-1, -0.5]
     assert table["color"] == ("red", "red")
-    savemat(tmp_path / "a.mat", {**rows, "fs": 100.0, "cells": np.array([1, "a"], dtype=object), "color": "red"})
+    savemat(
+        tmp_path / "a.mat",
+        {
+            **rows,
+            "fs": 100.0,
+            "cells": np.array([1, "a"], dtype=object),
+            "color": "red",
+        },
+    )
     found = read_table(tmp_path / "a.mat")
     assert found.alpha.tolist() == table.alpha.tolist()
     assert found["color"] == ("red", "red")
 
 
 @pytest.mark.parametrize("packed", [False, True])
-def test_matlab_files_may_hold_more_than_arrays(packed: bool, planned: TimedGait, tmp_path: Path) -> None:
+def test_matlab_files_may_hold_more_than_arrays(
+    packed: bool, planned: TimedGait, tmp_path: Path
+) -> None:
     alpha, t, path = planned.alpha, planned.t, tmp_path / "a.mat"
     parts = {f"alpha{k + 1}": alpha[:, k] for k in range(4)}
     for content in (
         {"alpha": alpha, "t": t, "fs": 5.0},
         {**parts, "t": t[:, None], "gait": {"note": 1.0}},
-        {"alpha": alpha, "t": t, "run7": {"alpha1": 3.0, "inner": {"deeper": {"deepest": 1.0}}}},
+        {
+            "alpha": alpha,
+            "t": t,
+            "run7": {"alpha1": 3.0, "inner": {"deeper": {"deepest": 1.0}}},
+        },
     ):
         savemat(path, content, do_compression=packed)
         table = read_table(path)
@@ -148,12 +216,18 @@ def test_matlab_files_may_hold_more_than_arrays(packed: bool, planned: TimedGait
 
 def part(kind: int, content: bytes) -> bytes:
     """Return an element of a MATLAB file."""
-    return struct.pack("<II", kind, len(content)) + content + b"\0" * (-len(content) % 8)
+    return (
+        struct.pack("<II", kind, len(content)) + content + b"\0" * (-len(content) % 8)
+    )
 
 
 def head_of(kind: int, name: str, rows: int = 1) -> bytes:
     """Return what precedes the values of an array in a MATLAB file."""
-    return part(6, struct.pack("<II", kind, 0)) + part(5, struct.pack("<ii", rows, 1)) + part(1, name.encode())
+    return (
+        part(6, struct.pack("<II", kind, 0))
+        + part(5, struct.pack("<ii", rows, 1))
+        + part(1, name.encode())
+    )
 
 
 HEADER = b"MATLAB 5.0 MAT-file".ljust(124) + b"\0\1IM"
@@ -193,30 +267,69 @@ NPY = "{'descr': '%s', 'fortran_order': False, 'shape': %s, }"
     ("member", "message"),
     [
         (npy(NPY % ("<f8", "(3000000,)"), b"\0" * 24), "alpha3 must be a column .*EOF"),
-        (npy(NPY % ("<f8", "(3, 2)"), b"\0" * 48), r"alpha3 must be a column .*shape \(3, 2\)"),
-        (npy(NPY % ("<c16", "(3,)"), b"\0" * 48), "alpha3 must be a column of numbers .*complex128"),
-        (npy(NPY % ("|b1", "(3,)"), b"\0" * 3), "alpha3 must be a column of numbers .*bool"),
-        (npy(NPY % ("<M8[s]", "(3,)"), b"\0" * 24), "alpha3 must be a column of numbers .*datetime"),
-        (npy(NPY % ("|O", "(3,)"), pickle.dumps([Trap()] * 3)), "alpha3 must be .*Object arrays cannot be loaded"),
-        (npy("{'descr': __import__('os').abort(), 'fortran_order': False, 'shape': (3,), }"), "alpha3 .*malformed"),
-        (npy(NPY % ("<f8", "(2,)"), b"\0" * 16), "columns must have equally many rows, got 2 to 3"),
-        (npy(NPY % ("<U1", "(3,)"), b"\0\0\0\x80" * 3), "it is not an archive .*, or it is broken"),
-        (npy(NPY % ("<f8", "(3,)"), b"\0" * 16 + struct.pack("<d", np.nan)), "row 3: alpha3"),
+        (
+            npy(NPY % ("<f8", "(3, 2)"), b"\0" * 48),
+            r"alpha3 must be a column .*shape \(3, 2\)",
+        ),
+        (
+            npy(NPY % ("<c16", "(3,)"), b"\0" * 48),
+            "alpha3 must be a column of numbers .*complex128",
+        ),
+        (
+            npy(NPY % ("|b1", "(3,)"), b"\0" * 3),
+            "alpha3 must be a column of numbers .*bool",
+        ),
+        (
+            npy(NPY % ("<M8[s]", "(3,)"), b"\0" * 24),
+            "alpha3 must be a column of numbers .*datetime",
+        ),
+        (
+            npy(NPY % ("|O", "(3,)"), pickle.dumps([Trap()] * 3)),
+            "alpha3 must be .*Object arrays cannot be loaded",
+        ),
+        (
+            npy(
+                "{'descr': __import__('os').abort(), 'fortran_order': False, 'shape': (3,), }"
+            ),
+            "alpha3 .*malformed",
+        ),
+        (
+            npy(NPY % ("<f8", "(2,)"), b"\0" * 16),
+            "columns must have equally many rows, got 2 to 3",
+        ),
+        (
+            npy(NPY % ("<U1", "(3,)"), b"\0\0\0\x80" * 3),
+            "it is not an archive .*, or it is broken",
+        ),
+        (
+            npy(NPY % ("<f8", "(3,)"), b"\0" * 16 + struct.pack("<d", np.nan)),
+            "row 3: alpha3",
+        ),
         (b"\x93NUMPY\2\0\xff\xff\xff\xff", "alpha3 must be .*EOF"),
     ],
 )
-def test_arrays_that_are_no_columns_are_refused(member: bytes, message: str, tmp_path: Path) -> None:
+def test_arrays_that_are_no_columns_are_refused(
+    member: bytes, message: str, tmp_path: Path
+) -> None:
     path = npz_of(tmp_path / "bad.npz", alpha3=member)
     assert re.search(message, refusal(path))
     fine = npz_of(tmp_path / "fine.npz", something=member)
     assert len(read_table(fine)) == 3  # what is no column of ours is ignored
 
 
-def test_archives_that_are_broken_or_too_large_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_archives_that_are_broken_or_too_large_are_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     path = npz_of(tmp_path / "a.npz")
     whole = path.read_bytes()
     middle = len(whole) // 2
-    for content in (b"", b"PK\3\4 no zip", whole[:-30], whole[:middle] + whole[middle + 9 :], b"\x93NUMPY\1\0"):
+    for content in (
+        b"",
+        b"PK\3\4 no zip",
+        whole[:-30],
+        whole[:middle] + whole[middle + 9 :],
+        b"\x93NUMPY\1\0",
+    ):
         path.write_bytes(content)
         assert "it is not an archive that numpy.savez wrote" in refusal(path)
     savez_compressed(path, **{f"alpha{k}": np.zeros(1000) for k in range(1, 5)})
@@ -231,15 +344,33 @@ def test_matlab_files_with_something_else_are_refused(tmp_path: Path) -> None:
     path, cells = tmp_path / "a.mat", np.array([1, "a"], dtype=object)
     three = {name: values for name, values in FOUR.items() if name != "alpha1"}
     for content, message in (
-        ({"fs": 100.0, "signal": np.zeros(9)}, "column 'alpha1' is missing.*other columns are 'fs', 'signal'"),
+        (
+            {"fs": 100.0, "signal": np.zeros(9)},
+            "column 'alpha1' is missing.*other columns are 'fs', 'signal'",
+        ),
         ({**three, "alpha1": cells}, "column 'alpha1' is missing"),
         ({**three, "alpha1": {"a": 1.0}}, "column 'alpha1' is missing"),
-        ({**three, "alpha1": np.zeros(3) * 1j}, "alpha1 must be a column of numbers .*complex"),
-        ({**three, "alpha1": np.zeros((3, 2))}, r"alpha1 must be a column .*shape \(3, 2\)"),
-        ({**three, "alpha1": np.zeros(4)}, "columns must have equally many rows, got 3 to 4"),
+        (
+            {**three, "alpha1": np.zeros(3) * 1j},
+            "alpha1 must be a column of numbers .*complex",
+        ),
+        (
+            {**three, "alpha1": np.zeros((3, 2))},
+            r"alpha1 must be a column .*shape \(3, 2\)",
+        ),
+        (
+            {**three, "alpha1": np.zeros(4)},
+            "columns must have equally many rows, got 3 to 4",
+        ),
         ({**three, "alpha1": np.array(["0x", "1", "2"])}, "row 1: alpha1 .*'0x'"),
-        ({"alpha": np.zeros((4, 9)), "t": np.zeros(9)}, r"alpha must be a matrix of 4 columns, .*\(4, 9\)"),
-        ({"run7": {"alpha": np.zeros((9, 4))}}, "it must have variables of numbers; save -struct writes"),
+        (
+            {"alpha": np.zeros((4, 9)), "t": np.zeros(9)},
+            r"alpha must be a matrix of 4 columns, .*\(4, 9\)",
+        ),
+        (
+            {"run7": {"alpha": np.zeros((9, 4))}},
+            "it must have variables of numbers; save -struct writes",
+        ),
     ):
         for packed in (False, True):
             savemat(path, content, do_compression=packed, long_field_names=True)
@@ -252,7 +383,9 @@ def packed(content: bytes) -> bytes:
     return struct.pack("<II", 15, len(short)) + short
 
 
-def test_matlab_files_that_are_broken_or_too_large_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_matlab_files_that_are_broken_or_too_large_are_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     path = tmp_path / "a.mat"
     savemat(path, FOUR)
     whole = path.read_bytes()
@@ -262,15 +395,24 @@ def test_matlab_files_that_are_broken_or_too_large_are_refused(tmp_path: Path, m
     for content, message in (
         (b"", "it must be a MAT-file of level 5"),
         (b"\0" * 200, "it must be a MAT-file of level 5"),
-        (b"MATLAB 7.3 MAT-file".ljust(124) + b"\0\2IM" + b"\0" * 384, "another kind of file .one of version 7.3"),
+        (
+            b"MATLAB 7.3 MAT-file".ljust(124) + b"\0\2IM" + b"\0" * 384,
+            "another kind of file .one of version 7.3",
+        ),
         (b"\0\0\0\0\1\0\0\0\1" + b"\0" * 90, "it must be a MAT-file of level 5"),
         (whole[:-20], "it must be whole, got a variable that ends at byte"),
         (whole[:130], "or it is broken"),
         (HEADER + struct.pack("<II", 15, 4) + bytes(4), "or it is broken"),
         (HEADER + part(9, bytes(8) + b"\6" + bytes(7)), "got an element of type 9"),
-        (HEADER + part(14, head_of(6, "a", 2**30) + part(9, bytes(8))), "or it is broken"),
+        (
+            HEADER + part(14, head_of(6, "a", 2**30) + part(9, bytes(8))),
+            "or it is broken",
+        ),
         (HEADER + bytes(checksum), "or it is broken .*incorrect data check"),
-        (HEADER + packed(struct.pack("<II", 14, 100) + zeros[8:]), "of another size than it states"),
+        (
+            HEADER + packed(struct.pack("<II", 14, 100) + zeros[8:]),
+            "of another size than it states",
+        ),
     ):
         path.write_bytes(content)
         assert re.search(message, refusal(path))
@@ -279,35 +421,69 @@ def test_matlab_files_that_are_broken_or_too_large_are_refused(tmp_path: Path, m
     assert "its variables must have at most 2 MiB, got 300" in refusal(path)
 
 
-def test_matlab_parts_of_unknown_types_and_nested_structs_do_not_reach_scipy(tmp_path: Path) -> None:
+def test_matlab_parts_of_unknown_types_and_nested_structs_do_not_reach_scipy(
+    tmp_path: Path,
+) -> None:
     """The reader of scipy ends the process on them."""
-    path, alphas = tmp_path / "a.mat", [part(14, head_of(6, name, 3) + part(9, bytes(24))) for name in FOUR]
-    for values in (part(14, bytes(24)), part(99, bytes(24)), struct.pack("<II", 9, 2**31), b""):
-        path.write_bytes(HEADER + b"".join(alphas) + part(14, head_of(6, "more", 3) + values))
-        assert re.search("it must be whole, got a part of type|or it is broken", refusal(path))
+    path, alphas = (
+        tmp_path / "a.mat",
+        [part(14, head_of(6, name, 3) + part(9, bytes(24))) for name in FOUR],
+    )
+    for values in (
+        part(14, bytes(24)),
+        part(99, bytes(24)),
+        struct.pack("<II", 9, 2**31),
+        b"",
+    ):
+        path.write_bytes(
+            HEADER + b"".join(alphas) + part(14, head_of(6, "more", 3) + values)
+        )
+        assert re.search(
+            "it must be whole, got a part of type|or it is broken", refusal(path)
+        )
     struct_head = head_of(2, "gait") + part(5, struct.pack("<i", 2)) + part(1, b"a\0")
     nested = b""
     for _ in range(10_000):
-        nested = struct.pack("<II", 14, len(struct_head) + len(nested)) + struct_head + nested
+        nested = (
+            struct.pack("<II", 14, len(struct_head) + len(nested))
+            + struct_head
+            + nested
+        )
     for content in (nested, packed(nested)):
         path.write_bytes(HEADER + content + b"".join(alphas))
         assert len(read_table(path)) == 3
 
 
-def test_parquet_files_with_something_else_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_parquet_files_with_something_else_are_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     path = tmp_path / "a.parquet"
     for changed, message in (
-        ({"alpha1": pa.array([True] * 3)}, "alpha1 must be a column of numbers .*, got bool"),
-        ({"alpha1": pa.array(["0", "1", "x"])}, "row 3: alpha1 must be a finite number, got 'x'"),
-        ({"alpha1": pa.array([[0.0]] * 3)}, "alpha1 must be a column of numbers .*, got list<"),
-        ({"t": pa.array([1, 2, 3], pa.timestamp("s"))}, "t must be a column of numbers .*, got datetime64"),
+        (
+            {"alpha1": pa.array([True] * 3)},
+            "alpha1 must be a column of numbers .*, got bool",
+        ),
+        (
+            {"alpha1": pa.array(["0", "1", "x"])},
+            "row 3: alpha1 must be a finite number, got 'x'",
+        ),
+        (
+            {"alpha1": pa.array([[0.0]] * 3)},
+            "alpha1 must be a column of numbers .*, got list<",
+        ),
+        (
+            {"t": pa.array([1, 2, 3], pa.timestamp("s"))},
+            "t must be a column of numbers .*, got datetime64",
+        ),
         ({"color": pa.array([1, 2, 3])}, "row 1: color must be one of .*, got 1"),
         ({"color": pa.array(["red", None, "red"])}, "row 2: color"),
         ({"alpha2": pa.array([0.0, None, 0.0])}, "row 2: alpha2"),
     ):
         pq.write_table(pa.table({**FOUR, **changed}), path)
         assert re.search(message, refusal(path))
-    pq.write_table(pa.table({**FOUR, "note": ["a", "b", "c"], "when": [[1], [2], [3]]}), path)
+    pq.write_table(
+        pa.table({**FOUR, "note": ["a", "b", "c"], "when": [[1], [2], [3]]}), path
+    )
     assert len(read_table(path)) == 3
     pq.write_table(pa.table({name: values[:0] for name, values in FOUR.items()}), path)
     assert "must have at least one row" in refusal(path)
@@ -318,12 +494,21 @@ def test_parquet_files_with_something_else_are_refused(tmp_path: Path, monkeypat
     assert "its columns must have at most 3 MiB, got 3200000 bytes" in refusal(path)
 
 
-def test_parquet_files_that_are_broken_are_refused(planned: TimedGait, tmp_path: Path) -> None:
+def test_parquet_files_that_are_broken_are_refused(
+    planned: TimedGait, tmp_path: Path
+) -> None:
     path = tmp_path / "a.parquet"
     planned.write(path)
     whole = path.read_bytes()
     huge = whole[:-8] + b"\xff\xff\xff\x7fPAR1"
-    for content in (b"", b"PAR1", b"PAR1PAR1", whole[:-1], whole[: len(whole) // 2], huge):
+    for content in (
+        b"",
+        b"PAR1",
+        b"PAR1PAR1",
+        whole[:-1],
+        whole[: len(whole) // 2],
+        huge,
+    ):
         path.write_bytes(content)
         assert "it is not a Parquet file" in refusal(path)
     path.write_bytes(whole[:-4] + b"PARE")
@@ -337,23 +522,40 @@ def test_what_made_a_file_is_checked(tmp_path: Path) -> None:
     text = '{"format": "gaitgraph gait table"}'
     savez(tmp_path / "a.npz", **FOUR, provenance=np.array(text))
     savemat(tmp_path / "a.mat", {**FOUR, "provenance": text})
-    pq.write_table(pa.table(FOUR).replace_schema_metadata({"gaitgraph": text}), tmp_path / "a.parquet")
+    pq.write_table(
+        pa.table(FOUR).replace_schema_metadata({"gaitgraph": text}),
+        tmp_path / "a.parquet",
+    )
     for suffix in SUFFIXES:
         assert "about must be an object, got None" in refusal(tmp_path / f"a{suffix}")
-    for other in (np.array("measured on Monday"), np.zeros(2), np.array([1, "a"], dtype=object)):
+    for other in (
+        np.array("measured on Monday"),
+        np.zeros(2),
+        np.array([1, "a"], dtype=object),
+    ):
         savez(tmp_path / "a.npz", **FOUR, provenance=other)
         assert read_table(tmp_path / "a.npz").about == {}
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".json", *SUFFIXES])
-def test_mutated_files_are_read_or_refused_in_one_line(suffix: str, planned: TimedGait, tmp_path: Path) -> None:
-    ours, theirs, more = (tmp_path / f"{name}{suffix}" for name in ("ours", "theirs", "more"))
+def test_mutated_files_are_read_or_refused_in_one_line(
+    suffix: str, planned: TimedGait, tmp_path: Path
+) -> None:
+    ours, theirs, more = (
+        tmp_path / f"{name}{suffix}" for name in ("ours", "theirs", "more")
+    )
     planned.write(ours)
     if suffix == ".npz":
-        savez_compressed(theirs, **{name: np.array(v) for name, v in planned.columns().items()})
+        savez_compressed(
+            theirs, **{name: np.array(v) for name, v in planned.columns().items()}
+        )
     elif suffix == ".mat":
         found = loadmat(ours)
-        savemat(theirs, {"alpha": found["alpha"], "provenance": found["provenance"]}, do_compression=True)
+        savemat(
+            theirs,
+            {"alpha": found["alpha"], "provenance": found["provenance"]},
+            do_compression=True,
+        )
         savemat(more, {"alpha": found["alpha"], "t": found["t"].T, "color": "red"})
     for path in (ours, theirs, more):
         if path.exists():

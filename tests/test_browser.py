@@ -27,7 +27,9 @@ from selenium.webdriver.common.action_chains import ActionChains
 from tests.chromium import chromium, serious_findings  # skips where a part is missing
 
 for name in ("starlette", "uvicorn"):
-    pytest.importorskip(name, reason=f"{name}, of the extra 'explore', is not installed")
+    pytest.importorskip(
+        name, reason=f"{name}, of the extra 'explore', is not installed"
+    )
 
 pytestmark = pytest.mark.slow
 
@@ -50,7 +52,9 @@ return found;
 """
 WIDE, NARROW = (1280, 900), (400, 800)
 PATIENCE = 30.0  # until a page that does not come counts as broken [s]
-LEFT, RIGHT, UP, DOWN, ENTER, DELETE, ESCAPE, TAB = "\ue012\ue014\ue013\ue015\ue007\ue017\ue00c\ue004"
+LEFT, RIGHT, UP, DOWN, ENTER, DELETE, ESCAPE, TAB = (
+    "\ue012\ue014\ue013\ue015\ue007\ue017\ue00c\ue004"
+)
 CONTROL, SHIFT = "\ue009", "\ue008"
 STEP = math.pi / 16
 
@@ -81,12 +85,20 @@ class Page:
         """Return what is found as soon as it is true."""
         end = time.monotonic() + PATIENCE
         while not (found := what()):
-            assert time.monotonic() < end, f"waited in vain; the page says {self.text('main')!r}"
+            assert time.monotonic() < end, (
+                f"waited in vain; the page says {self.text('main')!r}"
+            )
             time.sleep(0.01)
         return found
 
     def size(self, width: int, height: int) -> None:
-        self.cdp("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
+        self.cdp(
+            "Emulation.setDeviceMetricsOverride",
+            width=width,
+            height=height,
+            deviceScaleFactor=1,
+            mobile=False,
+        )
 
     def open(self, state: str = "") -> None:
         """Load the page anew, with a state in its address."""
@@ -97,7 +109,9 @@ class Page:
 
     def planned(self) -> None:
         """Wait until the plan of the present state is shown."""
-        self.until(lambda: self.js("return document.documentElement.dataset.planned === 'yes'"))
+        self.until(
+            lambda: self.js("return document.documentElement.dataset.planned === 'yes'")
+        )
 
     def id(self, name: str) -> Any:
         return self.driver.find_element("id", name)
@@ -111,13 +125,17 @@ class Page:
         field.send_keys(text, ENTER)
 
     def text(self, name: str) -> str:
-        return str(self.js("return document.getElementById(arguments[0]).textContent", name)).strip()
+        return str(
+            self.js("return document.getElementById(arguments[0]).textContent", name)
+        ).strip()
 
     def shows_clock(self, text: str) -> bool:
         return self.text("clock") == text
 
     def count(self, selector: str) -> int:
-        return int(self.js("return document.querySelectorAll(arguments[0]).length", selector))
+        return int(
+            self.js("return document.querySelectorAll(arguments[0]).length", selector)
+        )
 
     @property
     def state(self) -> str:
@@ -152,12 +170,22 @@ class Page:
             "const frame = document.querySelector('#map .frame').getBoundingClientRect();"
             " return [frame.left, frame.top, frame.width];"
         )
-        return round(left + (alpha1 / math.pi + 0.5) * side), round(top + (0.5 - alpha2 / math.pi) * side)
+        return round(left + (alpha1 / math.pi + 0.5) * side), round(
+            top + (0.5 - alpha2 / math.pi) * side
+        )
 
     def mouse(self, kind: str, alpha: tuple[float, float]) -> None:
         x, y = self.place(*alpha)
         count = int(kind != "mouseMoved")
-        self.cdp("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", buttons=1, clickCount=count)
+        self.cdp(
+            "Input.dispatchMouseEvent",
+            type=kind,
+            x=x,
+            y=y,
+            button="left",
+            buttons=1,
+            clickCount=count,
+        )
 
     def click(self, *alpha: float) -> None:
         point = (alpha[0], alpha[1])
@@ -186,12 +214,18 @@ class Page:
         lines = [entry["message"] for entry in self.driver.get_log("browser")]
         return [line for line in lines if "WebGL" not in line]
 
-    def touch(self, *points: tuple[float, float], moved: tuple[int, int] = (0, 0)) -> None:
+    def touch(
+        self, *points: tuple[float, float], moved: tuple[int, int] = (0, 0)
+    ) -> None:
         """Touch the first point of the map, drag over the others, each moved by some pixels, and let go."""
         for k, point in enumerate(points):
-            x, y = (place + by for place, by in zip(self.place(*point), moved, strict=True))
+            x, y = (
+                place + by for place, by in zip(self.place(*point), moved, strict=True)
+            )
             kind = "touchMove" if k else "touchStart"
-            self.cdp("Input.dispatchTouchEvent", type=kind, touchPoints=[{"x": x, "y": y}])
+            self.cdp(
+                "Input.dispatchTouchEvent", type=kind, touchPoints=[{"x": x, "y": y}]
+            )
         self.cdp("Input.dispatchTouchEvent", type="touchEnd", touchPoints=[])
 
     def opened(self, path: Path) -> None:
@@ -202,7 +236,10 @@ class Page:
     @contextmanager
     def emulated(self, *, still: bool = True, script: str = "") -> Iterator[None]:
         """Run a script before those of each page, and prefer reduced motion or not."""
-        motion = {"name": "prefers-reduced-motion", "value": "reduce" if still else "no-preference"}
+        motion = {
+            "name": "prefers-reduced-motion",
+            "value": "reduce" if still else "no-preference",
+        }
         self.cdp("Emulation.setEmulatedMedia", features=[motion])
         added = self.cdp("Page.addScriptToEvaluateOnNewDocument", source=script)
         try:
@@ -233,10 +270,15 @@ def address() -> Iterator[str]:
 
 @pytest.fixture(scope="module")
 def window(address: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
-    downloads, profile = tmp_path_factory.mktemp("downloads"), tmp_path_factory.mktemp("profile")
+    downloads, profile = (
+        tmp_path_factory.mktemp("downloads"),
+        tmp_path_factory.mktemp("profile"),
+    )
     with chromium(profile, f"--window-size={WIDE[0]},{WIDE[1]}") as driver:
         page = Page(driver, address, downloads)
-        page.cdp("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(downloads))
+        page.cdp(
+            "Browser.setDownloadBehavior", behavior="allow", downloadPath=str(downloads)
+        )
         yield page
 
 
@@ -245,7 +287,9 @@ def page(window: Page) -> Iterator[Page]:
     """The window, wide; afterwards nothing may stand in its console, and nothing may have come from elsewhere."""
     window.size(*WIDE)
     yield window
-    names = window.js("return performance.getEntriesByType('resource').map((entry) => entry.name)")
+    names = window.js(
+        "return performance.getEntriesByType('resource').map((entry) => entry.name)"
+    )
     ours = (window.address, f"blob:{window.address[:16]}", "data:")
     assert len(names) > 10
     assert [name for name in names if not name.startswith(ours)] == []
@@ -265,7 +309,10 @@ def test_clicking_the_waypoints_of_gait_3(page: Page) -> None:
     assert page.count(".check.ok") == page.count(".check") == 9
     assert "Flyable. red gait, 4 corners" in page.text("verdict-spoken")
     page.has(".attitudes svg", 1)  # the biased gait; that of the gait is one line
-    assert page.text("all-acceptable") == "✓ All attitudes acceptable: tilt margin 90.0°, acceptable 100.00 %"
+    assert (
+        page.text("all-acceptable")
+        == "✓ All attitudes acceptable: tilt margin 90.0°, acceptable 100.00 %"
+    )
     page.until(lambda: page.count("#vehicle-root canvas, #vehicle-root .disc"))
     assert page.count(".uplot canvas") == 2
 
@@ -275,7 +322,10 @@ def test_the_first_visit_shows_gait_4_and_offers_to_try_it(page: Page) -> None:
     page.open()
     page.until(page.id("welcome").is_displayed)
     assert "Gait 4 of the paper" in page.text("welcome")
-    assert [page.count(selector) for selector in (".path.ghost", ".path:not(.ghost)", ".waypoint")] == [1, 0, 0]
+    assert [
+        page.count(selector)
+        for selector in (".path.ghost", ".path:not(.ghost)", ".waypoint")
+    ] == [1, 0, 0]
     assert page.state == ""
     standing = page.vehicle()
     page.id("play").click()
@@ -293,7 +343,10 @@ def test_the_first_visit_shows_gait_4_and_offers_to_try_it(page: Page) -> None:
     page.until(page.id("welcome").is_displayed)
     page.id("draw-own").click()
     assert not page.id("welcome").is_displayed()
-    assert (page.count(".path"), page.js("return document.activeElement.id")) == (0, "map")
+    assert (page.count(".path"), page.js("return document.activeElement.id")) == (
+        0,
+        "map",
+    )
     page.open(GAIT_3)
     assert not page.id("welcome").is_displayed()
 
@@ -312,14 +365,19 @@ def test_the_vehicle_moves_by_itself_until_it_is_paused(page: Page) -> None:
         page.vehicle()
         shown, asked = page.text("clock"), page.js("return window.asked")
         time.sleep(0.5)
-        assert (page.text("clock"), page.js("return window.asked")) == (shown, asked)  # nothing runs in a pause
+        assert (page.text("clock"), page.js("return window.asked")) == (
+            shown,
+            asked,
+        )  # nothing runs in a pause
         page.click(2 * STEP, -2 * STEP)  # a change of the gait does not start it
         page.planned()
         assert page.text("play") == "Play"
 
 
 @pytest.mark.parametrize("way", ["try-gait", "map", "load"])
-def test_the_motion_goes_on_when_the_ghost_makes_room_for_a_gait(page: Page, way: str) -> None:
+def test_the_motion_goes_on_when_the_ghost_makes_room_for_a_gait(
+    page: Page, way: str
+) -> None:
     with page.emulated(still=False):
         page.open()
         page.until(page.id("welcome").is_displayed)
@@ -339,7 +397,10 @@ def test_the_motion_goes_on_when_the_ghost_makes_room_for_a_gait(page: Page, way
 def test_slider_steps_and_the_pointer_set_the_posture(page: Page) -> None:
     page.open(GAIT_3)
     pictures = [page.vehicle()]
-    assert (page.text("play"), page.text("clock")) == ("Step", "0.000 s")  # the browser prefers reduced motion
+    assert (page.text("play"), page.text("clock")) == (
+        "Step",
+        "0.000 s",
+    )  # the browser prefers reduced motion
     for _ in range(3):
         page.id("play").click()
     assert page.text("clock") == "0.375 s"
@@ -350,7 +411,9 @@ def test_slider_steps_and_the_pointer_set_the_posture(page: Page) -> None:
     )
     assert page.text("clock") == "0.600 s"
     pictures.append(page.vehicle())
-    x, y = page.place(3 * math.pi / 8, -2 * STEP - math.pi / 8)  # in the middle of the first leg
+    x, y = page.place(
+        3 * math.pi / 8, -2 * STEP - math.pi / 8
+    )  # in the middle of the first leg
     for dx, clock in ((60, "0.600 s"), (4, "0.125 s"), (-60, "0.125 s")):
         page.cdp("Input.dispatchMouseEvent", type="mouseMoved", x=x + dx, y=y)
         page.until(partial(page.shows_clock, clock))
@@ -380,7 +443,10 @@ def test_without_webgl_the_vehicle_is_drawn(page: Page) -> None:
         page.has("#vehicle-root .disc", 4)
         assert page.count("#vehicle-root canvas") == 0
         assert not any(
-            "three" in name for name in page.js("return performance.getEntriesByType('resource').map((e) => e.name)")
+            "three" in name
+            for name in page.js(
+                "return performance.getEntriesByType('resource').map((e) => e.name)"
+            )
         )
         disc = "return document.querySelector('#vehicle-root .disc').getAttribute('transform')"
         before = page.js(disc)
@@ -395,12 +461,16 @@ def test_gait_1_is_valid_and_not_flyable(page: Page) -> None:
     page.shows("△Not flyable, obeys the paper’s rules")
     assert "least singular value" in page.text("report")
     assert {"least_singular_value", "hover_thrust"} == set(
-        page.js("return [...document.querySelectorAll('.check.no')].map((node) => node.dataset.check)")
+        page.js(
+            "return [...document.querySelectorAll('.check.no')].map((node) => node.dataset.check)"
+        )
     )
     assert page.count(".path.blue") == 1
     assert page.count(".broken") >= 1
     assert "whole blue sheet" in page.text("report")
-    page.until(lambda: "rounding" in page.text("map-note"))  # the map shows the gait's own sheet
+    page.until(
+        lambda: "rounding" in page.text("map-note")
+    )  # the map shows the gait's own sheet
 
 
 def test_the_loop_follows_a_drag_and_undo_takes_it_back(page: Page) -> None:
@@ -417,7 +487,11 @@ def test_the_loop_follows_a_drag_and_undo_takes_it_back(page: Page) -> None:
     assert ["3π/16", "−π/4"] in [corner[:2] for corner in page.corners()]
     page.id("undo").click()
     page.until(lambda: page.state == GAIT_3 and page.js(loop) == before)
-    for key, held, state in (("y", CONTROL, moved), ("z", CONTROL, GAIT_3), ("z", CONTROL + SHIFT, moved)):
+    for key, held, state in (
+        ("y", CONTROL, moved),
+        ("z", CONTROL, GAIT_3),
+        ("z", CONTROL + SHIFT, moved),
+    ):
         page.keys(key, held=held)
         page.at(state)
     assert page.id("redo").get_property("disabled")
@@ -438,8 +512,17 @@ def test_the_address_holds_everything(page: Page) -> None:
     )
     page.open(state)
     page.at(state)
-    assert page.js("return getComputedStyle(document.documentElement).colorScheme") == "dark"
-    expected = {"period": "2.5", "samples": "60", "divisions": "32", "law": "constant-speed", "objective": "robust"}
+    assert (
+        page.js("return getComputedStyle(document.documentElement).colorScheme")
+        == "dark"
+    )
+    expected = {
+        "period": "2.5",
+        "samples": "60",
+        "divisions": "32",
+        "law": "constant-speed",
+        "objective": "robust",
+    }
     assert {name: page.id(name).get_property("value") for name in expected} == expected
     assert page.count(".polygon.keep_out") == page.count(".polygon.keep_in") == 1
     before = page.text("report")
@@ -450,7 +533,9 @@ def test_the_address_holds_everything(page: Page) -> None:
 
 
 def test_a_broken_address_is_reported_and_the_rest_of_it_kept(page: Page) -> None:
-    page.open("waypoints=3pi/8,9&color=green&period=2&nonsense&keep_out=%E0%A4%A&eta=0&samples=1e9&accuracy=1e-9")
+    page.open(
+        "waypoints=3pi/8,9&color=green&period=2&nonsense&keep_out=%E0%A4%A&eta=0&samples=1e9&accuracy=1e-9"
+    )
     for said in (
         "color must be one of auto, red, blue, got “green”", "pairs of angles within ±pi/2, got “3pi/8,9”",
         "eta must be a number from 0.01 to 1, got “0”", "samples must be a whole number from 1 to 10000, got “1e9”",
@@ -472,7 +557,9 @@ def test_a_download_is_a_gait_that_flies(page: Page) -> None:
     saved = page.downloads / "gait.csv"
     page.until(saved.exists)
     assert gg.validate(gg.read_table(saved)).flyable
-    assert page.count("#formats button") == page.count("#formats button:not(:disabled)") + page.count("#formats .small")
+    assert page.count("#formats button") == page.count(
+        "#formats button:not(:disabled)"
+    ) + page.count("#formats .small")
 
 
 def test_a_broken_table_is_marked_where_it_breaks(page: Page, tmp_path: Path) -> None:
@@ -488,13 +575,20 @@ def test_a_broken_table_is_marked_where_it_breaks(page: Page, tmp_path: Path) ->
         ".map((box) => [box.x + box.width / 2, box.y + box.height / 2])"
     )
     assert min(math.hypot(x - left, y - top) for x, y in places) < 3
-    assert page.js("return document.getElementById('use-request').checkVisibility()") is False
-    assert page.js("return document.getElementById('welcome').hidden")  # the ghost of a first visit is gone
+    assert (
+        page.js("return document.getElementById('use-request').checkVisibility()")
+        is False
+    )
+    assert page.js(
+        "return document.getElementById('welcome').hidden"
+    )  # the ghost of a first visit is gone
     assert page.count(".path.ghost") == 0
     page.size(*NARROW)
     for name in ("headline", "reason"):
         box = f"document.getElementById('{name}')"
-        assert page.js(f"return {box}.getBoundingClientRect().right <= innerWidth"), name
+        assert page.js(f"return {box}.getBoundingClientRect().right <= innerWidth"), (
+            name
+        )
         assert page.js(f"return {box}.scrollWidth <= {box}.clientWidth"), name
     page.size(*WIDE)
     page.id("close-table").click()
@@ -505,14 +599,18 @@ def test_a_broken_table_is_marked_where_it_breaks(page: Page, tmp_path: Path) ->
 def test_a_table_of_ours_brings_its_request(page: Page, tmp_path: Path) -> None:
     page.open()
     path = tmp_path / "gait.json"
-    gg.plan_loop(GAITS[3].waypoints, color="red").gait.parametrize(period=1.0).write(path)
+    gg.plan_loop(GAITS[3].waypoints, color="red").gait.parametrize(period=1.0).write(
+        path
+    )
     page.id("file").send_keys(str(path))
     page.shows("✓Flyable")
     page.id("use-request").click()
     page.has(".waypoint", 4)
     page.planned()
     assert page.headline() == "✓Flyable"
-    assert page.state.startswith("waypoints=-pi/8,pi/8;-pi/8,3pi/8;-3pi/8,3pi/8;-3pi/8,pi/8&color=red")
+    assert page.state.startswith(
+        "waypoints=-pi/8,pi/8;-pi/8,3pi/8;-3pi/8,3pi/8;-3pi/8,pi/8&color=red"
+    )
 
 
 def test_the_keyboard_alone(page: Page) -> None:
@@ -521,7 +619,17 @@ def test_the_keyboard_alone(page: Page) -> None:
     page.keys(TAB)
     assert page.js("return document.activeElement.className") == "skip"
     page.js("document.getElementById('map').focus()")
-    page.keys(*(RIGHT * 6), *(DOWN * 6), ENTER, *(UP * 4), ENTER, *(LEFT * 4), ENTER, *(DOWN * 4), ENTER)
+    page.keys(
+        *(RIGHT * 6),
+        *(DOWN * 6),
+        ENTER,
+        *(UP * 4),
+        ENTER,
+        *(LEFT * 4),
+        ENTER,
+        *(DOWN * 4),
+        ENTER,
+    )
     page.until(lambda: page.state == GAIT_3 and page.headline() == "✓Flyable")
     assert page.text("moves-spoken") == "Waypoint 4 added: α1 π/8, α2 −3π/8"
     page.keys("[", RIGHT)
@@ -529,7 +637,9 @@ def test_the_keyboard_alone(page: Page) -> None:
     assert page.text("moves-spoken") == "Waypoint 4: α1 3π/16, α2 −3π/8"
     for _ in range(3):
         page.keys(RIGHT, held=SHIFT)
-    page.until(lambda: page.state.endswith("27pi/128,-3pi/8"))  # a fraction again, whatever was added up
+    page.until(
+        lambda: page.state.endswith("27pi/128,-3pi/8")
+    )  # a fraction again, whatever was added up
     assert page.text("moves-spoken") == "Waypoint 4: α1 27π/128, α2 −3π/8"
     page.keys(DELETE)
     page.has(".waypoint", 3)
@@ -543,7 +653,10 @@ def test_the_keyboard_alone(page: Page) -> None:
     page.id("mode-keep_in").send_keys(ENTER)
     page.keys(" ", ESCAPE)
     assert page.id("mode-waypoints").get_attribute("aria-pressed") == "true"
-    assert page.js("return getComputedStyle(document.activeElement).outlineStyle") == "solid"
+    assert (
+        page.js("return getComputedStyle(document.activeElement).outlineStyle")
+        == "solid"
+    )
     page.planned()
 
 
@@ -557,8 +670,16 @@ def test_waypoints_and_numbers_can_be_typed(page: Page) -> None:
     for one, text, wanted in (
         (field, "2", "Waypoint 2, α2 must be an angle within ±π/2"),
         (field, "0,5", "Waypoint 2, α2 must be an angle within ±π/2"),
-        (page.id("period"), "2,5", "Period (s) must be a number of seconds from 1e-6 to 1e9, got “2,5”"),
-        (page.id("samples"), "0x10", "Samples must be a whole number from 1 to 10000, got “0x10”"),
+        (
+            page.id("period"),
+            "2,5",
+            "Period (s) must be a number of seconds from 1e-6 to 1e9, got “2,5”",
+        ),
+        (
+            page.id("samples"),
+            "0x10",
+            "Samples must be a whole number from 1 to 10000, got “0x10”",
+        ),
     ):
         page.typed(one, text)
         assert page.text("problem").startswith(wanted)
@@ -568,14 +689,19 @@ def test_waypoints_and_numbers_can_be_typed(page: Page) -> None:
     page.at(f"{GAIT_3}&period=2.5")
     assert page.id("problem").is_displayed() is False
     assert page.text("advanced-changed") == "(1 changed)"
-    for text, shown, kept in (("-60deg", "−π/3", "-pi/3"), ("-50°", "−5π/18", "-5pi/18")):
+    for text, shown, kept in (
+        ("-60deg", "−π/3", "-pi/3"),
+        ("-50°", "−5π/18", "-5pi/18"),
+    ):
         page.typed(field, text)
         page.at(f"{GAIT_3.replace('3pi/8,-pi/8', f'3pi/8,{kept}')}&period=2.5")
         assert field.get_property("value") == shown
 
 
 def test_refusals_and_a_server_that_is_gone(page: Page) -> None:
-    page.open(f"{GAIT_3}&keep_out=0,0;pi/8,pi/8;pi/8,0;0,pi/8")  # a polygon that crosses itself
+    page.open(
+        f"{GAIT_3}&keep_out=0,0;pi/8,pi/8;pi/8,0;0,pi/8"
+    )  # a polygon that crosses itself
     assert page.headline() == "✕Wrong input"
     assert "keep_out" in page.text("report")
     assert page.count(".path") == 0
@@ -591,17 +717,25 @@ def test_refusals_and_a_server_that_is_gone(page: Page) -> None:
     page.cdp("Network.emulateNetworkConditions", offline=True, **network)
     page.click(4 * STEP, -6 * STEP)
     page.until(lambda: "does not answer" in page.text("connection"))
-    assert (page.headline(), page.text("reason")) == ("Not planned yet", "The server does not answer")
+    assert (page.headline(), page.text("reason")) == (
+        "Not planned yet",
+        "The server does not answer",
+    )
     assert page.count(".waypoint") == 5  # what was clicked is kept
     page.cdp("Network.emulateNetworkConditions", offline=False, **network)
     page.until(lambda: not page.id("connection").is_displayed())
     page.planned()
     page.shows("✓Flyable")
-    assert all("400" in line or "ERR_INTERNET_DISCONNECTED" in line for line in page.complaints())
+    assert all(
+        "400" in line or "ERR_INTERNET_DISCONNECTED" in line
+        for line in page.complaints()
+    )
 
 
 @pytest.mark.parametrize(("size", "theme"), [(WIDE, "light"), (NARROW, "dark")])
-def test_nothing_is_too_wide_too_pale_or_without_a_name(page: Page, size: tuple[int, int], theme: str) -> None:
+def test_nothing_is_too_wide_too_pale_or_without_a_name(
+    page: Page, size: tuple[int, int], theme: str
+) -> None:
     page.size(*size)
     page.open(f"{GAIT_3}&keep_out=0,0;pi/16,pi/8;pi/8,0&theme={theme}&types=yes")
     if page.id("menu").is_displayed():
@@ -610,14 +744,41 @@ def test_nothing_is_too_wide_too_pale_or_without_a_name(page: Page, size: tuple[
     width = page.js("return [document.documentElement.scrollWidth, innerWidth]")
     assert width[0] <= width[1] == size[0]
     assert serious_findings(page.driver) == []
-    nodes = [node for node in page.cdp("Accessibility.getFullAXTree")["nodes"] if not node["ignored"]]
-    found = [(node["role"]["value"], node.get("name", {}).get("value", "").strip()) for node in nodes]
-    controls = {"button", "textbox", "combobox", "checkbox", "radio", "slider", "link", "application"}
-    assert {role for role, _ in found} >= controls | {"main", "banner", "region", "status"}
-    assert [role for role, name in found if role in controls | {"DisclosureTriangle", "image"} and not name] == []
+    nodes = [
+        node
+        for node in page.cdp("Accessibility.getFullAXTree")["nodes"]
+        if not node["ignored"]
+    ]
+    found = [
+        (node["role"]["value"], node.get("name", {}).get("value", "").strip())
+        for node in nodes
+    ]
+    controls = {
+        "button",
+        "textbox",
+        "combobox",
+        "checkbox",
+        "radio",
+        "slider",
+        "link",
+        "application",
+    }
+    assert {role for role, _ in found} >= controls | {
+        "main",
+        "banner",
+        "region",
+        "status",
+    }
+    assert [
+        role
+        for role, name in found
+        if role in controls | {"DisclosureTriangle", "image"} and not name
+    ] == []
 
 
-def test_without_a_gait_a_waypoint_can_be_moved_to_where_there_is_one(page: Page) -> None:
+def test_without_a_gait_a_waypoint_can_be_moved_to_where_there_is_one(
+    page: Page,
+) -> None:
     state = "waypoints=pi/8,pi/8;5pi/16,-5pi/16;pi/8,-5pi/16"
     page.open(state)
     assert page.headline() == "✕No gait"
@@ -628,7 +789,11 @@ def test_without_a_gait_a_waypoint_can_be_moved_to_where_there_is_one(page: Page
     assert serious_findings(page.driver) == []
     page.vehicle()
     assert page.css(".vehicle-note").text == "The posture of waypoint 1"
-    assert page.count("[data-key=ways]:not([open])") == page.count("[data-key=alternatives]:not([open])") == 1
+    assert (
+        page.count("[data-key=ways]:not([open])")
+        == page.count("[data-key=alternatives]:not([open])")
+        == 1
+    )
     page.id("move-there").click()
     page.shows("✓Flyable")
     assert page.state.startswith("waypoints=pi/8,-0.167")
@@ -638,14 +803,19 @@ def test_without_a_gait_a_waypoint_can_be_moved_to_where_there_is_one(page: Page
     page.id("allow-valid").click()
     page.at(f"{state}&require=valid")
     # The map becomes blue, and says so; nothing there is shaded as a value.
-    page.until(lambda: page.text("map-note").startswith("No red gait through these waypoints"))
+    page.until(
+        lambda: page.text("map-note").startswith("No red gait through these waypoints")
+    )
     page.until(lambda: page.text("legend") == "R = 0 in exact physics")
     for name in ("R", "least_singular_value"):
         page.js("document.getElementById(arguments[0]).click()", f"chart-{name}")
         page.until(lambda: "rounding noise" in page.css(".series-section").text)
 
 
-@pytest.mark.parametrize("state", ["3pi/16,-pi/4;0.9,-0.4;0.9,-0.4;-7pi/16,7pi/16", "-0.5,0.5;-1.5,1.5;-0.5,1.55"])
+@pytest.mark.parametrize(
+    "state",
+    ["3pi/16,-pi/4;0.9,-0.4;0.9,-0.4;-7pi/16,7pi/16", "-0.5,0.5;-1.5,1.5;-0.5,1.55"],
+)
 def test_moves_that_are_advised_end_in_a_gait(page: Page, state: str) -> None:
     page.open(f"waypoints={state}")
     for _ in range(4):
@@ -665,7 +835,9 @@ def test_a_drag_that_makes_red_impossible_is_told(page: Page) -> None:
     page.until(lambda: page.text("map-note").endswith("the loop is on the blue sheet."))
     assert page.text("legend").startswith("R−")  # still held: the map stays red
     page.mouse("mouseReleased", (2 * STEP, 2 * STEP))
-    page.until(lambda: "now on the blue sheet, and so is the map" in page.text("map-note"))
+    page.until(
+        lambda: "now on the blue sheet, and so is the map" in page.text("map-note")
+    )
     page.until(lambda: page.text("legend") == "R = 0 in exact physics")
     page.planned()
 
@@ -680,9 +852,13 @@ def test_a_drag_that_makes_red_impossible_is_told(page: Page) -> None:
     ],
     ids=["posture", "posture not flyable", "13 corners"],
 )  # fmt: skip
-def test_headlines_and_what_is_folded(page: Page, state: str, headline: str, corners_open: bool) -> None:
+def test_headlines_and_what_is_folded(
+    page: Page, state: str, headline: str, corners_open: bool
+) -> None:
     page.open(GAIT_3)
-    page.js("document.querySelectorAll('#report details').forEach((node) => { node.open = true; })")
+    page.js(
+        "document.querySelectorAll('#report details').forEach((node) => { node.open = true; })"
+    )
     page.js("location.hash = arguments[0]", state)
     page.shows(headline)
     page.planned()
@@ -691,28 +867,39 @@ def test_headlines_and_what_is_folded(page: Page, state: str, headline: str, cor
     assert page.count("#report > .checks .check.ok") == 0
 
 
-def test_an_opened_table_shows_its_color_types_and_singular_attitudes(page: Page, tmp_path: Path) -> None:
+def test_an_opened_table_shows_its_color_types_and_singular_attitudes(
+    page: Page, tmp_path: Path
+) -> None:
     page.open()
     path = tmp_path / "gait.csv"
     gg.plan_loop(GAITS[2].waypoints, color="red").timed(samples=40).write(path)
     page.opened(path)
     assert page.count(".table-path.red") == 1
-    types = page.js("return [...document.querySelectorAll('#corners .types')].map((node) => node.textContent)")
+    types = page.js(
+        "return [...document.querySelectorAll('#corners .types')].map((node) => node.textContent)"
+    )
     assert types == ["(+,+)"] * 4
     assert page.text("all-acceptable").startswith("✓ All attitudes acceptable")
     assert page.id("eta-row").is_displayed() is False
     page.id("close-table").click()
 
 
-def test_the_map_is_that_of_the_vehicle_of_a_table_or_says_that_it_is_not(page: Page, tmp_path: Path) -> None:
+def test_the_map_is_that_of_the_vehicle_of_a_table_or_says_that_it_is_not(
+    page: Page, tmp_path: Path
+) -> None:
     page.open()
     region = "return document.querySelector('.region.flyable').getAttribute('d')"
     page.until(lambda: page.count(".region.flyable"))
     before = page.js(region)
     other = gg.PAPER.replace(name="other", max_tilt=1.2)
-    for name, vehicle, note in (("bee", "beetle_omni", ""), ("other", other, "not that of the table, other.")):
+    for name, vehicle, note in (
+        ("bee", "beetle_omni", ""),
+        ("other", other, "not that of the table, other."),
+    ):
         path = tmp_path / f"{name}.csv"
-        gg.plan_loop([(-0.4, 0.4), (-0.9, 0.9)], color="red", vehicle=vehicle).timed().write(path)
+        gg.plan_loop(
+            [(-0.4, 0.4), (-0.9, 0.9)], color="red", vehicle=vehicle
+        ).timed().write(path)
         page.opened(path)
         page.until(lambda note=note: page.text("map-note").endswith(note))  # type: ignore[misc]
         assert f"vehicle{'other' if note else vehicle}" in page.text("report")
@@ -732,14 +919,21 @@ def test_a_table_plays_at_its_own_period(page: Page, tmp_path: Path) -> None:
         page.id("play").click()
         page.until(lambda: float(page.text("clock").removesuffix(" s")) > first)
         time.sleep(0.3)
-        assert float(page.text("clock").removesuffix(" s")) - first < 5 * (time.monotonic() - start)
+        assert float(page.text("clock").removesuffix(" s")) - first < 5 * (
+            time.monotonic() - start
+        )
         page.id("close-table").click()
 
 
-def test_rows_without_times_are_joined_by_what_is_true_between_them(page: Page, tmp_path: Path) -> None:
+def test_rows_without_times_are_joined_by_what_is_true_between_them(
+    page: Page, tmp_path: Path
+) -> None:
     page.open()
     path = tmp_path / "untimed.csv"
-    path.write_text("alpha1,alpha2,alpha3,alpha4\n" + "".join(f"{a},{b},{a},{b}\n" for a, b in GAITS[2].angles))
+    path.write_text(
+        "alpha1,alpha2,alpha3,alpha4\n"
+        + "".join(f"{a},{b},{a},{b}\n" for a, b in GAITS[2].angles)
+    )
     page.opened(path)
     page.js(
         "const slider = document.getElementById('scrub'); slider.value = '1000';"
@@ -772,7 +966,9 @@ def test_a_pressed_button_can_be_read_while_hovered(page: Page, theme: str) -> N
     button = page.id("mode-waypoints")
     ActionChains(page.driver).move_to_element(button).perform()
     assert page.js("return arguments[0].matches(':hover')", button)
-    assert [ratio for name, ratio in page.js(CONTRASTS) if "mode" in name and ratio < 4.5] == []
+    assert [
+        ratio for name, ratio in page.js(CONTRASTS) if "mode" in name and ratio < 4.5
+    ] == []
 
 
 @pytest.mark.parametrize("size", [WIDE, (900, 700), (600, 800), (390, 844)])
@@ -786,7 +982,11 @@ def test_the_verdict_stays_in_sight(page: Page, size: tuple[int, int]) -> None:
     assert 0 <= box[0] < box[1] <= size[1]
     assert page.js("return document.documentElement.scrollWidth <= innerWidth")
     is_sheet = size[0] < 640
-    assert page.id("sheet-toggle").is_displayed() == page.id("menu").is_displayed() == is_sheet
+    assert (
+        page.id("sheet-toggle").is_displayed()
+        == page.id("menu").is_displayed()
+        == is_sheet
+    )
     assert page.id("report").is_displayed() != is_sheet
     if is_sheet:
         page.id("sheet-toggle").click()
@@ -795,16 +995,26 @@ def test_the_verdict_stays_in_sight(page: Page, size: tuple[int, int]) -> None:
 
 
 def test_many_waypoints_on_a_narrow_map_do_not_overlap(page: Page) -> None:
-    circle = [(0.75 + 0.27 * math.cos(k * math.pi / 7), 0.3 * math.sin(k * math.pi / 7) - 0.75) for k in range(14)]
+    circle = [
+        (
+            0.75 + 0.27 * math.cos(k * math.pi / 7),
+            0.3 * math.sin(k * math.pi / 7) - 0.75,
+        )
+        for k in range(14)
+    ]
     page.size(390, 844)
-    page.open("waypoints=" + ";".join(f"{a:.3f},{b:.3f}" for a, b in [*circle, (-1.0, 1.0)]))
+    page.open(
+        "waypoints=" + ";".join(f"{a:.3f},{b:.3f}" for a, b in [*circle, (-1.0, 1.0)])
+    )
     discs = page.js(
         "return [...document.querySelectorAll('.waypoint')].map((one) => [one.transform.baseVal[0].matrix.e,"
         " one.transform.baseVal[0].matrix.f, Number(one.firstChild.getAttribute('r')), one.textContent])"
     )
     assert [text for *_, text in discs] == [""] * 14 + ["15"]
     for k, (x, y, radius, _) in enumerate(discs):
-        assert all(math.hypot(x - x2, y - y2) > radius + r2 for x2, y2, r2, _ in discs[:k])
+        assert all(
+            math.hypot(x - x2, y - y2) > radius + r2 for x2, y2, r2, _ in discs[:k]
+        )
         assert radius >= 3.5
 
 
@@ -820,10 +1030,21 @@ class TestTouch:
         phone.open(f"{GAIT_3}&keep_out=-pi/8,pi/8;-pi/4,pi/8;-pi/4,pi/4")
         phone.js("document.getElementById('map').scrollIntoView({ block: 'start' })")
         before = phone.js("return scrollY")
-        phone.touch((2 * STEP, -2 * STEP), (2 * STEP, -3 * STEP), (3 * STEP, -3.5 * STEP), (3 * STEP, -4 * STEP))
+        phone.touch(
+            (2 * STEP, -2 * STEP),
+            (2 * STEP, -3 * STEP),
+            (3 * STEP, -3.5 * STEP),
+            (3 * STEP, -4 * STEP),
+        )
         phone.until(lambda: "3pi/16,-pi/4;" in phone.state)
-        phone.touch((-3.2 * STEP, 2.7 * STEP), (-3.2 * STEP, 4 * STEP), (-3.2 * STEP, 4.7 * STEP))
-        phone.until(lambda: phone.state.endswith("keep_out=-pi/8,pi/4;-pi/4,pi/4;-pi/4,3pi/8"))
+        phone.touch(
+            (-3.2 * STEP, 2.7 * STEP),
+            (-3.2 * STEP, 4 * STEP),
+            (-3.2 * STEP, 4.7 * STEP),
+        )
+        phone.until(
+            lambda: phone.state.endswith("keep_out=-pi/8,pi/4;-pi/4,pi/4;-pi/4,3pi/8")
+        )
         assert phone.js("return scrollY") == before
         phone.planned()
 
@@ -837,13 +1058,19 @@ class TestTouch:
         phone.planned()
 
     @pytest.mark.parametrize("left", [8, 200])
-    def test_the_gutter_and_the_free_map_scroll_the_page(self, phone: Page, left: int) -> None:
+    def test_the_gutter_and_the_free_map_scroll_the_page(
+        self, phone: Page, left: int
+    ) -> None:
         phone.open("waypoints=3pi/8,-3pi/8")
         phone.js("scrollTo(0, 200)")
         _, y = phone.place(0, 0)
         for k in range(8):
             kind = "touchMove" if k else "touchStart"
-            phone.cdp("Input.dispatchTouchEvent", type=kind, touchPoints=[{"x": left, "y": y - 20 * k}])
+            phone.cdp(
+                "Input.dispatchTouchEvent",
+                type=kind,
+                touchPoints=[{"x": left, "y": y - 20 * k}],
+            )
             time.sleep(0.02)
         phone.cdp("Input.dispatchTouchEvent", type="touchEnd", touchPoints=[])
         phone.until(lambda: phone.js("return scrollY") > 250)

@@ -42,11 +42,21 @@ CORNERED = GAIT.parametrize(3.0, samples=24, law="constant-speed")
 
 
 def without(table: Table, *words: str) -> Table:
-    return replace(table, columns={k: v for k, v in table.columns.items() if not any(word in k for word in words)})
+    return replace(
+        table,
+        columns={
+            k: v
+            for k, v in table.columns.items()
+            if not any(word in k for word in words)
+        },
+    )
 
 
 OPEN = table_of(SMOOTH).rows(0, 41)  # does not end where it starts
-TRICKY = Table(columns=table_of(COARSE).columns, about={"note": '*/ ??/ ??" /* // \\', "ü": "ü\n", "period": 0.8})
+TRICKY = Table(
+    columns=table_of(COARSE).columns,
+    about={"note": '*/ ??/ ??" /* // \\', "ü": "ü\n", "period": 0.8},
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,14 +69,19 @@ class Case:
         return re.sub("[- ?]", "_", self.file.removesuffix(".h"))
 
 
-SERVOS = servo_map_from_mapping({"joint": [{"name": name} for name in ("a", "/*b??/", "c*/", "d")]})
+SERVOS = servo_map_from_mapping(
+    {"joint": [{"name": name} for name in ("a", "/*b??/", "c*/", "d")]}
+)
 CASES = {
     "smooth": Case(file="gait-3 a.h", table=table_of(SMOOTH)),
     "coarse": Case(file="coarse.h", table=table_of(COARSE)),
     "cornered": Case(file="int.h", table=table_of(CORNERED)),
     "bare": Case(file="bare.h", table=without(table_of(SMOOTH), "rate")),
     "open": Case(file="open.h", table=OPEN),
-    "point": Case(file="point.h", table=Table(columns={name: np.full(1, 0.5) for name in ("t", *ANGLES)})),
+    "point": Case(
+        file="point.h",
+        table=Table(columns={name: np.full(1, 0.5) for name in ("t", *ANGLES)}),
+    ),
     "tricky": Case(file="Tricky??7.h", table=TRICKY),
 }
 DRIVER = """
@@ -102,7 +117,9 @@ BRANCH = """        case {number}: {{
 
 
 @pytest.fixture(scope="module", params=COMPILERS)
-def angles(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Callable[..., FloatArray]:
+def angles(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+) -> Callable[..., FloatArray]:
     """Give what the compiled headers, all in one program, say at some times."""
     compiler = next(filter(None, map(shutil.which, COMPILERS[request.param])), None)
     if compiler is None:
@@ -111,9 +128,13 @@ def angles(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFact
     for case in CASES.values():
         write_tables(case.table, [folder / case.file], servos=SERVOS)
     names = list(CASES)
-    branches = [BRANCH.format(number=k, call=case.name) for k, case in enumerate(CASES.values())]
+    branches = [
+        BRANCH.format(number=k, call=case.name) for k, case in enumerate(CASES.values())
+    ]
     # Twice each: the guards are tried too.
-    includes = "\n".join(f'#include "{case.file}"' for case in CASES.values() for _ in range(2))
+    includes = "\n".join(
+        f'#include "{case.file}"' for case in CASES.values() for _ in range(2)
+    )
     source, program = folder / "main.c", folder / "main"
     source.write_text(DRIVER.format(includes=includes, branches="\n".join(branches)))
     language = ["-x", request.param, f"-std={STANDARDS[request.param]}"]
@@ -124,9 +145,16 @@ def angles(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFact
     assert done.returncode == 0
 
     def run(name: str, times: npt.ArrayLike) -> FloatArray:
-        lines = "".join(f"{names.index(name)} {time!r}\n" for time in np.asarray(times, dtype=float).tolist())
-        done = subprocess.run([str(program)], input=lines, capture_output=True, text=True, check=True)
-        return np.array([line.split() for line in done.stdout.splitlines()], dtype=float)
+        lines = "".join(
+            f"{names.index(name)} {time!r}\n"
+            for time in np.asarray(times, dtype=float).tolist()
+        )
+        done = subprocess.run(
+            [str(program)], input=lines, capture_output=True, text=True, check=True
+        )
+        return np.array(
+            [line.split() for line in done.stdout.splitlines()], dtype=float
+        )
 
     run.folder = folder  # type: ignore[attr-defined]
     return run
@@ -143,14 +171,18 @@ def stated(angles: Callable[..., FloatArray], name: str, words: str) -> float:
 def some_times(period: float, rows: int) -> FloatArray:
     even = np.linspace(0.0, period, rows + 1)
     random = np.random.default_rng(7).uniform(-3 * period, 3 * period, 2000)
-    return np.concatenate([random, even, even - period, even + 2 * period, [1e-30, -1e-30, -5e-324]])
+    return np.concatenate(
+        [random, even, even - period, even + 2 * period, [1e-30, -1e-30, -5e-324]]
+    )
 
 
 ROUNDING = 4e-6  # of t/T within three periods, times the rate, and of the angle
 
 
 @pytest.mark.parametrize("name", ["smooth", "coarse", "tricky"])
-def test_cubics_are_as_near_to_the_gait_as_they_say(angles: Callable[..., FloatArray], name: str) -> None:
+def test_cubics_are_as_near_to_the_gait_as_they_say(
+    angles: Callable[..., FloatArray], name: str
+) -> None:
     timed = COARSE if name in ("coarse", "tricky") else SMOOTH
     times = some_times(timed.period, timed.samples)
     off = np.abs(angles(name, times) - timed.at(times)[0]).max()
@@ -164,52 +196,86 @@ def test_the_stated_error_is_a_bound(tmp_path: Path, seed: int) -> None:
     """Of cubics by the rows' angles and rates, with corners on rows and between them, in joints of any order too."""
     random = np.random.default_rng(seed)
     gait = lift(random.uniform(-1.2, 1.2, (int(random.integers(3, 7)), 2)), "red")
-    timed = gait.parametrize(float(random.uniform(0.3, 3.0)), samples=int(random.integers(7, 60)))
+    timed = gait.parametrize(
+        float(random.uniform(0.3, 3.0)), samples=int(random.integers(7, 60))
+    )
     servos = servo_map_named("x_frame") if seed % 2 else None
     write_tables(table_of(timed), [tmp_path / "gait.h"], servos=servos)
-    found = re.search("off the gait by at most ([0-9.e-]+) rad", (tmp_path / "gait.h").read_text())
+    found = re.search(
+        "off the gait by at most ([0-9.e-]+) rad", (tmp_path / "gait.h").read_text()
+    )
     assert found is not None
     times = np.linspace(0.0, timed.period, 20_001)
-    off = np.abs(CubicHermiteSpline(timed.t, timed.alpha, timed.rates)(times) - timed.at(times)[0]).max()
+    off = np.abs(
+        CubicHermiteSpline(timed.t, timed.alpha, timed.rates)(times)
+        - timed.at(times)[0]
+    ).max()
     assert off <= float(found[1]) <= 40 * off
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_the_error_of_a_time_optimal_gait_is_not_larger_than_stated(tmp_path: Path, seed: int) -> None:
+def test_the_error_of_a_time_optimal_gait_is_not_larger_than_stated(
+    tmp_path: Path, seed: int
+) -> None:
     random = np.random.default_rng(seed)
     gait = lift(random.uniform(0.1, 1.0, (4, 2)) * (-1, 1), "red")
-    timed = gg.least_period(gait, gg.Limits(rate=8, acceleration=100), rounding=[None, "3deg"][seed % 2]).timed
+    timed = gg.least_period(
+        gait, gg.Limits(rate=8, acceleration=100), rounding=[None, "3deg"][seed % 2]
+    ).timed
     assert timed is not None
     timed.write(tmp_path / "gait.h")
-    found = re.search("off the gait by about ([0-9.e-]+) rad", (tmp_path / "gait.h").read_text())
+    found = re.search(
+        "off the gait by about ([0-9.e-]+) rad", (tmp_path / "gait.h").read_text()
+    )
     times = np.linspace(0.0, timed.period, 20_001)
-    off = np.abs(CubicHermiteSpline(timed.t, timed.alpha, timed.rates)(times) - timed.at(times)[0]).max()
+    off = np.abs(
+        CubicHermiteSpline(timed.t, timed.alpha, timed.rates)(times)
+        - timed.at(times)[0]
+    ).max()
     assert found is not None
     assert off <= float(found[1]) <= 10 * off
 
 
-def test_rows_and_rates_are_met_and_an_open_table_ends(angles: Callable[..., FloatArray]) -> None:
+def test_rows_and_rates_are_met_and_an_open_table_ends(
+    angles: Callable[..., FloatArray],
+) -> None:
     for name in ("smooth", "coarse", "cornered", "open"):
         table = CASES[name].table
         assert np.abs(angles(name, table["t"]) - table.alpha).max() <= ROUNDING
     step = 1e-4
-    near = np.array([angles("smooth", SMOOTH.t + shift) for shift in (-step, 0.0, step)])
+    near = np.array(
+        [angles("smooth", SMOOTH.t + shift) for shift in (-step, 0.0, step)]
+    )
     assert np.abs(np.diff(near, axis=0) / step - SMOOTH.rates).max() < 0.05
-    assert np.abs(angles("open", [-0.1, 0.4]) - CASES["open"].table.alpha[[0, -1]]).max() <= ROUNDING
+    assert (
+        np.abs(angles("open", [-0.1, 0.4]) - CASES["open"].table.alpha[[0, -1]]).max()
+        <= ROUNDING
+    )
 
 
 @pytest.mark.parametrize("name", ["cornered", "bare", "point"])
-def test_without_accelerations_rows_are_joined_by_straight_lines(angles: Callable[..., FloatArray], name: str) -> None:
+def test_without_accelerations_rows_are_joined_by_straight_lines(
+    angles: Callable[..., FloatArray], name: str
+) -> None:
     table = CASES[name].table
-    t, rows = (table["t"], table.alpha) if len(table) > 1 else (np.arange(2.0), np.repeat(table.alpha, 2, axis=0))
+    t, rows = (
+        (table["t"], table.alpha)
+        if len(table) > 1
+        else (np.arange(2.0), np.repeat(table.alpha, 2, axis=0))
+    )
     times = some_times(t[-1], 24)
-    expected = np.column_stack([np.interp(np.mod(times, t[-1]), t, rows[:, k]) for k in range(4)])
+    expected = np.column_stack(
+        [np.interp(np.mod(times, t[-1]), t, rows[:, k]) for k in range(4)]
+    )
     assert np.abs(angles(name, times) - expected).max() <= ROUNDING * 4
 
 
 def test_any_time_is_taken(angles: Callable[..., FloatArray]) -> None:
     for name, case in CASES.items():
-        found = angles(name, [0.0, nan, inf, -inf, 1e30, -1e30, 3e9, -2.5e9, 9.3e18, 1e300, -1e-300])
+        found = angles(
+            name,
+            [0.0, nan, inf, -inf, 1e30, -1e30, 3e9, -2.5e9, 9.3e18, 1e300, -1e-300],
+        )
         assert np.isfinite(found).all()
         assert found.min() >= case.table.alpha.min() - 1e-3
         assert found.max() <= case.table.alpha.max() + 1e-3
@@ -221,7 +287,9 @@ def test_what_made_it_is_stated_whatever_it_is(tmp_path: Path) -> None:
         path = tmp_path / f"g{k}.h"
         write_tables(case.table, [path], servos=SERVOS)
         text = path.read_text(encoding="ascii")
-        made = next(line for line in text.splitlines() if line.startswith(" * made_by: "))
+        made = next(
+            line for line in text.splitlines() if line.startswith(" * made_by: ")
+        )
         about = about_from_text(made.removeprefix(" * made_by: "), required=True)
         assert about == {**case.table.about, "servos": SERVOS.in_radians().as_mapping()}
         comment = text[: text.index("#ifndef")]
@@ -232,21 +300,40 @@ def test_what_made_it_is_stated_whatever_it_is(tmp_path: Path) -> None:
 
 
 def test_joints_are_named_with_their_rotors(tmp_path: Path) -> None:
-    write_tables(table_of(SMOOTH), [tmp_path / "g.h"], servos=servo_map_named("x_frame"))
-    assert '["tilt1", "tilt2", "tilt3", "tilt4"], which tilt rotors 4, 2, 1, 3.' in (tmp_path / "g.h").read_text()
+    write_tables(
+        table_of(SMOOTH), [tmp_path / "g.h"], servos=servo_map_named("x_frame")
+    )
+    assert (
+        '["tilt1", "tilt2", "tilt3", "tilt4"], which tilt rotors 4, 2, 1, 3.'
+        in (tmp_path / "g.h").read_text()
+    )
 
 
 def table_with(**columns: Sequence[float] | FloatArray) -> Table:
     rows = len(next(iter(columns.values())))
     zeros = {name: np.zeros(rows) for name in ANGLES}
-    return Table(columns={**zeros, **{name: np.asarray(values, dtype=float) for name, values in columns.items()}})
+    return Table(
+        columns={
+            **zeros,
+            **{
+                name: np.asarray(values, dtype=float)
+                for name, values in columns.items()
+            },
+        }
+    )
 
 
 def test_what_a_header_cannot_hold_is_refused(tmp_path: Path) -> None:
     for table, message in (
         (table_with(t=np.arange(16_386.0)), "rows must be at most 16385 in a C header"),
-        (table_with(alpha1=[0, 1]), "column 't' is missing; a C header needs a table with times"),
-        (table_with(t=[0, 1, 3]), "t must be evenly spaced in a C header; give the gait another timing"),
+        (
+            table_with(alpha1=[0, 1]),
+            "column 't' is missing; a C header needs a table with times",
+        ),
+        (
+            table_with(t=[0, 1, 3]),
+            "t must be evenly spaced in a C header; give the gait another timing",
+        ),
     ):
         with pytest.raises(gg.InputError, match=message):
             write_tables(table, [tmp_path / "g.h"])

@@ -36,13 +36,18 @@ LOOP = [(0.4, -1.2), (0.4, -0.4), (1.2, -0.4)]
 @pytest.fixture(scope="module")
 def gait3() -> dict[str, Any]:
     document: dict[str, Any] = gg.certify("gait3", tilt="60deg").document
-    timed = gg.certify(paper_gait(3, gg.PAPER, coefficients_of()).parametrize()).document
+    timed = gg.certify(
+        paper_gait(3, gg.PAPER, coefficients_of()).parametrize()
+    ).document
     timed["claims"]["attitude"] = document["claims"]["attitude"]
     return timed
 
 
 def proved(document: dict[str, Any]) -> dict[str, bool]:
-    return {name: not place for name, place in check.check(json.dumps(document))["claims"].items()}
+    return {
+        name: not place
+        for name, place in check.check(json.dumps(document))["claims"].items()
+    }
 
 
 def changed(document: dict[str, Any], *path: Any, to: Any) -> dict[str, Any]:
@@ -57,8 +62,17 @@ def changed(document: dict[str, Any], *path: Any, to: Any) -> dict[str, Any]:
 def test_the_checker_is_short_and_stands_alone() -> None:
     source = CHECKER.read_text(encoding="utf-8")
     assert len(source.splitlines()) <= 200
-    modules = {node.module for node in ast.walk(ast.parse(source)) if isinstance(node, ast.ImportFrom)}
-    modules |= {one.name for node in ast.walk(ast.parse(source)) if isinstance(node, ast.Import) for one in node.names}
+    modules = {
+        node.module
+        for node in ast.walk(ast.parse(source))
+        if isinstance(node, ast.ImportFrom)
+    }
+    modules |= {
+        one.name
+        for node in ast.walk(ast.parse(source))
+        if isinstance(node, ast.Import)
+        for one in node.names
+    }
     assert modules <= {*sys.stdlib_module_names}
     assert not {"random", "math", "decimal"} & modules - {"math"}
 
@@ -72,21 +86,37 @@ def test_gaits_of_the_paper(number: int) -> None:
     assert max(found.intervals.values()) <= 50
     assert len(found.text()) <= 100_000
     least = Fraction(found.document["claims"]["least_singular_value"]["at_least"])
-    assert 0.98 <= float(least) / (timed.check()["least_singular_value"].value or 0.0) < 1.0
+    assert (
+        0.98
+        <= float(least) / (timed.check()["least_singular_value"].value or 0.0)
+        < 1.0
+    )
 
 
 def random_plans(seed: int, count: int) -> list[gg.Plan]:
     rng = np.random.default_rng(seed)
     plans: list[gg.Plan] = []
     while len(plans) < count:
-        limits: dict[str, Any] = {"max_tilt": rng.uniform(0.9, 1.5, 4).tolist(), "max_thrust": rng.uniform(2.0, 9.0)}
+        limits: dict[str, Any] = {
+            "max_tilt": rng.uniform(0.9, 1.5, 4).tolist(),
+            "max_thrust": rng.uniform(2.0, 9.0),
+        }
         limits |= {"rotor_height": rng.uniform(-0.06, 0.06)}
-        limits = {"arm_length": 0.2} | {name: value for name, value in limits.items() if rng.random() < 0.3}
+        limits = {"arm_length": 0.2} | {
+            name: value for name, value in limits.items() if rng.random() < 0.3
+        }
         spin = str(rng.choice(["clockwise", "counterclockwise"]))
-        vehicle = gg.Vehicle(drag_ratio=10 ** rng.uniform(-1.2, 0.2), mass=1.0, first_rotor_spin=spin, **limits)
+        vehicle = gg.Vehicle(
+            drag_ratio=10 ** rng.uniform(-1.2, 0.2),
+            mass=1.0,
+            first_rotor_spin=spin,
+            **limits,
+        )
         side = rng.choice([-1, 1])
         points = side * rng.uniform(0, 1.5, (int(rng.integers(1, 6)), 2)) * [1, -1]
-        plan = gg.plan_loop(points, vehicle=vehicle, law=str(rng.choice(["smooth", "constant-speed"])))  # type: ignore[arg-type]
+        plan = gg.plan_loop(
+            points, vehicle=vehicle, law=str(rng.choice(["smooth", "constant-speed"]))
+        )  # type: ignore[arg-type]
         plans += [plan] * bool(plan)
     return plans
 
@@ -98,7 +128,10 @@ def test_every_flyable_plan_gets_a_certificate(count: int) -> None:
         assert all(proved(found.document).values())
         claims, alpha = found.document["claims"], plan.timed(samples=200).alpha
         vehicle, exact = plan.gait.vehicle, coefficients_of(plan.gait.vehicle, "exact")
-        low, high = (float(Fraction(claims["hover_thrust"][key])) for key in ("at_least", "at_most"))
+        low, high = (
+            float(Fraction(claims["hover_thrust"][key]))
+            for key in ("at_least", "at_most")
+        )
         shares = hover_thrust_shares(alpha, vehicle)
         assert low < shares.min()
         assert shares.max() < high
@@ -111,7 +144,11 @@ def test_every_flyable_plan_gets_a_certificate(count: int) -> None:
 
 def curves() -> dict[str, Any]:
     gait = gg.lift(LOOP, "red")
-    limited = gg.lift(LOOP, "red", vehicle=gg.PAPER.replace(max_tilt_rate=2.0, max_tilt_acceleration=20.0))
+    limited = gg.lift(
+        LOOP,
+        "red",
+        vehicle=gg.PAPER.replace(max_tilt_rate=2.0, max_tilt_acceleration=20.0),
+    )
     return {
         "untimed": gait,
         "posture": gg.lift(LOOP[:1], "red").parametrize(),
@@ -134,13 +171,22 @@ def test_every_kind_of_gait() -> None:
 def test_the_curve_is_that_of_the_gait() -> None:
     for name in ("within limits", "optimal", "least period"):
         gait = curves()[name]
-        timed = gait if isinstance(gait, gg.TimedGait) else gait.timed() if name == "optimal" else gait.timed
+        timed = (
+            gait
+            if isinstance(gait, gg.TimedGait)
+            else gait.timed()
+            if name == "optimal"
+            else gait.timed
+        )
         document = gg.certify(gait).document
         start = 0.0
         for piece in document["pieces"][:10]:
             for share in (0.0, 0.3, 0.9):
                 s = sum(float(a) * share**k for k, a in enumerate(document["law"]))
-                angles = [sum(float(a) * s**k for k, a in enumerate(one)) for one in piece["alpha"]] * 2
+                angles = [
+                    sum(float(a) * s**k for k, a in enumerate(one))
+                    for one in piece["alpha"]
+                ] * 2
                 angles = angles[:4]
                 at = timed.at(start + share * float(Fraction(piece["duration"])))[0]
                 assert np.allclose(angles, at, rtol=0, atol=1e-9), name
@@ -159,9 +205,17 @@ FALSE = [
 
 
 @pytest.mark.parametrize(("path", "value"), FALSE)
-def test_what_is_false_is_not_proved(gait3: dict[str, Any], path: tuple[str, str], value: Any) -> None:
+def test_what_is_false_is_not_proved(
+    gait3: dict[str, Any], path: tuple[str, str], value: Any
+) -> None:
     fine = [str(Fraction(k, 64)) for k in range(65)]
-    document = changed(changed(gait3, "claims", *path, to=value), "claims", path[0], "cover", to=[fine] * 4)
+    document = changed(
+        changed(gait3, "claims", *path, to=value),
+        "claims",
+        path[0],
+        "cover",
+        to=[fine] * 4,
+    )
     found = proved(document)
     assert not found.pop(path[0])
     assert all(found.values())
@@ -169,21 +223,33 @@ def test_what_is_false_is_not_proved(gait3: dict[str, Any], path: tuple[str, str
 
 def test_a_raised_vehicle_whose_servos_differ() -> None:
     tilts = {"min_tilt": [0.4, -1.3, 0.0, -1.2], "max_tilt": [1.2, 0.0, 1.5, -0.4]}
-    vehicle = gg.PAPER.replace(rotor_height=0.05, max_tilt_rate=[4.28, 9.0, 30.0, 4.3], **tilts)
-    document = gg.certify(gg.lift(LOOP, "red", vehicle=vehicle).parametrize(1.2), tilt="5deg").document
+    vehicle = gg.PAPER.replace(
+        rotor_height=0.05, max_tilt_rate=[4.28, 9.0, 30.0, 4.3], **tilts
+    )
+    document = gg.certify(
+        gg.lift(LOOP, "red", vehicle=vehicle).parametrize(1.2), tilt="5deg"
+    ).document
     assert all(proved(document).values())
     tilt = document["claims"]["tilt"]
-    for side, at in (("at_least", [0.4, -1.200001, 0.399999, -1.2]), ("at_most", [1.2, -0.399999, 1.200001, -0.4])):
+    for side, at in (
+        ("at_least", [0.4, -1.200001, 0.399999, -1.2]),
+        ("at_most", [1.2, -0.399999, 1.200001, -0.4]),
+    ):
         assert np.allclose(list(map(float, tilt[side])), at, rtol=0, atol=2e-9)
     assert document["claims"]["rate"]["at_most"] == ["4.28", "4.4", "4.4", "4.3"]
     # At H ≠ 0 the determinant is not small where κ is: its sign alone says nothing of R's.
     tiny = changed(document, "vehicle", "drag_coefficient", to="1/1" + "0" * 50)
     for sign in ("positive", "negative"):
-        assert not proved(changed(tiny, "claims", "sign_of_R", "sign", to=sign))["sign_of_R"]
+        assert not proved(changed(tiny, "claims", "sign_of_R", "sign", to=sign))[
+            "sign_of_R"
+        ]
 
 
 def test_jumps_are_not_proved(gait3: dict[str, Any]) -> None:
-    for path, value in ((("pieces", 1, "alpha", 0, 0), "1.178"), (("law",), ["0", "1"])):
+    for path, value in (
+        (("pieces", 1, "alpha", 0, 0), "1.178"),
+        (("law",), ["0", "1"]),
+    ):
         assert not proved(changed(gait3, *path, to=value))["joints"]
 
 
@@ -193,7 +259,11 @@ MALFORMED = [
     (("vehicle", "arm_length"), "0.000"),
     (("vehicle", "arm_length"), 0.1785),
     (("vehicle", "rotor_height"), "1e-1"),
-    (("vehicle",), dict.fromkeys(("name", *list(check.CONSTANTS)[:3]), "1") | {"first_rotor_spin": "clockwise"}),
+    (
+        ("vehicle",),
+        dict.fromkeys(("name", *list(check.CONSTANTS)[:3]), "1")
+        | {"first_rotor_spin": "clockwise"},
+    ),
     (("vehicle", "first_rotor_spin"), "left"),
     (("law",), ["0", "2", "-1.5"]),
     (("law",), ["0", "-1", "2"]),
@@ -224,7 +294,9 @@ MALFORMED = [
 
 
 @pytest.mark.parametrize(("path", "value"), MALFORMED)
-def test_what_is_no_certificate_is_refused(gait3: dict[str, Any], path: tuple[Any, ...], value: Any) -> None:
+def test_what_is_no_certificate_is_refused(
+    gait3: dict[str, Any], path: tuple[Any, ...], value: Any
+) -> None:
     with pytest.raises(ValueError, match=r"must .*, got "):
         check.check(json.dumps(changed(gait3, *path, to=value)))
 
@@ -232,7 +304,18 @@ def test_what_is_no_certificate_is_refused(gait3: dict[str, Any], path: tuple[An
 def test_other_documents_are_refused(gait3: dict[str, Any]) -> None:
     text = json.dumps(gait3)
     twice = text.replace('"digest": ', '"digest": "", "digest": ', 1)
-    for other in ("", "[]", "{}", "null", "1", '"a"', text[:-9], "[" * 10**5, twice, "1" * 5000):
+    for other in (
+        "",
+        "[]",
+        "{}",
+        "null",
+        "1",
+        '"a"',
+        text[:-9],
+        "[" * 10**5,
+        twice,
+        "1" * 5000,
+    ):
         with pytest.raises((ValueError, RecursionError)):
             check.check(other)
 
@@ -244,16 +327,23 @@ def test_mutated_certificates_are_proved_only_if_true(gait3: dict[str, Any]) -> 
         size = 10 ** rng.uniform(-6, 0.3) * rng.choice([-1, 1])
         text = gait3["pieces"][piece]["alpha"][joint]
         value = f"{float(text[term % len(text)]) + size:.9f}"
-        document = changed(gait3, "pieces", piece, "alpha", joint, term % len(text), to=value)
+        document = changed(
+            gait3, "pieces", piece, "alpha", joint, term % len(text), to=value
+        )
         found, claims = proved(document), gait3["claims"]
         share = np.linspace(0, 1, 50)
         alpha = np.stack(
-            [np.polyval([float(a) for a in one[::-1]], share) for one in document["pieces"][piece]["alpha"] * 2],
+            [
+                np.polyval([float(a) for a in one[::-1]], share)
+                for one in document["pieces"][piece]["alpha"] * 2
+            ],
             axis=-1,
         )
         shares = hover_thrust_shares(alpha, vehicle)
         if found["least_singular_value"]:
-            assert np.min(least_singular_value(alpha, vehicle)) > float(claims["least_singular_value"]["at_least"])
+            assert np.min(least_singular_value(alpha, vehicle)) > float(
+                claims["least_singular_value"]["at_least"]
+            )
         if found["hover_thrust"]:
             assert shares.min() > float(claims["hover_thrust"]["at_least"])
             assert shares.max() < float(claims["hover_thrust"]["at_most"])
@@ -266,14 +356,19 @@ def test_bounds_enclose_functions() -> None:
     u = np.linspace(-1, 1, 101)
     for _ in range(200):
         a, b, c, d = (int(one) for one in rng.integers(-2000, 2000, 4))
-        f, g = check.enclosed(50 * a, 50 * b, c, under=50_000), check.enclosed(c, d, under=1000)
+        f, g = (
+            check.enclosed(50 * a, 50 * b, c, under=50_000),
+            check.enclosed(c, d, under=1000),
+        )
         left, right = (a + u * (b + c / 50 * u)) / 1000, (c + u * d) / 1000
         for bounds, values in ((f * g, left * right), (f - g * g, left - right**2), *zip(
             check.sine_and_cosine(f), (np.sin(left), np.cos(left)), strict=True
         )):  # fmt: skip
             value, error, slope, spread = (float(one) / check.ONE for one in bounds)
             assert abs(values[50] - value) <= error + 1e-15
-            assert (np.abs(values - values[50] - slope * u) <= spread * np.abs(u) + 1e-14).all()
+            assert (
+                np.abs(values - values[50] - slope * u) <= spread * np.abs(u) + 1e-14
+            ).all()
             assert error < 1e-24
 
 
@@ -285,30 +380,55 @@ def test_physics_is_that_of_the_matrices() -> None:
         ratios = check.enclosed(k), check.enclosed(h)
         for alpha in rng.uniform(-2, 2, (20, 4)):
             point = [[Fraction(one)] for one in alpha.tolist()]
-            rows, thrusts, force = check.level_physics(*ratios, *(check.enclosed(one[0]) for one in point))
+            rows, thrusts, force = check.level_physics(
+                *ratios, *(check.enclosed(one[0]) for one in point)
+            )
             shares = np.array([one.value / check.ONE for one in thrusts])
-            inputs = np.linalg.solve(scaled_decoupling_matrix(alpha, vehicle), [0, 0, 0, 1])
+            inputs = np.linalg.solve(
+                scaled_decoupling_matrix(alpha, vehicle), [0, 0, 0, 1]
+            )
             vertical = np.array([one.value / check.ONE for one in force])
-            assert np.allclose(shares / vertical[2], hover_thrust_shares(alpha, vehicle))
-            body = control_force_matrix(alpha, vehicle) @ inputs / vehicle.thrust_coefficient
+            assert np.allclose(
+                shares / vertical[2], hover_thrust_shares(alpha, vehicle)
+            )
+            body = (
+                control_force_matrix(alpha, vehicle)
+                @ inputs
+                / vehicle.thrust_coefficient
+            )
             assert np.allclose(vertical / vertical[2], body)
             exact = coefficients_of(vehicle, "exact")
             assert math.isclose(
-                vertical[2], 2 * vehicle.signed_drag_ratio * level_determinant(alpha, exact), abs_tol=1e-12
+                vertical[2],
+                2 * vehicle.signed_drag_ratio * level_determinant(alpha, exact),
+                abs_tol=1e-12,
             )
-            gram = scaled_decoupling_matrix(alpha, vehicle) @ scaled_decoupling_matrix(alpha, vehicle).T
+            gram = (
+                scaled_decoupling_matrix(alpha, vehicle)
+                @ scaled_decoupling_matrix(alpha, vehicle).T
+            )
             for row, size in zip(rows, np.diag(gram), strict=True):
-                assert math.isclose(sum((one.value / check.ONE) ** 2 for one in row), size)
+                assert math.isclose(
+                    sum((one.value / check.ONE) ** 2 for one in row), size
+                )
             least = float(least_singular_value(alpha, vehicle))
             for factor, holds in ((1 - 1e-9, True), (1 + 1e-9, False)):
-                claim, whole = {"at_least": Fraction(least * factor)}, (Fraction(0), Fraction(1))
-                assert check.proves("least_singular_value", claim, ratios, point, *whole) == holds
+                claim, whole = (
+                    {"at_least": Fraction(least * factor)},
+                    (Fraction(0), Fraction(1)),
+                )
+                assert (
+                    check.proves("least_singular_value", claim, ratios, point, *whole)
+                    == holds
+                )
 
 
 def test_what_cannot_be_proved_is_refused() -> None:
     limited = gg.lift(LOOP, "red", vehicle=gg.PAPER.replace(max_tilt_acceleration=1e4))
     rows = np.column_stack([limited.parametrize(2.0).t, limited.parametrize(2.0).alpha])
-    table = dict(zip(("t", "alpha1", "alpha2", "alpha3", "alpha4"), rows[::7].T, strict=True))
+    table = dict(
+        zip(("t", "alpha1", "alpha2", "alpha3", "alpha4"), rows[::7].T, strict=True)
+    )
     for gait, options, reason in (
         ("gait2", {}, "least singular value"),
         (limited.parametrize(2.0, law="constant-speed"), {}, "infinite"),
@@ -316,7 +436,12 @@ def test_what_cannot_be_proved_is_refused() -> None:
     ):
         with pytest.raises(Infeasible, match=reason):
             gg.certify(gait, **options)  # type: ignore[arg-type]
-    assert "rate" not in gg.certify(table, vehicle=limited.vehicle, timing=False).document["claims"]
+    assert (
+        "rate"
+        not in gg.certify(table, vehicle=limited.vehicle, timing=False).document[
+            "claims"
+        ]
+    )
     turned = np.array([[0.4, -0.4, 0.4, -0.4], [0.5, -0.5, 0.5, -0.5]]) + 2 * math.pi
     with pytest.raises(InputError, match="at most 3.9 rad"):
         gg.certify(gg.Gait(alpha=turned, colors=("red", "red")))
@@ -331,11 +456,31 @@ def test_the_checker_as_a_program(gait3: dict[str, Any], tmp_path: Path) -> None
     for text, arguments, code, said in (
         (json.dumps(gait3), [path], 0, 'proved: sign_of_R {"sign": "negative"}\n'),
         ("\ufeff" + json.dumps(gait3), [path], 0, 'vehicle {"name": "paper", '),
-        (json.dumps(wrong), [path], 1, 'NOT proved: sign_of_R {"sign": "positive"} on piece 0 from 0 to 1'),
+        (
+            json.dumps(wrong),
+            [path],
+            1,
+            'NOT proved: sign_of_R {"sign": "positive"} on piece 0 from 0 to 1',
+        ),
         ("{}", [path], 2, "the document must be an object with the names format, "),
-        (json.dumps(changed(gait3, "digest", to="12")), [path], 2, "digest must be an empty text or 64 hexadecimal"),
-        (json.dumps(changed(gait3, "pieces", 0, "duration", to="-1")), [path], 2, "must be a positive exact number"),
-        (json.dumps(changed(gait3, "claims", "tilt", "cover", 2, to=["0", "1/2"])), [path], 2, "1 on piece 2, got"),
+        (
+            json.dumps(changed(gait3, "digest", to="12")),
+            [path],
+            2,
+            "digest must be an empty text or 64 hexadecimal",
+        ),
+        (
+            json.dumps(changed(gait3, "pieces", 0, "duration", to="-1")),
+            [path],
+            2,
+            "must be a positive exact number",
+        ),
+        (
+            json.dumps(changed(gait3, "claims", "tilt", "cover", 2, to=["0", "1/2"])),
+            [path],
+            2,
+            "1 on piece 2, got",
+        ),
         (short, [path], 2, "alpha must be a list of 2 or 4 values"),
         ("", [], 2, "usage: python check.py"),
     ):
@@ -344,30 +489,76 @@ def test_the_checker_as_a_program(gait3: dict[str, Any], tmp_path: Path) -> None
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         assert done.returncode == code
         assert said in done.stdout + done.stderr
-        assert (len(done.stderr.splitlines()), bool(done.stdout)) == ((1, False) if code == 2 else (0, True))
+        assert (len(done.stderr.splitlines()), bool(done.stdout)) == (
+            (1, False) if code == 2 else (0, True)
+        )
 
 
 def test_commands(run: Any, tmp_path: Path) -> None:
-    sent = ("plan", "--waypoint", "pi/8,-pi/8", "--waypoint", "3pi/8,-3pi/8", "--waypoint", "3pi/8,-pi/8")
-    assert run(*sent, "--output", "q.csv", "--certify").out.endswith("wrote q.csv\nwrote q.cert.json\n")
+    sent = (
+        "plan",
+        "--waypoint",
+        "pi/8,-pi/8",
+        "--waypoint",
+        "3pi/8,-3pi/8",
+        "--waypoint",
+        "3pi/8,-pi/8",
+    )
+    assert run(*sent, "--output", "q.csv", "--certify").out.endswith(
+        "wrote q.csv\nwrote q.cert.json\n"
+    )
     assert all(
-        json.loads(run("verify", "q.cert.json", "--json").out)["claims"][name] == "" for name in ("rate", "tilt")
+        json.loads(run("verify", "q.cert.json", "--json").out)["claims"][name] == ""
+        for name in ("rate", "tilt")
     )
     assert "certificate" not in run("validate", "q.csv").out
-    (tmp_path / "limited.toml").write_text('preset = "paper"\nmax_tilt_acceleration = 50\n')
-    assert run("pace", "q.csv", "--vehicle", "limited.toml", "--output", "paced.csv", "--certify").code == 0
-    bounds = json.loads((tmp_path / "paced.cert.json").read_text())["claims"]["acceleration"]["at_most"]
+    (tmp_path / "limited.toml").write_text(
+        'preset = "paper"\nmax_tilt_acceleration = 50\n'
+    )
+    assert (
+        run(
+            "pace",
+            "q.csv",
+            "--vehicle",
+            "limited.toml",
+            "--output",
+            "paced.csv",
+            "--certify",
+        ).code
+        == 0
+    )
+    bounds = json.loads((tmp_path / "paced.cert.json").read_text())["claims"][
+        "acceleration"
+    ]["at_most"]
     assert all(float(bound) <= 50 * (1 + 1e-9) for bound in bounds)
     assert "belong" not in run("validate", "paced.csv").out
     (tmp_path / "low.toml").write_text("drag_ratio = 0.026\n")
-    low = "plan", "--waypoint", "1.57,-0.814", "--vehicle", "low.toml", "--floor", "0.01"
+    low = (
+        "plan",
+        "--waypoint",
+        "1.57,-0.814",
+        "--vehicle",
+        "low.toml",
+        "--floor",
+        "0.01",
+    )
     assert run(*low, "--output", "low.csv", "--certify").code == 0
     assert run("certify", "low.csv", "--floor", "0.01").code == 0
-    near = "plan", "--waypoint=-0.1,0.1", "--waypoint=-0.2,0.1", "--sign", "positive", "--output", "near.csv"
+    near = (
+        "plan",
+        "--waypoint=-0.1,0.1",
+        "--waypoint=-0.2,0.1",
+        "--sign",
+        "positive",
+        "--output",
+        "near.csv",
+    )
     assert run(*near).code == 0
     assert run("transition", "hover", "near.csv", "--output", "there.csv").code == 0
     assert run("certify", "q.csv", "--output", "again.json").code == 0
-    assert (tmp_path / "again.json").read_text() == (tmp_path / "q.cert.json").read_text()
+    assert (tmp_path / "again.json").read_text() == (
+        tmp_path / "q.cert.json"
+    ).read_text()
     rows = (tmp_path / "q.csv").read_text().replace("0.03,", "0.031,", 1)
     (tmp_path / "q.csv").write_text(rows)
     assert "the certificate 'q.cert.json' does not belong to these rows" in " ".join(
@@ -379,8 +570,16 @@ def test_commands(run: Any, tmp_path: Path) -> None:
         (again, (), ""),
         (again, ("--vehicle", "beetle_omni"), "is of another vehicle: κ = "),
         ("x" + json.loads(again)["digest"], (), "is no certificate"),
-        (again.replace('"digest":"', '"digest":"", "made_by":"'), (), "is no certificate"),
-        (again.replace('"digest":"' + json.loads(again)["digest"], '"digest":"'), (), "does not belong"),
+        (
+            again.replace('"digest":"', '"digest":"", "made_by":"'),
+            (),
+            "is no certificate",
+        ),
+        (
+            again.replace('"digest":"' + json.loads(again)["digest"], '"digest":"'),
+            (),
+            "does not belong",
+        ),
     ):
         (tmp_path / "again.cert.json").write_text(text)
         said = " ".join(run("validate", "again.csv", *options).out.split())
@@ -390,7 +589,9 @@ def test_commands(run: Any, tmp_path: Path) -> None:
     (tmp_path / "wrong.json").write_text(json.dumps(wrong))
     found = run("verify", "wrong.json")
     assert found.code == 1
-    assert 'NOT proved: sign_of_R {"sign": "positive"} on piece 0 from 0 to 1' in found.out
+    assert (
+        'NOT proved: sign_of_R {"sign": "positive"} on piece 0 from 0 to 1' in found.out
+    )
     assert 'vehicle {"name": "paper", ' in found.out
     known = json.loads(run("verify", "q.cert.json", "--json").out)
     assert (known["flyable"], known["vehicle"]["name"]) == (True, "paper")
@@ -400,7 +601,9 @@ def test_commands(run: Any, tmp_path: Path) -> None:
         {"joints": document["claims"]["joints"]},
         changed(document["claims"], "hover_thrust", "at_least", to="-9"),
     ):
-        (tmp_path / "less.json").write_text(json.dumps({**document, "claims": claims}), encoding="utf-8-sig")
+        (tmp_path / "less.json").write_text(
+            json.dumps({**document, "claims": claims}), encoding="utf-8-sig"
+        )
         found = run("verify", "less.json")
         assert (found.code, "not proved flyable" in found.out) == (0, True)
         assert not json.loads(run("verify", "less.json", "--json").out)["flyable"]
@@ -409,8 +612,16 @@ def test_commands(run: Any, tmp_path: Path) -> None:
         (("certify", "gait3", "--output", "wrong.json"), 2, "exists"),
         (("certify", "gait3", "--tilt", "2"), 2, "tilt must be"),
         (("certify", "q.csv", "--output", "other.csv"), 2, "must end in .json"),
-        (("certify", "request.json", "--output", "./request.json", "--force"), 2, "another file than the gait"),
-        ((*sent, "--certify", "--output", "n.csv", "--output", "n.cert.json"), 2, "got 'n.cert.json' twice"),
+        (
+            ("certify", "request.json", "--output", "./request.json", "--force"),
+            2,
+            "another file than the gait",
+        ),
+        (
+            (*sent, "--certify", "--output", "n.csv", "--output", "n.cert.json"),
+            2,
+            "got 'n.cert.json' twice",
+        ),
         (("certify", "there.csv"), 1, "transition, which is no closed gait"),
         (("certify", "paced.csv"), 1, "plan or pace with --certify"),
         (("certify", "low.csv"), 1, "floor 0.05"),

@@ -42,14 +42,26 @@ def test_plan_for_people_fits_one_screen(run: Any) -> None:
     assert result.code == 0
     lines = result.out.splitlines()
     assert len(lines) <= 40
-    assert lines[0].startswith("Planned a red gait, R < 0: 4 corners, 3.1416 rad around")
-    assert "Flyable: yes. Obeys the paper's rules: yes. Reachable from hover: no." in result.out
-    assert any(
-        line.startswith("  ok  tilt acceleration     peak 72.6 rad/s² (α1); the vehicle states") for line in lines
+    assert lines[0].startswith(
+        "Planned a red gait, R < 0: 4 corners, 3.1416 rad around"
     )
-    assert lines[lines.index("wrote gait3.csv") - 2].startswith("warning: entering from hover (R > 0)")  # on one line
+    assert (
+        "Flyable: yes. Obeys the paper's rules: yes. Reachable from hover: no."
+        in result.out
+    )
+    assert any(
+        line.startswith(
+            "  ok  tilt acceleration     peak 72.6 rad/s² (α1); the vehicle states"
+        )
+        for line in lines
+    )
+    assert lines[lines.index("wrote gait3.csv") - 2].startswith(
+        "warning: entering from hover (R > 0)"
+    )  # on one line
     assert len(read_table("gait3.csv")) == len(read_table("gait3.json")) == 101
-    assert read_table("gait3.json").about["request"]["waypoints"][0] == pytest.approx(G3.angles[0])
+    assert read_table("gait3.json").about["request"]["waypoints"][0] == pytest.approx(
+        G3.angles[0]
+    )
 
 
 STILL = "he plan is a single posture, not a gait; for a gait, give two or more different waypoints"
@@ -66,31 +78,60 @@ STILL = "he plan is a single posture, not a gait; for a gait, give two or more d
         ),
     ],
 )
-def test_a_gait_that_stands_still_says_so_first(run: Any, line: str, first: str, warning: str) -> None:
+def test_a_gait_that_stands_still_says_so_first(
+    run: Any, line: str, first: str, warning: str
+) -> None:
     assert run(*line.split()).out.startswith(first)
     assert (warning or first) in run(*line.split(), "--json").json["warnings"][0]
 
 
 def test_limits_that_look_like_degrees_are_shown_in_degrees(run: Any) -> None:
-    Path("fast.toml").write_text('preset = "paper"\nmax_tilt_rate = 300\nmax_tilt_acceleration = 2e4\n')
+    Path("fast.toml").write_text(
+        'preset = "paper"\nmax_tilt_rate = 300\nmax_tilt_acceleration = 2e4\n'
+    )
     told = [
         "warning: the limit of the tilt rate is 300 rad/s = 17,189°/s: for degrees write '300deg'",
         "warning: the limit of the tilt acceleration is 20,000 rad/s² = 1,145,916°/s²: for degrees write '20000deg'",
     ]
-    planned = run("plan", *SQUARE, "--vehicle", "fast.toml", "--output", "fast.csv").out.splitlines()
-    for lines in (planned, *(run(name, "fast.csv").out.splitlines() for name in ("validate", "pace"))):
+    planned = run(
+        "plan", *SQUARE, "--vehicle", "fast.toml", "--output", "fast.csv"
+    ).out.splitlines()
+    for lines in (
+        planned,
+        *(run(name, "fast.csv").out.splitlines() for name in ("validate", "pace")),
+    ):
         assert [line for line in lines if "for degrees" in line] == told
-    assert run("vehicles", "fast.toml").err.splitlines() == [f"gaitgraph: {line}" for line in told]
+    assert run("vehicles", "fast.toml").err.splitlines() == [
+        f"gaitgraph: {line}" for line in told
+    ]
 
 
 def test_a_rate_that_a_period_does_not_hold_is_said(run: Any) -> None:
-    for period, told in (("0.99", "60.6061 rows per second, not 60; a period that is a multiple of 1/60 s"), ("1", "")):
-        err = run("plan", *SQUARE, "--period", period, "--rate", "60", "--output", "a.csv", "--force").err
+    for period, told in (
+        (
+            "0.99",
+            "60.6061 rows per second, not 60; a period that is a multiple of 1/60 s",
+        ),
+        ("1", ""),
+    ):
+        err = run(
+            "plan",
+            *SQUARE,
+            "--period",
+            period,
+            "--rate",
+            "60",
+            "--output",
+            "a.csv",
+            "--force",
+        ).err
         assert told in err
         assert bool(err) == bool(told)
 
 
-def test_a_table_without_a_vehicle_is_judged_for_the_papers_and_that_is_said(run: Any) -> None:
+def test_a_table_without_a_vehicle_is_judged_for_the_papers_and_that_is_said(
+    run: Any,
+) -> None:
     run("plan", *SQUARE, "--output", "a.csv")
     Path("bare.csv").write_text("alpha1,alpha2,color\n1.2,-0.4,red\n0.4,-1.2,red\n")
     assert "warning: the file states no vehicle" in run("validate", "bare.csv").err
@@ -112,8 +153,13 @@ def test_plan_from_files(run: Any) -> None:
     assert read_table("a.csv")["t"].tolist() == np.linspace(0, 2, 9).tolist()
     # Options replace what the file says, a rate replaces a count; a vehicle too slow is said.
     quick = ["--period", "0.5", "--rate", "4", "--json"]
-    assert "needs a period of at least" in run("plan", "request.toml", *quick).json["reason"]
-    fast = run("plan", "request.toml", *quick, "--require", "valid", "--output", "b.csv").json
+    assert (
+        "needs a period of at least"
+        in run("plan", "request.toml", *quick).json["reason"]
+    )
+    fast = run(
+        "plan", "request.toml", *quick, "--require", "valid", "--output", "b.csv"
+    ).json
     assert not fast["flyable"]
     assert len(read_table("b.csv")) == 3
     Path("plan.json").write_text(json.dumps(plan))  # a saved plan is a request too
@@ -122,10 +168,20 @@ def test_plan_from_files(run: Any) -> None:
 
 def test_roots(run: Any) -> None:
     result = run("roots", "0.3", "-3pi/8", "--json")
-    assert run("roots", "0.3,-3pi/8", "--json").json == result.json  # as a waypoint is written
+    assert (
+        run("roots", "0.3,-3pi/8", "--json").json == result.json
+    )  # as a waypoint is written
     assert result.code == 0
     roots = result.json["roots"]
-    assert set(roots[0]) == {"alpha3", "alpha4", "types", "color", "R", "R_phi", "R_theta"}
+    assert set(roots[0]) == {
+        "alpha3",
+        "alpha4",
+        "types",
+        "color",
+        "R",
+        "R_phi",
+        "R_theta",
+    }
     assert [root["color"] for root in roots] == ["red", "blue"]
     assert result.json["alpha2"] == -3 * np.pi / 8
     exact = repr(float(np.arctan(gg.PAPER.drag_ratio)))
@@ -136,17 +192,38 @@ def test_roots(run: Any) -> None:
 def test_export(run: Any) -> None:
     run("plan", *SQUARE, "--output", "a.csv")
     result = run("export", "a.csv", "b.json", "c.csv", "--json")
-    assert result.json == {"rows": 101, "columns": list(read_table("a.csv").columns), "outputs": ["b.json", "c.csv"]}
+    assert result.json == {
+        "rows": 101,
+        "columns": list(read_table("a.csv").columns),
+        "outputs": ["b.json", "c.csv"],
+    }
     assert Path("a.csv").read_bytes() == Path("c.csv").read_bytes()
     assert run("export", "a.csv", "c.csv").code == 2
-    slower = run("export", "a.csv", "c.csv", "--force", "--period", "4", "--samples", "8", "--law", "equal-time")
+    slower = run(
+        "export",
+        "a.csv",
+        "c.csv",
+        "--force",
+        "--period",
+        "4",
+        "--samples",
+        "8",
+        "--law",
+        "equal-time",
+    )
     assert slower.out.startswith("wrote c.csv: 9 rows")
     assert read_table("c.csv")["t"][-1] == 4
 
 
 def test_vehicles_and_version(run: Any) -> None:
     rows = run("vehicles", "--json").json["vehicles"]
-    assert [row["name"] for row in rows] == ["paper", "beetle_omni", "beetle_art", "gimbalrotor", "padova"]
+    assert [row["name"] for row in rows] == [
+        "paper",
+        "beetle_omni",
+        "beetle_art",
+        "gimbalrotor",
+        "padova",
+    ]
     Path("mine.toml").write_text('drag_ratio = 0.1\nmax_tilt = "80deg"\n')
     shown = run("vehicles", "--vehicle", "mine.toml").out
     assert shown.startswith("mine: κ = 0.100000, δ = 0.099669 rad")
@@ -160,7 +237,9 @@ def test_help(run: Any, command: list[str]) -> None:
     assert result.code == 0
     assert result.out.startswith("Usage: gaitgraph")
     assert result.err == ""
-    if "--law NAME" in result.out:  # the option states the laws again, since help loads no numpy
+    if (
+        "--law NAME" in result.out
+    ):  # the option states the laws again, since help loads no numpy
         *others, last = LAWS
         assert f"{', '.join(others)} or {last}." in " ".join(result.out.split())
 
@@ -240,7 +319,9 @@ WRONG = [
 
 
 @pytest.mark.parametrize(("command", "message"), WRONG, ids=[case[0] for case in WRONG])
-def test_wrong_input_is_one_line_and_exit_code_2(run: Any, command: str, message: str) -> None:
+def test_wrong_input_is_one_line_and_exit_code_2(
+    run: Any, command: str, message: str
+) -> None:
     Path("there.csv").write_text("mine")
     Path("bad.toml").write_text("waypoints = [")
     Path("light.toml").write_text("drag_ratio = 0.2\n")
@@ -248,9 +329,14 @@ def test_wrong_input_is_one_line_and_exit_code_2(run: Any, command: str, message
     Path("folder.d").mkdir()
     Path("good.toml").write_text("waypoints = [[0, 0]]")
     Path("typo.toml").write_text('waypoints = [[0, 0]]\nobjectve = "robust"\n')
-    for name, row in (("one.csv", "0.5,-0.5,0.5,-0.5\n0.8,-0.5,0.8,-0.5"), ("off.csv", "0.1,0.2,1.3,1.4")):
+    for name, row in (
+        ("one.csv", "0.5,-0.5,0.5,-0.5\n0.8,-0.5,0.8,-0.5"),
+        ("off.csv", "0.1,0.2,1.3,1.4"),
+    ):
         Path(name).write_text(f"alpha1,alpha2,alpha3,alpha4\n{row}\n")
-    Path("long.csv").write_text("alpha1,alpha2,alpha3,alpha4,note\n1.125,-1,1.125,-1," + "x" * 131073)
+    Path("long.csv").write_text(
+        "alpha1,alpha2,alpha3,alpha4,note\n1.125,-1,1.125,-1," + "x" * 131073
+    )
     before = sorted(Path().iterdir())
     result = run(*shlex.split(command))
     assert (result.code, result.out, result.err.count("\n")) == (2, "", 1)
@@ -270,20 +356,29 @@ def test_validate(run: Any, gait: PublishedGait) -> None:
     result = run("validate", written("gait.csv", gait), "--json")
     assert (result.code, result.err) == (0, "")
     report = result.json
-    assert (report["valid"], report["two_color"], report["flyable"]) == (True, True, gait.flyable)
+    assert (report["valid"], report["two_color"], report["flyable"]) == (
+        True,
+        True,
+        gait.flyable,
+    )
     assert report["reachable_from_hover"] is gait.reachable
     assert report["colorings"] == [[gait.color] * 100]
     assert report["colorings_count"] == 1
     strict = run("validate", "gait.csv", "--require", "flyable")
     assert strict.code == (0 if gait.flyable else 1)
-    assert strict.out.startswith(f"Flyable: {'yes' if gait.flyable else 'no'}. Obeys the paper's rules: yes.")
+    assert strict.out.startswith(
+        f"Flyable: {'yes' if gait.flyable else 'no'}. Obeys the paper's rules: yes."
+    )
 
 
 def test_colorings(run: Any) -> None:
     Path("request.json").write_text(json.dumps({"waypoints": G3.waypoints}))
     result = run("colorings", "request.json", "--json")
     assert result.code == 0
-    assert (result.json["colorings"], result.json["colorings_count"]) == ([["red"] * 4, ["blue"] * 4], 2)
+    assert (result.json["colorings"], result.json["colorings_count"]) == (
+        [["red"] * 4, ["blue"] * 4],
+        2,
+    )
     text = run("colorings", written("gait.csv", GAITS[1]), "--limit", "1").out
     assert text.splitlines()[0] == "2 colourings of a loop of 100 points"
     assert text.splitlines()[-1] == "  … 1 of them shown"
@@ -298,14 +393,31 @@ def test_colorings(run: Any) -> None:
 
 
 def test_cycles(run: Any) -> None:
-    Path("region.toml").write_text('keep_in = [[[0.2, -0.2], [1.3, -0.2], [1.3, -1.3], [0.2, -1.3]]]\ncolor = "red"\n')
-    result = run("cycles", "region.toml", "--max-length", "0.8", "--limit", "500", "--json")
+    Path("region.toml").write_text(
+        'keep_in = [[[0.2, -0.2], [1.3, -0.2], [1.3, -1.3], [0.2, -1.3]]]\ncolor = "red"\n'
+    )
+    result = run(
+        "cycles", "region.toml", "--max-length", "0.8", "--limit", "500", "--json"
+    )
     rows = [json.loads(line) for line in result.out.splitlines()]
     assert (result.code, len(rows) > 50) == (0, True)
     lengths = [row["length"] for row in rows]
     assert lengths == sorted(lengths)
-    assert {"color", "sign", "path", "types", "colors", "valid", "two_color", "flyable"} <= set(rows[0])
-    assert all(0.2 <= row[0] <= 1.3 and -1.3 <= row[1] <= -0.2 for one in rows for row in one["path"])
+    assert {
+        "color",
+        "sign",
+        "path",
+        "types",
+        "colors",
+        "valid",
+        "two_color",
+        "flyable",
+    } <= set(rows[0])
+    assert all(
+        0.2 <= row[0] <= 1.3 and -1.3 <= row[1] <= -0.2
+        for one in rows
+        for row in one["path"]
+    )
     assert "all there are" in result.err
     short = run("cycles", "--max-length", "0.1", "--json")
     assert (short.code, short.json["status"]) == (1, "none")
@@ -316,14 +428,29 @@ def test_cycles(run: Any) -> None:
 
 
 def test_interrupting_keeps_what_is_printed(tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "gaitgraph", "cycles", "--limit", "100000000", "--json"]
-    streams: dict[str, Any] = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    command = [
+        sys.executable,
+        "-m",
+        "gaitgraph",
+        "cycles",
+        "--limit",
+        "100000000",
+        "--json",
+    ]
+    streams: dict[str, Any] = {
+        "stdout": subprocess.PIPE,
+        "stderr": subprocess.PIPE,
+        "text": True,
+    }
     with subprocess.Popen(command, cwd=tmp_path, **streams) as job:
         assert job.stdout is not None
         assert job.stderr is not None
         first = job.stdout.readline()
         job.send_signal(signal.SIGINT)
-        rest, error = job.stdout.read(), job.stderr.read()  # communicate loses what readline read ahead
+        rest, error = (
+            job.stdout.read(),
+            job.stderr.read(),
+        )  # communicate loses what readline read ahead
     assert (job.returncode, error) == (130, "gaitgraph: interrupted\n")
     for line in [first, *rest.splitlines()]:
         assert json.loads(line)["valid"]
@@ -334,7 +461,11 @@ def test_interrupting_keeps_what_is_printed(tmp_path: Path) -> None:
     ("line", "code", "error"),
     [
         ("gaitgraph roots 0.3 -0.4 >&-", 2, "gaitgraph: standard output is closed\n"),
-        ("gaitgraph vehicles > /dev/full", 2, "standard output cannot be written: No space left on device\n"),
+        (
+            "gaitgraph vehicles > /dev/full",
+            2,
+            "standard output cannot be written: No space left on device\n",
+        ),
         ("gaitgraph vehicles --json | head -c 10", 0, ""),
         ("gaitgraph roots 0.4 -0.4 --json | true", 0, ""),
         ("gaitgraph cycles --json | head -1", 0, ""),
@@ -342,14 +473,23 @@ def test_interrupting_keeps_what_is_printed(tmp_path: Path) -> None:
         ("PYTHONIOENCODING=latin-1 gaitgraph roots 0.3 -0.4", 0, ""),
     ],
 )
-def test_outputs_that_do_not_take_everything(tmp_path: Path, line: str, code: int, error: str) -> None:
+def test_outputs_that_do_not_take_everything(
+    tmp_path: Path, line: str, code: int, error: str
+) -> None:
     line = line.replace("gaitgraph", f"{sys.executable} -m gaitgraph", 1)
-    done = subprocess.run(["bash", "-o", "pipefail", "-c", line], capture_output=True, check=False, cwd=tmp_path)
+    done = subprocess.run(
+        ["bash", "-o", "pipefail", "-c", line],
+        capture_output=True,
+        check=False,
+        cwd=tmp_path,
+    )
     assert (done.returncode, done.stderr.count(b"\n")) == (code, error.count("\n"))
     assert done.stderr.decode().endswith(error)
 
 
-def test_memory_that_does_not_suffice_is_one_line(run: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_memory_that_does_not_suffice_is_one_line(
+    run: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def spent(*_: object, **__: object) -> None:
         raise MemoryError
 
@@ -360,12 +500,28 @@ def test_memory_that_does_not_suffice_is_one_line(run: Any, monkeypatch: pytest.
 
 
 def test_pace(run: Any) -> None:
-    limits = ["--max-rate", "6", "--max-acceleration", "60", "--rounding", "2deg", "--servo-lag", "0.02"]
+    limits = [
+        "--max-rate",
+        "6",
+        "--max-acceleration",
+        "60",
+        "--rounding",
+        "2deg",
+        "--servo-lag",
+        "0.02",
+    ]
     asked = ["pace", written("gait3.csv", G3), *limits, "--output", "fast.json"]
     result = run(*asked, "--samples", "50", "--json")
     answer, gait = result.json, gg.lift(G3.angles, "red")
-    assert (result.code, answer["status"], answer["reason"], answer["flyable"]) == (0, "ok", None, True)
-    least = least_period(gait, Limits(rate=6.0, acceleration=60.0), rounding=np.radians(2)).least
+    assert (result.code, answer["status"], answer["reason"], answer["flyable"]) == (
+        0,
+        "ok",
+        None,
+        True,
+    )
+    least = least_period(
+        gait, Limits(rate=6.0, acceleration=60.0), rounding=np.radians(2)
+    ).least
     assert answer["period"] == answer["least_period"] == pytest.approx(least)
     assert answer["servo"]["distance_off_sheet"] == 0
     table = read_table("fast.json")
@@ -407,7 +563,9 @@ def complete(run: Any, monkeypatch: pytest.MonkeyPatch) -> Callable[..., list[st
 )
 def test_values_are_completed(complete: Any, words: str, offered: list[str]) -> None:
     *before, last = words.split()
-    assert [one.removeprefix("plain,") for one in complete(*before, last.rstrip("?"))] == offered
+    assert [
+        one.removeprefix("plain,") for one in complete(*before, last.rstrip("?"))
+    ] == offered
 
 
 def test_completion_loads_neither_the_library_nor_other_commands() -> None:
@@ -416,9 +574,17 @@ def test_completion_loads_neither_the_library_nor_other_commands() -> None:
         "try:\n    main()\nexcept SystemExit:\n    pass\n"
         "print(*(name for name in sys.modules if name.startswith('gaitgraph.') or name == 'numpy'))"
     )
-    asked = {"_GAITGRAPH_COMPLETE": "bash_complete", "COMP_WORDS": "gaitgraph plan --color r", "COMP_CWORD": "3"}
+    asked = {
+        "_GAITGRAPH_COMPLETE": "bash_complete",
+        "COMP_WORDS": "gaitgraph plan --color r",
+        "COMP_CWORD": "3",
+    }
     done = subprocess.run(
-        [sys.executable, "-c", script], capture_output=True, text=True, check=True, env={**os.environ, **asked}
+        [sys.executable, "-c", script],
+        capture_output=True,
+        text=True,
+        check=True,
+        env={**os.environ, **asked},
     )
     first, loaded = done.stdout.splitlines()
     assert first == "plain,red"
@@ -434,11 +600,15 @@ def files(run: Any) -> None:
     """Gaits 1 and 3 as tables, one row off every surface, and a square whose corners may not be neighbours."""
     for gait, name in ((G3, "gait3.csv"), (G1, "gait1.csv")):
         waypoints = [(a, b) for a, b in gait.waypoints]
-        gg.plan_loop(waypoints, color=gait.color, require="valid").gait.parametrize(samples=16).write(name)
+        gg.plan_loop(waypoints, color=gait.color, require="valid").gait.parametrize(
+            samples=16
+        ).write(name)
     gg.certify("gait3").write("proof.json")
     Path("off.csv").write_text("alpha1,alpha2,alpha3,alpha4\n0.1,0.2,1.3,1.4\n")
     Path("no.csv").write_text("alpha1,alpha2,color\n0.5,-0.5,red\n-0.5,0.5,blue\n")
-    Path("study.toml").write_text('name = "two"\ngaits = ["gait1", "gait4"]\n[flight]\nduration = 1.0\n')
+    Path("study.toml").write_text(
+        'name = "two"\ngaits = ["gait1", "gait4"]\n[flight]\nduration = 1.0\n'
+    )
 
 
 FARAWAY = ["--keep-in", "1.4,1.4 1.5,1.4 1.5,1.5"]
@@ -456,9 +626,32 @@ ANSWERS = [
     (["robustness", "off.csv", "--bias", "0.8", "--scale", "0.5", "--curves", "1"], 0),
     (["transition", "gait3.csv", "gait3.csv", "--output", "path.csv"], 0),
     (["transition", "gait3.csv", "hover", "--output", "none.csv"], 1),
-    (["optimize", "--waypoint", "0.9,-0.9", "--pieces", "8", "--objective", "tilt_rate"], 0),
+    (
+        [
+            "optimize",
+            "--waypoint",
+            "0.9,-0.9",
+            "--pieces",
+            "8",
+            "--objective",
+            "tilt_rate",
+        ],
+        0,
+    ),
     (["pace", "gait3.csv", "--max-rate", "5", "--max-acceleration", "30"], 0),
-    (["pace", "gait3.csv", "--max-rate", "5", "--max-acceleration", "30", "--period", "0.1"], 1),
+    (
+        [
+            "pace",
+            "gait3.csv",
+            "--max-rate",
+            "5",
+            "--max-acceleration",
+            "30",
+            "--period",
+            "0.1",
+        ],
+        1,
+    ),
     (["retarget", "gait3.csv", "--output", "kept.csv"], 0),
     (["retarget", "gait3.csv", "--floor", "9"], 1),
     (["fly", "gait1.csv"], 1),
@@ -472,8 +665,12 @@ ANSWERS = [
 
 
 @pytest.mark.usefixtures("files")
-@pytest.mark.parametrize(("arguments", "code"), ANSWERS, ids=[" ".join(case[0]) for case in ANSWERS])
-def test_every_answer_is_one_object_and_nothing_else(run: Any, arguments: list[str], code: int) -> None:
+@pytest.mark.parametrize(
+    ("arguments", "code"), ANSWERS, ids=[" ".join(case[0]) for case in ANSWERS]
+)
+def test_every_answer_is_one_object_and_nothing_else(
+    run: Any, arguments: list[str], code: int
+) -> None:
     result = run(*arguments, "--json")
     assert (result.code, result.err) == (code, "")
     assert isinstance(result.json, dict)
@@ -483,11 +680,17 @@ def test_every_answer_is_one_object_and_nothing_else(run: Any, arguments: list[s
 
 def test_no_command_was_forgotten() -> None:
     """Figures take long to draw, and are in tests/test_figures.py; explore serves, and has no answer."""
-    assert {arguments[0] for arguments, _ in ANSWERS} | {"cycles", "explore", "figures"} >= set(COMMANDS)
+    assert {arguments[0] for arguments, _ in ANSWERS} | {
+        "cycles",
+        "explore",
+        "figures",
+    } >= set(COMMANDS)
 
 
 def test_the_page_tells_every_command() -> None:
-    assert re.findall(r"^\| `gaitgraph (\w+)", PAGE.read_text(), re.MULTILINE) == list(COMMANDS)
+    assert re.findall(r"^\| `gaitgraph (\w+)", PAGE.read_text(), re.MULTILINE) == list(
+        COMMANDS
+    )
 
 
 # Progress
@@ -500,7 +703,10 @@ def at_a_terminal(script: str) -> str:
     ours, theirs = pty.openpty()
     environment = {**os.environ, "TERM": "xterm"}
     with subprocess.Popen(
-        [sys.executable, "-c", script], stdin=subprocess.DEVNULL, stderr=theirs, env=environment
+        [sys.executable, "-c", script],
+        stdin=subprocess.DEVNULL,
+        stderr=theirs,
+        env=environment,
     ) as job:
         os.close(theirs)
         shown = b""
@@ -512,7 +718,9 @@ def at_a_terminal(script: str) -> str:
     return shown.decode()
 
 
-def test_quick_work_and_pipes_show_nothing(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_quick_work_and_pipes_show_nothing(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     with terminal.Working("waiting") as progress:
         progress("in a pipe")
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
@@ -532,12 +740,16 @@ def test_an_answer_does_not_run_into_the_progress_line() -> None:
     shown = at_a_terminal(script)
     before, after = shown.split("found")
     assert ESCAPE not in shown
-    assert before.startswith("\r" + "w" * 73 + " … 0 s\r")  # as wide as the terminal, and no line more
+    assert before.startswith(
+        "\r" + "w" * 73 + " … 0 s\r"
+    )  # as wide as the terminal, and no line more
     assert before.endswith(" \r")
     assert after.startswith("\r\n")
 
 
-def test_long_outputs_are_written_piece_by_piece(run: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_long_outputs_are_written_piece_by_piece(
+    run: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Whatever writes the table of a gait from a clock holds some rows of it at a time."""
     sizes: list[int] = []
 
@@ -550,7 +762,16 @@ def test_long_outputs_are_written_piece_by_piece(run: Any, monkeypatch: pytest.M
     assert run("plan", *SQUARE, "--output", "gait.json").code == 0
     for command in (
         ["plan", *SQUARE],
-        ["pace", "gait.json", "--max-rate", "10", "--max-acceleration", "90", "--max-jerk", "2000"],
+        [
+            "pace",
+            "gait.json",
+            "--max-rate",
+            "10",
+            "--max-acceleration",
+            "90",
+            "--max-jerk",
+            "2000",
+        ],
     ):
         sizes.clear()
         done = run(*command, *long)

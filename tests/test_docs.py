@@ -20,7 +20,9 @@ from gaitgraph.cli import cli, main
 from gaitgraph.io.formats import read_table
 from gaitgraph.plots.figures import FIGURES
 
-pytestmark = pytest.mark.no_cover  # what pages show has tests of its own, which are traced
+pytestmark = (
+    pytest.mark.no_cover
+)  # what pages show has tests of its own, which are traced
 
 ROOT = Path(__file__).parent.parent
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
@@ -33,10 +35,17 @@ BLOCKS = [
     pytest.param(page, block, shown, id=f"{page.name}:{number}")
     for page in OTHER_PAGES
     for number, (block, shown) in enumerate(
-        re.findall(r"^```python\n(.*?)^```\n(?:\n```text\n(.*?)^```)?", page.read_text(), re.M | re.S), start=1
+        re.findall(
+            r"^```python\n(.*?)^```\n(?:\n```text\n(.*?)^```)?",
+            page.read_text(),
+            re.M | re.S,
+        ),
+        start=1,
     )
 ]
-FIGURES_OF_PAGES = {f"_figures/{figure.stem}.png" for figure in FIGURES.values()}  # drawn when the site is built
+FIGURES_OF_PAGES = {
+    f"_figures/{figure.stem}.png" for figure in FIGURES.values()
+}  # drawn when the site is built
 EXPECTED = {
     "plan_a_gait": "[ 1.178 -0.393  1.178 -0.393]",
     "the_four_gaits": "Gait 4: valid True, flyable True, from hover True",
@@ -72,7 +81,10 @@ def pictures_without_windows() -> None:
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
 def test_examples_run(
-    path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    path: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.chdir(tmp_path)
     runpy.run_path(str(path), run_name="__main__")
@@ -80,7 +92,9 @@ def test_examples_run(
 
 
 @pytest.mark.parametrize("path", REQUESTS, ids=lambda path: path.stem)
-def test_requests_plan_flyable_gaits(path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_requests_plan_flyable_gaits(
+    path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     output = tmp_path / "gait.csv"
     with pytest.raises(SystemExit) as stopped:
         main(["plan", str(path), "--output", str(output)])
@@ -93,13 +107,17 @@ def enter(folder: Path, page: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Go to a folder with the examples and the TOML files of a page that begin with their name."""
     monkeypatch.chdir(folder)
     (folder / "examples").symlink_to(ROOT / "examples")
-    for text, name in re.findall(r"^```toml\n(# (\S+\.toml)\n.*?)^```", page.read_text(), re.M | re.S):
+    for text, name in re.findall(
+        r"^```toml\n(# (\S+\.toml)\n.*?)^```", page.read_text(), re.M | re.S
+    ):
         (folder / name).write_text(text)
 
 
 def is_shown(shown: str, capsys: pytest.CaptureFixture[str]) -> bool:
     """Return whether what was printed is what a page shows, where ... stands for any text."""
-    return OutputChecker().check_output(shown.replace("…", "..."), capsys.readouterr().out, ELLIPSIS)
+    return OutputChecker().check_output(
+        shown.replace("…", "..."), capsys.readouterr().out, ELLIPSIS
+    )
 
 
 @pytest.mark.parametrize(("page", "block", "shown"), BLOCKS)
@@ -120,7 +138,10 @@ def test_python_blocks_run(
 
 @pytest.mark.parametrize("page", OTHER_PAGES, ids=lambda page: page.stem)
 def test_commands_print_what_is_shown_below_them(
-    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    page: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     enter(tmp_path, page, monkeypatch)
     blocks = r"^```sh\n((?:(?:gaitgraph| )[^\n]*\n)+)```\n\n```text\n(.*?)^```"
@@ -150,7 +171,9 @@ def test_the_tutorial_runs_in_one_folder(
 def test_links_between_pages_are_not_broken() -> None:
     broken = []
     for page in PAGES:
-        for target in re.findall(r"\]\((?!https?:|#|mailto:)([^)#\s]+)", page.read_text()):
+        for target in re.findall(
+            r"\]\((?!https?:|#|mailto:)([^)#\s]+)", page.read_text()
+        ):
             drawn = target.removeprefix("../") in FIGURES_OF_PAGES
             if not drawn and not (page.parent / target).exists():
                 broken.append((page.name, target))
@@ -159,23 +182,43 @@ def test_links_between_pages_are_not_broken() -> None:
 
 def test_mutation_settings_name_what_there_is() -> None:
     settings = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["mutmut"]
-    assert all((ROOT / name).is_file() for name in settings["pytest_add_cli_args_test_selection"])
+    assert all(
+        (ROOT / name).is_file()
+        for name in settings["pytest_add_cli_args_test_selection"]
+    )
     assert all(list(ROOT.glob(pattern)) for pattern in settings["only_mutate"])
 
 
 def test_pages_name_what_there_is() -> None:
     commands = [cli.get_command(CONTEXT, name) for name in cli.list_commands(CONTEXT)]
-    options = {name for command in [cli, *commands] if command for one in command.params for name in one.opts}
+    options = {
+        name
+        for command in [cli, *commands]
+        if command
+        for one in command.params
+        for name in one.opts
+    }
     strange = []
     for page in PAGES:
         text = page.read_text()
-        for call in re.findall(r"^(?:\$ |\.venv/bin/)?gaitgraph (?:.*\\\n)*.*$", text, re.M):
-            strange += [(page.name, name) for name in re.findall(r"(?<!\S)--[a-z-]+", call) if name not in options]
-        for name in set(re.findall(r"(?<![\w/])(?:gg|gaitgraph)\.([a-zA-Z_][\w.]*\w)", text)):
+        for call in re.findall(
+            r"^(?:\$ |\.venv/bin/)?gaitgraph (?:.*\\\n)*.*$", text, re.M
+        ):
+            strange += [
+                (page.name, name)
+                for name in re.findall(r"(?<!\S)--[a-z-]+", call)
+                if name not in options
+            ]
+        for name in set(
+            re.findall(r"(?<![\w/])(?:gg|gaitgraph)\.([a-zA-Z_][\w.]*\w)", text)
+        ):
             if not is_there(name):
                 strange.append((page.name, name))
         for name in re.findall(r"`((?:\w+/)+\w+\.py)`", text):
-            if not any((folder / name).exists() for folder in (ROOT, ROOT / "gaitgraph", page.parent)):
+            if not any(
+                (folder / name).exists()
+                for folder in (ROOT, ROOT / "gaitgraph", page.parent)
+            ):
                 strange.append((page.name, name))
     assert strange == []
 
@@ -202,5 +245,7 @@ def test_how_cost_grows_is_what_was_measured() -> None:
 
     found = json.loads((growth.IMAGES / "growth.json").read_text(encoding="utf-8"))
     assert [*found] == [*growth.CASES]
-    assert growth.summary(found) in (ROOT / "docs" / "limitations.md").read_text(encoding="utf-8")
+    assert growth.summary(found) in (ROOT / "docs" / "limitations.md").read_text(
+        encoding="utf-8"
+    )
     assert growth.picture(found).startswith(b"\x89PNG")

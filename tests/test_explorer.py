@@ -52,7 +52,13 @@ class Client:
     def __init__(self) -> None:
         self.app = application(TOKEN, PORT)
 
-    async def sent(self, method: str, path: str, headers: dict[str, str], messages: Iterable[dict[str, Any]]) -> Answer:
+    async def sent(
+        self,
+        method: str,
+        path: str,
+        headers: dict[str, str],
+        messages: Iterable[dict[str, Any]],
+    ) -> Answer:
         """Return status, headers and content of the answer to a request: the path as it stands, a body in pieces."""
         sent: list[Any] = []
         waiting = [{"type": "http.request"} | message for message in messages]
@@ -72,14 +78,26 @@ class Client:
         }  # fmt: skip
         await self.app(scope, receive, send)
         found = {name.decode(): value.decode() for name, value in sent[0]["headers"]}
-        return sent[0]["status"], found, b"".join(message.get("body", b"") for message in sent[1:])
+        return (
+            sent[0]["status"],
+            found,
+            b"".join(message.get("body", b"") for message in sent[1:]),
+        )
 
-    def ask(self, name: str, content: Any, *pieces: dict[str, Any], **headers: str) -> Answer:
+    def ask(
+        self, name: str, content: Any, *pieces: dict[str, Any], **headers: str
+    ) -> Answer:
         """Post bytes, or an object as JSON, to a query, and further pieces of the request."""
         body = content if isinstance(content, bytes) else json.dumps(content).encode()
-        stated = {"content-type": JSON} | {key.replace("_", "-"): value for key, value in headers.items()}
+        stated = {"content-type": JSON} | {
+            key.replace("_", "-"): value for key, value in headers.items()
+        }
         path = f"/{TOKEN}/api/{name}"
-        return asyncio.run(asyncio.wait_for(self.sent("POST", path, stated, [{"body": body}, *pieces]), 60))
+        return asyncio.run(
+            asyncio.wait_for(
+                self.sent("POST", path, stated, [{"body": body}, *pieces]), 60
+            )
+        )
 
     def get(self, path: str) -> Answer:
         return asyncio.run(self.sent("GET", path, {}, [{}]))
@@ -94,12 +112,18 @@ class Client:
 
     def table(self, name: str, content: bytes, status: int = 200) -> Any:
         """Return what is known of a file, or the line that refuses it."""
-        answer = self.ask(f"table?name={quote(name)}", content, content_type="application/octet-stream")
+        answer = self.ask(
+            f"table?name={quote(name)}",
+            content,
+            content_type="application/octet-stream",
+        )
         assert answer[0] == status, answer[2][:300]
         return json.loads(answer[2]) if status == 200 else message_of(answer, status)
 
     def file(self, state: dict[str, Any], suffix: str) -> tuple[str, bytes]:
-        status, headers, content = self.ask("download", {"state": state, "suffix": suffix})
+        status, headers, content = self.ask(
+            "download", {"state": state, "suffix": suffix}
+        )
         assert status == 200, content[:300]
         return headers["content-disposition"].partition("filename=")[2], content
 
@@ -121,13 +145,19 @@ def client() -> Client:
 
 def of_gait(number: int) -> dict[str, Any]:
     gait = GAITS[number - 1]
-    shared = {"color": gait.color, "sign": gait.sign, "require": "flyable" if gait.flyable else "valid"}
+    shared = {
+        "color": gait.color,
+        "sign": gait.sign,
+        "require": "flyable" if gait.flyable else "valid",
+    }
     return {"waypoints": [list(point) for point in gait.angles], **shared}
 
 
 class TestPlan:
     @pytest.mark.parametrize("number", [1, 2, 3, 4])
-    def test_the_paper_gaits_are_what_plan_loop_returns(self, client: Client, number: int) -> None:
+    def test_the_paper_gaits_are_what_plan_loop_returns(
+        self, client: Client, number: int
+    ) -> None:
         state, gait = of_gait(number), GAITS[number - 1]
         answer, plan = client("plan", state), gg.plan_loop(**state)
         assert plan.loop is not None
@@ -144,12 +174,24 @@ class TestPlan:
             asked = [shown[name] for name in ("name", "ok", "message", "mark")]
             assert asked == [check.name, check.ok, check.message, mark]
             assert "_" not in shown["title"]
-        worst = next(check for check in answer["checks"] if check["name"] == "least_singular_value")
-        assert [worst["where"][f"alpha{k}"] for k in (1, 2, 3, 4)] == plan.report["least_singular_value"].where["alpha"]  # type: ignore[index]
+        worst = next(
+            check
+            for check in answer["checks"]
+            if check["name"] == "least_singular_value"
+        )
+        assert [worst["where"][f"alpha{k}"] for k in (1, 2, 3, 4)] == plan.report[
+            "least_singular_value"
+        ].where["alpha"]  # type: ignore[index]
 
-    def test_the_series_is_the_table_and_the_view_its_vehicle(self, client: Client) -> None:
-        answer = client("plan", of_gait(3) | {"samples": 40, "period": 2.0, "law": "equal-time"})
-        timed = gg.plan_loop(GAIT3.angles, period=2.0, law="equal-time").timed(samples=40)
+    def test_the_series_is_the_table_and_the_view_its_vehicle(
+        self, client: Client
+    ) -> None:
+        answer = client(
+            "plan", of_gait(3) | {"samples": 40, "period": 2.0, "law": "equal-time"}
+        )
+        timed = gg.plan_loop(GAIT3.angles, period=2.0, law="equal-time").timed(
+            samples=40
+        )
         series, alpha = answer["series"], timed.alpha
         for name, values, error in (
             ("t", timed.t, 1e-9), ("alpha", alpha.T, 1e-6), ("rates", timed.rates.T, 1e-6),
@@ -158,19 +200,36 @@ class TestPlan:
         ):  # fmt: skip
             assert np.allclose(series[name], values, rtol=0, atol=error), name
         bearings = pytest.approx([0, math.pi / 2, math.pi, 3 * math.pi / 2], abs=1e-6)
-        assert answer["vehicle_view"] == vehicle_view(alpha).as_mapping() | {"t": series["t"], "bearings": bearings}
+        assert answer["vehicle_view"] == vehicle_view(alpha).as_mapping() | {
+            "t": series["t"],
+            "bearings": bearings,
+        }
 
-    def test_blue_has_no_hover_thrusts_and_values_as_small_as_rounding(self, client: Client) -> None:
+    def test_blue_has_no_hover_thrusts_and_values_as_small_as_rounding(
+        self, client: Client
+    ) -> None:
         series = client("plan", of_gait(1))["series"]
         assert {value for rotor in series["hover_thrusts"] for value in rotor} == {None}
         alpha = gg.plan_loop(**of_gait(1)).timed(samples=100).alpha
-        least, R = matrices.least_singular_value(alpha), matrices.level_determinant(alpha, matrices.coefficients_of())
+        least, R = (
+            matrices.least_singular_value(alpha),
+            matrices.level_determinant(alpha, matrices.coefficients_of()),
+        )
         assert least.max() < 1e-3
-        assert np.allclose([series["least_singular_value"], series["R"]], [least, R], rtol=0, atol=1e-10)
+        assert np.allclose(
+            [series["least_singular_value"], series["R"]],
+            [least, R],
+            rtol=0,
+            atol=1e-10,
+        )
 
-    def test_an_empty_and_an_infeasible_state_have_every_name(self, client: Client) -> None:
+    def test_an_empty_and_an_infeasible_state_have_every_name(
+        self, client: Client
+    ) -> None:
         planned, empty = client("plan", of_gait(3)), client("plan", {})
-        none = client("plan", {"waypoints": [[0.5, 0.5]], "color": "red", "sign": "negative"})
+        none = client(
+            "plan", {"waypoints": [[0.5, 0.5]], "color": "red", "sign": "negative"}
+        )
         assert set(empty) == set(none) == set(planned)
         assert (empty["status"], none["status"]) == ("empty", "infeasible")
         assert "no flyable loop" in none["reason"]
@@ -188,23 +247,36 @@ class TestPlan:
     def test_without_a_gait_the_vehicle_stands_as_at_the_first_waypoint(
         self, client: Client, waypoint: Any, color: str, alpha: list[float], holds: bool
     ) -> None:
-        asked = {"waypoints": [waypoint, [-0.7, 0.7]], "color": color, "sign": "negative"} if waypoint else {}
+        asked = (
+            {"waypoints": [waypoint, [-0.7, 0.7]], "color": color, "sign": "negative"}
+            if waypoint
+            else {}
+        )
         answer = client("plan", asked)
         posture, view = answer["posture"], answer["vehicle_view"]
         assert np.allclose(posture["alpha"], alpha, rtol=0, atol=1e-4)
         assert view["frames"] == 1
         if holds:
-            assert np.allclose(posture["shares"], matrices.hover_thrust_shares(alpha), rtol=0, atol=1e-5)
+            assert np.allclose(
+                posture["shares"],
+                matrices.hover_thrust_shares(alpha),
+                rtol=0,
+                atol=1e-5,
+            )
         else:
             assert posture["shares"] == [None] * 4
 
 
 def test_the_diagram_is_the_robustness_of_the_plan(client: Client) -> None:
     answer = client("diagram", of_gait(3) | {"eta": 0.9})
-    expected = gg.robustness_of(gg.plan_loop(GAIT3.angles).gait, bias=0.9, curves=2).sweep[0]
+    expected = gg.robustness_of(
+        gg.plan_loop(GAIT3.angles).gait, bias=0.9, curves=2
+    ).sweep[0]
     own, biased = answer["own"], answer["biased"]
     assert (answer["eta"], own["curves"], own["tilt_margin_deg"]) == (0.9, [], 90.0)
-    assert math.radians(biased["tilt_margin_deg"]) == pytest.approx(expected.tilt_margin, abs=2e-5)
+    assert math.radians(biased["tilt_margin_deg"]) == pytest.approx(
+        expected.tilt_margin, abs=2e-5
+    )
     assert biased["acceptable_fraction"] == expected.acceptable.fraction
     assert biased["acceptable_percent"] == percent(expected.acceptable.fraction)
     assert len(biased["curves"]) == 16
@@ -212,13 +284,17 @@ def test_the_diagram_is_the_robustness_of_the_plan(client: Client) -> None:
 
 
 class TestMap:
-    def test_the_shading_is_R_with_rows_of_constant_alpha2(self, client: Client) -> None:
+    def test_the_shading_is_R_with_rows_of_constant_alpha2(
+        self, client: Client
+    ) -> None:
         answer = client("map", {"shading": "R"})
         axis = np.linspace(-math.pi / 2, math.pi / 2, answer["n"])
         values = np.array(answer["values"]).reshape(len(axis), len(axis))
         for row, column in ((3, 100), (64, 64), (90, 17)):
             a1, a2 = axis[column], axis[row]
-            expected = float(matrices.level_determinant([a1, a2, a1, a2], matrices.coefficients_of()))
+            expected = float(
+                matrices.level_determinant([a1, a2, a1, a2], matrices.coefficients_of())
+            )
             assert values[row, column] == pytest.approx(expected, rel=1e-4)
         assert answer["range"] == pytest.approx([values.min(), values.max()], rel=1e-4)
         assert answer["note"] is None
@@ -231,7 +307,9 @@ class TestMap:
         regions = {region["name"]: region for region in answer["regions"]}
         assert set(regions) == {"R>0", "R<0", "hover", "flyable"}
         flyable = gg.admissible_region(gg.vehicle_named("beetle_omni"))
-        drawn = shapely.union_all([shapely.Polygon(ring) for ring in regions["flyable"]["polygons"]])
+        drawn = shapely.union_all(
+            [shapely.Polygon(ring) for ring in regions["flyable"]["polygons"]]
+        )
         assert drawn.area == pytest.approx(flyable.area, rel=5e-3)
 
     def test_types_are_those_of_the_graph(self, client: Client) -> None:
@@ -240,8 +318,14 @@ class TestMap:
         assert answer["values"] is answer["range"] is None  # noise is not shaded
         codes = np.array(answer["types"]["codes"], dtype=object).reshape(17, 17)
         graph = gg.surface_graph("negative")
-        blue = {node[1::-1]: data["types"] for node, data in graph.nodes(data=True) if data["color"] == "blue"}
-        inside = {at: types for at, types in blue.items() if 0 < min(at) and max(at) < 16}
+        blue = {
+            node[1::-1]: data["types"]
+            for node, data in graph.nodes(data=True)
+            if data["color"] == "blue"
+        }
+        inside = {
+            at: types for at, types in blue.items() if 0 < min(at) and max(at) < 16
+        }
         assert len(inside) > 50
         assert {at: codes[at] for at in inside} == inside
 
@@ -262,30 +346,56 @@ def json_table(**about: Any) -> bytes:
 
 class TestTables:
     def test_a_good_table(self, client: Client) -> None:
-        answer = client.table("gait3.csv", client.file(of_gait(3) | {"samples": 40}, ".csv")[1])
-        assert (answer["name"], answer["rows"], answer["valid"], answer["flyable"]) == ("gait3.csv", 41, True, True)
+        answer = client.table(
+            "gait3.csv", client.file(of_gait(3) | {"samples": 40}, ".csv")[1]
+        )
+        assert (answer["name"], answer["rows"], answer["valid"], answer["flyable"]) == (
+            "gait3.csv",
+            41,
+            True,
+            True,
+        )
         assert len(answer["path"]) == len(answer["series"]["t"]) == 41
         assert answer["path"][0] == answer["path"][-1]
-        assert max(answer["series"]["R"]) < 0 < min(answer["series"]["least_singular_value"])
+        assert (
+            max(answer["series"]["R"])
+            < 0
+            < min(answer["series"]["least_singular_value"])
+        )
         assert answer["vehicle_view"]["t"] == answer["series"]["t"]
         assert np.abs(np.array(answer["corners"])[:, 2:] - GAIT3.printed).max() < 1e-3
-        assert (answer["color"], answer["colors"], answer["types"]) == ("red", ["red"] * 4, ["(+,+)"] * 4)
+        assert (answer["color"], answer["colors"], answer["types"]) == (
+            "red",
+            ["red"] * 4,
+            ["(+,+)"] * 4,
+        )
         assert answer["diagram"]["own"] == client("diagram", of_gait(3))["own"]
 
-    def test_between_rows_without_times_the_motion_is_straight(self, client: Client) -> None:
+    def test_between_rows_without_times_the_motion_is_straight(
+        self, client: Client
+    ) -> None:
         corners = np.array(GAIT3.angles)[:, [0, 1, 0, 1]]
-        content = "\n".join(["alpha1,alpha2,alpha3,alpha4", *(",".join(map(repr, row)) for row in corners.tolist())])
+        content = "\n".join(
+            [
+                "alpha1,alpha2,alpha3,alpha4",
+                *(",".join(map(repr, row)) for row in corners.tolist()),
+            ]
+        )
         answer = client.table("corners.csv", content.encode())
         series, legs = answer["series"], np.vstack([corners, corners[:1]])
         assert (series["rows"][0], series["rows"][-1], len(answer["path"])) == (1, 5, 5)
-        places = np.array([np.interp(series["rows"], range(1, 6), column) for column in legs.T])
+        places = np.array(
+            [np.interp(series["rows"], range(1, 6), column) for column in legs.T]
+        )
         assert np.allclose(series["alpha"], places, rtol=0, atol=1e-6)
         least = matrices.least_singular_value(places.T)
         assert np.allclose(series["least_singular_value"], least, rtol=0, atol=1e-6)
         judged = {"vehicle": "paper", "drag_ratio": None, "coefficients": "published"}
         assert (answer["vehicle"], answer["map"]) == ("paper", judged)
 
-    def test_rows_are_bounded(self, client: Client, monkeypatch: pytest.MonkeyPatch) -> None:
+    def test_rows_are_bounded(
+        self, client: Client, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
         monkeypatch.setitem(LIMITS, "rows", 10)
         rows = b"alpha1,alpha2,alpha3,alpha4\n" + b"1.1,-1.1,1.1,-1.1\n" * 11
         assert "at most 10 rows" in client.table("x.csv", rows, 400)
@@ -293,31 +403,56 @@ class TestTables:
         monkeypatch.setattr(table_query, "_MOST_CORNERS", 0)
         diagram = client.table("x.csv", rows[:-18])["diagram"]
         assert diagram == {"own": None, "reason": diagram["reason"]}
-        assert "got 1. For longer tables: gaitgraph robustness FILE" in diagram["reason"]
+        assert (
+            "got 1. For longer tables: gaitgraph robustness FILE" in diagram["reason"]
+        )
 
-    def test_the_request_of_a_downloaded_file_comes_back_as_a_state(self, client: Client) -> None:
+    def test_the_request_of_a_downloaded_file_comes_back_as_a_state(
+        self, client: Client
+    ) -> None:
         state = of_gait(4) | {"drag_ratio": 0.25, "samples": 60, "law": "equal-time"}
         state["keep_out"] = [[[1, 1], [1.2, 1], [1, 1.2]]]
         found = client.table("x.json", client.file(state, ".json")[1])["request"]
         assert {**DEFAULTS, **found} == {**DEFAULTS, **state, "coefficients": "exact"}
         assert client("plan", found)["corners"] == client("plan", state)["corners"]
 
-    def test_a_request_that_the_page_cannot_show_is_left_out(self, client: Client) -> None:
+    def test_a_request_that_the_page_cannot_show_is_left_out(
+        self, client: Client
+    ) -> None:
         def found(**request: Any) -> Any:
-            return client.table("x.json", json_table(request={"waypoints": [[1.0, -1.0]]} | request))["request"]
+            return client.table(
+                "x.json", json_table(request={"waypoints": [[1.0, -1.0]]} | request)
+            )["request"]
 
-        shown = {"waypoints": [[1.0, -1.0]], "law": "equal-time", "vehicle": "paper", "drag_ratio": None}
+        shown = {
+            "waypoints": [[1.0, -1.0]],
+            "law": "equal-time",
+            "vehicle": "paper",
+            "drag_ratio": None,
+        }
         assert found(law="equal-time") == shown
-        others: list[dict[str, Any]] = [{"sheets": "planes"}, {"floor": 0.2}, {"vehicle": {"drag_ratio": 0.2}}]
-        others += [{"waypoints": [[1.0, -1.0]] * 65}, {"method": "grid", "divisions": 256}, {"color": "green"}]
+        others: list[dict[str, Any]] = [
+            {"sheets": "planes"},
+            {"floor": 0.2},
+            {"vehicle": {"drag_ratio": 0.2}},
+        ]
+        others += [
+            {"waypoints": [[1.0, -1.0]] * 65},
+            {"method": "grid", "divisions": 256},
+            {"color": "green"},
+        ]
         assert [found(**other) for other in others] == [None] * len(others)
         assert found(accuracy=1e-9)["accuracy"] == 1e-5
         assert "divisions" not in found(method="exact", divisions=256)
 
-    def test_no_file_is_read_by_the_name_in_a_table(self, client: Client, tmp_path: Path) -> None:
+    def test_no_file_is_read_by_the_name_in_a_table(
+        self, client: Client, tmp_path: Path
+    ) -> None:
         secret = tmp_path / "secret.toml"
         secret.write_text("drag_ratio = 0.123\n")
-        assert "vehicle must be one of paper" in client.table("x.json", json_table(vehicle=str(secret)), 400)
+        assert "vehicle must be one of paper" in client.table(
+            "x.json", json_table(vehicle=str(secret)), 400
+        )
         request = {"waypoints": [[1.0, -1.0]], "vehicle": str(secret)}
         assert client.table("x.json", json_table(request=request))["request"] is None
 
@@ -332,13 +467,17 @@ class TestTables:
 def test_a_certificate_of_the_downloaded_rows_is_offered_or_refused_with_the_reason(
     client: Client, tmp_path: Path
 ) -> None:
-    assert next(one["available"] for one in formats_answer() if one["suffix"] == ".cert.json")
+    assert next(
+        one["available"] for one in formats_answer() if one["suffix"] == ".cert.json"
+    )
     for suffix in (".csv", ".cert.json"):
         name, content = client.file(of_gait(3) | {"samples": 8}, suffix)
         assert name == f"gait{suffix}"
         (tmp_path / name).write_bytes(content)
     found = checked(content.decode())["claims"]
-    assert {"rate", "hover_thrust"} <= {name for name, place in found.items() if not place}
+    assert {"rate", "hover_thrust"} <= {
+        name for name, place in found.items() if not place
+    }
     assert "certificate" not in str(gg.validate(tmp_path / "gait.csv").warnings)
     (tmp_path / "gait.cert.json").write_text("{}")
     assert "certificate" in str(gg.validate(tmp_path / "gait.csv").warnings)
@@ -425,7 +564,9 @@ class TestGuards:
     ) -> None:
         def answered(piece: bytes, count: int) -> Answer:
             pieces = [{"body": piece, "more_body": True}] * count
-            request = client.sent("POST", f"/{TOKEN}/api/plan", {"content-type": JSON}, pieces)
+            request = client.sent(
+                "POST", f"/{TOKEN}/api/plan", {"content-type": JSON}, pieces
+            )
             return asyncio.run(asyncio.wait_for(request, 30))
 
         answer = answered(b" " * (64 << 10), 100)
@@ -449,7 +590,9 @@ class TestGuards:
     ],
     ids=lambda value: str(value)[:30],
 )  # fmt: skip
-def test_malformed_states_and_wrong_fields_are_named(client: Client, body: bytes, part: str) -> None:
+def test_malformed_states_and_wrong_fields_are_named(
+    client: Client, body: bytes, part: str
+) -> None:
     assert part in client.refused("plan", body)
 
 
@@ -469,9 +612,14 @@ class TestJobs:
 
         async def all_of_them() -> None:
             other = Client()
-            bodies = [json.dumps({"waypoints": [[0.3 + k / 100, -0.4]]}).encode() for k in range(6)]
+            bodies = [
+                json.dumps({"waypoints": [[0.3 + k / 100, -0.4]]}).encode()
+                for k in range(6)
+            ]
             path, headers = f"/{TOKEN}/api/plan", {"content-type": JSON}
-            await asyncio.gather(*(other.sent("POST", path, headers, [{"body": one}]) for one in bodies))
+            await asyncio.gather(
+                *(other.sent("POST", path, headers, [{"body": one}]) for one in bodies)
+            )
 
         asyncio.run(all_of_them())
         assert max(most) == 2
@@ -494,7 +642,9 @@ class TestJobs:
         client.ask("plan", {"waypoints": [[0.32, -0.42]]}, {"type": "http.disconnect"})
         assert stopped == ["the client disconnected"]
         monkeypatch.setattr(server, "LONGEST_WORK", 0.05)
-        assert "longer than 0.05 s" in client.refused("plan", {"waypoints": [[0.31, -0.41]]}, 503)
+        assert "longer than 0.05 s" in client.refused(
+            "plan", {"waypoints": [[0.31, -0.41]]}, 503
+        )
 
     def test_all_work_can_be_stopped(self) -> None:
         class Enough(Exception):
@@ -505,8 +655,15 @@ class TestJobs:
 
         rows = b"alpha1,alpha2,alpha3,alpha4\n" + b"1.1,-1.1,1.1,-1.1\n" * 3
         state = state_of({"waypoints": [[0.36, -0.46]]})
-        known: list[tuple[Any, ...]] = [(queries.diagram_answer, state), (file_answer, state, ".csv")]
-        others: list[tuple[Any, ...]] = [(queries.plan_answer, state), (map_answer, {}), (table_answer, "x.csv", rows)]
+        known: list[tuple[Any, ...]] = [
+            (queries.diagram_answer, state),
+            (file_answer, state, ".csv"),
+        ]
+        others: list[tuple[Any, ...]] = [
+            (queries.plan_answer, state),
+            (map_answer, {}),
+            (table_answer, "x.csv", rows),
+        ]
         for calls in (known + others, known):
             for work, *values in calls:
                 with pytest.raises(Enough):
@@ -514,14 +671,19 @@ class TestJobs:
             queries.planned(state)  # what is known already is no excuse
 
     def test_an_unexpected_error_is_one_line_and_the_server_lives_on(
-        self, client: Client, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+        self,
+        client: Client,
+        monkeypatch: pytest.MonkeyPatch,
+        capsys: pytest.CaptureFixture[str],
     ) -> None:
         def broken(request: Any, progress: Any) -> Any:
             raise ZeroDivisionError("a\nb")
 
         with monkeypatch.context() as patch:
             patch.setattr(queries, "plan", broken)
-            assert "ZeroDivisionError: a b" in client.refused("plan", {"waypoints": [[0.33, -0.43]]}, 500)
+            assert "ZeroDivisionError: a b" in client.refused(
+                "plan", {"waypoints": [[0.33, -0.43]]}, 500
+            )
         assert capsys.readouterr().err == "gaitgraph: plan: ZeroDivisionError: a b\n"
         assert client("plan", {"waypoints": [[0.33, -0.43]]})["status"] == "planned"
 
@@ -529,8 +691,14 @@ class TestJobs:
 class TestCommand:
     def test_a_real_server_is_asked_and_interrupted(self) -> None:
         command = [sys.executable, "-m", "gaitgraph", "explore", "--no-browser"]
-        pipes: dict[str, Any] = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-        with subprocess.Popen(command, env=os.environ | {"PYTHONUNBUFFERED": ""}, **pipes) as process:
+        pipes: dict[str, Any] = {
+            "stdout": subprocess.PIPE,
+            "stderr": subprocess.PIPE,
+            "text": True,
+        }
+        with subprocess.Popen(
+            command, env=os.environ | {"PYTHONUNBUFFERED": ""}, **pipes
+        ) as process:
             try:
                 assert process.stdout is not None
                 address = process.stdout.readline().strip()
@@ -538,7 +706,9 @@ class TestCommand:
                 with urlopen(address) as page:
                     assert b"<html" in page.read()
                 body = json.dumps(of_gait(3)).encode()
-                request = Request(f"{address}api/plan", body, {"Content-Type": "application/json"})
+                request = Request(
+                    f"{address}api/plan", body, {"Content-Type": "application/json"}
+                )
                 with urlopen(request) as answer:
                     assert json.load(answer)["flyable"] is True
                 process.send_signal(signal.SIGINT)
@@ -557,7 +727,9 @@ class TestCommand:
         assert "--port must be a free port, or 0 for any" in done.err
         assert done.err.count("\n") == 1
 
-    def test_the_browser_is_opened_and_may_fail(self, run: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    def test_the_browser_is_opened_and_may_fail(
+        self, run: Any, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
         opened: Queue[str] = Queue()
 
         def show(address: str) -> bool:

@@ -10,7 +10,12 @@ import pytest
 
 from gaitgraph.errors import InputError
 from gaitgraph.flight.engine import Engine, engine_warnings
-from gaitgraph.invertibility.matrices import coefficients_of, decoupling_matrix, determinant, thrust_signs
+from gaitgraph.invertibility.matrices import (
+    coefficients_of,
+    decoupling_matrix,
+    determinant,
+    thrust_signs,
+)
 from gaitgraph.vehicle import PAPER, Vehicle
 from tests.samples import BEETLE
 
@@ -49,9 +54,16 @@ VEHICLES = {
     "beetle": BEETLE.replace(rotor_lag=None),
     "paper with arms": PAPER.replace(arm_inertia=_INERTIA),
     **{f"drawn {k}": drawn_vehicle(RNG) for k in range(2)},
-    **{f"drawn, raised {h} m": drawn_vehicle(RNG).replace(arm_length=1.0, rotor_height=h) for h in (0.3, -2.0)},
+    **{
+        f"drawn, raised {h} m": drawn_vehicle(RNG).replace(
+            arm_length=1.0, rotor_height=h
+        )
+        for h in (0.3, -2.0)
+    },
     "paper, raised, with arms": PAPER.replace(rotor_height=0.05, arm_inertia=_INERTIA),
-    "drawn with arms": drawn_vehicle(RNG).replace(mass=2.0, inertia=(0.02, 0.03, 0.04), arm_inertia=1e-3),
+    "drawn with arms": drawn_vehicle(RNG).replace(
+        mass=2.0, inertia=(0.02, 0.03, 0.04), arm_inertia=1e-3
+    ),
 }
 
 
@@ -95,37 +107,68 @@ def mass_matrix(engine: Engine) -> FloatArray:
 
 @pytest.mark.parametrize("name", VEHICLES)
 class TestWrench:
-    def test_the_body_obeys_newton_and_euler_when_the_arms_are_held(self, name: str) -> None:
+    def test_the_body_obeys_newton_and_euler_when_the_arms_are_held(
+        self, name: str
+    ) -> None:
         vehicle, rng = VEHICLES[name], np.random.default_rng(2)
-        mass, inertia, length = vehicle.require("mass", "inertia", "arm_length", purpose="test")
+        mass, inertia, length = vehicle.require(
+            "mass", "inertia", "arm_length", purpose="test"
+        )
         engine = held(Engine(vehicle))
         arms = vehicle.first_arm_angle + np.arange(4) * math.pi / 2
-        spins = np.array([1, -1, 1, -1]) * (1 if vehicle.first_rotor_spin == "clockwise" else -1)
+        spins = np.array([1, -1, 1, -1]) * (
+            1 if vehicle.first_rotor_spin == "clockwise" else -1
+        )
         for _ in range(20):
-            alpha, thrusts = rng.uniform(-1.5, 1.5, 4), rng.uniform(-1, 4, 4) * mass * vehicle.gravity / 4
+            alpha, thrusts = (
+                rng.uniform(-1.5, 1.5, 4),
+                rng.uniform(-1, 4, 4) * mass * vehicle.gravity / 4,
+            )
             omega, speed = rng.normal(size=3) * 3, rng.normal(size=3)
-            engine.place(alpha, roll=rng.uniform(-3, 3), pitch=rng.uniform(-1.5, 1.5), yaw=rng.uniform(-3, 3))
+            engine.place(
+                alpha,
+                roll=rng.uniform(-3, 3),
+                pitch=rng.uniform(-1.5, 1.5),
+                yaw=rng.uniform(-3, 3),
+            )
             engine.data.ctrl[:4] = thrusts
             engine.data.qvel[:3], engine.data.qvel[3:6] = speed, omega
             got = accelerations(engine)
             force, torque = np.zeros(3), np.zeros(3)
-            for arm, tilt, thrust, sense in zip(arms, alpha, thrusts, spins, strict=True):
+            for arm, tilt, thrust, sense in zip(
+                arms, alpha, thrusts, spins, strict=True
+            ):
                 out = np.array([math.cos(arm), math.sin(arm), 0.0])
-                axis = math.cos(tilt) * np.array([0, 0, 1.0]) + math.sin(tilt) * np.cross(out, [0, 0, 1.0])
+                axis = math.cos(tilt) * np.array([0, 0, 1.0]) + math.sin(
+                    tilt
+                ) * np.cross(out, [0, 0, 1.0])
                 force += thrust * axis
                 lever = length * out + [0.0, 0.0, vehicle.rotor_height]
-                torque += thrust * (np.cross(lever, axis) + sense * vehicle.drag_ratio * length * axis)
+                torque += thrust * (
+                    np.cross(lever, axis) + sense * vehicle.drag_ratio * length * axis
+                )
             moments = np.array(inertia)
             linear = turned(engine) @ force / mass - [0, 0, vehicle.gravity]
             angular = (torque - np.cross(omega, moments * omega)) / moments
-            np.testing.assert_allclose(got[:3], linear, rtol=0, atol=1e-9 * float(np.linalg.norm(linear)))
-            np.testing.assert_allclose(got[3:6], angular, rtol=0, atol=1e-9 * float(np.linalg.norm(angular)))
+            np.testing.assert_allclose(
+                got[:3], linear, rtol=0, atol=1e-9 * float(np.linalg.norm(linear))
+            )
+            np.testing.assert_allclose(
+                got[3:6], angular, rtol=0, atol=1e-9 * float(np.linalg.norm(angular))
+            )
 
-    def test_formula_1_is_the_determinant_of_the_engines_own_dynamics(self, name: str) -> None:
+    def test_formula_1_is_the_determinant_of_the_engines_own_dynamics(
+        self, name: str
+    ) -> None:
         """∂(z̈, φ̈, θ̈, ψ̈)/∂w is measured; at rest Euler angles accelerate by the kinematic matrix times ω̇."""
         vehicle, rng = VEHICLES[name], np.random.default_rng(3)
-        mass, inertia, length = vehicle.require("mass", "inertia", "arm_length", purpose="test")
-        coefficient, kappa = vehicle.thrust_coefficient or 0.0, vehicle.signed_drag_ratio
+        mass, inertia, length = vehicle.require(
+            "mass", "inertia", "arm_length", purpose="test"
+        )
+        coefficient, kappa = (
+            vehicle.thrust_coefficient or 0.0,
+            vehicle.signed_drag_ratio,
+        )
         engine = held(Engine(vehicle))
         for _ in range(10):
             alpha = rng.uniform(-math.pi / 2, math.pi / 2, 4)
@@ -133,24 +176,44 @@ class TestWrench:
             engine.place(alpha, roll=roll, pitch=pitch, yaw=rng.uniform(-3, 3))
             unit = mass * vehicle.gravity / coefficient
 
-            def outputs(inputs: FloatArray, roll: float = roll, pitch: float = pitch) -> Any:
+            def outputs(
+                inputs: FloatArray, roll: float = roll, pitch: float = pitch
+            ) -> Any:
                 engine.data.ctrl[:4] = thrust_signs(vehicle) * coefficient * inputs
                 qacc = accelerations(engine)
                 p, q, r = qacc[3:6]
                 turn = math.sin(roll) * q + math.cos(roll) * r
-                rates = p + turn * math.tan(pitch), math.cos(roll) * q - math.sin(roll) * r, turn / math.cos(pitch)
+                rates = (
+                    p + turn * math.tan(pitch),
+                    math.cos(roll) * q - math.sin(roll) * r,
+                    turn / math.cos(pitch),
+                )
                 return np.array([qacc[2], *rates])
 
             at_rest = outputs(np.zeros(4))
-            columns = [(outputs(unit * np.eye(4)[k]) - at_rest) / unit for k in range(4)]
+            columns = [
+                (outputs(unit * np.eye(4)[k]) - at_rest) / unit for k in range(4)
+            ]
             measured = np.stack(columns, axis=-1)
             expected = decoupling_matrix(alpha, vehicle, roll, pitch)
             scale = np.abs(expected).max(axis=1, keepdims=True)
-            np.testing.assert_allclose(measured / scale, expected / scale, rtol=0, atol=1e-9)
-            constant = -2 * kappa * coefficient**4 * length**3 / (mass * np.prod(inertia) * math.cos(pitch))
-            formula = float(determinant(alpha, coefficients_of(vehicle, "exact"), roll, pitch))
+            np.testing.assert_allclose(
+                measured / scale, expected / scale, rtol=0, atol=1e-9
+            )
+            constant = (
+                -2
+                * kappa
+                * coefficient**4
+                * length**3
+                / (mass * np.prod(inertia) * math.cos(pitch))
+            )
+            formula = float(
+                determinant(alpha, coefficients_of(vehicle, "exact"), roll, pitch)
+            )
             rows = np.prod(np.linalg.norm(measured, axis=1))
-            assert np.linalg.det(measured) / rows == pytest.approx(constant * formula / rows, rel=1e-9, abs=1e-9)
+            assert np.linalg.det(measured) / rows == pytest.approx(
+                constant * formula / rows, rel=1e-9, abs=1e-9
+            )
 
     def test_mass_inertia_and_centre_of_mass_are_the_vehicles(self, name: str) -> None:
         vehicle, rng = VEHICLES[name], np.random.default_rng(4)
@@ -162,12 +225,19 @@ class TestWrench:
             np.testing.assert_allclose(engine.data.subtree_com[1], 0.0, atol=1e-12)
             # The upper left of the mass matrix is that of the whole with its arms held.
             block = np.diag([mass, mass, mass, *inertia])
-            np.testing.assert_allclose(mass_matrix(engine)[:6, :6], block, rtol=0, atol=1e-12 * np.abs(block).max())
+            np.testing.assert_allclose(
+                mass_matrix(engine)[:6, :6],
+                block,
+                rtol=0,
+                atol=1e-12 * np.abs(block).max(),
+            )
 
 
 class TestMechanics:
     @pytest.mark.parametrize("arm_inertia", [None, 1e-4])
-    def test_without_thrust_angular_momentum_stays_although_the_arms_swing(self, arm_inertia: float | None) -> None:
+    def test_without_thrust_angular_momentum_stays_although_the_arms_swing(
+        self, arm_inertia: float | None
+    ) -> None:
         """Servos act between body and arms only; what is left is the engine's own error, of first order in its step."""
         lost = []
         for every in (1e-3, 5e-4):
@@ -177,10 +247,18 @@ class TestMechanics:
             accelerations(engine)
             before = angular_momentum(engine)
             for k in range(round(0.5 / every)):
-                engine.data.ctrl[4:] = [math.sin(6 * k * every), 0.2, -0.3 + 0.5 * math.sin(9 * k * every), 0.4]
+                engine.data.ctrl[4:] = [
+                    math.sin(6 * k * every),
+                    0.2,
+                    -0.3 + 0.5 * math.sin(9 * k * every),
+                    0.4,
+                ]
                 step(engine)
             accelerations(engine)
-            lost.append(np.linalg.norm(angular_momentum(engine) - before) / np.linalg.norm(before))
+            lost.append(
+                np.linalg.norm(angular_momentum(engine) - before)
+                / np.linalg.norm(before)
+            )
         assert lost[1] < 0.7 * lost[0] < 0.01
 
     def test_a_swinging_arm_pushes_back_on_the_body(self) -> None:
@@ -194,24 +272,38 @@ class TestMechanics:
             swing = qacc[6:]
             # Held arms are carried along: they turn as the body does, about their own axes too.
             assert swing[k] > 10.0
-            total = sum(swing[i] * np.array(a) for i, a in enumerate(([1, 0], [0, 1], [-1, 0], [0, -1])))
+            total = sum(
+                swing[i] * np.array(a)
+                for i, a in enumerate(([1, 0], [0, 1], [-1, 0], [0, -1]))
+            )
             assert swing[k] == pytest.approx(np.dot(total, axis), rel=0.2)
-            np.testing.assert_allclose(qacc[3:5] * [ix, iy], -arm * total, rtol=1e-9, atol=1e-12)
+            np.testing.assert_allclose(
+                qacc[3:5] * [ix, iy], -arm * total, rtol=1e-9, atol=1e-12
+            )
 
 
 @pytest.mark.parametrize("every", [1e-3, 5e-4])
 @pytest.mark.parametrize("arm_inertia", [None, 1e-5, 1e-4])
-def test_hinges_are_where_they_are_planned(arm_inertia: float | None, every: float) -> None:
+def test_hinges_are_where_they_are_planned(
+    arm_inertia: float | None, every: float
+) -> None:
     """Exactly, but for what the body's own angular acceleration ω̇ does to an arm: up to |ω̇|·step²/0.09."""
-    engine, steps = Engine(PAPER.replace(arm_inertia=arm_inertia), step=every), round(0.2 / every)
-    plan = np.sin(2 * math.pi * every * np.arange(steps + 1)[:, None] + np.arange(4)) * [1.0, 0.5, 0.7, -0.9]
+    engine, steps = (
+        Engine(PAPER.replace(arm_inertia=arm_inertia), step=every),
+        round(0.2 / every),
+    )
+    plan = np.sin(
+        2 * math.pi * every * np.arange(steps + 1)[:, None] + np.arange(4)
+    ) * [1.0, 0.5, 0.7, -0.9]
     commands = engine.servo_commands(plan)
     assert commands.shape == (steps, 4)
     engine.place(plan[0], rates=(plan[1] - plan[0]) / every)
     off = fastest = 0.0
     for k in range(steps):
         engine.data.ctrl[4:] = commands[k]
-        engine.data.ctrl[:4] = np.array([1.0, -1.0, -1.0, 1.0]) * (1 if k * every % 0.04 < 0.02 else -1)
+        engine.data.ctrl[:4] = np.array([1.0, -1.0, -1.0, 1.0]) * (
+            1 if k * every % 0.04 < 0.02 else -1
+        )
         step(engine)
         off = max(off, np.abs(engine.data.qpos[7:] - plan[k + 1]).max())
         fastest = max(fastest, float(np.linalg.norm(engine.data.qacc[3:5])))

@@ -49,36 +49,67 @@ def test_blue_gaits_are_refused_before_take_off_and_fail_anyway(run: Any) -> Non
     anyway = run("fly", "gait1", "--anyway")
     assert anyway.code == 1
     assert "stopped: the decoupling matrix nears singularity at 0.000 s" in anyway.out
-    assert "warning: flown although it is not flyable: sign of R undecided" in anyway.out
+    assert (
+        "warning: flown although it is not flyable: sign of R undecided" in anyway.out
+    )
 
 
 def test_gait_4_is_entered_from_hover_and_left_and_gait_3_cannot_be(run: Any) -> None:
     done = run("fly", "gait4", "--from-hover", "--periods", 1, "--json").json
-    assert (done["settled"], done["duration"], done["attitude"]) == (True, 5.0, [0.0, 0.0])
+    assert (done["settled"], done["duration"], done["attitude"]) == (
+        True,
+        5.0,
+        [0.0, 0.0],
+    )
     refused = run("fly", "gait3", "--from-hover")
     assert refused.code == 1
-    assert "every flight between them passes a singular matrix, at any attitude" in refused.out
+    assert (
+        "every flight between them passes a singular matrix, at any attitude"
+        in refused.out
+    )
 
 
 def test_the_numbers_of_the_page_on_flight() -> None:
     page = (Path(__file__).parent.parent / "docs" / "guide" / "flight.md").read_text()
-    cells = [[cell.strip() for cell in line.strip("|").split("|")] for line in page.splitlines() if line[:1] == "|"]
+    cells = [
+        [cell.strip() for cell in line.strip("|").split("|")]
+        for line in page.splitlines()
+        if line[:1] == "|"
+    ]
     rows = {cell[0].split(" (")[0]: cell[1:] for cell in cells if len(cell) == 5}
 
     def flown(number: int, eta: float = 1.0, **settings: Any) -> Flight:
         timed = gait_of_paper(number).biased(eta).parametrize(1.0)
         return fly(timed, anyway=bool(settings), settings=FlightSettings(**settings))
 
-    flights = {"Gait 3": flown(3), "Gait 3 biased by 0.8": flown(3, 0.8), "Gait 4": flown(4)}
-    flights |= {"Gait 4 biased by 0.8": flown(4, 0.8), "Gait 2 biased by 0.8, `--anyway`": flown(2, 0.8, floor=0.01)}
+    flights = {
+        "Gait 3": flown(3),
+        "Gait 3 biased by 0.8": flown(3, 0.8),
+        "Gait 4": flown(4),
+    }
+    flights |= {
+        "Gait 4 biased by 0.8": flown(4, 0.8),
+        "Gait 2 biased by 0.8, `--anyway`": flown(2, 0.8, floor=0.01),
+    }
     for name, flight in flights.items():
-        time, share, least = flight.settling_time, flight.peak_thrust_share, flight.least_singular_value
+        time, share, least = (
+            flight.settling_time,
+            flight.peak_thrust_share,
+            flight.least_singular_value,
+        )
         row = ["settles", f"{time:.2f} s", f"{share:.2f} shares", f"{least:.3f}"]
         assert rows[name] == row, name
-    low, high, stops = flown(1, floor=0.0), flown(2, floor=0.0), flown(1, 0.8, floor=0.01)
+    low, high, stops = (
+        flown(1, floor=0.0),
+        flown(2, floor=0.0),
+        flown(1, 0.8, floor=0.01),
+    )
     assert "its determinant has changed sign" in low.reason
     assert (low.flown < 2.0, (low.peak_thrust_share or 0) > 10_000) == (True, True)
-    assert (high.column("z")[-1] > 100.0, (high.peak_thrust_share or 0) > 1000) == (True, True)
+    assert (high.column("z")[-1] > 100.0, (high.peak_thrust_share or 0) > 1000) == (
+        True,
+        True,
+    )
     assert ("nears singularity" in stops.reason, stops.flown < 0.2) == (True, True)
 
 
@@ -95,10 +126,14 @@ def test_a_table_of_a_law_flies_as_that_law(tmp_path: Path) -> None:
             np.testing.assert_allclose(read.at(t)[0], timed.at(t)[0], atol=1e-6)
 
 
-def test_only_a_table_that_states_no_law_of_its_rows_has_a_warning(tmp_path: Path) -> None:
+def test_only_a_table_that_states_no_law_of_its_rows_has_a_warning(
+    tmp_path: Path,
+) -> None:
     gait = gait_of_paper(4)
     law = paced(gait, Limits(rate=6, acceleration=60), rounding="2deg").timed
-    curve = rounded(gait, 0.05).curve.polyline(1e-7)  # its corners are too many to be stated
+    curve = rounded(gait, 0.05).curve.polyline(
+        1e-7
+    )  # its corners are too many to be stated
     entry = transition("hover", gait)
     assert law is not None
     for made in (law, curve.parametrize(1.0, samples=200), entry):
@@ -109,7 +144,10 @@ def test_only_a_table_that_states_no_law_of_its_rows_has_a_warning(tmp_path: Pat
             (tmp_path / "a.json").write_text(json.dumps(table))
             timed = timed_gait_of(tmp_path / "a.json")
             assert isinstance(timed, RowTimedGait)
-            warned = any("no built-in law" in one for one in fly(timed, settings=SHORT, anyway=True).warnings)
+            warned = any(
+                "no built-in law" in one
+                for one in fly(timed, settings=SHORT, anyway=True).warnings
+            )
             assert warned is (factor != 1)
 
 
@@ -120,12 +158,17 @@ def test_another_table_flies_straight_from_row_to_row(run: Any, tmp_path: Path) 
     timed = timed_gait_of(tmp_path / "rows.csv")
     assert timed.law == ROW_BY_ROW
     np.testing.assert_allclose(timed.at(times[:4])[0], rows[:4], atol=1e-12)
-    np.testing.assert_allclose(timed.at([0.15])[0][0], (rows[0] + rows[1]) / 2, atol=1e-12)
+    np.testing.assert_allclose(
+        timed.at([0.15])[0][0], (rows[0] + rows[1]) / 2, atol=1e-12
+    )
     assert timed.check().flyable
     half = biased_timed_gait(timed, 0.5)
     assert half.at([0.15])[0][0, 2] == pytest.approx(timed.at([0.15])[0][0, 2] / 2)
     done = run("fly", "rows.csv", "--duration", 0.6)
-    assert "warning: the timing matches no built-in law: 4 rows are flown straight" in done.out
+    assert (
+        "warning: the timing matches no built-in law: 4 rows are flown straight"
+        in done.out
+    )
     # With a new period or law it has a law again.
     assert timed_gait_of(tmp_path / "rows.csv", law="smooth").period == 1.0
 
@@ -134,17 +177,33 @@ def test_a_table_that_is_not_closed_has_a_message(run: Any, tmp_path: Path) -> N
     """A quarter of a gait: the path back has one mean step of time."""
     timed = gait_of_paper(4).parametrize(1.0, samples=40)
     rows = np.column_stack([timed.t, timed.alpha])
-    tables = {"open": rows[:16], "closed": np.vstack([rows[:16], [0.9, *rows[0, 1:]]]), "law": rows[:-1]}
+    tables = {
+        "open": rows[:16],
+        "closed": np.vstack([rows[:16], [0.9, *rows[0, 1:]]]),
+        "law": rows[:-1],
+    }
     for name, part in tables.items():
         write_rows(tmp_path / f"{name}.csv", part)
     jump = np.linalg.norm(rows[15, 1:] - rows[0, 1:])
     message = f"the {jump:.3g} rad from its last row back to the first are flown within 0.025 s"
     assert f"warning: the table is not closed: {message}" in run("fly", "open.csv").out
-    half = fly(biased_timed_gait(timed_gait_of(tmp_path / "open.csv"), 0.9), settings=SHORT)
-    assert [one for one in half.warnings if one.startswith("the table is not closed: the 1.")]
+    half = fly(
+        biased_timed_gait(timed_gait_of(tmp_path / "open.csv"), 0.9), settings=SHORT
+    )
+    assert [
+        one
+        for one in half.warnings
+        if one.startswith("the table is not closed: the 1.")
+    ]
     for name, count in (("closed", 1), ("law", 0)):
-        warnings = fly(timed_gait_of(tmp_path / f"{name}.csv"), settings=FlightSettings(duration=1.0)).warnings
-        assert [one.startswith("the timing matches no built-in law: 16 rows") for one in warnings] == [True] * count
+        warnings = fly(
+            timed_gait_of(tmp_path / f"{name}.csv"),
+            settings=FlightSettings(duration=1.0),
+        ).warnings
+        assert [
+            one.startswith("the timing matches no built-in law: 16 rows")
+            for one in warnings
+        ] == [True] * count
 
 
 def test_a_gait_without_times_needs_a_period(run: Any, tmp_path: Path) -> None:
@@ -161,13 +220,28 @@ def test_a_gait_without_times_needs_a_period(run: Any, tmp_path: Path) -> None:
     assert timed_gait_of(tmp_path / "loop.toml", period=3.0).period == 3.0
 
 
-def test_settings_come_from_a_file_and_options_go_before_it(run: Any, tmp_path: Path) -> None:
-    (tmp_path / "calm.toml").write_text('[flight]\nreference = "hover"\nduration = 0.7\nattitude_noise = "0.1deg"\n')
-    (tmp_path / "fast.toml").write_text("[flight]\ncontrol_rate = 2000\nduration = 0.3\n")
+def test_settings_come_from_a_file_and_options_go_before_it(
+    run: Any, tmp_path: Path
+) -> None:
+    (tmp_path / "calm.toml").write_text(
+        '[flight]\nreference = "hover"\nduration = 0.7\nattitude_noise = "0.1deg"\n'
+    )
+    (tmp_path / "fast.toml").write_text(
+        "[flight]\ncontrol_rate = 2000\nduration = 0.3\n"
+    )
     (tmp_path / "bad.toml").write_text("[flight]\nattitude_damping = 3000\n")
 
     def flown(file: str, *options: object, code: int) -> Any:
-        done = run("fly", "gait4", "--settings", file, *options, "--output", "a.json", "--force")
+        done = run(
+            "fly",
+            "gait4",
+            "--settings",
+            file,
+            *options,
+            "--output",
+            "a.json",
+            "--force",
+        )
         assert done.code == code, done.err
         return json.loads((tmp_path / "a.json").read_text())["about"]["flight"]
 
@@ -176,31 +250,65 @@ def test_settings_come_from_a_file_and_options_go_before_it(run: Any, tmp_path: 
     assert calm["attitude_noise"] == pytest.approx(np.radians(0.1))
     # They are judged together: an option may replace what is wrong, or does not fit, in the file. None settles yet.
     assert flown("fast.toml", "--step", 0.0005, code=1)["control_rate"] == 2000.0
-    assert flown("bad.toml", "--attitude-damping", 20, "--duration", 0.01, code=1)["attitude_damping"] == 20.0
+    assert (
+        flown("bad.toml", "--attitude-damping", 20, "--duration", 0.01, code=1)[
+            "attitude_damping"
+        ]
+        == 20.0
+    )
     for options, message in (
-        (["fast.toml"], "flight file 'fast.toml': control_rate must be 1000 Hz divided by a whole number"),
-        (["fast.toml", "--control-rate", 300], "--control-rate must be 1000 Hz divided by"),
-        (["bad.toml", "--attitude-stiffness", 90], "flight file 'bad.toml': attitude_damping must be between"),
-        (["fast.toml", "--step", 0.0005, "--floor", 2], "--floor must be between 0 and 1"),
+        (
+            ["fast.toml"],
+            "flight file 'fast.toml': control_rate must be 1000 Hz divided by a whole number",
+        ),
+        (
+            ["fast.toml", "--control-rate", 300],
+            "--control-rate must be 1000 Hz divided by",
+        ),
+        (
+            ["bad.toml", "--attitude-stiffness", 90],
+            "flight file 'bad.toml': attitude_damping must be between",
+        ),
+        (
+            ["fast.toml", "--step", 0.0005, "--floor", 2],
+            "--floor must be between 0 and 1",
+        ),
     ):
         wrong = run("fly", "gait3", "--settings", *options)
         assert (wrong.code, wrong.out, wrong.err.count("\n")) == (2, "", 1)
         assert message in wrong.err
     wind = ["--wind", "-1,0.5", "--gust", 0.3, "--seed", 3, "--duration", 0.2, "--json"]
-    assert run("fly", "gait4", *wind).json["drift"] != run("fly", "gait4", *wind, "--seed", 4).json["drift"]
+    assert (
+        run("fly", "gait4", *wind).json["drift"]
+        != run("fly", "gait4", *wind, "--seed", 4).json["drift"]
+    )
 
 
-def test_a_flights_file_plans_its_gait_again_but_is_no_gait(run: Any, tmp_path: Path) -> None:
+def test_a_flights_file_plans_its_gait_again_but_is_no_gait(
+    run: Any, tmp_path: Path
+) -> None:
     (tmp_path / "loop.toml").write_text(request_of(4) + "period = 2.0\n")
     outputs = ["flight.csv", "flight.mat"]
-    assert run("fly", "loop.toml", "--duration", 0.2, *(x for name in outputs for x in ("--output", name))).code == 1
+    assert (
+        run(
+            "fly",
+            "loop.toml",
+            "--duration",
+            0.2,
+            *(x for name in outputs for x in ("--output", name)),
+        ).code
+        == 1
+    )
     for name in outputs:
         again = run("plan", name, "--json")
         assert again.json["request"]["period"] == 2.0
         assert again.json["color"] == "red"
     refused = run("fly", "flight.csv")
     assert refused.code == 2
-    assert "must be the table of a gait, got that of a flight; gaitgraph plan flight.csv" in refused.err
+    assert (
+        "must be the table of a gait, got that of a flight; gaitgraph plan flight.csv"
+        in refused.err
+    )
     assert run("fly", "gait3", "--duration", 0.02, "--output", "paper.csv").code == 1
     answer = run("plan", "paper.csv")
     assert (answer.code, answer.out) == (2, "")

@@ -58,10 +58,14 @@ TRIANGLE = [(0.4, -1.2), (0.4, -0.4), (1.2, -0.4)]
 
 @pytest.mark.parametrize("suffix", [*SUFFIXES, ".mcap"])
 @pytest.mark.parametrize("law", LAWS)
-def test_a_file_is_as_good_as_the_plan(suffix: str, law: LawName, tmp_path: Path) -> None:
+def test_a_file_is_as_good_as_the_plan(
+    suffix: str, law: LawName, tmp_path: Path
+) -> None:
     """With six intervals no row is at the second or the third corner."""
     timed = gg.plan_loop(TRIANGLE, law=law, period=3.0).timed(samples=7)
-    path, servos, again = (tmp_path / f"{name}{suffix}" for name in ("gait", "servos", "again"))
+    path, servos, again = (
+        tmp_path / f"{name}{suffix}" for name in ("gait", "servos", "again")
+    )
     timed.write(path)
     if suffix in SUFFIXES:
         export(path, [servos], servos=servo_map_named("x_frame"))
@@ -69,11 +73,20 @@ def test_a_file_is_as_good_as_the_plan(suffix: str, law: LawName, tmp_path: Path
     for one in (path, again, *([servos] if servos.exists() else ())):
         read = timed_gait_of(one)
         assert (read.law, read.period, read.samples) == (law, 3.0, 7)
-        assert read.gait.alpha.tolist() == gg.gait_of(read_table(one)).alpha.tolist() == timed.gait.alpha.tolist()
+        assert (
+            read.gait.alpha.tolist()
+            == gg.gait_of(read_table(one)).alpha.tolist()
+            == timed.gait.alpha.tolist()
+        )
         report, judged = gg.validate(one), gg.validate(timed)
         assert report.checks[1:] == judged.checks[1:]
-        assert (report["closed"].message, report.rows) == ("the last row repeats the first, T = 3 s", 8)
-        assert gg.robustness_of(one).as_mapping() == gg.robustness_of(timed).as_mapping()
+        assert (report["closed"].message, report.rows) == (
+            "the last row repeats the first, T = 3 s",
+            8,
+        )
+        assert (
+            gg.robustness_of(one).as_mapping() == gg.robustness_of(timed).as_mapping()
+        )
         export(one, [tmp_path / "finer.npz"], samples=12, force=True)
         finer = timed.gait.parametrize(3.0, law=law, samples=12)
         assert read_table(tmp_path / "finer.npz").alpha.tolist() == finer.alpha.tolist()
@@ -95,26 +108,47 @@ def test_a_paced_file_states_the_corners(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".npz"])
-def test_rows_that_were_edited_win_over_stated_corners(suffix: str, tmp_path: Path) -> None:
+def test_rows_that_were_edited_win_over_stated_corners(
+    suffix: str, tmp_path: Path
+) -> None:
     path, timed = tmp_path / f"gait{suffix}", gg.plan_loop(TRIANGLE).timed(samples=7)
     table = table_of(timed)
     moved, slower = table["alpha1"].copy(), table["t"] * 1.001
     moved[3] += 2e-6
-    for columns in ({"alpha1": moved}, {"t": slower}, {"color": (*["red"] * 7, "blue")}):
-        write_tables(replace(table, columns=table.columns | columns), [path], force=True)
-        with pytest.warns(FileWarning, match=f"^gait file {str(path)!r}: the rows differ"):
+    for columns in (
+        {"alpha1": moved},
+        {"t": slower},
+        {"color": (*["red"] * 7, "blue")},
+    ):
+        write_tables(
+            replace(table, columns=table.columns | columns), [path], force=True
+        )
+        with pytest.warns(
+            FileWarning, match=f"^gait file {str(path)!r}: the rows differ"
+        ):
             assert len(gg.gait_of(path).alpha) > 3
         assert OTHER_ROWS in gg.validate(path).notes
     write_tables(table.rows(0, 5), [path], force=True)  # the end is missing
     with pytest.warns(FileWarning, match="the rows are used"):
         assert timed_gait_of(path).period == pytest.approx(5 / 7)
     # Rounded rows are those of the gait; rates that a table states count where they are larger.
-    rounded = {name: np.round(one, 5) if isinstance(one, np.ndarray) else one for name, one in table.columns.items()}
+    rounded = {
+        name: np.round(one, 5) if isinstance(one, np.ndarray) else one
+        for name, one in table.columns.items()
+    }
     write_tables(Table(columns=rounded, about=table.about), [tmp_path / "rounded.csv"])
-    assert gg.gait_of(read_table(tmp_path / "rounded.csv")).alpha.tolist() == timed.gait.alpha.tolist()
-    faster = Table(columns=table.columns | {"alpha1_rate": np.full(8, 99.0)}, about=table.about)
+    assert (
+        gg.gait_of(read_table(tmp_path / "rounded.csv")).alpha.tolist()
+        == timed.gait.alpha.tolist()
+    )
+    faster = Table(
+        columns=table.columns | {"alpha1_rate": np.full(8, 99.0)}, about=table.about
+    )
     assert gg.validate(faster)["tilt_rate"].value == 99.0
-    with pytest.raises(gg.InputError, match=r"corners must be rows of four angles \(rad\), got \[\[1\]\]"):
+    with pytest.raises(
+        gg.InputError,
+        match=r"corners must be rows of four angles \(rad\), got \[\[1\]\]",
+    ):
         gg.gait_of(replace(table, about=table.about | {"corners": [[1]]}))
 
 
@@ -122,7 +156,9 @@ def test_rows_that_were_edited_win_over_stated_corners(suffix: str, tmp_path: Pa
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
-def test_a_plan_is_read_back_bit_for_bit_with_what_made_it(suffix: str, planned: TimedGait, tmp_path: Path) -> None:
+def test_a_plan_is_read_back_bit_for_bit_with_what_made_it(
+    suffix: str, planned: TimedGait, tmp_path: Path
+) -> None:
     path = tmp_path / f"gait{suffix}"
     planned.write(path)
     found, expected = read_table(path), table_of(planned)
@@ -149,11 +185,21 @@ class LongTable:
         for k in range(self.count):
             t = np.arange(k * self.rows, (k + 1) * self.rows) / 1000.0
             first, second = 1.0 + 0.2 * np.cos(t), -0.5 + 0.2 * np.sin(t)
-            yield Table(columns={"t": t, "alpha1": first, "alpha2": second, "alpha3": first, "alpha4": second})
+            yield Table(
+                columns={
+                    "t": t,
+                    "alpha1": first,
+                    "alpha2": second,
+                    "alpha3": first,
+                    "alpha4": second,
+                }
+            )
 
 
 @pytest.mark.parametrize(("suffix", "rows"), [(".csv", 200), (".parquet", 40_000)])
-def test_long_tables_are_written_and_read_piece_by_piece(suffix: str, rows: int, tmp_path: Path) -> None:
+def test_long_tables_are_written_and_read_piece_by_piece(
+    suffix: str, rows: int, tmp_path: Path
+) -> None:
     tracemalloc.start()
     write_tables(LongTable(12, rows), [tmp_path / f"long{suffix}"])
     assert sum(map(len, read_pieces(tmp_path / f"long{suffix}"))) == 12 * rows
@@ -166,7 +212,11 @@ def test_long_tables_are_written_and_read_piece_by_piece(suffix: str, rows: int,
 @pytest.mark.parametrize("stated", ["", "color,types,R", "off"])
 def test_a_table_is_completed(closed: bool, stated: str) -> None:
     timed = lift(G3.angles, "red").parametrize(samples=40, law="constant-speed")
-    made = {name: values for name, values in table_of(timed).columns.items() if "_" not in name}
+    made = {
+        name: values
+        for name, values in table_of(timed).columns.items()
+        if "_" not in name
+    }
     for name in ("color", "types", "R"):
         if name not in stated:
             made.pop(name)
@@ -202,7 +252,9 @@ def test_a_long_file_is_judged_and_exported_in_pieces(
     done_by = export(path, [tmp_path / "cut.csv", tmp_path / "cut.parquet"])
     assert (done_by.rows, done_by.columns[0]) == (301, "t")
     assert (tmp_path / "cut.csv").read_bytes() == (tmp_path / "whole.csv").read_bytes()
-    assert_same(read_table(tmp_path / "cut.parquet"), read_table(tmp_path / "whole.parquet"))
+    assert_same(
+        read_table(tmp_path / "cut.parquet"), read_table(tmp_path / "whole.parquet")
+    )
 
 
 ZEROS: dict[str, Any] = {f"alpha{k}": np.zeros(3) for k in range(1, 5)}
@@ -225,17 +277,36 @@ def test_frames_of_pandas(planned: TimedGait, tmp_path: Path) -> None:
     assert table_from_frame(frame).about == expected.about
     assert frame.attrs["gaitgraph"]["about"]["request"]
     planned.write(tmp_path / "read.csv")
-    assert table_from_frame(pd.read_csv(tmp_path / "read.csv")).about == expected.about  # by its column made_by
+    assert (
+        table_from_frame(pd.read_csv(tmp_path / "read.csv")).about == expected.about
+    )  # by its column made_by
     for wrong, message in (
-        (frame.rename(columns={"alpha4": "alpha_4"}), "'alpha_4' .did you mean 'alpha4'"),
-        (pd.concat([frame, frame[["alpha1"]]], axis=1), "columns must have different names, got 'alpha1' 2 times"),
-        (frame.assign(alpha1=None), "row 1: alpha1 must be a finite number, .* got no value"),
-        (frame.assign(t=pd.date_range("2020", periods=13)), "t must be a column of .*, got .*datetime64"),
+        (
+            frame.rename(columns={"alpha4": "alpha_4"}),
+            "'alpha_4' .did you mean 'alpha4'",
+        ),
+        (
+            pd.concat([frame, frame[["alpha1"]]], axis=1),
+            "columns must have different names, got 'alpha1' 2 times",
+        ),
+        (
+            frame.assign(alpha1=None),
+            "row 1: alpha1 must be a finite number, .* got no value",
+        ),
+        (
+            frame.assign(t=pd.date_range("2020", periods=13)),
+            "t must be a column of .*, got .*datetime64",
+        ),
     ):
         with pytest.raises(gg.InputError, match=message):
             gg.validate(wrong)
-    frame.attrs["gaitgraph"] = {"format": "gaitgraph gait table", "about": {"a": object()}}
-    with pytest.raises(gg.InputError, match="attrs must be as gaitgraph left them, got"):
+    frame.attrs["gaitgraph"] = {
+        "format": "gaitgraph gait table",
+        "about": {"a": object()},
+    }
+    with pytest.raises(
+        gg.InputError, match="attrs must be as gaitgraph left them, got"
+    ):
         table_from_frame(frame)
 
 
@@ -244,37 +315,68 @@ def test_frames_of_polars_and_pyarrow(planned: TimedGait) -> None:
     frame = pl.DataFrame(table_of(planned).columns)
     taken(frame, table_of(planned))
     taken(frame.to_arrow(), table_of(planned))
-    with pytest.raises(gg.InputError, match="row 1: alpha2 must be a finite number, .* got nan"):
+    with pytest.raises(
+        gg.InputError, match="row 1: alpha2 must be a finite number, .* got nan"
+    ):
         gg.validate(frame.with_columns(pl.lit(None).alias("alpha2")))
     for take in (gg.validate, table_from_frame):
-        with pytest.raises(gg.InputError, match=r"must have its rows there, got a LazyFrame: collect\(\) it first"):
+        with pytest.raises(
+            gg.InputError,
+            match=r"must have its rows there, got a LazyFrame: collect\(\) it first",
+        ):
             take(frame.lazy())
 
 
 def test_mappings_are_frames() -> None:
-    assert gg.validate({"alpha1": ["3pi/8", 1.0], "alpha2": ["-3pi/8", -0.5], "color": "red"}).flyable
+    assert gg.validate(
+        {"alpha1": ["3pi/8", 1.0], "alpha2": ["-3pi/8", -0.5], "color": "red"}
+    ).flyable
     for wrong, message in (
         ({}, "column 'alpha1' is missing"),
-        ({**ZEROS, "alpha1": [True] * 3}, "row 1: alpha1 must be a finite number, .* got True"),
-        ({**ZEROS, "alpha1": np.ones(3, dtype=bool)}, "alpha1 must be a column of numbers .*, got bool"),
-        ({**ZEROS, "alpha1": np.full(3, np.nan)}, "row 1: alpha1 must be a finite number, .* got nan"),
-        ({**ZEROS, "alpha1": np.zeros((3, 3))}, r"alpha1 must be a column .*, got float64 of shape \(3, 3\)"),
+        (
+            {**ZEROS, "alpha1": [True] * 3},
+            "row 1: alpha1 must be a finite number, .* got True",
+        ),
+        (
+            {**ZEROS, "alpha1": np.ones(3, dtype=bool)},
+            "alpha1 must be a column of numbers .*, got bool",
+        ),
+        (
+            {**ZEROS, "alpha1": np.full(3, np.nan)},
+            "row 1: alpha1 must be a finite number, .* got nan",
+        ),
+        (
+            {**ZEROS, "alpha1": np.zeros((3, 3))},
+            r"alpha1 must be a column .*, got float64 of shape \(3, 3\)",
+        ),
         ({**ZEROS, "alpha1": 3}, "columns must have equally many rows, got 1 to 3"),
     ):
         with pytest.raises(gg.InputError, match=message):
             gg.validate(wrong)
-    with pytest.raises(gg.InputError, match="frame must be a frame of pandas or polars, .*, got 5"):
+    with pytest.raises(
+        gg.InputError, match="frame must be a frame of pandas or polars, .*, got 5"
+    ):
         table_from_frame(5)  # type: ignore[arg-type]
 
 
-def test_what_is_missing_is_named(planned: TimedGait, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_is_missing_is_named(
+    planned: TimedGait, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setitem(sys.modules, "pandas", None)
-    with pytest.raises(gg.InputError, match="^to_pandas needs .* with: pip install pandas$"):
+    with pytest.raises(
+        gg.InputError, match="^to_pandas needs .* with: pip install pandas$"
+    ):
         planned.to_pandas()
     monkeypatch.setattr("gaitgraph.io.formats.find_spec", lambda _: None)
     for path, missing in (
-        (tmp_path / "a.parquet", r"Parquet needs pyarrow. Install it with: pip install 'gaitgraph\[table\]'"),
-        (tmp_path / "a.mcap", r"ROS 2 bag .MCAP. needs rosbags. Install it with: pip install 'gaitgraph\[ros\]'"),
+        (
+            tmp_path / "a.parquet",
+            r"Parquet needs pyarrow. Install it with: pip install 'gaitgraph\[table\]'",
+        ),
+        (
+            tmp_path / "a.mcap",
+            r"ROS 2 bag .MCAP. needs rosbags. Install it with: pip install 'gaitgraph\[ros\]'",
+        ),
     ):
         for ask in (read_table, planned.write):
             with pytest.raises(gg.errors.MissingExtra, match=f"^{missing}"):
@@ -283,7 +385,9 @@ def test_what_is_missing_is_named(planned: TimedGait, tmp_path: Path, monkeypatc
     planned.write(tmp_path / "a.yaml")  # needs none
 
 
-def test_nothing_that_is_not_needed_is_loaded(planned: TimedGait, tmp_path: Path) -> None:
+def test_nothing_that_is_not_needed_is_loaded(
+    planned: TimedGait, tmp_path: Path
+) -> None:
     planned.write(tmp_path / "a.npz")
     code = (
         "import sys, gaitgraph as gg\n"
@@ -292,14 +396,22 @@ def test_nothing_that_is_not_needed_is_loaded(planned: TimedGait, tmp_path: Path
         "export('a.npz', ['b.csv', 'b.json', 'b.h'])\n"
         "print(*{'pandas', 'polars', 'pyarrow', 'scipy.io', 'rosbags'} & {*sys.modules})"
     )
-    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     assert done.stdout.strip() == ""
 
 
 def test_the_page_lists_every_format() -> None:
     page = (Path(__file__).parent.parent / "docs" / "guide" / "files.md").read_text()
     rows = [
-        [cell.strip() for cell in line.strip("|").split("|")] for line in page.splitlines() if line.startswith("| `.")
+        [cell.strip() for cell in line.strip("|").split("|")]
+        for line in page.splitlines()
+        if line.startswith("| `.")
     ]
     found = {row[0].strip("`"): row[1:4] for row in rows if len(row) == 5}
     assert list(found) == list(FORMATS)

@@ -13,7 +13,11 @@ import pytest
 
 import gaitgraph as gg
 from gaitgraph.graph.build import grid_axis, surface_graph, vehicle_and_coefficients
-from gaitgraph.invertibility.matrices import coefficients_of, least_singular_value, level_determinant
+from gaitgraph.invertibility.matrices import (
+    coefficients_of,
+    least_singular_value,
+    level_determinant,
+)
 from gaitgraph.surface.region import Zones
 from gaitgraph.surface.sheets import red_label, roots
 from tests.samples import points_of
@@ -30,7 +34,11 @@ def brute_edges(graph: nx.Graph[Any]) -> set[frozenset[Any]]:
     step = graph.graph["step"] * (1 + 1e-9)
     for (a, first), (b, second) in itertools.combinations(graph.nodes(data=True), 2):
         near = all(abs(first[k] - second[k]) <= step for k in ("alpha1", "alpha2"))
-        marks = zip(first["types"].strip("()").split(","), second["types"].strip("()").split(","), strict=True)
+        marks = zip(
+            first["types"].strip("()").split(","),
+            second["types"].strip("()").split(","),
+            strict=True,
+        )
         if near and not any(set(pair) == {"+", "-"} for pair in marks):
             out.add(frozenset((a, b)))
     return out
@@ -39,7 +47,13 @@ def brute_edges(graph: nx.Graph[Any]) -> set[frozenset[Any]]:
 @pytest.mark.parametrize("sign", ["negative", "positive"])
 def test_edges_are_exactly_the_allowed_neighbours(sign: Any) -> None:
     # The last is one step away from the first, which is near enough.
-    waypoints = [(0.91, -0.33), (0.95, -0.3), (1.5707, -0.4), (-0.2, 0.7), (0.91 - pi / 10, -0.33)]
+    waypoints = [
+        (0.91, -0.33),
+        (0.95, -0.3),
+        (1.5707, -0.4),
+        (-0.2, 0.7),
+        (0.91 - pi / 10, -0.33),
+    ]
     graph = surface_graph(sign, divisions=10, waypoints=waypoints)
     assert {frozenset(edge) for edge in graph.edges} == brute_edges(graph)
     gg.validate_graph(graph)
@@ -52,13 +66,19 @@ def test_jumps(negative: nx.Graph[Any]) -> None:
     """Colors meet only at (?,?), 0.0585 rad apart or more; a wrap of blue at the border is π."""
     least = 2 * (pi / 16 - coefficients_of().delta)
     across = [
-        edge for a, b, edge in negative.edges(data=True) if negative.nodes[a]["color"] != negative.nodes[b]["color"]
+        edge
+        for a, b, edge in negative.edges(data=True)
+        if negative.nodes[a]["color"] != negative.nodes[b]["color"]
     ]
     assert not any(edge["continuous"] or edge["flyable"] for edge in across)
     assert min(edge["jump"] for edge in across) == pytest.approx(least)
     same_cell = negative.edges[(9, 7, "red"), (9, 7, "blue")]
     assert (same_cell["length"], same_cell["jump"]) == (0, pytest.approx(least))
-    wraps = [{a, b} for a, b, edge in negative.edges(data=True) if not edge["continuous"] and edge not in across]
+    wraps = [
+        {a, b}
+        for a, b, edge in negative.edges(data=True)
+        if not edge["continuous"] and edge not in across
+    ]
     for pair in wraps:
         assert {name[2] for name in pair} == {"blue"}
         assert 1 in {name[0] for name in pair} or 15 in {name[1] for name in pair}
@@ -87,14 +107,18 @@ LIMITED = {
     "mirrored": gg.PAPER.replace(first_rotor_spin="counterclockwise"),
     "narrow": gg.PAPER.replace(max_tilt=pi / 3),
     "weak": gg.Vehicle(drag_ratio=0.3, mass=1.3, gravity=9.7, max_thrust=5.0),
-    "weak and narrow": gg.Vehicle(drag_ratio=0.1, mass=2.0, gravity=9.81, max_thrust=8.0, max_tilt=1.2),
+    "weak and narrow": gg.Vehicle(
+        drag_ratio=0.1, mass=2.0, gravity=9.81, max_thrust=8.0, max_tilt=1.2
+    ),
 }
 
 
 @pytest.mark.no_cover
 @pytest.mark.parametrize("vehicle", LIMITED.values(), ids=LIMITED)
 @pytest.mark.parametrize("sign", ["negative", "positive"])
-def test_every_attribute_of_an_edge_is_what_sampling_shows(vehicle: gg.Vehicle, sign: Any) -> None:
+def test_every_attribute_of_an_edge_is_what_sampling_shows(
+    vehicle: gg.Vehicle, sign: Any
+) -> None:
     floor, numbers = 0.2, coefficients_of(vehicle)
     arrays = surface_arrays(sign, 12, vehicle=vehicle, floor=floor)
     pairs = arrays.edge.tolist()
@@ -102,7 +126,11 @@ def test_every_attribute_of_an_edge_is_what_sampling_shows(vehicle: gg.Vehicle, 
     a, b = arrays.edge.T
     assert (a < b).all()
     start, end = arrays.alpha[a], arrays.alpha[b]
-    np.testing.assert_allclose(arrays.length, np.hypot(end[:, 0] - start[:, 0], end[:, 1] - start[:, 1]), atol=1e-15)
+    np.testing.assert_allclose(
+        arrays.length,
+        np.hypot(end[:, 0] - start[:, 0], end[:, 1] - start[:, 1]),
+        atol=1e-15,
+    )
     # On one sheet α3 and α4 move as the planes say, or wrap by π; from sheet to sheet nothing is continuous.
     slope = np.where(arrays.red[a], 1.0, -1.0)[:, None]
     off = np.abs((end - start)[:, 2:] - slope * (end - start)[:, :2]).max(axis=1)
@@ -122,7 +150,13 @@ def test_every_attribute_of_an_edge_is_what_sampling_shows(vehicle: gg.Vehicle, 
     margins = [least - floor, shares.min(axis=(1, 2)), np.full(len(least), 1.0)]
     if vehicle.max_thrust is not None:
         assert vehicle.mass is not None
-        margins.append(1 - shares.max(axis=(1, 2)) * vehicle.mass * float(vehicle.gravity) / vehicle.max_thrust)
+        margins.append(
+            1
+            - shares.max(axis=(1, 2))
+            * vehicle.mass
+            * float(vehicle.gravity)
+            / vehicle.max_thrust
+        )
     margin = np.min(margins, axis=0)
     tilt = np.abs(along).max(axis=(1, 2))
     expected = (margin > 0) & (tilt <= (vehicle.tilt_range or [(-pi, pi)])[0][1] + 1e-9)
@@ -132,10 +166,14 @@ def test_every_attribute_of_an_edge_is_what_sampling_shows(vehicle: gg.Vehicle, 
     assert 0 < np.count_nonzero(expected) < len(expected)
     np.testing.assert_allclose(arrays.least_singular_value[smooth], least, atol=2e-4)
     if vehicle.max_tilt == pi / 3:
-        assert (tilt[arrays.flyable[smooth]] > pi / 3 - 1e-9).any()  # the limit itself is allowed, and is a node
+        assert (
+            tilt[arrays.flyable[smooth]] > pi / 3 - 1e-9
+        ).any()  # the limit itself is allowed, and is a node
 
 
-@pytest.mark.parametrize("vehicle", [gg.PAPER, gg.Vehicle(drag_ratio=0.4)], ids=lambda vehicle: vehicle.name)
+@pytest.mark.parametrize(
+    "vehicle", [gg.PAPER, gg.Vehicle(drag_ratio=0.4)], ids=lambda vehicle: vehicle.name
+)
 def test_a_floor_between_the_bounds_of_an_edge_is_decided(vehicle: gg.Vehicle) -> None:
     """Where an edge's least singular value is that of one of its ends it is known: so is the verdict, to 1e-6."""
     free = surface_arrays("negative", 12, vehicle=vehicle, floor=0.0)
@@ -143,13 +181,17 @@ def test_a_floor_between_the_bounds_of_an_edge_is_decided(vehicle: gg.Vehicle) -
     start, end = free.alpha[free.edge.T]
     along = points_of(start, end, 101)
     inside = least_singular_value(along, vehicle)[:, 1:-1].min(axis=1)
-    at_an_end = free.flyable & (ends < inside - 1e-4)  # rising from there, not dipping between two samples
+    at_an_end = free.flyable & (
+        ends < inside - 1e-4
+    )  # rising from there, not dipping between two samples
     values = np.unique(np.round(ends[at_an_end], 12))
     assert len(values) >= 6
     for value in values[::3]:
         concerned = at_an_end & (np.abs(ends - value) < 1e-11)
         for shift, flies in ((-3e-6, True), (1e-8, False), (3e-6, False)):
-            judged = surface_arrays("negative", 12, vehicle=vehicle, floor=float(value) + shift)
+            judged = surface_arrays(
+                "negative", 12, vehicle=vehicle, floor=float(value) + shift
+            )
             assert (judged.flyable[concerned] == flies).all()
 
 
@@ -159,7 +201,10 @@ def test_where_R_is_zero_but_for_rounding_there_is_no_node(divisions: int) -> No
     vehicle = gg.Vehicle(drag_ratio=float(np.tan(pi / divisions)))
     nodes: set[Any] = set()
     for sign in ("positive", "negative"):
-        nodes |= {name[:2] for name in surface_graph(sign, divisions=divisions, vehicle=vehicle)}
+        nodes |= {
+            name[:2]
+            for name in surface_graph(sign, divisions=divisions, vehicle=vehicle)
+        }
     axis, delta = grid_axis(divisions), pi / divisions
     for i, j in itertools.product(range(1, divisions), repeat=2):
         a1, a2 = axis[i], axis[j]
@@ -177,7 +222,9 @@ def test_an_edge_over_the_saddle_does_not_keep_its_sign() -> None:
             arrays = surface_arrays(sign, n, coefficients=coefficients_of(kind="exact"))
             red = arrays.red[arrays.edge].all(axis=1)
             labels = red_label(arrays.alpha[:, 0], arrays.alpha[:, 1])
-            crossing = (labels[arrays.edge[:, 0]] != labels[arrays.edge[:, 1]]).any(axis=1) & red
+            crossing = (labels[arrays.edge[:, 0]] != labels[arrays.edge[:, 1]]).any(
+                axis=1
+            ) & red
             assert not arrays.keeps_sign[crossing].any()
             leaks += int(crossing.sum())
     assert leaks > 0
@@ -196,38 +243,56 @@ def test_ids_count_waypoints_and_their_roots(sign: Any, kind: Any) -> None:
         off_grid[0] = (2 * numbers.delta - pi / 2, pi / 2 - 2 * numbers.delta)
     waypoints = [off_grid[0], (pi / 16, 0.0), *off_grid[1:], off_grid[1]]
     if kind == "exact":
-        waypoints.append((0.7 * wanted, -0.7 * wanted))  # red has the other sign there, and there is no blue
+        waypoints.append(
+            (0.7 * wanted, -0.7 * wanted)
+        )  # red has the other sign there, and there is no blue
     arrays = surface_arrays(sign, coefficients=numbers, waypoints=waypoints)
     expected = [
         (("w", k, m), (*root.alpha, root.color == "red", root.R))
         for k, point in enumerate(off_grid)
-        for m, root in enumerate(root for root in roots(*point, coefficients=numbers) if wanted * root.R > 1e-12)
+        for m, root in enumerate(
+            root
+            for root in roots(*point, coefficients=numbers)
+            if wanted * root.R > 1e-12
+        )
     ]
     own = [position for position, name in enumerate(arrays.ids) if name[0] == "w"]
     assert [arrays.ids[position] for position in own] == [name for name, _ in expected]
     for position, (_, values) in zip(own, expected, strict=True):
-        assert (*arrays.alpha[position].tolist(), bool(arrays.red[position])) == values[:-1]
+        assert (*arrays.alpha[position].tolist(), bool(arrays.red[position])) == values[
+            :-1
+        ]
         assert arrays.R[position] == pytest.approx(values[-1], abs=1e-13)
     assert {name[1] for name, _ in expected} == set(range(len(off_grid)))
-    most = {("published", "positive"): 3, ("published", "negative"): 2}.get((kind, sign), 1)
+    most = {("published", "positive"): 3, ("published", "negative"): 2}.get(
+        (kind, sign), 1
+    )
     assert max(name[2] for name, _ in expected) == most - 1
-    assert [(-1, -1) if name[0] == "w" else name[:2] for name in arrays.ids] == list(map(tuple, arrays.cell.tolist()))
+    assert [(-1, -1) if name[0] == "w" else name[:2] for name in arrays.ids] == list(
+        map(tuple, arrays.cell.tolist())
+    )
 
 
 def test_waypoints_on_the_grid_add_nothing(negative: nx.Graph[Any]) -> None:
     axis = grid_axis()[1:-1]
     for off in (0.0, 0.9e-9):
-        graph = surface_graph("negative", waypoints=[(a + off, b - off) for a in axis for b in axis])
+        graph = surface_graph(
+            "negative", waypoints=[(a + off, b - off) for a in axis for b in axis]
+        )
         assert list(graph.nodes(data=True)) == list(negative.nodes(data=True))
         assert list(graph.edges(data=True)) == list(negative.edges(data=True))
-    assert len(surface_graph("negative", waypoints=[(pi / 8 + 1.1e-9, -pi / 8)])) > len(negative)
+    assert len(surface_graph("negative", waypoints=[(pi / 8 + 1.1e-9, -pi / 8)])) > len(
+        negative
+    )
 
 
 @pytest.mark.parametrize("kind", ["published", "exact"])
 def test_the_metadata_is_what_the_graph_was_built_with(kind: Any) -> None:
     vehicle = gg.PAPER.replace(first_arm_angle=0.3) if kind == "exact" else gg.PAPER
     numbers = coefficients_of(vehicle, kind)
-    graph = surface_graph("positive", divisions=7, vehicle=vehicle, coefficients=numbers, floor=0.9)
+    graph = surface_graph(
+        "positive", divisions=7, vehicle=vehicle, coefficients=numbers, floor=0.9
+    )
     assert graph.graph == {
         "contract": "gaitgraph surface graph 1",
         "divisions": 7,
@@ -240,8 +305,12 @@ def test_the_metadata_is_what_the_graph_was_built_with(kind: Any) -> None:
     }
     assert vehicle_and_coefficients(graph) == (vehicle, numbers)
     for key in ("vehicle", "coefficients", "divisions", "floor"):
-        with pytest.raises(gg.errors.ContractError, match=f"^graph metadata: '{key}' is missing$"):
-            gg.cycles(nx.Graph(**{name: graph.graph[name] for name in {*graph.graph} - {key}}))
+        with pytest.raises(
+            gg.errors.ContractError, match=f"^graph metadata: '{key}' is missing$"
+        ):
+            gg.cycles(
+                nx.Graph(**{name: graph.graph[name] for name in {*graph.graph} - {key}})
+            )
 
 
 def test_zones_cut_nodes_and_edges(negative: nx.Graph[Any]) -> None:
@@ -257,32 +326,77 @@ def test_zones_cut_nodes_and_edges(negative: nx.Graph[Any]) -> None:
         assert 0 <= data["alpha1"] <= 1.5
         assert not (0.6 < data["alpha1"] < 0.95 and -0.9 < data["alpha2"] < -0.6)
     for a, b in graph.edges:
-        middle = [(graph.nodes[a][k] + graph.nodes[b][k]) / 2 for k in ("alpha1", "alpha2")]
+        middle = [
+            (graph.nodes[a][k] + graph.nodes[b][k]) / 2 for k in ("alpha1", "alpha2")
+        ]
         assert not (0.6 < middle[0] < 0.95 and -0.9 < middle[1] < -0.6)
 
 
 FIRST, SECOND, FAR = (14, 2, "red"), (14, 3, "red"), (9, 2, "red")
 BREAKAGES: list[tuple[str, Any]] = [
-    ("contract must be 'gaitgraph surface graph 1', got 'x'", lambda graph: graph.graph.update(contract="x")),
+    (
+        "contract must be 'gaitgraph surface graph 1', got 'x'",
+        lambda graph: graph.graph.update(contract="x"),
+    ),
     ("divisions must be .* got 1.5", lambda graph: graph.graph.update(divisions=1.5)),
-    ("must be a root .* with the graph's sign of R", lambda graph: graph.graph.update(sign="positive")),
+    (
+        "must be a root .* with the graph's sign of R",
+        lambda graph: graph.graph.update(sign="positive"),
+    ),
     ("vehicle has no field", lambda graph: graph.graph.update(vehicle={"x": 1})),
-    ("floor must be a finite number ≥ 0, got 'x'", lambda graph: graph.graph.update(floor="x")),
+    (
+        "floor must be a finite number ≥ 0, got 'x'",
+        lambda graph: graph.graph.update(floor="x"),
+    ),
     ("'floor' is missing", lambda graph: graph.graph.pop("floor")),
     ("'R' is missing", lambda graph: graph.nodes[FIRST].pop("R")),
-    ("color must be 'red', got 'green'", lambda graph: graph.nodes[FIRST].update(color="green")),
-    ("cell must be .*, got \\(1, 1\\)", lambda graph: graph.nodes[FIRST].update(cell=(1, 1))),
-    ("must be a root", lambda graph: nx.relabel_nodes(graph, {FIRST: (14, 99, "red")}, copy=False)),
-    ("must be a root", lambda graph: graph.add_node(("w", 0, 0), **{**graph.nodes[FIRST], "cell": (1, 1)})),
-    ("alpha1 must be 1.178.*, got 0.3", lambda graph: graph.nodes[FIRST].update(alpha1=0.3)),
-    ("got 1.178", lambda graph: graph.nodes[FIRST].update(alpha1=graph.nodes[FIRST]["alpha1"] + 1.3e-9)),
+    (
+        "color must be 'red', got 'green'",
+        lambda graph: graph.nodes[FIRST].update(color="green"),
+    ),
+    (
+        "cell must be .*, got \\(1, 1\\)",
+        lambda graph: graph.nodes[FIRST].update(cell=(1, 1)),
+    ),
+    (
+        "must be a root",
+        lambda graph: nx.relabel_nodes(graph, {FIRST: (14, 99, "red")}, copy=False),
+    ),
+    (
+        "must be a root",
+        lambda graph: graph.add_node(
+            ("w", 0, 0), **{**graph.nodes[FIRST], "cell": (1, 1)}
+        ),
+    ),
+    (
+        "alpha1 must be 1.178.*, got 0.3",
+        lambda graph: graph.nodes[FIRST].update(alpha1=0.3),
+    ),
+    (
+        "got 1.178",
+        lambda graph: graph.nodes[FIRST].update(
+            alpha1=graph.nodes[FIRST]["alpha1"] + 1.3e-9
+        ),
+    ),
     ("R must be .*, got 'x'", lambda graph: graph.nodes[FIRST].update(R="x")),
     ("'jump' is missing", lambda graph: graph.edges[FIRST, SECOND].pop("jump")),
-    ("keeps_sign must be True, got 1", lambda graph: graph.edges[FIRST, SECOND].update(keeps_sign=1)),
-    ("flyable must be True, got False", lambda graph: graph.edges[FIRST, SECOND].update(flyable=False)),
-    ("singular_value must be .*, got 2.0", lambda graph: graph.edges[FIRST, SECOND].update(least_singular_value=2.0)),
+    (
+        "keeps_sign must be True, got 1",
+        lambda graph: graph.edges[FIRST, SECOND].update(keeps_sign=1),
+    ),
+    (
+        "flyable must be True, got False",
+        lambda graph: graph.edges[FIRST, SECOND].update(flyable=False),
+    ),
+    (
+        "singular_value must be .*, got 2.0",
+        lambda graph: graph.edges[FIRST, SECOND].update(least_singular_value=2.0),
+    ),
     *(
-        ("must join neighbours", lambda graph, b=b: graph.add_edge(FIRST, b, **graph.edges[FIRST, SECOND]))
+        (
+            "must join neighbours",
+            lambda graph, b=b: graph.add_edge(FIRST, b, **graph.edges[FIRST, SECOND]),
+        )
         for b in (FAR, FIRST, (14, 3, "blue"))
     ),
 ]

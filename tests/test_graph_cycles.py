@@ -36,7 +36,9 @@ SHORT = 2.5
 def canonical(path: Sequence[int]) -> tuple[int, ...]:
     """The least of all rotations of both directions: the definition, by trying."""
     ways = [path, path[::-1]]
-    return min(tuple(way[k:]) + tuple(way[:k]) for way in ways for k in range(len(path)))
+    return min(
+        tuple(way[k:]) + tuple(way[:k]) for way in ways for k in range(len(path))
+    )
 
 
 def rows_of(number: int, edges: dict[tuple[int, int], int]) -> Rows:
@@ -52,7 +54,10 @@ def brute_items(edges: dict[tuple[int, int], int]) -> list[Item]:
     lengths = edges | {(b, a): length for (a, b), length in edges.items()}
     joined: nx.Graph[Any] = nx.Graph(list(edges))
     found = list(nx.simple_cycles(joined))
-    return sorted((sum(lengths[pair] for pair in pairwise([*path, path[0]])), canonical(path)) for path in found)
+    return sorted(
+        (sum(lengths[pair] for pair in pairwise([*path, path[0]])), canonical(path))
+        for path in found
+    )
 
 
 def walked_items(edges: dict[tuple[int, int], int], most: float) -> list[Item]:
@@ -62,7 +67,12 @@ def walked_items(edges: dict[tuple[int, int], int], most: float) -> list[Item]:
 
     def go(path: list[int], whole: int) -> None:
         for node, length in rows[path[-1]]:
-            if node == path[0] and len(path) > 2 and path[1] < path[-1] and whole + length <= most:
+            if (
+                node == path[0]
+                and len(path) > 2
+                and path[1] < path[-1]
+                and whole + length <= most
+            ):
                 found.append((whole + length, tuple(path)))
             elif node > path[0] and node not in path and whole + length <= most:
                 go([*path, node], whole + length)
@@ -75,13 +85,18 @@ def walked_items(edges: dict[tuple[int, int], int], most: float) -> list[Item]:
 def edges_of(graph: nx.Graph[Any], use: str) -> dict[tuple[int, int], int]:
     index = {name: k for k, name in enumerate(graph)}
     return {
-        (index[a], index[b]): round(edge["length"] * 1e12) for a, b, edge in graph.edges(data=True) if USES[use](edge)
+        (index[a], index[b]): round(edge["length"] * 1e12)
+        for a, b, edge in graph.edges(data=True)
+        if USES[use](edge)
     }
 
 
 def items_of(graph: nx.Graph[Any], found: Iterable[Cycle]) -> list[Item]:
     index = {name: k for k, name in enumerate(graph)}
-    return [(round(cycle.length * 1e12), tuple(index[name] for name in cycle.nodes)) for cycle in found]
+    return [
+        (round(cycle.length * 1e12), tuple(index[name] for name in cycle.nodes))
+        for cycle in found
+    ]
 
 
 # The search on graphs of whole numbers
@@ -103,8 +118,12 @@ def test_every_cycle_once_in_the_total_order(
     number, edges = graph
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("gaitgraph.graph.cycle_list.MOST_HELD", held)
-        search = CycleSearch(rows_of(number, edges), most=1 << 61 if most is None else most)
-        expected = [item for item in brute_items(edges) if most is None or item[0] <= most]
+        search = CycleSearch(
+            rows_of(number, edges), most=1 << 61 if most is None else most
+        )
+        expected = [
+            item for item in brute_items(edges) if most is None or item[0] <= most
+        ]
         found = []
         for item in search:
             assert item[0] >= search.floor
@@ -141,14 +160,20 @@ def test_against_all_paths(sign: Any, divisions: int, use: Any) -> None:
 @pytest.mark.parametrize("use", ["valid", "two_color"])
 def test_waypoints_off_the_grid_and_red_above_blue(use: Any) -> None:
     """Lengths of every kind lie close together; where a crossing line passes a node both colors are one."""
-    graph = surface_graph("negative", divisions=8, waypoints=[(0.5, -0.6), (1.2, -0.7), (-0.2, 0.5)])
+    graph = surface_graph(
+        "negative", divisions=8, waypoints=[(0.5, -0.6), (1.2, -0.7), (-0.2, 0.5)]
+    )
     found = items_of(graph, cycles(graph, use=use, max_length=1.8))
     assert found == walked_items(edges_of(graph, use), 1.8e12 + 1000)
     assert len({length for length, _ in found}) > 30
     fine = surface_graph("negative", divisions=16)
     above = [(a, b) for a, b, edge in fine.edges(data=True) if edge["length"] == 0]
     assert above
-    first = next(cycle for cycle in cycles(fine, use="two_color") if set(above[0]) < set(cycle.nodes))
+    first = next(
+        cycle
+        for cycle in cycles(fine, use="two_color")
+        if set(above[0]) < set(cycle.nodes)
+    )
     assert first.length == pytest.approx(2 * math.pi / 16)
 
 
@@ -157,7 +182,9 @@ def test_the_first_cycles_come_at_once() -> None:
     search = cycles(surface_graph("negative", divisions=40))
     first = next(search)
     assert len(first.nodes) == 3
-    assert search.steps < 16_000  # about a look at each pair of a node and its neighbour, twice
+    assert (
+        search.steps < 16_000
+    )  # about a look at each pair of a node and its neighbour, twice
     assert not search.complete
 
 
@@ -177,7 +204,10 @@ def test_max_length_includes_cycles_of_that_length() -> None:
     most = math.sqrt(2) * math.pi / 4
     lengths = [cycle.length for cycle in cycles(graph, max_length=most, use="flyable")]
     assert lengths[-1] == pytest.approx(most, abs=1e-11)
-    assert all(cycle.length < most - 1e-6 for cycle in cycles(graph, max_length=most - 1e-6, use="flyable"))
+    assert all(
+        cycle.length < most - 1e-6
+        for cycle in cycles(graph, max_length=most - 1e-6, use="flyable")
+    )
     assert list(cycles(graph, max_length=0)) == []
 
 
@@ -192,14 +222,27 @@ def test_max_length_includes_cycles_of_that_length() -> None:
         ("positive", "valid", 16, ()),
         ("negative", "two_color", 16, [(math.pi / 2, -0.5), (0.52, -0.61)]),
         ("positive", "two_color", 12, [(math.pi / 2, -0.5), (0.1, 0.2)]),
-        ("positive", "valid", 6, [(-1.5, 1.5), (-1.47, 1.55), (-1.55, 1.48)]),  # in a corner, where hover is not
+        (
+            "positive",
+            "valid",
+            6,
+            [(-1.5, 1.5), (-1.47, 1.55), (-1.55, 1.48)],
+        ),  # in a corner, where hover is not
     ],
 )
-def test_edges_and_report_agree(sign: Any, use: Any, divisions: int, waypoints: Any) -> None:
+def test_edges_and_report_agree(
+    sign: Any, use: Any, divisions: int, waypoints: Any
+) -> None:
     graph = surface_graph(sign, divisions=divisions, waypoints=waypoints)
     found = list(islice(cycles(graph, use=use), 1000))
-    place = {name: (data["alpha1"], data["alpha2"]) for name, data in graph.nodes(data=True)}
-    near = [name for name in graph if any(math.dist(place[name], point) < 0.4 for point in waypoints)]
+    place = {
+        name: (data["alpha1"], data["alpha2"]) for name, data in graph.nodes(data=True)
+    }
+    near = [
+        name
+        for name in graph
+        if any(math.dist(place[name], point) < 0.4 for point in waypoints)
+    ]
     found += islice(cycles(graph.subgraph(near), use=use), 500)
     for cycle in found[:: max(1, len(found) // 15)]:
         report, told = cycle.report, cycle.as_mapping()
@@ -209,7 +252,9 @@ def test_edges_and_report_agree(sign: Any, use: Any, divisions: int, waypoints: 
         assert cycle.path.types == tuple(told["types"])
         assert cycle.path.length == pytest.approx(cycle.length, abs=1e-10)
         if cycle.flyable:
-            assert report["least_singular_value"].value == pytest.approx(cycle.least_singular_value, abs=2e-5)
+            assert report["least_singular_value"].value == pytest.approx(
+                cycle.least_singular_value, abs=2e-5
+            )
     if use == "two_color":
         assert {cycle.color for cycle in found} >= {"red", "mixed"}
 
@@ -264,11 +309,18 @@ def test_an_interruption_leaves_the_attributes_true() -> None:
 def test_cycles_of_a_request_merge_both_signs_in_order() -> None:
     request = plan_request([(0.0, 0.0)], divisions=6)
     merged = list(grid_cycles(request, max_length=2.2))
-    parts = [list(cycles(surface_graph(sign, divisions=6), max_length=2.2)) for sign in ("negative", "positive")]
+    parts = [
+        list(cycles(surface_graph(sign, divisions=6), max_length=2.2))
+        for sign in ("negative", "positive")
+    ]
     assert len(merged) == sum(map(len, parts))
-    assert [cycle.length for cycle in merged] == sorted(cycle.length for part in parts for cycle in part)
+    assert [cycle.length for cycle in merged] == sorted(
+        cycle.length for part in parts for cycle in part
+    )
     found = grid_cycles(request, max_length=2.2)
     for cycle, following in itertools.zip_longest(found, merged[1:]):
-        assert cycle.length <= found.bound <= (following.length if following else math.inf)
+        assert (
+            cycle.length <= found.bound <= (following.length if following else math.inf)
+        )
     assert found.complete
     assert str(found) == f"{len(merged)} cycles: all there are"

@@ -11,20 +11,32 @@ import numpy as np
 import pytest
 
 from gaitgraph.graph.build import surface_graph
-from gaitgraph.graph.walks import Blocked, ClosedWalk, best_order, closed_walk, order_of_places
+from gaitgraph.graph.walks import (
+    Blocked,
+    ClosedWalk,
+    best_order,
+    closed_walk,
+    order_of_places,
+)
 from tests.test_graph_cycles import USES
 
 
-def usable(graph: nx.Graph[Any], use: str, threshold: float = -math.inf) -> nx.Graph[Any]:
+def usable(
+    graph: nx.Graph[Any], use: str, threshold: float = -math.inf
+) -> nx.Graph[Any]:
     kept = [
-        (a, b) for a, b, data in graph.edges(data=True) if USES[use](data) and data["least_singular_value"] >= threshold
+        (a, b)
+        for a, b, data in graph.edges(data=True)
+        if USES[use](data) and data["least_singular_value"] >= threshold
     ]
     out = graph.edge_subgraph(kept).copy()
     out.add_nodes_from(graph.nodes(data=True))
     return out
 
 
-def brute_length(graph: nx.Graph[Any], stops: list[list[Any]], use: str, threshold: float = -math.inf) -> float:
+def brute_length(
+    graph: nx.Graph[Any], stops: list[list[Any]], use: str, threshold: float = -math.inf
+) -> float:
     """Every choice of a node for each stop, all-pairs shortest paths by another algorithm."""
     cut = usable(graph, use, threshold)
     distance = dict(nx.all_pairs_bellman_ford_path_length(cut, weight="length"))
@@ -37,7 +49,10 @@ def brute_length(graph: nx.Graph[Any], stops: list[list[Any]], use: str, thresho
 
 def brute_width(graph: nx.Graph[Any], stops: list[list[Any]], use: str) -> float:
     """The largest threshold at which the stops are still joined."""
-    values = sorted({data["least_singular_value"] for *_, data in graph.edges(data=True)}, reverse=True)
+    values = sorted(
+        {data["least_singular_value"] for *_, data in graph.edges(data=True)},
+        reverse=True,
+    )
     for value in values:
         cut = usable(graph, use, value)
         for choice in itertools.product(*stops):
@@ -85,7 +100,9 @@ def test_shortest_against_brute_force(sign: Any, use: Any, seed: int) -> None:
 def test_robust_against_brute_force(seed: int) -> None:
     rng = np.random.default_rng(seed)
     graph = surface_graph("negative", divisions=8)
-    names = sorted(name for name, data in graph.nodes(data=True) if data["color"] == "red")
+    names = sorted(
+        name for name, data in graph.nodes(data=True) if data["color"] == "red"
+    )
     stops = [[names[k]] for k in rng.choice(len(names), 3, replace=False)]
     walk = closed_walk(graph, stops, use="valid", objective="robust")
     width = brute_width(graph, stops, "valid")
@@ -94,16 +111,30 @@ def test_robust_against_brute_force(seed: int) -> None:
         return
     pairs = list(zip(walk.nodes, (*walk.nodes[1:], walk.nodes[0]), strict=True))
     assert min(graph.edges[pair]["least_singular_value"] for pair in pairs) == width
-    assert walk.length == pytest.approx(brute_length(graph, stops, "valid", width), abs=1e-10)
+    assert walk.length == pytest.approx(
+        brute_length(graph, stops, "valid", width), abs=1e-10
+    )
 
 
 def red_stops(graph: nx.Graph[Any], number: int, seed: int) -> list[Any]:
-    red = sorted(name for name, data in graph.nodes(data=True) if data["color"] == "red" and data["alpha1"] > 0.3)
-    return [red[k] for k in np.random.default_rng(seed).choice(len(red), number, replace=False)]
+    red = sorted(
+        name
+        for name, data in graph.nodes(data=True)
+        if data["color"] == "red" and data["alpha1"] > 0.3
+    )
+    return [
+        red[k]
+        for k in np.random.default_rng(seed).choice(len(red), number, replace=False)
+    ]
 
 
 def turns(walk: ClosedWalk, graph: nx.Graph[Any]) -> int:
-    points = np.array([(graph.nodes[name]["alpha1"], graph.nodes[name]["alpha2"]) for name in walk.nodes])
+    points = np.array(
+        [
+            (graph.nodes[name]["alpha1"], graph.nodes[name]["alpha2"])
+            for name in walk.nodes
+        ]
+    )
     step = np.roll(points, -1, axis=0) - points
     unit = step / np.linalg.norm(step, axis=1, keepdims=True)
     return int((np.linalg.norm(unit - np.roll(unit, 1, axis=0), axis=1) > 1e-9).sum())
@@ -123,9 +154,14 @@ def test_a_walk_of_one_stop_is_a_point_and_a_blocked_one_names_its_leg() -> None
     walk = closed_walk(graph, [[(14, 2, "red")]], objective="robust")
     assert walk == ClosedWalk(nodes=((14, 2, "red"),), length=0)
     graph.remove_edges_from(list(graph.edges((12, 4, "red"))))
-    assert closed_walk(graph, [[(14, 2, "red")], [(13, 3, "red")], [(12, 4, "red")]]) == Blocked(leg=1)
+    assert closed_walk(
+        graph, [[(14, 2, "red")], [(13, 3, "red")], [(12, 4, "red")]]
+    ) == Blocked(leg=1)
     assert best_order(graph, [(14, 2, "red"), (12, 4, "red")]) is None
-    assert best_order(graph, [(12, 4, "red"), *[(14, k, "red") for k in range(1, 11)]]) is None
+    assert (
+        best_order(graph, [(12, 4, "red"), *[(14, k, "red") for k in range(1, 11)]])
+        is None
+    )
 
 
 @pytest.mark.no_cover
@@ -134,7 +170,10 @@ def test_any_order_against_all_permutations(seed: int) -> None:
     graph = surface_graph("negative")
     stops = red_stops(graph, 5, seed)
     best, gap = best_order(graph, stops) or ((), 1.0)
-    lengths = {order: length_of(graph, stops, (0, *order)) for order in itertools.permutations(range(1, 5))}
+    lengths = {
+        order: length_of(graph, stops, (0, *order))
+        for order in itertools.permutations(range(1, 5))
+    }
     assert (best[0], gap) == (0, 0.0)
     assert lengths[best[1:]] == pytest.approx(min(lengths.values()), abs=1e-10)
 
@@ -146,7 +185,9 @@ def length_of(graph: nx.Graph[Any], stops: list[Any], order: tuple[int, ...]) ->
 
 
 @pytest.mark.parametrize(("number", "seed"), [(10, 0), (30, 3)])
-def test_beyond_nine_stops_the_order_is_good_and_says_so(number: int, seed: int, monkeypatch: Any) -> None:
+def test_beyond_nine_stops_the_order_is_good_and_says_so(
+    number: int, seed: int, monkeypatch: Any
+) -> None:
     graph = surface_graph("negative")
     stops = red_stops(graph, number, seed)
     best, gap = best_order(graph, stops) or ((), 1.0)
@@ -166,16 +207,23 @@ def test_beyond_nine_stops_the_order_is_good_and_says_so(number: int, seed: int,
 
 
 def test_stops_that_repeat_have_an_order_too() -> None:
-    best, _ = best_order(surface_graph(), [(14, 2, "red")] * 6 + [(13, 2, "red")] * 5) or ((), 1.0)
+    best, _ = best_order(
+        surface_graph(), [(14, 2, "red")] * 6 + [(13, 2, "red")] * 5
+    ) or ((), 1.0)
     assert sorted(best) == list(range(11))
 
 
 def test_many_places_have_an_order_in_seconds_with_a_small_gap() -> None:
     places = np.random.default_rng(0).uniform(0, 1, (300, 2))
-    wall = (places[:, 0] > 0.5) & (places[:, 1] < 0.7)  # what is behind it takes a way around
+    wall = (places[:, 0] > 0.5) & (
+        places[:, 1] < 0.7
+    )  # what is behind it takes a way around
 
     def length(a: int, b: int) -> float:
-        return float(1e12 * (math.dist(places[a], places[b]) + 0.3 * (wall[a] != wall[b])) // 1 + 1)
+        return float(
+            1e12 * (math.dist(places[a], places[b]) + 0.3 * (wall[a] != wall[b])) // 1
+            + 1
+        )
 
     order, gap = order_of_places(places, length) or ((), 1.0)
     assert sorted(order) == list(range(300))

@@ -19,7 +19,12 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-WAYPOINTS = [("3pi/8", "-3pi/8"), ("3pi/8", "-pi/8"), ("pi/8", "-pi/8"), ("pi/8", "-3pi/8")]
+WAYPOINTS = [
+    ("3pi/8", "-3pi/8"),
+    ("3pi/8", "-pi/8"),
+    ("pi/8", "-pi/8"),
+    ("pi/8", "-3pi/8"),
+]
 GAIT = lift(WAYPOINTS, "red")
 TIMED, LIMITS = GAIT.parametrize(samples=8), gg.Limits(acceleration=40.0)
 FORMS: dict[str, Callable[[Path], Any]] = {
@@ -38,18 +43,27 @@ FORMS: dict[str, Callable[[Path], Any]] = {
     "name": lambda _: "gait3",
 }
 USES: dict[str, Callable[[Any], Any]] = {
-    "gait_of": lambda gait: np.allclose(gg.gait_of(gait).vertices(), GAIT.alpha, atol=1e-9),
+    "gait_of": lambda gait: np.allclose(
+        gg.gait_of(gait).vertices(), GAIT.alpha, atol=1e-9
+    ),
     "validate": lambda gait: gg.validate(gait).flyable,
-    "robustness_of": lambda gait: gg.robustness_of(gait, curves=0).gait.tilt_margin == pytest.approx(np.pi / 2),
+    "robustness_of": lambda gait: (
+        gg.robustness_of(gait, curves=0).gait.tilt_margin == pytest.approx(np.pi / 2)
+    ),
     "retarget": lambda gait: gg.retarget(gait).status == "unchanged",
-    "least_period": lambda gait: gg.least_period(gait, LIMITS, samples=8).least == pytest.approx(1.122, abs=1e-3),
+    "least_period": lambda gait: (
+        gg.least_period(gait, LIMITS, samples=8).least == pytest.approx(1.122, abs=1e-3)
+    ),
     "paced": lambda gait: gg.paced(gait, LIMITS, period=2.0),
     "transition": lambda gait: gg.transition(gait, gait),
     "servo_response": lambda gait: (
-        gg.timing.servo_response(gait, 0.02).distance_off_sheet() == pytest.approx(0.0, abs=1e-9)
+        gg.timing.servo_response(gait, 0.02).distance_off_sheet()
+        == pytest.approx(0.0, abs=1e-9)
     ),
     "rounded": lambda gait: len(gg.timing.rounded(gait, 0.05).corners) == 4,
-    "table_of": lambda gait: np.ptp(gg.timing.table_of(gait)["alpha1"]) == pytest.approx(np.pi / 4),
+    "table_of": lambda gait: (
+        np.ptp(gg.timing.table_of(gait)["alpha1"]) == pytest.approx(np.pi / 4)
+    ),
     "gait_loop": gg.plots.gait_loop,
     "roll_pitch_diagram": gg.plots.roll_pitch_diagram,
     "draw": lambda gait: gg.plots.draw("set", gait=gait),
@@ -62,17 +76,26 @@ USES: dict[str, Callable[[Any], Any]] = {
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("gaits")
     TIMED.write(path / "gait.csv")
-    (path / "request.json").write_text(json.dumps({"waypoints": WAYPOINTS, "samples": 8}), encoding="utf-8")
+    (path / "request.json").write_text(
+        json.dumps({"waypoints": WAYPOINTS, "samples": 8}), encoding="utf-8"
+    )
     return path
 
 
 # All uses are through one function: those that take longer are tried with two forms.
 QUICK = ("gait_of", "validate", "retarget", "table_of", "rounded", "gait_loop")
-CASES = [(use, form) for use in USES for form in FORMS if use in QUICK or form in ("array", "request")]
+CASES = [
+    (use, form)
+    for use in USES
+    for form in FORMS
+    if use in QUICK or form in ("array", "request")
+]
 
 
 @pytest.mark.parametrize(("use", "form"), CASES)
-def test_every_use_of_a_gait_takes_it_in_every_form(folder: Path, use: str, form: str) -> None:
+def test_every_use_of_a_gait_takes_it_in_every_form(
+    folder: Path, use: str, form: str
+) -> None:
     assert USES[use](FORMS[form](folder))
 
 
@@ -85,7 +108,9 @@ def test_every_form_is_exported(folder: Path, form: str, tmp_path: Path) -> None
 
 
 def test_an_optimal_gait_is_a_gait(tmp_path: Path) -> None:
-    optimal = gg.optimal_gait([(0.9, -0.9), (0.6, -0.4), (0.4, -0.8)], objective="tilt_rate")
+    optimal = gg.optimal_gait(
+        [(0.9, -0.9), (0.6, -0.4), (0.4, -0.8)], objective="tilt_rate"
+    )
     rates = optimal.timed(samples=10).rate_checks()
     assert gg.validate(optimal).checks[-len(rates) :] == rates
     assert gg.gait_of(optimal).alpha.tolist() == optimal.gait.alpha.tolist()
@@ -97,9 +122,17 @@ def test_an_optimal_gait_is_a_gait(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "vehicle", ["beetle_omni", {"preset": "beetle_omni"}, "own.toml", gg.vehicle_named("beetle_omni")]
+    "vehicle",
+    [
+        "beetle_omni",
+        {"preset": "beetle_omni"},
+        "own.toml",
+        gg.vehicle_named("beetle_omni"),
+    ],
 )
-def test_vehicles_and_coefficients_in_every_form(vehicle: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_vehicles_and_coefficients_in_every_form(
+    vehicle: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "own.toml").write_text('preset = "beetle_omni"', encoding="utf-8")
     kappa = gg.vehicle_named("beetle_omni").drag_ratio
@@ -107,47 +140,100 @@ def test_vehicles_and_coefficients_in_every_form(vehicle: Any, tmp_path: Path, m
     for coefficients in ("exact", exact, None):
         own: Any = {"vehicle": vehicle, "coefficients": coefficients}
         loop = [(-0.8, 0.8), (-0.8, 0.4), (-0.4, 0.4)]
-        for gait in (lift(loop, "red", **own), gg.gait_of([(a, b, a, b) for a, b in loop], **own)):
+        for gait in (
+            lift(loop, "red", **own),
+            gg.gait_of([(a, b, a, b) for a, b in loop], **own),
+        ):
             assert (gait.vehicle.drag_ratio, gait.coefficients) == (kappa, exact)
         assert gg.plan_loop(loop, **own).request.vehicle.drag_ratio == kappa
-        assert gg.admissible_region(**own).area == gg.admissible_region(gg.vehicle_named("beetle_omni")).area
+        assert (
+            gg.admissible_region(**own).area
+            == gg.admissible_region(gg.vehicle_named("beetle_omni")).area
+        )
         assert gg.colorings(loop, **own).count == 1
-        assert gg.surface_graph(divisions=4, **own).graph["vehicle"]["drag_ratio"] == kappa
+        assert (
+            gg.surface_graph(divisions=4, **own).graph["vehicle"]["drag_ratio"] == kappa
+        )
         assert gg.validate(TIMED.alpha, **own).valid
 
 
-WRONG: list[Any] = [None, 3, True, 1j, float("nan"), "x", "no.csv", b"x", object(), {}, [], [[1, 2]], [["a"] * 4]]
+WRONG: list[Any] = [
+    None,
+    3,
+    True,
+    1j,
+    float("nan"),
+    "x",
+    "no.csv",
+    b"x",
+    object(),
+    {},
+    [],
+    [[1, 2]],
+    [["a"] * 4],
+]
 WRONG += [np.zeros((2, 3)), pd.DataFrame({"a": [1]}), pl.DataFrame({"a": [1]}).lazy()]
-OTHERS: dict[str, Any] = {"sign": "negative", "start": "hover", "colors": "red", "outputs": ["out.csv"]}
-OTHERS |= {"alpha1": 0.1, "alpha2": 0.2, "points": [(0.1, 0.2)], "waypoints": [(0.1, 0.2)]}
+OTHERS: dict[str, Any] = {
+    "sign": "negative",
+    "start": "hover",
+    "colors": "red",
+    "outputs": ["out.csv"],
+}
+OTHERS |= {
+    "alpha1": 0.1,
+    "alpha2": 0.2,
+    "points": [(0.1, 0.2)],
+    "waypoints": [(0.1, 0.2)],
+}
 
 
-@pytest.mark.parametrize("name", [name for name in gg.__all__ if not isinstance(getattr(gg, name), type)])  # type: ignore[attr-defined]
+@pytest.mark.parametrize(
+    "name", [name for name in gg.__all__ if not isinstance(getattr(gg, name), type)]
+)  # type: ignore[attr-defined]
 def test_what_is_none_of_them_is_refused_in_one_line(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
     function = getattr(gg, name)
-    parameters = inspect.signature(function).parameters.values() if callable(function) else ()
+    parameters = (
+        inspect.signature(function).parameters.values() if callable(function) else ()
+    )
     needed = [one.name for one in parameters if one.default is one.empty]
-    for changed in [*needed, *(one.name for one in parameters if one.name in ("vehicle", "coefficients"))]:
+    for changed in [
+        *needed,
+        *(one.name for one in parameters if one.name in ("vehicle", "coefficients")),
+    ]:
         for value in WRONG:
-            given = {other: OTHERS.get(other, GAIT) for other in needed} | {changed: value}
+            given = {other: OTHERS.get(other, GAIT) for other in needed} | {
+                changed: value
+            }
             try:
                 function(**given)
             except gg.GaitgraphError as error:
                 assert "\n" not in str(error)
 
 
-def test_commands_plan_a_request_or_say_why_not(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_commands_plan_a_request_or_say_why_not(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     path = tmp_path / "request.toml"
     for sign, code in (("negative", 0), ("positive", 1)):
-        path.write_text(f"waypoints = [[0.8, -0.8], [0.4, -0.4]]\nsign = '{sign}'", encoding="utf-8")
-        for command in (["validate"], ["pace", "--max-acceleration", "40"], ["robustness"], ["fly", "--duration", "1"]):
+        path.write_text(
+            f"waypoints = [[0.8, -0.8], [0.4, -0.4]]\nsign = '{sign}'", encoding="utf-8"
+        )
+        for command in (
+            ["validate"],
+            ["pace", "--max-acceleration", "40"],
+            ["robustness"],
+            ["fly", "--duration", "1"],
+        ):
             with pytest.raises(SystemExit) as ended:
                 main([command[0], str(path), *command[1:], "--json"])
             assert ended.value.code == code, command
             told = capsys.readouterr()
             answer = json.loads(told.out)
-            assert code == 0 or (answer.keys() == {"status", "reason"} and answer["status"] == "infeasible")
+            assert code == 0 or (
+                answer.keys() == {"status", "reason"}
+                and answer["status"] == "infeasible"
+            )
             assert told.err == ""

@@ -81,7 +81,9 @@ def plain_matrices(s: Any, c: Any, k: Any) -> tuple[list[list[Any]], list[list[A
 
 
 LETTERS = ["".join(letters) for letters in itertools.product("cs", repeat=4)]
-CORNERS = np.array([[HALF_PI if which == "s" else 0.0 for which in letters] for letters in LETTERS])
+CORNERS = np.array(
+    [[HALF_PI if which == "s" else 0.0 for which in letters] for letters in LETTERS]
+)
 """Where one monomial is 1 and the other fifteen are 0: a multilinear form is known once it is known here."""
 
 
@@ -103,7 +105,11 @@ class TestFormulaOneIsTheDeterminant:
         attitude_factors = {"sθ": -nx, "sφcθ": ny, "cφcθ": nz}
         total = sympy.Integer(0)
         for number, letters, attitude in terms:
-            term = (-1 if number[0] == "-" else 1) * IN_KAPPA[number[1:]](self.kappa) * attitude_factors[attitude]
+            term = (
+                (-1 if number[0] == "-" else 1)
+                * IN_KAPPA[number[1:]](self.kappa)
+                * attitude_factors[attitude]
+            )
             for i, which in enumerate(letters):
                 term *= self.cosines[i] if which == "c" else self.sines[i]
             total += term
@@ -120,13 +126,19 @@ class TestFormulaOneIsTheDeterminant:
 
     def test_the_corrected_formula_is_the_determinant_over_twice_kappa(self) -> None:
         force, moment = plain_matrices(self.sines, self.cosines, self.kappa)
-        matrix = sympy.Matrix([*moment, list(sympy.Matrix([self.upward]) * sympy.Matrix(force))])
-        assert self.vanishes(matrix.det(method="berkowitz") - 2 * self.kappa * self.symbolic(corrected("(1)")))
+        matrix = sympy.Matrix(
+            [*moment, list(sympy.Matrix([self.upward]) * sympy.Matrix(force))]
+        )
+        assert self.vanishes(
+            matrix.det(method="berkowitz")
+            - 2 * self.kappa * self.symbolic(corrected("(1)"))
+        )
 
     def test_its_three_parts_are_the_corrected_equations(self) -> None:
         nx, ny, nz = self.upward
         assert self.vanishes(
-            self.symbolic(corrected("(1)")) - (ny * self.part("(4)") - nx * self.part("(5)") + nz * self.part("(6)"))
+            self.symbolic(corrected("(1)"))
+            - (ny * self.part("(4)") - nx * self.part("(5)") + nz * self.part("(6)"))
         )
         assert self.vanishes(self.part("(6)") - self.part("(2)"))
 
@@ -138,8 +150,15 @@ class TestFormulaOneIsTheDeterminant:
         assert self.vanishes(k * red - 2 * product)
         # cos 2δ and sin 2δ times 1 + κ².
         C, S = 1 - k**2, 2 * k
-        turned = {c3: C * c1 + S * s1, s3: S * c1 - C * s1, c4: C * c2 - S * s2, s4: -S * c2 - C * s2}
-        assert self.vanishes(sympy.expand(k * self.part("(6)").subs(turned, simultaneous=True)))
+        turned = {
+            c3: C * c1 + S * s1,
+            s3: S * c1 - C * s1,
+            c4: C * c2 - S * s2,
+            s4: -S * c2 - C * s2,
+        }
+        assert self.vanishes(
+            sympy.expand(k * self.part("(6)").subs(turned, simultaneous=True))
+        )
         # With sin 2δ·Rφ = −sin(β1 − β3)·sin(β2 + β4) and sin 2δ·Rθ = sin(β1 + β3)·sin(β2 − β4).
         even = (s2 * c4 + c2 * s4) * C + (c2 * c4 - s2 * s4) * S
         odd = (s1 * c3 + c1 * s3) * C - (c1 * c3 - s1 * s3) * S
@@ -149,45 +168,81 @@ class TestFormulaOneIsTheDeterminant:
 
 @pytest.mark.parametrize("kappa", [None, *KAPPAS])
 @pytest.mark.parametrize(
-    ("function", "equation"), [(roll_sensitivity, "(4)"), (pitch_sensitivity, "(5)"), (level_determinant, "(6)")]
+    ("function", "equation"),
+    [(roll_sensitivity, "(4)"), (pitch_sensitivity, "(5)"), (level_determinant, "(6)")],
 )
-def test_term_by_term(function: Callable[..., Any], equation: str, kappa: float | None) -> None:
-    numbers = PUBLISHED if kappa is None else coefficients_of(Vehicle(drag_ratio=kappa), "exact")
+def test_term_by_term(
+    function: Callable[..., Any], equation: str, kappa: float | None
+) -> None:
+    numbers = (
+        PUBLISHED
+        if kappa is None
+        else coefficients_of(Vehicle(drag_ratio=kappa), "exact")
+    )
     expected = np.zeros(16)
     for number, letters, _ in corrected(equation):
         value = float(number[1:]) if kappa is None else IN_KAPPA[number[1:]](kappa)
         expected[LETTERS.index(letters)] = value if number[0] == "+" else -value
-    np.testing.assert_allclose(function(CORNERS, numbers), expected, atol=1e-14 / (kappa or 0.1))
+    np.testing.assert_allclose(
+        function(CORNERS, numbers), expected, atol=1e-14 / (kappa or 0.1)
+    )
 
 
 @every_vehicle
 @pytest.mark.parametrize("kappa", KAPPAS)
-def test_exact_coefficients_are_functions_of_kappa(vehicle: Vehicle, kappa: float) -> None:
+def test_exact_coefficients_are_functions_of_kappa(
+    vehicle: Vehicle, kappa: float
+) -> None:
     numbers = coefficients_of(vehicle.replace(drag_ratio=kappa), "exact")
     signed = kappa if vehicle.first_rotor_spin == "clockwise" else -kappa
-    for name, printed in (("attitude", "2.880"), ("single", "5.592"), ("double", "0.9716"), ("triple", "0.1687")):
-        assert getattr(numbers, name) == pytest.approx(IN_KAPPA[printed](signed), rel=1e-15, abs=1e-15)
+    for name, printed in (
+        ("attitude", "2.880"),
+        ("single", "5.592"),
+        ("double", "0.9716"),
+        ("triple", "0.1687"),
+    ):
+        assert getattr(numbers, name) == pytest.approx(
+            IN_KAPPA[printed](signed), rel=1e-15, abs=1e-15
+        )
     # The factorised forms rest on cot 2δ being the coefficient of (4) and (5).
     assert math.tan(numbers.delta) == pytest.approx(signed, rel=1e-15)
-    assert math.cos(2 * numbers.delta) == pytest.approx(numbers.attitude * math.sin(2 * numbers.delta), abs=1e-15)
+    assert math.cos(2 * numbers.delta) == pytest.approx(
+        numbers.attitude * math.sin(2 * numbers.delta), abs=1e-15
+    )
     assert numbers.first_arm_angle == vehicle.first_arm_angle
 
 
 class TestDeterminantAgainstTheMatrix:
     @every_vehicle
-    def test_the_matrix_maps_inputs_to_what_euler_angles_do(self, vehicle: Vehicle) -> None:
+    def test_the_matrix_maps_inputs_to_what_euler_angles_do(
+        self, vehicle: Vehicle
+    ) -> None:
         # Rows: altitude, roll, pitch, yaw. Rebuilt with a rotation matrix and the rates of its angles.
         mass, inertia = vehicle.require("mass", "inertia", purpose="this test")
         attitudes = np.random.default_rng(9).uniform(-1.4, 1.4, (10, 3))
-        for alpha, (yaw, pitch, roll) in zip(random_tilts(10, 10), attitudes, strict=True):
+        for alpha, (yaw, pitch, roll) in zip(
+            random_tilts(10, 10), attitudes, strict=True
+        ):
             to_world = Rotation.from_euler("ZYX", [yaw, pitch, roll]).as_matrix()
             altitude, *angular = decoupling_matrix(alpha, vehicle, roll, pitch)
-            force, moment = control_force_matrix(alpha, vehicle), control_moment_matrix(alpha, vehicle)
-            np.testing.assert_allclose(altitude, (to_world @ force)[2] / mass, rtol=1e-9, atol=1e-18)
+            force, moment = (
+                control_force_matrix(alpha, vehicle),
+                control_moment_matrix(alpha, vehicle),
+            )
+            np.testing.assert_allclose(
+                altitude, (to_world @ force)[2] / mass, rtol=1e-9, atol=1e-18
+            )
             # Body angular acceleration from rest: the axes of the three rotations, seen from the body.
             second = Rotation.from_euler("X", roll).as_matrix().T @ [0.0, 1.0, 0.0]
-            axes = np.stack([[1.0, 0.0, 0.0], second, to_world.T @ [0.0, 0.0, 1.0]], axis=-1)
-            np.testing.assert_allclose(axes @ angular, moment / np.array(inertia)[:, None], rtol=1e-9, atol=1e-15)
+            axes = np.stack(
+                [[1.0, 0.0, 0.0], second, to_world.T @ [0.0, 0.0, 1.0]], axis=-1
+            )
+            np.testing.assert_allclose(
+                axes @ angular,
+                moment / np.array(inertia)[:, None],
+                rtol=1e-9,
+                atol=1e-15,
+            )
 
     @pytest.mark.parametrize("kappa", KAPPAS)
     def test_any_drag_ratio_to_fifty_digits(self, kappa: float) -> None:
@@ -196,9 +251,16 @@ class TestDeterminantAgainstTheMatrix:
         delta = math.atan(kappa)
         rng = np.random.default_rng(13)
         # Right angles: the pair features all but vanish there, and what is left of them is rounding.
-        samples = [*random_tilts(14, 6), *CORNERS[[0, -1]], np.array([HALF_PI, -HALF_PI, 3.0, 3.0])]
+        samples = [
+            *random_tilts(14, 6),
+            *CORNERS[[0, -1]],
+            np.array([HALF_PI, -HALF_PI, 3.0, 3.0]),
+        ]
         for first, second in rng.uniform(-1.5, 1.5, (6, 2)):
-            samples += [np.array([first, second, 2 * delta - first, -2 * delta - second]) + rng.normal(0, 1e-9, 4)]
+            samples += [
+                np.array([first, second, 2 * delta - first, -2 * delta - second])
+                + rng.normal(0, 1e-9, 4)
+            ]
             samples += [np.array([first, second, first, second])]
         with mpmath.workdps(50):
             for alpha in samples:
@@ -211,17 +273,24 @@ class TestDeterminantAgainstTheMatrix:
     @staticmethod
     def to_fifty_digits(alpha: FloatArray, kappa: float) -> Any:
         angles, k = [mpmath.mpf(float(angle)) for angle in alpha], mpmath.mpf(kappa)
-        force, moment = plain_matrices([mpmath.sin(a) for a in angles], [mpmath.cos(a) for a in angles], k)
+        force, moment = plain_matrices(
+            [mpmath.sin(a) for a in angles], [mpmath.cos(a) for a in angles], k
+        )
         return mpmath.det(mpmath.matrix([*moment, force[2]])) / (2 * k)
 
 
 class TestForcesAndTorques:
     @every_vehicle
     def test_each_rotor_rebuilt_from_its_axis(self, vehicle: Vehicle) -> None:
-        thrust, drag = vehicle.require("thrust_coefficient", "drag_coefficient", purpose="this test")
+        thrust, drag = vehicle.require(
+            "thrust_coefficient", "drag_coefficient", purpose="this test"
+        )
         (arm,) = vehicle.require("arm_length", purpose="this test")
         for alpha in random_tilts(15, 10):
-            force, moment = control_force_matrix(alpha, vehicle), control_moment_matrix(alpha, vehicle)
+            force, moment = (
+                control_force_matrix(alpha, vehicle),
+                control_moment_matrix(alpha, vehicle),
+            )
             for i in range(4):
                 angle = vehicle.first_arm_angle + i * HALF_PI
                 outward = np.array([math.cos(angle), math.sin(angle), 0.0])
@@ -232,29 +301,52 @@ class TestForcesAndTorques:
                 push = thrust * axis * (-1.0 if clockwise else 1.0)
                 np.testing.assert_allclose(force[:, i], push, atol=1e-15 * thrust)
                 torque = np.cross(arm * outward, push) - drag * axis
-                np.testing.assert_allclose(moment[:, i], torque, atol=1e-14 * thrust * arm)
+                np.testing.assert_allclose(
+                    moment[:, i], torque, atol=1e-14 * thrust * arm
+                )
 
     @pytest.mark.parametrize(
         ("function", "what", "needed"),
         [
             (control_force_matrix, "the control force matrix", ["thrust_coefficient"]),
-            (control_moment_matrix, "the control moment matrix", ["thrust_coefficient", "arm_length"]),
-            (decoupling_matrix, "the decoupling matrix", ["mass", "inertia", "arm_length", "thrust_coefficient"]),
+            (
+                control_moment_matrix,
+                "the control moment matrix",
+                ["thrust_coefficient", "arm_length"],
+            ),
+            (
+                decoupling_matrix,
+                "the decoupling matrix",
+                ["mass", "inertia", "arm_length", "thrust_coefficient"],
+            ),
         ],
     )
     def test_a_constant_that_is_not_stated_is_named_with_what_needs_it(
         self, function: Callable[..., Any], what: str, needed: list[str]
     ) -> None:
         for missing in needed:
-            stated = {name: getattr(PAPER, name) for name in ("drag_ratio", *needed) if name != missing}
-            with pytest.raises(MissingConstant, match=rf" states no {missing} \(.*\), which {what} needs$"):
+            stated = {
+                name: getattr(PAPER, name)
+                for name in ("drag_ratio", *needed)
+                if name != missing
+            }
+            with pytest.raises(
+                MissingConstant,
+                match=rf" states no {missing} \(.*\), which {what} needs$",
+            ):
                 function([0, 0, 0, 0], Vehicle(**stated))
 
     def test_the_vertical_seen_from_the_body_and_back(self) -> None:
         roll, pitch = np.random.default_rng(11).uniform(-1.5, 1.5, (2, 50))
-        up = Rotation.from_euler("YX", np.stack([pitch, roll], axis=-1)).inv().apply([0.0, 0.0, 1.0])
+        up = (
+            Rotation.from_euler("YX", np.stack([pitch, roll], axis=-1))
+            .inv()
+            .apply([0.0, 0.0, 1.0])
+        )
         np.testing.assert_allclose(body_vertical(roll, pitch), up, atol=1e-15)
-        np.testing.assert_allclose(attitude_of(up), np.stack([roll, pitch], axis=-1), atol=1e-12)
+        np.testing.assert_allclose(
+            attitude_of(up), np.stack([roll, pitch], axis=-1), atol=1e-12
+        )
 
 
 @every_vehicle
@@ -264,7 +356,9 @@ def test_hover_thrusts_carry_the_weight_and_make_no_torque(vehicle: Vehicle) -> 
     shares = hover_thrust_shares(alpha, vehicle)
     # w < 0 makes a rotor lift that is meant to turn clockwise.
     inputs = shares * sense * np.array([-1.0, 1.0, -1.0, 1.0])
-    carried = np.squeeze(scaled_decoupling_matrix(alpha, vehicle) @ inputs[..., None], axis=-1)
+    carried = np.squeeze(
+        scaled_decoupling_matrix(alpha, vehicle) @ inputs[..., None], axis=-1
+    )
     size = 1e-12 * np.abs(shares).max(axis=1, keepdims=True)
     assert (np.abs(carried - [0.0, 0.0, 0.0, 1.0]) <= size).all()
 
@@ -272,26 +366,45 @@ def test_hover_thrusts_carry_the_weight_and_make_no_torque(vehicle: Vehicle) -> 
 class TestLeastSingularValue:
     @pytest.mark.parametrize("kappa", [1e-4, 0.168666, 1.0])
     def test_it_is_lipschitz_in_the_tilts(self, kappa: float) -> None:
-        vehicle, alpha, (roll, pitch) = Vehicle(drag_ratio=kappa), random_tilts(32, 300), np.zeros((2, 300))
+        vehicle, alpha, (roll, pitch) = (
+            Vehicle(drag_ratio=kappa),
+            random_tilts(32, 300),
+            np.zeros((2, 300)),
+        )
         roll[:150], pitch[150:] = 0.7, -1.1
-        step = random_tilts(33, 300) * np.random.default_rng(33).uniform(1e-6, 0.3, (300, 1))
+        step = random_tilts(33, 300) * np.random.default_rng(33).uniform(
+            1e-6, 0.3, (300, 1)
+        )
         change = least_singular_value(alpha + step, vehicle, roll, pitch)
         change -= least_singular_value(alpha, vehicle, roll, pitch)
-        assert (np.abs(change) <= math.sqrt(2 + kappa**2) * np.linalg.norm(step, axis=1) + 1e-12).all()
+        assert (
+            np.abs(change)
+            <= math.sqrt(2 + kappa**2) * np.linalg.norm(step, axis=1) + 1e-12
+        ).all()
 
     @every_vehicle
     def test_on_blue_it_vanishes_at_every_attitude(self, vehicle: Vehicle) -> None:
-        first, second, roll, pitch = np.random.default_rng(25).uniform(-1.5, 1.5, (4, 100))
+        first, second, roll, pitch = np.random.default_rng(25).uniform(
+            -1.5, 1.5, (4, 100)
+        )
         blue = on_blue(first, second, delta_of(vehicle))
         assert least_singular_value(blue, vehicle, roll, pitch).max() < 1e-14
         assert Sines.of(blue).least_singular_value_bound(vehicle).max() < 1e-7
 
-    @pytest.mark.parametrize("vehicle", [PAPER, MIRRORED, *(Vehicle(drag_ratio=kappa) for kappa in (1e-3, 0.9, 5.0))])
-    def test_the_bound_from_arithmetic_alone_is_one_and_near(self, vehicle: Vehicle) -> None:
+    @pytest.mark.parametrize(
+        "vehicle",
+        [PAPER, MIRRORED, *(Vehicle(drag_ratio=kappa) for kappa in (1e-3, 0.9, 5.0))],
+    )
+    def test_the_bound_from_arithmetic_alone_is_one_and_near(
+        self, vehicle: Vehicle
+    ) -> None:
         alpha = random_tilts(7, 1600)
         alpha[:400, 2:] = alpha[:400, :2]
         alpha[400:600] = np.round(alpha[400:600] / (np.pi / 4)) * np.pi / 4
-        bound, value = Sines.of(alpha).least_singular_value_bound(vehicle), least_singular_value(alpha, vehicle)
+        bound, value = (
+            Sines.of(alpha).least_singular_value_bound(vehicle),
+            least_singular_value(alpha, vehicle),
+        )
         assert (bound <= value + 1e-7).all()
         assert (bound >= (1 - 2e-5) * value - 1e-7).all()
         assert (bound[600:] <= value[600:]).all()
@@ -304,29 +417,57 @@ class TestResolution:
     """What α3 and α4 may be off by because 2δ is computed from a rounded number."""
 
     @by_kind
-    def test_on_the_papers_grid_red_is_decided_and_blue_is_not(self, numbers: Any) -> None:
+    def test_on_the_papers_grid_red_is_decided_and_blue_is_not(
+        self, numbers: Any
+    ) -> None:
         axis = np.arange(-7, 8) * math.pi / 16
         first, second = (side.ravel() for side in np.meshgrid(axis, axis))
         red, blue = on_red(first, second), on_blue(first, second, numbers.delta)
         wrapped = np.copy(blue)
         wrapped[:, 2:] -= math.pi * np.rint(blue[:, 2:] / math.pi)
         for alpha in (blue, wrapped):
-            assert (np.abs(level_determinant(alpha, numbers)) <= level_determinant_resolution(alpha, numbers)).all()
-        assert (np.abs(level_determinant(red, numbers)) > level_determinant_resolution(red, numbers)).all()
+            assert (
+                np.abs(level_determinant(alpha, numbers))
+                <= level_determinant_resolution(alpha, numbers)
+            ).all()
+        assert (
+            np.abs(level_determinant(red, numbers))
+            > level_determinant_resolution(red, numbers)
+        ).all()
         # A bound so wide that nothing is decided would pass the first half too.
         limit = 5e-3 if numbers.kind == "published" else 1e-12
-        assert level_determinant_resolution(np.concatenate([red, blue]), numbers).max() < limit
+        assert (
+            level_determinant_resolution(np.concatenate([red, blue]), numbers).max()
+            < limit
+        )
 
     @pytest.mark.parametrize("rounding", [0.0, 5e-4, 5e-2])
     def test_it_covers_the_worst_that_rounding_can_do(self, rounding: float) -> None:
         # All numbers and all angles off by as much as they may be, in every combination of directions.
-        alpha, directions = random_tilts(31, 60), np.array(list(itertools.product((-1.0, 1.0), repeat=4)))
+        alpha, directions = (
+            random_tilts(31, 60),
+            np.array(list(itertools.product((-1.0, 1.0), repeat=4))),
+        )
         moved = alpha[:, None] + directions * (rounding + self.DERIVED)
         worst = np.zeros(60)
         for signs in itertools.product((-1.0, 1.0), repeat=3):
-            rounded = zip(("single", "double", "triple"), signs, PUBLISHED.digit_errors[1:], strict=True)
-            meant = replace(PUBLISHED, **{name: getattr(PUBLISHED, name) + sign * off for name, sign, off in rounded})
-            change = np.abs(level_determinant(moved, meant) - level_determinant(alpha, PUBLISHED)[:, None])
+            rounded = zip(
+                ("single", "double", "triple"),
+                signs,
+                PUBLISHED.digit_errors[1:],
+                strict=True,
+            )
+            meant = replace(
+                PUBLISHED,
+                **{
+                    name: getattr(PUBLISHED, name) + sign * off
+                    for name, sign, off in rounded
+                },
+            )
+            change = np.abs(
+                level_determinant(moved, meant)
+                - level_determinant(alpha, PUBLISHED)[:, None]
+            )
             worst = np.maximum(worst, change.max(axis=1))
         resolution = level_determinant_resolution(alpha, PUBLISHED, rounding)
         assert (worst <= resolution).all()
@@ -335,21 +476,37 @@ class TestResolution:
 
     def test_slopes_are_differences(self) -> None:
         for alpha in random_tilts(33, 20):
-            ahead, behind = (level_determinant(alpha + sign * 1e-6 * np.eye(4), PUBLISHED) for sign in (1, -1))
+            ahead, behind = (
+                level_determinant(alpha + sign * 1e-6 * np.eye(4), PUBLISHED)
+                for sign in (1, -1)
+            )
             slopes = Sines.of(alpha[None]).level_slopes(PUBLISHED)[:, 0]
             np.testing.assert_allclose(slopes, np.abs(ahead - behind) / 2e-6, atol=1e-7)
 
     def test_where_all_slopes_vanish_the_second_order_is_covered(self) -> None:
         # Without `single`, R = 4 at α = 0 is stationary in all angles and does not depend on the other numbers.
-        numbers, corners = replace(PUBLISHED, single=0.0), np.array(list(itertools.product((-1.0, 1.0), repeat=4)))
+        numbers, corners = (
+            replace(PUBLISHED, single=0.0),
+            np.array(list(itertools.product((-1.0, 1.0), repeat=4))),
+        )
         for rounding in (0.0, 2 * numbers.delta_error, 1e-3):
-            worst = float(np.abs(level_determinant(corners * (rounding + self.DERIVED), numbers) - 4.0).max())
-            resolution = float(level_determinant_resolution(np.zeros(4), numbers, rounding))
+            worst = float(
+                np.abs(
+                    level_determinant(corners * (rounding + self.DERIVED), numbers)
+                    - 4.0
+                ).max()
+            )
+            resolution = float(
+                level_determinant_resolution(np.zeros(4), numbers, rounding)
+            )
             assert (rounding + 2 * numbers.delta_error) ** 2 < worst <= resolution
 
     def test_what_the_rounding_of_the_first_number_moves(self) -> None:
         # 2.880 stands for anything from 2.8795 to 2.8805.
-        moved = max(abs(math.atan2(1.0, number) - 2 * PUBLISHED.delta) for number in (2.8795, 2.8805))
+        moved = max(
+            abs(math.atan2(1.0, number) - 2 * PUBLISHED.delta)
+            for number in (2.8795, 2.8805)
+        )
         assert 2 * PUBLISHED.delta_error == pytest.approx(moved, rel=1e-3)
         assert PUBLISHED.sheet_error == pytest.approx(moved, rel=1e-3)
         assert EXACT.sheet_error == 0.0
@@ -364,9 +521,13 @@ class TestResolution:
 
 FUNCTIONS: dict[str, Callable[..., Any]] = {
     "roll_sensitivity": lambda alpha: roll_sensitivity(alpha, PUBLISHED),
-    "level_determinant_resolution": lambda alpha: level_determinant_resolution(alpha, PUBLISHED, 1e-3),
+    "level_determinant_resolution": lambda alpha: level_determinant_resolution(
+        alpha, PUBLISHED, 1e-3
+    ),
     "determinant": lambda alpha: determinant(alpha, PUBLISHED, 0.3, -0.2),
-    "control_moment_matrix": lambda alpha: control_moment_matrix(alpha) / (8.048e-6 * 0.1785),
+    "control_moment_matrix": lambda alpha: (
+        control_moment_matrix(alpha) / (8.048e-6 * 0.1785)
+    ),
     "decoupling_matrix": lambda alpha: decoupling_matrix(alpha, PAPER, 0.3, -0.2),
     "zero_moment_direction": zero_moment_direction,
     "hover_thrust_shares": hover_thrust_shares,
@@ -380,7 +541,9 @@ FUNCTIONS: dict[str, Callable[..., Any]] = {
 
 
 @pytest.mark.parametrize("function", FUNCTIONS.values(), ids=FUNCTIONS.keys())
-def test_leading_axes_broadcast_and_every_row_is_as_if_alone(function: Callable[..., Any]) -> None:
+def test_leading_axes_broadcast_and_every_row_is_as_if_alone(
+    function: Callable[..., Any],
+) -> None:
     tail = np.asarray(function([0, 0, 0, 0])).shape
     for shape in ((), (0,), (2, 1, 3)):
         alpha = random_tilts(26, *shape, reach=1.6)
@@ -388,7 +551,11 @@ def test_leading_axes_broadcast_and_every_row_is_as_if_alone(function: Callable[
         assert together.shape == shape + tail
         assert together.dtype == float
         for index in np.ndindex(*shape):
-            np.testing.assert_allclose(together[index], function(alpha[index].tolist()), rtol=1e-12, atol=1e-12)
+            np.testing.assert_allclose(
+                together[index], function(alpha[index].tolist()), rtol=1e-12, atol=1e-12
+            )
     for wrong in ((), (3,), (4, 1)):
-        with pytest.raises(InputError, match=r"^alpha must be an array of shape \(.*4\), got shape "):
+        with pytest.raises(
+            InputError, match=r"^alpha must be an array of shape \(.*4\), got shape "
+        ):
             function(np.zeros(wrong))

@@ -72,7 +72,10 @@ class Quantity:
 
 def residual(alpha: FloatArray) -> FloatArray:
     return np.asarray(
-        -np.maximum(np.abs(roll_sensitivity(alpha, PUBLISHED)), np.abs(pitch_sensitivity(alpha, PUBLISHED)))
+        -np.maximum(
+            np.abs(roll_sensitivity(alpha, PUBLISHED)),
+            np.abs(pitch_sensitivity(alpha, PUBLISHED)),
+        )
     )
 
 
@@ -102,17 +105,26 @@ QUANTITIES = {
         1e-4,
         (862, 732),
     ),
-    "singular value": Quantity(least_singular_value_along, least_singular_value, 1e-3, (1216, 420)),
+    "singular value": Quantity(
+        least_singular_value_along, least_singular_value, 1e-3, (1216, 420)
+    ),
     "singular value, strong drag": Quantity(
         partial(least_singular_value_along, vehicle=STRONG),
         partial(least_singular_value, vehicle=STRONG),
         1e-3,
         (1206, 624),
     ),
-    "residual": Quantity(partial(largest_residual, coefficients=PUBLISHED), residual, 1e-5),
-    "least thrust": Quantity(least_share, lambda at: hover_thrust_shares(at).min(axis=-1), 1e-4, (573, 573)),
+    "residual": Quantity(
+        partial(largest_residual, coefficients=PUBLISHED), residual, 1e-5
+    ),
+    "least thrust": Quantity(
+        least_share, lambda at: hover_thrust_shares(at).min(axis=-1), 1e-4, (573, 573)
+    ),
     "largest thrust": Quantity(
-        minus_largest_share, lambda at: -hover_thrust_shares(at, MIRRORED).max(axis=-1), 1e-4, (573, 573)
+        minus_largest_share,
+        lambda at: -hover_thrust_shares(at, MIRRORED).max(axis=-1),
+        1e-4,
+        (573, 573),
     ),
 }
 WITH_FLOOR = list(QUANTITIES)[:4]
@@ -129,12 +141,18 @@ def upward_segments(seed: int, mirrored: bool) -> tuple[FloatArray, FloatArray]:
     return (-start, -end) if mirrored else (start, end)
 
 
-def segments_for(quantity: Quantity, kind: str, seed: int) -> tuple[FloatArray, FloatArray]:
+def segments_for(
+    quantity: Quantity, kind: str, seed: int
+) -> tuple[FloatArray, FloatArray]:
     if quantity.bracket in (least_share, minus_largest_share):
-        start, end = upward_segments(seed, mirrored=quantity.bracket is minus_largest_share)
+        start, end = upward_segments(
+            seed, mirrored=quantity.bracket is minus_largest_share
+        )
         if kind == "points":
             return start, start.copy()
-        return (start, start + 1e-3 * (end - start)) if kind == "short" else (start, end)
+        return (
+            (start, start + 1e-3 * (end - start)) if kind == "short" else (start, end)
+        )
     return random_segments(kind, seed)
 
 
@@ -145,7 +163,9 @@ def sampled(quantity: Quantity, start: FloatArray, end: FloatArray) -> FloatArra
 class TestBrackets:
     @pytest.mark.parametrize("name", QUANTITIES)
     @pytest.mark.parametrize("kind", KINDS)
-    def test_they_contain_the_least_of_many_samples_and_are_attained(self, name: str, kind: str) -> None:
+    def test_they_contain_the_least_of_many_samples_and_are_attained(
+        self, name: str, kind: str
+    ) -> None:
         quantity = QUANTITIES[name]
         start, end = segments_for(quantity, kind, seed=1)
         values = sampled(quantity, start, end)
@@ -154,7 +174,9 @@ class TestBrackets:
         gap = np.abs(np.diff(values, axis=1)).max(axis=1)
         brackets = [quantity.bracket(start, end, tolerance=quantity.tolerance)]
         if name != "residual":
-            brackets.append(quantity.bracket(start, end, tolerance=quantity.tolerance, each=True))
+            brackets.append(
+                quantity.bracket(start, end, tolerance=quantity.tolerance, each=True)
+            )
             assert (brackets[1].upper - brackets[1].lower <= tolerance).all()
             assert (brackets[1].upper <= least + tolerance).all()
         for found in brackets:
@@ -164,25 +186,41 @@ class TestBrackets:
             assert ((found.fraction >= 0) & (found.fraction <= 1)).all()
             at = start + found.fraction[:, None] * (end - start)
             known = np.isfinite(found.upper)
-            np.testing.assert_allclose(quantity.value(at)[known], found.upper[known], atol=1e-12)
-            assert known.all() or found is brackets[0]  # where the least of all is asked for, others are not decomposed
+            np.testing.assert_allclose(
+                quantity.value(at)[known], found.upper[known], atol=1e-12
+            )
+            assert (
+                known.all() or found is brackets[0]
+            )  # where the least of all is asked for, others are not decomposed
             # The bracket of the least of all is as narrow as was asked for.
             lower, upper, segment, fraction = found.worst()
             assert upper - tolerance <= lower <= least.min() + 1e-12
             assert upper <= least.min() + tolerance
             assert (upper, fraction) == (found.upper.min(), found.fraction[segment])
 
-    @pytest.mark.parametrize("name", [name for name in QUANTITIES if name != "residual"])
+    @pytest.mark.parametrize(
+        "name", [name for name in QUANTITIES if name != "residual"]
+    )
     @pytest.mark.parametrize("kind", ["anywhere", "red"])
-    def test_few_halvings_are_enough(self, name: str, kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    def test_few_halvings_are_enough(
+        self, name: str, kind: str, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
         quantity = QUANTITIES[name]
-        sides = zip(*(segments_for(quantity, kind, seed) for seed in range(8)), strict=True)
+        sides = zip(
+            *(segments_for(quantity, kind, seed) for seed in range(8)), strict=True
+        )
         start, end = (np.concatenate(side) for side in sides)
         for share in (0.98, 1.02):
             most = int(share * quantity.halvings[kind == "red"])
-            monkeypatch.setattr("gaitgraph.invertibility.segment_bounds._MOST_HALVINGS", most)
-            found = quantity.bracket(start, end, tolerance=quantity.tolerance, each=True)
-            assert (found.upper - found.lower > quantity.tolerance + 1e-12).any() == (share < 1)
+            monkeypatch.setattr(
+                "gaitgraph.invertibility.segment_bounds._MOST_HALVINGS", most
+            )
+            found = quantity.bracket(
+                start, end, tolerance=quantity.tolerance, each=True
+            )
+            assert (found.upper - found.lower > quantity.tolerance + 1e-12).any() == (
+                share < 1
+            )
 
 
 @pytest.mark.parametrize("name", WITH_FLOOR)
@@ -193,7 +231,9 @@ def test_each_segment_is_decided_rightly_against_a_floor(name: str, kind: str) -
     values = sampled(quantity, start, end)
     least, gap = values.min(axis=1), np.abs(np.diff(values, axis=1)).max(axis=1)
     for floor in (-1.0, 0.0, 0.05, 0.3, 2.0):
-        found = quantity.bracket(start, end, tolerance=quantity.tolerance, floor=floor, each=True)
+        found = quantity.bracket(
+            start, end, tolerance=quantity.tolerance, floor=floor, each=True
+        )
         above, below = found.lower >= floor, found.upper < floor
         clear = np.abs(least - floor) > quantity.tolerance + gap
         np.testing.assert_array_equal(above[clear], (least > floor)[clear])
@@ -227,17 +267,26 @@ def test_ranges_of_sines_are_those_of_many_samples() -> None:
     sizes = np.abs(sines)
     np.testing.assert_allclose(largest_sine(x0, x1), sizes.max(axis=0), atol=2e-3)
     at = x0 + where_least_sine(x0, x1)[:, None] * (x1 - x0)
-    np.testing.assert_allclose(np.abs(np.sin(at)).min(axis=1), sizes.min(axis=(0, 2)), atol=2e-3)
+    np.testing.assert_allclose(
+        np.abs(np.sin(at)).min(axis=1), sizes.min(axis=(0, 2)), atol=2e-3
+    )
 
 
 @three_vehicles
 @pytest.mark.parametrize("height", [0.0, 0.3, -2.0])
-def test_the_bound_along_red_is_true_and_of_second_order(vehicle: Vehicle, height: float) -> None:
-    vehicle, rng = vehicle.replace(arm_length=1.0, rotor_height=height), np.random.default_rng(0)
+def test_the_bound_along_red_is_true_and_of_second_order(
+    vehicle: Vehicle, height: float
+) -> None:
+    vehicle, rng = (
+        vehicle.replace(arm_length=1.0, rotor_height=height),
+        np.random.default_rng(0),
+    )
     start, turn = rng.uniform(-1.4, 1.4, (300, 2)), rng.uniform(0, 2 * np.pi, 300)
     for step, most in ((1.5, math.inf), (0.05, 0.1), (0.005, 1e-3)):
         end = start + step * np.stack([np.cos(turn), np.sin(turn)], axis=1)
-        a1, a2 = np.moveaxis(points_of(np.tile(start, 2), np.tile(end, 2))[..., :2], -1, 0)
+        a1, a2 = np.moveaxis(
+            points_of(np.tile(start, 2), np.tile(end, 2))[..., :2], -1, 0
+        )
         least = least_singular_value_on_red(a1, a2, vehicle).min(axis=1)
         path = np.stack([start, end], axis=1).reshape(-1, 2)
         bound = bound_along_red_path(path.T, vehicle)[::2]
@@ -246,7 +295,12 @@ def test_the_bound_along_red_is_true_and_of_second_order(vehicle: Vehicle, heigh
 
 
 @settings(deadline=None, max_examples=50)
-@given(bend=st.sampled_from([0.0, 1e-300, 1e-6, 1.0, 30.0]), low=st.floats(-2, 3), size=st.floats(0, 1), at=tilts)
+@given(
+    bend=st.sampled_from([0.0, 1e-300, 1e-6, 1.0, 30.0]),
+    low=st.floats(-2, 3),
+    size=st.floats(0, 1),
+    at=tilts,
+)
 def test_it_is_exact_for_a_parabola_and_holds_for_what_bends_less(
     bend: float, low: float, size: float, at: tuple[float, ...]
 ) -> None:
@@ -255,7 +309,9 @@ def test_it_is_exact_for_a_parabola_and_holds_for_what_bends_less(
     f0, f1 = (np.array([height + bend * size / 2 * (s - low) ** 2]) for s in (0.0, 1.0))
     least = height + bend * size / 2 * (min(max(low, 0.0), 1.0) - low) ** 2
     assert least_of_bent(f0, f1, np.array([bend]))[0] <= least + 1e-12
-    assert least_of_bent(f0, f1, np.array([bend * size]))[0] == pytest.approx(least, abs=1e-12)
+    assert least_of_bent(f0, f1, np.array([bend * size]))[0] == pytest.approx(
+        least, abs=1e-12
+    )
 
 
 @pytest.mark.parametrize("known", [np.inf, 0.0, -1.0, -2.5, -1e3])
@@ -268,23 +324,31 @@ def test_a_value_known_elsewhere_saves_work_and_costs_nothing(known: float) -> N
     assert least.lower.min() <= free[1]
     assert min(least.lower.min(), known) >= min(free[0], known) - 2e-6
     values = level_determinant(points_of(start, end), PUBLISHED)
-    assert (minus_largest.lower <= -values.max(axis=1) + 1e-12).all()  # not narrowed, but valid
+    assert (
+        minus_largest.lower <= -values.max(axis=1) + 1e-12
+    ).all()  # not narrowed, but valid
 
 
 class TestThrusts:
     @three_vehicles
     @pytest.mark.parametrize("kind", ["red", "near red", "anywhere", "short", "points"])
-    def test_pushing_up_along_a_whole_segment(self, vehicle: Vehicle, kind: str) -> None:
+    def test_pushing_up_along_a_whole_segment(
+        self, vehicle: Vehicle, kind: str
+    ) -> None:
         start, end = random_segments(kind, seed=11, count=100)
         alpha = points_of(start, end)
         # Not the shares: they are a quotient, and keep their sign where all thrusts of a segment pass through zero
         # together, at a configuration from which there is no hover.
-        lift = np.array([-1, 1, -1, 1]) * (1 if vehicle.first_rotor_spin == "clockwise" else -1)
+        lift = np.array([-1, 1, -1, 1]) * (
+            1 if vehicle.first_rotor_spin == "clockwise" else -1
+        )
         thrusts = lift * zero_moment_inputs(alpha, vehicle)
         expected = (thrusts > 0).all(axis=(1, 2)) | (thrusts < 0).all(axis=(1, 2))
         assert (hover_thrust_shares(alpha[expected], vehicle) > 0).all()
         np.testing.assert_array_equal(thrusts_push_up(start, end, vehicle), expected)
-        np.testing.assert_array_equal(thrust_shares_along(start, end, vehicle)[0], expected)
+        np.testing.assert_array_equal(
+            thrust_shares_along(start, end, vehicle)[0], expected
+        )
         assert expected.any()
         assert not expected.all()
 
@@ -298,22 +362,51 @@ class TestThrusts:
 
         def pushes(first: tuple[float, float], second: tuple[float, float]) -> bool:
             p, q = (idle + size * np.array(side) * 0.2 for side in (first, second))
-            return bool(thrusts_push_up(np.array([[*p, *p]]), np.array([[*q, *q]]), vehicle)[0])
+            return bool(
+                thrusts_push_up(np.array([[*p, *p]]), np.array([[*q, *q]]), vehicle)[0]
+            )
 
         # Within the two quarters where all rotors push up.
-        for good in (((-1, 1), (-2, 3)), ((2, -1), (1, -3)), ((-1, 1), (-1, 1)), ((1, -1), (1, -1))):
+        for good in (
+            ((-1, 1), (-2, 3)),
+            ((2, -1), (1, -3)),
+            ((-1, 1), (-1, 1)),
+            ((1, -1), (1, -1)),
+        ):
             assert pushes(*good)
         # Within the two others, across one line, along one, up to one, from one away; and through the point of both.
-        outside, across = [((1, 1), (2, 3)), ((-1, -1), (-2, -1))], [((-1, 1), (1, 1)), ((-1, 1), (-1, -1))]
-        beside = [((0, 1), (0, 2)), ((-1, 0), (-2, 0)), ((-1, 1), (0, 1)), ((-1, 0), (-1, 1))]
-        for bad in (*outside, *across, *beside, ((-1, 1), (1, -1)), ((-1, 1), (2, -3)), ((0, 0), (0, 0))):
+        outside, across = (
+            [((1, 1), (2, 3)), ((-1, -1), (-2, -1))],
+            [((-1, 1), (1, 1)), ((-1, 1), (-1, -1))],
+        )
+        beside = [
+            ((0, 1), (0, 2)),
+            ((-1, 0), (-2, 0)),
+            ((-1, 1), (0, 1)),
+            ((-1, 0), (-1, 1)),
+        ]
+        for bad in (
+            *outside,
+            *across,
+            *beside,
+            ((-1, 1), (1, -1)),
+            ((-1, 1), (2, -3)),
+            ((0, 0), (0, 0)),
+        ):
             assert not pushes(*bad)
 
     @three_vehicles
-    def test_a_line_where_nothing_hovers_is_not_crossed_either(self, vehicle: Vehicle) -> None:
+    def test_a_line_where_nothing_hovers_is_not_crossed_either(
+        self, vehicle: Vehicle
+    ) -> None:
         # At β1 = ∓π/2 the torques have rank two: before it and after it all rotors push up, on it nothing is unique.
-        delta, side = math.atan(vehicle.signed_drag_ratio), math.copysign(1.0, vehicle.signed_drag_ratio)
-        ends = np.array([[[delta - side * (HALF_PI + x), side * 0.4] * 2] for x in (-1e-2, 1e-2)])
+        delta, side = (
+            math.atan(vehicle.signed_drag_ratio),
+            math.copysign(1.0, vehicle.signed_drag_ratio),
+        )
+        ends = np.array(
+            [[[delta - side * (HALF_PI + x), side * 0.4] * 2] for x in (-1e-2, 1e-2)]
+        )
         assert (hover_thrust_shares(ends, vehicle) > 0).all()
         assert not thrusts_push_up(ends[0], ends[1], vehicle)[0]
 
@@ -337,12 +430,18 @@ class TestThrusts:
     @pytest.mark.parametrize("near", [1e-2, 1e-5, 1e-9])
     def test_beside_the_point_where_all_rotors_idle(self, near: float) -> None:
         delta = math.atan(PAPER.signed_drag_ratio)
-        start, end = np.array([delta - near, -delta + near / 3]), np.array([delta - 0.2, -delta + 2 * near])
+        start, end = (
+            np.array([delta - near, -delta + near / 3]),
+            np.array([delta - 0.2, -delta + 2 * near]),
+        )
         p, q = (np.array([[*side, *side]]) for side in (start, end))
         shares = hover_thrust_shares(p + (ALONG**6)[:, None] * (q - p))
         upward, least, minus_largest = thrust_shares_along(p, q)
         assert upward.all()
-        for found, values in ((least, shares.min(axis=1)), (minus_largest, -shares.max(axis=1))):
+        for found, values in (
+            (least, shares.min(axis=1)),
+            (minus_largest, -shares.max(axis=1)),
+        ):
             lower, upper, _, _ = found.worst()
             assert lower <= values.min() + 1e-12
             assert upper <= values.min() + 1e-4 + 1e-12
@@ -357,7 +456,9 @@ class TestThrusts:
         _, *alone = thrust_shares_along(start[good], end[good], each=True)
         for bracket, same in zip(brackets, alone, strict=True):
             assert np.isnan([bracket.lower[[1, 4]], bracket.upper[[1, 4]]]).all()
-            np.testing.assert_array_equal(bracket.lower[good], same.lower)  # unchanged by the two
+            np.testing.assert_array_equal(
+                bracket.lower[good], same.lower
+            )  # unchanged by the two
             np.testing.assert_array_equal(bracket.fraction[good], same.fraction)
 
     def test_beyond_a_right_angle_a_rotor_pushes_down(self) -> None:
@@ -371,7 +472,9 @@ class TestThrusts:
         assert thrusts_push_up(both[:1], end).tolist() == [True]
 
 
-def test_many_open_intervals_are_halved_in_batches(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_many_open_intervals_are_halved_in_batches(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """The brackets do not depend on the size of a batch."""
     starts, ends = random_segments("anywhere", seed=4, count=20)
     whole = least_singular_value_along(starts, ends, tolerance=1e-3, each=True)

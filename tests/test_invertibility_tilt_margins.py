@@ -54,8 +54,13 @@ GOOD = [0.3, -0.2, 0.1, 0.5]
 
 def cap(tilt: float, rings: int, spokes: int) -> FloatArray:
     """Return (roll, pitch) of attitudes all over the cap of a tilt, its rim included, shape (2, rings, spokes)."""
-    m, z = np.linspace(0.0, tilt, rings)[:, None], np.linspace(0.0, 2 * math.pi, spokes)[None]
-    up = np.stack([np.sin(m) * np.cos(z), np.sin(m) * np.sin(z), np.cos(m) + 0 * z], axis=-1)
+    m, z = (
+        np.linspace(0.0, tilt, rings)[:, None],
+        np.linspace(0.0, 2 * math.pi, spokes)[None],
+    )
+    up = np.stack(
+        [np.sin(m) * np.cos(z), np.sin(m) * np.sin(z), np.cos(m) + 0 * z], axis=-1
+    )
     return np.moveaxis(attitude_of(up), -1, 0)
 
 
@@ -65,11 +70,15 @@ def around(corners: FloatArray) -> FloatArray:
 
 def location(corners: FloatArray, found: LeastMargin) -> FloatArray:
     starts, ends = closed(corners)
-    return np.asarray(starts[found.segment] + found.fraction * (ends - starts)[found.segment])
+    return np.asarray(
+        starts[found.segment] + found.fraction * (ends - starts)[found.segment]
+    )
 
 
 @pytest.mark.parametrize("wrong", [math.nan, math.inf])
-def test_rows_that_are_not_finite_have_no_answer_and_change_no_other(wrong: float) -> None:
+def test_rows_that_are_not_finite_have_no_answer_and_change_no_other(
+    wrong: float,
+) -> None:
     rows = np.array([[wrong, 0, 0, 0], GOOD, [0, 0, 0, wrong]])
     for name in ("margin", "nearest", "value", "attitude"):
         found = FUNCTIONS[name](rows)
@@ -88,24 +97,51 @@ class TestTiltMargin:
             vehicle = random_vehicle(random)
             alpha = random.uniform(-1.6, 1.6, 4)
             margin = float(tilt_margin(alpha, coefficients_of(vehicle, "exact")))
-            below = np.linalg.det(scaled_decoupling_matrix(alpha, vehicle, *cap(margin - 1e-6, 20, 91)))
+            below = np.linalg.det(
+                scaled_decoupling_matrix(alpha, vehicle, *cap(margin - 1e-6, 20, 91))
+            )
             assert below.min() * below.max() > 0
             if margin < math.pi / 2 - 2e-3:
-                above = np.linalg.det(scaled_decoupling_matrix(alpha, vehicle, *cap(margin + 1e-3, 2, 1801)))
+                above = np.linalg.det(
+                    scaled_decoupling_matrix(
+                        alpha, vehicle, *cap(margin + 1e-3, 2, 1801)
+                    )
+                )
                 assert above.min() * above.max() < 0
 
-    def test_it_is_that_of_v_and_its_attitude_is_singular_and_that_far_away(self) -> None:
+    def test_it_is_that_of_v_and_its_attitude_is_singular_and_that_far_away(
+        self,
+    ) -> None:
         random = np.random.default_rng(2)
-        for numbers in (EXACT, PUBLISHED, *(coefficients_of(random_vehicle(random), "exact") for _ in range(8))):
-            alpha, roll, pitch = random_tilts(3, 400), *random.uniform(-1.5, 1.5, (2, 400))
-            v, margin = attitude_sensitivities(alpha, numbers), tilt_margin(alpha, numbers)
+        for numbers in (
+            EXACT,
+            PUBLISHED,
+            *(coefficients_of(random_vehicle(random), "exact") for _ in range(8)),
+        ):
+            alpha, roll, pitch = (
+                random_tilts(3, 400),
+                *random.uniform(-1.5, 1.5, (2, 400)),
+            )
+            v, margin = (
+                attitude_sensitivities(alpha, numbers),
+                tilt_margin(alpha, numbers),
+            )
             size = np.linalg.norm(v, axis=1)
             product = np.sum(v * body_vertical(roll, pitch), axis=-1)
-            np.testing.assert_allclose(product, determinant(alpha, numbers, roll, pitch), rtol=1e-10, atol=1e-10)
-            np.testing.assert_allclose(np.sin(margin), np.abs(v[:, 2]) / size, rtol=0, atol=1e-12)
+            np.testing.assert_allclose(
+                product,
+                determinant(alpha, numbers, roll, pitch),
+                rtol=1e-10,
+                atol=1e-10,
+            )
+            np.testing.assert_allclose(
+                np.sin(margin), np.abs(v[:, 2]) / size, rtol=0, atol=1e-12
+            )
             nearest = nearest_singular_attitude(alpha, numbers).T
             assert (np.abs(determinant(alpha, numbers, *nearest)) <= 1e-12 * size).all()
-            np.testing.assert_allclose(body_vertical(*nearest)[:, 2], np.cos(margin), atol=1e-12)
+            np.testing.assert_allclose(
+                body_vertical(*nearest)[:, 2], np.cos(margin), atol=1e-12
+            )
 
     def test_ninety_degrees_on_red_and_none_on_blue(self) -> None:
         random = np.random.default_rng(6)
@@ -126,12 +162,24 @@ class TestTiltMargin:
             vehicle = Vehicle(drag_ratio=ratio)
             plain, turned, mirrored = (
                 coefficients_of(vehicle.replace(**options), "exact")
-                for options in ({}, {"first_arm_angle": turn}, {"first_rotor_spin": "counterclockwise"})
+                for options in (
+                    {},
+                    {"first_arm_angle": turn},
+                    {"first_rotor_spin": "counterclockwise"},
+                )
             )
-            v, c, s = attitude_sensitivities(alpha, plain), math.cos(turn), math.sin(turn)
+            v, c, s = (
+                attitude_sensitivities(alpha, plain),
+                math.cos(turn),
+                math.sin(turn),
+            )
             rotated = v @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
-            np.testing.assert_allclose(attitude_sensitivities(alpha, turned), rotated, atol=1e-12 / ratio)
-            np.testing.assert_allclose(tilt_margin(-alpha, mirrored), tilt_margin(alpha, plain), atol=1e-9)
+            np.testing.assert_allclose(
+                attitude_sensitivities(alpha, turned), rotated, atol=1e-12 / ratio
+            )
+            np.testing.assert_allclose(
+                tilt_margin(-alpha, mirrored), tilt_margin(alpha, plain), atol=1e-9
+            )
 
     def test_printed_digits_of_blue_give_no_margin(self) -> None:
         """Rounded angles give margins of up to 90° that are only noise; with the stated rounding there is none."""
@@ -139,42 +187,88 @@ class TestTiltMargin:
             printed = np.column_stack([np.round(gait.angles, 3), gait.printed])
             assert np.isfinite(tilt_margin(printed, EXACT)).all()
             assert np.isnan(tilt_margin(printed, EXACT, angle_rounding=5e-4)).all()
-            assert np.isnan(tilt_margin(lift(gait.angles, "blue").alpha, PUBLISHED)).all()
+            assert np.isnan(
+                tilt_margin(lift(gait.angles, "blue").alpha, PUBLISHED)
+            ).all()
             # Biased, it is a configuration like any other.
-            assert np.isfinite(tilt_margin(printed * [1, 1, 0.8, 0.8], EXACT, angle_rounding=5e-4)).all()
-        assert np.isfinite(tilt_margin(lift(GAITS[2].angles, "red").alpha, EXACT, angle_rounding=5e-4)).all()
+            assert np.isfinite(
+                tilt_margin(printed * [1, 1, 0.8, 0.8], EXACT, angle_rounding=5e-4)
+            ).all()
+        assert np.isfinite(
+            tilt_margin(lift(GAITS[2].angles, "red").alpha, EXACT, angle_rounding=5e-4)
+        ).all()
 
-    def test_rounding_hides_v_up_to_the_sines_of_two_phases_times_what_it_moves_the_others(self) -> None:
+    def test_rounding_hides_v_up_to_the_sines_of_two_phases_times_what_it_moves_the_others(
+        self,
+    ) -> None:
         """Off blue, in a direction that keeps R."""
-        off, (a1, a2) = 2 * (5e-4 + EXACT.delta_error), np.random.default_rng(9).uniform(-1.2, 1.2, (2, 200))
-        blue, steps = on_blue(a1, a2, EXACT.delta), 1e-6 * np.array([[1, 0, 1, 0], [0, 1, 0, 1]])
+        off, (a1, a2) = (
+            2 * (5e-4 + EXACT.delta_error),
+            np.random.default_rng(9).uniform(-1.2, 1.2, (2, 200)),
+        )
+        blue, steps = (
+            on_blue(a1, a2, EXACT.delta),
+            1e-6 * np.array([[1, 0, 1, 0], [0, 1, 0, 1]]),
+        )
         first, second = (level_determinant(blue + step, EXACT) for step in steps)
-        move = np.stack([second, -first] * 2, axis=-1) / np.maximum(np.abs(first), np.abs(second))[:, None]
+        move = (
+            np.stack([second, -first] * 2, axis=-1)
+            / np.maximum(np.abs(first), np.abs(second))[:, None]
+        )
         sines = np.abs(np.sin(blue[:, :2] - blue[:, 2:]))
         across = 2 * np.hypot(*(move[:, :2] * sines[:, ::-1]).T)
-        most = math.sqrt(2) * off * (sines.max(axis=1, keepdims=True) + off) / across[:, None]
+        most = (
+            math.sqrt(2)
+            * off
+            * (sines.max(axis=1, keepdims=True) + off)
+            / across[:, None]
+        )
         for share in (0.95, 1.05):
-            found = singular_everywhere(blue + share * most * move, EXACT, angle_rounding=5e-4)
+            found = singular_everywhere(
+                blue + share * most * move, EXACT, angle_rounding=5e-4
+            )
             assert (found == (share < 1)).all()
 
 
 class TestLeastTiltMargin:
     @pytest.mark.parametrize(
         ("gait", "eta", "degrees"),
-        [(2, 1.0, 90.0), (3, 1.0, 90.0), (2, 0.8, 74.46), (3, 0.8, 61.66), (1, 0.99, 41.74), (1, 0.8, 44.99)],
+        [
+            (2, 1.0, 90.0),
+            (3, 1.0, 90.0),
+            (2, 0.8, 74.46),
+            (3, 0.8, 61.66),
+            (1, 0.99, 41.74),
+            (1, 0.8, 44.99),
+        ],
     )
-    def test_of_the_four_gaits(self, gait: int, eta: float, degrees: float, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setattr("gaitgraph.invertibility.segment_bounds._MOST_HALVINGS", 16_000)  # no more are needed
-        alpha = lift(GAITS[gait].angles, GAITS[gait].color, coefficients=EXACT).alpha * [1, 1, eta, eta]
+    def test_of_the_four_gaits(
+        self, gait: int, eta: float, degrees: float, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.setattr(
+            "gaitgraph.invertibility.segment_bounds._MOST_HALVINGS", 16_000
+        )  # no more are needed
+        alpha = lift(
+            GAITS[gait].angles, GAITS[gait].color, coefficients=EXACT
+        ).alpha * [1, 1, eta, eta]
         found = least_tilt_margin(around(alpha), EXACT)
         assert math.degrees(found.upper) == pytest.approx(degrees, abs=5.1e-3)
         assert found.reason == ""
         assert found.lower <= found.upper <= found.lower + 1.01e-7
 
     def test_gait_1_biased_passes_a_singular_matrix(self) -> None:
-        alpha = lift(GAITS[0].angles, "blue", coefficients=EXACT).alpha * [1, 1, 0.8, 0.8]
+        alpha = lift(GAITS[0].angles, "blue", coefficients=EXACT).alpha * [
+            1,
+            1,
+            0.8,
+            0.8,
+        ]
         found = least_tilt_margin(around(alpha), EXACT)
-        assert (found.lower, found.upper, found.reason) == (0.0, 0.0, "R changes its sign")
+        assert (found.lower, found.upper, found.reason) == (
+            0.0,
+            0.0,
+            "R changes its sign",
+        )
         assert abs(level_determinant(location(alpha, found), EXACT)) < 1e-12
 
     @by_kind
@@ -198,34 +292,56 @@ class TestLeastTiltMargin:
         for number in range(40):
             exact = coefficients_of(random_vehicle(random), "exact")
             size = random.choice([0.02, 0.2, 1.0, 3.0])
-            points = random.uniform(-1.6, 1.6, 4) + random.uniform(-size, size, (random.integers(1, 7), 4))
+            points = random.uniform(-1.6, 1.6, 4) + random.uniform(
+                -size, size, (random.integers(1, 7), 4)
+            )
             if number % 3 == 0:
                 points[:, 2:] = points[:, :2] * random.choice([0.8, 0.99, 1.0])
             found = least_tilt_margin(around(points), exact)
             alpha = along(points, 600)
             R, dense = level_determinant(alpha, exact), tilt_margin(alpha, exact)
             if R.min() * R.max() < 0:
-                assert (found.lower, found.upper, found.reason) == (0.0, 0.0, "R changes its sign")
-                assert abs(level_determinant(location(points, found), exact)) <= 1e-12 * np.abs(R).max()
+                assert (found.lower, found.upper, found.reason) == (
+                    0.0,
+                    0.0,
+                    "R changes its sign",
+                )
+                assert (
+                    abs(level_determinant(location(points, found), exact))
+                    <= 1e-12 * np.abs(R).max()
+                )
                 kinds.add("zero")
             else:
                 assert found.lower <= np.nanmin(dense) + 1e-12
                 assert found.upper <= np.nanmin(dense) + 1e-7
                 assert found.upper - found.lower <= 1.01e-7
-                assert tilt_margin(location(points, found), exact) == pytest.approx(found.upper, abs=1e-12)
+                assert tilt_margin(location(points, found), exact) == pytest.approx(
+                    found.upper, abs=1e-12
+                )
                 kinds.add("red" if found.upper == math.pi / 2 else "between")
         assert kinds == {"zero", "red", "between"}
 
-    def test_without_any_cut_the_bracket_holds(self, monkeypatch: pytest.MonkeyPatch) -> None:
+    def test_without_any_cut_the_bracket_holds(
+        self, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
         monkeypatch.setattr("gaitgraph.invertibility.segment_bounds._MOST_HALVINGS", 0)
         starts, steps = random_tilts(7, 200, reach=1.5), random_tilts(8, 200, reach=0.3)
         dense = tilt_margin(points_of(starts, starts + steps, 101), EXACT).min(axis=1)
-        lower = np.array([least_tilt_margin([p, p + d], EXACT).lower for p, d in zip(starts, steps, strict=True)])
+        lower = np.array(
+            [
+                least_tilt_margin([p, p + d], EXACT).lower
+                for p, d in zip(starts, steps, strict=True)
+            ]
+        )
         assert (lower <= dense + 1e-12).all()
         assert lower.mean() == pytest.approx(0.89762 * dense.mean(), rel=1e-4)
         # On the surface no cut is needed: 10,000 rows of a random walk take a second.
-        corners = np.random.default_rng(9).uniform([-0.9, 0.7], [-0.7, 0.9], (500, 2))[:, [0, 1, 0, 1]]
-        assert least_tilt_margin(around(corners), EXACT).lower == pytest.approx(math.pi / 2, abs=1e-12)
+        corners = np.random.default_rng(9).uniform([-0.9, 0.7], [-0.7, 0.9], (500, 2))[
+            :, [0, 1, 0, 1]
+        ]
+        assert least_tilt_margin(around(corners), EXACT).lower == pytest.approx(
+            math.pi / 2, abs=1e-12
+        )
 
     def test_a_loop_that_only_touches_zero(self) -> None:
         """On red v vanishes with R, off it v does not: the reason says which."""
@@ -236,8 +352,15 @@ class TestLeastTiltMargin:
         found = least_tilt_margin(around(red), EXACT)
         assert (found.upper, found.segment, found.fraction) == (0.0, 0, 0.0)
         assert "every attitude, at this point only" in found.reason
-        zero = brentq(lambda x: float(level_determinant([x, -0.4, 0.5, 0.3], EXACT)), 0.0, 0.3, xtol=1e-16)
-        off = np.array([[zero, -0.4, 0.5, 0.3]] * 3) + np.array([[0.0, 0, 0, 0], [0.1, 0, 0, 0], [0.2, 0.02, 0, 0]])
+        zero = brentq(
+            lambda x: float(level_determinant([x, -0.4, 0.5, 0.3], EXACT)),
+            0.0,
+            0.3,
+            xtol=1e-16,
+        )
+        off = np.array([[zero, -0.4, 0.5, 0.3]] * 3) + np.array(
+            [[0.0, 0, 0, 0], [0.1, 0, 0, 0], [0.2, 0.02, 0, 0]]
+        )
         found = least_tilt_margin(around(off), EXACT)
         assert found.upper < 1e-12
         assert "every attitude" not in found.reason
@@ -255,7 +378,9 @@ class TestLeastTiltMargin:
             off = v - (v[0] + s * (v[-1] - v[0]))
             across, level = sensitivity_deviations(starts, ends, exact)
             slack = 1e-12 * (1 + np.abs(v).max())
-            assert (np.hypot(off[..., 0], off[..., 1]).max(axis=0) <= across + slack).all()
+            assert (
+                np.hypot(off[..., 0], off[..., 1]).max(axis=0) <= across + slack
+            ).all()
             assert (np.abs(off[..., 2]).max(axis=0) <= level + slack).all()
             assert (across[:20] < 1e-12 * (1 + np.abs(v).max())).all()
 
@@ -268,12 +393,17 @@ def test_against_sampling_of_the_whole_cap() -> None:
         vehicle = random_vehicle(random)
         alpha = random.uniform(-1.6, 1.6, 4)
         if number % 2:
-            alpha[2:] = alpha[:2] + random.normal(0, random.choice([0.0, 1e-9, 1e-3]), 2)
+            alpha[2:] = alpha[:2] + random.normal(
+                0, random.choice([0.0, 1e-9, 1e-3]), 2
+            )
         if number % 10 == 0:
             alpha = random.choice([-0.5, 0.0, 1.2], 4)  # singular values that coincide
         tilt = float(random.choice([0.0, 1e-6, 0.01, 0.3, 1.0, 1.5]))
         value, attitude = least_singular_value_within(alpha, tilt, vehicle)
-        found, up = float(least_singular_value(alpha, vehicle, *attitude)), body_vertical(*attitude)
+        found, up = (
+            float(least_singular_value(alpha, vehicle, *attitude)),
+            body_vertical(*attitude),
+        )
         dense = least_singular_value(alpha, vehicle, *cap(tilt, 11, 181))
         if tilt_margin(alpha, coefficients_of(vehicle, "exact")) > tilt:
             open_ += 1
@@ -281,7 +411,11 @@ def test_against_sampling_of_the_whole_cap() -> None:
             assert math.hypot(up[0], up[1]) == pytest.approx(math.sin(tilt), abs=1e-12)
             assert value <= dense.min() + 1e-12
             assert value >= dense.min() - 0.02  # the sampling is that coarse
-            assert value - 1e-4 < least_singular_value_within_bound(alpha[None], tilt, vehicle)[0] < value
+            assert (
+                value - 1e-4
+                < least_singular_value_within_bound(alpha[None], tilt, vehicle)[0]
+                < value
+            )
         else:
             assert value == 0.0
             assert found < 1e-9

@@ -38,12 +38,24 @@ PAGES = {
         "pace": "LimitedGait, red: T = 0.74",
         "write": "tilt acceleration",
     },
-    "export_to_ros2": {"plan": "T = 1.5 s, smooth, 75 samples", "again": "Flyable: yes. Obeys"},
+    "export_to_ros2": {
+        "plan": "T = 1.5 s, smooth, 75 samples",
+        "again": "Flyable: yes. Obeys",
+    },
 }
 PRINTS = {
-    "reproduce_the_paper": {"vertices": "Gait 2: blue, off by 5e-04", "biased": "biased by 0.8          74.46°"},
-    "plan_for_your_vehicle": {"robust": "shortest and robust: 0.541 0.669", "pace": "5 corners rounded"},
-    "export_to_ros2": {"read": "gait4.mcap: a trajectory of 301 points", "compare": "301 points over 6 s"},
+    "reproduce_the_paper": {
+        "vertices": "Gait 2: blue, off by 5e-04",
+        "biased": "biased by 0.8          74.46°",
+    },
+    "plan_for_your_vehicle": {
+        "robust": "shortest and robust: 0.541 0.669",
+        "pace": "5 corners rounded",
+    },
+    "export_to_ros2": {
+        "read": "gait4.mcap: a trajectory of 301 points",
+        "compare": "301 points over 6 s",
+    },
 }
 
 
@@ -54,11 +66,18 @@ def kernel() -> Iterator[Any]:
 
     folder = tempfile.mkdtemp(prefix="k")
     with pytest.MonkeyPatch.context() as patch:
-        for name in ("IPYTHONDIR", "JUPYTER_RUNTIME_DIR", "JUPYTER_CONFIG_DIR", "JUPYTER_DATA_DIR"):
+        for name in (
+            "IPYTHONDIR",
+            "JUPYTER_RUNTIME_DIR",
+            "JUPYTER_CONFIG_DIR",
+            "JUPYTER_DATA_DIR",
+        ):
             patch.setenv(name, folder)
         for name in [name for name in os.environ if name.startswith("COV")]:
             patch.delenv(name)  # traced, the same calls take three times as long
-        manager = KernelManager(transport="ipc", ip=f"{folder}/s", connection_file=f"{folder}/c.json")
+        manager = KernelManager(
+            transport="ipc", ip=f"{folder}/s", connection_file=f"{folder}/c.json"
+        )
         manager.start_kernel(cwd=folder)
         yield manager
         manager.shutdown_kernel(now=True)
@@ -70,9 +89,20 @@ def outputs(notebook: Any) -> dict[str, tuple[str, str]]:
     found = {}
     for cell in notebook.cells:
         if cell.cell_type == "code":
-            printed = "".join(one.text for one in cell.outputs if one.output_type == "stream" and one.name == "stdout")
-            shown = [one.data for one in cell.outputs if one.output_type in ("execute_result", "display_data")]
-            found[cell.id] = (printed, "".join(data.get("text/html", "") for data in shown))
+            printed = "".join(
+                one.text
+                for one in cell.outputs
+                if one.output_type == "stream" and one.name == "stdout"
+            )
+            shown = [
+                one.data
+                for one in cell.outputs
+                if one.output_type in ("execute_result", "display_data")
+            ]
+            found[cell.id] = (
+                printed,
+                "".join(data.get("text/html", "") for data in shown),
+            )
     return found
 
 
@@ -95,12 +125,21 @@ def test_notebooks_run_and_show_what_they_state(path: Path, kernel: Any) -> None
 
 
 def test_notebooks_are_stored_clean() -> None:
-    assert [path.stem for path in NOTEBOOKS] == ["export_to_ros2", "plan_for_your_vehicle", "reproduce_the_paper"]
+    assert [path.stem for path in NOTEBOOKS] == [
+        "export_to_ros2",
+        "plan_for_your_vehicle",
+        "reproduce_the_paper",
+    ]
     for path in NOTEBOOKS:
         text = path.read_text()
         content = json.loads(text)
         nbformat.validate(content)
         assert text == json.dumps(content, indent=1, ensure_ascii=False) + "\n"
         for cell in content["cells"]:
-            assert cell["cell_type"] == "markdown" or (cell["execution_count"], cell["outputs"]) == (None, [])
-        assert any("assert" in line for cell in content["cells"] for line in cell["source"])
+            assert cell["cell_type"] == "markdown" or (
+                cell["execution_count"],
+                cell["outputs"],
+            ) == (None, [])
+        assert any(
+            "assert" in line for cell in content["cells"] for line in cell["source"]
+        )

@@ -14,10 +14,24 @@ import shapely
 from scipy import ndimage
 
 from gaitgraph.errors import Infeasible, MissingConstant
-from gaitgraph.invertibility.matrices import hover_thrust_shares, least_singular_value, least_singular_value_on_red
+from gaitgraph.invertibility.matrices import (
+    hover_thrust_shares,
+    least_singular_value,
+    least_singular_value_on_red,
+)
 from gaitgraph.optimization import optimize
-from gaitgraph.optimization.least_effort import LeastEffort, SmoothLoop, basis_rows, control_points_along
-from gaitgraph.optimization.optimize import CLEARANCE, OBJECTIVES, highest_level, level_region
+from gaitgraph.optimization.least_effort import (
+    LeastEffort,
+    SmoothLoop,
+    basis_rows,
+    control_points_along,
+)
+from gaitgraph.optimization.optimize import (
+    CLEARANCE,
+    OBJECTIVES,
+    highest_level,
+    level_region,
+)
 from gaitgraph.planning.shortest_paths import shortest_loop
 from gaitgraph.surface.admissible import admissible_region
 from gaitgraph.surface.region import Discs, Zones, component_meeting
@@ -27,15 +41,24 @@ from gaitgraph.vehicle import PAPER, Vehicle
 if TYPE_CHECKING:
     from pathlib import Path
 
-optimal_gait: Any = optimize.optimal_gait  # it finds a gait here, which types cannot know
+optimal_gait: Any = (
+    optimize.optimal_gait
+)  # it finds a gait here, which types cannot know
 calm_gait: Any = partial(optimal_gait, objective="tilt_rate", sign="negative")
 
 EIGHTH = math.pi / 8
-SQUARE = [(3 * EIGHTH, -3 * EIGHTH), (3 * EIGHTH, -EIGHTH), (EIGHTH, -EIGHTH), (EIGHTH, -3 * EIGHTH)]
+SQUARE = [
+    (3 * EIGHTH, -3 * EIGHTH),
+    (3 * EIGHTH, -EIGHTH),
+    (EIGHTH, -EIGHTH),
+    (EIGHTH, -3 * EIGHTH),
+]
 
 
 def discs_of(centers: Any, radius: float) -> Discs:
-    return Discs(centers=np.array(centers, dtype=float), radii=np.full(len(centers), radius))
+    return Discs(
+        centers=np.array(centers, dtype=float), radii=np.full(len(centers), radius)
+    )
 
 
 def plane_of(found: Any, count: int = 4001) -> np.ndarray:
@@ -53,7 +76,11 @@ def test_control_points_run_along_a_polygon() -> None:
     on_it = shapely.points(basis_rows(np.linspace(0, 30, 500), 30) @ points)
     assert shapely.distance(shapely.LinearRing(corners), on_it).max() < 1e-14
     # Three for each corner are the least; more go to long sides.
-    for pieces, expected in ((3, [0, 3, 6, 9]), (14, [0, 4, 7, 11]), (30, [0, 12, 15, 27])):
+    for pieces, expected in (
+        (3, [0, 3, 6, 9]),
+        (14, [0, 4, 7, 11]),
+        (30, [0, 12, 15, 27]),
+    ):
         assert control_points_along(corners, pieces)[1].tolist() == expected
 
 
@@ -64,9 +91,20 @@ def test_control_points_run_along_a_polygon() -> None:
 def test_cells_stay_inside_the_polygon(seed: int) -> None:
     rng = np.random.default_rng(seed)
     angles = np.sort(rng.uniform(0, 2 * math.pi, 25))
-    outline = shapely.Polygon(np.column_stack([np.cos(angles), np.sin(angles)]) * rng.uniform(0.6, 1.4, (25, 1)))
-    holes = [shapely.Point(*rng.uniform(-0.6, 0.6, 2)).buffer(rng.uniform(0.03, 0.2), quad_segs=4) for _ in range(4)]
-    polygon = max(shapely.get_parts(outline.buffer(0) - shapely.union_all(holes)), key=lambda part: part.area)
+    outline = shapely.Polygon(
+        np.column_stack([np.cos(angles), np.sin(angles)])
+        * rng.uniform(0.6, 1.4, (25, 1))
+    )
+    holes = [
+        shapely.Point(*rng.uniform(-0.6, 0.6, 2)).buffer(
+            rng.uniform(0.03, 0.2), quad_segs=4
+        )
+        for _ in range(4)
+    ]
+    polygon = max(
+        shapely.get_parts(outline.buffer(0) - shapely.union_all(holes)),
+        key=lambda part: part.area,
+    )
     clearance = 1e-3
     seeds = rng.uniform(-1, 1, (400, 2))
     hulls = seeds[:, None, :] + rng.normal(scale=0.03, size=(400, 4, 2))
@@ -81,7 +119,9 @@ def test_cells_stay_inside_the_polygon(seed: int) -> None:
         tried = hull.mean(axis=0) + rng.uniform(-0.5, 0.5, (300, 2))
         inside = shapely.points(tried[(tried @ normals.T <= offsets).all(axis=1)])
         assert shapely.covers(polygon, inside).all()
-        assert np.min(shapely.distance(polygon.boundary, inside), initial=1.0) >= clearance * (1 - 1e-9)
+        assert np.min(
+            shapely.distance(polygon.boundary, inside), initial=1.0
+        ) >= clearance * (1 - 1e-9)
 
 
 # Levels
@@ -94,17 +134,34 @@ def least_share(a1: Any, a2: Any) -> Any:
 @pytest.mark.parametrize("objective", ["singular_value", "hover_reserve"])
 def test_highest_level_is_that_of_the_pass_between_obstacles(objective: Any) -> None:
     """Two discs of high level, joined only through a gate where the level is lower; cells of a grid are joined too."""
-    walls = [shapely.box(*box).exterior.coords[:-1] for box in ((-1.57, 0.6, -1.3, 0.7), (-1.25, 0.6, 0.2, 0.7))]
-    region = admissible_region(PAPER, sign="positive", floor=0.05, zones=Zones(keep_out=walls))
+    walls = [
+        shapely.box(*box).exterior.coords[:-1]
+        for box in ((-1.57, 0.6, -1.3, 0.7), (-1.25, 0.6, 0.2, 0.7))
+    ]
+    region = admissible_region(
+        PAPER, sign="positive", floor=0.05, zones=Zones(keep_out=walls)
+    )
     discs = discs_of([(-0.4, 0.45), (-0.4, 0.9)], 0.05)
     lower, upper = highest_level(region, objective, discs, PAPER)
     assert 0 < lower <= upper <= lower * (1 + 1e-3)
-    value = least_singular_value_on_red if objective == "singular_value" else least_share
-    a1, a2 = np.meshgrid(np.linspace(-1.57, 0.2, 401), np.linspace(0.0, 1.57, 401), indexing="ij")
-    usable = region.contains(np.column_stack([a1.ravel(), a2.ravel()])).reshape(a1.shape)
+    value = (
+        least_singular_value_on_red if objective == "singular_value" else least_share
+    )
+    a1, a2 = np.meshgrid(
+        np.linspace(-1.57, 0.2, 401), np.linspace(0.0, 1.57, 401), indexing="ij"
+    )
+    usable = region.contains(np.column_stack([a1.ravel(), a2.ravel()])).reshape(
+        a1.shape
+    )
     height = np.where(usable, value(a1, a2), -np.inf)
-    masks = [np.hypot(a1 - x, a2 - y) <= r for (x, y), r in zip(discs.centers, discs.radii, strict=True)]
-    assert objective == "hover_reserve" or upper < min(height[mask].max() for mask in masks) - 0.005
+    masks = [
+        np.hypot(a1 - x, a2 - y) <= r
+        for (x, y), r in zip(discs.centers, discs.radii, strict=True)
+    ]
+    assert (
+        objective == "hover_reserve"
+        or upper < min(height[mask].max() for mask in masks) - 0.005
+    )
     for level, joined in ((upper * 0.98, True), (upper * 1.001, False)):
         labels, _ = ndimage.label(height >= level, structure=np.ones((3, 3)))
         assert bool(set(labels[masks[0]]) & set(labels[masks[1]]) - {0}) == joined
@@ -124,8 +181,13 @@ def test_no_polygon_through_discs_is_shorter_than_the_bound(seed: int) -> None:
     found = np.linalg.norm(np.roll(points, -1, axis=0) - points, axis=1).sum()
     assert bound <= found <= bound + 1e-4
     turn = rng.uniform(0, 2 * math.pi, (500, 5))
-    tried = discs.centers + discs.radii[:, None] * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
-    assert np.linalg.norm(np.roll(tried, -1, axis=1) - tried, axis=2).sum(axis=1).min() >= bound - 1e-12
+    tried = discs.centers + discs.radii[:, None] * np.stack(
+        [np.cos(turn), np.sin(turn)], axis=-1
+    )
+    assert (
+        np.linalg.norm(np.roll(tried, -1, axis=1) - tried, axis=2).sum(axis=1).min()
+        >= bound - 1e-12
+    )
 
 
 def test_the_bound_of_points_bends_around_obstacles() -> None:
@@ -135,7 +197,9 @@ def test_the_bound_of_points_bends_around_obstacles() -> None:
     around = 2 * (2 * math.hypot(0.3, 0.2) + 0.2)
     assert shortest_loop(discs, region.outer)[1] == pytest.approx(around, abs=1e-9)
     assert shortest_loop(discs)[1] == pytest.approx(1.6, abs=1e-9)
-    discs = Discs(centers=discs.centers, radii=np.array([0.0, 0.1]))  # with a radius the region takes no part
+    discs = Discs(
+        centers=discs.centers, radii=np.array([0.0, 0.1])
+    )  # with a radius the region takes no part
     assert shortest_loop(discs, region.outer)[1] == pytest.approx(1.4, abs=1e-6)
 
 
@@ -160,17 +224,30 @@ def test_the_worst_case_is_the_best_of_all_loops(robust: Any) -> None:
     # No loop is better than the best point of its worst disc.
     best = []
     for x, y in SQUARE:
-        turn, reach = np.meshgrid(np.linspace(0, 2 * math.pi, 721), np.linspace(0, 0.1, 41))
-        best.append(least_singular_value_on_red(x + reach * np.cos(turn), y + reach * np.sin(turn)).max())
+        turn, reach = np.meshgrid(
+            np.linspace(0, 2 * math.pi, 721), np.linspace(0, 0.1, 41)
+        )
+        best.append(
+            least_singular_value_on_red(
+                x + reach * np.cos(turn), y + reach * np.sin(turn)
+            ).max()
+        )
     assert robust.bound == pytest.approx(min(best), abs=1e-4)
 
 
 @pytest.mark.parametrize("name", ["robust", "swift"])
-def test_a_found_gait_holds_between_samples(name: str, request: pytest.FixtureRequest) -> None:
+def test_a_found_gait_holds_between_samples(
+    name: str, request: pytest.FixtureRequest
+) -> None:
     found: Any = request.getfixturevalue(name)
     assert found.report.flyable
     assert found.gait.check().flyable
-    assert shapely.distance(shapely.LinearRing(found.gait.alpha[:, :2]), shapely.points(plane_of(found))).max() <= 1e-4
+    assert (
+        shapely.distance(
+            shapely.LinearRing(found.gait.alpha[:, :2]), shapely.points(plane_of(found))
+        ).max()
+        <= 1e-4
+    )
     assert admissible_region(PAPER, sign="negative").contains(plane_of(found)).all()
     passes = found.curve.at(found.times)[:, :2]
     assert np.linalg.norm(passes - np.array(SQUARE), axis=1).max() <= 0.1 + 1e-9
@@ -184,20 +261,28 @@ def test_a_found_gait_holds_between_samples(name: str, request: pytest.FixtureRe
     assert found.history[-1] == pytest.approx(found.effort)
 
 
-def test_effort_is_not_less_than_its_bound_and_scales_with_the_period_and_again_is_the_same(swift: Any) -> None:
+def test_effort_is_not_less_than_its_bound_and_scales_with_the_period_and_again_is_the_same(
+    swift: Any,
+) -> None:
     length = shortest_loop(discs_of(SQUARE, 0.1))[1]
     assert swift.bound == pytest.approx(2 * length**2 / 2.0)
     assert swift.bound < swift.value < 1.05 * swift.bound
-    again, slower = (calm_gait(SQUARE, radius=0.1, period=period, pieces=32) for period in (2.0, 4.0))
+    again, slower = (
+        calm_gait(SQUARE, radius=0.1, period=period, pieces=32) for period in (2.0, 4.0)
+    )
     assert json.dumps(again.as_mapping()) == json.dumps(swift.as_mapping())
     assert slower.value == pytest.approx(swift.value / 2, rel=1e-6)
 
 
 def square_problem() -> tuple[LeastEffort, SmoothLoop]:
     discs = discs_of(SQUARE, 0.1)
-    within: Any = component_meeting(admissible_region(PAPER, sign="negative").inner, discs)
+    within: Any = component_meeting(
+        admissible_region(PAPER, sign="negative").inner, discs
+    )
     points, knots = control_points_along(np.array(SQUARE), 32)
-    return LeastEffort(within, discs, CLEARANCE), SmoothLoop(points=points, passes=knots.astype(float))
+    return LeastEffort(within, discs, CLEARANCE), SmoothLoop(
+        points=points, passes=knots.astype(float)
+    )
 
 
 def test_a_programme_gives_the_best_loop_in_its_cells() -> None:
@@ -205,13 +290,25 @@ def test_a_programme_gives_the_best_loop_in_its_cells() -> None:
     program, rng = problem.program(start, 0.2), np.random.default_rng(5)
     best: Any = program.projected(0.0)
     assert problem.keeps_inside(best)
-    assert not problem.keeps_inside(SmoothLoop(points=best.points + 3, passes=best.passes))
+    assert not problem.keeps_inside(
+        SmoothLoop(points=best.points + 3, passes=best.passes)
+    )
     assert problem.discs.misses(best.passed()) <= 1e-9
-    for size in (0.0, *[3e-2] * 30):  # no step towards another loop in the cells and discs is better
-        other = SmoothLoop(points=start.points + rng.normal(size=(32, 2)) * size, passes=start.passes)
-        assert (program.offsets >= np.sum(program.normals * (program.rows @ other.points), axis=1)).all()
+    for size in (
+        0.0,
+        *[3e-2] * 30,
+    ):  # no step towards another loop in the cells and discs is better
+        other = SmoothLoop(
+            points=start.points + rng.normal(size=(32, 2)) * size, passes=start.passes
+        )
+        assert (
+            program.offsets
+            >= np.sum(program.normals * (program.rows @ other.points), axis=1)
+        ).all()
         assert problem.discs.misses(other.passed()) < -5e-3
-        step = SmoothLoop(points=best.points + 1e-4 * (other.points - best.points), passes=best.passes)
+        step = SmoothLoop(
+            points=best.points + 1e-4 * (other.points - best.points), passes=best.passes
+        )
         assert step.effort >= best.effort * (1 - 1e-9)
 
 
@@ -221,10 +318,23 @@ def test_each_loop_on_the_way_is_the_best_in_its_cells() -> None:
     discs = Discs(centers=centers, radii=np.array([0.05, 0.02, 0.0, 0.1]))
     problem = LeastEffort(square_problem()[0].polygon, discs, CLEARANCE)
     points, knots = control_points_along(centers, 24)
-    expected = [10.26325000, 6.591767577, 6.220517558, 6.211068983, 6.206025232, 6.202684685, 6.184999340, 6.183333632]
+    expected = [
+        10.26325000,
+        6.591767577,
+        6.220517558,
+        6.211068983,
+        6.206025232,
+        6.202684685,
+        6.184999340,
+        6.183333632,
+    ]
     for seed in range(4):  # moved by rounding, as other processors do
-        start = points * (1 + np.random.default_rng(seed).uniform(-2e-16, 2e-16, points.shape))
-        loop, history = problem.solve(SmoothLoop(points=start, passes=knots.astype(float)))
+        start = points * (
+            1 + np.random.default_rng(seed).uniform(-2e-16, 2e-16, points.shape)
+        )
+        loop, history = problem.solve(
+            SmoothLoop(points=start, passes=knots.astype(float))
+        )
         assert history[:8] == pytest.approx(expected, rel=1e-6)
         assert history[-1] == pytest.approx(6.174707806, rel=1e-6)
     residual, held, by_border = problem.program(loop).stationarity()
@@ -242,15 +352,22 @@ def test_no_small_change_needs_less_effort(swift: Any) -> None:
     problem, start = square_problem()
     discs = problem.discs
     loop, history = problem.solve(start)
-    assert loop.effort == pytest.approx(swift.value, rel=1e-6)  # over 2 s and twice for two pairs of arms
+    assert loop.effort == pytest.approx(
+        swift.value, rel=1e-6
+    )  # over 2 s and twice for two pairs of arms
     assert history == sorted(history, reverse=True)
     rng = np.random.default_rng(4)
     tried = 0
     for _ in range(2000):
         step = rng.normal(size=loop.points.shape) * 10.0 ** rng.uniform(-5, -2)
         # Slow changes, so that they are not all lost to roughness.
-        step = np.fft.ifft(np.fft.fft(step, axis=0) * (np.abs(np.fft.fftfreq(32)) < 0.15)[:, None], axis=0).real
-        moved = np.concatenate([[0.0], np.sort(loop.passes[1:] + rng.normal(size=3) * 0.1)])
+        step = np.fft.ifft(
+            np.fft.fft(step, axis=0) * (np.abs(np.fft.fftfreq(32)) < 0.15)[:, None],
+            axis=0,
+        ).real
+        moved = np.concatenate(
+            [[0.0], np.sort(loop.passes[1:] + rng.normal(size=3) * 0.1)]
+        )
         other = SmoothLoop(points=loop.points + step, passes=moved)
         if discs.misses(other.passed()) <= 0 and problem.keeps_inside(other):
             tried += 1
@@ -269,21 +386,35 @@ def test_points_are_passed_exactly_and_more_pieces_come_nearer_to_the_bound() ->
 
 def test_a_loop_bends_around_an_obstacle() -> None:
     block = shapely.box(0.6, -0.95, 0.95, -0.3)
-    found = calm_gait(SQUARE[:3], radius=[0.05, 0.05, 0.0], keep_out=[list(block.exterior.coords)[:-1]])
+    found = calm_gait(
+        SQUARE[:3],
+        radius=[0.05, 0.05, 0.0],
+        keep_out=[list(block.exterior.coords)[:-1]],
+    )
     assert 0 < shapely.distance(block, shapely.LineString(plane_of(found))) < 0.02
-    assert found.active == ("waypoint 1", "waypoint 2", "waypoint 3", "the border of the flyable region")
+    assert found.active == (
+        "waypoint 1",
+        "waypoint 2",
+        "waypoint 3",
+        "the border of the flyable region",
+    )
     assert found.stationarity < 1e-6
 
 
 def test_the_first_and_the_last_disc_may_be_passed_in_one_point() -> None:
-    found = optimal_gait([(-0.9, 0.8), (-0.5, 1.0), (-0.1, 0.6), (-0.9, 1.0)], radius=0.3)
+    found = optimal_gait(
+        [(-0.9, 0.8), (-0.5, 1.0), (-0.1, 0.6), (-0.9, 1.0)], radius=0.3
+    )
     assert found.value == pytest.approx(0.8783, abs=1e-3)
     assert found.violation <= 1e-9
 
 
 def test_a_larger_concession_gives_a_calmer_gait() -> None:
     asked: Any = {"radius": 0.15, "sign": "positive", "pieces": 24}
-    tight, loose = (optimal_gait([(-1.2, 0.2), (-0.1, 1.2)], **asked, concession=part) for part in (1e-3, 0.1))
+    tight, loose = (
+        optimal_gait([(-1.2, 0.2), (-0.1, 1.2)], **asked, concession=part)
+        for part in (1e-3, 0.1)
+    )
     assert tight.value >= 0.998 * tight.bound
     assert 0.899 * loose.bound <= loose.value < 0.99 * tight.value
     assert loose.effort < tight.effort
@@ -291,7 +422,12 @@ def test_a_larger_concession_gives_a_calmer_gait() -> None:
 
 def test_hover_reserve_counts_both_limits() -> None:
     discs = discs_of([(-0.5, 0.4), (-0.8, 0.9)], 0.05)
-    asked: Any = {"radius": 0.05, "objective": "hover_reserve", "sign": "positive", "pieces": 16}
+    asked: Any = {
+        "radius": 0.05,
+        "objective": "hover_reserve",
+        "sign": "positive",
+        "pieces": 16,
+    }
     free = optimal_gait(discs.centers, **asked)
     shares = hover_thrust_shares(free.curve.at(np.linspace(0, 1, 2000)))
     assert shares.min() == pytest.approx(free.value, abs=1e-3)
@@ -305,24 +441,42 @@ def test_hover_reserve_counts_both_limits() -> None:
     level = level_region("hover_reserve", found.bound * 1.001, limited).outer
     assert component_meeting(level, discs) is None
     with pytest.raises(MissingConstant):
-        optimal_gait([(0, 0)], objective="hover_reserve", vehicle=Vehicle(drag_ratio=0.1, max_thrust=1.0))
+        optimal_gait(
+            [(0, 0)],
+            objective="hover_reserve",
+            vehicle=Vehicle(drag_ratio=0.1, max_thrust=1.0),
+        )
 
 
 @pytest.mark.parametrize("objective", OBJECTIVES)
 def test_discs_that_share_a_point_are_a_gait_that_stands_still(objective: Any) -> None:
-    found = optimal_gait([(-0.6, 0.5), (-0.6, 0.45)], radius=0.2, objective=objective, sign="positive", pieces=8)
+    found = optimal_gait(
+        [(-0.6, 0.5), (-0.6, 0.45)],
+        radius=0.2,
+        objective=objective,
+        sign="positive",
+        pieces=8,
+    )
     assert (found.effort, np.ptp(plane_of(found), axis=0).max()) == (0, 0)
     assert found.report.flyable
-    assert ("active constraints: none" in str(found), found.times.tolist()) == (True, [0, 0.5])
+    assert ("active constraints: none" in str(found), found.times.tolist()) == (
+        True,
+        [0, 0.5],
+    )
     x, y = plane_of(found, 2)[0]
     assert max(math.hypot(x + 0.6, y - 0.5), math.hypot(x + 0.6, y - 0.45)) <= 0.2
     if objective == "tilt_rate":
         assert found.gap == 0
         for count, pieces in ((1, 36), (4, 48), (25, 240)):  # so many by default
             points = [(-0.6, 0.5 + 1e-3 * k) for k in range(count)]
-            assert len(optimal_gait(points, radius=0.2, objective=objective).curve.breaks) == pieces + 1
+            assert (
+                len(optimal_gait(points, radius=0.2, objective=objective).curve.breaks)
+                == pieces + 1
+            )
         return
-    value = least_singular_value_on_red if objective == "singular_value" else least_share
+    value = (
+        least_singular_value_on_red if objective == "singular_value" else least_share
+    )
     turn, reach = np.meshgrid(np.linspace(0, 2 * math.pi, 361), np.linspace(0, 0.2, 81))
     a1, a2 = -0.6 + reach * np.cos(turn), 0.5 + reach * np.sin(turn)
     best = value(a1, a2)[np.hypot(a1 + 0.6, a2 - 0.45) <= 0.2].max()
@@ -332,40 +486,65 @@ def test_discs_that_share_a_point_are_a_gait_that_stands_still(objective: Any) -
 
 def test_answers_that_are_no() -> None:
     far = optimal_gait([(1.2, 1.2)], sign="positive")
-    assert (bool(far), far.status, far.as_mapping()["path"]) == (False, "infeasible", [])
+    assert (bool(far), far.status, far.as_mapping()["path"]) == (
+        False,
+        "infeasible",
+        [],
+    )
     nearest = admissible_region(PAPER, sign="positive").nearest((1.2, 1.2))
     assert nearest is not None
     told = f"({nearest[0]:.4f}, {nearest[1]:.4f}), is {math.dist(nearest, (1.2, 1.2)):.4f} rad away"
-    assert re.search(rf"waypoint 1 .*; the nearest flyable point, {re.escape(told)}", str(far.reason))
+    assert re.search(
+        rf"waypoint 1 .*; the nearest flyable point, {re.escape(told)}", str(far.reason)
+    )
     with pytest.raises(Infeasible):
         far.table()
     apart = optimal_gait([(-0.2, 0.2), (0.8, -0.8)], radius=0.05)
     assert "R > 0: waypoint 2" in str(apart.reason)
     assert "R < 0: waypoint 1" in str(apart.reason)
-    islands = [list(shapely.box(x, -x, x + 0.2, 0.2 - x).exterior.coords)[:-1] for x in (-0.3, -1.1)]
+    islands = [
+        list(shapely.box(x, -x, x + 0.2, 0.2 - x).exterior.coords)[:-1]
+        for x in (-0.3, -1.1)
+    ]
     walled = optimal_gait([(-0.2, 0.4), (-1.0, 1.2)], sign="positive", keep_in=islands)
     assert "waypoints 1 and 2 lie in different parts" in str(walled.reason)
-    assert "of this vehicle is at most 1.1710" in str(optimal_gait([(0, 0)], floor=2.0, sign="positive").reason)
+    assert "of this vehicle is at most 1.1710" in str(
+        optimal_gait([(0, 0)], floor=2.0, sign="positive").reason
+    )
 
 
 def test_repeated_waypoints_are_merged_with_the_smaller_radius() -> None:
     points = [(-0.2, 0.2), (-0.2, 0.2), (-0.6, 0.6), (-0.2, 0.2)]
-    found = calm_gait(points, radius=[0.1, 0.05, 0.1, 0.02], sign="positive", pieces=8, coefficients="exact")
+    found = calm_gait(
+        points,
+        radius=[0.1, 0.05, 0.1, 0.02],
+        sign="positive",
+        pieces=8,
+        coefficients="exact",
+    )
     assert found.curve.coefficients.kind == "exact"
     assert found.radius.tolist() == [0.02, 0.1]
     assert found.warnings == ("merged 2 waypoints that repeated the one before",)
 
 
 def test_rates_are_judged_along_the_curve() -> None:
-    quick = PAPER.replace(max_tilt_rate=1.0, max_tilt_acceleration=1.0, max_tilt_jerk=1.0)
+    quick = PAPER.replace(
+        max_tilt_rate=1.0, max_tilt_acceleration=1.0, max_tilt_jerk=1.0
+    )
     found = calm_gait(SQUARE, vehicle=quick, radius=0, pieces=24)
     assert not found.report.flyable
     assert "tilt_rate" in [check.name for check in found.report.checks if not check.ok]
     t = np.linspace(0, 1, 50_001)
-    for order, name in enumerate(("tilt_rate", "tilt_acceleration", "tilt_jerk"), start=1):
+    for order, name in enumerate(
+        ("tilt_rate", "tilt_acceleration", "tilt_jerk"), start=1
+    ):
         peaks = np.abs(found.curve.at(t, order)).max(axis=0)
         np.testing.assert_allclose(found.timed().peaks(order), peaks, rtol=1e-3)
-        assert peaks.max() * (1 - 1e-12) <= found.report[name].value <= peaks.max() * (1 + 1e-3)
+        assert (
+            peaks.max() * (1 - 1e-12)
+            <= found.report[name].value
+            <= peaks.max() * (1 + 1e-3)
+        )
     slow = calm_gait(SQUARE, vehicle=quick, radius=0, pieces=24, period=90.0)
     assert slow.report.flyable
     assert slow.reason is None
@@ -375,7 +554,9 @@ def test_tables_and_json_are_read_again(swift: Any, tmp_path: Path) -> None:
     table = swift.table(samples=200)
     assert (table.alpha[0] == table.alpha[-1]).all()
     middle = (table["alpha1_rate"][1:] + table["alpha1_rate"][:-1]) / 2
-    np.testing.assert_allclose(np.diff(table["alpha1"]) / np.diff(table["t"]), middle, atol=0.01)
+    np.testing.assert_allclose(
+        np.diff(table["alpha1"]) / np.diff(table["t"]), middle, atol=0.01
+    )
     (tmp_path / "gait.json").write_text(json.dumps(swift.as_mapping()))
     assert validate(tmp_path / "gait.json").flyable
     assert "any gait through these discs has at least" in str(swift)

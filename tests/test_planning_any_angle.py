@@ -45,7 +45,9 @@ def exact(waypoints: Any, **request: Any) -> Plan:
 
 
 def straight_loop_flies(request: PlanRequest, sign: Any) -> bool:
-    return straight_loop_holds(Branch(request=request, color="red", sign=sign), "flyable")
+    return straight_loop_holds(
+        Branch(request=request, color="red", sign=sign), "flyable"
+    )
 
 
 def perimeter(points: Any) -> float:
@@ -59,7 +61,10 @@ def bending_corners(region: Any) -> list[Point]:
     for part in shapely.orient_polygons(region).geoms:
         for ring in (part.exterior, *part.interiors):
             points = np.array(ring.coords[:-1])
-            before, after = points - np.roll(points, 1, axis=0), np.roll(points, -1, axis=0) - points
+            before, after = (
+                points - np.roll(points, 1, axis=0),
+                np.roll(points, -1, axis=0) - points,
+            )
             turn = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
             found += [tuple(corner) for corner in points[turn < 1e-15].tolist()]
     return found
@@ -82,32 +87,57 @@ def star(rng: np.random.Generator, center: Any, radius: float) -> list[list[floa
     return [[float(x), float(y)] for x, y in corners]
 
 
-def some_request(seed: int, name: str, sign: Any, *, keep_in: bool = False, waypoints: int = 4) -> dict[str, Any]:
+def some_request(
+    seed: int, name: str, sign: Any, *, keep_in: bool = False, waypoints: int = 4
+) -> dict[str, Any]:
     """Keep-outs strewn over the part where gaits with this sign fly, and waypoints between them."""
     rng = np.random.default_rng(seed)
-    asked: dict[str, Any] = {**VEHICLES[name], "sign": sign, "color": "red", "accuracy": 1e-3, "floor": 0.3}
+    asked: dict[str, Any] = {
+        **VEHICLES[name],
+        "sign": sign,
+        "color": "red",
+        "accuracy": 1e-3,
+        "floor": 0.3,
+    }
     free = region_of(plan_request([(0, 0)], **asked), "red", sign, "flyable").inner
     center = np.array(free.centroid.coords[0])
     while True:
-        asked["keep_out"] = [star(rng, center + rng.uniform(-0.5, 0.5, 2), rng.uniform(0.1, 0.35)) for _ in range(5)]
+        asked["keep_out"] = [
+            star(rng, center + rng.uniform(-0.5, 0.5, 2), rng.uniform(0.1, 0.35))
+            for _ in range(5)
+        ]
         if keep_in:
-            arms = [shapely.box(-0.6, -0.6, 0.6, -0.1), shapely.box(-0.6, -0.6, -0.1, 0.6)]
+            arms = [
+                shapely.box(-0.6, -0.6, 0.6, -0.1),
+                shapely.box(-0.6, -0.6, -0.1, 0.6),
+            ]
             corner: Any = shapely.affinity.translate(shapely.union_all(arms), *center)
             asked["keep_in"] = [list(corner.exterior.coords[:-1])]
-        region = region_of(plan_request([(0, 0)], **asked), "red", sign, "flyable").inner
+        region = region_of(
+            plan_request([(0, 0)], **asked), "red", sign, "flyable"
+        ).inner
         part = max(region.geoms, key=lambda polygon: polygon.area)
         strewn = center + rng.uniform(-0.7, 0.7, (60, 2))
-        inside = [(x, y) for x, y in strewn[shapely.contains_xy(part, *strewn.T)].tolist()][:waypoints]
-        if len(inside) == waypoints and not part.covers(shapely.LineString([*inside, inside[0]])):
+        inside = [
+            (x, y) for x, y in strewn[shapely.contains_xy(part, *strewn.T)].tolist()
+        ][:waypoints]
+        if len(inside) == waypoints and not part.covers(
+            shapely.LineString([*inside, inside[0]])
+        ):
             return {"waypoints": inside, **asked}
 
 
 def holds_between_samples_too(loop: Loop, request: PlanRequest) -> None:
     """What a flyable loop promises, by decompositions and closed forms at many points, and by the certified report."""
     passed, wanted = along(loop.gait.alpha, 101), 1 if loop.sign == "positive" else -1
-    assert gg.invertibility.least_singular_value(passed, request.vehicle).min() >= request.floor - 1e-12
+    assert (
+        gg.invertibility.least_singular_value(passed, request.vehicle).min()
+        >= request.floor - 1e-12
+    )
     assert gg.invertibility.hover_thrust_shares(passed, request.vehicle).min() > 0
-    assert (wanted * gg.invertibility.level_determinant(passed, loop.gait.coefficients) > 0).all()
+    assert (
+        wanted * gg.invertibility.level_determinant(passed, loop.gait.coefficients) > 0
+    ).all()
     assert loop.gait.check(floor=request.floor).flyable
 
 
@@ -117,7 +147,9 @@ def keeps_to_the_polygons(loop: Loop, request: PlanRequest) -> None:
     for polygon in request.zones.keep_out if request.zones else ():
         assert not line.intersects(shapely.Polygon(polygon).buffer(-1e-9))
     if request.zones and request.zones.keep_in:
-        allowed = shapely.union_all([shapely.Polygon(polygon) for polygon in request.zones.keep_in])
+        allowed = shapely.union_all(
+            [shapely.Polygon(polygon) for polygon in request.zones.keep_in]
+        )
         assert allowed.buffer(1e-9).covers(line)
 
 
@@ -137,15 +169,23 @@ CASES = [
 
 
 @pytest.mark.parametrize(("seed", "name", "sign", "keep_in"), CASES)
-def test_shortest_of_all_in_the_region(seed: int, name: str, sign: Any, keep_in: bool) -> None:
+def test_shortest_of_all_in_the_region(
+    seed: int, name: str, sign: Any, keep_in: bool
+) -> None:
     asked = some_request(seed + 10 * keep_in, name, sign, keep_in=keep_in)
     plan = exact(**asked)
-    loop, points, region = loop_of(plan), asked["waypoints"], region_of(plan.request, "red", sign, "flyable")
+    loop, points, region = (
+        loop_of(plan),
+        asked["waypoints"],
+        region_of(plan.request, "red", sign, "flyable"),
+    )
     assert plan.report.flyable
     expected = shortest(visibility(region.inner, points), points)
     assert loop.length == pytest.approx(expected, abs=1e-9)
     assert loop.lower_bound is not None
-    assert shortest(visibility(region.outer, points), points) == pytest.approx(loop.lower_bound, abs=1e-9)
+    assert shortest(visibility(region.outer, points), points) == pytest.approx(
+        loop.lower_bound, abs=1e-9
+    )
     assert loop.lower_bound <= loop.length + 1e-12
     holds_between_samples_too(loop, plan.request)
     keeps_to_the_polygons(loop, plan.request)
@@ -160,13 +200,17 @@ def string_under(curve: Any, start: Point, end: Point) -> float:
     hull = points[np.sort(ConvexHull(points).vertices)]
     # Of the hull the lower side: below the straight line from start to end.
     chord = np.array(end) - start
-    lower = (chord[0] * (hull[:, 1] - start[1]) - chord[1] * (hull[:, 0] - start[0])) <= 0
+    lower = (
+        chord[0] * (hull[:, 1] - start[1]) - chord[1] * (hull[:, 0] - start[0])
+    ) <= 0
     return float(np.hypot(*np.diff(hull[lower], axis=0).T).sum())
 
 
 @pytest.mark.no_cover
 @pytest.mark.parametrize("kappa", [0.2, 0.5, 0.9])
-def test_along_the_curve_where_R_vanishes_against_a_string_under_it(kappa: float) -> None:
+def test_along_the_curve_where_R_vanishes_against_a_string_under_it(
+    kappa: float,
+) -> None:
     vehicle = gg.Vehicle(drag_ratio=kappa)
 
     def border(x: Any) -> Any:
@@ -188,20 +232,32 @@ def test_along_the_curve_where_R_vanishes_against_a_string_under_it(kappa: float
 
 def test_between_straight_borders_the_bound_is_the_length() -> None:
     for accuracy in (1e-2, 1e-4):
-        loop = loop_of(exact(G3.waypoints, color="red", keep_out=[WALL], accuracy=accuracy))
+        loop = loop_of(
+            exact(G3.waypoints, color="red", keep_out=[WALL], accuracy=accuracy)
+        )
         assert loop.lower_bound == pytest.approx(loop.length, abs=1e-14)
         # By hand: from a corner of the loop over both corners of the wall, instead of straight below them.
-        left, right = math.hypot(0.6 - pi / 8, pi / 8 - 0.2), math.hypot(3 * pi / 8 - 1.0, pi / 8 - 0.2)
+        left, right = (
+            math.hypot(0.6 - pi / 8, pi / 8 - 0.2),
+            math.hypot(3 * pi / 8 - 1.0, pi / 8 - 0.2),
+        )
         assert loop.length == pytest.approx(3 * pi / 4 + left + 0.4 + right, abs=1e-12)
 
 
 def test_robust_to_a_millionth() -> None:
     """A way as good as the worst waypoint exists: no loop is better, and the grid's is not."""
     points = [(0.3, -0.25), (1.3, -0.35), (1.2, -1.3)]
-    quick, best = (exact(points, color="red", objective=objective) for objective in ("shortest", "robust"))
-    grid = gg.plan_loop(points, color="red", objective="robust", method="grid", divisions=16)
+    quick, best = (
+        exact(points, color="red", objective=objective)
+        for objective in ("shortest", "robust")
+    )
+    grid = gg.plan_loop(
+        points, color="red", objective="robust", method="grid", divisions=16
+    )
     cap = float(least_singular_value_on_red(*np.array(points).T).min())
-    value, other = (plan.report["least_singular_value"].value or 0.0 for plan in (best, grid))
+    value, other = (
+        plan.report["least_singular_value"].value or 0.0 for plan in (best, grid)
+    )
     assert value == pytest.approx(cap, abs=1e-6)
     assert value >= other - 1e-6
     assert loop_of(quick).length <= loop_of(best).length <= loop_of(grid).length + 1e-9
@@ -209,9 +265,19 @@ def test_robust_to_a_millionth() -> None:
 
 def test_robust_where_a_gate_is_the_worst_place(monkeypatch: Any) -> None:
     monkeypatch.setattr("gaitgraph.planning.any_angle._ROBUST_STEPS", 8)
-    walls = [[(a, 0.6), (b, 0.6), (b, 0.7), (a, 0.7)] for a, b in ((-1.57, -1.3), (-1.25, 0.2))]
+    walls = [
+        [(a, 0.6), (b, 0.6), (b, 0.7), (a, 0.7)]
+        for a, b in ((-1.57, -1.3), (-1.25, 0.2))
+    ]
     ends = [(-0.4, 0.45), (-0.4, 0.9)]
-    plan = exact(ends, sign="positive", color="red", objective="robust", keep_out=walls, accuracy=0.1)
+    plan = exact(
+        ends,
+        sign="positive",
+        color="red",
+        objective="robust",
+        keep_out=walls,
+        accuracy=0.1,
+    )
     assert (plan.report.flyable, loop_of(plan).lower_bound) == (True, None)
     gate = float(least_singular_value_on_red(-1.25, 0.6))
     assert plan.report["least_singular_value"].value == pytest.approx(gate, abs=1e-5)
@@ -219,17 +285,34 @@ def test_robust_where_a_gate_is_the_worst_place(monkeypatch: Any) -> None:
 
 @pytest.mark.parametrize(("seed", "number"), [(40, 4), (41, 5), (42, 6)])
 def test_any_order_is_the_best_of_all(seed: int, number: int) -> None:
-    asked = some_request(seed, "exact", "negative", waypoints=number) | {"any_order": True}
+    asked = some_request(seed, "exact", "negative", waypoints=number) | {
+        "any_order": True
+    }
     points, plan = asked["waypoints"], exact(**asked)
-    graph = visibility(region_of(plan.request, "red", "negative", "flyable").inner, points)
-    ways = {a: nx.single_source_dijkstra_path_length(graph, a, weight="length") for a in points}
+    graph = visibility(
+        region_of(plan.request, "red", "negative", "flyable").inner, points
+    )
+    ways = {
+        a: nx.single_source_dijkstra_path_length(graph, a, weight="length")
+        for a in points
+    }
     orders = ([points[0], *rest] for rest in permutations(points[1:]))
-    best = min(sum(ways[a][b] for a, b in pairwise([*order, order[0]])) for order in orders)
+    best = min(
+        sum(ways[a][b] for a, b in pairwise([*order, order[0]])) for order in orders
+    )
     assert loop_of(plan).length == pytest.approx(best, abs=1e-9)
     assert [points[k] for k in loop_of(plan).order] == list(plan.waypoints)
     passes_in_order(loop_of(plan), plan)
     assert best < shortest(graph, points) - 1e-6
-    again = exact(**(asked | {"waypoints": [points[k] for k in loop_of(plan).order], "any_order": False}))
+    again = exact(
+        **(
+            asked
+            | {
+                "waypoints": [points[k] for k in loop_of(plan).order],
+                "any_order": False,
+            }
+        )
+    )
     assert loop_of(again).length == pytest.approx(best, abs=1e-12)
 
 
@@ -238,10 +321,15 @@ def test_a_straight_loop_is_the_shortest_and_needs_no_region() -> None:
     loop = loop_of(plan)
     assert loop.length == loop.lower_bound == pytest.approx(pi, abs=1e-15)
     assert len(loop.path.alpha) == 4
-    assert loop_of(exact(G3.waypoints, color="red", objective="robust")).lower_bound == loop.length
+    assert (
+        loop_of(exact(G3.waypoints, color="red", objective="robust")).lower_bound
+        == loop.length
+    )
     assert straight_loop_flies(plan_request(G3.waypoints), "negative")
     assert not straight_loop_flies(plan_request(G3.waypoints), "positive")
-    assert not straight_loop_flies(plan_request(G3.waypoints, keep_out=[WALL]), "negative")
+    assert not straight_loop_flies(
+        plan_request(G3.waypoints, keep_out=[WALL]), "negative"
+    )
 
 
 @pytest.mark.parametrize("name", VEHICLES)
@@ -252,10 +340,14 @@ def test_a_straight_loop_holds_where_its_report_says_so(name: str) -> None:
     counts = {True: 0, False: 0}
     for _ in range(20):
         center, size = rng.uniform(-1.2, 1.2, 2), 10 ** rng.uniform(-2, 0)
-        points = np.clip(center + size * rng.uniform(-1, 1, (3, 2)), -1.57, 1.57).tolist()
+        points = np.clip(
+            center + size * rng.uniform(-1, 1, (3, 2)), -1.57, 1.57
+        ).tolist()
         floor = float(rng.uniform(0.05, 0.9))
         request = plan_request(points, floor=floor, **asked)
-        gait = gg.lift(points, "red", vehicle=request.vehicle, coefficients=request.coefficients)
+        gait = gg.lift(
+            points, "red", vehicle=request.vehicle, coefficients=request.coefficients
+        )
         found = any(straight_loop_flies(request, s) for s in ("positive", "negative"))
         report = gait.check(floor=floor)
         value = report["least_singular_value"].value
@@ -266,25 +358,57 @@ def test_a_straight_loop_holds_where_its_report_says_so(name: str) -> None:
 
 
 def test_one_two_and_repeated_waypoints() -> None:
-    point = exact([(0.7, -0.9)], color="red", accuracy=1e-3, keep_out=[[(0.2, -0.4), (0.4, -0.4), (0.4, -0.2)]])
+    point = exact(
+        [(0.7, -0.9)],
+        color="red",
+        accuracy=1e-3,
+        keep_out=[[(0.2, -0.4), (0.4, -0.4), (0.4, -0.2)]],
+    )
     assert loop_of(point).length == loop_of(point).lower_bound == 0
     assert point.report.flyable
-    there = exact([(1.1, -0.35), (0.4, -0.35)], color="red", keep_out=[WALL], accuracy=1e-3)
+    there = exact(
+        [(1.1, -0.35), (0.4, -0.35)], color="red", keep_out=[WALL], accuracy=1e-3
+    )
     rows = loop_of(there).path.alpha[:, :2].tolist()
-    assert rows == [[1.1, -0.35], [1.0, -0.2], [0.6, -0.2], [0.4, -0.35], [0.6, -0.2], [1.0, -0.2]]
-    twice = exact([(1.1, -0.35), (1.1, -0.35), (0.4, -0.35), (1.1, -0.35)], color="red", keep_out=[WALL], accuracy=1e-3)
+    assert rows == [
+        [1.1, -0.35],
+        [1.0, -0.2],
+        [0.6, -0.2],
+        [0.4, -0.35],
+        [0.6, -0.2],
+        [1.0, -0.2],
+    ]
+    twice = exact(
+        [(1.1, -0.35), (1.1, -0.35), (0.4, -0.35), (1.1, -0.35)],
+        color="red",
+        keep_out=[WALL],
+        accuracy=1e-3,
+    )
     np.testing.assert_array_equal(loop_of(twice).path.alpha, loop_of(there).path.alpha)
     # The same place again later in the loop is passed again.
-    again = exact([(1.1, -0.35), (0.4, -0.35), (1.1, -0.35), (1.1, -1.0)], color="red", keep_out=[WALL], accuracy=1e-3)
-    assert loop_of(again).length == pytest.approx(loop_of(there).length + 1.3, abs=1e-12)
+    again = exact(
+        [(1.1, -0.35), (0.4, -0.35), (1.1, -0.35), (1.1, -1.0)],
+        color="red",
+        keep_out=[WALL],
+        accuracy=1e-3,
+    )
+    assert loop_of(again).length == pytest.approx(
+        loop_of(there).length + 1.3, abs=1e-12
+    )
 
 
 def test_waypoints_on_borders_and_corners_of_keep_outs() -> None:
     points = [(0.6, -0.4), (0.8, -0.2), (1.0, -0.6), (1.0, -0.2)]
     loop = loop_of(exact(points, color="red", keep_out=[WALL], accuracy=1e-3))
     # Along the wall: round its corners, nowhere away from it.
-    assert loop.length == pytest.approx(0.2 + 0.2 + 0.2 + 0.4 + 0.4 + 0.4 + 0.2, abs=1e-12)
-    assert shapely.LinearRing(WALL).buffer(1e-12).covers(shapely.LineString(loop.path.alpha[:, :2]))
+    assert loop.length == pytest.approx(
+        0.2 + 0.2 + 0.2 + 0.4 + 0.4 + 0.4 + 0.2, abs=1e-12
+    )
+    assert (
+        shapely.LinearRing(WALL)
+        .buffer(1e-12)
+        .covers(shapely.LineString(loop.path.alpha[:, :2]))
+    )
     rng = np.random.default_rng(61)
     for seed in range(3):
         asked = some_request(62 + seed, "exact", "negative")
@@ -293,11 +417,15 @@ def test_waypoints_on_borders_and_corners_of_keep_outs() -> None:
         edges: list[Point] = []
         while len(edges) < 5:
             # Rounding leaves such a point a little inside the keep-out, or a little outside.
-            at = walls[int(rng.integers(len(walls)))].interpolate(rng.uniform(), normalized=True)
+            at = walls[int(rng.integers(len(walls)))].interpolate(
+                rng.uniform(), normalized=True
+            )
             if region.component_of((at.x, at.y)) == 0:
                 edges.append((at.x, at.y))
         plan = exact(**{**asked, "waypoints": edges})
-        assert loop_of(plan).length == pytest.approx(shortest(visibility(region.inner, edges), edges), abs=1e-8)
+        assert loop_of(plan).length == pytest.approx(
+            shortest(visibility(region.inner, edges), edges), abs=1e-8
+        )
         keeps_to_the_polygons(loop_of(plan), plan.request)
 
 
@@ -306,10 +434,17 @@ def test_waypoints_on_sides_of_the_square() -> None:
     loop = loop_of(exact(points, color="red", floor=0.01, accuracy=1e-3))
     assert loop.length == loop.lower_bound == perimeter(points)
     bent = loop_of(
-        exact([(pi / 2, -1.2), (pi / 2, -0.3)], color="red", accuracy=1e-3, keep_out=[[(1, -1), (2, -1), (2, -0.5)]])
+        exact(
+            [(pi / 2, -1.2), (pi / 2, -0.3)],
+            color="red",
+            accuracy=1e-3,
+            keep_out=[[(1, -1), (2, -1), (2, -0.5)]],
+        )
     )
     corner = (1.0, -1.0)
-    assert bent.length == pytest.approx(2 * (math.dist((pi / 2, -1.2), corner) + math.dist(corner, (pi / 2, -0.3))))
+    assert bent.length == pytest.approx(
+        2 * (math.dist((pi / 2, -1.2), corner) + math.dist(corner, (pi / 2, -0.3)))
+    )
 
 
 @pytest.mark.parametrize("beside", [1e-6, 1e-8, 1e-10])
@@ -318,9 +453,16 @@ def test_waypoints_closer_to_a_curved_border_than_its_polygon(beside: float) -> 
     points = []
     for a1 in (0.25, 0.5):
         # Where the least singular value is the floor.
-        border = brentq(lambda a2, a1=a1: float(least_singular_value_on_red(a1, a2)) - 0.5, -1.0, -0.167, xtol=1e-15)
+        border = brentq(
+            lambda a2, a1=a1: float(least_singular_value_on_red(a1, a2)) - 0.5,
+            -1.0,
+            -0.167,
+            xtol=1e-15,
+        )
         points.append((a1, border - beside))
-    plan = exact([*points, (1.0, -1.0)], color="red", sign="negative", floor=0.5, accuracy=1e-3)
+    plan = exact(
+        [*points, (1.0, -1.0)], color="red", sign="negative", floor=0.5, accuracy=1e-3
+    )
     loop = loop_of(plan)
     passes_in_order(loop, plan)
     assert loop.report.valid
@@ -332,9 +474,16 @@ def test_a_blue_loop_bends_within_the_sign_that_rounding_leaves() -> None:
     wall = [(0.3, 0.5), (0.9, 0.5), (0.9, 0.9), (0.5, 1.1)]
     plan = exact(points, color="blue", keep_out=[wall], accuracy=1e-2)
     loop = loop_of(plan)
-    assert (loop.color, loop.sign, loop.report.valid, loop.report.flyable) == ("blue", "negative", True, False)
+    assert (loop.color, loop.sign, loop.report.valid, loop.report.flyable) == (
+        "blue",
+        "negative",
+        True,
+        False,
+    )
     region = region_of(plan.request, "blue", "negative", "valid").inner
-    assert loop.length == pytest.approx(shortest(visibility(region, points), points), abs=1e-9)
+    assert loop.length == pytest.approx(
+        shortest(visibility(region, points), points), abs=1e-9
+    )
     keeps_to_the_polygons(loop, plan.request)
     # The published coefficients leave this sheet a sign of R, exact ones none.
     assert not exact(points, color="blue", keep_out=[wall], coefficients="exact")
@@ -347,7 +496,11 @@ def test_a_blue_loop_bends_within_the_sign_that_rounding_leaves() -> None:
         ((0.5, -1.0), {"keep_in": [WALL], "sign": "negative"}, "keep_in"),
         ((0.5, 0.9), {"sign": "negative", "coefficients": "exact"}, "R = "),
         ((-1.5, -0.2), {"sign": "positive", "vehicle": STRONG}, "R = "),
-        ((-0.3, -0.9), {"sign": "negative", "vehicle": MIRRORED, "keep_out": [WALL]}, "R = "),
+        (
+            (-0.3, -0.9),
+            {"sign": "negative", "vehicle": MIRRORED, "keep_out": [WALL]},
+            "R = ",
+        ),
     ],
 )
 def test_a_waypoint_where_no_loop_may_be_is_told_with_the_nearest_place(
@@ -360,7 +513,9 @@ def test_a_waypoint_where_no_loop_may_be_is_told_with_the_nearest_place(
     assert told in obstacle.message
     assert obstacle.nearest is not None
     # It may be passed, as it is told too, and nothing nearer may: the region's rings and a disc around the point tell.
-    spoken = re.search(r"the nearest admissible point is \((\S+), (\S+)\)", str(plan.reason))
+    spoken = re.search(
+        r"the nearest admissible point is \((\S+), (\S+)\)", str(plan.reason)
+    )
     assert spoken is not None
     for passed in (obstacle.nearest, (float(spoken[1]), float(spoken[2]))):
         assert exact([passed], **asked)
@@ -371,31 +526,56 @@ def test_a_waypoint_where_no_loop_may_be_is_told_with_the_nearest_place(
     assert np.hypot(*(dense - point).T).min() >= away - 1e-12
     turns = np.linspace(0, 2 * pi, 721)[:-1]
     for share in (0.1, 0.5, 0.9, 0.999):
-        disc = np.array(point) + share * away * np.column_stack([np.cos(turns), np.sin(turns)])
+        disc = np.array(point) + share * away * np.column_stack(
+            [np.cos(turns), np.sin(turns)]
+        )
         assert not shapely.contains_xy(region, *disc.T).any()
 
 
 def test_polygons_that_contradict_each_other_leave_nothing() -> None:
     around = [(0.5, -0.7), (1.1, -0.7), (1.1, -0.1), (0.5, -0.1)]
-    plan = exact([(0.8, -0.4)], color="red", sign="negative", keep_in=[WALL], keep_out=[around])
+    plan = exact(
+        [(0.8, -0.4)], color="red", sign="negative", keep_in=[WALL], keep_out=[around]
+    )
     (obstacle,) = plan.obstacles
-    assert (obstacle.kind, obstacle.nearest, "nearest" in str(plan.reason)) == ("waypoint", None, False)
+    assert (obstacle.kind, obstacle.nearest, "nearest" in str(plan.reason)) == (
+        "waypoint",
+        None,
+        False,
+    )
 
 
 @pytest.mark.no_cover
 @pytest.mark.parametrize(
     ("points", "request_"),
     [
-        ([(1.1, -0.3), (0.3, -1.1)], {"vehicle": STRONG, "floor": 0.9, "sign": "negative", "color": "red"}),
+        (
+            [(1.1, -0.3), (0.3, -1.1)],
+            {"vehicle": STRONG, "floor": 0.9, "sign": "negative", "color": "red"},
+        ),
         (G3.waypoints, {"objective": "robust"}),
-        ([(1.0, 0.7), (-0.7, -1.0)], {"floor": 2.0, "sign": "negative", "color": "red", "objective": "robust"}),
+        (
+            [(1.0, 0.7), (-0.7, -1.0)],
+            {"floor": 2.0, "sign": "negative", "color": "red", "objective": "robust"},
+        ),
         ([(1.0, 0.7), (-0.7, -1.0)], {"floor": 2.0, "sign": "negative"}),
-        ([(0.3 + 0.1 * k, -0.4 - 0.5 * (k % 2)) for k in range(8)], {"any_order": True, "color": "red"}),
-        ([(0.9, -0.3), (0.3, -0.9)], {"keep_out": [[(0.5, -1.5), (0.7, -1.5), (0.7, 1.5), (0.5, 1.5)]]}),
-        ([(0.7, -0.9), (1.1, -0.8)], {"vehicle": gg.PAPER.replace(max_tilt=1.0, max_thrust=2.0)}),
+        (
+            [(0.3 + 0.1 * k, -0.4 - 0.5 * (k % 2)) for k in range(8)],
+            {"any_order": True, "color": "red"},
+        ),
+        (
+            [(0.9, -0.3), (0.3, -0.9)],
+            {"keep_out": [[(0.5, -1.5), (0.7, -1.5), (0.7, 1.5), (0.5, 1.5)]]},
+        ),
+        (
+            [(0.7, -0.9), (1.1, -0.8)],
+            {"vehicle": gg.PAPER.replace(max_tilt=1.0, max_thrust=2.0)},
+        ),
     ],
 )
-def test_requests_of_every_kind_are_planned_by_both(points: Any, request_: dict[str, Any]) -> None:
+def test_requests_of_every_kind_are_planned_by_both(
+    points: Any, request_: dict[str, Any]
+) -> None:
     """Whenever the grid plans, exact plans too: as valid, as flyable, and never longer or less robust."""
     grid = gg.plan_loop(points, method="grid", divisions=16, **request_)
     best = exact(points, accuracy=1e-5, **request_)
@@ -405,9 +585,17 @@ def test_requests_of_every_kind_are_planned_by_both(points: Any, request_: dict[
     assert loop.report.valid >= grid.report.valid
     assert loop.report.flyable >= grid.report.flyable
     if request_.get("objective") == "robust":
-        values = [plan.report["least_singular_value"].value or 0.0 for plan in (grid, best)]
+        values = [
+            plan.report["least_singular_value"].value or 0.0 for plan in (grid, best)
+        ]
         assert values[1] >= values[0] - 1e-4
     elif loop.report.flyable == grid.report.flyable:
-        assert loop.length <= grid.loop.length + 1e-8  # a grid takes what is nearer than 1e-9 to a node for the node
-    if loop.lower_bound is not None and loop.sign == grid.loop.sign and loop.report.flyable <= grid.report.flyable:
+        assert (
+            loop.length <= grid.loop.length + 1e-8
+        )  # a grid takes what is nearer than 1e-9 to a node for the node
+    if (
+        loop.lower_bound is not None
+        and loop.sign == grid.loop.sign
+        and loop.report.flyable <= grid.report.flyable
+    ):
         assert grid.loop.length >= loop.lower_bound - 1e-8

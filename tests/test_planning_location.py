@@ -20,7 +20,9 @@ def asked(points: Any, **more: Any) -> Any:
 
 def test_a_wall_separates_what_is_joined_without_it() -> None:
     points = [("pi/8", "-pi/8"), ("3pi/8", "-3pi/8")]
-    free, walled = (asked(points, sign="negative", keep_out=wall) for wall in ([], WALL))
+    free, walled = (
+        asked(points, sign="negative", keep_out=wall) for wall in ([], WALL)
+    )
     assert free
     assert not walled
     assert {place.part for place in free.regions[0].waypoints} == {1}
@@ -50,18 +52,37 @@ def test_the_command(run: Any, tmp_path: Any) -> None:
     assert first["waypoints"][1]["nearest"] == pytest.approx([0.1671, 0.5], abs=1e-4)
     assert sum(part["area"] for part in first["parts"]) == pytest.approx(first["area"])
     request = tmp_path / "request.toml"
-    request.write_text('waypoints = [[-0.4, 0.4], ["-pi/8", "pi/8"]]\nsign = "positive"\n')
+    request.write_text(
+        'waypoints = [[-0.4, 0.4], ["-pi/8", "pi/8"]]\nsign = "positive"\n'
+    )
     out = run("region", str(request))
     assert out.code == 0
     assert "waypoint 2 (-0.3927, 0.3927): in part 1" in out.out
     assert "a loop can join them all" in out.out
-    assert run("region", str(request), "--use", "valid", "--floor", "0.3", "--accuracy", "1e-3").code == 0
+    assert (
+        run(
+            "region",
+            str(request),
+            "--use",
+            "valid",
+            "--floor",
+            "0.3",
+            "--accuracy",
+            "1e-3",
+        ).code
+        == 0
+    )
     listed = run("region", "--output", str(tmp_path / "map.png"))
     assert (listed.code, (tmp_path / "map.png").stat().st_size > 10_000) == (0, True)
     assert "red, R > 0: 2 parts of" in listed.out
     assert "  part 2: 0.01623 rad², around (-1.5047, 1.4796)" in listed.out
     empty = run("region", "--color", "blue", "--output", str(tmp_path / "empty.png"))
-    assert (empty.code, empty.err, "red" in empty.out, empty.out.count("empty\n")) == (1, "", False, 2)
+    assert (empty.code, empty.err, "red" in empty.out, empty.out.count("empty\n")) == (
+        1,
+        "",
+        False,
+        2,
+    )
     out = run("region", "--output", "map.bmp")
     assert (out.code, out.out, out.err.count("\n")) == (2, "", 1)
 
@@ -76,12 +97,22 @@ def test_parts_that_touch_in_a_point_are_joined_there_and_planned_through() -> N
     ]
     points = [(-0.8, 0.75), (-0.35, 0.75)]
     for objective in ("shortest", "robust"):
-        request: dict[str, Any] = {"keep_in": fence, "keep_out": blocks, "sign": "positive", "objective": objective}
-        found, plan = asked(points, **request), gg.plan_loop(points, color="red", **request)
+        request: dict[str, Any] = {
+            "keep_in": fence,
+            "keep_out": blocks,
+            "sign": "positive",
+            "objective": objective,
+        }
+        found, plan = (
+            asked(points, **request),
+            gg.plan_loop(points, color="red", **request),
+        )
         assert found
         assert {place.part for place in found.regions[0].waypoints} == {1, 2}
         assert plan.report.flyable
         assert [-0.6, 0.7] in plan.gait.alpha[:, :2].tolist()
     moved = [blocks[0], [(-0.6, 0.7 - 1e-6), *blocks[1][1:]]]
     assert not asked(points, keep_in=fence, keep_out=moved, sign="positive")
-    assert not gg.plan_loop(points, color="red", keep_in=fence, keep_out=moved, sign="positive")
+    assert not gg.plan_loop(
+        points, color="red", keep_in=fence, keep_out=moved, sign="positive"
+    )

@@ -24,7 +24,10 @@ def length_of(path: Any) -> float:
 
 def same_as_the_full_graph(region: Any, points: list[tuple[float, float]]) -> None:
     corners = {(x, y) for x, y in shapely.get_coordinates(region).tolist()}
-    paths, graph = ShortestPaths(region), visibility_graph(region, corners | set(points))
+    paths, graph = (
+        ShortestPaths(region),
+        visibility_graph(region, corners | set(points)),
+    )
     shell = region.buffer(1e-9)
     for a, b in combinations(points, 2):
         found = paths.path(a, b)
@@ -45,7 +48,9 @@ def random_region(rng: np.random.Generator, number: int) -> Any:
         center, radius = rng.uniform(-1.5, 1.5, 2), rng.uniform(0.1, 0.6)
         turns = np.sort(rng.uniform(0, 2 * np.pi, rng.integers(3, 7)))
         reach = radius * rng.uniform(0.3, 1.0, len(turns))
-        polygon = shapely.Polygon(center + reach[:, None] * np.column_stack([np.cos(turns), np.sin(turns)]))
+        polygon = shapely.Polygon(
+            center + reach[:, None] * np.column_stack([np.cos(turns), np.sin(turns)])
+        )
         if polygon.is_valid and polygon.area > 1e-3:
             obstacles.append(polygon)
     return shapely.box(-1.5, -1.5, 1.5, 1.5) - shapely.union_all(obstacles)
@@ -67,15 +72,31 @@ def test_among_random_polygons(seed: int) -> None:
 @settings(max_examples=40, deadline=None)
 @given(
     st.lists(
-        st.tuples(st.integers(0, 8), st.integers(0, 8), st.integers(1, 3), st.integers(1, 3)), min_size=1, max_size=7
+        st.tuples(
+            st.integers(0, 8), st.integers(0, 8), st.integers(1, 3), st.integers(1, 3)
+        ),
+        min_size=1,
+        max_size=7,
     )
 )
-def test_among_boxes_that_touch_line_up_and_overlap(boxes: list[tuple[int, int, int, int]]) -> None:
+def test_among_boxes_that_touch_line_up_and_overlap(
+    boxes: list[tuple[int, int, int, int]],
+) -> None:
     """Whole numbers make corners collinear, borders shared and passages of no width."""
-    region = shapely.box(0, 0, 9, 9) - shapely.union_all([shapely.box(x, y, x + w, y + h) for x, y, w, h in boxes])
+    region = shapely.box(0, 0, 9, 9) - shapely.union_all(
+        [shapely.box(x, y, x + w, y + h) for x, y, w, h in boxes]
+    )
     points = [
         (x, y)
-        for x, y in ((0.0, 0.0), (9.0, 9.0), (0.0, 9.0), (4.0, 4.0), (4.5, 2.0), (2.0, 7.5), (5.0, 5.0))
+        for x, y in (
+            (0.0, 0.0),
+            (9.0, 9.0),
+            (0.0, 9.0),
+            (4.0, 4.0),
+            (4.5, 2.0),
+            (2.0, 7.5),
+            (5.0, 5.0),
+        )
         if region.covers(shapely.Point(x, y))
     ]
     same_as_the_full_graph(region, points)
@@ -103,16 +124,29 @@ def test_points_of_a_side_with_a_corner_on_it_see_past_that_corner() -> None:
     # In decimals a corner on a side, and points of that side, are beside it by rounding.
     rng, around = np.random.default_rng(4), shapely.box(-1, -1, 1, 1)
     for _ in range(60):
-        step, (middle, at) = rng.integers(-40, 40, 2), np.sort(rng.choice(np.arange(1, 10), 2, replace=False))
+        step, (middle, at) = (
+            rng.integers(-40, 40, 2),
+            np.sort(rng.choice(np.arange(1, 10), 2, replace=False)),
+        )
         side = [(k * step + [3, 7]) / 1000 for k in (0, middle, 10, at, -3)]
         aside = side[2] + [step[1] / 500, -step[0] / 500]
-        regions = (around - shapely.Polygon([*corners, aside]) for corners in (side[:3], side[:3:2]))
-        start = side[4] + [step[1] / 300, -step[0] / 300]  # beyond the first corner, on the other side of the line
-        lengths = [length_of(ShortestPaths(region).path(start, side[3])) for region in regions]
+        regions = (
+            around - shapely.Polygon([*corners, aside])
+            for corners in (side[:3], side[:3:2])
+        )
+        start = side[4] + [
+            step[1] / 300,
+            -step[0] / 300,
+        ]  # beyond the first corner, on the other side of the line
+        lengths = [
+            length_of(ShortestPaths(region).path(start, side[3])) for region in regions
+        ]
         assert lengths[0] == pytest.approx(lengths[1], abs=1e-12)
 
 
-def test_each_bend_touches_the_border_and_turns_around_it(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_each_bend_touches_the_border_and_turns_around_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     rng = np.random.default_rng(3)
     region = random_region(rng, 12)
     paths = ShortestPaths(region)
@@ -122,12 +156,19 @@ def test_each_bend_touches_the_border_and_turns_around_it(monkeypatch: pytest.Mo
     bends = 0
     for _ in range(60):
         found = paths.path(rng.uniform(-1.5, 1.5, 2), rng.uniform(-1.5, 1.5, 2))
-        for before, bend, after in zip(*(found[k:] for k in range(3)), strict=False) if found is not None else ():
+        for before, bend, after in (
+            zip(*(found[k:] for k in range(3)), strict=False)
+            if found is not None
+            else ()
+        ):
             bends += 1
             assert tuple(bend) in corners
             # The shortcut past the bend leaves the region at once: the path is taut.
             step = 1e-6
-            shortcut = [bend + step * (end - bend) / np.linalg.norm(end - bend) for end in (before, after)]
+            shortcut = [
+                bend + step * (end - bend) / np.linalg.norm(end - bend)
+                for end in (before, after)
+            ]
             assert not region.covers(shapely.LineString(shortcut))
     assert bends > 20
     # More lines than these are not tested one by one, which takes five times as long in a region of 1000 corners.
@@ -137,12 +178,22 @@ def test_each_bend_touches_the_border_and_turns_around_it(monkeypatch: pytest.Mo
 
 def test_orientation_is_exact_where_products_are_too_small_for_floats() -> None:
     tiny = 1e-200
-    for a, b in (((tiny, 0.0), (0.0, tiny)), ((tiny, tiny), (-tiny, tiny)), ((0.0, -tiny), (tiny, 0.0))):
+    for a, b in (
+        ((tiny, 0.0), (0.0, tiny)),
+        ((tiny, tiny), (-tiny, tiny)),
+        ((0.0, -tiny), (tiny, 0.0)),
+    ):
         assert orientation(a, b, (0.0, 0.0)) > 0 > orientation(b, a, (0.0, 0.0))
 
 
-@given(st.lists(st.floats(-1, 1), min_size=2, max_size=2), st.integers(-3, 3), st.floats(-2, 3))
-def test_orientation_is_exact_near_zero(base: list[float], ulps: int, along: float) -> None:
+@given(
+    st.lists(st.floats(-1, 1), min_size=2, max_size=2),
+    st.integers(-3, 3),
+    st.floats(-2, 3),
+)
+def test_orientation_is_exact_near_zero(
+    base: list[float], ulps: int, along: float
+) -> None:
     a, b = (base[0], base[1]), (base[1], -base[0])
     c = (a[0] + along * (b[0] - a[0]), a[1] + along * (b[1] - a[1]))
     for _ in range(abs(ulps)):

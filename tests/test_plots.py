@@ -85,9 +85,16 @@ def space_of(name: str, **options: Any) -> Any:
 
 
 def test_root_counts_hold_650_roots() -> None:
-    places = {one.get_label(): np.asarray(one.get_offsets()) for one in scatters(space_of("2"))}
+    places = {
+        one.get_label(): np.asarray(one.get_offsets())
+        for one in scatters(space_of("2"))
+    }
     counted = {label: len(points) for label, points in places.items()}
-    assert counted == {"2 roots, 225 nodes": 225, "3 roots, 60 nodes": 60, "5 roots, 4 nodes": 4}
+    assert counted == {
+        "2 roots, 225 nodes": 225,
+        "3 roots, 60 nodes": 60,
+        "5 roots, 4 nodes": 4,
+    }
     np.testing.assert_allclose(np.abs(places["5 roots, 4 nodes"]), HALF_PI)
 
 
@@ -95,39 +102,66 @@ def test_root_counts_hold_650_roots() -> None:
 def test_both_roots_lie_on_two_planes(name: str, over: int, shift: int) -> None:
     space = space_of(name)
     points = by_label(space)
-    assert {label: len(rows) for label, rows in points.items()} == {"+ plane": 225, "− plane": 225}
+    assert {label: len(rows) for label, rows in points.items()} == {
+        "+ plane": 225,
+        "− plane": 225,
+    }
     plus, minus = points["+ plane"], points["− plane"]
     np.testing.assert_allclose(plus[:, 2], plus[:, over], atol=1e-12)
-    np.testing.assert_allclose(minus[:, 2], wrapped(shift * PUBLISHED.delta - minus[:, over]), atol=1e-12)
+    np.testing.assert_allclose(
+        minus[:, 2], wrapped(shift * PUBLISHED.delta - minus[:, over]), atol=1e-12
+    )
     assert {to_hex(one.get_facecolor()[0]) for one in scatters(space)} == {RED, BLUE}
-    assert [len(part._faces) for part in planes_of(space)] == [1, 2]  # the − plane wraps once
+    assert [len(part._faces) for part in planes_of(space)] == [
+        1,
+        2,
+    ]  # the − plane wraps once
 
 
 @pytest.mark.parametrize(
     ("names", "sign", "red", "blue"),
-    [(("9", "11"), 1, 128, 28), (("13", "14"), -1, 97, 197), (("10", "12"), 1, 128, 28)],
+    [
+        (("9", "11"), 1, 128, 28),
+        (("13", "14"), -1, 97, 197),
+        (("10", "12"), 1, 128, 28),
+    ],
 )
 def test_signed_roots(names: tuple[str, str], sign: int, red: int, blue: int) -> None:
     """The first and the other root of each node, with one sign of R; with exact coefficients blue has none."""
     values = "10" in names
-    published, exact = ([space_of(name, coefficients=kind) for name in names] for kind in ("published", "exact"))
+    published, exact = (
+        [space_of(name, coefficients=kind) for name in names]
+        for kind in ("published", "exact")
+    )
     count = 0
     for space in published:
-        assert {to_hex(one.get_facecolor()[0]) for one in scatters(space)} == {RED, BLUE}
+        assert {to_hex(one.get_facecolor()[0]) for one in scatters(space)} == {
+            RED,
+            BLUE,
+        }
         points = by_label(space)
         if values:
             tops = points["red sheet"]
             alpha = np.column_stack([tops[:, :2], tops[:, :2]])
-            np.testing.assert_allclose(tops[:, 2], gg.invertibility.level_determinant(alpha, PUBLISHED))
+            np.testing.assert_allclose(
+                tops[:, 2], gg.invertibility.level_determinant(alpha, PUBLISHED)
+            )
             assert 0 < points["blue sheet"][:, 2].max() < 3e-4
             count += sum(map(len, points.values()))
         else:
-            third, fourth = (part[np.lexsort(part[:, :2].T)] for part in points.values())
+            third, fourth = (
+                part[np.lexsort(part[:, :2].T)] for part in points.values()
+            )
             np.testing.assert_allclose(third[:, :2], fourth[:, :2])
             alpha = np.column_stack([third, fourth[:, 2]])
-            assert np.abs(gg.invertibility.roll_sensitivity(alpha, PUBLISHED)).max() < 1e-12
+            assert (
+                np.abs(gg.invertibility.roll_sensitivity(alpha, PUBLISHED)).max()
+                < 1e-12
+            )
             count += len(alpha)
-        assert (np.sign(gg.invertibility.level_determinant(alpha, PUBLISHED)) == sign).all()
+        assert (
+            np.sign(gg.invertibility.level_determinant(alpha, PUBLISHED)) == sign
+        ).all()
     assert count == red + blue
     grey, signed = 0, 0
     for space in exact:
@@ -149,16 +183,22 @@ def test_the_lines_of_the_rule_are_the_rule(ax: Axes, of: Any) -> None:
     assert plots.adjacency_rule(of, ax=ax) is ax
     drawn = {frozenset(str(line.get_gid()).split()) for line in ax.lines}
     pairs = combinations([label for label in PLANE_TYPES if label != "(?,?)"], 2)
-    rule = {frozenset(pair) for pair in pairs if gg.surface.types_may_be_adjacent(*pair)}
+    rule = {
+        frozenset(pair) for pair in pairs if gg.surface.types_may_be_adjacent(*pair)
+    }
     assert drawn == ({frozenset("+?"), frozenset("-?")} if of == "angle" else rule)
     assert len(drawn) == len(ax.lines) == (2 if of == "angle" else 8)
-    places = {text.get_text().replace("−", "-"): text.get_position() for text in ax.texts}
+    places = {
+        text.get_text().replace("−", "-"): text.get_position() for text in ax.texts
+    }
     for line in ax.lines:
         ends = [tuple(point) for point in np.asarray(line.get_xydata())]
         assert ends == [places[label] for label in str(line.get_gid()).split()]
 
 
-def marks_and_texts(ax: Axes) -> tuple[dict[str, set[tuple[int, int]]], dict[tuple[int, int], list[str]]]:
+def marks_and_texts(
+    ax: Axes,
+) -> tuple[dict[str, set[tuple[int, int]]], dict[tuple[int, int], list[str]]]:
     """Return the nodes of each kind of mark, and what is written at the others."""
     marks: dict[str, set[tuple[int, int]]] = {}
     for one in scatters(ax):
@@ -184,18 +224,35 @@ def test_type_map_of_the_paper(ax: Axes) -> None:
     assert sum(map(len, marks.values())) + len(written) == 225
     graph = gg.surface_graph("negative")
     for node, lines in written.items():
-        types = [graph.nodes[(*node, color)]["types"] for color in ("red", "blue") if (*node, color) in graph]
+        types = [
+            graph.nodes[(*node, color)]["types"]
+            for color in ("red", "blue")
+            if (*node, color) in graph
+        ]
         assert lines == types
         assert all("?" in label for label in lines)
-    for kind, colors in (("yes yes", ("red", "blue")), ("no yes", ("blue",)), ("no no", ())):
+    for kind, colors in (
+        ("yes yes", ("red", "blue")),
+        ("no yes", ("blue",)),
+        ("no no", ()),
+    ):
         for node in marks[kind]:
-            assert tuple(color for color in ("red", "blue") if (*node, color) in graph) == colors
-    left, right = (one for one in scatters(ax) if one.get_gid() == "yes yes")  # the halves of a mark
+            assert (
+                tuple(color for color in ("red", "blue") if (*node, color) in graph)
+                == colors
+            )
+    left, right = (
+        one for one in scatters(ax) if one.get_gid() == "yes yes"
+    )  # the halves of a mark
     assert (faces(left), faces(right)) == ({RED}, {BLUE})
     x = [np.asarray(one.get_paths()[0].vertices)[:, 0] for one in (left, right)]
     assert x[0].max() <= 1e-12 < -x[0].min()
     assert x[1].min() >= -1e-12 < x[1].max()
-    assert legend_of(ax) == ["(+,+) and (−,−): $R < 0$", "(−,−): $R < 0$", "no root with $R < 0$"]
+    assert legend_of(ax) == [
+        "(+,+) and (−,−): $R < 0$",
+        "(−,−): $R < 0$",
+        "no root with $R < 0$",
+    ]
 
 
 def test_type_map_with_exact_coefficients_has_no_blue(ax: Axes) -> None:
@@ -220,12 +277,18 @@ def test_gait_loop_is_the_projection(ax: Axes, angles: tuple[int, int]) -> None:
     assert (line.get_color(), line.get_label()) == (RED, "Gait 3")
     (arrow,) = (one for one in ax.texts if isinstance(one, Annotation))
     ahead = np.subtract(arrow.xy, arrow.xyann)
-    assert any(unit(ahead) @ unit(step) > 1 - 1e-12 for step in np.diff(ring, axis=0) if step.any())
+    assert any(
+        unit(ahead) @ unit(step) > 1 - 1e-12
+        for step in np.diff(ring, axis=0)
+        if step.any()
+    )
 
 
 def test_gait_loops_of_other_kinds(ax: Axes) -> None:
     plots.gait_loop(gg.lift([(0.4, -0.4)], "red"), ax=ax)
-    plots.gait_loop(gg.lift([(0.4, -0.4), (0.8, -0.4), (0.8, -0.8)], ["red", "blue", "blue"]), ax=ax)
+    plots.gait_loop(
+        gg.lift([(0.4, -0.4), (0.8, -0.4), (0.8, -0.8)], ["red", "blue", "blue"]), ax=ax
+    )
     plots.gait_loop(GAIT3.biased(0.8), ax=ax)
     assert ax.lines[0].get_marker() == "s"
     assert [line.get_color() for line in ax.lines] == [RED, RED, RED, BLUE, "black"]
@@ -234,75 +297,131 @@ def test_gait_loops_of_other_kinds(ax: Axes) -> None:
 
 
 def test_roll_pitch_diagram_draws_zeros_of_formula_1(ax: Axes) -> None:
-    assert plots.roll_pitch_diagram(GAIT3, eta=0.8, name="Gait 3", count=12, ax=ax) is ax
+    assert (
+        plots.roll_pitch_diagram(GAIT3, eta=0.8, name="Gait 3", count=12, ax=ax) is ax
+    )
     curves = lines_of(ax, "singular")
     biased = GAIT3.biased(0.8)
     places = biased.parametrize(law="constant-speed").at(np.arange(12) / 12)[0]
     assert len(curves) == 12
     for alpha, points in zip(places, curves, strict=True):
-        assert np.abs(gg.invertibility.determinant(alpha, PUBLISHED, *points.T)).max() < 1e-9
+        assert (
+            np.abs(gg.invertibility.determinant(alpha, PUBLISHED, *points.T)).max()
+            < 1e-9
+        )
     full, part = (patch for patch in ax.patches if patch.get_gid() == "acceptable")
-    assert np.ptp(full.get_path().vertices, axis=0) == pytest.approx(math.pi)  # all is shaded
-    (border,) = lines_of(ax, "border")  # of the biased gait alone, without the sides of the square
+    assert np.ptp(full.get_path().vertices, axis=0) == pytest.approx(
+        math.pi
+    )  # all is shaded
+    (border,) = lines_of(
+        ax, "border"
+    )  # of the biased gait alone, without the sides of the square
     assert len(border) > 50
     inside = np.abs(border) < HALF_PI - 1e-9
     assert inside[1:-1].all()
     assert part.get_path().contains_points(0.99 * border).all()
-    assert legend_of(ax) == ["Gait 3:\nno singular attitude", "Gait 3, $\\eta$ = 0.8:\n85.15 % acceptable"]
-    assert {line.get_color() for line in ax.lines if line.get_gid() == "singular"} == {BLUE}
+    assert legend_of(ax) == [
+        "Gait 3:\nno singular attitude",
+        "Gait 3, $\\eta$ = 0.8:\n85.15 % acceptable",
+    ]
+    assert {line.get_color() for line in ax.lines if line.get_gid() == "singular"} == {
+        BLUE
+    }
 
 
 def test_roll_pitch_diagram_of_blue_turns_on_rounding() -> None:
     points = np.array(GAITS[0].angles)
-    three = gg.Gait(alpha=np.column_stack([points, GAITS[0].printed]), coefficients=EXACT)
+    three = gg.Gait(
+        alpha=np.column_stack([points, GAITS[0].printed]), coefficients=EXACT
+    )
     for gait, verdict, curves in (
         (gg.lift(points, "blue", coefficients=EXACT), "singular at every attitude", 0),
         (gg.lift(points, "blue"), "no singular attitude", 0),
         (three, "singular in level flight", 48),
-        (gg.lift([(0.5, 0.5), (0.6, -0.6)], "red"), "singular in level flight", 0),  # R = 0 between two of the times
+        (
+            gg.lift([(0.5, 0.5), (0.6, -0.6)], "red"),
+            "singular in level flight",
+            0,
+        ),  # R = 0 between two of the times
     ):
         ax = plots.roll_pitch_diagram(gait, ax=Figure().add_subplot())
         assert legend_of(ax) == [f"gait:\n{verdict}"]
         assert len(lines_of(ax, "singular")) == curves
-        assert {patch.get_hatch() for patch in ax.patches} == ({"xxx"} if "every" in verdict else {None})
+        assert {patch.get_hatch() for patch in ax.patches} == (
+            {"xxx"} if "every" in verdict else {None}
+        )
 
 
 # Regions
 
 
-@pytest.mark.parametrize("vehicle", [gg.PAPER, BEETLE, gg.Vehicle(drag_ratio=1.5)], ids=lambda v: v.name)
+@pytest.mark.parametrize(
+    "vehicle", [gg.PAPER, BEETLE, gg.Vehicle(drag_ratio=1.5)], ids=lambda v: v.name
+)
 def test_regions_map(ax: Axes, vehicle: gg.Vehicle) -> None:
     assert plots.regions_map(vehicle, ax=ax) is ax
     exact = gg.invertibility.coefficients_of(vehicle, "exact")
-    curves = [np.asarray(line.get_xydata()) for line in ax.lines if "= " in str(line.get_gid())]
+    curves = [
+        np.asarray(line.get_xydata())
+        for line in ax.lines
+        if "= " in str(line.get_gid())
+    ]
     assert len(curves) == (2 if vehicle.rotor_height else 3)
     for line in curves:
         points = line[np.isfinite(line).all(axis=1)]
-        value = gg.invertibility.level_determinant(np.column_stack([points, points]), exact)
+        value = gg.invertibility.level_determinant(
+            np.column_stack([points, points]), exact
+        )
         assert np.abs(value).max() < 1e-9 * np.abs(exact.bilinear_form).sum()
         assert np.abs(points).max() <= HALF_PI + 1e-12
-    hover = [np.asarray(patch.get_path().vertices)[:4] for patch in ax.patches if patch.get_gid() == "hover"]
+    hover = [
+        np.asarray(patch.get_path().vertices)[:4]
+        for patch in ax.patches
+        if patch.get_gid() == "hover"
+    ]
     assert len(hover) == 2
     for corners in hover:
-        assert (gg.invertibility.hover_thrust_shares(np.tile(corners.mean(axis=0), 2), vehicle) > 0).all()
+        assert (
+            gg.invertibility.hover_thrust_shares(
+                np.tile(corners.mean(axis=0), 2), vehicle
+            )
+            > 0
+        ).all()
     (left, above), (right, below) = (corners.mean(axis=0) for corners in hover)
     for outside in ((left, below), (right, above)):
-        assert (gg.invertibility.hover_thrust_shares(np.tile(outside, 2), vehicle) < 0).any()
-    named = {text.get_text(): text.get_position() for text in ax.texts if text.get_text().startswith("$R")}
+        assert (
+            gg.invertibility.hover_thrust_shares(np.tile(outside, 2), vehicle) < 0
+        ).any()
+    named = {
+        text.get_text(): text.get_position()
+        for text in ax.texts
+        if text.get_text().startswith("$R")
+    }
     for text, place in named.items():
-        assert (float(gg.invertibility.level_determinant(np.tile(place, 2), exact)) > 0) == (">" in text)
+        assert (
+            float(gg.invertibility.level_determinant(np.tile(place, 2), exact)) > 0
+        ) == (">" in text)
 
 
-@pytest.mark.parametrize("vehicle", [gg.PAPER, BEETLE, gg.Vehicle(drag_ratio=1.25)], ids=lambda v: v.name)
+@pytest.mark.parametrize(
+    "vehicle", [gg.PAPER, BEETLE, gg.Vehicle(drag_ratio=1.25)], ids=lambda v: v.name
+)
 def test_singular_value_map(ax: Axes, vehicle: gg.Vehicle) -> None:
     assert plots.singular_value_map(vehicle, ax=ax) is ax
     filled, lines = (np.asarray(one.levels) for one in ax.collections[:2])  # type: ignore[attr-defined]
     axis = np.linspace(-HALF_PI, HALF_PI, 61)
     assert filled[0] == 0
-    assert filled[-1] >= least_singular_value_on_red(axis[:, None], axis[None, :], vehicle).max()  # no holes
+    assert (
+        filled[-1]
+        >= least_singular_value_on_red(axis[:, None], axis[None, :], vehicle).max()
+    )  # no holes
     for level, path in zip(lines, ax.collections[1].get_paths(), strict=True):
         points = np.asarray(path.vertices)
-        np.testing.assert_allclose(least_singular_value_on_red(points[:, 0], points[:, 1], vehicle), level, atol=0.02)
+        np.testing.assert_allclose(
+            least_singular_value_on_red(points[:, 0], points[:, 1], vehicle),
+            level,
+            atol=0.02,
+        )
 
 
 # The vehicle
@@ -313,9 +432,15 @@ def test_singular_value_map(ax: Axes, vehicle: gg.Vehicle) -> None:
 def test_figure_1_shows_what_forces_do(ax: Axes, spin: Any, angle: float) -> None:
     vehicle = gg.PAPER.replace(first_rotor_spin=spin, first_arm_angle=angle)
     assert plots.vehicle_figure(vehicle, ax=ax) is ax
-    upward = np.where(gg.invertibility.control_force_matrix([0.0] * 4, vehicle)[2] > 0, 1.0, -1.0)
+    upward = np.where(
+        gg.invertibility.control_force_matrix([0.0] * 4, vehicle)[2] > 0, 1.0, -1.0
+    )
     force = (gg.invertibility.control_force_matrix([0.1] * 4, vehicle) * upward)[:2]
-    leans = {str(one.get_gid()): one for one in ax.texts if isinstance(one, Annotation) and one.get_gid()}
+    leans = {
+        str(one.get_gid()): one
+        for one in ax.texts
+        if isinstance(one, Annotation) and one.get_gid()
+    }
     for k in range(4):
         arrow = leans[f"lean {k + 1}"]
         on_page = np.subtract(arrow.xy, arrow.xyann)
@@ -335,7 +460,9 @@ PLOTS: dict[str, Callable[..., Any]] = {
     "gait_loop": lambda ax=None: plots.gait_loop(GAIT3, ax=ax),
     "regions_map": plots.regions_map,
     "singular_value_map": plots.singular_value_map,
-    "roll_pitch_diagram": lambda ax=None: plots.roll_pitch_diagram(GAIT3, count=4, ax=ax),
+    "roll_pitch_diagram": lambda ax=None: plots.roll_pitch_diagram(
+        GAIT3, count=4, ax=ax
+    ),
 }
 
 
@@ -356,10 +483,14 @@ def test_plots_draw_on_given_axes_or_one_new_figure(ax: Axes, name: str) -> None
 def simulated(color: str, weights: Any) -> np.ndarray:
     """Return a color in CIELAB as dichromats see it, with the weights of linear red, green and blue."""
     levels = np.array([int(color[k : k + 2], 16) for k in (1, 3, 5)]) / 255
-    linear = np.where(levels <= 0.04045, levels / 12.92, ((levels + 0.055) / 1.055) ** 2.4)
-    xyz = [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]] @ np.clip(
-        np.asarray(weights) @ linear, 0, 1
+    linear = np.where(
+        levels <= 0.04045, levels / 12.92, ((levels + 0.055) / 1.055) ** 2.4
     )
+    xyz = [
+        [0.4124, 0.3576, 0.1805],
+        [0.2126, 0.7152, 0.0722],
+        [0.0193, 0.1192, 0.9505],
+    ] @ np.clip(np.asarray(weights) @ linear, 0, 1)
     f = np.cbrt(np.maximum(xyz / [0.9505, 1.0, 1.089], 0.00886))
     return np.array([116 * f[1] - 16, 500 * (f[0] - f[1]), 200 * (f[1] - f[2])])
 
@@ -367,38 +498,72 @@ def simulated(color: str, weights: Any) -> np.ndarray:
 # Full protanopia and deuteranopia by Machado, Oliveira and Fernandes (2009), and what all others see.
 EYES = (
     np.eye(3).tolist(),
-    [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]],
-    [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]],
+    [
+        [0.152286, 1.052583, -0.204868],
+        [0.114503, 0.786281, 0.099216],
+        [-0.003882, -0.048116, 1.051998],
+    ],
+    [
+        [0.367322, 0.860646, -0.227968],
+        [0.280085, 0.672501, 0.047413],
+        [-0.011820, 0.042940, 0.968881],
+    ],
 )
-APART = (("alpha1", "alpha2", "alpha3", "alpha4"), ("red", "blue"), ("shade-positive", "shade-negative"))
+APART = (
+    ("alpha1", "alpha2", "alpha3", "alpha4"),
+    ("red", "blue"),
+    ("shade-positive", "shade-negative"),
+)
 
 
-@pytest.mark.parametrize("names", [*APART, ("yes", "partly", "no"), ("red", "yes"), ("red", "no"), ("blue", "yes")])
+@pytest.mark.parametrize(
+    "names",
+    [*APART, ("yes", "partly", "no"), ("red", "yes"), ("red", "no"), ("blue", "yes")],
+)
 def test_colors_differ_for_all_eyes_on_light_and_dark(names: tuple[str, ...]) -> None:
     for one, other in combinations(names, 2):
         for dark, weights in product((0, 1), EYES):
-            distance = np.subtract(*(simulated(PALETTE[name][dark], weights) for name in (one, other)))
+            distance = np.subtract(
+                *(simulated(PALETTE[name][dark], weights) for name in (one, other))
+            )
             assert np.linalg.norm(distance) > 19, (one, other, dark)
 
 
 def test_the_explorer_has_the_same_colors() -> None:
-    style = (Path(gg.__file__).parent / "explorer" / "page" / "style.css").read_text(encoding="utf-8")
+    style = (Path(gg.__file__).parent / "explorer" / "page" / "style.css").read_text(
+        encoding="utf-8"
+    )
     for name, (light, dark) in PALETTE.items():
         assert f"--{name}: light-dark({light}, {dark});" in style
 
 
 # Pictures of objects
 
-WAYPOINTS = [("3pi/8", "-3pi/8"), ("3pi/8", "-pi/8"), ("pi/8", "-pi/8"), ("pi/8", "-3pi/8")]
+WAYPOINTS = [
+    ("3pi/8", "-3pi/8"),
+    ("3pi/8", "-pi/8"),
+    ("pi/8", "-pi/8"),
+    ("pi/8", "-3pi/8"),
+]
 BAR = [(-0.9, 0.3), (-0.7, 0.3), (-0.7, 0.6), (-0.9, 0.6)]
 OBJECTS: dict[str, tuple[Callable[[], Any], list[str]]] = {
     "gait": (lambda: GAIT3, ["flyable, $R<0$", "$R=0$", "all upright", "gait, red"]),
-    "blue": (lambda: gg.lift(GAITS[2].angles, "blue"), ["valid, $R=0$ in exact physics", "gait, blue"]),
+    "blue": (
+        lambda: gg.lift(GAITS[2].angles, "blue"),
+        ["valid, $R=0$ in exact physics", "gait, blue"],
+    ),
     "biased": (lambda: GAIT3.biased(0.8), ["gait, off the surfaces"]),
     "timed": (GAIT3.parametrize, [rf"$\alpha_{k}$" for k in (1, 2, 3, 4)]),
     "plan": (
         lambda: gg.plan_loop([(-0.4, 0.4), (-0.4, 1.2), (-1.2, 1.2)], keep_out=[BAR]),
-        ["flyable, $R>0$", "$R=0$", "all upright", "keep out", "gait, red", "waypoints"],
+        [
+            "flyable, $R>0$",
+            "$R=0$",
+            "all upright",
+            "keep out",
+            "gait, red",
+            "waypoints",
+        ],
     ),
     "no plan": (
         lambda: gg.plan_loop([(0.5, 0.5), (0.2, 0.7)], sign="negative"),
@@ -424,7 +589,11 @@ def test_objects_draw_themselves_whole(name: str, ax: Axes) -> None:
     assert one.plot(ax=ax) is ax
     assert ([] if drawn.get_legend() is None else legend_of(drawn)) == legend
     assert drawn.get_title()
-    arrows = [text for text in drawn.texts if isinstance(text, Annotation) and text.arrow_patch is not None]
+    arrows = [
+        text
+        for text in drawn.texts
+        if isinstance(text, Annotation) and text.arrow_patch is not None
+    ]
     if name == "no plan":
         places = [arrow.xyann for arrow in arrows]
         assert places == [(0.5, 0.5), (0.2, 0.7)]  # both are to move
@@ -433,8 +602,19 @@ def test_objects_draw_themselves_whole(name: str, ax: Axes) -> None:
         bars = [bar.get_width() for bar in drawn.patches]
         assert len(bars) == len(one.checks)
         assert max(bars) == 1.5  # beyond its limit
-        assert [text.get_text()[-1] for text in drawn.texts[1::2]] == ["✓", "✓", "✓", "✓", "?", "✗", "✗"]
-    with pytest.raises(gg.InputError, match="^only gaits, plans, reports, regions and vehicles can be plotted, got 3"):
+        assert [text.get_text()[-1] for text in drawn.texts[1::2]] == [
+            "✓",
+            "✓",
+            "✓",
+            "✓",
+            "?",
+            "✗",
+            "✗",
+        ]
+    with pytest.raises(
+        gg.InputError,
+        match="^only gaits, plans, reports, regions and vehicles can be plotted, got 3",
+    ):
         plots.plot(3)  # type: ignore[arg-type]
 
 

@@ -21,11 +21,20 @@ import gaitgraph as gg
 from gaitgraph.gait.table import Table, provenance_text
 from gaitgraph.plots import vehicles
 from gaitgraph.plots.axes import ROTOR_COLORS
-from gaitgraph.plots.vehicles import FROM_ABOVE, draw_vehicle, film_clock, vehicle_view, write_films
+from gaitgraph.plots.vehicles import (
+    FROM_ABOVE,
+    draw_vehicle,
+    film_clock,
+    vehicle_view,
+    write_films,
+)
 from gaitgraph.timing.timed_gait import table_of
 
 X_FRAME = gg.Vehicle(
-    name="an <X> & more", drag_ratio=0.12, first_arm_angle=math.pi / 4, first_rotor_spin="counterclockwise"
+    name="an <X> & more",
+    drag_ratio=0.12,
+    first_arm_angle=math.pi / 4,
+    first_rotor_spin="counterclockwise",
 )
 BEHIND, RIGHT = (math.pi, 0.0), (-math.pi / 2, 0.0)
 
@@ -37,7 +46,9 @@ BEHIND, RIGHT = (math.pi, 0.0), (-math.pi / 2, 0.0)
 def test_discs_face_along_the_forces_of_the_rotors(vehicle: gg.Vehicle) -> None:
     """Three views put together are vectors in body axes, in arm lengths."""
     alpha = np.random.default_rng(6).uniform(-math.pi, math.pi, (40, 4))
-    views = [vehicle_view(alpha, vehicle, view=view) for view in (FROM_ABOVE, BEHIND, RIGHT)]
+    views = [
+        vehicle_view(alpha, vehicle, view=view) for view in (FROM_ABOVE, BEHIND, RIGHT)
+    ]
 
     def vectors(of: Any) -> Any:
         # From above the screen's right is −y and its up x; from behind right is −y, up z; from the right x and z.
@@ -47,13 +58,22 @@ def test_discs_face_along_the_forces_of_the_rotors(vehicle: gg.Vehicle) -> None:
         assert np.allclose(right, np.stack([x, z], axis=-1))
         return np.stack([x, y, z], axis=-1)
 
-    across, along = vectors(lambda seen: seen.discs[..., :2]), vectors(lambda seen: seen.discs[..., 2:4])
+    across, along = (
+        vectors(lambda seen: seen.discs[..., :2]),
+        vectors(lambda seen: seen.discs[..., 2:4]),
+    )
     thrust = vectors(lambda seen: seen.thrusts - seen.discs[..., 4:])
     # One unit of thrust pushing away from the body, with any coefficients: only the direction counts.
     kappa = vehicle.drag_ratio
-    whole = vehicle.replace(thrust_coefficient=1.0, arm_length=1.0, drag_ratio=kappa, drag_coefficient=None)
+    whole = vehicle.replace(
+        thrust_coefficient=1.0, arm_length=1.0, drag_ratio=kappa, drag_coefficient=None
+    )
     force = gg.invertibility.control_force_matrix(alpha, whole)
-    force = np.swapaxes(force * np.sign(gg.invertibility.control_force_matrix(np.zeros(4), whole)[2]), -1, -2)
+    force = np.swapaxes(
+        force * np.sign(gg.invertibility.control_force_matrix(np.zeros(4), whole)[2]),
+        -1,
+        -2,
+    )
     assert np.allclose(thrust / np.linalg.norm(thrust, axis=-1, keepdims=True), force)
     normal = np.cross(across, along)
     assert np.allclose(normal / np.linalg.norm(normal, axis=-1, keepdims=True), force)
@@ -61,7 +81,9 @@ def test_discs_face_along_the_forces_of_the_rotors(vehicle: gg.Vehicle) -> None:
     assert np.allclose((across * along).sum(axis=-1), 0.0)
     assert np.allclose(np.linalg.norm([across, along], axis=-1), 0.5)
     angles = vehicle.first_arm_angle + np.arange(4) * math.pi / 2
-    assert np.allclose(across, 0.5 * np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=-1))
+    assert np.allclose(
+        across, 0.5 * np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=-1)
+    )
 
 
 def test_a_view_stays_within_its_limits_and_its_picture() -> None:
@@ -83,26 +105,43 @@ def test_a_vehicle_from_above_and_from_below() -> None:
     above = vehicle_view([0.0, 0.0, 0.0, 0.0], view=FROM_ABOVE)
     assert above.facing.all()
     assert above.clockwise == (True, False, True, False)
-    np.testing.assert_allclose(above.arms, [[0, 1], [-1, 0], [0, -1], [1, 0]], atol=1e-12)  # forward up, left left
+    np.testing.assert_allclose(
+        above.arms, [[0, 1], [-1, 0], [0, -1], [1, 0]], atol=1e-12
+    )  # forward up, left left
     np.testing.assert_allclose(above.nose, [0.0, 0.34], atol=1e-12)
     assert not vehicle_view([0.0, 0.0, 0.0, 0.0], view=(0.0, -1.0)).facing.any()
     behind = vehicle_view([0.0, 0.0, 0.0, 0.0], view=(math.pi, 0.5))
-    assert (behind.order[0], behind.order[-1]) == (0, 2)  # the forward rotor is farthest
+    assert (behind.order[0], behind.order[-1]) == (
+        0,
+        2,
+    )  # the forward rotor is farthest
     pulls = vehicle_view([0.0] * 4, view=FROM_ABOVE, thrusts=[1.0, -1.0, 1.0, 0.5])
     assert pulls.facing.tolist() == [[True, False, True, True]]
     for wrong in ([0.0, 0.0], [[0.0, math.nan, 0, 0]]):
-        with pytest.raises(gg.InputError, match="alpha must be finite angles in radians, of the shape"):
+        with pytest.raises(
+            gg.InputError, match="alpha must be finite angles in radians, of the shape"
+        ):
             vehicle_view(wrong)
 
 
 def test_a_view_as_plain_values() -> None:
     """What the explorer's page gets: pixels, y downwards."""
-    values = json.loads(json.dumps(vehicle_view(np.zeros((3, 4)), view=FROM_ABOVE).as_mapping()))
-    assert (values["frames"], values["size"], values["order"]) == (3, [480, 360], [0, 1, 2, 3])
+    values = json.loads(
+        json.dumps(vehicle_view(np.zeros((3, 4)), view=FROM_ABOVE).as_mapping())
+    )
+    assert (values["frames"], values["size"], values["order"]) == (
+        3,
+        [480, 360],
+        [0, 1, 2, 3],
+    )
     assert [len(rotor["disc"]) for rotor in values["rotors"]] == [3] * 4
     assert [rotor["color"] for rotor in values["rotors"]] == list(ROTOR_COLORS)
     first = values["rotors"][0]
-    assert (values["hub"], first["arm"][:2], first["clockwise"]) == ([240.0, 180.0], [240.0, 180.0], True)
+    assert (values["hub"], first["arm"][:2], first["clockwise"]) == (
+        [240.0, 180.0],
+        [240.0, 180.0],
+        True,
+    )
     assert first["arm"][3] < values["nose"][1] < 180.0
     a, b, c, d, e, f = first["disc"][0]
     assert (a, d, e, b) == (0.0, 0.0, 240.0, c)
@@ -113,11 +152,24 @@ def test_a_vehicle_is_drawn_as_its_view_says() -> None:
     seen = vehicle_view([1.1, -1.1, 1.1, -1.1])
     ax = Figure().add_subplot()
     assert set(draw_vehicle(ax, seen)) == {*ax.lines, *ax.patches, *ax.texts}
-    for disc, rotor in zip(sorted(ax.patches, key=lambda patch: patch.get_zorder()), seen.order, strict=True):
+    for disc, rotor in zip(
+        sorted(ax.patches, key=lambda patch: patch.get_zorder()),
+        seen.order,
+        strict=True,
+    ):
         rim = np.asarray(disc.get_xy())  # type: ignore[attr-defined]
-        np.testing.assert_allclose(rim[:-1].mean(axis=0), seen.discs[0, rotor, 4:], atol=0.01)
-        assert to_hex(disc.get_facecolor()) == ROTOR_COLORS[rotor]  # from above and from below
-    assert [text.get_text() for text in ax.texts if text.get_text()] == ["1", "2", "3", "4"]
+        np.testing.assert_allclose(
+            rim[:-1].mean(axis=0), seen.discs[0, rotor, 4:], atol=0.01
+        )
+        assert (
+            to_hex(disc.get_facecolor()) == ROTOR_COLORS[rotor]
+        )  # from above and from below
+    assert [text.get_text() for text in ax.texts if text.get_text()] == [
+        "1",
+        "2",
+        "3",
+        "4",
+    ]
 
 
 # Films
@@ -132,8 +184,12 @@ def durations_of(image: Any) -> list[int]:
     return found
 
 
-def test_a_gif_plays_one_period_for_ever_and_states_what_made_it(tmp_path: Path) -> None:
-    timed = gg.lift([(1.178, -1.178), (1.178, -0.393), (0.393, -0.393), (0.393, -1.178)], "red").parametrize(0.4)
+def test_a_gif_plays_one_period_for_ever_and_states_what_made_it(
+    tmp_path: Path,
+) -> None:
+    timed = gg.lift(
+        [(1.178, -1.178), (1.178, -0.393), (0.393, -0.393), (0.393, -1.178)], "red"
+    ).parametrize(0.4)
     table = table_of(timed)
     write_films(table, [tmp_path / "gait.gif", tmp_path / "again.gif"])
     assert (tmp_path / "gait.gif").read_bytes() == (tmp_path / "again.gif").read_bytes()
@@ -145,7 +201,10 @@ def test_a_gif_plays_one_period_for_ever_and_states_what_made_it(tmp_path: Path)
         image.seek(0)
         pixels = np.asarray(image.convert("RGB")).astype(int)
     for disc in ROTOR_COLORS:
-        assert (np.abs(pixels - [int(disc[k : k + 2], 16) for k in (1, 3, 5)]).max(axis=-1) <= 12).sum() > 300
+        assert (
+            np.abs(pixels - [int(disc[k : k + 2], 16) for k in (1, 3, 5)]).max(axis=-1)
+            <= 12
+        ).sum() > 300
 
 
 def test_frames_last_as_long_as_the_period_where_the_format_can() -> None:
@@ -166,7 +225,9 @@ def test_films_of_other_tables(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr(vehicles, "_DELAY", 10)
     columns = {f"alpha{k + 1}": np.linspace(-2, 2, 30) * (-1) ** k for k in range(4)}
     about = {"vehicle": X_FRAME.as_mapping(), "coefficients": "exact"}
-    uneven = Table(columns={"t": 1e-3 * np.linspace(0, 1, 30) ** 2, **columns}, about=about)
+    uneven = Table(
+        columns={"t": 1e-3 * np.linspace(0, 1, 30) ** 2, **columns}, about=about
+    )
     single = Table(columns={name: values[:1] for name, values in columns.items()})
     for one, total in ((uneven, 200), (single, 1000)):
         write_films(one, [tmp_path / "a.gif"], force=True)
@@ -174,10 +235,14 @@ def test_films_of_other_tables(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
             assert sum(durations_of(image)) == total
 
 
-def test_films_that_cannot_be_written_are_refused(run: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_films_that_cannot_be_written_are_refused(
+    run: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def refused(name: str, why: str) -> None:
         with pytest.raises(gg.GaitgraphError, match=re.escape(why)):
-            write_films(Table(columns={f"alpha{k}": np.zeros(1) for k in (1, 2, 3, 4)}), [name])
+            write_films(
+                Table(columns={f"alpha{k}": np.zeros(1) for k in (1, 2, 3, 4)}), [name]
+            )
 
     Path("taken.gif").write_text("mine")
     refused("a.svg", "must be .gif or .mp4")
@@ -188,12 +253,31 @@ def test_films_that_cannot_be_written_are_refused(run: Any, monkeypatch: pytest.
 
 
 def test_the_command_line_and_timed_gaits_write_films(run: Any) -> None:
-    plan = ("plan", "--waypoint", "0.4,-1.2", "--waypoint", "0.4,-0.4", "--period", "0.2", "--samples", "20")
+    plan = (
+        "plan",
+        "--waypoint",
+        "0.4,-1.2",
+        "--waypoint",
+        "0.4,-0.4",
+        "--period",
+        "0.2",
+        "--samples",
+        "20",
+    )
     assert "wrote a.gif" in run(*plan, "--output", "gait.csv", "--output", "a.gif").out
-    gg.lift([(0.4, -1.2), (0.4, -0.4)], "red").parametrize(0.2, samples=20).write("c.gif")
+    gg.lift([(0.4, -1.2), (0.4, -0.4)], "red").parametrize(0.2, samples=20).write(
+        "c.gif"
+    )
     os.mkfifo("pipe.csv")  # which can be read once
-    Thread(target=Path("pipe.csv").write_bytes, args=[Path("gait.csv").read_bytes()], daemon=True).start()
-    assert run("export", "pipe.csv", "b.gif", "b.json").out.splitlines()[0] == "wrote b.gif: one period, drawn"
+    Thread(
+        target=Path("pipe.csv").write_bytes,
+        args=[Path("gait.csv").read_bytes()],
+        daemon=True,
+    ).start()
+    assert (
+        run("export", "pipe.csv", "b.gif", "b.json").out.splitlines()[0]
+        == "wrote b.gif: one period, drawn"
+    )
     for name in "abc":
         with Image.open(f"{name}.gif") as film:
             assert (film.size, sum(durations_of(film))) == ((480, 420), 200)

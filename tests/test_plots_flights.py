@@ -37,21 +37,35 @@ def levelling() -> Flight:
 @pytest.fixture(scope="module")
 def circling() -> Flight:
     settings = FlightSettings(reference="circle", size=0.3, lap=1.0, duration=1.2)
-    return fly(gait_of_paper(4).parametrize(1.0), attitude=(0.2, -0.1), settings=settings)
+    return fly(
+        gait_of_paper(4).parametrize(1.0), attitude=(0.2, -0.1), settings=settings
+    )
 
 
 def test_a_plot_shows_what_was_flown(levelling: Flight, circling: Flight) -> None:
     attitude, place, thrusts, tilts, near = plot_flight(levelling)
     lines = {line.get_label(): line for line in attitude.get_lines()}
-    np.testing.assert_allclose(lines["roll"].get_ydata(), np.degrees(levelling.column("roll")))
-    assert {"$x$, free", "$y$, free", "$z$"} <= {line.get_label() for line in place.get_lines()}
-    shares = [line.get_ydata() for line in thrusts.get_lines() if str(line.get_label()).startswith("rotor")]
+    np.testing.assert_allclose(
+        lines["roll"].get_ydata(), np.degrees(levelling.column("roll"))
+    )
+    assert {"$x$, free", "$y$, free", "$z$"} <= {
+        line.get_label() for line in place.get_lines()
+    }
+    shares = [
+        line.get_ydata()
+        for line in thrusts.get_lines()
+        if str(line.get_label()).startswith("rotor")
+    ]
     assert np.max(shares) == pytest.approx(levelling.peak_thrust_share)
     assert len(tilts.get_lines()) == 4
     assert near.get_yscale() == "log"
     value, bound, floor = near.get_lines()
-    assert np.min(value.get_ydata()) == pytest.approx(levelling.least_singular_value, rel=1e-3)
-    assert np.all(np.asarray(bound.get_ydata()) <= np.asarray(value.get_ydata()) * (1 + 1e-9))
+    assert np.min(value.get_ydata()) == pytest.approx(
+        levelling.least_singular_value, rel=1e-3
+    )
+    assert np.all(
+        np.asarray(bound.get_ydata()) <= np.asarray(value.get_ydata()) * (1 + 1e-9)
+    )
     assert (floor.get_ydata()[0], attitude.get_ylabel()) == (0.01, "body attitude (°)")
     assert attitude.get_title().splitlines() == [
         "Gait 3 · vehicle paper · T = 1 s · from roll 17.2°, pitch −11.5°",
@@ -61,26 +75,38 @@ def test_a_plot_shows_what_was_flown(levelling: Flight, circling: Flight) -> Non
     (wanted,) = plot_flight(circling, panels=["place"])
     assert "· circle of 0.3 m in 1 s ·" in wanted.get_title()
     assert wanted.get_lines()[0].get_label() == "asked for"
-    np.testing.assert_allclose(wanted.get_lines()[0].get_ydata(), circling.column("x_wanted"))
+    np.testing.assert_allclose(
+        wanted.get_lines()[0].get_ydata(), circling.column("x_wanted")
+    )
 
 
 def test_a_plot_marks_a_stop_and_writes_why_nothing_was_flown() -> None:
     settings = FlightSettings(floor=0.0, duration=2.5, control_rate=250)
     stopped = fly(gait_of_paper(1).parametrize(1.0), anyway=True, settings=settings)
     assert stopped.failed
-    marks = [line for line in plot_flight(stopped)[0].get_lines() if line.get_gid() == "stop"]
+    marks = [
+        line for line in plot_flight(stopped)[0].get_lines() if line.get_gid() == "stop"
+    ]
     assert marks[0].get_xdata()[0] == stopped.flown
     refused = fly(gait_of_paper(1).parametrize(5.0))
     axes = plot_flight(refused, axes=Figure().subplots(2), panels=["thrusts", "tilts"])
-    assert axes[0].get_xlim() == (0.0, 5.0)  # a period, although that is longer than three seconds
+    assert axes[0].get_xlim() == (
+        0.0,
+        5.0,
+    )  # a period, although that is longer than three seconds
     assert "nothing flown" in [text.get_text() for text in axes[0].texts]
     assert "refused before take-off: sign of R" in axes[0].get_title()
-    for panels, said in ((["tilt"], "did you mean 'tilts'?"), (["place"], "axes must be 1, one a panel")):
+    for panels, said in (
+        (["tilt"], "did you mean 'tilts'?"),
+        (["place"], "axes must be 1, one a panel"),
+    ):
         with pytest.raises(gg.InputError, match=re.escape(said)):
             plot_flight(refused, axes=axes, panels=panels)
 
 
-def test_files_of_a_flight(tmp_path: Path, levelling: Flight, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_files_of_a_flight(
+    tmp_path: Path, levelling: Flight, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """The same flight gives the same bytes; a film lasts as long as the flight and says at its end how it ended."""
     monkeypatch.setattr(vehicles, "_FEWEST", 3)
     monkeypatch.setattr(vehicles, "_DELAY", 15)
@@ -90,7 +116,9 @@ def test_files_of_a_flight(tmp_path: Path, levelling: Flight, monkeypatch: pytes
         (tmp_path / folder).mkdir()
         write_flight(flight, [tmp_path / folder / name for name in names])
     for name in names:
-        assert (tmp_path / "one" / name).read_bytes() == (tmp_path / "two" / name).read_bytes()
+        assert (tmp_path / "one" / name).read_bytes() == (
+            tmp_path / "two" / name
+        ).read_bytes()
     write_flight(levelling, [tmp_path / "a.png"])
     with Image.open(tmp_path / "a.png") as picture:
         assert picture.width > 1000
@@ -116,28 +144,49 @@ def test_the_drawn_vehicle_has_the_bodys_attitude(circling: Flight) -> None:
     for row in (0, 400, 777):
         seen = flight_view(circling, row)
         turns = zip(("yaw", "pitch", "roll"), np.eye(3)[::-1], strict=True)
-        by_axis = [expm(float(circling.column(name)[row]) * np.cross(np.eye(3), axis)) for name, axis in turns]
+        by_axis = [
+            expm(float(circling.column(name)[row]) * np.cross(np.eye(3), axis))
+            for name, axis in turns
+        ]
         turned = np.linalg.multi_dot(by_axis)
         np.testing.assert_allclose(seen.arms, (camera @ turned @ ends).T, atol=1e-9)
-        np.testing.assert_allclose(seen.nose, 0.34 * camera @ turned @ np.array([1.0, 0.0, 0.0]), atol=1e-9)
+        np.testing.assert_allclose(
+            seen.nose, 0.34 * camera @ turned @ np.array([1.0, 0.0, 0.0]), atol=1e-9
+        )
         # Lines of thrust: along the tilted axes, as long as the thrusts.
         alpha = [float(circling.column(f"alpha{k + 1}")[row]) for k in range(4)]
-        axes = np.stack([np.sin(alpha) * np.sin(bearings), -np.sin(alpha) * np.cos(bearings), np.cos(alpha)])
-        shares = np.clip(circling.thrusts[row] / (PAPER.mass * PAPER.gravity / 4), -2.4, 2.4)  # type: ignore[operator]
+        axes = np.stack(
+            [
+                np.sin(alpha) * np.sin(bearings),
+                -np.sin(alpha) * np.cos(bearings),
+                np.cos(alpha),
+            ]
+        )
+        shares = np.clip(
+            circling.thrusts[row] / (PAPER.mass * PAPER.gravity / 4), -2.4, 2.4
+        )  # type: ignore[operator]
         pushed = seen.thrusts[0] - seen.discs[0, :, 4:]
-        np.testing.assert_allclose(pushed, 0.62 * shares[:, None] * (camera @ turned @ axes).T, atol=1e-9)
+        np.testing.assert_allclose(
+            pushed, 0.62 * shares[:, None] * (camera @ turned @ axes).T, atol=1e-9
+        )
 
 
 @pytest.fixture(scope="module")
 def basin() -> Basin:
-    return basins_of(gait_of_paper(3).parametrize(1.0), biases=[0.8], resolution=3, begins=2)[0]
+    return basins_of(
+        gait_of_paper(3).parametrize(1.0), biases=[0.8], resolution=3, begins=2
+    )[0]
 
 
 def test_the_map_marks_each_outcome_with_a_shape_of_its_own(basin: Basin) -> None:
     assert tuple(OUTCOME_LOOKS) == OUTCOMES  # codes count them
     assert len({look["marker"] for look in OUTCOME_LOOKS.values()}) == len(OUTCOMES)
     ax = basin_map(basin, name="Gait 3")
-    marks = {line.get_marker(): np.asarray(line.get_data()) for line in ax.lines if line.get_gid() == "outcome"}
+    marks = {
+        line.get_marker(): np.asarray(line.get_data())
+        for line in ax.lines
+        if line.get_gid() == "outcome"
+    }
     assert sum(places.shape[1] for places in marks.values()) == 9
     drawn = sorted(map(tuple, np.round(marks["o"].T, 9).tolist()))
     grid = [(i, j) for i, j in np.ndindex(3, 3) if basin.settled[i, j]]

@@ -31,7 +31,10 @@ class Claim(NamedTuple):
 
 
 def cells_of(line: str) -> list[str]:
-    return [cell.strip().replace("\\|", "|") for cell in re.split(r"(?<!\\)\|", line.strip())[1:-1]]
+    return [
+        cell.strip().replace("\\|", "|")
+        for cell in re.split(r"(?<!\\)\|", line.strip())[1:-1]
+    ]
 
 
 def tables() -> Iterator[tuple[int, list[str], list[list[str]], str]]:
@@ -83,7 +86,9 @@ def marked(claim: Claim) -> Any:
 
 
 @pytest.mark.parametrize("claim", list(map(marked, claims())))
-def test_our_values_are_those_of_their_expressions(claim: Claim, names: dict[str, Any]) -> None:
+def test_our_values_are_those_of_their_expressions(
+    claim: Claim, names: dict[str, Any]
+) -> None:
     value = eval(compile(claim.expression, f"{PAGE.name}:{claim.line}", "eval"), names)
     if len(claim.told) == 1:
         value = [value if len(claim.told[0]) > 1 else [value]]
@@ -91,11 +96,18 @@ def test_our_values_are_those_of_their_expressions(claim: Claim, names: dict[str
 
 
 def test_every_verdict_is_a_word_that_is_explained_and_counted() -> None:
-    told = [row[header.index("verdict")] for _, header, rows, _ in tables() if "verdict" in header[1:] for row in rows]
+    told = [
+        row[header.index("verdict")]
+        for _, header, rows, _ in tables()
+        if "verdict" in header[1:]
+        for row in rows
+    ]
     assert set(told) == set(VERDICTS)
     summary = next(rows for _, header, rows, _ in tables() if header[0] == "verdict")
     assert [row[0] for row in summary] == list(VERDICTS)
-    assert [int(row[-1]) for row in summary] == [told.count(verdict) for verdict in VERDICTS]
+    assert [int(row[-1]) for row in summary] == [
+        told.count(verdict) for verdict in VERDICTS
+    ]
 
 
 def test_every_figure_of_the_paper_is_shown_and_judged() -> None:
@@ -105,12 +117,18 @@ def test_every_figure_of_the_paper_is_shown_and_judged() -> None:
     judged: set[int] = set()
     for words in re.findall(r"^\*\*Figures? ([\d, toand]+)\*\*", TEXT, re.M):
         spans = re.findall(r"(\d+)(?: to (\d+))?", words)
-        judged.update(number for first, last in spans for number in range(int(first), int(last or first) + 1))
+        judged.update(
+            number
+            for first, last in spans
+            for number in range(int(first), int(last or first) + 1)
+        )
     assert judged == set(range(1, 23))
 
 
 def test_the_table_of_terms_holds_the_paper_as_printed() -> None:
-    header, rows = next((header, rows) for _, header, rows, _ in tables() if header[0] == "product")
+    header, rows = next(
+        (header, rows) for _, header, rows, _ in tables() if header[0] == "product"
+    )
     attitudes = {"sφ cθ": "sφcθ", "sθ": "sθ", "cφ cθ": "cφcθ"}
     parts = {"(4)": "sφcθ", "(5)": "sθ", "(2)": "cφcθ", "(6)": "cφcθ"}
     seen = 0
@@ -124,10 +142,17 @@ def test_the_table_of_terms_holds_the_paper_as_printed() -> None:
         right = [term_of(line) for place, _, line in MISPRINTS if place == equation]
         for row in rows:
             word = re.sub(r"[\d ]", "", row[0])
-            cell = [f"**{term[0]}**" if term in wrong else term[0] for term in terms if term[1] == word]
+            cell = [
+                f"**{term[0]}**" if term in wrong else term[0]
+                for term in terms
+                if term[1] == word
+            ]
             bold = any("*" in part for part in cell)
             missing = any(term[1:] == (word, part) for term in right) and not bold
-            assert row[k] == " ".join([*cell, *["**missing**"] * missing]), (name, row[0])
+            assert row[k] == " ".join([*cell, *["**missing**"] * missing]), (
+                name,
+                row[0],
+            )
             seen += len(cell)
     assert seen == sum(len(terms_of(text)) for text in PRINTED.values())
 
@@ -135,14 +160,25 @@ def test_the_table_of_terms_holds_the_paper_as_printed() -> None:
 def test_the_paper_s_vertices_are_the_published_ones(names: dict[str, Any]) -> None:
     rows = next(rows for _, header, rows, _ in tables() if header[0] == "gait")
     minus = str.maketrans("−", "-")
-    told = [tuple(cell.translate(minus).replace("π", "pi") for cell in row[:3]) for row in rows]
+    told = [
+        tuple(cell.translate(minus).replace("π", "pi") for cell in row[:3])
+        for row in rows
+    ]
     expected = [
-        (str(gait.number), ", ".join(waypoint), ", ".join(f"{angle:.3f}" for angle in pair))
+        (
+            str(gait.number),
+            ", ".join(waypoint),
+            ", ".join(f"{angle:.3f}" for angle in pair),
+        )
         for gait in GAITS
         for waypoint, pair in zip(gait.waypoints, gait.printed, strict=True)
     ]
     assert told == expected
-    angles = [[*a, *pair] for gait in GAITS for a, pair in zip(gait.angles, gait.printed, strict=True)]
+    angles = [
+        [*a, *pair]
+        for gait in GAITS
+        for a, pair in zip(gait.angles, gait.printed, strict=True)
+    ]
     assert np.allclose(names["vertices"], angles, atol=1e-15)
     ours = np.array([row[3:] for row in rows], dtype=float)
     assert np.abs(ours - names["vertices"][:, 2:]).max() <= 5e-4

@@ -14,8 +14,16 @@ import shapely
 import gaitgraph as gg
 from gaitgraph.errors import InputError
 from gaitgraph.gait.gait import Gait, lift
-from gaitgraph.invertibility.matrices import coefficients_of, determinant, least_singular_value, level_determinant
-from gaitgraph.invertibility.tilt_margins import least_singular_value_within, tilt_margin
+from gaitgraph.invertibility.matrices import (
+    coefficients_of,
+    determinant,
+    least_singular_value,
+    level_determinant,
+)
+from gaitgraph.invertibility.tilt_margins import (
+    least_singular_value_within,
+    tilt_margin,
+)
 from gaitgraph.robustness.biased import Robustness, robustness_of
 from gaitgraph.timing.timed_gait import table_of
 from tests.published import GAITS, PublishedGait
@@ -27,7 +35,13 @@ if TYPE_CHECKING:
     from gaitgraph.robustness.biased import RobustnessReport
 
 G1, G2, G3, G4 = GAITS
-KEYS = {"tilt_margin_deg", "acceptable_fraction", "singular_curves", "tilt_margin_reason", "acceptable_reason"}
+KEYS = {
+    "tilt_margin_deg",
+    "acceptable_fraction",
+    "singular_curves",
+    "tilt_margin_reason",
+    "acceptable_reason",
+}
 
 
 def red(gait: PublishedGait) -> Gait:
@@ -61,20 +75,43 @@ class TestThePaper:
     def test_the_sweep_of_gait_3(self, report_of_3: RobustnessReport) -> None:
         plain, same, mild, biased, scaled = (report_of_3.gait, *report_of_3.sweep)
         assert plain.tilt_margin == same.tilt_margin == math.pi / 2
-        assert math.degrees(biased.tilt_margin or 0.0) == pytest.approx(74.46, abs=5.1e-3)
-        assert plain.acceptable.fraction == 1.0 > mild.acceptable.fraction > biased.acceptable.fraction
+        assert math.degrees(biased.tilt_margin or 0.0) == pytest.approx(
+            74.46, abs=5.1e-3
+        )
+        assert (
+            plain.acceptable.fraction
+            == 1.0
+            > mild.acceptable.fraction
+            > biased.acceptable.fraction
+        )
         assert biased.acceptable.fraction == pytest.approx(0.85154, abs=5e-5)
-        assert plain.singular_value[1] > mild.singular_value[1] > biased.singular_value[1] > 0
+        assert (
+            plain.singular_value[1]
+            > mild.singular_value[1]
+            > biased.singular_value[1]
+            > 0
+        )
         assert scaled.tilt_margin == math.pi / 2
         names = [one.name for one in report_of_3.sweep]
-        assert names == ["biased by 1", "biased by 0.9", "biased by 0.8", "scaled by 0.5"]
+        assert names == [
+            "biased by 1",
+            "biased by 0.9",
+            "biased by 0.8",
+            "scaled by 0.5",
+        ]
         assert plain.direction is None
-        assert [curve.kind for _, curve in plain.curves + biased.curves] == ["none"] * 3 + ["curve"] * 3
+        assert [curve.kind for _, curve in plain.curves + biased.curves] == [
+            "none"
+        ] * 3 + ["curve"] * 3
 
     def test_gaits_1_and_2_have_no_margin(self, report_of_2: RobustnessReport) -> None:
         published = quick(lift(G2.angles, "blue"), curves=2)
         for none in (report_of_2.gait, report_of_2.sweep[2], published):
-            assert (none.tilt_margin, none.direction, none.acceptable.fraction) == (None, None, 0.0)
+            assert (none.tilt_margin, none.direction, none.acceptable.fraction) == (
+                None,
+                None,
+                0.0,
+            )
             assert none.singular_value == (0.0, 0.0)
             assert "singular at every attitude" in none.margin.reason
             assert {curve.kind for _, curve in none.curves} == {"everywhere"}
@@ -97,21 +134,34 @@ class TestThePaper:
             assert "singular at every attitude" in found.margin.reason
             assert found.acceptable.polygon.is_empty
         # Three digits of red lose nothing.
-        assert quick(table_from(np.hstack([G3.printed, G3.printed]))).tilt_margin == math.pi / 2
+        assert (
+            quick(table_from(np.hstack([G3.printed, G3.printed]))).tilt_margin
+            == math.pi / 2
+        )
 
     def test_published_coefficients_on_request(self) -> None:
         biased = red(G3).biased(0.8)
-        exact, published = (report_of(biased, coefficients=kind, tolerance=0.1) for kind in ("exact", "published"))
-        assert (exact.coefficients.kind, published.coefficients.kind) == ("exact", "published")
+        exact, published = (
+            report_of(biased, coefficients=kind, tolerance=0.1)
+            for kind in ("exact", "published")
+        )
+        assert (exact.coefficients.kind, published.coefficients.kind) == (
+            "exact",
+            "published",
+        )
         assert exact.gait.tilt_margin != published.gait.tilt_margin
-        assert exact.gait.tilt_margin == pytest.approx(published.gait.tilt_margin, abs=1e-3)
+        assert exact.gait.tilt_margin == pytest.approx(
+            published.gait.tilt_margin, abs=1e-3
+        )
 
 
 class TestAgainstSampling:
     @pytest.mark.parametrize("number", range(6))
     def test_random_gaits(self, number: int) -> None:
         random = np.random.default_rng(number)
-        points = random.uniform(-0.5, 0.5, 4) + random.uniform(-0.3, 0.3, (random.integers(2, 5), 4))
+        points = random.uniform(-0.5, 0.5, 4) + random.uniform(
+            -0.3, 0.3, (random.integers(2, 5), 4)
+        )
         if number % 2:
             points[:, 2:] = points[:, :2] + random.normal(0, 0.05, 2)
         tilt = (0.0, 0.2, 0.5)[number % 3]
@@ -123,7 +173,9 @@ class TestAgainstSampling:
             assert abs(level_determinant(found.where.alpha, EXACT)) < 1e-12
             return
         assert found.margin.lower <= margin.min() + 1e-12
-        assert found.tilt_margin == pytest.approx(tilt_margin(found.where.alpha, EXACT), abs=1e-12)
+        assert found.tilt_margin == pytest.approx(
+            tilt_margin(found.where.alpha, EXACT), abs=1e-12
+        )
         assert found.direction is not None
         assert abs(determinant(found.where.alpha, EXACT, *found.direction)) < 1e-7
         if found.margin.upper > tilt:
@@ -131,17 +183,23 @@ class TestAgainstSampling:
             lower, upper = found.singular_value
             assert upper - 5.01e-4 <= lower <= dense + 1e-12
             assert upper <= dense + 5.01e-4
-            at = least_singular_value(found.singular_where.alpha, gg.PAPER, *found.singular_attitude)
+            at = least_singular_value(
+                found.singular_where.alpha, gg.PAPER, *found.singular_attitude
+            )
             assert at == pytest.approx(upper, abs=1e-12)
 
     def test_a_long_table_is_searched_like_a_short_one(self) -> None:
         """Rows far from the least are left out, none that matters."""
-        rows = along(red(G4).biased(0.9).alpha, 201) + np.random.default_rng(1).normal(0, 2e-4, (4 * 201, 4))
+        rows = along(red(G4).biased(0.9).alpha, 201) + np.random.default_rng(1).normal(
+            0, 2e-4, (4 * 201, 4)
+        )
         found = quick(table_from(rows), tolerance=1e-2)
         dense = least_singular_value_within(rows, math.radians(30))[0].min()
         assert found.singular_value[0] <= dense <= found.singular_value[1] + 5e-4
         assert found.singular_value[1] <= dense + 1e-12
-        assert found.tilt_margin == pytest.approx(tilt_margin(rows, EXACT).min(), abs=1e-6)
+        assert found.tilt_margin == pytest.approx(
+            tilt_margin(rows, EXACT).min(), abs=1e-6
+        )
 
 
 class TestForms:
@@ -149,28 +207,50 @@ class TestForms:
         gait = red(G3).biased(0.9)
         timed = gait.parametrize(samples=40)
         timed.write(tmp_path / "gait.csv", tmp_path / "gait.json")
-        forms = [gait, timed, table_of(timed), tmp_path / "gait.csv", str(tmp_path / "gait.json")]
+        forms = [
+            gait,
+            timed,
+            table_of(timed),
+            tmp_path / "gait.csv",
+            str(tmp_path / "gait.json"),
+        ]
         found = [quick(form) for form in forms]
         for one in found:
             assert one.tilt_margin == pytest.approx(found[0].tilt_margin, abs=1e-6)
-            assert one.acceptable.fraction == pytest.approx(found[0].acceptable.fraction, abs=2e-3)
-            assert one.singular_value[1] == pytest.approx(found[0].singular_value[1], abs=5e-4)
+            assert one.acceptable.fraction == pytest.approx(
+                found[0].acceptable.fraction, abs=2e-3
+            )
+            assert one.singular_value[1] == pytest.approx(
+                found[0].singular_value[1], abs=5e-4
+            )
             assert one.noun == "corner"
         rows = table_from(timed.alpha, t=timed.t)
         assert (quick(rows).noun, quick(rows).where.t) == ("row", 0.0)
 
     def test_a_point(self) -> None:
         found = quick(POINT, curves=5)
-        assert found.tilt_margin == pytest.approx(tilt_margin(POINT.alpha[0], EXACT), abs=1e-12)
+        assert found.tilt_margin == pytest.approx(
+            tilt_margin(POINT.alpha[0], EXACT), abs=1e-12
+        )
         assert len(found.curves) == 1
         again = quick(table_from([*POINT.alpha] * 3))
         assert again.tilt_margin == found.tilt_margin
         assert again.singular_value == pytest.approx(found.singular_value)
-        assert quick(table_from(lift([(0.4, 0.5)], "blue", coefficients=EXACT).alpha)).tilt_margin is None
+        assert (
+            quick(
+                table_from(lift([(0.4, 0.5)], "blue", coefficients=EXACT).alpha)
+            ).tilt_margin
+            is None
+        )
 
     def test_another_vehicle(self) -> None:
         rows = red(G3).alpha * [1, 1, 0.9, 0.9]
-        vehicle = gg.Vehicle(name="mine", drag_ratio=0.3, first_arm_angle=0.4, first_rotor_spin="counterclockwise")
+        vehicle = gg.Vehicle(
+            name="mine",
+            drag_ratio=0.3,
+            first_arm_angle=0.4,
+            first_rotor_spin="counterclockwise",
+        )
         report = report_of(table_from(rows), vehicle=vehicle)
         assert report.vehicle.name == "mine"
         margin = tilt_margin(along(rows, 500), coefficients_of(vehicle, "exact")).min()
@@ -183,9 +263,16 @@ class TestForms:
         curves = report_of(gait, curves=40).gait.curves
         places = np.array([place.alpha for place, _ in curves])
         steps = np.linalg.norm(np.diff(np.vstack([places, places[:1]]), axis=0), axis=1)
-        assert steps.max() <= np.linalg.norm(gait.ends - gait.alpha, axis=1).sum() / 40 + 1e-9
+        assert (
+            steps.max()
+            <= np.linalg.norm(gait.ends - gait.alpha, axis=1).sum() / 40 + 1e-9
+        )
         for place, curve in curves:
-            np.testing.assert_allclose(determinant(np.array(place.alpha), EXACT, *curve.points(9).T), 0.0, atol=1e-6)
+            np.testing.assert_allclose(
+                determinant(np.array(place.alpha), EXACT, *curve.points(9).T),
+                0.0,
+                atol=1e-6,
+            )
         assert robustness_of(gait, curves=0).gait.curves == ()
 
 
@@ -205,25 +292,58 @@ class TestAnswers:
             assert (data["tilt_margin_reason"] is None) == (gait.colors[0] == "red")
 
     def test_curves_as_plain_values(self, report_of_3: RobustnessReport) -> None:
-        assert all(not curve["branches"] for curve in report_of_3.gait.as_mapping()["singular_curves"])
+        assert all(
+            not curve["branches"]
+            for curve in report_of_3.gait.as_mapping()["singular_curves"]
+        )
         biased = report_of_3.sweep[2].as_mapping()
         for curve in biased["singular_curves"]:
             (branch,) = curve["branches"]
             size = math.hypot(curve["R_theta"], curve["R_phi"], curve["R"])
             for roll, pitch in branch:
-                across = curve["R_theta"] * math.sin(pitch) + curve["R_phi"] * math.sin(roll) * math.cos(pitch)
-                assert abs(across + curve["R"] * math.cos(roll) * math.cos(pitch)) < 1e-7 * size
+                across = curve["R_theta"] * math.sin(pitch) + curve["R_phi"] * math.sin(
+                    roll
+                ) * math.cos(pitch)
+                assert (
+                    abs(across + curve["R"] * math.cos(roll) * math.cos(pitch))
+                    < 1e-7 * size
+                )
         outline = shapely.Polygon(biased["acceptable_outline"])
         assert outline.is_valid
         assert outline.area == pytest.approx(biased["acceptable_area"], abs=2e-2)
 
-    def test_for_people(self, report_of_3: RobustnessReport, report_of_2: RobustnessReport) -> None:
+    def test_for_people(
+        self, report_of_3: RobustnessReport, report_of_2: RobustnessReport
+    ) -> None:
         text, plain = str(report_of_3), report_of_3.gait
-        assert all(part in text for part in ("90° in every direction", "74.46°", "% of attitudes (error below "))
+        assert all(
+            part in text
+            for part in (
+                "90° in every direction",
+                "74.46°",
+                "% of attitudes (error below ",
+            )
+        )
         assert "singular at every attitude" in str(report_of_2)
         assert "R changes its sign" in str(report_of(lift(G1.angles, "blue"), bias=0.8))
-        unmet = str(report_of(table_from([[0.1, 0.2, 0.3, 0.4], [0.2, 0.3, 0.1, 0.1]]), tolerance=1e-12))
+        unmet = str(
+            report_of(
+                table_from([[0.1, 0.2, 0.3, 0.4], [0.2, 0.3, 0.1, 0.1]]),
+                tolerance=1e-12,
+            )
+        )
         assert "the requested 1e-10 % is not reached" in unmet
-        for error, part in ((1.99e-3, "0.2"), (2.01e-3, "0.3"), (9.9e-3, "1"), (0.0251, "3")):
-            bounded = replace(report_of_3, gait=replace(plain, acceptable=replace(plain.acceptable, error=error)))
-            assert f"(error below {part} %; the requested 0.001 % is not reached)" in str(bounded)
+        for error, part in (
+            (1.99e-3, "0.2"),
+            (2.01e-3, "0.3"),
+            (9.9e-3, "1"),
+            (0.0251, "3"),
+        ):
+            bounded = replace(
+                report_of_3,
+                gait=replace(plain, acceptable=replace(plain.acceptable, error=error)),
+            )
+            assert (
+                f"(error below {part} %; the requested 0.001 % is not reached)"
+                in str(bounded)
+            )

@@ -11,7 +11,13 @@ import numpy as np
 import pytest
 import yaml  # type: ignore[import-untyped, unused-ignore]
 from hypothesis import given, settings, strategies as st
-from rosbags.rosbag2 import CompressionFormat, CompressionMode, Reader, StoragePlugin, Writer
+from rosbags.rosbag2 import (
+    CompressionFormat,
+    CompressionMode,
+    Reader,
+    StoragePlugin,
+    Writer,
+)
 from rosbags.typesys import Stores, get_typestore
 
 import gaitgraph as gg
@@ -30,7 +36,9 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 SECOND = 1_000_000_000
-STORE = get_typestore(Stores.LATEST)  # gaitgraph writes with that of an older distribution
+STORE = get_typestore(
+    Stores.LATEST
+)  # gaitgraph writes with that of an older distribution
 TYPES = STORE.types
 NAMES = ("tilt_front", "tilt_left", "tilt_rear", "tilt_right")
 FOUR, STILL = ["a", "b", "c", "d"], [0.0] * 4
@@ -38,7 +46,12 @@ FOUR, STILL = ["a", "b", "c", "d"], [0.0] * 4
 TIMED = lift(GAITS[2].angles, "red").parametrize(0.7, samples=20)
 TABLE = table_of(TIMED)
 ROWS = [(k * SECOND // 4, TIMED.alpha[k], TIMED.rates[k]) for k in range(21)]
-OPEN = Table(columns={"t": np.arange(3.0), **{name: np.array([0.0, 0.1, 0.2]) for name in ANGLES}})
+OPEN = Table(
+    columns={
+        "t": np.arange(3.0),
+        **{name: np.array([0.0, 0.1, 0.2]) for name in ANGLES},
+    }
+)
 SERVOS = servo_map_from_mapping({"joint": [{"name": name} for name in NAMES]})
 
 
@@ -65,28 +78,51 @@ def ns(stamp: Any) -> int:
 
 
 def header_of(nanosecond: int) -> Any:
-    stamp = TYPES["builtin_interfaces/msg/Time"](sec=nanosecond // SECOND, nanosec=nanosecond % SECOND)
+    stamp = TYPES["builtin_interfaces/msg/Time"](
+        sec=nanosecond // SECOND, nanosec=nanosecond % SECOND
+    )
     return TYPES["std_msgs/msg/Header"](stamp=stamp, frame_id="")
 
 
 def trajectory(names: list[str], rows: list[tuple[int, Any, Any]]) -> Any:
     """Make a JointTrajectory of rows: nanoseconds, positions, velocities."""
-    duration, point = TYPES["builtin_interfaces/msg/Duration"], TYPES["trajectory_msgs/msg/JointTrajectoryPoint"]
+    duration, point = (
+        TYPES["builtin_interfaces/msg/Duration"],
+        TYPES["trajectory_msgs/msg/JointTrajectoryPoint"],
+    )
     none = np.zeros(0)
     points = []
     for time, positions, velocities in rows:
-        values = {"positions": np.array(positions, dtype=float), "velocities": np.array(velocities, dtype=float)}
+        values = {
+            "positions": np.array(positions, dtype=float),
+            "velocities": np.array(velocities, dtype=float),
+        }
         after = duration(sec=time // SECOND, nanosec=time % SECOND)
-        points.append(point(**values, accelerations=none, effort=none, time_from_start=after))
+        points.append(
+            point(**values, accelerations=none, effort=none, time_from_start=after)
+        )
     return TYPES[TRAJECTORY](header=header_of(0), joint_names=names, points=points)
 
 
 def state(time: int, names: list[str], positions: Any, velocities: Any = ()) -> Any:
-    position, velocity = np.array(positions, dtype=float), np.array(velocities, dtype=float)
-    return TYPES[STATE](header=header_of(time), name=names, position=position, velocity=velocity, effort=np.zeros(0))
+    position, velocity = (
+        np.array(positions, dtype=float),
+        np.array(velocities, dtype=float),
+    )
+    return TYPES[STATE](
+        header=header_of(time),
+        name=names,
+        position=position,
+        velocity=velocity,
+        effort=np.zeros(0),
+    )
 
 
-def bag_of(path: Path, messages: list[tuple[str, int, Any]], mode: CompressionMode | None = None) -> Path:
+def bag_of(
+    path: Path,
+    messages: list[tuple[str, int, Any]],
+    mode: CompressionMode | None = None,
+) -> Path:
     """Write a bag of somebody else: topic, time, message."""
     writer = Writer(path, version=9, storage_plugin=StoragePlugin.MCAP)
     if mode is not None:
@@ -96,19 +132,32 @@ def bag_of(path: Path, messages: list[tuple[str, int, Any]], mode: CompressionMo
         for topic, time, message in messages:
             kind = message.__msgtype__
             if (topic, kind) not in connections:
-                connections[topic, kind] = bag.add_connection(topic, kind, typestore=STORE)
-            bag.write(connections[topic, kind], time, STORE.serialize_cdr(message, kind))
+                connections[topic, kind] = bag.add_connection(
+                    topic, kind, typestore=STORE
+                )
+            bag.write(
+                connections[topic, kind], time, STORE.serialize_cdr(message, kind)
+            )
     return path
 
 
-def test_a_bag_holds_the_trajectory_unwrapped_and_joint_states(written: dict[str, Path]) -> None:
+def test_a_bag_holds_the_trajectory_unwrapped_and_joint_states(
+    written: dict[str, Path],
+) -> None:
     path = written[".mcap"]
     ((logged, message),) = messages_of(path, "/joint_trajectory")
-    assert (logged, ns(message.header.stamp)) == (SECOND, 0)  # 0 tells a controller to start at once
+    assert (logged, ns(message.header.stamp)) == (
+        SECOND,
+        0,
+    )  # 0 tells a controller to start at once
     assert tuple(message.joint_names) == NAMES
     times = np.array([ns(point.time_from_start) for point in message.points])
     assert (len(times), times[0], times[-1]) == (3 * 20 + 1, 0, 2_100_000_000)
-    for name, values in zip(("positions", "velocities", "accelerations"), TIMED.at(times / SECOND), strict=True):
+    for name, values in zip(
+        ("positions", "velocities", "accelerations"),
+        TIMED.at(times / SECOND),
+        strict=True,
+    ):
         found = np.array([getattr(point, name) for point in message.points])
         assert np.abs(found - values).max() < 1e-6  # a nanosecond later or earlier
     messages = messages_of(path, "/joint_states")
@@ -118,18 +167,26 @@ def test_a_bag_holds_the_trajectory_unwrapped_and_joint_states(written: dict[str
         assert tuple(message.name) == NAMES
         assert (message.position == TIMED.alpha[k % 20]).all()
         assert (message.velocity == TIMED.rates[k % 20]).all()
-    content = yaml.safe_load((path / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
+    content = yaml.safe_load((path / "metadata.yaml").read_text())[
+        "rosbag2_bagfile_information"
+    ]
     assert content["version"] == 8  # Humble reads versions up to 8
     assert content["storage_identifier"] == "mcap"
     topics = [one["topic_metadata"] for one in content["topics_with_message_count"]]
     kinds = {one["name"]: one["type"] for one in topics}
-    assert kinds == {"/gaitgraph": STRING, "/joint_trajectory": TRAJECTORY, "/joint_states": STATE}
+    assert kinds == {
+        "/gaitgraph": STRING,
+        "/joint_trajectory": TRAJECTORY,
+        "/joint_states": STATE,
+    }
 
 
 def test_a_bag_is_read_back_as_one_period(written: dict[str, Path]) -> None:
     path = written[".mcap"]
     inner = next(path.glob("*.mcap"))
-    assert sorted(one.name for one in path.iterdir()) == sorted([inner.name, "metadata.yaml"])
+    assert sorted(one.name for one in path.iterdir()) == sorted(
+        [inner.name, "metadata.yaml"]
+    )
     for source in (path, inner):
         table = read_table(source)
         assert table.about == TABLE.about
@@ -139,33 +196,59 @@ def test_a_bag_is_read_back_as_one_period(written: dict[str, Path]) -> None:
     assert gg.validate(path).flyable
 
 
-def test_the_same_table_gives_the_same_bytes_under_any_name(written: dict[str, Path], tmp_path: Path) -> None:
+def test_the_same_table_gives_the_same_bytes_under_any_name(
+    written: dict[str, Path], tmp_path: Path
+) -> None:
     folder = tmp_path / "100% ?mode=ro#ä"
     folder.mkdir()
-    write_tables(TABLE, [folder / "gait3.mcap", folder / "gait3.yaml"], servos=SERVOS, periods=3)
+    write_tables(
+        TABLE, [folder / "gait3.mcap", folder / "gait3.yaml"], servos=SERVOS, periods=3
+    )
     for path in folder.rglob("*.*"):
         if path.is_file():
-            assert path.read_bytes() == (written[".mcap"].parent / path.relative_to(folder)).read_bytes()
+            assert (
+                path.read_bytes()
+                == (written[".mcap"].parent / path.relative_to(folder)).read_bytes()
+            )
     path = folder / "a.b α%.mcap"
     TIMED.write(path)
     assert len(read_table(path)) == 21
     with pytest.raises(gg.errors.OutputExists):
         TIMED.write(path)
     TIMED.write(path, force=True)
-    assert sorted(one.name for one in folder.iterdir()) == ["a.b α%.mcap", "gait3.mcap", "gait3.yaml"]
+    assert sorted(one.name for one in folder.iterdir()) == [
+        "a.b α%.mcap",
+        "gait3.mcap",
+        "gait3.yaml",
+    ]
 
 
-def test_a_bag_plans_again_and_a_goal_and_a_header_do_not(run: Callable[..., Any], tmp_path: Path) -> None:
-    waypoints = [f"--waypoint={a},{b}" for a, b in ((0.4, -1.2), (0.4, -0.4), (1.2, -0.4))]
+def test_a_bag_plans_again_and_a_goal_and_a_header_do_not(
+    run: Callable[..., Any], tmp_path: Path
+) -> None:
+    waypoints = [
+        f"--waypoint={a},{b}" for a, b in ((0.4, -1.2), (0.4, -0.4), (1.2, -0.4))
+    ]
     names = ["g.csv", "g.mcap", "g.yaml", "g.h"]
-    run("plan", *waypoints, "--samples", 10, "--period", 2, *[f"--output={name}" for name in names])
+    run(
+        "plan",
+        *waypoints,
+        "--samples",
+        10,
+        "--period",
+        2,
+        *[f"--output={name}" for name in names],
+    )
     assert run("plan", "g.mcap", "--output", "g.mcap.csv").code == 0
     assert (tmp_path / "g.mcap.csv").read_bytes() == (tmp_path / "g.csv").read_bytes()
     for name in names[2:]:
         assert '"waypoints": [[0.4, -1.2]' in (tmp_path / name).read_text()
         refused = run("plan", name)
         assert refused.code == 2
-        assert f"got '{name}'; this format is not read: use the gait table or the request" in refused.err
+        assert (
+            f"got '{name}'; this format is not read: use the gait table or the request"
+            in refused.err
+        )
 
 
 def test_the_yaml_is_a_goal_that_ros_takes(written: dict[str, Path]) -> None:
@@ -174,14 +257,19 @@ def test_the_yaml_is_a_goal_that_ros_takes(written: dict[str, Path]) -> None:
     goal = yaml.safe_load(text)
     assert list(goal) == ["trajectory"]
     content = goal["trajectory"]
-    fields = {kind: [name for name, _ in STORE.fielddefs[kind][1]] for kind in STORE.fielddefs}
+    fields = {
+        kind: [name for name, _ in STORE.fielddefs[kind][1]] for kind in STORE.fielddefs
+    }
     assert set(content) <= set(fields[TRAJECTORY])
     ((_, message),) = messages_of(written[".mcap"], "/joint_trajectory")
     assert content["joint_names"] == list(NAMES)
     assert len(content["points"]) == len(message.points)
     for found, point in zip(content["points"], message.points, strict=True):
         assert set(found) <= set(fields["trajectory_msgs/msg/JointTrajectoryPoint"])
-        assert found["time_from_start"] == {"sec": point.time_from_start.sec, "nanosec": point.time_from_start.nanosec}
+        assert found["time_from_start"] == {
+            "sec": point.time_from_start.sec,
+            "nanosec": point.time_from_start.nanosec,
+        }
         for name in ("positions", "velocities", "accelerations"):
             assert all(type(value) is float for value in found[name])
             assert found[name] == getattr(point, name).tolist()
@@ -200,27 +288,49 @@ def test_numbers_and_names_of_the_yaml_are_kept_as_they_are(tmp_path: Path) -> N
 
 @settings(deadline=None, max_examples=30)
 @given(rows=st.integers(1, 30), periods=st.integers(1, 9), period=st.floats(1e-5, 1e4))
-def test_times_increase_whatever_the_period(rows: int, periods: int, period: float) -> None:
+def test_times_increase_whatever_the_period(
+    rows: int, periods: int, period: float
+) -> None:
     timed = replace(TIMED, period=period, samples=rows)
     times, points = points_of(table_of(timed), periods)
     assert len(times) == len(points["positions"]) == rows * periods + 1
     assert (np.diff(times) > 0).all()
     assert abs(int(times[-1]) - periods * period * 1e9) <= periods
     exact = timed.at(times / 1e9)[0]
-    assert np.abs(points["positions"] - exact).max() <= 1e-8 * (1 + timed.peak_rates().max())
+    assert np.abs(points["positions"] - exact).max() <= 1e-8 * (
+        1 + timed.peak_rates().max()
+    )
 
 
 @pytest.mark.parametrize(
     ("table", "periods", "message"),
     [
         (TABLE, 5000, "points must be at most 100000, got 5000 periods of 21 rows"),
-        (table_of(replace(TIMED, period=1e9, samples=9)), 3, "time must be at most 2147483646 s .*, got 3 periods"),
-        (table_of(replace(TIMED, period=1e-6, samples=1000)), 1, "t must have steps of at least 2 ns"),
-        (OPEN, 2, "periods must be 1 for a table that does not end where it starts, got 2"),
-        (Table(columns={name: OPEN[name] for name in ANGLES}), 1, "column 't' is missing"),
+        (
+            table_of(replace(TIMED, period=1e9, samples=9)),
+            3,
+            "time must be at most 2147483646 s .*, got 3 periods",
+        ),
+        (
+            table_of(replace(TIMED, period=1e-6, samples=1000)),
+            1,
+            "t must have steps of at least 2 ns",
+        ),
+        (
+            OPEN,
+            2,
+            "periods must be 1 for a table that does not end where it starts, got 2",
+        ),
+        (
+            Table(columns={name: OPEN[name] for name in ANGLES}),
+            1,
+            "column 't' is missing",
+        ),
     ],
 )
-def test_what_ros_cannot_hold_is_refused(table: Table, periods: int, message: str, tmp_path: Path) -> None:
+def test_what_ros_cannot_hold_is_refused(
+    table: Table, periods: int, message: str, tmp_path: Path
+) -> None:
     for suffix in (".mcap", ".yaml"):
         with pytest.raises(gg.InputError, match=message):
             write_tables(table, [tmp_path / f"g{suffix}"], periods=periods)
@@ -229,9 +339,18 @@ def test_what_ros_cannot_hold_is_refused(table: Table, periods: int, message: st
     assert (read_table(tmp_path / "open.mcap").alpha == OPEN.alpha).all()
 
 
-@pytest.mark.parametrize("packed", [None, CompressionMode.STORAGE, CompressionMode.MESSAGE, CompressionMode.FILE])
-def test_somebody_elses_trajectory_is_read_as_it_is(tmp_path: Path, packed: CompressionMode | None) -> None:
-    path = bag_of(tmp_path / "theirs.mcap", [("/anything", 5, trajectory(["w", "x", "y", "z"], ROWS))], packed)
+@pytest.mark.parametrize(
+    "packed",
+    [None, CompressionMode.STORAGE, CompressionMode.MESSAGE, CompressionMode.FILE],
+)
+def test_somebody_elses_trajectory_is_read_as_it_is(
+    tmp_path: Path, packed: CompressionMode | None
+) -> None:
+    path = bag_of(
+        tmp_path / "theirs.mcap",
+        [("/anything", 5, trajectory(["w", "x", "y", "z"], ROWS))],
+        packed,
+    )
     table = read_table(path)
     assert table.about == {}
     assert (table.alpha == TIMED.alpha).all()
@@ -243,9 +362,17 @@ def test_somebody_elses_trajectory_is_read_as_it_is(tmp_path: Path, packed: Comp
 def test_joints_are_known_by_their_names(tmp_path: Path) -> None:
     names = ["arm", "alpha3", "alpha1", "alpha4", "alpha2"]
     rows: list[Any] = [(time, [9.0, p[2], p[0], p[3], p[1]], []) for time, p, _ in ROWS]
-    assert (read_table(bag_of(tmp_path / "a.mcap", [("/j", 1, trajectory(names, rows))])).alpha == TIMED.alpha).all()
-    assert "joints must be four, or alpha1 to alpha4 among them, got ['arm', 'x']" in refusal(
-        bag_of(tmp_path / "b.mcap", [("/j", 1, trajectory(["arm", "x"], rows))])
+    assert (
+        read_table(
+            bag_of(tmp_path / "a.mcap", [("/j", 1, trajectory(names, rows))])
+        ).alpha
+        == TIMED.alpha
+    ).all()
+    assert (
+        "joints must be four, or alpha1 to alpha4 among them, got ['arm', 'x']"
+        in refusal(
+            bag_of(tmp_path / "b.mcap", [("/j", 1, trajectory(["arm", "x"], rows))])
+        )
     )
 
 
@@ -255,28 +382,41 @@ def test_joint_states_alone_are_read(tmp_path: Path, stamped: bool) -> None:
     messages: list[Any] = [("/chatter", 3, TYPES[STRING](data="x"))]
     for k, (time, p, v) in enumerate(ROWS):
         recorded = start + time + 7 * (k > 0) * stamped
-        messages.append(("/joint_states", recorded, state((start + time) * stamped, FOUR, p, v)))
+        messages.append(
+            ("/joint_states", recorded, state((start + time) * stamped, FOUR, p, v))
+        )
     table = read_table(bag_of(tmp_path / "states.mcap", messages))
     assert (table.alpha == TIMED.alpha).all()
     assert (table["t"] == np.arange(21) / 4).all()
     assert np.array_equal(np.column_stack([table[name] for name in RATES]), TIMED.rates)
 
 
-def test_a_split_bag_is_read_in_order_and_its_folder_needs_no_suffix(tmp_path: Path) -> None:
+def test_a_split_bag_is_read_in_order_and_its_folder_needs_no_suffix(
+    tmp_path: Path,
+) -> None:
     whole = tmp_path / "rosbag2_2024"
     whole.mkdir()
     for k, (time, p, _) in enumerate(ROWS[:12]):
-        one = bag_of(tmp_path / f"p{k}", [("/joint_states", 1 + time, state(1 + time, FOUR, p))])
+        one = bag_of(
+            tmp_path / f"p{k}", [("/joint_states", 1 + time, state(1 + time, FOUR, p))]
+        )
         shutil.move(next(one.glob("*.mcap")), whole / f"rosbag2_2024_{k}.mcap")
-    assert "it must have a metadata.yaml, got none: ros2 bag reindex writes one" in refusal(whole)
+    assert (
+        "it must have a metadata.yaml, got none: ros2 bag reindex writes one"
+        in refusal(whole)
+    )
     names = [f"rosbag2_2024_{k}.mcap" for k in range(12)]
     text = (tmp_path / "p0" / "metadata.yaml").read_text()
-    (whole / "metadata.yaml").write_text(text.replace("- p0.mcap", "\n  - ".join(["", *names]).lstrip()))
+    (whole / "metadata.yaml").write_text(
+        text.replace("- p0.mcap", "\n  - ".join(["", *names]).lstrip())
+    )
     assert (read_table(whole).alpha == TIMED.alpha[:12]).all()
     assert len(read_table(whole / "rosbag2_2024_3.mcap")) == 1
     (whole / names[5]).unlink()
     assert "files are missing" in refusal(whole)
-    assert ", a folder without a .mcap file" in refusal(tmp_path / "p3")  # its file is gone
+    assert ", a folder without a .mcap file" in refusal(
+        tmp_path / "p3"
+    )  # its file is gone
 
 
 @pytest.mark.parametrize(
@@ -301,7 +441,9 @@ def test_a_split_bag_is_read_in_order_and_its_folder_needs_no_suffix(tmp_path: P
         ),
     ],
 )  # fmt: skip
-def test_bags_of_something_else_are_refused(tmp_path: Path, messages: list[tuple[str, int, Any]], message: str) -> None:
+def test_bags_of_something_else_are_refused(
+    tmp_path: Path, messages: list[tuple[str, int, Any]], message: str
+) -> None:
     assert message in refusal(bag_of(tmp_path / "theirs.mcap", messages))
 
 
@@ -309,7 +451,9 @@ def test_no_bag_at_all(tmp_path: Path) -> None:
     assert "No such file" in refusal(tmp_path / "none.mcap")
     for content in (b"", b"t,alpha1"):
         (tmp_path / "a.mcap").write_bytes(content)
-        assert "it is not a ROS 2 bag, or it is broken (" in refusal(tmp_path / "a.mcap")
+        assert "it is not a ROS 2 bag, or it is broken (" in refusal(
+            tmp_path / "a.mcap"
+        )
 
 
 def test_a_bag_that_is_cut_off_changed_or_too_large_is_read_or_refused_in_one_line(
@@ -328,17 +472,24 @@ def test_a_bag_that_is_cut_off_changed_or_too_large_is_read_or_refused_in_one_li
     monkeypatch.setattr(binary_tables, "MOST_BYTES", len(content) - 1)
     assert f"it must have at most 0 MiB, got {len(content)} bytes" in refusal(path)
     message = trajectory(FOUR, [(k, STILL, STILL) for k in range(2000)])
-    path = bag_of(tmp_path / "packed.mcap", [("/j", 1, message)], CompressionMode.STORAGE)  # chunks state too much
+    path = bag_of(
+        tmp_path / "packed.mcap", [("/j", 1, message)], CompressionMode.STORAGE
+    )  # chunks state too much
     monkeypatch.setattr(binary_tables, "MOST_BYTES", 1 << 17)
     assert sum(one.stat().st_size for one in path.iterdir()) < 1 << 17
     assert "its chunks must have at most 0 MiB, got" in refusal(path)
 
 
-def test_a_bag_of_joints_says_their_names_and_is_read_back_as_rotors(tmp_path: Path) -> None:
+def test_a_bag_of_joints_says_their_names_and_is_read_back_as_rotors(
+    tmp_path: Path,
+) -> None:
     """Joints of an X frame have another order; what is read is tilt angles again."""
     path = tmp_path / "g.mcap"
     write_tables(TABLE, [path], servos=servo_map_named("x_frame"))
     ((_, message),) = messages_of(path, "/joint_trajectory")
     assert list(message.joint_names) == ["tilt1", "tilt2", "tilt3", "tilt4"]
-    assert (np.array([point.positions for point in message.points]) == TIMED.alpha[:, [3, 1, 0, 2]]).all()
+    assert (
+        np.array([point.positions for point in message.points])
+        == TIMED.alpha[:, [3, 1, 0, 2]]
+    ).all()
     assert (read_table(path).alpha == TIMED.alpha).all()

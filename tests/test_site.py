@@ -19,10 +19,17 @@ from gaitgraph.plots import figures
 pytest.importorskip("sphinx", reason="the extra 'docs' is not installed")
 
 ROOT = Path(__file__).parent.parent
-GENERATED = ("_build", "_examples", "gallery")  # figures too, but those that are newer than the code are kept
+GENERATED = (
+    "_build",
+    "_examples",
+    "gallery",
+)  # figures too, but those that are newer than the code are kept
 DRAWN = "15"
 NOWHERE = "http://127.0.0.1:9"  # nothing listens there
-RUN = ("plan_a_gait", "draw_a_gait")  # examples that this site runs: one prints, one draws; all of them are tested
+RUN = (
+    "plan_a_gait",
+    "draw_a_gait",
+)  # examples that this site runs: one prints, one draws; all of them are tested
 
 # What makes a browser load something, by element; links that a reader clicks are not among them.
 LOADED = {
@@ -57,7 +64,9 @@ class Page(HTMLParser):
         for name, value in attrs:
             if name == "id":
                 self.ids.add(value or "")
-            if name in LOADED.get(tag, ()) or (name == "style" and "url(" in (value or "")):
+            if name in LOADED.get(tag, ()) or (
+                name == "style" and "url(" in (value or "")
+            ):
                 self.loads.append(value or "")
 
 
@@ -69,7 +78,11 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The built site; the tree that is built is a copy, so that nothing is written beside the sources."""
     tree = tmp_path_factory.mktemp("site")
     for folder in ("docs", "examples"):
-        shutil.copytree(ROOT / folder, tree / folder, ignore=shutil.ignore_patterns(*GENERATED, "__pycache__"))
+        shutil.copytree(
+            ROOT / folder,
+            tree / folder,
+            ignore=shutil.ignore_patterns(*GENERATED, "__pycache__"),
+        )
     shutil.copyfile(ROOT / "CHANGELOG.md", tree / "CHANGELOG.md")
     # All figures but one are there already, as copies of a picture; how they are drawn has tests of its own.
     there = tree / "docs" / "_figures"
@@ -77,11 +90,16 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     there.mkdir()
     for figure in figures.FIGURES.values():
         if figure.name != DRAWN:
-            shutil.copyfile(ROOT / "docs" / "images" / "roll_pitch.png", there / f"{figure.stem}.png")
+            shutil.copyfile(
+                ROOT / "docs" / "images" / "roll_pitch.png",
+                there / f"{figure.stem}.png",
+            )
     names = ("http_proxy", "https_proxy", "all_proxy")
     proxies = dict.fromkeys((*names, *map(str.upper, names)), NOWHERE)
     # Coverage would trace every example of the gallery again.
-    own = {name: value for name, value in os.environ.items() if not name.startswith("COV")}
+    own = {
+        name: value for name, value in os.environ.items() if not name.startswith("COV")
+    }
     run = ("-D", f"sphinx_gallery_conf.filename_pattern={'|'.join(RUN)}")
     done = subprocess.run(
         [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-n", "-q", *run, "docs", "html"],
@@ -94,15 +112,24 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def pages(site: Path) -> dict[str, Page]:
-    return {str(path.relative_to(site)): Page(path.read_text()) for path in sorted(site.glob("**/*.html"))}
+    return {
+        str(path.relative_to(site)): Page(path.read_text())
+        for path in sorted(site.glob("**/*.html"))
+    }
 
 
 def test_every_page_is_there(pages: dict[str, Page]) -> None:
-    listed = re.findall(r"^((?:guide/)?\w+)$", (ROOT / "docs" / "index.md").read_text(), re.M)
+    listed = re.findall(
+        r"^((?:guide/)?\w+)$", (ROOT / "docs" / "index.md").read_text(), re.M
+    )
     written = {f"{name}.html" for name in ("index", *listed)}
     assert len(written) == 16
     shown = {f"gallery/{path.stem}.html" for path in (ROOT / "examples").glob("*.py")}
-    assert written | shown | {"gallery/index.html", "search.html", "genindex.html"} <= set(pages)
+    assert written | shown | {
+        "gallery/index.html",
+        "search.html",
+        "genindex.html",
+    } <= set(pages)
 
 
 def test_nothing_is_loaded_from_elsewhere(site: Path, pages: dict[str, Page]) -> None:
@@ -111,13 +138,23 @@ def test_nothing_is_loaded_from_elsewhere(site: Path, pages: dict[str, Page]) ->
     assert not {pair for pair in loaded if elsewhere.match(pair[1])}
     for name, target in loaded:
         path = target.partition("#")[0].partition("?")[0]
-        assert not path or path.startswith("data:") or ((site / name).parent / path).exists(), (name, target)
+        assert (
+            not path
+            or path.startswith("data:")
+            or ((site / name).parent / path).exists()
+        ), (name, target)
     for sheet in site.glob("**/*.css"):
-        targets = re.findall(r"url\(\s*['\"]?([^'\")]+)|@import\s+['\"]([^'\"]+)", sheet.read_text())
-        assert not [pair for pair in targets if elsewhere.match("".join(pair))], sheet.name
+        targets = re.findall(
+            r"url\(\s*['\"]?([^'\")]+)|@import\s+['\"]([^'\"]+)", sheet.read_text()
+        )
+        assert not [pair for pair in targets if elsewhere.match("".join(pair))], (
+            sheet.name
+        )
     for script in site.glob("**/*.js"):
         text = script.read_text()
-        assert not re.findall(r"(?:fetch|importScripts|import)\(\s*['\"`](?:\w+:)?//", text), script.name
+        assert not re.findall(
+            r"(?:fetch|importScripts|import)\(\s*['\"`](?:\w+:)?//", text
+        ), script.name
 
 
 def test_formulas_are_mathml(site: Path, pages: dict[str, Page]) -> None:
@@ -135,7 +172,11 @@ def test_formulas_are_mathml(site: Path, pages: dict[str, Page]) -> None:
 
 
 def test_the_api_is_whole(pages: dict[str, Page]) -> None:
-    names = {f"gaitgraph.{name}" for name in dir(gaitgraph) if not isinstance(getattr(gaitgraph, name), ModuleType)}
+    names = {
+        f"gaitgraph.{name}"
+        for name in dir(gaitgraph)
+        if not isinstance(getattr(gaitgraph, name), ModuleType)
+    }
     names |= {f"gaitgraph.plots.{name}" for name in dir(gaitgraph.plots)}
     assert names <= pages["api.html"].ids
 
@@ -143,17 +184,32 @@ def test_the_api_is_whole(pages: dict[str, Page]) -> None:
 def test_the_same_sources_give_the_same_site(site: Path) -> None:
     for path in site.glob("**/*.html"):
         text = path.read_text()
-        for private in (str(ROOT), str(site.parent), "Last updated", "running time", "memory usage"):
+        for private in (
+            str(ROOT),
+            str(site.parent),
+            "Last updated",
+            "running time",
+            "memory usage",
+        ):
             assert private not in text, path.name
 
 
 @pytest.mark.parametrize("theme", ["light", "dark"])
 @pytest.mark.parametrize("width", [390, 1440])
-def test_pages_can_be_read_by_everybody(site: Path, tmp_path: Path, width: int, theme: str) -> None:
+def test_pages_can_be_read_by_everybody(
+    site: Path, tmp_path: Path, width: int, theme: str
+) -> None:
     browser = pytest.importorskip("tests.chromium")
     with browser.chromium(tmp_path) as driver:
         browser.show(driver, width, 1000, theme)
-        for name in ("index", "tutorial", "command_line", "limitations", "gallery/index", "gallery/plan_a_gait"):
+        for name in (
+            "index",
+            "tutorial",
+            "command_line",
+            "limitations",
+            "gallery/index",
+            "gallery/plan_a_gait",
+        ):
             driver.get((site / f"{name}.html").as_uri())
             shown, code = driver.execute_script(MEASURED)
             assert shown <= width, name

@@ -38,11 +38,17 @@ SMALL: dict[str, Any] = {
     "attitudes": {"roll": [0.0, "20deg"], "pitch": [0.0, 0.2]},
     "flight": {"duration": 0.6},
 }
-EXAMPLES = sorted((Path(__file__).parent.parent / "examples" / "studies").glob("*.toml"))
+EXAMPLES = sorted(
+    (Path(__file__).parent.parent / "examples" / "studies").glob("*.toml")
+)
 
 
 def contents(folder: Path) -> dict[str, bytes]:
-    return {str(path.relative_to(folder)): path.read_bytes() for path in sorted(folder.rglob("*")) if path.is_file()}
+    return {
+        str(path.relative_to(folder)): path.read_bytes()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file()
+    }
 
 
 @pytest.fixture(scope="module")
@@ -54,33 +60,67 @@ def test_a_grid_has_every_combination_once_the_pitch_fastest() -> None:
     study = study_from_mapping(
         SMALL
         | {
-            "vehicles": ["paper", {"preset": "paper", "drag_ratio": [0.1, 0.2], "servo_lag": [0.01, 0.02, 0.03]}],
+            "vehicles": [
+                "paper",
+                {
+                    "preset": "paper",
+                    "drag_ratio": [0.1, 0.2],
+                    "servo_lag": [0.01, 0.02, 0.03],
+                },
+            ],
             "biases": [1.0, 0.8],
             "periods": {"from": 1, "to": 2, "count": 2},
         }
     )
     cases = [study.case(number) for number in range(len(study))]
-    keys = {repr((one.model, one.varied, one.source, one.eta, one.period, one.roll, one.pitch)) for one in cases}
+    keys = {
+        repr(
+            (
+                one.model,
+                one.varied,
+                one.source,
+                one.eta,
+                one.period,
+                one.roll,
+                one.pitch,
+            )
+        )
+        for one in cases
+    }
     assert len(study) == len(keys) == (1 + 2 * 3) * 2 * 2 * 2 * 2 * 2
     assert [one.pitch for one in cases[:3]] == [0.0, 0.2, 0.0]
     assert [one.period for one in cases[:8:4]] == [1.0, 2.0]
-    assert [list(cases[k].varied.values()) for k in (0, 32, 64)] == [[], [0.1, 0.01], [0.1, 0.02]]
+    assert [list(cases[k].varied.values()) for k in (0, 32, 64)] == [
+        [],
+        [0.1, 0.01],
+        [0.1, 0.02],
+    ]
     assert (cases[-1].vehicle.drag_ratio, cases[-1].vehicle.servo_lag) == (0.2, 0.03)
-    assert [number for batch in study.batches for number in batch] == list(range(len(study)))
+    assert [number for batch in study.batches for number in batch] == list(
+        range(len(study))
+    )
     assert (study.batch, len(study.batches)) == (4, 56)
 
 
 def test_a_case_of_a_random_sample_depends_on_the_seed_and_its_number_alone() -> None:
     asked = SMALL | {
-        "vehicles": ["beetle_omni", {"preset": "paper", "mass": {"from": 0.3, "to": 0.6}}],
+        "vehicles": [
+            "beetle_omni",
+            {"preset": "paper", "mass": {"from": 0.3, "to": 0.6}},
+        ],
         "attitudes": {"roll": {"from": -0.5, "to": 0.5}, "pitch": [0.0, 0.1]},
         "periods": {"from": 0.5, "to": 2.0},
         "sample": {"kind": "random", "count": 400, "seed": 5},
     }
-    study, longer = study_from_mapping(asked), study_from_mapping(asked | {"sample": {"count": 1000, "seed": 5}})
+    study, longer = (
+        study_from_mapping(asked),
+        study_from_mapping(asked | {"sample": {"count": 1000, "seed": 5}}),
+    )
     other = study_from_mapping(asked | {"sample": {"count": 400, "seed": 6}})
     cases = [study.case(number) for number in range(400)]
-    assert [longer.case(k).roll for k in reversed(range(400))] == [one.roll for one in cases][::-1]
+    assert [longer.case(k).roll for k in reversed(range(400))] == [
+        one.roll for one in cases
+    ][::-1]
     assert sum(other.case(k).roll == cases[k].roll for k in range(400)) == 0
     rolls = np.array([one.roll for one in cases])
     assert -0.5 <= rolls.min() < -0.48 < 0.48 < rolls.max() < 0.5
@@ -92,18 +132,36 @@ def test_a_case_of_a_random_sample_depends_on_the_seed_and_its_number_alone() ->
     assert len(study_from_mapping(asked | {"sample": {"count": 1}})) == 1
     assert study.as_mapping()["sample"] == asked["sample"]
     # Pinned: later versions continue a stored study.
-    assert (cases[17].roll, cases[17].period) == pytest.approx((0.4349099096549526, 1.1392466424151815), abs=1e-15)
+    assert (cases[17].roll, cases[17].period) == pytest.approx(
+        (0.4349099096549526, 1.1392466424151815), abs=1e-15
+    )
 
 
 def test_a_study_is_known_by_its_content() -> None:
     asked = SMALL | {
-        "vehicles": ["paper", {"preset": "paper", "inertia": [[1e-3, 1e-3, 2e-3], [2e-3, 2e-3, 4e-3]], "name": "two"}],
-        "gaits": ["gait4", {"waypoints": [["pi/8", "-pi/8"], [1.2, -1.2]], "color": "red", "name": "line"}],
+        "vehicles": [
+            "paper",
+            {
+                "preset": "paper",
+                "inertia": [[1e-3, 1e-3, 2e-3], [2e-3, 2e-3, 4e-3]],
+                "name": "two",
+            },
+        ],
+        "gaits": [
+            "gait4",
+            {
+                "waypoints": [["pi/8", "-pi/8"], [1.2, -1.2]],
+                "color": "red",
+                "name": "line",
+            },
+        ],
     }
     study = study_from_mapping(asked)
     assert study_from_mapping(asked).fingerprint == study.fingerprint
     assert study.as_mapping()["sample"] == {"kind": "grid"}
-    assert study_from_mapping(asked | {"name": "other"}).fingerprint != study.fingerprint
+    assert (
+        study_from_mapping(asked | {"name": "other"}).fingerprint != study.fingerprint
+    )
     assert pickle.loads(pickle.dumps(study)) == study  # as workers get it
     assert list(columns_of(study))[3:6] == ["inertia_x", "inertia_y", "inertia_z"]
 
@@ -112,16 +170,32 @@ def test_gaits_come_from_files_too(tmp_path: Path) -> None:
     gait = gait_of_paper(3)
     gait.parametrize(2.0).write(tmp_path / "mine.csv")
     (tmp_path / "plane.csv").write_text(
-        "alpha1,alpha2,color\n" + "\n".join(f"{a!r},{b!r},red" for a, b in gait.alpha[:, :2].tolist()) + "\n"
+        "alpha1,alpha2,color\n"
+        + "\n".join(f"{a!r},{b!r},red" for a, b in gait.alpha[:, :2].tolist())
+        + "\n"
     )
     (tmp_path / "asked.toml").write_text(
         'waypoints = [["3pi/8", "-3pi/8"], ["3pi/8", "-pi/8"], ["pi/8", "-pi/8"], ["pi/8", "-3pi/8"]]\nperiod = 9.0\n'
     )
     study = study_from_mapping(
-        SMALL | {"gaits": ["gait3", "mine.csv", {"file": "plane.csv", "name": "lifted"}, "asked.toml"]}, folder=tmp_path
+        SMALL
+        | {
+            "gaits": [
+                "gait3",
+                "mine.csv",
+                {"file": "plane.csv", "name": "lifted"},
+                "asked.toml",
+            ]
+        },
+        folder=tmp_path,
     )
     shutil.rmtree(tmp_path)  # a study needs no file any more
-    assert [source.name for source in study.sources] == ["gait3", "mine", "lifted", "asked"]
+    assert [source.name for source in study.sources] == [
+        "gait3",
+        "mine",
+        "lifted",
+        "asked",
+    ]
     for source in study.sources:
         np.testing.assert_allclose(source.gait(PAPER).alpha, gait.alpha, atol=1e-9)
 
@@ -134,23 +208,39 @@ def test_a_file_that_is_no_study_is_named(tmp_path: Path) -> None:
         ("gaits = ['none.csv']", r"gait 1: gait file '.*none\.csv' cannot be read"),
     ):
         path.write_text(text)
-        with pytest.raises((InputError, FileProblem), match=rf"study file '.*a\.toml': {message}"):
+        with pytest.raises(
+            (InputError, FileProblem), match=rf"study file '.*a\.toml': {message}"
+        ):
             read_study(path)
 
 
-def test_large_studies_need_yes_and_the_examples_do_not(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_large_studies_need_yes_and_the_examples_do_not(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr("dask.system.CPU_COUNT", 4)
     for path in EXAMPLES:
         study = read_study(path)
         assert len(study) <= 10_000
         assert study.seconds <= 3600.0
     asked = SMALL | {"periods": {"from": 1, "to": 2, "count": 1251}}
-    with pytest.raises(InputError, match=r"study 'small' has 10,008 flights, about 0:01:\d\d with --workers 4; to"):
+    with pytest.raises(
+        InputError,
+        match=r"study 'small' has 10,008 flights, about 0:01:\d\d with --workers 4; to",
+    ):
         run_study(asked, tmp_path / "many")
-    asked = SMALL | {"periods": {"from": 1, "to": 2, "count": 150}, "flight": {"duration": 80.0}}
-    with pytest.raises(InputError, match="1,200 flights, about 1:20:00 with --workers 1; to fly more than 10,000 or"):
+    asked = SMALL | {
+        "periods": {"from": 1, "to": 2, "count": 150},
+        "flight": {"duration": 80.0},
+    }
+    with pytest.raises(
+        InputError,
+        match="1,200 flights, about 1:20:00 with --workers 1; to fly more than 10,000 or",
+    ):
         run_study(asked, tmp_path / "long", workers=1)
-    with pytest.raises(InputError, match="1,200 flights, about 1:20:00 on one worker; to fly more than 10,000 or for"):
+    with pytest.raises(
+        InputError,
+        match="1,200 flights, about 1:20:00 on one worker; to fly more than 10,000 or for",
+    ):
         run_study(asked, tmp_path / "long", scheduler="tcp://127.0.0.1:9")
 
 
@@ -163,17 +253,38 @@ def test_rows_state_the_gait_and_the_flight(small: StudyRun) -> None:
     for row in rows[:4]:
         assert row["reason"].startswith("refused before take-off: ")
         assert (row["valid"], row["flyable"], row["peak_thrust"]) == (True, False, None)
-    assert all((row["flyable"], row["reason"], row["duration"]) == (True, "", 0.6) for row in rows[4:])
-    assert small.outcomes == {"settled": 4, "not settled": 0, "refused": 4, "no gait": 0, "failed": 0}
+    assert all(
+        (row["flyable"], row["reason"], row["duration"]) == (True, "", 0.6)
+        for row in rows[4:]
+    )
+    assert small.outcomes == {
+        "settled": 4,
+        "not settled": 0,
+        "refused": 4,
+        "no gait": 0,
+        "failed": 0,
+    }
     assert small.reasons[0][::2] == ("refused", 4)
 
 
-def test_a_case_that_fails_is_a_row_with_its_reason(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_case_that_fails_is_a_row_with_its_reason(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     study = study_from_mapping(
         SMALL
         | {
-            "vehicles": [{"name": "bare", "drag_ratio": 0.1}, {"preset": "paper", "drag_ratio": [0.1, 0.2]}],
-            "gaits": [{"waypoints": [[0.1, 0.1], [1.2, -1.2]], "color": "red", "name": "torn"}, "gait3"],
+            "vehicles": [
+                {"name": "bare", "drag_ratio": 0.1},
+                {"preset": "paper", "drag_ratio": [0.1, 0.2]},
+            ],
+            "gaits": [
+                {
+                    "waypoints": [[0.1, 0.1], [1.2, -1.2]],
+                    "color": "red",
+                    "name": "torn",
+                },
+                "gait3",
+            ],
             "attitudes": {},
         }
     )
@@ -181,7 +292,12 @@ def test_a_case_that_fails_is_a_row_with_its_reason(monkeypatch: pytest.MonkeyPa
     rows = [row_of(study.case(number), study, gaits) for number in range(4)]
     assert len(gaits) == 4  # nothing is planned twice, failures too
     assert [row_of(study.case(number), study, gaits) for number in range(4)] == rows
-    assert [row["outcome"] for row in rows] == ["no gait", "failed", "no gait", "settled"]
+    assert [row["outcome"] for row in rows] == [
+        "no gait",
+        "failed",
+        "no gait",
+        "settled",
+    ]
     assert rows[0]["reason"].startswith("no closed loop: ")
     assert "bare" in rows[1]["reason"]
     assert rows[1]["flyable"] is True
@@ -191,7 +307,10 @@ def test_a_case_that_fails_is_a_row_with_its_reason(monkeypatch: pytest.MonkeyPa
         raise ZeroDivisionError("division\nby zero")
 
     monkeypatch.setattr(running, "fly", broken)
-    assert row_of(study.case(3), study, {})["reason"] == "ZeroDivisionError: division by zero"
+    assert (
+        row_of(study.case(3), study, {})["reason"]
+        == "ZeroDivisionError: division by zero"
+    )
 
 
 def test_a_row_is_the_flight_of_its_case() -> None:
@@ -199,10 +318,16 @@ def test_a_row_is_the_flight_of_its_case() -> None:
     study = study_from_mapping(SMALL | places | {"gaits": ["gait2"], "anyway": True})
     row = row_of(study.case(0), study, {})
     timed = gait_of_paper(2).biased(0.8).parametrize(1.5)
-    flight = fly(timed, attitude=(0.3, -0.1), settings=FlightSettings(duration=0.6), anyway=True)
+    flight = fly(
+        timed, attitude=(0.3, -0.1), settings=FlightSettings(duration=0.6), anyway=True
+    )
     assert row["gait_tilt_rate"] == timed.peak_rates().max()
-    assert {name: row[name] for name in FLIGHT} == {name: flight.as_mapping()[name] for name in FLIGHT}
-    with pytest.raises(InputError, match=r"workers must have mujoco 1\.0, as this process has, got "):
+    assert {name: row[name] for name in FLIGHT} == {
+        name: flight.as_mapping()[name] for name in FLIGHT
+    }
+    with pytest.raises(
+        InputError, match=r"workers must have mujoco 1\.0, as this process has, got "
+    ):
         flown_batch([0], study, versions() | {"mujoco": "1.0"})
 
 
@@ -210,7 +335,11 @@ def test_each_flyable_gait_has_a_certificate(small: StudyRun, tmp_path: Path) ->
     (path,) = (small.folder / "certificates").iterdir()
     assert path.name == "1_gait4_paper.cert.json"  # gait1 is not flyable
     assert check.check(path.read_text())["proved"]
-    none = run_study({"name": "none", "gaits": ["gait1"], "flight": {"duration": 0.1}}, tmp_path / "none", workers=0)
+    none = run_study(
+        {"name": "none", "gaits": ["gait1"], "flight": {"duration": 0.1}},
+        tmp_path / "none",
+        workers=0,
+    )
     assert not (none.folder / "certificates").exists()
 
 
@@ -218,14 +347,22 @@ def test_units_and_what_made_them_are_in_the_file(small: StudyRun) -> None:
     parts = sorted((small.folder / "rows").iterdir())
     assert [path.name for path in parts] == [f"part-{k:05d}.parquet" for k in range(8)]
     schema = pa.parquet.read_schema(parts[0])
-    assert [schema.field(name).metadata[b"unit"] for name in ("period", "energy", "drag_ratio")] == [b"s", b"J", b"1"]
+    assert [
+        schema.field(name).metadata[b"unit"]
+        for name in ("period", "energy", "drag_ratio")
+    ] == [b"s", b"J", b"1"]
     assert schema.field("outcome").metadata is None
-    assert json.loads(schema.metadata[b"gaitgraph"])["fingerprint"] == small.study.fingerprint
+    assert (
+        json.loads(schema.metadata[b"gaitgraph"])["fingerprint"]
+        == small.study.fingerprint
+    )
     for content in (parts[0].read_bytes(), (small.folder / "study.json").read_bytes()):
         assert str(Path.home()).encode() not in content
 
 
-def test_what_is_there_is_kept_and_the_rest_is_flown(small: StudyRun, tmp_path: Path) -> None:
+def test_what_is_there_is_kept_and_the_rest_is_flown(
+    small: StudyRun, tmp_path: Path
+) -> None:
     folder = tmp_path / "again"
     shutil.copytree(small.folder, folder)
     for number in (0, 5, 7):
@@ -237,20 +374,28 @@ def test_what_is_there_is_kept_and_the_rest_is_flown(small: StudyRun, tmp_path: 
     assert run.flown == 3
     assert contents(folder) == contents(small.folder)
     assert not (folder / "rows" / ".gaitgraph-killed00.part").exists()
-    assert [word.split(",")[0] for word in words if "of 8" in word] == [f"{k} of 8 cases" for k in range(5, 9)]
+    assert [word.split(",")[0] for word in words if "of 8" in word] == [
+        f"{k} of 8 cases" for k in range(5, 9)
+    ]
     assert re.fullmatch(r"7 of 8 cases, about 0:00:\d\d left", words[-3])
 
     def remove(words: str) -> None:
         if words.startswith("8 of"):
             (folder / "rows" / "part-00002.parquet").unlink()
 
-    with pytest.raises(FileProblem, match="a part was removed while the study ran; run it again"):
+    with pytest.raises(
+        FileProblem, match="a part was removed while the study ran; run it again"
+    ):
         run_study(SMALL, folder, workers=0, progress=remove)
     assert run_study(SMALL, folder, workers=0).flown == 1
 
 
-@pytest.mark.parametrize("harm", ["cut", "flipped", "other cases", "another name", "another study"])
-def test_a_part_that_is_none_is_named_and_nothing_is_flown(small: StudyRun, tmp_path: Path, harm: str) -> None:
+@pytest.mark.parametrize(
+    "harm", ["cut", "flipped", "other cases", "another name", "another study"]
+)
+def test_a_part_that_is_none_is_named_and_nothing_is_flown(
+    small: StudyRun, tmp_path: Path, harm: str
+) -> None:
     folder = tmp_path / "harmed"
     shutil.copytree(small.folder, folder)
     rows = folder / "rows"
@@ -261,14 +406,21 @@ def test_a_part_that_is_none_is_named_and_nothing_is_flown(small: StudyRun, tmp_
     about = {b"gaitgraph": b'{"fingerprint": "0"}'}
     harms: dict[str, Any] = {
         "cut": lambda: part.write_bytes(content[: len(content) // 2]),
-        "flipped": lambda: part.write_bytes(content[:at] + bytes([content[at] ^ 1]) + content[at + 1 :]),
+        "flipped": lambda: part.write_bytes(
+            content[:at] + bytes([content[at] ^ 1]) + content[at + 1 :]
+        ),
         "other cases": lambda: shutil.copy(rows / "part-00004.parquet", part),
         "another name": lambda: shutil.copy(part, rows / "part-00008.parquet"),
-        "another study": lambda: pa.parquet.write_table(table.replace_schema_metadata(about), part),
+        "another study": lambda: pa.parquet.write_table(
+            table.replace_schema_metadata(about), part
+        ),
     }
     harms[harm]()
     before = contents(folder)
-    with pytest.raises(OutputExists, match=r"part-0000[38]\.parquet' is not a complete part of this study \(.*\); m"):
+    with pytest.raises(
+        OutputExists,
+        match=r"part-0000[38]\.parquet' is not a complete part of this study \(.*\); m",
+    ):
         run_study(SMALL, folder, workers=0)
     assert contents(folder) == before
 
@@ -277,12 +429,17 @@ def test_a_folder_of_something_else_is_refused(small: StudyRun, tmp_path: Path) 
     def refused(asked: dict[str, Any], folder: Path, message: str) -> None:
         before = contents(tmp_path)
         with pytest.raises(
-            (OutputExists, FileProblem), match="output must be a new folder or one of this study, .*" + message
+            (OutputExists, FileProblem),
+            match="output must be a new folder or one of this study, .*" + message,
         ):
             run_study(asked, folder, workers=0)
         assert contents(tmp_path) == before
 
-    refused(SMALL | {"periods": 2.0}, small.folder, r"study\.json has another fingerprint, study")
+    refused(
+        SMALL | {"periods": 2.0},
+        small.folder,
+        r"study\.json has another fingerprint, study",
+    )
     (tmp_path / "pictures").mkdir()
     (tmp_path / "pictures" / "a.png").write_bytes(b"x")
     refused(SMALL, tmp_path / "pictures", "pictures' with files")
@@ -292,7 +449,10 @@ def test_a_folder_of_something_else_is_refused(small: StudyRun, tmp_path: Path) 
     shutil.copytree(small.folder, old)
     for text, message in (
         ("[]", "another format, versions, fingerprint, cases, batch, study"),
-        ((old / "study.json").read_text().replace(versions()["mujoco"], "3.2.0"), "another versions"),
+        (
+            (old / "study.json").read_text().replace(versions()["mujoco"], "3.2.0"),
+            "another versions",
+        ),
         ("{", "Expecting property name"),
         ("3", "not iterable"),
     ):
@@ -303,14 +463,24 @@ def test_a_folder_of_something_else_is_refused(small: StudyRun, tmp_path: Path) 
 def test_two_at_once_are_refused(small: StudyRun) -> None:
     with (small.folder / "study.json").open("rb") as stream:
         fcntl.flock(stream, fcntl.LOCK_EX)
-        with pytest.raises(OutputExists, match=r"another process writes to '.*small'; run one at a time"):
+        with pytest.raises(
+            OutputExists,
+            match=r"another process writes to '.*small'; run one at a time",
+        ):
             run_study(SMALL, small.folder, workers=0)
 
 
 def test_the_page_loads_nothing_and_shows_names_as_they_are(tmp_path: Path) -> None:
     asked = {
         "name": "<b>$x$ & y</b>",
-        "gaits": ["gait4", {"waypoints": [[0.1, 0.1], [1.2, -1.2]], "color": "red", "name": "$torn_{$ <i>"}],
+        "gaits": [
+            "gait4",
+            {
+                "waypoints": [[0.1, 0.1], [1.2, -1.2]],
+                "color": "red",
+                "name": "$torn_{$ <i>",
+            },
+        ],
         "attitudes": {"roll": [0.1, 0.3]},
         "flight": {"duration": 0.6},
     }
@@ -318,32 +488,52 @@ def test_the_page_loads_nothing_and_shows_names_as_they_are(tmp_path: Path) -> N
     page = (tmp_path / "page" / "summary.html").read_text()
     assert "<h1>&lt;b&gt;$x$ &amp; y&lt;/b&gt;</h1>" in page
     assert "<b>$x$" not in page
-    assert "<tr><td>$torn_{$ &lt;i&gt;</td><td>2</td><td>0</td><td>0</td><td>0</td><td>2</td><td>0</td></tr>" in page
-    assert "<tr><td>gait4</td><td>2</td><td>2</td><td>0</td><td>0</td><td>0</td><td>0</td></tr>" in page
+    assert (
+        "<tr><td>$torn_{$ &lt;i&gt;</td><td>2</td><td>0</td><td>0</td><td>0</td><td>2</td><td>0</td></tr>"
+        in page
+    )
+    assert (
+        "<tr><td>gait4</td><td>2</td><td>2</td><td>0</td><td>0</td><td>0</td><td>0</td></tr>"
+        in page
+    )
     assert not re.search(r"<script|<link|<img|@import|https?:", page)
 
 
 def test_the_command_counts_flies_and_reports(run: Any, tmp_path: Path) -> None:
-    (tmp_path / "s.toml").write_text("gaits = ['gait1', 'gait4']\nflight.duration = 0.6\n")
+    (tmp_path / "s.toml").write_text(
+        "gaits = ['gait1', 'gait4']\nflight.duration = 0.6\n"
+    )
     dry = run("study", "s.toml", "--dry-run")
-    assert (dry.code, dry.out.splitlines()[0]) == (0, "Study s: 2 cases, a grid, in 2 batches")
+    assert (dry.code, dry.out.splitlines()[0]) == (
+        0,
+        "Study s: 2 cases, a grid, in 2 batches",
+    )
     assert run("study", "s.toml", "--dry-run", "--json").json["cases"] == 2
     assert not (tmp_path / "s").exists()
     done = run("study", "s.toml", "--workers", 0)
     assert (done.code, done.err) == (0, "")
-    assert done.out.startswith("Study s: 2 cases\n  settled      1\n  refused      1\n  1 × refused: refused before")
+    assert done.out.startswith(
+        "Study s: 2 cases\n  settled      1\n  refused      1\n  1 × refused: refused before"
+    )
     again = run("study", "s.toml", "--workers", 0, "--json").json
     assert (again["flown"], again["kept"], again["settled"]) == (0, 2, 1)
     for arguments, message in (
         (("--workers", -1), "--workers must be a whole number from 0 to 1024, got -1"),
-        (("--workers", 2, "--scheduler", "tcp://127.0.0.1:1"), "--workers cannot be combined with --scheduler, got 2"),
+        (
+            ("--workers", 2, "--scheduler", "tcp://127.0.0.1:1"),
+            "--workers cannot be combined with --scheduler, got 2",
+        ),
     ):
         wrong = run("study", "s.toml", *arguments)
         assert (wrong.code, wrong.out, wrong.err) == (2, "", f"gaitgraph: {message}\n")
 
 
-def test_an_interrupt_ends_the_study_in_order(run: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "s.toml").write_text("gaits = ['gait1']\n[attitudes]\nroll = [0.1, 0.2, 0.3]\n")
+def test_an_interrupt_ends_the_study_in_order(
+    run: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "s.toml").write_text(
+        "gaits = ['gait1']\n[attitudes]\nroll = [0.1, 0.2, 0.3]\n"
+    )
     true = running.row_of
 
     def ended(case: Any, *rest: Any) -> Any:
@@ -358,7 +548,10 @@ def test_an_interrupt_ends_the_study_in_order(run: Any, tmp_path: Path, monkeypa
         context.setattr(running, "row_of", ended)
         done = run("study", "s.toml", "--workers", 0)
     assert (done.code, done.out) == (130, "")
-    assert done.err == "gaitgraph: interrupted; 1 of 3 parts are in 's'; run the same command again to continue\n"
+    assert (
+        done.err
+        == "gaitgraph: interrupted; 1 of 3 parts are in 's'; run the same command again to continue\n"
+    )
     assert run("study", "s.toml", "--workers", 0, "--json").json["flown"] == 2
 
 
@@ -369,10 +562,17 @@ def test_a_scheduler_that_does_not_answer_is_one_line(
     monkeypatch.setattr(running, "_PATIENCE", 0.5)
     (tmp_path / "s.toml").write_text("gaits = ['gait3']\n")
     with socket.create_server(("127.0.0.1", 0)) as silent:
-        for address in (f"tcp://127.0.0.1:{silent.getsockname()[1]}", "tcp://127.0.0.1:9", "carrier://pigeon"):
+        for address in (
+            f"tcp://127.0.0.1:{silent.getsockname()[1]}",
+            "tcp://127.0.0.1:9",
+            "carrier://pigeon",
+        ):
             done = run("study", "s.toml", "--scheduler", address)
             assert (done.code, done.out, done.err.count("\n")) == (2, "", 1)
-            assert f"must be the address of a running Dask scheduler with workers, got '{address}' (" in done.err
+            assert (
+                f"must be the address of a running Dask scheduler with workers, got '{address}' ("
+                in done.err
+            )
     assert not (tmp_path / "s").exists()
 
 
@@ -381,7 +581,11 @@ def test_a_scheduler_that_does_not_answer_is_one_line(
 
 def workers_of(process: int) -> list[Any]:
     psutil = pytest.importorskip("psutil")
-    return [one for one in psutil.Process(process).children(recursive=True) if "spawn_main" in " ".join(one.cmdline())]
+    return [
+        one
+        for one in psutil.Process(process).children(recursive=True)
+        if "spawn_main" in " ".join(one.cmdline())
+    ]
 
 
 @pytest.mark.slow
@@ -406,14 +610,18 @@ def test_workers_one_killed_midway_write_the_same_bytes(
 
 @pytest.mark.slow
 @pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGINT])
-def test_a_driver_that_ends_leaves_no_workers_and_is_continued(tmp_path: Path, end: signal.Signals) -> None:
+def test_a_driver_that_ends_leaves_no_workers_and_is_continued(
+    tmp_path: Path, end: signal.Signals
+) -> None:
     psutil = pytest.importorskip("psutil")
     (tmp_path / "s.toml").write_text(
         "gaits = ['gait4']\nattitudes.roll = { from = -0.4, to = 0.4, count = 40 }\nflight.duration = 1\n"
     )
     parts = tmp_path / "s" / "rows"
     command = [sys.executable, "-m", "gaitgraph", "study", "s.toml", "--workers", "1"]
-    with subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, start_new_session=True) as driver:
+    with subprocess.Popen(
+        command, cwd=tmp_path, stderr=subprocess.PIPE, start_new_session=True
+    ) as driver:
         while len(list(parts.glob("*.parquet"))) < 2:
             assert driver.poll() is None
             sleep(0.01)
@@ -425,7 +633,9 @@ def test_a_driver_that_ends_leaves_no_workers_and_is_continued(tmp_path: Path, e
         _, error = driver.communicate(timeout=60)
     kept = len(list(parts.glob("*.parquet")))
     assert below
-    assert psutil.wait_procs(below, timeout=30)[1] == [], "workers outlive the process that started them"
+    assert psutil.wait_procs(below, timeout=30)[1] == [], (
+        "workers outlive the process that started them"
+    )
     if end is signal.SIGINT:
         assert error.decode() == (
             f"gaitgraph: interrupted; {kept} of 40 parts are in 's'; run the same command again to continue\n"
@@ -434,19 +644,31 @@ def test_a_driver_that_ends_leaves_no_workers_and_is_continued(tmp_path: Path, e
 
 
 @pytest.mark.slow
-def test_a_cluster_flies_the_same_and_stays(small: StudyRun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_cluster_flies_the_same_and_stays(
+    small: StudyRun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     distributed = pytest.importorskip("distributed")
-    options = {"processes": False, "protocol": "tcp", "dashboard_address": "127.0.0.1:0", "silence_logs": 60}
-    with distributed.LocalCluster(n_workers=1, threads_per_worker=1, **options) as cluster:
+    options = {
+        "processes": False,
+        "protocol": "tcp",
+        "dashboard_address": "127.0.0.1:0",
+        "silence_logs": 60,
+    }
+    with distributed.LocalCluster(
+        n_workers=1, threads_per_worker=1, **options
+    ) as cluster:
         run_study(SMALL, tmp_path / "there", scheduler=cluster.scheduler_address)
         assert contents(tmp_path / "there") == contents(small.folder)
-        with distributed.Client(cluster.scheduler_address, set_as_default=False) as client:
+        with distributed.Client(
+            cluster.scheduler_address, set_as_default=False
+        ) as client:
             assert client.submit(abs, -1).result() == 1
     monkeypatch.setattr(running, "_EMPTY", 0.4)
     with (
         distributed.LocalCluster(n_workers=0, **options) as cluster,
         pytest.raises(
-            InputError, match=r"a running Dask scheduler with workers, got 'tcp://.*Only 0/1 workers arrived"
+            InputError,
+            match=r"a running Dask scheduler with workers, got 'tcp://.*Only 0/1 workers arrived",
         ),
     ):
         run_study(SMALL, tmp_path / "empty", scheduler=cluster.scheduler_address)
@@ -468,10 +690,15 @@ def test_a_case_that_kills_its_worker_is_a_row_and_a_broken_worker_ends_the_stud
     monkeypatch.setattr(running, "_DEATHS", 0)
     asked = SMALL | {"gaits": ["gait4"], "attitudes": {"roll": [0.2, 0.4, 0.3]}}
     rows = run_study(asked, tmp_path / "killing", workers=1).table.to_pylist()
-    assert [(row["case"], row["outcome"]) for row in rows] == [(0, "settled"), (1, "failed"), (2, "settled")]
+    assert [(row["case"], row["outcome"]) for row in rows] == [
+        (0, "settled"),
+        (1, "failed"),
+        (2, "settled"),
+    ]
     assert rows[1]["reason"] == "each worker that flew this case alone died"
     monkeypatch.setattr(running, "flown_batch", json.loads)
     with pytest.raises(
-        InputError, match=r"a worker cannot run the study \(TypeError: .*workers need the same gaitgraph"
+        InputError,
+        match=r"a worker cannot run the study \(TypeError: .*workers need the same gaitgraph",
     ):
         run_study(asked, tmp_path / "broken", workers=1)

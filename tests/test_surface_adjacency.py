@@ -39,11 +39,17 @@ CODES = {"+": 1, "?": 0, "-": -1, "*": 2}
 def test_figure_15_b_by_labels_and_by_arrays() -> None:
     assert set(PLANE_TYPES) == set(ORDER)
     codes = np.array([types_from_text(label) for label in ORDER])
-    table = neighbors_allowed((codes[:, None, 0], codes[:, None, 1]), (codes[:, 0], codes[:, 1]))
+    table = neighbors_allowed(
+        (codes[:, None, 0], codes[:, None, 1]), (codes[:, 0], codes[:, 1])
+    )
     for (i, first), (k, second) in itertools.product(enumerate(ORDER), repeat=2):
         # Figure 15 (a): one angle may not change between + and -.
         by_angle = all({first[m], second[m]} != {"+", "-"} for m in (1, 3))
-        assert types_may_be_adjacent(first, second) is FIGURE_15_B[first, second] is by_angle
+        assert (
+            types_may_be_adjacent(first, second)
+            is FIGURE_15_B[first, second]
+            is by_angle
+        )
         assert table[i, k] == by_angle
     # The free angle of a fibre may be a neighbour of every type.
     for fiber, other in itertools.product(FIBER_TYPES, (*ORDER, *FIBER_TYPES)):

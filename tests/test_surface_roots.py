@@ -64,7 +64,10 @@ PUBLISHED_KAPPA = math.hypot(2.880, 1.0) - 2.880
 CASES: dict[str, tuple[Coefficients, float]] = {
     "published": (coefficients_of(), PUBLISHED_KAPPA),
     "exact": (coefficients_of(kind="exact"), 2.423e-7 / (8.048e-6 * 0.1785)),
-    "beetle_omni": (coefficients_of(vehicle_named("beetle_omni").replace(rotor_height=0.0)), -0.0165 / 0.2754),
+    "beetle_omni": (
+        coefficients_of(vehicle_named("beetle_omni").replace(rotor_height=0.0)),
+        -0.0165 / 0.2754,
+    ),
     "mirrored": (coefficients_of(MIRRORED), -2.423e-7 / (8.048e-6 * 0.1785)),
     "half": (coefficients_of(Vehicle(name="half", drag_ratio=0.5)), 0.5),
 }
@@ -74,7 +77,12 @@ angle = st.floats(-HALF_PI, HALF_PI)
 
 def residual(alpha: Sequence[float], numbers: Coefficients) -> float:
     """Return the larger of |Rφ| and |Rθ|; another test compares both with the paper, term by term."""
-    return float(max(abs(roll_sensitivity(alpha, numbers)), abs(pitch_sensitivity(alpha, numbers))))
+    return float(
+        max(
+            abs(roll_sensitivity(alpha, numbers)),
+            abs(pitch_sensitivity(alpha, numbers)),
+        )
+    )
 
 
 def distance_modulo_pi(first: Sequence[float], second: Sequence[float]) -> float:
@@ -83,11 +91,15 @@ def distance_modulo_pi(first: Sequence[float], second: Sequence[float]) -> float
 
 
 def assert_same_solutions(
-    ours: Sequence[tuple[float, float]], theirs: Sequence[tuple[float, float]], tolerance: float
+    ours: Sequence[tuple[float, float]],
+    theirs: Sequence[tuple[float, float]],
+    tolerance: float,
 ) -> None:
     for some, others in ((ours, theirs), (theirs, ours)):
         for one in some:
-            assert min(distance_modulo_pi(one, other) for other in others) <= tolerance, (ours, theirs)
+            assert (
+                min(distance_modulo_pi(one, other) for other in others) <= tolerance
+            ), (ours, theirs)
 
 
 def horizontal_direction(alpha: Sequence[float], kappa: float) -> FloatArray:
@@ -96,7 +108,9 @@ def horizontal_direction(alpha: Sequence[float], kappa: float) -> FloatArray:
     k = kappa
     force = np.array([[0, s2, 0, -s4], [s1, 0, -s3, 0]])
     roll, pitch = [0, c2 - k * s2, 0, -c4 + k * s4], [c1 + k * s1, 0, -c3 - k * s3, 0]
-    moment = np.array([roll, pitch, [s1 - k * c1, -s2 - k * c2, s3 - k * c3, -s4 - k * c4]])
+    moment = np.array(
+        [roll, pitch, [s1 - k * c1, -s2 - k * c2, s3 - k * c3, -s4 - k * c4]]
+    )
     minors = []
     for i in range(4):
         first, second, third = np.delete(moment, i, axis=1)
@@ -104,7 +118,9 @@ def horizontal_direction(alpha: Sequence[float], kappa: float) -> FloatArray:
     return np.asarray(force @ np.array(minors) / kappa)
 
 
-def found_by_elimination(a1: float, a2: float, kappa: float) -> list[tuple[float, float]]:
+def found_by_elimination(
+    a1: float, a2: float, kappa: float
+) -> list[tuple[float, float]]:
     """Return all (α3, α4), modulo π, with a horizontal force of zero: a quadratic has no more than two roots."""
     forms = np.empty((2, 2, 2))  # N_x or N_y, (cos, sin) of α3, (cos, sin) of α4
     for i, k in np.ndindex(2, 2):
@@ -114,7 +130,11 @@ def found_by_elimination(a1: float, a2: float, kappa: float) -> list[tuple[float
     def cross(first: FloatArray, second: FloatArray) -> float:
         return float(first[0] * second[1] - first[1] * second[0])
 
-    cos_cos, sin_sin, sin_cos = cross(x_cos, y_cos), cross(x_sin, y_sin), cross(x_cos, y_sin) + cross(x_sin, y_cos)
+    cos_cos, sin_sin, sin_cos = (
+        cross(x_cos, y_cos),
+        cross(x_sin, y_sin),
+        cross(x_cos, y_sin) + cross(x_sin, y_cos),
+    )
     # a·cos² + b·sin·cos + c·sin² = (a + c)/2 + (a − c)/2·cos 2α + b/2·sin 2α
     size = math.hypot(cos_cos - sin_sin, sin_cos)
     assert size > 1e-12, "both equations share a factor: this is a fibre"
@@ -122,7 +142,9 @@ def found_by_elimination(a1: float, a2: float, kappa: float) -> list[tuple[float
     apart = math.acos(max(-1.0, min(1.0, -(cos_cos + sin_sin) / size)))
     found = []
     for double in (middle - apart, middle + apart):
-        row = np.tensordot(forms, [math.cos(double / 2), math.sin(double / 2)], axes=(1, 0))
+        row = np.tensordot(
+            forms, [math.cos(double / 2), math.sin(double / 2)], axes=(1, 0)
+        )
         cosine, sine = np.linalg.svd(row)[2][-1]
         found.append((double / 2, math.atan2(sine, cosine)))
     return found
@@ -135,7 +157,10 @@ def found_by_elimination(a1: float, a2: float, kappa: float) -> list[tuple[float
 def test_the_same_roots_by_elimination(case: str, a1: float, a2: float) -> None:
     numbers, kappa = CASES[case]
     delta = math.atan(kappa)
-    near = min(distance_modulo_pi([2 * a1], [2 * delta]), distance_modulo_pi([2 * a2], [-2 * delta]))
+    near = min(
+        distance_modulo_pi([2 * a1], [2 * delta]),
+        distance_modulo_pi([2 * a2], [-2 * delta]),
+    )
     assume(near > 1e-4)
     # The two roots of the quadratic are as near to each other as the point is to a line, and known so much less.
     tolerance = 1e-12 * (1 + 1 / near)
@@ -154,9 +179,16 @@ def test_each_root_carries_its_values(case: str, a1: float, a2: float) -> None:
         for found in (root.R_phi, root.R_theta):
             assert abs(found) < 1e-12 / abs(kappa)
             assert found or math.copysign(1.0, found) == 1.0  # −0.0 would be printed
-        assert pytest.approx(float(level_determinant(root.alpha, numbers)), abs=1e-12) == root.R
+        assert (
+            pytest.approx(float(level_determinant(root.alpha, numbers)), abs=1e-12)
+            == root.R
+        )
         assert root.types in PLANE_TYPES
-        third, fourth = (a1, a2) if root.color == "red" else (2 * math.atan(kappa) - a1, -2 * math.atan(kappa) - a2)
+        third, fourth = (
+            (a1, a2)
+            if root.color == "red"
+            else (2 * math.atan(kappa) - a1, -2 * math.atan(kappa) - a2)
+        )
         assert distance_modulo_pi([root.alpha3, root.alpha4], [third, fourth]) < 1e-12
 
 
@@ -170,7 +202,9 @@ def test_one_more_where_blue_lies_at_an_end_of_the_range(case: str) -> None:
         assert [root.color for root in answer] == ["red"] + ["blue"] * expected
         for root in answer[1:]:
             assert residual(root.alpha, numbers) < 1e-12 / abs(kappa)
-            assert max(abs(root.alpha3), abs(root.alpha4)) == pytest.approx(HALF_PI, abs=1e-12)
+            assert max(abs(root.alpha3), abs(root.alpha4)) == pytest.approx(
+                HALF_PI, abs=1e-12
+            )
         assert len({(root.alpha3, root.alpha4) for root in answer}) == 1 + expected
 
 
@@ -179,16 +213,33 @@ def test_one_more_where_blue_lies_at_an_end_of_the_range(case: str) -> None:
 def test_arrays_agree_with_single_roots(case: str, shape: tuple[int, ...]) -> None:
     numbers, kappa = CASES[case]
     delta = math.atan(kappa)
-    special = [-HALF_PI, HALF_PI, delta, -delta, 0.0, 0.4, -1.2]  # ends, corners and fibre lines among them
+    special = [
+        -HALF_PI,
+        HALF_PI,
+        delta,
+        -delta,
+        0.0,
+        0.4,
+        -1.2,
+    ]  # ends, corners and fibre lines among them
     first, second = np.random.default_rng(6).choice(special, (2, *shape))
     answer = root_arrays(first, second, coefficients=numbers)
     assert answer.count.shape == shape
     assert (answer.alpha.shape, answer.types.shape) == ((*shape, 5, 4), (*shape, 5, 2))
-    assert [part.dtype.name for part in (answer.alpha, answer.sheet, answer.types)] == ["float64", "int8", "int8"]
+    assert [part.dtype.name for part in (answer.alpha, answer.sheet, answer.types)] == [
+        "float64",
+        "int8",
+        "int8",
+    ]
     for index in np.ndindex(*shape):
-        one, count = root_arrays(first[index], second[index], coefficients=numbers), int(answer.count[index])
+        one, count = (
+            root_arrays(first[index], second[index], coefficients=numbers),
+            int(answer.count[index]),
+        )
         for name in ("count", "alpha", "sheet", "types", "R"):
-            np.testing.assert_allclose(getattr(answer, name)[index], getattr(one, name), rtol=0, atol=1e-13)
+            np.testing.assert_allclose(
+                getattr(answer, name)[index], getattr(one, name), rtol=0, atol=1e-13
+            )
         assert np.isnan(answer.alpha[index][count:]).all()
         assert np.isnan(answer.R[index][count:]).all()
         assert not answer.sheet[index][count:].any()
@@ -200,7 +251,10 @@ def test_on_a_fibre_one_angle_is_free(case: str) -> None:
     numbers, kappa = CASES[case]
     delta = math.atan(kappa)
     copy = delta - math.copysign(HALF_PI, delta)
-    vehicle = Vehicle(drag_ratio=abs(kappa), first_rotor_spin="clockwise" if kappa > 0 else "counterclockwise")
+    vehicle = Vehicle(
+        drag_ratio=abs(kappa),
+        first_rotor_spin="clockwise" if kappa > 0 else "counterclockwise",
+    )
     for a, free, roll, pitch in np.random.default_rng(7).uniform(-1.4, 1.4, (10, 4)):
         for a1, a2, expected in (
             (delta, a, ("first", "alpha3", "alpha4", "(?,*)", False)),
@@ -211,38 +265,66 @@ def test_on_a_fibre_one_angle_is_free(case: str) -> None:
             answer = roots(a1, a2, coefficients=numbers)
             assert {root.color for root in answer} == {"red", "blue"}
             (fiber,) = answer.fibers
-            assert (fiber.name, fiber.fixed, fiber.free, fiber.types, fiber.singular) == expected
+            assert (
+                fiber.name,
+                fiber.fixed,
+                fiber.free,
+                fiber.types,
+                fiber.singular,
+            ) == expected
             assert fiber.values == ((a1,) if fiber.name == "first" else (a2,))
-            alpha = (a1, a2, *fiber.values, free) if fiber.name == "first" else (a1, a2, free, *fiber.values)
+            alpha = (
+                (a1, a2, *fiber.values, free)
+                if fiber.name == "first"
+                else (a1, a2, free, *fiber.values)
+            )
             assert residual(alpha, numbers) < 1e-12 / abs(kappa)
             if fiber.singular:
-                np.testing.assert_allclose(zero_moment_direction(alpha, vehicle), 0, atol=2e-14)
-                assert abs(determinant(alpha, coefficients_of(vehicle, "exact"), roll, pitch)) < 1e-12 / abs(kappa)
+                np.testing.assert_allclose(
+                    zero_moment_direction(alpha, vehicle), 0, atol=2e-14
+                )
+                assert abs(
+                    determinant(alpha, coefficients_of(vehicle, "exact"), roll, pitch)
+                ) < 1e-12 / abs(kappa)
 
 
 @every_case
 def test_off_the_lines_there_are_no_fibres(case: str) -> None:
     numbers, kappa = CASES[case]
     delta = math.atan(kappa)
-    assert [fiber.name for fiber in roots(delta, -delta, coefficients=numbers).fibers] == ["first", "second"]
+    assert [
+        fiber.name for fiber in roots(delta, -delta, coefficients=numbers).fibers
+    ] == ["first", "second"]
     for offset in (-1e-3, -1e-6, 1e-6, 1e-3):
         assert roots(delta + offset, -delta - offset, coefficients=numbers).fibers == ()
         # A free angle would leave residuals in proportion to the offset, so "none" is the truth.
-        assert residual((delta + offset, 0.3, delta + offset, 1.0), numbers) > abs(offset)
-    assert not any(roots(a1, a2).fibers for a1, a2 in itertools.product(AXIS.tolist(), repeat=2))
+        assert residual((delta + offset, 0.3, delta + offset, 1.0), numbers) > abs(
+            offset
+        )
+    assert not any(
+        roots(a1, a2).fibers for a1, a2 in itertools.product(AXIS.tolist(), repeat=2)
+    )
     # Where δ is at an end of the range, both of its values are there.
     (fiber,) = roots(HALF_PI, 0.3, coefficients=replace(numbers, delta=HALF_PI)).fibers
     assert fiber.values == (-HALF_PI, HALF_PI)
 
 
-def test_question_marks_of_the_papers_grid_and_of_a_line_halfway_between_nodes() -> None:
+def test_question_marks_of_the_papers_grid_and_of_a_line_halfway_between_nodes() -> (
+    None
+):
     assert DEFAULT_CROSSING_TOLERANCE == STEP / 2
     # However rounded, both nodes are within half a step.
     halfway = coefficients_of(Vehicle(drag_ratio=math.tan(STEP / 2)))
-    cases = (coefficients_of(), [-7, 1], [-1, 7]), (halfway, [-8, -7, 0, 1, 8], [-8, -1, 0, 7, 8])
+    cases = (
+        (coefficients_of(), [-7, 1], [-1, 7]),
+        (halfway, [-8, -7, 0, 1, 8], [-8, -1, 0, 7, 8]),
+    )
     for numbers, third, fourth in cases:
         types = types_of("red", AXIS, AXIS, numbers)
-        assert [np.round(AXIS[one == 0] / STEP).tolist() for one in types] == [third, fourth]
+        assert [np.round(AXIS[one == 0] / STEP).tolist() for one in types] == [
+            third,
+            fourth,
+        ]
     assert roots("pi/8", "-0.4", crossing_tolerance=2.0)[0].types == "(?,?)"
     assert roots(0.9, -0.4, crossing_tolerance=0.0)[0].types == "(+,+)"
 
@@ -250,15 +332,26 @@ def test_question_marks_of_the_papers_grid_and_of_a_line_halfway_between_nodes()
 def test_the_signs_of_figure_16() -> None:
     found = root_arrays(INTERIOR[:, None], INTERIOR)
     (red, blue), labels = np.moveaxis(found.R[..., :2], -1, 0), found.types[..., :2, :]
-    assert ((red < 0).sum(), (blue < 0).sum(), (red > 0).sum(), (blue > 0).sum()) == (97, 197, 128, 28)
+    assert ((red < 0).sum(), (blue < 0).sum(), (red > 0).sum(), (blue > 0).sum()) == (
+        97,
+        197,
+        128,
+        28,
+    )
     assert ((red >= 0) & (blue >= 0)).sum() == 28
-    assert {text_from_types(*pair) for pair in labels[found.R[..., :2] < 0].tolist()} == set(PLANE_TYPES)
+    assert {
+        text_from_types(*pair) for pair in labels[found.R[..., :2] < 0].tolist()
+    } == set(PLANE_TYPES)
     # Blue carries what rounding leaves.
     assert np.abs(blue).max() < 4.4e-4
 
 
 def test_rows_on_neither_and_rows_on_both() -> None:
-    alpha = [[0.9, -0.9, 0.9, -0.9], [0.9, -0.9, 0.95, -0.9], [0.9, -0.9, 0.9, -0.9 + 1e-3]]
+    alpha = [
+        [0.9, -0.9, 0.9, -0.9],
+        [0.9, -0.9, 0.95, -0.9],
+        [0.9, -0.9, 0.9, -0.9 + 1e-3],
+    ]
     for tolerance, expected in ((2e-3, [1, 0, 1]), (0.1, [1, 1, 1]), (1e-4, [1, 0, 0])):
         assert families_along(alpha, EXACT, tolerance).tolist() == expected
     delta = EXACT.delta
@@ -285,24 +378,44 @@ def test_rows_on_neither_and_rows_on_both() -> None:
 def on_fiber(fiber: str, free: Any, coefficients: Coefficients = EXACT) -> FloatArray:
     """Return points of a fibre with free angles (α2, α4), or (α1, α3) on the second one."""
     free = np.asarray(free, dtype=float)
-    fixed = np.full(free.shape[:-1], coefficients.delta if fiber == "fiber1" else -coefficients.delta)
-    pairs = (fixed, free[..., 0], fixed, free[..., 1]), (free[..., 0], fixed, free[..., 1], fixed)
+    fixed = np.full(
+        free.shape[:-1],
+        coefficients.delta if fiber == "fiber1" else -coefficients.delta,
+    )
+    pairs = (
+        (fixed, free[..., 0], fixed, free[..., 1]),
+        (free[..., 0], fixed, free[..., 1], fixed),
+    )
     return np.stack(pairs[fiber == "fiber2"], axis=-1)
 
 
 @every_case
 def test_on_a_fibre_R_is_its_closed_form_and_a_pair_idles(case: str) -> None:
     kappa = CASES[case][1]
-    vehicle = Vehicle(drag_ratio=abs(kappa), first_rotor_spin="clockwise" if kappa > 0 else "counterclockwise")
-    exact, free = coefficients_of(vehicle, "exact"), np.random.default_rng(12).uniform(-1.2, 1.2, (300, 2))
+    vehicle = Vehicle(
+        drag_ratio=abs(kappa),
+        first_rotor_spin="clockwise" if kappa > 0 else "counterclockwise",
+    )
+    exact, free = (
+        coefficients_of(vehicle, "exact"),
+        np.random.default_rng(12).uniform(-1.2, 1.2, (300, 2)),
+    )
     for fiber, sign, idle in (("fiber1", 1.0, [1, 3]), ("fiber2", -1.0, [0, 2])):
         alpha = on_fiber(fiber, free, exact)
-        R = sign * np.sin(free.sum(axis=1) + sign * 2 * exact.delta) / (kappa * math.cos(exact.delta) ** 2)
-        np.testing.assert_allclose(level_determinant(alpha, exact), R, atol=1e-11 / abs(kappa))
+        R = (
+            sign
+            * np.sin(free.sum(axis=1) + sign * 2 * exact.delta)
+            / (kappa * math.cos(exact.delta) ** 2)
+        )
+        np.testing.assert_allclose(
+            level_determinant(alpha, exact), R, atol=1e-11 / abs(kappa)
+        )
         assert np.abs(zero_moment_direction(alpha, vehicle)[:, :2]).max() < 1e-12
         shares = hover_thrust_shares(alpha[np.abs(R) > 1e-3], vehicle)
         assert np.abs(shares[:, idle]).max() < 1e-10
-        np.testing.assert_allclose((shares * np.cos(alpha[np.abs(R) > 1e-3])).sum(axis=1), 1.0)
+        np.testing.assert_allclose(
+            (shares * np.cos(alpha[np.abs(R) > 1e-3])).sum(axis=1), 1.0
+        )
 
 
 def test_points_follow_fibres_where_they_meet_blue_and_sheets_elsewhere() -> None:
@@ -312,20 +425,38 @@ def test_points_follow_fibres_where_they_meet_blue_and_sheets_elsewhere() -> Non
     assert families_along(alpha[2:], EXACT, 1e-6).tolist() == [-1, 2]
     assert families_along(alpha[2:], EXACT, 1e-6, before=2).tolist() == [2, 2]
     assert families_along(alpha[2:], EXACT, 1e-6, before=3).tolist() == [-1, 2]
-    assert families_along(alpha + np.array([0, 0, 0.01, 0]), EXACT, 1e-6).tolist() == [0, 0, 0, 0]
-    assert families_along(on_fiber("fiber2", free), EXACT, 1e-6).tolist() == [1, 3, 3, 3]
+    assert families_along(alpha + np.array([0, 0, 0.01, 0]), EXACT, 1e-6).tolist() == [
+        0,
+        0,
+        0,
+        0,
+    ]
+    assert families_along(on_fiber("fiber2", free), EXACT, 1e-6).tolist() == [
+        1,
+        3,
+        3,
+        3,
+    ]
 
 
 def test_types_on_fibres_hold_one_that_is_free() -> None:
     alpha = np.vstack([on_fiber(fiber, (0.4, 0.9)) for fiber in FIBERS])
-    for points, crossing in ((alpha, 0.1), (alpha + 1e-3, 0.0)):  # as a table may be off the fibre
+    for points, crossing in (
+        (alpha, 0.1),
+        (alpha + 1e-3, 0.0),
+    ):  # as a table may be off the fibre
         third, fourth = family_types(points, [2, 3], EXACT, crossing)
-        assert list(zip(third.tolist(), fourth.tolist(), strict=True)) == [(0, 2), (2, 0)]
+        assert list(zip(third.tolist(), fourth.tolist(), strict=True)) == [
+            (0, 2),
+            (2, 0),
+        ]
     assert np.transpose(family_types([(0.5, 0.5, 0, 0)] * 3, [1, -1, 0], EXACT, 0.1)).tolist() == [
         [1, 1], [-1, -1], [0, 0],
     ]  # fmt: skip
     pairs = [(1, 1), (-1, 0), (0, 0), (0, 2), (2, 0)]
-    table = {code: types_contradict(pairs, [code] * 5).tolist() for code in (1, -1, 2, 3, 0)}
+    table = {
+        code: types_contradict(pairs, [code] * 5).tolist() for code in (1, -1, 2, 3, 0)
+    }
     assert table == {
         1: [False, True, False, True, True],
         -1: [True, False, False, True, True],
@@ -336,16 +467,29 @@ def test_types_on_fibres_hold_one_that_is_free() -> None:
 
 
 @every_case
-def test_a_segment_is_continuous_if_samples_along_it_stay_on_a_sheet_of_its_ends(case: str) -> None:
+def test_a_segment_is_continuous_if_samples_along_it_stay_on_a_sheet_of_its_ends(
+    case: str,
+) -> None:
     numbers, rng, n = CASES[case][0], np.random.default_rng(3), 6000
     crossing, blue = np.array([1, -1]) * numbers.delta, rng.random((n, 1)) < 0.5
     plane = crossing + rng.integers(-2, 3, (n, 2)) * HALF_PI  # where sheets meet
     plane[::2] = rng.uniform(-2, 2, (n // 2, 2))
-    opposite = np.where(blue, 2 * crossing - plane, plane) + rng.integers(-1, 2, (n, 2)) * PI
-    alpha, codes, column = np.hstack([plane, opposite]), np.where(blue, -1, 1)[:, 0], blue.astype(int)
+    opposite = (
+        np.where(blue, 2 * crossing - plane, plane) + rng.integers(-1, 2, (n, 2)) * PI
+    )
+    alpha, codes, column = (
+        np.hstack([plane, opposite]),
+        np.where(blue, -1, 1)[:, 0],
+        blue.astype(int),
+    )
     samples = alpha[:-1] + np.linspace(0, 1, 18)[:, None, None] * np.diff(alpha, axis=0)
     farthest = family_distances(samples, numbers).max(axis=0)
-    off = np.minimum(*(np.take_along_axis(farthest, at, axis=1)[:, 0] for at in (column[:-1], column[1:])))
+    off = np.minimum(
+        *(
+            np.take_along_axis(farthest, at, axis=1)[:, 0]
+            for at in (column[:-1], column[1:])
+        )
+    )
     jumps = family_jumps(alpha[:-1], alpha[1:], codes[:-1], codes[1:], numbers)
     assert ((jumps > 0) == (off > 1e-9)).all()
     assert (jumps[codes[:-1] != codes[1:]] == 0).sum() > 50
@@ -353,57 +497,101 @@ def test_a_segment_is_continuous_if_samples_along_it_stay_on_a_sheet_of_its_ends
 
 # From the red sheet onto both fibres and back, R > 0.
 AT = EXACT.delta
-ACROSS = [(-0.3, 0.5, -0.3, 0.5), (AT, 0.5, AT, 0.5), (AT, 0.3, AT, 0.9), (AT, 0.2, AT, 0.2)]
+ACROSS = [
+    (-0.3, 0.5, -0.3, 0.5),
+    (AT, 0.5, AT, 0.5),
+    (AT, 0.3, AT, 0.9),
+    (AT, 0.2, AT, 0.2),
+]
 ACROSS += [(-0.2, -AT, -0.2, -AT), (-0.6, -AT, -0.1, -AT), (-0.4, -AT, -0.4, -AT)]
 ACROSS_COLORS = ("red", "red", "fiber1", "red", "red", "fiber2", "red")
 
 
 @pytest.mark.parametrize("fiber", FIBERS)
-def test_a_gait_on_a_fibre_is_valid_and_not_flyable_also_as_a_table_without_colors(fiber: str, tmp_path: Path) -> None:
+def test_a_gait_on_a_fibre_is_valid_and_not_flyable_also_as_a_table_without_colors(
+    fiber: str, tmp_path: Path
+) -> None:
     first = fiber == "fiber1"
     words = f"on the {'first' if first else 'second'} fibre, where rotors {'2 and 4' if first else '1 and 3'} idle"
     free = np.array([(0.2, 0.4), (0.9, 0.3), (0.5, 0.8)]) * (1 if first else -1)
     for numbers in (coefficients_of(), EXACT):
-        gait = Gait(alpha=on_fiber(fiber, free, numbers), colors=(fiber,) * 3, coefficients=numbers)
+        gait = Gait(
+            alpha=on_fiber(fiber, free, numbers),
+            colors=(fiber,) * 3,
+            coefficients=numbers,
+        )
         report = gait.check()
-        verdicts = report.valid, report.two_color, report.flyable, report.reachable_from_hover
+        verdicts = (
+            report.valid,
+            report.two_color,
+            report.flyable,
+            report.reachable_from_hover,
+        )
         assert verdicts == (True, True, False, True)
-        assert [check.name for check in report.checks if not check.ok] == ["hover_thrust"]
+        assert [check.name for check in report.checks if not check.ok] == [
+            "hover_thrust"
+        ]
         assert re.match(rf"corner 1 \([^)]*\) is {words}", report.reason)
         assert (report["hover_thrust"].value, gait.color) == (0.0, fiber)
         assert set(gait.types) == {"(?,*)" if first else "(*,?)"}
-    timed = Gait(alpha=on_fiber(fiber, free, coefficients_of()), colors=(fiber,) * 3).parametrize(1.0, samples=24)
+    timed = Gait(
+        alpha=on_fiber(fiber, free, coefficients_of()), colors=(fiber,) * 3
+    ).parametrize(1.0, samples=24)
     timed.write(tmp_path / "colored.csv")
     table = read_table(tmp_path / "colored.csv")
     assert set(table["color"]) == {fiber}
     write_rows(tmp_path / "bare.csv", table.alpha, fmt="%.4f")
     for path in (tmp_path / "colored.csv", tmp_path / "bare.csv"):
         report = gg.validate(path)
-        assert (report.valid, report.flyable, report.two_color, report.notes) == (True, False, True, ())
+        assert (report.valid, report.flyable, report.two_color, report.notes) == (
+            True,
+            False,
+            True,
+            (),
+        )
         assert re.match(rf"\w+ 1[^)]*\) is {words}", report.reason)
-        assert "on a fibre" in str(gg.transition("hover", gg.gait_of(read_table(path))).reason)
+        assert "on a fibre" in str(
+            gg.transition("hover", gg.gait_of(read_table(path))).reason
+        )
 
 
 def test_a_gait_goes_from_red_onto_fibres_and_back() -> None:
     for digits in (15, 4, 2):
-        gait = Gait(alpha=np.round(ACROSS, digits), colors=ACROSS_COLORS, coefficients=EXACT)
+        gait = Gait(
+            alpha=np.round(ACROSS, digits), colors=ACROSS_COLORS, coefficients=EXACT
+        )
         report = gait.check()
         assert report["continuous"].ok == (digits > 2)
         assert (gait.color, gait.types[2], gait.types[5]) == ("mixed", "(?,*)", "(*,?)")
-        assert digits == 2 or (report.valid, report.flyable, report.reachable_from_hover) == (True, False, True)
-        assert digits == 2 or re.match(r"corner 3 \(.*\) is on the first fibre", report.reason)
+        assert digits == 2 or (
+            report.valid,
+            report.flyable,
+            report.reachable_from_hover,
+        ) == (True, False, True)
+        assert digits == 2 or re.match(
+            r"corner 3 \(.*\) is on the first fibre", report.reason
+        )
 
 
 def test_jumps_onto_fibres_wrong_colors_wraps_and_zeros_of_R_are_found() -> None:
     on = on_fiber("fiber1", [(0.3, 0.6), (0.5, 0.9)])
-    shifted = np.array(ACROSS) + np.array([[0.0] * 4, [-0.2, 0, -0.2, 0], *[[0.0] * 4] * 5])
+    shifted = np.array(ACROSS) + np.array(
+        [[0.0] * 4, [-0.2, 0, -0.2, 0], *[[0.0] * 4] * 5]
+    )
     for alpha, colors, value, words in (
         (shifted, ACROSS_COLORS, 0.2, "changes color"),
-        (on, ("fiber2",) * 2, None, "fiber2 but lies off that fibre, on the fiber1 one"),
+        (
+            on,
+            ("fiber2",) * 2,
+            None,
+            "fiber2 but lies off that fibre, on the fiber1 one",
+        ),
         (on, ("red",) * 2, None, "red but lies off that sheet, on the fiber1 one"),
         (on + np.array([[0, 0, 0, 0], [PI, 0, 0, 0]]), ("fiber1",) * 2, PI, ""),
     ):
-        check = Gait(alpha=alpha, colors=colors, coefficients=EXACT).check()["continuous"]
+        check = Gait(alpha=alpha, colors=colors, coefficients=EXACT).check()[
+            "continuous"
+        ]
         assert not check.ok
         assert words in check.message
         assert value is None or check.value == pytest.approx(value)
@@ -412,5 +600,7 @@ def test_jumps_onto_fibres_wrong_colors_wraps_and_zeros_of_R_are_found() -> None
         ([(-0.9, -0.2), (-0.9, -0.8)], True, False),
         ([(0.3, 0.6), (-0.9, 2.0)], True, None),
     ):
-        report = Gait(alpha=on_fiber("fiber1", free), colors=("fiber1",) * 2, coefficients=EXACT).check()
+        report = Gait(
+            alpha=on_fiber("fiber1", free), colors=("fiber1",) * 2, coefficients=EXACT
+        ).check()
         assert (report.valid, report.reachable_from_hover) == (valid, reachable)

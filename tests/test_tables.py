@@ -43,11 +43,17 @@ def exported(source: Path, output: Path, **choices: Any) -> Table:
 
 def test_degrees_order_bom_crlf_and_strange_columns(tmp_path: Path) -> None:
     path = tmp_path / "theirs.csv"
-    lines = ["note,alpha4_deg,alpha2_deg,alpha1_deg,alpha3_deg", "x,-67.5,-67.5,67.5,67.5", ""]
+    lines = [
+        "note,alpha4_deg,alpha2_deg,alpha1_deg,alpha3_deg",
+        "x,-67.5,-67.5,67.5,67.5",
+        "",
+    ]
     lines.append("y,-22.5,-22.5,67.5,67.5")
     path.write_text("\r\n".join(lines), encoding="utf-8-sig", newline="")
     gait = gait_of(read_table(path))
-    np.testing.assert_allclose(gait.alpha, [(3 * pi / 8, -3 * pi / 8) * 2, (3 * pi / 8, -pi / 8) * 2])
+    np.testing.assert_allclose(
+        gait.alpha, [(3 * pi / 8, -3 * pi / 8) * 2, (3 * pi / 8, -pi / 8) * 2]
+    )
     assert gait.colors == ("red", "red")
     for degrees, error in (("10.0000", 5e-5), ("20", 5e-5), ("20.1234567890", 0.0)):
         path.write_text(f"alpha1,alpha2,alpha3,alpha4_deg\n0.1235,0.5000,0,{degrees}\n")
@@ -56,15 +62,26 @@ def test_degrees_order_bom_crlf_and_strange_columns(tmp_path: Path) -> None:
 
 def test_export_keeps_rows_that_have_a_clock(tmp_path: Path) -> None:
     path = tmp_path / "timed.csv"
-    path.write_text("t,alpha1,alpha2,alpha3,alpha4\n0,0.4,-0.4,0.4,-0.4\n0.3,0.9,-0.4,0.9,-0.4\n1,0.4,-0.4,0.4,-0.4\n")
+    path.write_text(
+        "t,alpha1,alpha2,alpha3,alpha4\n0,0.4,-0.4,0.4,-0.4\n0.3,0.9,-0.4,0.9,-0.4\n1,0.4,-0.4,0.4,-0.4\n"
+    )
     full = exported(path, tmp_path / "full.json")
     assert full["t"].tolist() == [0, 0.3, 1]
     assert full["types"] == ("(+,+)",) * 3
-    np.testing.assert_allclose(full["R"], gg.invertibility.level_determinant(full.alpha, PUBLISHED))
-    retimed = exported(path, tmp_path / "retimed.csv", period=2.0, samples=10, law="equal-time")
+    np.testing.assert_allclose(
+        full["R"], gg.invertibility.level_determinant(full.alpha, PUBLISHED)
+    )
+    retimed = exported(
+        path, tmp_path / "retimed.csv", period=2.0, samples=10, law="equal-time"
+    )
     assert (len(retimed), retimed["t"][-1], retimed["alpha1"].max()) == (11, 2.0, 0.9)
-    path.write_text(path.read_text().replace("\n1,", "\n3,"))  # the period is that of the rows
-    assert exported(path, tmp_path / "sampled.csv", rate=10)["t"][[1, -1]].tolist() == [0.1, 3.0]
+    path.write_text(
+        path.read_text().replace("\n1,", "\n3,")
+    )  # the period is that of the rows
+    assert exported(path, tmp_path / "sampled.csv", rate=10)["t"][[1, -1]].tolist() == [
+        0.1,
+        3.0,
+    ]
 
 
 def test_a_saved_plan_is_a_gait_file(tmp_path: Path) -> None:
@@ -77,9 +94,13 @@ def test_a_saved_plan_is_a_gait_file(tmp_path: Path) -> None:
     assert table["t"][-1] == 0.5
     saved, written = gg.validate(path), gg.validate(tmp_path / "a.csv")
     assert saved["tilt_rate"].value == pytest.approx(written["tilt_rate"].value)
-    assert [check.name for check in saved.checks] == [check.name for check in written.checks]
+    assert [check.name for check in saved.checks] == [
+        check.name for check in written.checks
+    ]
     refused = tmp_path / "refused.json"
-    refused.write_text(json.dumps(gg.plan_loop(G1.waypoints, coefficients="exact").as_mapping()))
+    refused.write_text(
+        json.dumps(gg.plan_loop(G1.waypoints, coefficients="exact").as_mapping())
+    )
     with pytest.raises(gg.InputError, match="a plan without a gait: no flyable loop"):
         read_table(refused)
 
@@ -92,15 +113,29 @@ def test_a_saved_plan_is_a_gait_file(tmp_path: Path) -> None:
         ("# of Monday\n# t,{}", ""),
         ("Time,{}", "'Time' (did you mean 'time'?)"),
         ("t [s],{}", "'t [s]' (did you mean 't'?)"),
-        ("foo,{},alpha1_rates,bar", "'alpha1_rates' (did you mean 'alpha1_rate'?), 'foo', 'bar'"),
+        (
+            "foo,{},alpha1_rates,bar",
+            "'alpha1_rates' (did you mean 'alpha1_rate'?), 'foo', 'bar'",
+        ),
     ],
 )
-def test_columns_are_read_as_what_they_are_or_listed(tmp_path: Path, head: str, unused: str, run: Any) -> None:
+def test_columns_are_read_as_what_they_are_or_listed(
+    tmp_path: Path, head: str, unused: str, run: Any
+) -> None:
     path, more = tmp_path / "a.csv", head.count(",") - 1
     rows = np.column_stack([TIMED.t, TIMED.alpha, np.zeros((5, more))])
-    np.savetxt(path, rows, delimiter=",", header=head.format("alpha1,alpha2,alpha3,alpha4"), comments="")
+    np.savetxt(
+        path,
+        rows,
+        delimiter=",",
+        header=head.format("alpha1,alpha2,alpha3,alpha4"),
+        comments="",
+    )
     done = run("export", path, tmp_path / "b.json", "--period", 1)
-    told_once = f"gaitgraph: warning: gait file {str(path)!r}: columns not used: {unused}\n" * bool(unused)
+    told_once = (
+        f"gaitgraph: warning: gait file {str(path)!r}: columns not used: {unused}\n"
+        * bool(unused)
+    )
     assert (done.code, done.err) == (0, told_once)
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
@@ -111,53 +146,110 @@ def test_columns_are_read_as_what_they_are_or_listed(tmp_path: Path, head: str, 
 HEAD = "alpha1,alpha2,alpha3,alpha4\n"
 BAD_CSV = [
     ("", "it is empty"),
-    ("0,0.4,-0.4,0.4,-0.4\n0.5,0.8,-0.4,0.8,-0.4\n", "line 1 must be a header .* such as t,alpha1,.* got numbers"),
+    (
+        "0,0.4,-0.4,0.4,-0.4\n0.5,0.8,-0.4,0.8,-0.4\n",
+        "line 1 must be a header .* such as t,alpha1,.* got numbers",
+    ),
     ("0 0 0 0\n0 0 0 0\n", "line 1 must be a header"),
-    ("# t alpha1 alpha2\n", "separated by commas, with points in numbers, got semicolons, tabs or blanks"),
+    (
+        "# t alpha1 alpha2\n",
+        "separated by commas, with points in numbers, got semicolons, tabs or blanks",
+    ),
     ("t,time," + HEAD + "0,0,0,0,0,0\n", "columns must have 't' or 'time', got both"),
     (HEAD, "it must have at least one row"),
     ("alpha1,alpha2,alpha3\n0,0,0\n", "column 'alpha4' is missing"),
-    ("alpha1,alpha2,alpha3,alpha_4\n0,0,0,0\n", "column 'alpha4' is missing.*'alpha_4' .did you mean 'alpha4'"),
-    ("α1,a2,Alpha 3,alpha4 [rad]\n0,0,0,0\n", ".*".join(f"did you mean 'alpha{k}'" for k in range(1, 5))),
-    ("a1 (deg),alpha 2,alpha 3,alpha 4\n0,0,0,0\n", "'a1 .deg.' .did you mean 'alpha1_deg'"),
+    (
+        "alpha1,alpha2,alpha3,alpha_4\n0,0,0,0\n",
+        "column 'alpha4' is missing.*'alpha_4' .did you mean 'alpha4'",
+    ),
+    (
+        "α1,a2,Alpha 3,alpha4 [rad]\n0,0,0,0\n",
+        ".*".join(f"did you mean 'alpha{k}'" for k in range(1, 5)),
+    ),
+    (
+        "a1 (deg),alpha 2,alpha 3,alpha 4\n0,0,0,0\n",
+        "'a1 .deg.' .did you mean 'alpha1_deg'",
+    ),
     (HEAD + "20deg,0,0,0\n", "got '20deg'; in degrees the column is alpha1_deg"),
-    ("alpha1,alpha2,alpha3,alpha4,alpha1\n0,0,0,0,0\n", "columns must have different names, got 'alpha1' 2 times"),
-    ("alpha1,alpha2,alpha3,alpha4,alpha1_deg\n0,0,0,0,0\n", "columns must have 'alpha1' or 'alpha1_deg', got both"),
+    (
+        "alpha1,alpha2,alpha3,alpha4,alpha1\n0,0,0,0,0\n",
+        "columns must have different names, got 'alpha1' 2 times",
+    ),
+    (
+        "alpha1,alpha2,alpha3,alpha4,alpha1_deg\n0,0,0,0,0\n",
+        "columns must have 'alpha1' or 'alpha1_deg', got both",
+    ),
     (HEAD + "0,0,0\n", "line 2 must have 4 fields, as the header has, got 3"),
     (HEAD + "0,0,0,0\n0,0,x,0\n", "row 2: alpha3 must be a finite number, got 'x'"),
     (HEAD + "0,0,0,\n", "row 1: alpha4 must be a finite number, got ''"),
     (HEAD + "0,0,inf,0\n", "row 1: alpha3 must be a finite number, got 'inf'"),
     (HEAD + "0,1.6,0,0\n", "row 1: alpha2 must be within ±π/2 rad .*, got 1.6"),
-    ("alpha1;alpha2;alpha3;alpha4\n0;0;0;0\n", "separated by commas, with points in numbers, got semicolons"),
+    (
+        "alpha1;alpha2;alpha3;alpha4\n0;0;0;0\n",
+        "separated by commas, with points in numbers, got semicolons",
+    ),
     (HEAD + "0,0,1_0,0\n", "row 1: alpha3 must be a finite number, got '1_0'"),
     (HEAD + "0,0,١,0\n", "row 1: alpha3 must be a finite number, got '١'"),
     (HEAD + "0,0,1e300,0\n", "row 1: alpha3 must be within ±1e\\+06, got 1e\\+300"),
     ("t," + HEAD + "1e300,0,0,0,0\n", "row 1: t must be within ±1e\\+09, got 1e\\+300"),
-    ("t," + HEAD + "0,0,0,0,0\n5e-324,0,0,0,0\n", "row 2: t must be at least 1e-09 s after the row before, got 5e-324"),
-    (HEAD.strip() + ",alpha1_rate\n0,0,0,0,1e308\n", "row 1: alpha1_rate must be within ±1e\\+12, got 1e\\+308"),
+    (
+        "t," + HEAD + "0,0,0,0,0\n5e-324,0,0,0,0\n",
+        "row 2: t must be at least 1e-09 s after the row before, got 5e-324",
+    ),
+    (
+        HEAD.strip() + ",alpha1_rate\n0,0,0,0,1e308\n",
+        "row 1: alpha1_rate must be within ±1e\\+12, got 1e\\+308",
+    ),
     ("x," * 30_000 + HEAD + "0," * 30_003 + "0\n", "got 'x' 30000 times"),
     ("alpha1,alpha2,color\n0,0,green\n", "row 1: color must be one of .*, got 'green'"),
-    (HEAD.strip() + ",types\n" + '0,0,0,0,"(+,-)"\n', "row 1: types must be one of .*, got '\\(\\+,-\\)'"),
+    (
+        HEAD.strip() + ",types\n" + '0,0,0,0,"(+,-)"\n',
+        "row 1: types must be one of .*, got '\\(\\+,-\\)'",
+    ),
     ('alpha1,alpha2,alpha3,alpha4\n"0,0,0,0\n', "comma-separated text"),
 ]
 BAD_JSON = [
     ("", "it is not JSON"),
     ("{", "it is not JSON"),
     ("[" * 2_000_000, "nested too deeply"),
-    ('{"about": ' + '{"a": ' * 300 + "1" + "}" * 300 + "}", "about must have at most 100 levels of nesting"),
+    (
+        '{"about": ' + '{"a": ' * 300 + "1" + "}" * 300 + "}",
+        "about must have at most 100 levels of nesting",
+    ),
     ('{"alpha1": [' + "9" * 5000 + "]}", "it is not JSON"),
-    ('{"alpha1": [1' + "0" * 400 + '], "alpha2": [0], "color": "red"}', "alpha1 must be a finite number, .* got 10000"),
+    (
+        '{"alpha1": [1' + "0" * 400 + '], "alpha2": [0], "color": "red"}',
+        "alpha1 must be a finite number, .* got 10000",
+    ),
     ("[" + "[]," * 5_000_000 + "[]]", "it must have at most 5000000 lists and objects"),
     ("3", "it must be an object of columns, .* got 3"),
     ("[]", "column 'alpha1' is missing"),
     ("[1]", "row 1 must be an object with the fields of row 1, got 1"),
-    ('[{"alpha1": 0}, {"alpha2": 0}]', "row 2 must be an object with the fields of row 1"),
-    ('{"alpha1": [0], "alpha1": [1], "alpha2": [0], "color": "red"}', "must differ, got 'alpha1' twice"),
+    (
+        '[{"alpha1": 0}, {"alpha2": 0}]',
+        "row 2 must be an object with the fields of row 1",
+    ),
+    (
+        '{"alpha1": [0], "alpha1": [1], "alpha2": [0], "color": "red"}',
+        "must differ, got 'alpha1' twice",
+    ),
     ('{"columns": 3}', "columns must be an object of lists, got 3"),
-    ('{"alpha1": [0, 1], "alpha2": [0], "color": "red"}', "columns must have equally many rows, got 1 to 2"),
-    ('{"alpha1": [true], "alpha2": [0], "alpha3": [0], "alpha4": [0]}', "alpha1 must be a finite number, .* got True"),
-    ('{"alpha1": [NaN], "alpha2": [0], "alpha3": [0], "alpha4": [0]}', "NaN is no number of JSON"),
-    ('{"alpha1": [1e999], "alpha2": [0], "alpha3": [0], "alpha4": [0]}', "alpha1 must be a finite number, .* got inf"),
+    (
+        '{"alpha1": [0, 1], "alpha2": [0], "color": "red"}',
+        "columns must have equally many rows, got 1 to 2",
+    ),
+    (
+        '{"alpha1": [true], "alpha2": [0], "alpha3": [0], "alpha4": [0]}',
+        "alpha1 must be a finite number, .* got True",
+    ),
+    (
+        '{"alpha1": [NaN], "alpha2": [0], "alpha3": [0], "alpha4": [0]}',
+        "NaN is no number of JSON",
+    ),
+    (
+        '{"alpha1": [1e999], "alpha2": [0], "alpha3": [0], "alpha4": [0]}',
+        "alpha1 must be a finite number, .* got inf",
+    ),
     ('{"path": [[1, -1, 1, -1]], "colors": 5}', "colors must be a list of .*, got 5"),
     (
         '{"alpha1": [[0]], "alpha2": [0], "alpha3": [0], "alpha4": [0]}',
@@ -168,7 +260,9 @@ BAD_JSON = [
 
 
 @pytest.mark.parametrize(("suffix", "cases"), [(".csv", BAD_CSV), (".json", BAD_JSON)])
-def test_malformed_files_are_refused_in_one_line(tmp_path: Path, suffix: str, cases: list[tuple[str, str]]) -> None:
+def test_malformed_files_are_refused_in_one_line(
+    tmp_path: Path, suffix: str, cases: list[tuple[str, str]]
+) -> None:
     path = tmp_path / f"bad{suffix}"
     for text, message in cases:
         path.write_text(text)
@@ -182,17 +276,24 @@ def test_files_that_cannot_be_read(tmp_path: Path, suffix: str) -> None:
     (tmp_path / f"folder{suffix}").mkdir()
     with pytest.raises(gg.errors.FileProblem, match="Is a directory"):
         read_table(tmp_path / f"folder{suffix}")
-    with pytest.raises(gg.InputError, match="gait file must have one of the suffixes .csv, .json"):
+    with pytest.raises(
+        gg.InputError, match="gait file must have one of the suffixes .csv, .json"
+    ):
         read_table(tmp_path / "gait.xlsx")
     if suffix in (".csv", ".json"):
         (tmp_path / f"a{suffix}").write_bytes(b"\xff\xfe\0")
-        assert "must be UTF-8 text, got other bytes; in Excel save it as CSV UTF-8" in refusal(tmp_path / f"a{suffix}")
+        assert (
+            "must be UTF-8 text, got other bytes; in Excel save it as CSV UTF-8"
+            in refusal(tmp_path / f"a{suffix}")
+        )
 
 
 def test_what_killed_processes_left_is_removed_and_nothing_else(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    names = [f".gaitgraph-{word * 4}.part" for word in ("ab", "cd")] + [".gaitgraph-mine.part"]
+    names = [f".gaitgraph-{word * 4}.part" for word in ("ab", "cd")] + [
+        ".gaitgraph-mine.part"
+    ]
     for name in names:
         (tmp_path / name).mkdir()
         (tmp_path / name / "a.csv").write_text("half")
@@ -206,13 +307,22 @@ def test_what_killed_processes_left_is_removed_and_nothing_else(
     with pytest.raises(gg.InputError, match=r"it must have a metadata.yaml"):
         read_table(tmp_path / "b.mcap")  # which is put back
     os.close(lock)
-    assert sorted(path.name for path in tmp_path.iterdir()) == sorted([*names[1:], "b.mcap", "x.csv"])
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(
+        [*names[1:], "b.mcap", "x.csv"]
+    )
     TIMED.write(tmp_path / "y.csv")
-    assert sorted(path.name for path in tmp_path.iterdir()) == [names[2], "b.mcap", "x.csv", "y.csv"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        names[2],
+        "b.mcap",
+        "x.csv",
+        "y.csv",
+    ]
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt, OSError])
-def test_a_folder_that_is_not_replaced_is_put_back(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: Any) -> None:
+def test_a_folder_that_is_not_replaced_is_put_back(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: Any
+) -> None:
     path, rename = tmp_path / "g.mcap", Path.rename
 
     def broken(self: Path, target: Path) -> Path:
@@ -237,15 +347,23 @@ def test_a_folder_that_is_not_replaced_is_put_back(tmp_path: Path, monkeypatch: 
 
     monkeypatch.setattr(Path, "rename", taken_meanwhile)
     RED.write(path, force=True)
-    assert (taken, len(read_table(path)), list(tmp_path.iterdir())) == ([path], 101, [path])
+    assert (taken, len(read_table(path)), list(tmp_path.iterdir())) == (
+        [path],
+        101,
+        [path],
+    )
 
 
-def test_outputs_that_exist_stay_unless_forced_and_then_links_and_permissions_do(tmp_path: Path) -> None:
+def test_outputs_that_exist_stay_unless_forced_and_then_links_and_permissions_do(
+    tmp_path: Path,
+) -> None:
     new, old, link = (tmp_path / name for name in ("new.csv", "old.json", "link.json"))
     old.write_text("mine")
     old.chmod(0o600)
     link.symlink_to(old)
-    with pytest.raises(gg.errors.OutputExists, match="link.json' exists. Overwrite it with --force"):
+    with pytest.raises(
+        gg.errors.OutputExists, match="link.json' exists. Overwrite it with --force"
+    ):
         TIMED.write(new, link)
     assert old.read_text() == "mine"
     assert not new.exists()
@@ -253,7 +371,11 @@ def test_outputs_that_exist_stay_unless_forced_and_then_links_and_permissions_do
     assert link.is_symlink()
     assert len(read_table(old)) == 5
     assert old.stat().st_mode & 0o777 == 0o600
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["link.json", "new.csv", "old.json"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        "link.json",
+        "new.csv",
+        "old.json",
+    ]
 
 
 @pytest.mark.parametrize("force", [False, True])
@@ -270,7 +392,10 @@ def test_outputs_that_cannot_be(tmp_path: Path, force: bool) -> None:
         (["no/x.csv"], "does not exist"),
         (["file/x.csv"], "is not a folder"),
         (["x.csv", "./x.csv"], "outputs must differ"),
-        (["good.csv", "/proc/bad.csv"], "'/proc/bad.csv' cannot be written"),  # if one cannot be written none is
+        (
+            ["good.csv", "/proc/bad.csv"],
+            "'/proc/bad.csv' cannot be written",
+        ),  # if one cannot be written none is
         (["d.csv"], "must be a regular file, got a folder"),
         (["pipe.csv"], "got a special file"),
         (["link.csv"], "got a special file"),
@@ -285,7 +410,9 @@ def test_outputs_that_cannot_be(tmp_path: Path, force: bool) -> None:
 
 
 @pytest.mark.parametrize("case", ["full disk", "appears", "appears, no links"])
-def test_a_file_of_somebody_else_stays_whole(case: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_file_of_somebody_else_stays_whole(
+    case: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def refused(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
@@ -298,7 +425,9 @@ def test_a_file_of_somebody_else_stays_whole(case: str, tmp_path: Path, monkeypa
             monkeypatch.setattr(os, "link", refused)
             TIMED.write(tmp_path / "gait.json")
             assert len(read_table(tmp_path / "gait.json")) == 5
-        monkeypatch.setattr(formats, "check_outputs", lambda *_, **__: path.write_text("mine"))
+        monkeypatch.setattr(
+            formats, "check_outputs", lambda *_, **__: path.write_text("mine")
+        )
     message = "No space left on device" if case == "full disk" else "exists"
     with pytest.raises(gg.errors.FileProblem, match=message):
         TIMED.write(path, force=case == "full disk")
@@ -314,11 +443,17 @@ def test_about_that_is_wrong_is_refused(tmp_path: Path) -> None:
         ("vehicle", {"mass": -1}, "mass must be .*, got -1"),
         ("vehicle", 5, "vehicle must be a preset .*, got 5"),
         ("coefficients", "x", "coefficients must be .*, got 'x'"),
-        ("crossing_tolerance", "x", "crossing_tolerance must be a number ≥ 0 .rad., got 'x'"),
+        (
+            "crossing_tolerance",
+            "x",
+            "crossing_tolerance must be a number ≥ 0 .rad., got 'x'",
+        ),
         ("period", "x", "period must be .*, got 'x'"),
         ("law", 3, "law.*3"),
     ):
-        path.write_text(json.dumps({**content, "about": {**content["about"], key: value}}))
+        path.write_text(
+            json.dumps({**content, "about": {**content["about"], key: value}})
+        )
         with pytest.raises(gg.InputError, match=message):
             export(path, [tmp_path / "out.csv"], samples=4)
     assert not (tmp_path / "out.csv").exists()
@@ -326,27 +461,44 @@ def test_about_that_is_wrong_is_refused(tmp_path: Path) -> None:
     assert gait_of(read_table(path)).vehicle.name == "beetle_omni"
 
 
-def test_another_vehicle_or_other_coefficients_change_types_and_r(tmp_path: Path) -> None:
+def test_another_vehicle_or_other_coefficients_change_types_and_r(
+    tmp_path: Path,
+) -> None:
     gg.plan_loop(G3.waypoints).timed(samples=4).write(tmp_path / "a.json")
-    for options in ({"vehicle": gg.vehicle_named("beetle_omni")}, {"coefficients": "exact"}):
-        table = exported(tmp_path / "a.json", tmp_path / "b.json", force=True, **options)
+    for options in (
+        {"vehicle": gg.vehicle_named("beetle_omni")},
+        {"coefficients": "exact"},
+    ):
+        table = exported(
+            tmp_path / "a.json", tmp_path / "b.json", force=True, **options
+        )
         vehicle: Any = options.get("vehicle", gg.PAPER)
         numbers = gg.invertibility.coefficients_of(vehicle, "exact")
-        np.testing.assert_allclose(table["R"], gg.invertibility.level_determinant(table.alpha, numbers))
+        np.testing.assert_allclose(
+            table["R"], gg.invertibility.level_determinant(table.alpha, numbers)
+        )
         assert table.about["coefficients"] == "exact"
 
 
-def test_stated_columns_that_disagree_with_the_angles_are_computed_anew(tmp_path: Path) -> None:
+def test_stated_columns_that_disagree_with_the_angles_are_computed_anew(
+    tmp_path: Path,
+) -> None:
     path = tmp_path / "wrong.csv"
     head = "t,alpha1,alpha2,alpha3,alpha4,R,types,alpha1_rate"
-    path.write_text(head + '\n0,0.4,-0.4,0.4,-0.4,7,"(-,-)",9\n1,0.8,-0.4,0.8,-0.4,7,"(-,-)",9\n')
+    path.write_text(
+        head + '\n0,0.4,-0.4,0.4,-0.4,7,"(-,-)",9\n1,0.8,-0.4,0.8,-0.4,7,"(-,-)",9\n'
+    )
     table = exported(path, tmp_path / "out.csv")
-    np.testing.assert_allclose(table["R"], gg.invertibility.level_determinant(table.alpha, PUBLISHED))
+    np.testing.assert_allclose(
+        table["R"], gg.invertibility.level_determinant(table.alpha, PUBLISHED)
+    )
     assert table["types"] == ("(+,+)",) * 3
     assert list(table.columns) == list(tables.ORDER)
     np.testing.assert_allclose(table["alpha1_rate"], [0.4, -0.4, 0.4])
     off = tmp_path / "off.csv"
-    off.write_text('t,alpha1,alpha2,alpha3,alpha4,types\n0,0.4,-0.4,0.1,-0.4,"(-,-)"\n1,0.8,-0.4,0.8,-0.1,"(-,-)"\n')
+    off.write_text(
+        't,alpha1,alpha2,alpha3,alpha4,types\n0,0.4,-0.4,0.1,-0.4,"(-,-)"\n1,0.8,-0.4,0.8,-0.1,"(-,-)"\n'
+    )
     assert "types" not in exported(off, tmp_path / "off_out.csv")
 
 
@@ -357,24 +509,39 @@ def test_a_gait_made_from_another_tells_no_request(tmp_path: Path) -> None:
         with pytest.raises(gg.InputError, match=rf"{k}\.csv.*must hold a request"):
             read_request(tmp_path / f"{k}.csv", {})
     made: dict[str, Any] = {
-        "optimize": gg.optimal_gait([(0.9, -0.9)], objective="tilt_rate").table(samples=4),
+        "optimize": gg.optimal_gait([(0.9, -0.9)], objective="tilt_rate").table(
+            samples=4
+        ),
         "retarget": gg.retarget(gait.alpha).table,
     }
     for maker, table in made.items():
         write_tables(table, [tmp_path / f"{maker}.csv"])
-        with pytest.raises(gg.InputError, match=rf"got none \(it was made by {maker}\)"):
+        with pytest.raises(
+            gg.InputError, match=rf"got none \(it was made by {maker}\)"
+        ):
             read_request(tmp_path / f"{maker}.csv", {})
     assert made["optimize"].about["waypoints"] == [[0.9, -0.9]]
     gait.parametrize(samples=4).write(tmp_path / "gait.csv")
-    assert gait_of(tmp_path / "gait.csv").request["waypoints"] == gait.request["waypoints"]
-    assert not gait_of(tmp_path / "gait.csv", vehicle=gg.vehicle_named("beetle_omni")).request
-    export(tmp_path / "gait.csv", [tmp_path / "other.csv"], vehicle=gg.vehicle_named("beetle_omni"))
+    assert (
+        gait_of(tmp_path / "gait.csv").request["waypoints"] == gait.request["waypoints"]
+    )
+    assert not gait_of(
+        tmp_path / "gait.csv", vehicle=gg.vehicle_named("beetle_omni")
+    ).request
+    export(
+        tmp_path / "gait.csv",
+        [tmp_path / "other.csv"],
+        vehicle=gg.vehicle_named("beetle_omni"),
+    )
     with pytest.raises(gg.InputError, match="must hold a request"):
         read_request(tmp_path / "other.csv", {})
 
 
 def test_what_made_a_csv_file_is_short_texts_in_its_first_rows(tmp_path: Path) -> None:
-    path, table = tmp_path / "a.csv", table_of(gg.plan_loop(G3.waypoints, vehicle=LIGHT).timed(samples=40))
+    path, table = (
+        tmp_path / "a.csv",
+        table_of(gg.plan_loop(G3.waypoints, vehicle=LIGHT).timed(samples=40)),
+    )
     write_tables(table, [path])
     with path.open(newline="") as stream:
         rows = list(csv.DictReader(stream))
@@ -390,15 +557,22 @@ def test_what_made_a_csv_file_is_short_texts_in_its_first_rows(tmp_path: Path) -
         writer = csv.DictWriter(stream, rows[0])
         writer.writeheader()
         old = provenance_text(table)
-        writer.writerows(row | {"made_by": old if row in (rows[0], rows[-1]) else ""} for row in rows)
+        writer.writerows(
+            row | {"made_by": old if row in (rows[0], rows[-1]) else ""} for row in rows
+        )
     assert read_table(path).about == table.about
     # Somebody else's column of that name is passed over, and a broken one of ours is refused.
     for content, message in (
         ("me", ""),
-        ('"{""format"": ""gaitgraph gait table"""', "must be the JSON that gaitgraph writes"),
+        (
+            '"{""format"": ""gaitgraph gait table"""',
+            "must be the JSON that gaitgraph writes",
+        ),
         ('"format = ""gaitgraph gait table""; law = x"', "got 'law = x'"),
     ):
-        path.write_text(f"alpha1,alpha2,alpha3,alpha4,made_by\n0.4,-0.4,0.4,-0.4,{content}\n")
+        path.write_text(
+            f"alpha1,alpha2,alpha3,alpha4,made_by\n0.4,-0.4,0.4,-0.4,{content}\n"
+        )
         if message:
             assert message in refusal(path)
         else:
@@ -412,7 +586,9 @@ class TestFiles:
     """Files are read in pieces; what is said does not depend on where they end."""
 
     @pytest.fixture(params=[60, 200, 1 << 22], autouse=True)
-    def blocks(self, request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    def blocks(
+        self, request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
         monkeypatch.setattr(text_files, "_BLOCK", request.param)
 
     @pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
@@ -421,7 +597,9 @@ class TestFiles:
         lift(G3.angles, "red").parametrize(samples=30).write(path)
         whole = read_table(path)
         changed = tmp_path / "changed.csv"
-        changed.write_bytes(b"\xef\xbb\xbf" + path.read_text().replace("\n", end).encode())
+        changed.write_bytes(
+            b"\xef\xbb\xbf" + path.read_text().replace("\n", end).encode()
+        )
         again = read_table(changed)
         for name, values in whole.columns.items():
             assert np.array_equal(values, again[name]), name
@@ -429,25 +607,55 @@ class TestFiles:
 
     def test_rows_and_lines_are_counted_through(self, tmp_path: Path) -> None:
         path = tmp_path / "gait.csv"
-        lines = ["", "t,alpha1,alpha2,alpha3,alpha4", "", *(f"{t},0.4,-0.4,0.4,-0.4" for t in range(40))]
+        lines = [
+            "",
+            "t,alpha1,alpha2,alpha3,alpha4",
+            "",
+            *(f"{t},0.4,-0.4,0.4,-0.4" for t in range(40)),
+        ]
         for text, message in (
             ("20,0.4,-0.4,x,-0.4", r"row 21: alpha3 must be a finite number, got 'x'"),
-            ("20,0.4,-0.4,0.4", r"line 24 must have 5 fields, as the header has, got 4"),
-            ("20,0.4,1.6,0.4,0.1", r"row 21: alpha2 must be within ±π/2 rad .*, got 1.6"),
+            (
+                "20,0.4,-0.4,0.4",
+                r"line 24 must have 5 fields, as the header has, got 4",
+            ),
+            (
+                "20,0.4,1.6,0.4,0.1",
+                r"row 21: alpha2 must be within ±π/2 rad .*, got 1.6",
+            ),
             ('20,0.4,"0.4,0.4,0.1', r"line .* must be comma-separated text"),
             ('20,"0.4"1,0.4,0.4,0.1', r"line 24 must be comma-separated text"),
-            ("19,0.4,-0.4,0.4,-0.4", r"row 21: t must be at least .* after the row before, got 19.0"),
+            (
+                "19,0.4,-0.4,0.4,-0.4",
+                r"row 21: t must be at least .* after the row before, got 19.0",
+            ),
         ):
             path.write_text("\n".join([*lines[:23], text, *lines[24:]]))
             with pytest.raises(gg.InputError, match=message):
                 gg.validate(path)
 
 
-CELLS = ["-1.25", "", " 0.1 ", '"0.1"', "1_0", "nan", "1e-400", "-inf", "0x1p-3", "１", "#", "1e5", "0.1,0.2"]
+CELLS = [
+    "-1.25",
+    "",
+    " 0.1 ",
+    '"0.1"',
+    "1_0",
+    "nan",
+    "1e-400",
+    "-inf",
+    "0x1p-3",
+    "１",
+    "#",
+    "1e5",
+    "0.1,0.2",
+]
 
 
 @pytest.mark.parametrize("cell", CELLS)
-def test_the_fast_and_the_careful_reader_agree(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, cell: str) -> None:
+def test_the_fast_and_the_careful_reader_agree(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, cell: str
+) -> None:
     path = tmp_path / "gait.csv"
 
     def read() -> Any:

@@ -11,7 +11,11 @@ from hypothesis import given, settings, strategies as st
 from scipy.interpolate import CubicSpline
 
 import gaitgraph as gg
-from gaitgraph.invertibility.matrices import coefficients_of, least_singular_value, level_determinant
+from gaitgraph.invertibility.matrices import (
+    coefficients_of,
+    least_singular_value,
+    level_determinant,
+)
 from gaitgraph.timing.curve import Curve, rounded
 from gaitgraph.timing.laws import derivative_of, values_of
 
@@ -22,16 +26,30 @@ points = st.lists(st.tuples(angle, angle), min_size=3, max_size=7, unique=True).
 RING = [(0.8 + 0.4 * np.cos(t), -0.8 + 0.4 * np.sin(t)) for t in np.arange(8) * pi / 4]
 
 
-def curve_through(plane: npt.ArrayLike, color: str = "red", vehicle: gg.Vehicle = gg.PAPER) -> Curve:
+def curve_through(
+    plane: npt.ArrayLike, color: str = "red", vehicle: gg.Vehicle = gg.PAPER
+) -> Curve:
     """The closed cubic spline through points; its parameter is the length of the polygon through them."""
     closed = np.vstack([plane, np.asarray(plane)[:1]])
-    breaks = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(closed, axis=0), axis=1))])
+    breaks = np.concatenate(
+        [[0.0], np.cumsum(np.linalg.norm(np.diff(closed, axis=0), axis=1))]
+    )
     pieces = CubicSpline(breaks, closed, bc_type="periodic").c
-    return Curve(breaks=breaks, pieces=pieces, color=color, vehicle=vehicle, coefficients=coefficients_of(vehicle))
+    return Curve(
+        breaks=breaks,
+        pieces=pieces,
+        color=color,
+        vehicle=vehicle,
+        coefficients=coefficients_of(vehicle),
+    )
 
 
 @settings(deadline=None, max_examples=20)
-@given(loop=points, color=st.sampled_from(["red", "blue"]), tolerance=st.sampled_from([1e-2, 1e-3, 1e-5]))
+@given(
+    loop=points,
+    color=st.sampled_from(["red", "blue"]),
+    tolerance=st.sampled_from([1e-2, 1e-3, 1e-5]),
+)
 def test_a_spline_is_smooth_on_its_sheet_and_near_its_chords(
     loop: list[tuple[float, float]], color: str, tolerance: float
 ) -> None:
@@ -39,40 +57,70 @@ def test_a_spline_is_smooth_on_its_sheet_and_near_its_chords(
     np.testing.assert_allclose(curve.at(curve.breaks[:-1])[:, :2], loop, atol=1e-12)
     h = 1e-7 * curve.span
     for order in range(3):
-        before, after = curve.at(curve.breaks - h, order), curve.at(curve.breaks + h, order)
+        before, after = (
+            curve.at(curve.breaks - h, order),
+            curve.at(curve.breaks + h, order),
+        )
         higher = derivative_of(curve.pieces, order + 1)
-        size = max(np.abs(higher[-1]).max(), np.abs(values_of(higher, np.diff(curve.breaks))).max())
+        size = max(
+            np.abs(higher[-1]).max(),
+            np.abs(values_of(higher, np.diff(curve.breaks))).max(),
+        )
         assert np.abs(before - after).max() <= 4 * h * size + 1e-9
     s = np.linspace(0, 3 * curve.span, 100)
     np.testing.assert_allclose(curve.at(s), curve.at(np.mod(s, curve.span)), atol=1e-12)
     alpha = curve.at(np.linspace(0, curve.span, 5001))
-    assert np.abs(gg.invertibility.roll_sensitivity(alpha, curve.coefficients)).max() < 1e-12
-    assert np.abs(gg.invertibility.pitch_sensitivity(alpha, curve.coefficients)).max() < 1e-12
+    assert (
+        np.abs(gg.invertibility.roll_sensitivity(alpha, curve.coefficients)).max()
+        < 1e-12
+    )
+    assert (
+        np.abs(gg.invertibility.pitch_sensitivity(alpha, curve.coefficients)).max()
+        < 1e-12
+    )
     # No wrap: opposite angles change by as much as the first pair.
     step = np.diff(alpha, axis=0)
     np.testing.assert_allclose(np.abs(step[:, 2:]), np.abs(step[:, :2]), atol=1e-12)
     turned = curve.at(curve.turning_points())
-    for found, sampled, sense in ((turned.min(0), alpha.min(0), -1), (turned.max(0), alpha.max(0), 1)):
+    for found, sampled, sense in (
+        (turned.min(0), alpha.min(0), -1),
+        (turned.max(0), alpha.max(0), 1),
+    ):
         assert (sense * (found - sampled) >= -1e-12).all()
         np.testing.assert_allclose(sampled, found, atol=1e-3)
     gait = curve.polyline(tolerance)
     assert gait.length <= curve.length + 1e-9
-    assert distances(alpha[:, :2], gait.alpha[:, :2]).max() <= tolerance * (1 + 1e-9) + 1e-14
+    assert (
+        distances(alpha[:, :2], gait.alpha[:, :2]).max()
+        <= tolerance * (1 + 1e-9) + 1e-14
+    )
     s = curve.breaks[:-1]
-    assert (np.abs(curve.at(s)[:, None] - gait.alpha).max(axis=2).min(axis=1) < 1e-12).all()  # corners at all breaks
+    assert (
+        np.abs(curve.at(s)[:, None] - gait.alpha).max(axis=2).min(axis=1) < 1e-12
+    ).all()  # corners at all breaks
 
 
 def test_a_ring_has_its_length() -> None:
     curve = curve_through(RING)
-    chords = np.linalg.norm(np.diff(curve.at(np.linspace(0, curve.span, 20_001)), axis=0), axis=1).sum()
+    chords = np.linalg.norm(
+        np.diff(curve.at(np.linspace(0, curve.span, 20_001)), axis=0), axis=1
+    ).sum()
     assert curve.length * sqrt(2) == pytest.approx(chords, rel=1e-6)
 
 
 @settings(deadline=None, max_examples=20)
-@given(center=st.tuples(angle, angle), radius=st.floats(0.01, 0.5), sign=st.sampled_from([1.0, -1.0]))
-def test_what_a_check_says_holds_on_a_dense_sampling(center: tuple[float, float], radius: float, sign: float) -> None:
+@given(
+    center=st.tuples(angle, angle),
+    radius=st.floats(0.01, 0.5),
+    sign=st.sampled_from([1.0, -1.0]),
+)
+def test_what_a_check_says_holds_on_a_dense_sampling(
+    center: tuple[float, float], radius: float, sign: float
+) -> None:
     turn = sign * np.arange(6) * pi / 3
-    ring = np.column_stack([center[0] + radius * np.cos(turn), center[1] + 0.6 * radius * np.sin(turn)])
+    ring = np.column_stack(
+        [center[0] + radius * np.cos(turn), center[1] + 0.6 * radius * np.sin(turn)]
+    )
     curve = curve_through(ring, vehicle=gg.PAPER.replace(max_tilt=1.3, max_thrust=4.0))
     report = curve.check(chord=1e-5)
     alpha = curve.at(np.linspace(0, curve.span, 4001))
@@ -93,7 +141,10 @@ def test_what_a_check_says_holds_on_a_dense_sampling(center: tuple[float, float]
         newtons = shares.max() * curve.vehicle.mass * curve.vehicle.gravity
         assert newtons <= report["thrust_limit"].value + 1e-9  # type: ignore[operator]
         assert report["thrust_limit"].value <= 4.0  # type: ignore[operator]
-    assert report["tilt_range"].ok == (np.abs(alpha).max() <= 1.3) or abs(np.abs(alpha).max() - 1.3) < 1e-5
+    assert (
+        report["tilt_range"].ok == (np.abs(alpha).max() <= 1.3)
+        or abs(np.abs(alpha).max() - 1.3) < 1e-5
+    )
     if report.reachable_from_hover:
         assert (values > 0).all()
 
@@ -107,16 +158,32 @@ def test_a_curve_hovers_only_if_that_is_certain_between_its_chords() -> None:
     near = curve_through(np.array(RING) + np.array([delta + 5e-4 - min(RING)[0], 0.0]))
     for chord in (1e-6, 1e-3, 5e-2):
         check = near.check(chord=chord)["hover_thrust"]
-        assert (check.ok, "may have to idle" in check.message) == (chord == 1e-6, chord > 1e-6)
+        assert (check.ok, "may have to idle" in check.message) == (
+            chord == 1e-6,
+            chord > 1e-6,
+        )
 
 
-@pytest.mark.parametrize("curve", [rounded(gg.lift([(0.9, -0.7)], "red"), 0.1).curve, curve_through(RING)])
+@pytest.mark.parametrize(
+    "curve", [rounded(gg.lift([(0.9, -0.7)], "red"), 0.1).curve, curve_through(RING)]
+)
 @pytest.mark.parametrize("chord", [1e-3, 1e-4])
-def test_what_is_taken_off_for_the_chords_is_as_documented(curve: Curve, chord: float) -> None:
-    report, gait, kappa = curve.check(chord=chord), curve.polyline(chord), gg.PAPER.drag_ratio
+def test_what_is_taken_off_for_the_chords_is_as_documented(
+    curve: Curve, chord: float
+) -> None:
+    report, gait, kappa = (
+        curve.check(chord=chord),
+        curve.polyline(chord),
+        gg.PAPER.drag_ratio,
+    )
     along = gait.alpha + np.linspace(0, 1, 9)[:, None, None] * (gait.ends - gait.alpha)
-    sigma, shares = least_singular_value(along), gg.invertibility.hover_thrust_shares(along)
-    assert report["least_singular_value"].value == pytest.approx(sigma.min() - sqrt(4 + 2 * kappa**2) * chord, abs=2e-6)
+    sigma, shares = (
+        least_singular_value(along),
+        gg.invertibility.hover_thrust_shares(along),
+    )
+    assert report["least_singular_value"].value == pytest.approx(
+        sigma.min() - sqrt(4 + 2 * kappa**2) * chord, abs=2e-6
+    )
     # R changes by 2‖B‖·2√2 per radian; shares are 1/(2D), where D ≥ R·κ/(2(1 + κ²)^1.5) changes by 2√2.
     least = []
     for of in (curve.coefficients, gg.invertibility.coefficients_of(kind="exact")):
@@ -127,7 +194,10 @@ def test_what_is_taken_off_for_the_chords_is_as_documented(curve: Curve, chord: 
     high = (shares.max() + off) / (1 - 4 * sqrt(2) * off)
     low = shares.min() - off - 4 * sqrt(2) * off * high
     assert report["hover_thrust"].value == pytest.approx(low, abs=1e-5)
-    assert f"hover thrusts {low:.3f} to {high:.3f} of m·g" in report["hover_thrust"].message
+    assert (
+        f"hover thrusts {low:.3f} to {high:.3f} of m·g"
+        in report["hover_thrust"].message
+    )
 
 
 # -- Rounded gaits
@@ -138,7 +208,11 @@ def distances(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
     step = np.roll(corners, -1, axis=0) - corners
     size = np.maximum((step**2).sum(axis=1), 1e-300)
     along = np.clip(((points[:, None] - corners) * step).sum(axis=2) / size, 0, 1)
-    return np.asarray(np.linalg.norm(corners + along[..., None] * step - points[:, None], axis=2).min(axis=1))
+    return np.asarray(
+        np.linalg.norm(corners + along[..., None] * step - points[:, None], axis=2).min(
+            axis=1
+        )
+    )
 
 
 @settings(deadline=None, max_examples=30)
@@ -156,8 +230,12 @@ def test_curve_and_polyline_are_within_the_tolerance_both_ways(
     for order in range(3):
         derivative = derivative_of(curve.pieces, order)
         ends = values_of(derivative, np.diff(curve.breaks))
-        largest = values_of(np.abs(derivative), np.diff(curve.breaks)).max()  # round-off is relative to terms of a sum
-        assert np.abs(np.roll(ends, 1, axis=0) - derivative[-1]).max() <= 1e-8 * max(largest, 1e-300)
+        largest = values_of(
+            np.abs(derivative), np.diff(curve.breaks)
+        ).max()  # round-off is relative to terms of a sum
+        assert np.abs(np.roll(ends, 1, axis=0) - derivative[-1]).max() <= 1e-8 * max(
+            largest, 1e-300
+        )
     corners = np.array(gait.alpha[:, :2])
     points = curve.at(np.linspace(0, curve.span, 1501))[:, :2]
     assert rounding.deviation <= tolerance * (1 + 1e-12)
@@ -168,14 +246,18 @@ def test_curve_and_polyline_are_within_the_tolerance_both_ways(
     assert curve.length <= gait.length + 1e-9
     for corner in rounding.corners:
         # The deviation of a corner is that of the middle of its blend.
-        nearest = np.linalg.norm(points - rounding.gait.alpha[corner.corner, :2], axis=1).min()
+        nearest = np.linalg.norm(
+            points - rounding.gait.alpha[corner.corner, :2], axis=1
+        ).min()
         assert nearest <= corner.deviation + spacing
         assert corner.shrunk or corner.deviation in (0.0, pytest.approx(tolerance))
 
 
 def test_a_corner_passes_at_the_stated_distance() -> None:
     for turn in (0.3, 1.0, pi / 2, 2.5, 3.1):
-        legs = np.array([[-0.5, 0.0], [0.0, 0.0], [0.5 * np.cos(turn), 0.5 * np.sin(turn)]])
+        legs = np.array(
+            [[-0.5, 0.0], [0.0, 0.0], [0.5 * np.cos(turn), 0.5 * np.sin(turn)]]
+        )
         rounding = rounded(gg.lift(legs, "red"), 1e-3)
         corner = next(one for one in rounding.corners if one.corner == 1)
         assert corner.turn == pytest.approx(turn)

@@ -16,7 +16,11 @@ from scipy.optimize import linprog
 import gaitgraph as gg
 from gaitgraph.gait.gait import lift
 from gaitgraph.timing import time_optimal
-from gaitgraph.timing.laws import fastest_squared_speeds, law_through_nodes, smoothed_law
+from gaitgraph.timing.laws import (
+    fastest_squared_speeds,
+    law_through_nodes,
+    smoothed_law,
+)
 from gaitgraph.timing.time_optimal import Limits, limits_of
 from gaitgraph.timing.timed_gait import table_of
 from tests.published import GAITS
@@ -39,7 +43,11 @@ def assert_lawful(found: Any) -> LimitedGait:
     """The law keeps the limits, sampled densely by itself and by its peaks, and is smooth at knots and the seam."""
     timed: LimitedGait = found.timed
     knots = timed.corner_times
-    t = np.unique(np.concatenate([np.linspace(0, timed.period, 20_001), knots, (knots[:-1] + knots[1:]) / 2]))
+    t = np.unique(
+        np.concatenate(
+            [np.linspace(0, timed.period, 20_001), knots, (knots[:-1] + knots[1:]) / 2]
+        )
+    )
     for order, kind in enumerate(("rate", "acceleration", "jerk"), start=1):
         values = np.abs(timed.derivative(t, order)).max(axis=0)
         peaks, limit = timed.peaks(order), getattr(found.limits, kind)
@@ -49,8 +57,12 @@ def assert_lawful(found: Any) -> LimitedGait:
     h = np.diff(knots)
     step = 1e-6 * np.minimum(h, np.roll(h, 1))
     for order in range(3):
-        after, before = (timed.derivative(knots[:-1] - shift, order) for shift in (0.0, step))
-        allowed = 2 * timed.peaks(order + 1) * step[:, None] + 1e-9 * (1 + timed.peaks(order))
+        after, before = (
+            timed.derivative(knots[:-1] - shift, order) for shift in (0.0, step)
+        )
+        allowed = 2 * timed.peaks(order + 1) * step[:, None] + 1e-9 * (
+            1 + timed.peaks(order)
+        )
         assert (np.abs(after - before) <= allowed).all()
     np.testing.assert_array_equal(timed.alpha[0], timed.alpha[-1])
     return timed
@@ -61,7 +73,10 @@ def assert_lawful(found: Any) -> LimitedGait:
     ("limits", "exact"),
     [
         # Over 0.8 rad the rate is reached or not: 2(d/v + v/a), or 4√(d/a).
-        *(({"rate": v, "acceleration": 60.0}, 2 * (0.8 / v + v / 60)) for v in (6.0, 1.0)),
+        *(
+            ({"rate": v, "acceleration": 60.0}, 2 * (0.8 / v + v / 60))
+            for v in (6.0, 1.0)
+        ),
         ({"rate": 1.0, "acceleration": 3.0}, 2 * (0.8 + 1 / 3)),
         ({"rate": 6.0, "acceleration": 3.0}, 4 * sqrt(0.8 / 3)),
         *(({"acceleration": a}, 4 * sqrt(0.8 / a)) for a in (60.0, 3.0)),
@@ -69,7 +84,9 @@ def assert_lawful(found: Any) -> LimitedGait:
         ({"jerk": 800.0}, (96 * 0.8 / 800) ** (1 / 3)),
     ],
 )
-def test_forth_and_back_takes_the_time_of_the_closed_form(gait: gg.Gait, limits: dict[str, Any], exact: float) -> None:
+def test_forth_and_back_takes_the_time_of_the_closed_form(
+    gait: gg.Gait, limits: dict[str, Any], exact: float
+) -> None:
     found = least_period(gait, Limits(**limits))
     assert found.lower_bound == pytest.approx(exact)
     assert exact <= found.least <= exact * 1.003
@@ -77,8 +94,14 @@ def test_forth_and_back_takes_the_time_of_the_closed_form(gait: gg.Gait, limits:
 
 
 @settings(deadline=None, max_examples=15)
-@given(seed=st.integers(0, 2**32 - 1), n=st.integers(8, 40), rate=st.sampled_from([np.inf, 3.0]))
-def test_no_other_speeds_within_the_limits_are_larger_anywhere(seed: int, n: int, rate: float) -> None:
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    n=st.integers(8, 40),
+    rate=st.sampled_from([np.inf, 3.0]),
+)
+def test_no_other_speeds_within_the_limits_are_larger_anywhere(
+    seed: int, n: int, rate: float
+) -> None:
     # The largest solution point by point, against a linear programme over the very same rows.
     random = np.random.default_rng(seed)
     width = random.uniform(0.02, 0.2, n)
@@ -106,14 +129,23 @@ def test_no_other_speeds_within_the_limits_are_larger_anywhere(seed: int, n: int
             else:
                 rows += [row, -row]
                 right += [limits[joint]] * 2
-    high = np.minimum(np.minimum(box, ((rate / np.abs(first[:-1])) ** 2).min(axis=1)), 1e12)
-    found = linprog(-np.ones(n), A_ub=np.array(rows), b_ub=right, bounds=np.column_stack([np.zeros(n), high]))  # type: ignore[call-overload]
+    high = np.minimum(
+        np.minimum(box, ((rate / np.abs(first[:-1])) ** 2).min(axis=1)), 1e12
+    )
+    found = linprog(
+        -np.ones(n),
+        A_ub=np.array(rows),
+        b_ub=right,
+        bounds=np.column_stack([np.zeros(n), high]),
+    )  # type: ignore[call-overload]
     np.testing.assert_allclose(b[:-1], found.x, rtol=1e-5, atol=1e-7)
 
 
 @settings(deadline=None, max_examples=10)
 @given(
-    points=st.lists(st.tuples(st.floats(0.3, 1.3), st.floats(-1.3, -0.3)), min_size=1, max_size=6),
+    points=st.lists(
+        st.tuples(st.floats(0.3, 1.3), st.floats(-1.3, -0.3)), min_size=1, max_size=6
+    ),
     rounding=st.sampled_from([None, 1e-4, 0.01, 0.2]),
     limits=st.sampled_from(
         [
@@ -125,8 +157,12 @@ def test_no_other_speeds_within_the_limits_are_larger_anywhere(seed: int, n: int
         ]
     ),
 )
-def test_every_law_is_smooth_closed_and_within_its_limits(points, rounding, limits) -> None:  # type: ignore[no-untyped-def]
-    found = least_period(lift(points, "red"), Limits(**limits), rounding=rounding, nodes=60)
+def test_every_law_is_smooth_closed_and_within_its_limits(
+    points, rounding, limits
+) -> None:  # type: ignore[no-untyped-def]
+    found = least_period(
+        lift(points, "red"), Limits(**limits), rounding=rounding, nodes=60
+    )
     if not found:
         assert found.status == "still"
         return
@@ -143,18 +179,64 @@ def test_every_law_is_smooth_closed_and_within_its_limits(points, rounding, limi
 @pytest.mark.parametrize(
     ("points", "limits", "rounding", "least", "bound", "stretch"),
     [
-        (GAITS[2].angles, {"rate": 6.0, "acceleration": 60.0}, 0.03, 0.728560972, 0.495247254, 1.864e-03),
-        (GAITS[2].angles, {"acceleration": [30, 20, 50, 25]}, None, 1.441314691, 0.792665460, 0.0),
-        (GAITS[2].angles, {"rate": 6.0, "acceleration": 60.0, "jerk": 2000.0}, 0.03, 0.873889759, 0.495247254, 1.8e-4),
-        (TRIANGLE, {"acceleration": [30, 20, 50, 25]}, 0.03, 1.017371949, 0.786389445, 1.733e-03),
+        (
+            GAITS[2].angles,
+            {"rate": 6.0, "acceleration": 60.0},
+            0.03,
+            0.728560972,
+            0.495247254,
+            1.864e-03,
+        ),
+        (
+            GAITS[2].angles,
+            {"acceleration": [30, 20, 50, 25]},
+            None,
+            1.441314691,
+            0.792665460,
+            0.0,
+        ),
+        (
+            GAITS[2].angles,
+            {"rate": 6.0, "acceleration": 60.0, "jerk": 2000.0},
+            0.03,
+            0.873889759,
+            0.495247254,
+            1.8e-4,
+        ),
+        (
+            TRIANGLE,
+            {"acceleration": [30, 20, 50, 25]},
+            0.03,
+            1.017371949,
+            0.786389445,
+            1.733e-03,
+        ),
         (TRIANGLE, {"jerk": 800.0}, None, 0.952440631, 0.457885697, 0.0),
         (TRIANGLE, {"jerk": 800.0}, 0.03, 0.902261393, 0.452677460, 1.0e-06),
-        ([(0.4, -0.4), (1.2, -0.8)], {"acceleration": [30, 20, 50, 25]}, None, 0.655271239, 0.653197265, 2.131e-04),
-        ([(0.4, -0.4), (1.2, -0.8)], {"jerk": 800.0}, None, 0.459067214, 0.457885697, -6.1e-05),
+        (
+            [(0.4, -0.4), (1.2, -0.8)],
+            {"acceleration": [30, 20, 50, 25]},
+            None,
+            0.655271239,
+            0.653197265,
+            2.131e-04,
+        ),
+        (
+            [(0.4, -0.4), (1.2, -0.8)],
+            {"jerk": 800.0},
+            None,
+            0.459067214,
+            0.457885697,
+            -6.1e-05,
+        ),
     ],
 )
-def test_least_periods_to_six_digits(points, limits, rounding, least, bound, stretch) -> None:  # type: ignore[no-untyped-def]
-    found = least_period(lift(points, "red"), Limits(**limits), rounding=rounding, nodes=100)
+def test_least_periods_to_six_digits(
+    points, limits, rounding, least, bound, stretch
+) -> None:  # type: ignore[no-untyped-def]
+    found = least_period(
+        lift(points, "red"), Limits(**limits), rounding=rounding, nodes=100
+    )
     assert found.least == pytest.approx(least, rel=2e-6)
     assert found.lower_bound == pytest.approx(bound, rel=1e-8)
     assert found.stretch == pytest.approx(stretch, abs=2e-6)
@@ -164,14 +246,26 @@ def test_least_periods_to_six_digits(points, limits, rounding, least, bound, str
     ("limits", "each", "rel"),
     [
         # The rate is reached: d/v + v/a + a/j.
-        ({"rate": 6.0, "acceleration": 60.0, "jerk": 3000.0}, lambda d: d / 6 + 6 / 60 + 60 / 3000, 1e-11),
+        (
+            {"rate": 6.0, "acceleration": 60.0, "jerk": 3000.0},
+            lambda d: d / 6 + 6 / 60 + 60 / 3000,
+            1e-11,
+        ),
         # The acceleration is, the rate is not: 2√((a/2j)² + d/a) + a/j.
-        ({"acceleration": 60.0, "jerk": 3000.0}, lambda d: 2 * sqrt(0.01**2 + d / 60) + 0.02, 1e-11),
+        (
+            {"acceleration": 60.0, "jerk": 3000.0},
+            lambda d: 2 * sqrt(0.01**2 + d / 60) + 0.02,
+            1e-11,
+        ),
         # Neither is: 4∛(d/2j). The rate is, the acceleration is not: d/v + 2√(v/j).
         ({"jerk": 800.0}, lambda d: 4 * (d / 1600) ** (1 / 3), 1e-11),
         ({"rate": 2.0, "jerk": 800.0}, lambda d: d / 2 + 2 * sqrt(2 / 800), 1e-11),
         # Without a jerk limit the acceleration takes a thousandth of the time to rise.
-        ({"rate": 6.0, "acceleration": 60.0}, lambda d: 1.001 * (d / 6 + 6 / 60), 1e-11),
+        (
+            {"rate": 6.0, "acceleration": 60.0},
+            lambda d: 1.001 * (d / 6 + 6 / 60),
+            1e-11,
+        ),
         # Limits far apart: what is brief beyond floats takes a millionth of the time.
         ({"rate": 1e-8, "acceleration": 1e12}, lambda d: d * 1e8, 1e-5),
         ({"rate": 1e-8, "jerk": 1e12}, lambda d: d * 1e8, 1e-5),
@@ -190,52 +284,94 @@ def test_legs_from_rest_to_rest_have_their_closed_form(limits, each, rel) -> Non
 
 def test_turning_the_loop_round_or_over_changes_nothing() -> None:
     base = least_period(SQUARE, LIMITS, rounding=0.05).least
-    for gait in (SQUARE.reversed(), SQUARE.started_at(2), lift(-SQUARE.alpha[:, [1, 0]], "red")):
-        assert least_period(gait, LIMITS, rounding=0.05).least == pytest.approx(base, rel=2e-3)
+    for gait in (
+        SQUARE.reversed(),
+        SQUARE.started_at(2),
+        lift(-SQUARE.alpha[:, [1, 0]], "red"),
+    ):
+        assert least_period(gait, LIMITS, rounding=0.05).least == pytest.approx(
+            base, rel=2e-3
+        )
 
 
-def test_a_period_that_is_asked_for_is_met_by_scaling_or_refused_with_the_limit_and_the_place() -> None:
+def test_a_period_that_is_asked_for_is_met_by_scaling_or_refused_with_the_limit_and_the_place() -> (
+    None
+):
     fast = least_period(SQUARE, LIMITS, rounding=0.03)
     found = paced(SQUARE, LIMITS, period=1.0, rounding=0.03, rate=200)
     timed = assert_lawful(found)
-    assert (timed.period, timed.samples, timed.law, bool(found)) == (1.0, 200, "paced", True)
+    assert (timed.period, timed.samples, timed.law, bool(found)) == (
+        1.0,
+        200,
+        "paced",
+        True,
+    )
     for order in (1, 2, 3):
-        np.testing.assert_allclose(timed.peaks(order), fast.timed.peaks(order) * fast.least**order)
+        np.testing.assert_allclose(
+            timed.peaks(order), fast.timed.peaks(order) * fast.least**order
+        )
     assert paced(SQUARE, LIMITS, period=fast.least, rounding=0.03)
     short = paced(SQUARE, LIMITS, period=0.7, rounding=0.03)
-    assert (bool(short), short.status, short.timed, short.limit) == (False, "too short", None, "acceleration")
+    assert (bool(short), short.status, short.timed, short.limit) == (
+        False,
+        "too short",
+        None,
+        "acceleration",
+    )
     assert short.where is not None
     assert f"{fast.least:.4f} s" in short.reason
-    assert f"would reach {60 * (fast.least / 0.7) ** 2:.3g} rad/s², limit 60" in short.reason
+    assert (
+        f"would reach {60 * (fast.least / 0.7) ** 2:.3g} rad/s², limit 60"
+        in short.reason
+    )
     # Below the lower bound it is certain.
-    assert "needs at least" in paced(SQUARE, LIMITS, period=0.9 * fast.lower_bound, rounding=0.03).reason
+    assert (
+        "needs at least"
+        in paced(SQUARE, LIMITS, period=0.9 * fast.lower_bound, rounding=0.03).reason
+    )
 
 
 @pytest.mark.parametrize(("tolerance", "nodes"), [(1e-5, 0), (0.03, 5000)])
 def test_rounding_is_never_slower_than_resting_at_the_corners(
     monkeypatch: pytest.MonkeyPatch, tolerance: float, nodes: int
 ) -> None:
-    monkeypatch.setattr(time_optimal, "_MOST_NODES_UNDER_JERK", nodes)  # without programmes it is quick
+    monkeypatch.setattr(
+        time_optimal, "_MOST_NODES_UNDER_JERK", nodes
+    )  # without programmes it is quick
     limits = Limits(acceleration=60, jerk=2000)
-    resting, both = least_period(SQUARE, limits), least_period(SQUARE, limits, rounding=tolerance, nodes=50)
+    resting, both = (
+        least_period(SQUARE, limits),
+        least_period(SQUARE, limits, rounding=tolerance, nodes=50),
+    )
     assert both.at_rest == resting.least
     rests = tolerance == 1e-5
     assert both.least == resting.least if rests else both.least < resting.least
-    assert (both.rounding is None, both.note.startswith("rests at the corners")) == (rests, rests)
+    assert (both.rounding is None, both.note.startswith("rests at the corners")) == (
+        rests,
+        rests,
+    )
     assert both.as_mapping()["note"] == (both.note or None)
     assert both.lower_bound <= resting.lower_bound
-    assert_lawful(paced(SQUARE, limits, period=resting.least, rounding=tolerance, nodes=50))
+    assert_lawful(
+        paced(SQUARE, limits, period=resting.least, rounding=tolerance, nodes=50)
+    )
 
 
-def test_work_under_a_jerk_limit_reports_and_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_work_under_a_jerk_limit_reports_and_is_bounded(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     limits = Limits(acceleration=60, jerk=2000)
     lines: list[str] = []
-    assert not least_period(SQUARE, limits, rounding=0.03, nodes=50, progress=lines.append).note
+    assert not least_period(
+        SQUARE, limits, rounding=0.03, nodes=50, progress=lines.append
+    ).note
     assert [line for line in lines if line.startswith("programme 1 of")] == [lines[1]]
     assert len(lines) > 2
     monkeypatch.setattr(time_optimal, "_MOST_NODES_UNDER_JERK", 60)
     bounded: list[str] = []
-    found = least_period(SQUARE, limits, rounding=0.002, nodes=50, progress=bounded.append)
+    found = least_period(
+        SQUARE, limits, rounding=0.002, nodes=50, progress=bounded.append
+    )
     assert len(bounded) == 1
     assert "not optimised under the jerk limit" in found.note
     assert "thin out the table" in str(found)
@@ -243,10 +379,19 @@ def test_work_under_a_jerk_limit_reports_and_is_bounded(monkeypatch: pytest.Monk
 
 
 @pytest.mark.parametrize("rounding", [None, 0.03])
-@pytest.mark.parametrize("more", [{"acceleration": 1e12}, {"acceleration": 1e-9, "jerk": 1e-9}], ids=["one", "all"])
-def test_periods_that_no_clock_has_are_answered(more: dict[str, float], rounding: float | None) -> None:
+@pytest.mark.parametrize(
+    "more",
+    [{"acceleration": 1e12}, {"acceleration": 1e-9, "jerk": 1e-9}],
+    ids=["one", "all"],
+)
+def test_periods_that_no_clock_has_are_answered(
+    more: dict[str, float], rounding: float | None
+) -> None:
     limits = Limits(rate=1e-9, **more)
-    for found in (least_period(SQUARE, limits, rounding=rounding), paced(SQUARE, limits, rounding=rounding)):
+    for found in (
+        least_period(SQUARE, limits, rounding=rounding),
+        paced(SQUARE, limits, rounding=rounding),
+    ):
         assert (bool(found), found.status) == (False, "no period")
         assert found.reason == "the least period under the limits would be above 1e9 s"
 
@@ -254,20 +399,35 @@ def test_periods_that_no_clock_has_are_answered(more: dict[str, float], rounding
 @pytest.mark.parametrize("window", [0.3, 0.02])
 def test_a_smoothed_law_is_the_moving_average(window: float) -> None:
     random = np.random.default_rng(5)
-    s, speed = np.append(0, np.cumsum(random.uniform(0.1, 0.5, 12))), np.resize(random.uniform(0.7, 2, 12), 13)
+    s, speed = (
+        np.append(0, np.cumsum(random.uniform(0.1, 0.5, 12))),
+        np.resize(random.uniform(0.7, 2, 12), 13),
+    )
     t = np.append(0, np.cumsum(2 * np.diff(s) / (speed[1:] + speed[:-1])))
-    path, law = PPoly([np.diff(speed) / np.diff(t) / 2, speed[:-1], s[:-1]], t), smoothed_law(s, speed**2, window)
+    path, law = (
+        PPoly([np.diff(speed) / np.diff(t) / 2, speed[:-1], s[:-1]], t),
+        smoothed_law(s, speed**2, window),
+    )
     times = law.t[:, None] + window * t[-1] / 2 * np.linspace(-1, 1, 4001)
-    positions, speeds = path(times % t[-1]) + s[-1] * (times // t[-1]), path(times % t[-1], 1)
+    positions, speeds = (
+        path(times % t[-1]) + s[-1] * (times // t[-1]),
+        path(times % t[-1], 1),
+    )
     np.testing.assert_allclose(law.s, positions.mean(axis=1), atol=1e-4 * window)
     for average, of in ((law.speed, positions), (law.acceleration, speeds)):
-        np.testing.assert_allclose(average, (of[:, -1] - of[:, 0]) / (window * t[-1]), atol=1e-9)
+        np.testing.assert_allclose(
+            average, (of[:, -1] - of[:, 0]) / (window * t[-1]), atol=1e-9
+        )
 
 
 def test_a_limit_of_zero_is_met_by_joints_that_stand_still() -> None:
     found = least_period(SQUARE, Limits(rate=[6, 6, 0, 6], acceleration=60))
     first = int(np.flatnonzero(SQUARE.alpha[:, 2] != SQUARE.ends[:, 2])[0])
-    assert (found.status, found.limit, found.where) == ("no period", "rate", {"alpha": SQUARE.alpha[first].tolist()})
+    assert (found.status, found.limit, found.where) == (
+        "no period",
+        "rate",
+        {"alpha": SQUARE.alpha[first].tolist()},
+    )
     assert "limit 0 of α3" in found.reason
     assert least_period(FORTH_AND_BACK, Limits(rate=[6, 0, 6, 0], acceleration=60))
     point = lift([(0.5, -0.5)], "red")
@@ -279,31 +439,57 @@ def test_a_limit_of_zero_is_met_by_joints_that_stand_still() -> None:
 
 def test_touched_limits_are_where_the_law_runs_at_them() -> None:
     timed = least_period(SQUARE, LIMITS, rounding=0.03, nodes=2000).timed
-    touched = {(touch.limit, tuple(touch.joints)): touch for touch in timed.limits_touched()}
-    assert set(touched) == set(itertools.product(("rate", "acceleration"), ((1, 3), (2, 4))))
+    touched = {
+        (touch.limit, tuple(touch.joints)): touch for touch in timed.limits_touched()
+    }
+    assert set(touched) == set(
+        itertools.product(("rate", "acceleration"), ((1, 3), (2, 4)))
+    )
     t = (np.arange(20_000) + 0.5) * timed.period / 20_000
     at_some = np.zeros(len(t), dtype=bool)
     for (kind, (joint, _)), touch in touched.items():
         order = 1 if kind == "rate" else 2
-        at_limit = np.abs(timed.derivative(t, order)[:, joint - 1]) >= 0.99 * touch.value
+        at_limit = (
+            np.abs(timed.derivative(t, order)[:, joint - 1]) >= 0.99 * touch.value
+        )
         assert touch.share == pytest.approx(at_limit.mean(), abs=0.01)
-        assert np.abs(timed.derivative(touch.where["t"], order)[joint - 1]) >= 0.9 * touch.value
+        assert (
+            np.abs(timed.derivative(touch.where["t"], order)[joint - 1])
+            >= 0.9 * touch.value
+        )
         at_some |= at_limit
     # The fastest law is at some limit nearly always.
     assert at_some.mean() > 0.95
 
 
 def test_a_paced_gait_is_a_timed_gait() -> None:
-    vehicle = gg.PAPER.replace(max_tilt_rate=6.0, max_tilt_acceleration=60.0, max_tilt_jerk=1e4)
-    found = least_period(lift(GAITS[2].angles, "red", vehicle=vehicle), rounding="2deg", samples=40)
+    vehicle = gg.PAPER.replace(
+        max_tilt_rate=6.0, max_tilt_acceleration=60.0, max_tilt_jerk=1e4
+    )
+    found = least_period(
+        lift(GAITS[2].angles, "red", vehicle=vehicle), rounding="2deg", samples=40
+    )
     timed, answer = found.timed, found.as_mapping()
     assert isinstance(found.timed, gg.TimedGait)
     table, report = table_of(timed), timed.check()
-    assert (len(table), table.about["law"], answer["status"], answer["reason"]) == (41, "least-period", "ok", None)
+    assert (len(table), table.about["law"], answer["status"], answer["reason"]) == (
+        41,
+        "least-period",
+        "ok",
+        None,
+    )
     np.testing.assert_array_equal(table.alpha, timed.alpha)
     assert report.flyable
-    assert [check.name for check in report.checks][-3:] == ["tilt_rate", "tilt_acceleration", "tilt_jerk"]
-    assert not replace(timed, period=0.9 * timed.period, widths=0.9 * timed.widths).check().flyable
+    assert [check.name for check in report.checks][-3:] == [
+        "tilt_rate",
+        "tilt_acceleration",
+        "tilt_jerk",
+    ]
+    assert (
+        not replace(timed, period=0.9 * timed.period, widths=0.9 * timed.widths)
+        .check()
+        .flyable
+    )
     assert answer["peak_rate"] <= 6.0 * (1 + 1e-9)
     assert set(answer["touched"][0]) == {"limit", "joints", "value", "share", "where"}
     # Vertices need corners: a rounded loop has none, and the gait itself has four.
@@ -313,32 +499,50 @@ def test_a_paced_gait_is_a_timed_gait() -> None:
 def test_limits_come_from_the_vehicle_and_from_texts() -> None:
     vehicle = gg.PAPER.replace(max_tilt_rate="200deg", max_tilt_acceleration=40.0)
     plain = limits_of(vehicle, acceleration="1000deg").as_mapping()
-    assert plain == pytest.approx({"rate": np.radians(200), "acceleration": np.radians(1000)})
+    assert plain == pytest.approx(
+        {"rate": np.radians(200), "acceleration": np.radians(1000)}
+    )
     uneven = Limits(acceleration=[1, 2, 3, 4])
     assert uneven.as_mapping() == {"acceleration": [1.0, 2.0, 3.0, 4.0]}
-    np.testing.assert_array_equal(uneven.in_plane(), [[np.inf] * 2, [1, 2], [np.inf] * 2])
+    np.testing.assert_array_equal(
+        uneven.in_plane(), [[np.inf] * 2, [1, 2], [np.inf] * 2]
+    )
 
 
 @settings(deadline=None, max_examples=20)
 @given(seed=st.integers(0, 2**32 - 1), harmonics=st.integers(1, 6))
-def test_the_limits_that_follow_hold_for_periodic_motions(seed: int, harmonics: int) -> None:
+def test_the_limits_that_follow_hold_for_periodic_motions(
+    seed: int, harmonics: int
+) -> None:
     # Landau's and Kolmogorov's inequalities, on random trigonometric polynomials.
     random = np.random.default_rng(seed)
     t = np.linspace(0, 2 * pi, 5000)
     k = np.arange(1, harmonics + 1)
     waves = random.normal(size=harmonics) / k**2, random.uniform(0, 2 * pi, harmonics)
     x, rate, acceleration, jerk = (
-        (waves[0] * k**order * np.cos(np.multiply.outer(t, k) + waves[1] + order * pi / 2)).sum(axis=1)
+        (
+            waves[0]
+            * k**order
+            * np.cos(np.multiply.outer(t, k) + waves[1] + order * pi / 2)
+        ).sum(axis=1)
         for order in range(4)
     )
     extent = np.full(2, np.ptp(x))
     most = np.abs([rate, acceleration, jerk]).max(axis=1)
-    for limits in (Limits(jerk=most[2]), Limits(rate=most[0], jerk=most[2]), Limits(acceleration=most[1])):
+    for limits in (
+        Limits(jerk=most[2]),
+        Limits(rate=most[0], jerk=most[2]),
+        Limits(acceleration=most[1]),
+    ):
         assert (most <= limits.completed(extent)[:, 0] * 1.001).all()
 
 
 def test_a_law_through_nodes_that_would_stop_is_none() -> None:
     s = np.array([0.0, 1.0, 2.0])
     assert law_through_nodes(s, np.array([0.0, 0.0]), 1.0) is not None
-    assert law_through_nodes(s, np.array([-3.0, 3.0]), 1.0) is None  # would turn back within the first interval
-    assert law_through_nodes(s, np.array([1.5, -3.0]), 1.0) is None  # covers the interval, but ends at rest
+    assert (
+        law_through_nodes(s, np.array([-3.0, 3.0]), 1.0) is None
+    )  # would turn back within the first interval
+    assert (
+        law_through_nodes(s, np.array([1.5, -3.0]), 1.0) is None
+    )  # covers the interval, but ends at rest

@@ -24,24 +24,38 @@ SQUARE = lift(GAITS[2].angles, "red")
 
 
 def fast() -> TimedGait:
-    timed = paced(SQUARE, Limits(rate=6.0, acceleration=60.0), period=1.0, rounding=0.03, nodes=200).timed
+    timed = paced(
+        SQUARE,
+        Limits(rate=6.0, acceleration=60.0),
+        period=1.0,
+        rounding=0.03,
+        nodes=200,
+    ).timed
     assert timed is not None
     return timed
 
 
-@pytest.mark.parametrize("timed", [SQUARE.parametrize(1.0), fast()], ids=["smooth", "paced"])
+@pytest.mark.parametrize(
+    "timed", [SQUARE.parametrize(1.0), fast()], ids=["smooth", "paced"]
+)
 @pytest.mark.parametrize("lag", [0.048, [0.01, 0.02, 0.1, 0.2]])
-def test_the_response_is_that_of_the_transfer_function(timed: TimedGait, lag: object) -> None:
+def test_the_response_is_that_of_the_transfer_function(
+    timed: TimedGait, lag: object
+) -> None:
     # 1/(1 + iωτ) on every harmonic of the commanded angles.
     n = 8000
     commanded = timed.at(np.arange(n) / n)[0]
     harmonics = 2j * np.pi * np.arange(n // 2 + 1)[:, None]
-    attained = np.fft.irfft(np.fft.rfft(commanded, axis=0) / (1 + harmonics * np.asarray(lag)), n, axis=0)
+    attained = np.fft.irfft(
+        np.fft.rfft(commanded, axis=0) / (1 + harmonics * np.asarray(lag)), n, axis=0
+    )
     response = servo_response(timed, lag)  # type: ignore[arg-type]
     last = response.error[np.searchsorted(response.t, response.peak_times()), range(4)]
     np.testing.assert_array_equal(np.abs(last), np.abs(response.error).max(axis=0))
     t = np.arange(n) / n
-    error = np.column_stack([np.interp(t, response.t, column) for column in response.error.T])
+    error = np.column_stack(
+        [np.interp(t, response.t, column) for column in response.error.T]
+    )
     assert np.abs(commanded - error - attained).max() < response.slack.max() + 1e-9
 
 
@@ -61,13 +75,21 @@ def test_a_triangle_wave_has_its_closed_form() -> None:
         assert response.peak()[0] == pytest.approx(edge, rel=1e-3)
         bend = np.diff(response.t).max() ** 2 / 4 * rate / tau
         assert response.slack[0] == pytest.approx(min(bend, rate * tau - edge))
-        closed = np.mean((rate * tau - (rate * tau + edge) * np.exp(-np.linspace(0, 1, 200_001) / tau)) ** 2)
+        closed = np.mean(
+            (
+                rate * tau
+                - (rate * tau + edge) * np.exp(-np.linspace(0, 1, 200_001) / tau)
+            )
+            ** 2
+        )
         assert response.rms()[0] ** 2 == pytest.approx(closed, rel=1e-5)
 
 
 @settings(deadline=None, max_examples=12)
 @given(
-    points=st.lists(st.tuples(st.floats(-1, 1), st.floats(-1, 1)), min_size=1, max_size=5),
+    points=st.lists(
+        st.tuples(st.floats(-1, 1), st.floats(-1, 1)), min_size=1, max_size=5
+    ),
     lag=st.floats(0.005, 3.0),
     law=st.sampled_from(["smooth", "constant-speed", "equal-time"]),
 )
@@ -98,12 +120,19 @@ def test_servos_with_lags_of_their_own_leave_the_sheet() -> None:
     assert off > 0.02
     assert off <= response.distance_off_sheet() <= off + 1e-4
     # The error in α3 moves the gait along α3 alone, so Rθ or Rφ no longer vanish.
-    assert np.abs(gg.invertibility.roll_sensitivity(response.actual, SQUARE.coefficients)).max() > 1e-3
+    assert (
+        np.abs(
+            gg.invertibility.roll_sensitivity(response.actual, SQUARE.coefficients)
+        ).max()
+        > 1e-3
+    )
     # With one lag for all a blue gait stays on its sheet, as a red one does.
     response = servo_response(lift(GAITS[1].angles, "blue").parametrize(1.0), 0.05)
     assert response.distance_off_sheet() == pytest.approx(0, abs=1e-12)
     assert family_distances(response.actual, SQUARE.coefficients)[..., 1].max() < 1e-9
-    biased = servo_response(SQUARE.biased(0.5).parametrize(1.0), 0.05)  # it is on no sheet anyway
+    biased = servo_response(
+        SQUARE.biased(0.5).parametrize(1.0), 0.05
+    )  # it is on no sheet anyway
     assert (biased.distance_off_sheet(), "sheet" in str(biased)) == (None, False)
 
 
@@ -112,13 +141,17 @@ def test_the_least_singular_value_along_the_actual_motion_is_a_lower_bound() -> 
     for timed, lag in ((fast(), 0.02), (fast(), [0.05, 0.1, 0.02, 0.05]), (even, 0.5)):
         response = servo_response(timed, lag)
         t = np.linspace(0, 1, 4001)
-        error = np.column_stack([np.interp(t, response.t, column) for column in response.error.T])
+        error = np.column_stack(
+            [np.interp(t, response.t, column) for column in response.error.T]
+        )
         sampled = least_singular_value(response.timed.at(t)[0] - error).min()
         assert sampled - 1e-3 <= response.least_singular_value() <= sampled + 1e-6
 
 
 def test_the_vehicle_states_the_lag() -> None:
-    timed = lift(-SQUARE.alpha[:, :2], "red", vehicle=gg.vehicle_named("beetle_omni")).parametrize(1.0)
+    timed = lift(
+        -SQUARE.alpha[:, :2], "red", vehicle=gg.vehicle_named("beetle_omni")
+    ).parametrize(1.0)
     response = servo_response(timed)
     np.testing.assert_array_equal(response.lag, 0.048)
     answer = response.as_mapping()
@@ -129,4 +162,6 @@ def test_the_vehicle_states_the_lag() -> None:
 
 
 def test_the_longest_lag_is_allowed() -> None:
-    assert np.ptp(servo_response(SQUARE.parametrize(1.0), 1e6).actual, axis=0).max() < 1e-5
+    assert (
+        np.ptp(servo_response(SQUARE.parametrize(1.0), 1e6).actual, axis=0).max() < 1e-5
+    )

@@ -42,7 +42,9 @@ def value_of(report: Report, name: str) -> float:
     return value
 
 
-def validated_in_pieces(monkeypatch: pytest.MonkeyPatch, table: Table, cuts: list[int], **limits: Any) -> Report:
+def validated_in_pieces(
+    monkeypatch: pytest.MonkeyPatch, table: Table, cuts: list[int], **limits: Any
+) -> Report:
     ends = [0, *sorted({cut % len(table) for cut in cuts} - {0}), len(table)]
     pieces = [table.rows(a, b) for a, b in itertools.pairwise(ends)]
     with monkeypatch.context() as small:
@@ -60,20 +62,35 @@ def sampled(gait: PublishedGait, samples: int = 64, **options: Any) -> Table:
 @pytest.mark.parametrize("gait", GAITS, ids=lambda gait: f"gait{gait.number}")
 def test_the_four_gaits_as_tables(gait: PublishedGait, samples: int) -> None:
     report = validate(sampled(gait, samples))
-    assert (report.valid, report.flyable, report.reachable_from_hover) == (True, gait.flyable, gait.reachable)
+    assert (report.valid, report.flyable, report.reachable_from_hover) == (
+        True,
+        gait.flyable,
+        gait.reachable,
+    )
     assert report["R_sign"].decided is (gait.color == "red")
-    assert (report.listing and report.listing.count) == {1: 1, 2: 2, 3: 2, 4: 1}[gait.number]
+    assert (report.listing and report.listing.count) == {1: 1, 2: 2, 3: 2, 4: 1}[
+        gait.number
+    ]
     assert report.rows == samples + 1
 
 
 @pytest.mark.parametrize("gait", GAITS, ids=lambda gait: f"gait{gait.number}")
 @pytest.mark.parametrize("colored", [True, False])
 @pytest.mark.parametrize("rounding", [None, 5e-4])
-def test_verdicts_of_the_printed_digits(gait: PublishedGait, colored: bool, rounding: float | None) -> None:
+def test_verdicts_of_the_printed_digits(
+    gait: PublishedGait, colored: bool, rounding: float | None
+) -> None:
     """Three decimals, with colors given or found from the rows; the sign of R of Gaits 1 and 2 stays undecided."""
     rows = np.column_stack([np.round(gait.angles, 3), gait.printed])
-    report = validate(table_from(rows, **({"color": (gait.color,) * 4} if colored else {})), angle_rounding=rounding)
-    assert (report.valid, report.flyable, report.reachable_from_hover) == (True, gait.flyable, gait.reachable)
+    report = validate(
+        table_from(rows, **({"color": (gait.color,) * 4} if colored else {})),
+        angle_rounding=rounding,
+    )
+    assert (report.valid, report.flyable, report.reachable_from_hover) == (
+        True,
+        gait.flyable,
+        gait.reachable,
+    )
     assert report["R_sign"].decided is (gait.color == "red")
     assert gait.color in report["two_color"].message
 
@@ -92,14 +109,20 @@ def tables(draw: st.DrawFn) -> Table:
     for _ in range(n):
         if draw(st.integers(0, 5)) == 0:
             color = draw(st.sampled_from(["red", "blue"]))
-        row = lift([(draw(angle), draw(angle))], color, coefficients=coefficients).alpha[0].copy()
+        row = (
+            lift([(draw(angle), draw(angle))], color, coefficients=coefficients)
+            .alpha[0]
+            .copy()
+        )
         row[2] += draw(near_sheet)
         rows.append(row)
         colors.append(color)
     if draw(st.booleans()):
         rows.append(rows[0])
         colors.append(colors[0])
-    t = np.cumsum(draw(st.lists(st.floats(1e-3, 2), min_size=len(rows), max_size=len(rows))))
+    t = np.cumsum(
+        draw(st.lists(st.floats(1e-3, 2), min_size=len(rows), max_size=len(rows)))
+    )
     extra: dict[str, Any] = {"color": tuple(colors)} if draw(st.booleans()) else {}
     return table_from(rows, t=t if draw(st.booleans()) else None, **extra)
 
@@ -109,12 +132,18 @@ def verdicts(report: Report) -> list[Any]:
 
 
 @pytest.mark.no_cover
-@settings(deadline=None, max_examples=30, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(
+    deadline=None,
+    max_examples=30,
+    suppress_health_check=[HealthCheck.function_scoped_fixture],
+)
 @given(table=tables(), cuts=st.lists(st.integers(0, 10), max_size=6))
 def test_the_pieces_of_a_table_change_no_verdict(
     monkeypatch: pytest.MonkeyPatch, table: Table, cuts: list[int]
 ) -> None:
-    vehicle = gg.PAPER.replace(max_tilt_rate=2.0, max_tilt_acceleration=30.0, max_tilt=1.3)
+    vehicle = gg.PAPER.replace(
+        max_tilt_rate=2.0, max_tilt_acceleration=30.0, max_tilt=1.3
+    )
     whole = validate(table, vehicle=vehicle)
     pieces = validated_in_pieces(monkeypatch, table, cuts, vehicle=vehicle)
     assert verdicts(whole) == verdicts(pieces)
@@ -123,7 +152,10 @@ def test_the_pieces_of_a_table_change_no_verdict(
         if one.value is not None:
             assert one.value == pytest.approx(other.value, rel=1e-3, abs=2e-4)
     assert whole.listing == pieces.listing
-    assert (whole.reachable_from_hover, whole.reachability) == (pieces.reachable_from_hover, pieces.reachability)
+    assert (whole.reachable_from_hover, whole.reachability) == (
+        pieces.reachable_from_hover,
+        pieces.reachability,
+    )
 
 
 @pytest.mark.no_cover
@@ -133,11 +165,18 @@ def test_a_table_has_the_verdicts_of_the_gait_through_its_rows(table: Table) -> 
     if "color" not in table:
         return
     for kind in ("exact", "published"):
-        gait = Gait(alpha=table.alpha, colors=table["color"], coefficients=coefficients_of(kind=kind))
+        gait = Gait(
+            alpha=table.alpha,
+            colors=table["color"],
+            coefficients=coefficients_of(kind=kind),
+        )
         mine = validate(table, coefficients=kind)
         theirs = gait.check()
         for check in theirs.checks:
-            assert (mine[check.name].ok, mine[check.name].decided) == (check.ok, check.decided), check.name
+            assert (mine[check.name].ok, mine[check.name].decided) == (
+                check.ok,
+                check.decided,
+            ), check.name
         assert mine.reachable_from_hover == theirs.reachable_from_hover
 
 
@@ -153,8 +192,13 @@ def test_reported_values_hold_between_rows(table: Table) -> None:
     along = (rows + s * (np.roll(rows, -1, axis=0) - rows)).reshape(-1, 4)
     sigma = np.asarray(least_singular_value(along)).min()
     assert value_of(report, "least_singular_value") <= sigma + 1e-3
-    assert report["least_singular_value"].ok is bool(sigma >= 0.05) or abs(sigma - 0.05) < 2e-3
-    residual = np.maximum(np.abs(roll_sensitivity(along, exact)), np.abs(pitch_sensitivity(along, exact))).max()
+    assert (
+        report["least_singular_value"].ok is bool(sigma >= 0.05)
+        or abs(sigma - 0.05) < 2e-3
+    )
+    residual = np.maximum(
+        np.abs(roll_sensitivity(along, exact)), np.abs(pitch_sensitivity(along, exact))
+    ).max()
     assert value_of(report, "on_surface") >= residual - 1e-9
     assert value_of(report, "on_surface") <= residual + 0.02 * max(1.0, residual)
     R = np.asarray(level_determinant(along, exact))
@@ -176,8 +220,16 @@ def test_the_row_and_the_time_of_what_is_wrong() -> None:
     colors[30] = "blue"
     report = validate(table_from(alpha, t=table["t"], color=tuple(colors)))
     assert not report.two_color
-    assert "rows 30 (+,+) and 31 (-,-) may not be neighbours (Figure 15)" in report["two_color"].message
-    there = {"row": 30, "t": pytest.approx(0.29), "fraction": 0.0, "alpha": alpha[29].tolist()}
+    assert (
+        "rows 30 (+,+) and 31 (-,-) may not be neighbours (Figure 15)"
+        in report["two_color"].message
+    )
+    there = {
+        "row": 30,
+        "t": pytest.approx(0.29),
+        "fraction": 0.0,
+        "alpha": alpha[29].tolist(),
+    }
     assert report["two_color"].where == there
     # One wrong color is no rounding, and changes no physics.
     assert report["R_sign"].decided
@@ -200,10 +252,14 @@ def test_the_row_and_the_time_of_what_is_wrong() -> None:
 @pytest.mark.parametrize("turn", range(3))
 def test_a_change_of_the_sign_of_R_between_rows_is_found(turn: int) -> None:
     """All rows have R > 0, one straight segment crosses the saddle of R: between rows, or the one that closes."""
-    rows = np.roll(lift([(-1.2, 1.2), (1.35, 1.2), (-1.5, -1.0)], "red").alpha, turn, axis=0)
+    rows = np.roll(
+        lift([(-1.2, 1.2), (1.35, 1.2), (-1.5, -1.0)], "red").alpha, turn, axis=0
+    )
     exact = coefficients_of(kind="exact")
     s = np.linspace(0, 1, 4001)[:, None, None]
-    R = np.asarray(level_determinant(rows + s * (np.roll(rows, -1, axis=0) - rows), exact))
+    R = np.asarray(
+        level_determinant(rows + s * (np.roll(rows, -1, axis=0) - rows), exact)
+    )
     check = validate(table_from(rows, t=[0, 1, 2]), coefficients="exact")["R_sign"]
     assert not check.ok
     at_rows = level_determinant(rows, exact)
@@ -213,7 +269,9 @@ def test_a_change_of_the_sign_of_R_between_rows_is_found(turn: int) -> None:
     assert check.where["row"] == int(np.argmin(worst)) + 1
     assert 0 < check.where["fraction"] < 1
     assert f"R changes its sign at row {check.where['row']} and " in check.message
-    assert check.where["t"] == pytest.approx(check.where["row"] - 1 + check.where["fraction"])
+    assert check.where["t"] == pytest.approx(
+        check.where["row"] - 1 + check.where["fraction"]
+    )
 
 
 @pytest.mark.parametrize("open_", [True, False])
@@ -227,15 +285,25 @@ def test_closing(open_: bool) -> None:
     single = validate(table_from([[0.4, -0.4, 0.4, -0.4]], t=[3.0]))
     assert single.flyable is lift([(0.4, -0.4)], "red").check().flyable
     assert single["closed"].message == "the gait is a single point"
-    assert single.notes == ("the table is a single posture, not a gait: its rows are all equal",)
+    assert single.notes == (
+        "the table is a single posture, not a gait: its rows are all equal",
+    )
     assert single["tilt_rate"].value == 0
 
 
-@pytest.mark.parametrize(("first", "noted"), [([0.5, 0.6, 0.7, 0.8], False), ([0.5, 0.6, 0.7, 0.8, 0.805], True)])
-def test_a_closing_segment_of_more_than_three_steps_is_suspicious(first: list[float], noted: bool) -> None:
+@pytest.mark.parametrize(
+    ("first", "noted"),
+    [([0.5, 0.6, 0.7, 0.8], False), ([0.5, 0.6, 0.7, 0.8, 0.805], True)],
+)
+def test_a_closing_segment_of_more_than_three_steps_is_suspicious(
+    first: list[float], noted: bool
+) -> None:
     report = validate(table_from(lift([(a, -0.9) for a in first], "red").alpha))
     assert report["closed"].value == pytest.approx(first[-1] - 0.5)
-    assert any("is the end of the table missing?" in note for note in report.warnings) is noted
+    assert (
+        any("is the end of the table missing?" in note for note in report.warnings)
+        is noted
+    )
 
 
 class TestClock:
@@ -249,11 +317,16 @@ class TestClock:
         """A cosine of amplitude 0.2 and period 2 s: peaks 0.2π rad/s and 0.2π² rad/s², from below."""
         vehicle = gg.PAPER.replace(max_tilt_rate=1.0, max_tilt_acceleration=3.0)
         report = validate(self.table(), vehicle=vehicle)
-        for name, peak in (("tilt_rate", 0.2 * np.pi), ("tilt_acceleration", 0.2 * np.pi**2)):
+        for name, peak in (
+            ("tilt_rate", 0.2 * np.pi),
+            ("tilt_acceleration", 0.2 * np.pi**2),
+        ):
             assert report[name].ok
             assert 0.999 * peak <= value_of(report, name) <= peak * (1 + 1e-9)
 
-    @pytest.mark.parametrize("cut", [1, *range(110, 116)])  # among them those that put the kick at the seam
+    @pytest.mark.parametrize(
+        "cut", [1, *range(110, 116)]
+    )  # among them those that put the kick at the seam
     def test_the_seam_is_seen(self, cut: int) -> None:
         """A kick of one row has the same peaks wherever the table begins."""
         table = self.table(120)
@@ -265,16 +338,29 @@ class TestClock:
             closed = table_from(np.vstack([turned, turned[:1]]), t=table["t"])
             open_ = table_from(turned, t=table["t"][:-1])
             for one in (closed, open_):
-                report = validate(one, vehicle=gg.PAPER.replace(max_tilt_acceleration=1.0))
+                report = validate(
+                    one, vehicle=gg.PAPER.replace(max_tilt_acceleration=1.0)
+                )
                 assert not report["tilt_acceleration"].ok
                 where = report["tilt_acceleration"].where or {}
-                assert (where["row"] <= len(one), where["row"] % 120) == (True, (8 + shift) % 120)
+                assert (where["row"] <= len(one), where["row"] % 120) == (
+                    True,
+                    (8 + shift) % 120,
+                )
                 assert where["t"] == one["t"][where["row"] - 1]
-                values.append((value_of(report, "tilt_rate"), value_of(report, "tilt_acceleration")))
-        np.testing.assert_allclose(values, np.broadcast_to(values[0], (4, 2)), rtol=1e-6)
+                values.append(
+                    (
+                        value_of(report, "tilt_rate"),
+                        value_of(report, "tilt_acceleration"),
+                    )
+                )
+        np.testing.assert_allclose(
+            values, np.broadcast_to(values[0], (4, 2)), rtol=1e-6
+        )
 
     @pytest.mark.parametrize(
-        ("joint", "row", "value", "name"), [(2, 201, 5.0, "tilt_rate"), (3, 8, -50.0, "tilt_acceleration")]
+        ("joint", "row", "value", "name"),
+        [(2, 201, 5.0, "tilt_rate"), (3, 8, -50.0, "tilt_acceleration")],
     )
     def test_stated_rates_and_accelerations_count_if_they_are_larger(
         self, joint: int, row: int, value: float, name: str
@@ -282,11 +368,19 @@ class TestClock:
         kind = name.removeprefix("tilt_")
         stated: dict[str, Any] = {f"{angle}_{kind}": np.zeros(401) for angle in ANGLES}
         stated[f"alpha{joint}_{kind}"][row - 1] = value
-        report = validate(self.table(**stated), vehicle=gg.PAPER.replace(max_tilt_acceleration=40.0))
+        report = validate(
+            self.table(**stated), vehicle=gg.PAPER.replace(max_tilt_acceleration=40.0)
+        )
         check = report[name]
-        assert (check.ok, check.value, check.where and check.where["row"]) == (kind == "rate", abs(value), row)
+        assert (check.ok, check.value, check.where and check.where["row"]) == (
+            kind == "rate",
+            abs(value),
+            row,
+        )
         assert f"(α{joint})" in check.message
-        assert any("the stated rates do not match the rows" in note for note in report.warnings) is (kind == "rate")
+        assert any(
+            "the stated rates do not match the rows" in note for note in report.warnings
+        ) is (kind == "rate")
 
     def test_messages_of_limits(self) -> None:
         """Times count from anywhere; rates scale with the time, accelerations with its square."""
@@ -294,7 +388,9 @@ class TestClock:
         table.columns["t"] = table["t"] + 5.0
         names = [check.name for check in validate(table).checks]
         assert names[-2:] == ["tilt_rate", "tilt_acceleration"]
-        vehicle = gg.PAPER.replace(max_tilt_rate=0.05 * np.pi, max_tilt_acceleration=np.pi**2 / 45)
+        vehicle = gg.PAPER.replace(
+            max_tilt_rate=0.05 * np.pi, max_tilt_acceleration=np.pi**2 / 45
+        )
         report = validate(table, vehicle=vehicle)
         rate, acceleration = report["tilt_rate"], report["tilt_acceleration"]
         assert rate.where is not None
@@ -306,23 +402,36 @@ class TestClock:
 
     @pytest.mark.no_cover
     @pytest.mark.parametrize("factor", [0.2, 1.0, 3.0, -1.0, 57.3])
-    def test_stated_rates_are_compared_for_all_pieces(self, monkeypatch: pytest.MonkeyPatch, factor: float) -> None:
+    def test_stated_rates_are_compared_for_all_pieces(
+        self, monkeypatch: pytest.MonkeyPatch, factor: float
+    ) -> None:
         """Rates are reported if they differ by half of the sum of both or more."""
         table = self.table(40)
         rate = -0.2 * np.pi * np.sin(np.pi * table["t"]) * factor
         signs = (1, -1, 1, -1)
-        stated = {f"{name}_rate": sign * rate for name, sign in zip(ANGLES, signs, strict=True)}
+        stated = {
+            f"{name}_rate": sign * rate
+            for name, sign in zip(ANGLES, signs, strict=True)
+        }
         table = Table(columns={**table.columns, **stated})
         reported = abs(1 - factor) > 0.5 * (1 + abs(factor)) * 1.02
         for cuts in ([], [5, 20], list(range(41))):
             report = validated_in_pieces(monkeypatch, table, cuts)
             assert bool(report.notes) is reported, (factor, cuts)
-            assert value_of(report, "tilt_rate") == pytest.approx(0.2 * np.pi * max(1.0, abs(factor)), rel=5e-3)
+            assert value_of(report, "tilt_rate") == pytest.approx(
+                0.2 * np.pi * max(1.0, abs(factor)), rel=5e-3
+            )
 
     def test_two_rows_swing_to_and_fro(self) -> None:
         """Out in 1 s and back in one mean step, 1 s: the rate turns from 0.5 to −0.5 rad/s within 1 s, at both ends."""
-        rows, limited = lift([(0.4, -0.4), (0.9, -0.9)], "red").alpha, gg.PAPER.replace(max_tilt_acceleration=9.0)
-        for table in (table_from(rows, t=[2, 3]), table_from(np.vstack([rows, rows[:1]]), t=[2, 3, 4])):
+        rows, limited = (
+            lift([(0.4, -0.4), (0.9, -0.9)], "red").alpha,
+            gg.PAPER.replace(max_tilt_acceleration=9.0),
+        )
+        for table in (
+            table_from(rows, t=[2, 3]),
+            table_from(np.vstack([rows, rows[:1]]), t=[2, 3, 4]),
+        ):
             report = validate(table, vehicle=limited)
             assert value_of(report, "tilt_rate") == pytest.approx(0.5)
             assert (report["tilt_rate"].where or {})["row"] == 1
@@ -335,12 +444,19 @@ def test_wrong_types_and_R_are_reported() -> None:
     types[9] = "(-,?)"
     R = table["R"].copy()
     for row, off in ((1, 0.0101 * R[0]), (26, -0.0101)):
-        stated = np.where(np.abs(R) < 1, R - 0.0099, R * 1.0099)  # as near as counts as rounding
+        stated = np.where(
+            np.abs(R) < 1, R - 0.0099, R * 1.0099
+        )  # as near as counts as rounding
         stated[row - 1] = R[row - 1] + off
-        report = validate(Table(columns={**table.columns, "types": tuple(types), "R": stated}))
+        report = validate(
+            Table(columns={**table.columns, "types": tuple(types), "R": stated})
+        )
         assert report.valid
         assert "row 10 states the types (-,?), but it is red" in report.warnings[0]
-        assert f"row {row} states R = {stated[row - 1]:.4g}, but R is {R[row - 1]:.4g} there (pub" in report.warnings[1]
+        assert (
+            f"row {row} states R = {stated[row - 1]:.4g}, but R is {R[row - 1]:.4g} there (pub"
+            in report.warnings[1]
+        )
 
 
 def test_rows_where_the_sheets_meet_take_the_color_of_their_neighbours() -> None:
@@ -350,7 +466,10 @@ def test_rows_where_the_sheets_meet_take_the_color_of_their_neighbours() -> None
     for color in ("red", "blue"):
         for turn in range(3):
             points = np.roll([meeting, (0.5, -0.6), (0.6, -0.3)], turn, axis=0)
-            report = validate(table_from(lift(points, color, coefficients=exact).alpha), coefficients="exact")
+            report = validate(
+                table_from(lift(points, color, coefficients=exact).alpha),
+                coefficients="exact",
+            )
             assert f"({color})" in report["two_color"].message
 
 
@@ -359,7 +478,9 @@ def test_rows_where_the_sheets_meet_take_the_color_of_their_neighbours() -> None
 def test_memory_does_not_grow_with_the_table(tmp_path: Path) -> None:
     """Judging twice as many rows takes no more memory, once there are enough to be read in pieces."""
     timed = lift(G2.angles, "blue").parametrize(law="constant-speed", samples=50_000)
-    lines = "".join(",".join(map(repr, row)) + "\n" for row in timed.alpha[:-1].tolist())
+    lines = "".join(
+        ",".join(map(repr, row)) + "\n" for row in timed.alpha[:-1].tolist()
+    )
     peaks = []
     for times in (4, 8):
         path = tmp_path / f"long{times}.csv"
@@ -378,14 +499,21 @@ def test_memory_does_not_grow_with_the_table(tmp_path: Path) -> None:
 
 
 def test_long_tables_are_counted_and_not_listed() -> None:
-    report = validate(table_from(np.tile(lift(G3.angles, "red").alpha, (MOST_LISTED_ROWS // 4 + 1, 1))))
+    report = validate(
+        table_from(
+            np.tile(lift(G3.angles, "red").alpha, (MOST_LISTED_ROWS // 4 + 1, 1))
+        )
+    )
     assert report.listing is not None
     assert (report.listing.count, report.listing.first) == (2, ())
     assert str(report.listing).startswith("2 colourings of a loop\n")
     assert "2 with R < 0, all red or all blue" in str(report)
 
 
-@pytest.mark.parametrize(("decimals", "rounding"), [(2, 0.0), (3, 5e-4), (5, 5e-6), (8, 5e-9), (9, 0.0), (12, 0.0)])
+@pytest.mark.parametrize(
+    ("decimals", "rounding"),
+    [(2, 0.0), (3, 5e-4), (5, 5e-6), (8, 5e-9), (9, 0.0), (12, 0.0)],
+)
 @pytest.mark.parametrize("suffix", ["", "_deg"])
 def test_the_sign_of_R_is_decided_against_the_digits_of_a_file(
     tmp_path: Path, decimals: int, rounding: float, suffix: str
@@ -393,17 +521,28 @@ def test_the_sign_of_R_is_decided_against_the_digits_of_a_file(
     """Red, with tan α1 − tan α2 just beyond 2κ: R is about −4e-3, which three decimals do not carry."""
     a2 = -0.2
     a1 = math.atan(2 * gg.PAPER.drag_ratio + math.tan(a2)) + 3e-4
-    assert -1e-2 < float(level_determinant([a1, a2, a1, a2], coefficients_of(kind="exact"))) < -1e-4
+    assert (
+        -1e-2
+        < float(level_determinant([a1, a2, a1, a2], coefficients_of(kind="exact")))
+        < -1e-4
+    )
     shown = np.degrees([a1, a2, a1, a2]) if suffix else (a1, a2, a1, a2)
     path = tmp_path / "gait.csv"
-    rows = ",".join(f"{name}{suffix}" for name in ANGLES), ",".join(f"{angle:.{decimals}f}" for angle in shown)
+    rows = (
+        ",".join(f"{name}{suffix}" for name in ANGLES),
+        ",".join(f"{angle:.{decimals}f}" for angle in shown),
+    )
     path.write_text("\n".join(rows))
-    assert read_table(path).digit_error == pytest.approx(math.radians(rounding) if suffix else rounding, rel=1e-12)
+    assert read_table(path).digit_error == pytest.approx(
+        math.radians(rounding) if suffix else rounding, rel=1e-12
+    )
     if decimals == 12:
         assert gg.validate(path, coefficients="exact")["R_sign"].decided
     if decimals == 3 and not suffix:
         assert not gg.validate(path, coefficients="exact")["R_sign"].decided
-        assert gg.validate(path, coefficients="exact", angle_rounding=0.0)["R_sign"].decided
+        assert gg.validate(path, coefficients="exact", angle_rounding=0.0)[
+            "R_sign"
+        ].decided
 
 
 def test_options_of_checks_are_passed_on() -> None:
@@ -414,8 +553,14 @@ def test_options_of_checks_are_passed_on() -> None:
         assert validate(one).flyable
         assert not validate(one, floor=0.6).flyable
         assert not validate(one, angle_rounding=1.0)["R_sign"].decided
-        assert (validate(other).valid, validate(other, tolerance=0.2).valid) == (False, True)
-    assert (validate(slow).flyable, validate(slow.parametrize())["tilt_rate"].ok) == (True, False)
+        assert (validate(other).valid, validate(other, tolerance=0.2).valid) == (
+            False,
+            True,
+        )
+    assert (validate(slow).flyable, validate(slow.parametrize())["tilt_rate"].ok) == (
+        True,
+        False,
+    )
 
 
 def test_colourings_of_gaits_have_their_coefficients_and_crossings() -> None:
@@ -429,11 +574,17 @@ def test_colourings_of_gaits_have_their_coefficients_and_crossings() -> None:
         assert listing is not None
         assert listing.count == count
         assert len(listing.first) == min(count, 16)
-        assert ("all red" in str(validate(gait))) == ("red" in listing.plain["negative"])
+        assert ("all red" in str(validate(gait))) == (
+            "red" in listing.plain["negative"]
+        )
     # A gait through the sides of the square has colourings; one beyond has none that are looked for.
-    at_side = Gait(alpha=np.array([[math.pi / 2, 0.3, math.pi / 2, 0.3]]), colors=("red",))
+    at_side = Gait(
+        alpha=np.array([[math.pi / 2, 0.3, math.pi / 2, 0.3]]), colors=("red",)
+    )
     assert validate(at_side).listing is not None
-    beyond = Gait(alpha=np.array([[0.3, -math.pi / 2 - 1e-6, 0.3, 0.3]]), colors=("red",))
+    beyond = Gait(
+        alpha=np.array([[0.3, -math.pi / 2 - 1e-6, 0.3, 0.3]]), colors=("red",)
+    )
     assert validate(beyond).listing is None
     for times in (1, MOST_LISTED_ROWS + 1):  # tables of any length by the same rule
         assert validate(table_from(np.tile(beyond.alpha, (times, 1)))).listing is None
@@ -441,8 +592,17 @@ def test_colourings_of_gaits_have_their_coefficients_and_crossings() -> None:
 
 def test_whole_turns_change_no_physics() -> None:
     rows = lift(G4.angles, "red").alpha
-    plain, turned = (validate(table_from(rows + shift)) for shift in (0.0, np.array([0, 0, 2 * np.pi, -4 * np.pi])))
-    for name in ("least_singular_value", "hover_thrust", "R_sign", "on_surface", "continuous"):
+    plain, turned = (
+        validate(table_from(rows + shift))
+        for shift in (0.0, np.array([0, 0, 2 * np.pi, -4 * np.pi]))
+    )
+    for name in (
+        "least_singular_value",
+        "hover_thrust",
+        "R_sign",
+        "on_surface",
+        "continuous",
+    ):
         assert turned[name].ok is plain[name].ok
         # Off red the bounds are wider and the search finer, within the same brackets.
         assert value_of(turned, name) == pytest.approx(value_of(plain, name), abs=1e-5)
@@ -455,11 +615,18 @@ def test_a_loop_that_comes_back_to_within_its_noise_is_closed() -> None:
     alpha = table.alpha.copy()
     alpha[-1] += 4e-4
     vehicle = gg.PAPER.replace(max_tilt_rate=100.0, max_tilt_acceleration=1e5)
-    exact, noisy = (validate(table_from(rows, t=table["t"]), vehicle=vehicle) for rows in (table.alpha, alpha))
-    assert noisy["closed"].message == "the last row repeats the first, to within 0.0004 rad, T = 1 s"
+    exact, noisy = (
+        validate(table_from(rows, t=table["t"]), vehicle=vehicle)
+        for rows in (table.alpha, alpha)
+    )
+    assert (
+        noisy["closed"].message
+        == "the last row repeats the first, to within 0.0004 rad, T = 1 s"
+    )
     assert noisy["closed"].value == pytest.approx(4e-4)
     assert (
-        validate(table_from(alpha, t=table["t"]), tolerance=1e-5)["closed"] == noisy["closed"]
+        validate(table_from(alpha, t=table["t"]), tolerance=1e-5)["closed"]
+        == noisy["closed"]
     )  # whatever the tolerance
     for name in ("tilt_rate", "tilt_acceleration"):
         assert value_of(noisy, name) == pytest.approx(value_of(exact, name), rel=0.05)
@@ -469,7 +636,10 @@ def test_inserting_rows_on_segments_changes_nothing() -> None:
     """Ends 1.5 mrad beside the sheet on different sides: the segment between them is nowhere farther away."""
     ends = [[-0.8, 0, -0.7985, 0], [-0.7, 0, -0.7015, 0]]
     middle = [-0.75, 0, -0.75, 0]
-    short, full = validate(table_from(ends)), validate(table_from([ends[0], middle, ends[1], middle]))
+    short, full = (
+        validate(table_from(ends)),
+        validate(table_from([ends[0], middle, ends[1], middle])),
+    )
     assert short.valid
     assert verdicts(short) == verdicts(full)
 
@@ -477,20 +647,31 @@ def test_inserting_rows_on_segments_changes_nothing() -> None:
 @settings(deadline=None, max_examples=25)
 @given(table=tables(), times=st.integers(2, 4))
 def test_refining_a_table_changes_no_verdict(table: Table, times: int) -> None:
-    if "color" in table:  # without colors a row is judged by where it lies, and a new row may lie elsewhere
+    if (
+        "color" in table
+    ):  # without colors a row is judged by where it lies, and a new row may lie elsewhere
         rows = table.alpha
         s = np.linspace(0, 1, times, endpoint=False)[:, None]
-        fine = np.concatenate([a + s * (b - a) for a, b in itertools.pairwise([*rows, rows[0]])])
+        fine = np.concatenate(
+            [a + s * (b - a) for a, b in itertools.pairwise([*rows, rows[0]])]
+        )
         colors = tuple(color for color in table["color"] for _ in range(times))
         same = len(set(table["color"])) == 1
         for kind in ("exact", "published"):
-            mine, theirs = (validate(one, coefficients=kind) for one in (table, table_from(fine, color=colors)))
-            for name in ("on_surface", "least_singular_value", "hover_thrust") + (("continuous",) if same else ()):
+            mine, theirs = (
+                validate(one, coefficients=kind)
+                for one in (table, table_from(fine, color=colors))
+            )
+            for name in ("on_surface", "least_singular_value", "hover_thrust") + (
+                ("continuous",) if same else ()
+            ):
                 assert mine[name].ok is theirs[name].ok, name
 
 
 def test_the_place_where_thrusts_vanish_between_rows_is_reported() -> None:
-    check = validate(table_from(lift([(-0.896, 1.14), (-1.12, 1.512)], "red").alpha))["hover_thrust"]
+    check = validate(table_from(lift([(-0.896, 1.14), (-1.12, 1.512)], "red").alpha))[
+        "hover_thrust"
+    ]
     assert (check.ok, check.value) == (False, None)
     beta2 = (check.where or {})["alpha"][1] + coefficients_of(kind="exact").delta
     assert math.cos(beta2) == pytest.approx(0, abs=1e-9)
@@ -499,7 +680,9 @@ def test_the_place_where_thrusts_vanish_between_rows_is_reported() -> None:
 
 def test_the_end_of_the_closing_segment_is_the_first_row_at_its_own_time() -> None:
     rows = lift([(0.5, -0.5), (1.1, -1.1), (1.0, -1.1)], "red").alpha
-    report = validate(table_from(np.vstack([rows[1:], rows[:1]]), t=[-11.0, -8.0, -5.0]))
+    report = validate(
+        table_from(np.vstack([rows[1:], rows[:1]]), t=[-11.0, -8.0, -5.0])
+    )
     for check in report.checks:
         if check.where is not None and check.where["fraction"] == 0:
             assert check.where["t"] == [-11.0, -8.0, -5.0][check.where["row"] - 1]

@@ -17,7 +17,9 @@ from gaitgraph.vehicle import PAPER, UNITS, Vehicle, vehicle_from_mapping, vehic
 if TYPE_CHECKING:
     from pathlib import Path
 
-POSITIVE = [name for name in UNITS if name not in ("inertia", "rotor_height", "min_tilt")]
+POSITIVE = [
+    name for name in UNITS if name not in ("inertia", "rotor_height", "min_tilt")
+]
 NO_CONSTANTS: tuple[object, ...] = (
     *(0, 0.0, -1.0, math.inf, math.nan, 1e-31, 1.0000001e30),
     *(True, np.True_, "heavy", b"0.1", 1j, [1.0], 10**5000, 1e-310),
@@ -49,11 +51,15 @@ def test_presets() -> None:
     assert beetle.signed_drag_ratio == -beetle.drag_ratio
     assert not beetle.carries_published_coefficients
     message = refusal("papper")
-    assert message.startswith("vehicle must be a preset (paper, beetle_omni, beetle_art, gimbalrotor, padova), a ")
+    assert message.startswith(
+        "vehicle must be a preset (paper, beetle_omni, beetle_art, gimbalrotor, padova), a "
+    )
     assert message.endswith("did you mean 'paper'?")
     assert "did you mean" not in refusal("quadcopter")
     for wrong in ([1], {1: 2}, None):
-        with pytest.raises(InputError, match="vehicle (must be a table of values by name|has no field)"):
+        with pytest.raises(
+            InputError, match="vehicle (must be a table of values by name|has no field)"
+        ):
             vehicle_from_mapping(wrong)  # type: ignore[arg-type]
 
 
@@ -63,27 +69,54 @@ class TestDragRatio:
         [
             {"drag_to_thrust": 0.05, "arm_length": 0.25},
             {"drag_coefficient": 4e-7, "thrust_coefficient": 8e-6, "arm_length": 0.25},
-            {"drag_coefficient": 4e-7, "thrust_coefficient": 8e-6, "arm_length": 0.25, "drag_to_thrust": 0.05},
+            {
+                "drag_coefficient": 4e-7,
+                "thrust_coefficient": 8e-6,
+                "arm_length": 0.25,
+                "drag_to_thrust": 0.05,
+            },
             {"drag_ratio": 0.2, "arm_length": 0.25, "thrust_coefficient": 8e-6},
-            {"drag_ratio": 0.2 * (1 - 1e-13), "drag_to_thrust": 0.05 * (1 + 9e-7), "arm_length": 0.25},
+            {
+                "drag_ratio": 0.2 * (1 - 1e-13),
+                "drag_to_thrust": 0.05 * (1 + 9e-7),
+                "arm_length": 0.25,
+            },
         ],
         ids="+".join,
     )
     def test_every_way_to_state_it(self, stated: dict[str, Any]) -> None:
         assert Vehicle(**stated).drag_ratio == pytest.approx(0.2, rel=1e-12)
 
-    @pytest.mark.parametrize("stated", ["", "thrust_coefficient", "arm_length", "drag_coefficient thrust_coefficient"])
-    def test_too_little_is_refused_with_all_statements_that_are_enough(self, stated: str) -> None:
-        with pytest.raises(InputError, match="do not determine the drag ratio") as caught:
+    @pytest.mark.parametrize(
+        "stated",
+        ["", "thrust_coefficient", "arm_length", "drag_coefficient thrust_coefficient"],
+    )
+    def test_too_little_is_refused_with_all_statements_that_are_enough(
+        self, stated: str
+    ) -> None:
+        with pytest.raises(
+            InputError, match="do not determine the drag ratio"
+        ) as caught:
             Vehicle(**dict.fromkeys(stated.split(), 0.25))
-        for name in ("drag_coefficient", "thrust_coefficient", "arm_length", "drag_to_thrust", "drag_ratio"):
+        for name in (
+            "drag_coefficient",
+            "thrust_coefficient",
+            "arm_length",
+            "drag_to_thrust",
+            "drag_ratio",
+        ):
             assert name in str(caught.value)
 
     def test_the_ends_of_its_range(self) -> None:
-        assert [Vehicle(drag_ratio=kappa).drag_ratio for kappa in (1e-9, 1e9)] == [1e-9, 1e9]
+        assert [Vehicle(drag_ratio=kappa).drag_ratio for kappa in (1e-9, 1e9)] == [
+            1e-9,
+            1e9,
+        ]
 
     def test_published_coefficients_belong_to_the_paper_alone(self) -> None:
-        assert PAPER.replace(name="same", mass=2.0, inertia=None, max_tilt=1.0).carries_published_coefficients
+        assert PAPER.replace(
+            name="same", mass=2.0, inertia=None, max_tilt=1.0
+        ).carries_published_coefficients
         for other in (
             PAPER.replace(arm_length=0.18),
             PAPER.replace(first_rotor_spin="counterclockwise"),
@@ -98,15 +131,38 @@ class TestFields:
     def test_wrong_values_are_refused_with_name_and_value(self) -> None:
         wrong: list[tuple[str, tuple[object, ...]]] = [
             *((name, NO_CONSTANTS) for name in POSITIVE),
-            ("inertia", ((), (1.0, 2.0), (1.0, 2.0, 3.0, 4.0), 1.0, "1 2 3", (1.0, 0.0, 1.0), (1.0, math.nan, 1.0))),
-            ("inertia", ([True, 1.0, 1.0], [1.0, None, 1.0], [[1.0], 1.0, 1.0], ["1", "2", "3"])),
+            (
+                "inertia",
+                (
+                    (),
+                    (1.0, 2.0),
+                    (1.0, 2.0, 3.0, 4.0),
+                    1.0,
+                    "1 2 3",
+                    (1.0, 0.0, 1.0),
+                    (1.0, math.nan, 1.0),
+                ),
+            ),
+            (
+                "inertia",
+                (
+                    [True, 1.0, 1.0],
+                    [1.0, None, 1.0],
+                    [[1.0], 1.0, 1.0],
+                    ["1", "2", "3"],
+                ),
+            ),
             ("first_arm_angle", (math.nan, "north", None, True, [0.1])),
             ("first_rotor_spin", ("cw", "Clockwise", "", None, 1, ["clockwise"])),
             ("name", ("", None, 3, ["a"])),
         ]
-        for name, value in ((name, value) for name, values in wrong for value in values):
+        for name, value in (
+            (name, value) for name, values in wrong for value in values
+        ):
             stated: dict[str, Any] = {"drag_ratio": 0.1, name: value}
-            with pytest.raises(InputError, match=rf"^(vehicle )?{name} must be .*, got ") as caught:
+            with pytest.raises(
+                InputError, match=rf"^(vehicle )?{name} must be .*, got "
+            ) as caught:
                 Vehicle(**stated)
             assert "\n" not in str(caught.value)
             assert len(str(caught.value)) < 200
@@ -114,53 +170,92 @@ class TestFields:
     def test_a_rotor_height_is_at_most_ten_arm_lengths(self) -> None:
         low = PAPER.replace(rotor_height=np.float32(-1.785), arm_length=0.3)
         assert (low.height_ratio, PAPER.height_ratio) == (low.rotor_height / 0.3, 0.0)
-        assert ["rotor height" in line for line in str(low).splitlines()].count(True) == 1
+        assert ["rotor height" in line for line in str(low).splitlines()].count(
+            True
+        ) == 1
         assert vehicle_from_mapping(low.as_short_mapping()) == low
-        for flat in (PAPER, PAPER.replace(rotor_height=-0.0), low.replace(rotor_height=0.0, arm_length=0.1785)):
-            assert flat == PAPER  # and its constants are printed as if there were no such field
-            assert (str(flat), repr(flat), math.copysign(1.0, flat.rotor_height)) == (str(PAPER), repr(PAPER), 1.0)
+        for flat in (
+            PAPER,
+            PAPER.replace(rotor_height=-0.0),
+            low.replace(rotor_height=0.0, arm_length=0.1785),
+        ):
+            assert (
+                flat == PAPER
+            )  # and its constants are printed as if there were no such field
+            assert (str(flat), repr(flat), math.copysign(1.0, flat.rotor_height)) == (
+                str(PAPER),
+                repr(PAPER),
+                1.0,
+            )
             assert "rotor height" not in str(flat)
         for stated, message in (
-            ({"rotor_height": 1.786}, r"rotor_height must be within ±1\.785 m, ten arm lengths, got 1\.786$"),
-            ({"rotor_height": -0.5, "arm_length": 0.04}, r"within ±0\.4 m, ten arm lengths, got -0\.5$"),
+            (
+                {"rotor_height": 1.786},
+                r"rotor_height must be within ±1\.785 m, ten arm lengths, got 1\.786$",
+            ),
+            (
+                {"rotor_height": -0.5, "arm_length": 0.04},
+                r"within ±0\.4 m, ten arm lengths, got -0\.5$",
+            ),
             ({"rotor_height": math.nan}, "rotor_height must be within .*, got nan$"),
             ({"rotor_height": "5cm"}, "rotor_height must be within .*, got '5cm'$"),
             ({"rotor_height": None}, "rotor_height must be within .*, got None$"),
         ):
             with pytest.raises(InputError, match=message):
                 PAPER.replace(**stated)
-        with pytest.raises(InputError, match="^rotor_height must be 0 m without an arm_length, got 0.1; state arm_len"):
+        with pytest.raises(
+            InputError,
+            match="^rotor_height must be 0 m without an arm_length, got 0.1; state arm_len",
+        ):
             Vehicle(drag_ratio=0.1, rotor_height=0.1)
         assert Vehicle(drag_ratio=0.1, rotor_height=0).rotor_height == 0.0
 
     def test_angles_may_be_texts_and_other_constants_may_not(self) -> None:
-        stated: dict[str, Any] = {"max_tilt": "80deg", "max_tilt_rate": "2pi", "first_arm_angle": "-45°"}
+        stated: dict[str, Any] = {
+            "max_tilt": "80deg",
+            "max_tilt_rate": "2pi",
+            "first_arm_angle": "-45°",
+        }
         vehicle = Vehicle(drag_ratio=0.1, **stated)
         assert vehicle.max_tilt == math.radians(80)
         assert vehicle.max_tilt_rate == 2 * math.pi
         assert vehicle.first_arm_angle == -math.pi / 4
-        with pytest.raises(InputError, match=r"^max_tilt must be a positive .*, got '-80deg'"):
+        with pytest.raises(
+            InputError, match=r"^max_tilt must be a positive .*, got '-80deg'"
+        ):
             Vehicle(drag_ratio=0.1, max_tilt="-80deg")
         with pytest.raises(InputError, match=r"^mass must be .*, got '0\.4'"):
             PAPER.replace(mass="0.4")
-        with pytest.raises(InputError, match="vehicle has no field 'max_tild'; did you mean 'max_tilt'"):
+        with pytest.raises(
+            InputError, match="vehicle has no field 'max_tild'; did you mean 'max_tilt'"
+        ):
             PAPER.replace(max_tild=1.0)
 
-    def test_numbers_of_any_kind_become_floats_and_the_record_cannot_change(self) -> None:
+    def test_numbers_of_any_kind_become_floats_and_the_record_cannot_change(
+        self,
+    ) -> None:
         parts: Any = [1, np.float32(2), np.int64(3)]
         vehicle = Vehicle(drag_ratio=1, mass=np.float64(2), inertia=parts)
         assert vehicle.inertia == (1.0, 2.0, 3.0)
-        assert all(type(part) is float for part in (vehicle.mass, vehicle.drag_ratio, *vehicle.inertia))
+        assert all(
+            type(part) is float
+            for part in (vehicle.mass, vehicle.drag_ratio, *vehicle.inertia)
+        )
         parts[0] = 9
         assert vehicle.inertia[0] == 1.0
         with pytest.raises(FrozenInstanceError):
             vehicle.mass = 3.0  # type: ignore[misc]
-        assert hash(vehicle) == hash(Vehicle(drag_ratio=1.0, mass=2.0, inertia=(1.0, 2.0, 3.0)))
+        assert hash(vehicle) == hash(
+            Vehicle(drag_ratio=1.0, mass=2.0, inertia=(1.0, 2.0, 3.0))
+        )
 
 
 def test_a_constant_that_is_needed_and_not_stated_is_named_with_its_purpose() -> None:
     for name in set(UNITS) - {"drag_ratio", "gravity", "rotor_height"}:
-        with pytest.raises(MissingConstant, match=f"^vehicle 'bare' states no {name} .*, which a test needs$"):
+        with pytest.raises(
+            MissingConstant,
+            match=f"^vehicle 'bare' states no {name} .*, which a test needs$",
+        ):
             Vehicle(name="bare", drag_ratio=0.1).require(name, purpose="a test")
     assert PAPER.require("arm_length", "mass", purpose="nothing") == (0.1785, 0.429)
 
@@ -170,48 +265,89 @@ class TestFiles:
 
     def test_constants_at_the_top_or_in_a_table(self, tmp_path: Path) -> None:
         vehicle = vehicle_named(written(tmp_path, self.GOOD))
-        assert (vehicle.name, vehicle.mass, vehicle.inertia) == ("mine", 1.5, (1.0, 2.0, 3e-3))
+        assert (vehicle.name, vehicle.mass, vehicle.inertia) == (
+            "mine",
+            1.5,
+            (1.0, 2.0, 3e-3),
+        )
         assert vehicle.max_tilt == math.radians(80)
         assert vehicle.drag_ratio == pytest.approx(0.2)
         assert vehicle_named(written(tmp_path, "[vehicle]\n" + self.GOOD)) == vehicle
         assert vehicle_named(str(tmp_path / "mine.toml")) == vehicle
         # A byte-order mark and CRLF are read silently; the file may give the name, and the suffix have any case.
-        assert vehicle_named(written(tmp_path, b"\xef\xbb\xbf" + self.GOOD.replace("\n", "\r\n").encode())) == vehicle
+        assert (
+            vehicle_named(
+                written(
+                    tmp_path, b"\xef\xbb\xbf" + self.GOOD.replace("\n", "\r\n").encode()
+                )
+            )
+            == vehicle
+        )
         named = written(tmp_path, "name = 'Käfer'\n" + self.GOOD, "OTHER.TOML")
         assert vehicle_named(str(named)) == vehicle.replace(name="Käfer")
 
     def test_a_preset_may_be_changed(self, tmp_path: Path) -> None:
         assert vehicle_named(written(tmp_path, "preset = 'paper'\n")) == PAPER
-        changed = vehicle_named(written(tmp_path, "preset = 'paper'\nmax_tilt_rate = 6\narm_length = 0.357\n"))
+        changed = vehicle_named(
+            written(
+                tmp_path, "preset = 'paper'\nmax_tilt_rate = 6\narm_length = 0.357\n"
+            )
+        )
         # What was changed must not go by the preset's name.
-        assert changed == PAPER.replace(name="paper, changed", max_tilt_rate=6.0, arm_length=0.357)
-        assert vehicle_named(written(tmp_path, "preset = 'paper'\nname = 'heavy'\n")).name == "heavy"
+        assert changed == PAPER.replace(
+            name="paper, changed", max_tilt_rate=6.0, arm_length=0.357
+        )
+        assert (
+            vehicle_named(written(tmp_path, "preset = 'paper'\nname = 'heavy'\n")).name
+            == "heavy"
+        )
 
     @pytest.mark.parametrize(
         ("text", "expected"),
         [
-            ("max_tilt = '3pie/8'\ndrag_ratio = 0.1\n", "max_tilt must be a finite number in radians"),
-            ("mas = 1.5\ndrag_ratio = 0.1\n", "vehicle has no field 'mas'; did you mean 'mass'?"),
-            ("zzz = 1\ndrag_ratio = 0.1\n", "vehicle has no field 'zzz'; the fields are preset, name, mass"),
+            (
+                "max_tilt = '3pie/8'\ndrag_ratio = 0.1\n",
+                "max_tilt must be a finite number in radians",
+            ),
+            (
+                "mas = 1.5\ndrag_ratio = 0.1\n",
+                "vehicle has no field 'mas'; did you mean 'mass'?",
+            ),
+            (
+                "zzz = 1\ndrag_ratio = 0.1\n",
+                "vehicle has no field 'zzz'; the fields are preset, name, mass",
+            ),
             ("vehicle = 3\n", "vehicle must be a table of values by name, got 3"),
-            ("[[vehicle]]\ndrag_ratio = 0.1\n", "vehicle must be a table of values by name, got ["),
+            (
+                "[[vehicle]]\ndrag_ratio = 0.1\n",
+                "vehicle must be a table of values by name, got [",
+            ),
             ("mass = \n", "line 1"),
             ("a = " + "[" * 50_000, "vehicle file"),
             ("drag_ratio = " + "1" * 5000, "vehicle file"),
-            ("mas = 3\n[vehicle]\npreset = 'paper'", "mas must be inside the [vehicle] table"),
+            (
+                "mas = 3\n[vehicle]\npreset = 'paper'",
+                "mas must be inside the [vehicle] table",
+            ),
         ],
     )
-    def test_what_else_is_in_a_file_is_refused_with_the_file(self, tmp_path: Path, text: str, expected: str) -> None:
+    def test_what_else_is_in_a_file_is_refused_with_the_file(
+        self, tmp_path: Path, text: str, expected: str
+    ) -> None:
         path = written(tmp_path, text)
         message = refusal(path)
         assert message.startswith(f"vehicle file {str(path)!r}: ")
         assert expected in message
         assert len(message) < len(str(path)) + 600
 
-    def test_a_file_that_cannot_be_read_is_named_with_the_reason(self, tmp_path: Path) -> None:
+    def test_a_file_that_cannot_be_read_is_named_with_the_reason(
+        self, tmp_path: Path
+    ) -> None:
         missing, folder = tmp_path / "missing.toml", tmp_path / "folder.toml"
         folder.mkdir()
-        assert refusal(missing, FileProblem).startswith(f"vehicle {str(missing)!r} cannot be read: No such file")
+        assert refusal(missing, FileProblem).startswith(
+            f"vehicle {str(missing)!r} cannot be read: No such file"
+        )
         assert str(folder) in refusal(str(folder), FileProblem)
         assert "cannot be read" in refusal("a\0.toml", FileProblem)
         for content in (b"name = '\xff\xfe'\n", "drag_ratio = 0.1".encode("utf-16")):
@@ -230,10 +366,20 @@ class TestReplace:
             ({"drag_ratio": 3 * 2.423e-7 / (8.048e-6 * 0.1785)}, 3.0),
             ({"mass": 2.0, "gravity": 1.62, "max_tilt": 1.0}, 1.0),
             ({"rotor_height": -0.03, "rotor_lag": 0.02}, 1.0),
-            ({"name": "Käfer (κ)", "max_thrust": 0.1 + 0.2, "servo_lag": 1e-3, "rotor_inertia": 1e-5}, 1.0),
+            (
+                {
+                    "name": "Käfer (κ)",
+                    "max_thrust": 0.1 + 0.2,
+                    "servo_lag": 1e-3,
+                    "rotor_inertia": 1e-5,
+                },
+                1.0,
+            ),
         ],
     )
-    def test_what_was_derived_is_derived_anew(self, changes: dict[str, Any], factor: float) -> None:
+    def test_what_was_derived_is_derived_anew(
+        self, changes: dict[str, Any], factor: float
+    ) -> None:
         changed = PAPER.replace(**changes)
         assert changed.drag_ratio == pytest.approx(factor * PAPER.drag_ratio, rel=1e-12)
         for name, value in changes.items():
@@ -243,13 +389,22 @@ class TestReplace:
         # No stale constant may contradict the new ones; a fixed order makes files of the same content the same bytes.
         constants = changed.as_mapping()
         assert vehicle_from_mapping(json.loads(json.dumps(constants))) == changed
-        assert list(constants) == [field.name for field in fields(Vehicle) if field.name in constants]
+        assert list(constants) == [
+            field.name for field in fields(Vehicle) if field.name in constants
+        ]
 
     def test_a_stated_kappa_survives_changes_that_do_not_touch_it(self) -> None:
         assert Vehicle(drag_ratio=0.1).replace(arm_length=0.3).drag_ratio == 0.1
-        both = Vehicle(drag_ratio=0.1, arm_length=0.25).replace(thrust_coefficient=8e-6, drag_coefficient=4e-7)
+        both = Vehicle(drag_ratio=0.1, arm_length=0.25).replace(
+            thrust_coefficient=8e-6, drag_coefficient=4e-7
+        )
         assert both.drag_ratio == pytest.approx(0.2)
         beetle = vehicle_named("beetle_omni")
-        complete = vehicle_from_mapping({"preset": "beetle_omni", "name": "beetle_omni", "thrust_coefficient": 1e-5})
+        complete = vehicle_from_mapping(
+            {"preset": "beetle_omni", "name": "beetle_omni", "thrust_coefficient": 1e-5}
+        )
         assert complete == beetle.replace(thrust_coefficient=1e-5)
-        assert (complete.drag_ratio, complete.drag_to_thrust) == (beetle.drag_ratio, beetle.drag_to_thrust)
+        assert (complete.drag_ratio, complete.drag_to_thrust) == (
+            beetle.drag_ratio,
+            beetle.drag_to_thrust,
+        )

@@ -27,7 +27,11 @@ RNG = np.random.default_rng(5)
 def link(name: str, mass: float, place: str, moments: str) -> str:
     x, y, z = moments.split()
     inertia = f'<inertia ixx="{x}" iyy="{y}" izz="{z}" ixy="0" ixz="0" iyz="0"/>'
-    inertial = f'<inertial><origin xyz="{place}"/><mass value="{mass}"/>{inertia}</inertial>' if mass else ""
+    inertial = (
+        f'<inertial><origin xyz="{place}"/><mass value="{mass}"/>{inertia}</inertial>'
+        if mass
+        else ""
+    )
     return f'<link name="{name}">{inertial}</link>'
 
 
@@ -37,7 +41,9 @@ def joint(kind: str, name: str, ends: str, place: str, more: str = "") -> str:
     return f'<joint name="{name}" type="{kind}">{frame}{more.partition("|")[2]}</joint>'
 
 
-def urdf(count: int = 4, axis: str = "1 0 0", extra: str = "", limits: str = "-2.0 2.0") -> str:
+def urdf(
+    count: int = 4, axis: str = "1 0 0", extra: str = "", limits: str = "-2.0 2.0"
+) -> str:
     parts = [link("base_link", 0.1753, "0 0 0.0165", "0.0004 0.0004 0.0008"), extra]
     low, high = limits.split()
     for k in range(count):
@@ -46,11 +52,30 @@ def urdf(count: int = 4, axis: str = "1 0 0", extra: str = "", limits: str = "-2
         limit = f'<axis xyz="{axis}"/><limit effort="6.6" lower="{low}" upper="{high}" velocity="3.0"/>'
         parts += [
             link(f"arm{k}", 0.088, "0.0486 0 0.0161", "0.000001 0.0001 0.0001"),
-            link(f"gimbal{k}", 0.1095, "0.018 0 0.00438", "0.00002989 0.00002848 0.0002698"),
+            link(
+                f"gimbal{k}",
+                0.1095,
+                "0.018 0 0.00438",
+                "0.00002989 0.00002848 0.0002698",
+            ),
             link(f"thrust{k}", 0, "", "0 0 0"),
-            joint("fixed", f"fixed{k}", f"base_link arm{k}", place, f'rpy="0 0 {turn}"|'),
-            joint("revolute", f"tilt{k}", f"arm{k} gimbal{k}", "0.077 0 0.0385", f"|{limit}"),
-            joint("continuous", f"rotor{k}", f"gimbal{k} thrust{k}", "0.018 0 0.00438", '|<axis xyz="0 0 1"/>'),
+            joint(
+                "fixed", f"fixed{k}", f"base_link arm{k}", place, f'rpy="0 0 {turn}"|'
+            ),
+            joint(
+                "revolute",
+                f"tilt{k}",
+                f"arm{k} gimbal{k}",
+                "0.077 0 0.0385",
+                f"|{limit}",
+            ),
+            joint(
+                "continuous",
+                f"rotor{k}",
+                f"gimbal{k} thrust{k}",
+                "0.018 0 0.00438",
+                '|<axis xyz="0 0 1"/>',
+            ),
         ]
     return f'<robot name="quad">{"".join(parts)}</robot>'
 
@@ -59,21 +84,36 @@ def test_urdf_gives_the_preset_that_was_derived_from_the_same_numbers(run: Any) 
     Path("quad.urdf").write_text(urdf())
     found, preset = run("vehicles", "--from", "quad.urdf"), vehicle_named("gimbalrotor")
     assert found.code == 1
-    assert "the file does not state drag_to_thrust, first_rotor_spin, max_thrust" in found.err
+    assert (
+        "the file does not state drag_to_thrust, first_rotor_spin, max_thrust"
+        in found.err
+    )
     stated = tomllib.loads(found.out)
     assert stated.pop("name") == "quad"
     for name, value in stated.items():
         assert np.allclose(value, getattr(preset, name), rtol=1e-4), name
-    assert {"mass", "inertia", "arm_length", "rotor_height", "max_tilt", "max_tilt_rate", "arm_inertia"} <= {*stated}
+    assert {
+        "mass",
+        "inertia",
+        "arm_length",
+        "rotor_height",
+        "max_tilt",
+        "max_tilt_rate",
+        "arm_inertia",
+    } <= {*stated}
     Path("quad.toml").write_text(f"drag_to_thrust = 0.0172\n{found.out}")
     assert run("vehicles", "quad.toml").code == 0
-    assert run("validate", "gait3", "--vehicle", "quad.urdf").err.startswith("gaitgraph: the file must state the drag")
+    assert run("validate", "gait3", "--vehicle", "quad.urdf").err.startswith(
+        "gaitgraph: the file must state the drag"
+    )
 
 
 def test_urdf_is_read_without_its_meshes_comments_and_extension(tmp_path: Path) -> None:
     shape = '<{0}><geometry><mesh filename="package://none.dae"/></geometry></{0}>'
     mesh = shape.format("visual") + shape.format("collision")
-    extended = urdf(extra='<mujoco><compiler fusestatic="true"/></mujoco>').replace("</link>", f"{mesh}</link>")
+    extended = urdf(extra='<mujoco><compiler fusestatic="true"/></mujoco>').replace(
+        "</link>", f"{mesh}</link>"
+    )
     (tmp_path / "quad.urdf").write_text(urdf())
     plain = read_description(tmp_path / "quad.urdf")
     (tmp_path / "quad.urdf").write_text(f'<!-- <robot name="old"> -->{extended}')
@@ -90,66 +130,127 @@ def test_a_rotor_beside_its_tilt_axis_is_said_where_it_is_judged(run: Any) -> No
         x, y = 0.3 * math.cos(k * math.pi / 2), 0.3 * math.sin(k * math.pi / 2)
         hinge = f'<joint axis="{x} {y} 0"/><inertial pos="0 0 0" mass="0.1" diaginertia="1e-4 1e-4 1e-4"/>'
         beside = f"{-y / 6} {x / 6} 0" if k == 0 else "0 0 0"
-        arms += f'<body pos="{x} {y} 0">{hinge}<site name="s{k}" pos="{beside}"/></body>'
+        arms += (
+            f'<body pos="{x} {y} 0">{hinge}<site name="s{k}" pos="{beside}"/></body>'
+        )
         actuators += f'<general site="s{k}" gear="0 0 1 0 0 {0.02 * (-1) ** k}"/>'
     body = f'<body><freejoint/><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>{arms}</body>'
-    Path("x.xml").write_text(f"<mujoco><worldbody>{body}</worldbody><actuator>{actuators}</actuator></mujoco>")
-    Path("x.csv").write_text("alpha1,alpha2,alpha3,alpha4\n0,0,0,0\n-0.1,0.1,-0.1,0.1\n")
+    Path("x.xml").write_text(
+        f"<mujoco><worldbody>{body}</worldbody><actuator>{actuators}</actuator></mujoco>"
+    )
+    Path("x.csv").write_text(
+        "alpha1,alpha2,alpha3,alpha4\n0,0,0,0\n-0.1,0.1,-0.1,0.1\n"
+    )
     found = run("validate", "x.csv", "--vehicle", "x.xml")
-    assert found.err == "gaitgraph: warning: rotor 1 is 50 mm beside its tilt axis: taken as on it\n"
+    assert (
+        found.err
+        == "gaitgraph: warning: rotor 1 is 50 mm beside its tilt axis: taken as on it\n"
+    )
 
 
 @pytest.mark.parametrize("name", preset_names())
 def test_models_read_back(run: Any, name: str) -> None:
     preset = vehicle_named(name).replace(first_arm_angle=RNG.uniform(-3, 3))
     Path("mine.toml").write_text(
-        "\n".join(f"{key} = {value!r}".replace("'", '"') for key, value in preset.as_mapping().items())
+        "\n".join(
+            f"{key} = {value!r}".replace("'", '"')
+            for key, value in preset.as_mapping().items()
+        )
     )
-    assert run("vehicles", "mine.toml", "--output", "model.xml").out.endswith("wrote model.xml\n")
+    assert run("vehicles", "mine.toml", "--output", "model.xml").out.endswith(
+        "wrote model.xml\n"
+    )
     assert run("vehicles", "mine.toml", "--output", "model.xml").code == 2  # it exists
     found = read_description("model.xml")
     again = gg.Vehicle(**found.constants)
     sizes = "mass inertia arm_length drag_to_thrust first_arm_angle rotor_height rotor_lag gravity max_tilt"
     for field in sizes.split():
-        assert np.allclose(getattr(again, field) or 0, getattr(preset, field) or 0, rtol=1e-9, atol=1e-12), field
+        assert np.allclose(
+            getattr(again, field) or 0,
+            getattr(preset, field) or 0,
+            rtol=1e-9,
+            atol=1e-12,
+        ), field
     assert again.first_rotor_spin == preset.first_rotor_spin
     alpha = RNG.uniform(-1, 1, (20, 4))
     expected = Geometry.of_vehicle(preset)
-    np.testing.assert_allclose(found.geometry.level_matrix(alpha), expected.level_matrix(alpha), atol=1e-9)
+    np.testing.assert_allclose(
+        found.geometry.level_matrix(alpha), expected.level_matrix(alpha), atol=1e-9
+    )
 
 
 # -- PX4
 
-QUAD = {(0.15, 0.15): 0.05, (-0.15, -0.15): 0.05, (0.15, -0.15): -0.05, (-0.15, 0.15): -0.05}
+QUAD = {
+    (0.15, 0.15): 0.05,
+    (-0.15, -0.15): 0.05,
+    (0.15, -0.15): -0.05,
+    (-0.15, 0.15): -0.05,
+}
 
 
-def parameters(places: dict[tuple[float, float], float], toward: list[int], **more: float) -> str:
+def parameters(
+    places: dict[tuple[float, float], float], toward: list[int], **more: float
+) -> str:
     """Return parameters as QGroundControl saves them; `toward` are the tilt directions [°]."""
-    stated: dict[str, float] = {"CA_ROTOR_COUNT": len(places), "CA_SV_TL_COUNT": len(toward)}
+    stated: dict[str, float] = {
+        "CA_ROTOR_COUNT": len(places),
+        "CA_SV_TL_COUNT": len(toward),
+    }
     for k, ((x, y), drag) in enumerate(places.items()):
-        stated |= {f"CA_ROTOR{k}_PX": x, f"CA_ROTOR{k}_PY": y, f"CA_ROTOR{k}_PZ": -0.02, f"CA_ROTOR{k}_KM": drag}
+        stated |= {
+            f"CA_ROTOR{k}_PX": x,
+            f"CA_ROTOR{k}_PY": y,
+            f"CA_ROTOR{k}_PZ": -0.02,
+            f"CA_ROTOR{k}_KM": drag,
+        }
         if k < len(toward):
-            stated |= {f"CA_ROTOR{k}_TILT": k + 1, f"CA_SV_TL{k}_TD": toward[k], f"CA_SV_TL{k}_MINA": -60}
-    return "# Onboard parameters\n" + "\n".join(f"1\t1\t{name}\t{value}\t9" for name, value in (stated | more).items())
+            stated |= {
+                f"CA_ROTOR{k}_TILT": k + 1,
+                f"CA_SV_TL{k}_TD": toward[k],
+                f"CA_SV_TL{k}_MINA": -60,
+            }
+    return "# Onboard parameters\n" + "\n".join(
+        f"1\t1\t{name}\t{value}\t9" for name, value in (stated | more).items()
+    )
 
 
 def test_px4_geometry_is_that_of_its_source(tmp_path: Path) -> None:
     places = {
-        tuple(place): drag for place, drag in zip(RNG.normal(size=(6, 2)).tolist(), RNG.normal(size=6), strict=True)
+        tuple(place): drag
+        for place, drag in zip(
+            RNG.normal(size=(6, 2)).tolist(), RNG.normal(size=6), strict=True
+        )
     }
     toward = [0, 90, 200, 315]
-    (tmp_path / "hexa.params").write_text(parameters(places, toward, CA_ROTOR5_AX=0.3, CA_ROTOR5_AZ=-0.5))
+    (tmp_path / "hexa.params").write_text(
+        parameters(places, toward, CA_ROTOR5_AX=0.3, CA_ROTOR5_AZ=-0.5)
+    )
     geometry = read_description(tmp_path / "hexa.params").geometry
     np.testing.assert_allclose(np.degrees(geometry.tilt_range[:4]), [[-60, 90]] * 4)
     alpha = RNG.uniform(-1, 1, 6)
     to_ours = np.diag([1.0, -1.0, -1.0])
     for k, ((x, y), drag) in enumerate(places.items()):
-        axis = np.array([0.3, 0, -0.5]) / math.hypot(0.3, 0.5) if k == 5 else np.array([0, 0, -1.0])
-        if k < 4:  # ActuatorEffectivenessRotors::tiltedAxis: Dcmf{Eulerf{0, -tilt_angle, tilt_direction}} * (0, 0, -1)
-            axis = Rotation.from_euler("ZYX", [math.radians(toward[k]), -alpha[k], 0]).apply(axis)
-        moment = np.cross([x, y, -0.02], axis) - drag * axis  # computeEffectivenessMatrix, per thrust
-        np.testing.assert_allclose(geometry.force_matrix(alpha)[:, k], to_ours @ axis, atol=1e-11)
-        np.testing.assert_allclose(geometry.moment_matrix(alpha)[:, k], to_ours @ moment, atol=1e-11)
+        axis = (
+            np.array([0.3, 0, -0.5]) / math.hypot(0.3, 0.5)
+            if k == 5
+            else np.array([0, 0, -1.0])
+        )
+        if (
+            k < 4
+        ):  # ActuatorEffectivenessRotors::tiltedAxis: Dcmf{Eulerf{0, -tilt_angle, tilt_direction}} * (0, 0, -1)
+            axis = Rotation.from_euler(
+                "ZYX", [math.radians(toward[k]), -alpha[k], 0]
+            ).apply(axis)
+        moment = (
+            np.cross([x, y, -0.02], axis) - drag * axis
+        )  # computeEffectivenessMatrix, per thrust
+        np.testing.assert_allclose(
+            geometry.force_matrix(alpha)[:, k], to_ours @ axis, atol=1e-11
+        )
+        np.testing.assert_allclose(
+            geometry.moment_matrix(alpha)[:, k], to_ours @ moment, atol=1e-11
+        )
 
 
 def test_px4_quadrotor_is_a_vehicle(run: Any) -> None:
@@ -165,27 +266,43 @@ def test_px4_quadrotor_is_a_vehicle(run: Any) -> None:
     assert vehicle.rotor_height == pytest.approx(0.02)
     # Rotors 1, 3, 2, 4 of the file; the axis of rotor 4 points inward.
     ranges = np.array([[-60, 90], [-60, 90], [-60, 90], [-45, 60]])
-    np.testing.assert_allclose(np.degrees(np.array(vehicle.tilt_range)), ranges, atol=1e-6)
+    np.testing.assert_allclose(
+        np.degrees(np.array(vehicle.tilt_range)), ranges, atol=1e-6
+    )
     # The same tilt table, in both orders and senses, is the same matrix.
     mine, theirs = RNG.uniform(-1, 1, (2, 4)), read_description("x.params").geometry
     expected = Geometry.of_vehicle(vehicle).least_singular_value(mine)
-    np.testing.assert_allclose(theirs.least_singular_value(mine[:, [0, 2, 1, 3]] * [1, 1, 1, -1]), expected, atol=1e-9)
+    np.testing.assert_allclose(
+        theirs.least_singular_value(mine[:, [0, 2, 1, 3]] * [1, 1, 1, -1]),
+        expected,
+        atol=1e-9,
+    )
 
 
 NOT_FITTING = {
-    "it has 6 rotors": parameters({**QUAD, (0.3, 0): 0.05, (-0.3, 0): -0.05}, [135, 315, 45, 225]),
+    "it has 6 rotors": parameters(
+        {**QUAD, (0.3, 0): 0.05, (-0.3, 0): -0.05}, [135, 315, 45, 225]
+    ),
     "not every rotor tilts": parameters(QUAD, [135, 315]),
-    "its arms differ in length": parameters(QUAD, [135, 315, 45, 225], CA_ROTOR0_PX=0.2, CA_ROTOR0_PY=0.2),
-    "not a quarter turn apart": parameters(QUAD, [135, 315, 45, 225], CA_ROTOR0_PX=0.1, CA_ROTOR0_PY=0.187),
+    "its arms differ in length": parameters(
+        QUAD, [135, 315, 45, 225], CA_ROTOR0_PX=0.2, CA_ROTOR0_PY=0.2
+    ),
+    "not a quarter turn apart": parameters(
+        QUAD, [135, 315, 45, 225], CA_ROTOR0_PX=0.1, CA_ROTOR0_PY=0.187
+    ),
     "do not tilt about their own arms": parameters(QUAD, [0, 0, 0, 0]),
     "not at one height": parameters(QUAD, [135, 315, 45, 225], CA_ROTOR2_PZ=0.1),
     "do not turn alternately": parameters(QUAD, [135, 315, 45, 225], CA_ROTOR2_KM=0.05),
-    "its rotors do not turn alternately, with one drag": parameters(QUAD, [135, 315, 45, 225], CA_ROTOR2_KM=-0.06),
+    "its rotors do not turn alternately, with one drag": parameters(
+        QUAD, [135, 315, 45, 225], CA_ROTOR2_KM=-0.06
+    ),
 }
 
 
 @pytest.mark.parametrize("reason", NOT_FITTING)
-def test_where_the_method_does_not_fit_the_geometry_is_printed(run: Any, reason: str) -> None:
+def test_where_the_method_does_not_fit_the_geometry_is_printed(
+    run: Any, reason: str
+) -> None:
     Path("x.params").write_text(NOT_FITTING[reason])
     found = run("vehicles", "--from", "x.params")
     assert found.code == 1
@@ -193,7 +310,10 @@ def test_where_the_method_does_not_fit_the_geometry_is_printed(run: Any, reason:
     assert reason in run("vehicles", "--from", "x.params", "--json").json["reasons"][0]
     geometry = geometry_from_mapping(tomllib.loads(found.out))
     for field in ("position", "tilt_axis", "tilt_range", "moment_ratio"):
-        assert np.array_equal(getattr(geometry, field), getattr(read_description("x.params").geometry, field))
+        assert np.array_equal(
+            getattr(geometry, field),
+            getattr(read_description("x.params").geometry, field),
+        )
     Path("x.toml").write_text(found.out)
     assert run("plan", "--waypoint", "0,0", "--vehicle", "x.toml").code == 2
 
@@ -204,19 +324,29 @@ def test_where_the_method_does_not_fit_the_geometry_is_printed(run: Any, reason:
 def test_a_table_of_six_rotors(run: Any) -> None:
     toward = [90, 270, 150, 330]
     turns = [math.radians(a) for a in (0, 180, 60, 240, 120, 300)]
-    places = {(0.3 * math.cos(a), 0.3 * math.sin(a)): 0.05 * (-1) ** k for k, a in enumerate(turns)}
+    places = {
+        (0.3 * math.cos(a), 0.3 * math.sin(a)): 0.05 * (-1) ** k
+        for k, a in enumerate(turns)
+    }
     Path("six.params").write_text(parameters(places, toward))
-    Path("six.csv").write_text("alpha1,alpha2,alpha3,alpha4_deg,note\n0,0,0,0,a\n0.1,0.1,-0.1,-6,b\n")
+    Path("six.csv").write_text(
+        "alpha1,alpha2,alpha3,alpha4_deg,note\n0,0,0,0,a\n0.1,0.1,-0.1,-6,b\n"
+    )
     good = run("validate", "six.csv", "--vehicle", "six.params", "--json")
     geometry = read_description("six.params").geometry
     rows = np.array([[0, 0, 0, 0, 0, 0], [0.1, 0.1, -0.1, math.radians(-6), 0, 0]])
-    between = geometry.least_singular_value(rows[0] + np.linspace(0, 1, 999)[:, None] * (rows[1] - rows[0]))
+    between = geometry.least_singular_value(
+        rows[0] + np.linspace(0, 1, 999)[:, None] * (rows[1] - rows[0])
+    )
     assert good.code == 0
     checks = {check["name"]: check for check in good.json["checks"]}
-    assert checks["least_singular_value"]["value"] == pytest.approx(between.min(), abs=2e-4)
-    assert [good.json[name] for name in ("valid", "two_color", "reachable_from_hover", "flyable")] == [None] * 3 + [
-        True
-    ]
+    assert checks["least_singular_value"]["value"] == pytest.approx(
+        between.min(), abs=2e-4
+    )
+    assert [
+        good.json[name]
+        for name in ("valid", "two_color", "reachable_from_hover", "flyable")
+    ] == [None] * 3 + [True]
     singular = validate_geometry(rows * 15, geometry)
     assert not singular
     assert not singular.checks[-1].ok
@@ -224,16 +354,25 @@ def test_a_table_of_six_rotors(run: Any) -> None:
 
 
 @pytest.mark.parametrize(("most", "flyable"), [(4000, True), (1, None)])
-def test_hover_thrusts_of_six_rotors(monkeypatch: pytest.MonkeyPatch, most: int, flyable: bool | None) -> None:
+def test_hover_thrusts_of_six_rotors(
+    monkeypatch: pytest.MonkeyPatch, most: int, flyable: bool | None
+) -> None:
     """The thrusts of least norm reach 0 between these rows; others are all above 0.058 everywhere."""
     monkeypatch.setattr("gaitgraph.invertibility.geometry._MOST_PROGRAMS", most)
     turns = [k * math.pi / 3 for k in range(6)]
     arms = [[0.3 * math.cos(turn), 0.3 * math.sin(turn), 0.02] for turn in turns]
     rotors = [
-        {"position": [x, y, z], "moment_ratio": 0.02 * (-1) ** k, "tilt_axis": [x, y, 0]}
+        {
+            "position": [x, y, z],
+            "moment_ratio": 0.02 * (-1) ** k,
+            "tilt_axis": [x, y, 0],
+        }
         for k, (x, y, z) in enumerate(arms)
     ]
-    report = validate_geometry([[0.0] * 6, [-0.3, 0.5, -0.9, -0.1, -0.3, 0]], geometry_from_mapping({"rotor": rotors}))
+    report = validate_geometry(
+        [[0.0] * 6, [-0.3, 0.5, -0.9, -0.1, -0.3, 0]],
+        geometry_from_mapping({"rotor": rotors}),
+    )
     assert report.flyable is flyable
     assert ("Flyable: undecided" in str(report)) == (flyable is None) == (not report)
     value = report.checks[1].value or 0.0
@@ -243,12 +382,17 @@ def test_hover_thrusts_of_six_rotors(monkeypatch: pytest.MonkeyPatch, most: int,
 def test_four_arms_are_judged_alike() -> None:
     for gait in (3, 4):
         alpha = gg.gait_of(f"gait{gait}").alpha
-        mine = {check.name: check for check in validate_geometry(alpha, Geometry.of_vehicle(gg.PAPER)).checks}
+        mine = {
+            check.name: check
+            for check in validate_geometry(alpha, Geometry.of_vehicle(gg.PAPER)).checks
+        }
         report = gg.validate(alpha)
         for name in ("least_singular_value", "hover_thrust"):
             assert mine[name].ok == report[name].ok
             assert mine[name].value == pytest.approx(report[name].value, abs=2e-4)
-    crossing = validate_geometry([[0.0] * 4, [1.0, -1.0, 1.0, -1.0]], Geometry.of_vehicle(gg.PAPER))
+    crossing = validate_geometry(
+        [[0.0] * 4, [1.0, -1.0, 1.0, -1.0]], Geometry.of_vehicle(gg.PAPER)
+    )
     assert not crossing.flyable
     assert "row 1 and" in str(crossing)
     assert (crossing.checks[0].value or 0.0) < 1e-3

@@ -25,7 +25,18 @@ if TYPE_CHECKING:
 ORDER = Path(__file__).parent.parent / "developers" / "architecture.md"
 CODE = re.compile(r"(``.*?``|`[^`]*`)")
 ROLE = re.compile(r":\w+:`~?([^`]+)`")  # in a summary, which has no class around it
-FIRST = ("planning", "gait", "vehicle", "validation", "timing", "io", "robustness", "flight", "study", "optimization")
+FIRST = (
+    "planning",
+    "gait",
+    "vehicle",
+    "validation",
+    "timing",
+    "io",
+    "robustness",
+    "flight",
+    "study",
+    "optimization",
+)
 """The packages that users need first; the others follow in the order of the architecture page."""
 FIRST_NAME = "plan_loop"
 
@@ -40,17 +51,35 @@ def names_of(package: str) -> list[tuple[str, str]]:
     """Return a package's public names and where they are found: those at the top first."""
     here = import_module(f"gaitgraph.{package}")
     if hasattr(here, "__path__"):
-        names = dir(here) if hasattr(here, "__getattr__") else []  # a package without public names has no such function
+        names = (
+            dir(here) if hasattr(here, "__getattr__") else []
+        )  # a package without public names has no such function
     else:
-        names = [name for name, value in vars(here).items() if getattr(value, "__module__", "") == here.__name__]
+        names = [
+            name
+            for name, value in vars(here).items()
+            if getattr(value, "__module__", "") == here.__name__
+        ]
     top = set(dir(gaitgraph)) - set(packages())
-    found = [(f"gaitgraph.{package}", name) for name in names if not name.startswith("_") and name not in top]
-    found += [("gaitgraph", name) for name in top if home_of(name).split(".")[1] == package]
+    found = [
+        (f"gaitgraph.{package}", name)
+        for name in names
+        if not name.startswith("_") and name not in top
+    ]
+    found += [
+        ("gaitgraph", name) for name in top if home_of(name).split(".")[1] == package
+    ]
 
     def place(pair: tuple[str, str]) -> tuple[bool, bool, bool, bool, str]:
         where, name = pair
         value = getattr(import_module(where), name)
-        return name != FIRST_NAME, where != "gaitgraph", not inspect.isroutine(value), not inspect.isclass(value), name
+        return (
+            name != FIRST_NAME,
+            where != "gaitgraph",
+            not inspect.isroutine(value),
+            not inspect.isclass(value),
+            name,
+        )
 
     return sorted(found, key=place)
 
@@ -65,7 +94,11 @@ def described(module: str, name: str, package: str) -> list[str]:
     """Return the lines that describe one name."""
     value = getattr(import_module(module), name)
     if inspect.isclass(value):
-        options = ["   :show-inheritance:"] if issubclass(value, BaseException) else ["   :members:"]
+        options = (
+            ["   :show-inheritance:"]
+            if issubclass(value, BaseException)
+            else ["   :members:"]
+        )
         return [f".. autoclass:: {module}.{name}", *options, ""]
     if inspect.isroutine(value):
         return [f".. autofunction:: {module}.{name}", ""]
@@ -86,7 +119,9 @@ def section_of(package: str) -> list[str]:
     if not names:
         return []
     module, home = f"gaitgraph.{package}", names[0][0]
-    about = (inspect.getdoc(import_module(module)) or "").partition("\n\n")[0].splitlines()
+    about = (
+        (inspect.getdoc(import_module(module)) or "").partition("\n\n")[0].splitlines()
+    )
     lines = [module, "-" * len(module), "", f".. module:: {module}", ""]
     lines += [f".. currentmodule:: {home}", "", *about, ""]
     for where, name in names:
@@ -96,16 +131,32 @@ def section_of(package: str) -> list[str]:
 
 def overview() -> list[str]:
     """Return the lines of a table of the names at the top, each with the first sentence of its docstring."""
-    lines = [".. list-table::", "   :header-rows: 1", "", "   * - name", "     - what it is", "     - package"]
+    lines = [
+        ".. list-table::",
+        "   :header-rows: 1",
+        "",
+        "   * - name",
+        "     - what it is",
+        "     - package",
+    ]
     for package in packages():
         for where, name in names_of(package):
             if where == "gaitgraph":
                 value = getattr(gaitgraph, name)
                 documented = inspect.isroutine(value) or inspect.isclass(value)
-                about = inspect.getdoc(value) or "" if documented else " ".join(docs_of(home_of(name), name))
-                summary = re.split(r"(?<=\.)\s", " ".join(about.partition("\n\n")[0].split()))[0]
+                about = (
+                    inspect.getdoc(value) or ""
+                    if documented
+                    else " ".join(docs_of(home_of(name), name))
+                )
+                summary = re.split(
+                    r"(?<=\.)\s", " ".join(about.partition("\n\n")[0].split())
+                )[0]
                 words = escaped(ROLE.sub(r"``\1``", summary))
-                lines += [f"   * - :py:obj:`gg.{name} <gaitgraph.{name}>`", f"     - {words}"]
+                lines += [
+                    f"   * - :py:obj:`gg.{name} <gaitgraph.{name}>`",
+                    f"     - {words}",
+                ]
                 lines += [f"     - :py:mod:`{package} <gaitgraph.{package}>`"]
     return [*lines, ""]
 
@@ -115,11 +166,18 @@ class ApiListing(SphinxDirective):
 
     def run(self) -> list[nodes.Node]:
         """Return the sections."""
-        text = "\n".join([*overview(), *(line for package in packages() for line in section_of(package))])
+        text = "\n".join(
+            [
+                *overview(),
+                *(line for package in packages() for line in section_of(package)),
+            ]
+        )
         return self.parse_text_to_nodes(text, allow_section_headings=True)
 
 
-def keep_bars(app: Sphinx, what: str, name: str, obj: object, options: object, lines: list[str]) -> None:
+def keep_bars(
+    app: Sphinx, what: str, name: str, obj: object, options: object, lines: list[str]
+) -> None:
     """Keep reStructuredText from reading |α| in a docstring as a substitution."""
     for k, line in enumerate(lines):
         if not line.lstrip().startswith((">>>", "...")):
@@ -143,7 +201,9 @@ def find_public_name(
     if path[-1] in dir(gaitgraph) and path[0] in ("gaitgraph", path[-1]):
         python = env.get_domain("py")
         target = f"gaitgraph.{path[-1]}"
-        return python.resolve_xref(env, node["refdoc"], app.builder, node["reftype"], target, node, contnode)
+        return python.resolve_xref(
+            env, node["refdoc"], app.builder, node["reftype"], target, node, contnode
+        )
     return contnode if is_known(path) else None
 
 
@@ -151,7 +211,9 @@ def is_known(path: list[str]) -> bool:
     """Return whether a dotted name exists: in the package, in a class of it, or where the package imports from."""
     if path[0] == "gaitgraph":
         return any(holds(".".join(path[:k]), path[k:]) for k in range(1, len(path)))
-    return path[0] in imported_names() or any(holds(module, path) for module in modules())
+    return path[0] in imported_names() or any(
+        holds(module, path) for module in modules()
+    )
 
 
 def holds(module: str, path: list[str]) -> bool:
@@ -171,8 +233,14 @@ def holds(module: str, path: list[str]) -> bool:
 def modules() -> tuple[str, ...]:
     """Return the modules of the package, those of its sub-packages too, by their files."""
     root = Path(gaitgraph.__file__).parent
-    files = sorted(file.relative_to(root.parent).with_suffix("") for file in root.rglob("*.py"))
-    return tuple(".".join(file.parts).removesuffix(".__init__") for file in files if file.stem != "__main__")
+    files = sorted(
+        file.relative_to(root.parent).with_suffix("") for file in root.rglob("*.py")
+    )
+    return tuple(
+        ".".join(file.parts).removesuffix(".__init__")
+        for file in files
+        if file.stem != "__main__"
+    )
 
 
 @cache
@@ -187,11 +255,15 @@ def imported_names() -> frozenset[str]:
             if isinstance(node, ast.Import | ast.ImportFrom):
                 home = node.module if isinstance(node, ast.ImportFrom) else None
                 if home is None or not home.startswith("gaitgraph"):
-                    names |= {(home or alias.name).partition(".")[0] for alias in node.names}
+                    names |= {
+                        (home or alias.name).partition(".")[0] for alias in node.names
+                    }
                     names |= {alias.asname or alias.name for alias in node.names}
             elif isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
                 stated = [part for part in node.body if isinstance(part, ast.Assign)]
-                names |= {ast.unparse(target) for part in stated for target in part.targets}
+                names |= {
+                    ast.unparse(target) for part in stated for target in part.targets
+                }
     return frozenset(names)
 
 

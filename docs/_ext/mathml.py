@@ -40,7 +40,9 @@ def mathml(latex: str, display: str) -> str:
             latex = latex.replace(command, letter)
         root = ET.fromstring(convert(latex, display=display))  # noqa: S314  what was converted here
     except Exception as error:
-        raise ExtensionError(f"no MathML for the formula {latex!r}: {error!r}") from error
+        raise ExtensionError(
+            f"no MathML for the formula {latex!r}: {error!r}"
+        ) from error
     for element in root.iter():
         element.tag = element.tag.rpartition("}")[2]
     correct(root)
@@ -63,7 +65,11 @@ def correct(parent: ET.Element) -> None:
 
 def set_kind(element: ET.Element) -> None:
     """Make one upright word of upright letters, a name of a function's name and an operator of a sign."""
-    if element.tag == "mrow" and len(element) > 1 and all(c.get("mathvariant") == "normal" for c in element):
+    if (
+        element.tag == "mrow"
+        and len(element) > 1
+        and all(c.get("mathvariant") == "normal" for c in element)
+    ):
         word = "".join(c.text or "" for c in element)
         element.clear()
         element.tag, element.text = "mi", word
@@ -74,7 +80,12 @@ def set_kind(element: ET.Element) -> None:
         element.attrib.clear()
     elif element.tag == "mi" and element.text in (*SIGNS, *";:′"):
         element.tag = "mo"
-    elif element.tag == "mi" and element.text and len(element.text) == 1 and "Α" <= element.text <= "Ω":
+    elif (
+        element.tag == "mi"
+        and element.text
+        and len(element.text) == 1
+        and "Α" <= element.text <= "Ω"
+    ):
         element.set("mathvariant", "normal")  # capital Greek is upright, as TeX has it
 
 
@@ -83,7 +94,9 @@ def set_sides(element: ET.Element) -> None:
     for letter, sign, form in FENCES.values():
         if element.text == letter:
             element.tag, element.text = "mo", sign
-            element.attrib.update(form=form, fence="true", stretchy="false", lspace="0", rspace="0")
+            element.attrib.update(
+                form=form, fence="true", stretchy="false", lspace="0", rspace="0"
+            )
 
 
 def set_signs(row: ET.Element) -> None:
@@ -94,7 +107,9 @@ def set_signs(row: ET.Element) -> None:
             element.set("form", "prefix")
         if element.tag == "mo" and element.text == "/":
             element.attrib.update(lspace="0", rspace="0")
-        if element.tag != "mspace" and (element.text is None or not element.text.isspace()):
+        if element.tag != "mspace" and (
+            element.text is None or not element.text.isspace()
+        ):
             operand = ends_operand(element)
 
 
@@ -109,7 +124,11 @@ def is_function(element: ET.Element) -> bool:
     """Return whether an element is the name of a function, with its exponent or index."""
     if element.tag in ("msub", "msup", "msubsup", "munder"):
         return is_function(element[0])
-    return element.tag in ("mi", "mo") and len(element.text or "") > 1 and (element.text or "").isalpha()
+    return (
+        element.tag in ("mi", "mo")
+        and len(element.text or "") > 1
+        and (element.text or "").isalpha()
+    )
 
 
 def space_functions(row: ET.Element) -> None:
@@ -120,9 +139,15 @@ def space_functions(row: ET.Element) -> None:
             continue
         if k + 1 < len(children):
             after = children[k + 1]
-            if after.tag not in ("mspace", "mtext") and (after.tag != "mo" or after.get("form") == "prefix"):
+            if after.tag not in ("mspace", "mtext") and (
+                after.tag != "mo" or after.get("form") == "prefix"
+            ):
                 row.insert(k + 1, ET.Element("mspace", width=THIN))
-        if k and children[k - 1].tag not in ("mspace", "mtext") and not is_function(children[k - 1]):
+        if (
+            k
+            and children[k - 1].tag not in ("mspace", "mtext")
+            and not is_function(children[k - 1])
+        ):
             before = children[k - 1]
             if ends_operand(before):
                 row.insert(k, ET.Element("mspace", width=THIN))
@@ -130,13 +155,17 @@ def space_functions(row: ET.Element) -> None:
 
 def visit_inline(translator: HTML5Translator, node: nodes.math) -> None:
     """Write a formula within a line."""
-    translator.body.append(f'<span class="math">{mathml(node.astext(), "inline")}</span>')
+    translator.body.append(
+        f'<span class="math">{mathml(node.astext(), "inline")}</span>'
+    )
     raise nodes.SkipNode
 
 
 def visit_block(translator: HTML5Translator, node: nodes.math_block) -> None:
     """Write a formula that stands alone."""
-    translator.body.append(f'<div class="math">{mathml(node.astext(), "block")}</div>\n')
+    translator.body.append(
+        f'<div class="math">{mathml(node.astext(), "block")}</div>\n'
+    )
     raise nodes.SkipNode
 
 

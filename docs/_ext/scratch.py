@@ -30,7 +30,9 @@ ORDER = (
 )
 SHOWN = re.compile(r"\b_figures/(\w+)\.png")
 NOTE = re.compile(r"\.\. only:: html\n\n    \.\. note::\n.*?(?=^\S)", re.M | re.S)
-ZIP = re.compile(r" +\.\. container:: sphx-glr-download sphx-glr-download-zip\n\n.*?$", re.M)
+ZIP = re.compile(
+    r" +\.\. container:: sphx-glr-download sphx-glr-download-zip\n\n.*?$", re.M
+)
 
 
 class GalleryOrder:
@@ -75,11 +77,23 @@ def draw_figures(app: Sphinx) -> None:
     from gaitgraph.plots.figures import FIGURES, write_figures
 
     folder = app.srcdir / "_figures"
-    pages = "".join(page.read_text(encoding="utf-8") for page in sorted(app.srcdir.rglob("*.md")))
+    pages = "".join(
+        page.read_text(encoding="utf-8") for page in sorted(app.srcdir.rglob("*.md"))
+    )
     shown = set(SHOWN.findall(pages))
-    code = max(file.stat().st_mtime for file in Path(gaitgraph.__file__).parent.rglob("*.py"))
-    files = {figure.name: folder / f"{figure.stem}.png" for figure in FIGURES.values() if figure.stem in shown}
-    due = [name for name, file in files.items() if not file.exists() or file.stat().st_mtime < code]
+    code = max(
+        file.stat().st_mtime for file in Path(gaitgraph.__file__).parent.rglob("*.py")
+    )
+    files = {
+        figure.name: folder / f"{figure.stem}.png"
+        for figure in FIGURES.values()
+        if figure.stem in shown
+    }
+    due = [
+        name
+        for name, file in files.items()
+        if not file.exists() or file.stat().st_mtime < code
+    ]
     if due:
         folder.mkdir(exist_ok=True)
         write_figures(folder, only=due, formats=("png",), force=True)

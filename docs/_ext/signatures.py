@@ -46,34 +46,63 @@ def default_text(node: ast.expr, names: dict[str, Any]) -> str:
     return ast.unparse(node)
 
 
-def parameter(name: str, annotation: ast.expr | None, default: ast.expr | None, names: dict[str, Any]) -> str:
+def parameter(
+    name: str,
+    annotation: ast.expr | None,
+    default: ast.expr | None,
+    names: dict[str, Any],
+) -> str:
     """Return one parameter."""
-    text = name if annotation is None else f"{name}: {ast.unparse(Spelled().visit(annotation))}"
-    return text if default is None or is_bare_field(default) else f"{text} = {default_text(default, names)}"
+    text = (
+        name
+        if annotation is None
+        else f"{name}: {ast.unparse(Spelled().visit(annotation))}"
+    )
+    return (
+        text
+        if default is None or is_bare_field(default)
+        else f"{text} = {default_text(default, names)}"
+    )
 
 
 def is_bare_field(default: ast.expr) -> bool:
     """Return whether ``field(...)`` gives a field other properties than a default."""
     if not isinstance(default, ast.Call) or ast.unparse(default.func) != "field":
         return False
-    return not any(word.arg in ("default", "default_factory") for word in default.keywords)
+    return not any(
+        word.arg in ("default", "default_factory") for word in default.keywords
+    )
 
 
-def signature_of_function(node: ast.FunctionDef, names: dict[str, Any], *, bound: bool) -> tuple[str, str | None]:
+def signature_of_function(
+    node: ast.FunctionDef, names: dict[str, Any], *, bound: bool
+) -> tuple[str, str | None]:
     """Return parameters and return type of a function; those of a method without ``self`` or ``cls``."""
     given = node.args
     plain = [*given.posonlyargs, *given.args]
     defaults = [None] * (len(plain) - len(given.defaults)) + list(given.defaults)
-    out = [parameter(arg.arg, arg.annotation, default, names) for arg, default in zip(plain, defaults, strict=True)]
+    out = [
+        parameter(arg.arg, arg.annotation, default, names)
+        for arg, default in zip(plain, defaults, strict=True)
+    ]
     out = out[1:] if bound else out
     if given.vararg:
-        out.append(parameter(f"*{given.vararg.arg}", given.vararg.annotation, None, names))
+        out.append(
+            parameter(f"*{given.vararg.arg}", given.vararg.annotation, None, names)
+        )
     elif given.kwonlyargs:
         out.append("*")
-    out += [parameter(a.arg, a.annotation, d, names) for a, d in zip(given.kwonlyargs, given.kw_defaults, strict=True)]
+    out += [
+        parameter(a.arg, a.annotation, d, names)
+        for a, d in zip(given.kwonlyargs, given.kw_defaults, strict=True)
+    ]
     if given.kwarg:
-        out.append(parameter(f"**{given.kwarg.arg}", given.kwarg.annotation, None, names))
-    returned = None if node.returns is None else ast.unparse(Spelled().visit(node.returns))
+        out.append(
+            parameter(f"**{given.kwarg.arg}", given.kwarg.annotation, None, names)
+        )
+    returned = (
+        None if node.returns is None else ast.unparse(Spelled().visit(node.returns))
+    )
     return f"({', '.join(out)})", returned
 
 
@@ -82,7 +111,9 @@ def signature_of_record(node: ast.ClassDef, names: dict[str, Any]) -> str:
     fields = [
         parameter(item.target.id, item.annotation, item.value, names)
         for item in node.body
-        if isinstance(item, ast.AnnAssign) and isinstance(item.target, ast.Name) and is_given(item.value)
+        if isinstance(item, ast.AnnAssign)
+        and isinstance(item.target, ast.Name)
+        and is_given(item.value)
     ]
     return f"({', '.join(['*', *fields])})"
 
@@ -91,13 +122,18 @@ def is_given(value: ast.expr | None) -> bool:
     """Return whether a field of a dataclass is a parameter."""
     if not isinstance(value, ast.Call):
         return True
-    return not any(word.arg == "init" and ast.unparse(word.value) == "False" for word in value.keywords)
+    return not any(
+        word.arg == "init" and ast.unparse(word.value) == "False"
+        for word in value.keywords
+    )
 
 
 @cache
 def tree_of(module: str) -> ast.Module:
     """Return a module's source as a tree."""
-    return ast.parse(Path(str(sys.modules[module].__file__)).read_text(encoding="utf-8"))
+    return ast.parse(
+        Path(str(sys.modules[module].__file__)).read_text(encoding="utf-8")
+    )
 
 
 def definition_of(obj: Any) -> ast.stmt | None:
@@ -105,7 +141,11 @@ def definition_of(obj: Any) -> ast.stmt | None:
     body: list[ast.stmt] = tree_of(obj.__module__).body
     found: ast.stmt | None = None
     for part in obj.__qualname__.split("."):
-        named = [node for node in body if isinstance(node, ast.ClassDef | ast.FunctionDef) and node.name == part]
+        named = [
+            node
+            for node in body
+            if isinstance(node, ast.ClassDef | ast.FunctionDef) and node.name == part
+        ]
         if not named:
             return None
         found, body = named[-1], named[-1].body
@@ -113,7 +153,13 @@ def definition_of(obj: Any) -> ast.stmt | None:
 
 
 def as_written(
-    app: Sphinx, what: str, name: str, obj: Any, options: object, signature: str | None, returned: str | None
+    app: Sphinx,
+    what: str,
+    name: str,
+    obj: Any,
+    options: object,
+    signature: str | None,
+    returned: str | None,
 ) -> tuple[str, str | None] | None:
     """Return the signature as it is written in the source, or None where there is none."""
     if what not in ("class", "function", "method"):
@@ -123,7 +169,10 @@ def as_written(
     if isinstance(node, ast.ClassDef) and is_dataclass(obj):
         return signature_of_record(node, names), None
     if isinstance(node, ast.FunctionDef):
-        static = any(ast.unparse(decorator) == "staticmethod" for decorator in node.decorator_list)
+        static = any(
+            ast.unparse(decorator) == "staticmethod"
+            for decorator in node.decorator_list
+        )
         return signature_of_function(node, names, bound=what == "method" and not static)
     return None
 

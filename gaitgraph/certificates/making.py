@@ -76,33 +76,58 @@ class Certified:
     def as_mapping(self) -> dict[str, Any]:
         """Return the claims as plain values, ready for JSON."""
         named = self.document["claims"].items()
-        claims = {name: {key: one for key, one in claim.items() if key != "cover"} for name, claim in named}
-        return {"status": "certified", "claims": claims, "intervals": self.intervals, "warnings": list(self.warnings)}
+        claims = {
+            name: {key: one for key, one in claim.items() if key != "cover"}
+            for name, claim in named
+        }
+        return {
+            "status": "certified",
+            "claims": claims,
+            "intervals": self.intervals,
+            "warnings": list(self.warnings),
+        }
 
     def __str__(self) -> str:
         lines = [f"Certified {len(self.document['pieces'])} pieces"]
         for name, values in self.as_mapping()["claims"].items():
-            texts = (f"{key.replace('_', ' ')} {_shown(value)}" for key, value in values.items())
-            lines.append(f"  {name.replace('_', ' '):<21} {', '.join(texts)}; {self.intervals[name]} intervals")
-        return "\n".join([*lines, *(f"warning: {warning}" for warning in self.warnings)])
+            texts = (
+                f"{key.replace('_', ' ')} {_shown(value)}"
+                for key, value in values.items()
+            )
+            lines.append(
+                f"  {name.replace('_', ' '):<21} {', '.join(texts)}; {self.intervals[name]} intervals"
+            )
+        return "\n".join(
+            [*lines, *(f"warning: {warning}" for warning in self.warnings)]
+        )
 
 
 def _shown(value: Any) -> str:
-    return value if isinstance(value, str) else f"({', '.join(f'{float(one):.4g}' for one in value)})"
+    return (
+        value
+        if isinstance(value, str)
+        else f"({', '.join(f'{float(one):.4g}' for one in value)})"
+    )
 
 
 def check_certificate(path: str | Path) -> None:
     """Raise InputError if the name of a certificate does not end in .json."""
     if Path(path).suffix != ".json":
-        raise InputError(f"output {str(path)!r} must end in .json, as a certificate does, got {Path(path).suffix!r}")
+        raise InputError(
+            f"output {str(path)!r} must end in .json, as a certificate does, got {Path(path).suffix!r}"
+        )
 
 
 def certificates_beside(outputs: Collection[str | Path], *, force: bool) -> list[Path]:
     """Return the certificates beside gait files, gait.cert.json beside gait.csv; raise if one cannot be written."""
     paths = sorted({Path(output).with_suffix(CERTIFICATE) for output in outputs})
     if not paths:
-        raise InputError("--certify must be given with --output, beside which it writes, got no output")
-    check_new_files([*paths, *(path for path in map(Path, outputs) if path in paths)], force=force)
+        raise InputError(
+            "--certify must be given with --output, beside which it writes, got no output"
+        )
+    check_new_files(
+        [*paths, *(path for path in map(Path, outputs) if path in paths)], force=force
+    )
     return paths
 
 
@@ -149,21 +174,44 @@ def certify(
         choices = {}
     with naming_file(gait):
         if isinstance(source, Table) and "transition" in source.about:
-            raise Infeasible("no certificate, since the table is that of a transition, which is no closed gait")
+            raise Infeasible(
+                "no certificate, since the table is that of a transition, which is no closed gait"
+            )
         report = validate(source, floor=floor, **choices)
         if not report.flyable:
-            raise Infeasible(f"no certificate, since the gait is not flyable: {report.reason}")
+            raise Infeasible(
+                f"no certificate, since the gait is not flyable: {report.reason}"
+            )
         is_timed = hasattr(source, "rate_checks")
         if isinstance(source, Table) and timing:
             is_timed = "t" in source or "period" in source.about
-        path = gait_of(source, **choices) if not (is_timed and timing) else timed_gait_of(source, **choices)
-    rows = [source] if isinstance(source, Table) else pieces_of(source) if isinstance(source, TimedGait) else []
+        path = (
+            gait_of(source, **choices)
+            if not (is_timed and timing)
+            else timed_gait_of(source, **choices)
+        )
+    rows = (
+        [source]
+        if isinstance(source, Table)
+        else pieces_of(source)
+        if isinstance(source, TimedGait)
+        else []
+    )
     digest = hashlib.sha256(b"".join(map(row_texts, rows))).hexdigest() if rows else ""
-    angle = None if tilt is None else angle_within(tilt, "tilt", math.pi / 2 - 1e-6, least=0.0)
+    angle = (
+        None
+        if tilt is None
+        else angle_within(tilt, "tilt", math.pi / 2 - 1e-6, least=0.0)
+    )
     exact = _Path(path)
     claims = _claims_of(exact, report, angle)
-    covers = {name: [_cover(exact, name, claim, k) for k in range(len(exact.pieces))] for name, claim in claims.items()}
-    pieces = [{"alpha": one["alpha"], "duration": one["duration"]} for one in exact.pieces]
+    covers = {
+        name: [_cover(exact, name, claim, k) for k in range(len(exact.pieces))]
+        for name, claim in claims.items()
+    }
+    pieces = [
+        {"alpha": one["alpha"], "duration": one["duration"]} for one in exact.pieces
+    ]
     document = {
         "format": check.FORM["format"],
         "made_by": f"gaitgraph {__version__}",
@@ -176,7 +224,11 @@ def certify(
         | {name: {**claims[name], "cover": covers[name]} for name in claims},
     }
     count = {name: sum(len(one) - 1 for one in cover) for name, cover in covers.items()}
-    return Certified(document=_plain(document), intervals={"joints": len(pieces), **count}, warnings=report.warnings)
+    return Certified(
+        document=_plain(document),
+        intervals={"joints": len(pieces), **count},
+        warnings=report.warnings,
+    )
 
 
 def _decimal(value: float, digits: int | None = None) -> Fraction:
@@ -202,7 +254,11 @@ def _plain(value: Any) -> Any:
 
 def _rounded(value: float, *, up: bool) -> Fraction:
     """Return a number with three significant digits, at least or at most the value."""
-    step = Fraction(10) ** (math.floor(math.log10(abs(value))) - 2) if value else Fraction(1)
+    step = (
+        Fraction(10) ** (math.floor(math.log10(abs(value))) - 2)
+        if value
+        else Fraction(1)
+    )
     return step * (math.ceil if up else math.floor)(Fraction(value) / step)
 
 
@@ -211,7 +267,9 @@ def _claimed(peak: float, limit: float | None, room: float = _ROOM) -> Fraction:
     bound = _rounded(peak * (1 + room) + _LEAST_ROOM, up=True)
     if limit is None or bound <= limit:
         return bound
-    return _decimal(limit) * (1 if peak < limit * (1 - 2 * float(_SLACK)) else 1 + _SLACK)
+    return _decimal(limit) * (
+        1 if peak < limit * (1 - 2 * float(_SLACK)) else 1 + _SLACK
+    )
 
 
 class _Path:
@@ -221,33 +279,69 @@ class _Path:
         self.timed: Any = path if isinstance(path, TimedGait) else None
         self.gait = path.gait if isinstance(path, TimedGait) else path
         vehicle, one = self.gait.vehicle, Fraction(1)
-        known = (vehicle.drag_coefficient, vehicle.thrust_coefficient, vehicle.arm_length, vehicle.rotor_height)
+        known = (
+            vehicle.drag_coefficient,
+            vehicle.thrust_coefficient,
+            vehicle.arm_length,
+            vehicle.rotor_height,
+        )
         constants = [one if value is None else _decimal(value) for value in known]
         if None in known:
-            constants = [_decimal(vehicle.drag_ratio), one, one, constants[3] / constants[2]]
-        kappa, height = constants[0] / (constants[1] * constants[2]), constants[3] / constants[2]
-        self.ratios = check.enclosed(kappa if vehicle.signed_drag_ratio > 0 else -kappa), check.enclosed(height)
-        self.vehicle: dict[str, Any] = {"name": vehicle.name[:1000], "first_rotor_spin": vehicle.first_rotor_spin}
+            constants = [
+                _decimal(vehicle.drag_ratio),
+                one,
+                one,
+                constants[3] / constants[2],
+            ]
+        kappa, height = (
+            constants[0] / (constants[1] * constants[2]),
+            constants[3] / constants[2],
+        )
+        self.ratios = (
+            check.enclosed(kappa if vehicle.signed_drag_ratio > 0 else -kappa),
+            check.enclosed(height),
+        )
+        self.vehicle: dict[str, Any] = {
+            "name": vehicle.name[:1000],
+            "first_rotor_spin": vehicle.first_rotor_spin,
+        }
         self.vehicle |= dict(zip(check.CONSTANTS, constants, strict=True))
         self.powers, widths, is_smooth = self._polynomials()
-        self.law = [Fraction(a) for a in ((0, 0, 0, 10, -15, 6) if is_smooth else (0, 1))]
+        self.law = [
+            Fraction(a) for a in ((0, 0, 0, 10, -15, 6) if is_smooth else (0, 1))
+        ]
         self.pieces: list[dict[str, Any]] = []
         self.deviation = 0.0
-        starts = [[_decimal(a, _GRID) for a in angles] for angles in self.powers[-1].tolist()]
+        starts = [
+            [_decimal(a, _GRID) for a in angles] for angles in self.powers[-1].tolist()
+        ]
         for k, width in enumerate(widths.tolist()):
             rows = self.powers[::-1, k].T.tolist()
             size = max((abs(a) for row in rows for a in row[2:]), default=0.0) or 1.0
             alpha = []
-            for row, start, end in zip(rows, starts[k], starts[(k + 1) % len(starts)], strict=True):
-                rest = [_decimal(a, _FIGURES - math.floor(math.log10(size))) for a in row[2:]]
-                alpha.append([start, end - start - sum(rest), *rest])  # pieces join exactly
+            for row, start, end in zip(
+                rows, starts[k], starts[(k + 1) % len(starts)], strict=True
+            ):
+                rest = [
+                    _decimal(a, _FIGURES - math.floor(math.log10(size)))
+                    for a in row[2:]
+                ]
+                alpha.append(
+                    [start, end - start - sum(rest), *rest]
+                )  # pieces join exactly
                 self.deviation = max(
-                    self.deviation, sum(abs(float(a) - b) for a, b in zip(alpha[-1], row, strict=True))
+                    self.deviation,
+                    sum(abs(float(a) - b) for a, b in zip(alpha[-1], row, strict=True)),
                 )
                 while len(alpha[-1]) > 1 and alpha[-1][-1] == 0:
                     alpha[-1].pop()
-            moved = [[a[0], *(sum(a[1:]) * c for c in self.law[1:])] if is_smooth else a for a in alpha]
-            self.pieces.append({"alpha": alpha, "moved": moved, "duration": _decimal(width or 1.0)})
+            moved = [
+                [a[0], *(sum(a[1:]) * c for c in self.law[1:])] if is_smooth else a
+                for a in alpha
+            ]
+            self.pieces.append(
+                {"alpha": alpha, "moved": moved, "duration": _decimal(width or 1.0)}
+            )
 
     def _polynomials(self) -> tuple[FloatArray, FloatArray, bool]:
         """Return angles in powers of the share of a piece, highest first, widths, and whether the law is `smooth`.
@@ -260,29 +354,55 @@ class _Path:
             powers, widths = timed.tilts, timed.widths
         elif curve is not None:
             widths = np.diff(curve.breaks)
-            powers = curve.pieces * (widths ** np.arange(len(curve.pieces) - 1, -1, -1)[:, None])[:, :, None]
+            powers = (
+                curve.pieces
+                * (widths ** np.arange(len(curve.pieces) - 1, -1, -1)[:, None])[
+                    :, :, None
+                ]
+            )
         else:
             step = np.roll(alpha, -1, axis=0) - alpha
-            powers = np.stack([step, alpha])[:, :, : 2 if (alpha[:, :2] == alpha[:, 2:]).all() else 4]
-            widths = step.any(axis=1) * 1.0 if timed is None else np.diff(timed.corner_times)
+            powers = np.stack([step, alpha])[
+                :, :, : 2 if (alpha[:, :2] == alpha[:, 2:]).all() else 4
+            ]
+            widths = (
+                step.any(axis=1) * 1.0 if timed is None else np.diff(timed.corner_times)
+            )
             is_smooth = timed is not None and timed.law == "smooth"
         kept = widths > 0 if (widths > 0).any() else np.arange(len(widths)) == 0
         return powers[:, kept], widths[kept], is_smooth
 
 
-def _claims_of(path: _Path, report: Report, tilt: float | None) -> dict[str, dict[str, Any]]:
+def _claims_of(
+    path: _Path, report: Report, tilt: float | None
+) -> dict[str, dict[str, Any]]:
     """Return the claims without their covers; InputError if an angle is too large."""
     vehicle, powers = path.gait.vehicle, path.powers
-    share = np.linspace(0.0, 1.0, max(2, min(_SAMPLES, _MOST_SAMPLES // len(path.pieces))))
+    share = np.linspace(
+        0.0, 1.0, max(2, min(_SAMPLES, _MOST_SAMPLES // len(path.pieces)))
+    )
     alpha = np.tile(values_of(powers[:, None], share[:, None]), 4 // powers.shape[-1])
     if (largest := float(np.abs(alpha).max())) > _MOST_ANGLE:
-        raise InputError(f"angles of a certificate must be at most {_MOST_ANGLE} rad in size, got {largest:.6g}")
-    shares, values = matrices.hover_thrust_shares(alpha, vehicle), matrices.least_singular_value(alpha, vehicle)
+        raise InputError(
+            f"angles of a certificate must be at most {_MOST_ANGLE} rad in size, got {largest:.6g}"
+        )
+    shares, values = (
+        matrices.hover_thrust_shares(alpha, vehicle),
+        matrices.least_singular_value(alpha, vehicle),
+    )
     least = {
-        name: _rounded(min(float(np.min(found)), float(report[name].value or 0.0)) * (1 - _ROOM), up=False)
+        name: _rounded(
+            min(float(np.min(found)), float(report[name].value or 0.0)) * (1 - _ROOM),
+            up=False,
+        )
         for name, found in (("least_singular_value", values), ("hover_thrust", shares))
     }
-    is_positive = matrices.level_determinant(alpha[0, 0], matrices.coefficients_of(vehicle, "exact")) > 0
+    is_positive = (
+        matrices.level_determinant(
+            alpha[0, 0], matrices.coefficients_of(vehicle, "exact")
+        )
+        > 0
+    )
     claims: dict[str, dict[str, Any]] = {
         "least_singular_value": {"at_least": least["least_singular_value"]},
         "sign_of_R": {"sign": "positive" if is_positive else "negative"},
@@ -293,17 +413,24 @@ def _claims_of(path: _Path, report: Report, tilt: float | None) -> dict[str, dic
     }
     if tilt is not None:
         claims["attitude"] = {"tilt": _decimal(tilt, _GRID)}
-    hull = np.tile(bernstein_from_power(powers, np.ones(len(path.pieces))), 4 // powers.shape[-1])
+    hull = np.tile(
+        bernstein_from_power(powers, np.ones(len(path.pieces))), 4 // powers.shape[-1]
+    )
     low, high = np.array(vehicle.tilt_range or [(-math.inf, math.inf)] * 4).T
     slack = float(_SLACK) * np.where([low == 0, high == 0], 1.0, np.abs([low, high]))
     at_least = np.maximum(hull.min(axis=(0, 1)) - _LEAST_ROOM, low - slack[0])
     at_most = np.minimum(hull.max(axis=(0, 1)) + _LEAST_ROOM, high + slack[1])
-    claims["tilt"] = {"at_least": list(map(_decimal, at_least)), "at_most": list(map(_decimal, at_most))}
+    claims["tilt"] = {
+        "at_least": list(map(_decimal, at_least)),
+        "at_most": list(map(_decimal, at_most)),
+    }
     for name, order in list(check.ORDERS.items())[1:] if path.timed is not None else ():
         largest, peaks = getattr(vehicle, f"max_tilt_{name}"), path.timed.peaks(order)
         if largest is not None and not np.isfinite(peaks).all():
             remedy = "make it with the gait (plan or pace with --certify), or of the path alone with --untimed"
-            raise Infeasible(f"max_tilt_{name} cannot be proved of rows, between which rates jump: {remedy}")
+            raise Infeasible(
+                f"max_tilt_{name} cannot be proved of rows, between which rates jump: {remedy}"
+            )
         if np.isfinite(peaks).all() and (largest is not None or name != "jerk"):
             each = zip(peaks.tolist(), four_of(largest), strict=True)
             bounds = [_claimed(peak, limit, _ROOM_OF_RATES) for peak, limit in each]
@@ -316,7 +443,11 @@ def _joints(pieces: list[dict[str, Any]]) -> dict[str, Fraction]:
     out = {}
     for order, name in ((1, "rate_jump"), (2, "acceleration_jump")):
         at = [check.motion(piece, order) for piece in pieces]
-        joints = ((a, b) for k, after in enumerate(at) for a, b in zip(at[k - 1], after, strict=True))
+        joints = (
+            (a, b)
+            for k, after in enumerate(at)
+            for a, b in zip(at[k - 1], after, strict=True)
+        )
         most = float(max(abs(sum(a) - b[0]) for a, b in joints))
         out[name] = _rounded(most * (1 + 1e-9), up=True)
     return out
@@ -332,7 +463,12 @@ def _cover(path: _Path, name: str, claim: dict[str, Any], k: int) -> list[Fracti
         if check.proves(name, claim, path.ratios, curves, low, high):
             breaks.append(high)
         elif high - low < _SMALLEST or len(breaks) > _MOST_INTERVALS:
-            at = _shown([np.polyval([float(a) for a in one[::-1]], float(middle)) for one in curves])
+            at = _shown(
+                [
+                    np.polyval([float(a) for a in one[::-1]], float(middle))
+                    for one in curves
+                ]
+            )
             what = f"{name} {', '.join(f'{key} {_shown(_plain(one))}' for key, one in claim.items())}"
             where = f"at {float(middle):.6g} of it, where {'it is' if name in check.ORDERS else 'the angles are'} {at}"
             raise Infeasible(f"{what} cannot be proved on piece {k} {where}")

@@ -22,7 +22,15 @@ from typing import TYPE_CHECKING, Any, NoReturn, Self
 import click
 
 from gaitgraph import __version__
-from gaitgraph.errors import FileWarning, GaitgraphError, Infeasible, InputError, checked_choice, did_you_mean, shown
+from gaitgraph.errors import (
+    FileWarning,
+    GaitgraphError,
+    Infeasible,
+    InputError,
+    checked_choice,
+    did_you_mean,
+    shown,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -57,7 +65,9 @@ class Group(click.Group):
         """Return a command by its name, or None."""
         if cmd_name not in COMMANDS:
             return None
-        found: click.Command = getattr(import_module(f"gaitgraph.cli.{COMMANDS[cmd_name]}"), f"{cmd_name}_command")
+        found: click.Command = getattr(
+            import_module(f"gaitgraph.cli.{COMMANDS[cmd_name]}"), f"{cmd_name}_command"
+        )
         return found
 
     def invoke(self, ctx: click.Context) -> Any:
@@ -79,7 +89,10 @@ class Group(click.Group):
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """Find the command that the first argument names; UsageError with a hint if there is none."""
         if args[0] not in COMMANDS and not args[0].startswith("-"):
-            hint = did_you_mean(args[0], sorted(COMMANDS)) or f"; the commands are {', '.join(sorted(COMMANDS))}"
+            hint = (
+                did_you_mean(args[0], sorted(COMMANDS))
+                or f"; the commands are {', '.join(sorted(COMMANDS))}"
+            )
             raise click.UsageError(f"no command {args[0]!r}{hint}")
         return super().resolve_command(ctx, args)
 
@@ -117,7 +130,11 @@ def main(args: Sequence[str] | None = None) -> NoReturn:
             stream.reconfigure(errors="replace")
     stdout = sys.stdout
     try:
-        code = cli.main(args=None if args is None else list(args), prog_name="gaitgraph", standalone_mode=False)
+        code = cli.main(
+            args=None if args is None else list(args),
+            prog_name="gaitgraph",
+            standalone_mode=False,
+        )
         sys.stdout.flush()
     except click.exceptions.NoArgsIsHelpError as error:
         click.echo(error.format_message())
@@ -125,7 +142,10 @@ def main(args: Sequence[str] | None = None) -> NoReturn:
     except click.UsageError as error:
         message = error.format_message().rstrip(".")
         message += " See" if message.endswith("?") else "; see"
-        _stop(2, f"{message} {error.ctx.command_path if error.ctx else 'gaitgraph'} --help")
+        _stop(
+            2,
+            f"{message} {error.ctx.command_path if error.ctx else 'gaitgraph'} --help",
+        )
     except (click.Abort, KeyboardInterrupt):
         _stop(130, "interrupted")
     except (BrokenPipeError, SystemExit) as error:
@@ -142,7 +162,10 @@ def main(args: Sequence[str] | None = None) -> NoReturn:
     except GaitgraphError as error:
         _stop(2, str(error))
     except MemoryError:
-        _stop(2, "not enough memory; use a smaller grid or file, or a table as CSV, which is read in pieces")
+        _stop(
+            2,
+            "not enough memory; use a smaller grid or file, or a table as CSV, which is read in pieces",
+        )
     except OSError as error:
         # Every file is guarded in its own place: this is standard output itself, on a full disk for example.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -162,22 +185,32 @@ class Command(click.Command):
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Parse the arguments."""
         rest = super().parse_args(ctx, args)
-        ctx.params = {name: one for name, one in ctx.params.items() if not (one is None or one is False or one == ())}
+        ctx.params = {
+            name: one
+            for name, one in ctx.params.items()
+            if not (one is None or one is False or one == ())
+        }
         return rest
 
 
-def command(short_help: str, *options: str | Decorator, **settings: Any) -> Callable[[Callable[..., int]], Command]:
+def command(
+    short_help: str, *options: str | Decorator, **settings: Any
+) -> Callable[[Callable[..., int]], Command]:
     """Make a function a command: its docstring is the help, its value the exit code.
 
     Options are in the order of the help; a text names some that commands share. `settings` are for click's context.
     """
     named = [one.split() if isinstance(one, str) else [one] for one in options]
-    flat = [_SHARED[one] if isinstance(one, str) else one for part in named for one in part]
+    flat = [
+        _SHARED[one] if isinstance(one, str) else one for part in named for one in part
+    ]
 
     def decorated(function: Any) -> Command:
         for one in reversed(flat):
             function = one(function)
-        made: Command = click.command(cls=Command, short_help=short_help, context_settings=settings)(function)
+        made: Command = click.command(
+            cls=Command, short_help=short_help, context_settings=settings
+        )(function)
         return made
 
     return decorated
@@ -189,18 +222,25 @@ class Kind(click.ParamType):  # type: ignore[type-arg]  # generic in new version
     def __init__(self, name: str, parse: Callable[[str], Any]) -> None:
         self.name, self._parse = name, parse
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> Any:
         """Return the value of a text."""
         try:
             return self._parse(value)
         except ValueError:
-            raise InputError(f"{param.opts[0] if param else ''} must be {self.name}, got {shown(value)}") from None
+            raise InputError(
+                f"{param.opts[0] if param else ''} must be {self.name}, got {shown(value)}"
+            ) from None
 
 
 def whole_from(low: int, high: int) -> Kind:
     """Return the kind of whole numbers in a range."""
     # index raises ValueError for a number outside.
-    return Kind(f"a whole number from {low} to {high}", lambda text: low + range(low, high + 1).index(int(text)))
+    return Kind(
+        f"a whole number from {low} to {high}",
+        lambda text: low + range(low, high + 1).index(int(text)),
+    )
 
 
 def _angle(text: str) -> float:
@@ -222,45 +262,85 @@ def pair_of(text: str, *more: int) -> list[str]:
 
 _KINDS: dict[str, Any] = {
     "ANGLE": Kind("an angle ≥ 0, such as 0.3, pi/8 or 20deg", _angle),
-    "A1,A2": Kind("A1,A2, two angles", lambda text: pair_of(text, 4)),  # the library says why not four
+    "A1,A2": Kind(
+        "A1,A2, two angles", lambda text: pair_of(text, 4)
+    ),  # the library says why not four
     "ROLL,PITCH": Kind("ROLL,PITCH, two angles", pair_of),
-    "X,Y[,Z]": Kind("two or three numbers (m/s)", lambda text: tuple(map(float, text.split(",")))),
-    "POLYGON": Kind("'A1,A2 A1,A2 A1,A2 …'", lambda text: [pair_of(corner) for corner in text.split()]),
+    "X,Y[,Z]": Kind(
+        "two or three numbers (m/s)", lambda text: tuple(map(float, text.split(",")))
+    ),
+    "POLYGON": Kind(
+        "'A1,A2 A1,A2 A1,A2 …'",
+        lambda text: [pair_of(corner) for corner in text.split()],
+    ),
     "N": Kind("a whole number", int),
     "SECONDS": Kind("a number of seconds", float),
-    **dict.fromkeys(("X", "ETA", "HZ", "METRES", "M/S", "NEWTON"), Kind("a number", float)),
+    **dict.fromkeys(
+        ("X", "ETA", "HZ", "METRES", "M/S", "NEWTON"), Kind("a number", float)
+    ),
 }
 
 
 def _completion(words: Words, *, is_file: bool) -> Callable[..., list[CompletionItem]]:
     """Return the completion of a value by words, and by files."""
 
-    def complete(_: click.Context, __: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    def complete(
+        _: click.Context, __: click.Parameter, incomplete: str
+    ) -> list[CompletionItem]:
         from click.shell_completion import CompletionItem
 
         # Files first, since bash drops what comes before them.
         found = [CompletionItem(incomplete, type="file")] if is_file else []
         known = words() if callable(words) else words
-        return found + [CompletionItem(name) for name in known if name.startswith(incomplete)]
+        return found + [
+            CompletionItem(name) for name in known if name.startswith(incomplete)
+        ]
 
     return complete
 
 
-def option(flag: str, metavar: str, text: str, *, name: str = "", words: Words = (), **more: Any) -> Decorator:
+def option(
+    flag: str,
+    metavar: str,
+    text: str,
+    *,
+    name: str = "",
+    words: Words = (),
+    **more: Any,
+) -> Decorator:
     """Return an option whose metavar determines the kind of value; `words` complete it, and the library checks it."""
-    completion = _completion(words, is_file=re.search("FILE|FOLDER|DIR", metavar) is not None)
-    more = {"type": _KINDS.get(metavar, click.STRING), "shell_complete": completion, **more}
-    return click.option(flag, *([name] if name else []), metavar=metavar, help=text, **more)
+    completion = _completion(
+        words, is_file=re.search("FILE|FOLDER|DIR", metavar) is not None
+    )
+    more = {
+        "type": _KINDS.get(metavar, click.STRING),
+        "shell_complete": completion,
+        **more,
+    }
+    return click.option(
+        flag, *([name] if name else []), metavar=metavar, help=text, **more
+    )
 
 
-def one_of(flag: str, *words: str, of: str = "", default: str = "", check: bool = False, **more: Any) -> Decorator:
+def one_of(
+    flag: str,
+    *words: str,
+    of: str = "",
+    default: str = "",
+    check: bool = False,
+    **more: Any,
+) -> Decorator:
     """Return an option that is one of some words, by default the first; `of` begins its help.
 
     With `check` the words are checked here, otherwise by the library.
     """
     if check:
-        more["callback"] = lambda _, __, value: value and checked_choice(flag, value, words)
-    text = f"{of}{', '.join(words[:-1])} or {words[-1]}.  [default: {default or words[0]}]"
+        more["callback"] = lambda _, __, value: (
+            value and checked_choice(flag, value, words)
+        )
+    text = (
+        f"{of}{', '.join(words[:-1])} or {words[-1]}.  [default: {default or words[0]}]"
+    )
     return option(flag, "NAME", text, words=words, **more)
 
 
@@ -271,14 +351,26 @@ def file(name: str, metavar: str, *words: str, **more: Any) -> Decorator:
         from pathlib import Path
 
         if "" in (value if isinstance(value, tuple) else (value,)):
-            raise InputError(f"{metavar.strip('[.]')} must be the name of a file, got ''")
-        if words and value and value.lower() not in words and not Path(value).suffix and not Path(value).exists():
+            raise InputError(
+                f"{metavar.strip('[.]')} must be the name of a file, got ''"
+            )
+        if (
+            words
+            and value
+            and value.lower() not in words
+            and not Path(value).suffix
+            and not Path(value).exists()
+        ):
             hint = did_you_mean(value, words)
-            raise InputError(f"{metavar} must be a file, or {' or '.join(words)}, got {shown(value)}{hint}")
+            raise InputError(
+                f"{metavar} must be a file, or {' or '.join(words)}, got {shown(value)}{hint}"
+            )
         return value
 
     completion = _completion(words, is_file=True)
-    return click.argument(name, metavar=metavar, shell_complete=completion, callback=checked, **more)
+    return click.argument(
+        name, metavar=metavar, shell_complete=completion, callback=checked, **more
+    )
 
 
 def flag(flag: str, text: str) -> Decorator:
@@ -312,52 +404,103 @@ def wants_json() -> bool:
 PAPER_GAITS = ("gait1", "gait2", "gait3", "gait4")  # of Section 5, instead of a file
 LAWS = ("smooth", "constant-speed", "equal-time")
 _COEFFICIENTS = "published for the paper's vehicle, exact for others"
-_CROSSING = "Distance from a crossing line within which a type is '?'.  [default: pi/32]"
+_CROSSING = (
+    "Distance from a crossing line within which a type is '?'.  [default: pi/32]"
+)
 _OUTPUT = "Write the answer, in the format of the suffix; repeatable."
 _ROUNDING = "Assumed error of each angle.  [default: inferred from the file]"
 _VEHICLE = "A preset (see gaitgraph vehicles) or a TOML file."
 
 _SHARED: dict[str, Decorator] = {
     "json": click.option(
-        "--json", is_flag=True, expose_value=False, callback=_json, help="Print one JSON object and nothing else."
+        "--json",
+        is_flag=True,
+        expose_value=False,
+        callback=_json,
+        help="Print one JSON object and nothing else.",
     ),
     "force": flag("--force", "Overwrite outputs that exist."),
     "gait_file": file("gait_file", "GAIT_FILE", *PAPER_GAITS),
     "request_file": file("request_file", "[REQUEST.toml]", required=False),
-    "certify": flag("--certify", "Write a certificate beside each output: gait.cert.json beside gait.csv."),
+    "certify": flag(
+        "--certify",
+        "Write a certificate beside each output: gait.cert.json beside gait.csv.",
+    ),
     "outputs": option("--output", "FILE", _OUTPUT, name="outputs", multiple=True),
-    "vehicle": option("--vehicle", "NAME_OR_FILE", _VEHICLE, words=_preset_names, callback=_vehicle),
+    "vehicle": option(
+        "--vehicle", "NAME_OR_FILE", _VEHICLE, words=_preset_names, callback=_vehicle
+    ),
     "coefficients": one_of(
-        "--coefficients", "published", "exact", of="Coefficients of formula (1): ", default=_COEFFICIENTS, check=True
+        "--coefficients",
+        "published",
+        "exact",
+        of="Coefficients of formula (1): ",
+        default=_COEFFICIENTS,
+        check=True,
     ),
     "color": one_of("--color", "auto", "red", "blue"),
     "sign": one_of("--sign", "auto", "positive", "negative", of="Sign of R: "),
-    "divisions": option("--divisions", "N", "Grid intervals in [−π/2, π/2].  [default: 16]"),
-    "floor": option("--floor", "X", "Least singular value floor: the gait must stay above it.  [default: 0.05]"),
-    "accuracy": option("--accuracy", "ANGLE", "Accuracy of curved borders, with --method exact.  [default: 1e-6]"),
+    "divisions": option(
+        "--divisions", "N", "Grid intervals in [−π/2, π/2].  [default: 16]"
+    ),
+    "floor": option(
+        "--floor",
+        "X",
+        "Least singular value floor: the gait must stay above it.  [default: 0.05]",
+    ),
+    "accuracy": option(
+        "--accuracy",
+        "ANGLE",
+        "Accuracy of curved borders, with --method exact.  [default: 1e-6]",
+    ),
     "crossing_tolerance": option("--crossing-tolerance", "ANGLE", _CROSSING),
     "angle_rounding": option("--angle-rounding", "ANGLE", _ROUNDING),
     "period": option("--period", "SECONDS", "Period T.  [default: 1]"),
-    "law": one_of("--law", *LAWS, of="Timing law (position along the loop over time): "),
-    "period_of_file": option("--period", "SECONDS", "Period T.  [default: what the file says]"),
+    "law": one_of(
+        "--law", *LAWS, of="Timing law (position along the loop over time): "
+    ),
+    "period_of_file": option(
+        "--period", "SECONDS", "Period T.  [default: what the file says]"
+    ),
     "law_of_file": one_of("--law", *LAWS, default="what the file says"),
     "samples": option("--samples", "N", "Even intervals per period.  [default: 100]"),
     "rate": option("--rate", "HZ", "Samples per second, instead of --samples."),
-    "require": one_of("--require", "valid", "flyable", of="Needed for exit code 0: ", check=True),
-    "keep_in": option("--keep-in", "POLYGON", 'Only inside: "A1,A2 A1,A2 A1,A2 …"; repeatable.', multiple=True),
-    "keep_out": option("--keep-out", "POLYGON", "Only outside; repeatable.", multiple=True),
-    "waypoints": option("--waypoint", "A1,A2", "A waypoint; repeat in order.", name="waypoints", multiple=True),
+    "require": one_of(
+        "--require", "valid", "flyable", of="Needed for exit code 0: ", check=True
+    ),
+    "keep_in": option(
+        "--keep-in",
+        "POLYGON",
+        'Only inside: "A1,A2 A1,A2 A1,A2 …"; repeatable.',
+        multiple=True,
+    ),
+    "keep_out": option(
+        "--keep-out", "POLYGON", "Only outside; repeatable.", multiple=True
+    ),
+    "waypoints": option(
+        "--waypoint",
+        "A1,A2",
+        "A waypoint; repeat in order.",
+        name="waypoints",
+        multiple=True,
+    ),
 }
 
 
-def request_of(file: str | None, given: Mapping[str, Any]) -> tuple[PlanRequest, dict[str, Any]]:
+def request_of(
+    file: str | None, given: Mapping[str, Any]
+) -> tuple[PlanRequest, dict[str, Any]]:
     """Return the request of a file, options or both, and its sampling; InputError if there are no waypoints."""
     from gaitgraph.planning.request import read_request, request_from_mapping
 
     if file is None and "waypoints" not in given:
-        raise InputError("waypoints must be in a request file or given with --waypoint A1,A2, got neither")
+        raise InputError(
+            "waypoints must be in a request file or given with --waypoint A1,A2, got neither"
+        )
     with named_in_errors(given):
-        return request_from_mapping(given) if file is None else read_request(file, given)
+        return (
+            request_from_mapping(given) if file is None else read_request(file, given)
+        )
 
 
 @contextmanager
@@ -371,7 +514,9 @@ def named_in_errors(given: Mapping[str, Any], **names: str) -> Iterator[None]:
         name = names.get(field, field)
         if given.get(name) is None:
             raise
-        raise type(error)(f"--{name.replace('_', '-')}{str(error)[len(field) :]}") from error
+        raise type(error)(
+            f"--{name.replace('_', '-')}{str(error)[len(field) :]}"
+        ) from error
 
 
 def check_outputs(paths: Paths, *, force: bool) -> None:
@@ -385,7 +530,11 @@ def check_outputs(paths: Paths, *, force: bool) -> None:
 
 
 def write_outputs(
-    pieces: Callable[[], Iterable[Table]], paths: Paths, *, force: bool, rate: float | None = None
+    pieces: Callable[[], Iterable[Table]],
+    paths: Paths,
+    *,
+    force: bool,
+    rate: float | None = None,
 ) -> None:
     """Write a gait that comes piece by piece to files, tables and films; warn if they lack the rate asked for."""
     from gaitgraph.gait.table import merged
@@ -425,7 +574,13 @@ def tell(content: Any, lines: Iterable[str]) -> int:
     return 0
 
 
-def show(found: Any, *, more: Mapping[str, Any] | None = None, lines: Iterable[str] = (), ok: Any = None) -> int:
+def show(
+    found: Any,
+    *,
+    more: Mapping[str, Any] | None = None,
+    lines: Iterable[str] = (),
+    ok: Any = None,
+) -> int:
     """Print a result as JSON, with `more` keys, or as text, with more `lines`.
 
     Return the exit code: 0 if `ok`, by default the result itself, is true.
@@ -456,7 +611,9 @@ class Working:
 
     def part(self, fraction: float) -> None:
         """Show the fraction of the work that is done, as a percentage."""
-        self._words = f"{re.sub(r' [0-9]+ %$', '', self._words)} {int(100 * fraction)} %"
+        self._words = (
+            f"{re.sub(r' [0-9]+ %$', '', self._words)} {int(100 * fraction)} %"
+        )
 
     def __enter__(self) -> Self:
         if self._is_shown:
@@ -481,6 +638,12 @@ class Working:
     def _show(self, line: str) -> None:
         """Replace the line of progress; an empty text removes it."""
         if line != self._line:
-            with suppress(OSError, ValueError):  # the terminal may be gone; the work goes on
-                click.echo("\r" + line.ljust(len(self._line)) + "\r" * (not line), err=True, nl=False)
+            with suppress(
+                OSError, ValueError
+            ):  # the terminal may be gone; the work goes on
+                click.echo(
+                    "\r" + line.ljust(len(self._line)) + "\r" * (not line),
+                    err=True,
+                    nl=False,
+                )
             self._line = line

@@ -5,7 +5,16 @@ from __future__ import annotations
 import os
 from typing import Any
 
-from gaitgraph.cli import PAPER_GAITS, Paths, Working, command, file, one_of, option, tell
+from gaitgraph.cli import (
+    PAPER_GAITS,
+    Paths,
+    Working,
+    command,
+    file,
+    one_of,
+    option,
+    tell,
+)
 
 _NAMES = [*map(str, range(1, 23)), "18b", "19b", "22b", "regions", "set"]
 
@@ -13,12 +22,34 @@ _NAMES = [*map(str, range(1, 23)), "18b", "19b", "22b", "regions", "set"]
 @command(
     "Draw the figures of the paper, or the set of a gait.",
     file("gait_file", "[GAIT_FILE]", *PAPER_GAITS, required=False),
-    option("--only", "NAME", "1 to 22, 18b, 19b, 22b, regions or set; repeatable.", words=_NAMES, multiple=True),
-    option("--out", "DIR", "Folder, created if missing.  [default: figures]", default="figures"),
-    one_of("--format", "png", "svg", "pdf", of="Repeatable: ", default="png, svg", name="formats", multiple=True),
+    option(
+        "--only",
+        "NAME",
+        "1 to 22, 18b, 19b, 22b, regions or set; repeatable.",
+        words=_NAMES,
+        multiple=True,
+    ),
+    option(
+        "--out",
+        "DIR",
+        "Folder, created if missing.  [default: figures]",
+        default="figures",
+    ),
+    one_of(
+        "--format",
+        "png",
+        "svg",
+        "pdf",
+        of="Repeatable: ",
+        default="png, svg",
+        name="formats",
+        multiple=True,
+    ),
     "force vehicle coefficients json",
 )
-def figures_command(out: str, formats: Paths = (), gait_file: str | None = None, **given: Any) -> int:
+def figures_command(
+    out: str, formats: Paths = (), gait_file: str | None = None, **given: Any
+) -> int:
     """Draw Figures 1 to 22 of the paper, the exact regions, and the set of Gait 3.
 
     With GAIT_FILE draw its set: loop on the map, angles, hover thrusts, attitudes and least singular value.
@@ -28,7 +59,9 @@ def figures_command(out: str, formats: Paths = (), gait_file: str | None = None,
     """
     from gaitgraph.plots.figures import FIGURES, write_figures
 
-    os.environ["MPLBACKEND"] = "agg"  # no window is opened, and a notebook's backend may be missing here
+    os.environ["MPLBACKEND"] = (
+        "agg"  # no window is opened, and a notebook's backend may be missing here
+    )
     if formats:
         given["formats"] = [name.lower() for name in formats]
     if gait_file is not None:
@@ -37,5 +70,7 @@ def figures_command(out: str, formats: Paths = (), gait_file: str | None = None,
         written = write_figures(out, progress=progress, **given)
     known = {figure.stem: figure for figure in FIGURES.values()}
     drawn = [(str(path), known[path.stem]) for path in written]
-    rows = [{"file": path, "figure": one.name, "title": one.title} for path, one in drawn]
+    rows = [
+        {"file": path, "figure": one.name, "title": one.title} for path, one in drawn
+    ]
     return tell({"files": rows}, [f"wrote {path}: {one.title}" for path, one in drawn])

@@ -8,7 +8,17 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
-from gaitgraph.cli import Paths, Working, command, flag, named_in_errors, one_of, option, show, tell
+from gaitgraph.cli import (
+    Paths,
+    Working,
+    command,
+    flag,
+    named_in_errors,
+    one_of,
+    option,
+    show,
+    tell,
+)
 from gaitgraph.errors import InputError
 
 if TYPE_CHECKING:
@@ -19,19 +29,49 @@ _REFERENCES = ("attitude", "hover", "step", "line", "circle")
 _SERVES = {"size": 2, "lap": 3, "position_stiffness": 1, "position_damping": 1}
 
 SETTINGS = (
-    option("--settings", "FILE", "A TOML file with a table [flight] of settings; options replace them."),
-    option("--duration", "SECONDS", "Duration of the flight.  [default: a period, at least 3]"),
-    option("--tolerance", "X", "Largest error that counts as settled (rad, m).  [default: 0.02]"),
-    option("--attitude-stiffness", "X", "kp of roll, pitch, yaw, per s².  [default: 100]"),
+    option(
+        "--settings",
+        "FILE",
+        "A TOML file with a table [flight] of settings; options replace them.",
+    ),
+    option(
+        "--duration",
+        "SECONDS",
+        "Duration of the flight.  [default: a period, at least 3]",
+    ),
+    option(
+        "--tolerance",
+        "X",
+        "Largest error that counts as settled (rad, m).  [default: 0.02]",
+    ),
+    option(
+        "--attitude-stiffness", "X", "kp of roll, pitch, yaw, per s².  [default: 100]"
+    ),
     option("--attitude-damping", "X", "kd of roll, pitch, yaw, per s.  [default: 20]"),
     option("--altitude-stiffness", "X", "kp of altitude, per s².  [default: 100]"),
     option("--altitude-damping", "X", "kd of altitude, per s.  [default: 20]"),
     flag("--no-saturation", "No limits of thrust: negative thrust too."),
-    option("--thrust-limit", "NEWTON", "Largest thrust of a rotor.  [default: the vehicle's, if any]"),
-    option("--servo-lag", "SECONDS", "Time constant.  [default: the vehicle's, if any]"),
-    option("--servo-rate", "ANGLE", "Largest tilt rate per second.  [default: the vehicle's]"),
-    one_of("--arms", "served", "planned", of="Tilt angles that the controller assumes: "),
-    option("--floor", "X", "Abort when the least singular value falls below this.  [default: 0.01]"),
+    option(
+        "--thrust-limit",
+        "NEWTON",
+        "Largest thrust of a rotor.  [default: the vehicle's, if any]",
+    ),
+    option(
+        "--servo-lag", "SECONDS", "Time constant.  [default: the vehicle's, if any]"
+    ),
+    option(
+        "--servo-rate",
+        "ANGLE",
+        "Largest tilt rate per second.  [default: the vehicle's]",
+    ),
+    one_of(
+        "--arms", "served", "planned", of="Tilt angles that the controller assumes: "
+    ),
+    option(
+        "--floor",
+        "X",
+        "Abort when the least singular value falls below this.  [default: 0.01]",
+    ),
     option("--step", "SECONDS", "Time step of the engine.  [default: 0.001]"),
     option("--control-rate", "HZ", "Rate of the controller.  [default: 1000]"),
 )
@@ -40,19 +80,42 @@ SETTINGS = (
 @command(
     "Fly a gait in a physics engine.",
     "gait_file",
-    option("--attitude", "ROLL,PITCH", "Attitude at the start.  [default: 0.3,-0.2; level with another --reference]"),
+    option(
+        "--attitude",
+        "ROLL,PITCH",
+        "Attitude at the start.  [default: 0.3,-0.2; level with another --reference]",
+    ),
     "period_of_file law_of_file vehicle coefficients",
     option("--bias", "ETA", "Fly with α3 and α4 scaled by η in (0, 1]."),
-    click.option("--from-hover", "hovers", is_flag=True, help="Start from hover, enter the gait, and return to hover."),
+    click.option(
+        "--from-hover",
+        "hovers",
+        is_flag=True,
+        help="Start from hover, enter the gait, and return to hover.",
+    ),
     option("--periods", "N", "Periods of the gait, with --from-hover.  [default: 2]"),
     flag("--anyway", "Fly even if the gait is not flyable."),
     one_of("--reference", *_REFERENCES),
-    option("--size", "METRES", "Distance to a step, a line's end, a circle's centre.  [default: 1]"),
-    option("--lap", "SECONDS", "Duration of a line or a circle, from rest to rest.  [default: 6]"),
+    option(
+        "--size",
+        "METRES",
+        "Distance to a step, a line's end, a circle's centre.  [default: 1]",
+    ),
+    option(
+        "--lap",
+        "SECONDS",
+        "Duration of a line or a circle, from rest to rest.  [default: 6]",
+    ),
     option("--position-stiffness", "X", "kp of x and y, per s².  [default: 2.25]"),
     option("--position-damping", "X", "kd of x and y, per s.  [default: 3]"),
-    option("--attitude-noise", "ANGLE", "Standard deviation of the sensors' error.  [default: 0]"),
-    option("--rate-noise", "ANGLE", "The same of angular rates, per second.  [default: 0]"),
+    option(
+        "--attitude-noise",
+        "ANGLE",
+        "Standard deviation of the sensors' error.  [default: 0]",
+    ),
+    option(
+        "--rate-noise", "ANGLE", "The same of angular rates, per second.  [default: 0]"
+    ),
     option("--position-noise", "METRES", "The same of positions.  [default: 0]"),
     option("--velocity-noise", "M/S", "The same of velocities.  [default: 0]"),
     option("--gust", "M/S", "Standard deviation of the wind.  [default: 0]"),
@@ -86,10 +149,14 @@ def fly_command(
     asked = {**given, "bias": bias, "periods": periods}
     settings = checked_settings(given, outputs, of="flight", force=force)
     if periods is not None and not hovers:
-        raise InputError("--periods has an effect with --from-hover only; --duration SECONDS flies for longer")
+        raise InputError(
+            "--periods has an effect with --from-hover only; --duration SECONDS flies for longer"
+        )
     for name in asked.keys() & _SERVES.keys():
         if settings.reference not in (serves := _REFERENCES[_SERVES[name] :]):
-            raise InputError(f"--{name.replace('_', '-')} has an effect with --reference {', '.join(serves)} only")
+            raise InputError(
+                f"--{name.replace('_', '-')} has an effect with --reference {', '.join(serves)} only"
+            )
     with Working("planning") as progress, named_in_errors(asked, eta="bias"):
         attitude = given.pop("attitude", None)
         start = None if attitude is None else checked_attitude(attitude)
@@ -98,10 +165,23 @@ def fly_command(
             timed = biased_timed_gait(timed, bias)
         course: Any = timed
         if hovers:
-            course = from_hover(timed, anyway=anyway, **({} if periods is None else {"periods": periods}))
-            course = f"refused before take-off: {course}" if isinstance(course, str) else course
+            course = from_hover(
+                timed,
+                anyway=anyway,
+                **({} if periods is None else {"periods": periods}),
+            )
+            course = (
+                f"refused before take-off: {course}"
+                if isinstance(course, str)
+                else course
+            )
         if isinstance(course, str):  # why there is none
-            flight = record_of(repeated(timed), settings, start or (0.0, 0.0), failure=("refused", course))
+            flight = record_of(
+                repeated(timed),
+                settings,
+                start or (0.0, 0.0),
+                failure=("refused", course),
+            )
         else:
             progress("flying")
             if hovers and settings.duration is None:
@@ -109,16 +189,27 @@ def fly_command(
             flight = fly(course, attitude=start, settings=settings, anyway=anyway)
         warnings, written = list(flight.warnings), outputs if len(flight.rows) else ()
         if outputs and not written:
-            warnings.append(f"nothing was flown, so {', '.join(outputs)} is not written")
+            warnings.append(
+                f"nothing was flown, so {', '.join(outputs)} is not written"
+            )
         if written:
             progress(f"writing {', '.join(written)}")
             flight.write(*written, force=force)
-    lines = [*(f"warning: {one}" for one in warnings), *(f"wrote {name}" for name in written)]
-    return show(flight, more={"warnings": warnings, "outputs": list(written)}, lines=lines)
+    lines = [
+        *(f"warning: {one}" for one in warnings),
+        *(f"wrote {name}" for name in written),
+    ]
+    return show(
+        flight, more={"warnings": warnings, "outputs": list(written)}, lines=lines
+    )
 
 
 def checked_settings(
-    given: dict[str, Any], outputs: Paths, *, of: Literal["flight", "basin"], force: bool
+    given: dict[str, Any],
+    outputs: Paths,
+    *,
+    of: Literal["flight", "basin"],
+    force: bool,
 ) -> FlightSettings:
     """Check outputs and mujoco, and return the settings, which are taken out of the options.
 
@@ -132,10 +223,16 @@ def checked_settings(
     check_flight_outputs(outputs, of=of, force=force)
     mujoco_library()
     file = given.pop("settings", None)
-    stated = {field.name: given.pop(field.name) for field in fields(FlightSettings) if field.name in given}
+    stated = {
+        field.name: given.pop(field.name)
+        for field in fields(FlightSettings)
+        if field.name in given
+    }
     if given.pop("no_saturation", False):
         if "thrust_limit" in stated:
-            raise InputError(f"--thrust-limit {stated['thrust_limit']:g} cannot be combined with --no-saturation")
+            raise InputError(
+                f"--thrust-limit {stated['thrust_limit']:g} cannot be combined with --no-saturation"
+            )
         stated["saturation"] = False
     values = {} if file is None else from_toml_file(Path(file), "flight", dict)
     try:
@@ -152,8 +249,12 @@ def checked_settings(
     "From which roll and pitch a gait settles, by flying from each.",
     "gait_file",
     option("--bias", "ETA", "Also α3 and α4 scaled by η; repeatable.", multiple=True),
-    option("--resolution", "N", "Attitudes along each side of the grid.  [default: 17]"),
-    option("--extent", "ANGLE", "Largest roll and pitch at the start.  [default: 80deg]"),
+    option(
+        "--resolution", "N", "Attitudes along each side of the grid.  [default: 17]"
+    ),
+    option(
+        "--extent", "ANGLE", "Largest roll and pitch at the start.  [default: 80deg]"
+    ),
     option("--begins", "N", "Moments of the period to take off at.  [default: 1]"),
     flag("--anyway", "Fly even gaits that cannot fly."),
     "period_of_file law_of_file vehicle coefficients",
@@ -161,7 +262,11 @@ def checked_settings(
     "outputs force json",
 )
 def basin_command(
-    gait_file: str, bias: tuple[float, ...] = (), outputs: Paths = (), force: bool = False, **given: Any
+    gait_file: str,
+    bias: tuple[float, ...] = (),
+    outputs: Paths = (),
+    force: bool = False,
+    **given: Any,
 ) -> int:
     """Fly a gait, and its biased gaits, from rest at every attitude of a grid, and report from which it settles.
 
@@ -175,16 +280,40 @@ def basin_command(
 
     asked = {**given, "bias": bias or None}
     settings = checked_settings(given, outputs, of="basin", force=force)
-    grid = {name: given.pop(name) for name in ("resolution", "extent", "begins", "anyway") if name in given}
+    grid = {
+        name: given.pop(name)
+        for name in ("resolution", "extent", "begins", "anyway")
+        if name in given
+    }
     with Working(f"reading {gait_file}") as progress, named_in_errors(asked):
         timed = timed_gait_of(gait_file, **given)
         progress("flying")
-        basins = basins_of(timed, biases=(1.0, *bias), settings=settings, progress=progress.part, **grid)
+        basins = basins_of(
+            timed,
+            biases=(1.0, *bias),
+            settings=settings,
+            progress=progress.part,
+            **grid,
+        )
         if outputs:
             progress("writing")
             write_basins(basins, outputs, force=force)
-    answer = {"basins": [basin.as_mapping() for basin in basins], "vehicle": timed.gait.vehicle.name}
-    lines = [line for basin in basins for line in (str(basin), *(f"warning: {one}" for one in basin.warnings))]
+    answer = {
+        "basins": [basin.as_mapping() for basin in basins],
+        "vehicle": timed.gait.vehicle.name,
+    }
+    lines = [
+        line
+        for basin in basins
+        for line in (str(basin), *(f"warning: {one}" for one in basin.warnings))
+    ]
     lines += [f"wrote {name}" for name in outputs]
-    tell({**answer, "settings": basins[0].settings.as_mapping(), "outputs": list(outputs)}, lines)
+    tell(
+        {
+            **answer,
+            "settings": basins[0].settings.as_mapping(),
+            "outputs": list(outputs),
+        },
+        lines,
+    )
     return 1 if any(basin.refusal for basin in basins) else 0

@@ -26,11 +26,20 @@ from gaitgraph.errors import InputError
     "A path from hover to a gait, back, or from gait to gait.",
     file("start", "FROM", "hover", *PAPER_GAITS),
     file("end", "TO", "hover", *PAPER_GAITS),
-    option("--duration", "SECONDS", "Duration of the path.  [default: 1, or what the limits need]"),
+    option(
+        "--duration",
+        "SECONDS",
+        "Duration of the path.  [default: 1, or what the limits need]",
+    ),
     "samples rate law require outputs force vehicle coefficients json",
 )
 def transition_command(
-    start: str, end: str, require: str = "valid", outputs: Paths = (), force: bool = False, **given: Any
+    start: str,
+    end: str,
+    require: str = "valid",
+    outputs: Paths = (),
+    force: bool = False,
+    **given: Any,
 ) -> int:
     """Find a path on the surface from FROM to TO, each a gait file or the word hover.
 
@@ -41,22 +50,41 @@ def transition_command(
 
     check_outputs(outputs, force=force)
     with Working("searching a path"):
-        found = transition(*(HOVER if one.lower() == HOVER else one for one in (start, end)), **given)
+        found = transition(
+            *(HOVER if one.lower() == HOVER else one for one in (start, end)), **given
+        )
         written = outputs if found else ()
         if written:
-            write_outputs(lambda: [found.table()], written, force=force, rate=given.get("rate"))
+            write_outputs(
+                lambda: [found.table()], written, force=force, rate=given.get("rate")
+            )
     meets = found.report is not None and (require == "valid" or found.report.flyable)
     return show(found, lines=[f"wrote {name}" for name in written], ok=meets)
 
 
 @command(
     "The smooth gait through discs with the best worst case, or the least tilt-rate effort.",
-    option("--waypoint", "A1,A2", "Centre of a disc; repeat in order.", name="waypoints", multiple=True),
-    option("--radius", "ANGLE", "Radius of all discs; repeat it for one each.  [default: 0.1]", multiple=True),
+    option(
+        "--waypoint",
+        "A1,A2",
+        "Centre of a disc; repeat in order.",
+        name="waypoints",
+        multiple=True,
+    ),
+    option(
+        "--radius",
+        "ANGLE",
+        "Radius of all discs; repeat it for one each.  [default: 0.1]",
+        multiple=True,
+    ),
     one_of("--objective", "singular_value", "hover_reserve", "tilt_rate"),
     "sign floor period",
     option("--pieces", "N", "Pieces of the spline.  [default: 12 for each waypoint]"),
-    option("--concession", "X", "Fraction of the worst case given up for less effort.  [default: 0.001]"),
+    option(
+        "--concession",
+        "X",
+        "Fraction of the worst case given up for less effort.  [default: 0.001]",
+    ),
     "samples rate keep_in keep_out outputs force vehicle coefficients json",
 )
 def optimize_command(outputs: Paths = (), force: bool = False, **given: Any) -> int:
@@ -82,22 +110,45 @@ def optimize_command(outputs: Paths = (), force: bool = False, **given: Any) -> 
     return show(found)
 
 
-_PERIOD = Kind("a number of seconds or the word least", lambda text: None if text == "least" else float(text))
+_PERIOD = Kind(
+    "a number of seconds or the word least",
+    lambda text: None if text == "least" else float(text),
+)
 
 
 @command(
     "The least period of a gait (time-optimal) under limits of rate, acceleration and jerk.",
     "gait_file",
-    option("--period", "SECONDS", "Period T, or least.  [default: least]", type=_PERIOD, words=["least"]),
-    option("--max-rate", "ANGLE", "Largest tilt rate per second.  [default: the vehicle's]"),
-    option("--max-acceleration", "ANGLE", "Per second squared.  [default: the vehicle's]"),
+    option(
+        "--period",
+        "SECONDS",
+        "Period T, or least.  [default: least]",
+        type=_PERIOD,
+        words=["least"],
+    ),
+    option(
+        "--max-rate", "ANGLE", "Largest tilt rate per second.  [default: the vehicle's]"
+    ),
+    option(
+        "--max-acceleration", "ANGLE", "Per second squared.  [default: the vehicle's]"
+    ),
     option("--max-jerk", "ANGLE", "Per second cubed.  [default: the vehicle's]"),
-    option("--rounding", "ANGLE", "Largest distance from a rounded corner.  [default: rest at corners]"),
-    option("--servo-lag", "SECONDS", "Time constant.  [default: the vehicle's, if any]"),
+    option(
+        "--rounding",
+        "ANGLE",
+        "Largest distance from a rounded corner.  [default: rest at corners]",
+    ),
+    option(
+        "--servo-lag", "SECONDS", "Time constant.  [default: the vehicle's, if any]"
+    ),
     "samples rate certify outputs force vehicle coefficients json",
 )
 def pace_command(
-    gait_file: str, period: float | None = None, outputs: Paths = (), force: bool = False, **given: Any
+    gait_file: str,
+    period: float | None = None,
+    outputs: Paths = (),
+    force: bool = False,
+    **given: Any,
 ) -> int:
     """Find the time-optimal timing law of a gait file, a request's gait or gait1 to gait4, or one for a given period.
 
@@ -115,26 +166,51 @@ def pace_command(
     check_outputs(outputs, force=force)
     beside = certificates_beside(outputs, force=force) if given.get("certify") else []
     kinds = ("rate", "acceleration", "jerk")
-    names = {kind: f"max_{kind}" for kind in kinds} | {"tolerance": "rounding", "lag": "servo_lag"}
+    names = {kind: f"max_{kind}" for kind in kinds} | {
+        "tolerance": "rounding",
+        "lag": "servo_lag",
+    }
     with Working(f"reading {gait_file}") as progress, named_in_errors(given, **names):
-        gait = gait_of(gait_file, vehicle=given.get("vehicle"), coefficients=given.get("coefficients"))
+        gait = gait_of(
+            gait_file,
+            vehicle=given.get("vehicle"),
+            coefficients=given.get("coefficients"),
+        )
         if gait.color not in ("red", "blue"):
             remedy = f"gaitgraph retarget {gait_file} moves it there"
-            raise InputError(f"{gait_file} must be a gait on one sheet, red or blue; {remedy}")
-        limits = limits_of(gait.vehicle, **{kind: given.get(f"max_{kind}") for kind in kinds})
-        asked = {name: given[name] for name in ("samples", "rate", "rounding") if name in given}
+            raise InputError(
+                f"{gait_file} must be a gait on one sheet, red or blue; {remedy}"
+            )
+        limits = limits_of(
+            gait.vehicle, **{kind: given.get(f"max_{kind}") for kind in kinds}
+        )
+        asked = {
+            name: given[name]
+            for name in ("samples", "rate", "rounding")
+            if name in given
+        }
         progress("pacing")
         if period is None:
             pacing = least_period(gait, limits, progress=progress, **asked)
         else:
             pacing = paced(gait, limits, period=period, progress=progress, **asked)
         warnings = unlikely_limits(limits.as_mapping())
-        more: dict[str, Any] = {"valid": None, "flyable": None, "servo": None, "outputs": [], "warnings": warnings}
+        more: dict[str, Any] = {
+            "valid": None,
+            "flyable": None,
+            "servo": None,
+            "outputs": [],
+            "warnings": warnings,
+        }
         lines = [f"warning: {warning}" for warning in warnings]
         timed = pacing.timed
         if timed is not None:
             report = timed.check()
-            more |= {"valid": report.valid, "flyable": report.flyable, "outputs": list(outputs)}
+            more |= {
+                "valid": report.valid,
+                "flyable": report.flyable,
+                "outputs": list(outputs),
+            }
             if not report.flyable:
                 lines.append(f"  not flyable: {report.reason}")
             lag = given.get("servo_lag", gait.vehicle.servo_lag)
@@ -144,7 +220,12 @@ def pace_command(
                 lines.append(f"  {response}")
             certified = [(path, certify(timed)) for path in beside]
             if outputs:
-                write_outputs(lambda: pieces_of(timed), outputs, force=force, rate=given.get("rate"))
+                write_outputs(
+                    lambda: pieces_of(timed),
+                    outputs,
+                    force=force,
+                    rate=given.get("rate"),
+                )
             lines += [f"wrote {name}: {timed.samples + 1} rows" for name in outputs]
             for path, one in certified:
                 one.write(path, force=force)
@@ -155,11 +236,21 @@ def pace_command(
 @command(
     "The nearest flyable gait: rows moved as little as possible.",
     "gait_file sign floor",
-    option("--margin", "ANGLE", "Distance to keep from the flyable region's border.  [default: 0]"),
-    option("--keep", "X", "Keep the shape, smaller by this factor.  [default: the nearest rows, however little moves]"),
+    option(
+        "--margin",
+        "ANGLE",
+        "Distance to keep from the flyable region's border.  [default: 0]",
+    ),
+    option(
+        "--keep",
+        "X",
+        "Keep the shape, smaller by this factor.  [default: the nearest rows, however little moves]",
+    ),
     "keep_in keep_out outputs force vehicle coefficients json",
 )
-def retarget_command(gait_file: str, outputs: Paths = (), force: bool = False, **given: Any) -> int:
+def retarget_command(
+    gait_file: str, outputs: Paths = (), force: bool = False, **given: Any
+) -> int:
     """Move the rows of a gait table as little as possible so that the gait is valid and flyable.
 
     Rows need alpha1 to alpha4. A table with times keeps them. The exit code is 1, with the reason, if nothing is
@@ -188,12 +279,28 @@ def _map_names() -> list[str]:
     "Write a gait file in other formats, or with another timing.",
     "gait_file",
     file("outputs", "OUTPUT...", nargs=-1, required=True),
-    option("--columns", "NAME_OR_FILE", "Joints of a servo table from elsewhere, as for --servos.", words=_map_names),
-    option("--servos", "NAME_OR_FILE", "Write positions of joints, by a preset or a TOML file.", words=_map_names),
+    option(
+        "--columns",
+        "NAME_OR_FILE",
+        "Joints of a servo table from elsewhere, as for --servos.",
+        words=_map_names,
+    ),
+    option(
+        "--servos",
+        "NAME_OR_FILE",
+        "Write positions of joints, by a preset or a TOML file.",
+        words=_map_names,
+    ),
     option("--periods", "N", "Periods in a bag or .yaml.  [default: 1]"),
     "period samples rate law force vehicle coefficients json",
 )
-def export_command(gait_file: str, outputs: Paths, force: bool = False, servos: str | None = None, **given: Any) -> int:
+def export_command(
+    gait_file: str,
+    outputs: Paths,
+    force: bool = False,
+    servos: str | None = None,
+    **given: Any,
+) -> int:
     """Write a gait file, a plan, a request's gait or gait1 to gait4 to OUTPUT files; their suffixes say the formats.
 
     A table with times keeps its rows. Without times, or with --period, --samples, --rate or --law, the closed
@@ -216,10 +323,19 @@ def export_command(gait_file: str, outputs: Paths, force: bool = False, servos: 
         done = export(gait_file, tables, force=force, servos=servo_map, **given)
         if films:
             write_films(merged(done.pieces()), films, force=force)
-    answer: dict[str, Any] = {"rows": done.rows, "columns": list(done.columns), "outputs": list(outputs)}
+    answer: dict[str, Any] = {
+        "rows": done.rows,
+        "columns": list(done.columns),
+        "outputs": list(outputs),
+    }
     if servo_map:
         answer |= {"servos": servo_map.as_mapping(), "clipped": done.clipped}
-    lines = [f"wrote {name}: {'one period, drawn' if name in films else f'{done.rows} rows'}" for name in outputs]
+    lines = [
+        f"wrote {name}: {'one period, drawn' if name in films else f'{done.rows} rows'}"
+        for name in outputs
+    ]
     for joint, count in done.clipped.items():
-        lines.append(f"clipped: joint {joint!r} at its limit in {count} of {done.rows} rows")
+        lines.append(
+            f"clipped: joint {joint!r} at its limit in {count} of {done.rows} rows"
+        )
     return tell(answer, lines)

@@ -8,7 +8,18 @@ from math import isfinite, isnan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gaitgraph.cli import PAPER_GAITS, Working, command, file, flag, option, print_problem, show, tell, wants_json
+from gaitgraph.cli import (
+    PAPER_GAITS,
+    Working,
+    command,
+    file,
+    flag,
+    option,
+    print_problem,
+    show,
+    tell,
+    wants_json,
+)
 from gaitgraph.errors import InputError
 
 if TYPE_CHECKING:
@@ -19,7 +30,11 @@ if TYPE_CHECKING:
 def _vehicle(_: Any, __: Any, name: str | None) -> Any:
     from gaitgraph.flight.vehicle_files import vehicle_or_geometry
 
-    return None if name is None else vehicle_or_geometry(name, lambda note: print_problem(f"warning: {note}"))
+    return (
+        None
+        if name is None
+        else vehicle_or_geometry(name, lambda note: print_problem(f"warning: {note}"))
+    )
 
 
 @command(
@@ -27,7 +42,12 @@ def _vehicle(_: Any, __: Any, name: str | None) -> Any:
     "gait_file require",
     option("--tolerance", "X", "Largest |Rφ|, |Rθ| on the surface.  [default: 0.002]"),
     "floor angle_rounding crossing_tolerance",
-    option("--vehicle", "NAME_OR_FILE", "A preset, a TOML file, or a file that describes rotors.", callback=_vehicle),
+    option(
+        "--vehicle",
+        "NAME_OR_FILE",
+        "A preset, a TOML file, or a file that describes rotors.",
+        callback=_vehicle,
+    ),
     "coefficients json",
 )
 def validate_command(gait_file: str, require: str = "valid", **given: Any) -> int:
@@ -46,15 +66,27 @@ def validate_command(gait_file: str, require: str = "valid", **given: Any) -> in
 
     with Working(f"judging {gait_file}"):
         if not isinstance(given.get("vehicle"), Vehicle | None):
-            geometry, floor = given.pop("vehicle"), {"floor": given.pop("floor")} if "floor" in given else {}
+            geometry, floor = (
+                given.pop("vehicle"),
+                {"floor": given.pop("floor")} if "floor" in given else {},
+            )
             for name, value in given.items():
                 which = f"--{name.replace('_', '-')}"
-                raise InputError(f"{which} must be omitted for rotors of any geometry, got {value!r}")
+                raise InputError(
+                    f"{which} must be omitted for rotors of any geometry, got {value!r}"
+                )
             return show(validate_geometry(gait_file, geometry, **floor))
         report = validate(gait_file, **given)
-    states_none = not (wants_json() or "vehicle" in given or gait_file in PAPER_GAITS or holds_request(gait_file))
+    states_none = not (
+        wants_json()
+        or "vehicle" in given
+        or gait_file in PAPER_GAITS
+        or holds_request(gait_file)
+    )
     if states_none and "vehicle" not in next(read_pieces(gait_file)).about:
-        print_problem("warning: the file states no vehicle: the paper's is taken; --vehicle names another")
+        print_problem(
+            "warning: the file states no vehicle: the paper's is taken; --vehicle names another"
+        )
     return show(report, ok=report.flyable if require == "flyable" else report.valid)
 
 
@@ -62,12 +94,20 @@ def validate_command(gait_file: str, require: str = "valid", **given: Any) -> in
     "Prove what holds along a flyable gait, and write the proof as a certificate.",
     "gait_file",
     option("--output", "FILE", "Write the certificate, a JSON document."),
-    option("--tilt", "ANGLE", "Claim too that no attitude within this tilt from upright is singular."),
+    option(
+        "--tilt",
+        "ANGLE",
+        "Claim too that no attitude within this tilt from upright is singular.",
+    ),
     flag("--untimed", "Leave rates and accelerations out."),
     "floor force vehicle coefficients json",
 )
 def certify_command(
-    gait_file: str, output: str | None = None, force: bool = False, untimed: bool = False, **given: Any
+    gait_file: str,
+    output: str | None = None,
+    force: bool = False,
+    untimed: bool = False,
+    **given: Any,
 ) -> int:
     """Certify a gait file of any format, the gait of a request, or gait1 to gait4.
 
@@ -81,16 +121,24 @@ def certify_command(
     for name in outputs:
         check_certificate(name)
         if target_of(Path(name)) == target_of(Path(gait_file)):
-            raise InputError(f"--output must be another file than the gait, got {name!r}")
+            raise InputError(
+                f"--output must be another file than the gait, got {name!r}"
+            )
     check_new_files(outputs, force=force)
     with Working(f"certifying {gait_file}"):
         found = certify(gait_file, timing=not untimed, **given)
         for name in outputs:
             found.write(name, force=force)
-    return show(found, more={"outputs": outputs}, lines=[f"wrote {name}" for name in outputs])
+    return show(
+        found, more={"outputs": outputs}, lines=[f"wrote {name}" for name in outputs]
+    )
 
 
-@command("Check a certificate with exact arithmetic.", file("certificate", "CERTIFICATE"), "json")
+@command(
+    "Check a certificate with exact arithmetic.",
+    file("certificate", "CERTIFICATE"),
+    "json",
+)
 def verify_command(certificate: str) -> int:
     """Check each claim of a certificate, which gaitgraph certify writes, as gaitgraph/certificates/check.py does.
 
@@ -108,20 +156,37 @@ def verify_command(certificate: str) -> int:
             rule = "it must be JSON: " if isinstance(error, JSONDecodeError) else ""
             raise InputError(f"certificate {certificate!r}: {rule}{error}") from None
     values, lines = found["values"], found.pop("lines")
-    flies = found["proved"] and "least_singular_value" in values and "hover_thrust" in values
-    found["flyable"] = flies = flies and Fraction(values["hover_thrust"]["at_least"]) >= 0
+    flies = (
+        found["proved"]
+        and "least_singular_value" in values
+        and "hover_thrust" in values
+    )
+    found["flyable"] = flies = (
+        flies and Fraction(values["hover_thrust"]["at_least"]) >= 0
+    )
     needs = "which takes least_singular_value, and hover_thrust with at_least 0 or more"
-    tell(found, [*lines, *[f"not proved flyable, {needs}"] * (found["proved"] and not flies)])
+    tell(
+        found,
+        [*lines, *[f"not proved flyable, {needs}"] * (found["proved"] and not flies)],
+    )
     return 0 if found["proved"] else 1
 
 
 @command(
     "Tilt margin and acceptable attitudes, beside biased gaits.",
     "gait_file",
-    option("--bias", "ETA", "Scale α3 and α4 by η in (0, 1]; repeatable.", multiple=True),
+    option(
+        "--bias", "ETA", "Scale α3 and α4 by η in (0, 1]; repeatable.", multiple=True
+    ),
     option("--scale", "ETA", "Scale all four by η; repeatable.", multiple=True),
-    option("--tilt", "ANGLE", "Report the least singular value within this tilt.  [default: 30deg]"),
-    option("--tolerance", "X", "Fraction of attitudes that may be missed.  [default: 1e-5]"),
+    option(
+        "--tilt",
+        "ANGLE",
+        "Report the least singular value within this tilt.  [default: 30deg]",
+    ),
+    option(
+        "--tolerance", "X", "Fraction of attitudes that may be missed.  [default: 1e-5]"
+    ),
     option("--curves", "N", "Number of singular curves along the gait.  [default: 24]"),
     "angle_rounding vehicle coefficients json",
 )
@@ -149,10 +214,18 @@ _UNITS = {
     file("first", "A", *PAPER_GAITS),
     file("second", "B", *PAPER_GAITS),
     "period_of_file law_of_file vehicle coefficients",
-    option("--output", "FILE", "Draw both: .png, .svg or .pdf; repeatable.", name="outputs", multiple=True),
+    option(
+        "--output",
+        "FILE",
+        "Draw both: .png, .svg or .pdf; repeatable.",
+        name="outputs",
+        multiple=True,
+    ),
     "force json",
 )
-def compare_command(first: str, second: str, outputs: Paths = (), force: bool = False, **given: Any) -> int:
+def compare_command(
+    first: str, second: str, outputs: Paths = (), force: bool = False, **given: Any
+) -> int:
     """Compare two gaits, each in any form that the other commands take.
 
     Hover thrusts and the least singular value are those of level flight, with exact coefficients, as the margins are.
@@ -166,20 +239,36 @@ def compare_command(first: str, second: str, outputs: Paths = (), force: bool = 
     names = (first, second)
     with Working("comparing"):
         gaits = [timed_gait_of(name, **given) for name in names]
-        found = [{"gait": name, **_numbers(timed)} for name, timed in zip(names, gaits, strict=True)]
+        found = [
+            {"gait": name, **_numbers(timed)}
+            for name, timed in zip(names, gaits, strict=True)
+        ]
         if outputs:
             draw_sheet(figure := blank_figure(400.0, 172.0), gaits, names)
             write_pictures(figure, outputs, force=force)
     plain = [
-        {name: None if isinstance(value, float) and not isfinite(value) else value for name, value in one.items()}
+        {
+            name: None if isinstance(value, float) and not isfinite(value) else value
+            for name, value in one.items()
+        }
         for one in found
     ]
-    rows = [(name, *(_text(one[name]) for one in found)) for name in found[0] if name != "reason"]
+    rows = [
+        (name, *(_text(one[name]) for one in found))
+        for name in found[0]
+        if name != "reason"
+    ]
     width, lines = 2 + max(len(left) for _, left, _ in rows), []
     for name, left, right in rows:
         unit = f" ({_UNITS[name]})" if name in _UNITS else ""
-        lines.append(f"{name.removesuffix('_deg').replace('_', ' ') + unit:<36}{left:<{width}}{right}")
-    lines += [f"{one['gait']} is not flyable: {one['reason']}" for one in found if one["reason"]]
+        lines.append(
+            f"{name.removesuffix('_deg').replace('_', ' ') + unit:<36}{left:<{width}}{right}"
+        )
+    lines += [
+        f"{one['gait']} is not flyable: {one['reason']}"
+        for one in found
+        if one["reason"]
+    ]
     lines += [f"wrote {name}" for name in outputs]
     return tell({"gaits": plain, "outputs": list(outputs)}, lines)
 
@@ -189,18 +278,33 @@ def _numbers(timed: TimedGait) -> dict[str, Any]:
     from gaitgraph.invertibility.segment_bounds import thrust_shares_along
     from gaitgraph.robustness.biased import robustness_of
 
-    gait, report, robustness = timed.gait, timed.check(), robustness_of(timed, curves=1).gait.as_mapping()
-    least, (_, _, largest) = report["hover_thrust"].value, thrust_shares_along(gait.alpha, gait.ends, gait.vehicle)
+    gait, report, robustness = (
+        timed.gait,
+        timed.check(),
+        robustness_of(timed, curves=1).gait.as_mapping(),
+    )
+    least, (_, _, largest) = (
+        report["hover_thrust"].value,
+        thrust_shares_along(gait.alpha, gait.ends, gait.vehicle),
+    )
     return {
-        **{name: getattr(report, name) for name in ("flyable", "valid", "reachable_from_hover", "reason")},
+        **{
+            name: getattr(report, name)
+            for name in ("flyable", "valid", "reachable_from_hover", "reason")
+        },
         "vehicle": gait.vehicle.name,
         "color": gait.color,
         "length": gait.length,
         "period": timed.period,
         "least_singular_value": report["least_singular_value"].value,
-        **{name: robustness[name] for name in ("tilt_margin_deg", "acceptable_fraction")},
+        **{
+            name: robustness[name]
+            for name in ("tilt_margin_deg", "acceptable_fraction")
+        },
         "least_hover_thrust": least,
-        "largest_hover_thrust": None if least is None else -float(largest.upper.min()),  # NaN unless all are positive
+        "largest_hover_thrust": None
+        if least is None
+        else -float(largest.upper.min()),  # NaN unless all are positive
         "peak_rate": report["tilt_rate"].value,
         "peak_acceleration": report["tilt_acceleration"].value,
     }
@@ -209,4 +313,10 @@ def _numbers(timed: TimedGait) -> dict[str, Any]:
 def _text(value: Any) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
-    return value if isinstance(value, str) else "none" if value is None or isnan(value) else f"{value:.4g}"
+    return (
+        value
+        if isinstance(value, str)
+        else "none"
+        if value is None or isnan(value)
+        else f"{value:.4g}"
+    )

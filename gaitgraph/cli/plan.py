@@ -5,7 +5,18 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-from gaitgraph.cli import Paths, Working, check_outputs, command, flag, one_of, option, request_of, show, write_outputs
+from gaitgraph.cli import (
+    Paths,
+    Working,
+    check_outputs,
+    command,
+    flag,
+    one_of,
+    option,
+    request_of,
+    show,
+    write_outputs,
+)
 
 
 @command(
@@ -19,14 +30,26 @@ from gaitgraph.cli import Paths, Working, check_outputs, command, flag, one_of, 
         "with --divisions]",
         words=("grid", "exact"),
     ),
-    option("--sheets", "NAME", "", hidden=True),  # of earlier versions; the request judges it
-    one_of("--require", "flyable", "valid", of="What the gait must be (valid: by the paper's rules alone): "),
+    option(
+        "--sheets", "NAME", "", hidden=True
+    ),  # of earlier versions; the request judges it
+    one_of(
+        "--require",
+        "flyable",
+        "valid",
+        of="What the gait must be (valid: by the paper's rules alone): ",
+    ),
     "floor accuracy keep_in keep_out",
     flag("--any-order", "Visit the waypoints in the order that is shortest."),
     flag("--reverse", "Run the loop in the other direction."),
     "certify outputs period samples rate law force vehicle coefficients json",
 )
-def plan_command(request_file: str | None = None, outputs: Paths = (), force: bool = False, **given: Any) -> int:
+def plan_command(
+    request_file: str | None = None,
+    outputs: Paths = (),
+    force: bool = False,
+    **given: Any,
+) -> int:
     """Plan a closed gait through (α1, α2) waypoints, in order and back to the first.
 
     The request comes from a TOML or JSON file, or from a gait file of any format, which holds the request that it was
@@ -49,9 +72,20 @@ def plan_command(request_file: str | None = None, outputs: Paths = (), force: bo
         written = tuple(outputs) if found else ()
         if written:
             progress(f"writing {', '.join(written)}")
-            certified = [(path, certify(found.timed(**sampling), floor=request.floor)) for path in beside]
-            write_outputs(partial(pieces_of, found.timed(**sampling)), written, force=force, rate=sampling.get("rate"))
+            certified = [
+                (path, certify(found.timed(**sampling), floor=request.floor))
+                for path in beside
+            ]
+            write_outputs(
+                partial(pieces_of, found.timed(**sampling)),
+                written,
+                force=force,
+                rate=sampling.get("rate"),
+            )
             for path, one in certified:
                 one.write(path, force=force)
             written += tuple(map(str, beside))
-    return show(found, lines=[*([""] if written else []), *(f"wrote {name}" for name in written)])
+    return show(
+        found,
+        lines=[*([""] if written else []), *(f"wrote {name}" for name in written)],
+    )

@@ -6,20 +6,43 @@ from datetime import timedelta
 from pathlib import Path
 from typing import Any
 
-from gaitgraph.cli import Working, command, file, flag, option, print_problem, show, tell
+from gaitgraph.cli import (
+    Working,
+    command,
+    file,
+    flag,
+    option,
+    print_problem,
+    show,
+    tell,
+)
 
 
 @command(
     "Plan, check and fly many cases: vehicles, gaits, biases, periods, attitudes.",
     file("study_file", "STUDY.toml"),
-    option("--output", "FOLDER", "Folder of the results.  [default: the file's name without .toml]"),
-    option("--workers", "N", "Local worker processes; 0 flies in this process.  [default: one a core]"),
-    option("--scheduler", "ADDRESS", "Address of a Dask scheduler whose workers are used: tcp://HOST:PORT."),
+    option(
+        "--output",
+        "FOLDER",
+        "Folder of the results.  [default: the file's name without .toml]",
+    ),
+    option(
+        "--workers",
+        "N",
+        "Local worker processes; 0 flies in this process.  [default: one a core]",
+    ),
+    option(
+        "--scheduler",
+        "ADDRESS",
+        "Address of a Dask scheduler whose workers are used: tcp://HOST:PORT.",
+    ),
     flag("--yes", "Fly more than 10,000 cases, or for more than an hour."),
     flag("--dry-run", "Count the cases and fly none."),
     "json",
 )
-def study_command(study_file: str, output: str | None = None, dry_run: bool = False, **given: Any) -> int:
+def study_command(
+    study_file: str, output: str | None = None, dry_run: bool = False, **given: Any
+) -> int:
     """Fly every case of a study, and write a row for each to a Parquet dataset.
 
     The folder gets study.json, rows/part-….parquet, each written when its cases are done, and at the end summary.html.
@@ -31,9 +54,16 @@ def study_command(study_file: str, output: str | None = None, dry_run: bool = Fa
 
     study = read_study(study_file)
     if dry_run:
-        counts = {"cases": len(study), "parts": len(study.batches), "seconds_on_one_process": study.seconds}
+        counts = {
+            "cases": len(study),
+            "parts": len(study.batches),
+            "seconds_on_one_process": study.seconds,
+        }
         estimate = f"about {timedelta(seconds=round(study.seconds))} on one process; nothing was flown"
-        return tell({"study": study.name, "fingerprint": study.fingerprint, **counts}, [str(study), estimate])
+        return tell(
+            {"study": study.name, "fingerprint": study.fingerprint, **counts},
+            [str(study), estimate],
+        )
     folder = Path(output) if output is not None else Path(Path(study_file).stem)
     try:
         with Working(f"study {study.name}") as progress:

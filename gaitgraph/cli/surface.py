@@ -33,7 +33,12 @@ if TYPE_CHECKING:
     "crossing_tolerance vehicle coefficients json",
     ignore_unknown_options=True,  # a negative angle is an argument
 )
-def roots_command(angles: tuple[str, ...] = (), vehicle: Any = None, coefficients: Any = None, **given: float) -> int:
+def roots_command(
+    angles: tuple[str, ...] = (),
+    vehicle: Any = None,
+    coefficients: Any = None,
+    **given: float,
+) -> int:
     """Print every root (α3, α4) of Rφ = Rθ = 0 for one (α1, α2), with plane types, color and R."""
     from dataclasses import asdict
 
@@ -42,30 +47,49 @@ def roots_command(angles: tuple[str, ...] = (), vehicle: Any = None, coefficient
     from gaitgraph.surface.sheets import roots
     from gaitgraph.vehicle import PAPER
 
-    pair, numbers = ",".join(angles).split(","), coefficients_of(vehicle or PAPER, coefficients)
+    pair, numbers = (
+        ",".join(angles).split(","),
+        coefficients_of(vehicle or PAPER, coefficients),
+    )
     if len(pair) != 2:
         raise InputError(f"roots needs two angles A1 A2, got {' '.join(angles)!r}")
     found = roots(*pair, coefficients=numbers, **given)
     alpha1, alpha2 = found[0].alpha[:2]
-    rows = [{k: value for k, value in asdict(root).items() if k not in ("alpha1", "alpha2")} for root in found]
-    lines = [f"(α1, α2) = ({text_from_angle(alpha1)}, {text_from_angle(alpha2)}), {numbers.kind} coefficients"]
+    rows = [
+        {k: value for k, value in asdict(root).items() if k not in ("alpha1", "alpha2")}
+        for root in found
+    ]
+    lines = [
+        f"(α1, α2) = ({text_from_angle(alpha1)}, {text_from_angle(alpha2)}), {numbers.kind} coefficients"
+    ]
     lines.append("  color  types            α3            α4             R")
     lines += [
-        f"  {root.color:<5}  {root.types}  {root.alpha3:12.6f}  {root.alpha4:12.6f}  {root.R:12.6g}" for root in found
+        f"  {root.color:<5}  {root.types}  {root.alpha3:12.6f}  {root.alpha4:12.6f}  {root.R:12.6g}"
+        for root in found
     ]
     for fiber in found.fibers:
         fixed = ", ".join(f"{value:.6f}" for value in fiber.values)
         note = "; singular at every attitude" if fiber.singular else ""
-        lines.append(f"  and a continuum {fiber.types}: {fiber.fixed} = {fixed}, {fiber.free} free{note}")
+        lines.append(
+            f"  and a continuum {fiber.types}: {fiber.fixed} = {fixed}, {fiber.free} free{note}"
+        )
     found_fibers = [*map(asdict, found.fibers)]
-    return tell({"alpha1": alpha1, "alpha2": alpha2, "roots": rows, "fibers": found_fibers}, lines)
+    return tell(
+        {"alpha1": alpha1, "alpha2": alpha2, "roots": rows, "fibers": found_fibers},
+        lines,
+    )
 
 
 @command(
     "Every Two-Color-consistent colouring of a loop.",
     file("loop_file", "GAIT_FILE_OR_REQUEST", *PAPER_GAITS),
     "sign",
-    option("--limit", "N", "Colourings to list at most; all are counted.", type=whole_from(0, 10**9)),
+    option(
+        "--limit",
+        "N",
+        "Colourings to list at most; all are counted.",
+        type=whole_from(0, 10**9),
+    ),
     "crossing_tolerance vehicle coefficients json",
 )
 def colorings_command(loop_file: str, limit: int | None = None, **given: Any) -> int:
@@ -83,11 +107,15 @@ def colorings_command(loop_file: str, limit: int | None = None, **given: Any) ->
     listed = islice(found, limit)
     if wants_json():
         # Written one by one: there may be more than fit in memory.
-        head = json.dumps({"points": found.points.tolist(), **found.as_mapping()}, allow_nan=False)
+        head = json.dumps(
+            {"points": found.points.tolist(), **found.as_mapping()}, allow_nan=False
+        )
         click.echo(f'{head[:-1]}, "colorings": [', nl=False)
         signs: list[str] = []
         for coloring in listed:
-            click.echo((", " if signs else "") + json.dumps(list(coloring.colors)), nl=False)
+            click.echo(
+                (", " if signs else "") + json.dumps(list(coloring.colors)), nl=False
+            )
             signs.append(coloring.sign)
         click.echo(f'], "coloring_signs": {json.dumps(signs)}}}')
     else:
@@ -103,11 +131,34 @@ def colorings_command(loop_file: str, limit: int | None = None, **given: Any) ->
     "Closed cycles of the graph, shortest first.",
     "request_file",
     "keep_in keep_out",
-    option("--max-length", "ANGLE", "Longest cycle to list, measured in the (α1, α2) plane."),
-    option("--limit", "N", "Number of cycles to list.  [default: 20]", type=whole_from(1, 10**9), default=20),
+    option(
+        "--max-length",
+        "ANGLE",
+        "Longest cycle to list, measured in the (α1, α2) plane.",
+    ),
+    option(
+        "--limit",
+        "N",
+        "Number of cycles to list.  [default: 20]",
+        type=whole_from(1, 10**9),
+        default=20,
+    ),
     "color sign divisions",
-    one_of("--require", "flyable", "valid", "two_color", of="Edges that count: ", default="valid", check=True),
-    option("--effort", "STEPS", "Steps after which to stop and print the bound.", type=whole_from(1, 10**18)),
+    one_of(
+        "--require",
+        "flyable",
+        "valid",
+        "two_color",
+        of="Edges that count: ",
+        default="valid",
+        check=True,
+    ),
+    option(
+        "--effort",
+        "STEPS",
+        "Steps after which to stop and print the bound.",
+        type=whole_from(1, 10**18),
+    ),
     "vehicle coefficients json",
 )
 def cycles_command(
@@ -129,11 +180,20 @@ def cycles_command(
     from gaitgraph.planning.request import stated_request
 
     if request_file is not None and "waypoints" in stated_request(request_file):
-        click.echo("warning: cycles do not use waypoints; plan --method grid finds a loop through them", err=True)
+        click.echo(
+            "warning: cycles do not use waypoints; plan --method grid finds a loop through them",
+            err=True,
+        )
     given["waypoints"] = [(0.0, 0.0)]  # a request needs one
     request, _ = request_of(request_file, given)
     with Working("building the graph") as progress:
-        found = grid_cycles(request, max_length=max_length, use=require, effort=effort, progress=progress)
+        found = grid_cycles(
+            request,
+            max_length=max_length,
+            use=require,
+            effort=effort,
+            progress=progress,
+        )
     listed = islice(found, limit)
     while True:
         with Working("searching cycles"):
@@ -151,7 +211,11 @@ def cycles_command(
     if not found.complete:
         status = "unfinished"
         reason = f"none found in {found.steps} steps; any cycle is at least {found.bound:.4f} rad long"
-    answer = {"status": status, "reason": reason, **({} if found.complete else {"bound": found.bound})}
+    answer = {
+        "status": status,
+        "reason": reason,
+        **({} if found.complete else {"bound": found.bound}),
+    }
     tell(answer, [f"{'No cycle' if found.complete else 'Unfinished'}: {reason}"])
     return 1
 
@@ -159,14 +223,30 @@ def cycles_command(
 @command(
     "The admissible regions, and in which part of them waypoints lie.",
     "request_file waypoints",
-    one_of("--use", "flyable", "valid", of="Region where a gait can fly, or where R has the sign: ", check=True),
+    one_of(
+        "--use",
+        "flyable",
+        "valid",
+        of="Region where a gait can fly, or where R has the sign: ",
+        check=True,
+    ),
     one_of("--color", "red", "blue"),
     "sign floor accuracy keep_in keep_out",
-    option("--output", "FILE", "Draw the map: .png, .svg or .pdf; repeatable.", name="outputs", multiple=True),
+    option(
+        "--output",
+        "FILE",
+        "Draw the map: .png, .svg or .pdf; repeatable.",
+        name="outputs",
+        multiple=True,
+    ),
     "force vehicle coefficients json",
 )
 def region_command(
-    request_file: str | None = None, use: Any = "flyable", outputs: Paths = (), force: bool = False, **given: Any
+    request_file: str | None = None,
+    use: Any = "flyable",
+    outputs: Paths = (),
+    force: bool = False,
+    **given: Any,
 ) -> int:
     """List the parts of the admissible regions, or, with waypoints, report in which part each of them lies.
 
@@ -178,11 +258,17 @@ def region_command(
     from gaitgraph.plots.gaits import write_regions
 
     check_pictures(outputs, force=force)
-    request, _ = request_of(request_file, given if request_file else {"waypoints": [(0.0, 0.0)], **given})
+    request, _ = request_of(
+        request_file, given if request_file else {"waypoints": [(0.0, 0.0)], **given}
+    )
     if request_file is None and "waypoints" not in given:
         request = replace(request, waypoints=())
     with Working("computing the region"):
         found = location_of(request, use=use)
         if outputs:
             write_regions(found, request.vehicle, outputs, force=force)
-    return show(found, lines=[f"wrote {name}" for name in outputs], more={"outputs": list(outputs)})
+    return show(
+        found,
+        lines=[f"wrote {name}" for name in outputs],
+        more={"outputs": list(outputs)},
+    )

@@ -18,7 +18,12 @@ if TYPE_CHECKING:
     "List the vehicles that come with the package, or show one.",
     file("name", "[NAME_OR_FILE]", required=False),
     "vehicle coefficients",
-    option("--from", "FILE", "Read URDF, MJCF or PX4 parameters, and print TOML for --vehicle.", name="source"),
+    option(
+        "--from",
+        "FILE",
+        "Read URDF, MJCF or PX4 parameters, and print TOML for --vehicle.",
+        name="source",
+    ),
     option("--output", "FILE", "Write the vehicle as a model of MuJoCo (.xml)."),
     "force json",
 )
@@ -38,29 +43,56 @@ def vehicles_command(
     from gaitgraph.validation.report import unlikely_limits
     from gaitgraph.vehicle import preset_names, vehicle_named
 
-    stated = [one for one in (name, vehicle and f"--vehicle {vehicle.name}", source and f"--from {source}") if one]
+    stated = [
+        one
+        for one in (
+            name,
+            vehicle and f"--vehicle {vehicle.name}",
+            source and f"--from {source}",
+        )
+        if one
+    ]
     if len(stated) > 1:
         raise InputError(f"{stated[-1]} cannot be combined with {stated[0]!r}")
     if source is not None:
         if output is not None:
-            raise InputError(f"--output {output} cannot be combined with --from; give it with the TOML that is printed")
+            raise InputError(
+                f"--output {output} cannot be combined with --from; give it with the TOML that is printed"
+            )
         return _show_description(source)
     given = vehicle if name is None else name
     if output is not None:
         if given is None or Path(output).suffix.lower() != ".xml":
-            raise InputError(f"--output must be a file .xml, with the name of one vehicle, got {output!r}")
+            raise InputError(
+                f"--output must be a file .xml, with the name of one vehicle, got {output!r}"
+            )
         from gaitgraph.files import check_new_files, write_whole
         from gaitgraph.flight.engine import mjcf_of
 
         check_new_files([output], force=force)
-        write_whole([(Path(output), mjcf_of(vehicle_named(given), step=1e-3, air=False).encode())], force=force)
-    known = [vehicle_named(one) for one in (preset_names() if given is None else [given])]
-    rows = [{**one.as_mapping(), "delta": coefficients_of(one, coefficients).delta} for one in known]
+        write_whole(
+            [
+                (
+                    Path(output),
+                    mjcf_of(vehicle_named(given), step=1e-3, air=False).encode(),
+                )
+            ],
+            force=force,
+        )
+    known = [
+        vehicle_named(one) for one in (preset_names() if given is None else [given])
+    ]
+    rows = [
+        {**one.as_mapping(), "delta": coefficients_of(one, coefficients).delta}
+        for one in known
+    ]
     if wants_json():
         print_json({"vehicles": rows})
         return 0
     for one, row in zip(known, rows, strict=True):
-        unlikely = unlikely_limits({kind: row.get(f"max_tilt_{kind}") for kind in ("rate", "acceleration")})
+        unlikely = unlikely_limits(
+            {kind: row.get(f"max_tilt_{kind}") for kind in ("rate", "acceleration")}
+        )
         for warning in (*unlikely, *one.warnings):
             print_problem(f"warning: {warning}")
         click.echo(f"{one.name}: κ = {one.drag_ratio:.6f}, δ = {row['delta']:.6f} rad")
@@ -75,10 +107,15 @@ def _show_description(source: str) -> int:
 
     found = read_description(source)
     if wants_json():
-        stated = {name: getattr(found, name) for name in ("rotors", "missing", "reasons", "notes")}
+        stated = {
+            name: getattr(found, name)
+            for name in ("rotors", "missing", "reasons", "notes")
+        }
         print_json({"vehicles": [] if found.reasons else [found.constants], **stated})
     else:
         click.echo(found.as_toml())
         if found.missing:
-            print_problem(f"warning: the file does not state {', '.join(found.missing)}: add what you know")
+            print_problem(
+                f"warning: the file does not state {', '.join(found.missing)}: add what you know"
+            )
     return 1 if found.reasons or "drag_to_thrust" in found.missing else 0

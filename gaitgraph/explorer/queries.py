@@ -16,17 +16,36 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.angles import HALF_PI, number_of, percent
-from gaitgraph.errors import GaitgraphError, InputError, check_fields, checked_choice, shown
+from gaitgraph.errors import (
+    GaitgraphError,
+    InputError,
+    check_fields,
+    checked_choice,
+    shown,
+)
 from gaitgraph.graph.build import DEFAULT_DIVISIONS
 from gaitgraph.invertibility import matrices
 from gaitgraph.planning.planner import plan
 from gaitgraph.planning.request import PlanRequest, plan_request
 from gaitgraph.plots.vehicles import vehicle_view
 from gaitgraph.robustness.biased import robustness_of
-from gaitgraph.surface.sheets import COLORS, RAISED, Color, sheet_angles, text_from_types, types_of
+from gaitgraph.surface.sheets import (
+    COLORS,
+    RAISED,
+    Color,
+    sheet_angles,
+    text_from_types,
+    types_of,
+)
 from gaitgraph.timing.laws import DEFAULT_LAW
 from gaitgraph.timing.timed_gait import DEFAULT_SAMPLES, checked_clock
-from gaitgraph.vehicle import PAPER, Vehicle, preset_names, vehicle_from_mapping, vehicle_named
+from gaitgraph.vehicle import (
+    PAPER,
+    Vehicle,
+    preset_names,
+    vehicle_from_mapping,
+    vehicle_named,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -60,7 +79,9 @@ class Range(NamedTuple):
 
     def contains(self, value: object) -> bool:
         """Return whether a value is a number in the range."""
-        return (isinstance(value, int) or not self.whole) and self.low <= number_of(value) <= self.high
+        return (isinstance(value, int) or not self.whole) and self.low <= number_of(
+            value
+        ) <= self.high
 
 
 RANGES: dict[str, Range] = {
@@ -87,7 +108,9 @@ _VERDICTS = ("valid", "two_color", "flyable", "reachable_from_hover")
 _MARKS = {"ok": "ok", "NO": "no", "??": "undecided"}
 _MOST_ROWS = 401  # of a series; a chart has fewer pixels
 _MOST_FRAMES = 101
-_FINE_DIGITS = 10  # of values that may be as small as the rounding of the published coefficients
+_FINE_DIGITS = (
+    10  # of values that may be as small as the rounding of the published coefficients
+)
 CURVES = 16  # singular curves of a diagram
 _KEPT_PLANS = 16
 
@@ -125,14 +148,22 @@ def state_of(content: Any) -> State:
         values["divisions"] = DEFAULTS["divisions"]
     for name, allowed in RANGES.items():
         if name != "drag_ratio" and not allowed.contains(values[name]):
-            raise InputError(f"{name} must be {allowed.allowed}, got {shown(values[name])}")
+            raise InputError(
+                f"{name} must be {allowed.allowed}, got {shown(values[name])}"
+            )
     samples = checked_clock(values["period"], values["law"], samples=values["samples"])
-    fields = {name: value for name, value in values.items() if name not in _NOT_OF_A_REQUEST}
+    fields = {
+        name: value for name, value in values.items() if name not in _NOT_OF_A_REQUEST
+    }
     fields["vehicle"] = vehicle_of(values["vehicle"], values["drag_ratio"])
     empty = not values["waypoints"]
-    request = plan_request(**(fields | {"waypoints": [[0.0, 0.0]]} if empty else fields))
+    request = plan_request(
+        **(fields | {"waypoints": [[0.0, 0.0]]} if empty else fields)
+    )
     key = "" if empty else json.dumps(request.as_mapping(), sort_keys=True)
-    return State(request=request, empty=empty, samples=samples, eta=float(values["eta"]), key=key)
+    return State(
+        request=request, empty=empty, samples=samples, eta=float(values["eta"]), key=key
+    )
 
 
 def vehicle_of(preset: object, drag_ratio: object = None) -> Vehicle:
@@ -143,7 +174,9 @@ def vehicle_of(preset: object, drag_ratio: object = None) -> Vehicle:
         return vehicle
     allowed = RANGES["drag_ratio"]
     if not allowed.contains(drag_ratio):
-        raise InputError(f"drag_ratio must be {allowed.allowed}, or null for the preset, got {shown(drag_ratio)}")
+        raise InputError(
+            f"drag_ratio must be {allowed.allowed}, or null for the preset, got {shown(drag_ratio)}"
+        )
     return vehicle_from_mapping({"preset": preset, "drag_ratio": drag_ratio})
 
 
@@ -189,7 +222,8 @@ def plan_answer(state: State, progress: Progress = quiet) -> dict[str, Any]:
         "obstacles": [asdict(obstacle) for obstacle in result.obstacles],
         "warnings": list(result.warnings),
         "alternatives": [
-            _outline(loop) | {name: getattr(loop.report, name) for name in _VERDICTS[::2]}
+            _outline(loop)
+            | {name: getattr(loop.report, name) for name in _VERDICTS[::2]}
             for loop in result.alternatives
         ],
     }
@@ -197,7 +231,11 @@ def plan_answer(state: State, progress: Progress = quiet) -> dict[str, Any]:
     if loop is None:
         return answer
     timed, report, gait = result.timed(samples=state.samples), loop.report, loop.gait
-    t = timed.t if len(timed.t) <= _MOST_ROWS else np.linspace(0.0, timed.period, _MOST_ROWS)
+    t = (
+        timed.t
+        if len(timed.t) <= _MOST_ROWS
+        else np.linspace(0.0, timed.period, _MOST_ROWS)
+    )
     alpha, rates, _ = timed.at(t)
     return answer | {
         "status": "planned",
@@ -218,11 +256,23 @@ def _standing(state: State) -> dict[str, Any]:
     """Return the posture of the first waypoint, with hover thrusts or None for each, and the view of the vehicle."""
     request, (alpha1, alpha2) = state.request, state.request.waypoints[0][:2]
     color: Color = "blue" if request.color == "blue" else "red"
-    others = sheet_angles(color, alpha1, alpha2, matrices.coefficients_of(request.vehicle, request.coefficients))
+    others = sheet_angles(
+        color,
+        alpha1,
+        alpha2,
+        matrices.coefficients_of(request.vehicle, request.coefficients),
+    )
     alpha = np.array([alpha1, alpha2, *others])
     shares = matrices.hover_thrust_shares(alpha, request.vehicle)
-    holds = color == "red" and matrices.least_singular_value(alpha, request.vehicle) > matrices.DEFAULT_FLOOR
-    posture = {"alpha": to_digits(alpha), "shares": to_digits(shares, 5) if holds else [None] * 4}
+    holds = (
+        color == "red"
+        and matrices.least_singular_value(alpha, request.vehicle)
+        > matrices.DEFAULT_FLOOR
+    )
+    posture = {
+        "alpha": to_digits(alpha),
+        "shares": to_digits(shares, 5) if holds else [None] * 4,
+    }
     view = vehicle_view_answer(alpha[None], request.vehicle, t=np.zeros(1))
     return {"posture": posture, "vehicle_view": view}
 
@@ -243,34 +293,58 @@ def verdict_answer(report: Report) -> dict[str, Any]:
     for check in report.checks:
         place = None if check.where is None else dict(check.where)
         if place is not None:
-            place |= {f"alpha{k}": angle for k, angle in enumerate(place.pop("alpha"), start=1)}
-        title = {"title": check.name.replace("_", " "), "mark": _MARKS[check.mark], "where": place}
+            place |= {
+                f"alpha{k}": angle
+                for k, angle in enumerate(place.pop("alpha"), start=1)
+            }
+        title = {
+            "title": check.name.replace("_", " "),
+            "mark": _MARKS[check.mark],
+            "where": place,
+        }
         checks.append(check.as_mapping() | title)
     return {name: getattr(report, name) for name in _VERDICTS} | {"checks": checks}
 
 
 def series_answer(
-    alpha: FloatArray, gait: Gait, report: Report, *, t: FloatArray | None, rates: FloatArray | None = None
+    alpha: FloatArray,
+    gait: Gait,
+    report: Report,
+    *,
+    t: FloatArray | None,
+    rates: FloatArray | None = None,
 ) -> dict[str, Any]:
     """Return tilt angles of a gait, shape (n, 4) [rad], and the values that follow from them, as lists over the rows.
 
     R has the coefficients of the gait, the rest is exact. Hover thrusts are None where no thrusts carry the weight.
     """
     vehicle, hovers = gait.vehicle, report["hover_thrust"].value is not None
-    shares = matrices.hover_thrust_shares(alpha, vehicle) if hovers else np.full(alpha.shape, np.nan)
-    thrusts = [[value if math.isfinite(value) else None for value in rotor] for rotor in to_digits(shares.T, 5)]
+    shares = (
+        matrices.hover_thrust_shares(alpha, vehicle)
+        if hovers
+        else np.full(alpha.shape, np.nan)
+    )
+    thrusts = [
+        [value if math.isfinite(value) else None for value in rotor]
+        for rotor in to_digits(shares.T, 5)
+    ]
     least = np.asarray(matrices.least_singular_value(alpha, vehicle))
     return {
         **({} if t is None else {"t": to_digits(t, 9)}),
         "alpha": to_digits(alpha.T),
         **({} if rates is None else {"rates": to_digits(rates.T)}),
-        "R": to_digits(np.asarray(matrices.level_determinant(alpha, gait.coefficients)), _FINE_DIGITS),
+        "R": to_digits(
+            np.asarray(matrices.level_determinant(alpha, gait.coefficients)),
+            _FINE_DIGITS,
+        ),
         "least_singular_value": to_digits(least, _FINE_DIGITS),
         "hover_thrusts": thrusts,
     }
 
 
-def vehicle_view_answer(alpha: FloatArray, vehicle: Vehicle, *, t: FloatArray | None) -> dict[str, Any]:
+def vehicle_view_answer(
+    alpha: FloatArray, vehicle: Vehicle, *, t: FloatArray | None
+) -> dict[str, Any]:
     """Return the view of a vehicle at rows (n, 4) [rad], in at most 101 frames; `bearings` of the arms [rad].
 
     It has the rotors' `height` in arm lengths unless that is 0.
@@ -284,7 +358,9 @@ def vehicle_view_answer(alpha: FloatArray, vehicle: Vehicle, *, t: FloatArray | 
 
 def spread_rows(count: int, most: int) -> npt.NDArray[np.int64]:
     """Return the indices of at most `most` of `count` rows, spread evenly, with the first and the last."""
-    return np.unique(np.round(np.linspace(0, count - 1, min(count, most))).astype(np.int64))
+    return np.unique(
+        np.round(np.linspace(0, count - 1, min(count, most))).astype(np.int64)
+    )
 
 
 def diagram_answer(state: State, progress: Progress = quiet) -> dict[str, Any]:
@@ -296,15 +372,24 @@ def diagram_answer(state: State, progress: Progress = quiet) -> dict[str, Any]:
     if result.loop is None:
         return answer | {"reason": result.reason}
     progress("drawing the roll–pitch diagram")
-    found = robustness_of(result.loop.gait, bias=state.eta, curves=CURVES, progress=progress)
-    return answer | {"own": diagram_of(found.gait), "biased": diagram_of(found.sweep[0]), "reason": None}
+    found = robustness_of(
+        result.loop.gait, bias=state.eta, curves=CURVES, progress=progress
+    )
+    return answer | {
+        "own": diagram_of(found.gait),
+        "biased": diagram_of(found.sweep[0]),
+        "reason": None,
+    }
 
 
 def diagram_of(one: Robustness) -> dict[str, Any]:
     """Return the roll–pitch diagram of one gait as plain values."""
     import shapely
 
-    margin, outline = one.tilt_margin, shapely.get_coordinates(one.acceptable.polygon.simplify(1e-3))
+    margin, outline = (
+        one.tilt_margin,
+        shapely.get_coordinates(one.acceptable.polygon.simplify(1e-3)),
+    )
     curves = (curve.points(61) for _, curve in one.curves)
     return {
         "curves": [to_digits(points, 5) for points in curves if len(points)],
@@ -319,10 +404,17 @@ def diagram_of(one: Robustness) -> dict[str, Any]:
 SHADINGS = ("R", "least_singular_value", "none")
 """The quantities that the map can show as shading."""
 
-_REGIONS = (("R>0", "R > 0"), ("R<0", "R < 0"), ("hover", "all hover thrusts positive"), ("flyable", "flyable"))
+_REGIONS = (
+    ("R>0", "R > 0"),
+    ("R<0", "R < 0"),
+    ("hover", "all hover thrusts positive"),
+    ("flyable", "flyable"),
+)
 _POINTS = 129
 _ACCURACY = 1e-3  # of curved borders [rad]; a pixel of the map is wider
-_SINGULAR_BLUE = "R = 0 on the whole blue sheet in exact physics: the matrix is singular there."
+_SINGULAR_BLUE = (
+    "R = 0 on the whole blue sheet in exact physics: the matrix is singular there."
+)
 _ROUNDED_BLUE = f"{_SINGULAR_BLUE} The signs of R drawn are rounding noise of the published coefficients."
 
 
@@ -334,14 +426,22 @@ def map_answer(content: Any, progress: Progress = quiet) -> dict[str, Any]:
     rings in the plane [rad], with holes, to be filled by the even-odd rule; the plane types of the nodes of the paper's
     grid, None where R has no sign; a note, or None; and ``raised``, true, if there is a rotor height.
     """
-    check_fields("request", content, ("vehicle", "drag_ratio", "coefficients", "sheet", "shading"))
+    check_fields(
+        "request",
+        content,
+        ("vehicle", "drag_ratio", "coefficients", "sheet", "shading"),
+    )
     vehicle = vehicle_of(content.get("vehicle", "paper"), content.get("drag_ratio"))
     sheet: Color = checked_choice("sheet", content.get("sheet", "red"), COLORS)
     shading: str = checked_choice("shading", content.get("shading", "none"), SHADINGS)
     coefficients = matrices.coefficients_of(vehicle, content.get("coefficients"))
     progress("shading the map")
     # On blue R and the least singular value are rounding noise, which is not shaded.
-    values, extent = (None, None) if sheet == "blue" or shading == "none" else _shading(vehicle, coefficients, shading)
+    values, extent = (
+        (None, None)
+        if sheet == "blue" or shading == "none"
+        else _shading(vehicle, coefficients, shading)
+    )
     blank = sheet == "blue" and coefficients.kind == "exact"
     singular = _SINGULAR_BLUE
     if height := vehicle.rotor_height:
@@ -371,11 +471,19 @@ def _on_grid(points: int, coefficients: Coefficients, sheet: Color) -> FloatArra
 
 
 @lru_cache(maxsize=32)
-def _shading(vehicle: Vehicle, coefficients: Coefficients, shading: str) -> tuple[list[float], list[float]]:
+def _shading(
+    vehicle: Vehicle, coefficients: Coefficients, shading: str
+) -> tuple[list[float], list[float]]:
     """Return the values of a shading of the red sheet, and their range."""
     alpha = _on_grid(_POINTS, coefficients, "red")
-    function: Any = matrices.level_determinant if shading == "R" else matrices.least_singular_value
-    values = np.asarray(function(alpha, coefficients if shading == "R" else vehicle)).ravel().tolist()
+    function: Any = (
+        matrices.level_determinant if shading == "R" else matrices.least_singular_value
+    )
+    values = (
+        np.asarray(function(alpha, coefficients if shading == "R" else vehicle))
+        .ravel()
+        .tolist()
+    )
     return [float(f"{value:.5g}") for value in values], [min(values), max(values)]
 
 
@@ -383,28 +491,51 @@ def _shading(vehicle: Vehicle, coefficients: Coefficients, shading: str) -> tupl
 def _types(coefficients: Coefficients, sheet: Color) -> list[str | None]:
     """Return the plane types of the nodes of the paper's grid, row by row; None where R has no sign."""
     alpha = _on_grid(DEFAULT_DIVISIONS + 1, coefficients, sheet)
-    third, fourth = types_of(sheet, alpha[..., 0], alpha[..., 1], coefficients, math.pi / (2 * DEFAULT_DIVISIONS))
-    signed = np.abs(matrices.level_determinant(alpha, coefficients)) > matrices.noise_of(coefficients)
-    rows = zip(third.ravel().tolist(), fourth.ravel().tolist(), signed.ravel().tolist(), strict=True)
+    third, fourth = types_of(
+        sheet,
+        alpha[..., 0],
+        alpha[..., 1],
+        coefficients,
+        math.pi / (2 * DEFAULT_DIVISIONS),
+    )
+    signed = np.abs(
+        matrices.level_determinant(alpha, coefficients)
+    ) > matrices.noise_of(coefficients)
+    rows = zip(
+        third.ravel().tolist(),
+        fourth.ravel().tolist(),
+        signed.ravel().tolist(),
+        strict=True,
+    )
     return [text_from_types(a, b) if there else None for a, b, there in rows]
 
 
 @lru_cache(maxsize=64)
-def _rings(name: str, vehicle: Vehicle, coefficients: Coefficients, sheet: Color) -> list[Any] | None:
+def _rings(
+    name: str, vehicle: Vehicle, coefficients: Coefficients, sheet: Color
+) -> list[Any] | None:
     """Return a region as rings, or None if the flyable region of the vehicle is unknown."""
     import shapely
 
-    from gaitgraph.surface.admissible import admissible_region, hover_region, sign_region
+    from gaitgraph.surface.admissible import (
+        admissible_region,
+        hover_region,
+        sign_region,
+    )
 
     if name == "hover":
         region = hover_region(vehicle)
     elif name == "flyable":
         try:
-            region = admissible_region(vehicle, coefficients=coefficients, accuracy=_ACCURACY)
+            region = admissible_region(
+                vehicle, coefficients=coefficients, accuracy=_ACCURACY
+            )
         except GaitgraphError:
             return None
     else:
         sign: Any = "positive" if name == "R>0" else "negative"
-        region = sign_region(sign, vehicle, color=sheet, coefficients=coefficients, accuracy=_ACCURACY)
+        region = sign_region(
+            sign, vehicle, color=sheet, coefficients=coefficients, accuracy=_ACCURACY
+        )
     rings = shapely.get_rings(shapely.get_parts(region.inner))
     return [np.round(shapely.get_coordinates(ring), 5).tolist() for ring in rings]

@@ -15,7 +15,13 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
 from gaitgraph import __version__
-from gaitgraph.errors import GaitgraphError, InputError, check_fields, needs_extra, shown
+from gaitgraph.errors import (
+    GaitgraphError,
+    InputError,
+    check_fields,
+    needs_extra,
+    shown,
+)
 from gaitgraph.explorer import queries
 from gaitgraph.explorer.table_query import file_answer, formats_answer, table_answer
 from gaitgraph.files import value_from_json
@@ -36,7 +42,9 @@ try:
     from starlette.routing import Mount, Route
     from starlette.staticfiles import StaticFiles
 except ImportError as error:
-    raise needs_extra((error.name or "starlette").partition(".")[0], "the explorer", "explore") from error
+    raise needs_extra(
+        (error.name or "starlette").partition(".")[0], "the explorer", "explore"
+    ) from error
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable
@@ -48,7 +56,9 @@ if TYPE_CHECKING:
 
 ADDRESS = "127.0.0.1"
 _PAGE = Path(__file__).parent / "page"
-mimetypes.add_type("text/javascript", ".js")  # the table of the system may give another type
+mimetypes.add_type(
+    "text/javascript", ".js"
+)  # the table of the system may give another type
 _MOST_CONNECTIONS = 400
 
 HEADERS = {
@@ -84,16 +94,31 @@ class Guard:
 
         async def send_with_headers(message: Message) -> None:
             if message["type"] == "http.response.start":
-                own = [(name.encode(), value.encode()) for name, value in HEADERS.items()]
+                own = [
+                    (name.encode(), value.encode()) for name, value in HEADERS.items()
+                ]
                 message = {**message, "headers": [*message.get("headers", ()), *own]}
             await send(message)
 
-        app, origins = self.app, [value.decode("latin-1") for name, value in scope["headers"] if name == b"origin"]
+        app, origins = (
+            self.app,
+            [
+                value.decode("latin-1")
+                for name, value in scope["headers"]
+                if name == b"origin"
+            ],
+        )
         first, slash, _ = scope["path"].removeprefix("/").partition("/")
         if not (slash and secrets.compare_digest(first.encode(), self.token)):
-            app = _refusal(404, "page not found; open the whole address that 'gaitgraph explore' printed")
+            app = _refusal(
+                404,
+                "page not found; open the whole address that 'gaitgraph explore' printed",
+            )
         elif any(origin not in self.origins for origin in origins):
-            app = _refusal(403, f"Origin must be {' or '.join(self.origins)}, got {shown(', '.join(origins))}")
+            app = _refusal(
+                403,
+                f"Origin must be {' or '.join(self.origins)}, got {shown(', '.join(origins))}",
+            )
         await app(scope, receive, send_with_headers)
 
 
@@ -104,11 +129,15 @@ async def body_of(request: Request, most: int) -> bytes:
         body += piece
         if len(body) > most:
             close = {"Connection": "close"}  # the rest of the body is not read
-            raise HTTPException(413, f"the body of a request must have at most {most} bytes", close)
+            raise HTTPException(
+                413, f"the body of a request must have at most {most} bytes", close
+            )
     return bytes(body)
 
 
-async def answer_in_thread(request: Request, slots: asyncio.Semaphore, work: Callable[[Check], Any]) -> Any:
+async def answer_in_thread(
+    request: Request, slots: asyncio.Semaphore, work: Callable[[Check], Any]
+) -> Any:
     """Run work in a thread when a slot is free; the work stops when the client disconnects or the time is over."""
     gone = threading.Event()
 
@@ -125,7 +154,9 @@ async def answer_in_thread(request: Request, slots: asyncio.Semaphore, work: Cal
                 raise HTTPException(503, "the client disconnected")
             if time.monotonic() > end:
                 advice = "use fewer waypoints, polygons or rows, or the command line"
-                raise HTTPException(503, f"the query took longer than {LONGEST_WORK:g} s; {advice}")
+                raise HTTPException(
+                    503, f"the query took longer than {LONGEST_WORK:g} s; {advice}"
+                )
 
         check()
         answer = work(check)
@@ -145,7 +176,12 @@ def application(token: str, port: int) -> Starlette:
     """Return the ASGI application; its paths begin with the token, and its origin has the port."""
     slots = asyncio.Semaphore(AT_ONCE)
 
-    def post(name: str, work: Work, size: str = "request_bytes", kind: str = "application/json") -> Route:
+    def post(
+        name: str,
+        work: Work,
+        size: str = "request_bytes",
+        kind: str = "application/json",
+    ) -> Route:
         handler = _handler(work, slots, queries.LIMITS[size], kind)
         return Route(f"/{token}/api/{name}", handler, methods=["POST"])
 
@@ -154,12 +190,26 @@ def application(token: str, port: int) -> Starlette:
             Route(f"/{token}/", lambda _: FileResponse(_PAGE / "index.html")),
             Mount(f"/{token}/page", StaticFiles(directory=_PAGE)),
             Route(f"/{token}/api/setup", lambda _: JSONResponse(setup_answer())),
-            post("plan", lambda _, body, check: queries.plan_answer(queries.state_of(_content(body)), check)),
-            post("diagram", lambda _, body, check: queries.diagram_answer(queries.state_of(_content(body)), check)),
-            post("map", lambda _, body, check: queries.map_answer(_content(body), check)),
+            post(
+                "plan",
+                lambda _, body, check: queries.plan_answer(
+                    queries.state_of(_content(body)), check
+                ),
+            ),
+            post(
+                "diagram",
+                lambda _, body, check: queries.diagram_answer(
+                    queries.state_of(_content(body)), check
+                ),
+            ),
+            post(
+                "map", lambda _, body, check: queries.map_answer(_content(body), check)
+            ),
             post(
                 "table",
-                lambda request, body, check: table_answer(request.query_params.get("name", ""), body, check),
+                lambda request, body, check: table_answer(
+                    request.query_params.get("name", ""), body, check
+                ),
                 "table_bytes",
                 "application/octet-stream",
             ),
@@ -167,39 +217,62 @@ def application(token: str, port: int) -> Starlette:
         ],
         middleware=[
             Middleware(Guard, token=token, port=port),
-            Middleware(TrustedHostMiddleware, allowed_hosts=[ADDRESS, "localhost"], www_redirect=False),
+            Middleware(
+                TrustedHostMiddleware,
+                allowed_hosts=[ADDRESS, "localhost"],
+                www_redirect=False,
+            ),
         ],
-        exception_handlers={HTTPException: lambda _, error: _refusal(error.status_code, error.detail, error.headers)},
+        exception_handlers={
+            HTTPException: lambda _, error: _refusal(
+                error.status_code, error.detail, error.headers
+            )
+        },
     )
     app.router.redirect_slashes = False
     return app
 
 
-def _refusal(status: int, message: str, headers: dict[str, str] | None = None) -> Response:
+def _refusal(
+    status: int, message: str, headers: dict[str, str] | None = None
+) -> Response:
     return JSONResponse({"error": " ".join(message.split())}, status, headers)
 
 
-def _handler(work: Work, slots: asyncio.Semaphore, most: int, kind: str) -> Callable[[Request], Awaitable[Response]]:
+def _handler(
+    work: Work, slots: asyncio.Semaphore, most: int, kind: str
+) -> Callable[[Request], Awaitable[Response]]:
     """Return the handler of a POST request: read the body, work in a thread, answer every error in one line."""
 
     async def handle(request: Request) -> Response:
-        stated = request.headers.get("content-type", "").partition(";")[0].strip().lower()
+        stated = (
+            request.headers.get("content-type", "").partition(";")[0].strip().lower()
+        )
         if stated != kind:
             return _refusal(415, f"Content-Type must be {kind}, got {shown(stated)}")
         try:
             body = await body_of(request, most)
-            answer = await answer_in_thread(request, slots, lambda check: work(request, body, check))
+            answer = await answer_in_thread(
+                request, slots, lambda check: work(request, body, check)
+            )
         except ClientDisconnect:  # nobody reads this
-            return _refusal(400, "the client disconnected before its request was complete")
+            return _refusal(
+                400, "the client disconnected before its request was complete"
+            )
         except HTTPException:
             raise
         except GaitgraphError as error:
             return _refusal(400, str(error))
         except MemoryError:
-            return _refusal(503, "not enough memory; use fewer waypoints, polygons, samples or rows")
+            return _refusal(
+                503, "not enough memory; use fewer waypoints, polygons, samples or rows"
+            )
         except Exception as error:  # a bug of ours ends one request, not the server
             message = " ".join(f"{type(error).__name__}: {error}".split())
-            print(f"gaitgraph: {request.url.path.rpartition('/')[2]}: {message}", file=sys.stderr)
+            print(
+                f"gaitgraph: {request.url.path.rpartition('/')[2]}: {message}",
+                file=sys.stderr,
+            )
             return _refusal(500, f"internal error ({message}); the server continues")
         return answer if isinstance(answer, Response) else JSONResponse(answer)
 
@@ -209,7 +282,9 @@ def _handler(work: Work, slots: asyncio.Semaphore, most: int, kind: str) -> Call
 def _download(_: Request, body: bytes, check: Check) -> Any:
     query = _content(body)
     check_fields("request", query, ("state", "suffix"))
-    name, content = file_answer(queries.state_of(query.get("state", {})), query.get("suffix", ".csv"), check)
+    name, content = file_answer(
+        queries.state_of(query.get("state", {})), query.get("suffix", ".csv"), check
+    )
     headers = {"content-disposition": f"attachment; filename={quote(name)}"}
     return Response(content, media_type="application/octet-stream", headers=headers)
 
@@ -217,12 +292,21 @@ def _download(_: Request, body: bytes, check: Check) -> Any:
 @cache
 def setup_answer() -> dict[str, Any]:
     """Return the choices, presets, formats, limits, empty state and gaits of the paper for the page."""
-    gaits = {f"Gait {number}": paper_gait(number, PAPER, coefficients_of()) for number in PAPER_GAITS.values()}
+    gaits = {
+        f"Gait {number}": paper_gait(number, PAPER, coefficients_of())
+        for number in PAPER_GAITS.values()
+    }
     return {
         "version": __version__,
-        "presets": [{"name": name, "drag_ratio": vehicle_named(name).drag_ratio} for name in preset_names()],
+        "presets": [
+            {"name": name, "drag_ratio": vehicle_named(name).drag_ratio}
+            for name in preset_names()
+        ],
         "laws": list(LAWS),
-        **{f"{name}s": list(CHOICES[name]) for name in ("objective", "color", "sign", "method", "require")},
+        **{
+            f"{name}s": list(CHOICES[name])
+            for name in ("objective", "color", "sign", "method", "require")
+        },
         "shadings": list(queries.SHADINGS),
         "formats": formats_answer(),
         "defaults": queries.DEFAULTS,
@@ -247,7 +331,9 @@ class Server:
     def __init__(self, port: int = 0) -> None:
         token = secrets.token_urlsafe(16)
         # asyncio sends small packets at once only if the protocol is given; otherwise every answer is delayed by 40 ms.
-        self._socket = socket.socket(socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP)
+        self._socket = socket.socket(
+            socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP
+        )
         try:
             self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             self._socket.bind((ADDRESS, port))
@@ -255,7 +341,9 @@ class Server:
         except (OSError, OverflowError) as error:
             self.close()
             reason = getattr(error, "strerror", None) or error
-            raise InputError(f"--port must be a free port, or 0 for any, got {port}: {reason}") from error
+            raise InputError(
+                f"--port must be a free port, or 0 for any, got {port}: {reason}"
+            ) from error
         port = int(self._socket.getsockname()[1])
         self.address = f"http://{ADDRESS}:{port}/{token}/"  # with the token
         config = uvicorn.Config(
@@ -286,7 +374,10 @@ class Server:
 def _warm_up() -> None:
     """Plan once and prepare the regions of the paper's vehicle, so that the first click is fast."""
     setup_answer()
-    for waypoints in ([[0.6, -0.6]], [[0.5, 0.5]]):  # the first can be planned; the second has no gait
+    for waypoints in (
+        [[0.6, -0.6]],
+        [[0.5, 0.5]],
+    ):  # the first can be planned; the second has no gait
         state = queries.state_of({"waypoints": waypoints})
         queries.plan_answer(state)
         queries.diagram_answer(state)

@@ -11,11 +11,24 @@ from typing import TYPE_CHECKING, Any
 
 from gaitgraph.angles import number_of
 from gaitgraph.certificates.making import certify
-from gaitgraph.errors import FileProblem, GaitgraphError, InputError, checked_choice, needs_extra, shown
+from gaitgraph.errors import (
+    FileProblem,
+    GaitgraphError,
+    InputError,
+    checked_choice,
+    needs_extra,
+    shown,
+)
 from gaitgraph.explorer import queries
 from gaitgraph.gait.table import closed_rows, merged
 from gaitgraph.invertibility import matrices
-from gaitgraph.io.formats import FORMATS, known_format, naming_file, read_pieces, write_tables
+from gaitgraph.io.formats import (
+    FORMATS,
+    known_format,
+    naming_file,
+    read_pieces,
+    write_tables,
+)
 from gaitgraph.plots.vehicles import write_films
 from gaitgraph.robustness.biased import robustness_of
 from gaitgraph.timing.timed_gait import table_of
@@ -33,51 +46,85 @@ _MOST_ROWS = 2000
 _PLACES = 400  # along the legs of a table without times
 _MOST_CORNERS = 5000  # whose attitudes are judged
 _FILM = ".gif"
-_NOT_SHOWN = {"floor": matrices.DEFAULT_FLOOR}  # request fields without a control on the page
+_NOT_SHOWN = {
+    "floor": matrices.DEFAULT_FLOOR
+}  # request fields without a control on the page
 
 
 def formats_answer() -> list[dict[str, Any]]:
     """Return the formats of a download, and for each that is not available the reason."""
-    missing = next((module for module in ("matplotlib", "PIL") if find_spec(module) is None), None)
-    why_no_film = None if missing is None else str(needs_extra(missing, "a film", "plot"))
-    listed = [(one.suffix, one.name, one.why_not(), one.reads and not one.folder) for one in FORMATS.values()]
-    others = (_FILM, "animated GIF", why_no_film, False), (CERTIFICATE, "certificate", None, False)
+    missing = next(
+        (module for module in ("matplotlib", "PIL") if find_spec(module) is None), None
+    )
+    why_no_film = (
+        None if missing is None else str(needs_extra(missing, "a film", "plot"))
+    )
+    listed = [
+        (one.suffix, one.name, one.why_not(), one.reads and not one.folder)
+        for one in FORMATS.values()
+    ]
+    others = (
+        (_FILM, "animated GIF", why_no_film, False),
+        (CERTIFICATE, "certificate", None, False),
+    )
     return [
-        {"suffix": suffix, "name": name, "available": why_not is None, "why_not": why_not, "reads": reads}
+        {
+            "suffix": suffix,
+            "name": name,
+            "available": why_not is None,
+            "why_not": why_not,
+            "reads": reads,
+        }
         for suffix, name, why_not, reads in (*listed, *others)
     ]
 
 
-def table_answer(name: str, content: bytes, progress: Progress = queries.quiet) -> dict[str, Any]:
+def table_answer(
+    name: str, content: bytes, progress: Progress = queries.quiet
+) -> dict[str, Any]:
     """Return the report of a gait file's bytes, and its rows; InputError or FileProblem if it is no table.
 
     The suffix of the name selects the format; the name appears only in messages.
     """
-    last = "".join(letter for letter in re.split(r"[\\/]", name)[-1] if letter.isprintable())
+    last = "".join(
+        letter for letter in re.split(r"[\\/]", name)[-1] if letter.isprintable()
+    )
     if not last:
         raise InputError(f"name must be a file name with a suffix, got {shown(name)}")
     name = last if len(last) <= 100 else last[:60] + "…" + last[-30:]
     form = known_format(name, "table", reads=True)
     if form.folder:
-        raise InputError(f"table must be a single file, got {name!r}: a {form.name} is a folder")
+        raise InputError(
+            f"table must be a single file, got {name!r}: a {form.name} is a folder"
+        )
     with TemporaryDirectory(prefix="gaitgraph-") as folder:
         path = Path(folder) / f"table{form.suffix}"
         path.write_bytes(content)
         try:
             table = merged(_bounded(read_pieces(path), progress))
-            if isinstance(table.about.get("vehicle"), str):  # in the library it may be the name of a file
+            if isinstance(
+                table.about.get("vehicle"), str
+            ):  # in the library it may be the name of a file
                 checked_choice("vehicle", table.about["vehicle"], preset_names())
             with naming_file(path):
                 report = validate(table)
             rows, times, stated = closed_rows(table)
             progress(1.0)
         except (InputError, FileProblem) as error:
-            raise type(error)(str(error).replace(repr(str(path)), repr(name))) from error
+            raise type(error)(
+                str(error).replace(repr(str(path)), repr(name))
+            ) from error
     # Without times the motion between rows is straight: values there are those of places on the legs.
-    count, parts = len(rows.alpha), 1 if times is not None else max(1, _PLACES // len(rows.alpha))
+    count, parts = (
+        len(rows.alpha),
+        1 if times is not None else max(1, _PLACES // len(rows.alpha)),
+    )
     some = queries.spread_rows(count * parts + 1, _MOST_ROWS)
     legs, t = some // parts % count, None if times is None else times[some]
-    alpha = rows.alpha[legs] + (some % parts / parts)[:, None] * (rows.ends - rows.alpha)[legs]
+    alpha = (
+        rows.alpha[legs]
+        + (some % parts / parts)[:, None] * (rows.ends - rows.alpha)[legs]
+    )
     gait = stated.gait if stated else rows.merged()
     map_of = _preset_of(rows.vehicle)
     diagram: dict[str, Any] = {"own": None, "reason": None}
@@ -85,14 +132,19 @@ def table_answer(name: str, content: bytes, progress: Progress = queries.quiet) 
         limit = f"At most {_MOST_CORNERS} corners are drawn here, got {len(gait.alpha)}"
         diagram["reason"] = f"{limit}. For longer tables: gaitgraph robustness FILE"
     else:
-        diagram["own"] = queries.diagram_of(robustness_of(gait, curves=queries.CURVES, progress=progress).gait)
+        diagram["own"] = queries.diagram_of(
+            robustness_of(gait, curves=queries.CURVES, progress=progress).gait
+        )
     return {
         "name": name,
         "rows": report.rows,
         **queries.verdict_answer(report),
         "warnings": [*table.notes, *report.warnings],
-        "path": queries.to_digits(rows.alpha[queries.spread_rows(count + 1, _MOST_ROWS) % count, :2]),
-        "series": queries.series_answer(alpha, rows, report, t=t) | {"rows": queries.to_digits(1 + some / parts)},
+        "path": queries.to_digits(
+            rows.alpha[queries.spread_rows(count + 1, _MOST_ROWS) % count, :2]
+        ),
+        "series": queries.series_answer(alpha, rows, report, t=t)
+        | {"rows": queries.to_digits(1 + some / parts)},
         "vehicle": rows.vehicle.name,
         "map": map_of and map_of | {"coefficients": rows.coefficients.kind},
         "vehicle_view": queries.vehicle_view_answer(alpha, rows.vehicle, t=t),
@@ -112,13 +164,18 @@ def _bounded(pieces: Iterable[Table], progress: Progress) -> Iterator[Table]:
         progress("reading")
         rows += len(piece)
         if rows > most:
-            raise InputError(f"a table must have at most {most} rows here; 'gaitgraph validate' has no limit")
+            raise InputError(
+                f"a table must have at most {most} rows here; 'gaitgraph validate' has no limit"
+            )
         yield piece
 
 
 def _preset_of(vehicle: Vehicle) -> dict[str, Any] | None:
     """Return the fields of a state that stand for a vehicle: a preset, with another drag ratio; None if none do."""
-    ratios = (None, *filter(queries.RANGES["drag_ratio"].contains, [vehicle.drag_ratio]))
+    ratios = (
+        None,
+        *filter(queries.RANGES["drag_ratio"].contains, [vehicle.drag_ratio]),
+    )
     pairs = ((name, ratio) for name in preset_names() for ratio in ratios)
     found = next((pair for pair in pairs if queries.vehicle_of(*pair) == vehicle), None)
     return found and {"vehicle": found[0], "drag_ratio": found[1]}
@@ -129,7 +186,11 @@ def _state_of_request(table: Table) -> dict[str, Any] | None:
     request = table.about.get("request")
     if not isinstance(request, dict):
         return None
-    if any(_NOT_SHOWN.get(name, ...) != value for name, value in request.items() if name not in queries.DEFAULTS):
+    if any(
+        _NOT_SHOWN.get(name, ...) != value
+        for name, value in request.items()
+        if name not in queries.DEFAULTS
+    ):
         return None
     state = {name: value for name, value in request.items() if name in queries.DEFAULTS}
     if "t" in table and 2 <= len(table) <= queries.RANGES["samples"].high + 1:
@@ -137,18 +198,28 @@ def _state_of_request(table: Table) -> dict[str, Any] | None:
     if state.get("method") == "exact":
         state.pop("divisions", None)  # not used, and may be out of range here
     if number_of(state.get("accuracy")) < queries.RANGES["accuracy"].low:
-        state["accuracy"] = queries.RANGES["accuracy"].low  # finer would be too slow for the page
+        state["accuracy"] = queries.RANGES[
+            "accuracy"
+        ].low  # finer would be too slow for the page
     stated = request.get("vehicle", queries.DEFAULTS["vehicle"])
     try:
-        vehicle = vehicle_from_mapping(stated) if isinstance(stated, dict) else queries.vehicle_of(stated)
+        vehicle = (
+            vehicle_from_mapping(stated)
+            if isinstance(stated, dict)
+            else queries.vehicle_of(stated)
+        )
         found = _preset_of(vehicle)
         queries.state_of(state := state | (found or {}))
     except GaitgraphError:
         return None
-    return state if found else None  # only presets, with another drag ratio, have a control
+    return (
+        state if found else None
+    )  # only presets, with another drag ratio, have a control
 
 
-def file_answer(state: queries.State, suffix: object, progress: Progress = queries.quiet) -> tuple[str, bytes]:
+def file_answer(
+    state: queries.State, suffix: object, progress: Progress = queries.quiet
+) -> tuple[str, bytes]:
     """Return the planned gait of a state as a file, or its certificate: name and bytes; a folder as a zip file."""
     suffix = checked_choice("suffix", suffix, (*FORMATS, _FILM, CERTIFICATE))
     if state.empty:

@@ -18,13 +18,24 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import HALF_PI, angle_from_text, in_degrees, number_of, whole_number
+from gaitgraph.angles import (
+    HALF_PI,
+    angle_from_text,
+    in_degrees,
+    number_of,
+    whole_number,
+)
 from gaitgraph.errors import InputError, shown
 from gaitgraph.flight.course import biased_timed_gait, repeated
 from gaitgraph.flight.flight import OUTCOMES, FlightSettings, about_table
 from gaitgraph.flight.simulation import Simulation, before_take_off
 from gaitgraph.gait.table import Table, merged
-from gaitgraph.invertibility.matrices import BoolArray, FloatArray, coefficients_of, determinant
+from gaitgraph.invertibility.matrices import (
+    BoolArray,
+    FloatArray,
+    coefficients_of,
+    determinant,
+)
 from gaitgraph.robustness.biased import robustness_of
 from gaitgraph.timing.timed_gait import TimedGait, timed_gait_of
 
@@ -35,7 +46,9 @@ if TYPE_CHECKING:
     from gaitgraph.robustness.attitudes import AcceptableAttitudes
 
 DEFAULT_EXTENT = math.radians(80.0)  # largest roll and pitch at the start
-DEFAULT_RESOLUTION = 17  # attitudes along each side of the grid: 10° apart with the default extent
+DEFAULT_RESOLUTION = (
+    17  # attitudes along each side of the grid: 10° apart with the default extent
+)
 
 # Whether an attitude is acceptable, and whether it settled.
 CASES = ("inside_settled", "inside_lost", "outside_settled", "outside_lost")
@@ -55,7 +68,9 @@ class Basin:
     settings: FlightSettings
     angles: FloatArray  # the grid's values of roll, and of pitch, shape (m,)
     begins: FloatArray  # moments of the gait at which flights take off, shape (b,)
-    outcome: npt.NDArray[np.int8]  # of each flight, an index into gaitgraph.flight.flight.OUTCOMES
+    outcome: npt.NDArray[
+        np.int8
+    ]  # of each flight, an index into gaitgraph.flight.flight.OUTCOMES
     seconds: FloatArray  # the settling time, or the end of the flight
     peak_share: FloatArray  # the largest thrust over a quarter of the weight; 0 if it ended at once
     same_side: BoolArray  # whether the determinant at take-off has the same sign as in level flight
@@ -88,13 +103,20 @@ class Basin:
     @property
     def cases(self) -> dict[str, int]:
         """Number of attitudes of each of :data:`CASES`."""
-        counts = [(self.inside == here) & (self.settled == well) for here in (True, False) for well in (True, False)]
+        counts = [
+            (self.inside == here) & (self.settled == well)
+            for here in (True, False)
+            for well in (True, False)
+        ]
         return dict(zip(CASES, (int(count.sum()) for count in counts), strict=True))
 
     @property
     def outcomes(self) -> dict[str, int]:
         """Number of flights with each outcome that occurred."""
-        return {OUTCOMES[code]: int((self.outcome == code).sum()) for code in np.unique(self.outcome)}
+        return {
+            OUTCOMES[code]: int((self.outcome == code).sum())
+            for code in np.unique(self.outcome)
+        }
 
     @property
     def name(self) -> str:
@@ -103,7 +125,9 @@ class Basin:
 
     def columns(self) -> dict[str, Any]:
         """Return a row for each flight; the predictions `acceptable` and `same_side` are 1 or 0."""
-        begin, roll, pitch = np.meshgrid(self.begins, self.angles, self.angles, indexing="ij")
+        begin, roll, pitch = np.meshgrid(
+            self.begins, self.angles, self.angles, indexing="ij"
+        )
         return {
             "eta": np.full(begin.size, self.eta),
             "begin": begin.ravel(),
@@ -129,7 +153,11 @@ class Basin:
             "acceptable_fraction": self.acceptable_fraction,
             **self.cases,
             "outcomes": self.outcomes,
-            "flights": {name: np.asarray(values).tolist() for name, values in self.columns().items() if name != "eta"},
+            "flights": {
+                name: np.asarray(values).tolist()
+                for name, values in self.columns().items()
+                if name != "eta"
+            },
         }
 
     def __str__(self) -> str:
@@ -137,7 +165,10 @@ class Basin:
         head = f"Basin of {self.name}: {m} by {m} attitudes, roll and pitch up to {span:g}°"
         if self.refusal:
             return f"{head}: refused before take-off: {self.refusal}"
-        cases, counts = self.cases, [f"{count} {name}" for name, count in self.outcomes.items()]
+        cases, counts = (
+            self.cases,
+            [f"{count} {name}" for name, count in self.outcomes.items()],
+        )
         lines = [
             f"{head}: {100 * self.fraction:.1f} % settled, {100 * self.acceptable_fraction:.1f} % acceptable",
             f"  acceptable    {cases['inside_settled']} settled, {cases['inside_lost']} lost",
@@ -148,7 +179,9 @@ class Basin:
         if times.size:
             peak = float(self.peak_share[self.outcome == 0].max())
             thrust = f"{peak:.3g} times a quarter of the weight"
-            lines.append(f"  settled       after {times.max():.2f} s at most, with {thrust}")
+            lines.append(
+                f"  settled       after {times.max():.2f} s at most, with {thrust}"
+            )
         return "\n".join(lines)
 
     __repr__ = __str__
@@ -205,28 +238,46 @@ def basins_of(
 
     timed = timed_gait_of(gait)
     etas = list(biases)
-    if not etas or not all(0 < number_of(eta) <= 1 for eta in etas) or len(set(etas)) < len(etas):
-        raise InputError(f"bias must be different numbers above 0, up to 1, got {shown(etas)}")
+    if (
+        not etas
+        or not all(0 < number_of(eta) <= 1 for eta in etas)
+        or len(set(etas)) < len(etas)
+    ):
+        raise InputError(
+            f"bias must be different numbers above 0, up to 1, got {shown(etas)}"
+        )
     gaits = [timed if eta == 1.0 else biased_timed_gait(timed, eta) for eta in etas]
     whole_number("resolution", resolution, 1, _MOST_FLIGHTS)
     whole_number("begins", begins, 1, _MOST_FLIGHTS)
     flights = len(etas) * int(begins) * int(resolution) ** 2
     if flights > _MOST_FLIGHTS:
-        raise InputError(f"resolution must make at most {_MOST_FLIGHTS} flights, got {flights}")
+        raise InputError(
+            f"resolution must make at most {_MOST_FLIGHTS} flights, got {flights}"
+        )
     span = angle_from_text(extent, "extent")
     if not 0 < span < HALF_PI:
-        raise InputError(f"extent must be an angle above 0 and below pi/2, got {shown(extent)}{in_degrees(extent)}")
+        raise InputError(
+            f"extent must be an angle above 0 and below pi/2, got {shown(extent)}{in_degrees(extent)}"
+        )
     settings = FlightSettings() if settings is None else settings
     if settings.duration is None:
-        settings = replace(settings, duration=max(settings.seconds, timed.period + _AFTER))
+        settings = replace(
+            settings, duration=max(settings.seconds, timed.period + _AFTER)
+        )
     elif settings.duration < timed.period:
         wanted = f"at least the gait's period, {timed.period:g} s"
         raise InputError(f"duration must be {wanted}, got {settings.duration!r} s")
     if settings.reference != "attitude":
-        raise InputError(f"reference must be attitude for a basin, got {settings.reference!r}")
-    mass, *_ = timed.gait.vehicle.require("mass", "inertia", "arm_length", purpose="flight")
+        raise InputError(
+            f"reference must be attitude for a basin, got {settings.reference!r}"
+        )
+    mass, *_ = timed.gait.vehicle.require(
+        "mass", "inertia", "arm_length", purpose="flight"
+    )
     # The middle of an odd count is zero exactly.
-    angles = span * (2.0 * np.arange(resolution) - (resolution - 1)) / max(resolution - 1, 1)
+    angles = (
+        span * (2.0 * np.arange(resolution) - (resolution - 1)) / max(resolution - 1, 1)
+    )
     starts = timed.period * np.arange(begins) / begins
 
     roll, pitch = np.meshgrid(angles, angles, indexing="ij")
@@ -247,14 +298,27 @@ def basins_of(
                 if progress is not None:
                     progress((before + done) / (len(etas) * len(starts)))
 
-            flown = simulation.run_many(attitudes, until_settled=one.period, progress=part)
-            outcome[number], seconds[number], peak[number] = (values.reshape(roll.shape) for values in flown)
+            flown = simulation.run_many(
+                attitudes, until_settled=one.period, progress=part
+            )
+            outcome[number], seconds[number], peak[number] = (
+                values.reshape(roll.shape) for values in flown
+            )
         peak *= 4.0 / (mass * one.gait.vehicle.gravity)
-        alpha, exact = one.at(starts)[0][:, None, None], coefficients_of(one.gait.vehicle, "exact")
-        same_side = np.asarray(determinant(alpha, exact, roll, pitch) * determinant(alpha, exact) > 0)
+        alpha, exact = (
+            one.at(starts)[0][:, None, None],
+            coefficients_of(one.gait.vehicle, "exact"),
+        )
+        same_side = np.asarray(
+            determinant(alpha, exact, roll, pitch) * determinant(alpha, exact) > 0
+        )
         inside = np.asarray(shapely.contains_xy(acceptable.polygon, roll, pitch))
         of_flights = angles, starts, outcome, seconds, peak, same_side
-        found.append(Basin(one, eta, settings, *of_flights, acceptable, inside, refusal, warnings))
+        found.append(
+            Basin(
+                one, eta, settings, *of_flights, acceptable, inside, refusal, warnings
+            )
+        )
     return tuple(found)
 
 

@@ -48,21 +48,35 @@ def allocation_of(alpha: npt.ArrayLike, vehicle: Vehicle) -> FloatArray:
     along the tilted axes per torque, in units of thrust times arm length, 12), and w (the unit thrusts that make no
     torque, 4). Where the moment matrix has lost rank, all are zero.
     """
-    both = (part * thrust_signs(vehicle) for part in rotor_directions(np.atleast_2d(alpha), vehicle))
-    force, (first, second, third) = (np.ascontiguousarray(np.moveaxis(part, 0, -1)) for part in both)
+    both = (
+        part * thrust_signs(vehicle)
+        for part in rotor_directions(np.atleast_2d(alpha), vehicle)
+    )
+    force, (first, second, third) = (
+        np.ascontiguousarray(np.moveaxis(part, 0, -1)) for part in both
+    )
     # The generalised cross product of the rows; without rank it is zero, and all is divided by infinity.
     free = _across(first, second, third)
     size = np.linalg.norm(free, axis=0)
     size = np.where(size > 1e-12, size, np.inf)
     free /= size
     # Column j of P is normal to w and to the other two rows, and its product with row j is 1.
-    before, after = np.stack([third, first, second], axis=1), np.stack([second, third, first], axis=1)
+    before, after = (
+        np.stack([third, first, second], axis=1),
+        np.stack([second, third, first], axis=1),
+    )
     thrusts = _across(before, after, free[:, None]) / size
     # w is continuous along the course, so a sign that is right in its first row is right in all.
     direction = np.einsum("ikn,kn->in", force, free)
     sign = -1.0 if direction[2, 0] < 0 else 1.0
     squared = np.sum(thrusts**2, axis=(0, 1))
-    parts = np.einsum("ikn,kjn->ijn", force, thrusts), sign * direction, squared, thrusts, sign * free
+    parts = (
+        np.einsum("ikn,kjn->ijn", force, thrusts),
+        sign * direction,
+        squared,
+        thrusts,
+        sign * free,
+    )
     return np.vstack([part.reshape(-1, len(size)) for part in parts]).T
 
 
@@ -70,10 +84,17 @@ def _across(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
     """Return the vectors normal to three, of shapes (4, ..., n); their products with others d are det(d, a, b, c)."""
     even = (1, 2, 3), (0, 3, 2), (0, 1, 3), (0, 2, 1)
     turns = [((i, j, k), (j, k, i), (k, i, j)) for i, j, k in even]
-    return np.stack([sum(a[i] * (b[j] * c[k] - b[k] * c[j]) for i, j, k in three) for three in turns])
+    return np.stack(
+        [
+            sum(a[i] * (b[j] * c[k] - b[k] * c[j]) for i, j, k in three)
+            for three in turns
+        ]
+    )
 
 
-def observed(place: Any, speed: Any, noise: Sequence[float] | None, functions: Any = math) -> tuple[Any, ...]:
+def observed(
+    place: Any, speed: Any, noise: Sequence[float] | None, functions: Any = math
+) -> tuple[Any, ...]:
     """Return what is true and what sensors measure of a place with a quaternion, and a velocity with body rates.
 
     These are: place, roll, pitch, yaw, velocity and body rates, twelve numbers, first the true ones, then the measured;
@@ -81,19 +102,48 @@ def observed(place: Any, speed: Any, noise: Sequence[float] | None, functions: A
     """
     x, y, z, qw, qx, qy, qz, *_ = place
     vx, vy, vz, p, q, r, *_ = speed
-    v1, v2, v3 = 2 * (qx * qz - qw * qy), 2 * (qy * qz + qw * qx), 1 - 2 * (qx * qx + qy * qy)
+    v1, v2, v3 = (
+        2 * (qx * qz - qw * qy),
+        2 * (qy * qz + qw * qx),
+        1 - 2 * (qx * qx + qy * qy),
+    )
     level = functions.sqrt(v2 * v2 + v3 * v3)
     yaw = functions.atan2(2 * (qx * qy + qw * qz), 1 - 2 * (qy * qy + qz * qz))
-    state = measured = (x, y, z, functions.atan2(v2, v3), functions.atan2(-v1, level), yaw, vx, vy, vz, p, q, r)
+    state = measured = (
+        x,
+        y,
+        z,
+        functions.atan2(v2, v3),
+        functions.atan2(-v1, level),
+        yaw,
+        vx,
+        vy,
+        vz,
+        p,
+        q,
+        r,
+    )
     if noise is not None:
         measured = tuple([a + b for a, b in zip(state, noise, strict=True)])
         roll, pitch = measured[3:5]
         level = functions.cos(pitch)
-        v1, v2, v3 = -functions.sin(pitch), functions.sin(roll) * level, functions.cos(roll) * level
-    return state, measured, (v1, v2, v3, level), abs(p) + abs(q) + abs(r), abs(x) + abs(y) + abs(z)
+        v1, v2, v3 = (
+            -functions.sin(pitch),
+            functions.sin(roll) * level,
+            functions.cos(roll) * level,
+        )
+    return (
+        state,
+        measured,
+        (v1, v2, v3, level),
+        abs(p) + abs(q) + abs(r),
+        abs(x) + abs(y) + abs(z),
+    )
 
 
-def controller_of(settings: FlightSettings, vehicle: Vehicle, functions: Any = math) -> Callable[..., tuple[Any, ...]]:
+def controller_of(
+    settings: FlightSettings, vehicle: Vehicle, functions: Any = math
+) -> Callable[..., tuple[Any, ...]]:
     """Return the controller of a flight, to be called at every control step.
 
     It takes the measured place, roll, pitch, yaw, velocity and body rates, twelve numbers; the vertical in body axes
@@ -105,7 +155,9 @@ def controller_of(settings: FlightSettings, vehicle: Vehicle, functions: Any = m
     The measured numbers may be arrays of many flights, with `functions` of numpy. One flight uses plain numbers, which
     are more than ten times quicker than arrays of one.
     """
-    mass, (ix, iy, iz), length = vehicle.require("mass", "inertia", "arm_length", purpose="flight")
+    mass, (ix, iy, iz), length = vehicle.require(
+        "mass", "inertia", "arm_length", purpose="flight"
+    )
     gravity = vehicle.gravity
     kp, kd = settings.attitude_stiffness, settings.attitude_damping
     kp_z, kd_z = settings.altitude_stiffness, settings.altitude_damping
@@ -115,7 +167,9 @@ def controller_of(settings: FlightSettings, vehicle: Vehicle, functions: Any = m
     i1, i2, i3 = ix / length, iy / length, iz / length
     j1, j2, j3 = (iz - iy) / length, (ix - iz) / length, (iy - ix) / length
 
-    def thrusts(state: Sequence[Any], vertical: Sequence[Any], known: Sequence[float]) -> tuple[Any, ...]:
+    def thrusts(
+        state: Sequence[Any], vertical: Sequence[Any], known: Sequence[float]
+    ) -> tuple[Any, ...]:
         x, y, z, roll, pitch, yaw, vx, vy, vz, p, q, r = state
         v1, v2, v3, cp = vertical
         (
@@ -124,7 +178,11 @@ def controller_of(settings: FlightSettings, vehicle: Vehicle, functions: Any = m
             l1, l2, l3, xd, yd, zd, ux, uy, ax, ay,
         ) = known  # fmt: skip
         # The decoupling matrix's distance to a singular one.
-        g1, g2, g3 = v1 * f1 + v2 * f4 + v3 * f7, v1 * f2 + v2 * f5 + v3 * f8, v1 * f3 + v2 * f6 + v3 * f9
+        g1, g2, g3 = (
+            v1 * f1 + v2 * f4 + v3 * f7,
+            v1 * f2 + v2 * f5 + v3 * f8,
+            v1 * f3 + v2 * f6 + v3 * f9,
+        )
         along = v1 * n1 + v2 * n2 + v3 * n3
         near = along * along
         near = near / (squared * near + g1 * g1 + g2 * g2 + g3 * g3 + 1.0)
@@ -165,7 +223,9 @@ def controller_of(settings: FlightSettings, vehicle: Vehicle, functions: Any = m
     return thrusts
 
 
-def wanted_attitude(ax: float, ay: float, gravity: float, yaw: float, force: Sequence[float]) -> tuple[float, float]:
+def wanted_attitude(
+    ax: float, ay: float, gravity: float, yaw: float, force: Sequence[float]
+) -> tuple[float, float]:
     """Return the roll and pitch at which a body force points along a wanted acceleration, and against gravity."""
     hypot, atan2 = math.hypot, math.atan2
     most = gravity * math.tan(_MOST_LEAN)
@@ -174,9 +234,17 @@ def wanted_attitude(ax: float, ay: float, gravity: float, yaw: float, force: Seq
         ax, ay = ax * most / size, ay * most / size
     cy, sy = math.cos(yaw), math.sin(yaw)
     n1, n2, n3 = force
-    norm = math.sqrt(n1 * n1 + n2 * n2 + n3 * n3) / math.sqrt(ax * ax + ay * ay + gravity * gravity)
-    forward, left, up = (cy * ax + sy * ay) * norm, (cy * ay - sy * ax) * norm, gravity * norm
+    norm = math.sqrt(n1 * n1 + n2 * n2 + n3 * n3) / math.sqrt(
+        ax * ax + ay * ay + gravity * gravity
+    )
+    forward, left, up = (
+        (cy * ax + sy * ay) * norm,
+        (cy * ay - sy * ax) * norm,
+        gravity * norm,
+    )
     across = hypot(n2, n3)
-    roll = atan2(n2, n3) - math.asin(max(-1.0, min(1.0, left / across if across else 0.0)))
+    roll = atan2(n2, n3) - math.asin(
+        max(-1.0, min(1.0, left / across if across else 0.0))
+    )
     pitch = atan2(forward, up) - atan2(n1, math.sin(roll) * n2 + math.cos(roll) * n3)
     return roll, pitch

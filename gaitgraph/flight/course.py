@@ -36,7 +36,9 @@ _SURFACE_RULES = frozenset({"closed", "on_surface", "two_color", "continuous"})
 def biased_timed_gait(timed: TimedGait, eta: float) -> TimedGait:
     """Return the biased gait, equations (14) and (15), with the same times; InputError if η is not allowed."""
     if timed.law not in (*LAWS, ROW_BY_ROW):
-        raise InputError(f"law must be one of {', '.join(LAWS)} for a bias, got {shown(timed.law)}")
+        raise InputError(
+            f"law must be one of {', '.join(LAWS)} for a bias, got {shown(timed.law)}"
+        )
     return replace(timed, gait=timed.gait.biased(eta))
 
 
@@ -85,7 +87,12 @@ def repeated(timed: TimedGait, *, begin: float = 0.0) -> Course:
 
 
 def arm_response(
-    command: FloatArray, vehicle: Vehicle, step: float, *, lag: Each = 0.0, rate: Each = math.inf
+    command: FloatArray,
+    vehicle: Vehicle,
+    step: float,
+    *,
+    lag: Each = 0.0,
+    rate: Each = math.inf,
 ) -> FloatArray:
     """Return the tilt angles of arms whose servos follow commanded ones, shape (n, 4) [rad].
 
@@ -93,20 +100,32 @@ def arm_response(
     (:func:`servo_response`) passes through it to the arm. `rate` is of the tilt axis, which a servo whose own rate is
     that over the linkage's smallest slope reaches everywhere.
     """
-    if vehicle.linkage is None and not isinstance(lag, tuple) and not isinstance(rate, tuple):
+    if (
+        vehicle.linkage is None
+        and not isinstance(lag, tuple)
+        and not isinstance(rate, tuple)
+    ):
         return servo_response(command, step, lag=lag, rate=rate)
     arms = []
-    for angles, linkage, one, most in zip(command.T, vehicle.linkages, four_of(lag), four_of(rate), strict=True):
+    for angles, linkage, one, most in zip(
+        command.T, vehicle.linkages, four_of(lag), four_of(rate), strict=True
+    ):
         if linkage is None:
             arms.append(servo_response(angles[:, None], step, lag=one, rate=most))
             continue
         slowest = min(abs((b - d) / (a - c)) for (a, b), (c, d) in pairwise(linkage))
         servo = linked(linkage, angles, to_servo=True)[0][:, None]
-        arms.append(linked(linkage, servo_response(servo, step, lag=one, rate=most / slowest))[0])
+        arms.append(
+            linked(linkage, servo_response(servo, step, lag=one, rate=most / slowest))[
+                0
+            ]
+        )
     return np.hstack(arms)
 
 
-def servo_response(command: FloatArray, step: float, *, lag: float = 0.0, rate: float = math.inf) -> FloatArray:
+def servo_response(
+    command: FloatArray, step: float, *, lag: float = 0.0, rate: float = math.inf
+) -> FloatArray:
     """Return the angles of k servos that follow a command and begin on it, shape (n, k) [rad].
 
     The command is linear between even times, `step` apart [s]. `lag` is the time constant of a first-order lag [s],
@@ -122,7 +141,9 @@ def servo_response(command: FloatArray, step: float, *, lag: float = 0.0, rate: 
         # The error e = command − angle obeys lag·ė = lag·(command's slope) − e, the slope constant within a step.
         keep = math.exp(-step / lag)
         slope = lag / step * (1.0 - keep)
-        angles[1:] -= lfilter([1.0], [1.0, -keep], slope * np.diff(command, axis=0), axis=0)
+        angles[1:] -= lfilter(
+            [1.0], [1.0, -keep], slope * np.diff(command, axis=0), axis=0
+        )
     most = rate * step
     if not np.any(np.abs(np.diff(angles, axis=0)) > most):
         return angles
@@ -132,23 +153,38 @@ def servo_response(command: FloatArray, step: float, *, lag: float = 0.0, rate: 
         unlimited = target - slope * (target - before) + keep * (angle - before)
         return angle + min(max(unlimited - angle, -most), most)
 
-    return np.array([[*accumulate(pairwise(one), following, initial=one[0])] for one in command.T.tolist()]).T
+    return np.array(
+        [
+            [*accumulate(pairwise(one), following, initial=one[0])]
+            for one in command.T.tolist()
+        ]
+    ).T
 
 
-def broken_rules(report: Report, *, pulling: bool = False) -> tuple[list[str], list[str]]:
+def broken_rules(
+    report: Report, *, pulling: bool = False
+) -> tuple[list[str], list[str]]:
     """Return the messages of the rules that a gait breaks: those that forbid flight, and the others.
 
     Flight needs an invertible matrix when level, positive hover thrusts unless rotors may pull, and tilt angles and
     rates within the vehicle's limits. The gait need not be on the surfaces.
     """
     harmless = _SURFACE_RULES | {"hover_thrust"} if pulling else _SURFACE_RULES
-    follow = () if report["on_surface"].ok else ("two_color", "continuous")  # broken by any gait off the surfaces
-    broken = [check for check in report.checks if not (check.ok and check.decided) and check.name not in follow]
+    follow = (
+        () if report["on_surface"].ok else ("two_color", "continuous")
+    )  # broken by any gait off the surfaces
+    broken = [
+        check
+        for check in report.checks
+        if not (check.ok and check.decided) and check.name not in follow
+    ]
     forbidden = [check.message for check in broken if check.name not in harmless]
     return forbidden, [check.message for check in broken if check.name in harmless]
 
 
-def from_hover(gait: GaitLike, *, periods: int = 2, anyway: bool = False) -> Course | str:
+def from_hover(
+    gait: GaitLike, *, periods: int = 2, anyway: bool = False
+) -> Course | str:
     """Return the course from hover into a gait, around it, and back; or the reason why there is none.
 
     The gait is flown `periods` times, with a second in hover before and after. The path from hover is on the surface if
@@ -168,9 +204,14 @@ def from_hover(gait: GaitLike, *, periods: int = 2, anyway: bool = False) -> Cou
     timed = timed_gait_of(gait)
     gait, times = timed.gait, timed.corner_times
     passed = timed.at(times[:-1])[0]
-    if passed.shape != gait.alpha.shape or np.abs(passed - gait.alpha).max() > _SAME_PLACE:
+    if (
+        passed.shape != gait.alpha.shape
+        or np.abs(passed - gait.alpha).max() > _SAME_PLACE
+    ):
         # Gaits timed by polynomials are joined at a knot, which need not be a corner.
-        gait = replace(gait, alpha=passed, colors=gait.colors[:1] * len(passed), request={})
+        gait = replace(
+            gait, alpha=passed, colors=gait.colors[:1] * len(passed), request={}
+        )
     path = transition("hover", gait)
     if path and path.report is not None and path.report.flyable:
         entry, seconds, corner = path.timed, path.duration, path.corners[1] or 0
@@ -180,14 +221,22 @@ def from_hover(gait: GaitLike, *, periods: int = 2, anyway: bool = False) -> Cou
         straight = replace(gait, alpha=ends, colors=gait.colors[:1] * 2, request={})
         limit, seconds, corner = gait.vehicle.max_tilt_rate, path.duration, 0
         if limit is not None:
-            seconds = max(seconds, float((straight.parametrize(2.0).peak_rates() / limit).max()))
+            seconds = max(
+                seconds, float((straight.parametrize(2.0).peak_rates() / limit).max())
+            )
         entry = straight.parametrize(2 * seconds)
         forbidden, _ = broken_rules(entry.check())
         if forbidden and not anyway:
             # For a gait off the surfaces, paths on them do not matter.
-            reason = path.reason if gait.check().valid else f"off the surfaces it is straight, and {forbidden[0]}"
+            reason = (
+                path.reason
+                if gait.check().valid
+                else f"off the surfaces it is straight, and {forbidden[0]}"
+            )
             return f"no flyable path from hover: {reason}"
-    hover = replace(gait, alpha=np.zeros((1, 4)), colors=gait.colors[:1], request={}).parametrize(1.0)
+    hover = replace(
+        gait, alpha=np.zeros((1, 4)), colors=gait.colors[:1], request={}
+    ).parametrize(1.0)
     arrival = _PAUSE + seconds
     departure = arrival + periods * timed.period
     flown = (arrival, float(times[corner]), timed)

@@ -40,14 +40,22 @@ def mujoco_library() -> Any:
         import mujoco
     except ImportError as error:
         raise needs_extra("mujoco", "flight in a physics engine", "sim") from error
-    except (AttributeError, OSError, RuntimeError) as error:  # from loading the OpenGL of this variable
-        raise InputError(f"mujoco does not load with MUJOCO_GL={os.environ.get('MUJOCO_GL')!r}; unset it") from error
+    except (
+        AttributeError,
+        OSError,
+        RuntimeError,
+    ) as error:  # from loading the OpenGL of this variable
+        raise InputError(
+            f"mujoco does not load with MUJOCO_GL={os.environ.get('MUJOCO_GL')!r}; unset it"
+        ) from error
     return mujoco
 
 
 _lock = Lock()
 _warnings: list[str] = []  # of all engines during flights
-_handlers: list[Any] = []  # the original handler of warnings, once for each flight in progress
+_handlers: list[
+    Any
+] = []  # the original handler of warnings, once for each flight in progress
 
 
 @lru_cache(maxsize=8)
@@ -93,7 +101,9 @@ class Engine:
 
     __slots__ = ("_bad", "data", "model", "mujoco")
 
-    def __init__(self, vehicle: Vehicle, *, step: float = 1e-3, air: bool = False) -> None:
+    def __init__(
+        self, vehicle: Vehicle, *, step: float = 1e-3, air: bool = False
+    ) -> None:
         self.mujoco = mujoco_library()
         text = mjcf_of(vehicle, step=step, air=air)
         try:
@@ -101,10 +111,17 @@ class Engine:
         except ValueError as error:  # constants of extreme sizes
             reason = " ".join(str(error).split())
             rule = "mass, inertia and arm length must be in the range of the physics engine"
-            raise InputError(f"{rule}, got those of {vehicle.name!r} ({reason})") from None
+            raise InputError(
+                f"{rule}, got those of {vehicle.name!r} ({reason})"
+            ) from None
         self.data = self.mujoco.MjData(self.model)
         kinds = self.mujoco.mjtWarning
-        bad = (kinds.mjWARN_BADQPOS, kinds.mjWARN_BADQVEL, kinds.mjWARN_BADQACC, kinds.mjWARN_BADCTRL)
+        bad = (
+            kinds.mjWARN_BADQPOS,
+            kinds.mjWARN_BADQVEL,
+            kinds.mjWARN_BADQACC,
+            kinds.mjWARN_BADCTRL,
+        )
         self._bad = tuple(self.data.warning[int(kind)] for kind in bad)
 
     @property
@@ -140,10 +157,14 @@ class Engine:
         """
         moved = np.diff(alpha, axis=0)
         before = np.concatenate([moved[:1], moved[:-1]])
-        return np.asarray(alpha[:-1] + ((1.0 + 2.0 * _STIFF) * moved - before) / _STIFF**2)
+        return np.asarray(
+            alpha[:-1] + ((1.0 + 2.0 * _STIFF) * moved - before) / _STIFF**2
+        )
 
 
-def quaternions(roll: npt.ArrayLike, pitch: npt.ArrayLike, yaw: npt.ArrayLike = 0.0) -> FloatArray:
+def quaternions(
+    roll: npt.ArrayLike, pitch: npt.ArrayLike, yaw: npt.ArrayLike = 0.0
+) -> FloatArray:
     """Return the unit quaternions (w, x, y, z) of z–y–x Euler angles [rad], along the last axis."""
     halves = np.stack(np.broadcast_arrays(roll, pitch, yaw)) / 2.0
     (cr, cp, cy), (sr, sp, sy) = np.cos(halves), np.sin(halves)
@@ -154,21 +175,36 @@ def quaternions(roll: npt.ArrayLike, pitch: npt.ArrayLike, yaw: npt.ArrayLike = 
 
 def mjcf_of(vehicle: Vehicle, *, step: float, air: bool) -> str:
     """Return a vehicle in the engine's model format (MJCF); parameters and errors as for :class:`Engine`."""
-    mass, inertia, length = vehicle.require("mass", "inertia", "arm_length", purpose="flight")
-    arm = vehicle.arm_inertia if vehicle.arm_inertia is not None else _LIGHT * min(inertia)
+    mass, inertia, length = vehicle.require(
+        "mass", "inertia", "arm_length", purpose="flight"
+    )
+    arm = (
+        vehicle.arm_inertia
+        if vehicle.arm_inertia is not None
+        else _LIGHT * min(inertia)
+    )
     height = vehicle.rotor_height
     arm_mass = min(arm / ((_BOX * length) ** 2 + height**2), _MOST_ARM_MASS * mass)
     # The arms' mass is on their hinges. The body's is as far on the other side of the centre of mass as balances it.
     body_mass = mass - 4 * arm_mass
     drop = 4 * arm_mass * height / body_mass
-    half_turn = ' quat="0 0 0 1"' if height else ""  # without it the engine takes so small a drop for none
+    half_turn = (
+        ' quat="0 0 0 1"' if height else ""
+    )  # without it the engine takes so small a drop for none
     moved = 4 * arm_mass * height**2 + body_mass * drop**2
-    body = [moment - 4.0 * arm - part for moment, part in zip(inertia, (moved, moved, 0.0), strict=True)]
+    body = [
+        moment - 4.0 * arm - part
+        for moment, part in zip(inertia, (moved, moved, 0.0), strict=True)
+    ]
     if vehicle.arm_inertia is None and _is_rigid(inertia):
         largest = max(range(3), key=body.__getitem__)
         body[largest] = min(body[largest], sum(body[:largest] + body[largest + 1 :]))
     if not _is_rigid(body):
-        of_arms = f" without {4 * arm:.4g} of each for four arms" if vehicle.arm_inertia is not None else ""
+        of_arms = (
+            f" without {4 * arm:.4g} of each for four arms"
+            if vehicle.arm_inertia is not None
+            else ""
+        )
         raise InputError(
             f"inertia of vehicle {vehicle.name!r} must be three positive moments (kg m²), each at most the sum of the "
             f"others; {list(inertia)}{of_arms} is not that of a rigid body"
@@ -192,20 +228,22 @@ def mjcf_of(vehicle: Vehicle, *, step: float, air: bool) -> str:
         thrusts.append(
             f'\n  <general name="thrust{k + 1}" site="rotor{k + 1}" gear="0 0 1 0 0 {-spin * drag!r}"{lag}/>'
         )
-        servos.append(f'\n  <position name="servo{k + 1}" joint="tilt{k + 1}" kp="{stiffness!r}" kv="{damping!r}"/>')
+        servos.append(
+            f'\n  <position name="servo{k + 1}" joint="tilt{k + 1}" kp="{stiffness!r}" kv="{damping!r}"/>'
+        )
     return f"""<mujoco model="tilt-rotor">
  <compiler angle="radian" autolimits="true"/>
- <option timestep="{step!r}" gravity="0 0 {-vehicle.gravity!r}" integrator="implicitfast"{
-        ' density="1.225" viscosity="1.8e-5"' if air else ""
-    }>
+ <option timestep="{step!r}" gravity="0 0 {
+        -vehicle.gravity!r
+    }" integrator="implicitfast"{' density="1.225" viscosity="1.8e-5"' if air else ""}>
   <flag contact="disable" constraint="disable"/>
  </option>
  <worldbody>
   <body name="vehicle">
    <freejoint name="base"/>
-   <inertial pos="0 0 {-drop!r}"{half_turn} mass="{body_mass!r}" diaginertia="{" ".join(map(repr, body))}"/>{
-        "".join(arms)
-    }
+   <inertial pos="0 0 {-drop!r}"{half_turn} mass="{body_mass!r}" diaginertia="{
+        " ".join(map(repr, body))
+    }"/>{"".join(arms)}
   </body>
  </worldbody>
  <actuator>{"".join(thrusts)}{"".join(servos)}

@@ -29,7 +29,9 @@ REFERENCES: tuple[Reference, ...] = get_args(Reference)
 """What the controller holds: the level attitude alone, or a place in the plane as well."""
 
 _ANGLES = frozenset({"attitude_noise", "rate_noise", "servo_rate"})
-_SAMPLING = 1e-6  # relative tolerance for control steps being a whole number of engine steps
+_SAMPLING = (
+    1e-6  # relative tolerance for control steps being a whole number of engine steps
+)
 
 
 def _number(default: float | None, least: float, most: float, unit: str) -> Any:
@@ -113,18 +115,35 @@ class FlightSettings:
         for one in fields(self):
             low, high, unit = one.metadata.get("range", (0.0, 0.0, ""))
             value = getattr(self, one.name)
-            if unit and not (value is None and one.default is None) and not low <= number_of(value) <= high:
-                raise InputError(f"{one.name} must be between {low:g} and {high:g} ({unit}), got {shown(value)}")
+            if (
+                unit
+                and not (value is None and one.default is None)
+                and not low <= number_of(value) <= high
+            ):
+                raise InputError(
+                    f"{one.name} must be between {low:g} and {high:g} ({unit}), got {shown(value)}"
+                )
         checked_choice("reference", self.reference, REFERENCES)
         checked_choice("arms", self.arms, get_args(Arms))
         if not isinstance(self.saturation, bool):
-            raise InputError(f"saturation must be true or false, got {shown(self.saturation)}")
+            raise InputError(
+                f"saturation must be true or false, got {shown(self.saturation)}"
+            )
         whole_number("seed", self.seed, 0, (1 << 64) - 1)
-        wind = self.wind if isinstance(self.wind, tuple) and len(self.wind) == 3 else (math.nan,)
+        wind = (
+            self.wind
+            if isinstance(self.wind, tuple) and len(self.wind) == 3
+            else (math.nan,)
+        )
         if not all(abs(number_of(part)) <= 100.0 for part in wind):
-            raise InputError(f"wind must be two or three numbers from -100 to 100 (m/s), got {shown(self.wind)}")
+            raise InputError(
+                f"wind must be two or three numbers from -100 to 100 (m/s), got {shown(self.wind)}"
+            )
         between = 1.0 / (self.control_rate * self.step)
-        if between < 1.0 - _SAMPLING or abs(between - round(between)) > _SAMPLING * between:
+        if (
+            between < 1.0 - _SAMPLING
+            or abs(between - round(between)) > _SAMPLING * between
+        ):
             raise InputError(
                 f"control_rate must be {1 / self.step:g} Hz divided by a whole number, for steps of {self.step:g} s, "
                 f"got {self.control_rate:g} Hz; with step {1 / (self.control_rate * math.ceil(between)):.9g} it fits"
@@ -136,13 +155,19 @@ class FlightSettings:
         """Time to fly [s], unless the period of a gait or a course from hover takes longer."""
         if self.duration is not None:
             return self.duration
-        return {"attitude": 3.0, "hover": 8.0, "step": 8.0}.get(self.reference, self.lap + 4.0)
+        return {"attitude": 3.0, "hover": 8.0, "step": 8.0}.get(
+            self.reference, self.lap + 4.0
+        )
 
     def seconds_of(self, course: Course) -> float:
         """Return the time to fly a course [s]."""
         if self.duration is not None:
             return min(self.duration, course.duration)
-        return course.duration if math.isfinite(course.duration) else max(self.seconds, course.moving_period)
+        return (
+            course.duration
+            if math.isfinite(course.duration)
+            else max(self.seconds, course.moving_period)
+        )
 
     @property
     def steps_per_control(self) -> int:
@@ -161,15 +186,25 @@ class FlightSettings:
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the settings as plain values; :func:`settings_from_mapping` reads them back."""
-        stated = {one: getattr(self, one.name) for one in fields(self) if getattr(self, one.name) is not None}
-        values = {one.name: float(value) if "range" in one.metadata else value for one, value in stated.items()}
+        stated = {
+            one: getattr(self, one.name)
+            for one in fields(self)
+            if getattr(self, one.name) is not None
+        }
+        values = {
+            one.name: float(value) if "range" in one.metadata else value
+            for one, value in stated.items()
+        }
         return values | {"wind": [float(part) for part in self.wind]}
 
     def _check_gains(self) -> None:
         """Raise InputError for gains with which attitude or altitude, as sampled, or x and y are unstable."""
         interval = 1.0 / self.control_rate
         for loop in ("attitude", "altitude"):
-            stiffness, damping = (float(getattr(self, f"{loop}_{gain}")) for gain in ("stiffness", "damping"))
+            stiffness, damping = (
+                float(getattr(self, f"{loop}_{gain}"))
+                for gain in ("stiffness", "damping")
+            )
             # With the input held over n steps of the engine the double integrator moves by c·h²·a, c = (1 + 1/n)/2, so
             # the poles are the roots of z² − (2 − kd·h − c·kp·h²)·z + 1 − kd·h + (1 − c)·kp·h². They are inside |z| < 1
             # by a margin for c = 1/2 (thrusts held exactly) and c = 1, hence for every c between: for every step.
@@ -178,7 +213,9 @@ class FlightSettings:
             stiffest = 1.95 / interval**2  # where the least damping is the largest
             wanted = f"to be stable at {self.control_rate:g} Hz"
             if stiffness >= stiffest:
-                raise InputError(f"{loop}_stiffness must be less than {stiffest:g} 1/s² {wanted}, got {stiffness!r}")
+                raise InputError(
+                    f"{loop}_stiffness must be less than {stiffest:g} 1/s² {wanted}, got {stiffness!r}"
+                )
             if not least < damping < largest:
                 raise InputError(
                     f"{loop}_damping must be between {least:g} and {largest:g} 1/s {wanted} with {loop}_stiffness "
@@ -214,12 +251,16 @@ def settings_from_mapping(content: Any) -> FlightSettings:
     for name, value in content.items():
         if name in _ANGLES and isinstance(value, str):
             values[name] = angle_from_text(value, name)
-        elif name == "wind" and isinstance(value, (list, tuple)) and len(value) in (2, 3):
+        elif (
+            name == "wind" and isinstance(value, (list, tuple)) and len(value) in (2, 3)
+        ):
             values[name] = (*value, 0.0)[:3]
     return FlightSettings(**values)
 
 
-def reference_at(settings: FlightSettings, t: npt.ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
+def reference_at(
+    settings: FlightSettings, t: npt.ArrayLike
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return wanted places [m], velocities [m/s], accelerations [m/s²] at times of shape (n,), each of shape (n, 3)."""
     t = np.asarray(t, dtype=float)
     kind, size, lap = settings.reference, settings.size, settings.lap
@@ -229,7 +270,11 @@ def reference_at(settings: FlightSettings, t: npt.ArrayLike) -> tuple[FloatArray
     if kind == "step":
         place[:, 0] = size
     elif kind == "line":
-        place[:, 0], velocity[:, 0], acceleration[:, 0] = size * share, size * first, size * second
+        place[:, 0], velocity[:, 0], acceleration[:, 0] = (
+            size * share,
+            size * first,
+            size * second,
+        )
     elif kind == "circle":
         angle, turn, faster = (2 * math.pi * one for one in (share, first, second))
         sine, cosine = np.sin(angle), np.cos(angle)
@@ -255,7 +300,15 @@ least singular value of the scaled decoupling matrix and all of it.
 TABLES = (".csv", ".json", ".npz", ".mat", ".parquet")
 """Suffixes of the tables that flights are written to."""
 
-Outcome = Literal["settled", "not settled", "near singular", "sign change", "tumbling", "upended", "refused"]
+Outcome = Literal[
+    "settled",
+    "not settled",
+    "near singular",
+    "sign change",
+    "tumbling",
+    "upended",
+    "refused",
+]
 
 OUTCOMES: tuple[Outcome, ...] = get_args(Outcome)
 """How a flight may end.
@@ -264,7 +317,9 @@ OUTCOMES: tuple[Outcome, ...] = get_args(Outcome)
 """
 
 _AT = {name: k for k, name in enumerate(COLUMNS)}
-_HELD_AT_LEAST = 0.2  # s within tolerance at the end, or a tenth of the flight if that is less
+_HELD_AT_LEAST = (
+    0.2  # s within tolerance at the end, or a tenth of the flight if that is less
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -286,13 +341,21 @@ class Flight:
     reason: str
     settling_time: float | None
     warnings: tuple[str, ...] = ()
-    peak_tilt: float | None = None  # largest angle between body z and the vertical [rad]
+    peak_tilt: float | None = (
+        None  # largest angle between body z and the vertical [rad]
+    )
     peak_thrust: float | None = None  # of a rotor [N]
     peak_thrust_share: float | None = None  # the same over a quarter of the weight
-    saturated_fraction: float | None = None  # part of the control steps at which a thrust was cut to its limits
-    energy: float | None = None  # of the rotors against their drag [J]; None without a thrust coefficient too
+    saturated_fraction: float | None = (
+        None  # part of the control steps at which a thrust was cut to its limits
+    )
+    energy: float | None = (
+        None  # of the rotors against their drag [J]; None without a thrust coefficient too
+    )
     drift: float | None = None  # distance of the end from the start in the plane [m]
-    tracking_error: float | None = None  # largest distance from the reference [m]; None where x and y are not held
+    tracking_error: float | None = (
+        None  # largest distance from the reference [m]; None where x and y are not held
+    )
 
     def __bool__(self) -> bool:
         return self.settled
@@ -347,7 +410,11 @@ class Flight:
     def least_singular_value(self) -> float | None:
         """The least singular value at the control steps, dimensionless."""
         roll, pitch = self.column("roll"), self.column("pitch")
-        return float(least_singular_value(self.alpha, self.vehicle, roll, pitch).min()) if len(self.rows) else None
+        return (
+            float(least_singular_value(self.alpha, self.vehicle, roll, pitch).min())
+            if len(self.rows)
+            else None
+        )
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the outcome and the numbers of the flight as plain values, ready for JSON."""
@@ -357,19 +424,30 @@ class Flight:
             "peak_thrust", "peak_thrust_share", "least_singular_value", "saturated_fraction", "energy",
             "final_roll", "final_pitch", "drift", "tracking_error", "attitude",
         )  # fmt: skip
-        own: dict[str, Any] = {"warnings": list(self.warnings), "attitude": list(self.attitude)}
+        own: dict[str, Any] = {
+            "warnings": list(self.warnings),
+            "attitude": list(self.attitude),
+        }
         own |= {"duration": self.flown, "final_roll": roll, "final_pitch": pitch}
-        return {name: own[name] if name in own else getattr(self, name) for name in names}
+        return {
+            name: own[name] if name in own else getattr(self, name) for name in names
+        }
 
     def table(self) -> Table:
         """Return the flight as a table with a row for each control step."""
         timed = self.course.timed
         about = about_table("fly", timed, self.settings)
         about["flight"]["attitude"] = list(self.attitude)
-        if timed.gait.request:  # so that the gait can be planned again from the flight's file
-            timing = {"period": timed.period, "law": timed.law} if timed.law in LAWS else {}
+        if (
+            timed.gait.request
+        ):  # so that the gait can be planned again from the flight's file
+            timing = (
+                {"period": timed.period, "law": timed.law} if timed.law in LAWS else {}
+            )
             about["request"] = {**timed.gait.request, **timing}
-        return Table(columns={name: self.rows[:, k] for name, k in _AT.items()}, about=about)
+        return Table(
+            columns={name: self.rows[:, k] for name, k in _AT.items()}, about=about
+        )
 
     def write(self, *paths: str | Path, force: bool = False) -> None:
         """Write tables, plots and films of the flight; see :func:`gaitgraph.plots.flights.write_flight`."""
@@ -393,9 +471,17 @@ class Flight:
                 f"  saturated             {100 * (self.saturated_fraction or 0):.3g} % of the time",
             ]
             if self.energy is not None:
-                lines.append(f"  energy                {self.energy:.4g} J into the air")
-            off = "" if self.tracking_error is None else f", at most {self.tracking_error:.3g} m from the reference"
-            lines.append(f"  place                 ends {self.drift:.3g} m from the start{off}")
+                lines.append(
+                    f"  energy                {self.energy:.4g} J into the air"
+                )
+            off = (
+                ""
+                if self.tracking_error is None
+                else f", at most {self.tracking_error:.3g} m from the reference"
+            )
+            lines.append(
+                f"  place                 ends {self.drift:.3g} m from the start{off}"
+            )
         return "\n".join(lines)
 
 
@@ -414,12 +500,18 @@ def record_of(
     if failure:
         (outcome, reason), since = failure, None
     elif since is None:
-        outcome, reason = "not settled", f"it did not settle within {rows[-1, 0]:g} s: {worst}"
+        outcome, reason = (
+            "not settled",
+            f"it did not settle within {rows[-1, 0]:g} s: {worst}",
+        )
         if (lag := course.vehicle.rotor_lag) is not None:
             reason += f"; with rotor_lag = {lag:g} s a longer period may settle"
     else:
         outcome, reason = "settled", ""
-    flight, vehicle = Flight(course, settings, attitude, rows, outcome, reason, since, warnings), course.vehicle
+    flight, vehicle = (
+        Flight(course, settings, attitude, rows, outcome, reason, since, warnings),
+        course.vehicle,
+    )
     if not len(rows):
         return flight
     (mass,) = vehicle.require("mass", purpose="a share of the weight")
@@ -438,11 +530,15 @@ def record_of(
         saturated_fraction=float(flight.column("saturated").mean()),
         energy=energy,
         drift=float(np.hypot(*rows[-1, 1:3])),
-        tracking_error=None if settings.reference == "attitude" else float(np.linalg.norm(off, axis=0).max()),
+        tracking_error=None
+        if settings.reference == "attitude"
+        else float(np.linalg.norm(off, axis=0).max()),
     )
 
 
-def about_table(made_by: str, timed: TimedGait, settings: FlightSettings) -> dict[str, Any]:
+def about_table(
+    made_by: str, timed: TimedGait, settings: FlightSettings
+) -> dict[str, Any]:
     """Return what a table of flights states about itself."""
     return {
         "made_by": made_by,
@@ -454,16 +550,28 @@ def about_table(made_by: str, timed: TimedGait, settings: FlightSettings) -> dic
     }
 
 
-def settled_since(rows: FloatArray, settings: FlightSettings) -> tuple[float | None, str]:
+def settled_since(
+    rows: FloatArray, settings: FlightSettings
+) -> tuple[float | None, str]:
     """Return the time after which all errors stayed within tolerance [s], or None and the worst error at the end."""
     if not len(rows):
         return None, "nothing was flown"
-    errors = {"altitude (m)": rows[:, _AT["z"]] - rows[:, _AT["z_wanted"]], "yaw (rad)": rows[:, _AT["yaw"]]}
+    errors = {
+        "altitude (m)": rows[:, _AT["z"]] - rows[:, _AT["z_wanted"]],
+        "yaw (rad)": rows[:, _AT["yaw"]],
+    }
     if settings.reference == "attitude":
-        errors = {f"{name} (rad)": rows[:, _AT[name]] for name in ("roll", "pitch")} | errors
+        errors = {
+            f"{name} (rad)": rows[:, _AT[name]] for name in ("roll", "pitch")
+        } | errors
     else:
-        errors = {f"{name} (m)": rows[:, _AT[name]] - rows[:, _AT[f"{name}_wanted"]] for name in "xy"} | errors
-    outside = np.any([np.abs(error) > settings.tolerance for error in errors.values()], axis=0)
+        errors = {
+            f"{name} (m)": rows[:, _AT[name]] - rows[:, _AT[f"{name}_wanted"]]
+            for name in "xy"
+        } | errors
+    outside = np.any(
+        [np.abs(error) > settings.tolerance for error in errors.values()], axis=0
+    )
     last = int(np.flatnonzero(outside)[-1]) + 1 if outside.any() else 0
     t = rows[:, 0]
     if last < len(rows) and t[-1] - t[last] >= settings.held - 1e-9:

@@ -13,10 +13,23 @@ import numpy as np
 
 from gaitgraph.angles import angle_from_text, in_degrees
 from gaitgraph.errors import InputError, shown
-from gaitgraph.flight.controller import DIRECTION, WANTED, allocation_of, controller_of, observed
+from gaitgraph.flight.controller import (
+    DIRECTION,
+    WANTED,
+    allocation_of,
+    controller_of,
+    observed,
+)
 from gaitgraph.flight.course import Course, arm_response, broken_rules, repeated
 from gaitgraph.flight.engine import Engine, engine_warnings, quaternions
-from gaitgraph.flight.flight import COLUMNS, OUTCOMES, Flight, FlightSettings, record_of, reference_at
+from gaitgraph.flight.flight import (
+    COLUMNS,
+    OUTCOMES,
+    Flight,
+    FlightSettings,
+    record_of,
+    reference_at,
+)
 from gaitgraph.invertibility.matrices import FloatArray, arm_angles, thrust_signs
 from gaitgraph.timing.timed_gait import RowTimedGait, timed_gait_of
 
@@ -28,7 +41,10 @@ if TYPE_CHECKING:
     from gaitgraph.io.formats import GaitLike
     from gaitgraph.vehicle import Vehicle
 
-_DEFAULT_ATTITUDE = (0.3, -0.2)  # roll and pitch at the start of a flight that only levels out [rad]
+_DEFAULT_ATTITUDE = (
+    0.3,
+    -0.2,
+)  # roll and pitch at the start of a flight that only levels out [rad]
 _TUMBLING = 200.0  # rad/s
 _LEAST_FLOOR = 1e-9
 _LARGEST = 1e10  # of the engine's numbers
@@ -38,14 +54,35 @@ _MOST_LEAD = 1.0  # s by which the controller looks ahead on a reference
 _GUST_TIME = 1.0  # s over which gusts are correlated
 _SETTLED_EVERY = 50  # control steps between two checks whether a flight has settled
 _JOINED_EVERY = 10  # the same, whether it has joined level flight
-_DECOUPLED = [3, 4, 5, 2, 9, 10, 11, 8]  # roll, pitch, yaw, altitude, and their rates, among the numbers of a state
+_DECOUPLED = [
+    3,
+    4,
+    5,
+    2,
+    9,
+    10,
+    11,
+    8,
+]  # roll, pitch, yaw, altitude, and their rates, among the numbers of a state
 _FLIGHTS_OF_A_THREAD = 64  # or more
 _FAILURES = (
-    ("tumbling", "it tumbles just before {t:.3f} s: thrusts or accelerations exceed the range of the physics engine"),
-    ("tumbling", f"it tumbles at {{t:.3f}} s: it turns by more than {_TUMBLING:g} rad/s"),
+    (
+        "tumbling",
+        "it tumbles just before {t:.3f} s: thrusts or accelerations exceed the range of the physics engine",
+    ),
+    (
+        "tumbling",
+        f"it tumbles at {{t:.3f}} s: it turns by more than {_TUMBLING:g} rad/s",
+    ),
     ("tumbling", f"it is more than {_FARTHEST:g} m from the start at {{t:.3f}} s"),
-    ("upended", "its nose points straight up or down at {t:.3f} s, where roll and yaw are not defined"),
-    ("sign change", "the decoupling matrix is singular just before {t:.3f} s: its determinant has changed sign"),
+    (
+        "upended",
+        "its nose points straight up or down at {t:.3f} s, where roll and yaw are not defined",
+    ),
+    (
+        "sign change",
+        "the decoupling matrix is singular just before {t:.3f} s: its determinant has changed sign",
+    ),
     (
         "near singular",
         "the decoupling matrix nears singularity at {t:.3f} s: its least singular value is between {least:.2g} and "
@@ -74,39 +111,81 @@ class Simulation:
         seconds, every = settings.seconds_of(course), settings.steps_per_control
         step, period = settings.step, course.moving_period
         if seconds / step > _MOST_STEPS:
-            raise InputError(f"duration must be at most {_MOST_STEPS} steps of {step:g} s, got {seconds:g} s")
+            raise InputError(
+                f"duration must be at most {_MOST_STEPS} steps of {step:g} s, got {seconds:g} s"
+            )
         if 0.0 < period < _LEAST_STEPS * step * (1.0 - 1e-9):
             least = f"{_LEAST_STEPS} steps of {step:g} s ({_LEAST_STEPS * step:g} s)"
-            raise InputError(f"period must be at least {least}, got {period:g} s; a smaller step helps too")
+            raise InputError(
+                f"period must be at least {least}, got {period:g} s; a smaller step helps too"
+            )
         self.controls = max(round(seconds * settings.control_rate), 1)
         # Roll and pitch lag behind their wanted values by kd/kp, so references are read that much ahead.
         lead = min(settings.attitude_damping / settings.attitude_stiffness, _MOST_LEAD)
-        ahead = round(lead * settings.control_rate) if settings.reference != "attitude" else 0
-        steps: FloatArray = np.arange((self.controls + ahead) * every + 1, dtype=float) * settings.step
-        lag = settings.servo_lag if settings.servo_lag is not None else vehicle.servo_lag or 0.0
+        ahead = (
+            round(lead * settings.control_rate)
+            if settings.reference != "attitude"
+            else 0
+        )
+        steps: FloatArray = (
+            np.arange((self.controls + ahead) * every + 1, dtype=float) * settings.step
+        )
+        lag = (
+            settings.servo_lag
+            if settings.servo_lag is not None
+            else vehicle.servo_lag or 0.0
+        )
         rate = settings.servo_rate or vehicle.max_tilt_rate or math.inf
         self.command: FloatArray = course.at(steps)
-        self.actual: FloatArray = arm_response(self.command, vehicle, settings.step, lag=lag, rate=rate)
+        self.actual: FloatArray = arm_response(
+            self.command, vehicle, settings.step, lag=lag, rate=rate
+        )
         self._hinges = self.engine.servo_commands(self.actual)
         assumed = self.actual if settings.arms == "served" else self.command
-        self._interval, self._floor_squared = every * step, max(settings.floor, _LEAST_FLOOR) ** 2
-        allocation, t = allocation_of(assumed[::every], vehicle), np.arange(self.controls + 1) * self._interval
+        self._interval, self._floor_squared = (
+            every * step,
+            max(settings.floor, _LEAST_FLOOR) ** 2,
+        )
+        allocation, t = (
+            allocation_of(assumed[::every], vehicle),
+            np.arange(self.controls + 1) * self._interval,
+        )
         place, velocity, _ = reference_at(settings, t)
         acceleration = reference_at(settings, t + ahead * self._interval)[2]
-        wanted = allocation[ahead:, DIRECTION], place, velocity[:, :2], acceleration[:, :2]
-        self._known = np.hstack([allocation[: self.controls + 1], *wanted])  # to the controller, before the flight
-        limit = settings.thrust_limit if settings.thrust_limit is not None else vehicle.max_thrust
-        self._limits = (0.0, limit or math.inf) if settings.saturation else (-math.inf, math.inf)
+        wanted = (
+            allocation[ahead:, DIRECTION],
+            place,
+            velocity[:, :2],
+            acceleration[:, :2],
+        )
+        self._known = np.hstack(
+            [allocation[: self.controls + 1], *wanted]
+        )  # to the controller, before the flight
+        limit = (
+            settings.thrust_limit
+            if settings.thrust_limit is not None
+            else vehicle.max_thrust
+        )
+        self._limits = (
+            (0.0, limit or math.inf) if settings.saturation else (-math.inf, math.inf)
+        )
         self._first_rates = (self.actual[1] - self.actual[0]) / step
-        self._noise, self._gusts = sensor_noise(settings, self.controls), gusts_of(settings, self.controls)
+        self._noise, self._gusts = (
+            sensor_noise(settings, self.controls),
+            gusts_of(settings, self.controls),
+        )
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """A line if an arm swings by much less than commanded."""
         flown = self.controls * self.settings.steps_per_control + 1
-        planned, reached = (np.ptp(angles[:flown], axis=0) for angles in (self.command, self.actual))
+        planned, reached = (
+            np.ptp(angles[:flown], axis=0) for angles in (self.command, self.actual)
+        )
         share = np.where(planned > _STILL, reached / np.maximum(planned, _STILL), 1.0)
-        worst = int(np.argmin(share.round(6)))  # the first of those that differ by rounding alone
+        worst = int(
+            np.argmin(share.round(6))
+        )  # the first of those that differ by rounding alone
         if share[worst] >= _ENOUGH:
             return ()
         return (
@@ -116,23 +195,48 @@ class Simulation:
 
     def run(self, attitude: tuple[float, float] = (0.0, 0.0)) -> Flight:
         """Fly from rest at the origin with a roll and a pitch [rad], until the course or the settings end."""
-        settings, engine, vehicle, last = self.settings, self.engine, self.course.vehicle, self.controls
-        every, interval, (low, high) = settings.steps_per_control, self._interval, self._limits
-        thrusts_of, torque_of, lagging = controller_of(settings, vehicle), gyroscopic_of(vehicle), vehicle.rotor_lag
+        settings, engine, vehicle, last = (
+            self.settings,
+            self.engine,
+            self.course.vehicle,
+            self.controls,
+        )
+        every, interval, (low, high) = (
+            settings.steps_per_control,
+            self._interval,
+            self._limits,
+        )
+        thrusts_of, torque_of, lagging = (
+            controller_of(settings, vehicle),
+            gyroscopic_of(vehicle),
+            vehicle.rotor_lag,
+        )
         model, data, mj_step = engine.model, engine.data, engine.mujoco.mj_step
         place_of, speed_of, control = data.qpos.tolist, data.qvel.tolist, data.ctrl.data
         # A flight is many thousand short steps, so it uses plain numbers, as the controller does.
         table, hinges = np.zeros((last + 1, len(COLUMNS))), self._hinges.ravel().data
         memory, width = table.data, table.strides[0]
-        record, set_thrusts = struct.Struct("8x22d24x2d").pack_into, struct.Struct("4d").pack_into
+        record, set_thrusts = (
+            struct.Struct("8x22d24x2d").pack_into,
+            struct.Struct("4d").pack_into,
+        )
         sign, floor_squared, sqrt, kept = 0.0, self._floor_squared, math.sqrt, last + 1
         failure: tuple[str, ...] = ()
         with engine_warnings() as warnings:
-            engine.place(self.actual[0], roll=attitude[0], pitch=attitude[1], rates=self._first_rates)
+            engine.place(
+                self.actual[0],
+                roll=attitude[0],
+                pitch=attitude[1],
+                rates=self._first_rates,
+            )
             for k, (known, noise) in enumerate(self._steps()):
                 place, speed = place_of(), speed_of()
-                state, measured, vertical, turning, distance = observed(place, speed, noise)
-                h1, h2, h3, h4, along, near, roll_d, pitch_d = thrusts_of(measured, vertical, known)
+                state, measured, vertical, turning, distance = observed(
+                    place, speed, noise
+                )
+                h1, h2, h3, h4, along, near, roll_d, pitch_d = thrusts_of(
+                    measured, vertical, known
+                )
                 sign = sign or along
                 fine = (
                     not (warnings and engine.gave_up), turning < _TUMBLING, distance < _FARTHEST,
@@ -142,29 +246,69 @@ class Simulation:
                     end, why = _FAILURES[fine.index(False)]
                     failure = (
                         end,
-                        why.format(t=k * interval, least=sqrt(near), most=2 * sqrt(near), floor=settings.floor),
+                        why.format(
+                            t=k * interval,
+                            least=sqrt(near),
+                            most=2 * sqrt(near),
+                            floor=settings.floor,
+                        ),
                     )
                     kept = k
                     break
-                cut = not (low <= h1 <= high and low <= h2 <= high and low <= h3 <= high and low <= h4 <= high)
+                cut = not (
+                    low <= h1 <= high
+                    and low <= h2 <= high
+                    and low <= h3 <= high
+                    and low <= h4 <= high
+                )
                 if cut:
-                    h1, h2, h3, h4 = (low if one < low else high if one > high else one for one in (h1, h2, h3, h4))
-                record(memory, k * width, *state, *place[7:], h1, h2, h3, h4, cut, sqrt(near), roll_d, pitch_d)
+                    h1, h2, h3, h4 = (
+                        low if one < low else high if one > high else one
+                        for one in (h1, h2, h3, h4)
+                    )
+                record(
+                    memory,
+                    k * width,
+                    *state,
+                    *place[7:],
+                    h1,
+                    h2,
+                    h3,
+                    h4,
+                    cut,
+                    sqrt(near),
+                    roll_d,
+                    pitch_d,
+                )
                 if k == last:
                     break
                 set_thrusts(control, 0, h1, h2, h3, h4)
                 if lagging is not None and k == 0:
-                    data.act[:] = h1, h2, h3, h4  # the rotors turn before the flight begins
+                    data.act[:] = (
+                        h1,
+                        h2,
+                        h3,
+                        h4,
+                    )  # the rotors turn before the flight begins
                 if self._gusts is not None:
                     model.opt.wind[:] = self._gusts[k]
                 if torque_of is not None:
-                    acting = data.act.tolist() if lagging is not None else (h1, h2, h3, h4)
-                    data.qfrc_applied[3:6] = torque_of(place[7:], speed[3:6], speed[6:], acting)
+                    acting = (
+                        data.act.tolist() if lagging is not None else (h1, h2, h3, h4)
+                    )
+                    data.qfrc_applied[3:6] = torque_of(
+                        place[7:], speed[3:6], speed[6:], acting
+                    )
                 for step in range(4 * k * every, 4 * (k + 1) * every, 4):
                     control[4:] = hinges[step : step + 4]
                     mj_step(model, data)
-        table[:, 0], table[:, -5:-2] = np.arange(last + 1) * interval, self._known[:, WANTED]
-        return record_of(self.course, settings, attitude, rows=table[:kept].copy(), failure=failure)
+        table[:, 0], table[:, -5:-2] = (
+            np.arange(last + 1) * interval,
+            self._known[:, WANTED],
+        )
+        return record_of(
+            self.course, settings, attitude, rows=table[:kept].copy(), failure=failure
+        )
 
     def _steps(self) -> Iterator[tuple[tuple[float, ...], list[float] | None]]:
         """Yield what the controller knows before the flight, and the errors of its sensors, at each control step."""
@@ -172,7 +316,11 @@ class Simulation:
         return zip(known, self._noise or repeat(None), strict=False)
 
     def run_many(
-        self, attitudes: FloatArray, *, until_settled: float, progress: Callable[[float], None]
+        self,
+        attitudes: FloatArray,
+        *,
+        until_settled: float,
+        progress: Callable[[float], None],
     ) -> tuple[npt.NDArray[np.int8], FloatArray, FloatArray]:
         """Fly from many attitudes, shape (n, 2) [rad], each until it has settled, but not before so many seconds.
 
@@ -184,28 +332,56 @@ class Simulation:
         """
         from mujoco.rollout import Rollout
 
-        settings, engine, vehicle, mujoco = self.settings, self.engine, self.course.vehicle, self.engine.mujoco
-        every, interval, last, (low, high) = settings.steps_per_control, self._interval, self.controls, self._limits
-        thrusts_of, torque_of = controller_of(settings, vehicle, np), gyroscopic_of(vehicle, np)
-        model, kinds, lagging = engine.model, mujoco.mjtState, vehicle.rotor_lag is not None
+        settings, engine, vehicle, mujoco = (
+            self.settings,
+            self.engine,
+            self.course.vehicle,
+            self.engine.mujoco,
+        )
+        every, interval, last, (low, high) = (
+            settings.steps_per_control,
+            self._interval,
+            self.controls,
+            self._limits,
+        )
+        thrusts_of, torque_of = (
+            controller_of(settings, vehicle, np),
+            gyroscopic_of(vehicle, np),
+        )
+        model, kinds, lagging = (
+            engine.model,
+            mujoco.mjtState,
+            vehicle.rotor_lag is not None,
+        )
         inputs = kinds.mjSTATE_CTRL.value | kinds.mjSTATE_QFRC_APPLIED.value
         engine.place(self.actual[0], rates=self._first_rates)
         # The time starts at 1 s; where the engine gives up it starts again at 0 s.
-        state = np.concatenate([[1.0], engine.data.qpos, engine.data.qvel, engine.data.act])
+        state = np.concatenate(
+            [[1.0], engine.data.qpos, engine.data.qvel, engine.data.act]
+        )
         states = np.tile(state, (len(attitudes), 1))
         states[:, 4:8] = quaternions(*attitudes.T)
-        outcomes, (seconds, largest) = np.zeros(len(states), np.int8), np.zeros((2, len(states)))
+        outcomes, (seconds, largest) = (
+            np.zeros(len(states), np.int8),
+            np.zeros((2, len(states))),
+        )
         # Of those that fly: their numbers, the rows since which they are within tolerance, their largest thrusts.
         flights, since, peak, sign = np.arange(len(states)), *np.zeros((3, len(states)))
         check_at = math.ceil(until_settled / interval)
         joins = self._joining_level_flight(check_at)
         threads = min(os.cpu_count() or 1, len(states) // _FLIGHTS_OF_A_THREAD)
         copies = [mujoco.MjData(model) for _ in range(max(threads, 1))]
-        same: dict[str, Any] = {"control_spec": inputs, "nstep": every, "skip_checks": True}
+        same: dict[str, Any] = {
+            "control_spec": inputs,
+            "nstep": every,
+            "skip_checks": True,
+        }
         with engine_warnings(), Rollout(nthread=threads if threads > 1 else 0) as pool:
             for k, (known, noise) in enumerate(self._steps()):
                 columns = np.ascontiguousarray(states.T)
-                state, measured, vertical, turning, distance = observed(columns[1:12], columns[12:], noise, np)
+                state, measured, vertical, turning, distance = observed(
+                    columns[1:12], columns[12:], noise, np
+                )
                 *asked, along, near, _, _ = thrusts_of(measured, vertical, known)
                 given, sign = np.clip(asked, low, high), along if k == 0 else sign
                 fine = np.array([
@@ -213,7 +389,9 @@ class Simulation:
                     vertical[3] >= _UPRIGHT, along * sign >= 0.0, near >= self._floor_squared,
                 ])  # fmt: skip
                 ended = failed = ~fine.all(axis=0)
-                peak = np.where(failed, peak, np.maximum(peak, np.abs(given).max(axis=0)))
+                peak = np.where(
+                    failed, peak, np.maximum(peak, np.abs(given).max(axis=0))
+                )
                 since[np.abs(state[2:6]).max(axis=0) > settings.tolerance] = k + 1
                 settled = (k - since) * interval >= settings.held - 1e-9
                 if k == last or k >= check_at:
@@ -221,30 +399,55 @@ class Simulation:
                     ended = failed | settled | (k == last)
                 elif joins is not None and k % _JOINED_EVERY == 0:
                     settled, later = joins(k, np.array(state), peak)
-                    settled &= (min(check_at, last) - since) * interval >= settings.held - 1e-9
-                    peak, ended = np.where(settled, np.maximum(peak, later), peak), failed | settled
+                    settled &= (
+                        min(check_at, last) - since
+                    ) * interval >= settings.held - 1e-9
+                    peak, ended = (
+                        np.where(settled, np.maximum(peak, later), peak),
+                        failed | settled,
+                    )
                 if ended.any():
                     at, going = flights[ended], ~ended
-                    codes = np.where(failed, _CODES[fine.argmin(axis=0)], np.where(settled, 0, 1))
+                    codes = np.where(
+                        failed, _CODES[fine.argmin(axis=0)], np.where(settled, 0, 1)
+                    )
                     rows = np.where(failed, max(k - 1, 0), np.where(settled, since, k))
-                    outcomes[at], seconds[at], largest[at] = codes[ended], rows[ended] * interval, peak[ended]
+                    outcomes[at], seconds[at], largest[at] = (
+                        codes[ended],
+                        rows[ended] * interval,
+                        peak[ended],
+                    )
                     if not going.any():
                         break
-                    left: list[Any] = [one[going] for one in (flights, states, since, peak, sign)]
+                    left: list[Any] = [
+                        one[going] for one in (flights, states, since, peak, sign)
+                    ]
                     flights, states, since, peak, sign = left
                     columns, given = columns[:, going], given[:, going]
                 control = np.zeros((len(flights), every, model.nu + model.nv))
-                control[:, :, :4], control[:, :, 4:8] = given.T[:, None], self._hinges[k * every : (k + 1) * every]
+                control[:, :, :4], control[:, :, 4:8] = (
+                    given.T[:, None],
+                    self._hinges[k * every : (k + 1) * every],
+                )
                 if lagging and k == 0:
                     states[:, 22:] = given.T
                 if self._gusts is not None:
                     model.opt.wind[:] = self._gusts[k]
                 if torque_of is not None:
                     acting = states[:, 22:].T if lagging else given
-                    torque = torque_of(columns[8:12], columns[15:18], columns[18:22], acting)
+                    torque = torque_of(
+                        columns[8:12], columns[15:18], columns[18:22], acting
+                    )
                     control[:, :, 11:14] = np.transpose(torque)[:, None]
                 moved = np.empty((len(flights), every, states.shape[1]))
-                pool.rollout([model] * len(flights), copies, np.ascontiguousarray(states), control, state=moved, **same)
+                pool.rollout(
+                    [model] * len(flights),
+                    copies,
+                    np.ascontiguousarray(states),
+                    control,
+                    state=moved,
+                    **same,
+                )
                 states = moved[:, -1]
                 if k % _SETTLED_EVERY == 0:
                     progress(k / last)
@@ -253,7 +456,10 @@ class Simulation:
 
     def _joining_level_flight(
         self, until: int
-    ) -> Callable[[int, FloatArray, FloatArray], tuple[npt.NDArray[np.bool_], float]] | None:
+    ) -> (
+        Callable[[int, FloatArray, FloatArray], tuple[npt.NDArray[np.bool_], float]]
+        | None
+    ):
         """Return which flights have joined level flight, whose thrusts are those of hover, and stay up to a step.
 
         The function takes a control step, the states of flights as rows, and their largest thrusts so far; it returns
@@ -269,7 +475,12 @@ class Simulation:
         joins where the controller does not cancel all else: with wind, noise, gains that are too high for the step,
         thrusts that are held for more than a step of the engine, rotor lag, or inertia of rotors or arms.
         """
-        settings, vehicle, interval, (low, high) = self.settings, self.course.vehicle, self._interval, self._limits
+        settings, vehicle, interval, (low, high) = (
+            self.settings,
+            self.course.vehicle,
+            self._interval,
+            self._limits,
+        )
         stiffness, damping = np.array([
             [settings.attitude_stiffness] * 3 + [settings.altitude_stiffness],
             [settings.attitude_damping] * 3 + [settings.altitude_damping],
@@ -277,42 +488,73 @@ class Simulation:
         calm = self._noise is None and self._gusts is None and settings.arms == "served"
         light = not (vehicle.rotor_lag or vehicle.arm_inertia or vehicle.rotor_inertia)
         # An accurate step is short beside the swing and the decay of an error.
-        fine = (stiffness * interval**2).max() <= 0.01 and (damping * interval).max() <= 0.1
+        fine = (stiffness * interval**2).max() <= 0.01 and (
+            damping * interval
+        ).max() <= 0.1
         if not (calm and light and fine and settings.steps_per_control == 1):
             return None
-        mass, inertia, length = vehicle.require("mass", "inertia", "arm_length", purpose="flight")
+        mass, inertia, length = vehicle.require(
+            "mass", "inertia", "arm_length", purpose="flight"
+        )
         level = self._known[: until + 1]
         upward = np.maximum(level[:, DIRECTION][:, 2], 1e-12)
         hover = (mass * vehicle.gravity / upward)[:, None] * level[:, 25:29]
-        nearness = 1.0 / np.sqrt(level[:, 12] + (1.0 + np.sum(level[:, 6:9] ** 2, axis=1)) / upward**2)
+        nearness = 1.0 / np.sqrt(
+            level[:, 12] + (1.0 + np.sum(level[:, 6:9] ** 2, axis=1)) / upward**2
+        )
         # From each control step on: how far hover stays from the limits, its largest thrust, and the largest change of
         # each thrust, per root of each error, then per tilt.
         room = np.minimum(hover - low, min(high, _LARGEST) - hover).min(axis=1)
-        room, clear = np.minimum.accumulate(np.stack([room, nearness - settings.floor])[:, ::-1], axis=1)[:, ::-1]
+        room, clear = np.minimum.accumulate(
+            np.stack([room, nearness - settings.floor])[:, ::-1], axis=1
+        )[:, ::-1]
         later = np.maximum.accumulate(np.abs(hover).max(axis=1)[::-1])[::-1]
-        steepest, share = np.sqrt(stiffness**2 + damping**2 * stiffness), upward[:, None, None]
+        steepest, share = (
+            np.sqrt(stiffness**2 + damping**2 * stiffness),
+            upward[:, None, None],
+        )
         free = level[:, 25:29, None] / share
-        turning = (level[:, 13:25].reshape(-1, 4, 3) - free * level[:, None, 6:9]) * inertia / length * steepest[:3]
-        climbing, leaning = free * mass * steepest[3], hover[:, :, None] * level[:, None, 10:8:-1] / share
+        turning = (
+            (level[:, 13:25].reshape(-1, 4, 3) - free * level[:, None, 6:9])
+            * inertia
+            / length
+            * steepest[:3]
+        )
+        climbing, leaning = (
+            free * mass * steepest[3],
+            hover[:, :, None] * level[:, None, 10:8:-1] / share,
+        )
         change = np.abs(np.concatenate([turning, climbing, leaning], axis=2))
         change = np.maximum.accumulate(change[::-1])[::-1]
         small = min(0.9 * settings.tolerance, _SMALL)
 
-        def joins(k: int, state: FloatArray, peak: FloatArray) -> tuple[npt.NDArray[np.bool_], float]:
+        def joins(
+            k: int, state: FloatArray, peak: FloatArray
+        ) -> tuple[npt.NDArray[np.bool_], float]:
             off = state[_DECOUPLED] ** 2
             root = np.sqrt(off[:4] + off[4:] / stiffness[:, None])
             tilt = np.hypot(root[0], root[1])
-            apart = 2.0 * (change[k] @ np.concatenate([root, root[:2]])).max(axis=0) + later[k] * tilt**2
+            apart = (
+                2.0 * (change[k] @ np.concatenate([root, root[:2]])).max(axis=0)
+                + later[k] * tilt**2
+            )
             known = (apart <= 2e-4 * later[k]) | (apart <= peak - later[k])
             known &= 2.0 * tilt <= clear[k]
-            return (root.max(axis=0) <= small) & (apart <= room[k]) & known, float(later[k])
+            return (root.max(axis=0) <= small) & (apart <= room[k]) & known, float(
+                later[k]
+            )
 
         return joins
 
 
 def sensor_noise(settings: FlightSettings, count: int) -> list[list[float]] | None:
     """Return the sensors' errors at every control step (place, attitude, velocity, rates), or None for none."""
-    sizes = (settings.position_noise, settings.attitude_noise, settings.velocity_noise, settings.rate_noise)
+    sizes = (
+        settings.position_noise,
+        settings.attitude_noise,
+        settings.velocity_noise,
+        settings.rate_noise,
+    )
     if not any(sizes):
         return None
     drawn = np.random.default_rng([settings.seed, 0]).standard_normal((count + 1, 12))
@@ -328,10 +570,14 @@ def gusts_of(settings: FlightSettings, count: int) -> FloatArray | None:
     keep = math.exp(-1.0 / (settings.control_rate * _GUST_TIME))
     drawn = np.random.default_rng([settings.seed, 1]).standard_normal((count + 1, 3))
     drawn[1:] *= math.sqrt(1.0 - keep * keep)
-    return np.asarray(settings.wind + settings.gust * lfilter([1.0], [1.0, -keep], drawn, axis=0))
+    return np.asarray(
+        settings.wind + settings.gust * lfilter([1.0], [1.0, -keep], drawn, axis=0)
+    )
 
 
-def gyroscopic_of(vehicle: Vehicle, functions: Any = math) -> Callable[..., tuple[Any, ...]] | None:
+def gyroscopic_of(
+    vehicle: Vehicle, functions: Any = math
+) -> Callable[..., tuple[Any, ...]] | None:
     """Return a function that computes the rotors' gyroscopic torque on the body [N m]; None without a rotor inertia.
 
     It takes tilt angles, body rates, tilt rates and thrusts: numbers, or arrays with `functions` of numpy. The part
@@ -339,39 +585,71 @@ def gyroscopic_of(vehicle: Vehicle, functions: Any = math) -> Callable[..., tupl
     """
     if vehicle.rotor_inertia is None:
         return None
-    (coefficient,) = vehicle.require("thrust_coefficient", purpose="the gyroscopic torque of a rotor_inertia")
+    (coefficient,) = vehicle.require(
+        "thrust_coefficient", purpose="the gyroscopic torque of a rotor_inertia"
+    )
     momenta = (thrust_signs(vehicle) * vehicle.rotor_inertia).tolist()
-    arms = [(math.cos(azimuth), math.sin(azimuth)) for azimuth in arm_angles(vehicle).tolist()]
-    sin, cos, sqrt, copysign = functions.sin, functions.cos, functions.sqrt, functions.copysign
+    arms = [
+        (math.cos(azimuth), math.sin(azimuth))
+        for azimuth in arm_angles(vehicle).tolist()
+    ]
+    sin, cos, sqrt, copysign = (
+        functions.sin,
+        functions.cos,
+        functions.sqrt,
+        functions.copysign,
+    )
 
-    def torque(tilts: Any, body_rates: Any, rates: Any, thrusts: Any) -> tuple[Any, ...]:
+    def torque(
+        tilts: Any, body_rates: Any, rates: Any, thrusts: Any
+    ) -> tuple[Any, ...]:
         p, q, r = body_rates
         t1 = t2 = t3 = 0.0
-        for (cz, sz), momentum, tilt, rate, thrust in zip(arms, momenta, tilts, rates, thrusts, strict=True):
+        for (cz, sz), momentum, tilt, rate, thrust in zip(
+            arms, momenta, tilts, rates, thrusts, strict=True
+        ):
             spun = momentum * copysign(sqrt(abs(thrust) / coefficient), thrust)
             # −ω × h in body axes: ω of the arm, h along the tilted rotor axis.
-            w1, w2, across, up = p + rate * cz, q + rate * sz, spun * sin(tilt), spun * cos(tilt)
+            w1, w2, across, up = (
+                p + rate * cz,
+                q + rate * sz,
+                spun * sin(tilt),
+                spun * cos(tilt),
+            )
             h1, h2 = sz * across, -cz * across
-            t1, t2, t3 = t1 + r * h2 - w2 * up, t2 + w1 * up - r * h1, t3 + w2 * h1 - w1 * h2
+            t1, t2, t3 = (
+                t1 + r * h2 - w2 * up,
+                t2 + w1 * up - r * h1,
+                t3 + w2 * h1 - w1 * h2,
+            )
         return t1, t2, t3
 
     return torque
 
 
-def before_take_off(course: Course, settings: FlightSettings, *, anyway: bool = False) -> tuple[str, tuple[str, ...]]:
+def before_take_off(
+    course: Course, settings: FlightSettings, *, anyway: bool = False
+) -> tuple[str, tuple[str, ...]]:
     """Return why a course's gait cannot fly with given settings, "" if it can, and the warnings.
 
     The limits of thrusts and tilt rates are those of the flight, which may differ from the vehicle's. With `anyway`
     reasons become warnings.
     """
     timed, vehicle = course.timed, course.vehicle
-    thrust = (settings.thrust_limit or vehicle.max_thrust) if settings.saturation else None
-    limited = vehicle.replace(max_thrust=thrust, max_tilt_rate=settings.servo_rate or vehicle.max_tilt_rate)
+    thrust = (
+        (settings.thrust_limit or vehicle.max_thrust) if settings.saturation else None
+    )
+    limited = vehicle.replace(
+        max_thrust=thrust, max_tilt_rate=settings.servo_rate or vehicle.max_tilt_rate
+    )
     judged = replace(timed, gait=replace(timed.gait, vehicle=limited))
     forbidden, warnings = broken_rules(judged.check(), pulling=not settings.saturation)
     if isinstance(timed, RowTimedGait):
         if not timed.closed:
-            jump, last = np.linalg.norm(timed.gait.alpha[-1] - timed.gait.alpha[0]), timed.times[-1] - timed.times[-2]
+            jump, last = (
+                np.linalg.norm(timed.gait.alpha[-1] - timed.gait.alpha[0]),
+                timed.times[-1] - timed.times[-2],
+            )
             back = f"the {jump:.3g} rad from its last row back to the first are flown within {last:.3g} s"
             warnings.append(f"the table is not closed: {back}")
         if not timed.law_stated:
@@ -381,14 +659,25 @@ def before_take_off(course: Course, settings: FlightSettings, *, anyway: bool = 
     seconds, is_finite = settings.seconds_of(course), math.isfinite(course.duration)
     for name, whole, meaning in (
         ("course", course.duration if is_finite else 0.0, "the rest is not flown"),
-        ("period", course.moving_period * (not is_finite), "the rest of the gait is not tested"),
-        ("lap", settings.lap * (settings.reference in ("line", "circle")), "the reference is not followed to its end"),
+        (
+            "period",
+            course.moving_period * (not is_finite),
+            "the rest of the gait is not tested",
+        ),
+        (
+            "lap",
+            settings.lap * (settings.reference in ("line", "circle")),
+            "the reference is not followed to its end",
+        ),
     ):
         if seconds < whole * (1 - 1e-9):
             part = f"{100 * seconds / whole:.3g} % of a {name} of {whole:g} s"
             warnings.append(f"the flight of {seconds:g} s is {part}: {meaning}")
     if anyway:
-        return "", (*(f"flown although it is not flyable: {message}" for message in forbidden), *warnings)
+        return "", (
+            *(f"flown although it is not flyable: {message}" for message in forbidden),
+            *warnings,
+        )
     return forbidden[0] if forbidden else "", tuple(warnings)
 
 
@@ -456,7 +745,11 @@ def checked_attitude(attitude: Any) -> tuple[float, float]:
     """Return roll and pitch in radians, or raise InputError."""
     parts = attitude if isinstance(attitude, (list, tuple, np.ndarray)) else ()
     angles = [angle_from_text(part, "attitude") for part in parts]
-    if len(angles) != 2 or not abs(angles[0]) <= math.pi or not abs(angles[1]) < math.pi / 2:
+    if (
+        len(angles) != 2
+        or not abs(angles[0]) <= math.pi
+        or not abs(angles[1]) < math.pi / 2
+    ):
         wanted = "a roll from -pi to pi and a pitch between -pi/2 and pi/2"
         hint = next(filter(None, map(in_degrees, parts)), "")
         raise InputError(f"attitude must be {wanted}, got {shown(attitude)}{hint}")

@@ -105,16 +105,31 @@ class Gait(Pictured):
     ) -> None:
         corners, names = np.array(angles_from(alpha, "alpha")), tuple(colors)
         if corners.ndim != 2 or corners.shape[1] != 4 or not len(corners):
-            raise InputError(f"alpha must have the shape (n, 4) with n at least 1, got {corners.shape}")
+            raise InputError(
+                f"alpha must have the shape (n, 4) with n at least 1, got {corners.shape}"
+            )
         if not np.isfinite(corners).all():
-            raise InputError(f"alpha must hold finite angles in radians, got {corners[~np.isfinite(corners)][0]!r}")
+            raise InputError(
+                f"alpha must hold finite angles in radians, got {corners[~np.isfinite(corners)][0]!r}"
+            )
         if names and len(names) != len(corners):
-            raise InputError(f"colors must be one for each of the {len(corners)} corners, got {len(names)}")
+            raise InputError(
+                f"colors must be one for each of the {len(corners)} corners, got {len(names)}"
+            )
         if not all(color in FAMILIES for color in names):
-            raise InputError(f"colors must be {', '.join(map(repr, FAMILIES))}, got {shown(names)}")
+            raise InputError(
+                f"colors must be {', '.join(map(repr, FAMILIES))}, got {shown(names)}"
+            )
         corners.flags.writeable = False
         body = vehicle_named(vehicle)
-        checked = (corners, names, body, coefficients_of(body, coefficients), crossing_tolerance, request or {})
+        checked = (
+            corners,
+            names,
+            body,
+            coefficients_of(body, coefficients),
+            crossing_tolerance,
+            request or {},
+        )
         for name, value in zip(self.__slots__, checked, strict=True):
             object.__setattr__(self, name, value)  # the record is frozen
 
@@ -140,7 +155,9 @@ class Gait(Pictured):
     def types(self) -> tuple[str, ...]:
         """The plane types of each corner; empty off the surfaces."""
         codes = family_codes(self.colors)
-        pairs = family_types(self.alpha[: len(codes)], codes, self.coefficients, self.crossing_tolerance)
+        pairs = family_types(
+            self.alpha[: len(codes)], codes, self.coefficients, self.crossing_tolerance
+        )
         return tuple(text_from_types(*pair) for pair in zip(*pairs, strict=True))
 
     @property
@@ -169,7 +186,11 @@ class Gait(Pictured):
         turn = unit - unit[before]
         corner = ((turn * turn).sum(axis=1) > _STRAIGHT**2) | changes | changed
         corner[0] = True
-        return self if corner.all() and not self.request else self._reordered(np.flatnonzero(corner).tolist())
+        return (
+            self
+            if corner.all() and not self.request
+            else self._reordered(np.flatnonzero(corner).tolist())
+        )
 
     def reversed(self) -> Gait:
         """Return the gait run the other way from the same start."""
@@ -189,14 +210,24 @@ class Gait(Pictured):
         """Return the gait with α3 and α4 scaled by η in (0, 1], equations (12) to (15); it leaves the surfaces."""
         checked_factor("eta", eta)
         colors = self.colors if eta == 1 else ()
-        return replace(self, alpha=self.alpha * np.array([1, 1, eta, eta]), colors=colors, request={})
+        return replace(
+            self,
+            alpha=self.alpha * np.array([1, 1, eta, eta]),
+            colors=colors,
+            request={},
+        )
 
     def vertices(self, tolerance: float = 1e-9) -> FloatArray:
         """Return the corners of the loop, in order, shape (k, 4) [rad]; see :func:`vertices`."""
         return vertices(self.merged().alpha, tolerance)
 
     def parametrize(
-        self, period: float = 1.0, *, law: LawName = "smooth", samples: int | None = None, rate: float | None = None
+        self,
+        period: float = 1.0,
+        *,
+        law: LawName = "smooth",
+        samples: int | None = None,
+        rate: float | None = None,
     ) -> TimedGait:
         """Return the gait with a timing law over a period.
 
@@ -221,19 +252,29 @@ class Gait(Pictured):
         return TimedGait(gait=self, period=float(period), law=law, samples=count)
 
     def check(
-        self, *, tolerance: float = DEFAULT_TOLERANCE, floor: float = DEFAULT_FLOOR, angle_rounding: float | None = None
+        self,
+        *,
+        tolerance: float = DEFAULT_TOLERANCE,
+        floor: float = DEFAULT_FLOOR,
+        angle_rounding: float | None = None,
     ) -> Report:
         """Return every check of valid and flyable; see :func:`gaitgraph.validation.validating.check_gait`."""
         from gaitgraph.validation.validating import check_gait
 
-        return check_gait(self, tolerance=tolerance, floor=floor, angle_rounding=angle_rounding)
+        return check_gait(
+            self, tolerance=tolerance, floor=floor, angle_rounding=angle_rounding
+        )
 
     def __repr__(self) -> str:
         return f"<Gait: {self.color or 'off the surfaces'}, {self.size_text()}, vehicle {self.vehicle.name!r}>"
 
     def __str__(self) -> str:
         low, high = float(self.R.min()), float(self.R.max())
-        signs = f"R {low:.3g} to {high:.3g} at its corners" if len(self.alpha) > 1 else f"R {low:.3g}"
+        signs = (
+            f"R {low:.3g} to {high:.3g} at its corners"
+            if len(self.alpha) > 1
+            else f"R {low:.3g}"
+        )
         title = f"Gait, {self.color or 'off the surfaces'}: {self.size_text()}, {signs}"
         return "\n".join([title, self.setting_text(), "", *self.corner_lines()])
 
@@ -248,11 +289,18 @@ class Gait(Pictured):
     def corner_lines(self) -> list[str]:
         """Return the first twelve corners as lines of a table."""
         corners, types, most = len(self.alpha), self.types, 12
-        lines = ["  corner      α1        α2        α3        α4" + "     types" * bool(types)]
+        lines = [
+            "  corner      α1        α2        α3        α4"
+            + "     types" * bool(types)
+        ]
         for k, alpha in enumerate(self.alpha[:most]):
             angles = "".join(f"{text_from_angle(float(angle)):>10}" for angle in alpha)
-            lines.append(f"  {k + 1:>4}  {angles}" + (f"     {types[k]}" if types else ""))
-        return lines if corners <= most else [*lines, f"     … and {corners - most} more"]
+            lines.append(
+                f"  {k + 1:>4}  {angles}" + (f"     {types[k]}" if types else "")
+            )
+        return (
+            lines if corners <= most else [*lines, f"     … and {corners - most} more"]
+        )
 
 
 def lift(
@@ -281,26 +329,54 @@ def lift(
     """
     plane = angles_from(points, "points")
     if plane.ndim != 2 or plane.shape[1] != 2 or not len(plane):
-        raise InputError(f"points must have the shape (n, 2) with n at least 1, got {plane.shape}")
-    names = tuple(colors) if isinstance(colors, Iterable) and not isinstance(colors, str) else (colors,) * len(plane)
-    if len(names) != len(plane) or not all(isinstance(name, str) and name in COLORS for name in names):
+        raise InputError(
+            f"points must have the shape (n, 2) with n at least 1, got {plane.shape}"
+        )
+    names = (
+        tuple(colors)
+        if isinstance(colors, Iterable) and not isinstance(colors, str)
+        else (colors,) * len(plane)
+    )
+    if len(names) != len(plane) or not all(
+        isinstance(name, str) and name in COLORS for name in names
+    ):
         allowed = f"'red' or 'blue', one for all or for each of the {len(plane)} points"
         raise InputError(f"colors must be {allowed}, got {shown(colors)}")
     numbers = coefficients_of(vehicle, coefficients)
     alpha = points_on_sheets(plane[:, 0], plane[:, 1], names, numbers)
-    return Gait(alpha=alpha, colors=names, vehicle=vehicle, coefficients=numbers, crossing_tolerance=crossing_tolerance)
+    return Gait(
+        alpha=alpha,
+        colors=names,
+        vehicle=vehicle,
+        coefficients=numbers,
+        crossing_tolerance=crossing_tolerance,
+    )
 
 
 def points_on_sheets(
-    alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, colors: Sequence[str], coefficients: Coefficients
+    alpha1: npt.ArrayLike,
+    alpha2: npt.ArrayLike,
+    colors: Sequence[str],
+    coefficients: Coefficients,
 ) -> FloatArray:
     """Return the points of the sheets above (α1, α2), each on that of its color, shape (n, 4) [rad]."""
     a1, a2 = checked_plane_angles(alpha1, alpha2)
-    if set(colors) == {"red"}:  # α3 = α1 and α4 = α2 within ±π/2; adding zero turns negative zeros into zeros
+    if set(colors) == {
+        "red"
+    }:  # α3 = α1 and α4 = α2 within ±π/2; adding zero turns negative zeros into zeros
         return np.array([a1, a2, a1 + 0.0, a2 + 0.0]).T
     is_red = np.array([color == "red" for color in colors])
-    sheets = (sheet_angles("red", a1, a2, coefficients), sheet_angles("blue", a1, a2, coefficients))
-    return np.column_stack([a1, a2, *(np.where(is_red, red, blue) for red, blue in zip(*sheets, strict=True))])
+    sheets = (
+        sheet_angles("red", a1, a2, coefficients),
+        sheet_angles("blue", a1, a2, coefficients),
+    )
+    return np.column_stack(
+        [
+            a1,
+            a2,
+            *(np.where(is_red, red, blue) for red, blue in zip(*sheets, strict=True)),
+        ]
+    )
 
 
 def checked_factor(name: str, eta: object) -> float:
@@ -324,18 +400,29 @@ def vertices(alpha: npt.ArrayLike, tolerance: float = 1e-9) -> FloatArray:
     moves = np.abs(np.roll(points, -1, axis=0) - points).max(axis=1) > tolerance
     points = points[moves] if moves.any() else points[:1]
     n = len(points)
-    before, chord = np.roll(points, 1, axis=0), np.roll(points, -1, axis=0) - np.roll(points, 1, axis=0)
-    share = ((points - before) * chord).sum(axis=1) / np.maximum((chord**2).sum(axis=1), 1e-300)
-    off = np.linalg.norm(points - before - np.clip(share, 0, 1)[:, None] * chord, axis=1)
+    before, chord = (
+        np.roll(points, 1, axis=0),
+        np.roll(points, -1, axis=0) - np.roll(points, 1, axis=0),
+    )
+    share = ((points - before) * chord).sum(axis=1) / np.maximum(
+        (chord**2).sum(axis=1), 1e-300
+    )
+    off = np.linalg.norm(
+        points - before - np.clip(share, 0, 1)[:, None] * chord, axis=1
+    )
     bent = (off > tolerance) | (n == 1)
     # Two rows that cut a corner off, between sides with two more rows on each.
-    sides = ~(np.roll(bent, 2) | np.roll(bent, 1) | np.roll(bent, -2) | np.roll(bent, -3))
+    sides = ~(
+        np.roll(bent, 2) | np.roll(bent, 1) | np.roll(bent, -2) | np.roll(bent, -3)
+    )
     for k in np.flatnonzero(bent & np.roll(bent, -1) & sides).tolist():
         first, second = points[k], points[(k + 1) % n]
         ahead = np.column_stack([first - points[k - 1], second - points[(k + 2) % n]])
         reach = np.linalg.lstsq(ahead * [1, -1], second - first)[0]
         ends = np.stack([first, second]) + reach[:, None] * ahead.T
-        if ((reach >= 0) & (reach <= 1)).all() and np.linalg.norm(ends[1] - ends[0]) <= 10 * tolerance:
+        if ((reach >= 0) & (reach <= 1)).all() and np.linalg.norm(
+            ends[1] - ends[0]
+        ) <= 10 * tolerance:
             points[k], bent[(k + 1) % n] = ends.mean(axis=0), False
     return np.asarray(points[bent])
 
@@ -357,7 +444,12 @@ def paper_gait(number: int, vehicle: Vehicle, coefficients: Coefficients) -> Gai
     """Return Gait 1 to 4 for a vehicle; for the other rotor spin the loop is mirrored in the origin."""
     color, points = _LOOPS[number]
     side = 1 if vehicle.signed_drag_ratio > 0 else -1
-    return lift(side * np.array(points) * (math.pi / 16), color, vehicle=vehicle, coefficients=coefficients)
+    return lift(
+        side * np.array(points) * (math.pi / 16),
+        color,
+        vehicle=vehicle,
+        coefficients=coefficients,
+    )
 
 
 def name_of(gait: Gait) -> str:
@@ -367,7 +459,11 @@ def name_of(gait: Gait) -> str:
     for number in _LOOPS:
         known = paper_gait(number, gait.vehicle, gait.coefficients).alpha
         known = known[np.lexsort(known[:, 1::-1].round(3).T)]
-        eta = (rows * known)[:, 2:].sum() / (known[:, 2:] ** 2).sum() if rows.shape == known.shape else 0.0
+        eta = (
+            (rows * known)[:, 2:].sum() / (known[:, 2:] ** 2).sum()
+            if rows.shape == known.shape
+            else 0.0
+        )
         if eta > 0 and np.allclose(rows, known * [1, 1, eta, eta], atol=2e-3):
             return f"Gait {number}" + (f" biased by {eta:.3g}" if eta < 0.998 else "")
     return f"{gait.color.capitalize()} gait" if gait.color else "Gait on neither sheet"
@@ -376,4 +472,7 @@ def name_of(gait: Gait) -> str:
 def printed_gait(number: int, coefficients: Coefficients) -> Gait:
     """Return a gait through the vertices as the paper prints them, three decimals for α3 and α4: off the surfaces."""
     alpha = np.array(paper_gait(number, PAPER, coefficients_of(PAPER)).alpha)
-    return Gait(alpha=np.column_stack([alpha[:, :2], alpha[:, 2:].round(3)]), coefficients=coefficients)
+    return Gait(
+        alpha=np.column_stack([alpha[:, :2], alpha[:, 2:].round(3)]),
+        coefficients=coefficients,
+    )

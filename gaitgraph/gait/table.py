@@ -83,10 +83,16 @@ _UNITS |= dict.fromkeys(RATES, "rad/s") | dict.fromkeys(ACCELERATIONS, "rad/s^2"
 # Columns that a flight adds, see gaitgraph.flight.flight.
 _UNITS |= dict.fromkeys(("x", "y", "z", "x_wanted", "y_wanted", "z_wanted"), "m")
 _UNITS |= dict.fromkeys(("roll", "pitch", "yaw", "roll_wanted", "pitch_wanted"), "rad")
-_UNITS |= dict.fromkeys(("x_rate", "y_rate", "z_rate"), "m/s") | dict.fromkeys(("saturated", "nearness"), "1")
-_UNITS |= {f"body_rate_{axis}": "rad/s" for axis in "xyz"} | {f"thrust{k}": "N" for k in range(1, 5)}
+_UNITS |= dict.fromkeys(("x_rate", "y_rate", "z_rate"), "m/s") | dict.fromkeys(
+    ("saturated", "nearness"), "1"
+)
+_UNITS |= {f"body_rate_{axis}": "rad/s" for axis in "xyz"} | {
+    f"thrust{k}": "N" for k in range(1, 5)
+}
 # Columns of a basin, see gaitgraph.flight.basins.
-_UNITS |= {"begin": "s", "seconds": "s"} | dict.fromkeys(("eta", "peak_share", "acceptable", "same_side"), "1")
+_UNITS |= {"begin": "s", "seconds": "s"} | dict.fromkeys(
+    ("eta", "peak_share", "acceptable", "same_side"), "1"
+)
 _DERIVED = {"": "", "_rate": "/s", "_acceleration": "/s^2"}
 
 
@@ -130,25 +136,39 @@ class Table:
         """The unit of each column, in ASCII; "" for texts and unknown columns."""
         known = dict(_UNITS)
         servos = self.about.get("servos")
-        if isinstance(servos, dict) and isinstance(servos.get("joint"), list):  # a servo table: its map states them
+        if isinstance(servos, dict) and isinstance(
+            servos.get("joint"), list
+        ):  # a servo table: its map states them
             known[str(servos.get("time", "t"))] = str(servos.get("time_unit", "s"))
             for joint in servos["joint"]:
                 if isinstance(joint, dict):
                     unit = str(joint.get("unit", "rad"))
-                    known |= {f"{joint.get('column')}{end}": unit + per for end, per in _DERIVED.items()}
+                    known |= {
+                        f"{joint.get('column')}{end}": unit + per
+                        for end, per in _DERIVED.items()
+                    }
         return {name: known.get(name, "") for name in self.columns}
 
     def rows(self, start: int, stop: int) -> Table:
         """Return some consecutive rows, counted from 0."""
-        return replace(self, columns={name: values[start:stop] for name, values in self.columns.items()})
+        return replace(
+            self,
+            columns={name: values[start:stop] for name, values in self.columns.items()},
+        )
 
     def to_pandas(self) -> Any:
         """Return the table as a pandas frame: floats, and categories for texts; its `attrs` state what made it."""
         try:
             import pandas as pd
         except ImportError as error:
-            raise MissingExtra("to_pandas needs pandas. Install it with: pip install pandas") from error
-        texts = {name: pd.Series(list(self[name]), dtype="category") for name in TEXTS if name in self}
+            raise MissingExtra(
+                "to_pandas needs pandas. Install it with: pip install pandas"
+            ) from error
+        texts = {
+            name: pd.Series(list(self[name]), dtype="category")
+            for name in TEXTS
+            if name in self
+        }
         frame = pd.DataFrame({**self.columns, **texts})
         frame.attrs["gaitgraph"] = provenance_of(self)
         return frame
@@ -162,24 +182,36 @@ def merged(pieces: Iterable[Table]) -> Table:
     columns: dict[str, Any] = {}
     for name, values in first.columns.items():
         parts = [values, *(piece[name] for piece in others)]
-        columns[name] = np.concatenate(parts) if isinstance(values, np.ndarray) else tuple(chain.from_iterable(parts))
+        columns[name] = (
+            np.concatenate(parts)
+            if isinstance(values, np.ndarray)
+            else tuple(chain.from_iterable(parts))
+        )
     return replace(first, columns=columns)
 
 
 def row_texts(piece: Table) -> bytes:
     """Return times and tilt angles of rows to nine decimals, a line each, whose SHA-256 a certificate states."""
-    rows = np.column_stack([piece[name] for name in ("t", *ANGLES) if name in piece]).tolist()
-    return "".join(" ".join(f"{round(one, 9) + 0.0:.9f}" for one in row) + "\n" for row in rows).encode()
+    rows = np.column_stack(
+        [piece[name] for name in ("t", *ANGLES) if name in piece]
+    ).tolist()
+    return "".join(
+        " ".join(f"{round(one, 9) + 0.0:.9f}" for one in row) + "\n" for row in rows
+    ).encode()
 
 
 def surface_of(
-    table: Table, vehicle: VehicleLike | None = None, coefficients: CoefficientsLike | None = None
+    table: Table,
+    vehicle: VehicleLike | None = None,
+    coefficients: CoefficientsLike | None = None,
 ) -> tuple[Vehicle, Coefficients, float]:
     """Return vehicle, coefficients and crossing tolerance: as given, else as the table states, else the defaults."""
     about = table.about
     if vehicle is None:
         vehicle = about.get("vehicle", PAPER)
-        coefficients = about.get("coefficients") if coefficients is None else coefficients
+        coefficients = (
+            about.get("coefficients") if coefficients is None else coefficients
+        )
     vehicle = vehicle_named(vehicle)
     tolerance = about.get("crossing_tolerance", DEFAULT_CROSSING_TOLERANCE)
     checked_number("crossing_tolerance", tolerance, "a number ≥ 0 (rad)")
@@ -209,7 +241,9 @@ def about_from_text(text: object, *, required: bool = False) -> dict[str, Any]:
     try:
         content = json.loads(text)
     except (RecursionError, ValueError) as error:
-        raise InputError("the provenance in the file must be the JSON that gaitgraph writes") from error
+        raise InputError(
+            "the provenance in the file must be the JSON that gaitgraph writes"
+        ) from error
     if not isinstance(content, dict) or content.get("format") != FORMAT:
         raise InputError("the provenance in the file was not written by gaitgraph")
     return checked_about(content.get("about"))
@@ -222,20 +256,28 @@ def checked_about(content: object) -> dict[str, Any]:
     level: list[Any] = [content]
     for _ in range(_DEEPEST):
         inner = [one for one in level if isinstance(one, (dict, list))]
-        level = [value for one in inner for value in (one.values() if isinstance(one, dict) else one)]
+        level = [
+            value
+            for one in inner
+            for value in (one.values() if isinstance(one, dict) else one)
+        ]
     if level:
         raise InputError(f"about must have at most {_DEEPEST} levels of nesting")
     try:
         json.dumps(content, allow_nan=False)
     except (TypeError, ValueError) as error:
-        raise InputError(f"about must hold finite numbers and texts, got {shown(content)}") from error
+        raise InputError(
+            f"about must hold finite numbers and texts, got {shown(content)}"
+        ) from error
     return content
 
 
 # -- From rows to a closed gait
 
 
-def tilt_angles(table: Table, coefficients: Coefficients, *, rows_before: int = 0) -> FloatArray:
+def tilt_angles(
+    table: Table, coefficients: Coefficients, *, rows_before: int = 0
+) -> FloatArray:
     """Return the four tilt angles of each row, shape (n, 4) [rad]; rows of alpha1, alpha2 and color are lifted.
 
     Raises InputError if a row to lift is on a fibre, which leaves α3 or α4 open, or outside [−π/2, π/2]². `rows_before`
@@ -245,19 +287,27 @@ def tilt_angles(table: Table, coefficients: Coefficients, *, rows_before: int = 
         return table.alpha
     for k, color in enumerate(table["color"], start=rows_before + 1):
         if color in FIBERS:
-            raise InputError(f"color must be 'red' or 'blue' without alpha3 and alpha4, got {color!r} in row {k}")
-    return points_on_sheets(table["alpha1"], table["alpha2"], table["color"], coefficients)
+            raise InputError(
+                f"color must be 'red' or 'blue' without alpha3 and alpha4, got {color!r} in row {k}"
+            )
+    return points_on_sheets(
+        table["alpha1"], table["alpha2"], table["color"], coefficients
+    )
 
 
 def lifted_pieces(
-    pieces: Iterable[Table], coefficients: Coefficients, tolerance: float = DEFAULT_TOLERANCE
+    pieces: Iterable[Table],
+    coefficients: Coefficients,
+    tolerance: float = DEFAULT_TOLERANCE,
 ) -> Iterator[tuple[Table, FloatArray, npt.NDArray[np.int8]]]:
     """Yield pieces, their tilt angles, and the family of each row, as stated or by its place; 0 for none."""
     rows = code = 0
     for piece in pieces:
         alpha = tilt_angles(piece, coefficients, rows_before=rows)
         if not np.isfinite(alpha).all():
-            raise InputError(f"alpha must hold finite angles in radians, got {alpha[~np.isfinite(alpha)][0]!r}")
+            raise InputError(
+                f"alpha must hold finite angles in radians, got {alpha[~np.isfinite(alpha)][0]!r}"
+            )
         if "color" in piece:
             codes = family_codes(piece["color"])
         else:
@@ -287,37 +337,68 @@ def closing_time(start: float, end: float, rows: int) -> float:
     return end + (end - start) / max(rows - 1, 1)
 
 
-def stated_gait(table: Table, vehicle: Vehicle, numbers: Coefficients, crossing_tolerance: float) -> TimedGait | None:
+def stated_gait(
+    table: Table, vehicle: Vehicle, numbers: Coefficients, crossing_tolerance: float
+) -> TimedGait | None:
     """Return the timed gait whose corners, law and period a table, or its first piece, states; None without them.
 
     Use it only if :func:`lies_on` holds for all rows, since they may have been edited. Colors are those of the rows.
     """
     about: dict[str, Any] = table.about
-    if "corners" not in about or "t" not in table or "alpha3" not in table or about.get("made_by") == "pace":
+    if (
+        "corners" not in about
+        or "t" not in table
+        or "alpha3" not in table
+        or about.get("made_by") == "pace"
+    ):
         return None
     try:
         corners = np.array(about["corners"], dtype=float)
-        gait = Gait(alpha=corners, vehicle=vehicle, coefficients=numbers, crossing_tolerance=crossing_tolerance)
+        gait = Gait(
+            alpha=corners,
+            vehicle=vehicle,
+            coefficients=numbers,
+            crossing_tolerance=crossing_tolerance,
+        )
     except (TypeError, ValueError) as error:
-        raise InputError(f"corners must be rows of four angles (rad), got {shown(about['corners'])}") from error
-    colors = tuple(table["color"][:1]) * len(corners) if "color" in table else _colors_of(corners, numbers)
-    return replace(gait, colors=colors).parametrize(about.get("period", 0.0), law=about.get("law", ""))
+        raise InputError(
+            f"corners must be rows of four angles (rad), got {shown(about['corners'])}"
+        ) from error
+    colors = (
+        tuple(table["color"][:1]) * len(corners)
+        if "color" in table
+        else _colors_of(corners, numbers)
+    )
+    return replace(gait, colors=colors).parametrize(
+        about.get("period", 0.0), law=about.get("law", "")
+    )
 
 
 def paced_gait(table: Table, rows: Gait) -> Gait | None:
     """Return the gait through the corners that a table written by pace states, if its rows lie on it; else None."""
     about, t = table.about, table.columns.get("t")
     corners: Any = about.get("corners", ())
-    if about.get("made_by") != "pace" or t is None or not 0 < len(rows.alpha) * len(corners) <= _MOST_COMPARED:
+    if (
+        about.get("made_by") != "pace"
+        or t is None
+        or not 0 < len(rows.alpha) * len(corners) <= _MOST_COMPARED
+    ):
         return None
     with suppress(TypeError, ValueError):  # corners that are no angles
-        gait = replace(rows, alpha=np.array(corners, dtype=float), colors=rows.colors[:1] * len(corners))
+        gait = replace(
+            rows,
+            alpha=np.array(corners, dtype=float),
+            colors=rows.colors[:1] * len(corners),
+        )
         off = np.full(len(rows.alpha), np.inf)
         for start, end in zip(gait.alpha, gait.ends, strict=True):
             step, away = end - start, rows.alpha - start
             along = np.clip(away @ step / max(step @ step, 1e-300), 0.0, 1.0)
             off = np.minimum(off, np.abs(away - along[:, None] * step).max(axis=1))
-        is_whole = abs(t[-1] - t[0] - about.get("period", math.inf)) <= _NANOSECOND + table.digit_error
+        is_whole = (
+            abs(t[-1] - t[0] - about.get("period", math.inf))
+            <= _NANOSECOND + table.digit_error
+        )
         if is_whole and off.max() <= _ON_STATED + table.digit_error:
             return gait
     return None
@@ -325,7 +406,11 @@ def paced_gait(table: Table, rows: Gait) -> Gait | None:
 
 def lies_on(timed: TimedGait, piece: Table, start: float) -> bool:
     """Return whether rows lie on a timed gait that begins at time `start`, to within their printed digits."""
-    allowed = _ON_STATED + piece.digit_error + (_NANOSECOND + piece.digit_error) * timed.peaks(1)
+    allowed = (
+        _ON_STATED
+        + piece.digit_error
+        + (_NANOSECOND + piece.digit_error) * timed.peaks(1)
+    )
     for k in range(0, len(piece), _ROWS_AT_ONCE):
         some = piece.rows(k, k + _ROWS_AT_ONCE)
         if (np.abs(timed.at(some["t"] - start)[0] - some.alpha) > allowed).any():
@@ -333,9 +418,14 @@ def lies_on(timed: TimedGait, piece: Table, start: float) -> bool:
     return set(piece.columns.get("color", ())) <= set(timed.gait.colors)
 
 
-def takes_the_period(timed: TimedGait, start: float, end: float, rows: int, digit_error: float) -> bool:
+def takes_the_period(
+    timed: TimedGait, start: float, end: float, rows: int, digit_error: float
+) -> bool:
     """Return whether a table of some rows, with times from `start` to `end`, has the period of a timed gait."""
-    off = min(abs(last - start - timed.period) for last in (end, closing_time(start, end, rows)))
+    off = min(
+        abs(last - start - timed.period)
+        for last in (end, closing_time(start, end, rows))
+    )
     return bool(off <= digit_error + _NANOSECOND + _ON_STATED * timed.period)
 
 
@@ -371,29 +461,48 @@ def closed_rows(
     ([0.4, 0.9], [0.0, 1.0, 2.0])
     """
     request = table.about.get("request")
-    request = dict(request) if isinstance(request, dict) and vehicle is None and coefficients is None else {}
+    request = (
+        dict(request)
+        if isinstance(request, dict) and vehicle is None and coefficients is None
+        else {}
+    )
     vehicle, numbers, crossing = surface_of(table, vehicle, coefficients)
     alpha, t = tilt_angles(table, numbers), table.columns.get("t")
     if is_closed(alpha):
         alpha = alpha[:-1]
     elif t is not None:
         t = np.append(t, closing_time(t[0], t[-1], len(t)))
-    colors = tuple(table["color"][: len(alpha)]) if "color" in table else _colors_of(alpha, numbers)
+    colors = (
+        tuple(table["color"][: len(alpha)])
+        if "color" in table
+        else _colors_of(alpha, numbers)
+    )
     stated = stated_gait(table, vehicle, numbers, crossing)
     if stated is not None:
         start, end = table["t"][[0, -1]].tolist()
-        if lies_on(stated, table, start) and takes_the_period(stated, start, end, len(table), table.digit_error):
-            stated = replace(stated, gait=replace(stated.gait, request=request), samples=len(alpha))
+        if lies_on(stated, table, start) and takes_the_period(
+            stated, start, end, len(table), table.digit_error
+        ):
+            stated = replace(
+                stated, gait=replace(stated.gait, request=request), samples=len(alpha)
+            )
         else:
             file = f"gait file {str(name)!r}: " if isinstance(name, (str, Path)) else ""
             warnings.warn(f"{file}{OTHER_ROWS}", FileWarning, stacklevel=2)
             stated = None
-    made: dict[str, Any] = {"vehicle": vehicle, "coefficients": numbers, "crossing_tolerance": crossing}
+    made: dict[str, Any] = {
+        "vehicle": vehicle,
+        "coefficients": numbers,
+        "crossing_tolerance": crossing,
+    }
     return Gait(alpha=alpha, colors=colors, request=request, **made), t, stated
 
 
 def completed_table(
-    table: Table, *, vehicle: VehicleLike | None = None, coefficients: CoefficientsLike | None = None
+    table: Table,
+    *,
+    vehicle: VehicleLike | None = None,
+    coefficients: CoefficientsLike | None = None,
 ) -> Table:
     """Return a table of two rows or more completed: from t = 0, closed, with all columns that can be computed.
 
@@ -402,21 +511,36 @@ def completed_table(
     accelerations are stated, rates are those just after each row and accelerations are zero. `t` must be there.
     """
     stated, numbers, crossing_tolerance = surface_of(table, vehicle, coefficients)
-    about = {**table.about, "vehicle": stated.as_mapping(), "coefficients": numbers.kind}
-    if not isinstance(about.get("request"), dict) or vehicle is not None or coefficients is not None:
+    about = {
+        **table.about,
+        "vehicle": stated.as_mapping(),
+        "coefficients": numbers.kind,
+    }
+    if (
+        not isinstance(about.get("request"), dict)
+        or vehicle is not None
+        or coefficients is not None
+    ):
         about.pop("request", None)  # the request was for something else
     ((_, alpha, codes),) = lifted_pieces([table], numbers)
     t = table["t"] - table["t"][0]
     columns = table.columns | dict(zip(ANGLES, alpha.T, strict=True)) | {"t": t}
     R = np.asarray(level_determinant(alpha, numbers))
-    if "R" not in table or (np.abs(table["R"] - R) > 2 * level_determinant_resolution(alpha, numbers)).any():
+    if (
+        "R" not in table
+        or (
+            np.abs(table["R"] - R) > 2 * level_determinant_resolution(alpha, numbers)
+        ).any()
+    ):
         columns["R"] = R
     if not codes.all():
         columns.pop("types", None)
     else:
         columns["color"] = tuple(map(family_of, codes.tolist()))
         if "types" not in table or wrong_types(table, codes).any():
-            pairs = zip(*family_types(alpha, codes, numbers, crossing_tolerance), strict=True)
+            pairs = zip(
+                *family_types(alpha, codes, numbers, crossing_tolerance), strict=True
+            )
             columns["types"] = tuple(text_from_types(*pair) for pair in pairs)
     # The first row again at the end, which replaces a last row that repeats it.
     whole, returned = Table(columns=columns, about=about), is_closed(alpha)
@@ -426,5 +550,10 @@ def completed_table(
     if not all(name in table for name in (*RATES, *ACCELERATIONS)):
         for name, rate, acceleration in zip(ANGLES, RATES, ACCELERATIONS, strict=True):
             slopes = np.diff(columns[name]) / np.diff(columns["t"]) + 0.0
-            columns |= {rate: np.append(slopes, slopes[:1]), acceleration: np.zeros(len(slopes) + 1)}
-    return Table(columns={name: columns[name] for name in ORDER if name in columns}, about=about)
+            columns |= {
+                rate: np.append(slopes, slopes[:1]),
+                acceleration: np.zeros(len(slopes) + 1),
+            }
+    return Table(
+        columns={name: columns[name] for name in ORDER if name in columns}, about=about
+    )

@@ -7,8 +7,15 @@ from typing import TYPE_CHECKING
 from gaitgraph._lazy import lazy_names
 
 if TYPE_CHECKING:
-    from gaitgraph.graph.build import surface_graph as surface_graph, validate_graph as validate_graph
+    from gaitgraph.graph.build import (
+        surface_graph as surface_graph,
+        validate_graph as validate_graph,
+    )
     from gaitgraph.graph.cycle_list import Cycles as Cycles, cycles as cycles
-    from gaitgraph.graph.walks import Cycle as Cycle, best_order as best_order, closed_walk as closed_walk
+    from gaitgraph.graph.walks import (
+        Cycle as Cycle,
+        best_order as best_order,
+        closed_walk as closed_walk,
+    )
 else:
     __getattr__, __dir__ = lazy_names(__name__)

@@ -40,9 +40,26 @@ from gaitgraph.angles import angle_within, checked_number, number_of, whole_numb
 from gaitgraph.errors import ContractError, InputError, checked_choice, shown
 from gaitgraph.gait.gait import Gait
 from gaitgraph.invertibility import segment_bounds
-from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, Coefficients, CoefficientsLike, coefficients_of, noise_of
-from gaitgraph.surface.sheets import family_jumps, neighbors_allowed, root_arrays, text_from_types
-from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_from_mapping, vehicle_named
+from gaitgraph.invertibility.matrices import (
+    DEFAULT_FLOOR,
+    Coefficients,
+    CoefficientsLike,
+    coefficients_of,
+    noise_of,
+)
+from gaitgraph.surface.sheets import (
+    family_jumps,
+    neighbors_allowed,
+    root_arrays,
+    text_from_types,
+)
+from gaitgraph.vehicle import (
+    PAPER,
+    Vehicle,
+    VehicleLike,
+    vehicle_from_mapping,
+    vehicle_named,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -70,15 +87,21 @@ def checked_divisions(divisions: object) -> int:
     """Return a number of divisions, or raise InputError."""
     if number_of(divisions) > MOST_DIVISIONS:
         got = f"got {shown(divisions)}; plan --method exact needs no grid"
-        raise InputError(f"divisions must be a whole number from 2 to {MOST_DIVISIONS}, {got}")
+        raise InputError(
+            f"divisions must be a whole number from 2 to {MOST_DIVISIONS}, {got}"
+        )
     return whole_number("divisions", divisions, 2, MOST_DIVISIONS)
 
 
-def checked_waypoints(value: object, most: float = MOST_WAYPOINTS, least: int = 1) -> list[tuple[float, float]]:
+def checked_waypoints(
+    value: object, most: float = MOST_WAYPOINTS, least: int = 1
+) -> list[tuple[float, float]]:
     """Return waypoints as pairs of angles [rad]; InputError unless `least` to `most` are given, in [−π/2, π/2]²."""
     if not isinstance(value, (list, tuple, np.ndarray)) or len(value) < least:
         got = "none" if isinstance(value, tuple) and not value else shown(value)
-        raise InputError(f"waypoints must be a list of one or more [alpha1, alpha2] in [−π/2, π/2], got {got}")
+        raise InputError(
+            f"waypoints must be a list of one or more [alpha1, alpha2] in [−π/2, π/2], got {got}"
+        )
     if len(value) > most:
         raise InputError(f"waypoints must be at most {most}, got {len(value)}")
     points = []
@@ -86,7 +109,9 @@ def checked_waypoints(value: object, most: float = MOST_WAYPOINTS, least: int = 
         given = len(angles) if isinstance(angles, (list, tuple, np.ndarray)) else 0
         if given != 2:
             why = "; α3 and α4 follow from the color" if given == 4 else ""
-            raise InputError(f"waypoint {number} must be [alpha1, alpha2], got {shown(angles)}{why}")
+            raise InputError(
+                f"waypoint {number} must be [alpha1, alpha2], got {shown(angles)}{why}"
+            )
         first = angle_within(angles[0], f"waypoint {number} alpha1")
         points.append((first, angle_within(angles[1], f"waypoint {number} alpha2")))
     return points
@@ -144,14 +169,20 @@ def surface_graph(
     coefficients = coefficients_of(vehicle, coefficients)
     wanted = 1.0 if sign == "positive" else -1.0
     crossing_tolerance = math.pi / (2 * divisions)
-    alpha, red, types, R, cell = _nodes(divisions, waypoints, wanted, coefficients, crossing_tolerance)
+    alpha, red, types, R, cell = _nodes(
+        divisions, waypoints, wanted, coefficients, crossing_tolerance
+    )
     if zones is not None and len(alpha):
         allowed = zones.allow_points(alpha[:, :2])
-        alpha, red, types, R, cell = (part[allowed] for part in (alpha, red, types, R, cell))
+        alpha, red, types, R, cell = (
+            part[allowed] for part in (alpha, red, types, R, cell)
+        )
     edge = _edges(alpha, red, types, cell, divisions)
     if zones is not None and len(edge):
         edge = edge[zones.allow_segments(alpha[edge[:, 0], :2], alpha[edge[:, 1], :2])]
-    quantities = _edge_quantities(alpha, red, edge, wanted, vehicle, coefficients, floor)
+    quantities = _edge_quantities(
+        alpha, red, edge, wanted, vehicle, coefficients, floor
+    )
 
     graph: nx.Graph[Any] = nx.Graph(
         contract=CONTRACT,
@@ -166,19 +197,36 @@ def surface_graph(
     ids: list[tuple[Any, ...]] = []
     waypoint_counts: dict[tuple[float, float], list[int]] = {}
     for angles, pair, is_red, value, (i, j) in zip(
-        alpha.tolist(), types.tolist(), red.tolist(), R.tolist(), cell.tolist(), strict=True
+        alpha.tolist(),
+        types.tolist(),
+        red.tolist(),
+        R.tolist(),
+        cell.tolist(),
+        strict=True,
     ):
         color = "red" if is_red else "blue"
         if i >= 0:
             ids.append((i, j, color))
         else:
-            numbers = waypoint_counts.setdefault((angles[0], angles[1]), [len(waypoint_counts), 0])
+            numbers = waypoint_counts.setdefault(
+                (angles[0], angles[1]), [len(waypoint_counts), 0]
+            )
             ids.append(("w", numbers[0], numbers[1]))
             numbers[1] += 1
         node = {f"alpha{k}": angle for k, angle in enumerate(angles, start=1)}
         cell_of_node = (i, j) if i >= 0 else None
-        graph.add_node(ids[-1], **node, types=text_from_types(*pair), color=color, R=value, cell=cell_of_node)
-    names, columns = list(quantities), [column.tolist() for column in quantities.values()]
+        graph.add_node(
+            ids[-1],
+            **node,
+            types=text_from_types(*pair),
+            color=color,
+            R=value,
+            cell=cell_of_node,
+        )
+    names, columns = (
+        list(quantities),
+        [column.tolist() for column in quantities.values()],
+    )
     graph.add_edges_from(
         (ids[a], ids[b], dict(zip(names, values, strict=True)))
         for (a, b), *values in zip(edge.tolist(), *columns, strict=True)
@@ -186,7 +234,13 @@ def surface_graph(
     return graph
 
 
-def _nodes(divisions: int, waypoints: Any, wanted: float, coefficients: Coefficients, reach: float) -> tuple[Any, ...]:
+def _nodes(
+    divisions: int,
+    waypoints: Any,
+    wanted: float,
+    coefficients: Coefficients,
+    reach: float,
+) -> tuple[Any, ...]:
     """Return the nodes as arrays: alpha (n, 4), on red (n,), types (n, 2), R (n,) and cell (n, 2), −1 off the grid.
 
     Those on the grid come first, red before blue. Waypoints within 1e-9 rad of each other, or of a grid node, count as
@@ -194,24 +248,42 @@ def _nodes(divisions: int, waypoints: Any, wanted: float, coefficients: Coeffici
     """
     axis = grid_axis(divisions)[1:-1]
     given = np.array(checked_waypoints(waypoints, math.inf, least=0)).reshape(-1, 2)
-    given = given[np.abs(given[:, :, None] - axis).min(axis=2).max(axis=1) > WAYPOINT_SNAP]
+    given = given[
+        np.abs(given[:, :, None] - axis).min(axis=2).max(axis=1) > WAYPOINT_SNAP
+    ]
     if len(given):
         same = np.abs(given[:, None] - given).max(axis=2) <= WAYPOINT_SNAP
         given = given[same.argmax(axis=1) == np.arange(len(given))]
     cell = np.array([*product(range(1, divisions), repeat=2), *[(-1, -1)] * len(given)])
     plane = np.concatenate([axis[cell[: len(axis) ** 2] - 1], given])
-    found = root_arrays(plane[:, 0], plane[:, 1], coefficients=coefficients, crossing_tolerance=reach)
+    found = root_arrays(
+        plane[:, 0], plane[:, 1], coefficients=coefficients, crossing_tolerance=reach
+    )
     usable = wanted * np.nan_to_num(found.R) > noise_of(coefficients)
     if coefficients.kind == "exact":
-        usable &= found.sheet > 0  # on blue R = 0 there: floating-point noise is not a sign
+        usable &= (
+            found.sheet > 0
+        )  # on blue R = 0 there: floating-point noise is not a sign
     point, root = np.nonzero(usable)
     off_grid, red = cell[point, 0] < 0, found.sheet[point, root] > 0
     order = np.lexsort((~red & ~off_grid, off_grid))
     point, root = point[order], root[order]
-    return found.alpha[point, root], red[order], found.types[point, root], found.R[point, root], cell[point]
+    return (
+        found.alpha[point, root],
+        red[order],
+        found.types[point, root],
+        found.R[point, root],
+        cell[point],
+    )
 
 
-def _edges(alpha: FloatArray, red: BoolArray, types: npt.NDArray[np.int8], cell: IntArray, divisions: int) -> IntArray:
+def _edges(
+    alpha: FloatArray,
+    red: BoolArray,
+    types: npt.NDArray[np.int8],
+    cell: IntArray,
+    divisions: int,
+) -> IntArray:
     """Return the edges as pairs of node numbers, shape (e, 2): the smaller first, sorted."""
     on_grid = cell[:, 0] >= 0
     index = np.full((2, divisions + 1, divisions + 1), -1)
@@ -229,11 +301,15 @@ def _edges(alpha: FloatArray, red: BoolArray, types: npt.NDArray[np.int8], cell:
     # A waypoint is joined to every node within one step, the waypoints before it among them.
     step = math.pi / divisions
     for w in np.nonzero(~on_grid)[0]:
-        near = np.nonzero(np.abs(alpha[:w, :2] - alpha[w, :2]).max(axis=1) <= step + _SAME)[0]
+        near = np.nonzero(
+            np.abs(alpha[:w, :2] - alpha[w, :2]).max(axis=1) <= step + _SAME
+        )[0]
         pairs.append(np.column_stack([near, np.full(len(near), w)]))
     edge = np.sort(np.concatenate(pairs), axis=1)
     a, b = edge.T
-    edge = edge[neighbors_allowed((types[a, 0], types[a, 1]), (types[b, 0], types[b, 1]))]
+    edge = edge[
+        neighbors_allowed((types[a, 0], types[a, 1]), (types[b, 0], types[b, 1]))
+    ]
     return np.asarray(edge[np.lexsort((edge[:, 1], edge[:, 0]))])
 
 
@@ -256,13 +332,21 @@ def _edge_quantities(
     if len(edge):
         noise = noise_of(coefficients)
         least = segment_bounds.least_level_determinant(
-            starts, ends, coefficients, sign=wanted, tolerance=0.0, floor=noise, each=True
+            starts,
+            ends,
+            coefficients,
+            sign=wanted,
+            tolerance=0.0,
+            floor=noise,
+            each=True,
         )
         keeps_sign = least.lower >= noise
     smooth = red[a] & red[b] & (jump == 0) & keeps_sign
     if smooth.any():
         p, q = starts[smooth], ends[smooth]
-        least = segment_bounds.least_singular_value_along(p, q, vehicle, tolerance=_SINGULAR_VALUE_TOLERANCE, each=True)
+        least = segment_bounds.least_singular_value_along(
+            p, q, vehicle, tolerance=_SINGULAR_VALUE_TOLERANCE, each=True
+        )
         singular[smooth] = least.upper
         flyable[smooth] = segments_fly(p, q, floor, vehicle)
     return {
@@ -275,7 +359,9 @@ def _edge_quantities(
     }
 
 
-def segments_fly(starts: FloatArray, ends: FloatArray, floor: float, vehicle: Vehicle) -> BoolArray:
+def segments_fly(
+    starts: FloatArray, ends: FloatArray, floor: float, vehicle: Vehicle
+) -> BoolArray:
     """Return whether segments on red where R keeps its sign meet the physics along their whole length, shape (m,)."""
     flies = segment_bounds.thrusts_push_up(starts, ends, vehicle)
     if vehicle.tilt_range is not None:
@@ -283,19 +369,30 @@ def segments_fly(starts: FloatArray, ends: FloatArray, floor: float, vehicle: Ve
         flies &= (np.minimum(starts, ends) >= least - _SAME).all(axis=1)
         flies &= (np.maximum(starts, ends) <= most + _SAME).all(axis=1)
     if flies.any():
-        flies[flies] = segment_bounds.keeps_singular_value_above(starts[flies], ends[flies], floor, vehicle)
+        flies[flies] = segment_bounds.keeps_singular_value_above(
+            starts[flies], ends[flies], floor, vehicle
+        )
     share = vehicle.thrust_share
     if share is not None and flies.any():
-        _, _, largest = segment_bounds.thrust_shares_along(starts[flies], ends[flies], vehicle, each=True)
+        _, _, largest = segment_bounds.thrust_shares_along(
+            starts[flies], ends[flies], vehicle, each=True
+        )
         flies[flies] = -largest.lower <= share
     return flies
 
 
-def nodes_above(graph: nx.Graph[Any], waypoints: Iterable[Sequence[float]]) -> list[list[Any]]:
+def nodes_above(
+    graph: nx.Graph[Any], waypoints: Iterable[Sequence[float]]
+) -> list[list[Any]]:
     """Return the nodes above each waypoint (α1, α2), to within 1e-9 rad."""
     nodes = list(graph.nodes)
-    plane = np.array([[data["alpha1"], data["alpha2"]] for data in graph.nodes.values()]).reshape(-1, 2)
-    near = (np.flatnonzero(np.abs(plane - point).max(axis=1) <= WAYPOINT_SNAP) for point in waypoints)
+    plane = np.array(
+        [[data["alpha1"], data["alpha2"]] for data in graph.nodes.values()]
+    ).reshape(-1, 2)
+    near = (
+        np.flatnonzero(np.abs(plane - point).max(axis=1) <= WAYPOINT_SNAP)
+        for point in waypoints
+    )
     return [[nodes[k] for k in above] for above in near]
 
 
@@ -315,8 +412,17 @@ def gait_along(graph: nx.Graph[Any], nodes: Sequence[Any]) -> Gait:
 def vehicle_and_coefficients(graph: nx.Graph[Any]) -> tuple[Vehicle, Coefficients]:
     """Return the vehicle and coefficients in the metadata of a surface graph; ContractError if any are missing."""
     if not isinstance(getattr(graph, "graph", None), dict):
-        raise InputError(f"graph must be a networkx graph, as surface_graph returns, got {shown(graph)}")
-    for key in ("vehicle", "coefficients", "sign", "divisions", "crossing_tolerance", "floor"):
+        raise InputError(
+            f"graph must be a networkx graph, as surface_graph returns, got {shown(graph)}"
+        )
+    for key in (
+        "vehicle",
+        "coefficients",
+        "sign",
+        "divisions",
+        "crossing_tolerance",
+        "floor",
+    ):
         if key not in graph.graph:
             raise ContractError(f"graph metadata: {key!r} is missing")
     vehicle = vehicle_from_mapping(graph.graph["vehicle"])
@@ -339,9 +445,15 @@ def validate_graph(graph: nx.Graph[Any]) -> None:
     import networkx as nx
 
     if type(graph) is not nx.Graph:
-        raise ContractError(f"graph must be a networkx.Graph, got {type(graph).__name__}")
+        raise ContractError(
+            f"graph must be a networkx.Graph, got {type(graph).__name__}"
+        )
     meta = graph.graph
-    off_grid = {name: data for name, data in graph.nodes(data=True) if isinstance(name, tuple) and name[:1] == ("w",)}
+    off_grid = {
+        name: data
+        for name, data in graph.nodes(data=True)
+        if isinstance(name, tuple) and name[:1] == ("w",)
+    }
     try:
         vehicle, coefficients = vehicle_and_coefficients(graph)
         expected = surface_graph(
@@ -349,19 +461,28 @@ def validate_graph(graph: nx.Graph[Any]) -> None:
             divisions=meta.get("divisions"),  # type: ignore[arg-type]
             vehicle=vehicle,
             coefficients=coefficients,
-            waypoints=[[number_of(data.get(key)) for key in ("alpha1", "alpha2")] for data in off_grid.values()],
+            waypoints=[
+                [number_of(data.get(key)) for key in ("alpha1", "alpha2")]
+                for data in off_grid.values()
+            ],
             floor=meta.get("floor"),  # type: ignore[arg-type]
         )
     except (InputError, TypeError) as error:
         raise ContractError(f"graph metadata or waypoints: {error}") from error
     _compare("graph metadata", meta, expected.graph)
     # The number of a waypoint depends on those that are left: its nodes are found by their place.
-    at_waypoint = {_place(data): name for name, data in expected.nodes(data=True) if data["cell"] is None}
+    at_waypoint = {
+        _place(data): name
+        for name, data in expected.nodes(data=True)
+        if data["cell"] is None
+    }
     twins: dict[Any, Any] = {}
     for name, data in graph.nodes(data=True):
         twins[name] = at_waypoint.get(_place(data)) if name in off_grid else name
         if twins[name] not in expected:
-            raise ContractError(f"node {name!r} must be a root at a grid node or waypoint, with the graph's sign of R")
+            raise ContractError(
+                f"node {name!r} must be a root at a grid node or waypoint, with the graph's sign of R"
+            )
         _compare(f"node {name!r}", data, expected.nodes[twins[name]])
     for first, second, data in graph.edges(data=True):
         where = f"edge {first!r} – {second!r}"
@@ -371,7 +492,9 @@ def validate_graph(graph: nx.Graph[Any]) -> None:
 
 
 def _place(data: dict[str, Any]) -> tuple[Any, ...]:
-    return data.get("color"), *(round(number_of(data.get(f"alpha{k}")), 9) for k in range(1, 5))
+    return data.get("color"), *(
+        round(number_of(data.get(f"alpha{k}")), 9) for k in range(1, 5)
+    )
 
 
 def _compare(where: str, stated: dict[str, Any], computed: dict[str, Any]) -> None:
@@ -384,4 +507,6 @@ def _compare(where: str, stated: dict[str, Any], computed: dict[str, Any]) -> No
             tolerance = _TOLERANCES.get(key, 1e-9) * max(1.0, abs(value))
             agrees = abs(number_of(stated[key]) - value) <= tolerance
         if not agrees:
-            raise ContractError(f"{where}: {key} must be {value!r}, got {stated[key]!r}")
+            raise ContractError(
+                f"{where}: {key} must be {value!r}, got {stated[key]!r}"
+            )

@@ -20,7 +20,13 @@ from typing import TYPE_CHECKING, Any
 
 from gaitgraph.angles import checked_number, whole_number
 from gaitgraph.graph.build import vehicle_and_coefficients
-from gaitgraph.graph.walks import QUANTA_PER_RADIAN, Cycle, Use, allowed_edges, quanta_of
+from gaitgraph.graph.walks import (
+    QUANTA_PER_RADIAN,
+    Cycle,
+    Use,
+    allowed_edges,
+    quanta_of,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
@@ -78,7 +84,9 @@ class Cycles(Iterator[Cycle]):
     @property
     def complete(self) -> bool:
         """Whether every cycle within `max_length` has been yielded."""
-        return all(search.complete for search, _ in self.sources) and not any(self._heads)
+        return all(search.complete for search, _ in self.sources) and not any(
+            self._heads
+        )
 
     @property
     def steps(self) -> int:
@@ -87,7 +95,11 @@ class Cycles(Iterator[Cycle]):
 
     def __str__(self) -> str:
         head = f"{self.found} cycle{'s' * (self.found != 1)}"
-        return f"{head}: all there are" if self.complete else f"{head}: all that are shorter than {self.bound:.4f} rad"
+        return (
+            f"{head}: all there are"
+            if self.complete
+            else f"{head}: all that are shorter than {self.bound:.4f} rad"
+        )
 
 
 def cycles(
@@ -132,7 +144,9 @@ def cycles(
     vehicle_and_coefficients(graph)  # raises ContractError if metadata are missing
     most = _NEVER - 1
     if max_length is not None:
-        longest = checked_number("max_length", max_length, "a finite number ≥ 0 (rad) or None")
+        longest = checked_number(
+            "max_length", max_length, "a finite number ≥ 0 (rad) or None"
+        )
         most = quanta_of(longest) + _ROUNDING
     steps = _NEVER if effort is None else whole_number("effort", effort, 1, 10**12)
     allowed, surface, names = allowed_edges(use), graph.copy(), list(graph.nodes)
@@ -143,9 +157,15 @@ def cycles(
         if a != b and allowed(edge):
             rows[a].append((b, quanta_of(edge["length"])))
             rows[b].append((a, quanta_of(edge["length"])))
-    search = CycleSearch([sorted(row) for row in rows], most=most, effort=steps, progress=progress)
+    search = CycleSearch(
+        [sorted(row) for row in rows], most=most, effort=steps, progress=progress
+    )
     found = (
-        Cycle(nodes=tuple(names[node] for node in nodes), length=length / QUANTA_PER_RADIAN, surface=surface)
+        Cycle(
+            nodes=tuple(names[node] for node in nodes),
+            length=length / QUANTA_PER_RADIAN,
+            surface=surface,
+        )
         for length, nodes in search
     )
     return Cycles([(search, found)])
@@ -193,7 +213,12 @@ class CycleSearch:
     """
 
     def __init__(
-        self, rows: Rows, *, most: int = _NEVER - 1, effort: int = _NEVER, progress: Callable[[str], None] | None = None
+        self,
+        rows: Rows,
+        *,
+        most: int = _NEVER - 1,
+        effort: int = _NEVER,
+        progress: Callable[[str], None] | None = None,
     ) -> None:
         self.floor = self.steps = self.found = self._limit = 0
         self.complete = False
@@ -277,11 +302,17 @@ class CycleSearch:
 
         @cache
         def steps_from(node: int) -> list[Step]:
-            return [(edge + back.get(v, beyond), v, edge) for v, edge in self._rows[node] if v > root]
+            return [
+                (edge + back.get(v, beyond), v, edge)
+                for v, edge in self._rows[node]
+                if v > root
+            ]
 
         path, used = [root, second], {root, second}
         limit, least_left = self._limit, _NEVER
-        stack: list[tuple[Iterator[Step], int]] = []  # for each node of the path the steps not yet taken, its length
+        stack: list[
+            tuple[Iterator[Step], int]
+        ] = []  # for each node of the path the steps not yet taken, its length
         onward = iter(steps_from(second))
         try:
             while True:
@@ -324,4 +355,6 @@ class CycleSearch:
 
     def _report(self) -> None:
         if self._progress is not None and self.floor < _NEVER:
-            self._progress(f"cycles of length up to {self.bound:.3f} rad, {self.found} found")
+            self._progress(
+                f"cycles of length up to {self.bound:.3f} rad, {self.found} found"
+            )

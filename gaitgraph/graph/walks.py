@@ -82,7 +82,9 @@ class Cycle(ClosedWalk):
 
     @property
     def _edges(self) -> list[dict[str, Any]]:
-        return [self.surface.edges[pair] for pair in pairwise((*self.nodes, self.nodes[0]))]
+        return [
+            self.surface.edges[pair] for pair in pairwise((*self.nodes, self.nodes[0]))
+        ]
 
     @property
     def valid(self) -> bool:
@@ -113,13 +115,22 @@ class Cycle(ClosedWalk):
     def reachable_from_hover(self) -> bool:
         """Whether the cycle is valid, red, with R > 0, in the component of α = 0 on the red sheet."""
         alpha = self.path.alpha
-        labels = red_label(alpha[:, 0], alpha[:, 1], vehicle_and_coefficients(self.surface)[0])
-        return self.valid and self.color == "red" and self.sign == "positive" and bool((labels == HOVER_LABEL).all())
+        labels = red_label(
+            alpha[:, 0], alpha[:, 1], vehicle_and_coefficients(self.surface)[0]
+        )
+        return (
+            self.valid
+            and self.color == "red"
+            and self.sign == "positive"
+            and bool((labels == HOVER_LABEL).all())
+        )
 
     def __str__(self) -> str:
         verdict = "flyable" if self.flyable else "valid" if self.valid else "not valid"
         corners = self.path.merged().alpha[:, :2].tolist()
-        points = " ".join(f"({text_from_angle(a)}, {text_from_angle(b)})" for a, b in corners)
+        points = " ".join(
+            f"({text_from_angle(a)}, {text_from_angle(b)})" for a, b in corners
+        )
         return f"{self.length:.4f} rad  {RELATION[self.sign]}  {self.color:<5}  {verdict:<9}  {points}"
 
     def as_mapping(self) -> dict[str, Any]:
@@ -183,7 +194,9 @@ def closed_walk(
         threshold = _best_worst_case(graph, stops, allowed)
         if threshold is not None:
             every = allowed
-            allowed = lambda edge: every(edge) and edge["least_singular_value"] >= threshold  # noqa: E731
+            allowed = lambda edge: (
+                every(edge) and edge["least_singular_value"] >= threshold
+            )  # noqa: E731
     paths = _Paths(graph, allowed)
 
     # For each node of the first stop: the cheapest choice of a node for every other stop, leg by leg.
@@ -202,14 +215,26 @@ def closed_walk(
             best = reached[first]
     if best is None:
         ends = enumerate(product(*pair) for pair in pairwise(stops))
-        blocked = (leg for leg, pairs in ends if all(math.isinf(paths.path(a, b)[0]) for a, b in pairs))
+        blocked = (
+            leg
+            for leg, pairs in ends
+            if all(math.isinf(paths.path(a, b)[0]) for a, b in pairs)
+        )
         return Blocked(leg=next(blocked, len(stops) - 1))
     length, chosen = best
-    nodes = [node for source, target in pairwise(chosen) for node in paths.path(source, target)[1][:-1]]
-    return ClosedWalk(nodes=tuple(nodes) or (chosen[0],), length=length / QUANTA_PER_RADIAN)
+    nodes = [
+        node
+        for source, target in pairwise(chosen)
+        for node in paths.path(source, target)[1][:-1]
+    ]
+    return ClosedWalk(
+        nodes=tuple(nodes) or (chosen[0],), length=length / QUANTA_PER_RADIAN
+    )
 
 
-def _best_worst_case(graph: nx.Graph[Any], stops: Sequence[Sequence[Any]], allowed: Allowed) -> float | None:
+def _best_worst_case(
+    graph: nx.Graph[Any], stops: Sequence[Sequence[Any]], allowed: Allowed
+) -> float | None:
     """Return the highest least singular value such that the edges which have it join a node of every stop, or None."""
     from networkx.utils import UnionFind
 
@@ -220,7 +245,11 @@ def _best_worst_case(graph: nx.Graph[Any], stops: Sequence[Sequence[Any]], allow
     every = (1 << len(stops)) - 1
     if every in served.values():
         return math.inf
-    edges = [(edge["least_singular_value"], a, b) for a, b, edge in graph.edges(data=True) if allowed(edge)]
+    edges = [
+        (edge["least_singular_value"], a, b)
+        for a, b, edge in graph.edges(data=True)
+        if allowed(edge)
+    ]
     # Edges are added in falling order of their value until one component serves every stop.
     components: UnionFind[Any] = UnionFind()
     for value, a, b in sorted(edges, key=lambda item: -item[0]):
@@ -239,7 +268,10 @@ class _Paths:
 
     def __init__(self, graph: nx.Graph[Any], allowed: Allowed) -> None:
         self._adjacency: dict[Any, Any] = dict(graph.adjacency())
-        self._place = {name: (data["alpha1"], data["alpha2"]) for name, data in graph.nodes(data=True)}
+        self._place = {
+            name: (data["alpha1"], data["alpha2"])
+            for name, data in graph.nodes(data=True)
+        }
         self._allowed = allowed
         self._found: dict[tuple[Any, Any], tuple[float, list[Any]]] = {}
 
@@ -247,16 +279,25 @@ class _Paths:
         """Return length [quanta] and nodes of the shortest path, both ends included; infinite and empty if none."""
         key = (source, target)
         if key not in self._found:
-            self._found[key] = (0, [source]) if source == target else self._search(source, target)
+            self._found[key] = (
+                (0, [source]) if source == target else self._search(source, target)
+            )
         return self._found[key]
 
     def _search(self, source: Any, target: Any) -> tuple[float, list[Any]]:
         """Search by A* with the straight-line distance; lengths of ties are exact, so turns can break them."""
-        place, adjacency, allowed, hypot = self._place, self._adjacency, self._allowed, math.hypot
+        place, adjacency, allowed, hypot = (
+            self._place,
+            self._adjacency,
+            self._allowed,
+            math.hypot,
+        )
         x, y = place[target]
         # A little less than the distance, so that rounding to quanta cannot make it too large.
         scale = QUANTA_PER_RADIAN * (1 - 1e-9)
-        straight = int(hypot(x - place[source][0], y - place[source][1]) * QUANTA_PER_RADIAN)
+        straight = int(
+            hypot(x - place[source][0], y - place[source][1]) * QUANTA_PER_RADIAN
+        )
         best: dict[Any, int] = {source: 0}
         parent: dict[Any, Any] = {}
         order = count()
@@ -271,7 +312,9 @@ class _Paths:
             for neighbor, edge in adjacency[node].items():
                 if not allowed(edge):
                     continue
-                reached = cost + int(edge["length"] * QUANTA_PER_RADIAN + 0.5)  # quanta_of, where a call would count
+                reached = cost + int(
+                    edge["length"] * QUANTA_PER_RADIAN + 0.5
+                )  # quanta_of, where a call would count
                 if reached < best.get(neighbor, math.inf):
                     best[neighbor] = reached
                     parent[neighbor] = node
@@ -284,12 +327,22 @@ class _Paths:
                                 path.append(parent[path[-1]])
                             return reached, path[::-1]
                     at = place[neighbor]
-                    heappush(heap, (reached + hypot(at[0] - x, at[1] - y) * scale, next(order), reached, neighbor))
+                    heappush(
+                        heap,
+                        (
+                            reached + hypot(at[0] - x, at[1] - y) * scale,
+                            next(order),
+                            reached,
+                            neighbor,
+                        ),
+                    )
         if target not in best:
             return math.inf, []
         return best[target], self._fewest_turns(source, target, best)
 
-    def _fewest_turns(self, source: Any, target: Any, best: dict[Any, int]) -> list[Any]:
+    def _fewest_turns(
+        self, source: Any, target: Any, best: dict[Any, int]
+    ) -> list[Any]:
         """Among the shortest paths, return one with the fewest turns, then the fewest steps."""
         # The edges that shortest paths use, found backwards from the target.
         onward: dict[Any, list[Any]] = {}
@@ -306,7 +359,9 @@ class _Paths:
                         stack.append(previous)
         # Dijkstra's algorithm over pairs of a node and the heading in which it is reached.
         order = count()
-        heap: list[tuple[int, int, int, Any, Any, Any]] = [(0, 0, 0, source, None, None)]
+        heap: list[tuple[int, int, int, Any, Any, Any]] = [
+            (0, 0, 0, source, None, None)
+        ]
         done: dict[tuple[Any, Any], Any] = {}
         while heap:
             turns, steps, _, node, heading, before = heappop(heap)
@@ -324,9 +379,16 @@ class _Paths:
                 there = self._place[following]
                 step = there[0] - here[0], there[1] - here[1]
                 size = math.hypot(*step)
-                ahead = (round(step[0] / size, 9), round(step[1] / size, 9)) if size else heading
+                ahead = (
+                    (round(step[0] / size, 9), round(step[1] / size, 9))
+                    if size
+                    else heading
+                )
                 turned = turns + (heading is not None and ahead != heading)
-                heappush(heap, (turned, steps + 1, next(order), following, ahead, (node, heading)))
+                heappush(
+                    heap,
+                    (turned, steps + 1, next(order), following, ahead, (node, heading)),
+                )
         raise AssertionError("the shortest paths lead to the target")
 
 
@@ -344,11 +406,15 @@ def best_order(
     ((0, 2, 1, 3), 0.0)
     """
     paths = _Paths(graph, allowed_edges(use))
-    places = np.array([[graph.nodes[stop][name] for name in ("alpha1", "alpha2")] for stop in stops])
+    places = np.array(
+        [[graph.nodes[stop][name] for name in ("alpha1", "alpha2")] for stop in stops]
+    )
     return order_of_places(places, lambda a, b: paths.path(stops[a], stops[b])[0])
 
 
-def order_of_places(places: FloatArray, length: Callable[[int, int], float]) -> tuple[tuple[int, ...], float] | None:
+def order_of_places(
+    places: FloatArray, length: Callable[[int, int], float]
+) -> tuple[tuple[int, ...], float] | None:
     """Return an order of places, shape (n, 2) [rad], and its gap, as :func:`best_order` does; None if none is closed.
 
     `length` returns that of the shortest path between two places [quanta], infinite if there is none. It is called for
@@ -371,8 +437,12 @@ def order_of_places(places: FloatArray, length: Callable[[int, int], float]) -> 
 
     if n <= MOST_ANY_ORDER:
         measured(combinations(range(n), 2))
-        others = np.fromiter(chain.from_iterable(permutations(range(1, n))), dtype=np.intp)
-        orders = np.pad(others.reshape(math.factorial(n - 1), n - 1), ((0, 0), (1, 0)))  # the first one stays first
+        others = np.fromiter(
+            chain.from_iterable(permutations(range(1, n))), dtype=np.intp
+        )
+        orders = np.pad(
+            others.reshape(math.factorial(n - 1), n - 1), ((0, 0), (1, 0))
+        )  # the first one stays first
         # Whole numbers of quanta, so that orders of the same length tie exactly; the first one is taken.
         totals = lengths[orders, np.roll(orders, -1, axis=1)].sum(axis=1)
         best, shortest, bound = orders[totals.argmin()], totals.min(), totals.min()
@@ -408,7 +478,11 @@ def _improved(order: IntArray, lengths: FloatArray) -> IntArray:
         gain = (step[0] + step - lengths[first, order] - lengths[order[1], onward])[2:]
         j = int(gain.argmax()) + 2
         best, new = gain[j - 2], [order[j:0:-1], order[j + 1 :]]
-        for k in (1, 2, 3):  # move the second to the k-th place behind the j-th, as they are or reversed
+        for k in (
+            1,
+            2,
+            3,
+        ):  # move the second to the k-th place behind the j-th, as they are or reversed
             forth = lengths[order[1], order] + lengths[order[k], onward]
             back = lengths[order[k], order] + lengths[order[1], onward]
             removed = step[0] + step[k] - lengths[first, onward[k]]
@@ -416,7 +490,10 @@ def _improved(order: IntArray, lengths: FloatArray) -> IntArray:
             j = int(gain.argmax()) + k + 1
             if gain[j - k - 1] > best:
                 part = order[1 : k + 1] if forth[j] <= back[j] else order[k:0:-1]
-                best, new = gain[j - k - 1], [order[k + 1 : j + 1], part, order[j + 1 :]]
+                best, new = (
+                    gain[j - k - 1],
+                    [order[k + 1 : j + 1], part, order[j + 1 :]],
+                )
         idle = 0 if best > 0 else idle + 1
         order = np.concatenate([order[:1], *new]) if best > 0 else onward
     return order

@@ -7,7 +7,10 @@ from typing import TYPE_CHECKING
 from gaitgraph._lazy import lazy_names
 
 if TYPE_CHECKING:
-    from gaitgraph.invertibility.geometry import Geometry as Geometry, geometry_from_mapping as geometry_from_mapping
+    from gaitgraph.invertibility.geometry import (
+        Geometry as Geometry,
+        geometry_from_mapping as geometry_from_mapping,
+    )
     from gaitgraph.invertibility.matrices import (
         Coefficients as Coefficients,
         attitude_sensitivities as attitude_sensitivities,

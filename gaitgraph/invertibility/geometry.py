@@ -21,7 +21,13 @@ import numpy.typing as npt
 from gaitgraph.angles import angle_within
 from gaitgraph.errors import InputError, check_fields, shown
 from gaitgraph.invertibility.matrices import FloatArray, arm_angles, thrust_signs
-from gaitgraph.invertibility.segment_bounds import Least, Quantity, bound_by_change, least_along, least_of_each
+from gaitgraph.invertibility.segment_bounds import (
+    Least,
+    Quantity,
+    bound_by_change,
+    least_along,
+    least_of_each,
+)
 
 if TYPE_CHECKING:
     from gaitgraph.vehicle import Vehicle
@@ -93,13 +99,19 @@ class Geometry:
                 values = values / np.where(size > 0, size, 1.0)
             values.setflags(write=False)
             object.__setattr__(self, field, values)  # the record is frozen
-        for number, (axis, (low, high)) in enumerate(zip(self.thrust_axis, self.tilt_range, strict=True), start=1):
+        for number, (axis, (low, high)) in enumerate(
+            zip(self.thrust_axis, self.tilt_range, strict=True), start=1
+        ):
             if not axis.any():
                 raise InputError(f"thrust_axis of rotor {number} must not be zero")
             if not low < high:
-                raise InputError(f"tilt_range of rotor {number} must be two increasing angles, got {low:g}, {high:g}")
+                raise InputError(
+                    f"tilt_range of rotor {number} must be two increasing angles, got {low:g}, {high:g}"
+                )
         if not self.length > 1e-6:
-            raise InputError("position must have a rotor at least 1e-6 m away from body z, got none")
+            raise InputError(
+                "position must have a rotor at least 1e-6 m away from body z, got none"
+            )
 
     @classmethod
     def of_vehicle(cls, vehicle: Vehicle) -> Self:
@@ -121,27 +133,43 @@ class Geometry:
 
     def _parts(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return A, B and C of dᵢ = A + B·cos αᵢ + C·sin αᵢ (Rodrigues), each of shape (N, 3)."""
-        along = self.tilt_axis * np.sum(self.tilt_axis * self.thrust_axis, axis=1, keepdims=True)
-        along = np.where(self.tilt_axis.any(axis=1, keepdims=True), along, self.thrust_axis)
-        return along, self.thrust_axis - along, np.cross(self.tilt_axis, self.thrust_axis)
+        along = self.tilt_axis * np.sum(
+            self.tilt_axis * self.thrust_axis, axis=1, keepdims=True
+        )
+        along = np.where(
+            self.tilt_axis.any(axis=1, keepdims=True), along, self.thrust_axis
+        )
+        return (
+            along,
+            self.thrust_axis - along,
+            np.cross(self.tilt_axis, self.thrust_axis),
+        )
 
     def force_matrix(self, alpha: npt.ArrayLike) -> FloatArray:
         """Return the body force per thrust, dimensionless, shape (..., 3, N)."""
         angles = np.asarray(alpha, dtype=float)[..., None]
         if angles.shape[-2:-1] != self.moment_ratio.shape:
-            raise InputError(f"alpha must have shape (..., {len(self.position)}), got {angles.shape[:-1]}")
+            raise InputError(
+                f"alpha must have shape (..., {len(self.position)}), got {angles.shape[:-1]}"
+            )
         still, cosine, sine = self._parts()
-        return np.swapaxes(still + np.cos(angles) * cosine + np.sin(angles) * sine, -1, -2)
+        return np.swapaxes(
+            still + np.cos(angles) * cosine + np.sin(angles) * sine, -1, -2
+        )
 
     def moment_matrix(self, alpha: npt.ArrayLike) -> FloatArray:
         """Return the body moment per thrust [m], shape (..., 3, N)."""
         return self._moments(self.force_matrix(alpha))
 
     def _moments(self, force: FloatArray) -> FloatArray:
-        return np.asarray(np.cross(self.position.T, force, axis=-2) - self.moment_ratio * force)
+        return np.asarray(
+            np.cross(self.position.T, force, axis=-2) - self.moment_ratio * force
+        )
 
     def _level(self, force: FloatArray) -> FloatArray:
-        return np.concatenate([self._moments(force) / self.length, force[..., 2:, :]], axis=-2)
+        return np.concatenate(
+            [self._moments(force) / self.length, force[..., 2:, :]], axis=-2
+        )
 
     def level_matrix(self, alpha: npt.ArrayLike) -> FloatArray:
         """Return the dimensionless matrix with rows moments/L and vertical force, shape (..., 4, N).
@@ -154,7 +182,9 @@ class Geometry:
     def least_singular_value(self, alpha: npt.ArrayLike) -> FloatArray:
         """Return the least singular value of the level matrix, shape (...); 0 with fewer than four rotors."""
         size = np.linalg.svd(self.level_matrix(alpha), compute_uv=False)
-        return np.asarray(size[..., -1] if size.shape[-1] == 4 else np.zeros(size.shape[:-1]))
+        return np.asarray(
+            size[..., -1] if size.shape[-1] == 4 else np.zeros(size.shape[:-1])
+        )
 
     def hover_thrusts(self, alpha: npt.ArrayLike) -> FloatArray:
         """Return thrusts of four or more rotors that carry the weight without moment, in units of m·g, shape (..., N).
@@ -168,7 +198,9 @@ class Geometry:
             thrusts[tuple(at)] = _best_thrusts(level[tuple(at)])
         return np.asarray(thrusts)
 
-    def zero_moment_directions(self, alpha: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
+    def zero_moment_directions(
+        self, alpha: npt.ArrayLike
+    ) -> tuple[FloatArray, FloatArray]:
         """Return thrusts without moment, and their forces, at one configuration: shapes (k, N) and (k, 3).
 
         The thrusts are an orthonormal basis of the null space of the moment matrix; k is N minus its rank.
@@ -188,11 +220,15 @@ class Geometry:
 
         Column i depends on αᵢ alone. Its slope is −B·sin αᵢ + C·cos αᵢ, at most the largest singular value of (B, C).
         """
-        slopes = np.stack([self._level(part.T).T for part in self._parts()[1:]], axis=-1)
+        slopes = np.stack(
+            [self._level(part.T).T for part in self._parts()[1:]], axis=-1
+        )
         rates = np.linalg.svd(slopes, compute_uv=False)[:, 0]
         return np.asarray(np.linalg.norm(rates * (ends - starts), axis=1))
 
-    def least_singular_value_along(self, starts: FloatArray, ends: FloatArray, *, tolerance: float = 1e-4) -> Least:
+    def least_singular_value_along(
+        self, starts: FloatArray, ends: FloatArray, *, tolerance: float = 1e-4
+    ) -> Least:
         """Bracket the least singular value along straight segments of tilt angles, shape (m, N), to a tolerance.
 
         The brackets are proven: a singular value changes by no more than the matrix does.
@@ -204,7 +240,9 @@ class Geometry:
         ([0.259], True)
         """
         bound = bound_by_change(self._change)
-        return least_along(starts, ends, self.least_singular_value, bound, tolerance=tolerance)
+        return least_along(
+            starts, ends, self.least_singular_value, bound, tolerance=tolerance
+        )
 
     def least_hover_thrust_along(self, starts: FloatArray, ends: FloatArray) -> Least:
         """Bracket the least hover thrust along segments, as far as its sign needs, in units of m·g.
@@ -217,25 +255,51 @@ class Geometry:
 
         def values(alpha: FloatArray) -> FloatArray:
             thrusts = self.hover_thrusts(alpha)
-            return np.array([thrusts.min(axis=-1), self.least_singular_value(alpha), np.linalg.norm(thrusts, axis=-1)])
+            return np.array(
+                [
+                    thrusts.min(axis=-1),
+                    self.least_singular_value(alpha),
+                    np.linalg.norm(thrusts, axis=-1),
+                ]
+            )
 
-        def bounds(v0: FloatArray, v1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
+        def bounds(
+            v0: FloatArray, v1: FloatArray, p0: FloatArray, p1: FloatArray
+        ) -> FloatArray:
             change = self._change(p0, p1)
             size = np.maximum((v0[1] + v1[1] - change) / 2, LEAST_DECIDED)
-            return np.asarray((v0[:1] + v1[:1] - change * np.maximum(v0[2], v1[2]) / size) / 2)
+            return np.asarray(
+                (v0[:1] + v1[:1] - change * np.maximum(v0[2], v1[2]) / size) / 2
+            )
 
-        most, quantity = _MOST_PROGRAMS if starts.shape[1] > 4 else None, Quantity(values, bounds, (1e-4,), 3)
-        return least_of_each(starts, ends, [quantity], prepare=None, floor=IDLE_THRUST, most=most)[0]
+        most, quantity = (
+            _MOST_PROGRAMS if starts.shape[1] > 4 else None,
+            Quantity(values, bounds, (1e-4,), 3),
+        )
+        return least_of_each(
+            starts, ends, [quantity], prepare=None, floor=IDLE_THRUST, most=most
+        )[0]
 
 
 def _best_thrusts(level: FloatArray) -> FloatArray:
     """Return the thrusts T with level·T = (0, 0, 0, 1) whose least is largest, up to 1, shape (N,)."""
     from scipy.optimize import linprog
 
-    count = level.shape[1]  # the unknowns are what each thrust is above the least, and the least
-    both, limits = np.column_stack([level, level.sum(axis=1)]), [(0, None)] * count + [(None, 1)]
-    found = linprog(np.append(np.zeros(count), -1.0), A_eq=both, b_eq=[0, 0, 0, 1], bounds=limits).x
-    return np.full(count, np.nan) if found is None else np.asarray(found[:count] + found[count])
+    count = level.shape[
+        1
+    ]  # the unknowns are what each thrust is above the least, and the least
+    both, limits = (
+        np.column_stack([level, level.sum(axis=1)]),
+        [(0, None)] * count + [(None, 1)],
+    )
+    found = linprog(
+        np.append(np.zeros(count), -1.0), A_eq=both, b_eq=[0, 0, 0, 1], bounds=limits
+    ).x
+    return (
+        np.full(count, np.nan)
+        if found is None
+        else np.asarray(found[:count] + found[count])
+    )
 
 
 def geometry_from_mapping(stated: dict[str, Any]) -> Geometry:
@@ -249,13 +313,19 @@ def geometry_from_mapping(stated: dict[str, Any]) -> Geometry:
     check_fields("geometry", stated, ["name", "rotor"])
     rotors = stated.get("rotor")
     if not isinstance(rotors, list) or not rotors:
-        raise InputError(f"rotor must be a list of tables, one for each rotor, got {shown(rotors)}")
+        raise InputError(
+            f"rotor must be a list of tables, one for each rotor, got {shown(rotors)}"
+        )
     tables = []
     for number, rotor in enumerate(rotors, start=1):
         check_fields(f"rotor {number}", rotor, list(_ROTOR))
         table, name = _ROTOR | rotor, f"tilt_range of rotor {number}"
         if isinstance(limits := rotor.get("tilt_range"), list):
-            table["tilt_range"] = [angle_within(one, name, 2 * math.pi) for one in limits]
+            table["tilt_range"] = [
+                angle_within(one, name, 2 * math.pi) for one in limits
+            ]
         tables.append(table)
-    columns: dict[str, Any] = {field: [table[field] for table in tables] for field in _ROTOR}
+    columns: dict[str, Any] = {
+        field: [table[field] for table in tables] for field in _ROTOR
+    }
     return Geometry(**columns)

@@ -85,7 +85,13 @@ class Coefficients:
     @cached_property
     def bilinear_form(self) -> FloatArray:
         """The 3×3 matrix K of R = p(α1, α3)ᵀ·K·p(α2, α4) + cross·sin(α1 − α3)·sin(α2 − α4)."""
-        return np.array([[4.0, -2.0, self.single], [-2.0, 0.0, self.triple], [-self.single, -self.triple, self.double]])
+        return np.array(
+            [
+                [4.0, -2.0, self.single],
+                [-2.0, 0.0, self.triple],
+                [-self.single, -self.triple, self.double],
+            ]
+        )
 
     @cached_property
     def form_norm(self) -> float:
@@ -97,7 +103,10 @@ class Coefficients:
         """Assumed error of each of the four numbers (half a unit of its last digit)."""
         if self.kind == "published":
             return _PUBLISHED_ROUNDING
-        a, b, c, d = (abs(x) * _EPSILON for x in (self.attitude, self.single, self.double, self.triple))
+        a, b, c, d = (
+            abs(x) * _EPSILON
+            for x in (self.attitude, self.single, self.double, self.triple)
+        )
         return a, b, c, d
 
     @property
@@ -115,7 +124,9 @@ CoefficientsLike = Coefficients | Kind
 """What may be given for coefficients: see :func:`coefficients_of`."""
 
 
-def coefficients_of(vehicle: VehicleLike = PAPER, kind: CoefficientsLike | None = None) -> Coefficients:
+def coefficients_of(
+    vehicle: VehicleLike = PAPER, kind: CoefficientsLike | None = None
+) -> Coefficients:
     """Return the coefficients of formula (1) for a vehicle: κ, spin, rotor height and the first arm's angle matter.
 
     `kind` is "published", "exact", or None: published for the paper's vehicle, exact for any other. Coefficients are
@@ -137,13 +148,24 @@ def _coefficients(vehicle: Vehicle, kind: Kind | None) -> Coefficients:
         kind = "published" if vehicle.carries_published_coefficients else "exact"
     if kind == "published":
         if not vehicle.carries_published_coefficients:
-            raised = f", rotor height {vehicle.rotor_height:g} m" if vehicle.rotor_height else ""
+            raised = (
+                f", rotor height {vehicle.rotor_height:g} m"
+                if vehicle.rotor_height
+                else ""
+            )
             raise InputError(
                 f"coefficients must be 'exact' for {vehicle.name!r} (κ = {vehicle.drag_ratio:.6g}{raised}), got "
                 f"'published', which belong to the paper's vehicle (κ = {PAPER.drag_ratio:.6f})"
             )
         a, b, c, d = _PUBLISHED
-        return Coefficients(kind="published", attitude=a, single=b, double=c, triple=d, delta=0.5 * math.atan2(1.0, a))
+        return Coefficients(
+            kind="published",
+            attitude=a,
+            single=b,
+            double=c,
+            triple=d,
+            delta=0.5 * math.atan2(1.0, a),
+        )
     k, height = vehicle.signed_drag_ratio, vehicle.height_ratio
     return Coefficients(
         kind="exact",
@@ -161,7 +183,9 @@ def tilt_angles(alpha: npt.ArrayLike) -> FloatArray:
     """Return tilt angles as an array of shape (..., 4), or raise InputError."""
     angles = np.asarray(alpha, dtype=float)
     if angles.ndim == 0 or angles.shape[-1] != 4:
-        raise InputError(f"alpha must be an array of shape (..., 4), got shape {angles.shape}")
+        raise InputError(
+            f"alpha must be an array of shape (..., 4), got shape {angles.shape}"
+        )
     return angles
 
 
@@ -182,7 +206,12 @@ class Sines(NamedTuple):
         """Return those of points, shape (k, 4) [rad]."""
         rows = alpha.T
         c, s = np.cos(rows), np.sin(rows)
-        return cls(rows, c, s, np.array([c[:2] * c[2:], s[:2] * s[2:], s[:2] * c[2:] + c[:2] * s[2:]]))
+        return cls(
+            rows,
+            c,
+            s,
+            np.array([c[:2] * c[2:], s[:2] * s[2:], s[:2] * c[2:] + c[:2] * s[2:]]),
+        )
 
     def level_determinant(self, coefficients: Coefficients) -> FloatArray:
         """Return R of equation (6), shape (k,); see :func:`level_determinant`."""
@@ -205,21 +234,31 @@ class Sines(NamedTuple):
             slopes += coefficients.cross * np.array([turned, -turned])
         return np.asarray(np.abs(slopes.reshape(4, -1)))
 
-    def level_resolution(self, coefficients: Coefficients, slopes: FloatArray, rounding: float = 0.0) -> FloatArray:
+    def level_resolution(
+        self, coefficients: Coefficients, slopes: FloatArray, rounding: float = 0.0
+    ) -> FloatArray:
         """Return the |R| above which its sign is certain, shape (k,); see :func:`level_determinant_resolution`."""
         first, second = self.features[:, 0], self.features[:, 1]
         form, cross = np.abs(coefficients.bilinear_form), abs(coefficients.cross)
         # single·|p₀q₂ − p₂q₀| + double·|p₂q₂| + triple·|p₁q₂ − p₂q₁| of the features p and q of both pairs.
         _, single, double, triple = coefficients.digit_errors
         crossed = np.abs(first[:2] * second[2] - first[2] * second[:2])
-        resolution = single * crossed[0] + triple * crossed[1] + double * np.abs(first[2] * second[2])
+        resolution = (
+            single * crossed[0]
+            + triple * crossed[1]
+            + double * np.abs(first[2] * second[2])
+        )
         sizes = np.abs(self.features)
         rounded = 4 * ((form.T @ sizes[:, 0]) * sizes[:, 1]).sum(axis=0)
         resolution += 8 * _EPSILON * (rounded + form.sum() + 4 * cross)
         derived = coefficients.sheet_error
         if derived or rounding:
-            resolution += rounding * slopes.sum(axis=0) + derived * slopes[2:].sum(axis=0)
-            resolution += 8 * (coefficients.form_norm + cross) * (rounding + derived) ** 2
+            resolution += rounding * slopes.sum(axis=0) + derived * slopes[2:].sum(
+                axis=0
+            )
+            resolution += (
+                8 * (coefficients.form_norm + cross) * (rounding + derived) ** 2
+            )
         return np.asarray(resolution)
 
     def differences(self) -> FloatArray:
@@ -230,18 +269,27 @@ class Sines(NamedTuple):
     def totals(self, delta: float) -> FloatArray:
         """Return the sines of β1 + β3 and of β2 + β4, shape (2, k)."""
         beta = self.alpha - delta * _TURNS
-        return np.asarray(np.sin(beta[:2] + beta[2:]))  # exactly zero on fibres, as a product is not
+        return np.asarray(
+            np.sin(beta[:2] + beta[2:])
+        )  # exactly zero on fibres, as a product is not
 
     def leaning(self, delta: float) -> FloatArray:
         """Return E = 2·sin α1·sin α3 − κ·sin(α1 + α3), E′ = 2·sin α2·sin α4 + κ·sin(α2 + α4), κ = tan δ, (2, k).
 
         A rotor height H adds H/(2κ)·sin(α2 − α4)·E to Rφ and H/(2κ)·sin(α1 − α3)·E′ to Rθ: nothing on red and fibres.
         """
-        return np.asarray(2.0 * self.features[1] - math.tan(delta) * _TURNS[:2] * self.features[2])
+        return np.asarray(
+            2.0 * self.features[1] - math.tan(delta) * _TURNS[:2] * self.features[2]
+        )
 
-    def sensitivities(self, coefficients: Coefficients) -> tuple[FloatArray, FloatArray]:
+    def sensitivities(
+        self, coefficients: Coefficients
+    ) -> tuple[FloatArray, FloatArray]:
         """Return Rφ and Rθ by the factorised form of (4) and (5), turned by the angle of the first arm, shape (k,)."""
-        (first, fourth), (third, second) = self.totals(coefficients.delta), self.differences()
+        (first, fourth), (third, second) = (
+            self.totals(coefficients.delta),
+            self.differences(),
+        )
         scale, half = 1.0 / math.sin(2.0 * coefficients.delta), coefficients.cross / 2
         roll, pitch = -scale * third * fourth, scale * first * second
         if half:
@@ -263,11 +311,17 @@ class Sines(NamedTuple):
         delta = math.atan(vehicle.signed_drag_ratio)
         turned = math.sin(delta) * _TURNS
         cosines = math.cos(delta) * self.cosine + turned * self.sine  # of β1 to β4
-        inputs = (self.totals(delta)[::-1] * cosines.reshape(2, 2, -1)[::-1]).reshape(4, -1)
+        inputs = (self.totals(delta)[::-1] * cosines.reshape(2, 2, -1)[::-1]).reshape(
+            4, -1
+        )
         height = vehicle.height_ratio * math.cos(delta)
         if height:
-            sines = (math.cos(delta) * self.sine - turned * self.cosine).reshape(2, 2, -1)
-            raised = height * (self.sine.reshape(2, 2, -1) * self.leaning(delta)[::-1])[::-1]
+            sines = (math.cos(delta) * self.sine - turned * self.cosine).reshape(
+                2, 2, -1
+            )
+            raised = (
+                height * (self.sine.reshape(2, 2, -1) * self.leaning(delta)[::-1])[::-1]
+            )
             apart = self.differences()[::-1] * _TURNS[:2]
             more = raised + sines[::-1] * np.array([-apart, apart])
             inputs = inputs + height * math.cos(delta) * more.reshape(4, -1)
@@ -276,14 +330,23 @@ class Sines(NamedTuple):
     def rotor_directions(self, vehicle: Vehicle) -> tuple[FloatArray, FloatArray]:
         """Return thrust directions, w > 0, and their dimensionless torques, both of shape (3, 4, k)."""
         arms, lift = arm_angles(vehicle)[:, None], thrust_signs(vehicle)[:, None]
-        ahead, aside, height, kappa = np.cos(arms), np.sin(arms), vehicle.height_ratio, vehicle.drag_ratio
+        ahead, aside, height, kappa = (
+            np.cos(arms),
+            np.sin(arms),
+            vehicle.height_ratio,
+            vehicle.drag_ratio,
+        )
         c, s = self.cosine, self.sine
         # Torques are the products of the places (ahead, aside, height) with the directions, less κ times those.
         roll = lift * aside * c + (height * lift * ahead - kappa * aside) * s
         pitch = (height * lift * aside + kappa * ahead) * s - lift * ahead * c
-        return np.array([lift * aside * s, -lift * ahead * s, lift * c]), np.array([roll, pitch, -lift * s - kappa * c])
+        return np.array([lift * aside * s, -lift * ahead * s, lift * c]), np.array(
+            [roll, pitch, -lift * s - kappa * c]
+        )
 
-    def characteristic(self, vehicle: Vehicle, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def characteristic(
+        self, vehicle: Vehicle, v: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
         """Return forms and numbers of which nᵀ·form·n + number are e4 to e1 at the vertical n, (4, 3, 3, k) and (4, k).
 
         The squared singular values are the roots of λ⁴ − e1·λ³ + e2·λ² − e3·λ + e4. With the products K of torques, W
@@ -294,11 +357,19 @@ class Sines(NamedTuple):
         size = 1 + vehicle.drag_ratio**2 + vehicle.height_ratio**2
         (force, moment), product = self.rotor_directions(vehicle), "ikm,jkm->ijm"
         force = force[-len(v) :]
-        L, W, K = (np.einsum(product, *pair) for pair in ((force, force), (force, moment), (moment, moment)))
+        L, W, K = (
+            np.einsum(product, *pair)
+            for pair in ((force, force), (force, moment), (moment, moment))
+        )
         WW, WKW = np.einsum(product, W, W), np.einsum("ikm,klm,jlm->ijm", W, K, W)
         (a, b, c), (_, d, e), (_, _, f) = K
         one, two = a + d + f, a * d + a * f + d * f - b * b - c * c - e * e
-        three = a * (d * f - e * e) - b * (b * f - c * e) + c * (b * e - c * d) + _MINORS_ROUNDED * size**3
+        three = (
+            a * (d * f - e * e)
+            - b * (b * f - c * e)
+            + c * (b * e - c * d)
+            + _MINORS_ROUNDED * size**3
+        )
         outer = (2 * vehicle.drag_ratio) ** 2 * v[:, None] * v
         form = np.array([outer, two * L - one * WW + WKW, one * L - WW, L])
         return form, np.array([np.zeros_like(one), three, two, one])
@@ -308,7 +379,9 @@ class Sines(NamedTuple):
 
         It is the least root of the characteristic polynomial by a few steps of Laguerre's iteration.
         """
-        form, number = self.characteristic(vehicle, self.level_determinant(coefficients_of(vehicle, "exact"))[None])
+        form, number = self.characteristic(
+            vehicle, self.level_determinant(coefficients_of(vehicle, "exact"))[None]
+        )
         e4, e3, e2, e1 = form[:, 0, 0] + number
         return singular_value_below(least_root(e1, e2, e3, e4))
 
@@ -329,7 +402,9 @@ def least_root(e1: Any, e2: Any, e3: Any, e4: Any) -> FloatArray:
         steep = np.sqrt(np.maximum(9 * slope * slope - 12 * height * bend, 0.0)) - slope
         root = root + 4 * np.where(slope < 0, height, 0.0) / np.maximum(steep, _TINY)
         if left:
-            height = np.maximum((((root - e1) * root + e2) * root - e3) * root + e4, 0.0)
+            height = np.maximum(
+                (((root - e1) * root + e2) * root - e3) * root + e4, 0.0
+            )
             slope = ((4 * root - 3 * e1) * root + 2 * e2) * root - e3
             bend = (12 * root - 6 * e1) * root + 2 * e2
     return np.asarray(root)
@@ -358,7 +433,9 @@ def sensitivity_phases(alpha: npt.ArrayLike, coefficients: Coefficients) -> Floa
 def sensitivities(alpha: npt.ArrayLike, coefficients: Coefficients) -> tuple[Any, Any]:
     """Return Rφ and Rθ of equations (4) and (5), each of shape (...)."""
     angles, sines = _sines_of(alpha)
-    roll, pitch = (one.reshape(angles.shape[:-1]) for one in sines.sensitivities(coefficients))
+    roll, pitch = (
+        one.reshape(angles.shape[:-1]) for one in sines.sensitivities(coefficients)
+    )
     return roll, pitch
 
 
@@ -394,26 +471,39 @@ def level_determinant(alpha: npt.ArrayLike, coefficients: Coefficients) -> Any:
     return sines.level_determinant(coefficients).reshape(angles.shape[:-1])
 
 
-def level_determinant_resolution(alpha: npt.ArrayLike, coefficients: Coefficients, angle_rounding: float = 0.0) -> Any:
+def level_determinant_resolution(
+    alpha: npt.ArrayLike, coefficients: Coefficients, angle_rounding: float = 0.0
+) -> Any:
     """Return the |R| above which its sign is certain, shape (...); `angle_rounding` is the error of each angle [rad].
 
     It covers rounded coefficients, δ in α3 and α4, rounded angles and floating point.
     """
     angles, sines = _sines_of(alpha)
     slopes = sines.level_slopes(coefficients)
-    return sines.level_resolution(coefficients, slopes, angle_rounding).reshape(angles.shape[:-1])
+    return sines.level_resolution(coefficients, slopes, angle_rounding).reshape(
+        angles.shape[:-1]
+    )
 
 
 @lru_cache(maxsize=64)
 def noise_of(coefficients: Coefficients) -> float:
     """Return a bound of the |R| that floating point alone makes where R = 0."""
-    return 64 * _EPSILON * float(np.abs(coefficients.bilinear_form).sum() + abs(coefficients.cross))
+    return (
+        64
+        * _EPSILON
+        * float(np.abs(coefficients.bilinear_form).sum() + abs(coefficients.cross))
+    )
 
 
 def body_vertical(roll: npt.ArrayLike, pitch: npt.ArrayLike) -> FloatArray:
     """Return the upward vertical in body axes for roll φ and pitch θ [rad] (z–y–x Euler angles), shape (..., 3)."""
-    roll, pitch = np.broadcast_arrays(np.asarray(roll, dtype=float), np.asarray(pitch, dtype=float))
-    return np.stack([-np.sin(pitch), np.sin(roll) * np.cos(pitch), np.cos(roll) * np.cos(pitch)], axis=-1)
+    roll, pitch = np.broadcast_arrays(
+        np.asarray(roll, dtype=float), np.asarray(pitch, dtype=float)
+    )
+    return np.stack(
+        [-np.sin(pitch), np.sin(roll) * np.cos(pitch), np.cos(roll) * np.cos(pitch)],
+        axis=-1,
+    )
 
 
 def attitude_of(vertical: FloatArray) -> FloatArray:
@@ -422,7 +512,9 @@ def attitude_of(vertical: FloatArray) -> FloatArray:
     return np.stack([np.arctan2(y, z), -np.arctan2(x, np.hypot(y, z))], axis=-1)
 
 
-def attitude_sensitivities(alpha: npt.ArrayLike, coefficients: Coefficients) -> FloatArray:
+def attitude_sensitivities(
+    alpha: npt.ArrayLike, coefficients: Coefficients
+) -> FloatArray:
     """Return v = (−Rθ, Rφ, R), the normal of the plane of singular verticals in body axes, shape (..., 3).
 
     Formula (1) at an attitude is v·n, with n of :func:`body_vertical`.
@@ -435,7 +527,10 @@ def attitude_sensitivities(alpha: npt.ArrayLike, coefficients: Coefficients) -> 
 
 
 def determinant(
-    alpha: npt.ArrayLike, coefficients: Coefficients, roll: npt.ArrayLike = 0.0, pitch: npt.ArrayLike = 0.0
+    alpha: npt.ArrayLike,
+    coefficients: Coefficients,
+    roll: npt.ArrayLike = 0.0,
+    pitch: npt.ArrayLike = 0.0,
 ) -> Any:
     """Return the left side of formula (1), its misprints corrected, dimensionless: zero where the matrix is singular.
 
@@ -444,20 +539,29 @@ def determinant(
     >>> round(float(determinant([0.4, -0.4, 0.4, -0.4], coefficients_of(), roll=0.3, pitch=-0.2)), 3)
     -4.662
     """
-    return np.sum(attitude_sensitivities(alpha, coefficients) * body_vertical(roll, pitch), axis=-1)
+    return np.sum(
+        attitude_sensitivities(alpha, coefficients) * body_vertical(roll, pitch),
+        axis=-1,
+    )
 
 
 def arm_angles(vehicle: Vehicle) -> FloatArray:
     """Return each arm's angle from body x, shape (4,) [rad]."""
-    return np.asarray(vehicle.first_arm_angle + np.arange(4) * (math.pi / 2), dtype=float)
+    return np.asarray(
+        vehicle.first_arm_angle + np.arange(4) * (math.pi / 2), dtype=float
+    )
 
 
 def thrust_signs(vehicle: Vehicle) -> FloatArray:
     """Return the sign with which w > 0 thrusts along each upright rotor's axis, and with which it spins, shape (4,)."""
-    return np.array([-1.0, 1.0, -1.0, 1.0]) * (1.0 if vehicle.first_rotor_spin == "clockwise" else -1.0)
+    return np.array([-1.0, 1.0, -1.0, 1.0]) * (
+        1.0 if vehicle.first_rotor_spin == "clockwise" else -1.0
+    )
 
 
-def rotor_directions(alpha: npt.ArrayLike, vehicle: Vehicle) -> tuple[FloatArray, FloatArray]:
+def rotor_directions(
+    alpha: npt.ArrayLike, vehicle: Vehicle
+) -> tuple[FloatArray, FloatArray]:
     """Return thrust directions, w > 0, and their dimensionless torques, both of shape (..., 3, 4)."""
     angles, sines = _sines_of(alpha)
     force, moment = (np.moveaxis(one, -1, 0) for one in sines.rotor_directions(vehicle))
@@ -470,7 +574,9 @@ def control_force_matrix(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -> Floa
 
     MissingConstant if the vehicle states no thrust coefficient.
     """
-    (thrust,) = vehicle.require("thrust_coefficient", purpose="the control force matrix")
+    (thrust,) = vehicle.require(
+        "thrust_coefficient", purpose="the control force matrix"
+    )
     return np.asarray(thrust * rotor_directions(alpha, vehicle)[0])
 
 
@@ -479,25 +585,38 @@ def control_moment_matrix(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -> Flo
 
     MissingConstant if the vehicle states no thrust coefficient or arm length.
     """
-    thrust, arm = vehicle.require("thrust_coefficient", "arm_length", purpose="the control moment matrix")
+    thrust, arm = vehicle.require(
+        "thrust_coefficient", "arm_length", purpose="the control moment matrix"
+    )
     return np.asarray(arm * thrust * rotor_directions(alpha, vehicle)[1])
 
 
 def scaled_decoupling_matrix(
-    alpha: npt.ArrayLike, vehicle: Vehicle = PAPER, roll: npt.ArrayLike = 0.0, pitch: npt.ArrayLike = 0.0
+    alpha: npt.ArrayLike,
+    vehicle: Vehicle = PAPER,
+    roll: npt.ArrayLike = 0.0,
+    pitch: npt.ArrayLike = 0.0,
 ) -> FloatArray:
     """Return the dimensionless 4×4 matrix with rows τ(α)/(L·Kf) and F(α)·vertical/Kf, shape (..., 4, 4).
 
     It is the decoupling matrix without mass, inertia and Euler kinematics, none of which is singular for |pitch| < π/2.
     """
     force, moment = rotor_directions(alpha, vehicle)
-    lift = np.sum(body_vertical(roll, pitch)[..., :, None] * force, axis=-2)[..., None, :]
+    lift = np.sum(body_vertical(roll, pitch)[..., :, None] * force, axis=-2)[
+        ..., None, :
+    ]
     shape = np.broadcast_shapes(moment.shape[:-2], lift.shape[:-2])
-    return np.concatenate([np.broadcast_to(rows, (*shape, *rows.shape[-2:])) for rows in (moment, lift)], axis=-2)
+    return np.concatenate(
+        [np.broadcast_to(rows, (*shape, *rows.shape[-2:])) for rows in (moment, lift)],
+        axis=-2,
+    )
 
 
 def decoupling_matrix(
-    alpha: npt.ArrayLike, vehicle: Vehicle = PAPER, roll: npt.ArrayLike = 0.0, pitch: npt.ArrayLike = 0.0
+    alpha: npt.ArrayLike,
+    vehicle: Vehicle = PAPER,
+    roll: npt.ArrayLike = 0.0,
+    pitch: npt.ArrayLike = 0.0,
 ) -> FloatArray:
     """Return ∂(z̈, φ̈, θ̈, ψ̈)/∂w, the decoupling matrix in SI units, shape (..., 4, 4).
 
@@ -506,9 +625,13 @@ def decoupling_matrix(
     is not stated.
     """
     needed = ("mass", "inertia", "arm_length", "thrust_coefficient")
-    mass, inertia, arm, thrust = vehicle.require(*needed, purpose="the decoupling matrix")
+    mass, inertia, arm, thrust = vehicle.require(
+        *needed, purpose="the decoupling matrix"
+    )
     sizes = thrust * np.array([*(arm / np.array(inertia)), 1 / mass])
-    roll, pitch = np.broadcast_arrays(np.asarray(roll, dtype=float), np.asarray(pitch, dtype=float))
+    roll, pitch = np.broadcast_arrays(
+        np.asarray(roll, dtype=float), np.asarray(pitch, dtype=float)
+    )
     zero, one = np.zeros(roll.shape), np.ones(roll.shape)
     sine, cosine = np.sin(roll), np.cos(roll)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -550,13 +673,18 @@ def hover_thrust_shares(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -> Float
     [0.25, 0.25, 0.25, 0.25]
     """
     thrust = thrust_signs(vehicle) * zero_moment_inputs(alpha, vehicle)
-    vertical = np.sum(thrust * np.cos(np.asarray(alpha, dtype=float)), axis=-1, keepdims=True)
+    vertical = np.sum(
+        thrust * np.cos(np.asarray(alpha, dtype=float)), axis=-1, keepdims=True
+    )
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.asarray(thrust / vertical)
 
 
 def least_singular_value(
-    alpha: npt.ArrayLike, vehicle: Vehicle = PAPER, roll: npt.ArrayLike = 0.0, pitch: npt.ArrayLike = 0.0
+    alpha: npt.ArrayLike,
+    vehicle: Vehicle = PAPER,
+    roll: npt.ArrayLike = 0.0,
+    pitch: npt.ArrayLike = 0.0,
 ) -> Any:
     """Return the least singular value of :func:`scaled_decoupling_matrix`, dimensionless, shape (...).
 
@@ -566,7 +694,9 @@ def least_singular_value(
     >>> round(float(least_singular_value([0, 0, 0, 0])), 4)
     0.3373
     """
-    return np.linalg.svd(scaled_decoupling_matrix(alpha, vehicle, roll, pitch), compute_uv=False)[..., -1]
+    return np.linalg.svd(
+        scaled_decoupling_matrix(alpha, vehicle, roll, pitch), compute_uv=False
+    )[..., -1]
 
 
 def largest_least_singular_value(vehicle: Vehicle) -> float:
@@ -585,7 +715,12 @@ def blocks_on_red(
     So the smaller one is 2·|D|/G. Without a rotor height the second block has y and z alone: they are e, of α2 and of
     α1 alone. With one there are two pairs, and no e.
     """
-    kappa, height, (c1, c2), (s1, s2) = vehicle.signed_drag_ratio, vehicle.height_ratio, cosine, sine
+    kappa, height, (c1, c2), (s1, s2) = (
+        vehicle.signed_drag_ratio,
+        vehicle.height_ratio,
+        cosine,
+        sine,
+    )
     alone = [c2 - kappa * s2, c1 + kappa * s1]  # cos β2 and cos β1 over cos δ
     blocks = [(c1, s2 + kappa * c2, c2, kappa * c1 - s1)]
     if height:
@@ -593,19 +728,35 @@ def blocks_on_red(
     found = []
     for w, x, y, z in blocks:
         a, b, c, d = w + x, y + z, w - x, y - z
-        found.append((w * x + y * z, np.maximum(np.sqrt(a * a + b * b) + np.sqrt(c * c + d * d), _TINY)))
+        found.append(
+            (
+                w * x + y * z,
+                np.maximum(np.sqrt(a * a + b * b) + np.sqrt(c * c + d * d), _TINY),
+            )
+        )
     return found, [] if height else alone
 
 
-def least_of_blocks(blocks: list[tuple[FloatArray, FloatArray]], alone: list[FloatArray]) -> FloatArray:
+def least_of_blocks(
+    blocks: list[tuple[FloatArray, FloatArray]], alone: list[FloatArray]
+) -> FloatArray:
     """Return the least singular value on red from what :func:`blocks_on_red` returns."""
-    values = [*(2.0 * np.abs(product) / size for product, size in blocks), *map(np.abs, alone)]
+    values = [
+        *(2.0 * np.abs(product) / size for product, size in blocks),
+        *map(np.abs, alone),
+    ]
     return np.asarray(math.sqrt(2.0) * reduce(np.minimum, values))
 
 
-def least_singular_value_on_red(alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, vehicle: Vehicle = PAPER) -> Any:
+def least_singular_value_on_red(
+    alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, vehicle: Vehicle = PAPER
+) -> Any:
     """Return the least singular value at α = (α1, α2, α1, α2), level, in closed form, shape (...)."""
-    angles = np.array(np.broadcast_arrays(np.asarray(alpha1, dtype=float), np.asarray(alpha2, dtype=float)))
+    angles = np.array(
+        np.broadcast_arrays(
+            np.asarray(alpha1, dtype=float), np.asarray(alpha2, dtype=float)
+        )
+    )
     return least_of_blocks(*blocks_on_red(np.cos(angles), np.sin(angles), vehicle))
 
 
@@ -615,4 +766,6 @@ def singular_value_rate(vehicle: Vehicle, *, level: bool = True) -> float:
     For any attitude it is √(2 + κ² + H²).
     """
     squared = vehicle.height_ratio**2
-    return math.sqrt(1.0 + (max(1.0, squared) if level else 1.0 + squared) + vehicle.drag_ratio**2)
+    return math.sqrt(
+        1.0 + (max(1.0, squared) if level else 1.0 + squared) + vehicle.drag_ratio**2
+    )

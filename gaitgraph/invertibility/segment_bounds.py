@@ -37,7 +37,9 @@ _BATCH = 1 << 15
 # An iteration over few points costs the same for any number of them: a few intervals are cut finer.
 _FEW, _PIECES = 32, 32
 _LONG = 0.1  # a longer segment is hardly settled without a cut to this length [rad]
-_SHORT = 1e-12  # fractions nearer than this are halved, to the end of what floats resolve
+_SHORT = (
+    1e-12  # fractions nearer than this are halved, to the end of what floats resolve
+)
 _TINY = float(np.finfo(float).tiny)
 _IDLE = 1e-9  # a zero-moment input below this counts as zero where its sign is proven by bounds
 _MOST_HALVINGS = 20_000_000
@@ -72,11 +74,20 @@ class Quantity(NamedTuple):
 
 
 def least_along(
-    starts: FloatArray, ends: FloatArray, value: Value, bound: Bound, *, tolerance: float, **options: Any
+    starts: FloatArray,
+    ends: FloatArray,
+    value: Value,
+    bound: Bound,
+    *,
+    tolerance: float,
+    **options: Any,
 ) -> Least:
     """Bracket the least of one function, from (k, n) to (k,); the options are those of :func:`least_of_each`."""
     quantity = Quantity(
-        lambda alpha: value(alpha)[None], lambda v0, v1, *ends: bound(v0[0], v1[0], *ends)[None], (tolerance,), 1
+        lambda alpha: value(alpha)[None],
+        lambda v0, v1, *ends: bound(v0[0], v1[0], *ends)[None],
+        (tolerance,),
+        1,
     )
     return least_of_each(starts, ends, [quantity], prepare=None, **options)[0]
 
@@ -107,10 +118,22 @@ def least_of_each(
     halvings, so that a bracket may stay wider than its tolerance; `lower` is always valid.
     """
     count, most = len(starts), _MOST_HALVINGS if most is None else most
-    steps, origins, base = (ends - starts).T, starts.T, 1 + starts.shape[1]  # base: row of the first value
+    steps, origins, base = (
+        (ends - starts).T,
+        starts.T,
+        1 + starts.shape[1],
+    )  # base: row of the first value
     rows = [*accumulate((quantity.size for quantity in quantities), initial=base)]
-    which = np.array([row + k for row, one in zip(rows, quantities, strict=False) for k in range(len(one.tolerances))])
-    margin = np.array([tolerance for quantity in quantities for tolerance in quantity.tolerances])[:, None]
+    which = np.array(
+        [
+            row + k
+            for row, one in zip(rows, quantities, strict=False)
+            for k in range(len(one.tolerances))
+        ]
+    )
+    margin = np.array(
+        [tolerance for quantity in quantities for tolerance in quantity.tolerances]
+    )[:, None]
 
     def values(prepared: Any) -> FloatArray:
         return np.concatenate([quantity.values(prepared) for quantity in quantities])
@@ -118,14 +141,23 @@ def least_of_each(
     def bounds(first: FloatArray, last: FloatArray) -> FloatArray:
         angles = first[1:base].T, last[1:base].T
         parts = zip(quantities, pairwise(rows), strict=True)
-        return np.concatenate([quantity.bounds(first[a:b], last[a:b], *angles) for quantity, (a, b) in parts])
+        return np.concatenate(
+            [
+                quantity.bounds(first[a:b], last[a:b], *angles)
+                for quantity, (a, b) in parts
+            ]
+        )
 
-    def nodes_at(fraction: FloatArray, origin: FloatArray, step: FloatArray) -> FloatArray:
+    def nodes_at(
+        fraction: FloatArray, origin: FloatArray, step: FloatArray
+    ) -> FloatArray:
         """Return nodes, shape (rows, j, k): the fraction of the segment, the angles and the values."""
         places = origin[:, None] + fraction * step[:, None]
         alpha = places.reshape(base - 1, -1).T
         found = values(alpha if prepare is None else prepare(alpha))
-        return np.concatenate([fraction[None], places, found.reshape(-1, *fraction.shape)])
+        return np.concatenate(
+            [fraction[None], places, found.reshape(-1, *fraction.shape)]
+        )
 
     segment, halvings = np.arange(count), 0
     pieces = 1
@@ -135,18 +167,26 @@ def least_of_each(
     if pieces == 1 and points is not None:
         found = values(points)
         sides = ((0.0, starts, found[:, :-1]), (1.0, ends, found[:, 1:]))
-        nodes = np.stack([np.concatenate([np.full((1, count), s), p.T, v]) for s, p, v in sides], axis=1)
+        nodes = np.stack(
+            [np.concatenate([np.full((1, count), s), p.T, v]) for s, p, v in sides],
+            axis=1,
+        )
     else:
         nodes = nodes_at(fractions[:, None] + np.zeros(count), origins, steps)
     found = nodes[which]
     best, fraction = found.min(axis=1), fractions[found.argmin(axis=1)]
     lower, overall = best.copy(), np.minimum(best.min(axis=1), known)[:, None]
-    offsets = count * np.arange(len(which))[:, None]  # of functions in flat arrays of shape (f, m)
+    offsets = (
+        count * np.arange(len(which))[:, None]
+    )  # of functions in flat arrays of shape (f, m)
     batches: list[tuple[Any, FloatArray, FloatArray]] = []
     while True:
         # The first piece of every interval, then the second: each ends where the next begins.
         pieced = np.repeat(segment[None], nodes.shape[1] - 1, axis=0).reshape(-1)
-        firsts, lasts = nodes[:, :-1].reshape(len(nodes), -1), nodes[:, 1:].reshape(len(nodes), -1)
+        firsts, lasts = (
+            nodes[:, :-1].reshape(len(nodes), -1),
+            nodes[:, 1:].reshape(len(nodes), -1),
+        )
         for start in range(0, len(pieced), _BATCH):
             part = slice(start, start + _BATCH)
             batches.append((pieced[part], firsts[:, part], lasts[:, part]))
@@ -155,7 +195,11 @@ def least_of_each(
             segment, first, last = batches.pop()
             least = bounds(first, last)
             reference: Any = best[:, segment] if each else overall
-            unsettled = least < (np.minimum(reference - margin, floor) if floor < math.inf else reference - margin)
+            unsettled = least < (
+                np.minimum(reference - margin, floor)
+                if floor < math.inf
+                else reference - margin
+            )
             if floor < math.inf:
                 unsettled &= reference >= floor
             open_ = np.logical_or.reduce(unsettled, axis=0)
@@ -178,7 +222,12 @@ def least_of_each(
             np.minimum.at(lower.reshape(-1), at, least[:, settled].reshape(-1))
         if not count:
             break
-        segment, first, last, width = segment[open_], first[:, open_], last[:, open_], width[open_]
+        segment, first, last, width = (
+            segment[open_],
+            first[:, open_],
+            last[:, open_],
+            width[open_],
+        )
         pieces = _PIECES if finely and count <= _FEW else 2
         inner = first[0] + np.arange(1, pieces)[:, None] / pieces * width
         inner = nodes_at(inner, origins[:, segment], steps[:, segment])
@@ -188,13 +237,18 @@ def least_of_each(
             of = np.flatnonzero(better[k])
             nearest = found[k, :, of].argmin(axis=1)
             lowest = found[k, nearest, of]
-            order = np.argsort(lowest, kind="stable")[::-1]  # the last of a segment is its least
+            order = np.argsort(lowest, kind="stable")[
+                ::-1
+            ]  # the last of a segment is its least
             at = segment[of[order]]
             best[k, at], fraction[k, at] = lowest[order], inner[0, nearest, of][order]
             overall[k] = min(overall[k, 0], float(lowest.min()))
         nodes = np.concatenate([first[:, None], inner, last[:, None]], axis=1)
     lower = np.minimum(lower, best)
-    return tuple(Least(lower=lower[k], upper=best[k], fraction=fraction[k]) for k in range(len(which)))
+    return tuple(
+        Least(lower=lower[k], upper=best[k], fraction=fraction[k])
+        for k in range(len(which))
+    )
 
 
 def least_of_bent(f0: FloatArray, f1: FloatArray, bend: FloatArray) -> FloatArray:
@@ -206,10 +260,18 @@ def least_of_bent(f0: FloatArray, f1: FloatArray, bend: FloatArray) -> FloatArra
     return np.asarray(np.minimum(f0, f1) - 0.5 * flat * flat / np.maximum(bend, _TINY))
 
 
-def largest_sine(x0: FloatArray, x1: FloatArray, larger: FloatArray | None = None) -> FloatArray:
+def largest_sine(
+    x0: FloatArray, x1: FloatArray, larger: FloatArray | None = None
+) -> FloatArray:
     """Return the largest |sin| on intervals: 1 if a peak lies inside, else that of the larger end, if at hand."""
     peak = np.floor(x0 / math.pi - 0.5) != np.floor(x1 / math.pi - 0.5)
-    return np.where(peak, 1.0, np.maximum(np.abs(np.sin(x0)), np.abs(np.sin(x1))) if larger is None else larger)
+    return np.where(
+        peak,
+        1.0,
+        np.maximum(np.abs(np.sin(x0)), np.abs(np.sin(x1)))
+        if larger is None
+        else larger,
+    )
 
 
 def where_least_sine(x0: FloatArray, x1: FloatArray) -> FloatArray:
@@ -218,12 +280,18 @@ def where_least_sine(x0: FloatArray, x1: FloatArray) -> FloatArray:
     zero = np.maximum(np.floor(x0 / math.pi), np.floor(x1 / math.pi)) * math.pi
     crossing = np.floor(x0 / math.pi) != np.floor(x1 / math.pi)
     fraction = np.where(ends[..., 1] < ends[..., 0], 1.0, 0.0)
-    fraction = np.where(crossing, (zero - x0) / np.where(crossing, x1 - x0, 1.0), fraction)
+    fraction = np.where(
+        crossing, (zero - x0) / np.where(crossing, x1 - x0, 1.0), fraction
+    )
     least = np.where(crossing, 0.0, ends.min(axis=-1))
-    return np.asarray(np.take_along_axis(fraction, np.argmin(least, axis=1)[:, None], axis=1)[:, 0])
+    return np.asarray(
+        np.take_along_axis(fraction, np.argmin(least, axis=1)[:, None], axis=1)[:, 0]
+    )
 
 
-def level_determinant_curvature(start: FloatArray, step: FloatArray, coefficients: Coefficients) -> FloatArray:
+def level_determinant_curvature(
+    start: FloatArray, step: FloatArray, coefficients: Coefficients
+) -> FloatArray:
     """Return a bound of |d²R/ds²| along start + s·step, for s in [0, 1], shape (m,).
 
     R is a sum of products of two sinusoids in the differences and sums of opposite arms' angles, of two differences
@@ -255,19 +323,32 @@ def _form_of_sums(coefficients: Coefficients) -> tuple[FloatArray, FloatArray, f
     mix = np.array([[0.5, 0.5, 0.0], [0.5, -0.5, 0.0], [0.0, 0.0, 1.0]])
     form = mix.T @ coefficients.bilinear_form @ mix
     factors = np.stack([form[0, 1:], form[1:, 0]], axis=1)
-    return factors[..., None], np.hypot(*factors)[:, None], float(np.linalg.norm(form[1:, 1:], 2))
+    return (
+        factors[..., None],
+        np.hypot(*factors)[:, None],
+        float(np.linalg.norm(form[1:, 1:], 2)),
+    )
 
 
 def level_quantity(
-    coefficients: Coefficients, signs: tuple[float, ...] = (1.0, -1.0), *, tolerances: tuple[float, ...]
+    coefficients: Coefficients,
+    signs: tuple[float, ...] = (1.0, -1.0),
+    *,
+    tolerances: tuple[float, ...],
 ) -> Quantity:
     """Return sign·R for each of some signs."""
 
     def values(sines: Sines) -> FloatArray:
-        return np.asarray(np.multiply.outer(signs, sines.level_determinant(coefficients)))
+        return np.asarray(
+            np.multiply.outer(signs, sines.level_determinant(coefficients))
+        )
 
-    def bounds(v0: FloatArray, v1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
-        return least_of_bent(v0, v1, level_determinant_curvature(p0, p1 - p0, coefficients))
+    def bounds(
+        v0: FloatArray, v1: FloatArray, p0: FloatArray, p1: FloatArray
+    ) -> FloatArray:
+        return least_of_bent(
+            v0, v1, level_determinant_curvature(p0, p1 - p0, coefficients)
+        )
 
     return Quantity(values, bounds, tolerances, len(signs))
 
@@ -286,7 +367,9 @@ def least_level_determinant(
     return least_of_each(starts, ends, [quantity], **options)[0]
 
 
-def sensitivity_bends(p0: FloatArray, p1: FloatArray, coefficients: Coefficients) -> tuple[FloatArray, FloatArray]:
+def sensitivity_bends(
+    p0: FloatArray, p1: FloatArray, coefficients: Coefficients
+) -> tuple[FloatArray, FloatArray]:
     """Return bounds of the second derivatives of Rθ and Rφ from p0 to p1, over s in [0, 1], times |sin 2δ|, shape (m,).
 
     They are for a first arm along body x.
@@ -296,16 +379,28 @@ def sensitivity_bends(p0: FloatArray, p1: FloatArray, coefficients: Coefficients
     x0, x1 = (sensitivity_phases(side, coefficients) for side in (p0, p1))
     rate, size = np.abs(x1 - x0), largest_sine(x0, x1)
     # Of the two factors of Rθ, and of Rφ.
-    bends = [(rate[i] ** 2 + rate[j] ** 2) * size[i] * size[j] + 2 * rate[i] * rate[j] for i, j in ((0, 1), (2, 3))]
+    bends = [
+        (rate[i] ** 2 + rate[j] ** 2) * size[i] * size[j] + 2 * rate[i] * rate[j]
+        for i, j in ((0, 1), (2, 3))
+    ]
     if coefficients.cross:
         ends = [np.abs(Sines.of(side).leaning(coefficients.delta)) for side in (p0, p1)]
         steep = 1 / math.cos(coefficients.delta)  # size of the second cosine
         # Rθ has sin(α1 − α3) with the sum and the difference of arms 2 and 4, Rφ the same of the other pairs.
         for k, (sine, total, difference) in enumerate(((2, 3, 1), (1, 0, 2))):
-            slope, bend = (rate[difference] ** n + steep * rate[total] ** n for n in (1, 2))
+            slope, bend = (
+                rate[difference] ** n + steep * rate[total] ** n for n in (1, 2)
+            )
             factor = np.maximum(ends[0][1 - k], ends[1][1 - k]) + slope / 2
-            leaning = size[sine] * (bend + rate[sine] ** 2 * factor) + 2 * rate[sine] * slope
-            bends[k] = bends[k] + abs(coefficients.cross * math.sin(2 * coefficients.delta)) / 2 * leaning
+            leaning = (
+                size[sine] * (bend + rate[sine] ** 2 * factor) + 2 * rate[sine] * slope
+            )
+            bends[k] = (
+                bends[k]
+                + abs(coefficients.cross * math.sin(2 * coefficients.delta))
+                / 2
+                * leaning
+            )
     return bends[0], bends[1]
 
 
@@ -330,12 +425,19 @@ def largest_residual(
         more = sizes if coefficients.cross else np.abs([first, second, third, fourth])
         return np.concatenate([-sizes.max(axis=0, keepdims=True), more])
 
-    def bounds(v0: FloatArray, v1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
+    def bounds(
+        v0: FloatArray, v1: FloatArray, p0: FloatArray, p1: FloatArray
+    ) -> FloatArray:
         scale, sizes = abs(math.sin(2 * delta)), np.maximum(v0[1:], v1[1:])
         if coefficients.cross:
-            sizes = sizes + np.array(sensitivity_bends(p0, p1, turned)[::-1]) / (8 * scale)
+            sizes = sizes + np.array(sensitivity_bends(p0, p1, turned)[::-1]) / (
+                8 * scale
+            )
         else:
-            phases = sensitivity_phases(p0, coefficients), sensitivity_phases(p1, coefficients)
+            phases = (
+                sensitivity_phases(p0, coefficients),
+                sensitivity_phases(p1, coefficients),
+            )
             sizes = largest_sine(*phases, larger=sizes)
             sizes = sizes[::2] * sizes[1::2] / scale
         return np.asarray(-sizes.max(axis=0, keepdims=True))
@@ -347,7 +449,9 @@ def largest_residual(
 def bound_by_change(change: Callable[[FloatArray, FloatArray], FloatArray]) -> Bound:
     """Return a bound, at least 0, of functions that differ by at most change(p0, p1) along an interval."""
 
-    def bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
+    def bound(
+        f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray
+    ) -> FloatArray:
         return np.asarray(np.maximum((f0 + f1 - change(p0, p1)) / 2, 0.0))
 
     return bound
@@ -362,10 +466,17 @@ def singular_value_bound(vehicle: Vehicle, *, level: bool = True) -> Bound:
     """
     rate = singular_value_rate(vehicle, level=level)
 
-    def bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
+    def bound(
+        f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray
+    ) -> FloatArray:
         change = rate * np.sqrt(((p1 - p0) ** 2).sum(axis=1))
         bend = 2 * change**2 * (1 + (np.minimum(f0, f1) + change) / rate)
-        return np.asarray(np.maximum((f0 + f1 - change) / 2, np.sqrt(np.maximum(least_of_bent(f0**2, f1**2, bend), 0))))
+        return np.asarray(
+            np.maximum(
+                (f0 + f1 - change) / 2,
+                np.sqrt(np.maximum(least_of_bent(f0**2, f1**2, bend), 0)),
+            )
+        )
 
     return bound
 
@@ -401,9 +512,13 @@ def singular_quantity(vehicle: Vehicle, *, tolerance: float, red: bool) -> Quant
 
     def values(sines: Sines) -> FloatArray:
         blocks, alone = blocks_on_red(sines.cosine[:2], sines.sine[:2], vehicle)
-        return np.array([least_of_blocks(blocks, alone), *chain.from_iterable(blocks), *alone])
+        return np.array(
+            [least_of_blocks(blocks, alone), *chain.from_iterable(blocks), *alone]
+        )
 
-    def bounds(v0: FloatArray, v1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
+    def bounds(
+        v0: FloatArray, v1: FloatArray, p0: FloatArray, p1: FloatArray
+    ) -> FloatArray:
         steps = (p1 - p0)[:, 1::-1].T  # of α2 and α1
         squares, least = steps[1] * steps[1] + steps[0] * steps[0], []
         for k, (bend, curve) in enumerate(rates):
@@ -411,14 +526,18 @@ def singular_quantity(vehicle: Vehicle, *, tolerance: float, red: bool) -> Quant
             sign = np.sign(f0)
             f0, f1 = sign * f0, sign * f1
             ratio = np.minimum(f0 / g0, f1 / g1)
-            deficit = least_of_bent(f0 - ratio * g0, f1 - ratio * g1, (bend + ratio * curve) * squares)
+            deficit = least_of_bent(
+                f0 - ratio * g0, f1 - ratio * g1, (bend + ratio * curve) * squares
+            )
             size = np.maximum((g0 + g1 - curve * np.sqrt(2 * squares)) / 2, 1e-100)
             least.append(2.0 * (ratio + np.minimum(deficit, 0.0) / size))
         if not height:
             e0, e1 = v0[3:], v1[3:]
             kept = (e0 * e1 > 0) & (np.abs(steps) < math.pi)
             least += [*np.where(kept, np.minimum(np.abs(e0), np.abs(e1)), 0.0)]
-        return np.asarray(math.sqrt(2.0) * np.maximum(reduce(np.minimum, least), 0.0))[None]
+        return np.asarray(math.sqrt(2.0) * np.maximum(reduce(np.minimum, least), 0.0))[
+            None
+        ]
 
     return Quantity(values, bounds, (tolerance,), 5)
 
@@ -427,9 +546,13 @@ def bound_along_red_path(plane: FloatArray, vehicle: Vehicle) -> FloatArray:
     """Return a lower bound of the least singular value, level, between each two points (α1, α2) of red, rows (2, n)."""
     quantity, points = singular_quantity(vehicle, tolerance=math.inf, red=True), plane.T
     # The first two angles are all that red takes.
-    values = quantity.values(Sines(plane, np.cos(plane), np.sin(plane), features=plane[:0]))
+    values = quantity.values(
+        Sines(plane, np.cos(plane), np.sin(plane), features=plane[:0])
+    )
     least = quantity.bounds(values[:, :-1], values[:, 1:], points[:-1], points[1:])[0]
-    return np.asarray(np.maximum((1 - 1e-12) * least - 1e-14 * (1 + vehicle.drag_ratio**2), 0.0))
+    return np.asarray(
+        np.maximum((1 - 1e-12) * least - 1e-14 * (1 + vehicle.drag_ratio**2), 0.0)
+    )
 
 
 def least_singular_value_along(
@@ -450,7 +573,14 @@ def least_singular_value_along(
     return decomposed(found, starts, ends, vehicle, each=each)
 
 
-def decomposed(found: Least, starts: FloatArray, ends: FloatArray, vehicle: Vehicle, *, each: bool = False) -> Least:
+def decomposed(
+    found: Least,
+    starts: FloatArray,
+    ends: FloatArray,
+    vehicle: Vehicle,
+    *,
+    each: bool = False,
+) -> Least:
     """Return brackets of the least singular value with `upper` from a decomposition, unless all segments are red.
 
     Without `each` there is one only, where the value is least, and `upper` of other segments is infinite.
@@ -461,7 +591,9 @@ def decomposed(found: Least, starts: FloatArray, ends: FloatArray, vehicle: Vehi
     upper = np.full(len(starts), np.inf)
     at = starts[which] + found.fraction[which, None] * (ends - starts)[which]
     upper[which] = least_singular_value(at, vehicle)
-    return Least(lower=np.minimum(found.lower, upper), upper=upper, fraction=found.fraction)
+    return Least(
+        lower=np.minimum(found.lower, upper), upper=upper, fraction=found.fraction
+    )
 
 
 def keeps_singular_value_above(
@@ -471,11 +603,15 @@ def keeps_singular_value_above(
 
     Decided to within 1e-6 of the floor, and off red 2e-5 of it more; what is closer than that counts as below.
     """
-    found = least_singular_value_along(starts, ends, vehicle, tolerance=1e-6, floor=floor, each=True)
+    found = least_singular_value_along(
+        starts, ends, vehicle, tolerance=1e-6, floor=floor, each=True
+    )
     return np.asarray(found.lower >= floor)
 
 
-def thrusts_push_up(starts: FloatArray, ends: FloatArray, vehicle: Vehicle = PAPER) -> npt.NDArray[np.bool_]:
+def thrusts_push_up(
+    starts: FloatArray, ends: FloatArray, vehicle: Vehicle = PAPER
+) -> npt.NDArray[np.bool_]:
     """Return whether all hover thrusts are positive along whole segments, no rotor beyond π/2, shape (m,); exact.
 
     They are products of two sines. With a rotor height they are so on red alone, where sin β1 and sin β2 must have
@@ -489,12 +625,26 @@ def thrusts_push_up(starts: FloatArray, ends: FloatArray, vehicle: Vehicle = PAP
             thrusts = signs * zero_moment_inputs(alpha, vehicle)
             return np.asarray(np.maximum(thrusts.min(axis=1), -thrusts.max(axis=1)))
 
-        def bound(f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
+        def bound(
+            f0: FloatArray, f1: FloatArray, p0: FloatArray, p1: FloatArray
+        ) -> FloatArray:
             w0, w1 = (signs * zero_moment_inputs(side, vehicle) for side in (p0, p1))
             bends = _bends_of_inputs(p1 - p0, vehicle)[0].T
-            return np.asarray(np.maximum(*(least_of_bent(s * w0, s * w1, bends).min(axis=1) for s in (1.0, -1.0))))
+            return np.asarray(
+                np.maximum(
+                    *(
+                        least_of_bent(s * w0, s * w1, bends).min(axis=1)
+                        for s in (1.0, -1.0)
+                    )
+                )
+            )
 
-        kept = least_along(starts, ends, value, bound, tolerance=0.0, floor=_IDLE, each=True).lower >= _IDLE
+        kept = (
+            least_along(
+                starts, ends, value, bound, tolerance=0.0, floor=_IDLE, each=True
+            ).lower
+            >= _IDLE
+        )
     else:
         # A sine keeps its sign between two multiples of π; it is negative after odd ones.
         at = _phases_of_inputs(sides, vehicle) / math.pi
@@ -511,7 +661,9 @@ def thrusts_push_up(starts: FloatArray, ends: FloatArray, vehicle: Vehicle = PAP
     if (np.abs(sides) <= math.pi / 2).all():
         return np.asarray(kept)
     turns = 2 * math.pi * np.rint((sides[0] + sides[1]) / (4 * math.pi))
-    return np.asarray(kept & (np.abs(sides - turns).max(axis=(0, 1)) <= math.pi / 2 + 1e-9))
+    return np.asarray(
+        kept & (np.abs(sides - turns).max(axis=(0, 1)) <= math.pi / 2 + 1e-9)
+    )
 
 
 def _phases_of_inputs(rows: FloatArray, vehicle: Vehicle) -> FloatArray:
@@ -521,40 +673,66 @@ def _phases_of_inputs(rows: FloatArray, vehicle: Vehicle) -> FloatArray:
     """
     delta = math.atan(vehicle.signed_drag_ratio)
     beta = rows + np.array([[-delta], [delta], [-delta], [delta]])
-    return np.concatenate([beta[..., 1::-1, :] + beta[..., 3:1:-1, :], beta + math.pi / 2], axis=-2)
+    return np.concatenate(
+        [beta[..., 1::-1, :] + beta[..., 3:1:-1, :], beta + math.pi / 2], axis=-2
+    )
 
 
-def where_thrusts_vanish(start: FloatArray, end: FloatArray, vehicle: Vehicle = PAPER) -> float:
+def where_thrusts_vanish(
+    start: FloatArray, end: FloatArray, vehicle: Vehicle = PAPER
+) -> float:
     """Return the fraction of a segment at which a factor of the zero-moment inputs is least, or vanishes."""
-    if vehicle.height_ratio and not is_red(start[None], end[None]):  # there are no factors; to 0.5 % of the segment
+    if vehicle.height_ratio and not is_red(
+        start[None], end[None]
+    ):  # there are no factors; to 0.5 % of the segment
         at = np.linspace(0.0, 1.0, 201)
         inputs = zero_moment_inputs(start + at[:, None] * (end - start), vehicle)
         return float(at[np.argmin(np.abs(inputs).min(axis=1))])
-    return float(where_least_sine(*(_phases_of_inputs(alpha[:, None], vehicle).T for alpha in (start, end)))[0])
+    return float(
+        where_least_sine(
+            *(_phases_of_inputs(alpha[:, None], vehicle).T for alpha in (start, end))
+        )[0]
+    )
 
 
 def thrust_shares_along(
-    starts: FloatArray, ends: FloatArray, vehicle: Vehicle = PAPER, *, tolerance: float = 1e-4, each: bool = False
+    starts: FloatArray,
+    ends: FloatArray,
+    vehicle: Vehicle = PAPER,
+    *,
+    tolerance: float = 1e-4,
+    each: bool = False,
 ) -> tuple[npt.NDArray[np.bool_], Least, Least]:
     """Return whether every thrust is positive on whole segments (:func:`thrusts_push_up`), and brackets of the shares.
 
     The brackets are of the least share T/(m·g) and of minus the largest one, NaN where not all are positive.
     """
     upward = thrusts_push_up(starts, ends, vehicle)
-    (lower, upper), fraction = np.full((2, 2, len(starts)), np.nan), np.zeros((2, len(starts)))
+    (lower, upper), fraction = (
+        np.full((2, 2, len(starts)), np.nan),
+        np.zeros((2, len(starts))),
+    )
     if upward.any():
         quantity = share_quantity(vehicle, tolerance=tolerance)
         found = least_of_each(starts[upward], ends[upward], [quantity], each=each)
         for k, one in enumerate(found):
-            lower[k, upward], upper[k, upward], fraction[k, upward] = one.lower, one.upper, one.fraction
-    least, largest = (Least(lower=lower[k], upper=upper[k], fraction=fraction[k]) for k in range(2))
+            lower[k, upward], upper[k, upward], fraction[k, upward] = (
+                one.lower,
+                one.upper,
+                one.fraction,
+            )
+    least, largest = (
+        Least(lower=lower[k], upper=upper[k], fraction=fraction[k]) for k in range(2)
+    )
     return upward, least, largest
 
 
 _SENSES = np.array([1.0, -1.0])[:, None, None]
 
 
-def share_quantity(vehicle: Vehicle, *, tolerance: float, red: bool = False) -> Quantity:
+def share_quantity(
+    vehicle: Vehicle, *, tolerance: float, red: bool = False
+) -> Quantity:
     """Return the least share of the weight and minus the largest, where all rotors push up.
 
     There a share is |wᵢ|/V with V = Σ|wⱼ|·cos αⱼ, as in ``hover_thrust_shares``, of bounded second derivatives. On red
@@ -567,28 +745,41 @@ def share_quantity(vehicle: Vehicle, *, tolerance: float, red: bool = False) -> 
     def values(sines: Sines) -> FloatArray:
         rows = np.empty((3 + rotors, sines.alpha.shape[1]))
         if red:
-            inputs = np.abs(math.cos(delta) * sines.sine[1::-1] + turned * sines.cosine[1::-1], out=rows[3:])
+            inputs = np.abs(
+                math.cos(delta) * sines.sine[1::-1] + turned * sines.cosine[1::-1],
+                out=rows[3:],
+            )
             lift = np.add.reduce(2.0 * inputs * sines.cosine[:2], axis=0, out=rows[2])
         else:
             inputs = np.abs(sines.zero_moment_inputs(vehicle), out=rows[3:])
             lift = np.add.reduce(inputs * sines.cosine, axis=0, out=rows[2])
-        rows[0], rows[1] = np.minimum.reduce(inputs) / lift, -np.maximum.reduce(inputs) / lift
+        rows[0], rows[1] = (
+            np.minimum.reduce(inputs) / lift,
+            -np.maximum.reduce(inputs) / lift,
+        )
         return rows
 
-    def bounds(v0: FloatArray, v1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
+    def bounds(
+        v0: FloatArray, v1: FloatArray, p0: FloatArray, p1: FloatArray
+    ) -> FloatArray:
         # |wᵢ| − c·V is bent too, where c is the rotor's least share at both ends, and at least 0 there. Its share is
         # below c by no more than the deficit of that over the least of V. The same holds for the largest, reversed.
         if red:
             steps, tilt = (p1 - p0)[:, 1::-1].T, abs(math.sin(delta))
             bends = steps * steps
-            lift_bend = 2 * (1 + tilt) * (bends[0] + bends[1]) - 4 * (1 - tilt) * steps[0] * steps[1]
+            lift_bend = (
+                2 * (1 + tilt) * (bends[0] + bends[1])
+                - 4 * (1 - tilt) * steps[0] * steps[1]
+            )
         else:
             bends, lift_bend = _bends_of_inputs(p1 - p0, vehicle)
         first, last, lift0, lift1 = _SENSES * v0[3:], _SENSES * v1[3:], v0[2], v1[2]
         # At a corner of the square V vanishes, and a share has no bound.
         least_lift = np.maximum(least_of_bent(lift0, lift1, lift_bend), 1e-200)
         c = np.minimum(first / lift0, last / lift1)
-        deficit = least_of_bent(first - c * lift0, last - c * lift1, bends + np.abs(c) * lift_bend)
+        deficit = least_of_bent(
+            first - c * lift0, last - c * lift1, bends + np.abs(c) * lift_bend
+        )
         out = np.minimum.reduce(c + np.minimum(deficit, 0.0) / least_lift, axis=1)
         np.maximum(out[0], 0.0, out=out[0])
         return np.asarray(out)
@@ -596,7 +787,9 @@ def share_quantity(vehicle: Vehicle, *, tolerance: float, red: bool = False) -> 
     return Quantity(values, bounds, (tolerance, tolerance), 3 + rotors)
 
 
-def _bends_of_inputs(step: FloatArray, vehicle: Vehicle) -> tuple[FloatArray, FloatArray]:
+def _bends_of_inputs(
+    step: FloatArray, vehicle: Vehicle
+) -> tuple[FloatArray, FloatArray]:
     """Return bounds of the second derivatives along steps of w₀, shape (4, m), and of V, shape (m,)."""
     rows = step.T
     squares, sums = rows * rows, rows[:2] + rows[2:]
@@ -611,6 +804,11 @@ def _bends_of_inputs(step: FloatArray, vehicle: Vehicle) -> tuple[FloatArray, Fl
     if height:
         # H·cos²δ·sin β3·sin Δ2 and H²·cos³δ·sin α3·(cos Δ2 − cos(Σ2 + δ)/cos δ) in w₁, and so on; in V times cos αᵢ.
         # All frequencies of a product add up to no more than those of the four angles.
-        more = height * cosine**2 * (1 + height * cosine + height) * np.abs(rows).sum(axis=0) ** 2
+        more = (
+            height
+            * cosine**2
+            * (1 + height * cosine + height)
+            * np.abs(rows).sum(axis=0) ** 2
+        )
         bends, lift_bend = bends + more, lift_bend + 4 * more
     return bends, lift_bend

@@ -49,10 +49,14 @@ EVERYWHERE = "the matrix is singular at every attitude, within the rounding of t
 """Why a gait has no tilt margin and no acceptable attitudes."""
 
 _TINY = float(np.finfo(float).tiny)
-_LARGEST_RESOLUTION = 0.1  # more than the error of v from coefficients of four digits and angles of three
+_LARGEST_RESOLUTION = (
+    0.1  # more than the error of v from coefficients of four digits and angles of three
+)
 
 
-def tilt_margin(alpha: npt.ArrayLike, coefficients: Coefficients, *, angle_rounding: float = 0.0) -> Any:
+def tilt_margin(
+    alpha: npt.ArrayLike, coefficients: Coefficients, *, angle_rounding: float = 0.0
+) -> Any:
     """Return the least tilt from upright, in any direction, at which the matrix is singular, shape (...) in [0, π/2].
 
     The physical margin takes exact coefficients; `angle_rounding` is the assumed error of each angle [rad]. NaN where
@@ -68,22 +72,35 @@ def tilt_margin(alpha: npt.ArrayLike, coefficients: Coefficients, *, angle_round
     rows = angles.reshape(-1, 4)
     margin = np.empty(len(rows))
     for k in range(0, len(rows), _BLOCK):
-        margin[k : k + _BLOCK] = np.abs(_signed_margin(rows[k : k + _BLOCK], coefficients, angle_rounding)[0])
+        margin[k : k + _BLOCK] = np.abs(
+            _signed_margin(rows[k : k + _BLOCK], coefficients, angle_rounding)[0]
+        )
     return margin.reshape(angles.shape[:-1])[()]
 
 
-def _signed_margin(rows: FloatArray, coefficients: Coefficients, angle_rounding: float) -> tuple[FloatArray, ...]:
+def _signed_margin(
+    rows: FloatArray, coefficients: Coefficients, angle_rounding: float
+) -> tuple[FloatArray, ...]:
     """Return, for rows (m, 4), the margin with the sign of R, NaN where there is none, √(Rφ² + Rθ²) and R."""
     noise = noise_of(coefficients)
-    doubt = noise if coefficients.kind == "exact" and not angle_rounding else _LARGEST_RESOLUTION
+    doubt = (
+        noise
+        if coefficients.kind == "exact" and not angle_rounding
+        else _LARGEST_RESOLUTION
+    )
     sines = Sines.of(np.asfortranarray(rows))
     roll, pitch = sines.sensitivities(coefficients)
-    across, level = np.sqrt(pitch * pitch + roll * roll), sines.level_determinant(coefficients)
+    across, level = (
+        np.sqrt(pitch * pitch + roll * roll),
+        sines.level_determinant(coefficients),
+    )
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         margin = np.arctan(level / across)
     near = np.flatnonzero((across <= doubt) & (np.abs(level) <= doubt))
     if near.size and doubt > noise:
-        near = near[singular_everywhere(rows[near], coefficients, angle_rounding=angle_rounding)]
+        near = near[
+            singular_everywhere(rows[near], coefficients, angle_rounding=angle_rounding)
+        ]
     margin[near] = np.nan
     return margin, across, level
 
@@ -103,17 +120,31 @@ def singular_everywhere(
     v = np.abs(sines.attitude_sensitivities(coefficients))
     # Each phase adds two angles, and 2δ or nothing.
     off = 2.0 * (angle_rounding + coefficients.delta_error)
-    totals, apart = np.abs(sines.totals(coefficients.delta)), np.abs(sines.differences())
+    totals, apart = (
+        np.abs(sines.totals(coefficients.delta)),
+        np.abs(sines.differences()),
+    )
     scale = 1.0 / abs(math.sin(2 * coefficients.delta))
     # E of Sines.leaning is at most 1 + √(1 + κ²), and so is its slope.
-    leaning = abs(coefficients.cross) * (1.0 + 1.0 / math.cos(coefficients.delta)) * off * (1.0 + off)
+    leaning = (
+        abs(coefficients.cross)
+        * (1.0 + 1.0 / math.cos(coefficients.delta))
+        * off
+        * (1.0 + off)
+    )
     across = scale * off * ((totals + apart[::-1]).max(axis=0) + off) + leaning + noise
-    resolution = sines.level_resolution(coefficients, sines.level_slopes(coefficients), angle_rounding)
-    everywhere = (np.hypot(v[0], v[1]) <= math.sqrt(2) * across) & (v[2] <= np.maximum(resolution, noise))
+    resolution = sines.level_resolution(
+        coefficients, sines.level_slopes(coefficients), angle_rounding
+    )
+    everywhere = (np.hypot(v[0], v[1]) <= math.sqrt(2) * across) & (
+        v[2] <= np.maximum(resolution, noise)
+    )
     return np.asarray(everywhere.reshape(angles.shape[:-1]))
 
 
-def nearest_singular_attitude(alpha: npt.ArrayLike, coefficients: Coefficients) -> FloatArray:
+def nearest_singular_attitude(
+    alpha: npt.ArrayLike, coefficients: Coefficients
+) -> FloatArray:
     """Return the (roll, pitch) of least tilt at which the matrix is singular, shape (..., 2) [rad].
 
     On the gait surfaces every direction is the same, 90° away, and NaN is returned, as it is where v = 0.
@@ -129,9 +160,15 @@ def nearest_singular_attitude(alpha: npt.ArrayLike, coefficients: Coefficients) 
     noise = noise_of(coefficients)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         # n = cos(margin)·z + sin(margin)·h with v·n = 0: h points against the horizontal part of v if R > 0.
-        unit = -np.where(v[..., 2] < 0, -1.0, 1.0)[..., None] * v[..., :2] / across[..., None]
+        unit = (
+            -np.where(v[..., 2] < 0, -1.0, 1.0)[..., None]
+            * v[..., :2]
+            / across[..., None]
+        )
         margin = np.arctan(np.abs(v[..., 2]) / across)
-    up = np.concatenate([np.sin(margin)[..., None] * unit, np.cos(margin)[..., None]], axis=-1)
+    up = np.concatenate(
+        [np.sin(margin)[..., None] * unit, np.cos(margin)[..., None]], axis=-1
+    )
     return np.where((across > noise)[..., None], attitude_of(up), np.nan)
 
 
@@ -139,8 +176,12 @@ def sensitivity_deviations(
     starts: FloatArray, ends: FloatArray, coefficients: Coefficients
 ) -> tuple[FloatArray, FloatArray]:
     """Return how far (−Rθ, Rφ) and R can be from the chords between their ends, along segments, both of shape (m,)."""
-    across = np.hypot(*sensitivity_bends(starts, ends, coefficients)) / abs(math.sin(2 * coefficients.delta))
-    return across / 8, level_determinant_curvature(starts, ends - starts, coefficients) / 8
+    across = np.hypot(*sensitivity_bends(starts, ends, coefficients)) / abs(
+        math.sin(2 * coefficients.delta)
+    )
+    return across / 8, level_determinant_curvature(
+        starts, ends - starts, coefficients
+    ) / 8
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -163,7 +204,11 @@ class LeastMargin:
 
 
 def least_tilt_margin(
-    points: npt.ArrayLike, coefficients: Coefficients, *, angle_rounding: float = 0.0, tolerance: float = 1e-7
+    points: npt.ArrayLike,
+    coefficients: Coefficients,
+    *,
+    angle_rounding: float = 0.0,
+    tolerance: float = 1e-7,
 ) -> LeastMargin:
     """Bracket the least tilt margin along the m segments through finite angles, shape (m + 1, 4), to a tolerance [rad].
 
@@ -174,27 +219,46 @@ def least_tilt_margin(
     starts, ends = points[:-1], points[1:]
     none = segment_singular_everywhere(starts, ends, coefficients, angle_rounding)
     if none is not None:
-        return LeastMargin(lower=math.nan, upper=math.nan, segment=none, fraction=0.0, reason=EVERYWHERE)
+        return LeastMargin(
+            lower=math.nan,
+            upper=math.nan,
+            segment=none,
+            fraction=0.0,
+            reason=EVERYWHERE,
+        )
     level = np.asarray(level_determinant(starts, coefficients))
     sign = math.copysign(1.0, level[np.argmax(np.abs(level))])
 
     def values(alpha: FloatArray) -> FloatArray:
         """Return the margins, at least 0, √(Rφ² + Rθ²) and R with the sign."""
         margin, across, level = _signed_margin(alpha, coefficients, angle_rounding)
-        return np.array([np.where(sign * margin > 0, np.abs(margin), 0.0), across, sign * level])
+        return np.array(
+            [np.where(sign * margin > 0, np.abs(margin), 0.0), across, sign * level]
+        )
 
-    def bounds(v0: FloatArray, v1: FloatArray, p0: FloatArray, p1: FloatArray) -> FloatArray:
+    def bounds(
+        v0: FloatArray, v1: FloatArray, p0: FloatArray, p1: FloatArray
+    ) -> FloatArray:
         across, rise = sensitivity_deviations(p0, p1, coefficients)
         # The widest (Rφ, Rθ) and the least R: all that counts on the surfaces, where (Rφ, Rθ) vanishes and R may bend.
-        widest, least = np.maximum(v0[1], v1[1]) + across, np.minimum(v0[2], v1[2]) - rise
-        apart, near = np.arctan2(np.maximum(least, 0.0), widest), np.full(len(rise), np.inf)
+        widest, least = (
+            np.maximum(v0[1], v1[1]) + across,
+            np.minimum(v0[2], v1[2]) - rise,
+        )
+        apart, near = (
+            np.arctan2(np.maximum(least, 0.0), widest),
+            np.full(len(rise), np.inf),
+        )
         off = np.hypot(across, rise)
         for margin, *v in (v0, v1):
             # R·cos m − ‖(Rφ, Rθ)‖·sin m is ‖v‖·sin(margin − m) at an end, above its chord but for `off` in between, and
             # the margin is at least m where it is not negative.
             with np.errstate(divide="ignore", invalid="ignore"):
                 ratio = off / np.hypot(*v)
-            near = np.minimum(near, np.where(ratio < 1, margin - np.arcsin(np.minimum(ratio, 1.0)), -1.0))
+            near = np.minimum(
+                near,
+                np.where(ratio < 1, margin - np.arcsin(np.minimum(ratio, 1.0)), -1.0),
+            )
         return np.asarray(np.maximum(near, apart)[None])
 
     quantity = Quantity(values, bounds, (tolerance,), 3)
@@ -202,22 +266,40 @@ def least_tilt_margin(
     lower, upper, segment, fraction = found.worst()
     if upper > 0:
         return LeastMargin(lower=lower, upper=upper, segment=segment, fraction=fraction)
-    segment, fraction, crossed = _zero_of(starts, ends, coefficients, sign, segment, fraction)
+    segment, fraction, crossed = _zero_of(
+        starts, ends, coefficients, sign, segment, fraction
+    )
     at = starts[segment] + fraction * (ends - starts)[segment]
-    alone = not crossed and bool(singular_everywhere(at, coefficients, angle_rounding=angle_rounding))
+    alone = not crossed and bool(
+        singular_everywhere(at, coefficients, angle_rounding=angle_rounding)
+    )
     if alone and not singular_everywhere(at, replace(coefficients, kind="exact")):
         # Exactly, v may not vanish here: the margin cannot be decided.
-        return LeastMargin(lower=math.nan, upper=math.nan, segment=segment, fraction=fraction, reason=EVERYWHERE)
-    touched = "the matrix is singular at every attitude, at this point only" if alone else "R vanishes there"
+        return LeastMargin(
+            lower=math.nan,
+            upper=math.nan,
+            segment=segment,
+            fraction=fraction,
+            reason=EVERYWHERE,
+        )
+    touched = (
+        "the matrix is singular at every attitude, at this point only"
+        if alone
+        else "R vanishes there"
+    )
     reason = "R changes its sign" if crossed else touched
-    return LeastMargin(lower=0.0, upper=0.0, segment=segment, fraction=fraction, reason=reason)
+    return LeastMargin(
+        lower=0.0, upper=0.0, segment=segment, fraction=fraction, reason=reason
+    )
 
 
 def segment_singular_everywhere(
     starts: FloatArray, ends: FloatArray, coefficients: Coefficients, rounding: float
 ) -> int | None:
     """Return the first segment along which v vanishes, if there is one."""
-    held = np.flatnonzero(singular_everywhere(starts, coefficients, angle_rounding=rounding))
+    held = np.flatnonzero(
+        singular_everywhere(starts, coefficients, angle_rounding=rounding)
+    )
     for fraction in (1.0, 0.5, 0.381966):
         at = starts[held] + fraction * (ends - starts)[held]
         held = held[singular_everywhere(at, coefficients, angle_rounding=rounding)]
@@ -225,17 +307,28 @@ def segment_singular_everywhere(
 
 
 def _zero_of(
-    starts: FloatArray, ends: FloatArray, coefficients: Coefficients, sign: float, segment: int, fraction: float
+    starts: FloatArray,
+    ends: FloatArray,
+    coefficients: Coefficients,
+    sign: float,
+    segment: int,
+    fraction: float,
 ) -> tuple[int, float, bool]:
     """Return where R first changes its sign, and whether it does."""
 
     def level(segment: int, fraction: float) -> float:
-        return sign * float(level_determinant(starts[segment] + fraction * (ends - starts)[segment], coefficients))
+        return sign * float(
+            level_determinant(
+                starts[segment] + fraction * (ends - starts)[segment], coefficients
+            )
+        )
 
     noise = noise_of(coefficients)
     if level(0, 0.0) < -noise:
         sign = -sign
-    lost = np.flatnonzero(sign * np.asarray(level_determinant(ends, coefficients)) < -noise)
+    lost = np.flatnonzero(
+        sign * np.asarray(level_determinant(ends, coefficients)) < -noise
+    )
     if lost.size:
         segment, high = int(lost[0]), 1.0
     elif level(segment, fraction) < -noise:
@@ -252,7 +345,9 @@ def checked_tilt(tilt: object) -> float:
     """Return a tilt in [0, π/2) [rad], or raise InputError."""
     number = angle_from_text(tilt, "tilt") if isinstance(tilt, str) else number_of(tilt)
     if not 0 <= number < HALF_PI:
-        raise InputError(f"tilt must be at least 0 and less than π/2 rad, got {shown(tilt)}{in_degrees(tilt)}")
+        raise InputError(
+            f"tilt must be at least 0 and less than π/2 rad, got {shown(tilt)}{in_degrees(tilt)}"
+        )
     return number
 
 
@@ -284,50 +379,97 @@ def least_singular_value_within(
     known = np.asarray(np.isfinite(angles).all(axis=-1))
     rows = np.where(known[..., None], angles, 0.0).reshape(-1, 4)
     exact = coefficients_of(vehicle, "exact")
-    within, attitude = tilt_margin(rows, exact) > tilt, nearest_singular_attitude(rows, exact)
+    within, attitude = (
+        tilt_margin(rows, exact) > tilt,
+        nearest_singular_attitude(rows, exact),
+    )
     _, ahead, aside = _worst_on_rim(rows, tilt, vehicle)
-    verticals = np.array([math.sin(tilt) * ahead, math.sin(tilt) * aside, np.full(len(rows), math.cos(tilt))]).T
-    attitude = np.where(within[:, None], attitude_of(verticals), np.nan_to_num(attitude))
+    verticals = np.array(
+        [
+            math.sin(tilt) * ahead,
+            math.sin(tilt) * aside,
+            np.full(len(rows), math.cos(tilt)),
+        ]
+    ).T
+    attitude = np.where(
+        within[:, None], attitude_of(verticals), np.nan_to_num(attitude)
+    )
     value = np.where(within, least_singular_value(rows, vehicle, *attitude.T), 0.0)
     worst = np.where(known, value.reshape(known.shape), np.nan)
-    return worst[()], np.where(known[..., None], attitude.reshape(*known.shape, 2), np.nan)
+    return worst[()], np.where(
+        known[..., None], attitude.reshape(*known.shape, 2), np.nan
+    )
 
 
-def least_singular_value_within_bound(rows: FloatArray, tilt: float, vehicle: Vehicle) -> FloatArray:
+def least_singular_value_within_bound(
+    rows: FloatArray, tilt: float, vehicle: Vehicle
+) -> FloatArray:
     """Return lower bounds of :func:`least_singular_value_within`, within 1e-4 of it and cheaper, for rows (m, 4)."""
     blocks = (rows[k : k + _BLOCK] for k in range(0, len(rows), _BLOCK))
-    return singular_value_below(np.concatenate([_worst_on_rim(block, tilt, vehicle)[0] for block in blocks]))
+    return singular_value_below(
+        np.concatenate([_worst_on_rim(block, tilt, vehicle)[0] for block in blocks])
+    )
 
 
-def _worst_on_rim(rows: FloatArray, tilt: float, vehicle: Vehicle) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _worst_on_rim(
+    rows: FloatArray, tilt: float, vehicle: Vehicle
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the least squared singular value within a tilt, and the cosine and the sine of its direction, (m,)."""
-    sines, rim, height = Sines.of(np.asfortranarray(rows)), math.sin(tilt), math.cos(tilt)
+    sines, rim, height = (
+        Sines.of(np.asfortranarray(rows)),
+        math.sin(tilt),
+        math.cos(tilt),
+    )
     v = sines.attitude_sensitivities(coefficients_of(vehicle, "exact"))
     form, number = sines.characteristic(vehicle, v)
     # On the rim e4 to e1 are a number and the factors of cos 2t, sin 2t, cos t and sin t: shape (5, 4, m).
-    xx, yy, middle = rim**2 * form[:, 0, 0] / 2, rim**2 * form[:, 1, 1] / 2, height**2 * form[:, 2, 2] + number
-    twice, once = rim**2 * form[:, 0, 1], 2 * rim * height * form[:, :2, 2].swapaxes(0, 1)
+    xx, yy, middle = (
+        rim**2 * form[:, 0, 0] / 2,
+        rim**2 * form[:, 1, 1] / 2,
+        height**2 * form[:, 2, 2] + number,
+    )
+    twice, once = (
+        rim**2 * form[:, 0, 1],
+        2 * rim * height * form[:, :2, 2].swapaxes(0, 1),
+    )
     forms = np.array([xx + yy + middle, xx - yy, twice, *once])
     # The first guess is the direction of the nearest singular attitude.
     size = np.hypot(v[0], v[1])
-    across, beyond, flat = np.where(v[2] < 0, size, -size), rim * size >= height * np.abs(v[2]), size == 0
+    across, beyond, flat = (
+        np.where(v[2] < 0, size, -size),
+        rim * size >= height * np.abs(v[2]),
+        size == 0,
+    )
     c, s = np.where(flat, [[1.0], [0.0]], v[:2] / np.where(flat, 1.0, across))
-    best, squared, open_ = np.array([c, s]), np.full(len(rows), np.inf), np.arange(len(rows))
+    best, squared, open_ = (
+        np.array([c, s]),
+        np.full(len(rows), np.inf),
+        np.arange(len(rows)),
+    )
     while open_.size:
         waves = np.array([np.ones(len(c)), c * c - s * s, 2 * c * s, c, s])
         _, e3, e2, e1 = np.einsum("ikm,im->km", forms, waves)
         level = rim * (v[0] * c + v[1] * s) + height * v[2]
         tried = least_root(e1, e2, e3, (2 * vehicle.drag_ratio * level) ** 2)
         better = tried < squared[open_] * (1 - 1e-12)
-        forms, v, tried, open_ = forms[:, :, better], v[:, better], tried[better], open_[better]
+        forms, v, tried, open_ = (
+            forms[:, :, better],
+            v[:, better],
+            tried[better],
+            open_[better],
+        )
         squared[open_], best[:, open_] = tried, np.array([c, s])[:, better]
-        _, *waves = forms[:, 0] - tried * (forms[:, 1] - tried * (forms[:, 2] - tried * forms[:, 3]))
+        _, *waves = forms[:, 0] - tried * (
+            forms[:, 1] - tried * (forms[:, 2] - tried * forms[:, 3])
+        )
         c, s = _least_direction(*waves)
     squared[beyond] = 0.0
     return squared, best[0], best[1]
 
 
-def _least_direction(A: FloatArray, B: FloatArray, D: FloatArray, E: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _least_direction(
+    A: FloatArray, B: FloatArray, D: FloatArray, E: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     """Return the cosine and the sine of the t at which A·cos 2t + B·sin 2t + D·cos t + E·sin t is least.
 
     Along the direction in which the first two are least, and across it, D and E are b and c. The sum is then
@@ -336,7 +478,10 @@ def _least_direction(A: FloatArray, B: FloatArray, D: FloatArray, E: FloatArray)
     """
     a = np.sqrt(A * A + B * B)
     large = np.sqrt((1 + np.abs(A) / np.maximum(a, _TINY)) / 2)
-    small, flat = np.where(a > 0, np.abs(B) / np.maximum(2 * a * large, _TINY), large), A < 0
+    small, flat = (
+        np.where(a > 0, np.abs(B) / np.maximum(2 * a * large, _TINY), large),
+        A < 0,
+    )
     c1, s1 = np.where(flat, large, small), np.copysign(np.where(flat, small, large), -B)
     b, c = D * c1 + E * s1, E * c1 - D * s1
     a, across = 4 * a, np.abs(c)

@@ -8,7 +8,11 @@ from gaitgraph._lazy import lazy_names
 
 if TYPE_CHECKING:
     from gaitgraph.io.columns import table_from_frame as table_from_frame
-    from gaitgraph.io.formats import gait_of as gait_of, read_table as read_table, write_tables as write_tables
+    from gaitgraph.io.formats import (
+        gait_of as gait_of,
+        read_table as read_table,
+        write_tables as write_tables,
+    )
     from gaitgraph.io.servo_map import (
         Joint as Joint,
         ServoMap as ServoMap,

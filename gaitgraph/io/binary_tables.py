@@ -54,11 +54,15 @@ def gate(path: Path, what: str, most: int | None = None) -> Iterator[int]:
     :data:`gaitgraph.files.MOST_BYTES`) or the library fails in any way; `what` the file must be, for messages.
     """
     try:
-        size = sum(one.stat().st_size for one in (path.iterdir() if path.is_dir() else [path]))
+        size = sum(
+            one.stat().st_size for one in (path.iterdir() if path.is_dir() else [path])
+        )
         check_size(size, "it", most)
         yield size
     except Exception as error:  # libraries raise errors of many kinds on broken bytes, and each has its own
-        if isinstance(error, GaitgraphError) or (isinstance(error, OSError) and error.filename is not None):
+        if isinstance(error, GaitgraphError) or (
+            isinstance(error, OSError) and error.filename is not None
+        ):
             raise
         reason = shown(" ".join(str(error).split()) or type(error).__name__)[1:-1]
         raise InputError(f"it is not {what}, or it is broken ({reason})") from error
@@ -71,19 +75,35 @@ def check_size(size: int, what: str, most: int | None = None) -> None:
         raise InputError(f"{what} must have at most {most >> 20} MiB, got {size} bytes")
 
 
-def _tables_of(arrays: Mapping[str, Any], about: dict[str, Any], builder: TableBuilder) -> Iterator[Table]:
+def _tables_of(
+    arrays: Mapping[str, Any], about: dict[str, Any], builder: TableBuilder
+) -> Iterator[Table]:
     """Yield the tables of arrays by name, some rows at a time."""
     builder.begin(list(arrays), about)
-    columns = {name: column_of(name, arrays[name]) for name in builder.used if name in arrays}
-    rows = max((len(values) for values in columns.values() if not isinstance(values, str)), default=1)
+    columns = {
+        name: column_of(name, arrays[name]) for name in builder.used if name in arrays
+    }
+    rows = max(
+        (len(values) for values in columns.values() if not isinstance(values, str)),
+        default=1,
+    )
     for start in range(0, rows, ROWS_OF_A_PIECE):
         stop = start + ROWS_OF_A_PIECE
-        yield from builder.pieces({k: one if isinstance(one, str) else one[start:stop] for k, one in columns.items()})
+        yield from builder.pieces(
+            {
+                k: one if isinstance(one, str) else one[start:stop]
+                for k, one in columns.items()
+            }
+        )
 
 
 def _about_of_array(array: object) -> dict[str, Any]:
     """Return what made a file, if an array of it is a text of ours that states it."""
-    return about_from_text(array.item()) if isinstance(array, np.ndarray) and array.size == 1 else {}
+    return (
+        about_from_text(array.item())
+        if isinstance(array, np.ndarray) and array.size == 1
+        else {}
+    )
 
 
 # -- NumPy archives
@@ -95,16 +115,27 @@ def write_npz(pieces: Iterable[Table], path: Path) -> None:
     It is not compressed and has no time stamps: the same table gives the same bytes everywhere.
     """
     table = merged(pieces)
-    arrays: dict[str, Any] = {**table.columns, _PROVENANCE: np.array(provenance_text(table))}
+    arrays: dict[str, Any] = {
+        **table.columns,
+        _PROVENANCE: np.array(provenance_text(table)),
+    }
     with path.open("wb") as stream:
         np.savez(stream, **arrays)
 
 
 def read_npz(path: Path, builder: TableBuilder) -> Iterator[Table]:
     """Yield the tables of a NumPy archive, which is read whole."""
-    with gate(path, "an archive that numpy.savez wrote, with one array for each column"):
-        with warnings.catch_warnings(action="ignore"), path.open("rb") as file, np.load(file) as archive:
-            check_size(sum(member.file_size for member in archive.zip.infolist()), "its arrays")
+    with gate(
+        path, "an archive that numpy.savez wrote, with one array for each column"
+    ):
+        with (
+            warnings.catch_warnings(action="ignore"),
+            path.open("rb") as file,
+            np.load(file) as archive,
+        ):
+            check_size(
+                sum(member.file_size for member in archive.zip.infolist()), "its arrays"
+            )
             arrays = {}
             for name in archive.files:
                 try:
@@ -120,7 +151,10 @@ def read_npz(path: Path, builder: TableBuilder) -> Iterator[Table]:
 
 _PARQUET = "a Parquet file with one column of numbers for each column of the table"
 _OURS, _OF_PANDAS = b"gaitgraph", b"PANDAS_ATTRS"
-_MOST_UNPACKED, _STEEPEST = 1 << 32, 100  # bytes in all, or for each byte of the file, whichever is more
+_MOST_UNPACKED, _STEEPEST = (
+    1 << 32,
+    100,
+)  # bytes in all, or for each byte of the file, whichever is more
 
 
 def write_parquet(pieces: Iterable[Table], path: Path) -> None:
@@ -132,15 +166,32 @@ def write_parquet(pieces: Iterable[Table], path: Path) -> None:
     try:
         for piece in _regrouped(pieces):
             if writer is None:
-                made = {_OURS: provenance_text(piece), _OF_PANDAS: json.dumps({"gaitgraph": provenance_of(piece)})}
+                made = {
+                    _OURS: provenance_text(piece),
+                    _OF_PANDAS: json.dumps({"gaitgraph": provenance_of(piece)}),
+                }
                 texts, fields = pa.dictionary(pa.int32(), pa.string()), []
                 for name, unit in piece.units.items():
-                    kind = pa.float64() if isinstance(piece[name], np.ndarray) else texts
-                    fields.append(pa.field(name, kind, nullable=False, metadata={"unit": unit} if unit else None))
+                    kind = (
+                        pa.float64() if isinstance(piece[name], np.ndarray) else texts
+                    )
+                    fields.append(
+                        pa.field(
+                            name,
+                            kind,
+                            nullable=False,
+                            metadata={"unit": unit} if unit else None,
+                        )
+                    )
                 schema = pa.schema(fields, metadata=made)
                 writer = pq.ParquetWriter(path, schema, write_page_checksum=True)
-            columns = {name: list(one) if isinstance(one, tuple) else one for name, one in piece.columns.items()}
-            writer.write_table(pa.table(columns, schema), row_group_size=ROWS_OF_A_PIECE)
+            columns = {
+                name: list(one) if isinstance(one, tuple) else one
+                for name, one in piece.columns.items()
+            }
+            writer.write_table(
+                pa.table(columns, schema), row_group_size=ROWS_OF_A_PIECE
+            )
     finally:
         if writer is not None:
             writer.close()
@@ -164,7 +215,10 @@ def read_parquet(path: Path, builder: TableBuilder) -> Iterator[Table]:
     import pyarrow.parquet as pq
     from pyarrow.types import is_nested
 
-    with gate(path, _PARQUET, most=1 << 62) as size, path.open("rb", buffering=0) as stream:
+    with (
+        gate(path, _PARQUET, most=1 << 62) as size,
+        path.open("rb", buffering=0) as stream,
+    ):
         file = pq.ParquetFile(
             stream,
             buffer_size=1 << 20,
@@ -177,10 +231,18 @@ def read_parquet(path: Path, builder: TableBuilder) -> Iterator[Table]:
         used = [name for name in builder.used if name in schema.names]
         for name in used:
             if is_nested(schema.field(name).type):
-                raise InputError(f"{name} must be a column of numbers or of texts, got {schema.field(name).type}")
-        check_size(8 * rows * len(used), "its columns", max(_MOST_UNPACKED, _STEEPEST * size))
-        for batch in file.iter_batches(batch_size=ROWS_OF_A_PIECE, columns=used, use_threads=False):
-            yield from builder.pieces(dict(zip(batch.schema.names, batch.columns, strict=True)))
+                raise InputError(
+                    f"{name} must be a column of numbers or of texts, got {schema.field(name).type}"
+                )
+        check_size(
+            8 * rows * len(used), "its columns", max(_MOST_UNPACKED, _STEEPEST * size)
+        )
+        for batch in file.iter_batches(
+            batch_size=ROWS_OF_A_PIECE, columns=used, use_threads=False
+        ):
+            yield from builder.pieces(
+                dict(zip(batch.schema.names, batch.columns, strict=True))
+            )
 
 
 def _about_of_parquet(metadata: dict[bytes, bytes]) -> dict[str, Any]:
@@ -191,13 +253,23 @@ def _about_of_parquet(metadata: dict[bytes, bytes]) -> dict[str, Any]:
                 content = json.loads(text)
             except (RecursionError, ValueError):
                 continue
-            return about_from_text(json.dumps(content.get("gaitgraph", content) if isinstance(content, dict) else None))
+            return about_from_text(
+                json.dumps(
+                    content.get("gaitgraph", content)
+                    if isinstance(content, dict)
+                    else None
+                )
+            )
     return {}
 
 
 # -- MATLAB files
 
-_GROUPS = {"alpha": ANGLES, "alpha_rate": RATES, "alpha_acceleration": ACCELERATIONS}  # matrices, a column for a rotor
+_GROUPS = {
+    "alpha": ANGLES,
+    "alpha_rate": RATES,
+    "alpha_acceleration": ACCELERATIONS,
+}  # matrices, a column for a rotor
 _MAT = "a MAT-file of level 5 in little-endian order, as save -v7 or save -v6 write it"
 _HEADER, _TEXT_OF_HEADER = 128, 116
 _MATRIX, _COMPRESSED = 14, 15
@@ -218,19 +290,30 @@ def write_mat(pieces: Iterable[Table], path: Path) -> None:
     table = merged(pieces)
     for name in table.columns:
         if not _NAME.fullmatch(name):
-            raise InputError(f"column must be up to 63 letters, digits and _ in a .mat file, got {shown(name)}")
+            raise InputError(
+                f"column must be up to 63 letters, digits and _ in a .mat file, got {shown(name)}"
+            )
     arrays = {name: np.asarray(values) for name, values in table.columns.items()}
     for group, names in _GROUPS.items():
         if all(name in table for name in names):
             arrays[group] = np.column_stack([table[name] for name in names])
-    arrays["names"], arrays["units"] = np.array(list(table.columns)), np.array(list(table.units.values()))
+    arrays["names"], arrays["units"] = (
+        np.array(list(table.columns)),
+        np.array(list(table.units.values())),
+    )
     arrays[_PROVENANCE] = np.array(provenance_text(table))
     try:
         savemat(path, arrays, oned_as="column")
     except MatWriteError as error:
-        raise InputError(f"{len(table)} rows are too many for a .mat file ({error}); write a .parquet file") from error
+        raise InputError(
+            f"{len(table)} rows are too many for a .mat file ({error}); write a .parquet file"
+        ) from error
     with path.open("r+b") as stream:  # scipy writes the time and the system there
-        stream.write(f"MATLAB 5.0 MAT-file, written by gaitgraph {__version__}".ljust(_TEXT_OF_HEADER).encode())
+        stream.write(
+            f"MATLAB 5.0 MAT-file, written by gaitgraph {__version__}".ljust(
+                _TEXT_OF_HEADER
+            ).encode()
+        )
 
 
 def read_mat(path: Path, builder: TableBuilder) -> Iterator[Table]:
@@ -239,15 +322,23 @@ def read_mat(path: Path, builder: TableBuilder) -> Iterator[Table]:
         with warnings.catch_warnings(action="ignore"):
             found: dict[str, Any] = _mat_variables(path.read_bytes())
         if not found:
-            raise InputError("it must have variables of numbers; save -struct writes the fields of a struct as such")
+            raise InputError(
+                "it must have variables of numbers; save -struct writes the fields of a struct as such"
+            )
         about = _about_of_array(found.get(_PROVENANCE))
         if about:
-            found = {name: one for name, one in found.items() if name not in ("names", "units", _PROVENANCE)}
+            found = {
+                name: one
+                for name, one in found.items()
+                if name not in ("names", "units", _PROVENANCE)
+            }
         for group, angles in _GROUPS.items():
             matrix = found.pop(group, None)
             if matrix is not None and found.keys().isdisjoint(angles):
                 if matrix.ndim != 2 or matrix.shape[1] != len(angles):
-                    raise InputError(f"{group} must be a matrix of 4 columns, got shape {matrix.shape}")
+                    raise InputError(
+                        f"{group} must be a matrix of 4 columns, got shape {matrix.shape}"
+                    )
                 found |= dict(zip(angles, matrix.T, strict=True))
         yield from _tables_of(found, about, builder)
 
@@ -261,14 +352,18 @@ def _mat_variables(content: bytes) -> dict[str, Array]:
     from scipy.io import loadmat
 
     if content[_HEADER - 4 : _HEADER] != b"\0\1IM":
-        raise InputError(f"it must be {_MAT}, got another kind of file (one of version 7.3 is HDF5)")
+        raise InputError(
+            f"it must be {_MAT}, got another kind of file (one of version 7.3 is HDF5)"
+        )
     variables: dict[str, Array] = {}
     place, inflated = _HEADER, 0
     while place < len(content):
         kind, size = struct.unpack_from("<II", content, place)
         element = content[place : place + 8 + size]
         if len(element) < 8 + size:
-            raise InputError(f"it must be whole, got a variable that ends at byte {place + 8 + size} of {len(content)}")
+            raise InputError(
+                f"it must be whole, got a variable that ends at byte {place + 8 + size} of {len(content)}"
+            )
         place += 8 + size
         if kind == _COMPRESSED:
             inflater = zlib.decompressobj()
@@ -276,7 +371,9 @@ def _mat_variables(content: bytes) -> dict[str, Array]:
             inflated += len(element)
             check_size(inflated, "its variables")
             if not inflater.eof:  # behind the last byte is a checksum
-                raise InputError("it must be whole, got a compressed variable that ends early")
+                raise InputError(
+                    "it must be whole, got a compressed variable that ends early"
+                )
         if len(element) > 16 and element[16] not in _CLASSES:
             continue
         name = _checked_name(memoryview(element))
@@ -292,17 +389,26 @@ def _checked_name(element: memoryview) -> str:
     if kind != _MATRIX:
         raise InputError(f"it must hold arrays, got an element of type {kind}")
     parts, place = [], 24
-    for _ in range(4 if flags & 0x0800 else 3):  # shape, name, values, and imaginary ones
+    for _ in range(
+        4 if flags & 0x0800 else 3
+    ):  # shape, name, values, and imaginary ones
         kind, length = struct.unpack_from("<II", element, place)
         start, place = place + 8, place + 8 + length + -length % 8
         if kind >> 16:  # up to four bytes are in the tag itself
             kind, length, start, place = kind & 0xFFFF, kind >> 16, start - 4, start
         if kind not in _TYPES or start + length > len(element):
-            raise InputError(f"it must be whole, got a part of type {kind} and {length} bytes at byte {start}")
+            raise InputError(
+                f"it must be whole, got a part of type {kind} and {length} bytes at byte {start}"
+            )
         parts.append(element[start : start + length])
-    name, shape = bytes(parts[1]).decode("latin-1"), [size for (size,) in struct.iter_unpack("<i", parts[0])]
+    name, shape = (
+        bytes(parts[1]).decode("latin-1"),
+        [size for (size,) in struct.iter_unpack("<i", parts[0])],
+    )
     if not place == len(element) == 8 + size:
-        raise InputError(f"it must be whole, got a variable {name!r} of another size than it states")
+        raise InputError(
+            f"it must be whole, got a variable {name!r} of another size than it states"
+        )
     if len(shape) < 2 or min(shape) < 0:
         raise InputError(f"it must be whole, got an array of shape {shown(shape)}")
     return name

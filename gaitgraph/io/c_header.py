@@ -17,7 +17,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gaitgraph.errors import InputError
-from gaitgraph.gait.table import ACCELERATIONS, RATES, Table, closed_rows, is_closed, provenance_text
+from gaitgraph.gait.table import (
+    ACCELERATIONS,
+    RATES,
+    Table,
+    closed_rows,
+    is_closed,
+    provenance_text,
+)
 from gaitgraph.io.ros import merged_up_to
 from gaitgraph.io.servo_map import servos_of, tilts_from_joints
 
@@ -41,15 +48,37 @@ def write_h(pieces: Iterable[Table], path: Path) -> None:
     name = re.sub(r"[^A-Za-z0-9_]", "_", path.stem)[:60]
     if not name[:1].isalpha():
         name = f"gait_{name.strip('_')}"[:60].rstrip("_")
-    times, angles, closed = table["t"] - table["t"][0], table.alpha, is_closed(table.alpha)
-    servos, states_rates = servos_of(table), ACCELERATIONS[0] in table and RATES[0] in table
-    is_linked = any(joint.linkage is not None for joint in servos.joints)  # then rates jump between rows
-    cubic = states_rates and not is_linked and any(table[one].any() for one in ACCELERATIONS)
+    times, angles, closed = (
+        table["t"] - table["t"][0],
+        table.alpha,
+        is_closed(table.alpha),
+    )
+    servos, states_rates = (
+        servos_of(table),
+        ACCELERATIONS[0] in table and RATES[0] in table,
+    )
+    is_linked = any(
+        joint.linkage is not None for joint in servos.joints
+    )  # then rates jump between rows
+    cubic = (
+        states_rates
+        and not is_linked
+        and any(table[one].any() for one in ACCELERATIONS)
+    )
     if len(times) == 1:  # a gait that is a point, once more
-        times, angles, closed, cubic = np.array([0.0, 1.0]), np.vstack([angles, angles]), True, False
+        times, angles, closed, cubic = (
+            np.array([0.0, 1.0]),
+            np.vstack([angles, angles]),
+            True,
+            False,
+        )
     step = times[-1] / (len(times) - 1)
-    if np.abs(times - step * np.arange(len(times))).max() > max(_EVEN * step, _NANOSECOND):
-        raise InputError("t must be evenly spaced in a C header; give the gait another timing with --samples or --rate")
+    if np.abs(times - step * np.arange(len(times))).max() > max(
+        _EVEN * step, _NANOSECOND
+    ):
+        raise InputError(
+            "t must be evenly spaced in a C header; give the gait another timing with --samples or --rate"
+        )
     rows = len(times) - closed  # a closed table without its last row
 
     def literal(value: float) -> str:
@@ -60,24 +89,43 @@ def write_h(pieces: Iterable[Table], path: Path) -> None:
     if cubic:
         tabled["rate"] = np.column_stack([table[one] for one in RATES])
         longest = float(np.diff(times).max())
-        changes = np.diff(np.column_stack([table[one] for one in ACCELERATIONS]), 2, axis=0)
+        changes = np.diff(
+            np.column_stack([table[one] for one in ACCELERATIONS]), 2, axis=0
+        )
         estimate = longest**2 * float(np.abs(changes).max(initial=0.0)) / _CUBIC_SHARE
         bound = _proven_error(table, longest)
-        off = f"about {estimate:.1e}" if bound is None else f"at most {1.06 * bound:.1e}"  # not less, to two digits
+        off = (
+            f"about {estimate:.1e}" if bound is None else f"at most {1.06 * bound:.1e}"
+        )  # not less, to two digits
     for what, values in tabled.items():
         tables += ["", f"static const float {name}_{what}[{rows}][4] = {{"]
-        tables += [f"    {{{', '.join(map(literal, row))}}}," for row in values[:rows].tolist()] + ["};"]
+        tables += [
+            f"    {{{', '.join(map(literal, row))}}}," for row in values[:rows].tolist()
+        ] + ["};"]
 
     upper = name.upper()
-    words = {"file": _harmless(path.name), "provenance": _harmless(provenance_text(table)), "tables": "\n".join(tables)}
+    words = {
+        "file": _harmless(path.name),
+        "provenance": _harmless(provenance_text(table)),
+        "tables": "\n".join(tables),
+    }
     words |= {"name": name, "NAME": upper, "rows": str(rows), "off": off}
     words["joints"] = _harmless(json.dumps(servos.joint_names))
     words["rotors"] = ", ".join(str(joint.rotor) for joint in servos.joints)
-    words |= {"period": literal(times[-1]), "seconds": f"{times[-1]:g}", "step": literal(step)}
+    words |= {
+        "period": literal(times[-1]),
+        "seconds": f"{times[-1]:g}",
+        "step": literal(step),
+    }
     words["intervals"] = f"{upper}_ROWS" if closed else f"({upper}_ROWS - 1)"
     words["next"] = f"i + 1 < {upper}_ROWS ? i + 1 : 0" if closed else "i + 1"
     kinds = ("", "closed" if closed else "open", "cubic" if cubic else "straight")
-    template = Path(__file__).with_name("gait_header.h.txt").read_text(encoding="ascii").splitlines()
+    template = (
+        Path(__file__)
+        .with_name("gait_header.h.txt")
+        .read_text(encoding="ascii")
+        .splitlines()
+    )
     parts = (one.partition("|") for one in template)
     lines = [line for needed, _, line in parts if needed in kinds]
     text = re.sub("<<([A-Za-z]+)>>", lambda found: words[found[1]], "\n".join(lines))
@@ -91,17 +139,35 @@ def _proven_error(table: Table, step: float) -> float | None:
     h³/96·max|f‴|: the integral of |Peano kernel| is largest at h/2.
     """
     tilts = tilts_from_joints(table.columns, servos_of(table))
-    with warnings.catch_warnings(action="ignore"):  # that the rows are not those of the gait
+    with warnings.catch_warnings(
+        action="ignore"
+    ):  # that the rows are not those of the gait
         timed = closed_rows(replace(table, columns=table.columns | tilts))[2]
     if timed is None:
         return None
     third, fourth = (float(timed.peaks(order).max()) for order in (3, 4))
     corners, rows = timed.corner_times, table["t"] - table["t"][0]
-    off_rows = np.abs(corners[:, None] - rows[np.searchsorted(rows[1:-1], corners)[:, None] + [0, 1]]).min(axis=1).max()
+    off_rows = (
+        np.abs(
+            corners[:, None]
+            - rows[np.searchsorted(rows[1:-1], corners)[:, None] + [0, 1]]
+        )
+        .min(axis=1)
+        .max()
+    )
     over_a_corner = step**3 / 96 * third
-    return over_a_corner if off_rows > _NANOSECOND else min(step**4 / 384 * fourth, over_a_corner)
+    return (
+        over_a_corner
+        if off_rows > _NANOSECOND
+        else min(step**4 / 384 * fourth, over_a_corner)
+    )
 
 
 def _harmless(text: str) -> str:
     """Return JSON, or a name, escaped so that it contains no comment marks and no trigraph; JSON reads the same."""
-    return text.replace("*", "\\u002a").replace("?", "\\u003f").encode("ascii", "backslashreplace").decode()
+    return (
+        text.replace("*", "\\u002a")
+        .replace("?", "\\u003f")
+        .encode("ascii", "backslashreplace")
+        .decode()
+    )

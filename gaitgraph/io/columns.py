@@ -41,12 +41,19 @@ if TYPE_CHECKING:
     from gaitgraph.invertibility.matrices import FloatArray
     from gaitgraph.io.servo_map import ServoMap
 
-_LARGEST = dict.fromkeys(ANGLES[:2], HALF_PI) | dict.fromkeys(ANGLES[2:], 1e6)  # beyond 1e6 a float carries no angle
+_LARGEST = dict.fromkeys(ANGLES[:2], HALF_PI) | dict.fromkeys(
+    ANGLES[2:], 1e6
+)  # beyond 1e6 a float carries no angle
 _LARGEST |= dict.fromkeys(("R", *RATES, *ACCELERATIONS), 1e12) | {"t": 1e9}
 _SHORTEST_STEP = 1e-9
 _BESIDE_JOINTS = ("color", "types", "R")
 MADE_BY = "made_by"
-SHARED = ("vehicle", "coefficients", "period", "law")  # of a request and its table, stated once where they agree
+SHARED = (
+    "vehicle",
+    "coefficients",
+    "period",
+    "law",
+)  # of a request and its table, stated once where they agree
 _TEXT = re.compile(r"\s*([\w.-]+) = ")
 _MOST_NAMED, _MOST_COMPARED = 20, 1000  # of other columns, in a message
 
@@ -59,11 +66,17 @@ class TableBuilder:
     """
 
     def __init__(
-        self, *, plane_only: bool = False, joints: ServoMap | None = None, angles: tuple[str, ...] = ()
+        self,
+        *,
+        plane_only: bool = False,
+        joints: ServoMap | None = None,
+        angles: tuple[str, ...] = (),
     ) -> None:
         self.plane_only, self.joints, self.angles = plane_only, joints, angles
         self._order = ("t", *angles) if angles else ORDER
-        self._other_names = {f"{name}_deg": name for name in angles or ANGLES} | {"time": "t"}
+        self._other_names = {f"{name}_deg": name for name in angles or ANGLES} | {
+            "time": "t"
+        }
         self.about: dict[str, Any] = {}
         self.names: Sequence[str] = ()
         self.notes: tuple[str, ...] = ()
@@ -78,7 +91,9 @@ class TableBuilder:
             self.joints = servo_map_from_mapping(about["servos"])
         for name, count in Counter(names).most_common(1):
             if count > 1:
-                raise InputError(f"columns must have different names, got {name!r} {count} times")
+                raise InputError(
+                    f"columns must have different names, got {name!r} {count} times"
+                )
         used = self.used
         others = [name for name in names if name not in used]
         if self.joints is not None:
@@ -86,78 +101,134 @@ class TableBuilder:
         else:
             for other, name in self._other_names.items():
                 if other in names and name in names:
-                    raise InputError(f"columns must have {name!r} or {other!r}, got both")
+                    raise InputError(
+                        f"columns must have {name!r} or {other!r}, got both"
+                    )
             known = {self._other_names.get(name, name) for name in names}
-            lifted = self.plane_only or ("color" in known and known.isdisjoint(ANGLES[2:]))
+            lifted = self.plane_only or (
+                "color" in known and known.isdisjoint(ANGLES[2:])
+            )
             for name in self.angles or (ANGLES[:2] if lifted else ANGLES):
                 if name not in known:
                     wanted = "alpha1 to alpha4 (rad) or alpha1_deg to alpha4_deg, or alpha1, alpha2 and color"
                     if self.angles:
                         wanted = f"{', '.join(self.angles)} (rad), or these with _deg, one for each rotor that tilts"
-                    there = f"; other columns are {self._listed(others)}" if others else ""
-                    raise InputError(f"column {name!r} is missing; columns must be {wanted}{there}")
+                    there = (
+                        f"; other columns are {self._listed(others)}" if others else ""
+                    )
+                    raise InputError(
+                        f"column {name!r} is missing; columns must be {wanted}{there}"
+                    )
         self.notes = (f"columns not used: {self._listed(others)}",) if others else ()
 
     def _listed(self, names: Sequence[str]) -> str:
         """Return names of columns for a message, first those that resemble a known one, with a hint."""
         known = [name for name in self.used if name not in self.names]
-        near = {name: did_you_mean(_plain_name(name), known) for name in names[:_MOST_COMPARED]}
-        texts = [f"{name!r} ({hint.removeprefix('; ')})" for name, hint in near.items() if hint]
+        near = {
+            name: did_you_mean(_plain_name(name), known)
+            for name in names[:_MOST_COMPARED]
+        }
+        texts = [
+            f"{name!r} ({hint.removeprefix('; ')})"
+            for name, hint in near.items()
+            if hint
+        ]
         texts += [shown(name) for name in names if not near.get(name)]
         more = len(texts) - _MOST_NAMED
-        return ", ".join(texts[:_MOST_NAMED]) + (f" and {more} more" if more > 0 else "")
+        return ", ".join(texts[:_MOST_NAMED]) + (
+            f" and {more} more" if more > 0 else ""
+        )
 
     @property
     def used(self) -> tuple[str, ...]:
         """Names of the columns that are read; others are listed in a warning."""
-        return (*self._order, *self._other_names) if self.joints is None else (*self.joints.columns, *_BESIDE_JOINTS)
+        return (
+            (*self._order, *self._other_names)
+            if self.joints is None
+            else (*self.joints.columns, *_BESIDE_JOINTS)
+        )
 
-    def pieces(self, raw: Mapping[str, Any], *, digit_error: float = 0.0, angle_texts: bool = False) -> Iterator[Table]:
+    def pieces(
+        self,
+        raw: Mapping[str, Any],
+        *,
+        digit_error: float = 0.0,
+        angle_texts: bool = False,
+    ) -> Iterator[Table]:
         """Yield the table of the next raw columns, checked and in order; nothing if they have no rows.
 
         Columns are what :func:`column_of` takes. With `angle_texts` texts such as "3pi/8" are angles, in radians.
         """
         used = {name: column_of(name, raw[name]) for name in self.used if name in raw}
-        lengths = {len(values) for values in used.values() if not isinstance(values, str)} or {0}
+        lengths = {
+            len(values) for values in used.values() if not isinstance(values, str)
+        } or {0}
         if len(lengths) > 1:
-            raise InputError(f"columns must have equally many rows, got {min(lengths)} to {max(lengths)}")
+            raise InputError(
+                f"columns must have equally many rows, got {min(lengths)} to {max(lengths)}"
+            )
         if lengths == {0}:
             return
         used = {
-            name: values if not isinstance(values, str) else [values] * max(lengths) for name, values in used.items()
+            name: values if not isinstance(values, str) else [values] * max(lengths)
+            for name, values in used.items()
         }
         found: dict[str, Any] = {}
         if self.joints is not None:
-            numbers = {name: _numbers(name, used.pop(name), self.rows) for name in self.joints.columns if name in used}
+            numbers = {
+                name: _numbers(name, used.pop(name), self.rows)
+                for name in self.joints.columns
+                if name in used
+            }
             found |= tilts_from_joints(numbers, self.joints, rows_before=self.rows)
         for name, values in used.items():
             if name in TEXTS:
                 found[name] = _texts(name, values, self.rows)
             elif name.endswith("_deg"):
-                found[self._other_names[name]] = np.radians(_numbers(name, values, self.rows))
+                found[self._other_names[name]] = np.radians(
+                    _numbers(name, values, self.rows)
+                )
             else:
                 as_texts = angle_texts and name in (self.angles or ANGLES)
-                found[self._other_names.get(name, name)] = _numbers(name, values, self.rows, angle_texts=as_texts)
+                found[self._other_names.get(name, name)] = _numbers(
+                    name, values, self.rows, angle_texts=as_texts
+                )
         for name, largest in (_LARGEST | dict.fromkeys(self.angles, 1e6)).items():
             beyond = np.abs(found.get(name, np.zeros(0))) > largest
             if beyond.any():
                 k = int(np.argmax(beyond))
-                limit = f"±π/2 rad (±{HALF_PI!r})" if largest == HALF_PI else f"±{largest:g}"
-                hint = largest == HALF_PI and in_degrees(found[name][k]) and f"; in degrees the column is {name}_deg"
+                limit = (
+                    f"±π/2 rad (±{HALF_PI!r})"
+                    if largest == HALF_PI
+                    else f"±{largest:g}"
+                )
+                hint = (
+                    largest == HALF_PI
+                    and in_degrees(found[name][k])
+                    and f"; in degrees the column is {name}_deg"
+                )
                 got = f"{float(found[name][k])!r}{hint or ''}"
-                raise InputError(f"row {self.rows + k + 1}: {name} must be within {limit}, got {got}")
+                raise InputError(
+                    f"row {self.rows + k + 1}: {name} must be within {limit}, got {got}"
+                )
         if "t" in found:
             short = np.diff(found["t"], prepend=self._last_time) < _SHORTEST_STEP
             if short.any():
                 k = int(np.argmax(short))
                 wanted = f"t must be at least {_SHORTEST_STEP:g} s after the row before"
-                raise InputError(f"row {self.rows + k + 1}: {wanted}, got {float(found['t'][k])!r}")
+                raise InputError(
+                    f"row {self.rows + k + 1}: {wanted}, got {float(found['t'][k])!r}"
+                )
             self._last_time = found["t"][-1]
         self.rows += max(lengths)
         columns = {name: found[name] for name in self._order if name in found}
-        yield Table(columns=columns, about=self.about, digit_error=digit_error, notes=self.notes)
+        yield Table(
+            columns=columns, about=self.about, digit_error=digit_error, notes=self.notes
+        )
 
-    def whole(self, columns: Mapping[str, Any], about: dict[str, Any]) -> Iterator[Table]:
+    def whole(
+        self, columns: Mapping[str, Any], about: dict[str, Any]
+    ) -> Iterator[Table]:
         """Yield the table of all columns, where angles may be texts."""
         self.begin(list(columns), about)
         return self.pieces(columns, angle_texts=True)
@@ -179,37 +250,58 @@ def column_of(name: str, given: Any) -> Any:
         values = np.asarray(given)
         kind, size = values.dtype.kind, max(values.shape, default=1)
         # Arrays of objects are columns of pandas, where they have one dimension, or cells of MATLAB.
-        if kind in "fiuUSTO" and values.size == size and (kind != "O" or values.ndim == 1):
+        if (
+            kind in "fiuUSTO"
+            and values.size == size
+            and (kind != "O" or values.ndim == 1)
+        ):
             flat = values.reshape(-1)
             if kind in "fiu":
                 return flat
             texts = (flat.astype(np.str_) if kind == "S" else flat).tolist()
             return texts if kind == "O" or len(texts) != 1 else texts[0]
-        got = f"{values.dtype} of shape {values.shape}" if given is values or values.ndim else shown(given)
+        got = (
+            f"{values.dtype} of shape {values.shape}"
+            if given is values or values.ndim
+            else shown(given)
+        )
     except (TypeError, ValueError):
         got = shown(given)
     raise InputError(f"{name} must be a column of numbers or of texts, got {got}")
 
 
-def _numbers(name: str, values: Any, row: int, *, angle_texts: bool = False) -> FloatArray:
+def _numbers(
+    name: str, values: Any, row: int, *, angle_texts: bool = False
+) -> FloatArray:
     """Return the values of a column as finite numbers, in an array of their own."""
     if isinstance(values, np.ndarray):
         numbers = np.array(values, dtype=np.float64)
     else:
         kinds = set(map(type, values))
         try:
-            plain = kinds <= {float} or (kinds == {str} and not angle_texts and _is_plain("".join(values)))
-            numbers = np.array(values if plain else [_number(value, angle_texts) for value in values], dtype=np.float64)
+            plain = kinds <= {float} or (
+                kinds == {str} and not angle_texts and _is_plain("".join(values))
+            )
+            numbers = np.array(
+                values if plain else [_number(value, angle_texts) for value in values],
+                dtype=np.float64,
+            )
         except ValueError:  # one of many plain texts is no number
             numbers = np.array([_number(value, angle_texts) for value in values])
     odd = ~np.isfinite(numbers)
     if odd.any():
         k = int(np.argmax(odd))
         value = float(values[k]) if isinstance(values, np.ndarray) else values[k]
-        allowed = "a finite number" + (", or a text such as '3pi/8'" if angle_texts else "")
+        allowed = "a finite number" + (
+            ", or a text such as '3pi/8'" if angle_texts else ""
+        )
         got = "no value" if value is None else shown(value)
-        hint = f"; in degrees the column is {name}_deg" * (name in ANGLES and got.endswith(("deg'", "°'")))
-        raise InputError(f"row {row + k + 1}: {name} must be {allowed}, got {got}{hint}")
+        hint = f"; in degrees the column is {name}_deg" * (
+            name in ANGLES and got.endswith(("deg'", "°'"))
+        )
+        raise InputError(
+            f"row {row + k + 1}: {name} must be {allowed}, got {got}{hint}"
+        )
     return numbers
 
 
@@ -217,8 +309,18 @@ def _number(value: Any, angle_texts: bool) -> float:
     """Return a number, or a text of one, as a float; NaN for anything else."""
     try:
         if isinstance(value, str):
-            return angle_from_text(value) if angle_texts else float(value) if _is_plain(value) else math.nan
-        return math.nan if isinstance(value, (bool, list, dict, np.ndarray)) else float(value)
+            return (
+                angle_from_text(value)
+                if angle_texts
+                else float(value)
+                if _is_plain(value)
+                else math.nan
+            )
+        return (
+            math.nan
+            if isinstance(value, (bool, list, dict, np.ndarray))
+            else float(value)
+        )
     except (TypeError, ValueError, OverflowError):
         return math.nan
 
@@ -243,8 +345,14 @@ def _texts(name: str, values: Any, row: int) -> tuple[str, ...]:
             if name == "types":
                 types_from_text(text)
             elif text not in FAMILIES:
-                got = "no value" if (found := values[texts.index(text)]) is None else shown(found)
-                raise InputError(f"color must be one of {', '.join(map(repr, FAMILIES))}, got {got}")
+                got = (
+                    "no value"
+                    if (found := values[texts.index(text)]) is None
+                    else shown(found)
+                )
+                raise InputError(
+                    f"color must be one of {', '.join(map(repr, FAMILIES))}, got {got}"
+                )
         except InputError as error:
             raise InputError(f"row {row + texts.index(text) + 1}: {error}") from error
     return tuple(texts)
@@ -268,7 +376,9 @@ Frame = HasColumns | Mapping[str, Any]
 def is_frame(value: object) -> bool:
     """Return whether a value is a frame, or a mapping."""
     # The class is asked: asking a lazy frame for its columns would compute them.
-    has_columns = hasattr(type(value), "columns") and hasattr(type(value), "__getitem__")
+    has_columns = hasattr(type(value), "columns") and hasattr(
+        type(value), "__getitem__"
+    )
     return isinstance(value, Mapping) or (has_columns and not isinstance(value, Table))
 
 
@@ -284,19 +394,35 @@ def table_from_frame(frame: Frame) -> Table:
     (2, ['alpha1', 'alpha2', 'color'])
     """
     if not is_frame(frame):
-        raise InputError(f"frame must be a frame of pandas or polars, or a mapping of columns, got {shown(frame)}")
+        raise InputError(
+            f"frame must be a frame of pandas or polars, or a mapping of columns, got {shown(frame)}"
+        )
     if hasattr(type(frame), "collect"):
-        raise InputError(f"frame must have its rows there, got a {type(frame).__name__}: collect() it first")
-    given = frame if isinstance(frame, Mapping) else getattr(frame, "column_names", None) or frame.columns
+        raise InputError(
+            f"frame must have its rows there, got a {type(frame).__name__}: collect() it first"
+        )
+    given = (
+        frame
+        if isinstance(frame, Mapping)
+        else getattr(frame, "column_names", None) or frame.columns
+    )
     names = [name for name in given if isinstance(name, str)]
     attributes = getattr(frame, "attrs", None)
     stated = attributes.get("gaitgraph") if isinstance(attributes, dict) else None
     try:
         about = about_from_text(json.dumps(stated, allow_nan=False))
     except (RecursionError, TypeError, ValueError) as error:
-        raise InputError(f"attrs must be as gaitgraph left them, got {shown(stated)}") from error
-    texts = [text for text in frame[MADE_BY] if isinstance(text, str) and text] if MADE_BY in names else []
-    if stated is None and FORMAT in "".join(texts[:1]):  # a CSV file of ours that pandas or polars has read
+        raise InputError(
+            f"attrs must be as gaitgraph left them, got {shown(stated)}"
+        ) from error
+    texts = (
+        [text for text in frame[MADE_BY] if isinstance(text, str) and text]
+        if MADE_BY in names
+        else []
+    )
+    if stated is None and FORMAT in "".join(
+        texts[:1]
+    ):  # a CSV file of ours that pandas or polars has read
         names.remove(MADE_BY)
         about = about_from_texts(texts)
     index = getattr(frame, "index", None)
@@ -328,17 +454,28 @@ def about_from_texts(texts: list[str]) -> dict[str, Any]:
             inner[last], end = json.JSONDecoder().raw_decode(whole, match.end())
             at = end + whole.startswith(";", end)
     if at < len(whole):
-        raise InputError(f"{MADE_BY} must hold texts such as 'law = \"smooth\"', got {shown(whole[at:].strip())}")
-    about = {name: one for name, one in _lists(checked_about(about)).items() if name not in ("format", "version")}
+        raise InputError(
+            f"{MADE_BY} must hold texts such as 'law = \"smooth\"', got {shown(whole[at:].strip())}"
+        )
+    about = {
+        name: one
+        for name, one in _lists(checked_about(about)).items()
+        if name not in ("format", "version")
+    }
     if isinstance(about.get("vehicle"), dict):
         about["vehicle"] = vehicle_from_mapping(about["vehicle"]).as_mapping()
     if isinstance(about.get("request"), dict):
-        about["request"] = {name: about[name] for name in SHARED if name in about} | about["request"]
+        about["request"] = {
+            name: about[name] for name in SHARED if name in about
+        } | about["request"]
     return about
 
 
 def _lists(values: dict[str, Any]) -> Any:
     """Return values with lists in place of what has numbers for names."""
-    inner = {name: _lists(value) if isinstance(value, dict) else value for name, value in values.items()}
+    inner = {
+        name: _lists(value) if isinstance(value, dict) else value
+        for name, value in values.items()
+    }
     is_list = inner and [*inner] == [str(number) for number in range(1, len(inner) + 1)]
     return [*inner.values()] if is_list else inner

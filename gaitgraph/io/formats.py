@@ -29,7 +29,15 @@ from gaitgraph.errors import (
     needs_extra,
     shown,
 )
-from gaitgraph.files import check_new_files, path_of, reading, remove_leftovers, text_of, value_from_json, write_whole
+from gaitgraph.files import (
+    check_new_files,
+    path_of,
+    reading,
+    remove_leftovers,
+    text_of,
+    value_from_json,
+    write_whole,
+)
 from gaitgraph.gait.gait import PAPER_GAITS, Gait, paper_gait
 from gaitgraph.gait.table import ANGLES, Table, closed_rows, merged, paced_gait
 from gaitgraph.invertibility.matrices import coefficients_of
@@ -89,12 +97,18 @@ class Format:
         """Return what does a task, "write" or "read", as the module's docstring says; MissingExtra if it cannot."""
         if missing := self.why_not():
             raise MissingExtra(missing)
-        found: Callable[..., Any] = getattr(self.module, f"{task}_{self.suffix.removeprefix('.')}")
+        found: Callable[..., Any] = getattr(
+            self.module, f"{task}_{self.suffix.removeprefix('.')}"
+        )
         return found
 
 
 _BAG: Any = {"library": "rosbags", "extra": "ros", "folder": True}
-_NPZ_OWN = ("provenance", "file", "allow_pickle")  # the last two are parameters of numpy.savez
+_NPZ_OWN = (
+    "provenance",
+    "file",
+    "allow_pickle",
+)  # the last two are parameters of numpy.savez
 _MAT_OWN = ("alpha", "alpha_rate", "alpha_acceleration", "names", "units", "provenance")
 
 FORMATS = {
@@ -104,7 +118,13 @@ FORMATS = {
         Format(suffix=".json", name="JSON", module=text_files),
         Format(suffix=".npz", name="NumPy archive", module=binary_tables, own=_NPZ_OWN),
         Format(suffix=".mat", name="MATLAB file", module=binary_tables, own=_MAT_OWN),
-        Format(suffix=".parquet", name="Parquet", module=binary_tables, library="pyarrow", extra="table"),
+        Format(
+            suffix=".parquet",
+            name="Parquet",
+            module=binary_tables,
+            library="pyarrow",
+            extra="table",
+        ),
         Format(suffix=".mcap", name="ROS 2 bag (MCAP)", module=ros, **_BAG),
         Format(suffix=".yaml", name="ROS 2 trajectory", module=ros, reads=False),
         Format(suffix=".h", name="C header", module=c_header, reads=False),
@@ -116,13 +136,17 @@ FILMS = (".gif", ".mp4")
 """Suffixes of films, which :mod:`gaitgraph.plots.vehicles` writes."""
 
 
-def tables_and_films(paths: Sequence[str | Path]) -> tuple[list[str | Path], list[str | Path]]:
+def tables_and_films(
+    paths: Sequence[str | Path],
+) -> tuple[list[str | Path], list[str | Path]]:
     """Return those of some outputs that are tables, and those that are films."""
     films = [path for path in paths if str(path).lower().endswith(FILMS)]
     return [path for path in paths if path not in films], films
 
 
-def known_format(path: str | Path, what: str, *, reads: bool = False, also: Sequence[str] = ()) -> Format:
+def known_format(
+    path: str | Path, what: str, *, reads: bool = False, also: Sequence[str] = ()
+) -> Format:
     """Return the format of a gait file by its suffix; InputError for another suffix, or if it cannot be read.
 
     With `reads` a folder may have any name if there is a bag in it. `what` is its name in messages, and `also` are
@@ -137,11 +161,20 @@ def known_format(path: str | Path, what: str, *, reads: bool = False, also: Sequ
     if suffix not in known:
         which = repr(given) + ", a folder without a .mcap file" * is_folder
         not_read = "; this format is not read: use the gait table or the request"
-        hints = dict.fromkeys((*FORMATS, *FILMS, ".svg"), not_read) if reads else {".svg": "; films are .gif, .mp4"}
+        hints = (
+            dict.fromkeys((*FORMATS, *FILMS, ".svg"), not_read)
+            if reads
+            else {".svg": "; films are .gif, .mp4"}
+        )
         known += also if reads else FILMS
-        hints |= {".db3": "; ros2 bag convert turns it into .mcap", ".m": "; MATLAB and Octave load .mat"}
+        hints |= {
+            ".db3": "; ros2 bag convert turns it into .mcap",
+            ".m": "; MATLAB and Octave load .mat",
+        }
         hint = hints.get(suffix) or did_you_mean(suffix, known)
-        raise InputError(f"{what} must have one of the suffixes {', '.join(known)}, got {which}{hint}")
+        raise InputError(
+            f"{what} must have one of the suffixes {', '.join(known)}, got {which}{hint}"
+        )
     return FORMATS[suffix]
 
 
@@ -174,11 +207,17 @@ def write_tables(
             in_format = servos.in_radians()
         rows = 0
         for piece in [table] if isinstance(table, Table) else table():
-            stated = piece if in_format is None else mapped_table(piece, in_format, rows_before=rows)
+            stated = (
+                piece
+                if in_format is None
+                else mapped_table(piece, in_format, rows_before=rows)
+            )
             for name in form.own:
                 if name in stated:
                     other = f"use another name than {', '.join(map(repr, form.own))}"
-                    raise InputError(f"column {name!r}: a {form.suffix} file has something else there; {other}")
+                    raise InputError(
+                        f"column {name!r}: a {form.suffix} file has something else there; {other}"
+                    )
             yield stated
             rows += len(piece)
 
@@ -186,21 +225,30 @@ def write_tables(
         repeated = {"periods": periods} if form.module is ros else {}
         form.function("write")(stated_in(form), scratch, **repeated)
 
-    write_whole([(Path(path), partial(write, known_format(path, "output"))) for path in paths], force=force)
+    write_whole(
+        [(Path(path), partial(write, known_format(path, "output"))) for path in paths],
+        force=force,
+    )
 
 
-def check_outputs(paths: Sequence[str | Path], *, force: bool = False, periods: int = 1) -> None:
+def check_outputs(
+    paths: Sequence[str | Path], *, force: bool = False, periods: int = 1
+) -> None:
     """Raise before any work is done if an output cannot be: its suffix, an extra, a name taken or given twice."""
     folders, formats = set(), [known_format(path, "output") for path in paths]
     whole_number("periods", periods, 1, _MOST_PERIODS)
     if periods > 1 and ros not in [form.module for form in formats]:
-        raise InputError(f"periods needs an output .mcap or .yaml, got {periods} without one")
+        raise InputError(
+            f"periods needs an output .mcap or .yaml, got {periods} without one"
+        )
     for form, path in zip(formats, map(Path, paths), strict=True):
         form.function("write")  # MissingExtra, if that is so
         if form.folder:
             folders.add(path)
             for one in sorted(path.iterdir()) if path.is_dir() else ():
-                if not one.is_file() or (one.name != "metadata.yaml" and one.suffix != form.suffix):
+                if not one.is_file() or (
+                    one.name != "metadata.yaml" and one.suffix != form.suffix
+                ):
                     wanted = f"must be a new folder or a {form.name}, got a folder with {one.name!r} in it"
                     raise OutputExists(f"output {str(path)!r} {wanted}")
     check_new_files(paths, force=force, folders=folders)
@@ -209,7 +257,9 @@ def check_outputs(paths: Sequence[str | Path], *, force: bool = False, periods: 
 # -- Reading
 
 
-def given_gait(gait: GaitLike, *, name: str = "gait", whole: bool = True, **choices: Any) -> Any:
+def given_gait(
+    gait: GaitLike, *, name: str = "gait", whole: bool = True, **choices: Any
+) -> Any:
     """Return a gait in any form as a Gait, a timed gait or a Table. All functions take gaits through this one.
 
     A plan, or another answer with a timed gait, gives that. A request file is planned with the `choices` that are not
@@ -221,16 +271,22 @@ def given_gait(gait: GaitLike, *, name: str = "gait", whole: bool = True, **choi
     if hasattr(type(gait), "timed"):
         timed = gait.timed() if callable(gait.timed) else gait.timed  # type: ignore[union-attr]
         if timed is None:
-            raise Infeasible(getattr(gait, "reason", None) or f"{name} has no timed gait")
+            raise Infeasible(
+                getattr(gait, "reason", None) or f"{name} has no timed gait"
+            )
         gait = timed
     if isinstance(gait, Gait) or hasattr(type(gait), "rate_checks"):
         for option, value in stated.items():
-            raise InputError(f"{option} must be None beside a gait, which has its own, got {shown(value)}")
+            raise InputError(
+                f"{option} must be None beside a gait, which has its own, got {shown(value)}"
+            )
         return gait
     if isinstance(gait, (str, Path)):
         if number := PAPER_GAITS.get(str(gait)):
             vehicle = vehicle_named(stated.get("vehicle", PAPER))
-            return paper_gait(number, vehicle, coefficients_of(vehicle, stated.get("coefficients")))
+            return paper_gait(
+                number, vehicle, coefficients_of(vehicle, stated.get("coefficients"))
+            )
         if holds_request(gait):
             from gaitgraph.planning.planner import planned_gait
 
@@ -240,7 +296,9 @@ def given_gait(gait: GaitLike, *, name: str = "gait", whole: bool = True, **choi
         return table_from_frame(gait)  # type: ignore[arg-type]
     if isinstance(gait, Table):
         return gait
-    rows = np.array(gait if isinstance(gait, (list, tuple, np.ndarray)) else None, dtype=object)
+    rows = np.array(
+        gait if isinstance(gait, (list, tuple, np.ndarray)) else None, dtype=object
+    )
     if rows.size and rows.shape[1:] == (4,):
         return table_from_frame(dict(zip(ANGLES, rows.T.tolist(), strict=True)))
     allowed = "a Gait, TimedGait, Plan, Table, data frame or (n, 4) array, or the path of a gait file or a request"
@@ -270,8 +328,14 @@ def gait_of(
     if not isinstance(source, Table):
         return source if isinstance(source, Gait) else source.gait
     with naming_file(gait):
-        rows, _, stated = closed_rows(source, vehicle=vehicle, coefficients=coefficients, name=gait)
-    return stated.gait if stated else paced_gait(source, rows) or replace(rows.merged(), request=rows.request)
+        rows, _, stated = closed_rows(
+            source, vehicle=vehicle, coefficients=coefficients, name=gait
+        )
+    return (
+        stated.gait
+        if stated
+        else paced_gait(source, rows) or replace(rows.merged(), request=rows.request)
+    )
 
 
 def read_table(path: str | Path, *, joints: ServoMap | None = None) -> Table:
@@ -284,7 +348,11 @@ def read_table(path: str | Path, *, joints: ServoMap | None = None) -> Table:
 
 
 def read_pieces(
-    path: str | Path, *, plane_only: bool = False, joints: ServoMap | None = None, angles: tuple[str, ...] = ()
+    path: str | Path,
+    *,
+    plane_only: bool = False,
+    joints: ServoMap | None = None,
+    angles: tuple[str, ...] = (),
 ) -> Iterator[Table]:
     """Yield a gait table as consecutive pieces, each at least one row; errors as :func:`read_table`, at their piece.
 
@@ -294,12 +362,16 @@ def read_pieces(
     read = form.function("read")
     with reading(path, _WHAT), naming_file(path):
         if not path.exists():
-            remove_leftovers(path.parent)  # a killed process may have been about to replace it
+            remove_leftovers(
+                path.parent
+            )  # a killed process may have been about to replace it
         path.stat()
         builder = TableBuilder(plane_only=plane_only, joints=joints, angles=angles)
         for number, piece in enumerate(read(path, builder)):
             for note in piece.notes if number == 0 else ():
-                warnings.warn(f"{_WHAT} {str(path)!r}: {note}", FileWarning, stacklevel=2)
+                warnings.warn(
+                    f"{_WHAT} {str(path)!r}: {note}", FileWarning, stacklevel=2
+                )
             yield piece
         builder.check_rows()
 
@@ -308,7 +380,9 @@ def object_from_json(text: str) -> dict[str, Any]:
     """Return the object that a text of JSON holds, or raise InputError."""
     content = value_from_json(text, "it must hold an object of fields")
     if not isinstance(content, dict):
-        raise InputError(f"it must hold an object of fields, got a {type(content).__name__}")
+        raise InputError(
+            f"it must hold an object of fields, got a {type(content).__name__}"
+        )
     return content
 
 
@@ -322,7 +396,11 @@ def holds_request(path: str | Path) -> bool:
         return False
     with suppress(InputError):  # reading it as a gait file says what is wrong
         content = object_from_json(text)
-        return "waypoints" in content and not content.get("path") and "columns" not in content
+        return (
+            "waypoints" in content
+            and not content.get("path")
+            and "columns" not in content
+        )
     return False
 
 

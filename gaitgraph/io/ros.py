@@ -47,7 +47,9 @@ TOPICS = {STRING: "/gaitgraph", TRAJECTORY: "/joint_trajectory", STATE: "/joint_
 _MOST_POINTS = 100_000
 _COLUMNS = {"positions": ANGLES, "velocities": RATES, "accelerations": ACCELERATIONS}
 _NANOSECONDS = 1_000_000_000
-_LAST_SECOND = 2**31 - 2  # seconds are whole numbers of 32 bits, and stamps begin a second later
+_LAST_SECOND = (
+    2**31 - 2
+)  # seconds are whole numbers of 32 bits, and stamps begin a second later
 _SHORTEST_STEP = 2
 
 
@@ -57,33 +59,47 @@ def merged_up_to(pieces: Iterable[Table], most: int, what: str) -> Table:
     for piece in pieces:
         held.append(piece)
         if sum(map(len, held)) > most:
-            raise InputError(f"rows must be at most {most} in {what}, got more: use fewer samples, or a lower rate")
+            raise InputError(
+                f"rows must be at most {most} in {what}, got more: use fewer samples, or a lower rate"
+            )
     table = merged(held)
     for name in ("t", "alpha3"):
         if name not in table:
-            raise InputError(f"column {name!r} is missing; {what} needs a table with times and four angles")
+            raise InputError(
+                f"column {name!r} is missing; {what} needs a table with times and four angles"
+            )
     return table
 
 
-def points_of(table: Table, periods: int = 1) -> tuple[npt.NDArray[np.int64], dict[str, FloatArray]]:
+def points_of(
+    table: Table, periods: int = 1
+) -> tuple[npt.NDArray[np.int64], dict[str, FloatArray]]:
     """Return a table's rows, repeated; the row where one period ends and the next begins is there once.
 
     Returns times since the first point, shape (n,) [ns], strictly increasing, and rows: `positions`, and `velocities`
     and `accelerations` if the table has them, shape (n, 4) [rad], [rad/s], [rad/s²].
     """
     if periods > 1 and not is_closed(table.alpha):
-        raise InputError(f"periods must be 1 for a table that does not end where it starts, got {periods}")
+        raise InputError(
+            f"periods must be 1 for a table that does not end where it starts, got {periods}"
+        )
     rows = len(table)
     if (rows - 1) * periods + 1 > _MOST_POINTS:
         got = f"{periods} periods of {rows} rows: use fewer periods or samples"
         raise InputError(f"points must be at most {_MOST_POINTS}, got {got}")
     seconds = table["t"] - table["t"][0]
     if seconds[-1] * periods > _LAST_SECOND:
-        raise InputError(f"time must be at most {_LAST_SECOND} s in all, got {periods} periods of {seconds[-1]:g} s")
+        raise InputError(
+            f"time must be at most {_LAST_SECOND} s in all, got {periods} periods of {seconds[-1]:g} s"
+        )
     once = np.rint(seconds * _NANOSECONDS).astype(np.int64)
-    times = np.concatenate([once, *(once[1:] + k * once[-1] for k in range(1, periods))])
+    times = np.concatenate(
+        [once, *(once[1:] + k * once[-1] for k in range(1, periods))]
+    )
     if len(times) > 1 and np.diff(times).min() < _SHORTEST_STEP:
-        raise InputError(f"t must have steps of at least {_SHORTEST_STEP} ns, as ROS counts nanoseconds, got less")
+        raise InputError(
+            f"t must have steps of at least {_SHORTEST_STEP} ns, as ROS counts nanoseconds, got less"
+        )
     found = {}
     for what, names in _COLUMNS.items():
         if names[0] in table:
@@ -106,9 +122,16 @@ def write_yaml(pieces: Iterable[Table], path: Path, periods: int = 1) -> None:
         f"  joint_names: {json.dumps(servos_of(table).joint_names, ensure_ascii=False)}",
         "  points:",
     ]
-    for time, *values in zip(times.tolist(), *(one.tolist() for one in rows.values()), strict=True):
-        fields = [f"{what}: [{', '.join(map(_number, row))}]" for what, row in zip(rows, values, strict=True)]
-        fields.append(f"time_from_start: {{sec: {time // _NANOSECONDS}, nanosec: {time % _NANOSECONDS}}}")
+    for time, *values in zip(
+        times.tolist(), *(one.tolist() for one in rows.values()), strict=True
+    ):
+        fields = [
+            f"{what}: [{', '.join(map(_number, row))}]"
+            for what, row in zip(rows, values, strict=True)
+        ]
+        fields.append(
+            f"time_from_start: {{sec: {time // _NANOSECONDS}, nanosec: {time % _NANOSECONDS}}}"
+        )
         lines.append(f"  - {{{', '.join(fields)}}}")
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
@@ -137,7 +160,11 @@ def write_mcap(pieces: Iterable[Table], path: Path, periods: int = 1) -> None:
         return store.types[kind](**fields)
 
     def moment(kind: str, time: int) -> Any:
-        return message(f"builtin_interfaces/msg/{kind}", sec=time // _NANOSECONDS, nanosec=time % _NANOSECONDS)
+        return message(
+            f"builtin_interfaces/msg/{kind}",
+            sec=time // _NANOSECONDS,
+            nanosec=time % _NANOSECONDS,
+        )
 
     def header(time: int) -> Any:
         return message("std_msgs/msg/Header", stamp=moment("Time", time), frame_id="")
@@ -145,19 +172,47 @@ def write_mcap(pieces: Iterable[Table], path: Path, periods: int = 1) -> None:
     joined = [rows.get(what, [none] * len(times)) for what in _COLUMNS]
     points = []
     for time, position, rate, acceleration in zip(times.tolist(), *joined, strict=True):
-        fields = {"positions": position, "velocities": rate, "accelerations": acceleration, "effort": none}
-        points.append(message(f"{TRAJECTORY}Point", **fields, time_from_start=moment("Duration", time)))
+        fields = {
+            "positions": position,
+            "velocities": rate,
+            "accelerations": acceleration,
+            "effort": none,
+        }
+        points.append(
+            message(
+                f"{TRAJECTORY}Point", **fields, time_from_start=moment("Duration", time)
+            )
+        )
     folder = path.with_suffix("")
     with Writer(folder, version=8, storage_plugin=StoragePlugin.MCAP) as bag:
-        connections = {kind: bag.add_connection(topic, kind, typestore=store) for kind, topic in TOPICS.items()}
+        connections = {
+            kind: bag.add_connection(topic, kind, typestore=store)
+            for kind, topic in TOPICS.items()
+        }
 
         def write(kind: str, time: int, **fields: Any) -> None:
-            bag.write(connections[kind], time, store.serialize_cdr(message(kind, **fields), kind))
+            bag.write(
+                connections[kind],
+                time,
+                store.serialize_cdr(message(kind, **fields), kind),
+            )
 
         write(STRING, _NANOSECONDS, data=made)
-        write(TRAJECTORY, _NANOSECONDS, header=header(0), joint_names=names, points=points)
-        for time, position, rate in zip((times + _NANOSECONDS).tolist(), *joined[:2], strict=True):
-            write(STATE, time, header=header(time), name=names, position=position, velocity=rate, effort=none)
+        write(
+            TRAJECTORY, _NANOSECONDS, header=header(0), joint_names=names, points=points
+        )
+        for time, position, rate in zip(
+            (times + _NANOSECONDS).tolist(), *joined[:2], strict=True
+        ):
+            write(
+                STATE,
+                time,
+                header=header(time),
+                name=names,
+                position=position,
+                velocity=rate,
+                effort=none,
+            )
     folder.rename(path)
 
 
@@ -165,7 +220,9 @@ def write_mcap(pieces: Iterable[Table], path: Path, periods: int = 1) -> None:
 def _store() -> Typestore:
     from rosbags.typesys import Stores, get_typestore
 
-    return get_typestore(Stores.ROS2_HUMBLE)  # these messages are the same in all distributions
+    return get_typestore(
+        Stores.ROS2_HUMBLE
+    )  # these messages are the same in all distributions
 
 
 def read_mcap(path: Path, builder: TableBuilder) -> Iterator[Table]:
@@ -174,14 +231,26 @@ def read_mcap(path: Path, builder: TableBuilder) -> Iterator[Table]:
 
     with gate(path, "a ROS 2 bag"):
         if path.is_dir() and not (path / "metadata.yaml").is_file():
-            raise InputError("it must have a metadata.yaml, got none: ros2 bag reindex writes one")
+            raise InputError(
+                "it must have a metadata.yaml, got none: ros2 bag reindex writes one"
+            )
         with Reader(path) as bag:
             storages = getattr(bag.storage, "storages", [bag.storage])
-            chunks = (chunk for storage in storages for chunk in getattr(storage, "chunks", ()))
+            chunks = (
+                chunk
+                for storage in storages
+                for chunk in getattr(storage, "chunks", ())
+            )
             check_size(sum(chunk.uncompressed_size for chunk in chunks), "its chunks")
-            about, chosen = dict[str, Any](), None  # of our own bags, with which options they were written
+            about, chosen = (
+                dict[str, Any](),
+                None,
+            )  # of our own bags, with which options they were written
             for _, message in _messages(bag, STRING, [TOPICS[STRING]])[:1]:
-                about, chosen = about_from_text(message.data, required=True), json.loads(message.data).get("bag")
+                about, chosen = (
+                    about_from_text(message.data, required=True),
+                    json.loads(message.data).get("bag"),
+                )
             chosen = chosen if isinstance(chosen, dict) else {}
             columns = _columns(*_recorded(bag, chosen), chosen)
         yield from builder.whole(columns, about)
@@ -189,12 +258,20 @@ def read_mcap(path: Path, builder: TableBuilder) -> Iterator[Table]:
 
 def _messages(bag: Reader, kind: str, topics: list[str]) -> list[tuple[int, Any]]:
     """Return the messages of a kind in some topics, each with the time of its record [ns]."""
-    connections = [one for one in bag.connections if one.msgtype == kind and one.topic in topics]
-    found = bag.messages(connections) if connections else ()  # no connections would mean all
-    return [(time, _store().deserialize_cdr(content, kind)) for _, time, content in found]
+    connections = [
+        one for one in bag.connections if one.msgtype == kind and one.topic in topics
+    ]
+    found = (
+        bag.messages(connections) if connections else ()
+    )  # no connections would mean all
+    return [
+        (time, _store().deserialize_cdr(content, kind)) for _, time, content in found
+    ]
 
 
-def _recorded(bag: Reader, chosen: dict[str, Any]) -> tuple[list[str], list[tuple[Any, ...]]]:
+def _recorded(
+    bag: Reader, chosen: dict[str, Any]
+) -> tuple[list[str], list[tuple[Any, ...]]]:
     """Return names of joints, and rows of time [ns], positions, velocities and accelerations, of a bag.
 
     They are those of its JointTrajectory, of our own one period, else of its JointStates, all periods, by the time of
@@ -207,7 +284,9 @@ def _recorded(bag: Reader, chosen: dict[str, Any]) -> tuple[list[str], list[tupl
     for kind, topic in [(TRAJECTORY, TOPICS[TRAJECTORY]), (STATE, TOPICS[STATE])]:
         topics = sorted({one.topic for one in bag.connections if one.msgtype == kind})
         if len(topics) > 1 and topic not in topics:
-            raise InputError(f"topics of {kind} must be one, or {topic} among them, got {', '.join(topics)}")
+            raise InputError(
+                f"topics of {kind} must be one, or {topic} among them, got {', '.join(topics)}"
+            )
         topics = [topic] if len(topics) > 1 else topics
         messages = _messages(bag, kind, topics)
         if not messages:
@@ -215,44 +294,78 @@ def _recorded(bag: Reader, chosen: dict[str, Any]) -> tuple[list[str], list[tupl
         first = messages[0][1]
         if kind == STATE:
             if any(message.name != first.name for _, message in messages):
-                raise InputError(f"joints must be the same in all messages, got others after {shown(first.name)}")
+                raise InputError(
+                    f"joints must be the same in all messages, got others after {shown(first.name)}"
+                )
             stamped = nanoseconds(first.header.stamp) > 0
             return first.name, [
-                (nanoseconds(one.header.stamp) if stamped else time, one.position, one.velocity)
+                (
+                    nanoseconds(one.header.stamp) if stamped else time,
+                    one.position,
+                    one.velocity,
+                )
                 for time, one in messages
             ]
         if len(messages) > 1 or not first.points:
             got = f"{len(messages)}, the first of {len(first.points)} points"
-            raise InputError(f"topic {topics[0]!r} must have one message, with points, got {got}")
+            raise InputError(
+                f"topic {topics[0]!r} must have one message, with points, got {got}"
+            )
         points, periods = first.points, chosen.get("periods")
-        if isinstance(periods, int) and periods > 0 and (len(points) - 1) % periods == 0:
+        if (
+            isinstance(periods, int)
+            and periods > 0
+            and (len(points) - 1) % periods == 0
+        ):
             points = points[: (len(points) - 1) // periods + 1]
         return first.joint_names, [
-            (nanoseconds(one.time_from_start), one.positions, one.velocities, one.accelerations) for one in points
+            (
+                nanoseconds(one.time_from_start),
+                one.positions,
+                one.velocities,
+                one.accelerations,
+            )
+            for one in points
         ]
     there = sorted({f"{one.topic} ({one.msgtype})" for one in bag.connections})
     listed = ", ".join(there[:8]) + (" …" if len(there) > 8 else "") or "none"
-    raise InputError(f"topics must have messages of {TRAJECTORY} or {STATE}, got {listed}")
+    raise InputError(
+        f"topics must have messages of {TRAJECTORY} or {STATE}, got {listed}"
+    )
 
 
-def _columns(names: list[str], rows: list[tuple[Any, ...]], chosen: dict[str, Any]) -> dict[str, Any]:
+def _columns(
+    names: list[str], rows: list[tuple[Any, ...]], chosen: dict[str, Any]
+) -> dict[str, Any]:
     """Return columns in the order of the rotors, with time from 0, of rows as :func:`_recorded` returns them."""
     if len(set(names)) < len(names):
         raise InputError(f"joints must have names that differ, got {shown(names)}")
     order = list(range(len(ANGLES)))
     for known in (chosen.get("joint_names"), list(ANGLES)):
-        if isinstance(known, list) and len(known) == len(ANGLES) and all(name in names for name in known):
+        if (
+            isinstance(known, list)
+            and len(known) == len(ANGLES)
+            and all(name in names for name in known)
+        ):
             order = [names.index(name) for name in known]
             break
     else:
         if len(names) != len(ANGLES):
-            raise InputError(f"joints must be four, or alpha1 to alpha4 among them, got {shown(names)}")
+            raise InputError(
+                f"joints must be four, or alpha1 to alpha4 among them, got {shown(names)}"
+            )
     times, *groups = zip(*rows, strict=True)
-    found: dict[str, Any] = {"t": np.array([(time - times[0]) / _NANOSECONDS for time in times])}
+    found: dict[str, Any] = {
+        "t": np.array([(time - times[0]) / _NANOSECONDS for time in times])
+    }
     for (what, columns), values in zip(_COLUMNS.items(), groups, strict=False):
         if what == "positions" or any(map(len, values)):
             for k, row in enumerate(values, start=1):
                 if len(row) != len(names):
-                    raise InputError(f"row {k} must have {len(names)} {what}, one a joint, got {len(row)}")
-            found |= zip(columns, np.array(values, dtype=float)[:, order].T, strict=True)
+                    raise InputError(
+                        f"row {k} must have {len(names)} {what}, one a joint, got {len(row)}"
+                    )
+            found |= zip(
+                columns, np.array(values, dtype=float)[:, order].T, strict=True
+            )
     return found

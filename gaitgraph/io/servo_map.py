@@ -32,7 +32,11 @@ Unit = Literal["rad", "deg", "us"]
 TimeUnit = Literal["s", "ms", "us"]
 
 _TIME_UNITS: dict[TimeUnit, float] = {"s": 1.0, "ms": 1e3, "us": 1e6}  # in one second
-_UNITS = {"rad": ("", "rad"), "deg": ("_deg", "°"), "us": ("_us", "µs")}  # how columns end by default, and the sign
+_UNITS = {
+    "rad": ("", "rad"),
+    "deg": ("_deg", "°"),
+    "us": ("_us", "µs"),
+}  # how columns end by default, and the sign
 _DERIVATIVES = {"_rate": RATES, "_acceleration": ACCELERATIONS}
 _OF_PULSES = ("us_per_rad", "neutral_us", "limits_us")
 _NAME = "a printable text of 1 to 64 characters"
@@ -40,8 +44,14 @@ _ROUNDING = 1e-9  # of a limit: what floating point may add to a value that was 
 
 # Motors 1 to 4 of an X frame as rotors of the gait, rotor 1 at the front left (first arm at +45°, clockwise) or at the
 # front right (−45°, counter-clockwise); rotors follow counter-clockwise seen from above.
-_CLOCKWISE: dict[str, Any] = {"first_rotor_spin": "clockwise", "first_arm_angle": math.pi / 4}
-_COUNTERCLOCKWISE: dict[str, Any] = {"first_rotor_spin": "counterclockwise", "first_arm_angle": -math.pi / 4}
+_CLOCKWISE: dict[str, Any] = {
+    "first_rotor_spin": "clockwise",
+    "first_arm_angle": math.pi / 4,
+}
+_COUNTERCLOCKWISE: dict[str, Any] = {
+    "first_rotor_spin": "counterclockwise",
+    "first_arm_angle": -math.pi / 4,
+}
 PRESETS: dict[str, tuple[str, tuple[int, ...], dict[str, Any]]] = {
     "paper": ("alpha", (1, 2, 3, 4), {}),
     "x_frame": ("tilt", (4, 2, 1, 3), _CLOCKWISE),
@@ -87,30 +97,59 @@ class Joint:
     linkage: Linkage | None = None
 
     def __post_init__(self) -> None:
-        must, is_pulses = partial(_must, self, f"joint {shown(self.name)}"), self.unit == "us"
+        must, is_pulses = (
+            partial(_must, self, f"joint {shown(self.name)}"),
+            self.unit == "us",
+        )
         must("name", _is_name(self.name), _NAME)
         must("unit", self.unit in get_args(Unit), "rad, deg or us")
         must("column", _is_name(self.column), _NAME)
-        must("rotor", isinstance(self.rotor, int) and number_of(self.rotor) in (1, 2, 3, 4), "1, 2, 3 or 4")
+        must(
+            "rotor",
+            isinstance(self.rotor, int) and number_of(self.rotor) in (1, 2, 3, 4),
+            "1, 2, 3 or 4",
+        )
         must("sign", number_of(self.sign) in (1, -1), "1 or −1")
         must("zero", math.isfinite(number_of(self.zero)), "a finite angle (rad)")
         for one in fields(self):
             if one.name in (("limits",) if is_pulses else _OF_PULSES):
-                must(one.name, getattr(self, one.name) in (None, one.default), f"left out for the unit {self.unit!r}")
+                must(
+                    one.name,
+                    getattr(self, one.name) in (None, one.default),
+                    f"left out for the unit {self.unit!r}",
+                )
         if is_pulses:
             low, high = _pair(self.limits_us)
             slope = number_of(self.us_per_rad)
-            must("us_per_rad", 1e-3 <= slope <= 1e9, "between 0.001 and 1e9 µs/rad (sign = −1 turns the other way)")
-            must("limits_us", 0 <= low < high <= 1e6, "the least and the largest, between 0 and 1e6 µs, in this order")
-            must("neutral_us", low <= number_of(self.neutral_us) <= high, f"between {low:g} and {high:g} µs")
+            must(
+                "us_per_rad",
+                1e-3 <= slope <= 1e9,
+                "between 0.001 and 1e9 µs/rad (sign = −1 turns the other way)",
+            )
+            must(
+                "limits_us",
+                0 <= low < high <= 1e6,
+                "the least and the largest, between 0 and 1e6 µs, in this order",
+            )
+            must(
+                "neutral_us",
+                low <= number_of(self.neutral_us) <= high,
+                f"between {low:g} and {high:g} µs",
+            )
         elif self.limits is not None:
             low, high = _pair(self.limits)
-            must("limits", -math.inf < low < high < math.inf, "the least and the largest angle (rad), in this order")
+            must(
+                "limits",
+                -math.inf < low < high < math.inf,
+                "the least and the largest angle (rad), in this order",
+            )
 
     @property
     def per_radian(self) -> float:
         """Units of the column in one radian."""
-        return {"rad": 1.0, "deg": math.degrees(1.0), "us": self.us_per_rad or 0.0}[self.unit]
+        return {"rad": 1.0, "deg": math.degrees(1.0), "us": self.us_per_rad or 0.0}[
+            self.unit
+        ]
 
     @property
     def bounds(self) -> tuple[float, float]:
@@ -118,14 +157,22 @@ class Joint:
         stated = np.multiply(self.limits or (-math.inf, math.inf), self.per_radian)
         low, high = self.limits_us if self.unit == "us" else stated.tolist()
         if self.linkage is not None:
-            least, most = sorted(float(self.value_of(self.linkage[end][1])) for end in (0, -1))
+            least, most = sorted(
+                float(self.value_of(self.linkage[end][1])) for end in (0, -1)
+            )
             low, high = max(low, least), min(high, most)
         return low, high
 
     def value_of(self, tilt: Any) -> Any:
         """Return the values of the column, in its unit, at tilt angles α [rad], whatever the limits."""
-        turn = tilt if self.linkage is None else linked(self.linkage, tilt, to_servo=True)[0]
-        return (self.neutral_us if self.unit == "us" else 0.0) + self.per_radian * (self.sign * turn + self.zero)
+        turn = (
+            tilt
+            if self.linkage is None
+            else linked(self.linkage, tilt, to_servo=True)[0]
+        )
+        return (self.neutral_us if self.unit == "us" else 0.0) + self.per_radian * (
+            self.sign * turn + self.zero
+        )
 
     def angle_of(self, value: Any) -> Any:
         """Return the joint's angle q [rad] of values of the column."""
@@ -140,7 +187,11 @@ class Joint:
 
     def slope_at(self, tilt: Any) -> Any:
         """Return by what derivatives of the column exceed those of α, at tilt angles α [rad]."""
-        slope = 1.0 if self.linkage is None else linked(self.linkage, tilt, to_servo=True)[1]
+        slope = (
+            1.0
+            if self.linkage is None
+            else linked(self.linkage, tilt, to_servo=True)[1]
+        )
         return self.sign * self.per_radian * slope
 
     def is_beyond(self, values: FloatArray) -> npt.NDArray[np.bool_]:
@@ -188,8 +239,14 @@ class ServoMap:
         must("time", _is_name(self.time), _NAME)
         must("time_unit", self.time_unit in get_args(TimeUnit), "s, ms or us")
         must("clip", isinstance(self.clip, bool), "true or false")
-        must("first_rotor_spin", self.first_rotor_spin in (None, *get_args(Spin)), " or ".join(get_args(Spin)))
-        turned = 0.0 if self.first_arm_angle is None else number_of(self.first_arm_angle)
+        must(
+            "first_rotor_spin",
+            self.first_rotor_spin in (None, *get_args(Spin)),
+            " or ".join(get_args(Spin)),
+        )
+        turned = (
+            0.0 if self.first_arm_angle is None else number_of(self.first_arm_angle)
+        )
         must("first_arm_angle", math.isfinite(turned), "a finite angle (rad)")
         must("joints", isinstance(self.joints, tuple), "a tuple of joints")
         for what, names in (
@@ -198,13 +255,20 @@ class ServoMap:
             ("columns", (*self.columns, *TEXTS)),
         ):
             if len(set(names)) < len(names):
-                raise InputError(f"servos: {what} must all differ, got {', '.join(map(str, names))}")
+                raise InputError(
+                    f"servos: {what} must all differ, got {', '.join(map(str, names))}"
+                )
         must("joints", len(self.joints) == len(ANGLES), "four, one on each rotor")
 
     @property
     def columns(self) -> tuple[str, ...]:
         """Columns of a table: time, joints, then rates and accelerations of joints that are not in pulse widths."""
-        derived = (joint.column + end for end in _DERIVATIVES for joint in self.joints if joint.unit != "us")
+        derived = (
+            joint.column + end
+            for end in _DERIVATIVES
+            for joint in self.joints
+            if joint.unit != "us"
+        )
         return (self.time, *(joint.column for joint in self.joints), *derived)
 
     @property
@@ -217,8 +281,17 @@ class ServoMap:
         joints = []
         for column, joint in zip(ANGLES, self.joints, strict=True):
             low, high = (float(joint.angle_of(value)) for value in joint.bounds)
-            stated = {one: getattr(joint, one) for one in ("name", "rotor", "sign", "zero", "linkage")}
-            joints.append(Joint(**stated, column=column, limits=None if math.isinf(low) else (low, high)))
+            stated = {
+                one: getattr(joint, one)
+                for one in ("name", "rotor", "sign", "zero", "linkage")
+            }
+            joints.append(
+                Joint(
+                    **stated,
+                    column=column,
+                    limits=None if math.isinf(low) else (low, high),
+                )
+            )
         return replace(self, joints=tuple(joints), time="t", time_unit="s")
 
     def linked_to(self, vehicle: Vehicle) -> ServoMap:
@@ -226,7 +299,10 @@ class ServoMap:
         if vehicle.linkage is None:
             return self
         each = vehicle.linkages
-        joints = (replace(one, linkage=one.linkage or each[one.rotor - 1]) for one in self.joints)
+        joints = (
+            replace(one, linkage=one.linkage or each[one.rotor - 1])
+            for one in self.joints
+        )
         return replace(self, joints=tuple(joints))
 
     def check_vehicle(self, vehicle: Vehicle) -> None:
@@ -234,37 +310,76 @@ class ServoMap:
 
         A vehicle whose first arm points forward, as the paper's, fits any map: turning the arms changes no determinant.
         """
-        who, spin, turned = f"servos {self.name!r}: vehicle", vehicle.first_rotor_spin, vehicle.first_arm_angle
+        who, spin, turned = (
+            f"servos {self.name!r}: vehicle",
+            vehicle.first_rotor_spin,
+            vehicle.first_arm_angle,
+        )
         if self.first_rotor_spin not in (None, spin):
-            fit = ", ".join(name for name, (_, _, meant) in PRESETS.items() if meant.get("first_rotor_spin") == spin)
-            raise InputError(f"{who} must have rotor 1 {self.first_rotor_spin}, got {spin}; presets for it are {fit}")
+            fit = ", ".join(
+                name
+                for name, (_, _, meant) in PRESETS.items()
+                if meant.get("first_rotor_spin") == spin
+            )
+            raise InputError(
+                f"{who} must have rotor 1 {self.first_rotor_spin}, got {spin}; presets for it are {fit}"
+            )
         meant = self.first_arm_angle
-        if turned and meant is not None and abs(math.remainder(turned - meant, math.tau)) > 1e-6:
+        if (
+            turned
+            and meant is not None
+            and abs(math.remainder(turned - meant, math.tau)) > 1e-6
+        ):
             wanted = f"at {math.degrees(meant):.6g}°, or at 0°"
-            raise InputError(f"{who} must have its first arm {wanted}, got {math.degrees(turned):.6g}°")
+            raise InputError(
+                f"{who} must have its first arm {wanted}, got {math.degrees(turned):.6g}°"
+            )
 
     def check_columns(self, names: list[str]) -> None:
         """Raise InputError unless there are the columns of all joints, and of time if it has a name of its own."""
         for name in self.columns[:5]:
             if name not in names and name != "t":
-                near = [f": for {one!r} did you mean {name!r}?" for one in names if did_you_mean(one, [name])]
+                near = [
+                    f": for {one!r} did you mean {name!r}?"
+                    for one in names
+                    if did_you_mean(one, [name])
+                ]
                 there = near[0] if near else f"; there are {shown(', '.join(names))}"
-                raise InputError(f"servos {self.name!r}: column {name!r} is missing{there}")
+                raise InputError(
+                    f"servos {self.name!r}: column {name!r} is missing{there}"
+                )
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the map as plain values; read back by :func:`servo_map_from_mapping`."""
-        return {**_stated(self, ("joints",)), "joint": [joint.as_mapping() for joint in self.joints]}
+        return {
+            **_stated(self, ("joints",)),
+            "joint": [joint.as_mapping() for joint in self.joints],
+        }
 
 
 def _stated(record: Joint | ServoMap, without: tuple[str, ...]) -> dict[str, Any]:
     """Return the fields of a record that are not None, with lists for pairs."""
-    found = {one.name: getattr(record, one.name) for one in fields(record) if one.name not in without}
-    return {name: list(one) if isinstance(one, tuple) else one for name, one in found.items() if one is not None}
+    found = {
+        one.name: getattr(record, one.name)
+        for one in fields(record)
+        if one.name not in without
+    }
+    return {
+        name: list(one) if isinstance(one, tuple) else one
+        for name, one in found.items()
+        if one is not None
+    }
 
 
 _JOINT_FIELDS = tuple(one.name for one in fields(Joint))
-_SHARED_FIELDS = tuple(name for name in _JOINT_FIELDS if name not in ("name", "rotor", "column"))
-_MAP_FIELDS = ("preset", *(one.name for one in fields(ServoMap) if one.name != "joints"), "joint")
+_SHARED_FIELDS = tuple(
+    name for name in _JOINT_FIELDS if name not in ("name", "rotor", "column")
+)
+_MAP_FIELDS = (
+    "preset",
+    *(one.name for one in fields(ServoMap) if one.name != "joints"),
+    "joint",
+)
 
 
 def servo_map_from_mapping(stated: Mapping[str, Any]) -> ServoMap:
@@ -282,51 +397,79 @@ def servo_map_from_mapping(stated: Mapping[str, Any]) -> ServoMap:
     preset = stated.get("preset", "paper")
     if not isinstance(preset, str) or preset not in PRESETS:
         allowed = f"a preset ({', '.join(PRESETS)}) or a .toml file"
-        raise InputError(f"servos must be {allowed}, got {shown(preset)}{did_you_mean(preset, list(PRESETS))}")
+        raise InputError(
+            f"servos must be {allowed}, got {shown(preset)}{did_you_mean(preset, list(PRESETS))}"
+        )
     stem, rotors, meant_for = PRESETS[preset]
     own = stated.get("joint", [{}] * 4)
     if not isinstance(own, (list, tuple)) or len(own) != 4:
-        raise InputError(f"joint must be four tables [[joint]], one on each rotor, got {shown(own)}")
+        raise InputError(
+            f"joint must be four tables [[joint]], one on each rotor, got {shown(own)}"
+        )
     joints = []
     for number, (rotor, one) in enumerate(zip(rotors, own, strict=True), start=1):
         check_fields(f"joint {number}", one, _JOINT_FIELDS)
         shared = {name: stated[name] for name in _SHARED_FIELDS if name in stated}
         values = {"name": f"{stem}{number}", "rotor": rotor, **shared, **one}
         column = f"{values['name']}{_UNITS.get(str(values.get('unit')), ('',))[0]}"
-        joints.append(Joint(**_parsed(values) | {"column": values.get("column") or column}))
+        joints.append(
+            Joint(**_parsed(values) | {"column": values.get("column") or column})
+        )
     if any("rotor" in one for one in own):
         meant_for = {}  # an order of the user's own is for the user's vehicle, not for the preset's
-    values = {"name": preset, **meant_for} | {name: stated[name] for name in _MAP_FIELDS[1:-1] if name in stated}
+    values = {"name": preset, **meant_for} | {
+        name: stated[name] for name in _MAP_FIELDS[1:-1] if name in stated
+    }
     if values.get("first_arm_angle") is not None:
-        values["first_arm_angle"] = angle_from_text(values["first_arm_angle"], "first_arm_angle")
+        values["first_arm_angle"] = angle_from_text(
+            values["first_arm_angle"], "first_arm_angle"
+        )
     return ServoMap(**values, joints=tuple(joints))
 
 
 def _parsed(joint: dict[str, Any]) -> dict[str, Any]:
     """Return the fields of a joint with texts as numbers and pairs; :class:`Joint` refuses what is left."""
     who = f"joint {shown(joint['name'])}"
-    parsed = {name: tuple(value) if isinstance(value, list) else value for name, value in joint.items()}
+    parsed = {
+        name: tuple(value) if isinstance(value, list) else value
+        for name, value in joint.items()
+    }
     if "zero" in parsed:
         parsed["zero"] = angle_from_text(parsed["zero"], f"{who}: zero")
     if parsed.get("linkage") is not None:
         parsed["linkage"] = linkage_of(f"{who}: linkage", parsed["linkage"])
     if isinstance(limits := parsed.get("limits"), tuple):
-        parsed["limits"] = tuple(angle_from_text(one, f"{who}: limits") for one in limits)
+        parsed["limits"] = tuple(
+            angle_from_text(one, f"{who}: limits") for one in limits
+        )
     return parsed
 
 
-def _must(record: Joint | ServoMap, who: str, name: str, holds: object, allowed: str) -> None:
+def _must(
+    record: Joint | ServoMap, who: str, name: str, holds: object, allowed: str
+) -> None:
     if not holds:
-        raise InputError(f"{who}: {name} must be {allowed}, got {shown(getattr(record, name))}")
+        raise InputError(
+            f"{who}: {name} must be {allowed}, got {shown(getattr(record, name))}"
+        )
 
 
 def _is_name(value: object) -> bool:
-    return isinstance(value, str) and value.strip() != "" and value.isprintable() and len(value) <= 64
+    return (
+        isinstance(value, str)
+        and value.strip() != ""
+        and value.isprintable()
+        and len(value) <= 64
+    )
 
 
 def _pair(value: object) -> tuple[float, float]:
     """Return a pair of numbers, or (1, 0), which no limits can be."""
-    low, high = map(number_of, value) if isinstance(value, tuple) and len(value) == 2 else (1.0, 0.0)
+    low, high = (
+        map(number_of, value)
+        if isinstance(value, tuple) and len(value) == 2
+        else (1.0, 0.0)
+    )
     return low, high
 
 
@@ -339,7 +482,11 @@ def servo_map_named(name_or_file: str | Path) -> ServoMap:
     if isinstance(name_or_file, str) and not name_or_file.lower().endswith(".toml"):
         return servo_map_from_mapping({"preset": name_or_file})
     path = Path(name_or_file)
-    return from_toml_file(path, "servos", lambda stated: servo_map_from_mapping({"name": path.stem, **stated}))
+    return from_toml_file(
+        path,
+        "servos",
+        lambda stated: servo_map_from_mapping({"name": path.stem, **stated}),
+    )
 
 
 # -- Tables of joints
@@ -363,17 +510,23 @@ def mapped_table(table: Table, servo_map: ServoMap, *, rows_before: int = 0) -> 
     servo_map = servo_map.linked_to(vehicle)
     columns: dict[str, FloatArray] = {}
     if "t" in table:
-        columns[servo_map.time] = np.asarray(table["t"]) * _TIME_UNITS[servo_map.time_unit]
+        columns[servo_map.time] = (
+            np.asarray(table["t"]) * _TIME_UNITS[servo_map.time_unit]
+        )
     for joint in servo_map.joints:
         values = _values(table, joint)
         if not servo_map.clip:
             _check_limits(servo_map, joint, values, rows_before, " (or clip = true)")
-        columns[joint.column] = (np.clip(values, *joint.bounds) if servo_map.clip else values) + 0.0
+        columns[joint.column] = (
+            np.clip(values, *joint.bounds) if servo_map.clip else values
+        ) + 0.0
     for end, names in _DERIVATIVES.items():
         for joint in servo_map.joints if all(name in table for name in names) else ():
             if joint.unit != "us":
                 slope = joint.slope_at(table[ANGLES[joint.rotor - 1]])
-                columns[joint.column + end] = slope * table[names[joint.rotor - 1]] + 0.0
+                columns[joint.column + end] = (
+                    slope * table[names[joint.rotor - 1]] + 0.0
+                )
     about = {**table.about, "servos": servo_map.as_mapping()}
     return Table(columns=columns, about=about, digit_error=table.digit_error)
 
@@ -381,21 +534,34 @@ def mapped_table(table: Table, servo_map: ServoMap, *, rows_before: int = 0) -> 
 def clipped_rows(table: Table, servo_map: ServoMap) -> dict[str, int]:
     """Return how many rows of a gait table lie beyond each joint's limits; joints within theirs are left out."""
     joints = servo_map.linked_to(surface_of(table)[0]).joints
-    beyond = {joint.name: int(joint.is_beyond(_values(table, joint)).sum()) for joint in joints}
+    beyond = {
+        joint.name: int(joint.is_beyond(_values(table, joint)).sum())
+        for joint in joints
+    }
     return {name: count for name, count in beyond.items() if count}
 
 
 def _values(table: Table, joint: Joint) -> FloatArray:
-    return np.asarray(joint.value_of(np.asarray(table[ANGLES[joint.rotor - 1]], dtype=float)))
+    return np.asarray(
+        joint.value_of(np.asarray(table[ANGLES[joint.rotor - 1]], dtype=float))
+    )
 
 
-def _check_limits(servo_map: ServoMap, joint: Joint, values: FloatArray, rows_before: int, remedy: str = "") -> None:
+def _check_limits(
+    servo_map: ServoMap,
+    joint: Joint,
+    values: FloatArray,
+    rows_before: int,
+    remedy: str = "",
+) -> None:
     """Raise InputError for the first value beyond a joint's limits, if there is one."""
     for k in np.flatnonzero(joint.is_beyond(values))[:1].tolist():
         (low, high), unit = joint.bounds, _UNITS[joint.unit][1]
         wanted = f"joint {joint.name!r} must be between {low:.6g} and {high:.6g} {unit}{remedy}"
         got = f"{values[k]:.6g} {unit} (rotor {joint.rotor} at {np.degrees(joint.tilt_of(values[k])):.4g}°)"
-        raise InputError(f"servos {servo_map.name!r}: row {rows_before + k + 1}: {wanted}, got {got}")
+        raise InputError(
+            f"servos {servo_map.name!r}: row {rows_before + k + 1}: {wanted}, got {got}"
+        )
 
 
 def tilts_from_joints(
@@ -415,7 +581,10 @@ def tilts_from_joints(
     found: dict[str, FloatArray] = {}
     by_rotor = sorted(servo_map.joints, key=lambda joint: joint.rotor)
     if servo_map.time in columns:
-        found["t"] = np.asarray(columns[servo_map.time], dtype=float) / _TIME_UNITS[servo_map.time_unit]
+        found["t"] = (
+            np.asarray(columns[servo_map.time], dtype=float)
+            / _TIME_UNITS[servo_map.time_unit]
+        )
     for name, joint in zip(ANGLES, by_rotor, strict=True):
         values = np.asarray(columns[joint.column], dtype=float)
         _check_limits(servo_map, joint, values, rows_before)
@@ -424,7 +593,9 @@ def tilts_from_joints(
         near = np.abs(np.abs(tilt) - HALF_PI) < 1e-12
         found[name] = np.where(near, np.copysign(HALF_PI, tilt), tilt)
     for end, names in _DERIVATIVES.items():
-        if all(joint.unit != "us" and joint.column + end in columns for joint in by_rotor):
+        if all(
+            joint.unit != "us" and joint.column + end in columns for joint in by_rotor
+        ):
             for name, angle, joint in zip(names, ANGLES, by_rotor, strict=True):
                 values = np.asarray(columns[joint.column + end], dtype=float)
                 found[name] = values / joint.slope_at(found[angle]) + 0.0

@@ -21,7 +21,16 @@ import numpy as np
 
 from gaitgraph.errors import InputError, shown
 from gaitgraph.files import text_of, value_from_json
-from gaitgraph.gait.table import ANGLES, DEGREES, FORMAT, TEXTS, checked_about, merged, provenance_of, provenance_text
+from gaitgraph.gait.table import (
+    ANGLES,
+    DEGREES,
+    FORMAT,
+    TEXTS,
+    checked_about,
+    merged,
+    provenance_of,
+    provenance_text,
+)
 from gaitgraph.io.columns import MADE_BY, SHARED, about_from_texts
 from gaitgraph.vehicle import vehicle_from_mapping
 
@@ -46,27 +55,44 @@ def read_csv(path: Path, builder: TableBuilder) -> Iterator[Table]:
     with path.open("rb") as raw:
         stream = TextIOWrapper(raw, encoding="utf-8-sig")
         read, head = 1, stream.readline()  # lines until now
-        while head == "\n" or (head.startswith("#") and "alpha" not in head):  # comments
+        while head == "\n" or (
+            head.startswith("#") and "alpha" not in head
+        ):  # comments
             read, head = read + 1, stream.readline()
         if not head:
-            raise InputError("it is empty; it must have a header line and at least one row")
+            raise InputError(
+                "it is empty; it must have a header line and at least one row"
+            )
         try:  # numpy.savetxt begins a header with "# "
-            names = [name.strip() for name in next(csv.reader([head.lstrip("# ")], strict=True))]
+            names = [
+                name.strip()
+                for name in next(csv.reader([head.lstrip("# ")], strict=True))
+            ]
         except csv.Error as error:
-            raise InputError(f"line {read} must be comma-separated text: {error}") from error
+            raise InputError(
+                f"line {read} must be comma-separated text: {error}"
+            ) from error
         parts = names if "," in head else re.split(r"[\s;]+", head.strip())
         if any(map(_NUMBER.fullmatch, parts)) and set(names).isdisjoint(builder.used):
             example = "t,alpha1,alpha2,alpha3,alpha4"
-            raise InputError(f"line {read} must be a header that names the columns, such as {example}, got numbers")
+            raise InputError(
+                f"line {read} must be a header that names the columns, such as {example}, got numbers"
+            )
         if len(names) == 1 and re.search(r"[;\s]", head.strip("# \n")):
             got = "semicolons, tabs or blanks"
-            raise InputError(f"columns must be separated by commas, with points in numbers, got {got}")
+            raise InputError(
+                f"columns must be separated by commas, with points in numbers, got {got}"
+            )
         lines = stream.readlines(_BLOCK)
         about = _about_taken_out(lines, names, stream)
-        builder.begin([name for name in names if name != MADE_BY or about is None], about or {})
+        builder.begin(
+            [name for name in names if name != MADE_BY or about is None], about or {}
+        )
         digit_error: float | None = None
         while lines:
-            columns = _numeric_columns(lines, names, builder) or _text_columns(lines, names, read)
+            columns = _numeric_columns(lines, names, builder) or _text_columns(
+                lines, names, read
+            )
             if digit_error is None and len(columns[names[0]]):
                 digit_error = _digit_error_of(lines[:_PRINTED_ROWS], names, builder)
             yield from builder.pieces(columns, digit_error=digit_error or 0.0)
@@ -74,7 +100,9 @@ def read_csv(path: Path, builder: TableBuilder) -> Iterator[Table]:
             lines = stream.readlines(_BLOCK)
 
 
-def _about_taken_out(lines: list[str], names: list[str], stream: TextIOWrapper) -> dict[str, Any] | None:
+def _about_taken_out(
+    lines: list[str], names: list[str], stream: TextIOWrapper
+) -> dict[str, Any] | None:
     """Take what made the file out of its first lines, and return it; None if it is not stated.
 
     Further lines are read where all of these state it. Without these texts numpy reads all rows alike.
@@ -84,13 +112,17 @@ def _about_taken_out(lines: list[str], names: list[str], stream: TextIOWrapper) 
         while MADE_BY in names and lines and (texts or FORMAT in lines[0]):
             if len(texts) == len(lines):
                 lines += stream.readlines(_BLOCK)
-            fields = next(csv.reader(lines[len(texts) : len(texts) + 1], strict=True), [])
+            fields = next(
+                csv.reader(lines[len(texts) : len(texts) + 1], strict=True), []
+            )
             column = names.index(MADE_BY)
             if len(fields) != len(names) or not fields[column]:
                 break
             texts.append(fields[column])
             fields[column] = ""
-            lines[len(texts) - 1] = ",".join(f'"{text}"' if "," in text else text for text in fields) + "\n"
+            lines[len(texts) - 1] = (
+                ",".join(f'"{text}"' if "," in text else text for text in fields) + "\n"
+            )
     if not texts:
         return None
     return about_from_texts(texts)
@@ -102,7 +134,9 @@ def _texts_of(table: Table) -> list[str]:
     about = {**provenance.pop("about")}
     if isinstance(request := about.get("request"), dict):
         about["request"] = {
-            name: value for name, value in request.items() if name not in SHARED or value != about.get(name)
+            name: value
+            for name, value in request.items()
+            if name not in SHARED or value != about.get(name)
         }
     with suppress(InputError):
         if isinstance(about.get("vehicle"), dict):
@@ -117,7 +151,9 @@ def _parts(values: dict[str, Any], before: str = "") -> Iterator[str]:
     """Yield values as texts, name and JSON; long ones part by part, lists with numbers for names."""
     for name, value in values.items():
         text, parts = json.dumps(value, allow_nan=False), value
-        if isinstance(value, list) and all(isinstance(one, (list, dict)) for one in value):
+        if isinstance(value, list) and all(
+            isinstance(one, (list, dict)) for one in value
+        ):
             parts = {str(number): one for number, one in enumerate(value, start=1)}
         if len(text) > _LONG and isinstance(parts, dict):
             yield from _parts(parts, f"{before}{name}.")
@@ -125,7 +161,9 @@ def _parts(values: dict[str, Any], before: str = "") -> Iterator[str]:
             yield f"{before}{name} = {text}"
 
 
-def _numeric_columns(lines: list[str], names: list[str], builder: TableBuilder) -> dict[str, Any] | None:
+def _numeric_columns(
+    lines: list[str], names: list[str], builder: TableBuilder
+) -> dict[str, Any] | None:
     """Return the columns of lines as numpy reads them, or None if anything about the lines is unusual."""
     text = "".join(lines)
     if not text.isascii() or "_" in text or not text.strip("\n"):
@@ -135,14 +173,22 @@ def _numeric_columns(lines: list[str], names: list[str], builder: TableBuilder) 
     if '"' in text and '"' in _QUOTED_FIELD.sub("", text):
         return None  # numpy's reader takes quotation marks that csv refuses
     used = builder.used  # of others one character is read
-    kinds = [("U8" if name in TEXTS else "f8") if name in used else "U1" for name in names]
+    kinds = [
+        ("U8" if name in TEXTS else "f8") if name in used else "U1" for name in names
+    ]
     dtype = [(f"f{k}", kind) for k, kind in enumerate(kinds)]
     try:
-        rows = np.loadtxt(lines, dtype, delimiter=",", comments=None, quotechar='"', ndmin=1)
+        rows = np.loadtxt(
+            lines, dtype, delimiter=",", comments=None, quotechar='"', ndmin=1
+        )
     except (ValueError, IndexError, OverflowError):
         return None
     columns = {name: rows[f"f{k}"] for k, name in enumerate(names)}
-    finite = all(np.isfinite(column).all() for column in columns.values() if column.dtype.kind == "f")
+    finite = all(
+        np.isfinite(column).all()
+        for column in columns.values()
+        if column.dtype.kind == "f"
+    )
     return columns if finite else None
 
 
@@ -154,10 +200,14 @@ def _text_columns(lines: list[str], names: list[str], offset: int) -> dict[str, 
         for row in filter(None, reader):
             if len(row) != len(names):
                 wanted = f"must have {len(names)} fields, as the header has"
-                raise InputError(f"line {offset + reader.line_num} {wanted}, got {len(row)}")
+                raise InputError(
+                    f"line {offset + reader.line_num} {wanted}, got {len(row)}"
+                )
             rows.append(row)
     except csv.Error as error:
-        raise InputError(f"line {offset + reader.line_num} must be comma-separated text: {error}") from error
+        raise InputError(
+            f"line {offset + reader.line_num} must be comma-separated text: {error}"
+        ) from error
     return {name: [row[k] for row in rows] for k, name in enumerate(names)}
 
 
@@ -168,14 +218,26 @@ def _digit_error_of(lines: list[str], names: list[str], builder: TableBuilder) -
     """
     units = dict.fromkeys(ANGLES, 1.0) | dict.fromkeys(DEGREES, math.radians(1.0))
     if builder.joints is not None:
-        units = {joint.column: 1.0 / joint.per_radian for joint in builder.joints.joints}
-    decimals = dict.fromkeys(units.values(), 0)  # the most of each unit: columns of one are printed alike
+        units = {
+            joint.column: 1.0 / joint.per_radian for joint in builder.joints.joints
+        }
+    decimals = dict.fromkeys(
+        units.values(), 0
+    )  # the most of each unit: columns of one are printed alike
     for row in csv.reader(lines):
         for name, text in zip(names, row, strict=False):
             if name in units:
-                printed = len(text.strip().partition(".")[2]) if "e" not in text.lower() else _FULL_PRECISION
+                printed = (
+                    len(text.strip().partition(".")[2])
+                    if "e" not in text.lower()
+                    else _FULL_PRECISION
+                )
                 decimals[units[name]] = max(decimals[units[name]], printed)
-    coarse = [0.5 * unit * 10.0**-most for unit, most in decimals.items() if most >= _FEWEST_DECIMALS]
+    coarse = [
+        0.5 * unit * 10.0**-most
+        for unit, most in decimals.items()
+        if most >= _FEWEST_DECIMALS
+    ]
     return max(coarse, default=0.0) if max(decimals.values()) < _FULL_PRECISION else 0.0
 
 
@@ -185,12 +247,18 @@ def write_csv(pieces: Iterable[Table], path: Path) -> None:
     first = next(left)
     texts = _texts_of(first)
     share = math.ceil(len(texts) / len(first))
-    stated = chain(("; ".join(texts[k : k + share]) for k in range(0, len(texts), share)), repeat(""))
+    stated = chain(
+        ("; ".join(texts[k : k + share]) for k in range(0, len(texts), share)),
+        repeat(""),
+    )
     with path.open("w", encoding="utf-8", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow([*first.columns, MADE_BY])
         for piece in chain([first], left):
-            columns = (one.tolist() if isinstance(one, np.ndarray) else one for one in piece.columns.values())
+            columns = (
+                one.tolist() if isinstance(one, np.ndarray) else one
+                for one in piece.columns.values()
+            )
             writer.writerows(zip(*columns, stated, strict=False))
 
 
@@ -201,23 +269,38 @@ _MOST_BRACKETS = 5_000_000
 def read_json(path: Path, builder: TableBuilder) -> Iterator[Table]:
     """Yield the table in a JSON file: of columns (beside or around them what made them), of rows, or of a plan."""
     text = text_of(path, _WHAT)
-    if text.count("[") + text.count("{") > _MOST_BRACKETS:  # they take twenty times the memory of the text, and more
-        raise InputError(f"it must have at most {_MOST_BRACKETS} lists and objects, got more; {_JSON}")
+    if (
+        text.count("[") + text.count("{") > _MOST_BRACKETS
+    ):  # they take twenty times the memory of the text, and more
+        raise InputError(
+            f"it must have at most {_MOST_BRACKETS} lists and objects, got more; {_JSON}"
+        )
     content = value_from_json(text, _JSON)
     about: dict[str, Any] = {}
     if isinstance(content, list):
         for number, row in enumerate(content, start=1):
             if not isinstance(row, dict) or row.keys() != content[0].keys():
-                raise InputError(f"row {number} must be an object with the fields of row 1, got {shown(row)}; {_JSON}")
-        columns = {name: [row[name] for row in content] for name in content[0]} if content else {}
+                raise InputError(
+                    f"row {number} must be an object with the fields of row 1, got {shown(row)}; {_JSON}"
+                )
+        columns = (
+            {name: [row[name] for row in content] for name in content[0]}
+            if content
+            else {}
+        )
     elif not isinstance(content, dict):
         raise InputError(f"{_JSON}, got {shown(content)}")
     elif "path" in content:
         columns, about = _columns_of_plan(content)
     else:
-        columns, about = content.get("columns", content), checked_about(content.get("about", {}))
+        columns, about = (
+            content.get("columns", content),
+            checked_about(content.get("about", {})),
+        )
         if not isinstance(columns, dict):
-            raise InputError(f"columns must be an object of lists, got {shown(columns)}")
+            raise InputError(
+                f"columns must be an object of lists, got {shown(columns)}"
+            )
     yield from builder.whole(columns, about)
 
 
@@ -226,13 +309,27 @@ def _columns_of_plan(content: dict[str, Any]) -> tuple[dict[str, Any], dict[str,
     if content.get("status") == "infeasible":
         raise InputError(f"it holds a plan without a gait: {content.get('reason')}")
     path, colors = content["path"], content.get("colors", [])
-    if not (isinstance(path, list) and path and all(isinstance(row, list) and len(row) == 4 for row in path)):
-        raise InputError(f"path must be a list of [alpha1, alpha2, alpha3, alpha4], got {shown(path)}")
+    if not (
+        isinstance(path, list)
+        and path
+        and all(isinstance(row, list) and len(row) == 4 for row in path)
+    ):
+        raise InputError(
+            f"path must be a list of [alpha1, alpha2, alpha3, alpha4], got {shown(path)}"
+        )
     if not isinstance(colors, list):
-        raise InputError(f"colors must be a list of 'red' and 'blue', got {shown(colors)}")
-    columns = {name: [row[k] for row in path] for k, name in enumerate(ANGLES)} | ({"color": colors} if colors else {})
+        raise InputError(
+            f"colors must be a list of 'red' and 'blue', got {shown(colors)}"
+        )
+    columns = {name: [row[k] for row in path] for k, name in enumerate(ANGLES)} | (
+        {"color": colors} if colors else {}
+    )
     request = content.get("request")
-    about = {key: request[key] for key in SHARED if key in request} if isinstance(request, dict) else {}
+    about = (
+        {key: request[key] for key in SHARED if key in request}
+        if isinstance(request, dict)
+        else {}
+    )
     about |= {"request": request} if about else {}
     about |= {key: content[key] for key in ("crossing_tolerance",) if key in content}
     return columns, about
@@ -241,9 +338,15 @@ def _columns_of_plan(content: dict[str, Any]) -> tuple[dict[str, Any], dict[str,
 def write_json(pieces: Iterable[Table], path: Path) -> None:
     """Write a new JSON file: format, version, about, and the columns as lists."""
     table = merged(pieces)
-    plain = {name: one.tolist() if isinstance(one, np.ndarray) else one for name, one in table.columns.items()}
+    plain = {
+        name: one.tolist() if isinstance(one, np.ndarray) else one
+        for name, one in table.columns.items()
+    }
     heads, columns = (
-        [f"{indent}{json.dumps(name)}: {json.dumps(value, allow_nan=False)}" for name, value in content.items()]
+        [
+            f"{indent}{json.dumps(name)}: {json.dumps(value, allow_nan=False)}"
+            for name, value in content.items()
+        ]
         for indent, content in (("  ", provenance_of(table)), ("    ", plain))
     )
     heads.append('  "columns": {\n' + ",\n".join(columns) + "\n  }")

@@ -7,7 +7,13 @@ from typing import TYPE_CHECKING
 from gaitgraph._lazy import lazy_names
 
 if TYPE_CHECKING:
-    from gaitgraph.optimization.optimize import OptimalGait as OptimalGait, optimal_gait as optimal_gait
-    from gaitgraph.optimization.retargeting import Retargeted as Retargeted, retarget as retarget
+    from gaitgraph.optimization.optimize import (
+        OptimalGait as OptimalGait,
+        optimal_gait as optimal_gait,
+    )
+    from gaitgraph.optimization.retargeting import (
+        Retargeted as Retargeted,
+        retarget as retarget,
+    )
 else:
     __getattr__, __dir__ = lazy_names(__name__)

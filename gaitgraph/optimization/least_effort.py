@@ -47,11 +47,19 @@ if TYPE_CHECKING:
 FEWEST_PIECES = 8
 """Fewer control points would meet themselves around the loop."""
 
-_BEZIER = np.array([[1, 4, 1, 0], [0, 4, 2, 0], [0, 2, 4, 0], [0, 1, 4, 1]]) / 6.0  # points of a piece from its control
+_BEZIER = (
+    np.array([[1, 4, 1, 0], [0, 4, 2, 0], [0, 2, 4, 0], [0, 1, 4, 1]]) / 6.0
+)  # points of a piece from its control
 _PRODUCTS = np.array([2 / 3, -1 / 8, -1 / 5, -1 / 120])
 _BEYOND = 1e-12
-_FAR, _NEAR = 0.2, 0.03  # how far cells reach in the first rounds, and when the loop is settled [rad]
-_PROGRESS, _SETTLED = 1e-4, 1e-10  # relative decrease that ends the first rounds, and the last
+_FAR, _NEAR = (
+    0.2,
+    0.03,
+)  # how far cells reach in the first rounds, and when the loop is settled [rad]
+_PROGRESS, _SETTLED = (
+    1e-4,
+    1e-10,
+)  # relative decrease that ends the first rounds, and the last
 _MOST_ROUNDS, _LAST_ROUNDS = 40, 6
 _SLACK = 1e-10
 _CHOSEN = 0.02  # sides of cells this near are constraints from the beginning, others when they are crossed [rad]
@@ -70,7 +78,9 @@ def basis_rows(s: npt.ArrayLike, count: int, derivative: int = 0) -> FloatArray:
     from scipy.interpolate import BSpline
 
     around = np.eye(count)[np.arange(count + 3) % count]
-    return np.asarray(BSpline(np.arange(-3, count + 4), around, 3)(np.mod(s, count), derivative))
+    return np.asarray(
+        BSpline(np.arange(-3, count + 4), around, 3)(np.mod(s, count), derivative)
+    )
 
 
 @cache
@@ -87,21 +97,29 @@ def effort_matrix(count: int) -> FloatArray:
     """Return the cyclic matrix G of the effort, shape (count, count); its null space are the loops that stand still."""
     from scipy.linalg import circulant
 
-    return np.asarray(circulant(np.concatenate([_PRODUCTS, np.zeros(count - 7), _PRODUCTS[:0:-1]])))
+    return np.asarray(
+        circulant(np.concatenate([_PRODUCTS, np.zeros(count - 7), _PRODUCTS[:0:-1]]))
+    )
 
 
 def power_pieces(points: FloatArray, width: float) -> FloatArray:
     """Return the pieces as polynomials in powers of a local parameter from 0 to `width`, highest first, (4, K, 2)."""
     # From the first point, so that a spline that stands still does so exactly.
     count, moved = len(points), points - points[0]
-    derivatives = (basis_rows(np.arange(count), count, order) @ moved for order in (3, 2, 1, 0))
+    derivatives = (
+        basis_rows(np.arange(count), count, order) @ moved for order in (3, 2, 1, 0)
+    )
     sizes = (math.factorial(order) * width**order for order in (3, 2, 1, 0))
-    pieces = np.stack([one / size for one, size in zip(derivatives, sizes, strict=True)])
+    pieces = np.stack(
+        [one / size for one, size in zip(derivatives, sizes, strict=True)]
+    )
     pieces[3] += points[0]
     return pieces
 
 
-def control_points_along(corners: FloatArray, pieces: int) -> tuple[FloatArray, IntArray]:
+def control_points_along(
+    corners: FloatArray, pieces: int
+) -> tuple[FloatArray, IntArray]:
     """Return control points of a spline that runs along a closed polygon exactly, resting at its corners.
 
     Three for each corner are the least; the others are shared among the sides by length. The first three are at the
@@ -121,7 +139,13 @@ def control_points_along(corners: FloatArray, pieces: int) -> tuple[FloatArray, 
     extra = np.floor(exact).astype(np.int64)
     extra[np.argsort(extra - exact, kind="stable")[: spare - int(extra.sum())]] += 1
     sides = [
-        np.vstack([[corner] * 3, corner + (end - corner) * np.arange(1, count + 1)[:, None] / (count + 1)])
+        np.vstack(
+            [
+                [corner] * 3,
+                corner
+                + (end - corner) * np.arange(1, count + 1)[:, None] / (count + 1),
+            ]
+        )
         for corner, end, count in zip(corners, ends, extra.tolist(), strict=True)
     ]
     return np.concatenate(sides), np.cumsum([0, *(3 + extra[:-1])])
@@ -156,7 +180,9 @@ class HalfPlanes(NamedTuple):
     normals: FloatArray  # unit, shape (r, 2)
     offsets: FloatArray
     piece: IntArray
-    on_border: BoolArray  # whether a side of the polygon made it, or the reach of the cell
+    on_border: (
+        BoolArray  # whether a side of the polygon made it, or the reach of the cell
+    )
 
 
 class LeastEffort:
@@ -164,7 +190,9 @@ class LeastEffort:
 
     def __init__(self, polygon: Polygon, discs: Discs, clearance: float) -> None:
         self.polygon, self.discs, self.clearance = polygon, discs, clearance
-        rings = [np.asarray(ring.coords) for ring in (polygon.exterior, *polygon.interiors)]
+        rings = [
+            np.asarray(ring.coords) for ring in (polygon.exterior, *polygon.interiors)
+        ]
         self._starts = np.concatenate([ring[:-1] for ring in rings])
         self._ends = np.concatenate([ring[1:] for ring in rings])
         lines: Any = shapely.linestrings(np.stack([self._starts, self._ends], axis=1))
@@ -176,7 +204,10 @@ class LeastEffort:
         # Each hull meets the next one: where none comes near the border all are inside if one is.
         if not shapely.covers(self.polygon, shapes[0]):
             return False
-        return bool(shapely.distance(self.polygon.boundary, shapes).min() >= 0.9 * self.clearance)
+        return bool(
+            shapely.distance(self.polygon.boundary, shapes).min()
+            >= 0.9 * self.clearance
+        )
 
     def cells(self, hulls: FloatArray, reach: float) -> HalfPlanes:
         """Return a convex cell around each hull of four points, (h, 4, 2), inside the polygon, clear of its border.
@@ -185,11 +216,15 @@ class LeastEffort:
         """
         count = len(hulls)
         low, high = hulls.min(axis=1) - reach, hulls.max(axis=1) + reach
-        owner, side = self._tree.query(shapely.box(*(low - self.clearance).T, *(high + self.clearance).T))
+        owner, side = self._tree.query(
+            shapely.box(*(low - self.clearance).T, *(high + self.clearance).T)
+        )
         order = np.lexsort((side, owner))
         owner, side = owner[order], side[order]
         shapes: Any = shapely.convex_hull(shapely.multipoints(hulls))
-        shortest = shapely.get_coordinates(shapely.shortest_line(shapes[owner], self._sides[side])).reshape(-1, 2, 2)
+        shortest = shapely.get_coordinates(
+            shapely.shortest_line(shapes[owner], self._sides[side])
+        ).reshape(-1, 2, 2)
         on_hull, on_side = shortest[:, 0], shortest[:, 1]
         distance = np.linalg.norm(on_side - on_hull, axis=1)
         normals, offsets, piece = [], [], []
@@ -198,18 +233,28 @@ class LeastEffort:
             left = first + np.argsort(distance[first:last], kind="stable")
             while left.size:
                 nearest = left[0]
-                normal = (on_side[nearest] - on_hull[nearest]) / max(float(distance[nearest]), 1e-300)
+                normal = (on_side[nearest] - on_hull[nearest]) / max(
+                    float(distance[nearest]), 1e-300
+                )
                 offset = float(normal @ on_side[nearest])
                 normals.append(normal)
                 offsets.append(offset - self.clearance)
                 piece.append(number)
-                nearer = np.minimum(self._starts[side[left]] @ normal, self._ends[side[left]] @ normal)
+                nearer = np.minimum(
+                    self._starts[side[left]] @ normal, self._ends[side[left]] @ normal
+                )
                 left = left[1:][nearer[1:] < offset - _BEYOND]
         axes = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
         return HalfPlanes(
-            normals=np.concatenate([np.array(normals).reshape(-1, 2), np.tile(axes, (count, 1))]),
-            offsets=np.concatenate([np.array(offsets), np.concatenate([high, -low], axis=1).ravel()]),
-            piece=np.concatenate([np.array(piece, dtype=np.int64), np.repeat(np.arange(count), 4)]),
+            normals=np.concatenate(
+                [np.array(normals).reshape(-1, 2), np.tile(axes, (count, 1))]
+            ),
+            offsets=np.concatenate(
+                [np.array(offsets), np.concatenate([high, -low], axis=1).ravel()]
+            ),
+            piece=np.concatenate(
+                [np.array(piece, dtype=np.int64), np.repeat(np.arange(count), 4)]
+            ),
             on_border=np.arange(len(offsets) + 4 * count) < len(offsets),
         )
 
@@ -218,7 +263,9 @@ class LeastEffort:
         count = len(loop.points)
         s = np.arange(16 * count + 1) / 16
         on_it = basis_rows(s, count) @ loop.points
-        gone = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(on_it, axis=0), axis=1))])
+        gone = np.concatenate(
+            [[0.0], np.cumsum(np.linalg.norm(np.diff(on_it, axis=0), axis=1))]
+        )
         if not gone[-1] > 0:
             return None
         # The curve of equal control points P, P, P is at P in the middle one of them.
@@ -249,18 +296,29 @@ class LeastEffort:
             before = history[-1]
             # The passes move to first order; a second programme, with passes held, makes the loop admissible again.
             ahead = self.program(best, _FAR).projected(trust)
-            moved = improved(self.program(ahead, _FAR).projected(0.0)) if ahead is not None else False
+            moved = (
+                improved(self.program(ahead, _FAR).projected(0.0))
+                if ahead is not None
+                else False
+            )
             trust = min(1.5 * trust, len(best.points) / 8) if moved else trust / 3
             # At first the start's control points are unevenly spread; from even ones it ends up to 1 % lower.
             even = self.evened(best) if number < 4 else None
-            smoothed = improved(self.program(even, _FAR).projected(0.0)) if even is not None else False
+            smoothed = (
+                improved(self.program(even, _FAR).projected(0.0))
+                if even is not None
+                else False
+            )
             moved = moved or smoothed
             if trust < 1e-3 or (moved and before - history[-1] <= _PROGRESS * before):
                 break
         # Small cells, discs and passes as they are.
         for _ in range(_LAST_ROUNDS):
             before = history[-1]
-            if not improved(self.program(best).refined()) or before - history[-1] <= _SETTLED * before:
+            if (
+                not improved(self.program(best).refined())
+                or before - history[-1] <= _SETTLED * before
+            ):
                 break
         return best, history
 
@@ -278,14 +336,21 @@ class Program:
 
     def __init__(self, loop: SmoothLoop, discs: Discs, cells: HalfPlanes) -> None:
         count = len(loop.points)
-        self.loop, self.discs, self.count, self.round = loop, discs, count, discs.radii > 0
+        self.loop, self.discs, self.count, self.round = (
+            loop,
+            discs,
+            count,
+            discs.radii > 0,
+        )
         self.later = len(loop.passes) - 1
         self.shape, inverse = _modes(count)
         self.rows = hull_matrix(count)[cells.piece].reshape(-1, count)
         self.normals = np.repeat(cells.normals, 4, axis=0)
         self.offsets = np.repeat(cells.offsets, 4)
         self.on_border = np.repeat(cells.on_border, 4)
-        self.origin = np.concatenate([(inverse @ loop.points).ravel(), np.zeros(self.later)])
+        self.origin = np.concatenate(
+            [(inverse @ loop.points).ravel(), np.zeros(self.later)]
+        )
         self.unit = 0.5 * count / len(loop.passes) / max(math.sqrt(loop.effort), 1e-9)
         # Passes may move by less than half the way to the next, so that they stay in order.
         half = np.diff(np.append(loop.passes, count)) / 2 / self.unit
@@ -294,21 +359,31 @@ class Program:
     def loop_at(self, x: FloatArray) -> SmoothLoop:
         """Return the loop of given unknowns."""
         passes = self.loop.passes + self.unit * np.append(0.0, x[2 * self.count :])
-        return SmoothLoop(points=self.shape @ x[: 2 * self.count].reshape(self.count, 2), passes=passes)
+        return SmoothLoop(
+            points=self.shape @ x[: 2 * self.count].reshape(self.count, 2),
+            passes=passes,
+        )
 
     def effort(self, x: FloatArray) -> tuple[float, FloatArray]:
         """Return the effort in one second, and its slope."""
-        slope = np.where((np.arange(len(x)) >= 2) & (np.arange(len(x)) < 2 * self.count), x, 0.0)
+        slope = np.where(
+            (np.arange(len(x)) >= 2) & (np.arange(len(x)) < 2 * self.count), x, 0.0
+        )
         return 0.5 * float(slope @ slope), slope
 
     def slack(self, x: FloatArray) -> FloatArray:
         """Return by how much each Bézier point keeps inside each side of its cell."""
-        return np.asarray(self.offsets - np.sum(self.normals * (self.rows @ self.loop_at(x).points), axis=1))
+        return np.asarray(
+            self.offsets
+            - np.sum(self.normals * (self.rows @ self.loop_at(x).points), axis=1)
+        )
 
     def slack_slope(self, chosen: BoolArray) -> FloatArray:
         """Return the slopes of chosen slacks, which are constant."""
         out = np.zeros((int(chosen.sum()), len(self.origin)))
-        slopes = (self.rows[chosen] @ self.shape)[:, :, None] * self.normals[chosen][:, None, :]
+        slopes = (self.rows[chosen] @ self.shape)[:, :, None] * self.normals[chosen][
+            :, None, :
+        ]
         out[:, : 2 * self.count] = -slopes.reshape(-1, 2 * self.count)
         return out
 
@@ -321,7 +396,9 @@ class Program:
         later = np.arange(1, len(loop.passes))
         for axis in range(2):
             slopes[axis, :, axis : 2 * self.count : 2] = rows
-            slopes[axis, later, 2 * self.count + later - 1] = self.unit * speed[later, axis]
+            slopes[axis, later, 2 * self.count + later - 1] = (
+                self.unit * speed[later, axis]
+            )
         return loop.passed() - self.discs.centers, slopes
 
     def disc_slack(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -347,17 +424,26 @@ class Program:
         scale = np.ones(len(x))
         scale[size:] = 2 * trust / self.unit
         off, (first, second) = (part[..., self.round, :] for part in self.at_discs(x))
-        ahead, aside = np.round(off, 12).T + 0.0  # a direction that is rounding alone would differ between processors
-        turns = np.arctan2(aside, ahead) + (np.arange(_SIDES) + 0.5)[:, None] * (2 * math.pi / _SIDES)
+        ahead, aside = (
+            np.round(off, 12).T + 0.0
+        )  # a direction that is rounding alone would differ between processors
+        turns = np.arctan2(aside, ahead) + (np.arange(_SIDES) + 0.5)[:, None] * (
+            2 * math.pi / _SIDES
+        )
         cosine, sine = np.cos(turns), np.sin(turns)
-        sides = (cosine[..., None] * first + sine[..., None] * second).reshape(-1, len(x))
+        sides = (cosine[..., None] * first + sine[..., None] * second).reshape(
+            -1, len(x)
+        )
         apothem = self.discs.radii[self.round] * math.cos(math.pi / _SIDES)
         inside = (apothem - cosine * off[:, 0] - sine * off[:, 1]).ravel()
         always, most = sides, inside
         if trust and self.later:
             moves = np.eye(self.later, len(x), size)
             farthest = np.minimum(trust / self.unit, 0.9 * np.abs(self.bounds.T[::-1]))
-            always, most = np.concatenate([sides, moves, -moves]), np.concatenate([inside, *farthest])
+            always, most = (
+                np.concatenate([sides, moves, -moves]),
+                np.concatenate([inside, *farthest]),
+            )
         # In unknowns whose squared distance from the origin is to be least; the loop as a whole stays near where it is.
         gap, equal = self.point_gap(x)
         equal = equal * scale
@@ -404,9 +490,16 @@ class Program:
 
         chosen = self.slack(self.origin) < _CHOSEN / 2
         for _ in range(6):
-            slope, base = self.slack_slope(chosen), self.slack(np.zeros_like(self.origin))[chosen]
+            slope, base = (
+                self.slack_slope(chosen),
+                self.slack(np.zeros_like(self.origin))[chosen],
+            )
             constraints: list[Any] = [
-                {"type": kind, "fun": lambda x, of=of: of(x)[0], "jac": lambda x, of=of: of(x)[1]}
+                {
+                    "type": kind,
+                    "fun": lambda x, of=of: of(x)[0],
+                    "jac": lambda x, of=of: of(x)[1],
+                }
                 for kind, of, wanted in (
                     ("ineq", lambda x, b=base, a=slope: (b + a @ x, a), chosen.any()),
                     ("ineq", self.disc_slack, self.round.any()),
@@ -419,7 +512,9 @@ class Program:
                 self.origin,
                 jac=True,
                 method="SLSQP",
-                bounds=np.vstack([np.tile([-np.inf, np.inf], (2 * self.count, 1)), self.bounds]),
+                bounds=np.vstack(
+                    [np.tile([-np.inf, np.inf], (2 * self.count, 1)), self.bounds]
+                ),
                 constraints=constraints,
                 options={"maxiter": 60, "ftol": 1e-12 * self.effort(self.origin)[0]},
             )
@@ -440,14 +535,22 @@ class Program:
         near = (self.slack(x) < _ACTIVE) & self.on_border
         inside, inside_slope = self.disc_slack(x)
         touched, equal = inside < _ACTIVE, self.point_gap(x)[1]
-        columns = np.concatenate([self.slack_slope(near), inside_slope[touched], equal, -equal]).T
+        columns = np.concatenate(
+            [self.slack_slope(near), inside_slope[touched], equal, -equal]
+        ).T
         size = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
         multipliers, remaining = _nonnegative(columns / size, slope)
         acting = multipliers > 1e-6 * np.linalg.norm(slope)
         borders = int(near.sum())
-        held = np.flatnonzero(self.round)[touched][acting[borders : borders + int(touched.sum())]]
+        held = np.flatnonzero(self.round)[touched][
+            acting[borders : borders + int(touched.sum())]
+        ]
         discs = (*held.tolist(), *np.flatnonzero(~self.round).tolist())
-        return float(remaining / np.linalg.norm(slope)), tuple(sorted(discs)), bool(acting[:borders].any())
+        return (
+            float(remaining / np.linalg.norm(slope)),
+            tuple(sorted(discs)),
+            bool(acting[:borders].any()),
+        )
 
 
 def _nonnegative(columns: FloatArray, target: FloatArray) -> tuple[FloatArray, float]:
@@ -456,7 +559,9 @@ def _nonnegative(columns: FloatArray, target: FloatArray) -> tuple[FloatArray, f
 
     if not columns.shape[1]:
         return np.zeros(0), float(np.linalg.norm(target))
-    multipliers, remaining = nnls(columns, target, maxiter=10 * len(columns) + 10 * columns.shape[1])
+    multipliers, remaining = nnls(
+        columns, target, maxiter=10 * len(columns) + 10 * columns.shape[1]
+    )
     return np.asarray(multipliers), float(remaining)
 
 

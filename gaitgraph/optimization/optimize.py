@@ -23,12 +23,28 @@ from gaitgraph.angles import angle_within, checked_number, number_of, whole_numb
 from gaitgraph.errors import Infeasible, InputError, checked_choice, shown
 from gaitgraph.gait.table import Table, merged
 from gaitgraph.graph.build import checked_waypoints
-from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, coefficients_of, largest_least_singular_value
+from gaitgraph.invertibility.matrices import (
+    DEFAULT_FLOOR,
+    coefficients_of,
+    largest_least_singular_value,
+)
 from gaitgraph.optimization import least_effort
 from gaitgraph.planning.request import merged_repeats
 from gaitgraph.planning.shortest_paths import ShortestPaths, shortest_loop
-from gaitgraph.surface.admissible import admissible_region, singular_value_region, thrust_region, why_empty
-from gaitgraph.surface.region import DEFAULT_ACCURACY, OVERLAY_ERROR, Discs, Zones, component_meeting, offset
+from gaitgraph.surface.admissible import (
+    admissible_region,
+    singular_value_region,
+    thrust_region,
+    why_empty,
+)
+from gaitgraph.surface.region import (
+    DEFAULT_ACCURACY,
+    OVERLAY_ERROR,
+    Discs,
+    Zones,
+    component_meeting,
+    offset,
+)
 from gaitgraph.surface.sheets import SIGNS, separating_factor
 from gaitgraph.timing.curve import Curve
 from gaitgraph.timing.laws import times_from
@@ -42,7 +58,11 @@ if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
     from gaitgraph.gait.gait import Gait
-    from gaitgraph.invertibility.matrices import Coefficients, CoefficientsLike, FloatArray
+    from gaitgraph.invertibility.matrices import (
+        Coefficients,
+        CoefficientsLike,
+        FloatArray,
+    )
     from gaitgraph.optimization.least_effort import LeastEffort, SmoothLoop
     from gaitgraph.surface.region import Points, Region
 
@@ -118,7 +138,10 @@ class OptimalGait:
         """Where the gait stands still, with advice; None if it moves."""
         if self.curve is None or self.passed is None or self.curve.length > CLEARANCE:
             return None
-        (a1, a2), advice = self.passed[0, :2], "for a gait that moves, use smaller radii or waypoints farther apart"
+        (a1, a2), advice = (
+            self.passed[0, :2],
+            "for a gait that moves, use smaller radii or waypoints farther apart",
+        )
         return f"The best gait stands still at ({a1:.4f}, {a2:.4f}), a point of all discs; {advice}"
 
     @property
@@ -126,19 +149,33 @@ class OptimalGait:
         """The gait as a closed polyline within 1e-4 rad of the curve; Infeasible, with the reason, if there is none."""
         return self.timed().gait
 
-    def timed(self, *, samples: int | None = None, rate: float | None = None) -> TimedGait:
+    def timed(
+        self, *, samples: int | None = None, rate: float | None = None
+    ) -> TimedGait:
         """Return the gait with its own timing; raises Infeasible, with the reason, if there is none."""
         if self.curve is None:
             raise Infeasible(self.reason)
-        gait, samples = self.curve.polyline(_CHORD), checked_clock(self.period, "smooth", samples=samples, rate=rate)
-        return _TimedCurve(gait=gait, period=self.period, law="optimal", samples=samples, curve=self.curve)
+        gait, samples = (
+            self.curve.polyline(_CHORD),
+            checked_clock(self.period, "smooth", samples=samples, rate=rate),
+        )
+        return _TimedCurve(
+            gait=gait,
+            period=self.period,
+            law="optimal",
+            samples=samples,
+            curve=self.curve,
+        )
 
     def table(self, *, samples: int | None = None, rate: float | None = None) -> Table:
         """Return even samples with exact rates, as :meth:`gaitgraph.gait.gait.Gait.parametrize` counts them."""
         discs = {"waypoints": self.waypoints.tolist(), "radius": self.radius.tolist()}
         about = {"made_by": "optimize", "objective": self.objective, **discs}
         table = merged(pieces_of(self.timed(samples=samples, rate=rate), about))
-        return replace(table, about={name: value for name, value in table.about.items() if name != "law"})
+        return replace(
+            table,
+            about={name: value for name, value in table.about.items() if name != "law"},
+        )
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the answer as plain values, ready for JSON; a saved one can be read as a gait file."""
@@ -146,24 +183,43 @@ class OptimalGait:
         path = self.curve.polyline(_CHORD) if self.curve is not None else None
         optimality = ("gap", "stationarity", "violation", "active")
         return {
-            **{name: getattr(self, name) for name in ("status", "reason", "objective", "sign")},
+            **{
+                name: getattr(self, name)
+                for name in ("status", "reason", "objective", "sign")
+            },
             "waypoints": self.waypoints.tolist(),
             "radius": self.radius.tolist(),
-            **{name: getattr(self, name) for name in ("period", "value", "bound", "effort")},
+            **{
+                name: getattr(self, name)
+                for name in ("period", "value", "bound", "effort")
+            },
             "length": self.curve.length if self.curve is not None else None,
-            "optimality": {name: getattr(self, name) for name in optimality} if self else None,
+            "optimality": {name: getattr(self, name) for name in optimality}
+            if self
+            else None,
             "passed": [] if self.passed is None else self.passed.tolist(),
             "times": [] if self.times is None else self.times.tolist(),
             "history": list(self.history),
             "path": [] if path is None else path.alpha.tolist(),
             "colors": [] if path is None else list(path.colors),
-            **{name: verdict.get(name, False) for name in ("valid", "flyable", "reachable_from_hover")},
+            **{
+                name: verdict.get(name, False)
+                for name in ("valid", "flyable", "reachable_from_hover")
+            },
             "checks": verdict.get("checks", []),
-            "warnings": [*filter(None, [self.standstill]), *self.warnings, *verdict.get("warnings", [])],
+            "warnings": [
+                *filter(None, [self.standstill]),
+                *self.warnings,
+                *verdict.get("warnings", []),
+            ],
         }
 
     def __repr__(self) -> str:
-        head = str(self).splitlines()[0] if self else f"infeasible, {len(self.waypoints)} discs"
+        head = (
+            str(self).splitlines()[0]
+            if self
+            else f"infeasible, {len(self.waypoints)} discs"
+        )
         return f"<OptimalGait: {head}>"
 
     def __str__(self) -> str:
@@ -178,7 +234,10 @@ class OptimalGait:
             f"{self.stationarity:.1e}, active constraints: {', '.join(self.active) or 'none'}",
             self.report.verdict,
             *lines_of_checks(self.report.checks),
-            *(f"warning: {warning}" for warning in (*self.warnings, *self.report.warnings)),
+            *(
+                f"warning: {warning}"
+                for warning in (*self.warnings, *self.report.warnings)
+            ),
         ]
         return "\n".join(lines)
 
@@ -240,35 +299,58 @@ def optimal_gait(
     checked_choice("objective", objective, OBJECTIVES)
     checked_choice("sign", sign, ("auto", "positive", "negative"))
     if not 0 < number_of(concession) <= 0.5:
-        raise InputError(f"concession must be above 0 and at most 0.5, got {shown(concession)}")
+        raise InputError(
+            f"concession must be above 0 and at most 0.5, got {shown(concession)}"
+        )
     vehicle = vehicle_named(vehicle)
     floor = checked_number("floor", floor)
     checked_clock(period, "smooth")
     discs, notes = _discs(waypoints, radius)
     pieces = min(max(36, 12 * len(discs.radii)), 240) if pieces is None else pieces
     pieces = whole_number("pieces", pieces, least_effort.FEWEST_PIECES, _MOST_PIECES)
-    zones, numbers = Zones(keep_out=keep_out, keep_in=keep_in), coefficients_of(vehicle, coefficients)
-    asked: Any = {"objective": objective, "waypoints": discs.centers, "radius": discs.radii, "period": float(period)}
+    zones, numbers = (
+        Zones(keep_out=keep_out, keep_in=keep_in),
+        coefficients_of(vehicle, coefficients),
+    )
+    asked: Any = {
+        "objective": objective,
+        "waypoints": discs.centers,
+        "radius": discs.radii,
+        "period": float(period),
+    }
     base = OptimalGait(**asked, reason=None, warnings=notes)
     answers = []
     for one in SIGNS[::-1] if sign == "auto" else (sign,):
         region = admissible_region(vehicle, sign=one, floor=floor, zones=zones)
-        search = _Search(replace(base, sign=one), discs, region, vehicle, numbers, floor, pieces)
+        search = _Search(
+            replace(base, sign=one), discs, region, vehicle, numbers, floor, pieces
+        )
         answers.append(search.answer(float(concession)))
     found = [answer for answer in answers if answer]
     if not found:
-        reason = "; ".join(f"R {'>' if a.sign == 'positive' else '<'} 0: {a.reason}" for a in answers)
+        reason = "; ".join(
+            f"R {'>' if a.sign == 'positive' else '<'} 0: {a.reason}" for a in answers
+        )
         return replace(base, reason=reason)
     better = 1.0 if objective == "tilt_rate" else -1.0
-    return min(found, key=lambda answer: (better * (answer.value or 0.0), answer.sign == "negative"))
+    return min(
+        found,
+        key=lambda answer: (better * (answer.value or 0.0), answer.sign == "negative"),
+    )
 
 
 def _discs(waypoints: Any, radius: Any) -> tuple[Discs, tuple[str, ...]]:
     """Return checked discs, a waypoint that repeats the one before merged, and notes."""
     points = checked_waypoints(waypoints, _MOST_WAYPOINTS)
-    each = radius if isinstance(radius, (list, tuple, np.ndarray)) and np.ndim(radius) else [radius] * len(points)
+    each = (
+        radius
+        if isinstance(radius, (list, tuple, np.ndarray)) and np.ndim(radius)
+        else [radius] * len(points)
+    )
     if len(each) != len(points):
-        raise InputError(f"radius must be one for all waypoints or one for each of {len(points)}, got {len(each)}")
+        raise InputError(
+            f"radius must be one for all waypoints or one for each of {len(points)}, got {len(each)}"
+        )
     radii = np.array([angle_within(value, "radius", least=0.0) for value in each])
     groups, notes = merged_repeats(points)
     centers = np.array([points[group[0]] for group in groups])
@@ -277,15 +359,24 @@ def _discs(waypoints: Any, radius: Any) -> tuple[Discs, tuple[str, ...]]:
     return discs, notes
 
 
-def level_region(objective: Objective, level: float, vehicle: Vehicle, accuracy: float = DEFAULT_ACCURACY) -> Region:
+def level_region(
+    objective: Objective,
+    level: float,
+    vehicle: Vehicle,
+    accuracy: float = DEFAULT_ACCURACY,
+) -> Region:
     """Return where the least singular value, or the hover reserve, is at least a level, on the red sheet."""
     if objective == "singular_value":
         return singular_value_region(level, vehicle, accuracy=accuracy)
     most = vehicle.thrust_share
-    return thrust_region(None if most is None else most - level, vehicle, least=level, accuracy=accuracy)
+    return thrust_region(
+        None if most is None else most - level, vehicle, least=level, accuracy=accuracy
+    )
 
 
-def highest_level(region: Region, objective: Objective, discs: Discs, vehicle: Vehicle) -> tuple[float, float]:
+def highest_level(
+    region: Region, objective: Objective, discs: Discs, vehicle: Vehicle
+) -> tuple[float, float]:
     """Return a bracket of the highest level that a loop through discs can keep in a region, which joins them.
 
     A loop that keeps the lower end can stay 3e-5 rad away from every border.
@@ -297,11 +388,15 @@ def highest_level(region: Region, objective: Objective, discs: Discs, vehicle: V
     while high - low > 4 * _CLOSE * max(high, 1e-3):
         middle = (low + high) / 2
         outer = region.outer & level_region(objective, middle, vehicle, _FOLLOWED).outer
-        low, high = (low, middle) if component_meeting(outer, discs) is None else (middle, high)
+        low, high = (
+            (low, middle) if component_meeting(outer, discs) is None else (middle, high)
+        )
     # What all loops cannot do is known; what one can, with polygons from within and clear of them, is a little less.
     for given in (_CLOSE * 2.0 ** np.arange(16)).tolist():
         level = high * (1 - given)
-        inner: Any = region.inner & level_region(objective, level, vehicle, _FOLLOWED).inner
+        inner: Any = (
+            region.inner & level_region(objective, level, vehicle, _FOLLOWED).inner
+        )
         if component_meeting(offset(inner, -3 * CLEARANCE), discs) is not None:
             return level, high
     return 0.0, high
@@ -320,7 +415,10 @@ class _TimedCurve(TimedGait):
 
     def _peaks(self, orders: Sequence[int]) -> list[FloatArray]:
         """Return the exact largest absolute values of derivatives of each angle."""
-        return [np.abs(self.curve.at(self.curve.turning_points(order), order)).max(axis=0) for order in orders]
+        return [
+            np.abs(self.curve.at(self.curve.turning_points(order), order)).max(axis=0)
+            for order in orders
+        ]
 
 
 class _Search(NamedTuple):
@@ -347,7 +445,10 @@ class _Search(NamedTuple):
         if objective != "tilt_rate":
             lower, bound = highest_level(region, objective, discs, self.vehicle)
             shape = region.inner & level_region(objective, lower, self.vehicle).inner
-            kept = region.inner & level_region(objective, lower * (1 - concession), self.vehicle).inner
+            kept = (
+                region.inner
+                & level_region(objective, lower * (1 - concession), self.vehicle).inner
+            )
             polygon = component_meeting(kept, discs) or within
 
         # Discs that share a point are passed by standing still there.
@@ -357,9 +458,14 @@ class _Search(NamedTuple):
 
         # The loop of least effort, from the shortest polygon, or from that through the centres where a level counts.
         # The border is drawn with fewer corners, all of it inside.
-        inside = component_meeting(shapely.simplify(offset(polygon, -CLEARANCE), CLEARANCE), discs)
+        inside = component_meeting(
+            shapely.simplify(offset(polygon, -CLEARANCE), CLEARANCE), discs
+        )
         if inside is not None:
-            problem, targets = least_effort.LeastEffort(inside, discs, CLEARANCE), discs.centers
+            problem, targets = (
+                least_effort.LeastEffort(inside, discs, CLEARANCE),
+                discs.centers,
+            )
             if objective == "tilt_rate":
                 targets, length = shortest_loop(discs, region.outer)
                 bound = 2 * length**2 / self.base.period
@@ -368,17 +474,25 @@ class _Search(NamedTuple):
                 loop, history = problem.solve(start)
                 if history:
                     return self._described(loop, history, problem, bound)
-        return replace(self.base, reason=f"every path through the discs is within {CLEARANCE:.5f} rad of a border")
+        return replace(
+            self.base,
+            reason=f"every path through the discs is within {CLEARANCE:.5f} rad of a border",
+        )
 
     def _why_apart(self) -> str:
         """Return why no component of the region meets every disc: which disc misses it, or which two lie apart."""
         region, discs, vehicle = self.region, self.discs, self.vehicle
         if not region.components:
             return why_empty(region, self.floor, vehicle)
-        distance = shapely.distance(np.array(region.components)[:, None], shapely.points(discs.centers))
+        distance = shapely.distance(
+            np.array(region.components)[:, None], shapely.points(discs.centers)
+        )
         meets = distance <= discs.radii + OVERLAY_ERROR
         for k in np.flatnonzero(~meets.any(axis=0)).tolist():
-            (x, y), (a, b) = discs.centers[k], region.nearest(discs.centers[k]) or discs.centers[k]
+            (x, y), (a, b) = (
+                discs.centers[k],
+                region.nearest(discs.centers[k]) or discs.centers[k],
+            )
             return (
                 f"waypoint {k + 1} ({x:.4f}, {y:.4f}) is not flyable ({region.why_not(discs.centers[k])}); the nearest "
                 f"flyable point, ({a:.4f}, {b:.4f}), is {distance[:, k].min():.4f} rad away, more than its radius "
@@ -386,7 +500,11 @@ class _Search(NamedTuple):
             )
         for first, second in combinations(range(len(discs.radii)), 2):
             if not (meets[:, first] & meets[:, second]).any():
-                factor = separating_factor(discs.centers[first].tolist(), discs.centers[second].tolist(), vehicle)
+                factor = separating_factor(
+                    discs.centers[first].tolist(),
+                    discs.centers[second].tolist(),
+                    vehicle,
+                )
                 separated = f", separated by {factor}" if factor else ""
                 return f"waypoints {first + 1} and {second + 1} lie in different parts of the flyable region{separated}"
         return "any two of the waypoints share a part of the flyable region, but no part meets all discs"
@@ -397,7 +515,11 @@ class _Search(NamedTuple):
         for center, radius in zip(*self.discs, strict=True):
             at = shapely.Point(center)
             # The polygon lies inside the disc.
-            shared = shared & (shapely.buffer(at, radius * (1 - 1e-9), quad_segs=64) if radius > 0 else at)
+            shared = shared & (
+                shapely.buffer(at, radius * (1 - 1e-9), quad_segs=64)
+                if radius > 0
+                else at
+            )
         if shared.is_empty:
             return None
         point = shapely.point_on_surface(shared).coords[0]
@@ -405,7 +527,9 @@ class _Search(NamedTuple):
             middle = shapely.Point(self.discs.centers.mean(axis=0))
             point = shapely.shortest_line(middle, shared).coords[-1]
         passes = np.linspace(0.0, self.pieces, len(self.discs.radii), endpoint=False)
-        return least_effort.SmoothLoop(points=np.tile(np.array(point), (self.pieces, 1)), passes=passes)
+        return least_effort.SmoothLoop(
+            points=np.tile(np.array(point), (self.pieces, 1)), passes=passes
+        )
 
     def _start(self, problem: LeastEffort, targets: FloatArray) -> SmoothLoop | None:
         """Return a loop along shortest legs from one disc to the next, as a start."""
@@ -415,8 +539,12 @@ class _Search(NamedTuple):
                 continue
             # Each disc is passed where the eroded polygon is nearest to its target, or else to its centre.
             for aims in (targets, self.discs.centers):
-                nearest = shapely.get_coordinates(shapely.shortest_line(eroded, shapely.points(aims)))
-                stops = np.where(self.discs.radii[:, None] > 0, nearest.reshape(-1, 2, 2)[:, 0], aims)
+                nearest = shapely.get_coordinates(
+                    shapely.shortest_line(eroded, shapely.points(aims))
+                )
+                stops = np.where(
+                    self.discs.radii[:, None] > 0, nearest.reshape(-1, 2, 2)[:, 0], aims
+                )
                 if self.discs.misses(stops) <= 0:
                     break
             # Shortest legs from one to the next, nearly straight corners left out.
@@ -427,19 +555,29 @@ class _Search(NamedTuple):
                 path = paths.path(here, there)
                 leg = np.array([here, there]) if path is None else path
                 if len(leg) > 2:
-                    leg = np.asarray(shapely.simplify(shapely.LineString(leg), erosion / 2).coords)
+                    leg = np.asarray(
+                        shapely.simplify(shapely.LineString(leg), erosion / 2).coords
+                    )
                 at.append(len(corners))
                 corners += list(leg[:-1])
             if 3 * len(corners) <= _MOST_PIECES:
-                points, knots = least_effort.control_points_along(np.array(corners), self.pieces)
-                passes = np.append(knots, len(points))[at].astype(float)  # the last stop may be the first again
+                points, knots = least_effort.control_points_along(
+                    np.array(corners), self.pieces
+                )
+                passes = np.append(knots, len(points))[at].astype(
+                    float
+                )  # the last stop may be the first again
                 loop = least_effort.SmoothLoop(points=points, passes=passes)
                 if problem.keeps_inside(loop):
                     return loop
         return None
 
     def _described(
-        self, loop: SmoothLoop, history: Iterable[float], problem: LeastEffort | None, bound: float
+        self,
+        loop: SmoothLoop,
+        history: Iterable[float],
+        problem: LeastEffort | None,
+        bound: float,
     ) -> OptimalGait:
         """Return the answer that a loop is, every number of it taken from the loop itself."""
         effortless = self.base.objective == "tilt_rate"
@@ -453,7 +591,9 @@ class _Search(NamedTuple):
         plane, times = loop.passed(), loop.passes * width
         passed = np.hstack([plane, plane])
         passed.flags.writeable = times.flags.writeable = False
-        answer = replace(self.base, curve=curve, passed=passed, times=times, bound=bound)
+        answer = replace(
+            self.base, curve=curve, passed=passed, times=times, bound=bound
+        )
         report = curve.check(floor=self.floor).with_checks(answer.timed().rate_checks())
         effort = value = 2.0 / period * loop.effort
         if not effortless:
@@ -461,8 +601,13 @@ class _Search(NamedTuple):
             found = {check.name: float(check.value or 0.0) for check in report.checks}
             value, most = found["least_singular_value"], self.vehicle.thrust_share
             if self.base.objective == "hover_reserve":
-                used = found.get("thrust_limit", 0.0) / float(self.vehicle.max_thrust or 1.0)
-                value = min(found["hover_thrust"], math.inf if most is None else most * (1 - used))
+                used = found.get("thrust_limit", 0.0) / float(
+                    self.vehicle.max_thrust or 1.0
+                )
+                value = min(
+                    found["hover_thrust"],
+                    math.inf if most is None else most * (1 - used),
+                )
         stationarity, by_border = 0.0, False
         held: tuple[int, ...] = ()
         if problem is not None and effort > 0:
@@ -481,7 +626,10 @@ class _Search(NamedTuple):
             gap=abs(bound - value) / size if size > 0 else 0.0,
             stationarity=stationarity,
             violation=max(self.discs.misses(plane), 0.0),
-            active=(*(f"waypoint {number + 1}" for number in held), *[border] * by_border),
+            active=(
+                *(f"waypoint {number + 1}" for number in held),
+                *[border] * by_border,
+            ),
             history=tuple(2.0 / period * one for one in history),
             warnings=warnings,
         )

@@ -24,8 +24,19 @@ from shapely.affinity import translate
 from gaitgraph.angles import angle_within, checked_number, number_of
 from gaitgraph.errors import Infeasible, InputError, shown
 from gaitgraph.gait.gait import Gait
-from gaitgraph.gait.table import ANGLES, Table, closing_time, is_closed, surface_of, tilt_angles
-from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, coefficients_of, level_determinant
+from gaitgraph.gait.table import (
+    ANGLES,
+    Table,
+    closing_time,
+    is_closed,
+    surface_of,
+    tilt_angles,
+)
+from gaitgraph.invertibility.matrices import (
+    DEFAULT_FLOOR,
+    coefficients_of,
+    level_determinant,
+)
 from gaitgraph.io.formats import gait_of, given_gait
 from gaitgraph.planning.shortest_paths import ShortestPaths
 from gaitgraph.surface.admissible import admissible_region, why_empty
@@ -49,7 +60,9 @@ MOST_ROWS = 200_000
 
 _ROUND_OFF = 1e-10  # what rounding may put a row, or a segment between two rows on a border, outside [rad]
 _TURN = 2 * math.pi
-_LITTLE = 0.5  # a smaller share of the motion is said first, with what would keep as much
+_LITTLE = (
+    0.5  # a smaller share of the motion is said first, with what would keep as much
+)
 _THINNED = 1e-4  # how far a row may lie beside the corners by which a smaller loop is placed [rad]
 
 
@@ -83,7 +96,11 @@ class Retargeted:
         """Whether the gait is "unchanged" or "retargeted", or there is none: "infeasible"."""
         if self.table is None:
             return "infeasible"
-        return "retargeted" if self.added or self.unchanged < len(self._moves()) else "unchanged"
+        return (
+            "retargeted"
+            if self.added or self.unchanged < len(self._moves())
+            else "unchanged"
+        )
 
     def __bool__(self) -> bool:
         return self.table is not None
@@ -118,7 +135,11 @@ class Retargeted:
     @property
     def added(self) -> int:
         """How many rows were added between the given ones."""
-        return 0 if self.table is None or self.rows is None else len(self.table) - len(self.rows)
+        return (
+            0
+            if self.table is None or self.rows is None
+            else len(self.table) - len(self.rows)
+        )
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the answer as plain values, ready for JSON; a saved one can be read as a gait file."""
@@ -129,7 +150,10 @@ class Retargeted:
             "status": self.status,
             "reason": self.reason,
             "rows": None if self.moved is None else len(self.moved),
-            **{name: getattr(self, name) if self else None for name in ("unchanged", "added", "total", "rms")},
+            **{
+                name: getattr(self, name) if self else None
+                for name in ("unchanged", "added", "total", "rms")
+            },
             "largest": largest,
             "largest_row": row,
             "share": self.share,
@@ -141,7 +165,10 @@ class Retargeted:
             "t": columns["t"].tolist() if "t" in columns else None,
             "alternatives": list(self.alternatives),
             "before": self.before.as_mapping(),
-            **{name: verdict.get(name, False) for name in ("valid", "flyable", "reachable_from_hover")},
+            **{
+                name: verdict.get(name, False)
+                for name in ("valid", "flyable", "reachable_from_hover")
+            },
             "checks": verdict.get("checks", []),
             "warnings": [*self.warnings, *verdict.get("warnings", [])],
         }
@@ -152,9 +179,15 @@ class Retargeted:
     def __str__(self) -> str:
         if self.after is None:
             return f"No gait: {self.reason}\nbefore: {self.before.verdict}"
-        lines = [f"{self.status}: {self.unchanged} of {len(self._moves())} rows as they were, {self.added} added"]
+        lines = [
+            f"{self.status}: {self.unchanged} of {len(self._moves())} rows as they were, {self.added} added"
+        ]
         if self.share is not None and self.share < _LITTLE:
-            kept = "stands still" if self.share < 1e-6 else f"keeps {100 * self.share:.0f} % of the motion"
+            kept = (
+                "stands still"
+                if self.share < 1e-6
+                else f"keeps {100 * self.share:.0f} % of the motion"
+            )
             lines.insert(0, f"The nearest flyable gait {kept}.")
             if self.moving is not None:
                 wanted = f"The nearest that keeps half is moved by {self.moving.largest[0]:.4f} rad at most"
@@ -162,11 +195,20 @@ class Retargeted:
         if self.status == "retargeted":
             far, row = self.largest
             sums = f"{self.rms:.4f} rad rms, {self.total:.4f} rad in sum"
-            kept = "" if self.share is None else f", {100 * self.share:.0f} % of the motion kept"
+            kept = (
+                ""
+                if self.share is None
+                else f", {100 * self.share:.0f} % of the motion kept"
+            )
             lines.append(f"moved by {far:.4f} rad at most (row {row}), {sums}{kept}")
         for word, report in (("before: ", self.before), ("after:  ", self.after)):
-            lines += [word + report.verdict, *([] if report.flyable else [f"        {report.reason}"])]
-        return "\n".join([*lines, *(f"warning: {warning}" for warning in self.warnings)])
+            lines += [
+                word + report.verdict,
+                *([] if report.flyable else [f"        {report.reason}"]),
+            ]
+        return "\n".join(
+            [*lines, *(f"warning: {warning}" for warning in self.warnings)]
+        )
 
 
 def retarget(
@@ -221,33 +263,56 @@ def retarget(
     >>> answer.table.alpha[0].round(3).tolist()
     [0.45, -1.15, 0.45, -1.15]
     """
-    floor, margin = checked_number("floor", floor), angle_within(margin, "margin", least=0.0)
+    floor, margin = (
+        checked_number("floor", floor),
+        angle_within(margin, "margin", least=0.0),
+    )
     if keep is not None and not 0 < number_of(keep) <= 1:
         raise InputError(f"keep must be above 0 and at most 1, got {shown(keep)}")
     given = given_gait(source)
-    table = given if isinstance(given, Table) else _table_from(given) if isinstance(given, Gait) else table_of(given)
+    table = (
+        given
+        if isinstance(given, Table)
+        else _table_from(given)
+        if isinstance(given, Gait)
+        else table_of(given)
+    )
     if len(table) > MOST_ROWS:
         raise InputError(f"gait must have at most {MOST_ROWS} rows, got {len(table)}")
     chosen, numbers, crossing_tolerance = surface_of(table, vehicle, coefficients)
     zones = Zones(keep_out=keep_out, keep_in=keep_in)
     before = validate(table, vehicle=chosen, coefficients=numbers.kind, floor=floor)
-    region = admissible_region(chosen, sign=sign, coefficients=numbers, floor=floor, zones=zones)
-    inside = replace(region, inner=polygons_of(offset(region.inner, -margin))) if margin else region
+    region = admissible_region(
+        chosen, sign=sign, coefficients=numbers, floor=floor, zones=zones
+    )
+    inside = (
+        replace(region, inner=polygons_of(offset(region.inner, -margin)))
+        if margin
+        else region
+    )
     parts = inside.components
     if not parts:
         narrow = f"no point of the flyable region is {margin:g} rad from its border; use a smaller margin"
-        return Retargeted(before=before, reason=narrow if region.components else why_empty(region, floor, chosen))
+        return Retargeted(
+            before=before,
+            reason=narrow if region.components else why_empty(region, floor, chosen),
+        )
 
     # The rows without the closing one, and with α3 and α4 within half a turn of α1 and α2.
     given = tilt_angles(table, numbers)
     turns = np.rint((given[:, 2:] - given[:, :2]) / _TURN)
-    given = np.hstack([given[:, :2], np.where(turns == 0, given[:, 2:], given[:, 2:] - _TURN * turns)])
+    given = np.hstack(
+        [given[:, :2], np.where(turns == 0, given[:, 2:], given[:, 2:] - _TURN * turns)]
+    )
     turned, closing = turns.any(axis=1), is_closed(given)
     rows = given[: len(given) - closing]
 
     targets, totals = _targets(rows, parts, keep)
     if np.isnan(totals).all():
-        return Retargeted(before=before, reason=f"{100 * number_of(keep):.3g} % of the motion fits nowhere; lower keep")
+        return Retargeted(
+            before=before,
+            reason=f"{100 * number_of(keep):.3g} % of the motion fits nowhere; lower keep",
+        )
     best = int(np.nanargmin(totals))
     middle = targets[best]
     points: Any = shapely.points(middle)
@@ -258,12 +323,18 @@ def retarget(
     if (
         turned.any()
         or not before.flyable
-        or (sign and (sign == "positive") != (level_determinant(rows[0], coefficients_of(chosen, "exact")) > 0))
+        or (
+            sign
+            and (sign == "positive")
+            != (level_determinant(rows[0], coefficients_of(chosen, "exact")) > 0)
+        )
         or not shapely.covers(offset(inside.inner, 2 * region.accuracy), loop)
     ):
         # Others go to the nearest point of the component; those on the red sheet above it stay, bit by bit.
         outside = shapely.distance(parts[best], points) > _ROUND_OFF
-        segments = shapely.get_coordinates(shapely.shortest_line(parts[best], points[outside])).reshape(-1, 2, 2)
+        segments = shapely.get_coordinates(
+            shapely.shortest_line(parts[best], points[outside])
+        ).reshape(-1, 2, 2)
         middle[outside] = segments[:, 0]
         new, placed = _joined(middle, parts[best])
 
@@ -271,17 +342,32 @@ def retarget(
     if closing:  # the closing row moves with the others, to the first
         new = given if new is rows else np.vstack([new, new[:1]])
         placed = np.append(placed, len(new) - 1)
-    shared: Any = {"vehicle": chosen, "coefficients": numbers, "crossing_tolerance": crossing_tolerance}
+    shared: Any = {
+        "vehicle": chosen,
+        "coefficients": numbers,
+        "crossing_tolerance": crossing_tolerance,
+    }
     gait = Gait(alpha=new, colors=("red",) * len(new), **shared)
-    fresh = _table_from(gait, t, made_by="retarget", sign=sign, floor=floor, margin=margin)
+    fresh = _table_from(
+        gait, t, made_by="retarget", sign=sign, floor=floor, margin=margin
+    )
     after = validate(fresh, vehicle=chosen, coefficients=numbers.kind, floor=floor)
     moved = np.linalg.norm(new[placed] - given, axis=1)
     moved.flags.writeable = placed.flags.writeable = False
     length, moving = Gait(alpha=rows).length, None
     share = gait.length / length if length > 0 else None
     if keep is None and share is not None and share < _LITTLE:
-        shared = {"vehicle": chosen, "coefficients": numbers.kind, "sign": sign, "floor": floor, "margin": margin}
-        moving = retarget(table, **shared, keep_out=keep_out, keep_in=keep_in, keep=_LITTLE) or None
+        shared = {
+            "vehicle": chosen,
+            "coefficients": numbers.kind,
+            "sign": sign,
+            "floor": floor,
+            "margin": margin,
+        }
+        moving = (
+            retarget(table, **shared, keep_out=keep_out, keep_in=keep_in, keep=_LITTLE)
+            or None
+        )
     return Retargeted(
         before=before,
         reason=None if after.flyable else after.reason,
@@ -293,34 +379,57 @@ def retarget(
         alternatives=tuple(np.sort(totals[~np.isnan(totals)]).tolist()),
         share=share,
         moving=moving,
-        warnings=(f"took whole turns off α3 or α4 in {turned.sum()} rows",) if turned.any() else (),
+        warnings=(f"took whole turns off α3 or α4 in {turned.sum()} rows",)
+        if turned.any()
+        else (),
     )
 
 
-def _targets(rows: FloatArray, parts: Sequence[Polygon], keep: float | None) -> tuple[list[FloatArray], FloatArray]:
+def _targets(
+    rows: FloatArray, parts: Sequence[Polygon], keep: float | None
+) -> tuple[list[FloatArray], FloatArray]:
     """Return what rows are moved towards in each component, points (α1, α2), and the summed distances to it.
 
     Distances are in four dimensions. With `keep` the points are those of a smaller loop, NaN where it does not fit.
     """
-    middle, off = (rows[:, :2] + rows[:, 2:]) / 2, np.sum((rows[:, :2] - rows[:, 2:]) ** 2, axis=1) / 2
-    targets = [middle if keep is None else _smaller(rows[:, :2], keep, part, middle.mean(axis=0)) for part in parts]
+    middle, off = (
+        (rows[:, :2] + rows[:, 2:]) / 2,
+        np.sum((rows[:, :2] - rows[:, 2:]) ** 2, axis=1) / 2,
+    )
+    targets = [
+        middle
+        if keep is None
+        else _smaller(rows[:, :2], keep, part, middle.mean(axis=0))
+        for part in parts
+    ]
     squares = np.sum((np.array(targets) - middle) ** 2, axis=2)
     if keep is None:
-        squares = shapely.distance(np.array(parts)[:, None], shapely.points(middle)) ** 2
+        squares = (
+            shapely.distance(np.array(parts)[:, None], shapely.points(middle)) ** 2
+        )
     return targets, np.sqrt(2 * squares + off).sum(axis=1)
 
 
-def _smaller(plane: FloatArray, share: float, part: Polygon, wanted: FloatArray) -> FloatArray:
+def _smaller(
+    plane: FloatArray, share: float, part: Polygon, wanted: FloatArray
+) -> FloatArray:
     """Return a loop made smaller by a factor, inside a component, with its mean as near to a wanted point as possible.
 
     The means that keep one row in the component form the component moved by minus the row. NaN if nothing fits.
     """
     shape = share * (plane - plane.mean(axis=0))
-    corners = shapely.get_coordinates(shapely.simplify(shapely.linestrings(np.vstack([shape, shape[:1]])), _THINNED))
+    corners = shapely.get_coordinates(
+        shapely.simplify(shapely.linestrings(np.vstack([shape, shape[:1]])), _THINNED)
+    )
     means = shapely.intersection_all([translate(part, *-by) for by in corners])
     if means.is_empty:
         return np.full_like(shape, np.nan)
-    return np.asarray(shape + shapely.get_coordinates(shapely.shortest_line(means, shapely.Point(wanted)))[0])
+    return np.asarray(
+        shape
+        + shapely.get_coordinates(shapely.shortest_line(means, shapely.Point(wanted)))[
+            0
+        ]
+    )
 
 
 def _table_from(gait: Gait, t: FloatArray | None = None, **about: Any) -> Table:
@@ -329,8 +438,14 @@ def _table_from(gait: Gait, t: FloatArray | None = None, **about: Any) -> Table:
     columns |= dict(zip(ANGLES, gait.alpha.T.copy(), strict=True))
     if gait.colors:
         columns |= {"color": gait.colors, "types": gait.types, "R": gait.R}
-    shared = {"vehicle": gait.vehicle.as_mapping(), "coefficients": gait.coefficients.kind}
-    return Table(columns=columns, about={**shared, "crossing_tolerance": gait.crossing_tolerance, **about})
+    shared = {
+        "vehicle": gait.vehicle.as_mapping(),
+        "coefficients": gait.coefficients.kind,
+    }
+    return Table(
+        columns=columns,
+        about={**shared, "crossing_tolerance": gait.crossing_tolerance, **about},
+    )
 
 
 def _joined(plane: FloatArray, part: Polygon) -> tuple[FloatArray, IntArray]:
@@ -339,7 +454,9 @@ def _joined(plane: FloatArray, part: Polygon) -> tuple[FloatArray, IntArray]:
     around = offset(part, _ROUND_OFF)
     shapely.prepare(around)
     lines = shapely.linestrings(np.stack([plane, ends], axis=1))
-    bent = np.flatnonzero(~(shapely.covers(around, lines) | (plane == ends).all(axis=1))).tolist()
+    bent = np.flatnonzero(
+        ~(shapely.covers(around, lines) | (plane == ends).all(axis=1))
+    ).tolist()
     paths: Any = ShortestPaths(part) if bent else None
     pieces = [plane[k : k + 1] for k in range(len(plane))]
     for k in bent:
@@ -349,9 +466,13 @@ def _joined(plane: FloatArray, part: Polygon) -> tuple[FloatArray, IntArray]:
     return np.hstack([new, new]), np.cumsum([0, *(len(piece) for piece in pieces[:-1])])
 
 
-def _times(t: FloatArray, rows: FloatArray, placed: IntArray, closing: bool) -> FloatArray:
+def _times(
+    t: FloatArray, rows: FloatArray, placed: IntArray, closing: bool
+) -> FloatArray:
     """Return the time of each new row: given rows keep theirs, added ones get theirs by length."""
-    gone = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.roll(rows, -1, axis=0) - rows, axis=1))])
+    gone = np.concatenate(
+        [[0.0], np.cumsum(np.linalg.norm(np.roll(rows, -1, axis=0) - rows, axis=1))]
+    )
     given = t[: len(placed)]
     end = t[-1] if closing else closing_time(t[0], t[-1], len(t))
     times = np.interp(gone, gone[np.append(placed, len(rows))], np.append(given, end))

@@ -10,8 +10,14 @@ if TYPE_CHECKING:
     from gaitgraph.planning.any_angle import location_of as location_of
     from gaitgraph.planning.planner import Plan as Plan, plan_loop as plan_loop
     from gaitgraph.planning.replanning import Replan as Replan, Replanner as Replanner
-    from gaitgraph.planning.request import PlanRequest as PlanRequest, plan_request as plan_request
+    from gaitgraph.planning.request import (
+        PlanRequest as PlanRequest,
+        plan_request as plan_request,
+    )
     from gaitgraph.planning.shortest_paths import ShortestPaths as ShortestPaths
-    from gaitgraph.planning.transitions import Transition as Transition, transition as transition
+    from gaitgraph.planning.transitions import (
+        Transition as Transition,
+        transition as transition,
+    )
 else:
     __getattr__, __dir__ = lazy_names(__name__)

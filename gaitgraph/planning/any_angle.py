@@ -21,10 +21,24 @@ from gaitgraph.errors import InputError, checked_choice, shown
 from gaitgraph.gait.gait import lift
 from gaitgraph.graph.build import segments_fly
 from gaitgraph.graph.walks import order_of_places, quanta_of
-from gaitgraph.invertibility.matrices import least_singular_value_on_red, level_determinant, noise_of
-from gaitgraph.invertibility.segment_bounds import least_level_determinant, least_singular_value_along
+from gaitgraph.invertibility.matrices import (
+    least_singular_value_on_red,
+    level_determinant,
+    noise_of,
+)
+from gaitgraph.invertibility.segment_bounds import (
+    least_level_determinant,
+    least_singular_value_along,
+)
 from gaitgraph.planning.refusal import Branch, FoundPath, Obstacle, branches_of
-from gaitgraph.surface.sheets import RELATION, Color, Sign, family_codes, family_jumps, red_label
+from gaitgraph.surface.sheets import (
+    RELATION,
+    Color,
+    Sign,
+    family_codes,
+    family_jumps,
+    red_label,
+)
 from gaitgraph.validation.validating import check_gait
 
 if TYPE_CHECKING:
@@ -38,10 +52,14 @@ if TYPE_CHECKING:
 
 _WIDTH = 110
 _MOST_NEAREST = 8
-_ROBUST_STEPS = 22  # halvings of the range of least singular values: to better than 1e-6
+_ROBUST_STEPS = (
+    22  # halvings of the range of least singular values: to better than 1e-6
+)
 
 
-def any_angle_paths(branch: Branch, progress: Callable[[str], None] | None) -> list[FoundPath] | Obstacle:
+def any_angle_paths(
+    branch: Branch, progress: Callable[[str], None] | None
+) -> list[FoundPath] | Obstacle:
     """Return the shortest loop of a branch for each use of it, or the obstacle."""
     request, found = branch.request, list[FoundPath]()
     if progress is not None:
@@ -51,15 +69,29 @@ def any_angle_paths(branch: Branch, progress: Callable[[str], None] | None) -> l
     robust = request.objective == "robust" and branch.color == "red"
     reorder = request.any_order and len(request.waypoints) > 3
     for use in branch.uses:
-        judged = straight_loop(branch) if use == "flyable" and not (reorder or robust) else None
+        judged = (
+            straight_loop(branch)
+            if use == "flyable" and not (reorder or robust)
+            else None
+        )
         straight = judged is not None or (
-            (robust or use == "valid") and not reorder and straight_loop_holds(branch, use, robust=robust)
+            (robust or use == "valid")
+            and not reorder
+            and straight_loop_holds(branch, use, robust=robust)
         )
         if straight:
-            points, order, gap = request.waypoints, tuple(range(len(request.waypoints))), 0.0
+            points, order, gap = (
+                request.waypoints,
+                tuple(range(len(request.waypoints))),
+                0.0,
+            )
             bound: float | None = length_of([*points, points[0]])
         else:
-            region = _most_robust_region(branch, use) if robust else prepared_region(branch, use)
+            region = (
+                _most_robust_region(branch, use)
+                if robust
+                else prepared_region(branch, use)
+            )
             answer = _shortest_in_region(branch, region, reorder, progress)
             if isinstance(answer, Obstacle):
                 if use != branch.uses[-1]:
@@ -68,7 +100,15 @@ def any_angle_paths(branch: Branch, progress: Callable[[str], None] | None) -> l
             points, order, bound, gap = answer
         path = _lifted(branch, points) if judged is None else judged[0]
         if not any(np.array_equal(path.alpha, other.path.alpha) for other in found):
-            found.append(FoundPath(path, order, None if robust and not straight else bound, gap, judged and judged[1]))
+            found.append(
+                FoundPath(
+                    path,
+                    order,
+                    None if robust and not straight else bound,
+                    gap,
+                    judged and judged[1],
+                )
+            )
         if straight:
             break  # nothing is shorter
     return found
@@ -83,7 +123,10 @@ def shortest_path(branch: Branch, use: Use) -> Leg | None:
 
 
 def _shortest_in_region(
-    branch: Branch, region: PreparedRegion, reorder: bool, progress: Callable[[str], None] | None
+    branch: Branch,
+    region: PreparedRegion,
+    reorder: bool,
+    progress: Callable[[str], None] | None,
 ) -> tuple[tuple[Point, ...], tuple[int, ...], float, float] | Obstacle:
     """Return the points of the shortest closed path, as a :data:`FoundPath` has the rest; or an obstacle."""
     waypoints = branch.request.waypoints
@@ -109,8 +152,16 @@ def _shortest_in_region(
         leg = leg_between(first, second)
         if leg is None:
             parts = [region.region.component_of(waypoints[k]) for k in (first, second)]
-            sizes = [f"{region.region.components[part].area:.3g}" for part in parts if part is not None]
-            wall = "the border: move one" if branch.request.zones is None else "keep_out or keep_in: move these or one"
+            sizes = [
+                f"{region.region.components[part].area:.3g}"
+                for part in parts
+                if part is not None
+            ]
+            wall = (
+                "the border: move one"
+                if branch.request.zones is None
+                else "keep_out or keep_in: move these or one"
+            )
             where = f"{wall} of the waypoints, which lie in parts of {' and '.join(sizes)} rad²"
             return branch.separation((first, second), where)
         path += leg.points[:-1]
@@ -122,10 +173,19 @@ def first_outside(branch: Branch, region: PreparedRegion) -> Obstacle | None:
     """Return the obstacle at the first waypoint outside a region, or None if all are in it."""
     for k, point in enumerate(branch.request.waypoints):
         if region.entry(point) is None:
-            why = region.region.why_not(point) or "it lies outside the admissible region"
+            why = (
+                region.region.why_not(point) or "it lies outside the admissible region"
+            )
             numbers = branch.coefficients
-            alpha = lift([point], branch.color, vehicle=branch.request.vehicle, coefficients=numbers).alpha[0]
-            return branch.obstacle_at(k, f": {why}", float(level_determinant(alpha, numbers)))
+            alpha = lift(
+                [point],
+                branch.color,
+                vehicle=branch.request.vehicle,
+                coefficients=numbers,
+            ).alpha[0]
+            return branch.obstacle_at(
+                k, f": {why}", float(level_determinant(alpha, numbers))
+            )
     return None
 
 
@@ -133,13 +193,21 @@ def _most_robust_region(branch: Branch, use: Use) -> PreparedRegion:
     """Return the region with the highest floor of the least singular value that still joins all waypoints."""
     points = branch.request.waypoints
     plane = np.array(points)
-    high = float(np.min(least_singular_value_on_red(plane[:, 0], plane[:, 1], branch.request.vehicle)))
+    high = float(
+        np.min(
+            least_singular_value_on_red(
+                plane[:, 0], plane[:, 1], branch.request.vehicle
+            )
+        )
+    )
     low = branch.request.floor if use == "flyable" else 0.0
 
     def joining(floor: float | None = None) -> PreparedRegion | None:
         prepared = prepared_region(branch, use, floor)
         entries = [entry for entry in map(prepared.entry, points) if entry is not None]
-        joined = len(entries) == len(points) and all(prepared.region.joined(entries[0], entry) for entry in entries)
+        joined = len(entries) == len(points) and all(
+            prepared.region.joined(entries[0], entry) for entry in entries
+        )
         return prepared if joined else None
 
     best = joining()
@@ -168,20 +236,32 @@ def with_nearest(obstacle: Obstacle, request: PlanRequest) -> Obstacle:
     if obstacle.kind != "waypoint":
         return replace(obstacle, moved=moved)
     if not moved:
-        return replace(obstacle, message=f"{obstacle.message}; {why_empty(region, request.floor, request.vehicle)}")
+        return replace(
+            obstacle,
+            message=f"{obstacle.message}; {why_empty(region, request.floor, request.vehicle)}",
+        )
     nearest = moved[obstacle.waypoints[0] - 1]
     elsewhere = [k for k, point in enumerate(request.waypoints) if moved[k] != point]
     if len(elsewhere) < 2:
         message = f"the nearest admissible point is {region.as_text(nearest)}"
     else:
         listed = [f"{region.as_text(moved[k])} for waypoint {k + 1}" for k in elsewhere]
-        more = [f"and {len(elsewhere) - _MOST_NEAREST} more"] * (len(elsewhere) > _MOST_NEAREST)
+        more = [f"and {len(elsewhere) - _MOST_NEAREST} more"] * (
+            len(elsewhere) > _MOST_NEAREST
+        )
         message = f"the nearest admissible points are {', '.join([*listed[:_MOST_NEAREST], *more])}"
-    return replace(obstacle, message=f"{obstacle.message}; {message}", nearest=nearest, moved=moved)
+    return replace(
+        obstacle, message=f"{obstacle.message}; {message}", nearest=nearest, moved=moved
+    )
 
 
 def _lifted(branch: Branch, points: Sequence[Point]) -> Gait:
-    return lift(points, branch.color, vehicle=branch.request.vehicle, coefficients=branch.coefficients)
+    return lift(
+        points,
+        branch.color,
+        vehicle=branch.request.vehicle,
+        coefficients=branch.coefficients,
+    )
 
 
 def straight_loop(branch: Branch) -> tuple[Gait, tuple[Gait, Report]] | None:
@@ -200,7 +280,9 @@ def straight_loop(branch: Branch) -> tuple[Gait, tuple[Gait, Report]] | None:
 def _zones_allow(branch: Branch) -> bool:
     """Return whether the request's polygons allow the straight loop."""
     points, zones = branch.request.waypoints, branch.request.zones
-    return zones is None or bool(zones.allow_segments(points, [*points[1:], points[0]]).all())
+    return zones is None or bool(
+        zones.allow_segments(points, [*points[1:], points[0]]).all()
+    )
 
 
 def straight_loop_holds(branch: Branch, use: Use, *, robust: bool = False) -> bool:
@@ -209,7 +291,9 @@ def straight_loop_holds(branch: Branch, use: Use, *, robust: bool = False) -> bo
     if not _zones_allow(branch):
         return False
     if use == "flyable":
-        starts = np.array(request.waypoints)[:, [0, 1, 0, 1]]  # red, where α3 = α1 and α4 = α2
+        starts = np.array(request.waypoints)[
+            :, [0, 1, 0, 1]
+        ]  # red, where α3 = α1 and α4 = α2
         # Where all thrusts push up, the borders of R are straight: R keeps its sign between points of one label.
         labels = red_label(starts[:, 0], starts[:, 1], request.vehicle)
         if not (labels == labels[0]).all() or labels[0].prod() != branch.wanted:
@@ -220,13 +304,20 @@ def straight_loop_holds(branch: Branch, use: Use, *, robust: bool = False) -> bo
         gait = _lifted(branch, request.waypoints)
         starts, ends = gait.alpha, gait.ends
         codes, noise = family_codes(gait.colors), noise_of(coefficients)
-        least = least_level_determinant(starts, ends, coefficients, sign=branch.wanted, tolerance=0.0, floor=noise)
-        holds = bool(least.lower.min() >= noise) and not family_jumps(starts, ends, codes, codes, coefficients).any()
+        least = least_level_determinant(
+            starts, ends, coefficients, sign=branch.wanted, tolerance=0.0, floor=noise
+        )
+        holds = (
+            bool(least.lower.min() >= noise)
+            and not family_jumps(starts, ends, codes, codes, coefficients).any()
+        )
     if not holds or not robust:
         return holds
     # None is better if its least singular value is that of a waypoint.
     along = least_singular_value_along(starts, ends, request.vehicle, tolerance=1e-7)
-    at_waypoints = least_singular_value_on_red(starts[:, 0], starts[:, 1], request.vehicle)
+    at_waypoints = least_singular_value_on_red(
+        starts[:, 0], starts[:, 1], request.vehicle
+    )
     return bool(along.lower.min() >= at_waypoints.min() - 1e-6)
 
 
@@ -263,20 +354,36 @@ class PreparedRegion:
             return point
         nearest = self.region.nearest(point)
         # The polygon of a curved border leaves this much out; the segment from there is checked with the loop.
-        return nearest if nearest is not None and math.dist(nearest, point) <= 4 * self.region.accuracy else None
+        return (
+            nearest
+            if nearest is not None
+            and math.dist(nearest, point) <= 4 * self.region.accuracy
+            else None
+        )
 
     def leg(self, start: Point, end: Point) -> Leg | None:
         """Return the shortest path from one point to another, or None."""
         found = around = self._around.path(start, end)
-        if around is None or not self.region.inner.covers(shapely.linestrings([start, *around.tolist()])):
+        if around is None or not self.region.inner.covers(
+            shapely.linestrings([start, *around.tolist()])
+        ):
             # What is shortest in the polygon around the region is so in the region only if it lies there.
             first, last = self.entry(start), self.entry(end)
-            found = None if first is None or last is None else self.paths.path(first, last)
+            found = (
+                None if first is None or last is None else self.paths.path(first, last)
+            )
         if found is None:
             return None
-        points = [point for point, _ in groupby([start, *((float(x), float(y)) for x, y in found), end])]
+        points = [
+            point
+            for point, _ in groupby(
+                [start, *((float(x), float(y)) for x, y in found), end]
+            )
+        ]
         # An end outside even that polygon is not in the region: only the straight line is certain.
-        shortest = math.dist(start, end) if around is None else length_of(around.tolist())
+        shortest = (
+            math.dist(start, end) if around is None else length_of(around.tolist())
+        )
         length = length_of(points)
         return Leg(points, length, min(length, shortest))
 
@@ -286,7 +393,9 @@ def length_of(points: Sequence[Sequence[float]]) -> float:
     return sum(math.dist(a, b) for a, b in pairwise(points))
 
 
-def prepared_region(branch: Branch, use: Use, floor: float | None = None) -> PreparedRegion:
+def prepared_region(
+    branch: Branch, use: Use, floor: float | None = None
+) -> PreparedRegion:
     """Return the region in which loops of a branch are planned, with the request's floor or another one."""
     request = branch.request
     if floor is None:
@@ -306,11 +415,16 @@ def prepared_region(branch: Branch, use: Use, floor: float | None = None) -> Pre
 @lru_cache(maxsize=32)
 def _prepared(**asked: Any) -> PreparedRegion:
     """Return a prepared region, kept for the next request; with "valid" the floor is that of a robust loop or 0."""
-    from gaitgraph.surface.admissible import admissible_region, singular_value_region  # loads shapely
+    from gaitgraph.surface.admissible import (
+        admissible_region,
+        singular_value_region,
+    )  # loads shapely
 
     region = admissible_region(**asked)
     if asked["use"] == "valid" and asked["floor"] > 0:
-        region = region & singular_value_region(asked["floor"], asked["vehicle"], accuracy=asked["accuracy"])
+        region = region & singular_value_region(
+            asked["floor"], asked["vehicle"], accuracy=asked["accuracy"]
+        )
     return PreparedRegion(region)
 
 
@@ -344,7 +458,9 @@ class RegionLocation:
     def joined(self) -> bool:
         """Whether there is one part of the region, or parts that touch, with all waypoints."""
         points = [waypoint.point for waypoint in self.waypoints]
-        return bool(self.region.components) and all(self.region.joined(points[0], other) for other in points)
+        return bool(self.region.components) and all(
+            self.region.joined(points[0], other) for other in points
+        )
 
     def as_mapping(self) -> dict[str, Any]:
         """Return plain values, ready for JSON."""
@@ -353,9 +469,20 @@ class RegionLocation:
             "color": self.color,
             "sign": self.sign,
             "area": self.region.area,
-            "parts": [{"area": part.area, "inside": list(part.representative_point().coords[0])} for part in parts],
+            "parts": [
+                {
+                    "area": part.area,
+                    "inside": list(part.representative_point().coords[0]),
+                }
+                for part in parts
+            ],
             "waypoints": [
-                {"waypoint": list(point), "part": part, "reason": why_not, "nearest": nearest and list(nearest)}
+                {
+                    "waypoint": list(point),
+                    "part": part,
+                    "reason": why_not,
+                    "nearest": nearest and list(nearest),
+                }
                 for point, part, why_not, nearest in self.waypoints
             ],
             "joined": self.joined,
@@ -363,20 +490,40 @@ class RegionLocation:
 
     def __str__(self) -> str:
         sizes = [f"{part.area:.4g}" for part in self.region.components]
-        parts = f"{len(sizes)} part{'s' * (len(sizes) > 1)} of {', '.join(sizes)} rad²" if sizes else "empty"
+        parts = (
+            f"{len(sizes)} part{'s' * (len(sizes) > 1)} of {', '.join(sizes)} rad²"
+            if sizes
+            else "empty"
+        )
         lines = [f"{self.color}, {RELATION[self.sign]}: {parts}"]
-        for number, component in enumerate(() if self.waypoints else self.region.components, start=1):
+        for number, component in enumerate(
+            () if self.waypoints else self.region.components, start=1
+        ):
             a1, a2 = component.representative_point().coords[0]
-            lines.append(f"  part {number}: {component.area:.4g} rad², around ({a1:.4f}, {a2:.4f})")
-        for number, (point, part, why_not, nearest) in enumerate(self.waypoints, start=1):
+            lines.append(
+                f"  part {number}: {component.area:.4g} rad², around ({a1:.4f}, {a2:.4f})"
+            )
+        for number, (point, part, why_not, nearest) in enumerate(
+            self.waypoints, start=1
+        ):
             text = f"in part {part}" if part is not None else f"{why_not}"
             if nearest is not None:
-                joined = "admissible point" if part is None else "point in one part with the others"
+                joined = (
+                    "admissible point"
+                    if part is None
+                    else "point in one part with the others"
+                )
                 text += f"; the nearest {joined} is {self.region.as_text(nearest)}"
             text = f"waypoint {number} ({point[0]:.4f}, {point[1]:.4f}): {text}"
-            lines.append(fill(text, _WIDTH, initial_indent="  ", subsequent_indent="    "))
+            lines.append(
+                fill(text, _WIDTH, initial_indent="  ", subsequent_indent="    ")
+            )
         if len(self.waypoints) > 1:
-            lines.append("  a loop can join them all" if self.joined else "  no loop can join them")
+            lines.append(
+                "  a loop can join them all"
+                if self.joined
+                else "  no loop can join them"
+            )
         return "\n".join(lines)
 
 
@@ -398,7 +545,12 @@ class Location:
     def as_mapping(self) -> dict[str, Any]:
         """Return plain values, ready for JSON."""
         regions = [one.as_mapping() for one in self.regions]
-        return {"use": self.use, "accuracy": self.accuracy, "joined": bool(self), "regions": regions}
+        return {
+            "use": self.use,
+            "accuracy": self.accuracy,
+            "joined": bool(self),
+            "regions": regions,
+        }
 
     def __str__(self) -> str:
         return "\n".join(map(str, self.regions))
@@ -422,16 +574,27 @@ def location_of(request: PlanRequest, *, use: Use = "flyable") -> Location:
     """
     checked_choice("use", use, ("flyable", "valid"))
     if not hasattr(type(request), "as_mapping"):
-        raise InputError(f"request must be a PlanRequest, as planning.plan_request returns, got {shown(request)}")
+        raise InputError(
+            f"request must be a PlanRequest, as planning.plan_request returns, got {shown(request)}"
+        )
     regions = []
-    for branch in branches_of(replace(request, color="blue" if request.color == "blue" else "red")):
+    for branch in branches_of(
+        replace(request, color="blue" if request.color == "blue" else "red")
+    ):
         region = prepared_region(branch, use).region
         waypoints = []
         moved = region.nearest_joined(request.waypoints) if request.waypoints else ()
         for point, near in zip_longest(request.waypoints, moved):
             part, nearest = region.component_of(point), None if near == point else near
-            number, why_not = (None, region.why_not(point)) if part is None else (part + 1, None)
+            number, why_not = (
+                (None, region.why_not(point)) if part is None else (part + 1, None)
+            )
             waypoints.append(WaypointLocation(point, number, why_not, nearest))
-        located = RegionLocation(color=branch.color, sign=branch.sign, region=region, waypoints=tuple(waypoints))
+        located = RegionLocation(
+            color=branch.color,
+            sign=branch.sign,
+            region=region,
+            waypoints=tuple(waypoints),
+        )
         regions.append(located)
     return Location(use=use, accuracy=request.accuracy, regions=tuple(regions))

@@ -26,21 +26,29 @@ if TYPE_CHECKING:
 
 
 def grid_paths(
-    branches: Sequence[Branch], graph_of: Callable[[Sign], nx.Graph[Any]], progress: Callable[[str], None] | None
+    branches: Sequence[Branch],
+    graph_of: Callable[[Sign], nx.Graph[Any]],
+    progress: Callable[[str], None] | None,
 ) -> list[list[FoundPath] | Obstacle]:
     """Return the loops of each color with one sign of R, or the obstacle."""
     request, sign = branches[0].request, branches[0].sign
     rootless = [branch.rootless() for branch in branches]
     if set.intersection(*map(set, rootless)):
         # Some waypoint has no root at all with this sign: no need to build the graph.
-        return [branch.obstacle_at(k[0]) for branch, k in zip(branches, rootless, strict=True)]
+        return [
+            branch.obstacle_at(k[0])
+            for branch, k in zip(branches, rootless, strict=True)
+        ]
     graph = graph_of(sign)
     served = nodes_above(graph, request.waypoints)
     return [_paths_of_color(graph, served, branch, progress) for branch in branches]
 
 
 def _paths_of_color(
-    graph: nx.Graph[Any], served: list[list[Any]], branch: Branch, progress: Callable[[str], None] | None
+    graph: nx.Graph[Any],
+    served: list[list[Any]],
+    branch: Branch,
+    progress: Callable[[str], None] | None,
 ) -> list[FoundPath] | Obstacle:
     """Return the best loop of one color for each use of it, or the obstacle."""
     import networkx as nx
@@ -48,14 +56,20 @@ def _paths_of_color(
     request = branch.request
     if progress is not None:
         progress(f"searching {branch.color} loops")
-    stops = [[node for node in nodes if graph.nodes[node]["color"] == branch.color] for nodes in served]
+    stops = [
+        [node for node in nodes if graph.nodes[node]["color"] == branch.color]
+        for nodes in served
+    ]
     if not all(stops):
         return branch.obstacle_at(stops.index([]))
     found: list[FoundPath] = []
     for use in branch.uses:
         order, gap = tuple(range(len(stops))), 0.0
         if request.any_order:
-            order, gap = best_order(graph, [nodes[0] for nodes in stops], use=use) or (order, gap)
+            order, gap = best_order(graph, [nodes[0] for nodes in stops], use=use) or (
+                order,
+                gap,
+            )
         ordered = [stops[k] for k in order]
         walk = closed_walk(graph, ordered, use=use, objective=request.objective)
         if not isinstance(walk, Blocked):
@@ -63,14 +77,18 @@ def _paths_of_color(
             if not any(np.array_equal(path.alpha, other.path.alpha) for other in found):
                 found.append(FoundPath(path, order, None, gap))
         elif use == branch.uses[-1]:
-            if use == "flyable" and (outside := first_outside(branch, prepared_region(branch, use))):
+            if use == "flyable" and (
+                outside := first_outside(branch, prepared_region(branch, use))
+            ):
                 return outside
             ends = order[walk.leg], order[(walk.leg + 1) % len(order)]
             # How many nodes usable edges join to each of the two.
             allowed = allowed_edges(use)
             edges = [(a, b) for a, b, data in graph.edges(data=True) if allowed(data)]
             view = nx.Graph([*edges, *((nodes[0], nodes[0]) for nodes in stops)])
-            counts = tuple(len(nx.node_connected_component(view, stops[k][0])) for k in ends)
+            counts = tuple(
+                len(nx.node_connected_component(view, stops[k][0])) for k in ends
+            )
             wall = f"{'keep_out, keep_in or ' if request.zones else ''}the grid of {request.divisions} divisions"
             wall += ": try more divisions"
             return branch.separation(ends, wall, counts)
@@ -97,15 +115,27 @@ def grid_cycles(
             continue
         graph = request_graph(replace(request, waypoints=()), sign, progress)
         if request.color != "auto":
-            graph.remove_nodes_from([name for name, data in graph.nodes(data=True) if data["color"] != request.color])
-        sources += cycles(graph, use=use, max_length=max_length, effort=effort, progress=progress).sources
+            graph.remove_nodes_from(
+                [
+                    name
+                    for name, data in graph.nodes(data=True)
+                    if data["color"] != request.color
+                ]
+            )
+        sources += cycles(
+            graph, use=use, max_length=max_length, effort=effort, progress=progress
+        ).sources
     return Cycles(sources)
 
 
-def request_graph(request: PlanRequest, sign: Sign, progress: Callable[[str], None] | None) -> nx.Graph[Any]:
+def request_graph(
+    request: PlanRequest, sign: Sign, progress: Callable[[str], None] | None
+) -> nx.Graph[Any]:
     """Return the surface graph of a request for one sign of R, its waypoints among the nodes."""
     if progress is not None:
-        progress(f"building the graph of {request.divisions} divisions with {RELATION[sign]}")
+        progress(
+            f"building the graph of {request.divisions} divisions with {RELATION[sign]}"
+        )
     return surface_graph(
         sign,
         divisions=request.divisions,

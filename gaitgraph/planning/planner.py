@@ -23,7 +23,12 @@ from gaitgraph.invertibility.matrices import DEFAULT_FLOOR
 from gaitgraph.planning.any_angle import any_angle_paths, with_nearest
 from gaitgraph.planning.grid import grid_paths, request_graph
 from gaitgraph.planning.refusal import FoundPath, Obstacle, branches_of
-from gaitgraph.planning.request import REQUEST_FIELDS, PlanRequest, plan_request, read_request
+from gaitgraph.planning.request import (
+    REQUEST_FIELDS,
+    PlanRequest,
+    plan_request,
+    read_request,
+)
 from gaitgraph.surface.sheets import RELATION
 from gaitgraph.timing.laws import DEFAULT_LAW, LawName
 from gaitgraph.timing.timed_gait import TimedGait
@@ -52,7 +57,17 @@ _NO_LOOP: dict[str, Any] = {
     **dict.fromkeys(("length", "lower_bound", "order_gap")),
     **{name: [] for name in ("corners", "vertices", "alternatives")},
     **dict.fromkeys(("valid", "two_color", "flyable", "reachable_from_hover"), False),
-    **{name: [] for name in ("checks", "warnings", "obstacles", "crossing_tolerance", "method", "request")},
+    **{
+        name: []
+        for name in (
+            "checks",
+            "warnings",
+            "obstacles",
+            "crossing_tolerance",
+            "method",
+            "request",
+        )
+    },
 }
 _HOW_TO_ASK = "for a loop that obeys only the paper's rules, use --require valid (require='valid')"
 _POSTURE = "the plan is a single posture, not a gait; for a gait, give two or more different waypoints"
@@ -84,8 +99,12 @@ class Loop:
     @cached_property
     def report(self) -> Report:
         """All checks, with those of tilt rates."""
-        report = self.judged[1] if self.judged else self.gait.check(floor=self.request.floor)
-        timed = TimedGait(gait=self.gait, period=self.request.period, law=self.request.law, samples=1)
+        report = (
+            self.judged[1] if self.judged else self.gait.check(floor=self.request.floor)
+        )
+        timed = TimedGait(
+            gait=self.gait, period=self.request.period, law=self.request.law, samples=1
+        )
         return report.with_checks(timed.rate_checks())
 
     @property
@@ -113,20 +132,37 @@ class Loop:
             "order_gap": self.order_gap,
             "corners": self.gait.alpha.tolist(),
             "vertices": self.path.vertices().tolist(),
-            **{key: verdict[key] for key in ("valid", "two_color", "flyable", "reachable_from_hover", "checks")},
+            **{
+                key: verdict[key]
+                for key in (
+                    "valid",
+                    "two_color",
+                    "flyable",
+                    "reachable_from_hover",
+                    "checks",
+                )
+            },
         }
 
     @property
     def _verdict(self) -> str:
         if self.report.flyable:
             return "flyable"
-        return "obeys the paper's rules, cannot fly" if self.report.valid else "breaks the paper's rules"
+        return (
+            "obeys the paper's rules, cannot fly"
+            if self.report.valid
+            else "breaks the paper's rules"
+        )
 
     def __repr__(self) -> str:
         return f"<Loop: {self.color}, {RELATION[self.sign]}, {self.gait.size_text()}, {self._verdict}>"
 
     def __str__(self) -> str:
-        broken = [check.name.replace("_", " ") for check in self.report.checks if check.mark != "ok"]
+        broken = [
+            check.name.replace("_", " ")
+            for check in self.report.checks
+            if check.mark != "ok"
+        ]
         why = "" if self.report.flyable else f" ({', '.join(broken)})"
         return f"{self.color}, {RELATION[self.sign]}, {self.length:.4f} rad: {self._verdict}{why}"
 
@@ -174,9 +210,13 @@ class Plan(Pictured):
         """All checks of the planned gait; raises Infeasible if there is none."""
         return self._found.report
 
-    def timed(self, *, samples: int | None = None, rate: float | None = None) -> TimedGait:
+    def timed(
+        self, *, samples: int | None = None, rate: float | None = None
+    ) -> TimedGait:
         """Return the planned gait with the request's period and timing law; raises Infeasible if there is none."""
-        return self.gait.parametrize(self.request.period, law=self.request.law, samples=samples, rate=rate)
+        return self.gait.parametrize(
+            self.request.period, law=self.request.law, samples=samples, rate=rate
+        )
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the plan as plain values, ready for JSON."""
@@ -196,10 +236,17 @@ class Plan(Pictured):
 
     def __str__(self) -> str:
         def items(texts: Iterable[object]) -> list[str]:
-            return [fill(str(text), _WIDTH, initial_indent="  ", subsequent_indent="    ") for text in texts]
+            return [
+                fill(str(text), _WIDTH, initial_indent="  ", subsequent_indent="    ")
+                for text in texts
+            ]
 
         request, vehicle = self.request, self.request.vehicle
-        method = "any-angle method" if request.method == "exact" else f"grid of {request.divisions} divisions"
+        method = (
+            "any-angle method"
+            if request.method == "exact"
+            else f"grid of {request.divisions} divisions"
+        )
         body = f"vehicle {vehicle.name} (κ = {vehicle.drag_ratio:.4f})"
         conditions = f"{body}, {request.coefficients} coefficients, {method}"
         if self.loop is None:
@@ -208,19 +255,42 @@ class Plan(Pictured):
             if any(one.kind == "waypoint" for one in self.obstacles):
                 lines[0] += " All must be admissible with one color and sign of R:"
             lines += items(dict.fromkeys(one.message for one in self.obstacles))
-            lines += [*([f"F{_HOW_TO_ASK[1:]}."] if str(self.reason).endswith(_HOW_TO_ASK) else []), conditions]
+            lines += [
+                *(
+                    [f"F{_HOW_TO_ASK[1:]}."]
+                    if str(self.reason).endswith(_HOW_TO_ASK)
+                    else []
+                ),
+                conditions,
+            ]
         else:
-            loop, report, corners = self.loop, self.loop.report, self.loop.gait.corner_lines()
+            loop, report, corners = (
+                self.loop,
+                self.loop.report,
+                self.loop.gait.corner_lines(),
+            )
             head = f"Planned a {loop.color} gait, {RELATION[loop.sign]}: {loop.gait.size_text()}"
-            lines = [f"{head}, T = {request.period:g} s, {request.law}", conditions, "", *corners, ""]
+            lines = [
+                f"{head}, T = {request.period:g} s, {request.law}",
+                conditions,
+                "",
+                *corners,
+                "",
+            ]
             if not loop.length:
                 lines[0] = f"{_POSTURE[0].upper()}{_POSTURE[1:]}"
             lines += [report.verdict, *lines_of_checks(report.checks)]
         if self.alternatives:
             lines += ["", "alternatives", *items(self.alternatives)]
         # What is said above is not said again.
-        stated = {_POSTURE, *(check.message for check in self.loop.report.checks)} if self.loop else ()
-        shown = [f"warning: {warning}" for warning in self.warnings if warning not in stated]
+        stated = (
+            {_POSTURE, *(check.message for check in self.loop.report.checks)}
+            if self.loop
+            else ()
+        )
+        shown = [
+            f"warning: {warning}" for warning in self.warnings if warning not in stated
+        ]
         return "\n".join([*lines, *([""] if shown else []), *shown])
 
     def __repr__(self) -> str:
@@ -302,7 +372,9 @@ def plan_loop(
     >>> plan.gait.alpha.round(3).tolist()[0]
     [1.178, -1.178, 1.178, -1.178]
     """
-    request = plan_request(**{name: value for name, value in locals().items() if name in REQUEST_FIELDS})
+    request = plan_request(
+        **{name: value for name, value in locals().items() if name in REQUEST_FIELDS}
+    )
     return plan(request, progress=progress)
 
 
@@ -312,16 +384,24 @@ def planned_gait(path: str | Path, stated: Mapping[str, Any]) -> TimedGait:
     return plan(request).timed(**sampling)
 
 
-def plan(request: PlanRequest, *, progress: Callable[[str], None] | None = None) -> Plan:
+def plan(
+    request: PlanRequest, *, progress: Callable[[str], None] | None = None
+) -> Plan:
     """Answer a request; see :func:`plan_loop`."""
     graph_of = cache(lambda sign: request_graph(request, sign, progress))
-    uses: tuple[Use, ...] = ("flyable",) if request.require == "flyable" else ("flyable", "valid")
+    uses: tuple[Use, ...] = (
+        ("flyable",) if request.require == "flyable" else ("flyable", "valid")
+    )
     found = _answer(request, uses, graph_of, progress)
     if found or request.require == "valid":
         return found
     # Loops that only obey the paper's rules are listed beside the refusal. Flyable regions are not searched again,
     # unless they have a loop that breaks a limit.
-    uses = ("flyable", "valid") if any(one.kind == "limit" for one in found.obstacles) else ("valid",)
+    uses = (
+        ("flyable", "valid")
+        if any(one.kind == "limit" for one in found.obstacles)
+        else ("valid",)
+    )
     other = _answer(replace(request, require="valid"), uses, graph_of, progress)
     if other.loop is None:
         return found
@@ -343,9 +423,19 @@ def _answer(
         path, order, bound, gap, judged = found
         if request.reverse:
             path, order, judged = path.reversed(), (order[0], *order[:0:-1]), None
-        return Loop(path=path, sign=sign, order=order, request=request, lower_bound=bound, order_gap=gap, judged=judged)
+        return Loop(
+            path=path,
+            sign=sign,
+            order=order,
+            request=request,
+            lower_bound=bound,
+            order_gap=gap,
+            judged=judged,
+        )
 
-    for sign, group in groupby(branches_of(request, uses), key=lambda branch: branch.sign):
+    for sign, group in groupby(
+        branches_of(request, uses), key=lambda branch: branch.sign
+    ):
         branches = list(group)
         if request.method == "exact":
             answers = [any_angle_paths(branch, progress) for branch in branches]
@@ -357,15 +447,25 @@ def _answer(
             else:
                 loops += [loop_of(found, sign) for found in answer]
     loops.sort(key=_preference)
-    is_refused = request.require == "flyable" and not (loops and loops[0].report.flyable)
+    is_refused = request.require == "flyable" and not (
+        loops and loops[0].report.flyable
+    )
     if is_refused and loops:
         # What no region knows, such as a period that is too short for the vehicle's limits.
-        message = f"{loops[0].color}, {RELATION[loops[0].sign]}: {loops[0].report.reason}"
-        obstacles = [Obstacle(color="red", sign=loops[0].sign, kind="limit", message=message)]
+        message = (
+            f"{loops[0].color}, {RELATION[loops[0].sign]}: {loops[0].report.reason}"
+        )
+        obstacles = [
+            Obstacle(color="red", sign=loops[0].sign, kind="limit", message=message)
+        ]
     reason, waypoints, warnings = None, request.waypoints, [*request.notes]
     if is_refused or not loops:
         obstacles = [with_nearest(obstacle, request) for obstacle in obstacles]
-        obstacles.sort(key=lambda one: sum(map(math.dist, one.moved, waypoints)) if one.moved else math.inf)
+        obstacles.sort(
+            key=lambda one: (
+                sum(map(math.dist, one.moved, waypoints)) if one.moved else math.inf
+            )
+        )
         kind = "flyable" if is_refused else "closed"
         reason = f"no {kind} loop: {'; '.join(dict.fromkeys(obstacle.message for obstacle in obstacles))}"
         loops = []
@@ -374,8 +474,14 @@ def _answer(
         waypoints = tuple(waypoints[k] for k in loops[0].order)
         gap = loops[0].order_gap
         warnings += [_POSTURE] * (len(loops[0].gait.alpha) == 1)
-        if len(waypoints) > 3 and not request.any_order and not shapely.is_simple(shapely.linearrings(waypoints)):
-            warnings.append("the loop crosses itself; --any-order (any_order=True) finds the shortest order")
+        if (
+            len(waypoints) > 3
+            and not request.any_order
+            and not shapely.is_simple(shapely.linearrings(waypoints))
+        ):
+            warnings.append(
+                "the loop crosses itself; --any-order (any_order=True) finds the shortest order"
+            )
         warnings += [note_on_gap(gap)] if gap else []
         warnings += report.warnings
         if not report.reachable_from_hover:
@@ -396,12 +502,16 @@ def _answer(
 def _preference(loop: Loop) -> tuple[Any, ...]:
     """Order loops: flyable first, then flyable but for tilt rates, then valid, then by the objective."""
     report = loop.report
-    timeless = all(check.mark == "ok" for check in report.checks if check.name not in RATE_CHECKS)
+    timeless = all(
+        check.mark == "ok" for check in report.checks if check.name not in RATE_CHECKS
+    )
     return (
         not report.flyable,
         not timeless,
         not report.valid,
-        -round(report["least_singular_value"].value or 0.0, 3) if loop.request.objective == "robust" else 0.0,
+        -round(report["least_singular_value"].value or 0.0, 3)
+        if loop.request.objective == "robust"
+        else 0.0,
         round(loop.length, 9),
         loop.color != "red",
         loop.sign != "positive",

@@ -8,8 +8,21 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
-from gaitgraph.invertibility.matrices import Coefficients, coefficients_of, level_determinant, noise_of
-from gaitgraph.surface.sheets import COLORS, RAISED, RELATION, SIGNS, at_end_of_range, root_arrays, separating_factor
+from gaitgraph.invertibility.matrices import (
+    Coefficients,
+    coefficients_of,
+    level_determinant,
+    noise_of,
+)
+from gaitgraph.surface.sheets import (
+    COLORS,
+    RAISED,
+    RELATION,
+    SIGNS,
+    at_end_of_range,
+    root_arrays,
+    separating_factor,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -83,7 +96,9 @@ class Branch:
 
     @property
     def _is_singular(self) -> bool:
-        return self.color == "blue" and (self.coefficients.kind == "exact" or self.request.require == "flyable")
+        return self.color == "blue" and (
+            self.coefficients.kind == "exact" or self.request.require == "flyable"
+        )
 
     @cached_property
     def _roots(self) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
@@ -96,19 +111,27 @@ class Branch:
         if self._is_singular:
             return list(range(len(waypoints)))
         R, of_color = self._roots
-        rooted = (of_color & (self.wanted * R > noise_of(self.coefficients))).any(axis=1)
+        rooted = (of_color & (self.wanted * R > noise_of(self.coefficients))).any(
+            axis=1
+        )
         if zones is not None:
             rooted &= zones.allow_points(np.array(waypoints))
         return np.flatnonzero(~rooted).tolist()
 
-    def obstacle_at(self, k: int, why: str | None = None, R: float | None = None) -> Obstacle:
+    def obstacle_at(
+        self, k: int, why: str | None = None, R: float | None = None
+    ) -> Obstacle:
         """Return the obstacle at a waypoint, one of :meth:`rootless` if neither a reason nor R is given."""
         if self._is_singular:
             message = "with exact coefficients R = 0 on the whole blue sheet, so the matrix is singular there; use red"
             if height := self.request.vehicle.rotor_height:
                 message = f"no gait surface {RAISED} {height:g} m"
             return Obstacle(
-                color=self.color, sign=self.sign, kind="color", message=f"blue: {message}", R=None if height else 0.0
+                color=self.color,
+                sign=self.sign,
+                kind="color",
+                message=f"blue: {message}",
+                R=None if height else 0.0,
             )
         if why is None:
             values, of_color = (part[k] for part in self._roots)
@@ -116,15 +139,32 @@ class Branch:
             if self.wanted * R > 0 and self.request.zones is not None:
                 why = " lies in keep_out or outside keep_in"
             else:
-                why = " has R = 0, where the matrix is singular" if abs(R) < 1e-9 else f" has R = {R:.4g}"
+                why = (
+                    " has R = 0, where the matrix is singular"
+                    if abs(R) < 1e-9
+                    else f" has R = {R:.4g}"
+                )
         first, second = self.request.waypoints[k]
         message = f"{self}: waypoint {k + 1} ({first:.4f}, {second:.4f}){why}"
-        return Obstacle(color=self.color, sign=self.sign, kind="waypoint", message=message, waypoints=(k + 1,), R=R)
+        return Obstacle(
+            color=self.color,
+            sign=self.sign,
+            kind="waypoint",
+            message=message,
+            waypoints=(k + 1,),
+            R=R,
+        )
 
-    def separation(self, ends: Sequence[int], otherwise: str, components: tuple[int, ...] = ()) -> Obstacle:
+    def separation(
+        self, ends: Sequence[int], otherwise: str, components: tuple[int, ...] = ()
+    ) -> Obstacle:
         """Return the obstacle that separates two waypoints: a factor of R, or what `otherwise` names."""
         first, second = (self.request.waypoints[k] for k in ends)
-        factor = separating_factor(first, second, self.request.vehicle) if self.color == "red" else None
+        factor = (
+            separating_factor(first, second, self.request.vehicle)
+            if self.color == "red"
+            else None
+        )
         if factor:
             otherwise = f"{factor}, where R = 0: move them to one side"
         numbers = ends[0] + 1, ends[1] + 1
@@ -151,12 +191,23 @@ def _roots_above(
     return found.R, found.sheet == (1 if color == "red" else -1)
 
 
-def branches_of(request: PlanRequest, uses: tuple[Use, ...] = ("flyable",)) -> list[Branch]:
+def branches_of(
+    request: PlanRequest, uses: tuple[Use, ...] = ("flyable",)
+) -> list[Branch]:
     """Return the branches of color and sign of R that a request asks for and that can meet it, R > 0 first."""
-    colors = COLORS[:1] if (request.color, request.require) == ("auto", "flyable") else COLORS
+    colors = (
+        COLORS[:1]
+        if (request.color, request.require) == ("auto", "flyable")
+        else COLORS
+    )
     return [
         # Only red can be flyable.
-        Branch(request=request, color=color, sign=sign, uses=uses if color == "red" else uses[-1:])
+        Branch(
+            request=request,
+            color=color,
+            sign=sign,
+            uses=uses if color == "red" else uses[-1:],
+        )
         for sign in reversed(SIGNS)
         if request.sign in ("auto", sign)
         for color in colors

@@ -23,7 +23,13 @@ from gaitgraph.invertibility.matrices import DEFAULT_FLOOR
 from gaitgraph.invertibility.segment_bounds import bound_along_red_path
 from gaitgraph.planning.shortest_paths import ShortestPaths
 from gaitgraph.surface.admissible import admissible_region
-from gaitgraph.surface.region import DEFAULT_ACCURACY, OVERLAY_ERROR, Zones, checked_polygons, region_of
+from gaitgraph.surface.region import (
+    DEFAULT_ACCURACY,
+    OVERLAY_ERROR,
+    Zones,
+    checked_polygons,
+    region_of,
+)
 from gaitgraph.surface.sheets import SignChoice, separating_factor
 from gaitgraph.timing.laws import times_from
 from gaitgraph.timing.timed_gait import DEFAULT_SAMPLES, TimedGait
@@ -77,7 +83,9 @@ class Replan:
     @property
     def entry(self) -> TimedGait:
         """The approach there and back, timed; its first half is the approach; raises Infeasible if there is none."""
-        return self._timed(np.vstack([self.approach, self.approach[-2:0:-1]]), 2 * self.duration)
+        return self._timed(
+            np.vstack([self.approach, self.approach[-2:0:-1]]), 2 * self.duration
+        )
 
     @property
     def timed(self) -> TimedGait:
@@ -87,15 +95,26 @@ class Replan:
     def _timed(self, plane: FloatArray, period: float) -> TimedGait:
         if self.reason is not None:
             raise Infeasible(self.reason)
-        gait = Gait(alpha=plane[:, [0, 1, 0, 1]], colors=("red",) * len(plane), vehicle=self.vehicle)
+        gait = Gait(
+            alpha=plane[:, [0, 1, 0, 1]],
+            colors=("red",) * len(plane),
+            vehicle=self.vehicle,
+        )
         # Without a motion any period will do.
-        return TimedGait(gait=gait, period=period or 1.0, law="constant-speed", samples=DEFAULT_SAMPLES)
+        return TimedGait(
+            gait=gait,
+            period=period or 1.0,
+            law="constant-speed",
+            samples=DEFAULT_SAMPLES,
+        )
 
     def at(self, t: npt.ArrayLike) -> FloatArray:
         """Return the tilt angles on the approach and then on the loop, at times from now, shape (..., 4) [rad]."""
         t = times_from(t, "t must be finite times of at least 0 s", 0.0)
         on_loop = (t >= self.duration)[..., None]
-        return np.where(on_loop, self.timed.at(t - self.duration)[0], self.entry.at(t)[0])
+        return np.where(
+            on_loop, self.timed.at(t - self.duration)[0], self.entry.at(t)[0]
+        )
 
 
 class Replanner:
@@ -141,17 +160,27 @@ class Replanner:
         self.vehicle = body = vehicle_named(vehicle)
         for name in ("max_tilt_acceleration", "max_tilt_jerk"):
             if (limit := getattr(body, name)) is not None:
-                raise InputError(f"vehicle must state no {name}, since corners are passed at speed, got {shown(limit)}")
+                raise InputError(
+                    f"vehicle must state no {name}, since corners are passed at speed, got {shown(limit)}"
+                )
         if rate is None:
-            (rate,) = body.require("max_tilt_rate", purpose="a replanner without a rate")
+            (rate,) = body.require(
+                "max_tilt_rate", purpose="a replanner without a rate"
+            )
         else:
-            rate = checked_number("rate", rate, "a positive finite number (rad/s)", above=True)
+            rate = checked_number(
+                "rate", rate, "a positive finite number (rad/s)", above=True
+            )
         stated = math.inf if body.max_tilt_rate is None else body.max_tilt_rate
         limits = np.minimum(four_of(rate), four_of(stated)).tolist()
         self._limits = min(limits[::2]), min(limits[1::2])  # opposite arms tilt alike
         self.floor = checked_number("floor", floor)
         admissible = partial(
-            admissible_region, body, sign=None if sign == "auto" else sign, floor=floor, accuracy=accuracy
+            admissible_region,
+            body,
+            sign=None if sign == "auto" else sign,
+            floor=floor,
+            accuracy=accuracy,
         )
         self.region = admissible(zones=Zones(keep_out=keep_out, keep_in=keep_in))
         self._kept_out = _apart(checked_polygons(keep_out, "keep_out"))
@@ -161,7 +190,13 @@ class Replanner:
             self._paths = ShortestPaths(admissible(zones=Zones(keep_in=keep_in)).inner)
         _ = self._paths.sights  # computed once, now
 
-    def replan(self, alpha: npt.ArrayLike, waypoints: Points, *, keep_out: Sequence[Points] = ()) -> Replan:
+    def replan(
+        self,
+        alpha: npt.ArrayLike,
+        waypoints: Points,
+        *,
+        keep_out: Sequence[Points] = (),
+    ) -> Replan:
         """Return the path from the present tilt angles to a loop, and the loop, in the order of its waypoints.
 
         `alpha` are the present angles, as commanded, shape (4,) [rad]. The loop is joined at its first waypoint: state
@@ -169,27 +204,49 @@ class Replanner:
         """
         tilts = angles_from(alpha, "alpha")
         if tilts.shape != (4,) or not (abs(tilts) <= math.pi).all():
-            raise InputError(f"alpha must be four finite tilt angles within ±π rad, got {shown(alpha)}")
-        given = checked_waypoints(waypoints.tolist() if isinstance(waypoints, np.ndarray) else waypoints)
+            raise InputError(
+                f"alpha must be four finite tilt angles within ±π rad, got {shown(alpha)}"
+            )
+        given = checked_waypoints(
+            waypoints.tolist() if isinstance(waypoints, np.ndarray) else waypoints
+        )
         new = checked_polygons(keep_out, "keep_out")
         first, second, third, fourth = tilts.tolist()
         if (off := max(abs(first - third), abs(second - fourth))) > _ON_RED:
             advice = "give the commanded angles, which lie on it"
-            return self._refused(f"the present angles are {off:.3g} rad off red, where α3 = α1 and α4 = α2; {advice}")
-        stops = [stop for stop, following in pairwise([*given, given[0]]) if stop != following] or given[:1]
+            return self._refused(
+                f"the present angles are {off:.3g} rad off red, where α3 = α1 and α4 = α2; {advice}"
+            )
+        stops = [
+            stop
+            for stop, following in pairwise([*given, given[0]])
+            if stop != following
+        ] or given[:1]
         points: list[Point] = [(first, second), *stops]
 
         def name_of(point: Point) -> str:
-            return "the present angles" if point == points[0] else f"waypoint {given.index(point) + 1}"
+            return (
+                "the present angles"
+                if point == points[0]
+                else f"waypoint {given.index(point) + 1}"
+            )
 
         places: Any = shapely.points(points)
-        outside, polygons, touched = ~shapely.covers(self.region.inner, places), new, False
+        outside, polygons, touched = (
+            ~shapely.covers(self.region.inner, places),
+            new,
+            False,
+        )
         if len(new):
             # As one with old ones that they touch, so that no path leads between two that share a side.
-            apart = ~shapely.dwithin(self._kept_out[:, None], new, OVERLAY_ERROR).any(axis=1)
+            apart = ~shapely.dwithin(self._kept_out[:, None], new, OVERLAY_ERROR).any(
+                axis=1
+            )
             new = _apart(np.concatenate([new, self._kept_out[~apart]]))
             polygons = np.concatenate([new, self._kept_out[apart]])
-            if touched := bool(shapely.dwithin(polygons[:, None], places, OVERLAY_ERROR).any()):
+            if touched := bool(
+                shapely.dwithin(polygons[:, None], places, OVERLAY_ERROR).any()
+            ):
                 outside |= shapely.contains(polygons[:, None], places).any(axis=0)
         if outside.any():
             free = self._free_of(new)
@@ -199,32 +256,54 @@ class Replanner:
                 return self._refused(f"{name_of(point)} {self._why_not(point, free)}")
         legs = [leg for leg in pairwise([*points, points[1]]) if leg[0] != leg[1]]
         prepared = self._paths if len(new) else self._whole
-        paths: list[Any] = [None] * len(legs) if touched else prepared.paths_around(legs, polygons)
+        paths: list[Any] = (
+            [None] * len(legs) if touched else prepared.paths_around(legs, polygons)
+        )
         left = [k for k, path in enumerate(paths) if path is None]
         if left and len(new):
             # The search may miss lines along borders, and from a point on a side it is decided by rounding.
             cut = ShortestPaths(self._free_of(new))
-            for k, path in zip(left, cut.paths_around([legs[k] for k in left], new[:0]), strict=True):
+            for k, path in zip(
+                left, cut.paths_around([legs[k] for k in left], new[:0]), strict=True
+            ):
                 paths[k] = path
         for leg, path in zip(legs, paths, strict=True):
             if path is None:
-                wall = separating_factor(*leg, self.vehicle) or "keep_out or the border of the region"
-                return self._refused(f"{' and '.join(map(name_of, leg))} are separated by {wall}; move one of them")
+                wall = (
+                    separating_factor(*leg, self.vehicle)
+                    or "keep_out or the border of the region"
+                )
+                return self._refused(
+                    f"{' and '.join(map(name_of, leg))} are separated by {wall}; move one of them"
+                )
         approach = paths.pop(0) if points[0] != points[1] else np.array(points[:1])
-        return self._timed(approach, np.concatenate([path[:-1] for path in paths] or [np.array(points[1:])]))
+        return self._timed(
+            approach,
+            np.concatenate([path[:-1] for path in paths] or [np.array(points[1:])]),
+        )
 
     def _timed(self, approach: FloatArray, loop: FloatArray) -> Replan:
         """Return a path with its lower bound of the least singular value, as fast as the tilt rates allow."""
         path = np.concatenate([approach[:-1], loop, loop[:1]])
-        moves, (odd, even) = [(c - a, d - b) for (a, b), (c, d) in pairwise(path.tolist())], self._limits
+        moves, (odd, even) = (
+            [(c - a, d - b) for (a, b), (c, d) in pairwise(path.tolist())],
+            self._limits,
+        )
         lengths = [math.hypot(*move) for move in moves]
         numbers = [0, *accumulate(math.ceil(length / _STEP) or 1 for length in lengths)]
         nodes = np.arange(numbers[-1] + 1)
         between = np.interp(nodes, numbers, path.view(complex)[:, 0])
         # Seconds per radian of the path, for the arms that turn fastest; no rate exceeds its limit by rounding.
-        steps = (max(abs(x) / odd, abs(y) / even) / math.hypot(x, y) for x, y in moves if x or y)
+        steps = (
+            max(abs(x) / odd, abs(y) / even) / math.hypot(x, y)
+            for x, y in moves
+            if x or y
+        )
         slowest = max(steps, default=0.0) * (1 + _ROUNDING)
-        entered, bound = len(approach) - 1, bound_along_red_path(np.array([between.real, between.imag]), self.vehicle)
+        entered, bound = (
+            len(approach) - 1,
+            bound_along_red_path(np.array([between.real, between.imag]), self.vehicle),
+        )
         return Replan(
             vehicle=self.vehicle,
             approach=approach,
@@ -236,14 +315,23 @@ class Replanner:
         )
 
     def _refused(self, reason: str) -> Replan:
-        return Replan(vehicle=self.vehicle, reason=reason, approach=np.empty((0, 2)), loop=np.empty((0, 2)))
+        return Replan(
+            vehicle=self.vehicle,
+            reason=reason,
+            approach=np.empty((0, 2)),
+            loop=np.empty((0, 2)),
+        )
 
     def _why_not(self, point: Point, free: Any) -> str:
         """Return why a point is not admissible, and the nearest one that is."""
         left = region_of([free, free], self.region.accuracy)
         nearest = left.nearest(point)
         why = self.region.why_not(point) or "inside a new keep_out polygon"
-        where = f"the nearest admissible point is {left.as_text(nearest)}" if nearest else "no point is admissible"
+        where = (
+            f"the nearest admissible point is {left.as_text(nearest)}"
+            if nearest
+            else "no point is admissible"
+        )
         return f"({point[0]:.4f}, {point[1]:.4f}): {why}; {where}"
 
     def _free_of(self, polygons: Any) -> Any:
@@ -252,6 +340,10 @@ class Replanner:
 
 def _apart(polygons: npt.NDArray[np.object_]) -> npt.NDArray[np.object_]:
     """Return polygons with those that touch as one."""
-    if np.count_nonzero(shapely.dwithin(polygons[:, None], polygons, OVERLAY_ERROR)) > len(polygons):
-        return np.asarray(shapely.get_parts(shapely.disjoint_subset_union_all(polygons)))
+    if np.count_nonzero(
+        shapely.dwithin(polygons[:, None], polygons, OVERLAY_ERROR)
+    ) > len(polygons):
+        return np.asarray(
+            shapely.get_parts(shapely.disjoint_subset_union_all(polygons))
+        )
     return polygons

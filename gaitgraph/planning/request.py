@@ -24,9 +24,25 @@ from gaitgraph.errors import InputError, check_fields, checked_choice, shown
 from gaitgraph.files import table_from_toml, text_of
 from gaitgraph.gait.gait import PAPER_GAITS
 from gaitgraph.gait.table import ANGLES, SAME_ROW, merged, surface_of
-from gaitgraph.graph.build import DEFAULT_DIVISIONS, checked_divisions, checked_waypoints
-from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, CoefficientsLike, Kind, coefficients_of
-from gaitgraph.io.formats import gait_of, holds_request, known_format, naming_file, object_from_json, read_pieces
+from gaitgraph.graph.build import (
+    DEFAULT_DIVISIONS,
+    checked_divisions,
+    checked_waypoints,
+)
+from gaitgraph.invertibility.matrices import (
+    DEFAULT_FLOOR,
+    CoefficientsLike,
+    Kind,
+    coefficients_of,
+)
+from gaitgraph.io.formats import (
+    gait_of,
+    holds_request,
+    known_format,
+    naming_file,
+    object_from_json,
+    read_pieces,
+)
 from gaitgraph.surface.loop_colorings import colorings
 from gaitgraph.surface.region import Points, Zones, checked_accuracy
 from gaitgraph.surface.sheets import ColorChoice, SignChoice
@@ -85,7 +101,9 @@ class PlanRequest:
     def __post_init__(self) -> None:
         if str(self.objective) == "thrust":  # which earlier versions had
             advice = "use gaitgraph optimize --objective hover_reserve, or gg.optimal_gait(objective='hover_reserve')"
-            raise InputError(f"objective must be one of {', '.join(CHOICES['objective'])}, got 'thrust'; {advice}")
+            raise InputError(
+                f"objective must be one of {', '.join(CHOICES['objective'])}, got 'thrust'; {advice}"
+            )
         for name, words in CHOICES.items():
             checked_choice(name, getattr(self, name), words)
         for name in ("any_order", "reverse"):
@@ -98,10 +116,17 @@ class PlanRequest:
         listed = {
             "waypoints": [list(point) for point in self.waypoints],
             "vehicle": self.vehicle.as_mapping(),
-            "keep_out": [[list(corner) for corner in polygon] for polygon in zones.keep_out],
-            "keep_in": [[list(corner) for corner in polygon] for polygon in zones.keep_in],
+            "keep_out": [
+                [list(corner) for corner in polygon] for polygon in zones.keep_out
+            ],
+            "keep_in": [
+                [list(corner) for corner in polygon] for polygon in zones.keep_in
+            ],
         }
-        return {name: listed[name] if name in listed else getattr(self, name) for name in REQUEST_FIELDS}
+        return {
+            name: listed[name] if name in listed else getattr(self, name)
+            for name in REQUEST_FIELDS
+        }
 
 
 def plan_request(
@@ -132,7 +157,9 @@ def plan_request(
     >>> len(request.waypoints), request.method, request.coefficients
     (1, 'exact', 'published')
     """
-    fields: dict[str, Any] = {name: value for name, value in locals().items() if not name.startswith("keep_")}
+    fields: dict[str, Any] = {
+        name: value for name, value in locals().items() if not name.startswith("keep_")
+    }
     checked_clock(period, law)
     vehicle = vehicle_named(vehicle)
     points = checked_waypoints(waypoints)
@@ -140,31 +167,48 @@ def plan_request(
     zones = Zones(keep_out=keep_out, keep_in=keep_in)
     fields |= {
         "waypoints": tuple(points[group[0]] for group in groups),
-        "divisions": checked_divisions(DEFAULT_DIVISIONS if divisions is None else divisions),
+        "divisions": checked_divisions(
+            DEFAULT_DIVISIONS if divisions is None else divisions
+        ),
         "vehicle": vehicle,
         "coefficients": coefficients_of(vehicle, coefficients).kind,
-        "method": method if method is not None else "exact" if divisions is None else "grid",
+        "method": method
+        if method is not None
+        else "exact"
+        if divisions is None
+        else "grid",
         "accuracy": checked_accuracy(accuracy),
         "period": float(period),
         "floor": checked_number("floor", floor),
     }
-    return PlanRequest(**fields, zones=zones if zones.keep_out or zones.keep_in else None, notes=notes)
+    return PlanRequest(
+        **fields, zones=zones if zones.keep_out or zones.keep_in else None, notes=notes
+    )
 
 
-REQUEST_FIELDS = {name: parameter.default for name, parameter in signature(plan_request).parameters.items()}
+REQUEST_FIELDS = {
+    name: parameter.default
+    for name, parameter in signature(plan_request).parameters.items()
+}
 """The fields of a request by name, as files and Python use them, with their defaults."""
 
 
 def merged_repeats(points: Sequence[Point]) -> tuple[list[list[int]], tuple[str, ...]]:
     """Return the indices of waypoints, those together that repeat the one before, around the seam too; and notes."""
-    groups = [list(group) for _, group in groupby(range(len(points)), key=points.__getitem__)]
+    groups = [
+        list(group) for _, group in groupby(range(len(points)), key=points.__getitem__)
+    ]
     if len(groups) > 1 and points[-1] == points[0]:
         groups[0] += groups.pop()
     dropped = len(points) - len(groups)
-    return groups, (f"merged {dropped} waypoint{'s' * (dropped > 1)} that repeated the one before",) * (dropped > 0)
+    return groups, (
+        f"merged {dropped} waypoint{'s' * (dropped > 1)} that repeated the one before",
+    ) * (dropped > 0)
 
 
-def request_from_mapping(content: Mapping[str, Any]) -> tuple[PlanRequest, dict[str, Any]]:
+def request_from_mapping(
+    content: Mapping[str, Any],
+) -> tuple[PlanRequest, dict[str, Any]]:
     """Return the request that a mapping describes, and its sampling (samples, rate); InputError if a name is unknown.
 
     >>> request, sampling = request_from_mapping({"waypoints": [["pi/8", "-pi/8"]], "samples": 50})
@@ -175,13 +219,17 @@ def request_from_mapping(content: Mapping[str, Any]) -> tuple[PlanRequest, dict[
     content = dict(content)
     if (sheets := content.pop("sheets", "planes")) != "planes":
         why = "no gait on a fibre can fly; gaitgraph roots lists the fibres"
-        raise InputError(f"sheets must be planes or left out, got {shown(sheets)}; {why}")
+        raise InputError(
+            f"sheets must be planes or left out, got {shown(sheets)}; {why}"
+        )
     sampling = {name: content.pop(name) for name in _SAMPLING if name in content}
     check_fields("request", content, [*REQUEST_FIELDS, *_SAMPLING])
     return plan_request(content.pop("waypoints", ()), **content), sampling
 
 
-def read_request(path: str | Path, overrides: Mapping[str, Any]) -> tuple[PlanRequest, dict[str, Any]]:
+def read_request(
+    path: str | Path, overrides: Mapping[str, Any]
+) -> tuple[PlanRequest, dict[str, Any]]:
     """Return the request in a TOML or JSON file, a saved plan or a gait file of any format, and its sampling.
 
     The overrides replace fields of the request, by their names. FileProblem or InputError if the file cannot be read,
@@ -189,10 +237,16 @@ def read_request(path: str | Path, overrides: Mapping[str, Any]) -> tuple[PlanRe
     """
     content = stated_request(path)
     vehicle = content.get("vehicle")
-    if isinstance(vehicle, str) and vehicle.lower().endswith(".toml") and "vehicle" not in overrides:
+    if (
+        isinstance(vehicle, str)
+        and vehicle.lower().endswith(".toml")
+        and "vehicle" not in overrides
+    ):
         content["vehicle"] = str(Path(path).parent / vehicle)
     if any(name in overrides for name in _SAMPLING):
-        content = {name: value for name, value in content.items() if name not in _SAMPLING}
+        content = {
+            name: value for name, value in content.items() if name not in _SAMPLING
+        }
     try:
         return request_from_mapping({**content, **overrides})
     except InputError as error:
@@ -223,13 +277,21 @@ def stated_request(path: str | Path) -> dict[str, Any]:
         if isinstance(about.get("request"), dict):
             return dict(about["request"])
         maker = about.get("made_by")
-        why = f" (it was made by {shown(maker)[1:-1]})" if isinstance(maker, str) else ""
-        raise InputError(f"the file must hold a request, as gait files of plan do, got none{why}")
+        why = (
+            f" (it was made by {shown(maker)[1:-1]})" if isinstance(maker, str) else ""
+        )
+        raise InputError(
+            f"the file must hold a request, as gait files of plan do, got none{why}"
+        )
 
 
 def _kind_of_file(path: str | Path) -> str:
     """Return what messages call a file."""
-    return "request file" if Path(path).suffix.lower() in (".toml", ".json") else "gait file"
+    return (
+        "request file"
+        if Path(path).suffix.lower() in (".toml", ".json")
+        else "gait file"
+    )
 
 
 def colorings_of_file(
@@ -248,22 +310,40 @@ def colorings_of_file(
     """
     if holds_request(path):
         given = {"vehicle": vehicle, "coefficients": coefficients, "sign": sign}
-        request, _ = read_request(path, {name: value for name, value in given.items() if value is not None})
+        request, _ = read_request(
+            path, {name: value for name, value in given.items() if value is not None}
+        )
         points: Any = request.waypoints
-        numbers, sign = coefficients_of(request.vehicle, request.coefficients), request.sign
+        numbers, sign = (
+            coefficients_of(request.vehicle, request.coefficients),
+            request.sign,
+        )
         stated_tolerance = math.pi / (2 * request.divisions)
     elif str(path) in PAPER_GAITS:
         gait = gait_of(path, vehicle=vehicle, coefficients=coefficients)
-        points, numbers, stated_tolerance = gait.alpha, gait.coefficients, gait.crossing_tolerance
+        points, numbers, stated_tolerance = (
+            gait.alpha,
+            gait.coefficients,
+            gait.crossing_tolerance,
+        )
     else:
         table = merged(read_pieces(path, plane_only=True))
         with naming_file(path):
             _, numbers, stated_tolerance = surface_of(table, vehicle, coefficients)
         points = np.column_stack([table["alpha1"], table["alpha2"]])
         # As in validate a row that comes back with some noise, or in another color, is a point of its own.
-        first, last = (np.array([table[name][k] for name in ANGLES if name in table]) for k in (0, -1))
+        first, last = (
+            np.array([table[name][k] for name in ANGLES if name in table])
+            for k in (0, -1)
+        )
         colors = table.columns.get("color", [None])
-        if len(points) > 1 and np.abs(last - first).max() <= SAME_ROW and colors[0] == colors[-1]:
+        if (
+            len(points) > 1
+            and np.abs(last - first).max() <= SAME_ROW
+            and colors[0] == colors[-1]
+        ):
             points = points[:-1]
     tolerance = stated_tolerance if crossing_tolerance is None else crossing_tolerance
-    return colorings(points, sign=sign or "auto", coefficients=numbers, crossing_tolerance=tolerance)
+    return colorings(
+        points, sign=sign or "auto", coefficients=numbers, crossing_tolerance=tolerance
+    )

@@ -41,7 +41,9 @@ _TOLERANCE = 1e-9
 _DIRECT = -1
 _MOST_CORNERS = 400  # of polygons that appear later; around more, cutting the region anew takes less time
 _FEW = 12  # lines, up to which it is quicker to test each in shapely than to widen cones around a corner
-_SMALL = 1e-7  # what a side of length zero counts as, so that lengths of loops are smooth
+_SMALL = (
+    1e-7  # what a side of length zero counts as, so that lengths of loops are smooth
+)
 _ROUNDING = 1e-14  # of an orientation, per square of the largest coordinate: more than floating point leaves
 _UNSURE = 3e-14  # the same of coordinates within ±π, by the bound above
 
@@ -59,7 +61,12 @@ def orientation(a: Point, b: Point, c: Point) -> float:
     value = left - right
     if abs(value) > _ORIENTATION_ERROR * (abs(left) + abs(right)):
         return value
-    if not left and not right and (a[0] == c[0] or b[1] == c[1]) and (a[1] == c[1] or b[0] == c[0]):
+    if (
+        not left
+        and not right
+        and (a[0] == c[0] or b[1] == c[1])
+        and (a[1] == c[1] or b[0] == c[0])
+    ):
         return 0.0
     (ax, ay), (bx, by), (cx, cy) = ((Fraction(x), Fraction(y)) for x, y in (a, b, c))
     exact = (ax - cx) * (by - cy) - (ay - cy) * (bx - cx)
@@ -75,7 +82,10 @@ def orientations(a: Complexes, b: Complexes, c: Complexes) -> FloatArray:
     unsure = (np.abs(value) <= _UNSURE) & (left != 0)
     if unsure.any():
         rows = [np.broadcast_to(one, value.shape)[unsure].tolist() for one in (a, b, c)]
-        value[unsure] = [orientation(*((z.real, z.imag) for z in three)) for three in zip(*rows, strict=True)]
+        value[unsure] = [
+            orientation(*((z.real, z.imag) for z in three))
+            for three in zip(*rows, strict=True)
+        ]
     return np.asarray(value)
 
 
@@ -102,7 +112,9 @@ class ShortestPaths:
 
     def __init__(self, region: Any) -> None:
         if shapely.get_dimensions(region) != 2 and not region.is_empty:
-            raise InputError(f"region must consist of polygons, got a {region.geom_type}")
+            raise InputError(
+                f"region must consist of polygons, got a {region.geom_type}"
+            )
         self._points: list[Point] = []
         self._triangles: list[tuple[int, int, int]] = []
         self._triangulate(region)
@@ -115,7 +127,10 @@ class ShortestPaths:
         shapely.prepare(region)
         # The reflex corners, each one's place, and from there its neighbours on its border (itself where several meet).
         self._reflex = np.array(sorted(self._sides), dtype=int)
-        rows = [(place := self._points[k], *(self._sides[k] or (place, place))) for k in self._reflex.tolist()]
+        rows = [
+            (place := self._points[k], *(self._sides[k] or (place, place)))
+            for k in self._reflex.tolist()
+        ]
         corners = np.array(rows).reshape(-1, 3, 2)
         self._places, *sides = (corners @ [1, 1j]).T
         self._offsets = np.array([side - self._places for side in sides])
@@ -125,7 +140,9 @@ class ShortestPaths:
         self._bends_from = lru_cache(maxsize=1 << 12)(self._bends_at)
         self._enclosing = shapely.buffer(region, 4 * _TOLERANCE, join_style="mitre")
         shapely.prepare(self._enclosing)
-        corners = np.array(self._points).reshape(-1, 2)[np.array(self._triangles, dtype=int).reshape(-1, 3)]
+        corners = np.array(self._points).reshape(-1, 2)[
+            np.array(self._triangles, dtype=int).reshape(-1, 3)
+        ]
         self._tree = shapely.STRtree(shapely.polygons(corners))
 
     def _triangulate(self, region: Any) -> None:
@@ -146,14 +163,20 @@ class ShortestPaths:
         numbers = {point: number for number, point in enumerate(self._points)}
         sides: dict[int, tuple[Point, Point] | None] = {}
         met: set[int] = set()
-        for ring in shapely.get_rings(shapely.get_parts(shapely.orient_polygons(region))):
+        for ring in shapely.get_rings(
+            shapely.get_parts(shapely.orient_polygons(region))
+        ):
             points = [(x, y) for x, y in ring.coords[:-1]]
-            for before, point, after in zip(points[-1:] + points[:-1], points, points[1:] + points[:1], strict=True):
+            for before, point, after in zip(
+                points[-1:] + points[:-1], points, points[1:] + points[:1], strict=True
+            ):
                 if (number := numbers.get(point)) is None:
                     continue
                 if number in met:
                     sides[number] = None
-                elif orientation(before, point, after) <= _TOLERANCE * math.dist(before, after):
+                elif orientation(before, point, after) <= _TOLERANCE * math.dist(
+                    before, after
+                ):
                     # Nearly straight ones too: points of a side may be outside of it, and see no farther.
                     sides[number] = (before, after)
                 met.add(number)
@@ -161,15 +184,29 @@ class ShortestPaths:
 
     def _containers(self, point: Point) -> list[int]:
         """Return the triangles that hold a point, to within the tolerance."""
-        return sorted(self._tree.query(shapely.Point(point), "dwithin", _TOLERANCE).tolist())
+        return sorted(
+            self._tree.query(shapely.Point(point), "dwithin", _TOLERANCE).tolist()
+        )
 
     def contains(self, point: npt.ArrayLike) -> bool:
         """Return whether a point lies in the region, to within 1e-9."""
-        return bool(shapely.dwithin(self._region, shapely.Point(_pair(point)), _TOLERANCE))
+        return bool(
+            shapely.dwithin(self._region, shapely.Point(_pair(point)), _TOLERANCE)
+        )
 
-    def _seen(self, point: Point, containers: Iterable[int], goal: tuple[Point, frozenset[int]] | None) -> set[int]:
+    def _seen(
+        self,
+        point: Point,
+        containers: Iterable[int],
+        goal: tuple[Point, frozenset[int]] | None,
+    ) -> set[int]:
         """Return the reflex corners that a point sees, and −1 if it sees the goal, by widening cones."""
-        points, triangles, at_edge, sides = self._points, self._triangles, self._at_edge, self._sides
+        points, triangles, at_edge, sides = (
+            self._points,
+            self._triangles,
+            self._at_edge,
+            self._sides,
+        )
         target, holding = goal or (point, frozenset())
         seen: set[int] = set()
         # Into the triangle behind the edge (right, left), within the cone of the points `low` and `high`.
@@ -188,10 +225,17 @@ class ShortestPaths:
             if (left, right) not in at_edge:
                 continue
             behind, apex = at_edge[left, right]
-            if behind in holding and orientation(point, low, target) >= 0 and orientation(point, target, high) >= 0:
+            if (
+                behind in holding
+                and orientation(point, low, target) >= 0
+                and orientation(point, target, high) >= 0
+            ):
                 seen.add(_DIRECT)
             place = points[apex]
-            above, below = orientation(point, low, place), orientation(point, place, high)
+            above, below = (
+                orientation(point, low, place),
+                orientation(point, place, high),
+            )
             if apex in sides and above >= 0 and below >= 0:
                 seen.add(apex)
             if above > 0:
@@ -200,12 +244,17 @@ class ShortestPaths:
                 stack.append((apex, left, place if above >= 0 else low, high))
         return seen
 
-    def _bends(self, line: Complexes, corners: Any = slice(None)) -> npt.NDArray[np.bool_]:
+    def _bends(
+        self, line: Complexes, corners: Any = slice(None)
+    ) -> npt.NDArray[np.bool_]:
         """Return whether lines may bend around reflex corners: both sides of a corner lie on one side of its line.
 
         Also if a line is along a side, to within the tolerance.
         """
-        first, second = (line.real * side.imag - line.imag * side.real for side in self._offsets[:, corners])
+        first, second = (
+            line.real * side.imag - line.imag * side.real
+            for side in self._offsets[:, corners]
+        )
         near = np.minimum(np.abs(first), np.abs(second)) <= self._noise[corners]
         return np.asarray((first * second >= 0) | near)
 
@@ -219,19 +268,29 @@ class ShortestPaths:
 
     def _in_region(self, lines: Any) -> npt.NDArray[np.bool_]:
         """Return whether straight lines, shape (k, 2, 2), lie in the region; one along its border may be missed."""
-        return np.asarray(shapely.covers(self._region, shapely.linestrings(np.asarray(lines).reshape(-1, 2, 2))))
+        return np.asarray(
+            shapely.covers(
+                self._region, shapely.linestrings(np.asarray(lines).reshape(-1, 2, 2))
+            )
+        )
 
     def _view(self, corner: int) -> tuple[tuple[int, float], ...]:
         """Return the corners to which a path may go on from a corner, with distances."""
         if corner not in self._views:
             place, others = self._points[corner], self._tangent(corner)
             if len(others) > _FEW:
-                around = [t for t in self._containers(place) if corner in self._triangles[t]]
+                around = [
+                    t for t in self._containers(place) if corner in self._triangles[t]
+                ]
                 seen = self._seen(place, around, None)
                 inside = np.array([other in seen for other in others])
             else:
-                inside = self._in_region([(place, self._points[other]) for other in others])
-            self._views[corner] = tuple((k, math.dist(place, self._points[k])) for k in compress(others, inside))
+                inside = self._in_region(
+                    [(place, self._points[other]) for other in others]
+                )
+            self._views[corner] = tuple(
+                (k, math.dist(place, self._points[k])) for k in compress(others, inside)
+            )
         return self._views[corner]
 
     def _bends_at(self, point: Point) -> tuple[list[int], dict[int, float]]:
@@ -240,8 +299,13 @@ class ShortestPaths:
         Each point of a loop is the end of one leg and the start of the next, and often of the next request too.
         """
         holding = self._containers(point)
-        seen, touched = self._seen(point, holding, None), self._reflex[self._bends(self._places - complex(*point))]
-        return holding, {k: math.dist(point, self._points[k]) for k in touched.tolist() if k in seen}
+        seen, touched = (
+            self._seen(point, holding, None),
+            self._reflex[self._bends(self._places - complex(*point))],
+        )
+        return holding, {
+            k: math.dist(point, self._points[k]) for k in touched.tolist() if k in seen
+        }
 
     def path(self, start: npt.ArrayLike, end: npt.ArrayLike) -> FloatArray | None:
         """Return the shortest path between two points: the start, its bends and the end, shape (k, 2).
@@ -256,16 +320,22 @@ class ShortestPaths:
             return None
         if start == end:
             return np.array([start])
-        along = shapely.covers(self._enclosing, shapely.linestrings([start, end]))  # perhaps along the border
+        along = shapely.covers(
+            self._enclosing, shapely.linestrings([start, end])
+        )  # perhaps along the border
         if along and _DIRECT in self._seen(start, here, (end, frozenset(there))):
             return np.array([start, end])
         if not last:
             return None
-        visited = _cheapest(first, last, self._view, lambda corner: math.dist(self._points[corner], end))
+        visited = _cheapest(
+            first, last, self._view, lambda corner: math.dist(self._points[corner], end)
+        )
         if visited is None:
             return None
         bends = [self._points[corner] for corner in visited]
-        return np.array([start, *(bend for bend in bends if bend not in (start, end)), end])
+        return np.array(
+            [start, *(bend for bend in bends if bend not in (start, end)), end]
+        )
 
     def paths_around(
         self, legs: Sequence[tuple[Point, Point]], polygons: npt.NDArray[np.object_]
@@ -281,13 +351,17 @@ class ShortestPaths:
         ends = np.array(legs).reshape(-1, 2, 2)
         lines: Any = shapely.linestrings(ends)
         found: list[FloatArray | None] = [*ends]
-        for k in compress(range(len(legs)), np.logical_not(shapely.covers(self._region, lines))):
+        for k in compress(
+            range(len(legs)), np.logical_not(shapely.covers(self._region, lines))
+        ):
             found[k] = self.path(*ends[k])
             lines[k] = _line_of(found[k])
         self._bends_from.cache_clear()  # in flight the points are other ones each time
         if not len(polygons):
             return found
-        near: Any = shapely.dwithin(polygons[:, None], lines, OVERLAY_ERROR)  # twice as fast as whether they intersect
+        near: Any = shapely.dwithin(
+            polygons[:, None], lines, OVERLAY_ERROR
+        )  # twice as fast as whether they intersect
         left, met = [*compress(range(len(legs)), near.any(axis=0))], near.any(axis=1)
         for in_region in (False, True):
             left, blocked = [], left
@@ -296,13 +370,17 @@ class ShortestPaths:
                 again: list[FloatArray | None] = [None] * len(blocked)
                 few = shapely.get_num_coordinates(around).sum() <= _MOST_CORNERS
                 if few and not shapely.get_num_interior_rings(around).any():
-                    again = self._searched([legs[k] for k in blocked], around, in_region)
+                    again = self._searched(
+                        [legs[k] for k in blocked], around, in_region
+                    )
                 for k, path in zip(blocked, again, strict=True):
                     found[k] = path
                 lines = [*map(_line_of, again)]
                 near = shapely.dwithin(polygons[~met, None], lines, OVERLAY_ERROR)
                 met[~met], meets = near.any(axis=1), near.any(axis=0)
-                left += compress(blocked, ~(meets | shapely.contains_properly(self._region, lines)))
+                left += compress(
+                    blocked, ~(meets | shapely.contains_properly(self._region, lines))
+                )
                 blocked = [*compress(blocked, meets)]
         return found
 
@@ -310,13 +388,29 @@ class ShortestPaths:
     def sights(self) -> npt.NDArray[np.int_]:
         """The lines between reflex corners that see each other, by their numbers among these, shape (2, n)."""
         number = {corner: k for k, corner in enumerate(self._reflex.tolist())}
-        lines = [(k, number[other]) for corner, k in number.items() for other, _ in self._view(corner)]
-        return np.array([line for line in lines if line[0] < line[1]], dtype=int).reshape(-1, 2).T
+        lines = [
+            (k, number[other])
+            for corner, k in number.items()
+            for other, _ in self._view(corner)
+        ]
+        return (
+            np.array([line for line in lines if line[0] < line[1]], dtype=int)
+            .reshape(-1, 2)
+            .T
+        )
 
-    def _searched(self, legs: Sequence[tuple[Point, Point]], polygons: Any, in_region: bool) -> list[FloatArray | None]:
+    def _searched(
+        self, legs: Sequence[tuple[Point, Point]], polygons: Any, in_region: bool
+    ) -> list[FloatArray | None]:
         """Return the shortest paths around polygons, in the region or in the whole plane."""
-        number = {end: k for k, end in enumerate(dict.fromkeys(chain.from_iterable(legs)))}
-        around = _Around(polygons, [complex(*end) for end in number], self._places[: None if in_region else 0])
+        number = {
+            end: k for k, end in enumerate(dict.fromkeys(chain.from_iterable(legs)))
+        }
+        around = _Around(
+            polygons,
+            [complex(*end) for end in number],
+            self._places[: None if in_region else 0],
+        )
         points, count, own = around.points, len(number), len(number) + around.count
         linked = around.touches[:own]
         if in_region:
@@ -330,14 +424,22 @@ class ShortestPaths:
         lines = lines[:, ~around.entered(lines)]
         if in_region:
             ends = points[lines]
-            lines = lines[:, shapely.covers(self._region, _straight(ends)) | (ends[0] == ends[1])]
+            lines = lines[
+                :, shapely.covers(self._region, _straight(ends)) | (ends[0] == ends[1])
+            ]
             sights = self.sights + own
             lines = np.hstack([lines, sights[:, ~around.entered(sights)]])
             # Nothing passes between a polygon and a border of the region along which it lies.
-            seam = shapely.intersection(self._region.boundary, shapely.multipolygons(polygons).boundary)
+            seam = shapely.intersection(
+                self._region.boundary, shapely.multipolygons(polygons).boundary
+            )
             if seam.length:
-                inside = shapely.get_parts(shapely.intersection(self._region, polygons))  # not those behind the border
-                seam = shapely.intersection(seam, shapely.union_all(shapely.boundary(inside)))
+                inside = shapely.get_parts(
+                    shapely.intersection(self._region, polygons)
+                )  # not those behind the border
+                seam = shapely.intersection(
+                    seam, shapely.union_all(shapely.boundary(inside))
+                )
                 along = shapely.intersection(seam, _straight(points[lines]))
                 lines = lines[:, shapely.length(along) <= _TOLERANCE]
         views: list[list[tuple[int, float]]] = [[] for _ in points]
@@ -349,9 +451,22 @@ class ShortestPaths:
         found: list[FloatArray | None] = []
         for first, last in pairs:
             ahead = np.abs(points - points[last]).tolist()
-            nodes = _cheapest(dict(views[first]), dict(views[last]) | {last: 0.0}, views.__getitem__, ahead.__getitem__)
-            bends = [node for node in nodes or () if points[node] not in (points[first], points[last])]
-            found.append(None if nodes is None else points[[first, *bends, last]].view(float).reshape(-1, 2))
+            nodes = _cheapest(
+                dict(views[first]),
+                dict(views[last]) | {last: 0.0},
+                views.__getitem__,
+                ahead.__getitem__,
+            )
+            bends = [
+                node
+                for node in nodes or ()
+                if points[node] not in (points[first], points[last])
+            ]
+            found.append(
+                None
+                if nodes is None
+                else points[[first, *bends, last]].view(float).reshape(-1, 2)
+            )
         return found
 
 
@@ -372,7 +487,12 @@ class _Around:
     (n, count), is whether a line from a point may bend around a corner: both its sides lie on one side of the line.
     """
 
-    def __init__(self, polygons: npt.NDArray[np.object_], first: Sequence[complex], more: Complexes) -> None:
+    def __init__(
+        self,
+        polygons: npt.NDArray[np.object_],
+        first: Sequence[complex],
+        more: Complexes,
+    ) -> None:
         borders = shapely.get_exterior_ring(shapely.orient_polygons(polygons))
         corners, ring = shapely.get_coordinates(borders, return_index=True)
         places = corners.view(complex)[:, 0]
@@ -396,17 +516,25 @@ class _Around:
         """Return whether lines between points, by their numbers, shape (2, k), enter a polygon; they touch corners."""
         points, (before, after), (start, end) = self.points, self._left, lines
         turns = orientations(points[start, None], points[end, None], self._corners)
-        found = ((turns * turns[:, self._before] < 0) & (before[start] != before[end])).any(axis=1)
+        found = (
+            (turns * turns[:, self._before] < 0) & (before[start] != before[end])
+        ).any(axis=1)
         # From a corner on the line into the angle between its sides; lines that end at a corner touch it there.
         straight = turns == 0
-        if np.count_nonzero(straight) == np.count_nonzero((lines >= self._first) & (lines < self._first + self.count)):
+        if np.count_nonzero(straight) == np.count_nonzero(
+            (lines >= self._first) & (lines < self._first + self.count)
+        ):
             return np.asarray(found)
         line, corner = straight.nonzero()
         ends = lines[:, line]
         here, there = points[ends] - self._corners[corner]
         first, second = before[ends, corner], after[ends, corner]
-        into = np.where(self._convex[corner], first & second, first | second).any(axis=0)
-        found[line[into & (here.real * there.real + here.imag * there.imag <= 0)]] = True
+        into = np.where(self._convex[corner], first & second, first | second).any(
+            axis=0
+        )
+        found[line[into & (here.real * there.real + here.imag * there.imag <= 0)]] = (
+            True
+        )
         return np.asarray(found)
 
 
@@ -422,7 +550,9 @@ def _cheapest(
     corner with distances, `ahead` a lower bound of what is left.
     """
     best, parent, final, shortest = dict(first), dict[int, int](), _DIRECT, math.inf
-    heap = [(length + ahead(corner), corner, length) for corner, length in first.items()]
+    heap = [
+        (length + ahead(corner), corner, length) for corner, length in first.items()
+    ]
     heapify(heap)
     while heap and heap[0][0] < shortest:
         _, corner, reached = heappop(heap)
@@ -443,7 +573,9 @@ def _cheapest(
     return visited[::-1]
 
 
-def shortest_loop(discs: Discs, region: BaseGeometry | None = None) -> tuple[FloatArray, float]:
+def shortest_loop(
+    discs: Discs, region: BaseGeometry | None = None
+) -> tuple[FloatArray, float]:
     """Return the corners of the shortest closed polygon through discs in order, shape (n, 2), and a bound of all loops.
 
     Whatever vectors y₁ … yₙ of length one or less are taken, with xᵢ where a closed curve passes disc i (centre cᵢ,
@@ -473,30 +605,50 @@ def shortest_loop(discs: Discs, region: BaseGeometry | None = None) -> tuple[Flo
             return float(size.sum()), (np.roll(unit, 1, axis=0) - unit).ravel()
 
         def inside(x: FloatArray) -> FloatArray:
-            return np.asarray(radii**2 - np.sum((x.reshape(-1, 2) - centers) ** 2, axis=1))
+            return np.asarray(
+                radii**2 - np.sum((x.reshape(-1, 2) - centers) ** 2, axis=1)
+            )
 
         def inside_slope(x: FloatArray) -> FloatArray:
             off = -2 * (x.reshape(-1, 2) - centers)
-            return np.asarray((np.eye(len(radii))[:, :, None] * off[:, None, :]).reshape(len(radii), -1))
+            return np.asarray(
+                (np.eye(len(radii))[:, :, None] * off[:, None, :]).reshape(
+                    len(radii), -1
+                )
+            )
 
         within = {"type": "ineq", "fun": inside, "jac": inside_slope}
         options = {"maxiter": 500, "ftol": 1e-14}
         found: Any = minimize(  # type: ignore[call-overload]
-            length, centers.ravel(), jac=True, method="SLSQP", constraints=[within], options=options
+            length,
+            centers.ravel(),
+            jac=True,
+            method="SLSQP",
+            constraints=[within],
+            options=options,
         )
         off = found.x.reshape(-1, 2) - centers
         share = np.minimum(1.0, radii / np.maximum(np.linalg.norm(off, axis=1), 1e-300))
         points = centers + share[:, None] * off
     # Where two corners coincide no unit vector is distinguished; shorter ones bound the length too.
     step = np.roll(points, -1, axis=0) - points
-    pull = step / np.sqrt(np.sum(step**2, axis=1, keepdims=True) + (_SMALL**2 if radii.any() else 1e-300))
+    pull = step / np.sqrt(
+        np.sum(step**2, axis=1, keepdims=True) + (_SMALL**2 if radii.any() else 1e-300)
+    )
     turn = np.roll(pull, 1, axis=0) - pull
     bound = float(np.sum(centers * turn) - np.sum(radii * np.linalg.norm(turn, axis=1)))
     bound = max(bound * (1 - 1e-12), 0.0)
     if region is not None and not radii.any():
         paths = ShortestPaths(region)
-        legs = [paths.path(a, b) for a, b in zip(centers, np.roll(centers, -1, axis=0), strict=True)]
+        legs = [
+            paths.path(a, b)
+            for a, b in zip(centers, np.roll(centers, -1, axis=0), strict=True)
+        ]
         # Without a leg that is not found it is a lower bound still.
-        lengths = [np.linalg.norm(np.diff(leg, axis=0), axis=1).sum() for leg in legs if leg is not None]
+        lengths = [
+            np.linalg.norm(np.diff(leg, axis=0), axis=1).sum()
+            for leg in legs
+            if leg is not None
+        ]
         bound = max(bound, float(sum(lengths)))
     return points, bound

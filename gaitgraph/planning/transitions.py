@@ -28,7 +28,12 @@ from gaitgraph.planning.refusal import Branch
 from gaitgraph.planning.request import plan_request
 from gaitgraph.surface.sheets import FIBERS, red_label, separating_factor
 from gaitgraph.timing.laws import DEFAULT_LAW, LAWS, LawName
-from gaitgraph.timing.timed_gait import MOST_SAMPLES, TimedGait, checked_clock, pieces_of
+from gaitgraph.timing.timed_gait import (
+    MOST_SAMPLES,
+    TimedGait,
+    checked_clock,
+    pieces_of,
+)
 from gaitgraph.vehicle import PAPER
 
 if TYPE_CHECKING:
@@ -101,7 +106,9 @@ class Transition:
     @property
     def timed(self) -> TimedGait:
         """The path there and back, timed; the first half is the transition."""
-        return self.gait.parametrize(2 * self.duration, law=self.law, samples=2 * self.samples)
+        return self.gait.parametrize(
+            2 * self.duration, law=self.law, samples=2 * self.samples
+        )
 
     @property
     def _ends(self) -> dict[str, int | None]:
@@ -111,13 +118,30 @@ class Transition:
 
     def table(self) -> Table:
         """Return the table of the path, from t = 0 to its duration; raises Infeasible if there is none."""
-        timed, about = self.timed, {"period": self.duration, "made_by": "transition", "transition": self._ends}
+        timed, about = (
+            self.timed,
+            {
+                "period": self.duration,
+                "made_by": "transition",
+                "transition": self._ends,
+            },
+        )
         half = merged(pieces_of(timed, about)).rows(0, self.samples + 1)
         # The last row is the end of the path, not the begin of the path back.
         rests = math.isfinite(LAWS[self.law].peaks[1])
-        before = np.zeros(4) if rests else timed.at(math.nextafter(self.duration, 0.0))[1]
-        last = dict(zip((*ANGLES, *RATES, "t"), (*self.path[-1], *before, self.duration), strict=True))
-        ended = {name: np.append(half[name][:-1], value) for name, value in last.items()}
+        before = (
+            np.zeros(4) if rests else timed.at(math.nextafter(self.duration, 0.0))[1]
+        )
+        last = dict(
+            zip(
+                (*ANGLES, *RATES, "t"),
+                (*self.path[-1], *before, self.duration),
+                strict=True,
+            )
+        )
+        ended = {
+            name: np.append(half[name][:-1], value) for name, value in last.items()
+        }
         return replace(half, columns={**half.columns, **ended})
 
     def write(self, *paths: str | Path, force: bool = False, periods: int = 1) -> None:
@@ -127,7 +151,14 @@ class Transition:
     def as_mapping(self) -> dict[str, Any]:
         """Return the transition as plain values, ready for JSON."""
         found = self.report.as_mapping() if self.report is not None else {}
-        keys = ("valid", "two_color", "flyable", "reachable_from_hover", "checks", "warnings")
+        keys = (
+            "valid",
+            "two_color",
+            "flyable",
+            "reachable_from_hover",
+            "checks",
+            "warnings",
+        )
         return {
             "status": self.status,
             "reason": self.reason,
@@ -138,7 +169,10 @@ class Transition:
             "law": self.law,
             **self._ends,
             "proof": self.proof,
-            **{key: found.get(key, [] if key in ("checks", "warnings") else False) for key in keys},
+            **{
+                key: found.get(key, [] if key in ("checks", "warnings") else False)
+                for key in keys
+            },
         }
 
     def __repr__(self) -> str:
@@ -148,10 +182,16 @@ class Transition:
 
     def __str__(self) -> str:
         if self.report is None:
-            return f"No path: {self.reason}" + (f"\nProof: {self.proof['statement']}." if self.proof else "")
+            return f"No path: {self.reason}" + (
+                f"\nProof: {self.proof['statement']}." if self.proof else ""
+            )
         ends = [
-            HOVER if corner is None else f"corner {corner + 1} {tuple(round(float(a), 3) for a in alpha)}"
-            for corner, alpha in zip(self.corners, (self.path[0], self.path[-1]), strict=True)
+            HOVER
+            if corner is None
+            else f"corner {corner + 1} {tuple(round(float(a), 3) for a in alpha)}"
+            for corner, alpha in zip(
+                self.corners, (self.path[0], self.path[-1]), strict=True
+            )
         ]
         size = f"{len(self.path)} corners, {self.length:.4f} rad, {self.duration:g} s, {self.law}"
         size += "" if self.length else ", nothing moves"
@@ -212,9 +252,15 @@ def transition(
         for name, one in (("start", start), ("end", end))
     ]
     gaits = [one for one in ends if isinstance(one, Gait)]
-    hover = replace(gaits[0], alpha=np.zeros((1, 4)), colors=("red",), request={}) if gaits else None
+    hover = (
+        replace(gaits[0], alpha=np.zeros((1, 4)), colors=("red",), request={})
+        if gaits
+        else None
+    )
     body = PAPER if vehicle is None else vehicle
-    hover = hover or Gait(alpha=np.zeros((1, 4)), colors=("red",), vehicle=body, coefficients=coefficients)
+    hover = hover or Gait(
+        alpha=np.zeros((1, 4)), colors=("red",), vehicle=body, coefficients=coefficients
+    )
     first, last = (one if isinstance(one, Gait) else hover for one in ends)
     if (first.vehicle, first.coefficients) != (last.vehicle, last.coefficients):
         raise InputError(
@@ -222,12 +268,16 @@ def transition(
             f"got one for {last.vehicle.name!r} ({last.coefficients.kind}); give one vehicle for both"
         )
     if duration is not None and not 1e-6 <= number_of(duration) <= _LONGEST:
-        raise InputError(f"duration must be between 1e-6 and 5e8 s, got {shown(duration)}")
+        raise InputError(
+            f"duration must be between 1e-6 and 5e8 s, got {shown(duration)}"
+        )
     seconds = _DURATION if duration is None else float(duration)
     count = _checked_samples(seconds, law, samples, rate)
     floor = checked_number("floor", floor)
 
-    refused = Transition(there_and_back=None, reason=None, duration=seconds, law=law, samples=count)
+    refused = Transition(
+        there_and_back=None, reason=None, duration=seconds, law=law, samples=count
+    )
     reason, proof = _refusal(first, last)
     if reason is not None:
         return replace(refused, reason=reason, proof=proof)
@@ -236,12 +286,19 @@ def transition(
         return replace(refused, reason=found)
     path, corners = found
     alpha = np.vstack([path, path[-2:0:-1]])
-    gait = replace(first, alpha=alpha, colors=(first.colors[0],) * len(alpha), request={})
+    gait = replace(
+        first, alpha=alpha, colors=(first.colors[0],) * len(alpha), request={}
+    )
     if duration is None:
         # One second, or how long one way takes within the vehicle's limits if that is more.
         once, body = gait.parametrize(2.0, law=law), gait.vehicle
-        for order, limit in enumerate((body.max_tilt_rate, body.max_tilt_acceleration, body.max_tilt_jerk), start=1):
-            if limit is not None and np.isfinite(share := float((once.peaks(order) / limit).max())):
+        for order, limit in enumerate(
+            (body.max_tilt_rate, body.max_tilt_acceleration, body.max_tilt_jerk),
+            start=1,
+        ):
+            if limit is not None and np.isfinite(
+                share := float((once.peaks(order) / limit).max())
+            ):
                 seconds = max(seconds, share ** (1 / order))
         seconds = min(math.ceil(seconds * 1000) / 1000, _LONGEST)
         count = _checked_samples(seconds, law, samples, rate)
@@ -251,19 +308,26 @@ def transition(
         refused,
         there_and_back=gait,
         reason=None if report.flyable else report.reason,
-        corners=(None if ends[0] == HOVER else corners[0], None if ends[1] == HOVER else corners[1]),
+        corners=(
+            None if ends[0] == HOVER else corners[0],
+            None if ends[1] == HOVER else corners[1],
+        ),
         duration=seconds,
         samples=count,
         report=report,
     )
 
 
-def _checked_samples(duration: float, law: LawName, samples: int | None, rate: float | None) -> int:
+def _checked_samples(
+    duration: float, law: LawName, samples: int | None, rate: float | None
+) -> int:
     """Return the number of intervals one way; there and back has twice as many."""
     count = checked_clock(duration, law, samples=samples, rate=rate)
     if count > MOST_SAMPLES // 2:
         name, value = ("samples", samples) if rate is None else ("rate", rate)
-        raise InputError(f"{name} must give at most {MOST_SAMPLES // 2} samples, got {shown(value)}")
+        raise InputError(
+            f"{name} must give at most {MOST_SAMPLES // 2} samples, got {shown(value)}"
+        )
     return count
 
 
@@ -282,49 +346,100 @@ def _refusal(first: Gait, last: Gait) -> tuple[str | None, dict[str, Any] | None
             limit = 2 * first.vehicle.signed_drag_ratio
             home = f"in the component of α = 0, tan α1 − tan α2 {'<' if limit > 0 else '>'} {limit:.4f}"
             advice = f"Plan with the same sign of R (hover has R > 0, {home}), or start the flight in the gait"
-            return f"{where}, so every flight between them passes a singular matrix, at any attitude. {advice}", proof
+            return (
+                f"{where}, so every flight between them passes a singular matrix, at any attitude. {advice}",
+                proof,
+            )
     if {*first.colors, *last.colors} & set(FIBERS):
-        return "one of the ends is on a fibre, and paths stay on one sheet; use gaits on the red sheet", proof
+        return (
+            "one of the ends is on a fibre, and paths stay on one sheet; use gaits on the red sheet",
+            proof,
+        )
     if first.color != last.color:
         meeting = "the sheets meet in four points only, all with R = 0"
         blue = "In exact physics all of blue is singular; use red"
-        return f"the start is {first.color} and the end {last.color}, and {meeting}. {blue}", proof
+        return (
+            f"the start is {first.color} and the end {last.color}, and {meeting}. {blue}",
+            proof,
+        )
     if proof is not None:
-        return "the signs of R differ, as far as rounded coefficients decide them; use red", proof
+        return (
+            "the signs of R differ, as far as rounded coefficients decide them; use red",
+            proof,
+        )
     return None, None
 
 
-def _shortest(first: Gait, last: Gait, floor: float) -> tuple[FloatArray, tuple[int, int]] | str:
+def _shortest(
+    first: Gait, last: Gait, floor: float
+) -> tuple[FloatArray, tuple[int, int]] | str:
     """Return the shortest path and the corners that it joins, or the reason why there is none."""
     color: Color = "red" if first.color == "red" else "blue"
     # The sign on the sheet itself: printed digits may turn that of a residue of rounding.
-    on_sheet = lift(first.alpha[:, :2], first.colors, vehicle=first.vehicle, coefficients=first.coefficients).R
+    on_sheet = lift(
+        first.alpha[:, :2],
+        first.colors,
+        vehicle=first.vehicle,
+        coefficients=first.coefficients,
+    ).R
     sign: Sign = "positive" if on_sheet[np.argmax(np.abs(on_sheet))] > 0 else "negative"
-    points, others = (np.clip(gait.alpha[:, :2], -HALF_PI, HALF_PI) for gait in (first, last))
-    turned = last.alpha.tolist() < first.alpha.tolist()  # of corners equally near, the path back joins the same
+    points, others = (
+        np.clip(gait.alpha[:, :2], -HALF_PI, HALF_PI) for gait in (first, last)
+    )
+    turned = (
+        last.alpha.tolist() < first.alpha.tolist()
+    )  # of corners equally near, the path back joins the same
     corners = product(_nearest(points, others), _nearest(others, points))
     joined = [(math.dist(points[a], others[b]), a, b) for a, b in corners]
     if color == "red":
         # R with rounded coefficients leaks through the saddles; the signs of its factors do not.
-        labels, goals = (red_label(plane[:, 0], plane[:, 1], first.vehicle) for plane in (points, others))
-        if not (one_part := [pair for pair in joined if (labels[pair[1]] == goals[pair[2]]).all()]):
-            wall = separating_factor(points[0].tolist(), others[0].tolist(), first.vehicle)
+        labels, goals = (
+            red_label(plane[:, 0], plane[:, 1], first.vehicle)
+            for plane in (points, others)
+        )
+        if not (
+            one_part := [
+                pair for pair in joined if (labels[pair[1]] == goals[pair[2]]).all()
+            ]
+        ):
+            wall = separating_factor(
+                points[0].tolist(), others[0].tolist(), first.vehicle
+            )
             return f"both ends are on the red sheet, separated by {wall}, where R = 0; use gaits in one component"
         joined = one_part
     for use in ("flyable", "valid") if color == "red" else ("valid",):
         best: tuple[float, int, int, list[Any]] | None = None
-        for distance, a, b in sorted(joined, key=lambda one: (one[0], one[::-1] if turned else one)):
+        for distance, a, b in sorted(
+            joined, key=lambda one: (one[0], one[::-1] if turned else one)
+        ):
             if best is not None and distance >= best[0]:
                 break  # no path is shorter than the straight line
-            ends = sorted([points[a].tolist(), others[b].tolist()])  # the path back is the path there
-            request = plan_request(ends, vehicle=first.vehicle, coefficients=first.coefficients.kind, floor=floor)
+            ends = sorted(
+                [points[a].tolist(), others[b].tolist()]
+            )  # the path back is the path there
+            request = plan_request(
+                ends,
+                vehicle=first.vehicle,
+                coefficients=first.coefficients.kind,
+                floor=floor,
+            )
             leg = shortest_path(Branch(request=request, color=color, sign=sign), use)
             if leg is not None and (best is None or leg.length < best[0]):
                 bends = leg.points[1:-1]
-                best = leg.length, a, b, bends if ends[0] == points[a].tolist() else bends[::-1]
+                best = (
+                    leg.length,
+                    a,
+                    b,
+                    bends if ends[0] == points[a].tolist() else bends[::-1],
+                )
         if best is not None:
             _, a, b, bends = best
-            path = lift([points[a], *bends, others[b]], color, vehicle=first.vehicle, coefficients=first.coefficients)
+            path = lift(
+                [points[a], *bends, others[b]],
+                color,
+                vehicle=first.vehicle,
+                coefficients=first.coefficients,
+            )
             # A printed gait is a little beside its sheet: the path begins and ends at its own corners.
             return np.vstack([first.alpha[a], path.alpha[1:-1], last.alpha[b]]), (a, b)
     return f"none was found on the {color} sheet with this sign of R, between any of the corners tried"

@@ -8,7 +8,11 @@ from gaitgraph._lazy import lazy_names
 
 if TYPE_CHECKING:
     from gaitgraph.plots.axes import plane_axes as plane_axes
-    from gaitgraph.plots.figures import FIGURES as FIGURES, draw as draw, write_figures as write_figures
+    from gaitgraph.plots.figures import (
+        FIGURES as FIGURES,
+        draw as draw,
+        write_figures as write_figures,
+    )
     from gaitgraph.plots.flights import (
         plot_flight as plot_flight,
         write_basins as write_basins,

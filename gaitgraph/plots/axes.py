@@ -44,7 +44,9 @@ PALETTE: dict[str, tuple[str, str]] = {
 R, and verdicts. They are safe for colour-blind readers; markers and dashes say the same without color."""
 
 ROTOR_COLORS = tuple(PALETTE[f"alpha{k}"][0] for k in (1, 2, 3, 4))
-RED, BLUE, POSITIVE, NEGATIVE = (PALETTE[name][0] for name in ("red", "blue", "shade-positive", "shade-negative"))
+RED, BLUE, POSITIVE, NEGATIVE = (
+    PALETTE[name][0] for name in ("red", "blue", "shade-positive", "shade-negative")
+)
 GREY = "#8a8a8a"  # of singular points, and of missing data
 COLOR_OF = {"red": RED, "blue": BLUE}
 MARKER_OF = {"red": "s", "blue": "o"}
@@ -54,7 +56,11 @@ _LEGEND: dict[str, Any] = {"fontsize": 7.5, "frameon": False}
 STYLE = Path(__file__).with_name("paper.mplstyle")
 """The style of the figures, as a file for matplotlib.style.use."""
 
-_STAMPS = {"png": ("Software",), "svg": ("Date", "Creator"), "pdf": ("CreationDate", "Producer", "Creator")}
+_STAMPS = {
+    "png": ("Software",),
+    "svg": ("Date", "Creator"),
+    "pdf": ("CreationDate", "Producer", "Creator"),
+}
 
 
 def require_matplotlib() -> None:
@@ -82,7 +88,11 @@ def blank_figure(width: float, height: float, *, pyplot: bool = False) -> Figure
 
     if pyplot:
         from matplotlib.pyplot import figure as Figure  # type: ignore[assignment] # noqa: N812
-    return Figure(figsize=(width / INCH, height / INCH), layout="constrained", dpi=150 if pyplot else None)
+    return Figure(
+        figsize=(width / INCH, height / INCH),
+        layout="constrained",
+        dpi=150 if pyplot else None,
+    )
 
 
 def axes_or_new(ax: Axes | None, *, size: tuple[float, float] = (152.4, 127.0)) -> Axes:
@@ -93,7 +103,9 @@ def axes_or_new(ax: Axes | None, *, size: tuple[float, float] = (152.4, 127.0)) 
     from matplotlib.axes import Axes
 
     if not isinstance(ax, Axes) or ax.name == "3d":
-        raise InputError(f"ax must be None or two-dimensional axes of matplotlib, got {shown(ax)}")
+        raise InputError(
+            f"ax must be None or two-dimensional axes of matplotlib, got {shown(ax)}"
+        )
     return ax
 
 
@@ -102,13 +114,21 @@ def angle_axis(axis: Axis, label: str, *, divisor: int = 4) -> None:
     from matplotlib.ticker import FixedLocator, FuncFormatter
 
     most = divisor // 2
-    axis.set_major_locator(FixedLocator([k * math.pi / divisor for k in range(-most, most + 1)]))
-    axis.set_major_formatter(FuncFormatter(lambda angle, _: f"${text_from_angle(angle)}$".replace("π", r"\pi")))
+    axis.set_major_locator(
+        FixedLocator([k * math.pi / divisor for k in range(-most, most + 1)])
+    )
+    axis.set_major_formatter(
+        FuncFormatter(
+            lambda angle, _: f"${text_from_angle(angle)}$".replace("π", r"\pi")
+        )
+    )
     axis.set_label_text(f"${label}$ (rad)")
     axis.axes.set(**{f"{axis.axis_name}lim": (-HALF_PI, HALF_PI)})  # type: ignore[attr-defined]
 
 
-def plane_axes(ax: Axes, x: str, y: str, *, divisor: int = 4, grid: bool = True) -> None:
+def plane_axes(
+    ax: Axes, x: str, y: str, *, divisor: int = 4, grid: bool = True
+) -> None:
     r"""Make both axes angles from −π/2 to π/2 [rad], to the same scale, with ticks at multiples of π/divisor.
 
     `x` and `y` are symbols in mathtext, such as ``"\alpha_1"``.
@@ -125,8 +145,20 @@ def legend_above(ax: Any, *, columns: int, over: float = 5.0) -> None:
     for handle, label in zip(*ax.get_legend_handles_labels(), strict=True):
         named.setdefault(label, []).append(handle)
     handles = [tuple(marks) if len(marks) > 1 else marks[0] for marks in named.values()]
-    at = {"loc": "lower center", "bbox_to_anchor": (0.5, 1.0), "borderaxespad": over / _LEGEND["fontsize"]}
-    ax.legend(handles, list(named), ncols=columns, columnspacing=1.2, handletextpad=0.4, **at, **_LEGEND)
+    at = {
+        "loc": "lower center",
+        "bbox_to_anchor": (0.5, 1.0),
+        "borderaxespad": over / _LEGEND["fontsize"],
+    }
+    ax.legend(
+        handles,
+        list(named),
+        ncols=columns,
+        columnspacing=1.2,
+        handletextpad=0.4,
+        **at,
+        **_LEGEND,
+    )
     for line in ax.get_legend().get_lines():
         line.set_linewidth(min(line.get_linewidth(), 6.0))
 
@@ -142,10 +174,32 @@ def legend_below(ax: Axes, **options: Any) -> None:
         ax.legend(**at, **_LEGEND, **options)
 
 
-def draw_arrow(ax: Any, start: Any, end: Any, color: str, *, width: float = 1.0, size: float = 9.0, **look: Any) -> Any:
+def draw_arrow(
+    ax: Any,
+    start: Any,
+    end: Any,
+    color: str,
+    *,
+    width: float = 1.0,
+    size: float = 9.0,
+    **look: Any,
+) -> Any:
     """Draw an arrow between two points; width and head size are in points."""
-    arrow = {"arrowstyle": "-|>", "color": color, "lw": width, "mutation_scale": size, "shrinkA": 0, "shrinkB": 0}
-    return ax.annotate("", xy=tuple(end), xytext=tuple(start), arrowprops=arrow, **({"zorder": 5.0} | look))
+    arrow = {
+        "arrowstyle": "-|>",
+        "color": color,
+        "lw": width,
+        "mutation_scale": size,
+        "shrinkA": 0,
+        "shrinkB": 0,
+    }
+    return ax.annotate(
+        "",
+        xy=tuple(end),
+        xytext=tuple(start),
+        arrowprops=arrow,
+        **({"zorder": 5.0} | look),
+    )
 
 
 def draw_label(ax: Axes, place: Any, text: str, color: str = "black") -> None:
@@ -153,19 +207,28 @@ def draw_label(ax: Axes, place: Any, text: str, color: str = "black") -> None:
     ax.text(place[0], place[1], text, color=color, ha="center", va="center", zorder=6)
 
 
-def check_pictures(paths: Sequence[str | Path], *, force: bool = False) -> dict[Path, Any]:
+def check_pictures(
+    paths: Sequence[str | Path], *, force: bool = False
+) -> dict[Path, Any]:
     """Return the format of each file of a picture; raise before any work is done if one cannot be written."""
     kinds = {Path(path): Path(path).suffix.lower()[1:] for path in paths}
     if not {*kinds.values()} <= {*FORMATS}:
-        raise InputError(f"output of a picture must end in .png, .svg or .pdf, got {shown(list(map(str, paths)))}")
+        raise InputError(
+            f"output of a picture must end in .png, .svg or .pdf, got {shown(list(map(str, paths)))}"
+        )
     check_new_files(paths, force=force)
     return kinds
 
 
-def write_pictures(figure: Figure, paths: Sequence[str | Path], *, force: bool = False) -> None:
+def write_pictures(
+    figure: Figure, paths: Sequence[str | Path], *, force: bool = False
+) -> None:
     """Write a figure to .png, .svg or .pdf files, whole or not at all."""
     kinds = check_pictures(paths, force=force)
-    write_whole([(path, picture_bytes(figure, kind)) for path, kind in kinds.items()], force=force)
+    write_whole(
+        [(path, picture_bytes(figure, kind)) for path, kind in kinds.items()],
+        force=force,
+    )
 
 
 def picture_bytes(figure: Figure, kind: Format) -> bytes:
@@ -177,7 +240,11 @@ def picture_bytes(figure: Figure, kind: Format) -> bytes:
         if engine is not None:
             engine.execute(figure)
             figure.set_layout_engine("none")
-            for ax in figure.axes:  # its solver's last digits may differ from run to run
-                ax.set_position(np.round(ax.get_position(original=True).bounds, 9).tolist())
+            for (
+                ax
+            ) in figure.axes:  # its solver's last digits may differ from run to run
+                ax.set_position(
+                    np.round(ax.get_position(original=True).bounds, 9).tolist()
+                )
         figure.savefig(stream, format=kind, metadata=dict.fromkeys(_STAMPS[kind]))
     return stream.getvalue()

@@ -14,7 +14,11 @@ import numpy as np
 from gaitgraph.errors import FileProblem, InputError, checked_choice, shown
 from gaitgraph.files import check_new_files
 from gaitgraph.gait.gait import Gait, paper_gait, printed_gait
-from gaitgraph.invertibility.matrices import Coefficients, CoefficientsLike, coefficients_of
+from gaitgraph.invertibility.matrices import (
+    Coefficients,
+    CoefficientsLike,
+    coefficients_of,
+)
 from gaitgraph.invertibility.tilt_margins import least_tilt_margin
 from gaitgraph.plots import axes as base, gaits, planes
 from gaitgraph.plots.vehicles import vehicle_figure
@@ -56,30 +60,46 @@ class PaperFigure:
 _SMALL = (85, 74)  # of a figure in space [mm]
 
 
-def _in_space(function: Callable[..., None], figure: Figure, of: _FigureInput, **options: Any) -> None:
+def _in_space(
+    function: Callable[..., None], figure: Figure, of: _FigureInput, **options: Any
+) -> None:
     ax = figure.add_subplot(projection="3d", computed_zorder=False)
     function(ax, of.coefficients, **options)
 
 
 def _rule(figure: Figure, of: _FigureInput) -> None:
     left, right = figure.subplots(1, 2)
-    planes.adjacency_rule("angle", ax=left).set_title(r"(a) types of $\alpha_3$ or of $\alpha_4$")
-    planes.adjacency_rule("pair", ax=right).set_title(r"(b) types of $(\alpha_3, \alpha_4)$")
+    planes.adjacency_rule("angle", ax=left).set_title(
+        r"(a) types of $\alpha_3$ or of $\alpha_4$"
+    )
+    planes.adjacency_rule("pair", ax=right).set_title(
+        r"(b) types of $(\alpha_3, \alpha_4)$"
+    )
 
 
 def _types(figure: Figure, of: _FigureInput) -> Axes:
-    return planes.type_map("negative", coefficients=of.coefficients, ax=figure.add_subplot())
+    return planes.type_map(
+        "negative", coefficients=of.coefficients, ax=figure.add_subplot()
+    )
 
 
 def _loops(figure: Figure, of: _FigureInput) -> None:
     ax = _types(figure, of)
     # Bands are wider than the texts on them. Gaits 2 and 3 have the same loop: the red band lies on the wider blue one.
-    for number, width, name in ((1, 18.0, "Gait 1"), (2, 18.0, "Gaits 2 and 3"), (3, 10.0, "")):
+    for number, width, name in (
+        (1, 18.0, "Gait 1"),
+        (2, 18.0, "Gaits 2 and 3"),
+        (3, 10.0, ""),
+    ):
         gait = paper_gait(number, of.vehicle, of.coefficients)
-        gaits.gait_loop(gait, label=f"Gait {number}: {gait.color}", width=width, band=True, ax=ax)
+        gaits.gait_loop(
+            gait, label=f"Gait {number}: {gait.color}", width=width, band=True, ax=ax
+        )
         x, y = gait.alpha[:, :2].mean(axis=0)
         if name:
-            ax.text(x, y + math.pi / 32, name, ha="center", va="center")  # between the rows of nodes
+            ax.text(
+                x, y + math.pi / 32, name, ha="center", va="center"
+            )  # between the rows of nodes
     base.legend_above(ax, columns=3)
 
 
@@ -89,7 +109,9 @@ def _regions(figure: Figure, of: _FigureInput) -> None:
     planes.singular_value_map(of.vehicle, ax=right)
 
 
-def _attitudes(figure: Figure, of: _FigureInput, *, number: int, eta: float, more: bool = False) -> None:
+def _attitudes(
+    figure: Figure, of: _FigureInput, *, number: int, eta: float, more: bool = False
+) -> None:
     """Draw the roll–pitch diagram of a gait of the paper and its biased gait.
 
     A blue gait of the paper's vehicle has angles of four digits and the exact formula: the reading that gives the
@@ -97,27 +119,44 @@ def _attitudes(figure: Figure, of: _FigureInput, *, number: int, eta: float, mor
     """
     exact = coefficients_of(of.vehicle, "exact")
     if number <= 2 and of.vehicle.carries_published_coefficients:
-        rounded = paper_gait(number, of.vehicle, coefficients_of(of.vehicle, "published"))
+        rounded = paper_gait(
+            number, of.vehicle, coefficients_of(of.vehicle, "published")
+        )
         mixed = Gait(alpha=rounded.alpha, vehicle=of.vehicle, coefficients=exact)
-        others = {"exact coefficients": paper_gait(number, of.vehicle, exact), "four-digit coefficients": rounded}
+        others = {
+            "exact coefficients": paper_gait(number, of.vehicle, exact),
+            "four-digit coefficients": rounded,
+        }
         others["printed vertices"] = printed_gait(number, exact)
         readings = others if more else {"four-digit angles, exact formula": mixed}
     else:
         gait = paper_gait(number, of.vehicle, of.coefficients if number > 2 else exact)
-        readings = {f"{'four-digit' if gait.coefficients.kind == 'published' else 'exact'} coefficients": gait}
-    for ax, (title, gait) in zip(np.ravel(figure.subplots(1, len(readings))), readings.items(), strict=True):
+        readings = {
+            f"{'four-digit' if gait.coefficients.kind == 'published' else 'exact'} coefficients": gait
+        }
+    for ax, (title, gait) in zip(
+        np.ravel(figure.subplots(1, len(readings))), readings.items(), strict=True
+    ):
         gaits.roll_pitch_diagram(gait, eta=eta, name=f"Gait {number}", ax=ax)
         numbers = replace(gait.coefficients, kind="exact")
         margins = [
-            math.degrees(least_tilt_margin(np.append(one.alpha, one.alpha[:1], axis=0), numbers, tolerance=1e-4).upper)
+            math.degrees(
+                least_tilt_margin(
+                    np.append(one.alpha, one.alpha[:1], axis=0), numbers, tolerance=1e-4
+                ).upper
+            )
             for one in (gait, gait.biased(eta))
         ]
-        own, biased = ("none" if math.isnan(margin) else f"{margin:.1f}°" for margin in margins)
+        own, biased = (
+            "none" if math.isnan(margin) else f"{margin:.1f}°" for margin in margins
+        )
         head = title if more else f"Gait {number}: {title}"
         ax.set_title(f"{head}\ntilt margin {own}, biased {biased}")
         if more:
             base.legend_below(ax)
-            ax.set_ylabel(ax.get_ylabel() if ax.get_subplotspec().is_first_col() else "")
+            ax.set_ylabel(
+                ax.get_ylabel() if ax.get_subplotspec().is_first_col() else ""
+            )
 
 
 def _figures() -> dict[str, PaperFigure]:
@@ -136,8 +175,12 @@ def _figures() -> dict[str, PaperFigure]:
         PaperFigure("regions", "Exact regions of the (α1, α2) plane on the red sheet", (170, 93), _regions),
         PaperFigure("set", "The set of a gait", (400, 84), lambda figure, of: gaits.draw_sheet(figure, [of.timed])),
     ]  # fmt: skip
-    for name, (which, angle) in zip("345678", product(("first", "other", "both"), (3, 4)), strict=True):
-        title = f"α{angle} of {'both roots' if which == 'both' else f'the {which} root'}"
+    for name, (which, angle) in zip(
+        "345678", product(("first", "other", "both"), (3, 4)), strict=True
+    ):
+        title = (
+            f"α{angle} of {'both roots' if which == 'both' else f'the {which} root'}"
+        )
         drawing = partial(_in_space, planes.root_angle, angle=angle, which=which)
         found.append(PaperFigure(name, title, _SMALL, drawing))
     signed = product(("positive", "negative"), ("first", "other"))
@@ -146,15 +189,33 @@ def _figures() -> dict[str, PaperFigure]:
         drawing = partial(_in_space, planes.signed_roots, sign=sign, which=which)
         found.append(PaperFigure(name, title, _SMALL, drawing))
     for name, which in (("10", "first"), ("12", "other")):
-        drawing = partial(_in_space, planes.level_determinants, sign="positive", which=which)
-        found.append(PaperFigure(name, f"R of the {which} root where it is positive", _SMALL, drawing))
-    for name, number, eta in (("18", 1, 0.8), ("19", 2, 0.99), ("20", 3, 0.8), ("21", 4, 0.8), ("22", 2, 0.8)):
-        title = f"Unacceptable attitudes of Gait {number} and its biased gait, η = {eta:g}"
+        drawing = partial(
+            _in_space, planes.level_determinants, sign="positive", which=which
+        )
+        found.append(
+            PaperFigure(
+                name, f"R of the {which} root where it is positive", _SMALL, drawing
+            )
+        )
+    for name, number, eta in (
+        ("18", 1, 0.8),
+        ("19", 2, 0.99),
+        ("20", 3, 0.8),
+        ("21", 4, 0.8),
+        ("22", 2, 0.8),
+    ):
+        title = (
+            f"Unacceptable attitudes of Gait {number} and its biased gait, η = {eta:g}"
+        )
         drawing = partial(_attitudes, number=number, eta=eta)
         found.append(PaperFigure(name, title, (85, 98), drawing))
         if number <= 2:
             more = partial(drawing, more=True)
-            found.append(PaperFigure(f"{name}b", f"Figure {name} with other digits", (170, 84), more))
+            found.append(
+                PaperFigure(
+                    f"{name}b", f"Figure {name} with other digits", (170, 84), more
+                )
+            )
     by_name = {one.name: one for one in found}
     names = (*map(str, range(1, 23)), "18b", "19b", "22b", "regions", "set")
     return {name: by_name[name] for name in names}
@@ -178,11 +239,16 @@ def draw(
     the origin. `coefficients` are by default "published" for the paper's vehicle, "exact" for others. `gait` is that of
     the figure "set" in any form, by default Gait 3; vehicle and coefficients are then those of its table.
     """
-    return _drawn(checked_choice("name", str(name), FIGURES), _input_of(vehicle, coefficients, gait))
+    return _drawn(
+        checked_choice("name", str(name), FIGURES),
+        _input_of(vehicle, coefficients, gait),
+    )
 
 
 def _input_of(
-    vehicle: VehicleLike | None, coefficients: CoefficientsLike | None, gait: GaitLike | None
+    vehicle: VehicleLike | None,
+    coefficients: CoefficientsLike | None,
+    gait: GaitLike | None,
 ) -> _FigureInput:
     chosen = vehicle_named(PAPER if vehicle is None else vehicle)
     numbers = coefficients_of(chosen, coefficients)
@@ -222,22 +288,31 @@ def write_figures(
     OutputExists before anything is written. `progress` is called with a short text before each figure.
     """
     base.require_matplotlib()
-    asked = [checked_choice("only", str(name), FIGURES) for name in (FIGURES if only is None else only)]
+    asked = [
+        checked_choice("only", str(name), FIGURES)
+        for name in (FIGURES if only is None else only)
+    ]
     if gait is not None and "set" not in asked:
-        raise InputError(f"gait has an effect on the figure set only, and only selects {', '.join(asked)}")
+        raise InputError(
+            f"gait has an effect on the figure set only, and only selects {', '.join(asked)}"
+        )
     kinds = tuple(dict.fromkeys(formats))
     for kind in kinds or ("none",):
         checked_choice("format", kind, base.FORMATS)
     of, folder = _input_of(vehicle, coefficients, gait), Path(out)
     files = {
-        name: [folder / f"{figure.stem}.{kind}" for kind in kinds] for name, figure in FIGURES.items() if name in asked
+        name: [folder / f"{figure.stem}.{kind}" for kind in kinds]
+        for name, figure in FIGURES.items()
+        if name in asked
     }
     paths = [path for targets in files.values() for path in targets]
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
-        raise FileProblem(f"out must be a folder that can be written, got {shown(str(folder))}: {reason}") from error
+        raise FileProblem(
+            f"out must be a folder that can be written, got {shown(str(folder))}: {reason}"
+        ) from error
     check_new_files(paths, force=force)
     for name, targets in files.items():
         if progress is not None:

@@ -58,9 +58,14 @@ ANGLE_LOOKS: tuple[dict[str, Any], ...] = tuple(
     }
     for k, color in enumerate(base.ROTOR_COLORS)
 )
-_DASHES: dict[str, Any] = {"blue": (0, (3, 1.2)), "none": (0, (1, 1))}  # "none": off the surfaces
+_DASHES: dict[str, Any] = {
+    "blue": (0, (3, 1.2)),
+    "none": (0, (1, 1)),
+}  # "none": off the surfaces
 _PALE = {"red": "#fcd4cd", "blue": "#9fb3e8"}
-_INSIDE = shapely.box(*(-HALF_PI + 1e-6,) * 2, *(HALF_PI - 1e-6,) * 2)  # the roll–pitch square without its sides
+_INSIDE = shapely.box(
+    *(-HALF_PI + 1e-6,) * 2, *(HALF_PI - 1e-6,) * 2
+)  # the roll–pitch square without its sides
 _MOST_SHOWN = 60  # parts of a region
 _COARSE = 1e-3  # accuracy of the borders of a drawn region [rad]
 _MARKS = {"ok": ("yes", "✓"), "NO": ("no", "✗"), "??": ("partly", "?")}
@@ -83,7 +88,9 @@ def gait_loop(
     band below all marks, for a map with labels. `ax` are axes such as those of :func:`type_map`; by default new ones.
     """
     if sorted(angles) != sorted(set(angles) & {1, 2, 3, 4}) or len(angles) != 2:
-        raise InputError(f"angles must be two different ones of 1 to 4, got {shown_value(angles)}")
+        raise InputError(
+            f"angles must be two different ones of 1 to 4, got {shown_value(angles)}"
+        )
     gait, fresh = gait_of(gait), ax is None
     ax = base.axes_or_new(ax)
     columns = [angle - 1 for angle in angles]
@@ -91,7 +98,13 @@ def gait_loop(
     colors = gait.colors or ("none",) * len(starts)
     ink = [base.COLOR_OF.get(color, "black") for color in colors]
     if len(starts) == 1:
-        ax.plot(*starts[0], marker=base.MARKER_OF.get(colors[0], "D"), color=ink[0], linestyle="none", label=label)
+        ax.plot(
+            *starts[0],
+            marker=base.MARKER_OF.get(colors[0], "D"),
+            color=ink[0],
+            linestyle="none",
+            label=label,
+        )
     closed, k = len(set(colors)) == 1, 0
     for color, run in groupby(colors):
         stop = k + len(list(run))
@@ -100,7 +113,9 @@ def gait_loop(
             joints = {"solid_joinstyle": "round", "solid_capstyle": "butt"}
             look = {"color": _PALE.get(color, "0.8"), "zorder": 1.2, **joints}
         # A loop of one color ends at its second point, so that its first corner is joined too.
-        points = np.concatenate([starts[k:stop], ends[stop - 1 : stop], ends[: int(closed)]])
+        points = np.concatenate(
+            [starts[k:stop], ends[stop - 1 : stop], ends[: int(closed)]]
+        )
         ax.plot(*points.T, linewidth=width, label=label if k == 0 else None, **look)
         k = stop
     steps = ends - starts
@@ -110,7 +125,12 @@ def gait_loop(
         longest = int(np.argmax(lengths > 0.75 * lengths.max()))
         tail = starts[longest] + 0.36 * steps[longest]
         base.draw_arrow(
-            ax, tail, tail + 0.03 * steps[longest], ink[longest], width=0.0, size=14 if band else 6 + 4 * width
+            ax,
+            tail,
+            tail + 0.03 * steps[longest],
+            ink[longest],
+            width=0.0,
+            size=14 if band else 6 + 4 * width,
         )
     if fresh:
         base.plane_axes(ax, rf"\alpha_{angles[0]}", rf"\alpha_{angles[1]}")
@@ -118,7 +138,12 @@ def gait_loop(
 
 
 def roll_pitch_diagram(
-    gait: GaitLike, *, eta: float | None = None, name: str = "gait", count: int = 48, ax: Axes | None = None
+    gait: GaitLike,
+    *,
+    eta: float | None = None,
+    name: str = "gait",
+    count: int = 48,
+    ax: Axes | None = None,
 ) -> Axes:
     """Draw the attitudes at which a gait is singular, and those of its biased gait (Figures 18 to 22).
 
@@ -134,13 +159,27 @@ def roll_pitch_diagram(
     ax = base.axes_or_new(ax)
     draw_attitudes(ax, gait, name, base.RED, count)
     if eta is not None:
-        draw_attitudes(ax, gait.biased(eta), f"{name}, $\\eta$ = {eta:g}", base.BLUE, count, dash=(0, (3, 1.5)))
+        draw_attitudes(
+            ax,
+            gait.biased(eta),
+            f"{name}, $\\eta$ = {eta:g}",
+            base.BLUE,
+            count,
+            dash=(0, (3, 1.5)),
+        )
     finish_diagram(ax)
     return ax
 
 
 def draw_attitudes(
-    ax: Axes, gait: Gait, name: str, color: str, count: int, *, dash: Any = "-", basin: Basin | None = None
+    ax: Axes,
+    gait: Gait,
+    name: str,
+    color: str,
+    count: int,
+    *,
+    dash: Any = "-",
+    basin: Basin | None = None,
 ) -> None:
     """Draw the singular attitudes of a gait at `count` times of a period, and shade the acceptable ones, or a basin's.
 
@@ -152,25 +191,71 @@ def draw_attitudes(
     curves = [singular_curve(row, numbers) for row in alpha]
     kinds = {curve.kind for curve in curves}
     empty = around.polygon.is_empty
-    words = f"{percent(around.fraction)} acceptable" if around.fraction < 1.0 else "no singular attitude"
+    words = (
+        f"{percent(around.fraction)} acceptable"
+        if around.fraction < 1.0
+        else "no singular attitude"
+    )
     words = "singular in level flight" if empty else words
-    label = name if basin else f"{name}:\n{'singular at every attitude' if 'everywhere' in kinds else words}"
+    label = (
+        name
+        if basin
+        else f"{name}:\n{'singular at every attitude' if 'everywhere' in kinds else words}"
+    )
     if "everywhere" in kinds:
         corners = HALF_PI * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
-        look: dict[str, Any] = {"facecolor": (color, 0.12), "edgecolor": (color, 0.5), "hatch": "xxx", "linewidth": 0.0}
+        look: dict[str, Any] = {
+            "facecolor": (color, 0.12),
+            "edgecolor": (color, 0.5),
+            "hatch": "xxx",
+            "linewidth": 0.0,
+        }
         ax.fill(*corners.T, **look, gid="singular", label=label)
         return
     for curve in curves:
         if curve.kind == "curve":
-            ax.plot(*curve.points().T, color=color, linestyle=dash, linewidth=0.5, alpha=0.8, gid="singular", zorder=2)
+            ax.plot(
+                *curve.points().T,
+                color=color,
+                linestyle=dash,
+                linewidth=0.5,
+                alpha=0.8,
+                gid="singular",
+                zorder=2,
+            )
     if not empty:
-        ax.fill(*np.asarray(around.polygon.exterior.coords).T, color=color, alpha=0.12, linewidth=0.0, gid="acceptable")
+        ax.fill(
+            *np.asarray(around.polygon.exterior.coords).T,
+            color=color,
+            alpha=0.12,
+            linewidth=0.0,
+            gid="acceptable",
+        )
     # The border without the sides of the square, where nothing is singular.
-    border = shapely.line_merge(around.polygon.exterior.intersection(_INSIDE)) if not empty else shapely.LineString()
+    border = (
+        shapely.line_merge(around.polygon.exterior.intersection(_INSIDE))
+        if not empty
+        else shapely.LineString()
+    )
     for part in shapely.get_parts(border):
-        ax.plot(*np.asarray(part.coords).T, color=color, linestyle=dash, linewidth=2.0, gid="border", zorder=3)
+        ax.plot(
+            *np.asarray(part.coords).T,
+            color=color,
+            linestyle=dash,
+            linewidth=2.0,
+            gid="border",
+            zorder=3,
+        )
     face = "none" if empty else (color, 0.12)
-    ax.fill([], [], facecolor=face, edgecolor=color, linestyle=dash, linewidth=1.2, label=label)  # for the legend
+    ax.fill(
+        [],
+        [],
+        facecolor=face,
+        edgecolor=color,
+        linestyle=dash,
+        linewidth=1.2,
+        label=label,
+    )  # for the legend
 
 
 def finish_diagram(ax: Axes) -> None:
@@ -186,7 +271,10 @@ def draw_angles(ax: Axes, time: FloatArray, alpha: FloatArray) -> None:
     for k, look in enumerate(ANGLE_LOOKS):
         ax.plot(time, alpha[:, k], label=rf"$\alpha_{k + 1}$", **look)
     base.angle_axis(ax.yaxis, r"\alpha_i")
-    ax.set(xlabel="$t$ (s)", xlim=(float(time[0]), float(time[-1])) if time[-1] > time[0] else None)
+    ax.set(
+        xlabel="$t$ (s)",
+        xlim=(float(time[0]), float(time[-1])) if time[-1] > time[0] else None,
+    )
     ax.grid(True)
 
 
@@ -194,13 +282,26 @@ def draw_angles(ax: Axes, time: FloatArray, alpha: FloatArray) -> None:
 OUTCOME_LOOKS: dict[Outcome, dict[str, Any]] = {
     "settled": {"marker": "o", "color": "#009e73", "markersize": 3.0},
     "not settled": {"marker": "D", "color": "#e69f00", "markersize": 3.4},
-    "near singular": {"marker": "x", "color": "black", "markersize": 4.2, "markeredgewidth": 1.1},
-    "sign change": {"marker": "*", "color": "black", "markersize": 5.2, "markeredgewidth": 0.0},
+    "near singular": {
+        "marker": "x",
+        "color": "black",
+        "markersize": 4.2,
+        "markeredgewidth": 1.1,
+    },
+    "sign change": {
+        "marker": "*",
+        "color": "black",
+        "markersize": 5.2,
+        "markeredgewidth": 0.0,
+    },
     "tumbling": {"marker": "v", "color": "#cc79a7", "markersize": 4.0},
     "upended": {"marker": "^", "color": "#56b4e9", "markersize": 4.0},
     "refused": {"marker": "s", "color": "#8a8a8a", "markersize": 3.0},
 }
-_WORDS: dict[Outcome, str] = {"sign change": "determinant changed sign", "near singular": "stopped near singularity"}
+_WORDS: dict[Outcome, str] = {
+    "sign change": "determinant changed sign",
+    "near singular": "stopped near singularity",
+}
 _FULL_SIZE = 17  # with more attitudes along a side, marks are smaller
 
 
@@ -223,10 +324,22 @@ def basin_map(basin: Basin, *, name: str = "", ax: Axes | None = None) -> Axes:
     for code, (outcome, look) in enumerate(OUTCOME_LOOKS.items()):
         roll, pitch = (basin.worst == code).nonzero()
         if len(roll):
-            drawn = look | {"markersize": look["markersize"] * smaller, "linestyle": "none", "zorder": 4}
+            drawn = look | {
+                "markersize": look["markersize"] * smaller,
+                "linestyle": "none",
+                "zorder": 4,
+            }
             label = f"{_WORDS.get(outcome, outcome)}: {len(roll)}"
-            ax.plot(basin.angles[roll], basin.angles[pitch], label=label, gid="outcome", **drawn)
-    ax.set_title(f"{name or basin.name}\n{percent(basin.fraction)} of {basin.worst.size} attitudes settled")
+            ax.plot(
+                basin.angles[roll],
+                basin.angles[pitch],
+                label=label,
+                gid="outcome",
+                **drawn,
+            )
+    ax.set_title(
+        f"{name or basin.name}\n{percent(basin.fraction)} of {basin.worst.size} attitudes settled"
+    )
     base.legend_below(ax)
     return ax
 
@@ -236,13 +349,18 @@ def basins_figure(basins: Sequence[Basin]) -> Figure:
     width, height, legend_line = 68.0, 73.0, 4.2  # mm
     columns = min(len(basins), 4)
     figure = base.blank_figure(width * columns, height)
-    panels: np.ndarray[Any, Any] = figure.subplots(math.ceil(len(basins) / columns), columns, squeeze=False)
+    panels: np.ndarray[Any, Any] = figure.subplots(
+        math.ceil(len(basins) / columns), columns, squeeze=False
+    )
     for ax, basin in zip(panels.flat, basins, strict=False):
         basin_map(basin, ax=ax)
     for ax in panels.flat[len(basins) :]:
         ax.set_axis_off()
     most = max(len(ax.get_legend().get_texts()) for ax in panels.flat[: len(basins)])
-    figure.set_size_inches(width * columns / base.INCH, len(panels) * (height + legend_line * most) / base.INCH)
+    figure.set_size_inches(
+        width * columns / base.INCH,
+        len(panels) * (height + legend_line * most) / base.INCH,
+    )
     return figure
 
 
@@ -255,17 +373,31 @@ def plot(shown: Shown, *, ax: Axes | None = None) -> Axes:
     """
     ax = base.axes_or_new(ax)
     _draw(ax, shown, legend=True)
-    title = shown.verdict if isinstance(shown, Report) else str(shown).partition("\n")[0].rstrip(":")
+    title = (
+        shown.verdict
+        if isinstance(shown, Report)
+        else str(shown).partition("\n")[0].rstrip(":")
+    )
     ax.set_title(fill(re.sub(r"-(?=\d)", "−", title), 80), fontsize=9)
     return ax
 
 
-PANELS = ("loop on the map", "tilt angles", "hover thrusts", "acceptable attitudes", "least singular value")
+PANELS = (
+    "loop on the map",
+    "tilt angles",
+    "hover thrusts",
+    "acceptable attitudes",
+    "least singular value",
+)
 
 
 def draw_panel(timed: TimedGait, panel: str, *, name: str, ax: Axes) -> None:
     """Draw one of the PANELS of a timed gait over a period; physics is exact, and level but for attitudes."""
-    gait, vehicle, t = timed.gait, timed.gait.vehicle, np.linspace(0.0, timed.period, 2 * FINE)
+    gait, vehicle, t = (
+        timed.gait,
+        timed.gait.vehicle,
+        np.linspace(0.0, timed.period, 2 * FINE),
+    )
     alpha = timed.at(t)[0]
     value = matrices.least_singular_value(alpha, vehicle)
     limit: dict[str, Any] = {"color": base.RED, "linewidth": 0.9, "linestyle": "--"}
@@ -275,19 +407,46 @@ def draw_panel(timed: TimedGait, panel: str, *, name: str, ax: Axes) -> None:
         draw_angles(ax, t, alpha)
     elif panel == PANELS[3]:
         exact = coefficients_of(vehicle, "exact")
-        lifted = set(gait.colors) & {*COLORS} and lift(gait.alpha[:, :2], gait.colors, coefficients=exact)
-        roll_pitch_diagram(lifted or replace(gait, coefficients=exact), name=name, ax=ax)
+        lifted = set(gait.colors) & {*COLORS} and lift(
+            gait.alpha[:, :2], gait.colors, coefficients=exact
+        )
+        roll_pitch_diagram(
+            lifted or replace(gait, coefficients=exact), name=name, ax=ax
+        )
     elif panel == PANELS[4]:
-        ax.plot(t, value, color="black", linewidth=1.6, label="least singular value, level")
-        ax.axhline(matrices.DEFAULT_FLOOR, label=f"floor {matrices.DEFAULT_FLOOR:g}", **limit)
-        ax.set(ylabel="least singular value", ylim=(0.0, max(0.6, 1.1 * float(value.max()))))
+        ax.plot(
+            t, value, color="black", linewidth=1.6, label="least singular value, level"
+        )
+        ax.axhline(
+            matrices.DEFAULT_FLOOR, label=f"floor {matrices.DEFAULT_FLOOR:g}", **limit
+        )
+        ax.set(
+            ylabel="least singular value",
+            ylim=(0.0, max(0.6, 1.1 * float(value.max()))),
+        )
     elif value.min() > 1e-3:
         for k, look in enumerate(ANGLE_LOOKS):
-            ax.plot(t, matrices.hover_thrust_shares(alpha, vehicle)[:, k], label=f"rotor {k + 1}", **look)
-        ax.axhline(vehicle.thrust_share or math.nan, label="limit" if vehicle.thrust_share else "_", **limit)
+            ax.plot(
+                t,
+                matrices.hover_thrust_shares(alpha, vehicle)[:, k],
+                label=f"rotor {k + 1}",
+                **look,
+            )
+        ax.axhline(
+            vehicle.thrust_share or math.nan,
+            label="limit" if vehicle.thrust_share else "_",
+            **limit,
+        )
         ax.set(ylabel="hover thrust (m·g)", ylim=(min(0.0, ax.get_ylim()[0]), None))
     else:
-        ax.text(0.5, 0.5, "singular in level flight", transform=ax.transAxes, ha="center", va="center")
+        ax.text(
+            0.5,
+            0.5,
+            "singular in level flight",
+            transform=ax.transAxes,
+            ha="center",
+            va="center",
+        )
     if panel not in (PANELS[0], PANELS[3]):
         ax.set(xlabel="$t$ (s)", xlim=(0.0, timed.period))
         ax.grid(True)
@@ -295,28 +454,52 @@ def draw_panel(timed: TimedGait, panel: str, *, name: str, ax: Axes) -> None:
     ax.set_title(fill(f"{name}: {panel}", 46), fontsize=9)
 
 
-def draw_sheet(figure: Figure, gaits: Sequence[TimedGait], names: Sequence[str] = ("",)) -> None:
+def draw_sheet(
+    figure: Figure, gaits: Sequence[TimedGait], names: Sequence[str] = ("",)
+) -> None:
     """Draw the panels of gaits on an empty figure, a row for each; the scales of a column are the same."""
     axes = figure.subplots(len(gaits), len(PANELS), squeeze=False)
     for panel, column in zip(PANELS, axes.T, strict=True):
         for timed, name, ax in zip(gaits, names, column, strict=True):
             draw_panel(timed, panel, name=name or name_of(timed.gait), ax=ax)
         for ax in column:
-            ax.set_ylim(min(one.get_ylim()[0] for one in column), max(one.get_ylim()[1] for one in column))
+            ax.set_ylim(
+                min(one.get_ylim()[0] for one in column),
+                max(one.get_ylim()[1] for one in column),
+            )
 
 
-def write_regions(found: Location, vehicle: Vehicle, paths: Sequence[str | Path], *, force: bool = False) -> None:
+def write_regions(
+    found: Location,
+    vehicle: Vehicle,
+    paths: Sequence[str | Path],
+    *,
+    force: bool = False,
+) -> None:
     """Write a map of admissible regions, their parts with their numbers, and the waypoints as rings."""
     figure = base.blank_figure(130.0, 140.0)
     ax = figure.add_subplot()
     for one in found.regions:
-        _draw_region(ax, one.region, vehicle if one.color == "red" else None, f"{found.use}, {one.color}")
+        _draw_region(
+            ax,
+            one.region,
+            vehicle if one.color == "red" else None,
+            f"{found.use}, {one.color}",
+        )
         for number, part in enumerate(one.region.components, start=1):
             base.draw_label(ax, part.representative_point().coords[0], str(number))
     for number, waypoint in enumerate(found.regions[0].waypoints, start=1):
-        ax.annotate(f"waypoint {number}", waypoint.point, (0, 6), textcoords="offset points", ha="center")
+        ax.annotate(
+            f"waypoint {number}",
+            waypoint.point,
+            (0, 6),
+            textcoords="offset points",
+            ha="center",
+        )
         ax.plot(*waypoint.point, "ko", markersize=4)
-    ax.set_title(f"Admissible regions, vehicle {vehicle.name}{'' if ax.patches else ': none'}")
+    ax.set_title(
+        f"Admissible regions, vehicle {vehicle.name}{'' if ax.patches else ': none'}"
+    )
     base.legend_below(ax, ncols=2)
     base.write_pictures(figure, paths, force=force)
 
@@ -337,11 +520,16 @@ def _picture(shown: Shown) -> tuple[str, str]:
         with base.paper_style():
             figure = base.blank_figure(70, 62)
             words = _draw(figure.add_subplot(), shown, legend=False)
-            content = base64.b64encode(base.picture_bytes(figure, "png")).decode("ascii")
+            content = base64.b64encode(base.picture_bytes(figure, "png")).decode(
+                "ascii"
+            )
     except MissingExtra:
         return "", ""
     # Half as wide as its pixels, to be sharp on screens of high resolution.
-    return f'<img alt="{escape(words)}" width="276" src="data:image/png;base64,{content}">', words
+    return (
+        f'<img alt="{escape(words)}" width="276" src="data:image/png;base64,{content}">',
+        words,
+    )
 
 
 def _draw(ax: Axes, shown: Any, *, legend: bool) -> str:
@@ -365,11 +553,15 @@ def _draw(ax: Axes, shown: Any, *, legend: bool) -> str:
         ax.set_axis_off()
         draw_vehicle(ax, seen)
     else:
-        raise InputError(f"only gaits, plans, reports, regions and vehicles can be plotted, got {shown_value(shown)}")
+        raise InputError(
+            f"only gaits, plans, reports, regions and vehicles can be plotted, got {shown_value(shown)}"
+        )
     return title
 
 
-def _draw_region(ax: Axes, region: Region, vehicle: Vehicle | None = None, use: str = "") -> None:
+def _draw_region(
+    ax: Axes, region: Region, vehicle: Vehicle | None = None, use: str = ""
+) -> None:
     """Fill a region; with a vehicle in the color of the sign of R on its red sheet. `use` is for the legend."""
     from matplotlib.patches import PathPatch
     from matplotlib.path import Path
@@ -382,30 +574,67 @@ def _draw_region(ax: Axes, region: Region, vehicle: Vehicle | None = None, use: 
         if vehicle is not None:
             inside = part.representative_point()
             positive = red_label(inside.x, inside.y, vehicle).prod() > 0
-            face, label = (base.POSITIVE, f"{use}, $R>0$") if positive else (base.NEGATIVE, f"{use}, $R<0$")
+            face, label = (
+                (base.POSITIVE, f"{use}, $R>0$")
+                if positive
+                else (base.NEGATIVE, f"{use}, $R<0$")
+            )
         named = "_" if label in labels else label
         labels.add(label)
-        ax.add_patch(PathPatch(outline, facecolor=face, edgecolor=base.GREY, linewidth=0.5, label=named))
+        ax.add_patch(
+            PathPatch(
+                outline, facecolor=face, edgecolor=base.GREY, linewidth=0.5, label=named
+            )
+        )
     base.plane_axes(ax, r"\alpha_1", r"\alpha_2")
 
 
 def _draw_loop(ax: Axes, shown: Gait | Plan) -> str:
     """Draw a gait or a plan on the map of its sheet, and return what is shaded."""
-    plan, gait = (None, shown) if isinstance(shown, Gait) else (shown, shown.loop.gait if shown.loop else None)
+    plan, gait = (
+        (None, shown)
+        if isinstance(shown, Gait)
+        else (shown, shown.loop.gait if shown.loop else None)
+    )
     sign: Any = None
     if gait is not None:
         vehicle, color, numbers = gait.vehicle, gait.color, gait.coefficients
-        sign = "positive" if gait.R.min() > 0 else "negative" if gait.R.max() < 0 else None
+        sign = (
+            "positive" if gait.R.min() > 0 else "negative" if gait.R.max() < 0 else None
+        )
     elif plan is not None:
-        vehicle, color = plan.request.vehicle, "blue" if plan.request.color == "blue" else "red"
-        sign, numbers = plan.request.sign, coefficients_of(vehicle, plan.request.coefficients)
-    zones, waypoints = (None, ()) if plan is None else (plan.request.zones, plan.waypoints)
-    words, which = "its loop in the plane of α1 and α2", f" with {RELATION[sign]}" if sign in RELATION else ""
+        vehicle, color = (
+            plan.request.vehicle,
+            "blue" if plan.request.color == "blue" else "red",
+        )
+        sign, numbers = (
+            plan.request.sign,
+            coefficients_of(vehicle, plan.request.coefficients),
+        )
+    zones, waypoints = (
+        (None, ()) if plan is None else (plan.request.zones, plan.waypoints)
+    )
+    words, which = (
+        "its loop in the plane of α1 and α2",
+        f" with {RELATION[sign]}" if sign in RELATION else "",
+    )
     if color in ("red", "blue"):
         # Nothing is flyable on blue; limits of thrust need the mass.
-        judged = color == "red" and (vehicle.max_thrust is None or vehicle.mass is not None)
-        conditions: dict[str, Any] = {"use": "flyable" if judged else "valid", "color": color, "coefficients": numbers}
-        region = admissible_region(vehicle, sign=sign if which else None, zones=zones, accuracy=_COARSE, **conditions)
+        judged = color == "red" and (
+            vehicle.max_thrust is None or vehicle.mass is not None
+        )
+        conditions: dict[str, Any] = {
+            "use": "flyable" if judged else "valid",
+            "color": color,
+            "coefficients": numbers,
+        }
+        region = admissible_region(
+            vehicle,
+            sign=sign if which else None,
+            zones=zones,
+            accuracy=_COARSE,
+            **conditions,
+        )
         words = f"shaded: where a {color} gait{which} is {conditions['use']}"
         words += ", with the given polygons" if zones else ""
         _draw_region(ax, region, vehicle if color == "red" else None, conditions["use"])
@@ -414,7 +643,11 @@ def _draw_loop(ax: Axes, shown: Gait | Plan) -> str:
         ax.plot(0, 0, "k+", markersize=7, label="all upright")
     base.plane_axes(ax, r"\alpha_1", r"\alpha_2")
     for k, corners in enumerate(zones.keep_out if zones else ()):
-        look: dict[str, Any] = {"facecolor": "white", "edgecolor": base.GREY, "hatch": "///"}
+        look: dict[str, Any] = {
+            "facecolor": "white",
+            "edgecolor": base.GREY,
+            "hatch": "///",
+        }
         ax.fill(*np.asarray(corners).T, label="_" if k else "keep out", **look)
     if gait is not None:
         gait_loop(gait, label=f"gait, {color or 'off the surfaces'}", width=2.2, ax=ax)
@@ -423,7 +656,12 @@ def _draw_loop(ax: Axes, shown: Gait | Plan) -> str:
     if waypoints:
         words += "; rings: waypoints"
         points = np.array([point[:2] for point in waypoints], dtype=float)
-        ring: dict[str, Any] = {"markersize": 7, "markerfacecolor": "none", "markeredgecolor": "black", "zorder": 5}
+        ring: dict[str, Any] = {
+            "markersize": 7,
+            "markerfacecolor": "none",
+            "markeredgecolor": "black",
+            "zorder": 5,
+        }
         ax.plot(*points.T, "o", label="waypoints", **ring)
     moved = () if plan is None or gait is not None else plan.obstacles[0].moved
     for waypoint, place in zip(waypoints, moved, strict=False):
@@ -437,15 +675,45 @@ def _draw_checks(ax: Axes, report: Report) -> None:
     from matplotlib.ticker import PercentFormatter
 
     for row, check in enumerate(report.checks):
-        used, color, mark = 0.0, base.PALETTE[_MARKS[check.mark][0]][0], _MARKS[check.mark][1]
+        used, color, mark = (
+            0.0,
+            base.PALETTE[_MARKS[check.mark][0]][0],
+            _MARKS[check.mark][1],
+        )
         if check.value is not None and check.limit:
             floor = check.name in ("R_sign", "least_singular_value")
-            used = abs(check.limit / check.value) if floor and check.value else abs(check.value / check.limit)
+            used = (
+                abs(check.limit / check.value)
+                if floor and check.value
+                else abs(check.value / check.limit)
+            )
         ax.barh(row + 0.2, min(used, 1.5), height=0.36, color=color)
         words = shorten(check.message.partition(": ")[0], 84, placeholder=" …")
         box = {"facecolor": "white", "edgecolor": "none", "pad": 0.5}
-        ax.text(0.01, row - 0.22, words, fontsize=6.5, color="0.3", va="center", bbox=box, gid=check.name)
-        ax.text(-0.02, row, f"{check.name.replace('_', ' ')}  {mark}", color=color, fontsize=8, ha="right", va="center")
+        ax.text(
+            0.01,
+            row - 0.22,
+            words,
+            fontsize=6.5,
+            color="0.3",
+            va="center",
+            bbox=box,
+            gid=check.name,
+        )
+        ax.text(
+            -0.02,
+            row,
+            f"{check.name.replace('_', ' ')}  {mark}",
+            color=color,
+            fontsize=8,
+            ha="right",
+            va="center",
+        )
     ax.axvline(1.0, color="black", linewidth=0.8, linestyle="--")
     ax.xaxis.set_major_formatter(PercentFormatter(1.0))
-    ax.set(xlim=(0.0, 1.5), ylim=(len(report.checks) - 0.4, -0.6), yticks=[], xlabel="part of the limit that is used")
+    ax.set(
+        xlim=(0.0, 1.5),
+        ylim=(len(report.checks) - 0.4, -0.6),
+        yticks=[],
+        xlabel="part of the limit that is used",
+    )

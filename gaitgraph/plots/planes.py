@@ -14,7 +14,12 @@ from gaitgraph.angles import HALF_PI
 from gaitgraph.errors import checked_choice
 from gaitgraph.graph.build import DEFAULT_DIVISIONS, grid_axis
 from gaitgraph.invertibility import matrices
-from gaitgraph.invertibility.matrices import Coefficients, CoefficientsLike, FloatArray, coefficients_of
+from gaitgraph.invertibility.matrices import (
+    Coefficients,
+    CoefficientsLike,
+    FloatArray,
+    coefficients_of,
+)
 from gaitgraph.plots import axes as base
 from gaitgraph.surface import sheets
 from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
@@ -42,7 +47,9 @@ _TIE = 12  # decimals [rad] to which α3 of two roots is compared
 _ROUNDED_BOX = "round,pad=0.5,rounding_size=0.6"
 
 
-def interior_roots(coefficients: Coefficients, which: Which = "both") -> tuple[RootArrays, IntArray]:
+def interior_roots(
+    coefficients: Coefficients, which: Which = "both"
+) -> tuple[RootArrays, IntArray]:
     """Return the roots of the 15² interior nodes, sorted by α3, then α4, and the signs of R, shape (225, 5).
 
     Node (i, j) of α1 = −π/2 + iπ/16 and α2 = −π/2 + jπ/16 is row 15(i − 1) + j − 1. The sign is 0 where there is no
@@ -51,13 +58,22 @@ def interior_roots(coefficients: Coefficients, which: Which = "both") -> tuple[R
     """
     axis = grid_axis(DEFAULT_DIVISIONS)[1:-1]
     a1, a2 = (angle.ravel() for angle in np.meshgrid(axis, axis, indexing="ij"))
-    found = sheets.root_arrays(a1, a2, coefficients=coefficients, crossing_tolerance=math.pi / (2 * DEFAULT_DIVISIONS))
-    order = np.lexsort((np.round(found.alpha[..., 3], _TIE), np.round(found.alpha[..., 2], _TIE)))  # NaN is last
+    found = sheets.root_arrays(
+        a1,
+        a2,
+        coefficients=coefficients,
+        crossing_tolerance=math.pi / (2 * DEFAULT_DIVISIONS),
+    )
+    order = np.lexsort(
+        (np.round(found.alpha[..., 3], _TIE), np.round(found.alpha[..., 2], _TIE))
+    )  # NaN is last
     at = np.arange(len(order))[:, None], order
     number = np.arange(order.shape[1])
     wanted = {"first": number == 0, "other": number > 0, "both": number >= 0}[which]
     sheet = np.where(wanted, found.sheet[at], 0)
-    found = replace(found, alpha=found.alpha[at], sheet=sheet, types=found.types[at], R=found.R[at])
+    found = replace(
+        found, alpha=found.alpha[at], sheet=sheet, types=found.types[at], R=found.R[at]
+    )
     signed = (np.abs(found.R) > matrices.noise_of(coefficients)) & (found.sheet != 0)
     if coefficients.kind == "exact":
         signed &= found.sheet > 0  # R = 0 on blue: floating-point noise is not a sign
@@ -69,73 +85,139 @@ def root_counts(ax: Axes, coefficients: Coefficients) -> None:
     axis = grid_axis(DEFAULT_DIVISIONS)
     a1, a2 = np.meshgrid(axis, axis, indexing="ij")
     count = sheets.root_arrays(a1, a2, coefficients=coefficients).count
-    looks = {1: (".", "black"), 2: ("o", "white"), 3: ("s", "0.6"), 4: ("D", "0.35"), 5: ("^", "black")}
+    looks = {
+        1: (".", "black"),
+        2: ("o", "white"),
+        3: ("s", "0.6"),
+        4: ("D", "0.35"),
+        5: ("^", "black"),
+    }
     for number in np.unique(count).tolist():
         here, (marker, face) = count == number, looks[number]
-        look: dict[str, Any] = {"s": 16, "marker": marker, "facecolor": face, "edgecolor": "black", "linewidth": 0.6}
+        look: dict[str, Any] = {
+            "s": 16,
+            "marker": marker,
+            "facecolor": face,
+            "edgecolor": "black",
+            "linewidth": 0.6,
+        }
         label = f"{number} root{'s' * (number > 1)}, {int(here.sum())} nodes"
         ax.scatter(a1[here], a2[here], label=label, clip_on=False, zorder=3, **look)
     base.plane_axes(ax, r"\alpha_1", r"\alpha_2")
     base.legend_above(ax, columns=2)
 
 
-def root_angle(ax: Any, coefficients: Coefficients, *, angle: int, which: Which) -> None:
+def root_angle(
+    ax: Any, coefficients: Coefficients, *, angle: int, which: Which
+) -> None:
     """Draw α3 or α4 over the interior nodes (Figures 3 to 8): red squares on its + plane, blue discs on its − plane."""
     found, _ = interior_roots(coefficients, which)
     marks: list[Marks] = []
     for color, label in zip(sheets.COLORS, ("+ plane", "− plane"), strict=True):
         points = found.alpha[found.sheet == _SHEET[color]]
-        marks.append((points[:, [0, 1, angle - 1]], base.COLOR_OF[color], base.MARKER_OF[color], label))
+        marks.append(
+            (
+                points[:, [0, 1, angle - 1]],
+                base.COLOR_OF[color],
+                base.MARKER_OF[color],
+                label,
+            )
+        )
         _draw_plane(ax, coefficients, angle, color)
     base.angle_axis(ax.zaxis, rf"\alpha_{angle}")
     _draw_marks(ax, marks)
 
 
-def signed_roots(ax: Any, coefficients: Coefficients, *, sign: Sign, which: Which) -> None:
+def signed_roots(
+    ax: Any, coefficients: Coefficients, *, sign: Sign, which: Which
+) -> None:
     """Draw α3 and α4 of the roots with one sign of R over the interior nodes (Figures 9, 11, 13 and 14).
 
     As in the paper, red squares are α3 and blue discs α4. Roots with R = 0 are grey and hollow.
     """
     found, signs = interior_roots(coefficients, which)
-    grey, signed = found.alpha[(found.sheet != 0) & (signs == 0)], found.alpha[signs == _SIGN[sign]]
-    marks = [(grey[:, [0, 1, k]], base.GREY, marker, _SINGULAR) for k, marker in ((2, "s"), (3, "o"))]
+    grey, signed = (
+        found.alpha[(found.sheet != 0) & (signs == 0)],
+        found.alpha[signs == _SIGN[sign]],
+    )
+    marks = [
+        (grey[:, [0, 1, k]], base.GREY, marker, _SINGULAR)
+        for k, marker in ((2, "s"), (3, "o"))
+    ]
     for angle, color, marker in ((3, base.RED, "s"), (4, base.BLUE, "o")):
-        marks.append((signed[:, [0, 1, angle - 1]], color, marker, rf"$\alpha_{angle}$, ${sheets.RELATION[sign]}$"))
+        marks.append(
+            (
+                signed[:, [0, 1, angle - 1]],
+                color,
+                marker,
+                rf"$\alpha_{angle}$, ${sheets.RELATION[sign]}$",
+            )
+        )
         for sheet in sheets.COLORS:
             _draw_plane(ax, coefficients, angle, sheet, color)
     base.angle_axis(ax.zaxis, r"\alpha_3,\ \alpha_4")
     _draw_marks(ax, marks)
 
 
-def level_determinants(ax: Any, coefficients: Coefficients, *, sign: Sign, which: Which) -> None:
+def level_determinants(
+    ax: Any, coefficients: Coefficients, *, sign: Sign, which: Which
+) -> None:
     """Draw R of the roots with one sign of R over the interior nodes, each sheet in its color (Figures 10 and 12)."""
     found, signs = interior_roots(coefficients, which)
     points, signed = np.dstack([found.alpha[..., :2], found.R]), signs == _SIGN[sign]
     # Stems show which node a value belongs to; they are one line with gaps.
     tops = points[signed]
-    stems = np.stack([tops * [1.0, 1.0, 0.0], tops, np.full(tops.shape, np.nan)], axis=1).reshape(-1, 3)
+    stems = np.stack(
+        [tops * [1.0, 1.0, 0.0], tops, np.full(tops.shape, np.nan)], axis=1
+    ).reshape(-1, 3)
     ax.plot(*stems.T, color="0.75", linewidth=0.4)
-    marks = [(points[(found.sheet != 0) & (signs == 0)], base.GREY, base.MARKER_OF["blue"], _SINGULAR)]
+    marks = [
+        (
+            points[(found.sheet != 0) & (signs == 0)],
+            base.GREY,
+            base.MARKER_OF["blue"],
+            _SINGULAR,
+        )
+    ]
     for color in sheets.COLORS:
         here = points[signed & (found.sheet == _SHEET[color])]
-        marks.append((here, base.COLOR_OF[color], base.MARKER_OF[color], f"{color} sheet"))
+        marks.append(
+            (here, base.COLOR_OF[color], base.MARKER_OF[color], f"{color} sheet")
+        )
     ax.set_zlabel("$R$ (dimensionless)")
-    ax.set_zlim(0.0, tops[:, 2].max(initial=0.0) or 1.0)  # a vehicle with a rotor height has no blue roots
+    ax.set_zlim(
+        0.0, tops[:, 2].max(initial=0.0) or 1.0
+    )  # a vehicle with a rotor height has no blue roots
     _draw_marks(ax, marks)
 
 
-def _draw_plane(ax: Any, coefficients: Coefficients, angle: int, sheet: Color, color: str = "") -> None:
+def _draw_plane(
+    ax: Any, coefficients: Coefficients, angle: int, sheet: Color, color: str = ""
+) -> None:
     """Draw the translucent plane of α3 over α1, or of α4 over α2, of a sheet; it ends where the angle wraps."""
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-untyped]
 
     height = sheets.sheet_angles(sheet, _FINE_AXIS, _FINE_AXIS, coefficients)[angle - 3]
     quads = []
-    for run in np.split(np.arange(FINE), 1 + np.flatnonzero(np.abs(np.diff(height)) > HALF_PI)):
+    for run in np.split(
+        np.arange(FINE), 1 + np.flatnonzero(np.abs(np.diff(height)) > HALF_PI)
+    ):
         (x0, x1), (z0, z1) = _FINE_AXIS[run[[0, -1]]], height[run[[0, -1]]]
-        quad = np.array([[x0, -HALF_PI, z0], [x1, -HALF_PI, z1], [x1, HALF_PI, z1], [x0, HALF_PI, z0]])
+        quad = np.array(
+            [
+                [x0, -HALF_PI, z0],
+                [x1, -HALF_PI, z1],
+                [x1, HALF_PI, z1],
+                [x0, HALF_PI, z0],
+            ]
+        )
         quads.append(quad if angle == 3 else quad[:, [1, 0, 2]])
     ink = color or base.COLOR_OF[sheet]
-    ax.add_collection3d(Poly3DCollection(quads, facecolor=(ink, 0.1), edgecolor=(ink, 0.35), linewidth=0.5, zorder=1))
+    ax.add_collection3d(
+        Poly3DCollection(
+            quads, facecolor=(ink, 0.1), edgecolor=(ink, 0.35), linewidth=0.5, zorder=1
+        )
+    )
 
 
 def _draw_marks(ax: Any, marks: Sequence[Marks]) -> None:
@@ -149,17 +231,39 @@ def _draw_marks(ax: Any, marks: Sequence[Marks]) -> None:
     ax.view_init(elev=_ELEVATION, azim=_AZIMUTH)
     ax.set_box_aspect((1, 1, 0.9), zoom=0.93)
     around, up = math.radians(_AZIMUTH), math.radians(_ELEVATION)
-    toward = np.array([math.cos(up) * math.cos(around), math.cos(up) * math.sin(around), 0.9 * math.sin(up)])
+    toward = np.array(
+        [
+            math.cos(up) * math.cos(around),
+            math.cos(up) * math.sin(around),
+            0.9 * math.sin(up),
+        ]
+    )
     spans = np.array([ax.get_xlim(), ax.get_ylim(), ax.get_zlim()])
     for points, color, marker, label in marks:
-        depth = ((points - spans[:, 0]) / np.ptp(spans, axis=1) - 0.5) @ toward  # about −0.7 to 0.7
+        depth = (
+            (points - spans[:, 0]) / np.ptp(spans, axis=1) - 0.5
+        ) @ toward  # about −0.7 to 0.7
         layer = np.clip(((depth + 0.7) / 1.4 * _LAYERS).astype(int), 0, _LAYERS - 1)
         grey = color == base.GREY
-        look: dict[str, Any] = {"facecolor": "none" if grey else color, "edgecolor": color if grey else "white"}
-        look |= {"marker": marker, "linewidth": 0.6 if grey else 0.3, "depthshade": False, "gid": label}
+        look: dict[str, Any] = {
+            "facecolor": "none" if grey else color,
+            "edgecolor": color if grey else "white",
+        }
+        look |= {
+            "marker": marker,
+            "linewidth": 0.6 if grey else 0.3,
+            "depthshade": False,
+            "gid": label,
+        }
         for k in np.unique(layer):
             named = label if k == layer.max() else "_"
-            ax.scatter(*points[layer == k].T, s=5.0 + 12.0 * k / _LAYERS, zorder=2 + k, label=named, **look)
+            ax.scatter(
+                *points[layer == k].T,
+                s=5.0 + 12.0 * k / _LAYERS,
+                zorder=2 + k,
+                label=named,
+                **look,
+            )
     for axis in (ax.xaxis, ax.yaxis, ax.zaxis):
         axis.set_pane_color((0.97, 0.97, 0.97, 1.0))
     ax.zaxis.set_rotate_label(False)
@@ -170,7 +274,9 @@ def _draw_marks(ax: Any, marks: Sequence[Marks]) -> None:
     base.legend_above(ax, columns=3, over=-20.0)
 
 
-def adjacency_rule(of: Literal["angle", "pair"] = "pair", *, ax: Axes | None = None) -> Axes:
+def adjacency_rule(
+    of: Literal["angle", "pair"] = "pair", *, ax: Axes | None = None
+) -> Axes:
     """Draw the Two Color rule as a graph: types joined by a line may be neighbours (Figure 15).
 
     Each type may also be its own neighbour. As in the paper, (?,?) is left out: it may neighbour every type. Lines
@@ -186,25 +292,58 @@ def adjacency_rule(of: Literal["angle", "pair"] = "pair", *, ax: Axes | None = N
         places = {"+": (-1.0, 0.0), "?": (0.0, 0.0), "-": (1.0, 0.0)}
     else:
         names = {kind: kind for kind in sheets.PLANE_TYPES}
-        degrees = {"(+,+)": 180, "(+,?)": 120, "(?,-)": 60, "(-,-)": 0, "(-,?)": 300, "(?,+)": 240}
-        places = {kind: (math.cos(math.radians(at)), math.sin(math.radians(at))) for kind, at in degrees.items()}
+        degrees = {
+            "(+,+)": 180,
+            "(+,?)": 120,
+            "(?,-)": 60,
+            "(-,-)": 0,
+            "(-,?)": 300,
+            "(?,+)": 240,
+        }
+        places = {
+            kind: (math.cos(math.radians(at)), math.sin(math.radians(at)))
+            for kind, at in degrees.items()
+        }
     for pair in combinations(places, 2):
         if sheets.types_may_be_adjacent(*(names[kind] for kind in pair)):
             line = np.array([places[kind] for kind in pair])
             ax.plot(*line.T, color="0.35", linewidth=1.2, zorder=1, gid=" ".join(pair))
     for kind, place in places.items():
-        color = {"(+,+)": base.RED, "+": base.RED, "(-,-)": base.BLUE, "-": base.BLUE}.get(kind, "0.35")
+        color = {
+            "(+,+)": base.RED,
+            "+": base.RED,
+            "(-,-)": base.BLUE,
+            "-": base.BLUE,
+        }.get(kind, "0.35")
         face, ink = ("white", "black") if color == "0.35" else (color, "white")
         shape = "square,pad=0.5" if color == base.RED else _ROUNDED_BOX
-        box = {"boxstyle": shape, "edgecolor": color, "facecolor": face, "linewidth": 1.0}
-        ax.text(*place, kind.replace("-", "−"), color=ink, bbox=box, ha="center", va="center", zorder=3)
+        box = {
+            "boxstyle": shape,
+            "edgecolor": color,
+            "facecolor": face,
+            "linewidth": 1.0,
+        }
+        ax.text(
+            *place,
+            kind.replace("-", "−"),
+            color=ink,
+            bbox=box,
+            ha="center",
+            va="center",
+            zorder=3,
+        )
     ax.set_axis_off()
     ax.set_aspect("equal")
     ax.set(xlim=(-1.45, 1.45), ylim=(-1.35, 1.35))
     return ax
 
 
-def type_map(sign: Sign = "negative", *, coefficients: CoefficientsLike | None = None, ax: Axes | None = None) -> Axes:
+def type_map(
+    sign: Sign = "negative",
+    *,
+    coefficients: CoefficientsLike | None = None,
+    ax: Axes | None = None,
+) -> Axes:
     """Draw which types of roots with one sign of R each interior node has (Figure 16).
 
     A red square is (+,+), a blue disc (−,−), a mark half of each is both. Other types are written; the ``gid`` of the
@@ -217,10 +356,16 @@ def type_map(sign: Sign = "negative", *, coefficients: CoefficientsLike | None =
     shows = (found.sheet != 0) & ((signs == _SIGN[sign]) | (signs == 0))
     written = (shows & (found.types == 0).any(axis=-1)).any(axis=1)
     for number in np.flatnonzero(written):
-        sheet, types, unsigned = -found.sheet[number], found.types[number], signs[number] == 0
+        sheet, types, unsigned = (
+            -found.sheet[number],
+            found.types[number],
+            signs[number] == 0,
+        )
         # Each type once, red ones first.
         drawn = np.flatnonzero(shows[number])
-        roots = sorted({(sheet[k], sheets.text_from_types(*types[k]), unsigned[k]) for k in drawn})
+        roots = sorted(
+            {(sheet[k], sheets.text_from_types(*types[k]), unsigned[k]) for k in drawn}
+        )
         for k, (side, kind, singular) in enumerate(roots):
             ink = base.GREY if singular else base.RED if side < 0 else base.BLUE
             ax.annotate(
@@ -230,7 +375,13 @@ def type_map(sign: Sign = "negative", *, coefficients: CoefficientsLike | None =
                 gid=",".join(str(k + 1) for k in divmod(number, DEFAULT_DIVISIONS - 1)),
             )  # fmt: skip
     # State of the red and of the blue sheet: 0 without a root, 1 with R = 0, 2 with the sign of R.
-    states = np.stack([np.where(shows & (found.sheet == k), 1 + np.abs(signs), 0).max(axis=1) for k in (1, -1)], axis=1)
+    states = np.stack(
+        [
+            np.where(shows & (found.sheet == k), 1 + np.abs(signs), 0).max(axis=1)
+            for k in (1, -1)
+        ],
+        axis=1,
+    )
     for state in sorted(set(map(tuple, states[~written].tolist())), reverse=True):
         places = found.alpha[~written & (states == state).all(axis=1), 0, :2]
         _mark_nodes(ax, places, state, sheets.RELATION[sign])
@@ -239,13 +390,19 @@ def type_map(sign: Sign = "negative", *, coefficients: CoefficientsLike | None =
     return ax
 
 
-def _mark_nodes(ax: Axes, places: FloatArray, state: tuple[int, ...], sign: str) -> None:
+def _mark_nodes(
+    ax: Axes, places: FloatArray, state: tuple[int, ...], sign: str
+) -> None:
     """Scatter nodes by the state of their roots on the red and on the blue sheet."""
     from matplotlib.markers import MarkerStyle
 
     (x, y), gid = places.T, " ".join(("no", "singular", "yes")[one] for one in state)
     look: dict[str, Any] = {"linewidth": 0.6, "gid": gid, "zorder": 3, "s": 42.0}
-    texts = [f"{of}: ${('', 'R = 0', sign)[one]}$" for of, one in zip(("(+,+)", "(−,−)"), state, strict=True) if one]
+    texts = [
+        f"{of}: ${('', 'R = 0', sign)[one]}$"
+        for of, one in zip(("(+,+)", "(−,−)"), state, strict=True)
+        if one
+    ]
     label = ", ".join(texts)
     if len(texts) == 2 and state[0] == state[1]:
         label = texts[0].replace("(+,+)", "(+,+) and (−,−)")
@@ -256,9 +413,15 @@ def _mark_nodes(ax: Axes, places: FloatArray, state: tuple[int, ...], sign: str)
     halves: tuple[Any, Any] = ("left", "right")
     for color, one, half in zip(sheets.COLORS, state, halves, strict=True):
         if one:  # two roots are the left half of a square and the right half of a disc
-            marker = MarkerStyle(base.MARKER_OF[color], fillstyle="full" if len(texts) == 1 else half)
-            face, edge = (base.COLOR_OF[color],) * 2 if one == 2 else ("white", base.GREY)
-            ax.scatter(x, y, marker=marker, facecolor=face, edgecolor=edge, label=label, **look)
+            marker = MarkerStyle(
+                base.MARKER_OF[color], fillstyle="full" if len(texts) == 1 else half
+            )
+            face, edge = (
+                (base.COLOR_OF[color],) * 2 if one == 2 else ("white", base.GREY)
+            )
+            ax.scatter(
+                x, y, marker=marker, facecolor=face, edgecolor=edge, label=label, **look
+            )
 
 
 def regions_map(vehicle: VehicleLike = PAPER, *, ax: Axes | None = None) -> Axes:
@@ -270,15 +433,38 @@ def regions_map(vehicle: VehicleLike = PAPER, *, ax: Axes | None = None) -> Axes
     """
     vehicle, ax = vehicle_named(vehicle), base.axes_or_new(ax)
     a1, a2 = np.meshgrid(_FINE_AXIS, _FINE_AXIS, indexing="ij")
-    value = matrices.level_determinant(np.stack([a1, a2, a1, a2], axis=-1), coefficients_of(vehicle, "exact"))
-    ax.contourf(a1, a2, value, levels=[value.min() - 1, 0.0, value.max() + 1], colors=[base.NEGATIVE, base.POSITIVE])
+    value = matrices.level_determinant(
+        np.stack([a1, a2, a1, a2], axis=-1), coefficients_of(vehicle, "exact")
+    )
+    ax.contourf(
+        a1,
+        a2,
+        value,
+        levels=[value.min() - 1, 0.0, value.max() + 1],
+        colors=[base.NEGATIVE, base.POSITIVE],
+    )
     delta = math.atan(vehicle.signed_drag_ratio)
     low, high = -HALF_PI, HALF_PI
     hatched: dict[str, Any] = {"edgecolor": "0.6", "hatch": "///", "linewidth": 0.0}
-    for color, relation in ((base.POSITIVE, ">"), (base.NEGATIVE, "<")):  # for the legend, as are other empty lists
-        ax.fill([], [], facecolor=color, edgecolor="0.5", linewidth=0.5, label=f"$R{relation}0$")
-    for first, second in (((low, delta), (-delta, high)), ((delta, high), (low, -delta))):
-        corners = np.array([[first[i], second[j]] for i, j in ((0, 0), (1, 0), (1, 1), (0, 1))])
+    for color, relation in (
+        (base.POSITIVE, ">"),
+        (base.NEGATIVE, "<"),
+    ):  # for the legend, as are other empty lists
+        ax.fill(
+            [],
+            [],
+            facecolor=color,
+            edgecolor="0.5",
+            linewidth=0.5,
+            label=f"$R{relation}0$",
+        )
+    for first, second in (
+        ((low, delta), (-delta, high)),
+        ((delta, high), (low, -delta)),
+    ):
+        corners = np.array(
+            [[first[i], second[j]] for i, j in ((0, 0), (1, 0), (1, 1), (0, 1))]
+        )
         ax.fill(*corners.T, facecolor="none", gid="hover", **hatched)
     idle: dict[str, Any] = {"color": "0.25", "linewidth": 0.8, "linestyle": (0, (4, 2))}
     ax.axvline(delta, label="a pair of rotors idles", **idle)
@@ -287,9 +473,14 @@ def regions_map(vehicle: VehicleLike = PAPER, *, ax: Axes | None = None) -> Axes
     ax.fill([], [], facecolor="white", label="hover, thrusts > 0", **hatched)
     ax.plot(0, 0, "k+", markersize=7, zorder=6, label="all upright")
     mirror = math.copysign(1.0, delta)
-    for x, y in ((-1.05, -0.62), (1.08, 0.3)):  # within the two large components, off the hatched parts
+    for x, y in (
+        (-1.05, -0.62),
+        (1.08, 0.3),
+    ):  # within the two large components, off the hatched parts
         at = (mirror * x, mirror * y)
-        base.draw_label(ax, at, "$R>0$" if sheets.red_label(*at, vehicle).prod() > 0 else "$R<0$")
+        base.draw_label(
+            ax, at, "$R>0$" if sheets.red_label(*at, vehicle).prod() > 0 else "$R<0$"
+        )
     base.plane_axes(ax, r"\alpha_1", r"\alpha_2", grid=False)
     base.legend_below(ax, ncols=2)
     return ax
@@ -301,7 +492,9 @@ def draw_zeros_of_R(ax: Axes, vehicle: Vehicle) -> None:
     delta = math.atan(kappa)
     look: dict[str, Any] = {"color": "black", "linewidth": 1.4, "zorder": 4}
     end = np.linspace(-HALF_PI, HALF_PI, 2)
-    if squared := vehicle.height_ratio**2:  # one curve of two branches instead of the lines
+    if (
+        squared := vehicle.height_ratio**2
+    ):  # one curve of two branches instead of the lines
         rise = np.cos(_FINE_AXIS) + kappa * np.sin(_FINE_AXIS)
         run = kappa * np.cos(_FINE_AXIS) + (kappa**2 - squared) * np.sin(_FINE_AXIS)
         a2 = np.arctan2(rise * np.sign(run), np.abs(run))
@@ -312,8 +505,12 @@ def draw_zeros_of_R(ax: Axes, vehicle: Vehicle) -> None:
             ax.plot(np.full(2, edge), end, **look, gid="cos(alpha1 - delta) = 0")
             ax.plot(end, np.full(2, -edge), **look, gid="cos(alpha2 + delta) = 0")
     # The same curve as tan α1 − tan α2 = 2κ, without infinite tangents.
-    a2 = np.arctan2(np.sin(_FINE_AXIS) - 2 * kappa * np.cos(_FINE_AXIS), np.cos(_FINE_AXIS))
-    ax.plot(_FINE_AXIS, a2, **look, gid="tan(alpha1) - tan(alpha2) = 2 kappa", label="$R=0$")
+    a2 = np.arctan2(
+        np.sin(_FINE_AXIS) - 2 * kappa * np.cos(_FINE_AXIS), np.cos(_FINE_AXIS)
+    )
+    ax.plot(
+        _FINE_AXIS, a2, **look, gid="tan(alpha1) - tan(alpha2) = 2 kappa", label="$R=0$"
+    )
 
 
 def singular_value_map(vehicle: VehicleLike = PAPER, *, ax: Axes | None = None) -> Axes:
@@ -325,7 +522,9 @@ def singular_value_map(vehicle: VehicleLike = PAPER, *, ax: Axes | None = None) 
     filled = ax.contourf(a1, a2, value, levels=levels, cmap="cividis")
     ink = ["white" if level < 0.65 else "black" for level in levels[2::2]]
     lines = ax.contour(a1, a2, value, levels=levels[2::2], colors=ink, linewidths=0.5)
-    ax.clabel(lines, levels[4::2], fmt="%.1f", fontsize=6.0)  # the lowest runs along the border
+    ax.clabel(
+        lines, levels[4::2], fmt="%.1f", fontsize=6.0
+    )  # the lowest runs along the border
     draw_zeros_of_R(ax, vehicle)
     ax.plot(0, 0, marker="+", markersize=7, color="white", linestyle="none", zorder=6)
     base.plane_axes(ax, r"\alpha_1", r"\alpha_2", grid=False)

@@ -22,9 +22,20 @@ from gaitgraph.errors import InputError, needs_extra, shown
 from gaitgraph.files import check_new_files, write_whole
 from gaitgraph.gait.gait import name_of
 from gaitgraph.gait.table import Table, provenance_text
-from gaitgraph.invertibility.matrices import FloatArray, arm_angles, rotor_directions, thrust_signs
+from gaitgraph.invertibility.matrices import (
+    FloatArray,
+    arm_angles,
+    rotor_directions,
+    thrust_signs,
+)
 from gaitgraph.io.formats import FILMS, given_gait
-from gaitgraph.plots.axes import ROTOR_COLORS, axes_or_new, draw_arrow, draw_label, paper_style
+from gaitgraph.plots.axes import (
+    ROTOR_COLORS,
+    axes_or_new,
+    draw_arrow,
+    draw_label,
+    paper_style,
+)
 from gaitgraph.timing.timed_gait import table_of, timed_gait_of
 from gaitgraph.vehicle import PAPER, VehicleLike, vehicle_named
 
@@ -55,11 +66,15 @@ class VehicleView:
 
     discs: FloatArray  # (n, 4, 6)
     thrusts: FloatArray  # (n, 4, 2), ends of the lines of thrust
-    facing: npt.NDArray[np.bool_]  # (n, 4), whether the viewer sees the side of the thrust
+    facing: npt.NDArray[
+        np.bool_
+    ]  # (n, 4), whether the viewer sees the side of the thrust
     arms: FloatArray  # (4, 2), outer ends
     hub: FloatArray  # (2,), where the arms meet, at the rotors' height
     nose: FloatArray  # (2,), end of an arrow from the centre that points forward
-    order: tuple[int, ...]  # rotors from the farthest to the nearest, counted from 0: the order of drawing
+    order: tuple[
+        int, ...
+    ]  # rotors from the farthest to the nearest, counted from 0: the order of drawing
     clockwise: tuple[bool, ...]  # whether each rotor turns clockwise seen from above
 
     @property
@@ -71,7 +86,9 @@ class VehicleView:
         """Return the low and high corners of a rectangle that holds the vehicle at every tilt."""
         reach = max(_STALK + _THRUST, math.hypot(_STALK, _DISC))
         arms, labels = self.arms, self.labels
-        around = np.concatenate([arms - reach, arms + reach, labels - _LABEL, labels + _LABEL])
+        around = np.concatenate(
+            [arms - reach, arms + reach, labels - _LABEL, labels + _LABEL]
+        )
         return around.min(axis=0), around.max(axis=0)
 
     def as_mapping(self) -> dict[str, Any]:
@@ -81,11 +98,15 @@ class VehicleView:
         hub = size / 2 - flip * (low + high) / 2
 
         def pixels(places: FloatArray) -> list[Any]:
-            return list((np.round(hub + flip * places, 1) + 0.0).tolist())  # without negative zeros
+            return list(
+                (np.round(hub + flip * places, 1) + 0.0).tolist()
+            )  # without negative zeros
 
         shapes = np.round(self.discs[..., :4] * np.tile(flip, 2), 1) + 0.0
         columns: dict[str, Sequence[Any]] = {
-            "disc": np.swapaxes(np.concatenate([shapes, pixels(self.discs[..., 4:])], axis=-1), 0, 1).tolist(),
+            "disc": np.swapaxes(
+                np.concatenate([shapes, pixels(self.discs[..., 4:])], axis=-1), 0, 1
+            ).tolist(),
             "thrust": pixels(np.swapaxes(self.thrusts, 0, 1)),
             "facing": self.facing.T.tolist(),
             "arm": [[*pixels(self.hub), *end] for end in pixels(self.arms)],
@@ -93,9 +114,18 @@ class VehicleView:
             "clockwise": self.clockwise,
             "color": ROTOR_COLORS,
         }
-        rotors = [dict(zip(columns, values, strict=True)) for values in zip(*columns.values(), strict=True)]
+        rotors = [
+            dict(zip(columns, values, strict=True))
+            for values in zip(*columns.values(), strict=True)
+        ]
         places = {"hub": pixels(0.0 * self.nose), "nose": pixels(self.nose)}
-        return {"size": size.tolist(), "frames": len(self.discs), "order": list(self.order), **places, "rotors": rotors}
+        return {
+            "size": size.tolist(),
+            "frames": len(self.discs),
+            "order": list(self.order),
+            **places,
+            "rotors": rotors,
+        }
 
 
 def screen_axes(view: tuple[float, float]) -> tuple[FloatArray, FloatArray]:
@@ -128,7 +158,9 @@ def vehicle_view(
     """
     angles = np.atleast_2d(np.asarray(alpha, dtype=float))
     if angles.ndim != 2 or angles.shape[1] != 4 or not np.isfinite(angles).all():
-        raise InputError(f"alpha must be finite angles in radians, of the shape (n, 4), got {shown(alpha)}")
+        raise InputError(
+            f"alpha must be finite angles in radians, of the shape (n, 4), got {shown(alpha)}"
+        )
     turned = np.eye(3) if attitude is None else np.asarray(attitude, dtype=float)
     right, up = screen_axes(view)
     screen = turned.T @ np.stack([right, up], axis=-1)
@@ -138,13 +170,18 @@ def vehicle_view(
     bearings = arm_angles(vehicle)
     outward = np.stack([np.cos(bearings), np.sin(bearings), np.zeros(4)], axis=-1)
     # Direction of each thrust at a level tilt is up, whatever the spin; shape (n, 4, 3).
-    thrust = np.swapaxes(rotor_directions(angles, vehicle)[0] * thrust_signs(vehicle), -1, -2)
+    thrust = np.swapaxes(
+        rotor_directions(angles, vehicle)[0] * thrust_signs(vehicle), -1, -2
+    )
     length = np.broadcast_to(np.asarray(thrusts, dtype=float), (4,))
     ends = outward + np.array([0.0, 0.0, vehicle.height_ratio])
     centre = ends + _STALK * thrust
     across = np.broadcast_to(disc * outward @ screen, (len(angles), 4, 2))
     return VehicleView(
-        discs=np.concatenate([across, disc * np.cross(thrust, outward) @ screen, centre @ screen], axis=-1),
+        discs=np.concatenate(
+            [across, disc * np.cross(thrust, outward) @ screen, centre @ screen],
+            axis=-1,
+        ),
         thrusts=(centre + _THRUST * length[:, None] * thrust) @ screen,
         facing=(thrust @ toward > 0) ^ (length < 0),
         arms=ends @ screen,
@@ -163,7 +200,9 @@ _CIRCLE = np.stack([np.cos(_AROUND), np.sin(_AROUND)])
 def _rims(seen: VehicleView, sample: int) -> FloatArray:
     """Return the rims of the discs, shape (4, 2, 73)."""
     discs = seen.discs[sample]
-    return np.asarray(discs[:, :4].reshape(4, 2, 2).swapaxes(1, 2) @ _CIRCLE + discs[:, 4:, None])
+    return np.asarray(
+        discs[:, :4].reshape(4, 2, 2).swapaxes(1, 2) @ _CIRCLE + discs[:, 4:, None]
+    )
 
 
 def draw_vehicle(ax: Axes, seen: VehicleView, sample: int = 0) -> list[Any]:
@@ -172,23 +211,70 @@ def draw_vehicle(ax: Axes, seen: VehicleView, sample: int = 0) -> list[Any]:
     for arm in seen.arms:
         drawn.extend(_line(ax, seen.hub, arm, zorder=1, color=LINE_GREY, linewidth=3.6))
     if seen.hub.any():  # a mast from the centre of mass
-        drawn.extend(_line(ax, (0.0, 0.0), seen.hub, zorder=1, color=LINE_GREY, linewidth=3.6))
-    drawn.append(draw_arrow(ax, (0.0, 0.0), seen.nose, INK, width=1.5, size=8.0, zorder=1.5))
+        drawn.extend(
+            _line(ax, (0.0, 0.0), seen.hub, zorder=1, color=LINE_GREY, linewidth=3.6)
+        )
+    drawn.append(
+        draw_arrow(ax, (0.0, 0.0), seen.nose, INK, width=1.5, size=8.0, zorder=1.5)
+    )
     drawn.extend(ax.plot(0.0, 0.0, "o", markersize=8.0, color=INK, zorder=1.5))
     rims = _rims(seen, sample)
     for place, rotor in enumerate(seen.order):
-        centre, facing, order = seen.discs[sample, rotor, 4:], bool(seen.facing[sample, rotor]), 2.0 + 0.1 * place
-        drawn.extend(_line(ax, seen.arms[rotor], centre, color=LINE_GREY, linewidth=2.9, zorder=order))
-        drawn.extend(
-            ax.fill(*rims[rotor], facecolor=ROTOR_COLORS[rotor], edgecolor=INK, linewidth=0.9, zorder=order + 0.02)
+        centre, facing, order = (
+            seen.discs[sample, rotor, 4:],
+            bool(seen.facing[sample, rotor]),
+            2.0 + 0.1 * place,
         )
-        drawn.extend(ax.plot(*centre, "o", markersize=3.6, markeredgewidth=0.0, color=INK, zorder=order + 0.03))
+        drawn.extend(
+            _line(
+                ax,
+                seen.arms[rotor],
+                centre,
+                color=LINE_GREY,
+                linewidth=2.9,
+                zorder=order,
+            )
+        )
+        drawn.extend(
+            ax.fill(
+                *rims[rotor],
+                facecolor=ROTOR_COLORS[rotor],
+                edgecolor=INK,
+                linewidth=0.9,
+                zorder=order + 0.02,
+            )
+        )
+        drawn.extend(
+            ax.plot(
+                *centre,
+                "o",
+                markersize=3.6,
+                markeredgewidth=0.0,
+                color=INK,
+                zorder=order + 0.03,
+            )
+        )
         tip, above = seen.thrusts[sample, rotor], order + (0.04 if facing else 0.01)
-        drawn.append(draw_arrow(ax, centre, tip, INK, width=1.8, size=9.0, zorder=above))
+        drawn.append(
+            draw_arrow(ax, centre, tip, INK, width=1.8, size=9.0, zorder=above)
+        )
     for rotor, place in enumerate(seen.labels):
-        box = {"boxstyle": "circle,pad=0.25", "facecolor": ROTOR_COLORS[rotor], "edgecolor": "white", "linewidth": 1.1}
-        look: dict[str, Any] = {"ha": "center", "va": "center", "weight": "bold", "color": "white", "zorder": 3}
-        drawn.append(ax.text(place[0], place[1], str(rotor + 1), bbox=box, fontsize=8.0, **look))
+        box = {
+            "boxstyle": "circle,pad=0.25",
+            "facecolor": ROTOR_COLORS[rotor],
+            "edgecolor": "white",
+            "linewidth": 1.1,
+        }
+        look: dict[str, Any] = {
+            "ha": "center",
+            "va": "center",
+            "weight": "bold",
+            "color": "white",
+            "zorder": 3,
+        }
+        drawn.append(
+            ax.text(place[0], place[1], str(rotor + 1), bbox=box, fontsize=8.0, **look)
+        )
     return drawn
 
 
@@ -211,33 +297,59 @@ def vehicle_figure(vehicle: VehicleLike = PAPER, *, ax: Axes | None = None) -> A
         _line(ax, (0.0, 0.0), arm, zorder=1, color="0.35", linewidth=2.5)
     for rim in _rims(seen, 0)[list(seen.order)]:
         ax.fill(*rim, facecolor="0.94", edgecolor="0.35", linewidth=0.8, zorder=2)
-    for number, (outward, clockwise) in enumerate(zip(seen.arms, seen.clockwise, strict=True), start=1):
-        leaning = np.array([outward[1], -outward[0]])  # direction of the thrust at a positive tilt
-        arc, look = (340, 20) if clockwise else (200, 520), {"color": "0.35", "linewidth": 0.9, "zorder": 3}
+    for number, (outward, clockwise) in enumerate(
+        zip(seen.arms, seen.clockwise, strict=True), start=1
+    ):
+        leaning = np.array(
+            [outward[1], -outward[0]]
+        )  # direction of the thrust at a positive tilt
+        arc, look = (
+            (340, 20) if clockwise else (200, 520),
+            {"color": "0.35", "linewidth": 0.9, "zorder": 3},
+        )
         _draw_arc(ax, outward, 0.8 * _PAPER_DISC, arc, mutation_scale=7, **look)
-        draw_arrow(ax, (1 + _PAPER_DISC) * outward, (1.62 + _PAPER_DISC) * outward, "0.35")
+        draw_arrow(
+            ax, (1 + _PAPER_DISC) * outward, (1.62 + _PAPER_DISC) * outward, "0.35"
+        )
         draw_label(ax, (1.82 + _PAPER_DISC) * outward, rf"$e_{number}$")
         start = outward + _PAPER_DISC * leaning
-        draw_arrow(ax, start, start + 0.5 * leaning, _LEAN, width=1.8, gid=f"lean {number}")
+        draw_arrow(
+            ax, start, start + 0.5 * leaning, _LEAN, width=1.8, gid=f"lean {number}"
+        )
         beyond = 0.5 + 0.42 * abs(leaning[0]) + 0.2 * abs(leaning[1])
         draw_label(ax, start + beyond * leaning, rf"$\alpha_{number}>0$", _LEAN)
         draw_label(ax, outward, f"{number}\n{'cw' if clockwise else 'ccw'}")
     corner = np.array([-2.2, -2.2])
     for axis in ((0.0, 0.75), (-0.5, 0.0)):
         draw_arrow(ax, corner, corner + axis, "black")
-    for text, offset in (("$x$ forward", (0.0, 0.92)), ("$y$ left", (-0.3, -0.2)), ("$z$ up", (0.38, 0.0))):
+    for text, offset in (
+        ("$x$ forward", (0.0, 0.92)),
+        ("$y$ left", (-0.3, -0.2)),
+        ("$z$ up", (0.38, 0.0)),
+    ):
         draw_label(ax, corner + offset, text)
     _draw_axis_out_of_the_page(ax, corner, 5.0, 2.5)
     _draw_from_the_tip(ax)
     return ax
 
 
-def _draw_axis_out_of_the_page(ax: Axes, place: FloatArray, ring: float, dot: float) -> None:
-    ax.plot(*place, marker="o", markersize=ring, markerfacecolor="white", markeredgecolor="black", zorder=4)
+def _draw_axis_out_of_the_page(
+    ax: Axes, place: FloatArray, ring: float, dot: float
+) -> None:
+    ax.plot(
+        *place,
+        marker="o",
+        markersize=ring,
+        markerfacecolor="white",
+        markeredgecolor="black",
+        zorder=4,
+    )
     ax.plot(*place, marker=".", markersize=dot, color="black", zorder=5)
 
 
-def _draw_arc(ax: Axes, center: FloatArray, radius: float, arc: tuple[float, float], **look: Any) -> None:
+def _draw_arc(
+    ax: Axes, center: FloatArray, radius: float, arc: tuple[float, float], **look: Any
+) -> None:
     """Draw an arrow along an arc from one angle to another [°]."""
     from matplotlib.patches import FancyArrowPatch
     from matplotlib.path import Path
@@ -250,15 +362,32 @@ def _draw_arc(ax: Axes, center: FloatArray, radius: float, arc: tuple[float, flo
 def _draw_from_the_tip(ax: Axes) -> None:
     """Draw a rotor with a positive tilt, seen from outside along its arm."""
     hub, tilt, up = np.array([4.2, -0.75]), math.radians(32), np.array([0.0, 1.0])
-    lean, across = np.array([-math.sin(tilt), math.cos(tilt)]), np.array([math.cos(tilt), math.sin(tilt)])
+    lean, across = (
+        np.array([-math.sin(tilt), math.cos(tilt)]),
+        np.array([math.cos(tilt), math.sin(tilt)]),
+    )
     rotor = hub + 0.45 * lean
     _line(ax, hub, hub + 2.0 * up, color="0.35", linewidth=0.8, linestyle=(0, (4, 3)))
     _line(ax, hub, rotor, color="0.35", linewidth=2.0)
     _line(ax, rotor - 0.6 * across, rotor + 0.6 * across, color="0.35", linewidth=3.0)
     draw_arrow(ax, rotor, hub + 1.9 * lean, _LEAN, width=1.8)
     draw_label(ax, hub + 2.12 * lean, "thrust", _LEAN)
-    _draw_arc(ax, hub, 1.3, (90, 90 + math.degrees(tilt)), color=_LEAN, mutation_scale=8, shrinkA=0, shrinkB=0)
-    draw_label(ax, hub + 1.52 * np.array([-math.sin(tilt / 2), math.cos(tilt / 2)]), r"$\alpha_i>0$", _LEAN)
+    _draw_arc(
+        ax,
+        hub,
+        1.3,
+        (90, 90 + math.degrees(tilt)),
+        color=_LEAN,
+        mutation_scale=8,
+        shrinkA=0,
+        shrinkB=0,
+    )
+    draw_label(
+        ax,
+        hub + 1.52 * np.array([-math.sin(tilt / 2), math.cos(tilt / 2)]),
+        r"$\alpha_i>0$",
+        _LEAN,
+    )
     _draw_axis_out_of_the_page(ax, hub, 8.0, 4.0)
     draw_label(ax, hub + np.array([0.3, -0.02]), "$e_i$")
     draw_label(ax, hub + np.array([0.1, 2.2]), "$z$")
@@ -269,7 +398,11 @@ def _draw_from_the_tip(ax: Axes) -> None:
 PALE = "#dfe2e7"
 FILM_WIDTH, FILM_HEIGHT = 480, 420  # px, at 100 per inch
 _DELAY = 4  # longest duration of a frame [1/100 s]
-_SHORTEST, LONGEST, _FEWEST = 20, 6000, 10  # durations of a film [1/100 s], and least number of frames
+_SHORTEST, LONGEST, _FEWEST = (
+    20,
+    6000,
+    10,
+)  # durations of a film [1/100 s], and least number of frames
 _PICTURE = (0.0, 112 / 420, 1.0, 272 / 420)  # axes: left, bottom, width, height
 _CHART = (52 / 480, 28 / 420, 412 / 480, 66 / 420)
 
@@ -278,18 +411,24 @@ def check_films(paths: Sequence[str | Path], *, force: bool = False) -> None:
     """Raise if a film cannot be written: wrong suffix, missing library, existing file."""
     for path in map(Path, paths):
         if path.suffix.lower() not in FILMS:
-            raise InputError(f"output of a film must be {' or '.join(FILMS)}, got {str(path)!r}")
+            raise InputError(
+                f"output of a film must be {' or '.join(FILMS)}, got {str(path)!r}"
+            )
         try:
             from matplotlib import animation
             from PIL import Image as _  # noqa: F401
         except ImportError as error:
             raise needs_extra(error.name or "Pillow", "a film", "plot") from error
         if path.suffix.lower() == ".mp4" and not animation.FFMpegWriter.isAvailable():
-            raise InputError(f"output {str(path)!r}: MP4 needs the program ffmpeg. Install it, or write a .gif")
+            raise InputError(
+                f"output {str(path)!r}: MP4 needs the program ffmpeg. Install it, or write a .gif"
+            )
     check_new_files(paths, force=force)
 
 
-def write_films(gait: GaitLike, paths: Sequence[str | Path], *, force: bool = False) -> None:
+def write_films(
+    gait: GaitLike, paths: Sequence[str | Path], *, force: bool = False
+) -> None:
     """Write films of one period of a gait, whole or not at all.
 
     `gait` may have any form; rows without times take 1 s. `paths` end in .gif or .mp4, which needs ffmpeg. `force`
@@ -304,14 +443,18 @@ def write_films(gait: GaitLike, paths: Sequence[str | Path], *, force: bool = Fa
     seen = vehicle_view(timed.at(phases * period)[0], timed.gait.vehicle)
     name = name if len(name) <= 32 else name[:31] + "…"
     law, seconds = table.about.get("law"), sum(delays) / 100
-    title = f"{name_of(timed.gait)} · vehicle {name} · T = {period:g} s" + (f" · {law}" if isinstance(law, str) else "")
+    title = f"{name_of(timed.gait)} · vehicle {name} · T = {period:g} s" + (
+        f" · {law}" if isinstance(law, str) else ""
+    )
     if abs(seconds - period) > max(0.005, 1e-9 * period):
         title += f" (shown {'slower' if seconds > period else 'faster'}: {seconds:g} s)"
     with paper_style():
         figure, picture, chart = blank_film(title, seen, 1.0)
         times = np.linspace(0.0, period, 161)
         # Opposite rotors move together on the red sheet: they differ in width.
-        looks = [(color, 3.6 if k < 2 else 1.3, "") for k, color in enumerate(ROTOR_COLORS)]
+        looks = [
+            (color, 3.6 if k < 2 else 1.3, "") for k, color in enumerate(ROTOR_COLORS)
+        ]
         cursor = draw_chart(chart, times, np.degrees(timed.at(times)[0].T), looks, 10.0)
 
         def frame(k: int) -> list[Any]:
@@ -345,19 +488,35 @@ def blank_film(title: str, seen: VehicleView, zoom: float) -> tuple[Figure, Axes
     half = size * float(max((high - low) / size)) / 2 / zoom
     (left, bottom), (right, top) = (low + high) / 2 - half, (low + high) / 2 + half
     picture.set(xlim=(left, right), ylim=(bottom, top))
-    figure.text(16 / FILM_WIDTH, 1 - 19 / FILM_HEIGHT, title, fontsize=10, color=INK, va="center")
+    figure.text(
+        16 / FILM_WIDTH,
+        1 - 19 / FILM_HEIGHT,
+        title,
+        fontsize=10,
+        color=INK,
+        va="center",
+    )
     return figure, picture, figure.add_axes(_CHART)
 
 
 def draw_chart(
-    ax: Axes, times: FloatArray, curves: FloatArray, looks: Sequence[tuple[str, float, str]], step: float
+    ax: Axes,
+    times: FloatArray,
+    curves: FloatArray,
+    looks: Sequence[tuple[str, float, str]],
+    step: float,
 ) -> Line2D:
     """Draw angles [°] over time and return the cursor. The axis ends at a multiple of `step`."""
     most = max(step * math.ceil(float(np.abs(curves).max()) / step - 1e-9), step)
     for curve, (color, width, label) in zip(curves, looks, strict=True):
         ax.plot(times, curve, color=color, linewidth=width, label=label)
     end = max(float(times[-1]), 1e-9)
-    ax.set(xlim=(0.0, end), ylim=(-most, most), xticks=[0.0, end], yticks=[-most, 0.0, most])
+    ax.set(
+        xlim=(0.0, end),
+        ylim=(-most, most),
+        xticks=[0.0, end],
+        yticks=[-most, 0.0, most],
+    )
     ax.set_xticklabels(["0", f"{end:.4g} s"])
     ax.set_yticklabels([f"−{most:g}°", "0", f"{most:g}°"])
     ax.tick_params(length=0, labelcolor=LINE_GREY)
@@ -367,7 +526,11 @@ def draw_chart(
 
 
 def write_frames(
-    figure: Figure, frame: Callable[[int], list[Any]], delays: Sequence[int], about: str, path: Path
+    figure: Figure,
+    frame: Callable[[int], list[Any]],
+    delays: Sequence[int],
+    about: str,
+    path: Path,
 ) -> None:
     """Write a film. `frame` draws frame k and returns the artists to remove before the next one."""
     from matplotlib.animation import FFMpegWriter
@@ -382,7 +545,9 @@ def write_frames(
                 one.remove()
 
     if path.suffix.lower() == ".mp4":
-        rate = 100 * len(delays[:-1]) / sum(delays[:-1])  # the last frame may stay longer
+        rate = (
+            100 * len(delays[:-1]) / sum(delays[:-1])
+        )  # the last frame may stay longer
         writer: Any = FFMpegWriter(fps=rate, metadata={"comment": about})  # type: ignore[arg-type]
         with writer.saving(figure, path, dpi=100):
             for delay, _ in zip(delays, drawn(range(len(delays))), strict=True):
@@ -397,10 +562,23 @@ def write_frames(
             yield Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
 
     # One color table for all frames, from a few of them; dither would flicker.
-    some = [np.asarray(one) for one in pictures(range(0, len(delays), max(len(delays) // 6, 1)))]
-    color_table = Image.fromarray(np.concatenate(some)).quantize(255, dither=Image.Dither.NONE)
+    some = [
+        np.asarray(one)
+        for one in pictures(range(0, len(delays), max(len(delays) // 6, 1)))
+    ]
+    color_table = Image.fromarray(np.concatenate(some)).quantize(
+        255, dither=Image.Dither.NONE
+    )
     first, *others = (
-        one.quantize(palette=color_table, dither=Image.Dither.NONE) for one in pictures(range(len(delays)))
+        one.quantize(palette=color_table, dither=Image.Dither.NONE)
+        for one in pictures(range(len(delays)))
     )
     times = [10 * delay for delay in delays]
-    first.save(path, save_all=True, append_images=others, duration=times, loop=0, comment=about.encode("ascii"))
+    first.save(
+        path,
+        save_all=True,
+        append_images=others,
+        duration=times,
+        loop=0,
+        comment=about.encode("ascii"),
+    )

@@ -77,12 +77,16 @@ class SingularCurve:
         x, y, z = self.normal
         across = math.hypot(x, y)
         along = np.array([-y, x, 0.0]) / across
-        highest = np.array([-z * x / across, -z * y / across, across]) / math.hypot(across, z)
+        highest = np.array([-z * x / across, -z * y / across, across]) / math.hypot(
+            across, z
+        )
         turn = np.linspace(0.0, math.pi, count)[:, None]
         return _attitudes_of(along * np.cos(turn) + highest * np.sin(turn), highest)
 
 
-def singular_curve(alpha: npt.ArrayLike, coefficients: Coefficients, *, angle_rounding: float = 0.0) -> SingularCurve:
+def singular_curve(
+    alpha: npt.ArrayLike, coefficients: Coefficients, *, angle_rounding: float = 0.0
+) -> SingularCurve:
     """Return the attitudes at which tilt angles, shape (4,) [rad], are singular; `angle_rounding` is their error [rad].
 
     >>> from gaitgraph.invertibility.matrices import coefficients_of
@@ -91,7 +95,9 @@ def singular_curve(alpha: npt.ArrayLike, coefficients: Coefficients, *, angle_ro
     """
     angles = np.asarray(alpha, dtype=float)
     if angles.shape != (4,) or not np.isfinite(angles).all():
-        raise InputError(f"alpha must be four finite tilt angles (rad), got {shown(alpha)}")
+        raise InputError(
+            f"alpha must be four finite tilt angles (rad), got {shown(alpha)}"
+        )
     normal = attitude_sensitivities(angles, coefficients)
     normal.flags.writeable = False
     if singular_everywhere(angles, coefficients, angle_rounding=angle_rounding):
@@ -129,7 +135,11 @@ class AcceptableAttitudes:
 
 
 def acceptable_attitudes(
-    alpha: npt.ArrayLike, coefficients: Coefficients, *, tolerance: float = 1e-5, angle_rounding: float = 0.0
+    alpha: npt.ArrayLike,
+    coefficients: Coefficients,
+    *,
+    tolerance: float = 1e-5,
+    angle_rounding: float = 0.0,
 ) -> AcceptableAttitudes:
     """Return the attitudes at which a gait is never singular, at any time of its period.
 
@@ -154,8 +164,15 @@ def acceptable_attitudes(
     [1.0, 0.852]
     """
     points = np.asarray(alpha, dtype=float)
-    if points.ndim != 2 or points.shape[1] != 4 or not len(points) or not np.isfinite(points).all():
-        raise InputError(f"alpha must be finite tilt angles of shape (n, 4), n at least 1 (rad), got {shown(alpha)}")
+    if (
+        points.ndim != 2
+        or points.shape[1] != 4
+        or not len(points)
+        or not np.isfinite(points).all()
+    ):
+        raise InputError(
+            f"alpha must be finite tilt angles of shape (n, 4), n at least 1 (rad), got {shown(alpha)}"
+        )
     checked_number("tolerance", tolerance, "a finite number above 0", above=True)
     # The closed polyline in short pieces.
     step = np.roll(points, -1, axis=0) - points
@@ -164,25 +181,45 @@ def acceptable_attitudes(
     segment, number, count = _counted(np.maximum(np.ceil(size / longest), 1))
     starts = points[segment] + (number / count)[:, None] * step[segment]
     v = attitude_sensitivities(starts, coefficients)
-    sweep = _swept(starts, np.roll(starts, -1, axis=0), v, np.roll(v, -1, axis=0), coefficients)
+    sweep = _swept(
+        starts, np.roll(starts, -1, axis=0), v, np.roll(v, -1, axis=0), coefficients
+    )
     polygon, error, reason = shapely.Polygon(), 0.0, _NOT_LEVEL
     heights = np.concatenate([sweep.v0[:, 2], sweep.v1[:, 2]])
     # Points at which v may vanish, where R is small enough for that.
-    near = np.minimum(np.abs(sweep.v0[:, 2]), np.abs(sweep.v1[:, 2])) - sweep.level <= _SMALL + 50 * angle_rounding
-    points = np.linspace(sweep.starts[near], sweep.ends[near], _SAMPLES, endpoint=False).reshape(-1, 4)
-    points = points[singular_everywhere(points, coefficients, angle_rounding=angle_rounding)]
+    near = (
+        np.minimum(np.abs(sweep.v0[:, 2]), np.abs(sweep.v1[:, 2])) - sweep.level
+        <= _SMALL + 50 * angle_rounding
+    )
+    points = np.linspace(
+        sweep.starts[near], sweep.ends[near], _SAMPLES, endpoint=False
+    ).reshape(-1, 4)
+    points = points[
+        singular_everywhere(points, coefficients, angle_rounding=angle_rounding)
+    ]
     if len(points):
         exactly = singular_everywhere(points, replace(coefficients, kind="exact")).all()
-        along = segment_singular_everywhere(sweep.starts, sweep.ends, coefficients, angle_rounding)
+        along = segment_singular_everywhere(
+            sweep.starts, sweep.ends, coefficients, angle_rounding
+        )
         if along is not None or not exactly:
             reason = EVERYWHERE
     elif (heights > 0).all() or (heights < 0).all():
         # Level flight is nowhere singular at the samples.
         side = math.copysign(1.0, heights[0])
         inside = _inside(side * np.concatenate([sweep.v0, sweep.v1]))
-        found = None if inside is None else _narrowed(sweep, coefficients, side, inside, tolerance)
-        (polygon, error), reason = found or (polygon, 1.0), "" if found else "R is too near to zero to be decided"
-    return AcceptableAttitudes(polygon=polygon, error=error, tolerance=float(tolerance), reason=reason)
+        found = (
+            None
+            if inside is None
+            else _narrowed(sweep, coefficients, side, inside, tolerance)
+        )
+        (polygon, error), reason = (
+            found or (polygon, 1.0),
+            "" if found else "R is too near to zero to be decided",
+        )
+    return AcceptableAttitudes(
+        polygon=polygon, error=error, tolerance=float(tolerance), reason=reason
+    )
 
 
 class _Sweep(NamedTuple):
@@ -205,10 +242,16 @@ class _Sweep(NamedTuple):
         nodes = np.array([starts + k / 4 * (ends - starts) for k in range(4)] + [ends])
         v = attitude_sensitivities(nodes, coefficients)
         firsts, lasts = (
-            [one[part].reshape(-1, one.shape[2]) for one in (nodes, v)] for part in (slice(4), slice(1, 5))
+            [one[part].reshape(-1, one.shape[2]) for one in (nodes, v)]
+            for part in (slice(4), slice(1, 5))
         )
         pieces = _swept(firsts[0], lasts[0], firsts[1], lasts[1], coefficients)
-        return _Sweep(*(np.concatenate(pair) for pair in zip(self.only(~where), pieces, strict=True)))
+        return _Sweep(
+            *(
+                np.concatenate(pair)
+                for pair in zip(self.only(~where), pieces, strict=True)
+            )
+        )
 
     def may_leave(self, sign: float, normals: FloatArray) -> npt.NDArray[np.bool_]:
         """Return whether sign·v may leave a cone along each piece, by its normals above the horizon, the columns.
@@ -216,9 +259,16 @@ class _Sweep(NamedTuple):
         A product with a normal is f0 and f1 at the ends and, of a second derivative of no more than b, nowhere negative
         if √f0 + √f1 ≥ √(b/2): a parabola through both then touches zero at most.
         """
-        bends = np.column_stack([self.across, self.level]) @ [4 * np.hypot(*normals[:2]), 4 * normals[2]]
-        with np.errstate(invalid="ignore"):  # an end that is outside by rounding gives NaN
-            roots = np.sqrt(sign * self.v0 @ normals) + np.sqrt(sign * self.v1 @ normals)
+        bends = np.column_stack([self.across, self.level]) @ [
+            4 * np.hypot(*normals[:2]),
+            4 * normals[2],
+        ]
+        with np.errstate(
+            invalid="ignore"
+        ):  # an end that is outside by rounding gives NaN
+            roots = np.sqrt(sign * self.v0 @ normals) + np.sqrt(
+                sign * self.v1 @ normals
+            )
             return np.asarray(~(roots >= np.sqrt(bends)).all(axis=1))
 
     def safe_rays(self, sign: float) -> FloatArray:
@@ -227,24 +277,47 @@ class _Sweep(NamedTuple):
         v is within a disc of radius `across` and a height of `level` about its chord. A square encloses the disc, and
         the lower height is the stricter one.
         """
-        square = math.sqrt(2.0) * np.array([[1.0, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]])
-        offsets = self.across[:, None, None] * square - (self.level[:, None] * _UP)[:, None, :]
-        return np.concatenate([sign * v[:, None, :] + offsets for v in (self.v0, self.v1)], axis=1)
+        square = math.sqrt(2.0) * np.array(
+            [[1.0, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]]
+        )
+        offsets = (
+            self.across[:, None, None] * square
+            - (self.level[:, None] * _UP)[:, None, :]
+        )
+        return np.concatenate(
+            [sign * v[:, None, :] + offsets for v in (self.v0, self.v1)], axis=1
+        )
 
 
-def _swept(starts: FloatArray, ends: FloatArray, v0: FloatArray, v1: FloatArray, coefficients: Coefficients) -> _Sweep:
-    return _Sweep(starts, ends, v0, v1, *sensitivity_deviations(starts, ends, coefficients))
+def _swept(
+    starts: FloatArray,
+    ends: FloatArray,
+    v0: FloatArray,
+    v1: FloatArray,
+    coefficients: Coefficients,
+) -> _Sweep:
+    return _Sweep(
+        starts, ends, v0, v1, *sensitivity_deviations(starts, ends, coefficients)
+    )
 
 
 def _counted(counts: FloatArray) -> tuple[IntArray, IntArray, IntArray]:
     """Return, for groups of these sizes, the group of each member, its number from 0, and the size of its group."""
     each = counts.astype(int)
     which = np.repeat(np.arange(len(each)), each)
-    return which, np.arange(len(which)) - np.repeat(np.cumsum(each) - each, each), each[which]
+    return (
+        which,
+        np.arange(len(which)) - np.repeat(np.cumsum(each) - each, each),
+        each[which],
+    )
 
 
 def _narrowed(
-    sweep: _Sweep, coefficients: Coefficients, sign: float, inside: FloatArray, tolerance: float
+    sweep: _Sweep,
+    coefficients: Coefficients,
+    sign: float,
+    inside: FloatArray,
+    tolerance: float,
 ) -> tuple[shapely.Polygon, float] | None:
     """Return the polygon of verticals with sign·v > 0 all along, and its error; None if none is proven.
 
@@ -254,31 +327,54 @@ def _narrowed(
     most = max(_MOST_PIECES, 2 * pieces)
     core = np.zeros((0, 3))
     while True:
-        samples = np.concatenate([core, sign * sweep.v0])  # where a piece ends, the next begins
+        samples = np.concatenate(
+            [core, sign * sweep.v0]
+        )  # where a piece ends, the next begins
         if (samples @ inside <= 0).any():
             return None
         # Some safe ray may have no positive product with `inside`.
         chord = np.minimum(sign * sweep.v0 @ inside, sign * sweep.v1 @ inside)
-        doubtful = chord <= math.sqrt(2.0) * math.hypot(*inside[:2]) * sweep.across + inside[2] * sweep.level
+        doubtful = (
+            chord
+            <= math.sqrt(2.0) * math.hypot(*inside[:2]) * sweep.across
+            + inside[2] * sweep.level
+        )
         if not doubtful.any():
             outer = _extreme_rays(samples, inside)
             # Upright all along, v adds nothing to the horizon, as on red.
             leaning = sweep.v0[:, :2].any(axis=1) | sweep.v1[:, :2].any(axis=1)
             out = (sweep.across > 0) | ((sweep.level > 0) & leaning)
-            if len(outer) >= 3:  # the pieces that may leave a cone of some samples, by the normals of its sides
+            if (
+                len(outer) >= 3
+            ):  # the pieces that may leave a cone of some samples, by the normals of its sides
                 some = outer[:: -(-len(outer) // _SIDES)]
-                out &= sweep.may_leave(sign, np.cross(some, np.roll(some, -1, axis=0)).T)
+                out &= sweep.may_leave(
+                    sign, np.cross(some, np.roll(some, -1, axis=0)).T
+                )
             sweep, core = sweep.only(out), outer
             rays = sweep.safe_rays(sign)
             extreme = _extreme_rays(np.concatenate([core, rays.reshape(-1, 3)]), inside)
-            whole, part = (shapely.Polygon(_ring_of(rays, 1e-4)) for rays in (outer, extreme))
+            whole, part = (
+                shapely.Polygon(_ring_of(rays, 1e-4)) for rays in (outer, extreme)
+            )
             gap = abs(whole.area - part.area) / DIAGRAM_AREA
             # Finer pieces gain at most what the straight sides lose.
-            last = not out.any() or pieces + 3 * len(sweep.starts) > most or gap <= 2 * _SAG
+            last = (
+                not out.any()
+                or pieces + 3 * len(sweep.starts) > most
+                or gap <= 2 * _SAG
+            )
             if last or gap + _SAG * part.length / DIAGRAM_AREA <= tolerance:
                 polygon = _polygon_of(extreme)
-                chords = _SAG * float(polygon.length) / DIAGRAM_AREA if len(extreme) > 1 else 0.0
-                error = max(_polygon_of(outer).area - polygon.area, 0.0) / DIAGRAM_AREA + chords
+                chords = (
+                    _SAG * float(polygon.length) / DIAGRAM_AREA
+                    if len(extreme) > 1
+                    else 0.0
+                )
+                error = (
+                    max(_polygon_of(outer).area - polygon.area, 0.0) / DIAGRAM_AREA
+                    + chords
+                )
                 if last or error <= tolerance:
                     return polygon, error
             doubtful = np.ones(len(sweep.starts), dtype=bool)
@@ -297,7 +393,9 @@ def _inside(rays: FloatArray) -> FloatArray | None:
     from scipy.optimize import linprog  # which most gaits need not load
 
     # A few rays decide: start with some, and add those that the best vertical so far violates most.
-    chosen = np.unique(np.linspace(0, len(rows) - 1, min(len(rows), _FEW_RAYS)).astype(int))
+    chosen = np.unique(
+        np.linspace(0, len(rows) - 1, min(len(rows), _FEW_RAYS)).astype(int)
+    )
     while True:
         found = linprog(
             [0.0, 0.0, 0.0, -1.0],
@@ -318,9 +416,15 @@ def _inside(rays: FloatArray) -> FloatArray | None:
 
 def _projected(rays: FloatArray, inside: FloatArray) -> FloatArray:
     """Return the central projection of rays onto the plane at distance one along `inside`, shape (..., 2)."""
-    first = np.cross(inside, [1.0, 0.0, 0.0] if abs(inside[0]) < 0.9 else [0.0, 1.0, 0.0])
+    first = np.cross(
+        inside, [1.0, 0.0, 0.0] if abs(inside[0]) < 0.9 else [0.0, 1.0, 0.0]
+    )
     first /= np.linalg.norm(first)
-    return np.asarray(rays @ np.column_stack([first, np.cross(inside, first)]) / (rays @ inside)[..., None])
+    return np.asarray(
+        rays
+        @ np.column_stack([first, np.cross(inside, first)])
+        / (rays @ inside)[..., None]
+    )
 
 
 def _extreme_rays(rays: FloatArray, inside: FloatArray) -> FloatArray:
@@ -338,11 +442,18 @@ def _extreme_rays(rays: FloatArray, inside: FloatArray) -> FloatArray:
     x, y = offset[np.argmax(np.sum(offset**2, axis=1))]
     along, beside = offset @ [x, y], offset @ [-y, x]
     thin = np.abs(beside).max() <= _THIN * along.max()
-    index = np.unique([np.argmin(along), np.argmax(along)]) if thin else np.asarray(ConvexHull(points).vertices)
+    index = (
+        np.unique([np.argmin(along), np.argmax(along)])
+        if thin
+        else np.asarray(ConvexHull(points).vertices)
+    )
     index = np.roll(index, -int(np.argmax(index == 0)))  # the horizon counts first
     kept = [index[0]]
     for k in index[1:]:
-        if np.abs(everything[k] - everything[[kept[-1], index[0]]]).max(axis=1).min() > _SAME_RAY:
+        if (
+            np.abs(everything[k] - everything[[kept[-1], index[0]]]).max(axis=1).min()
+            > _SAME_RAY
+        ):
             kept.append(k)
     return everything[kept]
 
@@ -352,7 +463,9 @@ def _polygon_of(rays: FloatArray) -> shapely.Polygon:
     polygon = shapely.Polygon(_ring_of(rays))
     if not polygon.is_valid:
         parts = polygons_of(shapely.make_valid(polygon)).geoms
-        polygon = max(parts, key=lambda part: float(part.area), default=shapely.Polygon())
+        polygon = max(
+            parts, key=lambda part: float(part.area), default=shapely.Polygon()
+        )
     # The first corner is then the same wherever the sides were cut.
     return cast("shapely.Polygon", polygon.normalize())
 
@@ -367,23 +480,35 @@ def _ring_of(rays: FloatArray, sag: float = _SAG) -> FloatArray:
     corners /= np.linalg.norm(corners, axis=1, keepdims=True)
     starts = np.roll(corners, 1, axis=0)
     along = np.cross(rays, starts)
-    turn = np.arctan2(np.sum(corners * along, axis=1), np.sum(corners * starts, axis=1)) % (2 * math.pi)
-    turn = np.where(turn > 1.5 * math.pi, 0.0, turn) if len(rays) > 2 else np.full(2, math.pi)
+    turn = np.arctan2(
+        np.sum(corners * along, axis=1), np.sum(corners * starts, axis=1)
+    ) % (2 * math.pi)
+    turn = (
+        np.where(turn > 1.5 * math.pi, 0.0, turn)
+        if len(rays) > 2
+        else np.full(2, math.pi)
+    )
     curved = len(rays) - horizon.size
     points = _arcs(starts[:curved], along[:curved], turn[:curved], sag)
     border = _border(starts[-1], float(turn[-1])) if horizon.size else points[:0]
     # Its end is the first point again, except for rounding, which would make a ring cross itself.
-    return np.concatenate([points, border[np.abs(border - points[0]).max(axis=1) > _SAME_RAY]])
+    return np.concatenate(
+        [points, border[np.abs(border - points[0]).max(axis=1) > _SAME_RAY]]
+    )
 
 
 def _attitudes_of(verticals: FloatArray, middle: FloatArray) -> FloatArray:
     """Return (roll, pitch) of verticals, shape (k, 2) [rad]; at pitch ±π/2 roll is that of `middle`, which is near."""
-    beside = np.where((np.hypot(verticals[:, 1], verticals[:, 2]) < 1e-12)[:, None], middle, verticals)
+    beside = np.where(
+        (np.hypot(verticals[:, 1], verticals[:, 2]) < 1e-12)[:, None], middle, verticals
+    )
     roll = np.arctan2(beside[:, 1], np.maximum(beside[:, 2], 0.0))
     return np.column_stack([roll, attitude_of(verticals)[:, 1]])
 
 
-def _arcs(starts: FloatArray, along: FloatArray, turn: FloatArray, sag: float) -> FloatArray:
+def _arcs(
+    starts: FloatArray, along: FloatArray, turn: FloatArray, sag: float
+) -> FloatArray:
     """Return points of sides that are arcs of great circles; straight lines between them are within `sag` [rad].
 
     The end of a side is left out, since the next begins there, but for pitch ±π/2, where the next has another roll.
@@ -391,7 +516,9 @@ def _arcs(starts: FloatArray, along: FloatArray, turn: FloatArray, sag: float) -
     middle = starts * np.cos(turn / 2)[:, None] + along * np.sin(turn / 2)[:, None]
 
     def at(side: IntArray, angle: FloatArray) -> FloatArray:
-        vertical = starts[side] * np.cos(angle)[:, None] + along[side] * np.sin(angle)[:, None]
+        vertical = (
+            starts[side] * np.cos(angle)[:, None] + along[side] * np.sin(angle)[:, None]
+        )
         return _attitudes_of(vertical, middle[side])
 
     side, number, count = _counted(np.where(turn < 1e-3, 2, 3 + np.ceil(turn / 0.02)))
@@ -411,13 +538,24 @@ def _arcs(starts: FloatArray, along: FloatArray, turn: FloatArray, sag: float) -
         angle = np.insert(angle, wide + 1, between[wide])
         side = np.insert(side, wide + 1, side[wide])
         points = np.insert(points, wide + 1, new[wide], axis=0)
-    return np.asarray(points[np.append(side[1:] == side[:-1], False) | (np.abs(points[:, 1]) > HALF_PI - 1e-12)])
+    return np.asarray(
+        points[
+            np.append(side[1:] == side[:-1], False)
+            | (np.abs(points[:, 1]) > HALF_PI - 1e-12)
+        ]
+    )
 
 
 def _border(start: FloatArray, turn: float) -> FloatArray:
     """Return the corners of a side along the border of the diagram, where the vertical is horizontal."""
     first = math.atan2(start[1], start[0])
-    poles = np.pi * np.arange(math.ceil(first / math.pi), math.floor((first + turn) / math.pi) + 1)
+    poles = np.pi * np.arange(
+        math.ceil(first / math.pi), math.floor((first + turn) / math.pi) + 1
+    )
     angles = np.array([first, *poles, first + turn])[:, None]
-    roll = np.copysign(HALF_PI, np.sin(np.clip(angles + np.array([-1e-9, 1e-9]), first, first + turn)))
-    return np.stack([roll, np.broadcast_to(-np.arcsin(np.cos(angles)), roll.shape)], axis=-1).reshape(-1, 2)
+    roll = np.copysign(
+        HALF_PI, np.sin(np.clip(angles + np.array([-1e-9, 1e-9]), first, first + turn))
+    )
+    return np.stack(
+        [roll, np.broadcast_to(-np.arcsin(np.cos(angles)), roll.shape)], axis=-1
+    ).reshape(-1, 2)

@@ -25,7 +25,12 @@ from gaitgraph.invertibility.tilt_margins import (
     nearest_singular_attitude,
 )
 from gaitgraph.io.formats import given_gait, naming_file
-from gaitgraph.robustness.attitudes import AcceptableAttitudes, SingularCurve, acceptable_attitudes, singular_curve
+from gaitgraph.robustness.attitudes import (
+    AcceptableAttitudes,
+    SingularCurve,
+    acceptable_attitudes,
+    singular_curve,
+)
 from gaitgraph.surface.sheets import DEFAULT_TOLERANCE, family_distances
 from gaitgraph.validation.rules import Segments, segments_of
 
@@ -78,12 +83,20 @@ class Robustness:
     @property
     def name(self) -> str:
         """Name of the gait in texts, such as "the gait itself" or "biased by 0.8"."""
-        return "the gait itself" if self.scaling == "none" else f"{self.scaling} by {self.eta:g}"
+        return (
+            "the gait itself"
+            if self.scaling == "none"
+            else f"{self.scaling} by {self.eta:g}"
+        )
 
     @property
     def _texts(self) -> tuple[str, str]:
         """The tilt margin and the acceptable fraction in words."""
-        margin = "none" if self.tilt_margin is None else f"{math.degrees(self.tilt_margin):.2f}°"
+        margin = (
+            "none"
+            if self.tilt_margin is None
+            else f"{math.degrees(self.tilt_margin):.2f}°"
+        )
         return margin, f"{100 * self.acceptable.fraction:.2f} %"
 
     def as_mapping(self) -> dict[str, Any]:
@@ -94,18 +107,32 @@ class Robustness:
             x, y, z = curve.normal.tolist()
             numbers = {"R_theta": 0.0 - x, "R_phi": y, "R": z, "kind": curve.kind}
             points = curve.points(_POINTS_OF_A_CURVE).tolist()
-            curves.append({**place.as_mapping(self.noun), **numbers, "branches": [points] if points else []})
+            curves.append(
+                {
+                    **place.as_mapping(self.noun),
+                    **numbers,
+                    "branches": [points] if points else [],
+                }
+            )
         return {
-            **({} if self.scaling == "none" else {"eta": self.eta, "scaling": self.scaling}),
+            **(
+                {}
+                if self.scaling == "none"
+                else {"eta": self.eta, "scaling": self.scaling}
+            ),
             "tilt_margin_deg": None if margin is None else math.degrees(margin),
             "tilt_margin_reason": self.margin.reason or None,
             "tilt_margin_where": self.where.as_mapping(self.noun),
-            "nearest_singular_attitude": None if self.direction is None else list(self.direction),
+            "nearest_singular_attitude": None
+            if self.direction is None
+            else list(self.direction),
             "acceptable_fraction": acceptable.fraction,
             "acceptable_fraction_error": acceptable.error,
             "acceptable_reason": acceptable.reason or None,
             "acceptable_area": float(acceptable.polygon.area),
-            "acceptable_outline": shapely.get_coordinates(acceptable.polygon.simplify(1e-3))[:-1].tolist(),
+            "acceptable_outline": shapely.get_coordinates(
+                acceptable.polygon.simplify(1e-3)
+            )[:-1].tolist(),
             "tilt_deg": math.degrees(self.tilt),
             "least_singular_value": self.singular_value[1],
             "least_singular_value_at_least": self.singular_value[0],
@@ -142,14 +169,19 @@ class RobustnessReport:
         return f"<RobustnessReport: {self.gait!r}, {len(self.sweep)} scaled, vehicle {self.vehicle.name!r}>"
 
     def __str__(self) -> str:
-        lines = [f"Robustness to attitude, vehicle {self.vehicle.name}, {self.coefficients.kind} coefficients"]
+        lines = [
+            f"Robustness to attitude, vehicle {self.vehicle.name}, {self.coefficients.kind} coefficients"
+        ]
         value = f"least singular value within {math.degrees(self.gait.tilt):g}° of tilt"
         rows = [("", "tilt margin", "acceptable", value)]
         details = []
         for one in (self.gait, *self.sweep):
             rows.append((one.name, *one._texts, f"{one.singular_value[1]:.4f}"))
             details += [f"{one.name}:", *(f"  {line}" for line in _details(one))]
-        lines += [f"  {name:<16} {margin:>12} {part:>12}   {value}" for name, margin, part, value in rows]
+        lines += [
+            f"  {name:<16} {margin:>12} {part:>12}   {value}"
+            for name, margin, part, value in rows
+        ]
         return "\n".join(lines + details)
 
 
@@ -157,7 +189,9 @@ def _details(one: Robustness) -> list[str]:
     """Return the least margin, the acceptable attitudes and the least singular value as lines of text."""
     place = one.where.described(one.noun)
     if one.tilt_margin is None:
-        return [f"no tilt margin, no acceptable attitudes: {one.margin.reason}, at {place}"]
+        return [
+            f"no tilt margin, no acceptable attitudes: {one.margin.reason}, at {place}"
+        ]
     if one.tilt_margin == 0:
         lines = [f"tilt margin 0° at {place}: {one.margin.reason}"]
     elif one.direction is None:
@@ -170,17 +204,33 @@ def _details(one: Robustness) -> list[str]:
     else:
         if acceptable.error:
             unit = 10.0 ** math.floor(math.log10(100 * acceptable.error))
-            bound = math.ceil(100 * acceptable.error / unit) * unit  # one digit, rounded up
-            unmet = "" if acceptable.met else f"; the requested {100 * acceptable.tolerance:g} % is not reached"
+            bound = (
+                math.ceil(100 * acceptable.error / unit) * unit
+            )  # one digit, rounded up
+            unmet = (
+                ""
+                if acceptable.met
+                else f"; the requested {100 * acceptable.tolerance:g} % is not reached"
+            )
             error = f" (error below {bound:.1g} %{unmet})"
         area = f"{acceptable.polygon.area:.4f} rad²"
-        lines.append(f"acceptable around level: {one._texts[1]} of attitudes{error}, {area}")
+        lines.append(
+            f"acceptable around level: {one._texts[1]} of attitudes{error}, {area}"
+        )
     lower, upper = one.singular_value
     if upper == 0:
-        return [*lines, f"some attitudes within {math.degrees(one.tilt):g}° of tilt are singular"]
-    worst = f"{one.singular_where.described(one.noun)}, {_attitude(one.singular_attitude)}"
+        return [
+            *lines,
+            f"some attitudes within {math.degrees(one.tilt):g}° of tilt are singular",
+        ]
+    worst = (
+        f"{one.singular_where.described(one.noun)}, {_attitude(one.singular_attitude)}"
+    )
     proven = math.floor(1e4 * lower) / 1e4  # rounded down, as a bound must be
-    return [*lines, f"least singular value {upper:.4f} (proven lower bound {proven:.4f}) at {worst}"]
+    return [
+        *lines,
+        f"least singular value {upper:.4f} (proven lower bound {proven:.4f}) at {worst}",
+    ]
 
 
 def _attitude(pair: tuple[float, float]) -> str:
@@ -235,22 +285,36 @@ def robustness_of(
     [90.0, 80.7, 74.5]
     """
     tilt = checked_tilt(tilt)
-    factors: list[tuple[Scaling, float]] = [("biased", eta) for eta in _etas(bias, "bias")]
+    factors: list[tuple[Scaling, float]] = [
+        ("biased", eta) for eta in _etas(bias, "bias")
+    ]
     factors += [("scaled", eta) for eta in _etas(scale, "scale")]
     curves = whole_number("curves", curves, 0, _MOST_CURVES)
     segments, body, rounding, noun = _closed_segments(gait, vehicle)
-    rounding = rounding if angle_rounding is None else angle_within(angle_rounding, "angle_rounding", least=0.0)
+    rounding = (
+        rounding
+        if angle_rounding is None
+        else angle_within(angle_rounding, "angle_rounding", least=0.0)
+    )
     numbers = coefficients_of(body, "exact" if coefficients is None else coefficients)
     found: list[Robustness] = []
     for scaling, eta in [*factors, ("none", 1.0)]:
         if progress is not None:
-            progress("the gait itself" if scaling == "none" else f"the gait {scaling} by {eta:g}")
+            progress(
+                "the gait itself"
+                if scaling == "none"
+                else f"the gait {scaling} by {eta:g}"
+            )
         factor = np.array([1.0, 1.0, eta, eta] if scaling == "biased" else [eta] * 4)
         moved = replace(segments, alpha=segments.alpha * factor)
         margin = least_tilt_margin(moved.alpha, numbers, angle_rounding=rounding)
         where = moved.place(margin.segment, margin.fraction)
         nearest = nearest_singular_attitude(where.alpha, numbers)
-        direction = None if np.isnan(nearest).any() or not margin.exists else (float(nearest[0]), float(nearest[1]))
+        direction = (
+            None
+            if np.isnan(nearest).any() or not margin.exists
+            else (float(nearest[0]), float(nearest[1]))
+        )
         value, singular_where, attitude = (0.0, 0.0), where, direction or (0.0, 0.0)
         if margin.exists and margin.upper > tilt:
             value, singular_where, attitude = _least_singular_value(moved, tilt, body)
@@ -261,27 +325,38 @@ def robustness_of(
                 margin=margin,
                 where=where,
                 direction=direction,
-                acceptable=acceptable_attitudes(moved.starts, numbers, tolerance=tolerance, angle_rounding=rounding),
+                acceptable=acceptable_attitudes(
+                    moved.starts, numbers, tolerance=tolerance, angle_rounding=rounding
+                ),
                 tilt=tilt,
                 singular_value=value,
                 singular_where=singular_where,
                 singular_attitude=attitude,
                 curves=tuple(
-                    (at, singular_curve(at.alpha, numbers, angle_rounding=rounding)) for at in _spread(moved, curves)
+                    (at, singular_curve(at.alpha, numbers, angle_rounding=rounding))
+                    for at in _spread(moved, curves)
                 ),
                 noun=noun,
             )
         )
-    return RobustnessReport(gait=found[-1], sweep=tuple(found[:-1]), vehicle=body, coefficients=numbers)
+    return RobustnessReport(
+        gait=found[-1], sweep=tuple(found[:-1]), vehicle=body, coefficients=numbers
+    )
 
 
 def _etas(value: float | Iterable[float], name: str) -> list[float]:
-    several = isinstance(value, Iterable) and not isinstance(value, (str, bytes)) and getattr(value, "ndim", 1) == 1
+    several = (
+        isinstance(value, Iterable)
+        and not isinstance(value, (str, bytes))
+        and getattr(value, "ndim", 1) == 1
+    )
     values: list[Any] = list(value) if several else [value]  # type: ignore[arg-type]
     return [checked_factor(name, eta) for eta in values]
 
 
-def _closed_segments(gait: GaitLike, vehicle: VehicleLike | None) -> tuple[Segments, Vehicle, float, str]:
+def _closed_segments(
+    gait: GaitLike, vehicle: VehicleLike | None
+) -> tuple[Segments, Vehicle, float, str]:
     """Return the segments of a closed gait, its vehicle, the assumed error of its angles, and the word for a point."""
     source = given_gait(gait, vehicle=vehicle)
     if isinstance(source, Table):
@@ -289,14 +364,24 @@ def _closed_segments(gait: GaitLike, vehicle: VehicleLike | None) -> tuple[Segme
             points, times, stated = closed_rows(source, vehicle=vehicle, name=gait)
         if stated is not None:
             return _closed_segments(stated, None)
-        segments = replace(segments_of(points), t=times, first_t=None if times is None else float(times[0]))
+        segments = replace(
+            segments_of(points),
+            t=times,
+            first_t=None if times is None else float(times[0]),
+        )
         digits, noun = source.digit_error, "row"
     else:
         points = source if isinstance(source, Gait) else source.gait
         segments, digits, noun = segments_of(points), 0.0, "corner"
     # The distance of points from the sheets that they all lie on is an error of their angles.
-    far = float(family_distances(points.alpha, points.coefficients)[..., :2].min(axis=-1).max())
-    rounding = max(digits, points.coefficients.sheet_error, far if far <= DEFAULT_TOLERANCE else 0.0)
+    far = float(
+        family_distances(points.alpha, points.coefficients)[..., :2].min(axis=-1).max()
+    )
+    rounding = max(
+        digits,
+        points.coefficients.sheet_error,
+        far if far <= DEFAULT_TOLERANCE else 0.0,
+    )
     return segments, points.vehicle, rounding, noun
 
 
@@ -306,7 +391,14 @@ def _least_singular_value(
     """Return the bracket of the least singular value within a tilt below the margin, where, and the attitude."""
     value = partial(least_singular_value_within_bound, tilt=tilt, vehicle=vehicle)
     bound = singular_value_bound(vehicle, level=False)
-    found = least_along(segments.starts, segments.ends, value, bound, tolerance=_BRACKET, points=segments.alpha)
+    found = least_along(
+        segments.starts,
+        segments.ends,
+        value,
+        bound,
+        tolerance=_BRACKET,
+        points=segments.alpha,
+    )
     lower, _, segment, fraction = found.worst()
     place = segments.place(segment, fraction)
     upper, (roll, pitch) = least_singular_value_within(place.alpha, tilt, vehicle)
@@ -321,5 +413,10 @@ def _spread(segments: Segments, count: int) -> list[GaitPoint]:
         return [segments.place(0)][:count]
     at = np.arange(count) * (float(size.sum()) / max(count, 1))
     segment = np.minimum(np.searchsorted(before, at, side="right") - 1, len(size) - 1)
-    fraction = np.minimum((at - before[segment]) / np.maximum(size[segment], 1e-300), 1.0)
-    return [segments.place(*one) for one in zip(segment.tolist(), fraction.tolist(), strict=True)]
+    fraction = np.minimum(
+        (at - before[segment]) / np.maximum(size[segment], 1e-300), 1.0
+    )
+    return [
+        segments.place(*one)
+        for one in zip(segment.tolist(), fraction.tolist(), strict=True)
+    ]

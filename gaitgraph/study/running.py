@@ -35,10 +35,25 @@ from typing import TYPE_CHECKING, Any
 from gaitgraph import __version__
 from gaitgraph.angles import whole_number
 from gaitgraph.certificates.making import certify
-from gaitgraph.errors import FileProblem, GaitgraphError, Infeasible, InputError, OutputExists, needs_extra, shown
+from gaitgraph.errors import (
+    FileProblem,
+    GaitgraphError,
+    Infeasible,
+    InputError,
+    OutputExists,
+    needs_extra,
+    shown,
+)
 from gaitgraph.files import remove_leftovers, text_of, write_whole
 from gaitgraph.flight.simulation import fly
-from gaitgraph.study.design import FLIGHT, Case, Study, columns_of, read_study, study_from_mapping
+from gaitgraph.study.design import (
+    FLIGHT,
+    Case,
+    Study,
+    columns_of,
+    read_study,
+    study_from_mapping,
+)
 from gaitgraph.validation.validating import CERTIFICATE
 
 if TYPE_CHECKING:
@@ -86,16 +101,33 @@ class StudyRun:
             "flown": self.flown,
             "kept": len(self.study) - self.flown,
             **{name.replace(" ", "_"): self.outcomes[name] for name in OUTCOMES},
-            "reasons": [dict(zip(("outcome", "reason", "cases"), one, strict=True)) for one in self.reasons],
+            "reasons": [
+                dict(zip(("outcome", "reason", "cases"), one, strict=True))
+                for one in self.reasons
+            ],
             "summary": str(self.folder / "summary.html"),
         }
 
     def __str__(self) -> str:
         count, kept = len(self.study), len(self.study) - self.flown
-        lines = [f"Study {self.study.name}: {count} case{'s' * (count != 1)}" + f", {kept} of them kept" * (kept > 0)]
-        lines += [f"  {name:<12} {self.outcomes[name]}" for name in OUTCOMES if self.outcomes[name]]
-        lines += [f"  {count} × {outcome}: {why}" for outcome, why, count in self.reasons[:5]]
-        return "\n".join([*lines, f"rows in {self.folder / 'rows'}, summary in {self.folder / 'summary.html'}"])
+        lines = [
+            f"Study {self.study.name}: {count} case{'s' * (count != 1)}"
+            + f", {kept} of them kept" * (kept > 0)
+        ]
+        lines += [
+            f"  {name:<12} {self.outcomes[name]}"
+            for name in OUTCOMES
+            if self.outcomes[name]
+        ]
+        lines += [
+            f"  {count} × {outcome}: {why}" for outcome, why, count in self.reasons[:5]
+        ]
+        return "\n".join(
+            [
+                *lines,
+                f"rows in {self.folder / 'rows'}, summary in {self.folder / 'summary.html'}",
+            ]
+        )
 
 
 def run_study(
@@ -146,9 +178,13 @@ def run_study(
     (1, 1)
     """
     if not isinstance(study, Study):
-        study = study_from_mapping(study) if isinstance(study, dict) else read_study(study)
+        study = (
+            study_from_mapping(study) if isinstance(study, dict) else read_study(study)
+        )
     if scheduler is not None and workers is not None:
-        raise InputError(f"--workers cannot be combined with --scheduler, got {shown(workers)}")
+        raise InputError(
+            f"--workers cannot be combined with --scheduler, got {shown(workers)}"
+        )
     if workers is None:
         workers = 1
         with suppress(ImportError):  # reported when workers start
@@ -158,19 +194,33 @@ def run_study(
     whole_number("--workers", workers, 0, _MOST_WORKERS)
     seconds = study.seconds / max(workers, 1)
     if not yes and (len(study) > _FREE_CASES or seconds > _FREE_SECONDS):
-        takes, free = timedelta(seconds=round(seconds)), timedelta(seconds=_FREE_SECONDS)
-        where = "on one worker" if scheduler is not None else f"with --workers {workers}"
-        asked = f"study {study.name!r} has {len(study):,} flights, about {takes} {where}"
-        raise InputError(f"{asked}; to fly more than {_FREE_CASES:,} or for more than {free}, add --yes (yes=True)")
+        takes, free = (
+            timedelta(seconds=round(seconds)),
+            timedelta(seconds=_FREE_SECONDS),
+        )
+        where = (
+            "on one worker" if scheduler is not None else f"with --workers {workers}"
+        )
+        asked = (
+            f"study {study.name!r} has {len(study):,} flights, about {takes} {where}"
+        )
+        raise InputError(
+            f"{asked}; to fly more than {_FREE_CASES:,} or for more than {free}, add --yes (yes=True)"
+        )
     try:
         from pyarrow.dataset import dataset
     except ImportError as error:
         raise needs_extra("pyarrow", "a study", "study") from error
     here, folder, say = versions(), Path(output), progress or (lambda _: None)
-    parts = {folder / "rows" / f"part-{k:05d}.parquet": numbers for k, numbers in enumerate(study.batches)}
+    parts = {
+        folder / "rows" / f"part-{k:05d}.parquet": numbers
+        for k, numbers in enumerate(study.batches)
+    }
     with ExitStack() as stack:
         client = None
-        if scheduler is not None:  # before the folder, so that a wrong address leaves none
+        if (
+            scheduler is not None
+        ):  # before the folder, so that a wrong address leaves none
             say("connecting to the scheduler")
             client = stack.enter_context(_client(0, scheduler))
         stack.enter_context(_opened(folder, study, here))
@@ -180,17 +230,31 @@ def run_study(
             client = stack.enter_context(_client(min(workers, len(missing)), None))
         todo, flown, start = sum(map(len, missing.values())), 0, monotonic()
         say(f"{len(study) - todo} of {len(study)} cases")
-        flown_here = ((path, flown_batch(numbers, study, here)) for path, numbers in missing.items())
-        for path, rows in flown_here if client is None else _flown_on_dask(client, study, missing, here):
+        flown_here = (
+            (path, flown_batch(numbers, study, here))
+            for path, numbers in missing.items()
+        )
+        for path, rows in (
+            flown_here
+            if client is None
+            else _flown_on_dask(client, study, missing, here)
+        ):
             write_whole([(path, _content_of(rows, study, here))], force=False)
             flown += len(rows)
-            left = timedelta(seconds=round((monotonic() - start) * (todo - flown) / flown))
-            say(f"{len(study) - todo + flown} of {len(study)} cases" + f", about {left} left" * (flown < todo))
+            left = timedelta(
+                seconds=round((monotonic() - start) * (todo - flown) / flown)
+            )
+            say(
+                f"{len(study) - todo + flown} of {len(study)} cases"
+                + f", about {left} left" * (flown < todo)
+            )
         say("writing the summary")
         try:
             table = dataset(list(parts), format="parquet").to_table()
         except OSError as error:
-            raise FileProblem(f"a part was removed while the study ran; run it again ({error})") from error
+            raise FileProblem(
+                f"a part was removed while the study ran; run it again ({error})"
+            ) from error
         return _summarised(study, folder, table, flown)
 
 
@@ -200,14 +264,23 @@ def _summarised(study: Study, folder: Path, table: Any, flown: int) -> StudyRun:
     written = {folder / "summary.html": _page_of(study, table, reasons)}
     # The certificate of each gait for each vehicle, with the first of the constants that vary.
     for number, (model, source) in enumerate(product(study.models, study.sources)):
-        name = re.sub(r"[^\w-]+", "_", f"{number}_{source.name}_{model.base.name}")[:100]
+        name = re.sub(r"[^\w-]+", "_", f"{number}_{source.name}_{model.base.name}")[
+            :100
+        ]
         with suppress(GaitgraphError):  # the rows have the reason
             text = certify(source.gait(model.base)).text()
             written[folder / "certificates" / f"{name}{CERTIFICATE}"] = text
             (folder / "certificates").mkdir(exist_ok=True)
     write_whole([(path, text.encode()) for path, text in written.items()], force=True)
     outcomes = {**dict.fromkeys(OUTCOMES, 0), **Counter(table["outcome"].to_pylist())}
-    return StudyRun(study=study, folder=folder, outcomes=outcomes, reasons=reasons, flown=flown, table=table)
+    return StudyRun(
+        study=study,
+        folder=folder,
+        outcomes=outcomes,
+        reasons=reasons,
+        flown=flown,
+        table=table,
+    )
 
 
 @contextmanager
@@ -232,13 +305,23 @@ def _opened(folder: Path, study: Study, here: Mapping[str, str]) -> Iterator[Non
             if folder.exists() and any(folder.iterdir()):
                 raise OutputExists(f"{wanted} with files")
             folder.mkdir(exist_ok=True)
-            text = json.dumps(about, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+            text = (
+                json.dumps(about, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+            )
             write_whole([(manifest, text.encode())], force=False)
         found = dict(json.loads(text_of(manifest, "study")))
-        if differing := [name for name, value in about.items() if found.get(name) != value]:
-            raise OutputExists(f"{wanted}, whose study.json has another {', '.join(differing)}")
+        if differing := [
+            name for name, value in about.items() if found.get(name) != value
+        ]:
+            raise OutputExists(
+                f"{wanted}, whose study.json has another {', '.join(differing)}"
+            )
         stream = manifest.open("rb")
-    except (OSError, TypeError, ValueError) as error:  # a name with a null character is a ValueError
+    except (
+        OSError,
+        TypeError,
+        ValueError,
+    ) as error:  # a name with a null character is a ValueError
         if isinstance(error, GaitgraphError):
             raise
         raise FileProblem(f"{wanted}: {error}") from error
@@ -249,7 +332,9 @@ def _opened(folder: Path, study: Study, here: Mapping[str, str]) -> Iterator[Non
 
                 fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError as error:
-            raise OutputExists(f"another process writes to {str(folder)!r}; run one at a time") from error
+            raise OutputExists(
+                f"another process writes to {str(folder)!r}; run one at a time"
+            ) from error
         rows.mkdir(exist_ok=True)
         remove_leftovers(rows)
         yield
@@ -266,10 +351,16 @@ def _content_of(rows: Sequence[Row], study: Study, here: Mapping[str, str]) -> b
     for name, unit in columns_of(study).items():
         is_type = unit in ("int64", "string", "bool")
         kind = pa.type_for_alias(unit if is_type else "double")
-        fields.append(pa.field(name, kind, name != "case", None if is_type else {"unit": unit}))
-    schema = pa.schema(fields, metadata={"gaitgraph": json.dumps(about, allow_nan=False)})
+        fields.append(
+            pa.field(name, kind, name != "case", None if is_type else {"unit": unit})
+        )
+    schema = pa.schema(
+        fields, metadata={"gaitgraph": json.dumps(about, allow_nan=False)}
+    )
     stream = io.BytesIO()
-    pa.parquet.write_table(pa.Table.from_pylist(rows, schema=schema), stream, write_page_checksum=True)
+    pa.parquet.write_table(
+        pa.Table.from_pylist(rows, schema=schema), stream, write_page_checksum=True
+    )
     return stream.getvalue()
 
 
@@ -280,18 +371,35 @@ def _missing(parts: Mapping[Path, range], study: Study) -> dict[Path, range]:
 
     missing = dict(parts)
     for path in sorted(next(iter(parts)).parent.iterdir()):
-        if path.name.startswith("."):  # of a file manager; readers of datasets ignore it too
+        if path.name.startswith(
+            "."
+        ):  # of a file manager; readers of datasets ignore it too
             continue
         try:
-            table = pa.parquet.read_table(path, page_checksum_verification=True, partitioning=None)
-            found = json.loads(table.schema.metadata[b"gaitgraph"])["fingerprint"], table["case"].to_pylist()
+            table = pa.parquet.read_table(
+                path, page_checksum_verification=True, partitioning=None
+            )
+            found = (
+                json.loads(table.schema.metadata[b"gaitgraph"])["fingerprint"],
+                table["case"].to_pylist(),
+            )
             if found == (study.fingerprint, list(missing.pop(path))):
                 continue
             reason = "it is of another study or has other cases"
-        except (pa.ArrowException, KeyError, MemoryError, OSError, OverflowError, TypeError, ValueError) as error:
+        except (
+            pa.ArrowException,
+            KeyError,
+            MemoryError,
+            OSError,
+            OverflowError,
+            TypeError,
+            ValueError,
+        ) as error:
             reason = shown(f"{type(error).__name__}: {error}")
         remedy = "move or delete it, then run the same command again"
-        raise OutputExists(f"{str(path)!r} is not a complete part of this study ({reason}); {remedy}")
+        raise OutputExists(
+            f"{str(path)!r} is not a complete part of this study ({reason}); {remedy}"
+        )
     return missing
 
 
@@ -303,12 +411,16 @@ def versions() -> dict[str, str]:
         raise needs_extra("mujoco", "a study", "study") from error
 
 
-def flown_batch(numbers: Sequence[int], study: Study, expected: Mapping[str, str]) -> list[Row]:
+def flown_batch(
+    numbers: Sequence[int], study: Study, expected: Mapping[str, str]
+) -> list[Row]:
     """Return the rows of some cases of a study; workers run this. InputError if they have other versions."""
     here = versions()
     for name, wanted in expected.items():
         if here.get(name) != wanted:
-            raise InputError(f"workers must have {name} {wanted}, as this process has, got {here.get(name)}")
+            raise InputError(
+                f"workers must have {name} {wanted}, as this process has, got {here.get(name)}"
+            )
     gaits: dict[str, Gait | GaitgraphError] = {}
     return [row_of(study.case(number), study, gaits) for number in numbers]
 
@@ -330,17 +442,38 @@ def row_of(case: Case, study: Study, gaits: dict[str, Gait | GaitgraphError]) ->
         moved = gait if case.eta == 1 else gait.biased(case.eta)
         timed = moved.parametrize(case.period, law=case.source.law)
         report = timed.check()
-        row |= {name: getattr(report, name) for name in ("valid", "flyable", "reachable_from_hover")}
+        row |= {
+            name: getattr(report, name)
+            for name in ("valid", "flyable", "reachable_from_hover")
+        }
         row["gait_singular_value"] = report["least_singular_value"].value
         row["gait_tilt_rate"] = report["tilt_rate"].value
-        flight = fly(timed, attitude=(case.roll, case.pitch), settings=study.flight, anyway=study.anyway)
+        flight = fly(
+            timed,
+            attitude=(case.roll, case.pitch),
+            settings=study.flight,
+            anyway=study.anyway,
+        )
         values = flight.as_mapping()
-        row |= {name: values[name] if math.isfinite(values[name] or 0.0) else None for name in FLIGHT}
-        outcome = "settled" if flight.settled else "refused" if flight.refused else "not settled"
+        row |= {
+            name: values[name] if math.isfinite(values[name] or 0.0) else None
+            for name in FLIGHT
+        }
+        outcome = (
+            "settled"
+            if flight.settled
+            else "refused"
+            if flight.refused
+            else "not settled"
+        )
         reason = flight.reason
     except Exception as error:  # an error of one case does not end the study
         outcome = "no gait" if isinstance(error, Infeasible) else "failed"
-        reason = str(error) if isinstance(error, GaitgraphError) else f"{type(error).__name__}: {error}"
+        reason = (
+            str(error)
+            if isinstance(error, GaitgraphError)
+            else f"{type(error).__name__}: {error}"
+        )
     return row | {"outcome": outcome, "reason": " ".join(reason.split())}
 
 
@@ -353,19 +486,29 @@ def _client(workers: int, scheduler: str | None) -> Iterator[Any]:
         from distributed.comm import connect
         from distributed.security import Security
     except ImportError as error:
-        raise needs_extra("distributed", "a study on several processes", "study") from error
+        raise needs_extra(
+            "distributed", "a study on several processes", "study"
+        ) from error
     with ExitStack() as stack:
-        for logger in map(logging.getLogger, ("distributed", "tornado", "asyncio")):  # errors are reported below
+        for logger in map(
+            logging.getLogger, ("distributed", "tornado", "asyncio")
+        ):  # errors are reported below
             stack.callback(logger.setLevel, logger.level)
             logger.setLevel(logging.CRITICAL + 1)
         try:
             if scheduler is not None:
                 # A client would wait forever for a server that accepts the connection but does not answer.
                 security = Security().get_connection_args("client")
-                hello = asyncio.wait_for(connect(scheduler, timeout=_PATIENCE, **security), _PATIENCE)
-                with ThreadPoolExecutor(1) as pool:  # this thread may have an event loop
+                hello = asyncio.wait_for(
+                    connect(scheduler, timeout=_PATIENCE, **security), _PATIENCE
+                )
+                with ThreadPoolExecutor(
+                    1
+                ) as pool:  # this thread may have an event loop
                     pool.submit(asyncio.run, hello).result()
-                client = stack.enter_context(Client(scheduler, timeout=_PATIENCE, set_as_default=False))
+                client = stack.enter_context(
+                    Client(scheduler, timeout=_PATIENCE, set_as_default=False)
+                )
                 client.wait_for_workers(1, timeout=_EMPTY)
             else:
                 cluster = LocalCluster(
@@ -373,18 +516,26 @@ def _client(workers: int, scheduler: str | None) -> Iterator[Any]:
                     threads_per_worker=1,
                     memory_limit=0,
                     preload=[_NO_INTERRUPTS],
-                    env={"MUJOCO_GL": "disable"},  # otherwise mujoco looks for a display in a new process
+                    env={
+                        "MUJOCO_GL": "disable"
+                    },  # otherwise mujoco looks for a display in a new process
                     security=True,
                     silence_logs=logging.CRITICAL + 1,
                     dashboard_address="127.0.0.1:0",
                     scheduler_kwargs={"dashboard": False, "allowed_failures": _DEATHS},
                 )
-                client = stack.enter_context(Client(stack.enter_context(cluster), set_as_default=False))
+                client = stack.enter_context(
+                    Client(stack.enter_context(cluster), set_as_default=False)
+                )
         except Exception as error:  # Dask raises different errors for a bad address, a silent host, a dead worker
             if scheduler is None:
-                raise InputError(f"workers did not start ({_line(error)}); --workers 0 flies without them") from error
+                raise InputError(
+                    f"workers did not start ({_line(error)}); --workers 0 flies without them"
+                ) from error
             wanted = "--scheduler must be the address of a running Dask scheduler with workers"
-            raise InputError(f"{wanted}, got {shown(scheduler)} ({_line(error)})") from error
+            raise InputError(
+                f"{wanted}, got {shown(scheduler)} ({_line(error)})"
+            ) from error
         yield client
 
 
@@ -409,9 +560,14 @@ def _flown_on_dask(
             return None
         except GaitgraphError:
             raise
-        except (Exception, CancelledError) as error:  # of any kind: pickled in the worker, or made by Dask
+        except (
+            Exception,
+            CancelledError,
+        ) as error:  # of any kind: pickled in the worker, or made by Dask
             needs = "workers need the same gaitgraph, with its extra study"
-            raise InputError(f"a worker cannot run the study ({_line(error)}); {needs}") from error
+            raise InputError(
+                f"a worker cannot run the study ({_line(error)}); {needs}"
+            ) from error
 
     path_of = {submitted(numbers): path for path, numbers in missing.items()}
     lost = []
@@ -424,14 +580,22 @@ def _flown_on_dask(
     died = {"outcome": "failed", "reason": "each worker that flew this case alone died"}
     for path in sorted(lost):
         alone = [(number, rows_of(submitted([number]))) for number in missing[path]]
-        yield path, [rows[0] if rows else study.case(number).known() | died for number, rows in alone]
+        yield (
+            path,
+            [
+                rows[0] if rows else study.case(number).known() | died
+                for number, rows in alone
+            ],
+        )
 
 
 def _line(error: BaseException) -> str:
     return shown(f"{type(error).__name__}: {error}")[1:-1]
 
 
-_MOST_LINES = 20  # of a table; quantities with more values, as drawn ones, have no table
+_MOST_LINES = (
+    20  # of a table; quantities with more values, as drawn ones, have no table
+)
 _PAGE = """<!DOCTYPE html>
 <html lang="en">
 <head><meta charset="utf-8"><title>{name}</title></head>
@@ -449,11 +613,15 @@ def _reasons_of(table: Any) -> tuple[tuple[str, str, int], ...]:
     Reasons that differ in numbers only count as one, in the words of the first case.
     """
     found: dict[tuple[str, str], list[str]] = {}
-    for outcome, reason in zip(table["outcome"].to_pylist(), table["reason"].to_pylist(), strict=True):
+    for outcome, reason in zip(
+        table["outcome"].to_pylist(), table["reason"].to_pylist(), strict=True
+    ):
         if outcome != "settled":
             key = outcome, re.sub(r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?", "#", reason)
             found.setdefault(key, []).append(reason)
-    order = sorted(found.items(), key=lambda item: -len(item[1]))  # ties stay in the order of the cases
+    order = sorted(
+        found.items(), key=lambda item: -len(item[1])
+    )  # ties stay in the order of the cases
     return tuple((outcome, reasons[0], len(reasons)) for (outcome, _), reasons in order)
 
 
@@ -462,25 +630,50 @@ def _page_of(study: Study, table: Any, reasons: Sequence[tuple[str, str, int]]) 
     columns = columns_of(study)
     quantities = list(columns)[1 : list(columns).index("roll")]
     outcomes = table["outcome"].to_pylist()
-    how = "every combination" if study.count is None else f"a random sample, seed {study.seed}"
+    how = (
+        "every combination"
+        if study.count is None
+        else f"a random sample, seed {study.seed}"
+    )
     body = [f"<p>{len(study)} cases, {how}; study {study.fingerprint[:12]}</p>"]
     # A line for each value that a quantity takes, and one for all cases.
     lines = [("all cases", Counter(outcomes))]
     for name in quantities:
         count = Counter(zip(table[name].to_pylist(), outcomes, strict=True))
-        levels = [value for value in dict.fromkeys(value for value, _ in count) if value is not None]
+        levels = [
+            value
+            for value in dict.fromkeys(value for value, _ in count)
+            if value is not None
+        ]
         unit = f" {columns[name]}" * (columns[name] not in ("string", "1"))
         for value in levels if 1 < len(levels) <= _MOST_LINES else ():
-            text = value if isinstance(value, str) else f"{name.replace('_', ' ')} {value:.6g}{unit}"
-            lines.append((text, Counter({outcome: count[value, outcome] for outcome in OUTCOMES})))
-    counts = [[text, *map(str, (found.total(), *(found[name] for name in OUTCOMES)))] for text, found in lines]
+            text = (
+                value
+                if isinstance(value, str)
+                else f"{name.replace('_', ' ')} {value:.6g}{unit}"
+            )
+            lines.append(
+                (
+                    text,
+                    Counter({outcome: count[value, outcome] for outcome in OUTCOMES}),
+                )
+            )
+    counts = [
+        [text, *map(str, (found.total(), *(found[name] for name in OUTCOMES)))]
+        for text, found in lines
+    ]
     body.append(_html_table(["", "cases", *OUTCOMES], counts))
     if reasons:
         of_each = [[str(count), outcome, reason] for outcome, reason, count in reasons]
-        body.append(_html_table(["cases", "outcome", "reason, as in the first"], of_each))
+        body.append(
+            _html_table(["cases", "outcome", "reason, as in the first"], of_each)
+        )
     return _PAGE.format(name=escape(study.name), body="\n".join(body))
 
 
 def _html_table(head: Sequence[str], lines: Sequence[Sequence[str]]) -> str:
-    rows = [f"<tr>{''.join(f'<td>{escape(cell)}</td>' for cell in line)}</tr>" for line in (head, *lines)]
+    rows = [
+        f"<tr>{''.join(f'<td>{escape(cell)}</td>' for cell in line)}</tr>"
+        for line in (head, *lines)
+    ]
     return f'<table cellpadding="4">{"".join(rows)}</table>'

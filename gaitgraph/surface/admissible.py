@@ -36,7 +36,15 @@ from gaitgraph.surface.region import (
     square_without,
     zones_region,
 )
-from gaitgraph.surface.sheets import COLORS, RAISED, SIGNS, Color, Sign, red_label, sheet_angles
+from gaitgraph.surface.sheets import (
+    COLORS,
+    RAISED,
+    SIGNS,
+    Color,
+    Sign,
+    red_label,
+    sheet_angles,
+)
 from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
 
 if TYPE_CHECKING:
@@ -49,7 +57,9 @@ if TYPE_CHECKING:
 Use = Literal["valid", "flyable"]
 
 _EPSILON = float(np.finfo(float).eps)
-_OPEN_MARGIN = 1e-9  # how far inside an open condition its straight border is drawn [rad]
+_OPEN_MARGIN = (
+    1e-9  # how far inside an open condition its straight border is drawn [rad]
+)
 _SEPARATING = 1e-6  # a floor that keeps polygons off R = 0 beyond rounding
 # Nearer to a limit than this the checks of a gait cannot decide along segments, and count it as beyond the limit.
 _DECIDED = 1.5e-6  # singular values; see invertibility.segment_bounds
@@ -79,12 +89,18 @@ def sign_region(
     0.0
     """
     (wanted,), accuracy = _checked_signs(color, sign), checked_accuracy(accuracy)
-    vehicle, least = vehicle_named(vehicle), 0.0 if least is None else checked_number("least", least)
+    vehicle, least = (
+        vehicle_named(vehicle),
+        0.0 if least is None else checked_number("least", least),
+    )
     tolerance, half = chord_tolerance(accuracy), accuracy / 2
     if color == "blue" and vehicle.rotor_height:
         return _none_on_blue(vehicle, accuracy)
     if color == "red":
-        judged, margin = matrices.coefficients_of(vehicle, "exact"), accuracy if least else _OPEN_MARGIN
+        judged, margin = (
+            matrices.coefficients_of(vehicle, "exact"),
+            accuracy if least else _OPEN_MARGIN,
+        )
     else:
         judged, margin = matrices.coefficients_of(vehicle, coefficients), _OPEN_MARGIN
         least = least or matrices.noise_of(judged)
@@ -92,23 +108,47 @@ def sign_region(
     # Each of two lines turns the sign of R: on red a factor vanishes there, on blue α3 or α4 is wrapped by π.
     kappa, raised = vehicle.signed_drag_ratio, vehicle.height_ratio
     if color == "red":
-        border, negative = judged.delta - spin * HALF_PI, borders.bracket_negative(kappa, tolerance)
-        beyond = {spin: square_without(negative, half), -spin: offset_both(negative, half)[::-1]}
+        border, negative = (
+            judged.delta - spin * HALF_PI,
+            borders.bracket_negative(kappa, tolerance),
+        )
+        beyond = {
+            spin: square_without(negative, half),
+            -spin: offset_both(negative, half)[::-1],
+        }
     else:
         border = 2 * judged.delta - spin * HALF_PI
-        beyond = {t: square_without(borders.blue_determinant_below(least, t, judged, tolerance), half) for t in (1, -1)}
-    cells = [(a * b, _cell(border, a, b, margin)) for a, b in product((1, -1), repeat=2)]
+        beyond = {
+            t: square_without(
+                borders.blue_determinant_below(least, t, judged, tolerance), half
+            )
+            for t in (1, -1)
+        }
+    cells = [
+        (a * b, _cell(border, a, b, margin)) for a, b in product((1, -1), repeat=2)
+    ]
     if raised:  # a curve instead of both lines
         curved = borders.raised_negative(borders.roll_block(kappa, raised), tolerance)
-        cells = [(1, square_without(curved, half)), (-1, offset_both(curved, half)[::-1])]
-    pair = _union([shapely.intersection(cell, beyond[turned * wanted]) for turned, cell in cells])
+        cells = [
+            (1, square_without(curved, half)),
+            (-1, offset_both(curved, half)[::-1]),
+        ]
+    pair = _union(
+        [shapely.intersection(cell, beyond[turned * wanted]) for turned, cell in cells]
+    )
     if color == "red":
         # The bracket vanishes in two corners of the square too.
         for x in (HALF_PI, -HALF_PI):
-            pair[0] = pair[0].difference(rectangle(x - half, -x - half, x + half, -x + half))
+            pair[0] = pair[0].difference(
+                rectangle(x - half, -x - half, x + half, -x + half)
+            )
         if least and _determinant_falls_below(least, wanted, pair[0], judged):
-            pair = square_without(borders.determinant_below(least, wanted, kappa, raised, tolerance), half)
-    return region_of(pair, accuracy, _determinant_condition([wanted], least, color, judged))
+            pair = square_without(
+                borders.determinant_below(least, wanted, kappa, raised, tolerance), half
+            )
+    return region_of(
+        pair, accuracy, _determinant_condition([wanted], least, color, judged)
+    )
 
 
 def _none_on_blue(vehicle: Vehicle, accuracy: float) -> Region:
@@ -116,8 +156,15 @@ def _none_on_blue(vehicle: Vehicle, accuracy: float) -> Region:
     name = "an invertible decoupling matrix"
     reason = "on blue the decoupling matrix is singular in exact physics: use red"
     if height := vehicle.rotor_height:
-        name, reason = "a vertical zero-moment direction", f"blue is no gait surface {RAISED} {height:g} m"
-    return region_of(_NOWHERE, accuracy, Condition(name=name, broken_at=lambda _first, _second: reason))
+        name, reason = (
+            "a vertical zero-moment direction",
+            f"blue is no gait surface {RAISED} {height:g} m",
+        )
+    return region_of(
+        _NOWHERE,
+        accuracy,
+        Condition(name=name, broken_at=lambda _first, _second: reason),
+    )
 
 
 def _cell(border: float, first: int, second: int, margin: float) -> Pair:
@@ -135,14 +182,20 @@ def _checked_signs(color: object, sign: object) -> list[int]:
     checked_choice("color", color, COLORS)
     if sign is not None:
         checked_choice("sign", sign, SIGNS)
-    return [number for name, number in (("positive", 1), ("negative", -1)) if sign in (None, name)]
+    return [
+        number
+        for name, number in (("positive", 1), ("negative", -1))
+        if sign in (None, name)
+    ]
 
 
 def _union(pairs: Sequence[Any]) -> Pair:
     return np.asarray(shapely.union_all(np.array(pairs, dtype=object), axis=0))
 
 
-def _determinant_falls_below(least: float, sign: int, shape: BaseGeometry, exact: Coefficients) -> bool:
+def _determinant_falls_below(
+    least: float, sign: int, shape: BaseGeometry, exact: Coefficients
+) -> bool:
     """Return whether |R| may be below a value in polygons on which R has one sign.
 
     |R| is least on a border: R is a product of P = cos β1·cos β2 and D, with ΔP = −2P and ΔD = −2D. Where its gradient
@@ -154,23 +207,40 @@ def _determinant_falls_below(least: float, sign: int, shape: BaseGeometry, exact
     corners, ring = shapely.get_coordinates(rings, return_index=True)
     follows = ring[1:] == ring[:-1]
     ends = corners[:, [0, 1, 0, 1]]
-    found = least_level_determinant(ends[:-1][follows], ends[1:][follows], exact, sign=sign, tolerance=0.0, floor=least)
+    found = least_level_determinant(
+        ends[:-1][follows],
+        ends[1:][follows],
+        exact,
+        sign=sign,
+        tolerance=0.0,
+        floor=least,
+    )
     return bool(found.lower.min() < least)
 
 
-def _determinant_condition(signs: list[int], least: float, color: Color, coefficients: Coefficients) -> Condition:
+def _determinant_condition(
+    signs: list[int], least: float, color: Color, coefficients: Coefficients
+) -> Condition:
     """Return the condition that R on a sheet has one of some signs, and |R| is at least `least`."""
     symbols = {1: "≥", -1: "≤"} if least > 0 else {1: ">", -1: "<"}
-    limits = [f"{symbols[sign]} {sign * least if least > 0 else 0:.2g}" for sign in signs]
+    limits = [
+        f"{symbols[sign]} {sign * least if least > 0 else 0:.2g}" for sign in signs
+    ]
 
     def broken_at(alpha1: float, alpha2: float) -> str | None:
         third, fourth = sheet_angles(color, alpha1, alpha2, coefficients)
-        value = float(matrices.level_determinant([alpha1, alpha2, float(third), float(fourth)], coefficients))
+        value = float(
+            matrices.level_determinant(
+                [alpha1, alpha2, float(third), float(fourth)], coefficients
+            )
+        )
         if value != 0 and any(sign * value >= least for sign in signs):
             return None
         return f"R at level attitude must be {' or '.join(limits)}, got {value:.4g}"
 
-    return Condition(name=" or ".join(f"R {limit}" for limit in limits), broken_at=broken_at)
+    return Condition(
+        name=" or ".join(f"R {limit}" for limit in limits), broken_at=broken_at
+    )
 
 
 def certain_determinant(coefficients: Coefficients) -> float:
@@ -184,7 +254,11 @@ def certain_determinant(coefficients: Coefficients) -> float:
     _, single, double, triple = coefficients.digit_errors
     derived = coefficients.sheet_error
     turned = 2 * math.sqrt(1.5) * size * derived + 8 * size * derived**2
-    return 2 * (2 * single + double + 2 * triple) + turned + 41 * _EPSILON * float(np.abs(form).sum())
+    return (
+        2 * (2 * single + double + 2 * triple)
+        + turned
+        + 41 * _EPSILON * float(np.abs(form).sum())
+    )
 
 
 def hover_region(vehicle: VehicleLike = PAPER) -> Region:
@@ -203,11 +277,25 @@ def hover_region(vehicle: VehicleLike = PAPER) -> Region:
             return None
         return f"hover thrusts must be > 0, got {shares[0]:.3g} (rotors 1 and 3) and {shares[1]:.3g} (2 and 4) of m·g"
 
-    pair = _union([_cell(math.atan(body.signed_drag_ratio), side, side, _OPEN_MARGIN) for side in (1, -1)])
-    return region_of(pair, _OPEN_MARGIN, Condition(name="hover thrusts > 0", broken_at=broken_at))
+    pair = _union(
+        [
+            _cell(math.atan(body.signed_drag_ratio), side, side, _OPEN_MARGIN)
+            for side in (1, -1)
+        ]
+    )
+    return region_of(
+        pair, _OPEN_MARGIN, Condition(name="hover thrusts > 0", broken_at=broken_at)
+    )
 
 
-def _bound(name: str, sign: str, limit: float, value: Callable[..., Any], unit: str = "", what: str = "") -> Condition:
+def _bound(
+    name: str,
+    sign: str,
+    limit: float,
+    value: Callable[..., Any],
+    unit: str = "",
+    what: str = "",
+) -> Condition:
     """Return the condition that a value at (α1, α2) is at least ("≥") or at most ("≤") a limit.
 
     `name` is that of the condition, `what` that of the value where it differs.
@@ -216,13 +304,21 @@ def _bound(name: str, sign: str, limit: float, value: Callable[..., Any], unit: 
     def broken_at(alpha1: float, alpha2: float) -> str | None:
         found = float(value(alpha1, alpha2))
         good = found == limit or (found > limit) == (sign == "≥")
-        return None if good else f"{what or name} must be {sign} {limit:.3g}{unit}, got {found:.3g}{unit}"
+        return (
+            None
+            if good
+            else f"{what or name} must be {sign} {limit:.3g}{unit}, got {found:.3g}{unit}"
+        )
 
     return Condition(name=f"{name} {sign} {limit:.3g}{unit}", broken_at=broken_at)
 
 
 def thrust_region(
-    share: float | None, vehicle: VehicleLike = PAPER, *, least: float = 0.0, accuracy: float = DEFAULT_ACCURACY
+    share: float | None,
+    vehicle: VehicleLike = PAPER,
+    *,
+    least: float = 0.0,
+    accuracy: float = DEFAULT_ACCURACY,
 ) -> Region:
     """Return where each hover thrust is positive, at most `share` and at least `least` of the weight.
 
@@ -244,26 +340,38 @@ def thrust_region(
 
 
 @lru_cache(maxsize=32)
-def _thrust_limit(share: float, vehicle: Vehicle, accuracy: float, *, largest: bool) -> Region:
+def _thrust_limit(
+    share: float, vehicle: Vehicle, accuracy: float, *, largest: bool
+) -> Region:
     """Return where hover thrusts are positive and the largest is at most a share, or the least at least a share."""
 
     def value(alpha1: float, alpha2: float) -> Any:
         shares = matrices.hover_thrust_shares([alpha1, alpha2, alpha1, alpha2], vehicle)
         return shares.max() if largest else shares.min()
 
-    above = borders.thrust_above(share, vehicle.signed_drag_ratio, chord_tolerance(accuracy))
+    above = borders.thrust_above(
+        share, vehicle.signed_drag_ratio, chord_tolerance(accuracy)
+    )
     if largest:
         pair = square_without(above.union(borders.mirrored(above)), accuracy / 2)
     else:
         pair = offset_both(above, accuracy / 2)[::-1]
-        pair = np.asarray(shapely.intersection(pair, [borders.mirrored(shape) for shape in pair]))
+        pair = np.asarray(
+            shapely.intersection(pair, [borders.mirrored(shape) for shape in pair])
+        )
     word, symbol = ("largest", "≤") if largest else ("least", "≥")
-    limit = _bound("hover thrusts", symbol, share, value, " of m·g", f"{word} hover thrust")
+    limit = _bound(
+        "hover thrusts", symbol, share, value, " of m·g", f"{word} hover thrust"
+    )
     return region_of(pair, accuracy, limit)
 
 
 def singular_value_region(
-    floor: float, vehicle: VehicleLike = PAPER, *, block: float | None = None, accuracy: float = DEFAULT_ACCURACY
+    floor: float,
+    vehicle: VehicleLike = PAPER,
+    *,
+    block: float | None = None,
+    accuracy: float = DEFAULT_ACCURACY,
 ) -> Region:
     """Return where the least singular value of the scaled decoupling matrix, level, is at least a floor on red.
 
@@ -276,28 +384,50 @@ def singular_value_region(
     floor, accuracy = checked_number("floor", floor), checked_accuracy(accuracy)
     vehicle = vehicle_named(vehicle)
     ratios = vehicle.signed_drag_ratio, vehicle.height_ratio
-    inner = _singular_value_polygon(floor, floor if block is None else block, *ratios, accuracy, inside=True)
+    inner = _singular_value_polygon(
+        floor, floor if block is None else block, *ratios, accuracy, inside=True
+    )
     outer = _singular_value_polygon(floor, floor, *ratios, accuracy, inside=False)
-    limit = _bound("least singular value", "≥", floor, partial(matrices.least_singular_value_on_red, vehicle=vehicle))
+    limit = _bound(
+        "least singular value",
+        "≥",
+        floor,
+        partial(matrices.least_singular_value_on_red, vehicle=vehicle),
+    )
     return region_of([inner, outer], accuracy, limit)
 
 
 @lru_cache(maxsize=64)
 def _singular_value_polygon(
-    floor: float, block: float, kappa: float, raised: float, accuracy: float, *, inside: bool
+    floor: float,
+    block: float,
+    kappa: float,
+    raised: float,
+    accuracy: float,
+    *,
+    inside: bool,
 ) -> BaseGeometry:
     def kept(shape: BaseGeometry, of: borders.Block) -> BaseGeometry:
         if floor >= accuracy / 2:
             band = borders.singular_value_below(block, of, chord_tolerance(accuracy))
-            return shape.difference(offset(band, accuracy / 2 if inside else -accuracy / 2))
+            return shape.difference(
+                offset(band, accuracy / 2 if inside else -accuracy / 2)
+            )
         if floor == 0 or not inside:
             return shape
         # The band around R = 0 is narrower than the error of its polygons: a wider band, and none, enclose it.
-        return shape.difference(offset(borders.singular_value_below(accuracy / 2, of, accuracy / 32), accuracy / 16))
+        return shape.difference(
+            offset(
+                borders.singular_value_below(accuracy / 2, of, accuracy / 32),
+                accuracy / 16,
+            )
+        )
 
     if raised:
         square = shapely.box(-HALF_PI, -HALF_PI, HALF_PI, HALF_PI)
-        return kept(kept(square, borders.yaw_block(kappa)), borders.roll_block(kappa, raised))
+        return kept(
+            kept(square, borders.yaw_block(kappa)), borders.roll_block(kappa, raised)
+        )
     delta = math.atan(kappa)
     alone = floor * math.cos(delta) / math.sqrt(2.0)
     if alone > 1:
@@ -306,7 +436,12 @@ def _singular_value_polygon(
     reach = math.acos(alone) - (OVERLAY_ERROR if floor and inside else 0.0)
     centers = (delta - math.pi, delta, delta + math.pi)
     strips = shapely.union_all(
-        [rectangle(max(c - reach, -HALF_PI), -HALF_PI, min(c + reach, HALF_PI), HALF_PI) for c in centers]
+        [
+            rectangle(
+                max(c - reach, -HALF_PI), -HALF_PI, min(c + reach, HALF_PI), HALF_PI
+            )
+            for c in centers
+        ]
     )
     return kept(strips.intersection(borders.mirrored(strips)), borders.yaw_block(kappa))
 
@@ -354,7 +489,11 @@ def admissible_region(
     coefficients = matrices.coefficients_of(vehicle, coefficients)
     floor, accuracy = checked_number("floor", floor), checked_accuracy(accuracy)
     region = _admissible(vehicle, use, color, sign, coefficients, floor, accuracy)
-    return region & zones_region(zones) if zones is not None and (zones.keep_out or zones.keep_in) else region
+    return (
+        region & zones_region(zones)
+        if zones is not None and (zones.keep_out or zones.keep_in)
+        else region
+    )
 
 
 @lru_cache(maxsize=32)
@@ -368,18 +507,33 @@ def _admissible(
     accuracy: float,
 ) -> Region:
     signs = _checked_signs(color, sign)
-    judged = matrices.coefficients_of(vehicle, "exact") if color == "red" else coefficients
-    least = certain_determinant(coefficients) if color == "red" else matrices.noise_of(coefficients)
+    judged = (
+        matrices.coefficients_of(vehicle, "exact") if color == "red" else coefficients
+    )
+    least = (
+        certain_determinant(coefficients)
+        if color == "red"
+        else matrices.noise_of(coefficients)
+    )
     condition = _determinant_condition(signs, least, color, judged)
 
     def signed(wanted: int) -> Pair:
         name: Sign = "positive" if wanted > 0 else "negative"
-        return sign_region(name, vehicle, color=color, coefficients=coefficients, least=least, accuracy=accuracy).pair
+        return sign_region(
+            name,
+            vehicle,
+            color=color,
+            coefficients=coefficients,
+            least=least,
+            accuracy=accuracy,
+        ).pair
 
     if color == "blue" and (use == "flyable" or vehicle.rotor_height):
         return _none_on_blue(vehicle, accuracy)
     if use == "valid":
-        return region_of(_union([signed(wanted) for wanted in signs]), accuracy, condition)
+        return region_of(
+            _union([signed(wanted) for wanted in signs]), accuracy, condition
+        )
     block = floor + _DECIDED if floor > 0 else 0.0
     region = singular_value_region(floor, vehicle, block=block, accuracy=accuracy)
     share = vehicle.thrust_share
@@ -387,7 +541,9 @@ def _admissible(
         region &= hover_region(vehicle)
     else:
         within = thrust_region(share, vehicle, accuracy=accuracy)
-        kept = thrust_region(max(share - _DECIDED_THRUST, share / 2), vehicle, accuracy=accuracy)
+        kept = thrust_region(
+            max(share - _DECIDED_THRUST, share / 2), vehicle, accuracy=accuracy
+        )
         region &= region_of([kept.inner, within.outer], accuracy, *within.conditions)
     if (limits := vehicle.tilt_range) is not None:
         # Opposite arms tilt alike on red.
@@ -395,12 +551,23 @@ def _admissible(
         low = np.maximum(ranges[..., 0].max(axis=0), -HALF_PI).tolist()
         high = np.minimum(ranges[..., 1].min(axis=0), HALF_PI).tolist()
         box, most = rectangle(*low, *high), high[0]
-        tilt = _bound("tilt", "≤", math.degrees(most), lambda *at: math.degrees(max(map(abs, at))), "°")
+        tilt = _bound(
+            "tilt",
+            "≤",
+            math.degrees(most),
+            lambda *at: math.degrees(max(map(abs, at))),
+            "°",
+        )
         if (low, high) != ([-most] * 2, [most] * 2):
-            tilt = Condition(name="tilts within their ranges", broken_at=partial(_beyond, low, high))
+            tilt = Condition(
+                name="tilts within their ranges", broken_at=partial(_beyond, low, high)
+            )
         region &= region_of([box] * 2, 0.0, tilt)
     if floor < _SEPARATING:
-        return region_of(_union([signed(wanted) for wanted in signs]), accuracy, condition) & region
+        return (
+            region_of(_union([signed(wanted) for wanted in signs]), accuracy, condition)
+            & region
+        )
     # The floor keeps each polygon off R = 0, so R has one sign on it: keep those with one of the signs, and remove
     # where |R| is too small.
     polygons: dict[int, Pair] = {wanted: _NOWHERE.copy() for wanted in (1, -1)}
@@ -420,7 +587,9 @@ def _admissible(
 
 def _beyond(low: Sequence[float], high: Sequence[float], *at: float) -> str | None:
     """Return which coordinate of a point is not in its range, None if both are."""
-    for name, angle, least, most in zip(("α1 = α3", "α2 = α4"), at, low, high, strict=True):
+    for name, angle, least, most in zip(
+        ("α1 = α3", "α2 = α4"), at, low, high, strict=True
+    ):
         if not least <= angle <= most:
             wanted = f"within {math.degrees(least):.3g}° and {math.degrees(most):.3g}°"
             return f"tilt {name} must be {wanted}, got {math.degrees(angle):.3g}°"
@@ -432,7 +601,11 @@ def why_empty(region: Region, floor: float, vehicle: Vehicle) -> str:
     cap = matrices.largest_least_singular_value(vehicle)
     if floor > cap:
         return f"the least singular value of this vehicle is at most {cap:.4f}, below the floor {floor:g}; lower it"
-    if vehicle.max_thrust and vehicle.mass and (lift := 4 * vehicle.max_thrust) < vehicle.mass * vehicle.gravity:
+    if (
+        vehicle.max_thrust
+        and vehicle.mass
+        and (lift := 4 * vehicle.max_thrust) < vehicle.mass * vehicle.gravity
+    ):
         weight = vehicle.mass * vehicle.gravity
         return f"four rotors lift {lift:.4g} N at most, and the vehicle weighs {weight:.4g} N; correct the vehicle"
     names = ", ".join(dict.fromkeys(condition.name for condition in region.conditions))

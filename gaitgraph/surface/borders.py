@@ -61,13 +61,23 @@ class CosineSum:
     terms: FloatArray
 
     def __add__(self, other: CosineSum | float) -> CosineSum:
-        rest = other.terms if isinstance(other, CosineSum) else np.array([[other, 0.0, 0.0, 0.0]])
+        rest = (
+            other.terms
+            if isinstance(other, CosineSum)
+            else np.array([[other, 0.0, 0.0, 0.0]])
+        )
         return CosineSum(np.vstack([self.terms, rest]))
 
     def __mul__(self, other: CosineSum) -> CosineSum:
-        one, two = np.repeat(self.terms, len(other.terms), axis=0), np.tile(other.terms, (len(self.terms), 1))
+        one, two = (
+            np.repeat(self.terms, len(other.terms), axis=0),
+            np.tile(other.terms, (len(self.terms), 1)),
+        )
         size = one[:, :1] * two[:, :1] / 2
-        parts = [np.hstack([size, one[:, 1:] + two[:, 1:]]), np.hstack([size, one[:, 1:] - two[:, 1:]])]
+        parts = [
+            np.hstack([size, one[:, 1:] + two[:, 1:]]),
+            np.hstack([size, one[:, 1:] - two[:, 1:]]),
+        ]
         return CosineSum(np.vstack(parts))
 
     def _phases(self, points: FloatArray) -> FloatArray:
@@ -77,20 +87,34 @@ class CosineSum:
         """Return the values at points of shape (m, 2)."""
         return np.asarray(np.cos(self._phases(points)) @ self.terms[:, 0])
 
-    def along(self, points: FloatArray, direction: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    def along(
+        self, points: FloatArray, direction: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """Return values, slopes along unit directions and across them (to the left), and second derivatives along."""
         phases, size = self._phases(points), self.terms[:, 0]
         falls, values = -np.sin(phases), np.cos(phases)
         rates = direction @ self.terms[:, 1:3].T
         side = direction @ np.stack([self.terms[:, 2], -self.terms[:, 1]])
-        return values @ size, (falls * rates) @ size, (falls * side) @ size, -(values * rates**2) @ size
+        return (
+            values @ size,
+            (falls * rates) @ size,
+            (falls * side) @ size,
+            -(values * rates**2) @ size,
+        )
 
     def most(self, order: int) -> float:
         """Return what no derivative of an order, along any directions of length one, can exceed."""
-        return float(np.sum(np.abs(self.terms[:, 0]) * np.hypot(self.terms[:, 1], self.terms[:, 2]) ** order))
+        return float(
+            np.sum(
+                np.abs(self.terms[:, 0])
+                * np.hypot(self.terms[:, 1], self.terms[:, 2]) ** order
+            )
+        )
 
 
-def cosine(first: float, second: float, phase: float = 0.0, size: float = 1.0) -> CosineSum:
+def cosine(
+    first: float, second: float, phase: float = 0.0, size: float = 1.0
+) -> CosineSum:
     """Return size·cos(first·x + second·y − phase); a sine has the phase π/2."""
     return CosineSum(np.array([[size, first, second, phase]]))
 
@@ -110,7 +134,9 @@ class Border:
         """Return h at points of shape (m, 2)."""
         return np.asarray(self.squared.at(points) ** 2 + self.rest.at(points))
 
-    def deviation(self, starts: FloatArray, ends: FloatArray, reach: float) -> FloatArray:
+    def deviation(
+        self, starts: FloatArray, ends: FloatArray, reach: float
+    ) -> FloatArray:
         """Return how far the border may be from chords between points on it, infinite unless that is up to `reach`."""
         chord = ends - starts
         length = np.hypot(chord[:, 0], chord[:, 1])
@@ -118,7 +144,9 @@ class Border:
         middle, half = (starts + ends) / 2, length / 2
         p, p_along, p_across, p_bend = self.squared.along(middle, along)
         _, _, q_across, q_bend = self.rest.along(middle, along)
-        p_most2, p_most3, q_most2, q_most3 = (w.most(k) for w in (self.squared, self.rest) for k in (2, 3))
+        p_most2, p_most3, q_most2, q_most3 = (
+            w.most(k) for w in (self.squared, self.rest) for k in (2, 3)
+        )
         # The largest |P| and slopes of P on the rectangle: from their values in its middle, by Taylor's theorem.
         most_along = np.abs(p_along) + p_most2 * (half + reach)
         most_across = np.abs(p_across) + p_most2 * (half + reach)
@@ -126,18 +154,26 @@ class Border:
         # m: |∂h/∂n| = |2P·∂P/∂n + ∂Q/∂n| in the middle, less what the second derivatives of h can take off it.
         common = 2 * most * p_most2 + q_most2
         slope = np.abs(2 * p * p_across + q_across)
-        slope = slope - (2 * most_along * most_across + common) * half - (2 * most_across**2 + common) * reach
+        slope = (
+            slope
+            - (2 * most_along * most_across + common) * half
+            - (2 * most_across**2 + common) * reach
+        )
         # M: |∂²h/∂t²| = |2(∂P/∂t)² + 2P·∂²P/∂t² + ∂²Q/∂t²| in the middle, and what the third derivatives can add.
         bend = np.abs(2 * p_along**2 + 2 * p * p_bend + q_bend)
         bend = bend + half * (6 * most_along * p_most2 + 2 * most * p_most3 + q_most3)
         # e: what is left of h at the ends; then the bound of the module's docstring.
-        left = np.abs(self.at(np.concatenate([starts, ends]))).reshape(2, -1).max(axis=0)
+        left = (
+            np.abs(self.at(np.concatenate([starts, ends]))).reshape(2, -1).max(axis=0)
+        )
         with np.errstate(divide="ignore", invalid="ignore"):
             bound = (left + bend * length**2 / 8) / slope
         return np.asarray(np.where((slope > 0) & (bound <= reach), bound, np.inf))
 
 
-Edge = tuple[float, Function, Border | None]  # of a band: w in its middle, its ordinates, and None if it is straight
+Edge = tuple[
+    float, Function, Border | None
+]  # of a band: w in its middle, its ordinates, and None if it is straight
 
 
 def zeros_of_degree_two(function: Function, period: float) -> FloatArray:
@@ -154,7 +190,9 @@ def zeros_of_degree_two(function: Function, period: float) -> FloatArray:
     return np.sort(np.angle(roots)) * period / (2 * math.pi)
 
 
-def _abscissae(low: float, high: float, function: Function, border: Border | None, tolerance: float) -> FloatArray:
+def _abscissae(
+    low: float, high: float, function: Function, border: Border | None, tolerance: float
+) -> FloatArray:
     """Return abscissae on an interval such that the chords between a function's values there follow the border."""
     if border is None:
         return np.array([low, high])
@@ -164,19 +202,30 @@ def _abscissae(low: float, high: float, function: Function, border: Border | Non
         x = (low + high) / 2 - (high - low) / 2 * np.cos(theta)
         return np.where(theta <= 0, low, np.where(theta >= math.pi, high, x))
 
-    theta, settled = np.linspace(0.0, math.pi, _FIRST_CHORDS + 1), np.zeros(_FIRST_CHORDS, dtype=bool)
+    theta, settled = (
+        np.linspace(0.0, math.pi, _FIRST_CHORDS + 1),
+        np.zeros(_FIRST_CHORDS, dtype=bool),
+    )
     for _ in range(_MOST_ROUNDS):
         points = np.column_stack([at(theta), function(at(theta))])
         first, second = points[:-1][~settled], points[1:][~settled]
-        bound = border.deviation(first, second, 2 * tolerance)  # infinite where nothing can be certified
+        bound = border.deviation(
+            first, second, 2 * tolerance
+        )  # infinite where nothing can be certified
         # A chord shorter than the tolerance is as good as the border.
         bound[np.hypot(*(second - first).T) < tolerance / 2] = 0.0
         # The bound falls with the square of a chord's length; without a bound a chord is cut into four.
         parts = np.ones(len(settled), dtype=int)
-        parts[~settled] = np.where(np.isfinite(bound), np.maximum(np.ceil(np.sqrt(bound / tolerance)), 1.0), 4.0)
+        parts[~settled] = np.where(
+            np.isfinite(bound),
+            np.maximum(np.ceil(np.sqrt(bound / tolerance)), 1.0),
+            4.0,
+        )
         if parts.max() == 1:
             break
-        theta = np.interp(np.arange(parts.sum() + 1), np.append(0, np.cumsum(parts)), theta)
+        theta = np.interp(
+            np.arange(parts.sum() + 1), np.append(0, np.cumsum(parts)), theta
+        )
         settled = np.repeat(parts == 1, parts)
     return at(theta)
 
@@ -209,11 +258,19 @@ def bands_between(
     def band(low: float, high: float, sides: tuple[Edge, Edge]) -> Polygon:
         def between(below: FloatArray, above: FloatArray) -> Polygon:
             (_, lower, _), (_, upper, _) = sides
-            ring = np.vstack([np.column_stack([below, lower(below)]), np.column_stack([above, upper(above)])[::-1]])
+            ring = np.vstack(
+                [
+                    np.column_stack([below, lower(below)]),
+                    np.column_stack([above, upper(above)])[::-1],
+                ]
+            )
             ring = ring[np.any(ring != np.roll(ring, 1, axis=0), axis=1)]
             return shapely.Polygon(ring if len(ring) > 2 else None)
 
-        below, above = (_abscissae(low, high, function, line, tolerance) for _, function, line in sides)
+        below, above = (
+            _abscissae(low, high, function, line, tolerance)
+            for _, function, line in sides
+        )
         polygon = between(below, above)
         if polygon.is_valid:
             return polygon
@@ -228,13 +285,19 @@ def bands_between(
         middle = np.array([(low + high) / 2])
         with np.errstate(invalid="ignore"):
             here = [(float(root(middle)[0]), root) for root in roots]
-        edges = [edge(ends[0]), *(edge(w, root) for w, root in here if ends[0] < w < ends[1]), edge(ends[1])]
+        edges = [
+            edge(ends[0]),
+            *(edge(w, root) for w, root in here if ends[0] < w < ends[1]),
+            edge(ends[1]),
+        ]
         inside = [bool(holds(middle, (a[0] + b[0]) / 2)) for a, b in pairwise(edges)]
         # Each run of intervals in which the condition holds is one polygon.
         for held, run in groupby(range(len(inside)), key=inside.__getitem__):
             if held:
                 numbers = list(run)
-                polygons.append(band(low, high, (edges[numbers[0]], edges[numbers[-1] + 1])))
+                polygons.append(
+                    band(low, high, (edges[numbers[0]], edges[numbers[-1] + 1]))
+                )
     return shapely.union_all(polygons)
 
 
@@ -270,7 +333,10 @@ def yaw_block(kappa: float) -> Block:
 def roll_block(kappa: float, raised: float) -> Block:
     """Return the block of roll and pitch torque, of determinant P/cos²δ, for rotors `raised` arm lengths high."""
     square, total = raised**2, 1 + kappa**2 + raised**2
-    line, slope = ((1 - kappa**2 + square) / 2, kappa), (1 - kappa**2 - square, 2 * kappa)
+    line, slope = (
+        ((1 - kappa**2 + square) / 2, kappa),
+        (1 - kappa**2 - square, 2 * kappa),
+    )
     return Block(total / 2 - square, line, total, slope, steep=total)
 
 
@@ -306,30 +372,46 @@ def _where_it_holds(
         def at(u: FloatArray) -> FloatArray:
             square = discriminant(u)
             with np.errstate(invalid="ignore"):
-                size = np.sqrt(np.where(square > -1e-9 * scale, np.maximum(square, 0.0), np.nan))
+                size = np.sqrt(
+                    np.where(square > -1e-9 * scale, np.maximum(square, 0.0), np.nan)
+                )
             half = math.copysign(1, lead) * middle(u)
             with np.errstate(divide="ignore", invalid="ignore"):
                 direct = (side * size - half) / (2 * abs(lead))
                 if not may_vanish:
                     return np.asarray(direct)
-                other = 2 * math.copysign(1, lead) * height(u, 0.0) / (-side * size - half)
+                other = (
+                    2 * math.copysign(1, lead) * height(u, 0.0) / (-side * size - half)
+                )
             return np.asarray(np.where(side * half > 0, other, direct))
 
         return at
 
     # Roots meet or cease where the discriminant vanishes, and leave −1 ≤ w ≤ 1 where the height at its ends does.
     end = math.pi + _BEYOND
-    functions: list[Function] = [discriminant, lambda u: height(u, 1.0), lambda u: height(u, -1.0)]
-    zeros = np.concatenate([zeros_of_degree_two(function, _FULL) for function in functions])
+    functions: list[Function] = [
+        discriminant,
+        lambda u: height(u, 1.0),
+        lambda u: height(u, -1.0),
+    ]
+    zeros = np.concatenate(
+        [zeros_of_degree_two(function, _FULL) for function in functions]
+    )
     zeros = np.concatenate([zeros - _FULL, zeros, zeros + _FULL])
     breaks = np.unique(np.concatenate([[-end, end], zeros[np.abs(zeros) < end]]))
     roots, wide = (root(-1.0), root(1.0)), math.sqrt(2.0) * tolerance
-    shape = bands_between(breaks, roots, holds, border, wide, ends=(-1.0, 1.0), ordinate=np.arccos)
+    shape = bands_between(
+        breaks, roots, holds, border, wide, ends=(-1.0, 1.0), ordinate=np.arccos
+    )
     # w = cos v is even and has the period 2π: from 0 ≤ v ≤ π to v = 2π − v and −v; then α1 = (v + u)/2, α2 = (v − u)/2.
-    beyond = shapely.transform(shape, lambda at: np.column_stack([at[:, 0], _FULL - at[:, 1]]))
+    beyond = shapely.transform(
+        shape, lambda at: np.column_stack([at[:, 0], _FULL - at[:, 1]])
+    )
     upper = shape.union(shapely.clip_by_rect(beyond, -end, 0.0, end, end))
     both = upper.union(shapely.transform(upper, lambda at: at * np.array([1.0, -1.0])))
-    return shapely.transform(both, lambda at: np.column_stack([at[:, 1] + at[:, 0], at[:, 1] - at[:, 0]]) / 2)
+    return shapely.transform(
+        both, lambda at: np.column_stack([at[:, 1] + at[:, 0], at[:, 1] - at[:, 0]]) / 2
+    )
 
 
 def singular_value_below(floor: float, block: Block, tolerance: float) -> BaseGeometry:
@@ -343,29 +425,51 @@ def singular_value_below(floor: float, block: Block, tolerance: float) -> BaseGe
         return np.asarray(block.total + block.common * w * _at(block.slope, u))
 
     def height(u: FloatArray, w: float) -> FloatArray:  # h
-        return np.asarray((block.lead * w + _at(block.line, u)) ** 2 - g * squares(u, w) + g**2)
+        return np.asarray(
+            (block.lead * w + _at(block.line, u)) ** 2 - g * squares(u, w) + g**2
+        )
 
     def discriminant(u: FloatArray) -> FloatArray:
         line, slope = _at(block.line, u), _at(block.slope, u)
-        return np.asarray(g * (-4 * ratio * line * slope + g * slope**2 + 4 * ratio**2 * (block.total - g)))
+        return np.asarray(
+            g
+            * (
+                -4 * ratio * line * slope
+                + g * slope**2
+                + 4 * ratio**2 * (block.total - g)
+            )
+        )
 
     # h = P² + Q with the determinant as P and Q = g² − gF, in (u, v).
-    rest = _in_uv(block.slope, -g * block.common) * cosine(0, 1) + (g**2 - g * block.total)
+    rest = _in_uv(block.slope, -g * block.common) * cosine(0, 1) + (
+        g**2 - g * block.total
+    )
     longest, steepest = math.hypot(*block.line), math.hypot(*block.slope)
     return _where_it_holds(
         block.lead * ratio,
-        min(tolerance, floor / 16 / block.steep),  # not much above the width of the band
+        min(
+            tolerance, floor / 16 / block.steep
+        ),  # not much above the width of the band
         middle=lambda u: 2 * ratio * _at(block.line, u) - g * _at(block.slope, u),
         discriminant=discriminant,
-        scale=g * (4 * abs(ratio) * longest * steepest + g * steepest**2 + 4 * ratio**2 * block.total),
+        scale=g
+        * (
+            4 * abs(ratio) * longest * steepest
+            + g * steepest**2
+            + 4 * ratio**2 * block.total
+        ),
         height=height,
         holds=lambda u, w: height(u, w) < 0 or squares(u, w) < 2 * g,
-        border=Border(rest=rest, squared=_in_uv(block.line) + cosine(0, 1, size=block.lead)),
+        border=Border(
+            rest=rest, squared=_in_uv(block.line) + cosine(0, 1, size=block.lead)
+        ),
         may_vanish=ratio != 1,
     )
 
 
-def determinant_below(level: float, sign: int, kappa: float, raised: float, tolerance: float) -> BaseGeometry:
+def determinant_below(
+    level: float, sign: int, kappa: float, raised: float, tolerance: float
+) -> BaseGeometry:
     """Return where sign·R is below a positive level on the red sheet, exact coefficients; `raised` is H."""
     # sign·R < level, times κ cos²δ: 2P·D against small·κ, a quadratic in w.
     delta = math.atan(kappa)
@@ -378,16 +482,23 @@ def determinant_below(level: float, sign: int, kappa: float, raised: float, tole
     def height(u: FloatArray, w: float) -> FloatArray:
         return (lead * w + line(u)) * (kappa * w + _at(bracket, u)) - small * kappa
 
-    double = cosine(0, 1, size=lead) + cosine(1, 0, 2 * delta) + cosine(1, 0, size=turned)
+    double = (
+        cosine(0, 1, size=lead) + cosine(1, 0, 2 * delta) + cosine(1, 0, size=turned)
+    )
     return _where_it_holds(
         lead * kappa,
         tolerance,
         middle=lambda u: kappa * line(u) + lead * _at(bracket, u),
-        discriminant=lambda u: (kappa * line(u) - lead * _at(bracket, u)) ** 2 + 4 * lead * small * kappa**2,
+        discriminant=lambda u: (
+            (kappa * line(u) - lead * _at(bracket, u)) ** 2
+            + 4 * lead * small * kappa**2
+        ),
         scale=4 * (1 + kappa**2) * (1 + turned) ** 2,
         height=height,
         holds=lambda u, w: sign * kappa * height(u, w) < 0,
-        border=Border(rest=double * (_in_uv(bracket) + cosine(0, 1, size=kappa)) + -small * kappa),
+        border=Border(
+            rest=double * (_in_uv(bracket) + cosine(0, 1, size=kappa)) + -small * kappa
+        ),
         may_vanish=raised != 0,
     )
 
@@ -400,12 +511,16 @@ def bracket_negative(kappa: float, tolerance: float) -> BaseGeometry:
     """
 
     def root(y: FloatArray) -> FloatArray:
-        return np.asarray(y + np.arctan2(2 * kappa * np.cos(y) ** 2, 1 + kappa * np.sin(2 * y)))
+        return np.asarray(
+            y + np.arctan2(2 * kappa * np.cos(y) ** 2, 1 + kappa * np.sin(2 * y))
+        )
 
     # D = 2κ cos α1 cos α2 − sin(α1 − α2), with α2 as the first coordinate.
     bracket = cosine(1, 0) * cosine(0, 1, 0.0, 2 * kappa) + cosine(-1, 1, HALF_PI, -1.0)
     breaks = np.array([-HALF_PI - _BEYOND, 0.0, HALF_PI + _BEYOND])
-    found = bands_between(breaks, (root,), lambda y, x: x > root(y), Border(rest=bracket), tolerance)
+    found = bands_between(
+        breaks, (root,), lambda y, x: x > root(y), Border(rest=bracket), tolerance
+    )
     return shapely.transform(found, lambda at: at[:, ::-1])
 
 
@@ -427,8 +542,13 @@ def raised_negative(block: Block, tolerance: float) -> BaseGeometry:
     def holds(x: FloatArray, y: float) -> Any:
         return (y > root(x)) == (ratio(x)[1] > 0)
 
-    determinant = cosine(1, 1, size=lead) + cosine(1, -1, size=even) + cosine(1, -1, HALF_PI, odd)
-    end, poles = HALF_PI + _BEYOND, math.atan2(odd, even - lead) + math.pi * np.arange(-2, 3)
+    determinant = (
+        cosine(1, 1, size=lead) + cosine(1, -1, size=even) + cosine(1, -1, HALF_PI, odd)
+    )
+    end, poles = (
+        HALF_PI + _BEYOND,
+        math.atan2(odd, even - lead) + math.pi * np.arange(-2, 3),
+    )
     breaks = np.unique(np.concatenate([[-end, end], poles[np.abs(poles) < end]]))
     return bands_between(breaks, (root,), holds, Border(rest=determinant), tolerance)
 
@@ -443,10 +563,15 @@ def thrust_above(share: float, kappa: float, tolerance: float) -> BaseGeometry:
 
     def border(x: FloatArray) -> FloatArray:
         rest = np.maximum(1 - 2 * share * np.cos(x), 0.0)
-        return np.arctan2(-2 * share * np.sin(x - delta) - rest * math.sin(delta), rest * math.cos(delta))
+        return np.arctan2(
+            -2 * share * np.sin(x - delta) - rest * math.sin(delta),
+            rest * math.cos(delta),
+        )
 
     def above(x: FloatArray, y: float) -> Any:
-        return (2 * share * np.cos(x) < 1) & np.where(x < delta, y > border(x), y < border(x))
+        return (2 * share * np.cos(x) < 1) & np.where(
+            x < delta, y > border(x), y < border(x)
+        )
 
     vanishing = cosine(0, 1, HALF_PI - delta) * (cosine(1, 0, 0.0, -2 * share) + 1.0)
     vanishing = vanishing + cosine(1, 0, HALF_PI + delta) * cosine(0, 1, 0.0, 2 * share)
@@ -455,7 +580,9 @@ def thrust_above(share: float, kappa: float, tolerance: float) -> BaseGeometry:
     return bands_between(breaks, (border,), above, Border(rest=vanishing), tolerance)
 
 
-def blue_determinant_below(level: float, sign: int, coefficients: Coefficients, tolerance: float) -> BaseGeometry:
+def blue_determinant_below(
+    level: float, sign: int, coefficients: Coefficients, tolerance: float
+) -> BaseGeometry:
     """Return where sign·R is below a positive level on the blue sheet, with the given, rounded coefficients.
 
     R is bilinear in cos 2β1 and cos 2β2 there, up to the sign that each wrap of α3 and of α4 by π turns. Nothing is
@@ -464,7 +591,9 @@ def blue_determinant_below(level: float, sign: int, coefficients: Coefficients, 
     delta, form = coefficients.delta, coefficients.bilinear_form
     # Pair features (cos·cos, sin·sin, sin of the sum) in terms of (cos 2β, 1), for both pairs of arms.
     turn = 2 * delta
-    first = np.array([[0.5, math.cos(turn) / 2], [0.5, -math.cos(turn) / 2], [0.0, math.sin(turn)]])
+    first = np.array(
+        [[0.5, math.cos(turn) / 2], [0.5, -math.cos(turn) / 2], [0.0, math.sin(turn)]]
+    )
     second = first * np.array([[1.0], [1.0], [-1.0]])
     (both, one), (other, none) = sign * first.T @ form @ second
 
@@ -477,7 +606,11 @@ def blue_determinant_below(level: float, sign: int, coefficients: Coefficients, 
     def height(x: FloatArray, w: float) -> FloatArray:
         return np.asarray((both * w + one) * np.cos(2 * x) + other * w + none - level)
 
-    vanishing = cosine(2, 0) * (cosine(0, 2, 0.0, both) + one) + cosine(0, 2, 0.0, other) + (none - level)
+    vanishing = (
+        cosine(2, 0) * (cosine(0, 2, 0.0, both) + one)
+        + cosine(0, 2, 0.0, other)
+        + (none - level)
+    )
     zeros = [zeros_of_degree_two(partial(height, w=w), math.pi) for w in (1.0, -1.0)]
     found = bands_between(
         np.unique(np.concatenate([[-HALF_PI, 0.0, HALF_PI], *zeros])),
@@ -491,5 +624,11 @@ def blue_determinant_below(level: float, sign: int, coefficients: Coefficients, 
     found = found.union(shapely.transform(found, lambda at: at * np.array([1.0, -1.0])))
     end = HALF_PI + _BEYOND
     near = shapely.box(-end, -end, end, end)
-    shifts = [np.array([i * math.pi + delta, j * math.pi - delta]) for i in (-1, 0, 1) for j in (-1, 0, 1)]
-    return shapely.union_all([shapely.transform(found, shift.__add__).intersection(near) for shift in shifts])
+    shifts = [
+        np.array([i * math.pi + delta, j * math.pi - delta])
+        for i in (-1, 0, 1)
+        for j in (-1, 0, 1)
+    ]
+    return shapely.union_all(
+        [shapely.transform(found, shift.__add__).intersection(near) for shift in shifts]
+    )

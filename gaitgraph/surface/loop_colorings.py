@@ -19,14 +19,23 @@ import numpy.typing as npt
 
 from gaitgraph.angles import angles_from
 from gaitgraph.errors import InputError, checked_choice
-from gaitgraph.invertibility.matrices import coefficients_of, level_determinant, noise_of
+from gaitgraph.invertibility.matrices import (
+    coefficients_of,
+    level_determinant,
+    noise_of,
+)
 from gaitgraph.surface import sheets
 from gaitgraph.vehicle import PAPER, VehicleLike
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from gaitgraph.invertibility.matrices import BoolArray, Coefficients, CoefficientsLike, FloatArray
+    from gaitgraph.invertibility.matrices import (
+        BoolArray,
+        Coefficients,
+        CoefficientsLike,
+        FloatArray,
+    )
     from gaitgraph.surface.sheets import Sign, SignChoice
 
 MOST_LISTED = 16  # in a report, which counts all
@@ -76,8 +85,14 @@ def color_choices(
     """
     a1, a2 = np.asarray(alpha1, dtype=float), np.asarray(alpha2, dtype=float)
     noise = noise_of(coefficients)
-    crossing = [part == 0 for part in sheets.types_of("red", a1, a2, coefficients, crossing_tolerance)]
-    choices = {sign: np.array([*np.zeros((2, len(a1)), dtype=bool), *crossing]).T for sign in sheets.SIGNS}
+    crossing = [
+        part == 0
+        for part in sheets.types_of("red", a1, a2, coefficients, crossing_tolerance)
+    ]
+    choices = {
+        sign: np.array([*np.zeros((2, len(a1)), dtype=bool), *crossing]).T
+        for sign in sheets.SIGNS
+    }
     for k, color in enumerate(sheets.COLORS):
         if color == "blue" and coefficients.kind != "published":
             continue  # R = 0 has no sign
@@ -85,7 +100,9 @@ def color_choices(
         R = np.asarray(level_determinant(np.array([a1, a2, a3, a4]).T, coefficients))
         either = sheets.at_end_of_range(a3) | sheets.at_end_of_range(a4)
         for sign in sheets.SIGNS:
-            choices[sign][:, k] = np.where(either, np.abs(R), R if sign == "positive" else -R) > noise
+            choices[sign][:, k] = (
+                np.where(either, np.abs(R), R if sign == "positive" else -R) > noise
+            )
     return choices
 
 
@@ -101,16 +118,26 @@ class ColoringCount:
         self.sign = sign
         self.points = 0
         self.obstacle: ColoringObstacle | None = None
-        self._everywhere = np.ones(2, dtype=bool)  # whether every point can be red, and blue
-        self._first_run: BoolArray | None = None  # the same for the first run, once it has ended
-        self._free = 0  # how many of the runs that have ended since can have both colors
+        self._everywhere = np.ones(
+            2, dtype=bool
+        )  # whether every point can be red, and blue
+        self._first_run: BoolArray | None = (
+            None  # the same for the first run, once it has ended
+        )
+        self._free = (
+            0  # how many of the runs that have ended since can have both colors
+        )
         # The choices of the first point, and of the last one, with the colors that all its run can have.
         self._first = self._last = np.zeros((0, 4), dtype=bool)
 
     @property
     def plain(self) -> tuple[str, ...]:
         """The colors that the whole loop can have."""
-        return tuple(color for color, yes in zip(sheets.COLORS, self._everywhere, strict=True) if yes)
+        return tuple(
+            color
+            for color, yes in zip(sheets.COLORS, self._everywhere, strict=True)
+            if yes
+        )
 
     def add(self, choices: BoolArray) -> None:
         """Append points, given by their choices, to the loop."""
@@ -132,10 +159,17 @@ class ColoringCount:
             k = start + int(np.argmin(left.any(axis=1)))
             number = before + k + 1
             if joined[k, :2].any():
-                self._forbid((number - 1, number), left[k - 1 - start], joined[k, :2], joined[k - 1 : k + 1])
+                self._forbid(
+                    (number - 1, number),
+                    left[k - 1 - start],
+                    joined[k, :2],
+                    joined[k - 1 : k + 1],
+                )
             else:
                 message = f"point {number} has no root with {sheets.RELATION[self.sign]}, neither red nor blue"
-                self.obstacle = ColoringObstacle(kind="point", points=(number,), types=(), message=message)
+                self.obstacle = ColoringObstacle(
+                    kind="point", points=(number,), types=(), message=message
+                )
             return
         ended = shared[:-1]
         if self._first_run is None and len(ended):
@@ -160,18 +194,32 @@ class ColoringCount:
                 return 0
         return 1 << (self._free + sum(bool(one.all()) for one in ends))
 
-    def _forbid(self, numbers: tuple[int, int], before: BoolArray, after: BoolArray, choices: BoolArray) -> None:
+    def _forbid(
+        self,
+        numbers: tuple[int, int],
+        before: BoolArray,
+        after: BoolArray,
+        choices: BoolArray,
+    ) -> None:
         """Record the obstacle between two neighbours that can have one color each."""
-        colors = sheets.COLORS[0 if before[0] else 1], sheets.COLORS[0 if after[0] else 1]
+        colors = (
+            sheets.COLORS[0 if before[0] else 1],
+            sheets.COLORS[0 if after[0] else 1],
+        )
         signs = np.array([[1 if color == "red" else -1] for color in colors])
-        types = tuple(sheets.text_from_types(*pair) for pair in np.where(choices[:, 2:], 0, signs).tolist())
+        types = tuple(
+            sheets.text_from_types(*pair)
+            for pair in np.where(choices[:, 2:], 0, signs).tolist()
+        )
         broken = [f"α{k + 3}" for k in range(2) if not choices[:, 2 + k].any()]
         message = (
             f"points {numbers[0]} {types[0]} and {numbers[1]} {types[1]} may not be neighbours: with "
             f"{sheets.RELATION[self.sign]} the first can only be {colors[0]}, the second only {colors[1]}, and by "
             f"Figure 15 {' and '.join(broken)} may change between + and - only if one of the two points has the type ?"
         )
-        self.obstacle = ColoringObstacle(kind="pair", points=numbers, types=types, message=message)
+        self.obstacle = ColoringObstacle(
+            kind="pair", points=numbers, types=types, message=message
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -218,35 +266,59 @@ class Colorings:
         run = (np.cumsum(np.roll(changes, 1)) - changes[-1]) % runs
         shared = np.ones((runs, 2), dtype=bool)
         np.logical_and.at(shared, run, choices[:, :2])
-        for chosen in product(*([color for color in range(2) if can[color]] for can in shared)):
-            yield Coloring(colors=tuple(sheets.COLORS[chosen[k]] for k in run.tolist()), sign=sign)
+        for chosen in product(
+            *([color for color in range(2) if can[color]] for can in shared)
+        ):
+            yield Coloring(
+                colors=tuple(sheets.COLORS[chosen[k]] for k in run.tolist()), sign=sign
+            )
 
     def as_mapping(self) -> dict[str, Any]:
         """Return counts and obstacles, ready for JSON; a count of more than 4000 digits is given by its logarithm."""
         return {
             **_count_as_mapping(self.count),
-            "counts": {sign: _count_as_mapping(count)["colorings_count"] for sign, count in self.counts.items()},
-            "coloring_obstacles": {sign: asdict(obstacle) for sign, obstacle in self.obstacles.items()},
+            "counts": {
+                sign: _count_as_mapping(count)["colorings_count"]
+                for sign, count in self.counts.items()
+            },
+            "coloring_obstacles": {
+                sign: asdict(obstacle) for sign, obstacle in self.obstacles.items()
+            },
         }
 
     def __str__(self) -> str:
         n, count = len(self.points), self.count
-        points = f" of {n} point{'s' * (n > 1)}" if n else ""  # the points of counted pieces are not kept
-        lines = [f"{_count_as_text(count)} colouring{'s' * (count != 1)} of a loop{points}"]
-        lines += [f"  {sheets.RELATION[sign]}  none: {obstacle.message}" for sign, obstacle in self.obstacles.items()]
+        points = (
+            f" of {n} point{'s' * (n > 1)}" if n else ""
+        )  # the points of counted pieces are not kept
+        lines = [
+            f"{_count_as_text(count)} colouring{'s' * (count != 1)} of a loop{points}"
+        ]
+        lines += [
+            f"  {sheets.RELATION[sign]}  none: {obstacle.message}"
+            for sign, obstacle in self.obstacles.items()
+        ]
         return "\n".join(lines)
 
     def in_report(self) -> str:
         """Return the line of a report that counts the colourings."""
         if not self:
-            return "none: " + "; ".join(obstacle.message for obstacle in self.obstacles.values())
+            return "none: " + "; ".join(
+                obstacle.message for obstacle in self.obstacles.values()
+            )
         parts = []
         for sign, count in self.counts.items():
             if count:
                 plain = self.plain[sign]
-                mixed = "" if len(plain) == count else " (those that change color jump between the sheets)"
+                mixed = (
+                    ""
+                    if len(plain) == count
+                    else " (those that change color jump between the sheets)"
+                )
                 all_of = f", all {' or all '.join(plain)}" if plain else ""
-                parts.append(f"{_count_as_text(count)} with {sheets.RELATION[sign]}{all_of}{mixed}")
+                parts.append(
+                    f"{_count_as_text(count)} with {sheets.RELATION[sign]}{all_of}{mixed}"
+                )
         return "; ".join(parts)
 
 
@@ -255,7 +327,11 @@ def colorings_counted(counting: dict[Sign, ColoringCount], **loop: Any) -> Color
     return Colorings(
         counts={sign: one.closed() for sign, one in counting.items()},
         plain={sign: one.plain for sign, one in counting.items()},
-        obstacles={sign: one.obstacle for sign, one in counting.items() if one.obstacle is not None},
+        obstacles={
+            sign: one.obstacle
+            for sign, one in counting.items()
+            if one.obstacle is not None
+        },
         **loop,
     )
 
@@ -312,11 +388,19 @@ def colorings(
     """
     plane = angles_from(points, "points")
     if plane.ndim != 2 or plane.shape[1] not in (2, 4) or not len(plane):
-        raise InputError(f"points must have shape (n, 2) or (n, 4), n at least 1, got {plane.shape}")
+        raise InputError(
+            f"points must have shape (n, 2) or (n, 4), n at least 1, got {plane.shape}"
+        )
     checked_choice("sign", sign, ("auto", *sheets.SIGNS))
     a1, a2 = sheets.checked_plane_angles(plane[:, 0], plane[:, 1])
-    choices = color_choices(a1, a2, coefficients_of(vehicle, coefficients), crossing_tolerance)
-    counting = {one: ColoringCount(one) for one in sheets.SIGNS if sign in ("auto", one)}
+    choices = color_choices(
+        a1, a2, coefficients_of(vehicle, coefficients), crossing_tolerance
+    )
+    counting = {
+        one: ColoringCount(one) for one in sheets.SIGNS if sign in ("auto", one)
+    }
     for one, count in counting.items():
         count.add(choices[one])
-    return colorings_counted(counting, points=plane[:, :2], choices={one: choices[one] for one in counting})
+    return colorings_counted(
+        counting, points=plane[:, :2], choices={one: choices[one] for one in counting}
+    )

@@ -100,7 +100,10 @@ class Region(Pictured):
     @cached_property
     def components(self) -> tuple[Polygon, ...]:
         """The polygons of `inner`, the largest first, then by centroid; some may touch at points."""
-        parts = sorted(self.inner.geoms, key=lambda part: (-part.area, part.centroid.x, part.centroid.y))
+        parts = sorted(
+            self.inner.geoms,
+            key=lambda part: (-part.area, part.centroid.x, part.centroid.y),
+        )
         shapely.prepare(parts)
         return tuple(parts)
 
@@ -119,7 +122,9 @@ class Region(Pictured):
     def component_of(self, point: npt.ArrayLike) -> int | None:
         """Return the index in `components` of the one that holds a point (α1, α2) [rad], or None."""
         parts = np.array(self.components, dtype=object)
-        near = np.flatnonzero(shapely.dwithin(parts, shapely.Point(_points(point)[0]), OVERLAY_ERROR))
+        near = np.flatnonzero(
+            shapely.dwithin(parts, shapely.Point(_points(point)[0]), OVERLAY_ERROR)
+        )
         return int(near[0]) if near.size else None
 
     @cached_property
@@ -128,12 +133,18 @@ class Region(Pictured):
         from scipy.sparse.csgraph import connected_components
 
         parts = np.array(self.components, dtype=object)
-        return np.asarray(connected_components(shapely.intersects(parts[:, None], parts))[1])
+        return np.asarray(
+            connected_components(shapely.intersects(parts[:, None], parts))[1]
+        )
 
     def joined(self, first: npt.ArrayLike, second: npt.ArrayLike) -> bool:
         """Return whether a path inside `inner`, borders and common points included, joins two points [rad]."""
         start, end = self.component_of(first), self.component_of(second)
-        return start is not None and end is not None and bool(self._groups[start] == self._groups[end])
+        return (
+            start is not None
+            and end is not None
+            and bool(self._groups[start] == self._groups[end])
+        )
 
     def nearest(self, point: npt.ArrayLike) -> tuple[float, float] | None:
         """Return the point of `inner` nearest to a point [rad], the point itself if it is inside; None if empty."""
@@ -142,7 +153,9 @@ class Region(Pictured):
         asked = _points(point)[0]
         if self.contains(asked)[0]:
             return float(asked[0]), float(asked[1])
-        found = shapely.get_coordinates(shapely.shortest_line(self.inner, shapely.Point(asked)))[0]
+        found = shapely.get_coordinates(
+            shapely.shortest_line(self.inner, shapely.Point(asked))
+        )[0]
         return float(found[0]), float(found[1])
 
     def nearest_joined(self, points: npt.ArrayLike) -> tuple[tuple[float, float], ...]:
@@ -157,14 +170,22 @@ class Region(Pictured):
         [(-0.4, 0.4), (-0.2, 1.0), (-1.369, 1.369)]
         """
         asked = _points(points)
-        away = [float(shapely.distance(one.inner, shapely.points(asked)).sum()) for one in self._joined_parts]
+        away = [
+            float(shapely.distance(one.inner, shapely.points(asked)).sum())
+            for one in self._joined_parts
+        ]
         joined = self._joined_parts[away.index(min(away))] if away else self
-        return tuple(found for point in asked if (found := joined.nearest(point)) is not None)
+        return tuple(
+            found for point in asked if (found := joined.nearest(point)) is not None
+        )
 
     @cached_property
     def _joined_parts(self) -> tuple[Region, ...]:
         """The components as regions, those that touch as one."""
-        components, groups = np.array(self.components, dtype=object), set(self._groups.tolist())
+        components, groups = (
+            np.array(self.components, dtype=object),
+            set(self._groups.tolist()),
+        )
         parts = (polygons_of(components[self._groups == group]) for group in groups)
         return tuple(region_of([part, part], self.accuracy) for part in parts)
 
@@ -181,13 +202,21 @@ class Region(Pictured):
         asked = _points(point)[0]
         if self.contains(asked)[0]:
             return None
-        reasons = [condition.broken_at(float(asked[0]), float(asked[1])) for condition in self.conditions]
+        reasons = [
+            condition.broken_at(float(asked[0]), float(asked[1]))
+            for condition in self.conditions
+        ]
         near = f"closer to the border than the accuracy of the region ({self.accuracy:.1g} rad)"
         return "; ".join(filter(None, reasons)) or near
 
     def __and__(self, other: Region) -> Region:
         pair = shapely.intersection(self.pair, other.pair)
-        return region_of(pair, max(self.accuracy, other.accuracy), *self.conditions, *other.conditions)
+        return region_of(
+            pair,
+            max(self.accuracy, other.accuracy),
+            *self.conditions,
+            *other.conditions,
+        )
 
     def __repr__(self) -> str:
         size = f"{self.area:.4g} rad² in {len(self.components)} components"
@@ -195,16 +224,28 @@ class Region(Pictured):
 
     def __str__(self) -> str:
         count = len(self.components)
-        borders = f"borders to {self.accuracy:.3g} rad" if self.accuracy else "exact borders"
-        size = f"{self.area:.4g} rad² in {count} component{'s' * (count > 1)}, {borders}" if count else "empty"
+        borders = (
+            f"borders to {self.accuracy:.3g} rad" if self.accuracy else "exact borders"
+        )
+        size = (
+            f"{self.area:.4g} rad² in {count} component{'s' * (count > 1)}, {borders}"
+            if count
+            else "empty"
+        )
         lines = [f"Region of the (α1, α2) plane: {size}"]
         for number, part in enumerate(self.components[:_MOST_LISTED], start=1):
             (left, below, right, above), area = part.bounds, f"{part.area:.3g} rad²"
-            lines.append(f"  {number}  {area:>11}   α1 {left:.4f} to {right:.4f}, α2 {below:.4f} to {above:.4f}")
+            lines.append(
+                f"  {number}  {area:>11}   α1 {left:.4f} to {right:.4f}, α2 {below:.4f} to {above:.4f}"
+            )
         if count > _MOST_LISTED:
             lines.append(f"  … and {count - _MOST_LISTED} more")
         if self.conditions:
-            lines.append(" · ".join(dict.fromkeys(condition.name for condition in self.conditions)))
+            lines.append(
+                " · ".join(
+                    dict.fromkeys(condition.name for condition in self.conditions)
+                )
+            )
         return "\n".join(lines)
 
 
@@ -212,7 +253,9 @@ def _points(points: npt.ArrayLike) -> FloatArray:
     """Return finite points, shape (m, 2)."""
     out: FloatArray = angles_from(points, "point")
     if out.ndim not in (1, 2) or out.shape[-1] != 2 or not np.isfinite(out).all():
-        raise InputError(f"point must be finite (alpha1, alpha2) in radians, shape (m, 2), got {shown(points)}")
+        raise InputError(
+            f"point must be finite (alpha1, alpha2) in radians, shape (m, 2), got {shown(points)}"
+        )
     return out.reshape(-1, 2)
 
 
@@ -236,7 +279,11 @@ class Discs(NamedTuple):
 def component_meeting(shape: BaseGeometry, discs: Discs) -> Polygon | None:
     """Return the polygon, of several, that meets every disc, the largest if there are more; or None."""
     centers, parts = shapely.points(discs.centers), polygons_of(shape).geoms
-    meeting = [part for part in parts if (shapely.distance(part, centers) <= discs.radii + OVERLAY_ERROR).all()]
+    meeting = [
+        part
+        for part in parts
+        if (shapely.distance(part, centers) <= discs.radii + OVERLAY_ERROR).all()
+    ]
     return max(meeting, key=lambda part: (part.area, part.bounds), default=None)
 
 
@@ -248,7 +295,11 @@ def polygons_of(shape: BaseGeometry) -> MultiPolygon:
 
 def rectangle(left: float, bottom: float, right: float, top: float) -> Polygon:
     """Return a rectangle, empty unless it has an inside."""
-    return shapely.box(left, bottom, right, top) if left < right and bottom < top else shapely.Polygon()
+    return (
+        shapely.box(left, bottom, right, top)
+        if left < right and bottom < top
+        else shapely.Polygon()
+    )
 
 
 def offset(shape: BaseGeometry, distance: float) -> BaseGeometry:
@@ -297,18 +348,31 @@ class Zones:
     keep_out: tuple[Corners, ...]
     keep_in: tuple[Corners, ...]
 
-    def __init__(self, *, keep_out: Sequence[Points] = (), keep_in: Sequence[Points] = ()) -> None:
+    def __init__(
+        self, *, keep_out: Sequence[Points] = (), keep_in: Sequence[Points] = ()
+    ) -> None:
         for name, value in (("keep_out", keep_out), ("keep_in", keep_in)):
-            corners = (shapely.get_coordinates(polygon)[:-1].tolist() for polygon in checked_polygons(value, name))
-            object.__setattr__(self, name, tuple(tuple(map(tuple, one)) for one in corners))  # the record is frozen
+            corners = (
+                shapely.get_coordinates(polygon)[:-1].tolist()
+                for polygon in checked_polygons(value, name)
+            )
+            object.__setattr__(
+                self, name, tuple(tuple(map(tuple, one)) for one in corners)
+            )  # the record is frozen
 
     def allow_points(self, points: npt.ArrayLike) -> npt.NDArray[np.bool_]:
         """Return whether each point (α1, α2) may be used, for points of shape (m, 2)."""
-        return self._allow(shapely.points(np.asarray(points, dtype=float).reshape(-1, 2)))
+        return self._allow(
+            shapely.points(np.asarray(points, dtype=float).reshape(-1, 2))
+        )
 
-    def allow_segments(self, starts: npt.ArrayLike, ends: npt.ArrayLike) -> npt.NDArray[np.bool_]:
+    def allow_segments(
+        self, starts: npt.ArrayLike, ends: npt.ArrayLike
+    ) -> npt.NDArray[np.bool_]:
         """Return whether each straight segment may be used, for ends of shape (m, 2)."""
-        lines = np.stack([np.asarray(starts, dtype=float), np.asarray(ends, dtype=float)], axis=1)
+        lines = np.stack(
+            [np.asarray(starts, dtype=float), np.asarray(ends, dtype=float)], axis=1
+        )
         return self._allow(shapely.linestrings(lines))
 
     def _allow(self, shapes: Any) -> npt.NDArray[np.bool_]:
@@ -321,7 +385,9 @@ class Zones:
 @lru_cache(maxsize=32)
 def _united(polygons: tuple[Corners, ...], distance: float) -> BaseGeometry:
     """Return the union of polygons whose borders are moved outward, prepared, and kept for the next request."""
-    shape = shapely.union_all([offset(shapely.Polygon(corners), distance) for corners in polygons])
+    shape = shapely.union_all(
+        [offset(shapely.Polygon(corners), distance) for corners in polygons]
+    )
     shapely.prepare(shape)
     return shape
 
@@ -330,24 +396,46 @@ def checked_polygons(value: object, name: str) -> npt.NDArray[np.object_]:
     """Return the polygons of lists of corners [rad]; raise InputError, with its number, for one that is malformed."""
     lists = (list, tuple, np.ndarray)
     if not isinstance(value, lists):
-        raise InputError(f"{name} must be a list of polygons, each a list of [alpha1, alpha2], got {shown(value)}")
+        raise InputError(
+            f"{name} must be a list of polygons, each a list of [alpha1, alpha2], got {shown(value)}"
+        )
     polygons: list[list[tuple[float, float]]] = []
     for number, corners in enumerate(value, start=1):
         label = f"{name} polygon {number}"
-        if not isinstance(corners, lists) or any(not isinstance(one, lists) or len(one) != 2 for one in corners):
-            raise InputError(f"{label} must be a list of corners [alpha1, alpha2], got {shown(corners)}")
+        if not isinstance(corners, lists) or any(
+            not isinstance(one, lists) or len(one) != 2 for one in corners
+        ):
+            raise InputError(
+                f"{label} must be a list of corners [alpha1, alpha2], got {shown(corners)}"
+            )
         # A polygon may reach beyond the square of ±π/2, but must overlap it.
         first, second = f"{label} alpha1", f"{label} alpha2"
-        polygons.append([(angle_within(x, first, math.pi), angle_within(y, second, math.pi)) for x, y in corners])
+        polygons.append(
+            [
+                (angle_within(x, first, math.pi), angle_within(y, second, math.pi))
+                for x, y in corners
+            ]
+        )
         if len(corners) < 3:
-            raise InputError(f"{label} must have three or more corners that are not on a line, got {shown(corners)}")
+            raise InputError(
+                f"{label} must have three or more corners that are not on a line, got {shown(corners)}"
+            )
     if not polygons:
         return np.empty(0, dtype=object)
     # All at once: shapely takes several times as long for one after the other.
-    rings = [one if one[0] == one[-1] and len(one) > 3 else [*one, one[0]] for one in polygons]
+    rings = [
+        one if one[0] == one[-1] and len(one) > 3 else [*one, one[0]]
+        for one in polygons
+    ]
     offsets = np.cumsum([0, *map(len, rings)]), np.arange(len(rings) + 1)
-    shapes = shapely.from_ragged_array(shapely.GeometryType.POLYGON, np.concatenate(rings), offsets)
-    fine = shapely.is_valid(shapes) & (shapely.area(shapes) > 1e-12) & shapely.intersects(_SQUARE, shapes)
+    shapes = shapely.from_ragged_array(
+        shapely.GeometryType.POLYGON, np.concatenate(rings), offsets
+    )
+    fine = (
+        shapely.is_valid(shapes)
+        & (shapely.area(shapes) > 1e-12)
+        & shapely.intersects(_SQUARE, shapes)
+    )
     for k in () if fine.all() else range(len(shapes)):
         got = shown(value[k])
         if not shapes[k].convex_hull.area > 1e-12:
@@ -371,13 +459,20 @@ def zones_region(zones: Zones) -> Region:
     >>> region.contains([[0.5, 0.5], [1.0, 0.5]]).tolist(), region.why_not((0.5, 0.5))
     ([False, True], 'inside keep_out polygon 1')
     """
-    keep_in, keep_out = ([shapely.Polygon(corners) for corners in side] for side in (zones.keep_in, zones.keep_out))
+    keep_in, keep_out = (
+        [shapely.Polygon(corners) for corners in side]
+        for side in (zones.keep_in, zones.keep_out)
+    )
     allowed = _SQUARE.intersection(shapely.union_all(keep_in)) if keep_in else _SQUARE
     allowed = allowed.difference(shapely.union_all(keep_out))
 
     def broken_at(alpha1: float, alpha2: float) -> str | None:
         point = shapely.Point(alpha1, alpha2)
-        inside = [str(k) for k, polygon in enumerate(keep_out, start=1) if polygon.contains_properly(point)]
+        inside = [
+            str(k)
+            for k, polygon in enumerate(keep_out, start=1)
+            if polygon.contains_properly(point)
+        ]
         reasons = [f"inside keep_out polygon {', '.join(inside)}"] if inside else []
         if keep_in and not any(polygon.covers(point) for polygon in keep_in):
             reasons.append("outside the keep_in polygons")

@@ -52,13 +52,21 @@ from gaitgraph.angles import (
     wrapped,
 )
 from gaitgraph.errors import InputError, checked_choice, shown
-from gaitgraph.invertibility.matrices import coefficients_of, level_determinant, sensitivities
+from gaitgraph.invertibility.matrices import (
+    coefficients_of,
+    level_determinant,
+    sensitivities,
+)
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from gaitgraph.invertibility.matrices import Coefficients, CoefficientsLike, FloatArray
+    from gaitgraph.invertibility.matrices import (
+        Coefficients,
+        CoefficientsLike,
+        FloatArray,
+    )
 
 CodeArray = npt.NDArray[np.int8]
 Color = Literal["red", "blue"]
@@ -70,7 +78,9 @@ COLORS: tuple[Color, Color] = ("red", "blue")  # red is the + sheet, blue the �
 FIBERS = ("fiber1", "fiber2")  # α1 = α3 = δ, and α2 = α4 = −δ
 FAMILIES = (*COLORS, *FIBERS)  # in the order of the columns of family_distances
 FIRST, SECOND = 2, 3  # the codes of the two fibres
-FAMILY_COLUMN = np.array([0, 0, 2, 3, 1])  # the column of a code; codes count from the end too
+FAMILY_COLUMN = np.array(
+    [0, 0, 2, 3, 1]
+)  # the column of a code; codes count from the end too
 # The seven categories of roots; (+,−) and (−,+) never occur.
 PLANE_TYPES = ("(+,+)", "(-,-)", "(+,?)", "(?,+)", "(-,?)", "(?,-)", "(?,?)")
 FIBER_TYPES = ("(?,*)", "(*,?)")  # on the first and on the second fibre
@@ -90,16 +100,25 @@ DEFAULT_TOLERANCE = 2e-3
 SIGNS: tuple[Sign, Sign] = ("negative", "positive")
 RAISED = "(use red), since its zero-moment direction leans for rotors at a height of"
 RELATION = {"negative": "R < 0", "positive": "R > 0"}
-HOVER_LABEL = (1, 1, 1)  # of the component of α = 0, which ordinary hover can reach; see red_label
+HOVER_LABEL = (
+    1,
+    1,
+    1,
+)  # of the component of α = 0, which ordinary hover can reach; see red_label
 _ROUND_OFF = 1e-12
 _EXACT = 1e-9  # up to this an angle is on a fibre or a sheet [rad]
 _MOST_ROOTS = 5
 # Both ends of the range for α3, and for α4, in the order of the roots.
-_SIDES = np.array([[-HALF_PI, -HALF_PI, HALF_PI, HALF_PI], [-HALF_PI, HALF_PI, -HALF_PI, HALF_PI]])
+_SIDES = np.array(
+    [[-HALF_PI, -HALF_PI, HALF_PI, HALF_PI], [-HALF_PI, HALF_PI, -HALF_PI, HALF_PI]]
+)
 
 
 def sheet_angles(
-    color: Color, alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, coefficients: Coefficients
+    color: Color,
+    alpha1: npt.ArrayLike,
+    alpha2: npt.ArrayLike,
+    coefficients: Coefficients,
 ) -> tuple[FloatArray, FloatArray]:
     """Return (α3, α4) on a sheet, wrapped into [−π/2, π/2], each of the shape of its own argument [rad].
 
@@ -111,7 +130,9 @@ def sheet_angles(
     checked_choice("color", color, COLORS)
     if color == "red":
         return wrapped(alpha1), wrapped(alpha2)
-    return wrapped(2 * coefficients.delta - alpha1), wrapped(-2 * coefficients.delta - alpha2)
+    return wrapped(2 * coefficients.delta - alpha1), wrapped(
+        -2 * coefficients.delta - alpha2
+    )
 
 
 def types_of(
@@ -126,9 +147,17 @@ def types_of(
     A type is `?` where the planes cross: within `crossing_tolerance` [rad] of β1 ≡ 0 (mod π/2) for α3 and of
     β2 ≡ 0 (mod π/2) for α4. Half a grid step marks exactly the nodes nearest to the line.
     """
-    reach = checked_number("crossing_tolerance", crossing_tolerance, "a finite number ≥ 0 (rad)") + _ROUND_OFF
+    reach = (
+        checked_number(
+            "crossing_tolerance", crossing_tolerance, "a finite number ≥ 0 (rad)"
+        )
+        + _ROUND_OFF
+    )
     lines = ((alpha1, coefficients.delta), (alpha2, -coefficients.delta))
-    third, fourth = (distance_to_multiple(np.asarray(x, dtype=float) - line, HALF_PI) for x, line in lines)
+    third, fourth = (
+        distance_to_multiple(np.asarray(x, dtype=float) - line, HALF_PI)
+        for x, line in lines
+    )
     sign, zero = np.int8(_CODES[color]), np.int8(0)
     return np.where(third <= reach, zero, sign), np.where(fourth <= reach, zero, sign)
 
@@ -241,15 +270,34 @@ def roots(
     """
     coefficients = coefficients_of(kind=coefficients)
     a1, a2 = angle_from_text(alpha1, "alpha1"), angle_from_text(alpha2, "alpha2")
-    found = root_arrays(a1, a2, coefficients=coefficients, crossing_tolerance=crossing_tolerance)
+    found = root_arrays(
+        a1, a2, coefficients=coefficients, crossing_tolerance=crossing_tolerance
+    )
     alpha = found.alpha[: found.count]
     # A residual of −0.0 is printed as 0.0.
-    values = np.column_stack([alpha[:, 2:], found.R[: found.count], *sensitivities(alpha, coefficients)]) + 0.0
+    values = (
+        np.column_stack(
+            [alpha[:, 2:], found.R[: found.count], *sensitivities(alpha, coefficients)]
+        )
+        + 0.0
+    )
     labels = [text_from_types(*pair) for pair in found.types.tolist()]
     colors = [COLORS[0] if code > 0 else COLORS[1] for code in found.sheet.tolist()]
     answer = RootSet(
-        Root(alpha1=a1, alpha2=a2, alpha3=a3, alpha4=a4, types=types, color=color, R=R, R_phi=roll, R_theta=pitch)
-        for types, color, (a3, a4, R, roll, pitch) in zip(labels, colors, values.tolist(), strict=False)
+        Root(
+            alpha1=a1,
+            alpha2=a2,
+            alpha3=a3,
+            alpha4=a4,
+            types=types,
+            color=color,
+            R=R,
+            R_phi=roll,
+            R_theta=pitch,
+        )
+        for types, color, (a3, a4, R, roll, pitch) in zip(
+            labels, colors, values.tolist(), strict=False
+        )
     )
     answer.fibers = tuple(
         Fiber(
@@ -286,8 +334,13 @@ def root_arrays(
     coefficients = coefficients_of(kind=coefficients)
     first, second = checked_plane_angles(alpha1, alpha2)
     # Four candidates on each sheet: both ends of the range for α3 and for α4. An angle elsewhere uses one end only.
-    sheets = [sheet_angles(color, first, second, coefficients) for color in coefficients.colors]
-    third, fourth = (np.stack(angles, axis=-1)[..., None] for angles in zip(*sheets, strict=True))
+    sheets = [
+        sheet_angles(color, first, second, coefficients)
+        for color in coefficients.colors
+    ]
+    third, fourth = (
+        np.stack(angles, axis=-1)[..., None] for angles in zip(*sheets, strict=True)
+    )
     end3, end4 = at_end_of_range(third), at_end_of_range(fourth)
     exist = (end3 | (_SIDES[0] < 0)) & (end4 | (_SIDES[1] < 0))
     codes = np.array([[_CODES[color]] for color in coefficients.colors], dtype=np.int8)
@@ -296,10 +349,29 @@ def root_arrays(
     on_sheet, *angles = (np.broadcast_to(part, exist.shape)[exist] for part in parts)
     points, count = np.array(angles).T, exist.sum(axis=(-2, -1))
     taken = np.arange(_MOST_ROOTS) < count[..., None]
-    alpha, R, sheet = np.full((*taken.shape, 4), np.nan), np.full(taken.shape, np.nan), np.zeros(taken.shape, np.int8)
-    alpha[taken], R[taken], sheet[taken] = points, level_determinant(points, coefficients), on_sheet
-    on_red = np.stack(np.broadcast_arrays(*types_of("red", first, second, coefficients, crossing_tolerance)), axis=-1)
-    return RootArrays(count=count, alpha=alpha, sheet=sheet, types=on_red[..., None, :] * sheet[..., None], R=R)
+    alpha, R, sheet = (
+        np.full((*taken.shape, 4), np.nan),
+        np.full(taken.shape, np.nan),
+        np.zeros(taken.shape, np.int8),
+    )
+    alpha[taken], R[taken], sheet[taken] = (
+        points,
+        level_determinant(points, coefficients),
+        on_sheet,
+    )
+    on_red = np.stack(
+        np.broadcast_arrays(
+            *types_of("red", first, second, coefficients, crossing_tolerance)
+        ),
+        axis=-1,
+    )
+    return RootArrays(
+        count=count,
+        alpha=alpha,
+        sheet=sheet,
+        types=on_red[..., None, :] * sheet[..., None],
+        R=R,
+    )
 
 
 def family_codes(colors: Sequence[str]) -> CodeArray:
@@ -320,7 +392,9 @@ def _family_forms(alpha: FloatArray, delta: float) -> FloatArray:
     first, opposite = alpha.T[:2], alpha.T[2:]
     turn = delta * np.array([-1.0, 1.0]).reshape(2, *[1] * (alpha.ndim - 1))
     fixed = np.array([first + turn, opposite + turn])
-    return np.concatenate([[opposite - first, first + opposite + 2 * turn], fixed.swapaxes(0, 1)])
+    return np.concatenate(
+        [[opposite - first, first + opposite + 2 * turn], fixed.swapaxes(0, 1)]
+    )
 
 
 def family_distances(alpha: npt.ArrayLike, coefficients: Coefficients) -> FloatArray:
@@ -333,7 +407,13 @@ def family_distances(alpha: npt.ArrayLike, coefficients: Coefficients) -> FloatA
     return np.asarray(distance_to_multiple(forms, math.pi).max(axis=1).T)
 
 
-def families_along(alpha: npt.ArrayLike, coefficients: Coefficients, tolerance: float, *, before: int = 0) -> CodeArray:
+def families_along(
+    alpha: npt.ArrayLike,
+    coefficients: Coefficients,
+    tolerance: float,
+    *,
+    before: int = 0,
+) -> CodeArray:
     """Return the family of each of consecutive points of shape (n, 4) [rad], shape (n,).
 
     A point may be `tolerance` [rad] from a family, mod π; sheets take precedence over fibres. A point on both sheets
@@ -346,10 +426,16 @@ def families_along(alpha: npt.ArrayLike, coefficients: Coefficients, tolerance: 
     both = on_red & on_blue
     out = np.where(on_red, 1, np.where(on_blue, -1, 0)).astype(np.int8)
     if both.any():
-        start = before if before in (-1, 1) else next((int(code) for code in out[~both][:1] if code), 1)
+        start = (
+            before
+            if before in (-1, 1)
+            else next((int(code) for code in out[~both][:1] if code), 1)
+        )
         # Each point on both sheets takes the last known one; those that are on neither count as known.
         known = np.concatenate([[start], out])
-        latest = np.maximum.accumulate(np.where(np.concatenate([[True], ~both]), np.arange(len(known)), 0))[1:]
+        latest = np.maximum.accumulate(
+            np.where(np.concatenate([[True], ~both]), np.arange(len(known)), 0)
+        )[1:]
         out[both] = np.where(known[latest] == 0, 1, known[latest])[both]
     out[(out == 0) & near[:, 3]] = SECOND
     out[(out == 0) & near[:, 2]] = FIRST
@@ -361,21 +447,28 @@ def families_along(alpha: npt.ArrayLike, coefficients: Coefficients, tolerance: 
 
 
 def family_types(
-    alpha: npt.ArrayLike, codes: npt.ArrayLike, coefficients: Coefficients, crossing_tolerance: float
+    alpha: npt.ArrayLike,
+    codes: npt.ArrayLike,
+    coefficients: Coefficients,
+    crossing_tolerance: float,
 ) -> tuple[CodeArray, CodeArray]:
     """Return the plane types of α3 and α4 at points of families, each +1, 0 (`?`), −1 or `FREE` (`*`), shape (n,).
 
     On a fibre the fixed angle is where its planes cross, `?`, and the free one on neither. Off the surfaces both are 0.
     """
     alpha, codes = np.asarray(alpha, dtype=float), np.asarray(codes, dtype=np.int8)
-    third, fourth = types_of("red", alpha[..., 0], alpha[..., 1], coefficients, crossing_tolerance)
+    third, fourth = types_of(
+        "red", alpha[..., 0], alpha[..., 1], coefficients, crossing_tolerance
+    )
     sheet = np.where(codes > 1, 0, codes)
     third, fourth = third * sheet, fourth * sheet
     third[codes == SECOND], fourth[codes == FIRST] = FREE, FREE
     return third, fourth
 
 
-def types_contradict(types: npt.ArrayLike, codes: npt.ArrayLike) -> npt.NDArray[np.bool_]:
+def types_contradict(
+    types: npt.ArrayLike, codes: npt.ArrayLike
+) -> npt.NDArray[np.bool_]:
     """Return whether stated types, codes of shape (n, 2), contradict the families of points, codes (n,); shape (n,).
 
     A type `+` is not on blue, − not on red; `*` is on a fibre alone, and on a fibre the types are its own.
@@ -387,7 +480,11 @@ def types_contradict(types: npt.ArrayLike, codes: npt.ArrayLike) -> npt.NDArray[
 
 
 def family_jumps(
-    starts: FloatArray, ends: FloatArray, codes: CodeArray, after: CodeArray, coefficients: Coefficients
+    starts: FloatArray,
+    ends: FloatArray,
+    codes: CodeArray,
+    after: CodeArray,
+    coefficients: Coefficients,
 ) -> FloatArray:
     """Return by how much segments leave the families of their ends, shape (m,) [rad]; 0 where that is below 1e-9.
 
@@ -396,7 +493,11 @@ def family_jumps(
     """
 
     def left(at: FloatArray, to: FloatArray, of: CodeArray) -> FloatArray:
-        forms, step, off = _family_forms(at, coefficients.delta), _family_forms(to - at, 0.0), np.full(len(at), np.inf)
+        forms, step, off = (
+            _family_forms(at, coefficients.delta),
+            _family_forms(to - at, 0.0),
+            np.full(len(at), np.inf),
+        )
         for code in (1, -1, FIRST, SECOND):
             if (on_it := of == code).any():
                 # The distance from a family changes linearly along the segment; whole wraps show at its end.
@@ -406,11 +507,15 @@ def family_jumps(
 
     out = left(starts, ends, codes)
     between = codes != after
-    out[between] = np.minimum(out[between], left(ends[between], starts[between], after[between]))
+    out[between] = np.minimum(
+        out[between], left(ends[between], starts[between], after[between])
+    )
     return np.where(out > _EXACT, out, 0.0)
 
 
-def red_label(alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, vehicle: Vehicle = PAPER) -> npt.NDArray[np.int64]:
+def red_label(
+    alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, vehicle: Vehicle = PAPER
+) -> npt.NDArray[np.int64]:
     """Return the signs of the factors of R on red, exact coefficients, shape (..., 3); their product is that of R.
 
     The third is positive on the side of α = 0; a zero is singular. With a rotor height the product of the first two has
@@ -423,13 +528,21 @@ def red_label(alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, vehicle: Vehicle = P
     a1, a2 = np.asarray(alpha1, dtype=float), np.asarray(alpha2, dtype=float)
     kappa = vehicle.signed_drag_ratio
     delta = math.atan(kappa)
-    saddle = math.copysign(1.0, kappa) * (2 * kappa * np.cos(a1) * np.cos(a2) - np.sin(a1 - a2))
+    saddle = math.copysign(1.0, kappa) * (
+        2 * kappa * np.cos(a1) * np.cos(a2) - np.sin(a1 - a2)
+    )
     first, second = np.cos(a1 - delta), np.cos(a2 + delta)
     if squared := vehicle.height_ratio**2:
-        level = np.sign(first * second + squared * math.cos(delta) ** 2 * np.sin(a1) * np.sin(a2))
-        q = abs(kappa) * np.cos(a1) + math.copysign(1.0, kappa) * (kappa**2 - squared) * np.sin(a1)
+        level = np.sign(
+            first * second + squared * math.cos(delta) ** 2 * np.sin(a1) * np.sin(a2)
+        )
+        q = abs(kappa) * np.cos(a1) + math.copysign(1.0, kappa) * (
+            kappa**2 - squared
+        ) * np.sin(a1)
         # On the side of α = 0 two components lie on either side of q = 0; beyond, on either side of α1 + α2 = 0.
-        beyond = np.where(level > 0, squared > (kappa + 1 / kappa) ** 2, squared < kappa**2) & (np.sin(a1 + a2) > 0)
+        beyond = np.where(
+            level > 0, squared > (kappa + 1 / kappa) ** 2, squared < kappa**2
+        ) & (np.sin(a1 + a2) > 0)
         near = (q < 0) & ((level > 0) == (squared < kappa**2))
         first = np.where(np.where(saddle > 0, near, beyond), -1.0, 1.0)
         second = level * first
@@ -438,9 +551,14 @@ def red_label(alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, vehicle: Vehicle = P
     return np.asarray(np.sign(factors).astype(np.int64))
 
 
-def separating_factor(first: Sequence[float], second: Sequence[float], vehicle: Vehicle = PAPER) -> str | None:
+def separating_factor(
+    first: Sequence[float], second: Sequence[float], vehicle: Vehicle = PAPER
+) -> str | None:
     """Return what separates two points (α1, α2) of the red sheet with R ≠ 0, in words, or None."""
-    a, b = red_label(first[0], first[1], vehicle), red_label(second[0], second[1], vehicle)
+    a, b = (
+        red_label(first[0], first[1], vehicle),
+        red_label(second[0], second[1], vehicle),
+    )
     kappa = vehicle.signed_drag_ratio
     line = math.atan(kappa) - math.copysign(HALF_PI, kappa)
     names: tuple[str, ...] = (
@@ -451,7 +569,14 @@ def separating_factor(first: Sequence[float], second: Sequence[float], vehicle: 
     if height := vehicle.height_ratio:
         line_of_both = f"the curve (1 + κ tan α1)(1 − κ tan α2) = −H² tan α1 tan α2, H = {height:.4g}"
         names = line_of_both, line_of_both, names[2]
-    return " and ".join(dict.fromkeys(name for name, x, y in zip(names, a, b, strict=True) if x != y)) or None
+    return (
+        " and ".join(
+            dict.fromkeys(
+                name for name, x, y in zip(names, a, b, strict=True) if x != y
+            )
+        )
+        or None
+    )
 
 
 def text_from_types(third: int, fourth: int) -> str:
@@ -470,14 +595,21 @@ def types_from_text(label: str) -> tuple[int, int]:
     match = _TYPES_TEXT.fullmatch(label.strip()) if isinstance(label, str) else None
     codes = (_TYPE_CODES[match[1]], _TYPE_CODES[match[2]]) if match else (1, -1)
     if codes[0] * codes[1] < 0 or (FREE in codes and 0 not in codes):
-        raise InputError(f"types must be one of {', '.join((*PLANE_TYPES, *FIBER_TYPES))}, got {shown(label)}")
+        raise InputError(
+            f"types must be one of {', '.join((*PLANE_TYPES, *FIBER_TYPES))}, got {shown(label)}"
+        )
     return codes
 
 
-def neighbors_allowed(first: tuple[npt.ArrayLike, npt.ArrayLike], second: tuple[npt.ArrayLike, npt.ArrayLike]) -> Any:
+def neighbors_allowed(
+    first: tuple[npt.ArrayLike, npt.ArrayLike],
+    second: tuple[npt.ArrayLike, npt.ArrayLike],
+) -> Any:
     """Return whether types, given as +1, 0, −1 or `FREE` for α3 and for α4, may be adjacent; arrays broadcast."""
     # Neither angle may have the types + and −, whose product is −1; that of `FREE` and − is −2.
-    return (np.multiply(first[0], second[0]) != -1) & (np.multiply(first[1], second[1]) != -1)
+    return (np.multiply(first[0], second[0]) != -1) & (
+        np.multiply(first[1], second[1]) != -1
+    )
 
 
 def types_may_be_adjacent(first: str, second: str) -> bool:

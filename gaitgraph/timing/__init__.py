@@ -13,7 +13,10 @@ if TYPE_CHECKING:
         Rounding as Rounding,
         rounded as rounded,
     )
-    from gaitgraph.timing.servo_lag import ServoResponse as ServoResponse, servo_response as servo_response
+    from gaitgraph.timing.servo_lag import (
+        ServoResponse as ServoResponse,
+        servo_response as servo_response,
+    )
     from gaitgraph.timing.time_optimal import (
         LeastPeriod as LeastPeriod,
         Limits as Limits,

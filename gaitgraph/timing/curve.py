@@ -25,7 +25,14 @@ from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.gait import Gait
 from gaitgraph.io.formats import gait_of
 from gaitgraph.surface.sheets import DEFAULT_CROSSING_TOLERANCE, sheet_angles
-from gaitgraph.timing.laws import bernstein_from_power, derivative_of, divided, located, peaks_of, values_of
+from gaitgraph.timing.laws import (
+    bernstein_from_power,
+    derivative_of,
+    divided,
+    located,
+    peaks_of,
+    values_of,
+)
 from gaitgraph.timing.timed_gait import TimedGait
 from gaitgraph.validation.report import RATE_UNITS
 from gaitgraph.validation.validating import check_gait
@@ -47,7 +54,10 @@ SMALLEST = 1e-5
 _STRAIGHT = 1e-9
 _SPACING = 0.4  # distance between control points of a blend on a segment, as a share of the length that it takes
 # Finite differences that turn the control points of a blend into coefficients, from the fifth power down.
-_DIFFERENCES = [np.array([(-1.0) ** (j - i) * math.comb(j, i) for i in range(j + 1)]) for j in range(5, -1, -1)]
+_DIFFERENCES = [
+    np.array([(-1.0) ** (j - i) * math.comb(j, i) for i in range(j + 1)])
+    for j in range(5, -1, -1)
+]
 _TIP = 5.0 / 8.0  # distance to the tip of a turn back, per parameter on each side
 _FEWEST = 8  # intervals on a piece of a curve
 _GROWTH = 0.3  # of the distance between nodes, from one to the next
@@ -106,21 +116,29 @@ class Curve:
         """
         piece, local = located(self.breaks, s, "s must be finite parameters")
         plane = values_of(derivative_of(self.pieces, derivative)[:, piece], local)
-        return _lift(plane, self.color, self.pieces[-1, 0], self.coefficients, derivative)
+        return _lift(
+            plane, self.color, self.pieces[-1, 0], self.coefficients, derivative
+        )
 
     def turning_points(self, derivative: int = 0) -> FloatArray:
         """Return the breaks and where α1 or α2, or a derivative, may turn round, increasing parameters, shape (n,)."""
         from scipy.interpolate import PPoly
 
         slope = PPoly(derivative_of(self.pieces, derivative + 1), self.breaks)
-        found = np.concatenate([self.breaks[:-1], *slope.roots(discontinuity=False, extrapolate=False)])
+        found = np.concatenate(
+            [self.breaks[:-1], *slope.roots(discontinuity=False, extrapolate=False)]
+        )
         return np.asarray(np.unique(found[(found >= 0) & (found < self.span)]))
 
     def polyline(self, tolerance: float = 1e-4) -> Gait:
         """Return a gait with corners on the curve, whose segments are proven to be within a tolerance of it [rad]."""
         width = np.diff(self.breaks)
-        bend = np.linalg.norm(bernstein_from_power(derivative_of(self.pieces, 2), width), axis=-1).max(axis=0)
-        count = np.maximum(np.ceil(width * np.sqrt(bend / (8.0 * tolerance)) * (1 + 1e-9)), 1.0)
+        bend = np.linalg.norm(
+            bernstein_from_power(derivative_of(self.pieces, 2), width), axis=-1
+        ).max(axis=0)
+        count = np.maximum(
+            np.ceil(width * np.sqrt(bend / (8.0 * tolerance)) * (1 + 1e-9)), 1.0
+        )
         alpha = self.at(divided(self.breaks, count)[0])
         return Gait(
             alpha=alpha,
@@ -130,7 +148,9 @@ class Curve:
             crossing_tolerance=self.crossing_tolerance,
         )
 
-    def check(self, *, chord: float = DEFAULT_CHORD, **options: Unpack[CheckOptions]) -> Report:
+    def check(
+        self, *, chord: float = DEFAULT_CHORD, **options: Unpack[CheckOptions]
+    ) -> Report:
         """Return every check of valid and flyable for the curve itself, between samples too; options as for a gait.
 
         :func:`gaitgraph.validation.validating.check_gait` checks chords within `chord` [rad] of the curve. Its results
@@ -140,7 +160,9 @@ class Curve:
         """
         alpha = self.at(self.turning_points())
         extremes = np.stack([alpha.min(axis=0), alpha.max(axis=0)])
-        return check_gait(self.polyline(chord), beside=chord, extremes=extremes, **options)
+        return check_gait(
+            self.polyline(chord), beside=chord, extremes=extremes, **options
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -171,7 +193,11 @@ class Rounding:
     @property
     def merged(self) -> tuple[int, ...]:
         """Corners whose blends overlapped a neighbour's and were shrunk to share the segment."""
-        return tuple(corner.corner for corner in self.corners if corner.shrunk and corner.deviation > 0)
+        return tuple(
+            corner.corner
+            for corner in self.corners
+            if corner.shrunk and corner.deviation > 0
+        )
 
     def as_mapping(self) -> dict[str, Any]:
         """Return it as plain values, ready for JSON."""
@@ -187,7 +213,11 @@ class Rounding:
 
     def __str__(self) -> str:
         text = f"{len(self.corners)} corners rounded, at most {self.deviation:.4g} rad from the gait"
-        return text + (f"; shrunk to share a leg: {', '.join(map(str, self.merged))}" if self.merged else "")
+        return text + (
+            f"; shrunk to share a leg: {', '.join(map(str, self.merged))}"
+            if self.merged
+            else ""
+        )
 
 
 def rounded(gait: GaitLike, tolerance: float | str) -> Rounding:
@@ -213,7 +243,9 @@ def rounded(gait: GaitLike, tolerance: float | str) -> Rounding:
     gait = gait_of(gait)
     if gait.color not in ("red", "blue"):
         wanted = "gait must be on one sheet, red or blue"
-        raise InputError(f"{wanted}, got the color {shown(gait.color)}; retarget moves it there")
+        raise InputError(
+            f"{wanted}, got the color {shown(gait.color)}; retarget moves it there"
+        )
     merged = gait.merged()
     kept = [merged.alpha[0]]
     for corner in merged.alpha[1:]:
@@ -222,9 +254,15 @@ def rounded(gait: GaitLike, tolerance: float | str) -> Rounding:
     while len(kept) > 1 and np.linalg.norm(kept[-1][:2] - kept[0][:2]) <= SMALLEST:
         kept.pop()
     if len(kept) < len(merged.alpha):
-        merged = replace(merged, alpha=np.array(kept), colors=merged.colors[: len(kept)]).merged()
+        merged = replace(
+            merged, alpha=np.array(kept), colors=merged.colors[: len(kept)]
+        ).merged()
     plane = merged.alpha[:, :2]
-    breaks, pieces, corners = _blended(plane, size) if len(plane) > 1 else (np.array([0.0, 1.0]), plane[None], ())
+    breaks, pieces, corners = (
+        _blended(plane, size)
+        if len(plane) > 1
+        else (np.array([0.0, 1.0]), plane[None], ())
+    )
     curve = Curve(
         breaks=breaks,
         pieces=pieces,
@@ -236,20 +274,27 @@ def rounded(gait: GaitLike, tolerance: float | str) -> Rounding:
     return Rounding(curve=curve, gait=merged, tolerance=size, corners=corners)
 
 
-def _blended(plane: FloatArray, size: float) -> tuple[FloatArray, FloatArray, tuple[RoundedCorner, ...]]:
+def _blended(
+    plane: FloatArray, size: float
+) -> tuple[FloatArray, FloatArray, tuple[RoundedCorner, ...]]:
     """Return the breaks and pieces of the closed polyline through two or more points with rounded corners."""
     step = np.roll(plane, -1, axis=0) - plane
     length = np.linalg.norm(step, axis=1)
     ahead = step / length[:, None]
     before = np.roll(ahead, 1, axis=0)
-    sine, cosine = before[:, 0] * ahead[:, 1] - before[:, 1] * ahead[:, 0], (before * ahead).sum(axis=1)
+    sine, cosine = (
+        before[:, 0] * ahead[:, 1] - before[:, 1] * ahead[:, 0],
+        (before * ahead).sum(axis=1),
+    )
     turn = np.arctan2(np.abs(sine), cosine)
     back = turn >= math.pi - _STRAIGHT
     bent = (turn > _STRAIGHT) & ~back
     per_reach = np.where(bent, (16.0 - 25.0 * _SPACING) / 16.0 * np.sin(turn / 2), 0.0)
     # A turn back leaves no deviation, so it takes all that there is: up to half a segment.
     shorter = np.minimum(length, np.roll(length, 1))
-    wanted = np.where(back, shorter / 2, np.where(bent, size / np.where(bent, per_reach, 1.0), 0.0))
+    wanted = np.where(
+        back, shorter / 2, np.where(bent, size / np.where(bent, per_reach, 1.0), 0.0)
+    )
     # A blend never takes more than a whole segment, which keeps sums finite where the turn is slight; and two
     # on one segment are shrunk until they fit.
     reach = np.minimum(wanted, shorter)
@@ -258,21 +303,39 @@ def _blended(plane: FloatArray, size: float) -> tuple[FloatArray, FloatArray, tu
     reach = reach * np.minimum(share, np.roll(share, 1))
     # Around each corner a blend, or both halves of a turn back; then what is left of the segment after it.
     powers = np.arange(5, -1, -1)
-    made: list[tuple[float, FloatArray]] = []  # widths, and coefficients in powers of the parameter
-    for k, (corner, u, v, d) in enumerate(zip(plane, before, ahead, reach.tolist(), strict=True)):
-        parts: list[tuple[float, Any]] = []  # coefficients in powers of the share of the width
+    made: list[
+        tuple[float, FloatArray]
+    ] = []  # widths, and coefficients in powers of the parameter
+    for k, (corner, u, v, d) in enumerate(
+        zip(plane, before, ahead, reach.tolist(), strict=True)
+    ):
+        parts: list[
+            tuple[float, Any]
+        ] = []  # coefficients in powers of the share of the width
         if bent[k]:
             along = np.array([d, (1 - _SPACING) * d, (1 - 2 * _SPACING) * d])[:, None]
             control = np.vstack([corner - along * u, corner + along[::-1] * v])
-            blend = [math.comb(5, len(one) - 1) * (one @ control[: len(one)]) for one in _DIFFERENCES]
+            blend = [
+                math.comb(5, len(one) - 1) * (one @ control[: len(one)])
+                for one in _DIFFERENCES
+            ]
             parts = [(5.0 * _SPACING * d, blend)]
         elif back[k]:
             # The distance to the tip is r(x)·w, r = (6x² − x⁴)/8, x from −1 to 1: slope 1, no curvature at ±1.
             w = d / _TIP
             c4, c2 = w / 8.0 * u, -6.0 * w / 8.0 * u
-            arriving = [0 * c4, c4, -4 * c4, c2 + 6 * c4, -2 * c2 - 4 * c4, corner + c2 + c4]
+            arriving = [
+                0 * c4,
+                c4,
+                -4 * c4,
+                c2 + 6 * c4,
+                -2 * c2 - 4 * c4,
+                corner + c2 + c4,
+            ]
             parts = [(w, arriving), (w, [0 * c4, c4, 0 * c4, c2, 0 * c4, corner])]
-        made += [(width, np.array(part) / width ** powers[:, None]) for width, part in parts]
+        made += [
+            (width, np.array(part) / width ** powers[:, None]) for width, part in parts
+        ]
         rest = float(length[k] - d - reach[(k + 1) % len(plane)])
         if rest > 1e-12 * length[k]:
             made.append((rest, np.vstack([np.zeros((4, 2)), v, corner + d * v])))
@@ -298,10 +361,15 @@ class TouchedLimit:
     joints: list[int]  # the opposite joints that move alike, 1 and 3 or 2 and 4
     value: float  # of the limit [rad/s, rad/s² or rad/s³]
     share: float  # share of the period spent at the limit
-    where: dict[str, Any]  # the first time at it, t [s], and the tilt angles then, alpha [rad]
+    where: dict[
+        str, Any
+    ]  # the first time at it, t [s], and the tilt angles then, alpha [rad]
 
     def __str__(self) -> str:
-        joints, unit = f"α{self.joints[0]} and α{self.joints[1]}", RATE_UNITS[self.limit]
+        joints, unit = (
+            f"α{self.joints[0]} and α{self.joints[1]}",
+            RATE_UNITS[self.limit],
+        )
         during = f"during {100 * self.share:.0f} % of the period"
         return f"{self.limit} of {joints} at its limit {figure(self.value)} {unit} {during}"
 
@@ -348,25 +416,48 @@ class LimitedGait(TimedGait):
         """Return a derivative of the tilt angles at times of shape (...) [s]; the third one jumps at knots."""
         piece, local = located(self.corner_times, t)
         h, gait = self.widths[piece], self.gait
-        plane = values_of(derivative_of(self.tilts, order)[:, piece], local / h) / h[..., None] ** order
-        return _lift(plane, gait.color or "red", gait.alpha[0, :2], gait.coefficients, order)
+        plane = (
+            values_of(derivative_of(self.tilts, order)[:, piece], local / h)
+            / h[..., None] ** order
+        )
+        return _lift(
+            plane, gait.color or "red", gait.alpha[0, :2], gait.coefficients, order
+        )
 
     def _peaks(self, orders: Sequence[int]) -> list[FloatArray]:
         """Return upper bounds from Bernstein coefficients; they are the sharper the more knots there are."""
-        return [np.tile(peaks_of(self.widths, self.tilts, order).max(axis=0), 2) for order in orders]
+        return [
+            np.tile(peaks_of(self.widths, self.tilts, order).max(axis=0), 2)
+            for order in orders
+        ]
 
     def limits_touched(self, within: float = 0.01) -> tuple[TouchedLimit, ...]:
         """Return the limits that the law comes within a share of, and for what share of the period."""
         out = []
-        for order, (kind, limits) in enumerate(zip(RATE_UNITS, self.limits, strict=True), start=1):
+        for order, (kind, limits) in enumerate(
+            zip(RATE_UNITS, self.limits, strict=True), start=1
+        ):
             peaks = peaks_of(self.widths, self.tilts, order)
             for joint, limit in enumerate(limits.tolist()):
-                touched = (peaks[:, joint] >= limit * (1 - within)) & (peaks[:, joint] > 0)
+                touched = (peaks[:, joint] >= limit * (1 - within)) & (
+                    peaks[:, joint] > 0
+                )
                 if touched.any():
                     t = float(self.corner_times[int(np.argmax(touched))])
                     share = float(self.widths[touched].sum() / self.period)
-                    joints, where = [joint + 1, joint + 3], {"t": t, "alpha": self.derivative(t, 0).tolist()}
-                    out.append(TouchedLimit(limit=kind, joints=joints, value=limit, share=share, where=where))
+                    joints, where = (
+                        [joint + 1, joint + 3],
+                        {"t": t, "alpha": self.derivative(t, 0).tolist()},
+                    )
+                    out.append(
+                        TouchedLimit(
+                            limit=kind,
+                            joints=joints,
+                            value=limit,
+                            share=share,
+                            where=where,
+                        )
+                    )
         return tuple(out)
 
     def vertices(self, tolerance: float = 1e-9) -> FloatArray:
@@ -374,11 +465,15 @@ class LimitedGait(TimedGait):
         if self.curve is None:
             return self.gait.vertices(tolerance)
         at = self.curve.turning_points()
-        return self.curve.at(at[np.linalg.norm(self.curve.at(at, 1), axis=1) <= tolerance])
+        return self.curve.at(
+            at[np.linalg.norm(self.curve.at(at, 1), axis=1) <= tolerance]
+        )
 
     def check(self, **options: Unpack[CheckOptions]) -> Report:
         """Return every check of the path, along the curve itself, and those of rates, accelerations and jerks."""
-        return (self.curve or self.gait).check(**options).with_checks(self.rate_checks())
+        return (
+            (self.curve or self.gait).check(**options).with_checks(self.rate_checks())
+        )
 
 
 def nodes_along(breaks: FloatArray, pieces: FloatArray, nodes: int) -> FloatArray:
@@ -401,14 +496,29 @@ def nodes_along(breaks: FloatArray, pieces: FloatArray, nodes: int) -> FloatArra
         for nearest in (float(at_break[k]), float(at_break[(k + 1) % len(steps)])):
             count = math.ceil(math.log(step / nearest) / math.log1p(_GROWTH))
             sizes = nearest * (1 + _GROWTH) ** np.arange(count)
-            sides.append(sizes[(sizes < step / (1 + _GROWTH)) & (np.cumsum(sizes) < whole / 2)].tolist())
+            sides.append(
+                sizes[
+                    (sizes < step / (1 + _GROWTH)) & (np.cumsum(sizes) < whole / 2)
+                ].tolist()
+            )
         middle = whole - sum(sides[0]) - sum(sides[1])
         count = max(math.ceil(middle / step * (1 - 1e-12)), 1)
-        parts.append(breaks[k] + np.cumsum([0.0, *sides[0], *[middle / count] * count, *sides[1][::-1]])[:-1])
+        parts.append(
+            breaks[k]
+            + np.cumsum([0.0, *sides[0], *[middle / count] * count, *sides[1][::-1]])[
+                :-1
+            ]
+        )
     return np.concatenate([*parts, breaks[-1:]])
 
 
-def _lift(plane: FloatArray, color: str, first: FloatArray, coefficients: Coefficients, derivative: int) -> FloatArray:
+def _lift(
+    plane: FloatArray,
+    color: str,
+    first: FloatArray,
+    coefficients: Coefficients,
+    derivative: int,
+) -> FloatArray:
     """Return (α1, …, α4) on a sheet above points of the plane, or above a derivative of them, shape (..., 4) [rad].
 
     Never wrapped: (α3, α4) above `first` is taken from [−π/2, π/2], and the others follow without a jump.
@@ -416,6 +526,8 @@ def _lift(plane: FloatArray, color: str, first: FloatArray, coefficients: Coeffi
     sign = 1.0 if color == "red" else -1.0
     other = sign * plane
     if not derivative:
-        above = sheet_angles("red" if color == "red" else "blue", first[0], first[1], coefficients)
+        above = sheet_angles(
+            "red" if color == "red" else "blue", first[0], first[1], coefficients
+        )
         other = np.array(above) - sign * first + other
     return np.concatenate([plane, other], axis=-1)

@@ -55,7 +55,11 @@ _BRIEF = 1e-6
 
 _CAP = 1e30
 _PASSES, _PROGRAMMES = 100, 10
-_TANGENTS = (0.5, 1.0, 1.6)  # where the time 1/√b is replaced by tangents, as multiples of the solution before
+_TANGENTS = (
+    0.5,
+    1.0,
+    1.6,
+)  # where the time 1/√b is replaced by tangents, as multiples of the solution before
 _LEAST, _MOST = 1e-2, 1e3  # bounds of b, as multiples of the solution before
 
 
@@ -63,22 +67,36 @@ class Law(NamedTuple):
     """A law over any period, the same on each segment, as functions of the share τ of the segment's time."""
 
     by_length: bool  # whether segments take time in proportion to their length; otherwise all take the same time
-    motion: Callable[[FloatArray], tuple[FloatArray, FloatArray, FloatArray]]  # share of the length, two derivatives
-    peaks: tuple[float, float, float, float]  # largest first to fourth derivative; infinite: an impulse at a corner
+    motion: Callable[
+        [FloatArray], tuple[FloatArray, FloatArray, FloatArray]
+    ]  # share of the length, two derivatives
+    peaks: tuple[
+        float, float, float, float
+    ]  # largest first to fourth derivative; infinite: an impulse at a corner
 
 
 def _from_rest_to_rest(tau: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    return tau**3 * (10 - 15 * tau + 6 * tau**2), 30 * tau**2 * (1 - tau) ** 2, 60 * tau * (1 - tau) * (1 - 2 * tau)
+    return (
+        tau**3 * (10 - 15 * tau + 6 * tau**2),
+        30 * tau**2 * (1 - tau) ** 2,
+        60 * tau * (1 - tau) * (1 - 2 * tau),
+    )
 
 
 def _evenly(tau: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     return tau, np.ones_like(tau), np.zeros_like(tau)
 
 
-STRAIGHT = Law(by_length=True, motion=_evenly, peaks=(1.0, math.inf, math.inf, math.inf))  # rows with own times too
+STRAIGHT = Law(
+    by_length=True, motion=_evenly, peaks=(1.0, math.inf, math.inf, math.inf)
+)  # rows with own times too
 LAWS = {
     # The slope of the minimum-jerk polynomial is 15/8 at τ = 1/2; its slope is 10/√3 at most, that one's 60, its 360.
-    "smooth": Law(by_length=True, motion=_from_rest_to_rest, peaks=(15.0 / 8.0, 10.0 / math.sqrt(3.0), 60.0, 360.0)),
+    "smooth": Law(
+        by_length=True,
+        motion=_from_rest_to_rest,
+        peaks=(15.0 / 8.0, 10.0 / math.sqrt(3.0), 60.0, 360.0),
+    ),
     "constant-speed": STRAIGHT,
     "equal-time": STRAIGHT._replace(by_length=False),
 }
@@ -107,14 +125,21 @@ def bernstein_from_power(pieces: FloatArray, width: FloatArray) -> FloatArray:
     degree = len(pieces) - 1
     scale = width.reshape((-1,) + (1,) * (pieces.ndim - 2))
     rising = np.stack([pieces[degree - j] * scale**j for j in range(degree + 1)])
-    mix = np.array([[math.comb(i, j) / math.comb(degree, j) for j in range(degree + 1)] for i in range(degree + 1)])
+    mix = np.array(
+        [
+            [math.comb(i, j) / math.comb(degree, j) for j in range(degree + 1)]
+            for i in range(degree + 1)
+        ]
+    )
     return np.asarray(np.einsum("ij,j...->i...", mix, rising))
 
 
 def derivative_of(pieces: FloatArray, order: int = 1) -> FloatArray:
     """Return the coefficients of a derivative of polynomial pieces."""
     for _ in range(order):
-        power = np.arange(len(pieces) - 1, 0, -1).reshape((-1,) + (1,) * (pieces.ndim - 1))
+        power = np.arange(len(pieces) - 1, 0, -1).reshape(
+            (-1,) + (1,) * (pieces.ndim - 1)
+        )
         pieces = pieces[:-1] * power if len(pieces) > 1 else np.zeros_like(pieces)
     return pieces
 
@@ -124,21 +149,31 @@ def values_of(pieces: FloatArray, local: FloatArray) -> FloatArray:
     return np.asarray(np.polyval(pieces, local[..., None]))
 
 
-def times_from(t: npt.ArrayLike, what: str = _TIMES, least: float = -math.inf) -> FloatArray:
+def times_from(
+    t: npt.ArrayLike, what: str = _TIMES, least: float = -math.inf
+) -> FloatArray:
     """Return times [s] of any shape as an array; InputError, which `what` begins, unless finite and from `least` on."""
     try:
         times = np.asarray(t, dtype=float)
-    except (OverflowError, TypeError, ValueError):  # of numpy; the last for rows of different lengths too
+    except (
+        OverflowError,
+        TypeError,
+        ValueError,
+    ):  # of numpy; the last for rows of different lengths too
         times = np.array(np.nan)
     if not (np.isfinite(times) & (times >= least)).all():
         raise InputError(f"{what}, got {shown(t)}")
     return times
 
 
-def located(breaks: FloatArray, at: npt.ArrayLike, what: str = _TIMES) -> tuple[npt.NDArray[np.intp], FloatArray]:
+def located(
+    breaks: FloatArray, at: npt.ArrayLike, what: str = _TIMES
+) -> tuple[npt.NDArray[np.intp], FloatArray]:
     """Return in which piece of a period times or parameters lie, and how far from its start; breaks are from 0 on."""
     phase = np.asarray(np.mod(times_from(at, what), breaks[-1]))
-    piece = np.clip(np.searchsorted(breaks, phase, side="right") - 1, 0, len(breaks) - 2)
+    piece = np.clip(
+        np.searchsorted(breaks, phase, side="right") - 1, 0, len(breaks) - 2
+    )
     return piece, phase - breaks[piece]
 
 
@@ -163,8 +198,14 @@ def smoothed_law(s: FloatArray, squared: FloatArray, window: float) -> TimingLaw
     t = np.concatenate([[0.0], np.cumsum(2 * np.diff(s) / (speed[1:] + speed[:-1]))])
     period = float(t[-1])
     half = window * period / 2
-    knots = np.unique(np.concatenate([np.mod(t[:-1] - half, period), np.mod(t[:-1] + half, period), [0.0]]))
-    knots = np.append(knots[np.diff(np.append(knots, period)) > _APART * period], period)
+    knots = np.unique(
+        np.concatenate(
+            [np.mod(t[:-1] - half, period), np.mod(t[:-1] + half, period), [0.0]]
+        )
+    )
+    knots = np.append(
+        knots[np.diff(np.append(knots, period)) > _APART * period], period
+    )
     knots[0] = 0.0
     ahead = np.interp(np.mod(knots + half, period), t, speed)
     behind = np.interp(np.mod(knots - half, period), t, speed)
@@ -172,19 +213,25 @@ def smoothed_law(s: FloatArray, squared: FloatArray, window: float) -> TimingLaw
     rise[-1] = rise[0]
     # Subtracting the mean of s̈ closes the speed; the first speed is such that s grows by the span.
     rise = rise - np.trapezoid(rise, knots) / period
-    gained = PPoly(np.stack([np.diff(rise) / np.diff(knots), rise[:-1]]), knots).antiderivative()
+    gained = PPoly(
+        np.stack([np.diff(rise) / np.diff(knots), rise[:-1]]), knots
+    ).antiderivative()
     first = (span - float(gained.integrate(0.0, period))) / period
     # It starts at the mean of s from −half to half; by periodicity s(−u) = s(T − u) − span.
     rough = PPoly(np.stack([np.diff(speed) / np.diff(t) / 2, speed[:-1], s[:-1]]), t)
     around = float(rough.integrate(0.0, half) + rough.integrate(period - half, period))
-    smooth = around / (2 * half) - span / 2 + gained.antiderivative()(knots) + first * knots
+    smooth = (
+        around / (2 * half) - span / 2 + gained.antiderivative()(knots) + first * knots
+    )
     smooth[-1] = smooth[0] + span
     speeds = gained(knots) + first
     speeds[-1] = first
     return TimingLaw(t=knots, s=smooth, speed=speeds, acceleration=rise)
 
 
-def tilts_over_time(law: TimingLaw, breaks: FloatArray, pieces: FloatArray) -> tuple[FloatArray, FloatArray]:
+def tilts_over_time(
+    law: TimingLaw, breaks: FloatArray, pieces: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     """Return widths of intervals of time and (α1, α2) on them, as polynomials of the share of the interval passed.
 
     Shapes (m,) [s] and (degree + 1, m, 2) [rad], highest power first, for a law of positive speed along a path with
@@ -196,16 +243,26 @@ def tilts_over_time(law: TimingLaw, breaks: FloatArray, pieces: FloatArray) -> t
     span, h = float(breaks[-1]), np.diff(law.t)
     # In which interval of the law, and at what share of it, s passes each break: by bisection.
     at, rest = located(law.s - law.s[0], breaks[:-1] - law.s[0])
-    v, a, b = law.speed[at] * h[at], law.acceleration[at] * h[at] ** 2, law.acceleration[at + 1] * h[at] ** 2
+    v, a, b = (
+        law.speed[at] * h[at],
+        law.acceleration[at] * h[at] ** 2,
+        law.acceleration[at + 1] * h[at] ** 2,
+    )
     low, high = np.zeros(len(at)), np.ones(len(at))
     for _ in range(60):
         x = (low + high) / 2
         below = x * (v + x * (a / 2 + x * (b - a) / 6)) < rest
         low, high = np.where(below, x, low), np.where(below, high, x)
     x = (low + high) / 2
-    speed, rise = (v + x * (a + x * (b - a) / 2)) / h[at], (a + x * (b - a)) / h[at] ** 2
+    speed, rise = (
+        (v + x * (a + x * (b - a) / 2)) / h[at],
+        (a + x * (b - a)) / h[at] ** 2,
+    )
     # Knots and breaks in order, from the first break on; `number` is that of the break, −1 for a knot.
-    interval, share = np.concatenate([np.arange(len(h)), at]), np.concatenate([np.zeros(len(h)), x])
+    interval, share = (
+        np.concatenate([np.arange(len(h)), at]),
+        np.concatenate([np.zeros(len(h)), x]),
+    )
     number = np.concatenate([np.full(len(h), -1), np.arange(len(at))])
     order = np.lexsort((-number, share, interval))
     order = np.roll(order, -int(np.flatnonzero(order == len(h))[0]))
@@ -219,15 +276,25 @@ def tilts_over_time(law: TimingLaw, breaks: FloatArray, pieces: FloatArray) -> t
     number = number[kept]
     s, v, a = (
         np.concatenate(pair)[order][kept]
-        for pair in ((law.s[:-1], breaks[:-1]), (law.speed[:-1], speed), (law.acceleration[:-1], rise))
+        for pair in (
+            (law.s[:-1], breaks[:-1]),
+            (law.speed[:-1], speed),
+            (law.acceleration[:-1], rise),
+        )
     )
     piece = np.maximum.accumulate(number)
     local = np.where(number >= 0, 0.0, np.mod(s - breaks[piece], span))
-    return widths, tilts_between(widths, local, np.append(v, v[0]), np.append(a, a[0]), pieces[:, piece])
+    return widths, tilts_between(
+        widths, local, np.append(v, v[0]), np.append(a, a[0]), pieces[:, piece]
+    )
 
 
 def tilts_between(
-    widths: FloatArray, local: FloatArray, speed: FloatArray, rise: FloatArray, pieces: FloatArray
+    widths: FloatArray,
+    local: FloatArray,
+    speed: FloatArray,
+    rise: FloatArray,
+    pieces: FloatArray,
 ) -> FloatArray:
     """Return (α1, α2) on intervals of time as polynomials of the share passed, shape (degree + 1, m, 2).
 
@@ -235,7 +302,9 @@ def tilts_between(
     and s̈ at the knots, shape (m + 1,); `pieces` are those that the intervals run along, shape (n + 1, m, 2).
     """
     h = widths
-    cubic = np.stack([(rise[1:] - rise[:-1]) * h**2 / 6, rise[:-1] * h**2 / 2, speed[:-1] * h, local])[:, :, None]
+    cubic = np.stack(
+        [(rise[1:] - rise[:-1]) * h**2 / 6, rise[:-1] * h**2 / 2, speed[:-1] * h, local]
+    )[:, :, None]
     out = pieces[:1].copy()
     for coefficient in pieces[1:]:
         # Horner's rule with polynomials: multiply by the cubic, add the next coefficient.
@@ -256,7 +325,9 @@ def peaks_of(widths: FloatArray, tilts: FloatArray, order: int) -> FloatArray:
     return np.asarray(np.abs(control).max(axis=0) / widths[:, None] ** order)
 
 
-def phases(distance: float, rate: float, acceleration: float, jerk: float) -> list[tuple[float, float, float]]:
+def phases(
+    distance: float, rate: float, acceleration: float, jerk: float
+) -> list[tuple[float, float, float]]:
     """Return the phases of the fastest motion over a distance from rest to rest: duration, s̈ at its start and its end.
 
     There are seven at most: the acceleration rises to its limit at the limit of jerk, stays, falls to zero, the speed
@@ -268,19 +339,33 @@ def phases(distance: float, rate: float, acceleration: float, jerk: float) -> li
     """
     if math.isinf(jerk):
         cruise = distance * acceleration >= rate**2
-        total = distance / rate + rate / acceleration if cruise else 2.0 * math.sqrt(distance / acceleration)
+        total = (
+            distance / rate + rate / acceleration
+            if cruise
+            else 2.0 * math.sqrt(distance / acceleration)
+        )
         jerk = acceleration / (_RISE * total)
     slow = max(distance / rate, 2.0 * math.sqrt(distance / acceleration))
-    acceleration = min(acceleration, rate / (_BRIEF * slow)) if slow > 0 else acceleration
+    acceleration = (
+        min(acceleration, rate / (_BRIEF * slow)) if slow > 0 else acceleration
+    )
     jerk = min(jerk, acceleration / (_BRIEF * slow)) if slow > 0 else jerk
     top = min(rate, (distance * math.sqrt(jerk) / 2.0) ** (2.0 / 3.0))
     if math.isfinite(acceleration) and top * jerk > acceleration**2:
         # The acceleration meets its limit, so that speeding up and slowing down over v takes v(v/a + a/j).
         rise = acceleration / jerk
-        top = min(rate, acceleration * (math.sqrt(rise**2 + 4.0 * distance / acceleration) - rise) / 2.0)
+        top = min(
+            rate,
+            acceleration
+            * (math.sqrt(rise**2 + 4.0 * distance / acceleration) - rise)
+            / 2.0,
+        )
     highest = min(acceleration, math.sqrt(top * jerk))
     ramp = highest / jerk
-    hold, cruise_time = max(top / highest - ramp, 0.0), max(distance / top - top / highest - ramp, 0.0)
+    hold, cruise_time = (
+        max(top / highest - ramp, 0.0),
+        max(distance / top - top / highest - ramp, 0.0),
+    )
     up = [(ramp, 0.0, highest), (hold, highest, highest), (ramp, highest, 0.0)]
     down = [(ramp, 0.0, -highest), (hold, -highest, -highest), (ramp, -highest, 0.0)]
     out = [*up, (cruise_time, 0.0, 0.0), *down]
@@ -302,7 +387,10 @@ def rest_to_rest(
     for k, length in enumerate(lengths.tolist()):
         share = np.abs(step[k]) / length
         moving = share > 1e-12
-        along = [float((limit[moving] / share[moving]).min()) for limit in (rate, acceleration, jerk)]
+        along = [
+            float((limit[moving] / share[moving]).min())
+            for limit in (rate, acceleration, jerk)
+        ]
         s, v = 0.0, 0.0
         for h, a0, a1 in phases(length, *along):
             widths.append(h)
@@ -316,11 +404,17 @@ def rest_to_rest(
     pieces = np.stack([step / lengths[:, None], plane])[:, piece]
     # The acceleration is continuous: at the end of a phase it is that at the start of the next.
     out = np.array(widths)
-    return out, tilts_between(out, np.array(local), np.array(speed), np.array([*rise, 0.0]), pieces)
+    return out, tilts_between(
+        out, np.array(local), np.array(speed), np.array([*rise, 0.0]), pieces
+    )
 
 
 def fastest_squared_speeds(
-    first: FloatArray, second: FloatArray, width: FloatArray, rate: FloatArray, acceleration: FloatArray
+    first: FloatArray,
+    second: FloatArray,
+    width: FloatArray,
+    rate: FloatArray,
+    acceleration: FloatArray,
 ) -> FloatArray:
     """Return the largest b = ṡ² at every node of a closed grid, shape (n + 1,), the last equal to the first.
 
@@ -343,34 +437,58 @@ def fastest_squared_speeds(
         size_p, size_q = np.abs(p), np.abs(q)
         opposite = p * q <= 0
         up, down = opposite & (q != 0), opposite & (p != 0)
-        up_at, up_slope = np.where(up, limit / size_q, _CAP), np.where(up, size_p / size_q, 0.0)
-        down_at, down_slope = np.where(down, limit / size_p, _CAP), np.where(down, size_q / size_p, 0.0)
+        up_at, up_slope = (
+            np.where(up, limit / size_q, _CAP),
+            np.where(up, size_p / size_q, 0.0),
+        )
+        down_at, down_slope = (
+            np.where(down, limit / size_p, _CAP),
+            np.where(down, size_q / size_p, 0.0),
+        )
         box = np.where(p * q > 0, limit / np.abs(p + q), _CAP).min(axis=1)
         # Where two rows of an interval meet: beyond that point they admit no pair of values.
         gain = up_slope[:, :, None] * down_slope[:, None, :]
         rest = 1.0 - gain
-        later = np.where(rest > 0, (up_at[:, :, None] + up_slope[:, :, None] * down_at[:, None, :]) / rest, _CAP)
-        earlier = np.where(rest > 0, (down_at[:, None, :] + down_slope[:, None, :] * up_at[:, :, None]) / rest, _CAP)
+        later = np.where(
+            rest > 0,
+            (up_at[:, :, None] + up_slope[:, :, None] * down_at[:, None, :]) / rest,
+            _CAP,
+        )
+        earlier = np.where(
+            rest > 0,
+            (down_at[:, None, :] + down_slope[:, None, :] * up_at[:, :, None]) / rest,
+            _CAP,
+        )
     bounds[:-1] = np.minimum(bounds[:-1], np.minimum(box, earlier.min(axis=(1, 2))))
     bounds[1:] = np.minimum(bounds[1:], np.minimum(box, later.min(axis=(1, 2))))
     bounds[[0, -1]] = min(bounds[0], bounds[-1])
     # Forwards and backwards once round, from the narrowest node on, until that node stays as it is.
     b, start = bounds[:-1].tolist(), int(np.argmin(bounds[:-1]))
     order = np.roll(np.arange(len(b)), -start)
-    ways = ((order, np.roll(order, -1), up_at, up_slope), (order[::-1], order[::-1], down_at, down_slope))
-    rounds = [[*zip(node.tolist(), at[k].tolist(), slope[k].tolist(), strict=True)] for k, node, at, slope in ways]
+    ways = (
+        (order, np.roll(order, -1), up_at, up_slope),
+        (order[::-1], order[::-1], down_at, down_slope),
+    )
+    rounds = [
+        [*zip(node.tolist(), at[k].tolist(), slope[k].tolist(), strict=True)]
+        for k, node, at, slope in ways
+    ]
     for _ in range(_PASSES):
         known = b[start]
         for way in rounds:
             x = b[start]
             for node, (i0, i1, i2, i3), (s0, s1, s2, s3) in way:
-                x = b[node] = min(b[node], i0 + s0 * x, i1 + s1 * x, i2 + s2 * x, i3 + s3 * x)
+                x = b[node] = min(
+                    b[node], i0 + s0 * x, i1 + s1 * x, i2 + s2 * x, i3 + s3 * x
+                )
         if b[start] >= known * (1 - 1e-13):
             break
     return np.array([*b, b[0]])
 
 
-def law_through_nodes(s: FloatArray, acceleration: FloatArray, speed: float) -> TimingLaw | None:
+def law_through_nodes(
+    s: FloatArray, acceleration: FloatArray, speed: float
+) -> TimingLaw | None:
     """Return the law through nodes s with given s̈, less a constant so that it closes; None if it would stop.
 
     The secant method finds the constant with which the last speed is `speed`, the first; it is tiny for s̈ that nearly
@@ -395,9 +513,18 @@ def law_through_nodes(s: FloatArray, acceleration: FloatArray, speed: float) -> 
         more, left = left, v - speed
         if turn and (abs(left) <= 1e-14 * speed or left == more):
             t = np.concatenate([[0.0], np.cumsum(times)])
-            return TimingLaw(t=t, s=s, speed=np.array([*speeds[:-1], speed]), acceleration=rise - constant)
+            return TimingLaw(
+                t=t,
+                s=s,
+                speed=np.array([*speeds[:-1], speed]),
+                acceleration=rise - constant,
+            )
         # First guess: the constant times the span lowers half the squared speed.
-        change = left * (constant - before) / (left - more) if turn else (speed**2 - v**2) / (2 * float(s[-1]))
+        change = (
+            left * (constant - before) / (left - more)
+            if turn
+            else (speed**2 - v**2) / (2 * float(s[-1]))
+        )
         before, constant = constant, constant - change
     return None
 
@@ -428,16 +555,26 @@ def laws_under_jerk(
         for order, nodes in ((1, s[:-1]), (2, s[:-1]), (3, s[:-1]), (3, s[1:]))
     )
     # The variables of a programme: b, s̈ and a bound of 1/√b, at the nodes of the closed grid.
-    here, none, at_end = sparse.identity(n, format="csr"), sparse.csr_matrix((n, n)), np.roll(np.arange(n), -1)
-    after = sparse.csr_matrix((np.ones(n), (np.arange(n), (np.arange(n) + 1) % n)), shape=(n, n))
+    here, none, at_end = (
+        sparse.identity(n, format="csr"),
+        sparse.csr_matrix((n, n)),
+        np.roll(np.arange(n), -1),
+    )
+    after = sparse.csr_matrix(
+        (np.ones(n), (np.arange(n), (np.arange(n) + 1) % n)), shape=(n, n)
+    )
     slope = diagonal(1.0 / width) @ (after - here)
     # b grows by the trapezoidal integral of 2s̈.
-    grows = sparse.csr_matrix(sparse.hstack([after - here, -(diagonal(width) @ (here + after)), none]))
+    grows = sparse.csr_matrix(
+        sparse.hstack([after - here, -(diagonal(width) @ (here + after)), none])
+    )
     around = (width + np.roll(width, 1)) / 2
     b = start
     for k in range(_PROGRAMMES):
         if progress is not None:
-            progress(f"programme {k + 1} of at most {_PROGRAMMES} under the jerk limit, {n} nodes")
+            progress(
+                f"programme {k + 1} of at most {_PROGRAMMES} under the jerk limit, {n} nodes"
+            )
         rows: list[Any] = []
         right: list[FloatArray] = []
         for joint in range(2):
@@ -445,11 +582,16 @@ def laws_under_jerk(
             gained = sparse.hstack([diagonal(two), diagonal(one), none])
             rows += [gained, -gained]
             right += [limits[1][:, joint]] * 2
-            for third, node, pick in ((thirds[0], slice(None), here), (thirds[1], at_end, after)):
+            for third, node, pick in (
+                (thirds[0], slice(None), here),
+                (thirds[1], at_end, after),
+            ):
                 bends = 3.0 * diagonal(two[node]) @ pick + diagonal(one[node]) @ slope
                 jerk = sparse.hstack([diagonal(third[:, joint]) @ pick, bends, none])
                 limit, known = limits[2][node, joint], b[node]
-                tangent = sparse.hstack([diagonal(0.5 * limit * known**-1.5) @ pick, none, none])
+                tangent = sparse.hstack(
+                    [diagonal(0.5 * limit * known**-1.5) @ pick, none, none]
+                )
                 rows += [jerk + tangent, tangent - jerk]
                 right += [1.5 * limit * known**-0.5] * 2
         for share in _TANGENTS:
@@ -459,15 +601,31 @@ def laws_under_jerk(
         sides = np.concatenate(right)
         # Relative to the solution before, so that the solver's absolute tolerances mean the same everywhere.
         unit = diagonal(np.concatenate([b, b / around, b**-0.5]))
-        above: Any = sparse.csr_matrix(diagonal(1.0 / np.abs(sides)) @ sparse.vstack(rows) @ unit)
-        equal: Any = sparse.csr_matrix(diagonal(1.0 / np.maximum(b, np.roll(b, -1))) @ grows @ unit)
+        above: Any = sparse.csr_matrix(
+            diagonal(1.0 / np.abs(sides)) @ sparse.vstack(rows) @ unit
+        )
+        equal: Any = sparse.csr_matrix(
+            diagonal(1.0 / np.maximum(b, np.roll(b, -1))) @ grows @ unit
+        )
         with np.errstate(divide="ignore"):
-            fastest = np.minimum(((limits[0] / np.abs(first)) ** 2).min(axis=1) / b, _MOST)
+            fastest = np.minimum(
+                ((limits[0] / np.abs(first)) ** 2).min(axis=1) / b, _MOST
+            )
         low = np.concatenate([np.full(n, _LEAST), np.full(n, -np.inf), np.zeros(n)])
-        bounds: Any = np.column_stack([low, np.concatenate([fastest, np.full(2 * n, np.inf)])])
+        bounds: Any = np.column_stack(
+            [low, np.concatenate([fastest, np.full(2 * n, np.inf)])]
+        )
         time = around * b**-0.5
         cost = np.concatenate([np.zeros(2 * n), time / time.sum()])
-        lp = linprog(cost, A_ub=above, b_ub=np.sign(sides), A_eq=equal, b_eq=np.zeros(n), bounds=bounds, method="highs")
+        lp = linprog(
+            cost,
+            A_ub=above,
+            b_ub=np.sign(sides),
+            A_eq=equal,
+            b_eq=np.zeros(n),
+            bounds=bounds,
+            method="highs",
+        )
         if lp.x is None:
             return
         rise = np.asarray(lp.x[n : 2 * n] * b / around)

@@ -28,7 +28,9 @@ if TYPE_CHECKING:
 
 _STEP = 1.0 / 64.0  # longest interval, as a share of the quickest servo's time constant
 _MOST_STEPS = 2_000_000
-_LONGEST = 1e6  # longest lag in periods; beyond it round-off is larger than the settled error
+_LONGEST = (
+    1e6  # longest lag in periods; beyond it round-off is larger than the settled error
+)
 _AT_ONCE = 20_000
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(12)
 
@@ -64,7 +66,9 @@ class ServoResponse:
         """Return the root mean square error of each joint, shape (4,) [rad], by Simpson's rule."""
         h = np.diff(self.t)[::2, None]
         squared = self.error**2
-        total = (h / 3 * (squared[:-2:2] + 4 * squared[1:-1:2] + squared[2::2])).sum(axis=0)
+        total = (h / 3 * (squared[:-2:2] + 4 * squared[1:-1:2] + squared[2::2])).sum(
+            axis=0
+        )
         return np.asarray(np.sqrt(total / self.timed.period))
 
     def distance_off_sheet(self) -> float | None:
@@ -78,14 +82,22 @@ class ServoResponse:
         sign = -1.0 if self.timed.gait.color == "blue" else 1.0
         apart = np.abs(self.error[:, 2:] - sign * self.error[:, :2]).max(axis=0)
         same = self.lag[2:] == self.lag[:2]
-        return float(np.where(same, apart, apart + self.slack[2:] + self.slack[:2]).max())
+        return float(
+            np.where(same, apart, apart + self.slack[2:] + self.slack[:2]).max()
+        )
 
     def least_singular_value(self) -> float:
         """Return a lower bound of the least singular value along the actual motion, between the times `t` too."""
         vehicle, alpha = self.timed.gait.vehicle, self.actual
-        lower = float(least_singular_value_along(alpha[:-1], alpha[1:], vehicle, tolerance=1e-5).lower.min())
+        lower = float(
+            least_singular_value_along(
+                alpha[:-1], alpha[1:], vehicle, tolerance=1e-5
+            ).lower.min()
+        )
         # The actual acceleration is the commanded one averaged over the past, and it is (rate − error/lag)/lag.
-        bend = np.minimum(2.0 * self.timed.peak_rates() / self.lag, self.timed.peak_accelerations())
+        bend = np.minimum(
+            2.0 * self.timed.peak_rates() / self.lag, self.timed.peak_accelerations()
+        )
         off = bend * float(np.diff(self.t).max()) ** 2 / 8.0
         return lower - singular_value_rate(vehicle) * float(np.linalg.norm(off))
 
@@ -110,7 +122,9 @@ class ServoResponse:
         )
 
 
-def servo_response(gait: GaitLike, lag: float | npt.ArrayLike | None = None) -> ServoResponse:
+def servo_response(
+    gait: GaitLike, lag: float | npt.ArrayLike | None = None
+) -> ServoResponse:
     """Return the settled periodic response of first-order servos to a timed gait.
 
     Parameters
@@ -136,10 +150,14 @@ def servo_response(gait: GaitLike, lag: float | npt.ArrayLike | None = None) -> 
     """
     timed = timed_gait_of(gait)
     if lag is None:
-        (lag,) = timed.gait.vehicle.require("servo_lag", purpose="the error of lagging servos")
+        (lag,) = timed.gait.vehicle.require(
+            "servo_lag", purpose="the error of lagging servos"
+        )
     tau = np.array([number_of(part) for part in (lag if np.ndim(lag) else [lag] * 4)])  # type: ignore[union-attr]
     if tau.shape != (4,) or not ((tau > 0) & (tau < math.inf)).all():
-        raise InputError(f"lag must be a positive finite number of seconds, or four, got {shown(lag)}")
+        raise InputError(
+            f"lag must be a positive finite number of seconds, or four, got {shown(lag)}"
+        )
     knots = timed.corner_times
     knots = knots[np.append(np.diff(knots) > 0, True)]
     # An even number of steps between knots, for Simpson's rule.
@@ -147,7 +165,9 @@ def servo_response(gait: GaitLike, lag: float | npt.ArrayLike | None = None) -> 
     if count.sum() > _MOST_STEPS or tau.max() > _LONGEST * timed.period:
         least = 1.001 * timed.period / (_STEP * max(_MOST_STEPS - 2 * len(knots), 1))
         allowed = f"from {least:.4g} to {_LONGEST * timed.period:.4g} s"
-        raise InputError(f"lag must be {allowed} for the period {timed.period:.4g} s, got {shown(lag)}")
+        raise InputError(
+            f"lag must be {allowed} for the period {timed.period:.4g} s, got {shown(lag)}"
+        )
     t, h = divided(knots, count)
     # The integral over each interval, by Gauss's rule.
     gained = np.empty((len(h), 4))
@@ -155,12 +175,18 @@ def servo_response(gait: GaitLike, lag: float | npt.ArrayLike | None = None) -> 
         start, width = t[block, None], h[block, None]
         at = start + width * (_NODES + 1) / 2
         kernel = np.exp(-(start + width - at)[..., None] / tau)
-        gained[block] = (width / 2) * np.einsum("g,kgi,kgi->ki", _WEIGHTS, kernel, timed.at(at)[1])
+        gained[block] = (width / 2) * np.einsum(
+            "g,kgi,kgi->ki", _WEIGHTS, kernel, timed.at(at)[1]
+        )
     decay = np.exp(-h[:, None] / tau)
     error = np.zeros((len(h) + 1, 4))
-    for joint in range(4):  # plain numbers are several times quicker here than arrays of four
+    for joint in range(
+        4
+    ):  # plain numbers are several times quicker here than arrays of four
         steps = zip(decay[:, joint].tolist(), gained[:, joint].tolist(), strict=True)
-        error[:, joint] = list(accumulate(steps, lambda e, step: step[0] * e + step[1], initial=0.0))
+        error[:, joint] = list(
+            accumulate(steps, lambda e, step: step[0] * e + step[1], initial=0.0)
+        )
     # The settled error returns to itself after a period.
     first = error[-1] / -np.expm1(-timed.period / tau)
     since = np.append(t, timed.period)

@@ -72,11 +72,17 @@ class Limits:
     acceleration: FloatArray | None
     jerk: FloatArray | None
 
-    def __init__(self, *, rate: Limit = None, acceleration: Limit = None, jerk: Limit = None) -> None:
+    def __init__(
+        self, *, rate: Limit = None, acceleration: Limit = None, jerk: Limit = None
+    ) -> None:
         if acceleration is None and jerk is None:
             advice = "state max_tilt_acceleration in the vehicle, or use --max-acceleration (Limits(acceleration=…))"
-            raise InputError(f"limits must have an acceleration or a jerk, got neither; {advice}")
-        for (kind, unit), value in zip(RATE_UNITS.items(), (rate, acceleration, jerk), strict=True):
+            raise InputError(
+                f"limits must have an acceleration or a jerk, got neither; {advice}"
+            )
+        for (kind, unit), value in zip(
+            RATE_UNITS.items(), (rate, acceleration, jerk), strict=True
+        ):
             numbers = None
             if value is not None:
                 parts: Any = value if np.ndim(value) else [value] * 4
@@ -84,7 +90,12 @@ class Limits:
                     numbers = np.array([angle_from_text(part, kind) for part in parts])
                 except InputError:
                     numbers = np.array([np.nan])
-                if numbers.shape != (4,) or not ((numbers == 0) | ((numbers >= 1e-9) & (numbers <= 1e12))).all():
+                if (
+                    numbers.shape != (4,)
+                    or not (
+                        (numbers == 0) | ((numbers >= 1e-9) & (numbers <= 1e12))
+                    ).all()
+                ):
                     rule = f"0, or 1e-9 to 1e12 {unit}, or four such numbers, or texts such as '200deg'"
                     raise InputError(f"{kind} must be {rule}, got {shown(value)}")
                 numbers.flags.writeable = False
@@ -95,7 +106,10 @@ class Limits:
 
         Opposite joints move by as much, so the lower of their limits counts.
         """
-        values = (np.full(4, np.inf) if value is None else value for value in (self.rate, self.acceleration, self.jerk))
+        values = (
+            np.full(4, np.inf) if value is None else value
+            for value in (self.rate, self.acceleration, self.jerk)
+        )
         return np.array([np.minimum(value[:2], value[2:]) for value in values])
 
     def completed(self, extent: FloatArray) -> FloatArray:
@@ -124,7 +138,9 @@ class Limits:
 def limits_of(vehicle: Vehicle, **given: Limit) -> Limits:
     """Return the limits of a vehicle; limits that are `given` by the names of :class:`Limits` replace them."""
     stated = {kind: getattr(vehicle, f"max_tilt_{kind}") for kind in RATE_UNITS}
-    return Limits(**stated | {kind: limit for kind, limit in given.items() if limit is not None})
+    return Limits(
+        **stated | {kind: limit for kind, limit in given.items() if limit is not None}
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -140,7 +156,9 @@ class LeastPeriod:
     limits: Limits
     timed: LimitedGait | None = None
     least: float | None = None  # the least period found [s]
-    at_rest: float | None = None  # the same with a rest at each corner, for a rounded gait [s]
+    at_rest: float | None = (
+        None  # the same with a rest at each corner, for a rounded gait [s]
+    )
     lower_bound: float = 0.0  # proven: no law along this path has a shorter period [s]
     stretch: float = 0.0  # that of the law, see LimitedGait
     rounding: Rounding | None = None  # None too where resting at the corners is quicker
@@ -173,7 +191,10 @@ class LeastPeriod:
             "rounding": None if self.rounding is None else self.rounding.as_mapping(),
         }
         if self.timed is not None:
-            out |= {f"peak_{kind}": float(self.timed.peaks(k).max()) for k, kind in enumerate(RATE_UNITS, start=1)}
+            out |= {
+                f"peak_{kind}": float(self.timed.peaks(k).max())
+                for k, kind in enumerate(RATE_UNITS, start=1)
+            }
             out["touched"] = [asdict(touch) for touch in self.timed.limits_touched()]
         return out
 
@@ -186,7 +207,11 @@ class LeastPeriod:
             found = f"period {self.timed.period:.4f} s; least found {self.least:.4f} s"
             if self.rounding is not None:
                 found += " with rounded corners"
-                found += f" ({self.at_rest:.4f} s with rests at them)" if self.at_rest else ""
+                found += (
+                    f" ({self.at_rest:.4f} s with rests at them)"
+                    if self.at_rest
+                    else ""
+                )
             elif self.timed.curve is None:
                 found += " with a rest at each corner"
             touched = (f"  {touch}" for touch in self.timed.limits_touched())
@@ -273,13 +298,17 @@ def paced(
     task = _Task(path, limits, rounding)
     if task.still:
         timed = task.timed(np.array([float(period)]), task.gait.alpha[None, :1, :2])
-        return task.answer("ok", timed=replace(timed, law="paced", samples=count), least=0.0)
+        return task.answer(
+            "ok", timed=replace(timed, law="paced", samples=count), least=0.0
+        )
     found = task.least(nodes, progress)
     if found.timed is None or found.least is None:
         return found
     if period >= found.least:
         widths = found.timed.widths * (period / found.least)
-        timed = replace(found.timed, period=float(period), samples=count, widths=widths, law="paced")
+        timed = replace(
+            found.timed, period=float(period), samples=count, widths=widths, law="paced"
+        )
         return replace(found, timed=timed)
     touch = max(found.timed.limits_touched(), key=lambda touch: touch.share)
     reason = f"T = {period:g} s is too short: "
@@ -288,23 +317,41 @@ def paced(
         reason += f"α{joint} alone needs" if joint else "any law along this path needs"
         reason += f" at least {bound:.4f} s under the limits"
     else:
-        reached = touch.value * (found.least / period) ** (1 + list(RATE_UNITS).index(touch.limit))
+        reached = touch.value * (found.least / period) ** (
+            1 + list(RATE_UNITS).index(touch.limit)
+        )
         reason += (
             f"the least found is {found.least:.4f} s; at T the {touch.limit} of α{touch.joints[0]} and "
             f"α{touch.joints[1]} would reach {reached:.3g} {RATE_UNITS[touch.limit]}, limit {touch.value:.3g}"
         )
-    return replace(found, status="too short", reason=reason, timed=None, limit=touch.limit, where=touch.where)
+    return replace(
+        found,
+        status="too short",
+        reason=reason,
+        timed=None,
+        limit=touch.limit,
+        where=touch.where,
+    )
 
 
 class _Task:
     """A path and the limits to keep: a smooth curve, or if `curve` is None a polyline with a rest at each corner."""
 
-    def __init__(self, path: GaitLike | Curve, limits: Limits | None, rounding: float | str | None = None) -> None:
+    def __init__(
+        self,
+        path: GaitLike | Curve,
+        limits: Limits | None,
+        rounding: float | str | None = None,
+    ) -> None:
         if limits is not None and not isinstance(limits, Limits):
-            raise InputError(f"limits must be a Limits object, as in Limits(acceleration=60), got {shown(limits)}")
+            raise InputError(
+                f"limits must be a Limits object, as in Limits(acceleration=60), got {shown(limits)}"
+            )
         if isinstance(path, Curve):
             if rounding is not None:
-                raise InputError(f"rounding must be None for a curve, which has no corners, got {shown(rounding)}")
+                raise InputError(
+                    f"rounding must be None for a curve, which has no corners, got {shown(rounding)}"
+                )
             gait, curve, made = path.polyline(), path, None
         else:
             gait = gait_of(path)
@@ -314,8 +361,12 @@ class _Task:
         # A gait that only turns back on its line is smooth as it is, whatever the tolerance.
         rests = made is not None and rounding is None and made.deviation > 0
         self.curve = None if rests else curve
-        self.gait = replace(gait.merged() if rests else curve.polyline(), request=gait.request)
-        self.plane = (self.gait.alpha if rests else curve.at(curve.turning_points()))[:, :2]
+        self.gait = replace(
+            gait.merged() if rests else curve.polyline(), request=gait.request
+        )
+        self.plane = (self.gait.alpha if rests else curve.at(curve.turning_points()))[
+            :, :2
+        ]
         self.limits = limits_of(self.gait.vehicle) if limits is None else limits
         self.limited = self.limits.in_plane()
         self.extent = np.ptp(self.plane, axis=0)
@@ -326,9 +377,17 @@ class _Task:
         self.resting: _Task | None = _Task(gait, self.limits) if rounds else None
 
     def answer(self, status: str, reason: str = "", **found: Any) -> LeastPeriod:
-        return LeastPeriod(status=status, reason=reason, limits=self.limits, rounding=self.rounding, **found)
+        return LeastPeriod(
+            status=status,
+            reason=reason,
+            limits=self.limits,
+            rounding=self.rounding,
+            **found,
+        )
 
-    def timed(self, widths: FloatArray, tilts: FloatArray, stretch: float = 0.0) -> LimitedGait:
+    def timed(
+        self, widths: FloatArray, tilts: FloatArray, stretch: float = 0.0
+    ) -> LimitedGait:
         """Return the gait with a law given as (α1, α2) on intervals of time; its table has one interval."""
         return LimitedGait(
             gait=self.gait,
@@ -342,7 +401,9 @@ class _Task:
             stretch=stretch,
         )
 
-    def least(self, nodes: int | None, progress: Callable[[str], None] | None) -> LeastPeriod:
+    def least(
+        self, nodes: int | None, progress: Callable[[str], None] | None
+    ) -> LeastPeriod:
         """Return the answer with the fastest law; its table has one interval."""
         if nodes is None:
             nodes = _NODES if self.limits.jerk is None else _NODES_UNDER_JERK
@@ -352,11 +413,17 @@ class _Task:
             return self.answer("still", reason, least=0.0)
         for kind, limit in zip(RATE_UNITS, self.limited, strict=True):
             for joint in np.flatnonzero((limit == 0) & self.moves).tolist():
-                number = joint + 1 if getattr(self.limits, kind)[joint] == 0 else joint + 3
-                alpha = self.gait.alpha[int(np.argmax((self.gait.ends != self.gait.alpha)[:, joint]))].tolist()
+                number = (
+                    joint + 1 if getattr(self.limits, kind)[joint] == 0 else joint + 3
+                )
+                alpha = self.gait.alpha[
+                    int(np.argmax((self.gait.ends != self.gait.alpha)[:, joint]))
+                ].tolist()
                 place = ", ".join(f"{angle:.3f}" for angle in alpha)
                 reason = f"no period keeps the {kind} limit 0 of α{number}, which must move after ({place})"
-                return self.answer("no period", reason, limit=kind, where={"alpha": alpha})
+                return self.answer(
+                    "no period", reason, limit=kind, where={"alpha": alpha}
+                )
         bound, _ = self.lower_bound()
         if bound > _LONGEST:
             return self._out_of_range(bound)
@@ -374,13 +441,20 @@ class _Task:
         if not _SHORTEST <= least <= _LONGEST:
             return task._out_of_range(least)
         bound = min(bound, least)
-        found: dict[str, Any] = {"timed": timed, "least": least, "at_rest": at_rest, "stretch": timed.stretch}
+        found: dict[str, Any] = {
+            "timed": timed,
+            "least": least,
+            "at_rest": at_rest,
+            "stretch": timed.stretch,
+        }
         return task.answer("ok", note=note, lower_bound=bound, **found)
 
     def _out_of_range(self, period: float) -> LeastPeriod:
         """Return the answer for a least period that a timed gait cannot have."""
         beyond = "above 1e9 s" if period > _LONGEST else "below 1e-6 s"
-        return self.answer("no period", f"the least period under the limits would be {beyond}")
+        return self.answer(
+            "no period", f"the least period under the limits would be {beyond}"
+        )
 
     def lower_bound(self) -> tuple[float, int]:
         """Return a proven lower bound of the period, and the joint (1 or 2) that decides it, 0 for both.
@@ -399,35 +473,56 @@ class _Task:
             values = values[rises != np.roll(rises, 1)]
             runs = np.abs(values - np.roll(values, 1))
             v, a = float(rate[joint]), float(acceleration[joint])
-            cruise = runs / v + v / a if math.isfinite(v) else np.full_like(runs, np.inf)
-            alone = float(np.where(runs * a > v * v, cruise, 2.0 * np.sqrt(runs / a)).sum())
-            bounds[joint] = max(alone, float(np.cbrt(96.0 * self.extent[joint] / jerk[joint])))
+            cruise = (
+                runs / v + v / a if math.isfinite(v) else np.full_like(runs, np.inf)
+            )
+            alone = float(
+                np.where(runs * a > v * v, cruise, 2.0 * np.sqrt(runs / a)).sum()
+            )
+            bounds[joint] = max(
+                alone, float(np.cbrt(96.0 * self.extent[joint] / jerk[joint]))
+            )
         step = np.abs(self.gait.ends - self.gait.alpha)[:, :2]
         together = float((step[:, self.moves] / rate[self.moves]).max(axis=1).sum())
-        answers = [max(((bounds[0], 1), (bounds[1], 2), (together, 0)), key=itemgetter(0))]
+        answers = [
+            max(((bounds[0], 1), (bounds[1], 2), (together, 0)), key=itemgetter(0))
+        ]
         if self.resting is not None:
             answers.append(self.resting.lower_bound())
         return min(answers, key=itemgetter(0))
 
-    def _fastest(self, nodes: int, progress: Callable[[str], None] | None) -> tuple[LimitedGait, str]:
+    def _fastest(
+        self, nodes: int, progress: Callable[[str], None] | None
+    ) -> tuple[LimitedGait, str]:
         """Return the gait with the fastest law found, and a note if it was not optimised."""
         completed = self.limits.completed(self.extent)
         if self.curve is None:
-            return self._kept(*rest_to_rest(self.plane, self.limited[0], completed[1], self.limited[2])), ""
+            return self._kept(
+                *rest_to_rest(
+                    self.plane, self.limited[0], completed[1], self.limited[2]
+                )
+            ), ""
         # A joint that stands still keeps any limit.
         rate, acceleration, jerk = np.where(self.moves, completed, 1.0)
         path = (self.curve.breaks, self.curve.pieces)
         s = nodes_along(*path, nodes)
-        width, first, second = np.diff(s), *(self.curve.at(s, order)[:, :2] for order in (1, 2))
+        width, first, second = (
+            np.diff(s),
+            *(self.curve.at(s, order)[:, :2] for order in (1, 2)),
+        )
         squared = fastest_squared_speeds(first, second, width, rate, acceleration)
         # Averages and nodes cannot resolve limits that are reached for less than a thousandth of the period.
-        period = float((2 * width / (np.sqrt(squared[1:]) + np.sqrt(squared[:-1]))).sum())
+        period = float(
+            (2 * width / (np.sqrt(squared[1:]) + np.sqrt(squared[:-1]))).sum()
+        )
         acceleration = np.minimum(acceleration, rate / (_BRIEF * period))
         jerk = np.minimum(jerk, acceleration / (_BRIEF * period))
         squared = fastest_squared_speeds(first, second, width, rate, acceleration)
         if self.limits.jerk is None:
             for window in _WINDOWS:
-                found = self._kept(*tilts_over_time(smoothed_law(s, squared, window), *path))
+                found = self._kept(
+                    *tilts_over_time(smoothed_law(s, squared, window), *path)
+                )
                 if found.stretch <= _ENOUGH:
                     break
             return found, ""
@@ -439,8 +534,13 @@ class _Task:
             advice = "for a faster law thin out the table, ask for fewer nodes, or drop the jerk limit"
             return found, f"not optimised under the jerk limit: {many}; {advice}"
         # Programmes start from the speeds of the best law, over three turns so that they cover the path from s = 0.
-        turns = np.concatenate([law.s[:-1] + turn * float(s[-1]) for turn in (-1, 0, 1)])
-        known = np.interp(s[:-1], turns, np.tile(law.speed[:-1] / (1.0 + found.stretch), 3)) ** 2
+        turns = np.concatenate(
+            [law.s[:-1] + turn * float(s[-1]) for turn in (-1, 0, 1)]
+        )
+        known = (
+            np.interp(s[:-1], turns, np.tile(law.speed[:-1] / (1.0 + found.stretch), 3))
+            ** 2
+        )
         # A programme keeps the limits at nodes only. Once it no longer gains, limits are lowered a few times beside the
         # nodes where its law exceeds them, which leaves less to stretch.
         limits = np.stack([rate, acceleration, jerk])
@@ -457,10 +557,16 @@ class _Task:
             if corrections == _CORRECTIONS or abs(candidate.stretch) < _ENOUGH:
                 break
             corrections += 1
-            interval = np.clip(np.searchsorted(law.t, np.cumsum(widths) - widths / 2) - 1, 0, len(width) - 1)
+            interval = np.clip(
+                np.searchsorted(law.t, np.cumsum(widths) - widths / 2) - 1,
+                0,
+                len(width) - 1,
+            )
             for order in (2, 3):
                 excess = np.ones((len(width), 2))
-                np.maximum.at(excess, interval, peaks_of(widths, tilts, order) / limits[order - 1])
+                np.maximum.at(
+                    excess, interval, peaks_of(widths, tilts, order) / limits[order - 1]
+                )
                 at_nodes[order - 1] /= np.maximum(excess, np.roll(excess, 1, axis=0))
         return found, ""
 
@@ -471,5 +577,7 @@ class _Task:
             peak = peaks_of(widths, tilts, order).max(axis=0)
             of = np.isfinite(limit) & self.moves
             if of.any():
-                factor = max(factor, float((peak[of] / limit[of]).max()) ** (1.0 / order))
+                factor = max(
+                    factor, float((peak[of] / limit[of]).max()) ** (1.0 / order)
+                )
         return self.timed(widths * (factor * (1.0 + _ROUND_OFF)), tilts, factor - 1.0)

@@ -29,7 +29,14 @@ from gaitgraph.gait.table import (
     paced_gait,
 )
 from gaitgraph.invertibility.matrices import level_determinant
-from gaitgraph.io.formats import check_outputs, given_gait, naming_file, read_table, tables_and_films, write_tables
+from gaitgraph.io.formats import (
+    check_outputs,
+    given_gait,
+    naming_file,
+    read_table,
+    tables_and_films,
+    write_tables,
+)
 from gaitgraph.io.servo_map import clipped_rows
 from gaitgraph.surface.sheets import family_codes, family_types, text_from_types
 from gaitgraph.timing.laws import DEFAULT_LAW, LAWS, STRAIGHT, LawName, located
@@ -157,14 +164,26 @@ class TimedGait(Pictured):
             # The sheet of a sample is that of the corner last passed.
             segment = np.zeros(len(t), dtype=np.int64)
             if gait.color == "mixed":
-                segment = (np.searchsorted(self.corner_times, t, side="right") - 1) % len(gait.colors)
+                segment = (
+                    np.searchsorted(self.corner_times, t, side="right") - 1
+                ) % len(gait.colors)
             colors = [gait.colors[k] for k in segment]
-            types = family_types(angles, family_codes(colors), gait.coefficients, gait.crossing_tolerance)
-            columns |= {"color": colors, "types": [text_from_types(*pair) for pair in zip(*types, strict=True)]}
+            types = family_types(
+                angles, family_codes(colors), gait.coefficients, gait.crossing_tolerance
+            )
+            columns |= {
+                "color": colors,
+                "types": [text_from_types(*pair) for pair in zip(*types, strict=True)],
+            }
         columns["R"] = np.asarray(level_determinant(angles, gait.coefficients))
-        columns |= zip((*RATES, *ACCELERATIONS), (*rates.T, *accelerations.T), strict=True)
+        columns |= zip(
+            (*RATES, *ACCELERATIONS), (*rates.T, *accelerations.T), strict=True
+        )
         # Adding zero turns negative zeros into zeros.
-        return {name: values + 0.0 if isinstance(values, np.ndarray) else values for name, values in columns.items()}
+        return {
+            name: values + 0.0 if isinstance(values, np.ndarray) else values
+            for name, values in columns.items()
+        }
 
     def vertices(self, tolerance: float = 1e-9) -> FloatArray:
         """Return the corners of the loop, not of its samples; see :func:`gaitgraph.gait.gait.vertices`."""
@@ -186,14 +205,20 @@ class TimedGait(Pictured):
         moving = duration > 0
         if not moving.any():
             return [np.zeros(4) for _ in orders]
-        step, duration = (step, duration) if moving.all() else (step[moving], duration[moving])
+        step, duration = (
+            (step, duration) if moving.all() else (step[moving], duration[moving])
+        )
         velocity, per_second = step / duration[:, None], 1.0 / duration[:, None]
         speed = np.abs(velocity)
 
         def peak(order: int) -> FloatArray:
             if math.isfinite(factors[order - 1]):
-                return np.asarray(factors[order - 1] * (speed * per_second ** (order - 1)).max(axis=0))
-            turns = np.abs(velocity - np.roll(velocity, 1, axis=0)) > 1e-12 * (1.0 + speed.max())
+                return np.asarray(
+                    factors[order - 1] * (speed * per_second ** (order - 1)).max(axis=0)
+                )
+            turns = np.abs(velocity - np.roll(velocity, 1, axis=0)) > 1e-12 * (
+                1.0 + speed.max()
+            )
             return np.where(turns.any(axis=0), np.inf, 0.0)
 
         return [peak(order) for order in orders]
@@ -210,7 +235,9 @@ class TimedGait(Pictured):
         """Return every check of the gait and its rates, accelerations and jerks; options as for :meth:`Gait.check`."""
         return self.gait.check(**options).with_checks(self.rate_checks())
 
-    def rate_checks(self, noun: str = "period", share: float = 1.0) -> tuple[Check, ...]:
+    def rate_checks(
+        self, noun: str = "period", share: float = 1.0
+    ) -> tuple[Check, ...]:
         """Return the checks of tilt rates and accelerations, and of jerks where the vehicle limits them.
 
         A failed check states the `noun` that would keep the limit, a time that is a `share` of the period.
@@ -218,7 +245,9 @@ class TimedGait(Pictured):
         checks = []
         limited = [getattr(self.gait.vehicle, f"max_{name}") for name in RATE_CHECKS]
         orders = [1, 2, 3] if limited[2] is not None else [1, 2]
-        for order, name, limits, peaks in zip(orders, RATE_CHECKS, limited, self._peaks(orders), strict=False):
+        for order, name, limits, peaks in zip(
+            orders, RATE_CHECKS, limited, self._peaks(orders), strict=False
+        ):
             joint = int((peaks / scale_of(limits)).argmax())
             peak, limit, advice = float(peaks[joint]), four_of(limits)[joint], ""
             if math.isinf(peak):
@@ -260,7 +289,10 @@ class TimedGait(Pictured):
         gait = self.gait
         title = f"{type(self).__name__}, {gait.color or 'off the surfaces'}: T = {self.period:.6g} s, {self.law}"
         title += f", {self.samples} samples, {gait.length:.4f} rad around"
-        checks = (f"  {check.name.replace('_', ' ')}: {check.message}" for check in self.rate_checks())
+        checks = (
+            f"  {check.name.replace('_', ' ')}: {check.message}"
+            for check in self.rate_checks()
+        )
         return "\n".join([title, gait.setting_text(), "", *checks])
 
 
@@ -286,10 +318,17 @@ class RowTimedGait(TimedGait):
         """Return every check of the rows; see :func:`gaitgraph.validation.validating.validate`."""
         gait = self.gait
         columns: dict[str, Any] = {"t": self.times}
-        columns |= dict(zip(ANGLES, np.vstack([gait.alpha, gait.alpha[:1]]).T, strict=True))
+        columns |= dict(
+            zip(ANGLES, np.vstack([gait.alpha, gait.alpha[:1]]).T, strict=True)
+        )
         if gait.colors:
             columns["color"] = (*gait.colors, gait.colors[0])
-        return validate(Table(columns=columns), vehicle=gait.vehicle, coefficients=gait.coefficients.kind, **options)
+        return validate(
+            Table(columns=columns),
+            vehicle=gait.vehicle,
+            coefficients=gait.coefficients.kind,
+            **options,
+        )
 
 
 def timed_gait_of(
@@ -315,38 +354,70 @@ def timed_gait_of(
         if is_file or (period is None and law is None):
             return source
         choice: Any = source.law if law is None else law
-        return source.gait.parametrize(source.period if period is None else period, law=choice)
+        return source.gait.parametrize(
+            source.period if period is None else period, law=choice
+        )
     if isinstance(source, Gait):
-        return source.parametrize(1.0 if period is None else period, law=law or DEFAULT_LAW)
+        return source.parametrize(
+            1.0 if period is None else period, law=law or DEFAULT_LAW
+        )
     about = source.about
     if about.get("made_by") == "fly":
         name = str(gait) if is_file else "FILE"
-        advice = f"; gaitgraph plan {name} --output gait.csv writes its gait" if "request" in about else ""
-        raise InputError(f"gait file {name!r} must be the table of a gait, got that of a flight{advice}")
+        advice = (
+            f"; gaitgraph plan {name} --output gait.csv writes its gait"
+            if "request" in about
+            else ""
+        )
+        raise InputError(
+            f"gait file {name!r} must be the table of a gait, got that of a flight{advice}"
+        )
     with naming_file(gait):
-        rows, times, stated = closed_rows(source, vehicle=vehicle, coefficients=coefficients, name=gait)
-    merged_gait = stated.gait if stated else paced_gait(source, rows) or replace(rows.merged(), request=rows.request)
+        rows, times, stated = closed_rows(
+            source, vehicle=vehicle, coefficients=coefficients, name=gait
+        )
+    merged_gait = (
+        stated.gait
+        if stated
+        else paced_gait(source, rows) or replace(rows.merged(), request=rows.request)
+    )
     is_asked = period is not None or law is not None
     period = about.get("period") if period is None else period
     law = law or (about["law"] if about.get("law") in (*LAWS,) else DEFAULT_LAW)
     if times is None or len(source) == 1:
         if period is None and len(merged_gait.alpha) > 1 and is_file:
-            raise InputError(f"gait file {str(gait)!r} has no column t; set --period SECONDS (period=)")
+            raise InputError(
+                f"gait file {str(gait)!r} has no column t; set --period SECONDS (period=)"
+            )
         return merged_gait.parametrize(1.0 if period is None else period, law=law)
     times = times - times[0]
     if is_asked:
-        return merged_gait.parametrize(float(times[-1]) if period is None else period, law=law)
+        return merged_gait.parametrize(
+            float(times[-1]) if period is None else period, law=law
+        )
     found: TimedGait | None = stated
     if found is not None:
         return found
     with naming_file(gait):
         # Every law fits rows that are all corners: without a stated one they say nothing about the time between them.
-        are_corners = len(times) - 1 < 2 * (len(merged_gait.alpha) - 1) and "law" not in about
-        for known in () if are_corners else sorted(get_args(LawName), key=lambda known: known != law):
-            timed = merged_gait.parametrize(float(times[-1]), law=known, samples=max(len(times) - 1, 1))
+        are_corners = (
+            len(times) - 1 < 2 * (len(merged_gait.alpha) - 1) and "law" not in about
+        )
+        for known in (
+            ()
+            if are_corners
+            else sorted(get_args(LawName), key=lambda known: known != law)
+        ):
+            timed = merged_gait.parametrize(
+                float(times[-1]), law=known, samples=max(len(times) - 1, 1)
+            )
             if np.abs(timed.at(times[:-1])[0] - rows.alpha).max() <= _SAME:
                 return timed
-        colors = merged_gait.colors[:1] * len(rows.alpha) if len(set(merged_gait.colors)) == 1 else ()
+        colors = (
+            merged_gait.colors[:1] * len(rows.alpha)
+            if len(set(merged_gait.colors)) == 1
+            else ()
+        )
         times.flags.writeable = False
         stated_period, ends = number_of(about.get("period")), times[len(source) - 1 :]
         return RowTimedGait(
@@ -356,11 +427,14 @@ def timed_gait_of(
             samples=len(times) - 1,
             times=times,
             closed=len(rows.alpha) < len(source),
-            law_stated="law" in about and bool(np.isclose(ends, stated_period, rtol=1e-6, atol=0).any()),
+            law_stated="law" in about
+            and bool(np.isclose(ends, stated_period, rtol=1e-6, atol=0).any()),
         )
 
 
-def checked_clock(period: float, law: str, *, samples: int | None = None, rate: float | None = None) -> int:
+def checked_clock(
+    period: float, law: str, *, samples: int | None = None, rate: float | None = None
+) -> int:
     """Return the number of sample intervals, or raise InputError; see :meth:`Gait.parametrize`.
 
     >>> checked_clock(2.0, "smooth", rate=50)
@@ -370,13 +444,19 @@ def checked_clock(period: float, law: str, *, samples: int | None = None, rate: 
         raise InputError(f"period must be between 1e-6 and 1e9 s, got {shown(period)}")
     checked_choice("law", law, LAWS)
     if samples is not None and rate is not None:
-        raise InputError(f"samples and rate must not both be given, got {shown(samples)} and {shown(rate)}")
+        raise InputError(
+            f"samples and rate must not both be given, got {shown(samples)} and {shown(rate)}"
+        )
     if rate is not None:
         if not 0 < period * number_of(rate) <= MOST_SAMPLES:
             rule = f"positive and give at most {MOST_SAMPLES} samples"
-            raise InputError(f"rate must be {rule}, got {shown(rate)} Hz over {shown(period)} s")
+            raise InputError(
+                f"rate must be {rule}, got {shown(rate)} Hz over {shown(period)} s"
+            )
         samples = max(1, math.ceil(period * rate * (1 - 1e-12)))
-    return whole_number("samples", DEFAULT_SAMPLES if samples is None else samples, 1, MOST_SAMPLES)
+    return whole_number(
+        "samples", DEFAULT_SAMPLES if samples is None else samples, 1, MOST_SAMPLES
+    )
 
 
 def table_of(gait: GaitLike, about: Mapping[str, Any] | None = None) -> Table:
@@ -390,7 +470,9 @@ def table_of(gait: GaitLike, about: Mapping[str, Any] | None = None) -> Table:
     return merged(pieces_of(timed_gait_of(gait), about))
 
 
-def pieces_of(timed: TimedGait, about: Mapping[str, Any] | None = None) -> Iterator[Table]:
+def pieces_of(
+    timed: TimedGait, about: Mapping[str, Any] | None = None
+) -> Iterator[Table]:
     """Yield the table of a timed gait as pieces of at least two rows, so that any length fits in memory."""
     gait = timed.gait
     made: dict[str, Any] = {
@@ -403,12 +485,22 @@ def pieces_of(timed: TimedGait, about: Mapping[str, Any] | None = None) -> Itera
     by_law = timed.law in LAWS
     if not by_law:
         made["made_by"] = "optimize" if timed.law == "optimal" else "pace"
-    has_corners = "made_by" not in (about or {}) if by_law else getattr(timed, "curve", gait) is None
-    if has_corners and gait.color != "mixed" and len(gait.alpha) <= MOST_CORNERS:  # not of a path, nor of a curve
+    has_corners = (
+        "made_by" not in (about or {})
+        if by_law
+        else getattr(timed, "curve", gait) is None
+    )
+    if (
+        has_corners and gait.color != "mixed" and len(gait.alpha) <= MOST_CORNERS
+    ):  # not of a path, nor of a curve
         made["corners"] = gait.alpha.tolist()
     if gait.request:
         # Requests know the built-in laws only.
-        timing = {"period": timed.period, "law": timed.law, "samples": timed.samples} if by_law else {}
+        timing = (
+            {"period": timed.period, "law": timed.law, "samples": timed.samples}
+            if by_law
+            else {}
+        )
         made["request"] = {**gait.request, **timing}
     made |= about or {}
     end = timed.samples + 1
@@ -472,20 +564,35 @@ def export(
     if isinstance(given, Gait):
         given = given.parametrize()
     if isinstance(given, Path):
-        given = read_table(given, joints=joints and joints.linked_to(vehicle_named(vehicle or "paper")))
+        given = read_table(
+            given, joints=joints and joints.linked_to(vehicle_named(vehicle or "paper"))
+        )
     asked = any(one is not None for one in (period, law, samples, rate))
     if asked or (isinstance(given, Table) and ("t" not in given or len(given) == 1)):
         stated = given.about.get("law") if isinstance(given, Table) else given.law
         law = law or (stated if stated in (*LAWS,) else DEFAULT_LAW)
         with naming_file(source):
-            timed = timed_gait_of(given, vehicle=vehicle, coefficients=coefficients, period=period, law=law)
-        given = timed.gait.parametrize(timed.period, law=law, samples=samples, rate=rate)
+            timed = timed_gait_of(
+                given,
+                vehicle=vehicle,
+                coefficients=coefficients,
+                period=period,
+                law=law,
+            )
+        given = timed.gait.parametrize(
+            timed.period, law=law, samples=samples, rate=rate
+        )
     pieces: Callable[[], Iterator[Table]]
     if isinstance(given, Table):
         with naming_file(source):
             table = completed_table(given, vehicle=vehicle, coefficients=coefficients)
         starts = range(0, len(table), ROWS_OF_A_PIECE)
-        rows, pieces = len(table), partial(map, lambda start: table.rows(start, start + ROWS_OF_A_PIECE), starts)
+        rows, pieces = (
+            len(table),
+            partial(
+                map, lambda start: table.rows(start, start + ROWS_OF_A_PIECE), starts
+            ),
+        )
     else:
         rows, pieces = given.samples + 1, partial(pieces_of, given)
     write_tables(pieces, paths, force=force, periods=periods, servos=servos)
@@ -493,4 +600,9 @@ def export(
     if paths and servos is not None and servos.clip:
         for piece in pieces():
             clipped.update(clipped_rows(piece, servos))
-    return Exported(rows=rows, columns=tuple(next(pieces()).columns), clipped=dict(clipped), pieces=pieces)
+    return Exported(
+        rows=rows,
+        columns=tuple(next(pieces()).columns),
+        clipped=dict(clipped),
+        pieces=pieces,
+    )

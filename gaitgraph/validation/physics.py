@@ -30,7 +30,17 @@ from gaitgraph.invertibility.segment_bounds import (
 )
 from gaitgraph.surface.sheets import DEFAULT_TOLERANCE, FIRST, HOVER_LABEL, red_label
 from gaitgraph.validation.report import Report
-from gaitgraph.validation.rules import EXACT, Continuous, Criteria, OnSurface, Peak, Rule, Segments, TwoColor, Worst
+from gaitgraph.validation.rules import (
+    EXACT,
+    Continuous,
+    Criteria,
+    OnSurface,
+    Peak,
+    Rule,
+    Segments,
+    TwoColor,
+    Worst,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -52,17 +62,30 @@ class _Brackets(Rule):
     sines: Sines = field(init=False)  # of the points
     value: FloatArray = field(init=False)  # R at the points
     of_one_sign: bool = False  # whether the latest block is a whole gait, and R has one sign at its points
-    largest: float = 0.0  # R at the point where |R| is largest so far, of whose sign a gait is
-    level: dict[float, Least] = field(init=False)  # of R and of −R; of a whole gait only of that with its sign
+    largest: float = (
+        0.0  # R at the point where |R| is largest so far, of whose sign a gait is
+    )
+    level: dict[float, Least] = field(
+        init=False
+    )  # of R and of −R; of a whole gait only of that with its sign
     singular: Least = field(init=False)
     hovers: bool = True  # whether all thrusts are positive so far
     upward: BoolArray = field(init=False)
-    shares: tuple[Least, ...] = ()  # of the least share of the weight and of minus the largest, where all are positive
-    known: list[float] = field(default_factory=lambda: [math.inf] * 5)  # the least of each so far
+    shares: tuple[
+        Least, ...
+    ] = ()  # of the least share of the weight and of minus the largest, where all are positive
+    known: list[float] = field(
+        default_factory=lambda: [math.inf] * 5
+    )  # the least of each so far
 
     def update(self, block: Segments) -> None:
         """Bracket all quantities that the rules compare with their limits."""
-        criteria, vehicle, starts, ends = self.criteria, self.criteria.vehicle, block.starts, block.ends
+        criteria, vehicle, starts, ends = (
+            self.criteria,
+            self.criteria.vehicle,
+            block.starts,
+            block.ends,
+        )
         self.sines = block.sines
         self.value = self.sines.level_determinant(criteria.coefficients)
         low, high = float(self.value.min()), float(self.value.max())
@@ -72,7 +95,9 @@ class _Brackets(Rule):
         self.of_one_sign = whole and not low < 0 < high
         signs = (1.0 if self.largest >= 0 else -1.0,) if whole else (1.0, -1.0)
         quantities = [
-            level_quantity(criteria.coefficients, signs, tolerances=(1e-6,) * len(signs)),
+            level_quantity(
+                criteria.coefficients, signs, tolerances=(1e-6,) * len(signs)
+            ),
             singular_quantity(vehicle, tolerance=criteria.bracket, red=block.on_red),
         ]
         if self.continuous.blue or self.continuous.fiber is not None:
@@ -81,13 +106,22 @@ class _Brackets(Rule):
             self.upward = thrusts_push_up(starts, ends, vehicle)
             self.hovers = bool(self.upward.all())
         if self.hovers:
-            quantities.append(share_quantity(vehicle, tolerance=criteria.bracket, red=block.on_red))
+            quantities.append(
+                share_quantity(vehicle, tolerance=criteria.bracket, red=block.on_red)
+            )
         known = tuple(self.known[: len(signs) + (3 if self.hovers else 1)])
         found = least_of_each(starts, ends, quantities, points=self.sines, known=known)
-        self.level, (singular, *shares) = dict(zip(signs, found, strict=False)), found[len(signs) :]
-        self.singular = singular if block.on_red else decomposed(singular, starts, ends, vehicle)
+        self.level, (singular, *shares) = (
+            dict(zip(signs, found, strict=False)),
+            found[len(signs) :],
+        )
+        self.singular = (
+            singular if block.on_red else decomposed(singular, starts, ends, vehicle)
+        )
         self.shares = tuple(shares)
-        for k, least in enumerate(() if whole else (*self.level.values(), self.singular, *shares)):
+        for k, least in enumerate(
+            () if whole else (*self.level.values(), self.singular, *shares)
+        ):
             self.known[k] = min(self.known[k], float(least.upper.min()))
 
     def checks(self) -> Iterator[Check]:
@@ -103,19 +137,32 @@ class _LevelSign(Rule):
     continuous: Continuous
     brackets: _Brackets
     # The sign of R is that of the largest |R| at a point, known at the end.
-    worst: dict[float, Worst] = field(default_factory=lambda: {1.0: Worst(), -1.0: Worst()})
-    found: dict[float, bool] = field(default_factory=lambda: {1.0: False, -1.0: False})  # for certain, at a point
+    worst: dict[float, Worst] = field(
+        default_factory=lambda: {1.0: Worst(), -1.0: Worst()}
+    )
+    found: dict[float, bool] = field(
+        default_factory=lambda: {1.0: False, -1.0: False}
+    )  # for certain, at a point
     digits: float = 0.0
     slope: float = 0.0
 
     def update(self, block: Segments) -> None:
         """Bracket R and −R along the segments, as narrowly as the comparison with the resolution needs."""
-        coefficients, sines, inferred = self.criteria.coefficients, self.brackets.sines, self.continuous.inferred_errors
+        coefficients, sines, inferred = (
+            self.criteria.coefficients,
+            self.brackets.sines,
+            self.continuous.inferred_errors,
+        )
         slopes = sines.level_slopes(coefficients)
         digits, slope = sines.level_resolution(coefficients, slopes), slopes.sum(axis=0)
-        self.digits, self.slope = max(self.digits, float(digits.max())), max(self.slope, float(slope.max()))
+        self.digits, self.slope = (
+            max(self.digits, float(digits.max())),
+            max(self.slope, float(slope.max())),
+        )
         if not self.brackets.of_one_sign:
-            carried = self._carried(digits, slope, np.maximum(inferred, self.criteria.digit_error))
+            carried = self._carried(
+                digits, slope, np.maximum(inferred, self.criteria.digit_error)
+            )
             for sign in self.found:
                 self.found[sign] |= bool((sign * self.brackets.value > carried).any())
         resolution = self._resolution()
@@ -123,12 +170,29 @@ class _LevelSign(Rule):
             least, worst = found.worst(), self.worst[sign]
             if least[0] <= resolution < min(least[1], worst.upper):
                 # Narrow the brackets that straddle the resolution until the comparison with it is settled.
-                near, floor = found.lower <= resolution, float(np.nextafter(resolution, math.inf))
-                narrow = least_level_determinant(
-                    block.starts[near], block.ends[near], coefficients, sign=sign, tolerance=0.0, floor=floor, each=True
+                near, floor = (
+                    found.lower <= resolution,
+                    float(np.nextafter(resolution, math.inf)),
                 )
-                lower, upper, fraction = found.lower.copy(), found.upper.copy(), found.fraction.copy()
-                lower[near], upper[near], fraction[near] = narrow.lower, narrow.upper, narrow.fraction
+                narrow = least_level_determinant(
+                    block.starts[near],
+                    block.ends[near],
+                    coefficients,
+                    sign=sign,
+                    tolerance=0.0,
+                    floor=floor,
+                    each=True,
+                )
+                lower, upper, fraction = (
+                    found.lower.copy(),
+                    found.upper.copy(),
+                    found.fraction.copy(),
+                )
+                lower[near], upper[near], fraction[near] = (
+                    narrow.lower,
+                    narrow.upper,
+                    narrow.fraction,
+                )
                 least = Least(lower=lower, upper=upper, fraction=fraction).worst()
             worst.update(least, block)
 
@@ -146,7 +210,11 @@ class _LevelSign(Rule):
 
     def checks(self) -> Iterator[Check]:
         sign = 1.0 if self.brackets.largest >= 0 else -1.0
-        worst, resolution, kind = self.worst[sign], self._resolution(), self.criteria.coefficients.kind
+        worst, resolution, kind = (
+            self.worst[sign],
+            self._resolution(),
+            self.criteria.coefficients.kind,
+        )
         lower = worst.lower - self.criteria.level_slack(self.criteria.coefficients)
         ok, decided, undecided = True, True, "sign of R undecided: |R|"
         if self.continuous.blue and kind == "exact":
@@ -165,10 +233,21 @@ class _LevelSign(Rule):
         else:
             decided = False
             error = f"below the error {resolution:.2g} of the {kind} coefficients and of the angles"
-            advice = "use red" if self.continuous.blue else "keep away from R = 0, or use more digits"
+            advice = (
+                "use red"
+                if self.continuous.blue
+                else "keep away from R = 0, or use more digits"
+            )
             message = f"{undecided} falls to {abs(worst.upper):.2g} at {self.described(worst.place)}, {error}: {advice}"
         value = sign * (lower if self.criteria.beside else worst.upper)
-        yield self.check(ok, message, value=value, limit=resolution, place=worst.place, decided=decided)
+        yield self.check(
+            ok,
+            message,
+            value=value,
+            limit=resolution,
+            place=worst.place,
+            decided=decided,
+        )
 
 
 @dataclass
@@ -184,20 +263,27 @@ class _SingularValue(Rule):
 
     def update(self, block: Segments) -> None:
         """Bracket the least singular value, and decide the comparison with the floor where the bracket does not."""
-        criteria, floor = self.criteria, self.criteria.floor + self.criteria.singular_value_slack
+        criteria, floor = (
+            self.criteria,
+            self.criteria.floor + self.criteria.singular_value_slack,
+        )
         found = self.brackets.singular
         self.worst.update(found.worst(), block)
         close = found.lower < floor
         if self.above and close.any():
             self.above = self.worst.upper >= floor and bool(
-                keeps_singular_value_above(block.starts[close], block.ends[close], floor, criteria.vehicle).all()
+                keeps_singular_value_above(
+                    block.starts[close], block.ends[close], floor, criteria.vehicle
+                ).all()
             )
 
     def checks(self) -> Iterator[Check]:
         criteria, place = self.criteria, self.worst.place
         floor, lower = criteria.floor, self.worst.lower - criteria.singular_value_slack
         value = lower if criteria.beside else self.worst.upper
-        proven = max(math.floor(1e4 * lower) / 1e4, floor)  # rounded down, as a bound must be
+        proven = max(
+            math.floor(1e4 * lower) / 1e4, floor
+        )  # rounded down, as a bound must be
         message = f"least singular value {figure(value)} (proven lower bound {proven:.4f}, floor {floor:g})"
         if not self.above:
             advice = "move the loop away from R = 0, or lower the floor"
@@ -217,12 +303,18 @@ class _HoverThrust(Rule):
     brackets: _Brackets
     least: Worst = field(default_factory=Worst)
     largest: Worst = field(default_factory=Worst)
-    level: float = math.inf  # the least |R| of a curve's chords, exact coefficients, without the rotor height
+    level: float = (
+        math.inf
+    )  # the least |R| of a curve's chords, exact coefficients, without the rotor height
     broken: tuple[float | None, GaitPoint] | None = None
 
     def update(self, block: Segments) -> None:
         """Bracket the least and the largest thrust, up to the first segment where one is not positive."""
-        if self.continuous.blue or self.continuous.fiber is not None or self.broken is not None:
+        if (
+            self.continuous.blue
+            or self.continuous.fiber is not None
+            or self.broken is not None
+        ):
             return
         criteria, vehicle = self.criteria, self.criteria.vehicle
         if self.brackets.hovers:
@@ -231,15 +323,21 @@ class _HoverThrust(Rule):
             if criteria.beside:
                 exact = coefficients_of(vehicle.replace(rotor_height=0.0), "exact")
                 sign = 1.0 if level_determinant(block.alpha[0], exact) > 0 else -1.0
-                level = least_level_determinant(block.starts, block.ends, exact, sign=sign).lower.min()
+                level = least_level_determinant(
+                    block.starts, block.ends, exact, sign=sign
+                ).lower.min()
                 self.level = min(self.level, float(level))
             return
         segment = int(np.argmin(self.brackets.upward))
         shares = hover_thrust_shares(block.alpha[segment : segment + 2], vehicle)
-        worst = int(np.argmin(shares.min(axis=1)))  # the first that is not a number, if there is one
+        worst = int(
+            np.argmin(shares.min(axis=1))
+        )  # the first that is not a number, if there is one
         if shares[worst].min() > 0:
             # Both ends are fine: something vanishes between them.
-            fraction = where_thrusts_vanish(block.starts[segment], block.ends[segment], vehicle)
+            fraction = where_thrusts_vanish(
+                block.starts[segment], block.ends[segment], vehicle
+            )
             self.broken = (None, block.place(segment, fraction))
         else:
             self.broken = (float(shares[worst].min()), block.place(segment + worst))
@@ -256,7 +354,9 @@ class _HoverThrust(Rule):
         if criteria.extremes is None:
             return self.least.upper, -self.largest.lower
         vehicle = criteria.vehicle.replace(rotor_height=0.0)
-        if criteria.vehicle.rotor_height and not np.array_equal(criteria.extremes[:, :2], criteria.extremes[:, 2:]):
+        if criteria.vehicle.rotor_height and not np.array_equal(
+            criteria.extremes[:, :2], criteria.extremes[:, 2:]
+        ):
             return 0.0, math.inf  # not bounded off red
         kappa, box = vehicle.drag_ratio, criteria.extremes
         level = self.level - criteria.level_slack(coefficients_of(vehicle, "exact"))
@@ -274,12 +374,18 @@ class _HoverThrust(Rule):
             refusal = "no thrusts carry the weight without torque: the moment matrix has rank two on blue; use red"
         elif self.continuous.fiber is not None:
             (code, place), value = self.continuous.fiber, 0.0
-            which, rotors = ("first", "2 and 4") if code == FIRST else ("second", "1 and 3")
+            which, rotors = (
+                ("first", "2 and 4") if code == FIRST else ("second", "1 and 3")
+            )
             idle = f"on the {which} fibre, where rotors {rotors} idle in hover and cannot make a torque"
             refusal = f"{self.described(place)} is {idle}: use the red sheet, away from the fibre"
         elif self.broken is not None:
             value, place = self.broken
-            least = f" (least {figure(value)} of m·g)" if value is not None and math.isfinite(value) else ""
+            least = (
+                f" (least {figure(value)} of m·g)"
+                if value is not None and math.isfinite(value)
+                else ""
+            )
             refusal = (
                 f"hover thrusts are not positive{least} at {self.described(place)}: keep β1 and β2 of opposite signs "
                 "(α1 < δ and α2 > −δ, or both the other way)"
@@ -291,15 +397,21 @@ class _HoverThrust(Rule):
         if refusal:
             yield self.check(False, refusal, value=value, limit=0.0, place=place)
             return
-        message = f"hover thrusts {low:.3f} to {peak:.3f} of m·g per rotor, all positive"
+        message = (
+            f"hover thrusts {low:.3f} to {peak:.3f} of m·g per rotor, all positive"
+        )
         yield self.check(True, message, value=low, limit=0.0, place=place)
         limit = self.criteria.vehicle.max_thrust
         if limit is not None:
-            mass, gravity = self.criteria.vehicle.require("mass", "gravity", purpose="the check of the largest thrust")
+            mass, gravity = self.criteria.vehicle.require(
+                "mass", "gravity", purpose="the check of the largest thrust"
+            )
             newtons, at = peak * mass * gravity, self.largest.place
             ok, found = newtons <= limit, f"largest hover thrust {newtons:.3g} N"
             message = self.compared(ok, found, f"{limit:.3g} N", at, "tilt less there")
-            yield self.check(ok, message, value=newtons, limit=limit, place=at, name="thrust_limit")
+            yield self.check(
+                ok, message, value=newtons, limit=limit, place=at, name="thrust_limit"
+            )
 
 
 @dataclass
@@ -316,7 +428,9 @@ class _TiltRange(Rule):
     def _sizes(self, alpha: FloatArray) -> FloatArray:
         """Return distances from the middles of the ranges, the more the narrower; exact |α| if all are ±one limit."""
         half = (self.high - self.low) / 2
-        return np.asarray(np.abs(alpha - (self.low + self.high) / 2) + (half.max() - half))
+        return np.asarray(
+            np.abs(alpha - (self.low + self.high) / 2) + (half.max() - half)
+        )
 
     def update(self, block: Segments) -> None:
         self.peak.update(self._sizes(block.alpha), block)
@@ -325,7 +439,11 @@ class _TiltRange(Rule):
         place, low, high = self.peak.place, self.low, self.high
         if place is None:
             return
-        rows = np.array([place.alpha]) if self.criteria.extremes is None else self.criteria.extremes
+        rows = (
+            np.array([place.alpha])
+            if self.criteria.extremes is None
+            else self.criteria.extremes
+        )
         sizes = self._sizes(rows)
         row, arm = divmod(int(np.argmax(sizes)), 4)
         value = float(rows[row, arm])
@@ -334,8 +452,16 @@ class _TiltRange(Rule):
         is_one = (high == high[0]).all() and (low == -high).all()
         value, limit = (abs(value), abs(limit)) if is_one else (value, limit)
         tilt, allowed = (f"{math.degrees(angle):.4g}°" for angle in (value, limit))
-        found = f"largest tilt {tilt} (α{arm + 1})" if is_one else f"tilt {tilt} of arm {arm + 1}"
-        advice = "move the waypoints nearer to 0" if is_one else "move the waypoints into its range"
+        found = (
+            f"largest tilt {tilt} (α{arm + 1})"
+            if is_one
+            else f"tilt {tilt} of arm {arm + 1}"
+        )
+        advice = (
+            "move the waypoints nearer to 0"
+            if is_one
+            else "move the waypoints into its range"
+        )
         message = self.compared(ok, found, allowed, place, advice)
         yield self.check(ok, message, value=value, limit=limit, place=place)
 
@@ -346,8 +472,17 @@ class Checker:
     def __init__(self, criteria: Criteria) -> None:
         continuous = Continuous(criteria)
         brackets = _Brackets(criteria, continuous)
-        flyable = [rule(criteria, continuous, brackets) for rule in (_LevelSign, _SingularValue, _HoverThrust)]
-        self.rules: list[Rule] = [OnSurface(criteria), TwoColor(criteria), continuous, brackets, *flyable]
+        flyable = [
+            rule(criteria, continuous, brackets)
+            for rule in (_LevelSign, _SingularValue, _HoverThrust)
+        ]
+        self.rules: list[Rule] = [
+            OnSurface(criteria),
+            TwoColor(criteria),
+            continuous,
+            brackets,
+            *flyable,
+        ]
         if criteria.vehicle.tilt_range is not None:
             self.rules.append(_TiltRange(criteria))
         self.reachability = _Reachability(criteria, continuous, brackets)
@@ -355,7 +490,11 @@ class Checker:
     def update(self, segments: Segments) -> None:
         """Examine the next segments, in blocks so that memory stays bounded."""
         for start in range(0, len(segments.alpha) - 1, _BLOCK):
-            block = segments[start : start + _BLOCK + 1] if len(segments.alpha) > _BLOCK + 1 else segments
+            block = (
+                segments[start : start + _BLOCK + 1]
+                if len(segments.alpha) > _BLOCK + 1
+                else segments
+            )
             for rule in self.rules:
                 rule.update(block)
             self.reachability.update(block)
@@ -365,17 +504,34 @@ class Checker:
         reachable, reachability = self.reachability.answer()
         checks = (closed, *(check for rule in self.rules for check in rule.checks()))
         notes = self.reachability.vehicle.warnings
-        return Report(checks=checks, reachable_from_hover=reachable, reachability=reachability, notes=notes)
+        return Report(
+            checks=checks,
+            reachable_from_hover=reachable,
+            reachability=reachability,
+            notes=notes,
+        )
 
 
 class _Reachability:
     """Whether a flight from hover can enter the gait, and leave it, without a singular matrix."""
 
-    def __init__(self, criteria: Criteria, continuous: Continuous, brackets: _Brackets) -> None:
-        self.vehicle, self.continuous, self.brackets = criteria.vehicle, continuous, brackets
+    def __init__(
+        self, criteria: Criteria, continuous: Continuous, brackets: _Brackets
+    ) -> None:
+        self.vehicle, self.continuous, self.brackets = (
+            criteria.vehicle,
+            continuous,
+            brackets,
+        )
         self.exact = coefficients_of(criteria.vehicle, "exact")
         self.slack = criteria.level_slack(self.exact)
-        self.positive, self.decided, self.home, self.opposite, self.off_red = True, True, True, 0.0, 0.0
+        self.positive, self.decided, self.home, self.opposite, self.off_red = (
+            True,
+            True,
+            True,
+            0.0,
+            0.0,
+        )
         self.confined = True  # whether points of fibres are within ±π/2
 
     def update(self, block: Segments) -> None:
@@ -389,7 +545,9 @@ class _Reachability:
             return
         resolution = float(level_determinant_resolution(alpha, self.exact).max())
         floor = float(np.nextafter(max(resolution, self.slack), math.inf))
-        least = least_level_determinant(block.starts, block.ends, self.exact, tolerance=0.0, floor=floor, each=True)
+        least = least_level_determinant(
+            block.starts, block.ends, self.exact, tolerance=0.0, floor=floor, each=True
+        )
         lower = float(least.lower.min())
         self.positive = lower > resolution and not self.continuous.blue
         self.decided &= lower > self.slack
@@ -399,10 +557,14 @@ class _Reachability:
             alpha = alpha[~fibered]
             if not len(alpha):
                 return
-        self.home &= bool((red_label(alpha[:, 0], alpha[:, 1], self.vehicle) == HOVER_LABEL).all())
+        self.home &= bool(
+            (red_label(alpha[:, 0], alpha[:, 1], self.vehicle) == HOVER_LABEL).all()
+        )
         opposite = np.abs(alpha[:, 2:] - alpha[:, :2])
         self.opposite = max(self.opposite, float(opposite.max()))
-        self.off_red = max(self.off_red, float(distance_to_multiple(opposite, math.pi).max()))
+        self.off_red = max(
+            self.off_red, float(distance_to_multiple(opposite, math.pi).max())
+        )
 
     def answer(self) -> tuple[bool | None, str]:
         """Return True, False or None for undecided, and the reason."""
@@ -418,7 +580,10 @@ class _Reachability:
             return None, "not decided: off the red sheet, with R > 0"
         # An opposite arm shifted by π is on red too, but not on the part of it that hover is on.
         if not self.home or self.opposite > DEFAULT_TOLERANCE:
-            return False, f"no path on the surface from hover to this component of R > 0: plan in {home}"
+            return (
+                False,
+                f"no path on the surface from hover to this component of R > 0: plan in {home}",
+            )
         if not self.decided:
             return None, "not decided: too close to R = 0 for chords of this size"
         if self.continuous.fiber is None:

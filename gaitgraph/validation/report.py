@@ -26,7 +26,10 @@ RATE_UNITS = {"rate": "rad/s", "acceleration": "rad/s²", "jerk": "rad/s³"}
 RATE_CHECKS = tuple(f"tilt_{kind}" for kind in RATE_UNITS)
 """Names of the checks that need timing."""
 
-_LIKELY = {"rate": 100.0, "acceleration": 10_000.0}  # a larger limit is probably in degrees
+_LIKELY = {
+    "rate": 100.0,
+    "acceleration": 10_000.0,
+}  # a larger limit is probably in degrees
 _YES = {True: "yes", False: "no", None: "unknown"}
 _WIDTH = 110
 
@@ -77,7 +80,10 @@ class Check:
     def as_mapping(self) -> dict[str, Any]:
         """Return the check as plain values, ready for JSON, which has no infinities."""
         numbers = {"value": self.value, "limit": self.limit}
-        finite = {name: None if x is None or not math.isfinite(x) else float(x) for name, x in numbers.items()}
+        finite = {
+            name: None if x is None or not math.isfinite(x) else float(x)
+            for name, x in numbers.items()
+        }
         return asdict(self) | finite
 
 
@@ -92,28 +98,51 @@ class GaitPoint:
 
     def as_mapping(self, noun: str) -> dict[str, Any]:
         """Return the place as plain values: a row, counted from 1, with its time, or a segment, counted from 0."""
-        head: dict[str, Any] = {"row": self.point + 1, "t": self.t} if noun == "row" else {"segment": self.point}
+        head: dict[str, Any] = (
+            {"row": self.point + 1, "t": self.t}
+            if noun == "row"
+            else {"segment": self.point}
+        )
         return {**head, "fraction": self.fraction, "alpha": list(self.alpha)}
 
     def described(self, noun: str) -> str:
         """Return the place in words: number of the corner or row, fraction, time, and tilt angles."""
-        between = f" and {100 * self.fraction:.0f} % of the way to the next" if self.fraction else ""
+        between = (
+            f" and {100 * self.fraction:.0f} % of the way to the next"
+            if self.fraction
+            else ""
+        )
         time = "" if self.t is None else f", t = {self.t:.6g} s"
         return f"{noun} {self.point + 1}{between}{time} ({', '.join(f'{angle:.3f}' for angle in self.alpha)})"
 
 
 def limit_check(
-    name: str, peak: float, joint: int, limit: float | None, advice: str, place: GaitPoint | None = None
+    name: str,
+    peak: float,
+    joint: int,
+    limit: float | None,
+    advice: str,
+    place: GaitPoint | None = None,
 ) -> Check:
     """Return the check of a peak of one tilt angle's derivative, of a row if it has a place, against the limit."""
     ok, text = limit is None or peak <= limit * (1 + 1e-12), "infinite"
     if math.isfinite(peak):
         text = f"{figure(peak)} {RATE_UNITS[name.removeprefix('tilt_')]}"
     at = "" if ok or place is None else f" at {place.described('row')}"
-    stated = "; the vehicle states no limit" if limit is None else f", limit {figure(limit)}"
+    stated = (
+        "; the vehicle states no limit" if limit is None else f", limit {figure(limit)}"
+    )
     message = f"peak {text} (α{joint}){at}{stated}" + ("" if ok else f": {advice}")
     where = None if place is None else place.as_mapping("row")
-    return Check(name=name, kind="flyable", ok=ok, value=peak, limit=limit, where=where, message=message)
+    return Check(
+        name=name,
+        kind="flyable",
+        ok=ok,
+        value=peak,
+        limit=limit,
+        where=where,
+        message=message,
+    )
 
 
 def unlikely_limits(limits: Mapping[str, Any]) -> list[str]:
@@ -176,18 +205,24 @@ class Report(Pictured):
     def reason(self) -> str:
         """The first reason why the gait is not flyable, or not valid; empty if it is both."""
         broken = [check for check in self.checks if not (check.ok and check.decided)]
-        first = sorted(broken, key=lambda check: (check.ok, check.kind == "flyable"))[:1]
+        first = sorted(broken, key=lambda check: (check.ok, check.kind == "flyable"))[
+            :1
+        ]
         return "".join(check.message for check in first)
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """Warnings: undecided signs, unlikely limits, and the notes."""
-        undecided = (check.message for check in self.checks if check.ok and not check.decided)
+        undecided = (
+            check.message for check in self.checks if check.ok and not check.decided
+        )
         return (*undecided, *self._unlikely, *self.notes)
 
     @property
     def _unlikely(self) -> list[str]:
-        return unlikely_limits({check.name.removeprefix("tilt_"): check.limit for check in self.checks})
+        return unlikely_limits(
+            {check.name.removeprefix("tilt_"): check.limit for check in self.checks}
+        )
 
     def __getitem__(self, name: str) -> Check:
         return {check.name: check for check in self.checks}[name]
@@ -215,31 +250,54 @@ class Report(Pictured):
             first = self.listing.first
             out["colorings"] = [list(coloring.colors) for coloring in first]
             out["coloring_signs"] = [coloring.sign for coloring in first]
-            out |= {name: value for name, value in self.listing.as_mapping().items() if name != "counts"}
+            out |= {
+                name: value
+                for name, value in self.listing.as_mapping().items()
+                if name != "counts"
+            }
         return out
 
     @property
     def verdict(self) -> str:
         """The verdict in one line, such as "Flyable: no. Obeys the paper's rules: yes. Reachable from hover: no."."""
-        flyable, valid, reachable = (_YES[one] for one in (self.flyable, self.valid, self.reachable_from_hover))
+        flyable, valid, reachable = (
+            _YES[one] for one in (self.flyable, self.valid, self.reachable_from_hover)
+        )
         return f"Flyable: {flyable}. Obeys the paper's rules: {valid}. Reachable from hover: {reachable}."
 
     def __str__(self) -> str:
         lines = [self.verdict, *lines_of_checks(self.checks)]
-        lines.append(_line("ok" if self.reachable_from_hover else "--", "reachable from hover", self.reachability))
+        lines.append(
+            _line(
+                "ok" if self.reachable_from_hover else "--",
+                "reachable from hover",
+                self.reachability,
+            )
+        )
         if self.listing is not None:
-            lines.append(_line("ok" if self.listing.count else "--", "colorings", self.listing.in_report()))
+            lines.append(
+                _line(
+                    "ok" if self.listing.count else "--",
+                    "colorings",
+                    self.listing.in_report(),
+                )
+            )
         lines += [f"warning: {warning}" for warning in (*self._unlikely, *self.notes)]
         return "\n".join(lines)
 
     def __repr__(self) -> str:
-        broken = [check.name.replace("_", " ") for check in self.checks if check.mark != "ok"]
+        broken = [
+            check.name.replace("_", " ") for check in self.checks if check.mark != "ok"
+        ]
         return f"<Report: {self.verdict} {len(self.checks)} checks, not ok: {', '.join(broken) or 'none'}>"
 
 
 def lines_of_checks(checks: Iterable[Check]) -> list[str]:
     """Return checks as lines of text, wrapped."""
-    return [_line(check.mark, check.name.replace("_", " "), check.message) for check in checks]
+    return [
+        _line(check.mark, check.name.replace("_", " "), check.message)
+        for check in checks
+    ]
 
 
 def _line(mark: str, name: str, message: str) -> str:

@@ -52,12 +52,20 @@ class Criteria:
     coefficients: Coefficients
     tolerance: float
     floor: float
-    angle_rounding: float | None = None  # None: inferred from distances to the sheets, at least `digit_error` [rad]
-    digit_error: float = 0.0  # error of each angle that follows from the printed digits [rad]
+    angle_rounding: float | None = (
+        None  # None: inferred from distances to the sheets, at least `digit_error` [rad]
+    )
+    digit_error: float = (
+        0.0  # error of each angle that follows from the printed digits [rad]
+    )
     crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE
-    noun: str = "corner"  # what messages call a point: "corner", "row", or "chord" of a curve
+    noun: str = (
+        "corner"  # what messages call a point: "corner", "row", or "chord" of a curve
+    )
     beside: float = 0.0  # how far a curve may be from the segments, its chords, in the (α1, α2) plane [rad]
-    extremes: FloatArray | None = None  # the least and the largest tilt angles of the curve, shape (2, 4) [rad]
+    extremes: FloatArray | None = (
+        None  # the least and the largest tilt angles of the curve, shape (2, 4) [rad]
+    )
 
     def __post_init__(self) -> None:
         for name in ("tolerance", "floor", "crossing_tolerance"):
@@ -84,7 +92,9 @@ class Criteria:
         """
         if not self.beside:
             return 0.0
-        rate = 2.0 * float(np.linalg.norm(coefficients.bilinear_form, 2)) + abs(coefficients.cross)
+        rate = 2.0 * float(np.linalg.norm(coefficients.bilinear_form, 2)) + abs(
+            coefficients.cross
+        )
         return rate * math.sqrt(8.0) * self.beside
 
 
@@ -92,7 +102,9 @@ class Criteria:
 class Segments:
     """Consecutive straight segments of a gait."""
 
-    alpha: FloatArray  # the points, shape (m + 1, 4) [rad]; a single point has no segment
+    alpha: (
+        FloatArray  # the points, shape (m + 1, 4) [rad]; a single point has no segment
+    )
     # The color of each point, shape (m + 1,): +1 red, −1 blue, 2 the first fibre, 3 the second, 0 none.
     sheet: npt.NDArray[np.int8]
     number: IntArray  # number of each point in the gait, from 1; 1 again at the end of the closing segment
@@ -102,7 +114,13 @@ class Segments:
     def __getitem__(self, part: slice) -> Segments:
         """Return consecutive points, as a slice of step 1."""
         t, first = None if self.t is None else self.t[part], self.first_t
-        return Segments(alpha=self.alpha[part], sheet=self.sheet[part], number=self.number[part], t=t, first_t=first)
+        return Segments(
+            alpha=self.alpha[part],
+            sheet=self.sheet[part],
+            number=self.number[part],
+            t=t,
+            first_t=first,
+        )
 
     def joined(self, following: Segments) -> Segments:
         """Return these points followed by others."""
@@ -110,7 +128,9 @@ class Segments:
             alpha=np.concatenate([self.alpha, following.alpha]),
             sheet=np.concatenate([self.sheet, following.sheet]),
             number=np.concatenate([self.number, following.number]),
-            t=None if self.t is None or following.t is None else np.concatenate([self.t, following.t]),
+            t=None
+            if self.t is None or following.t is None
+            else np.concatenate([self.t, following.t]),
         )
 
     @property
@@ -141,19 +161,34 @@ class Segments:
 
     def place(self, segment: int, fraction: float = 0.0) -> GaitPoint:
         """Return the place at a fraction of a segment, counted from 0 within these."""
-        index, fraction = (segment + 1, 0.0) if fraction == 1.0 else (segment, float(fraction))
+        index, fraction = (
+            (segment + 1, 0.0) if fraction == 1.0 else (segment, float(fraction))
+        )
         at, t = self.alpha[index], None if self.t is None else float(self.t[index])
         if t is not None and index and self.number[index] <= self.number[index - 1]:
             t = self.first_t
         if fraction:
             at = at + fraction * (self.alpha[index + 1] - at)
-            t = None if self.t is None else float(t + fraction * (self.t[index + 1] - t))
-        return GaitPoint(point=int(self.number[index]) - 1, fraction=fraction, alpha=tuple(at.tolist()), t=t)
+            t = (
+                None
+                if self.t is None
+                else float(t + fraction * (self.t[index + 1] - t))
+            )
+        return GaitPoint(
+            point=int(self.number[index]) - 1,
+            fraction=fraction,
+            alpha=tuple(at.tolist()),
+            t=t,
+        )
 
 
 def segments_of(gait: Gait) -> Segments:
     """Return all segments of a gait, from the last corner back to the first too."""
-    sheet = family_codes(gait.colors) if gait.colors else np.zeros(len(gait.alpha), dtype=np.int8)
+    sheet = (
+        family_codes(gait.colors)
+        if gait.colors
+        else np.zeros(len(gait.alpha), dtype=np.int8)
+    )
     point = np.arange(len(gait.alpha) + 1) % len(gait.alpha)
     return Segments(alpha=gait.alpha[point], sheet=sheet[point], number=point + 1)
 
@@ -189,7 +224,11 @@ class Peak:
         size = np.abs(values) / self.scale
         k, joint = divmod(int(np.argmax(size)), 4)
         if size[k, joint] > self.share or self.place is None:
-            self.share, self.joint, self.place = float(size[k, joint]), joint + 1, block.place(k)
+            self.share, self.joint, self.place = (
+                float(size[k, joint]),
+                joint + 1,
+                block.place(k),
+            )
             self.value = float(abs(values[k, joint]))
 
 
@@ -213,18 +252,39 @@ class Rule(ABC):
     def checks(self) -> Iterator[Check]:
         """Yield what was found, after at least one update."""
 
-    def check(self, ok: bool, message: str, *, place: GaitPoint | None = None, name: str = "", **values: Any) -> Check:
+    def check(
+        self,
+        ok: bool,
+        message: str,
+        *,
+        place: GaitPoint | None = None,
+        name: str = "",
+        **values: Any,
+    ) -> Check:
         """Return the check of this rule, or of another name, with its place as plain values."""
         where = None if place is None else place.as_mapping(self.criteria.noun)
-        return Check(name=name or self.name, kind=self.kind, ok=ok, message=message, where=where, **values)
+        return Check(
+            name=name or self.name,
+            kind=self.kind,
+            ok=ok,
+            message=message,
+            where=where,
+            **values,
+        )
 
     def described(self, place: GaitPoint | None) -> str:
         """Return a place in words."""
         return "" if place is None else place.described(self.criteria.noun)
 
-    def compared(self, ok: bool, found: str, limit: str, place: GaitPoint | None, advice: str) -> str:
+    def compared(
+        self, ok: bool, found: str, limit: str, place: GaitPoint | None, advice: str
+    ) -> str:
         """Return what was found and its limit in words; if it is not ok, the place and the advice too."""
-        return f"{found}, limit {limit}" if ok else f"{found} at {self.described(place)}, limit {limit}: {advice}"
+        return (
+            f"{found}, limit {limit}"
+            if ok
+            else f"{found} at {self.described(place)}, limit {limit}: {advice}"
+        )
 
 
 @dataclass
@@ -241,18 +301,35 @@ class OnSurface(Rule):
             self.worst.update((0.0, 0.0, 0, 0.0), block)
             return
         options: Any = {"tolerance": tolerance, "known": known, "points": block.sines}
-        found = largest_residual(block.starts, block.ends, self.criteria.coefficients, **options)
+        found = largest_residual(
+            block.starts, block.ends, self.criteria.coefficients, **options
+        )
         self.worst.update(found.worst(), block)
 
     def checks(self) -> Iterator[Check]:
         """Yield the check `on_surface`."""
-        value, limit, place = max(0.0, -self.worst.lower), self.criteria.tolerance, self.worst.place
+        value, limit, place = (
+            max(0.0, -self.worst.lower),
+            self.criteria.tolerance,
+            self.worst.place,
+        )
         ok = value <= limit
-        advice, coefficients = f"{_TAKE_ROOTS}, or raise the tolerance", self.criteria.coefficients
-        if coefficients.cross and place and family_distances(place.alpha, coefficients)[1] <= limit:
+        advice, coefficients = (
+            f"{_TAKE_ROOTS}, or raise the tolerance",
+            self.criteria.coefficients,
+        )
+        if (
+            coefficients.cross
+            and place
+            and family_distances(place.alpha, coefficients)[1] <= limit
+        ):
             height = f"rotors at a height of {self.criteria.vehicle.rotor_height:g} m"
-            advice = f"use red, since on blue the zero-moment direction leans for {height}"
-        message = self.compared(ok, f"max(|Rφ|, |Rθ|) = {value:.2g}", f"{limit:g}", place, advice)
+            advice = (
+                f"use red, since on blue the zero-moment direction leans for {height}"
+            )
+        message = self.compared(
+            ok, f"max(|Rφ|, |Rθ|) = {value:.2g}", f"{limit:g}", place, advice
+        )
         yield self.check(ok, message, value=value, limit=limit, place=place)
 
 
@@ -267,19 +344,32 @@ class TwoColor(Rule):
     def update(self, block: Segments) -> None:
         """Find the first pair of points that may not be neighbours."""
         codes = [block.color] if block.color else family_codes(FAMILIES).tolist()
-        self.families |= {code for code in codes if block.color or (block.sheet == code).any()}
-        if self.broken is not None or block.color:  # on one sheet no two types are + and −
+        self.families |= {
+            code for code in codes if block.color or (block.sheet == code).any()
+        }
+        if (
+            self.broken is not None or block.color
+        ):  # on one sheet no two types are + and −
             return
         criteria = self.criteria
-        third, fourth = family_types(block.alpha, block.sheet, criteria.coefficients, criteria.crossing_tolerance)
+        third, fourth = family_types(
+            block.alpha, block.sheet, criteria.coefficients, criteria.crossing_tolerance
+        )
         bare = block.sheet == 0
-        forbidden = ~neighbors_allowed((third[:-1], fourth[:-1]), (third[1:], fourth[1:]))
-        if bare.any() and (not forbidden.any() or np.argmax(bare) <= np.argmax(forbidden)):
+        forbidden = ~neighbors_allowed(
+            (third[:-1], fourth[:-1]), (third[1:], fourth[1:])
+        )
+        if bare.any() and (
+            not forbidden.any() or np.argmax(bare) <= np.argmax(forbidden)
+        ):
             point = int(np.argmax(bare))
             message = f"{self.described(block.place(point))} lies on neither sheet and has no color: {_TAKE_ROOTS}"
         elif forbidden.any():
             point = int(np.argmax(forbidden))
-            here, there = (text_from_types(int(third[k]), int(fourth[k])) for k in (point, point + 1))
+            here, there = (
+                text_from_types(int(third[k]), int(fourth[k]))
+                for k in (point, point + 1)
+            )
             message = (
                 f"{criteria.noun}s {block.number[point]} {here} and {block.number[point + 1]} {there} may not be "
                 "neighbours (Figure 15): give both one color, or pass a (?,?) point between them"
@@ -291,7 +381,10 @@ class TwoColor(Rule):
     def checks(self) -> Iterator[Check]:
         """Yield the check `two_color`."""
         color = family_of(*self.families) if len(self.families) == 1 else "mixed"
-        message, place = self.broken or (f"all neighbours allowed by Figure 15 of the paper ({color})", None)
+        message, place = self.broken or (
+            f"all neighbours allowed by Figure 15 of the paper ({color})",
+            None,
+        )
         ok = self.broken is None
         yield self.check(ok, message, value=float(not ok), limit=0.0, place=place)
 
@@ -302,10 +395,16 @@ class Continuous(Rule):
 
     name = "continuous"
     bare: GaitPoint | None = None  # the first point off the surfaces
-    inferred_error: float = 0.0  # the largest distance from a sheet within the tolerance
-    inferred_errors: FloatArray = field(default_factory=lambda: np.zeros(0))  # of each point of the latest block
+    inferred_error: float = (
+        0.0  # the largest distance from a sheet within the tolerance
+    )
+    inferred_errors: FloatArray = field(
+        default_factory=lambda: np.zeros(0)
+    )  # of each point of the latest block
     blue: bool = False  # whether a point is on blue alone, whatever its color, and the matrix singular: no rotor height
-    fiber: tuple[int, GaitPoint] | None = None  # the first point colored as a fibre: which, and its place
+    fiber: tuple[int, GaitPoint] | None = (
+        None  # the first point colored as a fibre: which, and its place
+    )
     distance: float = 0.0  # the point that is farthest off the sheet of its color
     off_sheet: str = ""
     farthest: GaitPoint | None = None
@@ -321,7 +420,12 @@ class Continuous(Rule):
         self.inferred_errors = np.zeros(len(sheet))
         if block.on_red and block.color > 0:
             if self.ratio < 0:
-                self.ratio, self.jump, self.limit, self.place = 0.0, 0.0, criteria.tolerance, block.place(0)
+                self.ratio, self.jump, self.limit, self.place = (
+                    0.0,
+                    0.0,
+                    criteria.tolerance,
+                    block.place(0),
+                )
             return
         bare, fibered = sheet == 0, sheet > 1
         if bare.any():
@@ -332,24 +436,40 @@ class Continuous(Rule):
             point = int(np.argmax(fibered))
             self.fiber = (int(sheet[point]), block.place(point))
         distances = family_distances(block.alpha, criteria.coefficients)
-        on_blue = (distances[:, 1] <= criteria.tolerance) & (distances[:, 0] > criteria.tolerance)
-        self.blue |= bool((on_blue & ~fibered).any()) and not criteria.coefficients.cross
+        on_blue = (distances[:, 1] <= criteria.tolerance) & (
+            distances[:, 0] > criteria.tolerance
+        )
+        self.blue |= (
+            bool((on_blue & ~fibered).any()) and not criteria.coefficients.cross
+        )
         # How far points are from the sheet or fibre of their color.
         column = FAMILY_COLUMN[sheet]
-        off = np.where(bare, 0.0, np.take_along_axis(distances, column[:, None], axis=1)[:, 0])
-        self.inferred_errors = np.where((off > EXACT) & (off <= criteria.tolerance), off, 0.0)
-        self.inferred_error = max(self.inferred_error, float(self.inferred_errors.max()))
+        off = np.where(
+            bare, 0.0, np.take_along_axis(distances, column[:, None], axis=1)[:, 0]
+        )
+        self.inferred_errors = np.where(
+            (off > EXACT) & (off <= criteria.tolerance), off, 0.0
+        )
+        self.inferred_error = max(
+            self.inferred_error, float(self.inferred_errors.max())
+        )
         farthest = int(np.argmax(off))
         if off[farthest] > max(self.distance, EXACT):
             self.distance, self.farthest = float(off[farthest]), block.place(farthest)
             color = FAMILIES[column[farthest]]
             self.off_sheet = f"is colored {color} but lies off that {'fibre' if fibered[farthest] else 'sheet'}"
             near = distances[farthest] <= criteria.tolerance
-            others = [name for name, is_near in zip(FAMILIES, near, strict=True) if is_near and name != color]
+            others = [
+                name
+                for name, is_near in zip(FAMILIES, near, strict=True)
+                if is_near and name != color
+            ]
             if others:
                 self.off_sheet += f", on the {others[0]} one"
         # How far segments leave the sheets of their ends.
-        sizes = family_jumps(block.starts, block.ends, sheet[:-1], sheet[1:], criteria.coefficients)
+        sizes = family_jumps(
+            block.starts, block.ends, sheet[:-1], sheet[1:], criteria.coefficients
+        )
         # Within one color, and along a fibre, whose line with the red sheet is on both, printed digits may move a
         # segment off its sheet by the tolerance.
         along = (sheet[:-1] == sheet[1:]) | fibered[:-1] | fibered[1:]
@@ -357,24 +477,47 @@ class Continuous(Rule):
         ratios = sizes / np.maximum(limits, EXACT)
         worst = int(np.argmax(ratios))
         if ratios[worst] > self.ratio:
-            self.ratio, self.jump, self.limit = float(ratios[worst]), float(sizes[worst]), float(limits[worst])
-            self.place, self.changes = block.place(worst), bool(sheet[worst] != sheet[worst + 1])
+            self.ratio, self.jump, self.limit = (
+                float(ratios[worst]),
+                float(sizes[worst]),
+                float(limits[worst]),
+            )
+            self.place, self.changes = (
+                block.place(worst),
+                bool(sheet[worst] != sheet[worst + 1]),
+            )
 
     def checks(self) -> Iterator[Check]:
         """Yield the check `continuous`."""
         tolerance = self.criteria.tolerance
         if self.bare is not None:
-            message = f"{self.described(self.bare)} lies on neither sheet: {_TAKE_ROOTS}"
+            message = (
+                f"{self.described(self.bare)} lies on neither sheet: {_TAKE_ROOTS}"
+            )
             yield self.check(False, message, limit=tolerance, place=self.bare)
-        elif self.distance > tolerance and (not self.changes or self.jump <= max(self.limit, self.distance + EXACT)):
+        elif self.distance > tolerance and (
+            not self.changes or self.jump <= max(self.limit, self.distance + EXACT)
+        ):
             off = f"{self.off_sheet}, by {self.distance:.4f} rad (limit {tolerance:g})"
             advice = "give it the color of its sheet, or take (α3, α4) from the sheet of its color"
             message = f"{self.described(self.farthest)} {off}: {advice}"
-            yield self.check(False, message, value=self.distance, limit=tolerance, place=self.farthest)
+            yield self.check(
+                False,
+                message,
+                value=self.distance,
+                limit=tolerance,
+                place=self.farthest,
+            )
         else:
             ok, message = self.jump <= self.limit, "every segment stays on its sheet"
             if not ok:
-                cause = "changes color" if self.changes else "wraps by π or leaves its sheet"
+                cause = (
+                    "changes color"
+                    if self.changes
+                    else "wraps by π or leaves its sheet"
+                )
                 jump = f"jumps by {self.jump:.4f} rad (limit {self.limit:g}) after {self.described(self.place)}"
                 message = f"(α3, α4) {jump}, where it {cause}: stay on one sheet"
-            yield self.check(ok, message, value=self.jump, limit=self.limit, place=self.place)
+            yield self.check(
+                ok, message, value=self.jump, limit=self.limit, place=self.place
+            )

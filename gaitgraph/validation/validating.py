@@ -40,12 +40,29 @@ from gaitgraph.gait.table import (
     wrong_types,
 )
 from gaitgraph.invertibility.geometry import IDLE_THRUST, LEAST_DECIDED
-from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, FloatArray, level_determinant
+from gaitgraph.invertibility.matrices import (
+    DEFAULT_FLOOR,
+    FloatArray,
+    level_determinant,
+)
 from gaitgraph.io.formats import given_gait, naming_file, read_pieces
-from gaitgraph.surface.loop_colorings import ColoringCount, color_choices, colorings, colorings_counted
+from gaitgraph.surface.loop_colorings import (
+    ColoringCount,
+    color_choices,
+    colorings,
+    colorings_counted,
+)
 from gaitgraph.surface.sheets import DEFAULT_TOLERANCE, SIGNS, family_of
 from gaitgraph.validation.physics import Checker
-from gaitgraph.validation.report import RATE_CHECKS, RATE_UNITS, Check, GaitPoint, Report, limit_check, lines_of_checks
+from gaitgraph.validation.report import (
+    RATE_CHECKS,
+    RATE_UNITS,
+    Check,
+    GaitPoint,
+    Report,
+    limit_check,
+    lines_of_checks,
+)
 from gaitgraph.validation.rules import Criteria, Peak, Segments, segments_of
 from gaitgraph.vehicle import four_of, scale_of
 
@@ -98,12 +115,28 @@ def check_gait(
     >>> report.valid, report.flyable, report.reachable_from_hover
     (True, True, False)
     """
-    surface: Any = {name: getattr(gait, name) for name in ("vehicle", "coefficients", "crossing_tolerance")}
-    limits: Any = {"tolerance": tolerance, "floor": floor, "angle_rounding": angle_rounding}
+    surface: Any = {
+        name: getattr(gait, name)
+        for name in ("vehicle", "coefficients", "crossing_tolerance")
+    }
+    limits: Any = {
+        "tolerance": tolerance,
+        "floor": floor,
+        "angle_rounding": angle_rounding,
+    }
     noun = "chord" if beside else "corner"
-    checker = Checker(Criteria(**surface, **limits, noun=noun, beside=beside, extremes=extremes))
+    checker = Checker(
+        Criteria(**surface, **limits, noun=noun, beside=beside, extremes=extremes)
+    )
     checker.update(segments_of(gait))
-    closed = Check(name="closed", kind="valid", ok=True, value=0.0, limit=0.0, message="closed by construction")
+    closed = Check(
+        name="closed",
+        kind="valid",
+        ok=True,
+        value=0.0,
+        limit=0.0,
+        message="closed by construction",
+    )
     return checker.report(closed)
 
 
@@ -156,15 +189,31 @@ def validate(
     >>> bool(report), report.flyable, report["R_sign"].decided, report.listing.count
     (True, False, False, 2)
     """
-    choices: Any = {"vehicle": vehicle, "coefficients": coefficients, "crossing_tolerance": crossing_tolerance}
+    choices: Any = {
+        "vehicle": vehicle,
+        "coefficients": coefficients,
+        "crossing_tolerance": crossing_tolerance,
+    }
     source = given_gait(gait, whole=False, **choices)
-    limits: Any = {"tolerance": tolerance, "floor": floor, "angle_rounding": angle_rounding}
+    limits: Any = {
+        "tolerance": tolerance,
+        "floor": floor,
+        "angle_rounding": angle_rounding,
+    }
     if not isinstance(source, (Table, Path)):
-        bare, rates = (source, ()) if isinstance(source, Gait) else (source.gait, source.rate_checks())
+        bare, rates = (
+            (source, ())
+            if isinstance(source, Gait)
+            else (source.gait, source.rate_checks())
+        )
         report = check_gait(bare, **limits).with_checks(rates)
         if (np.abs(bare.alpha[:, :2]) > math.pi / 2).any():
             return report  # colourings are of loops in [−π/2, π/2]²
-        loop = colorings(bare.alpha, coefficients=bare.coefficients, crossing_tolerance=bare.crossing_tolerance)
+        loop = colorings(
+            bare.alpha,
+            coefficients=bare.coefficients,
+            crossing_tolerance=bare.crossing_tolerance,
+        )
         return replace(report, listing=loop)
     from hashlib import sha256
 
@@ -174,14 +223,28 @@ def validate(
         vehicle, numbers, stated = surface_of(first, vehicle, coefficients)
         crossing = stated if crossing_tolerance is None else crossing_tolerance
         timed = stated_gait(first, vehicle, numbers, crossing)
-    surface: Any = {"vehicle": vehicle, "coefficients": numbers, "crossing_tolerance": crossing}
-    checker = _TableChecker(Criteria(**surface, **limits, digit_error=first.digit_error, noun="row"))
+    surface: Any = {
+        "vehicle": vehicle,
+        "coefficients": numbers,
+        "crossing_tolerance": crossing,
+    }
+    checker = _TableChecker(
+        Criteria(**surface, **limits, digit_error=first.digit_error, noun="row")
+    )
     if "transition" in first.about:
-        checker.notes["transition"] = "the table is a transition: the segment back to row 1 is not part of it"
-    beside = source.with_suffix(CERTIFICATE) if isinstance(source, Path) and source.suffix else Path()
+        checker.notes["transition"] = (
+            "the table is a transition: the segment back to row 1 is not part of it"
+        )
+    beside = (
+        source.with_suffix(CERTIFICATE)
+        if isinstance(source, Path) and source.suffix
+        else Path()
+    )
     has_certificate, digest = beside.is_file(), sha256()
     holds = True
-    for piece, alpha, sheet in lifted_pieces(chain([first], pieces), numbers, tolerance):
+    for piece, alpha, sheet in lifted_pieces(
+        chain([first], pieces), numbers, tolerance
+    ):
         checker.update(piece, alpha, sheet)
         if has_certificate:
             digest.update(row_texts(piece))
@@ -191,22 +254,43 @@ def validate(
     found = checker.report()
     if timed is None:
         timing: list[Any] = [first.about.get(name) for name in ("period", "law")]
-        if "t" in first or "corners" in first.about or None in timing or checker.rows > len(first):
+        if (
+            "t" in first
+            or "corners" in first.about
+            or None in timing
+            or checker.rows > len(first)
+        ):
             return found
-        with naming_file(source):  # a saved plan: corners, with the timing of its request
-            closed = closed_rows(first, vehicle=vehicle, coefficients=numbers)[0].merged()
-            return found.with_checks(closed.parametrize(timing[0], law=timing[1]).rate_checks())
+        with naming_file(
+            source
+        ):  # a saved plan: corners, with the timing of its request
+            closed = closed_rows(first, vehicle=vehicle, coefficients=numbers)[
+                0
+            ].merged()
+            return found.with_checks(
+                closed.parametrize(timing[0], law=timing[1]).rate_checks()
+            )
     start, end = float(first["t"][0]), float(piece["t"][-1])
-    if not holds or not takes_the_period(timed, start, end, checker.rows, first.digit_error):
+    if not holds or not takes_the_period(
+        timed, start, end, checker.rows, first.digit_error
+    ):
         return replace(found, notes=(*found.notes, OTHER_ROWS))
     exact = validate(timed, **limits)
     # Closing and colourings are those of the rows; rates that the rows state count where they are larger.
     checks = []
     for check in exact.checks:
         of_rows = found[check.name]
-        larger = check.name in RATE_CHECKS and (of_rows.value or 0.0) > _MORE * (check.value or 0.0)
+        larger = check.name in RATE_CHECKS and (of_rows.value or 0.0) > _MORE * (
+            check.value or 0.0
+        )
         checks.append(of_rows if larger or check.name == "closed" else check)
-    return replace(exact, checks=tuple(checks), notes=found.notes, rows=found.rows, listing=found.listing)
+    return replace(
+        exact,
+        checks=tuple(checks),
+        notes=found.notes,
+        rows=found.rows,
+        listing=found.listing,
+    )
 
 
 def _why_another(path: Path, digest: str, vehicle: Vehicle) -> str:
@@ -222,14 +306,31 @@ def _why_another(path: Path, digest: str, vehicle: Vehicle) -> str:
         document = value_from_json(content, "gaitgraph certify writes one")
         stated, of_rows = document["vehicle"], document["digest"] == digest
         sign = 1 if stated["first_rotor_spin"] == "clockwise" else -1
-        kappa = sign * value("drag_coefficient") / (value("thrust_coefficient") * value("arm_length"))
+        kappa = (
+            sign
+            * value("drag_coefficient")
+            / (value("thrust_coefficient") * value("arm_length"))
+        )
         ratios = kappa, value("rotor_height") / value("arm_length")
-    except (InputError, ArithmeticError, AttributeError, LookupError, TypeError, ValueError):
+    except (
+        InputError,
+        ArithmeticError,
+        AttributeError,
+        LookupError,
+        TypeError,
+        ValueError,
+    ):
         return f"is no certificate; gaitgraph verify {path.name} says why"
     if not of_rows:
         return "does not belong to these rows"
-    same = np.allclose(ratios, (vehicle.signed_drag_ratio, vehicle.height_ratio), rtol=1e-9, atol=0)
-    return "" if same else f"is of another vehicle: κ = {ratios[0]:.6g} and H = {ratios[1]:.6g}"
+    same = np.allclose(
+        ratios, (vehicle.signed_drag_ratio, vehicle.height_ratio), rtol=1e-9, atol=0
+    )
+    return (
+        ""
+        if same
+        else f"is of another vehicle: κ = {ratios[0]:.6g} and H = {ratios[1]:.6g}"
+    )
 
 
 class _TableChecker:
@@ -247,27 +348,40 @@ class _TableChecker:
         self.is_beyond = False  # whether a row is outside [−π/2, π/2]², where no colouring is defined
         self.notes: dict[str, str] = {}
 
-    def update(self, piece: Table, alpha: FloatArray, sheet: npt.NDArray[np.int8]) -> None:
+    def update(
+        self, piece: Table, alpha: FloatArray, sheet: npt.NDArray[np.int8]
+    ) -> None:
         """Examine the next rows, their tilt angles and families."""
         number = self.rows + 1 + np.arange(len(alpha))
-        fresh = Segments(alpha=alpha, sheet=sheet, number=number, t=piece.columns.get("t"))
+        fresh = Segments(
+            alpha=alpha, sheet=sheet, number=number, t=piece.columns.get("t")
+        )
         rows = fresh if self.tail is None else self.tail.joined(fresh)
         joined = rows[-len(alpha) - 1 :]
         if len(joined.alpha) > 1:
             self.checker.update(joined)
-            self.longest = max(self.longest, float(np.abs(np.diff(joined.alpha, axis=0)).max()))
+            self.longest = max(
+                self.longest, float(np.abs(np.diff(joined.alpha, axis=0)).max())
+            )
             # The last row may repeat the first; then it is not a new point.
             self._count_colorings(joined.alpha[:-1, :2])
         if fresh.t is not None:
             self.rates.update(rows, fresh, piece)
         self._compare(fresh, piece)
         self.rows += len(alpha)
-        self.head = rows[:3] if self.head is None or len(self.head.alpha) < 3 else self.head
+        self.head = (
+            rows[:3] if self.head is None or len(self.head.alpha) < 3 else self.head
+        )
         self.tail = rows[-3:]
 
     def _count_colorings(self, plane: FloatArray) -> None:
         self.is_beyond |= bool((np.abs(plane) > math.pi / 2).any())
-        choices = color_choices(plane[:, 0], plane[:, 1], self.criteria.coefficients, self.criteria.crossing_tolerance)
+        choices = color_choices(
+            plane[:, 0],
+            plane[:, 1],
+            self.criteria.coefficients,
+            self.criteria.crossing_tolerance,
+        )
         for sign, count_of_sign in self.counts.items():
             count_of_sign.add(choices[sign])
         if self.rows <= MOST_LISTED_ROWS:
@@ -284,8 +398,12 @@ class _TableChecker:
                     f"{family_of(fresh.sheet[k])}; stated types are not used"
                 )
         if "R" in piece and "R" not in self.notes:
-            computed = np.asarray(level_determinant(fresh.alpha, self.criteria.coefficients))
-            wrong = np.abs(piece["R"] - computed) > 1e-2 * np.maximum(1.0, np.abs(computed))
+            computed = np.asarray(
+                level_determinant(fresh.alpha, self.criteria.coefficients)
+            )
+            wrong = np.abs(piece["R"] - computed) > 1e-2 * np.maximum(
+                1.0, np.abs(computed)
+            )
             if wrong.any():
                 k = int(np.argmax(wrong))
                 self.notes["R"] = (
@@ -307,24 +425,43 @@ class _TableChecker:
             if first.t is not None and last.t is not None:
                 # The closing segment takes one mean step of time.
                 start, end = float(first.t[0]), float(last.t[0])
-                closing = replace(closing, t=np.array([end, closing_time(start, end, self.rows)]), first_t=start)
+                closing = replace(
+                    closing,
+                    t=np.array([end, closing_time(start, end, self.rows)]),
+                    first_t=start,
+                )
             self.checker.update(closing)
             self._count_colorings(last.alpha[:, :2])
         message = f"closed by a straight segment of {gap:.4g} rad from row {self.rows} back to row 1"
         if near:
-            message = "the last row repeats the first" + ("" if repeated else f", to within {gap:.2g} rad")
-            message += "" if first.t is None or last.t is None else f", T = {float(last.t[0] - first.t[0]):g} s"
+            message = "the last row repeats the first" + (
+                "" if repeated else f", to within {gap:.2g} rad"
+            )
+            message += (
+                ""
+                if first.t is None or last.t is None
+                else f", T = {float(last.t[0] - first.t[0]):g} s"
+            )
         elif self.rows == 1:
             message = "the gait is a single point"
         if gap == self.longest == 0:
-            self.notes["posture"] = "the table is a single posture, not a gait: its rows are all equal"
+            self.notes["posture"] = (
+                "the table is a single posture, not a gait: its rows are all equal"
+            )
         if not repeated and gap > 3 * self.longest:
             self.notes["closed"] = (
                 f"the closing segment from row {self.rows} to row 1 is {gap:.4g} rad long, the longest step between "
                 f"rows {self.longest:.4g} rad: is the end of the table missing?"
             )
         value, where = 0.0 if repeated else gap, last.place(0).as_mapping("row")
-        closed = Check(name="closed", kind="valid", ok=True, value=value, where=where, message=message)
+        closed = Check(
+            name="closed",
+            kind="valid",
+            ok=True,
+            value=value,
+            where=where,
+            message=message,
+        )
         report = self.checker.report(closed)
         if head.t is not None:
             report = report.with_checks(self.rates.checks(head, tail, closed=near))
@@ -335,8 +472,15 @@ class _TableChecker:
             listing = colorings_counted(self.counts)
         else:
             of, crossing = self.criteria.coefficients, self.criteria.crossing_tolerance
-            listing = colorings(np.concatenate(self.plane), coefficients=of, crossing_tolerance=crossing)
-        return replace(report, notes=(*report.notes, *self.notes.values()), rows=self.rows, listing=listing)
+            listing = colorings(
+                np.concatenate(self.plane), coefficients=of, crossing_tolerance=crossing
+            )
+        return replace(
+            report,
+            notes=(*report.notes, *self.notes.values()),
+            rows=self.rows,
+            listing=listing,
+        )
 
 
 class _RowRates:
@@ -357,9 +501,13 @@ class _RowRates:
                 peak.update(np.column_stack([piece[name] for name in names]), fresh)
         if all(name in piece for name in RATES) and rows.t is not None:
             # Add up how far the stated rates are from the changes of the angles.
-            rates = np.vstack([self.stated, np.column_stack([piece[name] for name in RATES])])
+            rates = np.vstack(
+                [self.stated, np.column_stack([piece[name] for name in RATES])]
+            )
             moved = np.diff(rows.alpha[-len(rates) :], axis=0)
-            expected = (rates[:-1] + rates[1:]) / 2 * np.diff(rows.t[-len(rates) :])[:, None]
+            expected = (
+                (rates[:-1] + rates[1:]) / 2 * np.diff(rows.t[-len(rates) :])[:, None]
+            )
             self.moved += float(np.abs(moved).sum() + np.abs(expected).sum())
             self.off += float(np.abs(moved - expected).sum())
             self.stated = rates[-1:]
@@ -374,7 +522,11 @@ class _RowRates:
         for order, peak in enumerate(self.peaks, start=1):
             if len(values) < 2:
                 return
-            values = order * np.diff(values, axis=0) / (rows.t[order:] - rows.t[:-order])[:, None]
+            values = (
+                order
+                * np.diff(values, axis=0)
+                / (rows.t[order:] - rows.t[:-order])[:, None]
+            )
             peak.update(values[:starts], rows[1:] if order > 1 else rows)
 
     def checks(self, head: Segments, tail: Segments, *, closed: bool) -> list[Check]:
@@ -384,22 +536,32 @@ class _RowRates:
         if len(tail.alpha) > 1:
             # Across the seam: from the last rows to the first ones, a period later.
             onward = head[1:] if closed else head
-            later = period if closed else closing_time(0.0, period, int(tail.number[-1]))
+            later = (
+                period if closed else closing_time(0.0, period, int(tail.number[-1]))
+            )
             rows = tail.joined(replace(onward, t=head.t[-len(onward.alpha) :] + later))
-            self._differences(replace(rows, first_t=float(head.t[0])), len(tail.alpha) - closed)
+            self._differences(
+                replace(rows, first_t=float(head.t[0])), len(tail.alpha) - closed
+            )
         if self.off > 0.5 * self.moved:
             self.notes["rates"] = (
                 "the stated rates do not match the rows: alpha1_rate to alpha4_rate must be in rad/s; the larger "
                 "values are checked"
             )
         out = []
-        for order, (kind, peak) in enumerate(zip(RATE_UNITS, self.peaks, strict=True), start=1):
+        for order, (kind, peak) in enumerate(
+            zip(RATE_UNITS, self.peaks, strict=True), start=1
+        ):
             limit = four_of(self.limits[order - 1])[peak.joint - 1]
             if order > 2 and limit is None:
                 continue
             needed = period * (peak.value / limit) ** (1 / order) if limit else period
             advice = f"take at least {needed:.4g} s instead of {period:.4g} s"
-            out.append(limit_check(f"tilt_{kind}", peak.value, peak.joint, limit, advice, peak.place))
+            out.append(
+                limit_check(
+                    f"tilt_{kind}", peak.value, peak.joint, limit, advice, peak.place
+                )
+            )
         return out
 
 
@@ -424,9 +586,21 @@ class GeometryReport:
 
     def as_mapping(self) -> dict[str, Any]:
         """Return plain values, ready for JSON: those of a Report, None where a rule does not apply."""
-        names = ("valid", "two_color", "reachable_from_hover", "colorings", "colorings_count")
+        names = (
+            "valid",
+            "two_color",
+            "reachable_from_hover",
+            "colorings",
+            "colorings_count",
+        )
         checks = [check.as_mapping() for check in self.checks]
-        return {**dict.fromkeys(names), "flyable": self.flyable, "checks": checks, "warnings": [], "rows": self.rows}
+        return {
+            **dict.fromkeys(names),
+            "flyable": self.flyable,
+            "checks": checks,
+            "warnings": [],
+            "rows": self.rows,
+        }
 
     def __str__(self) -> str:
         verdict = f"Flyable: {_FLYABLE[self.flyable]}. The paper's rules do not apply to this geometry."
@@ -434,7 +608,10 @@ class GeometryReport:
 
 
 def validate_geometry(
-    table: str | Path | npt.ArrayLike, geometry: Geometry, *, floor: float = DEFAULT_FLOOR
+    table: str | Path | npt.ArrayLike,
+    geometry: Geometry,
+    *,
+    floor: float = DEFAULT_FLOOR,
 ) -> GeometryReport:
     """Return whether rotors of any geometry can fly a tilt table, proven along the straight segments between its rows.
 
@@ -468,46 +645,106 @@ def validate_geometry(
     tilts = np.asarray(geometry.tilt_axis.any(axis=1))
     angles = tuple(f"alpha{k + 1}" for k in np.flatnonzero(tilts))
     if not angles:
-        raise InputError("tilt_axis must be other than zero for at least one rotor, got none that tilts")
+        raise InputError(
+            "tilt_axis must be other than zero for at least one rotor, got none that tilts"
+        )
     floor = checked_number("floor", floor)
     if isinstance(table, (str, Path)):
         pieces = list(read_pieces(table, angles=angles))
         alpha = np.zeros((sum(map(len, pieces)), len(tilts)))
-        alpha[:, tilts] = np.vstack([np.column_stack([piece[name] for name in angles]) for piece in pieces])
+        alpha[:, tilts] = np.vstack(
+            [np.column_stack([piece[name] for name in angles]) for piece in pieces]
+        )
     else:
         alpha = np.atleast_2d(np.asarray(table, dtype=float))
         if alpha.shape[1:] != tilts.shape or not np.isfinite(alpha).all():
-            raise InputError(f"table must be finite angles of shape (n, {len(tilts)}), got shape {alpha.shape}")
+            raise InputError(
+                f"table must be finite angles of shape (n, {len(tilts)}), got shape {alpha.shape}"
+            )
     starts = alpha[:-1] if is_closed(alpha) else alpha
     ends = np.roll(starts, -1, axis=0)
 
-    def check(name: str, ok: bool, found: str, advice: str, segment: int, fraction: float, **numbers: Any) -> Check:
+    def check(
+        name: str,
+        ok: bool,
+        found: str,
+        advice: str,
+        segment: int,
+        fraction: float,
+        **numbers: Any,
+    ) -> Check:
         if fraction == 1.0:
             segment, fraction = (segment + 1) % len(starts), 0.0
         at = tuple((starts[segment] + fraction * (ends - starts)[segment]).tolist())
         place = GaitPoint(point=segment, fraction=fraction, alpha=at)
         message = found if ok else f"{found} at {place.described('row')}: {advice}"
-        return Check(name=name, kind="flyable", ok=ok, message=message, where=place.as_mapping("row"), **numbers)
+        return Check(
+            name=name,
+            kind="flyable",
+            ok=ok,
+            message=message,
+            where=place.as_mapping("row"),
+            **numbers,
+        )
 
-    lower, upper, segment, fraction = geometry.least_singular_value_along(starts, ends).worst()
+    lower, upper, segment, fraction = geometry.least_singular_value_along(
+        starts, ends
+    ).worst()
     if lower < floor <= upper:
-        lower, upper, segment, fraction = geometry.least_singular_value_along(starts, ends, tolerance=1e-6).worst()
+        lower, upper, segment, fraction = geometry.least_singular_value_along(
+            starts, ends, tolerance=1e-6
+        ).worst()
     proven = math.floor(1e4 * lower) / 1e4
     found = f"least singular value {figure(upper)} (proven lower bound {proven:g}, floor {floor:g})"
-    ok, advice = lower >= floor, "the thrusts alone cannot make every moment and the vertical force there"
-    checks = [check("least_singular_value", ok, found, advice, segment, fraction, value=upper, limit=floor)]
+    ok, advice = (
+        lower >= floor,
+        "the thrusts alone cannot make every moment and the vertical force there",
+    )
+    checks = [
+        check(
+            "least_singular_value",
+            ok,
+            found,
+            advice,
+            segment,
+            fraction,
+            value=upper,
+            limit=floor,
+        )
+    ]
     if lower >= LEAST_DECIDED:
-        lower, upper, segment, fraction = geometry.least_hover_thrust_along(starts, ends).worst()
-        found, advice = f"least hover thrust {figure(upper)} of m·g", "a rotor would have to idle or to push down"
+        lower, upper, segment, fraction = geometry.least_hover_thrust_along(
+            starts, ends
+        ).worst()
+        found, advice = (
+            f"least hover thrust {figure(upper)} of m·g",
+            "a rotor would have to idle or to push down",
+        )
         if not (decided := lower > 0 or upper < IDLE_THRUST):
             advice = "undecided between rows, more rows may decide it"
         numbers = {"value": upper, "limit": 0.0, "decided": decided}
-        checks.append(check("hover_thrust", lower > 0, found, advice, segment, fraction, **numbers))
-    beyond = np.maximum(geometry.tilt_range[:, 0] - starts, starts - geometry.tilt_range[:, 1])
+        checks.append(
+            check(
+                "hover_thrust", lower > 0, found, advice, segment, fraction, **numbers
+            )
+        )
+    beyond = np.maximum(
+        geometry.tilt_range[:, 0] - starts, starts - geometry.tilt_range[:, 1]
+    )
     row, rotor = np.unravel_index(np.argmax(beyond), beyond.shape)
     low, high = np.degrees(geometry.tilt_range[rotor])
     found = f"α{rotor + 1} = {math.degrees(starts[row, rotor]):.4g}°, range {low:.4g}° to {high:.4g}°"
     if math.isfinite(beyond.max()):
         ok, advice = bool(beyond.max() <= 1e-12), "beyond the range of its servo"
-        checks.append(check("tilt_range", ok, found, advice, int(row), 0.0, value=float(starts[row, rotor])))
+        checks.append(
+            check(
+                "tilt_range",
+                ok,
+                found,
+                advice,
+                int(row),
+                0.0,
+                value=float(starts[row, rotor]),
+            )
+        )
     return GeometryReport(checks=tuple(checks), rows=len(alpha))

@@ -54,7 +54,11 @@ addEventListener("pointerup", (event) => {
 def milliseconds(page: Page, act: Callable[[], None]) -> float:
     page.js("window.clicked = window.painted = null")
     act()
-    taken = page.until(lambda: page.js("return window.painted ? window.painted - window.clicked : null"))
+    taken = page.until(
+        lambda: page.js(
+            "return window.painted ? window.painted - window.clicked : null"
+        )
+    )
     return float(taken)
 
 
@@ -72,7 +76,10 @@ def test_click_to_repaint(window: Page, capsys: pytest.CaptureFixture[str]) -> N
     settled(page, 7)
     ours, empty = [], []
     for turn in range(ROUNDS):
-        place = 4 * STEP + 0.012 * (turn - ROUNDS / 2), -6.5 * STEP  # another one each time: no answer is at hand
+        place = (
+            4 * STEP + 0.012 * (turn - ROUNDS / 2),
+            -6.5 * STEP,
+        )  # another one each time: no answer is at hand
         page.js("window.empty = false")
         ours.append(milliseconds(page, lambda: page.click(*place)))  # noqa: B023 - called at once
         settled(page, 8)

@@ -18,7 +18,16 @@ from tests.test_explorer import TOKEN, Client
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-LOOP = [(1.18, -1.18), (1.3, -0.8), (1.18, -0.39), (0.8, -0.3), (0.39, -0.39), (0.3, -0.7), (0.39, -1.18), (0.8, -1.3)]
+LOOP = [
+    (1.18, -1.18),
+    (1.3, -0.8),
+    (1.18, -0.39),
+    (0.8, -0.3),
+    (0.39, -0.39),
+    (0.3, -0.7),
+    (0.39, -1.18),
+    (0.8, -1.3),
+]
 GROUP = "a click in the explorer, server side, against plan_loop alone"
 ROUNDS, WARM_UP = 40, 5
 _number = count()
@@ -41,7 +50,9 @@ def ask() -> Iterator[Callable[[bytes], Any]]:
 
     def asked(content: bytes) -> Any:
         headers = {"content-type": "application/json"}
-        return loop.run_until_complete(client.sent("POST", f"/{TOKEN}/api/plan", headers, [{"body": content}]))
+        return loop.run_until_complete(
+            client.sent("POST", f"/{TOKEN}/api/plan", headers, [{"body": content}])
+        )
 
     yield asked
     loop.close()
@@ -49,11 +60,18 @@ def ask() -> Iterator[Callable[[bytes], Any]]:
 
 @pytest.mark.benchmark(group=GROUP)
 def test_plan_answer_ours(benchmark: Any, ask: Callable[[bytes], Any]) -> None:
-    status, _, answer = benchmark.pedantic(ask, setup=lambda: ((body(),), {}), rounds=ROUNDS, warmup_rounds=WARM_UP)
+    status, _, answer = benchmark.pedantic(
+        ask, setup=lambda: ((body(),), {}), rounds=ROUNDS, warmup_rounds=WARM_UP
+    )
     assert (status, json.loads(answer)["flyable"]) == (200, True)
 
 
 @pytest.mark.benchmark(group=GROUP)
 def test_plan_loop_alone(benchmark: Any) -> None:
-    plan = benchmark.pedantic(gg.plan_loop, setup=lambda: ((waypoints(),), {}), rounds=ROUNDS, warmup_rounds=WARM_UP)
+    plan = benchmark.pedantic(
+        gg.plan_loop,
+        setup=lambda: ((waypoints(),), {}),
+        rounds=ROUNDS,
+        warmup_rounds=WARM_UP,
+    )
     assert plan.report.flyable

@@ -54,7 +54,9 @@ def basins() -> list[Any]:
 
 @pytest.mark.benchmark(group=BASIN)
 def test_a_basin_ours(benchmark: Any, basins: list[Any]) -> None:
-    basins += benchmark.pedantic(basins_of, args=(RED,), kwargs={"biases": [1.0]}, rounds=5, warmup_rounds=1)
+    basins += benchmark.pedantic(
+        basins_of, args=(RED,), kwargs={"biases": [1.0]}, rounds=5, warmup_rounds=1
+    )
     assert basins[0].outcome.shape == (1, 17, 17)
 
 
@@ -63,7 +65,11 @@ def test_a_flight_from_each_attitude(benchmark: Any, basins: list[Any]) -> None:
     angles, settings = basins[0].angles.tolist(), basins[0].settings
 
     def flights() -> list[str]:
-        return [fly(RED, attitude=(roll, pitch), settings=settings).outcome for roll in angles for pitch in angles]
+        return [
+            fly(RED, attitude=(roll, pitch), settings=settings).outcome
+            for roll in angles
+            for pitch in angles
+        ]
 
     found = benchmark.pedantic(flights, rounds=1)
     assert found == [OUTCOMES[code] for code in basins[0].outcome.flat]

@@ -43,13 +43,19 @@ def test_gait_3_ours(benchmark: Any, space: str) -> None:
 
 
 def leg_planner(
-    space: str, polygons: Sequence[Any] = (), *, step: float = 0.05, seconds: float = 5.0
+    space: str,
+    polygons: Sequence[Any] = (),
+    *,
+    step: float = 0.05,
+    seconds: float = 5.0,
 ) -> Callable[[Any, Any], Any]:
     """Return OMPL's planning of one leg: RRTConnect on equations (7) and (8), with a checker of color and sign of R.
 
     The checker keeps out of `polygons` too; it is asked along the way at steps, 0.05 rad if OMPL chooses.
     """
-    base: Any = pytest.importorskip("ompl.base", reason="OMPL is not installed: pip install gaitgraph[peers]")
+    base: Any = pytest.importorskip(
+        "ompl.base", reason="OMPL is not installed: pip install gaitgraph[peers]"
+    )
     geometric: Any = pytest.importorskip("ompl.geometric")
     util: Any = pytest.importorskip("ompl.util")
     util.setLogLevel(util.LogLevel.LOG_NONE)
@@ -124,15 +130,21 @@ def test_gait_3_ompl(benchmark: Any, space: str) -> None:
         lengths.append(sum(plan(a, b) for a, b in pairwise([*GAIT_3, GAIT_3[0]])))
 
     benchmark.pedantic(loop, **WARM)
-    shares = np.array(lengths) / (math.sqrt(2) * math.pi)  # in four dimensions the shortest is √2 times as long
-    benchmark.extra_info["times as long as the shortest"] = f"{shares.min():.2f} to {shares.max():.2f}"
+    shares = np.array(lengths) / (
+        math.sqrt(2) * math.pi
+    )  # in four dimensions the shortest is √2 times as long
+    benchmark.extra_info["times as long as the shortest"] = (
+        f"{shares.min():.2f} to {shares.max():.2f}"
+    )
     assert shares.min() >= 1 - 1e-3
 
 
 ACROSS = [(0.21, -1.52), (1.5, -0.25), (1.5, -1.52), (0.21, -0.25)]
 
 
-def keep_outs(count: int = 50, corners: int = 20, seed: int = 0) -> list[list[tuple[float, float]]]:
+def keep_outs(
+    count: int = 50, corners: int = 20, seed: int = 0
+) -> list[list[tuple[float, float]]]:
     """Return star-shaped polygons, strewn over the part where Gait 3 flies; the more, the smaller."""
     rng = np.random.default_rng(seed)
     columns = math.ceil(math.sqrt(count))
@@ -144,9 +156,16 @@ def keep_outs(count: int = 50, corners: int = 20, seed: int = 0) -> list[list[tu
     for i, j in places[:count]:
         center = np.array([0.2225 + width * (i + 0.5), -0.2425 - height * (j + 0.5)])
         center += 0.13 * width * rng.uniform(-1, 1, 2)
-        turns = 2 * np.pi * (np.arange(corners) + 0.8 * rng.uniform(0, 1, corners)) / corners
+        turns = (
+            2
+            * np.pi
+            * (np.arange(corners) + 0.8 * rng.uniform(0, 1, corners))
+            / corners
+        )
         reach = 0.45 * min(width, height) * rng.uniform(0.6, 1.0, corners)
-        outline = center + reach[:, None] * np.column_stack([np.cos(turns), np.sin(turns)])
+        outline = center + reach[:, None] * np.column_stack(
+            [np.cos(turns), np.sin(turns)]
+        )
         polygons.append([(float(x), float(y)) for x, y in outline])
     return polygons
 
@@ -156,8 +175,16 @@ STREWN = np.random.default_rng(7).uniform((0.25, -1.45), (1.45, -0.3), (2000, 2)
 STREWN = STREWN[gg.surface.Zones(keep_out=keep_outs(10, 8)).allow_points(STREWN)]
 EIGHTS = STREWN[:960].reshape(-1, 8, 2).tolist()
 PLANS: dict[str, tuple[Any, Any, Any]] = {
-    "a plan of Gait 3 with its report against OMPL's AtlasStateSpace": ([TEXTS], [GAIT_3], []),
-    "a plan of 8 waypoints among 10 keep-outs against OMPL's AtlasStateSpace": (EIGHTS, EIGHTS, keep_outs(10, 8)),
+    "a plan of Gait 3 with its report against OMPL's AtlasStateSpace": (
+        [TEXTS],
+        [GAIT_3],
+        [],
+    ),
+    "a plan of 8 waypoints among 10 keep-outs against OMPL's AtlasStateSpace": (
+        EIGHTS,
+        EIGHTS,
+        keep_outs(10, 8),
+    ),
 }
 WARM = {"rounds": 100, "warmup_rounds": 150}
 """OMPL's first hundred loops of Gait 3 take up to ten times as long as later ones, so they do not count."""
@@ -175,7 +202,9 @@ def test_a_whole_plan_ours(benchmark: Any, group: str) -> None:
     loops = cycle(waypoints)
     started = time.perf_counter()
     gg.plan_loop(next(loops), keep_out=polygons)
-    benchmark.extra_info["first call"] = f"{1e3 * (time.perf_counter() - started):.1f} ms"
+    benchmark.extra_info["first call"] = (
+        f"{1e3 * (time.perf_counter() - started):.1f} ms"
+    )
 
     def planned() -> list[str]:
         plan = gg.plan_loop(next(loops), keep_out=polygons)
@@ -190,7 +219,10 @@ def test_a_whole_plan_ompl(benchmark: Any, group: str) -> None:
     """Leg by leg, without any verdict; fewer rounds among keep-outs, where a loop takes long."""
     benchmark.group = group
     _, points, polygons = PLANS[group]
-    plan, loops = leg_planner("AtlasStateSpace", polygons), cycle([*loop, loop[0]] for loop in points)
+    plan, loops = (
+        leg_planner("AtlasStateSpace", polygons),
+        cycle([*loop, loop[0]] for loop in points),
+    )
     rounds = {"rounds": 30, "warmup_rounds": 5} if polygons else WARM
     benchmark.pedantic(lambda: [plan(a, b) for a, b in pairwise(next(loops))], **rounds)
 
@@ -210,7 +242,9 @@ def legs_of(ground: PreparedRegion) -> list[Any]:
 
 def length_of_full_graph(region: Any) -> float:
     """Build the visibility graph of all corners of the keep-outs and the waypoints, edge by edge, and search it."""
-    graph = visibility_graph(region, {*ACROSS, *(corner for polygon in keep_outs() for corner in polygon)})
+    graph = visibility_graph(
+        region, {*ACROSS, *(corner for polygon in keep_outs() for corner in polygon)}
+    )
     legs = pairwise([*ACROSS, ACROSS[0]])
     return sum(nx.dijkstra_path_length(graph, a, b, weight="length") for a, b in legs)
 
@@ -227,7 +261,11 @@ def test_among_fifty_polygons_ours(benchmark: Any, ground: PreparedRegion) -> No
 
 
 @pytest.mark.benchmark(group=FIFTY)
-def test_among_fifty_polygons_edge_by_edge(benchmark: Any, ground: PreparedRegion) -> None:
-    length = benchmark.pedantic(lambda: length_of_full_graph(ground.region.inner), rounds=1)
+def test_among_fifty_polygons_edge_by_edge(
+    benchmark: Any, ground: PreparedRegion
+) -> None:
+    length = benchmark.pedantic(
+        lambda: length_of_full_graph(ground.region.inner), rounds=1
+    )
     legs = legs_of(ground)
     assert sum(leg.length for leg in legs) == pytest.approx(length, abs=1e-12)

@@ -30,12 +30,16 @@ CORNERS = [(14, 2, "red"), (14, 6, "red"), (10, 6, "red"), (10, 2, "red")]
 AXIS = np.linspace(-np.pi / 2, np.pi / 2, 1025)
 GRAPH = gg.surface_graph("negative")
 EXACT = coefficients_of(kind="exact")
-BIASED = gg.lift([(1.178, -1.178), (1.178, -0.393), (0.393, -0.393), (0.393, -1.178)], "red").biased(0.8)
+BIASED = gg.lift(
+    [(1.178, -1.178), (1.178, -0.393), (0.393, -0.393), (0.393, -1.178)], "red"
+).biased(0.8)
 SAMPLES = BIASED.parametrize(law="constant-speed", samples=1000).alpha[:-1]
 ATTITUDES = np.linspace(-np.pi / 2, np.pi / 2, 1001)
 VALUES = np.random.default_rng(0).uniform(-2, 2, AXIS.size**2)
 MATRICES = np.random.default_rng(1).uniform(-1.5, 1.5, (1 << 14, 4))
-RANDOM = np.random.default_rng(7).uniform([0.393, -1.178] * 2, [1.178, -0.393] * 2, (10_000, 4))
+RANDOM = np.random.default_rng(7).uniform(
+    [0.393, -1.178] * 2, [1.178, -0.393] * 2, (10_000, 4)
+)
 RANDOM_ROWS = {
     "on the sheet": RANDOM[:, [0, 1, 0, 1]],
     "off the sheets": RANDOM[:, [0, 1, 0, 1]] * [1, 1, 0.8, 0.8],
@@ -59,14 +63,22 @@ def importing(*names: str) -> list[str]:
     ("group", "command"),
     [
         pytest.param("plan as a process", program("plan", REQUEST), id="plan-ours"),
-        pytest.param("plan as a process", importing("numpy", "scipy.sparse.csgraph", "networkx", "shapely"), id="plan"),
+        pytest.param(
+            "plan as a process",
+            importing("numpy", "scipy.sparse.csgraph", "networkx", "shapely"),
+            id="plan",
+        ),
         pytest.param("--help as a process", program("--help"), id="help-ours"),
         pytest.param("--help as a process", importing("click"), id="help"),
     ],
 )
 def test_processes(benchmark: Any, group: str, command: list[str]) -> None:
     benchmark.group = group
-    benchmark.pedantic(lambda: subprocess.run(command, check=True, capture_output=True), rounds=15, warmup_rounds=2)
+    benchmark.pedantic(
+        lambda: subprocess.run(command, check=True, capture_output=True),
+        rounds=15,
+        warmup_rounds=2,
+    )
 
 
 def all_roots() -> int:
@@ -81,10 +93,16 @@ def roots_by_a_solver() -> None:
     for a1, a2 in np.random.default_rng(1).uniform(-1.5, 1.5, (20, 2)).tolist():
         s1, c1, s2, c2 = sin(a1), cos(a1), sin(a2), cos(a2)
 
-        def residuals(x: Any, s1: float = s1, c1: float = c1, s2: float = s2, c2: float = c2) -> list[float]:
+        def residuals(
+            x: Any, s1: float = s1, c1: float = c1, s2: float = s2, c2: float = c2
+        ) -> list[float]:
             s3, c3, s4, c4 = sin(x[0]), cos(x[0]), sin(x[1]), cos(x[1])
-            roll = (c1 * s3 - s1 * c3) * (c2 * c4 - s2 * s4 + 2.880 * (c2 * s4 + s2 * c4))
-            pitch = (c2 * s4 - s2 * c4) * (c1 * c3 - s1 * s3 - 2.880 * (s1 * c3 + c1 * s3))
+            roll = (c1 * s3 - s1 * c3) * (
+                c2 * c4 - s2 * s4 + 2.880 * (c2 * s4 + s2 * c4)
+            )
+            pitch = (c2 * s4 - s2 * c4) * (
+                c1 * c3 - s1 * s3 - 2.880 * (s1 * c3 + c1 * s3)
+            )
             return [roll, pitch]
 
         for start in starts:
@@ -93,13 +111,20 @@ def roots_by_a_solver() -> None:
 
 def legs_by_networkx() -> float:
     ends = zip(CORNERS, CORNERS[1:] + CORNERS[:1], strict=True)
-    return sum(nx.bidirectional_dijkstra(GRAPH, a, b, weight="length")[0] for a, b in ends)
+    return sum(
+        nx.bidirectional_dijkstra(GRAPH, a, b, weight="length")[0] for a, b in ends
+    )
 
 
 def is_near_the_finest(found: AcceptableAttitudes) -> bool:
     """A raster misses what its cells and its samples hide; this is nearer than one cell's width of the outline."""
     finest = acceptable_attitudes(BIASED.alpha, EXACT, tolerance=1e-6)
-    return found.met and abs(found.fraction - finest.fraction) <= found.error + finest.error < 1 / 1001
+    return (
+        found.met
+        and abs(found.fraction - finest.fraction)
+        <= found.error + finest.error
+        < 1 / 1001
+    )
 
 
 def raster_of_formula_1() -> Any:
@@ -132,30 +157,60 @@ PAIRS = {
     ),
     "closed walk on the built graph against networkx": (
         Side(
-            lambda: closed_walk(GRAPH, [[corner] for corner in CORNERS], use="flyable").length,  # type: ignore[union-attr]
+            lambda: (
+                closed_walk(
+                    GRAPH, [[corner] for corner in CORNERS], use="flyable"
+                ).length
+            ),  # type: ignore[union-attr]
             lambda length: length == pytest.approx(np.pi),
             rounds=100,
         ),
-        Side(legs_by_networkx, lambda length: length == pytest.approx(np.pi), rounds=100),
+        Side(
+            legs_by_networkx, lambda length: length == pytest.approx(np.pi), rounds=100
+        ),
     ),
     "least singular values against a decomposition of every matrix": (
-        Side(lambda: Sines.of(MATRICES).least_singular_value_bound(gg.PAPER), lambda found: (found > 0).all()),
-        Side(lambda: gg.invertibility.least_singular_value(MATRICES), lambda found: (found > 0).all()),
+        Side(
+            lambda: Sines.of(MATRICES).least_singular_value_bound(gg.PAPER),
+            lambda found: (found > 0).all(),
+        ),
+        Side(
+            lambda: gg.invertibility.least_singular_value(MATRICES),
+            lambda found: (found > 0).all(),
+        ),
     ),
     # A thousand samples, the path between them and the error included.
     "acceptable attitudes per sample against a raster of formula (1)": (
-        Side(lambda: acceptable_attitudes(SAMPLES, EXACT), is_near_the_finest, items=len(SAMPLES), rounds=7),
-        Side(raster_of_formula_1, lambda acceptable: 0.8 < acceptable.mean() < 1, items=5, rounds=3),
+        Side(
+            lambda: acceptable_attitudes(SAMPLES, EXACT),
+            is_near_the_finest,
+            items=len(SAMPLES),
+            rounds=7,
+        ),
+        Side(
+            raster_of_formula_1,
+            lambda acceptable: 0.8 < acceptable.mean() < 1,
+            items=5,
+            rounds=3,
+        ),
     ),
     "tilt margins of ten million samples against numpy.sin": (
-        Side(lambda: tilt_margin(TEN_MILLION, EXACT), lambda margin: margin.max() <= np.pi / 2, rounds=3),
+        Side(
+            lambda: tilt_margin(TEN_MILLION, EXACT),
+            lambda margin: margin.max() <= np.pi / 2,
+            rounds=3,
+        ),
         Side(lambda: np.sin(TEN_MILLION), np.any, rounds=3),
     ),
 }
 
 PAIRS |= {
     f"robustness of 10,000 random rows against validate, {kind}": (
-        Side(partial(robustness_of, table), lambda found: found.gait.acceptable.met, rounds=5),
+        Side(
+            partial(robustness_of, table),
+            lambda found: found.gait.acceptable.met,
+            rounds=5,
+        ),
         Side(partial(gg.validate, table), lambda found: found.rows == 10_000, rounds=5),
     )
     for kind, rows in RANDOM_ROWS.items()
@@ -168,17 +223,25 @@ PAIRS |= {
 def test_pairs(benchmark: Any, group: str, number: int) -> None:
     side = PAIRS[group][number]
     benchmark.group, benchmark.extra_info["items"] = group, side.items
-    assert side.is_fine(benchmark.pedantic(side.run, rounds=side.rounds, warmup_rounds=1))
+    assert side.is_fine(
+        benchmark.pedantic(side.run, rounds=side.rounds, warmup_rounds=1)
+    )
 
 
 ROWS = 1_000_000
 
 
 @pytest.fixture(scope="module", params=["on the sheet", "off the sheets"])
-def long_table(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[str, Path]:
+def long_table(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+) -> tuple[str, Path]:
     """Return a table of Gait 3 as measured: noise of 0.2 mrad, or α3 and α4 biased too."""
     corners = [(1.178, -1.178), (1.178, -0.393), (0.393, -0.393), (0.393, -1.178)]
-    rows = gg.lift(corners, "red").parametrize(law="constant-speed", samples=ROWS).alpha[:-1]
+    rows = (
+        gg.lift(corners, "red")
+        .parametrize(law="constant-speed", samples=ROWS)
+        .alpha[:-1]
+    )
     rows = rows + np.random.default_rng(0).normal(0, 2e-4, rows.shape)
     if request.param == "off the sheets":
         rows *= [1, 1, 0.8, 0.8]
@@ -199,5 +262,7 @@ def test_reading(benchmark: Any, long_table: tuple[str, Path]) -> None:
     """The fastest reader that there is without another dependency: numpy's own."""
     kind, path = long_table
     benchmark.group = f"judging a table on disk against reading it, {kind}"
-    rows = benchmark.pedantic(lambda: np.loadtxt(path, delimiter=",", skiprows=1), rounds=3, warmup_rounds=1)
+    rows = benchmark.pedantic(
+        lambda: np.loadtxt(path, delimiter=",", skiprows=1), rounds=3, warmup_rounds=1
+    )
     assert rows.shape == (ROWS, 4)

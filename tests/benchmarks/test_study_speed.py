@@ -19,8 +19,13 @@ GROUP = "a study of 200 flights on two workers against one"
 STUDY = {
     "name": "200 flights",
     "gaits": ["gait3", "gait4"],
-    "attitudes": {"roll": {"from": -0.5, "to": 0.5, "count": 10}, "pitch": {"from": -0.5, "to": 0.5, "count": 10}},
-    "flight": {"duration": 5.0},  # long beside the seconds in which workers start and the summary is drawn
+    "attitudes": {
+        "roll": {"from": -0.5, "to": 0.5, "count": 10},
+        "pitch": {"from": -0.5, "to": 0.5, "count": 10},
+    },
+    "flight": {
+        "duration": 5.0
+    },  # long beside the seconds in which workers start and the summary is drawn
 }
 
 
@@ -29,7 +34,9 @@ def flown(folder: Path, workers: int, numbers: Any) -> int:
 
 
 @pytest.mark.benchmark(group=GROUP)
-@pytest.mark.parametrize("workers", [pytest.param(2, id="ours"), pytest.param(1, id="theirs")])
+@pytest.mark.parametrize(
+    "workers", [pytest.param(2, id="ours"), pytest.param(1, id="theirs")]
+)
 def test_200_flights(benchmark: Any, tmp_path: Path, workers: int) -> None:
     if (os.cpu_count() or 1) < 2:
         pytest.skip("two workers need two cores")

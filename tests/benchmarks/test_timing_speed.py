@@ -21,7 +21,9 @@ logging.getLogger("toppra").setLevel(logging.ERROR)
 NODES = 1000
 LIMITS = Limits(rate=6.0, acceleration=60.0)
 CURVE = rounded(lift(GAITS[2].angles, "red"), 0.03).curve
-GROUP = "least period of a square loop under rate and acceleration limits against toppra"
+GROUP = (
+    "least period of a square loop under rate and acceleration limits against toppra"
+)
 
 
 class Path(toppra.interpolator.AbstractGeometricPath):  # type: ignore[misc, name-defined]
@@ -42,8 +44,14 @@ def by_toppra(seam: float) -> float:
         constraint.JointAccelerationConstraint(np.full(4, 60.0)),
     ]
     grid = np.linspace(0.0, CURVE.span, NODES + 1)
-    _, speed, _ = algorithm.TOPPRA(limits, Path(), gridpoints=grid).compute_parameterization(seam, seam)
-    return np.inf if speed is None else float((2 * np.diff(grid) / (speed[1:] + speed[:-1])).sum())
+    _, speed, _ = algorithm.TOPPRA(
+        limits, Path(), gridpoints=grid
+    ).compute_parameterization(seam, seam)
+    return (
+        np.inf
+        if speed is None
+        else float((2 * np.diff(grid) / (speed[1:] + speed[:-1])).sum())
+    )
 
 
 def best_seam() -> float:
@@ -69,13 +77,20 @@ def test_least_period_ours(benchmark: Any) -> None:
     timed = least_period(CURVE, LIMITS, nodes=NODES).timed
     assert timed is not None
     for order in range(3):
-        before, after = timed.derivative(timed.period * (1 - 1e-12), order), timed.derivative(0.0, order)
-        np.testing.assert_allclose(before, after, atol=1e-5 * (1 + timed.peaks(order).max()))
+        before, after = (
+            timed.derivative(timed.period * (1 - 1e-12), order),
+            timed.derivative(0.0, order),
+        )
+        np.testing.assert_allclose(
+            before, after, atol=1e-5 * (1 + timed.peaks(order).max())
+        )
     assert (timed.peak_rates() <= 6.0 * (1 + 1e-9)).all()
     assert (timed.peak_accelerations() <= 60.0 * (1 + 1e-9)).all()
 
 
 @pytest.mark.benchmark(group=GROUP)
 def test_least_period_toppra(benchmark: Any) -> None:
-    period = benchmark.pedantic(by_toppra, args=(best_seam(),), rounds=15, warmup_rounds=2)
+    period = benchmark.pedantic(
+        by_toppra, args=(best_seam(),), rounds=15, warmup_rounds=2
+    )
     assert np.isfinite(period)

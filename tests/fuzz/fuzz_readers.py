@@ -33,7 +33,10 @@ with atheris.instrument_imports(include=["gaitgraph"]):
 KINDS = (".csv", ".json", "request", "vehicle", "angle", ".npz", ".mat", ".parquet")
 """The readers, chosen by the letters A to H."""
 
-LATE = (binary_tables, text_files)  # imported when a file of theirs is read, which would be too late here
+LATE = (
+    binary_tables,
+    text_files,
+)  # imported when a file of theirs is read, which would be too late here
 FOLDER = Path(tempfile.mkdtemp(prefix="gaitgraph-fuzz-"))
 
 
@@ -65,7 +68,9 @@ def one_input(data: bytes) -> None:
         if KINDS[kind] == "angle":
             angle_from_text(content.decode("utf-8", "replace"))
             return
-        path = FOLDER / ("input" + (KINDS[kind] if KINDS[kind].startswith(".") else ".toml"))
+        path = FOLDER / (
+            "input" + (KINDS[kind] if KINDS[kind].startswith(".") else ".toml")
+        )
         path.write_bytes(content)
         if KINDS[kind].startswith("."):
             judged(path)
