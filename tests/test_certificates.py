@@ -114,9 +114,8 @@ def random_plans(seed: int, count: int) -> list[gg.Plan]:
         )
         side = rng.choice([-1, 1])
         points = side * rng.uniform(0, 1.5, (int(rng.integers(1, 6)), 2)) * [1, -1]
-        plan = gg.plan_loop(
-            points, vehicle=vehicle, law=str(rng.choice(["smooth", "constant-speed"]))
-        )  # type: ignore[arg-type]
+        law: Any = str(rng.choice(["smooth", "constant-speed"]))
+        plan = gg.plan_loop(points, vehicle=vehicle, law=law)
         plans += [plan] * bool(plan)
     return plans
 

@@ -48,9 +48,9 @@ kinds = st.sampled_from(
 @given(
     points=loops, color=st.sampled_from(COLORS), numbers=kinds, fraction=st.floats(0, 1)
 )
-def test_corners_are_roots_and_points_between_on_their_sheet(
+def test_corners_are_roots_and_points_between_on_their_sheet(  # type: ignore[no-untyped-def]
     points, color, numbers, fraction
-) -> None:  # type: ignore[no-untyped-def]
+) -> None:
     gait = lift(points, color, coefficients=numbers)
     for lifted in gait.alpha:
         (root,) = (

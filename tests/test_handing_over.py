@@ -187,9 +187,14 @@ OTHERS |= {
 }
 
 
-@pytest.mark.parametrize(
-    "name", [name for name in gg.__all__ if not isinstance(getattr(gg, name), type)]
-)  # type: ignore[attr-defined]
+FUNCTIONS = [
+    name
+    for name in gg.__all__  # type: ignore[attr-defined]
+    if not isinstance(getattr(gg, name), type)
+]
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
 def test_what_is_none_of_them_is_refused_in_one_line(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -162,9 +162,9 @@ def test_the_drawn_vehicle_has_the_bodys_attitude(circling: Flight) -> None:
                 np.cos(alpha),
             ]
         )
-        shares = np.clip(
-            circling.thrusts[row] / (PAPER.mass * PAPER.gravity / 4), -2.4, 2.4
-        )  # type: ignore[operator]
+        assert PAPER.mass is not None
+        weight = PAPER.mass * PAPER.gravity
+        shares = np.clip(circling.thrusts[row] / (weight / 4), -2.4, 2.4)
         pushed = seen.thrusts[0] - seen.discs[0, :, 4:]
         np.testing.assert_allclose(
             pushed, 0.62 * shares[:, None] * (camera @ turned @ axes).T, atol=1e-9

@@ -157,9 +157,9 @@ def test_no_other_speeds_within_the_limits_are_larger_anywhere(
         ]
     ),
 )
-def test_every_law_is_smooth_closed_and_within_its_limits(
+def test_every_law_is_smooth_closed_and_within_its_limits(  # type: ignore[no-untyped-def]
     points, rounding, limits
-) -> None:  # type: ignore[no-untyped-def]
+) -> None:
     found = least_period(
         lift(points, "red"), Limits(**limits), rounding=rounding, nodes=60
     )
@@ -231,9 +231,9 @@ def test_every_law_is_smooth_closed_and_within_its_limits(
         ),
     ],
 )
-def test_least_periods_to_six_digits(
+def test_least_periods_to_six_digits(  # type: ignore[no-untyped-def]
     points, limits, rounding, least, bound, stretch
-) -> None:  # type: ignore[no-untyped-def]
+) -> None:
     found = least_period(
         lift(points, "red"), Limits(**limits), rounding=rounding, nodes=100
     )

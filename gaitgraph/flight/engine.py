@@ -231,19 +231,18 @@ def mjcf_of(vehicle: Vehicle, *, step: float, air: bool) -> str:
         servos.append(
             f'\n  <position name="servo{k + 1}" joint="tilt{k + 1}" kp="{stiffness!r}" kv="{damping!r}"/>'
         )
+    gravity = f"0 0 {-vehicle.gravity!r}"
+    medium = ' density="1.225" viscosity="1.8e-5"' if air else ""
+    body_inertia = " ".join(map(repr, body))
     return f"""<mujoco model="tilt-rotor">
  <compiler angle="radian" autolimits="true"/>
- <option timestep="{step!r}" gravity="0 0 {
-        -vehicle.gravity!r
-    }" integrator="implicitfast"{' density="1.225" viscosity="1.8e-5"' if air else ""}>
+ <option timestep="{step!r}" gravity="{gravity}" integrator="implicitfast"{medium}>
   <flag contact="disable" constraint="disable"/>
  </option>
  <worldbody>
   <body name="vehicle">
    <freejoint name="base"/>
-   <inertial pos="0 0 {-drop!r}"{half_turn} mass="{body_mass!r}" diaginertia="{
-        " ".join(map(repr, body))
-    }"/>{"".join(arms)}
+   <inertial pos="0 0 {-drop!r}"{half_turn} mass="{body_mass!r}" diaginertia="{body_inertia}"/>{"".join(arms)}
   </body>
  </worldbody>
  <actuator>{"".join(thrusts)}{"".join(servos)}

@@ -46,6 +46,15 @@ def allowed_edges(use: object) -> Allowed:
     return _ALLOWED[checked_choice("use", use, _ALLOWED)]
 
 
+def _above(threshold: float, allowed: Allowed) -> Allowed:
+    """Return which allowed edges keep the least singular value at a threshold or above."""
+
+    def is_above(edge: Mapping[str, Any]) -> bool:
+        return allowed(edge) and edge["least_singular_value"] >= threshold
+
+    return is_above
+
+
 def quanta_of(length: float) -> int:
     """Return a length [rad] as a whole number of quanta."""
     return int(length * QUANTA_PER_RADIAN + 0.5)
@@ -193,10 +202,7 @@ def closed_walk(
     if objective == "robust":
         threshold = _best_worst_case(graph, stops, allowed)
         if threshold is not None:
-            every = allowed
-            allowed = lambda edge: (
-                every(edge) and edge["least_singular_value"] >= threshold
-            )  # noqa: E731
+            allowed = _above(threshold, allowed)
     paths = _Paths(graph, allowed)
 
     # For each node of the first stop: the cheapest choice of a node for every other stop, leg by leg.

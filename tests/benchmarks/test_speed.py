@@ -158,10 +158,10 @@ PAIRS = {
     "closed walk on the built graph against networkx": (
         Side(
             lambda: (
-                closed_walk(
+                closed_walk(  # type: ignore[union-attr]
                     GRAPH, [[corner] for corner in CORNERS], use="flyable"
                 ).length
-            ),  # type: ignore[union-attr]
+            ),
             lambda length: length == pytest.approx(np.pi),
             rounds=100,
         ),
