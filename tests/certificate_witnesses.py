@@ -12,8 +12,12 @@ import json
 from fractions import Fraction
 from typing import Any
 
-import flint
 import mpmath
+import pytest
+
+pytest.importorskip("flint", reason="install python-flint, of the extra 'dev'")
+
+import flint
 from flint import arb, arb_series, fmpq, fmpq_poly
 
 ORDER = 4  # of the Taylor polynomials of the balls

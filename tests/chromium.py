@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-pytest.importorskip("selenium", reason="selenium, of the extra 'dev', is not installed")
+pytest.importorskip("selenium", reason="install selenium, of the extra 'dev'")
 pytest.importorskip(
-    "axe_core_python", reason="axe-core-python, of the extra 'dev', is not installed"
+    "axe_core_python", reason="install axe-core-python, of the extra 'dev'"
 )
 
 from axe_core_python.selenium import Axe
@@ -28,7 +28,10 @@ CHROMIUM = (
 )
 DRIVER = shutil.which("chromedriver")
 if CHROMIUM is None or DRIVER is None:
-    pytest.skip("no chromium with chromedriver on the path", allow_module_level=True)
+    pytest.skip(
+        "install chromium and chromedriver (apt-get install chromium chromium-driver)",
+        allow_module_level=True,
+    )
 
 FLAGS = (
     "--headless=new", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",

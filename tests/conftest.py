@@ -37,6 +37,7 @@ settings.load_profile(
 def pytest_configure(config: pytest.Config) -> None:
     """Let interrupts reach tests that a shell started in the background; keep the marker known without pytest-cov."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
+    config.addinivalue_line("markers", "benchmark: timed by pytest-benchmark")
     told = "no_cover: runs untraced, which is two or three times as fast; other tests reach the same lines"
     config.addinivalue_line("markers", told)
 

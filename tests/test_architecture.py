@@ -251,13 +251,6 @@ def test_the_page_lists_the_packages() -> None:
     assert len(ORDER) == len(set(ORDER))
 
 
-def test_the_package_does_not_grow() -> None:
-    files = list(PACKAGE.rglob("*.py"))
-    assert len(files) <= 100, "at most 100 files"
-    lines = sum(len(path.read_text(encoding="utf-8").splitlines()) for path in files)
-    assert lines <= 25_700, "at most 25,700 lines"
-
-
 def test_every_command_is_in_the_file_that_is_stated() -> None:
     assert {*cli.COMMANDS.values()} == {
         path.stem for path in (PACKAGE / "cli").glob("*.py")

@@ -22,14 +22,13 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from pathlib import Path
 
-from selenium.webdriver.common.action_chains import ActionChains
-
 from tests.chromium import chromium, serious_findings  # skips where a part is missing
 
+# isort: split
+from selenium.webdriver.common.action_chains import ActionChains
+
 for name in ("starlette", "uvicorn"):
-    pytest.importorskip(
-        name, reason=f"{name}, of the extra 'explore', is not installed"
-    )
+    pytest.importorskip(name, reason=f"install {name}, of the extra 'explore'")
 
 pytestmark = pytest.mark.slow
 

@@ -123,7 +123,7 @@ def angles(
     """Give what the compiled headers, all in one program, say at some times."""
     compiler = next(filter(None, map(shutil.which, COMPILERS[request.param])), None)
     if compiler is None:
-        pytest.skip(f"no compiler: {', '.join(COMPILERS[request.param])}")
+        pytest.skip(f"install one of {', '.join(COMPILERS[request.param])}")
     folder = tmp_path_factory.mktemp("c")
     for case in CASES.values():
         write_tables(case.table, [folder / case.file], servos=SERVOS)

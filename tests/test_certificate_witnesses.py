@@ -21,7 +21,7 @@ from tests.samples import random_vehicle
 
 witness = pytest.importorskip(
     "tests.certificate_witnesses",
-    reason="python-flint, of the extra dev, is not installed",
+    reason="install python-flint, of the extra 'dev'",
 )
 
 FORMS = ("smooth", "constant-speed", "smooth", "equal-time", "untimed", "rows", "paced")

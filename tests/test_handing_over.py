@@ -7,8 +7,6 @@ import json
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pandas as pd
-import polars as pl
 import pytest
 
 import gaitgraph as gg
@@ -25,16 +23,24 @@ WAYPOINTS = [
     ("pi/8", "-pi/8"),
     ("pi/8", "-3pi/8"),
 ]
+
+
+def library(name: str) -> Any:
+    """Return an imported library; the test skips where it is not installed."""
+    return pytest.importorskip(name, reason=f"install {name}, of the extra 'dev'")
+
+
 GAIT = lift(WAYPOINTS, "red")
 TIMED, LIMITS = GAIT.parametrize(samples=8), gg.Limits(acceleration=40.0)
+COLUMNS = dict(gg.timing.table_of(TIMED).columns)
 FORMS: dict[str, Callable[[Path], Any]] = {
     "gait": lambda _: GAIT,
     "timed gait": lambda _: TIMED,
     "plan": lambda _: gg.plan_loop(WAYPOINTS),
     "other answer": lambda _: gg.least_period(GAIT, LIMITS, samples=8),
     "table": lambda _: gg.timing.table_of(TIMED),
-    "pandas": lambda _: TIMED.to_pandas(),
-    "polars": lambda _: pl.DataFrame(gg.timing.table_of(TIMED).columns),
+    "pandas": lambda _: library("pandas").DataFrame(COLUMNS),
+    "polars": lambda _: library("polars").DataFrame(COLUMNS),
     "array": lambda _: TIMED.alpha,
     "texts": lambda _: [[a, b, a, b] for a, b in WAYPOINTS],
     "file": lambda folder: str(folder / "gait.csv"),
@@ -171,8 +177,8 @@ WRONG: list[Any] = [
     [],
     [[1, 2]],
     [["a"] * 4],
+    np.zeros((2, 3)),
 ]
-WRONG += [np.zeros((2, 3)), pd.DataFrame({"a": [1]}), pl.DataFrame({"a": [1]}).lazy()]
 OTHERS: dict[str, Any] = {
     "sign": "negative",
     "start": "hover",
@@ -216,6 +222,15 @@ def test_what_is_none_of_them_is_refused_in_one_line(
                 function(**given)
             except gg.GaitgraphError as error:
                 assert "\n" not in str(error)
+
+
+@pytest.mark.parametrize("name", ["pandas", "polars"])
+def test_a_frame_without_tilt_angles_is_refused_in_one_line(name: str) -> None:
+    frame = library(name).DataFrame({"a": [1]})
+    for wrong in (frame, frame.lazy() if name == "polars" else frame.T):
+        with pytest.raises(gg.GaitgraphError) as refused:
+            gg.gait_of(wrong)
+        assert "\n" not in str(refused.value)
 
 
 def test_commands_plan_a_request_or_say_why_not(

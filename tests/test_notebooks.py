@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-nbformat = pytest.importorskip("nbformat", reason="the extra 'dev' is not installed")
-nbclient = pytest.importorskip("nbclient", reason="the extra 'dev' is not installed")
-pytest.importorskip("ipykernel", reason="the extra 'dev' is not installed")
+nbformat = pytest.importorskip("nbformat", reason="install the extra 'dev'")
+nbclient = pytest.importorskip("nbclient", reason="install the extra 'dev'")
+pytest.importorskip("ipykernel", reason="install the extra 'dev'")
 
 pytestmark = pytest.mark.slow
 
@@ -109,7 +109,7 @@ def outputs(notebook: Any) -> dict[str, tuple[str, str]]:
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 def test_notebooks_run_and_show_what_they_state(path: Path, kernel: Any) -> None:
     if path.stem == "export_to_ros2":
-        pytest.importorskip("rosbags", reason="the extra 'ros' is not installed")
+        pytest.importorskip("rosbags", reason="install the extra 'ros'")
     notebook = nbformat.read(path, as_version=4)
     notebook.cells.append(nbformat.v4.new_code_cell("%reset -f", id="clean"))
     client = nbclient.NotebookClient(notebook, km=kernel, timeout=None)

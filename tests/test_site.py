@@ -16,7 +16,7 @@ import pytest
 import gaitgraph
 from gaitgraph.plots import figures
 
-pytest.importorskip("sphinx", reason="the extra 'docs' is not installed")
+pytest.importorskip("sphinx", reason="install the extra 'docs'")
 
 ROOT = Path(__file__).parent.parent
 GENERATED = (

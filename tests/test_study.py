@@ -217,6 +217,7 @@ def test_a_file_that_is_no_study_is_named(tmp_path: Path) -> None:
 def test_large_studies_need_yes_and_the_examples_do_not(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    pytest.importorskip("dask", reason="install the extra 'study'")
     monkeypatch.setattr("dask.system.CPU_COUNT", 4)
     for path in EXAMPLES:
         study = read_study(path)
