@@ -111,7 +111,7 @@ def test_scipy_reads_the_matlab_file(planned: TimedGait, tmp_path: Path) -> None
 def test_parquet_is_exchanged_with(
     library: str, stated: bool, planned: TimedGait, tmp_path: Path
 ) -> None:
-    frames = pytest.importorskip(library)
+    frames = pytest.importorskip(library, reason=f"install {library}")
     ours, theirs = tmp_path / "a.parquet", tmp_path / "b.parquet"
     planned.write(ours)
     schema = pq.ParquetFile(ours).schema_arrow

@@ -131,7 +131,7 @@ def test_python_blocks_run(
 ) -> None:
     enter(tmp_path, page, monkeypatch)
     for library in re.findall(r"^import (pandas|polars)", block, re.MULTILINE):
-        pytest.importorskip(library)
+        pytest.importorskip(library, reason=f"install {library}")
     exec(compile(block, "<block>", "exec"), {"__name__": "__main__"})
     assert not shown or is_shown(shown, capsys)
 

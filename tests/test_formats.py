@@ -270,7 +270,7 @@ def taken(frame: Any, expected: Table) -> None:
 
 
 def test_frames_of_pandas(planned: TimedGait, tmp_path: Path) -> None:
-    pd = pytest.importorskip("pandas")
+    pd = pytest.importorskip("pandas", reason="install pandas")
     frame, expected = planned.to_pandas(), table_of(planned)
     taken(frame, expected)
     taken(frame.set_index("t"), expected)
@@ -311,7 +311,7 @@ def test_frames_of_pandas(planned: TimedGait, tmp_path: Path) -> None:
 
 
 def test_frames_of_polars_and_pyarrow(planned: TimedGait) -> None:
-    pl = pytest.importorskip("polars")
+    pl = pytest.importorskip("polars", reason="install polars")
     frame = pl.DataFrame(table_of(planned).columns)
     taken(frame, table_of(planned))
     taken(frame.to_arrow(), table_of(planned))

@@ -559,7 +559,7 @@ def test_an_interrupt_ends_the_study_in_order(
 def test_a_scheduler_that_does_not_answer_is_one_line(
     run: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    pytest.importorskip("distributed")
+    pytest.importorskip("distributed", reason="install distributed")
     monkeypatch.setattr(running, "_PATIENCE", 0.5)
     (tmp_path / "s.toml").write_text("gaits = ['gait3']\n")
     with socket.create_server(("127.0.0.1", 0)) as silent:
@@ -581,7 +581,7 @@ def test_a_scheduler_that_does_not_answer_is_one_line(
 
 
 def workers_of(process: int) -> list[Any]:
-    psutil = pytest.importorskip("psutil")
+    psutil = pytest.importorskip("psutil", reason="install psutil")
     return [
         one
         for one in psutil.Process(process).children(recursive=True)
@@ -614,7 +614,7 @@ def test_workers_one_killed_midway_write_the_same_bytes(
 def test_a_driver_that_ends_leaves_no_workers_and_is_continued(
     tmp_path: Path, end: signal.Signals
 ) -> None:
-    psutil = pytest.importorskip("psutil")
+    psutil = pytest.importorskip("psutil", reason="install psutil")
     (tmp_path / "s.toml").write_text(
         "gaits = ['gait4']\nattitudes.roll = { from = -0.4, to = 0.4, count = 40 }\nflight.duration = 1\n"
     )
@@ -648,7 +648,7 @@ def test_a_driver_that_ends_leaves_no_workers_and_is_continued(
 def test_a_cluster_flies_the_same_and_stays(
     small: StudyRun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    distributed = pytest.importorskip("distributed")
+    distributed = pytest.importorskip("distributed", reason="install distributed")
     options = {
         "processes": False,
         "protocol": "tcp",

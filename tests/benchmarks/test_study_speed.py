@@ -13,7 +13,7 @@ from gaitgraph.study.running import run_study
 if TYPE_CHECKING:
     from pathlib import Path
 
-pytest.importorskip("distributed")
+pytest.importorskip("distributed", reason="install distributed")
 
 GROUP = "a study of 200 flights on two workers against one"
 STUDY = {
