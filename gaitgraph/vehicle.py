@@ -396,6 +396,8 @@ def linkage_of(name: str, pairs: object) -> Linkage:
         raise InputError(
             f"{name} must be two or more pairs of a servo and a tilt angle (rad), got {shown(pairs)}"
         )
+    if not all(map(math.isfinite, table.flat)):
+        raise InputError(f"{name} must hold finite angles, got {shown(pairs)}")
     table = table[table[:, 1].argsort()]
     turns, rises = (table[1:] - table[:-1]).T
     one_way = turns * (1 if turns[0] > 0 else -1)

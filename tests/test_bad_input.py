@@ -910,3 +910,40 @@ def test_bad_input_is_named_in_one_line(
         function(**arguments)
     assert re.match(".*".join(map(re.escape, message.split("…"))), str(caught.value))
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        {"period": -1.0},
+        {"period": math.nan},
+        {"period": math.inf},
+        {"law": "nonsense"},
+        {"samples": 0},
+    ],
+)
+def test_a_timed_gait_checks_its_clock(changed: dict[str, Any]) -> None:
+    asked: dict[str, Any] = {"period": 1.0, "law": "smooth", "samples": 4} | changed
+    gait = gg.lift([(0.4, -0.4), (0.8, -0.4), (0.8, -0.8)], "red")
+    with pytest.raises(InputError, match=f"^{next(iter(changed))} must be "):
+        gg.TimedGait(gait=gait, **asked)
+
+
+def test_a_linkage_holds_finite_angles() -> None:
+    with pytest.raises(InputError, match="^linkage must hold finite angles"):
+        gg.Vehicle(drag_ratio=0.17, linkage=[[0, 0], [1, math.nan]])
+
+
+@pytest.mark.parametrize("wrong", [math.nan, math.inf, "a"])
+def test_least_singular_values_are_of_finite_tilt_angles(wrong: Any) -> None:
+    with pytest.raises(InputError, match="^alpha must be "):
+        gg.invertibility.least_singular_value([wrong, 0, 0, 0])
+
+
+def test_a_table_without_columns_has_no_rows() -> None:
+    assert len(gg.Table(columns={})) == 0
+
+
+def test_validate_refuses_a_table_without_rows() -> None:
+    with pytest.raises(InputError, match="must be"):
+        gg.validate(np.empty((0, 4)))

@@ -281,7 +281,7 @@ WRONG = [
     ("transition hover hovr", "did you mean 'hover'?"),
     ("transition hover", "Missing argument 'TO'"),
     ("robustness one.csv --bias abc", "--bias must be a number"),
-    ("figures --only 2 --out there.csv", "out must be a folder that can be written, got 'there.csv': File exists"),
+    ("figures --only 2 --output there.csv", "output must be a folder that can be written, got 'there.csv': File exists"),
     ("figures none.csv", "gait file 'none.csv' cannot be read"),
     ("compare gait3 none.csv --output both.gif", "must end in .png, .svg or .pdf, got ['both.gif']"),
     ("compare gait3 none.csv", "gait file 'none.csv' cannot be read"),

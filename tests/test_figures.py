@@ -280,7 +280,7 @@ def test_the_same_bytes_whatever_was_drawn_before_and_in_every_process(
         "-m",
         "gaitgraph",
         "figures",
-        "--out",
+        "--output",
         "1",
         "--only",
         "2",
@@ -372,7 +372,7 @@ def test_places_and_settings_that_are_refused(folder: Path) -> None:
     Path("file").write_text("mine")
     Path("link").symlink_to("nowhere")
     for out in ("file", "file/inside", "nul\0", "x" * 300, "link"):
-        with pytest.raises(gg.GaitgraphError, match=r"^out must be .*$"):
+        with pytest.raises(gg.GaitgraphError, match=r"^output must be .*$"):
             write_figures(out, only=["15"], formats=["svg"])
     for formats in (["tiff"], [], "gif", [1]):
         with pytest.raises(
@@ -416,7 +416,7 @@ def test_command(run: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     )
     assert row["title"] == FIGURES["15"].title
     monkeypatch.setitem(sys.modules, "matplotlib", None)
-    result = run("figures", "--out", "new")
+    result = run("figures", "--output", "new")
     assert (result.code, result.out, result.err.count("\n"), Path("new").exists()) == (
         2,
         "",

@@ -560,3 +560,14 @@ def test_tables_and_json_are_read_again(swift: Any, tmp_path: Path) -> None:
     (tmp_path / "gait.json").write_text(json.dumps(swift.as_mapping()))
     assert validate(tmp_path / "gait.json").flyable
     assert "any gait through these discs has at least" in str(swift)
+
+
+def test_one_disc_whose_whole_path_is_its_nearest_point_is_answered() -> None:
+    found = optimize.optimal_gait(
+        [(0.5939018424423272, -1.4776767733718355)],
+        radius=0.3,
+        objective="hover_reserve",
+        vehicle=Vehicle(drag_ratio=0.21066889195787053),
+    )
+    assert found.status == "found"
+    assert validate(found).flyable

@@ -30,7 +30,7 @@ _NAMES = [*map(str, range(1, 23)), "18b", "19b", "22b", "regions", "set"]
         multiple=True,
     ),
     option(
-        "--out",
+        "--output",
         "DIR",
         "Folder, created if missing.  [default: figures]",
         default="figures",
@@ -48,7 +48,7 @@ _NAMES = [*map(str, range(1, 23)), "18b", "19b", "22b", "regions", "set"]
     "force vehicle coefficients json",
 )
 def figures_command(
-    out: str, formats: Paths = (), gait_file: str | None = None, **given: Any
+    output: str, formats: Paths = (), gait_file: str | None = None, **given: Any
 ) -> int:
     """Draw Figures 1 to 22 of the paper, the exact regions, and the set of Gait 3.
 
@@ -67,7 +67,7 @@ def figures_command(
     if gait_file is not None:
         given = {"only": ("set",), "gait": gait_file} | given
     with Working("drawing") as progress:
-        written = write_figures(out, progress=progress, **given)
+        written = write_figures(output, progress=progress, **given)
     known = {figure.stem: figure for figure in FIGURES.values()}
     drawn = [(str(path), known[path.stem]) for path in written]
     rows = [

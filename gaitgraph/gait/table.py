@@ -118,7 +118,7 @@ class Table:
     notes: tuple[str, ...] = ()
 
     def __len__(self) -> int:
-        return len(next(iter(self.columns.values())))
+        return len(next(iter(self.columns.values()), ()))
 
     def __contains__(self, name: str) -> bool:
         return name in self.columns

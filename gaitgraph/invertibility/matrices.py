@@ -31,7 +31,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.errors import InputError, checked_choice
+from gaitgraph.errors import InputError, checked_choice, shown
 from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
 
 FloatArray = npt.NDArray[np.float64]
@@ -181,7 +181,12 @@ def _coefficients(vehicle: Vehicle, kind: Kind | None) -> Coefficients:
 
 def tilt_angles(alpha: npt.ArrayLike) -> FloatArray:
     """Return tilt angles as an array of shape (..., 4), or raise InputError."""
-    angles = np.asarray(alpha, dtype=float)
+    try:
+        angles = np.asarray(alpha, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(
+            f"alpha must be numbers in an array of shape (..., 4), got {shown(alpha)}"
+        ) from None
     if angles.ndim == 0 or angles.shape[-1] != 4:
         raise InputError(
             f"alpha must be an array of shape (..., 4), got shape {angles.shape}"
@@ -694,9 +699,11 @@ def least_singular_value(
     >>> round(float(least_singular_value([0, 0, 0, 0])), 4)
     0.3373
     """
-    return np.linalg.svd(
-        scaled_decoupling_matrix(alpha, vehicle, roll, pitch), compute_uv=False
-    )[..., -1]
+    angles = tilt_angles(alpha)
+    if not np.isfinite(angles).all():
+        raise InputError(f"alpha must be finite angles, got {shown(alpha)}")
+    matrix = scaled_decoupling_matrix(angles, vehicle, roll, pitch)
+    return np.linalg.svd(matrix, compute_uv=False)[..., -1]
 
 
 def largest_least_singular_value(vehicle: Vehicle) -> float:

@@ -560,6 +560,8 @@ class _Search(NamedTuple):
                     )
                 at.append(len(corners))
                 corners += list(leg[:-1])
+            if not corners:  # all stops are one point
+                corners = [stops[0]]
             if 3 * len(corners) <= _MOST_PIECES:
                 points, knots = least_effort.control_points_along(
                     np.array(corners), self.pieces

@@ -311,7 +311,7 @@ def write_figures(
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise FileProblem(
-            f"out must be a folder that can be written, got {shown(str(folder))}: {reason}"
+            f"output must be a folder that can be written, got {shown(str(folder))}: {reason}"
         ) from error
     check_new_files(paths, force=force)
     for name, targets in files.items():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections import Counter
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -92,6 +93,16 @@ class TimedGait(Pictured):
     period: float
     law: str
     samples: int
+
+    def __post_init__(self) -> None:
+        """Check the period, the law and the count of samples."""
+        if not 0.0 < number_of(self.period) < math.inf:
+            raise InputError(
+                f"period must be a positive number of seconds, got {shown(self.period)}"
+            )
+        if type(self) is TimedGait:  # other motions have laws of their own
+            checked_choice("law", self.law, LAWS)
+        whole_number("samples", self.samples, 1, sys.maxsize)
 
     @property
     def corner_times(self) -> FloatArray:
