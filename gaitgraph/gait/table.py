@@ -117,6 +117,16 @@ class Table:
     digit_error: float = 0.0
     notes: tuple[str, ...] = ()
 
+    def __repr__(self) -> str:
+        """Return one line without the numbers: rows, columns and what made the table."""
+        made_by = [
+            f"{name} {self.about[name]}"
+            for name in ("period", "law")
+            if isinstance(self.about.get(name), float | int | str)
+        ]
+        parts = [f"{len(self)} rows", ", ".join(self.columns), *made_by]
+        return f"Table({'; '.join(parts)})"
+
     def __len__(self) -> int:
         return len(next(iter(self.columns.values()), ()))
 
