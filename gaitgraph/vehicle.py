@@ -347,6 +347,8 @@ class Vehicle(Pictured):
         return stated
 
     def __repr__(self) -> str:
+        if self == globals().get("PAPER"):  # short in signatures
+            return "PAPER"
         return f"Vehicle({', '.join(f'{name}={value!r}' for name, value in self.as_mapping().items())})"
 
     def __str__(self) -> str:

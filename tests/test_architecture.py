@@ -3,18 +3,24 @@
 from __future__ import annotations
 
 import ast
+import compileall
+import inspect
 import re
+import shutil
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 import networkx as nx
 import pytest
+from click.testing import CliRunner
 
 import gaitgraph as gg
 from gaitgraph import cli
+from gaitgraph._lazy import lazy_modules
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -299,3 +305,53 @@ def test_at_most_forty_public_names() -> None:
     assert {*dir(gg)} - {*names} == {*ORDER} - {"cli", "files"}
     with pytest.raises(AttributeError, match="has no attribute 'nothing'"):
         _ = gg.nothing  # type: ignore[attr-defined]
+
+
+def test_names_are_the_same_for_type_checkers_and_at_run_time() -> None:
+    for path in sorted(PACKAGE.rglob("__init__.py")):
+        source = path.read_text(encoding="utf-8")
+        if "lazy_names(" not in source:
+            continue
+        blocks = [node for node in ast.parse(source).body if isinstance(node, ast.If)]
+        package = ".".join(("gaitgraph", *path.parent.relative_to(PACKAGE).parts))
+        stated = {}
+        for node in blocks[0].body:
+            assert isinstance(node, ast.ImportFrom)
+            for alias in node.names:
+                module = str(node.module)
+                whole = module == package
+                stated[alias.name] = f"{module}.{alias.name}" if whole else module
+        import_module(package)
+        assert lazy_modules(package) == stated, package
+
+
+def test_the_package_works_without_its_sources(tmp_path: Path) -> None:
+    copy = tmp_path / "gaitgraph"
+    shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
+    compileall.compile_dir(copy, quiet=1, legacy=True)
+    for path in copy.rglob("*.py"):
+        path.unlink()
+    code = (
+        "import gaitgraph as gg; print(gg.__file__, gg.plan_loop([(0.3, -0.3)]).status)"
+    )
+    command = [sys.executable, "-c", code]
+    done = subprocess.run(
+        command, capture_output=True, text=True, cwd=tmp_path, check=True
+    )
+    assert done.stdout == f"{copy / '__init__.pyc'} planned\n"
+
+
+def test_help_lists_each_command_on_one_line_in_the_order_of_the_work() -> None:
+    shown = CliRunner().invoke(cli.cli, ["--help"], terminal_width=80).output
+    lines = [line.split()[0] for line in shown.splitlines() if line.startswith("  ")]
+    assert [word for word in lines if word in cli.COMMANDS] == [*cli.COMMANDS]
+    listed = shown.partition("Plan:")[2].splitlines()
+    assert sum(line.startswith("  ") for line in listed) == len(cli.COMMANDS)
+    assert "..." not in shown.partition("Plan:")[2]
+    assert max(map(len, listed)) <= 80
+
+
+def test_help_of_a_function_shows_the_name_of_the_vehicle_it_takes() -> None:
+    assert "= PAPER" in str(inspect.signature(gg.plan_loop)).replace(
+        "=PAPER", "= PAPER"
+    )

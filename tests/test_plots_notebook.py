@@ -68,7 +68,7 @@ MADE: dict[str, Callable[[], Any]] = {
         [(0.5, 0.5)], color="blue", coefficients="exact"
     ),
     "plan with polygons": lambda: gg.plan_loop(CORNERS, keep_out=[BAR]),
-    "vehicle": lambda: gg.PAPER,
+    "vehicle": lambda: LIMITED,
     "hostile vehicle": lambda: HOSTILE,
     "region": gg.admissible_region,
     "empty region": lambda: gg.admissible_region(floor=1.5),
@@ -212,8 +212,9 @@ def test_the_repr_of_a_vehicle_makes_it_again() -> None:
         first_rotor_spin="counterclockwise",
     )
     for one in (stated, whole, HOSTILE, *map(vehicle_named, preset_names())):
-        assert eval(repr(one), {"Vehicle": gg.Vehicle}) == one
-    assert "None" not in repr(gg.PAPER)
+        assert eval(repr(one), {"Vehicle": gg.Vehicle, "PAPER": gg.PAPER}) == one
+    assert "None" not in repr(LIMITED)
+    assert repr(gg.PAPER) == "PAPER"
 
 
 def test_reprs_of_answers_are_one_line() -> None:

@@ -304,13 +304,17 @@ def test_what_killed_processes_left_is_removed_and_nothing_else(
         patch.setattr(os, "getuid", lambda: 1 << 30)
         TIMED.write(tmp_path / "x.csv")
     assert (tmp_path / names[0]).exists()  # it is somebody else's
+    with pytest.raises(gg.GaitgraphError, match="cannot be read"):
+        read_table(tmp_path / "b.mcap")
+    assert (tmp_path / names[0]).exists()  # reading changes nothing
+    TIMED.write(tmp_path / "y.csv")
     with pytest.raises(gg.InputError, match=r"it must have a metadata.yaml"):
         read_table(tmp_path / "b.mcap")  # which is put back
     os.close(lock)
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(
-        [*names[1:], "b.mcap", "x.csv"]
+        [*names[1:], "b.mcap", "x.csv", "y.csv"]
     )
-    TIMED.write(tmp_path / "y.csv")
+    TIMED.write(tmp_path / "y.csv", force=True)
     assert sorted(path.name for path in tmp_path.iterdir()) == [
         names[2],
         "b.mcap",
@@ -691,3 +695,23 @@ def test_a_table_is_shown_in_one_line_without_its_numbers() -> None:
     assert shown.startswith("Table(5 rows; t, alpha1, alpha2, alpha3, alpha4, color")
     assert "period 2.0; law smooth" in shown
     assert "0.4" not in shown
+
+
+def test_texts_of_a_csv_are_read_whole(tmp_path: Path) -> None:
+    path = tmp_path / "gait.csv"
+    head = "alpha1,alpha2,alpha3,alpha4,color,types\n"
+    row = '0.4,-0.4,0.4,-0.4,{},{}\n0.8,-0.4,0.8,-0.4,red,"(+,+)"\n'
+    path.write_text(head + row.format("red", '"( + , + )"'))
+    assert gg.read_table(path)["types"][0] == "( + , + )"
+    assert gg.validate(path).valid
+    path.write_text(head + row.format("red     blue", '"(+,+)"'))
+    with pytest.raises(gg.InputError, match="red     blue"):
+        gg.read_table(path)
+
+
+def test_reading_removes_nothing(tmp_path: Path) -> None:
+    leftover = tmp_path / ".gaitgraph-abcdefgh.part"
+    leftover.mkdir()
+    with pytest.raises(gg.GaitgraphError, match="missing.csv"):
+        gg.read_table(tmp_path / "missing.csv")
+    assert leftover.is_dir()

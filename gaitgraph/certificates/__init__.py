@@ -9,4 +9,9 @@ from gaitgraph._lazy import lazy_names
 if TYPE_CHECKING:
     from gaitgraph.certificates.making import Certified as Certified, certify as certify
 else:
-    __getattr__, __dir__ = lazy_names(__name__)
+    __getattr__, __dir__ = lazy_names(
+        __name__,
+        {
+            "gaitgraph.certificates.making": ["Certified", "certify"],
+        },
+    )

@@ -45,13 +45,34 @@ if TYPE_CHECKING:
 
 Paths = tuple[str, ...]
 
-COMMANDS = {
-    "plan": "plan", "validate": "judging", "certify": "judging", "verify": "judging", "colorings": "surface",
-    "cycles": "surface", "region": "surface", "robustness": "judging", "transition": "gaits", "optimize": "gaits",
-    "pace": "gaits", "retarget": "gaits", "fly": "flights", "basin": "flights", "study": "study", "roots": "surface",
-    "export": "gaits", "vehicles": "vehicles", "figures": "figures", "compare": "judging", "explore": "explore",
-}  # fmt: skip
-"""The file of each command, which is the function NAME_command in it."""
+GROUPS = {
+    "Plan": {"plan": "plan", "region": "surface"},
+    "Judge": {
+        "validate": "judging",
+        "colorings": "surface",
+        "compare": "judging",
+        "certify": "judging",
+        "verify": "judging",
+        "robustness": "judging",
+    },
+    "Change": {
+        "pace": "gaits",
+        "transition": "gaits",
+        "optimize": "gaits",
+        "retarget": "gaits",
+    },
+    "Write": {"export": "gaits"},
+    "Fly": {"fly": "flights", "basin": "flights", "study": "study"},
+    "Surfaces and the paper": {
+        "roots": "surface",
+        "cycles": "surface",
+        "figures": "figures",
+    },
+    "Page and vehicles": {"explore": "explore", "vehicles": "vehicles"},
+}
+"""The commands in the order of the work. Each is the function NAME_command of the file that stands beside it."""
+
+COMMANDS = {name: file for group in GROUPS.values() for name, file in group.items()}
 
 
 class Group(click.Group):
@@ -59,7 +80,20 @@ class Group(click.Group):
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Return the names of the commands."""
-        return sorted(COMMANDS)
+        return list(COMMANDS)
+
+    def format_commands(
+        self, ctx: click.Context, formatter: click.HelpFormatter
+    ) -> None:
+        """Write the commands in their groups, each on one line."""
+        for title, group in GROUPS.items():
+            rows = []
+            for name in group:
+                command = self.get_command(ctx, name)
+                short = command.get_short_help_str(limit=66) if command else ""
+                rows.append((name.ljust(10), short))
+            with formatter.section(title):
+                formatter.write_dl(rows)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Return a command by its name, or None."""

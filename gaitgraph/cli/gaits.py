@@ -63,7 +63,7 @@ def transition_command(
 
 
 @command(
-    "The smooth gait through discs with the best worst case, or the least tilt-rate effort.",
+    "The smooth gait through discs with the best worst case.",
     option(
         "--waypoint",
         "A1,A2",
@@ -117,7 +117,7 @@ _PERIOD = Kind(
 
 
 @command(
-    "The least period of a gait (time-optimal) under limits of rate, acceleration and jerk.",
+    "The least period of a gait under limits of the servos.",
     "gait_file",
     option(
         "--period",

@@ -91,7 +91,7 @@ def validate_command(gait_file: str, require: str = "valid", **given: Any) -> in
 
 
 @command(
-    "Prove what holds along a flyable gait, and write the proof as a certificate.",
+    "Prove what holds along a flyable gait, and write a certificate.",
     "gait_file",
     option("--output", "FILE", "Write the certificate, a JSON document."),
     option(

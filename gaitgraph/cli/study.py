@@ -19,7 +19,7 @@ from gaitgraph.cli import (
 
 
 @command(
-    "Plan, check and fly many cases: vehicles, gaits, biases, periods, attitudes.",
+    "Plan, check and fly many cases of vehicles, gaits and attitudes.",
     file("study_file", "STUDY.toml"),
     option(
         "--output",

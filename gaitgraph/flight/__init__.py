@@ -19,4 +19,19 @@ if TYPE_CHECKING:
     )
     from gaitgraph.flight.simulation import Simulation as Simulation, fly as fly
 else:
-    __getattr__, __dir__ = lazy_names(__name__)
+    __getattr__, __dir__ = lazy_names(
+        __name__,
+        {
+            "gaitgraph.flight.basins": ["Basin", "basins_of"],
+            "gaitgraph.flight.course": ["Course", "from_hover"],
+            "gaitgraph.flight.engine": ["Engine"],
+            "gaitgraph.flight.flight": [
+                "OUTCOMES",
+                "REFERENCES",
+                "Flight",
+                "FlightSettings",
+                "settings_from_mapping",
+            ],
+            "gaitgraph.flight.simulation": ["Simulation", "fly"],
+        },
+    )

@@ -10,4 +10,10 @@ if TYPE_CHECKING:
     from gaitgraph.gait.gait import Gait as Gait, lift as lift, vertices as vertices
     from gaitgraph.gait.table import Table as Table
 else:
-    __getattr__, __dir__ = lazy_names(__name__)
+    __getattr__, __dir__ = lazy_names(
+        __name__,
+        {
+            "gaitgraph.gait.gait": ["Gait", "lift", "vertices"],
+            "gaitgraph.gait.table": ["Table"],
+        },
+    )

@@ -18,4 +18,11 @@ if TYPE_CHECKING:
         closed_walk as closed_walk,
     )
 else:
-    __getattr__, __dir__ = lazy_names(__name__)
+    __getattr__, __dir__ = lazy_names(
+        __name__,
+        {
+            "gaitgraph.graph.build": ["surface_graph", "validate_graph"],
+            "gaitgraph.graph.cycle_list": ["Cycles", "cycles"],
+            "gaitgraph.graph.walks": ["Cycle", "best_order", "closed_walk"],
+        },
+    )

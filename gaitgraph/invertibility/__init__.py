@@ -32,4 +32,29 @@ if TYPE_CHECKING:
         tilt_margin as tilt_margin,
     )
 else:
-    __getattr__, __dir__ = lazy_names(__name__)
+    __getattr__, __dir__ = lazy_names(
+        __name__,
+        {
+            "gaitgraph.invertibility.geometry": ["Geometry", "geometry_from_mapping"],
+            "gaitgraph.invertibility.matrices": [
+                "Coefficients",
+                "attitude_sensitivities",
+                "coefficients_of",
+                "control_force_matrix",
+                "control_moment_matrix",
+                "decoupling_matrix",
+                "determinant",
+                "hover_thrust_shares",
+                "least_singular_value",
+                "level_determinant",
+                "pitch_sensitivity",
+                "roll_sensitivity",
+                "zero_moment_direction",
+            ],
+            "gaitgraph.invertibility.tilt_margins": [
+                "least_singular_value_within",
+                "nearest_singular_attitude",
+                "tilt_margin",
+            ],
+        },
+    )

@@ -22,4 +22,18 @@ if TYPE_CHECKING:
         tilts_from_joints as tilts_from_joints,
     )
 else:
-    __getattr__, __dir__ = lazy_names(__name__)
+    __getattr__, __dir__ = lazy_names(
+        __name__,
+        {
+            "gaitgraph.io.columns": ["table_from_frame"],
+            "gaitgraph.io.formats": ["gait_of", "read_table", "write_tables"],
+            "gaitgraph.io.servo_map": [
+                "Joint",
+                "ServoMap",
+                "mapped_table",
+                "servo_map_from_mapping",
+                "servo_map_named",
+                "tilts_from_joints",
+            ],
+        },
+    )

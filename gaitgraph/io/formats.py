@@ -33,7 +33,6 @@ from gaitgraph.files import (
     check_new_files,
     path_of,
     reading,
-    remove_leftovers,
     text_of,
     value_from_json,
     write_whole,
@@ -361,10 +360,6 @@ def read_pieces(
     form, path = known_format(path, _WHAT, reads=True), Path(path)
     read = form.function("read")
     with reading(path, _WHAT), naming_file(path):
-        if not path.exists():
-            remove_leftovers(
-                path.parent
-            )  # a killed process may have been about to replace it
         path.stat()
         builder = TableBuilder(plane_only=plane_only, joints=joints, angles=angles)
         for number, piece in enumerate(read(path, builder)):

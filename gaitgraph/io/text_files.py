@@ -147,6 +147,9 @@ def _texts_of(table: Table) -> list[str]:
     return [provenance_text(table)]
 
 
+_LONGEST_TEXT = 16  # characters; rows with a longer text are read by csv
+
+
 def _parts(values: dict[str, Any], before: str = "") -> Iterator[str]:
     """Yield values as texts, name and JSON; long ones part by part, lists with numbers for names."""
     for name, value in values.items():
@@ -174,7 +177,8 @@ def _numeric_columns(
         return None  # numpy's reader takes quotation marks that csv refuses
     used = builder.used  # of others one character is read
     kinds = [
-        ("U8" if name in TEXTS else "f8") if name in used else "U1" for name in names
+        (f"U{_LONGEST_TEXT}" if name in TEXTS else "f8") if name in used else "U1"
+        for name in names
     ]
     dtype = [(f"f{k}", kind) for k, kind in enumerate(kinds)]
     try:
@@ -184,12 +188,15 @@ def _numeric_columns(
     except (ValueError, IndexError, OverflowError):
         return None
     columns = {name: rows[f"f{k}"] for k, name in enumerate(names)}
-    finite = all(
-        np.isfinite(column).all()
-        for column in columns.values()
-        if column.dtype.kind == "f"
-    )
-    return columns if finite else None
+    for name, column in columns.items():
+        if name not in used:
+            continue
+        if name in TEXTS:
+            if (np.char.str_len(column) >= _LONGEST_TEXT).any():  # may have been cut
+                return None
+        elif not np.isfinite(column).all():
+            return None
+    return columns
 
 
 def _text_columns(lines: list[str], names: list[str], offset: int) -> dict[str, Any]:

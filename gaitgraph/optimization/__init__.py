@@ -16,4 +16,10 @@ if TYPE_CHECKING:
         retarget as retarget,
     )
 else:
-    __getattr__, __dir__ = lazy_names(__name__)
+    __getattr__, __dir__ = lazy_names(
+        __name__,
+        {
+            "gaitgraph.optimization.optimize": ["OptimalGait", "optimal_gait"],
+            "gaitgraph.optimization.retargeting": ["Retargeted", "retarget"],
+        },
+    )

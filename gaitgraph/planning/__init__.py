@@ -20,4 +20,14 @@ if TYPE_CHECKING:
         transition as transition,
     )
 else:
-    __getattr__, __dir__ = lazy_names(__name__)
+    __getattr__, __dir__ = lazy_names(
+        __name__,
+        {
+            "gaitgraph.planning.any_angle": ["location_of"],
+            "gaitgraph.planning.planner": ["Plan", "plan_loop"],
+            "gaitgraph.planning.replanning": ["Replan", "Replanner"],
+            "gaitgraph.planning.request": ["PlanRequest", "plan_request"],
+            "gaitgraph.planning.shortest_paths": ["ShortestPaths"],
+            "gaitgraph.planning.transitions": ["Transition", "transition"],
+        },
+    )

@@ -38,4 +38,30 @@ if TYPE_CHECKING:
         write_films as write_films,
     )
 else:
-    __getattr__, __dir__ = lazy_names(__name__)
+    __getattr__, __dir__ = lazy_names(
+        __name__,
+        {
+            "gaitgraph.plots.axes": ["plane_axes"],
+            "gaitgraph.plots.figures": ["FIGURES", "draw", "write_figures"],
+            "gaitgraph.plots.flights": ["plot_flight", "write_basins", "write_flight"],
+            "gaitgraph.plots.gaits": [
+                "basin_map",
+                "gait_loop",
+                "plot",
+                "roll_pitch_diagram",
+            ],
+            "gaitgraph.plots.planes": [
+                "adjacency_rule",
+                "regions_map",
+                "singular_value_map",
+                "type_map",
+            ],
+            "gaitgraph.plots.vehicles": [
+                "VehicleView",
+                "draw_vehicle",
+                "vehicle_figure",
+                "vehicle_view",
+                "write_films",
+            ],
+        },
+    )

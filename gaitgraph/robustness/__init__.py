@@ -19,4 +19,19 @@ if TYPE_CHECKING:
         robustness_of as robustness_of,
     )
 else:
-    __getattr__, __dir__ = lazy_names(__name__)
+    __getattr__, __dir__ = lazy_names(
+        __name__,
+        {
+            "gaitgraph.robustness.attitudes": [
+                "AcceptableAttitudes",
+                "SingularCurve",
+                "acceptable_attitudes",
+                "singular_curve",
+            ],
+            "gaitgraph.robustness.biased": [
+                "Robustness",
+                "RobustnessReport",
+                "robustness_of",
+            ],
+        },
+    )

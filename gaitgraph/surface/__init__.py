@@ -35,4 +35,35 @@ if TYPE_CHECKING:
         types_may_be_adjacent as types_may_be_adjacent,
     )
 else:
-    __getattr__, __dir__ = lazy_names(__name__)
+    __getattr__, __dir__ = lazy_names(
+        __name__,
+        {
+            "gaitgraph.surface.admissible": [
+                "admissible_region",
+                "hover_region",
+                "sign_region",
+                "singular_value_region",
+                "thrust_region",
+            ],
+            "gaitgraph.surface.loop_colorings": [
+                "Coloring",
+                "ColoringObstacle",
+                "Colorings",
+                "colorings",
+            ],
+            "gaitgraph.surface.region": [
+                "Condition",
+                "Region",
+                "Zones",
+                "zones_region",
+            ],
+            "gaitgraph.surface.sheets": [
+                "family_distances",
+                "red_label",
+                "root_arrays",
+                "roots",
+                "sheet_angles",
+                "types_may_be_adjacent",
+            ],
+        },
+    )

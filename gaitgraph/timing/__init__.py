@@ -31,4 +31,23 @@ if TYPE_CHECKING:
         timed_gait_of as timed_gait_of,
     )
 else:
-    __getattr__, __dir__ = lazy_names(__name__)
+    __getattr__, __dir__ = lazy_names(
+        __name__,
+        {
+            "gaitgraph.timing.curve": ["Curve", "LimitedGait", "Rounding", "rounded"],
+            "gaitgraph.timing.servo_lag": ["ServoResponse", "servo_response"],
+            "gaitgraph.timing.time_optimal": [
+                "LeastPeriod",
+                "Limits",
+                "least_period",
+                "paced",
+            ],
+            "gaitgraph.timing.timed_gait": [
+                "Exported",
+                "TimedGait",
+                "export",
+                "table_of",
+                "timed_gait_of",
+            ],
+        },
+    )

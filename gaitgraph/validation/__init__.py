@@ -14,4 +14,14 @@ if TYPE_CHECKING:
         validate_geometry as validate_geometry,
     )
 else:
-    __getattr__, __dir__ = lazy_names(__name__)
+    __getattr__, __dir__ = lazy_names(
+        __name__,
+        {
+            "gaitgraph.validation.report": ["Check", "Report"],
+            "gaitgraph.validation.validating": [
+                "GeometryReport",
+                "validate",
+                "validate_geometry",
+            ],
+        },
+    )
