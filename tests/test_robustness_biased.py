@@ -347,3 +347,34 @@ class TestAnswers:
                 f"(error below {part} %; the requested 0.001 % is not reached)"
                 in str(bounded)
             )
+
+
+def test_nothing_is_acceptable_where_R_changes_its_sign_between_rows() -> None:
+    loop = [
+        [
+            -1.1346735319611052,
+            0.1449422531604418,
+            -1.1910614840086144,
+            0.08960440017776716,
+        ],
+        [
+            -1.2671181809544736,
+            0.8419998156504404,
+            -1.29683224287851,
+            0.8392708910702916,
+        ],
+        [
+            -0.7317355063348563,
+            0.9174112579075016,
+            -0.7844483238485845,
+            0.8870348582299663,
+        ],
+    ]
+    kappa = 1.261899036411297
+    found = robustness_of(
+        loop, bias=0.4937052482867178, vehicle=gg.Vehicle(drag_ratio=kappa)
+    )
+    biased = found.sweep[0]
+    assert biased.tilt_margin == 0
+    assert biased.acceptable.fraction == 0
+    assert biased.acceptable.reason.startswith("R changes its sign")

@@ -427,7 +427,8 @@ class TestGaits:
     def test_one_color_is_left(self) -> None:
         exact = matrices.coefficients_of(RAISED)
         assert [root.color for root in gg.roots(0.3, 0.1, coefficients=exact)] == [
-            "red"
+            "red",
+            "none",
         ]
         fiber = gg.roots(exact.delta, 0.1, coefficients=exact).fibers
         assert [one.name for one in fiber] == ["first"]
@@ -502,3 +503,32 @@ def test_rotors_follow_with_their_lag() -> None:
     assert swinging.reason.endswith(
         "; with rotor_lag = 0.05 s a longer period may settle"
     )
+
+
+@pytest.mark.parametrize("height", [0.03, -0.08])
+@pytest.mark.parametrize("pair", [(0.4, -0.9), (-1.2, 0.7), (1.0, 1.1), (-0.3, -0.2)])
+def test_the_second_root_beside_red_is_singular_at_every_attitude(
+    height: float, pair: tuple[float, float]
+) -> None:
+    vehicle = PAPER.replace(rotor_height=height)
+    found = gg.roots(*pair, coefficients=matrices.coefficients_of(vehicle))
+    assert [root.color for root in found] == ["red", "none"]
+    second = found[1]
+    assert max(abs(second.R), abs(second.R_phi), abs(second.R_theta)) < 1e-12
+    for roll, pitch in [(0.0, 0.0), (0.3, -0.5), (-0.9, 0.2)]:
+        least = gg.invertibility.least_singular_value(
+            second.alpha, vehicle, roll, pitch
+        )
+        assert least < 1e-12
+    # The red root is not singular, and the two are all: a fine search finds no other.
+    third = np.linspace(-np.pi / 2, np.pi / 2, 1001, endpoint=False)
+    grid = np.stack(np.meshgrid(third, third, indexing="ij"), axis=-1)
+    alpha = np.concatenate([np.broadcast_to(pair, grid.shape), grid], axis=-1)
+    size = np.hypot(*matrices.sensitivities(alpha, matrices.coefficients_of(vehicle)))
+    near = grid[size < 1e-2]
+    for place in near:
+        distances = [
+            np.abs((place - root.alpha[2:] + np.pi / 2) % np.pi - np.pi / 2).max()
+            for root in found
+        ]
+        assert min(distances) < 0.15

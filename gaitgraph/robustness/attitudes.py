@@ -213,10 +213,10 @@ def acceptable_attitudes(
             if inside is None
             else _narrowed(sweep, coefficients, side, inside, tolerance)
         )
-        (polygon, error), reason = (
-            found or (polygon, 1.0),
-            "" if found else "R is too near to zero to be decided",
-        )
+        if found is None:
+            error, reason = 1.0, "R is too near to zero to be decided"
+        elif not found[0].is_empty:
+            (polygon, error), reason = found, ""
     return AcceptableAttitudes(
         polygon=polygon, error=error, tolerance=float(tolerance), reason=reason
     )
@@ -321,6 +321,8 @@ def _narrowed(
 ) -> tuple[shapely.Polygon, float] | None:
     """Return the polygon of verticals with sign·v > 0 all along, and its error; None if none is proven.
 
+    The polygon is empty where R changes its sign: then level is not among these verticals.
+
     Pieces inside the cone of the samples are dropped; the others are cut finer.
     """
     pieces = len(sweep.starts)
@@ -330,6 +332,8 @@ def _narrowed(
         samples = np.concatenate(
             [core, sign * sweep.v0]
         )  # where a piece ends, the next begins
+        if (sign * sweep.v0[:, 2] < 0).any():
+            return shapely.Polygon(), 0.0  # R changes its sign between first samples
         if (samples @ inside <= 0).any():
             return None
         # Some safe ray may have no positive product with `inside`.

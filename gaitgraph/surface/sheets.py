@@ -180,6 +180,8 @@ def checked_plane_angles(alpha1: Any, alpha2: Any) -> tuple[FloatArray, FloatArr
 class Root:
     """One solution of equations (7) and (8), angles in radians, `types` in ASCII such as ``(+,?)``.
 
+    Where rotors lie above or below the centre of mass, the second root is on no plane: `types` and `color` are "none".
+
     `R`, `R_phi` and `R_theta` are computed from the solution, not assumed.
     """
 
@@ -188,7 +190,7 @@ class Root:
     alpha3: float
     alpha4: float
     types: str
-    color: Color
+    color: Color | Literal["none"]
     R: float
     R_phi: float
     R_theta: float
@@ -248,8 +250,8 @@ def roots(
 
     There are two inside the square, a red and a blue one. A solution at one end of the range is one at the other end
     too, with the opposite sign of R: three on the sides of the square, five at its corners (Figure 2), one more where
-    blue lies at an end of the range, α1 = 2δ − π/2 or α2 = π/2 − 2δ. With a rotor height blue has none. On a fibre line
-    the solutions are a continuum: `fibers` of the answer states it, beside the red and the blue root. R may be 0: look
+    blue lies at an end of the range, α1 = 2δ − π/2 or α2 = π/2 − 2δ. With a rotor height the second root is not blue: its
+    types and color are "none", and the decoupling matrix is singular there at every attitude. On a fibre line the solutions are a continuum: `fibers` of the answer states it, beside the red and the blue root. R may be 0: look
     at `R` of each root.
 
     Parameters
@@ -299,7 +301,7 @@ def roots(
             labels, colors, values.tolist(), strict=False
         )
     )
-    answer.fibers = tuple(
+    fibers = tuple(
         Fiber(
             name=name,
             fixed=fixed,
@@ -314,7 +316,41 @@ def roots(
         )
         if distance_to_multiple(beta, HALF_PI) <= _EXACT
     )
+    if coefficients.cross and not fibers:
+        answer = RootSet([*answer, _root_beside_red(a1, a2, coefficients)])
+    answer.fibers = fibers
     return answer
+
+
+def _root_beside_red(alpha1: float, alpha2: float, coefficients: Coefficients) -> Root:
+    """Return the second root of rotors above or below the centre of mass.
+
+    Moments of rotors 1 and 2 span a plane with the normal n. The moment of rotor 3, a3·cos α3 + b3·sin α3, lies in it
+    where n·a3 cos α3 = −n·b3 sin α3, and so for rotor 4. All moments lie in one plane then, no thrusts without a moment
+    are left, and Rφ = Rθ = R = 0. Lengths are in units of the arm, moments of its product with the thrust.
+    """
+    kappa = math.tan(coefficients.delta)
+    height = coefficients.cross * kappa
+    cosine1, sine1 = math.cos(alpha1), math.sin(alpha1)
+    cosine2, sine2 = math.cos(alpha2), math.sin(alpha2)
+    moment1 = [-height * sine1, cosine1 + kappa * sine1, sine1 - kappa * cosine1]
+    moment2 = [cosine2 - kappa * sine2, height * sine2, -sine2 - kappa * cosine2]
+    x, y, z = np.cross(moment1, moment2).tolist()
+    alpha3 = math.atan2(y + kappa * z, height * x - kappa * y + z)
+    alpha4 = math.atan2(x + kappa * z, kappa * x - height * y - z)
+    alpha = np.array([alpha1, alpha2, wrapped(alpha3), wrapped(alpha4)])
+    roll, pitch = sensitivities(alpha, coefficients)
+    return Root(
+        alpha1=alpha1,
+        alpha2=alpha2,
+        alpha3=float(alpha[2]),
+        alpha4=float(alpha[3]),
+        types="none",
+        color="none",
+        R=float(level_determinant(alpha, coefficients)),
+        R_phi=float(roll),
+        R_theta=float(pitch),
+    )
 
 
 def root_arrays(
