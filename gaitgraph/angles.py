@@ -24,6 +24,7 @@ _ANGLE = re.compile(
     re.VERBOSE | re.IGNORECASE | re.ASCII,
 )
 _LONGEST = 64
+_LARGEST = 1e6  # rad, of an angle in an array: a larger one says little about its sine
 
 
 def angle_from_text(value: object, name: str = "angle") -> float:
@@ -103,7 +104,9 @@ def angle_within(
 
 
 def angles_from(values: Any, name: str = "angles") -> Any:
-    """Return numbers [rad] and texts, in an array or nested lists of any shape, as an array; InputError for others.
+    """Return numbers [rad] and texts, in an array or nested lists of any shape, as an array.
+
+    InputError for anything else, and for angles that are not finite or beyond ±1e6 rad.
 
     >>> angles_from([["pi/2", 0.5]]).round(4).tolist()
     [[1.5708, 0.5]]
@@ -113,16 +116,22 @@ def angles_from(values: Any, name: str = "angles") -> Any:
     try:
         numbers = np.asarray(values)
         if numbers.dtype.kind in "fiu":
-            return np.asarray(numbers, dtype=float)
-        given = np.asarray(values, dtype=object)
-        return np.array([angle_from_text(one, name) for one in given.flat]).reshape(
-            given.shape
-        )
+            angles = np.asarray(numbers, dtype=float)
+        else:
+            given = np.asarray(values, dtype=object)
+            read = [angle_from_text(one, name) for one in given.flat]
+            angles = np.array(read, dtype=float).reshape(given.shape)
     except ValueError as error:  # of numpy for rows of different lengths
         allowed = (
             "finite numbers in radians, or texts such as '3pi/8', in rows of one length"
         )
         raise InputError(f"{name} must be {allowed}, got {shown(values)}") from error
+    fine = np.abs(angles) <= _LARGEST  # NaN is not
+    if not fine.all():
+        raise InputError(
+            f"{name} must be finite angles within ±1e6 rad, got {angles[~fine][0]}"
+        )
+    return angles
 
 
 def number_of(value: object) -> float:

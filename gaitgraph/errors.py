@@ -49,13 +49,13 @@ class OutputExists(FileProblem, FileExistsError):
 
 
 def shown(value: object) -> str:
-    """Return any value as one short line for a message.
+    """Return any value as one short line for a message, with numbers of numpy as plain numbers.
 
     >>> shown("pi/8"), shown(10**5000)
     ("'pi/8'", 'a whole number of 16610 bits')
     """
     try:
-        text = " ".join(line.strip() for line in repr(value).splitlines())
+        text = " ".join(line.strip() for line in repr(_plain(value)).splitlines())
     except ValueError:  # whole numbers of thousands of digits are not written out
         text = (
             f"a whole number of {value.bit_length()} bits"
@@ -66,6 +66,16 @@ def shown(value: object) -> str:
         text = ""
     text = text or f"a {type(value).__name__}"
     return text if len(text) <= 70 else text[:70] + "…"
+
+
+def _plain(value: Any) -> Any:
+    """Return numpy's scalars and arrays, also inside lists and tuples, as Python's own numbers and lists."""
+    if hasattr(value, "dtype") and callable(getattr(value, "tolist", None)):
+        few = value if getattr(value, "size", 0) <= 100 else value.ravel()[:100]
+        return few.tolist()
+    if type(value) in (list, tuple):
+        return type(value)(_plain(entry) for entry in value)
+    return value
 
 
 def needs_extra(module: str, purpose: str, extra: str) -> MissingExtra:

@@ -188,8 +188,8 @@ class Vehicle(Pictured):
                     field, derived
                 )  # a quotient of extreme constants can overflow or vanish
             elif not math.isclose(got, derived, rel_tol=1e-6):
-                rule = f"{formula} = {derived!r} of the other constants, or be omitted"
-                raise InputError(f"{field} must equal {rule}, got {got!r}")
+                rule = f"{formula} = {derived} of the other constants, or be omitted"
+                raise InputError(f"{field} must equal {rule}, got {got}")
         if stated["drag_ratio"] is None:
             raise InputError(
                 "vehicle constants do not determine the drag ratio κ; state thrust_coefficient, "
@@ -197,7 +197,7 @@ class Vehicle(Pictured):
             )
         if not 1e-9 <= stated["drag_ratio"] <= 1e9:
             raise InputError(
-                f"drag_ratio must be between 1e-9 and 1e9 (dimensionless), got {stated['drag_ratio']!r}"
+                f"drag_ratio must be between 1e-9 and 1e9 (dimensionless), got {stated['drag_ratio']}"
             )
         height, largest = stated["rotor_height"], 10 * (stated["arm_length"] or 0.0)
         if number_of(height) and not largest:
@@ -398,8 +398,6 @@ def linkage_of(name: str, pairs: object) -> Linkage:
         raise InputError(
             f"{name} must be two or more pairs of a servo and a tilt angle (rad), got {shown(pairs)}"
         )
-    if not all(map(math.isfinite, table.flat)):
-        raise InputError(f"{name} must hold finite angles, got {shown(pairs)}")
     table = table[table[:, 1].argsort()]
     turns, rises = (table[1:] - table[:-1]).T
     one_way = turns * (1 if turns[0] > 0 else -1)

@@ -156,7 +156,8 @@ def test_everything_else_is_refused_in_a_short_line() -> None:
         assert message.startswith(
             "waypoint 2 alpha1 must be a finite number in radians, or a text such as '3pi/8'"
         )
-        assert f", got {repr(value)[:60]}" in message
+        plain = value.tolist() if hasattr(value, "tolist") else value
+        assert f", got {repr(plain)[:60]}" in message
         assert "\n" not in message
         assert len(message) < 250
 

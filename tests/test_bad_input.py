@@ -115,12 +115,12 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     (
         Gait,
         {"alpha": [[0, 0, 0, NAN]]},
-        "alpha must hold finite angles in radians, got …nan",
+        "alpha must be finite angles …, got nan",
     ),
     (
         validate,
         {"gait": NAN_TABLE},
-        "alpha must hold finite angles in radians, got …nan",
+        "alpha must be finite angles …, got nan",
     ),
     (
         Gait,
@@ -144,7 +144,7 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     ),
     (lift, {"points": [(0.0, 0.0, 0.0)], "colors": "red"}, "points must … got (1, 3)"),
     (lift, {"points": [(2.0, 0.0)], "colors": "red"}, "alpha1 must be …, got 2.0"),
-    (lift, {"points": [(0.0, NAN)], "colors": "red"}, "alpha2 must be …, got nan"),
+    (lift, {"points": [(0.0, NAN)], "colors": "red"}, "points must be …, got nan"),
     (
         lift,
         {"points": [("x", 0.0)], "colors": "red"},
@@ -180,7 +180,7 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     (
         root_arrays,
         {"alpha1": [0.0, 0.1], "alpha2": [NAN, 0.0]},
-        "alpha2 must be a finite number",
+        "…must be finite angles",
     ),
     (
         roots,
@@ -231,7 +231,7 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     (
         hover_region().contains,
         {"points": [1.0, 2.0, 3.0]},
-        "point must be finite … got [1.0, 2.0, 3.0]",
+        "point must be … got [1.0, 2.0, 3.0]",
     ),
     (hover_region().component_of, {"point": "here"}, "point must be … got 'here'"),
     *(
@@ -243,7 +243,7 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
         {"points": [("a", "b")]},
         "points must be finite numbers in radians, … got [('a', 'b')]",
     ),
-    (colorings, {"points": [[0.0, NAN]]}, "alpha2 must be a finite number"),
+    (colorings, {"points": [[0.0, NAN]]}, "…must be finite angles"),
     (
         colorings,
         {"sign": "negativ"},
@@ -328,7 +328,7 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     (plan, {"waypoints": "0,0"}, "waypoints must be … got '0,0'"),
     (plan, {"keep_out": 5}, "keep_out must be a list of polygons, … got 5"),
     (plan, {"vehicle": None}, "vehicle must be … got None"),
-    (plan, {"color": np.array(["red"])}, "color must be … got array"),
+    (plan, {"color": np.array(["red"])}, "color must be … got ['red']"),
     (plan, {"waypoints": [(0, 0, 0)]}, "waypoint 1 must be [alpha1, alpha2], got "),
     (
         plan,
@@ -365,6 +365,16 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
         plan,
         {"keep_in": [[(2, 2), (3, 2), (3, 3)]]},
         "keep_in polygon 1 must overlap the square of ±π/2 rad, got [(2",
+    ),
+    (
+        plan,
+        {"keep_out": [np.array([[2.5, 0], [30, 0], [30, 1]])]},
+        "keep_out polygon 1 alpha1 …±π rad, got 30.0; for degrees",
+    ),
+    (
+        plan,
+        {"keep_in": [[np.array([2, 2.5]), np.array([3, 2]), (3, np.float64(2.75))]]},
+        "keep_in polygon 1 must overlap …, got [[2.0, 2.5], [3, 2], (3, 2.75)]",
     ),
     (
         optimal,
@@ -848,7 +858,7 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     (
         gg.export,
         {"source": G3, "outputs": np.array(3.0)},
-        "output must be the path of a file, got array",
+        "output must be the path of a file, got 3.0",
     ),
     (validate, {"gait": G3, "vehicle": gg.PAPER}, "vehicle must be None beside a gait"),
     *(
@@ -885,12 +895,12 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     (
         attitudes,
         {"alpha": [[0, 0, 0, 0], [0, INF, 0, 0]]},
-        "alpha must be finite tilt angles of shape (n, 4), n at",
+        "alpha must be ",
     ),
-    (attitudes, {"alpha": np.zeros((0, 4))}, "alpha must be finite tilt angles"),
-    (attitudes, {"alpha": [[0.0] * 3]}, "alpha must be finite tilt angles"),
+    (attitudes, {"alpha": np.zeros((0, 4))}, "alpha must be "),
+    (attitudes, {"alpha": [[0.0] * 3]}, "alpha must be "),
     *(
-        (curve_of, {"alpha": wrong}, "alpha must be four finite tilt angles")
+        (curve_of, {"alpha": wrong}, "alpha must be ")
         for wrong in ([NAN, 0, 0, 0], [0, 0, 0])
     ),
     *(
@@ -930,7 +940,7 @@ def test_a_timed_gait_checks_its_clock(changed: dict[str, Any]) -> None:
 
 
 def test_a_linkage_holds_finite_angles() -> None:
-    with pytest.raises(InputError, match="^linkage must hold finite angles"):
+    with pytest.raises(InputError, match="^linkage must be finite angles"):
         gg.Vehicle(drag_ratio=0.17, linkage=[[0, 0], [1, math.nan]])
 
 

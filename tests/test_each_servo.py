@@ -125,7 +125,7 @@ BAD: list[tuple[dict[str, Any], str]] = [
         "linkage must be two or more pairs of a servo and a tilt angle (rad), got [[0, 0]]",
     ),
     ({"linkage": 3}, "linkage must be two or more pairs"),
-    ({"linkage": [[0, 0], [1, math.inf]]}, "linkage must hold finite angles"),
+    ({"linkage": [[0, 0], [1, math.inf]]}, "linkage must be finite angles"),
     ({"linkage": {}}, "linkage must be finite numbers in radians"),
     ({"linkage": [[0, 0, 0], [1, 1, 1]]}, "linkage must be two or more pairs"),
     (

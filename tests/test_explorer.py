@@ -312,6 +312,20 @@ class TestMap:
         )
         assert drawn.area == pytest.approx(flyable.area, rel=5e-3)
 
+    def test_a_region_that_needs_a_missing_constant_is_named(
+        self, client: Client, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        unknown = gg.Vehicle(drag_ratio=0.17, max_thrust=12)  # N, without a mass
+        monkeypatch.setattr(queries, "vehicle_of", lambda *_: unknown)
+        answer = client("map", {})
+        assert [region["name"] for region in answer["regions"]] == [
+            "R>0",
+            "R<0",
+            "hover",
+        ]
+        assert answer["note"].startswith("The region flyable")
+        assert "mass" in answer["note"]
+
     def test_types_are_those_of_the_graph(self, client: Client) -> None:
         answer = client("map", {"sheet": "blue", "shading": "R"})
         assert "rounding" in answer["note"]

@@ -118,9 +118,7 @@ def test_a_vehicle_from_above_and_from_below() -> None:
     pulls = vehicle_view([0.0] * 4, view=FROM_ABOVE, thrusts=[1.0, -1.0, 1.0, 0.5])
     assert pulls.facing.tolist() == [[True, False, True, True]]
     for wrong in ([0.0, 0.0], [[0.0, math.nan, 0, 0]]):
-        with pytest.raises(
-            gg.InputError, match="alpha must be finite angles in radians, of the shape"
-        ):
+        with pytest.raises(gg.InputError, match="alpha must be "):
             vehicle_view(wrong)
 
 

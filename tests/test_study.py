@@ -13,6 +13,7 @@ import signal
 import socket
 import subprocess
 import sys
+from html import unescape
 from pathlib import Path
 from time import sleep
 from typing import Any
@@ -27,7 +28,13 @@ from gaitgraph.errors import FileProblem, InputError, OutputExists
 from gaitgraph.flight.flight import FlightSettings
 from gaitgraph.flight.simulation import fly
 from gaitgraph.study import running
-from gaitgraph.study.design import FLIGHT, columns_of, read_study, study_from_mapping
+from gaitgraph.study.design import (
+    FLIGHT,
+    Study,
+    columns_of,
+    read_study,
+    study_from_mapping,
+)
 from gaitgraph.study.running import StudyRun, flown_batch, row_of, run_study, versions
 from gaitgraph.vehicle import PAPER
 from tests.samples import gait_of_paper
@@ -342,6 +349,11 @@ def test_each_flyable_gait_has_a_certificate(small: StudyRun, tmp_path: Path) ->
         workers=0,
     )
     assert not (none.folder / "certificates").exists()
+    ((gait, vehicle, why),) = none.uncertified
+    assert (gait, vehicle) == ("gait1", "paper")
+    assert f"no certificate of gait1 for paper: {why}" in str(none)
+    assert why in unescape((none.folder / "summary.html").read_text())
+    assert none.as_mapping()["uncertified"][0]["reason"] == why
 
 
 def test_units_and_what_made_them_are_in_the_file(small: StudyRun) -> None:
@@ -655,6 +667,14 @@ def test_a_cluster_flies_the_same_and_stays(
         "dashboard_address": "127.0.0.1:0",
         "silence_logs": 60,
     }
+    submitted: list[tuple[Any, ...]] = []
+    submit = distributed.Client.submit
+
+    def noted(client: Any, function: Any, *given: Any, **options: Any) -> Any:
+        submitted.append(given)
+        return submit(client, function, *given, **options)
+
+    monkeypatch.setattr(distributed.Client, "submit", noted)
     with distributed.LocalCluster(
         n_workers=1, threads_per_worker=1, **options
     ) as cluster:
@@ -664,6 +684,9 @@ def test_a_cluster_flies_the_same_and_stays(
             cluster.scheduler_address, set_as_default=False
         ) as client:
             assert client.submit(abs, -1).result() == 1
+            sent = [argument for call in submitted for argument in call]
+            assert len(submitted) > len(small.study.batches)
+            assert sum(isinstance(one, Study) for one in sent) == 1
     monkeypatch.setattr(running, "_EMPTY", 0.4)
     with (
         distributed.LocalCluster(n_workers=0, **options) as cluster,

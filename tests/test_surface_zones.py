@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import shapely
 
+import gaitgraph as gg
 from gaitgraph.surface.region import Zones, zones_region
 
 SQUARE = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]
@@ -50,6 +51,20 @@ def test_segments_against_a_forbidden_square(
     zones = Zones(keep_out=[SQUARE])
     assert zones.allow_segments([start], [end]).tolist() == [allowed]
     assert zones.allow_segments([end], [start]).tolist() == [allowed]
+
+
+def test_a_keep_out_beside_the_square_forbids_nothing_and_is_named() -> None:
+    beside = [(2, 2), (3, 2), (3, 3)]
+    loop = [(0.4, -0.4), (0.8, -0.4), (0.8, -0.8)]
+    (note,) = Zones(keep_out=[SQUARE, beside]).notes
+    assert note.startswith("keep_out polygon 2 forbids nothing")
+    asked: Any = {"keep_out": [beside]}
+    plan, freely = gg.plan_loop(loop, **asked), gg.plan_loop(loop)
+    assert (plan.gait.alpha == freely.gait.alpha).all()
+    assert [one for one in plan.warnings if "forbids nothing" in one]
+    assert "forbids nothing" in gg.retarget(plan.gait, **asked).warnings[0]
+    optimal: Any = gg.optimal_gait(loop, radius=0.05, **asked)
+    assert "forbids nothing" in optimal.warnings[0]
 
 
 def test_without_polygons_everything_is_allowed_and_no_points_give_no_answers() -> None:

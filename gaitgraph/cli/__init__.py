@@ -1,7 +1,7 @@
 """The command line: how commands are found, take options, print and end.
 
 Exit codes: 0 done; 1 well-formed, and the answer is no; 2 wrong input or something missing, one line on standard
-error and nothing on standard output; 130 interrupted. Data goes to standard output, messages to standard error.
+error, below warnings about files, and nothing on standard output; 130 interrupted. Data goes to standard output, messages to standard error.
 Help and completion import neither numpy nor other commands.
 """
 
@@ -105,14 +105,19 @@ class Group(click.Group):
         return found
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Run a command, then print warnings about its files; Abort, without click's empty line, if interrupted."""
+        """Run a command, and print each warning once, when it arises; Abort, without an empty line, if interrupted."""
+        said = set()
+
+        def say(message: Warning | str, *_: object) -> None:
+            if str(message) not in said:
+                said.add(str(message))
+                print_problem(f"warning: {message}")
+
         try:
-            with warnings.catch_warnings(record=True) as notes:
-                warnings.simplefilter("default", FileWarning)
-                code = super().invoke(ctx)
-            for note in notes:
-                print_problem(f"warning: {note.message}")
-            return code
+            with warnings.catch_warnings():
+                warnings.simplefilter("always", FileWarning)
+                warnings.showwarning = say  # type: ignore[assignment]
+                return super().invoke(ctx)
         except KeyboardInterrupt:
             if sys.stderr.isatty():  # which shows ^C on the line
                 click.echo(err=True)
@@ -147,8 +152,13 @@ def _stop(code: int, message: str = "") -> NoReturn:
 
 
 def print_problem(message: str) -> None:
-    """Print what is wrong as one line on standard error."""
-    click.echo("gaitgraph: " + " ".join(message.split()), err=True)
+    """Print what is wrong as one line on standard error, in the place of a line of progress."""
+    clear = "\r\x1b[K" if _shows_progress() else ""
+    click.echo(f"{clear}gaitgraph: " + " ".join(message.split()), err=True)
+
+
+def _shows_progress() -> bool:
+    return sys.stderr.isatty() and os.environ.get("TERM") != "dumb"
 
 
 def main(args: Sequence[str] | None = None) -> NoReturn:
@@ -637,7 +647,7 @@ class Working:
         self._over = Event()
         # A thread of its own, since most of what takes long does not call back.
         self._clock = Thread(target=self._run, daemon=True)
-        self._is_shown = sys.stderr.isatty() and os.environ.get("TERM") != "dumb"
+        self._is_shown = _shows_progress()
 
     def __call__(self, words: str) -> None:
         """Change the words."""

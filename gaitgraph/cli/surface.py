@@ -15,6 +15,7 @@ from gaitgraph.cli import (
     file,
     one_of,
     option,
+    print_problem,
     request_of,
     show,
     tell,
@@ -186,6 +187,8 @@ def cycles_command(
         )
     given["waypoints"] = [(0.0, 0.0)]  # a request needs one
     request, _ = request_of(request_file, given)
+    for note in request.notes:
+        print_problem(f"warning: {note}")
     with Working("building the graph") as progress:
         found = grid_cycles(
             request,
@@ -263,6 +266,8 @@ def region_command(
     )
     if request_file is None and "waypoints" not in given:
         request = replace(request, waypoints=())
+    for note in request.notes:
+        print_problem(f"warning: {note}")
     with Working("computing the region"):
         found = location_of(request, use=use)
         if outputs:

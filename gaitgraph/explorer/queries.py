@@ -17,8 +17,8 @@ import numpy.typing as npt
 
 from gaitgraph.angles import HALF_PI, number_of, percent
 from gaitgraph.errors import (
-    GaitgraphError,
     InputError,
+    MissingConstant,
     check_fields,
     checked_choice,
     shown,
@@ -446,19 +446,22 @@ def map_answer(content: Any, progress: Progress = quiet) -> dict[str, Any]:
     singular = _SINGULAR_BLUE
     if height := vehicle.rotor_height:
         singular = f"Blue is no gait surface {RAISED} {height:g} m."
-    regions = []
+    regions, note = [], None if sheet == "red" else singular if blank else _ROUNDED_BLUE
     for name, label in () if blank else _REGIONS if sheet == "red" else _REGIONS[:2]:
         progress(f"drawing the region {label}")
-        rings = _rings(name, vehicle, coefficients, sheet)
-        if rings is not None:
-            regions.append({"name": name, "label": label, "polygons": rings})
+        try:
+            rings = _rings(name, vehicle, coefficients, sheet)
+        except MissingConstant as error:
+            note = f"The region {label} is not drawn: {error}."
+            continue
+        regions.append({"name": name, "label": label, "polygons": rings})
     return {
         "n": _POINTS,
         "values": values,
         "range": extent,
         "regions": regions,
         "types": {"n": DEFAULT_DIVISIONS + 1, "codes": _types(coefficients, sheet)},
-        "note": None if sheet == "red" else singular if blank else _ROUNDED_BLUE,
+        "note": note,
         **({"raised": True} if vehicle.rotor_height else {}),
     }
 
@@ -513,8 +516,8 @@ def _types(coefficients: Coefficients, sheet: Color) -> list[str | None]:
 @lru_cache(maxsize=64)
 def _rings(
     name: str, vehicle: Vehicle, coefficients: Coefficients, sheet: Color
-) -> list[Any] | None:
-    """Return a region as rings, or None if the flyable region of the vehicle is unknown."""
+) -> list[Any]:
+    """Return a region as rings; MissingConstant if the flyable region of the vehicle is unknown."""
     import shapely
 
     from gaitgraph.surface.admissible import (
@@ -526,12 +529,9 @@ def _rings(
     if name == "hover":
         region = hover_region(vehicle)
     elif name == "flyable":
-        try:
-            region = admissible_region(
-                vehicle, coefficients=coefficients, accuracy=_ACCURACY
-            )
-        except GaitgraphError:
-            return None
+        region = admissible_region(
+            vehicle, coefficients=coefficients, accuracy=_ACCURACY
+        )
     else:
         sign: Any = "positive" if name == "R>0" else "negative"
         region = sign_region(

@@ -266,7 +266,7 @@ def basins_of(
         )
     elif settings.duration < timed.period:
         wanted = f"at least the gait's period, {timed.period:g} s"
-        raise InputError(f"duration must be {wanted}, got {settings.duration!r} s")
+        raise InputError(f"duration must be {wanted}, got {settings.duration} s")
     if settings.reference != "attitude":
         raise InputError(
             f"reference must be attitude for a basin, got {settings.reference!r}"

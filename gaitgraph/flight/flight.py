@@ -214,12 +214,12 @@ class FlightSettings:
             wanted = f"to be stable at {self.control_rate:g} Hz"
             if stiffness >= stiffest:
                 raise InputError(
-                    f"{loop}_stiffness must be less than {stiffest:g} 1/s² {wanted}, got {stiffness!r}"
+                    f"{loop}_stiffness must be less than {stiffest:g} 1/s² {wanted}, got {stiffness}"
                 )
             if not least < damping < largest:
                 raise InputError(
                     f"{loop}_damping must be between {least:g} and {largest:g} 1/s {wanted} with {loop}_stiffness "
-                    f"{stiffness!r}, got {damping!r}; or raise control_rate"
+                    f"{stiffness}, got {damping}; or raise control_rate"
                 )
         if self.reference == "attitude":
             return
@@ -233,8 +233,8 @@ class FlightSettings:
         poles = np.linalg.eigvals(moved - np.outer(taylor[::-1], gains))
         if not np.all(2 * poles.real + interval * np.abs(poles) ** 2 < 0):
             raise InputError(
-                f"position_damping must make x and y slower than roll and pitch: {kd_x!r} with position_stiffness "
-                f"{kp_x!r} is unstable at {self.control_rate:g} Hz around attitude gains of {kp!r} and {kd!r}"
+                f"position_damping must make x and y slower than roll and pitch: {kd_x} with position_stiffness "
+                f"{kp_x} is unstable at {self.control_rate:g} Hz around attitude gains of {kp} and {kd}"
             )
 
 

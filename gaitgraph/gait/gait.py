@@ -108,10 +108,6 @@ class Gait(Pictured):
             raise InputError(
                 f"alpha must have the shape (n, 4) with n at least 1, got {corners.shape}"
             )
-        if not np.isfinite(corners).all():
-            raise InputError(
-                f"alpha must hold finite angles in radians, got {corners[~np.isfinite(corners)][0]!r}"
-            )
         if names and len(names) != len(corners):
             raise InputError(
                 f"colors must be one for each of the {len(corners)} corners, got {len(names)}"

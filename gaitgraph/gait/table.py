@@ -23,7 +23,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph import __version__
-from gaitgraph.angles import checked_number
+from gaitgraph.angles import angles_from, checked_number
 from gaitgraph.errors import FileWarning, InputError, MissingExtra, shown
 from gaitgraph.gait.gait import Gait, points_on_sheets
 from gaitgraph.invertibility.matrices import (
@@ -314,10 +314,7 @@ def lifted_pieces(
     rows = code = 0
     for piece in pieces:
         alpha = tilt_angles(piece, coefficients, rows_before=rows)
-        if not np.isfinite(alpha).all():
-            raise InputError(
-                f"alpha must hold finite angles in radians, got {alpha[~np.isfinite(alpha)][0]!r}"
-            )
+        alpha = angles_from(alpha, "alpha")
         if "color" in piece:
             codes = family_codes(piece["color"])
         else:

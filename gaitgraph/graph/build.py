@@ -508,5 +508,5 @@ def _compare(where: str, stated: dict[str, Any], computed: dict[str, Any]) -> No
             agrees = abs(number_of(stated[key]) - value) <= tolerance
         if not agrees:
             raise ContractError(
-                f"{where}: {key} must be {value!r}, got {stated[key]!r}"
+                f"{where}: {key} must be {shown(value)}, got {shown(stated[key])}"
             )

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import angle_within
+from gaitgraph.angles import angle_within, angles_from
 from gaitgraph.errors import InputError, check_fields, shown
 from gaitgraph.invertibility.matrices import FloatArray, arm_angles, thrust_signs
 from gaitgraph.invertibility.segment_bounds import (
@@ -147,7 +147,7 @@ class Geometry:
 
     def force_matrix(self, alpha: npt.ArrayLike) -> FloatArray:
         """Return the body force per thrust, dimensionless, shape (..., 3, N)."""
-        angles = np.asarray(alpha, dtype=float)[..., None]
+        angles = angles_from(alpha, "alpha")[..., None]
         if angles.shape[-2:-1] != self.moment_ratio.shape:
             raise InputError(
                 f"alpha must have shape (..., {len(self.position)}), got {angles.shape[:-1]}"

@@ -31,7 +31,8 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.errors import InputError, checked_choice, shown
+from gaitgraph.angles import angles_from
+from gaitgraph.errors import InputError, checked_choice
 from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
 
 FloatArray = npt.NDArray[np.float64]
@@ -181,12 +182,7 @@ def _coefficients(vehicle: Vehicle, kind: Kind | None) -> Coefficients:
 
 def tilt_angles(alpha: npt.ArrayLike) -> FloatArray:
     """Return tilt angles as an array of shape (..., 4), or raise InputError."""
-    try:
-        angles = np.asarray(alpha, dtype=float)
-    except (TypeError, ValueError):
-        raise InputError(
-            f"alpha must be numbers in an array of shape (..., 4), got {shown(alpha)}"
-        ) from None
+    angles: FloatArray = angles_from(alpha, "alpha")
     if angles.ndim == 0 or angles.shape[-1] != 4:
         raise InputError(
             f"alpha must be an array of shape (..., 4), got shape {angles.shape}"
@@ -700,8 +696,6 @@ def least_singular_value(
     0.3373
     """
     angles = tilt_angles(alpha)
-    if not np.isfinite(angles).all():
-        raise InputError(f"alpha must be finite angles, got {shown(alpha)}")
     matrix = scaled_decoupling_matrix(angles, vehicle, roll, pitch)
     return np.linalg.svd(matrix, compute_uv=False)[..., -1]
 

@@ -60,15 +60,14 @@ def tilt_margin(
     """Return the least tilt from upright, in any direction, at which the matrix is singular, shape (...) in [0, π/2].
 
     The physical margin takes exact coefficients; `angle_rounding` is the assumed error of each angle [rad]. NaN where
-    there is no margin, because the matrix is singular at every attitude within the errors, and where an angle is not
-    finite. The matrix may be badly conditioned within the margin; see :func:`least_singular_value_within`.
+    there is no margin, because the matrix is singular at every attitude within the errors. The matrix may be badly conditioned within the margin; see :func:`least_singular_value_within`.
 
     >>> from gaitgraph.invertibility.matrices import coefficients_of
     >>> exact = coefficients_of(kind="exact")
     >>> np.degrees(tilt_margin([[1.178, -0.393, 1.178, -0.393], [1.178, -0.393, 0.9424, -0.3144]], exact)).round(2)
     array([90.  , 86.79])
     """
-    angles = _finite_or_nan(alpha)
+    angles = tilt_angles(alpha)
     rows = angles.reshape(-1, 4)
     margin = np.empty(len(rows))
     for k in range(0, len(rows), _BLOCK):
@@ -105,17 +104,11 @@ def _signed_margin(
     return margin, across, level
 
 
-def _finite_or_nan(alpha: npt.ArrayLike) -> FloatArray:
-    """Return tilt angles as an array of shape (..., 4), NaN where they are not finite, or raise InputError."""
-    angles = tilt_angles(alpha)
-    return np.where(np.isfinite(angles), angles, np.nan)
-
-
 def singular_everywhere(
     alpha: npt.ArrayLike, coefficients: Coefficients, *, angle_rounding: float = 0.0
 ) -> npt.NDArray[np.bool_]:
     """Return whether Rφ, Rθ and R all vanish within the errors of coefficients and angles, as on blue, shape (...)."""
-    angles, noise = _finite_or_nan(alpha), noise_of(coefficients)
+    angles, noise = tilt_angles(alpha), noise_of(coefficients)
     sines = Sines.of(angles.reshape(-1, 4))
     v = np.abs(sines.attitude_sensitivities(coefficients))
     # Each phase adds two angles, and 2δ or nothing.
@@ -155,7 +148,7 @@ def nearest_singular_attitude(
     >>> bool(abs(determinant(alpha, exact, roll, pitch)) < 1e-12)
     True
     """
-    v = attitude_sensitivities(_finite_or_nan(alpha), coefficients)
+    v = attitude_sensitivities(tilt_angles(alpha), coefficients)
     across = np.hypot(v[..., 0], v[..., 1])
     noise = noise_of(coefficients)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
@@ -357,8 +350,7 @@ def least_singular_value_within(
     """Return the least singular value at the worst attitude within a tilt, and that attitude.
 
     The tilt from upright, in any direction, is in [0, π/2) [rad]. The value, of the exact scaled decoupling matrix and
-    shape (...), is zero where the tilt margin is not above `tilt` and NaN where an angle is not finite. The attitude is
-    (roll, pitch), shape (..., 2) [rad].
+    shape (...), is zero where the tilt margin is not above `tilt`. The attitude is (roll, pitch), shape (..., 2) [rad].
 
     Notes
     -----
@@ -375,9 +367,8 @@ def least_singular_value_within(
     True
     """
     tilt = checked_tilt(tilt)
-    angles = _finite_or_nan(alpha)
-    known = np.asarray(np.isfinite(angles).all(axis=-1))
-    rows = np.where(known[..., None], angles, 0.0).reshape(-1, 4)
+    angles = tilt_angles(alpha)
+    rows = angles.reshape(-1, 4)
     exact = coefficients_of(vehicle, "exact")
     within, attitude = (
         tilt_margin(rows, exact) > tilt,
@@ -395,10 +386,8 @@ def least_singular_value_within(
         within[:, None], attitude_of(verticals), np.nan_to_num(attitude)
     )
     value = np.where(within, least_singular_value(rows, vehicle, *attitude.T), 0.0)
-    worst = np.where(known, value.reshape(known.shape), np.nan)
-    return worst[()], np.where(
-        known[..., None], attitude.reshape(*known.shape, 2), np.nan
-    )
+    shape = angles.shape[:-1]
+    return value.reshape(shape)[()], attitude.reshape(*shape, 2)
 
 
 def least_singular_value_within_bound(

@@ -318,7 +318,7 @@ def optimal_gait(
         "radius": discs.radii,
         "period": float(period),
     }
-    base = OptimalGait(**asked, reason=None, warnings=notes)
+    base = OptimalGait(**asked, reason=None, warnings=notes + zones.notes)
     answers = []
     for one in SIGNS[::-1] if sign == "auto" else (sign,):
         region = admissible_region(vehicle, sign=one, floor=floor, zones=zones)

@@ -305,6 +305,7 @@ def retarget(
         [given[:, :2], np.where(turns == 0, given[:, 2:], given[:, 2:] - _TURN * turns)]
     )
     turned, closing = turns.any(axis=1), is_closed(given)
+    whole = f"took whole turns off α3 or α4 in {turned.sum()} rows"
     rows = given[: len(given) - closing]
 
     targets, totals = _targets(rows, parts, keep)
@@ -379,9 +380,7 @@ def retarget(
         alternatives=tuple(np.sort(totals[~np.isnan(totals)]).tolist()),
         share=share,
         moving=moving,
-        warnings=(f"took whole turns off α3 or α4 in {turned.sum()} rows",)
-        if turned.any()
-        else (),
+        warnings=(*zones.notes, *[whole] * bool(turned.any())),
     )
 
 

@@ -182,7 +182,9 @@ def plan_request(
         "floor": checked_number("floor", floor),
     }
     return PlanRequest(
-        **fields, zones=zones if zones.keep_out or zones.keep_in else None, notes=notes
+        **fields,
+        zones=zones if zones.keep_out or zones.keep_in else None,
+        notes=notes + zones.notes,
     )
 
 

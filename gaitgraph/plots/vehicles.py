@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from gaitgraph.angles import angles_from
 from gaitgraph.errors import InputError, needs_extra, shown
 from gaitgraph.files import check_new_files, write_whole
 from gaitgraph.gait.gait import name_of
@@ -156,10 +157,10 @@ def vehicle_view(
     >>> vehicle_view([[0.0, 0.5, 0.0, 0.5]], view=FROM_ABOVE).discs.shape
     (1, 4, 6)
     """
-    angles = np.atleast_2d(np.asarray(alpha, dtype=float))
-    if angles.ndim != 2 or angles.shape[1] != 4 or not np.isfinite(angles).all():
+    angles = np.atleast_2d(angles_from(alpha, "alpha"))
+    if angles.ndim != 2 or angles.shape[1] != 4:
         raise InputError(
-            f"alpha must be finite angles in radians, of the shape (n, 4), got {shown(alpha)}"
+            f"alpha must be angles in radians, of the shape (n, 4), got {shown(alpha)}"
         )
     turned = np.eye(3) if attitude is None else np.asarray(attitude, dtype=float)
     right, up = screen_axes(view)

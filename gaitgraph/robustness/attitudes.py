@@ -21,7 +21,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from gaitgraph.angles import HALF_PI, checked_number
+from gaitgraph.angles import HALF_PI, angles_from, checked_number
 from gaitgraph.errors import InputError, shown
 from gaitgraph.invertibility.matrices import (
     Coefficients,
@@ -93,11 +93,9 @@ def singular_curve(
     >>> singular_curve([0.4, -1.1, 0.4, -1.1], coefficients_of()).kind
     'none'
     """
-    angles = np.asarray(alpha, dtype=float)
-    if angles.shape != (4,) or not np.isfinite(angles).all():
-        raise InputError(
-            f"alpha must be four finite tilt angles (rad), got {shown(alpha)}"
-        )
+    angles = angles_from(alpha, "alpha")
+    if angles.shape != (4,):
+        raise InputError(f"alpha must be four tilt angles (rad), got {shown(alpha)}")
     normal = attitude_sensitivities(angles, coefficients)
     normal.flags.writeable = False
     if singular_everywhere(angles, coefficients, angle_rounding=angle_rounding):
@@ -163,15 +161,10 @@ def acceptable_attitudes(
     >>> [round(acceptable_attitudes(one.alpha, exact).fraction, 3) for one in (gait, gait.biased(0.8))]
     [1.0, 0.852]
     """
-    points = np.asarray(alpha, dtype=float)
-    if (
-        points.ndim != 2
-        or points.shape[1] != 4
-        or not len(points)
-        or not np.isfinite(points).all()
-    ):
+    points = angles_from(alpha, "alpha")
+    if points.ndim != 2 or points.shape[1] != 4 or not len(points):
         raise InputError(
-            f"alpha must be finite tilt angles of shape (n, 4), n at least 1 (rad), got {shown(alpha)}"
+            f"alpha must be tilt angles of shape (n, 4), n at least 1 (rad), got {shown(alpha)}"
         )
     checked_number("tolerance", tolerance, "a finite number above 0", above=True)
     # The closed polyline in short pieces.

@@ -81,7 +81,8 @@ class StudyRun:
     """The result of a study: its `folder`, and its `table`, a pyarrow table of all rows in the order of the cases.
 
     `outcomes` is the number of cases with each of :data:`OUTCOMES`; `reasons` are outcome, reason and count of those
-    that did not settle, in the words of the first such case. This run flew `flown` of the cases.
+    that did not settle, in the words of the first such case. This run flew `flown` of the cases. `uncertified` are
+    gait, vehicle and reason where a gait has no certificate.
     """
 
     study: Study
@@ -90,6 +91,7 @@ class StudyRun:
     reasons: tuple[tuple[str, str, int], ...]
     flown: int
     table: Any
+    uncertified: tuple[tuple[str, str, str], ...] = ()
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the result as plain values, ready for JSON."""
@@ -104,6 +106,10 @@ class StudyRun:
             "reasons": [
                 dict(zip(("outcome", "reason", "cases"), one, strict=True))
                 for one in self.reasons
+            ],
+            "uncertified": [
+                dict(zip(("gait", "vehicle", "reason"), one, strict=True))
+                for one in self.uncertified
             ],
             "summary": str(self.folder / "summary.html"),
         }
@@ -121,6 +127,10 @@ class StudyRun:
         ]
         lines += [
             f"  {count} × {outcome}: {why}" for outcome, why, count in self.reasons[:5]
+        ]
+        lines += [
+            f"  no certificate of {gait} for {vehicle}: {why}"
+            for gait, vehicle, why in self.uncertified[:5]
         ]
         return "\n".join(
             [
@@ -261,16 +271,22 @@ def run_study(
 def _summarised(study: Study, folder: Path, table: Any, flown: int) -> StudyRun:
     """Write the summary and the certificates of a study, whose rows are given, and return its answer."""
     reasons = _reasons_of(table)
-    written = {folder / "summary.html": _page_of(study, table, reasons)}
+    written: dict[Path, str] = {}
+    uncertified = []
     # The certificate of each gait for each vehicle, with the first of the constants that vary.
     for number, (model, source) in enumerate(product(study.models, study.sources)):
         name = re.sub(r"[^\w-]+", "_", f"{number}_{source.name}_{model.base.name}")[
             :100
         ]
-        with suppress(GaitgraphError):  # the rows have the reason
+        try:
             text = certify(source.gait(model.base)).text()
-            written[folder / "certificates" / f"{name}{CERTIFICATE}"] = text
-            (folder / "certificates").mkdir(exist_ok=True)
+        except GaitgraphError as error:
+            uncertified.append((source.name, model.base.name, str(error)))
+            continue
+        written[folder / "certificates" / f"{name}{CERTIFICATE}"] = text
+        (folder / "certificates").mkdir(exist_ok=True)
+    page = _page_of(study, table, reasons, uncertified)
+    written[folder / "summary.html"] = page
     write_whole([(path, text.encode()) for path, text in written.items()], force=True)
     outcomes = {**dict.fromkeys(OUTCOMES, 0), **Counter(table["outcome"].to_pylist())}
     return StudyRun(
@@ -280,6 +296,7 @@ def _summarised(study: Study, folder: Path, table: Any, flown: int) -> StudyRun:
         reasons=reasons,
         flown=flown,
         table=table,
+        uncertified=tuple(uncertified),
     )
 
 
@@ -550,8 +567,11 @@ def _flown_on_dask(
     from distributed import as_completed
     from distributed.scheduler import KilledWorker
 
+    # Sent once, as a task of its own: workers copy its result, and it is computed again if they die.
+    shared = client.submit(_same, study, pure=False)
+
     def submitted(numbers: Sequence[int]) -> Any:
-        return client.submit(flown_batch, numbers, study, dict(here), pure=False)
+        return client.submit(flown_batch, numbers, shared, dict(here), pure=False)
 
     def rows_of(future: Any) -> Any:  # None where workers died
         try:
@@ -587,6 +607,10 @@ def _flown_on_dask(
                 for number, rows in alone
             ],
         )
+
+
+def _same(study: Study) -> Study:
+    return study
 
 
 def _line(error: BaseException) -> str:
@@ -625,7 +649,12 @@ def _reasons_of(table: Any) -> tuple[tuple[str, str, int], ...]:
     return tuple((outcome, reasons[0], len(reasons)) for (outcome, _), reasons in order)
 
 
-def _page_of(study: Study, table: Any, reasons: Sequence[tuple[str, str, int]]) -> str:
+def _page_of(
+    study: Study,
+    table: Any,
+    reasons: Sequence[tuple[str, str, int]],
+    uncertified: Sequence[tuple[str, str, str]],
+) -> str:
     """Return the page of a study whose rows are all there; the same rows give the same page."""
     columns = columns_of(study)
     quantities = list(columns)[1 : list(columns).index("roll")]
@@ -668,6 +697,8 @@ def _page_of(study: Study, table: Any, reasons: Sequence[tuple[str, str, int]]) 
         body.append(
             _html_table(["cases", "outcome", "reason, as in the first"], of_each)
         )
+    if uncertified:
+        body.append(_html_table(["gait", "vehicle", "no certificate"], uncertified))
     return _PAGE.format(name=escape(study.name), body="\n".join(body))
 
 

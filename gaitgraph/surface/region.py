@@ -252,9 +252,9 @@ class Region(Pictured):
 def _points(points: npt.ArrayLike) -> FloatArray:
     """Return finite points, shape (m, 2)."""
     out: FloatArray = angles_from(points, "point")
-    if out.ndim not in (1, 2) or out.shape[-1] != 2 or not np.isfinite(out).all():
+    if out.ndim not in (1, 2) or out.shape[-1] != 2:
         raise InputError(
-            f"point must be finite (alpha1, alpha2) in radians, shape (m, 2), got {shown(points)}"
+            f"point must be (alpha1, alpha2) in radians, shape (m, 2), got {shown(points)}"
         )
     return out.reshape(-1, 2)
 
@@ -338,7 +338,8 @@ class Zones:
 
     The interior of each polygon of `keep_out` is forbidden. If `keep_in` has polygons, the loop must stay in their
     union. Boundaries are allowed and no margin is added; a point within 1e-9 rad of a boundary counts as on it.
-    InputError if a polygon is malformed, crosses itself or has no area.
+    InputError if a polygon is malformed, crosses itself or has no area, or if one of `keep_in` misses the square of
+    ±π/2. One of `keep_out` that misses it forbids nothing; `notes` say so.
 
     >>> zones = Zones(keep_out=[[(0, 0), (1, 0), (1, 1), (0, 1)]])
     >>> zones.allow_points([[0.5, 0.5], [1.0, 0.5]]).tolist()
@@ -359,6 +360,16 @@ class Zones:
             object.__setattr__(
                 self, name, tuple(tuple(map(tuple, one)) for one in corners)
             )  # the record is frozen
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """A line for each polygon of `keep_out` that forbids nothing, because it misses the square of ±π/2."""
+        return tuple(
+            f"keep_out polygon {number} forbids nothing, because it misses the square of ±π/2 rad: {shown(corners)}; "
+            "write degrees as '9deg'"
+            for number, corners in enumerate(self.keep_out, start=1)
+            if not shapely.Polygon(corners).intersects(_SQUARE)
+        )
 
     def allow_points(self, points: npt.ArrayLike) -> npt.NDArray[np.bool_]:
         """Return whether each point (α1, α2) may be used, for points of shape (m, 2)."""
@@ -408,7 +419,7 @@ def checked_polygons(value: object, name: str) -> npt.NDArray[np.object_]:
             raise InputError(
                 f"{label} must be a list of corners [alpha1, alpha2], got {shown(corners)}"
             )
-        # A polygon may reach beyond the square of ±π/2, but must overlap it.
+        # A polygon may reach beyond the square of ±π/2; larger numbers are degrees by mistake.
         first, second = f"{label} alpha1", f"{label} alpha2"
         polygons.append(
             [
@@ -434,7 +445,7 @@ def checked_polygons(value: object, name: str) -> npt.NDArray[np.object_]:
     fine = (
         shapely.is_valid(shapes)
         & (shapely.area(shapes) > 1e-12)
-        & shapely.intersects(_SQUARE, shapes)
+        & (shapely.intersects(_SQUARE, shapes) | (name == "keep_out"))
     )
     for k in () if fine.all() else range(len(shapes)):
         got = shown(value[k])
@@ -442,7 +453,7 @@ def checked_polygons(value: object, name: str) -> npt.NDArray[np.object_]:
             rule = "have three or more corners that are not on a line"
         elif not shapes[k].is_valid:
             rule, got = "not cross or touch itself", shapely.is_valid_reason(shapes[k])
-        elif not shapes[k].intersects(_SQUARE):
+        elif name == "keep_in" and not shapes[k].intersects(_SQUARE):
             rule = "overlap the square of ±π/2 rad"
         else:
             continue

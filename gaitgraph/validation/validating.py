@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import checked_number, figure
+from gaitgraph.angles import angles_from, checked_number, figure
 from gaitgraph.errors import InputError
 from gaitgraph.files import reading, value_from_json
 from gaitgraph.gait.gait import Gait
@@ -656,10 +656,10 @@ def validate_geometry(
             [np.column_stack([piece[name] for name in angles]) for piece in pieces]
         )
     else:
-        alpha = np.atleast_2d(np.asarray(table, dtype=float))
-        if alpha.shape[1:] != tilts.shape or not np.isfinite(alpha).all():
+        alpha = np.atleast_2d(angles_from(table, "table"))
+        if alpha.shape[1:] != tilts.shape:
             raise InputError(
-                f"table must be finite angles of shape (n, {len(tilts)}), got shape {alpha.shape}"
+                f"table must be angles of shape (n, {len(tilts)}), got shape {alpha.shape}"
             )
     starts = alpha[:-1] if is_closed(alpha) else alpha
     ends = np.roll(starts, -1, axis=0)
