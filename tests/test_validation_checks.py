@@ -298,7 +298,7 @@ def test_checks_of_a_gait_and_of_the_limits_of_its_vehicle(keeps: bool) -> None:
     relation = "R ≥ 0.462 > 0" if keeps else "R ≤ -2.26 < 0"
     assert (
         report["R_sign"].message
-        == f"{relation} along the whole gait (published coefficients)"
+        == f"{relation} along the whole gait (published coefficients, angles exact)"
     )
 
 

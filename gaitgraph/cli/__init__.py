@@ -452,7 +452,7 @@ _CROSSING = (
     "Distance from a crossing line within which a type is '?'.  [default: pi/32]"
 )
 _OUTPUT = "Write the answer, in the format of the suffix; repeatable."
-_ROUNDING = "Assumed error of each angle.  [default: inferred from the file]"
+_ROUNDING = "Error of each angle.  [default: the distance from its sheet]"
 _VEHICLE = "A preset (see gaitgraph vehicles) or a TOML file."
 
 _SHARED: dict[str, Decorator] = {

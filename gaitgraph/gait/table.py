@@ -324,19 +324,32 @@ def lifted_pieces(
 
 
 def is_closed(alpha: FloatArray) -> bool:
-    """Return whether the last of two or more rows of angles is the first again; the first and the last two suffice.
+    """Return whether the last of two or more rows of angles is the first again, to its digits; these two suffice.
 
-    Every reader of tables uses this rule. A measured period ends within its noise of the first row, which is far less
-    than the step before. An open table ends one step earlier. If it comes to rest there, that step is shorter than the
-    one before: 7 times if the distance to the end goes with τ³, up to 15 times with rounded angles, 15 times with τ⁴.
+    Every reader of tables uses this rule. A last row that is merely near the first is a point of its own.
 
-    >>> is_closed(np.array([[0.4], [0.5], [0.4 + 1e-6]])), is_closed(np.array([[0.4], [0.416], [0.401]]))
+    >>> is_closed(np.array([[0.4], [0.5], [0.4]])), is_closed(np.array([[0.4], [0.5], [0.401]]))
     (True, False)
     """
-    if len(alpha) < 2:
-        return False
+    return len(alpha) > 1 and bool(np.abs(alpha[0] - alpha[-1]).max() <= SAME_ROW)
+
+
+def note_on_ends(alpha: FloatArray) -> str:
+    """Return the warning for rows of angles that nearly close, else an empty text; the first and last two suffice.
+
+    A measured period ends within its noise of the first row, which is far less than the step before. An open table ends
+    one step earlier. If it comes to rest there, that step is shorter than the one before: 7 times if the distance to
+    the end goes with τ³, up to 15 times with rounded angles, 15 times with τ⁴.
+    """
+    if len(alpha) < 2 or is_closed(alpha):
+        return ""
     gap, step = np.abs(alpha[[0, -2]] - alpha[-1]).max(axis=1).tolist()
-    return bool(gap <= SAME_ROW or (gap <= DEFAULT_TOLERANCE and gap < step / 16))
+    if gap > DEFAULT_TOLERANCE or gap >= step / 16:
+        return ""
+    return (
+        f"the last row is {gap:.2g} rad from the first, and counts as a point of its own; if it is the end of a measured "
+        "period, give it the angles of the first"
+    )
 
 
 def closing_time(start: float, end: float, rows: int) -> float:
@@ -475,6 +488,9 @@ def closed_rows(
     )
     vehicle, numbers, crossing = surface_of(table, vehicle, coefficients)
     alpha, t = tilt_angles(table, numbers), table.columns.get("t")
+    file = f"gait file {str(name)!r}: " if isinstance(name, (str, Path)) else ""
+    if note := note_on_ends(alpha):
+        warnings.warn(f"{file}{note}", FileWarning, stacklevel=2)
     if is_closed(alpha):
         alpha = alpha[:-1]
     elif t is not None:
@@ -494,7 +510,6 @@ def closed_rows(
                 stated, gait=replace(stated.gait, request=request), samples=len(alpha)
             )
         else:
-            file = f"gait file {str(name)!r}: " if isinstance(name, (str, Path)) else ""
             warnings.warn(f"{file}{OTHER_ROWS}", FileWarning, stacklevel=2)
             stated = None
     made: dict[str, Any] = {

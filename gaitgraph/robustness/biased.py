@@ -269,8 +269,8 @@ def robustness_of(
     tolerance
         Largest fraction of the roll–pitch diagram by which the acceptable attitudes may be too small.
     angle_rounding
-        Assumed error of each angle [rad]; by default inferred from the digits of the table, the rounding of the paper's
-        coefficients, and the distance of the rows from their sheet, as in :func:`gaitgraph.validate`.
+        Error of each angle [rad]; by default the largest distance of a point from its sheet, as in
+        :func:`gaitgraph.validate`, but at least that of the paper's rounded coefficients.
     curves
         Number of singular curves, at places spread evenly over the gait.
     progress
@@ -369,16 +369,15 @@ def _closed_segments(
             t=times,
             first_t=None if times is None else float(times[0]),
         )
-        digits, noun = source.digit_error, "row"
+        noun = "row"
     else:
         points = source if isinstance(source, Gait) else source.gait
-        segments, digits, noun = segments_of(points), 0.0, "corner"
+        segments, noun = segments_of(points), "corner"
     # The distance of points from the sheets that they all lie on is an error of their angles.
     far = float(
         family_distances(points.alpha, points.coefficients)[..., :2].min(axis=-1).max()
     )
     rounding = max(
-        digits,
         points.coefficients.sheet_error,
         far if far <= DEFAULT_TOLERANCE else 0.0,
     )

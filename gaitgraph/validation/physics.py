@@ -160,9 +160,7 @@ class _LevelSign(Rule):
             max(self.slope, float(slope.max())),
         )
         if not self.brackets.of_one_sign:
-            carried = self._carried(
-                digits, slope, np.maximum(inferred, self.criteria.digit_error)
-            )
+            carried = self._carried(digits, slope, inferred)
             for sign in self.found:
                 self.found[sign] |= bool((sign * self.brackets.value > carried).any())
         resolution = self._resolution()
@@ -205,8 +203,13 @@ class _LevelSign(Rule):
         return digits + slope * rounding + second
 
     def _resolution(self) -> float:
-        rounding = max(self.continuous.inferred_error, self.criteria.digit_error)
+        rounding = self.continuous.inferred_error
         return float(self._carried(self.digits, self.slope, rounding))
+
+    def _assumed(self) -> str:
+        known = self.criteria.angle_rounding
+        error = self.continuous.inferred_error if known is None else known
+        return f"angles to {error:.2g} rad" if error else "angles exact"
 
     def checks(self) -> Iterator[Check]:
         sign = 1.0 if self.brackets.largest >= 0 else -1.0
@@ -222,7 +225,7 @@ class _LevelSign(Rule):
             message = "R = 0 on the whole blue sheet with exact coefficients, so it has no sign: use red"
         elif lower > resolution:
             relation = f"R ≥ {lower:.3g} > 0" if sign > 0 else f"R ≤ {-lower:.3g} < 0"
-            message = f"{relation} along the whole gait ({kind} coefficients)"
+            message = f"{relation} along the whole gait ({kind} coefficients, {self._assumed()})"
         elif worst.upper < -resolution or all(self.found.values()):
             ok = False
             message = f"R changes its sign at {self.described(worst.place)} ({kind} coefficients)"
@@ -232,7 +235,7 @@ class _LevelSign(Rule):
             message = f"{undecided} may fall to {least:.2g} along the curve, error {resolution:.2g}: use shorter chords"
         else:
             decided = False
-            error = f"below the error {resolution:.2g} of the {kind} coefficients and of the angles"
+            error = f"below the error {resolution:.2g} of the {kind} coefficients ({self._assumed()})"
             advice = (
                 "use red"
                 if self.continuous.blue

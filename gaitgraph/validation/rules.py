@@ -53,10 +53,7 @@ class Criteria:
     tolerance: float
     floor: float
     angle_rounding: float | None = (
-        None  # None: inferred from distances to the sheets, at least `digit_error` [rad]
-    )
-    digit_error: float = (
-        0.0  # error of each angle that follows from the printed digits [rad]
+        None  # None: the distance of each point from its sheet [rad]
     )
     crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE
     noun: str = (

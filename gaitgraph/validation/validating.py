@@ -26,13 +26,13 @@ from gaitgraph.gait.table import (
     ACCELERATIONS,
     OTHER_ROWS,
     RATES,
-    SAME_ROW,
     Table,
     closed_rows,
     closing_time,
     is_closed,
     lies_on,
     lifted_pieces,
+    note_on_ends,
     row_texts,
     stated_gait,
     surface_of,
@@ -103,8 +103,8 @@ def check_gait(
     floor
         Least singular value floor: a flyable gait keeps its least singular value above it, dimensionless.
     angle_rounding
-        Assumed error of each printed or measured angle, e.g. 5e-4 for three decimals [rad]. By default it is inferred:
-        the largest distance of α3 and α4 from the sheet of their color.
+        Error of each printed or measured angle, e.g. 5e-4 for three decimals [rad]. By default it is the largest
+        distance of α3 and α4 from the sheet of their color: on the sheets, angles count as exact.
     beside, extremes
         For the chords of a curve: see :meth:`gaitgraph.timing.curve.Curve.check`.
 
@@ -160,8 +160,7 @@ def validate(
     vehicle, coefficients
         For tables and files; by default those that the table states, else the paper's vehicle.
     tolerance, floor, angle_rounding
-        As for :func:`check_gait`. Angles printed with three to eight decimals in a CSV file have an error of at least
-        half a unit of the last one. Rows without colors get the color of the sheet, or else of the fibre, within
+        As for :func:`check_gait`. Rows without colors get the color of the sheet, or else of the fibre, within
         `tolerance` of which they lie.
     crossing_tolerance
         For tables and files: distance from a crossing line within which a plane type is `?` [rad]; π/32 by default.
@@ -228,9 +227,7 @@ def validate(
         "coefficients": numbers,
         "crossing_tolerance": crossing,
     }
-    checker = _TableChecker(
-        Criteria(**surface, **limits, digit_error=first.digit_error, noun="row")
-    )
+    checker = _TableChecker(Criteria(**surface, **limits, noun="row"))
     if "transition" in first.about:
         checker.notes["transition"] = (
             "the table is a transition: the segment back to row 1 is not part of it"
@@ -417,9 +414,10 @@ class _TableChecker:
         assert head is not None and tail is not None  # noqa: PT018, S101 - pieces have rows
         first, last = head[:1], tail[-1:]
         gap = float(np.abs(last.alpha[0] - first.alpha[0]).max())
-        near = self.rows > 1 and is_closed(np.vstack([first.alpha, tail.alpha]))
-        # Otherwise a last row near the first is a new point, with a segment to the first and no step in time.
-        repeated = near and gap <= SAME_ROW and last.sheet[0] == first.sheet[0]
+        ends = np.vstack([first.alpha, tail.alpha])
+        near = self.rows > 1 and is_closed(ends)
+        # A last row of another color is a new point, with a segment to the first and no step in time.
+        repeated = near and last.sheet[0] == first.sheet[0]
         if not repeated:
             closing = last.joined(first)
             if first.t is not None and last.t is not None:
@@ -434,9 +432,7 @@ class _TableChecker:
             self._count_colorings(last.alpha[:, :2])
         message = f"closed by a straight segment of {gap:.4g} rad from row {self.rows} back to row 1"
         if near:
-            message = "the last row repeats the first" + (
-                "" if repeated else f", to within {gap:.2g} rad"
-            )
+            message = "the last row repeats the first"
             message += (
                 ""
                 if first.t is None or last.t is None
@@ -448,6 +444,8 @@ class _TableChecker:
             self.notes["posture"] = (
                 "the table is a single posture, not a gait: its rows are all equal"
             )
+        if self.rows > 1 and (note := note_on_ends(ends)):
+            self.notes["ends"] = note
         if not repeated and gap > 3 * self.longest:
             self.notes["closed"] = (
                 f"the closing segment from row {self.rows} to row 1 is {gap:.4g} rad long, the longest step between "
