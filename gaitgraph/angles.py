@@ -57,7 +57,7 @@ def angle_from_text(value: object, name: str = "angle") -> float:
         angle = -angle if sign == "-" else angle
     if not math.isfinite(angle):
         allowed = "a finite number in radians, or a text such as '3pi/8', '-3*pi/8' or '67.5deg'"
-        raise InputError(f"{name} must be {allowed}, got {shown(value)}")
+        raise InputError(f"{name} must be {allowed}, got {shown(value)}", field=name)
     return angle
 
 
@@ -98,7 +98,8 @@ def angle_within(
             else f"an angle from {least:g} to {most} rad"
         )
         raise InputError(
-            f"{name} must be {allowed}, got {shown(value)}{in_degrees(value)}"
+            f"{name} must be {allowed}, got {shown(value)}{in_degrees(value)}",
+            field=name,
         )
     return angle
 
@@ -125,11 +126,14 @@ def angles_from(values: Any, name: str = "angles") -> Any:
         allowed = (
             "finite numbers in radians, or texts such as '3pi/8', in rows of one length"
         )
-        raise InputError(f"{name} must be {allowed}, got {shown(values)}") from error
+        raise InputError(
+            f"{name} must be {allowed}, got {shown(values)}", field=name
+        ) from error
     fine = np.abs(angles) <= _LARGEST  # NaN is not
     if not fine.all():
         raise InputError(
-            f"{name} must be finite angles within ±1e6 rad, got {angles[~fine][0]}"
+            f"{name} must be finite angles within ±1e6 rad, got {angles[~fine][0]}",
+            field=name,
         )
     return angles
 
@@ -171,7 +175,7 @@ def checked_number(
     """
     number = number_of(value)
     if not 0 <= number <= most or math.isinf(number) or (above and number == 0):
-        raise InputError(f"{name} must be {allowed}, got {shown(value)}")
+        raise InputError(f"{name} must be {allowed}, got {shown(value)}", field=name)
     return number
 
 
@@ -188,7 +192,8 @@ def whole_number(name: str, value: object, low: int, high: int) -> int:
         or not low <= int(value) <= high
     ):
         raise InputError(
-            f"{name} must be a whole number from {low} to {high}, got {shown(value)}"
+            f"{name} must be a whole number from {low} to {high}, got {shown(value)}",
+            field=name,
         )
     return int(value)
 

@@ -6,10 +6,11 @@ are answers, not errors: a plan states its reason, and only reading its gait rai
 
 from __future__ import annotations
 
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Sequence
+    from collections.abc import Collection, Iterator, Sequence
 
 
 class GaitgraphError(Exception):
@@ -17,7 +18,14 @@ class GaitgraphError(Exception):
 
 
 class InputError(GaitgraphError, ValueError):
-    """A value is malformed or out of range; the message says what it must be, and what it is."""
+    """A value is malformed or out of range; the message says what it must be, and what it is.
+
+    `field` is the name of the argument, option or field of a request that is wrong, None where it has no single name.
+    """
+
+    def __init__(self, message: str = "", *, field: str | None = None) -> None:
+        super().__init__(message)
+        self.field = field
 
 
 class MissingConstant(InputError):
@@ -46,6 +54,27 @@ class FileWarning(UserWarning):
 
 class OutputExists(FileProblem, FileExistsError):
     """An output file exists already and overwriting was not asked for."""
+
+
+@contextmanager
+def of_field(name: str) -> Iterator[None]:
+    """Set the field of each InputError that arises within."""
+    try:
+        yield
+    except InputError as error:
+        error.field = name
+        raise
+
+
+def reworded(error: GaitgraphError, message: str) -> GaitgraphError:
+    """Return an error of the same kind, about the same field, with another message.
+
+    >>> reworded(InputError("period must be 1", field="period"), "file a.toml: period must be 1").field
+    'period'
+    """
+    other = type(error)(message)
+    other.__dict__.update(error.__dict__)
+    return other
 
 
 def shown(value: object) -> str:
@@ -108,7 +137,8 @@ def checked_choice(name: str, value: Any, known: Collection[str]) -> Any:
         return value
     words = list(known)
     raise InputError(
-        f"{name} must be one of {', '.join(words)}, got {shown(value)}{did_you_mean(value, words)}"
+        f"{name} must be one of {', '.join(words)}, got {shown(value)}{did_you_mean(value, words)}",
+        field=name,
     )
 
 

@@ -18,6 +18,7 @@ from gaitgraph.errors import (
     GaitgraphError,
     InputError,
     OutputExists,
+    reworded,
     shown,
 )
 
@@ -151,7 +152,7 @@ def from_toml_file(path: Path, what: str, make: Callable[[dict[str, Any]], T]) -
             )
         return make(inner)
     except GaitgraphError as error:
-        raise type(error)(f"{what} file {str(path)!r}: {error}") from error
+        raise reworded(error, f"{what} file {str(path)!r}: {error}") from error
 
 
 def write_whole(contents: Sequence[tuple[Path, Content]], *, force: bool) -> None:

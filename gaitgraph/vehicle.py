@@ -197,7 +197,8 @@ class Vehicle(Pictured):
             )
         if not 1e-9 <= stated["drag_ratio"] <= 1e9:
             raise InputError(
-                f"drag_ratio must be between 1e-9 and 1e9 (dimensionless), got {stated['drag_ratio']}"
+                f"drag_ratio must be between 1e-9 and 1e9 (dimensionless), got {stated['drag_ratio']}",
+                field="drag_ratio",
             )
         height, largest = stated["rotor_height"], 10 * (stated["arm_length"] or 0.0)
         if number_of(height) and not largest:
@@ -518,7 +519,8 @@ def vehicle_from_mapping(constants: dict[str, Any]) -> Vehicle:
     """
     if isinstance(constants, dict) and "rotor" in constants:
         raise InputError(
-            "vehicle must be four arms with common constants, got rotors, which validate alone judges"
+            "vehicle must be four arms with common constants, got rotors, which validate alone judges",
+            field="vehicle",
         )
     check_fields("vehicle", constants, ["preset", *_FIELDS])
     if "preset" not in constants:
@@ -536,7 +538,9 @@ def vehicle_from_mapping(constants: dict[str, Any]) -> Vehicle:
             if is_file
             else did_you_mean(preset, preset_names())
         )
-        raise InputError(f"vehicle must be {allowed}, got {shown(preset)}{hint}")
+        raise InputError(
+            f"vehicle must be {allowed}, got {shown(preset)}{hint}", field="vehicle"
+        )
     changes = {name: value for name, value in constants.items() if name != "preset"}
     return (
         found.replace(**{"name": f"{preset}, changed", **changes}) if changes else found

@@ -446,7 +446,6 @@ class TestTables:
         }
         assert found(law="equal-time") == shown
         others: list[dict[str, Any]] = [
-            {"sheets": "planes"},
             {"floor": 0.2},
             {"vehicle": {"drag_ratio": 0.2}},
         ]

@@ -102,7 +102,7 @@ def test_plans_repeat_and_serialise() -> None:
     assert first == second
     keys = list(json.loads(first))
     assert " ".join(keys) == (
-        "status reason color sign waypoints path types colors length lower_bound order_gap corners vertices "
+        "status reason advice color sign waypoints path types colors length lower_bound order_gap corners vertices "
         "alternatives valid two_color flyable reachable_from_hover checks warnings obstacles crossing_tolerance method "
         "request"
     )
@@ -416,10 +416,13 @@ def test_only_what_can_fly_is_handed_out_and_the_rest_is_an_alternative(
         (color, False) for color in colors
     ]
     whys = list(dict.fromkeys(one.message for one in plan.obstacles))
-    how = [
-        "for a loop that obeys only the paper's rules, use --require valid (require='valid')"
-    ] * bool(colors)
-    assert plan.reason == "no flyable loop: " + "; ".join([*whys, *how])
+    assert plan.reason == "no flyable loop: " + "; ".join(whys)
+    how = "for a loop that obeys only the paper's rules, use --require valid (require='valid')"
+    assert plan.advice == (how if colors else None)
+    with pytest.raises(gg.Infeasible) as none:
+        _ = plan.gait
+    assert str(none.value) == "; ".join([plan.reason, *[how] * bool(colors)])
+    assert plan.as_mapping()["advice"] == plan.advice
     assert re.match(
         r"No flyable gait through these waypoints\..*\n  " + re.escape(whys[0][:40]),
         str(plan),

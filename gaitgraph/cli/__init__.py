@@ -29,6 +29,7 @@ from gaitgraph.errors import (
     InputError,
     checked_choice,
     did_you_mean,
+    reworded,
     shown,
 )
 
@@ -539,7 +540,8 @@ def request_of(
 
     if file is None and "waypoints" not in given:
         raise InputError(
-            "waypoints must be in a request file or given with --waypoint A1,A2, got neither"
+            "waypoints must be in a request file or given with --waypoint A1,A2, got neither",
+            field="waypoints",
         )
     with named_in_errors(given):
         return (
@@ -549,18 +551,17 @@ def request_of(
 
 @contextmanager
 def named_in_errors(given: Mapping[str, Any], **names: str) -> Iterator[None]:
-    """Replace the field that an InputError begins with by its option, if that was given; `names` has other names."""
+    """Name the option, if that was given, in an InputError about a field; `names` are fields with other options."""
     try:
         yield
     except InputError as error:
-        match = re.match(r"\w+(?=:| must | is )", str(error))
-        field = match[0] if match else ""
-        name = names.get(field, field)
-        if given.get(name) is None:
+        name = names.get(error.field or "", error.field)
+        if name is None or given.get(name) is None:
             raise
-        raise type(error)(
-            f"--{name.replace('_', '-')}{str(error)[len(field) :]}"
-        ) from error
+        message = str(error).removeprefix(str(error.field))
+        if message == str(error):
+            raise
+        raise reworded(error, f"--{name.replace('_', '-')}{message}") from error
 
 
 def check_outputs(paths: Paths, *, force: bool) -> None:

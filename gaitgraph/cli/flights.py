@@ -240,7 +240,7 @@ def checked_settings(
         with named_in_errors(stated):
             return settings_from_mapping(values | stated)
     except InputError as error:
-        if file is None or str(error).startswith("--"):
+        if file is None or error.field in stated:
             raise
         raise InputError(f"flight file {file!r}: {error}") from error
 

@@ -97,7 +97,9 @@ def optimize_command(outputs: Paths = (), force: bool = False, **given: Any) -> 
     from gaitgraph.timing.timed_gait import checked_clock
 
     if "waypoints" not in given:
-        raise InputError("waypoints must be given with --waypoint A1,A2, got none")
+        raise InputError(
+            "waypoints must be given with --waypoint A1,A2, got none", field="waypoints"
+        )
     if len(given.get("radius", ())) == 1:
         given["radius"] = given["radius"][0]
     sampling = {name: given.pop(name) for name in ("samples", "rate") if name in given}

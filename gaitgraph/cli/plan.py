@@ -30,9 +30,6 @@ from gaitgraph.cli import (
         "with --divisions]",
         words=("grid", "exact"),
     ),
-    option(
-        "--sheets", "NAME", "", hidden=True
-    ),  # of earlier versions; the request judges it
     one_of(
         "--require",
         "flyable",

@@ -108,9 +108,9 @@ def _show_description(source: str) -> int:
     found = read_description(source)
     if wants_json():
         stated = {
-            name: getattr(found, name)
-            for name in ("rotors", "missing", "reasons", "notes")
+            name: getattr(found, name) for name in ("rotors", "missing", "reasons")
         }
+        stated["notes"] = [*found.beside, *found.notes]
         print_json({"vehicles": [] if found.reasons else [found.constants], **stated})
     else:
         click.echo(found.as_toml())

@@ -175,7 +175,8 @@ def vehicle_of(preset: object, drag_ratio: object = None) -> Vehicle:
     allowed = RANGES["drag_ratio"]
     if not allowed.contains(drag_ratio):
         raise InputError(
-            f"drag_ratio must be {allowed.allowed}, or null for the preset, got {shown(drag_ratio)}"
+            f"drag_ratio must be {allowed.allowed}, or null for the preset, got {shown(drag_ratio)}",
+            field="drag_ratio",
         )
     return vehicle_from_mapping({"preset": preset, "drag_ratio": drag_ratio})
 
@@ -207,7 +208,9 @@ def plan_answer(state: State, progress: Progress = quiet) -> dict[str, Any]:
     lists = "checks warnings waypoints obstacles corners types colors path vertices alternatives"
     answer: dict[str, Any] = {
         "status": "empty",
-        **dict.fromkeys(("reason", "color", "sign", "length", "lower_bound", "series")),
+        **dict.fromkeys(
+            ("reason", "advice", "color", "sign", "length", "lower_bound", "series")
+        ),
         **_standing(state),
         **dict.fromkeys(_VERDICTS, False),
         **{name: [] for name in lists.split()},
@@ -218,6 +221,7 @@ def plan_answer(state: State, progress: Progress = quiet) -> dict[str, Any]:
     answer |= {
         "status": "infeasible",
         "reason": result.reason,
+        "advice": result.advice,
         "waypoints": result.waypoints,
         "obstacles": [asdict(obstacle) for obstacle in result.obstacles],
         "warnings": list(result.warnings),

@@ -17,6 +17,7 @@ from gaitgraph.errors import (
     InputError,
     checked_choice,
     needs_extra,
+    reworded,
     shown,
 )
 from gaitgraph.explorer import queries
@@ -111,8 +112,8 @@ def table_answer(
             rows, times, stated = closed_rows(table)
             progress(1.0)
         except (InputError, FileProblem) as error:
-            raise type(error)(
-                str(error).replace(repr(str(path)), repr(name))
+            raise reworded(
+                error, str(error).replace(repr(str(path)), repr(name))
             ) from error
     # Without times the motion between rows is straight: values there are those of places on the legs.
     count, parts = (
@@ -223,7 +224,9 @@ def file_answer(
     """Return the planned gait of a state as a file, or its certificate: name and bytes; a folder as a zip file."""
     suffix = checked_choice("suffix", suffix, (*FORMATS, _FILM, CERTIFICATE))
     if state.empty:
-        raise InputError("waypoints must have at least one entry, got 0")
+        raise InputError(
+            "waypoints must have at least one entry, got 0", field="waypoints"
+        )
     result = queries.planned(state, progress)
     if result.loop is None:
         raise InputError(f"there is no gait to write: {result.reason}")

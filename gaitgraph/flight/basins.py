@@ -244,7 +244,8 @@ def basins_of(
         or len(set(etas)) < len(etas)
     ):
         raise InputError(
-            f"bias must be different numbers above 0, up to 1, got {shown(etas)}"
+            f"bias must be different numbers above 0, up to 1, got {shown(etas)}",
+            field="bias",
         )
     gaits = [timed if eta == 1.0 else biased_timed_gait(timed, eta) for eta in etas]
     whole_number("resolution", resolution, 1, _MOST_FLIGHTS)
@@ -252,12 +253,14 @@ def basins_of(
     flights = len(etas) * int(begins) * int(resolution) ** 2
     if flights > _MOST_FLIGHTS:
         raise InputError(
-            f"resolution must make at most {_MOST_FLIGHTS} flights, got {flights}"
+            f"resolution must make at most {_MOST_FLIGHTS} flights, got {flights}",
+            field="resolution",
         )
     span = angle_from_text(extent, "extent")
     if not 0 < span < HALF_PI:
         raise InputError(
-            f"extent must be an angle above 0 and below pi/2, got {shown(extent)}{in_degrees(extent)}"
+            f"extent must be an angle above 0 and below pi/2, got {shown(extent)}{in_degrees(extent)}",
+            field="extent",
         )
     settings = FlightSettings() if settings is None else settings
     if settings.duration is None:
@@ -266,10 +269,13 @@ def basins_of(
         )
     elif settings.duration < timed.period:
         wanted = f"at least the gait's period, {timed.period:g} s"
-        raise InputError(f"duration must be {wanted}, got {settings.duration} s")
+        raise InputError(
+            f"duration must be {wanted}, got {settings.duration} s", field="duration"
+        )
     if settings.reference != "attitude":
         raise InputError(
-            f"reference must be attitude for a basin, got {settings.reference!r}"
+            f"reference must be attitude for a basin, got {settings.reference!r}",
+            field="reference",
         )
     mass, *_ = timed.gait.vehicle.require(
         "mass", "inertia", "arm_length", purpose="flight"

@@ -37,7 +37,8 @@ def biased_timed_gait(timed: TimedGait, eta: float) -> TimedGait:
     """Return the biased gait, equations (14) and (15), with the same times; InputError if η is not allowed."""
     if timed.law not in (*LAWS, ROW_BY_ROW):
         raise InputError(
-            f"law must be one of {', '.join(LAWS)} for a bias, got {shown(timed.law)}"
+            f"law must be one of {', '.join(LAWS)} for a bias, got {shown(timed.law)}",
+            field="law",
         )
     return replace(timed, gait=timed.gait.biased(eta))
 

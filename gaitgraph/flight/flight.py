@@ -121,13 +121,15 @@ class FlightSettings:
                 and not low <= number_of(value) <= high
             ):
                 raise InputError(
-                    f"{one.name} must be between {low:g} and {high:g} ({unit}), got {shown(value)}"
+                    f"{one.name} must be between {low:g} and {high:g} ({unit}), got {shown(value)}",
+                    field=one.name,
                 )
         checked_choice("reference", self.reference, REFERENCES)
         checked_choice("arms", self.arms, get_args(Arms))
         if not isinstance(self.saturation, bool):
             raise InputError(
-                f"saturation must be true or false, got {shown(self.saturation)}"
+                f"saturation must be true or false, got {shown(self.saturation)}",
+                field="saturation",
             )
         whole_number("seed", self.seed, 0, (1 << 64) - 1)
         wind = (
@@ -137,7 +139,8 @@ class FlightSettings:
         )
         if not all(abs(number_of(part)) <= 100.0 for part in wind):
             raise InputError(
-                f"wind must be two or three numbers from -100 to 100 (m/s), got {shown(self.wind)}"
+                f"wind must be two or three numbers from -100 to 100 (m/s), got {shown(self.wind)}",
+                field="wind",
             )
         between = 1.0 / (self.control_rate * self.step)
         if (
@@ -146,7 +149,8 @@ class FlightSettings:
         ):
             raise InputError(
                 f"control_rate must be {1 / self.step:g} Hz divided by a whole number, for steps of {self.step:g} s, "
-                f"got {self.control_rate:g} Hz; with step {1 / (self.control_rate * math.ceil(between)):.9g} it fits"
+                f"got {self.control_rate:g} Hz; with step {1 / (self.control_rate * math.ceil(between)):.9g} it fits",
+                field="control_rate",
             )
         self._check_gains()
 
@@ -214,12 +218,14 @@ class FlightSettings:
             wanted = f"to be stable at {self.control_rate:g} Hz"
             if stiffness >= stiffest:
                 raise InputError(
-                    f"{loop}_stiffness must be less than {stiffest:g} 1/s² {wanted}, got {stiffness}"
+                    f"{loop}_stiffness must be less than {stiffest:g} 1/s² {wanted}, got {stiffness}",
+                    field=f"{loop}_stiffness",
                 )
             if not least < damping < largest:
                 raise InputError(
                     f"{loop}_damping must be between {least:g} and {largest:g} 1/s {wanted} with {loop}_stiffness "
-                    f"{stiffness}, got {damping}; or raise control_rate"
+                    f"{stiffness}, got {damping}; or raise control_rate",
+                    field=f"{loop}_damping",
                 )
         if self.reference == "attitude":
             return
@@ -234,7 +240,8 @@ class FlightSettings:
         if not np.all(2 * poles.real + interval * np.abs(poles) ** 2 < 0):
             raise InputError(
                 f"position_damping must make x and y slower than roll and pitch: {kd_x} with position_stiffness "
-                f"{kp_x} is unstable at {self.control_rate:g} Hz around attitude gains of {kp} and {kd}"
+                f"{kp_x} is unstable at {self.control_rate:g} Hz around attitude gains of {kp} and {kd}",
+                field="position_damping",
             )
 
 

@@ -112,12 +112,14 @@ class Simulation:
         step, period = settings.step, course.moving_period
         if seconds / step > _MOST_STEPS:
             raise InputError(
-                f"duration must be at most {_MOST_STEPS} steps of {step:g} s, got {seconds:g} s"
+                f"duration must be at most {_MOST_STEPS} steps of {step:g} s, got {seconds:g} s",
+                field="duration",
             )
         if 0.0 < period < _LEAST_STEPS * step * (1.0 - 1e-9):
             least = f"{_LEAST_STEPS} steps of {step:g} s ({_LEAST_STEPS * step:g} s)"
             raise InputError(
-                f"period must be at least {least}, got {period:g} s; a smaller step helps too"
+                f"period must be at least {least}, got {period:g} s; a smaller step helps too",
+                field="period",
             )
         self.controls = max(round(seconds * settings.control_rate), 1)
         # Roll and pitch lag behind their wanted values by kd/kp, so references are read that much ahead.
@@ -752,5 +754,7 @@ def checked_attitude(attitude: Any) -> tuple[float, float]:
     ):
         wanted = "a roll from -pi to pi and a pitch between -pi/2 and pi/2"
         hint = next(filter(None, map(in_degrees, parts)), "")
-        raise InputError(f"attitude must be {wanted}, got {shown(attitude)}{hint}")
+        raise InputError(
+            f"attitude must be {wanted}, got {shown(attitude)}{hint}", field="attitude"
+        )
     return angles[0], angles[1]

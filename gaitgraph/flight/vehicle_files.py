@@ -17,7 +17,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from gaitgraph.errors import GaitgraphError, InputError
+from gaitgraph.errors import GaitgraphError, InputError, reworded
 from gaitgraph.files import from_toml_file, text_of
 from gaitgraph.flight.engine import engine_warnings, mujoco_library
 from gaitgraph.invertibility.geometry import Geometry, geometry_from_mapping
@@ -33,7 +33,6 @@ _LIMITS = ("max_tilt", "max_tilt_rate", "max_thrust", "servo_lag", "rotor_lag")
 _UNITS = {**UNITS, "first_rotor_spin": '"clockwise" or "counterclockwise"'}
 _ALIKE = 0.02  # allowed differences of arms, as a share of the arm's length, and in rad
 _PX4 = re.compile(r"^[^#\n]*?\b(CA_(?:ROTOR|SV_TL)\w+)[ \t]*(\S*)", re.MULTILINE)
-_BESIDE = "mm beside its tilt axis: taken as on it"
 _PLACES = ("PX", "PY", "PZ", "AX", "AY", "AZ")
 _TILTS = {"MINA": 0.0, "MAXA": 90.0, "TD": 0.0}  # degrees
 _COMPILER = {
@@ -57,12 +56,14 @@ class Description:
 
     `rotors` are as :func:`gaitgraph.invertibility.geometry.geometry_from_mapping` takes them, without `moment_ratio` if
     the file states none; `constants` those of a :class:`gaitgraph.vehicle.Vehicle`. `reasons` say why the paper's
-    method does not fit, if it does not, and `notes` how rotors are counted and what was left out.
+    method does not fit, if it does not, `beside` which rotors are beside their tilt axes and taken as on them, and
+    `notes` how rotors are counted and what was left out.
     """
 
     rotors: list[dict[str, Any]]
     constants: dict[str, Any]
     reasons: tuple[str, ...]
+    beside: tuple[str, ...]
     notes: tuple[str, ...]
 
     @property
@@ -82,7 +83,7 @@ class Description:
 
     def as_toml(self) -> str:
         """Return a vehicle, or where the method does not fit its rotors, as TOML that ``--vehicle`` reads."""
-        lines = [f"# {note}" for note in (*self.reasons, *self.notes)]
+        lines = [f"# {note}" for note in (*self.reasons, *self.beside, *self.notes)]
         stated = {"name": self.constants["name"]} if self.reasons else self.constants
         lines += [
             f"{name} = {json.dumps(value, ensure_ascii=False)}"
@@ -111,9 +112,9 @@ def read_description(path: str | Path) -> Description:
     text = text_of(path, "file")
     try:
         if re.search(r"<(robot|mujoco)\b", text):
-            rotors, constants, notes = _of_model(path, text)
+            rotors, constants, beside, notes = _of_model(path, text)
         elif "CA_ROTOR" in text:
-            rotors, constants, notes = _of_px4(text), {}, []
+            rotors, constants, beside, notes = _of_px4(text), {}, [], []
         else:
             raise InputError(
                 "it must be URDF (<robot>), MJCF (<mujoco>) or parameters of PX4 (CA_ROTOR0_PX …)"
@@ -124,10 +125,14 @@ def read_description(path: str | Path) -> Description:
             [_tidy(rotor) for rotor in rotors],
         )
         return Description(
-            rotors=rotors, constants=stated, reasons=reasons, notes=(*notes, *order)
+            rotors=rotors,
+            constants=stated,
+            reasons=reasons,
+            beside=tuple(beside),
+            notes=(*notes, *order),
         )
     except GaitgraphError as error:
-        raise type(error)(f"file {str(path)!r}: {error}") from error
+        raise reworded(error, f"file {str(path)!r}: {error}") from error
 
 
 def vehicle_or_geometry(
@@ -140,9 +145,8 @@ def vehicle_or_geometry(
     path = Path(name)
     if path.suffix.lower() in (".params", ".urdf", ".xml"):
         found = read_description(path)
-        for note in found.notes:
-            if _BESIDE in note:
-                warn(note)
+        for note in found.beside:
+            warn(note)
         return found.geometry
     if path.suffix.lower() == ".toml" and "rotor" in from_toml_file(
         path, "vehicle", dict
@@ -271,8 +275,8 @@ def _urdf_for_engine(text: str) -> tuple[str, dict[str, dict[str, float]]]:
 
 def _of_model(
     path: Path, text: str
-) -> tuple[list[dict[str, Any]], dict[str, Any], list[str]]:
-    """Return the rotors of a URDF or MJCF model at its zero configuration, mass and inertia, and notes.
+) -> tuple[list[dict[str, Any]], dict[str, Any], list[str], list[str]]:
+    """Return rotors of a URDF or MJCF model at its zero configuration, mass and inertia, rotors beside axes, and notes.
 
     A rotor is an actuator at a site, whose gear has its thrust and drag; else a hinge that turns about body z; else the
     centre of mass of an arm. An arm is a body with a hinge across the thrust.
@@ -319,7 +323,7 @@ def _of_model(
             body = int(model.body_parentid[body])
         return None
 
-    constants, notes = dict[str, Any](), list[str]()
+    constants, aside, notes = dict[str, Any](), list[str](), list[str]()
     found: list[
         tuple[int, FloatArray, FloatArray, float | None]
     ] = []  # body, place, thrust axis, moment ratio
@@ -369,7 +373,8 @@ def _of_model(
                 np.linalg.norm(off - (off @ push) * push - (off @ axis) * axis)
             )
             if beside > 1e-3:
-                notes.append(f"rotor {number} is {1e3 * beside:.3g} {_BESIDE}")
+                how_far = f"{1e3 * beside:.3g} mm beside its tilt axis"
+                aside.append(f"rotor {number} is {how_far}: taken as on it")
             rotor["tilt_axis"] = axis
             swing.append(float(model.dof_M0[model.jnt_dofadr[joint]]))
             stated = limits.get(name, {})
@@ -404,7 +409,7 @@ def _of_model(
     constants |= {"max_tilt_rate": rates} if rates else {}
     gravity = float(np.linalg.norm(model.opt.gravity))
     constants |= {"gravity": gravity} if gravity and not urdf else {}
-    return rotors, constants, notes
+    return rotors, constants, aside, notes
 
 
 def _four_arms(

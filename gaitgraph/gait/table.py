@@ -298,7 +298,8 @@ def tilt_angles(
     for k, color in enumerate(table["color"], start=rows_before + 1):
         if color in FIBERS:
             raise InputError(
-                f"color must be 'red' or 'blue' without alpha3 and alpha4, got {color!r} in row {k}"
+                f"color must be 'red' or 'blue' without alpha3 and alpha4, got {color!r} in row {k}",
+                field="color",
             )
     return points_on_sheets(
         table["alpha1"], table["alpha2"], table["color"], coefficients

@@ -88,7 +88,8 @@ def checked_divisions(divisions: object) -> int:
     if number_of(divisions) > MOST_DIVISIONS:
         got = f"got {shown(divisions)}; plan --method exact needs no grid"
         raise InputError(
-            f"divisions must be a whole number from 2 to {MOST_DIVISIONS}, {got}"
+            f"divisions must be a whole number from 2 to {MOST_DIVISIONS}, {got}",
+            field="divisions",
         )
     return whole_number("divisions", divisions, 2, MOST_DIVISIONS)
 
@@ -100,10 +101,13 @@ def checked_waypoints(
     if not isinstance(value, (list, tuple, np.ndarray)) or len(value) < least:
         got = "none" if isinstance(value, tuple) and not value else shown(value)
         raise InputError(
-            f"waypoints must be a list of one or more [alpha1, alpha2] in [−π/2, π/2], got {got}"
+            f"waypoints must be a list of one or more [alpha1, alpha2] in [−π/2, π/2], got {got}",
+            field="waypoints",
         )
     if len(value) > most:
-        raise InputError(f"waypoints must be at most {most}, got {len(value)}")
+        raise InputError(
+            f"waypoints must be at most {most}, got {len(value)}", field="waypoints"
+        )
     points = []
     for number, angles in enumerate(value, start=1):
         given = len(angles) if isinstance(angles, (list, tuple, np.ndarray)) else 0

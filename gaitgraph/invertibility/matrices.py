@@ -156,7 +156,8 @@ def _coefficients(vehicle: Vehicle, kind: Kind | None) -> Coefficients:
             )
             raise InputError(
                 f"coefficients must be 'exact' for {vehicle.name!r} (κ = {vehicle.drag_ratio:.6g}{raised}), got "
-                f"'published', which belong to the paper's vehicle (κ = {PAPER.drag_ratio:.6f})"
+                f"'published', which belong to the paper's vehicle (κ = {PAPER.drag_ratio:.6f})",
+                field="coefficients",
             )
         a, b, c, d = _PUBLISHED
         return Coefficients(

@@ -339,7 +339,8 @@ def checked_tilt(tilt: object) -> float:
     number = angle_from_text(tilt, "tilt") if isinstance(tilt, str) else number_of(tilt)
     if not 0 <= number < HALF_PI:
         raise InputError(
-            f"tilt must be at least 0 and less than π/2 rad, got {shown(tilt)}{in_degrees(tilt)}"
+            f"tilt must be at least 0 and less than π/2 rad, got {shown(tilt)}{in_degrees(tilt)}",
+            field="tilt",
         )
     return number
 

@@ -351,7 +351,8 @@ def _texts(name: str, values: Any, row: int) -> tuple[str, ...]:
                     else shown(found)
                 )
                 raise InputError(
-                    f"color must be one of {', '.join(map(repr, FAMILIES))}, got {got}"
+                    f"color must be one of {', '.join(map(repr, FAMILIES))}, got {got}",
+                    field="color",
                 )
         except InputError as error:
             raise InputError(f"row {row + texts.index(text) + 1}: {error}") from error

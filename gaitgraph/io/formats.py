@@ -27,6 +27,7 @@ from gaitgraph.errors import (
     OutputExists,
     did_you_mean,
     needs_extra,
+    reworded,
     shown,
 )
 from gaitgraph.files import (
@@ -301,7 +302,7 @@ def given_gait(
     if rows.size and rows.shape[1:] == (4,):
         return table_from_frame(dict(zip(ANGLES, rows.T.tolist(), strict=True)))
     allowed = "a Gait, TimedGait, Plan, Table, data frame or (n, 4) array, or the path of a gait file or a request"
-    raise InputError(f"{name} must be {allowed}, got {shown(gait)}")
+    raise InputError(f"{name} must be {allowed}, got {shown(gait)}", field=name)
 
 
 def gait_of(
@@ -409,4 +410,4 @@ def naming_file(source: object, what: str = _WHAT) -> Iterator[None]:
     except GaitgraphError as error:
         if not isinstance(source, (str, Path)) or str(error).startswith(what):
             raise
-        raise type(error)(f"{what} {str(source)!r}: {error}") from error
+        raise reworded(error, f"{what} {str(source)!r}: {error}") from error

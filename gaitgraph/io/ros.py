@@ -81,7 +81,8 @@ def points_of(
     """
     if periods > 1 and not is_closed(table.alpha):
         raise InputError(
-            f"periods must be 1 for a table that does not end where it starts, got {periods}"
+            f"periods must be 1 for a table that does not end where it starts, got {periods}",
+            field="periods",
         )
     rows = len(table)
     if (rows - 1) * periods + 1 > _MOST_POINTS:

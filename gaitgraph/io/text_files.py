@@ -3,7 +3,7 @@
 A CSV file is read in pieces, and fast where nothing is unusual. Its last column `made_by` states in the first rows
 what made it, since other readers of CSV fail at comment lines: one short text a row, a name and a value as in TOML,
 such as ``law = "smooth"``. Parts of a long value have own texts, such as ``corners.2 = [0.4, -0.4, 0.4, -0.4]``. With
-few rows a field holds several texts. One text of JSON, as earlier versions wrote it, is read too.
+few rows a field holds several texts. What such texts do not state exactly is one text of JSON.
 """
 
 from __future__ import annotations

@@ -300,7 +300,8 @@ def optimal_gait(
     checked_choice("sign", sign, ("auto", "positive", "negative"))
     if not 0 < number_of(concession) <= 0.5:
         raise InputError(
-            f"concession must be above 0 and at most 0.5, got {shown(concession)}"
+            f"concession must be above 0 and at most 0.5, got {shown(concession)}",
+            field="concession",
         )
     vehicle = vehicle_named(vehicle)
     floor = checked_number("floor", floor)
@@ -349,7 +350,8 @@ def _discs(waypoints: Any, radius: Any) -> tuple[Discs, tuple[str, ...]]:
     )
     if len(each) != len(points):
         raise InputError(
-            f"radius must be one for all waypoints or one for each of {len(points)}, got {len(each)}"
+            f"radius must be one for all waypoints or one for each of {len(points)}, got {len(each)}",
+            field="radius",
         )
     radii = np.array([angle_within(value, "radius", least=0.0) for value in each])
     groups, notes = merged_repeats(points)

@@ -268,7 +268,9 @@ def retarget(
         angle_within(margin, "margin", least=0.0),
     )
     if keep is not None and not 0 < number_of(keep) <= 1:
-        raise InputError(f"keep must be above 0 and at most 1, got {shown(keep)}")
+        raise InputError(
+            f"keep must be above 0 and at most 1, got {shown(keep)}", field="keep"
+        )
     given = given_gait(source)
     table = (
         given

@@ -52,7 +52,7 @@ if TYPE_CHECKING:
 _WIDTH = 110
 # A plan without a loop as plain values, in the order in which files have them.
 _NO_LOOP: dict[str, Any] = {
-    **dict.fromkeys(("status", "reason", "color", "sign", "waypoints")),
+    **dict.fromkeys(("status", "reason", "advice", "color", "sign", "waypoints")),
     **{name: [] for name in ("path", "types", "colors")},
     **dict.fromkeys(("length", "lower_bound", "order_gap")),
     **{name: [] for name in ("corners", "vertices", "alternatives")},
@@ -171,7 +171,8 @@ class Loop:
 class Plan(Pictured):
     """The answer to a request: a loop, or the reason why there is none. Truthy when there is one.
 
-    `reason` says why there is no loop, or why the chosen one is not flyable; None if it is. `waypoints` are in the
+    `reason` says why there is no loop, or why the chosen one is not flyable; None if it is. `advice` says how to ask for
+    a loop that only obeys the paper's rules, where there is one and no flyable one; else it is None. `waypoints` are in the
     order in which the loop passes them [rad]. `alternatives` are other loops through the same waypoints, with their
     verdicts: those that cannot fly only if there is no other, or if the request does not require it. `obstacles` has
     one for each color and sign without a loop; without any loop the first is the one that the shortest moves of
@@ -185,6 +186,7 @@ class Plan(Pictured):
     alternatives: tuple[Loop, ...] = ()
     obstacles: tuple[Obstacle, ...] = ()
     warnings: tuple[str, ...] = ()
+    advice: str | None = None
 
     @property
     def status(self) -> str:
@@ -197,7 +199,7 @@ class Plan(Pictured):
     @property
     def _found(self) -> Loop:
         if self.loop is None:
-            raise Infeasible(self.reason)
+            raise Infeasible("; ".join(filter(None, (self.reason, self.advice))))
         return self.loop
 
     @property
@@ -225,6 +227,7 @@ class Plan(Pictured):
             **(self.loop.as_mapping() if self.loop else {}),
             "status": self.status,
             "reason": self.reason,
+            "advice": self.advice,
             "waypoints": [list(point) for point in self.waypoints],
             "alternatives": [other.as_mapping() for other in self.alternatives],
             "warnings": list(self.warnings),
@@ -256,11 +259,7 @@ class Plan(Pictured):
                 lines[0] += " All must be admissible with one color and sign of R:"
             lines += items(dict.fromkeys(one.message for one in self.obstacles))
             lines += [
-                *(
-                    [f"F{_HOW_TO_ASK[1:]}."]
-                    if str(self.reason).endswith(_HOW_TO_ASK)
-                    else []
-                ),
+                *([f"F{self.advice[1:]}."] if self.advice else []),
                 conditions,
             ]
         else:
@@ -405,8 +404,8 @@ def plan(
     other = _answer(replace(request, require="valid"), uses, graph_of, progress)
     if other.loop is None:
         return found
-    reason, loops = f"{found.reason}; {_HOW_TO_ASK}", (other.loop, *other.alternatives)
-    return replace(found, reason=reason, alternatives=loops)
+    loops = (other.loop, *other.alternatives)
+    return replace(found, advice=_HOW_TO_ASK, alternatives=loops)
 
 
 def _answer(

@@ -161,7 +161,8 @@ class Replanner:
         for name in ("max_tilt_acceleration", "max_tilt_jerk"):
             if (limit := getattr(body, name)) is not None:
                 raise InputError(
-                    f"vehicle must state no {name}, since corners are passed at speed, got {shown(limit)}"
+                    f"vehicle must state no {name}, since corners are passed at speed, got {shown(limit)}",
+                    field="vehicle",
                 )
         if rate is None:
             (rate,) = body.require(

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 import numpy as np
 
 from gaitgraph.angles import checked_number
-from gaitgraph.errors import InputError, check_fields, checked_choice, shown
+from gaitgraph.errors import InputError, check_fields, checked_choice, of_field, shown
 from gaitgraph.files import table_from_toml, text_of
 from gaitgraph.gait.gait import PAPER_GAITS
 from gaitgraph.gait.table import ANGLES, SAME_ROW, merged, surface_of
@@ -99,16 +99,13 @@ class PlanRequest:
     notes: tuple[str, ...]
 
     def __post_init__(self) -> None:
-        if str(self.objective) == "thrust":  # which earlier versions had
-            advice = "use gaitgraph optimize --objective hover_reserve, or gg.optimal_gait(objective='hover_reserve')"
-            raise InputError(
-                f"objective must be one of {', '.join(CHOICES['objective'])}, got 'thrust'; {advice}"
-            )
         for name, words in CHOICES.items():
             checked_choice(name, getattr(self, name), words)
         for name in ("any_order", "reverse"):
             if not isinstance(flag := getattr(self, name), bool):
-                raise InputError(f"{name} must be true or false, got {shown(flag)}")
+                raise InputError(
+                    f"{name} must be true or false, got {shown(flag)}", field=name
+                )
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the request as plain values, under the names that a request file uses."""
@@ -161,8 +158,10 @@ def plan_request(
         name: value for name, value in locals().items() if not name.startswith("keep_")
     }
     checked_clock(period, law)
-    vehicle = vehicle_named(vehicle)
-    points = checked_waypoints(waypoints)
+    with of_field("vehicle"):
+        vehicle = vehicle_named(vehicle)
+    with of_field("waypoints"):
+        points = checked_waypoints(waypoints)
     groups, notes = merged_repeats(points)
     zones = Zones(keep_out=keep_out, keep_in=keep_in)
     fields |= {
@@ -217,13 +216,7 @@ def request_from_mapping(
     >>> request.divisions, sampling
     (16, {'samples': 50})
     """
-    # Requests of earlier versions state the sheets; only "planes" is left.
     content = dict(content)
-    if (sheets := content.pop("sheets", "planes")) != "planes":
-        why = "no gait on a fibre can fly; gaitgraph roots lists the fibres"
-        raise InputError(
-            f"sheets must be planes or left out, got {shown(sheets)}; {why}"
-        )
     sampling = {name: content.pop(name) for name in _SAMPLING if name in content}
     check_fields("request", content, [*REQUEST_FIELDS, *_SAMPLING])
     return plan_request(content.pop("waypoints", ()), **content), sampling
@@ -252,7 +245,7 @@ def read_request(
     try:
         return request_from_mapping({**content, **overrides})
     except InputError as error:
-        if str(error).startswith(tuple(name.removesuffix("s") for name in overrides)):
+        if error.field in overrides:
             raise  # it is not the file that is wrong
         with naming_file(path, _kind_of_file(path)):
             raise

@@ -265,11 +265,13 @@ def transition(
     if (first.vehicle, first.coefficients) != (last.vehicle, last.coefficients):
         raise InputError(
             f"end must be a gait for {first.vehicle.name!r} ({first.coefficients.kind} coefficients), as the start is, "
-            f"got one for {last.vehicle.name!r} ({last.coefficients.kind}); give one vehicle for both"
+            f"got one for {last.vehicle.name!r} ({last.coefficients.kind}); give one vehicle for both",
+            field="end",
         )
     if duration is not None and not 1e-6 <= number_of(duration) <= _LONGEST:
         raise InputError(
-            f"duration must be between 1e-6 and 5e8 s, got {shown(duration)}"
+            f"duration must be between 1e-6 and 5e8 s, got {shown(duration)}",
+            field="duration",
         )
     seconds = _DURATION if duration is None else float(duration)
     count = _checked_samples(seconds, law, samples, rate)
@@ -326,7 +328,8 @@ def _checked_samples(
     if count > MOST_SAMPLES // 2:
         name, value = ("samples", samples) if rate is None else ("rate", rate)
         raise InputError(
-            f"{name} must give at most {MOST_SAMPLES // 2} samples, got {shown(value)}"
+            f"{name} must give at most {MOST_SAMPLES // 2} samples, got {shown(value)}",
+            field=name,
         )
     return count
 

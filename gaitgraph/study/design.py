@@ -22,6 +22,7 @@ from gaitgraph.errors import (
     InputError,
     check_fields,
     did_you_mean,
+    reworded,
     shown,
 )
 from gaitgraph.files import from_toml_file, path_of
@@ -56,7 +57,10 @@ _REQUESTED = [
 
 def _period_of(value: Any) -> float:
     if not 1e-6 <= number_of(value) <= 1e6:
-        raise InputError(f"periods must be between 1e-6 and 1e6 s, got {shown(value)}")
+        raise InputError(
+            f"periods must be between 1e-6 and 1e6 s, got {shown(value)}",
+            field="periods",
+        )
     return number_of(value)
 
 
@@ -550,7 +554,7 @@ def study_from_mapping(content: dict[str, Any], *, folder: str | Path = ".") -> 
             try:
                 found.append(read(entry, number))
             except GaitgraphError as error:
-                raise type(error)(f"{key[:-1]} {number}: {error}") from error
+                raise reworded(error, f"{key[:-1]} {number}: {error}") from error
         return tuple(found)
 
     models = entries(

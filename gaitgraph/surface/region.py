@@ -18,7 +18,7 @@ import shapely
 
 from gaitgraph._lazy import Pictured
 from gaitgraph.angles import HALF_PI, angle_within, angles_from
-from gaitgraph.errors import InputError, shown
+from gaitgraph.errors import InputError, of_field, shown
 from gaitgraph.vehicle import Angle
 
 if TYPE_CHECKING:
@@ -353,9 +353,10 @@ class Zones:
         self, *, keep_out: Sequence[Points] = (), keep_in: Sequence[Points] = ()
     ) -> None:
         for name, value in (("keep_out", keep_out), ("keep_in", keep_in)):
+            with of_field(name):
+                polygons = checked_polygons(value, name)
             corners = (
-                shapely.get_coordinates(polygon)[:-1].tolist()
-                for polygon in checked_polygons(value, name)
+                shapely.get_coordinates(polygon)[:-1].tolist() for polygon in polygons
             )
             object.__setattr__(
                 self, name, tuple(tuple(map(tuple, one)) for one in corners)

@@ -156,7 +156,8 @@ def servo_response(
     tau = np.array([number_of(part) for part in (lag if np.ndim(lag) else [lag] * 4)])  # type: ignore[union-attr]
     if tau.shape != (4,) or not ((tau > 0) & (tau < math.inf)).all():
         raise InputError(
-            f"lag must be a positive finite number of seconds, or four, got {shown(lag)}"
+            f"lag must be a positive finite number of seconds, or four, got {shown(lag)}",
+            field="lag",
         )
     knots = timed.corner_times
     knots = knots[np.append(np.diff(knots) > 0, True)]
@@ -166,7 +167,8 @@ def servo_response(
         least = 1.001 * timed.period / (_STEP * max(_MOST_STEPS - 2 * len(knots), 1))
         allowed = f"from {least:.4g} to {_LONGEST * timed.period:.4g} s"
         raise InputError(
-            f"lag must be {allowed} for the period {timed.period:.4g} s, got {shown(lag)}"
+            f"lag must be {allowed} for the period {timed.period:.4g} s, got {shown(lag)}",
+            field="lag",
         )
     t, h = divided(knots, count)
     # The integral over each interval, by Gauss's rule.

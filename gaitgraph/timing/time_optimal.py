@@ -78,7 +78,8 @@ class Limits:
         if acceleration is None and jerk is None:
             advice = "state max_tilt_acceleration in the vehicle, or use --max-acceleration (Limits(acceleration=…))"
             raise InputError(
-                f"limits must have an acceleration or a jerk, got neither; {advice}"
+                f"limits must have an acceleration or a jerk, got neither; {advice}",
+                field="limits",
             )
         for (kind, unit), value in zip(
             RATE_UNITS.items(), (rate, acceleration, jerk), strict=True
@@ -97,7 +98,9 @@ class Limits:
                     ).all()
                 ):
                     rule = f"0, or 1e-9 to 1e12 {unit}, or four such numbers, or texts such as '200deg'"
-                    raise InputError(f"{kind} must be {rule}, got {shown(value)}")
+                    raise InputError(
+                        f"{kind} must be {rule}, got {shown(value)}", field=kind
+                    )
                 numbers.flags.writeable = False
             object.__setattr__(self, kind, numbers)  # the record is frozen
 
@@ -345,12 +348,14 @@ class _Task:
     ) -> None:
         if limits is not None and not isinstance(limits, Limits):
             raise InputError(
-                f"limits must be a Limits object, as in Limits(acceleration=60), got {shown(limits)}"
+                f"limits must be a Limits object, as in Limits(acceleration=60), got {shown(limits)}",
+                field="limits",
             )
         if isinstance(path, Curve):
             if rounding is not None:
                 raise InputError(
-                    f"rounding must be None for a curve, which has no corners, got {shown(rounding)}"
+                    f"rounding must be None for a curve, which has no corners, got {shown(rounding)}",
+                    field="rounding",
                 )
             gait, curve, made = path.polyline(), path, None
         else:

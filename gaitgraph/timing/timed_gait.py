@@ -98,7 +98,8 @@ class TimedGait(Pictured):
         """Check the period, the law and the count of samples."""
         if not 0.0 < number_of(self.period) < math.inf:
             raise InputError(
-                f"period must be a positive number of seconds, got {shown(self.period)}"
+                f"period must be a positive number of seconds, got {shown(self.period)}",
+                field="period",
             )
         if type(self) is TimedGait:  # other motions have laws of their own
             checked_choice("law", self.law, LAWS)
@@ -452,7 +453,10 @@ def checked_clock(
     100
     """
     if not 1e-6 <= number_of(period) <= 1e9:
-        raise InputError(f"period must be between 1e-6 and 1e9 s, got {shown(period)}")
+        raise InputError(
+            f"period must be between 1e-6 and 1e9 s, got {shown(period)}",
+            field="period",
+        )
     checked_choice("law", law, LAWS)
     if samples is not None and rate is not None:
         raise InputError(
@@ -462,7 +466,8 @@ def checked_clock(
         if not 0 < period * number_of(rate) <= MOST_SAMPLES:
             rule = f"positive and give at most {MOST_SAMPLES} samples"
             raise InputError(
-                f"rate must be {rule}, got {shown(rate)} Hz over {shown(period)} s"
+                f"rate must be {rule}, got {shown(rate)} Hz over {shown(period)} s",
+                field="rate",
             )
         samples = max(1, math.ceil(period * rate * (1 - 1e-12)))
     return whole_number(

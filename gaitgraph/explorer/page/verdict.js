@@ -8,7 +8,6 @@ const SIGNS = { positive: "R > 0", negative: "R < 0" };
 const GLYPHS = { yes: "✓", partly: "△", no: "✕" };
 const MOST_OPEN = 12; // corners
 const MOST_CORNERS = 64;
-const HINT = /; [^;]*require='valid'\)$/; // the advice for the command line; the page has a button
 
 /** Return the kind ("yes", "partly", "no", "none"), the headline and the reason of a plan or a table's report. */
 export function verdictOf(report, advice = null) {
@@ -17,7 +16,7 @@ export function verdictOf(report, advice = null) {
   if (report.status === "gone") return said("none", "Not planned yet", "The server does not answer");
   if (report.status === "refused") return said("no", "Wrong input", report.reason);
   if (report.status === "infeasible") {
-    return said("no", "No gait", inPi(advice?.obstacle.message ?? report.reason.replace(HINT, "")));
+    return said("no", "No gait", inPi(advice?.obstacle.message ?? report.reason));
   }
   const broken = (report.checks ?? []).filter((check) => check.mark !== "ok").map((check) => check.title);
   const isPosture = report.corners?.length === 1;
@@ -71,7 +70,7 @@ export function showVerdict(report, advice, on) {
   const [index] = advice?.indices ?? [];
   const actions = [
     advice?.to ? button("move-there", `Move waypoint ${index + 1} there`, () => on.move(index, advice.to)) : null,
-    HINT.test(report?.reason ?? "") ? button("allow-valid", "Allow valid loops", () => on.allowValid()) : null,
+    report?.advice ? button("allow-valid", "Allow valid loops", () => on.allowValid()) : null,
   ];
   byId("actions").replaceChildren(...actions.filter(Boolean));
 }
