@@ -494,6 +494,34 @@ def test_the_loop_follows_a_drag_and_undo_takes_it_back(page: Page) -> None:
         page.keys(key, held=held)
         page.at(state)
     assert page.id("redo").get_property("disabled")
+    # Undo during a drag ends the drag; history is as before it.
+    page.keys("z", held=CONTROL)
+    page.at(GAIT_3)
+    page.mouse("mousePressed", (2 * STEP, -2 * STEP))
+    page.mouse("mouseMoved", (3 * STEP, -5 * STEP))
+    page.until(lambda: page.js(loop) != before)
+    page.keys("z", held=CONTROL)
+    page.until(lambda: page.js(loop) == before)
+    page.mouse("mouseMoved", (4 * STEP, -5 * STEP))
+    page.mouse("mouseReleased", (4 * STEP, -5 * STEP))
+    page.at(GAIT_3)
+    assert page.id("undo").get_property("disabled")
+    page.keys("y", held=CONTROL)
+    page.at(moved)
+    assert page.id("redo").get_property("disabled")
+    # The newest waypoint too, which undo would take away.
+    page.click(-2 * STEP, 2 * STEP)
+    page.until(lambda: page.state.count(";") == 4)
+    newest = page.state
+    page.mouse("mousePressed", (-2 * STEP, 2 * STEP))
+    page.mouse("mouseMoved", (-3 * STEP, 3 * STEP))
+    page.keys("z", held=CONTROL)
+    page.mouse("mouseMoved", (-4 * STEP, 3 * STEP))
+    page.mouse("mouseReleased", (-4 * STEP, 3 * STEP))
+    page.at(newest)
+    page.keys("z", held=CONTROL)
+    page.at(moved)
+    assert page.complaints() == []
     # A double click removes; it needs the waypoint to have been there before the first click.
     for point, count in (((3 * STEP, -4 * STEP), 3), ((-3 * STEP, 3 * STEP), 4)):
         page.click(*point)

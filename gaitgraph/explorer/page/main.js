@@ -514,8 +514,8 @@ function bindHeader() {
     loadGait(Number(load.value));
     load.value = "";
   });
-  byId("undo").addEventListener("click", () => store.undo());
-  byId("redo").addEventListener("click", () => store.redo());
+  byId("undo").addEventListener("click", undo);
+  byId("redo").addEventListener("click", redo);
   byId("clear").addEventListener("click", () => {
     map.select(null);
     commit({ waypoints: [] });
@@ -557,13 +557,23 @@ function bindHeader() {
   }
 }
 
+function undo() {
+  map.letGo();
+  store.undo();
+}
+
+function redo() {
+  map.letGo();
+  store.redo();
+}
+
 function bindKeys() {
   addEventListener("keydown", (event) => {
     const isText = event.target.matches?.("input[type=text]");
     if ((event.ctrlKey || event.metaKey) && !event.altKey && !isText) {
       const key = event.key.toLowerCase();
-      if (key === "z") (event.shiftKey ? store.redo : store.undo)();
-      else if (key === "y") store.redo();
+      if (key === "z") (event.shiftKey ? redo : undo)();
+      else if (key === "y") redo();
       else return;
       event.preventDefault();
       return;

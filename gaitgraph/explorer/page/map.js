@@ -322,6 +322,10 @@ export function mapIn(root, on) {
     select,
     mode: () => shown.mode,
     closeDraft,
+    /** Forget what the pointer holds, so that its moves change nothing until it grabs again. */
+    letGo: () => {
+      press = null;
+    },
     hasDraft: () => shown.draft.length > 0,
     showState: view.showState,
     showPlan: view.showPlan,

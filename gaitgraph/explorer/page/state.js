@@ -159,7 +159,8 @@ export function planKey(state) {
  * Hold the state with its past and future.
  *
  * `commit` makes one step that can be undone. `preview` changes the state without a step, as while dragging; the next
- * `commit` then makes one step from the state before the first preview. Undo does not change the view.
+ * `commit` then makes one step from the state before the first preview. Undo and redo during a preview end it without a
+ * step. Undo does not change the view.
  */
 export function historyOf(first, onChange) {
   let state = first;
@@ -171,6 +172,11 @@ export function historyOf(first, onChange) {
   function change(next, live) {
     state = next;
     onChange(state, { live });
+  }
+
+  function cancel() {
+    if (before) change(before, false);
+    before = null;
   }
 
   return {
@@ -195,10 +201,7 @@ export function historyOf(first, onChange) {
       }
       change(next, false);
     },
-    cancel() {
-      if (before) change(before, false);
-      before = null;
-    },
+    cancel,
     /** End a preview, if there is one: it becomes a step. */
     settle() {
       if (before) this.commit();
@@ -207,11 +210,13 @@ export function historyOf(first, onChange) {
       change({ ...state, view: { ...state.view, ...patch } }, false);
     },
     undo() {
+      if (before) return cancel();
       if (!past.length) return;
       future.push(state);
       change({ ...past.pop(), view: state.view }, false);
     },
     redo() {
+      if (before) return cancel();
       if (!future.length) return;
       past.push(state);
       change({ ...future.pop(), view: state.view }, false);
