@@ -60,6 +60,10 @@ def text_of(path: Path, what: str) -> str:
 @contextlib.contextmanager
 def reading(path: Path, what: str) -> Iterator[None]:
     """Raise FileProblem if a file cannot be read, and InputError if it is not UTF-8 text; both name the file."""
+    if "\0" in str(path):  # Python raises a ValueError of no particular kind
+        raise FileProblem(
+            f"{what} {str(path)!r} cannot be read: it has a null character"
+        )
     try:
         yield
     except UnicodeDecodeError as error:
@@ -67,13 +71,10 @@ def reading(path: Path, what: str) -> Iterator[None]:
             what != "certificate"
         )
         raise InputError(f"{what} {str(path)!r} must be UTF-8 text, {got}") from error
-    except (
-        OSError,
-        ValueError,
-    ) as error:  # a name with a null character is a ValueError
+    except OSError as error:
         if isinstance(error, GaitgraphError):
             raise
-        reason = getattr(error, "strerror", None) or error
+        reason = error.strerror or error
         raise FileProblem(f"{what} {str(path)!r} cannot be read: {reason}") from error
 
 

@@ -299,7 +299,7 @@ NPY = "{'descr': '%s', 'fortran_order': False, 'shape': %s, }"
         ),
         (
             npy(NPY % ("<U1", "(3,)"), b"\0\0\0\x80" * 3),
-            "it is not an archive .*, or it is broken",
+            "must be a column of numbers or of texts, got SystemError",
         ),
         (
             npy(NPY % ("<f8", "(3,)"), b"\0" * 16 + struct.pack("<d", np.nan)),

@@ -418,3 +418,25 @@ def test_the_page_lists_every_format() -> None:
     for suffix, one in FORMATS.items():
         extra = f"`{one.extra}`" if one.extra else "–"
         assert found[suffix] == [one.name, extra, "yes" if one.reads else "no"]
+
+
+@pytest.mark.parametrize("suffix", [".npz", ".mat", ".parquet", ".mcap"])
+@pytest.mark.parametrize("kind", [KeyError, MemoryError, ValueError])
+def test_an_error_of_our_own_code_is_not_called_a_broken_file(
+    suffix: str,
+    kind: type[Exception],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    if suffix == ".mcap":
+        pytest.importorskip("rosbags", reason="install the extra 'ros'")
+    path = tmp_path / f"gait{suffix}"
+    write_tables(table_of(gg.plan_loop(TRIANGLE).timed(samples=7)), [path])
+
+    def wrong(*_: object, **__: object) -> None:
+        raise kind("ours")
+
+    monkeypatch.setattr("gaitgraph.io.columns.TableBuilder.pieces", wrong)
+    with pytest.raises(kind, match="ours") as caught:
+        read_table(path)
+    assert type(caught.value) is kind

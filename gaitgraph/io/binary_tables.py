@@ -51,7 +51,7 @@ def gate(path: Path, what: str, most: int | None = None) -> Iterator[int]:
     """Let a library read a file or the files of a folder; yield their size in bytes.
 
     Raises OSError if it cannot be read, and InputError if it has more than `most` bytes (by default
-    :data:`gaitgraph.files.MOST_BYTES`) or the library fails in any way; `what` the file must be, for messages.
+    :data:`gaitgraph.files.MOST_BYTES`) or the library fails in any way; `what` the file must be, for messages. Only calls of the library belong within: an error of our own code is no broken file.
     """
     try:
         size = sum(
@@ -59,6 +59,9 @@ def gate(path: Path, what: str, most: int | None = None) -> Iterator[int]:
         )
         check_size(size, "it", most)
         yield size
+    except MemoryError as error:
+        got = "more memory than there is, or it states wrong sizes"
+        raise InputError(f"it needs {got}") from error
     except Exception as error:  # libraries raise errors of many kinds on broken bytes, and each has its own
         if isinstance(error, GaitgraphError) or (
             isinstance(error, OSError) and error.filename is not None
@@ -125,25 +128,28 @@ def write_npz(pieces: Iterable[Table], path: Path) -> None:
 
 def read_npz(path: Path, builder: TableBuilder) -> Iterator[Table]:
     """Yield the tables of a NumPy archive, which is read whole."""
-    with gate(
-        path, "an archive that numpy.savez wrote, with one array for each column"
+    with (
+        gate(path, "an archive that numpy.savez wrote, with one array for each column"),
+        warnings.catch_warnings(action="ignore"),
+        path.open("rb") as file,
+        np.load(file) as archive,
     ):
-        with (
-            warnings.catch_warnings(action="ignore"),
-            path.open("rb") as file,
-            np.load(file) as archive,
-        ):
-            check_size(
-                sum(member.file_size for member in archive.zip.infolist()), "its arrays"
-            )
-            arrays = {}
-            for name in archive.files:
-                try:
-                    arrays[name] = archive[name]
-                except ValueError as error:  # objects, say, which are not loaded
-                    arrays[name] = error
-        about = _about_of_array(arrays.pop(_PROVENANCE, None))
-        yield from _tables_of(arrays, about, builder)
+        check_size(
+            sum(member.file_size for member in archive.zip.infolist()), "its arrays"
+        )
+        arrays = {}
+        for name in archive.files:
+            try:
+                arrays[name] = archive[name]
+                if arrays[name].dtype.kind == "U":
+                    arrays[name].tolist()  # wrong characters are found only now
+            except (
+                SystemError,
+                ValueError,
+            ) as error:  # objects, say, which are not loaded
+                arrays[name] = error
+    about = _about_of_array(arrays.pop(_PROVENANCE, None))
+    yield from _tables_of(arrays, about, builder)
 
 
 # -- Parquet: numbers are 64-bit floats, `color` and `types` dictionaries of texts; every field states its unit. pandas
@@ -215,18 +221,16 @@ def read_parquet(path: Path, builder: TableBuilder) -> Iterator[Table]:
     import pyarrow.parquet as pq
     from pyarrow.types import is_nested
 
-    with (
-        gate(path, _PARQUET, most=1 << 62) as size,
-        path.open("rb", buffering=0) as stream,
-    ):
-        file = pq.ParquetFile(
-            stream,
-            buffer_size=1 << 20,
-            pre_buffer=False,  # it would hold the whole file
-            page_checksum_verification=True,
-            arrow_extensions_enabled=False,
-        )
-        schema, rows = file.schema_arrow, file.metadata.num_rows
+    with path.open("rb", buffering=0) as stream:
+        with gate(path, _PARQUET, most=1 << 62) as size:
+            file = pq.ParquetFile(
+                stream,
+                buffer_size=1 << 20,
+                pre_buffer=False,  # it would hold the whole file
+                page_checksum_verification=True,
+                arrow_extensions_enabled=False,
+            )
+            schema, rows = file.schema_arrow, file.metadata.num_rows
         builder.begin(schema.names, _about_of_parquet(schema.metadata or {}))
         used = [name for name in builder.used if name in schema.names]
         for name in used:
@@ -237,9 +241,14 @@ def read_parquet(path: Path, builder: TableBuilder) -> Iterator[Table]:
         check_size(
             8 * rows * len(used), "its columns", max(_MOST_UNPACKED, _STEEPEST * size)
         )
-        for batch in file.iter_batches(
+        batches = file.iter_batches(
             batch_size=ROWS_OF_A_PIECE, columns=used, use_threads=False
-        ):
+        )
+        while True:
+            with gate(path, _PARQUET, most=1 << 62):
+                batch = next(batches, None)
+            if batch is None:
+                break
             yield from builder.pieces(
                 dict(zip(batch.schema.names, batch.columns, strict=True))
             )
@@ -318,29 +327,28 @@ def write_mat(pieces: Iterable[Table], path: Path) -> None:
 
 def read_mat(path: Path, builder: TableBuilder) -> Iterator[Table]:
     """Yield the tables of a MATLAB file, which is read whole."""
-    with gate(path, _MAT):
-        with warnings.catch_warnings(action="ignore"):
-            found: dict[str, Any] = _mat_variables(path.read_bytes())
-        if not found:
-            raise InputError(
-                "it must have variables of numbers; save -struct writes the fields of a struct as such"
-            )
-        about = _about_of_array(found.get(_PROVENANCE))
-        if about:
-            found = {
-                name: one
-                for name, one in found.items()
-                if name not in ("names", "units", _PROVENANCE)
-            }
-        for group, angles in _GROUPS.items():
-            matrix = found.pop(group, None)
-            if matrix is not None and found.keys().isdisjoint(angles):
-                if matrix.ndim != 2 or matrix.shape[1] != len(angles):
-                    raise InputError(
-                        f"{group} must be a matrix of 4 columns, got shape {matrix.shape}"
-                    )
-                found |= dict(zip(angles, matrix.T, strict=True))
-        yield from _tables_of(found, about, builder)
+    with gate(path, _MAT), warnings.catch_warnings(action="ignore"):
+        found: dict[str, Any] = _mat_variables(path.read_bytes())
+    if not found:
+        raise InputError(
+            "it must have variables of numbers; save -struct writes the fields of a struct as such"
+        )
+    about = _about_of_array(found.get(_PROVENANCE))
+    if about:
+        found = {
+            name: one
+            for name, one in found.items()
+            if name not in ("names", "units", _PROVENANCE)
+        }
+    for group, angles in _GROUPS.items():
+        matrix = found.pop(group, None)
+        if matrix is not None and found.keys().isdisjoint(angles):
+            if matrix.ndim != 2 or matrix.shape[1] != len(angles):
+                raise InputError(
+                    f"{group} must be a matrix of 4 columns, got shape {matrix.shape}"
+                )
+            found |= dict(zip(angles, matrix.T, strict=True))
+    yield from _tables_of(found, about, builder)
 
 
 def _mat_variables(content: bytes) -> dict[str, Array]:

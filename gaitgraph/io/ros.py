@@ -8,6 +8,7 @@ Bags have version 8, since Humble cannot read version 9. A goal states in a comm
 from __future__ import annotations
 
 import json
+from contextlib import ExitStack
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
@@ -44,6 +45,7 @@ STATE = "sensor_msgs/msg/JointState"
 STRING = "std_msgs/msg/String"
 TOPICS = {STRING: "/gaitgraph", TRAJECTORY: "/joint_trajectory", STATE: "/joint_states"}
 
+_BAG = "a ROS 2 bag"
 _MOST_POINTS = 100_000
 _COLUMNS = {"positions": ANGLES, "velocities": RATES, "accelerations": ACCELERATIONS}
 _NANOSECONDS = 1_000_000_000
@@ -230,12 +232,13 @@ def read_mcap(path: Path, builder: TableBuilder) -> Iterator[Table]:
     """Yield the gait of a bag or of its file: its JointTrajectory, else its JointStates; of ours, one period."""
     from rosbags.rosbag2 import Reader
 
-    with gate(path, "a ROS 2 bag"):
-        if path.is_dir() and not (path / "metadata.yaml").is_file():
-            raise InputError(
-                "it must have a metadata.yaml, got none: ros2 bag reindex writes one"
-            )
-        with Reader(path) as bag:
+    if path.is_dir() and not (path / "metadata.yaml").is_file():
+        raise InputError(
+            "it must have a metadata.yaml, got none: ros2 bag reindex writes one"
+        )
+    with ExitStack() as opened:
+        with gate(path, _BAG):
+            bag = opened.enter_context(Reader(path))
             storages = getattr(bag.storage, "storages", [bag.storage])
             chunks = (
                 chunk
@@ -243,35 +246,38 @@ def read_mcap(path: Path, builder: TableBuilder) -> Iterator[Table]:
                 for chunk in getattr(storage, "chunks", ())
             )
             check_size(sum(chunk.uncompressed_size for chunk in chunks), "its chunks")
+        about, chosen = (
+            dict[str, Any](),
+            None,
+        )  # of our own bags, with which options they were written
+        for _, message in _messages(path, bag, STRING, [TOPICS[STRING]])[:1]:
             about, chosen = (
-                dict[str, Any](),
-                None,
-            )  # of our own bags, with which options they were written
-            for _, message in _messages(bag, STRING, [TOPICS[STRING]])[:1]:
-                about, chosen = (
-                    about_from_text(message.data, required=True),
-                    json.loads(message.data).get("bag"),
-                )
-            chosen = chosen if isinstance(chosen, dict) else {}
-            columns = _columns(*_recorded(bag, chosen), chosen)
-        yield from builder.whole(columns, about)
+                about_from_text(message.data, required=True),
+                json.loads(message.data).get("bag"),
+            )
+        chosen = chosen if isinstance(chosen, dict) else {}
+        columns = _columns(*_recorded(path, bag, chosen), chosen)
+    yield from builder.whole(columns, about)
 
 
-def _messages(bag: Reader, kind: str, topics: list[str]) -> list[tuple[int, Any]]:
+def _messages(
+    path: Path, bag: Reader, kind: str, topics: list[str]
+) -> list[tuple[int, Any]]:
     """Return the messages of a kind in some topics, each with the time of its record [ns]."""
     connections = [
         one for one in bag.connections if one.msgtype == kind and one.topic in topics
     ]
-    found = (
-        bag.messages(connections) if connections else ()
-    )  # no connections would mean all
-    return [
-        (time, _store().deserialize_cdr(content, kind)) for _, time, content in found
-    ]
+    if not connections:  # which would mean all
+        return []
+    with gate(path, _BAG):
+        return [
+            (time, _store().deserialize_cdr(content, kind))
+            for _, time, content in bag.messages(connections)
+        ]
 
 
 def _recorded(
-    bag: Reader, chosen: dict[str, Any]
+    path: Path, bag: Reader, chosen: dict[str, Any]
 ) -> tuple[list[str], list[tuple[Any, ...]]]:
     """Return names of joints, and rows of time [ns], positions, velocities and accelerations, of a bag.
 
@@ -289,7 +295,7 @@ def _recorded(
                 f"topics of {kind} must be one, or {topic} among them, got {', '.join(topics)}"
             )
         topics = [topic] if len(topics) > 1 else topics
-        messages = _messages(bag, kind, topics)
+        messages = _messages(path, bag, kind, topics)
         if not messages:
             continue
         first = messages[0][1]
