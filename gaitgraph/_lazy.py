@@ -1,4 +1,4 @@
-"""Names and pictures that are loaded when they are first used, so that importing the package costs nothing.
+"""Names that are loaded when they are first used, so that importing the package costs nothing.
 
 A package states its names in the imports of its ``if TYPE_CHECKING:`` block, for type checkers, and in a table beside it,
 from which :func:`lazy_names` imports a name's module when the name is asked for. A test compares the two.
@@ -12,9 +12,6 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
-
-    from matplotlib.axes import Axes
-
 
 _MODULES: dict[str, dict[str, str]] = {}
 
@@ -53,20 +50,3 @@ def lazy_names(
         return value
 
     return getattr_, lambda: sorted(modules)
-
-
-class Pictured:
-    """Base of the objects that have a picture, which :mod:`gaitgraph.plots.gaits` draws."""
-
-    __slots__ = ()
-
-    def plot(self: Any, *, ax: Axes | None = None) -> Axes:
-        """Draw the object on axes, by default those of a new figure; see :func:`gaitgraph.plots.plot`."""
-        from gaitgraph.plots.gaits import plot
-
-        return plot(self, ax=ax)
-
-    def _repr_html_(self: Any) -> str:
-        from gaitgraph.plots.gaits import html_of
-
-        return html_of(self)

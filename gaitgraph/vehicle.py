@@ -19,7 +19,6 @@ from functools import cache, partial
 from pathlib import Path
 from typing import Any, Literal, get_args
 
-from gaitgraph._lazy import Pictured
 from gaitgraph.angles import (
     angle_from_text,
     angle_within,
@@ -36,6 +35,7 @@ from gaitgraph.errors import (
     shown,
 )
 from gaitgraph.files import from_toml_file, table_from_toml
+from gaitgraph.pictured import Pictured
 
 Spin = Literal["clockwise", "counterclockwise"]
 Angle = float | str  # [rad], or a text such as "45deg"

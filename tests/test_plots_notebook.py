@@ -57,6 +57,10 @@ MADE: dict[str, Callable[[], Any]] = {
     "timed gait": lambda: RED.parametrize(2.0),
     "timed at full speed": lambda: BLUE.parametrize(law="equal-time"),
     "timed with limits": lambda: gg.lift(SQUARE, "red", vehicle=LIMITED).parametrize(),
+    "table": lambda: gg.timing.table_of(RED.parametrize(2.0)),
+    "table of a plane loop": lambda: gg.timing.table_of(
+        {"alpha1": [0.4, 0.8], "alpha2": [-0.4, -0.5], "color": "red"}
+    ),
     "report": lambda: gg.validate(RED),
     "report of blue": lambda: gg.validate(BLUE),
     "report with notes": lambda: replace(

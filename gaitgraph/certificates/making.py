@@ -87,6 +87,10 @@ class Certified:
             "warnings": list(self.warnings),
         }
 
+    def __repr__(self) -> str:
+        pieces, claims = len(self.document["pieces"]), ", ".join(self.intervals)
+        return f"<Certified: {pieces} pieces, claims {claims}>"
+
     def __str__(self) -> str:
         lines = [f"Certified {len(self.document['pieces'])} pieces"]
         for name, values in self.as_mapping()["claims"].items():

@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph._lazy import Pictured
 from gaitgraph.angles import angles_from, checked_number, text_from_angle, whole_number
 from gaitgraph.errors import InputError, shown
 from gaitgraph.invertibility.matrices import (
@@ -24,6 +23,7 @@ from gaitgraph.invertibility.matrices import (
     coefficients_of,
     level_determinant,
 )
+from gaitgraph.pictured import Pictured
 from gaitgraph.surface.sheets import (
     COLORS,
     DEFAULT_CROSSING_TOLERANCE,

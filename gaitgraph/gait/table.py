@@ -17,6 +17,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from itertools import chain
 from pathlib import Path
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -34,6 +35,7 @@ from gaitgraph.invertibility.matrices import (
     level_determinant,
     level_determinant_resolution,
 )
+from gaitgraph.pictured import Pictured
 from gaitgraph.surface.sheets import (
     DEFAULT_CROSSING_TOLERANCE,
     DEFAULT_TOLERANCE,
@@ -97,7 +99,7 @@ _DERIVED = {"": "", "_rate": "/s", "_acceleration": "/s^2"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Table:
+class Table(Pictured):
     """Rows of a gait: equally long columns by name, in the order of the module's docstring.
 
     Parameters
@@ -119,13 +121,24 @@ class Table:
 
     def __repr__(self) -> str:
         """Return one line without the numbers: rows, columns and what made the table."""
-        made_by = [
-            f"{name} {self.about[name]}"
-            for name in ("period", "law")
-            if isinstance(self.about.get(name), float | int | str)
-        ]
-        parts = [f"{len(self)} rows", ", ".join(self.columns), *made_by]
-        return f"Table({'; '.join(parts)})"
+        return f"<Table: {', '.join(self._parts)}>"
+
+    def __str__(self) -> str:
+        lines = [f"Table: {', '.join(self._parts)}"]
+        names = fill(", ".join(self.columns), 110, subsequent_indent="    ")
+        lines.append(f"  columns: {names}")
+        return "\n".join([*lines, *(f"warning: {note}" for note in self.notes)])
+
+    @property
+    def _parts(self) -> list[str]:
+        about, vehicle = self.about, self.about.get("vehicle")
+        parts = [f"{len(self)} rows", f"{len(self.columns)} columns"]
+        if isinstance(about.get("period"), float | int):
+            parts.append(f"T = {about['period']:g} s")
+        if isinstance(about.get("law"), str):
+            parts.append(about["law"])
+        name = vehicle.get("name") if isinstance(vehicle, dict) else vehicle
+        return [*parts, f"vehicle {shown(name)}"] if isinstance(name, str) else parts
 
     def __len__(self) -> int:
         return len(next(iter(self.columns.values()), ()))

@@ -16,10 +16,10 @@ from typing import TYPE_CHECKING, Any
 
 import shapely
 
-from gaitgraph._lazy import Pictured
 from gaitgraph.errors import Infeasible
 from gaitgraph.graph.walks import note_on_gap
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR
+from gaitgraph.pictured import Pictured
 from gaitgraph.planning.any_angle import any_angle_paths, with_nearest
 from gaitgraph.planning.grid import grid_paths, request_graph
 from gaitgraph.planning.refusal import FoundPath, Obstacle, branches_of

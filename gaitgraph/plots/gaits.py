@@ -20,6 +20,7 @@ import shapely
 from gaitgraph.angles import HALF_PI, percent, whole_number
 from gaitgraph.errors import InputError, MissingExtra, shown as shown_value
 from gaitgraph.gait.gait import Gait, lift, name_of
+from gaitgraph.gait.table import Table, surface_of, tilt_angles
 from gaitgraph.invertibility import matrices
 from gaitgraph.invertibility.matrices import FloatArray, coefficients_of
 from gaitgraph.io.formats import gait_of
@@ -47,7 +48,7 @@ if TYPE_CHECKING:
     from gaitgraph.io.formats import GaitLike
     from gaitgraph.planning.any_angle import Location
 
-    Shown = Gait | TimedGait | Plan | Report | Region | Vehicle
+    Shown = Gait | TimedGait | Table | Plan | Report | Region | Vehicle
 
 # Opposite rotors have the same angle on the red sheet: they differ in width, so that both curves are visible.
 ANGLE_LOOKS: tuple[dict[str, Any], ...] = tuple(
@@ -369,7 +370,7 @@ def plot(shown: Shown, *, ax: Axes | None = None) -> Axes:
 
     A gait or plan is its loop on the map of (α1, α2), where the region for its sheet and sign of R is shaded; a plan
     also has its waypoints, its polygons, and arrows to the nearest admissible points if there is no loop. A timed gait
-    is its four angles over time, a report the part of each limit that the gait uses.
+    is its four angles over time, a table those of its rows over time or row number, a report the part of each limit that the gait uses.
     """
     ax = base.axes_or_new(ax)
     _draw(ax, shown, legend=True)
@@ -542,6 +543,12 @@ def _draw(ax: Axes, shown: Any, *, legend: bool) -> str:
     elif isinstance(shown, TimedGait):
         draw_angles(ax, shown.t, shown.alpha)
         base.legend_below(ax, ncols=4)
+    elif isinstance(shown, Table):
+        alpha = tilt_angles(shown, surface_of(shown)[1])
+        places = shown["t"] if "t" in shown else np.arange(1.0, len(alpha) + 1)
+        draw_angles(ax, places, alpha)
+        ax.set_xlabel("$t$ (s)" if "t" in shown else "row")
+        base.legend_below(ax, ncols=4)
     elif isinstance(shown, Report):
         _draw_checks(ax, shown)
     elif isinstance(shown, Region):
@@ -554,7 +561,7 @@ def _draw(ax: Axes, shown: Any, *, legend: bool) -> str:
         draw_vehicle(ax, seen)
     else:
         raise InputError(
-            f"only gaits, plans, reports, regions and vehicles can be plotted, got {shown_value(shown)}"
+            f"only gaits, tables, plans, reports, regions and vehicles can be plotted, got {shown_value(shown)}"
         )
     return title
 

@@ -286,6 +286,9 @@ class Colorings:
             },
         }
 
+    def __repr__(self) -> str:
+        return f"<Colorings: {str(self).splitlines()[0]}>"
+
     def __str__(self) -> str:
         n, count = len(self.points), self.count
         points = (

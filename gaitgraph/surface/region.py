@@ -16,9 +16,9 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from gaitgraph._lazy import Pictured
 from gaitgraph.angles import HALF_PI, angle_within, angles_from
 from gaitgraph.errors import InputError, of_field, shown
+from gaitgraph.pictured import Pictured
 from gaitgraph.vehicle import Angle
 
 if TYPE_CHECKING:

@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any, Unpack, get_args
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph._lazy import Pictured
 from gaitgraph.angles import number_of, whole_number
 from gaitgraph.errors import InputError, checked_choice, shown
 from gaitgraph.gait.gait import Gait
@@ -39,6 +38,7 @@ from gaitgraph.io.formats import (
     write_tables,
 )
 from gaitgraph.io.servo_map import clipped_rows
+from gaitgraph.pictured import Pictured
 from gaitgraph.surface.sheets import family_codes, family_types, text_from_types
 from gaitgraph.timing.laws import DEFAULT_LAW, LAWS, STRAIGHT, LawName, located
 from gaitgraph.validation.report import RATE_CHECKS, limit_check

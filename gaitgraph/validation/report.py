@@ -12,8 +12,8 @@ from dataclasses import asdict, dataclass, replace
 from textwrap import fill
 from typing import TYPE_CHECKING, Any, Literal, TypedDict
 
-from gaitgraph._lazy import Pictured
 from gaitgraph.angles import figure
+from gaitgraph.pictured import Pictured
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
