@@ -620,7 +620,7 @@ def test_commands(run: Any, tmp_path: Path) -> None:
             2,
             "got 'n.cert.json' twice",
         ),
-        (("certify", "there.csv"), 1, "transition, which is no closed gait"),
+        (("certify", "there.csv"), 1, "a path that is run once, and no closed gait"),
         (("certify", "paced.csv"), 1, "plan or pace with --certify"),
         (("certify", "low.csv"), 1, "floor 0.05"),
         (("verify", "q.csv"), 2, "certificate 'q.csv'"),

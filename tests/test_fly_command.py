@@ -13,7 +13,6 @@ from gaitgraph.errors import InputError
 from gaitgraph.flight.course import biased_timed_gait
 from gaitgraph.flight.flight import FlightSettings
 from gaitgraph.flight.simulation import fly
-from gaitgraph.planning.transitions import transition
 from gaitgraph.timing.curve import rounded
 from gaitgraph.timing.time_optimal import Limits, paced
 from gaitgraph.timing.timed_gait import ROW_BY_ROW, RowTimedGait, timed_gait_of
@@ -134,9 +133,8 @@ def test_only_a_table_that_states_no_law_of_its_rows_has_a_warning(
     curve = rounded(gait, 0.05).curve.polyline(
         1e-7
     )  # its corners are too many to be stated
-    entry = transition("hover", gait)
     assert law is not None
-    for made in (law, curve.parametrize(1.0, samples=200), entry):
+    for made in (law, curve.parametrize(1.0, samples=200)):
         made.write(tmp_path / "a.json", force=True)
         table = json.loads((tmp_path / "a.json").read_text())
         for factor in (1, 1.01):

@@ -177,9 +177,9 @@ def certify(
     if not isinstance(source, Table):
         choices = {}
     with naming_file(gait):
-        if isinstance(source, Table) and "transition" in source.about:
+        if not getattr(source, "repeats", True):
             raise Infeasible(
-                "no certificate, since the table is that of a transition, which is no closed gait"
+                "no certificate, since it is a path that is run once, and no closed gait"
             )
         report = validate(source, floor=floor, **choices)
         if not report.flyable:

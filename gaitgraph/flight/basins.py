@@ -29,7 +29,7 @@ from gaitgraph.errors import InputError, shown
 from gaitgraph.flight.course import biased_timed_gait, repeated
 from gaitgraph.flight.flight import OUTCOMES, FlightSettings, about_table
 from gaitgraph.flight.simulation import Simulation, before_take_off
-from gaitgraph.gait.table import Table, merged
+from gaitgraph.gait.table import Table, check_repeats, merged
 from gaitgraph.invertibility.matrices import (
     BoolArray,
     FloatArray,
@@ -237,6 +237,7 @@ def basins_of(
     import shapely
 
     timed = timed_gait_of(gait)
+    check_repeats(timed)
     etas = list(biases)
     if (
         not etas

@@ -14,6 +14,7 @@ import numpy as np
 
 from gaitgraph.angles import whole_number
 from gaitgraph.errors import InputError, shown
+from gaitgraph.gait.table import check_repeats
 from gaitgraph.planning.transitions import transition
 from gaitgraph.timing.laws import LAWS
 from gaitgraph.timing.timed_gait import ROW_BY_ROW, TimedGait, timed_gait_of
@@ -40,7 +41,7 @@ def biased_timed_gait(timed: TimedGait, eta: float) -> TimedGait:
             f"law must be one of {', '.join(LAWS)} for a bias, got {shown(timed.law)}",
             field="law",
         )
-    return replace(timed, gait=timed.gait.biased(eta))
+    return timed.with_gait(timed.gait.biased(eta))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -203,6 +204,7 @@ def from_hover(
     """
     whole_number("periods", periods, 1, _MOST_PERIODS)
     timed = timed_gait_of(gait)
+    check_repeats(timed)
     gait, times = timed.gait, timed.corner_times
     passed = timed.at(times[:-1])[0]
     if (
@@ -215,7 +217,7 @@ def from_hover(
         )
     path = transition("hover", gait)
     if path and path.report is not None and path.report.flyable:
-        entry, seconds, corner = path.timed, path.duration, path.corners[1] or 0
+        entry, seconds, corner = path.timed.loop, path.duration, path.corners[1] or 0
     else:
         # Straight to the first corner, within the largest tilt rate.
         ends = np.stack([np.zeros(4), gait.alpha[0]])

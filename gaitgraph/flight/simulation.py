@@ -644,7 +644,7 @@ def before_take_off(
     limited = vehicle.replace(
         max_thrust=thrust, max_tilt_rate=settings.servo_rate or vehicle.max_tilt_rate
     )
-    judged = replace(timed, gait=replace(timed.gait, vehicle=limited))
+    judged = timed.with_gait(replace(timed.gait, vehicle=limited))
     forbidden, warnings = broken_rules(judged.check(), pulling=not settings.saturation)
     if isinstance(timed, RowTimedGait):
         if not timed.closed:

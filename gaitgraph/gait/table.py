@@ -140,6 +140,22 @@ class Table(Pictured):
         name = vehicle.get("name") if isinstance(vehicle, dict) else vehicle
         return [*parts, f"vehicle {shown(name)}"] if isinstance(name, str) else parts
 
+    @property
+    def repeats(self) -> bool:
+        """Whether the motion repeats after its last row; False for a path, run once from its first row to its last.
+
+        ``about["repeats"]`` states it, in every format too.
+        """
+        return self.about.get("repeats") is not False
+
+    def once(self) -> Table:
+        """Return the table as a path that is run once, from its first row to its last.
+
+        >>> Table(columns={"alpha1": [0.1, 0.2]}).once().repeats
+        False
+        """
+        return replace(self, about={**self.about, "repeats": False})
+
     def __len__(self) -> int:
         return len(next(iter(self.columns.values()), ()))
 
@@ -337,6 +353,15 @@ def lifted_pieces(
         yield piece, alpha, codes
 
 
+def check_repeats(motion: object, name: str = "gait") -> None:
+    """Raise InputError if a table or a timed motion is a path that is run once."""
+    if not getattr(motion, "repeats", True):
+        raise InputError(
+            f"{name} must repeat, got a path that is run once, from its first row to its last",
+            field=name,
+        )
+
+
 def is_closed(alpha: FloatArray) -> bool:
     """Return whether the last of two or more rows of angles is the first again, to its digits; these two suffice.
 
@@ -381,6 +406,7 @@ def stated_gait(
     about: dict[str, Any] = table.about
     if (
         "corners" not in about
+        or not table.repeats
         or "t" not in table
         or "alpha3" not in table
         or about.get("made_by") == "pace"
@@ -487,7 +513,8 @@ def closed_rows(
     By default vehicle and coefficients are those of the table, else the paper's; the gait then keeps the request of the
     table. Rows without colors get those of the sheets or fibres they lie on, if each lies on one to within 2e-3 rad. A
     last row that closes the table is no corner. The n + 1 times [s] include the return to the first corner; None
-    without a column t. The stated gait is None if rows are not on it, with a warning.
+    without a column t. The stated gait is None if rows are not on it, with a warning. Of a path that is run once the
+    polyline leads out and back, in twice the time: its segments are those of the path.
 
     >>> columns = {"t": np.array([0, 1]), "alpha1": [0.4, 0.9], "alpha2": [-0.4, -0.4], "color": ("red", "red")}
     >>> gait, times, _ = closed_rows(Table(columns=columns))
@@ -503,17 +530,17 @@ def closed_rows(
     vehicle, numbers, crossing = surface_of(table, vehicle, coefficients)
     alpha, t = tilt_angles(table, numbers), table.columns.get("t")
     file = f"gait file {str(name)!r}: " if isinstance(name, (str, Path)) else ""
-    if note := note_on_ends(alpha):
+    colors = tuple(table["color"]) if "color" in table else _colors_of(alpha, numbers)
+    if (note := note_on_ends(alpha)) and table.repeats:
         warnings.warn(f"{file}{note}", FileWarning, stacklevel=2)
-    if is_closed(alpha):
-        alpha = alpha[:-1]
+    if not table.repeats and len(alpha) > 1:
+        back = slice(-2, 0, -1)
+        alpha, colors = np.vstack([alpha, alpha[back]]), colors + colors[back]
+        t = None if t is None else np.append(t, 2 * t[-1] - t[-2::-1])
+    elif is_closed(alpha):
+        alpha, colors = alpha[:-1], colors[: len(alpha) - 1]
     elif t is not None:
         t = np.append(t, closing_time(t[0], t[-1], len(t)))
-    colors = (
-        tuple(table["color"][: len(alpha)])
-        if "color" in table
-        else _colors_of(alpha, numbers)
-    )
     stated = stated_gait(table, vehicle, numbers, crossing)
     if stated is not None:
         start, end = table["t"][[0, -1]].tolist()
@@ -540,7 +567,7 @@ def completed_table(
     vehicle: VehicleLike | None = None,
     coefficients: CoefficientsLike | None = None,
 ) -> Table:
-    """Return a table of two rows or more completed: from t = 0, closed, with all columns that can be computed.
+    """Return a table of two rows or more completed: from t = 0, closed unless it is a path, with all columns.
 
     A stated column stays if all of its rows agree with the angles: R to within its digits, types with the color.
     Otherwise, or for another vehicle, it is computed. Rows are joined by straight segments: unless all rates and
@@ -578,16 +605,18 @@ def completed_table(
                 *family_types(alpha, codes, numbers, crossing_tolerance), strict=True
             )
             columns["types"] = tuple(text_from_types(*pair) for pair in pairs)
-    # The first row again at the end, which replaces a last row that repeats it.
-    whole, returned = Table(columns=columns, about=about), is_closed(alpha)
-    end = t[-1] if returned else closing_time(0.0, t[-1], len(t))
-    last = Table(columns=whole.rows(0, 1).columns | {"t": np.array([end])})
-    columns = merged([whole.rows(0, len(t) - returned), last]).columns
+    if (
+        table.repeats
+    ):  # the first row again at the end, which replaces a last row that repeats it
+        whole, returned = Table(columns=columns, about=about), is_closed(alpha)
+        end = t[-1] if returned else closing_time(0.0, t[-1], len(t))
+        last = Table(columns=whole.rows(0, 1).columns | {"t": np.array([end])})
+        columns = merged([whole.rows(0, len(t) - returned), last]).columns
     if not all(name in table for name in (*RATES, *ACCELERATIONS)):
         for name, rate, acceleration in zip(ANGLES, RATES, ACCELERATIONS, strict=True):
             slopes = np.diff(columns[name]) / np.diff(columns["t"]) + 0.0
             columns |= {
-                rate: np.append(slopes, slopes[:1]),
+                rate: np.append(slopes, slopes[:1] if table.repeats else slopes[-1:]),
                 acceleration: np.zeros(len(slopes) + 1),
             }
     return Table(

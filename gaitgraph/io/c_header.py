@@ -51,7 +51,7 @@ def write_h(pieces: Iterable[Table], path: Path) -> None:
     times, angles, closed = (
         table["t"] - table["t"][0],
         table.alpha,
-        is_closed(table.alpha),
+        is_closed(table.alpha) and table.repeats,
     )
     servos, states_rates = (
         servos_of(table),

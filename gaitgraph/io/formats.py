@@ -39,7 +39,14 @@ from gaitgraph.files import (
     write_whole,
 )
 from gaitgraph.gait.gait import PAPER_GAITS, Gait, paper_gait
-from gaitgraph.gait.table import ANGLES, Table, closed_rows, merged, paced_gait
+from gaitgraph.gait.table import (
+    ANGLES,
+    Table,
+    check_repeats,
+    closed_rows,
+    merged,
+    paced_gait,
+)
 from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.io import binary_tables, c_header, ros, text_files
 from gaitgraph.io.columns import TableBuilder, is_frame, table_from_frame
@@ -311,6 +318,7 @@ def gait_of(
     vehicle: VehicleLike | None = None,
     coefficients: CoefficientsLike | None = None,
     name: str = "gait",
+    path: bool = False,
 ) -> Gait:
     """Return the gait that was handed over in any form: of a table the closed polyline, straight runs merged.
 
@@ -318,13 +326,17 @@ def gait_of(
     without a color get that of the sheet or fibre they lie on, if each lies on one to within 2e-3 rad.
 
     The vehicle and the coefficients are those given, else those that the table states, else the paper's. The gait keeps
-    the request that the table states, if none is given. Raises InputError if it is no gait, as :func:`given_gait` says,
+    the request that the table states, if none is given. With `path` a table that is run once is led out and back.
+    Raises InputError if it is no gait, as :func:`given_gait` says, or a path,
     FileProblem if a file cannot be read, and Infeasible if a request has no gait.
 
     >>> gait_of({"alpha1": [0.4, 0.6, 0.9], "alpha2": [-0.4, -0.4, -0.4], "color": "red"}).alpha[:, 0].tolist()
     [0.4, 0.9]
     """
     source = given_gait(gait, name=name, vehicle=vehicle, coefficients=coefficients)
+    if not path:
+        with naming_file(gait):
+            check_repeats(source, name)
     if not isinstance(source, Table):
         return source if isinstance(source, Gait) else source.gait
     with naming_file(gait):

@@ -81,7 +81,7 @@ def points_of(
     Returns times since the first point, shape (n,) [ns], strictly increasing, and rows: `positions`, and `velocities`
     and `accelerations` if the table has them, shape (n, 4) [rad], [rad/s], [rad/s²].
     """
-    if periods > 1 and not is_closed(table.alpha):
+    if periods > 1 and not (table.repeats and is_closed(table.alpha)):
         raise InputError(
             f"periods must be 1 for a table that does not end where it starts, got {periods}",
             field="periods",

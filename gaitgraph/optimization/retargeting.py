@@ -27,6 +27,7 @@ from gaitgraph.gait.gait import Gait
 from gaitgraph.gait.table import (
     ANGLES,
     Table,
+    check_repeats,
     closing_time,
     is_closed,
     surface_of,
@@ -279,6 +280,7 @@ def retarget(
         if isinstance(given, Gait)
         else table_of(given)
     )
+    check_repeats(table)
     if len(table) > MOST_ROWS:
         raise InputError(f"gait must have at most {MOST_ROWS} rows, got {len(table)}")
     chosen, numbers, crossing_tolerance = surface_of(table, vehicle, coefficients)

@@ -20,17 +20,17 @@ import numpy as np
 from gaitgraph.angles import HALF_PI, checked_number, number_of
 from gaitgraph.errors import Infeasible, InputError, shown
 from gaitgraph.gait.gait import Gait, lift
-from gaitgraph.gait.table import ANGLES, RATES, Table, merged
+from gaitgraph.gait.table import Table, merged
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, FloatArray
 from gaitgraph.io.formats import gait_of, write_tables
 from gaitgraph.planning.any_angle import shortest_path
 from gaitgraph.planning.refusal import Branch
 from gaitgraph.planning.request import plan_request
 from gaitgraph.surface.sheets import FIBERS, red_label, separating_factor
-from gaitgraph.timing.laws import DEFAULT_LAW, LAWS, LawName
+from gaitgraph.timing.laws import DEFAULT_LAW, LawName
 from gaitgraph.timing.timed_gait import (
     MOST_SAMPLES,
-    TimedGait,
+    TimedPath,
     checked_clock,
     pieces_of,
 )
@@ -104,10 +104,12 @@ class Transition:
         return self.gait.length / 2
 
     @property
-    def timed(self) -> TimedGait:
-        """The path there and back, timed; the first half is the transition."""
-        return self.gait.parametrize(
-            2 * self.duration, law=self.law, samples=2 * self.samples
+    def timed(self) -> TimedPath:
+        """The path, timed; its `loop` leads there and back."""
+        return TimedPath.of(
+            self.gait.parametrize(
+                2 * self.duration, law=self.law, samples=2 * self.samples
+            )
         )
 
     @property
@@ -118,31 +120,8 @@ class Transition:
 
     def table(self) -> Table:
         """Return the table of the path, from t = 0 to its duration; raises Infeasible if there is none."""
-        timed, about = (
-            self.timed,
-            {
-                "period": self.duration,
-                "made_by": "transition",
-                "transition": self._ends,
-            },
-        )
-        half = merged(pieces_of(timed, about)).rows(0, self.samples + 1)
-        # The last row is the end of the path, not the begin of the path back.
-        rests = math.isfinite(LAWS[self.law].peaks[1])
-        before = (
-            np.zeros(4) if rests else timed.at(math.nextafter(self.duration, 0.0))[1]
-        )
-        last = dict(
-            zip(
-                (*ANGLES, *RATES, "t"),
-                (*self.path[-1], *before, self.duration),
-                strict=True,
-            )
-        )
-        ended = {
-            name: np.append(half[name][:-1], value) for name, value in last.items()
-        }
-        return replace(half, columns={**half.columns, **ended})
+        about = {"made_by": "transition", "transition": self._ends}
+        return merged(pieces_of(self.timed, about))
 
     def write(self, *paths: str | Path, force: bool = False, periods: int = 1) -> None:
         """Write the table of the path; see :func:`gaitgraph.io.formats.write_tables`."""

@@ -92,7 +92,7 @@ def gait_loop(
         raise InputError(
             f"angles must be two different ones of 1 to 4, got {shown_value(angles)}"
         )
-    gait, fresh = gait_of(gait), ax is None
+    gait, fresh = gait_of(gait, path=True), ax is None
     ax = base.axes_or_new(ax)
     columns = [angle - 1 for angle in angles]
     starts, ends = gait.alpha[:, columns], gait.ends[:, columns]
@@ -156,7 +156,7 @@ def roll_pitch_diagram(
     in the legend. Singular curves have the ``gid`` "singular", shaded areas "acceptable", their borders "border".
     """
     whole_number("count", count, 1, 10_000)
-    gait = gait_of(gait)
+    gait = gait_of(gait, path=True)
     ax = base.axes_or_new(ax)
     draw_attitudes(ax, gait, name, base.RED, count)
     if eta is not None:

@@ -588,6 +588,9 @@ def _flown_on_dask(
             raise InputError(
                 f"a worker cannot run the study ({_line(error)}); {needs}"
             ) from error
+        finally:
+            # Here and not when it is collected, where Python would swallow an interrupt.
+            future.release()
 
     path_of = {submitted(numbers): path for path, numbers in missing.items()}
     lost = []

@@ -9,7 +9,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Unpack, get_args
+from typing import TYPE_CHECKING, Any, Self, Unpack, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -104,6 +104,15 @@ class TimedGait(Pictured):
         if type(self) is TimedGait:  # other motions have laws of their own
             checked_choice("law", self.law, LAWS)
         whole_number("samples", self.samples, 1, sys.maxsize)
+
+    @property
+    def repeats(self) -> bool:
+        """Whether the motion repeats; False for a path, see :class:`TimedPath`."""
+        return True
+
+    def with_gait(self, gait: Gait) -> Self:
+        """Return the same timing of another gait with as many corners."""
+        return replace(self, gait=gait)
 
     @property
     def corner_times(self) -> FloatArray:
@@ -343,6 +352,73 @@ class RowTimedGait(TimedGait):
         )
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
+class TimedPath(TimedGait):
+    """A motion that is run once, from its start to its end, at which it then stays.
+
+    `loop` leads out and back: its first half is the path, and `gait` is its closed polyline, whose segments are those of
+    the path. `period` is the duration of the path [s], and `samples` are its intervals.
+    """
+
+    loop: TimedGait
+
+    @classmethod
+    def of(cls, loop: TimedGait) -> TimedPath:
+        """Return the first half of a timed gait that leads out and back the same way."""
+        return cls(
+            gait=loop.gait,
+            period=loop.period / 2,
+            law=loop.law,
+            samples=max(loop.samples // 2, 1),
+            loop=loop,
+        )
+
+    @property
+    def repeats(self) -> bool:
+        """False."""
+        return False
+
+    def with_gait(self, gait: Gait) -> Self:
+        """Return the same timing of another gait with as many corners, out and back."""
+        return replace(self, gait=gait, loop=self.loop.with_gait(gait))
+
+    @property
+    def corner_times(self) -> FloatArray:
+        """The times of the corners of the path, from 0 to its duration [s]."""
+        times = self.loop.corner_times
+        return times[: len(times) // 2 + 1]
+
+    def at(self, t: npt.ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return tilt angles, rates and accelerations at any times; before and after the path those of its ends."""
+        t = np.asarray(t, dtype=float)
+        # At the end the rates are those just before it; a law may stop there at full speed.
+        last = math.nextafter(self.period, 0.0)
+        angles, rates, accelerations = self.loop.at(np.clip(t, 0.0, last))
+        angles = np.where((t >= self.period)[..., None], self._end, angles)
+        moves = ((t >= 0.0) & (t <= self.period))[..., None]
+        return angles, rates * moves, accelerations * moves
+
+    @property
+    def _end(self) -> FloatArray:
+        end: FloatArray = self.gait.alpha[len(self.gait.alpha) // 2]
+        return end
+
+    def _peaks(self, orders: Sequence[int]) -> list[FloatArray]:
+        return self.loop._peaks(orders)
+
+    def check(self, **options: Unpack[CheckOptions]) -> Report:
+        """Return every check of the path; options as for :meth:`Gait.check`."""
+        if isinstance(self.loop, RowTimedGait):
+            return validate(table_of(self), **options)
+        return self.gait.check(**options).with_checks(self.rate_checks())
+
+    def rate_checks(
+        self, noun: str = "duration", share: float = 1.0
+    ) -> tuple[Check, ...]:
+        """Return the checks of tilt rates, accelerations and jerks; see :meth:`TimedGait.rate_checks`."""
+        return self.loop.rate_checks(noun, share / 2)
+
+
 def timed_gait_of(
     gait: GaitLike,
     *,
@@ -393,6 +469,9 @@ def timed_gait_of(
         if stated
         else paced_gait(source, rows) or replace(rows.merged(), request=rows.request)
     )
+    if not source.repeats and len(source) > 1:
+        with naming_file(gait):
+            return _timed_path(source, merged_gait, rows, times, period, law)
     is_asked = period is not None or law is not None
     period = about.get("period") if period is None else period
     law = law or (about["law"] if about.get("law") in (*LAWS,) else DEFAULT_LAW)
@@ -442,6 +521,45 @@ def timed_gait_of(
             law_stated="law" in about
             and bool(np.isclose(ends, stated_period, rtol=1e-6, atol=0).any()),
         )
+
+
+def _timed_path(
+    table: Table,
+    corners: Gait,
+    rows: Gait,
+    times: FloatArray | None,
+    duration: float | None,
+    law: LawName | None,
+) -> TimedPath:
+    """Return the motion of a table that is run once; `corners`, `rows` and `times` lead out and back.
+
+    By default it is that of the rows: the law that the table states, where they follow it, or straight lines.
+    """
+    stated = table.about.get("law")
+    known = law or (stated if stated in (*LAWS,) else DEFAULT_LAW)
+    count = len(table) - 1
+    if times is None or duration is not None or law is not None:
+        if duration is None:
+            if times is None:
+                raise InputError("t must be a column of a path, got none; set a period")
+            duration = float(table["t"][-1] - table["t"][0])
+        return TimedPath.of(
+            corners.parametrize(2 * duration, law=known, samples=2 * count)
+        )
+    times = times - times[0]
+    loop = corners.parametrize(float(times[-1]), law=known, samples=2 * count)
+    if stated in LAWS and np.abs(loop.at(times[:-1])[0] - rows.alpha).max() <= _SAME:
+        return TimedPath.of(loop)
+    times.flags.writeable = False
+    loop = RowTimedGait(
+        gait=replace(corners, alpha=rows.alpha, colors=rows.colors),
+        period=float(times[-1]),
+        law=ROW_BY_ROW,
+        samples=2 * count,
+        times=times,
+        law_stated="law" in table.about,
+    )
+    return TimedPath.of(loop)
 
 
 def checked_clock(
@@ -499,6 +617,8 @@ def pieces_of(
         "law": timed.law,
     }
     by_law = timed.law in LAWS
+    if not timed.repeats:
+        made["repeats"] = False
     if not by_law:
         made["made_by"] = "optimize" if timed.law == "optimal" else "pace"
     has_corners = (
@@ -507,7 +627,10 @@ def pieces_of(
         else getattr(timed, "curve", gait) is None
     )
     if (
-        has_corners and gait.color != "mixed" and len(gait.alpha) <= MOST_CORNERS
+        timed.repeats
+        and has_corners
+        and gait.color != "mixed"
+        and len(gait.alpha) <= MOST_CORNERS
     ):  # not of a path, nor of a curve
         made["corners"] = gait.alpha.tolist()
     if gait.request:
@@ -586,6 +709,7 @@ def export(
     asked = any(one is not None for one in (period, law, samples, rate))
     if asked or (isinstance(given, Table) and ("t" not in given or len(given) == 1)):
         stated = given.about.get("law") if isinstance(given, Table) else given.law
+        asked_law = law
         law = law or (stated if stated in (*LAWS,) else DEFAULT_LAW)
         with naming_file(source):
             timed = timed_gait_of(
@@ -593,11 +717,15 @@ def export(
                 vehicle=vehicle,
                 coefficients=coefficients,
                 period=period,
-                law=law,
+                law=law if given.repeats else asked_law,
             )
-        given = timed.gait.parametrize(
-            timed.period, law=law, samples=samples, rate=rate
-        )
+        if isinstance(timed, TimedPath):
+            count = checked_clock(timed.period, law, samples=samples, rate=rate)
+            given = replace(timed, samples=count)
+        else:
+            given = timed.gait.parametrize(
+                timed.period, law=law, samples=samples, rate=rate
+            )
     pieces: Callable[[], Iterator[Table]]
     if isinstance(given, Table):
         with naming_file(source):

@@ -227,11 +227,7 @@ def validate(
         "coefficients": numbers,
         "crossing_tolerance": crossing,
     }
-    checker = _TableChecker(Criteria(**surface, **limits, noun="row"))
-    if "transition" in first.about:
-        checker.notes["transition"] = (
-            "the table is a transition: the segment back to row 1 is not part of it"
-        )
+    checker = _TableChecker(Criteria(**surface, **limits, noun="row"), first.repeats)
     beside = (
         source.with_suffix(CERTIFICATE)
         if isinstance(source, Path) and source.suffix
@@ -333,8 +329,8 @@ def _why_another(path: Path, digest: str, vehicle: Vehicle) -> str:
 class _TableChecker:
     """Checks a table piece by piece: finds the sheet of each row, applies the rules, and closes the table."""
 
-    def __init__(self, criteria: Criteria) -> None:
-        self.criteria, self.checker = criteria, Checker(criteria)
+    def __init__(self, criteria: Criteria, repeats: bool) -> None:
+        self.criteria, self.checker, self.repeats = criteria, Checker(criteria), repeats
         self.rates = _RowRates(criteria.vehicle)
         self.counts = {sign: ColoringCount(sign) for sign in SIGNS}
         self.rows = 0
@@ -409,7 +405,7 @@ class _TableChecker:
                 )
 
     def report(self) -> Report:
-        """Close the table and return what was found."""
+        """Close the table, unless it is a path that is run once, and return what was found."""
         head, tail = self.head, self.tail
         assert head is not None and tail is not None  # noqa: PT018, S101 - pieces have rows
         first, last = head[:1], tail[-1:]
@@ -418,7 +414,8 @@ class _TableChecker:
         near = self.rows > 1 and is_closed(ends)
         # A last row of another color is a new point, with a segment to the first and no step in time.
         repeated = near and last.sheet[0] == first.sheet[0]
-        if not repeated:
+        is_path = not self.repeats and self.rows > 1
+        if not repeated and not is_path:
             closing = last.joined(first)
             if first.t is not None and last.t is not None:
                 # The closing segment takes one mean step of time.
@@ -431,7 +428,9 @@ class _TableChecker:
             self.checker.update(closing)
             self._count_colorings(last.alpha[:, :2])
         message = f"closed by a straight segment of {gap:.4g} rad from row {self.rows} back to row 1"
-        if near:
+        if is_path:
+            message = f"run once, from row 1 to row {self.rows}: no segment leads back"
+        elif near:
             message = "the last row repeats the first"
             message += (
                 ""
@@ -444,14 +443,18 @@ class _TableChecker:
             self.notes["posture"] = (
                 "the table is a single posture, not a gait: its rows are all equal"
             )
-        if self.rows > 1 and (note := note_on_ends(ends)):
+        if self.repeats and self.rows > 1 and (note := note_on_ends(ends)):
             self.notes["ends"] = note
-        if not repeated and gap > 3 * self.longest:
+        if not repeated and not is_path and gap > 3 * self.longest:
             self.notes["closed"] = (
                 f"the closing segment from row {self.rows} to row 1 is {gap:.4g} rad long, the longest step between "
-                f"rows {self.longest:.4g} rad: is the end of the table missing?"
+                f"rows {self.longest:.4g} rad: is the end of the table missing? A path that is run once needs --once "
+                "(Table.once())"
             )
-        value, where = 0.0 if repeated else gap, last.place(0).as_mapping("row")
+        value, where = (
+            0.0 if repeated or is_path else gap,
+            last.place(0).as_mapping("row"),
+        )
         closed = Check(
             name="closed",
             kind="valid",
@@ -462,9 +465,10 @@ class _TableChecker:
         )
         report = self.checker.report(closed)
         if head.t is not None:
-            report = report.with_checks(self.rates.checks(head, tail, closed=near))
+            closed_as = None if is_path else near
+            report = report.with_checks(self.rates.checks(head, tail, closed=closed_as))
             self.notes |= self.rates.notes
-        if self.is_beyond:
+        if self.is_beyond or is_path:  # colourings are of loops
             listing = None
         elif self.rows > MOST_LISTED_ROWS:
             listing = colorings_counted(self.counts)
@@ -527,11 +531,16 @@ class _RowRates:
             )
             peak.update(values[:starts], rows[1:] if order > 1 else rows)
 
-    def checks(self, head: Segments, tail: Segments, *, closed: bool) -> list[Check]:
-        """Close the motion and return the checks of its rates, its accelerations and, where limited, jerks."""
+    def checks(
+        self, head: Segments, tail: Segments, *, closed: bool | None
+    ) -> list[Check]:
+        """Close the motion and return the checks of its rates, its accelerations and, where limited, jerks.
+
+        `closed` is whether the last row repeats the first, None for a path, which is not closed.
+        """
         assert head.t is not None and tail.t is not None  # noqa: PT018, S101
         period = float(tail.t[-1] - head.t[0])
-        if len(tail.alpha) > 1:
+        if len(tail.alpha) > 1 and closed is not None:
             # Across the seam: from the last rows to the first ones, a period later.
             onward = head[1:] if closed else head
             later = (

@@ -1,0 +1,185 @@
+"""Motions that are run once, from their first row to their last: nothing leads them back to the start."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+import gaitgraph as gg
+from gaitgraph.flight.basins import basins_of
+from gaitgraph.flight.course import from_hover
+from gaitgraph.gait.table import RATES
+from gaitgraph.io.formats import FORMATS
+from gaitgraph.timing.timed_gait import export, table_of, timed_gait_of
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+LOOP = [(-0.4, 0.4), (-0.4, 1.2), (-1.2, 1.2), (-1.2, 0.4)]
+GAIT = gg.lift(LOOP, "red")
+ENTRY = gg.transition("hover", GAIT, duration=1.0)
+END = ENTRY.path[-1]
+READ = [suffix for suffix, form in FORMATS.items() if form.reads]
+
+
+@pytest.fixture
+def entry(tmp_path: Path) -> Path:
+    path = tmp_path / "entry.csv"
+    ENTRY.write(path)
+    return path
+
+
+def steps(table: gg.Table) -> float:
+    """Return the largest step between rows [rad]."""
+    return float(np.abs(np.diff(table.alpha, axis=0)).max())
+
+
+@pytest.mark.parametrize("suffix", READ)
+@pytest.mark.parametrize("timing", [{}, {"samples": 37}, {"rate": 60.0}])
+def test_an_entry_ends_where_the_gait_begins_in_every_format(
+    suffix: str, timing: dict[str, Any], entry: Path
+) -> None:
+    form = FORMATS[suffix]
+    if form.library:
+        pytest.importorskip(form.library, reason=f"install the extra {form.extra!r}")
+    written = entry.with_name(f"e{suffix}")
+    export(entry, written, **timing)
+    table = gg.read_table(written)
+    assert not table.repeats
+    assert len(table) == timing.get("samples", timing.get("rate", 100)) + 1
+    np.testing.assert_allclose(table["t"][[0, -1]], [0, 1], atol=1e-9)
+    np.testing.assert_allclose(table.alpha[0], 0, atol=1e-12)
+    np.testing.assert_allclose(table.alpha[-1], END, atol=1e-12)
+    assert steps(table) < 0.05
+    report = gg.validate(written)
+    assert report.flyable
+    assert report["tilt_rate"].value == pytest.approx(0.75, rel=2e-3)
+    assert report["closed"].message.startswith("run once")
+    again = entry.with_name("again.csv")
+    export(written, again)
+    assert np.abs(gg.read_table(again).alpha - table.alpha).max() < 1e-9
+
+
+def test_a_header_stays_at_the_ends(entry: Path) -> None:
+    if shutil.which("cc") is None:
+        pytest.skip("install a C compiler")
+    export(entry, [entry.with_name("entry.h"), entry.with_name("entry.yaml")])
+    text = entry.with_name("entry.h").read_text()
+    assert "repeats for ever" not in text
+    program = entry.with_name("main.c")
+    program.write_text(
+        '#include <stdio.h>\n#include "entry.h"\nint main(void) { float a[4]; for (int k = -2; k < 16; ++k) '
+        '{ entry_at(0.1f * (float)k, a); printf("%.7f %.7f\\n", a[0], a[1]); } return 0; }\n'
+    )
+    subprocess.run(["cc", "-o", program.with_suffix(""), program, "-lm"], check=True)
+    done = subprocess.run(
+        [program.with_suffix("")], capture_output=True, text=True, check=True
+    )
+    found = np.array([line.split() for line in done.stdout.splitlines()], dtype=float)
+    times = np.clip(0.1 * np.arange(-2, 16), 0.0, 1.0)
+    tau = times[:, None]
+    expected = (10 * tau**3 - 15 * tau**4 + 6 * tau**5) * END[:2]
+    np.testing.assert_allclose(found, expected, atol=1e-5)
+
+
+def test_a_timed_path_stays_at_its_ends_and_states_what_it_does() -> None:
+    timed = ENTRY.timed
+    assert (timed.repeats, timed.period, timed.samples) == (False, 1.0, 100)
+    angles, rates, accelerations = timed.at([-1.0, 0.5, 1.0, 7.0])
+    np.testing.assert_allclose(angles, [0 * END, END / 2, END, END], atol=1e-12)
+    np.testing.assert_allclose(np.abs(rates).max(axis=1), [0, 0.75, 0, 0], atol=1e-9)
+    assert (accelerations[[0, 3]] == 0).all()
+    assert timed.peak_rates().max() == pytest.approx(15 / 8 * 0.4)
+    table = table_of(timed)
+    assert not table.repeats
+    assert "corners" not in table.about
+    again: Any = timed_gait_of(table)
+    assert (type(again), again.law) == (type(timed), "smooth")
+    np.testing.assert_array_equal(again.at(timed.t)[0], timed.alpha)
+
+
+def test_a_path_is_judged_without_the_way_back(entry: Path) -> None:
+    table = gg.read_table(entry)
+    alone, closed = (
+        gg.validate(table),
+        gg.validate(gg.Table(columns=table.columns, about={})),
+    )
+    assert alone.flyable
+    assert alone["tilt_rate"].value == pytest.approx(0.75, rel=1e-3)
+    assert closed["tilt_rate"].value == pytest.approx(40.0, rel=0.1)  # in one step
+    assert any("A path that is run once" in note for note in closed.notes)
+    assert alone.listing is None  # colourings are of loops
+    whole = gg.robustness_of(GAIT)
+    assert gg.robustness_of(table).as_mapping()["tilt_margin_deg"] <= 90.0
+    assert whole.as_mapping()["tilt_margin_deg"] is not None
+
+
+def test_rows_of_ones_own_are_a_path_if_that_is_said() -> None:
+    t = np.linspace(0, 1, 40)
+    rows = np.column_stack([-0.4 * t, 0.4 * t**2, -0.4 * t, 0.4 * t**2])
+    columns = {"t": t} | {f"alpha{k + 1}": rows[:, k] for k in range(4)}
+    path = gg.Table(columns=columns).once()
+    assert not path.repeats
+    assert gg.validate(path)["tilt_rate"].value == pytest.approx(0.79, rel=0.02)
+    timed: Any = timed_gait_of(path)
+    np.testing.assert_allclose(timed.at(t)[0], rows, atol=1e-12)
+    np.testing.assert_allclose(timed.at(5.0)[0], rows[-1], atol=1e-12)
+    assert timed.check().flyable
+
+
+@pytest.mark.parametrize("law", ["smooth", "constant-speed"])
+@pytest.mark.parametrize("duration", [None, 2.0])
+def test_a_path_gets_another_timing(
+    law: Any, duration: float | None, entry: Path
+) -> None:
+    export(entry, entry.with_name("e.csv"), law=law, period=duration, samples=50)
+    table = gg.read_table(entry.with_name("e.csv"))
+    assert table["t"][-1] == pytest.approx(duration or 1.0)
+    np.testing.assert_allclose(table.alpha[-1], END, atol=1e-12)
+    ends = np.abs([table[name][[0, -1]] for name in RATES])
+    still = law == "smooth"
+    assert bool((ends < 1e-9).all()) is still
+    assert steps(table) < 0.06
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [
+        gg.gait_of,
+        gg.retarget,
+        gg.least_period,
+        lambda path: gg.transition(path, "hover"),
+        lambda path: gg.transition("hover", path),
+        gg.certify,
+        basins_of,
+        from_hover,
+    ],
+)
+def test_what_is_of_gaits_alone_refuses_a_path_in_one_line(
+    ask: Any, entry: Path
+) -> None:
+    for path in (entry, gg.read_table(entry), ENTRY):
+        with pytest.raises(
+            gg.errors.GaitgraphError, match="path that is run once"
+        ) as caught:
+            ask(path)
+        assert "\n" not in str(caught.value)
+
+
+def test_a_flight_of_a_path_holds_its_end(entry: Path) -> None:
+    mujoco = pytest.importorskip("mujoco", reason="install the extra 'fly'")
+    assert mujoco
+    settings = gg.flight.FlightSettings(duration=2.5)
+    flight = gg.fly(entry, attitude=(0.0, 0.0), settings=settings)
+    assert flight.settled
+    np.testing.assert_allclose(flight.course.at(np.array([1.0, 2.4])), [END, END])
+
+
+def test_a_bag_of_several_periods_is_of_a_gait(entry: Path) -> None:
+    pytest.importorskip("rosbags", reason="install the extra 'ros'")
+    with pytest.raises(gg.InputError, match="periods must be 1"):
+        export(entry, entry.with_name("e.mcap"), periods=2)
