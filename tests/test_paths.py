@@ -183,3 +183,23 @@ def test_a_bag_of_several_periods_is_of_a_gait(entry: Path) -> None:
     pytest.importorskip("rosbags", reason="install the extra 'ros'")
     with pytest.raises(gg.InputError, match="periods must be 1"):
         export(entry, entry.with_name("e.mcap"), periods=2)
+
+
+def test_once_says_it_of_a_table_of_ones_own(run: Any, tmp_path: Path) -> None:
+    t = np.linspace(0, 1, 21)
+    rows = np.column_stack([t, -0.4 * t, 0.4 * t, -0.4 * t, 0.4 * t])
+    head = "t,alpha1,alpha2,alpha3,alpha4"
+    np.savetxt(tmp_path / "own.csv", rows, delimiter=",", header=head, comments="")
+    closed, once = run("validate", "own.csv"), run("validate", "own.csv", "--once")
+    assert "closed by a straight segment" in closed.out.splitlines()[1]
+    assert "run once, from row 1 to row 21" in once.out.splitlines()[1]
+    assert run("export", "own.csv", "e.csv", "e.h", "--once", "--rate", 50).code == 0
+    assert not gg.read_table(tmp_path / "e.csv").repeats
+    assert len(gg.read_table(tmp_path / "e.csv")) == 51
+    assert run("validate", "e.csv").out.splitlines()[1] == once.out.splitlines()[
+        1
+    ].replace("row 21", "row 51")
+    assert run("robustness", "own.csv", "--once").code == 0
+    refused = run("pace", "e.csv", "--max-rate", 6)
+    assert refused.code == 2
+    assert "path that is run once" in refused.err

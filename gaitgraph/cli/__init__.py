@@ -501,6 +501,7 @@ _SHARED: dict[str, Decorator] = {
     "crossing_tolerance": option("--crossing-tolerance", "ANGLE", _CROSSING),
     "angle_rounding": option("--angle-rounding", "ANGLE", _ROUNDING),
     "period": option("--period", "SECONDS", "Period T.  [default: 1]"),
+    "once": flag("--once", "The rows are a path: run once, not led back to row 1."),
     "law": one_of(
         "--law", *LAWS, of="Timing law (position along the loop over time): "
     ),
@@ -562,6 +563,15 @@ def named_in_errors(given: Mapping[str, Any], **names: str) -> Iterator[None]:
         if message == str(error):
             raise
         raise reworded(error, f"--{name.replace('_', '-')}{message}") from error
+
+
+def as_given(gait_file: str, *, once: bool = False, **reading: Any) -> Any:
+    """Return a gait file's name, or with `once` its table as a path; `reading` is for its reader."""
+    if not once:
+        return gait_file
+    from gaitgraph.io.formats import read_table
+
+    return read_table(gait_file, **reading).once()
 
 
 def check_outputs(paths: Paths, *, force: bool) -> None:

@@ -11,6 +11,7 @@ import click
 from gaitgraph.cli import (
     Paths,
     Working,
+    as_given,
     command,
     flag,
     named_in_errors,
@@ -79,7 +80,7 @@ SETTINGS = (
 
 @command(
     "Fly a gait in a physics engine.",
-    "gait_file",
+    "gait_file once",
     option(
         "--attitude",
         "ROLL,PITCH",
@@ -133,6 +134,7 @@ def fly_command(
     anyway: bool = False,
     outputs: Paths = (),
     force: bool = False,
+    once: bool = False,
     **given: Any,
 ) -> int:
     """Fly a gait by feedback linearisation: level out from an attitude, or follow a reference.
@@ -160,7 +162,7 @@ def fly_command(
     with Working("planning") as progress, named_in_errors(asked, eta="bias"):
         attitude = given.pop("attitude", None)
         start = None if attitude is None else checked_attitude(attitude)
-        timed = timed_gait_of(gait_file, **given)
+        timed = timed_gait_of(as_given(gait_file, once=once), **given)
         if bias is not None:
             timed = biased_timed_gait(timed, bias)
         course: Any = timed

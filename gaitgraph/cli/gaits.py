@@ -9,6 +9,7 @@ from gaitgraph.cli import (
     Kind,
     Paths,
     Working,
+    as_given,
     check_outputs,
     command,
     file,
@@ -294,18 +295,19 @@ def _map_names() -> list[str]:
         words=_map_names,
     ),
     option("--periods", "N", "Periods in a bag or .yaml.  [default: 1]"),
-    "period samples rate law force vehicle coefficients json",
+    "once period samples rate law force vehicle coefficients json",
 )
 def export_command(
     gait_file: str,
     outputs: Paths,
     force: bool = False,
     servos: str | None = None,
+    once: bool = False,
     **given: Any,
 ) -> int:
     """Write a gait file, a plan, a request's gait or gait1 to gait4 to OUTPUT files; their suffixes say the formats.
 
-    A table with times keeps its rows. Without times, or with --period, --samples, --rate or --law, the closed
+    A table with times keeps its rows; a path, as of a transition or with --once, is not closed. Without times, or with --period, --samples, --rate or --law, the closed
     polyline through the rows gets a new timing. With --servos the columns are positions of the vehicle's joints: order,
     sign, zero, degrees or pulse widths. Such files are read without an option, servo tables from elsewhere with
     --columns.
@@ -322,7 +324,8 @@ def export_command(
     tables, films = tables_and_films(outputs)
     check_films(films, force=force)
     with Working(f"exporting {gait_file}"):
-        done = export(gait_file, tables, force=force, servos=servo_map, **given)
+        source = as_given(gait_file, once=once, joints=given.get("joints"))
+        done = export(source, tables, force=force, servos=servo_map, **given)
         if films:
             write_films(merged(done.pieces()), films, force=force)
     answer: dict[str, Any] = {

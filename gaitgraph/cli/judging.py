@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from gaitgraph.cli import (
     PAPER_GAITS,
     Working,
+    as_given,
     command,
     file,
     flag,
@@ -39,7 +40,7 @@ def _vehicle(_: Any, __: Any, name: str | None) -> Any:
 
 @command(
     "Check a gait file: every rule, with value, limit and place.",
-    "gait_file require",
+    "gait_file once require",
     option("--tolerance", "X", "Largest |Rφ|, |Rθ| on the surface.  [default: 0.002]"),
     "floor angle_rounding crossing_tolerance",
     option(
@@ -50,10 +51,13 @@ def _vehicle(_: Any, __: Any, name: str | None) -> Any:
     ),
     "coefficients json",
 )
-def validate_command(gait_file: str, require: str = "valid", **given: Any) -> int:
+def validate_command(
+    gait_file: str, require: str = "valid", once: bool = False, **given: Any
+) -> int:
     """Check a gait file of any format, the gait of a request, or gait1 to gait4, along its whole length.
 
-    Rows need alpha1 to alpha4, or alpha1, alpha2 and color; the last row is joined with the first.
+    Rows need alpha1 to alpha4, or alpha1, alpha2 and color; the last row is joined with the first, unless the table is
+    a path, as that of a transition, or with --once.
     The exit code is 1 if the gait is not valid (or not flyable, with --require flyable). CSV and Parquet files of any
     length are read piece by piece.
 
@@ -76,7 +80,7 @@ def validate_command(gait_file: str, require: str = "valid", **given: Any) -> in
                     f"{which} must be omitted for rotors of any geometry, got {value!r}"
                 )
             return show(validate_geometry(gait_file, geometry, **floor))
-        report = validate(gait_file, **given)
+        report = validate(as_given(gait_file, once=once), **given)
     states_none = not (
         wants_json()
         or "vehicle" in given
@@ -174,7 +178,7 @@ def verify_command(certificate: str) -> int:
 
 @command(
     "Tilt margin and acceptable attitudes, beside biased gaits.",
-    "gait_file",
+    "gait_file once",
     option(
         "--bias", "ETA", "Scale α3 and α4 by η in (0, 1]; repeatable.", multiple=True
     ),
@@ -190,7 +194,7 @@ def verify_command(certificate: str) -> int:
     option("--curves", "N", "Number of singular curves along the gait.  [default: 24]"),
     "angle_rounding vehicle coefficients json",
 )
-def robustness_command(gait_file: str, **given: Any) -> int:
+def robustness_command(gait_file: str, once: bool = False, **given: Any) -> int:
     """Compute how far a gait can be tilted before its decoupling matrix is singular.
 
     Takes any table of alpha1 to alpha4, on the gait surfaces or not. Coefficients are exact unless published ones are
@@ -199,7 +203,8 @@ def robustness_command(gait_file: str, **given: Any) -> int:
     from gaitgraph.robustness.biased import robustness_of
 
     with Working(f"tilting {gait_file}") as progress:
-        report = robustness_of(gait_file, progress=progress, **given)
+        source = as_given(gait_file, once=once)
+        report = robustness_of(source, progress=progress, **given)
     return show(report, ok=True)
 
 
