@@ -9,7 +9,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self, Unpack, get_args
+from typing import TYPE_CHECKING, Any, Self, Unpack, cast, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -649,6 +649,80 @@ def pieces_of(
         yield Table(columns=timed.columns(range(start, stop)), about=made)
 
 
+def _retimed(
+    table: Table,
+    vehicle: VehicleLike | None,
+    coefficients: CoefficientsLike | None,
+    period: float | None,
+    law: LawName | None,
+    **sampling: Any,
+) -> Table | TimedGait:
+    """Return a table with another period, law or sampling; as it is if none is asked for and its rows have times.
+
+    Another sampling, or a period alone, keeps the motion that the table states: its law, or that of its rows.
+    """
+    has_times = "t" in table and len(table) > 1
+    asked = any(one is not None for one in (period, law, *sampling.values()))
+    if has_times and not asked:
+        return table
+    chosen: Any = {"vehicle": vehicle, "coefficients": coefficients}
+    motion = timed_gait_of(table, **chosen)
+    rests = isinstance(motion, TimedPath) and isinstance(motion.loop, RowTimedGait)
+    if has_times and law is None and (rests or isinstance(motion, RowTimedGait)):
+        seconds = motion.period if period is None else period
+        count = None
+        if any(one is not None for one in sampling.values()):
+            count = checked_clock(seconds, DEFAULT_LAW, **sampling)
+        else:
+            checked_clock(seconds, DEFAULT_LAW)
+        return _sampled(completed_table(table, **chosen), table, count, seconds)
+    if period is not None or law is not None:
+        known = motion.law if motion.law in (*LAWS,) else DEFAULT_LAW
+        motion = timed_gait_of(
+            table,
+            **chosen,
+            period=motion.period if period is None else period,
+            law=law or cast("LawName", known),
+        )
+    return replace(
+        motion, samples=checked_clock(motion.period, DEFAULT_LAW, **sampling)
+    )
+
+
+def _sampled(rows: Table, stated: Table, count: int | None, seconds: float) -> Table:
+    """Return the motion through the rows of a completed table at even times, in some seconds; `count` None keeps them.
+
+    Rows are joined by cubics through the rates where the table stated rates and accelerations, else straight.
+    """
+    t, alpha = rows["t"], rows.alpha
+    own = t if count is None else np.linspace(0.0, t[-1], count + 1)
+    slower = seconds / t[-1]
+    columns: dict[str, Any] = {"t": own * slower}
+    names = (*RATES, *ACCELERATIONS)
+    smooth = all(name in stated for name in names) and any(
+        rows[name].any() for name in ACCELERATIONS
+    )
+    if smooth:
+        from scipy.interpolate import CubicHermiteSpline
+
+        rates = np.column_stack([rows[name] for name in RATES])
+        spline = CubicHermiteSpline(t, alpha, rates)
+        angles, most = spline(own), np.abs(rates).max(axis=0)
+        # No rate or acceleration above those of the rows: cubics have a little more between them.
+        speeds = np.clip(spline(own, 1), -most, most) / slower
+        columns |= zip(RATES, speeds.T, strict=True)
+        for name in ACCELERATIONS:
+            columns[name] = np.interp(own, t, rows[name]) / slower**2
+    else:
+        angles = np.column_stack([np.interp(own, t, angle) for angle in alpha.T])
+    columns |= zip(ANGLES, angles.T, strict=True)
+    if "color" in rows:
+        passed = np.searchsorted(t, own, side="right") - 1
+        columns["color"] = tuple(rows["color"][k] for k in passed.tolist())
+    about = rows.about | {"period": seconds}
+    return completed_table(Table(columns=columns, about=about))
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Exported:
     """What was written: rows, columns, the number of rows in which each servo was clipped, and the table's pieces."""
@@ -676,9 +750,10 @@ def export(
 ) -> Exported:
     """Write a gait file, or a gait in any other form, to files.
 
-    A table with times keeps its rows, from t = 0 and closed, and gets the columns that follow from them, see
-    :func:`gaitgraph.gait.table.completed_table`. A table without times or of a single row, or with any of `period`,
-    `law`, `samples`, `rate`, gets a new timing on the closed polyline through its rows. Tables are held in memory.
+    A table with times keeps its rows, from t = 0 and closed unless it is a path, and gets the columns that follow from
+    them, see :func:`gaitgraph.gait.table.completed_table`. With `samples`, `rate` or a `period` alone the motion that it
+    states is sampled: its law, else the cubics through its rows and rates, else straight lines. With a `law`, without
+    times, or of a single row it gets a new timing on the polyline through its rows. Tables are held in memory.
 
     Parameters
     ----------
@@ -706,26 +781,18 @@ def export(
         given = read_table(
             given, joints=joints and joints.linked_to(vehicle_named(vehicle or "paper"))
         )
-    asked = any(one is not None for one in (period, law, samples, rate))
-    if asked or (isinstance(given, Table) and ("t" not in given or len(given) == 1)):
-        stated = given.about.get("law") if isinstance(given, Table) else given.law
-        asked_law = law
-        law = law or (stated if stated in (*LAWS,) else DEFAULT_LAW)
+    own_law = not isinstance(given, Table) and given.law not in (*LAWS,)
+    if own_law and period is not None and law is None:
+        given = table_of(given)  # whose rows take another time
+    if isinstance(given, Table):
         with naming_file(source):
-            timed = timed_gait_of(
-                given,
-                vehicle=vehicle,
-                coefficients=coefficients,
-                period=period,
-                law=law if given.repeats else asked_law,
+            given = _retimed(
+                given, vehicle, coefficients, period, law, samples=samples, rate=rate
             )
-        if isinstance(timed, TimedPath):
-            count = checked_clock(timed.period, law, samples=samples, rate=rate)
-            given = replace(timed, samples=count)
-        else:
-            given = timed.gait.parametrize(
-                timed.period, law=law, samples=samples, rate=rate
-            )
+    elif any(one is not None for one in (period, law, samples, rate)):
+        timed = timed_gait_of(given, period=period, law=law)
+        count = checked_clock(timed.period, DEFAULT_LAW, samples=samples, rate=rate)
+        given = replace(timed, samples=count)
     pieces: Callable[[], Iterator[Table]]
     if isinstance(given, Table):
         with naming_file(source):
