@@ -69,12 +69,13 @@ if TYPE_CHECKING:
     from gaitgraph.surface.admissible import admissible_region as admissible_region
     from gaitgraph.surface.loop_colorings import colorings as colorings
     from gaitgraph.surface.sheets import roots as roots
+    from gaitgraph.timing.exporting import export as export
     from gaitgraph.timing.time_optimal import (
         Limits as Limits,
         least_period as least_period,
         paced as paced,
     )
-    from gaitgraph.timing.timed_gait import TimedGait as TimedGait, export as export
+    from gaitgraph.timing.timed_gait import TimedGait as TimedGait
     from gaitgraph.validation.report import Report as Report
     from gaitgraph.validation.validating import validate as validate
     from gaitgraph.vehicle import (
@@ -129,7 +130,8 @@ else:
             "gaitgraph.surface.loop_colorings": ["colorings"],
             "gaitgraph.surface.sheets": ["roots"],
             "gaitgraph.timing.time_optimal": ["Limits", "least_period", "paced"],
-            "gaitgraph.timing.timed_gait": ["TimedGait", "export"],
+            "gaitgraph.timing.exporting": ["export"],
+            "gaitgraph.timing.timed_gait": ["TimedGait"],
             "gaitgraph.validation.report": ["Report"],
             "gaitgraph.validation.validating": ["validate"],
             "gaitgraph.vehicle": ["PAPER", "Vehicle", "vehicle_named"],

@@ -14,7 +14,8 @@ from gaitgraph.flight.basins import basins_of
 from gaitgraph.flight.course import from_hover
 from gaitgraph.gait.table import RATES
 from gaitgraph.io.formats import FORMATS
-from gaitgraph.timing.timed_gait import export, table_of, timed_gait_of
+from gaitgraph.timing.exporting import export
+from gaitgraph.timing.timed_gait import table_of, timed_gait_of
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -203,3 +204,60 @@ def test_once_says_it_of_a_table_of_ones_own(run: Any, tmp_path: Path) -> None:
     refused = run("pace", "e.csv", "--max-rate", 6)
     assert refused.code == 2
     assert "path that is run once" in refused.err
+
+
+@pytest.mark.parametrize("rounding", [None, "2deg"])
+@pytest.mark.parametrize("suffix", READ)
+def test_another_sampling_of_a_paced_table_keeps_its_limits(
+    rounding: str | None, suffix: str, tmp_path: Path
+) -> None:
+    form = FORMATS[suffix]
+    if form.library:
+        pytest.importorskip(form.library, reason=f"install the extra {form.extra!r}")
+    limits = gg.timing.Limits(rate=6, acceleration=150)
+    paced = gg.least_period(GAIT, limits, rounding=rounding).timed
+    assert paced is not None
+    paced.write(tmp_path / "fast.csv")
+    table = gg.read_table(tmp_path / "fast.csv")
+    assert table.limits == {"rate": (6.0,) * 4, "acceleration": (150.0,) * 4}
+    fast = gg.validate(table)
+    assert fast.flyable
+    assert fast["tilt_rate"].limit == 6
+    for timing in ({}, {"samples": 40}, {"rate": 50.0}, {"period": 2 * paced.period}):
+        export(tmp_path / "fast.csv", tmp_path / f"e{suffix}", force=True, **timing)
+        written = gg.read_table(tmp_path / f"e{suffix}")
+        assert written.limits == table.limits
+        report = gg.validate(written)
+        assert report.flyable, (timing, report.reason)
+        slower = 2 if "period" in timing else 1
+        assert written["t"][-1] == pytest.approx(slower * paced.period, abs=2e-9)
+        peak: Any = report["tilt_rate"].value
+        assert 5.5 < peak * slower <= 6.0 * (1 + 1e-6)
+
+
+def test_a_timing_that_breaks_limits_is_not_written_unless_anyway(
+    run: Any, tmp_path: Path
+) -> None:
+    paced = gg.least_period(GAIT, gg.timing.Limits(rate=6, acceleration=150)).timed
+    assert paced is not None
+    paced.write(tmp_path / "fast.csv")
+    for option in (("--law", "smooth"), ("--period", 0.5)):
+        done = run("export", "fast.csv", "e.csv", *option)
+        assert done.code == 1
+        assert "nothing is written: peak " in done.err
+        assert "limit 6" in done.err
+        assert not (tmp_path / "e.csv").exists()
+        assert run("export", "fast.csv", "e.csv", *option, "--anyway").code == 0
+        judged = run("validate", "e.csv", "--require", "flyable", "--json")
+        assert judged.code == 1
+        (tmp_path / "e.csv").unlink()
+
+
+def test_another_sampling_keeps_rows_that_follow_no_law(tmp_path: Path) -> None:
+    t = np.array([0.0, 0.3, 0.4, 0.9, 1.0])
+    rows = np.vstack([GAIT.alpha, GAIT.alpha[:1]])
+    columns = {"t": t} | {f"alpha{k + 1}": rows[:, k] for k in range(4)}
+    export(gg.Table(columns=columns), tmp_path / "e.csv", samples=20)
+    table = gg.read_table(tmp_path / "e.csv")
+    expected = np.column_stack([np.interp(table["t"], t, one) for one in rows.T])
+    np.testing.assert_allclose(table.alpha, expected, atol=1e-12)

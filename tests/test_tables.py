@@ -23,7 +23,8 @@ from gaitgraph.gait.table import provenance_text
 from gaitgraph.io import formats, text_files
 from gaitgraph.io.formats import gait_of, read_pieces, read_table, write_tables
 from gaitgraph.planning.request import read_request
-from gaitgraph.timing.timed_gait import export, table_of
+from gaitgraph.timing.exporting import export
+from gaitgraph.timing.timed_gait import table_of
 from tests.mutated import refusal
 from tests.published import GAITS
 from tests.samples import PUBLISHED, RED

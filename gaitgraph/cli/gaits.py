@@ -13,6 +13,7 @@ from gaitgraph.cli import (
     check_outputs,
     command,
     file,
+    flag,
     named_in_errors,
     one_of,
     option,
@@ -295,6 +296,7 @@ def _map_names() -> list[str]:
         words=_map_names,
     ),
     option("--periods", "N", "Periods in a bag or .yaml.  [default: 1]"),
+    flag("--anyway", "Write another timing although it breaks limits of rates."),
     "once period samples rate law force vehicle coefficients json",
 )
 def export_command(
@@ -316,7 +318,7 @@ def export_command(
     from gaitgraph.io.formats import tables_and_films
     from gaitgraph.io.servo_map import servo_map_named
     from gaitgraph.plots.vehicles import check_films, write_films
-    from gaitgraph.timing.timed_gait import export
+    from gaitgraph.timing.exporting import export
 
     servo_map = None if servos is None else servo_map_named(servos)
     if "columns" in given:

@@ -24,7 +24,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph import __version__
-from gaitgraph.angles import angles_from, checked_number
+from gaitgraph.angles import angles_from, checked_number, number_of
 from gaitgraph.errors import FileWarning, InputError, MissingExtra, shown
 from gaitgraph.gait.gait import Gait, points_on_sheets
 from gaitgraph.invertibility.matrices import (
@@ -48,7 +48,7 @@ from gaitgraph.surface.sheets import (
     types_contradict,
     types_from_text,
 )
-from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
+from gaitgraph.vehicle import PAPER, Each, Vehicle, VehicleLike, vehicle_named
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -147,6 +147,19 @@ class Table(Pictured):
         ``about["repeats"]`` states it, in every format too.
         """
         return self.about.get("repeats") is not False
+
+    @property
+    def limits(self) -> dict[str, Each]:
+        """The limits that the table was made for: rate, acceleration, jerk [rad/s, …], four values of each; else none."""
+        stated = self.about.get("limits")
+        if not isinstance(stated, dict):
+            return {}
+        found: dict[str, Each] = {}
+        for kind in ("rate", "acceleration", "jerk"):
+            values = stated.get(kind)
+            if isinstance(values, list) and all(number_of(one) > 0 for one in values):
+                found[kind] = tuple(map(float, values))
+        return found
 
     def once(self) -> Table:
         """Return the table as a path that is run once, from its first row to its last.

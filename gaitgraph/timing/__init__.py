@@ -13,6 +13,7 @@ if TYPE_CHECKING:
         Rounding as Rounding,
         rounded as rounded,
     )
+    from gaitgraph.timing.exporting import Exported as Exported, export as export
     from gaitgraph.timing.servo_lag import (
         ServoResponse as ServoResponse,
         servo_response as servo_response,
@@ -24,9 +25,8 @@ if TYPE_CHECKING:
         paced as paced,
     )
     from gaitgraph.timing.timed_gait import (
-        Exported as Exported,
         TimedGait as TimedGait,
-        export as export,
+        TimedPath as TimedPath,
         table_of as table_of,
         timed_gait_of as timed_gait_of,
     )
@@ -42,10 +42,10 @@ else:
                 "least_period",
                 "paced",
             ],
+            "gaitgraph.timing.exporting": ["Exported", "export"],
             "gaitgraph.timing.timed_gait": [
-                "Exported",
                 "TimedGait",
-                "export",
+                "TimedPath",
                 "table_of",
                 "timed_gait_of",
             ],

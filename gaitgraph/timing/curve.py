@@ -404,6 +404,15 @@ class LimitedGait(TimedGait):
     stretch: float = 0.0
 
     @property
+    def made_for(self) -> dict[str, list[float]]:
+        """The limits that the law keeps; see :attr:`TimedGait.made_for`."""
+        return {
+            kind: np.tile(limits, 2).tolist()
+            for kind, limits in zip(RATE_UNITS, self.limits, strict=True)
+            if np.isfinite(limits).all()
+        }
+
+    @property
     def corner_times(self) -> FloatArray:
         """The knots, between which the law is a polynomial, from 0 to the period, shape (m + 1,) [s]."""
         return np.concatenate([[0.0], np.cumsum(self.widths[:-1]), [self.period]])

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import math
 import sys
-from collections import Counter
-from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self, Unpack, cast, get_args
+from typing import TYPE_CHECKING, Any, Self, Unpack, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -24,7 +21,6 @@ from gaitgraph.gait.table import (
     ROWS_OF_A_PIECE,
     Table,
     closed_rows,
-    completed_table,
     merged,
     paced_gait,
 )
@@ -33,24 +29,21 @@ from gaitgraph.io.formats import (
     check_outputs,
     given_gait,
     naming_file,
-    read_table,
     tables_and_films,
     write_tables,
 )
-from gaitgraph.io.servo_map import clipped_rows
 from gaitgraph.pictured import Pictured
 from gaitgraph.surface.sheets import family_codes, family_types, text_from_types
 from gaitgraph.timing.laws import DEFAULT_LAW, LAWS, STRAIGHT, LawName, located
 from gaitgraph.validation.report import RATE_CHECKS, limit_check
 from gaitgraph.validation.validating import validate
-from gaitgraph.vehicle import four_of, scale_of, vehicle_named
+from gaitgraph.vehicle import four_of, scale_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     from gaitgraph.invertibility.matrices import CoefficientsLike, FloatArray
     from gaitgraph.io.formats import GaitLike
-    from gaitgraph.io.servo_map import ServoMap
     from gaitgraph.validation.report import Check, CheckOptions, Report
     from gaitgraph.vehicle import VehicleLike
 
@@ -63,7 +56,7 @@ MOST_CORNERS = 1000
 """Largest number of corners that a table states beside its rows."""
 
 ROW_BY_ROW = "row-by-row"  # the law of a RowTimedGait
-_SAME = 1e-6  # largest distance between a row and a law that it follows [rad]
+SAME = 1e-6  # largest distance between a row and a law that it follows [rad]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -109,6 +102,11 @@ class TimedGait(Pictured):
     def repeats(self) -> bool:
         """Whether the motion repeats; False for a path, see :class:`TimedPath`."""
         return True
+
+    @property
+    def made_for(self) -> dict[str, list[float]]:
+        """The limits that the timing was made to keep, four values of each: rate, acceleration, jerk; else empty."""
+        return {}
 
     def with_gait(self, gait: Gait) -> Self:
         """Return the same timing of another gait with as many corners."""
@@ -502,7 +500,7 @@ def timed_gait_of(
             timed = merged_gait.parametrize(
                 float(times[-1]), law=known, samples=max(len(times) - 1, 1)
             )
-            if np.abs(timed.at(times[:-1])[0] - rows.alpha).max() <= _SAME:
+            if np.abs(timed.at(times[:-1])[0] - rows.alpha).max() <= SAME:
                 return timed
         colors = (
             merged_gait.colors[:1] * len(rows.alpha)
@@ -548,7 +546,7 @@ def _timed_path(
         )
     times = times - times[0]
     loop = corners.parametrize(float(times[-1]), law=known, samples=2 * count)
-    if stated in LAWS and np.abs(loop.at(times[:-1])[0] - rows.alpha).max() <= _SAME:
+    if stated in LAWS and np.abs(loop.at(times[:-1])[0] - rows.alpha).max() <= SAME:
         return TimedPath.of(loop)
     times.flags.writeable = False
     loop = RowTimedGait(
@@ -619,6 +617,8 @@ def pieces_of(
     by_law = timed.law in LAWS
     if not timed.repeats:
         made["repeats"] = False
+    if timed.made_for:
+        made["limits"] = timed.made_for
     if not by_law:
         made["made_by"] = "optimize" if timed.law == "optimal" else "pace"
     has_corners = (
@@ -647,173 +647,3 @@ def pieces_of(
     for start in range(0, end - 1, ROWS_OF_A_PIECE):
         stop = end if end - (start + ROWS_OF_A_PIECE) <= 1 else start + ROWS_OF_A_PIECE
         yield Table(columns=timed.columns(range(start, stop)), about=made)
-
-
-def _retimed(
-    table: Table,
-    vehicle: VehicleLike | None,
-    coefficients: CoefficientsLike | None,
-    period: float | None,
-    law: LawName | None,
-    **sampling: Any,
-) -> Table | TimedGait:
-    """Return a table with another period, law or sampling; as it is if none is asked for and its rows have times.
-
-    Another sampling, or a period alone, keeps the motion that the table states: its law, or that of its rows.
-    """
-    has_times = "t" in table and len(table) > 1
-    asked = any(one is not None for one in (period, law, *sampling.values()))
-    if has_times and not asked:
-        return table
-    chosen: Any = {"vehicle": vehicle, "coefficients": coefficients}
-    motion = timed_gait_of(table, **chosen)
-    rests = isinstance(motion, TimedPath) and isinstance(motion.loop, RowTimedGait)
-    if has_times and law is None and (rests or isinstance(motion, RowTimedGait)):
-        seconds = motion.period if period is None else period
-        count = None
-        if any(one is not None for one in sampling.values()):
-            count = checked_clock(seconds, DEFAULT_LAW, **sampling)
-        else:
-            checked_clock(seconds, DEFAULT_LAW)
-        return _sampled(completed_table(table, **chosen), table, count, seconds)
-    if period is not None or law is not None:
-        known = motion.law if motion.law in (*LAWS,) else DEFAULT_LAW
-        motion = timed_gait_of(
-            table,
-            **chosen,
-            period=motion.period if period is None else period,
-            law=law or cast("LawName", known),
-        )
-    return replace(
-        motion, samples=checked_clock(motion.period, DEFAULT_LAW, **sampling)
-    )
-
-
-def _sampled(rows: Table, stated: Table, count: int | None, seconds: float) -> Table:
-    """Return the motion through the rows of a completed table at even times, in some seconds; `count` None keeps them.
-
-    Rows are joined by cubics through the rates where the table stated rates and accelerations, else straight.
-    """
-    t, alpha = rows["t"], rows.alpha
-    own = t if count is None else np.linspace(0.0, t[-1], count + 1)
-    slower = seconds / t[-1]
-    columns: dict[str, Any] = {"t": own * slower}
-    names = (*RATES, *ACCELERATIONS)
-    smooth = all(name in stated for name in names) and any(
-        rows[name].any() for name in ACCELERATIONS
-    )
-    if smooth:
-        from scipy.interpolate import CubicHermiteSpline
-
-        rates = np.column_stack([rows[name] for name in RATES])
-        spline = CubicHermiteSpline(t, alpha, rates)
-        angles, most = spline(own), np.abs(rates).max(axis=0)
-        # No rate or acceleration above those of the rows: cubics have a little more between them.
-        speeds = np.clip(spline(own, 1), -most, most) / slower
-        columns |= zip(RATES, speeds.T, strict=True)
-        for name in ACCELERATIONS:
-            columns[name] = np.interp(own, t, rows[name]) / slower**2
-    else:
-        angles = np.column_stack([np.interp(own, t, angle) for angle in alpha.T])
-    columns |= zip(ANGLES, angles.T, strict=True)
-    if "color" in rows:
-        passed = np.searchsorted(t, own, side="right") - 1
-        columns["color"] = tuple(rows["color"][k] for k in passed.tolist())
-    about = rows.about | {"period": seconds}
-    return completed_table(Table(columns=columns, about=about))
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Exported:
-    """What was written: rows, columns, the number of rows in which each servo was clipped, and the table's pieces."""
-
-    rows: int
-    columns: tuple[str, ...]
-    clipped: dict[str, int]
-    pieces: Callable[[], Iterator[Table]]
-
-
-def export(
-    source: GaitLike,
-    outputs: str | Path | Iterable[str | Path],
-    *,
-    vehicle: VehicleLike | None = None,
-    coefficients: CoefficientsLike | None = None,
-    period: float | None = None,
-    law: LawName | None = None,
-    samples: int | None = None,
-    rate: float | None = None,
-    joints: ServoMap | None = None,
-    servos: ServoMap | None = None,
-    periods: int = 1,
-    force: bool = False,
-) -> Exported:
-    """Write a gait file, or a gait in any other form, to files.
-
-    A table with times keeps its rows, from t = 0 and closed unless it is a path, and gets the columns that follow from
-    them, see :func:`gaitgraph.gait.table.completed_table`. With `samples`, `rate` or a `period` alone the motion that it
-    states is sampled: its law, else the cubics through its rows and rates, else straight lines. With a `law`, without
-    times, or of a single row it gets a new timing on the polyline through its rows. Tables are held in memory.
-
-    Parameters
-    ----------
-    source, outputs
-        A gait in any form, see :func:`gaitgraph.io.formats.given_gait`; and files, whose suffixes are the formats.
-    vehicle, coefficients
-        Replace those that the file states.
-    period, law, samples, rate
-        As for :meth:`gaitgraph.gait.gait.Gait.parametrize`; by default those that the file states, else the
-        times of its rows or 1 s, and smooth.
-    joints
-        The servo map of the columns of another program's table, with the linkages of the `vehicle` given beside it.
-    servos, periods, force
-        As for :func:`gaitgraph.io.formats.write_tables`, which raises the same errors.
-    """
-    paths: list[Any] = [outputs]
-    if not isinstance(outputs, str):
-        with suppress(TypeError):  # one path, or no path at all
-            paths = list(outputs)  # type: ignore[arg-type]
-    check_outputs(paths, force=force, periods=periods)
-    given = given_gait(source, whole=False, vehicle=vehicle, coefficients=coefficients)
-    if isinstance(given, Gait):
-        given = given.parametrize()
-    if isinstance(given, Path):
-        given = read_table(
-            given, joints=joints and joints.linked_to(vehicle_named(vehicle or "paper"))
-        )
-    own_law = not isinstance(given, Table) and given.law not in (*LAWS,)
-    if own_law and period is not None and law is None:
-        given = table_of(given)  # whose rows take another time
-    if isinstance(given, Table):
-        with naming_file(source):
-            given = _retimed(
-                given, vehicle, coefficients, period, law, samples=samples, rate=rate
-            )
-    elif any(one is not None for one in (period, law, samples, rate)):
-        timed = timed_gait_of(given, period=period, law=law)
-        count = checked_clock(timed.period, DEFAULT_LAW, samples=samples, rate=rate)
-        given = replace(timed, samples=count)
-    pieces: Callable[[], Iterator[Table]]
-    if isinstance(given, Table):
-        with naming_file(source):
-            table = completed_table(given, vehicle=vehicle, coefficients=coefficients)
-        starts = range(0, len(table), ROWS_OF_A_PIECE)
-        rows, pieces = (
-            len(table),
-            partial(
-                map, lambda start: table.rows(start, start + ROWS_OF_A_PIECE), starts
-            ),
-        )
-    else:
-        rows, pieces = given.samples + 1, partial(pieces_of, given)
-    write_tables(pieces, paths, force=force, periods=periods, servos=servos)
-    clipped = Counter[str]()
-    if paths and servos is not None and servos.clip:
-        for piece in pieces():
-            clipped.update(clipped_rows(piece, servos))
-    return Exported(
-        rows=rows,
-        columns=tuple(next(pieces()).columns),
-        clipped=dict(clipped),
-        pieces=pieces,
-    )

@@ -70,7 +70,7 @@ if TYPE_CHECKING:
     from gaitgraph.invertibility.geometry import Geometry
     from gaitgraph.invertibility.matrices import CoefficientsLike
     from gaitgraph.io.formats import GaitLike
-    from gaitgraph.vehicle import Vehicle, VehicleLike
+    from gaitgraph.vehicle import Each, Vehicle, VehicleLike
 
 _FLYABLE = {True: "yes", False: "no", None: "undecided"}
 _MORE = 1.0 + 1e-6
@@ -227,7 +227,9 @@ def validate(
         "coefficients": numbers,
         "crossing_tolerance": crossing,
     }
-    checker = _TableChecker(Criteria(**surface, **limits, noun="row"), first.repeats)
+    checker = _TableChecker(
+        Criteria(**surface, **limits, noun="row"), first.repeats, first.limits
+    )
     beside = (
         source.with_suffix(CERTIFICATE)
         if isinstance(source, Path) and source.suffix
@@ -268,7 +270,13 @@ def validate(
         timed, start, end, checker.rows, first.digit_error
     ):
         return replace(found, notes=(*found.notes, OTHER_ROWS))
-    exact = validate(timed, **limits)
+    made_for: Any = {
+        f"max_tilt_{kind}": limit
+        for kind, limit in first.limits.items()
+        if getattr(vehicle, f"max_tilt_{kind}") is None
+    }
+    limited = replace(timed.gait, vehicle=vehicle.replace(**made_for))
+    exact = validate(timed.with_gait(limited), **limits)
     # Closing and colourings are those of the rows; rates that the rows state count where they are larger.
     checks = []
     for check in exact.checks:
@@ -329,9 +337,11 @@ def _why_another(path: Path, digest: str, vehicle: Vehicle) -> str:
 class _TableChecker:
     """Checks a table piece by piece: finds the sheet of each row, applies the rules, and closes the table."""
 
-    def __init__(self, criteria: Criteria, repeats: bool) -> None:
+    def __init__(
+        self, criteria: Criteria, repeats: bool, limits: dict[str, Each]
+    ) -> None:
         self.criteria, self.checker, self.repeats = criteria, Checker(criteria), repeats
-        self.rates = _RowRates(criteria.vehicle)
+        self.rates = _RowRates(criteria.vehicle, limits)
         self.counts = {sign: ColoringCount(sign) for sign in SIGNS}
         self.rows = 0
         self.longest = 0.0  # step between rows [rad]
@@ -488,8 +498,13 @@ class _TableChecker:
 class _RowRates:
     """Rates, accelerations and jerks that a motion through timed rows must reach, or that the table states."""
 
-    def __init__(self, vehicle: Vehicle) -> None:
-        self.limits = [getattr(vehicle, f"max_tilt_{kind}") for kind in RATE_UNITS]
+    def __init__(self, vehicle: Vehicle, made_for: dict[str, Each]) -> None:
+        """Take the limits of the vehicle, and where it states none those that the table was made for."""
+        stated = {kind: getattr(vehicle, f"max_tilt_{kind}") for kind in RATE_UNITS}
+        self.limits = [
+            made_for.get(kind) if limit is None else limit
+            for kind, limit in stated.items()
+        ]
         self.peaks = [Peak(scale=scale_of(limit)) for limit in self.limits]
         self.notes: dict[str, str] = {}
         self.moved, self.off = 0.0, 0.0

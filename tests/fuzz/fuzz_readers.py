@@ -26,7 +26,7 @@ with atheris.instrument_imports(include=["gaitgraph"]):
     from gaitgraph.io import binary_tables, text_files
     from gaitgraph.io.formats import gait_of, read_table
     from gaitgraph.planning.request import colorings_of_file, read_request
-    from gaitgraph.timing.timed_gait import export
+    from gaitgraph.timing.exporting import export
     from gaitgraph.validation.validating import validate
     from gaitgraph.vehicle import vehicle_named
 
