@@ -261,3 +261,13 @@ def test_another_sampling_keeps_rows_that_follow_no_law(tmp_path: Path) -> None:
     table = gg.read_table(tmp_path / "e.csv")
     expected = np.column_stack([np.interp(table["t"], t, one) for one in rows.T])
     np.testing.assert_allclose(table.alpha, expected, atol=1e-12)
+
+
+def test_colourings_are_of_loops(run: Any, entry: Path) -> None:
+    for command in ("colorings", "retarget", "pace", "certify"):
+        done = run(command, entry.name)
+        assert done.code == (1 if command == "certify" else 2)
+        assert "path that is run once" in done.err
+        assert "entry.csv" in done.err
+    length = run("compare", entry.name, entry.name, "--json").json["gaits"][0]["length"]
+    assert length == pytest.approx(ENTRY.length)

@@ -299,7 +299,7 @@ def _numbers(timed: TimedGait) -> dict[str, Any]:
         },
         "vehicle": gait.vehicle.name,
         "color": gait.color,
-        "length": gait.length,
+        "length": gait.length if timed.repeats else gait.length / 2,
         "period": timed.period,
         "least_singular_value": report["least_singular_value"].value,
         **{

@@ -38,7 +38,7 @@ from gaitgraph.invertibility.matrices import (
     coefficients_of,
     level_determinant,
 )
-from gaitgraph.io.formats import gait_of, given_gait
+from gaitgraph.io.formats import gait_of, given_gait, naming_file
 from gaitgraph.planning.shortest_paths import ShortestPaths
 from gaitgraph.surface.admissible import admissible_region, why_empty
 from gaitgraph.surface.region import Zones, offset, polygons_of
@@ -280,7 +280,8 @@ def retarget(
         if isinstance(given, Gait)
         else table_of(given)
     )
-    check_repeats(table)
+    with naming_file(source):
+        check_repeats(table)
     if len(table) > MOST_ROWS:
         raise InputError(f"gait must have at most {MOST_ROWS} rows, got {len(table)}")
     chosen, numbers, crossing_tolerance = surface_of(table, vehicle, coefficients)
@@ -309,7 +310,6 @@ def retarget(
         [given[:, :2], np.where(turns == 0, given[:, 2:], given[:, 2:] - _TURN * turns)]
     )
     turned, closing = turns.any(axis=1), is_closed(given)
-    whole = f"took whole turns off α3 or α4 in {turned.sum()} rows"
     rows = given[: len(given) - closing]
 
     targets, totals = _targets(rows, parts, keep)
@@ -384,7 +384,11 @@ def retarget(
         alternatives=tuple(np.sort(totals[~np.isnan(totals)]).tolist()),
         share=share,
         moving=moving,
-        warnings=(*zones.notes, *[whole] * bool(turned.any())),
+        warnings=(
+            *zones.notes,
+            *[f"took whole turns off α3 or α4 in {turned.sum()} rows"]
+            * bool(turned.any()),
+        ),
     )
 
 
