@@ -126,7 +126,7 @@ def limit_check(
 ) -> Check:
     """Return the check of a peak of one tilt angle's derivative, of a row if it has a place, against the limit."""
     # Peaks of rows carry the rounding of their times, as of stamps of whole nanoseconds.
-    slack = 1e-12 if place is None else 1e-6
+    slack = 1e-12 if place is None else 1e-5
     ok, text = limit is None or peak <= limit * (1 + slack), "infinite"
     if math.isfinite(peak):
         text = f"{figure(peak)} {RATE_UNITS[name.removeprefix('tilt_')]}"
