@@ -145,6 +145,10 @@ class ShortestPaths:
         ]
         self._tree = shapely.STRtree(shapely.polygons(corners))
 
+    def __reduce__(self) -> tuple[type[ShortestPaths], tuple[Any]]:
+        """Pickle the region alone, from which the rest is prepared again."""
+        return type(self), (self._region,)
+
     def _triangulate(self, region: Any) -> None:
         if region.is_empty:
             return

@@ -163,8 +163,12 @@ def _none_on_blue(vehicle: Vehicle, accuracy: float) -> Region:
     return region_of(
         _NOWHERE,
         accuracy,
-        Condition(name=name, broken_at=lambda _first, _second: reason),
+        Condition(name=name, broken_at=partial(_everywhere, reason)),
     )
+
+
+def _everywhere(reason: str, _alpha1: float, _alpha2: float) -> str:
+    return reason
 
 
 def _cell(border: float, first: int, second: int, margin: float) -> Pair:
@@ -226,21 +230,32 @@ def _determinant_condition(
     limits = [
         f"{symbols[sign]} {sign * least if least > 0 else 0:.2g}" for sign in signs
     ]
-
-    def broken_at(alpha1: float, alpha2: float) -> str | None:
-        third, fourth = sheet_angles(color, alpha1, alpha2, coefficients)
-        value = float(
-            matrices.level_determinant(
-                [alpha1, alpha2, float(third), float(fourth)], coefficients
-            )
-        )
-        if value != 0 and any(sign * value >= least for sign in signs):
-            return None
-        return f"R at level attitude must be {' or '.join(limits)}, got {value:.4g}"
-
     return Condition(
-        name=" or ".join(f"R {limit}" for limit in limits), broken_at=broken_at
+        name=" or ".join(f"R {limit}" for limit in limits),
+        broken_at=partial(
+            _other_determinant, signs, least, color, coefficients, " or ".join(limits)
+        ),
     )
+
+
+def _other_determinant(
+    signs: list[int],
+    least: float,
+    color: Color,
+    coefficients: Coefficients,
+    wanted: str,
+    alpha1: float,
+    alpha2: float,
+) -> str | None:
+    third, fourth = sheet_angles(color, alpha1, alpha2, coefficients)
+    value = float(
+        matrices.level_determinant(
+            [alpha1, alpha2, float(third), float(fourth)], coefficients
+        )
+    )
+    if value != 0 and any(sign * value >= least for sign in signs):
+        return None
+    return f"R at level attitude must be {wanted}, got {value:.4g}"
 
 
 def certain_determinant(coefficients: Coefficients) -> float:
@@ -270,22 +285,21 @@ def hover_region(vehicle: VehicleLike = PAPER) -> Region:
     4.991
     """
     body = vehicle_named(vehicle)
-
-    def broken_at(alpha1: float, alpha2: float) -> str | None:
-        shares = matrices.hover_thrust_shares([alpha1, alpha2, alpha1, alpha2], body)
-        if shares.min() > 0:
-            return None
-        return f"hover thrusts must be > 0, got {shares[0]:.3g} (rotors 1 and 3) and {shares[1]:.3g} (2 and 4) of m·g"
-
     pair = _union(
         [
             _cell(math.atan(body.signed_drag_ratio), side, side, _OPEN_MARGIN)
             for side in (1, -1)
         ]
     )
-    return region_of(
-        pair, _OPEN_MARGIN, Condition(name="hover thrusts > 0", broken_at=broken_at)
-    )
+    condition = Condition(name="hover thrusts > 0", broken_at=partial(_pulling, body))
+    return region_of(pair, _OPEN_MARGIN, condition)
+
+
+def _pulling(vehicle: Vehicle, alpha1: float, alpha2: float) -> str | None:
+    shares = matrices.hover_thrust_shares([alpha1, alpha2, alpha1, alpha2], vehicle)
+    if shares.min() > 0:
+        return None
+    return f"hover thrusts must be > 0, got {shares[0]:.3g} (rotors 1 and 3) and {shares[1]:.3g} (2 and 4) of m·g"
 
 
 def _bound(
@@ -300,17 +314,30 @@ def _bound(
 
     `name` is that of the condition, `what` that of the value where it differs.
     """
+    condition = f"{name} {sign} {limit:.3g}{unit}"
+    return Condition(
+        name=condition,
+        broken_at=partial(_beyond_limit, what or name, sign, limit, value, unit),
+    )
 
-    def broken_at(alpha1: float, alpha2: float) -> str | None:
-        found = float(value(alpha1, alpha2))
-        good = found == limit or (found > limit) == (sign == "≥")
-        return (
-            None
-            if good
-            else f"{what or name} must be {sign} {limit:.3g}{unit}, got {found:.3g}{unit}"
-        )
 
-    return Condition(name=f"{name} {sign} {limit:.3g}{unit}", broken_at=broken_at)
+def _beyond_limit(
+    what: str,
+    sign: str,
+    limit: float,
+    value: Callable[..., Any],
+    unit: str,
+    alpha1: float,
+    alpha2: float,
+) -> str | None:
+    found = float(value(alpha1, alpha2))
+    if found == limit or (found > limit) == (sign == "≥"):
+        return None
+    return f"{what} must be {sign} {limit:.3g}{unit}, got {found:.3g}{unit}"
+
+
+def _degrees_of_tilt(alpha1: float, alpha2: float) -> float:
+    return math.degrees(max(abs(alpha1), abs(alpha2)))
 
 
 def thrust_region(
@@ -344,11 +371,6 @@ def _thrust_limit(
     share: float, vehicle: Vehicle, accuracy: float, *, largest: bool
 ) -> Region:
     """Return where hover thrusts are positive and the largest is at most a share, or the least at least a share."""
-
-    def value(alpha1: float, alpha2: float) -> Any:
-        shares = matrices.hover_thrust_shares([alpha1, alpha2, alpha1, alpha2], vehicle)
-        return shares.max() if largest else shares.min()
-
     above = borders.thrust_above(
         share, vehicle.signed_drag_ratio, chord_tolerance(accuracy)
     )
@@ -360,10 +382,18 @@ def _thrust_limit(
             shapely.intersection(pair, [borders.mirrored(shape) for shape in pair])
         )
     word, symbol = ("largest", "≤") if largest else ("least", "≥")
+    value = partial(_extreme_share, vehicle, largest)
     limit = _bound(
         "hover thrusts", symbol, share, value, " of m·g", f"{word} hover thrust"
     )
     return region_of(pair, accuracy, limit)
+
+
+def _extreme_share(
+    vehicle: Vehicle, largest: bool, alpha1: float, alpha2: float
+) -> Any:
+    shares = matrices.hover_thrust_shares([alpha1, alpha2, alpha1, alpha2], vehicle)
+    return shares.max() if largest else shares.min()
 
 
 def singular_value_region(
@@ -555,7 +585,7 @@ def _admissible(
             "tilt",
             "≤",
             math.degrees(most),
-            lambda *at: math.degrees(max(map(abs, at))),
+            _degrees_of_tilt,
             "°",
         )
         if (low, high) != ([-most] * 2, [most] * 2):

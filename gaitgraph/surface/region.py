@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -477,18 +477,26 @@ def zones_region(zones: Zones) -> Region:
     )
     allowed = _SQUARE.intersection(shapely.union_all(keep_in)) if keep_in else _SQUARE
     allowed = allowed.difference(shapely.union_all(keep_out))
-
-    def broken_at(alpha1: float, alpha2: float) -> str | None:
-        point = shapely.Point(alpha1, alpha2)
-        inside = [
-            str(k)
-            for k, polygon in enumerate(keep_out, start=1)
-            if polygon.contains_properly(point)
-        ]
-        reasons = [f"inside keep_out polygon {', '.join(inside)}"] if inside else []
-        if keep_in and not any(polygon.covers(point) for polygon in keep_in):
-            reasons.append("outside the keep_in polygons")
-        return " and ".join(reasons) or None
-
-    condition = Condition(name="the keep_out and keep_in polygons", broken_at=broken_at)
+    condition = Condition(
+        name="the keep_out and keep_in polygons",
+        broken_at=partial(_outside, keep_out, keep_in),
+    )
     return region_of([allowed, allowed], 0.0, condition)
+
+
+def _outside(
+    keep_out: Sequence[Polygon],
+    keep_in: Sequence[Polygon],
+    alpha1: float,
+    alpha2: float,
+) -> str | None:
+    point = shapely.Point(alpha1, alpha2)
+    inside = [
+        str(k)
+        for k, polygon in enumerate(keep_out, start=1)
+        if polygon.contains_properly(point)
+    ]
+    reasons = [f"inside keep_out polygon {', '.join(inside)}"] if inside else []
+    if keep_in and not any(polygon.covers(point) for polygon in keep_in):
+        reasons.append("outside the keep_in polygons")
+    return " and ".join(reasons) or None
