@@ -512,7 +512,7 @@ _SHARED: dict[str, Decorator] = {
     "samples": option("--samples", "N", "Even intervals per period.  [default: 100]"),
     "rate": option("--rate", "HZ", "Samples per second, instead of --samples."),
     "require": one_of(
-        "--require", "valid", "flyable", of="Needed for exit code 0: ", check=True
+        "--require", "flyable", "valid", of="Needed for exit code 0: ", check=True
     ),
     "keep_in": option(
         "--keep-in",

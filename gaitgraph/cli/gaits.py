@@ -38,7 +38,7 @@ from gaitgraph.errors import InputError
 def transition_command(
     start: str,
     end: str,
-    require: str = "valid",
+    require: str = "flyable",
     outputs: Paths = (),
     force: bool = False,
     **given: Any,
@@ -46,7 +46,8 @@ def transition_command(
     """Find a path on the surface from FROM to TO, each a gait file or the word hover.
 
     A gait is left and joined at a corner. The exit code is 1, with the proof, if there is no path: between R > 0, where
-    hover is, and R < 0 every path passes a singular matrix.
+    hover is, and R < 0 every path passes a singular matrix. It is 1 too, with the reason and without outputs, if the path
+    is not flyable, unless --require valid.
     """
     from gaitgraph.planning.transitions import HOVER, transition
 
@@ -55,12 +56,13 @@ def transition_command(
         found = transition(
             *(HOVER if one.lower() == HOVER else one for one in (start, end)), **given
         )
-        written = outputs if found else ()
+        judged = found.report
+        meets = judged is not None and (require == "valid" or judged.flyable)
+        written = outputs if meets else ()
         if written:
             write_outputs(
                 lambda: [found.table()], written, force=force, rate=given.get("rate")
             )
-    meets = found.report is not None and (require == "valid" or found.report.flyable)
     return show(found, lines=[f"wrote {name}" for name in written], ok=meets)
 
 

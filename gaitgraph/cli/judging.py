@@ -52,13 +52,13 @@ def _vehicle(_: Any, __: Any, name: str | None) -> Any:
     "coefficients json",
 )
 def validate_command(
-    gait_file: str, require: str = "valid", once: bool = False, **given: Any
+    gait_file: str, require: str = "flyable", once: bool = False, **given: Any
 ) -> int:
     """Check a gait file of any format, the gait of a request, or gait1 to gait4, along its whole length.
 
     Rows need alpha1 to alpha4, or alpha1, alpha2 and color; the last row is joined with the first, unless the table is
     a path, as that of a transition, or with --once.
-    The exit code is 1 if the gait is not valid (or not flyable, with --require flyable). CSV and Parquet files of any
+    The exit code is 1 if the gait is not flyable (or not valid, with --require valid). CSV and Parquet files of any
     length are read piece by piece.
 
     If --vehicle describes rotors of any geometry (TOML with [[rotor]], PX4 parameters, URDF or MJCF), physics alone is
