@@ -979,3 +979,13 @@ def test_an_error_about_a_field_of_a_request_has_its_name(
     assert caught.value.field == field
     again = pickle.loads(pickle.dumps(caught.value))
     assert (again.field, str(again)) == (field, str(caught.value))
+
+
+def test_the_name_of_a_preset_is_a_vehicle_wherever_one_is_taken() -> None:
+    padova, angles = gg.vehicle_named("padova"), [0.3, -0.2, 0.1, 0.4]
+    for name in ("decoupling_matrix", "least_singular_value", "hover_thrust_shares"):
+        function = getattr(gg.invertibility, name)
+        assert (function(angles, "padova") == function(angles, padova)).all()
+    with pytest.raises(InputError, match="padova"):
+        gg.invertibility.decoupling_matrix(angles, "padua")
+    assert gg.plots.type_map(vehicle="padova", coefficients="exact").texts

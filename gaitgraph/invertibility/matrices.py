@@ -571,22 +571,28 @@ def rotor_directions(
     return force.reshape(shape), moment.reshape(shape)
 
 
-def control_force_matrix(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -> FloatArray:
+def control_force_matrix(
+    alpha: npt.ArrayLike, vehicle: VehicleLike = PAPER
+) -> FloatArray:
     """Return F(α): body force [N] per rotor input w = ω|ω| [rad²/s²], shape (..., 3, 4).
 
     MissingConstant if the vehicle states no thrust coefficient.
     """
+    vehicle = vehicle_named(vehicle)
     (thrust,) = vehicle.require(
         "thrust_coefficient", purpose="the control force matrix"
     )
     return np.asarray(thrust * rotor_directions(alpha, vehicle)[0])
 
 
-def control_moment_matrix(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -> FloatArray:
+def control_moment_matrix(
+    alpha: npt.ArrayLike, vehicle: VehicleLike = PAPER
+) -> FloatArray:
     """Return τ(α): body torque [N m] per rotor input w = ω|ω| [rad²/s²], shape (..., 3, 4).
 
     MissingConstant if the vehicle states no thrust coefficient or arm length.
     """
+    vehicle = vehicle_named(vehicle)
     thrust, arm = vehicle.require(
         "thrust_coefficient", "arm_length", purpose="the control moment matrix"
     )
@@ -595,7 +601,7 @@ def control_moment_matrix(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -> Flo
 
 def scaled_decoupling_matrix(
     alpha: npt.ArrayLike,
-    vehicle: Vehicle = PAPER,
+    vehicle: VehicleLike = PAPER,
     roll: npt.ArrayLike = 0.0,
     pitch: npt.ArrayLike = 0.0,
 ) -> FloatArray:
@@ -603,6 +609,7 @@ def scaled_decoupling_matrix(
 
     It is the decoupling matrix without mass, inertia and Euler kinematics, none of which is singular for |pitch| < π/2.
     """
+    vehicle = vehicle_named(vehicle)
     force, moment = rotor_directions(alpha, vehicle)
     lift = np.sum(body_vertical(roll, pitch)[..., :, None] * force, axis=-2)[
         ..., None, :
@@ -616,7 +623,7 @@ def scaled_decoupling_matrix(
 
 def decoupling_matrix(
     alpha: npt.ArrayLike,
-    vehicle: Vehicle = PAPER,
+    vehicle: VehicleLike = PAPER,
     roll: npt.ArrayLike = 0.0,
     pitch: npt.ArrayLike = 0.0,
 ) -> FloatArray:
@@ -626,6 +633,7 @@ def decoupling_matrix(
     spin sense (the sign of κ turns with the spin). MissingConstant if mass, inertia, arm length or thrust coefficient
     is not stated.
     """
+    vehicle = vehicle_named(vehicle)
     needed = ("mass", "inertia", "arm_length", "thrust_coefficient")
     mass, inertia, arm, thrust = vehicle.require(
         *needed, purpose="the decoupling matrix"
@@ -645,27 +653,35 @@ def decoupling_matrix(
     return np.asarray(np.moveaxis(np.array(rows), (0, 1), (-2, -1)) @ scaled)
 
 
-def zero_moment_inputs(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -> FloatArray:
+def zero_moment_inputs(
+    alpha: npt.ArrayLike, vehicle: VehicleLike = PAPER
+) -> FloatArray:
     """Return w₀, rotor inputs without torque, up to a common factor, shape (..., 4).
 
     They are zero where the control moment matrix has rank two or less. On red and on fibres their ratios do not depend
     on the rotor height.
     """
+    vehicle = vehicle_named(vehicle)
     angles, sines = _sines_of(alpha)
     return sines.zero_moment_inputs(vehicle).T.reshape(angles.shape)
 
 
-def zero_moment_direction(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -> FloatArray:
+def zero_moment_direction(
+    alpha: npt.ArrayLike, vehicle: VehicleLike = PAPER
+) -> FloatArray:
     """Return N = F(α)·w₀/Kf, the force that remains when the thrusts make no torque, shape (..., 3).
 
     A configuration is singular at an attitude exactly where N is horizontal there, or zero. On the gait surfaces
     N is parallel to body z. Its length has no meaning; its direction is that of the hover thrust, or opposite.
     """
+    vehicle = vehicle_named(vehicle)
     force, _ = rotor_directions(alpha, vehicle)
     return np.squeeze(force @ zero_moment_inputs(alpha, vehicle)[..., None], axis=-1)
 
 
-def hover_thrust_shares(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -> FloatArray:
+def hover_thrust_shares(
+    alpha: npt.ArrayLike, vehicle: VehicleLike = PAPER
+) -> FloatArray:
     """Return the thrusts that carry the weight without torque in level flight, in units of m·g, shape (..., 4).
 
     Positive pushes up along the tilted rotor axis. Not finite where the matrix is singular in level flight. Off the
@@ -674,6 +690,7 @@ def hover_thrust_shares(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -> Float
     >>> hover_thrust_shares([0, 0, 0, 0]).round(12).tolist()
     [0.25, 0.25, 0.25, 0.25]
     """
+    vehicle = vehicle_named(vehicle)
     thrust = thrust_signs(vehicle) * zero_moment_inputs(alpha, vehicle)
     vertical = np.sum(
         thrust * np.cos(np.asarray(alpha, dtype=float)), axis=-1, keepdims=True
@@ -684,7 +701,7 @@ def hover_thrust_shares(alpha: npt.ArrayLike, vehicle: Vehicle = PAPER) -> Float
 
 def least_singular_value(
     alpha: npt.ArrayLike,
-    vehicle: Vehicle = PAPER,
+    vehicle: VehicleLike = PAPER,
     roll: npt.ArrayLike = 0.0,
     pitch: npt.ArrayLike = 0.0,
 ) -> Any:
@@ -696,6 +713,7 @@ def least_singular_value(
     >>> round(float(least_singular_value([0, 0, 0, 0])), 4)
     0.3373
     """
+    vehicle = vehicle_named(vehicle)
     angles = tilt_angles(alpha)
     matrix = scaled_decoupling_matrix(angles, vehicle, roll, pitch)
     return np.linalg.svd(matrix, compute_uv=False)[..., -1]
@@ -751,9 +769,10 @@ def least_of_blocks(
 
 
 def least_singular_value_on_red(
-    alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, vehicle: Vehicle = PAPER
+    alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, vehicle: VehicleLike = PAPER
 ) -> Any:
     """Return the least singular value at α = (α1, α2, α1, α2), level, in closed form, shape (...)."""
+    vehicle = vehicle_named(vehicle)
     angles = np.array(
         np.broadcast_arrays(
             np.asarray(alpha1, dtype=float), np.asarray(alpha2, dtype=float)

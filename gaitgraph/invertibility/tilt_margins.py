@@ -42,7 +42,7 @@ from gaitgraph.invertibility.segment_bounds import (
     level_determinant_curvature,
     sensitivity_bends,
 )
-from gaitgraph.vehicle import PAPER, Vehicle
+from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
 
 _BLOCK = 1 << 13
 EVERYWHERE = "the matrix is singular at every attitude, within the rounding of the coefficients and the angles"
@@ -346,7 +346,7 @@ def checked_tilt(tilt: object) -> float:
 
 
 def least_singular_value_within(
-    alpha: npt.ArrayLike, tilt: float, vehicle: Vehicle = PAPER
+    alpha: npt.ArrayLike, tilt: float, vehicle: VehicleLike = PAPER
 ) -> tuple[FloatArray, FloatArray]:
     """Return the least singular value at the worst attitude within a tilt, and that attitude.
 
@@ -367,6 +367,7 @@ def least_singular_value_within(
     >>> bool(abs(value - least_singular_value([0.3, -0.2, 0.1, 0.5], PAPER, *attitude)) < 1e-12)
     True
     """
+    vehicle = vehicle_named(vehicle)
     tilt = checked_tilt(tilt)
     angles = tilt_angles(alpha)
     rows = angles.reshape(-1, 4)

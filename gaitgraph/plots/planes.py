@@ -341,6 +341,7 @@ def adjacency_rule(
 def type_map(
     sign: Sign = "negative",
     *,
+    vehicle: VehicleLike = PAPER,
     coefficients: CoefficientsLike | None = None,
     ax: Axes | None = None,
 ) -> Axes:
@@ -348,10 +349,10 @@ def type_map(
 
     A red square is (+,+), a blue disc (−,−), a mark half of each is both. Other types are written; the ``gid`` of the
     text is the node's (i, j). Roots with R = 0 are grey, and hollow where marked. A dot is a node without roots of the
-    sign. `coefficients` are those of formula (1), by default the paper's published ones.
+    sign. `coefficients` are those of formula (1) for the `vehicle`; by default the paper's, published.
     """
     checked_choice("sign", sign, sheets.RELATION)
-    found, signs = interior_roots(coefficients_of(kind=coefficients))
+    found, signs = interior_roots(coefficients_of(vehicle, coefficients))
     ax = base.axes_or_new(ax, size=(170, 176))
     shows = (found.sheet != 0) & ((signs == _SIGN[sign]) | (signs == 0))
     written = (shows & (found.types == 0).any(axis=-1)).any(axis=1)
