@@ -12,6 +12,14 @@ from typing import Any, SupportsIndex
 
 from gaitgraph.errors import InputError, shown
 
+__all__ = [
+    "angle_from_text",
+    "angles_from",
+    "distance_to_multiple",
+    "text_from_angle",
+    "wrapped",
+]
+
 HALF_PI = math.pi / 2
 """π/2, the end of the range in which tilt angles are represented (rad)."""
 
@@ -25,6 +33,10 @@ _ANGLE = re.compile(
 )
 _LONGEST = 64
 _LARGEST = 1e6  # rad, of an angle in an array: a larger one says little about its sine
+
+
+def __dir__() -> list[str]:
+    return [*__all__]
 
 
 def angle_from_text(value: object, name: str = "angle") -> float:

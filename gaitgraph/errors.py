@@ -12,6 +12,22 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Sequence
 
+__all__ = [
+    "ContractError",
+    "FileProblem",
+    "FileWarning",
+    "GaitgraphError",
+    "Infeasible",
+    "InputError",
+    "MissingConstant",
+    "MissingExtra",
+    "OutputExists",
+]
+
+
+def __dir__() -> list[str]:
+    return [*__all__]
+
 
 class GaitgraphError(Exception):
     """Base of all errors raised by gaitgraph."""

@@ -37,6 +37,15 @@ from gaitgraph.errors import (
 from gaitgraph.files import from_toml_file, table_from_toml
 from gaitgraph.pictured import Pictured
 
+__all__ = [
+    "PAPER",
+    "Vehicle",
+    "VehicleLike",
+    "preset_names",
+    "vehicle_from_mapping",
+    "vehicle_named",
+]
+
 Spin = Literal["clockwise", "counterclockwise"]
 Angle = float | str  # [rad], or a text such as "45deg"
 
@@ -57,6 +66,10 @@ Each = float | tuple[float, ...]
 """A constant of all arms, or four of which some differ."""
 Linkage = tuple[tuple[float, float], ...]
 """Servo angles and the tilt angles that they make, pairs [rad], the tilt angles increasing."""
+
+
+def __dir__() -> list[str]:
+    return [*__all__]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, init=False)

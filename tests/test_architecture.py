@@ -357,3 +357,10 @@ def test_help_of_a_function_shows_the_name_of_the_vehicle_it_takes() -> None:
     assert "= PAPER" in str(inspect.signature(gg.plan_loop)).replace(
         "=PAPER", "= PAPER"
     )
+
+
+def test_a_module_lists_its_public_names_alone() -> None:
+    for package in {*dir(gg)} - {*gg.__all__}:  # type: ignore[attr-defined]
+        module = getattr(gg, package)
+        listed = {name for name in dir(module) if not name.startswith("_")}
+        assert listed == {*getattr(module, "__all__", ())}, package

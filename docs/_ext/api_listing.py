@@ -8,7 +8,7 @@ import re
 from functools import cache
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, get_origin
+from typing import TYPE_CHECKING, Any, get_origin
 
 from sphinx.pycode import ModuleAnalyzer
 from sphinx.util.docutils import SphinxDirective
@@ -50,20 +50,10 @@ def packages() -> list[str]:
 def names_of(package: str) -> list[tuple[str, str]]:
     """Return a package's public names and where they are found: those at the top first."""
     here = import_module(f"gaitgraph.{package}")
-    if hasattr(here, "__path__"):
-        names = (
-            dir(here) if hasattr(here, "__getattr__") else []
-        )  # a package without public names has no such function
-    else:
-        names = [
-            name
-            for name, value in vars(here).items()
-            if getattr(value, "__module__", "") == here.__name__
-        ]
     top = set(dir(gaitgraph)) - set(packages())
     found = [
         (f"gaitgraph.{package}", name)
-        for name in names
+        for name in dir(here)
         if not name.startswith("_") and name not in top
     ]
     found += [
@@ -104,7 +94,8 @@ def described(module: str, name: str, package: str) -> list[str]:
         return [f".. autofunction:: {module}.{name}", ""]
     home = home_of(name) if module == "gaitgraph" else f"gaitgraph.{package}"
     body = [f"   {line}" for line in docs_of(home, name)]
-    kind = [] if get_origin(value) is Literal else [f"   :type: {type(value).__name__}"]
+    is_type_alias = get_origin(value) is not None
+    kind = [] if is_type_alias else [f"   :type: {type(value).__name__}"]
     return [f".. py:data:: {name}", f"   :module: {module}", *kind, "", *body, ""]
 
 

@@ -1,3 +1,1 @@
 """The explorer: a page on the loopback address to plan gaits by hand, and its server."""
-
-from __future__ import annotations
