@@ -560,6 +560,26 @@ def vehicle_from_mapping(constants: dict[str, Any]) -> Vehicle:
     )
 
 
+def vehicle_in_gait_file(stated: object) -> Vehicle:
+    """Return the vehicle that a gait file or a table states: a preset by its name, or constants.
+
+    InputError for anything else: a gait file names no other file, so that reading it opens no file but itself.
+
+    >>> vehicle_in_gait_file("beetle_omni").name
+    'beetle_omni'
+    """
+    preset = stated.get("preset", PAPER.name) if isinstance(stated, dict) else stated
+    if preset not in preset_names():
+        allowed = f"a preset ({', '.join(preset_names())}) or constants"
+        hint = did_you_mean(preset, preset_names())
+        if isinstance(preset, str) and preset.lower().endswith(".toml"):
+            hint = "; a gait file names no other file"
+        raise InputError(
+            f"vehicle must be {allowed}, got {shown(preset)}{hint}", field="vehicle"
+        )
+    return vehicle_named(stated)  # type: ignore[arg-type]
+
+
 def vehicle_named(vehicle: VehicleLike) -> Vehicle:
     """Return a preset by name, the vehicle in a TOML file, that of a mapping of constants, or a Vehicle as it is.
 

@@ -463,7 +463,7 @@ class TestTables:
     ) -> None:
         secret = tmp_path / "secret.toml"
         secret.write_text("drag_ratio = 0.123\n")
-        assert "vehicle must be one of paper" in client.table(
+        assert "vehicle must be a preset (paper, " in client.table(
             "x.json", json_table(vehicle=str(secret)), 400
         )
         request = {"waypoints": [[1.0, -1.0]], "vehicle": str(secret)}

@@ -9,6 +9,7 @@ import os
 import re
 import shutil
 import warnings
+from dataclasses import replace
 from math import pi
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -464,6 +465,47 @@ def test_about_that_is_wrong_is_refused(tmp_path: Path) -> None:
     assert not (tmp_path / "out.csv").exists()
     path.write_text(json.dumps({**content, "about": {"vehicle": "beetle_omni"}}))
     assert gait_of(read_table(path)).vehicle.name == "beetle_omni"
+
+
+@pytest.mark.parametrize("end", [".csv", ".json", ".npz", ".mat"])
+@pytest.mark.parametrize("vehicle", ["own.toml", {"preset": "own.toml"}, "own"])
+def test_a_gait_file_names_no_other_file(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    vehicle: Any,
+    end: str,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("own.toml").write_text('secret = "never shown"')
+    path = f"gait{end}"
+    TIMED.write(path)
+    table = read_table(path)
+    for about, read in (
+        ({"vehicle": vehicle}, gg.validate),
+        ({"request": {"vehicle": vehicle}}, lambda path: read_request(path, {})),
+    ):
+        stated = replace(table, about={**table.about, **about})
+        write_tables(stated, [path], force=True)
+        with pytest.raises(gg.InputError, match="must be a preset .*, got") as refused:
+            read(path)
+        assert str(refused.value).count(".toml") == str(vehicle).count(".toml")
+        assert "secret" not in str(refused.value)
+
+
+def test_a_request_names_a_vehicle_by_its_file(tmp_path: Path) -> None:
+    (tmp_path / "own.toml").write_text('preset = "beetle_omni"')
+    request = tmp_path / "request.toml"
+    request.write_text('waypoints = [[0.8, -0.8]]\nvehicle = "own.toml"')
+    assert read_request(request, {})[0].vehicle.name == "beetle_omni"
+    plan = gg.plan_loop([(0.8, -0.8), (0.4, -0.4)], sign="negative")
+    mapping = plan.as_mapping()
+    mapping["request"]["vehicle"] = "own.toml"
+    saved = tmp_path / "plan.json"
+    saved.write_text(json.dumps(mapping))
+    with pytest.raises(gg.InputError, match="must be a preset .*, got 'own.toml'"):
+        read_request(saved, {})
+    with pytest.raises(gg.InputError, match="must be a preset .*, got 'own.toml'"):
+        gg.validate(saved)
 
 
 def test_another_vehicle_or_other_coefficients_change_types_and_r(

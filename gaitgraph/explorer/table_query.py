@@ -103,10 +103,6 @@ def table_answer(
         path.write_bytes(content)
         try:
             table = merged(_bounded(read_pieces(path), progress))
-            if isinstance(
-                table.about.get("vehicle"), str
-            ):  # in the library it may be the name of a file
-                checked_choice("vehicle", table.about["vehicle"], preset_names())
             with naming_file(path):
                 report = validate(table)
             rows, times, stated = closed_rows(table)

@@ -48,7 +48,14 @@ from gaitgraph.surface.sheets import (
     types_contradict,
     types_from_text,
 )
-from gaitgraph.vehicle import PAPER, Each, Vehicle, VehicleLike, vehicle_named
+from gaitgraph.vehicle import (
+    PAPER,
+    Each,
+    Vehicle,
+    VehicleLike,
+    vehicle_in_gait_file,
+    vehicle_named,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -260,7 +267,7 @@ def surface_of(
     """Return vehicle, coefficients and crossing tolerance: as given, else as the table states, else the defaults."""
     about = table.about
     if vehicle is None:
-        vehicle = about.get("vehicle", PAPER)
+        vehicle = vehicle_in_gait_file(about.get("vehicle", PAPER.name))
         coefficients = (
             about.get("coefficients") if coefficients is None else coefficients
         )

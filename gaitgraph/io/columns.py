@@ -33,7 +33,7 @@ from gaitgraph.gait.table import (
 )
 from gaitgraph.io.servo_map import servo_map_from_mapping, tilts_from_joints
 from gaitgraph.surface.sheets import FAMILIES, types_from_text
-from gaitgraph.vehicle import vehicle_from_mapping
+from gaitgraph.vehicle import vehicle_in_gait_file
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -464,7 +464,7 @@ def about_from_texts(texts: list[str]) -> dict[str, Any]:
         if name not in ("format", "version")
     }
     if isinstance(about.get("vehicle"), dict):
-        about["vehicle"] = vehicle_from_mapping(about["vehicle"]).as_mapping()
+        about["vehicle"] = vehicle_in_gait_file(about["vehicle"]).as_mapping()
     if isinstance(about.get("request"), dict):
         about["request"] = {
             name: about[name] for name in SHARED if name in about

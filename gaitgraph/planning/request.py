@@ -48,7 +48,13 @@ from gaitgraph.surface.region import Points, Zones, checked_accuracy
 from gaitgraph.surface.sheets import ColorChoice, SignChoice
 from gaitgraph.timing.laws import DEFAULT_LAW, LawName
 from gaitgraph.timing.timed_gait import checked_clock
-from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
+from gaitgraph.vehicle import (
+    PAPER,
+    Vehicle,
+    VehicleLike,
+    vehicle_in_gait_file,
+    vehicle_named,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -264,13 +270,13 @@ def stated_request(path: str | Path) -> dict[str, Any]:
         else:
             content = object_from_json(text_of(path, what))
             if "status" in content and isinstance(content.get("request"), dict):
-                return dict(content["request"])  # a saved plan
+                return _of_gait_file(content["request"])  # a saved plan
             if not isinstance(content.get("columns"), dict):
                 return content
         about = content.get("about")
         about = about if isinstance(about, dict) else {}
         if isinstance(about.get("request"), dict):
-            return dict(about["request"])
+            return _of_gait_file(about["request"])
         maker = about.get("made_by")
         why = (
             f" (it was made by {shown(maker)[1:-1]})" if isinstance(maker, str) else ""
@@ -278,6 +284,13 @@ def stated_request(path: str | Path) -> dict[str, Any]:
         raise InputError(
             f"the file must hold a request, as gait files of plan do, got none{why}"
         )
+
+
+def _of_gait_file(request: dict[str, Any]) -> dict[str, Any]:
+    """Return the request that a gait file or a saved plan states; InputError if its vehicle is another file."""
+    if "vehicle" in request:
+        vehicle_in_gait_file(request["vehicle"])
+    return dict(request)
 
 
 def _kind_of_file(path: str | Path) -> str:
