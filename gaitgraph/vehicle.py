@@ -61,6 +61,8 @@ _ANGLES = ("max_tilt_rate", "max_tilt_acceleration", "max_tilt_jerk")
 _LEAST_TURN, _LARGEST_TURN = 1e-6, 1e6  # between two points of a linkage [rad]
 _ROUNDING = 1e-12  # of an angle at a corner of a linkage [rad]
 _EACH = (*_TILTS, *_ANGLES, "servo_lag", "linkage")
+_ONE_OF_ALL_ARMS = ("arm_length", "first_arm_angle")
+_OF_OTHER_ARMS = ("arm_lengths", "arm_angles", "rotor_positions")
 
 Each = float | tuple[float, ...]
 """A constant of all arms, or four of which some differ."""
@@ -154,6 +156,7 @@ class Vehicle(Pictured):
     rotor_inertia: float | None = None
 
     def __init__(self, **constants: Any) -> None:
+        _check_arms_are_equal(constants)
         check_fields("vehicle", constants, _FIELDS)
         stated: dict[str, Any] = _DEFAULTS | constants
         if (
@@ -442,6 +445,19 @@ def linked(linkage: Linkage, angles: Any, *, to_servo: bool = False) -> tuple[An
     return line(angles), line.derivative()(np.asarray(angles) + _ROUNDING)
 
 
+def _check_arms_are_equal(constants: Mapping[str, Any]) -> None:
+    """Raise InputError if the arms differ or stand at angles of their own; the message says what judges such a vehicle."""
+    for name, value in constants.items():
+        is_of_each = isinstance(value, (list, tuple)) and len(value) > 1
+        if name in _OF_OTHER_ARMS or (name in _ONE_OF_ALL_ARMS and is_of_each):
+            rule = "be equal and a quarter turn apart, with one arm_length (m) and one first_arm_angle (rad)"
+            raise InputError(
+                f"arms must {rule}, got {name} = {shown(value)}; "
+                "validate judges other rotors, each written as a [[rotor]] table of a vehicle file",
+                field=name,
+            )
+
+
 def _each(name: str, value: object, convert: Callable[[str, Any], Any]) -> Any:
     """Return one value, or four if they differ; a linkage is a list of lists itself."""
     inner = value
@@ -535,6 +551,8 @@ def vehicle_from_mapping(constants: dict[str, Any]) -> Vehicle:
             "vehicle must be four arms with common constants, got rotors, which validate alone judges",
             field="vehicle",
         )
+    if isinstance(constants, dict):
+        _check_arms_are_equal(constants)
     check_fields("vehicle", constants, ["preset", *_FIELDS])
     if "preset" not in constants:
         return Vehicle(**constants)

@@ -317,6 +317,10 @@ class TestFiles:
                 "zzz = 1\ndrag_ratio = 0.1\n",
                 "vehicle has no field 'zzz'; the fields are preset, name, mass",
             ),
+            (
+                "arm_angles = [0, 1, 2, 4]\ndrag_ratio = 0.1\n",
+                "arms must be equal and a quarter turn apart",
+            ),
             ("vehicle = 3\n", "vehicle must be a table of values by name, got 3"),
             (
                 "[[vehicle]]\ndrag_ratio = 0.1\n",
@@ -339,6 +343,30 @@ class TestFiles:
         assert message.startswith(f"vehicle file {str(path)!r}: ")
         assert expected in message
         assert len(message) < len(str(path)) + 600
+
+    @pytest.mark.parametrize(
+        "constants",
+        [
+            {"arm_length": [0.2, 0.2, 0.3, 0.3]},
+            {"first_arm_angle": ("45deg", "135deg", "225deg", "315deg")},
+            {"arm_angles": [0, 1, 2, 4]},
+            {"rotor_positions": [[1, 0, 0]]},
+        ],
+    )
+    def test_arms_that_differ_are_told_what_judges_them(
+        self, constants: dict[str, Any]
+    ) -> None:
+        (name,) = constants
+        for make in (
+            lambda: Vehicle(drag_ratio=0.1, **constants),
+            lambda: PAPER.replace(**constants),
+            lambda: vehicle_named({"preset": "padova", **constants}),
+        ):
+            with pytest.raises(
+                InputError, match=rf"got {name} = .*\[\[rotor\]\]"
+            ) as caught:
+                make()
+            assert caught.value.field == name
 
     def test_a_file_that_cannot_be_read_is_named_with_the_reason(
         self, tmp_path: Path
