@@ -15,6 +15,7 @@ from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.vehicle import PAPER, UNITS, Vehicle, vehicle_from_mapping, vehicle_named
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from pathlib import Path
 
 POSITIVE = [
@@ -357,11 +358,12 @@ class TestFiles:
         self, constants: dict[str, Any]
     ) -> None:
         (name,) = constants
-        for make in (
+        ways: list[Callable[[], Vehicle]] = [
             lambda: Vehicle(drag_ratio=0.1, **constants),
             lambda: PAPER.replace(**constants),
             lambda: vehicle_named({"preset": "padova", **constants}),
-        ):
+        ]
+        for make in ways:
             with pytest.raises(
                 InputError, match=rf"got {name} = .*\[\[rotor\]\]"
             ) as caught:
