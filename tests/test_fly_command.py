@@ -177,7 +177,7 @@ def test_a_table_that_is_not_closed_has_a_message(run: Any, tmp_path: Path) -> N
     rows = np.column_stack([timed.t, timed.alpha])
     tables = {
         "open": rows[:16],
-        "closed": np.vstack([rows[:16], [0.9, *rows[0, 1:]]]),
+        "closed": np.vstack([rows[:16], [0.6, *rows[0, 1:]]]),
         "law": rows[:-1],
     }
     for name, part in tables.items():

@@ -184,7 +184,7 @@ class LongTable:
 
     def __call__(self) -> Iterator[Table]:
         for k in range(self.count):
-            t = np.arange(k * self.rows, (k + 1) * self.rows) / 1000.0
+            t = np.arange(k * self.rows, (k + 1) * self.rows) / 10_000.0
             first, second = 1.0 + 0.2 * np.cos(t), -0.5 + 0.2 * np.sin(t)
             yield Table(
                 columns={

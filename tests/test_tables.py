@@ -22,7 +22,9 @@ from gaitgraph.gait import table as tables
 from gaitgraph.gait.gait import lift
 from gaitgraph.gait.table import provenance_text
 from gaitgraph.io import formats, text_files
+from gaitgraph.io.columns import table_from_frame
 from gaitgraph.io.formats import gait_of, read_pieces, read_table, write_tables
+from gaitgraph.io.servo_map import servo_map_named
 from gaitgraph.planning.request import read_request
 from gaitgraph.timing.exporting import export
 from gaitgraph.timing.timed_gait import table_of
@@ -115,6 +117,7 @@ def test_a_saved_plan_is_a_gait_file(tmp_path: Path) -> None:
         ("# of Monday\n# t,{}", ""),
         ("Time,{}", "'Time' (did you mean 'time'?)"),
         ("t [s],{}", "'t [s]' (did you mean 't'?)"),
+        ("Time (ms),{}", "'Time (ms)' (did you mean 'time_ms'?)"),
         (
             "foo,{},alpha1_rates,bar",
             "'alpha1_rates' (did you mean 'alpha1_rate'?), 'foo', 'bar'",
@@ -145,6 +148,89 @@ def test_columns_are_read_as_what_they_are_or_listed(
     assert [str(one.message) for one in told] == [done.err[20:-1]] * bool(unused)
 
 
+@pytest.mark.parametrize(
+    ("name", "in_a_second"),
+    [("t_ms", 1e3), ("time_ms", 1e3), ("t_us", 1e6), ("time_us", 1e6)],
+)
+@pytest.mark.parametrize("suffix", [".csv", ".json", ".npz", ".mat", ".parquet"])
+def test_times_in_other_units_are_read_in_every_format(
+    tmp_path: Path, suffix: str, name: str, in_a_second: float
+) -> None:
+    if suffix == ".parquet":
+        pytest.importorskip("pyarrow", reason="install gaitgraph[table]")
+    columns = dict(zip(tables.ANGLES, TIMED.alpha.T, strict=True))
+    columns[name] = TIMED.t * in_a_second
+    path = tmp_path / f"theirs{suffix}"
+    write_tables(tables.Table(columns=columns, about={"vehicle": "paper"}), [path])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        table = read_table(path)
+        frame = table_from_frame(columns)
+    for found in (table, frame):
+        assert name not in found
+        np.testing.assert_allclose(found["t"], TIMED.t, rtol=1e-15)
+
+
+def test_an_index_in_milliseconds_is_read() -> None:
+    pd = pytest.importorskip("pandas", reason="install pandas")
+    frame = TIMED.to_pandas().set_index("t")
+    frame.index = pd.Index(frame.index * 1e3, name="t_ms")
+    np.testing.assert_allclose(table_from_frame(frame)["t"], TIMED.t, rtol=1e-15)
+
+
+def test_a_servo_table_from_elsewhere_may_have_its_time_in_milliseconds(
+    tmp_path: Path,
+) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text("time_ms,tilt1,tilt2,tilt3,tilt4\n0,0,0,0,0\n20,0.1,0,0,0\n")
+    table = read_table(path, joints=servo_map_named("x_frame"))
+    assert table["t"].tolist() == [0.0, 0.02]
+
+
+@pytest.mark.parametrize(
+    ("t", "warning"),
+    [
+        (
+            [0, 500, 1000, 1500],
+            "row 4 is 1500 s after row 1, .* A column of ms is t_ms",
+        ),
+        ([0, 10, 20, 30], ""),
+        ([0, 0.1, 0.2, 1.4, 1.5, 1.6], "row 4 is 1.2 s after the row before, 12 times"),
+        ([0, 0.1, 0.2, 1.1, 1.2, 1.3], ""),
+        ([5, 5.1, 5.2], ""),
+        ([1000], ""),
+    ],
+)
+@pytest.mark.parametrize("block", [60, 1 << 22])
+def test_times_that_are_probably_wrong_are_told(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    run: Any,
+    t: list[float],
+    warning: str,
+    block: int,
+) -> None:
+    monkeypatch.setattr(text_files, "_BLOCK", block)
+    path = tmp_path / "theirs.csv"
+    lines = [f"{time},{0.4 + k / 100},-0.4,red" for k, time in enumerate(t)]
+    path.write_text("\n".join(["t,alpha1,alpha2,color", *lines]))
+    done = run("validate", path, "--json")
+    told = [line for line in done.err.splitlines() if "theirs.csv" in line]
+    assert len(told) == bool(warning)
+    assert re.search(warning, done.err)
+    with warnings.catch_warnings(record=True) as raised:
+        warnings.simplefilter("always")
+        noted = read_table(path).notes
+    assert [str(one.message).split(": ", 1)[1] for one in raised] == [*noted]
+    assert len(noted) == bool(warning)
+
+
+def test_a_long_period_that_the_file_states_is_no_surprise(tmp_path: Path) -> None:
+    path = tmp_path / "slow.csv"
+    lift(G3.angles, "red").parametrize(period=300.0).write(path)
+    assert read_table(path).notes == ()
+
+
 HEAD = "alpha1,alpha2,alpha3,alpha4\n"
 BAD_CSV = [
     ("", "it is empty"),
@@ -158,6 +244,10 @@ BAD_CSV = [
         "separated by commas, with points in numbers, got semicolons, tabs or blanks",
     ),
     ("t,time," + HEAD + "0,0,0,0,0,0\n", "columns must have 't' or 'time', got both"),
+    (
+        "t_us,time_ms," + HEAD + "0,0,0,0,0,0\n",
+        "columns must have 'time_ms' or 't_us', got both",
+    ),
     (HEAD, "it must have at least one row"),
     ("alpha1,alpha2,alpha3\n0,0,0\n", "column 'alpha4' is missing"),
     (

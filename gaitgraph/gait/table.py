@@ -246,7 +246,8 @@ def merged(pieces: Iterable[Table]) -> Table:
             if isinstance(values, np.ndarray)
             else tuple(chain.from_iterable(parts))
         )
-    return replace(first, columns=columns)
+    notes = dict.fromkeys(chain(first.notes, *(piece.notes for piece in others)))
+    return replace(first, columns=columns, notes=tuple(notes))
 
 
 def row_texts(piece: Table) -> bytes:

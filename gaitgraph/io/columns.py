@@ -14,11 +14,12 @@ import warnings
 from collections import Counter
 from collections.abc import Mapping
 from contextlib import suppress
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from gaitgraph.angles import HALF_PI, angle_from_text, in_degrees
+from gaitgraph.angles import HALF_PI, angle_from_text, in_degrees, number_of
 from gaitgraph.errors import FileWarning, InputError, did_you_mean, shown
 from gaitgraph.gait.table import (
     ACCELERATIONS,
@@ -26,6 +27,7 @@ from gaitgraph.gait.table import (
     FORMAT,
     ORDER,
     RATES,
+    ROWS_OF_A_PIECE,
     TEXTS,
     Table,
     about_from_text,
@@ -36,7 +38,7 @@ from gaitgraph.surface.sheets import FAMILIES, types_from_text
 from gaitgraph.vehicle import vehicle_in_gait_file
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
 
     from gaitgraph.invertibility.matrices import FloatArray
     from gaitgraph.io.servo_map import ServoMap
@@ -46,6 +48,10 @@ _LARGEST = dict.fromkeys(ANGLES[:2], HALF_PI) | dict.fromkeys(
 )  # beyond 1e6 a float carries no angle
 _LARGEST |= dict.fromkeys(("R", *RATES, *ACCELERATIONS), 1e12) | {"t": 1e9}
 _SHORTEST_STEP = 1e-9
+_TIMES = {"time": 1.0, "t_ms": 1e3, "time_ms": 1e3, "t_us": 1e6, "time_us": 1e6}
+"""Other names of the column t, and their units in one second."""
+_LIKELY_PERIOD = 60.0  # a longer one is probably in another unit [s]
+_LIKELY_STEP = 10.0  # of time, in median steps
 _BESIDE_JOINTS = ("color", "types", "R")
 MADE_BY = "made_by"
 SHARED = (
@@ -74,13 +80,13 @@ class TableBuilder:
     ) -> None:
         self.plane_only, self.joints, self.angles = plane_only, joints, angles
         self._order = ("t", *angles) if angles else ORDER
-        self._other_names = {f"{name}_deg": name for name in angles or ANGLES} | {
-            "time": "t"
-        }
+        self._other_names = {f"{name}_deg": name for name in angles or ANGLES}
+        self._other_names |= dict.fromkeys(_TIMES, "t")
         self.about: dict[str, Any] = {}
         self.names: Sequence[str] = ()
         self.notes: tuple[str, ...] = ()
         self.rows, self._last_time = 0, -math.inf
+        self._times = _Times()
 
     def begin(self, names: Sequence[str], about: dict[str, Any]) -> None:
         """Check the names of all columns of a file; `about`, what made it, may hold a map of joints."""
@@ -96,14 +102,10 @@ class TableBuilder:
                 )
         used = self.used
         others = [name for name in names if name not in used]
+        self._check_one_name_each()
         if self.joints is not None:
             self.joints.check_columns(list(names))
         else:
-            for other, name in self._other_names.items():
-                if other in names and name in names:
-                    raise InputError(
-                        f"columns must have {name!r} or {other!r}, got both"
-                    )
             known = {self._other_names.get(name, name) for name in names}
             lifted = self.plane_only or (
                 "color" in known and known.isdisjoint(ANGLES[2:])
@@ -120,6 +122,19 @@ class TableBuilder:
                         f"column {name!r} is missing; columns must be {wanted}{there}"
                     )
         self.notes = (f"columns not used: {self._listed(others)}",) if others else ()
+
+    def _check_one_name_each(self) -> None:
+        """Raise InputError if two columns are the same one under two names."""
+        first: dict[str, str] = {}
+        joints = () if self.joints is None else self.joints.columns
+        for name in self.used:
+            if name in self.names and name not in joints:
+                meant = self._other_names.get(name, name)
+                if meant in first:
+                    raise InputError(
+                        f"columns must have {first[meant]!r} or {name!r}, got both"
+                    )
+                first[meant] = name
 
     def _listed(self, names: Sequence[str]) -> str:
         """Return names of columns for a message, first those that resemble a known one, with a hint."""
@@ -142,11 +157,13 @@ class TableBuilder:
     @property
     def used(self) -> tuple[str, ...]:
         """Names of the columns that are read; others are listed in a warning."""
-        return (
-            (*self._order, *self._other_names)
-            if self.joints is None
-            else (*self.joints.columns, *_BESIDE_JOINTS)
-        )
+        if self.joints is None:
+            return (*self._order, *self._other_names)
+        joints = self.joints.columns
+        if self.joints.time in self.names:
+            return (*joints, *_BESIDE_JOINTS)
+        times = [name for name in _TIMES if name not in joints]
+        return (*joints, *times, *_BESIDE_JOINTS)
 
     def pieces(
         self,
@@ -184,6 +201,8 @@ class TableBuilder:
         for name, values in used.items():
             if name in TEXTS:
                 found[name] = _texts(name, values, self.rows)
+            elif name in _TIMES:
+                found["t"] = _numbers(name, values, self.rows) / _TIMES[name]
             elif name.endswith("_deg"):
                 found[self._other_names[name]] = np.radians(
                     _numbers(name, values, self.rows)
@@ -220,6 +239,7 @@ class TableBuilder:
                     f"row {self.rows + k + 1}: {wanted}, got {float(found['t'][k])!r}"
                 )
             self._last_time = found["t"][-1]
+            self._times.update(found["t"])
         self.rows += max(lengths)
         columns = {name: found[name] for name in self._order if name in found}
         yield Table(
@@ -233,10 +253,61 @@ class TableBuilder:
         self.begin(list(columns), about)
         return self.pieces(columns, angle_texts=True)
 
-    def check_rows(self) -> None:
-        """Raise InputError if there were no rows."""
-        if not self.rows:
+    def finished(self, pieces: Iterable[Table]) -> Iterator[Table]:
+        """Yield all pieces of a table, the last with the warnings about its times; InputError if there are no rows."""
+        last: Table | None = None
+        for piece in pieces:
+            if last is not None:
+                yield last
+            last = piece
+        if last is None:
             raise InputError("it must have at least one row, got none")
+        yield replace(last, notes=(*last.notes, *self._notes_on_times()))
+
+    def _notes_on_times(self) -> list[str]:
+        """Return warnings for times in another unit, probably, and for a gap; a command's table has none."""
+        times = self._times
+        if times.rows < 2 or "made_by" in self.about:
+            return []
+        notes = []
+        duration = times.last - times.first
+        stated = number_of(self.about.get("period"))
+        if duration > _LIKELY_PERIOD and not stated > _LIKELY_PERIOD:
+            notes.append(
+                f"row {times.rows} is {duration:.6g} s after row 1, more than a minute: is t in s? A column of ms is "
+                "t_ms, one of µs is t_us"
+            )
+        usual = float(np.median(times.steps))
+        if times.longest > _LIKELY_STEP * usual:
+            notes.append(
+                f"row {times.longest_row} is {times.longest:.6g} s after the row before, {times.longest / usual:.3g} "
+                "times the median step: are rows missing there, or is a time wrong?"
+            )
+        return notes
+
+
+class _Times:
+    """What is told of all times of a table: first, last, the longest step, and the first steps, for their median."""
+
+    def __init__(self) -> None:
+        self.rows = 0
+        self.first = self.last = math.nan
+        self.longest, self.longest_row = 0.0, 0
+        self.steps = np.zeros(0)
+
+    def update(self, t: FloatArray) -> None:
+        """Examine the times of the next rows."""
+        if not self.rows:
+            self.first = self.last = float(t[0])
+        steps = np.diff(t, prepend=self.last)
+        k = int(np.argmax(steps))
+        if steps[k] > self.longest:
+            self.longest, self.longest_row = float(steps[k]), self.rows + k + 1
+        from_row_2 = steps if self.rows else steps[1:]
+        room = ROWS_OF_A_PIECE - len(self.steps)
+        self.steps = np.append(self.steps, from_row_2[:room])
+        self.rows += len(t)
+        self.last = float(t[-1])
 
 
 def column_of(name: str, given: Any) -> Any:
@@ -326,8 +397,9 @@ def _number(value: Any, angle_texts: bool) -> float:
 
 
 def _plain_name(name: str) -> str:
-    """Return the name that a person may have meant by "Alpha1", "α1", "a1", "alpha1 [rad]" or "t (s)"."""
+    """Return the name that a person may have meant by "Alpha1", "α1", "a1", "alpha1 [rad]" or "t (ms)"."""
     name = re.sub(r"\s*[\[(](rad|s)[\])]$", "", name.strip().lower())
+    name = re.sub(r"\s*[\[(](ms|us)[\])]$", r"_\1", name)
     return re.sub(r"^(α|a(lpha)?)[ _]?(?=[1-4])", "alpha", name)
 
 
@@ -387,7 +459,7 @@ def table_from_frame(frame: Frame) -> Table:
     """Return the gait table in a frame of pandas or polars, a table of pyarrow, or a mapping of names to arrays.
 
     Columns are as in a file: alpha1 to alpha4 (rad), or alpha1, alpha2 and color; a warning lists others. An index of
-    pandas that is named `t` or `time` counts as that column. The table states what made it if `attrs` does, as
+    pandas that is named as a column of time, `t` or `time_ms` say, counts as that column. The table states what made it if `attrs` does, as
     :meth:`Table.to_pandas` and `pandas.read_parquet` leave it.
 
     >>> table = table_from_frame({"alpha1": [0.4, 0.8], "alpha2": [-0.4, -0.8], "color": ["red", "red"]})
@@ -429,16 +501,15 @@ def table_from_frame(frame: Frame) -> Table:
     index = getattr(frame, "index", None)
     columns = {name: frame[name] for name in names}
     time = getattr(index, "name", None)
-    if time in ("t", "time") and {"t", "time"}.isdisjoint(names):
+    if time in ("t", *_TIMES) and {"t", *_TIMES}.isdisjoint(names):
         names.append(time)
         columns[time] = index
     builder = TableBuilder()
     builder.begin(names, about)
-    tables = list(builder.pieces(columns, angle_texts=True))
-    builder.check_rows()
-    for note in builder.notes:
+    (table,) = builder.finished(builder.pieces(columns, angle_texts=True))
+    for note in table.notes:
         warnings.warn(f"frame: {note}", FileWarning, stacklevel=2)
-    return tables[0]
+    return table
 
 
 def about_from_texts(texts: list[str]) -> dict[str, Any]:

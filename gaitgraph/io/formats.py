@@ -375,13 +375,15 @@ def read_pieces(
     with reading(path, _WHAT), naming_file(path):
         path.stat()
         builder = TableBuilder(plane_only=plane_only, joints=joints, angles=angles)
-        for number, piece in enumerate(read(path, builder)):
-            for note in piece.notes if number == 0 else ():
-                warnings.warn(
-                    f"{_WHAT} {str(path)!r}: {note}", FileWarning, stacklevel=2
-                )
+        said: set[str] = set()
+        for piece in builder.finished(read(path, builder)):
+            for note in piece.notes:
+                if note not in said:
+                    said.add(note)
+                    warnings.warn(
+                        f"{_WHAT} {str(path)!r}: {note}", FileWarning, stacklevel=2
+                    )
             yield piece
-        builder.check_rows()
 
 
 def object_from_json(text: str) -> dict[str, Any]:
