@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import json
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from gaitgraph.cli import main
 from gaitgraph.gait.gait import lift
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
     from pathlib import Path
 
 WAYPOINTS = [
@@ -161,6 +162,144 @@ def test_vehicles_and_coefficients_in_every_form(
             gg.surface_graph(divisions=4, **own).graph["vehicle"]["drag_ratio"] == kappa
         )
         assert gg.validate(TIMED.alpha, **own).valid
+
+
+ROWS = [(-0.8, 0.8, -0.8, 0.8), (-0.8, 0.4, -0.8, 0.4), (-0.4, 0.4, -0.4, 0.4)]
+LOOP = [row[:2] for row in ROWS]
+OF_A_VEHICLE: dict[str, Callable[[Any], Any]] = {
+    "Gait": lambda one: gg.Gait(alpha=ROWS, vehicle=one),
+    "admissible_region": lambda one: gg.admissible_region(one, accuracy=1e-3).area,
+    "certify": lambda one: gg.certify(ROWS, vehicle=one).document,
+    "colorings": lambda one: gg.colorings(LOOP, vehicle=one),
+    "gait_of": lambda one: gg.gait_of(ROWS, vehicle=one),
+    "lift": lambda one: gg.lift(LOOP, "red", vehicle=one),
+    "optimal_gait": lambda one: gg.optimal_gait(LOOP, vehicle=one),
+    "plan_loop": lambda one: gg.plan_loop(LOOP, vehicle=one),
+    "retarget": lambda one: gg.retarget(ROWS, vehicle=one).after,
+    "robustness_of": lambda one: gg.robustness_of(ROWS, vehicle=one, curves=0),
+    "roots": lambda one: gg.roots(0.3, 0.2, vehicle=one),
+    "surface_graph": lambda one: gg.surface_graph(divisions=4, vehicle=one).graph,
+    "transition": lambda one: gg.transition("hover", ROWS, vehicle=one),
+    "validate": lambda one: gg.validate(ROWS, vehicle=one),
+    "vehicle_named": gg.vehicle_named,
+    "flight.Engine": lambda one: gg.flight.Engine(one).model.body_mass,
+    "invertibility.Geometry.of_vehicle": lambda one: (
+        gg.invertibility.Geometry.of_vehicle(one).position
+    ),
+    "invertibility.coefficients_of": gg.invertibility.coefficients_of,
+    "invertibility.least_singular_value_within": lambda one: (
+        gg.invertibility.least_singular_value_within(ROWS, 0.1, one)[0]
+    ),
+    "ServoMap.linked_to": gg.io.servo_map_named("x_frame").linked_to,
+    "ServoMap.check_vehicle": gg.io.servo_map_named("x_frame").check_vehicle,
+    "planning.Replanner": lambda one: gg.planning.Replanner(one, rate=5.0).vehicle,
+    "planning.plan_request": lambda one: gg.planning.plan_request(LOOP, vehicle=one),
+    "plots.draw": lambda one: gg.plots.draw("2", vehicle=one).axes[0].lines,
+    "plots.regions_map": lambda one: gg.plots.regions_map(one).lines,
+    "plots.singular_value_map": lambda one: gg.plots.singular_value_map(one).lines,
+    "plots.type_map": lambda one: gg.plots.type_map(vehicle=one).lines,
+    "plots.vehicle_figure": lambda one: gg.plots.vehicle_figure(one).lines,
+    "plots.vehicle_view": lambda one: gg.plots.vehicle_view(ROWS, one).arms,
+    "robustness.singular_curve": lambda one: (
+        gg.robustness.singular_curve((-0.8, 0.8, 0.2, 0.3), vehicle=one).normal
+    ),
+    "robustness.acceptable_attitudes": lambda one: (
+        gg.robustness.acceptable_attitudes(ROWS, vehicle=one).fraction
+    ),
+    "surface.hover_region": lambda one: gg.surface.hover_region(one).area,
+    "surface.red_label": lambda one: gg.surface.red_label(0.15, -0.2, one),
+    "surface.root_arrays": lambda one: gg.surface.root_arrays(0.3, 1, vehicle=one).R,
+    "surface.sheet_angles": lambda one: gg.surface.sheet_angles(
+        "blue", 0.3, 0.2, vehicle=one
+    ),
+    "surface.sign_region": lambda one: (
+        gg.surface.sign_region("positive", one, accuracy=1e-3).area
+    ),
+    "surface.singular_value_region": lambda one: (
+        gg.surface.singular_value_region(0.1, one, accuracy=1e-3).area
+    ),
+    "surface.thrust_region": lambda one: (
+        gg.surface.thrust_region(0.4, one, accuracy=1e-3).area
+    ),
+    "export": lambda one: gg.export(ROWS, "a.csv", vehicle=one, period=1, force=True),
+    "plots.write_figures": lambda one: gg.plots.write_figures(
+        ".", only=["2"], vehicle=one, formats=["svg"], force=True
+    ),
+    "timing.timed_gait_of": lambda one: gg.timing.timed_gait_of(
+        ROWS, vehicle=one, period=1.0
+    ),
+}
+OF_ANGLES = (
+    "control_force_matrix control_moment_matrix decoupling_matrix hover_thrust_shares "
+    "least_singular_value zero_moment_direction attitude_sensitivities determinant "
+    "level_determinant roll_sensitivity pitch_sensitivity nearest_singular_attitude tilt_margin"
+).split()
+ANSWERS = {  # records that functions return
+    "planning.PlanRequest",
+    "planning.Replan",
+    "robustness.RobustnessReport",
+    "timing.Curve",
+}
+BIASED = (-0.8, 0.8, 0.2, 0.3)
+
+
+def of_angles(name: str) -> Callable[[Any], Any]:
+    """Return what a function of tilt angles and a vehicle gives for a vehicle."""
+    package = gg.surface if name == "family_distances" else gg.invertibility
+    return lambda one: getattr(package, name)(BIASED, vehicle=one)
+
+
+OF_A_VEHICLE |= {f"invertibility.{name}": of_angles(name) for name in OF_ANGLES}
+OF_A_VEHICLE |= {"surface.family_distances": of_angles("family_distances")}
+
+
+def as_text(answer: Any) -> str:
+    """Return what an answer says, all digits of arrays and lines of a picture."""
+    if isinstance(answer, (list, tuple)):
+        return "\n".join(map(as_text, answer))
+    if hasattr(answer, "get_xydata"):
+        return as_text(answer.get_xydata())
+    return str(np.asarray(answer).tolist() if hasattr(answer, "tolist") else answer)
+
+
+def public_callables() -> Iterator[tuple[str, Any]]:
+    """Yield the public functions, classes and methods, each with the shortest name."""
+    packages = [getattr(gg, name) for name in dir(gg)]
+    seen: set[int] = set()
+    for home in [gg, *filter(inspect.ismodule, packages)]:
+        for name in getattr(home, "__all__", ()):
+            value = getattr(home, name)
+            if not callable(value) or id(value) in seen:
+                continue
+            seen.add(id(value))
+            whole = f"{home.__name__}.{name}".removeprefix("gaitgraph.")
+            yield whole, value
+            if inspect.isclass(value):
+                for own in vars(value):
+                    if not own.startswith("_") and callable(getattr(value, own)):
+                        yield f"{whole}.{own}", getattr(value, own)
+
+
+def test_every_public_function_of_a_vehicle_is_tried() -> None:
+    takers = set()
+    for name, value in public_callables():
+        with suppress(ValueError):  # of a type without a signature
+            parameter = inspect.signature(value).parameters.get("vehicle")
+            if parameter is not None:
+                takers.add(name)
+    assert takers == {*OF_A_VEHICLE, *ANSWERS}
+
+
+@pytest.mark.parametrize("name", OF_A_VEHICLE)
+def test_the_name_of_a_preset_is_a_vehicle(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    use, padova = OF_A_VEHICLE[name], gg.vehicle_named("padova")
+    by_name = as_text(use("padova"))
+    assert by_name == as_text(use(padova)) == as_text(use({"preset": "padova"}))
+    with pytest.raises(gg.InputError, match="did you mean 'padova'"):
+        use("padovo")
 
 
 WRONG: list[Any] = [

@@ -38,7 +38,7 @@ def roots_command(
     angles: tuple[str, ...] = (),
     vehicle: Any = None,
     coefficients: Any = None,
-    **given: float,
+    **given: Any,
 ) -> int:
     """Print every root (α3, α4) of Rφ = Rθ = 0 for one (α1, α2), with plane types, color and R."""
     from dataclasses import asdict

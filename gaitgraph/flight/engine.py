@@ -21,12 +21,13 @@ import numpy.typing as npt
 
 from gaitgraph.errors import InputError, needs_extra
 from gaitgraph.invertibility.matrices import thrust_signs
+from gaitgraph.vehicle import vehicle_named
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from gaitgraph.invertibility.matrices import FloatArray
-    from gaitgraph.vehicle import Vehicle
+    from gaitgraph.vehicle import Vehicle, VehicleLike
 
 _LIGHT = 1e-6  # default inertia of an arm, as a share of the vehicle's least moment of inertia
 _STIFF = 0.3  # natural frequency of the actuators that hold the hinges, per step of the engine
@@ -102,8 +103,9 @@ class Engine:
     __slots__ = ("_bad", "data", "model", "mujoco")
 
     def __init__(
-        self, vehicle: Vehicle, *, step: float = 1e-3, air: bool = False
+        self, vehicle: VehicleLike, *, step: float = 1e-3, air: bool = False
     ) -> None:
+        vehicle = vehicle_named(vehicle)
         self.mujoco = mujoco_library()
         text = mjcf_of(vehicle, step=step, air=air)
         try:

@@ -28,9 +28,10 @@ from gaitgraph.invertibility.segment_bounds import (
     least_along,
     least_of_each,
 )
+from gaitgraph.vehicle import vehicle_named
 
 if TYPE_CHECKING:
-    from gaitgraph.vehicle import Vehicle
+    from gaitgraph.vehicle import VehicleLike
 
 _ROTOR: dict[str, Any] = {
     "position": None,
@@ -114,8 +115,9 @@ class Geometry:
             )
 
     @classmethod
-    def of_vehicle(cls, vehicle: Vehicle) -> Self:
+    def of_vehicle(cls, vehicle: VehicleLike) -> Self:
         """Return the geometry of a vehicle of four arms; in arm lengths instead of metres if it states none."""
+        vehicle = vehicle_named(vehicle)
         arms, length = arm_angles(vehicle), vehicle.arm_length or 1.0
         outward = np.stack([np.cos(arms), np.sin(arms), np.zeros(4)], axis=1)
         return cls(

@@ -441,34 +441,54 @@ def sensitivities(alpha: npt.ArrayLike, coefficients: Coefficients) -> tuple[Any
     return roll, pitch
 
 
-def roll_sensitivity(alpha: npt.ArrayLike, coefficients: Coefficients) -> Any:
+def roll_sensitivity(
+    alpha: npt.ArrayLike,
+    coefficients: CoefficientsLike | None = None,
+    *,
+    vehicle: VehicleLike = PAPER,
+) -> Any:
     """Return Rφ of equation (4), dimensionless, shape (...).
 
-    Zero Rφ and Rθ make the determinant insensitive, to first order, to roll and pitch.
+    Zero Rφ and Rθ make the determinant insensitive, to first order, to roll and pitch. Coefficients and vehicle are as
+    for :func:`attitude_sensitivities`.
 
-    >>> float(roll_sensitivity([0.3, -0.2, 0.3, 0.1], coefficients_of()))
+    >>> float(roll_sensitivity([0.3, -0.2, 0.3, 0.1]))
     -0.0
     """
-    return sensitivities(alpha, coefficients)[0]
+    return sensitivities(alpha, coefficients_of(vehicle, coefficients))[0]
 
 
-def pitch_sensitivity(alpha: npt.ArrayLike, coefficients: Coefficients) -> Any:
+def pitch_sensitivity(
+    alpha: npt.ArrayLike,
+    coefficients: CoefficientsLike | None = None,
+    *,
+    vehicle: VehicleLike = PAPER,
+) -> Any:
     """Return Rθ of equation (5), its misprint corrected, dimensionless, shape (...).
 
-    >>> float(pitch_sensitivity([0.3, -0.2, 0.1, -0.2], coefficients_of()))
+    Coefficients and vehicle are as for :func:`attitude_sensitivities`.
+
+    >>> float(pitch_sensitivity([0.3, -0.2, 0.1, -0.2]))
     0.0
     """
-    return sensitivities(alpha, coefficients)[1]
+    return sensitivities(alpha, coefficients_of(vehicle, coefficients))[1]
 
 
-def level_determinant(alpha: npt.ArrayLike, coefficients: Coefficients) -> Any:
+def level_determinant(
+    alpha: npt.ArrayLike,
+    coefficients: CoefficientsLike | None = None,
+    *,
+    vehicle: VehicleLike = PAPER,
+) -> Any:
     """Return R of equation (6), its misprints corrected, dimensionless, shape (...).
 
-    In level flight the determinant of the decoupling matrix is proportional to R: R = 0 is singular.
+    In level flight the determinant of the decoupling matrix is proportional to R: R = 0 is singular. Coefficients and
+    vehicle are as for :func:`attitude_sensitivities`.
 
-    >>> float(level_determinant([0, 0, 0, 0], coefficients_of()))
+    >>> float(level_determinant([0, 0, 0, 0]))
     4.0
     """
+    coefficients = coefficients_of(vehicle, coefficients)
     angles, sines = _sines_of(alpha)
     return sines.level_determinant(coefficients).reshape(angles.shape[:-1])
 
@@ -515,34 +535,43 @@ def attitude_of(vertical: FloatArray) -> FloatArray:
 
 
 def attitude_sensitivities(
-    alpha: npt.ArrayLike, coefficients: Coefficients
+    alpha: npt.ArrayLike,
+    coefficients: CoefficientsLike | None = None,
+    *,
+    vehicle: VehicleLike = PAPER,
 ) -> FloatArray:
     """Return v = (−Rθ, Rφ, R), the normal of the plane of singular verticals in body axes, shape (..., 3).
 
-    Formula (1) at an attitude is v·n, with n of :func:`body_vertical`.
+    Formula (1) at an attitude is v·n, with n of :func:`body_vertical`. The coefficients are those of
+    :func:`coefficients_of` for the vehicle, unless they are a record.
 
-    >>> attitude_sensitivities([0, 0, 0, 0], coefficients_of()).round(12).tolist()
+    >>> attitude_sensitivities([0, 0, 0, 0]).round(12).tolist()
     [0.0, 0.0, 4.0]
     """
+    coefficients = coefficients_of(vehicle, coefficients)
     angles, sines = _sines_of(alpha)
     return sines.attitude_sensitivities(coefficients).T.reshape(*angles.shape[:-1], 3)
 
 
 def determinant(
     alpha: npt.ArrayLike,
-    coefficients: Coefficients,
+    coefficients: CoefficientsLike | None = None,
     roll: npt.ArrayLike = 0.0,
     pitch: npt.ArrayLike = 0.0,
+    *,
+    vehicle: VehicleLike = PAPER,
 ) -> Any:
     """Return the left side of formula (1), its misprints corrected, dimensionless: zero where the matrix is singular.
 
-    Tilt angles have the shape (..., 4) [rad]; the attitude [rad] is broadcast against their leading axes.
+    Tilt angles have the shape (..., 4) [rad]; the attitude [rad] is broadcast against their leading axes. Coefficients
+    and vehicle are as for :func:`attitude_sensitivities`.
 
-    >>> round(float(determinant([0.4, -0.4, 0.4, -0.4], coefficients_of(), roll=0.3, pitch=-0.2)), 3)
+    >>> round(float(determinant([0.4, -0.4, 0.4, -0.4], roll=0.3, pitch=-0.2)), 3)
     -4.662
     """
     return np.sum(
-        attitude_sensitivities(alpha, coefficients) * body_vertical(roll, pitch),
+        attitude_sensitivities(alpha, coefficients, vehicle=vehicle)
+        * body_vertical(roll, pitch),
         axis=-1,
     )
 

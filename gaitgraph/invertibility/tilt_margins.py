@@ -24,6 +24,7 @@ from gaitgraph.angles import HALF_PI, angle_from_text, in_degrees, number_of
 from gaitgraph.errors import InputError, shown
 from gaitgraph.invertibility.matrices import (
     Coefficients,
+    CoefficientsLike,
     FloatArray,
     Sines,
     attitude_of,
@@ -55,18 +56,24 @@ _LARGEST_RESOLUTION = (
 
 
 def tilt_margin(
-    alpha: npt.ArrayLike, coefficients: Coefficients, *, angle_rounding: float = 0.0
+    alpha: npt.ArrayLike,
+    coefficients: CoefficientsLike | None = None,
+    *,
+    vehicle: VehicleLike = PAPER,
+    angle_rounding: float = 0.0,
 ) -> Any:
     """Return the least tilt from upright, in any direction, at which the matrix is singular, shape (...) in [0, π/2].
 
-    The physical margin takes exact coefficients; `angle_rounding` is the assumed error of each angle [rad]. NaN where
-    there is no margin, because the matrix is singular at every attitude within the errors. The matrix may be badly conditioned within the margin; see :func:`least_singular_value_within`.
+    The coefficients are those of :func:`coefficients_of` for the vehicle, unless they are a record; the physical margin
+    takes exact ones. `angle_rounding` is the assumed error of each angle [rad]. NaN where there is no margin, because
+    the matrix is singular at every attitude within the errors. The matrix may be badly conditioned within the margin;
+    see :func:`least_singular_value_within`.
 
-    >>> from gaitgraph.invertibility.matrices import coefficients_of
-    >>> exact = coefficients_of(kind="exact")
-    >>> np.degrees(tilt_margin([[1.178, -0.393, 1.178, -0.393], [1.178, -0.393, 0.9424, -0.3144]], exact)).round(2)
+    >>> biased = [[1.178, -0.393, 1.178, -0.393], [1.178, -0.393, 0.9424, -0.3144]]
+    >>> np.degrees(tilt_margin(biased, "exact")).round(2)
     array([90.  , 86.79])
     """
+    coefficients = coefficients_of(vehicle, coefficients)
     angles = tilt_angles(alpha)
     rows = angles.reshape(-1, 4)
     margin = np.empty(len(rows))
@@ -136,11 +143,15 @@ def singular_everywhere(
 
 
 def nearest_singular_attitude(
-    alpha: npt.ArrayLike, coefficients: Coefficients
+    alpha: npt.ArrayLike,
+    coefficients: CoefficientsLike | None = None,
+    *,
+    vehicle: VehicleLike = PAPER,
 ) -> FloatArray:
     """Return the (roll, pitch) of least tilt at which the matrix is singular, shape (..., 2) [rad].
 
-    On the gait surfaces every direction is the same, 90° away, and NaN is returned, as it is where v = 0.
+    On the gait surfaces every direction is the same, 90° away, and NaN is returned, as it is where v = 0. The
+    coefficients are those of :func:`coefficients_of` for the vehicle, unless they are a record.
 
     >>> from gaitgraph.invertibility.matrices import coefficients_of, determinant
     >>> exact, alpha = coefficients_of(kind="exact"), [0.4, -1.1, 0.3, -0.9]
@@ -148,6 +159,7 @@ def nearest_singular_attitude(
     >>> bool(abs(determinant(alpha, exact, roll, pitch)) < 1e-12)
     True
     """
+    coefficients = coefficients_of(vehicle, coefficients)
     v = attitude_sensitivities(tilt_angles(alpha), coefficients)
     across = np.hypot(v[..., 0], v[..., 1])
     noise = noise_of(coefficients)

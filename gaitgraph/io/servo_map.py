@@ -20,13 +20,13 @@ from gaitgraph.angles import HALF_PI, angle_from_text, number_of
 from gaitgraph.errors import InputError, check_fields, did_you_mean, shown
 from gaitgraph.files import from_toml_file
 from gaitgraph.gait.table import ACCELERATIONS, ANGLES, RATES, TEXTS, Table, surface_of
-from gaitgraph.vehicle import Linkage, Spin, linkage_of, linked
+from gaitgraph.vehicle import Linkage, Spin, linkage_of, linked, vehicle_named
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from gaitgraph.invertibility.matrices import FloatArray
-    from gaitgraph.vehicle import Vehicle
+    from gaitgraph.vehicle import VehicleLike
 
 Unit = Literal["rad", "deg", "us"]
 TimeUnit = Literal["s", "ms", "us"]
@@ -294,8 +294,9 @@ class ServoMap:
             )
         return replace(self, joints=tuple(joints), time="t", time_unit="s")
 
-    def linked_to(self, vehicle: Vehicle) -> ServoMap:
+    def linked_to(self, vehicle: VehicleLike) -> ServoMap:
         """Return the map with the vehicle's linkages where it has none of its own."""
+        vehicle = vehicle_named(vehicle)
         if vehicle.linkage is None:
             return self
         each = vehicle.linkages
@@ -305,11 +306,12 @@ class ServoMap:
         )
         return replace(self, joints=tuple(joints))
 
-    def check_vehicle(self, vehicle: Vehicle) -> None:
+    def check_vehicle(self, vehicle: VehicleLike) -> None:
         """Raise InputError if the order of rotors is meant for another vehicle.
 
         A vehicle whose first arm points forward, as the paper's, fits any map: turning the arms changes no determinant.
         """
+        vehicle = vehicle_named(vehicle)
         who, spin, turned = (
             f"servos {self.name!r}: vehicle",
             vehicle.first_rotor_spin,

@@ -25,10 +25,12 @@ from gaitgraph.angles import HALF_PI, angles_from, checked_number
 from gaitgraph.errors import InputError, shown
 from gaitgraph.invertibility.matrices import (
     Coefficients,
+    CoefficientsLike,
     FloatArray,
     IntArray,
     attitude_of,
     attitude_sensitivities,
+    coefficients_of,
     noise_of,
 )
 from gaitgraph.invertibility.tilt_margins import (
@@ -38,6 +40,7 @@ from gaitgraph.invertibility.tilt_margins import (
     singular_everywhere,
 )
 from gaitgraph.surface.region import polygons_of
+from gaitgraph.vehicle import PAPER, VehicleLike
 
 DIAGRAM_AREA = math.pi**2  # rad², of the roll–pitch diagram (−π/2, π/2)²
 _MOST_PIECES = 50_000
@@ -85,14 +88,20 @@ class SingularCurve:
 
 
 def singular_curve(
-    alpha: npt.ArrayLike, coefficients: Coefficients, *, angle_rounding: float = 0.0
+    alpha: npt.ArrayLike,
+    coefficients: CoefficientsLike | None = None,
+    *,
+    vehicle: VehicleLike = PAPER,
+    angle_rounding: float = 0.0,
 ) -> SingularCurve:
     """Return the attitudes at which tilt angles, shape (4,) [rad], are singular; `angle_rounding` is their error [rad].
 
-    >>> from gaitgraph.invertibility.matrices import coefficients_of
-    >>> singular_curve([0.4, -1.1, 0.4, -1.1], coefficients_of()).kind
+    The coefficients are those of formula (1), by default those of the vehicle.
+
+    >>> singular_curve([0.4, -1.1, 0.4, -1.1]).kind
     'none'
     """
+    coefficients = coefficients_of(vehicle, coefficients)
     angles = angles_from(alpha, "alpha")
     if angles.shape != (4,):
         raise InputError(f"alpha must be four tilt angles (rad), got {shown(alpha)}")
@@ -134,8 +143,9 @@ class AcceptableAttitudes:
 
 def acceptable_attitudes(
     alpha: npt.ArrayLike,
-    coefficients: Coefficients,
+    coefficients: CoefficientsLike | None = None,
     *,
+    vehicle: VehicleLike = PAPER,
     tolerance: float = 1e-5,
     angle_rounding: float = 0.0,
 ) -> AcceptableAttitudes:
@@ -145,8 +155,8 @@ def acceptable_attitudes(
     ----------
     alpha
         Corners or rows of the gait, shape (n, 4), n ≥ 1, joined by straight segments and closed [rad].
-    coefficients
-        Those of formula (1); the physical answer takes exact ones.
+    coefficients, vehicle
+        Coefficients of formula (1), by default those of the vehicle; the physical answer takes exact ones.
     tolerance
         Requested bound of the missing fraction of the diagram; the gait is cut finer until it is met, if possible.
     angle_rounding
@@ -155,12 +165,11 @@ def acceptable_attitudes(
     Examples
     --------
     >>> from gaitgraph.gait.gait import lift
-    >>> from gaitgraph.invertibility.matrices import coefficients_of
     >>> gait = lift([(1.178, -1.178), (1.178, -0.393), (0.393, -0.393), (0.393, -1.178)], "red")
-    >>> exact = coefficients_of(kind="exact")
-    >>> [round(acceptable_attitudes(one.alpha, exact).fraction, 3) for one in (gait, gait.biased(0.8))]
+    >>> [round(acceptable_attitudes(one.alpha, "exact").fraction, 3) for one in (gait, gait.biased(0.8))]
     [1.0, 0.852]
     """
+    coefficients = coefficients_of(vehicle, coefficients)
     points = angles_from(alpha, "alpha")
     if points.ndim != 2 or points.shape[1] != 4 or not len(points):
         raise InputError(

@@ -57,7 +57,7 @@ from gaitgraph.invertibility.matrices import (
     level_determinant,
     sensitivities,
 )
-from gaitgraph.vehicle import PAPER, Vehicle
+from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -118,11 +118,15 @@ def sheet_angles(
     color: Color,
     alpha1: npt.ArrayLike,
     alpha2: npt.ArrayLike,
-    coefficients: Coefficients,
+    coefficients: CoefficientsLike | None = None,
+    *,
+    vehicle: VehicleLike = PAPER,
 ) -> tuple[FloatArray, FloatArray]:
     """Return (α3, α4) on a sheet, wrapped into [−π/2, π/2], each of the shape of its own argument [rad].
 
-    >>> a3, a4 = sheet_angles("blue", 5 * np.pi / 16, np.pi / 8, coefficients_of())
+    The coefficients are by default the vehicle's.
+
+    >>> a3, a4 = sheet_angles("blue", 5 * np.pi / 16, np.pi / 8)
     >>> round(float(a3), 3), round(float(a4), 3)
     (-0.648, -0.727)
     """
@@ -130,6 +134,7 @@ def sheet_angles(
     checked_choice("color", color, COLORS)
     if color == "red":
         return wrapped(alpha1), wrapped(alpha2)
+    coefficients = coefficients_of(vehicle, coefficients)
     return wrapped(2 * coefficients.delta - alpha1), wrapped(
         -2 * coefficients.delta - alpha2
     )
@@ -243,6 +248,7 @@ def roots(
     alpha1: float | str,
     alpha2: float | str,
     *,
+    vehicle: VehicleLike = PAPER,
     coefficients: CoefficientsLike | None = None,
     crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE,
 ) -> RootSet:
@@ -258,8 +264,8 @@ def roots(
     ----------
     alpha1, alpha2
         Tilt angles of rotors 1 and 2, numbers [rad] or texts such as "pi/8"; InputError outside [−π/2, π/2].
-    coefficients
-        The coefficients of formula (1); by default the paper's published ones.
+    vehicle, coefficients
+        The vehicle, and the coefficients of formula (1), by default the vehicle's: published ones for the paper's.
     crossing_tolerance
         Distance from a crossing line within which a type is `?` [rad].
 
@@ -270,7 +276,7 @@ def roots(
     >>> len(roots(np.pi / 2, 0.3)), len(roots(np.pi / 2, -np.pi / 2))
     (3, 5)
     """
-    coefficients = coefficients_of(kind=coefficients)
+    coefficients = coefficients_of(vehicle, coefficients)
     a1, a2 = angle_from_text(alpha1, "alpha1"), angle_from_text(alpha2, "alpha2")
     found = root_arrays(
         a1, a2, coefficients=coefficients, crossing_tolerance=crossing_tolerance
@@ -357,6 +363,7 @@ def root_arrays(
     alpha1: npt.ArrayLike,
     alpha2: npt.ArrayLike,
     *,
+    vehicle: VehicleLike = PAPER,
     coefficients: CoefficientsLike | None = None,
     crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE,
 ) -> RootArrays:
@@ -367,7 +374,7 @@ def root_arrays(
     >>> root_arrays([0.3, np.pi / 2, np.pi / 2], [0.1, 0.1, -np.pi / 2]).count.tolist()
     [2, 3, 5]
     """
-    coefficients = coefficients_of(kind=coefficients)
+    coefficients = coefficients_of(vehicle, coefficients)
     first, second = checked_plane_angles(alpha1, alpha2)
     # Four candidates on each sheet: both ends of the range for α3 and for α4. An angle elsewhere uses one end only.
     sheets = [
@@ -433,12 +440,18 @@ def _family_forms(alpha: FloatArray, delta: float) -> FloatArray:
     )
 
 
-def family_distances(alpha: npt.ArrayLike, coefficients: Coefficients) -> FloatArray:
+def family_distances(
+    alpha: npt.ArrayLike,
+    coefficients: CoefficientsLike | None = None,
+    *,
+    vehicle: VehicleLike = PAPER,
+) -> FloatArray:
     """Return how far points are from red, blue, the first and the second fibre, mod π, shape (..., 4) [rad].
 
     For a sheet the larger difference of α3 and α4 counts, for a fibre that of its two fixed angles. The copies of the
-    fibres at β = π/2 (mod π), where R = 0, do not count as fibres.
+    fibres at β = π/2 (mod π), where R = 0, do not count as fibres. The coefficients are by default the vehicle's.
     """
+    coefficients = coefficients_of(vehicle, coefficients)
     forms = _family_forms(np.asarray(alpha, dtype=float), coefficients.delta)
     return np.asarray(distance_to_multiple(forms, math.pi).max(axis=1).T)
 
@@ -550,7 +563,7 @@ def family_jumps(
 
 
 def red_label(
-    alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, vehicle: Vehicle = PAPER
+    alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, vehicle: VehicleLike = PAPER
 ) -> npt.NDArray[np.int64]:
     """Return the signs of the factors of R on red, exact coefficients, shape (..., 3); their product is that of R.
 
@@ -561,6 +574,7 @@ def red_label(
     >>> red_label(0.0, 0.0).tolist(), red_label(1.178, -0.393).tolist()
     ([1, 1, 1], [1, 1, -1])
     """
+    vehicle = vehicle_named(vehicle)
     a1, a2 = np.asarray(alpha1, dtype=float), np.asarray(alpha2, dtype=float)
     kappa = vehicle.signed_drag_ratio
     delta = math.atan(kappa)
