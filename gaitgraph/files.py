@@ -8,7 +8,9 @@ import json
 import os
 import re
 import shutil
+import signal
 import tempfile
+import traceback
 from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -57,6 +59,24 @@ def text_of(path: Path, what: str) -> str:
         return path.read_text(encoding="utf-8-sig")
 
 
+def pass_interruption(error: BaseException) -> None:
+    """Raise what interrupted a reader or writer, if an error is that or stems from it; else return.
+
+    That is what a signal handler raised, or a TimeoutError without the number that the system gives its own. It says
+    nothing about the file.
+    """
+    handlers = map(signal.getsignal, signal.valid_signals())
+    codes = {getattr(handler, "__code__", None) for handler in handlers}
+    cause: BaseException | None = error
+    while cause is not None:
+        frames = traceback.walk_tb(cause.__traceback__)
+        in_handler = any(frame.f_code in codes for frame, _ in frames)
+        if in_handler or (isinstance(cause, TimeoutError) and cause.errno is None):
+            raise cause
+        hidden = cause.__context__ if cause.__suppress_context__ else None
+        cause = cause.__cause__ or hidden
+
+
 @contextlib.contextmanager
 def reading(path: Path, what: str) -> Iterator[None]:
     """Raise FileProblem if a file cannot be read, and InputError if it is not UTF-8 text; both name the file."""
@@ -74,6 +94,7 @@ def reading(path: Path, what: str) -> Iterator[None]:
     except OSError as error:
         if isinstance(error, GaitgraphError):
             raise
+        pass_interruption(error)
         reason = error.strerror or error
         raise FileProblem(f"{what} {str(path)!r} cannot be read: {reason}") from error
 
@@ -95,6 +116,7 @@ def table_from_toml(text: str) -> dict[str, Any]:
     except RecursionError as error:
         raise InputError("it is nested too deeply") from error
     except ValueError as error:
+        pass_interruption(error)
         hint = "texts need quotes, as in '30deg', and numbers a decimal point"
         raise InputError(
             f"it is not TOML ({str(error).splitlines()[0]}); {hint}"
@@ -125,6 +147,7 @@ def value_from_json(text: str | bytes, wanted: str) -> Any:
     except InputError:
         raise
     except (RecursionError, ValueError) as error:
+        pass_interruption(error)
         why = (
             "it is nested too deeply"
             if isinstance(error, RecursionError)
@@ -189,6 +212,7 @@ def write_whole(contents: Sequence[tuple[Path, Content]], *, force: bool) -> Non
         except OSError as error:
             if isinstance(error, GaitgraphError):
                 raise
+            pass_interruption(error)
             raise FileProblem(
                 f"output {str(path)!r} cannot be written: {error.strerror or error}"
             ) from error

@@ -8,6 +8,7 @@ import json
 import os
 import re
 import shutil
+import signal
 import warnings
 from dataclasses import replace
 from math import pi
@@ -378,6 +379,101 @@ def test_files_that_cannot_be_read(tmp_path: Path, suffix: str) -> None:
             "must be UTF-8 text, got other bytes; in Excel save it as CSV UTF-8"
             in refusal(tmp_path / f"a{suffix}")
         )
+
+
+READERS = {
+    ".csv": "numpy.loadtxt",
+    ".json": "json.loads",
+    ".npz": "numpy.load",
+    ".mat": "scipy.io.loadmat",
+    ".parquet": "pyarrow.parquet.ParquetFile",
+    ".mcap": "rosbags.rosbag2.Reader",
+    ".toml": "tomllib.loads",
+}
+
+
+class Deadline(Exception):
+    """An error of a user."""
+
+
+@pytest.mark.parametrize("error", [TimeoutError, OSError, ValueError, Deadline])
+@pytest.mark.parametrize("suffix", READERS)
+def test_what_a_signal_handler_raises_is_passed_on(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    suffix: str,
+    error: type[Exception],
+) -> None:
+    path = tmp_path / f"gait{suffix}"
+    if suffix == ".toml":
+        path.write_text("waypoints = [[0.8, -0.8]]")
+    else:
+        pytest.importorskip(READERS[suffix].split(".")[0])
+        TIMED.write(path)
+    raised = error("deadline")
+
+    def on_alarm(number: int, frame: object) -> None:
+        raise raised
+
+    def slow(*args: Any, **options: Any) -> None:
+        signal.raise_signal(signal.SIGALRM)
+
+    monkeypatch.setattr(READERS[suffix], slow)
+    before = signal.signal(signal.SIGALRM, on_alarm)
+    try:
+        with pytest.raises(error) as seen:
+            gg.validate(path)
+    finally:
+        signal.signal(signal.SIGALRM, before)
+    assert seen.value is raised
+
+
+def test_what_a_library_makes_of_a_deadline_is_told_from_earlier_errors(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path, raised = tmp_path / "gait.npz", TimeoutError("deadline")
+    TIMED.write(path)
+
+    def wraps(*args: Any, **options: Any) -> None:
+        try:
+            raise raised
+        except TimeoutError as error:
+            raise RuntimeError("could not read") from error
+
+    def hides(*args: Any, **options: Any) -> None:
+        try:
+            raise raised
+        except TimeoutError:
+            raise RuntimeError("could not read") from None
+
+    def breaks(*args: Any, **options: Any) -> None:
+        raise RuntimeError("broken")
+
+    for library in (wraps, hides):
+        monkeypatch.setattr("numpy.load", library)
+        with pytest.raises(TimeoutError) as seen:
+            read_table(path)
+        assert seen.value is raised
+    monkeypatch.setattr("numpy.load", breaks)
+    for broken in (path, tmp_path / "missing.npz"):
+        try:
+            raise TimeoutError("earlier")
+        except TimeoutError:
+            with pytest.raises(gg.GaitgraphError, match="broken|cannot be read"):
+                read_table(broken)
+
+
+def test_a_deadline_while_a_file_is_written_is_passed_on(tmp_path: Path) -> None:
+    def pieces() -> Any:
+        yield read_table(source)
+        raise raised
+
+    source, raised = tmp_path / "gait.csv", TimeoutError("deadline")
+    TIMED.write(source)
+    with pytest.raises(TimeoutError) as seen:
+        write_tables(pieces, [tmp_path / "out.csv"])
+    assert seen.value is raised
+    assert [one.name for one in tmp_path.iterdir()] == ["gait.csv"]
 
 
 def test_what_killed_processes_left_is_removed_and_nothing_else(

@@ -20,7 +20,7 @@ import numpy.typing as npt
 
 from gaitgraph import __version__
 from gaitgraph.errors import GaitgraphError, InputError, shown
-from gaitgraph.files import MOST_BYTES
+from gaitgraph.files import MOST_BYTES, pass_interruption
 from gaitgraph.gait.table import (
     ACCELERATIONS,
     ANGLES,
@@ -51,7 +51,9 @@ def gate(path: Path, what: str, most: int | None = None) -> Iterator[int]:
     """Let a library read a file or the files of a folder; yield their size in bytes.
 
     Raises OSError if it cannot be read, and InputError if it has more than `most` bytes (by default
-    :data:`gaitgraph.files.MOST_BYTES`) or the library fails in any way; `what` the file must be, for messages. Only calls of the library belong within: an error of our own code is no broken file.
+    :data:`gaitgraph.files.MOST_BYTES`) or the library fails in any way; `what` the file must be, for messages. Only calls
+    of the library belong within: an error of our own code is no broken file. What interrupts the library, such as a
+    signal handler's error, passes as it is.
     """
     try:
         size = sum(
@@ -63,10 +65,10 @@ def gate(path: Path, what: str, most: int | None = None) -> Iterator[int]:
         got = "more memory than there is, or it states wrong sizes"
         raise InputError(f"it needs {got}") from error
     except Exception as error:  # libraries raise errors of many kinds on broken bytes, and each has its own
-        if isinstance(error, GaitgraphError) or (
-            isinstance(error, OSError) and error.filename is not None
-        ):
+        of_system = isinstance(error, OSError) and error.filename is not None
+        if isinstance(error, GaitgraphError) or of_system:
             raise
+        pass_interruption(error)
         reason = shown(" ".join(str(error).split()) or type(error).__name__)[1:-1]
         raise InputError(f"it is not {what}, or it is broken ({reason})") from error
 
@@ -147,6 +149,7 @@ def read_npz(path: Path, builder: TableBuilder) -> Iterator[Table]:
                 SystemError,
                 ValueError,
             ) as error:  # objects, say, which are not loaded
+                pass_interruption(error)
                 arrays[name] = error
     about = _about_of_array(arrays.pop(_PROVENANCE, None))
     yield from _tables_of(arrays, about, builder)

@@ -21,6 +21,7 @@ import numpy as np
 
 from gaitgraph.angles import HALF_PI, angle_from_text, in_degrees, number_of
 from gaitgraph.errors import FileWarning, InputError, did_you_mean, shown
+from gaitgraph.files import pass_interruption
 from gaitgraph.gait.table import (
     ACCELERATIONS,
     ANGLES,
@@ -336,7 +337,8 @@ def column_of(name: str, given: Any) -> Any:
             if given is values or values.ndim
             else shown(given)
         )
-    except (TypeError, ValueError):
+    except (TypeError, ValueError) as error:
+        pass_interruption(error)
         got = shown(given)
     raise InputError(f"{name} must be a column of numbers or of texts, got {got}")
 

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gaitgraph.errors import InputError, shown
-from gaitgraph.files import text_of, value_from_json
+from gaitgraph.files import pass_interruption, text_of, value_from_json
 from gaitgraph.gait.table import (
     ANGLES,
     DEGREES,
@@ -164,17 +164,23 @@ def _parts(values: dict[str, Any], before: str = "") -> Iterator[str]:
             yield f"{before}{name} = {text}"
 
 
+def _are_plain(lines: list[str]) -> bool:
+    """Return whether numpy's reader takes or refuses the same of these lines as csv does."""
+    text = "".join(lines)
+    if not text.isascii() or "_" in text or not text.strip("\n"):
+        return False
+    if max(map(len, lines)) > csv.field_size_limit():
+        return False  # csv refuses longer fields, and numpy's reader does not
+    # numpy's reader takes quotation marks that csv refuses.
+    return '"' not in text or '"' not in _QUOTED_FIELD.sub("", text)
+
+
 def _numeric_columns(
     lines: list[str], names: list[str], builder: TableBuilder
 ) -> dict[str, Any] | None:
     """Return the columns of lines as numpy reads them, or None if anything about the lines is unusual."""
-    text = "".join(lines)
-    if not text.isascii() or "_" in text or not text.strip("\n"):
+    if not _are_plain(lines):
         return None
-    if max(map(len, lines)) > csv.field_size_limit():
-        return None  # csv refuses longer fields, and numpy's reader does not
-    if '"' in text and '"' in _QUOTED_FIELD.sub("", text):
-        return None  # numpy's reader takes quotation marks that csv refuses
     used = builder.used  # of others one character is read
     kinds = [
         (f"U{_LONGEST_TEXT}" if name in TEXTS else "f8") if name in used else "U1"
@@ -185,7 +191,8 @@ def _numeric_columns(
         rows = np.loadtxt(
             lines, dtype, delimiter=",", comments=None, quotechar='"', ndmin=1
         )
-    except (ValueError, IndexError, OverflowError):
+    except (ValueError, IndexError, OverflowError) as error:
+        pass_interruption(error)
         return None
     columns = {name: rows[f"f{k}"] for k, name in enumerate(names)}
     for name, column in columns.items():
