@@ -105,7 +105,10 @@ def test_a_paced_file_states_the_corners(tmp_path: Path) -> None:
     table["alpha1"][2] += 1e-4
     assert len(gg.gait_of(table).alpha) > 3
     rounded: Any = gg.least_period(gait, limits, rounding=0.05, samples=7)
-    assert "corners" not in table_of(rounded).about
+    about = table_of(rounded).about
+    assert about["corners"] == gait.alpha.tolist()
+    assert about["rounding"] == 0.05
+    assert len(gg.gait_of(table_of(rounded)).alpha) > 4  # the rows, not the corners
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".npz"])

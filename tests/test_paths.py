@@ -192,7 +192,10 @@ def test_once_says_it_of_a_table_of_ones_own(run: Any, tmp_path: Path) -> None:
     head = "t,alpha1,alpha2,alpha3,alpha4"
     np.savetxt(tmp_path / "own.csv", rows, delimiter=",", header=head, comments="")
     closed, once = run("validate", "own.csv"), run("validate", "own.csv", "--once")
-    assert "closed by a straight segment" in closed.out.splitlines()[1]
+    assert (
+        "not closed: the segment of 0.4 rad from row 21 back to row 1 is judged too"
+        in closed.out.splitlines()[1]
+    )
     assert "run once, from row 1 to row 21" in once.out.splitlines()[1]
     assert run("export", "own.csv", "e.csv", "e.h", "--once", "--rate", 50).code == 0
     assert not gg.read_table(tmp_path / "e.csv").repeats
@@ -233,6 +236,86 @@ def test_another_sampling_of_a_paced_table_keeps_its_limits(
         assert written["t"][-1] == pytest.approx(slower * paced.period, abs=2e-9)
         peak: Any = report["tilt_rate"].value
         assert 5.5 < peak * slower <= 6.0 * (1 + 1e-6)
+
+
+@pytest.mark.parametrize("rounding", [None, "2deg"])
+@pytest.mark.parametrize("suffix", READ)
+def test_pace_starts_again_from_the_gait_that_a_table_states(
+    rounding: str | None, suffix: str, tmp_path: Path
+) -> None:
+    form = FORMATS[suffix]
+    if form.library:
+        pytest.importorskip(form.library, reason=f"install the extra {form.extra!r}")
+    limits = gg.timing.Limits(rate=6, acceleration=150)
+    pacing = gg.least_period(GAIT, limits, rounding=rounding, samples=60)
+    assert pacing.timed is not None
+    pacing.timed.write(tmp_path / f"fast{suffix}")
+    export(tmp_path / f"fast{suffix}", tmp_path / f"other{suffix}", rate=50.0)
+    sources: list[Any] = [tmp_path / f"fast{suffix}", tmp_path / f"other{suffix}"]
+    for source in (*sources, pacing.timed):
+        again = gg.least_period(source)
+        assert again.period == pytest.approx(pacing.period, rel=1e-9)
+        assert again.lower_bound == pytest.approx(pacing.lower_bound)
+        slower = gg.timing.paced(source, gg.timing.Limits(rate=3, acceleration=150))
+        assert slower.least is not None
+        expected = gg.least_period(
+            GAIT, gg.timing.Limits(rate=3, acceleration=150), rounding=rounding
+        )
+        assert slower.least == pytest.approx(expected.least, rel=1e-9)
+
+
+def test_pace_keeps_the_limits_and_the_rounding_of_a_table(
+    run: Any, tmp_path: Path
+) -> None:
+    gg.io.write_tables(table_of(GAIT), [tmp_path / "g.csv"])
+    limits = ("--max-rate", 6, "--max-acceleration", 150)
+    first = run("pace", "g.csv", *limits, "--rounding", "2deg", "--output", "r.csv")
+    again = run("pace", "r.csv")
+    assert (again.code, again.out) == (
+        0,
+        first.out.removesuffix("wrote r.csv: 101 rows\n"),
+    )
+    sharper = run("pace", "r.csv", "--rounding", "1deg", "--json").json
+    assert sharper["rounding"]["tolerance"] == pytest.approx(np.radians(1))
+    assert sharper["limits"] == {"rate": 6.0, "acceleration": 150.0}
+    # Rows that were moved do not state the gait any more.
+    table = gg.read_table(tmp_path / "r.csv")
+    moved = table.columns | {"alpha1": table["alpha1"] + 1e-3 * (table["t"] > 0.2)}
+    gg.io.write_tables(gg.Table(columns=moved, about=table.about), [tmp_path / "m.csv"])
+    assert run("pace", "m.csv", *limits, "--json").json["rounding"] is None
+
+
+@pytest.mark.parametrize("samples", [7, 40, 1000])
+def test_more_rows_of_a_rounded_table_lie_on_its_law(
+    samples: int, tmp_path: Path
+) -> None:
+    limits = gg.timing.Limits(rate=6, acceleration=150)
+    timed = gg.least_period(GAIT, limits, rounding="2deg").timed
+    assert timed is not None
+    timed.write(tmp_path / "r.csv")
+    export(tmp_path / "r.csv", tmp_path / "e.csv", samples=samples)
+    table = gg.read_table(tmp_path / "e.csv")
+    np.testing.assert_allclose(table.alpha, timed.at(table["t"])[0], atol=1e-9)
+    assert gg.validate(tmp_path / "e.csv").flyable
+
+
+def test_a_new_timing_says_its_peaks_and_a_rate_that_does_not_fit(
+    run: Any, tmp_path: Path
+) -> None:
+    timed = gg.least_period(GAIT, gg.timing.Limits(rate=6, acceleration=150)).timed
+    assert timed is not None
+    timed.write(tmp_path / "fast.csv")
+    done = run("export", "fast.csv", "e.csv", "--period", 1.01, "--rate", 50)
+    assert done.code == 0
+    assert f"peak {6 * timed.period / 1.01:.3g} rad/s" in done.out
+    assert ", limit 6" in done.out
+    assert "50.495 rows per second, not 50" in done.err
+    paced = run("pace", "fast.csv", "--period", 1.01, "--rate", 50, "--output", "p.csv")
+    assert paced.err == done.err
+    smooth = run("export", "fast.csv", "s.csv", "--law", "smooth", "--anyway", "--json")
+    peaks = {one["name"]: one for one in smooth.json["rate_checks"]}
+    assert not peaks["tilt_rate"]["ok"]
+    assert peaks["tilt_rate"]["limit"] == 6.0
 
 
 def test_a_timing_that_breaks_limits_is_not_written_unless_anyway(

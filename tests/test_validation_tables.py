@@ -281,7 +281,7 @@ def test_closing(open_: bool) -> None:
     assert (report.valid, report.flyable, report.notes) == (True, True, ())
     step = np.abs(np.diff(table.alpha, axis=0)).max()
     assert report["closed"].value == pytest.approx(step if open_ else 0.0)
-    assert ("closed by a straight segment" in report["closed"].message) is open_
+    assert ("back to row 1 is judged too" in report["closed"].message) is open_
     single = validate(table_from([[0.4, -0.4, 0.4, -0.4]], t=[3.0]))
     assert single.flyable is lift([(0.4, -0.4)], "red").check().flyable
     assert single["closed"].message == "the gait is a single point"

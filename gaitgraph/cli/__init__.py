@@ -600,13 +600,19 @@ def write_outputs(
     write_tables(pieces, tables, force=force)
     if films:
         write_films(merged(pieces()), films, force=force)
-    if rate is not None:
-        found = 1 / (times := next(iter(pieces()))["t"])[1]
-        if abs(found - rate) > 1e-6 * rate and len(times) > 1:
-            print_problem(
-                f"warning: a table has whole intervals: {found:.6g} rows per second, not {rate:g}; a period that is a "
-                f"multiple of 1/{rate:g} s has {rate:g}"
-            )
+    warn_of_rate(next(iter(pieces()))["t"], rate)
+
+
+def warn_of_rate(times: Sequence[float], rate: float | None) -> None:
+    """Print a warning if rows at some times, from 0 on, do not have the rate that was asked for."""
+    if rate is None or len(times) < 2:
+        return
+    found = 1 / times[1]
+    if abs(found - rate) > 1e-6 * rate:
+        print_problem(
+            f"warning: a table has whole intervals: {found:.6g} rows per second, not {rate:g}; a period that is a "
+            f"multiple of 1/{rate:g} s has {rate:g}"
+        )
 
 
 # ---------------------------------------------------------------- what commands print

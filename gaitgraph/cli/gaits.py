@@ -19,6 +19,7 @@ from gaitgraph.cli import (
     option,
     show,
     tell,
+    warn_of_rate,
     write_outputs,
 )
 from gaitgraph.errors import InputError
@@ -142,7 +143,7 @@ _PERIOD = Kind(
     option(
         "--rounding",
         "ANGLE",
-        "Largest distance from a rounded corner.  [default: rest at corners]",
+        "Largest distance from a rounded corner.  [default: what the file says, else rest at corners]",
     ),
     option(
         "--servo-lag", "SECONDS", "Time constant.  [default: the vehicle's, if any]"
@@ -163,9 +164,13 @@ def pace_command(
     law meets the limits in the period.
     """
     from gaitgraph.certificates.making import certificates_beside, certify
-    from gaitgraph.io.formats import gait_of
     from gaitgraph.timing.servo_lag import servo_response
-    from gaitgraph.timing.time_optimal import least_period, limits_of, paced
+    from gaitgraph.timing.time_optimal import (
+        least_period,
+        limits_of,
+        origin_of,
+        paced,
+    )
     from gaitgraph.timing.timed_gait import pieces_of
     from gaitgraph.validation.report import unlikely_limits
 
@@ -177,20 +182,23 @@ def pace_command(
         "lag": "servo_lag",
     }
     with Working(f"reading {gait_file}") as progress, named_in_errors(given, **names):
-        gait = gait_of(
+        origin = origin_of(
             gait_file,
             vehicle=given.get("vehicle"),
             coefficients=given.get("coefficients"),
         )
+        gait = origin.gait
         if gait.color not in ("red", "blue"):
             remedy = f"gaitgraph retarget {gait_file} moves it there"
             raise InputError(
                 f"{gait_file} must be a gait on one sheet, red or blue; {remedy}"
             )
         limits = limits_of(
-            gait.vehicle, **{kind: given.get(f"max_{kind}") for kind in kinds}
+            gait.vehicle,
+            origin.limits,
+            **{kind: given.get(f"max_{kind}") for kind in kinds},
         )
-        asked = {
+        asked = {"rounding": origin.rounding} | {
             name: given[name]
             for name in ("samples", "rate", "rounding")
             if name in given
@@ -321,6 +329,7 @@ def export_command(
     from gaitgraph.io.servo_map import servo_map_named
     from gaitgraph.plots.vehicles import check_films, write_films
     from gaitgraph.timing.exporting import export
+    from gaitgraph.validation.report import lines_of_checks
 
     servo_map = None if servos is None else servo_map_named(servos)
     if "columns" in given:
@@ -332,17 +341,21 @@ def export_command(
         done = export(source, tables, force=force, servos=servo_map, **given)
         if films:
             write_films(merged(done.pieces()), films, force=force)
+        warn_of_rate(next(done.pieces())["t"], given.get("rate"))
     answer: dict[str, Any] = {
         "rows": done.rows,
         "columns": list(done.columns),
         "outputs": list(outputs),
     }
+    if done.rate_checks:
+        answer["rate_checks"] = [check.as_mapping() for check in done.rate_checks]
     if servo_map:
         answer |= {"servos": servo_map.as_mapping(), "clipped": done.clipped}
     lines = [
         f"wrote {name}: {'one period, drawn' if name in films else f'{done.rows} rows'}"
         for name in outputs
     ]
+    lines += lines_of_checks(done.rate_checks)
     for joint, count in done.clipped.items():
         lines.append(
             f"clipped: joint {joint!r} at its limit in {count} of {done.rows} rows"

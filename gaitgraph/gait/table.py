@@ -11,7 +11,6 @@ Any other table is closed by a straight segment back to the first row, which tak
 from __future__ import annotations
 
 import json
-import math
 import warnings
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
@@ -455,33 +454,44 @@ def stated_gait(
     )
 
 
-def paced_gait(table: Table, rows: Gait) -> Gait | None:
-    """Return the gait through the corners that a table written by pace states, if its rows lie on it; else None."""
-    about, t = table.about, table.columns.get("t")
-    corners: Any = about.get("corners", ())
+def paced_corners(table: Table, rows: Gait) -> Gait | None:
+    """Return the gait through the corners that a table written by pace states, else None; its rows may be elsewhere.
+
+    `rows` is the polyline through the rows.
+    """
+    corners: Any = table.about.get("corners", ())
     if (
-        about.get("made_by") != "pace"
-        or t is None
+        table.about.get("made_by") != "pace"
+        or "t" not in table
         or not 0 < len(rows.alpha) * len(corners) <= _MOST_COMPARED
     ):
         return None
     with suppress(TypeError, ValueError):  # corners that are no angles
-        gait = replace(
+        return replace(
             rows,
             alpha=np.array(corners, dtype=float),
             colors=rows.colors[:1] * len(corners),
         )
-        off = np.full(len(rows.alpha), np.inf)
-        for start, end in zip(gait.alpha, gait.ends, strict=True):
-            step, away = end - start, rows.alpha - start
-            along = np.clip(away @ step / max(step @ step, 1e-300), 0.0, 1.0)
-            off = np.minimum(off, np.abs(away - along[:, None] * step).max(axis=1))
-        is_whole = (
-            abs(t[-1] - t[0] - about.get("period", math.inf))
-            <= _NANOSECOND + table.digit_error
-        )
-        if is_whole and off.max() <= _ON_STATED + table.digit_error:
-            return gait
+    return None
+
+
+def paced_gait(table: Table, rows: Gait) -> Gait | None:
+    """Return the gait of :func:`paced_corners` if the rows lie on it, which those of rounded corners do not."""
+    gait = paced_corners(table, rows)
+    if gait is None or "rounding" in table.about:
+        return None
+    off = np.full(len(rows.alpha), np.inf)
+    for start, end in zip(gait.alpha, gait.ends, strict=True):
+        step, away = end - start, rows.alpha - start
+        along = np.clip(away @ step / max(step @ step, 1e-300), 0.0, 1.0)
+        off = np.minimum(off, np.abs(away - along[:, None] * step).max(axis=1))
+    t = table["t"]
+    is_whole = (
+        abs(t[-1] - t[0] - number_of(table.about.get("period")))
+        <= _NANOSECOND + table.digit_error
+    )
+    if is_whole and off.max() <= _ON_STATED + table.digit_error:
+        return gait
     return None
 
 

@@ -395,6 +395,8 @@ class LimitedGait(TimedGait):
         The limits that the law keeps: rate, acceleration and jerk of α1 and α2, shape (3, 2), infinite for none.
     stretch
         Factor, minus 1, by which time was stretched to keep the limits between samples too.
+    rounding
+        The gait whose rounded corners are the curve; None for a polyline, and for a curve of another kind.
     """
 
     curve: Curve | None
@@ -402,6 +404,7 @@ class LimitedGait(TimedGait):
     tilts: FloatArray
     limits: FloatArray
     stretch: float = 0.0
+    rounding: Rounding | None = None
 
     @property
     def made_for(self) -> dict[str, list[float]]:
@@ -416,6 +419,11 @@ class LimitedGait(TimedGait):
     def corner_times(self) -> FloatArray:
         """The knots, between which the law is a polynomial, from 0 to the period, shape (m + 1,) [s]."""
         return np.concatenate([[0.0], np.cumsum(self.widths[:-1]), [self.period]])
+
+    def slowed(self, period: float) -> LimitedGait:
+        """Return the same law stretched to another period [s], named "paced"."""
+        widths = self.widths * (period / self.period)
+        return replace(self, law="paced", period=period, widths=widths)
 
     def at(self, t: npt.ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return tilt angles, rates and accelerations at any times; see :meth:`TimedGait.at`."""

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from gaitgraph.angles import number_of
 from gaitgraph.errors import Infeasible
 from gaitgraph.gait.gait import Gait
 from gaitgraph.gait.table import (
@@ -22,7 +21,6 @@ from gaitgraph.gait.table import (
     Table,
     completed_table,
     merged,
-    paced_gait,
 )
 from gaitgraph.io.formats import (
     check_outputs,
@@ -33,10 +31,8 @@ from gaitgraph.io.formats import (
 )
 from gaitgraph.io.servo_map import clipped_rows
 from gaitgraph.timing.laws import DEFAULT_LAW, LAWS
-from gaitgraph.timing.time_optimal import Limits, paced
+from gaitgraph.timing.time_optimal import paced_again
 from gaitgraph.timing.timed_gait import (
-    ROW_BY_ROW,
-    SAME,
     RowTimedGait,
     TimedGait,
     TimedPath,
@@ -56,6 +52,7 @@ if TYPE_CHECKING:
     from gaitgraph.io.formats import GaitLike
     from gaitgraph.io.servo_map import ServoMap
     from gaitgraph.timing.laws import LawName
+    from gaitgraph.validation.report import Check
     from gaitgraph.vehicle import VehicleLike
 
 
@@ -78,10 +75,12 @@ def _retimed(
     chosen: Any = {"vehicle": vehicle, "coefficients": coefficients}
     motion = timed_gait_of(table, **chosen)
     if has_times and law is None:
-        paced = _paced_again(table, motion, period)
-        if paced is not None:
-            count = checked_clock(paced.period, DEFAULT_LAW, **sampling)
-            return replace(paced, samples=count)
+        law_again = paced_again(table, motion.gait)
+        if law_again is not None and period is not None:
+            law_again = law_again.slowed(period)
+        if law_again is not None:
+            count = checked_clock(law_again.period, DEFAULT_LAW, **sampling)
+            return replace(law_again, samples=count)
     rests = isinstance(motion, TimedPath) and isinstance(motion.loop, RowTimedGait)
     if has_times and law is None and (rests or isinstance(motion, RowTimedGait)):
         seconds = motion.period if period is None else period
@@ -100,23 +99,6 @@ def _retimed(
     return replace(
         motion, samples=checked_clock(motion.period, DEFAULT_LAW, **sampling)
     )
-
-
-def _paced_again(
-    table: Table, motion: TimedGait, period: float | None
-) -> TimedGait | None:
-    """Return the law of a table that pace wrote with rests at the corners, computed again, for a period; else None."""
-    stated = number_of(table.about.get("period"))
-    if motion.law != ROW_BY_ROW or not table.limits or not stated > 0:
-        return None
-    gait = paced_gait(table, motion.gait)
-    if gait is None:
-        return None
-    limits, t = Limits(**table.limits), table["t"] - table["t"][0]
-    law = paced(gait, limits, period=stated).timed
-    if law is None or np.abs(law.at(t)[0] - table.alpha).max() > SAME:
-        return None
-    return law if period is None else paced(gait, limits, period=period).timed
 
 
 def _sampled(rows: Table, stated: Table, count: int | None, seconds: float) -> Table:
@@ -153,22 +135,28 @@ def _sampled(rows: Table, stated: Table, count: int | None, seconds: float) -> T
     return completed_table(Table(columns=columns, about=about))
 
 
-def _check_limits(table: Table) -> None:
-    """Raise Infeasible if a table breaks limits of rates: of its vehicle, or those that it was made for."""
-    for check in validate(table).checks:
-        if check.name in RATE_CHECKS and not check.ok:
+def _judged_rates(table: Table, *, anyway: bool) -> tuple[Check, ...]:
+    """Return the checks of a table's rates; unless `anyway` Infeasible is raised if one fails."""
+    checks = tuple(one for one in validate(table).checks if one.name in RATE_CHECKS)
+    for check in checks:
+        if not check.ok and not anyway:
             way = "--anyway (anyway=True) writes it all the same"
             raise Infeasible(f"nothing is written: {check.message}; {way}")
+    return checks
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Exported:
-    """What was written: rows, columns, the number of rows in which each servo was clipped, and the table's pieces."""
+    """What was written: rows, columns, the number of rows in which each servo was clipped, and the table's pieces.
+
+    `rate_checks` are those of another timing: its peaks beside the limits of the vehicle, or of the table.
+    """
 
     rows: int
     columns: tuple[str, ...]
     clipped: dict[str, int]
     pieces: Callable[[], Iterator[Table]]
+    rate_checks: tuple[Check, ...] = ()
 
 
 def export(
@@ -255,8 +243,9 @@ def export(
         )
     else:
         rows, pieces = given.samples + 1, partial(pieces_of, given, kept)
-    if not anyway and any(one is not None for one in (period, law, samples, rate)):
-        _check_limits(merged(pieces()))
+    rate_checks: tuple[Check, ...] = ()
+    if any(one is not None for one in (period, law, samples, rate)):
+        rate_checks = _judged_rates(merged(pieces()), anyway=anyway)
     write_tables(pieces, paths, force=force, periods=periods, servos=servos)
     clipped = Counter[str]()
     if paths and servos is not None and servos.clip:
@@ -267,4 +256,5 @@ def export(
         columns=tuple(next(pieces()).columns),
         clipped=dict(clipped),
         pieces=pieces,
+        rate_checks=rate_checks,
     )

@@ -7,17 +7,19 @@ stretched by the exact factor.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from operator import itemgetter
-from typing import TYPE_CHECKING, Any
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gaitgraph.angles import angle_from_text, whole_number
+from gaitgraph.angles import angle_from_text, number_of, whole_number
 from gaitgraph.errors import InputError, shown
+from gaitgraph.gait.table import Table, paced_corners
 from gaitgraph.invertibility.matrices import FloatArray
-from gaitgraph.io.formats import gait_of
+from gaitgraph.io.formats import gait_of, given_gait
 from gaitgraph.timing.curve import Curve, LimitedGait, Rounding, nodes_along, rounded
 from gaitgraph.timing.laws import (
     fastest_squared_speeds,
@@ -27,14 +29,16 @@ from gaitgraph.timing.laws import (
     smoothed_law,
     tilts_over_time,
 )
-from gaitgraph.timing.timed_gait import checked_clock
+from gaitgraph.timing.timed_gait import SAME, checked_clock
 from gaitgraph.validation.report import RATE_UNITS
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from gaitgraph.gait.gait import Gait
+    from gaitgraph.invertibility.matrices import CoefficientsLike
     from gaitgraph.io.formats import GaitLike
-    from gaitgraph.vehicle import Vehicle
+    from gaitgraph.vehicle import Vehicle, VehicleLike
 
 Limit = float | str | Sequence[float | str] | FloatArray | None
 
@@ -138,12 +142,76 @@ class Limits:
         }
 
 
-def limits_of(vehicle: Vehicle, **given: Limit) -> Limits:
-    """Return the limits of a vehicle; limits that are `given` by the names of :class:`Limits` replace them."""
-    stated = {kind: getattr(vehicle, f"max_tilt_{kind}") for kind in RATE_UNITS}
-    return Limits(
-        **stated | {kind: limit for kind, limit in given.items() if limit is not None}
-    )
+def limits_of(
+    vehicle: Vehicle, made_for: Mapping[str, Limit] | None = None, **given: Limit
+) -> Limits:
+    """Return the limits of a vehicle; limits that are `given` by the names of :class:`Limits` replace them.
+
+    Where the vehicle states none those count that a table was `made_for`.
+    """
+    limits: dict[str, Limit] = dict(made_for or {})
+    for kind in RATE_UNITS:
+        stated = getattr(vehicle, f"max_tilt_{kind}")
+        limit = stated if given.get(kind) is None else given[kind]
+        if limit is not None:
+            limits[kind] = limit
+    return Limits(**limits)
+
+
+class Origin(NamedTuple):
+    """What a paced gait was made from, so that it can be paced again."""
+
+    gait: Gait
+    rounding: float | None = None  # of its corners [rad]; None: a rest at each
+    limits: Mapping[str, Limit] = MappingProxyType({})
+
+
+def origin_of(
+    path: GaitLike,
+    *,
+    vehicle: VehicleLike | None = None,
+    coefficients: CoefficientsLike | None = None,
+) -> Origin:
+    """Return the gait that a path in any form was made from: of a paced table the one that it states, else itself.
+
+    The options are those of :func:`gaitgraph.io.formats.gait_of`.
+    """
+    chosen: Any = {"vehicle": vehicle, "coefficients": coefficients}
+    gait = gait_of(path, **chosen)
+    source = given_gait(path, **chosen)
+    made: LimitedGait | None = source if isinstance(source, LimitedGait) else None
+    if isinstance(source, Table):
+        made = paced_again(source, gait)
+    if made is None:
+        return Origin(gait)
+    limits = made.made_for
+    if made.rounding is None:
+        return Origin(made.gait if made.curve is None else gait, None, limits)
+    return Origin(made.rounding.gait, made.rounding.tolerance, limits)
+
+
+def paced_again(table: Table, rows: Gait) -> LimitedGait | None:
+    """Return the law of a table that pace wrote, found again from the corners, limits and period that it states.
+
+    It is None for another table, and if its rows do not follow that law. `rows` is the polyline through them.
+    """
+    period = number_of(table.about.get("period"))
+    gait = paced_corners(table, rows)
+    if gait is None or not table.limits or not period > 0:
+        return None
+    rounding = table.about.get("rounding")
+    try:
+        law = least_period(gait, Limits(**table.limits), rounding=rounding).timed
+    except InputError:  # limits or a rounding that pace does not state
+        return None
+    if law is None:
+        return None
+    law = law.slowed(period)
+    off = np.abs(law.at(table["t"] - table["t"][0])[0] - table.alpha).max()
+    if off > SAME + table.digit_error:
+        return None
+    is_least = table.about.get("law") == "least-period"
+    return replace(law, law="least-period") if is_least else law
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -240,7 +308,8 @@ def least_period(
     ----------
     path, limits
         A gait of one color in any form, or the curve of an optimal one; and what to keep, by default the limits of its
-        vehicle.
+        vehicle. A table that was paced before starts again from the gait that it states, with its rounding and, where
+        the vehicle states none, its limits.
     rounding
         For a gait: round its corners by this tolerance first, see :func:`gaitgraph.timing.curve.rounded`. Otherwise
         the law rests at every corner, except for a gait that only turns back on its line. Where resting is quicker, as
@@ -308,10 +377,7 @@ def paced(
     if found.timed is None or found.least is None:
         return found
     if period >= found.least:
-        widths = found.timed.widths * (period / found.least)
-        timed = replace(
-            found.timed, period=float(period), samples=count, widths=widths, law="paced"
-        )
+        timed = replace(found.timed.slowed(float(period)), samples=count)
         return replace(found, timed=timed)
     touch = max(found.timed.limits_touched(), key=lambda touch: touch.share)
     reason = f"T = {period:g} s is too short: "
@@ -351,6 +417,7 @@ class _Task:
                 f"limits must be a Limits object, as in Limits(acceleration=60), got {shown(limits)}",
                 field="limits",
             )
+        made_for: Mapping[str, Limit] = {}
         if isinstance(path, Curve):
             if rounding is not None:
                 raise InputError(
@@ -359,7 +426,11 @@ class _Task:
                 )
             gait, curve, made = path.polyline(), path, None
         else:
-            gait = gait_of(path)
+            origin = origin_of(path)
+            gait = origin.gait
+            made_for = origin.limits
+            if rounding is None:
+                rounding = origin.rounding
             made = rounded(gait, 1e-3 if rounding is None else rounding)
             curve = made.curve
         self.rounding = None if rounding is None else made
@@ -372,7 +443,9 @@ class _Task:
         self.plane = (self.gait.alpha if rests else curve.at(curve.turning_points()))[
             :, :2
         ]
-        self.limits = limits_of(self.gait.vehicle) if limits is None else limits
+        if limits is None:
+            limits = limits_of(self.gait.vehicle, made_for)
+        self.limits = limits
         self.limited = self.limits.in_plane()
         self.extent = np.ptp(self.plane, axis=0)
         self.moves = self.extent > _STILL
@@ -404,6 +477,7 @@ class _Task:
             tilts=tilts,
             limits=self.limited,
             stretch=stretch,
+            rounding=self.rounding,
         )
 
     def least(

@@ -621,18 +621,22 @@ def pieces_of(
         made["limits"] = timed.made_for
     if not by_law:
         made["made_by"] = "optimize" if timed.law == "optimal" else "pace"
+    rounding = getattr(timed, "rounding", None)
+    stated = gait if rounding is None else rounding.gait
     has_corners = (
         "made_by" not in (about or {})
         if by_law
-        else getattr(timed, "curve", gait) is None
+        else rounding is not None or getattr(timed, "curve", gait) is None
     )
     if (
         timed.repeats
         and has_corners
         and gait.color != "mixed"
-        and len(gait.alpha) <= MOST_CORNERS
+        and len(stated.alpha) <= MOST_CORNERS
     ):  # not of a path, nor of a curve
-        made["corners"] = gait.alpha.tolist()
+        made["corners"] = stated.alpha.tolist()
+        if rounding is not None:
+            made["rounding"] = rounding.tolerance
     if gait.request:
         # Requests know the built-in laws only.
         timing = (

@@ -437,7 +437,7 @@ class _TableChecker:
                 )
             self.checker.update(closing)
             self._count_colorings(last.alpha[:, :2])
-        message = f"closed by a straight segment of {gap:.4g} rad from row {self.rows} back to row 1"
+        message = f"not closed: the segment of {gap:.4g} rad from row {self.rows} back to row 1 is judged too"
         if is_path:
             message = f"run once, from row 1 to row {self.rows}: no segment leads back"
         elif near:
