@@ -173,6 +173,7 @@ OF_A_VEHICLE: dict[str, Callable[[Any], Any]] = {
     "colorings": lambda one: gg.colorings(LOOP, vehicle=one),
     "gait_of": lambda one: gg.gait_of(ROWS, vehicle=one),
     "lift": lambda one: gg.lift(LOOP, "red", vehicle=one),
+    "location_of": lambda one: gg.location_of(LOOP, vehicle=one),
     "optimal_gait": lambda one: gg.optimal_gait(LOOP, vehicle=one),
     "plan_loop": lambda one: gg.plan_loop(LOOP, vehicle=one),
     "retarget": lambda one: gg.retarget(ROWS, vehicle=one).after,

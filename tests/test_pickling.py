@@ -44,7 +44,7 @@ MADE: dict[str, Callable[[], Any]] = {
         plan().gait, gg.timing.Limits(rate=5, acceleration=50), rounding="2deg"
     ),
     "colourings": lambda: gg.surface.colorings(LOOP),
-    "location": lambda: gg.location_of(plan().request),
+    "location": lambda: gg.location_of(LOOP, keep_out=[BAR]),
     "replanner": lambda: gg.planning.Replanner(LIMITED),
     "graph": lambda: gg.graph.surface_graph("negative"),
 }

@@ -2,26 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pytest
 
 import gaitgraph as gg
-from gaitgraph.planning.any_angle import location_of
-from gaitgraph.planning.request import plan_request
 
 WALL = [[(0.6, -2.0), (0.7, -2.0), (0.7, 2.0), (0.6, 2.0)]]
-
-
-def asked(points: Any, **more: Any) -> Any:
-    return location_of(plan_request(points, **more))
 
 
 def test_a_wall_separates_what_is_joined_without_it() -> None:
     points = [("pi/8", "-pi/8"), ("3pi/8", "-3pi/8")]
     free, walled = (
-        asked(points, sign="negative", keep_out=wall) for wall in ([], WALL)
+        gg.location_of(points, sign="negative", keep_out=wall) for wall in ([], WALL)
     )
     assert free
     assert not walled
@@ -35,7 +29,7 @@ def test_what_is_joined_can_be_planned_and_what_is_not_cannot() -> None:
     seen = set()
     for _ in range(25):
         points = [tuple(point) for point in rng.uniform(-1.5, 1.5, (2, 2)).tolist()]
-        found = asked(points, keep_out=WALL, accuracy=1e-3)
+        found = gg.location_of(points, keep_out=WALL, accuracy=1e-3)
         plan = gg.plan_loop(points, color="red", keep_out=WALL, accuracy=1e-3)
         assert bool(found) == bool(plan and plan.report.flyable)
         seen.add(bool(found))
@@ -96,23 +90,19 @@ def test_parts_that_touch_in_a_point_are_joined_there_and_planned_through() -> N
         [(-0.6, 0.7), (-0.6, 1.2), (-0.4, 1.2), (-0.4, 0.9)],
     ]
     points = [(-0.8, 0.75), (-0.35, 0.75)]
-    for objective in ("shortest", "robust"):
-        request: dict[str, Any] = {
-            "keep_in": fence,
-            "keep_out": blocks,
-            "sign": "positive",
-            "objective": objective,
-        }
-        found, plan = (
-            asked(points, **request),
-            gg.plan_loop(points, color="red", **request),
+    zones: dict[str, Any] = {"keep_in": fence, "keep_out": blocks}
+    found = gg.location_of(points, sign="positive", **zones)
+    assert found
+    assert {place.part for place in found.regions[0].waypoints} == {1, 2}
+    objectives: tuple[Literal["shortest", "robust"], ...] = ("shortest", "robust")
+    for objective in objectives:
+        plan = gg.plan_loop(
+            points, color="red", sign="positive", objective=objective, **zones
         )
-        assert found
-        assert {place.part for place in found.regions[0].waypoints} == {1, 2}
         assert plan.report.flyable
         assert [-0.6, 0.7] in plan.gait.alpha[:, :2].tolist()
     moved = [blocks[0], [(-0.6, 0.7 - 1e-6), *blocks[1][1:]]]
-    assert not asked(points, keep_in=fence, keep_out=moved, sign="positive")
+    assert not gg.location_of(points, keep_in=fence, keep_out=moved, sign="positive")
     assert not gg.plan_loop(
         points, color="red", keep_in=fence, keep_out=moved, sign="positive"
     )

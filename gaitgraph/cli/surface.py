@@ -256,7 +256,7 @@ def region_command(
     A waypoint in none gets the reason and the nearest admissible point. The exit code is 1 if no part holds all
     waypoints, so that no closed gait passes them, or if there is no part.
     """
-    from gaitgraph.planning.any_angle import location_of
+    from gaitgraph.planning.any_angle import located
     from gaitgraph.plots.axes import check_pictures
     from gaitgraph.plots.gaits import write_regions
 
@@ -269,7 +269,7 @@ def region_command(
     for note in request.notes:
         print_problem(f"warning: {note}")
     with Working("computing the region"):
-        found = location_of(request, use=use)
+        found = located(request, use=use)
         if outputs:
             write_regions(found, request.vehicle, outputs, force=force)
     return show(

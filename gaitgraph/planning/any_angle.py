@@ -17,11 +17,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import shapely
 
-from gaitgraph.errors import InputError, checked_choice, shown
+from gaitgraph.errors import checked_choice
 from gaitgraph.gait.gait import lift
 from gaitgraph.graph.build import segments_fly
 from gaitgraph.graph.walks import order_of_places, quanta_of
 from gaitgraph.invertibility.matrices import (
+    DEFAULT_FLOOR,
     least_singular_value_on_red,
     level_determinant,
     noise_of,
@@ -31,7 +32,10 @@ from gaitgraph.invertibility.segment_bounds import (
     least_singular_value_along,
 )
 from gaitgraph.planning.refusal import Branch, FoundPath, Obstacle, branches_of
+from gaitgraph.planning.request import plan_request
+from gaitgraph.surface.region import DEFAULT_ACCURACY
 from gaitgraph.surface.sheets import (
+    COLORS,
     RELATION,
     Color,
     Sign,
@@ -40,15 +44,19 @@ from gaitgraph.surface.sheets import (
     red_label,
 )
 from gaitgraph.validation.validating import check_gait
+from gaitgraph.vehicle import PAPER
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from gaitgraph.gait.gait import Gait
+    from gaitgraph.invertibility.matrices import CoefficientsLike
     from gaitgraph.planning.request import PlanRequest, Point, Use
     from gaitgraph.planning.shortest_paths import ShortestPaths
-    from gaitgraph.surface.region import Region
+    from gaitgraph.surface.region import Points, Region
+    from gaitgraph.surface.sheets import SignChoice
     from gaitgraph.validation.report import Report
+    from gaitgraph.vehicle import VehicleLike
 
 _WIDTH = 110
 _MOST_NEAREST = 8
@@ -556,27 +564,67 @@ class Location:
         return "\n".join(map(str, self.regions))
 
 
-def location_of(request: PlanRequest, *, use: Use = "flyable") -> Location:
+def location_of(
+    waypoints: Points,
+    *,
+    use: Use = "flyable",
+    color: Color = "red",
+    sign: SignChoice = "auto",
+    vehicle: VehicleLike = PAPER,
+    coefficients: CoefficientsLike | None = None,
+    floor: float = DEFAULT_FLOOR,
+    keep_out: Sequence[Points] = (),
+    keep_in: Sequence[Points] = (),
+    accuracy: float = DEFAULT_ACCURACY,
+) -> Location:
     """Return in which part of the admissible regions each waypoint lies, and whether a loop can join them all.
 
-    Of the request its waypoints, color ("auto": red), sign ("auto": both), vehicle, floor, polygons and accuracy count.
-    `use` is "flyable", where the least singular value, hover thrusts and limits of the vehicle allow a gait, or
-    "valid", where R has the sign; InputError if it is neither.
+    Parameters
+    ----------
+    waypoints
+        (α1, α2) pairs in [−π/2, π/2], numbers [rad] or texts such as "3pi/8".
+    use
+        "flyable", where the least singular value, hover thrusts and limits of the vehicle allow a gait, or "valid",
+        where R has the sign.
+    color, sign
+        The sheet, "red" or "blue", and the sign of R: "positive", "negative" or "auto", which is both.
+    vehicle, coefficients, floor, keep_out, keep_in, accuracy
+        As for :func:`gaitgraph.planning.planner.plan_loop`.
+
+    Raises
+    ------
+    InputError
+        If a value is not allowed.
 
     Examples
     --------
-    >>> from gaitgraph.planning.request import plan_request
-    >>> found = location_of(plan_request([(-0.4, 0.4), (0.5, 0.5)], sign="positive"))
+    >>> found = location_of([(-0.4, 0.4), (0.5, 0.5)], sign="positive")
     >>> [waypoint.part for waypoint in found.regions[0].waypoints], bool(found)
     ([1, None], False)
     >>> [round(angle, 4) for angle in found.regions[0].waypoints[1].nearest]
     [0.1671, 0.5]
     """
+    checked_choice("color", color, COLORS)
+    request = plan_request(
+        waypoints,
+        color=color,
+        sign=sign,
+        vehicle=vehicle,
+        coefficients=coefficients,
+        floor=floor,
+        keep_out=keep_out,
+        keep_in=keep_in,
+        accuracy=accuracy,
+    )
+    return located(request, use=use)
+
+
+def located(request: PlanRequest, *, use: Use = "flyable") -> Location:
+    """Return what :func:`location_of` does, for the waypoints of a request; its color "auto" is red.
+
+    Without waypoints the answer has the parts of the regions alone.
+    """
     checked_choice("use", use, ("flyable", "valid"))
-    if not hasattr(type(request), "as_mapping"):
-        raise InputError(
-            f"request must be a PlanRequest, as planning.plan_request returns, got {shown(request)}"
-        )
     regions = []
     for branch in branches_of(
         replace(request, color="blue" if request.color == "blue" else "red")
@@ -590,11 +638,11 @@ def location_of(request: PlanRequest, *, use: Use = "flyable") -> Location:
                 (None, region.why_not(point)) if part is None else (part + 1, None)
             )
             waypoints.append(WaypointLocation(point, number, why_not, nearest))
-        located = RegionLocation(
+        location = RegionLocation(
             color=branch.color,
             sign=branch.sign,
             region=region,
             waypoints=tuple(waypoints),
         )
-        regions.append(located)
+        regions.append(location)
     return Location(use=use, accuracy=request.accuracy, regions=tuple(regions))
