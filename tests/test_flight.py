@@ -527,6 +527,44 @@ class TestCourse:
             course.duration, abs=2e-3
         )  # all of it, where no duration is stated
 
+    @pytest.mark.parametrize("hovers", [True, False])
+    def test_errors_and_servos_are_those_while_the_gait_runs(
+        self, hovers: bool
+    ) -> None:
+        timed = gait_of_paper(4).parametrize(1.0)
+        settings = FlightSettings(servo_lag=0.3, arms="planned")
+        course = course_of(timed) if hovers else repeated(timed)
+        flight = fly(course, settings=settings, attitude=(0.1, 0.0))
+        t = flight.column("t")
+        runs = (t >= 2.0) & (t <= 4.0) if hovers else t >= 0.0
+        errors = {
+            "attitude": np.abs(flight.rows[runs][:, 4:6]).max(),
+            "yaw": np.abs(flight.column("yaw")[runs]).max(),
+            "altitude": np.abs(flight.column("z")[runs]).max(),
+        }
+        assert flight.gait_errors == pytest.approx(errors, abs=1e-12)
+        assert flight.as_mapping()["gait_errors"] == flight.gait_errors
+        assert (
+            f"yaw {errors['yaw']:.3g} rad, altitude {errors['altitude']:.3g} m"
+            in str(flight)
+        )
+        # The level start from hover is over before the gait runs; without it the start counts.
+        assert (errors["attitude"] > 0.09) is not hovers
+        (warning,) = [one for one in flight.warnings if "do not follow" in one]
+        alone = fly(timed, settings=FlightSettings(servo_lag=0.3)).warnings
+        assert warning.split(" of the ")[1] == alone[-1].split(" of the ")[1]
+        swings = [
+            float(one.split("swings by ")[1].split()[0]) for one in (warning, alone[-1])
+        ]
+        assert swings[0] == pytest.approx(swings[1], rel=0.02)
+
+    def test_a_flight_that_never_runs_the_gait_has_no_errors_of_it(self) -> None:
+        course = course_of(gait_of_paper(4).parametrize(1.0))
+        flight = fly(course, settings=FlightSettings(duration=0.5))
+        assert flight.gait_errors is None
+        assert "errors of the gait" not in str(flight)
+        assert fly(gait_of_paper(1).parametrize(1.0)).gait_errors is None
+
     def test_a_slow_vehicle_has_a_longer_entry(self) -> None:
         slow = PAPER.replace(name="slow", max_tilt_rate=0.5)
         course = course_of(gait_of_paper(4, "exact", slow).parametrize(20.0), periods=1)

@@ -62,6 +62,13 @@ class Course:
         return self.sections[self.phases.index("gait")][2]
 
     @property
+    def gait_times(self) -> tuple[float, float]:
+        """When the gait runs: from its beginning to its end [s]."""
+        begins = [begin for begin, _, _ in self.sections] + [self.duration]
+        first = self.phases.index("gait")
+        return begins[first], begins[first + 1]
+
+    @property
     def vehicle(self) -> Vehicle:
         """The vehicle."""
         return self.timed.gait.vehicle

@@ -363,6 +363,9 @@ class Flight:
     tracking_error: float | None = (
         None  # largest distance from the reference [m]; None where x and y are not held
     )
+    # The largest errors while the gait runs, take-off and landing in hover left out: "attitude", of roll or pitch
+    # [rad], "yaw" [rad], "altitude" [m]; None if it never ran.
+    gait_errors: dict[str, float] | None = None
 
     def __bool__(self) -> bool:
         return self.settled
@@ -427,7 +430,7 @@ class Flight:
         """Return the outcome and the numbers of the flight as plain values, ready for JSON."""
         roll, pitch = self.rows[-1, 4:6].tolist() if len(self.rows) else (None, None)
         names = (
-            "settled", "reason", "refused", "outcome", "warnings", "duration", "settling_time", "peak_tilt",
+            "settled", "reason", "gait_errors", "refused", "outcome", "warnings", "duration", "settling_time", "peak_tilt",
             "peak_thrust", "peak_thrust_share", "least_singular_value", "saturated_fraction", "energy",
             "final_roll", "final_pitch", "drift", "tracking_error", "attitude",
         )  # fmt: skip
@@ -469,6 +472,10 @@ class Flight:
         roll, pitch = (f"{math.degrees(angle):.3g}°" for angle in self.attitude)
         head = f"Flight of {self.vehicle.name} from roll {roll}, pitch {pitch}: {self.verdict}"
         lines = [head + f" of {self.flown:g} s" * self.settled]
+        if self.gait_errors is not None:
+            attitude, yaw, altitude = self.gait_errors.values()
+            worst = f"attitude {attitude:.3g} rad, yaw {yaw:.3g} rad, altitude {altitude:.3g} m"
+            lines.append(f"  errors of the gait    {worst} at most")
         if self.peak_tilt is not None:
             share = f"{self.peak_thrust_share:.3g} times a quarter of the weight"
             lines += [
@@ -540,7 +547,31 @@ def record_of(
         tracking_error=None
         if settings.reference == "attitude"
         else float(np.linalg.norm(off, axis=0).max()),
+        gait_errors=_gait_errors(flight),
     )
+
+
+def _gait_errors(flight: Flight) -> dict[str, float] | None:
+    """Return the largest errors while the gait runs, see :class:`Flight`."""
+    begin, end = flight.course.gait_times
+    t = flight.column("t")
+    runs = (t >= begin) & (t <= end)
+    if not runs.any():
+        return None
+
+    def largest(name: str, wanted: str | None = None) -> float:
+        error = flight.column(name)
+        if wanted is not None:
+            error = error - flight.column(wanted)
+        return float(np.abs(error[runs]).max())
+
+    return {
+        "attitude": max(
+            largest("roll", "roll_wanted"), largest("pitch", "pitch_wanted")
+        ),
+        "yaw": largest("yaw"),
+        "altitude": largest("z", "z_wanted"),
+    }
 
 
 def about_table(

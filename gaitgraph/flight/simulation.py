@@ -179,11 +179,17 @@ class Simulation:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """A line if an arm swings by much less than commanded."""
+        """A line if an arm swings by much less than commanded while the gait runs."""
         flown = self.controls * self.settings.steps_per_control + 1
-        planned, reached = (
-            np.ptp(angles[:flown], axis=0) for angles in (self.command, self.actual)
-        )
+        t = np.arange(flown) * self.settings.step
+        begin, end = self.course.gait_times
+        runs = np.flatnonzero((t >= begin) & (t <= end))
+        if not len(runs):
+            return ()
+        low, high = self.command[runs].min(axis=0), self.command[runs].max(axis=0)
+        # An arm that enters the gait late comes from outside of its range, which is no part of its swing.
+        reached = np.ptp(np.clip(self.actual[runs], low, high), axis=0)
+        planned = high - low
         share = np.where(planned > _STILL, reached / np.maximum(planned, _STILL), 1.0)
         worst = int(
             np.argmin(share.round(6))
