@@ -23,7 +23,7 @@ timed = gait.parametrize(1.0)
 (mass,) = gait.vehicle.require("mass", purpose="a share of the weight")
 settings = gg.FlightSettings(thrust_limit=mass * gait.vehicle.gravity)
 red, biased = gg.basins_of(
-    timed, biases=[1.0, 0.8], settings=settings, resolution=4, extent="70deg"
+    timed, bias=[1.0, 0.8], settings=settings, resolution=4, extent="70deg"
 )
 for basin in (red, biased):
     print(basin)

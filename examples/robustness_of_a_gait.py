@@ -37,7 +37,7 @@ if worst.direction:
 # The roll–pitch diagram, as in Figures 18 to 22 of the paper: thin lines are singular attitudes at times of the period,
 # the thick line borders the acceptable attitudes. The gait itself has no singular attitude within ±90°.
 
-plots.roll_pitch_diagram(gait, eta=0.8)
+plots.roll_pitch_diagram(gait, bias=0.8)
 
 # %%
 # A sweep over η. The paper looks at 0.8 alone.

@@ -161,7 +161,7 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
         for wrong in ("green", None, "fiber1")
     ),
     *(
-        (POINT.biased, {"eta": eta}, "eta must be a number in (0, 1], got")
+        (POINT.biased, {"bias": eta}, "bias must be a number in (0, 1], got")
         for eta in (0.0, -0.5, 1.5, NAN, "x")
     ),
     *(
@@ -738,13 +738,13 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     ),
     (
         basins,
-        {"biases": [0.0]},
-        "bias must be different numbers above 0, up to 1, got [0.0]",
+        {"bias": [0.0]},
+        "bias must be a number in (0, 1], got 0.0",
     ),
     (
         basins,
-        {"biases": [0.8, 1.0, 0.8]},
-        "bias must be different numbers above 0, up to 1, got [0.8, 1.0, 0.8]",
+        {"bias": [0.8, 1.0, 0.8]},
+        "bias must be different numbers in (0, 1], got [0.8, 1.0, 0.8]",
     ),
     (
         study,

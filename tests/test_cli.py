@@ -297,7 +297,7 @@ WRONG = [
     ("plan typo.toml", "; did you mean 'objective'"),
     ("plan --waypoint 0,0 --output gait.cvs", "; did you mean '.csv'"),
     ("export one.csv g.csv --periods 3", "periods needs an output .mcap or .yaml, got 3 without one"),
-    ("basin gait3 --bias 2", "--bias must be different numbers above 0, up to 1, got [1.0, 2.0]"),
+    ("basin gait3 --bias 2", "--bias must be a number in (0, 1], got 2.0"),
     ("basin gait3 --output basin.gif", "suffix of the basin output 'basin.gif' must be one of .csv"),
     ("colorings there.csv", "gait file 'there.csv'"),
     ("fly gait3 --output x.h", "suffix of the flight output 'x.h' must be one of .csv"),

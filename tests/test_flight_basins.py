@@ -35,7 +35,7 @@ def timed_gait(number: int = 3) -> TimedGait:
 
 
 def basin_of(timed: TimedGait, eta: float = 1.0, **options: Any) -> Basin:
-    return basins_of(timed, biases=[eta], **options)[0]
+    return basins_of(timed, bias=eta, **options)[0]
 
 
 @pytest.fixture(scope="module")
@@ -254,7 +254,7 @@ def test_a_slow_loop_holds_a_tilt_that_needs_more_thrust_than_the_limit() -> Non
 
 
 def test_gaits_that_physics_forbids_are_refused_and_fail_anyway() -> None:
-    refused = basins_of(timed_gait(1), biases=(1.0, 0.8), resolution=3)
+    refused = basins_of(timed_gait(1), bias=(1.0, 0.8), resolution=3)
     assert [basin.outcomes for basin in refused] == [{"refused": 9}] * 2
     assert "undecided" in refused[0].refusal
     assert "R changes its sign" in refused[1].refusal

@@ -291,6 +291,14 @@ def test_every_public_function_of_a_vehicle_is_tried() -> None:
     assert takers == {*OF_A_VEHICLE, *ANSWERS}
 
 
+def test_the_bias_has_one_name() -> None:
+    for name, value in public_callables():
+        with suppress(ValueError):
+            parameters = inspect.signature(value).parameters
+            assert not {"eta", "etas", "biases"} & {*parameters}, name
+        assert not hasattr(value, "eta"), name
+
+
 @pytest.mark.parametrize("name", OF_A_VEHICLE)
 def test_the_name_of_a_preset_is_a_vehicle(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

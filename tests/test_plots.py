@@ -298,7 +298,7 @@ def test_gait_loops_of_other_kinds(ax: Axes) -> None:
 
 def test_roll_pitch_diagram_draws_zeros_of_formula_1(ax: Axes) -> None:
     assert (
-        plots.roll_pitch_diagram(GAIT3, eta=0.8, name="Gait 3", count=12, ax=ax) is ax
+        plots.roll_pitch_diagram(GAIT3, bias=0.8, name="Gait 3", count=12, ax=ax) is ax
     )
     curves = lines_of(ax, "singular")
     biased = GAIT3.biased(0.8)
@@ -625,7 +625,7 @@ def test_wrong_values_are_refused(ax: Axes) -> None:
         ("angles", plots.gait_loop, (GAIT3,), {"angles": (1, 1), "ax": ax}),
         ("angles", plots.gait_loop, (GAIT3,), {"angles": (0, 1), "ax": ax}),
         ("count", plots.roll_pitch_diagram, (GAIT3,), {"count": 0, "ax": ax}),
-        ("eta", plots.roll_pitch_diagram, (GAIT3,), {"eta": 1.5, "ax": ax}),
+        ("bias", plots.roll_pitch_diagram, (GAIT3,), {"bias": 1.5, "ax": ax}),
     ]
     for name, draw, values, options in cases:
         with pytest.raises(gg.InputError, match=rf"^{name}( must be |: ).*"):

@@ -174,7 +174,7 @@ def test_the_drawn_vehicle_has_the_bodys_attitude(circling: Flight) -> None:
 @pytest.fixture(scope="module")
 def basin() -> Basin:
     return basins_of(
-        gait_of_paper(3).parametrize(1.0), biases=[0.8], resolution=3, begins=2
+        gait_of_paper(3).parametrize(1.0), bias=0.8, resolution=3, begins=2
     )[0]
 
 

@@ -86,7 +86,7 @@ def test_a_grid_has_every_combination_once_the_pitch_fastest() -> None:
                 one.model,
                 one.varied,
                 one.source,
-                one.eta,
+                one.bias,
                 one.period,
                 one.roll,
                 one.pitch,

@@ -159,7 +159,7 @@ def fly_command(
             raise InputError(
                 f"--{name.replace('_', '-')} has an effect with --reference {', '.join(serves)} only"
             )
-    with Working("planning") as progress, named_in_errors(asked, eta="bias"):
+    with Working("planning") as progress, named_in_errors(asked):
         attitude = given.pop("attitude", None)
         start = None if attitude is None else checked_attitude(attitude)
         timed = timed_gait_of(as_given(gait_file, once=once), **given)
@@ -292,7 +292,7 @@ def basin_command(
         progress("flying")
         basins = basins_of(
             timed,
-            biases=(1.0, *bias),
+            bias=(1.0, *bias),
             settings=settings,
             progress=progress.part,
             **grid,

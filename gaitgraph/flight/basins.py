@@ -22,13 +22,13 @@ from gaitgraph.angles import (
     HALF_PI,
     angle_from_text,
     in_degrees,
-    number_of,
     whole_number,
 )
 from gaitgraph.errors import InputError, shown
 from gaitgraph.flight.course import biased_timed_gait, repeated
 from gaitgraph.flight.flight import OUTCOMES, FlightSettings, about_table
 from gaitgraph.flight.simulation import Simulation, before_take_off
+from gaitgraph.gait.gait import checked_factors
 from gaitgraph.gait.table import Table, check_repeats, merged
 from gaitgraph.invertibility.matrices import (
     BoolArray,
@@ -64,7 +64,7 @@ class Basin:
     """
 
     timed: TimedGait
-    eta: float  # factor of α3 and α4, 1 for the gait itself
+    bias: float  # factor η of α3 and α4, 1 for the gait itself
     settings: FlightSettings
     angles: FloatArray  # the grid's values of roll, and of pitch, shape (m,)
     begins: FloatArray  # moments of the gait at which flights take off, shape (b,)
@@ -121,7 +121,7 @@ class Basin:
     @property
     def name(self) -> str:
         """The gait that was flown."""
-        return "the gait itself" if self.eta == 1.0 else f"biased by {self.eta:g}"
+        return "the gait itself" if self.bias == 1.0 else f"biased by {self.bias:g}"
 
     def columns(self) -> dict[str, Any]:
         """Return a row for each flight; the predictions `acceptable` and `same_side` are 1 or 0."""
@@ -129,7 +129,7 @@ class Basin:
             self.begins, self.angles, self.angles, indexing="ij"
         )
         return {
-            "eta": np.full(begin.size, self.eta),
+            "eta": np.full(begin.size, self.bias),
             "begin": begin.ravel(),
             "roll": roll.ravel(),
             "pitch": pitch.ravel(),
@@ -143,7 +143,7 @@ class Basin:
     def as_mapping(self) -> dict[str, Any]:
         """Return everything as plain values, ready for JSON."""
         return {
-            "eta": self.eta,
+            "eta": self.bias,
             "refused": bool(self.refusal),
             "reason": self.refusal,
             "warnings": list(self.warnings),
@@ -190,7 +190,7 @@ class Basin:
 def basins_of(
     gait: GaitLike,
     *,
-    biases: Iterable[float] = (1.0, 0.9, 0.8),
+    bias: float | Iterable[float] = (1.0, 0.9, 0.8),
     settings: FlightSettings | None = None,
     resolution: int = DEFAULT_RESOLUTION,
     extent: float | str = DEFAULT_EXTENT,
@@ -204,8 +204,8 @@ def basins_of(
     ----------
     gait
         A gait in any form, see :func:`gaitgraph.timing.timed_gait.timed_gait_of`.
-    biases
-        The factors η of α3 and α4, each in (0, 1]; 1 is the gait itself.
+    bias
+        One or more factors η of α3 and α4, different ones in (0, 1]; 1 is the gait itself.
     settings
         The settings of the flights. By default a flight lasts two seconds more than the gait's period, and 3 s at
         least. It ends once it has settled, but not before one period, since thrust limits and slow servos may matter
@@ -230,7 +230,7 @@ def basins_of(
     --------
     >>> from gaitgraph.gait.gait import lift
     >>> gait = lift([(1.178, -1.178), (1.178, -0.393), (0.393, -0.393), (0.393, -1.178)], "red")
-    >>> (basin,) = basins_of(gait.parametrize(1.0), biases=[1.0], resolution=3, extent="20deg")
+    >>> (basin,) = basins_of(gait.parametrize(1.0), bias=1.0, resolution=3, extent="20deg")
     >>> basin.fraction, basin.cases["inside_settled"]
     (1.0, 9)
     """
@@ -238,20 +238,19 @@ def basins_of(
 
     timed = timed_gait_of(gait)
     check_repeats(timed)
-    etas = list(biases)
-    if (
-        not etas
-        or not all(0 < number_of(eta) <= 1 for eta in etas)
-        or len(set(etas)) < len(etas)
-    ):
+    biases = checked_factors("bias", bias)
+    if not biases or len(set(biases)) < len(biases):
         raise InputError(
-            f"bias must be different numbers above 0, up to 1, got {shown(etas)}",
+            f"bias must be different numbers in (0, 1], got {shown(biases)}",
             field="bias",
         )
-    gaits = [timed if eta == 1.0 else biased_timed_gait(timed, eta) for eta in etas]
+    gaits = [
+        timed if factor == 1.0 else biased_timed_gait(timed, factor)
+        for factor in biases
+    ]
     whole_number("resolution", resolution, 1, _MOST_FLIGHTS)
     whole_number("begins", begins, 1, _MOST_FLIGHTS)
-    flights = len(etas) * int(begins) * int(resolution) ** 2
+    flights = len(biases) * int(begins) * int(resolution) ** 2
     if flights > _MOST_FLIGHTS:
         raise InputError(
             f"resolution must make at most {_MOST_FLIGHTS} flights, got {flights}",
@@ -291,7 +290,7 @@ def basins_of(
     attitudes = np.column_stack([roll.ravel(), pitch.ravel()])
     shape = (len(starts), *roll.shape)
     found = []
-    for k, (one, eta) in enumerate(zip(gaits, etas, strict=True)):
+    for k, (one, factor) in enumerate(zip(gaits, biases, strict=True)):
         acceptable = robustness_of(one, curves=0).gait.acceptable
         refusal, warnings = before_take_off(repeated(one), settings, anyway=anyway)
         outcome = np.full(shape, OUTCOMES.index("refused"), dtype=np.int8)
@@ -303,7 +302,7 @@ def basins_of(
 
             def part(done: float, before: int = before) -> None:
                 if progress is not None:
-                    progress((before + done) / (len(etas) * len(starts)))
+                    progress((before + done) / (len(biases) * len(starts)))
 
             flown = simulation.run_many(
                 attitudes, until_settled=one.period, progress=part
@@ -323,7 +322,14 @@ def basins_of(
         of_flights = angles, starts, outcome, seconds, peak, same_side
         found.append(
             Basin(
-                one, eta, settings, *of_flights, acceptable, inside, refusal, warnings
+                one,
+                factor,
+                settings,
+                *of_flights,
+                acceptable,
+                inside,
+                refusal,
+                warnings,
             )
         )
     return tuple(found)

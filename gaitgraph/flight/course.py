@@ -34,14 +34,14 @@ _SAME_PLACE = 1e-9  # rad
 _SURFACE_RULES = frozenset({"closed", "on_surface", "two_color", "continuous"})
 
 
-def biased_timed_gait(timed: TimedGait, eta: float) -> TimedGait:
+def biased_timed_gait(timed: TimedGait, bias: float) -> TimedGait:
     """Return the biased gait, equations (14) and (15), with the same times; InputError if η is not allowed."""
     if timed.law not in (*LAWS, ROW_BY_ROW):
         raise InputError(
             f"law must be one of {', '.join(LAWS)} for a bias, got {shown(timed.law)}",
             field="law",
         )
-    return timed.with_gait(timed.gait.biased(eta))
+    return timed.with_gait(timed.gait.biased(bias))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

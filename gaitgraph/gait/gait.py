@@ -202,13 +202,13 @@ class Gait(Pictured):
         colors = tuple(self.colors[k] for k in order) if self.colors else ()
         return replace(self, alpha=self.alpha[order], colors=colors, request={})
 
-    def biased(self, eta: float) -> Gait:
+    def biased(self, bias: float) -> Gait:
         """Return the gait with α3 and α4 scaled by η in (0, 1], equations (12) to (15); it leaves the surfaces."""
-        checked_factor("eta", eta)
-        colors = self.colors if eta == 1 else ()
+        checked_factor("bias", bias)
+        colors = self.colors if bias == 1 else ()
         return replace(
             self,
-            alpha=self.alpha * np.array([1, 1, eta, eta]),
+            alpha=self.alpha * np.array([1, 1, bias, bias]),
             colors=colors,
             request={},
         )
@@ -375,9 +375,20 @@ def points_on_sheets(
     )
 
 
-def checked_factor(name: str, eta: object) -> float:
+def checked_factor(name: str, factor: object) -> float:
     """Return a factor η by which tilt angles are scaled; raise InputError with its name if it is not in (0, 1]."""
-    return checked_number(name, eta, "a number in (0, 1]", above=True, most=1.0)
+    return checked_number(name, factor, "a number in (0, 1]", above=True, most=1.0)
+
+
+def checked_factors(name: str, value: float | Iterable[float]) -> list[float]:
+    """Return one factor η or several as a list; raise InputError with its name if one is not in (0, 1]."""
+    several = (
+        isinstance(value, Iterable)
+        and not isinstance(value, (str, bytes))
+        and getattr(value, "ndim", 1) == 1
+    )
+    factors: list[Any] = list(value) if several else [value]  # type: ignore[arg-type]
+    return [checked_factor(name, factor) for factor in factors]
 
 
 def vertices(alpha: npt.ArrayLike, tolerance: float = 1e-9) -> FloatArray:

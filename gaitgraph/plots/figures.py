@@ -110,7 +110,7 @@ def _regions(figure: Figure, of: _FigureInput) -> None:
 
 
 def _attitudes(
-    figure: Figure, of: _FigureInput, *, number: int, eta: float, more: bool = False
+    figure: Figure, of: _FigureInput, *, number: int, bias: float, more: bool = False
 ) -> None:
     """Draw the roll–pitch diagram of a gait of the paper and its biased gait.
 
@@ -137,7 +137,7 @@ def _attitudes(
     for ax, (title, gait) in zip(
         np.ravel(figure.subplots(1, len(readings))), readings.items(), strict=True
     ):
-        gaits.roll_pitch_diagram(gait, eta=eta, name=f"Gait {number}", ax=ax)
+        gaits.roll_pitch_diagram(gait, bias=bias, name=f"Gait {number}", ax=ax)
         numbers = replace(gait.coefficients, kind="exact")
         margins = [
             math.degrees(
@@ -145,7 +145,7 @@ def _attitudes(
                     np.append(one.alpha, one.alpha[:1], axis=0), numbers, tolerance=1e-4
                 ).upper
             )
-            for one in (gait, gait.biased(eta))
+            for one in (gait, gait.biased(bias))
         ]
         own, biased = (
             "none" if math.isnan(margin) else f"{margin:.1f}°" for margin in margins
@@ -197,7 +197,7 @@ def _figures() -> dict[str, PaperFigure]:
                 name, f"R of the {which} root where it is positive", _SMALL, drawing
             )
         )
-    for name, number, eta in (
+    for name, number, bias in (
         ("18", 1, 0.8),
         ("19", 2, 0.99),
         ("20", 3, 0.8),
@@ -205,9 +205,9 @@ def _figures() -> dict[str, PaperFigure]:
         ("22", 2, 0.8),
     ):
         title = (
-            f"Unacceptable attitudes of Gait {number} and its biased gait, η = {eta:g}"
+            f"Unacceptable attitudes of Gait {number} and its biased gait, η = {bias:g}"
         )
-        drawing = partial(_attitudes, number=number, eta=eta)
+        drawing = partial(_attitudes, number=number, bias=bias)
         found.append(PaperFigure(name, title, (85, 98), drawing))
         if number <= 2:
             more = partial(drawing, more=True)

@@ -141,7 +141,7 @@ def gait_loop(
 def roll_pitch_diagram(
     gait: GaitLike,
     *,
-    eta: float | None = None,
+    bias: float | None = None,
     name: str = "gait",
     count: int = 48,
     ax: Axes | None = None,
@@ -152,18 +152,18 @@ def roll_pitch_diagram(
     `count` equally spaced times of a period. Shaded are the attitudes around level flight at which it is
     never singular. The gait's coefficients are taken as exact: with the published ones blue gaits have a sign of R.
 
-    `eta` is η of the biased gait, equations (14) and (15); without it only the gait is drawn. `name` is the gait's name
+    `bias` is η of the biased gait, equations (14) and (15); without it only the gait is drawn. `name` is the gait's name
     in the legend. Singular curves have the ``gid`` "singular", shaded areas "acceptable", their borders "border".
     """
     whole_number("count", count, 1, 10_000)
     gait = gait_of(gait, path=True)
     ax = base.axes_or_new(ax)
     draw_attitudes(ax, gait, name, base.RED, count)
-    if eta is not None:
+    if bias is not None:
         draw_attitudes(
             ax,
-            gait.biased(eta),
-            f"{name}, $\\eta$ = {eta:g}",
+            gait.biased(bias),
+            f"{name}, $\\eta$ = {bias:g}",
             base.BLUE,
             count,
             dash=(0, (3, 1.5)),

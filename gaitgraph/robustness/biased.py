@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Literal
@@ -12,7 +11,7 @@ import numpy as np
 import shapely
 
 from gaitgraph.angles import angle_within, whole_number
-from gaitgraph.gait.gait import Gait, checked_factor
+from gaitgraph.gait.gait import Gait, checked_factors
 from gaitgraph.gait.table import Table, closed_rows
 from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.invertibility.segment_bounds import least_along, singular_value_bound
@@ -35,6 +34,8 @@ from gaitgraph.surface.sheets import DEFAULT_TOLERANCE, family_distances
 from gaitgraph.validation.rules import Segments, segments_of
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+
     from gaitgraph.invertibility.matrices import Coefficients, CoefficientsLike
     from gaitgraph.io.formats import GaitLike
     from gaitgraph.validation.report import GaitPoint
@@ -53,7 +54,8 @@ _POINTS_OF_A_CURVE = 61
 class Robustness:
     """The robustness of one gait, biased or not.
 
-    `scaling` is "none"; "biased", α3 and α4 times `eta` as in equations (12) to (15); "scaled", all four times `eta`.
+    `scaling` is "none"; "biased", α3 and α4 times `factor`, the bias η of equations (12) to (15); or "scaled", all four
+    times `factor`.
     `margin` brackets the least tilt margin over the period, or has the reason why there is none. It is at `where`, and
     `direction` is (roll, pitch) of the singular attitude nearest to level there [rad], None if all are equally near or
     there is no margin. `acceptable` are the attitudes at which the gait is never singular. `singular_value` is the
@@ -63,7 +65,7 @@ class Robustness:
     """
 
     scaling: Scaling
-    eta: float
+    factor: float
     margin: LeastMargin
     where: GaitPoint
     direction: tuple[float, float] | None
@@ -86,7 +88,7 @@ class Robustness:
         return (
             "the gait itself"
             if self.scaling == "none"
-            else f"{self.scaling} by {self.eta:g}"
+            else f"{self.scaling} by {self.factor:g}"
         )
 
     @property
@@ -118,7 +120,7 @@ class Robustness:
             **(
                 {}
                 if self.scaling == "none"
-                else {"eta": self.eta, "scaling": self.scaling}
+                else {"eta": self.factor, "scaling": self.scaling}
             ),
             "tilt_margin_deg": None if margin is None else math.degrees(margin),
             "tilt_margin_reason": self.margin.reason or None,
@@ -286,9 +288,9 @@ def robustness_of(
     """
     tilt = checked_tilt(tilt)
     factors: list[tuple[Scaling, float]] = [
-        ("biased", eta) for eta in _etas(bias, "bias")
+        ("biased", factor) for factor in checked_factors("bias", bias)
     ]
-    factors += [("scaled", eta) for eta in _etas(scale, "scale")]
+    factors += [("scaled", factor) for factor in checked_factors("scale", scale)]
     curves = whole_number("curves", curves, 0, _MOST_CURVES)
     segments, body, rounding, noun = _closed_segments(gait, vehicle)
     rounding = (
@@ -298,15 +300,16 @@ def robustness_of(
     )
     numbers = coefficients_of(body, "exact" if coefficients is None else coefficients)
     found: list[Robustness] = []
-    for scaling, eta in [*factors, ("none", 1.0)]:
+    for scaling, factor in [*factors, ("none", 1.0)]:
         if progress is not None:
             progress(
                 "the gait itself"
                 if scaling == "none"
-                else f"the gait {scaling} by {eta:g}"
+                else f"the gait {scaling} by {factor:g}"
             )
-        factor = np.array([1.0, 1.0, eta, eta] if scaling == "biased" else [eta] * 4)
-        moved = replace(segments, alpha=segments.alpha * factor)
+        first_two = 1.0 if scaling == "biased" else factor
+        of_each = np.array([first_two, first_two, factor, factor])
+        moved = replace(segments, alpha=segments.alpha * of_each)
         margin = least_tilt_margin(moved.alpha, numbers, angle_rounding=rounding)
         where = moved.place(margin.segment, margin.fraction)
         nearest = nearest_singular_attitude(where.alpha, numbers)
@@ -321,7 +324,7 @@ def robustness_of(
         found.append(
             Robustness(
                 scaling=scaling,
-                eta=eta,
+                factor=factor,
                 margin=margin,
                 where=where,
                 direction=direction,
@@ -342,16 +345,6 @@ def robustness_of(
     return RobustnessReport(
         gait=found[-1], sweep=tuple(found[:-1]), vehicle=body, coefficients=numbers
     )
-
-
-def _etas(value: float | Iterable[float], name: str) -> list[float]:
-    several = (
-        isinstance(value, Iterable)
-        and not isinstance(value, (str, bytes))
-        and getattr(value, "ndim", 1) == 1
-    )
-    values: list[Any] = list(value) if several else [value]  # type: ignore[arg-type]
-    return [checked_factor(name, eta) for eta in values]
 
 
 def _closed_segments(

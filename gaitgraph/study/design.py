@@ -298,7 +298,7 @@ class Case:
     model: Model
     varied: Mapping[str, Any]
     source: GaitSource
-    eta: float
+    bias: float
     period: float
     roll: float
     pitch: float
@@ -314,7 +314,12 @@ class Case:
         """Return the columns of the case that do not depend on its flight."""
         varied = dict(self.varied)
         varied |= zip(_INERTIA, varied.pop("inertia", ()), strict=False)
-        own = {name: getattr(self, name) for name in ("eta", "period", "roll", "pitch")}
+        own = {
+            "eta": self.bias,
+            "period": self.period,
+            "roll": self.roll,
+            "pitch": self.pitch,
+        }
         return (
             {
                 "case": self.number,
@@ -376,7 +381,7 @@ class Study:
         """Return a case by its number, from 0."""
         if self.count is None:
             rest, gait, *places = map(int, np.unravel_index(number, self._shape))
-            eta, period, roll, pitch = (
+            bias, period, roll, pitch = (
                 axis[k] for axis, k in zip(self.axes, places, strict=True)
             )
             for model in self.models:
@@ -395,7 +400,7 @@ class Study:
             )
             draws = bits.random_raw(6 + max(len(model.varied) for model in self.models))
             shares = iter(((draws >> np.uint64(11)) * 2.0**-53).tolist())
-            roll, pitch, period, eta = (
+            roll, pitch, period, bias = (
                 _drawn(self.axes[k], next(shares)) for k in (2, 3, 1, 0)
             )
             gait = int(next(shares) * len(self.sources))
@@ -403,7 +408,9 @@ class Study:
             varied = {
                 name: _drawn(axis, next(shares)) for name, axis in model.varied.items()
             }
-        return Case(number, model, varied, self.sources[gait], eta, period, roll, pitch)
+        return Case(
+            number, model, varied, self.sources[gait], bias, period, roll, pitch
+        )
 
     @property
     def seconds(self) -> float:

@@ -456,7 +456,7 @@ def row_of(case: Case, study: Study, gaits: dict[str, Gait | GaitgraphError]) ->
         gait = gaits[key]
         if isinstance(gait, GaitgraphError):
             raise gait
-        moved = gait if case.eta == 1 else gait.biased(case.eta)
+        moved = gait if case.bias == 1 else gait.biased(case.bias)
         timed = moved.parametrize(case.period, law=case.source.law)
         report = timed.check()
         row |= {
