@@ -117,7 +117,9 @@ def _plain(value: Any) -> Any:
     """Return numpy's scalars and arrays, also inside lists and tuples, as Python's own numbers and lists."""
     if hasattr(value, "dtype") and callable(getattr(value, "tolist", None)):
         few = value if getattr(value, "size", 0) <= 100 else value.ravel()[:100]
-        return few.tolist()
+        plain = few.tolist()
+        is_masked = plain is None and hasattr(value, "mask")
+        return value if is_masked else plain
     if type(value) in (list, tuple):
         return type(value)(_plain(entry) for entry in value)
     return value

@@ -989,3 +989,83 @@ def test_the_name_of_a_preset_is_a_vehicle_wherever_one_is_taken() -> None:
     with pytest.raises(InputError, match="padova"):
         gg.invertibility.decoupling_matrix(angles, "padua")
     assert gg.plots.type_map(vehicle="padova", coefficients="exact").texts
+
+
+ROWS = np.array([[0.4, -0.4], [0.8, -0.4], [0.8, -0.8]])
+MASKED = np.ma.array(ROWS, mask=[[False, False], [False, True], [False, False]])
+MASKED_ROWS = np.ma.hstack([MASKED, MASKED])
+HIDDEN = MASKED[:, 1]
+SERVOS = gg.io.servo_map_from_mapping({"preset": "x_frame"})
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        lambda: gg.lift(MASKED, "red"),
+        lambda: gg.lift(list(MASKED), "red"),
+        lambda: gg.colorings(MASKED),
+        lambda: gg.Gait(alpha=MASKED_ROWS),
+        lambda: gg.validate(MASKED_ROWS),
+        lambda: gg.validate([list(row) for row in MASKED_ROWS]),
+        lambda: gg.gait_of(tuple(MASKED_ROWS)),
+        lambda: gg.gait_of({"alpha1": ROWS[:, 0], "alpha2": HIDDEN, "color": "red"}),
+        lambda: gg.gait_of(
+            {"alpha1": ROWS[:, 0], "alpha2": list(HIDDEN), "color": "red"}
+        ),
+        lambda: gg.gait_of(
+            {
+                "alpha1": ROWS[:, 0],
+                "alpha2": ROWS[:, 1],
+                "color": np.ma.array(["red"] * 3, mask=HIDDEN.mask),
+            }
+        ),
+        lambda: gg.validation.validate_geometry(
+            MASKED_ROWS, gg.invertibility.Geometry.of_vehicle("paper")
+        ),
+        lambda: gg.invertibility.least_singular_value(MASKED_ROWS),
+        lambda: gg.invertibility.least_singular_value([0, 0, 0, 0], pitch=HIDDEN),
+        lambda: gg.invertibility.decoupling_matrix([0, 0, 0, 0], roll=HIDDEN),
+        lambda: gg.surface.sheet_angles("blue", HIDDEN, 0.1),
+        lambda: gg.surface.root_arrays(0.1, HIDDEN),
+        lambda: gg.surface.family_distances(MASKED_ROWS),
+        lambda: gg.surface.red_label(HIDDEN, 0.1),
+        lambda: gg.admissible_region().contains(MASKED),
+        lambda: gg.lift(ROWS, "red").parametrize().at(HIDDEN),
+        lambda: gg.io.tilts_from_joints(
+            {joint.column: HIDDEN for joint in SERVOS.joints}, SERVOS
+        ),
+    ],
+)
+def test_masked_values_are_refused_with_their_row(given: Any) -> None:
+    with pytest.raises(InputError, match="no masked values, got one in row 2"):
+        given()
+
+
+@pytest.mark.parametrize("masked", [np.ma.masked, np.ma.array(0.4, mask=True)])
+def test_a_masked_number_is_none(masked: Any) -> None:
+    for point in ([masked, -0.4], [0.4, masked]):
+        for given in (
+            lambda point=point: gg.plan_loop([(0.8, -0.8), point]),
+            lambda point=point: Zones(keep_out=[[(0, 0), (1, 0), point]]),
+            lambda point=point: gg.roots(*point),
+        ):
+            with pytest.raises(InputError, match="alpha. must be .*, got masked"):
+                given()
+    for wrong in (
+        lambda: gg.PAPER.replace(mass=masked),
+        lambda: G3.parametrize(masked),
+        lambda: G3.parametrize(samples=masked),
+        lambda: gg.validate(G3, floor=masked),
+    ):
+        with pytest.raises(InputError, match="must be .*, got masked"):
+            wrong()
+
+
+def test_a_mask_that_hides_nothing_is_no_mask() -> None:
+    rows = np.ma.array(np.hstack([ROWS, ROWS]), mask=False)
+    plain = gg.validate(rows.data)
+    assert gg.validate(rows).checks == plain.checks
+    assert (
+        gg.validate(np.ma.array(rows, mask=np.zeros((3, 4), dtype=bool))).checks
+        == plain.checks
+    )

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import angle_within, angles_from
+from gaitgraph.angles import angle_within, angles_from, check_unmasked
 from gaitgraph.errors import InputError, check_fields, shown
 from gaitgraph.invertibility.matrices import FloatArray, arm_angles, thrust_signs
 from gaitgraph.invertibility.segment_bounds import (
@@ -87,6 +87,7 @@ class Geometry:
         count = len(self.position)
         for field, rest in zip(_ROTOR, ((3,), (), (3,), (3,), (2,)), strict=True):
             shape = (count, *rest)
+            check_unmasked(getattr(self, field), field)
             try:
                 values = np.array(getattr(self, field), dtype=float)
             except (TypeError, ValueError, OverflowError):

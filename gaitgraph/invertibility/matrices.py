@@ -520,7 +520,7 @@ def noise_of(coefficients: Coefficients) -> float:
 def body_vertical(roll: npt.ArrayLike, pitch: npt.ArrayLike) -> FloatArray:
     """Return the upward vertical in body axes for roll φ and pitch θ [rad] (z–y–x Euler angles), shape (..., 3)."""
     roll, pitch = np.broadcast_arrays(
-        np.asarray(roll, dtype=float), np.asarray(pitch, dtype=float)
+        angles_from(roll, "roll"), angles_from(pitch, "pitch")
     )
     return np.stack(
         [-np.sin(pitch), np.sin(roll) * np.cos(pitch), np.cos(roll) * np.cos(pitch)],
@@ -669,7 +669,7 @@ def decoupling_matrix(
     )
     sizes = thrust * np.array([*(arm / np.array(inertia)), 1 / mass])
     roll, pitch = np.broadcast_arrays(
-        np.asarray(roll, dtype=float), np.asarray(pitch, dtype=float)
+        angles_from(roll, "roll"), angles_from(pitch, "pitch")
     )
     zero, one = np.zeros(roll.shape), np.ones(roll.shape)
     sine, cosine = np.sin(roll), np.cos(roll)
@@ -804,7 +804,7 @@ def least_singular_value_on_red(
     vehicle = vehicle_named(vehicle)
     angles = np.array(
         np.broadcast_arrays(
-            np.asarray(alpha1, dtype=float), np.asarray(alpha2, dtype=float)
+            angles_from(alpha1, "alpha1"), angles_from(alpha2, "alpha2")
         )
     )
     return least_of_blocks(*blocks_on_red(np.cos(angles), np.sin(angles), vehicle))

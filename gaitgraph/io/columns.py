@@ -19,7 +19,13 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from gaitgraph.angles import HALF_PI, angle_from_text, in_degrees, number_of
+from gaitgraph.angles import (
+    HALF_PI,
+    angle_from_text,
+    check_unmasked,
+    in_degrees,
+    number_of,
+)
 from gaitgraph.errors import FileWarning, InputError, did_you_mean, shown
 from gaitgraph.files import pass_interruption
 from gaitgraph.gait.table import (
@@ -316,6 +322,7 @@ def column_of(name: str, given: Any) -> Any:
 
     Raises InputError if it is neither numbers nor texts, or not one-dimensional.
     """
+    check_unmasked(given, name)
     if isinstance(given, (list, tuple, str)):
         return given
     try:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from gaitgraph.angles import whole_number
+from gaitgraph.angles import check_unmasked, whole_number
 from gaitgraph.errors import (
     FileProblem,
     FileWarning,
@@ -303,6 +303,7 @@ def given_gait(
         return table_from_frame(gait)  # type: ignore[arg-type]
     if isinstance(gait, Table):
         return gait
+    check_unmasked(gait, name)
     rows = np.array(
         gait if isinstance(gait, (list, tuple, np.ndarray)) else None, dtype=object
     )

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import HALF_PI, angle_from_text, number_of
+from gaitgraph.angles import HALF_PI, angle_from_text, check_unmasked, number_of
 from gaitgraph.errors import InputError, check_fields, did_you_mean, shown
 from gaitgraph.files import from_toml_file
 from gaitgraph.gait.table import ACCELERATIONS, ANGLES, RATES, TEXTS, Table, surface_of
@@ -580,6 +580,8 @@ def tilts_from_joints(
     [0.5236, 0.3491, 0.6981, 0.1745]
     """
     servo_map.check_columns(list(columns))
+    for name, values in columns.items():
+        check_unmasked(values, name)
     found: dict[str, FloatArray] = {}
     by_rotor = sorted(servo_map.joints, key=lambda joint: joint.rotor)
     if servo_map.time in columns:

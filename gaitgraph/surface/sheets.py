@@ -130,13 +130,13 @@ def sheet_angles(
     >>> round(float(a3), 3), round(float(a4), 3)
     (-0.648, -0.727)
     """
-    alpha1, alpha2 = np.asarray(alpha1, dtype=float), np.asarray(alpha2, dtype=float)
+    first, second = angles_from(alpha1, "alpha1"), angles_from(alpha2, "alpha2")
     checked_choice("color", color, COLORS)
     if color == "red":
-        return wrapped(alpha1), wrapped(alpha2)
+        return wrapped(first), wrapped(second)
     coefficients = coefficients_of(vehicle, coefficients)
-    return wrapped(2 * coefficients.delta - alpha1), wrapped(
-        -2 * coefficients.delta - alpha2
+    return wrapped(2 * coefficients.delta - first), wrapped(
+        -2 * coefficients.delta - second
     )
 
 
@@ -160,8 +160,7 @@ def types_of(
     )
     lines = ((alpha1, coefficients.delta), (alpha2, -coefficients.delta))
     third, fourth = (
-        distance_to_multiple(np.asarray(x, dtype=float) - line, HALF_PI)
-        for x, line in lines
+        distance_to_multiple(angles_from(x) - line, HALF_PI) for x, line in lines
     )
     sign, zero = np.int8(_CODES[color]), np.int8(0)
     return np.where(third <= reach, zero, sign), np.where(fourth <= reach, zero, sign)
@@ -452,7 +451,7 @@ def family_distances(
     fibres at β = π/2 (mod π), where R = 0, do not count as fibres. The coefficients are by default the vehicle's.
     """
     coefficients = coefficients_of(vehicle, coefficients)
-    forms = _family_forms(np.asarray(alpha, dtype=float), coefficients.delta)
+    forms = _family_forms(angles_from(alpha, "alpha"), coefficients.delta)
     return np.asarray(distance_to_multiple(forms, math.pi).max(axis=1).T)
 
 
@@ -575,7 +574,7 @@ def red_label(
     ([1, 1, 1], [1, 1, -1])
     """
     vehicle = vehicle_named(vehicle)
-    a1, a2 = np.asarray(alpha1, dtype=float), np.asarray(alpha2, dtype=float)
+    a1, a2 = angles_from(alpha1, "alpha1"), angles_from(alpha2, "alpha2")
     kappa = vehicle.signed_drag_ratio
     delta = math.atan(kappa)
     saddle = math.copysign(1.0, kappa) * (

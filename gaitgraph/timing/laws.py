@@ -36,6 +36,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from gaitgraph.angles import check_unmasked
 from gaitgraph.errors import InputError, shown
 
 if TYPE_CHECKING:
@@ -153,6 +154,7 @@ def times_from(
     t: npt.ArrayLike, what: str = _TIMES, least: float = -math.inf
 ) -> FloatArray:
     """Return times [s] of any shape as an array; InputError, which `what` begins, unless finite and from `least` on."""
+    check_unmasked(t, "t")
     try:
         times = np.asarray(t, dtype=float)
     except (
