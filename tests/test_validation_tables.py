@@ -245,8 +245,154 @@ def test_the_row_and_the_time_of_what_is_wrong() -> None:
         assert not report[name].ok
         where = report[name].where or {}
         assert (where["row"], where["t"]) == (58, pytest.approx(0.57))
-    assert report["two_color"].message.startswith("row 58, t = 0.57 s (")
+    assert report["two_color"].message.startswith(
+        "follows from on_surface: row 58, t = 0.57 s ("
+    )
     assert " at row 58, t = 0.57 s (" in report["on_surface"].message
+
+
+FOLLOWERS = ("two_color", "continuous")
+
+
+@pytest.mark.parametrize(
+    ("columns", "factors", "words"),
+    [
+        ([0, 1, 2, 3], [1, 1, -1, 1], "the other sign of alpha3"),
+        ([0, 1, 2, 3], [1, 1, 1, -1], "the other sign of alpha4"),
+        ([0, 1, 2, 3], [1, 1, -1, -1], "the other sign of alpha3 and alpha4"),
+        ([0, 2, 1, 3], [1, 1, 1, 1], "alpha2 and alpha3 exchanged"),
+        ([0, 1, 3, 2], [1, 1, 1, 1], "alpha3 and alpha4 exchanged"),
+        (
+            [0, 1, 3, 2],
+            [1, 1, -1, 1],
+            "alpha3 and alpha4 exchanged, then the other sign of alpha4",
+        ),
+        (
+            [0, 1, 2, 3],
+            [1, 1, 180 / math.pi, 180 / math.pi],
+            "alpha3 and alpha4 in degrees (alpha3_deg, alpha4_deg)",
+        ),
+    ],
+)
+@pytest.mark.parametrize("gait", [G2, G3, G4])
+@pytest.mark.parametrize("cuts", [[], [7, 30]])
+def test_another_convention_that_puts_all_rows_on_a_sheet_is_named(
+    monkeypatch: pytest.MonkeyPatch,
+    gait: PublishedGait,
+    columns: list[int],
+    factors: list[float],
+    words: str,
+    cuts: list[int],
+) -> None:
+    if gait.color == "blue" and columns[1] == 2:
+        pytest.skip("with alpha2 and alpha3 exchanged alpha2 is beyond its range")
+    rows = sampled(gait).alpha[:, columns] * factors
+    report = validated_in_pieces(monkeypatch, table_from(rows), cuts)
+    surface = report["on_surface"]
+    assert surface.message.endswith(f"all rows would lie on {gait.color} with {words}")
+    broken = [check for check in report.checks if not check.ok]
+    assert [one.follows_from for one in broken] == [None] + ["on_surface"] * (
+        len(broken) - 1
+    )
+    assert str(report).count("  NO  ") == str(report).count("  follow from it  ") == 1
+
+
+def test_a_convention_that_puts_all_rows_but_one_on_a_sheet_is_not_named() -> None:
+    rows = sampled(G3).alpha * [1, 1, -1, 1]
+    rows[20, 3] += 0.01
+    message = validate(table_from(rows))["on_surface"].message
+    assert message.endswith(
+        "take (α3, α4) from the roots of (α1, α2), or raise the tolerance"
+    )
+
+
+def test_a_constant_offset_is_told_in_degrees() -> None:
+    rows = sampled(G3).alpha
+    for offset, words in (
+        ([0, 0, 3, 0], "α3 by 3.00° and α4 by 0.00°"),
+        ([0, 1, 0, -4], "α3 by 0.00° and α4 by -5.00°"),
+    ):
+        report = validate(table_from(rows + np.radians(offset)))
+        assert f"all rows are off red by the same angles, {words}" in str(
+            report["on_surface"].message
+        )
+        assert [report[name].follows_from for name in FOLLOWERS] == ["on_surface"] * 2
+    noisy = rows + np.random.default_rng(5).normal(0, 0.02, rows.shape)
+    one = rows[:1] + np.radians([0, 0, 3, 0])
+    for table in (noisy, one):
+        message = validate(table_from(table))["on_surface"].message
+        assert "by the same angles" not in message
+
+
+@pytest.mark.parametrize("row", [0, 1, 2, 31, 62, 63])
+@pytest.mark.parametrize("closed", [True, False])
+@pytest.mark.parametrize("on_red", [True, False])
+@pytest.mark.parametrize("cuts", [[], [1, 2, 30, 32, 62]])
+def test_a_single_row_far_from_its_neighbours_is_named(
+    monkeypatch: pytest.MonkeyPatch,
+    row: int,
+    closed: bool,
+    on_red: bool,
+    cuts: list[int],
+) -> None:
+    table = sampled(G3, law="constant-speed")
+    alpha, t = table.alpha[:-1], table["t"][:-1]
+    alpha[row, [0, 2] if on_red else [2]] -= 0.25
+    if closed:
+        alpha, t = np.vstack([alpha, alpha[:1]]), table["t"]
+    vehicle = gg.PAPER.replace(max_tilt_rate=6.0, max_tilt_acceleration=150.0)
+    report = validated_in_pieces(
+        monkeypatch, table_from(alpha, t=t), cuts, vehicle=vehicle
+    )
+    broken = [check for check in report.checks if not check.ok]
+    first = broken[0]
+    assert first.name == ("tilt_rate" if on_red else "on_surface")
+    assert f"row {row + 1} alone is 0.2" in first.message
+    assert "take at least" not in str(report)
+    assert {one.follows_from for one in broken[1:]} == {first.name}
+    assert not [note for note in report.notes if "alone" in note]
+    # Where no rule is broken by it, it is a warning.
+    if on_red:
+        free = validate(table_from(alpha, t=t), vehicle=gg.PAPER)
+        assert [note for note in free.notes if f"row {row + 1} alone is 0.2" in note]
+
+
+@pytest.mark.parametrize("law", ["smooth", "constant-speed", "equal-time"])
+@pytest.mark.parametrize("samples", [11, 40])
+@pytest.mark.parametrize("gait", GAITS)
+def test_no_row_of_a_planned_gait_is_far_from_its_neighbours(
+    gait: PublishedGait, samples: int, law: str
+) -> None:
+    assert validate(table_from(sampled(gait, samples, law=law).alpha)).notes == ()
+
+
+def test_one_cause_is_one_no() -> None:
+    """Rules that are broken by another one follow from it; each keeps its place and its words."""
+    crossing = validate(
+        table_from(lift([(0, 0), (0.9, -0.9), (0.9, -0.4)], "red").alpha)
+    )
+    blue = validate(table_from(lift([(0.5, -0.7), (0.6, -0.7)], "blue").alpha))
+    jumping = validate(
+        table_from(
+            lift([(0.9, -0.9), (0.9, -0.4)], ["red", "blue"]).alpha,
+            color=("red", "blue"),
+        )
+    )
+    for report, names, cause in (
+        (crossing, ["least_singular_value", "hover_thrust"], "R_sign"),
+        (blue, ["hover_thrust"], "least_singular_value"),
+        (jumping, ["on_surface"], "continuous"),
+    ):
+        assert report[cause].follows_from is None
+        for name in names:
+            check = report[name]
+            assert not check.ok
+            assert check.follows_from == cause
+            assert check.message.startswith(f"follows from {cause}: ")
+            assert check.as_mapping()["follows_from"] == cause
+        listed = ", ".join(names).replace("_", " ")
+        assert f"  --  follow from it        {listed}\n" in str(report)
+    assert "follows from" not in jumping.reason
 
 
 @pytest.mark.parametrize("turn", range(3))

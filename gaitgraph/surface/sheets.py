@@ -439,6 +439,11 @@ def _family_forms(alpha: FloatArray, delta: float) -> FloatArray:
     )
 
 
+def sheet_forms(alpha: FloatArray, coefficients: Coefficients) -> FloatArray:
+    """Return how far α3 and α4 of points, shape (n, 4) [rad], are above red and blue, mod π, shape (2, 2, n)."""
+    return _family_forms(alpha, coefficients.delta)[: len(COLORS)]
+
+
 def family_distances(
     alpha: npt.ArrayLike,
     coefficients: CoefficientsLike | None = None,

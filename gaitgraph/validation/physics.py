@@ -29,7 +29,7 @@ from gaitgraph.invertibility.segment_bounds import (
     where_thrusts_vanish,
 )
 from gaitgraph.surface.sheets import DEFAULT_TOLERANCE, FIRST, HOVER_LABEL, red_label
-from gaitgraph.validation.report import Report
+from gaitgraph.validation.report import RATE_CHECKS, Report, following
 from gaitgraph.validation.rules import (
     EXACT,
     Continuous,
@@ -41,9 +41,10 @@ from gaitgraph.validation.rules import (
     TwoColor,
     Worst,
 )
+from gaitgraph.validation.wrong_rows import LoneRows
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from gaitgraph.invertibility.matrices import BoolArray, FloatArray
     from gaitgraph.validation.report import Check, GaitPoint
@@ -470,18 +471,21 @@ class _TiltRange(Rule):
 
 
 class Checker:
-    """Applies all rules, in the order of the report, to the segments of a gait."""
+    """Applies all rules, in the order of the report, to the segments of a gait; `lone` are wrong rows of a table."""
 
-    def __init__(self, criteria: Criteria) -> None:
-        continuous = Continuous(criteria)
+    def __init__(self, criteria: Criteria, lone: LoneRows | None = None) -> None:
+        self.lone = LoneRows() if lone is None else lone
+        self.surface = OnSurface(criteria, self.lone)
+        self.two_color = TwoColor(criteria)
+        self.continuous = continuous = Continuous(criteria)
         brackets = _Brackets(criteria, continuous)
         flyable = [
             rule(criteria, continuous, brackets)
             for rule in (_LevelSign, _SingularValue, _HoverThrust)
         ]
         self.rules: list[Rule] = [
-            OnSurface(criteria),
-            TwoColor(criteria),
+            self.surface,
+            self.two_color,
             continuous,
             brackets,
             *flyable,
@@ -505,7 +509,8 @@ class Checker:
     def report(self, closed: Check) -> Report:
         """Return what was found; `closed` is the check of how the gait closes."""
         reachable, reachability = self.reachability.answer()
-        checks = (closed, *(check for rule in self.rules for check in rule.checks()))
+        found = [check for rule in self.rules for check in rule.checks()]
+        checks = (closed, *following(found, self._causes(found)))
         notes = self.reachability.vehicle.warnings
         return Report(
             checks=checks,
@@ -513,6 +518,41 @@ class Checker:
             reachability=reachability,
             notes=notes,
         )
+
+    def broken_by_lone_rows(self, rates: Sequence[Check]) -> list[str]:
+        """Return the names of the broken ones of on_surface and of checks of rates that are worst at a lone row."""
+        of_rates = [
+            check.name
+            for check in rates
+            if not check.ok and check.where and self.lone.is_near(check.where["row"])
+        ]
+        return ["on_surface"] * self.surface.is_broken_by_lone_row + of_rates
+
+    def rates_with_causes(self, rates: Sequence[Check]) -> list[Check]:
+        """Return checks of rates, those that are broken by angles in degrees or by a lone row with that cause."""
+        convention = self.surface.convention
+        if convention is not None and convention.degrees:
+            return following(rates, dict.fromkeys(RATE_CHECKS, "on_surface"))
+        names = self.broken_by_lone_rows(rates)
+        return following(rates, dict.fromkeys(names[1:], *names[:1]))
+
+    def _causes(self, checks: Sequence[Check]) -> dict[str, str]:
+        """Return which rules, if they are broken, are broken by which others."""
+        broken = {check.name for check in checks if not check.ok}
+        if self.surface.convention is not None:
+            return dict.fromkeys(broken - {"on_surface"}, "on_surface")
+        causes: dict[str, str] = {}
+        if "on_surface" in broken and self.continuous.is_off_sheets:
+            causes["continuous"] = "on_surface"
+        elif "continuous" in broken and self.surface.is_between_points:
+            causes["on_surface"] = "continuous"
+        if self.two_color.is_bare:
+            causes["two_color"] = causes.get("continuous", "continuous")
+        if "R_sign" in broken:
+            causes |= {"least_singular_value": "R_sign", "hover_thrust": "R_sign"}
+        elif self.continuous.blue and "least_singular_value" in broken:
+            causes["hover_thrust"] = "least_singular_value"
+        return causes
 
 
 class _Reachability:

@@ -58,6 +58,8 @@ class Check:
         The value at the worst place and its limit, in the unit of the message, or None.
     where
         The worst place: segment, counted from 0, fraction along it, and tilt angles [rad]; or None.
+    follows_from
+        The name of the broken rule that this one is broken by, or None.
     decided
         False for a sign of R that is within the error of coefficients and angles, and for hover thrusts of more than
         four rotors whose sign the bounded search leaves open; the latter are not `ok`.
@@ -71,6 +73,7 @@ class Check:
     limit: float | None = None
     where: dict[str, Any] | None = None
     message: str
+    follows_from: str | None = None
 
     @property
     def mark(self) -> str:
@@ -95,6 +98,11 @@ class GaitPoint:
     fraction: float
     alpha: tuple[float, ...]
     t: float | None = None
+
+    @property
+    def number(self) -> int | None:
+        """The number of the point, from 1; None between two points."""
+        return None if self.fraction else self.point + 1
 
     def as_mapping(self, noun: str) -> dict[str, Any]:
         """Return the place as plain values: a row, counted from 1, with its time, or a segment, counted from 0."""
@@ -206,7 +214,11 @@ class Report(Pictured):
     @property
     def reason(self) -> str:
         """The first reason why the gait is not flyable, or not valid; empty if it is both."""
-        broken = [check for check in self.checks if not (check.ok and check.decided)]
+        broken = [
+            check
+            for check in self.checks
+            if not (check.ok and check.decided) and check.follows_from is None
+        ]
         first = sorted(broken, key=lambda check: (check.ok, check.kind == "flyable"))[
             :1
         ]
@@ -294,12 +306,34 @@ class Report(Pictured):
         return f"<Report: {self.verdict} {len(self.checks)} checks, not ok: {', '.join(broken) or 'none'}>"
 
 
-def lines_of_checks(checks: Iterable[Check]) -> list[str]:
-    """Return checks as lines of text, wrapped."""
+def following(checks: Iterable[Check], causes: Mapping[str, str]) -> list[Check]:
+    """Return checks, those that are broken by another one with its name; `causes` has the names of both."""
     return [
-        _line(check.mark, check.name.replace("_", " "), check.message)
+        replace(
+            check,
+            follows_from=causes[check.name],
+            message=f"follows from {causes[check.name]}: {check.message}",
+        )
+        if check.name in causes and not check.ok
+        else check
         for check in checks
     ]
+
+
+def lines_of_checks(checks: Iterable[Check]) -> list[str]:
+    """Return checks as lines of text, wrapped; those that follow from another one are in one line behind it."""
+    listed = list(checks)
+    lines = []
+    for check in listed:
+        if check.follows_from is not None:
+            continue
+        lines.append(_line(check.mark, check.name.replace("_", " "), check.message))
+        names = [one.name for one in listed if one.follows_from == check.name]
+        if names:
+            lines.append(
+                _line("--", "follow from it", ", ".join(names).replace("_", " "))
+            )
+    return lines
 
 
 def _line(mark: str, name: str, message: str) -> str:

@@ -32,6 +32,7 @@ from gaitgraph.surface.sheets import (
     text_from_types,
 )
 from gaitgraph.validation.report import Check, GaitPoint
+from gaitgraph.validation.wrong_rows import Convention, LoneRows, Misreading
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -289,10 +290,23 @@ class OnSurface(Rule):
     """Rφ and Rθ vanish, to within the tolerance."""
 
     name = "on_surface"
+    lone: LoneRows
     worst: Worst = field(default_factory=Worst)
+    bare: int | None = None  # the number of the first point that is on no sheet
+    misreading: Misreading = field(init=False)
+
+    def __post_init__(self) -> None:
+        criteria = self.criteria
+        self.misreading = Misreading(criteria.coefficients, criteria.tolerance)
 
     def update(self, block: Segments) -> None:
         """Bracket the largest residual."""
+        whole = bool(block.number[0] == block.number[-1])
+        if not (whole and block.on_red):
+            self.misreading.update(block.alpha)
+        bare = block.number[block.sheet == 0]
+        if self.bare is None and len(bare):
+            self.bare = int(bare[0])
         tolerance, known = self.criteria.tolerance / 100, self.worst.upper
         if block.on_red:  # both products of sines vanish
             self.worst.update((0.0, 0.0, 0, 0.0), block)
@@ -305,29 +319,62 @@ class OnSurface(Rule):
 
     def checks(self) -> Iterator[Check]:
         """Yield the check `on_surface`."""
-        value, limit, place = (
-            max(0.0, -self.worst.lower),
-            self.criteria.tolerance,
-            self.worst.place,
-        )
+        limit, place = self.criteria.tolerance, self.worst.place
+        value = self.value
         ok = value <= limit
-        advice, coefficients = (
-            f"{_TAKE_ROOTS}, or raise the tolerance",
-            self.criteria.coefficients,
-        )
-        if (
-            coefficients.cross
-            and place
-            and family_distances(place.alpha, coefficients)[1] <= limit
-        ):
-            height = f"rotors at a height of {self.criteria.vehicle.rotor_height:g} m"
-            advice = (
-                f"use red, since on blue the zero-moment direction leans for {height}"
-            )
+        advice = "" if ok else self._advice(place)
         message = self.compared(
             ok, f"max(|Rφ|, |Rθ|) = {value:.2g}", f"{limit:g}", place, advice
         )
         yield self.check(ok, message, value=value, limit=limit, place=place)
+
+    @property
+    def value(self) -> float:
+        """The largest residual."""
+        return max(0.0, -self.worst.lower)
+
+    @property
+    def convention(self) -> Convention | None:
+        """The convention that would put all points on one sheet, if they are on none."""
+        if self.value <= self.criteria.tolerance:
+            return None
+        return self.misreading.convention
+
+    @property
+    def is_broken_by_lone_row(self) -> bool:
+        """Whether the points are off the surfaces, and farthest at a row far from its neighbours."""
+        place = self.worst.place
+        if place is None or self.value <= self.criteria.tolerance:
+            return False
+        return self.lone.is_near(place.point + 1)
+
+    @property
+    def is_between_points(self) -> bool:
+        """Whether the largest residual is between two points."""
+        return self.worst.place is not None and self.worst.place.fraction > 0
+
+    def _advice(self, place: GaitPoint | None) -> str:
+        """Return what would help."""
+        misread = self.misreading.advice(self.criteria.noun)
+        if misread:
+            return misread
+        if self.is_broken_by_lone_row:
+            return self.lone.note
+        coefficients = self.criteria.coefficients
+        if (
+            coefficients.cross
+            and place
+            and family_distances(place.alpha, coefficients)[1]
+            <= self.criteria.tolerance
+        ):
+            height = f"rotors at a height of {self.criteria.vehicle.rotor_height:g} m"
+            return (
+                f"use red, since on blue the zero-moment direction leans for {height}"
+            )
+        advice = f"{_TAKE_ROOTS}, or raise the tolerance"
+        if self.bare is None or (place and place.number == self.bare):
+            return advice
+        return f"{self.criteria.noun} {self.bare} lies on neither sheet: {advice}"
 
 
 @dataclass
@@ -336,6 +383,7 @@ class TwoColor(Rule):
 
     name = "two_color"
     broken: tuple[str, GaitPoint] | None = None
+    is_bare: bool = False  # whether it is broken by a point that is on no sheet
     families: set[int] = field(default_factory=set)
 
     def update(self, block: Segments) -> None:
@@ -361,6 +409,7 @@ class TwoColor(Rule):
         ):
             point = int(np.argmax(bare))
             message = f"{self.described(block.place(point))} lies on neither sheet and has no color: {_TAKE_ROOTS}"
+            self.is_bare = True
         elif forbidden.any():
             point = int(np.argmax(forbidden))
             here, there = (
@@ -404,6 +453,7 @@ class Continuous(Rule):
     )
     distance: float = 0.0  # the point that is farthest off the sheet of its color
     off_sheet: str = ""
+    is_off_all: bool = False  # whether that point is on no other sheet either
     farthest: GaitPoint | None = None
     ratio: float = -1.0  # the largest jump divided by its limit
     jump: float = 0.0
@@ -461,6 +511,7 @@ class Continuous(Rule):
                 for name, is_near in zip(FAMILIES, near, strict=True)
                 if is_near and name != color
             ]
+            self.is_off_all = not others
             if others:
                 self.off_sheet += f", on the {others[0]} one"
         # How far segments leave the sheets of their ends.
@@ -484,6 +535,17 @@ class Continuous(Rule):
                 bool(sheet[worst] != sheet[worst + 1]),
             )
 
+    @property
+    def is_off_sheet(self) -> bool:
+        """Whether a point is off the sheet of its color, and not by a jump alone."""
+        jumps = self.changes and self.jump > max(self.limit, self.distance + EXACT)
+        return self.distance > self.criteria.tolerance and not jumps
+
+    @property
+    def is_off_sheets(self) -> bool:
+        """Whether a point is on no sheet, and breaks the rule by that."""
+        return self.bare is not None or (self.is_off_sheet and self.is_off_all)
+
     def checks(self) -> Iterator[Check]:
         """Yield the check `continuous`."""
         tolerance = self.criteria.tolerance
@@ -492,9 +554,7 @@ class Continuous(Rule):
                 f"{self.described(self.bare)} lies on neither sheet: {_TAKE_ROOTS}"
             )
             yield self.check(False, message, limit=tolerance, place=self.bare)
-        elif self.distance > tolerance and (
-            not self.changes or self.jump <= max(self.limit, self.distance + EXACT)
-        ):
+        elif self.is_off_sheet:
             off = f"{self.off_sheet}, by {self.distance:.4f} rad (limit {tolerance:g})"
             advice = "give it the color of its sheet, or take (α3, α4) from the sheet of its color"
             message = f"{self.described(self.farthest)} {off}: {advice}"

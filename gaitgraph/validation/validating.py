@@ -64,6 +64,7 @@ from gaitgraph.validation.report import (
     lines_of_checks,
 )
 from gaitgraph.validation.rules import Criteria, Peak, Segments, segments_of
+from gaitgraph.validation.wrong_rows import LoneRows
 from gaitgraph.vehicle import four_of, scale_of
 
 if TYPE_CHECKING:
@@ -340,7 +341,9 @@ class _TableChecker:
     def __init__(
         self, criteria: Criteria, repeats: bool, limits: dict[str, Each]
     ) -> None:
-        self.criteria, self.checker, self.repeats = criteria, Checker(criteria), repeats
+        self.lone = LoneRows()
+        self.criteria, self.repeats = criteria, repeats
+        self.checker = Checker(criteria, self.lone)
         self.rates = _RowRates(criteria.vehicle, limits)
         self.counts = {sign: ColoringCount(sign) for sign in SIGNS}
         self.rows = 0
@@ -370,6 +373,7 @@ class _TableChecker:
             self._count_colorings(joined.alpha[:-1, :2])
         if fresh.t is not None:
             self.rates.update(rows, fresh, piece)
+        self.lone.update(alpha)
         self._compare(fresh, piece)
         self.rows += len(alpha)
         self.head = (
@@ -425,18 +429,12 @@ class _TableChecker:
         # A last row of another color is a new point, with a segment to the first and no step in time.
         repeated = near and last.sheet[0] == first.sheet[0]
         is_path = not self.repeats and self.rows > 1
+        if is_path:
+            self.lone.finish(last.alpha, self.rows)
+        else:
+            self.lone.finish(head.alpha[1 if near else 0 :], self.rows - near)
         if not repeated and not is_path:
-            closing = last.joined(first)
-            if first.t is not None and last.t is not None:
-                # The closing segment takes one mean step of time.
-                start, end = float(first.t[0]), float(last.t[0])
-                closing = replace(
-                    closing,
-                    t=np.array([end, closing_time(start, end, self.rows)]),
-                    first_t=start,
-                )
-            self.checker.update(closing)
-            self._count_colorings(last.alpha[:, :2])
+            self._close(first, last)
         message = f"not closed: the segment of {gap:.4g} rad from row {self.rows} back to row 1 is judged too"
         if is_path:
             message = f"run once, from row 1 to row {self.rows}: no segment leads back"
@@ -473,11 +471,9 @@ class _TableChecker:
             where=where,
             message=message,
         )
-        report = self.checker.report(closed)
-        if head.t is not None:
-            closed_as = None if is_path else near
-            report = report.with_checks(self.rates.checks(head, tail, closed=closed_as))
-            self.notes |= self.rates.notes
+        report = self.checker.report(closed).with_checks(
+            self._rates(head, tail, closed=None if is_path else near)
+        )
         if self.is_beyond or is_path:  # colourings are of loops
             listing = None
         elif self.rows > MOST_LISTED_ROWS:
@@ -493,6 +489,32 @@ class _TableChecker:
             rows=self.rows,
             listing=listing,
         )
+
+    def _close(self, first: Segments, last: Segments) -> None:
+        """Examine the segment from the last row back to the first."""
+        closing = last.joined(first)
+        if first.t is not None and last.t is not None:
+            # The closing segment takes one mean step of time.
+            start, end = float(first.t[0]), float(last.t[0])
+            closing = replace(
+                closing,
+                t=np.array([end, closing_time(start, end, self.rows)]),
+                first_t=start,
+            )
+        self.checker.update(closing)
+        self._count_colorings(last.alpha[:, :2])
+
+    def _rates(
+        self, head: Segments, tail: Segments, *, closed: bool | None
+    ) -> list[Check]:
+        """Return the checks of rates of a table with times, and note a lone row that no check names."""
+        rates: list[Check] = []
+        if head.t is not None:
+            rates = self.rates.checks(head, tail, closed=closed, lone=self.lone)
+            self.notes |= self.rates.notes
+        if self.lone.note and not self.checker.broken_by_lone_rows(rates):
+            self.notes["lone"] = self.lone.note
+        return self.checker.rates_with_causes(rates)
 
 
 class _RowRates:
@@ -547,11 +569,11 @@ class _RowRates:
             peak.update(values[:starts], rows[1:] if order > 1 else rows)
 
     def checks(
-        self, head: Segments, tail: Segments, *, closed: bool | None
+        self, head: Segments, tail: Segments, *, closed: bool | None, lone: LoneRows
     ) -> list[Check]:
         """Close the motion and return the checks of its rates, its accelerations and, where limited, jerks.
 
-        `closed` is whether the last row repeats the first, None for a path, which is not closed.
+        `closed` is whether the last row repeats the first, None for a path, which is not closed; `lone` are wrong rows.
         """
         assert head.t is not None and tail.t is not None  # noqa: PT018, S101
         period = float(tail.t[-1] - head.t[0])
@@ -579,6 +601,8 @@ class _RowRates:
                 continue
             needed = period * (peak.value / limit) ** (1 / order) if limit else period
             advice = f"take at least {needed:.4g} s instead of {period:.4g} s"
+            if peak.place is not None and lone.is_near(peak.place.point + 1):
+                advice = lone.note
             out.append(
                 limit_check(
                     f"tilt_{kind}", peak.value, peak.joint, limit, advice, peak.place
