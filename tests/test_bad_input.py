@@ -418,7 +418,7 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     (
         coefficients_of,
         {"kind": "rounded"},
-        "coefficients must be one of published, exact, got 'rounded'",
+        "coefficients must be one of published, printed, exact, got 'rounded'",
     ),
     (
         lift([(0.9, -0.9)], "red", vehicle=HEAVY).check,
@@ -480,7 +480,7 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     (
         transition,
         {"end": "hover", "coefficients": "rough"},
-        "coefficients must be one of published, exact, got 'r",
+        "coefficients must be one of published, printed, exact, got 'r",
     ),
     (
         transition,
@@ -848,7 +848,7 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     (
         validate,
         {"gait": TABLE, "coefficients": "rough"},
-        "coefficients must be one of published, exact, got 'rough'",
+        "coefficients must be one of published, printed, exact, got 'rough'",
     ),
     (validate, {"gait": 3}, f"gait must be a {FORMS} request, got 3"),
     (
@@ -881,7 +881,7 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
             (
                 "coefficients",
                 ("rough",),
-                "coefficients must be one of published, exact, got 'rough'",
+                "coefficients must be one of published, printed, exact, got 'rough'",
             ),
         )
         for value in wrong

@@ -310,7 +310,7 @@ def test_clicking_the_waypoints_of_gait_3(page: Page) -> None:
     page.has(".attitudes svg", 1)  # the biased gait; that of the gait is one line
     assert (
         page.text("all-acceptable")
-        == "✓ All attitudes acceptable: tilt margin 90.0°, acceptable 100.00 %"
+        == "✓ Gait: no singular attitude; tilt margin 90.0°, acceptable 100.00 %"
     )
     page.until(lambda: page.count("#vehicle-root canvas, #vehicle-root .disc"))
     assert page.count(".uplot canvas") == 2
@@ -906,7 +906,7 @@ def test_an_opened_table_shows_its_color_types_and_singular_attitudes(
         "return [...document.querySelectorAll('#corners .types')].map((node) => node.textContent)"
     )
     assert types == ["(+,+)"] * 4
-    assert page.text("all-acceptable").startswith("✓ All attitudes acceptable")
+    assert page.text("all-acceptable").startswith("✓ Gait: no singular attitude")
     assert page.id("eta-row").is_displayed() is False
     page.id("close-table").click()
 

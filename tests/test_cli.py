@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
     from gaitgraph.gait.table import Table
 
-G1, _, G3, G4 = GAITS
+G1, G2, G3, G4 = GAITS
 ESCAPE = "\x1b"
 PAGE = Path(__file__).parent.parent / "docs" / "command_line.md"
 
@@ -62,6 +62,24 @@ def test_plan_for_people_fits_one_screen(run: Any) -> None:
     assert read_table("gait3.json").about["request"]["waypoints"][0] == pytest.approx(
         G3.angles[0]
     )
+
+
+def test_printed_coefficients_in_requests_files_and_commands(run: Any) -> None:
+    """A blue gait of the printed digits stays one: its sign of R is decided, and it does not fly."""
+    lines = ['coefficients = "printed"', 'color = "blue"', 'require = "valid"']
+    lines.append(f"waypoints = {[list(pair) for pair in G2.waypoints]}")
+    Path("blue.toml").write_text("\n".join(lines))
+    told = "< 0 along the whole gait (printed coefficients, angles exact)"
+    assert told in run("plan", "blue.toml", "--output", "blue.csv").out
+    assert run("export", "blue.csv", "blue.json", "blue.npz", "--anyway").code == 0
+    for name in ("blue.csv", "blue.json", "blue.npz"):
+        assert read_table(name).about["coefficients"] == "printed"
+        judged = run("validate", name)
+        assert (judged.code, told in judged.out) == (1, True)
+        assert run("validate", name, "--require", "valid").code == 0
+    command = ("robustness", "gait2", "--coefficients", "printed", "--json")
+    assert run(*command).json["verdict"] == "no singular attitude"
+    assert run(*command[:2], "--json").json["verdict"] == "singular at every attitude"
 
 
 STILL = "he plan is a single posture, not a gait; for a gait, give two or more different waypoints"
@@ -550,7 +568,7 @@ def complete(run: Any, monkeypatch: pytest.MonkeyPatch) -> Callable[..., list[st
         ("plan --color ?", ["auto", "red", "blue"]),
         ("plan r.toml --color b?", ["blue"]),
         ("cycles --require ?", ["flyable", "valid", "two_color"]),
-        ("roots -0.3 -pi/8 --coefficients p?", ["published"]),
+        ("roots -0.3 -pi/8 --coefficients p?", ["published", "printed"]),
         ("plan --waypoint -0.3,?", []),
         ("pace gait.csv --period ?", ["least"]),
         ("plan re?", ["file,re"]),

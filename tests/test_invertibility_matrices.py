@@ -441,6 +441,20 @@ class TestResolution:
             < limit
         )
 
+    def test_printed_digits_count_as_they_stand(self) -> None:
+        """They are the published numbers, but R on blue, 0 in the physics, then has a sign."""
+        published, printed = (coefficients_of(kind=k) for k in ("published", "printed"))
+        assert replace(printed, kind="published") == published
+        assert published.as_they_stand == printed == printed.as_they_stand
+        assert EXACT.as_they_stand == EXACT
+        axis = np.arange(-7, 8) * math.pi / 16
+        a1, a2 = (angle.ravel() for angle in np.meshgrid(axis, axis))
+        blue = on_blue(a1, a2, printed.delta)
+        R = level_determinant(blue, printed)
+        assert np.array_equal(R, level_determinant(blue, published))
+        assert (np.abs(R) > level_determinant_resolution(blue, printed)).all()
+        assert not (np.abs(R) > level_determinant_resolution(blue, published)).any()
+
     @pytest.mark.parametrize("rounding", [0.0, 5e-4, 5e-2])
     def test_it_covers_the_worst_that_rounding_can_do(self, rounding: float) -> None:
         # All numbers and all angles off by as much as they may be, in every combination of directions.

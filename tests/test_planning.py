@@ -203,7 +203,7 @@ def test_any_order_beyond_nine_waypoints_states_its_gap() -> None:
 
 def test_the_loop_is_made_for_the_request() -> None:
     vehicle = gg.PAPER.replace(max_tilt_rate=20.0)
-    for kind in ("published", "exact"):
+    for kind in ("published", "printed", "exact"):
         plan = on_grid(
             G3.waypoints,
             vehicle=vehicle,

@@ -20,8 +20,10 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-u
 import gaitgraph as gg
 from gaitgraph import plots
 from gaitgraph.angles import HALF_PI, wrapped
+from gaitgraph.explorer.queries import diagram_of
 from gaitgraph.invertibility.matrices import least_singular_value_on_red
 from gaitgraph.plots.axes import BLUE, GREY, PALETTE, RED
+from gaitgraph.plots.gaits import draw_sheet
 from gaitgraph.surface.sheets import PLANE_TYPES
 from tests.published import GAITS
 from tests.samples import BEETLE, EXACT, PUBLISHED
@@ -306,8 +308,7 @@ def test_roll_pitch_diagram_draws_zeros_of_formula_1(ax: Axes) -> None:
     assert len(curves) == 12
     for alpha, points in zip(places, curves, strict=True):
         assert (
-            np.abs(gg.invertibility.determinant(alpha, PUBLISHED, *points.T)).max()
-            < 1e-9
+            np.abs(gg.invertibility.determinant(alpha, EXACT, *points.T)).max() < 1e-9
         )
     full, part = (patch for patch in ax.patches if patch.get_gid() == "acceptable")
     assert np.ptp(full.get_path().vertices, axis=0) == pytest.approx(
@@ -329,27 +330,48 @@ def test_roll_pitch_diagram_draws_zeros_of_formula_1(ax: Axes) -> None:
     }
 
 
-def test_roll_pitch_diagram_of_blue_turns_on_rounding() -> None:
+def test_pictures_reports_and_the_page_say_the_same_of_a_gait() -> None:
+    """By default in exact physics, for gaits of any coefficients; the words are those of robustness_of."""
     points = np.array(GAITS[0].angles)
-    three = gg.Gait(
+    printed = gg.Gait(
         alpha=np.column_stack([points, GAITS[0].printed]), coefficients=EXACT
     )
-    for gait, verdict, curves in (
-        (gg.lift(points, "blue", coefficients=EXACT), "singular at every attitude", 0),
-        (gg.lift(points, "blue"), "no singular attitude", 0),
-        (three, "singular in level flight", 48),
-        (
-            gg.lift([(0.5, 0.5), (0.6, -0.6)], "red"),
-            "singular in level flight",
-            0,
-        ),  # R = 0 between two of the times
+    everywhere, level = "singular at every attitude", "singular in level flight"
+    for gait, verdict in (
+        (gg.lift(points, "blue", coefficients=EXACT), everywhere),
+        (gg.lift(points, "blue", coefficients="published"), everywhere),
+        (gg.lift(points, "blue", coefficients="printed"), everywhere),
+        (printed, everywhere),
+        (gg.lift([(0.5, 0.5), (0.6, -0.6)], "red"), level),  # R = 0 between rows
+        (GAIT3, "no singular attitude"),
+        (GAIT3.biased(0.8), "85.15 % acceptable"),
     ):
+        report = gg.robustness_of(gait)
+        assert report.gait.verdict == verdict
+        assert f"the gait itself: {verdict}" in str(report).splitlines()
+        assert report.as_mapping()["verdict"] == verdict
+        assert diagram_of(report.gait)["verdict"] == verdict
         ax = plots.roll_pitch_diagram(gait, ax=Figure().add_subplot())
         assert legend_of(ax) == [f"gait:\n{verdict}"]
+        hatches = {patch.get_hatch() for patch in ax.patches}
+        assert hatches == ({"xxx"} if verdict == everywhere else {None})
+        figure = Figure()
+        draw_sheet(figure, [gait.parametrize()])
+        assert legend_of(figure.axes[3])[0].endswith(verdict)
+
+
+def test_roll_pitch_diagram_of_blue_turns_on_rounding() -> None:
+    points = np.array(GAITS[0].angles)
+    three = np.column_stack([points, GAITS[0].printed])
+    blue = gg.lift(points, "blue")
+    for gait, digits, verdict, curves in (
+        (blue, {"coefficients": "printed"}, "no singular attitude", 0),
+        (blue, {"angle_rounding": 0.0}, "64.52 % acceptable", 48),
+        (three, {"angle_rounding": 0.0}, "singular in level flight", 48),
+    ):
+        ax = plots.roll_pitch_diagram(gait, ax=Figure().add_subplot(), **digits)
+        assert legend_of(ax) == [f"gait:\n{verdict}"]
         assert len(lines_of(ax, "singular")) == curves
-        assert {patch.get_hatch() for patch in ax.patches} == (
-            {"xxx"} if "every" in verdict else {None}
-        )
 
 
 # Regions

@@ -154,6 +154,27 @@ class TestThePaper:
             published.gait.tilt_margin, abs=1e-3
         )
 
+    def test_printed_digits_as_they_stand(self) -> None:
+        """Figures 18, 19 and 22: with the printed numbers Gaits 1 and 2 are never singular, in the physics always."""
+        for gait, eta, biased in ((G1, 0.8, 0.0), (G2, 0.99, 41.85), (G2, 0.8, 44.99)):
+            for kind in ("published", "printed"):
+                report = report_of(
+                    lift(gait.angles, "blue", coefficients=coefficients_of(kind=kind)),
+                    bias=eta,
+                    coefficients="printed",
+                )
+                assert report.coefficients.kind == "printed"
+                assert report.gait.tilt_margin == math.pi / 2
+                assert report.gait.verdict == "no singular attitude"
+                margin = math.degrees(report.sweep[0].tilt_margin or 0.0)
+                assert margin == pytest.approx(biased, abs=5e-3)
+        # The physics of the same angles, and of those of other digits, is as before.
+        four = lift(G2.angles, "blue", coefficients=coefficients_of(kind="printed"))
+        assert quick(four).tilt_margin is None
+        exact = lift(G2.angles, "blue", coefficients=EXACT)
+        assert quick(exact, coefficients="printed").tilt_margin is None
+        assert (quick(four, angle_rounding=0.0).tilt_margin or 0.0) > 0.7
+
 
 class TestAgainstSampling:
     @pytest.mark.parametrize("number", range(6))

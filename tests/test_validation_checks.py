@@ -545,6 +545,23 @@ def test_one_blue_corner_fails_at_any_position(
         )
 
 
+@pytest.mark.parametrize("gait", GAITS[:2], ids=["gait 1", "gait 2"])
+def test_printed_digits_decide_the_sign_of_R_and_nothing_else(gait: Any) -> None:
+    published, printed = (
+        lift(gait.angles, "blue", coefficients=coefficients_of(kind=kind)).check()
+        for kind in ("published", "printed")
+    )
+    sign, undecided = printed["R_sign"], published["R_sign"]
+    assert (undecided.decided, undecided.ok, published.valid) == (False, True, True)
+    assert (sign.decided, sign.ok, printed.valid) == (True, True, True)
+    assert (sign.value or 0.0) < 0
+    assert "< 0 along the whole gait (printed coefficients, angles" in sign.message
+    assert not printed.flyable
+    for check in printed.checks:
+        if check.kind == "flyable":
+            assert check == published[check.name]
+
+
 @pytest.mark.parametrize("ratio", [gg.PAPER.drag_ratio, 0.05, 0.25])
 def test_a_floor_within_the_bracket_of_the_least_singular_value_is_decided(
     ratio: float,

@@ -478,6 +478,7 @@ _SHARED: dict[str, Decorator] = {
     "coefficients": one_of(
         "--coefficients",
         "published",
+        "printed",
         "exact",
         of="Coefficients of formula (1): ",
         default=_COEFFICIENTS,

@@ -399,6 +399,7 @@ def diagram_of(one: Robustness) -> dict[str, Any]:
         "curves": [to_digits(points, 5) for points in curves if len(points)],
         "tilt_margin_deg": None if margin is None else math.degrees(margin),
         "tilt_margin_reason": one.margin.reason or None,
+        "verdict": one.verdict,
         "acceptable_fraction": one.acceptable.fraction,
         "acceptable_percent": percent(one.acceptable.fraction),
         "acceptable": to_digits(outline, 5),
@@ -419,7 +420,9 @@ _ACCURACY = 1e-3  # of curved borders [rad]; a pixel of the map is wider
 _SINGULAR_BLUE = (
     "R = 0 on the whole blue sheet in exact physics: the matrix is singular there."
 )
-_ROUNDED_BLUE = f"{_SINGULAR_BLUE} The signs of R drawn are rounding noise of the published coefficients."
+_ROUNDED_BLUE = (
+    f"{_SINGULAR_BLUE} The signs of R drawn are rounding noise of the paper's digits."
+)
 
 
 def map_answer(content: Any, progress: Progress = quiet) -> dict[str, Any]:

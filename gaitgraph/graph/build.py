@@ -6,7 +6,7 @@ Graph metadata (``graph.graph``)
     ``contract``  "gaitgraph surface graph 1";
     ``divisions``  intervals n into which [−π/2, π/2] is cut; ``step``  π/n [rad];
     ``sign``  "positive" or "negative", the sign of R of every node;
-    ``coefficients``  "published" or "exact"; ``vehicle``  the vehicle's constants as a plain mapping;
+    ``coefficients``  "published", "printed" or "exact"; ``vehicle``  the vehicle's constants as a plain mapping;
     ``crossing_tolerance``  distance from a crossing line within which a type is `?` [rad];
     ``floor``  least singular value that a flyable edge keeps.
 Node ids

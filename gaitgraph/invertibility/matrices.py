@@ -24,9 +24,9 @@ tilt angles alone take :class:`Coefficients`; functions of forces and torques ta
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache, reduce
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -38,7 +38,8 @@ from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 BoolArray = npt.NDArray[np.bool_]
-Kind = Literal["published", "exact"]
+Kind = Literal["published", "printed", "exact"]
+KINDS: tuple[Kind, ...] = get_args(Kind)
 
 DEFAULT_FLOOR = 0.05
 """Least singular value of the scaled decoupling matrix that a flyable gait must keep."""
@@ -57,7 +58,8 @@ class Coefficients:
     Parameters
     ----------
     kind
-        "exact" (functions of κ) or "published" (the paper's four digits).
+        "exact" (functions of κ), "published" (the paper's four digits, as rounded numbers) or "printed" (the same
+        digits as they stand, as exact numbers: the sign of R on blue is then what rounding left of zero).
     attitude, single, double, triple
         (1/κ − κ)/2 = cot 2δ, which alone shapes Rφ and Rθ; and the factors of the terms of R with one sine, 1/κ − 2κ,
         with two, 1 − κ² + H², and with three, κ − H²/κ. In the paper, H = 0: 2.880, 5.592, 0.9716 and 0.1687.
@@ -83,6 +85,11 @@ class Coefficients:
         """The sheets on which Rφ = Rθ = 0: red, and for rotors at the height of the centre of mass blue."""
         return ("red",) if self.cross else ("red", "blue")
 
+    @property
+    def as_they_stand(self) -> Coefficients:
+        """The same numbers without errors of rounding: printed ones instead of published ones."""
+        return replace(self, kind="printed") if self.kind == "published" else self
+
     @cached_property
     def bilinear_form(self) -> FloatArray:
         """The 3×3 matrix K of R = p(α1, α3)ᵀ·K·p(α2, α4) + cross·sin(α1 − α3)·sin(α2 − α4)."""
@@ -100,15 +107,24 @@ class Coefficients:
         return float(np.linalg.norm(self.bilinear_form))
 
     @cached_property
-    def digit_errors(self) -> tuple[float, float, float, float]:
-        """Assumed error of each of the four numbers (half a unit of its last digit)."""
-        if self.kind == "published":
+    def rounding(self) -> tuple[float, float, float, float]:
+        """How far each of the four numbers may be from the exact one: half a unit of its last digit."""
+        if self.kind != "exact":
             return _PUBLISHED_ROUNDING
         a, b, c, d = (
             abs(x) * _EPSILON
             for x in (self.attitude, self.single, self.double, self.triple)
         )
         return a, b, c, d
+
+    @cached_property
+    def digit_errors(self) -> tuple[float, float, float, float]:
+        """Assumed error of each of the four numbers: its rounding, unless the digits count as they stand."""
+        return (
+            replace(self, kind="exact").rounding
+            if self.kind == "printed"
+            else self.rounding
+        )
 
     @property
     def delta_error(self) -> float:
@@ -130,8 +146,8 @@ def coefficients_of(
 ) -> Coefficients:
     """Return the coefficients of formula (1) for a vehicle: κ, spin, rotor height and the first arm's angle matter.
 
-    `kind` is "published", "exact", or None: published for the paper's vehicle, exact for any other. Coefficients are
-    returned unchanged. InputError if published ones are requested for a vehicle that is not the paper's.
+    `kind` is "published", "printed", "exact", or None: published for the paper's vehicle, exact for any other.
+    Coefficients are returned unchanged. InputError if the paper's are requested for another vehicle.
 
     >>> coefficients_of().kind, round(coefficients_of(kind="exact").single, 4)
     ('published', 5.5915)
@@ -139,7 +155,7 @@ def coefficients_of(
     if isinstance(kind, Coefficients):
         return kind
     if kind is not None:
-        checked_choice("coefficients", kind, ("published", "exact"))
+        checked_choice("coefficients", kind, KINDS)
     return _coefficients(vehicle_named(vehicle), kind)
 
 
@@ -147,7 +163,7 @@ def coefficients_of(
 def _coefficients(vehicle: Vehicle, kind: Kind | None) -> Coefficients:
     if kind is None:
         kind = "published" if vehicle.carries_published_coefficients else "exact"
-    if kind == "published":
+    if kind != "exact":
         if not vehicle.carries_published_coefficients:
             raised = (
                 f", rotor height {vehicle.rotor_height:g} m"
@@ -156,12 +172,12 @@ def _coefficients(vehicle: Vehicle, kind: Kind | None) -> Coefficients:
             )
             raise InputError(
                 f"coefficients must be 'exact' for {vehicle.name!r} (κ = {vehicle.drag_ratio:.6g}{raised}), got "
-                f"'published', which belong to the paper's vehicle (κ = {PAPER.drag_ratio:.6f})",
+                f"{kind!r}, which belong to the paper's vehicle (κ = {PAPER.drag_ratio:.6f})",
                 field="coefficients",
             )
         a, b, c, d = _PUBLISHED
         return Coefficients(
-            kind="published",
+            kind=kind,
             attitude=a,
             single=b,
             double=c,

@@ -14,7 +14,7 @@ How well the matrix can be inverted is measured by its least singular value, not
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -91,7 +91,7 @@ def _signed_margin(
     noise = noise_of(coefficients)
     doubt = (
         noise
-        if coefficients.kind == "exact" and not angle_rounding
+        if coefficients.kind != "published" and not angle_rounding
         else _LARGEST_RESOLUTION
     )
     sines = Sines.of(np.asfortranarray(rows))
@@ -278,7 +278,7 @@ def least_tilt_margin(
     alone = not crossed and bool(
         singular_everywhere(at, coefficients, angle_rounding=angle_rounding)
     )
-    if alone and not singular_everywhere(at, replace(coefficients, kind="exact")):
+    if alone and not singular_everywhere(at, coefficients.as_they_stand):
         # Exactly, v may not vanish here: the margin cannot be decided.
         return LeastMargin(
             lower=math.nan,

@@ -337,7 +337,7 @@ def plan_loop(
     vehicle
         A vehicle, a preset's name, a TOML file, or a mapping of constants.
     coefficients
-        "published", "exact", or None: published for the paper's own vehicle, exact for any other.
+        "published", "printed", "exact", or None: published for the paper's own vehicle, exact for any other.
     keep_out, keep_in
         Polygons in the (α1, α2) plane, lists of (α1, α2).
     any_order

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from itertools import product
 from pathlib import Path
@@ -19,9 +19,9 @@ from gaitgraph.invertibility.matrices import (
     CoefficientsLike,
     coefficients_of,
 )
-from gaitgraph.invertibility.tilt_margins import least_tilt_margin
 from gaitgraph.plots import axes as base, gaits, planes
 from gaitgraph.plots.vehicles import vehicle_figure
+from gaitgraph.robustness.biased import robustness_of
 from gaitgraph.timing.timed_gait import TimedGait, timed_gait_of
 from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
 
@@ -39,6 +39,7 @@ if TYPE_CHECKING:
 class _FigureInput(NamedTuple):
     vehicle: Vehicle
     coefficients: Coefficients
+    attitudes: Coefficients  # of Figures 18 to 22
     timed: TimedGait  # of the figure set
 
 
@@ -109,54 +110,63 @@ def _regions(figure: Figure, of: _FigureInput) -> None:
     planes.singular_value_map(of.vehicle, ax=right)
 
 
-def _attitudes(
-    figure: Figure, of: _FigureInput, *, number: int, bias: float, more: bool = False
-) -> None:
-    """Draw the roll–pitch diagram of a gait of the paper and its biased gait.
+class _Reading(NamedTuple):
+    """A way to choose the digits of a figure: those of the angles, and those of formula (1)."""
 
-    A blue gait of the paper's vehicle has angles of four digits and the exact formula: the reading that gives the
-    paper's picture. With `more` its other readings are drawn.
-    """
+    title: str
+    gait: Gait
+    coefficients: Coefficients
+
+
+def _attitudes(figure: Figure, of: _FigureInput, *, number: int, bias: float) -> None:
+    """Draw the roll–pitch diagram of a gait of the paper and its biased gait."""
+    gait = paper_gait(number, of.vehicle, of.attitudes)
+    title = f"Gait {number}: {of.attitudes.kind} coefficients"
+    reading = _Reading(title, gait, of.attitudes)
+    _draw_reading(figure.add_subplot(), reading, number, bias)
+
+
+def _other_readings(
+    figure: Figure, of: _FigureInput, *, number: int, bias: float
+) -> None:
+    """Draw the roll–pitch diagram of a blue gait of the paper with other digits than :func:`_attitudes`."""
     exact = coefficients_of(of.vehicle, "exact")
-    if number <= 2 and of.vehicle.carries_published_coefficients:
-        rounded = paper_gait(
-            number, of.vehicle, coefficients_of(of.vehicle, "published")
-        )
-        mixed = Gait(alpha=rounded.alpha, vehicle=of.vehicle, coefficients=exact)
-        others = {
-            "exact coefficients": paper_gait(number, of.vehicle, exact),
-            "four-digit coefficients": rounded,
-        }
-        others["printed vertices"] = printed_gait(number, exact)
-        readings = others if more else {"four-digit angles, exact formula": mixed}
-    else:
-        gait = paper_gait(number, of.vehicle, of.coefficients if number > 2 else exact)
-        readings = {
-            f"{'four-digit' if gait.coefficients.kind == 'published' else 'exact'} coefficients": gait
-        }
-    for ax, (title, gait) in zip(
-        np.ravel(figure.subplots(1, len(readings))), readings.items(), strict=True
-    ):
-        gaits.roll_pitch_diagram(gait, bias=bias, name=f"Gait {number}", ax=ax)
-        numbers = replace(gait.coefficients, kind="exact")
-        margins = [
-            math.degrees(
-                least_tilt_margin(
-                    np.append(one.alpha, one.alpha[:1], axis=0), numbers, tolerance=1e-4
-                ).upper
-            )
-            for one in (gait, gait.biased(bias))
+    own = paper_gait(number, of.vehicle, exact)
+    readings = [_Reading("exact coefficients", own, exact)]
+    if of.vehicle.carries_published_coefficients:
+        printed = coefficients_of(of.vehicle, "printed")
+        rounded = paper_gait(number, of.vehicle, printed)
+        readings += [
+            _Reading("four-digit angles, exact formula", rounded, exact),
+            _Reading(
+                "printed vertices, exact formula", printed_gait(number, exact), exact
+            ),
         ]
-        own, biased = (
-            "none" if math.isnan(margin) else f"{margin:.1f}°" for margin in margins
-        )
-        head = title if more else f"Gait {number}: {title}"
-        ax.set_title(f"{head}\ntilt margin {own}, biased {biased}")
-        if more:
-            base.legend_below(ax)
-            ax.set_ylabel(
-                ax.get_ylabel() if ax.get_subplotspec().is_first_col() else ""
-            )
+    panels = np.ravel(figure.subplots(1, len(readings)))
+    for ax, reading in zip(panels, readings, strict=True):
+        _draw_reading(ax, reading, number, bias)
+        base.legend_below(ax)
+        if not ax.get_subplotspec().is_first_col():
+            ax.set_ylabel("")
+
+
+def _draw_reading(ax: Axes, reading: _Reading, number: int, bias: float) -> None:
+    """Draw the diagram of one reading; all digits count as they stand."""
+    report = robustness_of(
+        reading.gait,
+        bias=bias,
+        tilt=0.0,
+        curves=48,
+        coefficients=reading.coefficients,
+        angle_rounding=0.0,
+    )
+    gaits.draw_robustness(ax, report, f"Gait {number}")
+    margins = []
+    for one in (report.gait, *report.sweep):
+        margin = one.tilt_margin
+        margins.append("none" if margin is None else f"{math.degrees(margin):.1f}°")
+    own, biased = margins
+    ax.set_title(f"{reading.title}\ntilt margin {own}, biased {biased}")
 
 
 def _figures() -> dict[str, PaperFigure]:
@@ -210,7 +220,7 @@ def _figures() -> dict[str, PaperFigure]:
         drawing = partial(_attitudes, number=number, bias=bias)
         found.append(PaperFigure(name, title, (85, 98), drawing))
         if number <= 2:
-            more = partial(drawing, more=True)
+            more = partial(_other_readings, number=number, bias=bias)
             found.append(
                 PaperFigure(
                     f"{name}b", f"Figure {name} with other digits", (170, 84), more
@@ -236,8 +246,9 @@ def draw(
 
     `name` is one of FIGURES, `vehicle` by default the paper's. Other vehicles have no four-digit coefficients: 18b, 19b
     and 22b then show the same as 18, 19 and 22. If their spins are opposite, the loops of Gaits 1 to 4 are mirrored in
-    the origin. `coefficients` are by default "published" for the paper's vehicle, "exact" for others. `gait` is that of
-    the figure "set" in any form, by default Gait 3; vehicle and coefficients are then those of its table.
+    the origin. `coefficients` are by default "published" for the paper's vehicle, in Figures 18 to 22 "printed", and
+    "exact" for others. `gait` is that of the figure "set" in any form, by default Gait 3; vehicle and coefficients are
+    then those of its table.
     """
     return _drawn(
         checked_choice("name", str(name), FIGURES),
@@ -256,7 +267,8 @@ def _input_of(
         timed = paper_gait(3, chosen, numbers).parametrize()
     else:
         timed = timed_gait_of(gait, vehicle=vehicle, coefficients=coefficients)
-    return _FigureInput(chosen, numbers, timed)
+    judged = numbers if coefficients is not None else numbers.as_they_stand
+    return _FigureInput(chosen, numbers, judged, timed)
 
 
 def _drawn(name: str, of: _FigureInput) -> Figure:

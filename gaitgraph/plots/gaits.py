@@ -8,7 +8,6 @@ from __future__ import annotations
 import base64
 import math
 import re
-from dataclasses import replace
 from html import escape
 from itertools import groupby
 from textwrap import fill, shorten
@@ -19,7 +18,7 @@ import shapely
 
 from gaitgraph.angles import HALF_PI, percent, whole_number
 from gaitgraph.errors import InputError, MissingExtra, shown as shown_value
-from gaitgraph.gait.gait import Gait, lift, name_of
+from gaitgraph.gait.gait import Gait, name_of
 from gaitgraph.gait.table import Table, surface_of, tilt_angles
 from gaitgraph.invertibility import matrices
 from gaitgraph.invertibility.matrices import FloatArray, coefficients_of
@@ -28,10 +27,10 @@ from gaitgraph.planning.planner import Plan
 from gaitgraph.plots import axes as base
 from gaitgraph.plots.planes import FINE, draw_zeros_of_R
 from gaitgraph.plots.vehicles import FROM_ABOVE, draw_vehicle, vehicle_view
-from gaitgraph.robustness.attitudes import acceptable_attitudes, singular_curve
+from gaitgraph.robustness.biased import Robustness, RobustnessReport, robustness_of
 from gaitgraph.surface.admissible import admissible_region
 from gaitgraph.surface.region import Region
-from gaitgraph.surface.sheets import COLORS, RELATION, red_label
+from gaitgraph.surface.sheets import RELATION, red_label
 from gaitgraph.timing.timed_gait import TimedGait
 from gaitgraph.validation.report import Report
 from gaitgraph.vehicle import Vehicle
@@ -45,6 +44,7 @@ if TYPE_CHECKING:
 
     from gaitgraph.flight.basins import Basin
     from gaitgraph.flight.flight import Outcome
+    from gaitgraph.invertibility.matrices import CoefficientsLike
     from gaitgraph.io.formats import GaitLike
     from gaitgraph.planning.any_angle import Location
 
@@ -144,66 +144,52 @@ def roll_pitch_diagram(
     bias: float | None = None,
     name: str = "gait",
     count: int = 48,
+    coefficients: CoefficientsLike | None = None,
+    angle_rounding: float | None = None,
     ax: Axes | None = None,
 ) -> Axes:
     """Draw the attitudes at which a gait is singular, and those of its biased gait (Figures 18 to 22).
 
     As in the paper the gait is red and solid, its biased gait blue and dashed. Thin lines are the singular attitudes at
-    `count` equally spaced times of a period. Shaded are the attitudes around level flight at which it is
-    never singular. The gait's coefficients are taken as exact: with the published ones blue gaits have a sign of R.
+    `count` places spread evenly over the gait. Shaded are the attitudes around level flight at which it is never
+    singular. Numbers and words are those of :func:`gaitgraph.robustness_of`, which explains `coefficients` ("exact" by
+    default, "printed" for those of the paper's figures) and `angle_rounding`.
 
     `bias` is η of the biased gait, equations (14) and (15); without it only the gait is drawn. `name` is the gait's name
     in the legend. Singular curves have the ``gid`` "singular", shaded areas "acceptable", their borders "border".
     """
     whole_number("count", count, 1, 10_000)
-    gait = gait_of(gait, path=True)
+    report = robustness_of(
+        gait,
+        bias=() if bias is None else bias,
+        tilt=0.0,
+        curves=count,
+        coefficients=coefficients,
+        angle_rounding=angle_rounding,
+    )
     ax = base.axes_or_new(ax)
-    draw_attitudes(ax, gait, name, base.RED, count)
-    if bias is not None:
-        draw_attitudes(
-            ax,
-            gait.biased(bias),
-            f"{name}, $\\eta$ = {bias:g}",
-            base.BLUE,
-            count,
-            dash=(0, (3, 1.5)),
-        )
-    finish_diagram(ax)
+    draw_robustness(ax, report, name)
     return ax
 
 
-def draw_attitudes(
-    ax: Axes,
-    gait: Gait,
-    name: str,
-    color: str,
-    count: int,
-    *,
-    dash: Any = "-",
-    basin: Basin | None = None,
-) -> None:
-    """Draw the singular attitudes of a gait at `count` times of a period, and shade the acceptable ones, or a basin's.
+def draw_robustness(ax: Axes, report: RobustnessReport, name: str) -> None:
+    """Draw the roll–pitch diagram of a gait, and of its biased gait if the report has one; labels say the verdicts."""
+    own = report.gait
+    draw_attitudes(ax, own, f"{name}:\n{own.verdict}", base.RED)
+    for biased in report.sweep:
+        label = f"{name}, $\\eta$ = {biased.factor:g}:\n{biased.verdict}"
+        draw_attitudes(ax, biased, label, base.BLUE, dash=(0, (3, 1.5)))
+    finish_diagram(ax)
 
-    The square is hatched if the gait is singular at every attitude. The label states the result, or is a basin's name.
+
+def draw_attitudes(
+    ax: Axes, robustness: Robustness, label: str, color: str, *, dash: Any = "-"
+) -> None:
+    """Draw the singular curves of a gait, and shade the acceptable attitudes.
+
+    The square is hatched if the gait is singular at every attitude.
     """
-    numbers = replace(gait.coefficients, kind="exact")  # the digits are taken as exact
-    around = basin.acceptable if basin else acceptable_attitudes(gait.alpha, numbers)
-    alpha = gait.parametrize(1.0, law="constant-speed").at(np.arange(count) / count)[0]
-    curves = [singular_curve(row, numbers) for row in alpha]
-    kinds = {curve.kind for curve in curves}
-    empty = around.polygon.is_empty
-    words = (
-        f"{percent(around.fraction)} acceptable"
-        if around.fraction < 1.0
-        else "no singular attitude"
-    )
-    words = "singular in level flight" if empty else words
-    label = (
-        name
-        if basin
-        else f"{name}:\n{'singular at every attitude' if 'everywhere' in kinds else words}"
-    )
-    if "everywhere" in kinds:
+    if robustness.tilt_margin is None:
         corners = HALF_PI * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
         look: dict[str, Any] = {
             "facecolor": (color, 0.12),
@@ -213,7 +199,7 @@ def draw_attitudes(
         }
         ax.fill(*corners.T, **look, gid="singular", label=label)
         return
-    for curve in curves:
+    for _, curve in robustness.curves:
         if curve.kind == "curve":
             ax.plot(
                 *curve.points().T,
@@ -224,34 +210,30 @@ def draw_attitudes(
                 gid="singular",
                 zorder=2,
             )
-    if not empty:
+    polygon = robustness.acceptable.polygon
+    if not polygon.is_empty:
         ax.fill(
-            *np.asarray(around.polygon.exterior.coords).T,
+            *np.asarray(polygon.exterior.coords).T,
             color=color,
             alpha=0.12,
             linewidth=0.0,
             gid="acceptable",
         )
-    # The border without the sides of the square, where nothing is singular.
-    border = (
-        shapely.line_merge(around.polygon.exterior.intersection(_INSIDE))
-        if not empty
-        else shapely.LineString()
-    )
-    for part in shapely.get_parts(border):
-        ax.plot(
-            *np.asarray(part.coords).T,
-            color=color,
-            linestyle=dash,
-            linewidth=2.0,
-            gid="border",
-            zorder=3,
-        )
-    face = "none" if empty else (color, 0.12)
+        # The border without the sides of the square, where nothing is singular.
+        border = shapely.line_merge(polygon.exterior.intersection(_INSIDE))
+        for part in shapely.get_parts(border):
+            ax.plot(
+                *np.asarray(part.coords).T,
+                color=color,
+                linestyle=dash,
+                linewidth=2.0,
+                gid="border",
+                zorder=3,
+            )
     ax.fill(
         [],
         [],
-        facecolor=face,
+        facecolor="none" if polygon.is_empty else (color, 0.12),
         edgecolor=color,
         linestyle=dash,
         linewidth=1.2,
@@ -315,11 +297,10 @@ def basin_map(basin: Basin, *, name: str = "", ax: Axes | None = None) -> Axes:
     the order of take-off. Marks have the ``gid`` "outcome".
     """
     ax = base.axes_or_new(ax)
-    gait = basin.timed.gait
-    exact = coefficients_of(gait.vehicle, "exact")
     label = f"acceptable: {int(basin.inside.sum())} of {basin.inside.size} attitudes"
-    color = base.COLOR_OF.get(gait.color or "", base.GREY)
-    draw_attitudes(ax, replace(gait, coefficients=exact), label, color, 24, basin=basin)
+    color = base.COLOR_OF.get(basin.timed.gait.color or "", base.GREY)
+    robustness = robustness_of(basin.timed, tilt=0.0).gait
+    draw_attitudes(ax, robustness, label, color)
     finish_diagram(ax)
     smaller = min(1.0, _FULL_SIZE / len(basin.angles))
     for code, (outcome, look) in enumerate(OUTCOME_LOOKS.items()):
@@ -407,13 +388,7 @@ def draw_panel(timed: TimedGait, panel: str, *, name: str, ax: Axes) -> None:
     elif panel == PANELS[1]:
         draw_angles(ax, t, alpha)
     elif panel == PANELS[3]:
-        exact = coefficients_of(vehicle, "exact")
-        lifted = set(gait.colors) & {*COLORS} and lift(
-            gait.alpha[:, :2], gait.colors, coefficients=exact
-        )
-        roll_pitch_diagram(
-            lifted or replace(gait, coefficients=exact), name=name, ax=ax
-        )
+        roll_pitch_diagram(gait, name=name, ax=ax)
     elif panel == PANELS[4]:
         ax.plot(
             t, value, color="black", linewidth=1.6, label="least singular value, level"

@@ -14,7 +14,7 @@ hull in the plane.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Literal, NamedTuple, cast
 
 import numpy as np
@@ -200,7 +200,7 @@ def acceptable_attitudes(
         singular_everywhere(points, coefficients, angle_rounding=angle_rounding)
     ]
     if len(points):
-        exactly = singular_everywhere(points, replace(coefficients, kind="exact")).all()
+        exactly = singular_everywhere(points, coefficients.as_they_stand).all()
         along = segment_singular_everywhere(
             sweep.starts, sweep.ends, coefficients, angle_rounding
         )

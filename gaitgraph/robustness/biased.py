@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import shapely
 
-from gaitgraph.angles import angle_within, whole_number
+from gaitgraph.angles import angle_within, percent, whole_number
 from gaitgraph.gait.gait import Gait, checked_factors
 from gaitgraph.gait.table import Table, closed_rows
 from gaitgraph.invertibility.matrices import coefficients_of
@@ -36,7 +36,11 @@ from gaitgraph.validation.rules import Segments, segments_of
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-    from gaitgraph.invertibility.matrices import Coefficients, CoefficientsLike
+    from gaitgraph.invertibility.matrices import (
+        Coefficients,
+        CoefficientsLike,
+        FloatArray,
+    )
     from gaitgraph.io.formats import GaitLike
     from gaitgraph.validation.report import GaitPoint
     from gaitgraph.vehicle import Vehicle, VehicleLike
@@ -92,6 +96,17 @@ class Robustness:
         )
 
     @property
+    def verdict(self) -> str:
+        """Where the gait is singular, in the words that reports, pictures and the page share."""
+        if self.tilt_margin is None:
+            return "singular at every attitude"
+        if self.tilt_margin == 0:
+            return "singular in level flight"
+        if self.acceptable.fraction < 1:
+            return f"{percent(self.acceptable.fraction)} acceptable"
+        return "no singular attitude"
+
+    @property
     def _texts(self) -> tuple[str, str]:
         """The tilt margin and the acceptable fraction in words."""
         margin = (
@@ -128,6 +143,7 @@ class Robustness:
             "nearest_singular_attitude": None
             if self.direction is None
             else list(self.direction),
+            "verdict": self.verdict,
             "acceptable_fraction": acceptable.fraction,
             "acceptable_fraction_error": acceptable.error,
             "acceptable_reason": acceptable.reason or None,
@@ -179,7 +195,8 @@ class RobustnessReport:
         details = []
         for one in (self.gait, *self.sweep):
             rows.append((one.name, *one._texts, f"{one.singular_value[1]:.4f}"))
-            details += [f"{one.name}:", *(f"  {line}" for line in _details(one))]
+            details.append(f"{one.name}: {one.verdict}")
+            details += [f"  {line}" for line in _details(one)]
         lines += [
             f"  {name:<16} {margin:>12} {part:>12}   {value}"
             for name, margin, part, value in rows
@@ -267,12 +284,12 @@ def robustness_of(
         Tilt within which the least singular value is computed, in [0, π/2) [rad].
     vehicle, coefficients
         By default the vehicle of the gait, table or file, else the paper's, and "exact" coefficients of formula (1) for
-        margins and attitudes. Singular values are always exact.
+        margins and attitudes; "printed" for those of the paper's figures. Singular values are always exact.
     tolerance
         Largest fraction of the roll–pitch diagram by which the acceptable attitudes may be too small.
     angle_rounding
-        Error of each angle [rad]; by default the largest distance of a point from its sheet, as in
-        :func:`gaitgraph.validate`, but at least that of the paper's rounded coefficients.
+        Error of each angle [rad]; by default the largest distance of a point from the sheets of `coefficients`, if all
+        points are within 2e-3 rad of one, else 0.
     curves
         Number of singular curves, at places spread evenly over the gait.
     progress
@@ -292,13 +309,12 @@ def robustness_of(
     ]
     factors += [("scaled", factor) for factor in checked_factors("scale", scale)]
     curves = whole_number("curves", curves, 0, _MOST_CURVES)
-    segments, body, rounding, noun = _closed_segments(gait, vehicle)
-    rounding = (
-        rounding
-        if angle_rounding is None
-        else angle_within(angle_rounding, "angle_rounding", least=0.0)
-    )
+    segments, body, noun = _closed_segments(gait, vehicle)
     numbers = coefficients_of(body, "exact" if coefficients is None else coefficients)
+    if angle_rounding is None:
+        rounding = _angle_error(segments.alpha, numbers)
+    else:
+        rounding = angle_within(angle_rounding, "angle_rounding", least=0.0)
     found: list[Robustness] = []
     for scaling, factor in [*factors, ("none", 1.0)]:
         if progress is not None:
@@ -349,8 +365,8 @@ def robustness_of(
 
 def _closed_segments(
     gait: GaitLike, vehicle: VehicleLike | None
-) -> tuple[Segments, Vehicle, float, str]:
-    """Return the segments of a closed gait, its vehicle, the assumed error of its angles, and the word for a point."""
+) -> tuple[Segments, Vehicle, str]:
+    """Return the segments of a closed gait, its vehicle, and the word for a point."""
     source = given_gait(gait, vehicle=vehicle)
     if isinstance(source, Table):
         with naming_file(gait):
@@ -362,19 +378,15 @@ def _closed_segments(
             t=times,
             first_t=None if times is None else float(times[0]),
         )
-        noun = "row"
-    else:
-        points = source if isinstance(source, Gait) else source.gait
-        segments, noun = segments_of(points), "corner"
-    # The distance of points from the sheets that they all lie on is an error of their angles.
-    far = float(
-        family_distances(points.alpha, points.coefficients)[..., :2].min(axis=-1).max()
-    )
-    rounding = max(
-        points.coefficients.sheet_error,
-        far if far <= DEFAULT_TOLERANCE else 0.0,
-    )
-    return segments, points.vehicle, rounding, noun
+        return segments, points.vehicle, "row"
+    points = source if isinstance(source, Gait) else source.gait
+    return segments_of(points), points.vehicle, "corner"
+
+
+def _angle_error(alpha: FloatArray, coefficients: Coefficients) -> float:
+    """Return the distance from the sheets, if all points are near one, as an error of the angles [rad]."""
+    far = float(family_distances(alpha, coefficients)[..., :2].min(axis=-1).max())
+    return far if far <= DEFAULT_TOLERANCE else 0.0
 
 
 def _least_singular_value(

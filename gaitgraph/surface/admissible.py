@@ -266,14 +266,13 @@ def certain_determinant(coefficients: Coefficients) -> float:
     """
     form = coefficients.bilinear_form
     size = float(np.linalg.norm(form))
-    _, single, double, triple = coefficients.digit_errors
+    digits = 0.0
+    for errors in (coefficients.rounding, coefficients.digit_errors):
+        _, single, double, triple = errors
+        digits += 2 * single + double + 2 * triple
     derived = coefficients.sheet_error
     turned = 2 * math.sqrt(1.5) * size * derived + 8 * size * derived**2
-    return (
-        2 * (2 * single + double + 2 * triple)
-        + turned
-        + 41 * _EPSILON * float(np.abs(form).sum())
-    )
+    return digits + turned + 41 * _EPSILON * float(np.abs(form).sum())
 
 
 def hover_region(vehicle: VehicleLike = PAPER) -> Region:

@@ -94,7 +94,7 @@ def color_choices(
         for sign in sheets.SIGNS
     }
     for k, color in enumerate(sheets.COLORS):
-        if color == "blue" and coefficients.kind != "published":
+        if color == "blue" and coefficients.kind == "exact":
             continue  # R = 0 has no sign
         a3, a4 = sheets.sheet_angles(color, a1, a2, coefficients)
         R = np.asarray(level_determinant(np.array([a1, a2, a3, a4]).T, coefficients))

@@ -27,7 +27,7 @@ const WORDS = {
   R: "R, the determinant of the decoupling matrix at level attitude. A gait must not pass R = 0.",
   require: "Flyable: can be flown in exact physics. Valid: obeys the paper’s rules, which use rounded coefficients.",
   method: "Grid: a graph search on a grid. Any angle: the any-angle method, a shortest path between any angles.",
-  coefficients: "The coefficients of R: as published (rounded), exact, or chosen by rule from the vehicle.",
+  coefficients: "The coefficients of R: published (rounded), printed (the same digits as exact numbers), exact, or by rule from the vehicle.",
   law: "Timing law: maps time to position along the loop.",
   sheet: "The surface that the map shows. Auto follows the plan.",
   types: "Plane types: the signs by which α3 and α4 follow α1 and α2, drawn on the paper’s grid.",
@@ -87,11 +87,7 @@ export function bindControls(setup, on) {
     shows.push((state) => show(state[key]));
   }
   const presets = setup.presets.map((preset) => [preset.name, `${preset.name} (κ = ${figure(preset.drag_ratio)})`]);
-  const rules = [
-    ["", "by rule"],
-    ["published", "published"],
-    ["exact", "exact"],
-  ];
+  const rules = [["", "by rule"], ...labelled(setup.coefficients)];
   for (const [id, options, patch] of [
     ["objective", labelled(setup.objectives)],
     ["law", labelled(setup.laws)],

@@ -37,7 +37,7 @@ function square(drawn, kind, title) {
   bits.push(svg("path", { class: "upright", d: `M${x(0) - 4} ${y(0)}h8M${x(0)} ${y(0) - 4}v8` }));
   return svg(
     "svg",
-    { viewBox: `0 0 ${SIZE} ${SIZE + 6}`, role: "img", "aria-label": `${title}. ${words(drawn)}` },
+    { viewBox: `0 0 ${SIZE} ${SIZE + 6}`, role: "img", "aria-label": `${title}: ${words(drawn)}` },
     ...bits,
   );
 }
@@ -47,14 +47,14 @@ function margin(drawn) {
 }
 
 function words(drawn) {
-  return `tilt margin ${margin(drawn)}, acceptable ${drawn.acceptable_percent}`;
+  return `${drawn.verdict}; tilt margin ${margin(drawn)}, acceptable ${drawn.acceptable_percent}`;
 }
 
 function side(drawn, kind, title) {
   return html(
     "figure",
     { class: "attitudes" },
-    html("figcaption", {}, title),
+    html("figcaption", {}, `${title}: ${drawn.verdict}`),
     square(drawn, kind, title),
     html(
       "dl",
@@ -73,7 +73,7 @@ export function showDiagram(root, answer) {
     return;
   }
   const isFree = answer.own.acceptable_fraction === 1 && !answer.own.curves.length;
-  const free = html("p", { id: "all-acceptable" }, `✓ All attitudes acceptable: ${words(answer.own)}`);
+  const free = html("p", { id: "all-acceptable" }, `✓ Gait: ${words(answer.own)}`);
   const parts = [isFree ? free : side(answer.own, "own", "Gait")];
   if (answer.biased) parts.push(side(answer.biased, "biased", `Biased, η = ${figure(answer.eta)}`));
   root.classList.toggle("single", isFree || !answer.biased);

@@ -33,7 +33,7 @@ function choicesOf(setup) {
     require: setup.requires,
     law: setup.laws,
     vehicle: setup.presets.map((preset) => preset.name),
-    coefficients: ["published", "exact"],
+    coefficients: setup.coefficients,
   };
 }
 
