@@ -60,6 +60,8 @@ _TILTS = ("max_tilt", "min_tilt")
 _ANGLES = ("max_tilt_rate", "max_tilt_acceleration", "max_tilt_jerk")
 _LEAST_TURN, _LARGEST_TURN = 1e-6, 1e6  # between two points of a linkage [rad]
 _ROUNDING = 1e-12  # of an angle at a corner of a linkage [rad]
+_LONG_ARM = 3.0  # in metres for each cube root of a kilogram; of flying vehicles it is about 0.25
+_LIKELY_ARM = 3.0  # the cube root of an unknown mass
 _EACH = (*_TILTS, *_ANGLES, "servo_lag", "linkage")
 _ONE_OF_ALL_ARMS = ("arm_length", "first_arm_angle")
 _OF_OTHER_ARMS = ("arm_lengths", "arm_angles", "rotor_positions")
@@ -98,7 +100,8 @@ class Vehicle(Pictured):
     first_rotor_spin
         Spin of rotor 1 seen from above: "clockwise" (as in the paper) or "counterclockwise".
     max_tilt, min_tilt
-        Largest and least αᵢ that the arms allow [rad]; `min_tilt` is −`max_tilt` if it is not stated.
+        Largest and least αᵢ that the arms allow, from upright [rad]; `min_tilt` is −`max_tilt` if it is not stated: a
+        servo with a whole range of 110° has a `max_tilt` of "55deg".
     max_tilt_rate, max_tilt_acceleration, max_tilt_jerk
         Largest |derivatives| of αᵢ, of the tilt axis whatever its linkage [rad/s], [rad/s²], [rad/s³].
     max_thrust
@@ -263,6 +266,19 @@ class Vehicle(Pictured):
 
     @property
     def warnings(self) -> tuple[str, ...]:
+        """A line for each arm whose tilt range excludes hover, and one for an arm length that is hardly in metres."""
+        usual = _LIKELY_ARM if self.mass is None else self.mass ** (1 / 3)
+        if self.arm_length is None or self.arm_length <= _LONG_ARM * usual:
+            return self.hover_exclusions
+        of_mass = "" if self.mass is None else f" with a mass of {self.mass:g} kg"
+        line = (
+            f"arm_length = {self.arm_length:g}{of_mass}: it is in metres; if this is in mm, write "
+            f"{self.arm_length / 1000:g}"
+        )
+        return (*self.hover_exclusions, line)
+
+    @property
+    def hover_exclusions(self) -> tuple[str, ...]:
         """A line for each arm whose tilt range excludes hover."""
         return tuple(
             f"arm {arm} tilts from {math.degrees(low):.4g}° to {math.degrees(high):.4g}°, so hover (α = 0) is excluded"

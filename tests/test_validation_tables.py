@@ -317,6 +317,8 @@ def test_a_constant_offset_is_told_in_degrees() -> None:
             report["on_surface"].message
         )
         assert [report[name].follows_from for name in FOLLOWERS] == ["on_surface"] * 2
+    apart = table_from(lift([(-1.3, 0.4), (-1.1, 0.4), (-1.2, 0.5)], "blue").alpha)
+    assert "by the same angles" not in validate(apart)["on_surface"].message
     noisy = rows + np.random.default_rng(5).normal(0, 0.02, rows.shape)
     one = rows[:1] + np.radians([0, 0, 3, 0])
     for table in (noisy, one):

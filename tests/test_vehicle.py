@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from gaitgraph.errors import FileProblem, GaitgraphError, InputError, MissingConstant
+from gaitgraph.gait.gait import lift
 from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.vehicle import PAPER, UNITS, Vehicle, vehicle_from_mapping, vehicle_named
 
@@ -249,6 +250,35 @@ class TestFields:
         assert hash(vehicle) == hash(
             Vehicle(drag_ratio=1.0, mass=2.0, inertia=(1.0, 2.0, 3.0))
         )
+
+
+@pytest.mark.parametrize(
+    ("mass", "arm_length", "told"),
+    [
+        (2.0, 230, True),
+        (2.0, 23, True),
+        (2.0, 0.23, False),
+        (120.0, 10.0, False),
+        (None, 230, True),
+        (None, 0.23, False),
+    ],
+)
+def test_an_arm_that_is_hardly_in_metres_gets_a_warning(
+    mass: float | None, arm_length: float, told: bool, run: Any, tmp_path: Path
+) -> None:
+    constants = {"arm_length": arm_length, "drag_to_thrust": 0.017}
+    if mass is not None:
+        constants["mass"] = mass
+    file = tmp_path / "mine.toml"
+    file.write_text("".join(f"{name} = {value}\n" for name, value in constants.items()))
+    vehicle = Vehicle(**constants)
+    words = f"arm_length = {arm_length:g}" + " with a mass of 2 kg" * (mass == 2.0)
+    line = f"{words}: it is in metres; if this is in mm, write {arm_length / 1000:g}"
+    assert (line in vehicle.warnings) is told
+    assert (line in run("vehicles", file).err) is told
+    report = lift([(0.4, -0.4)], "red", vehicle=vehicle).check()
+    assert (line in report.warnings) is told
+    assert "metres" not in report.reachability
 
 
 def test_a_constant_that_is_needed_and_not_stated_is_named_with_its_purpose() -> None:

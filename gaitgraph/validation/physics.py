@@ -617,8 +617,9 @@ class _Reachability:
         if not self.positive:
             way = f"plan with sign positive, in {home}, or start the flight in the gait"
             return False, f"entering from hover (R > 0) passes a singular matrix: {way}"
-        if self.vehicle.warnings:
-            return False, f"{self.vehicle.warnings[0]}: start the flight in the gait"
+        if self.vehicle.hover_exclusions:
+            excluded = self.vehicle.hover_exclusions[0]
+            return False, f"{excluded}: start the flight in the gait"
         if self.off_red > DEFAULT_TOLERANCE:
             return None, "not decided: off the red sheet, with R > 0"
         # An opposite arm shifted by π is on red too, but not on the part of it that hover is on.

@@ -19,6 +19,7 @@ _FAR = 3.0  # times the steps nearby
 _FEWEST_ROWS = 3  # of which an offset is called constant
 _LEAST_MOTION = 10.0  # of a table with a constant offset, in tolerances
 _FEWEST_DENSE_ROWS = 10  # of a table that is more than its corners
+_LEAST_OFFSET = 0.1  # in tolerances
 _LEAST_STEP = 0.01  # to a row that is far from its neighbours [rad]
 
 
@@ -122,6 +123,8 @@ class Misreading:
             color = COLORS[int(np.argmax(fits))]
             return f"all {noun}s would lie on {color} with {convention.words}"
         constant = (self.high - self.low).max(axis=1) <= 2 * self.tolerance
+        if self.coefficients.cross:
+            constant[1] = False
         motion = float((self.most - self.least)[:2].max())
         if (
             not constant.any()
@@ -132,6 +135,8 @@ class Misreading:
         offsets = wrapped(self.first + (self.low + self.high) / 2)
         sizes = np.where(constant, np.abs(offsets).max(axis=1), math.inf)
         sheet = int(np.argmin(sizes))
+        if sizes[sheet] < _LEAST_OFFSET * self.tolerance:
+            return ""  # the points are on the sheet
         third, fourth = np.degrees(offsets[sheet]).tolist()
         return (
             f"all {noun}s are off {COLORS[sheet]} by the same angles, α3 by {third:.2f}° and α4 by {fourth:.2f}°: "
