@@ -26,6 +26,8 @@ from gaitgraph.timing.timed_gait import table_of
 from tests.published import GAITS
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from gaitgraph.timing.curve import LimitedGait
 
 # Their answers have a law here, which types cannot know.
@@ -507,6 +509,35 @@ def test_limits_come_from_the_vehicle_and_from_texts() -> None:
     np.testing.assert_array_equal(
         uneven.in_plane(), [[np.inf] * 2, [1, 2], [np.inf] * 2]
     )
+
+
+@pytest.mark.parametrize(
+    ("vehicle", "options", "proposed"),
+    [
+        ("max_tilt_rate = 6.0\nservo_lag = 0.05", [], "120"),
+        ("", ["--max-rate", "6", "--servo-lag", "0.04"], "150"),
+        ("max_tilt_rate = [9, 4, 8, 8]\nservo_lag = [0.1, 0.05, 0.05, 0.2]", [], "40"),
+        ("servo_lag = 0.05", [], None),
+        ("max_tilt_rate = 6.0", [], None),
+        ("max_tilt_rate = 6.0", ["--servo-lag", "0"], None),
+    ],
+)
+def test_an_acceleration_that_is_not_known_is_proposed(
+    vehicle: str, options: list[str], proposed: str | None, run: Any, tmp_path: Path
+) -> None:
+    file = tmp_path / "mine.toml"
+    file.write_text(f'preset = "paper"\n{vehicle}\n')
+    refused = run("pace", "gait4", "--vehicle", file, *options)
+    assert (refused.code, refused.out) == (2, "")
+    assert "take the rate over the servo's time constant" in refused.err
+    if proposed is None:
+        assert refused.err.endswith("(--max-rate over --servo-lag)\n")
+        return
+    assert refused.err.endswith(f", --max-acceleration {proposed}\n")
+    paced = run(
+        "pace", "gait4", "--vehicle", file, *options, "--max-acceleration", proposed
+    )
+    assert paced.code == 0
 
 
 @settings(deadline=None, max_examples=20)

@@ -196,6 +196,7 @@ def pace_command(
         limits = limits_of(
             gait.vehicle,
             origin.limits,
+            servo_lag=given.get("servo_lag"),
             **{kind: given.get(f"max_{kind}") for kind in kinds},
         )
         asked = {"rounding": origin.rounding} | {

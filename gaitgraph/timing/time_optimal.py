@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gaitgraph.angles import angle_from_text, number_of, whole_number
+from gaitgraph.angles import angle_from_text, figure, number_of, whole_number
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.table import Table, paced_corners
 from gaitgraph.invertibility.matrices import FloatArray
@@ -31,6 +31,7 @@ from gaitgraph.timing.laws import (
 )
 from gaitgraph.timing.timed_gait import SAME, checked_clock
 from gaitgraph.validation.report import RATE_UNITS
+from gaitgraph.vehicle import four_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -38,7 +39,7 @@ if TYPE_CHECKING:
     from gaitgraph.gait.gait import Gait
     from gaitgraph.invertibility.matrices import CoefficientsLike
     from gaitgraph.io.formats import GaitLike
-    from gaitgraph.vehicle import Vehicle, VehicleLike
+    from gaitgraph.vehicle import Each, Vehicle, VehicleLike
 
 Limit = float | str | Sequence[float | str] | FloatArray | None
 
@@ -53,6 +54,10 @@ _BRIEF = 1e-3  # least share of the period spent at a limit
 _CORRECTIONS = 4
 _SETTLED = 1e-3
 _STILL = _ROUND_OFF = 1e-12
+_NO_ACCELERATION = (
+    "limits must have an acceleration or a jerk, got neither; state max_tilt_acceleration in the vehicle, or use "
+    "--max-acceleration (Limits(acceleration=…))"
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, init=False, eq=False)
@@ -80,10 +85,8 @@ class Limits:
         self, *, rate: Limit = None, acceleration: Limit = None, jerk: Limit = None
     ) -> None:
         if acceleration is None and jerk is None:
-            advice = "state max_tilt_acceleration in the vehicle, or use --max-acceleration (Limits(acceleration=…))"
             raise InputError(
-                f"limits must have an acceleration or a jerk, got neither; {advice}",
-                field="limits",
+                f"{_NO_ACCELERATION}; {_acceleration_from(rate, None)}", field="limits"
             )
         for (kind, unit), value in zip(
             RATE_UNITS.items(), (rate, acceleration, jerk), strict=True
@@ -143,11 +146,16 @@ class Limits:
 
 
 def limits_of(
-    vehicle: Vehicle, made_for: Mapping[str, Limit] | None = None, **given: Limit
+    vehicle: Vehicle,
+    made_for: Mapping[str, Limit] | None = None,
+    *,
+    servo_lag: float | None = None,
+    **given: Limit,
 ) -> Limits:
     """Return the limits of a vehicle; limits that are `given` by the names of :class:`Limits` replace them.
 
-    Where the vehicle states none those count that a table was `made_for`.
+    Where the vehicle states none those count that a table was `made_for`. Without a limit of acceleration or jerk the
+    error proposes the rate over the `servo_lag` [s], by default the vehicle's.
     """
     limits: dict[str, Limit] = dict(made_for or {})
     for kind in RATE_UNITS:
@@ -155,7 +163,23 @@ def limits_of(
         limit = stated if given.get(kind) is None else given[kind]
         if limit is not None:
             limits[kind] = limit
+    if "acceleration" not in limits and "jerk" not in limits:
+        lag = vehicle.servo_lag if servo_lag is None else servo_lag
+        advice = _acceleration_from(limits.get("rate"), lag)
+        raise InputError(f"{_NO_ACCELERATION}; {advice}", field="limits")
     return Limits(**limits)
+
+
+def _acceleration_from(rate: Limit, servo_lag: Each | None) -> str:
+    """Return a proposal for an acceleration that is not known: the rate over the time constant of the slowest servo."""
+    advice = "if it is not known, take the rate over the servo's time constant"
+    lags = np.array([number_of(one) for one in four_of(servo_lag)])
+    rates = Limits(rate=rate, acceleration=1.0).rate
+    if rates is None or not (rates > 0).all() or not (lags > 0).all():
+        return f"{advice} (--max-rate over --servo-lag)"
+    joint = int(np.argmin(rates / lags))
+    quotient = f"{figure(rates[joint])} rad/s over {lags[joint]:g} s"
+    return f"{advice}: {quotient}, --max-acceleration {rates[joint] / lags[joint]:.3g}"
 
 
 class Origin(NamedTuple):
