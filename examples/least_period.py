@@ -41,8 +41,8 @@ print(gg.timing.servo_response(timed, 0.02))
 
 t = np.linspace(0, timed.period, 2001)
 figure, axes = plt.subplots(1, 3, figsize=(12, 3.6), layout="constrained")
-loop = timed.at(t)[0]
-speed = np.linalg.norm(timed.at(t)[1][:, :2], axis=1)
+loop = timed.at(t).alpha
+speed = np.linalg.norm(timed.at(t).rates[:, :2], axis=1)
 points = axes[0].scatter(loop[:, 0], loop[:, 1], c=speed, s=6)
 figure.colorbar(points, ax=axes[0], label="speed in the plane [rad/s]")
 axes[0].set(xlabel="α1 [rad]", ylabel="α2 [rad]", aspect="equal")

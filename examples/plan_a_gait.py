@@ -45,7 +45,7 @@ for other in plan.alternatives:
 
 timed = gait.parametrize(period=1.0, rate=50)
 print(timed.vertices().round(3))
-print(f"largest tilt rate {timed.peak_rates().max():.2f} rad/s, {len(timed.t)} rows")
+print(f"largest tilt rate {timed.peak_rates.max():.2f} rad/s, {len(timed.t)} rows")
 
 # %%
 # Files are written whole or not at all. Without ``force`` a file that exists is refused.

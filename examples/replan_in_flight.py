@@ -35,7 +35,7 @@ keep_out = [(-0.6, 0.9), (-0.8, 0.9), (-0.75, 1.2), (-0.55, 1.1)]
 own = appears % before.period
 following = int(np.searchsorted(before.timed.corner_times, own)) % len(waypoints)
 ahead = [*waypoints[following:], *waypoints[:following]]
-after = replanner.replan(before.at(own), ahead, keep_out=[keep_out])
+after = replanner.replan(before.at(own).alpha, ahead, keep_out=[keep_out])
 print(
     f"then: {after.duration:.3f} s to waypoint {following + 1}, {after.period:.3f} s around,",
     end=" ",

@@ -42,9 +42,9 @@ for period in (2.0, 1.0, 0.5, 0.25):
         gait.parametrize(period), [lag, lag, 1.2 * lag, lag]
     )
     print(
-        f"T = {period:4g} s: error {alike.peak().max():.3f} rad, off the sheet {alike.distance_off_sheet():.3f} rad, "
-        f"with one slower servo {unlike.distance_off_sheet():.3f} rad, "
-        f"least singular value {alike.least_singular_value():.3f}"
+        f"T = {period:4g} s: error {alike.peak.max():.3f} rad, off the sheet {alike.distance_off_sheet:.3f} rad, "
+        f"with one slower servo {unlike.distance_off_sheet:.3f} rad, "
+        f"least singular value {alike.least_singular_value:.3f}"
     )
 
 # %%

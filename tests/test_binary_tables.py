@@ -58,8 +58,8 @@ def test_numpy_reads_the_archive(planned: TimedGait, tmp_path: Path) -> None:
     path = tmp_path / "gait.npz"
     planned.write(path)
     with np.load(path, allow_pickle=False) as found:
-        assert [*found] == [*planned.columns(), "provenance"]
-        for name, values in planned.columns().items():
+        assert [*found] == [*planned.columns, "provenance"]
+        for name, values in planned.columns.items():
             np.testing.assert_array_equal(found[name], values)
             assert found[name].dtype == float or found[name].dtype.kind == "U"
         assert found["provenance"].shape == ()
@@ -80,7 +80,7 @@ def test_scipy_reads_the_matlab_file(planned: TimedGait, tmp_path: Path) -> None
         ).encode()
     )
     assert loadmat(path)["t"].shape == loadmat(path)["alpha1"].shape == (13, 1)
-    for name, values in planned.columns().items():
+    for name, values in planned.columns.items():
         np.testing.assert_array_equal(
             np.char.strip(found[name]) if name in ("color", "types") else found[name],
             values,
@@ -547,7 +547,7 @@ def test_mutated_files_are_read_or_refused_in_one_line(
     planned.write(ours)
     if suffix == ".npz":
         savez_compressed(
-            theirs, **{name: np.array(v) for name, v in planned.columns().items()}
+            theirs, **{name: np.array(v) for name, v in planned.columns.items()}
         )
     elif suffix == ".mat":
         found = loadmat(ours)

@@ -185,7 +185,7 @@ def test_cubics_are_as_near_to_the_gait_as_they_say(
 ) -> None:
     timed = COARSE if name in ("coarse", "tricky") else SMOOTH
     times = some_times(timed.period, timed.samples)
-    off = np.abs(angles(name, times) - timed.at(times)[0]).max()
+    off = np.abs(angles(name, times) - timed.at(times).alpha).max()
     most = stated(angles, name, "off the gait by (?:at most|about)")
     assert off <= most + ROUNDING
     assert most <= {"coarse": 5e-3, "tricky": 5e-3}.get(name, 1e-3)
@@ -208,7 +208,7 @@ def test_the_stated_error_is_a_bound(tmp_path: Path, seed: int) -> None:
     times = np.linspace(0.0, timed.period, 20_001)
     off = np.abs(
         CubicHermiteSpline(timed.t, timed.alpha, timed.rates)(times)
-        - timed.at(times)[0]
+        - timed.at(times).alpha
     ).max()
     assert off <= float(found[1]) <= 40 * off
 
@@ -230,7 +230,7 @@ def test_the_error_of_a_time_optimal_gait_is_not_larger_than_stated(
     times = np.linspace(0.0, timed.period, 20_001)
     off = np.abs(
         CubicHermiteSpline(timed.t, timed.alpha, timed.rates)(times)
-        - timed.at(times)[0]
+        - timed.at(times).alpha
     ).max()
     assert found is not None
     assert off <= float(found[1]) <= 10 * off

@@ -83,7 +83,7 @@ def test_gaits_of_the_paper(number: int) -> None:
     assert all(proved(found.document).values())
     assert proved(found.document).keys() == check.CLAIMS.keys() - {"jerk"}
     assert max(found.intervals.values()) <= 50
-    assert len(found.text()) <= 100_000
+    assert len(found.text) <= 100_000
     least = Fraction(found.document["claims"]["least_singular_value"]["at_least"])
     assert (
         0.98
@@ -186,7 +186,7 @@ def test_the_curve_is_that_of_the_gait() -> None:
                     for one in piece["alpha"]
                 ] * 2
                 angles = angles[:4]
-                at = timed.at(start + share * float(Fraction(piece["duration"])))[0]
+                at = timed.at(start + share * float(Fraction(piece["duration"]))).alpha
                 assert np.allclose(angles, at, rtol=0, atol=1e-9), name
             start += float(Fraction(piece["duration"]))
 

@@ -256,7 +256,7 @@ def test_plans_obey_each_arm() -> None:
     slow = MINE.replace(max_tilt_rate=[9.0, 8.0, 0.1, 6.5])
     entry = gg.transition("hover", replace(plan.gait, vehicle=slow))
     assert entry
-    assert entry.timed.peak_rates()[2] == pytest.approx(0.1, rel=0.01)
+    assert entry.timed.peak_rates[2] == pytest.approx(0.1, rel=0.01)
     moved = gg.retarget(gg.lift([(-1.1, 0.3), (-0.3, 1.3)], "red"), vehicle=MINE)
     assert moved.after is not None
     assert moved.after.flyable
@@ -272,7 +272,7 @@ def test_a_certificate_claims_the_limits_of_each_arm() -> None:
     }
     text = certify(
         gg.lift(loop, "red", vehicle=PAPER.replace(**tight)).parametrize(2.0)
-    ).text()
+    ).text
     assert certificate_check.check(text)["proved"]
     claims = json.loads(text)["claims"]
     low, high = (
@@ -396,14 +396,14 @@ def test_servos_of_a_flight_lag_by_their_own_time() -> None:
     settled, step = servo_response(timed), 1e-4
     np.testing.assert_array_equal(settled.lag, OWN["servo_lag"])
     t = np.arange(30_000) * step
-    command = timed.at(t)[0]
+    command = timed.at(t).alpha
     actual = arm_response(command, MINE, step, lag=MINE.servo_lag or 0.0)
     last = slice(20_000, None)
     expected = np.column_stack(
         [np.interp(t[last] % 1.0, settled.t, one) for one in settled.error.T]
     )
     np.testing.assert_allclose((command - actual)[last], expected, atol=1e-5)
-    assert np.ptp(settled.peak()) > 0.02
+    assert np.ptp(settled.peak) > 0.02
     # A servo behind a linkage: its own angle lags, and its rate is that of the axis over the smallest slope.
     curved = arm_response(command, CURVED, step, lag=0.05, rate=(9.0, 1.0, 9.0, 0.5))
     for k, linkage in enumerate(CURVED.linkages):

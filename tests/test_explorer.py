@@ -195,7 +195,7 @@ class TestPlan:
         series, alpha = answer["series"], timed.alpha
         for name, values, error in (
             ("t", timed.t, 1e-9), ("alpha", alpha.T, 1e-6), ("rates", timed.rates.T, 1e-6),
-            ("R", timed.columns()["R"], 1e-10), ("least_singular_value", matrices.least_singular_value(alpha), 1e-9),
+            ("R", timed.columns["R"], 1e-10), ("least_singular_value", matrices.least_singular_value(alpha), 1e-9),
             ("hover_thrusts", matrices.hover_thrust_shares(alpha).T, 1e-5),
         ):  # fmt: skip
             assert np.allclose(series[name], values, rtol=0, atol=error), name

@@ -244,7 +244,7 @@ def test_a_gait_has_a_set_of_its_own(run: Any, folder: Path) -> None:
         time: Any = draw("set", gait=given).axes[1]
         assert time.get_xlim() == (0.0, 2.0)
         np.testing.assert_allclose(
-            time.lines[1].get_ydata(), timed.at(time.lines[1].get_xdata())[0][:, 1]
+            time.lines[1].get_ydata(), timed.at(time.lines[1].get_xdata()).alpha[:, 1]
         )
     blue: Any = draw("set", gait="gait1").axes
     assert [text.get_text() for text in blue[2].texts] == ["singular in level flight"]
@@ -329,7 +329,8 @@ def test_compare_puts_two_gaits_side_by_side(run: Any, folder: Path) -> None:
     alpha = (
         gg.plan_loop(GAITS[2].angles, color="red")
         .gait.parametrize(2.0, law="constant-speed")
-        .at(np.arange(0, 2, 1 / 64))[0]
+        .at(np.arange(0, 2, 1 / 64))
+        .alpha
     )
     shares, least = hover_thrust_shares(alpha), least_singular_value(alpha)
     expected = {

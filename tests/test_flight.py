@@ -324,7 +324,7 @@ class TestRecord:
 
     def test_tables_and_plots_are_written(self, tmp_path: Path) -> None:
         flight = fly(RED, settings=short(duration=0.05))
-        assert list(flight.table().columns) == list(COLUMNS)
+        assert list(flight.table.columns) == list(COLUMNS)
         flight.write(tmp_path / "flight.npz", tmp_path / "flight.svg")
         with np.load(tmp_path / "flight.npz") as archive:
             np.testing.assert_array_equal(archive["thrust3"], flight.column("thrust3"))
@@ -485,7 +485,10 @@ def course_of(timed: TimedGait, **options: Any) -> Course:
     assert isinstance(found, Course), found
     # The angles are continuous where the sections meet.
     begins = np.array([begin for begin, _, _ in found.sections[1:]])
-    assert np.abs(found.at(begins + 1e-9) - found.at(begins - 1e-9)).max() < 1e-6
+    assert (
+        np.abs(found.at(begins + 1e-9).alpha - found.at(begins - 1e-9).alpha).max()
+        < 1e-6
+    )
     return found
 
 
@@ -501,10 +504,13 @@ class TestCourse:
         course = course_of(timed, periods=periods)
         assert course.phases == ("hover", "entry", "gait", "exit", "hover")
         assert course.duration == pytest.approx(4 + periods * 1.3)
-        assert np.abs(course.at(np.array([0.0, course.duration]))).max() < 1e-12
+        assert np.abs(course.at(np.array([0.0, course.duration])).alpha).max() < 1e-12
         begin, joined, _ = course.sections[2]
         t = np.linspace(0, periods * 1.3, 50, endpoint=False)
-        assert np.abs(course.at(begin + t) - timed.at(t + joined)[0]).max() < 1e-12
+        assert (
+            np.abs(course.at(begin + t).alpha - timed.at(t + joined).alpha).max()
+            < 1e-12
+        )
 
     @pytest.mark.parametrize(
         "kind", ["paced", "rounded", "hover itself", "off the surfaces"]
@@ -569,7 +575,11 @@ class TestCourse:
         slow = PAPER.replace(name="slow", max_tilt_rate=0.5)
         course = course_of(gait_of_paper(4, "exact", slow).parametrize(20.0), periods=1)
         t = np.arange(0.0, course.duration, 0.01)
-        assert 0.45 < np.abs(np.diff(course.at(t), axis=0)).max() / 0.01 <= 0.5 + 1e-6
+        assert (
+            0.45
+            < np.abs(np.diff(course.at(t).alpha, axis=0)).max() / 0.01
+            <= 0.5 + 1e-6
+        )
 
     @pytest.mark.parametrize("number", [1, 2, 3])
     def test_none_leads_from_hover_to_another_sign_of_r_or_to_blue(

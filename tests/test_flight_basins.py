@@ -111,7 +111,7 @@ def test_moments_of_take_off_are_flown_one_by_one(biased: Basin) -> None:
     assert np.array_equal(biased.settled, (biased.outcome == 0).all(axis=0))
     assert biased.settled.sum() < (biased.outcome[1] == 0).sum()
     assert np.array_equal(biased.worst == 0, biased.settled)
-    columns = biased.columns()
+    columns = biased.columns
     assert [len(values) for values in columns.values()] == [32] * len(columns)
     row = {
         name: values[16 + 3 * 4 + 1] for name, values in columns.items()

@@ -122,7 +122,7 @@ def test_a_table_of_a_law_flies_as_that_law(tmp_path: Path) -> None:
             read = timed_gait_of(tmp_path / name)
             assert not isinstance(read, RowTimedGait)
             assert read.period == pytest.approx(1.5)
-            np.testing.assert_allclose(read.at(t)[0], timed.at(t)[0], atol=1e-6)
+            np.testing.assert_allclose(read.at(t).alpha, timed.at(t).alpha, atol=1e-6)
 
 
 def test_only_a_table_that_states_no_law_of_its_rows_has_a_warning(
@@ -155,13 +155,15 @@ def test_another_table_flies_straight_from_row_to_row(run: Any, tmp_path: Path) 
     write_rows(tmp_path / "rows.csv", np.column_stack([times, rows]))
     timed = timed_gait_of(tmp_path / "rows.csv")
     assert timed.law == ROW_BY_ROW
-    np.testing.assert_allclose(timed.at(times[:4])[0], rows[:4], atol=1e-12)
+    np.testing.assert_allclose(timed.at(times[:4]).alpha, rows[:4], atol=1e-12)
     np.testing.assert_allclose(
-        timed.at([0.15])[0][0], (rows[0] + rows[1]) / 2, atol=1e-12
+        timed.at([0.15]).alpha[0], (rows[0] + rows[1]) / 2, atol=1e-12
     )
     assert timed.check().flyable
     half = biased_timed_gait(timed, 0.5)
-    assert half.at([0.15])[0][0, 2] == pytest.approx(timed.at([0.15])[0][0, 2] / 2)
+    assert half.at([0.15]).alpha[0, 2] == pytest.approx(
+        timed.at([0.15]).alpha[0, 2] / 2
+    )
     done = run("fly", "rows.csv", "--duration", 0.6)
     assert (
         "warning: the timing matches no built-in law: 4 rows are flown straight"

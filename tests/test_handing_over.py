@@ -64,7 +64,7 @@ USES: dict[str, Callable[[Any], Any]] = {
     "paced": lambda gait: gg.paced(gait, LIMITS, period=2.0),
     "transition": lambda gait: gg.transition(gait, gait),
     "servo_response": lambda gait: (
-        gg.timing.servo_response(gait, 0.02).distance_off_sheet()
+        gg.timing.servo_response(gait, 0.02).distance_off_sheet
         == pytest.approx(0.0, abs=1e-9)
     ),
     "rounded": lambda gait: len(gg.timing.rounded(gait, 0.05).corners) == 4,
@@ -405,3 +405,23 @@ def test_commands_plan_a_request_or_say_why_not(
                 and answer["status"] == "infeasible"
             )
             assert told.err == ""
+
+
+VERBS = {
+    "as_mapping",
+    "as_short_mapping",
+    "in_radians",
+    "look_ahead",
+    "merged",
+    "once",
+    "reversed",
+    "to_pandas",
+}
+
+
+def test_what_has_no_argument_is_a_property() -> None:
+    """All but conversions, other gaits and work."""
+    for name, value in public_callables():
+        if "." in name and inspect.isfunction(value):
+            alone = [*inspect.signature(value).parameters] == ["self"]
+            assert not alone or value.__name__ in VERBS, name

@@ -94,13 +94,13 @@ def test_a_timed_path_stays_at_its_ends_and_states_what_it_does() -> None:
     np.testing.assert_allclose(angles, [0 * END, END / 2, END, END], atol=1e-12)
     np.testing.assert_allclose(np.abs(rates).max(axis=1), [0, 0.75, 0, 0], atol=1e-9)
     assert (accelerations[[0, 3]] == 0).all()
-    assert timed.peak_rates().max() == pytest.approx(15 / 8 * 0.4)
+    assert timed.peak_rates.max() == pytest.approx(15 / 8 * 0.4)
     table = table_of(timed)
     assert not table.repeats
     assert "corners" not in table.about
     again: Any = timed_gait_of(table)
     assert (type(again), again.law) == (type(timed), "smooth")
-    np.testing.assert_array_equal(again.at(timed.t)[0], timed.alpha)
+    np.testing.assert_array_equal(again.at(timed.t).alpha, timed.alpha)
 
 
 def test_a_path_is_judged_without_the_way_back(entry: Path) -> None:
@@ -127,8 +127,8 @@ def test_rows_of_ones_own_are_a_path_if_that_is_said() -> None:
     assert not path.repeats
     assert gg.validate(path)["tilt_rate"].value == pytest.approx(0.79, rel=0.02)
     timed: Any = timed_gait_of(path)
-    np.testing.assert_allclose(timed.at(t)[0], rows, atol=1e-12)
-    np.testing.assert_allclose(timed.at(5.0)[0], rows[-1], atol=1e-12)
+    np.testing.assert_allclose(timed.at(t).alpha, rows, atol=1e-12)
+    np.testing.assert_allclose(timed.at(5.0).alpha, rows[-1], atol=1e-12)
     assert timed.check().flyable
 
 
@@ -177,7 +177,7 @@ def test_a_flight_of_a_path_holds_its_end(entry: Path) -> None:
     settings = gg.flight.FlightSettings(duration=2.5)
     flight = gg.fly(entry, attitude=(0.0, 0.0), settings=settings)
     assert flight.settled
-    np.testing.assert_allclose(flight.course.at(np.array([1.0, 2.4])), [END, END])
+    np.testing.assert_allclose(flight.course.at(np.array([1.0, 2.4])).alpha, [END, END])
 
 
 def test_a_bag_of_several_periods_is_of_a_gait(entry: Path) -> None:
@@ -295,7 +295,7 @@ def test_more_rows_of_a_rounded_table_lie_on_its_law(
     timed.write(tmp_path / "r.csv")
     export(tmp_path / "r.csv", tmp_path / "e.csv", samples=samples)
     table = gg.read_table(tmp_path / "e.csv")
-    np.testing.assert_allclose(table.alpha, timed.at(table["t"])[0], atol=1e-9)
+    np.testing.assert_allclose(table.alpha, timed.at(table["t"]).alpha, atol=1e-9)
     assert gg.validate(tmp_path / "e.csv").flyable
 
 

@@ -102,7 +102,7 @@ def test_the_table_goes_from_rest_at_one_end_to_rest_at_the_other(
 ) -> None:
     start, end = pair_of(there)
     found = gg.transition(start, end, samples=samples, duration=2.0)
-    table = found.table()
+    table = found.table
     np.testing.assert_allclose(table["t"], np.linspace(0, 2.0, samples + 1), atol=1e-15)
     np.testing.assert_array_equal(table.alpha[0], ends_of(start)[0])
     np.testing.assert_allclose(table.alpha[-1], ends_of(end)[0], atol=1e-12)
@@ -131,7 +131,7 @@ def test_written_and_read_back_bit_for_bit(tmp_path: Path) -> None:
     assert report.warnings == ()
     with pytest.raises(gg.errors.OutputExists):
         found.write(tmp_path / "entry.csv")
-    table, expected = gg.read_table(tmp_path / "entry.csv"), found.table()
+    table, expected = gg.read_table(tmp_path / "entry.csv"), found.table
     assert list(table.columns) == list(expected.columns)
     assert all(np.array_equal(table[name], expected[name]) for name in expected.columns)
     with pytest.raises(gg.InputError, match="gait must repeat, got a path"):
@@ -209,7 +209,7 @@ def test_a_way_from_a_gait_to_itself_is_a_stop_at_a_corner() -> None:
         assert report_of(found).flyable
         assert found.corners[0] == found.corners[1]
         check_ends(found, gait, gait)
-        table = found.table()
+        table = found.table
         np.testing.assert_allclose(
             table.alpha, np.broadcast_to(found.path[0], table.alpha.shape), atol=1e-15
         )
@@ -276,7 +276,7 @@ def test_a_bent_path_is_half_the_loop_through_its_ends_in_both_directions(
     assert there.length > np.linalg.norm((first.alpha - last.alpha)[0, :2])
     np.testing.assert_array_equal(there.path, back.path[::-1])
     np.testing.assert_array_equal(
-        there.table().alpha[[0, -1]], np.vstack([first.alpha, last.alpha])
+        there.table.alpha[[0, -1]], np.vstack([first.alpha, last.alpha])
     )
     assert there.corners == back.corners[::-1] == (0, 0)
     check_ends(there, first, last)
@@ -479,7 +479,7 @@ def test_a_refusal_has_no_way_and_says_why_wherever_it_is_asked() -> None:
         lambda: found.path,
         lambda: found.length,
         lambda: found.timed,
-        found.table,
+        lambda: found.table,
         lambda: found.write("never.csv"),
     ):
         with pytest.raises(gg.Infeasible) as caught:
@@ -574,7 +574,7 @@ def test_the_default_duration_is_what_the_limits_need(
 
 @pytest.mark.parametrize("law", [*LAWS][1:])
 def test_the_last_row_does_not_fly_back(law: LawName) -> None:
-    table = gg.transition("hover", G4, law=law, samples=4).table()
+    table = gg.transition("hover", G4, law=law, samples=4).table
     for k in range(1, 5):
         slope = table[f"alpha{k}"][-1] - table[f"alpha{k}"][-2]
         assert slope * table[f"alpha{k}_rate"][-1] >= 0
@@ -584,9 +584,9 @@ def test_samples_and_rate() -> None:
     assert gg.transition("hover", G4).samples == 100
     seventeen = gg.transition("hover", G4, samples=17)
     assert seventeen.samples == 17
-    assert len(seventeen.table()) == 18
+    assert len(seventeen.table) == 18
     for samples in (49, 98):  # 49 · (1/49) is below 1 in floating point
-        assert gg.transition("hover", G4, samples=samples).table()["t"][-1] == 1.0
+        assert gg.transition("hover", G4, samples=samples).table["t"][-1] == 1.0
     for duration, rate in ((2.5, 10.0), (1.0, 33.3), (0.1, 1.0)):
         found = gg.transition("hover", G4, duration=duration, rate=rate)
         assert found.samples == math.ceil(duration * rate - 1e-9)
@@ -598,7 +598,7 @@ def test_samples_and_rate() -> None:
     for duration in (1e-6, 5e8):
         found = gg.transition("hover", G4, duration=duration, samples=3)
         assert found.timed.period == duration
-        assert found.table()["t"][-1] == pytest.approx(duration)
+        assert found.table["t"][-1] == pytest.approx(duration)
 
 
 def test_the_limits_of_the_vehicle_are_limits_of_the_way() -> None:

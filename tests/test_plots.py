@@ -304,7 +304,7 @@ def test_roll_pitch_diagram_draws_zeros_of_formula_1(ax: Axes) -> None:
     )
     curves = lines_of(ax, "singular")
     biased = GAIT3.biased(0.8)
-    places = biased.parametrize(law="constant-speed").at(np.arange(12) / 12)[0]
+    places = biased.parametrize(law="constant-speed").at(np.arange(12) / 12).alpha
     assert len(curves) == 12
     for alpha, points in zip(places, curves, strict=True):
         assert (

@@ -92,7 +92,7 @@ def test_a_view_stays_within_its_limits_and_its_picture() -> None:
     circle = np.stack([np.cos(around), np.sin(around)])
     for view in ((0.3, 0.5), (2.0, -1.2), FROM_ABOVE, BEHIND, (-2.7, 0.6)):
         seen = vehicle_view(alpha, X_FRAME, view=view)
-        low, high = seen.limits()
+        low, high = seen.limits
         rims = np.moveaxis(seen.discs[..., :4].reshape(-1, 4, 2, 2), -1, -2) @ circle
         rims = np.moveaxis(rims, -1, -2) + seen.discs[..., None, 4:]
         for places in (rims, seen.thrusts, seen.labels, seen.arms, seen.nose):

@@ -201,6 +201,6 @@ def test_files_hold_one_row_a_flight(basin: Basin, tmp_path: Path) -> None:
     write_basins([basin, basin], names)
     rows = [line.split(",") for line in names[0].read_text().splitlines()]
     outcome = rows[0].index("outcome")
-    assert [row[outcome] for row in rows[1:]] == 2 * list(basin.columns()["outcome"])
+    assert [row[outcome] for row in rows[1:]] == 2 * list(basin.columns["outcome"])
     with pytest.raises(OutputExists, match="exists"):
         write_basins([basin], names[:1])

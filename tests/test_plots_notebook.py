@@ -176,7 +176,7 @@ def test_texts_state_peaks_and_limits() -> None:
         np.testing.assert_allclose(
             line.get_xydata(), np.column_stack([timed.t, timed.alpha[:, k]])
         )
-    assert f"tilt rate: peak {timed.peak_rates().max():.3g} rad/s" in str(timed)
+    assert f"tilt rate: peak {timed.peak_rates.max():.3g} rad/s" in str(timed)
     limited = str(made("timed with limits"))
     assert all(f"limit {limit}" in limited for limit in (5, 50, 500))
     assert "the vehicle states no limit" in str(timed)

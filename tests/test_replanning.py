@@ -122,18 +122,20 @@ def test_the_speed_is_constant_and_the_fastest_that_rates_allow() -> None:
     found = Replanner(vehicle, sign="positive").replan([-0.1, 0.8, -0.1, 0.8], AROUND)
     path = path_of(found)
     seconds = np.linspace(0, found.duration + found.period, 20_001)
-    angles = found.at(seconds)
+    motion = found.at(seconds)
+    angles = motion.alpha
     assert np.abs(angles[[0, -1]] - path[[0, -1]][:, [0, 1, 0, 1]]).max() < 1e-12
     rates = np.abs(np.diff(angles, axis=0) / np.diff(seconds)[:, None])
+    assert np.abs(motion.rates).max(axis=0) == pytest.approx(rates.max(axis=0))
+    assert not motion.accelerations.any()
     assert (rates.max(axis=0) <= np.array([2.0, 1.0, 2.0, 1.0]) * (1 + 1e-9)).all()
     assert rates.max(axis=0) == pytest.approx(
         [1.0] * 4, rel=1e-9
     )  # arms 2 and 4 are the slowest along these sides
     speeds = np.linalg.norm(rates, axis=1)
     assert np.median(speeds) == pytest.approx(speeds.max(), rel=1e-9)
-    assert found.at(found.duration + 3 * found.period) == pytest.approx(
-        angles[-1], abs=1e-9
-    )
+    later = found.at(found.duration + 3 * found.period)
+    assert later.alpha == pytest.approx(angles[-1], abs=1e-9)
     assert found.timed.check().flyable
     faster = Replanner(vehicle, sign="positive", rate=50.0).replan(
         [-0.1, 0.8, -0.1, 0.8], AROUND
@@ -157,7 +159,7 @@ def test_a_sign_is_one_of_three(sign: Any) -> None:
 def test_nothing_moves_or_nothing_to_approach(replanner: Replanner) -> None:
     at = [*AROUND[0], *AROUND[0]]
     posture = replanner.replan(at, [AROUND[0], AROUND[0]])
-    assert (posture.duration, posture.period, posture.at(7.0).tolist()) == (
+    assert (posture.duration, posture.period, posture.at(7.0).alpha.tolist()) == (
         0.0,
         0.0,
         at,

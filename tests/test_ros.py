@@ -296,9 +296,9 @@ def test_times_increase_whatever_the_period(
     assert len(times) == len(points["positions"]) == rows * periods + 1
     assert (np.diff(times) > 0).all()
     assert abs(int(times[-1]) - periods * period * 1e9) <= periods
-    exact = timed.at(times / 1e9)[0]
+    exact = timed.at(times / 1e9).alpha
     assert np.abs(points["positions"] - exact).max() <= 1e-8 * (
-        1 + timed.peak_rates().max()
+        1 + timed.peak_rates.max()
     )
 
 

@@ -329,7 +329,7 @@ def test_a_row_is_the_flight_of_its_case() -> None:
     flight = fly(
         timed, attitude=(0.3, -0.1), settings=FlightSettings(duration=0.6), anyway=True
     )
-    assert row["gait_tilt_rate"] == timed.peak_rates().max()
+    assert row["gait_tilt_rate"] == timed.peak_rates.max()
     assert {name: row[name] for name in FLIGHT} == {
         name: flight.as_mapping()[name] for name in FLIGHT
     }

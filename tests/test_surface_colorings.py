@@ -237,7 +237,7 @@ def test_a_count_of_more_than_4000_digits_is_given_by_its_logarithm(n: int) -> N
     text = str(2**n) if n == 13_287 else f"about 10^{n * math.log10(2):.0f}"
     assert str(found) == f"{text} colourings of a loop of {n} points"
     jump = "(those that change color jump between the sheets)"
-    assert found.in_report() == f"{text} with R < 0, all red or all blue {jump}"
+    assert found.in_report == f"{text} with R < 0, all red or all blue {jump}"
 
 
 @settings(deadline=None, max_examples=50)
@@ -355,7 +355,7 @@ def test_the_first_obstacle(loop: Loop, expected: tuple[int, ...]) -> None:
     assert obstacle.points == expected
     check_obstacle(loop, "negative", obstacle, PUBLISHED)
     text = f"0 colourings of a loop of {len(loop)} points\n  R < 0  none: {obstacle.message}"
-    assert (str(found), found.in_report(), found.count) == (
+    assert (str(found), found.in_report, found.count) == (
         text,
         f"none: {obstacle.message}",
         0,
@@ -370,7 +370,7 @@ def test_colourings_in_words() -> None:
         str(gg.colorings([MEETING], sign="negative", coefficients=EXACT))
         == "1 colouring of a loop of 1 point"
     )
-    assert gg.colorings(G3.angles).in_report() == "2 with R < 0, all red or all blue"
+    assert gg.colorings(G3.angles).in_report == "2 with R < 0, all red or all blue"
     mapping = gg.colorings(G3.angles).as_mapping()
     assert (mapping["colorings_count"], mapping["counts"]) == (
         2,
@@ -379,6 +379,6 @@ def test_colourings_in_words() -> None:
     assert set(mapping["coloring_obstacles"]) == {"positive"}
     only = gg.colorings([RED_ONLY, MEETING, BLUE_ONLY, MEETING], sign="negative")
     assert (
-        only.in_report()
+        only.in_report
         == "4 with R < 0 (those that change color jump between the sheets)"
     )

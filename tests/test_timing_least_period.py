@@ -170,7 +170,7 @@ def test_every_law_is_smooth_closed_and_within_its_limits(  # type: ignore[no-un
         return
     timed = assert_lawful(found)
     assert found.lower_bound <= timed.period * (1 + 1e-9)
-    alpha = timed.at(np.linspace(0, timed.period, 301))[0]
+    alpha = timed.at(np.linspace(0, timed.period, 301)).alpha
     np.testing.assert_array_equal(alpha[:, :2], alpha[:, 2:])
     # At least one limit is met: nothing was stretched for nothing.
     assert timed.limits_touched(1e-6)
@@ -436,7 +436,7 @@ def test_a_limit_of_zero_is_met_by_joints_that_stand_still() -> None:
     still = least_period(point, LIMITS)
     assert (still.status, still.least) == ("still", 0.0)
     timed = paced(point, LIMITS, period=2.0).timed
-    assert (timed.peak_rates().max(), timed.check().flyable) == (0, True)
+    assert (timed.peak_rates.max(), timed.check().flyable) == (0, True)
 
 
 def test_touched_limits_are_where_the_law_runs_at_them() -> None:
@@ -506,9 +506,7 @@ def test_limits_come_from_the_vehicle_and_from_texts() -> None:
     )
     uneven = Limits(acceleration=[1, 2, 3, 4])
     assert uneven.as_mapping() == {"acceleration": [1.0, 2.0, 3.0, 4.0]}
-    np.testing.assert_array_equal(
-        uneven.in_plane(), [[np.inf] * 2, [1, 2], [np.inf] * 2]
-    )
+    np.testing.assert_array_equal(uneven.in_plane, [[np.inf] * 2, [1, 2], [np.inf] * 2])
 
 
 @pytest.mark.parametrize(

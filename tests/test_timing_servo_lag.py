@@ -44,13 +44,13 @@ def test_the_response_is_that_of_the_transfer_function(
 ) -> None:
     # 1/(1 + iωτ) on every harmonic of the commanded angles.
     n = 8000
-    commanded = timed.at(np.arange(n) / n)[0]
+    commanded = timed.at(np.arange(n) / n).alpha
     harmonics = 2j * np.pi * np.arange(n // 2 + 1)[:, None]
     attained = np.fft.irfft(
         np.fft.rfft(commanded, axis=0) / (1 + harmonics * np.asarray(lag)), n, axis=0
     )
     response = servo_response(timed, lag)  # type: ignore[arg-type]
-    last = response.error[np.searchsorted(response.t, response.peak_times()), range(4)]
+    last = response.error[np.searchsorted(response.t, response.peak_times), range(4)]
     np.testing.assert_array_equal(np.abs(last), np.abs(response.error).max(axis=0))
     t = np.arange(n) / n
     error = np.column_stack(
@@ -72,7 +72,7 @@ def test_a_triangle_wave_has_its_closed_form() -> None:
         t = response.t[:half]
         curve = rate * tau - (rate * tau + edge) * np.exp(-t / tau)
         np.testing.assert_allclose(response.error[:half, 0], curve, atol=1e-12)
-        assert response.peak()[0] == pytest.approx(edge, rel=1e-3)
+        assert response.peak[0] == pytest.approx(edge, rel=1e-3)
         bend = np.diff(response.t).max() ** 2 / 4 * rate / tau
         assert response.slack[0] == pytest.approx(min(bend, rate * tau - edge))
         closed = np.mean(
@@ -82,7 +82,7 @@ def test_a_triangle_wave_has_its_closed_form() -> None:
             )
             ** 2
         )
-        assert response.rms()[0] ** 2 == pytest.approx(closed, rel=1e-5)
+        assert response.rms[0] ** 2 == pytest.approx(closed, rel=1e-5)
 
 
 @settings(deadline=None, max_examples=12)
@@ -100,16 +100,16 @@ def test_errors_are_bounded_certain_between_samples_and_average_out(
     timed = lift(points, "red").parametrize(1.0, law=law)
     response = servo_response(timed, lag)
     np.testing.assert_array_equal(response.error[0], response.error[-1])
-    assert (np.abs(response.error).max(axis=0) <= response.peak()).all()
-    assert (response.peak() <= lag * timed.peak_rates() * (1 + 1e-2) + 1e-12).all()
-    assert (response.rms() <= response.peak() + 1e-12).all()
+    assert (np.abs(response.error).max(axis=0) <= response.peak).all()
+    assert (response.peak <= lag * timed.peak_rates * (1 + 1e-2) + 1e-12).all()
+    assert (response.rms <= response.peak + 1e-12).all()
     # What is commanded and what is attained have the same mean: the error has none.
     h = np.diff(response.t)[:, None]
     mean = (h * (response.error[1:] + response.error[:-1]) / 2).sum(axis=0)
-    assert np.abs(mean).max() <= 1e-3 * response.peak().max() + 1e-12
+    assert np.abs(mean).max() <= 1e-3 * response.peak.max() + 1e-12
     # Opposite servos that share a lag err alike, to the last bit.
     np.testing.assert_array_equal(response.error[:, :2], response.error[:, 2:])
-    assert response.distance_off_sheet() == 0
+    assert response.distance_off_sheet == 0
     on_red = family_distances(response.actual, timed.gait.coefficients)[..., 0]
     assert on_red.max() < 1e-12
 
@@ -118,7 +118,7 @@ def test_servos_with_lags_of_their_own_leave_the_sheet() -> None:
     response = servo_response(fast(), [0.048, 0.048, 0.06, 0.048])
     off = family_distances(response.actual, SQUARE.coefficients)[..., 0].max()
     assert off > 0.02
-    assert off <= response.distance_off_sheet() <= off + 1e-4
+    assert off <= response.distance_off_sheet <= off + 1e-4
     # The error in α3 moves the gait along α3 alone, so Rθ or Rφ no longer vanish.
     assert (
         np.abs(
@@ -128,12 +128,12 @@ def test_servos_with_lags_of_their_own_leave_the_sheet() -> None:
     )
     # With one lag for all a blue gait stays on its sheet, as a red one does.
     response = servo_response(lift(GAITS[1].angles, "blue").parametrize(1.0), 0.05)
-    assert response.distance_off_sheet() == pytest.approx(0, abs=1e-12)
+    assert response.distance_off_sheet == pytest.approx(0, abs=1e-12)
     assert family_distances(response.actual, SQUARE.coefficients)[..., 1].max() < 1e-9
     biased = servo_response(
         SQUARE.biased(0.5).parametrize(1.0), 0.05
     )  # it is on no sheet anyway
-    assert (biased.distance_off_sheet(), "sheet" in str(biased)) == (None, False)
+    assert (biased.distance_off_sheet, "sheet" in str(biased)) == (None, False)
 
 
 def test_the_least_singular_value_along_the_actual_motion_is_a_lower_bound() -> None:
@@ -144,8 +144,8 @@ def test_the_least_singular_value_along_the_actual_motion_is_a_lower_bound() -> 
         error = np.column_stack(
             [np.interp(t, response.t, column) for column in response.error.T]
         )
-        sampled = least_singular_value(response.timed.at(t)[0] - error).min()
-        assert sampled - 1e-3 <= response.least_singular_value() <= sampled + 1e-6
+        sampled = least_singular_value(response.timed.at(t).alpha - error).min()
+        assert sampled - 1e-3 <= response.least_singular_value <= sampled + 1e-6
 
 
 def test_the_vehicle_states_the_lag() -> None:
@@ -155,7 +155,7 @@ def test_the_vehicle_states_the_lag() -> None:
     response = servo_response(timed)
     np.testing.assert_array_equal(response.lag, 0.048)
     answer = response.as_mapping()
-    assert (answer["lag"], answer["peak_error"][0]) == (0.048, response.peak()[0])
+    assert (answer["lag"], answer["peak_error"][0]) == (0.048, response.peak[0])
     assert "least singular value" in str(response)
     with pytest.raises(gg.errors.MissingConstant, match="servo_lag"):
         servo_response(SQUARE.parametrize(1.0))

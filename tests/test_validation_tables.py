@@ -55,7 +55,7 @@ def validated_in_pieces(
 
 def sampled(gait: PublishedGait, samples: int = 64, **options: Any) -> Table:
     timed = lift(gait.angles, gait.color).parametrize(samples=samples, **options)
-    return Table(columns=timed.columns())
+    return Table(columns=timed.columns)
 
 
 @pytest.mark.parametrize("samples", [4, 37])

@@ -63,15 +63,16 @@ class Certified:
     intervals: dict[str, int]
     warnings: tuple[str, ...] = ()
 
+    @property
     def text(self) -> str:
-        """Return the document as JSON, one line."""
+        """The document as JSON, one line."""
         return json.dumps(self.document, separators=(",", ":")) + "\n"
 
     def write(self, path: str | Path, *, force: bool = False) -> None:
         """Write the document to a file, whole or not at all."""
         check_certificate(path)
         check_new_files([path], force=force)
-        write_whole([(Path(path), self.text().encode())], force=force)
+        write_whole([(Path(path), self.text.encode())], force=force)
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the claims as plain values, ready for JSON."""

@@ -62,7 +62,7 @@ def transition_command(
         written = outputs if meets else ()
         if written:
             write_outputs(
-                lambda: [found.table()], written, force=force, rate=given.get("rate")
+                lambda: [found.table], written, force=force, rate=given.get("rate")
             )
     return show(found, lines=[f"wrote {name}" for name in written], ok=meets)
 

@@ -229,7 +229,7 @@ def file_answer(
     progress(f"writing {suffix}")
     timed = result.timed(samples=state.samples)
     if suffix == CERTIFICATE:
-        return f"gait{CERTIFICATE}", certify(timed).text().encode()
+        return f"gait{CERTIFICATE}", certify(timed).text.encode()
     table = table_of(timed, {"request": state.request.as_mapping()})
     with TemporaryDirectory(prefix="gaitgraph-") as folder:
         path = Path(folder) / f"gait{suffix}"

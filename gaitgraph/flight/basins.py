@@ -123,8 +123,9 @@ class Basin:
         """The gait that was flown."""
         return "the gait itself" if self.bias == 1.0 else f"biased by {self.bias:g}"
 
+    @property
     def columns(self) -> dict[str, Any]:
-        """Return a row for each flight; the predictions `acceptable` and `same_side` are 1 or 0."""
+        """A row for each flight; the predictions `acceptable` and `same_side` are 1 or 0."""
         begin, roll, pitch = np.meshgrid(
             self.begins, self.angles, self.angles, indexing="ij"
         )
@@ -155,7 +156,7 @@ class Basin:
             "outcomes": self.outcomes,
             "flights": {
                 name: np.asarray(values).tolist()
-                for name, values in self.columns().items()
+                for name, values in self.columns.items()
                 if name != "eta"
             },
         }
@@ -312,7 +313,7 @@ def basins_of(
             )
         peak *= 4.0 / (mass * one.gait.vehicle.gravity)
         alpha, exact = (
-            one.at(starts)[0][:, None, None],
+            one.at(starts).alpha[:, None, None],
             coefficients_of(one.gait.vehicle, "exact"),
         )
         same_side = np.asarray(
@@ -338,4 +339,4 @@ def basins_of(
 def table_of_basins(every: Sequence[Basin]) -> Table:
     """Return one table of the flights of several basins, one row a flight; columns as :meth:`Basin.columns` has."""
     about = about_table("basin", every[0].timed, every[0].settings)
-    return merged(Table(columns=basin.columns(), about=about) for basin in every)
+    return merged(Table(columns=basin.columns, about=about) for basin in every)

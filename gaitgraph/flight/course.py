@@ -17,7 +17,7 @@ from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.table import check_repeats
 from gaitgraph.planning.transitions import transition
 from gaitgraph.timing.laws import LAWS
-from gaitgraph.timing.timed_gait import ROW_BY_ROW, TimedGait, timed_gait_of
+from gaitgraph.timing.timed_gait import ROW_BY_ROW, Motion, TimedGait, timed_gait_of
 from gaitgraph.vehicle import four_of, linked
 
 if TYPE_CHECKING:
@@ -78,16 +78,16 @@ class Course:
         """The period of the gait [s]; 0 if its arms stand still."""
         return self.timed.period if np.ptp(self.timed.gait.alpha, axis=0).any() else 0.0
 
-    def at(self, t: FloatArray) -> FloatArray:
-        """Return the commanded tilt angles at times of shape (n,), shape (n, 4) [rad]."""
+    def at(self, t: FloatArray) -> Motion:
+        """Return the commanded motion at times of shape (n,) [s]; see :meth:`TimedGait.at`."""
         begins = np.array([begin for begin, _, _ in self.sections])
         which = np.maximum(np.searchsorted(begins, t, side="right") - 1, 0)
-        alpha = np.empty((len(t), 4))
+        motion = np.empty((3, len(t), 4))
         for k, (begin, own, timed) in enumerate(self.sections):
             mine = which == k
             if mine.any():
-                alpha[mine] = timed.at(t[mine] - begin + own)[0]
-        return alpha
+                motion[:, mine] = timed.at(t[mine] - begin + own)
+        return Motion(*motion)
 
 
 def repeated(timed: TimedGait, *, begin: float = 0.0) -> Course:
@@ -213,7 +213,7 @@ def from_hover(
     timed = timed_gait_of(gait)
     check_repeats(timed)
     gait, times = timed.gait, timed.corner_times
-    passed = timed.at(times[:-1])[0]
+    passed = timed.at(times[:-1]).alpha
     if (
         passed.shape != gait.alpha.shape
         or np.abs(passed - gait.alpha).max() > _SAME_PLACE
@@ -232,7 +232,7 @@ def from_hover(
         limit, seconds, corner = gait.vehicle.max_tilt_rate, path.duration, 0
         if limit is not None:
             seconds = max(
-                seconds, float((straight.parametrize(2.0).peak_rates() / limit).max())
+                seconds, float((straight.parametrize(2.0).peak_rates / limit).max())
             )
         entry = straight.parametrize(2 * seconds)
         forbidden, _ = broken_rules(entry.check())

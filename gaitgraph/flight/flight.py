@@ -443,8 +443,9 @@ class Flight:
             name: own[name] if name in own else getattr(self, name) for name in names
         }
 
+    @property
     def table(self) -> Table:
-        """Return the flight as a table with a row for each control step."""
+        """The flight as a table with a row for each control step."""
         timed = self.course.timed
         about = about_table("fly", timed, self.settings)
         about["flight"]["attitude"] = list(self.attitude)

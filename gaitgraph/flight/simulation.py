@@ -138,7 +138,7 @@ class Simulation:
             else vehicle.servo_lag or 0.0
         )
         rate = settings.servo_rate or vehicle.max_tilt_rate or math.inf
-        self.command: FloatArray = course.at(steps)
+        self.command: FloatArray = course.at(steps).alpha
         self.actual: FloatArray = arm_response(
             self.command, vehicle, settings.step, lag=lag, rate=rate
         )

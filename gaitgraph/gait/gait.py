@@ -262,7 +262,7 @@ class Gait(Pictured):
         )
 
     def __repr__(self) -> str:
-        return f"<Gait: {self.color or 'off the surfaces'}, {self.size_text()}, vehicle {self.vehicle.name!r}>"
+        return f"<Gait: {self.color or 'off the surfaces'}, {self.size_text}, vehicle {self.vehicle.name!r}>"
 
     def __str__(self) -> str:
         low, high = float(self.R.min()), float(self.R.max())
@@ -271,19 +271,22 @@ class Gait(Pictured):
             if len(self.alpha) > 1
             else f"R {low:.3g}"
         )
-        title = f"Gait, {self.color or 'off the surfaces'}: {self.size_text()}, {signs}"
-        return "\n".join([title, self.setting_text(), "", *self.corner_lines()])
+        title = f"Gait, {self.color or 'off the surfaces'}: {self.size_text}, {signs}"
+        return "\n".join([title, self.setting_text, "", *self.corner_lines])
 
+    @property
     def size_text(self) -> str:
-        """Return the number of corners and the length."""
+        """The number of corners and the length."""
         return f"{len(self.alpha)} corner{'s' * (len(self.alpha) > 1)}, {self.length:.4f} rad around"
 
+    @property
     def setting_text(self) -> str:
-        """Return the vehicle and the coefficients in one line."""
+        """The vehicle and the coefficients in one line."""
         return f"vehicle {self.vehicle.name} (κ = {self.vehicle.drag_ratio:.4f}), {self.coefficients.kind} coefficients"
 
+    @property
     def corner_lines(self) -> list[str]:
-        """Return the first twelve corners as lines of a table."""
+        """The first twelve corners as lines of a table."""
         corners, types, most = len(self.alpha), self.types, 12
         lines = [
             "  corner      α1        α2        α3        α4"

@@ -504,7 +504,7 @@ def lies_on(timed: TimedGait, piece: Table, start: float) -> bool:
     )
     for k in range(0, len(piece), _ROWS_AT_ONCE):
         some = piece.rows(k, k + _ROWS_AT_ONCE)
-        if (np.abs(timed.at(some["t"] - start)[0] - some.alpha) > allowed).any():
+        if (np.abs(timed.at(some["t"] - start).alpha - some.alpha) > allowed).any():
             return False
     return set(piece.columns.get("color", ())) <= set(timed.gait.colors)
 

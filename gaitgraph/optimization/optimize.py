@@ -48,7 +48,7 @@ from gaitgraph.surface.region import (
 from gaitgraph.surface.sheets import SIGNS, separating_factor
 from gaitgraph.timing.curve import Curve
 from gaitgraph.timing.laws import times_from
-from gaitgraph.timing.timed_gait import TimedGait, checked_clock, pieces_of
+from gaitgraph.timing.timed_gait import Motion, TimedGait, checked_clock, pieces_of
 from gaitgraph.validation.report import Report, lines_of_checks
 from gaitgraph.vehicle import PAPER, Angle, Vehicle, VehicleLike, vehicle_named
 
@@ -410,10 +410,10 @@ class _TimedCurve(TimedGait):
 
     curve: Curve
 
-    def at(self, t: npt.ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def at(self, t: npt.ArrayLike) -> Motion:
         """Return tilt angles, rates and accelerations at any times."""
         t = times_from(t)
-        return self.curve.at(t, 0), self.curve.at(t, 1), self.curve.at(t, 2)
+        return Motion(*(self.curve.at(t, order) for order in range(3)))
 
     def _peaks(self, orders: Sequence[int]) -> list[FloatArray]:
         """Return the exact largest absolute values of derivatives of each angle."""

@@ -155,7 +155,7 @@ class Loop:
         )
 
     def __repr__(self) -> str:
-        return f"<Loop: {self.color}, {RELATION[self.sign]}, {self.gait.size_text()}, {self._verdict}>"
+        return f"<Loop: {self.color}, {RELATION[self.sign]}, {self.gait.size_text}, {self._verdict}>"
 
     def __str__(self) -> str:
         broken = [
@@ -266,9 +266,9 @@ class Plan(Pictured):
             loop, report, corners = (
                 self.loop,
                 self.loop.report,
-                self.loop.gait.corner_lines(),
+                self.loop.gait.corner_lines,
             )
-            head = f"Planned a {loop.color} gait, {RELATION[loop.sign]}: {loop.gait.size_text()}"
+            head = f"Planned a {loop.color} gait, {RELATION[loop.sign]}: {loop.gait.size_text}"
             lines = [
                 f"{head}, T = {request.period:g} s, {request.law}",
                 conditions,

@@ -32,7 +32,7 @@ from gaitgraph.surface.region import (
 )
 from gaitgraph.surface.sheets import SignChoice, separating_factor
 from gaitgraph.timing.laws import times_from
-from gaitgraph.timing.timed_gait import DEFAULT_SAMPLES, TimedGait
+from gaitgraph.timing.timed_gait import DEFAULT_SAMPLES, Motion, TimedGait
 from gaitgraph.vehicle import PAPER, four_of, vehicle_named
 
 if TYPE_CHECKING:
@@ -108,13 +108,12 @@ class Replan:
             samples=DEFAULT_SAMPLES,
         )
 
-    def at(self, t: npt.ArrayLike) -> FloatArray:
-        """Return the tilt angles on the approach and then on the loop, at times from now, shape (..., 4) [rad]."""
+    def at(self, t: npt.ArrayLike) -> Motion:
+        """Return the motion on the approach and then on the loop, at times from now; see :meth:`TimedGait.at`."""
         t = times_from(t, "t must be finite times of at least 0 s", 0.0)
         on_loop = (t >= self.duration)[..., None]
-        return np.where(
-            on_loop, self.timed.at(t - self.duration)[0], self.entry.at(t)[0]
-        )
+        both = zip(self.timed.at(t - self.duration), self.entry.at(t), strict=True)
+        return Motion(*(np.where(on_loop, loop, entry) for loop, entry in both))
 
 
 class Replanner:

@@ -118,14 +118,15 @@ class Transition:
         numbers = (None if corner is None else corner + 1 for corner in self.corners)
         return dict(zip(("leaves_corner", "joins_corner"), numbers, strict=True))
 
+    @property
     def table(self) -> Table:
-        """Return the table of the path, from t = 0 to its duration; raises Infeasible if there is none."""
+        """The table of the path, from t = 0 to its duration; raises Infeasible if there is none."""
         about = {"made_by": "transition", "transition": self._ends}
         return merged(pieces_of(self.timed, about))
 
     def write(self, *paths: str | Path, force: bool = False, periods: int = 1) -> None:
         """Write the table of the path; see :func:`gaitgraph.io.formats.write_tables`."""
-        write_tables(self.table(), paths, force=force, periods=periods)
+        write_tables(self.table, paths, force=force, periods=periods)
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the transition as plain values, ready for JSON."""

@@ -465,11 +465,11 @@ def write_flight(
             vehicles.write_frames(
                 *_flight_film(flight, times),
                 delays,
-                provenance_text(flight.table()),
+                provenance_text(flight.table),
                 path,
             )
 
-    _write(paths, flight.table, figure, film, force=force)
+    _write(paths, lambda: flight.table, figure, film, force=force)
 
 
 def write_basins(

@@ -380,7 +380,7 @@ def draw_panel(timed: TimedGait, panel: str, *, name: str, ax: Axes) -> None:
         timed.gait.vehicle,
         np.linspace(0.0, timed.period, 2 * FINE),
     )
-    alpha = timed.at(t)[0]
+    alpha = timed.at(t).alpha
     value = matrices.least_singular_value(alpha, vehicle)
     limit: dict[str, Any] = {"color": base.RED, "linewidth": 0.9, "linestyle": "--"}
     if panel == PANELS[0]:
@@ -530,7 +530,7 @@ def _draw(ax: Axes, shown: Any, *, legend: bool) -> str:
         _draw_region(ax, shown)
     elif isinstance(shown, Vehicle):
         seen = vehicle_view(np.zeros(4), shown, view=FROM_ABOVE)
-        low, high = seen.limits()
+        low, high = seen.limits
         ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
         ax.set_axis_off()
         draw_vehicle(ax, seen)

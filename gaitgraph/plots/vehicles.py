@@ -83,8 +83,9 @@ class VehicleView:
         """Positions of the rotors' numbers, shape (4, 2)."""
         return self.hub + (1.0 + _DISC + _LABEL) * (self.arms - self.hub)
 
+    @property
     def limits(self) -> tuple[FloatArray, FloatArray]:
-        """Return the low and high corners of a rectangle that holds the vehicle at every tilt."""
+        """The low and high corners of a rectangle that holds the vehicle at every tilt."""
         reach = max(_STALK + _THRUST, math.hypot(_STALK, _DISC))
         arms, labels = self.arms, self.labels
         around = np.concatenate(
@@ -94,7 +95,7 @@ class VehicleView:
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the view as plain values for a picture of 480 by 360 px, y downwards, with rotors in order."""
-        (low, high), size = self.limits(), np.array([480.0, 360.0])
+        (low, high), size = self.limits, np.array([480.0, 360.0])
         flip = float(min(size / (high - low))) * np.array([1.0, -1.0])
         hub = size / 2 - flip * (low + high) / 2
 
@@ -441,7 +442,7 @@ def write_films(
     table = given if isinstance(given, Table) else table_of(timed)
     period, name = timed.period, timed.gait.vehicle.name
     phases, delays = film_clock(period)
-    seen = vehicle_view(timed.at(phases * period)[0], timed.gait.vehicle)
+    seen = vehicle_view(timed.at(phases * period).alpha, timed.gait.vehicle)
     name = name if len(name) <= 32 else name[:31] + "…"
     law, seconds = table.about.get("law"), sum(delays) / 100
     title = f"{name_of(timed.gait)} · vehicle {name} · T = {period:g} s" + (
@@ -456,7 +457,9 @@ def write_films(
         looks = [
             (color, 3.6 if k < 2 else 1.3, "") for k, color in enumerate(ROTOR_COLORS)
         ]
-        cursor = draw_chart(chart, times, np.degrees(timed.at(times)[0].T), looks, 10.0)
+        cursor = draw_chart(
+            chart, times, np.degrees(timed.at(times).alpha.T), looks, 10.0
+        )
 
         def frame(k: int) -> list[Any]:
             cursor.set_xdata([phases[k] * period])
@@ -484,7 +487,7 @@ def blank_film(title: str, seen: VehicleView, zoom: float) -> tuple[Figure, Axes
     figure = Figure(figsize=(FILM_WIDTH / 100, FILM_HEIGHT / 100), dpi=100)
     picture = figure.add_axes(_PICTURE)
     picture.set_axis_off()
-    low, high = seen.limits()
+    low, high = seen.limits
     size = np.array([_PICTURE[2] * FILM_WIDTH, _PICTURE[3] * FILM_HEIGHT])
     half = size * float(max((high - low) / size)) / 2 / zoom
     (left, bottom), (right, top) = (low + high) / 2 - half, (low + high) / 2 + half

@@ -279,7 +279,7 @@ def _summarised(study: Study, folder: Path, table: Any, flown: int) -> StudyRun:
             :100
         ]
         try:
-            text = certify(source.gait(model.base)).text()
+            text = certify(source.gait(model.base)).text
         except GaitgraphError as error:
             uncertified.append((source.name, model.base.name, str(error)))
             continue

@@ -303,8 +303,9 @@ class Colorings:
         ]
         return "\n".join(lines)
 
+    @property
     def in_report(self) -> str:
-        """Return the line of a report that counts the colourings."""
+        """The line of a report that counts the colourings."""
         if not self:
             return "none: " + "; ".join(
                 obstacle.message for obstacle in self.obstacles.values()

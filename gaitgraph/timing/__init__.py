@@ -25,6 +25,7 @@ if TYPE_CHECKING:
         paced as paced,
     )
     from gaitgraph.timing.timed_gait import (
+        Motion as Motion,
         TimedGait as TimedGait,
         TimedPath as TimedPath,
         table_of as table_of,
@@ -44,6 +45,7 @@ else:
             ],
             "gaitgraph.timing.exporting": ["Exported", "export"],
             "gaitgraph.timing.timed_gait": [
+                "Motion",
                 "TimedGait",
                 "TimedPath",
                 "table_of",

@@ -33,7 +33,7 @@ from gaitgraph.timing.laws import (
     peaks_of,
     values_of,
 )
-from gaitgraph.timing.timed_gait import TimedGait
+from gaitgraph.timing.timed_gait import Motion, TimedGait
 from gaitgraph.validation.report import RATE_UNITS
 from gaitgraph.validation.validating import check_gait
 
@@ -425,9 +425,9 @@ class LimitedGait(TimedGait):
         widths = self.widths * (period / self.period)
         return replace(self, law="paced", period=period, widths=widths)
 
-    def at(self, t: npt.ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def at(self, t: npt.ArrayLike) -> Motion:
         """Return tilt angles, rates and accelerations at any times; see :meth:`TimedGait.at`."""
-        return self.derivative(t, 0), self.derivative(t, 1), self.derivative(t, 2)
+        return Motion(*(self.derivative(t, order) for order in range(3)))
 
     def derivative(self, t: npt.ArrayLike, order: int) -> FloatArray:
         """Return a derivative of the tilt angles at times of shape (...) [s]; the third one jumps at knots."""

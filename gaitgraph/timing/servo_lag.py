@@ -52,18 +52,21 @@ class ServoResponse:
     @property
     def actual(self) -> FloatArray:
         """The actual tilt angles at the times `t`, shape (n + 1, 4) [rad]."""
-        return np.asarray(self.timed.at(self.t)[0] - self.error)
+        return np.asarray(self.timed.at(self.t).alpha - self.error)
 
+    @property
     def peak(self) -> FloatArray:
-        """Return the largest |error| of each joint, shape (4,) [rad], a bound between the times `t` too."""
+        """The largest |error| of each joint, shape (4,) [rad], a bound between the times `t` too."""
         return np.asarray(np.abs(self.error).max(axis=0) + self.slack)
 
+    @property
     def peak_times(self) -> FloatArray:
-        """Return when each joint's error is largest, shape (4,) [s]."""
+        """When each joint's error is largest, shape (4,) [s]."""
         return np.asarray(self.t[np.abs(self.error).argmax(axis=0)])
 
+    @property
     def rms(self) -> FloatArray:
-        """Return the root mean square error of each joint, shape (4,) [rad], by Simpson's rule."""
+        """The root mean square error of each joint, shape (4,) [rad], by Simpson's rule."""
         h = np.diff(self.t)[::2, None]
         squared = self.error**2
         total = (h / 3 * (squared[:-2:2] + 4 * squared[1:-1:2] + squared[2::2])).sum(
@@ -71,8 +74,9 @@ class ServoResponse:
         )
         return np.asarray(np.sqrt(total / self.timed.period))
 
+    @property
     def distance_off_sheet(self) -> float | None:
-        """Return the largest distance of the actual (α3, α4) from the sheet above the actual (α1, α2) [rad].
+        """The largest distance of the actual (α3, α4) from the sheet above the actual (α1, α2) [rad].
 
         It is zero where opposite servos have the same lag: then their errors are equal, on the blue sheet up to the
         sign. None for a gait that is not on one sheet.
@@ -86,8 +90,9 @@ class ServoResponse:
             np.where(same, apart, apart + self.slack[2:] + self.slack[:2]).max()
         )
 
+    @property
     def least_singular_value(self) -> float:
-        """Return a lower bound of the least singular value along the actual motion, between the times `t` too."""
+        """A lower bound of the least singular value along the actual motion, between the times `t` too."""
         vehicle, alpha = self.timed.gait.vehicle, self.actual
         lower = float(
             least_singular_value_along(
@@ -96,7 +101,7 @@ class ServoResponse:
         )
         # The actual acceleration is the commanded one averaged over the past, and it is (rate − error/lag)/lag.
         bend = np.minimum(
-            2.0 * self.timed.peak_rates() / self.lag, self.timed.peak_accelerations()
+            2.0 * self.timed.peak_rates / self.lag, self.timed.peak_accelerations
         )
         off = bend * float(np.diff(self.t).max()) ** 2 / 8.0
         return lower - singular_value_rate(vehicle) * float(np.linalg.norm(off))
@@ -105,20 +110,20 @@ class ServoResponse:
         """Return it as plain values, ready for JSON."""
         return {
             "lag": float(self.lag[0]) if np.ptp(self.lag) == 0 else self.lag.tolist(),
-            "peak_error": self.peak().tolist(),
-            "peak_error_t": self.peak_times().tolist(),
-            "rms_error": self.rms().tolist(),
-            "distance_off_sheet": self.distance_off_sheet(),
-            "least_singular_value": self.least_singular_value(),
+            "peak_error": self.peak.tolist(),
+            "peak_error_t": self.peak_times.tolist(),
+            "rms_error": self.rms.tolist(),
+            "distance_off_sheet": self.distance_off_sheet,
+            "least_singular_value": self.least_singular_value,
         }
 
     def __str__(self) -> str:
-        peak = self.peak()
-        worst, off = int(np.argmax(peak)), self.distance_off_sheet()
+        peak = self.peak
+        worst, off = int(np.argmax(peak)), self.distance_off_sheet
         return (
-            f"servo lag: error at most {peak[worst]:.4f} rad (α{worst + 1} at t = {self.peak_times()[worst]:.3f} s), "
-            f"rms {self.rms()[worst]:.4f} rad; {'' if off is None else f'off the sheet by {off:.2g} rad, '}"
-            f"least singular value {self.least_singular_value():.3f}"
+            f"servo lag: error at most {peak[worst]:.4f} rad (α{worst + 1} at t = {self.peak_times[worst]:.3f} s), "
+            f"rms {self.rms[worst]:.4f} rad; {'' if off is None else f'off the sheet by {off:.2g} rad, '}"
+            f"least singular value {self.least_singular_value:.3f}"
         )
 
 
@@ -145,7 +150,7 @@ def servo_response(
     >>> from gaitgraph.gait.gait import lift
     >>> timed = lift([(0.4, -0.4), (1.2, -0.4)], "red").parametrize(1.0)
     >>> response = servo_response(timed, 0.02)
-    >>> response.distance_off_sheet(), bool((response.peak() <= 0.02 * timed.peak_rates() + 1e-12)[0])
+    >>> response.distance_off_sheet, bool((response.peak <= 0.02 * timed.peak_rates + 1e-12)[0])
     (0.0, True)
     """
     timed = timed_gait_of(gait)
@@ -178,7 +183,7 @@ def servo_response(
         at = start + width * (_NODES + 1) / 2
         kernel = np.exp(-(start + width - at)[..., None] / tau)
         gained[block] = (width / 2) * np.einsum(
-            "g,kgi,kgi->ki", _WEIGHTS, kernel, timed.at(at)[1]
+            "g,kgi,kgi->ki", _WEIGHTS, kernel, timed.at(at).rates
         )
     decay = np.exp(-h[:, None] / tau)
     error = np.zeros((len(h) + 1, 4))
@@ -194,10 +199,10 @@ def servo_response(
     since = np.append(t, timed.period)
     error += first * np.exp(-since[:, None] / tau)
     error[-1] = error[0]
-    inner = timed.peak_accelerations()
+    inner = timed.peak_accelerations
     # Laws that turn corners at full speed have no acceleration between their knots.
-    bend = np.where(np.isfinite(inner), inner, 0.0) + 2.0 * timed.peak_rates() / tau
+    bend = np.where(np.isfinite(inner), inner, 0.0) + 2.0 * timed.peak_rates / tau
     # No error exceeds the lag times the largest rate.
-    most = np.maximum(tau * timed.peak_rates() - np.abs(error).max(axis=0), 0.0)
+    most = np.maximum(tau * timed.peak_rates - np.abs(error).max(axis=0), 0.0)
     slack = np.minimum(float(h.max()) ** 2 / 8.0 * bend, most)
     return ServoResponse(timed=timed, lag=tau, t=since, error=error, slack=slack)

@@ -111,8 +111,9 @@ class Limits:
                 numbers.flags.writeable = False
             object.__setattr__(self, kind, numbers)  # the record is frozen
 
+    @property
     def in_plane(self) -> FloatArray:
-        """Return rate, acceleration and jerk limits of α1 and α2, shape (3, 2), infinite for none.
+        """Rate, acceleration and jerk limits of α1 and α2, shape (3, 2), infinite for none.
 
         Opposite joints move by as much, so the lower of their limits counts.
         """
@@ -129,7 +130,7 @@ class Limits:
         |ẋ|² ≤ extent·|ẍ|, |ẍ|² ≤ 2|ẋ|·|x⃛| and |ẍ|³ ≤ (3/2)·extent·|x⃛|². The extent is the range of α1 and α2 over
         the whole motion, shape (2,) [rad].
         """
-        rate, acceleration, jerk = self.in_plane()
+        rate, acceleration, jerk = self.in_plane
         with np.errstate(invalid="ignore", over="ignore"):
             acceleration = np.minimum(acceleration, np.cbrt(1.5 * extent * jerk**2))
             acceleration = np.fmin(acceleration, np.sqrt(2.0 * rate * jerk))
@@ -231,7 +232,7 @@ def paced_again(table: Table, rows: Gait) -> LimitedGait | None:
     if law is None:
         return None
     law = law.slowed(period)
-    off = np.abs(law.at(table["t"] - table["t"][0])[0] - table.alpha).max()
+    off = np.abs(law.at(table["t"] - table["t"][0]).alpha - table.alpha).max()
     if off > SAME + table.digit_error:
         return None
     is_least = table.about.get("law") == "least-period"
@@ -470,7 +471,7 @@ class _Task:
         if limits is None:
             limits = limits_of(self.gait.vehicle, made_for)
         self.limits = limits
-        self.limited = self.limits.in_plane()
+        self.limited = self.limits.in_plane
         self.extent = np.ptp(self.plane, axis=0)
         self.moves = self.extent > _STILL
         self.still = not self.moves.any()

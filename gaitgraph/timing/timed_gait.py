@@ -6,7 +6,7 @@ import math
 import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self, Unpack, get_args
+from typing import TYPE_CHECKING, Any, NamedTuple, Self, Unpack, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -57,6 +57,14 @@ MOST_CORNERS = 1000
 
 ROW_BY_ROW = "row-by-row"  # the law of a RowTimedGait
 SAME = 1e-6  # largest distance between a row and a law that it follows [rad]
+
+
+class Motion(NamedTuple):
+    """Tilt angles [rad], rates [rad/s] and accelerations [rad/s²] at some times, each of shape (..., 4)."""
+
+    alpha: FloatArray
+    rates: FloatArray
+    accelerations: FloatArray
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -137,22 +145,27 @@ class TimedGait(Pictured):
     @property
     def alpha(self) -> FloatArray:
         """Tilt angles at the samples, shape (N + 1, 4) [rad]."""
-        return self.at(self.t)[0]
+        return self.at(self.t).alpha
 
     @property
     def rates(self) -> FloatArray:
         """Tilt rates at the samples, shape (N + 1, 4) [rad/s]."""
-        return self.at(self.t)[1]
+        return self.at(self.t).rates
 
     @property
     def accelerations(self) -> FloatArray:
         """Tilt accelerations at the samples, shape (N + 1, 4) [rad/s²]."""
-        return self.at(self.t)[2]
+        return self.at(self.t).accelerations
 
-    def at(self, t: npt.ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def at(self, t: npt.ArrayLike) -> Motion:
         """Return tilt angles, rates and accelerations at any times; the gait repeats with its period.
 
-        Times of shape (...) [s] give three arrays of shape (..., 4) [rad, rad/s, rad/s²].
+        Times of shape (...) [s] give arrays of shape (..., 4).
+
+        >>> from gaitgraph.gait.gait import lift
+        >>> timed = lift([(0.4, -1.2), (0.4, -0.4), (1.2, -0.4)], "red").parametrize(2.0)
+        >>> timed.at(0.25).alpha.round(3).tolist(), timed.at([0.0, 0.5]).rates.shape
+        ([0.4, -0.908, 0.4, -0.908], (2, 4))
         """
         times, gait = self.corner_times, self.gait
         segment, local = located(times, t)
@@ -162,19 +175,22 @@ class TimedGait(Pictured):
         per_second = np.where(moving, 1.0 / divisor, 0.0)
         progress, speed, acceleration = LAWS.get(self.law, STRAIGHT).motion(tau)
         step = (gait.ends - gait.alpha)[segment]
-        return (
-            gait.alpha[segment] + progress[..., None] * step,
-            (speed * per_second)[..., None] * step,
-            (acceleration * per_second**2)[..., None] * step,
+        return Motion(
+            alpha=gait.alpha[segment] + progress[..., None] * step,
+            rates=(speed * per_second)[..., None] * step,
+            accelerations=(acceleration * per_second**2)[..., None] * step,
         )
 
-    def columns(self, rows: range | None = None) -> dict[str, Any]:
-        """Return the gait table: t, angles, color, types, R, rates, accelerations, in this order.
+    @property
+    def columns(self) -> dict[str, Any]:
+        """The gait table: t, angles, color, types, R, rates, accelerations, in this order.
 
-        Off the surfaces there are no color and types. R is computed with the gait's own coefficients. `rows` are
-        consecutive and counted from 0; by default all N + 1.
+        Off the surfaces there are no color and types. R is computed with the gait's own coefficients.
         """
-        rows = range(self.samples + 1) if rows is None else rows
+        return self._columns_of(range(self.samples + 1))
+
+    def _columns_of(self, rows: range) -> dict[str, Any]:
+        """Return some consecutive rows of the table, counted from 0."""
         t = self._times(rows)
         angles, rates, accelerations = self.at(t)
         columns: dict[str, Any] = {"t": t, **dict(zip(ANGLES, angles.T, strict=True))}
@@ -242,12 +258,14 @@ class TimedGait(Pictured):
 
         return [peak(order) for order in orders]
 
+    @property
     def peak_rates(self) -> FloatArray:
-        """Return the largest |dαᵢ/dt|, as :meth:`peaks` does [rad/s]."""
+        """The largest |dαᵢ/dt|, as :meth:`peaks` does [rad/s]."""
         return self.peaks(1)
 
+    @property
     def peak_accelerations(self) -> FloatArray:
-        """Return the largest |d²αᵢ/dt²|, as :meth:`peaks` does [rad/s²]."""
+        """The largest |d²αᵢ/dt²|, as :meth:`peaks` does [rad/s²]."""
         return self.peaks(2)
 
     def check(self, **options: Unpack[CheckOptions]) -> Report:
@@ -312,7 +330,7 @@ class TimedGait(Pictured):
             f"  {check.name.replace('_', ' ')}: {check.message}"
             for check in self.rate_checks()
         )
-        return "\n".join([title, gait.setting_text(), "", *checks])
+        return "\n".join([title, gait.setting_text, "", *checks])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
@@ -386,15 +404,18 @@ class TimedPath(TimedGait):
         times = self.loop.corner_times
         return times[: len(times) // 2 + 1]
 
-    def at(self, t: npt.ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def at(self, t: npt.ArrayLike) -> Motion:
         """Return tilt angles, rates and accelerations at any times; before and after the path those of its ends."""
         t = np.asarray(t, dtype=float)
         # At the end the rates are those just before it; a law may stop there at full speed.
         last = math.nextafter(self.period, 0.0)
-        angles, rates, accelerations = self.loop.at(np.clip(t, 0.0, last))
-        angles = np.where((t >= self.period)[..., None], self._end, angles)
+        motion = self.loop.at(np.clip(t, 0.0, last))
         moves = ((t >= 0.0) & (t <= self.period))[..., None]
-        return angles, rates * moves, accelerations * moves
+        return Motion(
+            alpha=np.where((t >= self.period)[..., None], self._end, motion.alpha),
+            rates=motion.rates * moves,
+            accelerations=motion.accelerations * moves,
+        )
 
     @property
     def _end(self) -> FloatArray:
@@ -500,7 +521,7 @@ def timed_gait_of(
             timed = merged_gait.parametrize(
                 float(times[-1]), law=known, samples=max(len(times) - 1, 1)
             )
-            if np.abs(timed.at(times[:-1])[0] - rows.alpha).max() <= SAME:
+            if np.abs(timed.at(times[:-1]).alpha - rows.alpha).max() <= SAME:
                 return timed
         colors = (
             merged_gait.colors[:1] * len(rows.alpha)
@@ -546,7 +567,7 @@ def _timed_path(
         )
     times = times - times[0]
     loop = corners.parametrize(float(times[-1]), law=known, samples=2 * count)
-    if stated in LAWS and np.abs(loop.at(times[:-1])[0] - rows.alpha).max() <= SAME:
+    if stated in LAWS and np.abs(loop.at(times[:-1]).alpha - rows.alpha).max() <= SAME:
         return TimedPath.of(loop)
     times.flags.writeable = False
     loop = RowTimedGait(
@@ -650,4 +671,4 @@ def pieces_of(
     # No piece has a single row: numpy rounds the product of one row differently.
     for start in range(0, end - 1, ROWS_OF_A_PIECE):
         stop = end if end - (start + ROWS_OF_A_PIECE) <= 1 else start + ROWS_OF_A_PIECE
-        yield Table(columns=timed.columns(range(start, stop)), about=made)
+        yield Table(columns=timed._columns_of(range(start, stop)), about=made)

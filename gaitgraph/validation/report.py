@@ -293,7 +293,7 @@ class Report(Pictured):
                 _line(
                     "ok" if self.listing.count else "--",
                     "colorings",
-                    self.listing.in_report(),
+                    self.listing.in_report,
                 )
             )
         lines += [f"warning: {warning}" for warning in (*self._unlikely, *self.notes)]

@@ -39,7 +39,7 @@ def test_a_thousand_steps_of_the_engine(benchmark: Any) -> None:
     step, model, data = engine.mujoco.mj_step, engine.model, engine.data
 
     def steps() -> None:
-        engine.place(RED.at(0.0)[0])
+        engine.place(RED.at(0.0).alpha)
         for _ in range(1000):
             step(model, data)
 

@@ -84,8 +84,8 @@ def test_least_period_ours(benchmark: Any) -> None:
         np.testing.assert_allclose(
             before, after, atol=1e-5 * (1 + timed.peaks(order).max())
         )
-    assert (timed.peak_rates() <= 6.0 * (1 + 1e-9)).all()
-    assert (timed.peak_accelerations() <= 60.0 * (1 + 1e-9)).all()
+    assert (timed.peak_rates <= 6.0 * (1 + 1e-9)).all()
+    assert (timed.peak_accelerations <= 60.0 * (1 + 1e-9)).all()
 
 
 @pytest.mark.benchmark(group=GROUP)
