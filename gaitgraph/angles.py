@@ -206,6 +206,18 @@ def number_of(value: object) -> float:
         return math.nan
 
 
+def is_list(value: object) -> bool:
+    """Return whether a value is a list, a tuple or an array of one dimension or more.
+
+    >>> is_list([0.1]), is_list(0.1), is_list("pi")
+    (True, False, False)
+    """
+    import numpy as np
+
+    is_array = isinstance(value, np.ndarray) and value.ndim > 0
+    return is_array or isinstance(value, (list, tuple))
+
+
 def checked_number(
     name: str,
     value: object,
@@ -250,6 +262,7 @@ def text_from_angle(angle: float) -> str:
     >>> text_from_angle(-3 * math.pi / 8), text_from_angle(0.3), text_from_angle(0.0)
     ('-3π/8', '0.3000', '0')
     """
+    angle = angle_from_text(angle)
     whole = round(angle * 32 / math.pi)
     if abs(angle - whole * math.pi / 32) > 1e-9:
         return f"{angle:.4f}"
@@ -285,14 +298,17 @@ def percent(fraction: float) -> str:
 def wrapped(angle: Any, period: float = math.pi) -> Any:
     """Return angles, of any shape, modulo a period in [−period/2, period/2]; those in that range are unchanged.
 
+    Raises InputError as :func:`angles_from` does.
+
     >>> wrapped(math.pi / 2) == math.pi / 2, round(wrapped(2.0), 4)
     (True, -1.1416)
     """
-    if isinstance(angle, float):
+    if type(angle) is float and abs(angle) <= _LARGEST:
         return angle - period * round(angle / period)
     import numpy as np
 
-    return angle - period * np.rint(np.asarray(angle) / period)
+    angles = angles_from(angle, "angle")
+    return angles - period * np.rint(angles / period)
 
 
 def distance_to_multiple(angle: Any, period: float) -> Any:

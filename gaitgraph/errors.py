@@ -117,7 +117,8 @@ def _plain(value: Any) -> Any:
     """Return numpy's scalars and arrays, also inside lists and tuples, as Python's own numbers and lists."""
     if hasattr(value, "dtype") and callable(getattr(value, "tolist", None)):
         few = value if getattr(value, "size", 0) <= 100 else value.ravel()[:100]
-        plain = few.tolist()
+        # Long doubles have no number of Python's own.
+        plain = (few.astype(float) if few.dtype.kind == "f" else few).tolist()
         is_masked = plain is None and hasattr(value, "mask")
         return value if is_masked else plain
     if type(value) in (list, tuple):

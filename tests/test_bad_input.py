@@ -22,6 +22,7 @@ from gaitgraph.gait.gait import Gait, lift, vertices
 from gaitgraph.graph.build import surface_graph
 from gaitgraph.graph.cycle_list import cycles
 from gaitgraph.invertibility.matrices import coefficients_of
+from gaitgraph.invertibility.segment_bounds import least_singular_value_along
 from gaitgraph.invertibility.tilt_margins import least_singular_value_within
 from gaitgraph.io.formats import write_tables
 from gaitgraph.optimization.retargeting import MOST_ROWS
@@ -121,7 +122,7 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     (
         validate,
         {"gait": NAN_TABLE},
-        "alpha must be finite angles …, got nan",
+        "row 2: alpha1 must be a finite number, …, got nan",
     ),
     (
         Gait,
@@ -940,19 +941,197 @@ def test_a_linkage_holds_finite_angles() -> None:
         gg.Vehicle(drag_ratio=0.17, linkage=[[0, 0], [1, math.nan]])
 
 
-@pytest.mark.parametrize("wrong", [math.nan, math.inf, "a"])
-def test_least_singular_values_are_of_finite_tilt_angles(wrong: Any) -> None:
-    with pytest.raises(InputError, match="^alpha must be "):
-        gg.invertibility.least_singular_value([wrong, 0, 0, 0])
+ANGLES = [0.1, 0.2, 0.3, 0.4]
+GEOMETRY = gg.invertibility.Geometry.of_vehicle(gg.PAPER)
+NO_ANGLES: list[Any] = [NAN, -INF, 1e300, 10**400, "a", None, 1j, [0.1]]
+TAKES_ALPHA: list[Any] = [
+    gg.gait.vertices,
+    gg.gait_of,
+    gg.invertibility.control_force_matrix,
+    gg.invertibility.control_moment_matrix,
+    gg.invertibility.decoupling_matrix,
+    gg.invertibility.hover_thrust_shares,
+    gg.invertibility.least_singular_value,
+    gg.invertibility.zero_moment_direction,
+    gg.plots.vehicle_view,
+    gg.robustness_of,
+    gg.timing.servo_response,
+    gg.validate,
+    GEOMETRY.force_matrix,
+    GEOMETRY.hover_thrusts,
+    GEOMETRY.least_singular_value,
+    within,
+    *(
+        partial(function, coefficients=EXACT)
+        for function in (
+            gg.invertibility.attitude_sensitivities,
+            gg.invertibility.determinant,
+            gg.invertibility.level_determinant,
+            gg.invertibility.nearest_singular_attitude,
+            gg.invertibility.pitch_sensitivity,
+            gg.invertibility.roll_sensitivity,
+            gg.invertibility.tilt_margin,
+            gg.surface.family_distances,
+            acceptable_attitudes,
+        )
+    ),
+]
 
 
-def test_a_table_without_columns_has_no_rows() -> None:
-    assert len(gg.Table(columns={})) == 0
+@pytest.mark.parametrize("function", TAKES_ALPHA)
+@pytest.mark.parametrize("wrong", NO_ANGLES)
+def test_functions_of_tilt_angles_take_finite_angles(function: Any, wrong: Any) -> None:
+    keywords = getattr(function, "keywords", {})
+    call = getattr(function, "func", function)
+    keywords = {name: keywords[name] for name in keywords if name != "alpha"}
+    if "tilt" in call.__code__.co_varnames[: call.__code__.co_argcount]:
+        keywords["tilt"] = 0.3
+    with pytest.raises(InputError) as caught:
+        call([ANGLES, [0.1, wrong, 0.3, 0.4]], **keywords)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("function", "name"),
+    [
+        (partial(gg.invertibility.determinant, ANGLES, EXACT), "roll"),
+        (partial(gg.invertibility.determinant, ANGLES, EXACT), "pitch"),
+        (partial(gg.invertibility.decoupling_matrix, ANGLES), "roll"),
+        (partial(gg.invertibility.decoupling_matrix, ANGLES), "pitch"),
+        (partial(gg.invertibility.least_singular_value, ANGLES), "roll"),
+        (partial(gg.invertibility.least_singular_value, ANGLES), "pitch"),
+        (
+            partial(gg.surface.sheet_angles, "red", alpha2=0.1, coefficients=EXACT),
+            "alpha1",
+        ),
+        (partial(gg.surface.sheet_angles, "blue", 0.1, coefficients=EXACT), "alpha2"),
+        (partial(gg.surface.red_label, alpha2=0.1), "alpha1"),
+        (partial(gg.surface.red_label, 0.1), "alpha2"),
+        (partial(gg.surface.root_arrays, alpha2=0.1), "alpha1"),
+        (partial(gg.surface.root_arrays, 0.1), "alpha2"),
+        (gg.angles.text_from_angle, "angle"),
+        (gg.angles.wrapped, "angle"),
+        (partial(gg.angles.distance_to_multiple, period=math.pi), "angle"),
+        (partial(GEOMETRY.least_singular_value_along, ends=[ANGLES]), "starts"),
+        (partial(GEOMETRY.least_hover_thrust_along, starts=[ANGLES]), "ends"),
+        (partial(least_singular_value_along, starts=[ANGLES]), "ends"),
+        (partial(gg.plots.vehicle_view, ANGLES), "view"),
+        (partial(optimal, waypoints=[(0, 0), (1, 0)]), "radius"),
+        (partial(servo_response, TIMED), "lag"),
+        (partial(Limits, acceleration=60.0), "rate"),
+    ],
+)
+@pytest.mark.parametrize("wrong", [NAN, INF, "a", [0.1, [0.2]], [NAN, 0.1], {}])
+def test_other_angles_are_finite_too(function: Any, name: str, wrong: Any) -> None:
+    with pytest.raises(InputError, match=f"^{name} must be ") as caught:
+        function(**{name: wrong})
+    assert caught.value.field == name
+
+
+@pytest.mark.parametrize("wrong", [NAN, -1e-9, "a", [0.1], None])
+def test_errors_of_angles_are_angles(wrong: Any) -> None:
+    for function, name in (
+        (partial(gg.invertibility.tilt_margin, ANGLES, EXACT), "angle_rounding"),
+        (partial(acceptable_attitudes, [ANGLES], EXACT), "angle_rounding"),
+        (partial(singular_curve, ANGLES, EXACT), "angle_rounding"),
+        (partial(Gait, alpha=[ANGLES]), "crossing_tolerance"),
+    ):
+        with pytest.raises(InputError, match=f"^{name} must be ") as caught:
+            function(**{name: wrong})
+        assert caught.value.field == name
+
+
+def test_texts_are_angles_in_every_function() -> None:
+    texts = [["pi/8", "0.1", "22.5deg", 0.1]]
+    numbers = [[math.pi / 8, 0.1, math.pi / 8, 0.1]]
+    functions: list[Any] = [
+        gg.invertibility.hover_thrust_shares,
+        gg.invertibility.decoupling_matrix,
+        partial(gg.surface.family_distances, coefficients=EXACT),
+    ]
+    for function in functions:
+        np.testing.assert_allclose(function(texts), function(numbers), atol=1e-15)
+    np.testing.assert_array_equal(gg.surface.red_label("pi/8", 0.1), [1, 1, 1])
+
+
+@pytest.mark.parametrize("points", [np.zeros((0, 4)), [], [[0.1, 0.2]]])
+def test_there_is_no_least_value_along_no_segments(points: Any) -> None:
+    for function in (
+        least_singular_value_along,
+        GEOMETRY.least_singular_value_along,
+        GEOMETRY.least_hover_thrust_along,
+    ):
+        with pytest.raises(InputError, match=r"^starts must have the shape \(m, 4\)"):
+            function(points, points)
+    with pytest.raises(InputError, match="^ends must be as many as starts, 2, got 1"):
+        least_singular_value_along([ANGLES] * 2, [ANGLES])
+
+
+@pytest.mark.parametrize("points", [np.array(0.3), np.array(None, dtype=object)])
+def test_an_array_without_dimensions_is_no_list(points: Any) -> None:
+    functions: list[tuple[Any, str]] = [
+        (gg.plan_loop, "waypoints"),
+        (optimal, "waypoints"),
+        (partial(gg.plan_loop, [(0, 0)]), "keep_out"),
+        (partial(fly, TIMED), "attitude"),
+    ]
+    for function, name in functions:
+        with pytest.raises(InputError, match=f"^{name} must be "):
+            function(**{name: points})
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        (
+            {"alpha1": [], "alpha2": [], "alpha3": [], "alpha4": []},
+            "it must have at least one row",
+        ),
+        ({"alpha1": [0.1]}, "columns must have equally many rows"),
+        ({"t": 0.1}, "columns must have equally many rows"),
+        ({"alpha1": [0.1, None]}, "row 2: alpha1 must be a finite number"),
+        ({"alpha1": ["a", 0.1]}, "row 1: alpha1 must be a finite number"),
+        ({"alpha1": [[0.1], [0.1]]}, "row 1: alpha1 must be a finite number"),
+        ({"t": [0.0, 0.0]}, "row 2: t must be at least"),
+        ({"t": ["a", "b"]}, "row 1: t must be a finite number"),
+        ({"color": ["red", "green"]}, "row 2: color must be one of"),
+        ({"color": ["red"]}, "columns must have equally many rows"),
+        ({"types": ["red", "green"]}, "row 1: types must be"),
+    ],
+)
+def test_a_table_made_by_hand_obeys_the_rules_of_a_file(
+    changed: dict[str, Any], message: str
+) -> None:
+    columns = {f"alpha{k}": [0.1, 0.2] for k in range(1, 5)}
+    table = gg.Table(columns=columns | changed)
+    for function in (gg.validate, gg.gait_of, gg.timing.timed_gait_of, gg.Table.plot):
+        with pytest.raises(InputError, match=f"^{re.escape(message)}"):
+            function(table)
+
+
+def test_lists_are_columns_too() -> None:
+    columns = {f"alpha{k}": [0.1, 0.2, 0.1] for k in range(1, 5)} | {"t": [0, 1, 2]}
+    arrays = {name: np.array(values, dtype=float) for name, values in columns.items()}
+    assert str(gg.validate(gg.Table(columns=columns))) == str(
+        gg.validate(gg.Table(columns=arrays))
+    )
+
+
+def test_a_table_without_columns_has_no_rows_and_no_picture() -> None:
+    table = gg.Table(columns={})
+    assert len(table) == 0
+    assert "<img" not in table._repr_html_()
 
 
 def test_validate_refuses_a_table_without_rows() -> None:
     with pytest.raises(InputError, match="must be"):
         gg.validate(np.empty((0, 4)))
+
+
+def test_long_doubles_are_plain_numbers_in_messages() -> None:
+    function: Any = optimal
+    with pytest.raises(InputError, match=r"^radius must be .* got \[\[2\.5\]\]$"):
+        function(radius=[np.array([[2.5]], dtype=np.longdouble)])
 
 
 @pytest.mark.parametrize(

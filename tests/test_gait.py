@@ -303,7 +303,8 @@ def test_of_a_measured_table_that_nearly_closes_every_row_is_kept(
         assert (
             closed_rows(gg.read_table(source), name=source)[0].alpha == rows[:, 1:]
         ).all()
-    kept: Any = gg.retarget(source)  # flyable, so it comes back bit by bit
+    with pytest.warns(FileWarning, match="rows.csv': the last row is 1e-06 rad from"):
+        kept: Any = gg.retarget(source)  # flyable, so it comes back bit by bit
     assert (kept.status, kept.table["t"][-1]) == ("unchanged", 1.0)
     np.testing.assert_array_equal(kept.table.alpha, rows[:, 1:])
     rows[-1, 1::2] -= 1e-6
@@ -313,6 +314,29 @@ def test_of_a_measured_table_that_nearly_closes_every_row_is_kept(
     np.testing.assert_allclose(
         moved.moved[-1], np.linalg.norm(moved.table.alpha[-1] - rows[-1, 1:])
     )
+
+
+def test_each_command_says_once_that_a_measured_table_nearly_closes(
+    run: Any, tmp_path: Path
+) -> None:
+    timed = gg.lift(GAITS[3].angles, "red").parametrize(period=1.0, samples=20)
+    rows = np.column_stack([timed.t, timed.alpha])
+    rows[-1, 1::2] += 1e-6
+    write_rows(tmp_path / "rows.csv", rows)
+    for command in (
+        "certify rows.csv",
+        "colorings rows.csv",
+        "export rows.csv rows.json",
+        "export rows.csv even.json --samples 40",
+        "pace rows.csv --max-rate 9 --max-acceleration 90",
+        "retarget rows.csv",
+        "robustness rows.csv",
+        "validate rows.csv",
+    ):
+        done = run(*command.split())
+        assert done.code == 0
+        said = (done.out + done.err).count("the last row is 1e-06 rad from the first")
+        assert said == 1, command
 
 
 def test_a_last_row_of_another_color_is_a_row_of_its_own() -> None:

@@ -221,7 +221,9 @@ def test_films_of_other_tables(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     """Uneven times, a hostile name, and a table without times, which lasts a second."""
     monkeypatch.setattr(vehicles, "_FEWEST", 3)
     monkeypatch.setattr(vehicles, "_DELAY", 10)
-    columns = {f"alpha{k + 1}": np.linspace(-2, 2, 30) * (-1) ** k for k in range(4)}
+    columns = {
+        f"alpha{k + 1}": np.linspace(-1.5, 1.5, 30) * (-1) ** k for k in range(4)
+    }
     about = {"vehicle": X_FRAME.as_mapping(), "coefficients": "exact"}
     uneven = Table(
         columns={"t": 1e-3 * np.linspace(0, 1, 30) ** 2, **columns}, about=about

@@ -726,8 +726,9 @@ def test_colourings_of_gaits_have_their_coefficients_and_crossings() -> None:
         alpha=np.array([[0.3, -math.pi / 2 - 1e-6, 0.3, 0.3]]), colors=("red",)
     )
     assert validate(beyond).listing is None
-    for times in (1, MOST_LISTED_ROWS + 1):  # tables of any length by the same rule
-        assert validate(table_from(np.tile(beyond.alpha, (times, 1)))).listing is None
+    for times in (1, MOST_LISTED_ROWS + 1):  # tables are refused, as their files are
+        with pytest.raises(gg.InputError, match="^row 1: alpha2 must be within ±π/2"):
+            validate(table_from(np.tile(beyond.alpha, (times, 1))))
 
 
 def test_whole_turns_change_no_physics() -> None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+import warnings
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -19,7 +20,7 @@ import numpy as np
 from gaitgraph import __version__
 from gaitgraph.angles import angle_within
 from gaitgraph.certificates import check
-from gaitgraph.errors import Infeasible, InputError
+from gaitgraph.errors import FileWarning, Infeasible, InputError
 from gaitgraph.files import check_new_files, write_whole
 from gaitgraph.gait.table import Table, row_texts
 from gaitgraph.invertibility import matrices
@@ -190,11 +191,13 @@ def certify(
         is_timed = hasattr(source, "rate_checks")
         if isinstance(source, Table) and timing:
             is_timed = "t" in source or "period" in source.about
-        path = (
-            gait_of(source, **choices)
-            if not (is_timed and timing)
-            else timed_gait_of(source, **choices)
-        )
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", FileWarning)  # the report has them
+            path: Gait | TimedGait
+            if is_timed and timing:
+                path = timed_gait_of(source, **choices)
+            else:
+                path = gait_of(source, **choices)
     rows = (
         [source]
         if isinstance(source, Table)

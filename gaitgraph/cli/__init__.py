@@ -601,7 +601,9 @@ def write_outputs(
     write_tables(pieces, tables, force=force)
     if films:
         write_films(merged(pieces()), films, force=force)
-    warn_of_rate(next(iter(pieces()))["t"], rate)
+    first = next(iter(pieces()))
+    if "t" in first:
+        warn_of_rate(first["t"], rate)
 
 
 def warn_of_rate(times: Sequence[float], rate: float | None) -> None:

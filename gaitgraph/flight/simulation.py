@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gaitgraph.angles import angle_from_text, in_degrees
+from gaitgraph.angles import angle_from_text, in_degrees, is_list
 from gaitgraph.errors import InputError, shown
 from gaitgraph.flight.controller import (
     DIRECTION,
@@ -751,7 +751,7 @@ def fly(
 
 def checked_attitude(attitude: Any) -> tuple[float, float]:
     """Return roll and pitch in radians, or raise InputError."""
-    parts = attitude if isinstance(attitude, (list, tuple, np.ndarray)) else ()
+    parts = attitude if is_list(attitude) else ()
     angles = [angle_from_text(part, "attitude") for part in parts]
     if (
         len(angles) != 2

@@ -106,7 +106,8 @@ class Gait(Pictured):
         corners, names = np.array(angles_from(alpha, "alpha")), tuple(colors)
         if corners.ndim != 2 or corners.shape[1] != 4 or not len(corners):
             raise InputError(
-                f"alpha must have the shape (n, 4) with n at least 1, got {corners.shape}"
+                f"alpha must have the shape (n, 4) with n at least 1, got {corners.shape}",
+                field="alpha",
             )
         if names and len(names) != len(corners):
             raise InputError(
@@ -116,6 +117,9 @@ class Gait(Pictured):
             raise InputError(
                 f"colors must be {', '.join(map(repr, FAMILIES))}, got {shown(names)}"
             )
+        reach = checked_number(
+            "crossing_tolerance", crossing_tolerance, "a finite number ≥ 0 (rad)"
+        )
         corners.flags.writeable = False
         body = vehicle_named(vehicle)
         checked = (
@@ -123,7 +127,7 @@ class Gait(Pictured):
             names,
             body,
             coefficients_of(body, coefficients),
-            crossing_tolerance,
+            reach,
             request or {},
         )
         for name, value in zip(self.__slots__, checked, strict=True):

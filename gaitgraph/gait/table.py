@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import json
 import warnings
-from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from itertools import chain
 from pathlib import Path
@@ -411,6 +410,15 @@ def note_on_ends(alpha: FloatArray) -> str:
     )
 
 
+def warn_of_ends(table: Table, name: object = None) -> None:
+    """Give the warning of :func:`note_on_ends` for a table that repeats, which names its file, `name`, if that is one."""
+    angles = [table[angle] for angle in ANGLES if angle in table]
+    note = note_on_ends(np.array(angles).T) if table.repeats else ""
+    if note:
+        file = f"gait file {str(name)!r}: " if isinstance(name, (str, Path)) else ""
+        warnings.warn(f"{file}{note}", FileWarning, stacklevel=3)
+
+
 def closing_time(start: float, end: float, rows: int) -> float:
     """Return the time at which an open table is back at its first row: one mean step after the last row [s]."""
     return end + (end - start) / max(rows - 1, 1)
@@ -432,18 +440,17 @@ def stated_gait(
         or about.get("made_by") == "pace"
     ):
         return None
-    try:
-        corners = np.array(about["corners"], dtype=float)
-        gait = Gait(
-            alpha=corners,
-            vehicle=vehicle,
-            coefficients=numbers,
-            crossing_tolerance=crossing_tolerance,
-        )
-    except (TypeError, ValueError) as error:
+    corners = _corners_from(about["corners"])
+    if corners is None:
         raise InputError(
             f"corners must be rows of four angles (rad), got {shown(about['corners'])}"
-        ) from error
+        )
+    gait = Gait(
+        alpha=corners,
+        vehicle=vehicle,
+        coefficients=numbers,
+        crossing_tolerance=crossing_tolerance,
+    )
     colors = (
         tuple(table["color"][:1]) * len(corners)
         if "color" in table
@@ -454,25 +461,27 @@ def stated_gait(
     )
 
 
+def _corners_from(stated: object) -> FloatArray | None:
+    """Return corners that a table states, shape (n, 4), n ≥ 1; None if they are no rows of four angles."""
+    try:
+        corners: FloatArray = angles_from(stated, "corners")
+    except InputError:
+        return None
+    are_rows = corners.ndim == 2 and corners.shape[1] == 4 and len(corners) > 0
+    return corners if are_rows else None
+
+
 def paced_corners(table: Table, rows: Gait) -> Gait | None:
     """Return the gait through the corners that a table written by pace states, else None; its rows may be elsewhere.
 
     `rows` is the polyline through the rows.
     """
-    corners: Any = table.about.get("corners", ())
-    if (
-        table.about.get("made_by") != "pace"
-        or "t" not in table
-        or not 0 < len(rows.alpha) * len(corners) <= _MOST_COMPARED
-    ):
+    if table.about.get("made_by") != "pace" or "t" not in table:
         return None
-    with suppress(TypeError, ValueError):  # corners that are no angles
-        return replace(
-            rows,
-            alpha=np.array(corners, dtype=float),
-            colors=rows.colors[:1] * len(corners),
-        )
-    return None
+    corners = _corners_from(table.about.get("corners"))
+    if corners is None or len(rows.alpha) * len(corners) > _MOST_COMPARED:
+        return None
+    return replace(rows, alpha=corners, colors=rows.colors[:1] * len(corners))
 
 
 def paced_gait(table: Table, rows: Gait) -> Gait | None:
@@ -562,8 +571,7 @@ def closed_rows(
     alpha, t = tilt_angles(table, numbers), table.columns.get("t")
     file = f"gait file {str(name)!r}: " if isinstance(name, (str, Path)) else ""
     colors = tuple(table["color"]) if "color" in table else _colors_of(alpha, numbers)
-    if (note := note_on_ends(alpha)) and table.repeats:
-        warnings.warn(f"{file}{note}", FileWarning, stacklevel=2)
+    warn_of_ends(table, name)
     if not table.repeats and len(alpha) > 1:
         back = slice(-2, 0, -1)
         alpha, colors = np.vstack([alpha, alpha[back]]), colors + colors[back]

@@ -36,7 +36,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import angle_within, checked_number, number_of, whole_number
+from gaitgraph.angles import (
+    angle_within,
+    checked_number,
+    is_list,
+    number_of,
+    whole_number,
+)
 from gaitgraph.errors import ContractError, InputError, checked_choice, shown
 from gaitgraph.gait.gait import Gait
 from gaitgraph.invertibility import segment_bounds
@@ -95,10 +101,10 @@ def checked_divisions(divisions: object) -> int:
 
 
 def checked_waypoints(
-    value: object, most: float = MOST_WAYPOINTS, least: int = 1
+    value: Any, most: float = MOST_WAYPOINTS, least: int = 1
 ) -> list[tuple[float, float]]:
     """Return waypoints as pairs of angles [rad]; InputError unless `least` to `most` are given, in [−π/2, π/2]²."""
-    if not isinstance(value, (list, tuple, np.ndarray)) or len(value) < least:
+    if not is_list(value) or len(value) < least:
         got = "none" if isinstance(value, tuple) and not value else shown(value)
         raise InputError(
             f"waypoints must be a list of one or more [alpha1, alpha2] in [−π/2, π/2], got {got}",
@@ -110,7 +116,7 @@ def checked_waypoints(
         )
     points = []
     for number, angles in enumerate(value, start=1):
-        given = len(angles) if isinstance(angles, (list, tuple, np.ndarray)) else 0
+        given = len(angles) if is_list(angles) else 0
         if given != 2:
             why = "; α3 and α4 follow from the color" if given == 4 else ""
             raise InputError(

@@ -25,6 +25,7 @@ from gaitgraph.invertibility.segment_bounds import (
     Least,
     Quantity,
     bound_by_change,
+    checked_segments,
     least_along,
     least_of_each,
 )
@@ -230,11 +231,11 @@ class Geometry:
         return np.asarray(np.linalg.norm(rates * (ends - starts), axis=1))
 
     def least_singular_value_along(
-        self, starts: FloatArray, ends: FloatArray, *, tolerance: float = 1e-4
+        self, starts: npt.ArrayLike, ends: npt.ArrayLike, *, tolerance: float = 1e-4
     ) -> Least:
         """Bracket the least singular value along straight segments of tilt angles, shape (m, N), to a tolerance.
 
-        The brackets are proven: a singular value changes by no more than the matrix does.
+        InputError without a segment. The brackets are proven: a singular value changes by no more than the matrix does.
 
         >>> from gaitgraph.vehicle import PAPER
         >>> start, end = np.array([[0.0, 0, 0, 0]]), np.array([[0.5, 0.5, 0.5, 0.5]])
@@ -242,19 +243,23 @@ class Geometry:
         >>> found.upper.round(3).tolist(), bool(found.lower[0] > found.upper[0] - 1e-4)
         ([0.259], True)
         """
+        first, last = checked_segments(starts, ends, len(self.position))
         bound = bound_by_change(self._change)
         return least_along(
-            starts, ends, self.least_singular_value, bound, tolerance=tolerance
+            first, last, self.least_singular_value, bound, tolerance=tolerance
         )
 
-    def least_hover_thrust_along(self, starts: FloatArray, ends: FloatArray) -> Least:
+    def least_hover_thrust_along(
+        self, starts: npt.ArrayLike, ends: npt.ArrayLike
+    ) -> Least:
         """Bracket the least hover thrust along segments, as far as its sign needs, in units of m·g.
 
         `upper` is that of :meth:`hover_thrusts` somewhere; everywhere some thrusts are all at least `lower`. With more
         than four rotors the work is bounded, and 1e-7 may stay between the two. The least singular value must be above
         0.01. Thrusts T of one point become those of another by adding −M⁺·(M·T − e), with e = (0, 0, 0, 1), so that
-        none falls by more than ‖ΔM‖·‖T‖/σ.
+        none falls by more than ‖ΔM‖·‖T‖/σ. InputError without a segment.
         """
+        first, last = checked_segments(starts, ends, len(self.position))
 
         def values(alpha: FloatArray) -> FloatArray:
             thrusts = self.hover_thrusts(alpha)
@@ -276,11 +281,11 @@ class Geometry:
             )
 
         most, quantity = (
-            _MOST_PROGRAMS if starts.shape[1] > 4 else None,
+            _MOST_PROGRAMS if len(self.position) > 4 else None,
             Quantity(values, bounds, (1e-4,), 3),
         )
         return least_of_each(
-            starts, ends, [quantity], prepare=None, floor=IDLE_THRUST, most=most
+            first, last, [quantity], prepare=None, floor=IDLE_THRUST, most=most
         )[0]
 
 

@@ -202,7 +202,8 @@ def tilt_angles(alpha: npt.ArrayLike) -> FloatArray:
     angles: FloatArray = angles_from(alpha, "alpha")
     if angles.ndim == 0 or angles.shape[-1] != 4:
         raise InputError(
-            f"alpha must be an array of shape (..., 4), got shape {angles.shape}"
+            f"alpha must be an array of shape (..., 4), got shape {angles.shape}",
+            field="alpha",
         )
     return angles
 
@@ -736,10 +737,9 @@ def hover_thrust_shares(
     [0.25, 0.25, 0.25, 0.25]
     """
     vehicle = vehicle_named(vehicle)
-    thrust = thrust_signs(vehicle) * zero_moment_inputs(alpha, vehicle)
-    vertical = np.sum(
-        thrust * np.cos(np.asarray(alpha, dtype=float)), axis=-1, keepdims=True
-    )
+    angles = tilt_angles(alpha)
+    thrust = thrust_signs(vehicle) * zero_moment_inputs(angles, vehicle)
+    vertical = np.sum(thrust * np.cos(angles), axis=-1, keepdims=True)
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.asarray(thrust / vertical)
 

@@ -16,6 +16,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from gaitgraph.angles import angles_from
+from gaitgraph.errors import InputError
 from gaitgraph.invertibility.matrices import (
     Coefficients,
     FloatArray,
@@ -71,6 +73,27 @@ class Quantity(NamedTuple):
     bounds: Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]
     tolerances: tuple[float, ...]
     size: int
+
+
+def checked_segments(
+    starts: npt.ArrayLike, ends: npt.ArrayLike, count: int = 4
+) -> tuple[FloatArray, FloatArray]:
+    """Return the ends of one or more segments of `count` tilt angles as arrays of one shape (m, count); else InputError."""
+    both = []
+    for name, points in (("starts", starts), ("ends", ends)):
+        angles = angles_from(points, name)
+        if angles.ndim != 2 or angles.shape[1] != count or not len(angles):
+            raise InputError(
+                f"{name} must have the shape (m, {count}) with m at least 1, got {angles.shape}",
+                field=name,
+            )
+        both.append(angles)
+    if len(both[0]) != len(both[1]):
+        raise InputError(
+            f"ends must be as many as starts, {len(both[0])}, got {len(both[1])}",
+            field="ends",
+        )
+    return both[0], both[1]
 
 
 def least_along(
@@ -556,8 +579,8 @@ def bound_along_red_path(plane: FloatArray, vehicle: Vehicle) -> FloatArray:
 
 
 def least_singular_value_along(
-    starts: FloatArray,
-    ends: FloatArray,
+    starts: npt.ArrayLike,
+    ends: npt.ArrayLike,
     vehicle: Vehicle = PAPER,
     *,
     tolerance: float = 1e-4,
@@ -566,11 +589,13 @@ def least_singular_value_along(
 ) -> Least:
     """Bracket the least singular value of the scaled decoupling matrix, level, along segments; see :func:`decomposed`.
 
-    The options are those of :func:`least_of_each`.
+    Segments are of tilt angles, shape (m, 4), m ≥ 1 [rad]; InputError otherwise. The options are those of
+    :func:`least_of_each`.
     """
-    quantity = singular_quantity(vehicle, tolerance=tolerance, red=is_red(starts, ends))
-    (found,) = least_of_each(starts, ends, [quantity], each=each, **options)
-    return decomposed(found, starts, ends, vehicle, each=each)
+    first, last = checked_segments(starts, ends)
+    quantity = singular_quantity(vehicle, tolerance=tolerance, red=is_red(first, last))
+    (found,) = least_of_each(first, last, [quantity], each=each, **options)
+    return decomposed(found, first, last, vehicle, each=each)
 
 
 def decomposed(

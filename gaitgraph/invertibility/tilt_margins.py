@@ -20,7 +20,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import HALF_PI, angle_from_text, in_degrees, number_of
+from gaitgraph.angles import (
+    HALF_PI,
+    angle_from_text,
+    angle_within,
+    in_degrees,
+    number_of,
+)
 from gaitgraph.errors import InputError, shown
 from gaitgraph.invertibility.matrices import (
     Coefficients,
@@ -75,11 +81,12 @@ def tilt_margin(
     """
     coefficients = coefficients_of(vehicle, coefficients)
     angles = tilt_angles(alpha)
+    rounding = angle_within(angle_rounding, "angle_rounding", least=0.0)
     rows = angles.reshape(-1, 4)
     margin = np.empty(len(rows))
     for k in range(0, len(rows), _BLOCK):
         margin[k : k + _BLOCK] = np.abs(
-            _signed_margin(rows[k : k + _BLOCK], coefficients, angle_rounding)[0]
+            _signed_margin(rows[k : k + _BLOCK], coefficients, rounding)[0]
         )
     return margin.reshape(angles.shape[:-1])[()]
 

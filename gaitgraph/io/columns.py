@@ -317,6 +317,17 @@ class _Times:
         self.last = float(t[-1])
 
 
+def checked_table(table: Table) -> Table:
+    """Return a table with its columns as a reader leaves them; InputError if no file could have held them."""
+    builder = TableBuilder()
+    builder.begin(list(table.columns), table.about)
+    pieces = builder.pieces(
+        table.columns, digit_error=table.digit_error, angle_texts=True
+    )
+    (whole,) = builder.finished(pieces)
+    return replace(whole, notes=table.notes)
+
+
 def column_of(name: str, given: Any) -> Any:
     """Return a column of a file or a frame as an array of numbers, a list, or one text, which holds for all rows.
 

@@ -49,7 +49,12 @@ from gaitgraph.gait.table import (
 )
 from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.io import binary_tables, c_header, ros, text_files
-from gaitgraph.io.columns import TableBuilder, is_frame, table_from_frame
+from gaitgraph.io.columns import (
+    TableBuilder,
+    checked_table,
+    is_frame,
+    table_from_frame,
+)
 from gaitgraph.io.servo_map import mapped_table
 from gaitgraph.vehicle import PAPER, vehicle_named
 
@@ -302,7 +307,7 @@ def given_gait(
     if is_frame(gait):
         return table_from_frame(gait)  # type: ignore[arg-type]
     if isinstance(gait, Table):
-        return gait
+        return checked_table(gait)
     check_unmasked(gait, name)
     rows = np.array(
         gait if isinstance(gait, (list, tuple, np.ndarray)) else None, dtype=object

@@ -19,7 +19,13 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from gaitgraph.angles import angle_within, checked_number, number_of, whole_number
+from gaitgraph.angles import (
+    angle_within,
+    checked_number,
+    is_list,
+    number_of,
+    whole_number,
+)
 from gaitgraph.errors import Infeasible, InputError, checked_choice, shown
 from gaitgraph.gait.table import Table, merged
 from gaitgraph.graph.build import checked_waypoints
@@ -343,11 +349,7 @@ def optimal_gait(
 def _discs(waypoints: Any, radius: Any) -> tuple[Discs, tuple[str, ...]]:
     """Return checked discs, a waypoint that repeats the one before merged, and notes."""
     points = checked_waypoints(waypoints, _MOST_WAYPOINTS)
-    each = (
-        radius
-        if isinstance(radius, (list, tuple, np.ndarray)) and np.ndim(radius)
-        else [radius] * len(points)
-    )
+    each = radius if is_list(radius) else [radius] * len(points)
     if len(each) != len(points):
         raise InputError(
             f"radius must be one for all waypoints or one for each of {len(points)}, got {len(each)}",

@@ -32,6 +32,7 @@ from gaitgraph.gait.table import (
     is_closed,
     surface_of,
     tilt_angles,
+    warn_of_ends,
 )
 from gaitgraph.invertibility.matrices import (
     DEFAULT_FLOOR,
@@ -272,18 +273,7 @@ def retarget(
         raise InputError(
             f"keep must be above 0 and at most 1, got {shown(keep)}", field="keep"
         )
-    given = given_gait(source)
-    table = (
-        given
-        if isinstance(given, Table)
-        else _table_from(given)
-        if isinstance(given, Gait)
-        else table_of(given)
-    )
-    with naming_file(source):
-        check_repeats(table)
-    if len(table) > MOST_ROWS:
-        raise InputError(f"gait must have at most {MOST_ROWS} rows, got {len(table)}")
+    table = _given_table(source)
     chosen, numbers, crossing_tolerance = surface_of(table, vehicle, coefficients)
     zones = Zones(keep_out=keep_out, keep_in=keep_in)
     before = validate(table, vehicle=chosen, coefficients=numbers.kind, floor=floor)
@@ -437,6 +427,23 @@ def _smaller(
             0
         ]
     )
+
+
+def _given_table(source: GaitLike) -> Table:
+    """Return a gait in any form as a table of up to :data:`MOST_ROWS` rows that repeats; else InputError."""
+    given = given_gait(source)
+    if isinstance(given, Table):
+        table = given
+    elif isinstance(given, Gait):
+        table = _table_from(given)
+    else:
+        table = table_of(given)
+    with naming_file(source):
+        check_repeats(table)
+    warn_of_ends(table, source)
+    if len(table) > MOST_ROWS:
+        raise InputError(f"gait must have at most {MOST_ROWS} rows, got {len(table)}")
+    return table
 
 
 def _table_from(gait: Gait, t: FloatArray | None = None, **about: Any) -> Table:

@@ -23,7 +23,14 @@ from gaitgraph.angles import checked_number
 from gaitgraph.errors import InputError, check_fields, checked_choice, of_field, shown
 from gaitgraph.files import table_from_toml, text_of
 from gaitgraph.gait.gait import PAPER_GAITS
-from gaitgraph.gait.table import ANGLES, SAME_ROW, check_repeats, merged, surface_of
+from gaitgraph.gait.table import (
+    ANGLES,
+    SAME_ROW,
+    check_repeats,
+    merged,
+    surface_of,
+    warn_of_ends,
+)
 from gaitgraph.graph.build import (
     DEFAULT_DIVISIONS,
     checked_divisions,
@@ -338,6 +345,7 @@ def colorings_of_file(
         table = merged(read_pieces(path, plane_only=True))
         with naming_file(path):
             check_repeats(table, "loop")
+            warn_of_ends(table, path)
             _, numbers, stated_tolerance = surface_of(table, vehicle, coefficients)
         points = np.column_stack([table["alpha1"], table["alpha2"]])
         # As in validate a row that comes back with some noise, or in another color, is a point of its own.

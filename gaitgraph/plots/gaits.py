@@ -17,11 +17,12 @@ import numpy as np
 import shapely
 
 from gaitgraph.angles import HALF_PI, percent, whole_number
-from gaitgraph.errors import InputError, MissingExtra, shown as shown_value
+from gaitgraph.errors import InputError, shown as shown_value
 from gaitgraph.gait.gait import Gait, name_of
 from gaitgraph.gait.table import Table, surface_of, tilt_angles
 from gaitgraph.invertibility import matrices
 from gaitgraph.invertibility.matrices import FloatArray, coefficients_of
+from gaitgraph.io.columns import checked_table
 from gaitgraph.io.formats import gait_of
 from gaitgraph.planning.planner import Plan
 from gaitgraph.plots import axes as base
@@ -491,7 +492,7 @@ def html_of(shown: Shown) -> str:
 
 
 def _picture(shown: Shown) -> tuple[str, str]:
-    """Return a small picture as an HTML element and what it shows, or twice "" without matplotlib."""
+    """Return a small picture as an HTML element and what it shows, or twice "" without one."""
     try:
         with base.paper_style():
             figure = base.blank_figure(70, 62)
@@ -499,7 +500,7 @@ def _picture(shown: Shown) -> tuple[str, str]:
             content = base64.b64encode(base.picture_bytes(figure, "png")).decode(
                 "ascii"
             )
-    except MissingExtra:
+    except InputError:  # no matplotlib, or a table without rows of tilt angles
         return "", ""
     # Half as wide as its pixels, to be sharp on screens of high resolution.
     return (
@@ -519,8 +520,9 @@ def _draw(ax: Axes, shown: Any, *, legend: bool) -> str:
         draw_angles(ax, shown.t, shown.alpha)
         base.legend_below(ax, ncols=4)
     elif isinstance(shown, Table):
-        alpha = tilt_angles(shown, surface_of(shown)[1])
-        places = shown["t"] if "t" in shown else np.arange(1.0, len(alpha) + 1)
+        table = checked_table(shown)
+        alpha = tilt_angles(table, surface_of(table)[1])
+        places = table["t"] if "t" in table else np.arange(1.0, len(alpha) + 1)
         draw_angles(ax, places, alpha)
         ax.set_xlabel("$t$ (s)" if "t" in shown else "row")
         base.legend_below(ax, ncols=4)

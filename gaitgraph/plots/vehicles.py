@@ -132,7 +132,13 @@ class VehicleView:
 
 def screen_axes(view: tuple[float, float]) -> tuple[FloatArray, FloatArray]:
     """Return the directions right and up on the screen of a viewer at an azimuth and an elevation [rad]."""
-    azimuth, elevation = view
+    angles = angles_from(view, "view")
+    if angles.shape != (2,):
+        raise InputError(
+            f"view must be an azimuth and an elevation (rad), got {shown(view)}",
+            field="view",
+        )
+    azimuth, elevation = angles.tolist()
     right = np.array([-math.sin(azimuth), math.cos(azimuth), 0.0])
     viewer = np.array([math.cos(azimuth), math.sin(azimuth), 0.0]) * math.cos(elevation)
     viewer[2] = math.sin(elevation)
@@ -161,7 +167,8 @@ def vehicle_view(
     angles = np.atleast_2d(angles_from(alpha, "alpha"))
     if angles.ndim != 2 or angles.shape[1] != 4:
         raise InputError(
-            f"alpha must be angles in radians, of the shape (n, 4), got {shown(alpha)}"
+            f"alpha must be angles in radians, of the shape (n, 4), got {shown(alpha)}",
+            field="alpha",
         )
     turned = np.eye(3) if attitude is None else np.asarray(attitude, dtype=float)
     right, up = screen_axes(view)

@@ -21,7 +21,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from gaitgraph.angles import HALF_PI, angles_from, checked_number
+from gaitgraph.angles import HALF_PI, angle_within, angles_from, checked_number
 from gaitgraph.errors import InputError, shown
 from gaitgraph.invertibility.matrices import (
     Coefficients,
@@ -104,10 +104,13 @@ def singular_curve(
     coefficients = coefficients_of(vehicle, coefficients)
     angles = angles_from(alpha, "alpha")
     if angles.shape != (4,):
-        raise InputError(f"alpha must be four tilt angles (rad), got {shown(alpha)}")
+        raise InputError(
+            f"alpha must be four tilt angles (rad), got {shown(alpha)}", field="alpha"
+        )
+    rounding = angle_within(angle_rounding, "angle_rounding", least=0.0)
     normal = attitude_sensitivities(angles, coefficients)
     normal.flags.writeable = False
-    if singular_everywhere(angles, coefficients, angle_rounding=angle_rounding):
+    if singular_everywhere(angles, coefficients, angle_rounding=rounding):
         return SingularCurve(kind="everywhere", normal=normal)
     flat = math.hypot(normal[0], normal[1]) <= noise_of(coefficients)
     return SingularCurve(kind="none" if flat else "curve", normal=normal)
@@ -173,9 +176,11 @@ def acceptable_attitudes(
     points = angles_from(alpha, "alpha")
     if points.ndim != 2 or points.shape[1] != 4 or not len(points):
         raise InputError(
-            f"alpha must be tilt angles of shape (n, 4), n at least 1 (rad), got {shown(alpha)}"
+            f"alpha must be tilt angles of shape (n, 4), n at least 1 (rad), got {shown(alpha)}",
+            field="alpha",
         )
     checked_number("tolerance", tolerance, "a finite number above 0", above=True)
+    rounding = angle_within(angle_rounding, "angle_rounding", least=0.0)
     # The closed polyline in short pieces.
     step = np.roll(points, -1, axis=0) - points
     size = np.abs(step).max(axis=1)
@@ -191,18 +196,16 @@ def acceptable_attitudes(
     # Points at which v may vanish, where R is small enough for that.
     near = (
         np.minimum(np.abs(sweep.v0[:, 2]), np.abs(sweep.v1[:, 2])) - sweep.level
-        <= _SMALL + 50 * angle_rounding
+        <= _SMALL + 50 * rounding
     )
     points = np.linspace(
         sweep.starts[near], sweep.ends[near], _SAMPLES, endpoint=False
     ).reshape(-1, 4)
-    points = points[
-        singular_everywhere(points, coefficients, angle_rounding=angle_rounding)
-    ]
+    points = points[singular_everywhere(points, coefficients, angle_rounding=rounding)]
     if len(points):
         exactly = singular_everywhere(points, coefficients.as_they_stand).all()
         along = segment_singular_everywhere(
-            sweep.starts, sweep.ends, coefficients, angle_rounding
+            sweep.starts, sweep.ends, coefficients, rounding
         )
         if along is not None or not exactly:
             reason = EVERYWHERE

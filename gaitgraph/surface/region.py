@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from gaitgraph.angles import HALF_PI, angle_within, angles_from
+from gaitgraph.angles import HALF_PI, angle_within, angles_from, is_list
 from gaitgraph.errors import InputError, of_field, shown
 from gaitgraph.pictured import Pictured
 from gaitgraph.vehicle import Angle
@@ -404,18 +404,17 @@ def _united(polygons: tuple[Corners, ...], distance: float) -> BaseGeometry:
     return shape
 
 
-def checked_polygons(value: object, name: str) -> npt.NDArray[np.object_]:
+def checked_polygons(value: Any, name: str) -> npt.NDArray[np.object_]:
     """Return the polygons of lists of corners [rad]; raise InputError, with its number, for one that is malformed."""
-    lists = (list, tuple, np.ndarray)
-    if not isinstance(value, lists):
+    if not is_list(value):
         raise InputError(
             f"{name} must be a list of polygons, each a list of [alpha1, alpha2], got {shown(value)}"
         )
     polygons: list[list[tuple[float, float]]] = []
     for number, corners in enumerate(value, start=1):
         label = f"{name} polygon {number}"
-        if not isinstance(corners, lists) or any(
-            not isinstance(one, lists) or len(one) != 2 for one in corners
+        if not is_list(corners) or any(
+            not is_list(one) or len(one) != 2 for one in corners
         ):
             raise InputError(
                 f"{label} must be a list of corners [alpha1, alpha2], got {shown(corners)}"

@@ -56,6 +56,7 @@ from gaitgraph.invertibility.matrices import (
     coefficients_of,
     level_determinant,
     sensitivities,
+    tilt_angles,
 )
 from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
 
@@ -134,10 +135,8 @@ def sheet_angles(
     checked_choice("color", color, COLORS)
     if color == "red":
         return wrapped(first), wrapped(second)
-    coefficients = coefficients_of(vehicle, coefficients)
-    return wrapped(2 * coefficients.delta - first), wrapped(
-        -2 * coefficients.delta - second
-    )
+    turn = 2 * coefficients_of(vehicle, coefficients).delta
+    return wrapped(turn - first), wrapped(-turn - second)
 
 
 def types_of(
@@ -455,8 +454,8 @@ def family_distances(
     For a sheet the larger difference of α3 and α4 counts, for a fibre that of its two fixed angles. The copies of the
     fibres at β = π/2 (mod π), where R = 0, do not count as fibres. The coefficients are by default the vehicle's.
     """
-    coefficients = coefficients_of(vehicle, coefficients)
-    forms = _family_forms(angles_from(alpha, "alpha"), coefficients.delta)
+    delta = coefficients_of(vehicle, coefficients).delta
+    forms = _family_forms(tilt_angles(alpha), delta)
     return np.asarray(distance_to_multiple(forms, math.pi).max(axis=1).T)
 
 

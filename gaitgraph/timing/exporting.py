@@ -21,6 +21,7 @@ from gaitgraph.gait.table import (
     Table,
     completed_table,
     merged,
+    warn_of_ends,
 )
 from gaitgraph.io.formats import (
     check_outputs,
@@ -71,6 +72,7 @@ def _retimed(
     has_times = "t" in table and len(table) > 1
     asked = any(one is not None for one in (period, law, *sampling.values()))
     if has_times and not asked:
+        warn_of_ends(table)
         return table
     chosen: Any = {"vehicle": vehicle, "coefficients": coefficients}
     motion = timed_gait_of(table, **chosen)

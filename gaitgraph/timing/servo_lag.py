@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import number_of
+from gaitgraph.angles import is_list, number_of
 from gaitgraph.errors import InputError, shown
 from gaitgraph.invertibility.matrices import singular_value_rate
 from gaitgraph.invertibility.segment_bounds import least_singular_value_along
@@ -158,7 +158,8 @@ def servo_response(
         (lag,) = timed.gait.vehicle.require(
             "servo_lag", purpose="the error of lagging servos"
         )
-    tau = np.array([number_of(part) for part in (lag if np.ndim(lag) else [lag] * 4)])  # type: ignore[union-attr]
+    parts: Any = lag if is_list(lag) else [lag] * 4
+    tau = np.array([number_of(part) for part in parts])
     if tau.shape != (4,) or not ((tau > 0) & (tau < math.inf)).all():
         raise InputError(
             f"lag must be a positive finite number of seconds, or four, got {shown(lag)}",

@@ -15,7 +15,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gaitgraph.angles import angle_from_text, figure, number_of, whole_number
+from gaitgraph.angles import (
+    angle_from_text,
+    figure,
+    is_list,
+    number_of,
+    whole_number,
+)
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.table import Table, paced_corners
 from gaitgraph.invertibility.matrices import FloatArray
@@ -93,7 +99,7 @@ class Limits:
         ):
             numbers = None
             if value is not None:
-                parts: Any = value if np.ndim(value) else [value] * 4
+                parts: Any = value if is_list(value) else [value] * 4
                 try:
                     numbers = np.array([angle_from_text(part, kind) for part in parts])
                 except InputError:
