@@ -18,9 +18,9 @@ from gaitgraph.graph.walks import ClosedWalk
 # A node is a root with R < 0 above a point of the paper's grid. Its seven types are those of the paper's Figure 16.
 
 graph = gg.surface_graph("negative")
-print(graph)
+print(f"{graph.number_of_nodes()} nodes, {graph.number_of_edges()} edges")
 print(dict(Counter(types for _, types in graph.nodes(data="types"))))
-print((12, 6, "red"), graph.nodes[12, 6, "red"])
+print("012 006 red:", graph.nodes["012 006 red"])
 plots.type_map("negative")
 
 # %%
@@ -49,18 +49,29 @@ print({color for _, color in flyable.nodes(data="color")})
 # %%
 # Any algorithm of networkx runs on it: the shortest path between two nodes, by length.
 
-print(nx.dijkstra_path(flyable, (12, 2, "red"), (10, 6, "red"), weight="length"))
+print(nx.dijkstra_path(flyable, "012 002 red", "010 006 red", weight="length"))
 
 # %%
 # Remove nodes, check the contract, and find the shortest closed walk through others on the rest.
 
-graph.remove_nodes_from([(12, 6, "red"), (12, 6, "blue")])
+graph.remove_nodes_from(["012 006 red", "012 006 blue"])
 gg.validate_graph(graph)
 walk = gg.graph.closed_walk(
-    graph, [[(14, 6, "red")], [(10, 6, "red")], [(12, 2, "red")]], use="flyable"
+    graph, [["014 006 red"], ["010 006 red"], ["012 002 red"]], use="flyable"
 )
 assert isinstance(walk, ClosedWalk)  # otherwise it names the leg that blocks it
 gait = gait_along(graph, walk.nodes).merged()
 print(
     f"around the missing node: {gait.length:.3f} rad, flyable {gg.validate(gait).flyable}"
 )
+
+# %%
+# As GraphML, GEXF, GML or node-link JSON the graph leaves Python, and what networkx reads keeps the contract.
+
+text = "\n".join(nx.generate_graphml(graph))
+again = nx.parse_graphml(text)
+gg.validate_graph(again)
+same = gg.graph.closed_walk(
+    again, [["014 006 red"], ["010 006 red"], ["012 002 red"]], use="flyable"
+)
+print("the walk is the same:", same == walk)

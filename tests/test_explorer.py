@@ -333,7 +333,7 @@ class TestMap:
         codes = np.array(answer["types"]["codes"], dtype=object).reshape(17, 17)
         graph = gg.surface_graph("negative")
         blue = {
-            node[1::-1]: data["types"]
+            (int(node[4:7]), int(node[:3])): data["types"]
             for node, data in graph.nodes(data=True)
             if data["color"] == "blue"
         }

@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 import itertools
+import json
 from math import pi
 from types import SimpleNamespace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import networkx as nx
 import numpy as np
 import pytest
 
 import gaitgraph as gg
-from gaitgraph.graph.build import grid_axis, surface_graph, vehicle_and_coefficients
+from gaitgraph.graph.build import (
+    grid_axis,
+    metadata_of,
+    surface_graph,
+    vehicle_and_coefficients,
+)
+from gaitgraph.graph.walks import best_order, closed_walk
 from gaitgraph.invertibility.matrices import (
     coefficients_of,
     least_singular_value,
@@ -21,6 +28,24 @@ from gaitgraph.invertibility.matrices import (
 from gaitgraph.surface.region import Zones
 from gaitgraph.surface.sheets import red_label, roots
 from tests.samples import points_of
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+def color_of(name: str) -> str:
+    return name.split()[1 if name.startswith("w") else 2]
+
+
+def cell_of(name: str) -> tuple[int, int]:
+    """The numbers in the id of a node on the grid."""
+    i, j, _ = name.split()
+    return int(i), int(j)
+
+
+def change(graph: nx.Graph[Any], **changes: Any) -> None:
+    """Change some of the metadata."""
+    graph.graph["name"] = json.dumps(metadata_of(graph) | changes)
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +56,7 @@ def negative() -> nx.Graph[Any]:
 def brute_edges(graph: nx.Graph[Any]) -> set[frozenset[Any]]:
     """All pairs, the rule word by word: neighbouring cells, and no angle from + to −."""
     out = set()
-    step = graph.graph["step"] * (1 + 1e-9)
+    step = pi / metadata_of(graph)["divisions"] * (1 + 1e-9)
     for (a, first), (b, second) in itertools.combinations(graph.nodes(data=True), 2):
         near = all(abs(first[k] - second[k]) <= step for k in ("alpha1", "alpha2"))
         marks = zip(
@@ -72,7 +97,7 @@ def test_jumps(negative: nx.Graph[Any]) -> None:
     ]
     assert not any(edge["continuous"] or edge["flyable"] for edge in across)
     assert min(edge["jump"] for edge in across) == pytest.approx(least)
-    same_cell = negative.edges[(9, 7, "red"), (9, 7, "blue")]
+    same_cell = negative.edges["009 007 red", "009 007 blue"]
     assert (same_cell["length"], same_cell["jump"]) == (0, pytest.approx(least))
     wraps = [
         {a, b}
@@ -80,8 +105,9 @@ def test_jumps(negative: nx.Graph[Any]) -> None:
         if not edge["continuous"] and edge not in across
     ]
     for pair in wraps:
-        assert {name[2] for name in pair} == {"blue"}
-        assert 1 in {name[0] for name in pair} or 15 in {name[1] for name in pair}
+        assert {color_of(name) for name in pair} == {"blue"}
+        cells = [cell_of(name) for name in pair]
+        assert 1 in {i for i, _ in cells} or 15 in {j for _, j in cells}
 
 
 def surface_arrays(sign: Any, divisions: int = 16, **options: Any) -> SimpleNamespace:
@@ -95,7 +121,6 @@ def surface_arrays(sign: Any, divisions: int = 16, **options: Any) -> SimpleName
         alpha=np.array([[node[f"alpha{k}"] for k in range(1, 5)] for node in nodes]),
         red=np.array([node["color"] == "red" for node in nodes]),
         R=np.array([node["R"] for node in nodes]),
-        cell=np.array([node["cell"] or (-1, -1) for node in nodes]),
         edge=np.array([[index[a], index[b]] for a, b, _ in edges]),
         **{name: np.array([data[name] for *_, data in edges]) for name in names},
     )
@@ -202,7 +227,7 @@ def test_where_R_is_zero_but_for_rounding_there_is_no_node(divisions: int) -> No
     nodes: set[Any] = set()
     for sign in ("positive", "negative"):
         nodes |= {
-            name[:2]
+            cell_of(name)
             for name in surface_graph(sign, divisions=divisions, vehicle=vehicle)
         }
     axis, delta = grid_axis(divisions), pi / divisions
@@ -233,7 +258,7 @@ def test_an_edge_over_the_saddle_does_not_keep_its_sign() -> None:
 @pytest.mark.parametrize("kind", ["published", "exact"])
 @pytest.mark.parametrize("sign", ["negative", "positive"])
 def test_ids_count_waypoints_and_their_roots(sign: Any, kind: Any) -> None:
-    """("w", k, m): root m of this sign at the k-th waypoint off the grid; with exact coefficients red ones alone."""
+    """Roots of this sign at waypoints off the grid, counted for each color; with exact coefficients red ones alone."""
     numbers, wanted = coefficients_of(kind=kind), 1 if sign == "positive" else -1
     off_grid = [(-0.4, 0.3), (0.3, 1.1), (-0.4, 0.7), (-0.9, 0.3)]
     if sign == "negative":
@@ -247,15 +272,15 @@ def test_ids_count_waypoints_and_their_roots(sign: Any, kind: Any) -> None:
             (0.7 * wanted, -0.7 * wanted)
         )  # red has the other sign there, and there is no blue
     arrays = surface_arrays(sign, coefficients=numbers, waypoints=waypoints)
-    expected = [
-        (("w", k, m), (*root.alpha, root.color == "red", root.R))
-        for k, point in enumerate(off_grid)
-        for m, root in enumerate(
-            root
-            for root in roots(*point, coefficients=numbers)
-            if wanted * root.R > 1e-12
-        )
-    ]
+    expected = []
+    for k, point in enumerate(off_grid):
+        copies = {"red": 0, "blue": 0}
+        for root in roots(*point, coefficients=numbers):
+            if wanted * root.R > 1e-12:
+                name = f"w{k:03} {root.color} {copies[root.color]}"
+                copies[root.color] += 1
+                values = (*root.alpha, root.color == "red", root.R)
+                expected.append((name, values))
     own = [position for position, name in enumerate(arrays.ids) if name[0] == "w"]
     assert [arrays.ids[position] for position in own] == [name for name, _ in expected]
     for position, (_, values) in zip(own, expected, strict=True):
@@ -263,14 +288,14 @@ def test_ids_count_waypoints_and_their_roots(sign: Any, kind: Any) -> None:
             :-1
         ]
         assert arrays.R[position] == pytest.approx(values[-1], abs=1e-13)
-    assert {name[1] for name, _ in expected} == set(range(len(off_grid)))
-    most = {("published", "positive"): 3, ("published", "negative"): 2}.get(
-        (kind, sign), 1
-    )
-    assert max(name[2] for name, _ in expected) == most - 1
-    assert [(-1, -1) if name[0] == "w" else name[:2] for name in arrays.ids] == list(
-        map(tuple, arrays.cell.tolist())
-    )
+    assert {int(name[1:4]) for name, _ in expected} == set(range(len(off_grid)))
+    corner = (kind, sign) == ("published", "positive")
+    assert any(name.endswith("blue 1") for name, _ in expected) is corner
+    axis = grid_axis()
+    for name, alpha in zip(arrays.ids, arrays.alpha, strict=True):
+        if not name.startswith("w"):
+            i, j = cell_of(name)
+            assert alpha[:2].tolist() == [axis[i], axis[j]]
 
 
 def test_waypoints_on_the_grid_add_nothing(negative: nx.Graph[Any]) -> None:
@@ -293,24 +318,23 @@ def test_the_metadata_is_what_the_graph_was_built_with(kind: Any) -> None:
     graph = surface_graph(
         "positive", divisions=7, vehicle=vehicle, coefficients=numbers, floor=0.9
     )
-    assert graph.graph == {
+    metadata = metadata_of(graph)
+    assert metadata == {
         "contract": "gaitgraph surface graph 1",
         "divisions": 7,
-        "step": pi / 7,
         "sign": "positive",
         "coefficients": kind,
         "vehicle": vehicle.as_mapping(),
-        "crossing_tolerance": pi / 14,
         "floor": 0.9,
     }
+    assert {*graph.graph} == {"name"}
     assert vehicle_and_coefficients(graph) == (vehicle, numbers)
-    for key in ("vehicle", "coefficients", "divisions", "floor"):
+    for key in metadata:
+        rest = {name: value for name, value in metadata.items() if name != key}
         with pytest.raises(
             gg.errors.ContractError, match=f"^graph metadata: '{key}' is missing$"
         ):
-            gg.cycles(
-                nx.Graph(**{name: graph.graph[name] for name in {*graph.graph} - {key}})
-            )
+            gg.cycles(nx.Graph(name=json.dumps(rest)))
 
 
 def test_zones_cut_nodes_and_edges(negative: nx.Graph[Any]) -> None:
@@ -332,41 +356,36 @@ def test_zones_cut_nodes_and_edges(negative: nx.Graph[Any]) -> None:
         assert not (0.6 < middle[0] < 0.95 and -0.9 < middle[1] < -0.6)
 
 
-FIRST, SECOND, FAR = (14, 2, "red"), (14, 3, "red"), (9, 2, "red")
+FIRST, SECOND, FAR = "014 002 red", "014 003 red", "009 002 red"
 BREAKAGES: list[tuple[str, Any]] = [
     (
         "contract must be 'gaitgraph surface graph 1', got 'x'",
-        lambda graph: graph.graph.update(contract="x"),
+        lambda graph: change(graph, contract="x"),
     ),
-    ("divisions must be .* got 1.5", lambda graph: graph.graph.update(divisions=1.5)),
+    ("divisions must be .* got 1.5", lambda graph: change(graph, divisions=1.5)),
     (
         "must be a root .* with the graph's sign of R",
-        lambda graph: graph.graph.update(sign="positive"),
+        lambda graph: change(graph, sign="positive"),
     ),
-    ("vehicle has no field", lambda graph: graph.graph.update(vehicle={"x": 1})),
+    ("vehicle has no field", lambda graph: change(graph, vehicle={"x": 1})),
     (
         "floor must be a finite number ≥ 0, got 'x'",
-        lambda graph: graph.graph.update(floor="x"),
+        lambda graph: change(graph, floor="x"),
     ),
-    ("'floor' is missing", lambda graph: graph.graph.pop("floor")),
+    ("name must be the JSON .*, got None", lambda graph: graph.graph.clear()),
+    ("name must be the JSON", lambda graph: graph.graph.update(name="[1]")),
     ("'R' is missing", lambda graph: graph.nodes[FIRST].pop("R")),
     (
         "color must be 'red', got 'green'",
         lambda graph: graph.nodes[FIRST].update(color="green"),
     ),
     (
-        "cell must be .*, got \\(1, 1\\)",
-        lambda graph: graph.nodes[FIRST].update(cell=(1, 1)),
+        "must be a root",
+        lambda graph: nx.relabel_nodes(graph, {FIRST: "014 099 red"}, copy=False),
     ),
     (
         "must be a root",
-        lambda graph: nx.relabel_nodes(graph, {FIRST: (14, 99, "red")}, copy=False),
-    ),
-    (
-        "must be a root",
-        lambda graph: graph.add_node(
-            ("w", 0, 0), **{**graph.nodes[FIRST], "cell": (1, 1)}
-        ),
+        lambda graph: graph.add_node("w000 red 0", **graph.nodes[FIRST]),
     ),
     (
         "alpha1 must be 1.178.*, got 0.3",
@@ -381,8 +400,8 @@ BREAKAGES: list[tuple[str, Any]] = [
     ("R must be .*, got 'x'", lambda graph: graph.nodes[FIRST].update(R="x")),
     ("'jump' is missing", lambda graph: graph.edges[FIRST, SECOND].pop("jump")),
     (
-        "keeps_sign must be True, got 1",
-        lambda graph: graph.edges[FIRST, SECOND].update(keeps_sign=1),
+        "keeps_sign must be True, got 'True'",
+        lambda graph: graph.edges[FIRST, SECOND].update(keeps_sign="True"),
     ),
     (
         "flyable must be True, got False",
@@ -397,7 +416,7 @@ BREAKAGES: list[tuple[str, Any]] = [
             "must join neighbours",
             lambda graph, b=b: graph.add_edge(FIRST, b, **graph.edges[FIRST, SECOND]),
         )
-        for b in (FAR, FIRST, (14, 3, "blue"))
+        for b in (FAR, FIRST, "014 003 blue")
     ),
 ]
 
@@ -408,3 +427,90 @@ def test_each_breach_of_the_contract_is_named(message: str, break_it: Any) -> No
     break_it(graph)
     with pytest.raises(gg.errors.ContractError, match=message):
         gg.validate_graph(graph)
+
+
+# Out of Python and back
+
+
+def through_json(graph: nx.Graph[Any], path: Path) -> nx.Graph[Any]:
+    path.write_text(json.dumps(nx.node_link_data(graph)), encoding="utf-8")
+    return nx.node_link_graph(json.loads(path.read_text(encoding="utf-8")))
+
+
+def through(write: Any, read: Any) -> Any:
+    def there_and_back(graph: nx.Graph[Any], path: Path) -> nx.Graph[Any]:
+        write(graph, path)
+        back: nx.Graph[Any] = read(path)
+        return back
+
+    return there_and_back
+
+
+FORMATS = {
+    "node-link JSON": through_json,
+    "GraphML": through(nx.write_graphml, nx.read_graphml),
+    "GEXF": through(nx.write_gexf, nx.read_gexf),
+    "GML": through(nx.write_gml, nx.read_gml),
+}
+EACH = gg.PAPER.replace(
+    name="\"Élan\" <&> '4'", max_tilt=[1.5, 1.4, 1.5, 1.4], max_thrust=3.0
+)
+GRAPHS: dict[str, dict[str, Any]] = {
+    "the paper's": {},
+    "printed, positive": {"sign": "positive", "coefficients": "printed"},
+    "waypoints": {"waypoints": [(0.5, -0.6), (1.2, -0.7), (-pi / 2, pi / 2)]},
+    "another vehicle": {"vehicle": "beetle_omni", "floor": 0.07},
+    "rotors above": {"vehicle": gg.PAPER.replace(rotor_height=0.03)},
+    "limits of each arm": {"vehicle": EACH, "waypoints": [(0.5, -0.6)]},
+}
+
+
+@pytest.mark.filterwarnings("ignore:.*edges=:FutureWarning")  # networkx 3.4 and 3.5
+@pytest.mark.parametrize("there_and_back", FORMATS.values(), ids=FORMATS)
+@pytest.mark.parametrize("options", GRAPHS.values(), ids=GRAPHS)
+def test_the_graph_leaves_python_and_comes_back(
+    options: dict[str, Any], there_and_back: Any, tmp_path: Path
+) -> None:
+    graph = surface_graph(divisions=8, **options)
+    graph.remove_node(sorted(graph)[0])
+    back = there_and_back(graph, tmp_path / "graph")
+    gg.validate_graph(back)
+    assert metadata_of(back) == metadata_of(graph)
+    assert vehicle_and_coefficients(back) == vehicle_and_coefficients(graph)
+    assert list(back) == list(graph)
+    assert sorted(back) == sorted(graph)
+    for name, data in graph.nodes(data=True):
+        assert data.items() <= back.nodes[name].items()
+    for a, b, data in graph.edges(data=True):
+        assert data.items() <= back.edges[a, b].items()
+    red = [name for name in graph if " red" in name]
+    stops = red[:: len(red) // 4]
+    for use in ("flyable", "valid", "two_color"):
+        of_both = [
+            (cycles_of(one, use), walk_of(one, stops, use)) for one in (graph, back)
+        ]
+        assert of_both[0] == of_both[1]
+    # A reader's graph is judged like any other.
+    back.nodes[red[0]]["R"] = 1.0
+    with pytest.raises(gg.errors.ContractError, match="R must be"):
+        gg.validate_graph(back)
+
+
+def cycles_of(graph: nx.Graph[Any], use: Any) -> list[Any]:
+    """The first cycles with all that is said of them, and the verdicts of the first one's report."""
+    found = list(itertools.islice(gg.cycles(graph, use=use), 20))
+    told: list[Any] = [(cycle.nodes, str(cycle), cycle.as_mapping()) for cycle in found]
+    return [*told, *(str(cycle.report) for cycle in found[:1])]
+
+
+def walk_of(graph: nx.Graph[Any], stops: list[str], use: Any) -> list[Any]:
+    walk = closed_walk(graph, [[stop] for stop in stops], use=use)
+    robust = closed_walk(graph, [[stop] for stop in stops], use=use, objective="robust")
+    return [walk, robust, best_order(graph, stops, use=use)]
+
+
+def test_ids_sort_like_the_numbers_in_them() -> None:
+    graph = surface_graph(divisions=101, waypoints=[(0.5, -0.61), (0.7, -0.62)])
+    on_grid = sorted(name for name in graph if not name.startswith("w"))
+    assert on_grid == sorted(on_grid, key=lambda name: (*cell_of(name), color_of(name)))
+    assert sorted(graph)[len(on_grid) :] == sorted({*graph} - {*on_grid})

@@ -13,6 +13,7 @@ import pytest
 import gaitgraph as gg
 from gaitgraph.cli import main
 from gaitgraph.gait.gait import lift
+from gaitgraph.graph.build import metadata_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -159,7 +160,8 @@ def test_vehicles_and_coefficients_in_every_form(
         )
         assert gg.colorings(loop, **own).count == 1
         assert (
-            gg.surface_graph(divisions=4, **own).graph["vehicle"]["drag_ratio"] == kappa
+            metadata_of(gg.surface_graph(divisions=4, **own))["vehicle"]["drag_ratio"]
+            == kappa
         )
         assert gg.validate(TIMED.alpha, **own).valid
 

@@ -550,9 +550,7 @@ def test_separated_waypoints_are_told_with_what_can_be_reached_from_each() -> No
     (obstacle,) = on_grid(points, **RED_BELOW).obstacles
     graph = surface_graph("negative", waypoints=points)
     nodes = {
-        k: next(
-            n for n in graph if n[:2] == ("w", k) and graph.nodes[n]["color"] == "red"
-        )
+        k: next(name for name in graph if name.startswith(f"w{k:03} red"))
         for k in (1, 2)
     }
     edges = graph.edges(data=True)

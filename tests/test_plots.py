@@ -225,13 +225,18 @@ def test_type_map_of_the_paper(ax: Axes) -> None:
     assert len(marks["no no"]) == 28
     assert sum(map(len, marks.values())) + len(written) == 225
     graph = gg.surface_graph("negative")
+
+    def types_at(node: tuple[int, int]) -> dict[str, str]:
+        i, j = node
+        names = {color: f"{i:03} {j:03} {color}" for color in ("red", "blue")}
+        return {
+            color: graph.nodes[name]["types"]
+            for color, name in names.items()
+            if name in graph
+        }
+
     for node, lines in written.items():
-        types = [
-            graph.nodes[(*node, color)]["types"]
-            for color in ("red", "blue")
-            if (*node, color) in graph
-        ]
-        assert lines == types
+        assert lines == list(types_at(node).values())
         assert all("?" in label for label in lines)
     for kind, colors in (
         ("yes yes", ("red", "blue")),
@@ -239,10 +244,7 @@ def test_type_map_of_the_paper(ax: Axes) -> None:
         ("no no", ()),
     ):
         for node in marks[kind]:
-            assert (
-                tuple(color for color in ("red", "blue") if (*node, color) in graph)
-                == colors
-            )
+            assert tuple(types_at(node)) == colors
     left, right = (
         one for one in scatters(ax) if one.get_gid() == "yes yes"
     )  # the halves of a mark

@@ -8,6 +8,7 @@ from gaitgraph._lazy import lazy_names
 
 if TYPE_CHECKING:
     from gaitgraph.graph.build import (
+        metadata_of as metadata_of,
         surface_graph as surface_graph,
         validate_graph as validate_graph,
     )
@@ -21,7 +22,7 @@ else:
     __getattr__, __dir__ = lazy_names(
         __name__,
         {
-            "gaitgraph.graph.build": ["surface_graph", "validate_graph"],
+            "gaitgraph.graph.build": ["metadata_of", "surface_graph", "validate_graph"],
             "gaitgraph.graph.cycle_list": ["Cycles", "cycles"],
             "gaitgraph.graph.walks": ["Cycle", "best_order", "closed_walk"],
         },

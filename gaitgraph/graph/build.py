@@ -1,20 +1,23 @@
 """The gait surfaces as a graph: roots are nodes, steps between neighbouring roots are edges.
 
-The graph is a plain :class:`networkx.Graph` with a written contract, enforced by :func:`validate_graph`:
+The graph is a plain :class:`networkx.Graph` with a written contract, enforced by :func:`validate_graph`. Node ids are
+texts and attributes are scalars, so networkx writes a graph as node-link JSON, GraphML, GEXF or GML, and what it reads
+back keeps the contract. More attributes, such as readers add, do no harm.
 
 Graph metadata (``graph.graph``)
+    ``name``  a JSON object as one text, since GEXF keeps nothing else; :func:`metadata_of` reads it:
     ``contract``  "gaitgraph surface graph 1";
-    ``divisions``  intervals n into which [−π/2, π/2] is cut; ``step``  π/n [rad];
     ``sign``  "positive" or "negative", the sign of R of every node;
-    ``coefficients``  "published", "printed" or "exact"; ``vehicle``  the vehicle's constants as a plain mapping;
-    ``crossing_tolerance``  distance from a crossing line within which a type is `?` [rad];
-    ``floor``  least singular value that a flyable edge keeps.
+    ``divisions``  intervals n into which [−π/2, π/2] is cut; a step of the grid is π/n [rad], and a type is `?` within
+    half a step of a crossing line;
+    ``coefficients``  "published", "printed" or "exact"; ``floor``  least singular value that a flyable edge keeps;
+    ``vehicle``  the vehicle's constants as a plain mapping.
 Node ids
-    ``(i, j, color)`` for the root of that color at the interior grid node α1 = −π/2 + iπ/n, α2 = −π/2 + jπ/n,
-    0 < i, j < n; ``("w", k, m)`` for the m-th node at the k-th waypoint off the grid that has nodes.
+    "003 012 red" for the root of that color at the interior grid node α1 = −π/2 + 3π/n, α2 = −π/2 + 12π/n: both
+    numbers in three digits, from 1 to n − 1;
+    "w002 red 0" for the first red root, counted from 0, at the third of the waypoints off the grid that have nodes.
 Node attributes
-    ``alpha1`` … ``alpha4`` [rad]; ``types``, e.g. "(+,?)"; ``color``, "red" or "blue"; ``R``, equation (6);
-    ``cell``, (i, j), or None off the grid.
+    ``alpha1`` … ``alpha4`` [rad]; ``types``, e.g. "(+,?)"; ``color``, "red" or "blue"; ``R``, equation (6).
 Edges
     between nodes at most one step apart in both α1 and α2 (the eight neighbours and the same cell), where
     Figure 15 allows the two types.
@@ -29,7 +32,9 @@ Edge attributes
 
 from __future__ import annotations
 
+import json
 import math
+from collections import Counter
 from itertools import product
 from typing import TYPE_CHECKING, Any
 
@@ -84,6 +89,7 @@ MOST_WAYPOINTS = 1000
 WAYPOINT_SNAP = 1e-9
 """A waypoint as near to a grid node as this is that node [rad]."""
 
+_WAYPOINT = "w"  # begins the ids of nodes at waypoints
 _SAME = 1e-12
 _SINGULAR_VALUE_TOLERANCE = 1e-5
 _TOLERANCES = {"least_singular_value": 2e-5}
@@ -167,7 +173,7 @@ def surface_graph(
     Examples
     --------
     >>> graph = surface_graph("negative")
-    >>> graph.number_of_nodes(), graph.nodes[14, 2, "red"]["types"]
+    >>> graph.number_of_nodes(), graph.nodes["014 002 red"]["types"]
     (294, '(+,+)')
     """
     import networkx as nx
@@ -194,18 +200,18 @@ def surface_graph(
         alpha, red, edge, wanted, vehicle, coefficients, floor
     )
 
-    graph: nx.Graph[Any] = nx.Graph(
-        contract=CONTRACT,
-        divisions=divisions,
-        step=math.pi / divisions,
-        sign=sign,
-        coefficients=coefficients.kind,
-        vehicle=vehicle.as_mapping(),
-        crossing_tolerance=crossing_tolerance,
-        floor=floor,
-    )
-    ids: list[tuple[Any, ...]] = []
-    waypoint_counts: dict[tuple[float, float], list[int]] = {}
+    metadata = {
+        "contract": CONTRACT,
+        "sign": sign,
+        "divisions": divisions,
+        "coefficients": coefficients.kind,
+        "floor": floor,
+        "vehicle": vehicle.as_mapping(),
+    }
+    graph: nx.Graph[Any] = nx.Graph(name=json.dumps(metadata))
+    ids: list[str] = []
+    places: dict[tuple[float, float], int] = {}  # waypoints by their order
+    copies: Counter[str] = Counter()
     for angles, pair, is_red, value, (i, j) in zip(
         alpha.tolist(),
         types.tolist(),
@@ -216,23 +222,15 @@ def surface_graph(
     ):
         color = "red" if is_red else "blue"
         if i >= 0:
-            ids.append((i, j, color))
+            name = f"{i:03} {j:03} {color}"
         else:
-            numbers = waypoint_counts.setdefault(
-                (angles[0], angles[1]), [len(waypoint_counts), 0]
-            )
-            ids.append(("w", numbers[0], numbers[1]))
-            numbers[1] += 1
+            number = places.setdefault((angles[0], angles[1]), len(places))
+            at_waypoint = f"{_WAYPOINT}{number:03} {color}"
+            name = f"{at_waypoint} {copies[at_waypoint]}"
+            copies[at_waypoint] += 1
+        ids.append(name)
         node = {f"alpha{k}": angle for k, angle in enumerate(angles, start=1)}
-        cell_of_node = (i, j) if i >= 0 else None
-        graph.add_node(
-            ids[-1],
-            **node,
-            types=text_from_types(*pair),
-            color=color,
-            R=value,
-            cell=cell_of_node,
-        )
+        graph.add_node(name, **node, types=text_from_types(*pair), color=color, R=value)
     names, columns = (
         list(quantities),
         [column.tolist() for column in quantities.values()],
@@ -415,28 +413,40 @@ def gait_along(graph: nx.Graph[Any], nodes: Sequence[Any]) -> Gait:
         colors=tuple(node["color"] for node in data),
         vehicle=vehicle,
         coefficients=coefficients,
-        crossing_tolerance=graph.graph["crossing_tolerance"],
+        crossing_tolerance=math.pi / (2 * metadata_of(graph)["divisions"]),
     )
 
 
-def vehicle_and_coefficients(graph: nx.Graph[Any]) -> tuple[Vehicle, Coefficients]:
-    """Return the vehicle and coefficients in the metadata of a surface graph; ContractError if any are missing."""
+def metadata_of(graph: nx.Graph[Any]) -> dict[str, Any]:
+    """Return the metadata in the name of a surface graph, as plain values; ContractError if any are missing.
+
+    >>> metadata_of(surface_graph("negative", divisions=8))["divisions"]
+    8
+    """
     if not isinstance(getattr(graph, "graph", None), dict):
         raise InputError(
             f"graph must be a networkx graph, as surface_graph returns, got {shown(graph)}"
         )
-    for key in (
-        "vehicle",
-        "coefficients",
-        "sign",
-        "divisions",
-        "crossing_tolerance",
-        "floor",
-    ):
-        if key not in graph.graph:
+    text = graph.graph.get("name")
+    try:
+        metadata = json.loads(text)  # type: ignore[arg-type]
+    except (RecursionError, TypeError, ValueError):
+        metadata = None
+    if not isinstance(metadata, dict):
+        raise ContractError(
+            f"graph metadata: name must be the JSON that surface_graph writes, got {shown(text)}"
+        )
+    for key in ("contract", "sign", "divisions", "coefficients", "floor", "vehicle"):
+        if key not in metadata:
             raise ContractError(f"graph metadata: {key!r} is missing")
-    vehicle = vehicle_from_mapping(graph.graph["vehicle"])
-    return vehicle, coefficients_of(vehicle, graph.graph["coefficients"])
+    return metadata
+
+
+def vehicle_and_coefficients(graph: nx.Graph[Any]) -> tuple[Vehicle, Coefficients]:
+    """Return the vehicle and coefficients in the metadata of a surface graph; ContractError if any are missing."""
+    metadata = metadata_of(graph)
+    vehicle = vehicle_from_mapping(metadata["vehicle"])
+    return vehicle, coefficients_of(vehicle, metadata["coefficients"])
 
 
 def validate_graph(graph: nx.Graph[Any]) -> None:
@@ -446,11 +456,11 @@ def validate_graph(graph: nx.Graph[Any]) -> None:
     attributes. The graph need not be complete: nodes and edges may be removed.
 
     >>> graph = surface_graph(divisions=8)
-    >>> graph.nodes[6, 2, "red"]["R"] = 1.0
+    >>> graph.nodes["006 002 red"]["R"] = 1.0
     >>> validate_graph(graph)
     Traceback (most recent call last):
     ...
-    gaitgraph.errors.ContractError: node (6, 2, 'red'): R must be -6.7323, got 1.0
+    gaitgraph.errors.ContractError: node '006 002 red': R must be -6.7323, got 1.0
     """
     import networkx as nx
 
@@ -458,33 +468,33 @@ def validate_graph(graph: nx.Graph[Any]) -> None:
         raise ContractError(
             f"graph must be a networkx.Graph, got {type(graph).__name__}"
         )
-    meta = graph.graph
+    metadata = metadata_of(graph)
     off_grid = {
         name: data
         for name, data in graph.nodes(data=True)
-        if isinstance(name, tuple) and name[:1] == ("w",)
+        if str(name).startswith(_WAYPOINT)
     }
     try:
         vehicle, coefficients = vehicle_and_coefficients(graph)
         expected = surface_graph(
-            meta.get("sign"),  # type: ignore[arg-type]
-            divisions=meta.get("divisions"),  # type: ignore[arg-type]
+            metadata["sign"],
+            divisions=metadata["divisions"],
             vehicle=vehicle,
             coefficients=coefficients,
             waypoints=[
                 [number_of(data.get(key)) for key in ("alpha1", "alpha2")]
                 for data in off_grid.values()
             ],
-            floor=meta.get("floor"),  # type: ignore[arg-type]
+            floor=metadata["floor"],
         )
     except (InputError, TypeError) as error:
         raise ContractError(f"graph metadata or waypoints: {error}") from error
-    _compare("graph metadata", meta, expected.graph)
+    _compare("graph metadata", metadata, metadata_of(expected))
     # The number of a waypoint depends on those that are left: its nodes are found by their place.
     at_waypoint = {
         _place(data): name
         for name, data in expected.nodes(data=True)
-        if data["cell"] is None
+        if name.startswith(_WAYPOINT)
     }
     twins: dict[Any, Any] = {}
     for name, data in graph.nodes(data=True):
@@ -512,7 +522,8 @@ def _compare(where: str, stated: dict[str, Any], computed: dict[str, Any]) -> No
     for key, value in computed.items():
         if key not in stated:
             raise ContractError(f"{where}: {key!r} is missing")
-        agrees = type(stated[key]) is type(value) and stated[key] == value
+        # GML has no truth values: networkx writes True as 1.
+        agrees = stated[key] == value
         if isinstance(value, float):
             tolerance = _TOLERANCES.get(key, 1e-9) * max(1.0, abs(value))
             agrees = abs(number_of(stated[key]) - value) <= tolerance

@@ -137,7 +137,7 @@ def cycles(
     >>> found = cycles(surface_graph("negative"), max_length=0.7)
     >>> first = next(found)
     >>> first.nodes, round(first.length, 4), first.color
-    (((2, 1, 'red'), (3, 1, 'red'), (3, 2, 'red')), 0.6704, 'red')
+    (('002 001 red', '003 001 red', '003 002 red'), 0.6704, 'red')
     >>> 1 + sum(1 for _ in found), found.complete
     (965, True)
     """

@@ -17,7 +17,7 @@ import numpy as np
 
 from gaitgraph.angles import text_from_angle
 from gaitgraph.errors import checked_choice
-from gaitgraph.graph.build import gait_along, vehicle_and_coefficients
+from gaitgraph.graph.build import gait_along, metadata_of, vehicle_and_coefficients
 from gaitgraph.surface.sheets import HOVER_LABEL, RELATION, Sign, red_label
 
 if TYPE_CHECKING:
@@ -81,7 +81,7 @@ class Cycle(ClosedWalk):
     @property
     def sign(self) -> Sign:
         """Sign of R: "positive" or "negative"."""
-        return cast("Sign", self.surface.graph["sign"])
+        return cast("Sign", metadata_of(self.surface)["sign"])
 
     @property
     def color(self) -> str:
@@ -118,7 +118,7 @@ class Cycle(ClosedWalk):
     @property
     def report(self) -> Report:
         """All checks of the gait with straight runs merged, with the graph's floor; milliseconds."""
-        return self.path.merged().check(floor=self.surface.graph["floor"])
+        return self.path.merged().check(floor=metadata_of(self.surface)["floor"])
 
     @property
     def reachable_from_hover(self) -> bool:
@@ -194,7 +194,7 @@ def closed_walk(
     --------
     >>> from gaitgraph.graph.build import surface_graph
     >>> corners = [(14, 2), (14, 6), (10, 6), (10, 2)]
-    >>> walk = closed_walk(surface_graph("negative"), [[(*corner, "red")] for corner in corners])
+    >>> walk = closed_walk(surface_graph("negative"), [[f"{i:03} {j:03} red"] for i, j in corners])
     >>> len(walk.nodes), round(walk.length, 4)
     (16, 3.1416)
     """
@@ -408,7 +408,7 @@ def best_order(
 
     >>> from gaitgraph.graph.build import surface_graph
     >>> corners = [(14, 2), (10, 6), (14, 6), (10, 2)]
-    >>> best_order(surface_graph("negative"), [(*corner, "red") for corner in corners])
+    >>> best_order(surface_graph("negative"), [f"{i:03} {j:03} red" for i, j in corners])
     ((0, 2, 1, 3), 0.0)
     """
     paths = _Paths(graph, allowed_edges(use))

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 REQUEST = str(Path(__file__).parents[2] / "examples" / "gait3.toml")
-CORNERS = [(14, 2, "red"), (14, 6, "red"), (10, 6, "red"), (10, 2, "red")]
+CORNERS = ["014 002 red", "014 006 red", "010 006 red", "010 002 red"]
 AXIS = np.linspace(-np.pi / 2, np.pi / 2, 1025)
 GRAPH = gg.surface_graph("negative")
 EXACT = coefficients_of(kind="exact")
