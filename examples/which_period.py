@@ -49,11 +49,13 @@ for period in (2.0, 1.0, 0.5, 0.25):
 
 # %%
 # Flown from roll 0.3 and pitch −0.2 rad with that lag and no more than 300°/s. The controller of the simulation is
-# given the arms' actual angles. With the law smooth T ≤ 1 s needs more than 300°/s and is refused, so it is flown with
+# given the arms' actual angles, as from servos that report them. With the law smooth T ≤ 1 s needs more than 300°/s and is refused, so it is flown with
 # anyway=True, and the servos follow at their limit. All settle; the peak is at once, since the gait begins in its worst
 # corner. Shares are quarters of the weight.
 
-settings = gg.FlightSettings(duration=3.0, servo_lag=lag, servo_rate=rate)
+settings = gg.FlightSettings(
+    duration=3.0, servo_lag=lag, servo_rate=rate, arms="served"
+)
 quarter = 0.25 * 0.429 * 9.8  # of the weight of the paper's vehicle [N]
 flights = {
     period: gg.fly(gait.parametrize(period), settings=settings, anyway=True)

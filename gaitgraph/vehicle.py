@@ -108,6 +108,8 @@ class Vehicle(Pictured):
         Largest thrust of one rotor [N].
     servo_lag
         Time constant of the tilt servos as first-order lags [s].
+    servo_feedback
+        Whether the tilt servos report their angles, so that a controller knows them while they lag. Hobby servos do not.
     linkage
         Pairs (servo angle, tilt angle) from which a servo turns an arm [rad], at least two, linear between them, or
         four such tables; None where the servo is on the tilt axis. Tilt angles must all rise, or all fall, with the
@@ -152,6 +154,7 @@ class Vehicle(Pictured):
     max_tilt_jerk: Each | None = None
     max_thrust: float | None = None
     servo_lag: Each | None = None
+    servo_feedback: bool = False
     linkage: Linkage | tuple[Linkage, ...] | None = None
     rotor_lag: float | None = None
     rotor_height: float = 0.0
@@ -195,6 +198,11 @@ class Vehicle(Pictured):
             stated["first_arm_angle"], "first_arm_angle", 2 * math.pi
         )
         checked_choice("first_rotor_spin", stated["first_rotor_spin"], get_args(Spin))
+        if not isinstance(feedback := stated["servo_feedback"], bool):
+            raise InputError(
+                f"servo_feedback must be true or false, got {shown(feedback)}",
+                field="servo_feedback",
+            )
         for field, formula, over, under in (
             ("drag_to_thrust", "Km/Kf", "drag_coefficient", "thrust_coefficient"),
             ("drag_ratio", "Km/(Kf·L)", "drag_to_thrust", "arm_length"),
@@ -362,9 +370,9 @@ class Vehicle(Pictured):
     def as_mapping(self) -> dict[str, Any]:
         """Return the stated constants as plain values, in a fixed order; read back by vehicle_from_mapping."""
         values = {name: _plain(getattr(self, name)) for name in _FIELDS}
-        values["rotor_height"] = (
-            self.rotor_height or None
-        )  # rotors at the height of the centre of mass: not said
+        # Not said: rotors at the height of the centre of mass, servos that do not report.
+        values["rotor_height"] = self.rotor_height or None
+        values["servo_feedback"] = self.servo_feedback or None
         return {name: value for name, value in values.items() if value is not None}
 
     def as_short_mapping(self) -> dict[str, Any]:
@@ -507,6 +515,8 @@ def _plain(value: Any) -> Any:
 def _text(value: Any) -> str:
     if isinstance(value, list):
         return f"({', '.join(map(_text, value))})"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
     return value if isinstance(value, str) else f"{value:.6g}"
 
 

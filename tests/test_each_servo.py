@@ -428,7 +428,8 @@ def test_servos_of_a_flight_lag_by_their_own_time() -> None:
 def test_a_flight_uses_the_servos_of_the_vehicle() -> None:
     pytest.importorskip("mujoco")
     timed = gg.lift(CORNERS, "red", vehicle=MINE).parametrize(1.0)
-    flight = gg.fly(timed, settings=gg.flight.FlightSettings(duration=1.5))
+    settings = gg.flight.FlightSettings(duration=1.5, arms="served")
+    flight = gg.fly(timed, settings=settings)
     assert flight.settled
     rows = round(0.5 / (flight.column("t")[1] - flight.column("t")[0]))
     expected = servo_response(timed).actual

@@ -137,6 +137,7 @@ SLOW = {
     "control_rate": 200.0,
     "step": 2.5e-3,
     "servo_lag": 0.01,
+    "arms": "served",
     "attitude_damping": 14.0,
 }
 
@@ -223,6 +224,7 @@ def test_thrusts_that_are_cut_later_keep_a_swinging_flight_from_settling() -> No
         "tolerance": 0.05,
         "floor": 0.0,
         "servo_lag": 0.194,
+        "arms": "served",
         "thrust_limit": 2.2,
     }
     settings = FlightSettings(

@@ -156,6 +156,7 @@ class TestFields:
             ),
             ("first_arm_angle", (math.nan, "north", None, True, [0.1])),
             ("first_rotor_spin", ("cw", "Clockwise", "", None, 1, ["clockwise"])),
+            ("servo_feedback", (1, 0, "yes", None, [True])),
             ("name", ("", None, 3, ["a"])),
         ]
         for name, value in (
@@ -316,6 +317,20 @@ class TestFiles:
         )
         named = written(tmp_path, "name = 'Käfer'\n" + self.GOOD, "OTHER.TOML")
         assert vehicle_named(str(named)) == vehicle.replace(name="Käfer")
+
+    @pytest.mark.parametrize("reports", [True, False])
+    def test_servos_that_report_their_angles(
+        self, reports: bool, tmp_path: Path
+    ) -> None:
+        stated = f"servo_feedback = {str(reports).lower()}\n"
+        vehicle = vehicle_named(written(tmp_path, self.GOOD + stated))
+        assert vehicle.servo_feedback is reports
+        assert ("servo_feedback" in vehicle.as_mapping()) is reports
+        assert ("servo feedback         yes" in str(vehicle)) is reports
+        assert vehicle_from_mapping(vehicle.as_mapping()) == vehicle
+        assert vehicle.replace(mass=2.0).servo_feedback is reports
+        assert not PAPER.servo_feedback
+        assert vehicle_named("beetle_omni").servo_feedback
 
     def test_a_preset_may_be_changed(self, tmp_path: Path) -> None:
         assert vehicle_named(written(tmp_path, "preset = 'paper'\n")) == PAPER

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import shlex
 import tomllib
@@ -153,8 +154,7 @@ def test_models_read_back(run: Any, name: str) -> None:
     preset = vehicle_named(name).replace(first_arm_angle=RNG.uniform(-3, 3))
     Path("mine.toml").write_text(
         "\n".join(
-            f"{key} = {value!r}".replace("'", '"')
-            for key, value in preset.as_mapping().items()
+            f"{key} = {json.dumps(value)}" for key, value in preset.as_mapping().items()
         )
     )
     assert run("vehicles", "mine.toml", "--output", "model.xml").out.endswith(

@@ -66,7 +66,11 @@ SETTINGS = (
         "Largest tilt rate per second.  [default: the vehicle's]",
     ),
     one_of(
-        "--arms", "served", "planned", of="Tilt angles that the controller assumes: "
+        "--arms",
+        "planned",
+        "served",
+        of="Tilt angles that the controller assumes: ",
+        default="planned; served if the vehicle's servos report theirs",
     ),
     option(
         "--floor",

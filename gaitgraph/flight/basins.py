@@ -26,7 +26,12 @@ from gaitgraph.angles import (
 )
 from gaitgraph.errors import InputError, shown
 from gaitgraph.flight.course import biased_timed_gait, repeated
-from gaitgraph.flight.flight import OUTCOMES, FlightSettings, about_table
+from gaitgraph.flight.flight import (
+    OUTCOMES,
+    FlightSettings,
+    about_table,
+    arms_text,
+)
 from gaitgraph.flight.simulation import Simulation, before_take_off
 from gaitgraph.gait.gait import checked_factors
 from gaitgraph.gait.table import Table, check_repeats, merged
@@ -148,6 +153,7 @@ class Basin:
             "refused": bool(self.refusal),
             "reason": self.refusal,
             "warnings": list(self.warnings),
+            "arms": self.settings.arms_of(self.timed.gait.vehicle),
             "period": self.timed.period,
             "law": self.timed.law,
             "fraction": self.fraction,
@@ -175,6 +181,7 @@ class Basin:
             f"  acceptable    {cases['inside_settled']} settled, {cases['inside_lost']} lost",
             f"  singular once {cases['outside_settled']} settled, {cases['outside_lost']} lost",
             f"  flights       {', '.join(counts)}",
+            f"  tilt angles   {arms_text(self.settings, self.timed.gait.vehicle)}",
         ]
         times = self.seconds[self.outcome == 0]
         if times.size:

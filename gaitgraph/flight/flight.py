@@ -65,8 +65,8 @@ class FlightSettings:
     servo_lag, servo_rate
         Time constant and largest rate of the tilt servos; by default the vehicle's, if it states them.
     arms
-        Tilt angles that the controller assumes: "served", those that the servos reach; or "planned", which are wrong
-        with a lag or a limited rate.
+        Tilt angles that the controller assumes: "planned", which are wrong with a lag or a limited rate; or "served",
+        those that the servos reach, by default only for a vehicle with `servo_feedback`.
     floor
         The flight stops when the least singular value of the scaled decoupling matrix may fall below this.
     attitude_noise, rate_noise, position_noise, velocity_noise
@@ -101,7 +101,7 @@ class FlightSettings:
     thrust_limit: float | None = _number(None, 1e-9, 1e9, "N")
     servo_lag: float | None = _number(None, 0.0, 1e3, "s")
     servo_rate: float | None = _number(None, 1e-6, 1e9, "rad/s")
-    arms: Arms = "served"
+    arms: Arms | None = None
     floor: float = _number(0.01, 0.0, 1.0, "dimensionless")
     attitude_noise: float = _number(0.0, 0.0, 1.0, "rad")
     rate_noise: float = _number(0.0, 0.0, 100.0, "rad/s")
@@ -125,7 +125,8 @@ class FlightSettings:
                     field=one.name,
                 )
         checked_choice("reference", self.reference, REFERENCES)
-        checked_choice("arms", self.arms, get_args(Arms))
+        if self.arms is not None:
+            checked_choice("arms", self.arms, get_args(Arms))
         if not isinstance(self.saturation, bool):
             raise InputError(
                 f"saturation must be true or false, got {shown(self.saturation)}",
@@ -172,6 +173,12 @@ class FlightSettings:
             if math.isfinite(course.duration)
             else max(self.seconds, course.moving_period)
         )
+
+    def arms_of(self, vehicle: Vehicle) -> Arms:
+        """Return which tilt angles the controller of a vehicle assumes."""
+        if self.arms is not None:
+            return self.arms
+        return "served" if vehicle.servo_feedback else "planned"
 
     @property
     def steps_per_control(self) -> int:
@@ -432,11 +439,12 @@ class Flight:
         names = (
             "settled", "reason", "gait_errors", "refused", "outcome", "warnings", "duration", "settling_time", "peak_tilt",
             "peak_thrust", "peak_thrust_share", "least_singular_value", "saturated_fraction", "energy",
-            "final_roll", "final_pitch", "drift", "tracking_error", "attitude",
+            "final_roll", "final_pitch", "drift", "tracking_error", "attitude", "arms",
         )  # fmt: skip
         own: dict[str, Any] = {
             "warnings": list(self.warnings),
             "attitude": list(self.attitude),
+            "arms": self.settings.arms_of(self.vehicle),
         }
         own |= {"duration": self.flown, "final_roll": roll, "final_pitch": pitch}
         return {
@@ -474,12 +482,16 @@ class Flight:
         head = f"Flight of {self.vehicle.name} from roll {roll}, pitch {pitch}: {self.verdict}"
         lines = [head + f" of {self.flown:g} s" * self.settled]
         if self.gait_errors is not None:
-            attitude, yaw, altitude = self.gait_errors.values()
-            worst = f"attitude {attitude:.3g} rad, yaw {yaw:.3g} rad, altitude {altitude:.3g} m"
-            lines.append(f"  errors of the gait    {worst} at most")
+            units = {"attitude": "rad", "yaw": "rad", "altitude": "m"}
+            worst = (
+                f"{name} {round(self.gait_errors[name], 4):g} {unit}"
+                for name, unit in units.items()
+            )
+            lines.append(f"  errors of the gait    {', '.join(worst)} at most")
         if self.peak_tilt is not None:
             share = f"{self.peak_thrust_share:.3g} times a quarter of the weight"
             lines += [
+                f"  tilt angles           {arms_text(self.settings, self.vehicle)}",
                 f"  peak tilt             {math.degrees(self.peak_tilt):.3g}°",
                 f"  peak thrust           {self.peak_thrust:.4g} N, {share}",
                 f"  least singular value  {self.least_singular_value:.3g} (stops below {self.settings.floor:g})",
@@ -498,6 +510,13 @@ class Flight:
                 f"  place                 ends {self.drift:.3g} m from the start{off}"
             )
         return "\n".join(lines)
+
+
+def arms_text(settings: FlightSettings, vehicle: Vehicle) -> str:
+    """Return which tilt angles the controller assumes, in words."""
+    if settings.arms_of(vehicle) == "served":
+        return "the controller knows those that the servos reach"
+    return "the controller assumes the planned ones"
 
 
 def record_of(
@@ -585,7 +604,10 @@ def about_table(
         "coefficients": timed.gait.coefficients.kind,
         "period": timed.period,
         "law": timed.law,
-        "flight": settings.as_mapping(),
+        "flight": {
+            **settings.as_mapping(),
+            "arms": settings.arms_of(timed.gait.vehicle),
+        },
     }
 
 

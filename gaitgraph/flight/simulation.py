@@ -143,7 +143,9 @@ class Simulation:
             self.command, vehicle, settings.step, lag=lag, rate=rate
         )
         self._hinges = self.engine.servo_commands(self.actual)
-        assumed = self.actual if settings.arms == "served" else self.command
+        is_known = settings.arms_of(vehicle) == "served"
+        assumed = self.actual if is_known else self.command
+        self._knows_arms = is_known or np.array_equal(self.actual, self.command)
         self._interval, self._floor_squared = (
             every * step,
             max(settings.floor, _LEAST_FLOOR) ** 2,
@@ -493,7 +495,7 @@ class Simulation:
             [settings.attitude_stiffness] * 3 + [settings.altitude_stiffness],
             [settings.attitude_damping] * 3 + [settings.altitude_damping],
         ])  # fmt: skip
-        calm = self._noise is None and self._gusts is None and settings.arms == "served"
+        calm = self._noise is None and self._gusts is None and self._knows_arms
         light = not (vehicle.rotor_lag or vehicle.arm_inertia or vehicle.rotor_inertia)
         # An accurate step is short beside the swing and the decay of an error.
         fine = (stiffness * interval**2).max() <= 0.01 and (
@@ -724,7 +726,8 @@ def fly(
     -----
     Rotors follow their commands at once, or with the vehicle's `rotor_lag`; the thrusts of a record are the commands,
     and the controller does not know the lag. Not modelled: ground effect, wakes, flexible arms, delays. The controller
-    knows the vehicle's constants exactly, and the tilt angles unless it assumes the planned ones.
+    knows the vehicle's constants exactly. It assumes the planned tilt angles, unless the vehicle has `servo_feedback`
+    or the settings say otherwise.
 
     Examples
     --------
