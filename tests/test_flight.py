@@ -131,7 +131,7 @@ def test_the_controller_knows_the_angles_of_servos_that_report_them(
     flight = fly(timed, settings=short(duration=1.0, arms=arms), attitude=(0.0, 0.0))
     assert bool(np.abs(flight.column("yaw")).max() < 1e-3) == knows
     assert flight.as_mapping()["arms"] == ("served" if knows else "planned")
-    assert flight.table().about["flight"]["arms"] == flight.as_mapping()["arms"]
+    assert flight.table.about["flight"]["arms"] == flight.as_mapping()["arms"]
     said = "knows those that the servos reach" if knows else "assumes the planned ones"
     assert f"  tilt angles           the controller {said}" in str(flight)
 
