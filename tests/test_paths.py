@@ -172,7 +172,7 @@ def test_what_is_of_gaits_alone_refuses_a_path_in_one_line(
 
 
 def test_a_flight_of_a_path_holds_its_end(entry: Path) -> None:
-    mujoco = pytest.importorskip("mujoco", reason="install the extra 'fly'")
+    mujoco = pytest.importorskip("mujoco", reason="install the extra 'sim'")
     assert mujoco
     settings = gg.flight.FlightSettings(duration=2.5)
     flight = gg.fly(entry, attitude=(0.0, 0.0), settings=settings)

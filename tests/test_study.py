@@ -698,6 +698,71 @@ def test_a_cluster_flies_the_same_and_stays(
         run_study(SMALL, tmp_path / "empty", scheduler=cluster.scheduler_address)
 
 
+CLUSTER = """
+from distributed import LocalCluster
+
+if __name__ == "__main__":
+    with LocalCluster(
+        n_workers=2, threads_per_worker=1, dashboard_address="127.0.0.1:0", silence_logs=60
+    ) as cluster:
+        print(cluster.scheduler_address, flush=True)
+        input()
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("end", ["killed", "closed"])
+def test_a_scheduler_that_ends_is_one_line_and_the_same_command_continues(
+    tmp_path: Path, end: str
+) -> None:
+    pytest.importorskip("distributed", reason="install distributed")
+    psutil = pytest.importorskip("psutil", reason="install psutil")
+    (tmp_path / "s.toml").write_text(
+        "gaits = ['gait4']\nattitudes.roll = { from = -0.4, to = 0.4, count = 40 }\nflight.duration = 1\n"
+    )
+    (tmp_path / "cluster.py").write_text(CLUSTER)
+    parts = tmp_path / "s" / "rows"
+    piped: dict[str, Any] = {"cwd": tmp_path, "stdout": subprocess.PIPE, "text": True}
+    with subprocess.Popen(
+        [sys.executable, "cluster.py"], stdin=subprocess.PIPE, **piped
+    ) as cluster:
+        assert cluster.stdin is not None
+        assert cluster.stdout is not None
+        address = cluster.stdout.readline().strip()
+        command = [sys.executable, "-m", "gaitgraph", "study", "s.toml"]
+        with subprocess.Popen(
+            [*command, "--scheduler", address], stderr=subprocess.PIPE, **piped
+        ) as driver:
+
+            def wait_for(count: int) -> None:
+                while len(list(parts.glob("*.parquet"))) < count:
+                    assert driver.poll() is None
+                    sleep(0.01)
+
+            wait_for(2)
+            below = workers_of(cluster.pid)
+            below[0].kill()
+            wait_for(5)
+            if end == "killed":
+                cluster.kill()
+            else:
+                cluster.stdin.write("\n")
+                cluster.stdin.flush()
+            output, error = driver.communicate(timeout=120)
+    assert len(below) == 2
+    assert psutil.wait_procs(below, timeout=30)[1] == []
+    assert (driver.returncode, output) == (2, "")
+    assert error == (
+        f"gaitgraph: the Dask scheduler {address!r} is gone; rows that are written are kept; run the same study again "
+        "to continue\n"
+    )
+    kept = len(list(parts.glob("*.parquet")))
+    again = run_study(tmp_path / "s.toml", tmp_path / "s", workers=0)
+    assert (again.flown, again.outcomes["failed"]) == (40 - kept, 0)
+    run_study(tmp_path / "s.toml", tmp_path / "whole", workers=0)
+    assert contents(tmp_path / "s") == contents(tmp_path / "whole")
+
+
 def die_at_a_roll(numbers: Any, study: Any, expected: Any) -> Any:
     """Stand for a case that ends its process, as a fault in a compiled library does."""
     rows = flown_batch(numbers, study, expected)
