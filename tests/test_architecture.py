@@ -9,6 +9,8 @@ import re
 import shutil
 import subprocess
 import sys
+import tomllib
+import warnings
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -25,8 +27,9 @@ from gaitgraph._lazy import lazy_modules
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+ROOT = Path(__file__).parent.parent
 PACKAGE = Path(gg.__file__).parent
-PAGE = Path(__file__).parent.parent / "docs" / "developers" / "architecture.md"
+PAGE = ROOT / "docs" / "developers" / "architecture.md"
 ORDER = re.findall(r"^\| `(\w+)` \|", PAGE.read_text(encoding="utf-8"), re.M)
 ANYTHING = "*"  # what an import by a computed name, or of the whole package, may reach
 RANKS = [
@@ -351,6 +354,26 @@ def test_help_lists_each_command_on_one_line_in_the_order_of_the_work() -> None:
     assert sum(line.startswith("  ") for line in listed) == len(cli.COMMANDS)
     assert "..." not in shown.partition("Plan:")[2]
     assert max(map(len, listed)) <= 80
+
+
+def test_a_new_release_that_deprecates_something_fails_no_test() -> None:
+    def warned(category: type[Warning]) -> None:
+        warnings.warn_explicit("a", category, "angles.py", 1, module="gaitgraph.angles")
+
+    with warnings.catch_warnings(record=True):
+        for of_a_library in (DeprecationWarning, FutureWarning):
+            warned(of_a_library)
+        for ours in (UserWarning, RuntimeWarning, gg.errors.FileWarning):
+            with pytest.raises(ours):
+                warned(ours)
+
+
+def test_skipped_tests_name_an_extra_that_there_is() -> None:
+    stated = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    extras = stated["project"]["optional-dependencies"]
+    for path in (ROOT / "tests").rglob("*.py"):
+        for name in re.findall(r"install .*extra '(\w+)'", path.read_text("utf-8")):
+            assert name in extras, path
 
 
 def test_help_of_a_function_shows_the_name_of_the_vehicle_it_takes() -> None:
