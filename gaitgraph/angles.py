@@ -10,6 +10,7 @@ import re
 from numbers import Complex, Number, Real
 from typing import Any, SupportsIndex
 
+from gaitgraph.arrays import check_unmasked, first_masked
 from gaitgraph.errors import InputError, shown
 
 __all__ = [
@@ -32,7 +33,6 @@ _ANGLE = re.compile(
     re.VERBOSE | re.IGNORECASE | re.ASCII,
 )
 _LONGEST = 64
-_MOST_DIMENSIONS = 64  # of an array of numpy
 _LARGEST = 1e6  # rad, of an angle in an array: a larger one says little about its sine
 
 
@@ -152,36 +152,6 @@ def angles_from(values: Any, name: str = "angles") -> Any:
     return angles
 
 
-def check_unmasked(values: object, name: str = "angles") -> None:
-    """Raise InputError with the row of the first masked value in an array, or in nested lists of arrays.
-
-    A masked array, of numpy.ma for one, says that these values do not count, while numpy reads the numbers below.
-    """
-    found = _first_masked(values, _MOST_DIMENSIONS)
-    if found is not None:
-        place = f" in row {found[0] + 1}" if found else ""
-        raise InputError(
-            f"{name} must have no masked values, got one{place}", field=name
-        )
-
-
-def _first_masked(values: Any, depth: int) -> tuple[int, ...] | None:
-    """Return the indices of the first masked value, in lists of up to some depth; None if there is none."""
-    if isinstance(values, (list, tuple)):
-        for k, part in enumerate(values if depth else ()):
-            is_plain = type(part) in (float, int, str)
-            found = None if is_plain else _first_masked(part, depth - 1)
-            if found is not None:
-                return (k, *found)
-        return None
-    mask = getattr(values, "mask", None)
-    if mask is None or callable(mask):  # in pandas it is a method
-        return None
-    import numpy as np
-
-    return next(map(tuple, np.argwhere(mask).tolist()), None)
-
-
 def number_of(value: object) -> float:
     """Return a real number, Python's or numpy's, as a float, and NaN for anything else (booleans, texts, masked ones).
 
@@ -191,7 +161,7 @@ def number_of(value: object) -> float:
     if type(value) is float:
         return value
     if getattr(value, "ndim", None) == 0 and hasattr(value, "item"):
-        if _first_masked(value, 0) is not None:
+        if first_masked(value) is not None:
             return math.nan
         value = value.item()
     # Decimal is a Number that is neither real nor complex.

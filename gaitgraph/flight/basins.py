@@ -24,6 +24,7 @@ from gaitgraph.angles import (
     in_degrees,
     whole_number,
 )
+from gaitgraph.arrays import freeze_arrays, read_only, read_only_columns
 from gaitgraph.errors import InputError, shown
 from gaitgraph.flight.course import biased_timed_gait, repeated
 from gaitgraph.flight.flight import (
@@ -84,16 +85,19 @@ class Basin:
     refusal: str = ""  # why the gait was refused before take-off
     warnings: tuple[str, ...] = ()
 
+    def __post_init__(self) -> None:
+        freeze_arrays(self)
+
     @property
     def settled(self) -> BoolArray:
         """Whether an attitude settled from every moment of take-off, shape (m, m): roll, pitch."""
-        return np.asarray((self.outcome == 0).all(axis=0))
+        return read_only((self.outcome == 0).all(axis=0))
 
     @property
     def worst(self) -> npt.NDArray[np.int8]:
         """The outcome of the first flight from an attitude that did not settle, else 0, shape (m, m): see `outcome`."""
         first = (self.outcome != 0).argmax(axis=0, keepdims=True)
-        return np.asarray(np.take_along_axis(self.outcome, first, axis=0)[0])
+        return read_only(np.take_along_axis(self.outcome, first, axis=0)[0])
 
     @property
     def fraction(self) -> float:
@@ -134,7 +138,7 @@ class Basin:
         begin, roll, pitch = np.meshgrid(
             self.begins, self.angles, self.angles, indexing="ij"
         )
-        return {
+        columns = {
             "eta": np.full(begin.size, self.bias),
             "begin": begin.ravel(),
             "roll": roll.ravel(),
@@ -145,6 +149,7 @@ class Basin:
             "acceptable": np.tile(self.inside.ravel(), len(self.begins)).astype(float),
             "same_side": self.same_side.astype(float).ravel(),
         }
+        return read_only_columns(columns)
 
     def as_mapping(self) -> dict[str, Any]:
         """Return everything as plain values, ready for JSON."""

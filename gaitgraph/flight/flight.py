@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.angles import angle_from_text, number_of, whole_number
+from gaitgraph.arrays import freeze_arrays
 from gaitgraph.errors import InputError, check_fields, checked_choice, shown
 from gaitgraph.gait.table import Table
 from gaitgraph.invertibility.matrices import FloatArray, least_singular_value
@@ -373,6 +374,9 @@ class Flight:
     # The largest errors while the gait runs, take-off and landing in hover left out: "attitude", of roll or pitch
     # [rad], "yaw" [rad], "altitude" [m]; None if it never ran.
     gait_errors: dict[str, float] | None = None
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self)
 
     def __bool__(self) -> bool:
         return self.settled

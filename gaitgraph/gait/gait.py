@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.angles import angles_from, checked_number, text_from_angle, whole_number
+from gaitgraph.arrays import read_only
 from gaitgraph.errors import InputError, shown
 from gaitgraph.invertibility.matrices import (
     DEFAULT_FLOOR,
@@ -120,10 +121,9 @@ class Gait(Pictured):
         reach = checked_number(
             "crossing_tolerance", crossing_tolerance, "a finite number ≥ 0 (rad)"
         )
-        corners.flags.writeable = False
         body = vehicle_named(vehicle)
         checked = (
-            corners,
+            read_only(corners),
             names,
             body,
             coefficients_of(body, coefficients),
@@ -136,7 +136,7 @@ class Gait(Pictured):
     @property
     def ends(self) -> FloatArray:
         """The end of the segment that starts at each corner, shape (n, 4) [rad]."""
-        return np.concatenate([self.alpha[1:], self.alpha[:1]])
+        return read_only(np.concatenate([self.alpha[1:], self.alpha[:1]]))
 
     @property
     def length(self) -> float:
@@ -163,7 +163,7 @@ class Gait(Pictured):
     @property
     def R(self) -> FloatArray:
         """Equation (6) at each corner, with the gait's own coefficients, shape (n,)."""
-        return np.asarray(level_determinant(self.alpha, self.coefficients))
+        return read_only(level_determinant(self.alpha, self.coefficients))
 
     def merged(self) -> Gait:
         """Return the gait without corners on straight runs; the first point stays, corner or not.

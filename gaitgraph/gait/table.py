@@ -23,6 +23,7 @@ import numpy.typing as npt
 
 from gaitgraph import __version__
 from gaitgraph.angles import angles_from, checked_number, number_of
+from gaitgraph.arrays import check_unmasked, freeze_arrays, read_only
 from gaitgraph.errors import FileWarning, InputError, MissingExtra, shown
 from gaitgraph.gait.gait import Gait, points_on_sheets
 from gaitgraph.invertibility.matrices import (
@@ -124,6 +125,12 @@ class Table(Pictured):
     digit_error: float = 0.0
     notes: tuple[str, ...] = ()
 
+    def __post_init__(self) -> None:
+        for name, values in self.columns.items():
+            if isinstance(values, np.ndarray):
+                check_unmasked(values, name)
+        freeze_arrays(self)
+
     def __repr__(self) -> str:
         """Return one line without the numbers: rows, columns and what made the table."""
         return f"<Table: {', '.join(self._parts)}>"
@@ -186,7 +193,7 @@ class Table(Pictured):
     @property
     def alpha(self) -> FloatArray:
         """The four tilt angles of each row, shape (n, 4) [rad]."""
-        return np.array([self.columns[name] for name in ANGLES]).T
+        return read_only(np.array([self.columns[name] for name in ANGLES]).T)
 
     @property
     def units(self) -> dict[str, str]:

@@ -18,7 +18,8 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import angle_within, angles_from, check_unmasked
+from gaitgraph.angles import angle_within, angles_from
+from gaitgraph.arrays import check_unmasked, read_only
 from gaitgraph.errors import InputError, check_fields, shown
 from gaitgraph.invertibility.matrices import FloatArray, arm_angles, thrust_signs
 from gaitgraph.invertibility.segment_bounds import (
@@ -100,8 +101,7 @@ class Geometry:
             if field.endswith("axis"):
                 size = np.linalg.norm(values, axis=1, keepdims=True)
                 values = values / np.where(size > 0, size, 1.0)
-            values.setflags(write=False)
-            object.__setattr__(self, field, values)  # the record is frozen
+            object.__setattr__(self, field, read_only(values))  # the record is frozen
         for number, (axis, (low, high)) in enumerate(
             zip(self.thrust_axis, self.tilt_range, strict=True), start=1
         ):

@@ -32,6 +32,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.angles import angles_from
+from gaitgraph.arrays import read_only
 from gaitgraph.errors import InputError, checked_choice
 from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
 
@@ -93,13 +94,12 @@ class Coefficients:
     @cached_property
     def bilinear_form(self) -> FloatArray:
         """The 3×3 matrix K of R = p(α1, α3)ᵀ·K·p(α2, α4) + cross·sin(α1 − α3)·sin(α2 − α4)."""
-        return np.array(
-            [
-                [4.0, -2.0, self.single],
-                [-2.0, 0.0, self.triple],
-                [-self.single, -self.triple, self.double],
-            ]
-        )
+        form = [
+            [4.0, -2.0, self.single],
+            [-2.0, 0.0, self.triple],
+            [-self.single, -self.triple, self.double],
+        ]
+        return read_only(np.array(form))
 
     @cached_property
     def form_norm(self) -> float:

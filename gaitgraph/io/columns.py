@@ -22,10 +22,10 @@ import numpy as np
 from gaitgraph.angles import (
     HALF_PI,
     angle_from_text,
-    check_unmasked,
     in_degrees,
     number_of,
 )
+from gaitgraph.arrays import check_unmasked
 from gaitgraph.errors import FileWarning, InputError, did_you_mean, shown
 from gaitgraph.files import pass_interruption
 from gaitgraph.gait.table import (

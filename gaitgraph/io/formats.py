@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from gaitgraph.angles import check_unmasked, whole_number
+from gaitgraph.angles import whole_number
+from gaitgraph.arrays import check_unmasked
 from gaitgraph.errors import (
     FileProblem,
     FileWarning,

@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import HALF_PI, angle_from_text, check_unmasked, number_of
+from gaitgraph.angles import HALF_PI, angle_from_text, number_of
+from gaitgraph.arrays import check_unmasked
 from gaitgraph.errors import InputError, check_fields, did_you_mean, shown
 from gaitgraph.files import from_toml_file
 from gaitgraph.gait.table import ACCELERATIONS, ANGLES, RATES, TEXTS, Table, surface_of

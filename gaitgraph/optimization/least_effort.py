@@ -38,6 +38,8 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
+from gaitgraph.arrays import read_only
+
 if TYPE_CHECKING:
     from shapely import Polygon
 
@@ -89,8 +91,7 @@ def hull_matrix(count: int) -> FloatArray:
     piece, k = np.arange(count)[:, None], np.arange(4)
     out = np.zeros((count, 4, count))
     out[piece, :, (piece + k) % count] = _BEZIER.T
-    out.flags.writeable = False
-    return out
+    return read_only(out)
 
 
 def effort_matrix(count: int) -> FloatArray:

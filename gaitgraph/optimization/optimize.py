@@ -26,6 +26,7 @@ from gaitgraph.angles import (
     number_of,
     whole_number,
 )
+from gaitgraph.arrays import freeze_arrays, read_only
 from gaitgraph.errors import Infeasible, InputError, checked_choice, shown
 from gaitgraph.gait.table import Table, merged
 from gaitgraph.graph.build import checked_waypoints
@@ -130,6 +131,9 @@ class OptimalGait:
     times: FloatArray | None = None
     history: tuple[float, ...] = ()
     warnings: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self)
 
     def __bool__(self) -> bool:
         return self.curve is not None
@@ -358,9 +362,8 @@ def _discs(waypoints: Any, radius: Any) -> tuple[Discs, tuple[str, ...]]:
     radii = np.array([angle_within(value, "radius", least=0.0) for value in each])
     groups, notes = merged_repeats(points)
     centers = np.array([points[group[0]] for group in groups])
-    discs = Discs(centers, np.array([radii[group].min() for group in groups]))
-    discs.centers.flags.writeable = discs.radii.flags.writeable = False
-    return discs, notes
+    least = np.array([radii[group].min() for group in groups])
+    return Discs(read_only(centers), read_only(least)), notes
 
 
 def level_region(
@@ -596,7 +599,6 @@ class _Search(NamedTuple):
         )
         plane, times = loop.passed(), loop.passes * width
         passed = np.hstack([plane, plane])
-        passed.flags.writeable = times.flags.writeable = False
         answer = replace(
             self.base, curve=curve, passed=passed, times=times, bound=bound
         )

@@ -22,6 +22,7 @@ import shapely
 from shapely.affinity import translate
 
 from gaitgraph.angles import angle_within, checked_number, number_of
+from gaitgraph.arrays import freeze_arrays
 from gaitgraph.errors import Infeasible, InputError, shown
 from gaitgraph.gait.gait import Gait
 from gaitgraph.gait.table import (
@@ -92,6 +93,9 @@ class Retargeted:
     share: float | None = None
     moving: Retargeted | None = None
     warnings: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self)
 
     @property
     def status(self) -> Literal["unchanged", "retargeted", "infeasible"]:
@@ -348,7 +352,6 @@ def retarget(
     )
     after = validate(fresh, vehicle=chosen, coefficients=numbers.kind, floor=floor)
     moved = np.linalg.norm(new[placed] - given, axis=1)
-    moved.flags.writeable = placed.flags.writeable = False
     length, moving = Gait(alpha=rows).length, None
     share = gait.length / length if length > 0 else None
     if keep is None and share is not None and share < _LITTLE:

@@ -16,6 +16,7 @@ import numpy as np
 import shapely
 
 from gaitgraph.angles import angles_from, checked_number
+from gaitgraph.arrays import freeze_arrays
 from gaitgraph.errors import Infeasible, InputError, checked_choice, shown
 from gaitgraph.gait.gait import Gait
 from gaitgraph.graph.build import checked_waypoints
@@ -69,7 +70,7 @@ class Replan:
     period: float = 0.0
 
     def __post_init__(self) -> None:
-        self.approach.flags.writeable = self.loop.flags.writeable = False
+        freeze_arrays(self)
 
     def __bool__(self) -> bool:
         return self.reason is None

@@ -22,6 +22,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
+from gaitgraph.arrays import read_only
 from gaitgraph.errors import InputError
 from gaitgraph.surface.region import OVERLAY_ERROR
 
@@ -397,11 +398,8 @@ class ShortestPaths:
             for corner, k in number.items()
             for other, _ in self._view(corner)
         ]
-        return (
-            np.array([line for line in lines if line[0] < line[1]], dtype=int)
-            .reshape(-1, 2)
-            .T
-        )
+        pairs = np.array([line for line in lines if line[0] < line[1]], dtype=int)
+        return read_only(pairs.reshape(-1, 2).T)
 
     def _searched(
         self, legs: Sequence[tuple[Point, Point]], polygons: Any, in_region: bool

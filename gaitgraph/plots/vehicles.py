@@ -19,6 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.angles import angles_from
+from gaitgraph.arrays import freeze_arrays, read_only
 from gaitgraph.errors import InputError, needs_extra, shown
 from gaitgraph.files import check_new_files, write_whole
 from gaitgraph.gait.gait import name_of
@@ -78,10 +79,13 @@ class VehicleView:
     ]  # rotors from the farthest to the nearest, counted from 0: the order of drawing
     clockwise: tuple[bool, ...]  # whether each rotor turns clockwise seen from above
 
+    def __post_init__(self) -> None:
+        freeze_arrays(self)
+
     @property
     def labels(self) -> FloatArray:
         """Positions of the rotors' numbers, shape (4, 2)."""
-        return self.hub + (1.0 + _DISC + _LABEL) * (self.arms - self.hub)
+        return read_only(self.hub + (1.0 + _DISC + _LABEL) * (self.arms - self.hub))
 
     @property
     def limits(self) -> tuple[FloatArray, FloatArray]:
@@ -91,7 +95,7 @@ class VehicleView:
         around = np.concatenate(
             [arms - reach, arms + reach, labels - _LABEL, labels + _LABEL]
         )
-        return around.min(axis=0), around.max(axis=0)
+        return read_only(around.min(axis=0)), read_only(around.max(axis=0))
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the view as plain values for a picture of 480 by 360 px, y downwards, with rotors in order."""

@@ -22,6 +22,7 @@ import numpy.typing as npt
 import shapely
 
 from gaitgraph.angles import HALF_PI, angle_within, angles_from, checked_number
+from gaitgraph.arrays import freeze_arrays
 from gaitgraph.errors import InputError, shown
 from gaitgraph.invertibility.matrices import (
     Coefficients,
@@ -69,6 +70,9 @@ class SingularCurve:
     kind: Literal["curve", "none", "everywhere"]
     normal: FloatArray
 
+    def __post_init__(self) -> None:
+        freeze_arrays(self)
+
     def points(self, count: int = 181) -> FloatArray:
         """Return points of the curve from border to border of the diagram, (roll, pitch), shape (count, 2) [rad].
 
@@ -109,7 +113,6 @@ def singular_curve(
         )
     rounding = angle_within(angle_rounding, "angle_rounding", least=0.0)
     normal = attitude_sensitivities(angles, coefficients)
-    normal.flags.writeable = False
     if singular_everywhere(angles, coefficients, angle_rounding=rounding):
         return SingularCurve(kind="everywhere", normal=normal)
     flat = math.hypot(normal[0], normal[1]) <= noise_of(coefficients)

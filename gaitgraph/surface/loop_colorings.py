@@ -18,6 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.angles import angles_from
+from gaitgraph.arrays import freeze_arrays
 from gaitgraph.errors import InputError, checked_choice
 from gaitgraph.invertibility.matrices import (
     coefficients_of,
@@ -237,6 +238,9 @@ class Colorings:
     obstacles: dict[Sign, ColoringObstacle]
     points: FloatArray = field(compare=False, default_factory=lambda: np.zeros((0, 2)))
     choices: dict[Sign, BoolArray] = field(compare=False, default_factory=dict)
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self)
 
     @property
     def count(self) -> int:

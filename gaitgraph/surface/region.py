@@ -17,6 +17,7 @@ import numpy.typing as npt
 import shapely
 
 from gaitgraph.angles import HALF_PI, angle_within, angles_from, is_list
+from gaitgraph.arrays import read_only
 from gaitgraph.errors import InputError, of_field, shown
 from gaitgraph.pictured import Pictured
 from gaitgraph.vehicle import Angle
@@ -95,7 +96,7 @@ class Region(Pictured):
     @property
     def pair(self) -> Pair:
         """`inner` and `outer` as an array."""
-        return np.array([self.inner, self.outer], dtype=object)
+        return read_only(np.array([self.inner, self.outer], dtype=object))
 
     @cached_property
     def components(self) -> tuple[Polygon, ...]:

@@ -51,6 +51,7 @@ from gaitgraph.angles import (
     distance_to_multiple,
     wrapped,
 )
+from gaitgraph.arrays import freeze_arrays
 from gaitgraph.errors import InputError, checked_choice, shown
 from gaitgraph.invertibility.matrices import (
     coefficients_of,
@@ -240,6 +241,9 @@ class RootArrays:
     sheet: CodeArray
     types: CodeArray
     R: FloatArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self)
 
 
 def roots(

@@ -21,6 +21,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.angles import angle_within, figure
+from gaitgraph.arrays import freeze_arrays, read_only
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.gait import Gait
 from gaitgraph.io.formats import gait_of
@@ -88,6 +89,9 @@ class Curve:
     coefficients: Coefficients
     color: str = "red"
     crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self)
 
     def __repr__(self) -> str:
         pieces = f"{len(self.breaks) - 1} pieces, span {self.span:.6g}"
@@ -418,7 +422,8 @@ class LimitedGait(TimedGait):
     @property
     def corner_times(self) -> FloatArray:
         """The knots, between which the law is a polynomial, from 0 to the period, shape (m + 1,) [s]."""
-        return np.concatenate([[0.0], np.cumsum(self.widths[:-1]), [self.period]])
+        times = np.concatenate([[0.0], np.cumsum(self.widths[:-1]), [self.period]])
+        return read_only(times)
 
     def slowed(self, period: float) -> LimitedGait:
         """Return the same law stretched to another period [s], named "paced"."""

@@ -36,7 +36,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import check_unmasked
+from gaitgraph.arrays import check_unmasked, freeze_arrays
 from gaitgraph.errors import InputError, shown
 
 if TYPE_CHECKING:
@@ -119,6 +119,9 @@ class TimingLaw:
     s: FloatArray
     speed: FloatArray
     acceleration: FloatArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self)
 
 
 def bernstein_from_power(pieces: FloatArray, width: FloatArray) -> FloatArray:

@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.angles import is_list, number_of
+from gaitgraph.arrays import freeze_arrays, read_only
 from gaitgraph.errors import InputError, shown
 from gaitgraph.invertibility.matrices import singular_value_rate
 from gaitgraph.invertibility.segment_bounds import least_singular_value_along
@@ -49,20 +50,23 @@ class ServoResponse:
     error: FloatArray
     slack: FloatArray  # largest distance of each error from the straight line between two times, shape (4,) [rad]
 
+    def __post_init__(self) -> None:
+        freeze_arrays(self)
+
     @property
     def actual(self) -> FloatArray:
         """The actual tilt angles at the times `t`, shape (n + 1, 4) [rad]."""
-        return np.asarray(self.timed.at(self.t).alpha - self.error)
+        return read_only(self.timed.at(self.t).alpha - self.error)
 
     @property
     def peak(self) -> FloatArray:
         """The largest |error| of each joint, shape (4,) [rad], a bound between the times `t` too."""
-        return np.asarray(np.abs(self.error).max(axis=0) + self.slack)
+        return read_only(np.abs(self.error).max(axis=0) + self.slack)
 
     @property
     def peak_times(self) -> FloatArray:
         """When each joint's error is largest, shape (4,) [s]."""
-        return np.asarray(self.t[np.abs(self.error).argmax(axis=0)])
+        return read_only(self.t[np.abs(self.error).argmax(axis=0)])
 
     @property
     def rms(self) -> FloatArray:
@@ -72,7 +76,7 @@ class ServoResponse:
         total = (h / 3 * (squared[:-2:2] + 4 * squared[1:-1:2] + squared[2::2])).sum(
             axis=0
         )
-        return np.asarray(np.sqrt(total / self.timed.period))
+        return read_only(np.sqrt(total / self.timed.period))
 
     @property
     def distance_off_sheet(self) -> float | None:

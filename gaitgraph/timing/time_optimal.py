@@ -22,6 +22,7 @@ from gaitgraph.angles import (
     number_of,
     whole_number,
 )
+from gaitgraph.arrays import freeze_arrays, read_only
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.table import Table, paced_corners
 from gaitgraph.invertibility.matrices import FloatArray
@@ -114,8 +115,8 @@ class Limits:
                     raise InputError(
                         f"{kind} must be {rule}, got {shown(value)}", field=kind
                     )
-                numbers.flags.writeable = False
             object.__setattr__(self, kind, numbers)  # the record is frozen
+        freeze_arrays(self)
 
     @property
     def in_plane(self) -> FloatArray:
@@ -127,7 +128,9 @@ class Limits:
             np.full(4, np.inf) if value is None else value
             for value in (self.rate, self.acceleration, self.jerk)
         )
-        return np.array([np.minimum(value[:2], value[2:]) for value in values])
+        return read_only(
+            np.array([np.minimum(value[:2], value[2:]) for value in values])
+        )
 
     def completed(self, extent: FloatArray) -> FloatArray:
         """Return the limits of α1 and α2, completed by those that follow from them, shape (3, 2).

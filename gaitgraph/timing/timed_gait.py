@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.angles import number_of, whole_number
+from gaitgraph.arrays import freeze_arrays, read_only, read_only_columns
 from gaitgraph.errors import InputError, checked_choice, shown
 from gaitgraph.gait.gait import Gait
 from gaitgraph.gait.table import (
@@ -34,7 +35,14 @@ from gaitgraph.io.formats import (
 )
 from gaitgraph.pictured import Pictured
 from gaitgraph.surface.sheets import family_codes, family_types, text_from_types
-from gaitgraph.timing.laws import DEFAULT_LAW, LAWS, STRAIGHT, LawName, located
+from gaitgraph.timing.laws import (
+    DEFAULT_LAW,
+    LAWS,
+    STRAIGHT,
+    LawName,
+    located,
+    times_from,
+)
 from gaitgraph.validation.report import RATE_CHECKS, limit_check
 from gaitgraph.validation.validating import validate
 from gaitgraph.vehicle import four_of, scale_of
@@ -105,6 +113,7 @@ class TimedGait(Pictured):
         if type(self) is TimedGait:  # other motions have laws of their own
             checked_choice("law", self.law, LAWS)
         whole_number("samples", self.samples, 1, sys.maxsize)
+        freeze_arrays(self)
 
     @property
     def repeats(self) -> bool:
@@ -130,12 +139,12 @@ class TimedGait(Pictured):
             length, total = np.ones(len(length)), len(length)
         times = np.concatenate([[0.0], (length / total).cumsum() * self.period])
         times[-1] = self.period
-        return times
+        return read_only(times)
 
     @property
     def t(self) -> FloatArray:
         """Sample times, shape (N + 1,) [s]."""
-        return self._times(range(self.samples + 1))
+        return read_only(self._times(range(self.samples + 1)))
 
     def _times(self, rows: range) -> FloatArray:
         t = np.arange(rows.start, rows.stop) * (self.period / self.samples)
@@ -145,17 +154,17 @@ class TimedGait(Pictured):
     @property
     def alpha(self) -> FloatArray:
         """Tilt angles at the samples, shape (N + 1, 4) [rad]."""
-        return self.at(self.t).alpha
+        return read_only(self.at(self.t).alpha)
 
     @property
     def rates(self) -> FloatArray:
         """Tilt rates at the samples, shape (N + 1, 4) [rad/s]."""
-        return self.at(self.t).rates
+        return read_only(self.at(self.t).rates)
 
     @property
     def accelerations(self) -> FloatArray:
         """Tilt accelerations at the samples, shape (N + 1, 4) [rad/s²]."""
-        return self.at(self.t).accelerations
+        return read_only(self.at(self.t).accelerations)
 
     def at(self, t: npt.ArrayLike) -> Motion:
         """Return tilt angles, rates and accelerations at any times; the gait repeats with its period.
@@ -187,7 +196,7 @@ class TimedGait(Pictured):
 
         Off the surfaces there are no color and types. R is computed with the gait's own coefficients.
         """
-        return self._columns_of(range(self.samples + 1))
+        return read_only_columns(self._columns_of(range(self.samples + 1)))
 
     def _columns_of(self, rows: range) -> dict[str, Any]:
         """Return some consecutive rows of the table, counted from 0."""
@@ -261,12 +270,12 @@ class TimedGait(Pictured):
     @property
     def peak_rates(self) -> FloatArray:
         """The largest |dαᵢ/dt|, as :meth:`peaks` does [rad/s]."""
-        return self.peaks(1)
+        return read_only(self.peaks(1))
 
     @property
     def peak_accelerations(self) -> FloatArray:
         """The largest |d²αᵢ/dt²|, as :meth:`peaks` does [rad/s²]."""
-        return self.peaks(2)
+        return read_only(self.peaks(2))
 
     def check(self, **options: Unpack[CheckOptions]) -> Report:
         """Return every check of the gait and its rates, accelerations and jerks; options as for :meth:`Gait.check`."""
@@ -406,13 +415,13 @@ class TimedPath(TimedGait):
 
     def at(self, t: npt.ArrayLike) -> Motion:
         """Return tilt angles, rates and accelerations at any times; before and after the path those of its ends."""
-        t = np.asarray(t, dtype=float)
+        times = times_from(t)
         # At the end the rates are those just before it; a law may stop there at full speed.
         last = math.nextafter(self.period, 0.0)
-        motion = self.loop.at(np.clip(t, 0.0, last))
-        moves = ((t >= 0.0) & (t <= self.period))[..., None]
+        motion = self.loop.at(np.clip(times, 0.0, last))
+        moves = ((times >= 0.0) & (times <= self.period))[..., None]
         return Motion(
-            alpha=np.where((t >= self.period)[..., None], self._end, motion.alpha),
+            alpha=np.where((times >= self.period)[..., None], self._end, motion.alpha),
             rates=motion.rates * moves,
             accelerations=motion.accelerations * moves,
         )
@@ -528,7 +537,6 @@ def timed_gait_of(
             if len(set(merged_gait.colors)) == 1
             else ()
         )
-        times.flags.writeable = False
         stated_period, ends = number_of(about.get("period")), times[len(source) - 1 :]
         return RowTimedGait(
             gait=replace(merged_gait, alpha=rows.alpha, colors=colors),
@@ -569,7 +577,6 @@ def _timed_path(
     loop = corners.parametrize(float(times[-1]), law=known, samples=2 * count)
     if stated in LAWS and np.abs(loop.at(times[:-1]).alpha - rows.alpha).max() <= SAME:
         return TimedPath.of(loop)
-    times.flags.writeable = False
     loop = RowTimedGait(
         gait=replace(corners, alpha=rows.alpha, colors=rows.colors),
         period=float(times[-1]),

@@ -1,0 +1,84 @@
+"""Arrays that are taken have no masked values, and arrays that records hand out cannot be written to."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import TYPE_CHECKING, Any
+
+from gaitgraph.errors import InputError
+
+if TYPE_CHECKING:
+    import numpy as np
+
+_MOST_DIMENSIONS = 64  # of an array of numpy
+
+
+def check_unmasked(values: object, name: str = "angles") -> None:
+    """Raise InputError with the row of the first masked value in an array, or in nested lists of arrays.
+
+    A masked array, of numpy.ma for one, says that these values do not count, while numpy reads the numbers below.
+    """
+    found = first_masked(values, _MOST_DIMENSIONS)
+    if found is not None:
+        place = f" in row {found[0] + 1}" if found else ""
+        raise InputError(
+            f"{name} must have no masked values, got one{place}", field=name
+        )
+
+
+def first_masked(values: Any, depth: int = 0) -> tuple[int, ...] | None:
+    """Return the indices of the first masked value, in lists of up to some depth; None if there is none."""
+    if isinstance(values, (list, tuple)):
+        for k, part in enumerate(values if depth else ()):
+            is_plain = type(part) in (float, int, str)
+            found = None if is_plain else first_masked(part, depth - 1)
+            if found is not None:
+                return (k, *found)
+        return None
+    mask = getattr(values, "mask", None)
+    if mask is None or callable(mask):  # in pandas it is a method
+        return None
+    import numpy as np
+
+    return next(map(tuple, np.argwhere(mask).tolist()), None)
+
+
+def read_only(array: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+    """Return a view of an array that cannot be written to.
+
+    >>> import numpy as np
+    >>> read_only(np.zeros(2))[0] = 1.0
+    Traceback (most recent call last):
+    ValueError: assignment destination is read-only
+    """
+    view = array.view()
+    view.flags.writeable = False
+    return view
+
+
+def read_only_columns(columns: dict[Any, Any]) -> dict[Any, Any]:
+    """Return columns by name, those that are arrays as of :func:`read_only`."""
+    import numpy as np
+
+    return {
+        name: read_only(values) if isinstance(values, np.ndarray) else values
+        for name, values in columns.items()
+    }
+
+
+def freeze_arrays(record: Any) -> None:
+    """Replace the arrays in the fields of a new dataclass, and those in its mappings, by views as of read_only.
+
+    A number that is written into an array of a record would change some of its answers and not others.
+    """
+    import numpy as np
+
+    for field in fields(record):
+        value = getattr(record, field.name)
+        if isinstance(value, dict):
+            value = read_only_columns(value)
+        elif isinstance(value, np.ndarray):
+            value = read_only(value)
+        else:
+            continue
+        object.__setattr__(record, field.name, value)  # the record is frozen
