@@ -338,7 +338,7 @@ def test_a_single_row_far_from_its_neighbours_is_named(
     cuts: list[int],
 ) -> None:
     table = sampled(G3, law="constant-speed")
-    alpha, t = table.alpha[:-1], table["t"][:-1]
+    alpha, t = table.alpha[:-1].copy(), table["t"][:-1]
     alpha[row, [0, 2] if on_red else [2]] -= 0.25
     if closed:
         alpha, t = np.vstack([alpha, alpha[:1]]), table["t"]
