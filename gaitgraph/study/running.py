@@ -507,11 +507,9 @@ def _client(workers: int, scheduler: str | None) -> Iterator[Any]:
             "distributed", "a study on several processes", "study"
         ) from error
     with ExitStack() as stack:
-        for logger in map(
-            logging.getLogger, ("distributed", "tornado", "asyncio")
-        ):  # errors are reported below
+        for logger in _loggers_of("distributed", "tornado", "asyncio"):
             stack.callback(logger.setLevel, logger.level)
-            logger.setLevel(logging.CRITICAL + 1)
+            logger.setLevel(logging.CRITICAL + 1)  # errors are reported below
         try:
             if scheduler is not None:
                 # A client would wait forever for a server that accepts the connection but does not answer.
@@ -556,6 +554,33 @@ def _client(workers: int, scheduler: str | None) -> Iterator[Any]:
         yield client
 
 
+def _loggers_of(*libraries: str) -> list[logging.Logger]:
+    """Return the loggers of some libraries, those of their modules too, which have levels of their own."""
+    names = [
+        name
+        for name in logging.root.manager.loggerDict
+        if name.split(".")[0] in libraries
+    ]
+    return [logging.getLogger(name) for name in names]
+
+
+@contextmanager
+def _while_scheduled(client: Any) -> Iterator[None]:
+    """Raise InputError if the scheduler of a client ends, or cancels what it was asked for, as after a restart."""
+    address = client.scheduler.address
+    try:
+        yield
+    except GaitgraphError:
+        raise
+    except Exception as error:
+        if client.status == "running" and not isinstance(error, CancelledError):
+            raise
+        kept = "rows that are written are kept; run the same study again to continue"
+        raise InputError(
+            f"the Dask scheduler {address!r} is gone; {kept}", field="scheduler"
+        ) from error
+
+
 def _flown_on_dask(
     client: Any, study: Study, missing: Mapping[Path, range], here: Mapping[str, str]
 ) -> Iterator[tuple[Path, list[Row]]]:
@@ -564,6 +589,14 @@ def _flown_on_dask(
     When a worker dies, Dask gives its batch to another. A batch on which several workers died is flown case by case at
     the end; a case on which a worker dies again has a row that states it.
     """
+    with _while_scheduled(client):
+        yield from _flown_by_workers(client, study, missing, here)
+
+
+def _flown_by_workers(
+    client: Any, study: Study, missing: Mapping[Path, range], here: Mapping[str, str]
+) -> Iterator[tuple[Path, list[Row]]]:
+    """Yield parts and their rows; other errors than InputError are those of a scheduler that ends."""
     from distributed import as_completed
     from distributed.scheduler import KilledWorker
 
@@ -581,9 +614,10 @@ def _flown_on_dask(
         except GaitgraphError:
             raise
         except (
-            Exception,
-            CancelledError,
+            Exception
         ) as error:  # of any kind: pickled in the worker, or made by Dask
+            if client.status != "running" or isinstance(error, CancelledError):
+                raise
             needs = "workers need the same gaitgraph, with its extra study"
             raise InputError(
                 f"a worker cannot run the study ({_line(error)}); {needs}"
