@@ -36,10 +36,9 @@ for name, values in mapped.columns.items():
     print(f"{name:>15}", *(f"{value:7.1f}" for value in values))
 
 # %%
-# The file states its map, so that reading it gives tilt angles again, and it is judged like any gait file.
+# Pulse widths are written to 0.1 µs. The file states its map, so that reading it gives tilt angles again, and it is judged
+# like any gait file.
 
 gg.io.write_tables(mapped, ["servos.csv"], force=True)
 error = abs(gg.read_table("servos.csv").alpha - table.alpha).max()
-print(
-    f"read back to {'1e-12' if error < 1e-12 else error} rad; flyable {gg.validate('servos.csv').flyable}"
-)
+print(f"read back to {error:.1e} rad; flyable {gg.validate('servos.csv').flyable}")

@@ -70,7 +70,7 @@ EXPECTED = {
     "which_period": "T = 0.25 s: settles after 0.44 s, peak 2.93 shares, 1.87 after 1 s, where α1 spans 0.53 rad",
     "best_hover_reserve": "best within 0.2 rad: 1.9644 quarters, any loop needs 1.9643",
     "fly_a_gait": "biased by 0.8: 2.62 shares, least singular value 0.375",
-    "servo_table": "read back to 1e-12 rad; flyable True",
+    "servo_table": "read back to 1.0e-04 rad; flyable True",
 }
 
 

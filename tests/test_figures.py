@@ -320,6 +320,23 @@ def test_files_are_written_whole_and_kept_without_force(folder: Path) -> None:
     assert Path("new/deep/figure_15.svg").read_text() != "mine"
 
 
+def test_robustness_draws_its_picture(run: Any, folder: Path) -> None:
+    given = ("robustness", "gait4", "--bias", "0.8", "--output", "r.png")
+    done = run(*given, "--output", "r.svg")
+    assert (done.code, done.err) == (0, "")
+    assert done.out.endswith("wrote r.png\nwrote r.svg\n")
+    drawn = Path("r.svg").read_text()
+    assert 'id="singular"' in drawn
+    assert 'id="acceptable"' in drawn
+    first = Path("r.png").read_bytes()
+    again = run(*given)
+    assert (again.code, again.out) == (2, "")
+    assert "exists. Overwrite it with --force" in again.err
+    assert run(*given, "--force", "--json").json["outputs"] == ["r.png"]
+    assert Path("r.png").read_bytes() == first
+    assert run("robustness", "gait4", "--json").json["outputs"] == []
+
+
 def test_compare_puts_two_gaits_side_by_side(run: Any, folder: Path) -> None:
     """Against samples of Gait 3, whose extremes are at its corners, and the numbers of the paper's rectangles."""
     given = ("compare", "gait1", "gait3", "--period", "2", "--law", "constant-speed")

@@ -183,6 +183,43 @@ def test_a_plan_is_read_back_bit_for_bit_with_what_made_it(
 # Streaming ------------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize("suffix", [".csv", ".json", ".npz", ".mat", ".parquet"])
+@pytest.mark.parametrize("servos", [None, "x_frame"])
+def test_a_gait_is_repeated_in_tables(
+    suffix: str, servos: str | None, tmp_path: Path, run: Any
+) -> None:
+    if suffix == ".parquet":
+        pytest.importorskip("pyarrow", reason="install gaitgraph[table]")
+    timed = gg.plan_loop(TRIANGLE, period=2.0).timed(samples=8)
+    one = table_of(timed)
+    timed.write(tmp_path / "one.csv")
+    path = tmp_path / f"three{suffix}"
+    map_of = () if servos is None else ("--servos", servos)
+    done = run("export", "one.csv", path, "gait.h", "--periods", 3, *map_of)
+    assert done.out == f"wrote {path}: 25 rows\nwrote gait.h: 9 rows\n"
+    three = read_table(path)
+    np.testing.assert_allclose(three["t"], np.arange(25) * 0.25, rtol=0, atol=1e-12)
+    for k in range(3):
+        rows = three.rows(8 * k, 8 * k + 9)
+        np.testing.assert_allclose(rows.alpha, one.alpha, rtol=0, atol=1e-12)
+        if servos is None:
+            assert tuple(rows["color"]) == tuple(one["color"])
+            assert (rows["alpha1_rate"] == one["alpha1_rate"]).all()
+    assert (three.about["period"], three.repeats) == (6.0, True)
+    report = gg.validate(path)
+    assert report.flyable
+    assert OTHER_ROWS not in report.warnings
+    assert run("export", path, "again.csv", "--periods", 2).code == 0
+    assert len(read_table(tmp_path / "again.csv")) == 49
+
+
+def test_a_path_is_not_repeated_in_a_table(tmp_path: Path) -> None:
+    path = gg.transition("hover", "gait4").table()
+    with pytest.raises(gg.InputError, match="periods must be 1 for a table that does"):
+        write_tables(path, [tmp_path / "two.csv"], periods=2)
+    assert not list(tmp_path.iterdir())
+
+
 class LongTable:
     def __init__(self, count: int, rows: int) -> None:
         self.count, self.rows = count, rows

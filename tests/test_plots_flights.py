@@ -14,6 +14,7 @@ from scipy.linalg import expm
 import gaitgraph as gg
 from gaitgraph.errors import OutputExists
 from gaitgraph.flight.basins import Basin, basins_of
+from gaitgraph.flight.engine import quaternions
 from gaitgraph.flight.flight import OUTCOMES, Flight, FlightSettings
 from gaitgraph.flight.simulation import fly
 from gaitgraph.plots import vehicles
@@ -134,6 +135,33 @@ def test_files_of_a_flight(
     assert verdicts == [False] * (len(lasts) - 1) + [True]
     with pytest.raises(gg.InputError, match="nothing was flown"):
         write_flight(fly(gait_of_paper(1).parametrize(1.0)), [tmp_path / "no.gif"])
+
+
+def test_a_flight_is_a_bag_with_the_pose_of_the_body(
+    tmp_path: Path, levelling: Flight
+) -> None:
+    pytest.importorskip("rosbags", reason="install gaitgraph[ros]")
+    from tests.test_ros import messages_of
+
+    path = tmp_path / "flight.mcap"
+    levelling.write(path)
+    table = levelling.table()
+    poses = [message.pose for _, message in messages_of(path, "/pose")]
+    places = [[one.position.x, one.position.y, one.position.z] for one in poses]
+    expected = np.column_stack([table[name] for name in "xyz"])
+    np.testing.assert_array_equal(places, expected)
+    turns = [one.orientation for one in poses]
+    found = np.array([[one.w, one.x, one.y, one.z] for one in turns])
+    wanted = quaternions(table["roll"], table["pitch"], table["yaw"])
+    off = np.abs((found * wanted).sum(axis=1)) - 1.0
+    np.testing.assert_allclose(off, 0.0, atol=1e-12)
+    joints = [message.position for _, message in messages_of(path, "/joint_states")]
+    np.testing.assert_array_equal(joints, table.alpha)
+    stamps = [message.header.stamp for _, message in messages_of(path, "/pose")]
+    assert (stamps[0].sec, stamps[0].nanosec) == (1, 0)
+    with pytest.raises(gg.errors.OutputExists, match="flight.mcap' exists"):
+        levelling.write(path)
+    levelling.write(path, force=True)
 
 
 def test_the_drawn_vehicle_has_the_bodys_attitude(circling: Flight) -> None:

@@ -306,7 +306,11 @@ def _map_names() -> list[str]:
         "Write positions of joints, by a preset or a TOML file.",
         words=_map_names,
     ),
-    option("--periods", "N", "Periods in a bag or .yaml.  [default: 1]"),
+    option(
+        "--periods",
+        "N",
+        "Periods, one after the other; a C header and a film have one.  [default: 1]",
+    ),
     flag("--anyway", "Write another timing although it breaks limits of rates."),
     "once period samples rate law force vehicle coefficients json",
 )
@@ -352,10 +356,13 @@ def export_command(
         answer["rate_checks"] = [check.as_mapping() for check in done.rate_checks]
     if servo_map:
         answer |= {"servos": servo_map.as_mapping(), "clipped": done.clipped}
-    lines = [
-        f"wrote {name}: {'one period, drawn' if name in films else f'{done.rows} rows'}"
-        for name in outputs
-    ]
+    lines = []
+    for name in outputs:
+        rows = (done.rows - 1) * given.get("periods", 1) + 1
+        if name.lower().endswith(".h"):  # it repeats by itself
+            rows = done.rows
+        content = "one period, drawn" if name in films else f"{rows} rows"
+        lines.append(f"wrote {name}: {content}")
     lines += lines_of_checks(done.rate_checks)
     for joint, count in done.clipped.items():
         lines.append(

@@ -192,20 +192,48 @@ def verify_command(certificate: str) -> int:
         "--tolerance", "X", "Fraction of attitudes that may be missed.  [default: 1e-5]"
     ),
     option("--curves", "N", "Number of singular curves along the gait.  [default: 24]"),
-    "angle_rounding vehicle coefficients json",
+    "angle_rounding vehicle coefficients",
+    option(
+        "--output",
+        "FILE",
+        "Draw the attitudes: .png, .svg or .pdf; repeatable.",
+        name="outputs",
+        multiple=True,
+    ),
+    "force json",
 )
-def robustness_command(gait_file: str, once: bool = False, **given: Any) -> int:
+def robustness_command(
+    gait_file: str,
+    once: bool = False,
+    outputs: Paths = (),
+    force: bool = False,
+    **given: Any,
+) -> int:
     """Compute how far a gait can be tilted before its decoupling matrix is singular.
 
     Takes any table of alpha1 to alpha4, on the gait surfaces or not. Coefficients are exact unless published ones are
     asked for. Rows are joined by straight segments, and the last with the first.
     """
+    from gaitgraph.plots.axes import (
+        blank_figure,
+        check_pictures,
+        paper_style,
+        write_pictures,
+    )
+    from gaitgraph.plots.gaits import draw_robustness
     from gaitgraph.robustness.biased import robustness_of
 
+    check_pictures(outputs, force=force)
+    figure = blank_figure(152.4, 127.0) if outputs else None
     with Working(f"tilting {gait_file}") as progress:
         source = as_given(gait_file, once=once)
         report = robustness_of(source, progress=progress, **given)
-    return show(report, ok=True)
+        if figure is not None:
+            with paper_style():
+                draw_robustness(figure.add_subplot(), report, Path(gait_file).stem)
+            write_pictures(figure, outputs, force=force)
+    lines = [f"wrote {name}" for name in outputs]
+    return show(report, more={"outputs": list(outputs)}, lines=lines, ok=True)
 
 
 _UNITS = {

@@ -173,6 +173,12 @@ class Table(Pictured):
                 found[kind] = tuple(map(float, values))
         return found
 
+    @property
+    def rounding(self) -> float:
+        """The largest error of its angles by the rounding of a servo table that they come from [rad]; else 0."""
+        stated = number_of(self.about.get("angle_rounding"))
+        return stated if stated > 0 else 0.0
+
     def once(self) -> Table:
         """Return the table as a path that is run once, from its first row to its last.
 
@@ -397,6 +403,39 @@ def is_closed(alpha: FloatArray) -> bool:
     (True, False)
     """
     return len(alpha) > 1 and bool(np.abs(alpha[0] - alpha[-1]).max() <= SAME_ROW)
+
+
+def check_periods(table: Table, periods: int) -> None:
+    """Raise InputError for several periods of a table that does not end where it starts, or is a path."""
+    alpha = np.column_stack([table[name] for name in ANGLES if name in table])
+    if periods > 1 and not (table.repeats and is_closed(alpha)):
+        raise InputError(
+            f"periods must be 1 for a table that does not end where it starts, got {periods}",
+            field="periods",
+        )
+
+
+def repeated(table: Table, periods: int) -> Table:
+    """Return some periods of a closed table with times, one after the other; the row between two is there once.
+
+    Corners, law and request of one period are not stated for several. Raises InputError as :func:`check_periods`.
+
+    >>> columns = {"t": np.array([0.0, 1.0, 2.0]), "alpha1": np.array([0.4, 0.9, 0.4])}
+    >>> repeated(Table(columns=columns), 2)["t"].tolist()
+    [0.0, 1.0, 2.0, 3.0, 4.0]
+    """
+    check_periods(table, periods)
+    t = table["t"]
+    parts = [table]
+    for k in range(1, periods):
+        rows = table.rows(1, len(table))
+        times = rows["t"] + k * (t[-1] - t[0])
+        parts.append(replace(rows, columns=rows.columns | {"t": times}))
+    one = ("corners", "law", "request")
+    about = {name: value for name, value in table.about.items() if name not in one}
+    if "period" in about:
+        about["period"] *= periods
+    return replace(merged(parts), about=about)
 
 
 def note_on_ends(alpha: FloatArray) -> str:

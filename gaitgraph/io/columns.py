@@ -249,9 +249,8 @@ class TableBuilder:
             self._times.update(found["t"])
         self.rows += max(lengths)
         columns = {name: found[name] for name in self._order if name in found}
-        yield Table(
-            columns=columns, about=self.about, digit_error=digit_error, notes=self.notes
-        )
+        table = Table(columns=columns, about=self.about, notes=self.notes)
+        yield replace(table, digit_error=max(digit_error, table.rounding))
 
     def whole(
         self, columns: Mapping[str, Any], about: dict[str, Any]

@@ -47,6 +47,7 @@ from gaitgraph.gait.table import (
     closed_rows,
     merged,
     paced_gait,
+    repeated,
 )
 from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.io import binary_tables, c_header, ros, text_files
@@ -56,7 +57,7 @@ from gaitgraph.io.columns import (
     is_frame,
     table_from_frame,
 )
-from gaitgraph.io.servo_map import mapped_table
+from gaitgraph.io.servo_map import mapped_table, servo_map_named
 from gaitgraph.vehicle import PAPER, vehicle_named
 
 if TYPE_CHECKING:
@@ -67,7 +68,7 @@ if TYPE_CHECKING:
 
     from gaitgraph.invertibility.matrices import CoefficientsLike
     from gaitgraph.io.columns import Frame
-    from gaitgraph.io.servo_map import ServoMap
+    from gaitgraph.io.servo_map import ServoMapLike
     from gaitgraph.vehicle import VehicleLike
 
     class HasGait(Protocol):
@@ -200,26 +201,30 @@ def write_tables(
     *,
     force: bool = False,
     periods: int = 1,
-    servos: ServoMap | None = None,
+    servos: ServoMapLike | None = None,
 ) -> None:
     """Write a table to files, or folders, each whole or not at all; the format follows from the suffix.
 
-    `table` may be a function that yields the pieces of a table, called once for each file. `servos` determines the
-    columns of tables, and order, names, signs and zeros in formats of robots; those of ROS 2 repeat the gait `periods`
-    times.
+    `table` may be a function that yields the pieces of a table, called once for each file. `servos`, a
+    :class:`ServoMap`, a preset, a TOML file or a mapping, determines the columns of tables, and order, names, signs and
+    zeros in formats of robots. The gait is written `periods` times, one after the other; a C header repeats by itself.
 
     Raises OutputExists if a file exists and `force` is not set, FileProblem if one cannot be written (then no file is
     changed), InputError if a suffix is not known or a file is named twice, and MissingExtra if a library is missing.
     """
     check_outputs(paths, force=force, periods=periods)
+    servo_map = None if servos is None else servo_map_named(servos)
 
     def stated_in(form: Format) -> Iterator[Table]:
         # Formats of robots state joints in their own radians, tables in the columns of the map.
-        in_format = servos if form.reads else None
-        if servos is not None and form.module in (ros, c_header):
-            in_format = servos.in_radians()
+        in_format = servo_map if form.reads else None
+        if servo_map is not None and form.module in (ros, c_header):
+            in_format = servo_map.in_radians()
         rows = 0
-        for piece in [table] if isinstance(table, Table) else table():
+        pieces = [table] if isinstance(table, Table) else table()
+        if periods > 1 and form.reads and form.module is not ros:
+            pieces = [repeated(merged(pieces), periods)]
+        for piece in pieces:
             stated = (
                 piece
                 if in_format is None
@@ -250,9 +255,9 @@ def check_outputs(
     """Raise before any work is done if an output cannot be: its suffix, an extra, a name taken or given twice."""
     folders, formats = set(), [known_format(path, "output") for path in paths]
     whole_number("periods", periods, 1, _MOST_PERIODS)
-    if periods > 1 and ros not in [form.module for form in formats]:
+    if periods > 1 and all(form.module is c_header for form in formats):
         raise InputError(
-            f"periods needs an output .mcap or .yaml, got {periods} without one"
+            f"periods needs a table, .mcap or .yaml as output, got {periods} without one"
         )
     for form, path in zip(formats, map(Path, paths), strict=True):
         form.function("write")  # MissingExtra, if that is so
@@ -357,10 +362,10 @@ def gait_of(
     )
 
 
-def read_table(path: str | Path, *, joints: ServoMap | None = None) -> Table:
+def read_table(path: str | Path, *, joints: ServoMapLike | None = None) -> Table:
     """Read a gait table of any format in :data:`FORMATS`, or a plan saved as JSON.
 
-    `joints` describes the columns of a servo table from elsewhere; ours state them. Raises FileProblem if the file
+    `joints` describes the columns of a servo table from elsewhere, as `servos` of :func:`write_tables`; ours state them. Raises FileProblem if the file
     cannot be read, and InputError, with file and place, if it holds no gait table.
     """
     return merged(read_pieces(path, joints=joints))
@@ -370,7 +375,7 @@ def read_pieces(
     path: str | Path,
     *,
     plane_only: bool = False,
-    joints: ServoMap | None = None,
+    joints: ServoMapLike | None = None,
     angles: tuple[str, ...] = (),
 ) -> Iterator[Table]:
     """Yield a gait table as consecutive pieces, each at least one row; errors as :func:`read_table`, at their piece.
@@ -381,7 +386,11 @@ def read_pieces(
     read = form.function("read")
     with reading(path, _WHAT), naming_file(path):
         path.stat()
-        builder = TableBuilder(plane_only=plane_only, joints=joints, angles=angles)
+        builder = TableBuilder(
+            plane_only=plane_only,
+            joints=None if joints is None else servo_map_named(joints),
+            angles=angles,
+        )
         said: set[str] = set()
         for piece in builder.finished(read(path, builder)):
             for note in piece.notes:

@@ -2,7 +2,7 @@
 
 A bag has three topics: what made it, in one String; the JointTrajectory, one message stamped 0, which makes a
 controller start at once; and a JointState for each point, for plotting, from 1 s on, since tools take 0 for "not set".
-Bags have version 8, since Humble cannot read version 9. A goal states in a comment what made it.
+That of a flight has a fourth, a PoseStamped of the body for each point. Bags have version 8, since Humble cannot read version 9. A goal states in a comment what made it.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from gaitgraph.gait.table import (
     RATES,
     Table,
     about_from_text,
-    is_closed,
+    check_periods,
     merged,
     provenance_of,
     provenance_text,
@@ -44,9 +44,13 @@ TRAJECTORY = "trajectory_msgs/msg/JointTrajectory"
 STATE = "sensor_msgs/msg/JointState"
 STRING = "std_msgs/msg/String"
 TOPICS = {STRING: "/gaitgraph", TRAJECTORY: "/joint_trajectory", STATE: "/joint_states"}
+POSE = "geometry_msgs/msg/PoseStamped"
+POSE_TOPIC = "/pose"
 
 _BAG = "a ROS 2 bag"
 _MOST_POINTS = 100_000
+_PLACE = ("x", "y", "z")
+_ATTITUDE = ("yaw", "pitch", "roll")  # in the order of the turns
 _COLUMNS = {"positions": ANGLES, "velocities": RATES, "accelerations": ACCELERATIONS}
 _NANOSECONDS = 1_000_000_000
 _LAST_SECOND = (
@@ -81,11 +85,7 @@ def points_of(
     Returns times since the first point, shape (n,) [ns], strictly increasing, and rows: `positions`, and `velocities`
     and `accelerations` if the table has them, shape (n, 4) [rad], [rad/s], [rad/s²].
     """
-    if periods > 1 and not (table.repeats and is_closed(table.alpha)):
-        raise InputError(
-            f"periods must be 1 for a table that does not end where it starts, got {periods}",
-            field="periods",
-        )
+    check_periods(table, periods)
     rows = len(table)
     if (rows - 1) * periods + 1 > _MOST_POINTS:
         got = f"{periods} periods of {rows} rows: use fewer periods or samples"
@@ -151,6 +151,7 @@ def _number(value: float) -> str:
 def write_mcap(pieces: Iterable[Table], path: Path, periods: int = 1) -> None:
     """Write a new folder: a bag with an MCAP file, which the library names after the folder."""
     from rosbags.rosbag2 import StoragePlugin, Writer
+    from scipy.spatial.transform import Rotation
 
     table = merged_up_to(pieces, _MOST_POINTS, "a ROS 2 bag")
     times, rows = points_of(table, periods)
@@ -169,8 +170,22 @@ def write_mcap(pieces: Iterable[Table], path: Path, periods: int = 1) -> None:
             nanosec=time % _NANOSECONDS,
         )
 
-    def header(time: int) -> Any:
-        return message("std_msgs/msg/Header", stamp=moment("Time", time), frame_id="")
+    def header(time: int, frame: str = "") -> Any:
+        stamp = moment("Time", time)
+        return message("std_msgs/msg/Header", stamp=stamp, frame_id=frame)
+
+    def poses() -> Iterator[Any]:
+        places = np.column_stack([table[name] for name in _PLACE])
+        turns = np.column_stack([table[name] for name in _ATTITUDE])
+        quaternions = Rotation.from_euler("ZYX", turns).as_quat()
+        for place, quaternion in zip(places.tolist(), quaternions, strict=True):
+            point = dict(zip("xyz", place, strict=True))
+            turn = dict(zip("xyzw", quaternion.tolist(), strict=True))
+            yield message(
+                "geometry_msgs/msg/Pose",
+                position=message("geometry_msgs/msg/Point", **point),
+                orientation=message("geometry_msgs/msg/Quaternion", **turn),
+            )
 
     joined = [rows.get(what, [none] * len(times)) for what in _COLUMNS]
     points = []
@@ -188,9 +203,11 @@ def write_mcap(pieces: Iterable[Table], path: Path, periods: int = 1) -> None:
         )
     folder = path.with_suffix("")
     with Writer(folder, version=8, storage_plugin=StoragePlugin.MCAP) as bag:
+        flies = all(name in table for name in (*_PLACE, *_ATTITUDE))
+        topics = TOPICS | {POSE: POSE_TOPIC} if flies else TOPICS
         connections = {
             kind: bag.add_connection(topic, kind, typestore=store)
-            for kind, topic in TOPICS.items()
+            for kind, topic in topics.items()
         }
 
         def write(kind: str, time: int, **fields: Any) -> None:
@@ -216,6 +233,9 @@ def write_mcap(pieces: Iterable[Table], path: Path, periods: int = 1) -> None:
                 velocity=rate,
                 effort=none,
             )
+        stamps = (times + _NANOSECONDS).tolist()
+        for time, pose in zip(stamps, poses() if flies else (), strict=False):
+            write(POSE, time, header=header(time, "world"), pose=pose)
     folder.rename(path)
 
 

@@ -8,6 +8,7 @@ neutral + (µs per radian)·q that a servo takes.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from functools import partial
 from pathlib import Path
@@ -24,8 +25,6 @@ from gaitgraph.gait.table import ACCELERATIONS, ANGLES, RATES, TEXTS, Table, sur
 from gaitgraph.vehicle import Linkage, Spin, linkage_of, linked, vehicle_named
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from gaitgraph.invertibility.matrices import FloatArray
     from gaitgraph.vehicle import VehicleLike
 
@@ -151,6 +150,24 @@ class Joint:
         return {"rad": 1.0, "deg": math.degrees(1.0), "us": self.us_per_rad or 0.0}[
             self.unit
         ]
+
+    @property
+    def decimals(self) -> int | None:
+        """Decimals of its column: 0.1 µs, or finer where that is more than 1e-3 rad; None for full precision."""
+        if self.us_per_rad is None:
+            return None
+        return max(1, 3 - math.floor(math.log10(self.us_per_rad)))
+
+    @property
+    def rounding(self) -> float:
+        """The largest error of α by the decimals of its column [rad]."""
+        if self.decimals is None:
+            return 0.0
+        turn = 0.5 * 10.0**-self.decimals / self.per_radian
+        if self.linkage is None:
+            return turn
+        servo, tilt = np.array(self.linkage).T
+        return turn * float(np.abs(np.diff(tilt) / np.diff(servo)).max())
 
     @property
     def bounds(self) -> tuple[float, float]:
@@ -476,15 +493,23 @@ def _pair(value: object) -> tuple[float, float]:
     return low, high
 
 
-def servo_map_named(name_or_file: str | Path) -> ServoMap:
-    """Return a preset by name, or the map in a TOML file.
+ServoMapLike = ServoMap | str | Path | Mapping[str, Any]
+"""What may be given for a servo map: see :func:`servo_map_named`."""
+
+
+def servo_map_named(servos: ServoMapLike) -> ServoMap:
+    """Return a preset by name, the map in a TOML file, that of a mapping of fields, or a ServoMap as it is.
 
     The file holds what :func:`servo_map_from_mapping` takes, at the top level or in a ``[servos]`` table, with joints
     as ``[[joint]]``. Raises InputError, or FileProblem if the file cannot be read.
     """
-    if isinstance(name_or_file, str) and not name_or_file.lower().endswith(".toml"):
-        return servo_map_from_mapping({"preset": name_or_file})
-    path = Path(name_or_file)
+    if isinstance(servos, ServoMap):
+        return servos
+    if isinstance(servos, Mapping):
+        return servo_map_from_mapping(servos)
+    if not isinstance(servos, Path) and not str(servos).lower().endswith(".toml"):
+        return servo_map_from_mapping({"preset": servos})
+    path = Path(servos)
     return from_toml_file(
         path,
         "servos",
@@ -500,15 +525,18 @@ def servos_of(table: Table) -> ServoMap:
     return servo_map_from_mapping(table.about.get("servos", {}))
 
 
-def mapped_table(table: Table, servo_map: ServoMap, *, rows_before: int = 0) -> Table:
+def mapped_table(
+    table: Table, servo_map: ServoMapLike, *, rows_before: int = 0
+) -> Table:
     """Return a gait table in the columns of a map, which it states in ``about["servos"]``.
 
     The table has alpha1 to alpha4; `rows_before` counts its rows before these, for messages. Rates and accelerations
     follow the joints, in their units per second and per second squared, where the table has them; pulse widths have
-    neither. Raises InputError if a joint is beyond its limits, unless the map clips, or if the map is for another
+    neither. Pulse widths are rounded to 0.1 µs, and ``about["angle_rounding"]`` states the error [rad]. Raises InputError if a joint is beyond its limits, unless the map clips, or if the map is for another
     vehicle.
     """
     vehicle = surface_of(table)[0]
+    servo_map = servo_map_named(servo_map)
     servo_map.check_vehicle(vehicle)
     servo_map = servo_map.linked_to(vehicle)
     columns: dict[str, FloatArray] = {}
@@ -520,9 +548,11 @@ def mapped_table(table: Table, servo_map: ServoMap, *, rows_before: int = 0) -> 
         values = _values(table, joint)
         if not servo_map.clip:
             _check_limits(servo_map, joint, values, rows_before, " (or clip = true)")
-        columns[joint.column] = (
-            np.clip(values, *joint.bounds) if servo_map.clip else values
-        ) + 0.0
+        if servo_map.clip:
+            values = np.clip(values, *joint.bounds)
+        if joint.decimals is not None:
+            values = np.clip(np.round(values, joint.decimals), *joint.bounds)
+        columns[joint.column] = values + 0.0
     for end, names in _DERIVATIVES.items():
         for joint in servo_map.joints if all(name in table for name in names) else ():
             if joint.unit != "us":
@@ -531,6 +561,9 @@ def mapped_table(table: Table, servo_map: ServoMap, *, rows_before: int = 0) -> 
                     slope * table[names[joint.rotor - 1]] + 0.0
                 )
     about = {**table.about, "servos": servo_map.as_mapping()}
+    rounding = table.rounding + max(joint.rounding for joint in servo_map.joints)
+    if rounding:
+        about["angle_rounding"] = rounding
     return Table(columns=columns, about=about, digit_error=table.digit_error)
 
 
@@ -568,7 +601,10 @@ def _check_limits(
 
 
 def tilts_from_joints(
-    columns: Mapping[str, npt.ArrayLike], servo_map: ServoMap, *, rows_before: int = 0
+    columns: Mapping[str, npt.ArrayLike],
+    servo_map: ServoMapLike,
+    *,
+    rows_before: int = 0,
 ) -> dict[str, FloatArray]:
     """Return the columns of a gait table from those of joints: the inverse of :func:`mapped_table`.
 
@@ -580,6 +616,7 @@ def tilts_from_joints(
     >>> [found[f"alpha{k}"].round(4).item() for k in (1, 2, 3, 4)]
     [0.5236, 0.3491, 0.6981, 0.1745]
     """
+    servo_map = servo_map_named(servo_map)
     servo_map.check_columns(list(columns))
     for name, values in columns.items():
         check_unmasked(values, name)
@@ -595,7 +632,7 @@ def tilts_from_joints(
         _check_limits(servo_map, joint, values, rows_before)
         tilt = joint.tilt_of(values) + 0.0
         # π/2 in another unit may come back a digit beyond it.
-        near = np.abs(np.abs(tilt) - HALF_PI) < 1e-12
+        near = np.abs(np.abs(tilt) - HALF_PI) < 1e-12 + joint.rounding
         found[name] = np.where(near, np.copysign(HALF_PI, tilt), tilt)
     for end, names in _DERIVATIVES.items():
         if all(

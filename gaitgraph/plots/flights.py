@@ -17,7 +17,7 @@ from gaitgraph.flight.flight import TABLES
 from gaitgraph.gait.gait import name_of
 from gaitgraph.gait.table import provenance_text
 from gaitgraph.invertibility.matrices import least_singular_value
-from gaitgraph.io.formats import FILMS, FORMATS
+from gaitgraph.io.formats import FILMS, FORMATS, check_outputs
 from gaitgraph.plots import axes as base, vehicles
 from gaitgraph.plots.gaits import ANGLE_LOOKS, basins_figure
 from gaitgraph.plots.vehicles import INK, LINE_GREY, PALE, VehicleView
@@ -424,7 +424,8 @@ def check_flight_outputs(
     force: bool = False,
 ) -> None:
     """Raise before a flight if an output cannot be written: wrong suffix, missing library or folder, existing file."""
-    known = [*TABLES, *_PLOTS, *(FILMS if of == "flight" else ())]
+    known = [*TABLES, *_PLOTS, *((".mcap", *FILMS) if of == "flight" else ())]
+    bags = [Path(path) for path in paths if str(path).lower().endswith(".mcap")]
     for path in map(Path, paths):
         suffix = checked_choice(
             f"suffix of the {of} output {str(path)!r}", path.suffix.lower(), known
@@ -435,7 +436,8 @@ def check_flight_outputs(
             base.require_matplotlib()
         else:
             FORMATS[suffix].function("write")  # MissingExtra, if that is so
-    check_new_files(paths, force=force)
+    check_outputs(bags, force=force)
+    check_new_files(paths, force=force, folders=bags)
 
 
 def write_flight(
@@ -443,8 +445,8 @@ def write_flight(
 ) -> None:
     """Write a flight that has rows to files, whole or not at all; `force` overwrites existing files.
 
-    The suffix selects a table (.csv, .json, .npz, .mat, .parquet), a plot over time (.png, .svg, .pdf), or a film
-    (.gif, .mp4). The viewer of a film is behind, right and above, and follows the vehicle; the grid on the ground is
+    The suffix selects a table (.csv, .json, .npz, .mat, .parquet), a ROS 2 bag (.mcap), a plot over time (.png, .svg,
+    .pdf), or a film (.gif, .mp4). The viewer of a film is behind, right and above, and follows the vehicle; the grid on the ground is
     1.8 arm lengths below the start. Lines of thrust are proportional to the thrust up to 2.4 times a quarter of the
     weight, on the other side of the disc where a rotor pulls. A flight of more than a minute is shown in a minute.
     """

@@ -30,7 +30,7 @@ from gaitgraph.io.formats import (
     read_table,
     write_tables,
 )
-from gaitgraph.io.servo_map import clipped_rows
+from gaitgraph.io.servo_map import clipped_rows, servo_map_named
 from gaitgraph.timing.laws import DEFAULT_LAW, LAWS
 from gaitgraph.timing.time_optimal import paced_again
 from gaitgraph.timing.timed_gait import (
@@ -44,14 +44,14 @@ from gaitgraph.timing.timed_gait import (
 )
 from gaitgraph.validation.report import RATE_CHECKS
 from gaitgraph.validation.validating import validate
-from gaitgraph.vehicle import vehicle_named
+from gaitgraph.vehicle import PAPER, vehicle_named
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
     from gaitgraph.invertibility.matrices import CoefficientsLike
     from gaitgraph.io.formats import GaitLike
-    from gaitgraph.io.servo_map import ServoMap
+    from gaitgraph.io.servo_map import ServoMap, ServoMapLike
     from gaitgraph.timing.laws import LawName
     from gaitgraph.validation.report import Check
     from gaitgraph.vehicle import VehicleLike
@@ -147,6 +147,16 @@ def _judged_rates(table: Table, *, anyway: bool) -> tuple[Check, ...]:
     return checks
 
 
+def _linked(
+    joints: ServoMapLike | None, vehicle: VehicleLike | None
+) -> ServoMap | None:
+    """Return a servo map with the linkages of a vehicle, by default the paper's."""
+    if joints is None:
+        return None
+    linked = vehicle_named(PAPER if vehicle is None else vehicle)
+    return servo_map_named(joints).linked_to(linked)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Exported:
     """What was written: rows, columns, the number of rows in which each servo was clipped, and the table's pieces.
@@ -171,8 +181,8 @@ def export(
     law: LawName | None = None,
     samples: int | None = None,
     rate: float | None = None,
-    joints: ServoMap | None = None,
-    servos: ServoMap | None = None,
+    joints: ServoMapLike | None = None,
+    servos: ServoMapLike | None = None,
     periods: int = 1,
     force: bool = False,
     anyway: bool = False,
@@ -214,9 +224,7 @@ def export(
     if isinstance(given, Gait):
         given = given.parametrize()
     if isinstance(given, Path):
-        given = read_table(
-            given, joints=joints and joints.linked_to(vehicle_named(vehicle or "paper"))
-        )
+        given = read_table(given, joints=_linked(joints, vehicle))
     own_law = not isinstance(given, Table) and given.law not in (*LAWS,)
     if own_law and period is not None and law is None:
         given = table_of(given)  # whose rows take another time
@@ -248,11 +256,12 @@ def export(
     rate_checks: tuple[Check, ...] = ()
     if any(one is not None for one in (period, law, samples, rate)):
         rate_checks = _judged_rates(merged(pieces()), anyway=anyway)
-    write_tables(pieces, paths, force=force, periods=periods, servos=servos)
+    servo_map = None if servos is None else servo_map_named(servos)
+    write_tables(pieces, paths, force=force, periods=periods, servos=servo_map)
     clipped = Counter[str]()
-    if paths and servos is not None and servos.clip:
+    if paths and servo_map is not None and servo_map.clip:
         for piece in pieces():
-            clipped.update(clipped_rows(piece, servos))
+            clipped.update(clipped_rows(piece, servo_map))
     return Exported(
         rows=rows,
         columns=tuple(next(pieces()).columns),

@@ -229,7 +229,10 @@ def validate(
         "crossing_tolerance": crossing,
     }
     checker = _TableChecker(
-        Criteria(**surface, **limits, noun="row"), first.repeats, first.limits
+        Criteria(**surface, **limits, noun="row"),
+        first.repeats,
+        first.limits,
+        first.rounding,
     )
     beside = (
         source.with_suffix(CERTIFICATE)
@@ -339,12 +342,16 @@ class _TableChecker:
     """Checks a table piece by piece: finds the sheet of each row, applies the rules, and closes the table."""
 
     def __init__(
-        self, criteria: Criteria, repeats: bool, limits: dict[str, Each]
+        self,
+        criteria: Criteria,
+        repeats: bool,
+        limits: dict[str, Each],
+        rounding: float,
     ) -> None:
         self.lone = LoneRows()
         self.criteria, self.repeats = criteria, repeats
         self.checker = Checker(criteria, self.lone)
-        self.rates = _RowRates(criteria.vehicle, limits)
+        self.rates = _RowRates(criteria.vehicle, limits, rounding)
         self.counts = {sign: ColoringCount(sign) for sign in SIGNS}
         self.rows = 0
         self.longest = 0.0  # step between rows [rad]
@@ -520,8 +527,14 @@ class _TableChecker:
 class _RowRates:
     """Rates, accelerations and jerks that a motion through timed rows must reach, or that the table states."""
 
-    def __init__(self, vehicle: Vehicle, made_for: dict[str, Each]) -> None:
-        """Take the limits of the vehicle, and where it states none those that the table was made for."""
+    def __init__(
+        self, vehicle: Vehicle, made_for: dict[str, Each], rounding: float
+    ) -> None:
+        """Take the limits of the vehicle, and where it states none those that the table was made for.
+
+        Rates are less by what the `rounding` of the rows may add to them.
+        """
+        self.rounding = rounding
         stated = {kind: getattr(vehicle, f"max_tilt_{kind}") for kind in RATE_UNITS}
         self.limits = [
             made_for.get(kind) if limit is None else limit
@@ -536,7 +549,8 @@ class _RowRates:
         """Examine fresh rows, and up to three before them, and the rates and accelerations that they state."""
         self._differences(rows)
         for names, peak in zip((RATES, ACCELERATIONS), self.peaks, strict=False):
-            if all(name in piece for name in names):
+            # Rates beside rounded rows are slopes of these.
+            if all(name in piece for name in names) and not self.rounding:
                 peak.update(np.column_stack([piece[name] for name in names]), fresh)
         if all(name in piece for name in RATES) and rows.t is not None:
             # Add up how far the stated rates are from the changes of the angles.
@@ -558,15 +572,15 @@ class _RowRates:
         """
         assert rows.t is not None  # noqa: S101
         values = rows.alpha
+        errors = np.full((len(values), 1), self.rounding)
         for order, peak in enumerate(self.peaks, start=1):
             if len(values) < 2:
                 return
-            values = (
-                order
-                * np.diff(values, axis=0)
-                / (rows.t[order:] - rows.t[:-order])[:, None]
-            )
-            peak.update(values[:starts], rows[1:] if order > 1 else rows)
+            times = (rows.t[order:] - rows.t[:-order])[:, None]
+            values = order * np.diff(values, axis=0) / times
+            errors = order * (errors[1:] + errors[:-1]) / times
+            least = np.maximum(np.abs(values) - errors, 0.0)
+            peak.update(least[:starts], rows[1:] if order > 1 else rows)
 
     def checks(
         self, head: Segments, tail: Segments, *, closed: bool | None, lone: LoneRows
