@@ -214,7 +214,7 @@ def test_a_gait_is_repeated_in_tables(
 
 
 def test_a_path_is_not_repeated_in_a_table(tmp_path: Path) -> None:
-    path = gg.transition("hover", "gait4").table()
+    path = gg.transition("hover", "gait4").table
     with pytest.raises(gg.InputError, match="periods must be 1 for a table that does"):
         write_tables(path, [tmp_path / "two.csv"], periods=2)
     assert not list(tmp_path.iterdir())

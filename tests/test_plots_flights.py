@@ -145,7 +145,7 @@ def test_a_flight_is_a_bag_with_the_pose_of_the_body(
 
     path = tmp_path / "flight.mcap"
     levelling.write(path)
-    table = levelling.table()
+    table = levelling.table
     poses = [message.pose for _, message in messages_of(path, "/pose")]
     places = [[one.position.x, one.position.y, one.position.z] for one in poses]
     expected = np.column_stack([table[name] for name in "xyz"])

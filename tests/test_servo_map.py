@@ -221,7 +221,7 @@ def test_peaks_of_rounded_pulses_are_never_above_those_of_the_gait(
         pytest.importorskip("pyarrow", reason="install gaitgraph[table]")
     limits = gg.Limits(rate=6.0, acceleration=150.0)
     paced = gg.least_period(gait_of("gait4"), limits, rounding=rounding, samples=400)
-    entry = gg.transition("hover", "gait4", duration=0.3).table()
+    entry = gg.transition("hover", "gait4", duration=0.3).table
     joints = {"preset": "x_frame", "unit": "us", "us_per_rad": 390}
     joints |= {"limits_us": [500, 2500]}
     assert paced.timed is not None
