@@ -193,6 +193,7 @@ OF_A_VEHICLE: dict[str, Callable[[Any], Any]] = {
     "invertibility.least_singular_value_within": lambda one: (
         gg.invertibility.least_singular_value_within(ROWS, 0.1, one)[0]
     ),
+    "FlightSettings.arms_of": gg.FlightSettings().arms_of,
     "ServoMap.linked_to": gg.io.servo_map_named("x_frame").linked_to,
     "ServoMap.check_vehicle": gg.io.servo_map_named("x_frame").check_vehicle,
     "planning.Replanner": lambda one: gg.planning.Replanner(one, rate=5.0).vehicle,
@@ -381,6 +382,25 @@ def test_a_frame_without_tilt_angles_is_refused_in_one_line(name: str) -> None:
         with pytest.raises(gg.GaitgraphError) as refused:
             gg.gait_of(wrong)
         assert "\n" not in str(refused.value)
+
+
+REFUSALS: dict[str, Callable[[], Any]] = {
+    "plan": lambda: gg.plan_loop([(1.5, 1.5), (0.3, -0.3)]),
+    "transition": lambda: gg.transition("hover", GAIT),
+    "optimal gait": lambda: gg.optimal_gait([(1.5, 1.5)]),
+}
+
+
+@pytest.mark.parametrize("name", REFUSALS)
+def test_a_refusal_raises_its_reason_for_what_it_does_not_have(name: str) -> None:
+    refusal = REFUSALS[name]()
+    assert not refusal
+    for missing in ("gait", "report"):
+        with pytest.raises(gg.Infeasible) as caught:
+            getattr(refusal, missing)
+        assert str(caught.value).startswith(refusal.reason)
+    with pytest.raises(gg.Infeasible):
+        gg.validate(refusal)
 
 
 def test_commands_plan_a_request_or_say_why_not(

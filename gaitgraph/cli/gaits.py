@@ -57,8 +57,7 @@ def transition_command(
         found = transition(
             *(HOVER if one.lower() == HOVER else one for one in (start, end)), **given
         )
-        judged = found.report
-        meets = judged is not None and (require == "valid" or judged.flyable)
+        meets = bool(found) and (require == "valid" or found.report.flyable)
         written = outputs if meets else ()
         if written:
             write_outputs(

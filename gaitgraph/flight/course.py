@@ -223,7 +223,7 @@ def from_hover(
             gait, alpha=passed, colors=gait.colors[:1] * len(passed), request={}
         )
     path = transition("hover", gait)
-    if path and path.report is not None and path.report.flyable:
+    if path and path.report.flyable:
         entry, seconds, corner = path.timed.loop, path.duration, path.corners[1] or 0
     else:
         # Straight to the first corner, within the largest tilt rate.

@@ -15,13 +15,14 @@ from gaitgraph.errors import InputError, check_fields, checked_choice, shown
 from gaitgraph.gait.table import Table
 from gaitgraph.invertibility.matrices import FloatArray, least_singular_value
 from gaitgraph.timing.laws import LAWS
+from gaitgraph.vehicle import vehicle_named
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from gaitgraph.flight.course import Course
     from gaitgraph.timing.timed_gait import TimedGait
-    from gaitgraph.vehicle import Vehicle
+    from gaitgraph.vehicle import Vehicle, VehicleLike
 
 Reference = Literal["attitude", "hover", "step", "line", "circle"]
 Arms = Literal["served", "planned"]
@@ -175,11 +176,11 @@ class FlightSettings:
             else max(self.seconds, course.moving_period)
         )
 
-    def arms_of(self, vehicle: Vehicle) -> Arms:
+    def arms_of(self, vehicle: VehicleLike) -> Arms:
         """Return which tilt angles the controller of a vehicle assumes."""
         if self.arms is not None:
             return self.arms
-        return "served" if vehicle.servo_feedback else "planned"
+        return "served" if vehicle_named(vehicle).servo_feedback else "planned"
 
     @property
     def steps_per_control(self) -> int:

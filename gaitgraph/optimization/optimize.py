@@ -102,7 +102,8 @@ class OptimalGait:
 
     `waypoints`, shape (n, 2), and `radius`, shape (n,), are the discs [rad], repeated ones merged; the gait passes them
     at the tilt angles `passed`, shape (n, 4) [rad], and the `times`, shape (n,) [s]. `reason` says why there is no
-    gait, or why it is not flyable. The parameter of `curve` is the time [s], `report` has all checks along it.
+    gait, or why it is not flyable. The parameter of `curve` is the time [s]. `judged` is the `report`, None if there is no
+    gait.
 
     `value` is the certified value of the objective along the whole curve, `bound` the limit for all gaits: an upper
     bound of a worst case, a lower bound of effort. `gap` is the largest possible improvement, as a fraction of the
@@ -119,7 +120,7 @@ class OptimalGait:
     reason: str | None
     sign: str | None = None
     curve: Curve | None = None
-    report: Report | None = None
+    judged: Report | None = None
     value: float | None = None
     bound: float | None = None
     effort: float | None = None
@@ -159,6 +160,13 @@ class OptimalGait:
         """The gait as a closed polyline within 1e-4 rad of the curve; Infeasible, with the reason, if there is none."""
         return self.timed().gait
 
+    @property
+    def report(self) -> Report:
+        """All checks along the curve; raises Infeasible, with the reason, if there is none."""
+        if self.judged is None:
+            raise Infeasible(self.reason)
+        return self.judged
+
     def timed(
         self, *, samples: int | None = None, rate: float | None = None
     ) -> TimedGait:
@@ -189,7 +197,7 @@ class OptimalGait:
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the answer as plain values, ready for JSON; a saved one can be read as a gait file."""
-        verdict = self.report.as_mapping() if self.report is not None else {}
+        verdict = self.judged.as_mapping() if self.judged is not None else {}
         path = self.curve.polyline(_CHORD) if self.curve is not None else None
         optimality = ("gap", "stationarity", "violation", "active")
         return {
@@ -233,7 +241,7 @@ class OptimalGait:
         return f"<OptimalGait: {head}>"
 
     def __str__(self) -> str:
-        if self.curve is None or self.report is None:
+        if self.curve is None or self.judged is None:
             return f"No gait: {self.reason}"
         what, unit, comparison = _TEXTS[self.objective]
         lines = [
@@ -628,7 +636,7 @@ class _Search(NamedTuple):
         return replace(
             answer,
             reason=None if report.flyable else report.reason,
-            report=report,
+            judged=report,
             value=value,
             effort=effort,
             gap=abs(bound - value) / size if size > 0 else 0.0,

@@ -64,8 +64,8 @@ class Transition:
     `there_and_back` is the path, from its start to its end and back, as a gait. `reason` says why there is none, or why
     it is not flyable; `proof`, if the signs of R differ, has R at both ends and why every flight between them is
     singular somewhere. `corners` are those of the gait at either end that it leaves and joins, counted from 0, None for
-    hover. `duration` [s], `law` and `samples` are those in one direction; `report` has all checks of the path, there
-    and back, with those of tilt rates.
+    hover. `duration` [s], `law` and `samples` are those in one direction; `judged` is the `report`, None
+    if there is no path.
     """
 
     there_and_back: Gait | None
@@ -75,7 +75,7 @@ class Transition:
     duration: float = _DURATION
     law: LawName = DEFAULT_LAW
     samples: int = 100
-    report: Report | None = None
+    judged: Report | None = None
 
     def __bool__(self) -> bool:
         return self.there_and_back is not None
@@ -91,6 +91,13 @@ class Transition:
         if self.there_and_back is None:
             raise Infeasible(self.reason)
         return self.there_and_back
+
+    @property
+    def report(self) -> Report:
+        """All checks of the path, there and back, with those of tilt rates; raises Infeasible if there is none."""
+        if self.judged is None:
+            raise Infeasible(self.reason)
+        return self.judged
 
     @property
     def path(self) -> FloatArray:
@@ -130,7 +137,7 @@ class Transition:
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the transition as plain values, ready for JSON."""
-        found = self.report.as_mapping() if self.report is not None else {}
+        found = self.judged.as_mapping() if self.judged is not None else {}
         keys = (
             "valid",
             "two_color",
@@ -161,7 +168,7 @@ class Transition:
         return f"<Transition: {len(self.path)} corners, {self.length:.4f} rad, {self.duration:g} s, {self.law}>"
 
     def __str__(self) -> str:
-        if self.report is None:
+        if self.judged is None:
             return f"No path: {self.reason}" + (
                 f"\nProof: {self.proof['statement']}." if self.proof else ""
             )
@@ -296,7 +303,7 @@ def transition(
         ),
         duration=seconds,
         samples=count,
-        report=report,
+        judged=report,
     )
 
 
