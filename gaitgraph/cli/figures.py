@@ -54,7 +54,7 @@ def figures_command(
 
     With GAIT_FILE draw its set: loop on the map, angles, hover thrusts, attitudes and least singular value.
     With exact coefficients, the default for any vehicle but the paper's, blue has R = 0 and is shown as
-    singular; with a rotor height it is not shown.
+    singular; with a rotor height it is not shown. Figures 18 to 22 take printed coefficients for the paper's vehicle.
     Needs matplotlib: pip install 'gaitgraph[plot]'.
     """
     from gaitgraph.plots.figures import FIGURES, write_figures

@@ -211,8 +211,8 @@ def robustness_command(
 ) -> int:
     """Compute how far a gait can be tilted before its decoupling matrix is singular.
 
-    Takes any table of alpha1 to alpha4, on the gait surfaces or not. Coefficients are exact unless published ones are
-    asked for. Rows are joined by straight segments, and the last with the first.
+    Takes any table of alpha1 to alpha4, on the gait surfaces or not. Coefficients are exact unless others are asked
+    for; printed gives the paper's own numbers. Rows are joined by straight segments, and the last with the first.
     """
     from gaitgraph.plots.axes import (
         blank_figure,
