@@ -23,7 +23,7 @@ from gaitgraph.angles import HALF_PI, wrapped
 from gaitgraph.explorer.queries import diagram_of
 from gaitgraph.invertibility.matrices import least_singular_value_on_red
 from gaitgraph.plots.axes import BLUE, GREY, PALETTE, RED
-from gaitgraph.plots.gaits import draw_sheet
+from gaitgraph.plots.gaits import draw_robustness, draw_sheet
 from gaitgraph.surface.sheets import PLANE_TYPES
 from tests.published import GAITS
 from tests.samples import BEETLE, EXACT, PUBLISHED
@@ -360,6 +360,13 @@ def test_pictures_reports_and_the_page_say_the_same_of_a_gait() -> None:
         figure = Figure()
         draw_sheet(figure, [gait.parametrize()])
         assert legend_of(figure.axes[3])[0].endswith(verdict)
+
+
+def test_biased_and_scaled_gaits_have_names_of_their_own(ax: Axes) -> None:
+    report = gg.robustness_of(GAIT3, bias=0.8, scale=0.5, curves=3)
+    draw_robustness(ax, report, "Gait 3")
+    firsts = [text.partition(":")[0] for text in legend_of(ax)]
+    assert firsts == ["Gait 3", "Gait 3, $\\eta$ = 0.8", "Gait 3, scaled by 0.5"]
 
 
 def test_roll_pitch_diagram_of_blue_turns_on_rounding() -> None:

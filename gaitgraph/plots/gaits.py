@@ -174,11 +174,14 @@ def roll_pitch_diagram(
 
 
 def draw_robustness(ax: Axes, report: RobustnessReport, name: str) -> None:
-    """Draw the roll–pitch diagram of a gait, and of its biased gait if the report has one; labels say the verdicts."""
+    """Draw the roll–pitch diagram of a gait, and of its biased and scaled gaits; labels say the verdicts."""
     own = report.gait
     draw_attitudes(ax, own, f"{name}:\n{own.verdict}", base.RED)
     for biased in report.sweep:
-        label = f"{name}, $\\eta$ = {biased.factor:g}:\n{biased.verdict}"
+        scaling = f"$\\eta$ = {biased.factor:g}"
+        if biased.scaling == "scaled":
+            scaling = biased.name
+        label = f"{name}, {scaling}:\n{biased.verdict}"
         draw_attitudes(ax, biased, label, base.BLUE, dash=(0, (3, 1.5)))
     finish_diagram(ax)
 
