@@ -20,6 +20,7 @@ from PIL import Image
 
 import gaitgraph as gg
 from gaitgraph.plots.axes import RED as RED_LINE
+from gaitgraph.study.design import study_from_mapping
 from gaitgraph.vehicle import preset_names, vehicle_named
 
 if TYPE_CHECKING:
@@ -243,6 +244,24 @@ def test_reprs_of_answers_are_one_line() -> None:
             RED, curves=0
         ),
         "<Loop: red, R < 0, 4 corners": made("plan").loop,
+        "<VehicleView: samples: 1>": gg.plots.vehicle_view([0.0] * 4),
+        "<RootArrays: 100 points, 200 roots": gg.surface.root_arrays([0.1] * 100, 0.2),
+        "<ServoResponse: error at most 0.": gg.timing.servo_response(RED, 0.02),
+        "<Exported: 101 rows, 16 columns>": gg.export(RED, []),
+        "<Study: 'small', cases: 1>": study_from_mapping(
+            {"name": "small", "gaits": ["gait4"]}
+        ),
+        "<Course: hover, entry, gait, exit, hover over 6 s>": gg.flight.from_hover(out),
+        "<ServoMap: 'x_frame', joints ": gg.io.servo_map_named("x_frame"),
+        "<Location: 2 flyable regions, 1 ": gg.location_of([(-0.3, 0.3)]),
+        "<GeometryReport: flyable yes, 2 checks of 4 rows>": gg.validation.validate_geometry(
+            RED.alpha, gg.invertibility.Geometry.of_vehicle("paper")
+        ),
+        "<Geometry: 4 rotors, L = 0.1785 m>": gg.invertibility.Geometry.of_vehicle(
+            "paper"
+        ),
+        "<Replanner: <Region: ": gg.planning.Replanner(rate=3.0),
+        "Limits(rate=[10.0, 10.0, 10.0, 10.0], acceleration=[100.0": limits,
     }
     for start, answer in answers.items():
         assert re.fullmatch(re.escape(start) + ".*", repr(answer))

@@ -56,6 +56,9 @@ class Course:
     duration: float
     phases: tuple[str, ...]
 
+    def __repr__(self) -> str:
+        return f"<Course: {', '.join(self.phases)} over {self.duration:g} s>"
+
     @property
     def timed(self) -> TimedGait:
         """The gait."""

@@ -85,6 +85,9 @@ class Geometry:
     tilt_axis: FloatArray
     tilt_range: FloatArray
 
+    def __repr__(self) -> str:
+        return f"<Geometry: {len(self.position)} rotors, L = {self.length:.4g} m>"
+
     def __post_init__(self) -> None:
         count = len(self.position)
         for field, rest in zip(_ROTOR, ((3,), (), (3,), (3,), (2,)), strict=True):

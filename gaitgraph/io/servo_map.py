@@ -251,6 +251,10 @@ class ServoMap:
     first_rotor_spin: Spin | None = None
     first_arm_angle: float | None = None
 
+    def __repr__(self) -> str:
+        names = ", ".join(joint.name for joint in self.joints)
+        return f"<ServoMap: {self.name!r}, joints {names}>"
+
     def __post_init__(self) -> None:
         must = partial(_must, self, "servos")
         must("name", _is_name(self.name), _NAME)

@@ -560,6 +560,10 @@ class Location:
             "regions": regions,
         }
 
+    def __repr__(self) -> str:
+        joined = sum(one.joined for one in self.regions)
+        return f"<Location: {len(self.regions)} {self.use} regions, {joined} with all waypoints in one part>"
+
     def __str__(self) -> str:
         return "\n".join(map(str, self.regions))
 

@@ -191,6 +191,9 @@ class Replanner:
             self._paths = ShortestPaths(admissible(zones=Zones(keep_in=keep_in)).inner)
         _ = self._paths.sights  # computed once, now
 
+    def __repr__(self) -> str:
+        return f"<Replanner: {self.region!r}, vehicle {self.vehicle.name!r}>"
+
     def replan(
         self,
         alpha: npt.ArrayLike,

@@ -82,6 +82,9 @@ class VehicleView:
     def __post_init__(self) -> None:
         freeze_arrays(self)
 
+    def __repr__(self) -> str:
+        return f"<VehicleView: samples: {len(self.discs)}>"
+
     @property
     def labels(self) -> FloatArray:
         """Positions of the rotors' numbers, shape (4, 2)."""

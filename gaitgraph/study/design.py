@@ -353,6 +353,9 @@ class Study:
     count: int | None
     seed: int | None
 
+    def __repr__(self) -> str:
+        return f"<Study: {self.name!r}, cases: {len(self)}>"
+
     @property
     def _shape(self) -> tuple[int, ...]:
         return (

@@ -245,6 +245,9 @@ class RootArrays:
     def __post_init__(self) -> None:
         freeze_arrays(self)
 
+    def __repr__(self) -> str:
+        return f"<RootArrays: {self.count.size} points, {self.count.sum()} roots>"
+
 
 def roots(
     alpha1: float | str,

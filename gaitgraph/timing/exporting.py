@@ -170,6 +170,9 @@ class Exported:
     pieces: Callable[[], Iterator[Table]]
     rate_checks: tuple[Check, ...] = ()
 
+    def __repr__(self) -> str:
+        return f"<Exported: {self.rows} rows, {len(self.columns)} columns>"
+
 
 def export(
     source: GaitLike,

@@ -53,6 +53,11 @@ class ServoResponse:
     def __post_init__(self) -> None:
         freeze_arrays(self)
 
+    def __repr__(self) -> str:
+        return (
+            f"<ServoResponse: error at most {self.peak.max():.3g} rad, {self.timed!r}>"
+        )
+
     @property
     def actual(self) -> FloatArray:
         """The actual tilt angles at the times `t`, shape (n + 1, 4) [rad]."""

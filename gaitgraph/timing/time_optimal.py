@@ -118,6 +118,13 @@ class Limits:
             object.__setattr__(self, kind, numbers)  # the record is frozen
         freeze_arrays(self)
 
+    def __repr__(self) -> str:
+        stated = {name: getattr(self, name) for name in RATE_UNITS}
+        texts = [
+            f"{name}={one.tolist()}" for name, one in stated.items() if one is not None
+        ]
+        return f"Limits({', '.join(texts)})"
+
     @property
     def in_plane(self) -> FloatArray:
         """Rate, acceleration and jerk limits of α1 and α2, shape (3, 2), infinite for none.

@@ -662,6 +662,10 @@ class GeometryReport:
             "rows": self.rows,
         }
 
+    def __repr__(self) -> str:
+        verdict = _FLYABLE[self.flyable]
+        return f"<GeometryReport: flyable {verdict}, {len(self.checks)} checks of {self.rows} rows>"
+
     def __str__(self) -> str:
         verdict = f"Flyable: {_FLYABLE[self.flyable]}. The paper's rules do not apply to this geometry."
         return "\n".join([verdict, *lines_of_checks(self.checks)])
