@@ -352,7 +352,7 @@ def test_wrong_input_is_one_line_and_exit_code_2(
     ):
         Path(name).write_text(f"alpha1,alpha2,alpha3,alpha4\n{row}\n")
     Path("long.csv").write_text(
-        "alpha1,alpha2,alpha3,alpha4,note\n1.125,-1,1.125,-1," + "x" * 131073
+        "alpha1,alpha2,alpha3,alpha4,color\n1.125,-1,1.125,-1," + "x" * 131073
     )
     before = sorted(Path().iterdir())
     result = run(*shlex.split(command))

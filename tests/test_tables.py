@@ -110,6 +110,27 @@ def test_a_saved_plan_is_a_gait_file(tmp_path: Path) -> None:
         read_table(refused)
 
 
+@pytest.mark.parametrize("suffix", [".csv", ".json"])
+def test_a_warning_arises_before_the_error_of_a_row(run: Any, suffix: str) -> None:
+    columns: dict[str, Any] = {
+        "t": [0, 1],
+        **{f"alpha{k}": [0.1, "x"] for k in range(1, 5)},
+        "note": "a",
+    }
+    if suffix == ".csv":
+        rows = [list(columns), [0, *[0.1] * 4, "a"], [1, *"xxxx", "a"]]
+        text = "\n".join(",".join(map(str, row)) for row in rows)
+    else:
+        text = json.dumps(columns)
+    Path(f"rows{suffix}").write_text(text)
+    for command in ("validate", "retarget"):
+        done = run(command, f"rows{suffix}")
+        said = done.err.splitlines()
+        assert (done.code, done.out, len(said)) == (2, "", 2)
+        assert said[0].endswith("columns not used: 'note'")
+        assert "row 2: alpha1 must be a finite number" in said[1]
+
+
 @pytest.mark.parametrize(
     ("head", "unused"),
     [

@@ -45,7 +45,7 @@ from gaitgraph.surface.sheets import FAMILIES, types_from_text
 from gaitgraph.vehicle import vehicle_in_gait_file
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Sequence
 
     from gaitgraph.invertibility.matrices import FloatArray
     from gaitgraph.io.servo_map import ServoMap
@@ -75,7 +75,7 @@ class TableBuilder:
     """Checks the names of a table's columns, and then makes tables of raw columns, piece by piece.
 
     With `plane_only` alpha1 and alpha2 are enough. With `joints` the columns are those of a servo table. With `angles`
-    they are t and these angles alone, which may have any size.
+    they are t and these angles alone, which may have any size. `tell` is called with each warning when it arises.
     """
 
     def __init__(
@@ -84,8 +84,10 @@ class TableBuilder:
         plane_only: bool = False,
         joints: ServoMap | None = None,
         angles: tuple[str, ...] = (),
+        tell: Callable[[str], None] | None = None,
     ) -> None:
         self.plane_only, self.joints, self.angles = plane_only, joints, angles
+        self._tell = tell
         self._order = ("t", *angles) if angles else ORDER
         self._other_names = {f"{name}_deg": name for name in angles or ANGLES}
         self._other_names |= dict.fromkeys(_TIMES, "t")
@@ -128,7 +130,13 @@ class TableBuilder:
                     raise InputError(
                         f"column {name!r} is missing; columns must be {wanted}{there}"
                     )
-        self.notes = (f"columns not used: {self._listed(others)}",) if others else ()
+        if others:
+            self._note(f"columns not used: {self._listed(others)}")
+
+    def _note(self, note: str) -> None:
+        self.notes = (*self.notes, note)
+        if self._tell is not None:
+            self._tell(note)
 
     def _check_one_name_each(self) -> None:
         """Raise InputError if two columns are the same one under two names."""
@@ -260,7 +268,7 @@ class TableBuilder:
         return self.pieces(columns, angle_texts=True)
 
     def finished(self, pieces: Iterable[Table]) -> Iterator[Table]:
-        """Yield all pieces of a table, the last with the warnings about its times; InputError if there are no rows."""
+        """Yield all pieces of a table, the last with all warnings; InputError if there are no rows."""
         last: Table | None = None
         for piece in pieces:
             if last is not None:
@@ -268,7 +276,9 @@ class TableBuilder:
             last = piece
         if last is None:
             raise InputError("it must have at least one row, got none")
-        yield replace(last, notes=(*last.notes, *self._notes_on_times()))
+        for note in self._notes_on_times():
+            self._note(note)
+        yield replace(last, notes=self.notes)
 
     def _notes_on_times(self) -> list[str]:
         """Return warnings for times in another unit, probably, and for a gap; a command's table has none."""
@@ -523,11 +533,11 @@ def table_from_frame(frame: Frame) -> Table:
     if time in ("t", *_TIMES) and {"t", *_TIMES}.isdisjoint(names):
         names.append(time)
         columns[time] = index
-    builder = TableBuilder()
+    builder = TableBuilder(
+        tell=lambda note: warnings.warn(f"frame: {note}", FileWarning, stacklevel=5)
+    )
     builder.begin(names, about)
     (table,) = builder.finished(builder.pieces(columns, angle_texts=True))
-    for note in table.notes:
-        warnings.warn(f"frame: {note}", FileWarning, stacklevel=2)
     return table
 
 

@@ -390,16 +390,11 @@ def read_pieces(
             plane_only=plane_only,
             joints=None if joints is None else servo_map_named(joints),
             angles=angles,
+            tell=lambda note: warnings.warn(
+                f"{_WHAT} {str(path)!r}: {note}", FileWarning, stacklevel=2
+            ),
         )
-        said: set[str] = set()
-        for piece in builder.finished(read(path, builder)):
-            for note in piece.notes:
-                if note not in said:
-                    said.add(note)
-                    warnings.warn(
-                        f"{_WHAT} {str(path)!r}: {note}", FileWarning, stacklevel=2
-                    )
-            yield piece
+        yield from builder.finished(read(path, builder))
 
 
 def object_from_json(text: str) -> dict[str, Any]:
