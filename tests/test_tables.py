@@ -118,7 +118,7 @@ def test_a_warning_arises_before_the_error_of_a_row(run: Any, suffix: str) -> No
         "note": "a",
     }
     if suffix == ".csv":
-        rows = [list(columns), [0, *[0.1] * 4, "a"], [1, *"xxxx", "a"]]
+        rows: list[list[Any]] = [list(columns), [0, *[0.1] * 4, "a"], [1, *"xxxx", "a"]]
         text = "\n".join(",".join(map(str, row)) for row in rows)
     else:
         text = json.dumps(columns)
