@@ -463,10 +463,20 @@ def test_the_page_lists_every_format() -> None:
         assert found[suffix] == [one.name, extra, "yes" if one.reads else "no"]
 
 
-@pytest.mark.parametrize("suffix", [".npz", ".mat", ".parquet", ".mcap"])
+@pytest.mark.parametrize(
+    ("suffix", "ours"),
+    [
+        *((suffix, "columns.TableBuilder.pieces") for suffix in (".npz", ".mat")),
+        *((suffix, "columns.TableBuilder.pieces") for suffix in (".parquet", ".mcap")),
+        (".mat", "binary_tables._checked_name"),
+        (".npz", "binary_tables._about_of_array"),
+        (".parquet", "binary_tables._about_of_parquet"),
+    ],
+)
 @pytest.mark.parametrize("kind", [KeyError, MemoryError, ValueError])
 def test_an_error_of_our_own_code_is_not_called_a_broken_file(
     suffix: str,
+    ours: str,
     kind: type[Exception],
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
@@ -479,7 +489,7 @@ def test_an_error_of_our_own_code_is_not_called_a_broken_file(
     def wrong(*_: object, **__: object) -> None:
         raise kind("ours")
 
-    monkeypatch.setattr("gaitgraph.io.columns.TableBuilder.pieces", wrong)
+    monkeypatch.setattr(f"gaitgraph.io.{ours}", wrong)
     with pytest.raises(kind, match="ours") as caught:
         read_table(path)
     assert type(caught.value) is kind

@@ -404,7 +404,15 @@ def test_what_is_there_is_kept_and_the_rest_is_flown(
 
 
 @pytest.mark.parametrize(
-    "harm", ["cut", "flipped", "other cases", "another name", "another study"]
+    "harm",
+    [
+        "cut",
+        "flipped",
+        "other cases",
+        "another name",
+        "another study",
+        "another program",
+    ],
 )
 def test_a_part_that_is_none_is_named_and_nothing_is_flown(
     small: StudyRun, tmp_path: Path, harm: str
@@ -427,6 +435,9 @@ def test_a_part_that_is_none_is_named_and_nothing_is_flown(
         "another study": lambda: pa.parquet.write_table(
             table.replace_schema_metadata(about), part
         ),
+        "another program": lambda: pa.parquet.write_table(
+            table.replace_schema_metadata({b"gaitgraph": b"{"}), part
+        ),
     }
     harms[harm]()
     before = contents(folder)
@@ -436,6 +447,19 @@ def test_a_part_that_is_none_is_named_and_nothing_is_flown(
     ):
         run_study(SMALL, folder, workers=0)
     assert contents(folder) == before
+
+
+def test_an_error_of_our_own_code_is_not_called_an_incomplete_part(
+    small: StudyRun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def wrong(*_: object) -> None:
+        raise KeyError("ours")
+
+    folder = tmp_path / "whole"
+    shutil.copytree(small.folder, folder)
+    monkeypatch.setattr("gaitgraph.study.running.json.loads", wrong)
+    with pytest.raises(KeyError, match="ours"):
+        run_study(SMALL, folder, workers=0)
 
 
 def test_a_folder_of_something_else_is_refused(small: StudyRun, tmp_path: Path) -> None:

@@ -431,6 +431,19 @@ WRONG = {
 }
 
 
+def test_an_error_of_our_own_code_is_not_called_an_error_of_the_engine(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def wrong(*_: object) -> None:
+        raise ValueError("ours")
+
+    path = tmp_path / "good.urdf"
+    path.write_text(urdf(4))
+    monkeypatch.setattr("gaitgraph.flight.vehicle_files._number", wrong)
+    with pytest.raises(ValueError, match=r"^ours$"):
+        read_description(path)
+
+
 @pytest.mark.parametrize("command", WRONG)
 def test_bad_input_is_one_line(run: Any, command: str) -> None:
     good = parameters(QUAD, [135, 315, 45, 225])

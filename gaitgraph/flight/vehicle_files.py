@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 import math
 import re
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -24,7 +25,7 @@ from gaitgraph.invertibility.geometry import Geometry, geometry_from_mapping
 from gaitgraph.vehicle import UNITS, Vehicle, vehicle_named
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
     from gaitgraph.invertibility.matrices import FloatArray
 
@@ -237,13 +238,27 @@ def _number(name: str, text: str, largest: float) -> float:
     return number
 
 
-def _urdf_for_engine(text: str) -> tuple[str, dict[str, dict[str, float]]]:
+@contextmanager
+def _engine_reading(text: str, kind: type[Exception]) -> Iterator[None]:
+    """Raise InputError in place of what the library of XML or the engine raises on a text that it cannot read."""
+    try:
+        yield
+    except kind as error:
+        hint = "; expand xacro first" if "xacro:" in text else ""
+        raise InputError(
+            f"the physics engine cannot read it ({' '.join(str(error).split())}){hint}"
+        ) from None
+
+
+def _urdf_for_engine(
+    root: ElementTree.Element,
+) -> tuple[str, dict[str, dict[str, float]]]:
     """Return URDF with links and joints alone, as the physics engine needs it, and the limits of joints by name.
 
     The engine needs no meshes for places and masses. InputError if a number is none, or a mass or a moment of inertia
     is negative.
     """
-    root, limits = ElementTree.fromstring(text), dict[str, dict[str, float]]()  # noqa: S314
+    limits = dict[str, dict[str, float]]()
     for parent in (root, *root.findall("link")):
         for child in [
             one for one in parent if one.tag in ("mujoco", "visual", "collision")
@@ -283,23 +298,19 @@ def _of_model(
     """
     mujoco, hinge = mujoco_library(), 3  # mjJNT_HINGE
     limits, urdf = dict[str, dict[str, float]](), "</robot>" in text
-    try:
-        with engine_warnings():
-            if urdf:
-                prepared, limits = _urdf_for_engine(text)
-                model = mujoco.MjModel.from_xml_string(prepared)
-            else:
-                model = mujoco.MjModel.from_xml_path(str(path))
-            data = mujoco.MjData(model)
-            for step in (mujoco.mj_kinematics, mujoco.mj_comPos, mujoco.mj_crb):
-                step(model, data)
-    except InputError:
-        raise
-    except (ValueError, ElementTree.ParseError) as error:
-        hint = "; expand xacro first" if "xacro:" in text else ""
-        raise InputError(
-            f"the physics engine cannot read it ({' '.join(str(error).split())}){hint}"
-        ) from None
+    prepared = text
+    if urdf:
+        with _engine_reading(text, ElementTree.ParseError):
+            robot = ElementTree.fromstring(text)  # noqa: S314
+        prepared, limits = _urdf_for_engine(robot)
+    with engine_warnings(), _engine_reading(text, ValueError):
+        if urdf:
+            model = mujoco.MjModel.from_xml_string(prepared)
+        else:
+            model = mujoco.MjModel.from_xml_path(str(path))
+        data = mujoco.MjData(model)
+        for step in (mujoco.mj_kinematics, mujoco.mj_comPos, mujoco.mj_crb):
+            step(model, data)
     used = (
         data.xipos,
         data.xanchor,

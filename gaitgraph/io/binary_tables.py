@@ -330,8 +330,7 @@ def write_mat(pieces: Iterable[Table], path: Path) -> None:
 
 def read_mat(path: Path, builder: TableBuilder) -> Iterator[Table]:
     """Yield the tables of a MATLAB file, which is read whole."""
-    with gate(path, _MAT), warnings.catch_warnings(action="ignore"):
-        found: dict[str, Any] = _mat_variables(path.read_bytes())
+    found: dict[str, Any] = _mat_variables(path)
     if not found:
         raise InputError(
             "it must have variables of numbers; save -struct writes the fields of a struct as such"
@@ -354,7 +353,7 @@ def read_mat(path: Path, builder: TableBuilder) -> Iterator[Table]:
     yield from _tables_of(found, about, builder)
 
 
-def _mat_variables(content: bytes) -> dict[str, Array]:
+def _mat_variables(path: Path) -> dict[str, Array]:
     """Return the arrays of numbers and texts in a MATLAB file as scipy reads them; other variables are passed over.
 
     scipy follows in C the types and sizes that a file states; wrong ones end the process. So it gets one variable at a
@@ -362,6 +361,8 @@ def _mat_variables(content: bytes) -> dict[str, Array]:
     """
     from scipy.io import loadmat
 
+    with gate(path, _MAT):
+        content = path.read_bytes()
     if content[_HEADER - 4 : _HEADER] != b"\0\1IM":
         raise InputError(
             f"it must be {_MAT}, got another kind of file (one of version 7.3 is HDF5)"
@@ -369,7 +370,8 @@ def _mat_variables(content: bytes) -> dict[str, Array]:
     variables: dict[str, Array] = {}
     place, inflated = _HEADER, 0
     while place < len(content):
-        kind, size = struct.unpack_from("<II", content, place)
+        with gate(path, _MAT):
+            kind, size = struct.unpack_from("<II", content, place)
         element = content[place : place + 8 + size]
         if len(element) < 8 + size:
             raise InputError(
@@ -378,7 +380,8 @@ def _mat_variables(content: bytes) -> dict[str, Array]:
         place += 8 + size
         if kind == _COMPRESSED:
             inflater = zlib.decompressobj()
-            element = inflater.decompress(element[8:], MOST_BYTES - inflated + 1)
+            with gate(path, _MAT):
+                element = inflater.decompress(element[8:], MOST_BYTES - inflated + 1)
             inflated += len(element)
             check_size(inflated, "its variables")
             if not inflater.eof:  # behind the last byte is a checksum
@@ -387,10 +390,14 @@ def _mat_variables(content: bytes) -> dict[str, Array]:
                 )
         if len(element) > 16 and element[16] not in _CLASSES:
             continue
-        name = _checked_name(memoryview(element))
+        try:
+            name = _checked_name(memoryview(element))
+        except struct.error as error:
+            raise InputError(f"it is not {_MAT}, or it is broken ({error})") from error
         if name and not name.startswith("__"):  # others belong to objects and functions
             stream: Any = io.BytesIO(content[:_HEADER] + element)
-            variables[name] = loadmat(stream)[name]
+            with gate(path, _MAT), warnings.catch_warnings(action="ignore"):
+                variables[name] = loadmat(stream)[name]
     return variables
 
 

@@ -396,28 +396,35 @@ def _missing(parts: Mapping[Path, range], study: Study) -> dict[Path, range]:
             table = pa.parquet.read_table(
                 path, page_checksum_verification=True, partitioning=None
             )
-            found = (
-                json.loads(table.schema.metadata[b"gaitgraph"])["fingerprint"],
-                table["case"].to_pylist(),
-            )
-            if found == (study.fingerprint, list(missing.pop(path))):
-                continue
-            reason = "it is of another study or has other cases"
         except (
             pa.ArrowException,
-            KeyError,
-            MemoryError,
             OSError,
             OverflowError,
             TypeError,
             ValueError,
         ) as error:
             reason = shown(f"{type(error).__name__}: {error}")
+        else:
+            if path in missing and _is_of(study, list(missing[path]), table):
+                del missing[path]
+                continue
+            reason = "it is of another study or has other cases"
         remedy = "move or delete it, then run the same command again"
         raise OutputExists(
             f"{str(path)!r} is not a complete part of this study ({reason}); {remedy}"
         )
     return missing
+
+
+def _is_of(study: Study, cases: list[int], table: Any) -> bool:
+    """Return whether a table of Parquet says that it is of a study, and has these cases."""
+    try:
+        stated = json.loads((table.schema.metadata or {}).get(b"gaitgraph", b"{}"))
+    except ValueError:  # the text of another program
+        return False
+    if not isinstance(stated, dict) or stated.get("fingerprint") != study.fingerprint:
+        return False
+    return "case" in table.column_names and table["case"].to_pylist() == cases
 
 
 def versions() -> dict[str, str]:
