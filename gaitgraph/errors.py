@@ -7,7 +7,7 @@ are answers, not errors: a plan states its reason, and only reading its gait rai
 from __future__ import annotations
 
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Sequence
@@ -29,8 +29,40 @@ def __dir__() -> list[str]:
     return [*__all__]
 
 
+class Advice(NamedTuple):
+    """What to ask for instead: in the words of Python, and in those of the command line."""
+
+    python: str
+    command_line: str
+
+
 class GaitgraphError(Exception):
-    """Base of all errors raised by gaitgraph."""
+    """Base of all errors raised by gaitgraph.
+
+    Its text is its `message` and, where something helps, `advice` with the argument of Python to use. `on_command_line`
+    is the same text with the flag instead.
+    """
+
+    def __init__(self, message: object = "", *, advice: Advice | None = None) -> None:
+        super().__init__(message)
+        self.advice = advice
+
+    @property
+    def message(self) -> str:
+        """What is wrong, without advice."""
+        return super().__str__()
+
+    @property
+    def on_command_line(self) -> str:
+        """The whole text in the words of the command line."""
+        if self.advice is None:
+            return self.message
+        return f"{self.message}; {self.advice.command_line}"
+
+    def __str__(self) -> str:
+        if self.advice is None:
+            return self.message
+        return f"{self.message}; {self.advice.python}"
 
 
 class InputError(GaitgraphError, ValueError):
@@ -39,8 +71,14 @@ class InputError(GaitgraphError, ValueError):
     `field` is the name of the argument, option or field of a request that is wrong, None where it has no single name.
     """
 
-    def __init__(self, message: str = "", *, field: str | None = None) -> None:
-        super().__init__(message)
+    def __init__(
+        self,
+        message: object = "",
+        *,
+        field: str | None = None,
+        advice: Advice | None = None,
+    ) -> None:
+        super().__init__(message, advice=advice)
         self.field = field
 
 
@@ -83,7 +121,7 @@ def of_field(name: str) -> Iterator[None]:
 
 
 def reworded(error: GaitgraphError, message: str) -> GaitgraphError:
-    """Return an error of the same kind, about the same field, with another message.
+    """Return an error of the same kind, about the same field and with the same advice, with another message.
 
     >>> reworded(InputError("period must be 1", field="period"), "file a.toml: period must be 1").field
     'period'

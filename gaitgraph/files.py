@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from gaitgraph.errors import (
+    Advice,
     FileProblem,
     GaitgraphError,
     InputError,
@@ -35,7 +36,7 @@ MOST_BYTES = 1 << 30
 """Files that are read whole may have this many bytes at most."""
 
 _DEEPEST = 100
-_EXISTS = "output {!r} exists. Overwrite it with --force (force=True)"
+_OVERWRITE = Advice("overwrite it with force=True", "overwrite it with --force")
 
 
 def path_of(value: object, what: str) -> Path:
@@ -176,7 +177,7 @@ def from_toml_file(path: Path, what: str, make: Callable[[dict[str, Any]], T]) -
             )
         return make(inner)
     except GaitgraphError as error:
-        raise reworded(error, f"{what} file {str(path)!r}: {error}") from error
+        raise reworded(error, f"{what} file {str(path)!r}: {error.message}") from error
 
 
 def write_whole(contents: Sequence[tuple[Path, Content]], *, force: bool) -> None:
@@ -208,7 +209,7 @@ def write_whole(contents: Sequence[tuple[Path, Content]], *, force: bool) -> Non
                 place = _replace if force else _place_new
                 place(whole, target_of(path) if force else path)
         except FileExistsError as error:
-            raise OutputExists(_EXISTS.format(str(path))) from error
+            raise _exists(path) from error
         except OSError as error:
             if isinstance(error, GaitgraphError):
                 raise
@@ -276,6 +277,10 @@ def remove_leftovers(folder: Path) -> None:
         os.close(lock)
 
 
+def _exists(path: Path) -> OutputExists:
+    return OutputExists(f"output {str(path)!r} exists", advice=_OVERWRITE)
+
+
 def check_new_files(
     paths: Sequence[str | Path], *, force: bool, folders: Collection[Path] = ()
 ) -> None:
@@ -304,7 +309,7 @@ def check_new_files(
                 wanted = "a new folder" if path in folders else "a regular file"
                 raise OutputExists(f"output {str(path)!r} must be {wanted}, got {got}")
             if os.path.lexists(path) and not force:
-                raise OutputExists(_EXISTS.format(str(path)))
+                raise _exists(path)
             if not path.parent.is_dir():
                 what = "is not a folder" if path.parent.exists() else "does not exist"
                 raise FileProblem(f"output folder {str(path.parent)!r} {what}")

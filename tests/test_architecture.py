@@ -330,6 +330,30 @@ def test_names_are_the_same_for_type_checkers_and_at_run_time() -> None:
         assert lazy_modules(package) == stated, package
 
 
+def texts_of(tree: ast.AST) -> Iterator[str]:
+    """Yield the texts of a module that are neither docstrings nor advice for the command line."""
+    for node in ast.iter_child_nodes(tree):
+        name = ast.unparse(node.func) if isinstance(node, ast.Call) else ""
+        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
+            continue
+        if isinstance(node, (ast.JoinedStr, ast.Constant)):
+            yield ast.unparse(node)
+        elif name == "Advice":
+            assert isinstance(node, ast.Call)
+            yield ast.unparse(node.args[0])
+        else:
+            yield from texts_of(node)
+
+
+def test_flags_are_named_by_the_command_line_alone() -> None:
+    """The library names arguments, or whole commands; flags are in what Advice has for the command line."""
+    flag = re.compile(r"(?<![-\w])--[a-z]")
+    for path in PACKAGE.rglob("*.py"):
+        if path.parent.name != "cli":
+            for text in texts_of(ast.parse(path.read_text(encoding="utf-8"))):
+                assert "gaitgraph " in text or not flag.search(text), (path, text)
+
+
 def test_the_package_works_without_its_sources(tmp_path: Path) -> None:
     copy = tmp_path / "gaitgraph"
     shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))

@@ -430,7 +430,7 @@ def test_what_cannot_be_proved_is_refused() -> None:
     for gait, options, reason in (
         ("gait2", {}, "least singular value"),
         (limited.parametrize(2.0, law="constant-speed"), {}, "infinite"),
-        (table, {"vehicle": limited.vehicle}, "--untimed"),
+        (table, {"vehicle": limited.vehicle}, "timing=False"),
     ):
         with pytest.raises(Infeasible, match=reason):
             gg.certify(gait, **options)  # type: ignore[arg-type]

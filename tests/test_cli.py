@@ -269,7 +269,7 @@ WRONG = [
     ("roots 0 0 --vehicle=", "vehicle must be a preset (paper, beetle_omni, beetle_art, gimbalrotor, padova), a .toml"),
     ("plan --waypoint 0,0 --vehicle none.toml", "vehicle 'none.toml' cannot be read: No such file"),
     ("plan --waypoint 0,0 --output x.txt", "got 'x.txt'"),
-    ("plan --waypoint 0,0 --output there.csv", "output 'there.csv' exists. Overwrite it with --force"),
+    ("plan --waypoint 0,0 --output there.csv", "output 'there.csv' exists; overwrite it with --force"),
     ("plan none.toml", "request file 'none.toml' cannot be read: "),
     ("plan bad.toml", "texts need quotes, as in '30deg', and numbers a decimal point"),
     ("roots 0.1 0.2 -0.3", "roots needs two angles A1 A2, got '0.1 0.2 -0.3'"),

@@ -331,7 +331,7 @@ def test_robustness_draws_its_picture(run: Any, folder: Path) -> None:
     first = Path("r.png").read_bytes()
     again = run(*given)
     assert (again.code, again.out) == (2, "")
-    assert "exists. Overwrite it with --force" in again.err
+    assert "exists; overwrite it with --force" in again.err
     assert run(*given, "--force", "--json").json["outputs"] == ["r.png"]
     assert Path("r.png").read_bytes() == first
     assert run("robustness", "gait4", "--json").json["outputs"] == []

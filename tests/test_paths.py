@@ -112,7 +112,7 @@ def test_a_path_is_judged_without_the_way_back(entry: Path) -> None:
     assert alone.flyable
     assert alone["tilt_rate"].value == pytest.approx(0.75, rel=1e-3)
     assert closed["tilt_rate"].value == pytest.approx(40.0, rel=0.1)  # in one step
-    assert any("A path that is run once" in note for note in closed.notes)
+    assert any("a path that is run once" in note for note in closed.notes)
     assert alone.listing is None  # colourings are of loops
     whole = gg.robustness_of(GAIT)
     assert gg.robustness_of(table).as_mapping()["tilt_margin_deg"] <= 90.0

@@ -417,7 +417,7 @@ def test_only_what_can_fly_is_handed_out_and_the_rest_is_an_alternative(
     ]
     whys = list(dict.fromkeys(one.message for one in plan.obstacles))
     assert plan.reason == "no flyable loop: " + "; ".join(whys)
-    how = "for a loop that obeys only the paper's rules, use --require valid (require='valid')"
+    how = "for a loop that obeys only the paper's rules, use require='valid'"
     assert plan.advice == (how if colors else None)
     with pytest.raises(gg.Infeasible) as none:
         _ = plan.gait

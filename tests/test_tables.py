@@ -575,7 +575,7 @@ def test_outputs_that_exist_stay_unless_forced_and_then_links_and_permissions_do
     old.chmod(0o600)
     link.symlink_to(old)
     with pytest.raises(
-        gg.errors.OutputExists, match="link.json' exists. Overwrite it with --force"
+        gg.errors.OutputExists, match="link.json' exists; overwrite it with force=True"
     ):
         TIMED.write(new, link)
     assert old.read_text() == "mine"

@@ -20,19 +20,17 @@ import numpy as np
 from gaitgraph import __version__
 from gaitgraph.angles import angle_within
 from gaitgraph.certificates import check
-from gaitgraph.errors import FileWarning, Infeasible, InputError
+from gaitgraph.errors import Advice, FileWarning, Infeasible, InputError
 from gaitgraph.files import check_new_files, write_whole
 from gaitgraph.gait.table import Table, row_texts
 from gaitgraph.invertibility import matrices
 from gaitgraph.io.formats import gait_of, given_gait, naming_file
 from gaitgraph.timing.laws import bernstein_from_power, values_of
 from gaitgraph.timing.timed_gait import TimedGait, pieces_of, timed_gait_of
-from gaitgraph.validation.validating import CERTIFICATE, validate
+from gaitgraph.validation.validating import validate
 from gaitgraph.vehicle import four_of
 
 if TYPE_CHECKING:
-    from collections.abc import Collection
-
     from gaitgraph.gait.gait import Gait
     from gaitgraph.invertibility.matrices import CoefficientsLike, FloatArray
     from gaitgraph.io.formats import GaitLike
@@ -122,19 +120,6 @@ def check_certificate(path: str | Path) -> None:
         raise InputError(
             f"output {str(path)!r} must end in .json, as a certificate does, got {Path(path).suffix!r}"
         )
-
-
-def certificates_beside(outputs: Collection[str | Path], *, force: bool) -> list[Path]:
-    """Return the certificates beside gait files, gait.cert.json beside gait.csv; raise if one cannot be written."""
-    paths = sorted({Path(output).with_suffix(CERTIFICATE) for output in outputs})
-    if not paths:
-        raise InputError(
-            "--certify must be given with --output, beside which it writes, got no output"
-        )
-    check_new_files(
-        [*paths, *(path for path in map(Path, outputs) if path in paths)], force=force
-    )
-    return paths
 
 
 def certify(
@@ -435,9 +420,12 @@ def _claims_of(
     for name, order in list(check.ORDERS.items())[1:] if path.timed is not None else ():
         largest, peaks = getattr(vehicle, f"max_tilt_{name}"), path.timed.peaks(order)
         if largest is not None and not np.isfinite(peaks).all():
-            remedy = "make it with the gait (plan or pace with --certify), or of the path alone with --untimed"
             raise Infeasible(
-                f"max_tilt_{name} cannot be proved of rows, between which rates jump: {remedy}"
+                f"max_tilt_{name} cannot be proved of rows, between which rates jump",
+                advice=Advice(
+                    "certify the timed gait before it is written, or the path alone with timing=False",
+                    "make it with the gait (plan or pace with --certify), or of the path alone with --untimed",
+                ),
             )
         if np.isfinite(peaks).all() and (largest is not None or name != "jerk"):
             each = zip(peaks.tolist(), four_of(largest), strict=True)

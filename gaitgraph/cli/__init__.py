@@ -35,6 +35,7 @@ from gaitgraph.errors import (
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+    from pathlib import Path
 
     from click.shell_completion import CompletionItem
 
@@ -201,11 +202,11 @@ def main(args: Sequence[str] | None = None) -> NoReturn:
         _stop(0)
     except Infeasible as error:  # of a request that stands for its gait
         if "--json" not in (sys.argv if args is None else args):
-            _stop(1, str(error))
-        print_json({"status": "infeasible", "reason": str(error)})
+            _stop(1, error.on_command_line)
+        print_json({"status": "infeasible", "reason": error.on_command_line})
         code = 1
     except GaitgraphError as error:
-        _stop(2, str(error))
+        _stop(2, error.on_command_line)
     except MemoryError:
         _stop(
             2,
@@ -560,8 +561,8 @@ def named_in_errors(given: Mapping[str, Any], **names: str) -> Iterator[None]:
         name = names.get(error.field or "", error.field)
         if name is None or given.get(name) is None:
             raise
-        message = str(error).removeprefix(str(error.field))
-        if message == str(error):
+        message = error.message.removeprefix(str(error.field))
+        if message == error.message:
             raise
         raise reworded(error, f"--{name.replace('_', '-')}{message}") from error
 
@@ -583,6 +584,24 @@ def check_outputs(paths: Paths, *, force: bool) -> None:
     tables, films = tables_and_films(paths)
     check_outputs(tables, force=force)
     check_films(films, force=force)
+
+
+def certificates_beside(outputs: Paths, *, force: bool) -> list[Path]:
+    """Return the certificates beside gait files, gait.cert.json beside gait.csv; raise if one cannot be written."""
+    from pathlib import Path
+
+    from gaitgraph.files import check_new_files
+    from gaitgraph.validation.validating import CERTIFICATE
+
+    paths = sorted({Path(output).with_suffix(CERTIFICATE) for output in outputs})
+    if not paths:
+        raise InputError(
+            "--certify must be given with --output, beside which it writes, got no output"
+        )
+    check_new_files(
+        [*paths, *(path for path in map(Path, outputs) if path in paths)], force=force
+    )
+    return paths
 
 
 def write_outputs(

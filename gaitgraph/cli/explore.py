@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from gaitgraph.cli import command, flag, option, tell, whole_from
+from gaitgraph.cli import command, flag, named_in_errors, option, tell, whole_from
 
 
 @command(
@@ -23,7 +23,8 @@ def explore_command(port: int = 0, no_browser: bool = False) -> int:
 
     from gaitgraph.explorer.server import Server
 
-    server = Server(port)
+    with named_in_errors({"port": port}):
+        server = Server(port)
 
     def open_page() -> None:
         with suppress(Exception):

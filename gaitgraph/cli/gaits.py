@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 from gaitgraph.cli import (
@@ -10,6 +11,7 @@ from gaitgraph.cli import (
     Paths,
     Working,
     as_given,
+    certificates_beside,
     check_outputs,
     command,
     file,
@@ -162,7 +164,7 @@ def pace_command(
     keeps the limits between samples too. It rests at every corner unless corners are rounded. The exit code is 1 if no
     law meets the limits in the period.
     """
-    from gaitgraph.certificates.making import certificates_beside, certify
+    from gaitgraph.certificates.making import certify
     from gaitgraph.timing.servo_lag import servo_response
     from gaitgraph.timing.time_optimal import (
         least_period,
@@ -270,7 +272,7 @@ def retarget_command(
     Rows need alpha1 to alpha4. A table with times keeps them. The exit code is 1, with the reason, if nothing is
     flyable, or if the vehicle's limits of tilt rate forbid the new gait at the given times.
     """
-    from gaitgraph.optimization.retargeting import retarget
+    from gaitgraph.optimization.retargeting import KEEP_HALF, retarget
 
     if given.get("sign") == "auto":
         del given["sign"]
@@ -280,6 +282,8 @@ def retarget_command(
         table = found.table
         if table is not None and outputs:
             write_outputs(lambda: [table], outputs, force=force)
+    if found.advice is not None:
+        found = replace(found, advice=KEEP_HALF.command_line)
     return show(found, ok=found.after is not None and found.after.flyable)
 
 

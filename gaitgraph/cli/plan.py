@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
 from gaitgraph.cli import (
     Paths,
     Working,
+    certificates_beside,
     check_outputs,
     command,
     flag,
@@ -53,13 +55,13 @@ def plan_command(
     made from; from options, or from both: options replace what the file says.
     The exit code is 1, with the reason, if there is no such gait.
     """
-    from gaitgraph.planning.planner import plan
+    from gaitgraph.planning.planner import VALID_LOOPS, plan
     from gaitgraph.timing.timed_gait import checked_clock, pieces_of
 
     check_outputs(outputs, force=force)
     beside = []
     if given.pop("certify", False):
-        from gaitgraph.certificates.making import certificates_beside, certify
+        from gaitgraph.certificates.making import certify
 
         beside = certificates_beside(outputs, force=force)
     request, sampling = request_of(request_file, given)
@@ -82,6 +84,8 @@ def plan_command(
             for path, one in certified:
                 one.write(path, force=force)
             written += tuple(map(str, beside))
+    if found.advice is not None:
+        found = replace(found, advice=VALID_LOOPS.command_line)
     return show(
         found,
         lines=[*([""] if written else []), *(f"wrote {name}" for name in written)],

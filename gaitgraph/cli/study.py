@@ -11,6 +11,7 @@ from gaitgraph.cli import (
     command,
     file,
     flag,
+    named_in_errors,
     option,
     print_problem,
     show,
@@ -66,7 +67,7 @@ def study_command(
         )
     folder = Path(output) if output is not None else Path(Path(study_file).stem)
     try:
-        with Working(f"study {study.name}") as progress:
+        with Working(f"study {study.name}") as progress, named_in_errors(given):
             run = run_study(study, folder, progress=progress, **given)
     except KeyboardInterrupt:
         parts = len(list((folder / "rows").glob("part-*.parquet")))

@@ -343,7 +343,8 @@ class Server:
             self.close()
             reason = getattr(error, "strerror", None) or error
             raise InputError(
-                f"--port must be a free port, or 0 for any, got {port}: {reason}"
+                f"port must be a free port, or 0 for any, got {port}: {reason}",
+                field="port",
             ) from error
         port = int(self._socket.getsockname()[1])
         self.address = f"http://{ADDRESS}:{port}/{token}/"  # with the token

@@ -109,7 +109,7 @@ def table_answer(
             progress(1.0)
         except (InputError, FileProblem) as error:
             raise reworded(
-                error, str(error).replace(repr(str(path)), repr(name))
+                error, error.message.replace(repr(str(path)), repr(name))
             ) from error
     # Without times the motion between rows is straight: values there are those of places on the legs.
     count, parts = (

@@ -133,7 +133,7 @@ def read_description(path: str | Path) -> Description:
             notes=(*notes, *order),
         )
     except GaitgraphError as error:
-        raise reworded(error, f"file {str(path)!r}: {error}") from error
+        raise reworded(error, f"file {str(path)!r}: {error.message}") from error
 
 
 def vehicle_or_geometry(

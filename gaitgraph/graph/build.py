@@ -48,7 +48,7 @@ from gaitgraph.angles import (
     number_of,
     whole_number,
 )
-from gaitgraph.errors import ContractError, InputError, checked_choice, shown
+from gaitgraph.errors import Advice, ContractError, InputError, checked_choice, shown
 from gaitgraph.gait.gait import Gait
 from gaitgraph.invertibility import segment_bounds
 from gaitgraph.invertibility.matrices import (
@@ -98,10 +98,13 @@ _TOLERANCES = {"least_singular_value": 2e-5}
 def checked_divisions(divisions: object) -> int:
     """Return a number of divisions, or raise InputError."""
     if number_of(divisions) > MOST_DIVISIONS:
-        got = f"got {shown(divisions)}; plan --method exact needs no grid"
         raise InputError(
-            f"divisions must be a whole number from 2 to {MOST_DIVISIONS}, {got}",
+            f"divisions must be a whole number from 2 to {MOST_DIVISIONS}, got {shown(divisions)}",
             field="divisions",
+            advice=Advice(
+                "plan_loop(method='exact') needs no grid",
+                "plan --method exact needs no grid",
+            ),
         )
     return whole_number("divisions", divisions, 2, MOST_DIVISIONS)
 

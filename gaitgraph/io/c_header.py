@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gaitgraph.errors import InputError
+from gaitgraph.errors import Advice, InputError
 from gaitgraph.gait.table import (
     ACCELERATIONS,
     RATES,
@@ -77,7 +77,11 @@ def write_h(pieces: Iterable[Table], path: Path) -> None:
         _EVEN * step, _NANOSECOND
     ):
         raise InputError(
-            "t must be evenly spaced in a C header; give the gait another timing with --samples or --rate"
+            "t must be evenly spaced in a C header",
+            advice=Advice(
+                "give the gait another timing with samples= or rate=",
+                "give the gait another timing with --samples or --rate",
+            ),
         )
     rows = len(times) - closed  # a closed table without its last row
 

@@ -435,4 +435,4 @@ def naming_file(source: object, what: str = _WHAT) -> Iterator[None]:
     except GaitgraphError as error:
         if not isinstance(source, (str, Path)) or str(error).startswith(what):
             raise
-        raise reworded(error, f"{what} {str(source)!r}: {error}") from error
+        raise reworded(error, f"{what} {str(source)!r}: {error.message}") from error

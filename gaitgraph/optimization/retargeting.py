@@ -23,7 +23,7 @@ from shapely.affinity import translate
 
 from gaitgraph.angles import angle_within, checked_number, number_of
 from gaitgraph.arrays import freeze_arrays
-from gaitgraph.errors import Infeasible, InputError, shown
+from gaitgraph.errors import Advice, Infeasible, InputError, shown
 from gaitgraph.gait.gait import Gait
 from gaitgraph.gait.table import (
     ANGLES,
@@ -66,6 +66,7 @@ _TURN = 2 * math.pi
 _LITTLE = (
     0.5  # a smaller share of the motion is said first, with what would keep as much
 )
+KEEP_HALF = Advice(f"for it, use keep={_LITTLE}", f"for it, use --keep {_LITTLE}")
 _THINNED = 1e-4  # how far a row may lie beside the corners by which a smaller loop is placed [rad]
 
 
@@ -79,7 +80,7 @@ class Retargeted:
     `unchanged` counts the rows that stayed as they were, bit by bit. `alternatives` are the summed distances to each
     component of the flyable region, the chosen one first [rad]. `share` is the length of the new loop of (α1, α2) over
     that of the given one, None if that is zero. Without `keep`, and with a share below one half, `moving` is the
-    nearest gait that keeps half.
+    nearest gait that keeps half, and `advice` says how to ask for it.
     """
 
     before: Report
@@ -92,6 +93,7 @@ class Retargeted:
     alternatives: tuple[float, ...] = ()
     share: float | None = None
     moving: Retargeted | None = None
+    advice: str | None = None
     warnings: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -164,6 +166,7 @@ class Retargeted:
             "largest_row": row,
             "share": self.share,
             "moving": None if self.moving is None else self.moving.as_mapping(),
+            "advice": self.advice,
             "moved": [] if self.moved is None else self.moved.tolist(),
             "new_rows": [] if self.rows is None else (self.rows + 1).tolist(),
             "path": [] if self.table is None else self.table.alpha.tolist(),
@@ -197,7 +200,7 @@ class Retargeted:
             lines.insert(0, f"The nearest flyable gait {kept}.")
             if self.moving is not None:
                 wanted = f"The nearest that keeps half is moved by {self.moving.largest[0]:.4f} rad at most"
-                lines[0] += f" {wanted}: --keep {_LITTLE} (keep={_LITTLE})"
+                lines[0] += f" {wanted}; {self.advice}"
         if self.status == "retargeted":
             far, row = self.largest
             sums = f"{self.rms:.4f} rad rms, {self.total:.4f} rad in sum"
@@ -377,6 +380,7 @@ def retarget(
         alternatives=tuple(np.sort(totals[~np.isnan(totals)]).tolist()),
         share=share,
         moving=moving,
+        advice=None if moving is None else KEEP_HALF.python,
         warnings=(
             *zones.notes,
             *[f"took whole turns off α3 or α4 in {turned.sum()} rows"]

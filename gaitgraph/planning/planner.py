@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import shapely
 
-from gaitgraph.errors import Infeasible
+from gaitgraph.errors import Advice, Infeasible
 from gaitgraph.graph.walks import note_on_gap
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR
 from gaitgraph.pictured import Pictured
@@ -69,7 +69,10 @@ _NO_LOOP: dict[str, Any] = {
         )
     },
 }
-_HOW_TO_ASK = "for a loop that obeys only the paper's rules, use --require valid (require='valid')"
+VALID_LOOPS = Advice(
+    "for a loop that obeys only the paper's rules, use require='valid'",
+    "for a loop that obeys only the paper's rules, use --require valid",
+)
 _POSTURE = "the plan is a single posture, not a gait; for a gait, give two or more different waypoints"
 
 
@@ -405,7 +408,7 @@ def plan(
     if other.loop is None:
         return found
     loops = (other.loop, *other.alternatives)
-    return replace(found, advice=_HOW_TO_ASK, alternatives=loops)
+    return replace(found, advice=VALID_LOOPS.python, alternatives=loops)
 
 
 def _answer(
@@ -479,7 +482,7 @@ def _answer(
             and not shapely.is_simple(shapely.linearrings(waypoints))
         ):
             warnings.append(
-                "the loop crosses itself; --any-order (any_order=True) finds the shortest order"
+                "the loop crosses itself; the same waypoints in any order may give a shorter one"
             )
         warnings += [note_on_gap(gap)] if gap else []
         warnings += report.warnings

@@ -564,7 +564,9 @@ def study_from_mapping(content: dict[str, Any], *, folder: str | Path = ".") -> 
             try:
                 found.append(read(entry, number))
             except GaitgraphError as error:
-                raise reworded(error, f"{key[:-1]} {number}: {error}") from error
+                raise reworded(
+                    error, f"{key[:-1]} {number}: {error.message}"
+                ) from error
         return tuple(found)
 
     models = entries(

@@ -36,6 +36,7 @@ from gaitgraph import __version__
 from gaitgraph.angles import whole_number
 from gaitgraph.certificates.making import certify
 from gaitgraph.errors import (
+    Advice,
     FileProblem,
     GaitgraphError,
     Infeasible,
@@ -193,7 +194,8 @@ def run_study(
         )
     if scheduler is not None and workers is not None:
         raise InputError(
-            f"--workers cannot be combined with --scheduler, got {shown(workers)}"
+            f"workers must be left out beside a scheduler, got {shown(workers)}",
+            field="workers",
         )
     if workers is None:
         workers = 1
@@ -201,22 +203,19 @@ def run_study(
             from dask.system import CPU_COUNT  # respects the limits of a container
 
             workers = CPU_COUNT if scheduler is None else 1
-    whole_number("--workers", workers, 0, _MOST_WORKERS)
+    whole_number("workers", workers, 0, _MOST_WORKERS)
     seconds = study.seconds / max(workers, 1)
     if not yes and (len(study) > _FREE_CASES or seconds > _FREE_SECONDS):
         takes, free = (
             timedelta(seconds=round(seconds)),
             timedelta(seconds=_FREE_SECONDS),
         )
-        where = (
-            "on one worker" if scheduler is not None else f"with --workers {workers}"
-        )
+        where = f"on {workers} worker{'s' * (workers > 1)}"
         asked = (
             f"study {study.name!r} has {len(study):,} flights, about {takes} {where}"
         )
-        raise InputError(
-            f"{asked}; to fly more than {_FREE_CASES:,} or for more than {free}, add --yes (yes=True)"
-        )
+        larger = f"to fly more than {_FREE_CASES:,} or for more than {free}, add"
+        raise InputError(asked, advice=Advice(f"{larger} yes=True", f"{larger} --yes"))
     try:
         from pyarrow.dataset import dataset
     except ImportError as error:
@@ -552,11 +551,17 @@ def _client(workers: int, scheduler: str | None) -> Iterator[Any]:
         except Exception as error:  # Dask raises different errors for a bad address, a silent host, a dead worker
             if scheduler is None:
                 raise InputError(
-                    f"workers did not start ({_line(error)}); --workers 0 flies without them"
+                    f"workers did not start ({_line(error)})",
+                    advice=Advice(
+                        "workers=0 flies without them",
+                        "--workers 0 flies without them",
+                    ),
                 ) from error
-            wanted = "--scheduler must be the address of a running Dask scheduler with workers"
+            wanted = (
+                "scheduler must be the address of a running Dask scheduler with workers"
+            )
             raise InputError(
-                f"{wanted}, got {shown(scheduler)} ({_line(error)})"
+                f"{wanted}, got {shown(scheduler)} ({_line(error)})", field="scheduler"
             ) from error
         yield client
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from gaitgraph.errors import Infeasible
+from gaitgraph.errors import Advice, Infeasible
 from gaitgraph.gait.gait import Gait
 from gaitgraph.gait.table import (
     ACCELERATIONS,
@@ -142,8 +142,13 @@ def _judged_rates(table: Table, *, anyway: bool) -> tuple[Check, ...]:
     checks = tuple(one for one in validate(table).checks if one.name in RATE_CHECKS)
     for check in checks:
         if not check.ok and not anyway:
-            way = "--anyway (anyway=True) writes it all the same"
-            raise Infeasible(f"nothing is written: {check.message}; {way}")
+            raise Infeasible(
+                f"nothing is written: {check.message}",
+                advice=Advice(
+                    "anyway=True writes it all the same",
+                    "--anyway writes it all the same",
+                ),
+            )
     return checks
 
 

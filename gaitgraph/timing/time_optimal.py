@@ -23,7 +23,7 @@ from gaitgraph.angles import (
     whole_number,
 )
 from gaitgraph.arrays import freeze_arrays, read_only
-from gaitgraph.errors import InputError, shown
+from gaitgraph.errors import Advice, InputError, shown
 from gaitgraph.gait.table import Table, paced_corners
 from gaitgraph.invertibility.matrices import FloatArray
 from gaitgraph.io.formats import gait_of, given_gait
@@ -61,10 +61,6 @@ _BRIEF = 1e-3  # least share of the period spent at a limit
 _CORRECTIONS = 4
 _SETTLED = 1e-3
 _STILL = _ROUND_OFF = 1e-12
-_NO_ACCELERATION = (
-    "limits must have an acceleration or a jerk, got neither; state max_tilt_acceleration in the vehicle, or use "
-    "--max-acceleration (Limits(acceleration=…))"
-)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, init=False, eq=False)
@@ -92,9 +88,7 @@ class Limits:
         self, *, rate: Limit = None, acceleration: Limit = None, jerk: Limit = None
     ) -> None:
         if acceleration is None and jerk is None:
-            raise InputError(
-                f"{_NO_ACCELERATION}; {_acceleration_from(rate, None)}", field="limits"
-            )
+            raise _without_acceleration(rate, None)
         for (kind, unit), value in zip(
             RATE_UNITS.items(), (rate, acceleration, jerk), strict=True
         ):
@@ -182,21 +176,34 @@ def limits_of(
             limits[kind] = limit
     if "acceleration" not in limits and "jerk" not in limits:
         lag = vehicle.servo_lag if servo_lag is None else servo_lag
-        advice = _acceleration_from(limits.get("rate"), lag)
-        raise InputError(f"{_NO_ACCELERATION}; {advice}", field="limits")
+        raise _without_acceleration(limits.get("rate"), lag)
     return Limits(**limits)
 
 
-def _acceleration_from(rate: Limit, servo_lag: Each | None) -> str:
-    """Return a proposal for an acceleration that is not known: the rate over the time constant of the slowest servo."""
-    advice = "if it is not known, take the rate over the servo's time constant"
+def _without_acceleration(rate: Limit, servo_lag: Each | None) -> InputError:
+    """Return the error of limits without an acceleration; it proposes the rate over the slowest servo's time constant."""
     lags = np.array([number_of(one) for one in four_of(servo_lag)])
     rates = Limits(rate=rate, acceleration=1.0).rate
+    stated = "state max_tilt_acceleration in the vehicle, or use"
+    unknown = "if it is not known, take the rate over the servo's time constant"
     if rates is None or not (rates > 0).all() or not (lags > 0).all():
-        return f"{advice} (--max-rate over --servo-lag)"
-    joint = int(np.argmin(rates / lags))
-    quotient = f"{figure(rates[joint])} rad/s over {lags[joint]:g} s"
-    return f"{advice}: {quotient}, --max-acceleration {rates[joint] / lags[joint]:.3g}"
+        advice = Advice(
+            f"{stated} Limits(acceleration=…); {unknown} (rate over servo_lag)",
+            f"{stated} --max-acceleration; {unknown} (--max-rate over --servo-lag)",
+        )
+    else:
+        joint = int(np.argmin(rates / lags))
+        quotient = f"{figure(rates[joint])} rad/s over {lags[joint]:g} s"
+        proposed = f"{rates[joint] / lags[joint]:.3g}"
+        advice = Advice(
+            f"{stated} Limits(acceleration=…); {unknown}: {quotient}, acceleration={proposed}",
+            f"{stated} --max-acceleration; {unknown}: {quotient}, --max-acceleration {proposed}",
+        )
+    return InputError(
+        "limits must have an acceleration or a jerk, got neither",
+        field="limits",
+        advice=advice,
+    )
 
 
 class Origin(NamedTuple):

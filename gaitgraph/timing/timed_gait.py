@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from gaitgraph.angles import number_of, whole_number
 from gaitgraph.arrays import freeze_arrays, read_only, read_only_columns
-from gaitgraph.errors import InputError, checked_choice, shown
+from gaitgraph.errors import Advice, InputError, checked_choice, shown
 from gaitgraph.gait.gait import Gait
 from gaitgraph.gait.table import (
     ACCELERATIONS,
@@ -506,7 +506,8 @@ def timed_gait_of(
     if times is None or len(source) == 1:
         if period is None and len(merged_gait.alpha) > 1 and is_file:
             raise InputError(
-                f"gait file {str(gait)!r} has no column t; set --period SECONDS (period=)"
+                f"gait file {str(gait)!r} has no column t",
+                advice=Advice("set period= (s)", "set --period SECONDS"),
             )
         return merged_gait.parametrize(1.0 if period is None else period, law=law)
     times = times - times[0]

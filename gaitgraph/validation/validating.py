@@ -463,8 +463,7 @@ class _TableChecker:
         if not repeated and not is_path and gap > 3 * self.longest:
             self.notes["closed"] = (
                 f"the closing segment from row {self.rows} to row 1 is {gap:.4g} rad long, the longest step between "
-                f"rows {self.longest:.4g} rad: is the end of the table missing? A path that is run once needs --once "
-                "(Table.once())"
+                f"rows {self.longest:.4g} rad: is the end of the table missing? Or is it a path that is run once?"
             )
         value, where = (
             0.0 if repeated or is_path else gap,
