@@ -426,11 +426,15 @@ NOT_VALID = [
         G3,
         "max(|Rφ|, |Rθ|)",
     ),
-    (gg.lift(G3.alpha[:, :2], ["red", "blue", "red", "red"]), G3, "max(|Rφ|, |Rθ|)"),
+    (
+        gg.lift(G3.alpha[:, :2], ["red", "blue", "red", "red"]),
+        G3,
+        "may not be neighbours (Figure 15)",
+    ),
     (
         gg.lift([(-1.3, 0.2), (-1.1, 0.2)], "blue"),
         G3,
-        "max(|Rφ|, |Rθ|)",
+        "where it wraps by π or leaves its sheet",
     ),  # wraps by π from one end of the range on
     (EXACT_BLUE, EXACT_BLUE, "R = 0 on the whole blue sheet"),
 ]

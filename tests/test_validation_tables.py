@@ -306,6 +306,15 @@ def test_a_convention_that_puts_all_rows_but_one_on_a_sheet_is_not_named() -> No
     )
 
 
+def test_points_of_few_angles_do_not_make_a_convention_of_several_changes() -> None:
+    """Along the diagonal a biased gait lies on red with alpha2 and alpha3 exchanged and two signs turned."""
+    s = np.linspace(-0.4, 0.9, 14)
+    rows = np.column_stack([s, -s, 0.8 * s, -0.8 * s])
+    report = validate(table_from(rows))
+    assert "would lie" not in report["on_surface"].message
+    assert report["R_sign"].follows_from is None
+
+
 def test_a_constant_offset_is_told_in_degrees() -> None:
     rows = sampled(G3).alpha
     for offset, words in (

@@ -190,7 +190,8 @@ def pace_command(
         )
         gait = origin.gait
         if gait.color not in ("red", "blue"):
-            remedy = f"gaitgraph retarget {gait_file} moves it there"
+            why = f"gaitgraph validate {gait_file} says why"
+            remedy = f"{why}, gaitgraph retarget {gait_file} moves it there"
             raise InputError(
                 f"{gait_file} must be a gait on one sheet, red or blue; {remedy}"
             )

@@ -182,16 +182,20 @@ def broken_rules(
     rates within the vehicle's limits. The gait need not be on the surfaces.
     """
     harmless = _SURFACE_RULES | {"hover_thrust"} if pulling else _SURFACE_RULES
-    follow = (
-        () if report["on_surface"].ok else ("two_color", "continuous")
-    )  # broken by any gait off the surfaces
-    broken = [
-        check
-        for check in report.checks
-        if not (check.ok and check.decided) and check.name not in follow
+    broken = [check for check in report.checks if not (check.ok and check.decided)]
+    # What follows from another rule is said with that one, unless it alone forbids flight.
+    forbidden = [
+        check.message
+        for check in broken
+        if check.name not in harmless
+        and (check.follows_from is None or check.follows_from in harmless)
     ]
-    forbidden = [check.message for check in broken if check.name not in harmless]
-    return forbidden, [check.message for check in broken if check.name in harmless]
+    others = [
+        check.message
+        for check in broken
+        if check.name in harmless and check.follows_from is None
+    ]
+    return forbidden, others
 
 
 def from_hover(

@@ -301,8 +301,7 @@ class OnSurface(Rule):
 
     def update(self, block: Segments) -> None:
         """Bracket the largest residual."""
-        whole = bool(block.number[0] == block.number[-1])
-        if not (whole and block.on_red):
+        if self.criteria.noun == "row":  # of tables that people bring
             self.misreading.update(block.alpha)
         bare = block.number[block.sheet == 0]
         if self.bare is None and len(bare):
@@ -355,7 +354,7 @@ class OnSurface(Rule):
 
     def _advice(self, place: GaitPoint | None) -> str:
         """Return what would help."""
-        misread = self.misreading.advice(self.criteria.noun)
+        misread = self.misreading.advice()
         if misread:
             return misread
         if self.is_broken_by_lone_row:

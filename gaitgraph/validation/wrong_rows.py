@@ -64,6 +64,7 @@ def _conventions() -> tuple[Convention, ...]:
 CONVENTIONS = _conventions()
 _MATRICES = np.array([one.matrix for one in CONVENTIONS])
 _IN_DEGREES = np.array([one.degrees for one in CONVENTIONS])
+_OF_SEVERAL = np.array([", then " in one.words for one in CONVENTIONS])
 
 
 class Misreading:
@@ -82,6 +83,8 @@ class Misreading:
         self.high = np.zeros((len(COLORS), 2))
         self.least = np.full(4, math.inf)
         self.most = np.full(4, -math.inf)
+        self.sum = np.zeros(4)
+        self.products = np.zeros((4, 4))
 
     def update(self, alpha: FloatArray) -> None:
         """Examine further points, shape (n, 4) [rad]."""
@@ -94,6 +97,8 @@ class Misreading:
         self.high = np.maximum(self.high, differences.max(axis=2))
         self.least = np.minimum(self.least, alpha.min(axis=0))
         self.most = np.maximum(self.most, alpha.max(axis=0))
+        self.sum += alpha.sum(axis=0)
+        self.products += alpha.T @ alpha
         self.points += len(alpha)
 
     def _find_conventions(self, alpha: FloatArray) -> None:
@@ -108,20 +113,35 @@ class Misreading:
 
     @property
     def convention(self) -> Convention | None:
-        """The first convention that puts all points on one sheet, or None."""
-        fits = self.fits.any(axis=1)
+        """The first convention that puts all points on one sheet, or None.
+
+        One of several changes is none if it puts them on a line too, which points with few different angles allow.
+        """
+        if not self.points:
+            return None
+        fits: BoolArray = np.asarray(self.fits.any(axis=1))
+        for k in np.flatnonzero(fits & _OF_SEVERAL).tolist():
+            fits[k] = self._spread(_MATRICES[k]) > _LEAST_MOTION * self.tolerance
         if max(-self.least[2:].min(), self.most[2:].max()) <= math.pi:
             fits = fits & ~_IN_DEGREES
         found = np.flatnonzero(fits)
         return CONVENTIONS[int(found[0])] if len(found) else None
 
-    def advice(self, noun: str) -> str:
+    def _spread(self, matrix: FloatArray) -> float:
+        """Return the least standard deviation of α1 and α2, in any direction of the plane, of points that are read so."""
+        mean = self.sum / self.points
+        covariance = self.products / self.points - np.outer(mean, mean)
+        plane = (matrix.T @ covariance @ matrix)[:2, :2]
+        variances = np.linalg.eigvalsh(plane)
+        return math.sqrt(max(float(variances[0]), 0.0))
+
+    def advice(self) -> str:
         """Return what would put all points on one sheet, or an empty text."""
         convention = self.convention
         if convention is not None:
             fits = self.fits[CONVENTIONS.index(convention)]
             color = COLORS[int(np.argmax(fits))]
-            return f"all {noun}s would lie on {color} with {convention.words}"
+            return f"all rows would lie on {color} with {convention.words}"
         constant = (self.high - self.low).max(axis=1) <= 2 * self.tolerance
         if self.coefficients.cross:
             constant[1] = False
@@ -139,7 +159,7 @@ class Misreading:
             return ""  # the points are on the sheet
         third, fourth = np.degrees(offsets[sheet]).tolist()
         return (
-            f"all {noun}s are off {COLORS[sheet]} by the same angles, α3 by {third:.2f}° and α4 by {fourth:.2f}°: "
+            f"all rows are off {COLORS[sheet]} by the same angles, α3 by {third:.2f}° and α4 by {fourth:.2f}°: "
             "is a zero of a servo wrong?"
         )
 
