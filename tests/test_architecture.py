@@ -52,6 +52,8 @@ EXCEPTIONS = {
     ("pictured", "Pictured._repr_html_", "plots.gaits"),
     ("flight.flight", "Flight.write", "plots.flights"),
     ("io.formats", "given_gait", "planning.planner"),  # a request stands for its gait
+    ("io.formats", "given_gait", "timing.statement"),  # what a table states is checked
+    ("io.formats", "read_table", "timing.statement"),
     ("cli", "Group.get_command", ANYTHING),  # a command's file, by the command's name
 }
 

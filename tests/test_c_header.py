@@ -225,7 +225,7 @@ def test_the_error_of_a_time_optimal_gait_is_not_larger_than_stated(
     assert timed is not None
     timed.write(tmp_path / "gait.h")
     found = re.search(
-        "off the gait by about ([0-9.e-]+) rad", (tmp_path / "gait.h").read_text()
+        "off the gait by at most ([0-9.e-]+) rad", (tmp_path / "gait.h").read_text()
     )
     times = np.linspace(0.0, timed.period, 20_001)
     off = np.abs(
@@ -233,7 +233,7 @@ def test_the_error_of_a_time_optimal_gait_is_not_larger_than_stated(
         - timed.at(times).alpha
     ).max()
     assert found is not None
-    assert off <= float(found[1]) <= 10 * off
+    assert off <= float(found[1]) <= 20 * off
 
 
 def test_rows_and_rates_are_met_and_an_open_table_ends(

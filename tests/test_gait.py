@@ -239,7 +239,7 @@ def test_a_last_row_closes_where_it_is_the_first_and_one_nearby_is_told_and_kept
         assert is_closed(tilt_angles(rows, PUBLISHED)) is closed
         with warnings.catch_warnings(record=True) as warned:
             warnings.simplefilter("always")
-            gait, times, _ = closed_rows(rows)
+            gait, times = closed_rows(rows)
         assert [
             "counts as a point of its own" in str(one.message) for one in warned
         ] == [True] * told
@@ -279,7 +279,7 @@ def test_all_readers_of_a_table_find_its_period(
             is returns
         )
         read = gg.read_table(source)
-        corners, times, _ = closed_rows(read)
+        corners, times = closed_rows(read)
         gg.timing.export(source, [tmp_path / "whole.csv"], force=True)
         write_h([read], tmp_path / "rows.h")
         whole = gg.read_table(tmp_path / "whole.csv")

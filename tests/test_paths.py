@@ -97,7 +97,7 @@ def test_a_timed_path_stays_at_its_ends_and_states_what_it_does() -> None:
     assert timed.peak_rates.max() == pytest.approx(15 / 8 * 0.4)
     table = table_of(timed)
     assert not table.repeats
-    assert "corners" not in table.about
+    np.testing.assert_array_equal(table.about["corners"], ENTRY.path)
     again: Any = timed_gait_of(table)
     assert (type(again), again.law) == (type(timed), "smooth")
     np.testing.assert_array_equal(again.at(timed.t).alpha, timed.alpha)
@@ -327,7 +327,7 @@ def test_a_timing_that_breaks_limits_is_not_written_unless_anyway(
     for option in (("--law", "smooth"), ("--period", 0.5)):
         done = run("export", "fast.csv", "e.csv", *option)
         assert done.code == 1
-        assert "nothing is written: peak " in done.err
+        assert "nothing is written, since the motion is not flyable: peak " in done.err
         assert "limit 6" in done.err
         assert not (tmp_path / "e.csv").exists()
         assert run("export", "fast.csv", "e.csv", *option, "--anyway").code == 0

@@ -440,7 +440,7 @@ def test_a_table_from_elsewhere_is_read_by_a_map(
     path.write_text("\n".join([",".join([*reversed(found), "armed"]), *lines]))
     back = read_table(path, joints=servo_map_named(servos))
     assert np.allclose(back.alpha, table.alpha, rtol=0, atol=0.05 / 390 + 1e-12)
-    assert back.digit_error == pytest.approx(0.5e-3 / 390)
+    assert back.half_units("alpha2") == pytest.approx(0.05 / 390)
     assert gg.validate(back).flyable
     content = [
         dict(zip(found, row, strict=True))
@@ -516,12 +516,13 @@ def test_export_writes_for_servos_and_reads_back(
     assert done.code == 0
     ours = read_table(mapped)  # which states its map
     assert ("servos" in ours.about, ours.about["period"]) == (False, 2.0)
-    assert ours.digit_error == ours.rounding == pytest.approx(0.05 / 390)
+    assert ours.half_units("alpha1") == pytest.approx(ours.rounding)
+    assert ours.rounding == pytest.approx(0.05 / 390)
     assert np.allclose(ours["t"], table["t"])
     assert run("export", mapped, back).code == 0
     again = read_table(back)
     assert np.allclose(again.alpha, table.alpha, rtol=0, atol=ours.rounding + 1e-12)
-    assert again.rounding == ours.rounding
+    assert again.rounding == 0  # the samples of the motion that the file states
     # Without what made it, it is a table from elsewhere.
     foreign.write_text(
         "\n".join(

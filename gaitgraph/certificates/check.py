@@ -1,13 +1,18 @@
-"""Check a gait's certificate with the standard library; exit code 0: all is proved, 1: not all, 2: no certificate."""
+"""Check a gait's certificate with the standard library, and that the rows of a CSV table are on its curve.
+
+The exit code is 0 if all is proved, 1 if not, 2 if a file is no certificate or no table.
+"""
 
 from __future__ import annotations
 
+import csv
 import json
 import re
 import sys
+from bisect import bisect_right
 from fractions import Fraction
 from functools import lru_cache, partial
-from itertools import combinations, pairwise, zip_longest
+from itertools import accumulate, combinations, pairwise, zip_longest
 from math import comb, lcm, perm
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -17,16 +22,12 @@ NUMBER, POSITIVE = (
     "an exact number in a text",
     "a positive exact number in a text",
 )  # decimals or fractions
-TEXT, DIGEST = (
-    "a text of at most 1000 characters",
-    "an empty text or 64 hexadecimal digits",
-)
+TEXT = "a text of at most 1000 characters"
 DIGIT = r"[0-9]{1,40}(\.[0-9]{1,60}|/[1-9][0-9]{0,59})?"
 RULES = {
     NUMBER: f"-?{DIGIT}",
     POSITIVE: f"(?=[0-9.]*[1-9]){DIGIT}",
     TEXT: "(?s:.{0,1000})",
-    DIGEST: "([0-9a-f]{64})?",
 }
 FOUR, COVER = [NUMBER, 4, 5], {"cover": [[NUMBER, 2, 10**6], 1, 10**6]}
 ORDERS = {
@@ -44,10 +45,18 @@ CONSTANTS = dict.fromkeys(
     ("drag_coefficient", "thrust_coefficient", "arm_length"), POSITIVE
 ) | {"rotor_height": NUMBER}
 FORM = {  # of a document: objects by their names, lists by what is in them and their lengths, texts by what they match
-    "format": "gaitgraph certificate 1", "made_by": TEXT, "digest": DIGEST, "deviation": NUMBER,
+    "format": "gaitgraph certificate 1", "made_by": TEXT, "deviation": NUMBER,
     "vehicle": {"name": TEXT, **CONSTANTS, "first_rotor_spin": "clockwise|counterclockwise"}, "law": [NUMBER, 2, 9],
     "pieces": [{"alpha": [[NUMBER, 1, 25], 2, 5, 2], "duration": POSITIVE}, 1, 10**6], "claims": CLAIMS,
 }  # fmt: skip
+
+
+class Row(NamedTuple):
+    """A row of a table: time [s], four tilt angles [rad], and by how much each may be off beside the deviation [rad]."""
+
+    t: Fraction
+    angles: list[Fraction]
+    slacks: list[Fraction]
 
 
 class Bounds(NamedTuple):
@@ -355,13 +364,80 @@ def check(text: str) -> dict[str, Any]:
     return {**known, "claims": places, "values": stated["claims"], "lines": lines}
 
 
+def value_at(polynomial: list[Fraction], at: Fraction) -> Fraction:
+    """Return the value of a polynomial, the lowest power first."""
+    value = ZERO
+    for coefficient in reversed(polynomial):
+        value = value * at + coefficient
+    return value
+
+
+def first_row_off(text: str, rows: list[Row]) -> str:
+    """Return the first row of a table that is not on the curve of a certificate at its time, "" if all are.
+
+    Each angle may be off by the certificate's deviation and the row's slack. The first row is at the start of the curve.
+    """
+    whole = parsed(json.loads(text, object_pairs_hook=tuple), FORM, "the document")
+    pieces, law, allowed = whole["pieces"], whole["law"], whole["deviation"]
+    if "rate" not in whole["claims"]:
+        raise ValueError(
+            "claims must have a rate to compare a table, got none: untimed"
+        )
+    ends = list(accumulate(piece["duration"] for piece in pieces))
+    first, last = rows[0].t, rows[-1].t
+    for number, (row, before) in enumerate(zip(rows, [None, *rows], strict=False), 1):
+        if before is not None and row.t <= before.t:
+            return f"row {number} is not after the row before it"
+        k = min(bisect_right(ends, row.t - first), len(pieces) - 1)
+        piece = pieces[k]
+        passed = 1 - (ends[k] - (row.t - first)) / piece["duration"]
+        share = value_at(law, passed)
+        curve = [value_at(one, share) for one in piece["alpha"]]
+        for joint, angle in enumerate(row.angles):
+            off = abs(angle - curve[joint % len(curve)])
+            if off > allowed + row.slacks[joint]:
+                return (
+                    f"row {number}, t = {float(row.t):.9g} s: alpha{joint + 1} = {float(angle):.9g} is "
+                    f"{float(off):.3g} rad off the curve, allowed is {float(allowed + row.slacks[joint]):.3g}"
+                )
+    if abs(last - first - ends[-1]) > (ends[-1] + 2) / 10**9:
+        return f"the rows last {float(last - first):.9g} s, the curve {float(ends[-1]):.9g} s"
+    return ""
+
+
+def rows_of_csv(path: Path) -> list[Row]:
+    """Return the rows of a CSV file with the columns t, alpha1 to alpha4 (s, rad); ValueError if it is none."""
+    names = ["t", "alpha1", "alpha2", "alpha3", "alpha4"]
+    with path.open(encoding="utf-8-sig", newline="") as stream:
+        table = csv.DictReader(stream, strict=True)
+        if not {*names} <= {*(table.fieldnames or ())}:
+            raise ValueError(
+                f"columns must be {', '.join(names)} (s, rad), got {table.fieldnames}; gaitgraph verify reads others"
+            )
+        try:
+            numbers = [[Fraction(row[name]) for name in names] for row in table]
+        except (csv.Error, TypeError, ValueError, ZeroDivisionError) as error:
+            raise ValueError(f"{path.name} must hold numbers: {error}") from None
+    if not numbers:
+        raise ValueError(f"{path.name} must have rows, got none")
+    return [Row(t, angles, [ZERO] * 4) for t, *angles in numbers]
+
+
 if __name__ == "__main__":
     try:
-        if len(sys.argv) != 2:
-            raise ValueError("usage: python check.py gait.cert.json")
-        found = check(Path(sys.argv[1]).read_text(encoding="utf-8-sig"))
+        if len(sys.argv) not in (2, 3):
+            raise ValueError("usage: python check.py gait.cert.json [gait.csv]")
+        document = Path(sys.argv[1]).read_text(encoding="utf-8-sig")
+        found = check(document)
+        off = ""
+        lines = [*found["lines"], "no table was compared"]
+        if len(sys.argv) == 3:
+            off = first_row_off(document, rows_of_csv(Path(sys.argv[2])))
+            lines[-1] = (
+                f"NOT on the curve: {off}" if off else "each row is on the curve"
+            )
     except (OSError, RecursionError, ValueError) as error:
         print(f"check.py: {error}", file=sys.stderr)
         sys.exit(2)
-    print("\n".join(found["lines"]))
-    sys.exit(int(not found["proved"]))
+    print("\n".join(lines))
+    sys.exit(int(bool(off) or not found["proved"]))

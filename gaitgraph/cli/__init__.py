@@ -210,7 +210,7 @@ def main(args: Sequence[str] | None = None) -> NoReturn:
     except MemoryError:
         _stop(
             2,
-            "not enough memory; use a smaller grid or file, or a table as CSV, which is read in pieces",
+            "not enough memory; use a smaller grid or file",
         )
     except OSError as error:
         # Every file is guarded in its own place: this is standard output itself, on a full disk for example.

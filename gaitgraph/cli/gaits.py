@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from gaitgraph.cli import (
     PAPER_GAITS,
@@ -25,6 +25,11 @@ from gaitgraph.cli import (
     write_outputs,
 )
 from gaitgraph.errors import InputError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from gaitgraph.timing.time_optimal import LeastPeriod
 
 
 @command(
@@ -149,12 +154,16 @@ _PERIOD = Kind(
     option(
         "--servo-lag", "SECONDS", "Time constant.  [default: the vehicle's, if any]"
     ),
-    "samples rate certify outputs force vehicle coefficients json",
+    "samples rate certify outputs require",
+    flag("--anyway", "Write it although it is not flyable."),
+    "force vehicle coefficients json",
 )
 def pace_command(
     gait_file: str,
     period: float | None = None,
     outputs: Paths = (),
+    require: str = "flyable",
+    anyway: bool = False,
     force: bool = False,
     **given: Any,
 ) -> int:
@@ -162,56 +171,22 @@ def pace_command(
 
     A timing law maps time to position along the loop. This one is twice continuously differentiable, periodic, and
     keeps the limits between samples too. It rests at every corner unless corners are rounded. The exit code is 1 if no
-    law meets the limits in the period.
+    law meets the limits in the period. It is 1 too, and nothing is written, if outputs are asked for and the motion is
+    not flyable (or not valid, with --require valid), unless --anyway.
     """
     from gaitgraph.certificates.making import certify
     from gaitgraph.timing.servo_lag import servo_response
-    from gaitgraph.timing.time_optimal import (
-        least_period,
-        limits_of,
-        origin_of,
-        paced,
-    )
-    from gaitgraph.timing.timed_gait import pieces_of
+    from gaitgraph.timing.timed_gait import table_of
     from gaitgraph.validation.report import unlikely_limits
+    from gaitgraph.validation.validating import both, validate
 
     check_outputs(outputs, force=force)
     beside = certificates_beside(outputs, force=force) if given.get("certify") else []
-    kinds = ("rate", "acceleration", "jerk")
-    names = {kind: f"max_{kind}" for kind in kinds} | {
-        "tolerance": "rounding",
-        "lag": "servo_lag",
-    }
+    names = {kind: f"max_{kind}" for kind in _LIMITS}
+    names |= {"tolerance": "rounding", "lag": "servo_lag"}
     with Working(f"reading {gait_file}") as progress, named_in_errors(given, **names):
-        origin = origin_of(
-            gait_file,
-            vehicle=given.get("vehicle"),
-            coefficients=given.get("coefficients"),
-        )
-        gait = origin.gait
-        if gait.color not in ("red", "blue"):
-            why = f"gaitgraph validate {gait_file} says why"
-            remedy = f"{why}, gaitgraph retarget {gait_file} moves it there"
-            raise InputError(
-                f"{gait_file} must be a gait on one sheet, red or blue; {remedy}"
-            )
-        limits = limits_of(
-            gait.vehicle,
-            origin.limits,
-            servo_lag=given.get("servo_lag"),
-            **{kind: given.get(f"max_{kind}") for kind in kinds},
-        )
-        asked = {"rounding": origin.rounding} | {
-            name: given[name]
-            for name in ("samples", "rate", "rounding")
-            if name in given
-        }
-        progress("pacing")
-        if period is None:
-            pacing = least_period(gait, limits, progress=progress, **asked)
-        else:
-            pacing = paced(gait, limits, period=period, progress=progress, **asked)
-        warnings = unlikely_limits(limits.as_mapping())
+        pacing = _pacing(gait_file, period, given, progress)
+        warnings = unlikely_limits(pacing.limits.as_mapping())
         more: dict[str, Any] = {
             "valid": None,
             "flyable": None,
@@ -221,8 +196,15 @@ def pace_command(
         }
         lines = [f"warning: {warning}" for warning in warnings]
         timed = pacing.timed
+        refused = False
         if timed is not None:
-            report = timed.check()
+            table = table_of(timed)
+            report = both(timed.check(), validate(table))
+            meets = report.flyable if require == "flyable" else report.valid
+            refused = bool(outputs) and not (meets or anyway)
+            if refused:
+                lines.append("nothing is written")
+                outputs, beside = (), []
             more |= {
                 "valid": report.valid,
                 "flyable": report.flyable,
@@ -230,7 +212,7 @@ def pace_command(
             }
             if not report.flyable:
                 lines.append(f"  not flyable: {report.reason}")
-            lag = given.get("servo_lag", gait.vehicle.servo_lag)
+            lag = given.get("servo_lag", timed.gait.vehicle.servo_lag)
             if lag is not None:
                 response = servo_response(timed, lag)
                 more["servo"] = response.as_mapping()
@@ -238,7 +220,7 @@ def pace_command(
             certified = [(path, certify(timed)) for path in beside]
             if outputs:
                 write_outputs(
-                    lambda: pieces_of(timed),
+                    lambda: [table],
                     outputs,
                     force=force,
                     rate=given.get("rate"),
@@ -247,7 +229,48 @@ def pace_command(
             for path, one in certified:
                 one.write(path, force=force)
                 lines.append(f"wrote {path}")
-    return show(pacing, more=more, lines=lines)
+    return show(pacing, more=more, lines=lines, ok=bool(pacing) and not refused)
+
+
+_LIMITS = ("rate", "acceleration", "jerk")
+
+
+def _pacing(
+    gait_file: str,
+    period: float | None,
+    given: dict[str, Any],
+    progress: Callable[[str], None],
+) -> LeastPeriod:
+    """Return the law of a gait file under the limits that are given, else those of the file and its vehicle."""
+    from gaitgraph.timing.time_optimal import (
+        least_period,
+        limits_of,
+        origin_of,
+        paced,
+    )
+
+    origin = origin_of(
+        gait_file,
+        vehicle=given.get("vehicle"),
+        coefficients=given.get("coefficients"),
+    )
+    gait = origin.gait
+    if gait.color not in ("red", "blue"):
+        why = f"gaitgraph validate {gait_file} says why"
+        remedy = f"{why}, gaitgraph retarget {gait_file} moves it there"
+        raise InputError(
+            f"{gait_file} must be a gait on one sheet, red or blue; {remedy}"
+        )
+    chosen = {kind: given.get(f"max_{kind}") for kind in _LIMITS}
+    lag = given.get("servo_lag")
+    limits = limits_of(gait.vehicle, origin.limits, servo_lag=lag, **chosen)
+    asked = {"rounding": origin.rounding} | {
+        name: given[name] for name in ("samples", "rate", "rounding") if name in given
+    }
+    progress("pacing")
+    if period is None:
+        return least_period(gait, limits, progress=progress, **asked)
+    return paced(gait, limits, period=period, progress=progress, **asked)
 
 
 @command(
@@ -315,7 +338,8 @@ def _map_names() -> list[str]:
         "N",
         "Periods, one after the other; a C header and a film have one.  [default: 1]",
     ),
-    flag("--anyway", "Write another timing although it breaks limits of rates."),
+    "require",
+    flag("--anyway", "Write it although it is not flyable."),
     "once period samples rate law force vehicle coefficients json",
 )
 def export_command(
@@ -331,9 +355,9 @@ def export_command(
     A table with times keeps its rows; a path, as of a transition or with --once, is not closed. Without times, or with --period, --samples, --rate or --law, the closed
     polyline through the rows gets a new timing. With --servos the columns are positions of the vehicle's joints: order,
     sign, zero, degrees or pulse widths. Such files are read without an option, servo tables from elsewhere with
-    --columns.
+    --columns. What is written is judged: if it is not flyable (or not valid, with --require valid), nothing is written
+    and the exit code is 1, unless --anyway.
     """
-    from gaitgraph.gait.table import merged
     from gaitgraph.io.formats import tables_and_films
     from gaitgraph.io.servo_map import servo_map_named
     from gaitgraph.plots.vehicles import check_films, write_films
@@ -349,12 +373,16 @@ def export_command(
         source = as_given(gait_file, once=once, joints=given.get("joints"))
         done = export(source, tables, force=force, servos=servo_map, **given)
         if films:
-            write_films(merged(done.pieces()), films, force=force)
-        warn_of_rate(next(done.pieces())["t"], given.get("rate"))
+            write_films(done.table, films, force=force)
+        warn_of_rate(done.table["t"], given.get("rate"))
+    rows = len(done.table)
     answer: dict[str, Any] = {
-        "rows": done.rows,
-        "columns": list(done.columns),
+        "rows": rows,
+        "columns": list(done.table.columns),
         "outputs": list(outputs),
+        "valid": done.report.valid,
+        "flyable": done.report.flyable,
+        "warnings": list(done.report.warnings),
     }
     if done.rate_checks:
         answer["rate_checks"] = [check.as_mapping() for check in done.rate_checks]
@@ -362,14 +390,13 @@ def export_command(
         answer |= {"servos": servo_map.as_mapping(), "clipped": done.clipped}
     lines = []
     for name in outputs:
-        rows = (done.rows - 1) * given.get("periods", 1) + 1
+        count = (rows - 1) * given.get("periods", 1) + 1
         if name.lower().endswith(".h"):  # it repeats by itself
-            rows = done.rows
-        content = "one period, drawn" if name in films else f"{rows} rows"
+            count = rows
+        content = "one period, drawn" if name in films else f"{count} rows"
         lines.append(f"wrote {name}: {content}")
     lines += lines_of_checks(done.rate_checks)
+    lines.append(done.report.verdict)
     for joint, count in done.clipped.items():
-        lines.append(
-            f"clipped: joint {joint!r} at its limit in {count} of {done.rows} rows"
-        )
+        lines.append(f"clipped: joint {joint!r} at its limit in {count} of {rows} rows")
     return tell(answer, lines)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from fractions import Fraction
-from json import JSONDecodeError
+from dataclasses import replace
 from math import isfinite, isnan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -58,8 +57,7 @@ def validate_command(
 
     Rows need alpha1 to alpha4, or alpha1, alpha2 and color; the last row is joined with the first, unless the table is
     a path, as that of a transition, or with --once.
-    The exit code is 1 if the gait is not flyable (or not valid, with --require valid). CSV and Parquet files of any
-    length are read piece by piece.
+    The exit code is 1 if the gait is not flyable (or not valid, with --require valid).
 
     If --vehicle describes rotors of any geometry (TOML with [[rotor]], PX4 parameters, URDF or MJCF), physics alone is
     checked, on alpha1 to alphaN, and the exit code is 1 if the table is not flyable.
@@ -81,6 +79,9 @@ def validate_command(
                 )
             return show(validate_geometry(gait_file, geometry, **floor))
         report = validate(as_given(gait_file, once=once), **given)
+        note = _note_on_certificate(gait_file, given)
+        if note:
+            report = replace(report, notes=(*report.notes, note))
     states_none = not (
         wants_json()
         or "vehicle" in given
@@ -92,6 +93,19 @@ def validate_command(
             "warning: the file states no vehicle: the paper's is taken; --vehicle names another"
         )
     return show(report, ok=report.flyable if require == "flyable" else report.valid)
+
+
+def _note_on_certificate(gait_file: str, given: dict[str, Any]) -> str:
+    """Return why the certificate beside a gait file is not that of its rows, "" if it is or there is none."""
+    from gaitgraph.certificates.verifying import certificate_beside, note_on_certificate
+    from gaitgraph.gait.table import surface_of
+    from gaitgraph.io.formats import read_table
+
+    if not certificate_beside(Path(gait_file)).is_file():
+        return ""
+    table = read_table(gait_file)
+    vehicle, _, _ = surface_of(table, given.get("vehicle"))
+    return note_on_certificate(Path(gait_file), table, vehicle)
 
 
 @command(
@@ -141,39 +155,21 @@ def certify_command(
 @command(
     "Check a certificate with exact arithmetic.",
     file("certificate", "CERTIFICATE"),
+    file("table", "[TABLE]", required=False),
     "json",
 )
-def verify_command(certificate: str) -> int:
+def verify_command(certificate: str, table: str | None = None) -> int:
     """Check each claim of a certificate, which gaitgraph certify writes, as gaitgraph/certificates/check.py does.
 
-    The exit code is 1 if a claim is not proved, 2 if the file is no certificate.
+    With TABLE, each of its rows must be on the proven curve at its time; any format that can be read, also the positions
+    of servos. Without it the table beside the certificate is compared, gait.csv beside gait.cert.json. The exit code is 1 if
+    a claim is not proved or a row is not on the curve, 2 if a file is no certificate or no table.
     """
-    from gaitgraph.certificates.check import check
-    from gaitgraph.errors import InputError
-    from gaitgraph.files import text_of
+    from gaitgraph.certificates.verifying import verify
 
-    text = text_of(Path(certificate), "certificate")
     with Working(f"checking {certificate}"):
-        try:
-            found = check(text)
-        except (RecursionError, ValueError) as error:
-            rule = "it must be JSON: " if isinstance(error, JSONDecodeError) else ""
-            raise InputError(f"certificate {certificate!r}: {rule}{error}") from None
-    values, lines = found["values"], found.pop("lines")
-    flies = (
-        found["proved"]
-        and "least_singular_value" in values
-        and "hover_thrust" in values
-    )
-    found["flyable"] = flies = (
-        flies and Fraction(values["hover_thrust"]["at_least"]) >= 0
-    )
-    needs = "which takes least_singular_value, and hover_thrust with at_least 0 or more"
-    tell(
-        found,
-        [*lines, *[f"not proved flyable, {needs}"] * (found["proved"] and not flies)],
-    )
-    return 0 if found["proved"] else 1
+        found = verify(certificate, table)
+    return show(found)
 
 
 @command(

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from gaitgraph.angles import number_of
 from gaitgraph.certificates.making import certify
+from gaitgraph.certificates.verifying import CERTIFICATE
 from gaitgraph.errors import (
     FileProblem,
     GaitgraphError,
@@ -32,8 +33,9 @@ from gaitgraph.io.formats import (
 )
 from gaitgraph.plots.vehicles import write_films
 from gaitgraph.robustness.biased import robustness_of
+from gaitgraph.timing.statement import checked
 from gaitgraph.timing.timed_gait import table_of
-from gaitgraph.validation.validating import CERTIFICATE, validate
+from gaitgraph.validation.validating import validate
 from gaitgraph.vehicle import preset_names, vehicle_from_mapping
 
 if TYPE_CHECKING:
@@ -102,10 +104,10 @@ def table_answer(
         path = Path(folder) / f"table{form.suffix}"
         path.write_bytes(content)
         try:
-            table = merged(_bounded(read_pieces(path), progress))
+            table = checked(merged(_bounded(read_pieces(path), progress)), path)
             with naming_file(path):
                 report = validate(table)
-            rows, times, stated = closed_rows(table)
+            rows, times = closed_rows(table)
             progress(1.0)
         except (InputError, FileProblem) as error:
             raise reworded(
@@ -122,7 +124,7 @@ def table_answer(
         rows.alpha[legs]
         + (some % parts / parts)[:, None] * (rows.ends - rows.alpha)[legs]
     )
-    gait = stated.gait if stated else rows.merged()
+    gait = rows.merged() if table.motion is None else table.motion.gait
     map_of = _preset_of(rows.vehicle)
     diagram: dict[str, Any] = {"own": None, "reason": None}
     if len(gait.alpha) > _MOST_CORNERS:

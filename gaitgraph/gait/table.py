@@ -25,6 +25,7 @@ from gaitgraph import __version__
 from gaitgraph.angles import angles_from, checked_number, number_of
 from gaitgraph.arrays import check_unmasked, freeze_arrays, read_only
 from gaitgraph.errors import FileWarning, InputError, MissingExtra, shown
+from gaitgraph.gait.digits import Digits
 from gaitgraph.gait.gait import Gait, points_on_sheets
 from gaitgraph.invertibility.matrices import (
     Coefficients,
@@ -78,13 +79,6 @@ SAME_ROW = 1e-9
 """Two rows are the same point if no angle differs by more than this [rad]: far below any printed digit, above the
 rounding of floating point."""
 
-OTHER_ROWS = "the rows differ from the gait that the file states: the rows are used, joined by straight segments"
-"""Warning for a table whose rows were changed since it was written."""
-
-_ON_STATED = 1e-6  # allowed distance of a row from the gait that its table states [rad]; also a share of the period
-_ROWS_AT_ONCE = 1 << 12
-_NANOSECOND = 1e-9  # to which times are rounded in bags
-_MOST_COMPARED = 10**8  # rows times corners
 _DEEPEST = 100
 _UNITS = {"t": "s", "R": "1"} | dict.fromkeys(ANGLES, "rad")
 _UNITS |= dict.fromkeys(RATES, "rad/s") | dict.fromkeys(ACCELERATIONS, "rad/s^2")
@@ -114,16 +108,53 @@ class Table(Pictured):
         Arrays of floats (radians, seconds), and tuples of texts for `color` and `types`.
     about
         What made the table: vehicle, coefficients, period, law and so on; plain values.
-    digit_error
-        Half a unit of the last printed digit of its angles [rad]; 0 if unknown.
+    digits
+        The digits that its numbers were printed with, by column; full precision where there are none.
     notes
         Warnings about parts of its file or frame that are not used.
     """
 
     columns: dict[str, Any]
     about: dict[str, Any] = field(default_factory=dict)
-    digit_error: float = 0.0
+    digits: dict[str, Digits] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    _motion: TimedGait | None = field(default=None, init=False, repr=False)
+
+    @property
+    def motion(self) -> TimedGait | None:
+        """The timed gait whose samples the rows are, or None: see :func:`gaitgraph.timing.statement.checked`."""
+        return self._motion
+
+    def with_motion(self, motion: TimedGait) -> Table:
+        """Return the table of samples of a motion; other rows or another provenance make a table without it."""
+        table = replace(self)
+        object.__setattr__(table, "_motion", motion)  # the record is frozen
+        return table
+
+    @property
+    def joined_by_cubics(self) -> bool:
+        """Whether rows are joined by cubics through their rates: they have rates, and accelerations other than zero."""
+        return (
+            len(self) > 1
+            and all(name in self for name in ("t", *RATES, *ACCELERATIONS))
+            and any(bool(self[name].any()) for name in ACCELERATIONS)
+        )
+
+    @property
+    def even_times(self) -> FloatArray:
+        """The times [s]; if they are evenly spaced times, rounded to their digits, then these, not rounded."""
+        t: FloatArray = self.columns["t"]
+        samples, period = self.about.get("samples"), self.about.get("period")
+        if samples == len(t) - 1 and period is not None:  # checked when it was read
+            return np.asarray(t[0] + np.arange(len(t)) * (period / samples))
+        even = np.linspace(t[0], t[-1], len(t))
+        is_even = (np.abs(t - even) <= self.half_units("t") + 1e-15 * np.abs(t)).all()
+        return even if is_even else t
+
+    def half_units(self, name: str) -> FloatArray:
+        """Return half a unit of the last printed digit of each number of a column, in the column's unit."""
+        values: FloatArray = self.columns[name]
+        return self.digits.get(name, Digits()).half_units(values)
 
     def __post_init__(self) -> None:
         for name, values in self.columns.items():
@@ -169,7 +200,7 @@ class Table(Pictured):
         found: dict[str, Each] = {}
         for kind in ("rate", "acceleration", "jerk"):
             values = stated.get(kind)
-            if isinstance(values, list) and all(number_of(one) > 0 for one in values):
+            if isinstance(values, list) and all(number_of(one) >= 0 for one in values):
                 found[kind] = tuple(map(float, values))
         return found
 
@@ -257,18 +288,12 @@ def merged(pieces: Iterable[Table]) -> Table:
             if isinstance(values, np.ndarray)
             else tuple(chain.from_iterable(parts))
         )
+    digits = dict(first.digits)
+    for piece in others:
+        for name, more in piece.digits.items():
+            digits[name] = digits[name].joined(more)
     notes = dict.fromkeys(chain(first.notes, *(piece.notes for piece in others)))
-    return replace(first, columns=columns, notes=tuple(notes))
-
-
-def row_texts(piece: Table) -> bytes:
-    """Return times and tilt angles of rows to nine decimals, a line each, whose SHA-256 a certificate states."""
-    rows = np.column_stack(
-        [piece[name] for name in ("t", *ANGLES) if name in piece]
-    ).tolist()
-    return "".join(
-        " ".join(f"{round(one, 9) + 0.0:.9f}" for one in row) + "\n" for row in rows
-    ).encode()
+    return replace(first, columns=columns, digits=digits, notes=tuple(notes))
 
 
 def surface_of(
@@ -431,10 +456,11 @@ def repeated(table: Table, periods: int) -> Table:
         rows = table.rows(1, len(table))
         times = rows["t"] + k * (t[-1] - t[0])
         parts.append(replace(rows, columns=rows.columns | {"t": times}))
-    one = ("corners", "law", "request")
+    one = ("corners", "rounding", "law", "request")
     about = {name: value for name, value in table.about.items() if name not in one}
-    if "period" in about:
-        about["period"] *= periods
+    for name in ("period", "samples"):
+        if name in about:
+            about[name] *= periods
     return replace(merged(parts), about=about)
 
 
@@ -470,118 +496,13 @@ def closing_time(start: float, end: float, rows: int) -> float:
     return end + (end - start) / max(rows - 1, 1)
 
 
-def stated_gait(
-    table: Table, vehicle: Vehicle, numbers: Coefficients, crossing_tolerance: float
-) -> TimedGait | None:
-    """Return the timed gait whose corners, law and period a table, or its first piece, states; None without them.
-
-    Use it only if :func:`lies_on` holds for all rows, since they may have been edited. Colors are those of the rows.
-    """
-    about: dict[str, Any] = table.about
-    if (
-        "corners" not in about
-        or not table.repeats
-        or "t" not in table
-        or "alpha3" not in table
-        or about.get("made_by") == "pace"
-    ):
-        return None
-    corners = _corners_from(about["corners"])
-    if corners is None:
-        raise InputError(
-            f"corners must be rows of four angles (rad), got {shown(about['corners'])}"
-        )
-    gait = Gait(
-        alpha=corners,
-        vehicle=vehicle,
-        coefficients=numbers,
-        crossing_tolerance=crossing_tolerance,
-    )
-    colors = (
-        tuple(table["color"][:1]) * len(corners)
-        if "color" in table
-        else _colors_of(corners, numbers)
-    )
-    return replace(gait, colors=colors).parametrize(
-        about.get("period", 0.0), law=about.get("law", "")
-    )
-
-
-def _corners_from(stated: object) -> FloatArray | None:
-    """Return corners that a table states, shape (n, 4), n ≥ 1; None if they are no rows of four angles."""
-    try:
-        corners: FloatArray = angles_from(stated, "corners")
-    except InputError:
-        return None
-    are_rows = corners.ndim == 2 and corners.shape[1] == 4 and len(corners) > 0
-    return corners if are_rows else None
-
-
-def paced_corners(table: Table, rows: Gait) -> Gait | None:
-    """Return the gait through the corners that a table written by pace states, else None; its rows may be elsewhere.
-
-    `rows` is the polyline through the rows.
-    """
-    if table.about.get("made_by") != "pace" or "t" not in table:
-        return None
-    corners = _corners_from(table.about.get("corners"))
-    if corners is None or len(rows.alpha) * len(corners) > _MOST_COMPARED:
-        return None
-    return replace(rows, alpha=corners, colors=rows.colors[:1] * len(corners))
-
-
-def paced_gait(table: Table, rows: Gait) -> Gait | None:
-    """Return the gait of :func:`paced_corners` if the rows lie on it, which those of rounded corners do not."""
-    gait = paced_corners(table, rows)
-    if gait is None or "rounding" in table.about:
-        return None
-    off = np.full(len(rows.alpha), np.inf)
-    for start, end in zip(gait.alpha, gait.ends, strict=True):
-        step, away = end - start, rows.alpha - start
-        along = np.clip(away @ step / max(step @ step, 1e-300), 0.0, 1.0)
-        off = np.minimum(off, np.abs(away - along[:, None] * step).max(axis=1))
-    t = table["t"]
-    is_whole = (
-        abs(t[-1] - t[0] - number_of(table.about.get("period")))
-        <= _NANOSECOND + table.digit_error
-    )
-    if is_whole and off.max() <= _ON_STATED + table.digit_error:
-        return gait
-    return None
-
-
-def lies_on(timed: TimedGait, piece: Table, start: float) -> bool:
-    """Return whether rows lie on a timed gait that begins at time `start`, to within their printed digits."""
-    allowed = (
-        _ON_STATED
-        + piece.digit_error
-        + (_NANOSECOND + piece.digit_error) * timed.peaks(1)
-    )
-    for k in range(0, len(piece), _ROWS_AT_ONCE):
-        some = piece.rows(k, k + _ROWS_AT_ONCE)
-        if (np.abs(timed.at(some["t"] - start).alpha - some.alpha) > allowed).any():
-            return False
-    return set(piece.columns.get("color", ())) <= set(timed.gait.colors)
-
-
-def takes_the_period(
-    timed: TimedGait, start: float, end: float, rows: int, digit_error: float
-) -> bool:
-    """Return whether a table of some rows, with times from `start` to `end`, has the period of a timed gait."""
-    off = min(
-        abs(last - start - timed.period)
-        for last in (end, closing_time(start, end, rows))
-    )
-    return bool(off <= digit_error + _NANOSECOND + _ON_STATED * timed.period)
-
-
 def wrong_types(table: Table, codes: npt.NDArray[np.int8]) -> npt.NDArray[np.bool_]:
     """Return which rows state plane types that contradict their families."""
     known = {text: types_from_text(text) for text in dict.fromkeys(table["types"])}
     return types_contradict(np.array([known[text] for text in table["types"]]), codes)
 
 
-def _colors_of(alpha: FloatArray, coefficients: Coefficients) -> tuple[str, ...]:
+def colors_of(alpha: FloatArray, coefficients: Coefficients) -> tuple[str, ...]:
     """Return the color of the sheet or fibre that each point lies on, to within 2e-3 rad; none if one lies on none."""
     codes = families_along(alpha, coefficients, DEFAULT_TOLERANCE)
     return tuple(map(family_of, codes.tolist())) if codes.all() else ()
@@ -593,17 +514,17 @@ def closed_rows(
     vehicle: VehicleLike | None = None,
     coefficients: CoefficientsLike | None = None,
     name: object = None,
-) -> tuple[Gait, FloatArray | None, TimedGait | None]:
-    """Return the closed polyline through a table's rows, its times, and the timed gait that the table states.
+) -> tuple[Gait, FloatArray | None]:
+    """Return the closed polyline through a table's rows, and its times.
 
     By default vehicle and coefficients are those of the table, else the paper's; the gait then keeps the request of the
     table. Rows without colors get those of the sheets or fibres they lie on, if each lies on one to within 2e-3 rad. A
     last row that closes the table is no corner. The n + 1 times [s] include the return to the first corner; None
-    without a column t. The stated gait is None if rows are not on it, with a warning. Of a path that is run once the
-    polyline leads out and back, in twice the time: its segments are those of the path.
+    without a column t. Of a path that is run once the polyline leads out and back, in twice the time: its segments are
+    those of the path.
 
     >>> columns = {"t": np.array([0, 1]), "alpha1": [0.4, 0.9], "alpha2": [-0.4, -0.4], "color": ("red", "red")}
-    >>> gait, times, _ = closed_rows(Table(columns=columns))
+    >>> gait, times = closed_rows(Table(columns=columns))
     >>> gait.alpha[:, 2].tolist(), times.tolist()
     ([0.4, 0.9], [0.0, 1.0, 2.0])
     """
@@ -615,8 +536,7 @@ def closed_rows(
     )
     vehicle, numbers, crossing = surface_of(table, vehicle, coefficients)
     alpha, t = tilt_angles(table, numbers), table.columns.get("t")
-    file = f"gait file {str(name)!r}: " if isinstance(name, (str, Path)) else ""
-    colors = tuple(table["color"]) if "color" in table else _colors_of(alpha, numbers)
+    colors = tuple(table["color"]) if "color" in table else colors_of(alpha, numbers)
     warn_of_ends(table, name)
     if not table.repeats and len(alpha) > 1:
         back = slice(-2, 0, -1)
@@ -626,24 +546,31 @@ def closed_rows(
         alpha, colors = alpha[:-1], colors[: len(alpha) - 1]
     elif t is not None:
         t = np.append(t, closing_time(t[0], t[-1], len(t)))
-    stated = stated_gait(table, vehicle, numbers, crossing)
-    if stated is not None:
-        start, end = table["t"][[0, -1]].tolist()
-        if lies_on(stated, table, start) and takes_the_period(
-            stated, start, end, len(table), table.digit_error
-        ):
-            stated = replace(
-                stated, gait=replace(stated.gait, request=request), samples=len(alpha)
-            )
-        else:
-            warnings.warn(f"{file}{OTHER_ROWS}", FileWarning, stacklevel=2)
-            stated = None
     made: dict[str, Any] = {
         "vehicle": vehicle,
         "coefficients": numbers,
         "crossing_tolerance": crossing,
     }
-    return Gait(alpha=alpha, colors=colors, request=request, **made), t, stated
+    return Gait(alpha=alpha, colors=colors, request=request, **made), t
+
+
+def motion_of(
+    table: Table,
+    vehicle: VehicleLike | None = None,
+    coefficients: CoefficientsLike | None = None,
+) -> TimedGait | None:
+    """Return the motion that a table samples, for another vehicle or other coefficients if given; None if it has none.
+
+    A law under limits on blue has none for another vehicle, whose blue sheet is elsewhere.
+    """
+    motion = table.motion
+    if motion is None or (vehicle is None and coefficients is None):
+        return motion
+    if motion.made_for and motion.gait.color != "red":
+        return None
+    vehicle, coefficients, _ = surface_of(table, vehicle, coefficients)
+    gait = replace(motion.gait, vehicle=vehicle, coefficients=coefficients, request={})
+    return motion.with_gait(gait)
 
 
 def completed_table(
@@ -704,6 +631,8 @@ def completed_table(
                 rate: np.append(slopes, slopes[:1] if table.repeats else slopes[-1:]),
                 acceleration: np.zeros(len(slopes) + 1),
             }
-    return Table(
-        columns={name: columns[name] for name in ORDER if name in columns}, about=about
-    )
+    columns = {name: columns[name] for name in ORDER if name in columns}
+    completed = Table(columns=columns, about=about)
+    if table.motion is None or vehicle is not None or coefficients is not None:
+        return completed
+    return completed.with_motion(table.motion)

@@ -9,19 +9,16 @@ from __future__ import annotations
 
 import json
 import re
-import warnings
-from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gaitgraph.errors import Advice, InputError
 from gaitgraph.gait.table import (
     ACCELERATIONS,
+    ANGLES,
     RATES,
-    Table,
-    closed_rows,
     is_closed,
     provenance_text,
 )
@@ -30,6 +27,8 @@ from gaitgraph.io.servo_map import servos_of, tilts_from_joints
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
+
+    from gaitgraph.gait.table import Table
 
 
 _MOST_ROWS = 16_384  # as floats with rates, half a megabyte
@@ -53,18 +52,11 @@ def write_h(pieces: Iterable[Table], path: Path) -> None:
         table.alpha,
         is_closed(table.alpha) and table.repeats,
     )
-    servos, states_rates = (
-        servos_of(table),
-        ACCELERATIONS[0] in table and RATES[0] in table,
-    )
+    servos = servos_of(table)
     is_linked = any(
         joint.linkage is not None for joint in servos.joints
     )  # then rates jump between rows
-    cubic = (
-        states_rates
-        and not is_linked
-        and any(table[one].any() for one in ACCELERATIONS)
-    )
+    cubic = table.joined_by_cubics and not is_linked
     if len(times) == 1:  # a gait that is a point, once more
         times, angles, closed, cubic = (
             np.array([0.0, 1.0]),
@@ -97,10 +89,10 @@ def write_h(pieces: Iterable[Table], path: Path) -> None:
             np.column_stack([table[one] for one in ACCELERATIONS]), 2, axis=0
         )
         estimate = longest**2 * float(np.abs(changes).max(initial=0.0)) / _CUBIC_SHARE
-        bound = _proven_error(table, longest)
-        off = (
-            f"about {estimate:.1e}" if bound is None else f"at most {1.06 * bound:.1e}"
-        )  # not less, to two digits
+        off = f"about {estimate:.1e}"
+        if table.motion is not None:
+            bound = _proven_error(table, table.motion, longest)
+            off = f"at most {1.06 * bound:.1e}"  # not less, to two digits
     for what, values in tabled.items():
         tables += ["", f"static const float {name}_{what}[{rows}][4] = {{"]
         tables += [
@@ -136,35 +128,37 @@ def write_h(pieces: Iterable[Table], path: Path) -> None:
     path.write_text(text + "\n", encoding="utf-8")
 
 
-def _proven_error(table: Table, step: float) -> float | None:
-    """Return a bound of the error of the cubics against the gait that a table states [rad]; None if it states none.
+def _proven_error(table: Table, motion: Any, step: float) -> float:
+    """Return a bound of the error of the cubics through a table's floats against the motion that it samples [rad].
 
     For a cubic with the values and slopes of both ends it is h⁴/384·max|f⁗|. Over a corner, where f‴ jumps, it is
-    h³/96·max|f‴|: the integral of |Peano kernel| is largest at h/2.
+    h³/96·max|f‴|: the integral of |Peano kernel| is largest at h/2. Where f″ jumps, it is h²/16·max|f″|. Angles that are off by a and rates that are off by
+    b, as floats are, add a + h·b/4.
     """
     tilts = tilts_from_joints(table.columns, servos_of(table))
-    with warnings.catch_warnings(
-        action="ignore"
-    ):  # that the rows are not those of the gait
-        timed = closed_rows(replace(table, columns=table.columns | tilts))[2]
-    if timed is None:
-        return None
-    third, fourth = (float(timed.peaks(order).max()) for order in (3, 4))
-    corners, rows = timed.corner_times, table["t"] - table["t"][0]
+    seconds = table["t"] - table["t"][0]
+    off = []
+    for names, values in zip((ANGLES, RATES), motion.at(seconds), strict=False):
+        written = np.column_stack([tilts[name] for name in names])
+        floats = max(
+            float(np.abs(table[name] - table[name].astype(np.float32)).max())
+            for name in names
+        )
+        off.append(floats + float(np.abs(written - values).max()))
+    second, third, fourth = (float(motion.peaks(order).max()) for order in (2, 3, 4))
+    corners = motion.corner_times
     off_rows = (
         np.abs(
             corners[:, None]
-            - rows[np.searchsorted(rows[1:-1], corners)[:, None] + [0, 1]]
+            - seconds[np.searchsorted(seconds[1:-1], corners)[:, None] + [0, 1]]
         )
         .min(axis=1)
         .max()
     )
-    over_a_corner = step**3 / 96 * third
-    return (
-        over_a_corner
-        if off_rows > _NANOSECOND
-        else min(step**4 / 384 * fourth, over_a_corner)
-    )
+    between_rows = min(step**2 / 16 * second, step**3 / 96 * third)
+    if off_rows <= _NANOSECOND:
+        between_rows = min(step**4 / 384 * fourth, between_rows)
+    return between_rows + off[0] + step / 4 * off[1]
 
 
 def _harmless(text: str) -> str:

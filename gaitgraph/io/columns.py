@@ -28,6 +28,7 @@ from gaitgraph.angles import (
 from gaitgraph.arrays import check_unmasked
 from gaitgraph.errors import FileWarning, InputError, did_you_mean, shown
 from gaitgraph.files import pass_interruption
+from gaitgraph.gait.digits import FLOAT_32, Digits, digits_of
 from gaitgraph.gait.table import (
     ACCELERATIONS,
     ANGLES,
@@ -40,7 +41,11 @@ from gaitgraph.gait.table import (
     about_from_text,
     checked_about,
 )
-from gaitgraph.io.servo_map import servo_map_from_mapping, tilts_from_joints
+from gaitgraph.io.servo_map import (
+    digits_from_joints,
+    servo_map_from_mapping,
+    tilts_from_joints,
+)
 from gaitgraph.surface.sheets import FAMILIES, types_from_text
 from gaitgraph.vehicle import vehicle_in_gait_file
 
@@ -184,7 +189,6 @@ class TableBuilder:
         self,
         raw: Mapping[str, Any],
         *,
-        digit_error: float = 0.0,
         angle_texts: bool = False,
     ) -> Iterator[Table]:
         """Yield the table of the next raw columns, checked and in order; nothing if they have no rows.
@@ -206,6 +210,7 @@ class TableBuilder:
             for name, values in used.items()
         }
         found: dict[str, Any] = {}
+        digits: dict[str, Digits] = {}
         if self.joints is not None:
             numbers = {
                 name: _numbers(name, used.pop(name), self.rows)
@@ -213,19 +218,28 @@ class TableBuilder:
                 if name in used
             }
             found |= tilts_from_joints(numbers, self.joints, rows_before=self.rows)
+            digits |= digits_from_joints(numbers, self.joints)
         for name, values in used.items():
             if name in TEXTS:
                 found[name] = _texts(name, values, self.rows)
             elif name in _TIMES:
-                found["t"] = _numbers(name, values, self.rows) / _TIMES[name]
+                times = _numbers(name, values, self.rows)
+                found["t"] = times / _TIMES[name]
+                digits["t"] = digits_of(times, 1.0 / _TIMES[name])
             elif name.endswith("_deg"):
-                found[self._other_names[name]] = np.radians(
-                    _numbers(name, values, self.rows)
-                )
+                degrees = _numbers(name, values, self.rows)
+                found[self._other_names[name]] = np.radians(degrees)
+                digits[self._other_names[name]] = digits_of(degrees, math.radians(1.0))
             else:
                 as_texts = angle_texts and name in (self.angles or ANGLES)
-                found[self._other_names.get(name, name)] = _numbers(
+                numbers_of_column = _numbers(
                     name, values, self.rows, angle_texts=as_texts
+                )
+                found[self._other_names.get(name, name)] = numbers_of_column
+                digits[self._other_names.get(name, name)] = (
+                    FLOAT_32
+                    if getattr(values, "dtype", None) == np.float32
+                    else digits_of(numbers_of_column)
                 )
         for name, largest in (_LARGEST | dict.fromkeys(self.angles, 1e6)).items():
             beyond = np.abs(found.get(name, np.zeros(0))) > largest
@@ -257,8 +271,7 @@ class TableBuilder:
             self._times.update(found["t"])
         self.rows += max(lengths)
         columns = {name: found[name] for name in self._order if name in found}
-        table = Table(columns=columns, about=self.about, notes=self.notes)
-        yield replace(table, digit_error=max(digit_error, table.rounding))
+        yield Table(columns=columns, about=self.about, digits=digits, notes=self.notes)
 
     def whole(
         self, columns: Mapping[str, Any], about: dict[str, Any]
@@ -330,11 +343,8 @@ def checked_table(table: Table) -> Table:
     """Return a table with its columns as a reader leaves them; InputError if no file could have held them."""
     builder = TableBuilder()
     builder.begin(list(table.columns), table.about)
-    pieces = builder.pieces(
-        table.columns, digit_error=table.digit_error, angle_texts=True
-    )
-    (whole,) = builder.finished(pieces)
-    return replace(whole, notes=table.notes)
+    (whole,) = builder.finished(builder.pieces(table.columns, angle_texts=True))
+    return replace(whole, digits=whole.digits | table.digits, notes=table.notes)
 
 
 def column_of(name: str, given: Any) -> Any:

@@ -46,7 +46,7 @@ from gaitgraph.gait.table import (
     check_repeats,
     closed_rows,
     merged,
-    paced_gait,
+    motion_of,
     repeated,
 )
 from gaitgraph.invertibility.matrices import coefficients_of
@@ -275,16 +275,16 @@ def check_outputs(
 # -- Reading
 
 
-def given_gait(
-    gait: GaitLike, *, name: str = "gait", whole: bool = True, **choices: Any
-) -> Any:
+def given_gait(gait: GaitLike, *, name: str = "gait", **choices: Any) -> Any:
     """Return a gait in any form as a Gait, a timed gait or a Table. All functions take gaits through this one.
 
     A plan, or another answer with a timed gait, gives that. A request file is planned with the `choices` that are not
     None (`vehicle`, `coefficients` …); a gait has its own, so that choices beside it are refused. "gait1" to "gait4"
-    are those of the paper. Rows of shape (n, 4), frames and gait files become tables; files stay paths unless `whole`.
-    InputError, with the `name`, for anything else.
+    are those of the paper. Rows of shape (n, 4), frames and gait files become tables, whose statement is checked
+    against their rows. InputError, with the `name`, for anything else.
     """
+    from gaitgraph.timing.statement import checked
+
     stated = {option: value for option, value in choices.items() if value is not None}
     if hasattr(type(gait), "timed"):
         timed = gait.timed() if callable(gait.timed) else gait.timed  # type: ignore[union-attr]
@@ -309,11 +309,12 @@ def given_gait(
             from gaitgraph.planning.planner import planned_gait
 
             return planned_gait(gait, stated)
-        return read_table(gait) if whole else Path(gait)
+        return read_table(gait)
     if is_frame(gait):
-        return table_from_frame(gait)  # type: ignore[arg-type]
+        return checked(table_from_frame(gait))  # type: ignore[arg-type]
     if isinstance(gait, Table):
-        return checked_table(gait)
+        known = gait.motion is not None
+        return gait if known else checked(checked_table(gait))
     check_unmasked(gait, name)
     rows = np.array(
         gait if isinstance(gait, (list, tuple, np.ndarray)) else None, dtype=object
@@ -351,15 +352,15 @@ def gait_of(
             check_repeats(source, name)
     if not isinstance(source, Table):
         return source if isinstance(source, Gait) else source.gait
+    motion = motion_of(source, vehicle, coefficients)
+    if motion is not None:
+        corners: Gait = motion.gait
+        return corners
     with naming_file(gait):
-        rows, _, stated = closed_rows(
+        rows, _ = closed_rows(
             source, vehicle=vehicle, coefficients=coefficients, name=gait
         )
-    return (
-        stated.gait
-        if stated
-        else paced_gait(source, rows) or replace(rows.merged(), request=rows.request)
-    )
+    return replace(rows.merged(), request=rows.request)
 
 
 def read_table(path: str | Path, *, joints: ServoMapLike | None = None) -> Table:
@@ -368,7 +369,11 @@ def read_table(path: str | Path, *, joints: ServoMapLike | None = None) -> Table
     `joints` describes the columns of a servo table from elsewhere, as `servos` of :func:`write_tables`; ours state them. Raises FileProblem if the file
     cannot be read, and InputError, with file and place, if it holds no gait table.
     """
-    return merged(read_pieces(path, joints=joints))
+    from gaitgraph.timing.statement import checked
+
+    table = merged(read_pieces(path, joints=joints))
+    with naming_file(path):
+        return checked(table, path)
 
 
 def read_pieces(

@@ -21,6 +21,7 @@ from gaitgraph.angles import HALF_PI, angle_from_text, number_of
 from gaitgraph.arrays import check_unmasked
 from gaitgraph.errors import InputError, check_fields, did_you_mean, shown
 from gaitgraph.files import from_toml_file
+from gaitgraph.gait.digits import Digits, digits_of
 from gaitgraph.gait.table import ACCELERATIONS, ANGLES, RATES, TEXTS, Table, surface_of
 from gaitgraph.vehicle import Linkage, Spin, linkage_of, linked, vehicle_named
 
@@ -568,7 +569,8 @@ def mapped_table(
     rounding = table.rounding + max(joint.rounding for joint in servo_map.joints)
     if rounding:
         about["angle_rounding"] = rounding
-    return Table(columns=columns, about=about, digit_error=table.digit_error)
+    mapped = Table(columns=columns, about=about)
+    return mapped if table.motion is None else mapped.with_motion(table.motion)
 
 
 def clipped_rows(table: Table, servo_map: ServoMap) -> dict[str, int]:
@@ -645,4 +647,24 @@ def tilts_from_joints(
             for name, angle, joint in zip(names, ANGLES, by_rotor, strict=True):
                 values = np.asarray(columns[joint.column + end], dtype=float)
                 found[name] = values / joint.slope_at(found[angle]) + 0.0
+    return found
+
+
+def digits_from_joints(
+    columns: Mapping[str, FloatArray], servo_map: ServoMap
+) -> dict[str, Digits]:
+    """Return the digits of the columns that :func:`tilts_from_joints` returns, as printed in those of joints."""
+    found = {}
+    if servo_map.time in columns:
+        unit = 1.0 / _TIME_UNITS[servo_map.time_unit]
+        found["t"] = digits_of(columns[servo_map.time], unit)
+    for joint in servo_map.joints:
+        tilts = joint.tilt_of(columns[joint.column])
+        unit = 1.0 / float(np.abs(joint.slope_at(tilts)).min())
+        groups = {"": ANGLES, **_DERIVATIVES}
+        for end, names in groups.items():
+            if joint.column + end in columns:
+                decimals = digits_of(columns[joint.column + end]).decimals
+                digits = Digits(decimals, 99, unit, steps=True)
+                found[names[joint.rotor - 1]] = digits
     return found

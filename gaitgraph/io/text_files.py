@@ -23,7 +23,6 @@ from gaitgraph.errors import InputError, shown
 from gaitgraph.files import pass_interruption, text_of, value_from_json
 from gaitgraph.gait.table import (
     ANGLES,
-    DEGREES,
     FORMAT,
     TEXTS,
     checked_about,
@@ -46,12 +45,10 @@ _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?|nan|inf", re.IGNORECAS
 _LONG = 60  # characters of a value
 _BLOCK = 1 << 22
 _QUOTED_FIELD = re.compile(r'^"[^"\n]*"(?=,|$)|(?<=,)"[^"\n]*"(?=,|$)', re.MULTILINE)
-_PRINTED_ROWS = 1000
-_FEWEST_DECIMALS, _FULL_PRECISION = 3, 9
 
 
 def read_csv(path: Path, builder: TableBuilder) -> Iterator[Table]:
-    """Yield the pieces of a CSV file, each with what made it and the rounding error of its printed angles."""
+    """Yield the pieces of a CSV file, each with what made it."""
     with path.open("rb") as raw:
         stream = TextIOWrapper(raw, encoding="utf-8-sig")
         read, head = 1, stream.readline()  # lines until now
@@ -88,14 +85,11 @@ def read_csv(path: Path, builder: TableBuilder) -> Iterator[Table]:
         builder.begin(
             [name for name in names if name != MADE_BY or about is None], about or {}
         )
-        digit_error: float | None = None
         while lines:
             columns = _numeric_columns(lines, names, builder) or _text_columns(
                 lines, names, read
             )
-            if digit_error is None and len(columns[names[0]]):
-                digit_error = _digit_error_of(lines[:_PRINTED_ROWS], names, builder)
-            yield from builder.pieces(columns, digit_error=digit_error or 0.0)
+            yield from builder.pieces(columns)
             read += len(lines)
             lines = stream.readlines(_BLOCK)
 
@@ -223,36 +217,6 @@ def _text_columns(lines: list[str], names: list[str], offset: int) -> dict[str, 
             f"line {offset + reader.line_num} must be comma-separated text: {error}"
         ) from error
     return {name: [row[k] for row in rows] for k, name in enumerate(names)}
-
-
-def _digit_error_of(lines: list[str], names: list[str], builder: TableBuilder) -> float:
-    """Return half a unit of the last decimal of the angles in lines [rad], if they have three to eight, else 0.
-
-    Angles with fewer decimals are exact, since people type 0.4. Those with more have full precision.
-    """
-    units = dict.fromkeys(ANGLES, 1.0) | dict.fromkeys(DEGREES, math.radians(1.0))
-    if builder.joints is not None:
-        units = {
-            joint.column: 1.0 / joint.per_radian for joint in builder.joints.joints
-        }
-    decimals = dict.fromkeys(
-        units.values(), 0
-    )  # the most of each unit: columns of one are printed alike
-    for row in csv.reader(lines):
-        for name, text in zip(names, row, strict=False):
-            if name in units:
-                printed = (
-                    len(text.strip().partition(".")[2])
-                    if "e" not in text.lower()
-                    else _FULL_PRECISION
-                )
-                decimals[units[name]] = max(decimals[units[name]], printed)
-    coarse = [
-        0.5 * unit * 10.0**-most
-        for unit, most in decimals.items()
-        if most >= _FEWEST_DECIMALS
-    ]
-    return max(coarse, default=0.0) if max(decimals.values()) < _FULL_PRECISION else 0.0
 
 
 def write_csv(pieces: Iterable[Table], path: Path) -> None:

@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from itertools import combinations
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -422,6 +422,22 @@ class _TimedCurve(TimedGait):
     """A smooth curve of cubic pieces whose parameter is the time [s], as a timed gait."""
 
     curve: Curve
+
+    @property
+    def stated_corners(self) -> None:
+        """None: a curve has no corners."""
+        return
+
+    def with_period(self, period: float) -> Self:
+        """Return the same curve over another period [s]."""
+        slower = period / self.period
+        powers = np.arange(len(self.curve.pieces))[::-1]
+        curve = replace(
+            self.curve,
+            breaks=self.curve.breaks * slower,
+            pieces=self.curve.pieces / slower ** powers[:, None, None],
+        )
+        return replace(self, period=float(period), curve=curve)
 
     def at(self, t: npt.ArrayLike) -> Motion:
         """Return tilt angles, rates and accelerations at any times."""

@@ -12,7 +12,7 @@ import shapely
 
 from gaitgraph.angles import angle_within, percent, whole_number
 from gaitgraph.gait.gait import Gait, checked_factors
-from gaitgraph.gait.table import Table, closed_rows
+from gaitgraph.gait.table import Table, closed_rows, motion_of
 from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.invertibility.segment_bounds import least_along, singular_value_bound
 from gaitgraph.invertibility.tilt_margins import (
@@ -369,10 +369,11 @@ def _closed_segments(
     """Return the segments of a closed gait, its vehicle, and the word for a point."""
     source = given_gait(gait, vehicle=vehicle)
     if isinstance(source, Table):
+        motion = motion_of(source, vehicle)
         with naming_file(gait):
-            points, times, stated = closed_rows(source, vehicle=vehicle, name=gait)
-        if stated is not None:
-            return _closed_segments(stated, None)
+            points, times = closed_rows(source, vehicle=vehicle, name=gait)
+        if motion is not None:
+            return _closed_segments(motion, None)
         segments = replace(
             segments_of(points),
             t=times,

@@ -35,6 +35,7 @@ from typing import TYPE_CHECKING, Any
 from gaitgraph import __version__
 from gaitgraph.angles import whole_number
 from gaitgraph.certificates.making import certify
+from gaitgraph.certificates.verifying import CERTIFICATE
 from gaitgraph.errors import (
     Advice,
     FileProblem,
@@ -55,7 +56,6 @@ from gaitgraph.study.design import (
     read_study,
     study_from_mapping,
 )
-from gaitgraph.validation.validating import CERTIFICATE
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence

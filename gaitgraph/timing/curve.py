@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass, replace
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Any, Self, Unpack
 
 import numpy as np
 import numpy.typing as npt
@@ -411,6 +411,29 @@ class LimitedGait(TimedGait):
     rounding: Rounding | None = None
 
     @property
+    def stated_corners(self) -> FloatArray | None:
+        """The corners from which the law follows, with its limits and rounding, shape (n, 4) [rad]; None for others.
+
+        A law under a jerk limit along rounded corners takes too long to be found again.
+        """
+        if self.rounding is None:
+            return self.gait.alpha if self.curve is None else None
+        under_jerk = bool(np.isfinite(self.limits[2]).any())
+        return None if under_jerk else self.rounding.gait.alpha
+
+    def with_gait(self, gait: Gait) -> Self:
+        """Return the same law for another vehicle, or other coefficients, of a gait; see :meth:`TimedGait.with_gait`."""
+        curve = self.curve
+        if curve is not None:
+            curve = replace(
+                curve,
+                vehicle=gait.vehicle,
+                coefficients=gait.coefficients,
+                crossing_tolerance=gait.crossing_tolerance,
+            )
+        return replace(self, gait=gait, curve=curve)
+
+    @property
     def made_for(self) -> dict[str, list[float]]:
         """The limits that the law keeps; see :attr:`TimedGait.made_for`."""
         return {
@@ -419,16 +442,16 @@ class LimitedGait(TimedGait):
             if np.isfinite(limits).all()
         }
 
+    def with_period(self, period: float) -> Self:
+        """Return the same law over another period [s], named "paced"; its limits are as they were, its peaks are not."""
+        widths = self.widths * (period / self.period)
+        return replace(self, law="paced", period=float(period), widths=widths)
+
     @property
     def corner_times(self) -> FloatArray:
         """The knots, between which the law is a polynomial, from 0 to the period, shape (m + 1,) [s]."""
         times = np.concatenate([[0.0], np.cumsum(self.widths[:-1]), [self.period]])
         return read_only(times)
-
-    def slowed(self, period: float) -> LimitedGait:
-        """Return the same law stretched to another period [s], named "paced"."""
-        widths = self.widths * (period / self.period)
-        return replace(self, law="paced", period=period, widths=widths)
 
     def at(self, t: npt.ArrayLike) -> Motion:
         """Return tilt angles, rates and accelerations at any times; see :meth:`TimedGait.at`."""

@@ -2,25 +2,21 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from gaitgraph.errors import Advice, Infeasible
+from gaitgraph.errors import Advice, Infeasible, checked_choice
 from gaitgraph.gait.gait import Gait
 from gaitgraph.gait.table import (
     ACCELERATIONS,
     ANGLES,
     RATES,
-    ROWS_OF_A_PIECE,
     Table,
     completed_table,
-    merged,
     warn_of_ends,
 )
 from gaitgraph.io.formats import (
@@ -31,14 +27,10 @@ from gaitgraph.io.formats import (
     write_tables,
 )
 from gaitgraph.io.servo_map import clipped_rows, servo_map_named
-from gaitgraph.timing.laws import DEFAULT_LAW, LAWS
-from gaitgraph.timing.time_optimal import paced_again
+from gaitgraph.timing.laws import DEFAULT_LAW
 from gaitgraph.timing.timed_gait import (
-    RowTimedGait,
     TimedGait,
-    TimedPath,
     checked_clock,
-    pieces_of,
     table_of,
     timed_gait_of,
 )
@@ -47,57 +39,44 @@ from gaitgraph.validation.validating import validate
 from gaitgraph.vehicle import PAPER, vehicle_named
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
+    from collections.abc import Iterable
 
     from gaitgraph.invertibility.matrices import CoefficientsLike
     from gaitgraph.io.formats import GaitLike
-    from gaitgraph.io.servo_map import ServoMap, ServoMapLike
+    from gaitgraph.io.servo_map import ServoMapLike
     from gaitgraph.timing.laws import LawName
-    from gaitgraph.validation.report import Check
+    from gaitgraph.validation.report import Check, Report
     from gaitgraph.vehicle import VehicleLike
 
 
 def _retimed(
     table: Table,
-    vehicle: VehicleLike | None,
-    coefficients: CoefficientsLike | None,
+    chosen: dict[str, Any],
     period: float | None,
     law: LawName | None,
-    **sampling: Any,
+    sampling: dict[str, Any],
 ) -> Table | TimedGait:
     """Return a table with another period, law or sampling; as it is if none is asked for and its rows have times.
 
-    Another sampling, or a period alone, keeps the motion that the table states: its law, or that of its rows.
+    Another sampling, or a period alone, keeps the motion that the table states, or that of its rows.
     """
     has_times = "t" in table and len(table) > 1
-    asked = any(one is not None for one in (period, law, *sampling.values()))
-    if has_times and not asked:
+    resampled = any(one is not None for one in sampling.values())
+    if has_times and period is None and law is None and not resampled:
         warn_of_ends(table)
         return table
-    chosen: Any = {"vehicle": vehicle, "coefficients": coefficients}
     motion = timed_gait_of(table, **chosen)
-    if has_times and law is None:
-        law_again = paced_again(table, motion.gait)
-        if law_again is not None and period is not None:
-            law_again = law_again.slowed(period)
-        if law_again is not None:
-            count = checked_clock(law_again.period, DEFAULT_LAW, **sampling)
-            return replace(law_again, samples=count)
-    rests = isinstance(motion, TimedPath) and isinstance(motion.loop, RowTimedGait)
-    if has_times and law is None and (rests or isinstance(motion, RowTimedGait)):
+    keeps_motion = has_times and law is None
+    if keeps_motion and table.motion is None:
         seconds = motion.period if period is None else period
         count = checked_clock(seconds, DEFAULT_LAW, **sampling)
-        keeps_rows = all(one is None for one in sampling.values())
         rows = completed_table(table, **chosen)
-        return _sampled(rows, table, None if keeps_rows else count, seconds)
-    if period is not None or law is not None:
-        known = motion.law if motion.law in (*LAWS,) else DEFAULT_LAW
-        motion = timed_gait_of(
-            table,
-            **chosen,
-            period=motion.period if period is None else period,
-            law=law or cast("LawName", known),
-        )
+        return _sampled(rows, table, count if resampled else None, seconds)
+    if keeps_motion and period is not None:
+        checked_clock(period, DEFAULT_LAW)
+        motion = motion.with_period(period)
+    elif period is not None or law is not None:
+        motion = timed_gait_of(table, **chosen, period=period, law=law)
     return replace(
         motion, samples=checked_clock(motion.period, DEFAULT_LAW, **sampling)
     )
@@ -112,11 +91,7 @@ def _sampled(rows: Table, stated: Table, count: int | None, seconds: float) -> T
     own = t if count is None else np.linspace(0.0, t[-1], count + 1)
     slower = seconds / t[-1]
     columns: dict[str, Any] = {"t": own * slower}
-    names = (*RATES, *ACCELERATIONS)
-    smooth = all(name in stated for name in names) and any(
-        rows[name].any() for name in ACCELERATIONS
-    )
-    if smooth:
+    if stated.joined_by_cubics:
         from scipy.interpolate import CubicHermiteSpline
 
         rates = np.column_stack([rows[name] for name in RATES])
@@ -137,42 +112,16 @@ def _sampled(rows: Table, stated: Table, count: int | None, seconds: float) -> T
     return completed_table(Table(columns=columns, about=about))
 
 
-def _judged_rates(table: Table, *, anyway: bool) -> tuple[Check, ...]:
-    """Return the checks of a table's rates; unless `anyway` Infeasible is raised if one fails."""
-    checks = tuple(one for one in validate(table).checks if one.name in RATE_CHECKS)
-    for check in checks:
-        if not check.ok and not anyway:
-            raise Infeasible(
-                f"nothing is written: {check.message}",
-                advice=Advice(
-                    "anyway=True writes it all the same",
-                    "--anyway writes it all the same",
-                ),
-            )
-    return checks
-
-
-def _linked(
-    joints: ServoMapLike | None, vehicle: VehicleLike | None
-) -> ServoMap | None:
-    """Return a servo map with the linkages of a vehicle, by default the paper's."""
-    if joints is None:
-        return None
-    linked = vehicle_named(PAPER if vehicle is None else vehicle)
-    return servo_map_named(joints).linked_to(linked)
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Exported:
-    """What was written: rows, columns, the number of rows in which each servo was clipped, and the table's pieces.
+    """What was written: the table, how it was judged, and the number of rows in which each servo was clipped.
 
     `rate_checks` are those of another timing: its peaks beside the limits of the vehicle, or of the table.
     """
 
-    rows: int
-    columns: tuple[str, ...]
+    table: Table
+    report: Report
     clipped: dict[str, int]
-    pieces: Callable[[], Iterator[Table]]
     rate_checks: tuple[Check, ...] = ()
 
     def __repr__(self) -> str:
@@ -193,6 +142,7 @@ def export(
     servos: ServoMapLike | None = None,
     periods: int = 1,
     force: bool = False,
+    require: Literal["flyable", "valid"] = "flyable",
     anyway: bool = False,
 ) -> Exported:
     """Write a gait file, or a gait in any other form, to files.
@@ -215,65 +165,98 @@ def export(
         The servo map of the columns of another program's table, with the linkages of the `vehicle` given beside it.
     servos, periods, force
         As for :func:`gaitgraph.io.formats.write_tables`, which raises the same errors.
-    anyway
-        Write another timing although it breaks limits of rates, of the vehicle or those that the table was made for.
+    require, anyway
+        What is written must be flyable, by the limits of the vehicle and those that the table was made for, or only
+        valid; with `anyway` it is written all the same.
 
     Raises
     ------
     Infeasible
-        If another timing breaks these limits; then nothing is written.
+        If it is not, with the reason; then nothing is written.
     """
     paths: list[Any] = [outputs]
     if not isinstance(outputs, str):
         with suppress(TypeError):  # one path, or no path at all
             paths = list(outputs)  # type: ignore[arg-type]
     check_outputs(paths, force=force, periods=periods)
-    given = given_gait(source, whole=False, vehicle=vehicle, coefficients=coefficients)
-    if isinstance(given, Gait):
-        given = given.parametrize()
-    if isinstance(given, Path):
-        given = read_table(given, joints=_linked(joints, vehicle))
-    own_law = not isinstance(given, Table) and given.law not in (*LAWS,)
-    if own_law and period is not None and law is None:
-        given = table_of(given)  # whose rows take another time
+    chosen: dict[str, Any] = {"vehicle": vehicle, "coefficients": coefficients}
+    sampling: dict[str, Any] = {"samples": samples, "rate": rate}
+    table = _to_write(source, chosen, joints, period, law, sampling)
+    report = judged(table, require=require, anyway=anyway)
+    servo_map = None if servos is None else servo_map_named(servos)
+    write_tables(table, paths, force=force, periods=periods, servos=servo_map)
+    clipped = {}
+    if paths and servo_map is not None and servo_map.clip:
+        clipped = clipped_rows(table, servo_map)
+    rate_checks: tuple[Check, ...] = ()
+    if any(one is not None for one in (period, law, samples, rate)):
+        rate_checks = tuple(one for one in report.checks if one.name in RATE_CHECKS)
+    return Exported(
+        table=table, report=report, clipped=clipped, rate_checks=rate_checks
+    )
+
+
+def _exact(table: Table) -> Table:
+    """Return a table whose rows are the samples of a motion to their last digit with all digits of these."""
+    if table.motion is None:
+        return table
+    about = {key: one for key, one in table.about.items() if key != "angle_rounding"}
+    exact = Table(columns=table.motion.columns, about=about)
+    return exact.with_motion(table.motion)
+
+
+def _to_write(
+    source: GaitLike,
+    chosen: dict[str, Any],
+    joints: ServoMapLike | None,
+    period: float | None,
+    law: LawName | None,
+    sampling: dict[str, Any],
+) -> Table:
+    """Return the table of a gait in any form, with another timing or sampling if asked for, with all columns."""
+    given: Any
+    if isinstance(source, (str, Path)) and joints is not None:
+        body = vehicle_named(PAPER if chosen["vehicle"] is None else chosen["vehicle"])
+        linked = servo_map_named(joints).linked_to(body)
+        given = read_table(source, joints=linked)
+    else:
+        given = given_gait(source, **chosen)
     kept: dict[str, Any] = {}
     if isinstance(given, Table):
         if given.limits:
             kept["limits"] = given.about["limits"]
         with naming_file(source):
-            given = _retimed(
-                given, vehicle, coefficients, period, law, samples=samples, rate=rate
-            )
-    elif any(one is not None for one in (period, law, samples, rate)):
-        timed = timed_gait_of(given, period=period, law=law)
-        count = checked_clock(timed.period, DEFAULT_LAW, samples=samples, rate=rate)
-        given = replace(timed, samples=count)
-    pieces: Callable[[], Iterator[Table]]
-    if isinstance(given, Table):
-        with naming_file(source):
-            table = completed_table(given, vehicle=vehicle, coefficients=coefficients)
-        starts = range(0, len(table), ROWS_OF_A_PIECE)
-        rows, pieces = (
-            len(table),
-            partial(
-                map, lambda start: table.rows(start, start + ROWS_OF_A_PIECE), starts
+            given = _retimed(given, chosen, period, law, sampling)
+            if isinstance(given, Table):
+                return completed_table(_exact(given), **chosen)
+        return table_of(given, kept)
+    motion: TimedGait = given.parametrize() if isinstance(given, Gait) else given
+    if law is not None:
+        motion = timed_gait_of(motion, period=period, law=law)
+    elif period is not None:
+        checked_clock(period, DEFAULT_LAW)
+        motion = motion.with_period(period)
+    if any(one is not None for one in (law, period, *sampling.values())):
+        count = checked_clock(motion.period, DEFAULT_LAW, **sampling)
+        motion = replace(motion, samples=count)
+    return table_of(motion)
+
+
+def judged(
+    motion: Table | TimedGait,
+    *,
+    require: Literal["flyable", "valid"] = "flyable",
+    anyway: bool = False,
+) -> Report:
+    """Return the report of what is to be written; Infeasible unless it meets what is required, or `anyway` is set."""
+    checked_choice("require", require, ("flyable", "valid"))
+    report = validate(motion)
+    meets = report.flyable if require == "flyable" else report.valid
+    if not meets and not anyway:
+        raise Infeasible(
+            f"nothing is written, since the motion is not {require}: {report.reason}",
+            advice=Advice(
+                "anyway=True writes it all the same", "--anyway writes it all the same"
             ),
         )
-    else:
-        rows, pieces = given.samples + 1, partial(pieces_of, given, kept)
-    rate_checks: tuple[Check, ...] = ()
-    if any(one is not None for one in (period, law, samples, rate)):
-        rate_checks = _judged_rates(merged(pieces()), anyway=anyway)
-    servo_map = None if servos is None else servo_map_named(servos)
-    write_tables(pieces, paths, force=force, periods=periods, servos=servo_map)
-    clipped = Counter[str]()
-    if paths and servo_map is not None and servo_map.clip:
-        for piece in pieces():
-            clipped.update(clipped_rows(piece, servo_map))
-    return Exported(
-        rows=rows,
-        columns=tuple(next(pieces()).columns),
-        clipped=dict(clipped),
-        pieces=pieces,
-        rate_checks=rate_checks,
-    )
+    return report

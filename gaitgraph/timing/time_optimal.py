@@ -24,9 +24,9 @@ from gaitgraph.angles import (
 )
 from gaitgraph.arrays import freeze_arrays, read_only
 from gaitgraph.errors import Advice, InputError, shown
-from gaitgraph.gait.table import Table, paced_corners
+from gaitgraph.gait.table import Table, motion_of
 from gaitgraph.invertibility.matrices import FloatArray
-from gaitgraph.io.formats import gait_of, given_gait
+from gaitgraph.io.formats import gait_of, given_gait, naming_file
 from gaitgraph.timing.curve import Curve, LimitedGait, Rounding, nodes_along, rounded
 from gaitgraph.timing.laws import (
     fastest_squared_speeds,
@@ -36,7 +36,7 @@ from gaitgraph.timing.laws import (
     smoothed_law,
     tilts_over_time,
 )
-from gaitgraph.timing.timed_gait import SAME, checked_clock
+from gaitgraph.timing.timed_gait import checked_clock
 from gaitgraph.validation.report import RATE_UNITS
 from gaitgraph.vehicle import four_of
 
@@ -225,41 +225,19 @@ def origin_of(
     The options are those of :func:`gaitgraph.io.formats.gait_of`.
     """
     chosen: Any = {"vehicle": vehicle, "coefficients": coefficients}
-    gait = gait_of(path, **chosen)
-    source = given_gait(path, **chosen)
-    made: LimitedGait | None = source if isinstance(source, LimitedGait) else None
-    if isinstance(source, Table):
-        made = paced_again(source, gait)
-    if made is None:
+    made = given_gait(path, **chosen)
+    if isinstance(made, Table):
+        with naming_file(path):
+            gait = gait_of(made, **chosen)
+        made = motion_of(made, vehicle, coefficients)
+    else:
+        gait = gait_of(made)
+    if not isinstance(made, LimitedGait):
         return Origin(gait)
     limits = made.made_for
     if made.rounding is None:
         return Origin(made.gait if made.curve is None else gait, None, limits)
     return Origin(made.rounding.gait, made.rounding.tolerance, limits)
-
-
-def paced_again(table: Table, rows: Gait) -> LimitedGait | None:
-    """Return the law of a table that pace wrote, found again from the corners, limits and period that it states.
-
-    It is None for another table, and if its rows do not follow that law. `rows` is the polyline through them.
-    """
-    period = number_of(table.about.get("period"))
-    gait = paced_corners(table, rows)
-    if gait is None or not table.limits or not period > 0:
-        return None
-    rounding = table.about.get("rounding")
-    try:
-        law = least_period(gait, Limits(**table.limits), rounding=rounding).timed
-    except InputError:  # limits or a rounding that pace does not state
-        return None
-    if law is None:
-        return None
-    law = law.slowed(period)
-    off = np.abs(law.at(table["t"] - table["t"][0]).alpha - table.alpha).max()
-    if off > SAME + table.digit_error:
-        return None
-    is_least = table.about.get("law") == "least-period"
-    return replace(law, law="least-period") if is_least else law
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -425,7 +403,7 @@ def paced(
     if found.timed is None or found.least is None:
         return found
     if period >= found.least:
-        timed = replace(found.timed.slowed(float(period)), samples=count)
+        timed = replace(found.timed.with_period(period), samples=count)
         return replace(found, timed=timed)
     touch = max(found.timed.limits_touched(), key=lambda touch: touch.share)
     reason = f"T = {period:g} s is too short: "
@@ -449,6 +427,26 @@ def paced(
         limit=touch.limit,
         where=touch.where,
     )
+
+
+def law_of_pace(
+    gait: Gait,
+    limits: Limits,
+    *,
+    rounding: float | None,
+    period: float,
+    law: str,
+    samples: int,
+) -> LimitedGait:
+    """Return the fastest law along a gait, stretched to a period, whether or not that keeps the limits.
+
+    It is the law that a table written by ``pace`` states; `law` is its name. Raises InputError if there is none.
+    """
+    task = _Task(gait, limits, rounding)
+    found = paced(gait, limits, period=period) if task.still else task.least(None, None)
+    if found.timed is None:
+        raise InputError(f"limits must allow a law, got none: {found.reason}")
+    return replace(found.timed.with_period(period), law=law, samples=samples)
 
 
 class _Task:

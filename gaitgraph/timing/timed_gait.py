@@ -6,7 +6,7 @@ import math
 import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, Self, Unpack, get_args
+from typing import TYPE_CHECKING, Any, NamedTuple, Self, Unpack
 
 import numpy as np
 import numpy.typing as npt
@@ -23,7 +23,7 @@ from gaitgraph.gait.table import (
     Table,
     closed_rows,
     merged,
-    paced_gait,
+    motion_of,
 )
 from gaitgraph.invertibility.matrices import level_determinant
 from gaitgraph.io.formats import (
@@ -125,9 +125,18 @@ class TimedGait(Pictured):
         """The limits that the timing was made to keep, four values of each: rate, acceleration, jerk; else empty."""
         return {}
 
+    @property
+    def stated_corners(self) -> FloatArray | None:
+        """The corners from which law and period give the motion, shape (n, 4) [rad]; None if they do not."""
+        return self.gait.alpha
+
     def with_gait(self, gait: Gait) -> Self:
         """Return the same timing of another gait with as many corners."""
         return replace(self, gait=gait)
+
+    def with_period(self, period: float) -> Self:
+        """Return the same law over another period [s]."""
+        return replace(self, period=float(period))
 
     @property
     def corner_times(self) -> FloatArray:
@@ -356,6 +365,17 @@ class RowTimedGait(TimedGait):
     law_stated: bool = False
 
     @property
+    def stated_corners(self) -> None:
+        """None: the rows have times of their own."""
+        return
+
+    def with_period(self, period: float) -> Self:
+        """Return the rows at times in proportion, over another period [s]."""
+        times = self.times * (period / self.period)
+        times.flags.writeable = False
+        return replace(self, period=float(period), times=times)
+
+    @property
     def corner_times(self) -> FloatArray:
         """The times of the rows, from 0 to T, shape (n + 1,) [s]."""
         return self.times
@@ -403,9 +423,20 @@ class TimedPath(TimedGait):
         """False."""
         return False
 
+    @property
+    def stated_corners(self) -> FloatArray | None:
+        """The corners of the path, both ends included, shape (n, 4) [rad]."""
+        corners = self.loop.stated_corners
+        return None if corners is None else corners[: len(corners) // 2 + 1]
+
     def with_gait(self, gait: Gait) -> Self:
         """Return the same timing of another gait with as many corners, out and back."""
         return replace(self, gait=gait, loop=self.loop.with_gait(gait))
+
+    def with_period(self, period: float) -> Self:
+        """Return the path in another duration [s]."""
+        loop = self.loop.with_period(2 * period)
+        return replace(self, period=float(period), loop=loop)
 
     @property
     def corner_times(self) -> FloatArray:
@@ -457,9 +488,9 @@ def timed_gait_of(
 ) -> TimedGait:
     """Return the timed gait of a gait in any form; see :func:`gaitgraph.io.formats.given_gait`.
 
-    By default the vehicle and the coefficients are those that a file states, and so are corners, period [s] and law
-    where its rows lie on that gait. Otherwise rows that follow a law to 1e-6 rad get that law, and other rows are
-    joined by straight segments, each row at its own time. Without times the period is 1 s; a file needs a `period`
+    By default the vehicle and the coefficients are those that a file states, and so is the motion if its rows are those
+    of it, see :mod:`gaitgraph.timing.statement`. Otherwise rows are joined by straight segments, each at its own time.
+    Without times the period is 1 s; a file needs a `period`
     then. Raises InputError, FileProblem or Infeasible if it is not a gait, cannot be read, is the table of a flight, or
     is a request that has no gait.
     """
@@ -488,67 +519,44 @@ def timed_gait_of(
         raise InputError(
             f"gait file {name!r} must be the table of a gait, got that of a flight{advice}"
         )
+    chosen: Any = {"vehicle": vehicle, "coefficients": coefficients}
+    motion: TimedGait | None = motion_of(source, **chosen)
+    if motion is not None and period is None and law is None:
+        return motion
     with naming_file(gait):
-        rows, times, stated = closed_rows(
-            source, vehicle=vehicle, coefficients=coefficients, name=gait
-        )
-    merged_gait = (
-        stated.gait
-        if stated
-        else paced_gait(source, rows) or replace(rows.merged(), request=rows.request)
-    )
-    if not source.repeats and len(source) > 1:
-        with naming_file(gait):
-            return _timed_path(source, merged_gait, rows, times, period, law)
+        rows, times = closed_rows(source, **chosen, name=gait)
+        corners = replace(rows.merged(), request=rows.request)
+        if motion is not None:
+            corners = motion.gait
+        if not source.repeats and len(source) > 1:
+            return _timed_path(source, corners, rows, times, period, law)
     is_asked = period is not None or law is not None
     period = about.get("period") if period is None else period
     law = law or (about["law"] if about.get("law") in (*LAWS,) else DEFAULT_LAW)
     if times is None or len(source) == 1:
-        if period is None and len(merged_gait.alpha) > 1 and is_file:
+        if period is None and len(corners.alpha) > 1 and is_file:
             raise InputError(
                 f"gait file {str(gait)!r} has no column t",
                 advice=Advice("set period= (s)", "set --period SECONDS"),
             )
-        return merged_gait.parametrize(1.0 if period is None else period, law=law)
+        return corners.parametrize(1.0 if period is None else period, law=law)
     times = times - times[0]
     if is_asked:
-        return merged_gait.parametrize(
+        return corners.parametrize(
             float(times[-1]) if period is None else period, law=law
         )
-    found: TimedGait | None = stated
-    if found is not None:
-        return found
-    with naming_file(gait):
-        # Every law fits rows that are all corners: without a stated one they say nothing about the time between them.
-        are_corners = (
-            len(times) - 1 < 2 * (len(merged_gait.alpha) - 1) and "law" not in about
-        )
-        for known in (
-            ()
-            if are_corners
-            else sorted(get_args(LawName), key=lambda known: known != law)
-        ):
-            timed = merged_gait.parametrize(
-                float(times[-1]), law=known, samples=max(len(times) - 1, 1)
-            )
-            if np.abs(timed.at(times[:-1]).alpha - rows.alpha).max() <= SAME:
-                return timed
-        colors = (
-            merged_gait.colors[:1] * len(rows.alpha)
-            if len(set(merged_gait.colors)) == 1
-            else ()
-        )
-        stated_period, ends = number_of(about.get("period")), times[len(source) - 1 :]
-        return RowTimedGait(
-            gait=replace(merged_gait, alpha=rows.alpha, colors=colors),
-            period=float(times[-1]),
-            law=ROW_BY_ROW,
-            samples=len(times) - 1,
-            times=times,
-            closed=len(rows.alpha) < len(source),
-            law_stated="law" in about
-            and bool(np.isclose(ends, stated_period, rtol=1e-6, atol=0).any()),
-        )
+    colors = (
+        corners.colors[:1] * len(rows.alpha) if len(set(corners.colors)) == 1 else ()
+    )
+    return RowTimedGait(
+        gait=replace(corners, alpha=rows.alpha, colors=colors),
+        period=float(times[-1]),
+        law=ROW_BY_ROW,
+        samples=len(times) - 1,
+        times=times,
+        closed=len(rows.alpha) < len(source),
+        law_stated="law" in about,
+    )
 
 
 def _timed_path(
@@ -561,10 +569,9 @@ def _timed_path(
 ) -> TimedPath:
     """Return the motion of a table that is run once; `corners`, `rows` and `times` lead out and back.
 
-    By default it is that of the rows: the law that the table states, where they follow it, or straight lines.
+    By default it is that of the rows, joined by straight lines.
     """
-    stated = table.about.get("law")
-    known = law or (stated if stated in (*LAWS,) else DEFAULT_LAW)
+    known = law or DEFAULT_LAW
     count = len(table) - 1
     if times is None or duration is not None or law is not None:
         if duration is None:
@@ -575,9 +582,6 @@ def _timed_path(
             corners.parametrize(2 * duration, law=known, samples=2 * count)
         )
     times = times - times[0]
-    loop = corners.parametrize(float(times[-1]), law=known, samples=2 * count)
-    if stated in LAWS and np.abs(loop.at(times[:-1]).alpha - rows.alpha).max() <= SAME:
-        return TimedPath.of(loop)
     loop = RowTimedGait(
         gait=replace(corners, alpha=rows.alpha, colors=rows.colors),
         period=float(times[-1]),
@@ -650,20 +654,11 @@ def pieces_of(
         made["limits"] = timed.made_for
     if not by_law:
         made["made_by"] = "optimize" if timed.law == "optimal" else "pace"
-    rounding = getattr(timed, "rounding", None)
-    stated = gait if rounding is None else rounding.gait
-    has_corners = (
-        "made_by" not in (about or {})
-        if by_law
-        else rounding is not None or getattr(timed, "curve", gait) is None
-    )
-    if (
-        timed.repeats
-        and has_corners
-        and gait.color != "mixed"
-        and len(stated.alpha) <= MOST_CORNERS
-    ):  # not of a path, nor of a curve
-        made["corners"] = stated.alpha.tolist()
+    made["samples"] = timed.samples
+    corners = timed.stated_corners
+    if corners is not None and gait.color != "mixed" and len(corners) <= MOST_CORNERS:
+        made["corners"] = corners.tolist()
+        rounding = getattr(timed, "rounding", None)
         if rounding is not None:
             made["rounding"] = rounding.tolerance
     if gait.request:
@@ -676,6 +671,10 @@ def pieces_of(
         made["request"] = {**gait.request, **timing}
     made |= about or {}
     end = timed.samples + 1
+    if end <= ROWS_OF_A_PIECE:
+        whole = Table(columns=timed.columns, about=made)
+        yield whole if timed.law == ROW_BY_ROW else whole.with_motion(timed)
+        return
     # No piece has a single row: numpy rounds the product of one row differently.
     for start in range(0, end - 1, ROWS_OF_A_PIECE):
         stop = end if end - (start + ROWS_OF_A_PIECE) <= 1 else start + ROWS_OF_A_PIECE

@@ -133,8 +133,7 @@ def limit_check(
     place: GaitPoint | None = None,
 ) -> Check:
     """Return the check of a peak of one tilt angle's derivative, of a row if it has a place, against the limit."""
-    # Peaks of rows carry the rounding of their times, as of stamps of whole nanoseconds.
-    slack = 1e-12 if place is None else 1e-5
+    slack = 1e-12 if place is None else 1e-9  # of floats
     ok, text = limit is None or peak <= limit * (1 + slack), "infinite"
     if math.isfinite(peak):
         text = f"{figure(peak)} {RATE_UNITS[name.removeprefix('tilt_')]}"
@@ -187,6 +186,8 @@ class Report(Pictured):
         Number of rows, for a table.
     listing
         The colourings of the gait's loop, or None.
+    said
+        Warnings that were given when the table was read.
     """
 
     checks: tuple[Check, ...]
@@ -195,6 +196,7 @@ class Report(Pictured):
     notes: tuple[str, ...] = ()
     rows: int | None = None
     listing: Colorings | None = None
+    said: tuple[str, ...] = ()
 
     @property
     def valid(self) -> bool:
@@ -230,7 +232,7 @@ class Report(Pictured):
         undecided = (
             check.message for check in self.checks if check.ok and not check.decided
         )
-        return (*undecided, *self._unlikely, *self.notes)
+        return (*undecided, *self._unlikely, *self.notes, *self.said)
 
     @property
     def _unlikely(self) -> list[str]:

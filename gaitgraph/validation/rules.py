@@ -108,16 +108,20 @@ class Segments:
     number: IntArray  # number of each point in the gait, from 1; 1 again at the end of the closing segment
     t: FloatArray | None = None  # times, shape (m + 1,) [s]
     first_t: float | None = None  # time of point 1; the closing segment ends later [s]
+    # Share of the way to the next number that a point has passed, shape (m + 1,); None if each point has its own number.
+    within: FloatArray | None = None
 
     def __getitem__(self, part: slice) -> Segments:
         """Return consecutive points, as a slice of step 1."""
         t, first = None if self.t is None else self.t[part], self.first_t
+        within = None if self.within is None else self.within[part]
         return Segments(
             alpha=self.alpha[part],
             sheet=self.sheet[part],
             number=self.number[part],
             t=t,
             first_t=first,
+            within=within,
         )
 
     def joined(self, following: Segments) -> Segments:
@@ -163,7 +167,8 @@ class Segments:
             (segment + 1, 0.0) if fraction == 1.0 else (segment, float(fraction))
         )
         at, t = self.alpha[index], None if self.t is None else float(self.t[index])
-        if t is not None and index and self.number[index] <= self.number[index - 1]:
+        closes = index > 0 and self.number[index] <= self.number[index - 1]
+        if t is not None and closes and self.within is None:
             t = self.first_t
         if fraction:
             at = at + fraction * (self.alpha[index + 1] - at)
@@ -172,6 +177,10 @@ class Segments:
                 if self.t is None
                 else float(t + fraction * (self.t[index + 1] - t))
             )
+        if self.within is not None:
+            passed = float(self.within[index])
+            following = float(self.within[index + 1]) if fraction else passed
+            fraction = passed + fraction * ((following or 1.0) - passed)
         return GaitPoint(
             point=int(self.number[index]) - 1,
             fraction=fraction,

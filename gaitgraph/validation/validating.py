@@ -1,7 +1,8 @@
 """Is a gait valid, and can it fly? Every rule, the rates and the colourings of its loop, in one report.
 
-A table is checked piece by piece. Its rows are joined by straight segments, also the last with the first, and every
-check holds along the segments.
+The rows of a table are joined by straight segments, also the last with the first, and by cubics where it has rates and
+accelerations; every check holds along them. If the rows sample a motion that the table states, that is judged too, and
+the worse of each check counts.
 
 Timing comes later in the import order, so a timed gait is recognised here by its `gait` and its `rate_checks`, which
 follow from its law. Rates of a table follow from its rows.
@@ -11,7 +12,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,23 +20,19 @@ import numpy.typing as npt
 
 from gaitgraph.angles import angles_from, checked_number, figure
 from gaitgraph.errors import InputError
-from gaitgraph.files import reading, value_from_json
 from gaitgraph.gait.gait import Gait
 from gaitgraph.gait.table import (
     ACCELERATIONS,
-    OTHER_ROWS,
+    ANGLES,
     RATES,
     Table,
     closed_rows,
     closing_time,
     is_closed,
-    lies_on,
     lifted_pieces,
+    motion_of,
     note_on_ends,
-    row_texts,
-    stated_gait,
     surface_of,
-    takes_the_period,
     wrong_types,
 )
 from gaitgraph.invertibility.geometry import IDLE_THRUST, LEAST_DECIDED
@@ -73,11 +69,13 @@ if TYPE_CHECKING:
     from gaitgraph.io.formats import GaitLike
     from gaitgraph.vehicle import Each, Vehicle, VehicleLike
 
+_BESIDE_CUBIC = 1e-6  # largest distance of a cubic between rows from its chords [rad]
+_MOST_PARTS = 1000  # of a cubic
+_WORSE = dict.fromkeys((*RATE_CHECKS, "on_surface", "thrust_limit"), 1.0)
+_WORSE |= dict.fromkeys(("least_singular_value", "hover_thrust"), -1.0)
+_TIE = 1e-6  # share of a value by which another is no worse
+_MOST_SHARE = 0.01  # of a rate's limit that the digits of angles may explain
 _FLYABLE = {True: "yes", False: "no", None: "undecided"}
-_MORE = 1.0 + 1e-6
-
-CERTIFICATE = ".cert.json"
-"""The suffix of the certificate of a gait file, beside it."""
 
 MOST_LISTED_ROWS = 10_000
 """Largest number of rows for which the colourings of a table are listed, not only counted."""
@@ -156,8 +154,8 @@ def validate(
     Parameters
     ----------
     gait
-        A gait in any form, see :func:`gaitgraph.io.formats.given_gait`; a CSV or Parquet file may be larger than
-        memory. A table that states corners, law and period is judged as that timed gait, as long as its rows lie on it.
+        A gait in any form, see :func:`gaitgraph.io.formats.given_gait`. Of a table both its rows and the motion that
+        it states are judged, see :mod:`gaitgraph.timing.statement`.
     vehicle, coefficients
         For tables and files; by default those that the table states, else the paper's vehicle.
     tolerance, floor, angle_rounding
@@ -180,7 +178,8 @@ def validate(
     Notes
     -----
     Rates and accelerations of a table are the least that any motion through its rows must reach: slopes, and second
-    divided differences; stated ones count if they are larger. Higher peaks between rows are not found.
+    divided differences; stated ones count if they are larger. Higher peaks between rows are not found. Cubics are
+    judged by chords at most 1e-6 rad beside them.
 
     Examples
     --------
@@ -194,13 +193,13 @@ def validate(
         "coefficients": coefficients,
         "crossing_tolerance": crossing_tolerance,
     }
-    source = given_gait(gait, whole=False, **choices)
+    source = given_gait(gait, **choices)
     limits: Any = {
         "tolerance": tolerance,
         "floor": floor,
         "angle_rounding": angle_rounding,
     }
-    if not isinstance(source, (Table, Path)):
+    if not isinstance(source, Table):
         bare, rates = (
             (source, ())
             if isinstance(source, Gait)
@@ -215,145 +214,147 @@ def validate(
             crossing_tolerance=bare.crossing_tolerance,
         )
         return replace(report, listing=loop)
-    from hashlib import sha256
-
-    pieces = iter([source]) if isinstance(source, Table) else read_pieces(source)
-    first = next(pieces)
-    with naming_file(source):
-        vehicle, numbers, stated = surface_of(first, vehicle, coefficients)
-        crossing = stated if crossing_tolerance is None else crossing_tolerance
-        timed = stated_gait(first, vehicle, numbers, crossing)
-    surface: Any = {
-        "vehicle": vehicle,
-        "coefficients": numbers,
-        "crossing_tolerance": crossing,
-    }
-    checker = _TableChecker(
-        Criteria(**surface, **limits, noun="row"),
-        first.repeats,
-        first.limits,
-        first.rounding,
-    )
-    beside = (
-        source.with_suffix(CERTIFICATE)
-        if isinstance(source, Path) and source.suffix
-        else Path()
-    )
-    has_certificate, digest = beside.is_file(), sha256()
-    holds = True
-    for piece, alpha, sheet in lifted_pieces(
-        chain([first], pieces), numbers, tolerance
-    ):
-        checker.update(piece, alpha, sheet)
-        if has_certificate:
-            digest.update(row_texts(piece))
-        holds = holds and timed is not None and lies_on(timed, piece, first["t"][0])
-    if has_certificate and (why := _why_another(beside, digest.hexdigest(), vehicle)):
-        checker.notes["certificate"] = f"the certificate {beside.name!r} {why}"
-    found = checker.report()
-    if timed is None:
-        timing: list[Any] = [first.about.get(name) for name in ("period", "law")]
-        if (
-            "t" in first
-            or "corners" in first.about
-            or None in timing
-            or checker.rows > len(first)
-        ):
-            return found
-        with naming_file(
-            source
-        ):  # a saved plan: corners, with the timing of its request
-            closed = closed_rows(first, vehicle=vehicle, coefficients=numbers)[
-                0
-            ].merged()
-            return found.with_checks(
-                closed.parametrize(timing[0], law=timing[1]).rate_checks()
+    with naming_file(gait):
+        report = _report_of_rows(
+            source, vehicle, coefficients, crossing_tolerance, limits
+        )
+        motion = motion_of(source, vehicle, coefficients)
+        if motion is not None:
+            if crossing_tolerance is not None:
+                judged = replace(motion.gait, crossing_tolerance=crossing_tolerance)
+                motion = motion.with_gait(judged)
+            report = both(_report_of_motion(source, motion, limits), report)
+        elif "t" not in source and {"period", "law"} <= source.about.keys():
+            # A saved plan: corners, with the timing of its request.
+            corners, _ = closed_rows(source, vehicle=vehicle, coefficients=coefficients)
+            timed = corners.merged().parametrize(
+                source.about["period"], law=source.about["law"]
             )
-    start, end = float(first["t"][0]), float(piece["t"][-1])
-    if not holds or not takes_the_period(
-        timed, start, end, checker.rows, first.digit_error
-    ):
-        return replace(found, notes=(*found.notes, OTHER_ROWS))
+            report = report.with_checks(timed.rate_checks())
+    return replace(report, said=source.notes)
+
+
+def _report_of_rows(
+    table: Table,
+    vehicle: VehicleLike | None,
+    coefficients: CoefficientsLike | None,
+    crossing_tolerance: float | None,
+    limits: dict[str, Any],
+) -> Report:
+    """Return every check of a table's rows, joined straight, and by cubics where its rates and accelerations say so."""
+    vehicle, numbers, stated = surface_of(table, vehicle, coefficients)
+    criteria = Criteria(
+        vehicle=vehicle,
+        coefficients=numbers,
+        crossing_tolerance=stated if crossing_tolerance is None else crossing_tolerance,
+        noun="row",
+        **limits,
+    )
+    checker = _TableChecker(criteria, table.repeats, table.limits)
+    for piece, alpha, sheet in lifted_pieces([table], numbers, criteria.tolerance):
+        checker.update(piece, alpha, sheet)
+    report = checker.report()
+    cubics = _along_cubics(table, checker.sheet)
+    if cubics is None:
+        return report
+    along = Checker(criteria)
+    along.update(cubics)
+    worse = both(along.report(report["closed"]), report)
+    return replace(worse, reachability=report.reachability)
+
+
+def _report_of_motion(table: Table, motion: Any, limits: dict[str, Any]) -> Report:
+    """Return every check of the motion that a table samples, under the limits that the table was made for too."""
+    vehicle = motion.gait.vehicle
     made_for: Any = {
         f"max_tilt_{kind}": limit
-        for kind, limit in first.limits.items()
+        for kind, limit in table.limits.items()
         if getattr(vehicle, f"max_tilt_{kind}") is None
     }
-    limited = replace(timed.gait, vehicle=vehicle.replace(**made_for))
-    exact = validate(timed.with_gait(limited), **limits)
-    # Closing and colourings are those of the rows; rates that the rows state count where they are larger.
+    limited = replace(motion.gait, vehicle=vehicle.replace(**made_for))
+    report: Report = motion.with_gait(limited).check(**limits)
+    return report
+
+
+def both(first: Report, second: Report) -> Report:
+    """Return the report of a gait of which two readings must hold; of each check the worse one, else the first.
+
+    Closing, rows, colourings and notes are those of the second.
+    """
     checks = []
-    for check in exact.checks:
-        of_rows = found[check.name]
-        larger = check.name in RATE_CHECKS and (of_rows.value or 0.0) > _MORE * (
-            check.value or 0.0
-        )
-        checks.append(of_rows if larger or check.name == "closed" else check)
+    others = {check.name: check for check in second.checks}
+    for check in first.checks:
+        other = others.pop(check.name, check)
+        holds, other_holds = (one.ok and one.decided for one in (check, other))
+        is_worse = holds and not other_holds
+        if holds and other_holds and check.name in _WORSE:
+            excess = (other.value or 0.0) - (check.value or 0.0)
+            is_worse = _WORSE[check.name] * excess > _TIE * abs(check.value or 0.0)
+        checks.append(other if is_worse or check.name == "closed" else check)
+    reach = first
+    if first.reachable_from_hover and not second.reachable_from_hover:
+        reach = second
     return replace(
-        exact,
-        checks=tuple(checks),
-        notes=found.notes,
-        rows=found.rows,
-        listing=found.listing,
+        second,
+        checks=(*checks, *others.values()),
+        reachable_from_hover=reach.reachable_from_hover,
+        reachability=reach.reachability,
     )
 
 
-def _why_another(path: Path, digest: str, vehicle: Vehicle) -> str:
-    """Return why a file is not the certificate of rows with a digest and of a vehicle, or an empty text if it is."""
+def _along_cubics(table: Table, sheet: npt.NDArray[np.int8]) -> Segments | None:
+    """Return chords of the cubics through a table's rows and rates, at most 1e-6 rad beside them; None if not needed.
 
-    def value(name: str) -> float:
-        top, _, under = stated[name].partition("/")
-        return float(top) / float(under or 1)
-
-    with reading(path, "certificate"):
-        content = path.read_bytes()
-    try:
-        document = value_from_json(content, "gaitgraph certify writes one")
-        stated, of_rows = document["vehicle"], document["digest"] == digest
-        sign = 1 if stated["first_rotor_spin"] == "clockwise" else -1
-        kappa = (
-            sign
-            * value("drag_coefficient")
-            / (value("thrust_coefficient") * value("arm_length"))
-        )
-        ratios = kappa, value("rotor_height") / value("arm_length")
-    except (
-        InputError,
-        ArithmeticError,
-        AttributeError,
-        LookupError,
-        TypeError,
-        ValueError,
-    ):
-        return f"is no certificate; gaitgraph verify {path.name} says why"
-    if not of_rows:
-        return "does not belong to these rows"
-    same = np.allclose(
-        ratios, (vehicle.signed_drag_ratio, vehicle.height_ratio), rtol=1e-9, atol=0
-    )
-    return (
-        ""
-        if same
-        else f"is of another vehicle: κ = {ratios[0]:.6g} and H = {ratios[1]:.6g}"
+    A cubic's second derivative is linear, so a chord of a share 1/m of it is off by at most max|f″|/(8m²), of which
+    only the part across the segment leaves it.
+    """
+    if not table.joined_by_cubics:
+        return None
+    alpha, t = table.alpha, table["t"]
+    width = np.diff(t)[:, None]
+    rates = np.column_stack([table[name] for name in RATES])
+    step, first, last = np.diff(alpha, axis=0), width * rates[:-1], width * rates[1:]
+    square, cube = 3 * step - 2 * first - last, first + last - 2 * step
+    length = np.maximum(np.linalg.norm(step, axis=1, keepdims=True), 1e-300)
+    bend = np.zeros(len(step))
+    for second in (2 * square, 2 * square + 6 * cube):
+        along = (second * step).sum(axis=1, keepdims=True) / length
+        across = np.linalg.norm(second - along * step / length, axis=1)
+        bend = np.maximum(bend, across)
+    parts = np.ceil(np.sqrt(bend / (8 * _BESIDE_CUBIC))).astype(np.int64)
+    parts = np.clip(parts, 1, _MOST_PARTS)
+    if parts.max(initial=1) == 1:
+        return None
+    row = np.repeat(np.arange(len(step)), parts)
+    within = np.concatenate([np.arange(count) / count for count in parts.tolist()])
+    x = within[:, None]
+    points = alpha[row] + x * (first[row] + x * (square[row] + x * cube[row]))
+    row = np.append(row, len(step))
+    return Segments(
+        alpha=np.vstack([points, alpha[-1:]]),
+        sheet=sheet[row],
+        number=row + 1,
+        t=np.append(t[row[:-1]] + within * width[row[:-1], 0], t[-1]),
+        within=np.append(within, 0.0),
     )
 
 
 class _TableChecker:
-    """Checks a table piece by piece: finds the sheet of each row, applies the rules, and closes the table."""
+    """Checks the rows of a table: finds the sheet of each row, applies the rules, and closes the table."""
 
     def __init__(
         self,
         criteria: Criteria,
         repeats: bool,
         limits: dict[str, Each],
-        rounding: float,
     ) -> None:
         self.lone = LoneRows()
         self.criteria, self.repeats = criteria, repeats
         self.checker = Checker(criteria, self.lone)
-        self.rates = _RowRates(criteria.vehicle, limits, rounding)
+        self.rates = _RowRates(criteria.vehicle, limits)
         self.counts = {sign: ColoringCount(sign) for sign in SIGNS}
         self.rows = 0
+        self.sheet = np.zeros(0, dtype=np.int8)
         self.longest = 0.0  # step between rows [rad]
         self.head: Segments | None = None  # the first three rows
         self.tail: Segments | None = None  # the last three rows so far
@@ -379,9 +380,10 @@ class _TableChecker:
             # The last row may repeat the first; then it is not a new point.
             self._count_colorings(joined.alpha[:-1, :2])
         if fresh.t is not None:
-            self.rates.update(rows, fresh, piece)
+            self.rates.examine(piece, fresh)
         self.lone.update(alpha)
         self._compare(fresh, piece)
+        self.sheet = sheet
         self.rows += len(alpha)
         self.head = (
             rows[:3] if self.head is None or len(self.head.alpha) < 3 else self.head
@@ -477,9 +479,7 @@ class _TableChecker:
             where=where,
             message=message,
         )
-        report = self.checker.report(closed).with_checks(
-            self._rates(head, tail, closed=None if is_path else near)
-        )
+        report = self.checker.report(closed).with_checks(self._rates(first, last))
         if self.is_beyond or is_path:  # colourings are of loops
             listing = None
         elif self.rows > MOST_LISTED_ROWS:
@@ -510,101 +510,90 @@ class _TableChecker:
         self.checker.update(closing)
         self._count_colorings(last.alpha[:, :2])
 
-    def _rates(
-        self, head: Segments, tail: Segments, *, closed: bool | None
-    ) -> list[Check]:
+    def _rates(self, first: Segments, last: Segments) -> list[Check]:
         """Return the checks of rates of a table with times, and note a lone row that no check names."""
         rates: list[Check] = []
-        if head.t is not None:
-            rates = self.rates.checks(head, tail, closed=closed, lone=self.lone)
-            self.notes |= self.rates.notes
+        if first.t is not None and last.t is not None:
+            rates = self.rates.checks(float(last.t[0] - first.t[0]), self.lone)
         if self.lone.note and not self.checker.broken_by_lone_rows(rates):
             self.notes["lone"] = self.lone.note
         return self.checker.rates_with_causes(rates)
 
 
 class _RowRates:
-    """Rates, accelerations and jerks that a motion through timed rows must reach, or that the table states."""
+    """Rates, accelerations and jerks that a motion through timed rows must reach, or that the table states.
 
-    def __init__(
-        self, vehicle: Vehicle, made_for: dict[str, Each], rounding: float
-    ) -> None:
-        """Take the limits of the vehicle, and where it states none those that the table was made for.
+    Times that are even to their digits count as even. Angles count as they stand, but for a table that states to be the
+    samples of a motion: what the rounding of its angles explains does not count, of rates at most 1 % of the limit. What
+    the steps of servos explain does not count at all.
+    """
 
-        Rates are less by what the `rounding` of the rows may add to them.
-        """
-        self.rounding = rounding
+    def __init__(self, vehicle: Vehicle, made_for: dict[str, Each]) -> None:
+        """Take the limits of the vehicle, and where it states none those that the table was made for."""
         stated = {kind: getattr(vehicle, f"max_tilt_{kind}") for kind in RATE_UNITS}
         self.limits = [
             made_for.get(kind) if limit is None else limit
             for kind, limit in stated.items()
         ]
         self.peaks = [Peak(scale=scale_of(limit)) for limit in self.limits]
-        self.notes: dict[str, str] = {}
-        self.moved, self.off = 0.0, 0.0
-        self.stated = np.zeros((0, 4))  # the last row's rates
 
-    def update(self, rows: Segments, fresh: Segments, piece: Table) -> None:
-        """Examine fresh rows, and up to three before them, and the rates and accelerations that they state."""
-        self._differences(rows)
+    def examine(self, table: Table, rows: Segments) -> None:
+        """Examine the rows of a table, from the first to the last, and over the seam of a motion that repeats."""
+        alpha, t = rows.alpha, table.even_times
+        rounding = np.full_like(alpha, table.rounding)
+        if "samples" in table.about:
+            digits = np.column_stack([table.half_units(name) for name in ANGLES])
+            rounding = np.maximum(rounding, digits)
+        if table.repeats and len(alpha) > 1:
+            # On to the first rows, a period later; the last row of a closed table is the first again.
+            closed = is_closed(alpha)
+            onward = slice(1, 3) if closed else slice(0, 3)
+            period = t[-1] - t[0]
+            later = period if closed else closing_time(0.0, period, len(t))
+            alpha = np.vstack([alpha, alpha[onward]])
+            t = np.append(t, t[onward] + later)
+            rounding = np.vstack([rounding, rounding[onward]])
+        most = np.full(4, np.inf)  # servos step as they do
+        if not table.rounding:
+            limits = [limit or 0.0 for limit in four_of(self.limits[0])]
+            most = _MOST_SHARE * np.array(limits)
+        self._differences(alpha, t, rounding, most, rows)
         for names, peak in zip((RATES, ACCELERATIONS), self.peaks, strict=False):
             # Rates beside rounded rows are slopes of these.
-            if all(name in piece for name in names) and not self.rounding:
-                peak.update(np.column_stack([piece[name] for name in names]), fresh)
-        if all(name in piece for name in RATES) and rows.t is not None:
-            # Add up how far the stated rates are from the changes of the angles.
-            rates = np.vstack(
-                [self.stated, np.column_stack([piece[name] for name in RATES])]
-            )
-            moved = np.diff(rows.alpha[-len(rates) :], axis=0)
-            expected = (
-                (rates[:-1] + rates[1:]) / 2 * np.diff(rows.t[-len(rates) :])[:, None]
-            )
-            self.moved += float(np.abs(moved).sum() + np.abs(expected).sum())
-            self.off += float(np.abs(moved - expected).sum())
-            self.stated = rates[-1:]
+            if all(name in table for name in names) and not table.rounding:
+                stated = np.column_stack([table[name] for name in names])
+                digits = np.column_stack([table.half_units(name) for name in names])
+                peak.update(np.maximum(np.abs(stated) - digits, 0.0), rows)
 
-    def _differences(self, rows: Segments, starts: int | None = None) -> None:
-        """Examine divided differences, of the first `starts` rows if given.
+    def _differences(
+        self,
+        values: FloatArray,
+        t: FloatArray,
+        rounding: FloatArray,
+        most: FloatArray,
+        rows: Segments,
+    ) -> None:
+        """Examine divided differences of the angles, less what the rounding of each explains, of rates at most `most`.
 
         A smooth motion through n + 1 rows has an n-th derivative of n! times their divided difference somewhere.
         """
-        assert rows.t is not None  # noqa: S101
-        values = rows.alpha
-        errors = np.full((len(values), 1), self.rounding)
+        # A difference of more than two rows belongs to the second of them; behind the last row comes the first again.
+        inner = replace(rows[1:].joined(rows[:1]), first_t=float(t[0]))
+        count = len(rows.alpha) - is_closed(rows.alpha)
         for order, peak in enumerate(self.peaks, start=1):
             if len(values) < 2:
                 return
-            times = (rows.t[order:] - rows.t[:-order])[:, None]
-            values = order * np.diff(values, axis=0) / times
-            errors = order * (errors[1:] + errors[:-1]) / times
-            least = np.maximum(np.abs(values) - errors, 0.0)
-            peak.update(least[:starts], rows[1:] if order > 1 else rows)
+            width = (t[order:] - t[:-order])[:, None] / order
+            values = np.diff(values, axis=0) / width
+            rounding = (rounding[1:] + rounding[:-1]) / width
+            explained = rounding
+            if order == 1:
+                explained = np.minimum(rounding, most)
+            size = np.maximum(np.abs(values) - explained, 0.0)
+            peak.update(size[:count], rows if order == 1 else inner)
 
-    def checks(
-        self, head: Segments, tail: Segments, *, closed: bool | None, lone: LoneRows
-    ) -> list[Check]:
-        """Close the motion and return the checks of its rates, its accelerations and, where limited, jerks.
-
-        `closed` is whether the last row repeats the first, None for a path, which is not closed; `lone` are wrong rows.
-        """
-        assert head.t is not None and tail.t is not None  # noqa: PT018, S101
-        period = float(tail.t[-1] - head.t[0])
-        if len(tail.alpha) > 1 and closed is not None:
-            # Across the seam: from the last rows to the first ones, a period later.
-            onward = head[1:] if closed else head
-            later = (
-                period if closed else closing_time(0.0, period, int(tail.number[-1]))
-            )
-            rows = tail.joined(replace(onward, t=head.t[-len(onward.alpha) :] + later))
-            self._differences(
-                replace(rows, first_t=float(head.t[0])), len(tail.alpha) - closed
-            )
-        if self.off > 0.5 * self.moved:
-            self.notes["rates"] = (
-                "the stated rates do not match the rows: alpha1_rate to alpha4_rate must be in rad/s; the larger "
-                "values are checked"
-            )
+    def checks(self, period: float, lone: LoneRows) -> list[Check]:
+        """Return the checks of rates, accelerations and, where limited, jerks; `lone` are wrong rows."""
         out = []
         for order, (kind, peak) in enumerate(
             zip(RATE_UNITS, self.peaks, strict=True), start=1

@@ -1,0 +1,203 @@
+"""Check a certificate, and hold a table against it: each row must be on the proven curve at its time."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gaitgraph.certificates.check import Row, check, first_row_off
+from gaitgraph.errors import InputError
+from gaitgraph.files import text_of
+from gaitgraph.gait.table import ANGLES
+from gaitgraph.invertibility.matrices import DEFAULT_FLOOR
+from gaitgraph.io.formats import FORMATS, naming_file, read_table
+
+if TYPE_CHECKING:
+    from gaitgraph.gait.table import Table
+    from gaitgraph.vehicle import Vehicle
+
+CERTIFICATE = ".cert.json"
+"""The suffix of the certificate of a gait file, beside it."""
+
+_STAMP = Fraction(1, 10**9)  # unit of the times in bags [s]
+_MOST_ROWS = 20_000  # that are compared without being asked to
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Verified:
+    """What a certificate proves, and what of a table is on its curve.
+
+    Parameters
+    ----------
+    found
+        The answer of :func:`gaitgraph.certificates.check.check`.
+    table, off
+        The file that was compared, or None; and its first row that is not on the curve, "" if all are.
+    """
+
+    found: dict[str, Any]
+    table: str | None = None
+    rows: int = 0
+    off: str = ""
+
+    def __bool__(self) -> bool:
+        return self.found["proved"] and not self.off
+
+    @property
+    def flyable(self) -> bool:
+        """Whether the claims are proved, and are those that a flyable gait needs."""
+        return bool(self.found["proved"]) and not self._lacking
+
+    @property
+    def _lacking(self) -> list[str]:
+        """What the claims lack of a flyable gait."""
+        values = self.found["values"]
+        limits = {"least_singular_value": DEFAULT_FLOOR, "hover_thrust": 0.0}
+        lacking = []
+        for name, limit in limits.items():
+            claimed = values.get(name, {}).get("at_least")
+            if claimed is None:
+                lacking.append(f"no claim of {name}")
+            elif Fraction(claimed) < Fraction(str(limit)):
+                lacking.append(f"{name} at least {claimed}, below {limit:g}")
+        return lacking
+
+    def as_mapping(self) -> dict[str, Any]:
+        """Return plain values, ready for JSON."""
+        found = {key: one for key, one in self.found.items() if key != "lines"}
+        return {
+            **found,
+            "flyable": self.flyable,
+            "table": self.table,
+            "rows": self.rows if self.table else None,
+            "off": self.off or None,
+        }
+
+    def __str__(self) -> str:
+        lines = list(self.found["lines"])
+        if self.found["proved"] and not self.flyable:
+            lines.append(f"not proved flyable: {', '.join(self._lacking)}")
+        if self.table is None:
+            lines.append("no table was compared with the curve")
+        elif self.off:
+            lines.append(f"{self.table} is NOT on the proven curve: {self.off}")
+        else:
+            lines.append(f"{self.table}: all {self.rows} rows are on the proven curve")
+        return "\n".join(lines)
+
+
+def verify(certificate: str | Path, table: str | Path | None = None) -> Verified:
+    """Return what a certificate proves, and whether each row of a table is on its curve at the row's time.
+
+    Parameters
+    ----------
+    certificate
+        The path of a certificate.
+    table
+        The path of a gait file of any format that is read, servo tables included; by default the one that lies beside the
+        certificate, gait.csv beside gait.cert.json, if there is one.
+
+    Raises
+    ------
+    InputError, FileProblem
+        If the first is no certificate, or the second no table with times, or the certificate states no times.
+
+    Notes
+    -----
+    A row may be off by the deviation that the certificate states; in a table of servo positions by half a step of the servo
+    more, and in a bag by what half a nanosecond explains.
+    """
+    path = Path(certificate)
+    text = text_of(path, "certificate")
+    try:
+        found = check(text)
+    except (RecursionError, ValueError) as error:
+        rule = "it must be JSON: " if isinstance(error, json.JSONDecodeError) else ""
+        raise InputError(f"certificate {str(path)!r}: {rule}{error}") from None
+    beside = None
+    if table is None:
+        beside = table_beside(path) if "rate" in found["values"] else None
+        table = beside
+    if table is None:
+        return Verified(found=found)
+    rows = read_table(table)
+    with naming_file(table):
+        if "t" not in rows or "alpha3" not in rows:
+            raise InputError("a table that is compared must have t and four angles")
+        try:
+            off = first_row_off(text, _exact_rows(rows, Path(table)))
+        except ValueError as error:
+            raise InputError(f"certificate {str(path)!r}: {error}") from None
+    return Verified(found=found, table=str(table), rows=len(rows), off=off)
+
+
+def table_beside(certificate: Path) -> Path | None:
+    """Return the gait file beside a certificate, of the first format for which there is one."""
+    if not certificate.name.endswith(CERTIFICATE):
+        return None
+    stem = certificate.name.removesuffix(CERTIFICATE)
+    for form in FORMATS.values():
+        path = certificate.with_name(stem + form.suffix)
+        if form.reads and path.exists():
+            return path
+    return None
+
+
+def certificate_beside(gait_file: Path) -> Path:
+    """Return the path of the certificate beside a gait file, gait.cert.json beside gait.csv, whether or not it is there."""
+    return gait_file.with_suffix(CERTIFICATE) if gait_file.suffix else Path()
+
+
+def note_on_certificate(gait_file: Path, table: Table, vehicle: Vehicle) -> str:
+    """Return why the certificate beside a gait file is not that of its rows and vehicle, "" if it is or there is none."""
+    beside = certificate_beside(gait_file)
+    if not beside.is_file() or "t" not in table or len(table) > _MOST_ROWS:
+        return ""
+    name = f"the certificate {beside.name!r}"
+    try:
+        text = text_of(beside, "certificate")
+        stated = json.loads(text)["vehicle"]
+        ratios = _ratios(stated)
+        off = first_row_off(text, _exact_rows(table, gait_file))
+    except (InputError, ArithmeticError, LookupError, TypeError, ValueError):
+        return f"{name} is no certificate; gaitgraph verify {beside.name} says why"
+    if off:
+        return f"{name} does not belong to these rows: {off}"
+    own = vehicle.signed_drag_ratio, vehicle.height_ratio
+    if np.allclose(ratios, own, rtol=1e-9, atol=0):
+        return ""
+    return f"{name} is of another vehicle: κ = {ratios[0]:.6g} and H = {ratios[1]:.6g}"
+
+
+def _ratios(stated: dict[str, str]) -> tuple[float, float]:
+    """Return κ with its sign and the rotor height as a share of the arm, of a certificate's vehicle."""
+    sign = 1 if stated["first_rotor_spin"] == "clockwise" else -1
+    thrust_by_arm = Fraction(stated["thrust_coefficient"]) * Fraction(
+        stated["arm_length"]
+    )
+    kappa = sign * Fraction(stated["drag_coefficient"]) / thrust_by_arm
+    height = Fraction(stated["rotor_height"]) / Fraction(stated["arm_length"])
+    return float(kappa), float(height)
+
+
+def _exact_rows(table: Table, path: Path) -> list[Row]:
+    """Return the rows of a table as exact numbers, each with what its format adds to the deviation."""
+    t = table.even_times
+    slack = np.zeros((len(table), 4))
+    for joint, name in enumerate(ANGLES):
+        if table.digits[name].steps:
+            slack[:, joint] = table.half_units(name)
+    if path.suffix == ".mcap" or path.is_dir():
+        rates = np.abs(np.diff(table.alpha, axis=0)).max(axis=0) / np.diff(t).min()
+        slack += rates * float(_STAMP)
+    return [
+        Row(Fraction(time), list(map(Fraction, angles)), list(map(Fraction, slacks)))
+        for time, angles, slacks in zip(
+            t.tolist(), table.alpha.tolist(), slack.tolist(), strict=True
+        )
+    ]

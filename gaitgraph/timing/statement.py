@@ -1,0 +1,215 @@
+"""One truth in a table: its rows. What it states of where they come from is checked once, when it is read.
+
+A table may state the motion that its rows sample: corners, law, period and number of samples, and limits for the laws of
+``pace``. :func:`checked` computes that motion again and compares it with the rows, number by number, each to half a unit of
+the last digit that this number was printed with. If all agree, the table keeps the motion (:attr:`Table.motion`).
+If one does not, or a row is missing, the whole statement is dropped with one warning, and with it the columns that
+follow from the angles. Rates that do not fit the rows are dropped too. No other place compares rows with a statement.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gaitgraph.angles import number_of
+from gaitgraph.errors import FileWarning, GaitgraphError, shown
+from gaitgraph.gait.gait import Gait
+from gaitgraph.gait.table import (
+    ACCELERATIONS,
+    ANGLES,
+    RATES,
+    Table,
+    colors_of,
+    is_closed,
+    surface_of,
+)
+from gaitgraph.timing.laws import LAWS
+from gaitgraph.timing.time_optimal import Limits, law_of_pace
+from gaitgraph.timing.timed_gait import MOST_SAMPLES, TimedGait, TimedPath
+
+if TYPE_CHECKING:
+    from gaitgraph.invertibility.matrices import Coefficients, FloatArray
+    from gaitgraph.vehicle import Vehicle
+
+_STATED = ("corners", "rounding", "law", "period", "samples", "made_by", "request")
+_COMPUTED = ("color", "types", "R", *RATES, *ACCELERATIONS)
+_ROUND_OFF = 1e-11  # of a motion computed again, as a share of its largest value
+
+
+def checked(table: Table, name: object = None) -> Table:
+    """Return a table with the motion that it states, or without the statement if a number in its rows differs.
+
+    `name` is the path of its file, for the warning. Tables that state no corners keep the rest of their statement if
+    their times are those of the stated period and samples.
+    """
+    if table.motion is not None:
+        return table
+    motion, difference = _stated_motion(table)
+    if not difference:
+        table = table if motion is None else table.with_motion(motion)
+        difference = _first_misfit(table) if motion is None else ""
+        dropped = (*RATES, *ACCELERATIONS)
+        consequence = "stated rates and accelerations are not used"
+    else:
+        dropped = _COMPUTED
+        consequence = (
+            "what the file states of its motion is not used, and color, types, R, rates and accelerations are those of "
+            "the rows"
+        )
+        about = {key: one for key, one in table.about.items() if key not in _STATED}
+        table = replace(table, about=about)
+    if not difference:
+        return table
+    note = f"{difference}: {consequence}"
+    file = f"gait file {str(name)!r}" if isinstance(name, (str, Path)) else "table"
+    warnings.warn(f"{file}: {note}", FileWarning, stacklevel=3)
+    lifted = "alpha3" in table
+    columns = {
+        key: one
+        for key, one in table.columns.items()
+        if key not in dropped or not lifted
+    }
+    return replace(table, columns=columns, notes=(*table.notes, note))
+
+
+def _stated_motion(table: Table) -> tuple[TimedGait | None, str]:
+    """Return the motion that a table states, if it states one, and how its rows differ from it, "" if they agree."""
+    about = table.about
+    if "samples" not in about and "corners" not in about:
+        return None, ""
+    if "t" not in table or "alpha3" not in table:
+        return None, "the file states a motion, but has no times or not all angles"
+    samples, period = about.get("samples"), number_of(about.get("period"))
+    if type(samples) is not int or not 0 < samples <= MOST_SAMPLES:
+        return None, f"samples must be a whole number, got {shown(samples)}"
+    if not 0 < period < math.inf:
+        got = shown(about.get("period"))
+        return None, f"period must be a positive number of seconds, got {got}"
+    difference = _first_wrong_time(table, samples, period)
+    if difference or "corners" not in about:
+        return None, difference
+    surface = surface_of(table)  # wrong constants are an error, and no difference
+    try:
+        motion = _motion_of(table, surface, samples, period)
+    except (GaitgraphError, TypeError, ValueError) as error:
+        return None, f"the stated motion cannot be made: {error}"
+    return motion, _first_difference(table, motion)
+
+
+def _motion_of(
+    table: Table,
+    surface: tuple[Vehicle, Coefficients, float],
+    samples: int,
+    period: float,
+) -> TimedGait:
+    """Return the timed gait, or path, that a table states."""
+    about: dict[str, Any] = table.about
+    vehicle, coefficients, crossing_tolerance = surface
+    corners = np.array(about["corners"], dtype=float)
+    if not table.repeats:  # the gait of a path leads out and back
+        corners = np.vstack([corners, corners[-2:0:-1]])
+        samples, period = 2 * samples, 2 * period
+    colors = colors_of(corners, coefficients)
+    if "color" in table:
+        colors = tuple(table["color"][:1]) * len(corners)
+    request = about.get("request")
+    gait = Gait(
+        alpha=corners,
+        colors=colors,
+        vehicle=vehicle,
+        coefficients=coefficients,
+        crossing_tolerance=crossing_tolerance,
+        request=dict(request) if isinstance(request, dict) else {},
+    )
+    law = about.get("law", "")
+    if law in LAWS or not table.limits:
+        motion = gait.parametrize(period, law=law, samples=samples)
+    else:
+        motion = law_of_pace(
+            gait,
+            Limits(**table.limits),
+            rounding=about.get("rounding"),
+            period=period,
+            law=law,
+            samples=samples,
+        )
+    return motion if table.repeats else TimedPath.of(motion)
+
+
+def _first_wrong_time(table: Table, samples: int, period: float) -> str:
+    """Return which row does not have the time that the stated samples give it, "" if all have."""
+    t, half_unit = table["t"], table.half_units("t")
+    if len(t) > samples + 1:
+        return f"the table has {len(t)} rows, stated are {samples + 1}"
+    expected = np.arange(len(t)) * (period / samples)
+    allowed = half_unit + half_unit[0] + _ROUND_OFF * (period + np.abs(t))
+    wrong = np.abs(t - t[0] - expected) > allowed
+    if wrong.any():
+        row = int(np.argmax(wrong))
+        return (
+            f"row {row + 1} is at t = {t[row]:.9g} s, stated is {expected[row]:.9g} s"
+        )
+    if len(t) < samples + 1:
+        return f"row {len(t) + 1} is missing, stated are {samples + 1} rows"
+    return ""
+
+
+def _first_difference(table: Table, motion: TimedGait) -> str:
+    """Return which number of a table's rows differs first from a motion, "" if none does."""
+    if not set(table.columns.get("color", ())) <= set(motion.gait.colors):
+        return "the rows have more than one color, the stated motion has one"
+    first = len(table)
+    difference = ""
+    groups = zip((ANGLES, RATES, ACCELERATIONS), motion.at(motion.t), strict=True)
+    for names, values in groups:
+        scale = _ROUND_OFF * (1.0 + np.abs(values).max())
+        for name, expected in zip(names, values.T, strict=True):
+            if name not in table:
+                continue
+            off = np.abs(table[name] - expected)
+            wrong = off > table.half_units(name) + scale
+            row = int(np.argmax(wrong))
+            if wrong[row] and row < first:
+                first = row
+                difference = (
+                    f"row {row + 1} has {name} = {table[name][row]:.9g}, the stated motion has {expected[row]:.9g} "
+                    f"there ({off[row]:.2g} apart)"
+                )
+    return difference
+
+
+def _first_misfit(table: Table) -> str:
+    """Return the first row whose stated rates do not fit the angles beside it, "" if all do.
+
+    A rate fits within the slopes of the two segments beside its row, widened by the larger of their sizes, and by what
+    the digits allow.
+    """
+    if "t" not in table or len(table) < 2 or not all(name in table for name in RATES):
+        return ""
+    step = np.diff(table.even_times)
+    closed = table.repeats and is_closed(table.alpha)
+    for angle, name in zip(ANGLES, RATES, strict=True):
+        slope = np.diff(table[angle]) / step
+        digits = table.half_units(angle)
+        noise = (digits[1:] + digits[:-1]) / step
+        before = np.concatenate([slope[-1:] if closed else slope[:1], slope])
+        after = np.concatenate([slope, slope[:1] if closed else slope[-1:]])
+        loose = np.maximum(np.append(noise, noise[:1]), np.insert(noise, 0, noise[-1]))
+        size = np.maximum(np.abs(before), np.abs(after))
+        slack = size + loose + table.half_units(name) + 1e-9 * (1.0 + size)
+        rate: FloatArray = table[name]
+        wrong = rate < np.minimum(before, after) - slack
+        wrong |= rate > np.maximum(before, after) + slack
+        if wrong.any():
+            row = int(np.argmax(wrong))
+            return (
+                f"row {row + 1} states {name} = {rate[row]:.6g} rad/s, where the angle changes by {before[row]:.6g} "
+                f"rad/s before and {after[row]:.6g} rad/s after it"
+            )
+    return ""

@@ -1,0 +1,443 @@
+"""What a table states of its rows is checked once, number by number; verdicts hold for both; proofs are held against rows."""
+
+from __future__ import annotations
+
+import csv
+import json
+import warnings
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+from scipy.interpolate import CubicHermiteSpline
+
+import gaitgraph as gg
+from gaitgraph.certificates import verify
+from gaitgraph.errors import FileWarning
+from gaitgraph.gait.digits import Digits, digits_of
+from gaitgraph.gait.table import ACCELERATIONS, ANGLES, RATES, Table
+from gaitgraph.invertibility.matrices import hover_thrust_shares, least_singular_value
+from gaitgraph.io.formats import write_tables
+from gaitgraph.timing.laws import LAWS
+from gaitgraph.timing.timed_gait import table_of
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from gaitgraph.invertibility.matrices import FloatArray
+
+FAST = gg.Vehicle(
+    name="fast", mass=1.6, arm_length=0.24, drag_to_thrust=0.018, max_tilt="75deg"
+)
+CORNERS = [(-0.2, 0.3), (-0.2, -0.07), (-0.9, -0.07), (-0.9, 0.3)]
+NUMBERS = ("t", *ANGLES, *RATES, *ACCELERATIONS)
+FORMATS = [".csv", ".json", ".npz", ".mat", ".parquet"]
+
+
+def rounded(table: Table, angles: int, times: int = 17) -> Table:
+    """Return a table whose angles, rates and accelerations, and times, are printed with some decimals."""
+    columns = dict(table.columns)
+    for name in NUMBERS:
+        columns[name] = np.round(table[name], times if name == "t" else angles)
+    return Table(columns=columns, about=table.about)
+
+
+def edited(table: Table, name: str, row: int, value: float) -> Table:
+    column = table[name].copy()
+    column[row] = value
+    return Table(columns={**table.columns, name: column}, about=table.about)
+
+
+def random_gait(random: np.random.Generator, vehicle: Any = gg.PAPER) -> gg.Gait:
+    """Return a small loop around a point of hover's component."""
+    centre = random.uniform((-0.8, 0.3), (-0.3, 0.8))
+    points = centre + random.uniform(-0.25, 0.25, (random.integers(2, 6), 2))
+    return gg.lift(points, "red", vehicle=vehicle)
+
+
+def read_in(path: Path, table: Table) -> tuple[Table, list[str]]:
+    """Return a table written and read again, and the warnings."""
+    write_tables(table, [path], force=True)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", FileWarning)
+        found = gg.read_table(path)
+    return found, [str(one.message) for one in caught]
+
+
+def test_digits_are_those_that_numbers_were_printed_with() -> None:
+    random = np.random.default_rng(5)
+    for decimals in range(1, 10):
+        values = random.uniform(-2, 2, 300).round(decimals)
+        assert digits_of(values).decimals == decimals
+        np.testing.assert_allclose(
+            digits_of(values).half_units(values), 0.5 * 10.0**-decimals
+        )
+    six = np.array([float(f"{one:.6g}") for one in random.uniform(0.01, 200, 500)])
+    units = digits_of(six).half_units(six)
+    np.testing.assert_allclose(units, 0.5 * 10.0 ** (np.floor(np.log10(six)) - 5))
+    assert digits_of(random.uniform(-2, 2, 50)) == Digits()
+    mostly = np.append(np.full(5000, 0.5), [0.123])  # a row that no sample may miss
+    assert digits_of(mostly).decimals == 3
+
+
+@pytest.mark.parametrize("suffix", FORMATS)
+@pytest.mark.parametrize("law", [*LAWS, "least", "rounded", "path"])
+def test_unedited_tables_are_what_they_state(
+    law: Any, suffix: str, tmp_path: Path
+) -> None:
+    random = np.random.default_rng(len(law) + 10 * len(suffix))
+    gait = random_gait(random)
+    period = float(10 ** random.uniform(-2, 1))
+    samples = int(random.integers(20, 150))
+    timed: Any
+    if law in LAWS:
+        timed = gait.parametrize(period, law=law, samples=samples)
+    elif law == "path":
+        timed = gg.transition("hover", gait, samples=samples).timed
+    else:
+        limits = gg.Limits(rate=6.0, acceleration=150.0)
+        rounding = 0.05 if law == "rounded" else None
+        gait = gg.lift([*gait.alpha[:, :2], (-0.9, 0.9)], "red")
+        if len(gait.vertices()) < 3:  # pace makes a curve of a loop that turns back
+            gait = gg.lift([(-0.3, 0.3), (-0.3, 0.9), (-0.9, 0.9)], "red")
+        timed = gg.least_period(gait, limits, rounding=rounding, samples=samples).timed
+    table = table_of(timed)
+    for angles, times in ((17, 17), (9, 12), (5, 7), (3, 6), (2, 17)):
+        if not (np.diff(table["t"].round(times)) > 1e-8).all():
+            continue
+        found, said = read_in(tmp_path / f"a{suffix}", rounded(table, angles, times))
+        assert not said
+        assert found.motion is not None
+        at = np.linspace(0, timed.period, 500)
+        np.testing.assert_allclose(
+            found.motion.at(at).alpha, timed.at(at).alpha, atol=1e-9
+        )
+
+
+@pytest.mark.parametrize("suffix", FORMATS)
+def test_one_number_that_differs_drops_the_statement(
+    suffix: str, tmp_path: Path
+) -> None:
+    random = np.random.default_rng(len(suffix))
+    for _ in range(12):
+        timed = random_gait(random).parametrize(
+            float(10 ** random.uniform(-2, 1)), samples=int(random.integers(10, 60))
+        )
+        decimals = int(random.integers(2, 10))
+        table = rounded(table_of(timed), decimals)
+        name = str(random.choice(NUMBERS[1:]))
+        row = int(random.integers(0, len(table)))
+        unit = 10.0**-decimals * random.choice([-2.0, 2.0])
+        value = round(float(table[name][row]) + unit, decimals)
+        found, said = read_in(tmp_path / f"a{suffix}", edited(table, name, row, value))
+        assert found.motion is None
+        assert len(said) == 1
+        assert f"row {row + 1} has {name}" in said[0]
+        assert found.notes == (said[0].split(": ", 1)[1],)
+        assert set(found.about) <= {"vehicle", "coefficients", "crossing_tolerance"}
+        assert set(found.columns) == {"t", *ANGLES}
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", FileWarning)
+            report = gg.validate(tmp_path / f"a{suffix}")
+        assert found.notes[0] in report.as_mapping()["warnings"]
+        assert found.notes[0] not in str(report)  # it was said when the file was read
+
+
+def without(table: Table, rows: Any) -> Table:
+    keep = np.delete(np.arange(len(table)), rows)
+    columns = {
+        name: values[keep]
+        if isinstance(values, np.ndarray)
+        else tuple(values[k] for k in keep)
+        for name, values in table.columns.items()
+    }
+    return replace(table, columns=columns)
+
+
+def test_rows_that_are_missing_or_out_of_order_drop_the_statement(
+    tmp_path: Path,
+) -> None:
+    limits = gg.Limits(rate=6.0, acceleration=150.0)
+    gait = gg.lift([(-0.3, 0.3), (-0.3, 0.9), (-0.9, 0.9)], "red")
+    for rounding in (None, 0.05):
+        table = table_of(
+            gg.least_period(gait, limits, rounding=rounding, samples=100).timed
+        )
+        three = [k for k in range(101) if k not in (0, 50, 100)]
+        for rows, said in ((three, "row 2 is at"), (range(30, 70), "row 31 is at")):
+            _, notes = read_in(tmp_path / "a.csv", without(table, list(rows)))
+            assert len(notes) == 1
+            assert said in notes[0]
+        _, notes = read_in(tmp_path / "a.csv", without(table, [100]))
+        assert "row 101 is missing" in notes[0]
+        order = np.arange(101)
+        order[10:40] = np.random.default_rng(1).permutation(order[10:40])
+        angles = {name: table[name][order] for name in ANGLES}
+        shuffled = replace(table, columns={**table.columns, **angles})
+        found, notes = read_in(tmp_path / "a.csv", shuffled)
+        assert len(notes) == 1
+        assert found.motion is None
+        assert len(gg.gait_of(found).alpha) > 20  # the rows, not the stated corners
+
+
+def test_edited_rows_of_a_fast_gait_are_not_flyable(tmp_path: Path, run: Any) -> None:
+    """Half a digit of the angles is no error of time: three decimals at T = 0.1 s hid 0.016 rad."""
+    plan = gg.plan_loop(CORNERS, sign="positive", vehicle=FAST)
+    table = rounded(table_of(plan.gait.parametrize(0.1)), 3)
+    columns = dict(table.columns)
+    for name in ("alpha2", "alpha4"):
+        columns[name] = np.where(columns[name] == -0.07, -0.086, columns[name])
+    table = Table(columns=columns, about=table.about)
+    shares = hover_thrust_shares(table.alpha, FAST)
+    assert shares.min() < -0.02
+    for suffix in FORMATS:
+        path = tmp_path / f"fast{suffix}"
+        write_tables(table, [path])
+        with pytest.warns(FileWarning, match="has alpha2 = -0.086, the stated motion"):
+            report = gg.validate(path)
+        assert not report.flyable
+        assert report["hover_thrust"].value == pytest.approx(shares.min(), abs=1e-3)
+    for command in ("validate", "certify", "export"):
+        more = ["out.csv"] if command == "export" else []
+        done = run(command, "fast.csv", *more)
+        assert done.code == 1
+        assert "has alpha2 = -0.086" in done.err
+    assert not (tmp_path / "out.csv").exists()
+
+
+def test_rates_that_do_not_fit_the_rows_are_dropped(tmp_path: Path) -> None:
+    timed = gg.lift([(-0.3, 0.3), (-0.3, 0.9), (-0.9, 0.9)], "red").parametrize(0.8)
+    table = table_of(timed)
+    bare = {name: table[name] for name in NUMBERS}
+    for factor, fits in ((1.0, True), (57.3, False), (-1.0, False)):
+        columns = bare | {name: factor * table[name] for name in RATES}
+        stated = Table(columns=columns)
+        if fits:
+            assert RATES[0] in read_in(tmp_path / "a.json", stated)[0]
+            continue
+        found, said = read_in(tmp_path / "a.json", stated)
+        assert "stated rates and accelerations are not used" in said[0]
+        assert RATES[0] not in found
+        # The same in a file that states its motion: everything is computed from the rows.
+        found, said = read_in(tmp_path / "a.json", replace(table, columns=columns))
+        assert "the stated motion has" in said[0]
+        gg.timing.export(found, [tmp_path / "a.h"], force=True)
+        assert "cubic" not in (tmp_path / "a.h").read_text()
+
+
+def test_smooth_rows_fit_their_rates_at_any_sampling() -> None:
+    random = np.random.default_rng(8)
+    for _ in range(150):
+        samples = int(random.integers(4, 200))
+        timed = random_gait(random).parametrize(1.0, samples=samples)
+        bare = Table(columns={name: timed.columns[name] for name in NUMBERS})
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", FileWarning)
+            gg.validate(bare)
+
+
+def test_cubics_between_rows_are_judged(tmp_path: Path) -> None:
+    """Rows on one line whose cubics swing out of it to where thrusts are smaller."""
+    alpha = np.array([[-0.4, 0.3], [-0.5, 0.3], [-0.6, 0.3], [-0.5, 0.3], [-0.4, 0.3]])
+    rates = np.zeros_like(alpha)
+    rates[1:4, 1] = (-0.75, 0.75, -0.75)
+    t = np.arange(5) * 1.0
+    columns = {"t": t}
+    for k, name in enumerate(ANGLES):
+        columns[name] = alpha[:, k % 2]
+        columns[RATES[k]] = rates[:, k % 2] * 0.1
+        columns[ACCELERATIONS[k]] = np.full(5, 0.01)
+    straight: Any = gg.validate({name: columns[name] for name in ("t", *ANGLES)})
+    report = gg.validate(Table(columns=columns))
+    spline = CubicHermiteSpline(t, alpha, rates * 0.1)
+    x = np.linspace(0, 4, 8001)
+    dense = np.hstack([spline(x), spline(x)])
+    least: Any = report["hover_thrust"].value
+    found = hover_thrust_shares(dense, gg.PAPER).min()
+    assert least == pytest.approx(found, abs=1e-3)
+    assert least < straight["hover_thrust"].value - 1e-3
+
+
+def dense_check(report: gg.Report, table: Table, vehicle: gg.Vehicle) -> None:
+    """Assert that nothing is called flyable where rows as they are joined break a condition."""
+    if not report.flyable:
+        return
+    alpha = table.alpha
+    closed = np.vstack([alpha, alpha[:1]])
+    share = np.linspace(0, 1, 41)[:, None, None]
+    dense = (closed[:-1] + share * np.diff(closed, axis=0)).reshape(-1, 4)
+    assert least_singular_value(dense, vehicle).min() >= 0.05 - 1e-9
+    assert hover_thrust_shares(dense, vehicle).min() > 0
+    if vehicle.max_tilt is not None:
+        assert np.abs(dense).max() <= np.max(vehicle.max_tilt) + 1e-9
+    if vehicle.max_tilt_rate is not None:
+        even = np.linspace(table["t"][0], table["t"][-1], len(table))
+        slopes = np.abs(np.diff(alpha, axis=0)) / np.diff(even)[:, None]
+        assert slopes.max() <= np.max(vehicle.max_tilt_rate) * 1.0101
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_no_flyable_verdict_where_rows_break_a_condition(
+    seed: int, tmp_path: Path
+) -> None:
+    """Random laws, periods, digits, and edits of rows, of runs of rows and of the statement."""
+    random = np.random.default_rng(seed)
+    flyable = 0
+    for _ in range(40):
+        vehicle = gg.PAPER.replace(
+            max_tilt=float(random.uniform(0.6, 1.2)),
+            max_tilt_rate=float(random.uniform(3, 40)),
+        )
+        gait = random_gait(random, vehicle)
+        period = float(10 ** random.uniform(-1, 1))
+        law: Any = random.choice([*LAWS])
+        timed = gait.parametrize(period, law=law, samples=int(random.integers(8, 120)))
+        table = rounded(table_of(timed), int(random.integers(2, 10)))
+        kind = random.choice(["none", "row", "run", "corner", "period"])
+        if kind in ("row", "run"):
+            columns = dict(table.columns)
+            first = int(random.integers(1, len(table) - 1))
+            rows = slice(first, first + (1 if kind == "row" else 6))
+            by = float(random.choice([-1, 1]) * 10 ** random.uniform(-3, 0))
+            for name in random.choice(ANGLES[:2], int(random.integers(1, 3))):
+                other = ANGLES[ANGLES.index(str(name)) + 2]
+                for one in (str(name), other):
+                    columns[one] = columns[one].copy()
+                    columns[one][rows] += by
+            table = Table(columns=columns, about=table.about)
+        elif kind == "corner":
+            corners = np.array(table.about["corners"])
+            corners[0] *= 1.01
+            table = replace(table, about={**table.about, "corners": corners.tolist()})
+        elif kind == "period":
+            table = replace(table, about={**table.about, "period": 2 * period})
+        verdicts = []
+        for suffix in FORMATS:
+            found, said = read_in(tmp_path / f"a{suffix}", table)
+            assert bool(said) is (kind != "none"), (kind, said)
+            report = gg.validate(found)
+            dense_check(report, found, vehicle)
+            verdicts.append(report.flyable)
+        assert len(set(verdicts)) == 1
+        flyable += verdicts[0]
+    assert 2 < flyable < 38
+
+
+def test_what_pace_made_flyable_stays_flyable_on_every_way_between_formats(
+    tmp_path: Path,
+) -> None:
+    vehicle = gg.PAPER.replace(max_tilt_rate=6.0, max_tilt_acceleration=60.0)
+    gait = gg.lift([(-0.3, 0.3), (-0.3, 0.9), (-0.9, 0.9)], "red", vehicle=vehicle)
+    pytest.importorskip("rosbags", reason="install gaitgraph[ros]")
+    for rounding in (None, 0.03):
+        timed = gg.least_period(gait, rounding=rounding, samples=100).timed
+        assert timed is not None
+        suffixes = [*FORMATS, ".mcap"]
+        for k, suffix in enumerate(suffixes):
+            timed.write(tmp_path / f"a{suffix}", force=True)
+            other = tmp_path / f"b{suffixes[(k + 3) % len(suffixes)]}"
+            gg.timing.export(tmp_path / f"a{suffix}", [other], force=True)
+            gg.timing.export(other, [tmp_path / "c.csv"], force=True)
+            for path in (tmp_path / f"a{suffix}", other, tmp_path / "c.csv"):
+                report = gg.validate(path)
+                assert report.flyable, (path.name, report.reason)
+                assert not report.warnings
+
+
+# -- Proofs held against tables
+
+
+def in_place(alpha: FloatArray, row: int, joint: int, by: float) -> FloatArray:
+    moved = alpha.copy()
+    moved[row, joint] += by
+    return moved
+
+
+def test_a_certificate_finds_each_edit_above_its_deviation(tmp_path: Path) -> None:
+    random = np.random.default_rng(11)
+    for _ in range(20):
+        timed = random_gait(random).parametrize(
+            float(10 ** random.uniform(-1, 1)), samples=int(random.integers(10, 60))
+        )
+        decimals = int(random.choice([3, 6, 17]))
+        table = rounded(table_of(timed), decimals)
+        certificate = tmp_path / "a.cert.json"
+        found, _ = read_in(tmp_path / "a.csv", table)
+        certified = gg.certify(found)
+        certified.write(certificate, force=True)
+        assert verify(certificate).table == str(tmp_path / "a.csv")
+        assert verify(certificate)
+        allowed = float(certified.document["deviation"])
+        row, joint = int(random.integers(1, len(table) - 1)), int(random.integers(4))
+        at = timed.at(timed.t).alpha
+        for by, is_found in ((0.98 * allowed, False), (1.02 * allowed, True)):
+            for sign in (-1, 1):
+                moved = in_place(at, row, joint, sign * by)
+                columns = {"t": timed.t, **dict(zip(ANGLES, moved.T, strict=True))}
+                write_tables(Table(columns=columns), [tmp_path / "b.csv"], force=True)
+                answer = verify(certificate, tmp_path / "b.csv")
+                if decimals < 17 or by > 1e-13:  # above what floats carry
+                    assert bool(answer.off) is is_found
+                    assert not is_found or f"row {row + 1}," in answer.off
+
+
+def test_order_period_and_other_gaits_are_seen(tmp_path: Path, run: Any) -> None:
+    timed = gg.lift([(-0.3, 0.3), (-0.3, 0.9), (-0.9, 0.9)], "red").parametrize(0.8)
+    timed.write(tmp_path / "a.csv")
+    gg.certify(timed).write(tmp_path / "a.cert.json")
+    slower = timed.with_period(0.9)
+    slower.write(tmp_path / "slow.csv")
+    half = without(table_of(timed), list(range(51, 101)))
+    write_tables(Table(columns=half.columns), [tmp_path / "half.csv"])
+    assert run("verify", "a.cert.json", "a.csv").code == 0
+    alone = run("verify", "a.cert.json", "--json")
+    assert alone.json["table"] == "a.csv"
+    assert alone.json["rows"] == 101
+    for other, said in (
+        ("slow.csv", "row 2, t = 0.009 s"),
+        ("half.csv", "the rows last 0.4 s, the curve 0.8 s"),
+    ):
+        done = run("verify", "a.cert.json", other)
+        assert done.code == 1
+        assert said in done.out
+    (tmp_path / "a.csv").unlink()
+    done = run("verify", "a.cert.json")
+    assert done.code == 0
+    assert "no table was compared" in done.out
+    document = json.loads((tmp_path / "a.cert.json").read_text())
+    weak = document["claims"]["least_singular_value"]
+    weak["at_least"] = "0.01"
+    (tmp_path / "weak.cert.json").write_text(json.dumps(document))
+    done = run("verify", "weak.cert.json", "--json")
+    assert (done.code, done.json["proved"], done.json["flyable"]) == (0, True, False)
+    assert (
+        "below 0.05" in run("verify", "weak.cert.json").out
+    )  # what flyable asks is said
+
+
+def test_servo_tables_and_bags_are_held_against_the_proof(tmp_path: Path) -> None:
+    pytest.importorskip("rosbags", reason="install gaitgraph[ros]")
+    timed = gg.lift([(-0.3, 0.3), (-0.3, 0.9), (-0.9, 0.9)], "red").parametrize(
+        1 / 3, samples=70
+    )
+    certificate = tmp_path / "a.cert.json"
+    gg.certify(timed).write(certificate)
+    servos = gg.io.servo_map_from_mapping(
+        {"preset": "x_frame", "unit": "us", "us_per_rad": 400}
+    )
+    write_tables(table_of(timed), [tmp_path / "pulses.csv"], servos=servos)
+    timed.write(tmp_path / "a.mcap")
+    assert verify(certificate, tmp_path / "pulses.csv")
+    assert verify(certificate, tmp_path / "a.mcap")
+    with (tmp_path / "pulses.csv").open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    name = next(one for one in rows[0] if one.endswith("_us"))
+    rows[20][name] = repr(round(float(rows[20][name]) + 2, 1))
+    with (tmp_path / "pulses.csv").open("w", newline="") as stream:
+        writer = csv.DictWriter(stream, rows[0])
+        writer.writeheader()
+        writer.writerows(rows)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", FileWarning)
+        assert "row 21," in verify(certificate, tmp_path / "pulses.csv").off
