@@ -370,7 +370,7 @@ def test_a_log_of_servo_angles_is_read_through_the_linkage_of_the_vehicle(
     vehicle = PAPER.replace(linkage=CURVE, first_arm_angle="45deg")
     joints = servo_map_from_mapping({"preset": "x_frame"})
     found = next(
-        iter(export(tmp_path / "log.csv", [], vehicle=vehicle, joints=joints).pieces())
+        iter([export(tmp_path / "log.csv", [], vehicle=vehicle, joints=joints).table])
     )
     # Joints 1 to 4 turn rotors 4, 2, 1, 3.
     np.testing.assert_allclose(

@@ -161,9 +161,8 @@ def test_rows_that_are_missing_or_out_of_order_drop_the_statement(
     limits = gg.Limits(rate=6.0, acceleration=150.0)
     gait = gg.lift([(-0.3, 0.3), (-0.3, 0.9), (-0.9, 0.9)], "red")
     for rounding in (None, 0.05):
-        table = table_of(
-            gg.least_period(gait, limits, rounding=rounding, samples=100).timed
-        )
+        timed: Any = gg.least_period(gait, limits, rounding=rounding, samples=100).timed
+        table = table_of(timed)
         three = [k for k in range(101) if k not in (0, 50, 100)]
         for rows, said in ((three, "row 2 is at"), (range(30, 70), "row 31 is at")):
             _, notes = read_in(tmp_path / "a.csv", without(table, list(rows)))

@@ -670,8 +670,8 @@ def test_about_that_is_wrong_is_refused(tmp_path: Path) -> None:
         with pytest.raises(gg.InputError, match=message):
             export(path, [tmp_path / "out.csv"], samples=4)
     assert not (tmp_path / "out.csv").exists()
-    for key, value in (("period", "x"), ("law", 3), ("samples", 4.5)):
-        stated = {**content["about"], key: value}
+    for key, wrong in (("period", "x"), ("law", 3), ("samples", "4")):
+        stated = {**content["about"], key: wrong}
         path.write_text(json.dumps({**content, "about": stated}))
         with pytest.warns(gg.errors.FileWarning, match=f"{key} must be .*not used"):
             assert read_table(path).motion is None

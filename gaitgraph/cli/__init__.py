@@ -590,8 +590,8 @@ def certificates_beside(outputs: Paths, *, force: bool) -> list[Path]:
     """Return the certificates beside gait files, gait.cert.json beside gait.csv; raise if one cannot be written."""
     from pathlib import Path
 
+    from gaitgraph.certificates.verifying import CERTIFICATE
     from gaitgraph.files import check_new_files
-    from gaitgraph.validation.validating import CERTIFICATE
 
     paths = sorted({Path(output).with_suffix(CERTIFICATE) for output in outputs})
     if not paths:

@@ -124,8 +124,13 @@ class Exported:
     clipped: dict[str, int]
     rate_checks: tuple[Check, ...] = ()
 
+    @property
+    def rows(self) -> int:
+        """Number of rows of one period."""
+        return len(self.table)
+
     def __repr__(self) -> str:
-        return f"<Exported: {self.rows} rows, {len(self.columns)} columns>"
+        return f"<Exported: {self.rows} rows, {len(self.table.columns)} columns>"
 
 
 def export(
@@ -182,7 +187,7 @@ def export(
     chosen: dict[str, Any] = {"vehicle": vehicle, "coefficients": coefficients}
     sampling: dict[str, Any] = {"samples": samples, "rate": rate}
     table = _to_write(source, chosen, joints, period, law, sampling)
-    report = judged(table, require=require, anyway=anyway)
+    report = judged(table, require=require, anyway=anyway or not paths)
     servo_map = None if servos is None else servo_map_named(servos)
     write_tables(table, paths, force=force, periods=periods, servos=servo_map)
     clipped = {}
