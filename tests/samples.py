@@ -1,7 +1,8 @@
-"""Random vehicles, configurations, segments and closed gaits that several tests share."""
+"""Random vehicles, configurations, segments and closed gaits that several tests share, and the public names."""
 
 from __future__ import annotations
 
+import inspect
 import math
 from dataclasses import replace
 from itertools import combinations
@@ -13,6 +14,7 @@ import numpy.typing as npt
 import pytest
 import shapely
 
+import gaitgraph as gg
 from gaitgraph.gait.gait import lift, paper_gait
 from gaitgraph.gait.table import ANGLES, Table
 from gaitgraph.invertibility.matrices import coefficients_of
@@ -198,3 +200,21 @@ def replan_requests(
                 ).tolist()
             )
         yield [*here, *here], stops, keep_out
+
+
+def public_callables() -> Iterator[tuple[str, Any]]:
+    """Yield the public functions, classes and methods, each with the shortest name."""
+    packages = [getattr(gg, name) for name in dir(gg)]
+    seen: set[int] = set()
+    for home in [gg, *filter(inspect.ismodule, packages)]:
+        for name in getattr(home, "__all__", ()):
+            value = getattr(home, name)
+            if not callable(value) or id(value) in seen:
+                continue
+            seen.add(id(value))
+            whole = f"{home.__name__}.{name}".removeprefix("gaitgraph.")
+            yield whole, value
+            if inspect.isclass(value):
+                for own in vars(value):
+                    if not own.startswith("_") and callable(getattr(value, own)):
+                        yield f"{whole}.{own}", getattr(value, own)

@@ -14,9 +14,10 @@ import gaitgraph as gg
 from gaitgraph.cli import main
 from gaitgraph.gait.gait import lift
 from gaitgraph.graph.build import metadata_of
+from tests.samples import public_callables
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable
     from pathlib import Path
 
 WAYPOINTS = [
@@ -264,24 +265,6 @@ def as_text(answer: Any) -> str:
     if hasattr(answer, "get_xydata"):
         return as_text(answer.get_xydata())
     return str(np.asarray(answer).tolist() if hasattr(answer, "tolist") else answer)
-
-
-def public_callables() -> Iterator[tuple[str, Any]]:
-    """Yield the public functions, classes and methods, each with the shortest name."""
-    packages = [getattr(gg, name) for name in dir(gg)]
-    seen: set[int] = set()
-    for home in [gg, *filter(inspect.ismodule, packages)]:
-        for name in getattr(home, "__all__", ()):
-            value = getattr(home, name)
-            if not callable(value) or id(value) in seen:
-                continue
-            seen.add(id(value))
-            whole = f"{home.__name__}.{name}".removeprefix("gaitgraph.")
-            yield whole, value
-            if inspect.isclass(value):
-                for own in vars(value):
-                    if not own.startswith("_") and callable(getattr(value, own)):
-                        yield f"{whole}.{own}", getattr(value, own)
 
 
 def test_every_public_function_of_a_vehicle_is_tried() -> None:

@@ -117,6 +117,18 @@ class Engine:
                 f"{rule}, got those of {vehicle.name!r} ({reason})"
             ) from None
         self.data = self.mujoco.MjData(self.model)
+        self._watch()
+
+    def __getstate__(self) -> tuple[Any, Any]:
+        return self.model, self.data
+
+    def __setstate__(self, state: tuple[Any, Any]) -> None:
+        self.mujoco = mujoco_library()
+        self.model, self.data = state
+        self._watch()
+
+    def _watch(self) -> None:
+        """Keep the engine's warnings about states and inputs that are not finite or too large."""
         kinds = self.mujoco.mjtWarning
         bad = (
             kinds.mjWARN_BADQPOS,

@@ -13,10 +13,12 @@ searched from its smallest node and the smaller of that node's two neighbours on
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Iterator
+from copy import deepcopy
 from functools import cache
 from heapq import heapify, heappop, heappush, nsmallest
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 from gaitgraph.angles import checked_number, whole_number
 from gaitgraph.graph.build import vehicle_and_coefficients
@@ -52,13 +54,17 @@ class Cycles(Iterator[Cycle]):
     """The simple closed cycles of one or more graphs, found lazily; see :func:`cycles`.
 
     Those of several graphs come in order of length, ties from the earlier graph first. `found` is how many have been
-    yielded; `bound`, `complete` and `steps` hold at any time, after an interruption too.
+    yielded; `bound`, `complete` and `steps` hold at any time, after an interruption too, and the next cycle follows. A copy
+    goes on by itself.
     """
 
     def __init__(self, sources: Iterable[tuple[CycleSearch, Iterator[Cycle]]]) -> None:
         self.found = 0
         self.sources = list(sources)
         self._heads: list[Cycle | None] = [None] * len(self.sources)
+
+    def __copy__(self) -> Self:
+        return deepcopy(self)  # else the two would take cycles from each other
 
     def look_ahead(self) -> None:
         """Find the next cycle of each graph without yielding it, which sharpens the bound."""
@@ -160,15 +166,24 @@ def cycles(
     search = CycleSearch(
         [sorted(row) for row in rows], most=most, effort=steps, progress=progress
     )
-    found = (
-        Cycle(
-            nodes=tuple(names[node] for node in nodes),
+    return Cycles([(search, _NamedCycles(search, names, surface))])
+
+
+class _NamedCycles(Iterator[Cycle]):
+    """The cycles that a search finds, with the names of their nodes."""
+
+    def __init__(
+        self, search: CycleSearch, names: list[Any], surface: nx.Graph[Any]
+    ) -> None:
+        self._search, self._names, self._surface = search, names, surface
+
+    def __next__(self) -> Cycle:
+        length, nodes = next(self._search)
+        return Cycle(
+            nodes=tuple(self._names[node] for node in nodes),
             length=length / QUANTA_PER_RADIAN,
-            surface=surface,
+            surface=self._surface,
         )
-        for length, nodes in search
-    )
-    return Cycles([(search, found)])
 
 
 def _distances(
@@ -200,7 +215,16 @@ class _Spent(Exception):
     """The effort is spent."""
 
 
-class CycleSearch:
+class _Pass(NamedTuple):
+    """A pass of the search: its floor, what was found before it, how many cycles it may hold, and where it was cut."""
+
+    floor: int
+    before: int
+    capacity: int
+    cut: Item | None
+
+
+class CycleSearch(Iterator[Item]):
     """The simple cycles of three or more nodes as items, in their total order, each once; iterated once.
 
     `rows` states each edge from both sides, with lengths ≥ 0; `most` is the greatest length [quanta]. Every cycle
@@ -223,6 +247,11 @@ class CycleSearch:
         self.floor = self.steps = self.found = self._limit = 0
         self.complete = False
         self.held: set[Item] = set()
+        # Each pass goes from the floor that the one before has proven to the floor and a width.
+        self._width = 0
+        self._last: Item = (-1, ())  # all items up to this one have been yielded
+        self._pass: _Pass | None = None
+        self._ready: deque[Item] = deque()
         self._rows, self._progress = rows, progress
         self._most, self._effort, self._least_left = most, effort, _NEVER
 
@@ -231,34 +260,51 @@ class CycleSearch:
         """The floor in radians, infinite when there are no more cycles at all."""
         return math.inf if self.floor >= _NEVER else self.floor / QUANTA_PER_RADIAN
 
-    def __iter__(self) -> Iterator[Item]:
-        # Each pass goes from the floor that the one before has proven to the floor and a width.
-        last: Item = (-1, ())  # all items up to this one have been yielded
-        width = 0
-        while self.floor <= self._most:
-            floor, before = self.floor, self.found
-            # At first few are held, so that the first cycles come soon.
-            capacity = min(MOST_HELD, max(1, 2 * self.found))
-            self._limit, self._least_left = min(floor + width, self._most), _NEVER
-            try:
-                cut = self._hold(last, capacity)
-            except _Spent:
-                return
-            for item in sorted(self.held):
-                self.floor = item[0]
-                self.found += 1
-                yield item
-            self.held.clear()
-            if cut is not None:
-                # More than could be held: go on after the last one held, with the width that filled this pass.
-                last, self.floor, width = cut, cut[0], cut[0] - floor
-            else:
-                # All up to the limit: go on at the least length cut off, with a greater width if little was found.
-                last, self.floor = (self._limit, (_NEVER,)), self._least_left
-                if 4 * (self.found - before) < capacity:
-                    width = max(2 * width, floor >> 7)
-            self._report()
-        self.complete = True
+    def __getstate__(self) -> dict[str, Any]:
+        return self.__dict__ | {
+            "_progress": None
+        }  # a copy in another process is silent
+
+    def __next__(self) -> Item:
+        while not self._ready:
+            if self._pass is not None:
+                self._end(self._pass)
+            if self.floor > self._most:
+                self.complete = True
+                raise StopIteration
+            self._pass = self._begun()
+        item = self._ready.popleft()
+        self.floor = item[0]
+        self.found += 1
+        return item
+
+    def _begun(self) -> _Pass:
+        """Search the next pass, so that its cycles are ready; StopIteration if the effort is spent."""
+        # At first few are held, so that the first cycles come soon.
+        capacity = min(MOST_HELD, max(1, 2 * self.found))
+        self._limit = min(self.floor + self._width, self._most)
+        self._least_left = _NEVER
+        try:
+            cut = self._hold(self._last, capacity)
+        except _Spent:
+            raise StopIteration from None
+        self._ready.extend(sorted(self.held))
+        return _Pass(self.floor, self.found, capacity, cut)
+
+    def _end(self, done: _Pass) -> None:
+        """Set from where and how far the next pass goes, all cycles of this one having been yielded."""
+        self.held.clear()
+        self._pass = None
+        if done.cut is not None:
+            # More than could be held: go on after the last one held, with the width that filled this pass.
+            self._last, self.floor = done.cut, done.cut[0]
+            self._width = done.cut[0] - done.floor
+        else:
+            # All up to the limit: go on at the least length cut off, with a greater width if little was found.
+            self._last, self.floor = (self._limit, (_NEVER,)), self._least_left
+            if 4 * (self.found - done.before) < done.capacity:
+                self._width = max(2 * self._width, done.floor >> 7)
+        self._report()
 
     def _hold(self, last: Item, capacity: int) -> Item | None:
         """Hold the first cycles beyond the last one; return the last one that is held if there are more."""
