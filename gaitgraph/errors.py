@@ -40,8 +40,10 @@ class GaitgraphError(Exception):
     """Base of all errors raised by gaitgraph.
 
     Its text is its `message` and, where something helps, `advice` with the argument of Python to use. `on_command_line`
-    is the same text with the flag instead.
+    is the same text with the flag instead. `file` is the file that the message names, None where it names none.
     """
+
+    file: str | None = None
 
     def __init__(self, message: object = "", *, advice: Advice | None = None) -> None:
         super().__init__(message)
@@ -76,10 +78,12 @@ class InputError(GaitgraphError, ValueError):
         message: object = "",
         *,
         field: str | None = None,
+        file: str | None = None,
         advice: Advice | None = None,
     ) -> None:
         super().__init__(message, advice=advice)
         self.field = field
+        self.file = file
 
 
 class MissingConstant(InputError):

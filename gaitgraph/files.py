@@ -55,7 +55,8 @@ def text_of(path: Path, what: str) -> str:
         size = path.stat().st_size
         if size > MOST_BYTES:
             raise InputError(
-                f"{what} {str(path)!r} must have at most {MOST_BYTES >> 20} MiB, got {size >> 20} MiB"
+                f"{what} {str(path)!r} must have at most {MOST_BYTES >> 20} MiB, got {size >> 20} MiB",
+                file=str(path),
             )
         return path.read_text(encoding="utf-8-sig")
 
@@ -91,7 +92,9 @@ def reading(path: Path, what: str) -> Iterator[None]:
         got = "got other bytes" + "; in Excel save it as CSV UTF-8" * (
             what != "certificate"
         )
-        raise InputError(f"{what} {str(path)!r} must be UTF-8 text, {got}") from error
+        raise InputError(
+            f"{what} {str(path)!r} must be UTF-8 text, {got}", file=str(path)
+        ) from error
     except OSError as error:
         if isinstance(error, GaitgraphError):
             raise

@@ -24,7 +24,7 @@ from gaitgraph.graph.cycle_list import cycles
 from gaitgraph.invertibility.matrices import coefficients_of
 from gaitgraph.invertibility.segment_bounds import least_singular_value_along
 from gaitgraph.invertibility.tilt_margins import least_singular_value_within
-from gaitgraph.io.formats import write_tables
+from gaitgraph.io.formats import naming_file, write_tables
 from gaitgraph.optimization.retargeting import MOST_ROWS
 from gaitgraph.robustness.attitudes import acceptable_attitudes, singular_curve
 from gaitgraph.robustness.biased import robustness_of
@@ -1039,6 +1039,17 @@ def test_errors_of_angles_are_angles(wrong: Any) -> None:
         with pytest.raises(InputError, match=f"^{name} must be ") as caught:
             function(**{name: wrong})
         assert caught.value.field == name
+
+
+def test_an_error_names_its_file_once() -> None:
+    with (
+        pytest.raises(InputError) as caught,
+        naming_file("a.toml", "request file"),
+        naming_file("a.toml"),
+    ):
+        raise InputError("gait files must be shorter", field="gait")
+    assert str(caught.value) == "gait file 'a.toml': gait files must be shorter"
+    assert (caught.value.file, caught.value.field) == ("a.toml", "gait")
 
 
 def test_texts_are_angles_in_every_function() -> None:

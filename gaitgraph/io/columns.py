@@ -407,7 +407,9 @@ def _numbers(
         )
         got = "no value" if value is None else shown(value)
         hint = f"; in degrees the column is {name}_deg" * (
-            name in ANGLES and got.endswith(("deg'", "°'"))
+            name in ANGLES
+            and isinstance(value, str)
+            and value.rstrip().endswith(("deg", "°"))
         )
         raise InputError(
             f"row {row + k + 1}: {name} must be {allowed}, got {got}{hint}"

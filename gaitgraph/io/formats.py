@@ -438,6 +438,8 @@ def naming_file(source: object, what: str = _WHAT) -> Iterator[None]:
     except (MissingExtra, FileProblem):
         raise
     except GaitgraphError as error:
-        if not isinstance(source, (str, Path)) or str(error).startswith(what):
+        if not isinstance(source, (str, Path)) or error.file is not None:
             raise
-        raise reworded(error, f"{what} {str(source)!r}: {error.message}") from error
+        named = reworded(error, f"{what} {str(source)!r}: {error.message}")
+        named.file = str(source)
+        raise named from error

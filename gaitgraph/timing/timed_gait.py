@@ -517,7 +517,8 @@ def timed_gait_of(
             else ""
         )
         raise InputError(
-            f"gait file {name!r} must be the table of a gait, got that of a flight{advice}"
+            f"gait file {name!r} must be the table of a gait, got that of a flight{advice}",
+            file=str(name),
         )
     chosen: Any = {"vehicle": vehicle, "coefficients": coefficients}
     motion: TimedGait | None = motion_of(source, **chosen)
@@ -537,6 +538,7 @@ def timed_gait_of(
         if period is None and len(corners.alpha) > 1 and is_file:
             raise InputError(
                 f"gait file {str(gait)!r} has no column t",
+                file=str(gait),
                 advice=Advice("set period= (s)", "set --period SECONDS"),
             )
         return corners.parametrize(1.0 if period is None else period, law=law)
