@@ -402,6 +402,15 @@ def test_skipped_tests_name_an_extra_that_there_is() -> None:
             assert name in extras, path
 
 
+def test_a_test_that_skips_itself_says_what_to_install() -> None:
+    for path in (ROOT / "tests").glob("*.py"):
+        for call in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(call, ast.Call) and ast.unparse(call.func) == "pytest.skip":
+                reason = call.args[0]
+                if isinstance(reason, ast.Constant):
+                    assert str(reason.value).startswith("install "), path
+
+
 def test_help_of_a_function_shows_the_name_of_the_vehicle_it_takes() -> None:
     assert "= PAPER" in str(inspect.signature(gg.plan_loop)).replace(
         "=PAPER", "= PAPER"
