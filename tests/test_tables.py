@@ -813,13 +813,13 @@ def test_what_made_a_csv_file_is_short_texts_in_its_first_rows(tmp_path: Path) -
     assert told[9].startswith("corners.2 = [1.178")
     assert max(map(len, told)) < 110
     assert told[-1] == ""
-    # Earlier versions wrote one text into the first and the last row.
+    # What short texts do not state exactly is one text in the first row.
     with path.open("w", newline="") as stream:
         writer = csv.DictWriter(stream, rows[0])
         writer.writeheader()
-        old = provenance_text(table)
+        whole = provenance_text(table)
         writer.writerows(
-            row | {"made_by": old if row in (rows[0], rows[-1]) else ""} for row in rows
+            row | {"made_by": whole if row is rows[0] else ""} for row in rows
         )
     assert read_table(path).about == table.about
     # Somebody else's column of that name is passed over, and a broken one of ours is refused.
