@@ -530,6 +530,22 @@ def test_the_loop_follows_a_drag_and_undo_takes_it_back(page: Page) -> None:
     page.planned()
 
 
+@pytest.mark.parametrize("after", [GAIT_3, "waypoints=pi/8,-3pi/8"])
+def test_a_waypoint_that_is_gone_is_not_dragged_on(page: Page, after: str) -> None:
+    page.open(f"{GAIT_3};-pi/8,pi/8")
+    page.mouse("mousePressed", (-2 * STEP, 2 * STEP))
+    page.mouse("mouseMoved", (-3 * STEP, 3 * STEP))
+    if after == GAIT_3:
+        page.keys(DELETE)
+    else:
+        page.js("location.hash = arguments[0]", after)
+    page.at(after)
+    page.mouse("mouseMoved", (-4 * STEP, 3 * STEP))
+    page.mouse("mouseReleased", (-4 * STEP, 3 * STEP))
+    assert page.complaints() == []
+    page.at(after)
+
+
 def test_the_address_holds_everything(page: Page) -> None:
     state = (
         f"{GAIT_3}&keep_out=pi/4,-3pi/16;5pi/16,-3pi/16;5pi/16,-5pi/16;0.8,-0.9&keep_in=0,0.1;pi/2,0.1;pi/2,-pi/2;0,-pi/2"

@@ -331,6 +331,7 @@ function writeAddress() {
 
 function commit(patch) {
   if (tab === "table" && "waypoints" in patch) showTab("plan");
+  map.letGo(); // of a waypoint or polygon that may be gone now
   store.commit(patch);
 }
 
