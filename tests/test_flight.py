@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from gaitgraph.errors import InputError
-from gaitgraph.flight.course import Course, broken_rules, from_hover, repeated
+from gaitgraph.flight.course import broken_rules, from_hover, repeated
 from gaitgraph.flight.flight import (
     COLUMNS,
     Flight,
@@ -34,6 +34,7 @@ from gaitgraph.invertibility.matrices import (
     least_singular_value,
     thrust_signs,
 )
+from gaitgraph.timing.joining import Course, run_up
 from gaitgraph.timing.time_optimal import Limits, least_period
 from gaitgraph.vehicle import PAPER, Vehicle
 from tests.published import GAITS
@@ -499,12 +500,12 @@ class TestTakeOff:
 def course_of(timed: TimedGait, **options: Any) -> Course:
     found = from_hover(timed, **options)
     assert isinstance(found, Course), found
-    # The angles are continuous where the sections meet.
+    # Angles and rates are continuous where the sections meet.
     begins = np.array([begin for begin, _, _ in found.sections[1:]])
-    assert (
-        np.abs(found.at(begins + 1e-9).alpha - found.at(begins - 1e-9).alpha).max()
-        < 1e-6
-    )
+    before, after = found.at(begins - 1e-9), found.at(begins + 1e-9)
+    assert np.abs(after.alpha - before.alpha).max() < 1e-6
+    if np.isfinite(timed.peaks(2)).all():  # whose rates do not jump at corners
+        assert np.abs(after.rates - before.rates).max() < 1e-5
     return found
 
 
@@ -518,10 +519,15 @@ class TestCourse:
     ) -> None:
         timed = gait_of_paper(4, kind).parametrize(1.3, law=law)
         course = course_of(timed, periods=periods)
-        assert course.phases == ("hover", "entry", "gait", "exit", "hover")
-        assert course.duration == pytest.approx(4 + periods * 1.3)
+        rests = law == "smooth"
+        starts = run_up(timed)
+        run = 0.0 if starts is None else starts.duration
+        parts = ["gait"] if rests else ["run-up", "gait", "run-down"]
+        assert course.phases == ("hover", "entry", *parts, "exit", "hover")
+        assert course.duration == pytest.approx(4 + periods * 1.3 + 2 * run)
+        assert course.gait_times == pytest.approx((2, 2 + periods * 1.3 + 2 * run))
         assert np.abs(course.at(np.array([0.0, course.duration])).alpha).max() < 1e-12
-        begin, joined, _ = course.sections[2]
+        begin, joined, _ = course.sections[course.phases.index("gait")]
         t = np.linspace(0, periods * 1.3, 50, endpoint=False)
         assert (
             np.abs(course.at(begin + t).alpha - timed.at(t + joined).alpha).max()

@@ -24,6 +24,7 @@ from gaitgraph.errors import InputError
 
 if TYPE_CHECKING:
     from gaitgraph.flight.flight import FlightSettings
+    from gaitgraph.timing.timed_gait import TimedGait
 
 _REFERENCES = ("attitude", "hover", "step", "line", "circle")
 # From which of the references on a setting has an effect.
@@ -147,10 +148,9 @@ def fly_command(
     paper. The exit code is 1 if the flight does not settle, or is refused before take-off because the gait cannot
     fly, with the reason. Needs mujoco: pip install 'gaitgraph[sim]'.
     """
-    from gaitgraph.flight.course import biased_timed_gait, from_hover, repeated
+    from gaitgraph.flight.course import from_hover, repeated
     from gaitgraph.flight.flight import record_of
     from gaitgraph.flight.simulation import checked_attitude, fly
-    from gaitgraph.timing.timed_gait import timed_gait_of
 
     asked = {**given, "bias": bias, "periods": periods}
     settings = checked_settings(given, outputs, of="flight", force=force)
@@ -166,9 +166,8 @@ def fly_command(
     with Working("planning") as progress, named_in_errors(asked):
         attitude = given.pop("attitude", None)
         start = None if attitude is None else checked_attitude(attitude)
-        timed = timed_gait_of(as_given(gait_file, once=once), **given)
-        if bias is not None:
-            timed = biased_timed_gait(timed, bias)
+        source = as_given(gait_file, once=once)
+        timed = _flown(source, bias, joined=hovers, **given)
         course: Any = timed
         if hovers:
             course = from_hover(
@@ -208,6 +207,18 @@ def fly_command(
     return show(
         flight, more={"warnings": warnings, "outputs": list(written)}, lines=lines
     )
+
+
+def _flown(source: Any, bias: float | None, *, joined: bool, **given: Any) -> TimedGait:
+    """Return the gait to fly; one that is `joined` from hover, as its table states it between its rows too."""
+    from gaitgraph.flight.course import biased_timed_gait
+    from gaitgraph.timing.joining import motion_of
+    from gaitgraph.timing.timed_gait import timed_gait_of
+
+    if joined and bias is None and not {"period", "law"} & given.keys():
+        return motion_of(source, **given)
+    timed = timed_gait_of(source, **given)
+    return timed if bias is None else biased_timed_gait(timed, bias)
 
 
 def checked_settings(

@@ -53,7 +53,8 @@ def transition_command(
 ) -> int:
     """Find a path on the surface from FROM to TO, each a gait file or the word hover.
 
-    A gait is left and joined at a corner. The exit code is 1, with the proof, if there is no path: between R > 0, where
+    A table is left and joined at its first row, gait1 to gait4 at a corner. Where a gait is in motion at its first row,
+    its clock starts slowly after the path, and stops slowly before it. The exit code is 1, with the proof, if there is no path: between R > 0, where
     hover is, and R < 0 every path passes a singular matrix. It is 1 too, with the reason and without outputs, if the path
     is not flyable, unless --require valid.
     """

@@ -8,7 +8,7 @@ from gaitgraph._lazy import lazy_names
 
 if TYPE_CHECKING:
     from gaitgraph.flight.basins import Basin as Basin, basins_of as basins_of
-    from gaitgraph.flight.course import Course as Course, from_hover as from_hover
+    from gaitgraph.flight.course import from_hover as from_hover
     from gaitgraph.flight.engine import Engine as Engine
     from gaitgraph.flight.flight import (
         OUTCOMES as OUTCOMES,
@@ -18,12 +18,13 @@ if TYPE_CHECKING:
         settings_from_mapping as settings_from_mapping,
     )
     from gaitgraph.flight.simulation import Simulation as Simulation, fly as fly
+    from gaitgraph.timing.joining import Course as Course
 else:
     __getattr__, __dir__ = lazy_names(
         __name__,
         {
             "gaitgraph.flight.basins": ["Basin", "basins_of"],
-            "gaitgraph.flight.course": ["Course", "from_hover"],
+            "gaitgraph.flight.course": ["from_hover"],
             "gaitgraph.flight.engine": ["Engine"],
             "gaitgraph.flight.flight": [
                 "OUTCOMES",
@@ -33,5 +34,6 @@ else:
                 "settings_from_mapping",
             ],
             "gaitgraph.flight.simulation": ["Simulation", "fly"],
+            "gaitgraph.timing.joining": ["Course"],
         },
     )

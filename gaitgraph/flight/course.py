@@ -6,7 +6,7 @@ A course repeats a gait (:func:`repeated`), or leads from hover into a gait, aro
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import accumulate, pairwise
 from typing import TYPE_CHECKING
 
@@ -16,8 +16,9 @@ from gaitgraph.angles import whole_number
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.table import check_repeats
 from gaitgraph.planning.transitions import transition
+from gaitgraph.timing.joining import Course, RunUp, motion_of, run_up
 from gaitgraph.timing.laws import LAWS
-from gaitgraph.timing.timed_gait import ROW_BY_ROW, Motion, TimedGait, timed_gait_of
+from gaitgraph.timing.timed_gait import ROW_BY_ROW, TimedGait
 from gaitgraph.vehicle import four_of, linked
 
 if TYPE_CHECKING:
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
 
 _MOST_PERIODS = 10_000
 _PAUSE = 1.0  # s in hover, before and after
-_SAME_PLACE = 1e-9  # rad
 
 # The paper's rules that flight does not need: on the surfaces no small tilt makes the matrix singular.
 _SURFACE_RULES = frozenset({"closed", "on_surface", "two_color", "continuous"})
@@ -42,55 +42,6 @@ def biased_timed_gait(timed: TimedGait, bias: float) -> TimedGait:
             field="law",
         )
     return timed.with_gait(timed.gait.biased(bias))
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Course:
-    """Commands to the four tilt servos over a flight of a `duration` [s], infinite for a gait that is repeated.
-
-    `sections` are timed gaits, each with the time of the flight and its own time at which it begins [s]; `phases` are
-    their names: "hover", "entry", "gait", "exit".
-    """
-
-    sections: tuple[tuple[float, float, TimedGait], ...]
-    duration: float
-    phases: tuple[str, ...]
-
-    def __repr__(self) -> str:
-        return f"<Course: {', '.join(self.phases)} over {self.duration:g} s>"
-
-    @property
-    def timed(self) -> TimedGait:
-        """The gait."""
-        return self.sections[self.phases.index("gait")][2]
-
-    @property
-    def gait_times(self) -> tuple[float, float]:
-        """When the gait runs: from its beginning to its end [s]."""
-        begins = [begin for begin, _, _ in self.sections] + [self.duration]
-        first = self.phases.index("gait")
-        return begins[first], begins[first + 1]
-
-    @property
-    def vehicle(self) -> Vehicle:
-        """The vehicle."""
-        return self.timed.gait.vehicle
-
-    @property
-    def moving_period(self) -> float:
-        """The period of the gait [s]; 0 if its arms stand still."""
-        return self.timed.period if np.ptp(self.timed.gait.alpha, axis=0).any() else 0.0
-
-    def at(self, t: FloatArray) -> Motion:
-        """Return the commanded motion at times of shape (n,) [s]; see :meth:`TimedGait.at`."""
-        begins = np.array([begin for begin, _, _ in self.sections])
-        which = np.maximum(np.searchsorted(begins, t, side="right") - 1, 0)
-        motion = np.empty((3, len(t), 4))
-        for k, (begin, own, timed) in enumerate(self.sections):
-            mine = which == k
-            if mine.any():
-                motion[:, mine] = timed.at(t[mine] - begin + own)
-        return Motion(*motion)
 
 
 def repeated(timed: TimedGait, *, begin: float = 0.0) -> Course:
@@ -204,8 +155,9 @@ def from_hover(
     """Return the course from hover into a gait, around it, and back; or the reason why there is none.
 
     The gait is flown `periods` times, with a second in hover before and after. The path from hover is on the surface if
-    possible; otherwise, as to a biased gait, it is straight if that is flyable, or `anyway`. The angles are continuous;
-    their rates jump at the corner where a gait is joined if it does not rest there.
+    possible; otherwise, as to a biased gait, it is straight if that is flyable, or `anyway`. It ends at the gait's first
+    row. If the gait is in motion there, a run-up and a run-down join it, see :mod:`gaitgraph.timing.joining`, so that
+    angles and rates are continuous.
 
     Examples
     --------
@@ -217,26 +169,17 @@ def from_hover(
     'no flyable path from hover: R = +4 at th'
     """
     whole_number("periods", periods, 1, _MOST_PERIODS)
-    timed = timed_gait_of(gait)
+    timed = motion_of(gait)
     check_repeats(timed)
-    gait, times = timed.gait, timed.corner_times
-    passed = timed.at(times[:-1]).alpha
-    if (
-        passed.shape != gait.alpha.shape
-        or np.abs(passed - gait.alpha).max() > _SAME_PLACE
-    ):
-        # Gaits timed by polynomials are joined at a knot, which need not be a corner.
-        gait = replace(
-            gait, alpha=passed, colors=gait.colors[:1] * len(passed), request={}
-        )
-    path = transition("hover", gait)
+    around = timed.gait
+    path = transition("hover", timed)
     if path and path.report.flyable:
-        entry, seconds, corner = path.timed.loop, path.duration, path.corners[1] or 0
+        entry, seconds = path.timed_path.loop, path.duration
     else:
-        # Straight to the first corner, within the largest tilt rate.
-        ends = np.stack([np.zeros(4), gait.alpha[0]])
-        straight = replace(gait, alpha=ends, colors=gait.colors[:1] * 2, request={})
-        limit, seconds, corner = gait.vehicle.max_tilt_rate, path.duration, 0
+        # Straight to the first row, within the largest tilt rate.
+        ends = np.stack([np.zeros(4), timed.at(0.0).alpha])
+        straight = replace(around, alpha=ends, colors=around.colors[:1] * 2, request={})
+        limit, seconds = around.vehicle.max_tilt_rate, path.duration
         if limit is not None:
             seconds = max(
                 seconds, float((straight.parametrize(2.0).peak_rates / limit).max())
@@ -247,19 +190,30 @@ def from_hover(
             # For a gait off the surfaces, paths on them do not matter.
             reason = (
                 path.reason
-                if gait.check().valid
+                if around.check().valid
                 else f"off the surfaces it is straight, and {forbidden[0]}"
             )
             return f"no flyable path from hover: {reason}"
     hover = replace(
-        gait, alpha=np.zeros((1, 4)), colors=gait.colors[:1], request={}
+        around, alpha=np.zeros((1, 4)), colors=around.colors[:1], request={}
     ).parametrize(1.0)
-    arrival = _PAUSE + seconds
-    departure = arrival + periods * timed.period
-    flown = (arrival, float(times[corner]), timed)
-    left = (departure, seconds, entry), (departure + seconds, 0.0, hover)
+    starts, stops = run_up(timed), run_up(timed, stops=True)
+    parts: list[tuple[str, float, float, TimedGait | RunUp]] = [
+        ("hover", _PAUSE, 0.0, hover),
+        ("entry", seconds, 0.0, entry),
+        ("gait", periods * timed.period, 0.0, timed),
+        ("exit", seconds, seconds, entry),
+        ("hover", _PAUSE, 0.0, hover),
+    ]
+    if starts is not None and stops is not None:
+        parts.insert(3, ("run-down", stops.duration, 0.0, stops))
+        parts.insert(2, ("run-up", starts.duration, 0.0, starts))
+    begins = [0.0, *accumulate(duration for _, duration, _, _ in parts)]
     return Course(
-        sections=((0.0, 0.0, hover), (_PAUSE, 0.0, entry), flown, *left),
-        duration=departure + seconds + _PAUSE,
-        phases=("hover", "entry", "gait", "exit", "hover"),
+        sections=tuple(
+            (begin, own, part)
+            for begin, (_, _, own, part) in zip(begins, parts, strict=False)
+        ),
+        duration=begins[-1],
+        phases=tuple(phase for phase, _, _, _ in parts),
     )

@@ -20,7 +20,7 @@ from gaitgraph.vehicle import vehicle_named
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from gaitgraph.flight.course import Course
+    from gaitgraph.timing.joining import Course
     from gaitgraph.timing.timed_gait import TimedGait
     from gaitgraph.vehicle import Vehicle, VehicleLike
 
@@ -177,7 +177,11 @@ class FlightSettings:
         )
 
     def arms_of(self, vehicle: VehicleLike) -> Arms:
-        """Return which tilt angles the controller of a vehicle assumes."""
+        """Return which tilt angles the controller of a vehicle assumes.
+
+        >>> FlightSettings().arms_of("paper"), FlightSettings().arms_of("beetle_omni")
+        ('planned', 'served')
+        """
         if self.arms is not None:
             return self.arms
         return "served" if vehicle_named(vehicle).servo_feedback else "planned"

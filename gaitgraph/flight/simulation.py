@@ -20,7 +20,7 @@ from gaitgraph.flight.controller import (
     controller_of,
     observed,
 )
-from gaitgraph.flight.course import Course, arm_response, broken_rules, repeated
+from gaitgraph.flight.course import arm_response, broken_rules, repeated
 from gaitgraph.flight.engine import Engine, engine_warnings, quaternions
 from gaitgraph.flight.flight import (
     COLUMNS,
@@ -31,6 +31,7 @@ from gaitgraph.flight.flight import (
     reference_at,
 )
 from gaitgraph.invertibility.matrices import FloatArray, arm_angles, thrust_signs
+from gaitgraph.timing.joining import Course
 from gaitgraph.timing.timed_gait import RowTimedGait, timed_gait_of
 
 if TYPE_CHECKING:

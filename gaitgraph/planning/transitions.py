@@ -1,7 +1,8 @@
 """Transitions: paths on the surface between gaits, and between hover and a gait, as timed tables.
 
-A path is the shortest there is, at any angle, from a corner of one gait to a corner of the other. Run there and back it
-is a gait, which is how it is checked and timed.
+A path is the shortest there is, at any angle, between corners of two gaits, or the first rows of gaits with times. Run
+there and back it is a gait, which is how it is checked and timed. A gait in motion at its first row is begun by a run-up,
+and left by a run-down, see :mod:`gaitgraph.timing.joining`.
 
 Between different signs of R there is none. Formula (1) is continuous in the tilt angles and the attitude; on a gait
 of the surfaces it is R·cos φ·cos θ, which has the sign of R for |φ|, |θ| < π/2. A flight from one sign to the other
@@ -11,39 +12,45 @@ passes its zero, where the decoupling matrix is singular.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
-from itertools import product
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, field, replace
+from itertools import accumulate, product
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
 
 from gaitgraph.angles import HALF_PI, checked_number, number_of
 from gaitgraph.errors import Infeasible, InputError, shown
 from gaitgraph.gait.gait import Gait, lift
-from gaitgraph.gait.table import Table, merged
+from gaitgraph.gait.table import Table, check_repeats, merged
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, FloatArray
-from gaitgraph.io.formats import gait_of, write_tables
+from gaitgraph.io.formats import gait_of, given_gait, naming_file, write_tables
 from gaitgraph.planning.any_angle import shortest_path
 from gaitgraph.planning.refusal import Branch
 from gaitgraph.planning.request import plan_request
 from gaitgraph.surface.sheets import FIBERS, red_label, separating_factor
+from gaitgraph.timing.joining import Course, RunUp, motion_of, run_up
 from gaitgraph.timing.laws import DEFAULT_LAW, LawName
 from gaitgraph.timing.timed_gait import (
     MOST_SAMPLES,
     TimedPath,
     checked_clock,
     pieces_of,
+    timed_gait_of,
 )
-from gaitgraph.vehicle import PAPER
+from gaitgraph.validation.report import RATE_UNITS
+from gaitgraph.validation.validating import validate
+from gaitgraph.vehicle import PAPER, four_of
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
     from pathlib import Path
 
     from gaitgraph.invertibility.matrices import CoefficientsLike
     from gaitgraph.io.formats import GaitLike
     from gaitgraph.surface.sheets import Color, Sign
+    from gaitgraph.timing.timed_gait import TimedGait
     from gaitgraph.validation.report import Report
-    from gaitgraph.vehicle import VehicleLike
+    from gaitgraph.vehicle import Each, VehicleLike
 
 HOVER = "hover"
 """α = 0: ordinary hover, rotors upright."""
@@ -64,8 +71,10 @@ class Transition:
     `there_and_back` is the path, from its start to its end and back, as a gait. `reason` says why there is none, or why
     it is not flyable; `proof`, if the signs of R differ, has R at both ends and why every flight between them is
     singular somewhere. `corners` are those of the gait at either end that it leaves and joins, counted from 0, None for
-    hover. `duration` [s], `law` and `samples` are those in one direction; `judged` is the `report`, None
-    if there is no path.
+    hover. `duration` [s] and `law` are those of the path in one direction. `run_down` and `run_up` are of gaits that
+    are in motion where the path leaves or joins them, else None; `samples` are of all, and `limits` those of rates,
+    accelerations and jerks that the gaits' tables were made for. `judged` is the `report`, None if there is no path: all
+    checks of the path, there and back, with those of tilt rates; with a run-up or a run-down those of the whole table.
     """
 
     there_and_back: Gait | None
@@ -75,6 +84,9 @@ class Transition:
     duration: float = _DURATION
     law: LawName = DEFAULT_LAW
     samples: int = 100
+    run_down: RunUp | None = None
+    run_up: RunUp | None = None
+    limits: Mapping[str, Each] = field(default_factory=dict)
     judged: Report | None = None
 
     def __bool__(self) -> bool:
@@ -111,8 +123,8 @@ class Transition:
         return self.gait.length / 2
 
     @property
-    def timed(self) -> TimedPath:
-        """The path, timed; its `loop` leads there and back."""
+    def timed_path(self) -> TimedPath:
+        """The path alone, timed; its `loop` leads there and back."""
         return TimedPath.of(
             self.gait.parametrize(
                 2 * self.duration, law=self.law, samples=2 * self.samples
@@ -120,16 +132,55 @@ class Transition:
         )
 
     @property
-    def _ends(self) -> dict[str, int | None]:
-        """The corners that the path leaves and joins, counted from 1."""
+    def course(self) -> Course:
+        """The path with the run-down before it and the run-up after it."""
+        path = self.timed_path
+        parts: list[tuple[str, TimedPath | RunUp, float]] = []
+        if self.run_down is not None:
+            parts.append(("run-down", self.run_down, self.run_down.duration))
+        parts.append(("path", path, path.period))
+        if self.run_up is not None:
+            parts.append(("run-up", self.run_up, self.run_up.duration))
+        begins = [0.0, *accumulate(seconds for _, _, seconds in parts)]
+        return Course(
+            sections=tuple(
+                (begin, 0.0, part)
+                for begin, (_, part, _) in zip(begins, parts, strict=False)
+            ),
+            duration=begins[-1],
+            phases=tuple(phase for phase, _, _ in parts),
+        )
+
+    @property
+    def timed(self) -> TimedPath:
+        """The whole motion, timed: the path alone, else that of the table's rows."""
+        if self.run_down is None and self.run_up is None:
+            return self.timed_path
+        return cast("TimedPath", timed_gait_of(self.table))
+
+    @property
+    def _ends(self) -> dict[str, Any]:
+        """The corners that the path leaves and joins, counted from 1, and the run-down and the run-up, if any."""
         numbers = (None if corner is None else corner + 1 for corner in self.corners)
-        return dict(zip(("leaves_corner", "joins_corner"), numbers, strict=True))
+        ends: dict[str, Any] = dict(
+            zip(("leaves_corner", "joins_corner"), numbers, strict=True)
+        )
+        for name, run in (("run_down", self.run_down), ("run_up", self.run_up)):
+            if run is not None:
+                ends[name] = {"periods": run.periods, "duration": run.duration}
+        return ends
 
     @property
     def table(self) -> Table:
-        """The table of the path, from t = 0 to its duration; raises Infeasible if there is none."""
-        about = {"made_by": "transition", "transition": self._ends}
-        return merged(pieces_of(self.timed, about))
+        """The table of the whole motion, from t = 0 to its duration; raises Infeasible if there is none."""
+        about: dict[str, Any] = {"made_by": "transition", "transition": self._ends}
+        if self.limits:
+            about["limits"] = {
+                kind: list(four_of(one)) for kind, one in self.limits.items()
+            }
+        if self.run_down is None and self.run_up is None:
+            return merged(pieces_of(self.timed_path, about))
+        return self.course.table(self.samples, about)
 
     def write(self, *paths: str | Path, force: bool = False, periods: int = 1) -> None:
         """Write the table of the path; see :func:`gaitgraph.io.formats.write_tables`."""
@@ -152,7 +203,7 @@ class Transition:
             "path": self.path.tolist() if self else [],
             "colors": list(self.gait.colors[: len(self.path)]) if self else [],
             "length": self.length if self else None,
-            "duration": self.duration if self else None,
+            "duration": self.course.duration if self else None,
             "law": self.law,
             **self._ends,
             "proof": self.proof,
@@ -172,17 +223,33 @@ class Transition:
             return f"No path: {self.reason}" + (
                 f"\nProof: {self.proof['statement']}." if self.proof else ""
             )
-        ends = [
-            HOVER
-            if corner is None
-            else f"corner {corner + 1} {tuple(round(float(a), 3) for a in alpha)}"
-            for corner, alpha in zip(
-                self.corners, (self.path[0], self.path[-1]), strict=True
-            )
-        ]
+        ends = []
+        for corner, alpha, run in zip(
+            self.corners,
+            (self.path[0], self.path[-1]),
+            (self.run_down, self.run_up),
+            strict=True,
+        ):
+            angles = tuple(round(float(angle), 3) for angle in alpha)
+            if corner is None:
+                ends.append(HOVER)
+            elif run is None:
+                ends.append(f"corner {corner + 1} {angles}")
+            else:
+                ends.append(f"row 1 {angles}")
         size = f"{len(self.path)} corners, {self.length:.4f} rad, {self.duration:g} s, {self.law}"
         size += "" if self.length else ", nothing moves"
-        return f"From {ends[0]} to {ends[1]}: {size}; checked there and back\n{self.report}"
+        lines = [f"From {ends[0]} to {ends[1]}: {size}; checked there and back"]
+        if self.run_down is not None or self.run_up is not None:
+            lines[0] = lines[0].replace("checked there and back", "checked as a table")
+        for run, text in (
+            (self.run_down, "before it the clock of the gait stops"),
+            (self.run_up, "after it the clock of the gait starts"),
+        ):
+            if run is not None:
+                number = f"{run.periods} period{'s' * (run.periods > 1)}"
+                lines.append(f"  {text}: {number} of it in {run.duration:.4g} s")
+        return "\n".join([*lines, str(self.report)])
 
 
 def transition(
@@ -202,12 +269,14 @@ def transition(
     Parameters
     ----------
     start, end
-        A gait in any form, or "hover" for α = 0. A gait is left and joined at one of its corners, where the law
-        `smooth` rests.
+        A gait in any form, or "hover" for α = 0. A gait without times is left and joined at one of its corners, where
+        the law `smooth` rests; a gait with times, as a table, at its first row. If it is in motion there, its clock
+        starts slowly after the path, or stops slowly before it, see :func:`gaitgraph.timing.joining.run_up`.
     duration
-        Duration [s]; by default 1 s, or what the vehicle's limits of tilt rate and acceleration need if that is more.
+        Duration of the path [s]; by default 1 s, or what the limits of tilt rate, acceleration and jerk need if that is
+        more: those of the vehicle and those that the gaits' tables were made for.
     law, samples, rate
-        As for :meth:`gaitgraph.gait.gait.Gait.parametrize`, over the duration.
+        Of the path, and the rows of the whole table, as for :meth:`gaitgraph.gait.gait.Gait.parametrize`.
     floor
         Least singular value that a flyable path keeps, dimensionless.
     vehicle, coefficients
@@ -233,12 +302,12 @@ def transition(
     False
     """
     ends = [
-        one
+        None
         if isinstance(one, str) and one == HOVER
-        else gait_of(one, vehicle=vehicle, coefficients=coefficients, name=name)
+        else _end_of(one, name, vehicle, coefficients)
         for name, one in (("start", start), ("end", end))
     ]
-    gaits = [one for one in ends if isinstance(one, Gait)]
+    gaits = [one.gait for one in ends if one is not None]
     hover = (
         replace(gaits[0], alpha=np.zeros((1, 4)), colors=("red",), request={})
         if gaits
@@ -248,7 +317,7 @@ def transition(
     hover = hover or Gait(
         alpha=np.zeros((1, 4)), colors=("red",), vehicle=body, coefficients=coefficients
     )
-    first, last = (one if isinstance(one, Gait) else hover for one in ends)
+    first, last = (hover if one is None else one.gait for one in ends)
     if (first.vehicle, first.coefficients) != (last.vehicle, last.coefficients):
         raise InputError(
             f"end must be a gait for {first.vehicle.name!r} ({first.coefficients.kind} coefficients), as the start is, "
@@ -270,7 +339,8 @@ def transition(
     reason, proof = _refusal(first, last)
     if reason is not None:
         return replace(refused, reason=reason, proof=proof)
-    found = _shortest(first, last, floor)
+    leaves, joins = (hover if one is None else one.place for one in ends)
+    found = _shortest(leaves, joins, floor)
     if isinstance(found, str):
         return replace(refused, reason=found)
     path, corners = found
@@ -278,33 +348,97 @@ def transition(
     gait = replace(
         first, alpha=alpha, colors=(first.colors[0],) * len(alpha), request={}
     )
+    # Both those of the vehicle and those that the tables were made for.
+    limits = _lower(one.limits for one in ends if one is not None)
+    of_vehicle = {
+        kind: getattr(gait.vehicle, f"max_tilt_{kind}") for kind in RATE_UNITS
+    }
+    stated = {kind: limit for kind, limit in of_vehicle.items() if limit is not None}
+    both = {f"max_tilt_{kind}": one for kind, one in _lower([limits, stated]).items()}
+    limited = replace(gait, vehicle=gait.vehicle.replace(**both))
     if duration is None:
-        # One second, or how long one way takes within the vehicle's limits if that is more.
-        once, body = gait.parametrize(2.0, law=law), gait.vehicle
-        for order, limit in enumerate(
-            (body.max_tilt_rate, body.max_tilt_acceleration, body.max_tilt_jerk),
-            start=1,
-        ):
+        # One second, or how long one way takes within the limits if that is more.
+        once = limited.parametrize(2.0, law=law)
+        for order, kind in enumerate(RATE_UNITS, start=1):
+            limit = getattr(limited.vehicle, f"max_tilt_{kind}")
             if limit is not None and np.isfinite(
                 share := float((once.peaks(order) / limit).max())
             ):
                 seconds = max(seconds, share ** (1 / order))
         seconds = min(math.ceil(seconds * 1000) / 1000, _LONGEST)
-        count = _checked_samples(seconds, law, samples, rate)
-    timed = gait.parametrize(2 * seconds, law=law)
-    report = gait.check(floor=floor).with_checks(timed.rate_checks("duration", 0.5))
-    return replace(
+    left, joined = (None if one is None else one.motion for one in ends)
+    planned = replace(
         refused,
         there_and_back=gait,
-        reason=None if report.flyable else report.reason,
         corners=(
-            None if ends[0] == HOVER else corners[0],
-            None if ends[1] == HOVER else corners[1],
+            None if ends[0] is None else corners[0],
+            None if ends[1] is None else corners[1],
         ),
         duration=seconds,
-        samples=count,
-        judged=report,
+        run_down=None if left is None else run_up(left, stops=True),
+        run_up=None if joined is None else run_up(joined),
+        limits=limits,
     )
+    count = _checked_samples(planned.course.duration, law, samples, rate)
+    planned = replace(planned, samples=count)
+    if planned.run_down is None and planned.run_up is None:
+        timed = limited.parametrize(2 * seconds, law=law)
+        report = gait.check(floor=floor).with_checks(timed.rate_checks("duration", 0.5))
+    else:
+        report = validate(
+            planned.table,
+            vehicle=limited.vehicle,
+            coefficients=limited.coefficients.kind,
+            floor=floor,
+        )
+    reason = None if report.flyable else report.reason
+    return replace(planned, reason=reason, judged=report)
+
+
+class _End(NamedTuple):
+    """A gait at an end of a path: the whole, the corners that may be joined, its motion, and its limits of rates."""
+
+    gait: Gait
+    place: Gait
+    motion: TimedGait | None
+    limits: Mapping[str, Each]
+
+
+def _end_of(
+    given: GaitLike,
+    name: str,
+    vehicle: VehicleLike | None,
+    coefficients: CoefficientsLike | None,
+) -> _End:
+    """Return what a path may join: the corners of a gait without times, the first row of one with times."""
+    chosen: Any = {"vehicle": vehicle, "coefficients": coefficients}
+    source = given_gait(given, name=name, **chosen)
+    with naming_file(given):
+        check_repeats(source, name)
+        if isinstance(source, Gait) or (
+            isinstance(source, Table) and "t" not in source
+        ):
+            gait = gait_of(given, name=name, **chosen)
+            return _End(gait, gait, None, {})
+        is_table = isinstance(source, Table)
+        motion = motion_of(source, **(chosen if is_table else {}))
+    made_for = source.limits if is_table else motion.made_for
+    limits: dict[str, Each] = {kind: tuple(one) for kind, one in made_for.items()}
+    gait = motion.gait
+    place = replace(
+        gait, alpha=motion.at(0.0).alpha[None], colors=gait.colors[:1], request={}
+    )
+    return _End(gait, place, motion, limits)
+
+
+def _lower(limits: Iterable[Mapping[str, Any]]) -> dict[str, Each]:
+    """Return the lowest of limits of rates, accelerations and jerks, for each arm."""
+    lowest: dict[str, Each] = {}
+    for stated in limits:
+        for kind, limit in stated.items():
+            known = four_of(lowest.get(kind, math.inf))
+            lowest[kind] = tuple(map(min, known, four_of(limit)))
+    return lowest
 
 
 def _checked_samples(

@@ -14,6 +14,11 @@ if TYPE_CHECKING:
         rounded as rounded,
     )
     from gaitgraph.timing.exporting import Exported as Exported, export as export
+    from gaitgraph.timing.joining import (
+        RunUp as RunUp,
+        motion_of as motion_of,
+        run_up as run_up,
+    )
     from gaitgraph.timing.servo_lag import (
         ServoResponse as ServoResponse,
         servo_response as servo_response,
@@ -36,6 +41,7 @@ else:
         __name__,
         {
             "gaitgraph.timing.curve": ["Curve", "LimitedGait", "Rounding", "rounded"],
+            "gaitgraph.timing.joining": ["RunUp", "motion_of", "run_up"],
             "gaitgraph.timing.servo_lag": ["ServoResponse", "servo_response"],
             "gaitgraph.timing.time_optimal": [
                 "LeastPeriod",

@@ -40,8 +40,11 @@ from gaitgraph.timing.laws import (
     LAWS,
     STRAIGHT,
     LawName,
+    bernstein_from_power,
+    derivative_of,
     located,
     times_from,
+    values_of,
 )
 from gaitgraph.validation.report import RATE_CHECKS, limit_check
 from gaitgraph.validation.validating import validate
@@ -357,12 +360,14 @@ class RowTimedGait(TimedGait):
 
     `times` are those of the rows, the first again at the end, shape (n + 1,), from 0 to the period [s]. Where the
     table is not `closed`, its last row not the first again, one more segment leads back. `law_stated` is whether the
-    file states the law that its rows sample, as that of ``pace`` does, and their period.
+    file states the law that its rows sample, as that of ``pace`` does, and their period. With `row_rates`, shape
+    (n + 1, 4) [rad/s], it is a cubic between rows instead of straight.
     """
 
     times: FloatArray
     closed: bool = True
     law_stated: bool = False
+    row_rates: FloatArray | None = None
 
     @property
     def stated_corners(self) -> None:
@@ -379,6 +384,37 @@ class RowTimedGait(TimedGait):
     def corner_times(self) -> FloatArray:
         """The times of the rows, from 0 to T, shape (n + 1,) [s]."""
         return self.times
+
+    @property
+    def _cubics(self) -> FloatArray | None:
+        """The cubics in powers of the time since each row, highest first, shape (4, n, 4); None where it is straight."""
+        if self.row_rates is None:
+            return None
+        from scipy.interpolate import CubicHermiteSpline
+
+        rows = np.vstack([self.gait.alpha, self.gait.alpha[:1]])
+        return np.asarray(CubicHermiteSpline(self.times, rows, self.row_rates).c)
+
+    def at(self, t: npt.ArrayLike) -> Motion:
+        """Return tilt angles, rates and accelerations at any times; see :meth:`TimedGait.at`."""
+        cubics = self._cubics
+        if cubics is None:
+            return TimedGait.at(self, t)
+        piece, local = located(self.times, t)
+        return Motion(
+            *(values_of(derivative_of(cubics, k)[:, piece], local) for k in range(3))
+        )
+
+    def _peaks(self, orders: Sequence[int]) -> list[FloatArray]:
+        cubics = self._cubics
+        if cubics is None:
+            return TimedGait._peaks(self, orders)
+        widths = np.diff(self.times)
+        controls = (
+            bernstein_from_power(derivative_of(cubics, order), widths)
+            for order in orders
+        )
+        return [np.abs(control).max(axis=(0, 1)) for control in controls]
 
     def check(self, **options: Unpack[CheckOptions]) -> Report:
         """Return every check of the rows; see :func:`gaitgraph.validation.validating.validate`."""
