@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from gaitgraph.errors import InputError
 from gaitgraph.gait.gait import Gait
 from gaitgraph.gait.table import (
     ACCELERATIONS,
@@ -54,6 +55,8 @@ if TYPE_CHECKING:
     from gaitgraph.vehicle import Vehicle, VehicleLike
 
 _RISE = 10.1  # k·N·T, at which the clock's rate is within 1e-9 of 1
+_RUNS = ("run-up", "gait", "run-down")  # phases in which a gait runs
+_NO_GAIT = "course must have a gait, got {}"
 _AT_REST = 1e-6  # share of a gait's largest rate below which it rests
 
 JOINED = "joined"
@@ -203,14 +206,18 @@ class Course:
 
     @property
     def timed(self) -> TimedGait:
-        """The gait."""
+        """The gait; raises InputError if the course has none, as that of a transition."""
+        if "gait" not in self.phases:
+            raise InputError(_NO_GAIT.format(", ".join(self.phases)))
         return cast("TimedGait", self.sections[self.phases.index("gait")][2])
 
     @property
     def gait_times(self) -> tuple[float, float]:
-        """When the gait runs: from the beginning of its run-up to the end of its run-down [s]."""
+        """When the gait runs, from the beginning of its run-up to the end of its run-down [s]; see :attr:`timed`."""
         begins = [begin for begin, _, _ in self.sections] + [self.duration]
         runs = [k for k, phase in enumerate(self.phases) if phase in _RUNS]
+        if not runs:
+            raise InputError(_NO_GAIT.format(", ".join(self.phases)))
         return begins[runs[0]], begins[runs[-1] + 1]
 
     @property
@@ -282,9 +289,6 @@ class Course:
         if (parts := self.stated) is not None:
             stated["course"] = parts
         return completed_table(Table(columns=columns, about=stated))
-
-
-_RUNS = ("run-up", "gait", "run-down")
 
 
 def course_again(
