@@ -521,7 +521,7 @@ class TestCourse:
         course = course_of(timed, periods=periods)
         rests = law == "smooth"
         starts = run_up(timed)
-        run = 0.0 if starts is None else starts.duration
+        run = 0.0 if starts is None else starts.period
         parts = ["gait"] if rests else ["run-up", "gait", "run-down"]
         assert course.phases == ("hover", "entry", *parts, "exit", "hover")
         assert course.duration == pytest.approx(4 + periods * 1.3 + 2 * run)

@@ -230,7 +230,7 @@ OF_A_VEHICLE: dict[str, Callable[[Any], Any]] = {
     "plots.write_figures": lambda one: gg.plots.write_figures(
         ".", only=["2"], vehicle=one, formats=["svg"], force=True
     ),
-    "timing.motion_of": lambda one: gg.timing.motion_of(ROWS, vehicle=one),
+    "timing.played": lambda one: gg.timing.played(ROWS, vehicle=one),
     "timing.timed_gait_of": lambda one: gg.timing.timed_gait_of(
         ROWS, vehicle=one, period=1.0
     ),

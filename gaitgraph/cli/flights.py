@@ -212,11 +212,11 @@ def fly_command(
 def _flown(source: Any, bias: float | None, *, joined: bool, **given: Any) -> TimedGait:
     """Return the gait to fly; one that is `joined` from hover, as its table states it between its rows too."""
     from gaitgraph.flight.course import biased_timed_gait
-    from gaitgraph.timing.joining import motion_of
+    from gaitgraph.timing.joining import played
     from gaitgraph.timing.timed_gait import timed_gait_of
 
     if joined and bias is None and not {"period", "law"} & given.keys():
-        return motion_of(source, **given)
+        return played(source, **given)
     timed = timed_gait_of(source, **given)
     return timed if bias is None else biased_timed_gait(timed, bias)
 

@@ -16,7 +16,7 @@ from gaitgraph.angles import whole_number
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.table import check_repeats
 from gaitgraph.planning.transitions import transition
-from gaitgraph.timing.joining import Course, RunUp, motion_of, run_up
+from gaitgraph.timing.joining import Course, RunUp, course_of, played, run_up
 from gaitgraph.timing.laws import LAWS
 from gaitgraph.timing.timed_gait import ROW_BY_ROW, TimedGait
 from gaitgraph.vehicle import four_of, linked
@@ -169,7 +169,7 @@ def from_hover(
     'no flyable path from hover: R = +4 at th'
     """
     whole_number("periods", periods, 1, _MOST_PERIODS)
-    timed = motion_of(gait)
+    timed = played(gait)
     check_repeats(timed)
     around = timed.gait
     path = transition("hover", timed)
@@ -206,14 +206,6 @@ def from_hover(
         ("hover", _PAUSE, 0.0, hover),
     ]
     if starts is not None and stops is not None:
-        parts.insert(3, ("run-down", stops.duration, 0.0, stops))
-        parts.insert(2, ("run-up", starts.duration, 0.0, starts))
-    begins = [0.0, *accumulate(duration for _, duration, _, _ in parts)]
-    return Course(
-        sections=tuple(
-            (begin, own, part)
-            for begin, (_, _, own, part) in zip(begins, parts, strict=False)
-        ),
-        duration=begins[-1],
-        phases=tuple(phase for phase, _, _, _ in parts),
-    )
+        parts.insert(3, ("run-down", stops.period, 0.0, stops))
+        parts.insert(2, ("run-up", starts.period, 0.0, starts))
+    return course_of(parts)

@@ -13,8 +13,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from itertools import accumulate, product
-from typing import TYPE_CHECKING, Any, NamedTuple, cast
+from itertools import product
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -28,21 +28,26 @@ from gaitgraph.planning.any_angle import shortest_path
 from gaitgraph.planning.refusal import Branch
 from gaitgraph.planning.request import plan_request
 from gaitgraph.surface.sheets import FIBERS, red_label, separating_factor
-from gaitgraph.timing.joining import Course, RunUp, motion_of, run_up
+from gaitgraph.timing.joining import (
+    JoinedPath,
+    RunUp,
+    lowest_limits,
+    played,
+    run_up,
+)
 from gaitgraph.timing.laws import DEFAULT_LAW, LawName
 from gaitgraph.timing.timed_gait import (
     MOST_SAMPLES,
     TimedPath,
     checked_clock,
     pieces_of,
-    timed_gait_of,
 )
 from gaitgraph.validation.report import RATE_UNITS
 from gaitgraph.validation.validating import validate
 from gaitgraph.vehicle import PAPER, four_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Mapping
     from pathlib import Path
 
     from gaitgraph.invertibility.matrices import CoefficientsLike
@@ -132,31 +137,12 @@ class Transition:
         )
 
     @property
-    def course(self) -> Course:
-        """The path with the run-down before it and the run-up after it."""
+    def timed(self) -> TimedPath | JoinedPath:
+        """The whole motion, timed: the path, between the run-down and the run-up if there are any."""
         path = self.timed_path
-        parts: list[tuple[str, TimedPath | RunUp, float]] = []
-        if self.run_down is not None:
-            parts.append(("run-down", self.run_down, self.run_down.duration))
-        parts.append(("path", path, path.period))
-        if self.run_up is not None:
-            parts.append(("run-up", self.run_up, self.run_up.duration))
-        begins = [0.0, *accumulate(seconds for _, _, seconds in parts)]
-        return Course(
-            sections=tuple(
-                (begin, 0.0, part)
-                for begin, (_, part, _) in zip(begins, parts, strict=False)
-            ),
-            duration=begins[-1],
-            phases=tuple(phase for phase, _, _ in parts),
-        )
-
-    @property
-    def timed(self) -> TimedPath:
-        """The whole motion, timed: the path alone, else that of the table's rows."""
-        if self.run_down is None and self.run_up is None:
-            return self.timed_path
-        return cast("TimedPath", timed_gait_of(self.table))
+        parts: list[TimedPath | RunUp | None] = [self.run_down, path, self.run_up]
+        sections = [part for part in parts if part is not None]
+        return path if len(sections) == 1 else JoinedPath.of(sections, self.samples)
 
     @property
     def _ends(self) -> dict[str, Any]:
@@ -167,7 +153,7 @@ class Transition:
         )
         for name, run in (("run_down", self.run_down), ("run_up", self.run_up)):
             if run is not None:
-                ends[name] = {"periods": run.periods, "duration": run.duration}
+                ends[name] = {"periods": run.periods, "duration": run.period}
         return ends
 
     @property
@@ -176,11 +162,9 @@ class Transition:
         about: dict[str, Any] = {"made_by": "transition", "transition": self._ends}
         if self.limits:
             about["limits"] = {
-                kind: list(four_of(one)) for kind, one in self.limits.items()
+                kind: list(four_of(limit)) for kind, limit in self.limits.items()
             }
-        if self.run_down is None and self.run_up is None:
-            return merged(pieces_of(self.timed_path, about))
-        return self.course.table(self.samples, about)
+        return merged(pieces_of(self.timed, about))
 
     def write(self, *paths: str | Path, force: bool = False, periods: int = 1) -> None:
         """Write the table of the path; see :func:`gaitgraph.io.formats.write_tables`."""
@@ -203,7 +187,7 @@ class Transition:
             "path": self.path.tolist() if self else [],
             "colors": list(self.gait.colors[: len(self.path)]) if self else [],
             "length": self.length if self else None,
-            "duration": self.course.duration if self else None,
+            "duration": self.timed.period if self else None,
             "law": self.law,
             **self._ends,
             "proof": self.proof,
@@ -248,7 +232,7 @@ class Transition:
         ):
             if run is not None:
                 number = f"{run.periods} period{'s' * (run.periods > 1)}"
-                lines.append(f"  {text}: {number} of it in {run.duration:.4g} s")
+                lines.append(f"  {text}: {number} of it in {run.period:.4g} s")
         return "\n".join([*lines, str(self.report)])
 
 
@@ -349,12 +333,14 @@ def transition(
         first, alpha=alpha, colors=(first.colors[0],) * len(alpha), request={}
     )
     # Both those of the vehicle and those that the tables were made for.
-    limits = _lower(one.limits for one in ends if one is not None)
+    limits = lowest_limits(one.limits for one in ends if one is not None)
     of_vehicle = {
         kind: getattr(gait.vehicle, f"max_tilt_{kind}") for kind in RATE_UNITS
     }
     stated = {kind: limit for kind, limit in of_vehicle.items() if limit is not None}
-    both = {f"max_tilt_{kind}": one for kind, one in _lower([limits, stated]).items()}
+    both = {
+        f"max_tilt_{kind}": one for kind, one in lowest_limits([limits, stated]).items()
+    }
     limited = replace(gait, vehicle=gait.vehicle.replace(**both))
     if duration is None:
         # One second, or how long one way takes within the limits if that is more.
@@ -379,7 +365,7 @@ def transition(
         run_up=None if joined is None else run_up(joined),
         limits=limits,
     )
-    count = _checked_samples(planned.course.duration, law, samples, rate)
+    count = _checked_samples(planned.timed.period, law, samples, rate)
     planned = replace(planned, samples=count)
     if planned.run_down is None and planned.run_up is None:
         timed = limited.parametrize(2 * seconds, law=law)
@@ -421,7 +407,7 @@ def _end_of(
             gait = gait_of(given, name=name, **chosen)
             return _End(gait, gait, None, {})
         is_table = isinstance(source, Table)
-        motion = motion_of(source, **(chosen if is_table else {}))
+        motion = played(source, **(chosen if is_table else {}))
     made_for = source.limits if is_table else motion.made_for
     limits: dict[str, Each] = {kind: tuple(one) for kind, one in made_for.items()}
     gait = motion.gait
@@ -429,16 +415,6 @@ def _end_of(
         gait, alpha=motion.at(0.0).alpha[None], colors=gait.colors[:1], request={}
     )
     return _End(gait, place, motion, limits)
-
-
-def _lower(limits: Iterable[Mapping[str, Any]]) -> dict[str, Each]:
-    """Return the lowest of limits of rates, accelerations and jerks, for each arm."""
-    lowest: dict[str, Each] = {}
-    for stated in limits:
-        for kind, limit in stated.items():
-            known = four_of(lowest.get(kind, math.inf))
-            lowest[kind] = tuple(map(min, known, four_of(limit)))
-    return lowest
 
 
 def _checked_samples(

@@ -15,8 +15,9 @@ if TYPE_CHECKING:
     )
     from gaitgraph.timing.exporting import Exported as Exported, export as export
     from gaitgraph.timing.joining import (
+        JoinedPath as JoinedPath,
         RunUp as RunUp,
-        motion_of as motion_of,
+        played as played,
         run_up as run_up,
     )
     from gaitgraph.timing.servo_lag import (
@@ -41,7 +42,7 @@ else:
         __name__,
         {
             "gaitgraph.timing.curve": ["Curve", "LimitedGait", "Rounding", "rounded"],
-            "gaitgraph.timing.joining": ["RunUp", "motion_of", "run_up"],
+            "gaitgraph.timing.joining": ["JoinedPath", "RunUp", "played", "run_up"],
             "gaitgraph.timing.servo_lag": ["ServoResponse", "servo_response"],
             "gaitgraph.timing.time_optimal": [
                 "LeastPeriod",

@@ -18,89 +18,69 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, cast
+from functools import reduce
+from typing import TYPE_CHECKING, Any, Self, Unpack, cast
 
 import numpy as np
 
 from gaitgraph.errors import InputError
-from gaitgraph.gait.gait import Gait
-from gaitgraph.gait.table import (
-    ACCELERATIONS,
-    ANGLES,
-    RATES,
-    Table,
-    closed_rows,
-    completed_table,
-)
+from gaitgraph.gait.table import RATES, Table
 from gaitgraph.io.formats import given_gait, naming_file
-from gaitgraph.timing.laws import LAWS
-from gaitgraph.timing.time_optimal import law_stated, paced_again
+from gaitgraph.timing.laws import LAWS, times_from
+from gaitgraph.timing.time_optimal import Limits, law_of_pace
 from gaitgraph.timing.timed_gait import (
-    SAME,
+    JOINED,
     Motion,
     RowTimedGait,
     TimedGait,
     TimedPath,
-    pieces_of,
     timed_gait_of,
 )
+from gaitgraph.validation.validating import both
+from gaitgraph.vehicle import four_of
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterable, Mapping, Sequence
 
     import numpy.typing as npt
 
+    from gaitgraph.gait.gait import Gait
     from gaitgraph.invertibility.matrices import CoefficientsLike, FloatArray
     from gaitgraph.io.formats import GaitLike
-    from gaitgraph.vehicle import Vehicle, VehicleLike
+    from gaitgraph.validation.report import CheckOptions, Report
+    from gaitgraph.vehicle import Each, Vehicle, VehicleLike
 
 _RISE = 10.1  # k·N·T, at which the clock's rate is within 1e-9 of 1
+_AT_REST = 1e-6  # share of a gait's largest rate below which it rests
 _RUNS = ("run-up", "gait", "run-down")  # phases in which a gait runs
 _NO_GAIT = "course must have a gait, got {}"
-_AT_REST = 1e-6  # share of a gait's largest rate below which it rests
-
-JOINED = "joined"
-"""The law that tables of motions one after another state."""
 
 
-def motion_of(
+def played(
     gait: GaitLike,
     *,
     vehicle: VehicleLike | None = None,
     coefficients: CoefficientsLike | None = None,
 ) -> TimedGait:
-    """Return the motion that a gait in any form states, between its rows too.
+    """Return the motion of a gait in any form as it is played: that which its table states, or that of its rows.
 
-    That is its law, for a paced table the law found again; else cubics through the rows and their rates, if the table
-    states rates and accelerations; else straight lines. The options are those of
-    :func:`gaitgraph.timing.timed_gait.timed_gait_of`.
+    Rows are joined by cubics where the table has rates and accelerations, else by straight lines. The options are those
+    of :func:`gaitgraph.timing.timed_gait.timed_gait_of`.
     """
     chosen: Any = {"vehicle": vehicle, "coefficients": coefficients}
     source = given_gait(gait, **chosen)
     if not isinstance(source, Table):
-        return (
-            source.parametrize()
-            if isinstance(source, Gait)
-            else cast("TimedGait", source)
-        )
+        return timed_gait_of(source)
     with naming_file(gait):
         motion = timed_gait_of(source, **chosen)
-        if not isinstance(motion, RowTimedGait):
-            return motion
-        law = paced_again(source, motion.gait)
-    if law is not None:
-        return replace(law, samples=motion.samples)
-    names = (*RATES, *ACCELERATIONS)
-    if any(name not in source for name in names):
-        return motion
-    if not any(source[name].any() for name in ACCELERATIONS):
+    if not isinstance(motion, RowTimedGait) or not source.joined_by_cubics:
         return motion
     rates = np.column_stack([source[name] for name in RATES])
     rates = np.vstack([rates, rates[:1]])[: len(motion.times)]
     return replace(motion, row_rates=rates)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class RunUp:
     """The first periods of a gait whose clock starts slowly; or its last ones, whose clock stops slowly.
 
@@ -112,8 +92,8 @@ class RunUp:
     stops: bool = False
 
     def __repr__(self) -> str:
-        kind = "stops" if self.stops else "starts"
-        return f"<RunUp: {kind} in {self.duration:g} s, {self.periods} periods>"
+        kind = "run-down" if self.stops else "run-up"
+        return f"<RunUp: {kind} of {self.periods} periods in {self.period:g} s>"
 
     @property
     def gait(self) -> Gait:
@@ -126,27 +106,23 @@ class RunUp:
         return self.periods * self.motion.period / _RISE
 
     @property
-    def duration(self) -> float:
-        """How long it takes [s]: a little more than its periods."""
-        # φ = N·T where τ = N·T + u/k; the fixed point for u is found in one step to double precision.
+    def period(self) -> float:
+        """How long it takes [s]: a tenth more than its periods."""
+        # φ = N·T where τ = N·T + u/k; one step finds the fixed point of u to double precision.
         u = math.tanh(_RISE + 1.0)
         return self.periods * self.motion.period + u * self._slowness
 
     def at(self, t: npt.ArrayLike) -> Motion:
         """Return tilt angles, rates and accelerations at any times; before and after it those of its ends."""
-        tau = np.clip(np.asarray(t, dtype=float), 0.0, self.duration)
+        tau = np.clip(times_from(t), 0.0, self.period)
         if self.stops:
-            tau = self.duration - tau
+            tau = self.period - tau
         u = np.tanh(tau / self._slowness)
-        clock = tau - u * self._slowness
-        rate = u**2
-        rise = 2.0 * u * (1.0 - u**2) / self._slowness
-        # Where it meets the gait it is the gait.
-        joins = tau >= self.duration
-        clock, rate, rise = (
-            np.where(joins, at_join, value)
-            for at_join, value in ((0.0, clock), (1.0, rate), (0.0, rise))
-        )
+        # Where it meets the gait it is the gait; of rates that jump there those on its own side.
+        joins = tau >= self.period
+        clock = np.where(joins, -math.ulp(0.0), tau - u * self._slowness)
+        rate = np.where(joins, 1.0, u**2)
+        rise = np.where(joins, 0.0, 2.0 * u * (1.0 - u**2) / self._slowness)
         if self.stops:
             clock, rise = -clock, -rise
         gait = self.motion.at(clock)
@@ -171,20 +147,19 @@ def run_up(motion: TimedGait, *, stops: bool = False) -> RunUp | None:
     >>> run_up(gait.parametrize(1.0)) is None
     True
     >>> moving = run_up(gait.parametrize(1.0, law="constant-speed"))
-    >>> moving.periods, round(moving.duration, 3), moving.at(0.0).rates.tolist()
+    >>> moving.periods, round(moving.period, 3), moving.at(0.0).rates.tolist()
     (1, 1.099, [0.0, 0.0, 0.0, 0.0])
     """
-    speed, acceleration, jerk = (motion.peaks(order) for order in (1, 2, 3))
-    if np.abs(motion.at(0.0).rates).max() <= _AT_REST * speed.max():
+    peaks = [motion.peaks(order).tolist() for order in (1, 2, 3)]
+    if np.abs(motion.at(0.0).rates).max() <= _AT_REST * max(peaks[0]):
         return None
-    steepest = math.inf
-    for v, a, j in zip(
-        speed.tolist(), acceleration.tolist(), jerk.tolist(), strict=True
-    ):
+    steepest = math.inf  # the largest k
+    for v, a, j in zip(*peaks, strict=True):
         if v > 0 and math.isfinite(a):
             steepest = min(steepest, a / v)
             if math.isfinite(j):
-                steepest = min(steepest, (math.sqrt(a**2 + 2 * v * j) - a) / (2 * v))
+                root = math.sqrt(a**2 + 2 * v * j)
+                steepest = min(steepest, (root - a) / (2 * v))
     periods = max(math.ceil(_RISE / (steepest * motion.period)), 1)
     return RunUp(motion=motion, periods=periods, stops=stops)
 
@@ -241,116 +216,218 @@ class Course:
                 motion[:, mine] = timed.at(t[mine] - begin + own)
         return Motion(*motion)
 
+
+def course_of(parts: Iterable[tuple[str, float, float, TimedGait | RunUp]]) -> Course:
+    """Return the course of parts, one after another: a phase, its duration, its own time at which it begins [s], itself."""
+    parts = list(parts)
+    begins = np.cumsum([0.0, *(duration for _, duration, _, _ in parts)]).tolist()
+    return Course(
+        sections=tuple(
+            (begin, own, part)
+            for begin, (_, _, own, part) in zip(begins, parts, strict=False)
+        ),
+        duration=begins[-1],
+        phases=tuple(phase for phase, _, _, _ in parts),
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
+class JoinedPath(TimedGait):
+    """Paths and run-ups one after another, run once; a table of it states what they are made from.
+
+    `sections` are TimedPath and RunUp, in order. `gait` leads along all of them and back.
+    """
+
+    sections: tuple[TimedPath | RunUp, ...]
+
+    @classmethod
+    def of(cls, sections: Sequence[TimedPath | RunUp], samples: int) -> JoinedPath:
+        """Return the motion of some sections."""
+        return cls(
+            gait=_gait_along(sections),
+            period=sum(section.period for section in sections),
+            law=JOINED,
+            samples=samples,
+            sections=tuple(sections),
+        )
+
     @property
-    def stated(self) -> list[dict[str, Any]] | None:
-        """What :func:`course_again` makes the course from, as plain values; None if that is more than its rows."""
-        parts: list[dict[str, Any]] = []
-        for (begin, _, section), phase in zip(self.sections, self.phases, strict=True):
-            part: dict[str, Any] = {"phase": phase, "begin": begin}
+    def repeats(self) -> bool:
+        """False."""
+        return False
+
+    @property
+    def course(self) -> Course:
+        """The sections with their times."""
+        parts: list[tuple[str, float, float, TimedGait | RunUp]] = []
+        for section in self.sections:
+            phase = "path"
             if isinstance(section, RunUp):
-                gait = _stated_motion(section.motion)
-                if gait is None:
-                    return None
-                part |= {"periods": section.periods, "gait": gait}
-            else:
-                half = len(section.gait.alpha) // 2 + 1
-                part |= {
-                    "corners": section.gait.alpha[:half].tolist(),
-                    "period": section.period,
-                    "law": section.law,
-                }
+                phase = "run-down" if section.stops else "run-up"
+            parts.append((phase, section.period, 0.0, section))
+        return course_of(parts)
+
+    @property
+    def made_for(self) -> dict[str, list[float]]:
+        """The lower of the limits that the gaits were made for; see :attr:`TimedGait.made_for`."""
+        runs = [one for one in self.sections if isinstance(one, RunUp)]
+        lowest = lowest_limits(run.motion.made_for for run in runs)
+        return {kind: list(four_of(limit)) for kind, limit in lowest.items()}
+
+    @property
+    def stated_corners(self) -> None:
+        """None: it is made from more than corners."""
+        return
+
+    @property
+    def stated_sections(self) -> list[dict[str, Any]] | None:
+        """What the sections are made from, as plain values; None if that is more than corners, laws and limits."""
+        parts: list[dict[str, Any]] = []
+        for section in self.sections:
+            motion = section.motion if isinstance(section, RunUp) else section
+            corners = motion.stated_corners
+            if corners is None:
+                return None
+            part: dict[str, Any] = {
+                "corners": corners.tolist(),
+                "law": motion.law,
+                "period": motion.period,
+            }
+            rounding = getattr(motion, "rounding", None)
+            if rounding is not None:
+                part["rounding"] = rounding.tolerance
+            if motion.made_for:
+                part["limits"] = motion.made_for
+            if isinstance(section, RunUp):
+                part |= {"periods": section.periods, "stops": section.stops}
             parts.append(part)
         return parts
 
-    def table(self, samples: int, about: Mapping[str, Any]) -> Table:
-        """Return the table of a course that ends, run once, in even intervals; `about` is what made it."""
-        t: FloatArray = np.arange(samples + 1, dtype=float) * (self.duration / samples)
-        t[-1] = self.duration
-        alpha, rates, accelerations = self.at(t)
-        columns: dict[str, Any] = {"t": t}
-        columns |= zip(ANGLES, alpha.T + 0.0, strict=True)  # no negative zeros
-        gait = self.sections[0][2].gait
-        if gait.colors:
-            columns["color"] = gait.colors[:1] * len(t)
-        columns |= zip(
-            (*RATES, *ACCELERATIONS),
-            (*(rates.T + 0.0), *(accelerations.T + 0.0)),
-            strict=True,
-        )
-        stated = {
-            "vehicle": gait.vehicle.as_mapping(),
-            "coefficients": gait.coefficients.kind,
+    def with_gait(self, gait: Gait) -> Self:
+        """Return the same motion for the vehicle and the coefficients of a gait."""
+        of: dict[str, Any] = {
+            "vehicle": gait.vehicle,
+            "coefficients": gait.coefficients,
             "crossing_tolerance": gait.crossing_tolerance,
-            "period": self.duration,
-            "law": JOINED,
-            "repeats": False,
-            **about,
         }
-        if (parts := self.stated) is not None:
-            stated["course"] = parts
-        return completed_table(Table(columns=columns, about=stated))
+        sections: list[TimedPath | RunUp] = []
+        for section in self.sections:
+            if isinstance(section, RunUp):
+                motion = section.motion.with_gait(replace(section.gait, **of))
+                sections.append(replace(section, motion=motion))
+            else:
+                sections.append(section.with_gait(replace(section.gait, **of)))
+        return replace(self, gait=gait, sections=tuple(sections))
+
+    def with_period(self, period: float) -> Self:
+        """Return the same motion in another duration [s]."""
+        slower = period / self.period
+        sections: list[TimedPath | RunUp] = []
+        for section in self.sections:
+            if isinstance(section, RunUp):
+                motion = section.motion.with_period(slower * section.motion.period)
+                sections.append(replace(section, motion=motion))
+            else:
+                sections.append(section.with_period(slower * section.period))
+        return replace(self, period=float(period), sections=tuple(sections))
+
+    @property
+    def corner_times(self) -> FloatArray:
+        """The times at which sections begin, and the duration [s]."""
+        begins = [begin for begin, _, _ in self.course.sections]
+        return np.array([*begins, self.period])
+
+    def at(self, t: npt.ArrayLike) -> Motion:
+        """Return tilt angles, rates and accelerations at any times; before and after the path those of its ends."""
+        times = times_from(t)
+        motion = self.course.at(np.clip(times, 0.0, self.period).reshape(-1))
+        shape = (*times.shape, 4)
+        moves = ((times >= 0.0) & (times <= self.period))[..., None]
+        return Motion(
+            alpha=motion.alpha.reshape(shape),
+            rates=motion.rates.reshape(shape) * moves,
+            accelerations=motion.accelerations.reshape(shape) * moves,
+        )
+
+    def _peaks(self, orders: Sequence[int]) -> list[FloatArray]:
+        """Return upper bounds: those of the paths and the gaits; the fourth derivative of a run-up has none."""
+        peaks = [np.zeros(4) for _ in orders]
+        for section in self.sections:
+            is_run = isinstance(section, RunUp)
+            motion = section.motion if isinstance(section, RunUp) else section
+            for k, order in enumerate(orders):
+                bound = motion.peaks(order)
+                if is_run and order > 3:
+                    bound = np.full(4, np.inf)
+                peaks[k] = np.maximum(peaks[k], bound)
+        return peaks
+
+    def check(self, **options: Unpack[CheckOptions]) -> Report:
+        """Return every check of the paths and of the whole gaits that are begun or left, the worse of each."""
+        motions = [
+            section.motion if isinstance(section, RunUp) else section
+            for section in self.sections
+        ]
+        return reduce(both, [motion.check(**options) for motion in motions])
 
 
-def course_again(
-    table: Table,
-    *,
-    vehicle: VehicleLike | None = None,
-    coefficients: CoefficientsLike | None = None,
-) -> Course | None:
-    """Return the course of a run-down, a path and a run-up that a table states; None without one, or if its rows differ."""
-    parts = table.about.get("course")
-    if table.repeats or not isinstance(parts, list) or not parts:
-        return None
-    like, _, _ = closed_rows(table, vehicle=vehicle, coefficients=coefficients)
-    try:
-        sections = [_section_from(part, like) for part in parts]
-        begins = [float(part["begin"]) for part in parts]
-        phases = tuple(str(part["phase"]) for part in parts)
-    except (LookupError, TypeError, ValueError):  # not as a course states itself
-        return None
-    last = sections[-1]
-    seconds = last.duration if isinstance(last, RunUp) else last.period
-    course = Course(
-        sections=tuple(
-            (begin, 0.0, one) for begin, one in zip(begins, sections, strict=True)
-        ),
-        duration=begins[-1] + seconds,
-        phases=phases,
-    )
-    off = np.abs(course.at(table["t"] - table["t"][0]).alpha - table.alpha).max()
-    return course if off <= SAME + table.digit_error else None
+def _gait_along(sections: Sequence[TimedPath | RunUp]) -> Gait:
+    """Return the closed polyline that leads along some sections and back."""
+    lines = []
+    for section in sections:
+        corners = section.gait.alpha
+        if isinstance(section, RunUp):
+            lines.append(np.vstack([corners, corners[:1]]))
+        else:
+            lines.append(corners[: len(corners) // 2 + 1])
+    out = np.vstack(lines)
+    alpha = np.vstack([out, out[-2:0:-1]])
+    gait = sections[0].gait
+    return replace(gait, alpha=alpha, colors=gait.colors[:1] * len(alpha), request={})
 
 
-def _stated_motion(motion: TimedGait) -> dict[str, Any] | None:
-    """Return what a gait's law is made from, as a table states it; None if that is more than its corners."""
-    about = next(pieces_of(replace(motion, samples=1))).about
-    names = ("made_by", "corners", "rounding", "limits", "period", "law")
-    return (
-        {name: about[name] for name in names if name in about}
-        if "corners" in about
-        else None
-    )
+def lowest_limits(limits: Iterable[Mapping[str, Any]]) -> dict[str, Each]:
+    """Return the lowest of limits of rates, accelerations and jerks by kind, for each arm."""
+    lowest: dict[str, Each] = {}
+    for stated in limits:
+        for kind, limit in stated.items():
+            known = four_of(lowest.get(kind, math.inf))
+            each = limit if isinstance(limit, list) else four_of(limit)
+            lowest[kind] = tuple(map(min, known, each))
+    return lowest
 
 
-def _section_from(part: dict[str, Any], like: Gait) -> TimedGait | RunUp:
-    """Return a section of a course as :attr:`Course.stated` states it; ValueError and others if it does not."""
+def joined_again(
+    parts: Sequence[Mapping[str, Any]], like: Gait, samples: int
+) -> JoinedPath:
+    """Return the motion that :attr:`JoinedPath.stated_sections` states; `like` has vehicle, coefficients and color.
 
-    def gait(corners: Any) -> Gait:
-        return replace(like, alpha=corners, colors=like.colors[:1] * len(corners))
-
-    if "gait" not in part:
-        path = np.array(part["corners"], dtype=float)
-        loop = gait(np.vstack([path, path[-2:0:-1]]))
-        return TimedPath.of(loop.parametrize(2 * part["period"], law=part["law"]))
-    stated = part["gait"]
-    closed = gait(np.array(stated["corners"], dtype=float))
-    motion: TimedGait | None
-    if stated["law"] in LAWS:
-        motion = closed.parametrize(stated["period"], law=stated["law"])
-    else:
-        motion = law_stated(Table(columns={}, about=stated), closed)
-    if motion is None:
-        raise ValueError("gait must be one that pace finds again")
-    return RunUp(
-        motion=motion, periods=part["periods"], stops=part["phase"] == "run-down"
-    )
+    Raises LookupError, TypeError, ValueError or InputError if it states none.
+    """
+    sections: list[TimedPath | RunUp] = []
+    for part in parts:
+        corners = np.array(part["corners"], dtype=float)
+        law, period = part["law"], part["period"]
+        is_path = "periods" not in part
+        if is_path:
+            corners = np.vstack([corners, corners[-2:0:-1]])
+        gait = replace(like, alpha=corners, colors=like.colors[:1] * len(corners))
+        if is_path:
+            sections.append(TimedPath.of(gait.parametrize(2 * period, law=law)))
+            continue
+        motion: TimedGait
+        if law in LAWS:
+            motion = gait.parametrize(period, law=law)
+        else:
+            motion = law_of_pace(
+                gait,
+                Limits(**part["limits"]),
+                rounding=part.get("rounding"),
+                period=period,
+                law=law,
+                samples=1,
+            )
+        sections.append(
+            RunUp(motion=motion, periods=part["periods"], stops=part["stops"])
+        )
+    return JoinedPath.of(sections, samples)

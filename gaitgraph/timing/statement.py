@@ -1,7 +1,7 @@
 """One truth in a table: its rows. What it states of where they come from is checked once, when it is read.
 
 A table may state the motion that its rows sample: corners, law, period and number of samples, and limits for the laws of
-``pace``. :func:`checked` computes that motion again and compares it with the rows, number by number, each to half a unit of
+``pace``; or these of each section of a path. :func:`checked` computes that motion again and compares it with the rows, number by number, each to half a unit of
 the last digit that this number was printed with. If all agree, the table keeps the motion (:attr:`Table.motion`).
 If one does not, or a row is missing, the whole statement is dropped with one warning, and with it the columns that
 follow from the angles. Rates that do not fit the rows are dropped too. No other place compares rows with a statement.
@@ -29,6 +29,7 @@ from gaitgraph.gait.table import (
     is_closed,
     surface_of,
 )
+from gaitgraph.timing.joining import joined_again
 from gaitgraph.timing.laws import LAWS
 from gaitgraph.timing.time_optimal import Limits, law_of_pace
 from gaitgraph.timing.timed_gait import MOST_SAMPLES, TimedGait, TimedPath
@@ -37,7 +38,8 @@ if TYPE_CHECKING:
     from gaitgraph.invertibility.matrices import Coefficients, FloatArray
     from gaitgraph.vehicle import Vehicle
 
-_STATED = ("corners", "rounding", "law", "period", "samples", "made_by", "request")
+_MADE_FROM = ("corners", "sections")
+_STATED = (*_MADE_FROM, "rounding", "law", "period", "samples", "made_by", "request")
 _COMPUTED = ("color", "types", "R", *RATES, *ACCELERATIONS)
 _ROUND_OFF = 1e-11  # of a motion computed again, as a share of its largest value
 
@@ -81,7 +83,8 @@ def checked(table: Table, name: object = None) -> Table:
 def _stated_motion(table: Table) -> tuple[TimedGait | None, str]:
     """Return the motion that a table states, if it states one, and how its rows differ from it, "" if they agree."""
     about = table.about
-    if "samples" not in about and "corners" not in about:
+    is_stated = any(name in about for name in _MADE_FROM)
+    if "samples" not in about and not is_stated:
         return None, ""
     if "t" not in table or "alpha3" not in table:
         return None, "the file states a motion, but has no times or not all angles"
@@ -92,12 +95,12 @@ def _stated_motion(table: Table) -> tuple[TimedGait | None, str]:
         got = shown(about.get("period"))
         return None, f"period must be a positive number of seconds, got {got}"
     difference = _first_wrong_time(table, samples, period)
-    if difference or "corners" not in about:
+    if difference or not is_stated:
         return None, difference
     surface = surface_of(table)  # wrong constants are an error, and no difference
     try:
         motion = _motion_of(table, surface, samples, period)
-    except (GaitgraphError, TypeError, ValueError) as error:
+    except (GaitgraphError, LookupError, TypeError, ValueError) as error:
         return None, f"the stated motion cannot be made: {error}"
     return motion, _first_difference(table, motion)
 
@@ -111,8 +114,11 @@ def _motion_of(
     """Return the timed gait, or path, that a table states."""
     about: dict[str, Any] = table.about
     vehicle, coefficients, crossing_tolerance = surface
-    corners = np.array(about["corners"], dtype=float)
-    if not table.repeats:  # the gait of a path leads out and back
+    sections = about.get("sections")
+    corners = np.array(
+        (about if sections is None else sections[0])["corners"], dtype=float
+    )
+    if not table.repeats and sections is None:  # the gait of a path leads out and back
         corners = np.vstack([corners, corners[-2:0:-1]])
         samples, period = 2 * samples, 2 * period
     colors = colors_of(corners, coefficients)
@@ -127,6 +133,11 @@ def _motion_of(
         crossing_tolerance=crossing_tolerance,
         request=dict(request) if isinstance(request, dict) else {},
     )
+    if sections is not None:
+        joined = joined_again(sections, gait, samples)
+        if table.repeats or abs(joined.period - period) > _ROUND_OFF * period:
+            raise ValueError("sections must be of a path, and take its period")
+        return joined
     law = about.get("law", "")
     if law in LAWS or not table.limits:
         motion = gait.parametrize(period, law=law, samples=samples)

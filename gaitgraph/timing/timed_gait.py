@@ -67,6 +67,7 @@ MOST_CORNERS = 1000
 """Largest number of corners that a table states beside its rows."""
 
 ROW_BY_ROW = "row-by-row"  # the law of a RowTimedGait
+JOINED = "joined"  # that of motions one after another, see gaitgraph.timing.joining
 SAME = 1e-6  # largest distance between a row and a law that it follows [rad]
 
 
@@ -376,9 +377,11 @@ class RowTimedGait(TimedGait):
 
     def with_period(self, period: float) -> Self:
         """Return the rows at times in proportion, over another period [s]."""
-        times = self.times * (period / self.period)
+        slower = period / self.period
+        times = self.times * slower
         times.flags.writeable = False
-        return replace(self, period=float(period), times=times)
+        rates = None if self.row_rates is None else self.row_rates / slower
+        return replace(self, period=float(period), times=times, row_rates=rates)
 
     @property
     def corner_times(self) -> FloatArray:
@@ -425,6 +428,10 @@ class RowTimedGait(TimedGait):
         )
         if gait.colors:
             columns["color"] = (*gait.colors, gait.colors[0])
+        if self.row_rates is not None:
+            motion = self.at(self.times)
+            columns |= zip(RATES, motion.rates.T, strict=True)
+            columns |= zip(ACCELERATIONS, motion.accelerations.T, strict=True)
         return validate(
             Table(columns=columns),
             vehicle=gait.vehicle,
@@ -690,9 +697,12 @@ def pieces_of(
         made["repeats"] = False
     if timed.made_for:
         made["limits"] = timed.made_for
-    if not by_law:
+    if not by_law and timed.law != JOINED:
         made["made_by"] = "optimize" if timed.law == "optimal" else "pace"
     made["samples"] = timed.samples
+    sections = getattr(timed, "stated_sections", None)
+    if sections is not None:
+        made["sections"] = sections
     corners = timed.stated_corners
     if corners is not None and gait.color != "mixed" and len(corners) <= MOST_CORNERS:
         made["corners"] = corners.tolist()
