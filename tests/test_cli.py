@@ -214,6 +214,9 @@ def test_export(run: Any) -> None:
         "rows": 101,
         "columns": list(read_table("a.csv").columns),
         "outputs": ["b.json", "c.csv"],
+        "valid": True,
+        "flyable": True,
+        "warnings": [],
     }
     assert Path("a.csv").read_bytes() == Path("c.csv").read_bytes()
     assert run("export", "a.csv", "c.csv").code == 2
@@ -788,9 +791,11 @@ def test_long_outputs_are_written_piece_by_piece(
             "90",
             "--max-jerk",
             "2000",
+            "--anyway",
         ],
     ):
         sizes.clear()
         done = run(*command, *long)
         assert (done.code, done.err) == (0, ""), command
-        assert (sum(sizes), max(sizes)) == (rows, 1 << 16), command
+        assert sum(sizes) == rows, command
+        assert command[0] != "plan" or max(sizes) == 1 << 16

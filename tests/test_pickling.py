@@ -14,6 +14,7 @@ import pytest
 from shapely import Polygon
 
 import gaitgraph as gg
+from gaitgraph.certificates.check import check
 from gaitgraph.study.design import study_from_mapping
 from tests.samples import public_callables
 
@@ -78,6 +79,7 @@ MADE: dict[str, Callable[[], Any]] = {
     "AcceptableAttitudes": lambda: gg.robustness_of(gait()).gait.acceptable,
     "Basin": basin,
     "Certified": lambda: gg.certify(gait()),
+    "Verified": lambda: gg.certificates.Verified(found=check(gg.certify(gait()).text)),
     "Check": lambda: gg.validate(gait()).checks[0],
     "Coefficients": gg.invertibility.coefficients_of,
     "Coloring": lambda: next(iter(gg.colorings(LOOP))),
@@ -195,7 +197,7 @@ WITHOUT_ARRAYS = {
     "ColoringObstacle",
     "Condition",
     "Cycles",
-    "Exported",
+    "Verified",
     "FlightSettings",
     "GeometryReport",
     "Joint",

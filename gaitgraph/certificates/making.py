@@ -21,7 +21,7 @@ from gaitgraph.angles import angle_within
 from gaitgraph.certificates import check
 from gaitgraph.errors import Advice, FileWarning, Infeasible, InputError
 from gaitgraph.files import check_new_files, write_whole
-from gaitgraph.gait.table import Table, tilt_angles
+from gaitgraph.gait.table import Table, even_times, tilt_angles
 from gaitgraph.invertibility import matrices
 from gaitgraph.io.formats import gait_of, given_gait, naming_file
 from gaitgraph.timing.laws import bernstein_from_power, values_of
@@ -198,7 +198,7 @@ def certify(
     ]
     deviation = 2 * exact.deviation + 1e-14
     if isinstance(source, Table) and isinstance(path, TimedGait):
-        seconds = source.even_times - source["t"][0] if "t" in source else path.t
+        seconds = even_times(source) - source["t"][0] if "t" in source else path.t
         rows = tilt_angles(source, path.gait.coefficients)
         deviation += float(np.abs(path.at(seconds)[0] - rows).max())
     document = {

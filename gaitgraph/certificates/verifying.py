@@ -13,7 +13,7 @@ import numpy as np
 from gaitgraph.certificates.check import Row, check, first_row_off
 from gaitgraph.errors import InputError
 from gaitgraph.files import text_of
-from gaitgraph.gait.table import ANGLES
+from gaitgraph.gait.table import ANGLES, even_times
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR
 from gaitgraph.io.formats import FORMATS, naming_file, read_table
 
@@ -187,7 +187,7 @@ def _ratios(stated: dict[str, str]) -> tuple[float, float]:
 
 def _exact_rows(table: Table, path: Path) -> list[Row]:
     """Return the rows of a table as exact numbers, each with what its format adds to the deviation."""
-    t = table.even_times
+    t = even_times(table)
     slack = np.zeros((len(table), 4))
     for joint, name in enumerate(ANGLES):
         if table.digits[name].steps:

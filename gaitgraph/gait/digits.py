@@ -62,7 +62,7 @@ def digits_of(values: FloatArray, unit: float = 1.0) -> Digits:
     """Return the digits of a column's finite numbers; `unit` is that of the numbers in the unit of the column.
 
     >>> digits_of(np.array([0.393, 0.41, -1.2]))
-    Digits(decimals=3, figures=3, unit=1.0)
+    Digits(decimals=3, figures=3, unit=1.0, steps=False)
     >>> digits_of(np.array([1 / 3, 0.5])) == Digits()
     True
     """

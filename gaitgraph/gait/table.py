@@ -140,17 +140,6 @@ class Table(Pictured):
             and any(bool(self[name].any()) for name in ACCELERATIONS)
         )
 
-    @property
-    def even_times(self) -> FloatArray:
-        """The times [s]; if they are evenly spaced times, rounded to their digits, then these, not rounded."""
-        t: FloatArray = self.columns["t"]
-        samples, period = self.about.get("samples"), self.about.get("period")
-        if samples == len(t) - 1 and period is not None:  # checked when it was read
-            return np.asarray(t[0] + np.arange(len(t)) * (period / samples))
-        even = np.linspace(t[0], t[-1], len(t))
-        is_even = (np.abs(t - even) <= self.half_units("t") + 1e-15 * np.abs(t)).all()
-        return even if is_even else t
-
     def half_units(self, name: str) -> FloatArray:
         """Return half a unit of the last printed digit of each number of a column, in the column's unit."""
         values: FloatArray = self.columns[name]
@@ -417,6 +406,17 @@ def check_repeats(motion: object, name: str = "gait") -> None:
             f"{name} must repeat, got a path that is run once, from its first row to its last",
             field=name,
         )
+
+
+def even_times(table: Table) -> FloatArray:
+    """Return the times of a table [s]; if they are evenly spaced times, rounded to their digits, then these, not rounded."""
+    t: FloatArray = table["t"]
+    samples, period = table.about.get("samples"), table.about.get("period")
+    if samples == len(t) - 1 and period is not None:  # checked when it was read
+        return np.asarray(t[0] + np.arange(len(t)) * (period / samples))
+    even = np.linspace(t[0], t[-1], len(t))
+    is_even = (np.abs(t - even) <= table.half_units("t") + 1e-15 * np.abs(t)).all()
+    return even if is_even else t
 
 
 def is_closed(alpha: FloatArray) -> bool:

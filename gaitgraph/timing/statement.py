@@ -26,6 +26,7 @@ from gaitgraph.gait.table import (
     RATES,
     Table,
     colors_of,
+    even_times,
     is_closed,
     surface_of,
 )
@@ -203,7 +204,7 @@ def _first_misfit(table: Table) -> str:
     """
     if "t" not in table or len(table) < 2 or not all(name in table for name in RATES):
         return ""
-    step = np.diff(table.even_times)
+    step = np.diff(even_times(table))
     closed = table.repeats and is_closed(table.alpha)
     for angle, name in zip(ANGLES, RATES, strict=True):
         slope = np.diff(table[angle]) / step

@@ -28,6 +28,7 @@ from gaitgraph.gait.table import (
     Table,
     closed_rows,
     closing_time,
+    even_times,
     is_closed,
     lifted_pieces,
     motion_of,
@@ -539,7 +540,7 @@ class _RowRates:
 
     def examine(self, table: Table, rows: Segments) -> None:
         """Examine the rows of a table, from the first to the last, and over the seam of a motion that repeats."""
-        alpha, t = rows.alpha, table.even_times
+        alpha, t = rows.alpha, even_times(table)
         rounding = np.full_like(alpha, table.rounding)
         if "samples" in table.about:
             digits = np.column_stack([table.half_units(name) for name in ANGLES])
