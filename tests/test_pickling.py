@@ -54,6 +54,11 @@ def course() -> Any:
 
 
 @cache
+def joined() -> Any:
+    return gg.transition("hover", timed().gait.parametrize(law="constant-speed")).timed
+
+
+@cache
 def basin() -> Any:
     return gg.basins_of(timed(), bias=0.9, resolution=1)[0]
 
@@ -99,6 +104,7 @@ MADE: dict[str, Callable[[], Any]] = {
     "GeometryReport": lambda: gg.validation.validate_geometry(
         gait().alpha, gg.invertibility.Geometry.of_vehicle(gg.PAPER)
     ),
+    "JoinedPath": joined,
     "Joint": lambda: gg.io.servo_map_named("x_frame").joints[0],
     "LeastPeriod": lambda: gg.least_period(gait(), LIMITS, rounding="2deg"),
     "LimitedGait": lambda: gg.least_period(gait(), LIMITS).timed,
@@ -115,6 +121,7 @@ MADE: dict[str, Callable[[], Any]] = {
     "Robustness": lambda: gg.robustness_of(gait()).gait,
     "RobustnessReport": lambda: gg.robustness_of(gait()),
     "Rounding": rounded,
+    "RunUp": lambda: joined().sections[-1],
     "ServoMap": lambda: gg.io.servo_map_named("x_frame"),
     "ServoResponse": lambda: gg.timing.servo_response(timed(), 0.02),
     "ShortestPaths": lambda: gg.planning.ShortestPaths(Polygon(SQUARE)),

@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING, Any, Self, Unpack, cast
 
 import numpy as np
 
+from gaitgraph.arrays import read_only
 from gaitgraph.errors import InputError
 from gaitgraph.gait.table import RATES, Table
 from gaitgraph.io.formats import given_gait, naming_file
@@ -335,7 +336,7 @@ class JoinedPath(TimedGait):
     def corner_times(self) -> FloatArray:
         """The times at which sections begin, and the duration [s]."""
         begins = [begin for begin, _, _ in self.course.sections]
-        return np.array([*begins, self.period])
+        return read_only(np.array([*begins, self.period]))
 
     def at(self, t: npt.ArrayLike) -> Motion:
         """Return tilt angles, rates and accelerations at any times; before and after the path those of its ends."""
