@@ -927,13 +927,17 @@ def test_bad_input_is_named_in_one_line(
         {"period": math.inf},
         {"law": "nonsense"},
         {"samples": 0},
+        {"samples": 10**8},
+        {"gait": "gait4"},
+        {"gait": None},
     ],
 )
-def test_a_timed_gait_checks_its_clock(changed: dict[str, Any]) -> None:
-    asked: dict[str, Any] = {"period": 1.0, "law": "smooth", "samples": 4} | changed
+def test_a_timed_gait_checks_its_gait_and_its_clock(changed: dict[str, Any]) -> None:
     gait = gg.lift([(0.4, -0.4), (0.8, -0.4), (0.8, -0.8)], "red")
-    with pytest.raises(InputError, match=f"^{next(iter(changed))} must be "):
-        gg.TimedGait(gait=gait, **asked)
+    asked: dict[str, Any] = {"gait": gait, "period": 1.0, "law": "smooth", "samples": 4}
+    with pytest.raises(InputError, match=f"^{next(iter(changed))} must be ") as caught:
+        gg.TimedGait(**asked | changed)
+    assert caught.value.field == next(iter(changed))
 
 
 def test_a_linkage_holds_finite_angles() -> None:

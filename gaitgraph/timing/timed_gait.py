@@ -108,15 +108,21 @@ class TimedGait(Pictured):
     samples: int
 
     def __post_init__(self) -> None:
-        """Check the period, the law and the count of samples."""
+        """Check the gait, the period, the law and the count of samples."""
+        if not isinstance(self.gait, Gait):
+            raise InputError(
+                f"gait must be a Gait, got {shown(self.gait)}", field="gait"
+            )
         if not 0.0 < number_of(self.period) < math.inf:
             raise InputError(
                 f"period must be a positive number of seconds, got {shown(self.period)}",
                 field="period",
             )
-        if type(self) is TimedGait:  # other motions have laws of their own
+        most = sys.maxsize
+        if type(self) is TimedGait:  # other motions have laws and rows of their own
             checked_choice("law", self.law, LAWS)
-        whole_number("samples", self.samples, 1, sys.maxsize)
+            most = MOST_SAMPLES
+        whole_number("samples", self.samples, 1, most)
         freeze_arrays(self)
 
     @property
