@@ -393,6 +393,10 @@ def test_order_period_and_other_gaits_are_seen(tmp_path: Path, run: Any) -> None
     alone = run("verify", "a.cert.json", "--json")
     assert alone.json["table"] == "a.csv"
     assert alone.json["rows"] == 101
+    assert alone.json["between"] < 2e-3
+    few = without(table_of(timed), list(range(1, 100)))
+    write_tables(Table(columns=few.columns), [tmp_path / "few.csv"])
+    assert run("verify", "a.cert.json", "few.csv", "--json").json["between"] > 0.1
     for other, said in (
         ("slow.csv", "row 2, t = 0.009 s"),
         ("half.csv", "the rows last 0.4 s, the curve 0.8 s"),

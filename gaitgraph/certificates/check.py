@@ -372,10 +372,11 @@ def value_at(polynomial: list[Fraction], at: Fraction) -> Fraction:
     return value
 
 
-def first_row_off(text: str, rows: list[Row]) -> str:
+def held_against(text: str, rows: list[Row]) -> tuple[str, float]:
     """Return the first row of a table that is not on the curve of a certificate at its time, "" if all are.
 
     Each angle may be off by the certificate's deviation and the row's slack. The first row is at the start of the curve.
+    The second value is how far the middles of straight lines between rows are from the curve at most [rad].
     """
     whole = parsed(json.loads(text, object_pairs_hook=tuple), FORM, "the document")
     pieces, law, allowed = whole["pieces"], whole["law"], whole["deviation"]
@@ -384,25 +385,39 @@ def first_row_off(text: str, rows: list[Row]) -> str:
             "claims must have a rate to compare a table, got none: untimed"
         )
     ends = list(accumulate(piece["duration"] for piece in pieces))
-    first, last = rows[0].t, rows[-1].t
-    for number, (row, before) in enumerate(zip(rows, [None, *rows], strict=False), 1):
-        if before is not None and row.t <= before.t:
-            return f"row {number} is not after the row before it"
-        k = min(bisect_right(ends, row.t - first), len(pieces) - 1)
-        piece = pieces[k]
-        passed = 1 - (ends[k] - (row.t - first)) / piece["duration"]
-        share = value_at(law, passed)
-        curve = [value_at(one, share) for one in piece["alpha"]]
-        for joint, angle in enumerate(row.angles):
-            off = abs(angle - curve[joint % len(curve)])
-            if off > allowed + row.slacks[joint]:
-                return (
-                    f"row {number}, t = {float(row.t):.9g} s: alpha{joint + 1} = {float(angle):.9g} is "
-                    f"{float(off):.3g} rad off the curve, allowed is {float(allowed + row.slacks[joint]):.3g}"
+    first, last, between = rows[0].t, rows[-1].t, ZERO
+
+    def off_curve(t: Fraction, angles: list[Fraction]) -> list[Fraction]:
+        k = min(bisect_right(ends, t - first), len(pieces) - 1)
+        share = value_at(law, 1 - (ends[k] - (t - first)) / pieces[k]["duration"])
+        curve = [value_at(one, share) for one in pieces[k]["alpha"]] * 2
+        return [abs(a - b) for a, b in zip(angles, curve, strict=False)]
+
+    for number, row in enumerate(rows, 1):
+        if number > 1:
+            before = rows[number - 2]
+            if row.t <= before.t:
+                return f"row {number} is not after the row before it", float(between)
+            middle = [
+                (a + b) / 2 for a, b in zip(before.angles, row.angles, strict=True)
+            ]
+            between = max(between, *off_curve((before.t + row.t) / 2, middle))
+        for joint, off in enumerate(off_curve(row.t, row.angles)):
+            most = allowed + row.slacks[joint]
+            if off > most:
+                angle = f"alpha{joint + 1} = {float(row.angles[joint]):.9g}"
+                place = f"row {number}, t = {float(row.t):.9g} s"
+                how = (
+                    f"{float(off):.3g} rad off the curve, allowed is {float(most):.3g}"
                 )
-    if abs(last - first - ends[-1]) > (ends[-1] + 2) / 10**9:
-        return f"the rows last {float(last - first):.9g} s, the curve {float(ends[-1]):.9g} s"
-    return ""
+                return f"{place}: {angle} is {how}", float(between)
+    seconds = last - first
+    if abs(seconds - ends[-1]) > (ends[-1] + 2) / 10**9:
+        what = (
+            f"the rows last {float(seconds):.9g} s, the curve {float(ends[-1]):.9g} s"
+        )
+        return what, float(between)
+    return "", float(between)
 
 
 def rows_of_csv(path: Path) -> list[Row]:
@@ -432,10 +447,12 @@ if __name__ == "__main__":
         off = ""
         lines = [*found["lines"], "no table was compared"]
         if len(sys.argv) == 3:
-            off = first_row_off(document, rows_of_csv(Path(sys.argv[2])))
-            lines[-1] = (
-                f"NOT on the curve: {off}" if off else "each row is on the curve"
-            )
+            off, between = held_against(document, rows_of_csv(Path(sys.argv[2])))
+            lines[-1] = f"NOT on the curve: {off}"
+            if not off:
+                lines[-1] = (
+                    f"each row is on the curve, lines between rows to {between:.2g} rad"
+                )
     except (OSError, RecursionError, ValueError) as error:
         print(f"check.py: {error}", file=sys.stderr)
         sys.exit(2)

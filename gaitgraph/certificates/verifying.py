@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gaitgraph.certificates.check import Row, check, first_row_off
+from gaitgraph.certificates.check import Row, check, held_against
 from gaitgraph.errors import InputError
 from gaitgraph.files import text_of
 from gaitgraph.gait.table import ANGLES, even_times
@@ -38,12 +38,15 @@ class Verified:
         The answer of :func:`gaitgraph.certificates.check.check`.
     table, off
         The file that was compared, or None; and its first row that is not on the curve, "" if all are.
+    between
+        How far the middles of straight lines between its rows are from the curve at most [rad].
     """
 
     found: dict[str, Any]
     table: str | None = None
     rows: int = 0
     off: str = ""
+    between: float | None = None
 
     def __bool__(self) -> bool:
         return self.found["proved"] and not self.off
@@ -76,6 +79,7 @@ class Verified:
             "table": self.table,
             "rows": self.rows if self.table else None,
             "off": self.off or None,
+            "between": self.between,
         }
 
     def __str__(self) -> str:
@@ -87,7 +91,10 @@ class Verified:
         elif self.off:
             lines.append(f"{self.table} is NOT on the proven curve: {self.off}")
         else:
-            lines.append(f"{self.table}: all {self.rows} rows are on the proven curve")
+            lines.append(
+                f"{self.table}: all {self.rows} rows are on the proven curve; straight lines between them leave it by "
+                f"{self.between:.2g} rad"
+            )
         return "\n".join(lines)
 
 
@@ -130,10 +137,12 @@ def verify(certificate: str | Path, table: str | Path | None = None) -> Verified
         if "t" not in rows or "alpha3" not in rows:
             raise InputError("a table that is compared must have t and four angles")
         try:
-            off = first_row_off(text, _exact_rows(rows, Path(table)))
+            off, between = held_against(text, _exact_rows(rows, Path(table)))
         except ValueError as error:
             raise InputError(f"certificate {str(path)!r}: {error}") from None
-    return Verified(found=found, table=str(table), rows=len(rows), off=off)
+    return Verified(
+        found=found, table=str(table), rows=len(rows), off=off, between=between
+    )
 
 
 def table_beside(certificate: Path) -> Path | None:
@@ -163,7 +172,7 @@ def note_on_certificate(gait_file: Path, table: Table, vehicle: Vehicle) -> str:
         text = text_of(beside, "certificate")
         stated = json.loads(text)["vehicle"]
         ratios = _ratios(stated)
-        off = first_row_off(text, _exact_rows(table, gait_file))
+        off, _ = held_against(text, _exact_rows(table, gait_file))
     except (InputError, ArithmeticError, LookupError, TypeError, ValueError):
         return f"{name} is no certificate; gaitgraph verify {beside.name} says why"
     if off:
