@@ -155,6 +155,16 @@ def shown(value: object) -> str:
     return text if len(text) <= 70 else text[:70] + "…"
 
 
+class _Masked:
+    """What stands in messages for a masked value of numpy."""
+
+    def __repr__(self) -> str:
+        return "a masked value"
+
+
+_MASKED = _Masked()
+
+
 def _plain(value: Any) -> Any:
     """Return numpy's scalars and arrays, also inside lists and tuples, as Python's own numbers and lists."""
     if hasattr(value, "dtype") and callable(getattr(value, "tolist", None)):
@@ -162,7 +172,7 @@ def _plain(value: Any) -> Any:
         # Long doubles have no number of Python's own.
         plain = (few.astype(float) if few.dtype.kind == "f" else few).tolist()
         is_masked = plain is None and hasattr(value, "mask")
-        return value if is_masked else plain
+        return _MASKED if is_masked else plain
     if type(value) in (list, tuple):
         return type(value)(_plain(entry) for entry in value)
     return value

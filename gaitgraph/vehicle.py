@@ -215,7 +215,9 @@ class Vehicle(Pictured):
                     field, derived
                 )  # a quotient of extreme constants can overflow or vanish
             elif not math.isclose(got, derived, rel_tol=1e-6):
-                rule = f"{formula} = {derived} of the other constants, or be omitted"
+                rule = (
+                    f"{formula} = {derived:.9g} of the other constants, or be omitted"
+                )
                 raise InputError(f"{field} must equal {rule}, got {got}")
         if stated["drag_ratio"] is None:
             raise InputError(

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import gaitgraph as gg
+from gaitgraph.angles import angle_from_text
 from gaitgraph.errors import FileProblem, InputError
 from gaitgraph.flight.basins import basins_of
 from gaitgraph.flight.course import from_hover
@@ -402,7 +403,7 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
             ),
             (
                 {"drag_coefficient": 4e-7, "thrust_coefficient": 5e-6},
-                "drag_to_thrust must equal Km/Kf = 0.0… got 0.05",
+                "drag_to_thrust must equal Km/Kf = 0.08 of … got 0.05",
             ),
             (
                 {"drag_ratio": 0.99e-9},
@@ -1141,6 +1142,13 @@ def test_a_table_without_columns_has_no_rows_and_no_picture() -> None:
 def test_validate_refuses_a_table_without_rows() -> None:
     with pytest.raises(InputError, match="must be"):
         gg.validate(np.empty((0, 4)))
+
+
+def test_masked_values_are_called_so_in_messages() -> None:
+    masked = np.ma.masked_array([0.1, 0.2], mask=[True, False])
+    for value in (masked[0], np.ma.masked_array(0.1, mask=True)):
+        with pytest.raises(InputError, match="got a masked value$"):
+            angle_from_text(value)
 
 
 def test_long_doubles_are_plain_numbers_in_messages() -> None:

@@ -202,6 +202,8 @@ def test_roots(run: Any) -> None:
     }
     assert [root["color"] for root in roots] == ["red", "blue"]
     assert result.json["alpha2"] == -3 * np.pi / 8
+    printed = run("roots", "0.3", "0.5", "--coefficients", "exact").out.splitlines()
+    assert printed[3].split()[::4] == ["blue", "0"]  # without the noise of round-off
     exact = repr(float(np.arctan(gg.PAPER.drag_ratio)))
     fiber = run("roots", exact, "-.3", "--coefficients", "exact")
     assert "continuum (?,*): alpha3 = 0.167093, alpha4 free" in fiber.out

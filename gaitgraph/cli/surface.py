@@ -44,7 +44,7 @@ def roots_command(
     from dataclasses import asdict
 
     from gaitgraph.angles import text_from_angle
-    from gaitgraph.invertibility.matrices import coefficients_of
+    from gaitgraph.invertibility.matrices import coefficients_of, noise_of
     from gaitgraph.surface.sheets import roots
     from gaitgraph.vehicle import PAPER
 
@@ -64,10 +64,11 @@ def roots_command(
         f"(α1, α2) = ({text_from_angle(alpha1)}, {text_from_angle(alpha2)}), {numbers.kind} coefficients"
     ]
     lines.append("  color  types            α3            α4             R")
-    lines += [
-        f"  {root.color:<5}  {root.types}  {root.alpha3:12.6f}  {root.alpha4:12.6f}  {root.R:12.6g}"
-        for root in found
-    ]
+    for root in found:
+        # What floating point leaves of a root with R = 0 is not printed.
+        R = 0.0 if abs(root.R) <= noise_of(numbers) else root.R
+        angles_text = f"{root.alpha3:12.6f}  {root.alpha4:12.6f}"
+        lines.append(f"  {root.color:<5}  {root.types}  {angles_text}  {R:12.6g}")
     for fiber in found.fibers:
         fixed = ", ".join(f"{value:.6f}" for value in fiber.values)
         note = "; singular at every attitude" if fiber.singular else ""
