@@ -159,7 +159,7 @@ class _Masked:
     """What stands in messages for a masked value of numpy."""
 
     def __repr__(self) -> str:
-        return "a masked value"
+        return "masked"
 
 
 _MASKED = _Masked()
