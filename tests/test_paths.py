@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 import subprocess
+import warnings
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -334,6 +335,19 @@ def test_a_timing_that_breaks_limits_is_not_written_unless_anyway(
         judged = run("validate", "e.csv", "--require", "flyable", "--json")
         assert judged.code == 1
         (tmp_path / "e.csv").unlink()
+
+
+def test_another_sampling_of_rows_states_its_own_number(tmp_path: Path) -> None:
+    limits = gg.timing.Limits(rate=6, acceleration=150, jerk=9000)
+    timed = gg.least_period(GAIT, limits, rounding="2deg", samples=400).timed
+    assert timed is not None
+    timed.write(tmp_path / "jerk.json")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        export(tmp_path / "jerk.json", tmp_path / "e.json", samples=40)
+        again = gg.read_table(tmp_path / "e.json")
+    assert again.about["samples"] == len(again) - 1 == 40
+    assert again.joined_by_cubics
 
 
 def test_another_sampling_keeps_rows_that_follow_no_law(tmp_path: Path) -> None:

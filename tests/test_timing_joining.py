@@ -168,16 +168,17 @@ def test_the_motion_of_a_paced_file_is_its_law(
         np.testing.assert_allclose(found, expected, atol=1e-6)
 
 
-def test_the_motion_of_rows_with_rates_is_cubic() -> None:
+def test_the_motion_of_rows_passes_their_rates_and_accelerations() -> None:
     table = circle(40, rates=True)
     motion = played(table)
     assert isinstance(motion, RowTimedGait)
     turn = 2 * np.pi * np.linspace(0, 1, 401)[:-1] + 1.0
     found = motion.at((turn - 1.0) / (2 * np.pi))
     np.testing.assert_allclose(found.alpha[:, 0], -0.8 + 0.3 * np.cos(turn), atol=1e-6)
-    np.testing.assert_allclose(found.rates[:, 1], 0.6 * np.pi * np.cos(turn), atol=1e-3)
-    np.testing.assert_array_equal(motion.at(0.0).rates[1], table["alpha2_rate"][0])
-    # A cubic's largest derivatives: those of many samples, and a bound that is near them.
+    np.testing.assert_allclose(found.rates[:, 1], 0.6 * np.pi * np.cos(turn), atol=1e-6)
+    for name, values in (("rate", found.rates), ("acceleration", found.accelerations)):
+        np.testing.assert_allclose(values[0, 1], table[f"alpha2_{name}"][0], rtol=1e-12)
+    # Its largest derivatives: those of many samples, and a bound that is near them.
     dense = motion.at(np.linspace(0, 1, 40_001))
     for order, values in ((1, dense.rates), (2, dense.accelerations)):
         peak = np.abs(values).max(axis=0)
@@ -349,6 +350,22 @@ def test_the_command_enters_and_leaves_a_rounded_file(run: Any, tmp_path: Path) 
     refused = run("transition", "hover", "rounded.csv", "--vehicle", "slow.toml")
     assert refused.code == 1
     assert "limit 100" in refused.out
+
+
+def test_a_gait_that_only_its_rows_describe_may_need_more_of_them(
+    tmp_path: Path,
+) -> None:
+    limits = gg.timing.Limits(rate=6, acceleration=150, jerk=20000)
+    timed = timed_of(gg.least_period(GAIT, limits, rounding="2deg"))
+    for samples, flyable in ((60, False), (400, True)):
+        path = tmp_path / f"{samples}.json"
+        replace(timed, samples=samples).write(path)
+        found = gg.transition("hover", path)
+        assert found.report is not None
+        assert found.report.flyable is flyable
+        told = "known by its rows alone, and more of them may be enough"
+        assert (told in str(found)) is not flyable
+        assert (told in str(found.reason)) is not flyable
 
 
 @pytest.mark.parametrize("kind", ["rounded", "rows", "constant-speed"])

@@ -38,11 +38,12 @@ from gaitgraph.timing.joining import (
 from gaitgraph.timing.laws import DEFAULT_LAW, LawName
 from gaitgraph.timing.timed_gait import (
     MOST_SAMPLES,
+    RowTimedGait,
     TimedPath,
     checked_clock,
     pieces_of,
 )
-from gaitgraph.validation.report import RATE_UNITS
+from gaitgraph.validation.report import RATE_CHECKS, RATE_UNITS
 from gaitgraph.validation.validating import validate
 from gaitgraph.vehicle import PAPER, four_of
 
@@ -233,6 +234,8 @@ class Transition:
             if run is not None:
                 number = f"{run.periods} period{'s' * (run.periods > 1)}"
                 lines.append(f"  {text}: {number} of it in {run.period:.4g} s")
+        if self.reason is not None and self.reason != self.report.reason:
+            lines.append(f"  not flyable: {self.reason}")
         return "\n".join([*lines, str(self.report)])
 
 
@@ -378,6 +381,10 @@ def transition(
             floor=floor,
         )
     reason = None if report.flyable else report.reason
+    broken = [check.name for check in report.checks if not check.ok]
+    of_rows = any(isinstance(one, RowTimedGait) for one in (left, joined))
+    if of_rows and broken and set(broken) <= set(RATE_CHECKS):
+        reason = f"{reason}; the gait is known by its rows alone, and more of them may be enough"
     return replace(planned, reason=reason, judged=report)
 
 

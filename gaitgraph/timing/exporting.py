@@ -108,7 +108,7 @@ def _sampled(rows: Table, stated: Table, count: int | None, seconds: float) -> T
     if "color" in rows:
         passed = np.searchsorted(t, own, side="right") - 1
         columns["color"] = tuple(rows["color"][k] for k in passed.tolist())
-    about = rows.about | {"period": seconds}
+    about = rows.about | {"period": seconds, "samples": len(own) - 1}
     return completed_table(Table(columns=columns, about=about))
 
 

@@ -367,14 +367,15 @@ class RowTimedGait(TimedGait):
 
     `times` are those of the rows, the first again at the end, shape (n + 1,), from 0 to the period [s]. Where the
     table is not `closed`, its last row not the first again, one more segment leads back. `law_stated` is whether the
-    file states the law that its rows sample, as that of ``pace`` does, and their period. With `row_rates`, shape
-    (n + 1, 4) [rad/s], it is a cubic between rows instead of straight.
+    file states the law that its rows sample, as that of ``pace`` does, and their period. With
+    `row_derivatives`, the rates [rad/s] and accelerations [rad/s²] at the rows, shape (n + 1, 2, 4), it is a polynomial
+    of degree five between rows instead of straight.
     """
 
     times: FloatArray
     closed: bool = True
     law_stated: bool = False
-    row_rates: FloatArray | None = None
+    row_derivatives: FloatArray | None = None
 
     @property
     def stated_corners(self) -> None:
@@ -386,8 +387,12 @@ class RowTimedGait(TimedGait):
         slower = period / self.period
         times = self.times * slower
         times.flags.writeable = False
-        rates = None if self.row_rates is None else self.row_rates / slower
-        return replace(self, period=float(period), times=times, row_rates=rates)
+        derivatives = self.row_derivatives
+        if derivatives is not None:
+            derivatives = derivatives / np.array([[slower], [slower**2]])
+        return replace(
+            self, period=float(period), times=times, row_derivatives=derivatives
+        )
 
     @property
     def corner_times(self) -> FloatArray:
@@ -395,32 +400,34 @@ class RowTimedGait(TimedGait):
         return self.times
 
     @property
-    def _cubics(self) -> FloatArray | None:
-        """The cubics in powers of the time since each row, highest first, shape (4, n, 4); None where it is straight."""
-        if self.row_rates is None:
+    def _pieces(self) -> FloatArray | None:
+        """Polynomials in powers of the time since each row, highest first, shape (6, n, 4); None where it is straight."""
+        if self.row_derivatives is None:
             return None
-        from scipy.interpolate import CubicHermiteSpline
+        from scipy.interpolate import BPoly, PPoly
 
         rows = np.vstack([self.gait.alpha, self.gait.alpha[:1]])
-        return np.asarray(CubicHermiteSpline(self.times, rows, self.row_rates).c)
+        known = np.concatenate([rows[:, None], self.row_derivatives], axis=1)
+        through = BPoly.from_derivatives(self.times, known)
+        return np.asarray(PPoly.from_bernstein_basis(through).c)
 
     def at(self, t: npt.ArrayLike) -> Motion:
         """Return tilt angles, rates and accelerations at any times; see :meth:`TimedGait.at`."""
-        cubics = self._cubics
-        if cubics is None:
+        pieces = self._pieces
+        if pieces is None:
             return TimedGait.at(self, t)
         piece, local = located(self.times, t)
         return Motion(
-            *(values_of(derivative_of(cubics, k)[:, piece], local) for k in range(3))
+            *(values_of(derivative_of(pieces, k)[:, piece], local) for k in range(3))
         )
 
     def _peaks(self, orders: Sequence[int]) -> list[FloatArray]:
-        cubics = self._cubics
-        if cubics is None:
+        pieces = self._pieces
+        if pieces is None:
             return TimedGait._peaks(self, orders)
         widths = np.diff(self.times)
         controls = (
-            bernstein_from_power(derivative_of(cubics, order), widths)
+            bernstein_from_power(derivative_of(pieces, order), widths)
             for order in orders
         )
         return [np.abs(control).max(axis=(0, 1)) for control in controls]
@@ -434,10 +441,9 @@ class RowTimedGait(TimedGait):
         )
         if gait.colors:
             columns["color"] = (*gait.colors, gait.colors[0])
-        if self.row_rates is not None:
-            motion = self.at(self.times)
-            columns |= zip(RATES, motion.rates.T, strict=True)
-            columns |= zip(ACCELERATIONS, motion.accelerations.T, strict=True)
+        if self.row_derivatives is not None:
+            columns |= zip(RATES, self.row_derivatives[:, 0].T, strict=True)
+            columns |= zip(ACCELERATIONS, self.row_derivatives[:, 1].T, strict=True)
         return validate(
             Table(columns=columns),
             vehicle=gait.vehicle,
