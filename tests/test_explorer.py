@@ -386,6 +386,23 @@ class TestTables:
         )
         assert answer["diagram"]["own"] == client("diagram", of_gait(3))["own"]
 
+    @pytest.mark.parametrize("law", ["smooth", "constant-speed"])
+    def test_a_path_is_shown_once_from_its_first_row_to_its_last(
+        self, client: Client, tmp_path: Path, law: Any
+    ) -> None:
+        gait = gg.lift([(-0.4, 0.4), (-0.4, 1.2), (-1.2, 1.2)], "red")
+        entry = gg.transition("hover", gait.parametrize(1.0, law=law), samples=30)
+        entry.write(tmp_path / "entry.json")
+        answer = client.table("entry.json", (tmp_path / "entry.json").read_bytes())
+        series, table = answer["series"], entry.table
+        assert answer["warnings"] == []
+        assert (series["rows"][0], series["rows"][-1]) == (1, 31)
+        np.testing.assert_allclose(series["t"], table["t"], atol=1e-9)
+        np.testing.assert_allclose(
+            np.transpose(series["alpha"]), table.alpha, atol=1e-6
+        )
+        np.testing.assert_allclose(answer["path"], table.alpha[:, :2], atol=1e-6)
+
     def test_between_rows_without_times_the_motion_is_straight(
         self, client: Client
     ) -> None:

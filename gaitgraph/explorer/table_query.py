@@ -114,12 +114,12 @@ def table_answer(
                 error, error.message.replace(repr(str(path)), repr(name))
             ) from error
     # Without times the motion between rows is straight: values there are those of places on the legs.
-    count, parts = (
-        len(rows.alpha),
-        1 if times is not None else max(1, _PLACES // len(rows.alpha)),
-    )
+    # The polyline of a path leads out and back, and only the way out is shown.
+    corners = len(rows.alpha)
+    count = corners if table.repeats else max(corners // 2, 1)
+    parts = 1 if times is not None else max(1, _PLACES // corners)
     some = queries.spread_rows(count * parts + 1, _MOST_ROWS)
-    legs, t = some // parts % count, None if times is None else times[some]
+    legs, t = some // parts % corners, None if times is None else times[some]
     alpha = (
         rows.alpha[legs]
         + (some % parts / parts)[:, None] * (rows.ends - rows.alpha)[legs]
@@ -140,7 +140,7 @@ def table_answer(
         **queries.verdict_answer(report),
         "warnings": [*table.notes, *report.warnings],
         "path": queries.to_digits(
-            rows.alpha[queries.spread_rows(count + 1, _MOST_ROWS) % count, :2]
+            rows.alpha[queries.spread_rows(count + 1, _MOST_ROWS) % corners, :2]
         ),
         "series": queries.series_answer(alpha, rows, report, t=t)
         | {"rows": queries.to_digits(1 + some / parts)},
