@@ -39,7 +39,6 @@ from gaitgraph.surface.sheets import (
 )
 from gaitgraph.timing.laws import DEFAULT_LAW
 from gaitgraph.timing.timed_gait import DEFAULT_SAMPLES, checked_clock
-from gaitgraph.validation.report import not_judged_text, verdict_of
 from gaitgraph.vehicle import (
     PAPER,
     Vehicle,
@@ -105,6 +104,7 @@ DEFAULTS: dict[str, Any] = {
 """The state of an empty page."""
 
 _NOT_OF_A_REQUEST = ("drag_ratio", "samples", "eta")
+_VERDICTS = ("valid", "two_color", "flyable", "reachable_from_hover")
 _MARKS = {"ok": "ok", "NO": "no", "??": "undecided"}
 _MOST_ROWS = 401  # of a series; a chart has fewer pixels
 _MOST_FRAMES = 101
@@ -212,8 +212,7 @@ def plan_answer(state: State, progress: Progress = quiet) -> dict[str, Any]:
             ("reason", "advice", "color", "sign", "length", "lower_bound", "series")
         ),
         **_standing(state),
-        **verdict_of(None),
-        "caveat": "",
+        **dict.fromkeys(_VERDICTS, False),
         **{name: [] for name in lists.split()},
     }
     if state.empty:
@@ -228,7 +227,7 @@ def plan_answer(state: State, progress: Progress = quiet) -> dict[str, Any]:
         "warnings": list(result.warnings),
         "alternatives": [
             _outline(loop)
-            | {"valid": loop.report.valid, "flyable": loop.report.flyable}
+            | {name: getattr(loop.report, name) for name in _VERDICTS[::2]}
             for loop in result.alternatives
         ],
     }
@@ -308,8 +307,7 @@ def verdict_answer(report: Report) -> dict[str, Any]:
             "where": place,
         }
         checks.append(check.as_mapping() | title)
-    caveat = not_judged_text(report.not_judged)
-    return {**verdict_of(report), "caveat": caveat, "checks": checks}
+    return {name: getattr(report, name) for name in _VERDICTS} | {"checks": checks}
 
 
 def series_answer(

@@ -516,7 +516,9 @@ class LimitedGait(TimedGait):
 
     def check(self, **options: Unpack[CheckOptions]) -> Report:
         """Return every check of the path, along the curve itself, and those of rates, accelerations and jerks."""
-        return (self.curve or self.gait).check(**options).with_timing(self)
+        return (
+            (self.curve or self.gait).check(**options).with_checks(self.rate_checks())
+        )
 
 
 def nodes_along(breaks: FloatArray, pieces: FloatArray, nodes: int) -> FloatArray:

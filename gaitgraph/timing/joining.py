@@ -371,9 +371,7 @@ class JoinedPath(TimedGait):
             section.motion if isinstance(section, RunUp) else section
             for section in self.sections
         ]
-        found = reduce(both, [motion.check(**options) for motion in motions])
-        power = None if found.hover_power is None else self.hover_power
-        return replace(found, hover_power=power, hover_power_over="time")
+        return reduce(both, [motion.check(**options) for motion in motions])
 
 
 def _gait_along(sections: Sequence[TimedPath | RunUp]) -> Gait:
