@@ -10,6 +10,8 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
 
+from sphinx.util.inspect import TypeAliasForwardRef
+
 if TYPE_CHECKING:
     from sphinx.application import Sphinx
 
@@ -177,7 +179,13 @@ def as_written(
     return None
 
 
+def alias_name(alias: TypeAliasForwardRef) -> str:
+    """Return the name of an alias of autodoc_type_aliases."""
+    return str(alias.name)
+
+
 def setup(app: Sphinx) -> dict[str, Any]:
-    """Connect the signatures of this module."""
+    """Connect the signatures of this module; aliases inside other types, of properties, are shown by their names."""
+    TypeAliasForwardRef.__repr__ = alias_name  # type: ignore[method-assign]
     app.connect("autodoc-process-signature", as_written)
     return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}
