@@ -111,6 +111,9 @@ def test_a_path_is_judged_without_the_way_back(entry: Path) -> None:
         gg.validate(gg.Table(columns=table.columns, about={})),
     )
     assert alone.flyable
+    for report in (alone, gg.validate(ENTRY), ENTRY.timed.check()):
+        assert (report.repeats, report.as_mapping()["repeats"]) == (False, False)
+    assert closed.as_mapping()["repeats"] is True
     assert alone["tilt_rate"].value == pytest.approx(0.75, rel=1e-3)
     assert closed["tilt_rate"].value == pytest.approx(40.0, rel=0.1)  # in one step
     assert any("a path that is run once" in note for note in closed.notes)

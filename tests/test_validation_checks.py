@@ -100,6 +100,7 @@ def test_a_report_prints_every_check_and_what_is_beside_them() -> None:
         "two_color",
         "flyable",
         "reachable_from_hover",
+        "repeats",
         "checks",
         "warnings",
     }

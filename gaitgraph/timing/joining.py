@@ -371,7 +371,8 @@ class JoinedPath(TimedGait):
             section.motion if isinstance(section, RunUp) else section
             for section in self.sections
         ]
-        return reduce(both, [motion.check(**options) for motion in motions])
+        report = reduce(both, [motion.check(**options) for motion in motions])
+        return replace(report, repeats=False)
 
 
 def _gait_along(sections: Sequence[TimedPath | RunUp]) -> Gait:

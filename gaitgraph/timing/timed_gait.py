@@ -524,7 +524,8 @@ class TimedPath(TimedGait):
         """Return every check of the path; options as for :meth:`Gait.check`."""
         if isinstance(self.loop, RowTimedGait):
             return validate(table_of(self), **options)
-        return self.gait.check(**options).with_checks(self.rate_checks())
+        report = self.gait.check(**options).with_checks(self.rate_checks())
+        return replace(report, repeats=False)
 
     def rate_checks(
         self, noun: str = "duration", share: float = 1.0

@@ -186,6 +186,8 @@ class Report(Pictured):
         Number of rows, for a table.
     listing
         The colourings of the gait's loop, or None.
+    repeats
+        Whether the motion repeats; False for a path that is run once.
     said
         Warnings that were given when the table was read.
     """
@@ -196,6 +198,7 @@ class Report(Pictured):
     notes: tuple[str, ...] = ()
     rows: int | None = None
     listing: Colorings | None = None
+    repeats: bool = True
     said: tuple[str, ...] = ()
 
     @property
@@ -257,6 +260,7 @@ class Report(Pictured):
             "two_color": self.two_color,
             "flyable": self.flyable,
             "reachable_from_hover": self.reachable_from_hover,
+            "repeats": self.repeats,
             "checks": [check.as_mapping() for check in self.checks],
             "warnings": list(self.warnings),
         }

@@ -200,6 +200,10 @@ def validate(
         "floor": floor,
         "angle_rounding": angle_rounding,
     }
+    if not getattr(source, "repeats", True) and not isinstance(source, Table):
+        path: Any = source  # colourings are of loops
+        judged: Report = path.check(**limits)
+        return judged
     if not isinstance(source, Table):
         bare, rates = (
             (source, ())
@@ -495,6 +499,7 @@ class _TableChecker:
             notes=(*report.notes, *self.notes.values()),
             rows=self.rows,
             listing=listing,
+            repeats=not is_path,
         )
 
     def _close(self, first: Segments, last: Segments) -> None:
