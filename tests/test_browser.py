@@ -302,7 +302,8 @@ def test_clicking_the_waypoints_of_gait_3(page: Page) -> None:
         page.click(*point)
     page.until(lambda: page.headline() == "✓Flyable" and len(page.corners()) == 4)
     page.at(GAIT_3)
-    assert page.text("reason") == "red, R < 0, length π rad"
+    caveat = "No limit stated of thrust, tilt angle, tilt rate, tilt acceleration."
+    assert page.text("reason") == f"red, R < 0, length π rad. {caveat}"
     assert page.corners()[0] == ["3π/8", "−3π/8", "3π/8", "−3π/8"]
     assert page.count(".waypoint") == page.count(".corner") == 4
     assert page.count(".check.ok") == page.count(".check") == 9

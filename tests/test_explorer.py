@@ -168,6 +168,9 @@ class TestPlan:
             "types": list(plan.gait.types), "length": plan.loop.length, "reason": plan.reason,
         }  # fmt: skip
         assert {name: answer[name] for name in expected} == expected
+        assert plan.report.verdict.endswith(answer["caveat"])
+        assert "No limit stated of thrust" in answer["caveat"]
+        assert answer["hover_power"] == plan.report.hover_power
         assert np.abs(np.array(answer["vertices"])[:, 2:] - gait.printed).max() < 1e-3
         assert np.allclose(answer["path"], [*gait.angles, gait.angles[0]], atol=1e-6)
         for check, shown in zip(plan.report.checks, answer["checks"], strict=True):

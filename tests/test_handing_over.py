@@ -236,7 +236,7 @@ OF_A_VEHICLE: dict[str, Callable[[Any], Any]] = {
     ),
 }
 OF_ANGLES = (
-    "control_force_matrix control_moment_matrix decoupling_matrix hover_thrust_shares "
+    "control_force_matrix control_moment_matrix decoupling_matrix hover_thrust_shares hover_power "
     "least_singular_value zero_moment_direction attitude_sensitivities determinant "
     "level_determinant roll_sensitivity pitch_sensitivity nearest_singular_attitude tilt_margin"
 ).split()

@@ -103,8 +103,8 @@ def test_plans_repeat_and_serialise() -> None:
     keys = list(json.loads(first))
     assert " ".join(keys) == (
         "status reason advice color sign waypoints path types colors length lower_bound order_gap corners vertices "
-        "alternatives valid two_color flyable reachable_from_hover checks warnings obstacles crossing_tolerance method "
-        "request"
+        "alternatives valid two_color flyable reachable_from_hover not_judged hover_power hover_power_over checks "
+        "warnings obstacles crossing_tolerance method request"
     )
     refused = json.loads(
         json.dumps(on_grid(G1.waypoints, coefficients="exact").as_mapping())

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, get_args
 
 import numpy as np
 import pytest
@@ -83,13 +84,18 @@ def test_a_report_prints_every_check_and_what_is_beside_them() -> None:
         reachable_from_hover=None,
         reachability="not decided here",
         notes=("row 3 is odd",),
+        unlimited=("thrust_limit", "tilt_range", "tilt_rate"),
+        hover_power=1.25,
+        hover_power_over="time",
     )
     assert str(report).splitlines() == [
-        "Flyable: no. Obeys the paper's rules: yes. Reachable from hover: unknown.",
+        "Flyable: no. Obeys the paper's rules: yes. Reachable from hover: unknown. "
+        "No limit stated of thrust, tilt angle, tilt rate.",
         "  ok  two color             all neighbours allowed",
         "  ??  R sign                undecided undecided undecided undecided undecided undecided undecided undecided",
         "                            undecided undecided undecided undecided undecided undecided",
         "  NO  hover thrust          a rotor pushes down",
+        "  --  hover power           1.250 times that of level hover (momentum theory, mean over time)",
         "  --  reachable from hover  not decided here",
         "warning: row 3 is odd",
     ]
@@ -101,6 +107,9 @@ def test_a_report_prints_every_check_and_what_is_beside_them() -> None:
         "flyable",
         "reachable_from_hover",
         "repeats",
+        "not_judged",
+        "hover_power",
+        "hover_power_over",
         "checks",
         "warnings",
     }
@@ -752,3 +761,189 @@ def test_hover_thrusts_that_are_no_numbers_are_not_positive() -> None:
             gg.Gait(alpha=[first, first, second], vehicle=vehicle), tolerance=1e-3
         )
     assert not report["hover_thrust"].ok
+
+
+# -- What a verdict does not cover
+
+EVERY = ("thrust_limit", "tilt_range", "tilt_rate", "tilt_acceleration")
+LIMITS: dict[str, Any] = {
+    "thrust_limit": {"max_thrust": 9.0},
+    "tilt_range": {"max_tilt": 1.5},
+    "tilt_rate": {"max_tilt_rate": 99.0},
+    "tilt_acceleration": {"max_tilt_acceleration": 9999.0},
+}
+NOT_JUDGED = "No limit stated of thrust, tilt angle, tilt rate, tilt acceleration."
+LOOP = [(-0.8, 0.8), (-0.8, 0.4), (-0.4, 0.4)]
+
+
+def powers(alpha: Any, vehicle: Any = gg.PAPER) -> Any:
+    """Return the sum of f^1.5 over its value in hover, by the definition; at α = 0 each rotor has a quarter."""
+    shares = hover_thrust_shares(alpha, vehicle)
+    return (shares**1.5).sum(axis=-1) / (4 * 0.25**1.5)
+
+
+def along(gait: Gait, count: int = 200_001) -> Any:
+    """Return the mean power over the length of a loop, by dense sampling."""
+    ends = np.vstack([gait.alpha, gait.alpha[:1]])
+    lengths = np.linalg.norm(np.diff(ends, axis=0), axis=1)
+    s = (np.arange(count) + 0.5) / count * lengths.sum()
+    at = np.concatenate([[0.0], lengths.cumsum()])
+    points = np.column_stack([np.interp(s, at, column) for column in ends.T])
+    return powers(points, gait.vehicle).mean()
+
+
+@pytest.mark.parametrize("name", EVERY)
+def test_conditions_without_a_limit_are_named(name: str) -> None:
+    timed = lift(LOOP, "red").parametrize()
+    plain = gg.validate(timed)
+    assert plain.not_judged == EVERY
+    assert plain.verdict.endswith(NOT_JUDGED)
+    vehicle = gg.PAPER.replace(**LIMITS[name])
+    limited = gg.validate(lift(LOOP, "red", vehicle=vehicle).parametrize())
+    assert limited.flyable
+    assert limited.not_judged == tuple(other for other in EVERY if other != name)
+    limits = {key: value for one in LIMITS.values() for key, value in one.items()}
+    whole = gg.PAPER.replace(**limits)
+    judged = gg.validate(lift(LOOP, "red", vehicle=whole).parametrize())
+    assert judged.flyable
+    assert judged.not_judged == ()
+    assert judged.verdict.endswith("Reachable from hover: yes.")
+
+
+def test_limits_of_a_file_count_as_stated(run: Any) -> None:
+    run("pace", "gait3", "--max-acceleration", 40, "--output", "paced.csv")
+    report = gg.validate("paced.csv")
+    assert report["tilt_acceleration"].limit == 40
+    assert report.not_judged == EVERY[:3]
+
+
+def test_every_answer_with_a_verdict_names_what_was_not_judged(run: Any) -> None:
+    (Path("request.toml")).write_text(f"waypoints = {[list(one) for one in LOOP]}")
+    run("plan", "request.toml", "--output", "gait.csv")
+    for command, judged in (
+        ("plan request.toml", ()),
+        ("validate gait.csv", ()),
+        ("validate request.toml", ()),
+        ("pace gait.csv --max-acceleration 40", EVERY[3:]),
+        ("transition hover gait.csv", ()),
+        ("retarget gait.csv", ()),
+        ("optimize --waypoint=-0.8,0.8 --waypoint=-0.4,0.4 --pieces 8", ()),
+    ):
+        names = [name for name in EVERY if name not in judged]
+        answer = run(*command.split(), "--json").json
+        assert answer["not_judged"] == names, command
+        assert answer["hover_power"] > 1, command
+        text = NOT_JUDGED.replace(
+            ", tilt acceleration", "" if judged else ", tilt acceleration"
+        )
+        assert f"Reachable from hover: yes. {text}" in run(*command.split()).out, (
+            command
+        )
+    rows = np.array([[0.0, 0.0, 0.0, 0.0], [-0.3, 0.3, -0.3, 0.3]])
+    for vehicle, names in (
+        (gg.PAPER, [*EVERY]),
+        (gg.PAPER.replace(max_tilt=1.0), [*EVERY[:1], *EVERY[2:]]),
+    ):
+        geometry = gg.invertibility.Geometry.of_vehicle(vehicle)
+        report = gg.validation.validate_geometry(rows, geometry)
+        assert report.as_mapping()["not_judged"] == list(report.not_judged) == names
+        assert "No limit stated of thrust, " in str(report).splitlines()[0]
+
+
+def test_more_than_half_of_the_weight_on_a_rotor_is_told() -> None:
+    def told(shift: float, **limits: Any) -> list[str]:
+        vehicle = gg.PAPER.replace(**limits)
+        report = gg.validate(lift([(at + shift, -at - shift)], "red", vehicle=vehicle))
+        return [one for one in report.warnings if "of m·g" in one]
+
+    def peak(shift: float) -> float:
+        angle = at + shift
+        return float(hover_thrust_shares([angle, -angle, angle, -angle]).max())
+
+    at = brentq(
+        lambda angle: hover_thrust_shares([angle, -angle] * 2).max() - 0.5, 0.7, 1.4
+    )
+    assert told(-1e-6) == []
+    assert peak(-1e-6) < 0.5 < peak(0.1)
+    ratio = f"{4 * peak(0.1):.3g}"
+    assert told(0.1) == [
+        f"a rotor pushes with up to {peak(0.1):.3g} of m·g in hover, a thrust-to-weight ratio of {ratio}; "
+        "the vehicle states no max_thrust"
+    ]
+    assert told(0.1, max_thrust=9.0) == []
+
+
+@pytest.mark.parametrize("vehicle", ["paper", "beetle_omni"])
+def test_hover_power_is_the_mean_of_dense_samples(vehicle: str) -> None:
+    for points in (
+        LOOP,
+        [(-1.1, 1.1), (-1.1, 0.4), (-0.4, 0.4)],
+        [(0.9, -0.9), (1.2, -0.6)],
+    ):
+        gait = lift(points, "red", vehicle=vehicle)
+        report = gg.validate(gait)
+        assert report.flyable
+        assert report.hover_power == pytest.approx(along(gait), rel=1e-6)
+        assert report.hover_power_over == "length"
+        for law in get_args(gg.timing.laws.LawName):
+            timed = gait.parametrize(3.0, law=law, samples=60)
+            t = (np.arange(200_001) + 0.5) / 200_001 * 3.0
+            expected = powers(timed.at(t).alpha, gait.vehicle).mean()
+            report = gg.validate(timed)
+            assert report.hover_power == pytest.approx(expected, rel=1e-6)
+            assert report.hover_power_over == "time"
+
+
+@pytest.mark.parametrize("count", [4, 60, 5000])
+@pytest.mark.parametrize("closed", [True, False])
+def test_hover_power_of_rows_is_that_of_the_rows_as_joined(
+    count: int, closed: bool
+) -> None:
+    rng = np.random.default_rng(count)
+    gait = lift(LOOP, "red")
+    alpha = gait.parametrize(samples=count, law="constant-speed").alpha[
+        : None if closed else -1
+    ]
+    t = np.append(0.0, np.cumsum(rng.uniform(0.5, 1.5, len(alpha) - 1)))
+    columns = dict(zip(("alpha1", "alpha2", "alpha3", "alpha4"), alpha.T, strict=True))
+    report = gg.validate(gg.Table(columns=columns))
+    assert report.hover_power == pytest.approx(along(Gait(alpha=alpha)), rel=1e-5)
+    assert report.hover_power_over == "length"
+    if closed:
+        s = (np.arange(400_001) + 0.5) / 400_001 * t[-1]
+        joined = np.column_stack([np.interp(s, t, column) for column in alpha.T])
+        report = gg.validate(gg.Table(columns=columns | {"t": t}))
+        assert report.hover_power == pytest.approx(powers(joined).mean(), rel=1e-5)
+        assert report.hover_power_over == "time"
+
+
+def test_hover_power_of_hover_is_one_and_does_not_exist_where_a_rotor_would_pull() -> (
+    None
+):
+    assert gg.validate(lift([(0.0, 0.0)], "red")).hover_power == pytest.approx(1.0)
+    tilted = gg.PAPER.replace(rotor_height=0.03)
+    assert gg.validate(
+        lift([(0.0, 0.0)], "red", vehicle=tilted)
+    ).hover_power == pytest.approx(1.0)
+    for gait in (
+        lift([(0.4, 0.4), (0.9, 0.4)], "blue"),
+        lift([(0.3, 0.3), (0.6, 0.3)], "red"),
+        lift([(-0.4, 0.4), (0.4, 0.4), (0.4, -0.4)], "red"),
+    ):
+        for one in (gait, gait.parametrize()):
+            report = gg.validate(one)
+            assert not report["hover_thrust"].ok
+            assert report.hover_power is None
+            assert report.as_mapping()["hover_power"] is None
+            assert "hover power" not in str(report)
+
+
+def test_compare_shows_the_power_and_what_was_not_judged(run: Any) -> None:
+    gaits = run("compare", "gait3", "gait1", "--json").json["gaits"]
+    timed = lift(GAITS[2].angles, "red").parametrize()
+    assert gaits[0]["hover_power"] == pytest.approx(gg.validate(timed).hover_power)
+    assert gaits[1]["hover_power"] is None
+    assert gaits[0]["not_judged"] == list(EVERY)
+    out = run("compare", "gait3", "gait1").out
+    assert "hover power (of level hover)        1.985" in out
+    assert "not judged                          thrust, tilt angle, tilt rate" in out

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from gaitgraph.validation.report import Report
 
 G1, G2, G3, G4 = GAITS
+STRONG = gg.PAPER.replace(max_thrust=5.0)  # enough for these gaits
 
 
 def value_of(report: Report, name: str) -> float:
@@ -370,7 +371,8 @@ def test_a_single_row_far_from_its_neighbours_is_named(
 def test_no_row_of_a_planned_gait_is_far_from_its_neighbours(
     gait: PublishedGait, samples: int, law: str
 ) -> None:
-    assert validate(table_from(sampled(gait, samples, law=law).alpha)).notes == ()
+    table = table_from(sampled(gait, samples, law=law).alpha)
+    assert validate(table, vehicle=STRONG).notes == ()
 
 
 def test_one_cause_is_one_no() -> None:
@@ -430,7 +432,7 @@ def test_a_change_of_the_sign_of_R_between_rows_is_found(turn: int) -> None:
 @pytest.mark.parametrize("open_", [True, False])
 def test_closing(open_: bool) -> None:
     table = sampled(G3, 40, law="constant-speed")
-    report = validate(table.rows(0, 40) if open_ else table)
+    report = validate(table.rows(0, 40) if open_ else table, vehicle=STRONG)
     assert (report.valid, report.flyable, report.notes) == (True, True, ())
     step = np.abs(np.diff(table.alpha, axis=0)).max()
     assert report["closed"].value == pytest.approx(step if open_ else 0.0)
@@ -587,7 +589,8 @@ def test_wrong_types_and_R_are_reported() -> None:
         )  # as near as counts as rounding
         stated[row - 1] = R[row - 1] + off
         report = validate(
-            Table(columns={**table.columns, "types": tuple(types), "R": stated})
+            Table(columns={**table.columns, "types": tuple(types), "R": stated}),
+            vehicle=STRONG,
         )
         assert report.valid
         assert "row 10 states the types (-,?), but it is red" in report.warnings[0]

@@ -178,7 +178,7 @@ def pace_command(
     from gaitgraph.certificates.making import certify
     from gaitgraph.timing.servo_lag import servo_response
     from gaitgraph.timing.timed_gait import table_of
-    from gaitgraph.validation.report import unlikely_limits
+    from gaitgraph.validation.report import unlikely_limits, verdict_of
     from gaitgraph.validation.validating import both, validate
 
     check_outputs(outputs, force=force)
@@ -189,8 +189,7 @@ def pace_command(
         pacing = _pacing(gait_file, period, given, progress)
         warnings = unlikely_limits(pacing.limits.as_mapping())
         more: dict[str, Any] = {
-            "valid": None,
-            "flyable": None,
+            **dict.fromkeys(verdict_of(None)),
             "servo": None,
             "outputs": [],
             "warnings": warnings,
@@ -206,11 +205,12 @@ def pace_command(
             if refused:
                 lines.append("nothing is written")
                 outputs, beside = (), []
-            more |= {
-                "valid": report.valid,
-                "flyable": report.flyable,
-                "outputs": list(outputs),
-            }
+            more |= {**verdict_of(report), "outputs": list(outputs)}
+            lines.append(f"  {report.verdict}")
+            for warning in report.warnings:
+                if warning not in warnings:
+                    warnings.append(warning)
+                    lines.append(f"warning: {warning}")
             if not report.flyable:
                 lines.append(f"  not flyable: {report.reason}")
             lag = given.get("servo_lag", timed.gait.vehicle.servo_lag)

@@ -234,7 +234,7 @@ def robustness_command(
 
 _UNITS = {
     "length": "rad", "period": "s", "tilt_margin_deg": "degrees", "acceptable_fraction": "of attitudes",
-    "least_hover_thrust": "m·g", "largest_hover_thrust": "m·g", "peak_rate": "rad/s", "peak_acceleration": "rad/s²",
+    "least_hover_thrust": "m·g", "largest_hover_thrust": "m·g", "hover_power": "of level hover", "peak_rate": "rad/s", "peak_acceleration": "rad/s²",
 }  # fmt: skip
 
 
@@ -319,7 +319,13 @@ def _numbers(timed: TimedGait) -> dict[str, Any]:
     return {
         **{
             name: getattr(report, name)
-            for name in ("flyable", "valid", "reachable_from_hover", "reason")
+            for name in (
+                "flyable",
+                "valid",
+                "reachable_from_hover",
+                "not_judged",
+                "reason",
+            )
         },
         "vehicle": gait.vehicle.name,
         "color": gait.color,
@@ -334,14 +340,19 @@ def _numbers(timed: TimedGait) -> dict[str, Any]:
         "largest_hover_thrust": None
         if least is None
         else -float(largest.upper.min()),  # NaN unless all are positive
+        "hover_power": report.hover_power,
         "peak_rate": report["tilt_rate"].value,
         "peak_acceleration": report["tilt_acceleration"].value,
     }
 
 
 def _text(value: Any) -> str:
+    from gaitgraph.validation.report import limited_quantities
+
     if isinstance(value, bool):
         return "yes" if value else "no"
+    if isinstance(value, tuple):
+        return limited_quantities(value) or "nothing"
     return (
         value
         if isinstance(value, str)

@@ -39,6 +39,7 @@ from gaitgraph.surface.sheets import (
 )
 from gaitgraph.timing.laws import DEFAULT_LAW
 from gaitgraph.timing.timed_gait import DEFAULT_SAMPLES, checked_clock
+from gaitgraph.validation.report import not_judged_text, verdict_of
 from gaitgraph.vehicle import (
     PAPER,
     Vehicle,
@@ -104,7 +105,6 @@ DEFAULTS: dict[str, Any] = {
 """The state of an empty page."""
 
 _NOT_OF_A_REQUEST = ("drag_ratio", "samples", "eta")
-_VERDICTS = ("valid", "two_color", "flyable", "reachable_from_hover")
 _MARKS = {"ok": "ok", "NO": "no", "??": "undecided"}
 _MOST_ROWS = 401  # of a series; a chart has fewer pixels
 _MOST_FRAMES = 101
@@ -212,7 +212,8 @@ def plan_answer(state: State, progress: Progress = quiet) -> dict[str, Any]:
             ("reason", "advice", "color", "sign", "length", "lower_bound", "series")
         ),
         **_standing(state),
-        **dict.fromkeys(_VERDICTS, False),
+        **verdict_of(None),
+        "caveat": "",
         **{name: [] for name in lists.split()},
     }
     if state.empty:
@@ -227,7 +228,7 @@ def plan_answer(state: State, progress: Progress = quiet) -> dict[str, Any]:
         "warnings": list(result.warnings),
         "alternatives": [
             _outline(loop)
-            | {name: getattr(loop.report, name) for name in _VERDICTS[::2]}
+            | {"valid": loop.report.valid, "flyable": loop.report.flyable}
             for loop in result.alternatives
         ],
     }
@@ -307,7 +308,8 @@ def verdict_answer(report: Report) -> dict[str, Any]:
             "where": place,
         }
         checks.append(check.as_mapping() | title)
-    return {name: getattr(report, name) for name in _VERDICTS} | {"checks": checks}
+    caveat = not_judged_text(report.not_judged)
+    return {**verdict_of(report), "caveat": caveat, "checks": checks}
 
 
 def series_answer(

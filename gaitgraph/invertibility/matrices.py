@@ -26,7 +26,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache, reduce
-from typing import Any, Literal, NamedTuple, get_args
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -35,6 +35,9 @@ from gaitgraph.angles import angles_from
 from gaitgraph.arrays import read_only
 from gaitgraph.errors import InputError, checked_choice
 from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -49,6 +52,7 @@ _PUBLISHED = (2.880, 5.592, 0.9716, 0.1687)
 _PUBLISHED_ROUNDING = (5e-4, 5e-4, 5e-5, 5e-5)
 _EPSILON = float(np.finfo(float).eps)
 _TINY = float(np.finfo(float).tiny)
+_POWER_PARTS = 256  # of a loop, in the mean of the power in hover
 _MINORS_ROUNDED = 1000 * _EPSILON  # more than a sum of minors of order three is off
 
 
@@ -345,6 +349,15 @@ class Sines(NamedTuple):
             more = raised + sines[::-1] * np.array([-apart, apart])
             inputs = inputs + height * math.cos(delta) * more.reshape(4, -1)
         return np.asarray(inputs)
+
+    def hover_power(self, vehicle: Vehicle) -> FloatArray:
+        """Return the power in hover relative to that at α = 0, shape (k,); see :func:`hover_power`."""
+        thrust = thrust_signs(vehicle)[:, None] * self.zero_moment_inputs(vehicle)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            shares = thrust / np.sum(thrust * self.cosine, axis=0)
+        upward = np.maximum(shares, 0.0)
+        power = np.sum(upward * np.sqrt(upward), axis=0) / (4 * 0.25**1.5)
+        return np.where((shares > 0).all(axis=0), power, np.nan)
 
     def rotor_directions(self, vehicle: Vehicle) -> tuple[FloatArray, FloatArray]:
         """Return thrust directions, w > 0, and their dimensionless torques, both of shape (3, 4, k)."""
@@ -742,6 +755,34 @@ def hover_thrust_shares(
     vertical = np.sum(thrust * np.cos(angles), axis=-1, keepdims=True)
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.asarray(thrust / vertical)
+
+
+def hover_power(alpha: npt.ArrayLike, vehicle: VehicleLike = PAPER) -> FloatArray:
+    """Return the rotors' power in level flight relative to that at α = 0, shape (...), by momentum theory.
+
+    A rotor of thrust f takes a power in proportion to f^1.5. NaN where hover thrusts are not all positive.
+
+    >>> hover_power([[0, 0, 0, 0], [-0.6, 0.6, -0.6, 0.6]]).round(4).tolist()
+    [1.0, 1.3338]
+    """
+    angles, sines = _sines_of(alpha)
+    return sines.hover_power(vehicle_named(vehicle)).reshape(angles.shape[:-1])
+
+
+def mean_hover_powers(
+    alpha_at: Callable[[FloatArray], FloatArray], count: int, vehicle: Vehicle
+) -> FloatArray:
+    """Return the mean of :func:`hover_power` on each of `count` smooth segments of a motion, shape (count,).
+
+    `alpha_at` returns tilt angles at shares of all segments of shape (k,), shape (count, k, 4). Gauss's rule with two
+    points is applied to parts of the segments, of which there are 256 or more in all. Along flyable gaits its relative
+    error is below 1e-6.
+    """
+    parts = math.ceil(_POWER_PARTS / count)
+    middles = np.arange(parts)[:, None] + 0.5
+    gauss = np.array([-0.5, 0.5]) / math.sqrt(3.0)
+    shares = (middles + gauss).ravel() / parts
+    return np.asarray(hover_power(alpha_at(shares), vehicle).mean(axis=-1))
 
 
 def least_singular_value(

@@ -56,7 +56,7 @@ from gaitgraph.surface.sheets import SIGNS, separating_factor
 from gaitgraph.timing.curve import Curve
 from gaitgraph.timing.laws import times_from
 from gaitgraph.timing.timed_gait import Motion, TimedGait, checked_clock, pieces_of
-from gaitgraph.validation.report import Report, lines_of_checks
+from gaitgraph.validation.report import Report, verdict_of
 from gaitgraph.vehicle import PAPER, Angle, Vehicle, VehicleLike, vehicle_named
 
 if TYPE_CHECKING:
@@ -197,7 +197,6 @@ class OptimalGait:
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the answer as plain values, ready for JSON; a saved one can be read as a gait file."""
-        verdict = self.judged.as_mapping() if self.judged is not None else {}
         path = self.curve.polyline(_CHORD) if self.curve is not None else None
         optimality = ("gap", "stationarity", "violation", "active")
         return {
@@ -220,15 +219,11 @@ class OptimalGait:
             "history": list(self.history),
             "path": [] if path is None else path.alpha.tolist(),
             "colors": [] if path is None else list(path.colors),
-            **{
-                name: verdict.get(name, False)
-                for name in ("valid", "flyable", "reachable_from_hover")
-            },
-            "checks": verdict.get("checks", []),
+            **verdict_of(self.judged),
             "warnings": [
                 *filter(None, [self.standstill]),
                 *self.warnings,
-                *verdict.get("warnings", []),
+                *(() if self.judged is None else self.judged.warnings),
             ],
         }
 
@@ -250,8 +245,7 @@ class OptimalGait:
             f"R {'> 0' if self.sign == 'positive' else '< 0'}, length {self.curve.length:.4f} rad, effort "
             f"{self.effort:.4f} rad²/s over {self.period:g} s; first-order residual "
             f"{self.stationarity:.1e}, active constraints: {', '.join(self.active) or 'none'}",
-            self.report.verdict,
-            *lines_of_checks(self.report.checks),
+            *self.report.lines,
             *(
                 f"warning: {warning}"
                 for warning in (*self.warnings, *self.report.warnings)
@@ -438,6 +432,11 @@ class _TimedCurve(TimedGait):
             pieces=self.curve.pieces / slower ** powers[:, None, None],
         )
         return replace(self, period=float(period), curve=curve)
+
+    @property
+    def corner_times(self) -> FloatArray:
+        """The times between which each angle is one polynomial, from 0 to the period [s]."""
+        return self.curve.breaks
 
     def at(self, t: npt.ArrayLike) -> Motion:
         """Return tilt angles, rates and accelerations at any times."""
@@ -626,7 +625,7 @@ class _Search(NamedTuple):
         answer = replace(
             self.base, curve=curve, passed=passed, times=times, bound=bound
         )
-        report = curve.check(floor=self.floor).with_checks(answer.timed().rate_checks())
+        report = curve.check(floor=self.floor).with_timing(answer.timed())
         effort = value = 2.0 / period * loop.effort
         if not effortless:
             # The worst case that the report of the whole curve certifies.

@@ -45,6 +45,7 @@ from gaitgraph.planning.shortest_paths import ShortestPaths
 from gaitgraph.surface.admissible import admissible_region, why_empty
 from gaitgraph.surface.region import Zones, offset, polygons_of
 from gaitgraph.timing.timed_gait import table_of
+from gaitgraph.validation.report import verdict_of
 from gaitgraph.validation.validating import validate
 
 if TYPE_CHECKING:
@@ -151,7 +152,6 @@ class Retargeted:
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the answer as plain values, ready for JSON; a saved one can be read as a gait file."""
-        verdict = self.after.as_mapping() if self.after is not None else {}
         columns = self.table.columns if self.table is not None else {}
         largest, row = self.largest if self else (None, None)
         return {
@@ -174,12 +174,11 @@ class Retargeted:
             "t": columns["t"].tolist() if "t" in columns else None,
             "alternatives": list(self.alternatives),
             "before": self.before.as_mapping(),
-            **{
-                name: verdict.get(name, False)
-                for name in ("valid", "flyable", "reachable_from_hover")
-            },
-            "checks": verdict.get("checks", []),
-            "warnings": [*self.warnings, *verdict.get("warnings", [])],
+            **verdict_of(self.after),
+            "warnings": [
+                *self.warnings,
+                *(() if self.after is None else self.after.warnings),
+            ],
         }
 
     def __repr__(self) -> str:

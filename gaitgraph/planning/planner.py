@@ -32,7 +32,7 @@ from gaitgraph.planning.request import (
 from gaitgraph.surface.sheets import RELATION
 from gaitgraph.timing.laws import DEFAULT_LAW, LawName
 from gaitgraph.timing.timed_gait import TimedGait
-from gaitgraph.validation.report import RATE_CHECKS, lines_of_checks
+from gaitgraph.validation.report import RATE_CHECKS, verdict_of
 from gaitgraph.vehicle import PAPER
 
 if TYPE_CHECKING:
@@ -56,11 +56,10 @@ _NO_LOOP: dict[str, Any] = {
     **{name: [] for name in ("path", "types", "colors")},
     **dict.fromkeys(("length", "lower_bound", "order_gap")),
     **{name: [] for name in ("corners", "vertices", "alternatives")},
-    **dict.fromkeys(("valid", "two_color", "flyable", "reachable_from_hover"), False),
+    **verdict_of(None),
     **{
         name: []
         for name in (
-            "checks",
             "warnings",
             "obstacles",
             "crossing_tolerance",
@@ -108,7 +107,7 @@ class Loop:
         timed = TimedGait(
             gait=self.gait, period=self.request.period, law=self.request.law, samples=1
         )
-        return report.with_checks(timed.rate_checks())
+        return report.with_timing(timed)
 
     @property
     def color(self) -> str:
@@ -122,7 +121,6 @@ class Loop:
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the loop as plain values, ready for JSON."""
-        verdict = self.report.as_mapping()
         return {
             "color": self.color,
             "sign": self.sign,
@@ -135,16 +133,7 @@ class Loop:
             "order_gap": self.order_gap,
             "corners": self.gait.alpha.tolist(),
             "vertices": self.path.vertices().tolist(),
-            **{
-                key: verdict[key]
-                for key in (
-                    "valid",
-                    "two_color",
-                    "flyable",
-                    "reachable_from_hover",
-                    "checks",
-                )
-            },
+            **verdict_of(self.report),
         }
 
     @property
@@ -281,7 +270,7 @@ class Plan(Pictured):
             ]
             if not loop.length:
                 lines[0] = f"{_POSTURE[0].upper()}{_POSTURE[1:]}"
-            lines += [report.verdict, *lines_of_checks(report.checks)]
+            lines += report.lines
         if self.alternatives:
             lines += ["", "alternatives", *items(self.alternatives)]
         # What is said above is not said again.

@@ -43,7 +43,7 @@ from gaitgraph.timing.timed_gait import (
     checked_clock,
     pieces_of,
 )
-from gaitgraph.validation.report import RATE_CHECKS, RATE_UNITS
+from gaitgraph.validation.report import RATE_CHECKS, RATE_UNITS, verdict_of
 from gaitgraph.validation.validating import validate
 from gaitgraph.vehicle import PAPER, four_of
 
@@ -173,15 +173,6 @@ class Transition:
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the transition as plain values, ready for JSON."""
-        found = self.judged.as_mapping() if self.judged is not None else {}
-        keys = (
-            "valid",
-            "two_color",
-            "flyable",
-            "reachable_from_hover",
-            "checks",
-            "warnings",
-        )
         return {
             "status": self.status,
             "reason": self.reason,
@@ -192,10 +183,8 @@ class Transition:
             "law": self.law,
             **self._ends,
             "proof": self.proof,
-            **{
-                key: found.get(key, [] if key in ("checks", "warnings") else False)
-                for key in keys
-            },
+            **verdict_of(self.judged),
+            "warnings": [] if self.judged is None else list(self.judged.warnings),
         }
 
     def __repr__(self) -> str:
@@ -372,7 +361,7 @@ def transition(
     planned = replace(planned, samples=count)
     if planned.run_down is None and planned.run_up is None:
         timed = limited.parametrize(2 * seconds, law=law)
-        report = gait.check(floor=floor).with_checks(timed.rate_checks("duration", 0.5))
+        report = gait.check(floor=floor).with_timing(TimedPath.of(timed))
     else:
         report = validate(
             planned.table,

@@ -364,7 +364,7 @@ def plot(shown: Shown, *, ax: Axes | None = None) -> Axes:
         if isinstance(shown, Report)
         else str(shown).partition("\n")[0].rstrip(":")
     )
-    ax.set_title(fill(re.sub(r"-(?=\d)", "−", title), 80), fontsize=9)
+    ax.set_title(fill(re.sub(r"-(?=\d)", "−", title), 76), fontsize=9)
     return ax
 
 

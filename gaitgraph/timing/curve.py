@@ -516,9 +516,7 @@ class LimitedGait(TimedGait):
 
     def check(self, **options: Unpack[CheckOptions]) -> Report:
         """Return every check of the path, along the curve itself, and those of rates, accelerations and jerks."""
-        return (
-            (self.curve or self.gait).check(**options).with_checks(self.rate_checks())
-        )
+        return (self.curve or self.gait).check(**options).with_timing(self)
 
 
 def nodes_along(breaks: FloatArray, pieces: FloatArray, nodes: int) -> FloatArray:

@@ -371,8 +371,9 @@ class JoinedPath(TimedGait):
             section.motion if isinstance(section, RunUp) else section
             for section in self.sections
         ]
-        report = reduce(both, [motion.check(**options) for motion in motions])
-        return replace(report, repeats=False)
+        found = reduce(both, [motion.check(**options) for motion in motions])
+        power = None if found.hover_power is None else self.hover_power
+        return replace(found, hover_power=power, hover_power_over="time", repeats=False)
 
 
 def _gait_along(sections: Sequence[TimedPath | RunUp]) -> Gait:

@@ -25,7 +25,7 @@ from gaitgraph.gait.table import (
     merged,
     motion_of,
 )
-from gaitgraph.invertibility.matrices import level_determinant
+from gaitgraph.invertibility.matrices import level_determinant, mean_hover_powers
 from gaitgraph.io.formats import (
     check_outputs,
     given_gait,
@@ -296,9 +296,21 @@ class TimedGait(Pictured):
         """The largest |d²αᵢ/dt²|, as :meth:`peaks` does [rad/s²]."""
         return read_only(self.peaks(2))
 
+    @property
+    def hover_power(self) -> float | None:
+        """The mean of :func:`gaitgraph.invertibility.hover_power` over time; None if a hover thrust is not positive."""
+        times, widths = self.corner_times[:-1], np.diff(self.corner_times)
+
+        def alpha_at(shares: FloatArray) -> FloatArray:
+            return self.at(times[:, None] + shares * widths[:, None]).alpha
+
+        powers = mean_hover_powers(alpha_at, len(widths), self.gait.vehicle)
+        mean = float(powers @ widths / widths.sum())
+        return mean if math.isfinite(mean) else None
+
     def check(self, **options: Unpack[CheckOptions]) -> Report:
         """Return every check of the gait and its rates, accelerations and jerks; options as for :meth:`Gait.check`."""
-        return self.gait.check(**options).with_checks(self.rate_checks())
+        return self.gait.check(**options).with_timing(self)
 
     def rate_checks(
         self, noun: str = "period", share: float = 1.0
@@ -308,7 +320,14 @@ class TimedGait(Pictured):
         A failed check states the `noun` that would keep the limit, a time that is a `share` of the period.
         """
         checks = []
-        limited = [getattr(self.gait.vehicle, f"max_{name}") for name in RATE_CHECKS]
+        made_for = {f"tilt_{kind}": tuple(four) for kind, four in self.made_for.items()}
+        stated = {
+            name: getattr(self.gait.vehicle, f"max_{name}") for name in RATE_CHECKS
+        }
+        limited = [
+            made_for.get(name) if limit is None else limit
+            for name, limit in stated.items()
+        ]
         orders = [1, 2, 3] if limited[2] is not None else [1, 2]
         for order, name, limits, peaks in zip(
             orders, RATE_CHECKS, limited, self._peaks(orders), strict=False
@@ -524,7 +543,7 @@ class TimedPath(TimedGait):
         """Return every check of the path; options as for :meth:`Gait.check`."""
         if isinstance(self.loop, RowTimedGait):
             return validate(table_of(self), **options)
-        report = self.gait.check(**options).with_checks(self.rate_checks())
+        report = self.gait.check(**options).with_timing(self)
         return replace(report, repeats=False)
 
     def rate_checks(

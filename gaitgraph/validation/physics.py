@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from gaitgraph.invertibility.matrices import (
     hover_thrust_shares,
     level_determinant,
     level_determinant_resolution,
+    mean_hover_powers,
 )
 from gaitgraph.invertibility.segment_bounds import (
     Least,
@@ -29,7 +30,7 @@ from gaitgraph.invertibility.segment_bounds import (
     where_thrusts_vanish,
 )
 from gaitgraph.surface.sheets import DEFAULT_TOLERANCE, FIRST, HOVER_LABEL, red_label
-from gaitgraph.validation.report import RATE_CHECKS, Report, following
+from gaitgraph.validation.report import LIMITED, RATE_CHECKS, Report, following
 from gaitgraph.validation.rules import (
     EXACT,
     Continuous,
@@ -50,6 +51,8 @@ if TYPE_CHECKING:
     from gaitgraph.validation.report import Check, GaitPoint
 
 _BLOCK = 1 << 14
+_SHORT = 2e-3  # rad, of a segment whose mean power is taken as that of its ends
+_STRONG = 0.5  # of m·g, the thrust of a rotor at a thrust-to-weight ratio of 2
 
 
 @dataclass
@@ -417,6 +420,71 @@ class _HoverThrust(Rule):
                 ok, message, value=newtons, limit=limit, place=at, name="thrust_limit"
             )
 
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """A warning if a rotor pushes with more than half of the weight and the vehicle limits no thrust."""
+        if not self.brackets.hovers or self.criteria.vehicle.max_thrust is not None:
+            return ()
+        peak = self._shares()[1]
+        if not _STRONG < peak < math.inf:
+            return ()
+        ratio = f"a thrust-to-weight ratio of {figure(4 * peak)}"
+        return (
+            f"a rotor pushes with up to {figure(peak)} of m·g in hover, {ratio}; the vehicle states no max_thrust",
+        )
+
+
+@dataclass
+class _HoverPower(Rule):
+    """The rotors' mean power in hover, over time or else over the length of the gait; it is no check."""
+
+    name = "hover_power"
+    kind = "flyable"
+    brackets: _Brackets
+    total: float = 0.0
+    weight: float = 0.0
+    still: float = math.nan  # the power at the start, which counts where nothing moves
+    over: Literal["time", "length"] = "length"
+
+    def update(self, block: Segments) -> None:
+        """Add the power along the segments, where all thrusts are positive so far."""
+        if not self.brackets.hovers:
+            return
+        vehicle, starts, steps = (
+            self.criteria.vehicle,
+            block.starts,
+            block.ends - block.starts,
+        )
+        weights = np.linalg.norm(steps, axis=-1)
+        at_points = block.sines.hover_power(vehicle)
+        powers = (at_points[:-1] + at_points[1:]) / 2
+        long = weights > _SHORT
+        if long.any():
+            starts, steps = starts[long, None], steps[long, None]
+
+            def alpha_at(shares: FloatArray) -> FloatArray:
+                return np.asarray(starts + shares[:, None] * steps)
+
+            powers[long] = mean_hover_powers(alpha_at, len(steps), vehicle)
+        if block.t is not None:
+            self.over, weights = "time", np.diff(block.t)
+        if not self.weight:
+            self.still = float(powers[0])
+        self.total += float(powers @ weights)
+        self.weight += float(weights.sum())
+
+    def checks(self) -> Iterator[Check]:
+        """Yield nothing."""
+        return iter(())
+
+    @property
+    def mean(self) -> float | None:
+        """The mean, relative to the power at α = 0; None unless all thrusts are positive."""
+        if not self.brackets.hovers:
+            return None
+        mean = self.total / self.weight if self.weight else self.still
+        return mean if math.isfinite(mean) else None
+
 
 @dataclass
 class _TiltRange(Rule):
@@ -479,16 +547,17 @@ class Checker:
         self.two_color = TwoColor(criteria)
         self.continuous = continuous = Continuous(criteria)
         brackets = _Brackets(criteria, continuous)
-        flyable = [
-            rule(criteria, continuous, brackets)
-            for rule in (_LevelSign, _SingularValue, _HoverThrust)
-        ]
+        self.hover = _HoverThrust(criteria, continuous, brackets)
+        self.power = _HoverPower(criteria, brackets)
         self.rules: list[Rule] = [
             self.surface,
             self.two_color,
             continuous,
             brackets,
-            *flyable,
+            _LevelSign(criteria, continuous, brackets),
+            _SingularValue(criteria, continuous, brackets),
+            self.hover,
+            self.power,
         ]
         if criteria.vehicle.tilt_range is not None:
             self.rules.append(_TiltRange(criteria))
@@ -511,12 +580,20 @@ class Checker:
         reachable, reachability = self.reachability.answer()
         found = [check for rule in self.rules for check in rule.checks()]
         checks = (closed, *following(found, self._causes(found)))
-        notes = self.reachability.vehicle.warnings
+        vehicle = self.reachability.vehicle
+        hovers = any(check.name == "hover_thrust" and check.ok for check in found)
         return Report(
             checks=checks,
             reachable_from_hover=reachable,
             reachability=reachability,
-            notes=notes,
+            notes=vehicle.warnings + self.hover.notes,
+            unlimited=tuple(
+                name
+                for name, stated in LIMITED.items()
+                if getattr(vehicle, stated) is None
+            ),
+            hover_power=self.power.mean if hovers else None,
+            hover_power_over=self.power.over,
         )
 
     def broken_by_lone_rows(self, rates: Sequence[Check]) -> list[str]:

@@ -33,6 +33,31 @@ _LIKELY = {
 _YES = {True: "yes", False: "no", None: "unknown"}
 _WIDTH = 110
 
+LIMITED = {
+    "thrust_limit": "max_thrust",
+    "tilt_range": "tilt_range",
+    "tilt_rate": "max_tilt_rate",
+    "tilt_acceleration": "max_tilt_acceleration",
+}
+"""The conditions of flyable that need a limit, and what a vehicle that states it calls it."""
+
+_WORDS = {"thrust_limit": "thrust", "tilt_range": "tilt angle"}
+
+
+def limited_quantities(names: Iterable[str]) -> str:
+    """Return what the conditions of :data:`LIMITED` with these names limit, in words.
+
+    >>> limited_quantities(["thrust_limit", "tilt_rate"])
+    'thrust, tilt rate'
+    """
+    return ", ".join(_WORDS.get(name, name.replace("_", " ")) for name in names)
+
+
+def not_judged_text(names: Iterable[str]) -> str:
+    """Return the sentence that names the conditions without a limit, empty if there are none."""
+    words = limited_quantities(names)
+    return f"No limit stated of {words}." if words else ""
+
 
 class CheckOptions(TypedDict, total=False):
     """Options of all checks; see :func:`gaitgraph.validation.validating.check_gait`."""
@@ -190,6 +215,11 @@ class Report(Pictured):
         Whether the motion repeats; False for a path that is run once.
     said
         Warnings that were given when the table was read.
+    unlimited
+        The conditions, of :data:`LIMITED`, whose limit the vehicle does not state.
+    hover_power, hover_power_over
+        The rotors' mean power in hover, relative to that at α = 0, by momentum theory; None where hover thrusts are
+        not all positive. The mean is over the "time" of a period, or without times over the "length" of the loop.
     """
 
     checks: tuple[Check, ...]
@@ -200,6 +230,9 @@ class Report(Pictured):
     listing: Colorings | None = None
     repeats: bool = True
     said: tuple[str, ...] = ()
+    unlimited: tuple[str, ...] = ()
+    hover_power: float | None = None
+    hover_power_over: Literal["time", "length"] = "length"
 
     @property
     def valid(self) -> bool:
@@ -215,6 +248,12 @@ class Report(Pictured):
     def flyable(self) -> bool:
         """Whether the gait is valid, its sign of R decided, and every physical check holds."""
         return all(check.ok and check.decided for check in self.checks)
+
+    @property
+    def not_judged(self) -> tuple[str, ...]:
+        """The conditions of flyable that were not judged, because neither the vehicle nor the file states a limit."""
+        judged = {check.name for check in self.checks if check.limit is not None}
+        return tuple(name for name in self.unlimited if name not in judged)
 
     @property
     def reason(self) -> str:
@@ -253,15 +292,17 @@ class Report(Pictured):
         """Return the report with more checks."""
         return replace(self, checks=(*self.checks, *more))
 
+    def with_timing(self, timed: Any) -> Report:
+        """Return the report with what a timed gait adds: the checks of its rates, and the mean power over its time."""
+        power = None if self.hover_power is None else timed.hover_power
+        found = self.with_checks(timed.rate_checks())
+        return replace(found, hover_power=power, hover_power_over="time")
+
     def as_mapping(self) -> dict[str, Any]:
         """Return the report as plain values, ready for JSON."""
-        out: dict[str, Any] = {
-            "valid": self.valid,
-            "two_color": self.two_color,
-            "flyable": self.flyable,
-            "reachable_from_hover": self.reachable_from_hover,
+        out = {
+            **verdict_of(self),
             "repeats": self.repeats,
-            "checks": [check.as_mapping() for check in self.checks],
             "warnings": list(self.warnings),
         }
         if self.rows is not None:
@@ -279,14 +320,27 @@ class Report(Pictured):
 
     @property
     def verdict(self) -> str:
-        """The verdict in one line, such as "Flyable: no. Obeys the paper's rules: yes. Reachable from hover: no."."""
+        """The verdict in one line, such as "Flyable: no. Obeys the paper's rules: yes. Reachable from hover: no.".
+
+        It names the conditions that were not judged.
+        """
         flyable, valid, reachable = (
             _YES[one] for one in (self.flyable, self.valid, self.reachable_from_hover)
         )
-        return f"Flyable: {flyable}. Obeys the paper's rules: {valid}. Reachable from hover: {reachable}."
+        answers = f"Flyable: {flyable}. Obeys the paper's rules: {valid}. Reachable from hover: {reachable}."
+        return f"{answers} {not_judged_text(self.not_judged)}".rstrip()
+
+    @property
+    def lines(self) -> list[str]:
+        """The verdict, the checks and the power in hover as lines of text."""
+        found = [self.verdict, *lines_of_checks(self.checks)]
+        if self.hover_power is not None:
+            message = f"{self.hover_power:.3f} times that of level hover (momentum theory, mean over {self.hover_power_over})"
+            found.append(_line("--", "hover power", message))
+        return found
 
     def __str__(self) -> str:
-        lines = [self.verdict, *lines_of_checks(self.checks)]
+        lines = self.lines
         lines.append(
             _line(
                 "ok" if self.reachable_from_hover else "--",
@@ -310,6 +364,24 @@ class Report(Pictured):
             check.name.replace("_", " ") for check in self.checks if check.mark != "ok"
         ]
         return f"<Report: {self.verdict} {len(self.checks)} checks, not ok: {', '.join(broken) or 'none'}>"
+
+
+def verdict_of(report: Report | None) -> dict[str, Any]:
+    """Return the verdict of a report as plain values, in the order in which answers have them; of no gait without one."""
+    return {
+        "valid": report is not None and report.valid,
+        "two_color": report is not None and report.two_color,
+        "flyable": report is not None and report.flyable,
+        "reachable_from_hover": False
+        if report is None
+        else report.reachable_from_hover,
+        "not_judged": [] if report is None else list(report.not_judged),
+        "hover_power": None if report is None else report.hover_power,
+        "hover_power_over": None if report is None else report.hover_power_over,
+        "checks": []
+        if report is None
+        else [check.as_mapping() for check in report.checks],
+    }
 
 
 def following(checks: Iterable[Check], causes: Mapping[str, str]) -> list[Check]:

@@ -52,6 +52,7 @@ from gaitgraph.surface.loop_colorings import (
 from gaitgraph.surface.sheets import DEFAULT_TOLERANCE, SIGNS, family_of
 from gaitgraph.validation.physics import Checker
 from gaitgraph.validation.report import (
+    LIMITED,
     RATE_CHECKS,
     RATE_UNITS,
     Check,
@@ -59,6 +60,7 @@ from gaitgraph.validation.report import (
     Report,
     limit_check,
     lines_of_checks,
+    not_judged_text,
 )
 from gaitgraph.validation.rules import Criteria, Peak, Segments, segments_of
 from gaitgraph.validation.wrong_rows import LoneRows
@@ -205,12 +207,10 @@ def validate(
         judged: Report = path.check(**limits)
         return judged
     if not isinstance(source, Table):
-        bare, rates = (
-            (source, ())
-            if isinstance(source, Gait)
-            else (source.gait, source.rate_checks())
-        )
-        report = check_gait(bare, **limits).with_checks(rates)
+        bare = source if isinstance(source, Gait) else source.gait
+        report = check_gait(bare, **limits)
+        if bare is not source:
+            report = report.with_timing(source)
         if (np.abs(bare.alpha[:, :2]) > math.pi / 2).any():
             return report  # colourings are of loops in [−π/2, π/2]²
         loop = colorings(
@@ -235,7 +235,7 @@ def validate(
             timed = corners.merged().parametrize(
                 source.about["period"], law=source.about["law"]
             )
-            report = report.with_checks(timed.rate_checks())
+            report = report.with_timing(timed)
     return replace(report, said=source.notes)
 
 
@@ -284,7 +284,7 @@ def _report_of_motion(table: Table, motion: Any, limits: dict[str, Any]) -> Repo
 def both(first: Report, second: Report) -> Report:
     """Return the report of a gait of which two readings must hold; of each check the worse one, else the first.
 
-    Closing, rows, colourings and notes are those of the second.
+    Closing, rows, colourings and notes are those of the second, the power in hover is that of the first.
     """
     checks = []
     others = {check.name: check for check in second.checks}
@@ -304,6 +304,8 @@ def both(first: Report, second: Report) -> Report:
         checks=(*checks, *others.values()),
         reachable_from_hover=reach.reachable_from_hover,
         reachability=reach.reachability,
+        hover_power=None if second.hover_power is None else first.hover_power,
+        hover_power_over=first.hover_power_over,
     )
 
 
@@ -635,6 +637,12 @@ class GeometryReport:
         broken = [check.decided for check in self.checks if not check.ok]
         return None if broken and not any(broken) else not broken
 
+    @property
+    def not_judged(self) -> tuple[str, ...]:
+        """The conditions of flyable that were not judged: a geometry states tilt ranges, and no other limits."""
+        judged = {check.name for check in self.checks}
+        return tuple(name for name in LIMITED if name not in judged)
+
     def __bool__(self) -> bool:
         return bool(self.flyable)
 
@@ -646,11 +654,13 @@ class GeometryReport:
             "reachable_from_hover",
             "colorings",
             "colorings_count",
+            "hover_power",
         )
         checks = [check.as_mapping() for check in self.checks]
         return {
             **dict.fromkeys(names),
             "flyable": self.flyable,
+            "not_judged": list(self.not_judged),
             "checks": checks,
             "warnings": [],
             "rows": self.rows,
@@ -662,6 +672,7 @@ class GeometryReport:
 
     def __str__(self) -> str:
         verdict = f"Flyable: {_FLYABLE[self.flyable]}. The paper's rules do not apply to this geometry."
+        verdict = f"{verdict} {not_judged_text(self.not_judged)}".rstrip()
         return "\n".join([verdict, *lines_of_checks(self.checks)])
 
 

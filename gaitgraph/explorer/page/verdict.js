@@ -22,11 +22,15 @@ export function verdictOf(report, advice = null) {
   const isPosture = report.corners?.length === 1;
   const [what, add] = isPosture ? ["One posture, not", "Add a waypoint for a gait. "] : ["Not", ""];
   if (report.flyable) {
-    return isPosture ? said("none", "One posture", add.trim()) : said("yes", "Flyable", outline(report));
+    return isPosture ? said("none", "One posture", add.trim()) : said("yes", "Flyable", withCaveat(outline(report), report));
   }
-  const reason = `${add}Broken: ${broken.join(", ")}`;
+  const reason = withCaveat(`${add}Broken: ${broken.join(", ")}`, report);
   if (report.valid) return said("partly", `${what} flyable, obeys the paper’s rules`, reason);
   return said("no", `${what} flyable, breaks the paper’s rules`, reason);
+}
+
+function withCaveat(text, report) {
+  return report.caveat ? `${text}. ${report.caveat}` : text;
 }
 
 function outline(report) {
@@ -82,12 +86,16 @@ function folded(key, title, open, ...children) {
 function facts(report) {
   const yesNo = (value) => (value === null || value === undefined ? null : value ? "yes" : "no");
   const rad = (value) => (Number.isFinite(value) ? `${angle(value)} rad` : null);
+  const power = Number.isFinite(report.hover_power)
+    ? `${report.hover_power.toFixed(3)} times level hover, over ${report.hover_power_over}`
+    : null;
   const rows = [
     ["sheet", report.color && [report.color, SIGNS[report.sign] ?? report.sign].filter(Boolean).join(", ")],
     ["vehicle", report.vehicle],
     ["rows", report.rows === undefined ? null : String(report.rows)],
     ["length", rad(report.length)],
     ["lower bound", rad(report.lower_bound)],
+    ["hover power", power],
     ["reachable from hover", yesNo(report.reachable_from_hover)],
     ["two-color", yesNo(report.two_color)],
   ].filter(([, value]) => value);
