@@ -398,7 +398,7 @@ class TestTables:
         entry.write(tmp_path / "entry.json")
         answer = client.table("entry.json", (tmp_path / "entry.json").read_bytes())
         series, table = answer["series"], entry.table
-        assert answer["warnings"] == []
+        assert not any("row" in warning for warning in answer["warnings"])
         assert (series["rows"][0], series["rows"][-1]) == (1, 31)
         np.testing.assert_allclose(series["t"], table["t"], atol=1e-9)
         np.testing.assert_allclose(

@@ -763,7 +763,7 @@ def hover_power(alpha: npt.ArrayLike, vehicle: VehicleLike = PAPER) -> FloatArra
     A rotor of thrust f takes a power in proportion to f^1.5. NaN where hover thrusts are not all positive.
 
     >>> hover_power([[0, 0, 0, 0], [-0.6, 0.6, -0.6, 0.6]]).round(4).tolist()
-    [1.0, 1.3338]
+    [1.0, 1.3337]
     """
     angles, sines = _sines_of(alpha)
     return sines.hover_power(vehicle_named(vehicle)).reshape(angles.shape[:-1])

@@ -324,11 +324,14 @@ class Report(Pictured):
 
         It names the conditions that were not judged.
         """
+        return f"{self._answers} {not_judged_text(self.not_judged)}".rstrip()
+
+    @property
+    def _answers(self) -> str:
         flyable, valid, reachable = (
             _YES[one] for one in (self.flyable, self.valid, self.reachable_from_hover)
         )
-        answers = f"Flyable: {flyable}. Obeys the paper's rules: {valid}. Reachable from hover: {reachable}."
-        return f"{answers} {not_judged_text(self.not_judged)}".rstrip()
+        return f"Flyable: {flyable}. Obeys the paper's rules: {valid}. Reachable from hover: {reachable}."
 
     @property
     def lines(self) -> list[str]:
@@ -363,7 +366,7 @@ class Report(Pictured):
         broken = [
             check.name.replace("_", " ") for check in self.checks if check.mark != "ok"
         ]
-        return f"<Report: {self.verdict} {len(self.checks)} checks, not ok: {', '.join(broken) or 'none'}>"
+        return f"<Report: {self._answers} {len(self.checks)} checks, not ok: {', '.join(broken) or 'none'}>"
 
 
 def verdict_of(report: Report | None) -> dict[str, Any]:
