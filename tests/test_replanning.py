@@ -535,7 +535,7 @@ def test_memory_does_not_grow(old: Any) -> None:
             kept = tracemalloc.take_snapshot().filter_traces(ours)
             sizes.append(sum(one.size for one in kept.statistics("filename")))
     tracemalloc.stop()
-    assert sizes[1] - sizes[0] < 5_000  # 10 bytes a request
+    assert sizes[1] - sizes[0] < 20_000  # 40 bytes a request, less than any object
 
 
 def test_many_keep_outs_are_passed_as_few_are(replanner: Replanner) -> None:
