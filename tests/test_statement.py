@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import csv
 import json
+import subprocess
+import sys
 import warnings
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -13,7 +15,7 @@ import pytest
 from scipy.interpolate import CubicHermiteSpline
 
 import gaitgraph as gg
-from gaitgraph.certificates import verify
+from gaitgraph.certificates import check, verify
 from gaitgraph.errors import FileWarning
 from gaitgraph.gait.digits import Digits, digits_of
 from gaitgraph.gait.table import ACCELERATIONS, ANGLES, RATES, Table
@@ -225,6 +227,16 @@ def test_rates_that_do_not_fit_the_rows_are_dropped(tmp_path: Path) -> None:
         assert "cubic" not in (tmp_path / "a.h").read_text()
 
 
+def test_the_rates_of_an_optimized_table_fit(tmp_path: Path) -> None:
+    """Its angles swing between rows, so that a rate may lie outside the slopes beside it."""
+    stops = [(-0.4, 0.4), (-0.4, 1.2), (-1.2, 1.2)]
+    optimal: Any = gg.optimal_gait(stops)
+    optimal.timed().write(tmp_path / "a.csv")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", FileWarning)
+        gg.read_table(tmp_path / "a.csv")
+
+
 def test_smooth_rows_fit_their_rates_at_any_sampling() -> None:
     random = np.random.default_rng(8)
     for _ in range(150):
@@ -234,6 +246,29 @@ def test_smooth_rows_fit_their_rates_at_any_sampling() -> None:
         with warnings.catch_warnings():
             warnings.simplefilter("error", FileWarning)
             gg.validate(bare)
+
+
+def test_determinants_beside_rounded_angles_are_those_of_the_rows() -> None:
+    table = table_of(
+        gg.lift([(-0.3, 0.3), (-0.3, 1.3), (-1.3, 1.3)], "red").parametrize(0.8)
+    )
+    columns = {name: table[name].round(1) for name in ANGLES}
+    coarse = Table(columns={"t": table["t"], "R": table["R"], **columns})
+    assert not any("states R" in one for one in gg.validate(coarse).warnings)
+    wrong = edited(coarse, "R", 40, 2.0 + 1.5 * float(table["R"][40]))
+    assert any("row 41 states R" in one for one in gg.validate(wrong).warnings)
+
+
+def test_slopes_between_rounded_angles_are_named_as_that(tmp_path: Path) -> None:
+    limits = gg.Limits(rate=6, acceleration=150)
+    gait = gg.lift(CORNERS, "red")
+    paced: Any = gg.least_period(gait, limits, samples=200).timed
+    coarse = rounded(table_of(paced), 2)
+    found, said = read_in(tmp_path / "a.csv", coarse)
+    assert not said
+    check = gg.validate(found)["tilt_rate"]
+    assert not check.ok
+    assert "write them with more decimals" in check.message
 
 
 def test_cubics_between_rows_are_judged(tmp_path: Path) -> None:
@@ -417,6 +452,40 @@ def test_order_period_and_other_gaits_are_seen(tmp_path: Path, run: Any) -> None
     assert (
         "below 0.05" in run("verify", "weak.cert.json").out
     )  # what flyable asks is said
+
+
+@pytest.mark.parametrize("of_times", [3, 4, 17])
+def test_checker_and_command_agree_on_rounded_times(
+    of_times: int, tmp_path: Path
+) -> None:
+    gait = gg.lift([(-0.2, 0.3), (-0.2, -0.07), (-0.9, -0.07)], "red")
+    for period, samples in ((1 / 3, 70), (0.37, 60), (7.3, 260)):
+        table = table_of(gait.parametrize(period, samples=samples))
+        columns = {name: table[name].round(6) for name in ANGLES}
+        columns = {"t": table["t"].round(of_times), **columns}
+        write_tables(replace(table, columns=columns), [tmp_path / "a.csv"], force=True)
+        certified = gg.certify(tmp_path / "a.csv")
+        certified.write(tmp_path / "a.cert.json", force=True)
+        assert float(certified.document["deviation"]) < 1e-6
+        assert verify(tmp_path / "a.cert.json", tmp_path / "a.csv")
+        command = [sys.executable, "-S", check.__file__, "a.cert.json", "a.csv"]
+        assert subprocess.run(command, cwd=tmp_path, check=False).returncode == 0
+
+
+def test_rows_whose_times_go_back_are_not_on_the_curve(
+    tmp_path: Path, run: Any
+) -> None:
+    timed = gg.lift([(-0.3, 0.3), (-0.3, 0.9), (-0.9, 0.9)], "red").parametrize(0.8)
+    timed.write(tmp_path / "a.csv")
+    gg.certify(timed).write(tmp_path / "a.cert.json")
+    lines = (tmp_path / "a.csv").read_text().splitlines()
+    lines[5:7] = lines[6:4:-1]
+    (tmp_path / "b.csv").write_text("\n".join(lines) + "\n")
+    done = run("verify", "a.cert.json", "b.csv")
+    assert done.code == 1
+    assert "row 6: t must be at least" in done.out
+    command = [sys.executable, "-S", check.__file__, "a.cert.json", "b.csv"]
+    assert subprocess.run(command, cwd=tmp_path, check=False).returncode == 1
 
 
 def test_servo_tables_and_bags_are_held_against_the_proof(tmp_path: Path) -> None:

@@ -622,6 +622,8 @@ def test_outputs_that_cannot_be(tmp_path: Path, force: bool) -> None:
             TIMED.write(*(os.path.join(tmp_path, name) for name in names), force=force)  # noqa: PTH118
         assert sorted(tmp_path.iterdir()) == there
     TIMED.write(tmp_path / ("x" * 245 + ".csv"))
+    with pytest.raises(gg.InputError, match=r"\.h, got .*; films are written by anim"):
+        gg.export(TIMED, [tmp_path / "x.gif"])
 
 
 @pytest.mark.parametrize("case", ["full disk", "appears", "appears, no links"])

@@ -372,10 +372,22 @@ def value_at(polynomial: list[Fraction], at: Fraction) -> Fraction:
     return value
 
 
-def held_against(text: str, rows: list[Row]) -> tuple[str, float]:
+def even_or_own(rows: list[Row], half_unit: Fraction, period: Fraction) -> list[Row]:
+    """Return rows at the even times of a period if theirs are these, rounded to units; else the rows as they are."""
+    step, first = period / max(len(rows) - 1, 1), rows[0].t
+    even = [first + number * step for number in range(len(rows))]
+    if any(abs(row.t - t) > 2 * half_unit for row, t in zip(rows, even, strict=True)):
+        return rows
+    return [row._replace(t=t) for row, t in zip(rows, even, strict=True)]
+
+
+def held_against(
+    text: str, rows: list[Row], half_unit: Fraction = ZERO
+) -> tuple[str, float]:
     """Return the first row of a table that is not on the curve of a certificate at its time, "" if all are.
 
     Each angle may be off by the certificate's deviation and the row's slack. The first row is at the start of the curve.
+    Times that are printed to units of twice `half_unit` [s] may be the even times of the curve's period.
     The second value is how far the middles of straight lines between rows are from the curve at most [rad].
     """
     whole = parsed(json.loads(text, object_pairs_hook=tuple), FORM, "the document")
@@ -385,6 +397,7 @@ def held_against(text: str, rows: list[Row]) -> tuple[str, float]:
             "claims must have a rate to compare a table, got none: untimed"
         )
     ends = list(accumulate(piece["duration"] for piece in pieces))
+    rows = even_or_own(rows, half_unit, ends[-1])
     first, last, between = rows[0].t, rows[-1].t, ZERO
 
     def off_curve(t: Fraction, angles: list[Fraction]) -> list[Fraction]:
@@ -420,8 +433,11 @@ def held_against(text: str, rows: list[Row]) -> tuple[str, float]:
     return "", float(between)
 
 
-def rows_of_csv(path: Path) -> list[Row]:
-    """Return the rows of a CSV file with the columns t, alpha1 to alpha4 (s, rad); ValueError if it is none."""
+def rows_of_csv(path: Path) -> tuple[list[Row], Fraction]:
+    """Return the rows of a CSV file with the columns t, alpha1 to alpha4 (s, rad), and half a unit of its times.
+
+    Raises ValueError if it is no such file.
+    """
     names = ["t", "alpha1", "alpha2", "alpha3", "alpha4"]
     with path.open(encoding="utf-8-sig", newline="") as stream:
         table = csv.DictReader(stream, strict=True)
@@ -435,7 +451,16 @@ def rows_of_csv(path: Path) -> list[Row]:
             raise ValueError(f"{path.name} must hold numbers: {error}") from None
     if not numbers:
         raise ValueError(f"{path.name} must have rows, got none")
-    return [Row(t, angles, [ZERO] * 4) for t, *angles in numbers]
+    decimals = next(
+        (
+            k
+            for k in range(60)
+            if all((t * 10**k).denominator == 1 for t, *_ in numbers)
+        ),
+        60,
+    )
+    rows = [Row(t, angles, [ZERO] * 4) for t, *angles in numbers]
+    return rows, Fraction(1, 2 * 10**decimals)
 
 
 if __name__ == "__main__":
@@ -447,7 +472,7 @@ if __name__ == "__main__":
         off = ""
         lines = [*found["lines"], "no table was compared"]
         if len(sys.argv) == 3:
-            off, between = held_against(document, rows_of_csv(Path(sys.argv[2])))
+            off, between = held_against(document, *rows_of_csv(Path(sys.argv[2])))
             lines[-1] = f"NOT on the curve: {off}"
             if not off:
                 lines[-1] = (

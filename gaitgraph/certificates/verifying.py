@@ -13,7 +13,7 @@ import numpy as np
 from gaitgraph.certificates.check import Row, check, held_against
 from gaitgraph.errors import InputError
 from gaitgraph.files import text_of
-from gaitgraph.gait.table import ANGLES, even_times
+from gaitgraph.gait.table import ANGLES
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR
 from gaitgraph.io.formats import FORMATS, naming_file, read_table
 
@@ -132,12 +132,17 @@ def verify(certificate: str | Path, table: str | Path | None = None) -> Verified
         table = beside
     if table is None:
         return Verified(found=found)
-    rows = read_table(table)
+    try:
+        rows = read_table(table)
+    except InputError as error:
+        if error.field != "t":
+            raise
+        return Verified(found=found, table=str(table), off=str(error))
     with naming_file(table):
         if "t" not in rows or "alpha3" not in rows:
             raise InputError("a table that is compared must have t and four angles")
         try:
-            off, between = held_against(text, _exact_rows(rows, Path(table)))
+            off, between = held_against(text, *_exact_rows(rows, Path(table)))
         except ValueError as error:
             raise InputError(f"certificate {str(path)!r}: {error}") from None
     return Verified(
@@ -172,7 +177,7 @@ def note_on_certificate(gait_file: Path, table: Table, vehicle: Vehicle) -> str:
         text = text_of(beside, "certificate")
         stated = json.loads(text)["vehicle"]
         ratios = _ratios(stated)
-        off, _ = held_against(text, _exact_rows(table, gait_file))
+        off, _ = held_against(text, *_exact_rows(table, gait_file))
     except (InputError, ArithmeticError, LookupError, TypeError, ValueError):
         return f"{name} is no certificate; gaitgraph verify {beside.name} says why"
     if off:
@@ -194,9 +199,9 @@ def _ratios(stated: dict[str, str]) -> tuple[float, float]:
     return float(kappa), float(height)
 
 
-def _exact_rows(table: Table, path: Path) -> list[Row]:
-    """Return the rows of a table as exact numbers, each with what its format adds to the deviation."""
-    t = even_times(table)
+def _exact_rows(table: Table, path: Path) -> tuple[list[Row], Fraction]:
+    """Return a table's rows as exact numbers, each with what its format adds to the deviation, and half a unit of t."""
+    t = table["t"]
     slack = np.zeros((len(table), 4))
     for joint, name in enumerate(ANGLES):
         if table.digits[name].steps:
@@ -204,9 +209,10 @@ def _exact_rows(table: Table, path: Path) -> list[Row]:
     if path.suffix == ".mcap" or path.is_dir():
         rates = np.abs(np.diff(table.alpha, axis=0)).max(axis=0) / np.diff(t).min()
         slack += rates * float(_STAMP)
-    return [
+    rows = [
         Row(Fraction(time), list(map(Fraction, angles)), list(map(Fraction, slacks)))
         for time, angles, slacks in zip(
             t.tolist(), table.alpha.tolist(), slack.tolist(), strict=True
         )
     ]
+    return rows, Fraction(float(table.half_units("t").max()))

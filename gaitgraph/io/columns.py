@@ -265,7 +265,8 @@ class TableBuilder:
                 k = int(np.argmax(short))
                 wanted = f"t must be at least {_SHORTEST_STEP:g} s after the row before"
                 raise InputError(
-                    f"row {self.rows + k + 1}: {wanted}, got {float(found['t'][k])!r}"
+                    f"row {self.rows + k + 1}: {wanted}, got {float(found['t'][k])!r}",
+                    field="t",
                 )
             self._last_time = found["t"][-1]
             self._times.update(found["t"])

@@ -179,8 +179,9 @@ def known_format(
             dict.fromkeys((*FORMATS, *FILMS, ".svg"), not_read)
             if reads
             else {".svg": "; films are .gif, .mp4"}
+            | dict.fromkeys(FILMS, "; films are written by animate")
         )
-        known += also if reads else FILMS
+        known += also if reads else [] if suffix in FILMS else FILMS
         hints |= {
             ".db3": "; ros2 bag convert turns it into .mcap",
             ".m": "; MATLAB and Octave load .mat",

@@ -199,8 +199,8 @@ def _first_difference(table: Table, motion: TimedGait) -> str:
 def _first_misfit(table: Table) -> str:
     """Return the first row whose stated rates do not fit the angles beside it, "" if all do.
 
-    A rate fits within the slopes of the two segments beside its row, widened by the larger of their sizes, and by what
-    the digits allow.
+    A rate fits within the slopes of the two segments beside its row, widened by the larger of their sizes, by the
+    largest change of slopes at its row and the rows beside it, and by what the digits allow.
     """
     if "t" not in table or len(table) < 2 or not all(name in table for name in RATES):
         return ""
@@ -214,6 +214,8 @@ def _first_misfit(table: Table) -> str:
         after = np.concatenate([slope, slope[:1] if closed else slope[-1:]])
         loose = np.maximum(np.append(noise, noise[:1]), np.insert(noise, 0, noise[-1]))
         size = np.maximum(np.abs(before), np.abs(after))
+        change = np.abs(after - before)
+        size += np.maximum.reduce([change, np.roll(change, 1), np.roll(change, -1)])
         slack = size + loose + table.half_units(name) + 1e-9 * (1.0 + size)
         rate: FloatArray = table[name]
         wrong = rate < np.minimum(before, after) - slack

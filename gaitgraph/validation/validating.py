@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -421,14 +422,20 @@ class _TableChecker:
                     f"{family_of(fresh.sheet[k])}; stated types are not used"
                 )
         if "R" in piece and "R" not in self.notes:
-            computed = np.asarray(
-                level_determinant(fresh.alpha, self.criteria.coefficients)
+            determinant = partial(
+                level_determinant, coefficients=self.criteria.coefficients
             )
-            wrong = np.abs(piece["R"] - computed) > 1e-2 * np.maximum(
-                1.0, np.abs(computed)
-            )
-            if wrong.any():
-                k = int(np.argmax(wrong))
+            computed = np.asarray(determinant(fresh.alpha))
+            off = np.abs(piece["R"] - computed) - 1e-2 * np.maximum(1, np.abs(computed))
+            doubted = np.flatnonzero(off > 0)
+            for joint, name in enumerate(
+                ANGLES
+            ):  # what the digits of the angles explain
+                moved = fresh.alpha[doubted]
+                moved[:, joint] += piece.half_units(name)[doubted]
+                off[doubted] -= 1.1 * np.abs(determinant(moved) - computed[doubted])
+            if (off > 0).any():
+                k = int(np.argmax(off > 0))
                 self.notes["R"] = (
                     f"row {fresh.number[k]} states R = {piece['R'][k]:.4g}, but R is {computed[k]:.4g} there "
                     f"({self.criteria.coefficients.kind} coefficients); stated values are not used"
@@ -544,6 +551,7 @@ class _RowRates:
             for kind, limit in stated.items()
         ]
         self.peaks = [Peak(scale=scale_of(limit)) for limit in self.limits]
+        self.least_rates = np.zeros(4)  # that angles of these digits leave no doubt of
 
     def examine(self, table: Table, rows: Segments) -> None:
         """Examine the rows of a table, from the first to the last, and over the seam of a motion that repeats."""
@@ -597,6 +605,7 @@ class _RowRates:
             explained = rounding
             if order == 1:
                 explained = np.minimum(rounding, most)
+                self.least_rates = (np.abs(values) - rounding).max(axis=0)
             size = np.maximum(np.abs(values) - explained, 0.0)
             peak.update(size[:count], rows if order == 1 else inner)
 
@@ -613,6 +622,8 @@ class _RowRates:
             advice = f"take at least {needed:.4g} s instead of {period:.4g} s"
             if peak.place is not None and lone.is_near(peak.place.point + 1):
                 advice = lone.note
+            elif order == 1 and limit and self.least_rates[peak.joint - 1] <= limit:
+                advice = "a slope between rounded angles: write them with more decimals"
             out.append(
                 limit_check(
                     f"tilt_{kind}", peak.value, peak.joint, limit, advice, peak.place
