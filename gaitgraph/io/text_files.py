@@ -44,7 +44,7 @@ _WHAT = "gait file"
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?|nan|inf", re.IGNORECASE)
 _LONG = 60  # characters of a value
 _BLOCK = 1 << 22
-_QUOTED_FIELD = re.compile(r'^"[^"\n]*"(?=,|$)|(?<=,)"[^"\n]*"(?=,|$)', re.MULTILINE)
+_BESIDE_FIELDS = {",", "\n"}
 
 
 def read_csv(path: Path, builder: TableBuilder) -> Iterator[Table]:
@@ -165,8 +165,15 @@ def _are_plain(lines: list[str]) -> bool:
         return False
     if max(map(len, lines)) > csv.field_size_limit():
         return False  # csv refuses longer fields, and numpy's reader does not
-    # numpy's reader takes quotation marks that csv refuses.
-    return '"' not in text or '"' not in _QUOTED_FIELD.sub("", text)
+    # numpy's reader takes quotation marks that csv refuses: other than around whole fields.
+    parts = f"\n{text}\n".split('"')
+    outside, inside = parts[::2], parts[1::2]
+    return (
+        len(outside) > len(inside)
+        and not any("\n" in one for one in inside)
+        and all(one[:1] in _BESIDE_FIELDS for one in outside[1:])
+        and all(one[-1:] in _BESIDE_FIELDS for one in outside[:-1])
+    )
 
 
 def _numeric_columns(
