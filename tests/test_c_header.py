@@ -236,6 +236,25 @@ def test_the_error_of_a_time_optimal_gait_is_not_larger_than_stated(
     assert off <= float(found[1]) <= 20 * off
 
 
+@pytest.mark.parametrize("rounding", [None, "2deg"])
+def test_peaks_between_rows_are_stated(tmp_path: Path, rounding: str | None) -> None:
+    """Cubics through rows of a law that keeps 6 rad/s and 150 rad/s² exceed both between rows; the header says so."""
+    gait = lift([(-0.4, 0.4), (-0.4, 1.2), (-1.2, 1.2), (-1.2, 0.4)], "red")
+    limits = gg.Limits(rate=6, acceleration=150)
+    timed = gg.least_period(gait, limits, rounding=rounding, samples=34).timed
+    assert timed is not None
+    timed.write(tmp_path / "gait.h")
+    text = (tmp_path / "gait.h").read_text()
+    found = re.search(r"rates reach ([0-9.]+) rad/s, its accelerations ([0-9.]+)", text)
+    assert found is not None
+    cubic = CubicHermiteSpline(timed.t, timed.alpha, timed.rates)
+    times = np.linspace(0.0, timed.period, 34 * 200 + 1)
+    for order, limit in ((1, 6.0), (2, 150.0)):
+        peak = np.abs(cubic(times, order)).max()
+        assert float(found[order]) == pytest.approx(peak, rel=5e-3)
+        assert peak > limit
+
+
 def test_rows_and_rates_are_met_and_an_open_table_ends(
     angles: Callable[..., FloatArray],
 ) -> None:

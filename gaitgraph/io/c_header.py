@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from gaitgraph.gait.table import Table
+    from gaitgraph.invertibility.matrices import FloatArray
 
 
 _MOST_ROWS = 16_384  # as floats with rates, half a megabyte
@@ -106,6 +107,10 @@ def write_h(pieces: Iterable[Table], path: Path) -> None:
         "tables": "\n".join(tables),
     }
     words |= {"name": name, "NAME": upper, "rows": str(rows), "off": off}
+    if cubic:
+        floats = [one.astype(np.float32).astype(float) for one in tabled.values()]
+        rate, acceleration = cubic_peaks(floats[0], floats[1], step)
+        words |= {"rate": f"{rate:.4g}", "acceleration": f"{acceleration:.4g}"}
     words["joints"] = _harmless(json.dumps(servos.joint_names))
     words["rotors"] = ", ".join(str(joint.rotor) for joint in servos.joints)
     words |= {
@@ -126,6 +131,31 @@ def write_h(pieces: Iterable[Table], path: Path) -> None:
     lines = [line for needed, _, line in parts if needed in kinds]
     text = re.sub("<<([A-Za-z]+)>>", lambda found: words[found[1]], "\n".join(lines))
     path.write_text(text + "\n", encoding="utf-8")
+
+
+def cubic_peaks(
+    angles: FloatArray, rates: FloatArray, step: float
+) -> tuple[float, float]:
+    """Return the largest rate [rad/s] and acceleration [rad/s²] of the cubics through rows, a step [s] apart.
+
+    The acceleration is linear between rows, so it is largest at one of them, and the rate at a row or where the
+    acceleration is zero.
+
+    >>> rest_to_rest = np.zeros((2, 1))
+    >>> cubic_peaks(np.array([[0.0], [1.0]]), rest_to_rest, 1.0)
+    (1.5, 6.0)
+    """
+    slope = np.diff(angles, axis=0) / step
+    first, last = rates[:-1], rates[1:]
+    starting = (6.0 * slope - 4.0 * first - 2.0 * last) / step
+    ending = (2.0 * first + 4.0 * last - 6.0 * slope) / step
+    turns = starting * ending < 0.0
+    passed = np.divide(
+        starting, starting - ending, where=turns, out=np.zeros_like(slope)
+    )
+    between = first + 0.5 * step * starting * passed
+    rate = max(float(np.abs(one).max()) for one in (rates, between))
+    return rate, max(float(np.abs(one).max()) for one in (starting, ending))
 
 
 def _proven_error(table: Table, motion: Any, step: float) -> float:
