@@ -248,6 +248,32 @@ def test_smooth_rows_fit_their_rates_at_any_sampling() -> None:
             gg.validate(bare)
 
 
+def test_times_are_those_of_the_statement_to_half_a_unit(tmp_path: Path) -> None:
+    timed = gg.lift(CORNERS, "red", vehicle=FAST).parametrize(1.0, samples=50)
+    certificate, path = tmp_path / "g.cert.json", tmp_path / "a.csv"
+    gg.certify(timed).write(certificate)
+    table = rounded(table_of(timed), 17, 2)
+    for start in (0.0, 0.3):
+        shifted = replace(table, columns={**table.columns, "t": table["t"] + start})
+        shifted = rounded(shifted, 17, 2)
+        assert read_in(path, shifted)[0].motion is not None
+        assert not verify(certificate, path).off
+        for unit in (0.01, -0.01):  # half of a step
+            late = edited(shifted, "t", 7, round(float(shifted["t"][7]) + unit, 2))
+            found, said = read_in(path, late)
+            assert found.motion is None
+            assert "row 8" in said[0]
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", FileWarning)
+                assert "row 8" in verify(certificate, path).off
+            text = certificate.read_text()
+            assert check.held_against(text, *check.rows_of_csv(path))[0]
+    coarse = rounded(table_of(timed.gait.parametrize(1.0, samples=4)), 17, 1)
+    assert coarse["t"].tolist() == [0.0, 0.2, 0.5, 0.8, 1.0]  # 0.25 is 0.2 to a tenth
+    assert read_in(path, coarse)[0].motion is not None
+    assert not verify(certificate, path).off
+
+
 def test_determinants_beside_rounded_angles_are_those_of_the_rows() -> None:
     table = table_of(
         gg.lift([(-0.3, 0.3), (-0.3, 1.3), (-1.3, 1.3)], "red").parametrize(0.8)

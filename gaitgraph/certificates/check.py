@@ -376,7 +376,11 @@ def even_or_own(rows: list[Row], half_unit: Fraction, period: Fraction) -> list[
     """Return rows at the even times of a period if theirs are these, rounded to units; else the rows as they are."""
     step, first = period / max(len(rows) - 1, 1), rows[0].t
     even = [first + number * step for number in range(len(rows))]
-    if any(abs(row.t - t) > 2 * half_unit for row, t in zip(rows, even, strict=True)):
+    late = [row.t - t for row, t in zip(rows, even, strict=True)]
+    allowed = half_unit + period / 10**15
+    if max(map(abs, late)) > allowed and (
+        first == 0 or max(late) - min(late) > Fraction("1.999") * half_unit
+    ):  # a first time that is not 0 is rounded too
         return rows
     return [row._replace(t=t) for row, t in zip(rows, even, strict=True)]
 

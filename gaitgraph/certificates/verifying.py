@@ -215,4 +215,4 @@ def _exact_rows(table: Table, path: Path) -> tuple[list[Row], Fraction]:
             t.tolist(), table.alpha.tolist(), slack.tolist(), strict=True
         )
     ]
-    return rows, Fraction(float(table.half_units("t").max()))
+    return rows, Fraction(float(table.half_units("t").min()))

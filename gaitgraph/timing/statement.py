@@ -160,8 +160,11 @@ def _first_wrong_time(table: Table, samples: int, period: float) -> str:
     if len(t) > samples + 1:
         return f"the table has {len(t)} rows, stated are {samples + 1}"
     expected = np.arange(len(t)) * (period / samples)
-    allowed = half_unit + half_unit[0] + _ROUND_OFF * (period + np.abs(t))
-    wrong = np.abs(t - t[0] - expected) > allowed
+    late = t - t[0] - expected
+    allowed = half_unit + _ROUND_OFF * (period + np.abs(t))
+    if t[0] != 0 and np.ptp(late) < 1.999 * half_unit.max():  # it is rounded too
+        allowed += half_unit[0]
+    wrong = np.abs(late) > allowed
     if wrong.any():
         row = int(np.argmax(wrong))
         return (
