@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import subprocess
 import warnings
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -338,6 +339,24 @@ def test_a_timing_that_breaks_limits_is_not_written_unless_anyway(
         judged = run("validate", "e.csv", "--require", "flyable", "--json")
         assert judged.code == 1
         (tmp_path / "e.csv").unlink()
+
+
+def test_another_timing_keeps_limits_below_those_of_the_vehicle(
+    run: Any, tmp_path: Path
+) -> None:
+    vehicle = gg.PAPER.replace(max_tilt_rate=7, max_tilt_acceleration=200)
+    gait = replace(GAIT, vehicle=vehicle)
+    paced = gg.least_period(gait, gg.timing.Limits(rate=6, acceleration=150)).timed
+    assert paced is not None
+    paced.write(tmp_path / "fast.csv")
+    for option in (("--period", 0.93 * paced.period), ("--law", "smooth")):
+        done = run("export", "fast.csv", "e.csv", *option)
+        assert done.code == 1
+        assert "limit 6:" in done.err
+        assert not (tmp_path / "e.csv").exists()
+    slow = run("export", "fast.csv", "e.csv", "--period", 2, "--json")
+    checks = {one["name"]: one["limit"] for one in slow.json["rate_checks"]}
+    assert checks == {"tilt_rate": 6.0, "tilt_acceleration": 150.0}
 
 
 def test_another_sampling_of_rows_states_its_own_number(tmp_path: Path) -> None:

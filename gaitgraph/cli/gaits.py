@@ -353,11 +353,12 @@ def export_command(
 ) -> int:
     """Write a gait file, a plan, a request's gait or gait1 to gait4 to OUTPUT files; their suffixes say the formats.
 
-    A table with times keeps its rows; a path, as of a transition or with --once, is not closed. Without times, or with --period, --samples, --rate or --law, the closed
-    polyline through the rows gets a new timing. With --servos the columns are positions of the vehicle's joints: order,
-    sign, zero, degrees or pulse widths. Such files are read without an option, servo tables from elsewhere with
-    --columns. What is written is judged: if it is not flyable (or not valid, with --require valid), nothing is written
-    and the exit code is 1, unless --anyway.
+    A table with times keeps its rows; a path, as of a transition or with --once, is not closed. --samples and --rate
+    sample the motion that the table states: its law, else what joins its rows. --period runs it faster or slower. Without
+    times, or with --law, the polyline through the rows gets a new timing. With --servos the columns are positions of the
+    vehicle's joints: order, sign, zero, degrees or pulse widths. Such files are read without an option, servo tables from
+    elsewhere with --columns. What is written is judged: if it is not flyable (or not valid, with --require valid),
+    nothing is written and the exit code is 1, unless --anyway.
     """
     from gaitgraph.io.formats import tables_and_films
     from gaitgraph.io.servo_map import servo_map_named

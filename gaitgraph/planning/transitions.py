@@ -34,6 +34,7 @@ from gaitgraph.timing.joining import (
     lowest_limits,
     played,
     run_up,
+    vehicle_within,
 )
 from gaitgraph.timing.laws import DEFAULT_LAW, LawName
 from gaitgraph.timing.timed_gait import (
@@ -326,14 +327,7 @@ def transition(
     )
     # Both those of the vehicle and those that the tables were made for.
     limits = lowest_limits(one.limits for one in ends if one is not None)
-    of_vehicle = {
-        kind: getattr(gait.vehicle, f"max_tilt_{kind}") for kind in RATE_UNITS
-    }
-    stated = {kind: limit for kind, limit in of_vehicle.items() if limit is not None}
-    both = {
-        f"max_tilt_{kind}": one for kind, one in lowest_limits([limits, stated]).items()
-    }
-    limited = replace(gait, vehicle=gait.vehicle.replace(**both))
+    limited = replace(gait, vehicle=vehicle_within(gait.vehicle, limits))
     if duration is None:
         # One second, or how long one way takes within the limits if that is more.
         once = limited.parametrize(2.0, law=law)

@@ -17,6 +17,7 @@ from gaitgraph.gait.table import (
     RATES,
     Table,
     completed_table,
+    surface_of,
     warn_of_ends,
 )
 from gaitgraph.io.formats import (
@@ -27,6 +28,7 @@ from gaitgraph.io.formats import (
     write_tables,
 )
 from gaitgraph.io.servo_map import clipped_rows, servo_map_named
+from gaitgraph.timing.joining import vehicle_within
 from gaitgraph.timing.laws import DEFAULT_LAW
 from gaitgraph.timing.timed_gait import (
     TimedGait,
@@ -39,14 +41,14 @@ from gaitgraph.validation.validating import validate
 from gaitgraph.vehicle import PAPER, vehicle_named
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Mapping
 
     from gaitgraph.invertibility.matrices import CoefficientsLike
     from gaitgraph.io.formats import GaitLike
     from gaitgraph.io.servo_map import ServoMapLike
     from gaitgraph.timing.laws import LawName
     from gaitgraph.validation.report import Check, Report
-    from gaitgraph.vehicle import VehicleLike
+    from gaitgraph.vehicle import Each, VehicleLike
 
 
 def _retimed(
@@ -187,7 +189,12 @@ def export(
     chosen: dict[str, Any] = {"vehicle": vehicle, "coefficients": coefficients}
     sampling: dict[str, Any] = {"samples": samples, "rate": rate}
     table = _to_write(source, chosen, joints, period, law, sampling)
-    report = judged(table, require=require, anyway=anyway or not paths)
+    # Another timing keeps the limits that the table was made for, also where its vehicle allows more.
+    is_retimed = period is not None or law is not None
+    made_for = table.limits if is_retimed else {}
+    report = judged(
+        table, require=require, anyway=anyway or not paths, made_for=made_for
+    )
     servo_map = None if servos is None else servo_map_named(servos)
     write_tables(table, paths, force=force, periods=periods, servos=servo_map)
     clipped = {}
@@ -252,10 +259,22 @@ def judged(
     *,
     require: Literal["flyable", "valid"] = "flyable",
     anyway: bool = False,
+    made_for: Mapping[str, Each] | None = None,
 ) -> Report:
-    """Return the report of what is to be written; Infeasible unless it meets what is required, or `anyway` is set."""
+    """Return the report of what is to be written; Infeasible unless it meets what is required, or `anyway` is set.
+
+    It is judged by the limits of its vehicle, and by those of `made_for` where these are lower.
+    """
     checked_choice("require", require, ("flyable", "valid"))
-    report = validate(motion)
+    limited: dict[str, Any] = {}
+    if made_for and isinstance(motion, Table):
+        vehicle, coefficients, crossing_tolerance = surface_of(motion)
+        limited = {
+            "vehicle": vehicle_within(vehicle, made_for),
+            "coefficients": coefficients,
+            "crossing_tolerance": crossing_tolerance,
+        }
+    report = validate(motion, **limited)
     meets = report.flyable if require == "flyable" else report.valid
     if not meets and not anyway:
         raise Infeasible(

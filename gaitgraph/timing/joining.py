@@ -37,6 +37,7 @@ from gaitgraph.timing.timed_gait import (
     TimedPath,
     timed_gait_of,
 )
+from gaitgraph.validation.report import RATE_UNITS
 from gaitgraph.validation.validating import both
 from gaitgraph.vehicle import four_of
 
@@ -400,6 +401,17 @@ def lowest_limits(limits: Iterable[Mapping[str, Any]]) -> dict[str, Each]:
             each = limit if isinstance(limit, list) else four_of(limit)
             lowest[kind] = tuple(map(min, known, each))
     return lowest
+
+
+def vehicle_within(vehicle: Vehicle, limits: Mapping[str, Any]) -> Vehicle:
+    """Return a vehicle whose limits of rates, accelerations and jerks are the lower of its own and of some others."""
+    own = {kind: getattr(vehicle, f"max_tilt_{kind}") for kind in RATE_UNITS}
+    stated = {kind: limit for kind, limit in own.items() if limit is not None}
+    lowest: Any = {
+        f"max_tilt_{kind}": limit
+        for kind, limit in lowest_limits([limits, stated]).items()
+    }
+    return vehicle.replace(**lowest)
 
 
 def joined_again(
