@@ -237,6 +237,22 @@ def test_the_rates_of_an_optimized_table_fit(tmp_path: Path) -> None:
         gg.read_table(tmp_path / "a.csv")
 
 
+@pytest.mark.parametrize("samples", [30, 57, 100, 400])
+def test_the_rates_of_an_entry_to_an_optimized_gait_fit(
+    tmp_path: Path, samples: int
+) -> None:
+    """Beyond its last row nothing is known, so that the rate there may have another sign than the slope before it."""
+    optimal: Any = gg.optimal_gait([(-1.0, 0.5), (-0.8, 1.1), (-0.5, 0.6)])
+    entry = gg.transition("hover", optimal, samples=samples)
+    entry.write(tmp_path / "a.csv")
+    table = gg.read_table(tmp_path / "a.csv")
+    assert not table.notes
+    first = optimal.timed().columns
+    np.testing.assert_allclose(
+        [table[name][-1] for name in RATES], [first[name][0] for name in RATES]
+    )
+
+
 def test_smooth_rows_fit_their_rates_at_any_sampling() -> None:
     random = np.random.default_rng(8)
     for _ in range(150):

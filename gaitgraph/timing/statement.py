@@ -203,7 +203,8 @@ def _first_misfit(table: Table) -> str:
     """Return the first row whose stated rates do not fit the angles beside it, "" if all do.
 
     A rate fits within the slopes of the two segments beside its row, widened by the larger of their sizes, by the
-    largest change of slopes at its row and the rows beside it, and by what the digits allow.
+    largest change of slopes at its row and the rows beside it, and by what the digits allow. At the ends of an open table,
+    where one slope is not known, it is widened by the largest of that angle too.
     """
     if "t" not in table or len(table) < 2 or not all(name in table for name in RATES):
         return ""
@@ -219,6 +220,8 @@ def _first_misfit(table: Table) -> str:
         size = np.maximum(np.abs(before), np.abs(after))
         change = np.abs(after - before)
         size += np.maximum.reduce([change, np.roll(change, 1), np.roll(change, -1)])
+        if not closed and len(slope) > 1:
+            size[[0, -1]] += np.abs(slope).max()
         slack = size + loose + table.half_units(name) + 1e-9 * (1.0 + size)
         rate: FloatArray = table[name]
         wrong = rate < np.minimum(before, after) - slack
