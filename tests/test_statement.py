@@ -335,6 +335,21 @@ def test_cubics_between_rows_are_judged(tmp_path: Path) -> None:
     assert least < straight["hover_thrust"].value - 1e-3
 
 
+@pytest.mark.parametrize("samples", [9, 25, 59])
+def test_cubics_that_leave_their_segments_along_them_are_judged(samples: int) -> None:
+    corners = [(-0.3, 0.3), (-0.9, 0.4), (-0.5, 1 / 3)]  # out and back on a line
+    for swing, ok in ((0.9, True), (1.1, False)):
+        timed = gg.lift(corners, "red", vehicle=FAST).parametrize(samples=samples)
+        spline = CubicHermiteSpline(timed.t, timed.alpha, timed.rates)
+        dense = spline(np.linspace(0, timed.period, 20_001))
+        most = np.abs(timed.gait.alpha).max()
+        beyond = np.abs(dense).max() - most
+        assert beyond > 1e-5
+        vehicle = FAST.replace(max_tilt=float(most + beyond / swing))
+        limited = gg.lift(corners, "red", vehicle=vehicle).parametrize(samples=samples)
+        assert gg.validate(table_of(limited)).flyable == ok
+
+
 def dense_check(report: gg.Report, table: Table, vehicle: gg.Vehicle) -> None:
     """Assert that nothing is called flyable where rows as they are joined break a condition."""
     if not report.flyable:

@@ -377,7 +377,7 @@ def even_or_own(rows: list[Row], half_unit: Fraction, period: Fraction) -> list[
     step, first = period / max(len(rows) - 1, 1), rows[0].t
     even = [first + number * step for number in range(len(rows))]
     late = [row.t - t for row, t in zip(rows, even, strict=True)]
-    allowed = half_unit + period / 10**15
+    allowed = half_unit * Fraction("1.000001")
     if max(map(abs, late)) > allowed and (
         first == 0 or max(late) - min(late) > Fraction("1.999") * half_unit
     ):  # a first time that is not 0 is rounded too

@@ -313,8 +313,8 @@ def both(first: Report, second: Report) -> Report:
 def _along_cubics(table: Table, sheet: npt.NDArray[np.int8]) -> Segments | None:
     """Return chords of the cubics through a table's rows and rates, at most 1e-6 rad beside them; None if not needed.
 
-    A cubic's second derivative is linear, so a chord of a share 1/m of it is off by at most max|f″|/(8m²), of which
-    only the part across the segment leaves it.
+    A cubic's second derivative is linear, so a chord of a share 1/m of it is off by at most max|f″|/(8m²). Of one that
+    stays between the ends of its segment, as its Bernstein coefficients along it tell, only the part across leaves it.
     """
     if not table.joined_by_cubics:
         return None
@@ -323,14 +323,19 @@ def _along_cubics(table: Table, sheet: npt.NDArray[np.int8]) -> Segments | None:
     rates = np.column_stack([table[name] for name in RATES])
     step, first, last = np.diff(alpha, axis=0), width * rates[:-1], width * rates[1:]
     square, cube = 3 * step - 2 * first - last, first + last - 2 * step
-    length = np.maximum(np.linalg.norm(step, axis=1, keepdims=True), 1e-300)
+    length = np.linalg.norm(step, axis=1)
+    unit = step / np.maximum(length, 1e-300)[:, None]
+    is_straight = np.ones(len(step), dtype=bool)
+    for end in (first, last):
+        along = (end * unit).sum(axis=1)
+        is_straight &= (along >= 0) & (along <= 3 * length)
     bend = np.zeros(len(step))
     for second in (2 * square, 2 * square + 6 * cube):
-        along = (second * step).sum(axis=1, keepdims=True) / length
-        across = np.linalg.norm(second - along * step / length, axis=1)
-        bend = np.maximum(bend, across)
+        bend = np.maximum(bend, np.linalg.norm(second, axis=1))
+        across = second - (second * unit).sum(axis=1, keepdims=True) * unit
+        is_straight &= np.linalg.norm(across, axis=1) <= 8 * _BESIDE_CUBIC
     parts = np.ceil(np.sqrt(bend / (8 * _BESIDE_CUBIC))).astype(np.int64)
-    parts = np.clip(parts, 1, _MOST_PARTS)
+    parts = np.where(is_straight, 1, np.clip(parts, 1, _MOST_PARTS))
     if parts.max(initial=1) == 1:
         return None
     row = np.repeat(np.arange(len(step)), parts)
