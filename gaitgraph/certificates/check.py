@@ -50,6 +50,9 @@ FORM = {  # of a document: objects by their names, lists by what is in them and 
     "pieces": [{"alpha": [[NUMBER, 1, 25], 2, 5, 2], "duration": POSITIVE}, 1, 10**6], "claims": CLAIMS,
 }  # fmt: skip
 
+FLYABLE = {"least_singular_value": Fraction("0.05"), "hover_thrust": ZERO}
+"""What the claims of a flyable gait are at least."""
+
 
 class Row(NamedTuple):
     """A row of a table: time [s], four tilt angles [rad], and by how much each may be off beside the deviation [rad]."""
@@ -360,8 +363,24 @@ def check(text: str) -> dict[str, Any]:
         lines.append(
             f"{'NOT ' * bool(missed)}proved: {name} {json.dumps(stated['claims'][name])} {places[name]}".strip()
         )
-    known = {"proved": not any(places.values()), "vehicle": stated["vehicle"]}
-    return {**known, "claims": places, "values": stated["claims"], "lines": lines}
+    proved, values = not any(places.values()), stated["claims"]
+    lacking = [
+        f"{name} at least {values[name]['at_least']}, below {float(limit):g}"
+        if name in values
+        else f"no claim of {name}"
+        for name, limit in FLYABLE.items()
+        if name not in values or Fraction(values[name]["at_least"]) < limit
+    ]
+    if proved and lacking:
+        lines.append(f"not proved flyable: {', '.join(lacking)}")
+    return {
+        "proved": proved,
+        "flyable": proved and not lacking,
+        "vehicle": stated["vehicle"],
+        "claims": places,
+        "values": values,
+        "lines": lines,
+    }
 
 
 def value_at(polynomial: list[Fraction], at: Fraction) -> Fraction:

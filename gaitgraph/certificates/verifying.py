@@ -14,7 +14,6 @@ from gaitgraph.certificates.check import Row, check, held_against
 from gaitgraph.errors import InputError
 from gaitgraph.files import text_of
 from gaitgraph.gait.table import ANGLES
-from gaitgraph.invertibility.matrices import DEFAULT_FLOOR
 from gaitgraph.io.formats import FORMATS, naming_file, read_table
 
 if TYPE_CHECKING:
@@ -54,28 +53,13 @@ class Verified:
     @property
     def flyable(self) -> bool:
         """Whether the claims are proved, and are those that a flyable gait needs."""
-        return bool(self.found["proved"]) and not self._lacking
-
-    @property
-    def _lacking(self) -> list[str]:
-        """What the claims lack of a flyable gait."""
-        values = self.found["values"]
-        limits = {"least_singular_value": DEFAULT_FLOOR, "hover_thrust": 0.0}
-        lacking = []
-        for name, limit in limits.items():
-            claimed = values.get(name, {}).get("at_least")
-            if claimed is None:
-                lacking.append(f"no claim of {name}")
-            elif Fraction(claimed) < Fraction(str(limit)):
-                lacking.append(f"{name} at least {claimed}, below {limit:g}")
-        return lacking
+        return bool(self.found["flyable"])
 
     def as_mapping(self) -> dict[str, Any]:
         """Return plain values, ready for JSON."""
         found = {key: one for key, one in self.found.items() if key != "lines"}
         return {
             **found,
-            "flyable": self.flyable,
             "table": self.table,
             "rows": self.rows if self.table else None,
             "off": self.off or None,
@@ -84,8 +68,6 @@ class Verified:
 
     def __str__(self) -> str:
         lines = list(self.found["lines"])
-        if self.found["proved"] and not self.flyable:
-            lines.append(f"not proved flyable: {', '.join(self._lacking)}")
         if self.table is None:
             lines.append("no table was compared with the curve")
         elif self.off:
