@@ -17,7 +17,13 @@ import pytest
 import gaitgraph as gg
 from gaitgraph.errors import FileWarning
 from gaitgraph.gait.gait import lift
-from gaitgraph.gait.table import Table, completed_table
+from gaitgraph.gait.table import (
+    ACCELERATIONS,
+    ANGLES,
+    RATES,
+    Table,
+    completed_table,
+)
 from gaitgraph.io import binary_tables, text_files
 from gaitgraph.io.columns import table_from_frame
 from gaitgraph.io.formats import FORMATS, read_pieces, read_table, write_tables
@@ -277,6 +283,39 @@ def test_a_table_is_completed(closed: bool, stated: str) -> None:
                 assert tuple(whole[name]) == tuple(values)
             else:
                 np.testing.assert_allclose(whole[name], values, atol=1e-12)
+
+
+@pytest.mark.parametrize("repeats", [True, False])
+def test_rows_with_rates_alone_are_joined_by_cubics(
+    repeats: bool, tmp_path: Path
+) -> None:
+    """A circle with the rates of its closed form, and no accelerations."""
+    speed, count = np.pi, 61 if repeats else 31
+    t = np.linspace(0.0, 2.0, 61)[:count]
+    swing = 0.35 * np.column_stack([np.cos(speed * t), np.sin(speed * t)] * 2)
+    turned = 0.35 * np.column_stack([-np.sin(speed * t), np.cos(speed * t)] * 2)
+    alpha = swing + np.array([-0.8, 0.8, -0.8, 0.8])
+    columns = {"t": t} | dict(zip(ANGLES, alpha.T, strict=True))
+    columns |= zip(RATES, speed * turned.T, strict=True)
+    table = Table(columns=columns, about={} if repeats else {"repeats": False})
+    written = export(table, [tmp_path / "a.csv", tmp_path / "a.h"]).table
+    for name, rates in zip(RATES, speed * turned.T, strict=True):
+        np.testing.assert_allclose(written[name], rates, atol=1e-15)
+    for name, angle in zip(ACCELERATIONS, swing.T, strict=True):
+        np.testing.assert_allclose(written[name], -(speed**2) * angle, atol=4e-3)
+    assert "cubic" in (tmp_path / "a.h").read_text()
+    fine = export(table, [], samples=600).table
+    exact = -0.8 + 0.35 * np.cos(speed * fine["t"])
+    np.testing.assert_allclose(fine["alpha1"], exact, atol=2e-7)
+    gg.io.write_tables(table, [tmp_path / "b.yaml", tmp_path / "b.h"])
+    goal = (tmp_path / "b.yaml").read_text()
+    assert "velocities" in goal
+    assert "accelerations: " not in goal
+    if repeats:
+        entry = gg.transition("hover", table)
+        assert entry.timed is not None
+        motion = entry.timed.at(entry.timed.period)
+        np.testing.assert_allclose(motion.rates, speed * turned[0], atol=1e-9)
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)

@@ -133,12 +133,35 @@ class Table(Pictured):
 
     @property
     def joined_by_cubics(self) -> bool:
-        """Whether rows are joined by cubics through their rates: they have rates, and accelerations other than zero."""
-        return (
-            len(self) > 1
-            and all(name in self for name in ("t", *RATES, *ACCELERATIONS))
-            and any(bool(self[name].any()) for name in ACCELERATIONS)
-        )
+        """Whether rows are joined by cubics through their rates.
+
+        They have rates, and accelerations other than zero or none at all.
+        """
+        if len(self) < 2 or not all(name in self for name in ("t", *RATES)):
+            return False
+        if not all(name in self for name in ACCELERATIONS):
+            return True
+        return any(bool(self[name].any()) for name in ACCELERATIONS)
+
+    @property
+    def accelerations(self) -> FloatArray:
+        """The accelerations of rows with rates, shape (n, 4) [rad/s²]: those stated, else those of the cubics.
+
+        At a row these are the mean of before and after it.
+        """
+        if all(name in self for name in ACCELERATIONS):
+            return np.column_stack([self[name] for name in ACCELERATIONS])
+        rates = np.column_stack([self[name] for name in RATES])
+        step = np.diff(self["t"])[:, None]
+        slope = np.diff(self.alpha, axis=0) / step
+        first, last = rates[:-1], rates[1:]
+        after = (6 * slope - 4 * first - 2 * last) / step  # at the start of each cubic
+        before = (4 * last + 2 * first - 6 * slope) / step  # at its end
+        returns = self.repeats and is_closed(self.alpha)
+        start = before[-1:] if returns else after[:1]
+        end = after[:1] if returns else before[-1:]
+        both = np.concatenate([start, before]) + np.concatenate([after, end])
+        return np.asarray(both / 2)
 
     def half_units(self, name: str) -> FloatArray:
         """Return half a unit of the last printed digit of each number of a column, in the column's unit."""
@@ -582,8 +605,9 @@ def completed_table(
     """Return a table of two rows or more completed: from t = 0, closed unless it is a path, with all columns.
 
     A stated column stays if all of its rows agree with the angles: R to within its digits, types with the color.
-    Otherwise, or for another vehicle, it is computed. Rows are joined by straight segments: unless all rates and
-    accelerations are stated, rates are those just after each row and accelerations are zero. `t` must be there.
+    Otherwise, or for another vehicle, it is computed. Rows without rates are joined by straight segments: their rates are
+    those just after each row and their accelerations are zero. Rows with rates alone are joined by cubics: at a row their
+    accelerations are the mean of those before and after it. `t` must be there.
     """
     stated, numbers, crossing_tolerance = surface_of(table, vehicle, coefficients)
     about = {
@@ -624,7 +648,10 @@ def completed_table(
         end = t[-1] if returned else closing_time(0.0, t[-1], len(t))
         last = Table(columns=whole.rows(0, 1).columns | {"t": np.array([end])})
         columns = merged([whole.rows(0, len(t) - returned), last]).columns
-    if not all(name in table for name in (*RATES, *ACCELERATIONS)):
+    if all(name in table for name in RATES):
+        accelerations = Table(columns=columns, about=about).accelerations
+        columns |= zip(ACCELERATIONS, accelerations.T, strict=True)
+    else:
         for name, rate, acceleration in zip(ANGLES, RATES, ACCELERATIONS, strict=True):
             slopes = np.diff(columns[name]) / np.diff(columns["t"]) + 0.0
             columns |= {

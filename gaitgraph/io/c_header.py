@@ -16,7 +16,6 @@ import numpy as np
 
 from gaitgraph.errors import Advice, InputError
 from gaitgraph.gait.table import (
-    ACCELERATIONS,
     ANGLES,
     RATES,
     is_closed,
@@ -42,7 +41,7 @@ _CUBIC_SHARE = 32.0
 def write_h(pieces: Iterable[Table], path: Path) -> None:
     """Write a new C header.
 
-    Rows are joined by cubics where the table has rates and accelerations and no linkage, else by straight lines.
+    Rows are joined by cubics where the table says so and has no linkage, else by straight lines.
     """
     table = merged_up_to(pieces, _MOST_ROWS + 1, "a C header")
     name = re.sub(r"[^A-Za-z0-9_]", "_", path.stem)[:60]
@@ -86,9 +85,7 @@ def write_h(pieces: Iterable[Table], path: Path) -> None:
     if cubic:
         tabled["rate"] = np.column_stack([table[one] for one in RATES])
         longest = float(np.diff(times).max())
-        changes = np.diff(
-            np.column_stack([table[one] for one in ACCELERATIONS]), 2, axis=0
-        )
+        changes = np.diff(table.accelerations, 2, axis=0)
         estimate = longest**2 * float(np.abs(changes).max(initial=0.0)) / _CUBIC_SHARE
         off = f"about {estimate:.1e}"
         if table.motion is not None:

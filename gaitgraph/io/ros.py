@@ -83,7 +83,7 @@ def points_of(
     """Return a table's rows, repeated; the row where one period ends and the next begins is there once.
 
     Returns times since the first point, shape (n,) [ns], strictly increasing, and rows: `positions`, and `velocities`
-    and `accelerations` if the table's rows are joined by cubics, shape (n, 4) [rad], [rad/s], [rad/s²].
+    and `accelerations` if the table's rows are joined by cubics and has them, shape (n, 4) [rad], [rad/s], [rad/s²].
     """
     check_periods(table, periods)
     rows = len(table)
@@ -106,7 +106,8 @@ def points_of(
     found = {}
     for what, names in _COLUMNS.items():
         # A controller joins positions alone by straight lines, and with velocities by cubics.
-        if what == "positions" or table.joined_by_cubics:
+        is_stated = all(name in table for name in names)
+        if what == "positions" or (table.joined_by_cubics and is_stated):
             values = np.column_stack([table[name] for name in names])
             found[what] = np.concatenate([values, *[values[1:]] * (periods - 1)])
     return times, found

@@ -87,7 +87,8 @@ def _retimed(
 def _sampled(rows: Table, stated: Table, count: int | None, seconds: float) -> Table:
     """Return the motion through the rows of a completed table at even times, in some seconds; `count` None keeps them.
 
-    Rows are joined by cubics through the rates where the table stated rates and accelerations, else straight.
+    Rows are joined by cubics through the rates where the table stated rates, else straight; see
+    :attr:`gaitgraph.gait.table.Table.joined_by_cubics`.
     """
     t, alpha = rows["t"], rows.alpha
     own = t if count is None else np.linspace(0.0, t[-1], count + 1)

@@ -25,7 +25,7 @@ import numpy as np
 
 from gaitgraph.arrays import read_only
 from gaitgraph.errors import InputError
-from gaitgraph.gait.table import ACCELERATIONS, RATES, Table
+from gaitgraph.gait.table import ACCELERATIONS, RATES, Table, completed_table
 from gaitgraph.io.formats import given_gait, naming_file
 from gaitgraph.timing.laws import LAWS, times_from
 from gaitgraph.timing.time_optimal import Limits, law_of_pace
@@ -66,7 +66,7 @@ def played(
 ) -> TimedGait:
     """Return the motion of a gait in any form as it is played: that which its table states, or that of its rows.
 
-    Rows are joined by polynomials through their rates and accelerations if the table has them, else by straight lines. The
+    Rows with rates are joined by polynomials through these and their accelerations, others by straight lines. The
     options are those of :func:`gaitgraph.timing.timed_gait.timed_gait_of`.
     """
     chosen: Any = {"vehicle": vehicle, "coefficients": coefficients}
@@ -77,11 +77,10 @@ def played(
         motion = timed_gait_of(source, **chosen)
     if not isinstance(motion, RowTimedGait) or not source.joined_by_cubics:
         return motion
-    columns = ([source[name] for name in names] for names in (RATES, ACCELERATIONS))
+    rows = completed_table(source, **chosen)
+    columns = ([rows[name] for name in names] for names in (RATES, ACCELERATIONS))
     derivatives = np.stack([np.column_stack(one) for one in columns], axis=1)
-    # An open table is closed by its first row.
-    closed = np.concatenate([derivatives, derivatives[:1]])[: len(motion.times)]
-    return replace(motion, row_derivatives=closed)
+    return replace(motion, row_derivatives=derivatives)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
