@@ -142,6 +142,10 @@ def test_a_warning_arises_before_the_error_of_a_row(run: Any, suffix: str) -> No
         ("Time,{}", "'Time' (did you mean 'time'?)"),
         ("t [s],{}", "'t [s]' (did you mean 't'?)"),
         ("Time (ms),{}", "'Time (ms)' (did you mean 'time_ms'?)"),
+        ("t_s,{}", "'t_s' (did you mean 't'?)"),
+        ("time_sec,{}", "'time_sec' (did you mean 'time'?)"),
+        ("t_ns,{}", "'t_ns' (a time is t in s, t_ms or t_us)"),
+        ("timestamp,{}", "'timestamp' (a time is t in s, t_ms or t_us)"),
         (
             "foo,{},alpha1_rates,bar",
             "'alpha1_rates' (did you mean 'alpha1_rate'?), 'foo', 'bar'",

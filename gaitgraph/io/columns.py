@@ -62,6 +62,7 @@ _LARGEST |= dict.fromkeys(("R", *RATES, *ACCELERATIONS), 1e12) | {"t": 1e9}
 _SHORTEST_STEP = 1e-9
 _TIMES = {"time": 1.0, "t_ms": 1e3, "time_ms": 1e3, "t_us": 1e6, "time_us": 1e6}
 """Other names of the column t, and their units in one second."""
+_UNITS_OF_TIME = "a time is t in s, t_ms or t_us"
 _LIKELY_PERIOD = 60.0  # a longer one is probably in another unit [s]
 _LIKELY_STEP = 10.0  # of time, in median steps
 _BESIDE_JOINTS = ("color", "types", "R")
@@ -158,11 +159,7 @@ class TableBuilder:
 
     def _listed(self, names: Sequence[str]) -> str:
         """Return names of columns for a message, first those that resemble a known one, with a hint."""
-        known = [name for name in self.used if name not in self.names]
-        near = {
-            name: did_you_mean(_plain_name(name), known)
-            for name in names[:_MOST_COMPARED]
-        }
+        near = {name: self._hint(name) for name in names[:_MOST_COMPARED]}
         texts = [
             f"{name!r} ({hint.removeprefix('; ')})"
             for name, hint in near.items()
@@ -173,6 +170,16 @@ class TableBuilder:
         return ", ".join(texts[:_MOST_NAMED]) + (
             f" and {more} more" if more > 0 else ""
         )
+
+    def _hint(self, name: str) -> str:
+        """Return the known name that another one may mean, for a message; of a time only one of the same unit."""
+        plain = _plain_name(name)
+        known = [one for one in self.used if one not in self.names]
+        times = [one for one in known if one == "t" or one in _TIMES]
+        hint = did_you_mean(plain, known)
+        if plain not in times and hint and hint == did_you_mean(plain, times):
+            return _UNITS_OF_TIME
+        return hint
 
     @property
     def used(self) -> tuple[str, ...]:
@@ -442,6 +449,7 @@ def _plain_name(name: str) -> str:
     """Return the name that a person may have meant by "Alpha1", "α1", "a1", "alpha1 [rad]" or "t (ms)"."""
     name = re.sub(r"\s*[\[(](rad|s)[\])]$", "", name.strip().lower())
     name = re.sub(r"\s*[\[(](ms|us)[\])]$", r"_\1", name)
+    name = re.sub(r"^(t|time)_s(ec(onds)?)?$", r"\1", name)
     return re.sub(r"^(α|a(lpha)?)[ _]?(?=[1-4])", "alpha", name)
 
 
