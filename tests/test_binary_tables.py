@@ -9,7 +9,6 @@ import re
 import struct
 import zipfile
 import zlib
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,12 +18,12 @@ import pytest
 from scipy.io import loadmat, savemat
 
 import gaitgraph as gg
-from gaitgraph.gait.table import ROWS_OF_A_PIECE, Table, provenance_text
+from gaitgraph.gait.table import Table, provenance_text
 from gaitgraph.io import binary_tables
 from gaitgraph.io.formats import read_table, write_tables
 from gaitgraph.timing.timed_gait import table_of
 from tests.mutated import check_mutations, refusal
-from tests.test_formats import ZEROS as FOUR, assert_same, cut
+from tests.test_formats import ZEROS as FOUR, assert_same
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -134,26 +133,15 @@ def test_parquet_is_exchanged_with(
     assert check_mutations(theirs.read_bytes(), theirs, count=75) > 20
 
 
-def test_row_groups_do_not_depend_on_how_pieces_are_cut(tmp_path: Path) -> None:
-    t = np.arange(ROWS_OF_A_PIECE + 1000.0) * 1e-4
+def test_long_tables_have_row_groups_and_come_back(tmp_path: Path) -> None:
+    t = np.arange((1 << 16) + 1000.0) * 1e-4
     table = Table(columns={"t": t, **{f"alpha{k}": np.sin(t + k) for k in range(1, 5)}})
-
-    for name, places in (
-        ("one", (0, len(table))),
-        ("more", (0, 10, 60_000, 66_000, len(table))),
-    ):
-        write_tables(partial(cut, table, places), [tmp_path / f"{name}.parquet"])
-    assert (tmp_path / "one.parquet").read_bytes() == (
-        tmp_path / "more.parquet"
-    ).read_bytes()
-    groups = pq.ParquetFile(tmp_path / "one.parquet").metadata
-    assert [groups.row_group(k).num_rows for k in range(groups.num_row_groups)] == [
-        ROWS_OF_A_PIECE,
-        1000,
-    ]
-    for name in ("more.parquet", "long.npz"):
-        write_tables(table, [tmp_path / name], force=True)
+    for name in ("long.parquet", "long.npz"):
+        write_tables(table, [tmp_path / name])
         assert_same(read_table(tmp_path / name), table)
+    groups = pq.ParquetFile(tmp_path / "long.parquet").metadata
+    sizes = [groups.row_group(k).num_rows for k in range(groups.num_row_groups)]
+    assert sizes == [1 << 16, 1000]
 
 
 # What others write ----------------------------------------------------------------------------------------------------

@@ -25,9 +25,8 @@ from gaitgraph.timing.time_optimal import Limits, least_period
 from tests.published import GAITS, PublishedGait
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Callable
 
-    from gaitgraph.gait.table import Table
 
 G1, G2, G3, G4 = GAITS
 ESCAPE = "\x1b"
@@ -767,37 +766,3 @@ def test_an_answer_does_not_run_into_the_progress_line() -> None:
     )  # as wide as the terminal, and no line more
     assert before.endswith(" \r")
     assert after.startswith("\r\n")
-
-
-def test_long_outputs_are_written_piece_by_piece(
-    run: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Whatever writes the table of a gait from a clock holds some rows of it at a time."""
-    sizes: list[int] = []
-
-    def taken(pieces: Iterable[Table], path: Path) -> None:
-        sizes.extend(map(len, pieces))
-        path.write_text("")
-
-    monkeypatch.setattr("gaitgraph.io.text_files.write_csv", taken)
-    rows, long = 70_000, ["--samples", "69999", "--output", "long.csv", "--force"]
-    assert run("plan", *SQUARE, "--output", "gait.json").code == 0
-    for command in (
-        ["plan", *SQUARE],
-        [
-            "pace",
-            "gait.json",
-            "--max-rate",
-            "10",
-            "--max-acceleration",
-            "90",
-            "--max-jerk",
-            "2000",
-            "--anyway",
-        ],
-    ):
-        sizes.clear()
-        done = run(*command, *long)
-        assert (done.code, done.err) == (0, ""), command
-        assert sum(sizes) == rows, command
-        assert command[0] != "plan" or max(sizes) == 1 << 16

@@ -1,13 +1,11 @@
-"""The formats of gait files: read back bit for bit with what made them, written and read in pieces; frames."""
+"""The formats of gait files: read back bit for bit with what made them; frames."""
 
 from __future__ import annotations
 
 import re
 import subprocess
 import sys
-import tracemalloc
 from dataclasses import replace
-from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,9 +22,8 @@ from gaitgraph.gait.table import (
     Table,
     completed_table,
 )
-from gaitgraph.io import binary_tables, text_files
 from gaitgraph.io.columns import table_from_frame
-from gaitgraph.io.formats import FORMATS, read_pieces, read_table, write_tables
+from gaitgraph.io.formats import FORMATS, read_table, write_tables
 from gaitgraph.io.servo_map import servo_map_named
 from gaitgraph.planning.planner import plan
 from gaitgraph.planning.request import read_request
@@ -36,8 +33,6 @@ from gaitgraph.timing.timed_gait import table_of, timed_gait_of
 from tests.published import GAITS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from gaitgraph.timing.laws import LawName
     from gaitgraph.timing.timed_gait import TimedGait
 
@@ -52,10 +47,6 @@ def assert_same(found: Table, expected: Table) -> None:
             assert found[name].tobytes() == values.tobytes(), name
         else:
             assert tuple(found[name]) == tuple(values), name
-
-
-def cut(table: Table, places: tuple[int, ...]) -> list[Table]:
-    return [table.rows(*pair) for pair in pairwise(places)]
 
 
 # Files as good as the plan --------------------------------------------------------------------------------------------
@@ -227,37 +218,6 @@ def test_a_path_is_not_repeated_in_a_table(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
-class LongTable:
-    def __init__(self, count: int, rows: int) -> None:
-        self.count, self.rows = count, rows
-
-    def __call__(self) -> Iterator[Table]:
-        for k in range(self.count):
-            t = np.arange(k * self.rows, (k + 1) * self.rows) / 10_000.0
-            first, second = 1.0 + 0.2 * np.cos(t), -0.5 + 0.2 * np.sin(t)
-            yield Table(
-                columns={
-                    "t": t,
-                    "alpha1": first,
-                    "alpha2": second,
-                    "alpha3": first,
-                    "alpha4": second,
-                }
-            )
-
-
-@pytest.mark.parametrize(("suffix", "rows"), [(".csv", 200), (".parquet", 40_000)])
-def test_long_tables_are_written_and_read_piece_by_piece(
-    suffix: str, rows: int, tmp_path: Path
-) -> None:
-    tracemalloc.start()
-    write_tables(LongTable(12, rows), [tmp_path / f"long{suffix}"])
-    assert sum(map(len, read_pieces(tmp_path / f"long{suffix}"))) == 12 * rows
-    peak = tracemalloc.get_traced_memory()[1]
-    tracemalloc.stop()
-    assert peak < 14e6  # of 22e6 in the Parquet file
-
-
 @pytest.mark.parametrize("closed", [False, True])
 @pytest.mark.parametrize("stated", ["", "color,types,R", "off"])
 def test_a_table_is_completed(closed: bool, stated: str) -> None:
@@ -316,28 +276,6 @@ def test_rows_with_rates_alone_are_joined_by_cubics(
         assert entry.timed is not None
         motion = entry.timed.at(entry.timed.period)
         np.testing.assert_allclose(motion.rates, speed * turned[0], atol=1e-9)
-
-
-@pytest.mark.parametrize("suffix", SUFFIXES)
-def test_a_long_file_is_judged_and_exported_in_pieces(
-    suffix: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    timed = lift(G3.angles, "red").parametrize(samples=300, law="constant-speed")
-    path = tmp_path / f"long{suffix}"
-    timed.write(path)
-    report = gg.validate(path)
-    export(path, [tmp_path / "whole.csv", tmp_path / "whole.parquet"])
-    monkeypatch.setattr(text_files, "_BLOCK", 2000)
-    monkeypatch.setattr(binary_tables, "ROWS_OF_A_PIECE", 50)
-    count = len(list(read_pieces(path)))
-    assert count == 1 if suffix == ".json" else count > 5
-    assert gg.validate(path).as_mapping() == report.as_mapping()
-    done_by = export(path, [tmp_path / "cut.csv", tmp_path / "cut.parquet"])
-    assert len(done_by.table) == 301
-    assert (tmp_path / "cut.csv").read_bytes() == (tmp_path / "whole.csv").read_bytes()
-    assert_same(
-        read_table(tmp_path / "cut.parquet"), read_table(tmp_path / "whole.parquet")
-    )
 
 
 ZEROS: dict[str, Any] = {f"alpha{k}": np.zeros(3) for k in range(1, 5)}
@@ -506,8 +444,8 @@ def test_the_page_lists_every_format() -> None:
 @pytest.mark.parametrize(
     ("suffix", "ours"),
     [
-        *((suffix, "columns.TableBuilder.pieces") for suffix in (".npz", ".mat")),
-        *((suffix, "columns.TableBuilder.pieces") for suffix in (".parquet", ".mcap")),
+        *((suffix, "columns.TableBuilder.table") for suffix in (".npz", ".mat")),
+        *((suffix, "columns.TableBuilder.table") for suffix in (".parquet", ".mcap")),
         (".mat", "binary_tables._checked_name"),
         (".npz", "binary_tables._about_of_array"),
         (".parquet", "binary_tables._about_of_parquet"),

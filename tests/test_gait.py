@@ -281,7 +281,7 @@ def test_all_readers_of_a_table_find_its_period(
         read = gg.read_table(source)
         corners, times = closed_rows(read)
         gg.timing.export(source, [tmp_path / "whole.csv"], force=True)
-        write_h([read], tmp_path / "rows.h")
+        write_h(read, tmp_path / "rows.h")
         whole = gg.read_table(tmp_path / "whole.csv")
         assert times is not None
         for end in (times[-1], timed_gait_of(source).period, whole["t"][-1]):
@@ -367,9 +367,9 @@ def test_rows_are_lifted_each_to_its_color() -> None:
     )
     with pytest.raises(
         gg.InputError,
-        match="color must be 'red' or 'blue' without .* got 'fiber2' in row 12",
+        match="color must be 'red' or 'blue' without .* got 'fiber2' in row 2",
     ):
-        tilt_angles(table(CORNERS, ("red", "fiber2", "red")), PUBLISHED, rows_before=10)
+        tilt_angles(table(CORNERS, ("red", "fiber2", "red")), PUBLISHED)
     with pytest.raises(gg.InputError, match="alpha1 must be"):
         tilt_angles(table([(1.6, 0.0)]), PUBLISHED)
 

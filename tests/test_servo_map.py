@@ -49,10 +49,8 @@ joint = [
 """
 
 
-def mapped_columns(
-    table: Table, servo_map: ServoMap, *, rows_before: int = 0
-) -> dict[str, Any]:
-    return mapped_table(table, servo_map, rows_before=rows_before).columns
+def mapped_columns(table: Table, servo_map: ServoMap) -> dict[str, Any]:
+    return mapped_table(table, servo_map).columns
 
 
 @pytest.fixture(scope="module")
@@ -308,9 +306,9 @@ def test_a_map_for_another_vehicle_is_refused() -> None:
 def test_limits_are_kept_or_refused_with_place_and_values(table: Table) -> None:
     stated = {"preset": "x_frame", "unit": "us", "us_per_rad": 600}
     with pytest.raises(gg.InputError) as refused:
-        mapped_columns(table, servo_map_from_mapping(stated), rows_before=100)
+        mapped_columns(table, servo_map_from_mapping(stated))
     assert str(refused.value) == (
-        "servos 'x_frame': row 101: joint 'tilt1' must be between 1000 and 2000 µs (or clip = true), "
+        "servos 'x_frame': row 1: joint 'tilt1' must be between 1000 and 2000 µs (or clip = true), "
         "got 793.142 µs (rotor 4 at -67.5°)"
     )
     clipping = servo_map_from_mapping({**stated, "clip": True})

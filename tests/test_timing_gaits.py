@@ -17,8 +17,6 @@ from gaitgraph.timing.laws import LAWS, LawName
 from gaitgraph.timing.timed_gait import (
     ROW_BY_ROW,
     checked_clock,
-    pieces_of,
-    table_of,
     timed_gait_of,
 )
 from tests.published import GAITS
@@ -128,9 +126,6 @@ def test_the_sheet_of_a_sample_is_that_of_the_corner_last_passed(law: LawName) -
     assert not {"color", "types"} & set(
         gait.biased(0.8).parametrize(samples=2).columns
     )  # off the surfaces
-    # Any rows are those of the whole table.
-    for name, values in timed._columns_of(range(5, 13)).items():
-        assert list(values) == list(columns[name][5:])
 
 
 def test_a_gait_that_is_a_point_stands_still() -> None:
@@ -225,24 +220,6 @@ def test_limits_of_rates_decide_flyable_and_name_the_period_needed() -> None:
         .rate_checks()[1]
     )
     assert "use the law 'smooth'" in corner.message
-
-
-@pytest.mark.parametrize(
-    ("samples", "lengths"), [(10, [4, 4, 3]), (9, [4, 4, 2]), (8, [4, 5]), (2, [3])]
-)
-def test_the_pieces_of_a_table_are_its_rows(
-    samples: int, lengths: list[int], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("gaitgraph.timing.timed_gait.ROWS_OF_A_PIECE", 4)
-    timed = lift(GAITS[2].angles, "red").parametrize(samples=samples)
-    pieces = list(pieces_of(timed, {"note": "x"}))
-    assert [len(piece) for piece in pieces] == lengths  # no piece is one row alone
-    assert pieces[0].about["note"] == "x"
-    whole = table_of(timed)
-    assert "note" not in whole.about
-    np.testing.assert_array_equal(
-        np.concatenate([piece.alpha for piece in pieces]), whole.alpha
-    )
 
 
 @pytest.mark.parametrize("ratio", [1.0, 0.5])

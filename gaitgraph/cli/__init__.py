@@ -605,24 +605,22 @@ def certificates_beside(outputs: Paths, *, force: bool) -> list[Path]:
 
 
 def write_outputs(
-    pieces: Callable[[], Iterable[Table]],
+    table: Table,
     paths: Paths,
     *,
     force: bool,
     rate: float | None = None,
 ) -> None:
-    """Write a gait that comes piece by piece to files, tables and films; warn if they lack the rate asked for."""
-    from gaitgraph.gait.table import merged
+    """Write a gait to files, tables and films; warn if they lack the rate asked for."""
     from gaitgraph.io.formats import tables_and_films, write_tables
     from gaitgraph.plots.vehicles import write_films
 
     tables, films = tables_and_films(paths)
-    write_tables(pieces, tables, force=force)
+    write_tables(table, tables, force=force)
     if films:
-        write_films(merged(pieces()), films, force=force)
-    first = next(iter(pieces()))
-    if "t" in first:
-        warn_of_rate(first["t"], rate)
+        write_films(table, films, force=force)
+    if "t" in table:
+        warn_of_rate(table["t"], rate)
 
 
 def warn_of_rate(times: Sequence[float], rate: float | None) -> None:

@@ -68,9 +68,7 @@ def transition_command(
         meets = bool(found) and (require == "valid" or found.report.flyable)
         written = outputs if meets else ()
         if written:
-            write_outputs(
-                lambda: [found.table], written, force=force, rate=given.get("rate")
-            )
+            write_outputs(found.table, written, force=force, rate=given.get("rate"))
     return show(found, lines=[f"wrote {name}" for name in written], ok=meets)
 
 
@@ -120,7 +118,7 @@ def optimize_command(outputs: Paths = (), force: bool = False, **given: Any) -> 
     with Working("optimising"):
         found = optimal_gait(**given)
         if found and outputs:
-            write_outputs(lambda: [found.table(**sampling)], outputs, force=force)
+            write_outputs(found.table(**sampling), outputs, force=force)
     return show(found)
 
 
@@ -221,7 +219,7 @@ def pace_command(
             certified = [(path, certify(timed)) for path in beside]
             if outputs:
                 write_outputs(
-                    lambda: [table],
+                    table,
                     outputs,
                     force=force,
                     rate=given.get("rate"),
@@ -306,7 +304,7 @@ def retarget_command(
         found = retarget(gait_file, **given)
         table = found.table
         if table is not None and outputs:
-            write_outputs(lambda: [table], outputs, force=force)
+            write_outputs(table, outputs, force=force)
     if found.advice is not None:
         found = replace(found, advice=KEEP_HALF.command_line)
     return show(found, ok=found.after is not None and found.after.flyable)

@@ -62,7 +62,7 @@ def validate_command(
     If --vehicle describes rotors of any geometry (TOML with [[rotor]], PX4 parameters, URDF or MJCF), physics alone is
     checked, on alpha1 to alphaN, and the exit code is 1 if the table is not flyable.
     """
-    from gaitgraph.io.formats import holds_request, read_pieces
+    from gaitgraph.io.formats import holds_request, unchecked_table
     from gaitgraph.validation.validating import validate, validate_geometry
     from gaitgraph.vehicle import Vehicle
 
@@ -88,7 +88,7 @@ def validate_command(
         or gait_file in PAPER_GAITS
         or holds_request(gait_file)
     )
-    if states_none and "vehicle" not in next(read_pieces(gait_file)).about:
+    if states_none and "vehicle" not in unchecked_table(gait_file).about:
         print_problem(
             "warning: the file states no vehicle: the paper's is taken; --vehicle names another"
         )

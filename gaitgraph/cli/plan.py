@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 from gaitgraph.cli import (
@@ -56,7 +55,7 @@ def plan_command(
     The exit code is 1, with the reason, if there is no such gait.
     """
     from gaitgraph.planning.planner import VALID_LOOPS, plan
-    from gaitgraph.timing.timed_gait import checked_clock, pieces_of
+    from gaitgraph.timing.timed_gait import checked_clock, table_of
 
     check_outputs(outputs, force=force)
     beside = []
@@ -76,7 +75,7 @@ def plan_command(
                 for path in beside
             ]
             write_outputs(
-                partial(pieces_of, found.timed(**sampling)),
+                table_of(found.timed(**sampling)),
                 written,
                 force=force,
                 rate=sampling.get("rate"),

@@ -22,13 +22,13 @@ from gaitgraph.errors import (
     shown,
 )
 from gaitgraph.explorer import queries
-from gaitgraph.gait.table import closed_rows, merged
+from gaitgraph.gait.table import closed_rows
 from gaitgraph.invertibility import matrices
 from gaitgraph.io.formats import (
     FORMATS,
     known_format,
     naming_file,
-    read_pieces,
+    unchecked_table,
     write_tables,
 )
 from gaitgraph.plots.vehicles import write_films
@@ -39,8 +39,6 @@ from gaitgraph.validation.validating import validate
 from gaitgraph.vehicle import preset_names, vehicle_from_mapping
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
-
     from gaitgraph.explorer.queries import Progress
     from gaitgraph.gait.table import Table
     from gaitgraph.vehicle import Vehicle
@@ -104,7 +102,10 @@ def table_answer(
         path = Path(folder) / f"table{form.suffix}"
         path.write_bytes(content)
         try:
-            table = checked(merged(_bounded(read_pieces(path), progress)), path)
+            progress("reading")
+            table = unchecked_table(path)
+            _check_rows(table)
+            table = checked(table, path)
             with naming_file(path):
                 report = validate(table)
             rows, times = closed_rows(table)
@@ -156,17 +157,13 @@ def table_answer(
     }
 
 
-def _bounded(pieces: Iterable[Table], progress: Progress) -> Iterator[Table]:
-    """Yield pieces of a table up to the limit of rows: a small file can hold more rows than fit in memory."""
-    rows, most = 0, queries.LIMITS["rows"]
-    for piece in pieces:
-        progress("reading")
-        rows += len(piece)
-        if rows > most:
-            raise InputError(
-                f"a table must have at most {most} rows here; 'gaitgraph validate' has no limit"
-            )
-        yield piece
+def _check_rows(table: Table) -> None:
+    """Raise InputError if a table has more rows than are judged here."""
+    most = queries.LIMITS["rows"]
+    if len(table) > most:
+        raise InputError(
+            f"a table must have at most {most} rows here, got {len(table)}; 'gaitgraph validate' has no limit"
+        )
 
 
 def _preset_of(vehicle: Vehicle) -> dict[str, Any] | None:

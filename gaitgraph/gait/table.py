@@ -58,7 +58,7 @@ from gaitgraph.vehicle import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable
 
     TimedGait = Any  # timing comes after this package
 
@@ -71,9 +71,6 @@ ORDER = ("t", *ANGLES, "color", "types", "R", *RATES, *ACCELERATIONS)
 
 FORMAT = "gaitgraph gait table"
 """The value of `format` in the provenance of a file."""
-
-ROWS_OF_A_PIECE = 1 << 16
-"""Number of rows of the pieces in which long tables are made, written and read."""
 
 SAME_ROW = 1e-9
 """Two rows are the same point if no angle differs by more than this [rad]: far below any printed digit, above the
@@ -287,11 +284,9 @@ class Table(Pictured):
         return frame
 
 
-def merged(pieces: Iterable[Table]) -> Table:
-    """Return consecutive pieces of a table as one."""
-    first, *others = pieces
-    if not others:
-        return first
+def merged(tables: Iterable[Table]) -> Table:
+    """Return tables of the same columns as one, their rows one after the other."""
+    first, *others = tables
     columns: dict[str, Any] = {}
     for name, values in first.columns.items():
         parts = [values, *(piece[name] for piece in others)]
@@ -383,17 +378,14 @@ def checked_about(content: object) -> dict[str, Any]:
 # -- From rows to a closed gait
 
 
-def tilt_angles(
-    table: Table, coefficients: Coefficients, *, rows_before: int = 0
-) -> FloatArray:
+def tilt_angles(table: Table, coefficients: Coefficients) -> FloatArray:
     """Return the four tilt angles of each row, shape (n, 4) [rad]; rows of alpha1, alpha2 and color are lifted.
 
-    Raises InputError if a row to lift is on a fibre, which leaves α3 or α4 open, or outside [−π/2, π/2]². `rows_before`
-    is the number of earlier rows of the table, for messages.
+    Raises InputError if a row to lift is on a fibre, which leaves α3 or α4 open, or outside [−π/2, π/2]².
     """
     if "alpha3" in table:
         return table.alpha
-    for k, color in enumerate(table["color"], start=rows_before + 1):
+    for k, color in enumerate(table["color"], start=1):
         if color in FIBERS:
             raise InputError(
                 f"color must be 'red' or 'blue' without alpha3 and alpha4, got {color!r} in row {k}",
@@ -404,22 +396,14 @@ def tilt_angles(
     )
 
 
-def lifted_pieces(
-    pieces: Iterable[Table],
-    coefficients: Coefficients,
-    tolerance: float = DEFAULT_TOLERANCE,
-) -> Iterator[tuple[Table, FloatArray, npt.NDArray[np.int8]]]:
-    """Yield pieces, their tilt angles, and the family of each row, as stated or by its place; 0 for none."""
-    rows = code = 0
-    for piece in pieces:
-        alpha = tilt_angles(piece, coefficients, rows_before=rows)
-        alpha = angles_from(alpha, "alpha")
-        if "color" in piece:
-            codes = family_codes(piece["color"])
-        else:
-            codes = families_along(alpha, coefficients, tolerance, before=code)
-        rows, code = rows + len(alpha), int(codes[-1])
-        yield piece, alpha, codes
+def lifted_rows(
+    table: Table, coefficients: Coefficients, tolerance: float = DEFAULT_TOLERANCE
+) -> tuple[FloatArray, npt.NDArray[np.int8]]:
+    """Return the tilt angles [rad] and the family of each row, as stated or by its place; 0 for none."""
+    alpha = angles_from(tilt_angles(table, coefficients), "alpha")
+    if "color" in table:
+        return alpha, family_codes(table["color"])
+    return alpha, families_along(alpha, coefficients, tolerance)
 
 
 def check_repeats(motion: object, name: str = "gait") -> None:
@@ -621,7 +605,7 @@ def completed_table(
         or coefficients is not None
     ):
         about.pop("request", None)  # the request was for something else
-    ((_, alpha, codes),) = lifted_pieces([table], numbers)
+    alpha, codes = lifted_rows(table, numbers)
     t = table["t"] - table["t"][0]
     columns = table.columns | dict(zip(ANGLES, alpha.T, strict=True)) | {"t": t}
     R = np.asarray(level_determinant(alpha, numbers))

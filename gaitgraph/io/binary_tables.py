@@ -26,16 +26,13 @@ from gaitgraph.gait.table import (
     ANGLES,
     FORMAT,
     RATES,
-    ROWS_OF_A_PIECE,
     about_from_text,
-    merged,
     provenance_of,
     provenance_text,
 )
-from gaitgraph.io.columns import column_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
+    from collections.abc import Iterator, Mapping
     from pathlib import Path
 
     from gaitgraph.gait.table import Table
@@ -80,26 +77,12 @@ def check_size(size: int, what: str, most: int | None = None) -> None:
         raise InputError(f"{what} must have at most {most >> 20} MiB, got {size} bytes")
 
 
-def _tables_of(
+def _table_of(
     arrays: Mapping[str, Any], about: dict[str, Any], builder: TableBuilder
-) -> Iterator[Table]:
-    """Yield the tables of arrays by name, some rows at a time."""
+) -> Table:
+    """Return the table of arrays by name."""
     builder.begin(list(arrays), about)
-    columns = {
-        name: column_of(name, arrays[name]) for name in builder.used if name in arrays
-    }
-    rows = max(
-        (len(values) for values in columns.values() if not isinstance(values, str)),
-        default=1,
-    )
-    for start in range(0, rows, ROWS_OF_A_PIECE):
-        stop = start + ROWS_OF_A_PIECE
-        yield from builder.pieces(
-            {
-                k: one if isinstance(one, str) else one[start:stop]
-                for k, one in columns.items()
-            }
-        )
+    return builder.table(arrays)
 
 
 def _about_of_array(array: object) -> dict[str, Any]:
@@ -114,12 +97,11 @@ def _about_of_array(array: object) -> dict[str, Any]:
 # -- NumPy archives
 
 
-def write_npz(pieces: Iterable[Table], path: Path) -> None:
+def write_npz(table: Table, path: Path) -> None:
     """Write a new NumPy archive: one array for each column, and `provenance`, a text.
 
     It is not compressed and has no time stamps: the same table gives the same bytes everywhere.
     """
-    table = merged(pieces)
     arrays: dict[str, Any] = {
         **table.columns,
         _PROVENANCE: np.array(provenance_text(table)),
@@ -128,8 +110,8 @@ def write_npz(pieces: Iterable[Table], path: Path) -> None:
         np.savez(stream, **arrays)
 
 
-def read_npz(path: Path, builder: TableBuilder) -> Iterator[Table]:
-    """Yield the tables of a NumPy archive, which is read whole."""
+def read_npz(path: Path, builder: TableBuilder) -> Table:
+    """Return the table in a NumPy archive."""
     with (
         gate(path, "an archive that numpy.savez wrote, with one array for each column"),
         warnings.catch_warnings(action="ignore"),
@@ -152,7 +134,7 @@ def read_npz(path: Path, builder: TableBuilder) -> Iterator[Table]:
                 pass_interruption(error)
                 arrays[name] = error
     about = _about_of_array(arrays.pop(_PROVENANCE, None))
-    yield from _tables_of(arrays, about, builder)
+    return _table_of(arrays, about, builder)
 
 
 # -- Parquet: numbers are 64-bit floats, `color` and `types` dictionaries of texts; every field states its unit. pandas
@@ -160,67 +142,41 @@ def read_npz(path: Path, builder: TableBuilder) -> Iterator[Table]:
 
 _PARQUET = "a Parquet file with one column of numbers for each column of the table"
 _OURS, _OF_PANDAS = b"gaitgraph", b"PANDAS_ATTRS"
+_ROWS_OF_A_GROUP = 1 << 16
 _MOST_UNPACKED, _STEEPEST = (
     1 << 32,
     100,
 )  # bytes in all, or for each byte of the file, whichever is more
 
 
-def write_parquet(pieces: Iterable[Table], path: Path) -> None:
-    """Write a new Parquet file, in row groups of 65,536 rows however the pieces are cut."""
+def write_parquet(table: Table, path: Path) -> None:
+    """Write a new Parquet file, in row groups of 65,536 rows."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-    writer: Any = None
-    try:
-        for piece in _regrouped(pieces):
-            if writer is None:
-                made = {
-                    _OURS: provenance_text(piece),
-                    _OF_PANDAS: json.dumps({"gaitgraph": provenance_of(piece)}),
-                }
-                texts, fields = pa.dictionary(pa.int32(), pa.string()), []
-                for name, unit in piece.units.items():
-                    kind = (
-                        pa.float64() if isinstance(piece[name], np.ndarray) else texts
-                    )
-                    fields.append(
-                        pa.field(
-                            name,
-                            kind,
-                            nullable=False,
-                            metadata={"unit": unit} if unit else None,
-                        )
-                    )
-                schema = pa.schema(fields, metadata=made)
-                writer = pq.ParquetWriter(path, schema, write_page_checksum=True)
-            columns = {
-                name: list(one) if isinstance(one, tuple) else one
-                for name, one in piece.columns.items()
-            }
-            writer.write_table(
-                pa.table(columns, schema), row_group_size=ROWS_OF_A_PIECE
-            )
-    finally:
-        if writer is not None:
-            writer.close()
+    made = {
+        _OURS: provenance_text(table),
+        _OF_PANDAS: json.dumps({"gaitgraph": provenance_of(table)}),
+    }
+    texts, fields = pa.dictionary(pa.int32(), pa.string()), []
+    for name, unit in table.units.items():
+        kind = pa.float64() if isinstance(table[name], np.ndarray) else texts
+        metadata = {"unit": unit} if unit else None
+        fields.append(pa.field(name, kind, nullable=False, metadata=metadata))
+    columns = {
+        name: list(one) if isinstance(one, tuple) else one
+        for name, one in table.columns.items()
+    }
+    pq.write_table(
+        pa.table(columns, pa.schema(fields, metadata=made)),
+        path,
+        row_group_size=_ROWS_OF_A_GROUP,
+        write_page_checksum=True,
+    )
 
 
-def _regrouped(pieces: Iterable[Table]) -> Iterator[Table]:
-    """Yield the same rows in pieces that all but the last have as many rows as a row group."""
-    held: list[Table] = []
-    for piece in pieces:
-        held.append(piece)
-        while sum(map(len, held)) >= ROWS_OF_A_PIECE:
-            whole = merged(held)
-            yield whole.rows(0, ROWS_OF_A_PIECE)
-            held = [whole.rows(ROWS_OF_A_PIECE, len(whole))]
-    if sum(map(len, held)):
-        yield merged(held)
-
-
-def read_parquet(path: Path, builder: TableBuilder) -> Iterator[Table]:
-    """Yield the tables of a Parquet file, some rows at a time."""
+def read_parquet(path: Path, builder: TableBuilder) -> Table:
+    """Return the table in a Parquet file."""
     import pyarrow.parquet as pq
     from pyarrow.types import is_nested
 
@@ -244,17 +200,10 @@ def read_parquet(path: Path, builder: TableBuilder) -> Iterator[Table]:
         check_size(
             8 * rows * len(used), "its columns", max(_MOST_UNPACKED, _STEEPEST * size)
         )
-        batches = file.iter_batches(
-            batch_size=ROWS_OF_A_PIECE, columns=used, use_threads=False
-        )
-        while True:
-            with gate(path, _PARQUET, most=1 << 62):
-                batch = next(batches, None)
-            if batch is None:
-                break
-            yield from builder.pieces(
-                dict(zip(batch.schema.names, batch.columns, strict=True))
-            )
+        with gate(path, _PARQUET, most=1 << 62):
+            read = file.read(columns=used, use_threads=False)
+            columns = [one.combine_chunks() for one in read.columns]
+    return builder.table(dict(zip(read.column_names, columns, strict=True)))
 
 
 def _about_of_parquet(metadata: dict[bytes, bytes]) -> dict[str, Any]:
@@ -291,7 +240,7 @@ _CLASSES = frozenset({4, *range(6, 16)})  # texts and full arrays of numbers
 _NAME = re.compile(r"[A-Za-z]\w{0,62}", re.ASCII)
 
 
-def write_mat(pieces: Iterable[Table], path: Path) -> None:
+def write_mat(table: Table, path: Path) -> None:
     """Write a new MATLAB file: every column as a variable, angles, rates and accelerations as matrices too.
 
     Beside them are `names` and `units` of the columns, and `provenance`, as texts.
@@ -299,7 +248,6 @@ def write_mat(pieces: Iterable[Table], path: Path) -> None:
     from scipy.io import savemat
     from scipy.io.matlab import MatWriteError
 
-    table = merged(pieces)
     for name in table.columns:
         if not _NAME.fullmatch(name):
             raise InputError(
@@ -328,8 +276,8 @@ def write_mat(pieces: Iterable[Table], path: Path) -> None:
         )
 
 
-def read_mat(path: Path, builder: TableBuilder) -> Iterator[Table]:
-    """Yield the tables of a MATLAB file, which is read whole."""
+def read_mat(path: Path, builder: TableBuilder) -> Table:
+    """Return the table in a MATLAB file."""
     found: dict[str, Any] = _mat_variables(path)
     if not found:
         raise InputError(
@@ -350,7 +298,7 @@ def read_mat(path: Path, builder: TableBuilder) -> Iterator[Table]:
                     f"{group} must be a matrix of 4 columns, got shape {matrix.shape}"
                 )
             found |= dict(zip(angles, matrix.T, strict=True))
-    yield from _tables_of(found, about, builder)
+    return _table_of(found, about, builder)
 
 
 def _mat_variables(path: Path) -> dict[str, Array]:

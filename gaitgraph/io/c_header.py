@@ -21,12 +21,10 @@ from gaitgraph.gait.table import (
     is_closed,
     provenance_text,
 )
-from gaitgraph.io.ros import merged_up_to
+from gaitgraph.io.ros import check_rows
 from gaitgraph.io.servo_map import servos_of, tilts_from_joints
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     from gaitgraph.gait.table import Table
     from gaitgraph.invertibility.matrices import FloatArray
 
@@ -38,12 +36,12 @@ _EVEN, _NANOSECOND = 1e-6, 1e-9
 _CUBIC_SHARE = 32.0
 
 
-def write_h(pieces: Iterable[Table], path: Path) -> None:
+def write_h(table: Table, path: Path) -> None:
     """Write a new C header.
 
     Rows are joined by cubics where the table says so and has no linkage, else by straight lines.
     """
-    table = merged_up_to(pieces, _MOST_ROWS + 1, "a C header")
+    check_rows(table, _MOST_ROWS + 1, "a C header")
     name = re.sub(r"[^A-Za-z0-9_]", "_", path.stem)[:60]
     if not name[:1].isalpha():
         name = f"gait_{name.strip('_')}"[:60].rstrip("_")

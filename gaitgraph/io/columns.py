@@ -35,7 +35,6 @@ from gaitgraph.gait.table import (
     FORMAT,
     ORDER,
     RATES,
-    ROWS_OF_A_PIECE,
     TEXTS,
     Table,
     about_from_text,
@@ -50,7 +49,7 @@ from gaitgraph.surface.sheets import FAMILIES, types_from_text
 from gaitgraph.vehicle import vehicle_in_gait_file
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Sequence
+    from collections.abc import Callable, Sequence
 
     from gaitgraph.invertibility.matrices import FloatArray
     from gaitgraph.io.servo_map import ServoMap
@@ -78,7 +77,7 @@ _MOST_NAMED, _MOST_COMPARED = 20, 1000  # of other columns, in a message
 
 
 class TableBuilder:
-    """Checks the names of a table's columns, and then makes tables of raw columns, piece by piece.
+    """Checks the names of a table's columns, and then makes a table of raw columns.
 
     With `plane_only` alpha1 and alpha2 are enough. With `joints` the columns are those of a servo table. With `angles`
     they are t and these angles alone, which may have any size. `tell` is called with each warning when it arises.
@@ -100,8 +99,6 @@ class TableBuilder:
         self.about: dict[str, Any] = {}
         self.names: Sequence[str] = ()
         self.notes: tuple[str, ...] = ()
-        self.rows, self._last_time = 0, -math.inf
-        self._times = _Times()
 
     def begin(self, names: Sequence[str], about: dict[str, Any]) -> None:
         """Check the names of all columns of a file; `about`, what made it, may hold a map of joints."""
@@ -192,13 +189,8 @@ class TableBuilder:
         times = [name for name in _TIMES if name not in joints]
         return (*joints, *times, *_BESIDE_JOINTS)
 
-    def pieces(
-        self,
-        raw: Mapping[str, Any],
-        *,
-        angle_texts: bool = False,
-    ) -> Iterator[Table]:
-        """Yield the table of the next raw columns, checked and in order; nothing if they have no rows.
+    def table(self, raw: Mapping[str, Any], *, angle_texts: bool = False) -> Table:
+        """Return the table of raw columns, checked and in order; InputError if they have no rows.
 
         Columns are what :func:`column_of` takes. With `angle_texts` texts such as "3pi/8" are angles, in radians.
         """
@@ -211,7 +203,7 @@ class TableBuilder:
                 f"columns must have equally many rows, got {min(lengths)} to {max(lengths)}"
             )
         if lengths == {0}:
-            return
+            raise InputError("it must have at least one row, got none")
         used = {
             name: values if not isinstance(values, str) else [values] * max(lengths)
             for name, values in used.items()
@@ -220,28 +212,26 @@ class TableBuilder:
         digits: dict[str, Digits] = {}
         if self.joints is not None:
             numbers = {
-                name: _numbers(name, used.pop(name), self.rows)
+                name: _numbers(name, used.pop(name))
                 for name in self.joints.columns
                 if name in used
             }
-            found |= tilts_from_joints(numbers, self.joints, rows_before=self.rows)
+            found |= tilts_from_joints(numbers, self.joints)
             digits |= digits_from_joints(numbers, self.joints)
         for name, values in used.items():
             if name in TEXTS:
-                found[name] = _texts(name, values, self.rows)
+                found[name] = _texts(name, values)
             elif name in _TIMES:
-                times = _numbers(name, values, self.rows)
+                times = _numbers(name, values)
                 found["t"] = times / _TIMES[name]
                 digits["t"] = digits_of(times, 1.0 / _TIMES[name])
             elif name.endswith("_deg"):
-                degrees = _numbers(name, values, self.rows)
+                degrees = _numbers(name, values)
                 found[self._other_names[name]] = np.radians(degrees)
                 digits[self._other_names[name]] = digits_of(degrees, math.radians(1.0))
             else:
                 as_texts = angle_texts and name in (self.angles or ANGLES)
-                numbers_of_column = _numbers(
-                    name, values, self.rows, angle_texts=as_texts
-                )
+                numbers_of_column = _numbers(name, values, angle_texts=as_texts)
                 found[self._other_names.get(name, name)] = numbers_of_column
                 digits[self._other_names.get(name, name)] = (
                     FLOAT_32
@@ -264,94 +254,45 @@ class TableBuilder:
                 )
                 got = f"{float(found[name][k])!r}{hint or ''}"
                 raise InputError(
-                    f"row {self.rows + k + 1}: {name} must be within {limit}, got {got}"
+                    f"row {k + 1}: {name} must be within {limit}, got {got}"
                 )
         if "t" in found:
-            short = np.diff(found["t"], prepend=self._last_time) < _SHORTEST_STEP
-            if short.any():
-                k = int(np.argmax(short))
-                wanted = f"t must be at least {_SHORTEST_STEP:g} s after the row before"
-                raise InputError(
-                    f"row {self.rows + k + 1}: {wanted}, got {float(found['t'][k])!r}",
-                    field="t",
-                )
-            self._last_time = found["t"][-1]
-            self._times.update(found["t"])
-        self.rows += max(lengths)
+            self._check_times(found["t"])
         columns = {name: found[name] for name in self._order if name in found}
-        yield Table(columns=columns, about=self.about, digits=digits, notes=self.notes)
+        return Table(columns=columns, about=self.about, digits=digits, notes=self.notes)
 
-    def whole(
-        self, columns: Mapping[str, Any], about: dict[str, Any]
-    ) -> Iterator[Table]:
-        """Yield the table of all columns, where angles may be texts."""
+    def whole(self, columns: Mapping[str, Any], about: dict[str, Any]) -> Table:
+        """Return the table of all columns, where angles may be texts."""
         self.begin(list(columns), about)
-        return self.pieces(columns, angle_texts=True)
+        return self.table(columns, angle_texts=True)
 
-    def finished(self, pieces: Iterable[Table]) -> Iterator[Table]:
-        """Yield all pieces of a table, the last with all warnings; InputError if there are no rows."""
-        last: Table | None = None
-        for piece in pieces:
-            if last is not None:
-                yield last
-            last = piece
-        if last is None:
-            raise InputError("it must have at least one row, got none")
-        for note in self._notes_on_times():
-            self._note(note)
-        yield replace(last, notes=self.notes)
-
-    def _notes_on_times(self) -> list[str]:
-        """Return warnings for times in another unit, probably, and for a gap; a command's table has none."""
-        times = self._times
-        if times.rows < 2 or "made_by" in self.about:
-            return []
-        notes = []
-        duration = times.last - times.first
-        stated = number_of(self.about.get("period"))
+    def _check_times(self, t: FloatArray) -> None:
+        """Raise InputError unless times increase; note those that are probably in another unit, and a gap."""
+        steps = np.diff(t)
+        if (steps < _SHORTEST_STEP).any():
+            k = int(np.argmax(steps < _SHORTEST_STEP)) + 1
+            wanted = f"t must be at least {_SHORTEST_STEP:g} s after the row before"
+            got = float(t[k])
+            raise InputError(f"row {k + 1}: {wanted}, got {got!r}", field="t")
+        if len(t) < 2 or "made_by" in self.about:  # a command's table has no such times
+            return
+        duration, stated = float(t[-1] - t[0]), number_of(self.about.get("period"))
         if duration > _LIKELY_PERIOD and not stated > _LIKELY_PERIOD:
-            notes.append(
-                f"row {times.rows} is {duration:.6g} s after row 1, more than a minute: is t in s? A column of ms is "
+            self._note(
+                f"row {len(t)} is {duration:.6g} s after row 1, more than a minute: is t in s? A column of ms is "
                 "t_ms, one of µs is t_us"
             )
-        usual = float(np.median(times.steps))
-        if times.longest > _LIKELY_STEP * usual:
-            notes.append(
-                f"row {times.longest_row} is {times.longest:.6g} s after the row before, {times.longest / usual:.3g} "
-                "times the median step: are rows missing there, or is a time wrong?"
+        k, usual = int(np.argmax(steps)), float(np.median(steps))
+        if steps[k] > _LIKELY_STEP * usual:
+            self._note(
+                f"row {k + 2} is {steps[k]:.6g} s after the row before, {steps[k] / usual:.3g} times the median "
+                "step: are rows missing there, or is a time wrong?"
             )
-        return notes
-
-
-class _Times:
-    """What is told of all times of a table: first, last, the longest step, and the first steps, for their median."""
-
-    def __init__(self) -> None:
-        self.rows = 0
-        self.first = self.last = math.nan
-        self.longest, self.longest_row = 0.0, 0
-        self.steps = np.zeros(0)
-
-    def update(self, t: FloatArray) -> None:
-        """Examine the times of the next rows."""
-        if not self.rows:
-            self.first = self.last = float(t[0])
-        steps = np.diff(t, prepend=self.last)
-        k = int(np.argmax(steps))
-        if steps[k] > self.longest:
-            self.longest, self.longest_row = float(steps[k]), self.rows + k + 1
-        from_row_2 = steps if self.rows else steps[1:]
-        room = ROWS_OF_A_PIECE - len(self.steps)
-        self.steps = np.append(self.steps, from_row_2[:room])
-        self.rows += len(t)
-        self.last = float(t[-1])
 
 
 def checked_table(table: Table) -> Table:
     """Return a table with its columns as a reader leaves them; InputError if no file could have held them."""
-    builder = TableBuilder()
-    builder.begin(list(table.columns), table.about)
-    (whole,) = builder.finished(builder.pieces(table.columns, angle_texts=True))
+    whole = TableBuilder().whole(table.columns, table.about)
     return replace(whole, digits=whole.digits | table.digits, notes=table.notes)
 
 
@@ -388,9 +329,7 @@ def column_of(name: str, given: Any) -> Any:
     raise InputError(f"{name} must be a column of numbers or of texts, got {got}")
 
 
-def _numbers(
-    name: str, values: Any, row: int, *, angle_texts: bool = False
-) -> FloatArray:
+def _numbers(name: str, values: Any, *, angle_texts: bool = False) -> FloatArray:
     """Return the values of a column as finite numbers, in an array of their own."""
     if isinstance(values, np.ndarray):
         numbers = np.array(values, dtype=np.float64)
@@ -419,9 +358,7 @@ def _numbers(
             and isinstance(value, str)
             and value.rstrip().endswith(("deg", "°"))
         )
-        raise InputError(
-            f"row {row + k + 1}: {name} must be {allowed}, got {got}{hint}"
-        )
+        raise InputError(f"row {k + 1}: {name} must be {allowed}, got {got}{hint}")
     return numbers
 
 
@@ -458,7 +395,7 @@ def _is_plain(text: str) -> bool:
     return text.isascii() and "_" not in text
 
 
-def _texts(name: str, values: Any, row: int) -> tuple[str, ...]:
+def _texts(name: str, values: Any) -> tuple[str, ...]:
     """Return the values of a column of colors or of plane types."""
     values = values.tolist() if isinstance(values, np.ndarray) else values
     texts = [text.strip() if isinstance(text, str) else shown(text) for text in values]
@@ -477,7 +414,7 @@ def _texts(name: str, values: Any, row: int) -> tuple[str, ...]:
                     field="color",
                 )
         except InputError as error:
-            raise InputError(f"row {row + texts.index(text) + 1}: {error}") from error
+            raise InputError(f"row {texts.index(text) + 1}: {error}") from error
     return tuple(texts)
 
 
@@ -558,8 +495,7 @@ def table_from_frame(frame: Frame) -> Table:
         tell=lambda note: warnings.warn(f"frame: {note}", FileWarning, stacklevel=5)
     )
     builder.begin(names, about)
-    (table,) = builder.finished(builder.pieces(columns, angle_texts=True))
-    return table
+    return builder.table(columns, angle_texts=True)
 
 
 def about_from_texts(texts: list[str]) -> dict[str, Any]:

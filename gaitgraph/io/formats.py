@@ -45,7 +45,6 @@ from gaitgraph.gait.table import (
     Table,
     check_repeats,
     closed_rows,
-    merged,
     motion_of,
     repeated,
 )
@@ -61,7 +60,7 @@ from gaitgraph.io.servo_map import mapped_table, servo_map_named
 from gaitgraph.vehicle import PAPER, vehicle_named
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Sequence
+    from collections.abc import Callable, Iterator, Sequence
     from types import ModuleType
 
     import numpy.typing as npt
@@ -197,7 +196,7 @@ def known_format(
 
 
 def write_tables(
-    table: Table | Callable[[], Iterable[Table]],
+    table: Table,
     paths: Sequence[str | Path],
     *,
     force: bool = False,
@@ -206,9 +205,8 @@ def write_tables(
 ) -> None:
     """Write a table to files, or folders, each whole or not at all; the format follows from the suffix.
 
-    `table` may be a function that yields the pieces of a table, called once for each file. `servos`, a
-    :class:`ServoMap`, a preset, a TOML file or a mapping, determines the columns of tables, and order, names, signs and
-    zeros in formats of robots. The gait is written `periods` times, one after the other; a C header repeats by itself.
+    `servos`, a :class:`ServoMap`, a preset, a TOML file or a mapping, determines the columns of tables, and order, names,
+    signs and zeros in formats of robots. The gait is written `periods` times, one after the other; a C header repeats by itself.
 
     Raises OutputExists if a file exists and `force` is not set, FileProblem if one cannot be written (then no file is
     changed), InputError if a suffix is not known or a file is named twice, and MissingExtra if a library is missing.
@@ -216,33 +214,27 @@ def write_tables(
     check_outputs(paths, force=force, periods=periods)
     servo_map = None if servos is None else servo_map_named(servos)
 
-    def stated_in(form: Format) -> Iterator[Table]:
+    def stated_in(form: Format) -> Table:
+        stated = table
+        if periods > 1 and form.reads and form.module is not ros:
+            stated = repeated(table, periods)
         # Formats of robots state joints in their own radians, tables in the columns of the map.
         in_format = servo_map if form.reads else None
         if servo_map is not None and form.module in (ros, c_header):
             in_format = servo_map.in_radians()
-        rows = 0
-        pieces = [table] if isinstance(table, Table) else table()
-        if periods > 1 and form.reads and form.module is not ros:
-            pieces = [repeated(merged(pieces), periods)]
-        for piece in pieces:
-            stated = (
-                piece
-                if in_format is None
-                else mapped_table(piece, in_format, rows_before=rows)
-            )
-            for name in form.own:
-                if name in stated:
-                    other = f"use another name than {', '.join(map(repr, form.own))}"
-                    raise InputError(
-                        f"column {name!r}: a {form.suffix} file has something else there; {other}"
-                    )
-            yield stated
-            rows += len(piece)
+        if in_format is not None:
+            stated = mapped_table(stated, in_format)
+        for name in form.own:
+            if name in stated:
+                other = f"use another name than {', '.join(map(repr, form.own))}"
+                raise InputError(
+                    f"column {name!r}: a {form.suffix} file has something else there; {other}"
+                )
+        return stated
 
     def write(form: Format, scratch: Path) -> None:
-        repeated = {"periods": periods} if form.module is ros else {}
-        form.function("write")(stated_in(form), scratch, **repeated)
+        options = {"periods": periods} if form.module is ros else {}
+        form.function("write")(stated_in(form), scratch, **options)
 
     write_whole(
         [(Path(path), partial(write, known_format(path, "output"))) for path in paths],
@@ -372,19 +364,19 @@ def read_table(path: str | Path, *, joints: ServoMapLike | None = None) -> Table
     """
     from gaitgraph.timing.statement import checked
 
-    table = merged(read_pieces(path, joints=joints))
+    table = unchecked_table(path, joints=joints)
     with naming_file(path):
         return checked(table, path)
 
 
-def read_pieces(
+def unchecked_table(
     path: str | Path,
     *,
     plane_only: bool = False,
     joints: ServoMapLike | None = None,
     angles: tuple[str, ...] = (),
-) -> Iterator[Table]:
-    """Yield a gait table as consecutive pieces, each at least one row; errors as :func:`read_table`, at their piece.
+) -> Table:
+    """Read a gait table whose statement nobody has compared with its rows; errors as :func:`read_table`.
 
     The options are those of TableBuilder.
     """
@@ -400,7 +392,8 @@ def read_pieces(
                 f"{_WHAT} {str(path)!r}: {note}", FileWarning, stacklevel=2
             ),
         )
-        yield from builder.finished(read(path, builder))
+        table: Table = read(path, builder)
+    return table
 
 
 def object_from_json(text: str) -> dict[str, Any]:

@@ -23,7 +23,6 @@ from gaitgraph.gait.table import (
     Table,
     about_from_text,
     check_periods,
-    merged,
     provenance_of,
     provenance_text,
 )
@@ -31,7 +30,7 @@ from gaitgraph.io.binary_tables import check_size, gate
 from gaitgraph.io.servo_map import servos_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterator
     from pathlib import Path
 
     from rosbags.rosbag2 import Reader
@@ -59,22 +58,17 @@ _LAST_SECOND = (
 _SHORTEST_STEP = 2
 
 
-def merged_up_to(pieces: Iterable[Table], most: int, what: str) -> Table:
-    """Return the pieces of a table with times as one; InputError as soon as there are more rows than `most`."""
-    held: list[Table] = []
-    for piece in pieces:
-        held.append(piece)
-        if sum(map(len, held)) > most:
-            raise InputError(
-                f"rows must be at most {most} in {what}, got more: use fewer samples, or a lower rate"
-            )
-    table = merged(held)
+def check_rows(table: Table, most: int, what: str) -> None:
+    """Raise InputError unless a table has times, four angles, and at most so many rows."""
+    if len(table) > most:
+        raise InputError(
+            f"rows must be at most {most} in {what}, got {len(table)}: use fewer samples, or a lower rate"
+        )
     for name in ("t", "alpha3"):
         if name not in table:
             raise InputError(
                 f"column {name!r} is missing; {what} needs a table with times and four angles"
             )
-    return table
 
 
 def points_of(
@@ -116,9 +110,9 @@ def points_of(
 # -- The goal of an action
 
 
-def write_yaml(pieces: Iterable[Table], path: Path, periods: int = 1) -> None:
+def write_yaml(table: Table, path: Path, periods: int = 1) -> None:
     """Write a new file with the goal of an action, as ``ros2 action send_goal`` takes it; times are in nanoseconds."""
-    table = merged_up_to(pieces, _MOST_POINTS, "a ROS 2 trajectory")
+    check_rows(table, _MOST_POINTS, "a ROS 2 trajectory")
     times, rows = points_of(table, periods)
     lines = [
         "# A goal of control_msgs/action/FollowJointTrajectory; angles in rad, with rad/s and rad/s².",
@@ -150,12 +144,12 @@ def _number(value: float) -> str:
 # -- Bags
 
 
-def write_mcap(pieces: Iterable[Table], path: Path, periods: int = 1) -> None:
+def write_mcap(table: Table, path: Path, periods: int = 1) -> None:
     """Write a new folder: a bag with an MCAP file, which the library names after the folder."""
     from rosbags.rosbag2 import StoragePlugin, Writer
     from scipy.spatial.transform import Rotation
 
-    table = merged_up_to(pieces, _MOST_POINTS, "a ROS 2 bag")
+    check_rows(table, _MOST_POINTS, "a ROS 2 bag")
     times, rows = points_of(table, periods)
     names, none = list(servos_of(table).joint_names), np.zeros(0)
     chosen = {"periods": periods, "joint_names": names}
@@ -250,8 +244,8 @@ def _store() -> Typestore:
     )  # these messages are the same in all distributions
 
 
-def read_mcap(path: Path, builder: TableBuilder) -> Iterator[Table]:
-    """Yield the gait of a bag or of its file: its JointTrajectory, else its JointStates; of ours, one period."""
+def read_mcap(path: Path, builder: TableBuilder) -> Table:
+    """Return the gait of a bag or of its file: its JointTrajectory, else its JointStates; of ours, one period."""
     from rosbags.rosbag2 import Reader
 
     if path.is_dir() and not (path / "metadata.yaml").is_file():
@@ -279,7 +273,7 @@ def read_mcap(path: Path, builder: TableBuilder) -> Iterator[Table]:
             )
         chosen = chosen if isinstance(chosen, dict) else {}
         columns = _columns(*_recorded(path, bag, chosen), chosen)
-    yield from builder.whole(columns, about)
+    return builder.whole(columns, about)
 
 
 def _messages(

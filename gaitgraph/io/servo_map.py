@@ -530,13 +530,10 @@ def servos_of(table: Table) -> ServoMap:
     return servo_map_from_mapping(table.about.get("servos", {}))
 
 
-def mapped_table(
-    table: Table, servo_map: ServoMapLike, *, rows_before: int = 0
-) -> Table:
+def mapped_table(table: Table, servo_map: ServoMapLike) -> Table:
     """Return a gait table in the columns of a map, which it states in ``about["servos"]``.
 
-    The table has alpha1 to alpha4; `rows_before` counts its rows before these, for messages. Rates and accelerations
-    follow the joints, in their units per second and per second squared, where the table has them; pulse widths have
+    The table has alpha1 to alpha4. Rates and accelerations follow the joints, in their units per second and per second squared, where the table has them; pulse widths have
     neither. Pulse widths are rounded to 0.1 µs, and ``about["angle_rounding"]`` states the error [rad]. Raises InputError if a joint is beyond its limits, unless the map clips, or if the map is for another
     vehicle.
     """
@@ -552,7 +549,7 @@ def mapped_table(
     for joint in servo_map.joints:
         values = _values(table, joint)
         if not servo_map.clip:
-            _check_limits(servo_map, joint, values, rows_before, " (or clip = true)")
+            _check_limits(servo_map, joint, values, " (or clip = true)")
         if servo_map.clip:
             values = np.clip(values, *joint.bounds)
         if joint.decimals is not None:
@@ -590,27 +587,18 @@ def _values(table: Table, joint: Joint) -> FloatArray:
 
 
 def _check_limits(
-    servo_map: ServoMap,
-    joint: Joint,
-    values: FloatArray,
-    rows_before: int,
-    remedy: str = "",
+    servo_map: ServoMap, joint: Joint, values: FloatArray, remedy: str = ""
 ) -> None:
     """Raise InputError for the first value beyond a joint's limits, if there is one."""
     for k in np.flatnonzero(joint.is_beyond(values))[:1].tolist():
         (low, high), unit = joint.bounds, _UNITS[joint.unit][1]
         wanted = f"joint {joint.name!r} must be between {low:.6g} and {high:.6g} {unit}{remedy}"
         got = f"{values[k]:.6g} {unit} (rotor {joint.rotor} at {np.degrees(joint.tilt_of(values[k])):.4g}°)"
-        raise InputError(
-            f"servos {servo_map.name!r}: row {rows_before + k + 1}: {wanted}, got {got}"
-        )
+        raise InputError(f"servos {servo_map.name!r}: row {k + 1}: {wanted}, got {got}")
 
 
 def tilts_from_joints(
-    columns: Mapping[str, npt.ArrayLike],
-    servo_map: ServoMapLike,
-    *,
-    rows_before: int = 0,
+    columns: Mapping[str, npt.ArrayLike], servo_map: ServoMapLike
 ) -> dict[str, FloatArray]:
     """Return the columns of a gait table from those of joints: the inverse of :func:`mapped_table`.
 
@@ -635,7 +623,7 @@ def tilts_from_joints(
         )
     for name, joint in zip(ANGLES, by_rotor, strict=True):
         values = np.asarray(columns[joint.column], dtype=float)
-        _check_limits(servo_map, joint, values, rows_before)
+        _check_limits(servo_map, joint, values)
         tilt = joint.tilt_of(values) + 0.0
         # π/2 in another unit may come back a digit beyond it.
         near = np.abs(np.abs(tilt) - HALF_PI) < 1e-12 + joint.rounding

@@ -26,7 +26,6 @@ from gaitgraph.gait.table import (
     FORMAT,
     TEXTS,
     checked_about,
-    merged,
     provenance_of,
     provenance_text,
 )
@@ -34,7 +33,7 @@ from gaitgraph.io.columns import MADE_BY, SHARED, about_from_texts
 from gaitgraph.vehicle import vehicle_from_mapping
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterator
     from pathlib import Path
 
     from gaitgraph.gait.table import Table
@@ -43,12 +42,13 @@ if TYPE_CHECKING:
 _WHAT = "gait file"
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?|nan|inf", re.IGNORECASE)
 _LONG = 60  # characters of a value
-_BLOCK = 1 << 22
+_BLOCK = 1 << 22  # characters of lines that are read at once
+_ROWS_AT_ONCE = 1 << 16  # that are written
 _BESIDE_FIELDS = {",", "\n"}
 
 
-def read_csv(path: Path, builder: TableBuilder) -> Iterator[Table]:
-    """Yield the pieces of a CSV file, each with what made it."""
+def read_csv(path: Path, builder: TableBuilder) -> Table:
+    """Return the table in a CSV file, with what made it."""
     with path.open("rb") as raw:
         stream = TextIOWrapper(raw, encoding="utf-8-sig")
         read, head = 1, stream.readline()  # lines until now
@@ -85,13 +85,30 @@ def read_csv(path: Path, builder: TableBuilder) -> Iterator[Table]:
         builder.begin(
             [name for name in names if name != MADE_BY or about is None], about or {}
         )
+        blocks = []
         while lines:
             columns = _numeric_columns(lines, names, builder) or _text_columns(
                 lines, names, read
             )
-            yield from builder.pieces(columns)
+            blocks.append(
+                {name: columns[name] for name in names if name in builder.used}
+            )
             read += len(lines)
             lines = stream.readlines(_BLOCK)
+    return builder.table(_joined(blocks))
+
+
+def _joined(blocks: list[dict[str, Any]]) -> dict[str, Any]:
+    """Return the columns of consecutive blocks of lines as one: arrays where all of them are arrays, else lists."""
+    joined: dict[str, Any] = {}
+    for name in blocks[0] if blocks else ():
+        parts = [block[name] for block in blocks]
+        if all(isinstance(part, np.ndarray) for part in parts):
+            joined[name] = np.concatenate(parts)
+        else:
+            lists = (p.tolist() if isinstance(p, np.ndarray) else p for p in parts)
+            joined[name] = list(chain.from_iterable(lists))
+    return joined
 
 
 def _about_taken_out(
@@ -226,23 +243,21 @@ def _text_columns(lines: list[str], names: list[str], offset: int) -> dict[str, 
     return {name: [row[k] for row in rows] for k, name in enumerate(names)}
 
 
-def write_csv(pieces: Iterable[Table], path: Path) -> None:
-    """Write a new CSV file, piece by piece."""
-    left = iter(pieces)
-    first = next(left)
-    texts = _texts_of(first)
-    share = math.ceil(len(texts) / len(first))
+def write_csv(table: Table, path: Path) -> None:
+    """Write a new CSV file."""
+    texts = _texts_of(table)
+    share = math.ceil(len(texts) / len(table))
     stated = chain(
         ("; ".join(texts[k : k + share]) for k in range(0, len(texts), share)),
         repeat(""),
     )
     with path.open("w", encoding="utf-8", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow([*first.columns, MADE_BY])
-        for piece in chain([first], left):
+        writer.writerow([*table.columns, MADE_BY])
+        for start in range(0, len(table), _ROWS_AT_ONCE):  # numbers take less as arrays
+            some = table.rows(start, start + _ROWS_AT_ONCE).columns.values()
             columns = (
-                one.tolist() if isinstance(one, np.ndarray) else one
-                for one in piece.columns.values()
+                one.tolist() if isinstance(one, np.ndarray) else one for one in some
             )
             writer.writerows(zip(*columns, stated, strict=False))
 
@@ -251,8 +266,8 @@ _JSON = "it must be an object of columns, a list of rows, or a plan"
 _MOST_BRACKETS = 5_000_000
 
 
-def read_json(path: Path, builder: TableBuilder) -> Iterator[Table]:
-    """Yield the table in a JSON file: of columns (beside or around them what made them), of rows, or of a plan."""
+def read_json(path: Path, builder: TableBuilder) -> Table:
+    """Return the table in a JSON file: of columns (beside or around them what made them), of rows, or of a plan."""
     text = text_of(path, _WHAT)
     if (
         text.count("[") + text.count("{") > _MOST_BRACKETS
@@ -286,7 +301,7 @@ def read_json(path: Path, builder: TableBuilder) -> Iterator[Table]:
             raise InputError(
                 f"columns must be an object of lists, got {shown(columns)}"
             )
-    yield from builder.whole(columns, about)
+    return builder.whole(columns, about)
 
 
 def _columns_of_plan(content: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -320,9 +335,8 @@ def _columns_of_plan(content: dict[str, Any]) -> tuple[dict[str, Any], dict[str,
     return columns, about
 
 
-def write_json(pieces: Iterable[Table], path: Path) -> None:
+def write_json(table: Table, path: Path) -> None:
     """Write a new JSON file: format, version, about, and the columns as lists."""
-    table = merged(pieces)
     plain = {
         name: one.tolist() if isinstance(one, np.ndarray) else one
         for name, one in table.columns.items()

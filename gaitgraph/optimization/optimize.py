@@ -28,7 +28,6 @@ from gaitgraph.angles import (
 )
 from gaitgraph.arrays import freeze_arrays, read_only
 from gaitgraph.errors import Infeasible, InputError, checked_choice, shown
-from gaitgraph.gait.table import Table, merged
 from gaitgraph.graph.build import checked_waypoints
 from gaitgraph.invertibility.matrices import (
     DEFAULT_FLOOR,
@@ -55,7 +54,7 @@ from gaitgraph.surface.region import (
 from gaitgraph.surface.sheets import SIGNS, separating_factor
 from gaitgraph.timing.curve import Curve
 from gaitgraph.timing.laws import times_from
-from gaitgraph.timing.timed_gait import Motion, TimedGait, checked_clock, pieces_of
+from gaitgraph.timing.timed_gait import Motion, TimedGait, checked_clock, table_of
 from gaitgraph.validation.report import Report, verdict_of
 from gaitgraph.vehicle import PAPER, Angle, Vehicle, VehicleLike, vehicle_named
 
@@ -65,6 +64,7 @@ if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
     from gaitgraph.gait.gait import Gait
+    from gaitgraph.gait.table import Table
     from gaitgraph.invertibility.matrices import (
         Coefficients,
         CoefficientsLike,
@@ -189,7 +189,7 @@ class OptimalGait:
         """Return even samples with exact rates, as :meth:`gaitgraph.gait.gait.Gait.parametrize` counts them."""
         discs = {"waypoints": self.waypoints.tolist(), "radius": self.radius.tolist()}
         about = {"made_by": "optimize", "objective": self.objective, **discs}
-        table = merged(pieces_of(self.timed(samples=samples, rate=rate), about))
+        table = table_of(self.timed(samples=samples, rate=rate), about)
         return replace(
             table,
             about={name: value for name, value in table.about.items() if name != "law"},

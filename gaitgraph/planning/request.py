@@ -27,7 +27,6 @@ from gaitgraph.gait.table import (
     ANGLES,
     SAME_ROW,
     check_repeats,
-    merged,
     surface_of,
     warn_of_ends,
 )
@@ -48,7 +47,7 @@ from gaitgraph.io.formats import (
     known_format,
     naming_file,
     object_from_json,
-    read_pieces,
+    unchecked_table,
 )
 from gaitgraph.surface.loop_colorings import colorings
 from gaitgraph.surface.region import Points, Zones, checked_accuracy
@@ -273,7 +272,7 @@ def stated_request(path: str | Path) -> dict[str, Any]:
         if path.suffix.lower() == ".toml":
             return table_from_toml(text_of(path, what))
         if what == "gait file":
-            content: dict[str, Any] = {"about": next(read_pieces(path)).about}
+            content: dict[str, Any] = {"about": unchecked_table(path).about}
         else:
             content = object_from_json(text_of(path, what))
             if "status" in content and isinstance(content.get("request"), dict):
@@ -342,7 +341,7 @@ def colorings_of_file(
             gait.crossing_tolerance,
         )
     else:
-        table = merged(read_pieces(path, plane_only=True))
+        table = unchecked_table(path, plane_only=True)
         with naming_file(path):
             check_repeats(table, "loop")
             warn_of_ends(table, path)

@@ -21,7 +21,7 @@ import numpy as np
 from gaitgraph.angles import HALF_PI, checked_number, number_of
 from gaitgraph.errors import Infeasible, InputError, shown
 from gaitgraph.gait.gait import Gait, lift
-from gaitgraph.gait.table import Table, check_repeats, merged
+from gaitgraph.gait.table import Table, check_repeats
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, FloatArray
 from gaitgraph.io.formats import gait_of, given_gait, naming_file, write_tables
 from gaitgraph.planning.any_angle import shortest_path
@@ -42,7 +42,7 @@ from gaitgraph.timing.timed_gait import (
     RowTimedGait,
     TimedPath,
     checked_clock,
-    pieces_of,
+    table_of,
 )
 from gaitgraph.validation.report import RATE_CHECKS, RATE_UNITS, verdict_of
 from gaitgraph.validation.validating import validate
@@ -166,7 +166,7 @@ class Transition:
             about["limits"] = {
                 kind: list(four_of(limit)) for kind, limit in self.limits.items()
             }
-        return merged(pieces_of(self.timed, about))
+        return table_of(self.timed, about)
 
     def write(self, *paths: str | Path, force: bool = False, periods: int = 1) -> None:
         """Write the table of the path; see :func:`gaitgraph.io.formats.write_tables`."""

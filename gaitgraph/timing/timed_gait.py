@@ -19,10 +19,8 @@ from gaitgraph.gait.table import (
     ACCELERATIONS,
     ANGLES,
     RATES,
-    ROWS_OF_A_PIECE,
     Table,
     closed_rows,
-    merged,
     motion_of,
 )
 from gaitgraph.invertibility.matrices import level_determinant, mean_hover_powers
@@ -51,7 +49,7 @@ from gaitgraph.validation.validating import validate
 from gaitgraph.vehicle import four_of, scale_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Mapping, Sequence
 
     from gaitgraph.invertibility.matrices import CoefficientsLike, FloatArray
     from gaitgraph.io.formats import GaitLike
@@ -163,12 +161,9 @@ class TimedGait(Pictured):
     @property
     def t(self) -> FloatArray:
         """Sample times, shape (N + 1,) [s]."""
-        return read_only(self._times(range(self.samples + 1)))
-
-    def _times(self, rows: range) -> FloatArray:
-        t = np.arange(rows.start, rows.stop) * (self.period / self.samples)
-        t[self.samples - rows.start :] = self.period
-        return np.asarray(t)
+        t = np.arange(self.samples + 1) * (self.period / self.samples)
+        t[-1] = self.period
+        return read_only(t)
 
     @property
     def alpha(self) -> FloatArray:
@@ -215,11 +210,7 @@ class TimedGait(Pictured):
 
         Off the surfaces there are no color and types. R is computed with the gait's own coefficients.
         """
-        return read_only_columns(self._columns_of(range(self.samples + 1)))
-
-    def _columns_of(self, rows: range) -> dict[str, Any]:
-        """Return some consecutive rows of the table, counted from 0."""
-        t = self._times(rows)
+        t = self.t
         angles, rates, accelerations = self.at(t)
         columns: dict[str, Any] = {"t": t, **dict(zip(ANGLES, angles.T, strict=True))}
         gait = self.gait
@@ -243,10 +234,12 @@ class TimedGait(Pictured):
             (*RATES, *ACCELERATIONS), (*rates.T, *accelerations.T), strict=True
         )
         # Adding zero turns negative zeros into zeros.
-        return {
-            name: values + 0.0 if isinstance(values, np.ndarray) else values
-            for name, values in columns.items()
-        }
+        return read_only_columns(
+            {
+                name: values + 0.0 if isinstance(values, np.ndarray) else values
+                for name, values in columns.items()
+            }
+        )
 
     def vertices(self, tolerance: float = 1e-9) -> FloatArray:
         """Return the corners of the loop, not of its samples; see :func:`gaitgraph.gait.gait.vertices`."""
@@ -343,7 +336,7 @@ class TimedGait(Pictured):
         return tuple(checks)
 
     def write(self, *paths: str | Path, force: bool = False, periods: int = 1) -> None:
-        """Write the gait table to files, piece by piece; see :func:`gaitgraph.io.formats.write_tables`.
+        """Write the gait table to files; see :func:`gaitgraph.io.formats.write_tables`.
 
         Films (.gif, .mp4) are written by :meth:`animate`.
         """
@@ -351,7 +344,7 @@ class TimedGait(Pictured):
         check_outputs(tables, force=force)
         if films:
             self.animate(*films, force=force)
-        write_tables(lambda: pieces_of(self), tables, force=force, periods=periods)
+        write_tables(table_of(self), tables, force=force, periods=periods)
 
     def animate(self, *paths: str | Path, force: bool = False) -> None:
         """Write films of one period, .gif or .mp4; see :func:`gaitgraph.plots.vehicles.write_films`."""
@@ -709,13 +702,7 @@ def table_of(gait: GaitLike, about: Mapping[str, Any] | None = None) -> Table:
     >>> len(table), list(table.columns)[:6]
     (5, ['t', 'alpha1', 'alpha2', 'alpha3', 'alpha4', 'color'])
     """
-    return merged(pieces_of(timed_gait_of(gait), about))
-
-
-def pieces_of(
-    timed: TimedGait, about: Mapping[str, Any] | None = None
-) -> Iterator[Table]:
-    """Yield the table of a timed gait as pieces of at least two rows, so that any length fits in memory."""
+    timed = timed_gait_of(gait)
     gait = timed.gait
     made: dict[str, Any] = {
         "vehicle": gait.vehicle.as_mapping(),
@@ -750,12 +737,5 @@ def pieces_of(
         )
         made["request"] = {**gait.request, **timing}
     made |= about or {}
-    end = timed.samples + 1
-    if end <= ROWS_OF_A_PIECE:
-        whole = Table(columns=timed.columns, about=made)
-        yield whole if timed.law == ROW_BY_ROW else whole.with_motion(timed)
-        return
-    # No piece has a single row: numpy rounds the product of one row differently.
-    for start in range(0, end - 1, ROWS_OF_A_PIECE):
-        stop = end if end - (start + ROWS_OF_A_PIECE) <= 1 else start + ROWS_OF_A_PIECE
-        yield Table(columns=timed._columns_of(range(start, stop)), about=made)
+    whole = Table(columns=timed.columns, about=made)
+    return whole if timed.law == ROW_BY_ROW else whole.with_motion(timed)

@@ -31,7 +31,7 @@ from gaitgraph.gait.table import (
     closing_time,
     even_times,
     is_closed,
-    lifted_pieces,
+    lifted_rows,
     motion_of,
     note_on_ends,
     surface_of,
@@ -43,7 +43,7 @@ from gaitgraph.invertibility.matrices import (
     FloatArray,
     level_determinant,
 )
-from gaitgraph.io.formats import given_gait, naming_file, read_pieces
+from gaitgraph.io.formats import given_gait, naming_file, unchecked_table
 from gaitgraph.surface.loop_colorings import (
     ColoringCount,
     color_choices,
@@ -257,8 +257,7 @@ def _report_of_rows(
         **limits,
     )
     checker = _TableChecker(criteria, table.repeats, table.limits)
-    for piece, alpha, sheet in lifted_pieces([table], numbers, criteria.tolerance):
-        checker.update(piece, alpha, sheet)
+    checker.update(table, *lifted_rows(table, numbers, criteria.tolerance))
     report = checker.report()
     cubics = _along_cubics(table, checker.sheet)
     if cubics is None:
@@ -735,11 +734,9 @@ def validate_geometry(
         )
     floor = checked_number("floor", floor)
     if isinstance(table, (str, Path)):
-        pieces = list(read_pieces(table, angles=angles))
-        alpha = np.zeros((sum(map(len, pieces)), len(tilts)))
-        alpha[:, tilts] = np.vstack(
-            [np.column_stack([piece[name] for name in angles]) for piece in pieces]
-        )
+        rows = unchecked_table(table, angles=angles)
+        alpha = np.zeros((len(rows), len(tilts)))
+        alpha[:, tilts] = np.column_stack([rows[name] for name in angles])
     else:
         alpha = np.atleast_2d(angles_from(table, "table"))
         if alpha.shape[1:] != tilts.shape:
