@@ -382,6 +382,8 @@ def export_command(
         "outputs": list(outputs),
         "valid": done.report.valid,
         "flyable": done.report.flyable,
+        "not_judged": list(done.report.not_judged),
+        "hover_power": done.report.hover_power,
         "warnings": list(done.report.warnings),
     }
     if done.rate_checks:
