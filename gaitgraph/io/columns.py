@@ -480,9 +480,8 @@ def table_from_frame(frame: Frame) -> Table:
         if MADE_BY in names
         else []
     )
-    if stated is None and FORMAT in "".join(
-        texts[:1]
-    ):  # a CSV file of ours that pandas or polars has read
+    if stated is None and MADE_BY in names and all(map(states_making, texts[:1])):
+        # a CSV file of ours that pandas or polars has read
         names.remove(MADE_BY)
         about = about_from_texts(texts)
     index = getattr(frame, "index", None)
@@ -498,11 +497,21 @@ def table_from_frame(frame: Frame) -> Table:
     return builder.table(columns, angle_texts=True)
 
 
+def states_making(text: str) -> bool:
+    """Return whether a text of the column `made_by` is one of ours."""
+    return FORMAT in text or bool(_TEXT.match(text))
+
+
 def about_from_texts(texts: list[str]) -> dict[str, Any]:
-    """Return what made a table, as the column `made_by` states it: one JSON text, or short texts."""
-    if texts[0].startswith("{"):
-        return about_from_text(texts[0])
+    """Return what made a table, as the column `made_by` states it: one JSON text, or short texts.
+
+    The first of the short texts says how many there are. InputError if rows with others are missing: without them
+    limits, the vehicle or its constants are lost.
+    """
     whole, at, about = "; ".join(texts), 0, dict[str, Any]()
+    if whole.startswith("{"):
+        return about_from_text(texts[0])
+    count = 0
     with suppress(AttributeError, RecursionError, TypeError, ValueError):
         while match := _TEXT.match(whole, at):
             *groups, last = match[1].split(".")
@@ -511,14 +520,20 @@ def about_from_texts(texts: list[str]) -> dict[str, Any]:
                 inner = inner.setdefault(group, {})
             inner[last], end = json.JSONDecoder().raw_decode(whole, match.end())
             at = end + whole.startswith(";", end)
+            count += 1
     if at < len(whole):
         raise InputError(
             f"{MADE_BY} must hold texts such as 'law = \"smooth\"', got {shown(whole[at:].strip())}"
         )
+    if about.pop("format", None) != FORMAT or about.pop("texts", count) != count:
+        raise InputError(
+            f"rows are missing whose texts in {MADE_BY} state the vehicle or the motion; without this column the rows "
+            "are a table of their own"
+        )
     about = {
         name: one
         for name, one in _lists(checked_about(about)).items()
-        if name not in ("format", "version")
+        if name != "version"
     }
     if isinstance(about.get("vehicle"), dict):
         about["vehicle"] = vehicle_in_gait_file(about["vehicle"]).as_mapping()

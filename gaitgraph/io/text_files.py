@@ -23,13 +23,12 @@ from gaitgraph.errors import InputError, shown
 from gaitgraph.files import pass_interruption, text_of, value_from_json
 from gaitgraph.gait.table import (
     ANGLES,
-    FORMAT,
     TEXTS,
     checked_about,
     provenance_of,
     provenance_text,
 )
-from gaitgraph.io.columns import MADE_BY, SHARED, about_from_texts
+from gaitgraph.io.columns import MADE_BY, SHARED, about_from_texts, states_making
 from gaitgraph.vehicle import vehicle_from_mapping
 
 if TYPE_CHECKING:
@@ -114,29 +113,32 @@ def _joined(blocks: list[dict[str, Any]]) -> dict[str, Any]:
 def _about_taken_out(
     lines: list[str], names: list[str], stream: TextIOWrapper
 ) -> dict[str, Any] | None:
-    """Take what made the file out of its first lines, and return it; None if it is not stated.
+    """Take what made the file out of its first lines, and return it; None if there is no column for it.
 
-    Further lines are read where all of these state it. Without these texts numpy reads all rows alike.
+    Further lines are read where the last of these states it. Without these texts numpy reads all rows alike.
     """
-    texts: list[str] = []
-    with suppress(csv.Error):  # reading the line as a row says what is wrong
-        while MADE_BY in names and lines and (texts or FORMAT in lines[0]):
-            if len(texts) == len(lines):
-                lines += stream.readlines(_BLOCK)
-            fields = next(
-                csv.reader(lines[len(texts) : len(texts) + 1], strict=True), []
-            )
-            column = names.index(MADE_BY)
-            if len(fields) != len(names) or not fields[column]:
-                break
-            texts.append(fields[column])
-            fields[column] = ""
-            lines[len(texts) - 1] = (
-                ",".join(f'"{text}"' if "," in text else text for text in fields) + "\n"
-            )
-    if not texts:
+    if MADE_BY not in names or not lines:
         return None
-    return about_from_texts(texts)
+    texts: list[str] = []
+    column, row = names.index(MADE_BY), 0
+    with suppress(csv.Error):  # reading the line as a row says what is wrong
+        while row < len(lines):
+            fields: list[str] = []
+            if column < len(names) - 1 or not lines[row].rstrip().endswith(","):
+                fields = next(csv.reader([lines[row]], strict=True), [])
+            if len(fields) == len(names) and fields[column]:
+                if not (texts or states_making(fields[column])):
+                    return None
+                texts.append(fields[column])
+                fields[column] = ""
+                lines[row] = (
+                    ",".join(f'"{text}"' if "," in text else text for text in fields)
+                    + "\n"
+                )
+                if row == len(lines) - 1:
+                    lines += stream.readlines(_BLOCK)
+            row += 1
+    return None if not texts and row < len(lines) else about_from_texts(texts)
 
 
 def _texts_of(table: Table) -> list[str]:
@@ -153,6 +155,7 @@ def _texts_of(table: Table) -> list[str]:
         if isinstance(about.get("vehicle"), dict):
             about["vehicle"] = vehicle_from_mapping(about["vehicle"]).as_short_mapping()
         texts = [*_parts(provenance | about)]
+        texts[0] += f"; texts = {len(texts) + 1}"
         if about_from_texts(texts) == table.about:
             return texts
     return [provenance_text(table)]
