@@ -28,6 +28,7 @@ import gaitgraph as gg
 from gaitgraph.angles import percent
 from gaitgraph.certificates import verify
 from gaitgraph.certificates.check import check as checked
+from gaitgraph.errors import FileWarning
 from gaitgraph.explorer import queries, server, table_query
 from gaitgraph.explorer.queries import DEFAULTS, LIMITS, map_answer, state_of
 from gaitgraph.explorer.server import HEADERS, application
@@ -388,6 +389,14 @@ class TestTables:
             ["(+,+)"] * 4,
         )
         assert answer["diagram"]["own"] == client("diagram", of_gait(3))["own"]
+
+    def test_a_dropped_statement_is_one_warning(self, client: Client) -> None:
+        file = json.loads(client.file(of_gait(3), ".json")[1])
+        file["columns"]["alpha1"][20] += 0.1
+        with pytest.warns(FileWarning, match="row 21 has alpha1"):
+            answer = table_answer("a.json", json.dumps(file).encode())
+        told = [one for one in answer["warnings"] if "the stated motion has" in one]
+        assert len(told) == 1
 
     @pytest.mark.parametrize("law", ["smooth", "constant-speed"])
     def test_a_path_is_shown_once_from_its_first_row_to_its_last(

@@ -139,7 +139,7 @@ def table_answer(
         "name": name,
         "rows": report.rows,
         **queries.verdict_answer(report),
-        "warnings": [*table.notes, *report.warnings],
+        "warnings": list(report.warnings),
         "path": queries.to_digits(
             rows.alpha[queries.spread_rows(count + 1, _MOST_ROWS) % corners, :2]
         ),
