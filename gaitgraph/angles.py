@@ -247,13 +247,24 @@ def text_from_angle(angle: float) -> str:
     )
 
 
-def figure(number: float) -> str:
+def figure(number: float, digits: int = 3) -> str:
     """Return a number with three significant digits, and with thousands separated, as a person would write it.
 
     >>> figure(20000.0), figure(5.8905), figure(0.45371), figure(-2.0)
     ('20,000', '5.89', '0.454', '-2')
     """
-    return f"{float(f'{number:.3g}'):,.12g}"
+    return f"{float(f'{number:.{digits}g}'):,.12g}"
+
+
+def figures_apart(value: float, limit: float, digits: int = 3) -> tuple[str, str]:
+    """Return a value and the limit that it breaks with as many significant digits as tell them apart, up to 12.
+
+    >>> figures_apart(60.0004, 60.0), figures_apart(71.23, 60.0)
+    (('60.0004', '60'), ('71.2', '60'))
+    """
+    while digits < 12 and figure(value, digits) == figure(limit, digits):
+        digits += 1
+    return figure(value, digits), figure(limit, digits)
 
 
 def percent(fraction: float) -> str:

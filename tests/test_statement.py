@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 import subprocess
 import sys
 import warnings
@@ -375,6 +376,20 @@ def test_cubics_that_leave_their_segments_along_them_are_judged(samples: int) ->
         vehicle = FAST.replace(max_tilt=float(most + beyond / swing))
         limited = gg.lift(corners, "red", vehicle=vehicle).parametrize(samples=samples)
         assert gg.validate(table_of(limited)).flyable == ok
+
+
+def test_a_value_and_the_limit_that_it_breaks_are_told_apart() -> None:
+    corners = [(-0.2, 0.3), (-0.2, 0.6), (-0.5, 0.6)]
+    timed = gg.lift(corners, "red").parametrize(1.0)
+    most = {"max_tilt": 0.6, "max_tilt_rate": float(timed.peak_rates.max())}
+    for name, value in most.items():
+        vehicle = gg.PAPER.replace(**{name: value * (1 - 1e-6)})
+        limited = gg.lift(corners, "red", vehicle=vehicle).parametrize(1.0)
+        report = gg.validate(limited)
+        check = report["tilt_range" if name == "max_tilt" else "tilt_rate"]
+        assert not check.ok
+        found, limit = re.findall(r"(?:tilt|peak|limit) ([\d.]+)", check.message)[:2]
+        assert float(found) > float(limit)
 
 
 def dense_check(report: gg.Report, table: Table, vehicle: gg.Vehicle) -> None:

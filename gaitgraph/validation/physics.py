@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from gaitgraph.angles import distance_to_multiple, figure
+from gaitgraph.angles import distance_to_multiple, figure, figures_apart
 from gaitgraph.invertibility.matrices import (
     Sines,
     coefficients_of,
@@ -523,18 +523,21 @@ class _TiltRange(Rule):
         ok = bool(sizes[row, arm] <= ((high - low) / 2).max() + EXACT)
         is_one = (high == high[0]).all() and (low == -high).all()
         value, limit = (abs(value), abs(limit)) if is_one else (value, limit)
-        tilt, allowed = (f"{math.degrees(angle):.4g}°" for angle in (value, limit))
+        in_degrees = math.degrees(value), math.degrees(limit)
+        tilt, allowed = (f"{angle:.4g}" for angle in in_degrees)
+        if not ok:
+            tilt, allowed = figures_apart(*in_degrees, digits=4)
         found = (
-            f"largest tilt {tilt} (α{arm + 1})"
+            f"largest tilt {tilt}° (α{arm + 1})"
             if is_one
-            else f"tilt {tilt} of arm {arm + 1}"
+            else f"tilt {tilt}° of arm {arm + 1}"
         )
         advice = (
             "move the waypoints nearer to 0"
             if is_one
             else "move the waypoints into its range"
         )
-        message = self.compared(ok, found, allowed, place, advice)
+        message = self.compared(ok, found, f"{allowed}°", place, advice)
         yield self.check(ok, message, value=value, limit=limit, place=place)
 
 

@@ -12,7 +12,7 @@ from dataclasses import asdict, dataclass, replace
 from textwrap import fill
 from typing import TYPE_CHECKING, Any, Literal, TypedDict
 
-from gaitgraph.angles import figure
+from gaitgraph.angles import figure, figures_apart
 from gaitgraph.pictured import Pictured
 
 if TYPE_CHECKING:
@@ -160,12 +160,15 @@ def limit_check(
     """Return the check of a peak of one tilt angle's derivative, of a row if it has a place, against the limit."""
     slack = 1e-12 if place is None else 1e-9  # of floats
     ok, text = limit is None or peak <= limit * (1 + slack), "infinite"
+    size, stated = figure(peak), "; the vehicle states no limit"
+    if limit is not None:
+        allowed = figure(limit)
+        if not ok:
+            size, allowed = figures_apart(peak, limit)
+        stated = f", limit {allowed}"
     if math.isfinite(peak):
-        text = f"{figure(peak)} {RATE_UNITS[name.removeprefix('tilt_')]}"
+        text = f"{size} {RATE_UNITS[name.removeprefix('tilt_')]}"
     at = "" if ok or place is None else f" at {place.described('row')}"
-    stated = (
-        "; the vehicle states no limit" if limit is None else f", limit {figure(limit)}"
-    )
     message = f"peak {text} (α{joint}){at}{stated}" + ("" if ok else f": {advice}")
     where = None if place is None else place.as_mapping("row")
     return Check(
