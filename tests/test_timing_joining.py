@@ -10,6 +10,7 @@ import pytest
 
 import gaitgraph as gg
 from gaitgraph.gait.table import ACCELERATIONS, RATES
+from gaitgraph.invertibility import hover_thrust_shares
 from gaitgraph.io.formats import FORMATS
 from gaitgraph.timing.exporting import export
 from gaitgraph.timing.joining import JoinedPath, RunUp, played, run_up
@@ -293,6 +294,28 @@ def test_entries_are_sampled_anew_within_the_limits_in_every_format(
     assert report.flyable, report.reason
     assert report["tilt_rate"].limit == 6.0
     assert isinstance(table.motion, JoinedPath)
+
+
+@pytest.mark.parametrize("leaves", [False, True])
+def test_the_report_of_a_joined_path_is_of_all_its_sections(leaves: bool) -> None:
+    ends: tuple[Any, Any] = (ROUNDED, "hover") if leaves else ("hover", ROUNDED)
+    vehicle = gg.PAPER.replace(max_tilt="80deg")
+    limited = ROUNDED.with_gait(replace(ROUNDED.gait, vehicle=vehicle))
+    found = gg.transition(*(limited if one is ROUNDED else one for one in ends))
+    table, whole = found.table, limited.check()
+    for report in (found.report, gg.validate(table)):
+        assert report["R_sign"].value == whole["R_sign"].value
+        assert 0.0 <= table["R"].min() - report["R_sign"].value < 0.05
+        assert report["tilt_range"].value == pytest.approx(
+            np.abs(table.alpha).max(), abs=2e-3
+        )
+        shares = hover_thrust_shares(table.alpha, vehicle)
+        assert report.hover_thrusts == pytest.approx(
+            (shares.min(), shares.max()), abs=5e-3
+        )
+        least, largest = report.hover_thrusts or (0.0, 0.0)
+        assert f"{least:.3f} to {largest:.3f}" in report["hover_thrust"].message
+        assert "a rotor pushes with up to 0.6" in report.notes[0]
 
 
 def test_rows_that_were_moved_are_no_joined_path_any_more(tmp_path: Path) -> None:

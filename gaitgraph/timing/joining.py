@@ -37,19 +37,19 @@ from gaitgraph.timing.timed_gait import (
     TimedPath,
     timed_gait_of,
 )
-from gaitgraph.validation.report import RATE_UNITS
+from gaitgraph.validation.report import RATE_UNITS, hover_thrust_text
 from gaitgraph.validation.validating import both
 from gaitgraph.vehicle import four_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
     import numpy.typing as npt
 
     from gaitgraph.gait.gait import Gait
     from gaitgraph.invertibility.matrices import CoefficientsLike, FloatArray
     from gaitgraph.io.formats import GaitLike
-    from gaitgraph.validation.report import CheckOptions, Report
+    from gaitgraph.validation.report import Check, CheckOptions, Report
     from gaitgraph.vehicle import Each, Vehicle, VehicleLike
 
 _RISE = 10.1  # k·N·T, at which the clock's rate is within 1e-9 of 1
@@ -371,9 +371,41 @@ class JoinedPath(TimedGait):
             section.motion if isinstance(section, RunUp) else section
             for section in self.sections
         ]
-        found = reduce(both, [motion.check(**options) for motion in motions])
+        reports = [motion.check(**options) for motion in motions]
+        found = _worst_of_all(reports)
         power = None if found.hover_power is None else self.hover_power
         return replace(found, hover_power=power, hover_power_over="time", repeats=False)
+
+
+def _worst_of_all(reports: Sequence[Report]) -> Report:
+    """Return the report of motions one after another: of each check the worst, and the hover thrusts of all of them."""
+    found = reduce(both, reports)
+    worst = {check.name: check for check in found.checks}
+
+    def nearest(name: str, distance: Callable[[Check], float]) -> None:
+        checks = [report[name] for report in reports]
+        if all(check.ok and check.decided for check in checks):
+            worst[name] = min(checks, key=distance)
+
+    nearest("R_sign", lambda check: abs(check.value or 0.0))
+    if "tilt_range" in worst:
+        nearest(
+            "tilt_range", lambda check: abs((check.limit or 0.0) - (check.value or 0.0))
+        )
+    thrusts = [one.hover_thrusts for one in reports if one.hover_thrusts is not None]
+    if len(thrusts) < len(reports):
+        return replace(found, checks=tuple(worst.values()), hover_thrusts=None)
+    least, largest = min(one[0] for one in thrusts), max(one[1] for one in thrusts)
+    strongest = reports[[one[1] for one in thrusts].index(largest)]
+    worst["hover_thrust"] = replace(
+        worst["hover_thrust"], message=hover_thrust_text(least, largest)
+    )
+    return replace(
+        found,
+        checks=tuple(worst.values()),
+        notes=strongest.notes,
+        hover_thrusts=(least, largest),
+    )
 
 
 def _gait_along(sections: Sequence[TimedPath | RunUp]) -> Gait:

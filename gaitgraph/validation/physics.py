@@ -30,7 +30,13 @@ from gaitgraph.invertibility.segment_bounds import (
     where_thrusts_vanish,
 )
 from gaitgraph.surface.sheets import DEFAULT_TOLERANCE, FIRST, HOVER_LABEL, red_label
-from gaitgraph.validation.report import LIMITED, RATE_CHECKS, Report, following
+from gaitgraph.validation.report import (
+    LIMITED,
+    RATE_CHECKS,
+    Report,
+    following,
+    hover_thrust_text,
+)
 from gaitgraph.validation.rules import (
     EXACT,
     Continuous,
@@ -349,8 +355,9 @@ class _HoverThrust(Rule):
         else:
             self.broken = (float(shares[worst].min()), block.place(segment + worst))
 
-    def _shares(self) -> tuple[float, float]:
-        """Return the least and the largest share of m·g; for a curve their bounds, and 0 if a rotor may idle.
+    @property
+    def shares(self) -> tuple[float, float]:
+        """The least and the largest share of m·g; for a curve their bounds, and 0 if a rotor may idle.
 
         On red each factor of the zero-moment inputs depends on one coordinate, so the diagonal of the box around a
         curve decides for all of it. There T1/(m·g) = |sin β2|/(2D) with D = |sin β2| cos α1 + |sin β1| cos α2 =
@@ -398,15 +405,13 @@ class _HoverThrust(Rule):
                 "(α1 < δ and α2 > −δ, or both the other way)"
             )
         else:
-            (low, peak), place = self._shares(), self.least.place
+            (low, peak), place = self.shares, self.least.place
             if not low > 0:  # it may be no number
                 refusal = "a rotor may have to idle to hover along the curve: keep away from β1 = 0 and β2 = 0"
         if refusal:
             yield self.check(False, refusal, value=value, limit=0.0, place=place)
             return
-        message = (
-            f"hover thrusts {low:.3f} to {peak:.3f} of m·g per rotor, all positive"
-        )
+        message = hover_thrust_text(low, peak)
         yield self.check(True, message, value=low, limit=0.0, place=place)
         limit = self.criteria.vehicle.max_thrust
         if limit is not None:
@@ -425,7 +430,7 @@ class _HoverThrust(Rule):
         """A warning if a rotor pushes with more than half of the weight and the vehicle limits no thrust."""
         if not self.brackets.hovers or self.criteria.vehicle.max_thrust is not None:
             return ()
-        peak = self._shares()[1]
+        peak = self.shares[1]
         if not _STRONG < peak < math.inf:
             return ()
         ratio = f"a thrust-to-weight ratio of {figure(4 * peak)}"
@@ -597,6 +602,7 @@ class Checker:
             ),
             hover_power=self.power.mean if hovers else None,
             hover_power_over=self.power.over,
+            hover_thrusts=self.hover.shares if hovers else None,
         )
 
     def broken_by_lone_rows(self, rates: Sequence[Check]) -> list[str]:

@@ -115,6 +115,11 @@ class Check:
         return asdict(self) | finite
 
 
+def hover_thrust_text(least: float, largest: float) -> str:
+    """Return the message of positive hover thrusts, as shares of the weight."""
+    return f"hover thrusts {least:.3f} to {largest:.3f} of m·g per rotor, all positive"
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GaitPoint:
     """A place on a gait: a point, counted from 0, the fraction of the segment to the next one, angles and time."""
@@ -223,6 +228,8 @@ class Report(Pictured):
     hover_power, hover_power_over
         The rotors' mean power in hover, relative to that at α = 0, by momentum theory; None where hover thrusts are
         not all positive. The mean is over the "time" of a period, or without times over the "length" of the loop.
+    hover_thrusts
+        The least and the largest thrust of a rotor in hover, as shares of the weight; None where not all are positive.
     """
 
     checks: tuple[Check, ...]
@@ -236,6 +243,7 @@ class Report(Pictured):
     unlimited: tuple[str, ...] = ()
     hover_power: float | None = None
     hover_power_over: Literal["time", "length"] = "length"
+    hover_thrusts: tuple[float, float] | None = None
 
     @property
     def valid(self) -> bool:

@@ -284,7 +284,7 @@ def _report_of_motion(table: Table, motion: Any, limits: dict[str, Any]) -> Repo
 def both(first: Report, second: Report) -> Report:
     """Return the report of a gait of which two readings must hold; of each check the worse one, else the first.
 
-    Closing, rows, colourings and notes are those of the second, the power in hover is that of the first.
+    Closing, rows, colourings and notes are those of the second, power and thrusts in hover are those of the first.
     """
     checks = []
     others = {check.name: check for check in second.checks}
@@ -306,6 +306,7 @@ def both(first: Report, second: Report) -> Report:
         reachability=reach.reachability,
         hover_power=None if second.hover_power is None else first.hover_power,
         hover_power_over=first.hover_power_over,
+        hover_thrusts=None if second.hover_thrusts is None else first.hover_thrusts,
     )
 
 
