@@ -341,6 +341,23 @@ def test_a_timing_that_breaks_limits_is_not_written_unless_anyway(
         (tmp_path / "e.csv").unlink()
 
 
+def test_once_keeps_the_rows_and_rates_of_a_gait(run: Any, tmp_path: Path) -> None:
+    paced = gg.least_period(GAIT, gg.timing.Limits(rate=6, acceleration=150)).timed
+    assert paced is not None
+    paced.write(tmp_path / "fast.csv")
+    done = run("export", "fast.csv", "e.csv", "e.h", "--once")
+    assert (done.code, done.err) == (0, "")
+    table, gait = gg.read_table(tmp_path / "e.csv"), table_of(paced)
+    assert not table.repeats
+    assert table.limits == gait.limits
+    for name in (*RATES, "alpha1_acceleration"):
+        np.testing.assert_array_equal(table[name], gait[name])
+    assert "cubic" in (tmp_path / "e.h").read_text()
+    fine = export(gait.once(), [], samples=1000).table
+    np.testing.assert_allclose(fine.alpha, paced.at(fine["t"]).alpha, atol=1e-3)
+    assert table.once() is table
+
+
 def test_another_timing_keeps_limits_below_those_of_the_vehicle(
     run: Any, tmp_path: Path
 ) -> None:

@@ -77,6 +77,7 @@ SAME_ROW = 1e-9
 rounding of floating point."""
 
 _DEEPEST = 100
+_OF_GAITS = ("corners", "rounding", "law", "request")  # statements of a closed gait
 _UNITS = {"t": "s", "R": "1"} | dict.fromkeys(ANGLES, "rad")
 _UNITS |= dict.fromkeys(RATES, "rad/s") | dict.fromkeys(ACCELERATIONS, "rad/s^2")
 # Columns that a flight adds, see gaitgraph.flight.flight.
@@ -222,10 +223,15 @@ class Table(Pictured):
     def once(self) -> Table:
         """Return the table as a path that is run once, from its first row to its last.
 
+        The rows and rates of a gait stay; what they were made from is a closed gait, and is left out.
+
         >>> Table(columns={"alpha1": [0.1, 0.2]}).once().repeats
         False
         """
-        return replace(self, about={**self.about, "repeats": False})
+        if not self.repeats:
+            return self
+        about = {key: one for key, one in self.about.items() if key not in _OF_GAITS}
+        return replace(self, about={**about, "repeats": False})
 
     def __len__(self) -> int:
         return len(next(iter(self.columns.values()), ()))
