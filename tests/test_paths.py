@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 import subprocess
 import warnings
@@ -339,6 +340,19 @@ def test_a_timing_that_breaks_limits_is_not_written_unless_anyway(
         judged = run("validate", "e.csv", "--require", "flyable", "--json")
         assert judged.code == 1
         (tmp_path / "e.csv").unlink()
+
+
+def test_what_repeats_is_said_by_true_or_false(run: Any, tmp_path: Path) -> None:
+    columns = {f"alpha{k}": [0.0, (-1) ** k * 0.3] for k in range(1, 5)}
+    path = tmp_path / "own.json"
+    for wrong in (0, 1, "false", None):
+        content = {"columns": columns, "about": {"repeats": wrong}}
+        path.write_text(json.dumps(content))
+        done = run("validate", "own.json")
+        assert done.code == 2
+        assert "own.json': repeats must be true or false, got " in done.err
+    arrays = {name: np.array(one) for name, one in columns.items()}
+    assert not gg.Table(columns=arrays, about={"repeats": np.False_}).repeats
 
 
 def test_once_keeps_the_rows_and_rates_of_a_gait(run: Any, tmp_path: Path) -> None:

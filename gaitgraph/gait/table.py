@@ -141,26 +141,6 @@ class Table(Pictured):
             return True
         return any(bool(self[name].any()) for name in ACCELERATIONS)
 
-    @property
-    def accelerations(self) -> FloatArray:
-        """The accelerations of rows with rates, shape (n, 4) [rad/s²]: those stated, else those of the cubics.
-
-        At a row these are the mean of before and after it.
-        """
-        if all(name in self for name in ACCELERATIONS):
-            return np.column_stack([self[name] for name in ACCELERATIONS])
-        rates = np.column_stack([self[name] for name in RATES])
-        step = np.diff(self["t"])[:, None]
-        slope = np.diff(self.alpha, axis=0) / step
-        first, last = rates[:-1], rates[1:]
-        after = (6 * slope - 4 * first - 2 * last) / step  # at the start of each cubic
-        before = (4 * last + 2 * first - 6 * slope) / step  # at its end
-        returns = self.repeats and is_closed(self.alpha)
-        start = before[-1:] if returns else after[:1]
-        end = after[:1] if returns else before[-1:]
-        both = np.concatenate([start, before]) + np.concatenate([after, end])
-        return np.asarray(both / 2)
-
     def half_units(self, name: str) -> FloatArray:
         """Return half a unit of the last printed digit of each number of a column, in the column's unit."""
         values: FloatArray = self.columns[name]
@@ -170,6 +150,11 @@ class Table(Pictured):
         for name, values in self.columns.items():
             if isinstance(values, np.ndarray):
                 check_unmasked(values, name)
+        repeats = self.about.get("repeats", True)
+        if not isinstance(repeats, (bool, np.bool_)):
+            raise InputError(
+                f"repeats must be true or false, got {shown(repeats)}", field="repeats"
+            )
         freeze_arrays(self)
 
     def __repr__(self) -> str:
@@ -199,7 +184,7 @@ class Table(Pictured):
 
         ``about["repeats"]`` states it, in every format too.
         """
-        return self.about.get("repeats") is not False
+        return bool(self.about.get("repeats", True))
 
     @property
     def limits(self) -> dict[str, Each]:
@@ -586,6 +571,26 @@ def motion_of(
     return motion.with_gait(gait)
 
 
+def accelerations_of(table: Table) -> FloatArray:
+    """Return the accelerations of rows with rates, shape (n, 4) [rad/s²]: those stated, else those of the cubics.
+
+    At a row these are the mean of before and after it.
+    """
+    if all(name in table for name in ACCELERATIONS):
+        return np.column_stack([table[name] for name in ACCELERATIONS])
+    rates = np.column_stack([table[name] for name in RATES])
+    step = np.diff(table["t"])[:, None]
+    slope = np.diff(table.alpha, axis=0) / step
+    first, last = rates[:-1], rates[1:]
+    after = (6 * slope - 4 * first - 2 * last) / step  # at the start of each cubic
+    before = (4 * last + 2 * first - 6 * slope) / step  # at its end
+    returns = table.repeats and is_closed(table.alpha)
+    start = before[-1:] if returns else after[:1]
+    end = after[:1] if returns else before[-1:]
+    both = np.concatenate([start, before]) + np.concatenate([after, end])
+    return np.asarray(both / 2)
+
+
 def completed_table(
     table: Table,
     *,
@@ -639,7 +644,7 @@ def completed_table(
         last = Table(columns=whole.rows(0, 1).columns | {"t": np.array([end])})
         columns = merged([whole.rows(0, len(t) - returned), last]).columns
     if all(name in table for name in RATES):
-        accelerations = Table(columns=columns, about=about).accelerations
+        accelerations = accelerations_of(Table(columns=columns, about=about))
         columns |= zip(ACCELERATIONS, accelerations.T, strict=True)
     else:
         for name, rate, acceleration in zip(ANGLES, RATES, ACCELERATIONS, strict=True):

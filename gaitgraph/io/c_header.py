@@ -18,6 +18,7 @@ from gaitgraph.errors import Advice, InputError
 from gaitgraph.gait.table import (
     ANGLES,
     RATES,
+    accelerations_of,
     is_closed,
     provenance_text,
 )
@@ -83,7 +84,7 @@ def write_h(table: Table, path: Path) -> None:
     if cubic:
         tabled["rate"] = np.column_stack([table[one] for one in RATES])
         longest = float(np.diff(times).max())
-        changes = np.diff(table.accelerations, 2, axis=0)
+        changes = np.diff(accelerations_of(table), 2, axis=0)
         estimate = longest**2 * float(np.abs(changes).max(initial=0.0)) / _CUBIC_SHARE
         off = f"about {estimate:.1e}"
         if table.motion is not None:
