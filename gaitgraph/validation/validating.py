@@ -328,7 +328,8 @@ def _along_cubics(table: Table, sheet: npt.NDArray[np.int8]) -> Segments | None:
     is_straight = np.ones(len(step), dtype=bool)
     for end in (first, last):
         along = (end * unit).sum(axis=1)
-        is_straight &= (along >= 0) & (along <= 3 * length)
+        beyond = np.maximum(-along, along - 3 * length) / 3
+        is_straight &= beyond <= _BESIDE_CUBIC
     bend = np.zeros(len(step))
     for second in (2 * square, 2 * square + 6 * cube):
         bend = np.maximum(bend, np.linalg.norm(second, axis=1))
