@@ -11,6 +11,7 @@ import subprocess
 import sys
 import tomllib
 import warnings
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -70,6 +71,7 @@ def places(tree: ast.AST, place: str = "") -> Iterator[tuple[ast.AST, str]]:
         yield from places(node, f"{place}.{name}".strip("."))
 
 
+@cache
 def arrows(root: Path) -> set[tuple[str, str, str]]:
     """Return all imports of a package's modules: from which module, where in it, of which module.
 

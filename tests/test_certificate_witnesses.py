@@ -119,7 +119,7 @@ def certified(seed: int) -> str:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(24))
+@pytest.mark.parametrize("seed", range(21))  # each form, tilted and level
 def test_checker_and_both_witnesses_prove_certificates_of_random_gaits(
     seed: int,
 ) -> None:
@@ -207,8 +207,8 @@ def judged(text: str) -> str:
 
 @pytest.mark.slow
 def test_no_false_claim_of_a_changed_certificate_is_proved() -> None:
-    chance, texts = random.Random(17), [certified(seed) for seed in (0, 1, 3, 4, 5)]
-    seen = [judged(mutated(chance.choice(texts), chance)) for _ in range(1500)]
+    chance, texts = random.Random(17), [certified(seed) for seed in (0, 1, 3, 4, 12)]
+    seen = [judged(mutated(chance.choice(texts), chance)) for _ in range(600)]
     assert (
         min(seen.count(verdict) for verdict in ("refused", "not proved", "proved")) > 40
     )

@@ -18,6 +18,7 @@ import pytest
 import gaitgraph as gg
 from gaitgraph.cli import cli, main
 from gaitgraph.io.formats import read_table
+from gaitgraph.plots import vehicles
 from gaitgraph.plots.figures import FIGURES
 
 pytestmark = (
@@ -75,8 +76,11 @@ EXPECTED = {
 
 
 @pytest.fixture(autouse=True)
-def pictures_without_windows() -> None:
+def pictures_without_windows_and_films_of_few_frames(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     plt.switch_backend("agg")
+    monkeypatch.setattr(vehicles, "_DELAY", 50)
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)

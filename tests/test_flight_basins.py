@@ -178,14 +178,14 @@ def test_flights_side_by_side_end_as_whole_ones_do(
     timed = flown_by(gait_of_paper(number).parametrize(period), vehicle)
     asked: dict[str, Any] = {
         "settings": FlightSettings(**changes),
-        "resolution": 5,
+        "resolution": 3,
         "anyway": True,
     }
     basin = basin_of(timed, eta, **asked)
     simulation = Simulation(
         repeated(timed if eta == 1 else biased_timed_gait(timed, eta)), basin.settings
     )
-    for i, j in np.ndindex(5, 5):
+    for i, j in np.ndindex(3, 3):
         flight = simulation.run((float(basin.angles[i]), float(basin.angles[j])))
         assert flight.outcome == OUTCOMES[basin.outcome[0, i, j]]
         assert basin.seconds[0, i, j] == (
@@ -204,7 +204,7 @@ def test_flights_side_by_side_end_as_whole_ones_do(
             <= thrusts.max(initial=0.0) * (1 + 2e-4)
         )
     assert basin.outcomes.keys() == outcomes
-    monkeypatch.setattr("gaitgraph.flight.simulation._FLIGHTS_OF_A_THREAD", 5)
+    monkeypatch.setattr("gaitgraph.flight.simulation._FLIGHTS_OF_A_THREAD", 4)
     monkeypatch.setattr("os.cpu_count", lambda: 3)
     again = basin_of(timed, eta, **asked)
     for name in ("outcome", "seconds", "peak_share"):

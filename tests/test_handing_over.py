@@ -177,7 +177,7 @@ OF_A_VEHICLE: dict[str, Callable[[Any], Any]] = {
     "gait_of": lambda one: gg.gait_of(ROWS, vehicle=one),
     "lift": lambda one: gg.lift(LOOP, "red", vehicle=one),
     "location_of": lambda one: gg.location_of(LOOP, vehicle=one),
-    "optimal_gait": lambda one: gg.optimal_gait(LOOP, vehicle=one),
+    "optimal_gait": lambda one: gg.optimal_gait(LOOP, vehicle=one, pieces=8),
     "plan_loop": lambda one: gg.plan_loop(LOOP, vehicle=one),
     "retarget": lambda one: gg.retarget(ROWS, vehicle=one).after,
     "robustness_of": lambda one: gg.robustness_of(ROWS, vehicle=one, curves=0),

@@ -148,7 +148,7 @@ def test_hover_thrusts_between_rows(count: int) -> None:
     fractions, decided = np.linspace(0, 1, 301)[:, None], []
     turns = 2 * math.pi * np.arange(count) / count
     outward = np.stack([np.cos(turns), np.sin(turns), 0 * turns], axis=1)
-    for _ in range(60):
+    for _ in range(10):
         star = Geometry(
             position=0.3 * outward,
             moment_ratio=np.asarray(

@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import warnings
 from dataclasses import replace
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -28,6 +29,14 @@ GAIT = gg.lift(LOOP, "red")
 ENTRY = gg.transition("hover", GAIT, duration=1.0)
 END = ENTRY.path[-1]
 READ = [suffix for suffix, form in FORMATS.items() if form.reads]
+
+
+@cache
+def paced_gait(rounding: str | None, rate: float = 6.0) -> gg.timing.LimitedGait:
+    limits = gg.timing.Limits(rate=rate, acceleration=150)
+    timed = gg.least_period(GAIT, limits, rounding=rounding).timed
+    assert timed is not None
+    return timed
 
 
 @pytest.fixture
@@ -223,9 +232,7 @@ def test_another_sampling_of_a_paced_table_keeps_its_limits(
     form = FORMATS[suffix]
     if form.library:
         pytest.importorskip(form.library, reason=f"install the extra {form.extra!r}")
-    limits = gg.timing.Limits(rate=6, acceleration=150)
-    paced = gg.least_period(GAIT, limits, rounding=rounding).timed
-    assert paced is not None
+    paced = paced_gait(rounding)
     paced.write(tmp_path / "fast.csv")
     table = gg.read_table(tmp_path / "fast.csv")
     assert table.limits == {"rate": (6.0,) * 4, "acceleration": (150.0,) * 4}
@@ -264,10 +271,8 @@ def test_pace_starts_again_from_the_gait_that_a_table_states(
         assert again.lower_bound == pytest.approx(pacing.lower_bound)
         slower = gg.timing.paced(source, gg.timing.Limits(rate=3, acceleration=150))
         assert slower.least is not None
-        expected = gg.least_period(
-            GAIT, gg.timing.Limits(rate=3, acceleration=150), rounding=rounding
-        )
-        assert slower.least == pytest.approx(expected.least, rel=1e-9)
+        expected = paced_gait(rounding, rate=3.0)
+        assert slower.least == pytest.approx(expected.period, rel=1e-9)
 
 
 def test_pace_keeps_the_limits_and_the_rounding_of_a_table(

@@ -252,7 +252,10 @@ def test_films_that_cannot_be_written_are_refused(
     assert [path.name for path in Path().iterdir()] == ["taken.gif"]
 
 
-def test_the_command_line_and_timed_gaits_write_films(run: Any) -> None:
+def test_the_command_line_and_timed_gaits_write_films(
+    run: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(vehicles, "_FEWEST", 3)
     plan = (
         "plan",
         "--waypoint",

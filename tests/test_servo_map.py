@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import replace
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -210,6 +211,14 @@ def test_what_is_no_map_is_refused_in_one_line(
     assert "\n" not in str(refused.value)
 
 
+@cache
+def paced_gait_and_entry(rounding: str | None) -> tuple[Table, Table]:
+    limits = gg.Limits(rate=6.0, acceleration=150.0)
+    paced = gg.least_period(gait_of("gait4"), limits, rounding=rounding, samples=400)
+    assert paced.timed is not None
+    return table_of(paced.timed), gg.transition("hover", "gait4", duration=0.3).table
+
+
 @pytest.mark.parametrize("suffix", [".csv", ".json", ".npz", ".parquet"])
 @pytest.mark.parametrize("rounding", [None, "2deg"])
 def test_peaks_of_rounded_pulses_are_never_above_those_of_the_gait(
@@ -217,13 +226,10 @@ def test_peaks_of_rounded_pulses_are_never_above_those_of_the_gait(
 ) -> None:
     if suffix == ".parquet":
         pytest.importorskip("pyarrow", reason="install gaitgraph[table]")
-    limits = gg.Limits(rate=6.0, acceleration=150.0)
-    paced = gg.least_period(gait_of("gait4"), limits, rounding=rounding, samples=400)
-    entry = gg.transition("hover", "gait4", duration=0.3).table
+    paced, entry = paced_gait_and_entry(rounding)
     joints = {"preset": "x_frame", "unit": "us", "us_per_rad": 390}
     joints |= {"limits_us": [500, 2500]}
-    assert paced.timed is not None
-    for source in (table_of(paced.timed), entry):
+    for source in (paced, entry):
         mapped, back = tmp_path / f"servos{suffix}", tmp_path / "back.csv"
         export(source, [mapped], servos=joints, force=True)
         export(mapped, [back], force=True)

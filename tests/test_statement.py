@@ -283,7 +283,7 @@ def test_the_rates_of_an_entry_to_an_optimized_gait_fit(
 
 def test_smooth_rows_fit_their_rates_at_any_sampling() -> None:
     random = np.random.default_rng(8)
-    for _ in range(150):
+    for _ in range(50):
         samples = int(random.integers(4, 200))
         timed = random_gait(random).parametrize(1.0, samples=samples)
         bare = Table(columns={name: timed.columns[name] for name in NUMBERS})
@@ -410,7 +410,7 @@ def dense_check(report: gg.Report, table: Table, vehicle: gg.Vehicle) -> None:
         assert slopes.max() <= np.max(vehicle.max_tilt_rate) * 1.0101
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(2))
 def test_no_flyable_verdict_where_rows_break_a_condition(
     seed: int, tmp_path: Path
 ) -> None:
@@ -489,11 +489,10 @@ def in_place(alpha: FloatArray, row: int, joint: int, by: float) -> FloatArray:
 
 def test_a_certificate_finds_each_edit_above_its_deviation(tmp_path: Path) -> None:
     random = np.random.default_rng(11)
-    for _ in range(20):
+    for decimals in (3, 6, 17) * 3:
         timed = random_gait(random).parametrize(
             float(10 ** random.uniform(-1, 1)), samples=int(random.integers(10, 60))
         )
-        decimals = int(random.choice([3, 6, 17]))
         table = rounded(table_of(timed), decimals)
         certificate = tmp_path / "a.cert.json"
         found, _ = read_in(tmp_path / "a.csv", table)

@@ -91,7 +91,7 @@ def test_a_spline_is_smooth_on_its_sheet_and_near_its_chords(
     gait = curve.polyline(tolerance)
     assert gait.length <= curve.length + 1e-9
     assert (
-        distances(alpha[:, :2], gait.alpha[:, :2]).max()
+        distances(alpha[::10, :2], gait.alpha[:, :2]).max()
         <= tolerance * (1 + 1e-9) + 1e-14
     )
     s = curve.breaks[:-1]

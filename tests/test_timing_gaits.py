@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from functools import cache
 from math import inf, pi, sqrt
 from typing import Any, get_args
 
@@ -142,15 +143,21 @@ def test_a_gait_that_is_a_point_stands_still() -> None:
         )  # the last segment has no length
 
 
+@cache
+def gaits_of_every_kind() -> tuple[list[Any], Any]:
+    timed: Any = lift(GAITS[2].angles, "red").parametrize()
+    paced: Any = gg.paced(timed.gait, gg.Limits(rate=50.0, acceleration=500.0))
+    optimal: Any = gg.optimal_gait(timed.gait.alpha[:, :2], pieces=12)
+    return [timed, paced.timed, optimal.timed()], optimal
+
+
 @pytest.mark.parametrize(
     "wrong",
     ["a", [[0.1], [0.2, 0.3]], None, 10**400, [0.0, inf], np.array([0.1, np.nan])],
 )
 def test_times_are_finite_numbers(wrong: Any) -> None:
-    timed: Any = lift(GAITS[2].angles, "red").parametrize()
-    paced: Any = gg.paced(timed.gait, gg.Limits(rate=50.0, acceleration=500.0))
-    optimal: Any = gg.optimal_gait(timed.gait.alpha[:, :2], pieces=12)
-    for one in (timed, paced.timed, optimal.timed()):
+    gaits, optimal = gaits_of_every_kind()
+    for one in gaits:
         with pytest.raises(
             gg.errors.InputError,
             match=f"^{re.escape(f't must be finite times, got {shown(wrong)}')}$",
