@@ -504,7 +504,5 @@ def _write(
             with base.paper_style():
                 contents.append((path, base.picture_bytes(figure(), suffix[1:])))  # type: ignore[arg-type]  # a format
         else:
-            contents.append(
-                (path, partial(FORMATS[suffix].function("write"), [table()]))
-            )
+            contents.append((path, partial(FORMATS[suffix].function("write"), table())))
     write_whole(contents, force=force)
