@@ -328,10 +328,10 @@ def test_entries_are_sampled_anew_within_the_limits_in_every_format(
 
 @pytest.mark.parametrize("leaves", [False, True])
 def test_the_report_of_a_joined_path_is_of_all_its_sections(leaves: bool) -> None:
-    ends: tuple[Any, Any] = (ROUNDED, "hover") if leaves else ("hover", ROUNDED)
     vehicle = gg.PAPER.replace(max_tilt="80deg")
-    limited = ROUNDED.with_gait(replace(ROUNDED.gait, vehicle=vehicle))
-    found = gg.transition(*(limited if one is ROUNDED else one for one in ends))
+    limited = rounded().with_gait(replace(rounded().gait, vehicle=vehicle))
+    ends: tuple[Any, Any] = (limited, "hover") if leaves else ("hover", limited)
+    found = gg.transition(*ends)
     table, whole = found.table, limited.check()
     for report in (found.report, gg.validate(table)):
         assert report["R_sign"].value == whole["R_sign"].value
