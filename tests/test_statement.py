@@ -392,6 +392,19 @@ def test_a_value_and_the_limit_that_it_breaks_are_told_apart() -> None:
         assert float(found) > float(limit)
 
 
+def test_a_stated_error_of_angles_raises_no_limit(tmp_path: Path) -> None:
+    vehicle = FAST.replace(max_tilt_rate=2.0)
+    timed = gg.lift(CORNERS[:3], "red", vehicle=vehicle).parametrize(1.0, samples=60)
+    timed.write(tmp_path / "a.json")
+    file = json.loads((tmp_path / "a.json").read_text())
+    for name in ("corners", "law", "period", "samples"):
+        del file["about"][name]
+    for stated in (0.0, 0.1, 1e9):
+        file["about"]["angle_rounding"] = stated
+        (tmp_path / "a.json").write_text(json.dumps(file))
+        assert not gg.validate(tmp_path / "a.json")["tilt_rate"].ok
+
+
 def dense_check(report: gg.Report, table: Table, vehicle: gg.Vehicle) -> None:
     """Assert that nothing is called flyable where rows as they are joined break a condition."""
     if not report.flyable:

@@ -201,9 +201,19 @@ class Table(Pictured):
 
     @property
     def rounding(self) -> float:
-        """The largest error of its angles by the rounding of a servo table that they come from [rad]; else 0."""
+        """The largest error of its angles by the rounding of the servo table that they were read from [rad]; else 0.
+
+        What the file states counts up to half a step of the positions in it.
+        """
         stated = number_of(self.about.get("angle_rounding"))
-        return stated if stated > 0 else 0.0
+        if not stated > 0:
+            return 0.0
+        half_steps = [
+            float(self.half_units(name).max(initial=0.0))
+            for name in ANGLES
+            if name in self and self.digits.get(name, Digits()).steps
+        ]
+        return min(stated, max(half_steps, default=0.0))
 
     def once(self) -> Table:
         """Return the table as a path that is run once, from its first row to its last.
