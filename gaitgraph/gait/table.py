@@ -582,23 +582,21 @@ def motion_of(
 
 
 def accelerations_of(table: Table) -> FloatArray:
-    """Return the accelerations of rows with rates, shape (n, 4) [rad/s²]: those stated, else those of the cubics.
+    """Return the accelerations of rows with rates, shape (n, 4) [rad/s²]: those stated, else slopes of the rates.
 
-    At a row these are the mean of before and after it.
+    At a row a slope is from the row before to the row after it, so that none is larger than that of every smooth motion
+    with these rates; at the ends of an open table it is over one step.
     """
     if all(name in table for name in ACCELERATIONS):
         return np.column_stack([table[name] for name in ACCELERATIONS])
     rates = np.column_stack([table[name] for name in RATES])
-    step = np.diff(table["t"])[:, None]
-    slope = np.diff(table.alpha, axis=0) / step
-    first, last = rates[:-1], rates[1:]
-    after = (6 * slope - 4 * first - 2 * last) / step  # at the start of each cubic
-    before = (4 * last + 2 * first - 6 * slope) / step  # at its end
+    change, step = np.diff(rates, axis=0), np.diff(table["t"])[:, None]
     returns = table.repeats and is_closed(table.alpha)
-    start = before[-1:] if returns else after[:1]
-    end = after[:1] if returns else before[-1:]
-    both = np.concatenate([start, before]) + np.concatenate([after, end])
-    return np.asarray(both / 2)
+    before, after = (-1, 0) if returns else (0, -1)  # the first and the last row
+    changes, steps = (
+        np.concatenate([one[[before]], one, one[[after]]]) for one in (change, step)
+    )
+    return np.asarray((changes[:-1] + changes[1:]) / (steps[:-1] + steps[1:]))
 
 
 def completed_table(
@@ -611,8 +609,8 @@ def completed_table(
 
     A stated column stays if all of its rows agree with the angles: R to within its digits, types with the color.
     Otherwise, or for another vehicle, it is computed. Rows without rates are joined by straight segments: their rates are
-    those just after each row and their accelerations are zero. Rows with rates alone are joined by cubics: at a row their
-    accelerations are the mean of those before and after it. `t` must be there.
+    those just after each row and their accelerations are zero. Rows with rates alone are joined by cubics and get no
+    accelerations. `t` must be there.
     """
     stated, numbers, crossing_tolerance = surface_of(table, vehicle, coefficients)
     about = {
@@ -653,10 +651,7 @@ def completed_table(
         end = t[-1] if returned else closing_time(0.0, t[-1], len(t))
         last = Table(columns=whole.rows(0, 1).columns | {"t": np.array([end])})
         columns = merged([whole.rows(0, len(t) - returned), last]).columns
-    if all(name in table for name in RATES):
-        accelerations = accelerations_of(Table(columns=columns, about=about))
-        columns |= zip(ACCELERATIONS, accelerations.T, strict=True)
-    else:
+    if not all(name in table for name in RATES):
         for name, rate, acceleration in zip(ANGLES, RATES, ACCELERATIONS, strict=True):
             slopes = np.diff(columns[name]) / np.diff(columns["t"]) + 0.0
             columns |= {

@@ -104,7 +104,8 @@ def _sampled(rows: Table, stated: Table, count: int | None, seconds: float) -> T
         speeds = np.clip(spline(own, 1), -most, most) / slower
         columns |= zip(RATES, speeds.T, strict=True)
         for name in ACCELERATIONS:
-            columns[name] = np.interp(own, t, rows[name]) / slower**2
+            if name in rows:
+                columns[name] = np.interp(own, t, rows[name]) / slower**2
     else:
         angles = np.column_stack([np.interp(own, t, angle) for angle in alpha.T])
     columns |= zip(ANGLES, angles.T, strict=True)

@@ -25,7 +25,7 @@ import numpy as np
 
 from gaitgraph.arrays import read_only
 from gaitgraph.errors import InputError
-from gaitgraph.gait.table import ACCELERATIONS, RATES, Table, completed_table
+from gaitgraph.gait.table import RATES, Table, accelerations_of, completed_table
 from gaitgraph.io.formats import given_gait, naming_file
 from gaitgraph.timing.laws import LAWS, times_from
 from gaitgraph.timing.time_optimal import Limits, law_of_pace
@@ -78,8 +78,8 @@ def played(
     if not isinstance(motion, RowTimedGait) or not source.joined_by_cubics:
         return motion
     rows = completed_table(source, **chosen)
-    columns = ([rows[name] for name in names] for names in (RATES, ACCELERATIONS))
-    derivatives = np.stack([np.column_stack(one) for one in columns], axis=1)
+    rates = np.column_stack([rows[name] for name in RATES])
+    derivatives = np.stack([rates, accelerations_of(rows)], axis=1)
     return replace(motion, row_derivatives=derivatives)
 
 

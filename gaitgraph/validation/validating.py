@@ -27,6 +27,7 @@ from gaitgraph.gait.table import (
     ANGLES,
     RATES,
     Table,
+    accelerations_of,
     closed_rows,
     closing_time,
     even_times,
@@ -586,6 +587,9 @@ class _RowRates:
                 stated = np.column_stack([table[name] for name in names])
                 digits = np.column_stack([table.half_units(name) for name in names])
                 peak.update(np.maximum(np.abs(stated) - digits, 0.0), rows)
+        has_rates_alone = ACCELERATIONS[0] not in table and table.joined_by_cubics
+        if has_rates_alone and not table.rounding:
+            self.peaks[1].update(np.abs(accelerations_of(table)), rows)
 
     def _differences(
         self,
