@@ -37,6 +37,8 @@ settings.load_profile(
 def pytest_configure(config: pytest.Config) -> None:
     """Let interrupts reach tests that a shell started in the background; keep the marker known without pytest-cov."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
+    # Workers inherit it: there is one for each core, and threads of their own make them wait for each other.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     config.addinivalue_line("markers", "benchmark: timed by pytest-benchmark")
     told = "no_cover: runs untraced, which is two or three times as fast; other tests reach the same lines"
     config.addinivalue_line("markers", told)
