@@ -211,13 +211,16 @@ def test_roots(run: Any) -> None:
 def test_export(run: Any) -> None:
     run("plan", *SQUARE, "--output", "a.csv")
     result = run("export", "a.csv", "b.json", "c.csv", "--json")
+    report = gg.validate("a.csv")
     assert result.json == {
         "rows": 101,
         "columns": list(read_table("a.csv").columns),
         "outputs": ["b.json", "c.csv"],
         "valid": True,
         "flyable": True,
-        "warnings": list(gg.validate("a.csv").warnings),
+        "not_judged": list(report.not_judged),
+        "hover_power": report.hover_power,
+        "warnings": list(report.warnings),
     }
     assert Path("a.csv").read_bytes() == Path("c.csv").read_bytes()
     assert run("export", "a.csv", "c.csv").code == 2
