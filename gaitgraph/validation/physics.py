@@ -276,10 +276,8 @@ class _SingularValue(Rule):
 
     def update(self, block: Segments) -> None:
         """Bracket the least singular value, and decide the comparison with the floor where the bracket does not."""
-        criteria, floor = (
-            self.criteria,
-            self.criteria.floor + self.criteria.singular_value_slack,
-        )
+        criteria = self.criteria
+        floor = criteria.floor * (1 - criteria.passing) + criteria.singular_value_slack
         found = self.brackets.singular
         self.worst.update(found.worst(), block)
         close = found.lower < floor
@@ -294,9 +292,8 @@ class _SingularValue(Rule):
         criteria, place = self.criteria, self.worst.place
         floor, lower = criteria.floor, self.worst.lower - criteria.singular_value_slack
         value = lower if criteria.beside else self.worst.upper
-        proven = max(
-            math.floor(1e4 * lower) / 1e4, floor
-        )  # rounded down, as a bound must be
+        # Rounded down, as a bound must be.
+        proven = max(math.floor(1e4 * lower) / 1e4, floor * (1 - criteria.passing))
         message = f"least singular value {figure(value)} (proven lower bound {proven:.4f}, floor {floor:g})"
         if not self.above:
             advice = "move the loop away from R = 0, or lower the floor"
@@ -419,7 +416,8 @@ class _HoverThrust(Rule):
                 "mass", "gravity", purpose="the check of the largest thrust"
             )
             newtons, at = peak * mass * gravity, self.largest.place
-            ok, found = newtons <= limit, f"largest hover thrust {newtons:.3g} N"
+            most = limit * (1 + self.criteria.passing)
+            ok, found = newtons <= most, f"largest hover thrust {newtons:.3g} N"
             message = self.compared(ok, found, f"{limit:.3g} N", at, "tilt less there")
             yield self.check(
                 ok, message, value=newtons, limit=limit, place=at, name="thrust_limit"
@@ -525,7 +523,8 @@ class _TiltRange(Rule):
         row, arm = divmod(int(np.argmax(sizes)), 4)
         value = float(rows[row, arm])
         limit = float(high[arm] if 2 * value >= low[arm] + high[arm] else low[arm])
-        ok = bool(sizes[row, arm] <= ((high - low) / 2).max() + EXACT)
+        room = EXACT + self.criteria.passing
+        ok = bool(sizes[row, arm] <= ((high - low) / 2).max() + room)
         is_one = (high == high[0]).all() and (low == -high).all()
         value, limit = (abs(value), abs(limit)) if is_one else (value, limit)
         in_degrees = math.degrees(value), math.degrees(limit)

@@ -64,6 +64,7 @@ class Criteria:
     extremes: FloatArray | None = (
         None  # the least and the largest tilt angles of the curve, shape (2, 4) [rad]
     )
+    passing: float = 0.0  # by how much the ranges of tilt may be passed [rad], and by what share floor and thrust limit
 
     def __post_init__(self) -> None:
         for name in ("tolerance", "floor", "crossing_tolerance"):
