@@ -333,6 +333,19 @@ def test_a_gait_that_reaches_a_limit_is_flyable_as_a_table(tmp_path: Path) -> No
     assert not report["tilt_range"].ok
 
 
+def test_rows_that_are_lifted_may_state_rates(tmp_path: Path) -> None:
+    zeros = dict.fromkeys(RATES, np.zeros(3))
+    columns = {
+        "t": [0.0, 1.0, 2.0],
+        "alpha1": [-0.3, -0.3, -0.6],
+        "alpha2": [0.3, 0.6, 0.6],
+    }
+    frame = {**columns, "color": "red", **zeros}
+    assert gg.validate(frame).flyable
+    assert gg.retarget(frame)
+    assert gg.certify(frame)
+
+
 def test_determinants_beside_rounded_angles_are_those_of_the_rows() -> None:
     table = table_of(
         gg.lift([(-0.3, 0.3), (-0.3, 1.3), (-1.3, 1.3)], "red").parametrize(0.8)

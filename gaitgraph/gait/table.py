@@ -135,7 +135,7 @@ class Table(Pictured):
 
         They have rates, and accelerations other than zero or none at all.
         """
-        if len(self) < 2 or not all(name in self for name in ("t", *RATES)):
+        if len(self) < 2 or not all(name in self for name in ("t", *ANGLES, *RATES)):
             return False
         if not all(name in self for name in ACCELERATIONS):
             return True

@@ -27,8 +27,8 @@ from gaitgraph.arrays import read_only
 from gaitgraph.errors import InputError
 from gaitgraph.gait.table import RATES, Table, accelerations_of, completed_table
 from gaitgraph.io.formats import given_gait, naming_file
-from gaitgraph.timing.laws import LAWS, times_from
-from gaitgraph.timing.time_optimal import Limits, law_of_pace
+from gaitgraph.timing.laws import times_from
+from gaitgraph.timing.time_optimal import timed_by_law
 from gaitgraph.timing.timed_gait import (
     JOINED,
     Motion,
@@ -463,18 +463,14 @@ def joined_again(
         if is_path:
             sections.append(TimedPath.of(gait.parametrize(2 * period, law=law)))
             continue
-        motion: TimedGait
-        if law in LAWS:
-            motion = gait.parametrize(period, law=law)
-        else:
-            motion = law_of_pace(
-                gait,
-                Limits(**part["limits"]),
-                rounding=part.get("rounding"),
-                period=period,
-                law=law,
-                samples=1,
-            )
+        motion = timed_by_law(
+            gait,
+            law,
+            period,
+            samples=1,
+            limits=part.get("limits", {}),
+            rounding=part.get("rounding"),
+        )
         sections.append(
             RunUp(motion=motion, periods=part["periods"], stops=part["stops"])
         )

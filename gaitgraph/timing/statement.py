@@ -9,7 +9,6 @@ follow from the angles. Rates that do not fit the rows are dropped too. No other
 
 from __future__ import annotations
 
-import math
 import warnings
 from dataclasses import replace
 from pathlib import Path
@@ -17,8 +16,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gaitgraph.angles import number_of
-from gaitgraph.errors import FileWarning, GaitgraphError, shown
+from gaitgraph.angles import checked_number, whole_number
+from gaitgraph.errors import FileWarning, GaitgraphError, InputError
 from gaitgraph.gait.gait import Gait
 from gaitgraph.gait.table import (
     ACCELERATIONS,
@@ -31,8 +30,7 @@ from gaitgraph.gait.table import (
     surface_of,
 )
 from gaitgraph.timing.joining import joined_again
-from gaitgraph.timing.laws import LAWS
-from gaitgraph.timing.time_optimal import Limits, law_of_pace
+from gaitgraph.timing.time_optimal import timed_by_law
 from gaitgraph.timing.timed_gait import MOST_SAMPLES, TimedGait, TimedPath
 
 if TYPE_CHECKING:
@@ -89,12 +87,11 @@ def _stated_motion(table: Table) -> tuple[TimedGait | None, str]:
         return None, ""
     if "t" not in table or "alpha3" not in table:
         return None, "the file states a motion, but has no times or not all angles"
-    samples, period = about.get("samples"), number_of(about.get("period"))
-    if type(samples) is not int or not 0 < samples <= MOST_SAMPLES:
-        return None, f"samples must be a whole number, got {shown(samples)}"
-    if not 0 < period < math.inf:
-        got = shown(about.get("period"))
-        return None, f"period must be a positive number of seconds, got {got}"
+    try:
+        samples = whole_number("samples", about.get("samples"), 1, MOST_SAMPLES)
+        period = checked_number("period", about.get("period"), above=True)
+    except InputError as error:
+        return None, f"the stated {error}"
     difference = _first_wrong_time(table, samples, period)
     if difference or not is_stated:
         return None, difference
@@ -139,18 +136,14 @@ def _motion_of(
         if table.repeats or abs(joined.period - period) > _ROUND_OFF * period:
             raise ValueError("sections must be of a path, and take its period")
         return joined
-    law = about.get("law", "")
-    if law in LAWS or not table.limits:
-        motion = gait.parametrize(period, law=law, samples=samples)
-    else:
-        motion = law_of_pace(
-            gait,
-            Limits(**table.limits),
-            rounding=about.get("rounding"),
-            period=period,
-            law=law,
-            samples=samples,
-        )
+    motion = timed_by_law(
+        gait,
+        about.get("law", ""),
+        period,
+        samples=samples,
+        limits=table.limits,
+        rounding=about.get("rounding"),
+    )
     return motion if table.repeats else TimedPath.of(motion)
 
 
@@ -206,7 +199,7 @@ def _first_misfit(table: Table) -> str:
     largest change of slopes at its row and the rows beside it, and by what the digits allow. At the ends of an open table,
     where one slope is not known, it is widened by the largest of that angle too.
     """
-    if "t" not in table or len(table) < 2 or not all(name in table for name in RATES):
+    if len(table) < 2 or not all(name in table for name in ("t", *ANGLES, *RATES)):
         return ""
     step = np.diff(even_times(table))
     closed = table.repeats and is_closed(table.alpha)

@@ -29,6 +29,7 @@ from gaitgraph.invertibility.matrices import FloatArray
 from gaitgraph.io.formats import gait_of, given_gait, naming_file
 from gaitgraph.timing.curve import Curve, LimitedGait, Rounding, nodes_along, rounded
 from gaitgraph.timing.laws import (
+    LAWS,
     fastest_squared_speeds,
     laws_under_jerk,
     peaks_of,
@@ -46,6 +47,7 @@ if TYPE_CHECKING:
     from gaitgraph.gait.gait import Gait
     from gaitgraph.invertibility.matrices import CoefficientsLike
     from gaitgraph.io.formats import GaitLike
+    from gaitgraph.timing.timed_gait import TimedGait
     from gaitgraph.vehicle import Each, Vehicle, VehicleLike
 
 Limit = float | str | Sequence[float | str] | FloatArray | None
@@ -429,21 +431,25 @@ def paced(
     )
 
 
-def law_of_pace(
+def timed_by_law(
     gait: Gait,
-    limits: Limits,
-    *,
-    rounding: float | None,
+    law: Any,
     period: float,
-    law: str,
+    *,
     samples: int,
-) -> LimitedGait:
-    """Return the fastest law along a gait, stretched to a period, whether or not that keeps the limits.
+    limits: Mapping[str, Any],
+    rounding: float | None = None,
+) -> TimedGait:
+    """Return a gait with the law that a table states: one of LAWS, or with `limits` the law of ``pace`` for these.
 
-    It is the law that a table written by ``pace`` states; `law` is its name. Raises InputError if there is none.
+    That is the fastest one, stretched to the period, whether or not it keeps the limits then. Raises InputError if
+    there is none.
     """
-    task = _Task(gait, limits, rounding)
-    found = paced(gait, limits, period=period) if task.still else task.least(None, None)
+    if law in LAWS or not limits:
+        return gait.parametrize(period, law=law, samples=samples)
+    kept = Limits(**limits)
+    task = _Task(gait, kept, rounding)
+    found = paced(gait, kept, period=period) if task.still else task.least(None, None)
     if found.timed is None:
         raise InputError(f"limits must allow a law, got none: {found.reason}")
     return replace(found.timed.with_period(period), law=law, samples=samples)
