@@ -194,7 +194,7 @@ def test_lines_with_what_made_a_csv_file_are_not_lost_silently(tmp_path: Path) -
         cut.write_text("".join([head, *lines[:first], *lines[last:]]))
         with pytest.raises(gg.InputError, match="rows are missing"):
             gg.read_table(cut)
-    pandas = pytest.importorskip("pandas")
+    pandas = pytest.importorskip("pandas", reason="install pandas")
     with pytest.raises(gg.InputError, match="rows are missing"):
         gg.validate(pandas.read_csv(cut))
     for k in range(1, texts):  # a row is put in, without a text
