@@ -344,6 +344,8 @@ def test_rows_that_are_lifted_may_state_rates(tmp_path: Path) -> None:
     assert gg.validate(frame).flyable
     assert gg.retarget(frame)
     assert gg.certify(frame)
+    wrong = gg.validate({**frame, "R": [9.0, 9.0, 9.0]})
+    assert any("row 1 states R = 9" in one for one in wrong.warnings)
 
 
 def test_determinants_beside_rounded_angles_are_those_of_the_rows() -> None:

@@ -444,7 +444,8 @@ class _TableChecker:
                 ANGLES
             ):  # what the digits of the angles explain
                 moved = fresh.alpha[doubted]
-                moved[:, joint] += piece.half_units(name)[doubted]
+                if name in piece:  # rows may be lifted
+                    moved[:, joint] += piece.half_units(name)[doubted]
                 off[doubted] -= 1.1 * np.abs(determinant(moved) - computed[doubted])
             if (off > 0).any():
                 k = int(np.argmax(off > 0))
