@@ -262,7 +262,7 @@ def test_the_rates_of_an_optimized_table_fit(tmp_path: Path) -> None:
     optimal.timed().write(tmp_path / "a.csv")
     with warnings.catch_warnings():
         warnings.simplefilter("error", FileWarning)
-        gg.read_table(tmp_path / "a.csv")
+        assert RATES[0] in gg.read_table(tmp_path / "a.csv")
 
 
 @pytest.mark.parametrize("samples", [30, 57, 100, 400])
@@ -369,6 +369,17 @@ def test_slopes_between_rounded_angles_are_named_as_that(tmp_path: Path) -> None
     check = gg.validate(found)["tilt_rate"]
     assert not check.ok
     assert "write them with more decimals" in check.message
+    fast = {name: np.full(len(coarse), 7.0) for name in RATES}
+    stated = Table(columns={**paced.columns, **fast}, about={"limits": {"rate": 6.0}})
+    with pytest.warns(FileWarning, match="not used"):
+        gg.validate(stated)
+    rates = {name: 1.2 * paced.columns[name] for name in RATES}
+    stated = Table(columns={**paced.columns, **rates}, about={"limits": {"rate": 6.0}})
+    message = gg.validate(stated)[
+        "tilt_rate"
+    ].message  # the rates break it, no slope does
+    assert "peak 7.2" in message
+    assert "decimals" not in message
 
 
 def test_cubics_between_rows_are_judged(tmp_path: Path) -> None:

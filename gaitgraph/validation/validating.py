@@ -74,9 +74,7 @@ if TYPE_CHECKING:
     from gaitgraph.io.formats import GaitLike
     from gaitgraph.vehicle import Each, Vehicle, VehicleLike
 
-_PASSING = (
-    2e-4  # cubics through samples of a motion that reaches a limit pass it [rad, share]
-)
+_PASSING = 2e-4  # of limits, by cubics through samples of a motion [rad, or a share]
 _BESIDE_CUBIC = 1e-6  # largest distance of a cubic between rows from its chords [rad]
 _MOST_PARTS = 1000  # of a cubic
 _WORSE = dict.fromkeys((*RATE_CHECKS, "on_surface", "thrust_limit"), 1.0)
@@ -440,12 +438,11 @@ class _TableChecker:
             computed = np.asarray(determinant(fresh.alpha))
             off = np.abs(piece["R"] - computed) - 1e-2 * np.maximum(1, np.abs(computed))
             doubted = np.flatnonzero(off > 0)
-            for joint, name in enumerate(
-                ANGLES
-            ):  # what the digits of the angles explain
+            for joint, name in enumerate(ANGLES):
+                # What the digits of the angles explain; lifted ones follow the first two.
+                stated = name if name in piece else ANGLES[joint - 2]
                 moved = fresh.alpha[doubted]
-                if name in piece:  # rows may be lifted
-                    moved[:, joint] += piece.half_units(name)[doubted]
+                moved[:, joint] += piece.half_units(stated)[doubted]
                 off[doubted] -= 1.1 * np.abs(determinant(moved) - computed[doubted])
             if (off > 0).any():
                 k = int(np.argmax(off > 0))
@@ -564,7 +561,8 @@ class _RowRates:
             for kind, limit in stated.items()
         ]
         self.peaks = [Peak(scale=scale_of(limit)) for limit in self.limits]
-        self.least_rates = np.zeros(4)  # that angles of these digits leave no doubt of
+        # Slopes of the rows as they count, and those that the rounding of angles leaves no doubt of.
+        self.slopes, self.least_slopes = np.zeros(4), np.zeros(4)
 
     def examine(self, table: Table, rows: Segments) -> None:
         """Examine the rows of a table, from the first to the last, and over the seam of a motion that repeats."""
@@ -621,7 +619,8 @@ class _RowRates:
             explained = rounding
             if order == 1:
                 explained = np.minimum(rounding, most)
-                self.least_rates = (np.abs(values) - rounding).max(axis=0)
+                self.slopes = (np.abs(values) - explained).max(axis=0)
+                self.least_slopes = (np.abs(values) - rounding).max(axis=0)
             size = np.maximum(np.abs(values) - explained, 0.0)
             peak.update(size[:count], rows if order == 1 else inner)
 
@@ -636,9 +635,14 @@ class _RowRates:
                 continue
             needed = period * (peak.value / limit) ** (1 / order) if limit else period
             advice = f"take at least {needed:.4g} s instead of {period:.4g} s"
+            joint = peak.joint - 1
             if peak.place is not None and lone.is_near(peak.place.point + 1):
                 advice = lone.note
-            elif order == 1 and limit and self.least_rates[peak.joint - 1] <= limit:
+            elif (
+                order == 1
+                and limit
+                and self.least_slopes[joint] <= limit < self.slopes[joint]
+            ):
                 advice = "a slope between rounded angles: write them with more decimals"
             out.append(
                 limit_check(
