@@ -24,6 +24,7 @@ from gaitgraph.errors import InputError
 
 if TYPE_CHECKING:
     from gaitgraph.cli import Paths
+    from gaitgraph.gait.table import Table
     from gaitgraph.timing.timed_gait import TimedGait
 
 
@@ -62,7 +63,7 @@ def validate_command(
     If --vehicle describes rotors of any geometry (TOML with [[rotor]], PX4 parameters, URDF or MJCF), physics alone is
     checked, on alpha1 to alphaN, and the exit code is 1 if the table is not flyable.
     """
-    from gaitgraph.io.formats import holds_request, unchecked_table
+    from gaitgraph.io.formats import holds_request, naming_file, read_table
     from gaitgraph.validation.validating import validate, validate_geometry
     from gaitgraph.vehicle import Vehicle
 
@@ -78,32 +79,31 @@ def validate_command(
                     f"{which} must be omitted for rotors of any geometry, got {value!r}"
                 )
             return show(validate_geometry(gait_file, geometry, **floor))
-        report = validate(as_given(gait_file, once=once), **given)
-        note = _note_on_certificate(gait_file, given)
+        source: Any = gait_file
+        states_vehicle, note = True, ""
+        if once or not (gait_file in PAPER_GAITS or holds_request(gait_file)):
+            table = read_table(gait_file)
+            states_vehicle = "vehicle" in table.about
+            note = _note_on_certificate(gait_file, table, given)
+            source = table.once() if once else table
+        with naming_file(gait_file):
+            report = validate(source, **given)
         if note:
             report = replace(report, notes=(*report.notes, note))
-    states_none = not (
-        wants_json()
-        or "vehicle" in given
-        or gait_file in PAPER_GAITS
-        or holds_request(gait_file)
-    )
-    if states_none and "vehicle" not in unchecked_table(gait_file).about:
+    if not (wants_json() or "vehicle" in given or states_vehicle):
         print_problem(
             "warning: the file states no vehicle: the paper's is taken; --vehicle names another"
         )
     return show(report, ok=report.flyable if require == "flyable" else report.valid)
 
 
-def _note_on_certificate(gait_file: str, given: dict[str, Any]) -> str:
+def _note_on_certificate(gait_file: str, table: Table, given: dict[str, Any]) -> str:
     """Return why the certificate beside a gait file is not that of its rows, "" if it is or there is none."""
     from gaitgraph.certificates.verifying import certificate_beside, note_on_certificate
     from gaitgraph.gait.table import surface_of
-    from gaitgraph.io.formats import read_table
 
     if not certificate_beside(Path(gait_file)).is_file():
         return ""
-    table = read_table(gait_file)
     vehicle, _, _ = surface_of(table, given.get("vehicle"))
     return note_on_certificate(Path(gait_file), table, vehicle)
 

@@ -382,19 +382,17 @@ class Report(Pictured):
 
 def verdict_of(report: Report | None) -> dict[str, Any]:
     """Return the verdict of a report as plain values, in the order in which answers have them; of no gait without one."""
+    names = ("valid", "two_color", "flyable", "reachable_from_hover")
+    if report is None:
+        out: dict[str, Any] = dict.fromkeys(names, False)
+        out |= {"not_judged": [], "hover_power": None, "hover_power_over": None}
+        return {**out, "checks": []}
     return {
-        "valid": report is not None and report.valid,
-        "two_color": report is not None and report.two_color,
-        "flyable": report is not None and report.flyable,
-        "reachable_from_hover": False
-        if report is None
-        else report.reachable_from_hover,
-        "not_judged": [] if report is None else list(report.not_judged),
-        "hover_power": None if report is None else report.hover_power,
-        "hover_power_over": None if report is None else report.hover_power_over,
-        "checks": []
-        if report is None
-        else [check.as_mapping() for check in report.checks],
+        **{name: getattr(report, name) for name in names},
+        "not_judged": list(report.not_judged),
+        "hover_power": report.hover_power,
+        "hover_power_over": report.hover_power_over,
+        "checks": [check.as_mapping() for check in report.checks],
     }
 
 
