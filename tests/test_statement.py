@@ -21,7 +21,7 @@ from gaitgraph.errors import FileWarning
 from gaitgraph.gait.digits import Digits, digits_of
 from gaitgraph.gait.table import ACCELERATIONS, ANGLES, RATES, Table
 from gaitgraph.invertibility.matrices import hover_thrust_shares, least_singular_value
-from gaitgraph.io.formats import write_tables
+from gaitgraph.io.formats import given_gait, write_tables
 from gaitgraph.timing.laws import LAWS
 from gaitgraph.timing.timed_gait import table_of
 
@@ -289,7 +289,7 @@ def test_smooth_rows_fit_their_rates_at_any_sampling() -> None:
         bare = Table(columns={name: timed.columns[name] for name in NUMBERS})
         with warnings.catch_warnings():
             warnings.simplefilter("error", FileWarning)
-            gg.validate(bare)
+            assert RATES[0] in given_gait(bare)
 
 
 def test_times_are_those_of_the_statement_to_half_a_unit(tmp_path: Path) -> None:
