@@ -1,12 +1,13 @@
 """The physical constants of a tilt-rotor.
 
-Four arms lie in the body's x–y plane, a quarter turn apart; arm *i* carries a rotor that tilts by αᵢ from upright
-about the arm's outward axis. Body axes: x forward, y left, z up. Rotor 1 is on the first arm, rotors 2, 3, 4 follow
-counter-clockwise seen from above; opposite rotors turn in the same sense, neighbours do not.
+Rotor *i* tilts by αᵢ from upright about the horizontal line from the centre of mass towards it. Body axes: x forward, y
+left, z up. Rotors 2, 3, 4 follow rotor 1 counter-clockwise seen from above; opposite rotors turn in the same sense,
+neighbours do not.
 
-The gait surfaces depend only on the *drag ratio* κ = Km/(Kf·L) and the spin sense. Turning all arms about z moves
-only the roll and pitch axes of the attitude diagrams. Mirroring every spin replaces κ by −κ, which mirrors every
-surface and region in the origin of the (α1, α2) plane.
+A vehicle is *symmetric* if a half turn about body z maps it to itself: opposite rotors at equal distances and heights,
+with equal drag. All plans are for symmetric vehicles; four equal arms a quarter turn apart are the short way to write
+the most common of them. The *drag ratio* of a rotor is κ = Km/(Kf·L), of its own distance L from body z. Mirroring every
+spin replaces κ by −κ, which mirrors every surface and region in the origin of the (α1, α2) plane.
 """
 
 from __future__ import annotations
@@ -54,7 +55,7 @@ UNITS = {
     "drag_coefficient": "N m s²/rad²", "drag_to_thrust": "m", "drag_ratio": "dimensionless", "inertia": "kg m²",
     "max_tilt": "rad", "min_tilt": "rad", "max_tilt_rate": "rad/s", "max_tilt_acceleration": "rad/s²",
     "max_tilt_jerk": "rad/s³", "max_thrust": "N", "servo_lag": "s", "linkage": "rad", "rotor_lag": "s",
-    "rotor_height": "m", "arm_inertia": "kg m²", "rotor_inertia": "kg m²",
+    "rotor_height": "m", "rotor_positions": "m", "arm_inertia": "kg m²", "rotor_inertia": "kg m²",
 }  # fmt: skip
 _TILTS = ("max_tilt", "min_tilt")
 _ANGLES = ("max_tilt_rate", "max_tilt_acceleration", "max_tilt_jerk")
@@ -62,12 +63,15 @@ _LEAST_TURN, _LARGEST_TURN = 1e-6, 1e6  # between two points of a linkage [rad]
 _ROUNDING = 1e-12  # of an angle at a corner of a linkage [rad]
 _LONG_ARM = 3.0  # in metres for each cube root of a kilogram; of flying vehicles it is about 0.25
 _LIKELY_ARM = 3.0  # the cube root of an unknown mass
-_EACH = (*_TILTS, *_ANGLES, "servo_lag", "linkage")
-_ONE_OF_ALL_ARMS = ("arm_length", "first_arm_angle")
-_OF_OTHER_ARMS = ("arm_lengths", "arm_angles", "rotor_positions")
+_EACH = (*_TILTS, *_ANGLES, "servo_lag", "linkage", "drag_to_thrust")
+_OF_EQUAL_ARMS = ("arm_length", "first_arm_angle", "rotor_height")
+_ALIKE = 1e-9  # share of the arm length by which two places may differ and count as one
+_FAR = 1e3  # m
 
 Each = float | tuple[float, ...]
 """A constant of all arms, or four of which some differ."""
+Place = tuple[float, float, float]
+"""A point (x, y, z) in body axes from the centre of mass [m]."""
 Linkage = tuple[tuple[float, float], ...]
 """Servo angles and the tilt angles that they make, pairs [rad], the tilt angles increasing."""
 
@@ -88,11 +92,11 @@ class Vehicle(Pictured):
     mass, gravity
         Mass m [kg], and gravitational acceleration g [m/s²].
     arm_length
-        Distance L from the centre of mass to each rotor [m].
+        Horizontal distance L from the centre of mass to each rotor [m]; of `rotor_positions` it is the mean.
     thrust_coefficient, drag_coefficient
         Kf [N s²/rad²] and Km [N m s²/rad²]: thrust and drag torque per squared rotor speed.
     drag_to_thrust, drag_ratio
-        Km/Kf [m], and κ = Km/(Kf·L), dimensionless, positive.
+        Km/Kf [m], one or four, and κ = Km/(Kf·L), dimensionless, positive; of four its mean. See `drag_ratios`.
     inertia
         Principal moments (Ix, Iy, Iz) about the body axes [kg m²].
     first_arm_angle
@@ -118,6 +122,10 @@ class Vehicle(Pictured):
         Time constant of the rotors' thrusts as first-order lags [s]; flight alone uses it.
     rotor_height
         Height h of the rotors above the centre of mass, along body z [m]; negative below, at most ten arm lengths.
+    rotor_positions
+        Instead of `arm_length`, `first_arm_angle` and `rotor_height`: the places (x, y, z) of the four rotors from the
+        centre of mass, counter-clockwise seen from above [m]. The three are then derived from it: means, and the angle
+        of rotor 1. Four equal arms a quarter turn apart are written by the three: `rotor_positions` is then None.
     arm_inertia, rotor_inertia
         Moment of inertia of one tilting arm with its rotor about its tilt axis, part of `inertia`, and of one rotor
         about its spin axis [kg m²].
@@ -142,7 +150,7 @@ class Vehicle(Pictured):
     arm_length: float | None = None
     thrust_coefficient: float | None = None
     drag_coefficient: float | None = None
-    drag_to_thrust: float | None = None
+    drag_to_thrust: Each | None = None
     drag_ratio: float
     inertia: tuple[float, float, float] | None = None
     first_arm_angle: float = 0.0
@@ -158,6 +166,7 @@ class Vehicle(Pictured):
     linkage: Linkage | tuple[Linkage, ...] | None = None
     rotor_lag: float | None = None
     rotor_height: float = 0.0
+    rotor_positions: tuple[Place, ...] | None = None
     arm_inertia: float | None = None
     rotor_inertia: float | None = None
 
@@ -165,6 +174,7 @@ class Vehicle(Pictured):
         _check_arms_are_equal(constants)
         check_fields("vehicle", constants, _FIELDS)
         stated: dict[str, Any] = _DEFAULTS | constants
+        _read_positions(stated)
         if (
             not isinstance(name := stated["name"], str)
             or not name
@@ -179,7 +189,7 @@ class Vehicle(Pictured):
                 f"max_tilt must be stated (rad) beside min_tilt, got none; min_tilt is {shown(low)}"
             )
         for field in UNITS:
-            if field in ("inertia", "rotor_height") or (
+            if field in ("inertia", "rotor_height", "rotor_positions") or (
                 stated[field] is None and field != "gravity"
             ):
                 continue
@@ -209,11 +219,16 @@ class Vehicle(Pictured):
         ):
             if stated[over] is None or stated[under] is None:
                 continue
-            derived, got = stated[over] / stated[under], stated[field]
+            mean = sum(four_of(stated[over])) / 4
+            derived, got = mean / stated[under], stated[field]
             if got is None:
                 stated[field] = _positive(
                     field, derived
                 )  # a quotient of extreme constants can overflow or vanish
+            elif isinstance(got, tuple):
+                raise InputError(
+                    f"drag_coefficient must be omitted beside four drag_to_thrust, got {stated[over]}"
+                )
             elif not math.isclose(got, derived, rel_tol=1e-6):
                 rule = (
                     f"{formula} = {derived:.9g} of the other constants, or be omitted"
@@ -240,6 +255,10 @@ class Vehicle(Pictured):
                 f"rotor_height must be within ±{largest:g} m, ten arm lengths, got {shown(height)}"
             )
         stated["rotor_height"] = number_of(height) + 0.0  # -0.0 is 0.0
+        if isinstance(stated["drag_to_thrust"], tuple) and not stated["arm_length"]:
+            raise InputError(
+                "arm_length (m) or rotor_positions must be stated beside four drag_to_thrust, got none"
+            )
         for field, value in stated.items():
             object.__setattr__(self, field, value)  # the record is frozen
         for arm, (least, most) in enumerate(self.tilt_range or (), start=1):
@@ -315,6 +334,65 @@ class Vehicle(Pictured):
         )
 
     @property
+    def scaled_positions(self) -> tuple[Place, ...]:
+        """The places of the rotors from the centre of mass, in units of the arm length."""
+        if self.rotor_positions is not None:
+            length: Any = self.arm_length
+            return tuple(
+                (x / length, y / length, z / length) for x, y, z in self.rotor_positions
+            )
+        arms = [self.first_arm_angle + k * math.pi / 2 for k in range(4)]
+        height = self.height_ratio
+        return tuple((math.cos(arm), math.sin(arm), height) for arm in arms)
+
+    @property
+    def arm_angles(self) -> tuple[float, ...]:
+        """The angle of each arm from body x [rad]."""
+        if self.rotor_positions is None:
+            return tuple(self.first_arm_angle + k * math.pi / 2 for k in range(4))
+        return tuple(math.atan2(y, x) for x, y, _ in self.rotor_positions)
+
+    @property
+    def scaled_drags(self) -> tuple[float, ...]:
+        """Km/(Kf·L) of each rotor, with L the arm length, the mean of all."""
+        if not isinstance(self.drag_to_thrust, tuple):
+            return (self.drag_ratio,) * 4
+        length: Any = self.arm_length
+        return tuple(drag / length for drag in self.drag_to_thrust)
+
+    @property
+    def signed_drag_ratios(self) -> tuple[float, ...]:
+        """κ of each rotor, of its own distance from body z; negative if the spins are mirrored against the paper's."""
+        sign = 1.0 if self.first_rotor_spin == "clockwise" else -1.0
+        places = zip(self.scaled_drags, self.scaled_positions, strict=True)
+        if self.rotor_positions is None:
+            return tuple(sign * drag for drag in self.scaled_drags)
+        return tuple(sign * drag / math.hypot(x, y) for drag, (x, y, _) in places)
+
+    @property
+    def has_raised_rotors(self) -> bool:
+        """Whether a rotor is above or below the centre of mass."""
+        if self.rotor_positions is None:
+            return self.rotor_height != 0.0
+        return any(z != 0.0 for _, _, z in self.rotor_positions)
+
+    @property
+    def asymmetry(self) -> str | None:
+        """Which pair of opposite rotors a half turn about body z does not map to itself, and why; None if symmetric."""
+        drags = self.scaled_drags
+        for i, k in ((0, 2), (1, 3)):
+            pair = f"rotors {i + 1} and {k + 1}"
+            if not math.isclose(drags[i], drags[k], rel_tol=_ALIKE):
+                values = four_of(self.drag_to_thrust)
+                return f"{pair} differ in drag_to_thrust, {values[i]:g} and {values[k]:g} m"
+            (x, y, z), (u, v, w) = self.scaled_positions[i], self.scaled_positions[k]
+            if max(abs(x + u), abs(y + v), abs(z - w)) > _ALIKE:
+                places = self.rotor_positions or self.scaled_positions
+                here, there = (_text([*places[rotor]]) for rotor in (i, k))
+                return f"{pair} are at {here} and {there} m"
+        return None
+
+    @property
     def carries_published_coefficients(self) -> bool:
         """Whether formula (1) with the paper's four-digit coefficients holds for this vehicle."""
         same_kappa = math.isclose(
@@ -323,7 +401,9 @@ class Vehicle(Pictured):
         return (
             same_kappa
             and self.first_arm_angle == PAPER.first_arm_angle
-            and self.rotor_height == 0.0
+            and not self.has_raised_rotors
+            and self.rotor_positions is None
+            and not isinstance(self.drag_to_thrust, tuple)
         )
 
     @property
@@ -355,6 +435,11 @@ class Vehicle(Pictured):
             **{name: getattr(self, name) for name in _FIELDS},
             **changes,
         }
+        if new["rotor_positions"] is not None:
+            if any(name in changes for name in _OF_EQUAL_ARMS):
+                new["rotor_positions"] = changes.get("rotor_positions")
+            else:
+                new |= {name: _DEFAULTS[name] for name in _OF_EQUAL_ARMS}
         known = {name for name, value in new.items() if value is not None}
         # A new value replaces what it would follow from; what follows from it is derived again.
         if "drag_ratio" in changes:
@@ -365,7 +450,7 @@ class Vehicle(Pictured):
             if known >= {"thrust_coefficient", "drag_coefficient"}:
                 new["drag_to_thrust"] = None
                 known.add("drag_to_thrust")
-            if known >= {"arm_length", "drag_to_thrust"}:
+            if "drag_to_thrust" in known and known & {"arm_length", "rotor_positions"}:
                 new["drag_ratio"] = None
         return Vehicle(**new)
 
@@ -374,6 +459,8 @@ class Vehicle(Pictured):
         values = {name: _plain(getattr(self, name)) for name in _FIELDS}
         # Not said: rotors at the height of the centre of mass, servos that do not report.
         values["rotor_height"] = self.rotor_height or None
+        if self.rotor_positions is not None:  # these follow from it
+            values |= dict.fromkeys(_OF_EQUAL_ARMS)
         values["servo_feedback"] = self.servo_feedback or None
         return {name: value for name, value in values.items() if value is not None}
 
@@ -472,16 +559,78 @@ def linked(linkage: Linkage, angles: Any, *, to_servo: bool = False) -> tuple[An
 
 
 def _check_arms_are_equal(constants: Mapping[str, Any]) -> None:
-    """Raise InputError if the arms differ or stand at angles of their own; the message says what judges such a vehicle."""
+    """Raise InputError if constants of equal arms are lists, or arms are described by other names than positions."""
     for name, value in constants.items():
         is_of_each = isinstance(value, (list, tuple)) and len(value) > 1
-        if name in _OF_OTHER_ARMS or (name in _ONE_OF_ALL_ARMS and is_of_each):
+        if name in ("arm_lengths", "arm_angles") or (
+            name in _OF_EQUAL_ARMS and is_of_each
+        ):
             rule = "be equal and a quarter turn apart, with one arm_length (m) and one first_arm_angle (rad)"
             raise InputError(
-                f"arms must {rule}, got {name} = {shown(value)}; "
-                "validate judges other rotors, each written as a [[rotor]] table of a vehicle file",
+                f"arms must {rule}, or be stated as rotor_positions (m), got {name} = {shown(value)}",
                 field=name,
             )
+
+
+def _read_positions(stated: dict[str, Any]) -> None:
+    """Check `rotor_positions` and derive the constants of equal arms from it; drop it where the arms are equal."""
+    positions = stated["rotor_positions"]
+    if positions is None:
+        return
+    beside = [name for name in _OF_EQUAL_ARMS if stated[name] != _DEFAULTS[name]]
+    if beside:
+        raise InputError(
+            f"{beside[0]} must be omitted beside rotor_positions, got {shown(stated[beside[0]])}",
+            field=beside[0],
+        )
+    if hasattr(positions, "tolist"):  # an array
+        positions = positions.tolist()
+    rows = positions if isinstance(positions, (list, tuple)) else []
+    places = [
+        tuple(number_of(part) for part in row)
+        for row in rows
+        if isinstance(row, (list, tuple))
+    ]
+    is_places = len(places) == 4 and all(len(place) == 3 for place in places)
+    if not is_places or not all(
+        abs(part) <= _FAR for place in places for part in place
+    ):
+        raise InputError(
+            f"rotor_positions must be four places (x, y, z) within ±{_FAR:g} m, got {shown(positions)}",
+            field="rotor_positions",
+        )
+    lengths = [math.hypot(x, y) for x, y, _ in places]
+    length = sum(lengths) / 4
+    for rotor, distance in enumerate(lengths, start=1):
+        if not distance > max(1e-6, 1e-3 * length):
+            raise InputError(
+                f"rotor_positions must be away from body z, got {shown(positions[rotor - 1])} for rotor {rotor}",
+                field="rotor_positions",
+            )
+    angles = [math.atan2(y, x) for x, y, _ in places]
+    turns = [(angles[(k + 1) % 4] - angles[k]) % (2 * math.pi) for k in range(4)]
+    if not math.isclose(sum(turns), 2 * math.pi) or min(turns) < 1e-3:
+        degrees = ", ".join(f"{math.degrees(angle):.4g}°" for angle in angles)
+        raise InputError(
+            f"rotor_positions must be counter-clockwise seen from above, got rotors at {degrees}",
+            field="rotor_positions",
+        )
+    heights = [z for _, _, z in places]
+    if max(map(abs, heights)) > 10 * length:
+        raise InputError(
+            f"rotor_positions must be within ten arm lengths ({10 * length:g} m) of height, got {shown(positions)}",
+            field="rotor_positions",
+        )
+    stated["arm_length"] = length
+    stated["first_arm_angle"] = angles[0]
+    stated["rotor_height"] = sum(heights) / 4
+    alike = _ALIKE * length
+    is_equal = (
+        max(lengths) - min(lengths) <= alike
+        and max(heights) - min(heights) <= alike
+        and all(abs(turn - math.pi / 2) <= _ALIKE for turn in turns)
+    )
+    stated["rotor_positions"] = None if is_equal else tuple(places)
 
 
 def _each(name: str, value: object, convert: Callable[[str, Any], Any]) -> Any:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from dataclasses import FrozenInstanceError, fields
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +21,9 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 POSITIVE = [
-    name for name in UNITS if name not in ("inertia", "rotor_height", "min_tilt")
+    name
+    for name in UNITS
+    if name not in ("inertia", "rotor_height", "rotor_positions", "min_tilt")
 ]
 NO_CONSTANTS: tuple[object, ...] = (
     *(0, 0.0, -1.0, math.inf, math.nan, 1e-31, 1.0000001e30),
@@ -396,10 +399,9 @@ class TestFiles:
             {"arm_length": [0.2, 0.2, 0.3, 0.3]},
             {"first_arm_angle": ("45deg", "135deg", "225deg", "315deg")},
             {"arm_angles": [0, 1, 2, 4]},
-            {"rotor_positions": [[1, 0, 0]]},
         ],
     )
-    def test_arms_that_differ_are_told_what_judges_them(
+    def test_arms_that_differ_are_told_how_to_state_them(
         self, constants: dict[str, Any]
     ) -> None:
         (name,) = constants
@@ -410,7 +412,7 @@ class TestFiles:
         ]
         for make in ways:
             with pytest.raises(
-                InputError, match=rf"got {name} = .*\[\[rotor\]\]"
+                InputError, match=rf"stated as rotor_positions \(m\), got {name} = "
             ) as caught:
                 make()
             assert caught.value.field == name
@@ -483,3 +485,90 @@ class TestReplace:
             beetle.drag_ratio,
             beetle.drag_to_thrust,
         )
+
+
+RECTANGLE = [[0.2, 0.15, 0.0], [-0.2, 0.15, 0.0], [-0.2, -0.15, 0.0], [0.2, -0.15, 0.0]]
+
+
+class TestPositions:
+    """Four rotors by their places."""
+
+    def test_what_equal_arms_state_follows_from_them(self) -> None:
+        vehicle = Vehicle(drag_to_thrust=0.02, rotor_positions=RECTANGLE)
+        assert math.isclose(vehicle.arm_length or 0, 0.25)
+        assert math.isclose(vehicle.drag_ratio, 0.08)
+        assert np.allclose(
+            vehicle.arm_angles, np.arctan2(*np.array(RECTANGLE).T[1::-1])
+        )
+        assert np.allclose(vehicle.scaled_positions, 4 * np.array(RECTANGLE))
+        assert vehicle.asymmetry is None
+        assert not vehicle.has_raised_rotors
+        assert not vehicle.carries_published_coefficients
+
+    def test_each_rotor_may_have_a_drag(self) -> None:
+        drags = [0.01, 0.02, 0.01, 0.02]
+        vehicle = Vehicle(drag_to_thrust=drags, rotor_positions=RECTANGLE)
+        assert np.allclose(vehicle.scaled_drags, 4 * np.array(drags))
+        assert np.allclose(vehicle.signed_drag_ratios, 4 * np.array(drags))
+        mirrored = vehicle.replace(first_rotor_spin="counterclockwise")
+        assert np.allclose(mirrored.signed_drag_ratios, -4 * np.array(drags))
+        assert math.isclose(vehicle.drag_ratio, 0.06)
+        with pytest.raises(InputError, match="arm_length"):
+            Vehicle(drag_to_thrust=drags, drag_ratio=0.1)
+
+    def test_equal_arms_are_the_same_vehicle_in_both_ways(self) -> None:
+        places = PAPER.replace(rotor_height=0.01, first_arm_angle=0.3)
+        assert places.arm_length is not None
+        positions = places.arm_length * np.array(places.scaled_positions)
+        again = PAPER.replace(rotor_positions=positions)
+        assert again.rotor_positions is None
+        for name in ("arm_length", "first_arm_angle", "rotor_height", "drag_ratio"):
+            assert math.isclose(getattr(again, name), getattr(places, name))
+
+    def test_they_are_kept_in_files_and_changed(self, tmp_path: Path) -> None:
+        text = f"drag_to_thrust = [0.01, 0.02, 0.01, 0.02]\nrotor_positions = {RECTANGLE}\n"
+        vehicle = vehicle_named(written(tmp_path, text))
+        assert vehicle_from_mapping(vehicle.as_mapping()) == vehicle
+        assert vehicle.replace(mass=2.0).rotor_positions == vehicle.rotor_positions
+        assert vehicle.replace(arm_length=0.3).rotor_positions is None
+
+    @pytest.mark.parametrize(
+        ("rotor", "place", "reason"),
+        [
+            (1, [-0.2, 0.16, 0.0], r"rotors 2 and 4 are at \(-0\.2, 0\.16, 0\)"),
+            (2, [-0.2, -0.15, 0.1], "rotors 1 and 3 are at"),
+        ],
+    )
+    def test_the_pair_that_is_not_symmetric_is_named(
+        self, rotor: int, place: list[float], reason: str
+    ) -> None:
+        places = [*RECTANGLE]
+        places[rotor] = place
+        vehicle = Vehicle(drag_to_thrust=0.02, rotor_positions=places)
+        assert re.search(reason, str(vehicle.asymmetry))
+
+    def test_a_pair_of_unequal_drag_is_named(self) -> None:
+        drags = [0.01, 0.02, 0.01, 0.03]
+        vehicle = Vehicle(drag_to_thrust=drags, rotor_positions=RECTANGLE)
+        assert (
+            vehicle.asymmetry
+            == "rotors 2 and 4 differ in drag_to_thrust, 0.02 and 0.03 m"
+        )
+
+    @pytest.mark.parametrize(
+        "places",
+        [
+            "x",
+            [[1, 0, 0]],
+            RECTANGLE[::-1],
+            [[0, 0, 0.1], *RECTANGLE[1:]],
+            [[0.2, 0.15, math.nan], *RECTANGLE[1:]],
+            [[0.2, 0.15, 30.0], *RECTANGLE[1:]],
+        ],
+    )
+    def test_what_is_not_four_places_around_body_z_is_refused(
+        self, places: Any
+    ) -> None:
+        with pytest.raises(InputError, match="rotor_positions must be") as caught:
+            Vehicle(drag_to_thrust=0.02, rotor_positions=places)
+        assert caught.value.field == "rotor_positions"

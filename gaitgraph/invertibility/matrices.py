@@ -165,6 +165,8 @@ def coefficients_of(
 
 @lru_cache(maxsize=64)
 def _coefficients(vehicle: Vehicle, kind: Kind | None) -> Coefficients:
+    if vehicle.rotor_positions is not None or isinstance(vehicle.drag_to_thrust, tuple):
+        raise InputError("vehicle must have four equal arms at right angles as yet")
     if kind is None:
         kind = "published" if vehicle.carries_published_coefficients else "exact"
     if kind != "exact":
