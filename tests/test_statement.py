@@ -292,6 +292,16 @@ def test_smooth_rows_fit_their_rates_at_any_sampling() -> None:
             assert RATES[0] in given_gait(bare)
 
 
+def test_late_times_of_a_clock_that_started_long_ago_are_found() -> None:
+    table = table_of(gg.lift(CORNERS, "red").parametrize(1.0, samples=100))
+    columns = {**table.columns, "t": table["t"] + 9e8}
+    since_epoch = Table(columns=columns, about=table.about)
+    assert given_gait(since_epoch).motion is not None
+    with pytest.warns(FileWarning, match=r"row 31 is at t = 900000000\.303"):
+        found = given_gait(edited(since_epoch, "t", 30, 9e8 + 0.303))
+    assert found.motion is None
+
+
 def test_times_are_those_of_the_statement_to_half_a_unit(tmp_path: Path) -> None:
     timed = gg.lift(CORNERS, "red", vehicle=FAST).parametrize(1.0, samples=50)
     certificate, path = tmp_path / "g.cert.json", tmp_path / "a.csv"

@@ -77,6 +77,7 @@ SAME_ROW = 1e-9
 rounding of floating point."""
 
 _DEEPEST = 100
+_ULPS = 2e-15  # of times computed again, as a share of the latest one
 _OF_GAITS = ("corners", "rounding", "law", "request")  # statements of a closed gait
 _UNITS = {"t": "s", "R": "1"} | dict.fromkeys(ANGLES, "rad")
 _UNITS |= dict.fromkeys(RATES, "rad/s") | dict.fromkeys(ACCELERATIONS, "rad/s^2")
@@ -417,14 +418,27 @@ def check_repeats(motion: object, name: str = "gait") -> None:
 
 
 def even_times(table: Table) -> FloatArray:
-    """Return the times of a table [s]; if they are evenly spaced times, rounded to their digits, then these, not rounded."""
+    """Return the times of a table [s]; if they are evenly spaced times, rounded to their digits, then these, not rounded.
+
+    They are even over the period that the table states, if it states as many samples, else from its first row to its last.
+    """
     t: FloatArray = table["t"]
-    samples, period = table.about.get("samples"), table.about.get("period")
-    if samples == len(t) - 1 and period is not None:  # checked when it was read
-        return np.asarray(t[0] + np.arange(len(t)) * (period / samples))
-    even = np.linspace(t[0], t[-1], len(t))
-    is_even = (np.abs(t - even) <= table.half_units("t") + 1e-15 * np.abs(t)).all()
-    return even if is_even else t
+    seconds = t[-1] - t[0]
+    if table.about.get("samples") == len(t) - 1:
+        seconds = table.about.get("period", seconds)
+    step = seconds / max(len(t) - 1, 1)
+    is_even = not wrong_times(table, step).any()
+    return t[0] + np.arange(len(t)) * step if is_even else t
+
+
+def wrong_times(table: Table, step: float) -> npt.NDArray[np.bool_]:
+    """Return which times of a table are not a whole number of even steps [s] after the first, rounded to their digits."""
+    t, half_units = table["t"], table.half_units("t")
+    late = t - t[0] - np.arange(len(t)) * step
+    allowed = half_units + _ULPS * np.abs(t).max()
+    if t[0] != 0 and np.ptp(late) < 1.999 * half_units.max():  # it is rounded too
+        allowed += half_units[0]
+    return np.asarray(np.abs(late) > allowed)
 
 
 def is_closed(alpha: FloatArray) -> bool:

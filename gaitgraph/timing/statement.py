@@ -28,6 +28,7 @@ from gaitgraph.gait.table import (
     even_times,
     is_closed,
     surface_of,
+    wrong_times,
 )
 from gaitgraph.timing.joining import joined_again
 from gaitgraph.timing.time_optimal import timed_by_law
@@ -52,12 +53,9 @@ def checked(table: Table, name: object = None) -> Table:
     if table.motion is not None:
         return table
     motion, difference = _stated_motion(table)
-    if not difference:
-        table = table if motion is None else table.with_motion(motion)
-        difference = _first_misfit(table) if motion is None else ""
-        dropped = (*RATES, *ACCELERATIONS)
-        consequence = "stated rates and accelerations are not used"
-    else:
+    if motion is not None and not difference:
+        return table.with_motion(motion)
+    if difference:
         dropped = _COMPUTED
         consequence = (
             "what the file states of its motion is not used, and color, types, R, rates and accelerations are those of "
@@ -65,6 +63,10 @@ def checked(table: Table, name: object = None) -> Table:
         )
         about = {key: one for key, one in table.about.items() if key not in _STATED}
         table = replace(table, about=about)
+    else:
+        difference = _first_misfit(table)
+        dropped = (*RATES, *ACCELERATIONS)
+        consequence = "stated rates and accelerations are not used"
     if not difference:
         return table
     note = f"{difference}: {consequence}"
@@ -149,20 +151,15 @@ def _motion_of(
 
 def _first_wrong_time(table: Table, samples: int, period: float) -> str:
     """Return which row does not have the time that the stated samples give it, "" if all have."""
-    t, half_unit = table["t"], table.half_units("t")
+    t = table["t"]
     if len(t) > samples + 1:
         return f"the table has {len(t)} rows, stated are {samples + 1}"
-    expected = np.arange(len(t)) * (period / samples)
-    late = t - t[0] - expected
-    allowed = half_unit + _ROUND_OFF * (period + np.abs(t))
-    if t[0] != 0 and np.ptp(late) < 1.999 * half_unit.max():  # it is rounded too
-        allowed += half_unit[0]
-    wrong = np.abs(late) > allowed
+    step = period / samples
+    wrong = wrong_times(table, step)
     if wrong.any():
         row = int(np.argmax(wrong))
-        return (
-            f"row {row + 1} is at t = {t[row]:.9g} s, stated is {expected[row]:.9g} s"
-        )
+        stated = t[0] + row * step
+        return f"row {row + 1} is at t = {t[row]:.15g} s, stated is {stated:.15g} s"
     if len(t) < samples + 1:
         return f"row {len(t) + 1} is missing, stated are {samples + 1} rows"
     return ""
