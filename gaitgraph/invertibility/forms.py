@@ -1,0 +1,262 @@
+r"""Every quantity of level flight as a multilinear form in the tilt angles (docs/theory.md, 21).
+
+The force and the moment of a rotor are linear in u = (cos α, sin α), whatever its place, drag and spin. So are, in each of
+the four u, the zero-moment inputs wᵢ (without uᵢ) and the zero-moment direction v = (−Rθ, Rφ, R). A form is a table of its
+values at the corners α ∈ {0, π/2}⁴, and a sum of a few sinusoids, which bound its second derivative along a segment.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from itertools import product
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from gaitgraph.arrays import read_only
+
+if TYPE_CHECKING:
+    from gaitgraph.vehicle import Place, Vehicle
+
+FloatArray = npt.NDArray[np.float64]
+
+_EPSILON = float(np.finfo(float).eps)
+
+
+class Sines(NamedTuple):
+    """Tilt angles [rad], and their cosines and sines, all of shape (4, k), so that each is computed once."""
+
+    alpha: FloatArray
+    cosine: FloatArray
+    sine: FloatArray
+
+    @classmethod
+    def of(cls, alpha: FloatArray) -> Sines:
+        """Return those of points, shape (k, 4) [rad]."""
+        rows = np.ascontiguousarray(alpha.T)
+        return cls(rows, np.cos(rows), np.sin(rows))
+
+    def __getitem__(self, part: slice) -> Sines:  # type: ignore[override]
+        """Return those of some of the points."""
+        return Sines(self.alpha[:, part], self.cosine[:, part], self.sine[:, part])
+
+    def turned(self, joint: int) -> Sines:
+        """Return those with one angle a quarter turn further, whose forms are derivatives."""
+        cosine, sine = self.cosine.copy(), self.sine.copy()
+        cosine[joint], sine[joint] = -self.sine[joint], self.cosine[joint]
+        return Sines(self.alpha, cosine, sine)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Form:
+    """Multilinear forms in the four u = (cos α, sin α), as many as the last axis of their table is long.
+
+    The table has the shape (n₁, n₂, n₃, n₄, q): nᵢ is 2, and then holds the values at αᵢ = 0 and π/2, or 1 where the
+    forms do not depend on αᵢ.
+    """
+
+    table: FloatArray
+
+    def at(self, sines: Sines) -> FloatArray:
+        """Return the values at points, shape (q, k)."""
+        n1, n2, n3, n4, count = self.table.shape
+        matrix = np.moveaxis(self.table, -1, 0).reshape(count * n1 * n2, n3 * n4)
+        first = _products(sines, (0, 1), (n1, n2))
+        second = _products(sines, (2, 3), (n3, n4))
+        inner = (matrix @ second).reshape(count, n1 * n2, -1)
+        return np.asarray((inner * first).sum(axis=1))
+
+    def slopes(self, sines: Sines) -> FloatArray:
+        """Return the derivatives with respect to each angle, per radian, shape (4, q, k)."""
+        slopes = np.zeros((4, self.table.shape[-1], sines.alpha.shape[1]))
+        for joint in range(4):
+            if self.table.shape[joint] == 2:
+                slopes[joint] = self.at(sines.turned(joint))
+        return slopes
+
+    def waves(self) -> tuple[FloatArray, FloatArray]:
+        """Return the sinusoids of which the forms are sums: frequencies k, shape (h, 4), and amplitudes, (h, q).
+
+        With z = exp(iα), cos α is (z + 1/z)/2 and sin α is (z − 1/z)/2i. Of two conjugate terms one is returned, doubled.
+        """
+        change = np.array([[0.5, 0.5], [-0.5j, 0.5j]])
+        terms = self.table.astype(complex)
+        choices: list[tuple[float, ...]] = []
+        for joint in range(4):
+            if terms.shape[joint] == 2:
+                terms = np.moveaxis(np.tensordot(terms, change, (joint, 0)), -1, joint)
+                choices.append((1.0, -1.0))
+            else:
+                choices.append((0.0,))
+        frequencies = np.array(list(product(*choices)))
+        half = len(frequencies) // 2
+        amplitudes = 2 * np.abs(terms.reshape(len(frequencies), -1)[:half])
+        return frequencies[:half], amplitudes
+
+    def size(self) -> FloatArray:
+        """Return what no value, and no derivative with respect to one angle, exceeds, shape (q,)."""
+        return np.asarray(self.waves()[1].sum(axis=0))
+
+    def rounding(self) -> FloatArray:
+        """Return a bound of what floating point adds to a value, shape (q,)."""
+        return np.asarray(64 * _EPSILON * np.abs(self.table).sum(axis=(0, 1, 2, 3)))
+
+
+class Bends:
+    """Bounds of the second derivatives of forms along segments."""
+
+    def __init__(self, *forms: Form) -> None:
+        waves = [form.waves() for form in forms]
+        self._frequencies = np.concatenate([frequencies for frequencies, _ in waves])
+        count = sum(amplitudes.shape[1] for _, amplitudes in waves)
+        self._amplitudes = np.zeros((count, len(self._frequencies)))
+        row = column = 0
+        for frequencies, amplitudes in waves:
+            rows = slice(row, row + amplitudes.shape[1])
+            columns = slice(column, column + len(frequencies))
+            self._amplitudes[rows, columns] = amplitudes.T
+            row, column = rows.stop, columns.stop
+
+    def along(self, steps: FloatArray) -> FloatArray:
+        """Return bounds over the share s in [0, 1] of steps of shape (m, 4) [rad], one for each form, shape (q, m)."""
+        turns = self._frequencies @ steps.T
+        return np.asarray(self._amplitudes @ (turns * turns))
+
+
+def _products(
+    sines: Sines, joints: tuple[int, int], counts: tuple[int, int]
+) -> FloatArray:
+    """Return the products of the entries of u of two joints, of those on which a form depends, shape (n·n′, k)."""
+    parts = []
+    for joint, count in zip(joints, counts, strict=True):
+        if count == 2:
+            parts.append([sines.cosine[joint], sines.sine[joint]])
+    if not parts:
+        return np.ones((1, sines.alpha.shape[1]))
+    if len(parts) == 1:
+        return np.array(parts[0])
+    return np.array([one * other for one in parts[0] for other in parts[1]])
+
+
+@dataclass(frozen=True, slots=True)
+class Rotors:
+    """What of a vehicle shapes its matrices, in units of the arm length L.
+
+    Parameters
+    ----------
+    positions
+        Places of the four rotors from the centre of mass. Each tilts about the horizontal line towards it.
+    drags
+        Km/(Kf·L) of each.
+    spin
+        +1 for the paper's spins (rotor 1 clockwise seen from above), −1 for the opposite ones.
+    """
+
+    positions: tuple[Place, ...]
+    drags: tuple[float, ...]
+    spin: int
+
+    @property
+    def thrust_signs(self) -> FloatArray:
+        """The sign with which w > 0 thrusts along each upright rotor's axis, and with which it spins, shape (4,)."""
+        return self.spin * np.array([-1.0, 1.0, -1.0, 1.0])
+
+    @property
+    def drag_ratio(self) -> float:
+        """The mean of the drags, with the sign of the spin."""
+        return self.spin * sum(self.drags) / 4
+
+
+@lru_cache(maxsize=128)
+def rotors_of(vehicle: Vehicle) -> Rotors:
+    """Return the rotors of a vehicle."""
+    spin = 1 if vehicle.first_rotor_spin == "clockwise" else -1
+    return Rotors(vehicle.scaled_positions, vehicle.scaled_drags, spin)
+
+
+class Level:
+    """The matrices of a vehicle's rotors, and the forms of level flight that follow from them.
+
+    `force` and `moment` have the shape (4, 3, 2): of rotor i, input w, they are force[i]·uᵢ [Kf] and moment[i]·uᵢ [L·Kf].
+    """
+
+    def __init__(self, rotors: Rotors) -> None:
+        self.rotors = rotors
+        places = np.array(rotors.positions)
+        outward = places * [1.0, 1.0, 0.0]
+        outward /= np.linalg.norm(outward, axis=1, keepdims=True)
+        upward = np.broadcast_to([0.0, 0.0, 1.0], (4, 3))
+        thrust = np.stack([upward, np.cross(outward, upward)], axis=-1)
+        lift = rotors.thrust_signs[:, None, None] * thrust
+        drag = np.array(rotors.drags)[:, None, None] * thrust
+        self.force = read_only(lift)
+        self.moment = read_only(np.cross(places[:, :, None], lift, axis=1) - drag)
+
+    @cached_property
+    def direction(self) -> Form:
+        """The form of v = (−Rθ, Rφ, R), exact."""
+        return Form(self._tables[1])
+
+    @cached_property
+    def inputs(self) -> tuple[Form, ...]:
+        """The forms of the four zero-moment inputs, with which the force is v: each does not depend on its own angle."""
+        table = self._tables[0]
+        return tuple(
+            Form(table[..., [rotor]].take([0], axis=rotor)) for rotor in range(4)
+        )
+
+    @cached_property
+    def _tables(self) -> tuple[FloatArray, FloatArray]:
+        """The zero-moment inputs and v at the corners: determinants of three moments, over 2κ."""
+        inputs, direction = np.zeros((2, 2, 2, 2, 4)), np.zeros((2, 2, 2, 2, 3))
+        for corner in product((0, 1), repeat=4):
+            columns = [self.moment[rotor, :, corner[rotor]] for rotor in range(4)]
+            for rotor in range(4):
+                a, b, c = columns[:rotor] + columns[rotor + 1 :]
+                minor = np.dot(a, np.cross(b, c))
+                scaled = (-1) ** (rotor + 1) * minor / (2 * self.rotors.drag_ratio)
+                inputs[corner][rotor] = scaled
+                direction[corner] += scaled * self.force[rotor, :, corner[rotor]]
+        return inputs, direction
+
+    def forces_and_moments(self, sines: Sines) -> tuple[FloatArray, FloatArray]:
+        """Return force and moment per input w of each rotor, both of shape (k, 3, 4)."""
+        u = np.array([sines.cosine, sines.sine])
+        force = np.einsum("ifj,jik->kfi", self.force, u)
+        moment = np.einsum("ifj,jik->kfi", self.moment, u)
+        return force, moment
+
+    def matrix(self, sines: Sines) -> FloatArray:
+        """Return the scaled decoupling matrix in level flight, rows moments and vertical force, shape (k, 4, 4)."""
+        force, moment = self.forces_and_moments(sines)
+        return np.concatenate([moment, force[:, 2:]], axis=1)
+
+    @cached_property
+    def rate(self) -> float:
+        """The largest length of a column of the level matrix: no singular value changes faster per radian of ‖Δα‖."""
+        columns = np.concatenate([self.moment, self.force[:, 2:]], axis=1)
+        return float(np.linalg.norm(columns, 2, axis=(1, 2)).max())
+
+    @cached_property
+    def rate_at_any_attitude(self) -> float:
+        """The same for the matrix at any attitude."""
+        columns = np.concatenate([self.moment, self.force], axis=1)
+        return float(np.linalg.norm(columns, 2, axis=(1, 2)).max())
+
+    @cached_property
+    def crossings(self) -> tuple[float, float]:
+        """The α1 and the α2 where the moment of a rotor of that pair has no yaw torque, on a symmetric vehicle [rad]."""
+        first, second = (-self.moment[rotor, 2] for rotor in (0, 1))
+        return (
+            math.atan(-first[0] / first[1]),
+            math.atan(-second[0] / second[1]),
+        )
+
+
+@lru_cache(maxsize=128)
+def level_of(rotors: Rotors) -> Level:
+    """Return the matrices and forms of rotors."""
+    return Level(rotors)
