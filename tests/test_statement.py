@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import math
 import re
 import subprocess
 import sys
@@ -356,6 +357,46 @@ def test_rows_that_are_lifted_may_state_rates(tmp_path: Path) -> None:
     assert gg.certify(frame)
     wrong = gg.validate({**frame, "R": [9.0, 9.0, 9.0]})
     assert any("row 1 states R = 9" in one for one in wrong.warnings)
+
+
+def test_rows_that_are_lifted_are_joined_through_their_rates() -> None:
+    # Joined through these rates alpha1 passes hover's border, atan(kappa), between rows.
+    border = math.atan(gg.PAPER.signed_drag_ratio)
+    columns: dict[str, Any] = {
+        "t": np.arange(3.0),
+        "alpha1": np.array([-0.6, border - 0.01, -0.6]),
+        "alpha2": np.array([0.3, 0.4, 0.3]),
+        "color": ("red",) * 3,
+    }
+    assert gg.validate(columns).flyable
+    columns |= dict.fromkeys(RATES, np.zeros(3))
+    rate = np.array([0.0, 0.5, 0.0])
+    fitting = columns | {"alpha1_rate": rate, "alpha3_rate": rate}
+    four = fitting | {"alpha3": columns["alpha1"], "alpha4": columns["alpha2"]}
+    assert not gg.validate(four).flyable
+    assert not gg.validate(fitting).flyable
+    with pytest.warns(FileWarning, match="row 2 states alpha3_rate = 50"):
+        found = given_gait(fitting | {"alpha3_rate": 100 * rate})
+    assert RATES[0] not in found
+    stated = {"corners": CORNERS, "law": "smooth", "period": 2.0, "samples": 2}
+    with pytest.warns(FileWarning, match="not all angles"):
+        found = given_gait(Table(columns=fitting, about=stated))
+    assert RATES[0] not in found
+    assert "color" in found
+
+
+def test_coarse_times_beside_rates_alone_break_no_limit() -> None:
+    timed = gg.lift(CORNERS, "red").parametrize(2.2089, samples=180)
+    peak = float(timed.peaks(2).max())
+    limited = gg.PAPER.replace(max_tilt_acceleration=peak * 1.001)
+    gait = gg.lift(CORNERS, "red", vehicle=limited)
+    table = rounded(table_of(gait.parametrize(2.2089, samples=180)), 4, 2)
+    columns = {
+        name: one for name, one in table.columns.items() if name not in ACCELERATIONS
+    }
+    alone = Table(columns=columns, about=table.about)
+    assert given_gait(alone).motion is not None
+    assert gg.validate(alone).flyable
 
 
 def test_determinants_beside_rounded_angles_are_those_of_the_rows() -> None:

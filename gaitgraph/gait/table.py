@@ -136,14 +136,19 @@ class Table(Pictured):
 
         They have rates, and accelerations other than zero or none at all.
         """
-        if len(self) < 2 or not all(name in self for name in ("t", *ANGLES, *RATES)):
+        if len(self) < 2 or not all(name in self for name in ("t", *RATES)):
             return False
         if not all(name in self for name in ACCELERATIONS):
             return True
         return any(bool(self[name].any()) for name in ACCELERATIONS)
 
     def half_units(self, name: str) -> FloatArray:
-        """Return half a unit of the last printed digit of each number of a column, in the column's unit."""
+        """Return half a unit of the last printed digit of each number of a column, in the column's unit.
+
+        Of an angle that is lifted it is that of the angle from which it follows.
+        """
+        if name not in self and name in ANGLES:
+            name = ANGLES[ANGLES.index(name) - 2]
         values: FloatArray = self.columns[name]
         return self.digits.get(name, Digits()).half_units(values)
 
@@ -186,6 +191,12 @@ class Table(Pictured):
         ``about["repeats"]`` states it, in every format too.
         """
         return bool(self.about.get("repeats", True))
+
+    @property
+    def returns(self) -> bool:
+        """Whether the motion repeats, and the last row is the first again, see :func:`is_closed`."""
+        angles = [self[name] for name in ANGLES if name in self]
+        return self.repeats and is_closed(np.array(angles).T)
 
     @property
     def limits(self) -> dict[str, Each]:
@@ -398,6 +409,13 @@ def tilt_angles(table: Table, coefficients: Coefficients) -> FloatArray:
     )
 
 
+def own_angles(table: Table) -> FloatArray:
+    """Return the four tilt angles of each row [rad], lifted with the coefficients that the table states."""
+    if "alpha3" in table:
+        return table.alpha
+    return tilt_angles(table, surface_of(table)[1])
+
+
 def lifted_rows(
     table: Table, coefficients: Coefficients, tolerance: float = DEFAULT_TOLERANCE
 ) -> tuple[FloatArray, npt.NDArray[np.int8]]:
@@ -454,8 +472,7 @@ def is_closed(alpha: FloatArray) -> bool:
 
 def check_periods(table: Table, periods: int) -> None:
     """Raise InputError for several periods of a table that does not end where it starts, or is a path."""
-    alpha = np.column_stack([table[name] for name in ANGLES if name in table])
-    if periods > 1 and not (table.repeats and is_closed(alpha)):
+    if periods > 1 and not table.returns:
         raise InputError(
             f"periods must be 1 for a table that does not end where it starts, got {periods}",
             field="periods",
@@ -599,14 +616,13 @@ def accelerations_of(table: Table) -> FloatArray:
     """Return the accelerations of rows with rates, shape (n, 4) [rad/s²]: those stated, else slopes of the rates.
 
     At a row a slope is from the row before to the row after it, so that none is larger than that of every smooth motion
-    with these rates; at the ends of an open table it is over one step.
+    with these rates; at the ends of an open table it is over one step. Times that are even to their digits count as even.
     """
     if all(name in table for name in ACCELERATIONS):
         return np.column_stack([table[name] for name in ACCELERATIONS])
     rates = np.column_stack([table[name] for name in RATES])
-    change, step = np.diff(rates, axis=0), np.diff(table["t"])[:, None]
-    returns = table.repeats and is_closed(table.alpha)
-    before, after = (-1, 0) if returns else (0, -1)  # the first and the last row
+    change, step = np.diff(rates, axis=0), np.diff(even_times(table))[:, None]
+    before, after = (-1, 0) if table.returns else (0, -1)  # the first and the last row
     changes, steps = (
         np.concatenate([one[[before]], one, one[[after]]]) for one in (change, step)
     )

@@ -26,7 +26,7 @@ from gaitgraph.gait.table import (
     Table,
     colors_of,
     even_times,
-    is_closed,
+    own_angles,
     surface_of,
     wrong_times,
 )
@@ -40,7 +40,8 @@ if TYPE_CHECKING:
 
 _MADE_FROM = ("corners", "sections")
 _STATED = (*_MADE_FROM, "rounding", "law", "period", "samples", "made_by", "request")
-_COMPUTED = ("color", "types", "R", *RATES, *ACCELERATIONS)
+_DERIVATIVES = (*RATES, *ACCELERATIONS)
+_COMPUTED = ("color", "types", "R", *_DERIVATIVES)
 _ROUND_OFF = 1e-11  # of a motion computed again, as a share of its largest value
 
 
@@ -56,7 +57,7 @@ def checked(table: Table, name: object = None) -> Table:
     if motion is not None and not difference:
         return table.with_motion(motion)
     if difference:
-        dropped = _COMPUTED
+        dropped = _COMPUTED if "alpha3" in table else _DERIVATIVES
         consequence = (
             "what the file states of its motion is not used, and color, types, R, rates and accelerations are those of "
             "the rows"
@@ -65,19 +66,14 @@ def checked(table: Table, name: object = None) -> Table:
         table = replace(table, about=about)
     else:
         difference = _first_misfit(table)
-        dropped = (*RATES, *ACCELERATIONS)
+        dropped = _DERIVATIVES
         consequence = "stated rates and accelerations are not used"
     if not difference:
         return table
     note = f"{difference}: {consequence}"
     file = f"gait file {str(name)!r}" if isinstance(name, (str, Path)) else "table"
     warnings.warn(f"{file}: {note}", FileWarning, stacklevel=3)
-    lifted = "alpha3" in table
-    columns = {
-        key: one
-        for key, one in table.columns.items()
-        if key not in dropped or not lifted
-    }
+    columns = {key: one for key, one in table.columns.items() if key not in dropped}
     return replace(table, columns=columns, notes=(*table.notes, note))
 
 
@@ -196,12 +192,13 @@ def _first_misfit(table: Table) -> str:
     largest change of slopes at its row and the rows beside it, and by what the digits allow. At the ends of an open table,
     where one slope is not known, it is widened by the largest of that angle too.
     """
-    if len(table) < 2 or not all(name in table for name in ("t", *ANGLES, *RATES)):
+    if len(table) < 2 or not all(name in table for name in ("t", *RATES)):
         return ""
     step = np.diff(even_times(table))
-    closed = table.repeats and is_closed(table.alpha)
-    for angle, name in zip(ANGLES, RATES, strict=True):
-        slope = np.diff(table[angle]) / step
+    alpha = own_angles(table)
+    closed = table.returns
+    for angle, name, values in zip(ANGLES, RATES, alpha.T, strict=True):
+        slope = np.diff(values) / step
         digits = table.half_units(angle)
         noise = (digits[1:] + digits[:-1]) / step
         before = np.concatenate([slope[-1:] if closed else slope[:1], slope])

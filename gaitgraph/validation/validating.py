@@ -259,9 +259,10 @@ def _report_of_rows(
         **limits,
     )
     checker = _TableChecker(criteria, table.repeats, table.limits)
-    checker.update(table, *lifted_rows(table, numbers, criteria.tolerance))
+    alpha, sheet = lifted_rows(table, numbers, criteria.tolerance)
+    checker.update(table, alpha, sheet)
     report = checker.report()
-    cubics = _along_cubics(table, checker.sheet)
+    cubics = _along_cubics(table, alpha, sheet)
     if cubics is None:
         return report
     if table.motion is not None:  # it keeps the limits, and the cubics are nearly it
@@ -314,7 +315,9 @@ def both(first: Report, second: Report) -> Report:
     )
 
 
-def _along_cubics(table: Table, sheet: npt.NDArray[np.int8]) -> Segments | None:
+def _along_cubics(
+    table: Table, alpha: FloatArray, sheet: npt.NDArray[np.int8]
+) -> Segments | None:
     """Return chords of the cubics through a table's rows and rates, at most 1e-6 rad beside them; None if not needed.
 
     A cubic's second derivative is linear, so a chord of a share 1/m of it is off by at most max|f″|/(8m²). Of one that
@@ -322,7 +325,7 @@ def _along_cubics(table: Table, sheet: npt.NDArray[np.int8]) -> Segments | None:
     """
     if not table.joined_by_cubics:
         return None
-    alpha, t = table.alpha, table["t"]
+    t = table["t"]
     width = np.diff(t)[:, None]
     rates = np.column_stack([table[name] for name in RATES])
     step, first, last = np.diff(alpha, axis=0), width * rates[:-1], width * rates[1:]
@@ -372,7 +375,6 @@ class _TableChecker:
         self.rates = _RowRates(criteria.vehicle, limits)
         self.counts = {sign: ColoringCount(sign) for sign in SIGNS}
         self.rows = 0
-        self.sheet = np.zeros(0, dtype=np.int8)
         self.longest = 0.0  # step between rows [rad]
         self.head: Segments | None = None  # the first three rows
         self.tail: Segments | None = None  # the last three rows so far
@@ -401,7 +403,6 @@ class _TableChecker:
             self.rates.examine(piece, fresh)
         self.lone.update(alpha)
         self._compare(fresh, piece)
-        self.sheet = sheet
         self.rows += len(alpha)
         self.head = (
             rows[:3] if self.head is None or len(self.head.alpha) < 3 else self.head
@@ -439,10 +440,9 @@ class _TableChecker:
             off = np.abs(piece["R"] - computed) - 1e-2 * np.maximum(1, np.abs(computed))
             doubted = np.flatnonzero(off > 0)
             for joint, name in enumerate(ANGLES):
-                # What the digits of the angles explain; lifted ones follow the first two.
-                stated = name if name in piece else ANGLES[joint - 2]
+                # What the digits of the angles explain.
                 moved = fresh.alpha[doubted]
-                moved[:, joint] += piece.half_units(stated)[doubted]
+                moved[:, joint] += piece.half_units(name)[doubted]
                 off[doubted] -= 1.1 * np.abs(determinant(moved) - computed[doubted])
             if (off > 0).any():
                 k = int(np.argmax(off > 0))
@@ -593,7 +593,10 @@ class _RowRates:
                 peak.update(np.maximum(np.abs(stated) - digits, 0.0), rows)
         has_rates_alone = ACCELERATIONS[0] not in table and table.joined_by_cubics
         if has_rates_alone and not table.rounding:
-            self.peaks[1].update(np.abs(accelerations_of(table)), rows)
+            digits = np.column_stack([table.half_units(name) for name in RATES])
+            explained = digits / np.diff(t).min()  # of slopes over two steps
+            size = np.abs(accelerations_of(table)) - explained
+            self.peaks[1].update(np.maximum(size, 0.0), rows)
 
     def _differences(
         self,
