@@ -256,7 +256,7 @@ class TestAgainstARaster:
         """With α4 = α2, Rθ vanishes; at pitch ±π/2 the vertical is one for all rolls, and each side has its own."""
         random = np.random.default_rng(3)
         sides = set()
-        for number in range(32):
+        for number in range(16):
             points = random.uniform(-1.2, 1.2, 4) * [1, 1, 0, 0] + random.uniform(
                 -0.4, 0.4, (1 + number % 4, 4)
             )

@@ -164,9 +164,9 @@ def test_sympy_proves_the_formulas() -> None:
     )
 
 
-def test_ten_thousand_configurations_against_determinants_and_decompositions() -> None:
+def test_random_configurations_against_determinants_and_decompositions() -> None:
     rng = np.random.default_rng(1)
-    for _ in range(200):
+    for _ in range(60):
         vehicle = drawn(rng).replace(first_arm_angle=rng.uniform(-3, 3))
         exact, size = (
             matrices.coefficients_of(vehicle),

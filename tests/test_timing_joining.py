@@ -306,8 +306,14 @@ def test_a_table_is_joined_at_its_first_row_and_a_gait_at_the_nearest_corner() -
         assert found.run_up is None
 
 
-@pytest.mark.parametrize("suffix", READ)
-@pytest.mark.parametrize("timing", [{}, {"samples": 37}, {"rate": 500.0}])
+@pytest.mark.parametrize(
+    ("suffix", "timing"),
+    [
+        (".csv", {}),
+        (".csv", {"rate": 500.0}),
+        *((one, {"samples": 37}) for one in READ),
+    ],
+)
 def test_entries_are_sampled_anew_within_the_limits_in_every_format(
     suffix: str, timing: dict[str, Any], tmp_path: Path
 ) -> None:

@@ -21,6 +21,13 @@ from gaitgraph.vehicle import preset_names, vehicle_named
 
 pytest.importorskip("mujoco")
 RNG = np.random.default_rng(5)
+START = RNG.bit_generator.state
+
+
+@pytest.fixture(autouse=True)
+def _the_same_numbers_whatever_ran_before() -> None:
+    RNG.bit_generator.state = START
+
 
 # -- URDF of the links and joints that gimbalrotor's description has, with the numbers of its files
 
