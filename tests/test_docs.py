@@ -80,7 +80,8 @@ def pictures_without_windows_and_films_of_few_frames(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     plt.switch_backend("agg")
-    monkeypatch.setattr(vehicles, "_DELAY", 50)
+    monkeypatch.setattr(vehicles, "_FEWEST", 2)
+    monkeypatch.setattr(vehicles, "_DELAY", 200)
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)

@@ -109,8 +109,8 @@ def test_files_of_a_flight(
     tmp_path: Path, levelling: Flight, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The same flight gives the same bytes; a film lasts as long as the flight and says at its end how it ended."""
-    monkeypatch.setattr(vehicles, "_FEWEST", 3)
-    monkeypatch.setattr(vehicles, "_DELAY", 15)
+    monkeypatch.setattr(vehicles, "_FEWEST", 2)
+    monkeypatch.setattr(vehicles, "_DELAY", 25)
     again = fly(gait_of_paper(3).parametrize(1.0), settings=SHORT)
     names = ("a.svg", "a.gif")
     for folder, flight in (("one", levelling), ("two", again)):
