@@ -351,9 +351,9 @@ MADE: list[tuple[Any, tuple[Any, ...], dict[str, Any]]] = [
 @pytest.mark.parametrize(
     ("accuracy", "corners"),
     [
-        (1e-2, [92, 32, 60, 44, 352, 131]),
-        (1e-5, [767, 380, 502, 220, 1853, 1347]),
-        (1e-8, [17981, 5958, 10258, 6382]),
+        (1e-2, [112, 42, 64, 34, 282, 131]),
+        (1e-5, [656, 272, 414, 226, 2236, 1347]),
+        (1e-8, [19051, 6761, 14722, 6380]),
     ],
 )
 def test_inner_and_outer_are_as_near_as_stated_with_few_corners(

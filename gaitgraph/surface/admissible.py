@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache, partial
-from itertools import product
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -17,8 +16,10 @@ import shapely
 from gaitgraph.angles import HALF_PI, checked_number
 from gaitgraph.errors import checked_choice
 from gaitgraph.invertibility import matrices
+from gaitgraph.invertibility.forms import level_of, rotors_of
 from gaitgraph.invertibility.segment_bounds import least_level_determinant
 from gaitgraph.surface import borders
+from gaitgraph.surface.blocks import roll_block, yaw_block
 from gaitgraph.surface.region import (
     DEFAULT_ACCURACY,
     OVERLAY_ERROR,
@@ -29,10 +30,10 @@ from gaitgraph.surface.region import (
     checked_accuracy,
     chord_tolerance,
     offset,
-    offset_both,
     polygons_of,
     rectangle,
     region_of,
+    square_within,
     square_without,
     zones_region,
 )
@@ -93,62 +94,67 @@ def sign_region(
         vehicle_named(vehicle),
         0.0 if least is None else checked_number("least", least),
     )
-    tolerance, half = chord_tolerance(accuracy), accuracy / 2
-    if color == "blue" and vehicle.rotor_height:
-        return _none_on_blue(vehicle, accuracy)
     if color == "red":
-        judged, margin = (
-            matrices.coefficients_of(vehicle, "exact"),
-            accuracy if least else _OPEN_MARGIN,
-        )
-    else:
-        judged, margin = matrices.coefficients_of(vehicle, coefficients), _OPEN_MARGIN
-        least = least or matrices.noise_of(judged)
-    spin = 1 if judged.delta > 0 else -1
-    # Each of two lines turns the sign of R: on red a factor vanishes there, on blue α3 or α4 is wrapped by π.
-    kappa, raised = vehicle.signed_drag_ratio, vehicle.height_ratio
-    if color == "red":
-        border, negative = (
-            judged.delta - spin * HALF_PI,
-            borders.bracket_negative(kappa, tolerance),
-        )
-        beyond = {
-            spin: square_without(negative, half),
-            -spin: offset_both(negative, half)[::-1],
-        }
-    else:
-        border = 2 * judged.delta - spin * HALF_PI
-        beyond = {
-            t: square_without(
-                borders.blue_determinant_below(least, t, judged, tolerance), half
-            )
-            for t in (1, -1)
-        }
-    cells = [
-        (a * b, _cell(border, a, b, margin)) for a, b in product((1, -1), repeat=2)
-    ]
-    if raised:  # a curve instead of both lines
-        curved = borders.raised_negative(borders.roll_block(kappa, raised), tolerance)
-        cells = [
-            (1, square_without(curved, half)),
-            (-1, offset_both(curved, half)[::-1]),
-        ]
-    pair = _union(
-        [shapely.intersection(cell, beyond[turned * wanted]) for turned, cell in cells]
-    )
-    if color == "red":
-        # The bracket vanishes in two corners of the square too.
-        for x in (HALF_PI, -HALF_PI):
-            pair[0] = pair[0].difference(
-                rectangle(x - half, -x - half, x + half, -x + half)
-            )
+        judged = matrices.coefficients_of(vehicle, "exact")
+        pair = _red_sign(wanted, vehicle, accuracy)
         if least and _determinant_falls_below(least, wanted, pair[0], judged):
-            pair = square_without(
-                borders.determinant_below(least, wanted, kappa, raised, tolerance), half
-            )
+            pair = _determinant_above(least, wanted, vehicle, accuracy)
+    else:
+        judged = matrices.coefficients_of(vehicle, coefficients)
+        if color not in judged.colors:
+            return _none_on_blue(vehicle, accuracy)
+        least = least or matrices.noise_of(judged)
+        pair = _blue_sign(least, wanted, judged, accuracy)
     return region_of(
         pair, accuracy, _determinant_condition([wanted], least, color, judged)
     )
+
+
+def _red_sign(sign: int, vehicle: Vehicle, accuracy: float) -> Pair:
+    """Return where R has a sign on red: where the determinants of both blocks have the same sign, or opposite ones."""
+    turned = sign if vehicle.signed_drag_ratio > 0 else -sign
+    yaw, roll = _determinant_sides(vehicle, accuracy)
+    return _union([shapely.intersection(yaw[k], roll[k * turned]) for k in (1, -1)])
+
+
+@lru_cache(maxsize=32)
+def _determinant_sides(vehicle: Vehicle, accuracy: float) -> list[dict[int, Pair]]:
+    """Return, for each block, where its determinant is positive and where it is negative."""
+    found = []
+    for block in (yaw_block(vehicle), roll_block(vehicle)):
+        negative = borders.determinant_negative(block, chord_tolerance(accuracy))
+        reach = _OPEN_MARGIN if block.is_product else accuracy / 2
+        positive = square_without(negative, reach)
+        found.append({1: positive, -1: square_within(negative, reach)})
+    return found
+
+
+def _determinant_above(
+    least: float, sign: int, vehicle: Vehicle, accuracy: float
+) -> Pair:
+    """Return where R has a sign on red, and |R| is at least a value."""
+    below = borders.product_below(
+        least,
+        sign * 2 / vehicle.signed_drag_ratio * yaw_block(vehicle).form,
+        roll_block(vehicle).form,
+        chord_tolerance(accuracy),
+    )
+    return square_without(below, accuracy / 2)
+
+
+def _blue_sign(
+    least: float, sign: int, coefficients: Coefficients, accuracy: float
+) -> Pair:
+    """Return where R has a sign on blue, and |R| is at least a value; its sign turns where α3 or α4 is wrapped by π."""
+    border = 2 * coefficients.delta - math.copysign(HALF_PI, coefficients.delta)
+    tolerance, parts = chord_tolerance(accuracy), []
+    for turned in (1, -1):
+        below = borders.blue_determinant_below(
+            least, sign * turned, coefficients, tolerance
+        )
+        cells = _quarters(border, -border, -turned)
+        parts.append(shapely.intersection(cells, square_without(below, accuracy / 2)))
+    return _union(parts)
 
 
 def _none_on_blue(vehicle: Vehicle, accuracy: float) -> Region:
@@ -171,14 +177,18 @@ def _everywhere(reason: str, _alpha1: float, _alpha2: float) -> str:
     return reason
 
 
-def _cell(border: float, first: int, second: int, margin: float) -> Pair:
-    """Return a quarter of the square: α1 above (+1) or below a border, and −α2 likewise; `inner` keeps a margin."""
-    cells = []
-    for kept in (margin, 0.0):
-        spans = {1: (border + kept, HALF_PI), -1: (-HALF_PI, border - kept)}
-        (low, high), (left, right) = spans[first], spans[second]
-        cells.append(rectangle(low, -right, high, -left))
-    return np.array(cells)
+def _quarters(x: float, y: float, sign: int) -> Pair:
+    """Return where (α1 − x)·(α2 − y) has a sign; `inner` keeps the margin of an open condition."""
+    shapes = []
+    for margin in (_OPEN_MARGIN, 0.0):
+        left, right = (-HALF_PI, x - margin), (x + margin, HALF_PI)
+        below, above = (-HALF_PI, y - margin), (y + margin, HALF_PI)
+        if sign < 0:
+            below, above = above, below
+        parts = [rectangle(left[0], below[0], left[1], below[1])]
+        parts.append(rectangle(right[0], above[0], right[1], above[1]))
+        shapes.append(shapely.union_all(parts))
+    return np.array(shapes)
 
 
 def _checked_signs(color: object, sign: object) -> list[int]:
@@ -202,8 +212,8 @@ def _determinant_falls_below(
 ) -> bool:
     """Return whether |R| may be below a value in polygons on which R has one sign.
 
-    |R| is least on a border: R is a product of P = cos β1·cos β2 and D, with ΔP = −2P and ΔD = −2D. Where its gradient
-    vanishes, ∇D = −D·∇P/P, so that ΔR = −4R − 2R·|∇P|²/P² has the sign of −R.
+    |R| is least on a border: R is a constant times the determinants P and D of two blocks, with ΔP = −2P and ΔD = −2D.
+    Where its gradient vanishes, ∇D = −D·∇P/P, so that ΔR = −4R − 2R·|∇P|²/P² has the sign of −R.
     """
     if shape.is_empty:
         return False
@@ -276,20 +286,16 @@ def certain_determinant(coefficients: Coefficients) -> float:
 
 
 def hover_region(vehicle: VehicleLike = PAPER) -> Region:
-    """Return where all hover thrusts are positive on the red sheet: α1 < δ and α2 > −δ, or α1 > δ and α2 < −δ.
+    """Return where all hover thrusts are positive on the red sheet: the yaw torques of the two pairs have one sign.
 
-    The borders of the two rectangles, where a pair of rotors idles, are excluded.
+    These are two rectangles, for the paper's vehicle α1 < δ and α2 > −δ, and α1 > δ and α2 < −δ. Their borders, where a
+    pair of rotors idles, are excluded.
 
     >>> round(hover_region().outer.area, 3)
     4.991
     """
     body = vehicle_named(vehicle)
-    pair = _union(
-        [
-            _cell(math.atan(body.signed_drag_ratio), side, side, _OPEN_MARGIN)
-            for side in (1, -1)
-        ]
-    )
+    pair = _quarters(*level_of(rotors_of(body)).crossings, -1)
     condition = Condition(name="hover thrusts > 0", broken_at=partial(_pulling, body))
     return region_of(pair, _OPEN_MARGIN, condition)
 
@@ -370,15 +376,16 @@ def _thrust_limit(
     share: float, vehicle: Vehicle, accuracy: float, *, largest: bool
 ) -> Region:
     """Return where hover thrusts are positive and the largest is at most a share, or the least at least a share."""
-    above = borders.thrust_above(
-        share, vehicle.signed_drag_ratio, chord_tolerance(accuracy)
-    )
+    first, second = level_of(rotors_of(vehicle)).moment[:2, 2]
+    tolerance = chord_tolerance(accuracy)
+    above = borders.thrust_above(share, first, second, tolerance)
+    turned = borders.thrust_above(share, second, first, tolerance)
+    other = shapely.transform(turned, lambda at: at[:, ::-1])
     if largest:
-        pair = square_without(above.union(borders.mirrored(above)), accuracy / 2)
+        pair = square_without(above.union(other), accuracy / 2)
     else:
-        pair = offset_both(above, accuracy / 2)[::-1]
-        pair = np.asarray(
-            shapely.intersection(pair, [borders.mirrored(shape) for shape in pair])
+        pair = shapely.intersection(
+            square_within(above, accuracy / 2), square_within(other, accuracy / 2)
         )
     word, symbol = ("largest", "≤") if largest else ("least", "≥")
     value = partial(_extreme_share, vehicle, largest)
@@ -404,75 +411,49 @@ def singular_value_region(
 ) -> Region:
     """Return where the least singular value of the scaled decoupling matrix, level, is at least a floor on red.
 
-    It is nowhere above 2·√((1+κ²)/3). In `inner` the singular value of the 2×2 block is at least `block`, by default
-    the floor. `accuracy` as for :func:`sign_region`.
+    It is nowhere above :func:`largest_least_singular_value`. In `inner` it is at least `block`, by default the floor.
+    `accuracy` as for :func:`sign_region`.
 
     >>> [round(singular_value_region(floor).area, 3) for floor in (0.05, 0.5, 1.1, 1.2)]
     [9.138, 3.766, 0.061, 0.0]
     """
     floor, accuracy = checked_number("floor", floor), checked_accuracy(accuracy)
     vehicle = vehicle_named(vehicle)
-    ratios = vehicle.signed_drag_ratio, vehicle.height_ratio
-    inner = _singular_value_polygon(
-        floor, floor if block is None else block, *ratios, accuracy, inside=True
-    )
-    outer = _singular_value_polygon(floor, floor, *ratios, accuracy, inside=False)
+    inner = floor if block is None else block
+    pair = [
+        _singular_value_polygon(inner, vehicle, accuracy, inside=True),
+        _singular_value_polygon(floor, vehicle, accuracy, inside=False),
+    ]
     limit = _bound(
         "least singular value",
         "≥",
         floor,
         partial(matrices.least_singular_value_on_red, vehicle=vehicle),
     )
-    return region_of([inner, outer], accuracy, limit)
+    return region_of(pair, accuracy, limit)
 
 
 @lru_cache(maxsize=64)
 def _singular_value_polygon(
-    floor: float,
-    block: float,
-    kappa: float,
-    raised: float,
-    accuracy: float,
-    *,
-    inside: bool,
+    floor: float, vehicle: Vehicle, accuracy: float, *, inside: bool
 ) -> BaseGeometry:
-    def kept(shape: BaseGeometry, of: borders.Block) -> BaseGeometry:
-        if floor >= accuracy / 2:
-            band = borders.singular_value_below(block, of, chord_tolerance(accuracy))
-            return shape.difference(
-                offset(band, accuracy / 2 if inside else -accuracy / 2)
-            )
-        if floor == 0 or not inside:
-            return shape
-        # The band around R = 0 is narrower than the error of its polygons: a wider band, and none, enclose it.
-        return shape.difference(
-            offset(
-                borders.singular_value_below(accuracy / 2, of, accuracy / 32),
-                accuracy / 16,
-            )
-        )
-
-    if raised:
-        square = shapely.box(-HALF_PI, -HALF_PI, HALF_PI, HALF_PI)
-        return kept(
-            kept(square, borders.yaw_block(kappa)), borders.roll_block(kappa, raised)
-        )
-    delta = math.atan(kappa)
-    alone = floor * math.cos(delta) / math.sqrt(2.0)
-    if alone > 1:
+    shape: BaseGeometry = rectangle(-HALF_PI, -HALF_PI, HALF_PI, HALF_PI)
+    if floor > matrices.largest_least_singular_value(vehicle):
         return shapely.Polygon()
-    # Two singular values keep the floor where |cos β1| and |cos β2| are at least cos(reach).
-    reach = math.acos(alone) - (OVERLAY_ERROR if floor and inside else 0.0)
-    centers = (delta - math.pi, delta, delta + math.pi)
-    strips = shapely.union_all(
-        [
-            rectangle(
-                max(c - reach, -HALF_PI), -HALF_PI, min(c + reach, HALF_PI), HALF_PI
-            )
-            for c in centers
-        ]
-    )
-    return kept(strips.intersection(borders.mirrored(strips)), borders.yaw_block(kappa))
+    if floor == 0:
+        return shape
+    for block in (yaw_block(vehicle), roll_block(vehicle)):
+        width, tolerance, reach = floor, chord_tolerance(accuracy), accuracy / 2
+        if block.has_orthogonal_columns:
+            reach = OVERLAY_ERROR
+        elif floor < accuracy / 2:
+            # The band around R = 0 is narrower than the error of its polygons: a wider band, and none, enclose it.
+            if not inside:
+                continue
+            width, tolerance, reach = accuracy / 2, accuracy / 32, accuracy / 16
+        band = borders.singular_value_below(width, block, tolerance)
+        shape = shape.difference(offset(band, reach if inside else -reach))
+    return shape
 
 
 def admissible_region(
@@ -557,7 +538,7 @@ def _admissible(
             accuracy=accuracy,
         ).pair
 
-    if color == "blue" and (use == "flyable" or vehicle.rotor_height):
+    if color == "blue" and (use == "flyable" or color not in judged.colors):
         return _none_on_blue(vehicle, accuracy)
     if use == "valid":
         return region_of(

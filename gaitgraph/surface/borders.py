@@ -10,18 +10,17 @@ so inside it the border is one graph over the chord, through both of its ends; a
 |∂²h/∂t²| ≤ M, |h| ≤ e + M·ℓ²/8 where e is what is left of h at the ends. So the border is nowhere farther from the
 chord than (e + M·ℓ²/8)/m. Chords for which that is too much are divided.
 
-With u = α1 − α2, v = α1 + α2 and w = cos v the conditions of the red sheet are quadratic in w for fixed u:
+On the red sheet of a symmetric vehicle every condition is, for fixed α1, of degree one or two in u2 = (cos α2, sin α2), so
+its border is an explicit function of α1 (docs/theory.md, 18):
 
-* R = (w + cos(u − 2δ))·D/(κ cos²δ) with the bracket D = κw + κ cos u − sin u (equation (6) on red; docs/theory.md, 6);
-* the 2×2 block of the scaled decoupling matrix has the singular values √2·√λ, where the two λ have the product D²
-  and the sum F = 2 + κ² + κw·(κ cos u − 2 sin u). With g = floor²/2 both λ are at least g exactly where
-  h = D² − gF + g² ≥ 0 and F ≥ 2g. On F = 2g, h = D² − F²/4 ≤ 0: so F is compared once a part (theory.md, 14);
-* with rotors H arm lengths above the centre of mass, w + cos(u − 2δ) becomes 2P = Aw + cos(u − 2δ) + B cos u with
-  B = H²cos²δ and A = 1 − B, and the other block has the product (P/cos²δ)² and the sum
-  (1 + κ²)(1 + w cos(u − 2δ)) + H²(1 − w cos u) (theory.md, 19).
+* R is a constant times the determinants of two 2×2 blocks, each a form u1ᵀ·B·u2, which vanishes at one α2 modulo π;
+* the squares of the singular values of a block have the product det² and the sum F of its squared entries. With
+  g = floor²/2 both are at least g exactly where h = det² − gF + g² ≥ 0 and F ≥ 2g. On F = 2g, h = det² − F²/4 ≤ 0: so
+  F is compared once a part. h is uᵀ·S·u with S a function of α1, and so is |R| above a level;
+* the share of a pair of rotors in hover is above a limit where a product of a vector, a function of α1, with u2 is positive.
 
 Each function of a set returns polygons whose sides are nowhere farther than `tolerance` [rad] from its border, inside
-[−π/2, π/2]²; beyond the square they end anywhere. `kappa` is the signed drag ratio.
+[−π/2, π/2]²; beyond the square they end anywhere.
 """
 
 from __future__ import annotations
@@ -31,27 +30,37 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import groupby, pairwise
-from typing import TYPE_CHECKING, Any
+from operator import itemgetter
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import shapely
 
-from gaitgraph.angles import HALF_PI
+from gaitgraph.angles import HALF_PI, wrapped
 from gaitgraph.invertibility.matrices import Coefficients, FloatArray
+from gaitgraph.surface.blocks import directions
 
 if TYPE_CHECKING:
     from shapely import Polygon
     from shapely.geometry.base import BaseGeometry
 
+    from gaitgraph.surface.blocks import Block
+
 Function = Callable[[FloatArray], FloatArray]
 
 _FIRST_CHORDS = 8
 _MOST_ROUNDS = 40  # of dividing chords
+_NARROW = 1e-3  # of the tolerance
 _ON_CIRCLE = 1e-4  # how far from the unit circle a root may be that counts as on it
 _SAME = 1e-12  # abscissae no farther apart are one [rad]
 _FAR = 20.0  # farther than any root
 _FULL = 2 * math.pi
-_BEYOND = 0.3  # beyond the square, so that its sides are no sides of the sets' polygons
+_END = (
+    HALF_PI + 0.3
+)  # beyond the square, so that its sides are no sides of the sets' polygons
+_BREAKING = np.array(
+    [0.0, HALF_PI, -_END, _END]
+)  # ordinates that no root crosses inside a band
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -171,9 +180,10 @@ class Border:
         return np.asarray(np.where((slope > 0) & (bound <= reach), bound, np.inf))
 
 
+Root = tuple[Function, "Border | None"]  # ordinates, and None if they are on a line
 Edge = tuple[
-    float, Function, Border | None
-]  # of a band: w in its middle, its ordinates, and None if it is straight
+    float, Function, "Border | None"
+]  # of a band: w in its middle, and its ordinates
 
 
 def zeros_of_degree_two(function: Function, period: float) -> FloatArray:
@@ -212,8 +222,11 @@ def _abscissae(
         bound = border.deviation(
             first, second, 2 * tolerance
         )  # infinite where nothing can be certified
-        # A chord shorter than the tolerance is as good as the border.
-        bound[np.hypot(*(second - first).T) < tolerance / 2] = 0.0
+        # A chord shorter than the tolerance is as good as the border; so is one across a strip that is much narrower,
+        # beside an abscissa at which h vanishes whatever the ordinate.
+        across = np.abs(second - first)
+        bound[np.hypot(*across.T) < tolerance / 2] = 0.0
+        bound[across[:, 0] < _NARROW * tolerance] = 0.0
         # The bound falls with the square of a chord's length; without a bound a chord is cut into four.
         parts = np.ones(len(settled), dtype=int)
         parts[~settled] = np.where(
@@ -232,9 +245,8 @@ def _abscissae(
 
 def bands_between(
     breaks: FloatArray,
-    roots: Sequence[Function],
+    roots: Callable[[FloatArray], Sequence[Root]],
     holds: Callable[[FloatArray, float], Any],
-    border: Border,
     tolerance: float,
     *,
     ends: tuple[float, float] = (-_FAR, _FAR),
@@ -243,15 +255,16 @@ def bands_between(
     """Return where a condition holds, as polygons whose borders follow the true ones.
 
     For every abscissa x the condition, which `holds` evaluates at (x, w) for x of shape (1,), changes only at a few
-    values of w within `ends`: its `roots`, ascending functions of x, NaN where they do not exist. Between the sorted
-    abscissae `breaks` no root enters or leaves that range, meets another, or ceases to exist. `ordinate` gives the
-    second coordinate for w, a monotone function. `border` vanishes on the roots and may be `tolerance` from the sides
-    of the polygons.
+    values of w within `ends`, functions of x. Between the sorted abscissae `breaks` no root enters or leaves that range,
+    meets another, or ceases to exist; `roots` returns those between the breaks around an x, each with the border that
+    vanishes on it. `ordinate` gives the second coordinate for w, a monotone function. Borders may be `tolerance` from
+    the sides of the polygons.
     """
 
-    def edge(w: float, root: Function | None = None) -> Edge:
-        if root is None:
-            return w, lambda x: ordinate(np.full(x.shape, w)), None
+    def straight(w: float) -> Edge:
+        return w, lambda x: ordinate(np.full(x.shape, w)), None
+
+    def edge(w: float, root: Function, border: Border | None) -> Edge:
         # At the ends of an interval rounding alone can take a root out of the range.
         return w, lambda x: ordinate(np.clip(root(x), *ends)), border
 
@@ -276,20 +289,19 @@ def bands_between(
             return polygon
         # The chords of a thin band may cross, unless both sides have the same abscissae.
         common = np.union1d(below, above)
-        return between(common, common)
+        return between(common, common).buffer(0.0)
 
     kept = np.concatenate([[True], np.diff(breaks) > _SAME])
     kept[-1] = True
     polygons = []
     for low, high in pairwise(breaks[kept].tolist()):
         middle = np.array([(low + high) / 2])
-        with np.errstate(invalid="ignore"):
-            here = [(float(root(middle)[0]), root) for root in roots]
-        edges = [
-            edge(ends[0]),
-            *(edge(w, root) for w, root in here if ends[0] < w < ends[1]),
-            edge(ends[1]),
+        here = [
+            (float(root(middle)[0]), root, border) for root, border in roots(middle)
         ]
+        here.sort(key=itemgetter(0))
+        edges = [edge(*found) for found in here if ends[0] < found[0] < ends[1]]
+        edges = [straight(ends[0]), *edges, straight(ends[1])]
         inside = [bool(holds(middle, (a[0] + b[0]) / 2)) for a, b in pairwise(edges)]
         # Each run of intervals in which the condition holds is one polygon.
         for held, run in groupby(range(len(inside)), key=inside.__getitem__):
@@ -301,283 +313,237 @@ def bands_between(
     return shapely.union_all(polygons)
 
 
-def mirrored(shape: BaseGeometry) -> BaseGeometry:
-    """Return the mirror image in α2 = −α1, which swaps the two pairs of arms."""
-    return shapely.transform(shape, lambda at: -at[:, ::-1])
+def _wave(first: float, second: float, even: float, odd: float) -> CosineSum:
+    """Return even·cos(t) + odd·sin(t), t = first·x + second·y."""
+    return cosine(first, second, math.atan2(odd, even), math.hypot(odd, even))
 
 
-Parts = tuple[float, float]  # factors of cos u and of sin u
+def _bilinear(form: FloatArray) -> CosineSum:
+    """Return the form u1ᵀ·form·u2."""
+    (cc, cs), (sc, ss) = form / 2
+    return _wave(1, 1, cc - ss, cs + sc) + _wave(1, -1, cc + ss, sc - cs)
 
 
-@dataclass(frozen=True, slots=True)
-class Block:
-    """A 2×2 block of the scaled decoupling matrix on red, over √2.
-
-    Its determinant is lead·w + line, and the squares of its entries add up to total + common·w·slope, where `line` and
-    `slope` are functions of u. `steep` is about how steep the determinant is.
-    """
-
-    lead: float
-    line: Parts
-    total: float
-    slope: Parts
-    common: float = 1.0
-    steep: float = 1.0
+def _quadratic(matrix: FloatArray, first: float, second: float) -> CosineSum:
+    """Return uᵀ·matrix·u for a symmetric matrix, of u1 if (first, second) is (2, 0), of u2 if it is (0, 2)."""
+    (cc, cs), (_, ss) = matrix
+    return _wave(first, second, (cc - ss) / 2, cs) + float(cc + ss) / 2
 
 
-def yaw_block(kappa: float) -> Block:
-    """Return the block of yaw torque and lift, of determinant D."""
-    return Block(kappa, (kappa, -1.0), 2 + kappa**2, (kappa, -2.0), common=kappa)
+class Matrices(NamedTuple):
+    """Symmetric 2×2 matrices [[cc, cs], [cs, ss]] for several angles, and cs² − cc·ss without its cancellation."""
+
+    cc: FloatArray
+    cs: FloatArray
+    ss: FloatArray
+    discriminant: FloatArray
+
+    def zeros(self, side: int) -> FloatArray:
+        """Return the angles, modulo π, at which uᵀ·matrix·u vanishes, on one side of that between the two."""
+        mean, even = (self.cc + self.ss) / 2, (self.cc - self.ss) / 2
+        half = np.arctan2(np.sqrt(np.maximum(self.discriminant, 0.0)), -mean)
+        return np.asarray((np.arctan2(self.cs, even) + side * half) / 2)
 
 
-def roll_block(kappa: float, raised: float) -> Block:
-    """Return the block of roll and pitch torque, of determinant P/cos²δ, for rotors `raised` arm lengths high."""
-    square, total = raised**2, 1 + kappa**2 + raised**2
-    line, slope = (
-        ((1 - kappa**2 + square) / 2, kappa),
-        (1 - kappa**2 - square, 2 * kappa),
-    )
-    return Block(total / 2 - square, line, total, slope, steep=total)
+def _line(ordinate: float) -> Root:
+    return lambda x: np.full(x.shape, ordinate), None
 
 
-def _at(parts: Parts, u: FloatArray) -> FloatArray:
-    return np.asarray(parts[0] * np.cos(u) + parts[1] * np.sin(u))
+def _zeros_of_form(form: FloatArray, alpha: FloatArray) -> FloatArray:
+    """Return the angles of u2, modulo π, at which u1ᵀ·form·u2 vanishes for u1 at `alpha`."""
+    across = form.T @ directions(alpha)
+    return np.asarray(np.arctan2(-across[0], across[1]))
 
 
-def _in_uv(parts: Parts, size: float = 1.0) -> CosineSum:
-    return cosine(1, 0, size=size * parts[0]) + cosine(1, 0, HALF_PI, size * parts[1])
-
-
-def _where_it_holds(
-    lead: float,
-    tolerance: float,
-    *,
-    middle: Function,
-    discriminant: Function,
-    scale: float,
-    height: Callable[[FloatArray, float], FloatArray],
+def _where(
     holds: Callable[[FloatArray, float], Any],
-    border: Border,
-    may_vanish: bool,
+    zeros_at: Callable[[FloatArray], Sequence[Root]],
+    breaks: Sequence[FloatArray],
+    tolerance: float,
 ) -> BaseGeometry:
-    """Return, in the (α1, α2) plane, where a condition on (u, w) `holds`, with a quadratic in w as border.
+    """Return where a condition on (α1, α2) holds.
 
-    `height` is the quadratic lead·w² + middle·w + rest at (u, w), up to a factor unless the `lead` may vanish, w =
-    (±√discriminant − sgn lead·middle)/(2|lead|) are its roots, where `border`, a function of (u, v), vanishes. `height`
-    and `discriminant`, zero within 1e-9·scale, are of degree two in u. A `lead` near zero makes one root large; the
-    other is then 2·rest/(∓√discriminant − middle).
+    For α1 in a band around `middle` it changes only at `zeros_at(middle)`, functions of α1 that are α2 modulo π, with
+    their borders. None of them crosses a multiple of π/2 or an end of the surroundings of the square between two
+    `breaks`, modulo π.
     """
 
-    def root(side: float) -> Function:
-        def at(u: FloatArray) -> FloatArray:
-            square = discriminant(u)
-            with np.errstate(invalid="ignore"):
-                size = np.sqrt(
-                    np.where(square > -1e-9 * scale, np.maximum(square, 0.0), np.nan)
-                )
-            half = math.copysign(1, lead) * middle(u)
-            with np.errstate(divide="ignore", invalid="ignore"):
-                direct = (side * size - half) / (2 * abs(lead))
-                if not may_vanish:
-                    return np.asarray(direct)
-                other = (
-                    2 * math.copysign(1, lead) * height(u, 0.0) / (-side * size - half)
-                )
-            return np.asarray(np.where(side * half > 0, other, direct))
+    def roots(middle: FloatArray) -> list[Root]:
+        found: list[Root] = []
+        for zero, border in zeros_at(middle):
+            ordinates = float(zero(middle)[0]) + math.pi * np.arange(-2, 3)
+            for ordinate in ordinates[np.abs(ordinates) < _END]:
+                center = (math.floor(ordinate / HALF_PI) + 0.5) * HALF_PI
+                found.append((partial(_nearest, zero, center), border))
+        return found
 
-        return at
+    angles = np.concatenate([np.ravel(part) for part in breaks])
+    angles = (wrapped(angles) + math.pi * np.arange(-1, 2)[:, None]).ravel()
+    inside = np.unique(angles[np.abs(angles) < _END])
+    limits = np.concatenate([[-_END], inside, [_END]])
+    return bands_between(limits, roots, holds, tolerance, ends=(-_END, _END))
 
-    # Roots meet or cease where the discriminant vanishes, and leave −1 ≤ w ≤ 1 where the height at its ends does.
-    end = math.pi + _BEYOND
-    functions: list[Function] = [
-        discriminant,
-        lambda u: height(u, 1.0),
-        lambda u: height(u, -1.0),
-    ]
-    zeros = np.concatenate(
-        [zeros_of_degree_two(function, _FULL) for function in functions]
-    )
-    zeros = np.concatenate([zeros - _FULL, zeros, zeros + _FULL])
-    breaks = np.unique(np.concatenate([[-end, end], zeros[np.abs(zeros) < end]]))
-    roots, wide = (root(-1.0), root(1.0)), math.sqrt(2.0) * tolerance
-    shape = bands_between(
-        breaks, roots, holds, border, wide, ends=(-1.0, 1.0), ordinate=np.arccos
-    )
-    # w = cos v is even and has the period 2π: from 0 ≤ v ≤ π to v = 2π − v and −v; then α1 = (v + u)/2, α2 = (v − u)/2.
-    beyond = shapely.transform(
-        shape, lambda at: np.column_stack([at[:, 0], _FULL - at[:, 1]])
-    )
-    upper = shape.union(shapely.clip_by_rect(beyond, -end, 0.0, end, end))
-    both = upper.union(shapely.transform(upper, lambda at: at * np.array([1.0, -1.0])))
-    return shapely.transform(
-        both, lambda at: np.column_stack([at[:, 1] + at[:, 0], at[:, 1] - at[:, 0]]) / 2
-    )
+
+def _nearest(angle: Function, center: float, x: FloatArray) -> FloatArray:
+    """Return the values of a function modulo π that are nearest to `center`."""
+    ordinate = angle(x)
+    return np.asarray(ordinate - math.pi * np.rint((ordinate - center) / math.pi))
+
+
+def determinant_negative(block: Block, tolerance: float) -> BaseGeometry:
+    """Return where the determinant of a block is negative."""
+    form = block.form
+
+    def holds(x: FloatArray, y: float) -> Any:
+        return directions(x)[:, 0] @ form @ directions(y) < 0
+
+    breaks = _zeros_of_form(form.T, _BREAKING)
+    zero = partial(_zeros_of_form, form)
+    if block.is_product:
+        return _where(holds, lambda x: [_line(float(zero(x)[0]))], [breaks], tolerance)
+    border = Border(_bilinear(form))
+    return _where(holds, lambda _: [(zero, border)], [breaks], tolerance)
+
+
+def _where_quadratic(
+    holds: Callable[[FloatArray, float], Any],
+    of_second: Callable[[FloatArray], Matrices],
+    of_first: Callable[[FloatArray], Matrices],
+    border: Border,
+    tolerance: float,
+) -> BaseGeometry:
+    """Return where a condition holds whose border is quadratic in u1 and in u2.
+
+    It is where u2ᵀ·S·u2 vanishes with S = `of_second` of α1, and u1ᵀ·S·u1 with S = `of_first` of α2.
+    """
+
+    def zero(side: int) -> Root:
+        return lambda x: of_second(x).zeros(side), border
+
+    def zeros_at(middle: FloatArray) -> Sequence[Root]:
+        return (zero(-1), zero(1)) if of_second(middle).discriminant[0] > 0 else ()
+
+    turning = zeros_of_degree_two(lambda x: of_second(x).discriminant, math.pi)
+    ends = of_first(_BREAKING)
+    return _where(holds, zeros_at, [turning, ends.zeros(-1), ends.zeros(1)], tolerance)
 
 
 def singular_value_below(floor: float, block: Block, tolerance: float) -> BaseGeometry:
-    """Return where the lesser singular value of a block on the red sheet is below a positive floor.
+    """Return where the lesser singular value of a block, times √2, is below a positive floor.
 
     Around the curve where its determinant vanishes this is a band, as narrow as the floor.
     """
-    g, ratio = floor**2 / 2, block.lead / block.common
+    g, form = floor**2 / 2, block.form
+    grams = block.first.T @ block.first, block.second.T @ block.second
 
-    def squares(u: FloatArray, w: float) -> FloatArray:  # F
-        return np.asarray(block.total + block.common * w * _at(block.slope, u))
-
-    def height(u: FloatArray, w: float) -> FloatArray:  # h
-        return np.asarray(
-            (block.lead * w + _at(block.line, u)) ** 2 - g * squares(u, w) + g**2
-        )
-
-    def discriminant(u: FloatArray) -> FloatArray:
-        line, slope = _at(block.line, u), _at(block.slope, u)
-        return np.asarray(
-            g
-            * (
-                -4 * ratio * line * slope
-                + g * slope**2
-                + 4 * ratio**2 * (block.total - g)
+    def matrices(form: FloatArray, own: FloatArray, other: FloatArray) -> Any:
+        def at(alpha: FloatArray) -> Matrices:
+            # h = (across·u)² + g·uᵀ·(rest − other)·u of the other pair
+            u = directions(alpha)
+            first, second = form.T @ u
+            rest = g - np.sum(u * (own @ u), axis=0)
+            cc, cs, ss = rest - other[0, 0], -other[0, 1], rest - other[1, 1]
+            turned = cc * second**2 - 2 * cs * first * second + ss * first**2
+            return Matrices(
+                first**2 + g * cc,
+                first * second + g * cs,
+                second**2 + g * ss,
+                -g * (turned + g * (cc * ss - cs**2)),
             )
-        )
 
-    # h = P² + Q with the determinant as P and Q = g² − gF, in (u, v).
-    rest = _in_uv(block.slope, -g * block.common) * cosine(0, 1) + (
-        g**2 - g * block.total
-    )
-    longest, steepest = math.hypot(*block.line), math.hypot(*block.slope)
-    return _where_it_holds(
-        block.lead * ratio,
-        min(
-            tolerance, floor / 16 / block.steep
-        ),  # not much above the width of the band
-        middle=lambda u: 2 * ratio * _at(block.line, u) - g * _at(block.slope, u),
-        discriminant=discriminant,
-        scale=g
-        * (
-            4 * abs(ratio) * longest * steepest
-            + g * steepest**2
-            + 4 * ratio**2 * block.total
-        ),
-        height=height,
-        holds=lambda u, w: height(u, w) < 0 or squares(u, w) < 2 * g,
-        border=Border(
-            rest=rest, squared=_in_uv(block.line) + cosine(0, 1, size=block.lead)
-        ),
-        may_vanish=ratio != 1,
-    )
-
-
-def determinant_below(
-    level: float, sign: int, kappa: float, raised: float, tolerance: float
-) -> BaseGeometry:
-    """Return where sign·R is below a positive level on the red sheet, exact coefficients; `raised` is H."""
-    # sign·R < level, times κ cos²δ: 2P·D against small·κ, a quadratic in w.
-    delta = math.atan(kappa)
-    small, turned = sign * level * math.cos(delta) ** 2, (raised * math.cos(delta)) ** 2
-    lead, bracket = 1 - turned, yaw_block(kappa).line
-
-    def line(u: FloatArray) -> FloatArray:
-        return np.cos(u - 2 * delta) + turned * np.cos(u)
-
-    def height(u: FloatArray, w: float) -> FloatArray:
-        return (lead * w + line(u)) * (kappa * w + _at(bracket, u)) - small * kappa
-
-    double = (
-        cosine(0, 1, size=lead) + cosine(1, 0, 2 * delta) + cosine(1, 0, size=turned)
-    )
-    return _where_it_holds(
-        lead * kappa,
-        tolerance,
-        middle=lambda u: kappa * line(u) + lead * _at(bracket, u),
-        discriminant=lambda u: (
-            (kappa * line(u) - lead * _at(bracket, u)) ** 2
-            + 4 * lead * small * kappa**2
-        ),
-        scale=4 * (1 + kappa**2) * (1 + turned) ** 2,
-        height=height,
-        holds=lambda u, w: sign * kappa * height(u, w) < 0,
-        border=Border(
-            rest=double * (_in_uv(bracket) + cosine(0, 1, size=kappa)) + -small * kappa
-        ),
-        may_vanish=raised != 0,
-    )
-
-
-def bracket_negative(kappa: float, tolerance: float) -> BaseGeometry:
-    """Return where the bracket D is negative inside the square: tan α1 − tan α2 > 2κ.
-
-    On the border α1 − α2 is the angle from 1 + κ sin 2α2 to 2κ cos² α2, a smooth function of α2. D vanishes in the
-    corners (π/2, −π/2) and (−π/2, π/2) too, but changes no sign inside the square there.
-    """
-
-    def root(y: FloatArray) -> FloatArray:
-        return np.asarray(
-            y + np.arctan2(2 * kappa * np.cos(y) ** 2, 1 + kappa * np.sin(2 * y))
-        )
-
-    # D = 2κ cos α1 cos α2 − sin(α1 − α2), with α2 as the first coordinate.
-    bracket = cosine(1, 0) * cosine(0, 1, 0.0, 2 * kappa) + cosine(-1, 1, HALF_PI, -1.0)
-    breaks = np.array([-HALF_PI - _BEYOND, 0.0, HALF_PI + _BEYOND])
-    found = bands_between(
-        breaks, (root,), lambda y, x: x > root(y), Border(rest=bracket), tolerance
-    )
-    return shapely.transform(found, lambda at: at[:, ::-1])
-
-
-def raised_negative(block: Block, tolerance: float) -> BaseGeometry:
-    """Return where the determinant of the block of roll and pitch is negative inside the square, for a rotor height.
-
-    It is p·cos α2 − q·sin α2 with p and q sums of cos α1 and sin α1, and vanishes at α2 = atan(p/q); where q does, one
-    branch of that curve ends and another begins.
-    """
-    (even, odd), lead = block.line, block.lead
-
-    def ratio(x: FloatArray) -> tuple[FloatArray, FloatArray]:
-        return _at((lead + even, odd), x), _at((odd, lead - even), x)
-
-    def root(x: FloatArray) -> FloatArray:
-        above, below = ratio(x)
-        return np.asarray(np.arctan2(above * np.sign(below), np.abs(below)))
+        return at
 
     def holds(x: FloatArray, y: float) -> Any:
-        return (y > root(x)) == (ratio(x)[1] > 0)
+        u1, u2 = directions(x)[:, 0], directions(y)
+        squares = u1 @ grams[0] @ u1 + u2 @ grams[1] @ u2
+        height = (u1 @ form @ u2) ** 2 - g * squares + g**2
+        return height < 0 or squares < 2 * g
 
-    determinant = (
-        cosine(1, 1, size=lead) + cosine(1, -1, size=even) + cosine(1, -1, HALF_PI, odd)
+    if block.has_orthogonal_columns:
+        lengths = [
+            Matrices(
+                gram[0, 0] - g, gram[0, 1], gram[1, 1] - g, g * (np.trace(gram) - g)
+            )
+            for gram in grams
+        ]
+        breaks, ordinates = ([part.zeros(-1), part.zeros(1)] for part in lengths)
+        lines = [_line(float(ordinate)) for ordinate in ordinates]
+        return _where(holds, lambda _: lines, breaks, tolerance)
+    squares = _quadratic(-g * grams[0], 2, 0) + _quadratic(-g * grams[1], 0, 2)
+    return _where_quadratic(
+        holds,
+        matrices(form, *grams),
+        matrices(form.T, *grams[::-1]),
+        Border(squares + g**2, _bilinear(form)),
+        # not much above the width of the band
+        min(tolerance, floor / 16 / max(1.0, float(np.linalg.norm(form, 2)))),
     )
-    end, poles = (
-        HALF_PI + _BEYOND,
-        math.atan2(odd, even - lead) + math.pi * np.arange(-2, 3),
+
+
+def product_below(
+    level: float, first: FloatArray, second: FloatArray, tolerance: float
+) -> BaseGeometry:
+    """Return where (u1ᵀ·first·u2)·(u1ᵀ·second·u2) is below a level."""
+
+    def matrices(first: FloatArray, second: FloatArray) -> Any:
+        def at(alpha: FloatArray) -> Matrices:
+            u = directions(alpha)
+            (a, b), (c, d) = first.T @ u, second.T @ u
+            between = (a * d - b * c) ** 2 / 4 + level * (a * c + b * d - level)
+            return Matrices(a * c - level, (a * d + b * c) / 2, b * d - level, between)
+
+        return at
+
+    def holds(x: FloatArray, y: float) -> Any:
+        u1, u2 = directions(x)[:, 0], directions(y)
+        return (u1 @ first @ u2) * (u1 @ second @ u2) < level
+
+    return _where_quadratic(
+        holds,
+        matrices(first, second),
+        matrices(first.T, second.T),
+        Border(_bilinear(first) * _bilinear(second) + -level),
+        tolerance,
     )
-    breaks = np.unique(np.concatenate([[-end, end], poles[np.abs(poles) < end]]))
-    return bands_between(breaks, (root,), holds, Border(rest=determinant), tolerance)
 
 
-def thrust_above(share: float, kappa: float, tolerance: float) -> BaseGeometry:
-    """Return where, with all hover thrusts positive, T1 = T3 is more than a share of the weight.
+def thrust_above(
+    share: float, own: FloatArray, other: FloatArray, tolerance: float
+) -> BaseGeometry:
+    """Return where all hover thrusts are positive and those of rotors 1 and 3 are more than a share of the weight.
 
-    By T1/(m·g) of docs/theory.md, 11, it is not where |sin β2|·(1 − 2s cos α1) ≤ 2s·|sin β1|·cos α2, which is explicit
-    in tan α2. For the other two rotors the set is the mirror image.
+    Rotors 1 and 2 have the yaw torques own·u1 and other·u2. The share of rotor 1 is half of other·u2 / (other·u2·cos α1 +
+    own·u1·cos α2), and thrusts are positive where both torques have one sign (docs/theory.md, 11).
     """
-    delta = math.atan(kappa)
+
+    def across(x: FloatArray) -> FloatArray:
+        # of (1 − 2s·cos α1)·other·u2 − 2s·own·u1·cos α2, a product with u2
+        lever = np.outer(other, 1 - 2 * share * np.cos(x))
+        lever[0] -= 2 * share * (own @ directions(x))
+        return lever
 
     def border(x: FloatArray) -> FloatArray:
-        rest = np.maximum(1 - 2 * share * np.cos(x), 0.0)
-        return np.arctan2(
-            -2 * share * np.sin(x - delta) - rest * math.sin(delta),
-            rest * math.cos(delta),
+        lever = across(x)
+        return np.asarray(np.arctan2(-lever[0], lever[1]))
+
+    def holds(x: FloatArray, y: float) -> Any:
+        u2 = directions(y)
+        torque = other @ u2
+        return (
+            torque * (own @ directions(x))[0] > 0 and torque * (u2 @ across(x))[0] > 0
         )
 
-    def above(x: FloatArray, y: float) -> Any:
-        return (2 * share * np.cos(x) < 1) & np.where(
-            x < delta, y > border(x), y < border(x)
-        )
-
-    vanishing = cosine(0, 1, HALF_PI - delta) * (cosine(1, 0, 0.0, -2 * share) + 1.0)
-    vanishing = vanishing + cosine(1, 0, HALF_PI + delta) * cosine(0, 1, 0.0, 2 * share)
-    free = math.acos(1 / (2 * share)) if share > 0.5 else 0.0
-    breaks = np.unique([-HALF_PI - _BEYOND, -free, free, delta, HALF_PI + _BEYOND])
-    return bands_between(breaks, (border,), above, Border(rest=vanishing), tolerance)
+    lift = np.array([1.0, 0.0])
+    vanishing = _bilinear(-2 * share * (np.outer(lift, other) + np.outer(own, lift)))
+    vanishing += _wave(0, 1, *other)
+    zeros = []
+    for u2 in directions(_BREAKING).T:
+        product = partial(lambda u2, x: u2 @ across(x), u2)
+        zeros.append(zeros_of_degree_two(product, _FULL))
+    free = math.atan2(-own[0], own[1])
+    idle = _line(math.atan2(-other[0], other[1]))
+    found = [(border, Border(vanishing)), idle]
+    return _where(holds, lambda _: found, [*zeros, np.array([free])], tolerance)
 
 
 def blue_determinant_below(
@@ -614,16 +580,14 @@ def blue_determinant_below(
     zeros = [zeros_of_degree_two(partial(height, w=w), math.pi) for w in (1.0, -1.0)]
     found = bands_between(
         np.unique(np.concatenate([[-HALF_PI, 0.0, HALF_PI], *zeros])),
-        (border,),
+        lambda _: [(border, Border(rest=vanishing))],
         lambda x, w: height(x, w) < 0,
-        Border(rest=vanishing),
         tolerance,
         ends=(-1.0, 1.0),
         ordinate=lambda w: np.arccos(w) / 2,
     )
     found = found.union(shapely.transform(found, lambda at: at * np.array([1.0, -1.0])))
-    end = HALF_PI + _BEYOND
-    near = shapely.box(-end, -end, end, end)
+    near = shapely.box(-_END, -_END, _END, _END)
     shifts = [
         np.array([i * math.pi + delta, j * math.pi - delta])
         for i in (-1, 0, 1)

@@ -318,6 +318,11 @@ def square_without(forbidden: BaseGeometry, reach: float) -> Pair:
     return np.asarray(shapely.difference(_SQUARE, offset_both(forbidden, reach)))
 
 
+def square_within(allowed: BaseGeometry, reach: float) -> Pair:
+    """Return the part of the square in a set that is known to within `reach`, as a pair."""
+    return np.asarray(shapely.intersection(_SQUARE, offset_both(allowed, -reach)))
+
+
 def chord_tolerance(accuracy: float) -> float:
     """Return how far chords may be from a curved border for an accuracy [rad]; above 1e-3 nothing would be saved."""
     return min(0.45 * accuracy, 1e-3)

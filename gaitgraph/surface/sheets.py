@@ -59,6 +59,7 @@ from gaitgraph.invertibility.matrices import (
     sensitivities,
     tilt_angles,
 )
+from gaitgraph.surface.blocks import roll_block, yaw_block
 from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
 
 if TYPE_CHECKING:
@@ -575,68 +576,101 @@ def family_jumps(
 def red_label(
     alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, vehicle: VehicleLike = PAPER
 ) -> npt.NDArray[np.int64]:
-    """Return the signs of the factors of R on red, exact coefficients, shape (..., 3); their product is that of R.
+    """Return three signs that tell the components of R ≠ 0 on red apart, shape (..., 3); their product is that of R.
 
-    The third is positive on the side of α = 0; a zero is singular. With a rotor height the product of the first two has
-    the sign of P = cos β1·cos β2 + H² cos²δ·sin α1·sin α2, and both are −1 instead of 1, or −1 and 1 instead of 1 and
-    −1, in the second of two components that no other sign tells apart (docs/theory.md, 19).
+    They are (1, 1, 1) in the component of α = 0; a zero is singular. The third is positive on its side of D = 0. The
+    product of the first two is positive on its side of P = 0; they are the signs of two factors where P has two, and
+    otherwise the first tells components of equal signs apart (docs/theory.md, 19).
 
     >>> red_label(0.0, 0.0).tolist(), red_label(1.178, -0.393).tolist()
     ([1, 1, 1], [1, 1, -1])
     """
     vehicle = vehicle_named(vehicle)
     a1, a2 = angles_from(alpha1, "alpha1"), angles_from(alpha2, "alpha2")
-    kappa = vehicle.signed_drag_ratio
-    delta = math.atan(kappa)
-    saddle = math.copysign(1.0, kappa) * (
-        2 * kappa * np.cos(a1) * np.cos(a2) - np.sin(a1 - a2)
-    )
-    first, second = np.cos(a1 - delta), np.cos(a2 + delta)
-    if squared := vehicle.height_ratio**2:
-        level = np.sign(
-            first * second + squared * math.cos(delta) ** 2 * np.sin(a1) * np.sin(a2)
-        )
-        q = abs(kappa) * np.cos(a1) + math.copysign(1.0, kappa) * (
-            kappa**2 - squared
-        ) * np.sin(a1)
-        # On the side of α = 0 two components lie on either side of q = 0; beyond, on either side of α1 + α2 = 0.
-        beyond = np.where(
-            level > 0, squared > (kappa + 1 / kappa) ** 2, squared < kappa**2
-        ) & (np.sin(a1 + a2) > 0)
-        near = (q < 0) & ((level > 0) == (squared < kappa**2))
-        first = np.where(np.where(saddle > 0, near, beyond), -1.0, 1.0)
+    yaw, roll = _red_forms(vehicle)
+    c1, s1, c2, s2 = np.cos(a1), np.sin(a1), np.cos(a2), np.sin(a2)
+    side = (yaw[0, 0] * c1 + yaw[1, 0] * s1) * c2 + yaw[0, 1] * c1 * s2
+    first = roll[0, 0] * c1 + roll[1, 0] * s1
+    across = roll[0, 1] * c1 + roll[1, 1] * s1
+    level = first * c2 + across * s2
+    if _is_product(vehicle):
+        second = roll[0, 0] * c2 + roll[0, 1] * s2
+    else:
+        # In tan α1 and tan α2, P = 0 is a hyperbola. Two of the parts beside it are convex, on either side of the
+        # vertical asymptote; D = 0, a line, can cut the third one, between the branches, in three.
+        bend = float(np.linalg.det(roll))
+        apart = math.copysign(1.0, roll[0, 1]) * across
+        between = np.ones(apart.shape)
+        if middle := _chord_middle(yaw, roll):
+            x, y = middle
+            chord = s1 * c2 + c1 * s2 - (x + y) * c1 * c2
+            chord = chord * math.copysign(1.0, -(x + y))
+            cut = side * yaw[0, 1] * (roll[0, 1] + roll[1, 1] * x) * roll[1, 1] < 0
+            between = np.where(cut, chord, between)
+        first = np.where(level * bend * roll[1, 1] < 0, apart, between)
+        first = np.where(first < 0, -1.0, 1.0)
         second = level * first
-    factors = np.empty((*saddle.shape, 3))
-    factors[..., 0], factors[..., 1], factors[..., 2] = first, second, saddle
-    return np.asarray(np.sign(factors).astype(np.int64))
+    labels = np.stack(np.broadcast_arrays(first, second, side), axis=-1)
+    return np.asarray(np.sign(labels).astype(np.int64))
+
+
+def _red_forms(vehicle: Vehicle) -> tuple[FloatArray, FloatArray]:
+    """Return the matrices of D and P, with signs that make both positive at α = 0."""
+    yaw, roll = yaw_block(vehicle).form, roll_block(vehicle).form
+    return yaw * math.copysign(1.0, yaw[0, 0]), roll * math.copysign(1.0, roll[0, 0])
+
+
+def _is_product(vehicle: Vehicle) -> bool:
+    """Return whether P is a function of α1 times one of α2: a pair of rotors at the height of the centre of mass."""
+    heights = [z for _, _, z in vehicle.scaled_positions[:2]]
+    return heights[0] * heights[1] == 0
+
+
+def _chord_middle(yaw: FloatArray, roll: FloatArray) -> tuple[float, float] | None:
+    """Return (tan α1, tan α2) between the points where D = 0 meets one branch of P = 0 twice, None if it does not."""
+    slope, start = -yaw[1, 0] / yaw[0, 1], -yaw[0, 0] / yaw[0, 1]
+    square = roll[1, 1] * slope
+    linear = roll[1, 0] + roll[0, 1] * slope + roll[1, 1] * start
+    meets = linear**2 > 4 * square * (roll[0, 0] + roll[0, 1] * start)
+    if square == 0 or not meets or np.linalg.det(roll) < 0:
+        return None
+    x = float(-linear / (2 * square))
+    return x, float(slope * x + start)
 
 
 def separating_factor(
     first: Sequence[float], second: Sequence[float], vehicle: Vehicle = PAPER
 ) -> str | None:
     """Return what separates two points (α1, α2) of the red sheet with R ≠ 0, in words, or None."""
-    a, b = (
-        red_label(first[0], first[1], vehicle),
-        red_label(second[0], second[1], vehicle),
+    a, b = (red_label(x, y, vehicle) for x, y in (first, second))
+    names = dict.fromkeys(
+        name for name, x, y in zip(_red_curves(vehicle), a, b, strict=True) if x != y
     )
-    kappa = vehicle.signed_drag_ratio
-    line = math.atan(kappa) - math.copysign(HALF_PI, kappa)
-    names: tuple[str, ...] = (
-        f"the line α1 = {line:.4f} (β1 = ∓π/2)",
-        f"the line α2 = {-line:.4f} (β2 = ±π/2)",
-        f"the curve tan α1 − tan α2 = 2κ = {2 * kappa:.4f}",
-    )
-    if height := vehicle.height_ratio:
-        line_of_both = f"the curve (1 + κ tan α1)(1 − κ tan α2) = −H² tan α1 tan α2, H = {height:.4g}"
-        names = line_of_both, line_of_both, names[2]
-    return (
-        " and ".join(
-            dict.fromkeys(
-                name for name, x, y in zip(names, a, b, strict=True) if x != y
-            )
+    return " and ".join(names) or None
+
+
+def _red_curves(vehicle: Vehicle) -> tuple[str, str, str]:
+    """Return in words where each sign of a label changes."""
+    yaw, roll = _red_forms(vehicle)
+    ratio, offset = -yaw[0, 1] / yaw[1, 0], -yaw[0, 0] / yaw[1, 0]
+    equal_arms = vehicle.rotor_positions is None and len(set(vehicle.scaled_drags)) == 1
+    saddle = f"the curve tan α1 − {ratio:.4g} tan α2 = {offset:.4f}"
+    if equal_arms:
+        saddle = f"the curve tan α1 − tan α2 = 2κ = {offset:.4f}"
+    if _is_product(vehicle):
+        lines = [math.atan2(-roll[0, 0], part) for part in (roll[1, 0], roll[0, 1])]
+        line1, line2 = (wrapped(line) for line in lines)
+        return (
+            f"the line α1 = {line1:.4f} (β1 = ∓π/2)",
+            f"the line α2 = {line2:.4f} (β2 = ±π/2)",
+            saddle,
         )
-        or None
-    )
+    one, two, both = roll.ravel()[[2, 1, 3]] / roll[0, 0]
+    curve = f"the curve 1 + {one:.4g} tan α1 + {two:.4g} tan α2 + {both:.4g} tan α1 tan α2 = 0"
+    if equal_arms:
+        height = f"H = {vehicle.height_ratio:.4g}"
+        curve = f"the curve (1 + κ tan α1)(1 − κ tan α2) = −H² tan α1 tan α2, {height}"
+    return curve, curve, saddle
 
 
 def text_from_types(third: int, fourth: int) -> str:

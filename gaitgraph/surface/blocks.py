@@ -1,0 +1,69 @@
+r"""The level matrix on the red sheet of a symmetric vehicle: two blocks of two columns (docs/theory.md, 18).
+
+Where α3 = α1 and α4 = α2, a half turn maps the columns of rotors 1 and 2 to those of 3 and 4. Sums of opposite columns
+make yaw torque and lift alone, differences make roll and pitch torque alone. So the singular values of the matrix are
+those of two 2×2 blocks, times √2, and with their determinants D and P
+
+    R = (2/κ)·D·P,    D = u1ᵀ·B·u2,    uᵢ = (cos αᵢ, sin αᵢ),
+
+and P with another matrix B.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gaitgraph.invertibility.forms import level_of, rotors_of
+
+if TYPE_CHECKING:
+    from gaitgraph.invertibility.forms import FloatArray
+    from gaitgraph.vehicle import Vehicle
+
+_ROUNDED = 1e-15  # what rounding leaves of products of numbers near 1
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Block:
+    """A block whose columns are first·u1 and second·u2, both matrices of shape (2, 2)."""
+
+    first: FloatArray
+    second: FloatArray
+
+    @property
+    def form(self) -> FloatArray:
+        """The matrix B of the determinant u1ᵀ·B·u2."""
+        return np.asarray(
+            np.outer(self.first[0], self.second[1])
+            - np.outer(self.first[1], self.second[0])
+        )
+
+    @property
+    def is_product(self) -> bool:
+        """Whether the determinant is a function of α1 times one of α2, and so vanishes on straight lines."""
+        return bool(abs(np.linalg.det(self.form)) <= _ROUNDED * np.sum(self.form**2))
+
+    @property
+    def has_orthogonal_columns(self) -> bool:
+        """Whether the singular values are the lengths of the columns, one of α1 and one of α2, at all angles."""
+        return bool(np.abs(self.first.T @ self.second).max() <= _ROUNDED)
+
+
+def yaw_block(vehicle: Vehicle) -> Block:
+    """Return the block of yaw torque and lift, of determinant D."""
+    level = level_of(rotors_of(vehicle))
+    rows = np.stack([level.moment[:2, 2], level.force[:2, 2]], axis=1)
+    return Block(rows[0], rows[1])
+
+
+def roll_block(vehicle: Vehicle) -> Block:
+    """Return the block of roll and pitch torque, of determinant P."""
+    moment = level_of(rotors_of(vehicle)).moment
+    return Block(moment[0, :2], moment[1, :2])
+
+
+def directions(alpha: FloatArray | float) -> FloatArray:
+    """Return u = (cos α, sin α), shape (2, ...)."""
+    return np.array([np.cos(alpha), np.sin(alpha)])
