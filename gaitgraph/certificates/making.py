@@ -23,6 +23,7 @@ from gaitgraph.errors import Advice, FileWarning, Infeasible, InputError
 from gaitgraph.files import check_new_files, write_whole
 from gaitgraph.gait.table import Table, even_times, tilt_angles
 from gaitgraph.invertibility import matrices
+from gaitgraph.invertibility.forms import Sines, level_of, rotors_of
 from gaitgraph.io.formats import gait_of, given_gait, naming_file
 from gaitgraph.timing.laws import bernstein_from_power, values_of
 from gaitgraph.timing.timed_gait import TimedGait, timed_gait_of
@@ -34,7 +35,7 @@ if TYPE_CHECKING:
     from gaitgraph.invertibility.matrices import CoefficientsLike, FloatArray
     from gaitgraph.io.formats import GaitLike
     from gaitgraph.validation.report import Report
-    from gaitgraph.vehicle import VehicleLike
+    from gaitgraph.vehicle import Vehicle, VehicleLike
 
 _ROOM = 0.01  # share by which claims stay below what is attained
 _ROOM_OF_RATES = 0.03
@@ -193,9 +194,6 @@ def certify(
         name: [_cover(exact, name, claim, k) for k in range(len(exact.pieces))]
         for name, claim in claims.items()
     }
-    pieces = [
-        {"alpha": one["alpha"], "duration": one["duration"]} for one in exact.pieces
-    ]
     deviation = 2 * exact.deviation + 1e-14
     if isinstance(path, TimedGait):
         # Floats of the times are off by an ulp of the period.
@@ -211,14 +209,14 @@ def certify(
         "deviation": _rounded(deviation, up=True),
         "vehicle": exact.vehicle,
         "law": exact.law,
-        "pieces": pieces,
-        "claims": {"joints": _joints(exact.pieces)}
+        "pieces": exact.pieces,
+        "claims": {"joints": _joints(exact)}
         | {name: {**claims[name], "cover": covers[name]} for name in claims},
     }
     count = {name: sum(len(one) - 1 for one in cover) for name, cover in covers.items()}
     return Certified(
         document=_plain(document),
-        intervals={"joints": len(pieces), **count},
+        intervals={"joints": len(exact.pieces), **count},
         warnings=report.warnings,
     )
 
@@ -264,44 +262,47 @@ def _claimed(peak: float, limit: float | None, room: float = _ROOM) -> Fraction:
     )
 
 
+def stated_vehicle(vehicle: Vehicle) -> dict[str, Any]:
+    """Return a vehicle as a certificate states it, with exact numbers; four equal arms without their angle."""
+    named: dict[str, Any] = {
+        "name": vehicle.name[:1000],
+        "first_rotor_spin": vehicle.first_rotor_spin,
+    }
+    arm: Any = vehicle.arm_length
+    if vehicle.rotor_positions is None and not isinstance(
+        vehicle.drag_to_thrust, tuple
+    ):
+        constants = (vehicle.drag_coefficient, vehicle.thrust_coefficient, arm)
+        if None in constants:
+            constants = (vehicle.drag_ratio, 1.0, 1.0)
+            height = _decimal(vehicle.rotor_height) / _decimal(arm or 1.0)
+        else:
+            height = _decimal(vehicle.rotor_height)
+        exact = [_decimal(constant or 0.0) for constant in constants]
+        return named | dict(zip(check.EQUAL_ARMS, [*exact, height], strict=True))
+    places = vehicle.rotor_positions
+    if places is None:
+        ends = ((1, 0), (0, 1), (-1, 0), (0, -1))
+        places = tuple((arm * x, arm * y, vehicle.rotor_height) for x, y in ends)
+    drags = vehicle.drag_to_thrust
+    if drags is None:
+        drags = vehicle.drag_ratio * arm
+    return named | {
+        "rotor_positions": [list(map(_decimal, place)) for place in places],
+        "drag_to_thrust": list(map(_decimal, four_of(drags))),
+    }
+
+
 class _Path:
     """A gait as a certificate states it: `vehicle`, `law` and `pieces`, at most `deviation` from the gait [rad]."""
 
     def __init__(self, path: Gait | TimedGait) -> None:
         self.timed: Any = path if isinstance(path, TimedGait) else None
         self.gait = path.gait if isinstance(path, TimedGait) else path
-        vehicle, one = self.gait.vehicle, Fraction(1)
-        known = (
-            vehicle.drag_coefficient,
-            vehicle.thrust_coefficient,
-            vehicle.arm_length,
-            vehicle.rotor_height,
-        )
-        constants = [one if value is None else _decimal(value) for value in known]
-        if None in known:
-            constants = [
-                _decimal(vehicle.drag_ratio),
-                one,
-                one,
-                constants[3] / constants[2],
-            ]
-        kappa, height = (
-            constants[0] / (constants[1] * constants[2]),
-            constants[3] / constants[2],
-        )
-        self.ratios = (
-            check.enclosed(kappa if vehicle.signed_drag_ratio > 0 else -kappa),
-            check.enclosed(height),
-        )
-        self.vehicle: dict[str, Any] = {
-            "name": vehicle.name[:1000],
-            "first_rotor_spin": vehicle.first_rotor_spin,
-        }
-        self.vehicle |= dict(zip(check.CONSTANTS, constants, strict=True))
+        self.vehicle = stated_vehicle(self.gait.vehicle)
+        self.level = check.Level(self.vehicle)
         self.powers, widths, is_smooth = self._polynomials()
-        self.law = [
-            Fraction(a) for a in ((0, 0, 0, 10, -15, 6) if is_smooth else (0, 1))
-        ]
+        self.law = [Fraction(a) for a in check.LAWS[is_smooth]]
         self.pieces: list[dict[str, Any]] = []
         self.deviation = 0.0
         starts = [
@@ -327,13 +328,7 @@ class _Path:
                 )
                 while len(alpha[-1]) > 1 and alpha[-1][-1] == 0:
                     alpha[-1].pop()
-            moved = [
-                [a[0], *(sum(a[1:]) * c for c in self.law[1:])] if is_smooth else a
-                for a in alpha
-            ]
-            self.pieces.append(
-                {"alpha": alpha, "moved": moved, "duration": _decimal(width or 1.0)}
-            )
+            self.pieces.append({"alpha": alpha, "duration": _decimal(width or 1.0)})
 
     def _polynomials(self) -> tuple[FloatArray, FloatArray, bool]:
         """Return angles in powers of the share of a piece, highest first, widths, and whether the law is `smooth`.
@@ -389,12 +384,8 @@ def _claims_of(
         )
         for name, found in (("least_singular_value", values), ("hover_thrust", shares))
     }
-    is_positive = (
-        matrices.level_determinant(
-            alpha[0, 0], matrices.coefficients_of(vehicle, "exact")
-        )
-        > 0
-    )
+    direction = level_of(rotors_of(vehicle)).direction.at(Sines.of(alpha[0, :1]))
+    is_positive = direction[2, 0] > 0
     claims: dict[str, dict[str, Any]] = {
         "least_singular_value": {"at_least": least["least_singular_value"]},
         "sign_of_R": {"sign": "positive" if is_positive else "negative"},
@@ -433,29 +424,23 @@ def _claims_of(
     return claims
 
 
-def _joints(pieces: list[dict[str, Any]]) -> dict[str, Fraction]:
+def _joints(path: _Path) -> dict[str, Fraction]:
     """Return the largest jumps of rates and accelerations from piece to piece, rounded up."""
     out = {}
-    for order, name in ((1, "rate_jump"), (2, "acceleration_jump")):
-        at = [check.motion(piece, order) for piece in pieces]
-        joints = (
-            (a, b)
-            for k, after in enumerate(at)
-            for a, b in zip(at[k - 1], after, strict=True)
-        )
-        most = float(max(abs(sum(a) - b[0]) for a, b in joints))
-        out[name] = _rounded(most * (1 + 1e-9), up=True)
+    for order, name in enumerate(check.JUMPS, start=1):
+        jumps = check.jumps(path.pieces, path.law, order)
+        out[name] = _rounded(float(max(map(max, jumps))) * (1 + 1e-9), up=True)
     return out
 
 
 def _cover(path: _Path, name: str, claim: dict[str, Any], k: int) -> list[Fraction]:
     """Return the break points of intervals of a piece on which a claim is proved; Infeasible if one is not."""
     piece, breaks, todo = path.pieces[k], [Fraction(0)], [(Fraction(0), Fraction(1))]
-    curves = check.motion(piece, check.ORDERS.get(name, 0))
+    curves = check.motion(piece, path.law, check.ORDERS.get(name, 0))
     while todo:
         low, high = todo.pop()
         middle = (low + high) / 2
-        if check.proves(name, claim, path.ratios, curves, low, high):
+        if check.proves(name, claim, path.level, curves, low, high):
             breaks.append(high)
         elif high - low < _SMALLEST or len(breaks) > _MOST_INTERVALS:
             at = _shown(

@@ -10,7 +10,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gaitgraph.certificates.check import Row, check, held_against
+from gaitgraph.certificates.check import (
+    ONE,
+    Row,
+    check,
+    columns_of,
+    held_against,
+    read,
+)
 from gaitgraph.errors import InputError
 from gaitgraph.files import text_of
 from gaitgraph.gait.table import ANGLES
@@ -18,6 +25,7 @@ from gaitgraph.io.formats import FORMATS, naming_file, read_table
 
 if TYPE_CHECKING:
     from gaitgraph.gait.table import Table
+    from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.vehicle import Vehicle
 
 CERTIFICATE = ".cert.json"
@@ -151,34 +159,33 @@ def certificate_beside(gait_file: Path) -> Path:
 
 def note_on_certificate(gait_file: Path, table: Table, vehicle: Vehicle) -> str:
     """Return why the certificate beside a gait file is not that of its rows and vehicle, "" if it is or there is none."""
+    from gaitgraph.certificates.making import stated_vehicle
+
     beside = certificate_beside(gait_file)
     if not beside.is_file() or "t" not in table or len(table) > _MOST_ROWS:
         return ""
     name = f"the certificate {beside.name!r}"
     try:
         text = text_of(beside, "certificate")
-        stated = json.loads(text)["vehicle"]
-        ratios = _ratios(stated)
+        stated = _numbers_of(read(text)["vehicle"])
         off, _ = held_against(text, *_exact_rows(table, gait_file))
     except (InputError, ArithmeticError, LookupError, TypeError, ValueError):
         return f"{name} is no certificate; gaitgraph verify {beside.name} says why"
     if off:
         return f"{name} does not belong to these rows: {off}"
-    own = vehicle.signed_drag_ratio, vehicle.height_ratio
-    if np.allclose(ratios, own, rtol=1e-9, atol=0):
+    own = _numbers_of(stated_vehicle(vehicle))
+    if np.allclose(stated, own, rtol=1e-9, atol=1e-12):
         return ""
-    return f"{name} is of another vehicle: κ = {ratios[0]:.6g} and H = {ratios[1]:.6g}"
+    most = float(np.abs(stated - own)[1:].max())
+    how = f"moments of rotors differ by up to {most:.3g} arm lengths"
+    return f"{name} is of another vehicle: κ = {stated[0]:.6g}, {how}"
 
 
-def _ratios(stated: dict[str, str]) -> tuple[float, float]:
-    """Return κ with its sign and the rotor height as a share of the arm, of a certificate's vehicle."""
-    sign = 1 if stated["first_rotor_spin"] == "clockwise" else -1
-    thrust_by_arm = Fraction(stated["thrust_coefficient"]) * Fraction(
-        stated["arm_length"]
-    )
-    kappa = sign * Fraction(stated["drag_coefficient"]) / thrust_by_arm
-    height = Fraction(stated["rotor_height"]) / Fraction(stated["arm_length"])
-    return float(kappa), float(height)
+def _numbers_of(vehicle: dict[str, Any]) -> FloatArray:
+    """Return κ of a certificate's vehicle, and the moments and forces of its rotors, in one array."""
+    kappa, columns = columns_of(vehicle)
+    entries = [entry for pair in columns for column in pair for entry in column]
+    return np.array([entry.low / ONE for entry in (kappa, *entries)])
 
 
 def _exact_rows(table: Table, path: Path) -> tuple[list[Row], Fraction]:
