@@ -121,7 +121,7 @@ def survives(source: str) -> bool:
         assert spec.loader is not None
         module = importlib.util.module_from_spec(spec)
         sys.modules[name] = module
-        gaitgraph.certificates.check = module  # type: ignore[attr-defined]
+        gaitgraph.certificates.check = module
         spec.loader.exec_module(module)
         options = ["-q", "-x", "-n0", "-p", "no:cacheprovider", "--no-header"]
         code = int(pytest.main([*options, str(TESTS)]))

@@ -128,7 +128,7 @@ def random_vehicles(count: int) -> list[Vehicle]:
     rng = np.random.default_rng(4)
     out = [PAPER, RAISED, RECTANGLE]
     for _ in range(count):
-        places = []
+        places: list[list[float]] = []
         for _ in range(2):
             length, height = rng.uniform(0.1, 0.4), rng.uniform(-0.1, 0.1)
             turn = rng.uniform(0.1, 1.4) + len(places) * 1.5
@@ -161,7 +161,8 @@ def test_tables_are_those_of_the_forms(vehicle: Vehicle) -> None:
     lift = forms.direction.table[..., 2].ravel() * twice
     assert np.allclose([middle(x) for x in level.force[2]], lift, atol=1e-14)
     across = np.linalg.norm(forms.direction.table[..., :2].reshape(16, 2), axis=1)
-    found = np.hypot(*([middle(x) for x in level.force[axis]] for axis in (0, 1)))
+    ahead, left = ([middle(x) for x in level.force[axis]] for axis in (0, 1))
+    found = np.hypot(ahead, left)
     assert np.allclose(found, across * abs(twice), atol=1e-14)
     entries = [*level.inputs[0], *level.inputs[3], *level.force[0], *level.force[2]]
     assert max(entry.high - entry.low for entry in entries) < 10**6
@@ -169,7 +170,7 @@ def test_tables_are_those_of_the_forms(vehicle: Vehicle) -> None:
 
 def test_a_vehicle_of_exact_lengths() -> None:
     """Arms of 3, 4 and 5: each number of the columns is known exactly."""
-    vehicle = {
+    vehicle: dict[str, Any] = {
         "rotor_positions": [[F(3), F(4), F(1)], [F(-8), F(6), F(-2)], [F(-3), F(-4), F(1)], [F(8), F(-6), F(-2)]],
         "drag_to_thrust": [F(3), F(6), F(3), F(6)],
         "first_rotor_spin": "clockwise",
@@ -270,7 +271,7 @@ def test_values_are_widened_by_what_a_form_leaves_its_chord_by() -> None:
     table = [check.Enclosure(-3, 2)] + [check.NONE] * 15
     bent = check.Arc([[F(0), F(0), F(1, 2)], [F(0)], [F(0)], [F(0)]], F(-1), F(1))
     turns = bent.ends[0]
-    assert (bent.rates[0], bent.bends[0]) == (1, 1)
+    assert bent.rates[0] == bent.bends[0] == 1
     tight = check.Arc([[F(0)]] * 4, F(0), F(1)).values(table)[0]
     assert (turns[1], tight) == ([(ONE, ONE), (0, 0)], (-3, 2))
     for rates, bends, leaves in (
@@ -375,12 +376,13 @@ def test_thrusts_with_a_sign_of_their_own_at_each_end_are_not_proved() -> None:
     for ends in (curves, [[a + b, -b] for a, b in curves]):
         arc = check.Arc(ends, F(0), F(1))
         arc.rates, arc.bends = [F(0)] * 4, [F(0)] * 4
-        for name, claim in (
+        claims: list[tuple[str, dict[str, Any]]] = [
             ("hover_thrust", {"at_least": F(-9), "at_most": F(9)}),
             ("attitude", {"tilt": F(1, 100)}),
             ("sign_of_R", {"sign": "positive"}),
             ("sign_of_R", {"sign": "negative"}),
-        ):
+        ]
+        for name, claim in claims:
             parts = getattr(check, name)(level, arc, claim)
             assert not all(part.low > 0 for part in parts), name
 
@@ -407,7 +409,7 @@ def test_no_claim_of_a_curve_is_proved_that_samples_contradict(
         singular, tilt = (min(one[k] for one in truths) for k in ("singular", "R"))
         tilt = math.pi / 2 - max(one["tilt"] for one in truths)
         for room in (-0.02, 0.02, 0.2):
-            for name, claim in (
+            claims: list[tuple[str, dict[str, Any]]] = [
                 (
                     "least_singular_value",
                     {"at_least": F(max(singular * (1 - room), 1e-9))},
@@ -415,20 +417,22 @@ def test_no_claim_of_a_curve_is_proved_that_samples_contradict(
                 ("hover_thrust", {"at_least": F(low - room), "at_most": F(9)}),
                 ("hover_thrust", {"at_least": F(-9), "at_most": F(high + room)}),
                 ("attitude", {"tilt": F(tilt - room)}),
-            ):
+            ]
+            for name, claim in claims:
                 found = check.proves(name, claim, level, curves, F(0), size)
                 verdicts.append((room, found))
                 assert not (found and room < 0), (name, claim)
         for sign in (1, -1):
-            claim = {"sign": "positive" if sign > 0 else "negative"}
-            found = check.proves("sign_of_R", claim, level, curves, F(0), size)
+            stated = {"sign": "positive" if sign > 0 else "negative"}
+            found = check.proves("sign_of_R", stated, level, curves, F(0), size)
             assert not found or min(sign * one["R"] for one in truths) > 0
     assert (0.2, True) in verdicts
 
 
 def test_bounds_of_polynomials_are_exact_at_their_ends() -> None:
     """Odd powers of u lie between -1 and 1, even ones between 0 and 1."""
-    zero, one = [F(0)] * 4, [F(1)] * 4
+    zero: list[Any] = [F(0)] * 4
+    one: list[Any] = [F(1)] * 4
     for joint, (curve, low, high) in enumerate(
         (
             ([F(2), F(1), F(3), F(-5), F(-7), F(11)], 2 - 17 - 7, 2 + 17 + 3),
@@ -452,9 +456,29 @@ def test_bounds_of_polynomials_are_exact_at_their_ends() -> None:
                 assert check.proves(name, claim, None, curves, F(-1), F(1)) == holds  # type: ignore[arg-type]
 
 
+def test_each_derivative_is_compared_with_its_own_claim() -> None:
+    """On a straight piece from 0 to 1 in a second: the first to the third derivative of the smooth law."""
+    document = made()
+    size = F("0.5")
+    for name, most in (
+        ("rate", F("1.875")),
+        ("acceleration", F("5.7735027")),
+        ("jerk", F(60)),
+    ):
+        for share, holds in ((F("1.001"), True), (F("0.999"), False)):
+            bound = [str(most * size * share)] * 4
+            claim = {"at_least": [f"-{one}" for one in bound], "at_most": bound}
+            claims = {
+                "joints": document["claims"]["joints"],
+                name: {**claim, "cover": [[f"{k}/32" for k in range(33)]] * 3},
+            }
+            found = check.check(json.dumps({**document, "claims": claims}))
+            assert (found["claims"][name] == "") == holds, name
+
+
 def test_derivatives_of_motion() -> None:
     law = list(map(F, LAWS[1]))
-    straight = {"alpha": [[F(1), F(3)], [F(2)]], "duration": F(2)}
+    straight: dict[str, Any] = {"alpha": [[F(1), F(3)], [F(2)]], "duration": F(2)}
     assert check.motion(straight, law, 0) == [[F(1), F(3)], [F(2)]] * 2
     rate = [F(0), F(0), F(30 * 3), F(-60 * 3), F(30 * 3)]
     assert check.motion(straight, law, 1)[0] == [a / 2 for a in rate]
@@ -466,7 +490,7 @@ def test_derivatives_of_motion() -> None:
         == [k * (k - 1) * a / 8 for k, a in enumerate(rate)][2:]
     )
     assert set(check.motion(straight, law, 1)[1]) == {F(0)}
-    curved = {
+    curved: dict[str, Any] = {
         "alpha": [[F(1), F(3), F(5), F(7)], [F(2)], [F(0), F(1)], [F(3)]],
         "duration": F(3),
     }
@@ -496,7 +520,8 @@ def made(vehicle: Vehicle = PAPER, law: int = 1) -> dict[str, Any]:
 def made_text(vehicle: Vehicle, law: int) -> str:
     """Return a certificate of a loop of three corners, without the package's own maker: claims with some room."""
     corners = [(F(4, 10), F(-7, 10)), (F(9, 10), F(-7, 10)), (F(9, 10), F(-1))]
-    pieces, truths = [], []
+    pieces: list[dict[str, Any]] = []
+    truths = []
     for k, start in enumerate(corners):
         end = corners[(k + 1) % 3]
         alpha = [[a, b - a] for a, b in zip(start, end, strict=True)]
@@ -527,7 +552,7 @@ def made_text(vehicle: Vehicle, law: int) -> str:
     for name, claim in claims.items():
         if name != "joints":
             claim["cover"] = fine if name == "rate" else cover
-    document = {
+    document: dict[str, Any] = {
         "format": "gaitgraph certificate 1",
         "made_by": "hand",
         "deviation": "0.000001",
@@ -708,7 +733,7 @@ def test_what_is_no_certificate_is_refused(path: Any, value: Any, said: str) -> 
 
 def test_what_is_a_certificate_at_the_limits_of_its_form() -> None:
     document = made(law=0)
-    for path, value in (
+    at_limits: list[tuple[tuple[Any, ...], Any]] = [
         (("made_by",), "x" * 1000),
         (("made_by",), ""),
         (("deviation",), "9" * 40),
@@ -717,10 +742,11 @@ def test_what_is_a_certificate_at_the_limits_of_its_form() -> None:
         (("pieces", 0, "alpha", 0), ["0.4", "0.5"] + ["0"] * 22),
         (("pieces", 0, "alpha"), document["pieces"][0]["alpha"] * 2),
         (("vehicle", "rotor_height"), "-0"),
-    ):
+    ]
+    for path, value in at_limits:
         check.read(json.dumps(changed(document, *path, to=value)))
     any_arms = made(RECTANGLE, law=0)
-    for path, value, said in (
+    beyond: list[tuple[tuple[Any, ...], Any, str]] = [
         (
             ("vehicle", "rotor_positions"),
             any_arms["vehicle"]["rotor_positions"][:3],
@@ -735,7 +761,8 @@ def test_what_is_a_certificate_at_the_limits_of_its_form() -> None:
             "1",
             "names name, first_rotor_spin, rotor_positions",
         ),
-    ):
+    ]
+    for path, value, said in beyond:
         with pytest.raises(ValueError, match=said):
             check.read(json.dumps(changed(any_arms, *path, to=value)))
     text = json.dumps(document)
@@ -805,7 +832,7 @@ def test_rows_are_held_against_the_curve() -> None:
         assert (
             "rows last 2.75 s, the curve 3 s" in check.held_against(text, rows[:-1])[0]
         )
-        beyond = [*rows, rows[-1]._replace(t=rows[-1].t + F(1, 10**9))]
+        beyond = [*rows, rows[-1]._replace(t=rows[-1].t + F(5, 10**9))]
         assert check.held_against(text, beyond)[0] == ""
         beyond = [*rows, rows[-1]._replace(t=rows[-1].t + F(6, 10**9))]
         assert "the rows last 3.00000001 s" in check.held_against(text, beyond)[0]
@@ -856,6 +883,9 @@ def test_times_may_be_even_ones_that_were_rounded() -> None:
     late = edited(even, 2, t=even[2].t + unit)
     late = edited([row._replace(t=row.t + 1) for row in late], 0, t=F(1))
     assert check.even_or_own(late, unit / 2, F(1)) == late
+    exact = unit / 2 / F("1.000001")
+    assert check.even_or_own(tie, exact, F(1))[1].t == F(1, 2)
+    assert check.even_or_own(tie, exact - F(1, 10**20), F(1)) == tie
     one = [check.Row(F(0), [], [])]
     assert check.even_or_own(one, unit, F(1)) == one
 
@@ -923,7 +953,8 @@ def test_the_program(tmp_path: Path) -> None:
     wrong = changed(document, "claims", "tilt", "at_most", to=["0"] * 4)
     path.write_text(json.dumps(wrong))
     assert run_alone(path)[0] == 1
-    for arguments in ((), (path, table, path), (tmp_path / "none.json",), (table,)):
+    refused: list[Any] = [(), (path, table, path), (tmp_path / "none.json",), (table,)]
+    for arguments in refused:
         code, out, err = run_alone(*arguments)
         assert (code, out, len(err.splitlines())) == (2, "", 1)
         assert err.startswith("check.py: ")

@@ -8,7 +8,6 @@ import math
 import subprocess
 import sys
 from fractions import Fraction
-from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -22,11 +21,9 @@ from gaitgraph.gait.gait import paper_gait
 from gaitgraph.invertibility.matrices import (
     DEFAULT_FLOOR,
     coefficients_of,
-    control_force_matrix,
     hover_thrust_shares,
     least_singular_value,
     level_determinant,
-    scaled_decoupling_matrix,
 )
 from gaitgraph.timing.time_optimal import limits_of
 
