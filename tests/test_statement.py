@@ -293,6 +293,19 @@ def test_smooth_rows_fit_their_rates_at_any_sampling() -> None:
             assert RATES[0] in given_gait(bare)
 
 
+def test_a_number_that_ends_in_zeros_has_the_decimals_of_its_column() -> None:
+    assert digits_of(np.array([0.06, 0.06, 0.1])).decimals == 2
+    half = digits_of(np.array([0.06, 0.06, 0.1])).half_units(np.array([0.1]))
+    assert half == pytest.approx(0.005)
+    counted = digits_of(np.array([0.0123, 12.3, 45.6, 78.9]))
+    assert counted.half_units(np.array([12.3])) == pytest.approx(0.05)
+    corners = [(0.063, 0.31), (0.063, 0.46), (0.063, 0.98)]
+    table = rounded(table_of(gg.lift(corners, "red").parametrize(2.5)), 2)
+    assert given_gait(table).motion is not None
+    with pytest.warns(FileWarning, match="row 41 has alpha3 = 0.1"):
+        assert given_gait(edited(table, "alpha3", 40, 0.1)).motion is None
+
+
 def test_late_times_of_a_clock_that_started_long_ago_are_found() -> None:
     table = table_of(gg.lift(CORNERS, "red").parametrize(1.0, samples=100))
     columns = {**table.columns, "t": table["t"] + 9e8}

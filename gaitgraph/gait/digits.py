@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 _FULL = 15  # significant digits from which on a number has the precision of a float
 _MOST_DECIMALS = 99
+_ENOUGH = 3  # different numbers with fewer decimals than others, which tell that significant digits were counted
 _READ = 100  # numbers that are read as decimals at once
 
 
@@ -62,7 +63,7 @@ def digits_of(values: FloatArray, unit: float = 1.0) -> Digits:
     """Return the digits of a column's finite numbers; `unit` is that of the numbers in the unit of the column.
 
     >>> digits_of(np.array([0.393, 0.41, -1.2]))
-    Digits(decimals=3, figures=3, unit=1.0, steps=False)
+    Digits(decimals=3, figures=17, unit=1.0, steps=False)
     >>> digits_of(np.array([1 / 3, 0.5])) == Digits()
     True
     """
@@ -77,4 +78,8 @@ def digits_of(values: FloatArray, unit: float = 1.0) -> Digits:
                 return Digits(unit=unit)
         scaled = left * 10.0**decimals
         left = left[np.abs(scaled - np.rint(scaled)) > 1e-9 + 1e-15 * np.abs(scaled)]
+    # Of two decimals 0.06 and 0.1 were printed, not of one figure: a few numbers may end in zeros.
+    large = values[np.abs(values) >= 10.0 ** (figures - decimals)]
+    if len(np.unique(large)) < _ENOUGH:
+        return Digits(decimals, unit=unit)
     return Digits(decimals, figures, unit)
