@@ -19,7 +19,8 @@ alone. A fibre meets the red sheet where its free angles are equal, and within �
 there in hover, so no gait on a fibre can fly.
 
 On the red sheet R = 0 on two lines and one curve. Inside [−π/2, π/2]² the signs of the three factors label the seven
-components that remain. Two points with different labels cannot be joined without a singular matrix.
+components that remain. Two points with different labels cannot be joined without a singular matrix. :func:`red_label`
+does this for every vehicle that a half turn maps to itself.
 
 All this is for rotors at the height of the centre of mass. With a rotor height H red and the fibres stay solutions, and
 their hover thrusts do not change; R does, and instead of the lines there is a curve. Blue is no solution then, and not
@@ -593,7 +594,7 @@ def red_label(
     first = roll[0, 0] * c1 + roll[1, 0] * s1
     across = roll[0, 1] * c1 + roll[1, 1] * s1
     level = first * c2 + across * s2
-    if _is_product(vehicle):
+    if roll_block(vehicle).is_product:
         second = roll[0, 0] * c2 + roll[0, 1] * s2
     else:
         # In tan α1 and tan α2, P = 0 is a hyperbola. Two of the parts beside it are convex, on either side of the
@@ -618,12 +619,6 @@ def _red_forms(vehicle: Vehicle) -> tuple[FloatArray, FloatArray]:
     """Return the matrices of D and P, with signs that make both positive at α = 0."""
     yaw, roll = yaw_block(vehicle).form, roll_block(vehicle).form
     return yaw * math.copysign(1.0, yaw[0, 0]), roll * math.copysign(1.0, roll[0, 0])
-
-
-def _is_product(vehicle: Vehicle) -> bool:
-    """Return whether P is a function of α1 times one of α2: a pair of rotors at the height of the centre of mass."""
-    heights = [z for _, _, z in vehicle.scaled_positions[:2]]
-    return heights[0] * heights[1] == 0
 
 
 def _chord_middle(yaw: FloatArray, roll: FloatArray) -> tuple[float, float] | None:
@@ -657,14 +652,12 @@ def _red_curves(vehicle: Vehicle) -> tuple[str, str, str]:
     saddle = f"the curve tan α1 − {ratio:.4g} tan α2 = {offset:.4f}"
     if equal_arms:
         saddle = f"the curve tan α1 − tan α2 = 2κ = {offset:.4f}"
-    if _is_product(vehicle):
+    if roll_block(vehicle).is_product:
         lines = [math.atan2(-roll[0, 0], part) for part in (roll[1, 0], roll[0, 1])]
-        line1, line2 = (wrapped(line) for line in lines)
-        return (
-            f"the line α1 = {line1:.4f} (β1 = ∓π/2)",
-            f"the line α2 = {line2:.4f} (β2 = ±π/2)",
-            saddle,
-        )
+        first, second = (f"the line α{k + 1} = {wrapped(lines[k]):.4f}" for k in (0, 1))
+        if equal_arms:
+            first, second = f"{first} (β1 = ∓π/2)", f"{second} (β2 = ±π/2)"
+        return first, second, saddle
     one, two, both = roll.ravel()[[2, 1, 3]] / roll[0, 0]
     curve = f"the curve 1 + {one:.4g} tan α1 + {two:.4g} tan α2 + {both:.4g} tan α1 tan α2 = 0"
     if equal_arms:
