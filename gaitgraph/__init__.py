@@ -56,7 +56,7 @@ if TYPE_CHECKING:
         validate_graph as validate_graph,
     )
     from gaitgraph.graph.cycle_list import cycles as cycles
-    from gaitgraph.invertibility.matrices import Coefficients as Coefficients
+    from gaitgraph.invertibility.coefficients import Coefficients as Coefficients
     from gaitgraph.io.formats import gait_of as gait_of, read_table as read_table
     from gaitgraph.io.servo_map import ServoMap as ServoMap
     from gaitgraph.optimization.optimize import optimal_gait as optimal_gait
@@ -116,7 +116,7 @@ else:
             "gaitgraph.gait.table": ["Table"],
             "gaitgraph.graph.build": ["surface_graph", "validate_graph"],
             "gaitgraph.graph.cycle_list": ["cycles"],
-            "gaitgraph.invertibility.matrices": ["Coefficients"],
+            "gaitgraph.invertibility.coefficients": ["Coefficients"],
             "gaitgraph.io.formats": ["gait_of", "read_table"],
             "gaitgraph.io.servo_map": ["ServoMap"],
             "gaitgraph.optimization.optimize": ["optimal_gait"],

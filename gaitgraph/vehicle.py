@@ -341,9 +341,28 @@ class Vehicle(Pictured):
             return tuple(
                 (x / length, y / length, z / length) for x, y, z in self.rotor_positions
             )
-        arms = [self.first_arm_angle + k * math.pi / 2 for k in range(4)]
         height = self.height_ratio
-        return tuple((math.cos(arm), math.sin(arm), height) for arm in arms)
+        return tuple((math.cos(arm), math.sin(arm), height) for arm in self.arm_angles)
+
+    @property
+    def arm_lengths(self) -> tuple[float | None, ...]:
+        """The horizontal distance of each rotor from the centre of mass [m]."""
+        if self.rotor_positions is None:
+            return (self.arm_length,) * 4
+        return tuple(math.hypot(x, y) for x, y, _ in self.rotor_positions)
+
+    @property
+    def rotor_heights(self) -> tuple[float, ...]:
+        """The height of each rotor above the centre of mass [m]."""
+        if self.rotor_positions is None:
+            return (self.rotor_height,) * 4
+        return tuple(z for _, _, z in self.rotor_positions)
+
+    @property
+    def heights_in_words(self) -> str:
+        """The heights of the rotors, such as "0.02 m" or "0.02 and 0 m"."""
+        heights = dict.fromkeys(f"{height:g}" for height in self.rotor_heights)
+        return f"{' and '.join(heights)} m"
 
     @property
     def arm_angles(self) -> tuple[float, ...]:
@@ -372,9 +391,7 @@ class Vehicle(Pictured):
     @property
     def has_raised_rotors(self) -> bool:
         """Whether a rotor is above or below the centre of mass."""
-        if self.rotor_positions is None:
-            return self.rotor_height != 0.0
-        return any(z != 0.0 for _, _, z in self.rotor_positions)
+        return any(self.rotor_heights)
 
     @property
     def asymmetry(self) -> str | None:

@@ -17,7 +17,7 @@ import shapely
 import gaitgraph as gg
 from gaitgraph.gait.gait import lift, paper_gait
 from gaitgraph.gait.table import ANGLES, Table
-from gaitgraph.invertibility.matrices import coefficients_of
+from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.vehicle import PAPER, Vehicle, vehicle_named
 from tests.published import GAITS
 

@@ -22,7 +22,7 @@ from gaitgraph.flight.simulation import fly
 from gaitgraph.gait.gait import Gait, lift, vertices
 from gaitgraph.graph.build import surface_graph
 from gaitgraph.graph.cycle_list import cycles
-from gaitgraph.invertibility.matrices import coefficients_of
+from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.invertibility.segment_bounds import least_singular_value_along
 from gaitgraph.invertibility.tilt_margins import least_singular_value_within
 from gaitgraph.io.formats import naming_file, write_tables

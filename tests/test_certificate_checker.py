@@ -463,7 +463,7 @@ def test_what_may_be_zero_is_not_proved_to_be_positive() -> None:
         return [check.Enclosure(low, 9)]
 
     try:
-        check.PROOFS = [sign_of_R]
+        check.PROOFS = [sign_of_R]  # type: ignore[list-item]
         for low in (-1, 0, 1):
             curves = [[F(0)]] * 4
             level = check.Level(parsed_vehicle(PAPER))

@@ -18,9 +18,9 @@ import gaitgraph as gg
 from gaitgraph.certificates import check
 from gaitgraph.errors import Infeasible, InputError
 from gaitgraph.gait.gait import paper_gait
+from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.invertibility.matrices import (
     DEFAULT_FLOOR,
-    coefficients_of,
     hover_thrust_shares,
     least_singular_value,
     level_determinant,

@@ -33,6 +33,7 @@ from gaitgraph.explorer import queries, server, table_query
 from gaitgraph.explorer.queries import DEFAULTS, LIMITS, map_answer, state_of
 from gaitgraph.explorer.server import HEADERS, application
 from gaitgraph.explorer.table_query import file_answer, formats_answer, table_answer
+from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.plots.vehicles import vehicle_view
 from tests.published import GAITS
 
@@ -45,7 +46,7 @@ GAIT3 = GAITS[2]
 JSON = "application/json"
 Answer = tuple[int, dict[str, str], bytes]  # status, headers, content
 matrices = gg.invertibility
-DELTA = 2 * matrices.coefficients_of().delta  # between the sheets
+DELTA = 2 * coefficients_of().delta  # between the sheets
 
 
 class Client:
@@ -218,7 +219,7 @@ class TestPlan:
         alpha = gg.plan_loop(**of_gait(1)).timed(samples=100).alpha
         least, R = (
             matrices.least_singular_value(alpha),
-            matrices.level_determinant(alpha, matrices.coefficients_of()),
+            matrices.level_determinant(alpha, coefficients_of()),
         )
         assert least.max() < 1e-3
         assert np.allclose(
@@ -298,7 +299,7 @@ class TestMap:
         for row, column in ((3, 100), (64, 64), (90, 17)):
             a1, a2 = axis[column], axis[row]
             expected = float(
-                matrices.level_determinant([a1, a2, a1, a2], matrices.coefficients_of())
+                matrices.level_determinant([a1, a2, a1, a2], coefficients_of())
             )
             assert values[row, column] == pytest.approx(expected, rel=1e-4)
         assert answer["range"] == pytest.approx([values.min(), values.max()], rel=1e-4)

@@ -27,9 +27,8 @@ from gaitgraph.flight.simulation import (
     sensor_noise,
 )
 from gaitgraph.gait.gait import lift
+from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.invertibility.matrices import (
-    arm_angles,
-    coefficients_of,
     control_moment_matrix,
     least_singular_value,
     thrust_signs,
@@ -100,7 +99,7 @@ class TestDisturbances:
         )
         total = np.zeros(3)
         senses = np.array([-1, 1, -1, 1]) * (1 if spin == "clockwise" else -1)
-        for k, arm in enumerate(arm_angles(vehicle)):
+        for k, arm in enumerate(vehicle.arm_angles):
             out = np.array([math.cos(arm), math.sin(arm), 0.0])
             axis = math.cos(alpha[k]) * np.array([0, 0, 1.0]) + math.sin(
                 alpha[k]

@@ -10,8 +10,8 @@ import pytest
 
 from gaitgraph.errors import InputError
 from gaitgraph.flight.engine import Engine, engine_warnings
+from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.invertibility.matrices import (
-    coefficients_of,
     decoupling_matrix,
     determinant,
     thrust_signs,

@@ -21,11 +21,8 @@ from gaitgraph.graph.build import (
     vehicle_and_coefficients,
 )
 from gaitgraph.graph.walks import best_order, closed_walk
-from gaitgraph.invertibility.matrices import (
-    coefficients_of,
-    least_singular_value,
-    level_determinant,
-)
+from gaitgraph.invertibility.coefficients import coefficients_of
+from gaitgraph.invertibility.matrices import least_singular_value, level_determinant
 from gaitgraph.surface.region import Zones
 from gaitgraph.surface.sheets import red_label, roots
 from tests.samples import points_of

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -16,7 +16,6 @@ from gaitgraph.invertibility.geometry import (
     geometry_from_mapping,
 )
 from gaitgraph.invertibility.matrices import (
-    FloatArray,
     control_force_matrix,
     control_moment_matrix,
     hover_thrust_shares,
@@ -24,6 +23,9 @@ from gaitgraph.invertibility.matrices import (
     thrust_signs,
     zero_moment_direction,
 )
+
+if TYPE_CHECKING:
+    from gaitgraph.invertibility.forms import FloatArray
 
 RNG = np.random.default_rng(18)
 START = RNG.bit_generator.state

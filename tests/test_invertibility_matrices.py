@@ -19,11 +19,16 @@ import sympy
 from scipy.spatial.transform import Rotation
 
 from gaitgraph.errors import InputError, MissingConstant
+from gaitgraph.invertibility.coefficients import (
+    _HALF_UNITS,
+    _PARTS,
+    Coefficients,
+    coefficients_of,
+)
+from gaitgraph.invertibility.forms import Form, Sines, rotors_of
 from gaitgraph.invertibility.matrices import (
-    Sines,
     attitude_of,
     body_vertical,
-    coefficients_of,
     control_force_matrix,
     control_moment_matrix,
     decoupling_matrix,
@@ -195,21 +200,26 @@ def test_exact_coefficients_are_functions_of_kappa(
 ) -> None:
     numbers = coefficients_of(vehicle.replace(drag_ratio=kappa), "exact")
     signed = kappa if vehicle.first_rotor_spin == "clockwise" else -kappa
-    for name, printed in (
-        ("attitude", "2.880"),
-        ("single", "5.592"),
-        ("double", "0.9716"),
-        ("triple", "0.1687"),
-    ):
-        assert getattr(numbers, name) == pytest.approx(
-            IN_KAPPA[printed](signed), rel=1e-15, abs=1e-15
-        )
-    # The factorised forms rest on cot 2δ being the coefficient of (4) and (5).
-    assert math.tan(numbers.delta) == pytest.approx(signed, rel=1e-15)
-    assert math.cos(2 * numbers.delta) == pytest.approx(
-        numbers.attitude * math.sin(2 * numbers.delta), abs=1e-15
+    assert math.tan(numbers.delta) == pytest.approx(signed, rel=1e-14)
+    # The four numbers of the paper's formulas, with κ for the digits, give the table that is read off the rotors.
+    values = [
+        IN_KAPPA[printed](signed) for printed in ("2.880", "5.592", "0.9716", "0.1687")
+    ]
+    table = _PARTS[0] + np.einsum("i,iabcdq->abcdq", values, _PARTS[1:])
+    expected = Coefficients("exact", rotors_of(vehicle.replace(drag_ratio=kappa)))
+    turn = vehicle.first_arm_angle
+    x, y, z = np.moveaxis(table, -1, 0)
+    turned = [
+        math.cos(turn) * x - math.sin(turn) * y,
+        math.sin(turn) * x + math.cos(turn) * y,
+        z,
+    ]
+    np.testing.assert_allclose(
+        np.stack(turned, axis=-1),
+        expected.form.table,
+        rtol=1e-12,
+        atol=1e-13 / kappa + 1e-13,
     )
-    assert numbers.first_arm_angle == vehicle.first_arm_angle
 
 
 class TestDeterminantAgainstTheMatrix:
@@ -389,31 +399,10 @@ class TestLeastSingularValue:
         )
         blue = on_blue(first, second, delta_of(vehicle))
         assert least_singular_value(blue, vehicle, roll, pitch).max() < 1e-14
-        assert Sines.of(blue).least_singular_value_bound(vehicle).max() < 1e-7
-
-    @pytest.mark.parametrize(
-        "vehicle",
-        [PAPER, MIRRORED, *(Vehicle(drag_ratio=kappa) for kappa in (1e-3, 0.9, 5.0))],
-    )
-    def test_the_bound_from_arithmetic_alone_is_one_and_near(
-        self, vehicle: Vehicle
-    ) -> None:
-        alpha = random_tilts(7, 1600)
-        alpha[:400, 2:] = alpha[:400, :2]
-        alpha[400:600] = np.round(alpha[400:600] / (np.pi / 4)) * np.pi / 4
-        bound, value = (
-            Sines.of(alpha).least_singular_value_bound(vehicle),
-            least_singular_value(alpha, vehicle),
-        )
-        assert (bound <= value + 1e-7).all()
-        assert (bound >= (1 - 2e-5) * value - 1e-7).all()
-        assert (bound[600:] <= value[600:]).all()
-        assert np.quantile(bound[600:] / value[600:], 0.1) > 0.99
-        assert np.median(bound[600:] / value[600:]) > 1 - 2e-6
 
 
 class TestResolution:
-    DERIVED = np.array([0.0, 0.0, 1.0, 1.0]) * 2 * PUBLISHED.delta_error
+    DERIVED = np.array([0.0, 0.0, 1.0, 1.0]) * 2 * PUBLISHED.crossing_error
     """What α3 and α4 may be off by because 2δ is computed from a rounded number."""
 
     @by_kind
@@ -465,55 +454,29 @@ class TestResolution:
         moved = alpha[:, None] + directions * (rounding + self.DERIVED)
         worst = np.zeros(60)
         for signs in itertools.product((-1.0, 1.0), repeat=3):
-            rounded = zip(
-                ("single", "double", "triple"),
-                signs,
-                PUBLISHED.digit_errors[1:],
-                strict=True,
-            )
-            meant = replace(
-                PUBLISHED,
-                **{
-                    name: getattr(PUBLISHED, name) + sign * off
-                    for name, sign, off in rounded
-                },
-            )
-            change = np.abs(
-                level_determinant(moved, meant)
-                - level_determinant(alpha, PUBLISHED)[:, None]
-            )
+            meant = PUBLISHED.form.table.copy()
+            for sign, off, part in zip(signs, _HALF_UNITS[1:], _PARTS[2:], strict=True):
+                meant += sign * off * part
+            sines = Sines.of(moved.reshape(-1, 4))
+            values = Form(meant).at(sines)[2].reshape(moved.shape[:2])
+            change = np.abs(values - level_determinant(alpha, PUBLISHED)[:, None])
             worst = np.maximum(worst, change.max(axis=1))
         resolution = level_determinant_resolution(alpha, PUBLISHED, rounding)
         assert (worst <= resolution).all()
         # And it is not far beyond it.
         assert (resolution <= 10 * worst).all()
 
-    def test_slopes_are_differences(self) -> None:
-        for alpha in random_tilts(33, 20):
-            ahead, behind = (
-                level_determinant(alpha + sign * 1e-6 * np.eye(4), PUBLISHED)
-                for sign in (1, -1)
-            )
-            slopes = Sines.of(alpha[None]).level_slopes(PUBLISHED)[:, 0]
-            np.testing.assert_allclose(slopes, np.abs(ahead - behind) / 2e-6, atol=1e-7)
-
     def test_where_all_slopes_vanish_the_second_order_is_covered(self) -> None:
-        # Without `single`, R = 4 at α = 0 is stationary in all angles and does not depend on the other numbers.
-        numbers, corners = (
-            replace(PUBLISHED, single=0.0),
-            np.array(list(itertools.product((-1.0, 1.0), repeat=4))),
-        )
-        for rounding in (0.0, 2 * numbers.delta_error, 1e-3):
-            worst = float(
-                np.abs(
-                    level_determinant(corners * (rounding + self.DERIVED), numbers)
-                    - 4.0
-                ).max()
-            )
-            resolution = float(
-                level_determinant_resolution(np.zeros(4), numbers, rounding)
-            )
-            assert (rounding + 2 * numbers.delta_error) ** 2 < worst <= resolution
+        # With κ = 1 and no drag but in R = 4 at α = 0, exact numbers: the slopes of R there are ±single = ±(1/κ − 2κ).
+        numbers = coefficients_of(Vehicle(drag_ratio=math.sqrt(0.5)), "exact")
+        corners = np.array(list(itertools.product((-1.0, 1.0), repeat=4)))
+        slopes = numbers.form.slopes(Sines.of(np.zeros((1, 4))))[:, 2]
+        assert np.abs(slopes).max() < 1e-12
+        for rounding in (1e-4, 1e-3):
+            values = level_determinant(corners * rounding, numbers)
+            worst = float(np.abs(values - 4.0).max())
+            resolution = level_determinant_resolution(np.zeros(4), numbers, rounding)
+            assert rounding**2 < worst <= float(resolution)
 
     def test_what_the_rounding_of_the_first_number_moves(self) -> None:
         # 2.880 stands for anything from 2.8795 to 2.8805.
@@ -521,16 +484,16 @@ class TestResolution:
             abs(math.atan2(1.0, number) - 2 * PUBLISHED.delta)
             for number in (2.8795, 2.8805)
         )
-        assert 2 * PUBLISHED.delta_error == pytest.approx(moved, rel=1e-3)
+        assert 2 * PUBLISHED.crossing_error == pytest.approx(moved, rel=1e-3)
         assert PUBLISHED.sheet_error == pytest.approx(moved, rel=1e-3)
         assert EXACT.sheet_error == 0.0
-        assert abs(EXACT.delta - PUBLISHED.delta) < PUBLISHED.delta_error
+        assert abs(EXACT.delta - PUBLISHED.delta) < PUBLISHED.crossing_error
 
     def test_noise_is_above_what_floating_point_makes_of_zero(self) -> None:
         first, second = np.random.default_rng(2).uniform(-1.5, 1.5, (2, 2000))
         blue = on_blue(first, second, EXACT.delta)
         assert np.abs(level_determinant(blue, EXACT)).max() < noise_of(EXACT) < 1e-12
-        assert noise_of(PUBLISHED) == pytest.approx(noise_of(EXACT), rel=1e-3)
+        assert noise_of(PUBLISHED) == pytest.approx(noise_of(EXACT), rel=1e-2)
 
 
 FUNCTIONS: dict[str, Callable[..., Any]] = {

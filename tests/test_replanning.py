@@ -23,7 +23,7 @@ from gaitgraph.planning.shortest_paths import orientation, orientations
 from tests.samples import replan_requests
 
 if TYPE_CHECKING:
-    from gaitgraph.invertibility.matrices import FloatArray
+    from gaitgraph.invertibility.forms import FloatArray
 
 AROUND = [(-0.3, 0.3), (-0.3, 0.9), (-0.9, 0.9), (-0.9, 0.3)]
 HERE = [-0.5, 0.3, -0.5, 0.3]

@@ -13,10 +13,10 @@ from scipy import ndimage
 from scipy.optimize import brentq
 
 from gaitgraph.gait.gait import lift
+from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.invertibility.matrices import (
     attitude_sensitivities,
     body_vertical,
-    coefficients_of,
     determinant,
     level_determinant,
     scaled_decoupling_matrix,

@@ -14,8 +14,8 @@ import shapely
 import gaitgraph as gg
 from gaitgraph.errors import InputError
 from gaitgraph.gait.gait import Gait, lift
+from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.invertibility.matrices import (
-    coefficients_of,
     determinant,
     least_singular_value,
     level_determinant,

@@ -29,7 +29,7 @@ from gaitgraph.timing.timed_gait import table_of
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from gaitgraph.invertibility.matrices import FloatArray
+    from gaitgraph.invertibility.forms import FloatArray
 
 FAST = gg.Vehicle(
     name="fast", mass=1.6, arm_length=0.24, drag_to_thrust=0.018, max_tilt="75deg"

@@ -13,7 +13,8 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 import gaitgraph as gg
-from gaitgraph.invertibility.matrices import coefficients_of, noise_of
+from gaitgraph.invertibility.coefficients import coefficients_of
+from gaitgraph.invertibility.matrices import noise_of
 from gaitgraph.surface.loop_colorings import (
     MOST_LISTED,
     Coloring,

@@ -14,8 +14,8 @@ from hypothesis import given, settings, strategies as st
 
 from gaitgraph.angles import HALF_PI
 from gaitgraph.gait.gait import lift
+from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.invertibility.matrices import (
-    coefficients_of,
     hover_thrust_shares,
     least_singular_value,
     level_determinant,
@@ -38,7 +38,13 @@ from gaitgraph.surface.admissible import (
     why_empty,
 )
 from gaitgraph.surface.borders import Border, CosineSum, cosine, zeros_of_degree_two
-from gaitgraph.surface.region import Points, Region, Zones, zones_region
+from gaitgraph.surface.region import (
+    Points,
+    Region,
+    Zones,
+    polygons_of,
+    zones_region,
+)
 from gaitgraph.surface.sheets import (
     HOVER_LABEL,
     SIGNS,
@@ -225,9 +231,9 @@ def test_singular_value_region(vehicle: Vehicle) -> None:
     assert singular_value_region(1.01 * cap, vehicle).inner.is_empty
     starts, ends = edges(singular_value_region(0.3, vehicle, accuracy=1e-3).components)
     found = least_singular_value_along(
-        starts, ends, vehicle, tolerance=1e-12, floor=0.3 - 1e-12, each=True
+        starts, ends, vehicle, tolerance=1e-6, floor=0.3 - 1e-6, each=True
     )
-    assert found.lower.min() >= 0.3 - 1e-12
+    assert found.lower.min() >= 0.3 - 1e-6
 
 
 def test_a_floor_narrower_than_the_accuracy() -> None:
@@ -282,8 +288,9 @@ def test_thrust_and_hover_regions(vehicle: Vehicle) -> None:
     # Across R = 0 the thrusts are not determined, so segments are judged on either side of it.
     small = thrust_region(0.3, vehicle, accuracy=1e-3)
     for sign in SIGNS:
-        part = sign_region(sign, vehicle)
-        assert thrusts_push_up(*edges((hover & part).components), vehicle).all()
+        part = sign_region(sign, vehicle, least=1e-3)
+        inside = [*polygons_of((hover & part).inner.buffer(-2e-6)).geoms]
+        assert thrusts_push_up(*edges(inside), vehicle).all()
         upward, _, largest = thrust_shares_along(
             *edges((small & part).components), vehicle
         )
@@ -296,7 +303,7 @@ def test_thrust_and_hover_regions(vehicle: Vehicle) -> None:
 @pytest.mark.parametrize("least", [1e-3, 0.5, 3.0])
 def test_region_of_a_least_determinant(vehicle: Vehicle, least: float) -> None:
     exact = coefficients_of(vehicle, "exact")
-    size = float(np.abs(exact.bilinear_form).sum())
+    size = float(exact.form.size()[2])
     signs: tuple[tuple[Sign, float], ...] = (("positive", 1.0), ("negative", -1.0))
     for sign, factor in signs:
         region = sign_region(sign, vehicle, least=least, accuracy=1e-5)
@@ -505,7 +512,7 @@ def test_nearest_point() -> None:
 @pytest.mark.parametrize(
     ("point", "reason"),
     [
-        ((0.5, -0.5), "R at level attitude must be ≥ 0.0035, got -6.336"),
+        ((0.5, -0.5), "R at level attitude must be ≥ 0.0026, got -6.336"),
         ((0.1, -0.3), "hover thrusts must be > 0, got "),
         ((-1.55, 0.2), "tilt must be ≤ 68.8°, got 88.8°"),
         ((0.16, -0.16), "least singular value must be ≥ 0.05, got 0.0"),

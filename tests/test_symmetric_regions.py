@@ -157,7 +157,8 @@ def test_sides_of_R_are_told_in_words(vehicle: Vehicle) -> None:
     rng = np.random.default_rng(3)
     for first, second in rng.uniform(-1.5, 1.5, (20, 2, 2)).tolist():
         same = (
-            red_label(*first, vehicle).tolist() == red_label(*second, vehicle).tolist()
+            red_label(first[0], first[1], vehicle).tolist()
+            == red_label(second[0], second[1], vehicle).tolist()
         )
         words = separating_factor(first, second, vehicle)
         assert (words is None) == same

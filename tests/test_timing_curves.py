@@ -11,11 +11,10 @@ from hypothesis import given, settings, strategies as st
 from scipy.interpolate import CubicSpline
 
 import gaitgraph as gg
-from gaitgraph.invertibility.matrices import (
-    coefficients_of,
-    least_singular_value,
-    level_determinant,
-)
+from gaitgraph.invertibility.coefficients import coefficients_of
+from gaitgraph.invertibility.forms import Form
+from gaitgraph.invertibility.matrices import least_singular_value, level_determinant
+from gaitgraph.surface.blocks import yaw_block
 from gaitgraph.timing.curve import Curve, rounded
 from gaitgraph.timing.laws import derivative_of, values_of
 
@@ -184,15 +183,23 @@ def test_what_is_taken_off_for_the_chords_is_as_documented(
     assert report["least_singular_value"].value == pytest.approx(
         sigma.min() - sqrt(4 + 2 * kappa**2) * chord, abs=2e-6
     )
-    # R changes by 2‖B‖·2√2 per radian; shares are 1/(2D), where D ≥ R·κ/(2(1 + κ²)^1.5) changes by 2√2.
-    least = []
-    for of in (curve.coefficients, gg.invertibility.coefficients_of(kind="exact")):
-        slack = 4 * sqrt(2) * float(np.linalg.norm(of.bilinear_form, 2)) * chord
-        least.append(np.abs(level_determinant(along, of)).min() - slack)
-    assert abs(report["R_sign"].value or 0) == pytest.approx(least[0], abs=2e-5)
-    off = chord * (1 + kappa**2) ** 1.5 / (least[1] * kappa)
-    high = (shares.max() + off) / (1 - 4 * sqrt(2) * off)
-    low = shares.min() - off - 4 * sqrt(2) * off * high
+    # The four angles move by 2√2·chord in sum, and R by no more than its size times that.
+    of = curve.coefficients
+    slack = sqrt(8) * float(of.form.size()[2]) * chord
+    least = np.abs(level_determinant(along, of)).min() - slack
+    assert abs(report["R_sign"].value or 0) == pytest.approx(least, abs=2e-5)
+    # Shares are m/(2D), with yaw torques m and D = m₁f₂ − f₁m₂, each of bounded slope.
+    yaw = [kappa * np.cos(along[..., 0]) - np.sin(along[..., 0])]
+    yaw.append(kappa * np.cos(along[..., 1]) + np.sin(along[..., 1]))
+    lift = np.abs(yaw[0] * np.cos(along[..., 1]) + yaw[1] * np.cos(along[..., 0])).min()
+    moved = (
+        sqrt(2)
+        * float(Form(yaw_block(gg.PAPER).form[:, :, None, None, None]).size()[0])
+        * chord
+    )
+    off = sqrt(1 + kappa**2) * chord / (2 * (lift - moved))
+    high = (shares.max() + off) * lift / (lift - moved)
+    low = shares.min() * lift / (lift + moved) - off
     assert report["hover_thrust"].value == pytest.approx(low, abs=1e-5)
     assert (
         f"hover thrusts {low:.3f} to {high:.3f} of m·g"

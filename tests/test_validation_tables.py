@@ -14,8 +14,8 @@ from hypothesis import HealthCheck, given, settings, strategies as st
 import gaitgraph as gg
 from gaitgraph.gait.gait import Gait, lift
 from gaitgraph.gait.table import ANGLES, Table
+from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.invertibility.matrices import (
-    coefficients_of,
     hover_thrust_shares,
     least_singular_value,
     level_determinant,
@@ -714,7 +714,7 @@ def test_whole_turns_change_no_physics() -> None:
     ):
         assert turned[name].ok is plain[name].ok
         # Off red the bounds are wider and the search finer, within the same brackets.
-        assert value_of(turned, name) == pytest.approx(value_of(plain, name), abs=1e-5)
+        assert value_of(turned, name) == pytest.approx(value_of(plain, name), abs=1e-4)
     flipped = validate(table_from(rows + np.array([0, 0, np.pi, 0])))
     assert not flipped["hover_thrust"].ok
 

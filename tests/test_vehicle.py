@@ -13,7 +13,7 @@ import pytest
 
 from gaitgraph.errors import FileProblem, GaitgraphError, InputError, MissingConstant
 from gaitgraph.gait.gait import lift
-from gaitgraph.invertibility.matrices import coefficients_of
+from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.vehicle import PAPER, UNITS, Vehicle, vehicle_from_mapping, vehicle_named
 
 if TYPE_CHECKING:

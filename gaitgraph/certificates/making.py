@@ -32,7 +32,8 @@ from gaitgraph.vehicle import four_of
 
 if TYPE_CHECKING:
     from gaitgraph.gait.gait import Gait
-    from gaitgraph.invertibility.matrices import CoefficientsLike, FloatArray
+    from gaitgraph.invertibility.coefficients import CoefficientsLike
+    from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.io.formats import GaitLike
     from gaitgraph.validation.report import Report
     from gaitgraph.vehicle import Vehicle, VehicleLike

@@ -60,14 +60,18 @@ def validate_command(
     a path, as that of a transition, or with --once.
     The exit code is 1 if the gait is not flyable (or not valid, with --require valid).
 
-    If --vehicle describes rotors of any geometry (TOML with [[rotor]], PX4 parameters, URDF or MJCF), physics alone is
-    checked, on alpha1 to alphaN, and the exit code is 1 if the table is not flyable.
+    If --vehicle describes rotors of any geometry (TOML with [[rotor]], PX4 parameters, URDF or MJCF), or four that no
+    half turn maps to each other, physics alone is checked, on alpha1 to alphaN, and the exit code is 1 if the table is not flyable.
     """
+    from gaitgraph.invertibility.geometry import Geometry
     from gaitgraph.io.formats import holds_request, naming_file, read_table
     from gaitgraph.validation.validating import validate, validate_geometry
     from gaitgraph.vehicle import Vehicle
 
     with Working(f"judging {gait_file}"):
+        vehicle = given.get("vehicle")
+        if isinstance(vehicle, Vehicle) and vehicle.asymmetry is not None:
+            given["vehicle"] = Geometry.of_vehicle(vehicle)
         if not isinstance(given.get("vehicle"), Vehicle | None):
             geometry, floor = (
                 given.pop("vehicle"),

@@ -44,7 +44,8 @@ def roots_command(
     from dataclasses import asdict
 
     from gaitgraph.angles import text_from_angle
-    from gaitgraph.invertibility.matrices import coefficients_of, noise_of
+    from gaitgraph.invertibility.coefficients import coefficients_of
+    from gaitgraph.invertibility.matrices import noise_of
     from gaitgraph.surface.sheets import roots
     from gaitgraph.vehicle import PAPER
 

@@ -39,7 +39,6 @@ def vehicles_command(
 
     With --from the exit code is 1 if the paper's method does not fit the vehicle, or the file states no drag ratio.
     """
-    from gaitgraph.invertibility.matrices import coefficients_of
     from gaitgraph.validation.report import unlikely_limits
     from gaitgraph.vehicle import preset_names, vehicle_named
 
@@ -83,8 +82,7 @@ def vehicles_command(
         vehicle_named(one) for one in (preset_names() if given is None else [given])
     ]
     rows = [
-        {**one.as_mapping(), "delta": coefficients_of(one, coefficients).delta}
-        for one in known
+        {**one.as_mapping(), "delta": _crossing_of(one, coefficients)} for one in known
     ]
     if wants_json():
         print_json({"vehicles": rows})
@@ -95,7 +93,8 @@ def vehicles_command(
         )
         for warning in (*unlikely, *one.warnings):
             print_problem(f"warning: {warning}")
-        click.echo(f"{one.name}: κ = {one.drag_ratio:.6f}, δ = {row['delta']:.6f} rad")
+        crossing = one.asymmetry or f"δ = {row['delta']:.6f} rad"
+        click.echo(f"{one.name}: κ = {one.drag_ratio:.6f}, {crossing}")
         click.echo("\n".join(str(one).splitlines()[1:]))
     if output is not None:
         click.echo(f"wrote {output}")
@@ -119,3 +118,12 @@ def _show_description(source: str) -> int:
                 f"warning: the file does not state {', '.join(found.missing)}: add what you know"
             )
     return 1 if found.reasons or "drag_to_thrust" in found.missing else 0
+
+
+def _crossing_of(vehicle: Vehicle, coefficients: Any) -> float | None:
+    """Return the crossing angle δ, None for a vehicle that is not symmetric [rad]."""
+    from gaitgraph.invertibility.coefficients import coefficients_of
+
+    if vehicle.asymmetry is not None:
+        return None
+    return coefficients_of(vehicle, coefficients).delta

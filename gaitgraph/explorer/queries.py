@@ -25,6 +25,7 @@ from gaitgraph.errors import (
 )
 from gaitgraph.graph.build import DEFAULT_DIVISIONS
 from gaitgraph.invertibility import matrices
+from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.planning.planner import plan
 from gaitgraph.planning.request import PlanRequest, plan_request
 from gaitgraph.plots.vehicles import vehicle_view
@@ -52,7 +53,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from gaitgraph.gait.gait import Gait
-    from gaitgraph.invertibility.matrices import Coefficients, FloatArray
+    from gaitgraph.invertibility.coefficients import Coefficients
+    from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.planning.planner import Loop, Plan
     from gaitgraph.robustness.biased import Robustness
     from gaitgraph.validation.report import Report
@@ -265,7 +267,7 @@ def _standing(state: State) -> dict[str, Any]:
         color,
         alpha1,
         alpha2,
-        matrices.coefficients_of(request.vehicle, request.coefficients),
+        coefficients_of(request.vehicle, request.coefficients),
     )
     alpha = np.array([alpha1, alpha2, *others])
     shares = matrices.hover_thrust_shares(alpha, request.vehicle)
@@ -357,7 +359,7 @@ def vehicle_view_answer(
     """
     rows = spread_rows(len(alpha), _MOST_FRAMES)
     times = (rows + 1).tolist() if t is None else to_digits(t[rows], 9)
-    view = {"t": times, "bearings": to_digits(matrices.arm_angles(vehicle))}
+    view = {"t": times, "bearings": to_digits(np.array(vehicle.arm_angles))}
     raised = {"height": vehicle.height_ratio} if vehicle.rotor_height else {}
     return vehicle_view(alpha[rows], vehicle).as_mapping() | view | raised
 
@@ -443,7 +445,7 @@ def map_answer(content: Any, progress: Progress = quiet) -> dict[str, Any]:
     vehicle = vehicle_of(content.get("vehicle", "paper"), content.get("drag_ratio"))
     sheet: Color = checked_choice("sheet", content.get("sheet", "red"), COLORS)
     shading: str = checked_choice("shading", content.get("shading", "none"), SHADINGS)
-    coefficients = matrices.coefficients_of(vehicle, content.get("coefficients"))
+    coefficients = coefficients_of(vehicle, content.get("coefficients"))
     progress("shading the map")
     # On blue R and the least singular value are rounding noise, which is not shaded.
     values, extent = (
@@ -453,8 +455,8 @@ def map_answer(content: Any, progress: Progress = quiet) -> dict[str, Any]:
     )
     blank = sheet == "blue" and coefficients.kind == "exact"
     singular = _SINGULAR_BLUE
-    if height := vehicle.rotor_height:
-        singular = f"Blue is no gait surface {RAISED} {height:g} m."
+    if vehicle.has_raised_rotors:
+        singular = f"Blue is no gait surface {RAISED} {vehicle.heights_in_words}."
     regions, note = [], None if sheet == "red" else singular if blank else _ROUNDED_BLUE
     for name, label in () if blank else _REGIONS if sheet == "red" else _REGIONS[:2]:
         progress(f"drawing the region {label}")
@@ -471,7 +473,7 @@ def map_answer(content: Any, progress: Progress = quiet) -> dict[str, Any]:
         "regions": regions,
         "types": {"n": DEFAULT_DIVISIONS + 1, "codes": _types(coefficients, sheet)},
         "note": note,
-        **({"raised": True} if vehicle.rotor_height else {}),
+        **({"raised": True} if vehicle.has_raised_rotors else {}),
     }
 
 

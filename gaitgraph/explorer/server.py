@@ -26,7 +26,7 @@ from gaitgraph.explorer import queries
 from gaitgraph.explorer.table_query import file_answer, formats_answer, table_answer
 from gaitgraph.files import value_from_json
 from gaitgraph.gait.gait import PAPER_GAITS, paper_gait
-from gaitgraph.invertibility.matrices import KINDS, coefficients_of
+from gaitgraph.invertibility.coefficients import KINDS, coefficients_of
 from gaitgraph.planning.request import CHOICES
 from gaitgraph.timing.laws import LAWS
 from gaitgraph.vehicle import PAPER, preset_names, vehicle_named

@@ -36,18 +36,15 @@ from gaitgraph.flight.flight import (
 from gaitgraph.flight.simulation import Simulation, before_take_off
 from gaitgraph.gait.gait import checked_factors
 from gaitgraph.gait.table import Table, check_repeats, merged
-from gaitgraph.invertibility.matrices import (
-    BoolArray,
-    FloatArray,
-    coefficients_of,
-    determinant,
-)
+from gaitgraph.invertibility.coefficients import coefficients_of
+from gaitgraph.invertibility.matrices import BoolArray, determinant
 from gaitgraph.robustness.biased import robustness_of
 from gaitgraph.timing.timed_gait import TimedGait, timed_gait_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
+    from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.io.formats import GaitLike
     from gaitgraph.robustness.attitudes import AcceptableAttitudes
 

@@ -28,12 +28,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.invertibility.matrices import FloatArray, rotor_directions, thrust_signs
+from gaitgraph.invertibility.matrices import rotor_directions, thrust_signs
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from gaitgraph.flight.flight import FlightSettings
+    from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.vehicle import Vehicle
 
 _MOST_LEAN = math.radians(45.0)

@@ -22,7 +22,7 @@ from gaitgraph.timing.timed_gait import ROW_BY_ROW, TimedGait
 from gaitgraph.vehicle import four_of, linked
 
 if TYPE_CHECKING:
-    from gaitgraph.invertibility.matrices import FloatArray
+    from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.io.formats import GaitLike
     from gaitgraph.validation.report import Report
     from gaitgraph.vehicle import Each, Vehicle

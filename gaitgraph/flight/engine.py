@@ -26,7 +26,7 @@ from gaitgraph.vehicle import vehicle_named
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from gaitgraph.invertibility.matrices import FloatArray
+    from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.vehicle import Vehicle, VehicleLike
 
 _LIGHT = 1e-6  # default inertia of an arm, as a share of the vehicle's least moment of inertia
@@ -197,15 +197,16 @@ def mjcf_of(vehicle: Vehicle, *, step: float, air: bool) -> str:
         if vehicle.arm_inertia is not None
         else _LIGHT * min(inertia)
     )
-    height = vehicle.rotor_height
-    arm_mass = min(arm / ((_BOX * length) ** 2 + height**2), _MOST_ARM_MASS * mass)
+    heights = vehicle.rotor_heights
+    highest = max(map(abs, heights))
+    arm_mass = min(arm / ((_BOX * length) ** 2 + highest**2), _MOST_ARM_MASS * mass)
     # The arms' mass is on their hinges. The body's is as far on the other side of the centre of mass as balances it.
     body_mass = mass - 4 * arm_mass
-    drop = 4 * arm_mass * height / body_mass
+    drop = arm_mass * sum(heights) / body_mass
     half_turn = (
-        ' quat="0 0 0 1"' if height else ""
+        ' quat="0 0 0 1"' if highest else ""
     )  # without it the engine takes so small a drop for none
-    moved = 4 * arm_mass * height**2 + body_mass * drop**2
+    moved = arm_mass * sum(height**2 for height in heights) + body_mass * drop**2
     body = [
         moment - 4.0 * arm - part
         for moment, part in zip(inertia, (moved, moved, 0.0), strict=True)
@@ -225,19 +226,20 @@ def mjcf_of(vehicle: Vehicle, *, step: float, air: bool) -> str:
         )
     stiffness = arm * (_STIFF / step) ** 2
     damping = 2.0 * arm * _STIFF / step
-    drag, lag = vehicle.drag_ratio * length, ""
+    drags, lag = [drag * length for drag in vehicle.scaled_drags], ""
     if vehicle.rotor_lag is not None:
         lag = f' dyntype="filterexact" dynprm="{vehicle.rotor_lag!r}"'
     arms, thrusts, servos, ranges = [], [], [], [""] * 4
     if vehicle.tilt_range is not None:
         ranges = [f' range="{low!r} {high!r}"' for low, high in vehicle.tilt_range]
     for k, spin in enumerate(thrust_signs(vehicle).tolist()):
-        half = (vehicle.first_arm_angle + k * math.pi / 2) / 2
+        half, drag = vehicle.arm_angles[k] / 2, drags[k]
+        reach, height = vehicle.arm_lengths[k], heights[k]
         arms.append(f"""
    <body name="arm{k + 1}" pos="0 0 {height!r}" quat="{math.cos(half)!r} 0 0 {math.sin(half)!r}">
     <inertial pos="0 0 0" mass="{arm_mass!r}" diaginertia="{arm!r} {arm!r} {arm!r}"/>
     <joint name="tilt{k + 1}" type="hinge" axis="1 0 0"{ranges[k]}/>
-    <site name="rotor{k + 1}" pos="{length!r} 0 0" size="{0.01 * length!r}"/>
+    <site name="rotor{k + 1}" pos="{reach!r} 0 0" size="{0.01 * length!r}"/>
    </body>""")
         thrusts.append(
             f'\n  <general name="thrust{k + 1}" site="rotor{k + 1}" gear="0 0 1 0 0 {-spin * drag!r}"{lag}/>'

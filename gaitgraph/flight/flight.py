@@ -13,13 +13,14 @@ from gaitgraph.angles import angle_from_text, number_of, whole_number
 from gaitgraph.arrays import freeze_arrays
 from gaitgraph.errors import InputError, check_fields, checked_choice, shown
 from gaitgraph.gait.table import Table
-from gaitgraph.invertibility.matrices import FloatArray, least_singular_value
+from gaitgraph.invertibility.matrices import least_singular_value
 from gaitgraph.timing.laws import LAWS
 from gaitgraph.vehicle import vehicle_named
 
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.timing.joining import Course
     from gaitgraph.timing.timed_gait import TimedGait
     from gaitgraph.vehicle import Vehicle, VehicleLike
@@ -561,7 +562,9 @@ def record_of(
     thrusts, energy = np.abs(flight.thrusts), None
     coefficient, drag = vehicle.thrust_coefficient, vehicle.drag_to_thrust
     if coefficient is not None and drag is not None and len(rows) > 1:
-        power = np.sum(drag * thrusts * np.sqrt(thrusts / coefficient), axis=1)
+        power = np.sum(
+            np.array(drag) * thrusts * np.sqrt(thrusts / coefficient), axis=1
+        )
         energy = float(np.sum(power[:-1] * np.diff(rows[:, 0])))
     upright = np.cos(flight.column("roll")) * np.cos(flight.column("pitch"))
     off = [flight.column(name) - flight.column(f"{name}_wanted") for name in "xyz"]

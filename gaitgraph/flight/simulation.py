@@ -30,7 +30,7 @@ from gaitgraph.flight.flight import (
     record_of,
     reference_at,
 )
-from gaitgraph.invertibility.matrices import FloatArray, arm_angles, thrust_signs
+from gaitgraph.invertibility.matrices import thrust_signs
 from gaitgraph.timing.joining import Course
 from gaitgraph.timing.timed_gait import RowTimedGait, timed_gait_of
 
@@ -39,6 +39,7 @@ if TYPE_CHECKING:
 
     import numpy.typing as npt
 
+    from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.io.formats import GaitLike
     from gaitgraph.vehicle import Vehicle
 
@@ -600,10 +601,7 @@ def gyroscopic_of(
         "thrust_coefficient", purpose="the gyroscopic torque of a rotor_inertia"
     )
     momenta = (thrust_signs(vehicle) * vehicle.rotor_inertia).tolist()
-    arms = [
-        (math.cos(azimuth), math.sin(azimuth))
-        for azimuth in arm_angles(vehicle).tolist()
-    ]
+    arms = [(math.cos(azimuth), math.sin(azimuth)) for azimuth in vehicle.arm_angles]
     sin, cos, sqrt, copysign = (
         functions.sin,
         functions.cos,

@@ -27,7 +27,7 @@ from gaitgraph.vehicle import UNITS, Vehicle, vehicle_named
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from gaitgraph.invertibility.matrices import FloatArray
+    from gaitgraph.invertibility.forms import FloatArray
 
 _NEEDED = ("drag_to_thrust", "first_rotor_spin", "mass", "inertia")
 _LIMITS = ("max_tilt", "max_tilt_rate", "max_thrust", "servo_lag", "rotor_lag")
@@ -457,31 +457,47 @@ def _four_arms(
         f"it has {count} rotors, not four": count != 4,
         "not every rotor tilts": not axis.any(axis=1).all(),
         "not every rotor pushes straight up at α = 0": (up < 1 - _ALIKE).any(),
-        "its arms differ in length": np.ptp(length) > allowed,
-        "its rotors are not at one height": np.ptp(place[:, 2]) > allowed,
-        "its arms are not a quarter turn apart": np.abs(quarters).max() > _ALIKE,
-        "its rotors do not tilt about their own arms": leans,
     }
+    placed = place[order]
+    half_turned = np.roll(placed, count // 2, axis=0) * [-1.0, -1.0, 1.0]
     signed = np.array([math.nan if one is None else one for one in ratios])[order] * (
         -1.0
     ) ** np.arange(count)
-    problems["its rotors do not turn alternately, with one drag ratio"] = (
-        np.ptp(signed) > _ALIKE * np.abs(signed).max() or not signed.any()
-    )
+    opposite = np.roll(signed, count // 2)
+    if count == 4:
+        problems["opposite rotors are not at opposite places"] = (
+            np.abs(placed - half_turned).max() > allowed
+        )
+    problems["its rotors do not tilt about their own arms"] = leans
+    if count == 4:
+        alike = np.abs(signed - opposite).max() <= _ALIKE * np.abs(signed).max()
+        alternate = np.ptp(np.sign(signed)) == 0 and signed.any()
+        problems[
+            "its rotors do not turn alternately, opposite ones with one drag ratio"
+        ] = not ((alternate and alike) or None in ratios)
     if reasons := [
         f"The paper's method does not fit: {problem}."
         for problem, holds in problems.items()
         if holds
     ]:
         return {}, tuple(reasons), []
-    constants = {
-        "arm_length": length.mean(),
-        "first_arm_angle": angle[0] + quarters.mean(),
-    }
-    if abs(height := place[:, 2].mean()) > 1e-9:
-        constants["rotor_height"] = height
+    is_square = (
+        np.ptp(length) <= allowed
+        and np.ptp(place[:, 2]) <= allowed
+        and np.abs(quarters).max() <= _ALIKE
+    )
+    constants: dict[str, Any] = {}
+    if is_square:
+        constants["arm_length"] = length.mean()
+        constants["first_arm_angle"] = angle[0] + quarters.mean()
+        if abs(height := place[:, 2].mean()) > 1e-9:
+            constants["rotor_height"] = height
+    else:
+        constants["rotor_positions"] = ((placed + half_turned) / 2).tolist()
     if None not in ratios:
-        constants["drag_to_thrust"] = np.abs(signed).mean()
+        drags = np.abs(signed + opposite) / 2
+        one_for_all = np.ptp(drags) <= _ALIKE * drags.max()
+        constants["drag_to_thrust"] = drags.mean() if one_for_all else drags
         constants["first_rotor_spin"] = (
             "counterclockwise" if signed[0] > 0 else "clockwise"
         )

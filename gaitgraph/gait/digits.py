@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from gaitgraph.invertibility.matrices import FloatArray
+    from gaitgraph.invertibility.forms import FloatArray
 
 _FULL = 15  # significant digits from which on a number has the precision of a float
 _MOST_DECIMALS = 99

@@ -17,13 +17,13 @@ import numpy.typing as npt
 from gaitgraph.angles import angles_from, checked_number, text_from_angle, whole_number
 from gaitgraph.arrays import read_only
 from gaitgraph.errors import InputError, shown
-from gaitgraph.invertibility.matrices import (
-    DEFAULT_FLOOR,
+from gaitgraph.invertibility.coefficients import (
     Coefficients,
     CoefficientsLike,
+    check_symmetric,
     coefficients_of,
-    level_determinant,
 )
+from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, level_determinant
 from gaitgraph.pictured import Pictured
 from gaitgraph.surface.sheets import (
     COLORS,
@@ -39,7 +39,7 @@ from gaitgraph.surface.sheets import (
 from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
 
 if TYPE_CHECKING:
-    from gaitgraph.invertibility.matrices import FloatArray
+    from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.timing.laws import LawName
     from gaitgraph.timing.timed_gait import TimedGait
     from gaitgraph.validation.report import Report
@@ -346,6 +346,7 @@ def lift(
         allowed = f"'red' or 'blue', one for all or for each of the {len(plane)} points"
         raise InputError(f"colors must be {allowed}, got {shown(colors)}")
     numbers = coefficients_of(vehicle, coefficients)
+    check_symmetric(numbers.rotors)
     alpha = points_on_sheets(plane[:, 0], plane[:, 1], names, numbers)
     return Gait(
         alpha=alpha,

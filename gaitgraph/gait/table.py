@@ -27,11 +27,12 @@ from gaitgraph.arrays import check_unmasked, freeze_arrays, read_only
 from gaitgraph.errors import FileWarning, InputError, MissingExtra, shown
 from gaitgraph.gait.digits import Digits
 from gaitgraph.gait.gait import Gait, points_on_sheets
-from gaitgraph.invertibility.matrices import (
+from gaitgraph.invertibility.coefficients import (
     Coefficients,
     CoefficientsLike,
-    FloatArray,
     coefficients_of,
+)
+from gaitgraph.invertibility.matrices import (
     level_determinant,
     level_determinant_resolution,
 )
@@ -59,6 +60,8 @@ from gaitgraph.vehicle import (
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
+
+    from gaitgraph.invertibility.forms import FloatArray
 
     TimedGait = Any  # timing comes after this package
 

@@ -24,7 +24,8 @@ if TYPE_CHECKING:
     import networkx as nx
 
     from gaitgraph.gait.gait import Gait
-    from gaitgraph.invertibility.matrices import FloatArray, IntArray
+    from gaitgraph.invertibility.forms import FloatArray
+    from gaitgraph.invertibility.matrices import IntArray
     from gaitgraph.validation.report import Report
 
 Use = Literal["flyable", "valid", "two_color"]

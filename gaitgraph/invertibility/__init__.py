@@ -7,14 +7,16 @@ from typing import TYPE_CHECKING
 from gaitgraph._lazy import lazy_names
 
 if TYPE_CHECKING:
+    from gaitgraph.invertibility.coefficients import (
+        Coefficients as Coefficients,
+        coefficients_of as coefficients_of,
+    )
     from gaitgraph.invertibility.geometry import (
         Geometry as Geometry,
         geometry_from_mapping as geometry_from_mapping,
     )
     from gaitgraph.invertibility.matrices import (
-        Coefficients as Coefficients,
         attitude_sensitivities as attitude_sensitivities,
-        coefficients_of as coefficients_of,
         control_force_matrix as control_force_matrix,
         control_moment_matrix as control_moment_matrix,
         decoupling_matrix as decoupling_matrix,
@@ -36,11 +38,13 @@ else:
     __getattr__, __dir__ = lazy_names(
         __name__,
         {
+            "gaitgraph.invertibility.coefficients": [
+                "Coefficients",
+                "coefficients_of",
+            ],
             "gaitgraph.invertibility.geometry": ["Geometry", "geometry_from_mapping"],
             "gaitgraph.invertibility.matrices": [
-                "Coefficients",
                 "attitude_sensitivities",
-                "coefficients_of",
                 "control_force_matrix",
                 "control_moment_matrix",
                 "decoupling_matrix",

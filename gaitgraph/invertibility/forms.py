@@ -60,6 +60,9 @@ class Form:
 
     table: FloatArray
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "table", read_only(self.table))  # the record is frozen
+
     def at(self, sines: Sines) -> FloatArray:
         """Return the values at points, shape (q, k)."""
         n1, n2, n3, n4, count = self.table.shape
@@ -102,7 +105,9 @@ class Form:
 
     def rounding(self) -> FloatArray:
         """Return a bound of what floating point adds to a value, shape (q,)."""
-        return np.asarray(64 * _EPSILON * np.abs(self.table).sum(axis=(0, 1, 2, 3)))
+        return read_only(
+            np.asarray(32 * _EPSILON * np.abs(self.table).sum(axis=(0, 1, 2, 3)))
+        )
 
 
 class Bends:
@@ -153,16 +158,19 @@ class Rotors:
         Km/(Kf·L) of each.
     spin
         +1 for the paper's spins (rotor 1 clockwise seen from above), −1 for the opposite ones.
+    asymmetry
+        Which rotors a half turn about body z does not map to each other, in words; None if there are none.
     """
 
     positions: tuple[Place, ...]
     drags: tuple[float, ...]
     spin: int
+    asymmetry: str | None = None
 
     @property
     def thrust_signs(self) -> FloatArray:
         """The sign with which w > 0 thrusts along each upright rotor's axis, and with which it spins, shape (4,)."""
-        return self.spin * np.array([-1.0, 1.0, -1.0, 1.0])
+        return read_only(self.spin * np.array([-1.0, 1.0, -1.0, 1.0]))
 
     @property
     def drag_ratio(self) -> float:
@@ -174,7 +182,9 @@ class Rotors:
 def rotors_of(vehicle: Vehicle) -> Rotors:
     """Return the rotors of a vehicle."""
     spin = 1 if vehicle.first_rotor_spin == "clockwise" else -1
-    return Rotors(vehicle.scaled_positions, vehicle.scaled_drags, spin)
+    return Rotors(
+        vehicle.scaled_positions, vehicle.scaled_drags, spin, vehicle.asymmetry
+    )
 
 
 class Level:

@@ -21,10 +21,9 @@ import numpy.typing as npt
 from gaitgraph.angles import angle_within, angles_from
 from gaitgraph.arrays import check_unmasked, read_only
 from gaitgraph.errors import InputError, check_fields, shown
-from gaitgraph.invertibility.matrices import FloatArray, arm_angles, thrust_signs
+from gaitgraph.invertibility.forms import FloatArray, rotors_of
 from gaitgraph.invertibility.segment_bounds import (
     Least,
-    Quantity,
     bound_by_change,
     checked_segments,
     least_along,
@@ -46,7 +45,7 @@ LEAST_DECIDED = 0.01
 """Least singular value from which hover thrusts are bounded between rows."""
 IDLE_THRUST = 1e-7
 """A hover thrust below this, in units of m·g, is none, to the accuracy of a linear program."""
-_MOST_PROGRAMS = 4000  # halvings of intervals, each with a linear program or more
+_MOST_PROGRAMS = 8000  # points, each with a linear program or more
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -123,13 +122,13 @@ class Geometry:
     def of_vehicle(cls, vehicle: VehicleLike) -> Self:
         """Return the geometry of a vehicle of four arms; in arm lengths instead of metres if it states none."""
         vehicle = vehicle_named(vehicle)
-        arms, length = arm_angles(vehicle), vehicle.arm_length or 1.0
-        outward = np.stack([np.cos(arms), np.sin(arms), np.zeros(4)], axis=1)
+        rotors, length = rotors_of(vehicle), vehicle.arm_length or 1.0
+        places = length * np.array(rotors.positions)
         return cls(
-            position=length * outward + np.array([0.0, 0.0, vehicle.rotor_height]),
-            moment_ratio=vehicle.drag_ratio * length * thrust_signs(vehicle),
+            position=places,
+            moment_ratio=length * np.array(rotors.drags) * rotors.thrust_signs,
             thrust_axis=np.tile([0.0, 0.0, 1.0], (4, 1)),
-            tilt_axis=outward,
+            tilt_axis=places * np.array([1.0, 1.0, 0.0]),
             tilt_range=np.array(vehicle.tilt_range or [[-math.inf, math.inf]] * 4),
         )
 
@@ -264,32 +263,35 @@ class Geometry:
         """
         first, last = checked_segments(starts, ends, len(self.position))
 
-        def values(alpha: FloatArray) -> FloatArray:
-            thrusts = self.hover_thrusts(alpha)
-            return np.array(
-                [
-                    thrusts.min(axis=-1),
-                    self.least_singular_value(alpha),
-                    np.linalg.norm(thrusts, axis=-1),
-                ]
-            )
-
-        def bounds(
-            v0: FloatArray, v1: FloatArray, p0: FloatArray, p1: FloatArray
-        ) -> FloatArray:
-            change = self._change(p0, p1)
-            size = np.maximum((v0[1] + v1[1] - change) / 2, LEAST_DECIDED)
-            return np.asarray(
-                (v0[:1] + v1[:1] - change * np.maximum(v0[2], v1[2]) / size) / 2
-            )
-
-        most, quantity = (
-            _MOST_PROGRAMS if len(self.position) > 4 else None,
-            Quantity(values, bounds, (1e-4,), 3),
-        )
+        most = _MOST_PROGRAMS if len(self.position) > 4 else None
+        quantity = _LeastThrust(self)
         return least_of_each(
-            first, last, [quantity], prepare=None, floor=IDLE_THRUST, most=most
+            first, last, [quantity], [1e-4], floor=IDLE_THRUST, most=most
         )[0]
+
+
+@dataclass(frozen=True)
+class _LeastThrust:
+    """The least hover thrust of rotors of any geometry, in units of m·g."""
+
+    geometry: Geometry
+    count = 1
+
+    def state(self, points: FloatArray, least: FloatArray) -> FloatArray:
+        """Return the least thrusts, the least singular values and the norms of the thrusts."""
+        thrusts = self.geometry.hover_thrusts(points)
+        values = self.geometry.least_singular_value(points)
+        norms = np.linalg.norm(thrusts, axis=-1)
+        return np.array([thrusts.min(axis=-1), values, norms])
+
+    def bounds(
+        self, first: FloatArray, last: FloatArray, p0: FloatArray, p1: FloatArray
+    ) -> FloatArray:
+        """Return lower bounds."""
+        change = self.geometry._change(p0, p1)
+        size = np.maximum((first[1] + last[1] - change) / 2, LEAST_DECIDED)
+        falls = change * np.maximum(first[2], last[2]) / size
+        return np.asarray((first[:1] + last[:1] - falls) / 2)
 
 
 def _best_thrusts(level: FloatArray) -> FloatArray:

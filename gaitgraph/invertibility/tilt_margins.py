@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -28,27 +29,23 @@ from gaitgraph.angles import (
     number_of,
 )
 from gaitgraph.errors import InputError, shown
-from gaitgraph.invertibility.matrices import (
+from gaitgraph.invertibility.coefficients import (
     Coefficients,
     CoefficientsLike,
-    FloatArray,
-    Sines,
+    coefficients_of,
+)
+from gaitgraph.invertibility.forms import Bends, FloatArray, Level, Sines
+from gaitgraph.invertibility.matrices import (
     attitude_of,
     attitude_sensitivities,
-    coefficients_of,
-    least_root,
     least_singular_value,
     level_determinant,
+    level_of_vehicle,
     noise_of,
-    singular_value_below,
+    sines_of,
     tilt_angles,
 )
-from gaitgraph.invertibility.segment_bounds import (
-    Quantity,
-    least_of_each,
-    level_determinant_curvature,
-    sensitivity_bends,
-)
+from gaitgraph.invertibility.segment_bounds import least_of_each
 from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
 
 _BLOCK = 1 << 13
@@ -56,7 +53,8 @@ EVERYWHERE = "the matrix is singular at every attitude, within the rounding of t
 """Why a gait has no tilt margin and no acceptable attitudes."""
 
 _TINY = float(np.finfo(float).tiny)
-_LARGEST_RESOLUTION = (
+_MINORS_ROUNDED = 1000 * float(np.finfo(float).eps)  # more than a sum of minors is off
+_LARGEST_ERROR = (
     0.1  # more than the error of v from coefficients of four digits and angles of three
 )
 
@@ -95,26 +93,19 @@ def _signed_margin(
     rows: FloatArray, coefficients: Coefficients, angle_rounding: float
 ) -> tuple[FloatArray, ...]:
     """Return, for rows (m, 4), the margin with the sign of R, NaN where there is none, √(Rφ² + Rθ²) and R."""
-    noise = noise_of(coefficients)
-    doubt = (
-        noise
-        if coefficients.kind != "published" and not angle_rounding
-        else _LARGEST_RESOLUTION
-    )
-    sines = Sines.of(np.asfortranarray(rows))
-    roll, pitch = sines.sensitivities(coefficients)
-    across, level = (
-        np.sqrt(pitch * pitch + roll * roll),
-        sines.level_determinant(coefficients),
-    )
+    sines = Sines.of(rows)
+    v = coefficients.sensitivities(sines)
+    across, level = np.hypot(v[0], v[1]), v[2]
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         margin = np.arctan(level / across)
-    near = np.flatnonzero((across <= doubt) & (np.abs(level) <= doubt))
-    if near.size and doubt > noise:
-        near = near[
-            singular_everywhere(rows[near], coefficients, angle_rounding=angle_rounding)
-        ]
-    margin[near] = np.nan
+    small = _LARGEST_ERROR
+    if coefficients.kind != "published" and not angle_rounding:
+        small = float(coefficients.noise.max())
+    near = np.flatnonzero((np.abs(v) <= small).all(axis=0))
+    if near.size:
+        errors = coefficients.errors(Sines.of(rows[near]), angle_rounding)
+        vanishing = (np.abs(v[:, near]) <= errors).all(axis=0)
+        margin[near[vanishing]] = np.nan
     return margin, across, level
 
 
@@ -122,31 +113,10 @@ def singular_everywhere(
     alpha: npt.ArrayLike, coefficients: Coefficients, *, angle_rounding: float = 0.0
 ) -> npt.NDArray[np.bool_]:
     """Return whether Rφ, Rθ and R all vanish within the errors of coefficients and angles, as on blue, shape (...)."""
-    angles, noise = tilt_angles(alpha), noise_of(coefficients)
-    sines = Sines.of(angles.reshape(-1, 4))
-    v = np.abs(sines.attitude_sensitivities(coefficients))
-    # Each phase adds two angles, and 2δ or nothing.
-    off = 2.0 * (angle_rounding + coefficients.delta_error)
-    totals, apart = (
-        np.abs(sines.totals(coefficients.delta)),
-        np.abs(sines.differences()),
-    )
-    scale = 1.0 / abs(math.sin(2 * coefficients.delta))
-    # E of Sines.leaning is at most 1 + √(1 + κ²), and so is its slope.
-    leaning = (
-        abs(coefficients.cross)
-        * (1.0 + 1.0 / math.cos(coefficients.delta))
-        * off
-        * (1.0 + off)
-    )
-    across = scale * off * ((totals + apart[::-1]).max(axis=0) + off) + leaning + noise
-    resolution = sines.level_resolution(
-        coefficients, sines.level_slopes(coefficients), angle_rounding
-    )
-    everywhere = (np.hypot(v[0], v[1]) <= math.sqrt(2) * across) & (
-        v[2] <= np.maximum(resolution, noise)
-    )
-    return np.asarray(everywhere.reshape(angles.shape[:-1]))
+    shape, sines = sines_of(alpha)
+    v = np.abs(coefficients.form.at(sines))
+    vanishing = (v <= coefficients.errors(sines, angle_rounding)).all(axis=0)
+    return np.asarray(vanishing.reshape(shape))
 
 
 def nearest_singular_attitude(
@@ -188,12 +158,15 @@ def sensitivity_deviations(
     starts: FloatArray, ends: FloatArray, coefficients: Coefficients
 ) -> tuple[FloatArray, FloatArray]:
     """Return how far (−Rθ, Rφ) and R can be from the chords between their ends, along segments, both of shape (m,)."""
-    across = np.hypot(*sensitivity_bends(starts, ends, coefficients)) / abs(
-        math.sin(2 * coefficients.delta)
-    )
-    return across / 8, level_determinant_curvature(
-        starts, ends - starts, coefficients
-    ) / 8
+    first, second, level = _bends_of(coefficients).along(ends - starts) / 8
+    across = np.hypot(first, second)
+    across[coefficients.holds_plane(starts.T, ends.T)] = 0.0  # Rφ = Rθ = 0
+    return across, level
+
+
+@lru_cache(maxsize=32)
+def _bends_of(coefficients: Coefficients) -> Bends:
+    return Bends(coefficients.form)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -213,6 +186,43 @@ class LeastMargin:
     def exists(self) -> bool:
         """Whether there is a margin at all."""
         return not math.isnan(self.upper)
+
+
+@dataclass(frozen=True)
+class _Margin:
+    """The tilt margin, at least 0: where R has the other sign it is 0."""
+
+    coefficients: Coefficients
+    sign: float
+    angle_rounding: float
+    count = 1
+
+    def state(self, points: FloatArray, least: FloatArray) -> FloatArray:
+        """Return the margin, √(Rφ² + Rθ²) and R with the sign."""
+        margin, across, level = _signed_margin(
+            points, self.coefficients, self.angle_rounding
+        )
+        positive = np.where(self.sign * margin > 0, np.abs(margin), 0.0)
+        return np.array([positive, across, self.sign * level])
+
+    def bounds(
+        self, first: FloatArray, last: FloatArray, p0: FloatArray, p1: FloatArray
+    ) -> FloatArray:
+        """Return lower bounds, the larger of two."""
+        across, rise = sensitivity_deviations(p0, p1, self.coefficients)
+        # The widest (Rφ, Rθ) and the least R: all that counts on the surfaces, where (Rφ, Rθ) vanishes and R may bend.
+        widest = np.maximum(first[1], last[1]) + across
+        lowest = np.minimum(first[2], last[2]) - rise
+        apart = np.arctan2(np.maximum(lowest, 0.0), widest)
+        near, off = np.full(len(rise), np.inf), np.hypot(across, rise)
+        for margin, *v in (first, last):
+            # R·cos m − ‖(Rφ, Rθ)‖·sin m is ‖v‖·sin(margin − m) at an end, above its chord but for `off` in between, and
+            # the margin is at least m where it is not negative.
+            with np.errstate(divide="ignore", invalid="ignore"):
+                ratio = off / np.hypot(*v)
+            turned = margin - np.arcsin(np.minimum(ratio, 1.0))
+            near = np.minimum(near, np.where(ratio < 1, turned, -1.0))
+        return np.asarray(np.maximum(near, apart)[None])
 
 
 def least_tilt_margin(
@@ -241,40 +251,8 @@ def least_tilt_margin(
     level = np.asarray(level_determinant(starts, coefficients))
     sign = math.copysign(1.0, level[np.argmax(np.abs(level))])
 
-    def values(alpha: FloatArray) -> FloatArray:
-        """Return the margins, at least 0, √(Rφ² + Rθ²) and R with the sign."""
-        margin, across, level = _signed_margin(alpha, coefficients, angle_rounding)
-        return np.array(
-            [np.where(sign * margin > 0, np.abs(margin), 0.0), across, sign * level]
-        )
-
-    def bounds(
-        v0: FloatArray, v1: FloatArray, p0: FloatArray, p1: FloatArray
-    ) -> FloatArray:
-        across, rise = sensitivity_deviations(p0, p1, coefficients)
-        # The widest (Rφ, Rθ) and the least R: all that counts on the surfaces, where (Rφ, Rθ) vanishes and R may bend.
-        widest, least = (
-            np.maximum(v0[1], v1[1]) + across,
-            np.minimum(v0[2], v1[2]) - rise,
-        )
-        apart, near = (
-            np.arctan2(np.maximum(least, 0.0), widest),
-            np.full(len(rise), np.inf),
-        )
-        off = np.hypot(across, rise)
-        for margin, *v in (v0, v1):
-            # R·cos m − ‖(Rφ, Rθ)‖·sin m is ‖v‖·sin(margin − m) at an end, above its chord but for `off` in between, and
-            # the margin is at least m where it is not negative.
-            with np.errstate(divide="ignore", invalid="ignore"):
-                ratio = off / np.hypot(*v)
-            near = np.minimum(
-                near,
-                np.where(ratio < 1, margin - np.arcsin(np.minimum(ratio, 1.0)), -1.0),
-            )
-        return np.asarray(np.maximum(near, apart)[None])
-
-    quantity = Quantity(values, bounds, (tolerance,), 3)
-    (found,) = least_of_each(starts, ends, [quantity], prepare=None, points=points)
+    quantity = _Margin(coefficients, sign, angle_rounding)
+    (found,) = least_of_each(starts, ends, [quantity], [tolerance])
     lower, upper, segment, fraction = found.worst()
     if upper > 0:
         return LeastMargin(lower=lower, upper=upper, segment=segment, fraction=fraction)
@@ -421,17 +399,68 @@ def least_singular_value_within_bound(
     )
 
 
+def _characteristic(
+    sines: Sines, level: Level, v: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return forms and numbers of which nᵀ·form·n + number are e4 to e1 at the vertical n, (4, 3, 3, k) and (4, k).
+
+    The squared singular values are the roots of λ⁴ − e1·λ³ + e2·λ² − e3·λ + e4. With the products K of torques, W
+    of forces with torques and L of forces, a Schur complement gives the polynomial as det(K − λ)·(nᵀLn − λ) −
+    nᵀW·adj(K − λ)·Wᵀn; e4 is the squared determinant. e3 is rounded up, which lowers the least root. `v` is that of
+    the exact form.
+    """
+    force, moment = (
+        np.moveaxis(part, 0, -1) for part in level.forces_and_moments(sines)
+    )
+    product = "ikm,jkm->ijm"
+    L, W, K = (
+        np.einsum(product, *pair)
+        for pair in ((force, force), (force, moment), (moment, moment))
+    )
+    WW, WKW = np.einsum(product, W, W), np.einsum("ikm,klm,jlm->ijm", W, K, W)
+    (a, b, c), (_, d, e), (_, _, f) = K
+    size = level.rate_at_any_attitude**6
+    one = a + d + f
+    two = a * d + a * f + d * f - b * b - c * c - e * e
+    three = a * (d * f - e * e) - b * (b * f - c * e) + c * (b * e - c * d)
+    three = three + _MINORS_ROUNDED * size
+    outer = (2 * level.rotors.drag_ratio) ** 2 * v[:, None] * v
+    form = np.array([outer, two * L - one * WW + WKW, one * L - WW, L])
+    return form, np.array([np.zeros_like(one), three, two, one])
+
+
+def singular_value_below(squared: FloatArray) -> FloatArray:
+    """Return the root of a least squared singular value, less what floating point may add to it."""
+    return np.asarray(np.maximum(np.sqrt(squared) * (1 - 1e-6) - 1e-9, 0.0))
+
+
+def least_root(e1: Any, e2: Any, e3: Any, e4: Any) -> FloatArray:
+    """Return lower bounds of the least roots of x⁴ − e1·x³ + e2·x² − e3·x + e4, whose roots are real and at least 0.
+
+    Laguerre's iteration from 0 increases towards the least root: each step more than triples the correct digits, or
+    leaves 27 % of the distance from a double root.
+    """
+    slope, height, bend, root = -e3, e4, 2 * e2, np.zeros_like(e1)
+    for left in reversed(range(8)):
+        steep = np.sqrt(np.maximum(9 * slope * slope - 12 * height * bend, 0.0)) - slope
+        root = root + 4 * np.where(slope < 0, height, 0.0) / np.maximum(steep, _TINY)
+        if left:
+            height = np.maximum(
+                (((root - e1) * root + e2) * root - e3) * root + e4, 0.0
+            )
+            slope = ((4 * root - 3 * e1) * root + 2 * e2) * root - e3
+            bend = (12 * root - 6 * e1) * root + 2 * e2
+    return np.asarray(root)
+
+
 def _worst_on_rim(
     rows: FloatArray, tilt: float, vehicle: Vehicle
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the least squared singular value within a tilt, and the cosine and the sine of its direction, (m,)."""
-    sines, rim, height = (
-        Sines.of(np.asfortranarray(rows)),
-        math.sin(tilt),
-        math.cos(tilt),
-    )
-    v = sines.attitude_sensitivities(coefficients_of(vehicle, "exact"))
-    form, number = sines.characteristic(vehicle, v)
+    sines, level = Sines.of(rows), level_of_vehicle(vehicle)
+    rim, height = math.sin(tilt), math.cos(tilt)
+    v = level.direction.at(sines)
+    form, number = _characteristic(sines, level, v)
     # On the rim e4 to e1 are a number and the factors of cos 2t, sin 2t, cos t and sin t: shape (5, 4, m).
     xx, yy, middle = (
         rim**2 * form[:, 0, 0] / 2,
@@ -459,8 +488,10 @@ def _worst_on_rim(
     while open_.size:
         waves = np.array([np.ones(len(c)), c * c - s * s, 2 * c * s, c, s])
         _, e3, e2, e1 = np.einsum("ikm,im->km", forms, waves)
-        level = rim * (v[0] * c + v[1] * s) + height * v[2]
-        tried = least_root(e1, e2, e3, (2 * vehicle.drag_ratio * level) ** 2)
+        value = (
+            2 * level.rotors.drag_ratio * (rim * (v[0] * c + v[1] * s) + height * v[2])
+        )
+        tried = least_root(e1, e2, e3, value**2)
         better = tried < squared[open_] * (1 - 1e-12)
         forms, v, tried, open_ = (
             forms[:, :, better],

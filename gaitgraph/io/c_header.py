@@ -27,7 +27,7 @@ from gaitgraph.io.servo_map import servos_of, tilts_from_joints
 
 if TYPE_CHECKING:
     from gaitgraph.gait.table import Table
-    from gaitgraph.invertibility.matrices import FloatArray
+    from gaitgraph.invertibility.forms import FloatArray
 
 
 _MOST_ROWS = 16_384  # as floats with rates, half a megabyte

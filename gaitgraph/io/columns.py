@@ -51,7 +51,7 @@ from gaitgraph.vehicle import vehicle_in_gait_file
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from gaitgraph.invertibility.matrices import FloatArray
+    from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.io.servo_map import ServoMap
 
 _LARGEST = dict.fromkeys(ANGLES[:2], HALF_PI) | dict.fromkeys(

@@ -48,7 +48,7 @@ from gaitgraph.gait.table import (
     motion_of,
     repeated,
 )
-from gaitgraph.invertibility.matrices import coefficients_of
+from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.io import binary_tables, c_header, ros, text_files
 from gaitgraph.io.columns import (
     TableBuilder,
@@ -65,7 +65,7 @@ if TYPE_CHECKING:
 
     import numpy.typing as npt
 
-    from gaitgraph.invertibility.matrices import CoefficientsLike
+    from gaitgraph.invertibility.coefficients import CoefficientsLike
     from gaitgraph.io.columns import Frame
     from gaitgraph.io.servo_map import ServoMapLike
     from gaitgraph.vehicle import VehicleLike

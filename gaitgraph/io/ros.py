@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from rosbags.rosbag2 import Reader
     from rosbags.typesys.store import Typestore
 
-    from gaitgraph.invertibility.matrices import FloatArray
+    from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.io.columns import TableBuilder
 
 TRAJECTORY = "trajectory_msgs/msg/JointTrajectory"

@@ -26,7 +26,7 @@ from gaitgraph.gait.table import ACCELERATIONS, ANGLES, RATES, TEXTS, Table, sur
 from gaitgraph.vehicle import Linkage, Spin, linkage_of, linked, vehicle_named
 
 if TYPE_CHECKING:
-    from gaitgraph.invertibility.matrices import FloatArray
+    from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.vehicle import VehicleLike
 
 Unit = Literal["rad", "deg", "us"]

@@ -43,7 +43,8 @@ from gaitgraph.arrays import read_only
 if TYPE_CHECKING:
     from shapely import Polygon
 
-    from gaitgraph.invertibility.matrices import BoolArray, FloatArray, IntArray
+    from gaitgraph.invertibility.forms import FloatArray
+    from gaitgraph.invertibility.matrices import BoolArray, IntArray
     from gaitgraph.surface.region import Discs
 
 FEWEST_PIECES = 8

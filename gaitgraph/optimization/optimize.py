@@ -29,11 +29,8 @@ from gaitgraph.angles import (
 from gaitgraph.arrays import freeze_arrays, read_only
 from gaitgraph.errors import Infeasible, InputError, checked_choice, shown
 from gaitgraph.graph.build import checked_waypoints
-from gaitgraph.invertibility.matrices import (
-    DEFAULT_FLOOR,
-    coefficients_of,
-    largest_least_singular_value,
-)
+from gaitgraph.invertibility.coefficients import coefficients_of
+from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, largest_least_singular_value
 from gaitgraph.optimization import least_effort
 from gaitgraph.planning.request import merged_repeats
 from gaitgraph.planning.shortest_paths import ShortestPaths, shortest_loop
@@ -65,11 +62,8 @@ if TYPE_CHECKING:
 
     from gaitgraph.gait.gait import Gait
     from gaitgraph.gait.table import Table
-    from gaitgraph.invertibility.matrices import (
-        Coefficients,
-        CoefficientsLike,
-        FloatArray,
-    )
+    from gaitgraph.invertibility.coefficients import Coefficients, CoefficientsLike
+    from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.optimization.least_effort import LeastEffort, SmoothLoop
     from gaitgraph.surface.region import Points, Region
 

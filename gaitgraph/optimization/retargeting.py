@@ -35,11 +35,8 @@ from gaitgraph.gait.table import (
     tilt_angles,
     warn_of_ends,
 )
-from gaitgraph.invertibility.matrices import (
-    DEFAULT_FLOOR,
-    coefficients_of,
-    level_determinant,
-)
+from gaitgraph.invertibility.coefficients import coefficients_of
+from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, level_determinant
 from gaitgraph.io.formats import gait_of, given_gait, naming_file
 from gaitgraph.planning.shortest_paths import ShortestPaths
 from gaitgraph.surface.admissible import admissible_region, why_empty
@@ -53,7 +50,9 @@ if TYPE_CHECKING:
 
     from shapely import Polygon
 
-    from gaitgraph.invertibility.matrices import CoefficientsLike, FloatArray, IntArray
+    from gaitgraph.invertibility.coefficients import CoefficientsLike
+    from gaitgraph.invertibility.forms import FloatArray
+    from gaitgraph.invertibility.matrices import IntArray
     from gaitgraph.io.formats import GaitLike
     from gaitgraph.surface.region import Points
     from gaitgraph.validation.report import Report

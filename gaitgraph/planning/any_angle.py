@@ -50,7 +50,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from gaitgraph.gait.gait import Gait
-    from gaitgraph.invertibility.matrices import CoefficientsLike
+    from gaitgraph.invertibility.coefficients import CoefficientsLike
     from gaitgraph.planning.request import PlanRequest, Point, Use
     from gaitgraph.planning.shortest_paths import ShortestPaths
     from gaitgraph.surface.region import Points, Region

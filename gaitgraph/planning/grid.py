@@ -10,7 +10,7 @@ import numpy as np
 from gaitgraph.graph.build import gait_along, nodes_above, surface_graph
 from gaitgraph.graph.cycle_list import Cycles, cycles
 from gaitgraph.graph.walks import Blocked, allowed_edges, best_order, closed_walk
-from gaitgraph.invertibility.matrices import coefficients_of
+from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.planning.any_angle import first_outside, prepared_region
 from gaitgraph.planning.refusal import FoundPath
 from gaitgraph.surface.sheets import RELATION, SIGNS, Sign

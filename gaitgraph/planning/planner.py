@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     import networkx as nx
 
     from gaitgraph.gait.gait import Gait
-    from gaitgraph.invertibility.matrices import CoefficientsLike
+    from gaitgraph.invertibility.coefficients import CoefficientsLike
     from gaitgraph.planning.request import Method, Objective, Point, Use
     from gaitgraph.surface.region import Points
     from gaitgraph.surface.sheets import ColorChoice, Sign, SignChoice

@@ -8,12 +8,8 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
-from gaitgraph.invertibility.matrices import (
-    Coefficients,
-    coefficients_of,
-    level_determinant,
-    noise_of,
-)
+from gaitgraph.invertibility.coefficients import Coefficients, coefficients_of
+from gaitgraph.invertibility.matrices import level_determinant, noise_of
 from gaitgraph.surface.sheets import (
     COLORS,
     RAISED,
@@ -124,14 +120,17 @@ class Branch:
         """Return the obstacle at a waypoint, one of :meth:`rootless` if neither a reason nor R is given."""
         if self._is_singular:
             message = "with exact coefficients R = 0 on the whole blue sheet, so the matrix is singular there; use red"
-            if height := self.request.vehicle.rotor_height:
-                message = f"no gait surface {RAISED} {height:g} m"
+            is_raised = self.request.vehicle.has_raised_rotors
+            if is_raised:
+                message = (
+                    f"no gait surface {RAISED} {self.request.vehicle.heights_in_words}"
+                )
             return Obstacle(
                 color=self.color,
                 sign=self.sign,
                 kind="color",
                 message=f"blue: {message}",
-                R=None if height else 0.0,
+                R=None if is_raised else 0.0,
             )
         if why is None:
             values, of_color = (part[k] for part in self._roots)

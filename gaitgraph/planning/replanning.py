@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
     import numpy.typing as npt
 
-    from gaitgraph.invertibility.matrices import FloatArray
+    from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.planning.request import Point
     from gaitgraph.surface.region import Points
     from gaitgraph.vehicle import Vehicle, VehicleLike

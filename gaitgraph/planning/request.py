@@ -35,12 +35,8 @@ from gaitgraph.graph.build import (
     checked_divisions,
     checked_waypoints,
 )
-from gaitgraph.invertibility.matrices import (
-    DEFAULT_FLOOR,
-    CoefficientsLike,
-    Kind,
-    coefficients_of,
-)
+from gaitgraph.invertibility.coefficients import CoefficientsLike, Kind, coefficients_of
+from gaitgraph.invertibility.matrices import DEFAULT_FLOOR
 from gaitgraph.io.formats import (
     gait_of,
     holds_request,

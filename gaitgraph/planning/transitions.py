@@ -22,12 +22,12 @@ from gaitgraph.angles import HALF_PI, checked_number, number_of
 from gaitgraph.errors import Infeasible, InputError, shown
 from gaitgraph.gait.gait import Gait, lift
 from gaitgraph.gait.table import Table, check_repeats
-from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, FloatArray
+from gaitgraph.invertibility.matrices import DEFAULT_FLOOR
 from gaitgraph.io.formats import gait_of, given_gait, naming_file, write_tables
 from gaitgraph.planning.any_angle import shortest_path
 from gaitgraph.planning.refusal import Branch
 from gaitgraph.planning.request import plan_request
-from gaitgraph.surface.sheets import FIBERS, red_label, separating_factor
+from gaitgraph.surface.sheets import FIBERS, home_in_words, red_label, separating_factor
 from gaitgraph.timing.joining import (
     JoinedPath,
     RunUp,
@@ -52,7 +52,8 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-    from gaitgraph.invertibility.matrices import CoefficientsLike
+    from gaitgraph.invertibility.coefficients import CoefficientsLike
+    from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.io.formats import GaitLike
     from gaitgraph.surface.sheets import Color, Sign
     from gaitgraph.timing.timed_gait import TimedGait
@@ -433,8 +434,7 @@ def _refusal(first: Gait, last: Gait) -> tuple[str | None, dict[str, Any] | None
         proof = {"R_start": values[0], "R_end": values[1], "statement": _STATEMENT}
         if all(report["R_sign"].decided for report in reports):
             where = f"R = {values[0]:+.4g} at the start and {values[1]:+.4g} at the end"
-            limit = 2 * first.vehicle.signed_drag_ratio
-            home = f"in the component of α = 0, tan α1 − tan α2 {'<' if limit > 0 else '>'} {limit:.4f}"
+            home = f"in the component of α = 0, {home_in_words(first.vehicle)}"
             advice = f"Plan with the same sign of R (hover has R > 0, {home}), or start the flight in the gait"
             return (
                 f"{where}, so every flight between them passes a singular matrix, at any attitude. {advice}",

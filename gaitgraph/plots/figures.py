@@ -14,7 +14,7 @@ import numpy as np
 from gaitgraph.errors import FileProblem, InputError, checked_choice, shown
 from gaitgraph.files import check_new_files
 from gaitgraph.gait.gait import Gait, paper_gait, printed_gait
-from gaitgraph.invertibility.matrices import (
+from gaitgraph.invertibility.coefficients import (
     Coefficients,
     CoefficientsLike,
     coefficients_of,

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from gaitgraph.flight.flight import Flight
-    from gaitgraph.invertibility.matrices import FloatArray
+    from gaitgraph.invertibility.forms import FloatArray
 
 # Height with the legend [mm], label, columns of the legend, and least end of the axis: rounding errors stay small.
 _PANELS: dict[str, tuple[float, str, int, float]] = {

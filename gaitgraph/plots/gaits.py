@@ -21,7 +21,7 @@ from gaitgraph.errors import InputError, shown as shown_value
 from gaitgraph.gait.gait import Gait, name_of
 from gaitgraph.gait.table import Table, surface_of, tilt_angles
 from gaitgraph.invertibility import matrices
-from gaitgraph.invertibility.matrices import FloatArray, coefficients_of
+from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.io.columns import checked_table
 from gaitgraph.io.formats import gait_of
 from gaitgraph.planning.planner import Plan
@@ -45,7 +45,8 @@ if TYPE_CHECKING:
 
     from gaitgraph.flight.basins import Basin
     from gaitgraph.flight.flight import Outcome
-    from gaitgraph.invertibility.matrices import CoefficientsLike
+    from gaitgraph.invertibility.coefficients import CoefficientsLike
+    from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.io.formats import GaitLike
     from gaitgraph.planning.any_angle import Location
 

@@ -14,14 +14,14 @@ from gaitgraph.angles import HALF_PI
 from gaitgraph.errors import checked_choice
 from gaitgraph.graph.build import DEFAULT_DIVISIONS, grid_axis
 from gaitgraph.invertibility import matrices
-from gaitgraph.invertibility.matrices import (
+from gaitgraph.invertibility.coefficients import (
     Coefficients,
     CoefficientsLike,
-    FloatArray,
     coefficients_of,
 )
 from gaitgraph.plots import axes as base
 from gaitgraph.surface import sheets
+from gaitgraph.surface.blocks import directions, roll_block, yaw_block
 from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
 
 if TYPE_CHECKING:
@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
 
+    from gaitgraph.invertibility.forms import FloatArray
+    from gaitgraph.surface.blocks import Block
     from gaitgraph.surface.sheets import Color, RootArrays, Sign
 
     Marks = tuple[FloatArray, str, str, str]  # points, color, marker, label
@@ -444,7 +446,7 @@ def regions_map(vehicle: VehicleLike = PAPER, *, ax: Axes | None = None) -> Axes
         levels=[value.min() - 1, 0.0, value.max() + 1],
         colors=[base.NEGATIVE, base.POSITIVE],
     )
-    delta = math.atan(vehicle.signed_drag_ratio)
+    line1, line2 = coefficients_of(vehicle, "exact").crossings
     low, high = -HALF_PI, HALF_PI
     hatched: dict[str, Any] = {"edgecolor": "0.6", "hatch": "///", "linewidth": 0.0}
     for color, relation in (
@@ -460,20 +462,20 @@ def regions_map(vehicle: VehicleLike = PAPER, *, ax: Axes | None = None) -> Axes
             label=f"$R{relation}0$",
         )
     for first, second in (
-        ((low, delta), (-delta, high)),
-        ((delta, high), (low, -delta)),
+        ((low, line1), (line2, high)),
+        ((line1, high), (low, line2)),
     ):
         corners = np.array(
             [[first[i], second[j]] for i, j in ((0, 0), (1, 0), (1, 1), (0, 1))]
         )
         ax.fill(*corners.T, facecolor="none", gid="hover", **hatched)
     idle: dict[str, Any] = {"color": "0.25", "linewidth": 0.8, "linestyle": (0, (4, 2))}
-    ax.axvline(delta, label="a pair of rotors idles", **idle)
-    ax.axhline(-delta, **idle)
+    ax.axvline(line1, label="a pair of rotors idles", **idle)
+    ax.axhline(line2, **idle)
     draw_zeros_of_R(ax, vehicle)
     ax.fill([], [], facecolor="white", label="hover, thrusts > 0", **hatched)
     ax.plot(0, 0, "k+", markersize=7, zorder=6, label="all upright")
-    mirror = math.copysign(1.0, delta)
+    mirror = math.copysign(1.0, line1)
     for x, y in (
         (-1.05, -0.62),
         (1.08, 0.3),
@@ -488,30 +490,32 @@ def regions_map(vehicle: VehicleLike = PAPER, *, ax: Axes | None = None) -> Axes
 
 
 def draw_zeros_of_R(ax: Axes, vehicle: Vehicle) -> None:
-    """Draw where R = 0 on the red sheet, in closed form."""
-    kappa = vehicle.signed_drag_ratio
-    delta = math.atan(kappa)
+    """Draw where R = 0 on the red sheet, in closed form: where the determinant of one of the two blocks vanishes."""
     look: dict[str, Any] = {"color": "black", "linewidth": 1.4, "zorder": 4}
-    end = np.linspace(-HALF_PI, HALF_PI, 2)
-    if (
-        squared := vehicle.height_ratio**2
-    ):  # one curve of two branches instead of the lines
-        rise = np.cos(_FINE_AXIS) + kappa * np.sin(_FINE_AXIS)
-        run = kappa * np.cos(_FINE_AXIS) + (kappa**2 - squared) * np.sin(_FINE_AXIS)
-        a2 = np.arctan2(rise * np.sign(run), np.abs(run))
-        a2[1:][np.diff(np.sign(run)) != 0] = np.nan
+    roll = roll_block(vehicle)
+    if roll.is_product:
+        line1, line2 = coefficients_of(vehicle, "exact").crossings
+        end = np.linspace(-HALF_PI, HALF_PI, 2)
+        for turn in (-HALF_PI, HALF_PI):
+            if abs(line1 + turn) <= HALF_PI:
+                across = np.full(2, line1 + turn)
+                ax.plot(across, end, **look, gid="cos(alpha1 - delta) = 0")
+            if abs(line2 + turn) <= HALF_PI:
+                across = np.full(2, line2 + turn)
+                ax.plot(end, across, **look, gid="cos(alpha2 + delta) = 0")
+    else:
+        a2 = _where_singular(roll)
         ax.plot(_FINE_AXIS, a2, **look, gid="P = 0")
-    for edge in (delta - HALF_PI, delta + HALF_PI):
-        if abs(edge) <= HALF_PI and not squared:
-            ax.plot(np.full(2, edge), end, **look, gid="cos(alpha1 - delta) = 0")
-            ax.plot(end, np.full(2, -edge), **look, gid="cos(alpha2 + delta) = 0")
-    # The same curve as tan α1 − tan α2 = 2κ, without infinite tangents.
-    a2 = np.arctan2(
-        np.sin(_FINE_AXIS) - 2 * kappa * np.cos(_FINE_AXIS), np.cos(_FINE_AXIS)
-    )
-    ax.plot(
-        _FINE_AXIS, a2, **look, gid="tan(alpha1) - tan(alpha2) = 2 kappa", label="$R=0$"
-    )
+    a2 = _where_singular(yaw_block(vehicle))
+    ax.plot(_FINE_AXIS, a2, **look, gid="D = 0", label="$R=0$")
+
+
+def _where_singular(block: Block) -> FloatArray:
+    """Return the α2 at which the determinant u1ᵀ·B·u2 vanishes, NaN where one branch ends and another begins."""
+    rise, run = block.form.T @ directions(_FINE_AXIS)
+    a2 = np.arctan2(-rise * np.sign(run), np.abs(run))
+    a2[1:][np.diff(np.sign(run)) != 0] = np.nan
+    return np.asarray(a2)
 
 
 def singular_value_map(vehicle: VehicleLike = PAPER, *, ax: Axes | None = None) -> Axes:

@@ -24,12 +24,7 @@ from gaitgraph.errors import InputError, needs_extra, shown
 from gaitgraph.files import check_new_files, write_whole
 from gaitgraph.gait.gait import name_of
 from gaitgraph.gait.table import Table, provenance_text
-from gaitgraph.invertibility.matrices import (
-    FloatArray,
-    arm_angles,
-    rotor_directions,
-    thrust_signs,
-)
+from gaitgraph.invertibility.matrices import rotor_directions, thrust_signs
 from gaitgraph.io.formats import FILMS, given_gait
 from gaitgraph.plots.axes import (
     ROTOR_COLORS,
@@ -48,6 +43,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
 
+    from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.io.formats import GaitLike
 
 # Positions of the viewer: azimuth from forward, positive to the left, and elevation [rad].
@@ -183,14 +179,14 @@ def vehicle_view(
     toward = turned.T @ np.cross(right, up)
 
     vehicle = vehicle_named(vehicle)
-    bearings = arm_angles(vehicle)
-    outward = np.stack([np.cos(bearings), np.sin(bearings), np.zeros(4)], axis=-1)
+    ends = np.array(vehicle.scaled_positions)
+    outward = ends * [1.0, 1.0, 0.0]
+    outward /= np.linalg.norm(outward, axis=1, keepdims=True)
     # Direction of each thrust at a level tilt is up, whatever the spin; shape (n, 4, 3).
     thrust = np.swapaxes(
         rotor_directions(angles, vehicle)[0] * thrust_signs(vehicle), -1, -2
     )
     length = np.broadcast_to(np.asarray(thrusts, dtype=float), (4,))
-    ends = outward + np.array([0.0, 0.0, vehicle.height_ratio])
     centre = ends + _STALK * thrust
     across = np.broadcast_to(disc * outward @ screen, (len(angles), 4, 2))
     return VehicleView(
@@ -201,10 +197,10 @@ def vehicle_view(
         thrusts=(centre + _THRUST * length[:, None] * thrust) @ screen,
         facing=(thrust @ toward > 0) ^ (length < 0),
         arms=ends @ screen,
-        hub=(ends - outward)[0] @ screen,
+        hub=np.array([0.0, 0.0, vehicle.height_ratio]) @ screen,
         nose=_NOSE * screen[0],
         # By the depth of the arms' ends, because discs do not reach each other; equal depths keep the order.
-        order=tuple(np.argsort(np.round(outward @ toward, 9), kind="stable").tolist()),
+        order=tuple(np.argsort(np.round(ends @ toward, 9), kind="stable").tolist()),
         clockwise=tuple((thrust_signs(vehicle) < 0).tolist()),
     )
 

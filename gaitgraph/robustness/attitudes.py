@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal, NamedTuple, cast
+from typing import TYPE_CHECKING, Literal, NamedTuple, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -24,14 +24,15 @@ import shapely
 from gaitgraph.angles import HALF_PI, angle_within, angles_from, checked_number
 from gaitgraph.arrays import freeze_arrays
 from gaitgraph.errors import InputError, shown
-from gaitgraph.invertibility.matrices import (
+from gaitgraph.invertibility.coefficients import (
     Coefficients,
     CoefficientsLike,
-    FloatArray,
+    coefficients_of,
+)
+from gaitgraph.invertibility.matrices import (
     IntArray,
     attitude_of,
     attitude_sensitivities,
-    coefficients_of,
     noise_of,
 )
 from gaitgraph.invertibility.tilt_margins import (
@@ -42,6 +43,9 @@ from gaitgraph.invertibility.tilt_margins import (
 )
 from gaitgraph.surface.region import polygons_of
 from gaitgraph.vehicle import PAPER, VehicleLike
+
+if TYPE_CHECKING:
+    from gaitgraph.invertibility.forms import FloatArray
 
 DIAGRAM_AREA = math.pi**2  # rad², of the roll–pitch diagram (−π/2, π/2)²
 _MOST_PIECES = 50_000

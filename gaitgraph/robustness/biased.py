@@ -13,7 +13,8 @@ import shapely
 from gaitgraph.angles import angle_within, percent, whole_number
 from gaitgraph.gait.gait import Gait, checked_factors
 from gaitgraph.gait.table import Table, closed_rows, motion_of
-from gaitgraph.invertibility.matrices import coefficients_of
+from gaitgraph.invertibility.coefficients import coefficients_of
+from gaitgraph.invertibility.matrices import singular_value_rate
 from gaitgraph.invertibility.segment_bounds import least_along, singular_value_bound
 from gaitgraph.invertibility.tilt_margins import (
     LeastMargin,
@@ -36,11 +37,8 @@ from gaitgraph.validation.rules import Segments, segments_of
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-    from gaitgraph.invertibility.matrices import (
-        Coefficients,
-        CoefficientsLike,
-        FloatArray,
-    )
+    from gaitgraph.invertibility.coefficients import Coefficients, CoefficientsLike
+    from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.io.formats import GaitLike
     from gaitgraph.validation.report import GaitPoint
     from gaitgraph.vehicle import Vehicle, VehicleLike
@@ -395,14 +393,9 @@ def _least_singular_value(
 ) -> tuple[tuple[float, float], GaitPoint, tuple[float, float]]:
     """Return the bracket of the least singular value within a tilt below the margin, where, and the attitude."""
     value = partial(least_singular_value_within_bound, tilt=tilt, vehicle=vehicle)
-    bound = singular_value_bound(vehicle, level=False)
+    bound = singular_value_bound(singular_value_rate(vehicle, level=False))
     found = least_along(
-        segments.starts,
-        segments.ends,
-        value,
-        bound,
-        tolerance=_BRACKET,
-        points=segments.alpha,
+        segments.starts, segments.ends, value, bound, tolerance=_BRACKET
     )
     lower, _, segment, fraction = found.worst()
     place = segments.place(segment, fraction)

@@ -7,6 +7,7 @@ of R (:func:`gaitgraph.surface.sheets.red_label`) vanish.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -16,7 +17,8 @@ import shapely
 from gaitgraph.angles import HALF_PI, checked_number
 from gaitgraph.errors import checked_choice
 from gaitgraph.invertibility import matrices
-from gaitgraph.invertibility.forms import level_of, rotors_of
+from gaitgraph.invertibility.coefficients import coefficients_of
+from gaitgraph.invertibility.forms import Form, level_of, rotors_of
 from gaitgraph.invertibility.segment_bounds import least_level_determinant
 from gaitgraph.surface import borders
 from gaitgraph.surface.blocks import roll_block, yaw_block
@@ -53,7 +55,7 @@ if TYPE_CHECKING:
 
     from shapely.geometry.base import BaseGeometry
 
-    from gaitgraph.invertibility.matrices import Coefficients, CoefficientsLike
+    from gaitgraph.invertibility.coefficients import Coefficients, CoefficientsLike
 
 Use = Literal["valid", "flyable"]
 
@@ -65,6 +67,7 @@ _SEPARATING = 1e-6  # a floor that keeps polygons off R = 0 beyond rounding
 # Nearer to a limit than this the checks of a gait cannot decide along segments, and count it as beyond the limit.
 _DECIDED = 1.5e-6  # singular values; see invertibility.segment_bounds
 _DECIDED_THRUST = 1.5e-4  # shares of the weight; see invertibility.segment_bounds
+_IDLE_MARGIN = 1e-6  # distance from lines where rotors idle [rad]
 _NOWHERE = np.array([shapely.Polygon(), shapely.Polygon()])
 
 
@@ -95,12 +98,12 @@ def sign_region(
         0.0 if least is None else checked_number("least", least),
     )
     if color == "red":
-        judged = matrices.coefficients_of(vehicle, "exact")
+        judged = coefficients_of(vehicle, "exact")
         pair = _red_sign(wanted, vehicle, accuracy)
         if least and _determinant_falls_below(least, wanted, pair[0], judged):
             pair = _determinant_above(least, wanted, vehicle, accuracy)
     else:
-        judged = matrices.coefficients_of(vehicle, coefficients)
+        judged = coefficients_of(vehicle, coefficients)
         if color not in judged.colors:
             return _none_on_blue(vehicle, accuracy)
         least = least or matrices.noise_of(judged)
@@ -161,10 +164,10 @@ def _none_on_blue(vehicle: Vehicle, accuracy: float) -> Region:
     """Return the empty region, with the reason why no gait on blue can be robust or flyable."""
     name = "an invertible decoupling matrix"
     reason = "on blue the decoupling matrix is singular in exact physics: use red"
-    if height := vehicle.rotor_height:
+    if vehicle.has_raised_rotors:
         name, reason = (
             "a vertical zero-moment direction",
-            f"blue is no gait surface {RAISED} {height:g} m",
+            f"blue is no gait surface {RAISED} {vehicle.heights_in_words}",
         )
     return region_of(
         _NOWHERE,
@@ -177,10 +180,10 @@ def _everywhere(reason: str, _alpha1: float, _alpha2: float) -> str:
     return reason
 
 
-def _quarters(x: float, y: float, sign: int) -> Pair:
-    """Return where (α1 − x)·(α2 − y) has a sign; `inner` keeps the margin of an open condition."""
+def _quarters(x: float, y: float, sign: int, kept: float = _OPEN_MARGIN) -> Pair:
+    """Return where (α1 − x)·(α2 − y) has a sign; `inner` keeps a margin from the lines [rad]."""
     shapes = []
-    for margin in (_OPEN_MARGIN, 0.0):
+    for margin in (kept, 0.0):
         left, right = (-HALF_PI, x - margin), (x + margin, HALF_PI)
         below, above = (-HALF_PI, y - margin), (y + margin, HALF_PI)
         if sign < 0:
@@ -271,18 +274,11 @@ def _other_determinant(
 def certain_determinant(coefficients: Coefficients) -> float:
     """Return an |R| of the exact coefficients whose sign is certain with the given ones, everywhere on the red sheet.
 
-    It covers their difference and `level_determinant_resolution`, with the length of the pair features on the red
-    sheet, at most √(3/2), and their slope, at most 1.
+    It covers their difference and the errors of the given ones.
     """
-    form = coefficients.bilinear_form
-    size = float(np.linalg.norm(form))
-    digits = 0.0
-    for errors in (coefficients.rounding, coefficients.digit_errors):
-        _, single, double, triple = errors
-        digits += 2 * single + double + 2 * triple
-    derived = coefficients.sheet_error
-    turned = 2 * math.sqrt(1.5) * size * derived + 8 * size * derived**2
-    return digits + turned + 41 * _EPSILON * float(np.abs(form).sum())
+    exact = replace(coefficients, kind="exact")
+    apart = Form(coefficients.form.table - exact.form.table).size()[2]
+    return float(apart + coefficients.largest_errors[2])
 
 
 def hover_region(vehicle: VehicleLike = PAPER) -> Region:
@@ -477,7 +473,8 @@ def admissible_region(
     use
         "valid": R has the sign. "flyable": also the least singular value is at least the floor, all hover thrusts are
         positive and within the limit, and so are the tilts. Nothing on blue is flyable. `inner` has a margin of 1.5e-6
-        to the floor and of 1.5e-4 of m·g to the limit of thrust, so that checks can decide along segments.
+        to the floor, of 1.5e-4 of m·g to the limit of thrust and of 1e-6 rad to lines where rotors idle, so that checks
+        can decide along segments.
     color, sign
         The sheet, and the sign of R, None for either; no component holds both.
     coefficients
@@ -491,12 +488,12 @@ def admissible_region(
     Examples
     --------
     >>> round(admissible_region().area, 3), round(admissible_region(use="valid").area, 3)
-    (4.748, 9.81)
+    (4.748, 9.823)
     """
     checked_choice("use", use, ("valid", "flyable"))
     _checked_signs(color, sign)
     vehicle = vehicle_named(vehicle)
-    coefficients = matrices.coefficients_of(vehicle, coefficients)
+    coefficients = coefficients_of(vehicle, coefficients)
     floor, accuracy = checked_number("floor", floor), checked_accuracy(accuracy)
     region = _admissible(vehicle, use, color, sign, coefficients, floor, accuracy)
     return (
@@ -517,9 +514,7 @@ def _admissible(
     accuracy: float,
 ) -> Region:
     signs = _checked_signs(color, sign)
-    judged = (
-        matrices.coefficients_of(vehicle, "exact") if color == "red" else coefficients
-    )
+    judged = coefficients_of(vehicle, "exact") if color == "red" else coefficients
     least = (
         certain_determinant(coefficients)
         if color == "red"
@@ -555,6 +550,8 @@ def _admissible(
             max(share - _DECIDED_THRUST, share / 2), vehicle, accuracy=accuracy
         )
         region &= region_of([kept.inner, within.outer], accuracy, *within.conditions)
+    lines = level_of(rotors_of(vehicle)).crossings
+    region &= region_of(_quarters(*lines, -1, _IDLE_MARGIN), accuracy)
     if (limits := vehicle.tilt_range) is not None:
         # Opposite arms tilt alike on red.
         ranges = np.array(limits).reshape(2, 2, 2)

@@ -16,10 +16,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gaitgraph.invertibility.coefficients import check_symmetric
 from gaitgraph.invertibility.forms import level_of, rotors_of
 
 if TYPE_CHECKING:
-    from gaitgraph.invertibility.forms import FloatArray
+    from gaitgraph.invertibility.forms import FloatArray, Level
     from gaitgraph.vehicle import Vehicle
 
 _ROUNDED = 1e-15  # what rounding leaves of products of numbers near 1
@@ -53,15 +54,21 @@ class Block:
 
 def yaw_block(vehicle: Vehicle) -> Block:
     """Return the block of yaw torque and lift, of determinant D."""
-    level = level_of(rotors_of(vehicle))
+    level = _level_of_symmetric(vehicle)
     rows = np.stack([level.moment[:2, 2], level.force[:2, 2]], axis=1)
     return Block(rows[0], rows[1])
 
 
 def roll_block(vehicle: Vehicle) -> Block:
     """Return the block of roll and pitch torque, of determinant P."""
-    moment = level_of(rotors_of(vehicle)).moment
+    moment = _level_of_symmetric(vehicle).moment
     return Block(moment[0, :2], moment[1, :2])
+
+
+def _level_of_symmetric(vehicle: Vehicle) -> Level:
+    rotors = rotors_of(vehicle)
+    check_symmetric(rotors)
+    return level_of(rotors)
 
 
 def directions(alpha: FloatArray | float) -> FloatArray:

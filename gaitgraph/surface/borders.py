@@ -37,13 +37,14 @@ import numpy as np
 import shapely
 
 from gaitgraph.angles import HALF_PI, wrapped
-from gaitgraph.invertibility.matrices import Coefficients, FloatArray
+from gaitgraph.invertibility.forms import FloatArray, Sines
 from gaitgraph.surface.blocks import directions
 
 if TYPE_CHECKING:
     from shapely import Polygon
     from shapely.geometry.base import BaseGeometry
 
+    from gaitgraph.invertibility.coefficients import Coefficients
     from gaitgraph.surface.blocks import Block
 
 Function = Callable[[FloatArray], FloatArray]
@@ -554,14 +555,16 @@ def blue_determinant_below(
     R is bilinear in cos 2β1 and cos 2β2 there, up to the sign that each wrap of α3 and of α4 by π turns. Nothing is
     wrapped here: R is that of α3 = 2δ − α1 and α4 = −2δ − α2.
     """
-    delta, form = coefficients.delta, coefficients.bilinear_form
-    # Pair features (cos·cos, sin·sin, sin of the sum) in terms of (cos 2β, 1), for both pairs of arms.
-    turn = 2 * delta
-    first = np.array(
-        [[0.5, math.cos(turn) / 2], [0.5, -math.cos(turn) / 2], [0.0, math.sin(turn)]]
+    delta = coefficients.crossings[0]
+    # R at β1 and β2 of 0 and π/2, where cos 2β is 1 and −1.
+    beta1, beta2 = np.array(
+        [[0.0, 0.0, HALF_PI, HALF_PI], [0.0, HALF_PI, 0.0, HALF_PI]]
     )
-    second = first * np.array([[1.0], [1.0], [-1.0]])
-    (both, one), (other, none) = sign * first.T @ form @ second
+    first, second = beta1 + delta, beta2 - delta
+    corners = np.column_stack([first, second, delta - beta1, -delta - beta2])
+    mixed = sign * coefficients.form.at(Sines.of(corners))[2].reshape(2, 2)
+    change = np.array([[0.5, -0.5], [0.5, 0.5]])
+    (both, one), (other, none) = change @ mixed @ change.T
 
     def border(x: FloatArray) -> FloatArray:
         turned = np.cos(2 * x)

@@ -20,23 +20,17 @@ import numpy.typing as npt
 from gaitgraph.angles import angles_from
 from gaitgraph.arrays import freeze_arrays
 from gaitgraph.errors import InputError, checked_choice
-from gaitgraph.invertibility.matrices import (
-    coefficients_of,
-    level_determinant,
-    noise_of,
-)
+from gaitgraph.invertibility.coefficients import coefficients_of
+from gaitgraph.invertibility.matrices import level_determinant, noise_of
 from gaitgraph.surface import sheets
 from gaitgraph.vehicle import PAPER, VehicleLike
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from gaitgraph.invertibility.matrices import (
-        BoolArray,
-        Coefficients,
-        CoefficientsLike,
-        FloatArray,
-    )
+    from gaitgraph.invertibility.coefficients import Coefficients, CoefficientsLike
+    from gaitgraph.invertibility.forms import FloatArray
+    from gaitgraph.invertibility.matrices import BoolArray
     from gaitgraph.surface.sheets import Sign, SignChoice
 
 MOST_LISTED = 16  # in a report, which counts all

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from shapely import MultiPolygon, Polygon
     from shapely.geometry.base import BaseGeometry
 
-    from gaitgraph.invertibility.matrices import FloatArray
+    from gaitgraph.invertibility.forms import FloatArray
 
 Pair = npt.NDArray[np.object_]  # the inner and the outer shape of a region
 
@@ -77,12 +77,12 @@ class Region(Pictured):
     >>> region.nearest((0.1, 0.2)), region.component_of((0.5, -0.5))
     ((0.1, 0.2), None)
     >>> region.why_not((0.5, -0.5))
-    'R at level attitude must be ≥ 0.0035, got -6.336'
+    'R at level attitude must be ≥ 0.0026, got -6.336'
     >>> print(region)
     Region of the (α1, α2) plane: 2.374 rad² in 2 components, borders to 1e-06 rad
       1    2.36 rad²   α1 -1.3688 to 0.1671, α2 -0.1671 to 1.3688
       2  0.0162 rad²   α1 -1.5708 to -1.4386, α2 1.4386 to 1.5708
-    R ≥ 0.0035 · least singular value ≥ 0.05 · hover thrusts > 0
+    R ≥ 0.0026 · least singular value ≥ 0.05 · hover thrusts > 0
     """
 
     inner: MultiPolygon
@@ -193,7 +193,7 @@ class Region(Pictured):
     def as_text(self, point: tuple[float, float]) -> str:
         """Return a point of `inner` with as few digits as keep it inside, at least four."""
         for digits in range(4, 18):
-            texts = [f"{angle:.{digits}f}" for angle in point]
+            texts = [f"{round(angle, digits) + 0.0:.{digits}f}" for angle in point]
             if self.contains([float(text) for text in texts])[0]:
                 return f"({texts[0]}, {texts[1]})"
         return f"({point[0]!r}, {point[1]!r})"

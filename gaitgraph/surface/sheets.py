@@ -54,10 +54,11 @@ from gaitgraph.angles import (
 )
 from gaitgraph.arrays import freeze_arrays
 from gaitgraph.errors import InputError, checked_choice, shown
+from gaitgraph.invertibility.coefficients import coefficients_of
+from gaitgraph.invertibility.forms import level_of
 from gaitgraph.invertibility.matrices import (
-    coefficients_of,
+    attitude_sensitivities,
     level_determinant,
-    sensitivities,
     tilt_angles,
 )
 from gaitgraph.surface.blocks import roll_block, yaw_block
@@ -66,11 +67,8 @@ from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from gaitgraph.invertibility.matrices import (
-        Coefficients,
-        CoefficientsLike,
-        FloatArray,
-    )
+    from gaitgraph.invertibility.coefficients import Coefficients, CoefficientsLike
+    from gaitgraph.invertibility.forms import FloatArray
 
 CodeArray = npt.NDArray[np.int8]
 Color = Literal["red", "blue"]
@@ -136,10 +134,10 @@ def sheet_angles(
     """
     first, second = angles_from(alpha1, "alpha1"), angles_from(alpha2, "alpha2")
     checked_choice("color", color, COLORS)
+    crossing1, crossing2 = coefficients_of(vehicle, coefficients).crossings
     if color == "red":
         return wrapped(first), wrapped(second)
-    turn = 2 * coefficients_of(vehicle, coefficients).delta
-    return wrapped(turn - first), wrapped(-turn - second)
+    return wrapped(2 * crossing1 - first), wrapped(2 * crossing2 - second)
 
 
 def types_of(
@@ -160,7 +158,7 @@ def types_of(
         )
         + _ROUND_OFF
     )
-    lines = ((alpha1, coefficients.delta), (alpha2, -coefficients.delta))
+    lines = zip((alpha1, alpha2), coefficients.crossings, strict=True)
     third, fourth = (
         distance_to_multiple(angles_from(x) - line, HALF_PI) for x, line in lines
     )
@@ -285,17 +283,27 @@ def roots(
     """
     coefficients = coefficients_of(vehicle, coefficients)
     a1, a2 = angle_from_text(alpha1, "alpha1"), angle_from_text(alpha2, "alpha2")
+    checked_plane_angles(a1, a2)
+    if coefficients.rotors.asymmetry is not None:
+        invertible, singular = (
+            root(a1, a2, coefficients) for root in (_invertible_root, _singular_root)
+        )
+        curved = RootSet(
+            [
+                _root_of(invertible, coefficients, "red"),
+                _root_of(singular, coefficients, "none"),
+            ]
+        )
+        curved.fibers = ()
+        return curved
+    line1, line2 = coefficients.crossings
     found = root_arrays(
         a1, a2, coefficients=coefficients, crossing_tolerance=crossing_tolerance
     )
     alpha = found.alpha[: found.count]
+    v = attitude_sensitivities(alpha, coefficients)
     # A residual of −0.0 is printed as 0.0.
-    values = (
-        np.column_stack(
-            [alpha[:, 2:], found.R[: found.count], *sensitivities(alpha, coefficients)]
-        )
-        + 0.0
-    )
+    values = np.column_stack([alpha[:, 2:], v[:, 2], v[:, 1], -v[:, 0]]) + 0.0
     labels = [text_from_types(*pair) for pair in found.types.tolist()]
     colors = [COLORS[0] if code > 0 else COLORS[1] for code in found.sheet.tolist()]
     answer = RootSet(
@@ -324,46 +332,71 @@ def roots(
             types=types,
         )
         for name, fixed, free, angle, beta, types in (
-            ("first", "alpha3", "alpha4", a1, a1 - coefficients.delta, FIBER_TYPES[0]),
-            ("second", "alpha4", "alpha3", a2, a2 + coefficients.delta, FIBER_TYPES[1]),
+            ("first", "alpha3", "alpha4", a1, a1 - line1, FIBER_TYPES[0]),
+            ("second", "alpha4", "alpha3", a2, a2 - line2, FIBER_TYPES[1]),
         )
         if distance_to_multiple(beta, HALF_PI) <= _EXACT
     )
-    if coefficients.cross and not fibers:
-        answer = RootSet([*answer, _root_beside_red(a1, a2, coefficients)])
+    if coefficients.is_raised and not fibers:
+        singular = _singular_root(a1, a2, coefficients)
+        answer = RootSet([*answer, _root_of(singular, coefficients, "none")])
     answer.fibers = fibers
     return answer
 
 
-def _root_beside_red(alpha1: float, alpha2: float, coefficients: Coefficients) -> Root:
-    """Return the second root of rotors above or below the centre of mass.
-
-    Moments of rotors 1 and 2 span a plane with the normal n. The moment of rotor 3, a3·cos α3 + b3·sin α3, lies in it
-    where n·a3 cos α3 = −n·b3 sin α3, and so for rotor 4. All moments lie in one plane then, no thrusts without a moment
-    are left, and Rφ = Rθ = R = 0. Lengths are in units of the arm, moments of its product with the thrust.
-    """
-    kappa = math.tan(coefficients.delta)
-    height = coefficients.cross * kappa
-    cosine1, sine1 = math.cos(alpha1), math.sin(alpha1)
-    cosine2, sine2 = math.cos(alpha2), math.sin(alpha2)
-    moment1 = [-height * sine1, cosine1 + kappa * sine1, sine1 - kappa * cosine1]
-    moment2 = [cosine2 - kappa * sine2, height * sine2, -sine2 - kappa * cosine2]
-    x, y, z = np.cross(moment1, moment2).tolist()
-    alpha3 = math.atan2(y + kappa * z, height * x - kappa * y + z)
-    alpha4 = math.atan2(x + kappa * z, kappa * x - height * y - z)
-    alpha = np.array([alpha1, alpha2, wrapped(alpha3), wrapped(alpha4)])
-    roll, pitch = sensitivities(alpha, coefficients)
+def _root_of(
+    alpha: FloatArray, coefficients: Coefficients, color: Color | Literal["none"]
+) -> Root:
+    """Return a root that is on no plane, at tilt angles of shape (4,)."""
+    v = (attitude_sensitivities(alpha, coefficients) + 0.0).tolist()
+    a1, a2, a3, a4 = alpha.tolist()
     return Root(
-        alpha1=alpha1,
-        alpha2=alpha2,
-        alpha3=float(alpha[2]),
-        alpha4=float(alpha[3]),
+        alpha1=a1,
+        alpha2=a2,
+        alpha3=a3,
+        alpha4=a4,
         types="none",
-        color="none",
-        R=float(level_determinant(alpha, coefficients)),
-        R_phi=float(roll),
-        R_theta=float(pitch),
+        color=color,
+        R=v[2],
+        R_phi=v[1],
+        R_theta=0.0 - v[0],
     )
+
+
+def _singular_root(
+    alpha1: float, alpha2: float, coefficients: Coefficients
+) -> FloatArray:
+    """Return the root at which all four moments lie in one plane and R = 0, blue without rotor heights, shape (4,).
+
+    The moments of rotors 1 and 2 span a plane with the normal n, and those of rotors 3 and 4 lie in it where
+    n·T₃u₃ = n·T₄u₄ = 0 (docs/theory.md, Theorem 4).
+    """
+    moment = level_of(coefficients.rotors).moment
+    u = np.array([[math.cos(a), math.sin(a)] for a in (alpha1, alpha2)])
+    normal = np.cross(moment[0] @ u[0], moment[1] @ u[1])
+    angles = [math.atan2(-part[0], part[1]) for part in normal @ moment[2:]]
+    return np.array([alpha1, alpha2, *wrapped(np.array(angles))])
+
+
+def _invertible_root(
+    alpha1: float, alpha2: float, coefficients: Coefficients
+) -> FloatArray:
+    """Return the other root, on the one sheet on which a vehicle can fly, in closed form, shape (4,).
+
+    Rφ and Rθ are u₃ᵀAu₄ and u₃ᵀBu₄, and det(Au, Bu) = uᵀSu vanishes for u₄ of both roots (docs/theory.md, Theorem 4).
+    """
+    table = level_of(coefficients.rotors).direction.table
+    u1, u2 = ([math.cos(a), math.sin(a)] for a in (alpha1, alpha2))
+    A, B = np.moveaxis(np.einsum("abcdq,a,b->cdq", table[..., :2], u1, u2), -1, 0)
+    turn = np.array([[0.0, -1.0], [1.0, 0.0]])
+    S = -(A.T @ turn @ B + B.T @ turn.T @ A) / 2
+    singular = _singular_root(alpha1, alpha2, coefficients)[3]
+    across = turn @ [math.cos(singular), math.sin(singular)]
+    u4 = turn @ (2 * S @ across - (across @ S @ across) * across)
+    along = max(A @ u4, B @ u4, key=np.linalg.norm)
+    u3 = turn @ along
+    angles = np.arctan2([u3[1], u4[1]], [u3[0], u4[0]])
+    return np.array([alpha1, alpha2, *wrapped(angles)])
 
 
 def root_arrays(
@@ -434,22 +467,22 @@ def family_of(code: int) -> str:
     return FAMILIES[FAMILY_COLUMN[int(code)]]
 
 
-def _family_forms(alpha: FloatArray, delta: float) -> FloatArray:
+def _family_forms(alpha: FloatArray, crossings: tuple[float, float]) -> FloatArray:
     """Return the two linear forms of each family that are multiples of π on it, shape (4, 2, ...).
 
     They are α3 ∓ α1 and α4 ∓ α2 on the sheets, the two fixed angles on a fibre.
     """
     first, opposite = alpha.T[:2], alpha.T[2:]
-    turn = delta * np.array([-1.0, 1.0]).reshape(2, *[1] * (alpha.ndim - 1))
-    fixed = np.array([first + turn, opposite + turn])
+    line = np.array(crossings).reshape(2, *[1] * (alpha.ndim - 1))
+    fixed = np.array([first - line, opposite - line])
     return np.concatenate(
-        [[opposite - first, first + opposite + 2 * turn], fixed.swapaxes(0, 1)]
+        [[opposite - first, first + opposite - 2 * line], fixed.swapaxes(0, 1)]
     )
 
 
 def sheet_forms(alpha: FloatArray, coefficients: Coefficients) -> FloatArray:
     """Return how far α3 and α4 of points, shape (n, 4) [rad], are above red and blue, mod π, shape (2, 2, n)."""
-    return _family_forms(alpha, coefficients.delta)[: len(COLORS)]
+    return _family_forms(alpha, coefficients.crossings)[: len(COLORS)]
 
 
 def family_distances(
@@ -463,8 +496,8 @@ def family_distances(
     For a sheet the larger difference of α3 and α4 counts, for a fibre that of its two fixed angles. The copies of the
     fibres at β = π/2 (mod π), where R = 0, do not count as fibres. The coefficients are by default the vehicle's.
     """
-    delta = coefficients_of(vehicle, coefficients).delta
-    forms = _family_forms(tilt_angles(alpha), delta)
+    crossings = coefficients_of(vehicle, coefficients).crossings
+    forms = _family_forms(tilt_angles(alpha), crossings)
     return np.asarray(distance_to_multiple(forms, math.pi).max(axis=1).T)
 
 
@@ -555,8 +588,8 @@ def family_jumps(
 
     def left(at: FloatArray, to: FloatArray, of: CodeArray) -> FloatArray:
         forms, step, off = (
-            _family_forms(at, coefficients.delta),
-            _family_forms(to - at, 0.0),
+            _family_forms(at, coefficients.crossings),
+            _family_forms(to - at, (0.0, 0.0)),
             np.full(len(at), np.inf),
         )
         for code in (1, -1, FIRST, SECOND):
@@ -642,6 +675,14 @@ def separating_factor(
         name for name, x, y in zip(_red_curves(vehicle), a, b, strict=True) if x != y
     )
     return " and ".join(names) or None
+
+
+def home_in_words(vehicle: Vehicle) -> str:
+    """Return on which side of D = 0 the component of α = 0 of the red sheet is, as a condition."""
+    yaw, _ = _red_forms(vehicle)
+    ratio, offset = -yaw[0, 1] / yaw[1, 0], -yaw[0, 0] / yaw[1, 0]
+    factor = "" if math.isclose(ratio, 1.0) else f"{ratio:.4g} "
+    return f"tan α1 − {factor}tan α2 {'<' if offset > 0 else '>'} {offset:.4f}"
 
 
 def _red_curves(vehicle: Vehicle) -> tuple[str, str, str]:

@@ -41,7 +41,8 @@ from gaitgraph.validation.validating import check_gait
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from gaitgraph.invertibility.matrices import Coefficients, FloatArray
+    from gaitgraph.invertibility.coefficients import Coefficients
+    from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.io.formats import GaitLike
     from gaitgraph.validation.report import CheckOptions, Report
     from gaitgraph.vehicle import Vehicle

@@ -43,7 +43,7 @@ from gaitgraph.vehicle import PAPER, vehicle_named
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-    from gaitgraph.invertibility.matrices import CoefficientsLike
+    from gaitgraph.invertibility.coefficients import CoefficientsLike
     from gaitgraph.io.formats import GaitLike
     from gaitgraph.io.servo_map import ServoMapLike
     from gaitgraph.timing.laws import LawName

@@ -47,7 +47,8 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from gaitgraph.gait.gait import Gait
-    from gaitgraph.invertibility.matrices import CoefficientsLike, FloatArray
+    from gaitgraph.invertibility.coefficients import CoefficientsLike
+    from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.io.formats import GaitLike
     from gaitgraph.validation.report import Check, CheckOptions, Report
     from gaitgraph.vehicle import Each, Vehicle, VehicleLike

@@ -42,7 +42,7 @@ from gaitgraph.errors import InputError, shown
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from gaitgraph.invertibility.matrices import FloatArray
+    from gaitgraph.invertibility.forms import FloatArray
 
 _NEAREST = 1e-12  # share of the period below which a knot and a break coincide
 _APART = 1e-9  # the same of two knots

@@ -24,7 +24,7 @@ from gaitgraph.timing.laws import divided
 from gaitgraph.timing.timed_gait import TimedGait, timed_gait_of
 
 if TYPE_CHECKING:
-    from gaitgraph.invertibility.matrices import FloatArray
+    from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.io.formats import GaitLike
 
 _STEP = 1.0 / 64.0  # longest interval, as a share of the quickest servo's time constant

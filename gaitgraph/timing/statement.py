@@ -35,7 +35,8 @@ from gaitgraph.timing.time_optimal import timed_by_law
 from gaitgraph.timing.timed_gait import MOST_SAMPLES, TimedGait, TimedPath
 
 if TYPE_CHECKING:
-    from gaitgraph.invertibility.matrices import Coefficients, FloatArray
+    from gaitgraph.invertibility.coefficients import Coefficients
+    from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.vehicle import Vehicle
 
 _MADE_FROM = ("corners", "sections")

@@ -25,7 +25,7 @@ from gaitgraph.angles import (
 from gaitgraph.arrays import freeze_arrays, read_only
 from gaitgraph.errors import Advice, InputError, shown
 from gaitgraph.gait.table import Table, motion_of
-from gaitgraph.invertibility.matrices import FloatArray
+from gaitgraph.invertibility.forms import FloatArray
 from gaitgraph.io.formats import gait_of, given_gait, naming_file
 from gaitgraph.timing.curve import Curve, LimitedGait, Rounding, nodes_along, rounded
 from gaitgraph.timing.laws import (
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from gaitgraph.gait.gait import Gait
-    from gaitgraph.invertibility.matrices import CoefficientsLike
+    from gaitgraph.invertibility.coefficients import CoefficientsLike
     from gaitgraph.io.formats import GaitLike
     from gaitgraph.timing.timed_gait import TimedGait
     from gaitgraph.vehicle import Each, Vehicle, VehicleLike

@@ -51,7 +51,8 @@ from gaitgraph.vehicle import four_of, scale_of
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from gaitgraph.invertibility.matrices import CoefficientsLike, FloatArray
+    from gaitgraph.invertibility.coefficients import CoefficientsLike
+    from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.io.formats import GaitLike
     from gaitgraph.validation.report import Check, CheckOptions, Report
     from gaitgraph.vehicle import VehicleLike

@@ -9,27 +9,36 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from gaitgraph.angles import distance_to_multiple, figure, figures_apart
+from gaitgraph.invertibility.coefficients import coefficients_of, is_red
+from gaitgraph.invertibility.forms import Form, Sines, rotors_of
 from gaitgraph.invertibility.matrices import (
-    Sines,
-    coefficients_of,
+    hover_power,
     hover_thrust_shares,
     level_determinant,
     level_determinant_resolution,
+    level_of_vehicle,
     mean_hover_powers,
 )
 from gaitgraph.invertibility.segment_bounds import (
+    HoverShares,
     Least,
-    decomposed,
+    LevelSign,
+    Quantity,
     keeps_singular_value_above,
     least_level_determinant,
     least_of_each,
-    level_quantity,
-    share_quantity,
     singular_quantity,
     thrusts_push_up,
     where_thrusts_vanish,
 )
-from gaitgraph.surface.sheets import DEFAULT_TOLERANCE, FIRST, HOVER_LABEL, red_label
+from gaitgraph.surface.blocks import yaw_block
+from gaitgraph.surface.sheets import (
+    DEFAULT_TOLERANCE,
+    FIRST,
+    HOVER_LABEL,
+    home_in_words,
+    red_label,
+)
 from gaitgraph.validation.report import (
     LIMITED,
     RATE_CHECKS,
@@ -53,8 +62,10 @@ from gaitgraph.validation.wrong_rows import LoneRows
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from gaitgraph.invertibility.matrices import BoolArray, FloatArray
+    from gaitgraph.invertibility.forms import FloatArray
+    from gaitgraph.invertibility.matrices import BoolArray
     from gaitgraph.validation.report import Check, GaitPoint
+    from gaitgraph.vehicle import Vehicle
 
 _BLOCK = 1 << 14
 _SHORT = 2e-3  # rad, of a segment whose mean power is taken as that of its ends
@@ -65,11 +76,10 @@ _STRONG = 0.5  # of m·g, the thrust of a rotor at a thrust-to-weight ratio of 2
 class _Brackets(Rule):
     """The brackets of R, of the least singular value and of the hover thrusts along the latest block, for other rules.
 
-    They are found in one search, and from sines that are computed once.
+    They are found in one search.
     """
 
     continuous: Continuous
-    sines: Sines = field(init=False)  # of the points
     value: FloatArray = field(init=False)  # R at the points
     of_one_sign: bool = False  # whether the latest block is a whole gait, and R has one sign at its points
     largest: float = (
@@ -84,9 +94,6 @@ class _Brackets(Rule):
     shares: tuple[
         Least, ...
     ] = ()  # of the least share of the weight and of minus the largest, where all are positive
-    known: list[float] = field(
-        default_factory=lambda: [math.inf] * 5
-    )  # the least of each so far
 
     def update(self, block: Segments) -> None:
         """Bracket all quantities that the rules compare with their limits."""
@@ -96,43 +103,32 @@ class _Brackets(Rule):
             block.starts,
             block.ends,
         )
-        self.sines = block.sines
-        self.value = self.sines.level_determinant(criteria.coefficients)
+        self.value = level_determinant(block.alpha, criteria.coefficients)
         low, high = float(self.value.min()), float(self.value.max())
         self.largest = max(self.largest, low, high, key=abs)
         # Of a whole gait no check states how large |R| becomes.
         whole = bool(block.number[0] == block.number[-1])
         self.of_one_sign = whole and not low < 0 < high
-        signs = (1.0 if self.largest >= 0 else -1.0,) if whole else (1.0, -1.0)
-        quantities = [
-            level_quantity(
-                criteria.coefficients, signs, tolerances=(1e-6,) * len(signs)
-            ),
-            singular_quantity(vehicle, tolerance=criteria.bracket, red=block.on_red),
+        signs: tuple[float, ...] = (1.0, -1.0)
+        if whole:
+            signs = (1.0,) if self.largest >= 0 else (-1.0,)
+        quantities: list[Quantity] = [
+            LevelSign(criteria.coefficients, signs),
+            singular_quantity(vehicle),
         ]
+        tolerances = [1e-6, criteria.bracket]
         if self.continuous.blue or self.continuous.fiber is not None:
             self.hovers = False
         if self.hovers:
             self.upward = thrusts_push_up(starts, ends, vehicle)
             self.hovers = bool(self.upward.all())
         if self.hovers:
-            quantities.append(
-                share_quantity(vehicle, tolerance=criteria.bracket, red=block.on_red)
-            )
-        known = tuple(self.known[: len(signs) + (3 if self.hovers else 1)])
-        found = least_of_each(starts, ends, quantities, points=self.sines, known=known)
-        self.level, (singular, *shares) = (
-            dict(zip(signs, found, strict=False)),
-            found[len(signs) :],
-        )
-        self.singular = (
-            singular if block.on_red else decomposed(singular, starts, ends, vehicle)
-        )
+            quantities.append(HoverShares(rotors_of(vehicle)))
+            tolerances.append(criteria.bracket)
+        found = least_of_each(starts, ends, quantities, tolerances)
+        self.level = dict(zip(signs, found, strict=False))
+        self.singular, *shares = found[len(signs) :]
         self.shares = tuple(shares)
-        for k, least in enumerate(
-            () if whole else (*self.level.values(), self.singular, *shares)
-        ):
-            self.known[k] = min(self.known[k], float(least.upper.min()))
 
     def checks(self) -> Iterator[Check]:
         """Yield no check."""
@@ -158,13 +154,13 @@ class _LevelSign(Rule):
 
     def update(self, block: Segments) -> None:
         """Bracket R and −R along the segments, as narrowly as the comparison with the resolution needs."""
-        coefficients, sines, inferred = (
+        coefficients, inferred = (
             self.criteria.coefficients,
-            self.brackets.sines,
             self.continuous.inferred_errors,
         )
-        slopes = sines.level_slopes(coefficients)
-        digits, slope = sines.level_resolution(coefficients, slopes), slopes.sum(axis=0)
+        sines = Sines.of(block.alpha)
+        slope = np.abs(coefficients.form.slopes(sines)[:, 2]).sum(axis=0)
+        digits = coefficients.errors(sines)[2]
         self.digits, self.slope = (
             max(self.digits, float(digits.max())),
             max(self.slope, float(slope.max())),
@@ -209,7 +205,8 @@ class _LevelSign(Rule):
         coefficients, known = self.criteria.coefficients, self.criteria.angle_rounding
         rounding = inferred if known is None else known
         derived = coefficients.sheet_error
-        second = 8 * coefficients.form_norm * ((rounding + derived) ** 2 - derived**2)
+        size = float(coefficients.form.size()[2])
+        second = 8 * size * ((rounding + derived) ** 2 - derived**2)
         return digits + slope * rounding + second
 
     def _resolution(self) -> float:
@@ -303,6 +300,11 @@ class _SingularValue(Rule):
         yield self.check(self.above, message, value=value, limit=floor, place=place)
 
 
+def _lift_on_red(vehicle: Vehicle) -> Form:
+    """Return the form of D = m₁f₂ − f₁m₂ with yaw torques m and lifts f of rotors 1 and 2."""
+    return Form(yaw_block(vehicle).form[:, :, None, None, None])
+
+
 @dataclass
 class _HoverThrust(Rule):
     """The thrusts that carry the weight without torque are positive and within the vehicle's limit."""
@@ -313,9 +315,7 @@ class _HoverThrust(Rule):
     brackets: _Brackets
     least: Worst = field(default_factory=Worst)
     largest: Worst = field(default_factory=Worst)
-    level: float = (
-        math.inf
-    )  # the least |R| of a curve's chords, exact coefficients, without the rotor height
+    lift: float = math.inf  # the least |D| of a curve's chords, see `shares`
     broken: tuple[float | None, GaitPoint] | None = None
 
     def update(self, block: Segments) -> None:
@@ -330,13 +330,12 @@ class _HoverThrust(Rule):
         if self.brackets.hovers:
             self.least.update(self.brackets.shares[0].worst(), block)
             self.largest.update(self.brackets.shares[1].worst(), block)
-            if criteria.beside:
-                exact = coefficients_of(vehicle.replace(rotor_height=0.0), "exact")
-                sign = 1.0 if level_determinant(block.alpha[0], exact) > 0 else -1.0
-                level = least_level_determinant(
-                    block.starts, block.ends, exact, sign=sign
-                ).lower.min()
-                self.level = min(self.level, float(level))
+            if criteria.beside and block.on_red:
+                form = _lift_on_red(vehicle)
+                found = least_of_each(
+                    block.starts, block.ends, [LevelSign(form)], [1e-6]
+                )
+                self.lift = min(self.lift, max(float(one.lower.min()) for one in found))
             return
         segment = int(np.argmin(self.brackets.upward))
         shares = hover_thrust_shares(block.alpha[segment : segment + 2], vehicle)
@@ -356,27 +355,31 @@ class _HoverThrust(Rule):
     def shares(self) -> tuple[float, float]:
         """The least and the largest share of m·g; for a curve their bounds, and 0 if a rotor may idle.
 
-        On red each factor of the zero-moment inputs depends on one coordinate, so the diagonal of the box around a
-        curve decides for all of it. There T1/(m·g) = |sin β2|/(2D) with D = |sin β2| cos α1 + |sin β1| cos α2 =
-        (κ cos³δ/2)·|R|/|cos β1 cos β2|, and D's slope is at most 2√2, all without the rotor height, which changes no
-        hover thrust there.
+        On red the yaw torque m₁ of rotors 1 and 3 depends on α1 alone, m₂ of the others on α2 alone, and so do their lifts
+        f₁ and f₂. The shares are m₂/(2D) and −m₁/(2D) in size, with D = m₁f₂ − f₁m₂. So the diagonal of the box around a
+        curve decides for all of it whether a rotor idles, and the slopes of m and D how far shares differ from those of
+        the chords.
         """
         criteria, beside = self.criteria, self.criteria.beside
-        if criteria.extremes is None:
+        box = criteria.extremes
+        if box is None:
             return self.least.upper, -self.largest.lower
-        vehicle = criteria.vehicle.replace(rotor_height=0.0)
-        if criteria.vehicle.rotor_height and not np.array_equal(
-            criteria.extremes[:, :2], criteria.extremes[:, 2:]
+        if (
+            not is_red(box.T).all()
+            or not thrusts_push_up(box[:1], box[1:], criteria.vehicle).all()
         ):
-            return 0.0, math.inf  # not bounded off red
-        kappa, box = vehicle.drag_ratio, criteria.extremes
-        level = self.level - criteria.level_slack(coefficients_of(vehicle, "exact"))
-        weight = level * kappa / (2.0 * (1.0 + kappa**2) ** 1.5)
-        steep = 2.0 * math.sqrt(2.0) * beside / weight if weight > 0 else math.inf
-        if steep >= 0.5 or not thrusts_push_up(box[:1], box[1:], vehicle).all():
             return 0.0, math.inf
-        high = (-self.largest.lower + beside / (2.0 * weight)) / (1.0 - steep)
-        return self.least.lower - beside / (2.0 * weight) - steep * high, high
+        level = level_of_vehicle(criteria.vehicle)
+        yaw = float(np.linalg.norm(level.moment[:, 2], axis=1).max())
+        moved = (
+            math.sqrt(2.0) * float(_lift_on_red(criteria.vehicle).size()[0]) * beside
+        )
+        lift = self.lift - moved
+        if not lift > 0:
+            return 0.0, math.inf
+        off = yaw * beside / (2 * lift)
+        low = self.least.lower * self.lift / (self.lift + moved) - off
+        return low, (-self.largest.lower + off) * self.lift / lift
 
     def checks(self) -> Iterator[Check]:
         refusal, value, place = "", None, None
@@ -459,7 +462,7 @@ class _HoverPower(Rule):
             block.ends - block.starts,
         )
         weights = np.linalg.norm(steps, axis=-1)
-        at_points = block.sines.hover_power(vehicle)
+        at_points = hover_power(block.alpha, vehicle)
         powers = (at_points[:-1] + at_points[1:]) / 2
         long = weights > _SHORT
         if long.any():
@@ -667,7 +670,7 @@ class _Reachability:
         if not self.positive:
             return
         alpha = block.alpha
-        value = self.brackets.sines.level_determinant(self.exact)
+        value = level_determinant(alpha, self.exact)
         if value.min() <= 0:
             self.positive = False
             return
@@ -696,8 +699,7 @@ class _Reachability:
 
     def answer(self) -> tuple[bool | None, str]:
         """Return True, False or None for undecided, and the reason."""
-        limit = 2 * self.vehicle.signed_drag_ratio
-        home = f"the component of α = 0 (tan α1 − tan α2 {'<' if limit > 0 else '>'} {limit:.4f})"
+        home = f"the component of α = 0 ({home_in_words(self.vehicle)})"
         enters = "the component of α = 0: a flight from hover can enter and leave it"
         if not self.positive:
             way = f"plan with sign positive, in {home}, or start the flight in the gait"

@@ -17,8 +17,9 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.angles import angle_within, checked_number
-from gaitgraph.invertibility.matrices import Sines, singular_value_rate
-from gaitgraph.invertibility.segment_bounds import is_red, largest_residual
+from gaitgraph.invertibility.coefficients import is_red
+from gaitgraph.invertibility.matrices import singular_value_rate
+from gaitgraph.invertibility.segment_bounds import largest_residual
 from gaitgraph.surface.sheets import (
     DEFAULT_CROSSING_TOLERANCE,
     FAMILIES,
@@ -38,7 +39,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from gaitgraph.gait.gait import Gait
-    from gaitgraph.invertibility.matrices import Coefficients, FloatArray, IntArray
+    from gaitgraph.invertibility.coefficients import Coefficients
+    from gaitgraph.invertibility.forms import FloatArray
+    from gaitgraph.invertibility.matrices import IntArray
     from gaitgraph.vehicle import Vehicle
 
 EXACT = 1e-9
@@ -84,17 +87,9 @@ class Criteria:
         return math.sqrt(2.0) * singular_value_rate(self.vehicle) * self.beside
 
     def level_slack(self, coefficients: Coefficients) -> float:
-        """Return the most that R is lower on a curve than on its chords.
-
-        R is bilinear in the features of both pairs. Their norms and their slopes are at most √2, and the four angles
-        move by 2√2·beside in sum. A rotor height adds `cross` times two sines.
-        """
-        if not self.beside:
-            return 0.0
-        rate = 2.0 * float(np.linalg.norm(coefficients.bilinear_form, 2)) + abs(
-            coefficients.cross
-        )
-        return rate * math.sqrt(8.0) * self.beside
+        """Return the most that R is lower on a curve than on its chords: the four angles move by 2√2·beside in sum."""
+        size = float(coefficients.form.size()[2])
+        return size * math.sqrt(8.0) * self.beside
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -147,14 +142,9 @@ class Segments:
         return self.alpha[1:]
 
     @cached_property
-    def sines(self) -> Sines:
-        """The sines and cosines of all points."""
-        return Sines.of(self.alpha)
-
-    @cached_property
     def on_red(self) -> bool:
         """Whether all points lie exactly on the red sheet, as those of a lifted loop do."""
-        return is_red(self.alpha)
+        return bool(is_red(self.alpha.T).all())
 
     @cached_property
     def color(self) -> int:
@@ -316,13 +306,15 @@ class OnSurface(Rule):
         bare = block.number[block.sheet == 0]
         if self.bare is None and len(bare):
             self.bare = int(bare[0])
-        tolerance, known = self.criteria.tolerance / 100, self.worst.upper
         if block.on_red:  # both products of sines vanish
             self.worst.update((0.0, 0.0, 0, 0.0), block)
             return
-        options: Any = {"tolerance": tolerance, "known": known, "points": block.sines}
+        criteria = self.criteria
         found = largest_residual(
-            block.starts, block.ends, self.criteria.coefficients, **options
+            block.starts,
+            block.ends,
+            criteria.coefficients,
+            tolerance=criteria.tolerance / 100,
         )
         self.worst.update(found.worst(), block)
 
@@ -371,12 +363,12 @@ class OnSurface(Rule):
             return self.lone.note
         coefficients = self.criteria.coefficients
         if (
-            coefficients.cross
+            coefficients.is_raised
             and place
             and family_distances(place.alpha, coefficients)[1]
             <= self.criteria.tolerance
         ):
-            height = f"rotors at a height of {self.criteria.vehicle.rotor_height:g} m"
+            height = f"rotors at a height of {self.criteria.vehicle.heights_in_words}"
             return (
                 f"use red, since on blue the zero-moment direction leans for {height}"
             )
@@ -496,7 +488,7 @@ class Continuous(Rule):
             distances[:, 0] > criteria.tolerance
         )
         self.blue |= (
-            bool((on_blue & ~fibered).any()) and not criteria.coefficients.cross
+            bool((on_blue & ~fibered).any()) and not criteria.coefficients.is_raised
         )
         # How far points are from the sheet or fibre of their color.
         column = FAMILY_COLUMN[sheet]

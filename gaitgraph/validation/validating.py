@@ -39,11 +39,7 @@ from gaitgraph.gait.table import (
     wrong_types,
 )
 from gaitgraph.invertibility.geometry import IDLE_THRUST, LEAST_DECIDED
-from gaitgraph.invertibility.matrices import (
-    DEFAULT_FLOOR,
-    FloatArray,
-    level_determinant,
-)
+from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, level_determinant
 from gaitgraph.io.formats import given_gait, naming_file, unchecked_table
 from gaitgraph.surface.loop_colorings import (
     ColoringCount,
@@ -69,8 +65,9 @@ from gaitgraph.validation.wrong_rows import LoneRows
 from gaitgraph.vehicle import four_of, scale_of
 
 if TYPE_CHECKING:
+    from gaitgraph.invertibility.coefficients import CoefficientsLike
+    from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.invertibility.geometry import Geometry
-    from gaitgraph.invertibility.matrices import CoefficientsLike
     from gaitgraph.io.formats import GaitLike
     from gaitgraph.vehicle import Each, Vehicle, VehicleLike
 

@@ -13,7 +13,9 @@ from gaitgraph.angles import wrapped
 from gaitgraph.surface.sheets import COLORS, family_distances, sheet_forms
 
 if TYPE_CHECKING:
-    from gaitgraph.invertibility.matrices import BoolArray, Coefficients, FloatArray
+    from gaitgraph.invertibility.coefficients import Coefficients
+    from gaitgraph.invertibility.forms import FloatArray
+    from gaitgraph.invertibility.matrices import BoolArray
 
 _FAR = 3.0  # times the steps nearby
 _FEWEST_ROWS = 3  # of which an offset is called constant
@@ -73,7 +75,7 @@ class Misreading:
     def __init__(self, coefficients: Coefficients, tolerance: float) -> None:
         self.coefficients, self.tolerance = coefficients, tolerance
         self.fits = np.ones((len(CONVENTIONS), len(COLORS)), dtype=bool)
-        if coefficients.cross:  # with a rotor height blue is no gait surface
+        if coefficients.is_raised:  # with a rotor height blue is no gait surface
             self.fits[:, 1] = False
         self.points = 0
         self.first = np.zeros(
@@ -143,7 +145,7 @@ class Misreading:
             color = COLORS[int(np.argmax(fits))]
             return f"all rows would lie on {color} with {convention.words}"
         constant = (self.high - self.low).max(axis=1) <= 2 * self.tolerance
-        if self.coefficients.cross:
+        if self.coefficients.is_raised:
             constant[1] = False
         motion = float((self.most - self.least)[:2].max())
         if (

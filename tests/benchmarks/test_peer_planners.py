@@ -13,7 +13,7 @@ import pytest
 import shapely
 
 import gaitgraph as gg
-from gaitgraph.invertibility.matrices import coefficients_of
+from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.planning.any_angle import PreparedRegion, region_of, straight_loop_holds
 from gaitgraph.planning.refusal import Branch
 from gaitgraph.planning.request import plan_request

@@ -17,7 +17,8 @@ from scipy.optimize import root
 import gaitgraph as gg
 from gaitgraph.gait.table import ANGLES
 from gaitgraph.graph.walks import closed_walk
-from gaitgraph.invertibility.matrices import Sines, coefficients_of, determinant
+from gaitgraph.invertibility.coefficients import coefficients_of
+from gaitgraph.invertibility.matrices import determinant
 from gaitgraph.invertibility.tilt_margins import tilt_margin
 from gaitgraph.robustness.attitudes import AcceptableAttitudes, acceptable_attitudes
 from gaitgraph.robustness.biased import robustness_of
@@ -167,16 +168,6 @@ PAIRS = {
         ),
         Side(
             legs_by_networkx, lambda length: length == pytest.approx(np.pi), rounds=100
-        ),
-    ),
-    "least singular values against a decomposition of every matrix": (
-        Side(
-            lambda: Sines.of(MATRICES).least_singular_value_bound(gg.PAPER),
-            lambda found: (found > 0).all(),
-        ),
-        Side(
-            lambda: gg.invertibility.least_singular_value(MATRICES),
-            lambda found: (found > 0).all(),
         ),
     ),
     # A thousand samples, the path between them and the error included.
