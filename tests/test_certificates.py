@@ -26,6 +26,7 @@ from gaitgraph.invertibility.matrices import (
     level_determinant,
 )
 from gaitgraph.timing.time_optimal import limits_of
+from gaitgraph.timing.timed_gait import table_of
 
 CHECKER = Path(check.__file__)
 LOOP = [(0.4, -1.2), (0.4, -0.4), (1.2, -0.4)]
@@ -372,6 +373,17 @@ def test_what_cannot_be_proved_is_refused() -> None:
         gg.certify(gg.Gait(alpha=turned, colors=("red", "red")))
     with pytest.raises(InputError, match="tilt"):
         gg.certify("gait3", tilt="90deg")
+
+
+def test_rows_that_are_played_as_cubics_and_state_no_law_are_refused() -> None:
+    table = gg.lift([(0.4, -1.2), (0.4, -0.4), (1.2, -0.4)], "red").parametrize(1.0)
+    names = ["t", *(f"alpha{k}" for k in range(1, 5))]
+    rates = [f"alpha{k}_rate" for k in range(1, 5)]
+    sampled = table_of(table)
+    rows = {name: sampled[name] for name in names}
+    assert gg.certify(rows).document["law"] is not None
+    with pytest.raises(Infeasible, match="cubics through their rates"):
+        gg.certify(rows | {name: sampled[name] for name in rates})
 
 
 def test_the_checker_as_a_program(gait3: dict[str, Any], tmp_path: Path) -> None:
