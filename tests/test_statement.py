@@ -18,7 +18,7 @@ from scipy.interpolate import CubicHermiteSpline
 
 import gaitgraph as gg
 from gaitgraph.certificates import check, verify
-from gaitgraph.errors import FileWarning
+from gaitgraph.errors import FileWarning, Infeasible
 from gaitgraph.gait.digits import Digits, digits_of
 from gaitgraph.gait.table import ACCELERATIONS, ANGLES, RATES, Table
 from gaitgraph.invertibility.matrices import hover_thrust_shares, least_singular_value
@@ -367,7 +367,9 @@ def test_rows_that_are_lifted_may_state_rates(tmp_path: Path) -> None:
     frame = {**columns, "color": "red", **zeros}
     assert gg.validate(frame).flyable
     assert gg.retarget(frame)
-    assert gg.certify(frame)
+    with pytest.raises(Infeasible, match="cubics through their rates"):
+        gg.certify(frame)
+    assert gg.certify({**columns, "color": "red"})
     wrong = gg.validate({**frame, "R": [9.0, 9.0, 9.0]})
     assert any("row 1 states R = 9" in one for one in wrong.warnings)
 

@@ -115,6 +115,11 @@ class Coefficients:
         return float(self.form.table[1, 0, 1, 1, 2])
 
     @cached_property
+    def level_form(self) -> Form:
+        """The form of R."""
+        return Form(self.form.table[..., 2:])
+
+    @cached_property
     def surface_form(self) -> Form:
         """The form of (−Rθ, Rφ) in axes of which the first is along arm 1, so that turning all arms changes nothing."""
         ahead, aside, _ = self.rotors.positions[0]

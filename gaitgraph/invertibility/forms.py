@@ -27,27 +27,34 @@ _EPSILON = float(np.finfo(float).eps)
 
 
 class Sines(NamedTuple):
-    """Tilt angles [rad], and their cosines and sines, all of shape (4, k), so that each is computed once."""
+    """Tilt angles [rad], shape (4, k), and u = (cos α, sin α) of each, shape (2, 4, k), so that each is computed once.
+
+    `first` are the products of the entries of u1 and u2, `second` those of u3 and u4, both of shape (4, k).
+    """
 
     alpha: FloatArray
-    cosine: FloatArray
-    sine: FloatArray
+    u: FloatArray
+    first: FloatArray
+    second: FloatArray
 
     @classmethod
     def of(cls, alpha: FloatArray) -> Sines:
         """Return those of points, shape (k, 4) [rad]."""
         rows = np.ascontiguousarray(alpha.T)
-        return cls(rows, np.cos(rows), np.sin(rows))
+        return cls.made(rows, np.array([np.cos(rows), np.sin(rows)]))
 
-    def __getitem__(self, part: slice) -> Sines:  # type: ignore[override]
-        """Return those of some of the points."""
-        return Sines(self.alpha[:, part], self.cosine[:, part], self.sine[:, part])
+    @classmethod
+    def made(cls, alpha: FloatArray, u: FloatArray) -> Sines:
+        """Return those of angles and their u."""
+        first = u[:, None, 0] * u[:, 1]
+        second = u[:, None, 2] * u[:, 3]
+        return cls(alpha, u, first.reshape(4, -1), second.reshape(4, -1))
 
     def turned(self, joint: int) -> Sines:
         """Return those with one angle a quarter turn further, whose forms are derivatives."""
-        cosine, sine = self.cosine.copy(), self.sine.copy()
-        cosine[joint], sine[joint] = -self.sine[joint], self.cosine[joint]
-        return Sines(self.alpha, cosine, sine)
+        u = self.u.copy()
+        u[0, joint], u[1, joint] = -self.u[1, joint], self.u[0, joint]
+        return Sines.made(self.alpha, u)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,8 +74,8 @@ class Form:
         """Return the values at points, shape (q, k)."""
         n1, n2, n3, n4, count = self.table.shape
         matrix = np.moveaxis(self.table, -1, 0).reshape(count * n1 * n2, n3 * n4)
-        first = _products(sines, (0, 1), (n1, n2))
-        second = _products(sines, (2, 3), (n3, n4))
+        first = sines.first if n1 == n2 == 2 else _products(sines, (0, 1), (n1, n2))
+        second = sines.second if n3 == n4 == 2 else _products(sines, (2, 3), (n3, n4))
         inner = (matrix @ second).reshape(count, n1 * n2, -1)
         return np.asarray((inner * first).sum(axis=1))
 
@@ -134,16 +141,11 @@ class Bends:
 def _products(
     sines: Sines, joints: tuple[int, int], counts: tuple[int, int]
 ) -> FloatArray:
-    """Return the products of the entries of u of two joints, of those on which a form depends, shape (n·n′, k)."""
-    parts = []
+    """Return the entries of u of two joints of which a form depends on one at most, shape (n·n′, k)."""
     for joint, count in zip(joints, counts, strict=True):
         if count == 2:
-            parts.append([sines.cosine[joint], sines.sine[joint]])
-    if not parts:
-        return np.ones((1, sines.alpha.shape[1]))
-    if len(parts) == 1:
-        return np.array(parts[0])
-    return np.array([one * other for one in parts[0] for other in parts[1]])
+            return sines.u[:, joint]
+    return np.ones((1, sines.alpha.shape[1]))
 
 
 @dataclass(frozen=True, slots=True)
@@ -232,23 +234,44 @@ class Level:
                 direction[corner] += scaled * self.force[rotor, :, corner[rotor]]
         return inputs, direction
 
+    @cached_property
+    def _input_matrices(self) -> tuple[FloatArray, FloatArray]:
+        """The tables of the first two inputs, of (u2, u1) and the products of u3 and u4, and of the last two."""
+        tables = [
+            form.table[..., 0].squeeze(rotor) for rotor, form in enumerate(self.inputs)
+        ]
+        first = np.concatenate([table.reshape(2, 4) for table in tables[:2]])
+        second = np.concatenate([table.reshape(4, 2).T for table in tables[2:]])
+        return first, second
+
+    def inputs_at(self, sines: Sines) -> FloatArray:
+        """Return the values of the four zero-moment inputs at points, shape (4, k)."""
+        first, second = self._input_matrices
+        others = sines.u[:, [1, 0, 3, 2]].swapaxes(
+            0, 1
+        )  # of the other rotor of the pair
+        inner = np.concatenate([first @ sines.second, second @ sines.first])
+        return np.asarray((inner.reshape(4, 2, -1) * others).sum(axis=1))
+
     def forces_and_moments(self, sines: Sines) -> tuple[FloatArray, FloatArray]:
         """Return force and moment per input w of each rotor, both of shape (k, 3, 4)."""
-        u = np.array([sines.cosine, sines.sine])
-        force = np.einsum("ifj,jik->kfi", self.force, u)
-        moment = np.einsum("ifj,jik->kfi", self.moment, u)
+        force = np.einsum("ifj,jik->kfi", self.force, sines.u)
+        moment = np.einsum("ifj,jik->kfi", self.moment, sines.u)
         return force, moment
 
     def matrix(self, sines: Sines) -> FloatArray:
         """Return the scaled decoupling matrix in level flight, rows moments and vertical force, shape (k, 4, 4)."""
-        force, moment = self.forces_and_moments(sines)
-        return np.concatenate([moment, force[:, 2:]], axis=1)
+        return np.asarray(np.einsum("ifj,jik->kfi", self._columns, sines.u))
 
     @cached_property
     def rate(self) -> float:
         """The largest length of a column of the level matrix: no singular value changes faster per radian of ‖Δα‖."""
-        columns = np.concatenate([self.moment, self.force[:, 2:]], axis=1)
-        return float(np.linalg.norm(columns, 2, axis=(1, 2)).max())
+        return float(np.linalg.norm(self._columns, 2, axis=(1, 2)).max())
+
+    @cached_property
+    def _columns(self) -> FloatArray:
+        """The columns of the level matrix, moment and vertical force, shape (4, 4, 2)."""
+        return np.concatenate([self.moment, self.force[:, 2:]], axis=1)
 
     @cached_property
     def rate_at_any_attitude(self) -> float:

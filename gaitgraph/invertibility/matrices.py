@@ -125,7 +125,11 @@ def level_determinant(
     >>> float(level_determinant([0, 0, 0, 0]))
     4.0
     """
-    return attitude_sensitivities(alpha, coefficients, vehicle=vehicle)[..., 2]
+    coefficients = coefficients_of(vehicle, coefficients)
+    shape, sines = sines_of(alpha)
+    values = coefficients.level_form.at(sines)[0]
+    values[np.abs(values) <= coefficients.noise[2]] = 0.0
+    return values.reshape(shape)[()]
 
 
 def level_determinant_resolution(
@@ -285,8 +289,7 @@ def zero_moment_inputs(
     They are zero where the control moment matrix has rank two or less.
     """
     shape, sines = sines_of(alpha)
-    forms = level_of_vehicle(vehicle).inputs
-    return np.concatenate([form.at(sines) for form in forms]).T.reshape(*shape, 4)
+    return level_of_vehicle(vehicle).inputs_at(sines).T.reshape(*shape, 4)
 
 
 def zero_moment_direction(
@@ -319,8 +322,7 @@ def hover_thrust_shares(
 
 def shares_at(sines: Sines, level: Level) -> FloatArray:
     """Return :func:`hover_thrust_shares` at points, shape (4, k)."""
-    inputs = np.concatenate([form.at(sines) for form in level.inputs])
-    thrust = level.rotors.thrust_signs[:, None] * inputs
+    thrust = level.rotors.thrust_signs[:, None] * level.inputs_at(sines)
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.asarray(thrust / level.direction.at(sines)[2])
 

@@ -200,12 +200,19 @@ class _Search:
     def _states(self, points: FloatArray) -> list[FloatArray]:
         """Return the rows of each quantity at points of shape (k, j, n), each of shape (rows, k, j)."""
         flat = points.reshape(-1, points.shape[-1])
+        # Where each segment begins at the end of the one before, each point is evaluated once.
+        joined = np.array_equal(points[1:, 0], points[:-1, -1])
+        is_polyline = points.shape[1] == 2 and len(points) > 1 and joined
+        if is_polyline:
+            flat = np.concatenate([points[:, 0], points[-1:, 1]])
         states = []
         for quantity, rows in zip(self.quantities, self._rows, strict=True):
             least = self.known[rows]
             if self.each:
                 least = np.full(quantity.count, np.inf)
             state = quantity.state(flat, least)
+            if is_polyline:
+                state = np.stack([state[:, :-1], state[:, 1:]], axis=-1)
             states.append(state.reshape(len(state), *points.shape[:2]))
         return states
 
@@ -303,14 +310,20 @@ def least_along(
     return least_of_each(starts, ends, [quantity], [tolerance], **options)[0]
 
 
+@lru_cache(maxsize=64)
+def bends_of(form: Form) -> Bends:
+    """Return the bounds of the second derivatives of a form."""
+    return Bends(form)
+
+
 class LevelSign:
     """sign·R, or sign times another form, for each of some signs."""
 
     def __init__(
         self, of: Coefficients | Form, signs: Sequence[float] = (1.0, -1.0)
     ) -> None:
-        self.form = of if isinstance(of, Form) else Form(of.form.table[..., 2:])
-        self.bends = Bends(self.form)
+        self.form = of if isinstance(of, Form) else of.level_form
+        self.bends = bends_of(self.form)
         self.signs = np.array(signs)[:, None]
         self.count = len(signs)
 
@@ -346,7 +359,7 @@ class _Residual:
 
     def __init__(self, coefficients: Coefficients) -> None:
         self.form = coefficients.surface_form
-        self.bends = Bends(self.form)
+        self.bends = bends_of(self.form)
 
     def state(self, points: FloatArray, least: FloatArray) -> FloatArray:
         sizes = np.abs(self.form.at(Sines.of(points)))
@@ -494,15 +507,15 @@ class _Thrusts:
     def __init__(self, rotors: Rotors) -> None:
         level: Level = level_of(rotors)
         self.signs = rotors.thrust_signs[:, None]
-        self.inputs = level.inputs
-        self.level = Form(level.direction.table[..., 2:])
-        self.bends = Bends(*level.inputs, self.level)
+        self.level = level
+        self.form = Form(level.direction.table[..., 2:])
+        self.bends = Bends(*level.inputs, self.form)
 
     def at(self, points: FloatArray) -> FloatArray:
         """Return the four thrusts times R, and R, shape (5, k)."""
         sines = Sines.of(points)
-        inputs = np.concatenate([form.at(sines) for form in self.inputs])
-        return np.concatenate([self.signs * inputs, self.level.at(sines)])
+        thrusts = self.signs * self.level.inputs_at(sines)
+        return np.concatenate([thrusts, self.form.at(sines)])
 
 
 class HoverShares(_Thrusts):
@@ -571,11 +584,22 @@ class _UpwardThrust(_Thrusts):
         return np.asarray(np.maximum(*of_signs)[None])
 
 
+@lru_cache(maxsize=32)
+def _upward_quantity(vehicle: Vehicle) -> _UpwardThrust:
+    return _UpwardThrust(rotors_of(vehicle))
+
+
+@lru_cache(maxsize=32)
+def share_quantity(vehicle: Vehicle) -> HoverShares:
+    """Return the shares of the weight of a vehicle's rotors as a quantity."""
+    return HoverShares(rotors_of(vehicle))
+
+
 def least_upward_thrust(
     starts: FloatArray, ends: FloatArray, vehicle: Vehicle = PAPER
 ) -> Least:
     """Bracket the least hover thrust times |R|, as far as its sign needs, along each segment."""
-    quantity = _UpwardThrust(rotors_of(vehicle))
+    quantity = _upward_quantity(vehicle)
     return least_of_each(starts, ends, [quantity], [0.0], floor=_IDLE, each=True)[0]
 
 
@@ -616,7 +640,7 @@ def thrust_shares_along(
     lower, upper = np.full((2, 2, len(starts)), np.nan)
     fraction = np.zeros((2, len(starts)))
     if upward.any():
-        quantity = HoverShares(rotors_of(vehicle))
+        quantity = share_quantity(vehicle)
         found = least_of_each(
             starts[upward], ends[upward], [quantity], [tolerance], each=each
         )

@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -34,7 +33,7 @@ from gaitgraph.invertibility.coefficients import (
     CoefficientsLike,
     coefficients_of,
 )
-from gaitgraph.invertibility.forms import Bends, FloatArray, Level, Sines
+from gaitgraph.invertibility.forms import FloatArray, Level, Sines
 from gaitgraph.invertibility.matrices import (
     attitude_of,
     attitude_sensitivities,
@@ -45,7 +44,7 @@ from gaitgraph.invertibility.matrices import (
     sines_of,
     tilt_angles,
 )
-from gaitgraph.invertibility.segment_bounds import least_of_each
+from gaitgraph.invertibility.segment_bounds import bends_of, least_of_each
 from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
 
 _BLOCK = 1 << 13
@@ -158,15 +157,10 @@ def sensitivity_deviations(
     starts: FloatArray, ends: FloatArray, coefficients: Coefficients
 ) -> tuple[FloatArray, FloatArray]:
     """Return how far (−Rθ, Rφ) and R can be from the chords between their ends, along segments, both of shape (m,)."""
-    first, second, level = _bends_of(coefficients).along(ends - starts) / 8
+    first, second, level = bends_of(coefficients.form).along(ends - starts) / 8
     across = np.hypot(first, second)
     across[coefficients.holds_plane(starts.T, ends.T)] = 0.0  # Rφ = Rθ = 0
     return across, level
-
-
-@lru_cache(maxsize=32)
-def _bends_of(coefficients: Coefficients) -> Bends:
-    return Bends(coefficients.form)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

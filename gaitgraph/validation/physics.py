@@ -10,7 +10,7 @@ import numpy as np
 
 from gaitgraph.angles import distance_to_multiple, figure, figures_apart
 from gaitgraph.invertibility.coefficients import coefficients_of, is_red
-from gaitgraph.invertibility.forms import Form, Sines, rotors_of
+from gaitgraph.invertibility.forms import Form, Sines
 from gaitgraph.invertibility.matrices import (
     hover_power,
     hover_thrust_shares,
@@ -20,13 +20,13 @@ from gaitgraph.invertibility.matrices import (
     mean_hover_powers,
 )
 from gaitgraph.invertibility.segment_bounds import (
-    HoverShares,
     Least,
     LevelSign,
     Quantity,
     keeps_singular_value_above,
     least_level_determinant,
     least_of_each,
+    share_quantity,
     singular_quantity,
     thrusts_push_up,
     where_thrusts_vanish,
@@ -123,7 +123,7 @@ class _Brackets(Rule):
             self.upward = thrusts_push_up(starts, ends, vehicle)
             self.hovers = bool(self.upward.all())
         if self.hovers:
-            quantities.append(HoverShares(rotors_of(vehicle)))
+            quantities.append(share_quantity(vehicle))
             tolerances.append(criteria.bracket)
         found = least_of_each(starts, ends, quantities, tolerances)
         self.level = dict(zip(signs, found, strict=False))
