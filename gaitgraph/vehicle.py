@@ -401,12 +401,14 @@ class Vehicle(Pictured):
             pair = f"rotors {i + 1} and {k + 1}"
             if not math.isclose(drags[i], drags[k], rel_tol=_ALIKE):
                 values = four_of(self.drag_to_thrust)
-                return f"{pair} differ in drag_to_thrust, {values[i]:g} and {values[k]:g} m"
+                return (
+                    f"{pair} with a drag_to_thrust of {values[i]:g} and {values[k]:g} m"
+                )
             (x, y, z), (u, v, w) = self.scaled_positions[i], self.scaled_positions[k]
             if max(abs(x + u), abs(y + v), abs(z - w)) > _ALIKE:
                 places = self.rotor_positions or self.scaled_positions
                 here, there = (_text([*places[rotor]]) for rotor in (i, k))
-                return f"{pair} are at {here} and {there} m"
+                return f"{pair} at {here} and {there} m"
         return None
 
     @property
@@ -445,6 +447,8 @@ class Vehicle(Pictured):
     def replace(self, **changes: Any) -> Vehicle:
         """Return a vehicle with some constants changed; what was derived from them is derived again.
 
+        Constants of equal arms do not replace `rotor_positions`, unless that is set to None.
+
         >>> PAPER.replace(max_tilt_rate=6.0).carries_published_coefficients
         True
         """
@@ -453,10 +457,13 @@ class Vehicle(Pictured):
             **changes,
         }
         if new["rotor_positions"] is not None:
-            if any(name in changes for name in _OF_EQUAL_ARMS):
-                new["rotor_positions"] = changes.get("rotor_positions")
-            else:
-                new |= {name: _DEFAULTS[name] for name in _OF_EQUAL_ARMS}
+            for name in _OF_EQUAL_ARMS:
+                if name in changes:
+                    raise InputError(
+                        f"{name} must be omitted beside rotor_positions, got {shown(changes[name])}",
+                        field=name,
+                    )
+            new |= {name: _DEFAULTS[name] for name in _OF_EQUAL_ARMS}
         known = {name for name, value in new.items() if value is not None}
         # A new value replaces what it would follow from; what follows from it is derived again.
         if "drag_ratio" in changes:
@@ -600,13 +607,11 @@ def _read_positions(stated: dict[str, Any]) -> None:
             f"{beside[0]} must be omitted beside rotor_positions, got {shown(stated[beside[0]])}",
             field=beside[0],
         )
-    if hasattr(positions, "tolist"):  # an array
-        positions = positions.tolist()
-    rows = positions if isinstance(positions, (list, tuple)) else []
+    rows = _unarrayed(positions)
     places = [
-        tuple(number_of(part) for part in row)
-        for row in rows
-        if isinstance(row, (list, tuple))
+        tuple(number_of(part) for part in _unarrayed(row))
+        for row in (rows if isinstance(rows, (list, tuple)) else ())
+        if isinstance(_unarrayed(row), (list, tuple))
     ]
     is_places = len(places) == 4 and all(len(place) == 3 for place in places)
     if not is_places or not all(
@@ -621,7 +626,7 @@ def _read_positions(stated: dict[str, Any]) -> None:
     for rotor, distance in enumerate(lengths, start=1):
         if not distance > max(1e-6, 1e-3 * length):
             raise InputError(
-                f"rotor_positions must be away from body z, got {shown(positions[rotor - 1])} for rotor {rotor}",
+                f"rotor_positions must be away from body z, got {shown(places[rotor - 1])} for rotor {rotor}",
                 field="rotor_positions",
             )
     angles = [math.atan2(y, x) for x, y, _ in places]
@@ -650,9 +655,14 @@ def _read_positions(stated: dict[str, Any]) -> None:
     stated["rotor_positions"] = None if is_equal else tuple(places)
 
 
+def _unarrayed(value: Any) -> Any:
+    """Return an array of numbers as lists; anything else as it is."""
+    return value.tolist() if getattr(value, "ndim", 0) else value
+
+
 def _each(name: str, value: object, convert: Callable[[str, Any], Any]) -> Any:
     """Return one value, or four if they differ; a linkage is a list of lists itself."""
-    inner = value
+    value = inner = _unarrayed(value)
     for _ in range(2 if name == "linkage" else 0):
         inner = inner[0] if isinstance(inner, (list, tuple)) and inner else None
     if (

@@ -201,7 +201,7 @@ def test_what_is_not_symmetric_is_refused_by_the_pair_that_differs() -> None:
         lambda: gg.validate(np.full((2, 4), 0.1), vehicle=ODD),
     ]
     for make in makers:
-        with pytest.raises(InputError, match="got rotors 1 and 3 are at") as caught:
+        with pytest.raises(InputError, match="got rotors 1 and 3 at") as caught:
             make()
         assert caught.value.field == "vehicle"
 
@@ -218,6 +218,20 @@ def test_its_table_is_still_judged_by_the_command(tmp_path: Path, run: Any) -> N
     result = run("validate", table, "--vehicle", file)
     assert result.code == 0
     assert "least singular value" in result.out
+    # A gait file may state such a vehicle itself.
+    vehicle = {"drag_to_thrust": 0.016, "rotor_positions": json.loads(places)}
+    content = {"about": {"vehicle": vehicle}, "columns": {}}
+    for k, angle in enumerate((-0.2, 0.2, -0.2, 0.2), start=1):
+        content["columns"][f"alpha{k}"] = [0.0, angle]  # type: ignore[assignment]
+    own = tmp_path / "own.json"
+    own.write_text(json.dumps(content), encoding="utf-8")
+    assert run("validate", own).code == 0
+    # A limit that is not judged is no limit that holds.
+    limited = file.read_text(encoding="utf-8") + "max_thrust = 4.0\n"
+    file.write_text(limited, encoding="utf-8")
+    refused = run("validate", table, "--vehicle", file)
+    assert refused.code == 2
+    assert "max_thrust must be omitted" in refused.err
     value = Geometry.of_vehicle(ODD).least_singular_value([0, 0, 0, 0])
     assert value == pytest.approx(least_singular_value([0, 0, 0, 0], ODD))
 

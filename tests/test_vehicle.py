@@ -530,13 +530,22 @@ class TestPositions:
         vehicle = vehicle_named(written(tmp_path, text))
         assert vehicle_from_mapping(vehicle.as_mapping()) == vehicle
         assert vehicle.replace(mass=2.0).rotor_positions == vehicle.rotor_positions
-        assert vehicle.replace(arm_length=0.3).rotor_positions is None
+        for name in ("arm_length", "first_arm_angle", "rotor_height"):
+            with pytest.raises(InputError, match=f"{name} must be omitted beside"):
+                vehicle.replace(**{name: 0.3})
+        square = vehicle.replace(rotor_positions=None, arm_length=0.3)
+        assert square.rotor_positions is None
+        again = Vehicle(
+            drag_to_thrust=np.array([0.01, 0.02, 0.01, 0.02]),
+            rotor_positions=[np.array(place) for place in RECTANGLE],
+        )
+        assert again.scaled_drags == vehicle.scaled_drags
 
     @pytest.mark.parametrize(
         ("rotor", "place", "reason"),
         [
-            (1, [-0.2, 0.16, 0.0], r"rotors 2 and 4 are at \(-0\.2, 0\.16, 0\)"),
-            (2, [-0.2, -0.15, 0.1], "rotors 1 and 3 are at"),
+            (1, [-0.2, 0.16, 0.0], r"rotors 2 and 4 at \(-0\.2, 0\.16, 0\)"),
+            (2, [-0.2, -0.15, 0.1], "rotors 1 and 3 at"),
         ],
     )
     def test_the_pair_that_is_not_symmetric_is_named(
@@ -552,7 +561,7 @@ class TestPositions:
         vehicle = Vehicle(drag_to_thrust=drags, rotor_positions=RECTANGLE)
         assert (
             vehicle.asymmetry
-            == "rotors 2 and 4 differ in drag_to_thrust, 0.02 and 0.03 m"
+            == "rotors 2 and 4 with a drag_to_thrust of 0.02 and 0.03 m"
         )
 
     @pytest.mark.parametrize(

@@ -63,16 +63,15 @@ def validate_command(
     If --vehicle describes rotors of any geometry (TOML with [[rotor]], PX4 parameters, URDF or MJCF), or four that no
     half turn maps to each other, physics alone is checked, on alpha1 to alphaN, and the exit code is 1 if the table is not flyable.
     """
-    from gaitgraph.invertibility.geometry import Geometry
+    from gaitgraph.gait.table import surface_of
     from gaitgraph.io.formats import holds_request, naming_file, read_table
     from gaitgraph.validation.validating import validate, validate_geometry
     from gaitgraph.vehicle import Vehicle
 
     with Working(f"judging {gait_file}"):
         vehicle = given.get("vehicle")
-        if isinstance(vehicle, Vehicle) and vehicle.asymmetry is not None:
-            given["vehicle"] = Geometry.of_vehicle(vehicle)
-        if not isinstance(given.get("vehicle"), Vehicle | None):
+        is_asymmetric = isinstance(vehicle, Vehicle) and vehicle.asymmetry is not None
+        if is_asymmetric or not isinstance(vehicle, Vehicle | None):
             geometry, floor = (
                 given.pop("vehicle"),
                 {"floor": given.pop("floor")} if "floor" in given else {},
@@ -88,6 +87,10 @@ def validate_command(
         if once or not (gait_file in PAPER_GAITS or holds_request(gait_file)):
             table = read_table(gait_file)
             states_vehicle = "vehicle" in table.about
+            stated, _, _ = surface_of(table, given.get("vehicle"))
+            if stated.asymmetry is not None:
+                floor = {name: given[name] for name in ("floor",) if name in given}
+                return show(validate_geometry(table.alpha, stated, **floor))
             note = _note_on_certificate(gait_file, table, given)
             source = table.once() if once else table
         with naming_file(gait_file):

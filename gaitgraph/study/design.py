@@ -178,7 +178,7 @@ def _model_of(entry: Any, folder: Path, random: bool) -> Model:
             and value
             and not isinstance(value[0], list)
         )
-        one = one or name == "linkage"
+        one = one or name in ("linkage", "rotor_positions")
         if name != "name" and isinstance(value, (list, dict)) and not one:
             varied[name] = constants.pop(name)
     file = constants.pop("file", None)

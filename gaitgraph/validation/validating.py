@@ -20,7 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gaitgraph.angles import angles_from, checked_number, figure
-from gaitgraph.errors import InputError
+from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.gait import Gait
 from gaitgraph.gait.table import (
     ACCELERATIONS,
@@ -38,7 +38,7 @@ from gaitgraph.gait.table import (
     surface_of,
     wrong_types,
 )
-from gaitgraph.invertibility.geometry import IDLE_THRUST, LEAST_DECIDED
+from gaitgraph.invertibility.geometry import IDLE_THRUST, LEAST_DECIDED, Geometry
 from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, level_determinant
 from gaitgraph.io.formats import given_gait, naming_file, unchecked_table
 from gaitgraph.surface.loop_colorings import (
@@ -62,14 +62,13 @@ from gaitgraph.validation.report import (
 )
 from gaitgraph.validation.rules import Criteria, Peak, Segments, segments_of
 from gaitgraph.validation.wrong_rows import LoneRows
-from gaitgraph.vehicle import four_of, scale_of
+from gaitgraph.vehicle import Vehicle, four_of, scale_of
 
 if TYPE_CHECKING:
     from gaitgraph.invertibility.coefficients import CoefficientsLike
     from gaitgraph.invertibility.forms import FloatArray
-    from gaitgraph.invertibility.geometry import Geometry
     from gaitgraph.io.formats import GaitLike
-    from gaitgraph.vehicle import Each, Vehicle, VehicleLike
+    from gaitgraph.vehicle import Each, VehicleLike
 
 _PASSING = 2e-4  # of limits, by cubics through samples of a motion [rad, or a share]
 _BESIDE_CUBIC = 1e-6  # largest distance of a cubic between rows from its chords [rad]
@@ -707,9 +706,21 @@ class GeometryReport:
         return "\n".join([verdict, *lines_of_checks(self.checks)])
 
 
+def _check_no_limits(vehicle: Vehicle) -> None:
+    """Raise InputError if a vehicle states a limit that is not judged for rotors of any geometry."""
+    for field in ("max_thrust", *(f"max_tilt_{kind}" for kind in RATE_UNITS)):
+        stated = getattr(vehicle, field)
+        if stated is not None:
+            raise InputError(
+                f"{field} must be omitted for rotors that no half turn maps to each other, since it is not judged, got "
+                f"{shown(stated)}",
+                field=field,
+            )
+
+
 def validate_geometry(
     table: str | Path | npt.ArrayLike,
-    geometry: Geometry,
+    geometry: Geometry | Vehicle,
     *,
     floor: float = DEFAULT_FLOOR,
 ) -> GeometryReport:
@@ -720,6 +731,8 @@ def validate_geometry(
     table
         A gait file with a column alpha1 … alphaN for each rotor that tilts (or with _deg), or an (n, N) array [rad].
         The last row is joined with the first.
+    geometry
+        The rotors; of a vehicle its tilt ranges count, and other limits are refused, since they are not judged.
     floor
         Least singular value floor of the level matrix, dimensionless.
 
@@ -742,6 +755,9 @@ def validate_geometry(
     >>> report.flyable, round(report.checks[0].value, 4)
     (True, 0.3373)
     """
+    if isinstance(geometry, Vehicle):
+        _check_no_limits(geometry)
+        geometry = Geometry.of_vehicle(geometry)
     tilts = np.asarray(geometry.tilt_axis.any(axis=1))
     angles = tuple(f"alpha{k + 1}" for k in np.flatnonzero(tilts))
     if not angles:
