@@ -599,3 +599,20 @@ def test_requests_of_every_kind_are_planned_by_both(
         and loop.report.flyable <= grid.report.flyable
     ):
         assert grid.loop.length >= loop.lower_bound - 1e-8
+
+
+def test_a_robust_loop_keeps_the_waypoint_that_is_its_worst_point() -> None:
+    """The margin of the region would leave it out, with a second corner a micrometre of angle beside it."""
+    points = [(-1.0, 0.3), (-0.3, 0.6), (-1.0, 0.9)]
+    plan = gg.plan_loop(
+        points,
+        vehicle=gg.Vehicle(mass=1.2, arm_length=0.25, drag_to_thrust=0.02),
+        keep_out=[[(-1.1, 0.55), (-0.6, 0.55), (-0.6, 0.65), (-1.1, 0.65)]],
+        objective="robust",
+        accuracy=1e-3,
+    )
+    corners = plan.gait.alpha[:, :2]
+    steps = np.diff(np.vstack([corners, corners[:1]]), axis=0)
+    assert np.linalg.norm(steps, axis=1).min() > 1e-2
+    for point in points:
+        assert np.abs(corners - point).max(axis=1).min() == 0.0

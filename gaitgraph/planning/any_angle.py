@@ -58,6 +58,7 @@ if TYPE_CHECKING:
     from gaitgraph.validation.report import Report
     from gaitgraph.vehicle import VehicleLike
 
+_ROOM_OF_FLOOR = 2e-6  # more than the margin of a region to its floor
 _WIDTH = 110
 _MOST_NEAREST = 8
 _ROBUST_STEPS = (
@@ -208,6 +209,7 @@ def _most_robust_region(branch: Branch, use: Use) -> PreparedRegion:
             )
         )
     )
+    high -= _ROOM_OF_FLOOR  # so that the margin of a region does not leave out the waypoint that is the worst
     low = branch.request.floor if use == "flyable" else 0.0
 
     def joining(floor: float | None = None) -> PreparedRegion | None:
