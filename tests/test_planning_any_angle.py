@@ -601,8 +601,15 @@ def test_requests_of_every_kind_are_planned_by_both(
         assert grid.loop.length >= loop.lower_bound - 1e-8
 
 
+def least_step(plan: gg.Plan) -> float:
+    """Return the length of the shortest side of a planned loop in the (α1, α2) plane."""
+    corners = plan.gait.alpha[:, :2]
+    steps = np.diff(np.vstack([corners, corners[:1]]), axis=0)
+    return float(np.linalg.norm(steps, axis=1).min())
+
+
 def test_a_robust_loop_keeps_the_waypoint_that_is_its_worst_point() -> None:
-    """The margin of the region would leave it out, with a second corner a micrometre of angle beside it."""
+    """The margin of the region leaves it out; no second corner is made beside it."""
     points = [(-1.0, 0.3), (-0.3, 0.6), (-1.0, 0.9)]
     plan = gg.plan_loop(
         points,
@@ -611,8 +618,19 @@ def test_a_robust_loop_keeps_the_waypoint_that_is_its_worst_point() -> None:
         objective="robust",
         accuracy=1e-3,
     )
-    corners = plan.gait.alpha[:, :2]
-    steps = np.diff(np.vstack([corners, corners[:1]]), axis=0)
-    assert np.linalg.norm(steps, axis=1).min() > 1e-2
+    assert least_step(plan) > 1e-2
     for point in points:
-        assert np.abs(corners - point).max(axis=1).min() == 0.0
+        assert np.abs(plan.gait.alpha[:, :2] - point).max(axis=1).min() == 0.0
+
+
+@pytest.mark.parametrize("inside", [1e-9, 1e-7, 5e-7, 1.1e-6])
+def test_a_waypoint_beside_a_line_where_rotors_idle_is_one_corner(
+    inside: float,
+) -> None:
+    delta = gg.invertibility.coefficients_of(kind="exact").delta
+    plan = gg.plan_loop(
+        [(delta - inside, 0.5), (-0.1, 0.8), (-0.5, 0.5)],
+        keep_out=[[(-0.3, 0.6), (0.05, 0.6), (0.05, 0.7), (-0.3, 0.7)]],
+    )
+    assert plan.report.flyable
+    assert least_step(plan) > 0.1

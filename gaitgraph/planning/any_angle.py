@@ -58,7 +58,6 @@ if TYPE_CHECKING:
     from gaitgraph.validation.report import Report
     from gaitgraph.vehicle import VehicleLike
 
-_ROOM_OF_FLOOR = 2e-6  # more than the margin of a region to its floor
 _WIDTH = 110
 _MOST_NEAREST = 8
 _ROBUST_STEPS = (
@@ -209,7 +208,6 @@ def _most_robust_region(branch: Branch, use: Use) -> PreparedRegion:
             )
         )
     )
-    high -= _ROOM_OF_FLOOR  # so that the margin of a region does not leave out the waypoint that is the worst
     low = branch.request.floor if use == "flyable" else 0.0
 
     def joining(floor: float | None = None) -> PreparedRegion | None:
@@ -384,12 +382,9 @@ class PreparedRegion:
             )
         if found is None:
             return None
-        points = [
-            point
-            for point, _ in groupby(
-                [start, *((float(x), float(y)) for x, y in found), end]
-            )
-        ]
+        # An entry is within the accuracy of its waypoint: both as corners would make a step too short to be timed.
+        inner = [(float(x), float(y)) for x, y in found[1:-1]]
+        points = [point for point, _ in groupby([start, *inner, end])]
         # An end outside even that polygon is not in the region: only the straight line is certain.
         shortest = (
             math.dist(start, end) if around is None else length_of(around.tolist())
