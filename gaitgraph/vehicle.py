@@ -380,15 +380,6 @@ class Vehicle(Pictured):
         return tuple(drag / length for drag in self.drag_to_thrust)
 
     @property
-    def signed_drag_ratios(self) -> tuple[float, ...]:
-        """κ of each rotor, of its own distance from body z; negative if the spins are mirrored against the paper's."""
-        sign = 1.0 if self.first_rotor_spin == "clockwise" else -1.0
-        places = zip(self.scaled_drags, self.scaled_positions, strict=True)
-        if self.rotor_positions is None:
-            return tuple(sign * drag for drag in self.scaled_drags)
-        return tuple(sign * drag / math.hypot(x, y) for drag, (x, y, _) in places)
-
-    @property
     def has_raised_rotors(self) -> bool:
         """Whether a rotor is above or below the centre of mass."""
         return any(self.rotor_heights)

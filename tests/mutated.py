@@ -1,9 +1,10 @@
-"""Broken files: each is read, or refused in one line that names it."""
+"""Broken files, each read or refused in one line that names it, and changed documents."""
 
 from __future__ import annotations
 
+import json
 import random
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -55,3 +56,13 @@ def check_mutations(content: bytes, path: Path, *, count: int, seed: int = 1) ->
             assert "\n" not in str(error)
             assert str(path) in str(error)
     return refused
+
+
+def changed(document: dict[str, Any], *path: Any, to: Any) -> dict[str, Any]:
+    """Return a document with the value at a path of names and numbers replaced."""
+    copy = json.loads(json.dumps(document))
+    inner = copy
+    for key in path[:-1]:
+        inner = inner[key]
+    inner[path[-1]] = to
+    return dict(copy)

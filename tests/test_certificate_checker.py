@@ -20,6 +20,7 @@ from gaitgraph.certificates import check
 from gaitgraph.certificates.making import stated_vehicle
 from gaitgraph.invertibility.forms import Level, Sines, level_of, rotors_of
 from gaitgraph.vehicle import PAPER, Vehicle
+from tests.mutated import changed
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -579,15 +580,6 @@ def made_text(vehicle: Vehicle, law: int) -> str:
         "claims": claims,
     }
     return json.dumps(document, default=str)
-
-
-def changed(document: dict[str, Any], *path: Any, to: Any) -> dict[str, Any]:
-    copy = json.loads(json.dumps(document))
-    inner = copy
-    for key in path[:-1]:
-        inner = inner[key]
-    inner[path[-1]] = to
-    return dict(copy)
 
 
 @pytest.mark.parametrize(

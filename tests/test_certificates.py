@@ -27,6 +27,7 @@ from gaitgraph.invertibility.matrices import (
 )
 from gaitgraph.timing.time_optimal import limits_of
 from gaitgraph.timing.timed_gait import table_of
+from tests.mutated import changed
 
 CHECKER = Path(check.__file__)
 LOOP = [(0.4, -1.2), (0.4, -0.4), (1.2, -0.4)]
@@ -47,15 +48,6 @@ def proved(document: dict[str, Any]) -> dict[str, bool]:
         name: not place
         for name, place in check.check(json.dumps(document))["claims"].items()
     }
-
-
-def changed(document: dict[str, Any], *path: Any, to: Any) -> dict[str, Any]:
-    copy = json.loads(json.dumps(document))
-    inner = copy
-    for key in path[:-1]:
-        inner = inner[key]
-    inner[path[-1]] = to
-    return dict(copy)
 
 
 def test_the_checker_stands_alone() -> None:

@@ -21,7 +21,6 @@ from gaitgraph.invertibility.matrices import (
     roll_sensitivity,
 )
 from gaitgraph.surface.sheets import family_distances
-from gaitgraph.validation import physics
 from gaitgraph.validation.report import Check, GaitPoint, Report, limit_check
 from tests.published import GAITS
 
@@ -535,15 +534,11 @@ def test_rounding_is_inferred_unless_it_is_given() -> None:
     )
 
 
-@pytest.mark.parametrize("block", [1, 2, 1 << 14])
 @pytest.mark.parametrize(
     "colors",
     [["blue", "blue", "red", "red", "red"], ["red", "blue", "blue", "red", "red"]],
 )
-def test_one_blue_corner_fails_at_any_position(
-    monkeypatch: pytest.MonkeyPatch, block: int, colors: list[str]
-) -> None:
-    monkeypatch.setattr(physics, "_BLOCK", block)
+def test_one_blue_corner_fails_at_any_position(colors: list[str]) -> None:
     points = [(0.5, -0.7), (0.6, -0.7), (0.6, -0.8), (0.5, -0.8), (0.4, -0.8)]
     for kind in ("published", "exact"):
         report = lift(points, colors, coefficients=coefficients_of(kind=kind)).check()

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings, strategies as st
+from hypothesis import given, settings, strategies as st
 
 import gaitgraph as gg
 from gaitgraph.gait.gait import Gait, lift
@@ -22,7 +22,6 @@ from gaitgraph.invertibility.matrices import (
     pitch_sensitivity,
     roll_sensitivity,
 )
-from gaitgraph.validation import physics
 from gaitgraph.validation.validating import MOST_LISTED_ROWS, validate
 from tests.published import GAITS, PublishedGait
 from tests.samples import table_from
@@ -40,14 +39,6 @@ def value_of(report: Report, name: str) -> float:
     value = report[name].value
     assert value is not None
     return value
-
-
-def validated_in_blocks(
-    monkeypatch: pytest.MonkeyPatch, table: Table, **limits: Any
-) -> Report:
-    with monkeypatch.context() as small:
-        small.setattr(physics, "_BLOCK", 2)
-        return validate(table, **limits)
 
 
 def sampled(gait: PublishedGait, samples: int = 64, **options: Any) -> Table:
@@ -126,33 +117,6 @@ def tables(draw: st.DrawFn) -> Table:
 
 def verdicts(report: Report) -> list[Any]:
     return [(check.name, check.ok, check.decided) for check in report.checks]
-
-
-@pytest.mark.no_cover
-@settings(
-    deadline=None,
-    max_examples=30,
-    suppress_health_check=[HealthCheck.function_scoped_fixture],
-)
-@given(table=tables())
-def test_the_blocks_of_a_table_change_no_verdict(
-    monkeypatch: pytest.MonkeyPatch, table: Table
-) -> None:
-    vehicle = gg.PAPER.replace(
-        max_tilt_rate=2.0, max_tilt_acceleration=30.0, max_tilt=1.3
-    )
-    whole = validate(table, vehicle=vehicle)
-    pieces = validated_in_blocks(monkeypatch, table, vehicle=vehicle)
-    assert verdicts(whole) == verdicts(pieces)
-    for one, other in zip(whole.checks, pieces.checks, strict=True):
-        assert (one.value is None) == (other.value is None)
-        if one.value is not None:
-            assert one.value == pytest.approx(other.value, rel=1e-3, abs=2e-4)
-    assert whole.listing == pieces.listing
-    assert (whole.reachable_from_hover, whole.reachability) == (
-        pieces.reachable_from_hover,
-        pieces.reachability,
-    )
 
 
 @pytest.mark.no_cover
@@ -281,14 +245,13 @@ CONVENTIONS: list[tuple[list[int], list[float], str]] = [
     ],
 )
 def test_another_convention_that_puts_all_rows_on_a_sheet_is_named(
-    monkeypatch: pytest.MonkeyPatch,
     gait: PublishedGait,
     columns: list[int],
     factors: list[float],
     words: str,
 ) -> None:
     rows = sampled(gait).alpha[:, columns] * factors
-    report = validated_in_blocks(monkeypatch, table_from(rows))
+    report = validate(table_from(rows))
     surface = report["on_surface"]
     assert surface.message.endswith(f"all rows would lie on {gait.color} with {words}")
     broken = [check for check in report.checks if not check.ok]
@@ -340,7 +303,6 @@ def test_a_constant_offset_is_told_in_degrees() -> None:
 @pytest.mark.parametrize("closed", [True, False])
 @pytest.mark.parametrize("on_red", [True, False])
 def test_a_single_row_far_from_its_neighbours_is_named(
-    monkeypatch: pytest.MonkeyPatch,
     row: int,
     closed: bool,
     on_red: bool,
@@ -351,7 +313,7 @@ def test_a_single_row_far_from_its_neighbours_is_named(
     if closed:
         alpha, t = np.vstack([alpha, alpha[:1]]), table["t"]
     vehicle = gg.PAPER.replace(max_tilt_rate=6.0, max_tilt_acceleration=150.0)
-    report = validated_in_blocks(monkeypatch, table_from(alpha, t=t), vehicle=vehicle)
+    report = validate(table_from(alpha, t=t), vehicle=vehicle)
     broken = [check for check in report.checks if not check.ok]
     first = broken[0]
     assert first.name == ("tilt_rate" if on_red else "on_surface")

@@ -509,9 +509,6 @@ class TestPositions:
         drags = [0.01, 0.02, 0.01, 0.02]
         vehicle = Vehicle(drag_to_thrust=drags, rotor_positions=RECTANGLE)
         assert np.allclose(vehicle.scaled_drags, 4 * np.array(drags))
-        assert np.allclose(vehicle.signed_drag_ratios, 4 * np.array(drags))
-        mirrored = vehicle.replace(first_rotor_spin="counterclockwise")
-        assert np.allclose(mirrored.signed_drag_ratios, -4 * np.array(drags))
         assert math.isclose(vehicle.drag_ratio, 0.06)
         with pytest.raises(InputError, match="arm_length"):
             Vehicle(drag_to_thrust=drags, drag_ratio=0.1)

@@ -67,7 +67,6 @@ if TYPE_CHECKING:
     from gaitgraph.validation.report import Check, GaitPoint
     from gaitgraph.vehicle import Vehicle
 
-_BLOCK = 1 << 14
 _SHORT = 2e-3  # rad, of a segment whose mean power is taken as that of its ends
 _STRONG = 0.5  # of m·g, the thrust of a rotor at a thrust-to-weight ratio of 2
 
@@ -159,7 +158,7 @@ class _LevelSign(Rule):
             self.continuous.inferred_errors,
         )
         sines = Sines.of(block.alpha)
-        slope = np.abs(coefficients.form.slopes(sines)[:, 2]).sum(axis=0)
+        slope = np.abs(coefficients.level_form.slopes(sines)[:, 0]).sum(axis=0)
         digits = coefficients.errors(sines)[2]
         self.digits, self.slope = (
             max(self.digits, float(digits.max())),
@@ -574,16 +573,12 @@ class Checker:
         self.reachability = _Reachability(criteria, continuous, brackets)
 
     def update(self, segments: Segments) -> None:
-        """Examine the next segments, in blocks so that memory stays bounded."""
-        for start in range(0, len(segments.alpha) - 1, _BLOCK):
-            block = (
-                segments[start : start + _BLOCK + 1]
-                if len(segments.alpha) > _BLOCK + 1
-                else segments
-            )
-            for rule in self.rules:
-                rule.update(block)
-            self.reachability.update(block)
+        """Examine the next segments."""
+        if len(segments.alpha) < 2:
+            return
+        for rule in self.rules:
+            rule.update(segments)
+        self.reachability.update(segments)
 
     def report(self, closed: Check) -> Report:
         """Return what was found; `closed` is the check of how the gait closes."""

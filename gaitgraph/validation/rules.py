@@ -1,7 +1,7 @@
 """What rules share, and those of the paper's tables: on the surface, two-color, continuous.
 
-Each rule holds along the segments of a gait, a closed polyline, by closed form or a bound. A gait may be too long for
-memory, so rules examine blocks of consecutive segments. A smooth curve is checked by its chords: each bound is reduced
+Each rule holds along the segments of a gait, a closed polyline, by closed form or a bound. Rules examine consecutive
+segments: all rows of a table, then the one that closes it. A smooth curve is checked by its chords: each bound is reduced
 by the largest effect of the distance between them.
 """
 
@@ -234,7 +234,7 @@ class Peak:
 class Rule(ABC):
     """Base of the rules: they take blocks of segments in order, and yield their checks at the end.
 
-    Verdicts do not depend on the blocks. Rules of flyable also read the rule `continuous`, which knows the sheets of
+    Rules of flyable also read the rule `continuous`, which knows the sheets of
     the points.
     """
 
