@@ -85,6 +85,12 @@ def test_digits_are_those_that_numbers_were_printed_with() -> None:
     assert digits_of(mostly).decimals == 3
 
 
+def test_digits_beside_a_number_beyond_all_limits() -> None:
+    """Its multiple by a power of ten is no float, and it is refused as an angle later."""
+    assert digits_of(np.array([0.4, 0.71e308])).decimals == 1
+    assert digits_of(np.array([0.71e308, 0.125, -1e300])).decimals == 3
+
+
 @pytest.mark.parametrize("suffix", FORMATS)
 @pytest.mark.parametrize("law", [*LAWS, "least", "rounded", "path"])
 def test_unedited_tables_are_what_they_state(

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from gaitgraph.invertibility.forms import FloatArray
 
 _FULL = 15  # significant digits from which on a number has the precision of a float
+_WHOLE = 2.0**53  # from here on floats have no decimals
 _MOST_DECIMALS = 99
 _ENOUGH = 3  # different numbers with fewer decimals than others, which tell that significant digits were counted
 _READ = 100  # numbers that are read as decimals at once
@@ -76,6 +77,7 @@ def digits_of(values: FloatArray, unit: float = 1.0) -> Digits:
             decimals = max(decimals, -int(exponent))
             if figures >= _FULL or decimals > _MOST_DECIMALS:
                 return Digits(unit=unit)
+        left = left[np.abs(left) < _WHOLE]
         scaled = left * 10.0**decimals
         left = left[np.abs(scaled - np.rint(scaled)) > 1e-9 + 1e-15 * np.abs(scaled)]
     # Of two decimals 0.06 and 0.1 were printed, not of one figure: a few numbers may end in zeros.
