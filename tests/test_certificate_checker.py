@@ -148,25 +148,42 @@ def test_tables_are_those_of_the_forms(vehicle: Vehicle) -> None:
     level, forms = check.Level(parsed_vehicle(vehicle)), Level(rotors_of(vehicle))
     twice = 2 * vehicle.signed_drag_ratio
     assert math.isclose(middle(level.kappa), vehicle.signed_drag_ratio, rel_tol=1e-12)
+    corners = [check.hover([*corner]) for corner in product(*level.wrenches)]
+    assert max(entry.high - entry.low for one in corners for entry in one) < 10**6
+    tables = np.array([[middle(entry) for entry in one] for one in corners]).T
+    assert tables.shape == (7, 16)
     for rotor, sign in enumerate(forms.rotors.thrust_signs):
-        table = forms.inputs[rotor].table.ravel() * twice * sign
-        assert np.allclose([middle(x) for x in level.inputs[rotor]], table, atol=1e-14)
+        table = np.expand_dims(forms.inputs[rotor].table.reshape(2, 2, 2), rotor)
+        found = tables[rotor].reshape(2, 2, 2, 2)
+        assert np.allclose(found, table * twice * sign, atol=1e-14)
         signed = sign * np.concatenate([forms.moment[rotor], forms.force[rotor, 2:]])
-        square = [[middle(x) for x in column] for column in level.matrix[rotor]]
+        square = [[middle(x) for x in wrench[:4]] for wrench in level.wrenches[rotor]]
         alike = np.abs(np.array(square).T @ square - signed @ signed.T)
         if vehicle.rotor_positions is None:  # its first arm is along body x here
             alike = np.abs(
                 np.sort(np.abs(square), axis=None) - np.sort(np.abs(signed), axis=None)
             )
         assert alike.max() < 1e-14
+        products = np.array(square).T @ square
+        for (i, j), parts in level.squares.items():
+            assert abs(middle(parts[rotor]) - products[i, j]) < 1e-14
+    assert set(level.squares) == {(i, j) for i in range(4) for j in range(i, 4)}
     lift = forms.direction.table[..., 2].ravel() * twice
-    assert np.allclose([middle(x) for x in level.force[2]], lift, atol=1e-14)
+    assert np.allclose(tables[4], lift, atol=1e-14)
     across = np.linalg.norm(forms.direction.table[..., :2].reshape(16, 2), axis=1)
-    ahead, left = ([middle(x) for x in level.force[axis]] for axis in (0, 1))
-    found = np.hypot(ahead, left)
+    found = np.hypot(tables[5], tables[6])
     assert np.allclose(found, across * abs(twice), atol=1e-14)
-    entries = [*level.inputs[0], *level.inputs[3], *level.force[0], *level.force[2]]
-    assert max(entry.high - entry.low for entry in entries) < 10**6
+    sizes = np.linalg.norm(tables, axis=1)
+    sizes[:4] /= math.sqrt(2)  # each thrust is there for both values of its own angle
+    assert np.allclose(np.array(level.sizes) / ONE, sizes, rtol=1e-14)
+
+
+def test_sizes_of_tables_are_rounded_up() -> None:
+    for entry, sizes in ((3, [9] * 4 + [13] * 3), (4, [12] * 4 + [17] * 3)):
+        values = [check.Enclosure(-entry, 1)] * 7
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(check, "hover", lambda _, values=values: values)
+            assert check.Level(parsed_vehicle(PAPER)).sizes == sizes
 
 
 def test_a_vehicle_of_exact_lengths() -> None:
@@ -178,15 +195,15 @@ def test_a_vehicle_of_exact_lengths() -> None:
     }  # fmt: skip
     length = F(15, 2)
     for spin in (1, -1):
-        kappa, columns = check.columns_of(vehicle)
+        kappa, wrenches = check.wrenches_of(vehicle)
         assert abs(F(kappa.low, ONE) - spin * F(9, 2) / length) < F(20, ONE)
-        for k, pair in enumerate(columns):
+        for k, pair in enumerate(wrenches):
             x, y, z = vehicle["rotor_positions"][k]
             ex, ey = x / (5 * (1 + k % 2)), y / (5 * (1 + k % 2))
             drag = spin * (-1) ** k * vehicle["drag_to_thrust"][k]
-            upright = [y / length, -x / length, drag / length, 0, 0, 1]
+            upright = [y / length, -x / length, drag / length, 1, 0, 0]
             turned = [(z * ex + drag * ey) / length, (z * ey - drag * ex) / length]
-            turned += [(-x * ex - y * ey) / length, ey, -ex, 0]
+            turned += [(-x * ex - y * ey) / length, 0, ey, -ex]
             for found, exact in zip(pair, (upright, turned), strict=True):
                 for entry, value in zip(found, exact, strict=True):
                     assert F(entry.low, ONE) <= value <= F(entry.high, ONE)
@@ -201,9 +218,9 @@ def test_a_vehicle_of_exact_lengths() -> None:
             with pytest.raises(
                 ValueError, match="rotor_positions must be off body z, got"
             ):
-                check.columns_of(vehicle)
+                check.wrenches_of(vehicle)
         else:
-            check.columns_of(vehicle)
+            check.wrenches_of(vehicle)
 
 
 def test_polynomials_across_an_interval() -> None:
@@ -227,63 +244,73 @@ CURVES = [
 ]
 
 
+def exactly(number: check.Enclosure) -> F:
+    assert number.low == number.high
+    return F(number.low, ONE)
+
+
 def test_an_arc_knows_its_ends_rates_and_bends() -> None:
-    arc = check.Arc(CURVES, F(1, 4), F(1, 2))
+    level = check.Level(parsed_vehicle(RECTANGLE))
+    arc = check.Arc(level, CURVES, F(1, 4), F(1, 2))
     for rotor, curve in enumerate(CURVES):
-        for turns, s in zip(arc.ends, (F(1, 4), F(1, 2)), strict=True):
-            assert turns[rotor] == check.turn_by(check.value_at(curve, s))
+        for wrenches, s in zip(arc.ends, (F(1, 4), F(1, 2)), strict=True):
+            turn = check.turn_by(check.value_at(curve, s))
+            pair = zip(*level.wrenches[rotor], strict=True)
+            assert wrenches[rotor] == [check.dot(turn, both) for both in pair]
         a = check.across(curve, F(1, 4), F(1, 2)) + [F(0)] * 4
         sizes = list(map(abs, a))
-        assert arc.rates[rotor] == sizes[1] + 2 * sizes[2] + 3 * sizes[3] + 4 * sizes[4]
-        assert arc.bends[rotor] == 2 * sizes[2] + 6 * sizes[3] + 12 * sizes[4]
+        rate = sizes[1] + 2 * sizes[2] + 3 * sizes[3] + 4 * sizes[4]
+        bend = 2 * sizes[2] + 6 * sizes[3] + 12 * sizes[4]
+        for found, exact in ((arc.rates, rate), (arc.bends, bend)):
+            assert exact <= exactly(found[rotor]) < exact + F(20, ONE)
 
 
-def test_values_are_widened_by_what_a_form_leaves_its_chord_by() -> None:
+def test_bounds_of_derivatives_are_rounded_up() -> None:
+    curve = [F(9), F(-1, 3), F(2), F(-5), F(7)]
+    third = F(math.ceil(F(ONE, 3)), ONE)
+    assert exactly(check.bound(curve, 0)) == third + 9 + 2 + 5 + 7
+    assert exactly(check.bound(curve, 1)) == third + 2 * 2 + 3 * 5 + 4 * 7
+    assert exactly(check.bound(curve, 2)) == 2 * 2 + 6 * 5 + 12 * 7
+
+
+def test_hovers_are_widened_by_what_they_leave_their_chord_by() -> None:
     level = check.Level(parsed_vehicle(RECTANGLE))
     forms = Level(rotors_of(RECTANGLE))
     start, end = F(1, 4), F(1, 2)
-    arc = check.Arc(CURVES, start, end)
+    arc = check.Arc(level, CURVES, start, end)
     twice = 2 * RECTANGLE.signed_drag_ratio
     signs = forms.rotors.thrust_signs
-    share = np.linspace(0, 1, 101)
-    s = 0.25 + 0.25 * share
+    s = 0.25 + 0.25 * np.linspace(0, 1, 101)
     alpha = np.array([np.polyval([float(a) for a in one[::-1]], s) for one in CURVES]).T
-    values = [forms.direction.at(Sines.of(alpha))[2] * twice]
-    values += [
+    values = [
         forms.inputs[k].at(Sines.of(alpha))[0] * twice * signs[k] for k in range(4)
     ]
-    tables = [(level.force[2], 4), *((level.inputs[k], k) for k in range(4))]
-    for (table, own), exact in zip(tables, values, strict=True):
-        found = arc.values(table, own)
-        squares = sum((F(entry.size(), ONE) ** 2 for entry in table), F(0))
-        leaves = math.sqrt(squares) * float((sum(arc.rates) ** 2 + sum(arc.bends)) / 2)
-        for one, at in zip(found, (exact[0], exact[-1]), strict=True):
-            assert math.isclose(
-                one.low / ONE, at - leaves, rel_tol=1e-12, abs_tol=1e-13
-            )
-            assert math.isclose(
-                one.high / ONE, at + leaves, rel_tol=1e-12, abs_tol=1e-13
-            )
-        assert exact.min() >= min(one.low for one in found) / ONE
-        assert exact.max() <= max(one.high for one in found) / ONE
-    still = check.Arc(CURVES, start, start).values(level.force[2])
-    assert max(one.high - one.low for one in still) < 10**6
-    # The root is rounded up to a whole unit, and so is the whole.
-    table = [check.Enclosure(-3, 2)] + [check.NONE] * 15
-    bent = check.Arc([[F(0), F(0), F(1, 2)], [F(0)], [F(0)], [F(0)]], F(-1), F(1))
-    turns = bent.ends[0]
-    assert bent.rates[0] == bent.bends[0] == 1
-    tight = check.Arc([[F(0)]] * 4, F(0), F(1)).values(table)[0]
-    assert (turns[1], tight) == ([(ONE, ONE), (0, 0)], (-3, 2))
-    for rates, bends, leaves in (
-        (F(1), F(1), 4),
-        (F(1), F(0), 2),
-        (F(0), F(1), 2),
-        (F(2), F(1, 3), 9),
+    values += [forms.direction.at(Sines.of(alpha))[2] * twice]
+    rates = [float(exactly(one)) for one in arc.rates]
+    bends = [float(exactly(one)) for one in arc.bends]
+    for k, exact in enumerate(values):
+        leaves = level.sizes[k] / ONE * (sum(rates) ** 2 + sum(bends)) / 2
+        for hover, at in zip(arc.hovers, (exact[0], exact[-1]), strict=True):
+            low, high = hover[k].low / ONE, hover[k].high / ONE
+            assert math.isclose(low, at - leaves, rel_tol=1e-12, abs_tol=1e-13)
+            assert math.isclose(high, at + leaves, rel_tol=1e-12, abs_tol=1e-13)
+        assert exact.min() >= min(hover[k].low for hover in arc.hovers) / ONE
+        assert exact.max() <= max(hover[k].high for hover in arc.hovers) / ONE
+    still = check.Arc(level, CURVES, start, start)
+    for hover, wrenches in zip(still.hovers, still.ends, strict=True):
+        assert hover == check.hover(wrenches)
+    # What is left is rounded up to a whole unit.
+    level.sizes = [3] * 7
+    for curve, leaves in (
+        ([F(0), F(0), F(1)], 9),  # rate 2, bend 2
+        ([F(0), F(1)], 2),
+        ([F(0), F(1, 10**9)], 1),
+        ([F(0), F(2), F(0), F(1, 3)], 17),  # rate 3, bend 2
     ):
-        bent = check.Arc([[F(0)]] * 4, F(0), F(1))
-        bent.rates, bent.bends = [rates, F(0), F(0), F(0)], [bends, F(0), F(0), F(0)]
-        assert bent.values(table)[0] == (-3 - leaves, 2 + leaves)
+        bent = check.Arc(level, [curve, [F(0)], [F(0)], [F(0)]], F(-1), F(1))
+        for hover, wrenches in zip(bent.hovers, bent.ends, strict=True):
+            widened = [one.widened(leaves) for one in check.hover(wrenches)]
+            assert hover == widened, (curve, leaves)
 
 
 def at_point(vehicle: Vehicle, alpha: list[float]) -> dict[str, Any]:
@@ -299,6 +326,10 @@ def at_point(vehicle: Vehicle, alpha: list[float]) -> dict[str, Any]:
         "singular": np.linalg.svd(forms.matrix(sines)[0], compute_uv=False)[-1],
         "tilt": math.atan2(math.hypot(*force[:2]), abs(force[2])),
     }
+
+
+def piece_of(level: Any, curves: list[list[F]]) -> check.Piece:
+    return check.Piece({"alpha": curves, "duration": F(1)}, [F(0), F(1)], level)
 
 
 POINTS = [[0.4, -0.7, 0.4, -0.7], [0.3, 0.5, 0.25, 0.55], [-0.9, 1.1, -0.9, 1.1]]
@@ -329,7 +360,8 @@ def test_claims_are_decided_at_the_limit_of_what_is_true(vehicle: Vehicle) -> No
             )
         tries.append(("attitude", {"tilt": F("1.6")}, False))
         for name, claim, holds in tries:
-            found = check.proves(name, claim, level, curves, F(0), F(1))
+            piece = piece_of(level, curves)
+            found = piece.proves(name, claim, F(0), F(1))
             assert found == holds, (name, claim, truth)
     assert vehicle is not PAPER or len(seen) == 2
 
@@ -341,18 +373,26 @@ def test_the_gram_matrix_is_less_what_it_leaves_its_chord_by() -> None:
     angles = [0.4, -0.7, 0.4, -0.7]
     columns = np.concatenate([forms.moment, forms.force[:, 2:]], axis=1)
     matrix = forms.matrix(Sines.of(np.array([angles])))[0]
-    for rates, bends in (([3, 0, 1, 2], [0, 1, 0, 2]), ([0, 2, 0, 0], [5, 0, 0, 1])):
-        arc = check.Arc([[F(angle)] for angle in angles], F(0), F(1))
-        arc.rates, arc.bends = ([F(one, 50) for one in some] for some in (rates, bends))
+    for squares, cubes in (([3, 0, 1, 2], [0] * 4), ([2, 0, 0, 0], [0, 2, 0, 1])):
+        curves = []
+        for angle, square, cube in zip(angles, squares, cubes, strict=True):
+            size, third = F(square, 50), F(cube, 200)
+            # Both ends are at the angle: s² - 1 and s³ - s vanish there.
+            curves.append([F(angle) - size / 2, -third, size / 2, third])
+        arc = check.Arc(level, curves, F(-1), F(1))
+        rates = [F(a + b, 50) for a, b in zip(squares, cubes, strict=True)]
+        bends = [F(2 * a + 3 * b, 100) for a, b in zip(squares, cubes, strict=True)]
+        for found, exact in zip(arc.rates + arc.bends, rates + bends, strict=True):
+            assert abs(exactly(found) - exact) < F(20, ONE)
         lost = sum(
-            (rate**2 / 2500 + bend / 100) * column @ column.T
+            float(rate**2 + bend / 2) * column @ column.T
             for column, rate, bend in zip(columns, rates, bends, strict=True)
         )
         least = np.linalg.eigvalsh(matrix @ matrix.T - lost)[0]
         assert least > 0.01
         for share, holds in ((F(1) - F(1, 10**9), True), (F(1) + F(1, 10**9), False)):
             claim = {"at_least": F(math.sqrt(least)) * share}
-            parts = check.least_singular_value(level, arc, claim)
+            parts = check.least_singular_value(arc, claim)
             assert len(parts) == 8
             assert all(part.low > 0 for part in parts) == holds
     # Each end is looked at.
@@ -365,7 +405,8 @@ def test_the_gram_matrix_is_less_what_it_leaves_its_chord_by() -> None:
         )
         values = [at_point(PAPER, list(x))["singular"] for x in (one, other)]
         claim = {"at_least": F(sum(values) / 2)}
-        assert not check.proves("least_singular_value", claim, check.Level(parsed_vehicle(PAPER)), curves, F(0), F(1))  # fmt: skip
+        piece = piece_of(check.Level(parsed_vehicle(PAPER)), curves)
+        assert not piece.proves("least_singular_value", claim, F(0), F(1))
 
 
 def test_thrusts_with_a_sign_of_their_own_at_each_end_are_not_proved() -> None:
@@ -373,10 +414,10 @@ def test_thrusts_with_a_sign_of_their_own_at_each_end_are_not_proved() -> None:
     level = check.Level(parsed_vehicle(PAPER))
     up, down = POINTS[2], POINTS[0]
     assert at_point(PAPER, up)["R"] * at_point(PAPER, down)["R"] < 0
-    curves = [[F(a), F(b) - F(a)] for a, b in zip(up, down, strict=True)]
-    for ends in (curves, [[a + b, -b] for a, b in curves]):
-        arc = check.Arc(ends, F(0), F(1))
-        arc.rates, arc.bends = [F(0)] * 4, [F(0)] * 4
+    for ends in ((up, down), (down, up)):
+        still = [check.Arc(level, [[F(a)] for a in at], F(0), F(0)) for at in ends]
+        arc = still[0]
+        arc.hovers = [still[0].hovers[0], still[1].hovers[0]]
         claims: list[tuple[str, dict[str, Any]]] = [
             ("hover_thrust", {"at_least": F(-9), "at_most": F(9)}),
             ("attitude", {"tilt": F(1, 100)}),
@@ -384,7 +425,7 @@ def test_thrusts_with_a_sign_of_their_own_at_each_end_are_not_proved() -> None:
             ("sign_of_R", {"sign": "negative"}),
         ]
         for name, claim in claims:
-            parts = getattr(check, name)(level, arc, claim)
+            parts = check.PROOFS[name](arc, claim)
             assert not all(part.low > 0 for part in parts), name
 
 
@@ -420,12 +461,12 @@ def test_no_claim_of_a_curve_is_proved_that_samples_contradict(
                 ("attitude", {"tilt": F(tilt - room)}),
             ]
             for name, claim in claims:
-                found = check.proves(name, claim, level, curves, F(0), size)
+                found = piece_of(level, curves).proves(name, claim, F(0), size)
                 verdicts.append((room, found))
                 assert not (found and room < 0), (name, claim)
         for sign in (1, -1):
             stated = {"sign": "positive" if sign > 0 else "negative"}
-            found = check.proves("sign_of_R", stated, level, curves, F(0), size)
+            found = piece_of(level, curves).proves("sign_of_R", stated, F(0), size)
             assert not found or min(sign * one["R"] for one in truths) > 0
     assert (0.2, True) in verdicts
 
@@ -452,26 +493,21 @@ def test_bounds_of_polynomials_are_exact_at_their_ends() -> None:
             least, most = [*zero], [*one]
             least[joint], most[joint] = low + less, high - more
             claim = {"at_least": least, "at_most": most}
-            assert check.is_within(curves, F(-1), F(1), claim) == holds
+            assert check.is_within(curves, claim) == holds
+            piece = piece_of(None, [[F(99)]] * 4)
+            piece.motion = [curves] * 4
             for name in check.ORDERS:
-                assert check.proves(name, claim, None, curves, F(-1), F(1)) == holds  # type: ignore[arg-type]
+                assert piece.proves(name, claim, F(-1), F(1)) == holds
 
 
 def test_what_may_be_zero_is_not_proved_to_be_positive() -> None:
-    proofs = check.PROOFS
-
-    def sign_of_R(*_: Any) -> list[check.Enclosure]:
-        return [check.Enclosure(low, 9)]
-
-    try:
-        check.PROOFS = [sign_of_R]  # type: ignore[list-item]
-        for low in (-1, 0, 1):
-            curves = [[F(0)]] * 4
-            level = check.Level(parsed_vehicle(PAPER))
-            found = check.proves("sign_of_R", {}, level, curves, F(0), F(1))
-            assert found == (low > 0)
-    finally:
-        check.PROOFS = proofs
+    level = check.Level(parsed_vehicle(PAPER))
+    for low in (-1, 0, 1):
+        parts = [check.Enclosure(low, 9)]
+        piece = piece_of(level, [[F(0)]] * 4)
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setitem(check.PROOFS, "attitude", lambda *_, parts=parts: parts)
+            assert piece.proves("attitude", {}, F(0), F(1)) == (low > 0)
 
 
 def test_each_derivative_is_compared_with_its_own_claim() -> None:
@@ -488,7 +524,7 @@ def test_each_derivative_is_compared_with_its_own_claim() -> None:
             claim = {"at_least": [f"-{one}" for one in bound], "at_most": bound}
             claims = {
                 "joints": document["claims"]["joints"],
-                name: {**claim, "cover": [[f"{k}/32" for k in range(33)]] * 3},
+                name: {**claim, "cover": [[f"{k}/99" for k in range(100)]] * 3},
             }
             found = check.check(json.dumps({**document, "claims": claims}))
             assert (found["claims"][name] == "") == holds, name
@@ -496,38 +532,36 @@ def test_each_derivative_is_compared_with_its_own_claim() -> None:
 
 def test_derivatives_of_motion() -> None:
     law = list(map(F, LAWS[1]))
-    straight: dict[str, Any] = {"alpha": [[F(1), F(3)], [F(2)]], "duration": F(2)}
-    assert check.motion(straight, law, 0) == [[F(1), F(3)], [F(2)]] * 2
+    stated: dict[str, Any] = {"alpha": [[F(1), F(3)], [F(2)]], "duration": F(2)}
+    straight = check.Piece(stated, law, None)  # type: ignore[arg-type]
+    assert straight.motion[0] == [[F(1), F(3)], [F(2)]]
     rate = [F(0), F(0), F(30 * 3), F(-60 * 3), F(30 * 3)]
-    assert check.motion(straight, law, 1)[0] == [a / 2 for a in rate]
-    assert (
-        check.motion(straight, law, 2)[0] == [k * a / 4 for k, a in enumerate(rate)][1:]
-    )
-    assert (
-        check.motion(straight, law, 3)[0]
-        == [k * (k - 1) * a / 8 for k, a in enumerate(rate)][2:]
-    )
-    assert set(check.motion(straight, law, 1)[1]) == {F(0)}
-    curved: dict[str, Any] = {
+    accelerations = [k * a / 4 for k, a in enumerate(rate)][1:]
+    jerks = [k * (k - 1) * a / 8 for k, a in enumerate(rate)][2:]
+    found = [curves[0] for curves in straight.motion[1:]]
+    assert found == [[a / 2 for a in rate], accelerations, jerks]
+    assert {a for curves in straight.motion[1:] for a in curves[1]} == {F(0)}
+    even = list(map(F, LAWS[0]))
+    curved = {
         "alpha": [[F(1), F(3), F(5), F(7)], [F(2)], [F(0), F(1)], [F(3)]],
         "duration": F(3),
     }
-    even = list(map(F, LAWS[0]))
-    assert check.motion(curved, even, 0) == curved["alpha"]
-    assert check.motion(curved, even, 1) == [
-        [F(1), F(10, 3), F(7)],
-        [F(0)],
-        [F(1, 3)],
-        [F(0)],
-    ]
-    assert check.motion(curved, even, 2)[0] == [F(10, 9), F(42, 9)]
-    assert check.motion(curved, even, 3) == [[F(42, 27)], [F(0)], [F(0)], [F(0)]]
-    pieces = [curved, {"alpha": [[F(9)], [F(9)], [F(9)], [F(9)]], "duration": F(1)}]
-    assert check.jumps(pieces, even, 0) == [[8, 7, 9, 6], [7, 7, 8, 6]]
-    assert check.jumps(pieces, even, 1) == [
-        [1, 0, F(1, 3), 0],
-        [1 + F(10, 3) + 7, 0, F(1, 3), 0],
-    ]
+    piece = check.Piece(curved, even, None)  # type: ignore[arg-type]
+    assert piece.motion[0] == curved["alpha"]
+    assert piece.motion[1] == [[F(1), F(10, 3), F(7)], [F(0)], [F(1, 3)], [F(0)]]
+    assert piece.motion[2] == [[F(10, 9), F(42, 9)], [F(0)], [F(0)], [F(0)]]
+    assert piece.motion[3] == [[F(42, 27)], [F(0)], [F(0)], [F(0)]]
+    assert len(piece.motion) == 4
+
+
+def test_jumps_are_the_largest_of_four_joints() -> None:
+    for joint in range(4):
+        curves = [[F(0)]] * 4
+        curves[joint] = [F(1), F(3), F(5)]
+        piece, still = piece_of(None, curves), piece_of(None, [[F(0)], [F(0)]])
+        assert [piece.jump(still, order) for order in range(3)] == [1, 3, 10]
+        assert [still.jump(piece, order) for order in range(3)] == [9, 13, 10]
+        assert piece.jump(piece, 0) == 8
 
 
 def made(vehicle: Vehicle = PAPER, law: int = 1) -> dict[str, Any]:
@@ -552,7 +586,7 @@ def made_text(vehicle: Vehicle, law: int) -> str:
     rates = [
         max(abs(a[j][1]) for a in (p["alpha"] for p in pieces)) for j in (0, 1, 0, 1)
     ]
-    cover = [["0", "1/4", "1/2", "3/4", "1"]] * 3
+    cover = [[f"{k}/16" for k in range(17)]] * 3
     fine = [[f"{k}/32" for k in range(33)]] * 3
     claims: dict[str, Any] = {
         "joints": {"rate_jump": "0" if law else "1", "acceleration_jump": "0"},
@@ -624,7 +658,7 @@ def test_what_is_said_of_a_certificate() -> None:
     )
     assert (found["proved"], found["flyable"]) == (False, False)
     assert (
-        f'NOT proved: sign_of_R {{"sign": "{sign}"}} on piece 0 from 0 to 1/256'
+        f'NOT proved: sign_of_R {{"sign": "{sign}"}} on piece 0 from 0 to 1/16'
         in found["lines"]
     )
     assert not any("flyable" in line for line in found["lines"])
@@ -669,31 +703,19 @@ def test_jumps_at_joints_are_compared_with_what_is_stated() -> None:
     )
 
 
-def test_covers_are_refined_a_little() -> None:
+def test_each_interval_of_a_cover_is_proved_by_itself() -> None:
     document = made()
-    text = json.dumps(changed(document, "claims", "rate", "cover", to=[["0", "1"]] * 3))
-    assert check.check(text)["proved"]
-    peak = [
-        str(F("1.87502") * F(one) / 2) for one in document["claims"]["rate"]["at_most"]
-    ]
-    least = [f"-{one}" for one in peak]
-    tight = changed(changed(document, "claims", "rate", "at_most", to=peak), "claims", "rate", "at_least", to=least)  # fmt: skip
-    assert not check.check(json.dumps(tight))["claims"]["rate"]
-    short = [str(F(one) * F("0.99998")) for one in peak]
-    false = changed(tight, "claims", "rate", "at_most", to=short)
-    place = check.check(json.dumps(false))["claims"]["rate"]
-    _, _, _, _, start, _, end = place.split()
-    assert F(end) - F(start) == F(1, 32 * 2**6)  # of a cover, halved six times
+    coarse = changed(document, "claims", "rate", "cover", to=[["0", "1"]] * 3)
+    assert check.check(json.dumps(coarse))["claims"]["rate"] == "on piece 0 from 0 to 1"
+    cover = document["claims"]["rate"]["cover"]
+    coarse = changed(document, "claims", "rate", "cover", to=[*cover[:2], ["0", "1"]])
+    assert check.check(json.dumps(coarse))["claims"]["rate"] == "on piece 2 from 0 to 1"
 
 
 MALFORMED: list[tuple[tuple[Any, ...], Any, str]] = [
     (("format",), "gaitgraph certificate 2", "format must be gaitgraph certificate 1, got 'g"),
-    (("made_by",), "x" * 1001, "made_by must be a text of at most 1000 characters"),
-    (("made_by",), 1, "made_by must be a text of at most 1000 characters, got 1"),
+    (("made_by",), 1, "made_by must be a text, got 1"),
     (("deviation",), "", "deviation must be an exact number in a text"),
-    (("deviation",), "9" * 41, "deviation must be an exact number in a text"),
-    (("deviation",), "0." + "9" * 61, "deviation must be an exact number in a text"),
-    (("deviation",), "1/" + "9" * 61, "deviation must be an exact number in a text"),
     (("deviation",), "1/01", "deviation must be an exact number in a text"),
     (("vehicle",), None, "vehicle must be an object with the names name, first_rotor_spin"),
     (("vehicle",), ["rotor_positions"], "vehicle must be an object with the names name"),
@@ -701,25 +723,25 @@ MALFORMED: list[tuple[tuple[Any, ...], Any, str]] = [
     (("vehicle", "arm_length"), "0.00", "arm_length must be a positive exact number"),
     (("law",), ["0", "1", "0"], "law must be 0, 1, or smooth on straight pieces, got"),
     (("law",), ["0", "2"], "law must be 0, 1"),
-    (("law",), ["0"], "law must be a list of 2 to 6 values"),
-    (("law",), ["0"] * 7, "law must be a list of 2 to 6 values"),
-    (("pieces",), [], "pieces must be a list of 1 to 999999 values"),
+    (("law",), [], "law must be a list of some values, got []"),
+    (("law",), ["0"], "law must be 0, 1"),
+    (("law",), ["0"] * 7, "law must be 0, 1"),
+    (("pieces",), [], "pieces must be a list of some values"),
     (("pieces", 0, "alpha"), [["0"]] * 3, "alpha must be a list of 2 or 4 values"),
     (("pieces", 0, "alpha"), [["0"]], "alpha must be a list of 2 or 4 values"),
     (("pieces", 0, "alpha"), [["0"]] * 6, "alpha must be a list of 2 or 4 values"),
-    (("pieces", 0, "alpha", 0), [], "alpha must be a list of 1 to 24 values"),
-    (("pieces", 0, "alpha", 0), ["0"] * 25, "alpha must be a list of 1 to 24 values"),
+    (("pieces", 0, "alpha", 0), [], "alpha must be a list of some values"),
     (("pieces", 0, "alpha", 0), ["0", "1", "1"], "law must be 0, 1, or smooth"),
     (("pieces", 0, "duration"), "-1", "duration must be a positive exact number"),
     (("claims",), {}, "claims must be an object with the names tilt, rate"),
     (("claims", "more"), {}, "claims must be an object with the names tilt, rate"),
     (("claims", "joints", "more"), "1", "joints must be an object with the names rate_jump, acceleration_jump, each once, got"),
-    (("claims", "rate", "at_most"), ["1"] * 3, "at_most must be a list of 4 to 4 values"),
-    (("claims", "rate", "at_least"), ["1"] * 5, "at_least must be a list of 4 to 4 values"),
+    (("claims", "rate", "at_most"), ["1"] * 3, "at_most must be a list of 4 values"),
+    (("claims", "rate", "at_least"), ["1"] * 5, "at_least must be a list of 4 values"),
     (("claims", "tilt", "cover"), [["0", "1"]] * 2, "cover of tilt must have 3 pieces"),
     (("claims", "tilt", "cover"), [["0", "1"]] * 4, "cover of tilt must have 3 pieces"),
-    (("claims", "tilt", "cover"), [], "cover must be a list of 1 to 999999 values"),
-    (("claims", "tilt", "cover", 2), ["1"], "cover must be a list of 2 to 999999 values"),
+    (("claims", "tilt", "cover"), [], "cover must be a list of some values"),
+    (("claims", "tilt", "cover", 2), ["1"], "cover of tilt must rise from 0 to 1 on piece 2"),
     (("claims", "tilt", "cover", 2), ["0", "1/2"], "cover of tilt must rise from 0 to 1 on piece 2"),
     (("claims", "tilt", "cover", 1), ["1/2", "1"], "cover of tilt must rise from 0 to 1 on piece 1"),
     (("claims", "tilt", "cover", 2), ["0", "2/3", "1/3", "1"], "cover of tilt must rise"),
@@ -743,12 +765,12 @@ def test_what_is_no_certificate_is_refused(path: Any, value: Any, said: str) -> 
 def test_what_is_a_certificate_at_the_limits_of_its_form() -> None:
     document = made(law=0)
     at_limits: list[tuple[tuple[Any, ...], Any]] = [
-        (("made_by",), "x" * 1000),
+        (("made_by",), "a\nb" * 1000),
         (("made_by",), ""),
-        (("deviation",), "9" * 40),
-        (("deviation",), "-0." + "9" * 60),
-        (("deviation",), "1/" + "9" * 60),
-        (("pieces", 0, "alpha", 0), ["0.4", "0.5"] + ["0"] * 22),
+        (("deviation",), "9" * 400),
+        (("deviation",), "-0." + "9" * 600),
+        (("deviation",), "1/" + "9" * 600),
+        (("pieces", 0, "alpha", 0), ["0.4", "0.5"] + ["0"] * 99),
         (("pieces", 0, "alpha"), document["pieces"][0]["alpha"] * 2),
         (("vehicle", "rotor_height"), "-0"),
     ]
@@ -759,11 +781,11 @@ def test_what_is_a_certificate_at_the_limits_of_its_form() -> None:
         (
             ("vehicle", "rotor_positions"),
             any_arms["vehicle"]["rotor_positions"][:3],
-            "4 to 4",
+            "of 4 values",
         ),
-        (("vehicle", "rotor_positions", 0), ["0", "1"], "3 to 3"),
-        (("vehicle", "rotor_positions", 0), ["0", "1", "1", "1"], "3 to 3"),
-        (("vehicle", "drag_to_thrust"), ["1"] * 5, "4 to 4"),
+        (("vehicle", "rotor_positions", 0), ["0", "1"], "of 3 values"),
+        (("vehicle", "rotor_positions", 0), ["0", "1", "1", "1"], "of 3 values"),
+        (("vehicle", "drag_to_thrust"), ["1"] * 5, "of 4 values"),
         (("vehicle", "drag_to_thrust", 1), "-1", "positive"),
         (
             ("vehicle", "arm_length"),
@@ -853,7 +875,7 @@ def test_rows_are_held_against_the_curve() -> None:
     assert "the rows last 0 s, the curve 3 s" in check.held_against(text, one)[0]
     del document["claims"]["rate"]
     with pytest.raises(
-        ValueError, match="claims must have a rate to compare a table, got"
+        ValueError, match="claims must have a rate to compare a table, got none"
     ):
         check.held_against(json.dumps(document), rows)
 
@@ -920,13 +942,16 @@ def test_rows_of_a_csv_file(tmp_path: Path) -> None:
         path.write_text(NAMES + "".join(f"\n{t},0,0,0,0" for t in times))
         assert check.rows_of_csv(path)[1] == F(1, 2 * 10**digits)
     for text, said in (
-        ("", "columns must be t, alpha1, alpha2, alpha3, alpha4 (s, rad), got None"),
-        ("t,alpha1\n0,1\n", "got ['t', 'alpha1']; gaitgraph verify reads others"),
+        ("", "a.csv must have rows, got none"),
+        (
+            "t,alpha1\n0,1\n",
+            "in columns t, alpha1, alpha2, alpha3, alpha4 (s, rad): 'al",
+        ),
         (NAMES, "a.csv must have rows, got none"),
-        (NAMES + "\n0,a,0,0,0\n", "a.csv must hold numbers: "),
-        (NAMES + "\n0,0,0,0\n", "a.csv must hold numbers: "),
-        (NAMES + "\n0,1/0,0,0,0\n", "a.csv must hold numbers: "),
-        (NAMES + '\n0,"0"0,0,0,0\n', "a.csv must hold numbers: "),
+        (NAMES + "\n0,a,0,0,0\n", "a.csv must hold numbers in columns t, "),
+        (NAMES + "\n0,0,0,0\n", "a.csv must hold numbers in columns t, "),
+        (NAMES + "\n0,1/0,0,0,0\n", "a.csv must hold numbers in columns t, "),
+        (NAMES + '\n0,"0"0,0,0,0\n', "a.csv must hold numbers in columns t, "),
     ):
         path.write_text(text)
         with pytest.raises(ValueError, match="must") as caught:

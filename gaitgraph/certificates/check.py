@@ -13,27 +13,26 @@ import sys
 from bisect import bisect_right
 from fractions import Fraction
 from functools import lru_cache
-from itertools import accumulate, pairwise, product
+from itertools import accumulate, combinations_with_replacement, pairwise, product
 from math import isqrt, perm
 from pathlib import Path
 from typing import Any, NamedTuple
 
 ONE, ZERO = 1 << 96, Fraction(0)  # enclosures are integers times 1 / ONE
-HALVINGS = 6  # of an interval on which a claim is not proved at once
-# The form of a document: objects by their names, lists by what is in them and the range
-# of their lengths, texts by a pattern, and the two forms of a vehicle.
-DIGITS = r"[0-9]{1,40}(\.[0-9]{1,60}|/[1-9][0-9]{0,59})?"
+# The form of a document: objects by their names, texts by a pattern, lists by what is in
+# them and by how many there may be: at least one if nothing is stated.
 NUMBER = "an exact number in a text"  # a decimal or a fraction
 POSITIVE = "a positive exact number in a text"
-TEXT = "a text of at most 1000 characters"
+TEXT = "a text"
+DIGITS = r"[0-9]+(\.[0-9]+|/[1-9][0-9]*)?"
 PATTERNS = {NUMBER: f"-?{DIGITS}", POSITIVE: f"(?=[0-9.]*[1-9]){DIGITS}"}
-PATTERNS[TEXT] = "(?s:.{0,1000})"
-COVER = {"cover": [[NUMBER, 2, 10**6], 1, 10**6]}
-FOUR = {"at_least": [NUMBER, 4, 5], "at_most": [NUMBER, 4, 5], **COVER}
+PATTERNS[TEXT] = "(?s:.*)"
+COVER = {"cover": [[NUMBER]]}
+RANGES = {"at_least": [NUMBER, 4], "at_most": [NUMBER, 4], **COVER}
 ORDERS = {"tilt": 0, "rate": 1, "acceleration": 2, "jerk": 3}  # derivatives by time
 JUMPS = ("rate_jump", "acceleration_jump")
 CLAIMS: dict[str, Any] = {
-    **dict.fromkeys(ORDERS, FOUR),
+    **dict.fromkeys(ORDERS, RANGES),
     "least_singular_value": {"at_least": POSITIVE, **COVER},
     "sign_of_R": {"sign": "positive|negative", **COVER},
     "hover_thrust": {"at_least": NUMBER, "at_most": NUMBER, **COVER},
@@ -42,17 +41,16 @@ CLAIMS: dict[str, Any] = {
 }
 NAME = {"name": TEXT, "first_rotor_spin": "clockwise|counterclockwise"}
 CONSTANTS = ("drag_coefficient", "thrust_coefficient", "arm_length")
-EQUAL_ARMS = {**dict.fromkeys(CONSTANTS, POSITIVE), "rotor_height": NUMBER}
-PLACES = [[NUMBER, 3, 4], 4, 5]
-ANY_ARMS = {"rotor_positions": PLACES, "drag_to_thrust": [POSITIVE, 4, 5]}
-PIECE = {"alpha": [[NUMBER, 1, 25], 2, 5, 2], "duration": POSITIVE}
+EQUAL_ARMS = {**NAME, **dict.fromkeys(CONSTANTS, POSITIVE), "rotor_height": NUMBER}
+PLACES = [[NUMBER, 3], 4]
+ANY_ARMS = {**NAME, "rotor_positions": PLACES, "drag_to_thrust": [POSITIVE, 4]}
 FORM = {
     "format": "gaitgraph certificate 1",
     "made_by": TEXT,
     "deviation": NUMBER,
-    "vehicle": ({**NAME, **EQUAL_ARMS}, {**NAME, **ANY_ARMS}),
-    "law": [NUMBER, 2, 7],
-    "pieces": [PIECE, 1, 10**6],
+    "vehicle": EQUAL_ARMS,  # or any arms
+    "law": [NUMBER],
+    "pieces": [{"alpha": [[NUMBER], 2, 4], "duration": POSITIVE}],
     "claims": CLAIMS,
 }
 LAWS = [[0, 1], [0, 0, 0, 10, -15, 6]]  # both rise from 0 to 1
@@ -81,6 +79,10 @@ class Enclosure(NamedTuple):
         """Return the reciprocal of a positive number."""
         return Enclosure(ONE**2 // self.high, -(-(ONE**2) // self.low))
 
+    def shared(self, count: int) -> Enclosure:
+        """Return one of so many equal parts."""
+        return Enclosure(self.low // count, -(-self.high // count))
+
     def size(self) -> int:
         """Return what the number is at most in size."""
         return max(-self.low, self.high)
@@ -91,13 +93,14 @@ class Enclosure(NamedTuple):
 
 
 Vector = list[Enclosure]
-Curves = list[list[Fraction]]  # polynomials, the lowest power first
+Polynomial = list[Fraction]  # the lowest power first
 NONE = Enclosure(0, 0)
 
 
 def enclosed(number: Fraction | int) -> Enclosure:
     """Return the least enclosure of an exact number."""
-    return Enclosure(number * ONE // 1, -(-number * ONE // 1))
+    top = number.numerator * ONE
+    return Enclosure(top // number.denominator, -(-top // number.denominator))
 
 
 def root(square: Fraction) -> Enclosure:
@@ -106,35 +109,43 @@ def root(square: Fraction) -> Enclosure:
     return Enclosure(below, below + 1)
 
 
-@lru_cache(maxsize=4096)
+@lru_cache  # neighbours share an end
 def turn_by(angle: Fraction) -> Vector:
     """Return the cosine and the sine of an angle, by Taylor's formula."""
     if abs(angle) > 4:
         raise ValueError(f"angles must be at most 4 rad in size, got {float(angle):g}")
-    sums = [NONE, NONE]
+    sums, step = [NONE, NONE], enclosed(angle)
     power, term = 0, enclosed(1)  # angle^power / power!
     while term.size() > 1:
         sign = enclosed((1, 1, -1, -1)[power % 4])
         sums[power % 2] += sign * term
         power += 1
-        term *= enclosed(angle / power)
+        term = (term * step).shared(power)
     return [one.widened(term.size()) for one in sums]
+
+
+def dot(some: Any, others: Any) -> Enclosure:
+    """Return the sum of products."""
+    return sum((one * other for one, other in zip(some, others, strict=True)), NONE)
 
 
 def determinant(rows: list[Vector]) -> Enclosure:
     """Return the determinant of a matrix, expanded by its first row."""
+    first, *others = rows
+    if not others:
+        return first[0]
     total = NONE
-    for column, entry in enumerate(rows[0]):
-        minor = [row[:column] + row[column + 1 :] for row in rows[1:]]
-        part = entry * determinant(minor) if minor else entry
+    for column, entry in enumerate(first):
+        minor = [row[:column] + row[column + 1 :] for row in others]
+        part = entry * determinant(minor)
         total = total - part if column % 2 else total + part
     return total
 
 
-def columns_of(vehicle: dict[str, Any]) -> tuple[Enclosure, list[list[Vector]]]:
-    """Return κ, and per thrust of each rotor, at α = 0 and a quarter turn, moment and force.
+def wrenches_of(vehicle: dict[str, Any]) -> tuple[Enclosure, list[list[Vector]]]:
+    """Return κ, and for unit thrust of each rotor its wrenches at α = 0 and a quarter turn.
 
-    Moments [arm length] and forces are about and along the three body axes.
+    A wrench has the moments about body x, y, z [arm length] and the force along z, x, y.
     """
     if "arm_length" in vehicle:
         arm, height = vehicle["arm_length"], vehicle["rotor_height"]
@@ -146,9 +157,9 @@ def columns_of(vehicle: dict[str, Any]) -> tuple[Enclosure, list[list[Vector]]]:
     lengths = [root(x * x + y * y) for x, y, _ in places]
     if min(lengths).low <= 0:
         raise ValueError("rotor_positions must be off body z, got one on it")
-    scale = (sum(lengths, NONE) * enclosed(Fraction(1, 4))).inverse()
+    scale = sum(lengths, NONE).shared(4).inverse()
     spin = 1 if vehicle["first_rotor_spin"] == "clockwise" else -1
-    columns = []
+    wrenches = []
     for rotor, (place, length) in enumerate(zip(places, lengths, strict=True)):
         ahead, left, _ = (enclosed(part) * length.inverse() for part in place)
         x, y, z = (enclosed(part) * scale for part in place)
@@ -158,208 +169,230 @@ def columns_of(vehicle: dict[str, Any]) -> tuple[Enclosure, list[list[Vector]]]:
             roll = y * fz - z * fy + drag * fx
             pitch = z * fx - x * fz + drag * fy
             yaw = x * fy - y * fx + drag * fz
-            pair.append([roll, pitch, yaw, fx, fy, fz])
-        columns.append(pair)
-    return enclosed(spin * sum(drags) / 4) * scale, columns
+            pair.append([roll, pitch, yaw, fz, fx, fy])
+        wrenches.append(pair)
+    return enclosed(spin * sum(drags) / 4) * scale, wrenches
+
+
+def hover(wrenches: list[Vector]) -> Vector:
+    """Return the four thrusts that make no moment, then their force along z, x and y."""
+    thrusts = []
+    for rotor in range(4):
+        others = [wrench[:3] for wrench in wrenches]
+        del others[rotor]
+        thrusts.append(enclosed((-1) ** (rotor + 1)) * determinant(others))
+    *_, z, x, y = zip(*wrenches, strict=True)
+    return [*thrusts, dot(thrusts, z), dot(thrusts, x), dot(thrusts, y)]
 
 
 class Level:
-    """Level flight of a vehicle: tables of numbers from which every claim follows.
+    """Level flight of a vehicle: the numbers from which every claim follows.
 
-    A table holds the values of a form, which is linear in (cos α, sin α) of rotors, where
-    each α is 0 or a quarter turn, the last one changing first. `inputs` are the thrusts that
-    make no moment, each without its own α, and `force` is their force in body axes.
+    Each of the seven values of `hover` is linear in (cos α, sin α) of each rotor, and `sizes`
+    are roots of sums of squares of a table: the values where each α is 0 or a quarter turn.
+    `squares` has what wrenches of each rotor add to the entries of M M', of which the first
+    four numbers of a wrench are a column.
     """
 
     def __init__(self, vehicle: dict[str, Any]) -> None:
-        self.kappa, columns = columns_of(vehicle)
-        self.inputs, self.force = [], []
-        for rotor in range(4):
-            others = [[one[:3] for one in pair] for pair in columns]
-            del others[rotor]
-            sign = enclosed((-1) ** (rotor + 1))
-            minors = [determinant(list(corner)) for corner in product(*others)]
-            self.inputs.append([sign * minor for minor in minors])
-        for axis in (3, 4, 5):  # the last leaves the columns of the level matrix
-            self.matrix = [[[*m[:3], m[axis]] for m in pair] for pair in columns]
-            corners = product(*self.matrix)
-            self.force.append([determinant(list(corner)) for corner in corners])
+        self.kappa, self.wrenches = wrenches_of(vehicle)
+        self.sizes = []
+        corners = [hover([*corner]) for corner in product(*self.wrenches)]
+        for k, table in enumerate(zip(*corners, strict=True)):
+            square = sum(value.size() ** 2 for value in table)
+            if k < 4:  # thrusts do not depend on their own α: each value is there twice
+                square //= 2
+            self.sizes.append(isqrt(square) + 1)
+        self.squares = {}
+        for i, j in combinations_with_replacement(range(4), 2):
+            parts = [one[i] * one[j] + last[i] * last[j] for one, last in self.wrenches]
+            self.squares[i, j] = parts
+
+    def wrenches_at(self, turns: list[Vector]) -> list[Vector]:
+        """Return the wrenches of the rotors at their turns."""
+        wrenches = []
+        for (upright, turned), turn in zip(self.wrenches, turns, strict=True):
+            pairs = zip(upright, turned, strict=True)
+            wrenches.append([dot(turn, [one, other]) for one, other in pairs])
+        return wrenches
 
 
-def across(curve: list[Fraction], start: Fraction, end: Fraction) -> list[Fraction]:
+def four(values: list[Any]) -> list[Any]:
+    """Return a value for each joint: opposite ones are equal if two are stated."""
+    return (values * 2)[:4]
+
+
+def across(curve: Polynomial, start: Fraction, end: Fraction) -> Polynomial:
     """Return a polynomial as one of u in [-1, 1], from start to end."""
     middle, half = (start + end) / 2, (end - start) / 2
-    out: list[Fraction] = []
-    for coefficient in reversed(curve):
-        pairs = zip([*out, ZERO], [ZERO, *out], strict=True)
-        out = [middle * one + half * lower for one, lower in pairs]
-        out[0] += coefficient
-    return out
+    out = [*curve]
+    for first in range(len(out)):  # Taylor's coefficients about the middle
+        for k in reversed(range(first, len(out) - 1)):
+            out[k] += middle * out[k + 1]
+    return [a * half**k for k, a in enumerate(out)]
+
+
+def value_at(polynomial: Polynomial, at: Fraction) -> Fraction:
+    """Return the value of a polynomial."""
+    value = ZERO
+    for coefficient in reversed(polynomial):
+        value = value * at + coefficient
+    return value
+
+
+def bound(curve: Polynomial, order: int) -> Enclosure:
+    """Return what a derivative of a polynomial of u in [-1, 1] is at most in size."""
+    size = sum(perm(k, order) * enclosed(a).size() for k, a in enumerate(curve))
+    return Enclosure(size, size)
 
 
 class Arc:
-    """An interval of a curve: turns at both ends; by u in [-1, 1], rates and bends of α."""
+    """An interval of a curve: what is known at both ends, and of what is between them.
 
-    def __init__(self, curves: Curves, start: Fraction, end: Fraction) -> None:
-        found = [across(curve, start, end) for curve in curves]
-        sums = [(sum(one[::2]), sum(one[1::2])) for one in found]
-        befores = [turn_by(even - odd) for even, odd in sums]
-        self.ends = [befores, [turn_by(even + odd) for even, odd in sums]]
-        sizes = [[*enumerate(map(abs, one))] for one in found]
-        self.rates = [sum((k * a for k, a in one), ZERO) for one in sizes]
-        self.bends = [sum((k * (k - 1) * a for k, a in one), ZERO) for one in sizes]
+    `rates` and `bends` are what derivatives of the angles by u are at most. `hovers` are
+    widened by what they leave the line between them: no second derivative by angles exceeds
+    the size of a table.
+    """
 
-    def values(self, table: Vector, own: int = 4) -> Vector:
-        """Return a form at both ends, widened by what it leaves the line between them.
-
-        No second derivative by angles exceeds the root of the sum of the table's squares.
-        """
-        most = isqrt(sum(entry.size() ** 2 for entry in table)) + 1
-        leaves = -(-most * (sum(self.rates) ** 2 + sum(self.bends)) // 2)
-        out = []
-        for turns in self.ends:
-            values = table
-            for cosine, sine in turns[:own] + turns[own + 1 :]:
-                half = len(values) // 2
-                pairs = zip(values[:half], values[half:], strict=True)
-                values = [one * cosine + other * sine for one, other in pairs]
-            out.append(values[0].widened(leaves))
-        return out
+    def __init__(
+        self, level: Level, curves: list[Polynomial], start: Fraction, end: Fraction
+    ) -> None:
+        self.level = level
+        around = [across(curve, start, end) for curve in curves]
+        self.rates = four([bound(curve, 1) for curve in around])
+        self.bends = four([bound(curve, 2) for curve in around])
+        rate = sum(self.rates, NONE)
+        bent = rate * rate + sum(self.bends, NONE)
+        leaves = [-(-size * bent.high // (2 * ONE)) for size in level.sizes]
+        self.ends, self.hovers = [], []
+        for s in (start, end):
+            turns = [turn_by(value_at(curve, s)) for curve in curves]
+            wrenches = level.wrenches_at(four(turns))
+            self.ends.append(wrenches)
+            pairs = zip(hover(wrenches), leaves, strict=True)
+            self.hovers.append([value.widened(leave) for value, leave in pairs])
 
 
-def least_singular_value(level: Level, arc: Arc, claim: Any) -> Vector:
+def upright(parts: Vector) -> Vector:
+    """Return parts times the sign of the first: all are positive if they have one sign."""
+    sign = enclosed(1 if parts[0].low > 0 else -1)
+    return [sign * part for part in parts]
+
+
+def least_singular_value(arc: Arc, claim: Any) -> Vector:
     """Return the leading minors of M M' - σ² 1 at both ends, less what M M' leaves lines by.
 
     M M' is the sum of C u u' C' over the rotors, and (u u')'' at most 2 rate² + bend.
     """
+    pairs = zip(arc.rates, arc.bends, strict=True)
+    bents = [rate * rate + bend.shared(2) for rate, bend in pairs]
     floor = enclosed(claim["at_least"] ** 2)
     minors = []
-    for turns in arc.ends:
+    for wrenches in arc.ends:
+        rows = list(zip(*wrenches, strict=True))
         gram = [[NONE] * 4 for _ in range(4)]
-        for rotor, (first, last) in enumerate(level.matrix):
-            cosine, sine = turns[rotor]
-            m = [x * cosine + y * sine for x, y in zip(first, last, strict=True)]
-            bent = enclosed(arc.rates[rotor] ** 2 + arc.bends[rotor] / 2)
-            for i, j in product(range(4), repeat=2):
-                lost = bent * (first[i] * first[j] + last[i] * last[j])
-                gram[i][j] += m[i] * m[j] - lost
+        for (i, j), squares in arc.level.squares.items():
+            gram[i][j] = dot(rows[i], rows[j]) - dot(bents, squares)
+            gram[j][i] = gram[i][j]
         for k in range(4):
             gram[k][k] -= floor
             minors.append(determinant([row[: k + 1] for row in gram[: k + 1]]))
     return minors
 
 
-def sign_of_R(level: Level, arc: Arc, claim: Any) -> Vector:
+def sign_of_R(arc: Arc, claim: Any) -> Vector:
     """Return κ times the vertical force, or its negative: R is half their quotient."""
     sign = enclosed(1 if claim["sign"] == "positive" else -1)
-    return [sign * level.kappa * lift for lift in arc.values(level.force[2])]
+    return [sign * arc.level.kappa * lift for *_, lift, _, _ in arc.hovers]
 
 
-def hover_thrust(level: Level, arc: Arc, claim: Any) -> Vector:
+def hover_thrust(arc: Arc, claim: Any) -> Vector:
     """Return the vertical force and how far thrusts are within bounds, all with its sign."""
-    lifts = arc.values(level.force[2])
     least, most = enclosed(claim["at_least"]), enclosed(claim["at_most"])
-    parts = [*lifts]
-    for rotor, table in enumerate(level.inputs):
-        for thrust, lift in zip(arc.values(table, rotor), lifts, strict=True):
+    parts = []
+    for *thrusts, lift, _, _ in arc.hovers:
+        parts.append(lift)
+        for thrust in thrusts:
             parts += [thrust - least * lift, most * lift - thrust]
-    sign = enclosed(1 if lifts[0].low > 0 else -1)
-    return [sign * part for part in parts]
+    return upright(parts)
 
 
-def attitude(level: Level, arc: Arc, claim: Any) -> Vector:
+def attitude(arc: Arc, claim: Any) -> Vector:
     """Return what is positive if the force is within a quarter turn of each vertical."""
     cosine, sine = turn_by(claim["tilt"])
-    forces = zip(*(arc.values(table) for table in level.force), strict=True)
-    lifts = arc.values(level.force[2])
-    sign = enclosed(1 if lifts[0].low > 0 else -1)
-    parts = [cosine, *(sign * lift for lift in lifts)]
-    for x, y, z in forces:
+    lifts, parts = [], [cosine]
+    for *_, z, x, y in arc.hovers:
+        lifts.append(z)
         up = z * cosine
         parts.append(up * up - (x * x + y * y) * sine * sine)
-    return parts
+    return upright(lifts) + parts
 
 
-PROOFS = [least_singular_value, sign_of_R, hover_thrust, attitude]
+PROOFS = {
+    "least_singular_value": least_singular_value,
+    "sign_of_R": sign_of_R,
+    "hover_thrust": hover_thrust,
+    "attitude": attitude,
+}
 
 
-def is_within(curves: Curves, start: Fraction, end: Fraction, claim: Any) -> bool:
-    """Return whether each of four polynomials is within its bounds."""
-    for joint, curve in enumerate(curves):
-        middle, *rest = across(curve, start, end)
-        odd, even = rest[::2], rest[1::2]  # powers of u: from -1 to 1, and from 0 to 1
-        reach = sum(map(abs, odd))
-        low = middle - reach + sum(min(one, ZERO) for one in even)
-        high = middle + reach + sum(max(one, ZERO) for one in even)
+def is_within(curves: list[Polynomial], claim: Any) -> bool:
+    """Return whether polynomials of u are within bounds.
+
+    Odd powers of u are from -1 to 1, even ones from 0 to 1.
+    """
+    for joint, (middle, *rest) in enumerate(four(curves)):
+        reach = sum(map(abs, rest[::2]))
+        low = middle - reach + sum(min(even, ZERO) for even in rest[1::2])
+        high = middle + reach + sum(max(even, ZERO) for even in rest[1::2])
         if low < claim["at_least"][joint] or high > claim["at_most"][joint]:
             return False
     return True
 
 
-def motion(piece: Any, law: list[Fraction], order: int) -> Curves:
-    """Return the angles by s, or a derivative by time by the share of a piece's duration."""
-    curves: Curves = (piece["alpha"] * 2)[:4]
-    if order == 0:
-        return curves
-    if len(law) > 2:  # pieces are straight
-        curves = [[ZERO, *(sum(a[1:]) * rise for rise in law[1:])] for a in curves]
-    unit = piece["duration"] ** order
-    return [
-        [perm(k, order) * a / unit for k, a in enumerate(one)][order:] or [ZERO]
-        for one in curves
-    ]
+class Piece:
+    """A piece of the curve: `motion` has the angles by s, and three derivatives by time."""
 
+    def __init__(self, piece: dict[str, Any], law: Polynomial, level: Level) -> None:
+        self.level = level
+        self.arcs: dict[Any, Arc] = {}
+        curves, duration = piece["alpha"], piece["duration"]
+        self.motion = [curves]
+        if len(law) > 2:  # pieces are straight
+            curves = [[ZERO, *(sum(a[1:]) * rise for rise in law[1:])] for a in curves]
+        for _ in range(3):
+            terms = [[k * a / duration for k, a in enumerate(one)] for one in curves]
+            curves = [one[1:] or [ZERO] for one in terms]
+            self.motion.append(curves)
 
-def proves(
-    name: str, claim: Any, level: Level, curves: Curves, start: Fraction, end: Fraction
-) -> bool:
-    """Return whether a claim holds on an interval of angles, or of their derivatives."""
-    for proof in PROOFS:
-        if proof.__name__ == name:
-            parts = proof(level, Arc(curves, start, end), claim)
-            return all(part.low > 0 for part in parts)
-    return is_within(curves, start, end, claim)
+    def proves(self, name: str, claim: Any, start: Fraction, end: Fraction) -> bool:
+        """Return whether a claim holds on an interval."""
+        if name in ORDERS:
+            curves = self.motion[ORDERS[name]]
+            return is_within([across(curve, start, end) for curve in curves], claim)
+        if (start, end) not in self.arcs:
+            self.arcs[start, end] = Arc(self.level, self.motion[0], start, end)
+        parts = PROOFS[name](self.arcs[start, end], claim)
+        return all(part.low > 0 for part in parts)
 
+    def jump(self, before: Piece, order: int) -> Fraction:
+        """Return by how much angles or a derivative jump from the piece before."""
+        pairs = zip(four(before.motion[order]), four(self.motion[order]), strict=True)
+        sizes: list[Fraction] = [abs(sum(a) - b[0]) for a, b in pairs]
+        return max(sizes)
 
-def jumps(pieces: Any, law: list[Fraction], order: int) -> Curves:
-    """Return by how much angles, or a derivative by time, jump at the start of each piece."""
-    curves = [motion(piece, law, order) for piece in pieces]
-    return [
-        [abs(sum(a) - b[0]) for a, b in zip(before, after, strict=True)]
-        for before, after in pairwise([curves[-1], *curves])
-    ]
-
-
-def jump(whole: dict[str, Any]) -> str:
-    """Return the first joint that jumps by more than stated, "" if there is none."""
-    claim = whole["claims"]["joints"]
-    limits = [ZERO, *(claim[name] for name in JUMPS)]
-    for order, most in enumerate(limits):
-        for k, sizes in enumerate(jumps(whole["pieces"], whole["law"], order)):
-            if max(sizes) > most:
-                return f"at the start of piece {k}"
-    return ""
-
-
-def gap(whole: dict[str, Any], level: Level, name: str) -> str:
-    """Return the first interval where a claim is not proved, "" if there is none."""
-    claim, pieces = whole["claims"][name], whole["pieces"]
-    if len(claim["cover"]) != len(pieces):
-        raise ValueError(f"cover of {name} must have {len(pieces)} pieces, got others")
-    for k, breaks in enumerate(claim["cover"]):
-        if breaks != sorted({*breaks}) or (breaks[0], breaks[-1]) != (0, 1):
-            rule = f"rise from 0 to 1 on piece {k}"
-            raise ValueError(f"cover of {name} must {rule}, got another")
-        curves = motion(pieces[k], whole["law"], ORDERS.get(name, 0))
-        todo = [(*ends, HALVINGS) for ends in pairwise(breaks)]
-        for start, end, halvings in todo:
-            if proves(name, claim, level, curves, start, end):
-                continue
-            if halvings == 0:
+    def gap(self, name: str, claim: Any, k: int, before: Piece) -> str:
+        """Return the first place of this piece k where a claim is not proved, if any."""
+        if name == "joints":
+            limits = [ZERO, *(claim[one] for one in JUMPS)]
+            for order, most in enumerate(limits):
+                if self.jump(before, order) > most:
+                    return f"at the start of piece {k}"
+            return ""
+        for start, end in pairwise(claim["cover"][k]):
+            if not self.proves(name, claim, start, end):
                 return f"on piece {k} from {start} to {end}"
-            middle = (start + end) / 2
-            todo += [(start, middle, halvings - 1), (middle, end, halvings - 1)]
-    return ""
+        return ""
 
 
 def named_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
@@ -371,20 +404,22 @@ def named_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 def parsed(value: Any, form: Any, what: str) -> Any:
     """Return a value of a form, its numbers as fractions."""
-    if isinstance(form, tuple):
-        form = form[isinstance(value, dict) and "rotor_positions" in value]
+    if form is EQUAL_ARMS and isinstance(value, dict) and "rotor_positions" in value:
+        form = ANY_ARMS
     if isinstance(form, dict):
         needed = {"joints"} if form is CLAIMS else {*form}
         if isinstance(value, dict) and needed <= {*value} <= {*form}:
             return {name: parsed(one, form[name], name) for name, one in value.items()}
         rule = f"an object with the names {', '.join(form)}, each once"
     elif isinstance(form, list):
-        lengths = range(*form[1:])
-        if isinstance(value, list) and len(value) in lengths:
-            return [parsed(one, form[0], what) for one in value]
-        rule = (
-            f"a list of {lengths[0]} {'or' if form[3:] else 'to'} {lengths[-1]} values"
-        )
+        inner, *lengths = form
+        if (
+            isinstance(value, list)
+            and value
+            and len(value) in (lengths or [len(value)])
+        ):
+            return [parsed(one, inner, what) for one in value]
+        rule = f"a list of {' or '.join(map(str, lengths)) or 'some'} values"
     else:
         if isinstance(value, str) and re.fullmatch(PATTERNS.get(form, form), value):
             return Fraction(value) if form in (NUMBER, POSITIVE) else value
@@ -396,23 +431,44 @@ def read(text: str) -> dict[str, Any]:
     """Return a document, its numbers as fractions; ValueError if it is no certificate."""
     document = json.loads(text, object_pairs_hook=named_once)
     whole: dict[str, Any] = parsed(document, FORM, "the document")
-    curved = any(len(one) > 2 for piece in whole["pieces"] for one in piece["alpha"])
+    pieces, claims = whole["pieces"], whole["claims"]
+    curved = any(len(curve) > 2 for piece in pieces for curve in piece["alpha"])
     if whole["law"] not in (LAWS[:1] if curved else LAWS):
         raise ValueError("law must be 0, 1, or smooth on straight pieces, got another")
+    for name in claims.keys() - {"joints"}:
+        cover = claims[name]["cover"]
+        if len(cover) != len(pieces):
+            rule = f"have {len(pieces)} pieces"
+            raise ValueError(f"cover of {name} must {rule}, got {len(cover)}")
+        for k, breaks in enumerate(cover):
+            if breaks != sorted({*breaks}) or (breaks[0], breaks[-1]) != (0, 1):
+                rule = f"rise from 0 to 1 on piece {k}"
+                raise ValueError(f"cover of {name} must {rule}, got another")
     return whole
+
+
+def unproved(whole: dict[str, Any]) -> dict[str, str]:
+    """Return for each claim the first place where it is not proved, "" if there is none."""
+    level, claims = Level(whole["vehicle"]), whole["claims"]
+    places = dict.fromkeys(claims, "")
+    before = Piece(whole["pieces"][-1], whole["law"], level)
+    for k, stated in enumerate(whole["pieces"]):
+        piece = Piece(stated, whole["law"], level)
+        for name, claim in claims.items():
+            places[name] = places[name] or piece.gap(name, claim, k, before)
+        before = piece
+    return places
 
 
 def check(text: str) -> dict[str, Any]:
     """Return of which vehicle what is proved, and first places where it is not."""
     whole, stated = read(text), json.loads(text)
-    level, values = Level(whole["vehicle"]), stated["claims"]
-    lines, places = [f"vehicle {json.dumps(stated['vehicle'])}"], {}
-    for name in values:
+    places, values = unproved(whole), stated["claims"]
+    lines = [f"vehicle {json.dumps(stated['vehicle'])}"]
+    for name, place in places.items():
         values[name].pop("cover", None)
-        place = jump(whole) if name == "joints" else gap(whole, level, name)
         verdict = "NOT proved" if place else "proved"
         lines.append(f"{verdict}: {name} {json.dumps(values[name])} {place}".strip())
-        places[name] = place
     lacking = []
     for name, limit in FLYABLE.items():
         if name not in values:
@@ -433,11 +489,6 @@ class Row(NamedTuple):
     t: Fraction
     angles: list[Fraction]
     slacks: list[Fraction]
-
-
-def value_at(polynomial: list[Fraction], at: Fraction) -> Fraction:
-    """Return the value of a polynomial: its constant term about there."""
-    return across(polynomial, at, at)[0]
 
 
 def even_or_own(rows: list[Row], half_unit: Fraction, period: Fraction) -> list[Row]:
@@ -462,39 +513,36 @@ def held_against(
     The second value is how far the middles of lines between rows are from it at most [rad].
     """
     whole = read(text)
-    pieces, law = whole["pieces"], whole["law"]
     if "rate" not in whole["claims"]:
-        raise ValueError(
-            "claims must have a rate to compare a table, got none: untimed"
-        )
+        raise ValueError("claims must have a rate to compare a table, got none")
+    pieces = whole["pieces"]
     ends = list(accumulate(piece["duration"] for piece in pieces))
     rows = even_or_own(rows, half_unit, ends[-1])
+    start = rows[0].t
 
-    def off_curve(time: Fraction, angles: list[Fraction]) -> list[Fraction]:
-        k = min(bisect_right(ends, time - rows[0].t), len(pieces) - 1)
-        left = (ends[k] - (time - rows[0].t)) / pieces[k]["duration"]
-        s = value_at(law, 1 - left)
-        curve = [value_at(one, s) for one in motion(pieces[k], law, 0)]
+    def distances(time: Fraction, angles: list[Fraction]) -> list[Fraction]:
+        k = min(bisect_right(ends, time - start), len(pieces) - 1)
+        left = (ends[k] - (time - start)) / pieces[k]["duration"]
+        s = value_at(whole["law"], 1 - left)
+        curve = [value_at(one, s) for one in four(pieces[k]["alpha"])]
         return [abs(a - b) for a, b in zip(angles, curve, strict=True)]
 
-    off, between = "", ZERO
+    between = ZERO
+    for before, row in pairwise(rows):
+        middles = [(a + b) / 2 for a, b in zip(before.angles, row.angles, strict=True)]
+        between = max(between, *distances((before.t + row.t) / 2, middles))
+    off = ""
     for number, row in enumerate(rows, 1):
-        if number > 1:
-            before = rows[number - 2]
-            middle = [(a + b) / 2 for a, b in zip(before[1], row[1], strict=True)]
-            between = max(between, *off_curve((before.t + row.t) / 2, middle))
-            if row.t <= before.t:
-                off = f"row {number} is not after the row before it"
-        for joint, distance in enumerate(off_curve(row.t, row.angles)):
+        if number > 1 and row.t <= rows[number - 2].t:
+            off = off or f"row {number} is not after the row before it"
+        for joint, distance in enumerate(distances(row.t, row.angles)):
             most = whole["deviation"] + row.slacks[joint]
             if distance > most and not off:
                 place = f"row {number}, t = {float(row.t):.9g} s: alpha{joint + 1} = "
                 how = f"{float(distance):.3g} rad off the curve, allowed is {float(most):.3g}"
                 off = f"{place}{float(row.angles[joint]):.9g} is {how}"
-        if off:
-            return off, float(between)
-    seconds = rows[-1].t - rows[0].t
-    if abs(seconds - ends[-1]) > (ends[-1] + 2) / 10**9:
+    seconds = rows[-1].t - start
+    if not off and abs(seconds - ends[-1]) > (ends[-1] + 2) / 10**9:
         off = f"the rows last {float(seconds):.9g} s, the curve {float(ends[-1]):.9g} s"
     return off, float(between)
 
@@ -502,23 +550,19 @@ def held_against(
 def rows_of_csv(path: Path) -> tuple[list[Row], Fraction]:
     """Return the rows of a CSV file (s, rad) and half a unit of its times, or ValueError."""
     names = ["t", "alpha1", "alpha2", "alpha3", "alpha4"]
+    rows, decimals = [], 0
     with path.open(encoding="utf-8-sig", newline="") as stream:
-        table = csv.DictReader(stream, strict=True)
-        if not {*names} <= {*(table.fieldnames or ())}:
-            rule = f"columns must be {', '.join(names)} (s, rad)"
-            raise ValueError(
-                f"{rule}, got {table.fieldnames}; gaitgraph verify reads others"
-            )
         try:
-            numbers = [[Fraction(row[name]) for name in names] for row in table]
-        except (csv.Error, TypeError, ValueError, ZeroDivisionError) as error:
-            raise ValueError(f"{path.name} must hold numbers: {error}") from None
-    if not numbers:
+            for line in csv.DictReader(stream, strict=True):
+                t, *angles = [Fraction(line[name]) for name in names]
+                rows.append(Row(t, angles, [ZERO] * 4))
+                while decimals < 60 and t * 10**decimals % 1:
+                    decimals += 1
+        except (csv.Error, KeyError, TypeError, ValueError, ZeroDivisionError) as error:
+            rule = f"must hold numbers in columns {', '.join(names)} (s, rad)"
+            raise ValueError(f"{path.name} {rule}: {error}") from None
+    if not rows:
         raise ValueError(f"{path.name} must have rows, got none")
-    decimals = 0
-    while decimals < 60 and any(t * 10**decimals % 1 for t, *_ in numbers):
-        decimals += 1
-    rows = [Row(t, angles, [ZERO] * 4) for t, *angles in numbers]
     return rows, Fraction(1, 2 * 10**decimals)
 
 

@@ -286,7 +286,11 @@ def stated_vehicle(vehicle: Vehicle) -> dict[str, Any]:
         else:
             height = _decimal(vehicle.rotor_height)
         exact = [_decimal(constant or 0.0) for constant in constants]
-        return named | dict(zip(check.EQUAL_ARMS, [*exact, height], strict=True))
+        return (
+            named
+            | dict(zip(check.CONSTANTS, exact, strict=True))
+            | {"rotor_height": height}
+        )
     places = vehicle.rotor_positions
     if places is None:
         ends = ((1, 0), (0, 1), (-1, 0), (0, -1))
@@ -307,7 +311,7 @@ class _Path:
         self.timed: Any = path if isinstance(path, TimedGait) else None
         self.gait = path.gait if isinstance(path, TimedGait) else path
         self.vehicle = stated_vehicle(self.gait.vehicle)
-        self.level = check.Level(self.vehicle)
+        level = check.Level(self.vehicle)
         self.powers, widths, is_smooth = self._polynomials()
         self.law = [Fraction(a) for a in check.LAWS[is_smooth]]
         self.pieces: list[dict[str, Any]] = []
@@ -336,6 +340,7 @@ class _Path:
                 while len(alpha[-1]) > 1 and alpha[-1][-1] == 0:
                     alpha[-1].pop()
             self.pieces.append({"alpha": alpha, "duration": _decimal(width or 1.0)})
+        self.curve = [check.Piece(piece, self.law, level) for piece in self.pieces]
 
     def _polynomials(self) -> tuple[FloatArray, FloatArray, bool]:
         """Return angles in powers of the share of a piece, highest first, widths, and whether the law is `smooth`.
@@ -435,19 +440,21 @@ def _joints(path: _Path) -> dict[str, Fraction]:
     """Return the largest jumps of rates and accelerations from piece to piece, rounded up."""
     out = {}
     for order, name in enumerate(check.JUMPS, start=1):
-        jumps = check.jumps(path.pieces, path.law, order)
-        out[name] = _rounded(float(max(map(max, jumps))) * (1 + 1e-9), up=True)
+        jumps = [
+            piece.jump(path.curve[k - 1], order) for k, piece in enumerate(path.curve)
+        ]
+        out[name] = _rounded(float(max(jumps)) * (1 + 1e-9), up=True)
     return out
 
 
 def _cover(path: _Path, name: str, claim: dict[str, Any], k: int) -> list[Fraction]:
     """Return the break points of intervals of a piece on which a claim is proved; Infeasible if one is not."""
-    piece, breaks, todo = path.pieces[k], [Fraction(0)], [(Fraction(0), Fraction(1))]
-    curves = check.motion(piece, path.law, check.ORDERS.get(name, 0))
+    piece, breaks, todo = path.curve[k], [Fraction(0)], [(Fraction(0), Fraction(1))]
+    curves = piece.motion[check.ORDERS.get(name, 0)]
     while todo:
         low, high = todo.pop()
         middle = (low + high) / 2
-        if check.proves(name, claim, path.level, curves, low, high):
+        if piece.proves(name, claim, low, high):
             breaks.append(high)
         elif high - low < _SMALLEST or len(breaks) > _MOST_INTERVALS:
             at = _shown(

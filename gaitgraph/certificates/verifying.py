@@ -14,9 +14,9 @@ from gaitgraph.certificates.check import (
     ONE,
     Row,
     check,
-    columns_of,
     held_against,
     read,
+    wrenches_of,
 )
 from gaitgraph.errors import InputError
 from gaitgraph.files import text_of
@@ -183,8 +183,8 @@ def note_on_certificate(gait_file: Path, table: Table, vehicle: Vehicle) -> str:
 
 def _numbers_of(vehicle: dict[str, Any]) -> FloatArray:
     """Return κ of a certificate's vehicle, and the moments and forces of its rotors, in one array."""
-    kappa, columns = columns_of(vehicle)
-    entries = [entry for pair in columns for column in pair for entry in column]
+    kappa, wrenches = wrenches_of(vehicle)
+    entries = [entry for pair in wrenches for wrench in pair for entry in wrench]
     return np.array([entry.low / ONE for entry in (kappa, *entries)])
 
 
