@@ -312,7 +312,13 @@ def test_at_most_forty_public_names() -> None:
     assert sorted(every.keys() - {"__builtins__"}) == names
     for name in (*names, *ORDER):
         assert getattr(gg, name) is not None
-    assert {*dir(gg)} - {*names} == {*ORDER} - {"arrays", "cli", "files", "pictured"}
+    assert {*dir(gg)} - {*names} == {*ORDER} - {
+        "arrays",
+        "cli",
+        "files",
+        "pictured",
+        "tolerances",
+    }
     with pytest.raises(AttributeError, match="has no attribute 'nothing'"):
         _ = gg.nothing  # type: ignore[attr-defined]
 

@@ -39,7 +39,6 @@ from gaitgraph.surface.admissible import (
 )
 from gaitgraph.surface.region import Zones
 from gaitgraph.surface.sheets import (
-    FIBER_TYPES,
     PLANE_TYPES,
     root_arrays,
     roots,
@@ -431,7 +430,7 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
         (
             types_from_text,
             {"label": label},
-            f"types must be one of {', '.join((*PLANE_TYPES, *FIBER_TYPES))}, got ",
+            f"types must be one of {', '.join(PLANE_TYPES)}, got ",
         )
         for label in (
             "(+,-)",
@@ -976,7 +975,7 @@ TAKES_ALPHA: list[Any] = [
             gg.invertibility.pitch_sensitivity,
             gg.invertibility.roll_sensitivity,
             gg.invertibility.tilt_margin,
-            gg.surface.family_distances,
+            gg.surface.sheet_distances,
             acceptable_attitudes,
         )
     ),
@@ -1063,7 +1062,7 @@ def test_texts_are_angles_in_every_function() -> None:
     functions: list[Any] = [
         gg.invertibility.hover_thrust_shares,
         gg.invertibility.decoupling_matrix,
-        partial(gg.surface.family_distances, coefficients=EXACT),
+        partial(gg.surface.sheet_distances, coefficients=EXACT),
     ]
     for function in functions:
         np.testing.assert_allclose(function(texts), function(numbers), atol=1e-15)
@@ -1229,7 +1228,7 @@ SERVOS = gg.io.servo_map_from_mapping({"preset": "x_frame"})
         lambda: gg.invertibility.decoupling_matrix([0, 0, 0, 0], roll=HIDDEN),
         lambda: gg.surface.sheet_angles("blue", HIDDEN, 0.1),
         lambda: gg.surface.root_arrays(0.1, HIDDEN),
-        lambda: gg.surface.family_distances(MASKED_ROWS),
+        lambda: gg.surface.sheet_distances(MASKED_ROWS),
         lambda: gg.surface.red_label(HIDDEN, 0.1),
         lambda: gg.admissible_region().contains(MASKED),
         lambda: gg.lift(ROWS, "red").parametrize().at(HIDDEN),

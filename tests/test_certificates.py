@@ -20,13 +20,13 @@ from gaitgraph.errors import Infeasible, InputError
 from gaitgraph.gait.gait import paper_gait
 from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.invertibility.matrices import (
-    DEFAULT_FLOOR,
     hover_thrust_shares,
     least_singular_value,
     level_determinant,
 )
 from gaitgraph.timing.time_optimal import limits_of
 from gaitgraph.timing.timed_gait import table_of
+from gaitgraph.tolerances import DEFAULT_FLOOR
 from tests.mutated import changed
 
 CHECKER = Path(check.__file__)

@@ -251,12 +251,12 @@ BIASED = (-0.8, 0.8, 0.2, 0.3)
 
 def of_angles(name: str) -> Callable[[Any], Any]:
     """Return what a function of tilt angles and a vehicle gives for a vehicle."""
-    package = gg.surface if name == "family_distances" else gg.invertibility
+    package = gg.surface if name == "sheet_distances" else gg.invertibility
     return lambda one: getattr(package, name)(BIASED, vehicle=one)
 
 
 OF_A_VEHICLE |= {f"invertibility.{name}": of_angles(name) for name in OF_ANGLES}
-OF_A_VEHICLE |= {"surface.family_distances": of_angles("family_distances")}
+OF_A_VEHICLE |= {"surface.sheet_distances": of_angles("sheet_distances")}
 
 
 def as_text(answer: Any) -> str:

@@ -14,9 +14,9 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 import gaitgraph as gg
-from gaitgraph.invertibility.matrices import DEFAULT_FLOOR
 from gaitgraph.surface.sheets import red_label, separating_factor
 from gaitgraph.timing.laws import LAWS, LawName
+from gaitgraph.tolerances import DEFAULT_FLOOR
 from tests.published import GAITS
 from tests.samples import points_of
 

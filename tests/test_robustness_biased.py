@@ -244,9 +244,9 @@ class TestForms:
             assert one.singular_value[1] == pytest.approx(
                 found[0].singular_value[1], abs=5e-4
             )
-            assert one.noun == "corner"
+            assert one.where.noun == "corner"
         rows = table_from(timed.alpha, t=timed.t)
-        assert (quick(rows).noun, quick(rows).where.t) == ("row", 0.0)
+        assert (quick(rows).where.noun, quick(rows).where.t) == ("row", 0.0)
 
     def test_a_point(self) -> None:
         found = quick(POINT, curves=5)

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from gaitgraph.surface.sheets import (
-    FIBER_TYPES,
     PLANE_TYPES,
     neighbors_allowed,
     text_from_types,
@@ -51,13 +50,9 @@ def test_figure_15_b_by_labels_and_by_arrays() -> None:
             is by_angle
         )
         assert table[i, k] == by_angle
-    # The free angle of a fibre may be a neighbour of every type.
-    for fiber, other in itertools.product(FIBER_TYPES, (*ORDER, *FIBER_TYPES)):
-        assert types_may_be_adjacent(fiber, other)
-        assert types_may_be_adjacent(other, fiber)
 
 
-@pytest.mark.parametrize("label", [*ORDER, *FIBER_TYPES])
+@pytest.mark.parametrize("label", ORDER)
 def test_labels_mean_their_signs(label: str) -> None:
     codes = CODES[label[1]], CODES[label[3]]
     assert types_from_text(label) == codes

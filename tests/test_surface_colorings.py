@@ -18,9 +18,7 @@ from gaitgraph.invertibility.matrices import noise_of
 from gaitgraph.surface.loop_colorings import (
     MOST_LISTED,
     Coloring,
-    ColoringCount,
     ColoringObstacle,
-    color_choices,
 )
 from gaitgraph.surface.sheets import SIGNS, text_from_types, types_from_text
 from tests.published import GAITS, PublishedGait
@@ -112,21 +110,6 @@ def brute(
         ):
             out.append(colors)
     return out
-
-
-def counted(
-    loop: Sequence[Point],
-    cuts: Sequence[int],
-    sign: Sign,
-    coefficients: gg.Coefficients,
-) -> ColoringCount:
-    """Return the count of a loop that comes in pieces, cut before the points of these numbers."""
-    plane = np.array(loop, dtype=float)
-    choices = color_choices(plane[:, 0], plane[:, 1], coefficients)[sign]
-    count = ColoringCount(sign)
-    for start, end in itertools.pairwise([0, *sorted(cuts), len(choices)]):
-        count.add(choices[start:end])
-    return count
 
 
 @pytest.mark.parametrize(
@@ -239,38 +222,6 @@ def test_a_count_of_more_than_4000_digits_is_given_by_its_logarithm(n: int) -> N
     assert str(found) == f"{text} colourings of a loop of {n} points"
     jump = "(those that change color jump between the sheets)"
     assert found.in_report == f"{text} with R < 0, all red or all blue {jump}"
-
-
-@settings(deadline=None, max_examples=50)
-@given(
-    data=st.data(),
-    loop=st.lists(points, min_size=1, max_size=25),
-    coefficients=either_kind,
-)
-def test_arbitrary_pieces_count_as_one(
-    data: st.DataObject, loop: Loop, coefficients: gg.Coefficients
-) -> None:
-    cuts = data.draw(
-        st.lists(st.integers(0, len(loop)), max_size=8)
-    )  # equal cuts make empty pieces
-    for sign in SIGNS:
-        whole, pieces = (
-            counted(loop, [], sign, coefficients),
-            counted(loop, cuts, sign, coefficients),
-        )
-        assert (
-            pieces.closed()
-            == whole.closed()
-            == gg.colorings(loop, sign=sign, coefficients=coefficients).count
-        )
-        assert pieces.obstacle == whole.obstacle
-        assert pieces.closed() == whole.closed()  # closing twice changes nothing
-        if whole.obstacle is None:
-            assert pieces.points == whole.points == len(loop)
-            everywhere = [set(choice) for choice in offers(loop, sign, coefficients)]
-            assert (
-                set(pieces.plain) == set(whole.plain) == set.intersection(*everywhere)
-            )
 
 
 def check_obstacle(

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import itertools
 import math
-import re
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -27,21 +26,19 @@ from gaitgraph.invertibility.matrices import (
     roll_sensitivity,
     zero_moment_direction,
 )
-from gaitgraph.io.formats import read_table
 from gaitgraph.surface.sheets import (
-    DEFAULT_CROSSING_TOLERANCE,
-    FIBERS,
     PLANE_TYPES,
-    families_along,
-    family_distances,
-    family_jumps,
-    family_types,
+    colors_along,
     root_arrays,
     roots,
+    sheet_distances,
+    sheet_jumps,
     text_from_types,
+    types_at,
     types_contradict,
     types_of,
 )
+from gaitgraph.tolerances import DEFAULT_CROSSING_TOLERANCE
 from gaitgraph.vehicle import Vehicle, vehicle_named
 from tests.samples import EXACT, HALF_PI, MIRRORED, write_rows
 
@@ -352,40 +349,34 @@ def test_rows_on_neither_and_rows_on_both() -> None:
         [0.9, -0.9, 0.9, -0.9 + 1e-3],
     ]
     for tolerance, expected in ((2e-3, [1, 0, 1]), (0.1, [1, 1, 1]), (1e-4, [1, 0, 0])):
-        assert families_along(alpha, EXACT, tolerance).tolist() == expected
+        assert colors_along(alpha, EXACT, tolerance).tolist() == expected
     delta = EXACT.delta
     both = [delta, -delta, delta, -delta]
     red, blue = [0.9, -0.9, 0.9, -0.9], [0.9, -0.9, 2 * delta - 0.9, -2 * delta + 0.9]
     turned = np.add([red, blue], [0.0, 0.0, PI, -PI])
-    assert family_distances(turned, EXACT).argmin(axis=-1).tolist() == [0, 1]
-    assert family_distances(turned, EXACT).min(axis=-1).max() < 1e-12
-    assert families_along(turned, EXACT, 1e-6).tolist() == [1, -1]
+    assert sheet_distances(turned, EXACT).argmin(axis=-1).tolist() == [0, 1]
+    assert sheet_distances(turned, EXACT).min(axis=-1).max() < 1e-12
+    assert colors_along(turned, EXACT, 1e-6).tolist() == [1, -1]
     off = [0.9, -0.9, 0.0, 0.0]
-    for rows, before, sheets in (
-        ([both], 0, [1]),
-        ([both], -1, [-1]),
-        ([both], 2, [1]),
-        ([both, both, blue, both, red, both], 0, [-1, -1, -1, -1, 1, 1]),
-        ([red, both, both, blue], 0, [1, 1, 1, -1]),
-        ([blue, off, both], 0, [-1, 0, 1]),
-        ([both, off, both, blue], 0, [1, 0, 1, -1]),
+    for rows, sheets in (
+        ([both], [1]),
+        ([both, both, blue, both, red, both], [-1, -1, -1, -1, 1, 1]),
+        ([red, both, both, blue], [1, 1, 1, -1]),
+        ([blue, off, both], [-1, 0, 1]),
+        ([both, off, both, blue], [1, 0, 1, -1]),
     ):
-        found = families_along(rows, EXACT, 1e-6, before=before)
+        found = colors_along(rows, EXACT, 1e-6)
         assert (found.tolist(), found.dtype.name) == (sheets, "int8")
 
 
-def on_fiber(fiber: str, free: Any, coefficients: Coefficients = EXACT) -> FloatArray:
-    """Return points of a fibre with free angles (α2, α4), or (α1, α3) on the second one."""
+def on_fiber(fiber: int, free: Any, coefficients: Coefficients = EXACT) -> FloatArray:
+    """Return points of the first fibre with free angles (α2, α4), or of the second with (α1, α3)."""
     free = np.asarray(free, dtype=float)
-    fixed = np.full(
-        free.shape[:-1],
-        coefficients.delta if fiber == "fiber1" else -coefficients.delta,
-    )
-    pairs = (
-        (fixed, free[..., 0], fixed, free[..., 1]),
-        (free[..., 0], fixed, free[..., 1], fixed),
-    )
-    return np.stack(pairs[fiber == "fiber2"], axis=-1)
+    at = coefficients.delta if fiber == 1 else -coefficients.delta
+    fixed = np.full(free.shape[:-1], at)
+    if fiber == 1:
+        return np.stack([fixed, free[..., 0], fixed, free[..., 1]], axis=-1)
+    return np.stack([free[..., 0], fixed, free[..., 1], fixed], axis=-1)
 
 
 @every_case
@@ -399,7 +390,7 @@ def test_on_a_fibre_R_is_its_closed_form_and_a_pair_idles(case: str) -> None:
         coefficients_of(vehicle, "exact"),
         np.random.default_rng(12).uniform(-1.2, 1.2, (300, 2)),
     )
-    for fiber, sign, idle in (("fiber1", 1.0, [1, 3]), ("fiber2", -1.0, [0, 2])):
+    for fiber, sign, idle in ((1, 1.0, [1, 3]), (2, -1.0, [0, 2])):
         alpha = on_fiber(fiber, free, exact)
         R = (
             sign
@@ -417,52 +408,13 @@ def test_on_a_fibre_R_is_its_closed_form_and_a_pair_idles(case: str) -> None:
         )
 
 
-def test_points_follow_fibres_where_they_meet_blue_and_sheets_elsewhere() -> None:
-    free = np.array([(0.4, 0.4), (0.4, 0.6), (0.2, -0.2 - 2 * EXACT.delta), (0.1, 0.6)])
-    alpha = on_fiber("fiber1", free)
-    assert families_along(alpha, EXACT, 1e-6).tolist() == [1, 2, 2, 2]
-    assert families_along(alpha[2:], EXACT, 1e-6).tolist() == [-1, 2]
-    assert families_along(alpha[2:], EXACT, 1e-6, before=2).tolist() == [2, 2]
-    assert families_along(alpha[2:], EXACT, 1e-6, before=3).tolist() == [-1, 2]
-    assert families_along(alpha + np.array([0, 0, 0.01, 0]), EXACT, 1e-6).tolist() == [
-        0,
-        0,
-        0,
-        0,
-    ]
-    assert families_along(on_fiber("fiber2", free), EXACT, 1e-6).tolist() == [
-        1,
-        3,
-        3,
-        3,
-    ]
-
-
-def test_types_on_fibres_hold_one_that_is_free() -> None:
-    alpha = np.vstack([on_fiber(fiber, (0.4, 0.9)) for fiber in FIBERS])
-    for points, crossing in (
-        (alpha, 0.1),
-        (alpha + 1e-3, 0.0),
-    ):  # as a table may be off the fibre
-        third, fourth = family_types(points, [2, 3], EXACT, crossing)
-        assert list(zip(third.tolist(), fourth.tolist(), strict=True)) == [
-            (0, 2),
-            (2, 0),
-        ]
-    assert np.transpose(family_types([(0.5, 0.5, 0, 0)] * 3, [1, -1, 0], EXACT, 0.1)).tolist() == [
+def test_types_have_the_sign_of_the_color() -> None:
+    assert np.transpose(types_at([(0.5, 0.5, 0, 0)] * 3, [1, -1, 0], EXACT, 0.1)).tolist() == [
         [1, 1], [-1, -1], [0, 0],
     ]  # fmt: skip
-    pairs = [(1, 1), (-1, 0), (0, 0), (0, 2), (2, 0)]
-    table = {
-        code: types_contradict(pairs, [code] * 5).tolist() for code in (1, -1, 2, 3, 0)
-    }
-    assert table == {
-        1: [False, True, False, True, True],
-        -1: [True, False, False, True, True],
-        2: [True, True, True, False, True],
-        3: [True, True, True, True, False],
-        0: [False] * 5,
-    }
+    pairs = [(1, 1), (-1, 0), (0, 0)]
+    table = {code: types_contradict(pairs, [code] * 3).tolist() for code in (1, -1, 0)}
+    assert table == {1: [False, True, False], -1: [True, False, False], 0: [False] * 3}
 
 
 @every_case
@@ -482,124 +434,33 @@ def test_a_segment_is_continuous_if_samples_along_it_stay_on_a_sheet_of_its_ends
         blue.astype(int),
     )
     samples = alpha[:-1] + np.linspace(0, 1, 18)[:, None, None] * np.diff(alpha, axis=0)
-    farthest = family_distances(samples, numbers).max(axis=0)
+    farthest = sheet_distances(samples, numbers).max(axis=0)
     off = np.minimum(
         *(
             np.take_along_axis(farthest, at, axis=1)[:, 0]
             for at in (column[:-1], column[1:])
         )
     )
-    jumps = family_jumps(alpha[:-1], alpha[1:], codes[:-1], codes[1:], numbers)
+    jumps = sheet_jumps(alpha[:-1], alpha[1:], codes[:-1], codes[1:], numbers)
     assert ((jumps > 0) == (off > 1e-9)).all()
     assert (jumps[codes[:-1] != codes[1:]] == 0).sum() > 50
 
 
-# From the red sheet onto both fibres and back, R > 0.
-AT = EXACT.delta
-ACROSS = [
-    (-0.3, 0.5, -0.3, 0.5),
-    (AT, 0.5, AT, 0.5),
-    (AT, 0.3, AT, 0.9),
-    (AT, 0.2, AT, 0.2),
-]
-ACROSS += [(-0.2, -AT, -0.2, -AT), (-0.6, -AT, -0.1, -AT), (-0.4, -AT, -0.4, -AT)]
-ACROSS_COLORS = ("red", "red", "fiber1", "red", "red", "fiber2", "red")
-
-
-@pytest.mark.parametrize("fiber", FIBERS)
-def test_a_gait_on_a_fibre_is_valid_and_not_flyable_also_as_a_table_without_colors(
-    fiber: str, tmp_path: Path
+@pytest.mark.parametrize("fiber", [1, 2])
+def test_rows_along_a_fibre_have_no_color_and_a_pair_of_rotors_idles(
+    fiber: int, tmp_path: Path
 ) -> None:
-    first = fiber == "fiber1"
-    words = f"on the {'first' if first else 'second'} fibre, where rotors {'2 and 4' if first else '1 and 3'} idle"
-    free = np.array([(0.2, 0.4), (0.9, 0.3), (0.5, 0.8)]) * (1 if first else -1)
-    for numbers in (coefficients_of(), EXACT):
-        gait = Gait(
-            alpha=on_fiber(fiber, free, numbers),
-            colors=(fiber,) * 3,
-            coefficients=numbers,
-        )
-        report = gait.check()
-        verdicts = (
-            report.valid,
-            report.two_color,
-            report.flyable,
-            report.reachable_from_hover,
-        )
-        assert verdicts == (True, True, False, True)
-        assert [check.name for check in report.checks if not check.ok] == [
-            "hover_thrust"
-        ]
-        assert re.match(rf"corner 1 \([^)]*\) is {words}", report.reason)
-        assert (report["hover_thrust"].value, gait.color) == (0.0, fiber)
-        assert set(gait.types) == {"(?,*)" if first else "(*,?)"}
-    timed = Gait(
-        alpha=on_fiber(fiber, free, coefficients_of()), colors=(fiber,) * 3
-    ).parametrize(1.0, samples=24)
-    timed.write(tmp_path / "colored.csv")
-    table = read_table(tmp_path / "colored.csv")
-    assert set(table["color"]) == {fiber}
-    write_rows(tmp_path / "bare.csv", table.alpha, fmt="%.4f")
-    for path in (tmp_path / "colored.csv", tmp_path / "bare.csv"):
-        report = gg.validate(path)
-        assert (report.valid, report.flyable, report.two_color, report.notes) == (
-            True,
-            False,
-            True,
-            (),
-        )
-        assert re.match(rf"\w+ 1[^)]*\) is {words}", report.reason)
-        assert "on a fibre" in str(
-            gg.transition("hover", gg.gait_of(read_table(path))).reason
-        )
-
-
-def test_a_gait_goes_from_red_onto_fibres_and_back() -> None:
-    for digits in (15, 4, 2):
-        gait = Gait(
-            alpha=np.round(ACROSS, digits), colors=ACROSS_COLORS, coefficients=EXACT
-        )
-        report = gait.check()
-        assert report["continuous"].ok == (digits > 2)
-        assert (gait.color, gait.types[2], gait.types[5]) == ("mixed", "(?,*)", "(*,?)")
-        assert digits == 2 or (
-            report.valid,
-            report.flyable,
-            report.reachable_from_hover,
-        ) == (True, False, True)
-        assert digits == 2 or re.match(
-            r"corner 3 \(.*\) is on the first fibre", report.reason
-        )
-
-
-def test_jumps_onto_fibres_wrong_colors_wraps_and_zeros_of_R_are_found() -> None:
-    on = on_fiber("fiber1", [(0.3, 0.6), (0.5, 0.9)])
-    shifted = np.array(ACROSS) + np.array(
-        [[0.0] * 4, [-0.2, 0, -0.2, 0], *[[0.0] * 4] * 5]
-    )
-    for alpha, colors, value, words in (
-        (shifted, ACROSS_COLORS, 0.2, "changes color"),
-        (
-            on,
-            ("fiber2",) * 2,
-            None,
-            "fiber2 but lies off that fibre, on the fiber1 one",
-        ),
-        (on, ("red",) * 2, None, "red but lies off that sheet, on the fiber1 one"),
-        (on + np.array([[0, 0, 0, 0], [PI, 0, 0, 0]]), ("fiber1",) * 2, PI, ""),
-    ):
-        check = Gait(alpha=alpha, colors=colors, coefficients=EXACT).check()[
-            "continuous"
-        ]
-        assert not check.ok
-        assert words in check.message
-        assert value is None or check.value == pytest.approx(value)
-    for free, valid, reachable in (
-        ([(0.3, 0.6), (-0.9, -0.2)], False, False),  # R changes its sign
-        ([(-0.9, -0.2), (-0.9, -0.8)], True, False),
-        ([(0.3, 0.6), (-0.9, 2.0)], True, None),
-    ):
-        report = Gait(
-            alpha=on_fiber("fiber1", free), colors=("fiber1",) * 2, coefficients=EXACT
-        ).check()
-        assert (report.valid, report.reachable_from_hover) == (valid, reachable)
+    rotors = "rotors 2 and 4 idle" if fiber == 1 else "rotors 1 and 3 idle"
+    free = np.array([(0.2, 0.4), (0.9, 0.3), (0.5, 0.8)]) * (1 if fiber == 1 else -1)
+    alpha = on_fiber(fiber, free)
+    write_rows(tmp_path / "rows.csv", alpha, fmt="%.4f")
+    for gait in (Gait(alpha=alpha, coefficients=EXACT), alpha, tmp_path / "rows.csv"):
+        report = gg.validate(gait)
+        broken = [check.name for check in report.checks if check.broken]
+        assert broken == ["two_color", "continuous", "hover_thrust"]
+        assert report["on_surface"].ok
+        assert rotors in report["hover_thrust"].message
+        assert report["hover_thrust"].value == pytest.approx(0.0, abs=1e-3)
+        assert "lies on neither sheet" in report.reason
+    with pytest.raises(gg.InputError, match="colors must be 'red', 'blue', got"):
+        Gait(alpha=alpha, colors=("fiber1",) * 3)

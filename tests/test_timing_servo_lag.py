@@ -11,7 +11,7 @@ from hypothesis import example, given, settings, strategies as st
 import gaitgraph as gg
 from gaitgraph.gait.gait import lift
 from gaitgraph.invertibility.matrices import least_singular_value
-from gaitgraph.surface.sheets import family_distances
+from gaitgraph.surface.sheets import sheet_distances
 from gaitgraph.timing.servo_lag import servo_response
 from gaitgraph.timing.time_optimal import Limits, paced
 from tests.published import GAITS
@@ -110,13 +110,13 @@ def test_errors_are_bounded_certain_between_samples_and_average_out(
     # Opposite servos that share a lag err alike, to the last bit.
     np.testing.assert_array_equal(response.error[:, :2], response.error[:, 2:])
     assert response.distance_off_sheet == 0
-    on_red = family_distances(response.actual, timed.gait.coefficients)[..., 0]
+    on_red = sheet_distances(response.actual, timed.gait.coefficients)[..., 0]
     assert on_red.max() < 1e-12
 
 
 def test_servos_with_lags_of_their_own_leave_the_sheet() -> None:
     response = servo_response(fast(), [0.048, 0.048, 0.06, 0.048])
-    off = family_distances(response.actual, SQUARE.coefficients)[..., 0].max()
+    off = sheet_distances(response.actual, SQUARE.coefficients)[..., 0].max()
     assert off > 0.02
     assert off <= response.distance_off_sheet <= off + 1e-4
     # The error in α3 moves the gait along α3 alone, so Rθ or Rφ no longer vanish.
@@ -129,7 +129,7 @@ def test_servos_with_lags_of_their_own_leave_the_sheet() -> None:
     # With one lag for all a blue gait stays on its sheet, as a red one does.
     response = servo_response(lift(GAITS[1].angles, "blue").parametrize(1.0), 0.05)
     assert response.distance_off_sheet == pytest.approx(0, abs=1e-12)
-    assert family_distances(response.actual, SQUARE.coefficients)[..., 1].max() < 1e-9
+    assert sheet_distances(response.actual, SQUARE.coefficients)[..., 1].max() < 1e-9
     biased = servo_response(
         SQUARE.biased(0.5).parametrize(1.0), 0.05
     )  # it is on no sheet anyway

@@ -22,7 +22,8 @@ from gaitgraph.invertibility.matrices import (
     pitch_sensitivity,
     roll_sensitivity,
 )
-from gaitgraph.validation.validating import MOST_LISTED_ROWS, validate
+from gaitgraph.validation.rows import MOST_LISTED_ROWS
+from gaitgraph.validation.validating import validate
 from tests.published import GAITS, PublishedGait
 from tests.samples import table_from
 

@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 import gaitgraph as gg
 from gaitgraph.flight.vehicle_files import read_description
 from gaitgraph.invertibility.geometry import Geometry, geometry_from_mapping
-from gaitgraph.validation.validating import validate_geometry
+from gaitgraph.validation.any_rotors import validate_geometry
 from gaitgraph.vehicle import preset_names, vehicle_named
 
 pytest.importorskip("mujoco")

@@ -27,6 +27,7 @@ from gaitgraph.invertibility.forms import Sines, level_of, rotors_of
 from gaitgraph.io.formats import gait_of, given_gait, naming_file
 from gaitgraph.timing.laws import bernstein_from_power, values_of
 from gaitgraph.timing.timed_gait import TimedGait, timed_gait_of
+from gaitgraph.tolerances import DEFAULT_FLOOR
 from gaitgraph.validation.validating import validate
 from gaitgraph.vehicle import four_of
 
@@ -128,7 +129,7 @@ def certify(
     *,
     vehicle: VehicleLike | None = None,
     coefficients: CoefficientsLike | None = None,
-    floor: float = matrices.DEFAULT_FLOOR,
+    floor: float = DEFAULT_FLOOR,
     tilt: float | str | None = None,
     timing: bool = True,
 ) -> Certified:

@@ -65,7 +65,8 @@ def validate_command(
     """
     from gaitgraph.gait.table import surface_of
     from gaitgraph.io.formats import holds_request, naming_file, read_table
-    from gaitgraph.validation.validating import validate, validate_geometry
+    from gaitgraph.validation.any_rotors import validate_geometry
+    from gaitgraph.validation.validating import validate
     from gaitgraph.vehicle import Vehicle
 
     with Working(f"judging {gait_file}"):

@@ -40,6 +40,7 @@ from gaitgraph.surface.sheets import (
 )
 from gaitgraph.timing.laws import DEFAULT_LAW
 from gaitgraph.timing.timed_gait import DEFAULT_SAMPLES, checked_clock
+from gaitgraph.tolerances import DEFAULT_FLOOR
 from gaitgraph.validation.report import not_judged_text, verdict_of
 from gaitgraph.vehicle import (
     PAPER,
@@ -273,8 +274,7 @@ def _standing(state: State) -> dict[str, Any]:
     shares = matrices.hover_thrust_shares(alpha, request.vehicle)
     holds = (
         color == "red"
-        and matrices.least_singular_value(alpha, request.vehicle)
-        > matrices.DEFAULT_FLOOR
+        and matrices.least_singular_value(alpha, request.vehicle) > DEFAULT_FLOOR
     )
     posture = {
         "alpha": to_digits(alpha),

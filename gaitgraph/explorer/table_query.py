@@ -23,7 +23,6 @@ from gaitgraph.errors import (
 )
 from gaitgraph.explorer import queries
 from gaitgraph.gait.table import closed_rows
-from gaitgraph.invertibility import matrices
 from gaitgraph.io.formats import (
     FORMATS,
     known_format,
@@ -35,6 +34,7 @@ from gaitgraph.plots.vehicles import write_films
 from gaitgraph.robustness.biased import robustness_of
 from gaitgraph.timing.statement import checked
 from gaitgraph.timing.timed_gait import table_of
+from gaitgraph.tolerances import DEFAULT_FLOOR
 from gaitgraph.validation.validating import validate
 from gaitgraph.vehicle import preset_names, vehicle_from_mapping
 
@@ -47,9 +47,7 @@ _MOST_ROWS = 2000
 _PLACES = 400  # along the legs of a table without times
 _MOST_CORNERS = 5000  # whose attitudes are judged
 _FILM = ".gif"
-_NOT_SHOWN = {
-    "floor": matrices.DEFAULT_FLOOR
-}  # request fields without a control on the page
+_NOT_SHOWN = {"floor": DEFAULT_FLOOR}  # request fields without a control on the page
 
 
 def formats_answer() -> list[dict[str, Any]]:

@@ -23,18 +23,20 @@ from gaitgraph.invertibility.coefficients import (
     check_symmetric,
     coefficients_of,
 )
-from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, level_determinant
+from gaitgraph.invertibility.matrices import level_determinant
 from gaitgraph.pictured import Pictured
 from gaitgraph.surface.sheets import (
     COLORS,
-    DEFAULT_CROSSING_TOLERANCE,
-    DEFAULT_TOLERANCE,
-    FAMILIES,
     checked_plane_angles,
-    family_codes,
-    family_types,
+    color_codes,
     sheet_angles,
     text_from_types,
+    types_at,
+)
+from gaitgraph.tolerances import (
+    DEFAULT_CROSSING_TOLERANCE,
+    DEFAULT_FLOOR,
+    DEFAULT_TOLERANCE,
 )
 from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
 
@@ -57,7 +59,7 @@ class Gait(Pictured):
         Corners (α1, α2, α3, α4), shape (n, 4), n ≥ 1 [rad]; the segment from the last to the first is implied.
         Copied and read-only.
     colors
-        The sheet of each corner, "red" or "blue", or the fibre, "fiber1" or "fiber2"; empty for a gait that is off the
+        The sheet of each corner, "red" or "blue"; empty for a gait that is off the
         surfaces (a biased one).
     vehicle, coefficients
         The vehicle that flies the gait, and the coefficients of the surfaces it lies on; by default the vehicle's.
@@ -114,9 +116,9 @@ class Gait(Pictured):
             raise InputError(
                 f"colors must be one for each of the {len(corners)} corners, got {len(names)}"
             )
-        if not all(color in FAMILIES for color in names):
+        if not all(color in COLORS for color in names):
             raise InputError(
-                f"colors must be {', '.join(map(repr, FAMILIES))}, got {shown(names)}"
+                f"colors must be {', '.join(map(repr, COLORS))}, got {shown(names)}"
             )
         reach = checked_number(
             "crossing_tolerance", crossing_tolerance, "a finite number ≥ 0 (rad)"
@@ -154,8 +156,8 @@ class Gait(Pictured):
     @property
     def types(self) -> tuple[str, ...]:
         """The plane types of each corner; empty off the surfaces."""
-        codes = family_codes(self.colors)
-        pairs = family_types(
+        codes = color_codes(self.colors)
+        pairs = types_at(
             self.alpha[: len(codes)], codes, self.coefficients, self.crossing_tolerance
         )
         return tuple(text_from_types(*pair) for pair in zip(*pairs, strict=True))
@@ -176,7 +178,7 @@ class Gait(Pictured):
         changes: Any = False  # of color, to the next point, and from the one before
         changed: Any = False
         if self.color == "mixed":
-            changed = (codes := family_codes(self.colors)) != codes[before]
+            changed = (codes := color_codes(self.colors)) != codes[before]
             changes = np.roll(changed, -1)
         # First drop points that repeat the one before, of which the direction is not known.
         size = np.sqrt((step * step).sum(axis=1, keepdims=True))

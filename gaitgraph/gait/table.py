@@ -38,17 +38,15 @@ from gaitgraph.invertibility.matrices import (
 )
 from gaitgraph.pictured import Pictured
 from gaitgraph.surface.sheets import (
-    DEFAULT_CROSSING_TOLERANCE,
-    DEFAULT_TOLERANCE,
-    FIBERS,
-    families_along,
-    family_codes,
-    family_of,
-    family_types,
+    color_codes,
+    color_of,
+    colors_along,
     text_from_types,
+    types_at,
     types_contradict,
     types_from_text,
 )
+from gaitgraph.tolerances import DEFAULT_CROSSING_TOLERANCE, DEFAULT_TOLERANCE
 from gaitgraph.vehicle import (
     PAPER,
     Each,
@@ -397,16 +395,10 @@ def checked_about(content: object) -> dict[str, Any]:
 def tilt_angles(table: Table, coefficients: Coefficients) -> FloatArray:
     """Return the four tilt angles of each row, shape (n, 4) [rad]; rows of alpha1, alpha2 and color are lifted.
 
-    Raises InputError if a row to lift is on a fibre, which leaves α3 or α4 open, or outside [−π/2, π/2]².
+    Raises InputError if a row to lift is outside [−π/2, π/2]².
     """
     if "alpha3" in table:
         return table.alpha
-    for k, color in enumerate(table["color"], start=1):
-        if color in FIBERS:
-            raise InputError(
-                f"color must be 'red' or 'blue' without alpha3 and alpha4, got {color!r} in row {k}",
-                field="color",
-            )
     return points_on_sheets(
         table["alpha1"], table["alpha2"], table["color"], coefficients
     )
@@ -422,11 +414,11 @@ def own_angles(table: Table) -> FloatArray:
 def lifted_rows(
     table: Table, coefficients: Coefficients, tolerance: float = DEFAULT_TOLERANCE
 ) -> tuple[FloatArray, npt.NDArray[np.int8]]:
-    """Return the tilt angles [rad] and the family of each row, as stated or by its place; 0 for none."""
+    """Return the tilt angles [rad] and the color of each row, as stated or by its place; 0 for none."""
     alpha = angles_from(tilt_angles(table, coefficients), "alpha")
     if "color" in table:
-        return alpha, family_codes(table["color"])
-    return alpha, families_along(alpha, coefficients, tolerance)
+        return alpha, color_codes(table["color"])
+    return alpha, colors_along(alpha, coefficients, tolerance)
 
 
 def check_repeats(motion: object, name: str = "gait") -> None:
@@ -539,15 +531,15 @@ def closing_time(start: float, end: float, rows: int) -> float:
 
 
 def wrong_types(table: Table, codes: npt.NDArray[np.int8]) -> npt.NDArray[np.bool_]:
-    """Return which rows state plane types that contradict their families."""
+    """Return which rows state plane types that contradict their colors."""
     known = {text: types_from_text(text) for text in dict.fromkeys(table["types"])}
     return types_contradict(np.array([known[text] for text in table["types"]]), codes)
 
 
 def colors_of(alpha: FloatArray, coefficients: Coefficients) -> tuple[str, ...]:
-    """Return the color of the sheet or fibre that each point lies on, to within 2e-3 rad; none if one lies on none."""
-    codes = families_along(alpha, coefficients, DEFAULT_TOLERANCE)
-    return tuple(map(family_of, codes.tolist())) if codes.all() else ()
+    """Return the color of the sheet that each point lies on, to within 2e-3 rad; none if one lies on none."""
+    codes = colors_along(alpha, coefficients, DEFAULT_TOLERANCE)
+    return tuple(map(color_of, codes.tolist())) if codes.all() else ()
 
 
 def closed_rows(
@@ -560,7 +552,7 @@ def closed_rows(
     """Return the closed polyline through a table's rows, and its times.
 
     By default vehicle and coefficients are those of the table, else the paper's; the gait then keeps the request of the
-    table. Rows without colors get those of the sheets or fibres they lie on, if each lies on one to within 2e-3 rad. A
+    table. Rows without colors get those of the sheets they lie on, if each lies on one to within 2e-3 rad. A
     last row that closes the table is no corner. The n + 1 times [s] include the return to the first corner; None
     without a column t. Of a path that is run once the polyline leads out and back, in twice the time: its segments are
     those of the path.
@@ -671,10 +663,10 @@ def completed_table(
     if not codes.all():
         columns.pop("types", None)
     else:
-        columns["color"] = tuple(map(family_of, codes.tolist()))
+        columns["color"] = tuple(map(color_of, codes.tolist()))
         if "types" not in table or wrong_types(table, codes).any():
             pairs = zip(
-                *family_types(alpha, codes, numbers, crossing_tolerance), strict=True
+                *types_at(alpha, codes, numbers, crossing_tolerance), strict=True
             )
             columns["types"] = tuple(text_from_types(*pair) for pair in pairs)
     if (

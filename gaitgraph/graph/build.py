@@ -56,13 +56,14 @@ from gaitgraph.invertibility.coefficients import (
     CoefficientsLike,
     coefficients_of,
 )
-from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, noise_of
+from gaitgraph.invertibility.matrices import noise_of
 from gaitgraph.surface.sheets import (
-    family_jumps,
     neighbors_allowed,
     root_arrays,
+    sheet_jumps,
     text_from_types,
 )
+from gaitgraph.tolerances import DEFAULT_FLOOR
 from gaitgraph.vehicle import (
     PAPER,
     Vehicle,
@@ -337,7 +338,7 @@ def _edge_quantities(
     a, b = edge.T
     starts, ends = alpha[a], alpha[b]
     codes = np.where(red, np.int8(1), np.int8(-1))
-    jump = family_jumps(starts, ends, codes[a], codes[b], coefficients)
+    jump = sheet_jumps(starts, ends, codes[a], codes[b], coefficients)
     keeps_sign, flyable = np.zeros((2, len(edge)), dtype=bool)
     singular = np.zeros(len(edge))
     if len(edge):

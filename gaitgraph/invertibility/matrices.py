@@ -29,9 +29,6 @@ if TYPE_CHECKING:
 IntArray = npt.NDArray[np.int64]
 BoolArray = npt.NDArray[np.bool_]
 
-DEFAULT_FLOOR = 0.05
-"""Least singular value of the scaled decoupling matrix that a flyable gait must keep."""
-
 _POWER_PARTS = 256  # of a loop, in the mean of the power in hover
 
 

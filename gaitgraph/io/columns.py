@@ -45,7 +45,7 @@ from gaitgraph.io.servo_map import (
     servo_map_from_mapping,
     tilts_from_joints,
 )
-from gaitgraph.surface.sheets import FAMILIES, types_from_text
+from gaitgraph.surface.sheets import COLORS, types_from_text
 from gaitgraph.vehicle import vehicle_in_gait_file
 
 if TYPE_CHECKING:
@@ -403,14 +403,14 @@ def _texts(name: str, values: Any) -> tuple[str, ...]:
         try:
             if name == "types":
                 types_from_text(text)
-            elif text not in FAMILIES:
+            elif text not in COLORS:
                 got = (
                     "no value"
                     if (found := values[texts.index(text)]) is None
                     else shown(found)
                 )
                 raise InputError(
-                    f"color must be one of {', '.join(map(repr, FAMILIES))}, got {got}",
+                    f"color must be one of {', '.join(map(repr, COLORS))}, got {got}",
                     field="color",
                 )
         except InputError as error:

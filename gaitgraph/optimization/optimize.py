@@ -30,7 +30,7 @@ from gaitgraph.arrays import freeze_arrays, read_only
 from gaitgraph.errors import Infeasible, InputError, checked_choice, shown
 from gaitgraph.graph.build import checked_waypoints
 from gaitgraph.invertibility.coefficients import coefficients_of
-from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, largest_least_singular_value
+from gaitgraph.invertibility.matrices import largest_least_singular_value
 from gaitgraph.optimization import least_effort
 from gaitgraph.planning.request import merged_repeats
 from gaitgraph.planning.shortest_paths import ShortestPaths, shortest_loop
@@ -52,6 +52,7 @@ from gaitgraph.surface.sheets import SIGNS, separating_factor
 from gaitgraph.timing.curve import Curve
 from gaitgraph.timing.laws import times_from
 from gaitgraph.timing.timed_gait import Motion, TimedGait, checked_clock, table_of
+from gaitgraph.tolerances import DEFAULT_FLOOR
 from gaitgraph.validation.report import Report, verdict_of
 from gaitgraph.vehicle import PAPER, Angle, Vehicle, VehicleLike, vehicle_named
 

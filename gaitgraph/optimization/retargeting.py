@@ -36,12 +36,13 @@ from gaitgraph.gait.table import (
     warn_of_ends,
 )
 from gaitgraph.invertibility.coefficients import coefficients_of
-from gaitgraph.invertibility.matrices import DEFAULT_FLOOR, level_determinant
+from gaitgraph.invertibility.matrices import level_determinant
 from gaitgraph.io.formats import gait_of, given_gait, naming_file
 from gaitgraph.planning.shortest_paths import ShortestPaths
 from gaitgraph.surface.admissible import admissible_region, why_empty
 from gaitgraph.surface.region import Zones, offset, polygons_of
 from gaitgraph.timing.timed_gait import table_of
+from gaitgraph.tolerances import DEFAULT_FLOOR
 from gaitgraph.validation.report import verdict_of
 from gaitgraph.validation.validating import validate
 

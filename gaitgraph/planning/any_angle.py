@@ -22,7 +22,6 @@ from gaitgraph.gait.gait import lift
 from gaitgraph.graph.build import segments_fly
 from gaitgraph.graph.walks import order_of_places, quanta_of
 from gaitgraph.invertibility.matrices import (
-    DEFAULT_FLOOR,
     least_singular_value_on_red,
     level_determinant,
     noise_of,
@@ -39,10 +38,11 @@ from gaitgraph.surface.sheets import (
     RELATION,
     Color,
     Sign,
-    family_codes,
-    family_jumps,
+    color_codes,
     red_label,
+    sheet_jumps,
 )
+from gaitgraph.tolerances import DEFAULT_FLOOR
 from gaitgraph.validation.validating import check_gait
 from gaitgraph.vehicle import PAPER
 
@@ -311,13 +311,13 @@ def straight_loop_holds(branch: Branch, use: Use, *, robust: bool = False) -> bo
     else:
         gait = _lifted(branch, request.waypoints)
         starts, ends = gait.alpha, gait.ends
-        codes, noise = family_codes(gait.colors), noise_of(coefficients)
+        codes, noise = color_codes(gait.colors), noise_of(coefficients)
         least = least_level_determinant(
             starts, ends, coefficients, sign=branch.wanted, tolerance=0.0, floor=noise
         )
         holds = (
             bool(least.lower.min() >= noise)
-            and not family_jumps(starts, ends, codes, codes, coefficients).any()
+            and not sheet_jumps(starts, ends, codes, codes, coefficients).any()
         )
     if not holds or not robust:
         return holds

@@ -18,7 +18,6 @@ import shapely
 
 from gaitgraph.errors import Advice, Infeasible
 from gaitgraph.graph.walks import note_on_gap
-from gaitgraph.invertibility.matrices import DEFAULT_FLOOR
 from gaitgraph.pictured import Pictured
 from gaitgraph.planning.any_angle import any_angle_paths, with_nearest
 from gaitgraph.planning.grid import grid_paths, request_graph
@@ -32,6 +31,7 @@ from gaitgraph.planning.request import (
 from gaitgraph.surface.sheets import RELATION
 from gaitgraph.timing.laws import DEFAULT_LAW, LawName
 from gaitgraph.timing.timed_gait import TimedGait
+from gaitgraph.tolerances import DEFAULT_FLOOR
 from gaitgraph.validation.report import RATE_CHECKS, verdict_of
 from gaitgraph.vehicle import PAPER
 

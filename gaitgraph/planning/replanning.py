@@ -20,7 +20,6 @@ from gaitgraph.arrays import freeze_arrays
 from gaitgraph.errors import Infeasible, InputError, checked_choice, shown
 from gaitgraph.gait.gait import Gait
 from gaitgraph.graph.build import checked_waypoints
-from gaitgraph.invertibility.matrices import DEFAULT_FLOOR
 from gaitgraph.invertibility.segment_bounds import bound_along_red_path
 from gaitgraph.planning.shortest_paths import ShortestPaths
 from gaitgraph.surface.admissible import admissible_region
@@ -34,6 +33,7 @@ from gaitgraph.surface.region import (
 from gaitgraph.surface.sheets import SignChoice, separating_factor
 from gaitgraph.timing.laws import times_from
 from gaitgraph.timing.timed_gait import DEFAULT_SAMPLES, Motion, TimedGait
+from gaitgraph.tolerances import DEFAULT_FLOOR
 from gaitgraph.vehicle import PAPER, four_of, vehicle_named
 
 if TYPE_CHECKING:

@@ -36,7 +36,6 @@ from gaitgraph.graph.build import (
     checked_waypoints,
 )
 from gaitgraph.invertibility.coefficients import CoefficientsLike, Kind, coefficients_of
-from gaitgraph.invertibility.matrices import DEFAULT_FLOOR
 from gaitgraph.io.formats import (
     gait_of,
     holds_request,
@@ -50,6 +49,7 @@ from gaitgraph.surface.region import Points, Zones, checked_accuracy
 from gaitgraph.surface.sheets import ColorChoice, SignChoice
 from gaitgraph.timing.laws import DEFAULT_LAW, LawName
 from gaitgraph.timing.timed_gait import checked_clock
+from gaitgraph.tolerances import DEFAULT_FLOOR
 from gaitgraph.vehicle import (
     PAPER,
     Vehicle,

@@ -22,12 +22,11 @@ from gaitgraph.angles import HALF_PI, checked_number, number_of
 from gaitgraph.errors import Infeasible, InputError, shown
 from gaitgraph.gait.gait import Gait, lift
 from gaitgraph.gait.table import Table, check_repeats
-from gaitgraph.invertibility.matrices import DEFAULT_FLOOR
 from gaitgraph.io.formats import gait_of, given_gait, naming_file, write_tables
 from gaitgraph.planning.any_angle import shortest_path
 from gaitgraph.planning.refusal import Branch
 from gaitgraph.planning.request import plan_request
-from gaitgraph.surface.sheets import FIBERS, home_in_words, red_label, separating_factor
+from gaitgraph.surface.sheets import home_in_words, red_label, separating_factor
 from gaitgraph.timing.joining import (
     JoinedPath,
     RunUp,
@@ -44,6 +43,7 @@ from gaitgraph.timing.timed_gait import (
     checked_clock,
     table_of,
 )
+from gaitgraph.tolerances import DEFAULT_FLOOR
 from gaitgraph.validation.report import RATE_CHECKS, RATE_UNITS, verdict_of
 from gaitgraph.validation.validating import validate
 from gaitgraph.vehicle import PAPER, four_of
@@ -440,11 +440,6 @@ def _refusal(first: Gait, last: Gait) -> tuple[str | None, dict[str, Any] | None
                 f"{where}, so every flight between them passes a singular matrix, at any attitude. {advice}",
                 proof,
             )
-    if {*first.colors, *last.colors} & set(FIBERS):
-        return (
-            "one of the ends is on a fibre, and paths stay on one sheet; use gaits on the red sheet",
-            proof,
-        )
     if first.color != last.color:
         meeting = "the sheets meet in four points only, all with R = 0"
         blue = "In exact physics all of blue is singular; use red"

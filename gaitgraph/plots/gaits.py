@@ -33,6 +33,7 @@ from gaitgraph.surface.admissible import admissible_region
 from gaitgraph.surface.region import Region
 from gaitgraph.surface.sheets import RELATION, red_label
 from gaitgraph.timing.timed_gait import TimedGait
+from gaitgraph.tolerances import DEFAULT_FLOOR
 from gaitgraph.validation.report import Report
 from gaitgraph.vehicle import Vehicle
 
@@ -399,7 +400,9 @@ def draw_panel(timed: TimedGait, panel: str, *, name: str, ax: Axes) -> None:
             t, value, color="black", linewidth=1.6, label="least singular value, level"
         )
         ax.axhline(
-            matrices.DEFAULT_FLOOR, label=f"floor {matrices.DEFAULT_FLOOR:g}", **limit
+            DEFAULT_FLOOR,
+            label=f"floor {DEFAULT_FLOOR:g}",
+            **limit,
         )
         ax.set(
             ylabel="least singular value",

@@ -31,7 +31,8 @@ from gaitgraph.robustness.attitudes import (
     acceptable_attitudes,
     singular_curve,
 )
-from gaitgraph.surface.sheets import DEFAULT_TOLERANCE, family_distances
+from gaitgraph.surface.sheets import sheet_distances
+from gaitgraph.tolerances import DEFAULT_TOLERANCE
 from gaitgraph.validation.rules import Segments, segments_of
 
 if TYPE_CHECKING:
@@ -62,8 +63,7 @@ class Robustness:
     `direction` is (roll, pitch) of the singular attitude nearest to level there [rad], None if all are equally near or
     there is no margin. `acceptable` are the attitudes at which the gait is never singular. `singular_value` is the
     bracket (lower, upper) of the least singular value at the worst attitude within `tilt` [rad]: at `singular_where`
-    and (roll, pitch) `singular_attitude`. `curves` are singular curves at places spread evenly over the gait. `noun` is
-    the word for its points in texts, "corner" or "row".
+    and (roll, pitch) `singular_attitude`. `curves` are singular curves at places spread evenly over the gait.
     """
 
     scaling: Scaling
@@ -77,7 +77,6 @@ class Robustness:
     singular_where: GaitPoint
     singular_attitude: tuple[float, float]
     curves: tuple[tuple[GaitPoint, SingularCurve], ...]
-    noun: str
 
     @property
     def tilt_margin(self) -> float | None:
@@ -124,7 +123,7 @@ class Robustness:
             points = curve.points(_POINTS_OF_A_CURVE).tolist()
             curves.append(
                 {
-                    **place.as_mapping(self.noun),
+                    **place.as_mapping(),
                     **numbers,
                     "branches": [points] if points else [],
                 }
@@ -137,7 +136,7 @@ class Robustness:
             ),
             "tilt_margin_deg": None if margin is None else math.degrees(margin),
             "tilt_margin_reason": self.margin.reason or None,
-            "tilt_margin_where": self.where.as_mapping(self.noun),
+            "tilt_margin_where": self.where.as_mapping(),
             "nearest_singular_attitude": None
             if self.direction is None
             else list(self.direction),
@@ -152,7 +151,7 @@ class Robustness:
             "tilt_deg": math.degrees(self.tilt),
             "least_singular_value": self.singular_value[1],
             "least_singular_value_at_least": self.singular_value[0],
-            "least_singular_value_where": self.singular_where.as_mapping(self.noun),
+            "least_singular_value_where": self.singular_where.as_mapping(),
             "least_singular_value_attitude": list(self.singular_attitude),
             "singular_curves": curves,
         }
@@ -204,7 +203,7 @@ class RobustnessReport:
 
 def _details(one: Robustness) -> list[str]:
     """Return the least margin, the acceptable attitudes and the least singular value as lines of text."""
-    place = one.where.described(one.noun)
+    place = one.where
     if one.tilt_margin is None:
         return [
             f"no tilt margin, no acceptable attitudes: {one.margin.reason}, at {place}"
@@ -240,9 +239,7 @@ def _details(one: Robustness) -> list[str]:
             *lines,
             f"some attitudes within {math.degrees(one.tilt):g}° of tilt are singular",
         ]
-    worst = (
-        f"{one.singular_where.described(one.noun)}, {_attitude(one.singular_attitude)}"
-    )
+    worst = f"{one.singular_where}, {_attitude(one.singular_attitude)}"
     proven = math.floor(1e4 * lower) / 1e4  # rounded down, as a bound must be
     return [
         *lines,
@@ -307,7 +304,7 @@ def robustness_of(
     ]
     factors += [("scaled", factor) for factor in checked_factors("scale", scale)]
     curves = whole_number("curves", curves, 0, _MOST_CURVES)
-    segments, body, noun = _closed_segments(gait, vehicle)
+    segments, body = _closed_segments(gait, vehicle)
     numbers = coefficients_of(body, "exact" if coefficients is None else coefficients)
     if angle_rounding is None:
         rounding = _angle_error(segments.alpha, numbers)
@@ -353,7 +350,6 @@ def robustness_of(
                     (at, singular_curve(at.alpha, numbers, angle_rounding=rounding))
                     for at in _spread(moved, curves)
                 ),
-                noun=noun,
             )
         )
     return RobustnessReport(
@@ -363,8 +359,8 @@ def robustness_of(
 
 def _closed_segments(
     gait: GaitLike, vehicle: VehicleLike | None
-) -> tuple[Segments, Vehicle, str]:
-    """Return the segments of a closed gait, its vehicle, and the word for a point."""
+) -> tuple[Segments, Vehicle]:
+    """Return the segments of a closed gait, and its vehicle."""
     source = given_gait(gait, vehicle=vehicle)
     if isinstance(source, Table):
         motion = motion_of(source, vehicle)
@@ -372,19 +368,14 @@ def _closed_segments(
             points, times = closed_rows(source, vehicle=vehicle, name=gait)
         if motion is not None:
             return _closed_segments(motion, None)
-        segments = replace(
-            segments_of(points),
-            t=times,
-            first_t=None if times is None else float(times[0]),
-        )
-        return segments, points.vehicle, "row"
+        return segments_of(points, "row", times), points.vehicle
     points = source if isinstance(source, Gait) else source.gait
-    return segments_of(points), points.vehicle, "corner"
+    return segments_of(points), points.vehicle
 
 
 def _angle_error(alpha: FloatArray, coefficients: Coefficients) -> float:
     """Return the distance from the sheets, if all points are near one, as an error of the angles [rad]."""
-    far = float(family_distances(alpha, coefficients)[..., :2].min(axis=-1).max())
+    far = float(sheet_distances(alpha, coefficients)[..., :2].min(axis=-1).max())
     return far if far <= DEFAULT_TOLERANCE else 0.0
 
 

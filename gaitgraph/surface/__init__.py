@@ -27,11 +27,11 @@ if TYPE_CHECKING:
         zones_region as zones_region,
     )
     from gaitgraph.surface.sheets import (
-        family_distances as family_distances,
         red_label as red_label,
         root_arrays as root_arrays,
         roots as roots,
         sheet_angles as sheet_angles,
+        sheet_distances as sheet_distances,
         types_may_be_adjacent as types_may_be_adjacent,
     )
 else:
@@ -58,7 +58,7 @@ else:
                 "zones_region",
             ],
             "gaitgraph.surface.sheets": [
-                "family_distances",
+                "sheet_distances",
                 "red_label",
                 "root_arrays",
                 "roots",

@@ -48,6 +48,7 @@ from gaitgraph.surface.sheets import (
     red_label,
     sheet_angles,
 )
+from gaitgraph.tolerances import DEFAULT_FLOOR
 from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
 
 if TYPE_CHECKING:
@@ -459,7 +460,7 @@ def admissible_region(
     color: Color = "red",
     sign: Sign | None = None,
     coefficients: CoefficientsLike | None = None,
-    floor: float = matrices.DEFAULT_FLOOR,
+    floor: float = DEFAULT_FLOOR,
     zones: Zones | None = None,
     accuracy: float = DEFAULT_ACCURACY,
 ) -> Region:

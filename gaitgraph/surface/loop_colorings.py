@@ -23,6 +23,7 @@ from gaitgraph.errors import InputError, checked_choice
 from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.invertibility.matrices import level_determinant, noise_of
 from gaitgraph.surface import sheets
+from gaitgraph.tolerances import DEFAULT_CROSSING_TOLERANCE
 from gaitgraph.vehicle import PAPER, VehicleLike
 
 if TYPE_CHECKING:
@@ -71,7 +72,7 @@ def color_choices(
     alpha1: npt.ArrayLike,
     alpha2: npt.ArrayLike,
     coefficients: Coefficients,
-    crossing_tolerance: float = sheets.DEFAULT_CROSSING_TOLERANCE,
+    crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE,
 ) -> dict[Sign, BoolArray]:
     """Return what decides the color of each point, for each sign of R; angles of shape (n,) [rad].
 
@@ -106,115 +107,50 @@ def _changes(choices: BoolArray) -> BoolArray:
     return np.asarray((choices[:-1, 2:] | choices[1:, 2:]).all(axis=1))
 
 
-class ColoringCount:
-    """Counts the colourings of a loop whose points come in pieces, and finds the first obstacle."""
+def _count(choices: BoolArray, sign: Sign) -> int | ColoringObstacle:
+    """Return the exact number of colourings of a loop, or its first obstacle."""
+    starts = np.concatenate([[0], np.flatnonzero(_changes(choices)) + 1])
+    shared = np.logical_and.reduceat(choices[:, :2], starts, axis=0)  # by all of a run
+    without = np.flatnonzero(~shared.any(axis=1))
+    if without.size:
+        # The first point of its run at which no color is left.
+        start = int(starts[without[0]])
+        left = np.logical_and.accumulate(choices[start:, :2], axis=0)
+        k = start + int(np.argmin(left.any(axis=1)))
+        if choices[k, :2].any():
+            can = np.array([left[k - 1 - start], choices[k, :2]])
+            return _forbidden((k - 1, k), can, choices, sign)
+        message = f"point {k + 1} has no root with {sheets.RELATION[sign]}, neither red nor blue"
+        return ColoringObstacle(
+            kind="point", points=(k + 1,), types=(), message=message
+        )
+    goes_on = not _changes(choices[[-1, 0]])[0]  # the last run, in the first one
+    if goes_on and len(shared) > 1:
+        both = shared[0] & shared[-1]
+        if not both.any():
+            return _forbidden((-1, 0), shared[[-1, 0]], choices, sign)
+        shared = np.concatenate([[both], shared[1:-1]])
+    return 1 << int(shared.all(axis=1).sum())
 
-    def __init__(self, sign: Sign) -> None:
-        self.sign = sign
-        self.points = 0
-        self.obstacle: ColoringObstacle | None = None
-        self._everywhere = np.ones(
-            2, dtype=bool
-        )  # whether every point can be red, and blue
-        self._first_run: BoolArray | None = (
-            None  # the same for the first run, once it has ended
-        )
-        self._free = (
-            0  # how many of the runs that have ended since can have both colors
-        )
-        # The choices of the first point, and of the last one, with the colors that all its run can have.
-        self._first = self._last = np.zeros((0, 4), dtype=bool)
 
-    @property
-    def plain(self) -> tuple[str, ...]:
-        """The colors that the whole loop can have."""
-        return tuple(
-            color
-            for color, yes in zip(sheets.COLORS, self._everywhere, strict=True)
-            if yes
-        )
-
-    def add(self, choices: BoolArray) -> None:
-        """Append points, given by their choices, to the loop."""
-        if self.obstacle is not None or not len(choices):
-            return
-        if not self.points:
-            self._first = choices[:1]
-        self._everywhere &= choices[:, :2].all(axis=0)
-        # The current run is represented by its last point.
-        before = self.points - len(self._last)
-        joined = np.concatenate([self._last, choices])
-        starts = np.concatenate([[0], np.flatnonzero(_changes(joined)) + 1])
-        shared = np.logical_and.reduceat(joined[:, :2], starts, axis=0)
-        empty = np.flatnonzero(~shared.any(axis=1))
-        if empty.size:
-            # The first point of its run at which no color is left.
-            start = int(starts[empty[0]])
-            left = np.logical_and.accumulate(joined[start:, :2], axis=0)
-            k = start + int(np.argmin(left.any(axis=1)))
-            number = before + k + 1
-            if joined[k, :2].any():
-                self._forbid(
-                    (number - 1, number),
-                    left[k - 1 - start],
-                    joined[k, :2],
-                    joined[k - 1 : k + 1],
-                )
-            else:
-                message = f"point {number} has no root with {sheets.RELATION[self.sign]}, neither red nor blue"
-                self.obstacle = ColoringObstacle(
-                    kind="point", points=(number,), types=(), message=message
-                )
-            return
-        ended = shared[:-1]
-        if self._first_run is None and len(ended):
-            self._first_run, ended = ended[0], ended[1:]
-        self._free += int(ended.all(axis=1).sum())
-        self._last = np.concatenate([shared[-1:], joined[-1:, 2:]], axis=1)
-        self.points += len(choices)
-
-    def closed(self) -> int:
-        """Close the loop and return the exact number of its colourings."""
-        if self.obstacle is not None or not self.points:
-            return 0
-        last_run = self._last[0, :2]
-        if self._first_run is None:
-            return int(last_run.sum())
-        ends = [self._first_run, last_run]
-        closing = np.concatenate([self._last, self._first])
-        if not _changes(closing)[0]:
-            ends = [self._first_run & last_run]  # the last run goes on in the first one
-            if not ends[0].any():
-                self._forbid((self.points, 1), last_run, self._first_run, closing)
-                return 0
-        return 1 << (self._free + sum(bool(one.all()) for one in ends))
-
-    def _forbid(
-        self,
-        numbers: tuple[int, int],
-        before: BoolArray,
-        after: BoolArray,
-        choices: BoolArray,
-    ) -> None:
-        """Record the obstacle between two neighbours that can have one color each."""
-        colors = (
-            sheets.COLORS[0 if before[0] else 1],
-            sheets.COLORS[0 if after[0] else 1],
-        )
-        signs = np.array([[1 if color == "red" else -1] for color in colors])
-        types = tuple(
-            sheets.text_from_types(*pair)
-            for pair in np.where(choices[:, 2:], 0, signs).tolist()
-        )
-        broken = [f"α{k + 3}" for k in range(2) if not choices[:, 2 + k].any()]
-        message = (
-            f"points {numbers[0]} {types[0]} and {numbers[1]} {types[1]} may not be neighbours: with "
-            f"{sheets.RELATION[self.sign]} the first can only be {colors[0]}, the second only {colors[1]}, and by "
-            f"Figure 15 {' and '.join(broken)} may change between + and - only if one of the two points has the type ?"
-        )
-        self.obstacle = ColoringObstacle(
-            kind="pair", points=numbers, types=types, message=message
-        )
+def _forbidden(
+    pair: tuple[int, int], can: BoolArray, choices: BoolArray, sign: Sign
+) -> ColoringObstacle:
+    """Return the obstacle between two neighbours, which can have one color each."""
+    colors = [sheets.COLORS[0 if red else 1] for red in can[:, 0].tolist()]
+    crossing = choices[list(pair), 2:]
+    signs = sheets.color_codes(colors)[:, None]
+    types = tuple(
+        sheets.text_from_types(*pair) for pair in np.where(crossing, 0, signs).tolist()
+    )
+    broken = [f"α{k + 3}" for k in range(2) if not crossing[:, k].any()]
+    numbers = (pair[0] % len(choices) + 1, pair[1] + 1)
+    message = (
+        f"points {numbers[0]} {types[0]} and {numbers[1]} {types[1]} may not be neighbours: with "
+        f"{sheets.RELATION[sign]} the first can only be {colors[0]}, the second only {colors[1]}, and by "
+        f"Figure 15 {' and '.join(broken)} may change between + and - only if one of the two points has the type ?"
+    )
+    return ColoringObstacle(kind="pair", points=numbers, types=types, message=message)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -258,8 +194,7 @@ class Colorings:
             return
         choices = self.choices[sign]
         changes = _changes(np.concatenate([choices, choices[:1]]))
-        # The number of the run that each point belongs to, from 0; the last run goes on in the first one unless the
-        # color may change between them.
+        # The number of the run that each point belongs to, from 0; the last run may go on in the first one.
         runs = max(int(changes.sum()), 1)
         run = (np.cumsum(np.roll(changes, 1)) - changes[-1]) % runs
         shared = np.ones((runs, 2), dtype=bool)
@@ -324,20 +259,6 @@ class Colorings:
         return "; ".join(parts)
 
 
-def colorings_counted(counting: dict[Sign, ColoringCount], **loop: Any) -> Colorings:
-    """Close a counted loop and return its colourings; `loop` are its points and choices if known."""
-    return Colorings(
-        counts={sign: one.closed() for sign, one in counting.items()},
-        plain={sign: one.plain for sign, one in counting.items()},
-        obstacles={
-            sign: one.obstacle
-            for sign, one in counting.items()
-            if one.obstacle is not None
-        },
-        **loop,
-    )
-
-
 def _count_as_mapping(count: int) -> dict[str, Any]:
     digits = math.log10(count) if count else 0.0
     if digits <= _MOST_DIGITS:
@@ -356,7 +277,7 @@ def colorings(
     sign: SignChoice = "auto",
     vehicle: VehicleLike = PAPER,
     coefficients: CoefficientsLike | None = None,
-    crossing_tolerance: float = sheets.DEFAULT_CROSSING_TOLERANCE,
+    crossing_tolerance: float = DEFAULT_CROSSING_TOLERANCE,
 ) -> Colorings:
     """Return every Two-Color-consistent colouring of a closed loop, counted and ready to be listed.
 
@@ -398,11 +319,23 @@ def colorings(
     choices = color_choices(
         a1, a2, coefficients_of(vehicle, coefficients), crossing_tolerance
     )
-    counting = {
-        one: ColoringCount(one) for one in sheets.SIGNS if sign in ("auto", one)
-    }
-    for one, count in counting.items():
-        count.add(choices[one])
-    return colorings_counted(
-        counting, points=plane[:, :2], choices={one: choices[one] for one in counting}
+    counts: dict[Sign, int] = {}
+    plain: dict[Sign, tuple[str, ...]] = {}
+    obstacles: dict[Sign, ColoringObstacle] = {}
+    chosen = sheets.SIGNS if sign == "auto" else (sign,)
+    for one in chosen:
+        found = _count(choices[one], one)
+        everywhere: Any = choices[one][:, :2].all(axis=0)
+        plain[one] = tuple(
+            name for name, yes in zip(sheets.COLORS, everywhere, strict=True) if yes
+        )
+        counts[one] = 0 if isinstance(found, ColoringObstacle) else found
+        if isinstance(found, ColoringObstacle):
+            obstacles[one] = found
+    return Colorings(
+        counts=counts,
+        plain=plain,
+        obstacles=obstacles,
+        points=plane[:, :2],
+        choices={one: choices[one] for one in chosen},
     )

@@ -3,20 +3,20 @@
 Rφ and Rθ factorise (see :mod:`gaitgraph.invertibility.matrices`), so their common zeros are these and no other:
 
 ======= ================================= =========== ============================ ==============
-color   equations (mod π)                 plane types R, exact coefficients        idle in hover
+family  equations (mod π)                 plane types R, exact coefficients        idle in hover
 ======= ================================= =========== ============================ ==============
 red     α3 = α1,      α4 = α2             (+,+)       (2/(κ cos²δ))·cos β1·cos β2· none
                                                       (2κ cos α1 cos α2 −
                                                       sin(α1 − α2))
 blue    α3 = 2δ − α1, α4 = −2δ − α2       (−,−)       0                            (singular)
-fiber1  α1 = α3 = δ,  α2 and α4 free      (?,*)       2C·sin(β2 + β4)              rotors 2 and 4
-fiber2  α2 = α4 = −δ, α1 and α3 free      (*,?)       −2C·sin(β1 + β3)             rotors 1 and 3
+fibre 1 α1 = α3 = δ,  α2 and α4 free      (?,*)       2C·sin(β2 + β4)              rotors 2 and 4
+fibre 2 α2 = α4 = −δ, α1 and α3 free      (*,?)       −2C·sin(β1 + β3)             rotors 1 and 3
 ======= ================================= =========== ============================ ==============
 
 with δ = atan κ, C = 1/sin 2δ, β1 = α1 − δ, β3 = α3 − δ, β2 = α2 + δ and β4 = α4 + δ. A family is a plane of the four
 angles, so a straight segment between two of its points stays on it. On a sheet α3 depends on α1 alone and α4 on α2
 alone. A fibre meets the red sheet where its free angles are equal, and within ±π/2 there alone; a pair of rotors idles
-there in hover, so no gait on a fibre can fly.
+there in hover, so no gait on a fibre can fly: a point of a fibre has a color only where it is on a sheet too.
 
 On the red sheet R = 0 on two lines and one curve. Inside [−π/2, π/2]² the signs of the three factors label the seven
 components that remain. Two points with different labels cannot be joined without a singular matrix. :func:`red_label`
@@ -27,10 +27,9 @@ their hover thrusts do not change; R does, and instead of the lines there is a c
 singular in level flight: its zero-moment direction leans (docs/theory.md, 19).
 
 Plane types are neighbours on a loop as in Figure 15: an angle must not step from its + plane to its − plane, but may
-pass through `?`, where the planes cross; (a) is for one angle, (b) for both. A fibre holds both planes of its free
-angle and all between them, so its type `*` may be a neighbour of every type.
+pass through `?`, where the planes cross; (a) is for one angle, (b) for both.
 
-In arrays a family is +1 red, −1 blue, 2 the first fibre, 3 the second, 0 none.
+In arrays a color is +1 red, −1 blue, 0 none.
 """
 
 from __future__ import annotations
@@ -62,6 +61,11 @@ from gaitgraph.invertibility.matrices import (
     tilt_angles,
 )
 from gaitgraph.surface.blocks import roll_block, yaw_block
+from gaitgraph.tolerances import (
+    DEFAULT_CROSSING_TOLERANCE,
+    ROUND_OFF,
+    SAME_ANGLE,
+)
 from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
 
 if TYPE_CHECKING:
@@ -77,26 +81,12 @@ ColorChoice = Literal["auto", Color]
 SignChoice = Literal["auto", Sign]
 
 COLORS: tuple[Color, Color] = ("red", "blue")  # red is the + sheet, blue the − sheet
-FIBERS = ("fiber1", "fiber2")  # α1 = α3 = δ, and α2 = α4 = −δ
-FAMILIES = (*COLORS, *FIBERS)  # in the order of the columns of family_distances
-FIRST, SECOND = 2, 3  # the codes of the two fibres
-FAMILY_COLUMN = np.array(
-    [0, 0, 2, 3, 1]
-)  # the column of a code; codes count from the end too
 # The seven categories of roots; (+,−) and (−,+) never occur.
 PLANE_TYPES = ("(+,+)", "(-,-)", "(+,?)", "(?,+)", "(-,?)", "(?,-)", "(?,?)")
-FIBER_TYPES = ("(?,*)", "(*,?)")  # on the first and on the second fibre
-FREE = 2  # the code of the type `*`, of an angle that is free on a fibre, beside +1, 0 and −1
-_TYPE_MARKS = {1: "+", 0: "?", -1: "-", FREE: "*"}
-_TYPE_CODES = {"−": -1, **{mark: code for code, mark in _TYPE_MARKS.items()}}
-_TYPES_TEXT = re.compile(r"\(\s*([+?−*-])\s*,\s*([+?−*-])\s*\)")
-_CODES = {"red": 1, "blue": -1, "fiber1": FIRST, "fiber2": SECOND}
-
-DEFAULT_CROSSING_TOLERANCE = math.pi / 32
-"""Distance from a crossing line within which a plane type is `?` [rad]: half a step of the paper's grid."""
-
-DEFAULT_TOLERANCE = 2e-3
-"""Up to this |Rφ| and |Rθ| a point counts as on the surface; the paper's printed vertices reach 1.4e-3."""
+_TYPE_MARKS = {1: "+", 0: "?", -1: "-"}
+_TYPE_CODES = {"+": 1, "?": 0, "-": -1, "−": -1}
+_TYPES_TEXT = re.compile(r"\(\s*([+?−-])\s*,\s*([+?−-])\s*\)")
+_CODES = {"red": 1, "blue": -1}
 
 # The two signs of R, in the order in which colourings are listed: the paper's Figure 16 is of R < 0.
 SIGNS: tuple[Sign, Sign] = ("negative", "positive")
@@ -107,8 +97,6 @@ HOVER_LABEL = (
     1,
     1,
 )  # of the component of α = 0, which ordinary hover can reach; see red_label
-_ROUND_OFF = 1e-12
-_EXACT = 1e-9  # up to this an angle is on a fibre or a sheet [rad]
 _MOST_ROOTS = 5
 # Both ends of the range for α3, and for α4, in the order of the roots.
 _SIDES = np.array(
@@ -156,7 +144,7 @@ def types_of(
         checked_number(
             "crossing_tolerance", crossing_tolerance, "a finite number ≥ 0 (rad)"
         )
-        + _ROUND_OFF
+        + ROUND_OFF
     )
     lines = zip((alpha1, alpha2), coefficients.crossings, strict=True)
     third, fourth = (
@@ -168,7 +156,7 @@ def types_of(
 
 def at_end_of_range(angle: npt.ArrayLike) -> npt.NDArray[np.bool_]:
     """Return whether an angle in [−π/2, π/2] lies at an end, where it stands for both ends, shape (...)."""
-    return np.asarray(HALF_PI - np.abs(np.asarray(angle, dtype=float)) <= _ROUND_OFF)
+    return np.asarray(HALF_PI - np.abs(np.asarray(angle, dtype=float)) <= ROUND_OFF)
 
 
 def checked_plane_angles(alpha1: Any, alpha2: Any) -> tuple[FloatArray, FloatArray]:
@@ -328,14 +316,14 @@ def roots(
             fixed=fixed,
             values=(-HALF_PI, HALF_PI) if at_end_of_range(angle) else (angle,),
             free=free,
-            singular=distance_to_multiple(beta, math.pi) > _EXACT,
+            singular=distance_to_multiple(beta, math.pi) > SAME_ANGLE,
             types=types,
         )
         for name, fixed, free, angle, beta, types in (
-            ("first", "alpha3", "alpha4", a1, a1 - line1, FIBER_TYPES[0]),
-            ("second", "alpha4", "alpha3", a2, a2 - line2, FIBER_TYPES[1]),
+            ("first", "alpha3", "alpha4", a1, a1 - line1, "(?,*)"),
+            ("second", "alpha4", "alpha3", a2, a2 - line2, "(*,?)"),
         )
-        if distance_to_multiple(beta, HALF_PI) <= _EXACT
+        if distance_to_multiple(beta, HALF_PI) <= SAME_ANGLE
     )
     if coefficients.is_raised and not fibers:
         singular = _singular_root(a1, a2, coefficients)
@@ -457,154 +445,106 @@ def root_arrays(
     )
 
 
-def family_codes(colors: Sequence[str]) -> CodeArray:
-    """Return colors as +1 red, −1 blue, 2 the first and 3 the second fibre, shape (n,)."""
+def color_codes(colors: Sequence[str]) -> CodeArray:
+    """Return colors as +1 red and −1 blue, shape (n,)."""
     return np.array([_CODES[color] for color in colors], dtype=np.int8)
 
 
-def family_of(code: int) -> str:
-    """Return the color of a code."""
-    return FAMILIES[FAMILY_COLUMN[int(code)]]
-
-
-def _family_forms(alpha: FloatArray, crossings: tuple[float, float]) -> FloatArray:
-    """Return the two linear forms of each family that are multiples of π on it, shape (4, 2, ...).
-
-    They are α3 ∓ α1 and α4 ∓ α2 on the sheets, the two fixed angles on a fibre.
-    """
-    first, opposite = alpha.T[:2], alpha.T[2:]
-    line = np.array(crossings).reshape(2, *[1] * (alpha.ndim - 1))
-    fixed = np.array([first - line, opposite - line])
-    return np.concatenate(
-        [[opposite - first, first + opposite - 2 * line], fixed.swapaxes(0, 1)]
-    )
+def color_of(code: int) -> Color:
+    """Return the color of +1 or −1."""
+    return COLORS[0] if code > 0 else COLORS[1]
 
 
 def sheet_forms(alpha: FloatArray, coefficients: Coefficients) -> FloatArray:
-    """Return how far α3 and α4 of points, shape (n, 4) [rad], are above red and blue, mod π, shape (2, 2, n)."""
-    return _family_forms(alpha, coefficients.crossings)[: len(COLORS)]
+    """Return how far α3 and α4 of points, shape (..., 4) [rad], are above red and blue, mod π, shape (2, 2, ...)."""
+    first, opposite = alpha.T[:2], alpha.T[2:]
+    line = np.array(coefficients.crossings).reshape(2, *[1] * (alpha.ndim - 1))
+    return np.array([opposite - first, first + opposite - 2 * line])
 
 
-def family_distances(
+def sheet_distances(
     alpha: npt.ArrayLike,
     coefficients: CoefficientsLike | None = None,
     *,
     vehicle: VehicleLike = PAPER,
 ) -> FloatArray:
-    """Return how far points are from red, blue, the first and the second fibre, mod π, shape (..., 4) [rad].
+    """Return how far points are from the red and the blue sheet, mod π, shape (..., 2) [rad].
 
-    For a sheet the larger difference of α3 and α4 counts, for a fibre that of its two fixed angles. The copies of the
-    fibres at β = π/2 (mod π), where R = 0, do not count as fibres. The coefficients are by default the vehicle's.
+    The larger difference of α3 and α4 counts. The coefficients are by default the vehicle's.
     """
-    crossings = coefficients_of(vehicle, coefficients).crossings
-    forms = _family_forms(tilt_angles(alpha), crossings)
+    forms = sheet_forms(tilt_angles(alpha), coefficients_of(vehicle, coefficients))
     return np.asarray(distance_to_multiple(forms, math.pi).max(axis=1).T)
 
 
-def families_along(
-    alpha: npt.ArrayLike,
-    coefficients: Coefficients,
-    tolerance: float,
-    *,
-    before: int = 0,
+def colors_along(
+    alpha: npt.ArrayLike, coefficients: Coefficients, tolerance: float
 ) -> CodeArray:
-    """Return the family of each of consecutive points of shape (n, 4) [rad], shape (n,).
+    """Return the color of each of consecutive points of shape (n, 4) [rad], shape (n,).
 
-    A point may be `tolerance` [rad] from a family, mod π; sheets take precedence over fibres. A point on both sheets
-    takes the sheet of the point before, at the start that of the family `before`, else the sheet of the first point
-    that is on one sheet only, else red. Where a fibre meets the blue sheet, R = 0, a point stays on the fibre if the
-    point before was on it.
+    A point may be `tolerance` [rad] from a sheet, mod π. A point on both sheets takes the color of the point before, at
+    the start that of the first point that is on one sheet only, else red.
     """
-    near = family_distances(alpha, coefficients) <= tolerance
-    on_red, on_blue = near[:, 0], near[:, 1]
-    both = on_red & on_blue
-    out = np.where(on_red, 1, np.where(on_blue, -1, 0)).astype(np.int8)
+    near = sheet_distances(alpha, coefficients) <= tolerance
+    both = near.all(axis=1)
+    out = np.where(near[:, 0], 1, np.where(near[:, 1], -1, 0)).astype(np.int8)
     if both.any():
-        start = (
-            before
-            if before in (-1, 1)
-            else next((int(code) for code in out[~both][:1] if code), 1)
-        )
-        # Each point on both sheets takes the last known one; those that are on neither count as known.
+        alone = out[~both]
+        start = alone[0] if alone[:1].any() else 1
         known = np.concatenate([[start], out])
-        latest = np.maximum.accumulate(
-            np.where(np.concatenate([[True], ~both]), np.arange(len(known)), 0)
-        )[1:]
+        is_known = np.concatenate([[True], ~both])
+        latest = np.maximum.accumulate(np.where(is_known, np.arange(len(known)), 0))[1:]
+        # A point behind one on neither sheet is red.
         out[both] = np.where(known[latest] == 0, 1, known[latest])[both]
-    out[(out == 0) & near[:, 3]] = SECOND
-    out[(out == 0) & near[:, 2]] = FIRST
-    for point in np.flatnonzero(on_blue & ~on_red & (near[:, 2] | near[:, 3])).tolist():
-        previous = before if point == 0 else int(out[point - 1])
-        if previous > 1 and near[point, previous]:
-            out[point] = previous
     return out
 
 
-def family_types(
+def types_at(
     alpha: npt.ArrayLike,
     codes: npt.ArrayLike,
     coefficients: Coefficients,
     crossing_tolerance: float,
 ) -> tuple[CodeArray, CodeArray]:
-    """Return the plane types of α3 and α4 at points of families, each +1, 0 (`?`), −1 or `FREE` (`*`), shape (n,).
-
-    On a fibre the fixed angle is where its planes cross, `?`, and the free one on neither. Off the surfaces both are 0.
-    """
+    """Return the plane types of α3 and α4 at points of given colors, +1, 0 (`?`) or −1, shape (n,); 0 without color."""
     alpha, codes = np.asarray(alpha, dtype=float), np.asarray(codes, dtype=np.int8)
     third, fourth = types_of(
         "red", alpha[..., 0], alpha[..., 1], coefficients, crossing_tolerance
     )
-    sheet = np.where(codes > 1, 0, codes)
-    third, fourth = third * sheet, fourth * sheet
-    third[codes == SECOND], fourth[codes == FIRST] = FREE, FREE
-    return third, fourth
+    return third * codes, fourth * codes
 
 
 def types_contradict(
     types: npt.ArrayLike, codes: npt.ArrayLike
 ) -> npt.NDArray[np.bool_]:
-    """Return whether stated types, codes of shape (n, 2), contradict the families of points, codes (n,); shape (n,).
-
-    A type `+` is not on blue, − not on red; `*` is on a fibre alone, and on a fibre the types are its own.
-    """
-    stated, codes = np.asarray(types), np.asarray(codes)[:, None]
-    on_sheet = (stated * codes < 0) | ((stated == FREE) & (codes != 0))
-    on_fiber = stated != np.where(codes == FIRST, [0, FREE], [FREE, 0])
-    return np.asarray(np.where(codes > 1, on_fiber, on_sheet).any(axis=1))
+    """Return whether stated types (n, 2) contradict the colors of points, codes (n,): + is not on blue, − not on red."""
+    stated = np.asarray(types) * np.asarray(codes)[:, None]
+    return np.asarray((stated < 0).any(axis=1))
 
 
-def family_jumps(
+def sheet_jumps(
     starts: FloatArray,
     ends: FloatArray,
     codes: CodeArray,
     after: CodeArray,
     coefficients: Coefficients,
 ) -> FloatArray:
-    """Return by how much segments leave the families of their ends, shape (m,) [rad]; 0 where that is below 1e-9.
+    """Return by how much segments leave the sheets of their ends, shape (m,) [rad]; 0 where that is below 1e-9.
 
-    A family is a plane, so a segment that starts on it is farthest off at its end: by π where an angle wraps. Between
-    two families the smaller distance counts.
+    A sheet is a plane, so a segment that starts on it is farthest off at its end: by π where an angle wraps. Between the
+    two sheets the smaller distance counts.
     """
+    at_start, at_end = (sheet_forms(x, coefficients) for x in (starts, ends))
+    # The distance from a sheet changes linearly along the segment; whole wraps show at its other end.
+    there = np.abs(wrapped(at_start) + at_end - at_start).max(axis=1)
+    back = np.abs(wrapped(at_end) + at_start - at_end).max(axis=1)
+    out = of_color(there, codes)
+    out = np.where(codes == after, out, np.minimum(out, of_color(back, after)))
+    return np.where(out > SAME_ANGLE, out, 0.0)
 
-    def left(at: FloatArray, to: FloatArray, of: CodeArray) -> FloatArray:
-        forms, step, off = (
-            _family_forms(at, coefficients.crossings),
-            _family_forms(to - at, (0.0, 0.0)),
-            np.full(len(at), np.inf),
-        )
-        for code in (1, -1, FIRST, SECOND):
-            if (on_it := of == code).any():
-                # The distance from a family changes linearly along the segment; whole wraps show at its end.
-                of_end = wrapped(forms[FAMILY_COLUMN[code]]) + step[FAMILY_COLUMN[code]]
-                np.copyto(off, np.abs(of_end).max(axis=0), where=on_it)
-        return off
 
-    out = left(starts, ends, codes)
-    between = codes != after
-    out[between] = np.minimum(
-        out[between], left(ends[between], starts[between], after[between])
-    )
-    return np.where(out > _EXACT, out, 0.0)
+def of_color(values: FloatArray, codes: CodeArray) -> FloatArray:
+    """Return the values of each point's color, given for red and blue, shape (2, n); infinity without color."""
+    of_sheet = np.where(codes > 0, values[0], values[1])
+    return np.where(codes == 0, math.inf, of_sheet)
 
 
 def red_label(
@@ -708,23 +648,23 @@ def _red_curves(vehicle: Vehicle) -> tuple[str, str, str]:
 
 
 def text_from_types(third: int, fourth: int) -> str:
-    """Return the ASCII label, such as ``(+,?)``, of plane types given as +1, 0, −1, or :data:`FREE` for `*`."""
+    """Return the ASCII label, such as ``(+,?)``, of plane types given as +1, 0 or −1."""
     return f"({_TYPE_MARKS[int(third)]},{_TYPE_MARKS[int(fourth)]})"
 
 
 def types_from_text(label: str) -> tuple[int, int]:
-    """Return a label such as ``(+,?)`` as +1, 0 or −1 for α3 and for α4, and :data:`FREE` for `*`.
+    """Return a label such as ``(+,?)`` as +1, 0 or −1 for α3 and for α4.
 
-    InputError unless it is one of the seven categories or that of a fibre.
+    InputError unless it is one of the seven categories.
 
-    >>> types_from_text("(?,-)"), types_from_text("(?,*)")
-    ((0, -1), (0, 2))
+    >>> types_from_text("(?,-)")
+    (0, -1)
     """
     match = _TYPES_TEXT.fullmatch(label.strip()) if isinstance(label, str) else None
     codes = (_TYPE_CODES[match[1]], _TYPE_CODES[match[2]]) if match else (1, -1)
-    if codes[0] * codes[1] < 0 or (FREE in codes and 0 not in codes):
+    if codes[0] * codes[1] < 0:
         raise InputError(
-            f"types must be one of {', '.join((*PLANE_TYPES, *FIBER_TYPES))}, got {shown(label)}"
+            f"types must be one of {', '.join(PLANE_TYPES)}, got {shown(label)}"
         )
     return codes
 
@@ -733,8 +673,8 @@ def neighbors_allowed(
     first: tuple[npt.ArrayLike, npt.ArrayLike],
     second: tuple[npt.ArrayLike, npt.ArrayLike],
 ) -> Any:
-    """Return whether types, given as +1, 0, −1 or `FREE` for α3 and for α4, may be adjacent; arrays broadcast."""
-    # Neither angle may have the types + and −, whose product is −1; that of `FREE` and − is −2.
+    """Return whether types, given as +1, 0 or −1 for α3 and for α4, may be adjacent; arrays broadcast."""
+    # Neither angle may have the types + and −.
     return (np.multiply(first[0], second[0]) != -1) & (
         np.multiply(first[1], second[1]) != -1
     )
@@ -745,7 +685,7 @@ def types_may_be_adjacent(first: str, second: str) -> bool:
 
     >>> types_may_be_adjacent("(+,+)", "(+,?)"), types_may_be_adjacent("(+,+)", "(-,-)")
     (True, False)
-    >>> all(types_may_be_adjacent(one, other) for one in ("(?,?)", *FIBER_TYPES) for other in PLANE_TYPES)
+    >>> all(types_may_be_adjacent("(?,?)", other) for other in PLANE_TYPES)
     True
     """
     return bool(neighbors_allowed(types_from_text(first), types_from_text(second)))

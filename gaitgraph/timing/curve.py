@@ -25,7 +25,7 @@ from gaitgraph.arrays import freeze_arrays, read_only
 from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.gait import Gait
 from gaitgraph.io.formats import gait_of
-from gaitgraph.surface.sheets import DEFAULT_CROSSING_TOLERANCE, sheet_angles
+from gaitgraph.surface.sheets import sheet_angles
 from gaitgraph.timing.laws import (
     bernstein_from_power,
     derivative_of,
@@ -35,6 +35,7 @@ from gaitgraph.timing.laws import (
     values_of,
 )
 from gaitgraph.timing.timed_gait import Motion, TimedGait
+from gaitgraph.tolerances import DEFAULT_CROSSING_TOLERANCE
 from gaitgraph.validation.report import RATE_UNITS
 from gaitgraph.validation.validating import check_gait
 

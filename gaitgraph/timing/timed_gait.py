@@ -32,7 +32,7 @@ from gaitgraph.io.formats import (
     write_tables,
 )
 from gaitgraph.pictured import Pictured
-from gaitgraph.surface.sheets import family_codes, family_types, text_from_types
+from gaitgraph.surface.sheets import color_codes, text_from_types, types_at
 from gaitgraph.timing.laws import (
     DEFAULT_LAW,
     LAWS,
@@ -223,8 +223,8 @@ class TimedGait(Pictured):
                     np.searchsorted(self.corner_times, t, side="right") - 1
                 ) % len(gait.colors)
             colors = [gait.colors[k] for k in segment]
-            types = family_types(
-                angles, family_codes(colors), gait.coefficients, gait.crossing_tolerance
+            types = types_at(
+                angles, color_codes(colors), gait.coefficients, gait.crossing_tolerance
             )
             columns |= {
                 "color": colors,

@@ -8,7 +8,8 @@ thrusts are positive, and thrusts, tilt angles and rates are within limits.
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
+from enum import Enum
 from textwrap import fill
 from typing import TYPE_CHECKING, Any, Literal, TypedDict
 
@@ -67,6 +68,19 @@ class CheckOptions(TypedDict, total=False):
     angle_rounding: float | None
 
 
+class State(Enum):
+    """The three states of a check; their values are its marks in a summary."""
+
+    HOLDS = "ok"
+    BROKEN = "NO"
+    UNDECIDED = "??"
+
+
+def state_of(holds: bool) -> State:
+    """Return the state of a check that is decided."""
+    return State.HOLDS if holds else State.BROKEN
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Check:
     """The result of one rule.
@@ -75,8 +89,9 @@ class Check:
     ----------
     name, kind
         The rule; "valid" for the paper's rules, "flyable" for physics.
-    ok
-        Whether it holds along the whole gait.
+    state
+        Whether it holds along the whole gait, is broken, or is undecided: a sign of R that is within the error of
+        coefficients and angles, or hover thrusts of other than four rotors whose sign the bounded search leaves open.
     message
         One line with the value and the limit; for a broken rule also the place and what would help.
     value, limit
@@ -85,15 +100,11 @@ class Check:
         The worst place: segment, counted from 0, fraction along it, and tilt angles [rad]; or None.
     follows_from
         The name of the broken rule that this one is broken by, or None.
-    decided
-        False for a sign of R that is within the error of coefficients and angles, and for hover thrusts of more than
-        four rotors whose sign the bounded search leaves open; the latter are not `ok`.
     """
 
     name: str
     kind: Literal["valid", "flyable"]
-    ok: bool
-    decided: bool = True
+    state: State
     value: float | None = None
     limit: float | None = None
     where: dict[str, Any] | None = None
@@ -101,18 +112,43 @@ class Check:
     follows_from: str | None = None
 
     @property
+    def ok(self) -> bool:
+        """Whether the rule holds along the whole gait."""
+        return self.state is State.HOLDS
+
+    @property
+    def decided(self) -> bool:
+        """Whether it is known if the rule holds."""
+        return self.state is not State.UNDECIDED
+
+    @property
+    def broken(self) -> bool:
+        """Whether the rule is known to be broken."""
+        return self.state is State.BROKEN
+
+    @property
     def mark(self) -> str:
         """The mark of the check in a summary: "ok", "NO", or "??" if it is undecided."""
-        return "??" if not self.decided else "ok" if self.ok else "NO"
+        return self.state.value
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the check as plain values, ready for JSON, which has no infinities."""
-        numbers = {"value": self.value, "limit": self.limit}
-        finite = {
-            name: None if x is None or not math.isfinite(x) else float(x)
-            for name, x in numbers.items()
+        return {
+            "name": self.name,
+            "kind": self.kind,
+            "ok": self.ok,
+            "decided": self.decided,
+            "value": _finite(self.value),
+            "limit": _finite(self.limit),
+            "where": self.where,
+            "message": self.message,
+            "follows_from": self.follows_from,
         }
-        return asdict(self) | finite
+
+
+def _finite(number: float | None) -> float | None:
+    """Return a number, None if it is not finite."""
+    return float(number) if number is not None and math.isfinite(number) else None
 
 
 def hover_thrust_text(least: float, largest: float) -> str:
@@ -122,36 +158,38 @@ def hover_thrust_text(least: float, largest: float) -> str:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GaitPoint:
-    """A place on a gait: a point, counted from 0, the fraction of the segment to the next one, angles and time."""
+    """A place on a gait: a point, counted from 0, the fraction of the segment to the next one, angles and time.
+
+    `noun` is the word for the points of the gait: "row" in a table, "corner", or "chord" of a curve.
+    """
 
     point: int
     fraction: float
     alpha: tuple[float, ...]
     t: float | None = None
+    noun: str = "row"
 
     @property
     def number(self) -> int | None:
         """The number of the point, from 1; None between two points."""
         return None if self.fraction else self.point + 1
 
-    def as_mapping(self, noun: str) -> dict[str, Any]:
+    def as_mapping(self) -> dict[str, Any]:
         """Return the place as plain values: a row, counted from 1, with its time, or a segment, counted from 0."""
-        head: dict[str, Any] = (
-            {"row": self.point + 1, "t": self.t}
-            if noun == "row"
-            else {"segment": self.point}
-        )
+        head: dict[str, Any] = {"segment": self.point}
+        if self.noun == "row":
+            head = {"row": self.point + 1, "t": self.t}
         return {**head, "fraction": self.fraction, "alpha": list(self.alpha)}
 
-    def described(self, noun: str) -> str:
+    def __str__(self) -> str:
         """Return the place in words: number of the corner or row, fraction, time, and tilt angles."""
-        between = (
-            f" and {100 * self.fraction:.0f} % of the way to the next"
-            if self.fraction
-            else ""
-        )
-        time = "" if self.t is None else f", t = {self.t:.6g} s"
-        return f"{noun} {self.point + 1}{between}{time} ({', '.join(f'{angle:.3f}' for angle in self.alpha)})"
+        between, time = "", ""
+        if self.fraction:
+            between = f" and {100 * self.fraction:.0f} % of the way to the next"
+        if self.t is not None:
+            time = f", t = {self.t:.6g} s"
+        angles = ", ".join(f"{angle:.3f}" for angle in self.alpha)
+        return f"{self.noun} {self.point + 1}{between}{time} ({angles})"
 
 
 def limit_check(
@@ -164,25 +202,27 @@ def limit_check(
 ) -> Check:
     """Return the check of a peak of one tilt angle's derivative, of a row if it has a place, against the limit."""
     slack = 1e-12 if place is None else 1e-9  # of floats
-    ok, text = limit is None or peak <= limit * (1 + slack), "infinite"
+    ok = limit is None or peak <= limit * (1 + slack)
     size, stated = figure(peak), "; the vehicle states no limit"
     if limit is not None:
         allowed = figure(limit)
         if not ok:
             size, allowed = figures_apart(peak, limit)
         stated = f", limit {allowed}"
+    text = "infinite"
     if math.isfinite(peak):
         text = f"{size} {RATE_UNITS[name.removeprefix('tilt_')]}"
-    at = "" if ok or place is None else f" at {place.described('row')}"
-    message = f"peak {text} (α{joint}){at}{stated}" + ("" if ok else f": {advice}")
-    where = None if place is None else place.as_mapping("row")
+    at = "" if ok or place is None else f" at {place}"
+    message = f"peak {text} (α{joint}){at}{stated}"
+    if not ok:
+        message = f"{message}: {advice}"
     return Check(
         name=name,
         kind="flyable",
-        ok=ok,
+        state=state_of(ok),
         value=peak,
         limit=limit,
-        where=where,
+        where=None if place is None else place.as_mapping(),
         message=message,
     )
 
@@ -248,7 +288,7 @@ class Report(Pictured):
     @property
     def valid(self) -> bool:
         """Whether every rule of the paper holds."""
-        return all(check.ok for check in self.checks if check.kind == "valid")
+        return not any(check.broken for check in self.checks if check.kind == "valid")
 
     @property
     def two_color(self) -> bool:
@@ -258,7 +298,7 @@ class Report(Pictured):
     @property
     def flyable(self) -> bool:
         """Whether the gait is valid, its sign of R decided, and every physical check holds."""
-        return all(check.ok and check.decided for check in self.checks)
+        return all(check.ok for check in self.checks)
 
     @property
     def not_judged(self) -> tuple[str, ...]:
@@ -272,19 +312,15 @@ class Report(Pictured):
         broken = [
             check
             for check in self.checks
-            if not (check.ok and check.decided) and check.follows_from is None
+            if not check.ok and check.follows_from is None
         ]
-        first = sorted(broken, key=lambda check: (check.ok, check.kind == "flyable"))[
-            :1
-        ]
-        return "".join(check.message for check in first)
+        broken.sort(key=lambda check: (not check.broken, check.kind == "flyable"))
+        return broken[0].message if broken else ""
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """Warnings: undecided signs, unlikely limits, and the notes."""
-        undecided = (
-            check.message for check in self.checks if check.ok and not check.decided
-        )
+        undecided = (check.message for check in self.checks if not check.decided)
         return (*undecided, *self._unlikely, *self.notes, *self.said)
 
     @property
@@ -404,7 +440,7 @@ def following(checks: Iterable[Check], causes: Mapping[str, str]) -> list[Check]
             follows_from=causes[check.name],
             message=f"follows from {causes[check.name]}: {check.message}",
         )
-        if check.name in causes and not check.ok
+        if check.name in causes and check.broken
         else check
         for check in checks
     ]

@@ -1,4 +1,4 @@
-"""Why rows lie on no sheet: another convention, a constant offset, or a single wrong row."""
+"""Why rows lie on no sheet: another convention, a constant offset, or single wrong rows."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gaitgraph.angles import wrapped
-from gaitgraph.surface.sheets import COLORS, family_distances, sheet_forms
+from gaitgraph.gait.table import is_closed
+from gaitgraph.surface.sheets import COLORS, sheet_distances, sheet_forms
 
 if TYPE_CHECKING:
     from gaitgraph.invertibility.coefficients import Coefficients
@@ -63,161 +64,126 @@ def _conventions() -> tuple[Convention, ...]:
     return tuple(one for one in found if one.words)
 
 
-CONVENTIONS = _conventions()
-_MATRICES = np.array([one.matrix for one in CONVENTIONS])
-_IN_DEGREES = np.array([one.degrees for one in CONVENTIONS])
-_OF_SEVERAL = np.array([", then " in one.words for one in CONVENTIONS])
+_CONVENTIONS = _conventions()
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Misreading:
-    """Which conventions put all points on one sheet, and whether all are off a sheet by the same angles."""
+    """How rows that lie on no sheet were misread: the advice, empty if it is not known, and the convention if it is one."""
 
-    def __init__(self, coefficients: Coefficients, tolerance: float) -> None:
-        self.coefficients, self.tolerance = coefficients, tolerance
-        self.fits = np.ones((len(CONVENTIONS), len(COLORS)), dtype=bool)
-        if coefficients.is_raised:  # with a rotor height blue is no gait surface
-            self.fits[:, 1] = False
-        self.points = 0
-        self.first = np.zeros(
-            (len(COLORS), 2)
-        )  # how far the first point is off each sheet
-        self.low = np.zeros((len(COLORS), 2))  # of the differences from it
-        self.high = np.zeros((len(COLORS), 2))
-        self.least = np.full(4, math.inf)
-        self.most = np.full(4, -math.inf)
-        self.sum = np.zeros(4)
-        self.products = np.zeros((4, 4))
-
-    def update(self, alpha: FloatArray) -> None:
-        """Examine further points, shape (n, 4) [rad]."""
-        self._find_conventions(alpha)
-        forms = sheet_forms(alpha, self.coefficients)
-        if not self.points:
-            self.first = wrapped(forms[:, :, 0])
-        differences = wrapped(forms - self.first[:, :, None])
-        self.low = np.minimum(self.low, differences.min(axis=2))
-        self.high = np.maximum(self.high, differences.max(axis=2))
-        self.least = np.minimum(self.least, alpha.min(axis=0))
-        self.most = np.maximum(self.most, alpha.max(axis=0))
-        self.sum += alpha.sum(axis=0)
-        self.products += alpha.T @ alpha
-        self.points += len(alpha)
-
-    def _find_conventions(self, alpha: FloatArray) -> None:
-        some = alpha[[0, len(alpha) // 2, -1]]  # which exclude most of them
-        self.fits &= self._near(some @ _MATRICES).all(axis=1)
-        for k in np.flatnonzero(self.fits.any(axis=1)).tolist():
-            self.fits[k] &= self._near(alpha @ _MATRICES[k]).all(axis=0)
-
-    def _near(self, alpha: FloatArray) -> BoolArray:
-        distances = family_distances(alpha, self.coefficients)
-        return np.asarray(distances[..., : len(COLORS)] <= self.tolerance)
-
-    @property
-    def convention(self) -> Convention | None:
-        """The first convention that puts all points on one sheet, or None.
-
-        One of several changes is none if it puts them on a line too, which points with few different angles allow.
-        """
-        if not self.points:
-            return None
-        fits: BoolArray = np.asarray(self.fits.any(axis=1))
-        for k in np.flatnonzero(fits & _OF_SEVERAL).tolist():
-            fits[k] = self._spread(_MATRICES[k]) > _LEAST_MOTION * self.tolerance
-        if max(-self.least[2:].min(), self.most[2:].max()) <= math.pi:
-            fits = fits & ~_IN_DEGREES
-        found = np.flatnonzero(fits)
-        return CONVENTIONS[int(found[0])] if len(found) else None
-
-    def _spread(self, matrix: FloatArray) -> float:
-        """Return the least standard deviation of α1 and α2, in any direction of the plane, of points that are read so."""
-        mean = self.sum / self.points
-        covariance = self.products / self.points - np.outer(mean, mean)
-        plane = (matrix.T @ covariance @ matrix)[:2, :2]
-        variances = np.linalg.eigvalsh(plane)
-        return math.sqrt(max(float(variances[0]), 0.0))
-
-    def advice(self) -> str:
-        """Return what would put all points on one sheet, or an empty text."""
-        convention = self.convention
-        if convention is not None:
-            fits = self.fits[CONVENTIONS.index(convention)]
-            color = COLORS[int(np.argmax(fits))]
-            return f"all rows would lie on {color} with {convention.words}"
-        constant = (self.high - self.low).max(axis=1) <= 2 * self.tolerance
-        if self.coefficients.is_raised:
-            constant[1] = False
-        motion = float((self.most - self.least)[:2].max())
-        if (
-            not constant.any()
-            or self.points < _FEWEST_ROWS
-            or motion < _LEAST_MOTION * self.tolerance
-        ):
-            return ""
-        offsets = wrapped(self.first + (self.low + self.high) / 2)
-        sizes = np.where(constant, np.abs(offsets).max(axis=1), math.inf)
-        sheet = int(np.argmin(sizes))
-        if sizes[sheet] < _LEAST_OFFSET * self.tolerance:
-            return ""  # the points are on the sheet
-        third, fourth = np.degrees(offsets[sheet]).tolist()
-        return (
-            f"all rows are off {COLORS[sheet]} by the same angles, α3 by {third:.2f}° and α4 by {fourth:.2f}°: "
-            "is a zero of a servo wrong?"
-        )
+    advice: str = ""
+    convention: Convention | None = None
 
 
-class LoneRows:
-    """Rows that alone are far from their neighbours.
+def misreading_of(
+    alpha: FloatArray, coefficients: Coefficients, tolerance: float
+) -> Misreading:
+    """Return which other reading puts all points, shape (n, 4) [rad], on one sheet."""
+    colors = list(range(len(COLORS)))
+    if coefficients.is_raised:  # with a rotor height blue is no gait surface
+        colors = colors[:1]
+    some = alpha[[0, len(alpha) // 2, -1]]  # which exclude most conventions
+    for convention in _CONVENTIONS:
+        near = _all_near(some, convention, coefficients, tolerance)
+        if near[colors].any():
+            near = _all_near(alpha, convention, coefficients, tolerance)
+        fitting = [COLORS[k] for k in colors if near[k]]
+        if fitting and _is_likely(alpha, convention, tolerance):
+            advice = f"all rows would lie on {fitting[0]} with {convention.words}"
+            return Misreading(advice=advice, convention=convention)
+    return Misreading(advice=_advice_on_offset(alpha, coefficients, colors, tolerance))
 
-    Such a row is far from the middle of its neighbours: three times their distance from it, and from the rows beyond.
+
+def _all_near(
+    alpha: FloatArray,
+    convention: Convention,
+    coefficients: Coefficients,
+    tolerance: float,
+) -> BoolArray:
+    """Return whether all points, read by a convention, are on red, and on blue."""
+    distances = sheet_distances(alpha @ convention.matrix, coefficients)
+    return np.asarray((distances <= tolerance).all(axis=0))
+
+
+def _is_likely(alpha: FloatArray, convention: Convention, tolerance: float) -> bool:
+    """Return whether a convention is more than a coincidence.
+
+    Degrees are larger than π. One of several changes must leave points with many different (α1, α2): some matrices put
+    all points on a line.
     """
+    if convention.degrees and np.abs(alpha[:, 2:]).max() <= math.pi:
+        return False
+    if ", then " not in convention.words:
+        return True
+    plane = (alpha @ convention.matrix)[:, :2]
+    covariance = np.cov(plane.T, bias=True)
+    least = max(float(np.linalg.eigvalsh(covariance)[0]), 0.0)
+    return math.sqrt(least) > _LEAST_MOTION * tolerance
 
-    def __init__(self) -> None:
-        self.rows: list[int] = []  # their numbers
-        self.note = ""
-        self._window = np.zeros(
-            (0, 4)
-        )  # the last rows, of which the last two are not judged yet
-        self._next = 2  # the number of the first of these
-        self._count = math.inf  # of different rows
 
-    def update(self, alpha: FloatArray) -> None:
-        """Examine the next rows, shape (n, 4) [rad]."""
-        # Before row 1 stands a copy of it: row 2 may be judged, row 1 at the end of a gait.
-        before = self._window if len(self._window) else alpha[:1]
-        self._judge(np.concatenate([before, alpha]))
+def _advice_on_offset(
+    alpha: FloatArray, coefficients: Coefficients, colors: list[int], tolerance: float
+) -> str:
+    """Return by which constant angles all points are off one sheet, in words, else an empty text."""
+    motion = float(np.ptp(alpha[:, :2], axis=0).max())
+    if len(alpha) < _FEWEST_ROWS or motion < _LEAST_MOTION * tolerance:
+        return ""
+    forms = sheet_forms(alpha, coefficients)[colors]
+    first = wrapped(forms[:, :, :1])
+    apart = wrapped(forms - first)
+    low, high = apart.min(axis=2), apart.max(axis=2)
+    offsets = wrapped(first[:, :, 0] + (low + high) / 2)
+    is_constant = (high - low).max(axis=1) <= 2 * tolerance
+    sizes = np.where(is_constant, np.abs(offsets).max(axis=1), math.inf)
+    sheet = int(np.argmin(sizes))
+    if not _LEAST_OFFSET * tolerance <= sizes[sheet] < math.inf:
+        return ""
+    third, fourth = np.degrees(offsets[sheet]).tolist()
+    return (
+        f"all rows are off {COLORS[sheet]} by the same angles, α3 by {third:.2f}° and α4 by {fourth:.2f}°: "
+        "is a zero of a servo wrong?"
+    )
 
-    def finish(self, following: FloatArray, count: int) -> None:
-        """Judge the last rows, by what follows them: the first rows of a gait, or the last row of a path.
 
-        `count` is the number of rows without a last one that repeats the first.
-        """
-        self._count = count
-        self._judge(np.concatenate([self._window, following]))
-        if count < _FEWEST_DENSE_ROWS:
-            self.rows, self.note = [], ""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LoneRows:
+    """Rows that alone are far from their neighbours: their numbers, a note on the first, and how many rows there are."""
+
+    numbers: tuple[int, ...] = ()
+    note: str = ""
+    count: int = 0
 
     def is_near(self, number: int) -> bool:
         """Return whether differences of rows at a row, counted from 1, contain one of these."""
-        apart = [abs(row - number) for row in self.rows]
-        return any(min(one, self._count - one) <= 2 for one in apart)
+        apart = [abs(row - number) for row in self.numbers]
+        return any(min(size, self.count - size) <= 2 for size in apart)
 
-    def _judge(self, alpha: FloatArray) -> None:
-        """Judge each row with two rows on both sides, and keep the last four rows."""
-        steps = np.abs(np.diff(alpha, axis=0)).max(axis=1)
-        before, at, after = alpha[1:-3], alpha[2:-2], alpha[3:-1]
-        apart = np.abs(after - before).max(axis=1)
-        off = np.abs(at - (before + after) / 2).max(axis=1)
-        usual = np.maximum(apart / 2, np.maximum(steps[:-3], steps[3:]))
-        lone = np.flatnonzero(off > np.maximum(_FAR * usual, _LEAST_STEP))
-        for k in lone.tolist():
-            row = self._next + k
-            if row > self._count:  # row 1 follows the last one
-                row -= int(self._count)
-            self.rows.append(row)
-            self.note = self.note or (
-                f"row {row} alone is {off[k]:.3g} rad from the middle of its neighbours, which are {apart[k]:.3g} rad "
-                "apart: is a value wrong?"
-            )
-        self._next += len(apart)
-        self._window = alpha[-4:]
+
+def lone_rows(alpha: FloatArray, repeats: bool) -> LoneRows:
+    """Return which rows, shape (n, 4) [rad], alone are far from their neighbours.
+
+    Such a row is far from the middle of its neighbours: three times their distance from it, and from the rows beyond.
+    """
+    count = len(alpha)
+    if repeats:
+        count -= is_closed(alpha)
+        around, first = alpha[np.arange(-2, count + 2) % count], 1
+    else:  # the first and the last row of a path have one neighbour
+        around, first = np.concatenate([alpha[:1], alpha, alpha[-1:]]), 2
+    if count < _FEWEST_DENSE_ROWS:
+        return LoneRows()
+    steps = np.abs(np.diff(around, axis=0)).max(axis=1)
+    before, at, after = around[1:-3], around[2:-2], around[3:-1]
+    apart = np.abs(after - before).max(axis=1)
+    off = np.abs(at - (before + after) / 2).max(axis=1)
+    usual = np.maximum(apart / 2, np.maximum(steps[:-3], steps[3:]))
+    lone = np.flatnonzero(off > np.maximum(_FAR * usual, _LEAST_STEP))
+    if not len(lone):
+        return LoneRows()
+    k = lone[0]
+    note = (
+        f"row {k + first} alone is {off[k]:.3g} rad from the middle of its neighbours, which are {apart[k]:.3g} rad "
+        "apart: is a value wrong?"
+    )
+    numbers = tuple((lone + first).tolist())
+    return LoneRows(numbers=numbers, note=note, count=count)

@@ -1,0 +1,250 @@
+"""Can rotors of any geometry fly a tilt table? The rules of physics that need no surface, along straight segments."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gaitgraph.angles import angles_from, checked_number, figure
+from gaitgraph.errors import InputError, shown
+from gaitgraph.gait.table import is_closed
+from gaitgraph.invertibility.geometry import IDLE_THRUST, LEAST_DECIDED, Geometry
+from gaitgraph.io.formats import unchecked_table
+from gaitgraph.tolerances import DEFAULT_FLOOR, ROUND_OFF
+from gaitgraph.validation.report import (
+    LIMITED,
+    RATE_UNITS,
+    Check,
+    GaitPoint,
+    State,
+    lines_of_checks,
+    not_judged_text,
+    state_of,
+)
+from gaitgraph.validation.rules import check_of
+from gaitgraph.vehicle import Vehicle
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from gaitgraph.invertibility.forms import FloatArray
+    from gaitgraph.invertibility.segment_bounds import Least
+
+_FLYABLE = {True: "yes", False: "no", None: "undecided"}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GeometryReport:
+    """The checks of a tilt table of `rows` rows on a geometry; true in a condition if it can fly."""
+
+    checks: tuple[Check, ...]
+    rows: int
+
+    @property
+    def flyable(self) -> bool | None:
+        """Whether every check holds; None if those that do not are undecided."""
+        if any(check.broken for check in self.checks):
+            return False
+        return True if all(check.ok for check in self.checks) else None
+
+    @property
+    def not_judged(self) -> tuple[str, ...]:
+        """The conditions of flyable that were not judged: a geometry states tilt ranges, and no other limits."""
+        judged = {check.name for check in self.checks}
+        return tuple(name for name in LIMITED if name not in judged)
+
+    def __bool__(self) -> bool:
+        return bool(self.flyable)
+
+    def as_mapping(self) -> dict[str, Any]:
+        """Return plain values, ready for JSON: those of a Report, None where a rule does not apply."""
+        return {
+            "valid": None,
+            "two_color": None,
+            "reachable_from_hover": None,
+            "colorings": None,
+            "colorings_count": None,
+            "hover_power": None,
+            "flyable": self.flyable,
+            "not_judged": list(self.not_judged),
+            "checks": [check.as_mapping() for check in self.checks],
+            "warnings": [],
+            "rows": self.rows,
+        }
+
+    def __repr__(self) -> str:
+        verdict = _FLYABLE[self.flyable]
+        return f"<GeometryReport: flyable {verdict}, {len(self.checks)} checks of {self.rows} rows>"
+
+    def __str__(self) -> str:
+        verdict = f"Flyable: {_FLYABLE[self.flyable]}. The paper's rules do not apply to this geometry."
+        verdict = f"{verdict} {not_judged_text(self.not_judged)}".rstrip()
+        return "\n".join([verdict, *lines_of_checks(self.checks)])
+
+
+def validate_geometry(
+    table: str | Path | npt.ArrayLike,
+    geometry: Geometry | Vehicle,
+    *,
+    floor: float = DEFAULT_FLOOR,
+) -> GeometryReport:
+    """Return whether rotors of any geometry can fly a tilt table, proven along the straight segments between its rows.
+
+    Parameters
+    ----------
+    table
+        A gait file with a column alpha1 … alphaN for each rotor that tilts (or with _deg), or an (n, N) array [rad].
+        The last row is joined with the first.
+    geometry
+        The rotors; of a vehicle its tilt ranges count, and other limits are refused, since they are not judged.
+    floor
+        Least singular value floor of the level matrix, dimensionless.
+
+    Returns
+    -------
+    GeometryReport
+        With the checks `least_singular_value`, `hover_thrust`, unless the matrix is nearly singular, and
+        `tilt_range`, if there are ranges.
+
+    Raises
+    ------
+    InputError, FileProblem
+        If no rotor tilts, a value is wrong, or a file cannot be read.
+
+    Examples
+    --------
+    >>> from gaitgraph.invertibility.geometry import Geometry
+    >>> from gaitgraph.vehicle import PAPER
+    >>> report = validate_geometry([[0, 0, 0, 0], [-0.3, 0.3, -0.3, 0.3]], Geometry.of_vehicle(PAPER))
+    >>> report.flyable, round(report.checks[0].value, 4)
+    (True, 0.3373)
+    """
+    if isinstance(geometry, Vehicle):
+        _check_no_limits(geometry)
+        geometry = Geometry.of_vehicle(geometry)
+    floor = checked_number("floor", floor)
+    alpha = _rows_of(table, geometry)
+    starts = alpha[:-1] if is_closed(alpha) else alpha
+    ends = np.roll(starts, -1, axis=0)
+    singular, lower = _least_singular_value(geometry, starts, ends, floor)
+    checks = [singular]
+    if lower >= LEAST_DECIDED:
+        checks.append(_hover_thrust(geometry, starts, ends))
+    if np.isfinite(geometry.tilt_range).any():
+        checks.append(_tilt_range(geometry, starts))
+    return GeometryReport(checks=tuple(checks), rows=len(alpha))
+
+
+def _check_no_limits(vehicle: Vehicle) -> None:
+    """Raise InputError if a vehicle states a limit that is not judged for rotors of any geometry."""
+    for field in ("max_thrust", *(f"max_tilt_{kind}" for kind in RATE_UNITS)):
+        stated = getattr(vehicle, field)
+        if stated is not None:
+            raise InputError(
+                f"{field} must be omitted for rotors that no half turn maps to each other, since it is not judged, got "
+                f"{shown(stated)}",
+                field=field,
+            )
+
+
+def _rows_of(table: str | Path | npt.ArrayLike, geometry: Geometry) -> FloatArray:
+    """Return the tilt angles of a table, 0 for rotors that do not tilt, shape (n, N) [rad]."""
+    tilts = np.asarray(geometry.tilt_axis.any(axis=1))
+    names = tuple(f"alpha{k + 1}" for k in np.flatnonzero(tilts))
+    if not names:
+        raise InputError(
+            "tilt_axis must be other than zero for at least one rotor, got none that tilts"
+        )
+    if isinstance(table, (str, Path)):
+        rows = unchecked_table(table, angles=names)
+        alpha = np.zeros((len(rows), len(tilts)))
+        alpha[:, tilts] = np.column_stack([rows[name] for name in names])
+        return alpha
+    alpha = np.atleast_2d(angles_from(table, "table"))
+    if alpha.shape[1:] != tilts.shape:
+        raise InputError(
+            f"table must be angles of shape (n, {len(tilts)}), got shape {alpha.shape}"
+        )
+    return alpha
+
+
+def _place(
+    starts: FloatArray, ends: FloatArray, segment: int, fraction: float
+) -> GaitPoint:
+    """Return the place at a fraction of a segment of a closed table."""
+    if fraction == 1.0:
+        segment, fraction = (segment + 1) % len(starts), 0.0
+    at = starts[segment] + fraction * (ends[segment] - starts[segment])
+    return GaitPoint(point=segment, fraction=fraction, alpha=tuple(at.tolist()))
+
+
+def _least_singular_value(
+    geometry: Geometry, starts: FloatArray, ends: FloatArray, floor: float
+) -> tuple[Check, float]:
+    """Check that the thrusts can make every moment and the vertical force; also return the proven least singular value."""
+    found: Least = geometry.least_singular_value_along(starts, ends)
+    lower, upper, segment, fraction = found.worst()
+    if lower < floor <= upper:
+        found = geometry.least_singular_value_along(starts, ends, tolerance=1e-6)
+        lower, upper, segment, fraction = found.worst()
+    proven = math.floor(1e4 * lower) / 1e4
+    message = f"least singular value {figure(upper)} (proven lower bound {proven:g}, floor {floor:g})"
+    place = _place(starts, ends, segment, fraction)
+    if lower < floor:
+        advice = (
+            "the thrusts alone cannot make every moment and the vertical force there"
+        )
+        message = f"{message} at {place}: {advice}"
+    found_check = check_of(
+        "least_singular_value",
+        "flyable",
+        lower >= floor,
+        message,
+        value=upper,
+        limit=floor,
+        place=place,
+    )
+    return found_check, lower
+
+
+def _hover_thrust(geometry: Geometry, starts: FloatArray, ends: FloatArray) -> Check:
+    """Check that some positive thrusts carry the weight without torque."""
+    found: Least = geometry.least_hover_thrust_along(starts, ends)
+    lower, upper, segment, fraction = found.worst()
+    place = _place(starts, ends, segment, fraction)
+    state, message = State.UNDECIDED, f"least hover thrust {figure(upper)} of m·g"
+    if lower > 0:
+        state = State.HOLDS
+    elif upper < IDLE_THRUST:
+        state = State.BROKEN
+        message = f"{message} at {place}: a rotor would have to idle or to push down"
+    else:
+        message = (
+            f"{message} at {place}: undecided between rows, more rows may decide it"
+        )
+    return check_of(
+        "hover_thrust", "flyable", state, message, value=upper, limit=0.0, place=place
+    )
+
+
+def _tilt_range(geometry: Geometry, starts: FloatArray) -> Check:
+    """Check that all tilts are within the ranges of their servos."""
+    low, high = geometry.tilt_range.T
+    beyond = np.maximum(low - starts, starts - high)
+    row, rotor = divmod(int(np.argmax(beyond)), beyond.shape[1])
+    tilt = float(starts[row, rotor])
+    first, last = np.degrees(geometry.tilt_range[rotor])
+    message = (
+        f"α{rotor + 1} = {math.degrees(tilt):.4g}°, range {first:.4g}° to {last:.4g}°"
+    )
+    place = _place(starts, starts, row, 0.0)
+    ok = bool(beyond[row, rotor] <= ROUND_OFF)
+    if not ok:
+        message = f"{message} at {place}: beyond the range of its servo"
+    return check_of(
+        "tilt_range", "flyable", state_of(ok), message, value=tilt, place=place
+    )
