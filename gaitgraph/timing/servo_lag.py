@@ -1,15 +1,15 @@
 """Servo lag: the error between commanded and actual tilt angles of first-order servos.
 
-Each servo obeys τ·dα/dt = α_commanded − α. Under a periodic law it settles to a periodic motion; its error e =
-α_commanded − α obeys de/dt = rate − e/τ, so that e(t + h) = e(t)·exp(−h/τ) + ∫ exp(−(h − u)/τ)·rate(t + u) du over h.
-Between knots the rate is a polynomial of time, so Gauss's rule on short intervals is exact but for round-off.
+Each servo obeys τ·dα/dt = α_commanded − α. Commands that are linear between even times, h apart, give the exact
+recursion e(t + h) = d·e(t) + g·(α_c(t + h) − α_c(t)) of the error e = α_commanded − α, with d = exp(−h/τ) and
+g = (1 − d)·τ/h. Under a periodic law the error settles to a periodic motion too: in the frequency domain each harmonic
+of the commands is multiplied by the transfer function g·(z − 1)/(z − d).
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from itertools import accumulate
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,20 +20,15 @@ from gaitgraph.arrays import freeze_arrays, read_only
 from gaitgraph.errors import InputError, shown
 from gaitgraph.invertibility.matrices import singular_value_rate
 from gaitgraph.invertibility.segment_bounds import least_singular_value_along
-from gaitgraph.timing.laws import divided
 from gaitgraph.timing.timed_gait import TimedGait, timed_gait_of
 
 if TYPE_CHECKING:
     from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.io.formats import GaitLike
 
-_STEP = 1.0 / 64.0  # longest interval, as a share of the quickest servo's time constant
-_MOST_STEPS = 2_000_000
-_LONGEST = (
-    1e6  # longest lag in periods; beyond it round-off is larger than the settled error
-)
-_AT_ONCE = 20_000
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(12)
+_STEPS = 256  # that the quickest servo's time constant is divided into, at least
+_FEWEST, _MOST_STEPS = 1 << 14, 1 << 21  # of a period
+_LONGEST = 1e6  # lag in periods; beyond it round-off is larger than the settled error
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -48,7 +43,7 @@ class ServoResponse:
     lag: FloatArray  # time constant of each servo, shape (4,) [s]
     t: FloatArray
     error: FloatArray
-    slack: FloatArray  # largest distance of each error from the straight line between two times, shape (4,) [rad]
+    slack: FloatArray  # how far each error may be from the straight line between two times, shape (4,) [rad]
 
     def __post_init__(self) -> None:
         freeze_arrays(self)
@@ -75,13 +70,8 @@ class ServoResponse:
 
     @property
     def rms(self) -> FloatArray:
-        """The root mean square error of each joint, shape (4,) [rad], by Simpson's rule."""
-        h = np.diff(self.t)[::2, None]
-        squared = self.error**2
-        total = (h / 3 * (squared[:-2:2] + 4 * squared[1:-1:2] + squared[2::2])).sum(
-            axis=0
-        )
-        return read_only(np.sqrt(total / self.timed.period))
+        """The root mean square error of each joint, shape (4,) [rad]."""
+        return read_only(np.sqrt((self.error[:-1] ** 2).mean(axis=0)))
 
     @property
     def distance_off_sheet(self) -> float | None:
@@ -94,10 +84,8 @@ class ServoResponse:
             return None
         sign = -1.0 if self.timed.gait.color == "blue" else 1.0
         apart = np.abs(self.error[:, 2:] - sign * self.error[:, :2]).max(axis=0)
-        same = self.lag[2:] == self.lag[:2]
-        return float(
-            np.where(same, apart, apart + self.slack[2:] + self.slack[:2]).max()
-        )
+        between = apart + self.slack[2:] + self.slack[:2]
+        return float(np.where(self.lag[2:] == self.lag[:2], 0.0, between).max())
 
     @property
     def least_singular_value(self) -> float:
@@ -112,7 +100,9 @@ class ServoResponse:
         bend = np.minimum(
             2.0 * self.timed.peak_rates / self.lag, self.timed.peak_accelerations
         )
-        off = bend * float(np.diff(self.t).max()) ** 2 / 8.0
+        off = bend * self.t[1] ** 2 / 8.0 + 2.0 * _beside_commands(
+            self.timed, self.t[1]
+        )
         return lower - singular_value_rate(vehicle) * float(np.linalg.norm(off))
 
     def as_mapping(self) -> dict[str, Any]:
@@ -174,45 +164,38 @@ def servo_response(
             f"lag must be a positive finite number of seconds, or four, got {shown(lag)}",
             field="lag",
         )
-    knots = timed.corner_times
-    knots = knots[np.append(np.diff(knots) > 0, True)]
-    # An even number of steps between knots, for Simpson's rule.
-    count = 2.0 * np.maximum(np.ceil(np.diff(knots) / (2.0 * _STEP * tau.min())), 1.0)
-    if count.sum() > _MOST_STEPS or tau.max() > _LONGEST * timed.period:
-        least = 1.001 * timed.period / (_STEP * max(_MOST_STEPS - 2 * len(knots), 1))
+    wanted = _STEPS * timed.period / tau.min()
+    if wanted > _MOST_STEPS or tau.max() > _LONGEST * timed.period:
+        least = 1.001 * _STEPS * timed.period / _MOST_STEPS
         allowed = f"from {least:.4g} to {_LONGEST * timed.period:.4g} s"
         raise InputError(
             f"lag must be {allowed} for the period {timed.period:.4g} s, got {shown(lag)}",
             field="lag",
         )
-    t, h = divided(knots, count)
-    # The integral over each interval, by Gauss's rule.
-    gained = np.empty((len(h), 4))
-    for block in (slice(k, k + _AT_ONCE) for k in range(0, len(h), _AT_ONCE)):
-        start, width = t[block, None], h[block, None]
-        at = start + width * (_NODES + 1) / 2
-        kernel = np.exp(-(start + width - at)[..., None] / tau)
-        gained[block] = (width / 2) * np.einsum(
-            "g,kgi,kgi->ki", _WEIGHTS, kernel, timed.at(at).rates
-        )
-    decay = np.exp(-h[:, None] / tau)
-    error = np.zeros((len(h) + 1, 4))
-    for joint in range(
-        4
-    ):  # plain numbers are several times quicker here than arrays of four
-        steps = zip(decay[:, joint].tolist(), gained[:, joint].tolist(), strict=True)
-        error[:, joint] = list(
-            accumulate(steps, lambda e, step: step[0] * e + step[1], initial=0.0)
-        )
-    # The settled error returns to itself after a period.
-    first = error[-1] / -np.expm1(-timed.period / tau)
-    since = np.append(t, timed.period)
-    error += first * np.exp(-since[:, None] / tau)
-    error[-1] = error[0]
+    count = 1 << math.ceil(math.log2(max(wanted, _FEWEST)))
+    h = timed.period / count
+    t = h * np.arange(count + 1)
+    steps = np.diff(timed.at(t).alpha, axis=0)
+    decay = np.exp(-h / tau)
+    gain = -np.expm1(-h / tau) * tau / h
+    z = np.exp(2j * math.pi * np.arange(count // 2 + 1) / count)[:, None]
+    # A step leads to the time after it: one more factor z.
+    spectrum = gain * z / (z - decay) * np.fft.rfft(steps, axis=0)
+    after = np.fft.irfft(spectrum, count, axis=0)
+    error = np.concatenate([after[-1:], after])
     inner = timed.peak_accelerations
     # Laws that turn corners at full speed have no acceleration between their knots.
     bend = np.where(np.isfinite(inner), inner, 0.0) + 2.0 * timed.peak_rates / tau
+    slack = h**2 / 8.0 * bend + 2.0 * _beside_commands(timed, h)
     # No error exceeds the lag times the largest rate.
     most = np.maximum(tau * timed.peak_rates - np.abs(error).max(axis=0), 0.0)
-    slack = np.minimum(float(h.max()) ** 2 / 8.0 * bend, most)
-    return ServoResponse(timed=timed, lag=tau, t=since, error=error, slack=slack)
+    return ServoResponse(
+        timed=timed, lag=tau, t=t, error=error, slack=np.minimum(slack, most)
+    )
+
+
+def _beside_commands(timed: TimedGait, step: float) -> FloatArray:
+    """Return how far commands are at most from straight lines over steps [s], shape (4,) [rad]."""
+    bent = timed.peak_accelerations * step**2 / 8.0
+    turned = timed.peak_rates * step / 2.0  # where a corner is turned at full speed
+    return np.minimum(bent, turned)
