@@ -18,6 +18,8 @@ Node ids
     "w002 red 0" for the first red root, counted from 0, at the third of the waypoints off the grid that have nodes.
 Node attributes
     ``alpha1`` … ``alpha4`` [rad]; ``types``, e.g. "(+,?)"; ``color``, "red" or "blue"; ``R``, equation (6).
+    Of a vehicle that no half turn maps to itself the invertible root is "red", and ``types`` is left out: its sheet is
+    curved, and has no planes.
 Edges
     between nodes at most one step apart in both α1 and α2 (the eight neighbours and the same cell), where
     Figure 15 allows the two types.
@@ -28,6 +30,8 @@ Edge attributes
     ``least_singular_value`` along the whole edge, exact physics, to within 1e-5 on red; 0 on blue, where it is below
     that, and on jumps;
     ``flyable``, whether the edge is continuous, keeps the sign of R and meets the physics along its whole length.
+    An edge is a straight segment of the four angles. On a curved sheet it is a chord, which leaves the sheet between
+    its ends, and ``jump`` is π where α3 or α4 wraps.
 """
 
 from __future__ import annotations
@@ -47,6 +51,7 @@ from gaitgraph.angles import (
     is_list,
     number_of,
     whole_number,
+    wrapped,
 )
 from gaitgraph.errors import Advice, ContractError, InputError, checked_choice, shown
 from gaitgraph.gait.gait import Gait
@@ -234,7 +239,9 @@ def surface_graph(
             copies[at_waypoint] += 1
         ids.append(name)
         node = {f"alpha{k}": angle for k, angle in enumerate(angles, start=1)}
-        graph.add_node(name, **node, types=text_from_types(*pair), color=color, R=value)
+        if coefficients.rotors.asymmetry is None:
+            node["types"] = text_from_types(*pair)
+        graph.add_node(name, **node, color=color, R=value)
     names, columns = (
         list(quantities),
         [column.tolist() for column in quantities.values()],
@@ -338,7 +345,11 @@ def _edge_quantities(
     a, b = edge.T
     starts, ends = alpha[a], alpha[b]
     codes = np.where(red, np.int8(1), np.int8(-1))
-    jump = sheet_jumps(starts, ends, codes[a], codes[b], coefficients)
+    if coefficients.rotors.asymmetry is None:
+        jump = sheet_jumps(starts, ends, codes[a], codes[b], coefficients)
+    else:
+        step = (ends - starts)[:, 2:]
+        jump = np.round(np.abs(step - wrapped(step)), 12).max(axis=1, initial=0.0)
     keeps_sign, flyable = np.zeros((2, len(edge)), dtype=bool)
     singular = np.zeros(len(edge))
     if len(edge):

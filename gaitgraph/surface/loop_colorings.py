@@ -81,10 +81,11 @@ def color_choices(
     """
     a1, a2 = np.asarray(alpha1, dtype=float), np.asarray(alpha2, dtype=float)
     noise = noise_of(coefficients)
-    crossing = [
-        part == 0
-        for part in sheets.types_of("red", a1, a2, coefficients, crossing_tolerance)
-    ]
+    is_curved = coefficients.rotors.asymmetry is not None
+    crossing = [np.zeros(len(a1), dtype=bool)] * 2
+    if not is_curved:
+        types = sheets.types_of("red", a1, a2, coefficients, crossing_tolerance)
+        crossing = [part == 0 for part in types]
     choices = {
         sign: np.array([*np.zeros((2, len(a1)), dtype=bool), *crossing]).T
         for sign in sheets.SIGNS
@@ -92,7 +93,10 @@ def color_choices(
     for k, color in enumerate(sheets.COLORS):
         if color == "blue" and coefficients.kind == "exact":
             continue  # R = 0 has no sign
-        a3, a4 = sheets.sheet_angles(color, a1, a2, coefficients)
+        if is_curved:
+            a3, a4 = sheets.curved_roots(a1, a2, coefficients)[0].T[2:]
+        else:
+            a3, a4 = sheets.sheet_angles(color, a1, a2, coefficients)
         R = np.asarray(level_determinant(np.array([a1, a2, a3, a4]).T, coefficients))
         either = sheets.at_end_of_range(a3) | sheets.at_end_of_range(a4)
         for sign in sheets.SIGNS:

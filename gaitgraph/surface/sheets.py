@@ -273,9 +273,7 @@ def roots(
     a1, a2 = angle_from_text(alpha1, "alpha1"), angle_from_text(alpha2, "alpha2")
     checked_plane_angles(a1, a2)
     if coefficients.rotors.asymmetry is not None:
-        invertible, singular = (
-            root(a1, a2, coefficients) for root in (_invertible_root, _singular_root)
-        )
+        invertible, singular = curved_roots(a1, a2, coefficients)
         curved = RootSet(
             [
                 _root_of(invertible, coefficients, "red"),
@@ -326,7 +324,7 @@ def roots(
         if distance_to_multiple(beta, HALF_PI) <= SAME_ANGLE
     )
     if coefficients.is_raised and not fibers:
-        singular = _singular_root(a1, a2, coefficients)
+        _, singular = curved_roots(a1, a2, coefficients)
         answer = RootSet([*answer, _root_of(singular, coefficients, "none")])
     answer.fibers = fibers
     return answer
@@ -351,40 +349,43 @@ def _root_of(
     )
 
 
-def _singular_root(
-    alpha1: float, alpha2: float, coefficients: Coefficients
-) -> FloatArray:
-    """Return the root at which all four moments lie in one plane and R = 0, blue without rotor heights, shape (4,).
+def curved_roots(
+    alpha1: npt.ArrayLike, alpha2: npt.ArrayLike, coefficients: Coefficients
+) -> tuple[FloatArray, FloatArray]:
+    """Return both roots of every vehicle in closed form, shape (..., 4) [rad]: the invertible one, and the singular one.
 
-    The moments of rotors 1 and 2 span a plane with the normal n, and those of rotors 3 and 4 lie in it where
-    n·T₃u₃ = n·T₄u₄ = 0 (docs/theory.md, Theorem 4).
+    At the singular root all four moments lie in one plane, so R = 0; it is blue without rotor heights. The moments of
+    rotors 1 and 2 span that plane, with the normal n, and those of the others lie in it where n·T₃u₃ = n·T₄u₄ = 0. At
+    the invertible root, red for symmetric vehicles, u₄ is the other one with det(Au₄, Bu₄) = u₄ᵀSu₄ = 0, where Rφ and Rθ
+    are u₃ᵀAu₄ and u₃ᵀBu₄ (docs/theory.md, Theorem 4).
     """
-    moment = level_of(coefficients.rotors).moment
-    u = np.array([[math.cos(a), math.sin(a)] for a in (alpha1, alpha2)])
-    normal = np.cross(moment[0] @ u[0], moment[1] @ u[1])
-    angles = [math.atan2(-part[0], part[1]) for part in normal @ moment[2:]]
-    return np.array([alpha1, alpha2, *wrapped(np.array(angles))])
+    first, second = np.broadcast_arrays(alpha1, alpha2)
+    level = level_of(coefficients.rotors)
+    u1, u2 = (np.stack([np.cos(a), np.sin(a)], axis=-1) for a in (first, second))
+    normal = np.cross(u1 @ level.moment[0].T, u2 @ level.moment[1].T)
+    parts = np.einsum("...i,kij->...kj", normal, level.moment[2:])
+    opposite = wrapped(np.arctan2(-parts[..., 0], parts[..., 1]))
+    singular = np.concatenate([np.stack([first, second], axis=-1), opposite], axis=-1)
+
+    table = level.direction.table[..., :2]
+    A, B = np.moveaxis(np.einsum("abcdq,...a,...b->...qcd", table, u1, u2), -3, 0)
+    S = (_turned(A.mT) @ B).mT
+    S = (S + S.mT) / 2
+    x = np.stack([-np.sin(opposite[..., 1]), np.cos(opposite[..., 1])], axis=-1)
+    Sx = (S @ x[..., None])[..., 0]
+    u4 = _turned(2 * Sx - (x * Sx).sum(axis=-1, keepdims=True) * x)
+    of_A, of_B = ((one @ u4[..., None])[..., 0] for one in (A, B))
+    larger = np.linalg.norm(of_A, axis=-1) >= np.linalg.norm(of_B, axis=-1)
+    u3 = _turned(np.where(larger[..., None], of_A, of_B))
+    angles = np.arctan2([u3[..., 1], u4[..., 1]], [u3[..., 0], u4[..., 0]])
+    invertible = singular.copy()
+    invertible[..., 2:] = np.moveaxis(wrapped(angles), 0, -1)
+    return invertible, singular
 
 
-def _invertible_root(
-    alpha1: float, alpha2: float, coefficients: Coefficients
-) -> FloatArray:
-    """Return the other root, on the one sheet on which a vehicle can fly, in closed form, shape (4,).
-
-    Rφ and Rθ are u₃ᵀAu₄ and u₃ᵀBu₄, and det(Au, Bu) = uᵀSu vanishes for u₄ of both roots (docs/theory.md, Theorem 4).
-    """
-    table = level_of(coefficients.rotors).direction.table
-    u1, u2 = ([math.cos(a), math.sin(a)] for a in (alpha1, alpha2))
-    A, B = np.moveaxis(np.einsum("abcdq,a,b->cdq", table[..., :2], u1, u2), -1, 0)
-    turn = np.array([[0.0, -1.0], [1.0, 0.0]])
-    S = -(A.T @ turn @ B + B.T @ turn.T @ A) / 2
-    singular = _singular_root(alpha1, alpha2, coefficients)[3]
-    across = turn @ [math.cos(singular), math.sin(singular)]
-    u4 = turn @ (2 * S @ across - (across @ S @ across) * across)
-    along = max(A @ u4, B @ u4, key=np.linalg.norm)
-    u3 = turn @ along
-    angles = np.arctan2([u3[1], u4[1]], [u3[0], u4[0]])
-    return np.array([alpha1, alpha2, *wrapped(angles)])
+def _turned(vectors: FloatArray) -> FloatArray:
+    """Return vectors of two components, the last axis, turned by π/2."""
+    return np.stack([-vectors[..., 1], vectors[..., 0]], axis=-1)
 
 
 def root_arrays(
@@ -404,6 +405,8 @@ def root_arrays(
     """
     coefficients = coefficients_of(vehicle, coefficients)
     first, second = checked_plane_angles(alpha1, alpha2)
+    if coefficients.rotors.asymmetry is not None:
+        return _curved_root_arrays(first, second, coefficients)
     # Four candidates on each sheet: both ends of the range for α3 and for α4. An angle elsewhere uses one end only.
     sheets = [
         sheet_angles(color, first, second, coefficients)
@@ -441,6 +444,27 @@ def root_arrays(
         alpha=alpha,
         sheet=sheet,
         types=on_red[..., None, :] * sheet[..., None],
+        R=R,
+    )
+
+
+def _curved_root_arrays(
+    first: FloatArray, second: FloatArray, coefficients: Coefficients
+) -> RootArrays:
+    """Return the two roots of vehicles that no half turn maps to themselves: the invertible one is red, none is blue."""
+    found = np.stack(curved_roots(first, second, coefficients), axis=-2)
+    shape = found.shape[:-2]
+    alpha = np.full((*shape, _MOST_ROOTS, 4), np.nan)
+    alpha[..., :2, :] = found
+    R = np.full((*shape, _MOST_ROOTS), np.nan)
+    R[..., :2] = level_determinant(found, coefficients)
+    sheet = np.zeros((*shape, _MOST_ROOTS), dtype=np.int8)
+    sheet[..., 0] = _CODES["red"]
+    return RootArrays(
+        count=np.full(shape, 2),
+        alpha=alpha,
+        sheet=sheet,
+        types=np.zeros((*shape, _MOST_ROOTS, 2), dtype=np.int8),
         R=R,
     )
 
