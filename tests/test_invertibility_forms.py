@@ -77,7 +77,7 @@ def test_slopes_are_derivatives(level: Level) -> None:
             behind = form.at(Sines.of(alpha - small * np.eye(4)[joint]))
             expected = (ahead - behind) / (2 * small)
             np.testing.assert_allclose(slopes[joint], expected, atol=1e-7)
-            assert (np.abs(slopes[joint]) <= form.size()[:, None] + 1e-9).all()
+            assert (np.abs(slopes[joint]) <= form.size[:, None] + 1e-9).all()
 
 
 def test_second_derivatives_are_within_their_bounds(level: Level) -> None:

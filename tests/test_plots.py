@@ -403,7 +403,7 @@ def test_regions_map(ax: Axes, vehicle: gg.Vehicle) -> None:
         value = gg.invertibility.level_determinant(
             np.column_stack([points, points]), exact
         )
-        assert np.abs(value).max() < 1e-9 * exact.form.size()[2]
+        assert np.abs(value).max() < 1e-9 * exact.form.size[2]
         assert np.abs(points).max() <= HALF_PI + 1e-12
     hover = [
         np.asarray(patch.get_path().vertices)[:4]

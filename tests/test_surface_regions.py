@@ -303,7 +303,7 @@ def test_thrust_and_hover_regions(vehicle: Vehicle) -> None:
 @pytest.mark.parametrize("least", [1e-3, 0.5, 3.0])
 def test_region_of_a_least_determinant(vehicle: Vehicle, least: float) -> None:
     exact = coefficients_of(vehicle, "exact")
-    size = float(exact.form.size()[2])
+    size = float(exact.form.size[2])
     signs: tuple[tuple[Sign, float], ...] = (("positive", 1.0), ("negative", -1.0))
     for sign, factor in signs:
         region = sign_region(sign, vehicle, least=least, accuracy=1e-5)

@@ -185,7 +185,7 @@ def test_what_is_taken_off_for_the_chords_is_as_documented(
     )
     # The four angles move by 2√2·chord in sum, and R by no more than its size times that.
     of = curve.coefficients
-    slack = sqrt(8) * float(of.form.size()[2]) * chord
+    slack = sqrt(8) * float(of.form.size[2]) * chord
     least = np.abs(level_determinant(along, of)).min() - slack
     assert abs(report["R_sign"].value or 0) == pytest.approx(least, abs=2e-5)
     # Shares are m/(2D), with yaw torques m and D = m₁f₂ − f₁m₂, each of bounded slope.
@@ -194,7 +194,7 @@ def test_what_is_taken_off_for_the_chords_is_as_documented(
     lift = np.abs(yaw[0] * np.cos(along[..., 1]) + yaw[1] * np.cos(along[..., 0])).min()
     moved = (
         sqrt(2)
-        * float(Form(yaw_block(gg.PAPER).form[:, :, None, None, None]).size()[0])
+        * float(Form(yaw_block(gg.PAPER).form[:, :, None, None, None]).size[0])
         * chord
     )
     off = sqrt(1 + kappa**2) * chord / (2 * (lift - moved))

@@ -192,15 +192,15 @@ class Coefficients:
         """
         errors = np.repeat(self.noise[:, None], sines.alpha.shape[1], axis=1)
         if self.kind == "published":
-            for half_unit, part in zip(_HALF_UNITS, _PARTS[1:], strict=True):
-                errors += half_unit * np.abs(Form(part).at(sines))
+            for half_unit, form in zip(_HALF_UNITS, _PART_FORMS, strict=True):
+                errors += half_unit * np.abs(form.at(sines))
         derived = self.sheet_error
         if derived or angle_rounding:
             slopes = np.abs(self.form.slopes(sines))
             errors += angle_rounding * slopes.sum(axis=0)
             errors += derived * slopes[2:].sum(axis=0)
             moved = 4 * angle_rounding + 2 * derived
-            errors += self.form.size()[:, None] * moved**2 / 2
+            errors += self.form.size[:, None] * moved**2 / 2
         return np.asarray(errors)
 
     @cached_property
@@ -208,10 +208,10 @@ class Coefficients:
         """Return what :meth:`errors` never exceeds with exact angles, shape (3,)."""
         errors = self.noise
         if self.kind == "published":
-            for half_unit, part in zip(_HALF_UNITS, _PARTS[1:], strict=True):
-                errors = errors + half_unit * Form(part).size()
+            for half_unit, form in zip(_HALF_UNITS, _PART_FORMS, strict=True):
+                errors = errors + half_unit * form.size
             moved = 2 * self.sheet_error
-            errors = errors + self.form.size() * (moved + moved**2 / 2)
+            errors = errors + self.form.size * (moved + moved**2 / 2)
         return read_only(errors)
 
 
@@ -260,6 +260,7 @@ def _parts() -> FloatArray:
 
 
 _PARTS = _parts()
+_PART_FORMS = tuple(map(Form, _PARTS[1:]))
 
 
 def paper_form(numbers: Sequence[float]) -> Form:

@@ -57,7 +57,7 @@ class Sines(NamedTuple):
         return Sines.made(self.alpha, u)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Form:
     """Multilinear forms in the four u = (cos α, sin α), as many as the last axis of their table is long.
 
@@ -73,11 +73,16 @@ class Form:
     def at(self, sines: Sines) -> FloatArray:
         """Return the values at points, shape (q, k)."""
         n1, n2, n3, n4, count = self.table.shape
-        matrix = np.moveaxis(self.table, -1, 0).reshape(count * n1 * n2, n3 * n4)
         first = sines.first if n1 == n2 == 2 else _products(sines, (0, 1), (n1, n2))
         second = sines.second if n3 == n4 == 2 else _products(sines, (2, 3), (n3, n4))
-        inner = (matrix @ second).reshape(count, n1 * n2, -1)
+        inner = (self._matrix @ second).reshape(count, n1 * n2, -1)
         return np.asarray((inner * first).sum(axis=1))
+
+    @cached_property
+    def _matrix(self) -> FloatArray:
+        """The table as a matrix that is applied to products of u3 and u4."""
+        n1, n2, n3, n4, count = self.table.shape
+        return np.moveaxis(self.table, -1, 0).reshape(count * n1 * n2, n3 * n4)
 
     def slopes(self, sines: Sines) -> FloatArray:
         """Return the derivatives with respect to each angle, per radian, shape (4, q, k)."""
@@ -106,9 +111,10 @@ class Form:
         amplitudes = 2 * np.abs(terms.reshape(len(frequencies), -1)[:half])
         return frequencies[:half], amplitudes
 
+    @cached_property
     def size(self) -> FloatArray:
-        """Return what no value, and no derivative with respect to one angle, exceeds, shape (q,)."""
-        return np.asarray(self.waves()[1].sum(axis=0))
+        """What no value, and no derivative with respect to one angle, exceeds, shape (q,)."""
+        return read_only(np.asarray(self.waves()[1].sum(axis=0)))
 
     def rounding(self) -> FloatArray:
         """Return a bound of what floating point adds to a value, shape (q,)."""

@@ -8,6 +8,7 @@ take :class:`~gaitgraph.invertibility.coefficients.Coefficients`; functions of f
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -334,8 +335,12 @@ def hover_power(alpha: npt.ArrayLike, vehicle: VehicleLike = PAPER) -> FloatArra
     """
     shape, sines = sines_of(alpha)
     level = level_of_vehicle(vehicle)
-    power = _power_at(sines, level) / _power_at(Sines.of(np.zeros((1, 4))), level)
-    return power.reshape(shape)
+    return (_power_at(sines, level) / _power_upright(level)).reshape(shape)
+
+
+@lru_cache(maxsize=32)
+def _power_upright(level: Level) -> float:
+    return float(_power_at(Sines.of(np.zeros((1, 4))), level)[0])
 
 
 def _power_at(sines: Sines, level: Level) -> FloatArray:

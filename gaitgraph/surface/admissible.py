@@ -278,7 +278,7 @@ def certain_determinant(coefficients: Coefficients) -> float:
     It covers their difference and the errors of the given ones.
     """
     exact = replace(coefficients, kind="exact")
-    apart = Form(coefficients.form.table - exact.form.table).size()[2]
+    apart = Form(coefficients.form.table - exact.form.table).size[2]
     return float(apart + coefficients.largest_errors[2])
 
 

@@ -131,15 +131,15 @@ def sign_of_R(
     coefficients, sign = criteria.coefficients, brackets.sign
     kind = coefficients.kind
     sines = Sines.of(segments.alpha)
-    slope = np.abs(coefficients.level_form.slopes(sines)[:, 0]).sum(axis=0)
     digits = coefficients.errors(sines)[2]
-    derived, size = coefficients.sheet_error, float(coefficients.form.size()[2])
+    derived, size = coefficients.sheet_error, float(coefficients.form.size[2])
     rounding = fit.errors
     if criteria.angle_rounding is not None:
-        rounding = np.full(len(slope), criteria.angle_rounding)
-    assumed = (
-        f"angles to {rounding.max():.2g} rad" if rounding.any() else "angles exact"
-    )
+        rounding = np.full(len(digits), criteria.angle_rounding)
+    assumed, slope = "angles exact", np.zeros(len(digits))
+    if rounding.any():
+        assumed = f"angles to {rounding.max():.2g} rad"
+        slope = np.abs(coefficients.level_form.slopes(sines)[:, 0]).sum(axis=0)
 
     def error(
         digits: FloatArray, slope: FloatArray, rounding: FloatArray
@@ -370,7 +370,7 @@ def _shares_along(
     form = Form(yaw_block(vehicle).form[:, :, None, None, None])  # D
     found = least_of_each(segments.starts, segments.ends, [LevelSign(form)], [1e-6])
     lift = max(float(one.lower.min()) for one in found)
-    moved = math.sqrt(2.0) * float(form.size()[0]) * beside
+    moved = math.sqrt(2.0) * float(form.size[0]) * beside
     if not lift > moved:
         return 0.0, math.inf
     yaw = np.linalg.norm(level_of_vehicle(vehicle).moment[:, 2], axis=1).max()

@@ -86,7 +86,7 @@ class Criteria:
 
     def level_slack(self, coefficients: Coefficients) -> float:
         """Return the most that R is lower on a curve than on its chords: the four angles move by 2√2·beside in sum."""
-        size = float(coefficients.form.size()[2])
+        size = float(coefficients.form.size[2])
         return size * math.sqrt(8.0) * self.beside
 
 
