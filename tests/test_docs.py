@@ -10,6 +10,7 @@ import tomllib
 from doctest import ELLIPSIS, OutputChecker
 from pathlib import Path
 from pkgutil import resolve_name
+from typing import TYPE_CHECKING
 
 import click
 import matplotlib.pyplot as plt
@@ -21,19 +22,39 @@ from gaitgraph.io.formats import read_table
 from gaitgraph.plots import vehicles
 from gaitgraph.plots.figures import FIGURES
 
+if TYPE_CHECKING:
+    from _pytest.mark import ParameterSet
+
 pytestmark = (
     pytest.mark.no_cover
 )  # what pages show has tests of its own, which are traced
 
 ROOT = Path(__file__).parent.parent
-EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
+SLOW = {
+    "best_gait",
+    "best_hover_reserve",
+    "which_drag_ratio",
+    "which_period",
+    "flight.md:4",
+    "flight.md:6",
+    "flight.md:13",
+}
+
+
+def named(name: str, *values: object) -> ParameterSet:
+    """Return the case of a test, marked where it is one of the slow ones."""
+    marks = [pytest.mark.slow] if name in SLOW else []
+    return pytest.param(*values, id=name, marks=marks)
+
+
+EXAMPLES = [named(path.stem, path) for path in sorted((ROOT / "examples").glob("*.py"))]
 CONTEXT = click.Context(cli)
 REQUESTS = sorted((ROOT / "examples").glob("*.toml"))
 PAGES = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").glob("**/*.md"))]
 TUTORIAL = ROOT / "docs" / "tutorial.md"
 OTHER_PAGES = [page for page in PAGES if page != TUTORIAL]
 BLOCKS = [
-    pytest.param(page, block, shown, id=f"{page.name}:{number}")
+    named(f"{page.name}:{number}", page, block, shown)
     for page in OTHER_PAGES
     for number, (block, shown) in enumerate(
         re.findall(
@@ -84,7 +105,7 @@ def pictures_without_windows_and_films_of_few_frames(
     monkeypatch.setattr(vehicles, "_DELAY", 200)
 
 
-@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", EXAMPLES)
 def test_examples_run(
     path: Path,
     tmp_path: Path,

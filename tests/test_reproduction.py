@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 ROOT = Path(__file__).parent.parent
 PAGE = ROOT / "docs" / "reproduction.md"
 TEXT = PAGE.read_text(encoding="utf-8")
+SLOW = ("panels", "readings", "moved(1e-6, 0)", "moved(0, 1e-6)")
 VERDICTS = ("agrees", "misprint", "rough", "artefact", "cannot be decided")
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```\n", re.M | re.S)
 
@@ -80,8 +81,8 @@ def names() -> dict[str, Any]:
 
 
 def marked(claim: Claim) -> Any:
-    """Drawing whole figures is slow."""
-    marks = [pytest.mark.slow] if claim.expression.startswith("panels") else []
+    """Whole figures, and regions of gaits that are nearly singular all along, are slow."""
+    marks = [pytest.mark.slow] if claim.expression.startswith(SLOW) else []
     return pytest.param(claim, marks=marks, id=f"line {claim.line}")
 
 

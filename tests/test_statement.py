@@ -130,7 +130,7 @@ def test_one_number_that_differs_drops_the_statement(
     suffix: str, tmp_path: Path
 ) -> None:
     random = np.random.default_rng(len(suffix))
-    for _ in range(12):
+    for _ in range(5):
         timed = random_gait(random).parametrize(
             float(10 ** random.uniform(-2, 1)), samples=int(random.integers(10, 60))
         )
@@ -272,25 +272,21 @@ def test_the_rates_of_an_optimized_table_fit(tmp_path: Path) -> None:
         assert RATES[0] in gg.read_table(tmp_path / "a.csv")
 
 
-@pytest.mark.parametrize("samples", [30, 57, 100, 400])
-def test_the_rates_of_an_entry_to_an_optimized_gait_fit(
-    tmp_path: Path, samples: int
-) -> None:
+def test_the_rates_of_an_entry_to_an_optimized_gait_fit(tmp_path: Path) -> None:
     """Beyond its last row nothing is known, so that the rate there may have another sign than the slope before it."""
     optimal: Any = gg.optimal_gait([(-1.0, 0.5), (-0.8, 1.1), (-0.5, 0.6)])
-    entry = gg.transition("hover", optimal, samples=samples)
-    entry.write(tmp_path / "a.csv")
-    table = gg.read_table(tmp_path / "a.csv")
-    assert not table.notes
-    first = optimal.timed().columns
-    np.testing.assert_allclose(
-        [table[name][-1] for name in RATES], [first[name][0] for name in RATES]
-    )
+    first = [optimal.timed().columns[name][0] for name in RATES]
+    for samples in (30, 57, 100, 400):
+        entry = gg.transition("hover", optimal, samples=samples)
+        entry.write(tmp_path / "a.csv", force=True)
+        table = gg.read_table(tmp_path / "a.csv")
+        assert not table.notes
+        np.testing.assert_allclose([table[name][-1] for name in RATES], first)
 
 
 def test_smooth_rows_fit_their_rates_at_any_sampling() -> None:
     random = np.random.default_rng(8)
-    for _ in range(50):
+    for _ in range(20):
         samples = int(random.integers(4, 200))
         timed = random_gait(random).parametrize(1.0, samples=samples)
         bare = Table(columns={name: timed.columns[name] for name in NUMBERS})
@@ -536,12 +532,9 @@ def dense_check(report: gg.Report, table: Table, vehicle: gg.Vehicle) -> None:
         assert slopes.max() <= np.max(vehicle.max_tilt_rate) * 1.0101
 
 
-@pytest.mark.parametrize("seed", range(2))
-def test_no_flyable_verdict_where_rows_break_a_condition(
-    seed: int, tmp_path: Path
-) -> None:
+def test_no_flyable_verdict_where_rows_break_a_condition(tmp_path: Path) -> None:
     """Random laws, periods, digits, and edits of rows, of runs of rows and of the statement."""
-    random = np.random.default_rng(seed)
+    random = np.random.default_rng(0)
     flyable = 0
     for _ in range(20):
         vehicle = gg.PAPER.replace(
@@ -589,19 +582,19 @@ def test_what_pace_made_flyable_stays_flyable_on_every_way_between_formats(
     vehicle = gg.PAPER.replace(max_tilt_rate=6.0, max_tilt_acceleration=60.0)
     gait = gg.lift([(-0.3, 0.3), (-0.3, 0.9), (-0.9, 0.9)], "red", vehicle=vehicle)
     pytest.importorskip("rosbags", reason="install gaitgraph[ros]")
-    for rounding in (None, 0.03):
-        timed = gg.least_period(gait, rounding=rounding, samples=100).timed
+    ways = [gg.least_period(gait, rounding=one, samples=100) for one in (None, 0.03)]
+    suffixes = [*FORMATS, ".mcap"]
+    for k, suffix in enumerate(suffixes):
+        timed = ways[k % 2].timed
         assert timed is not None
-        suffixes = [*FORMATS, ".mcap"]
-        for k, suffix in enumerate(suffixes):
-            timed.write(tmp_path / f"a{suffix}", force=True)
-            other = tmp_path / f"b{suffixes[(k + 3) % len(suffixes)]}"
-            gg.timing.export(tmp_path / f"a{suffix}", [other], force=True)
-            gg.timing.export(other, [tmp_path / "c.csv"], force=True)
-            for path in (tmp_path / f"a{suffix}", other, tmp_path / "c.csv"):
-                report = gg.validate(path)
-                assert report.flyable, (path.name, report.reason)
-                assert not report.warnings
+        timed.write(tmp_path / f"a{suffix}", force=True)
+        other = tmp_path / f"b{suffixes[(k + 3) % len(suffixes)]}"
+        gg.timing.export(tmp_path / f"a{suffix}", [other], force=True)
+        gg.timing.export(other, [tmp_path / "c.csv"], force=True)
+        for path in (tmp_path / f"a{suffix}", other, tmp_path / "c.csv"):
+            report = gg.validate(path)
+            assert report.flyable, (path.name, report.reason)
+            assert not report.warnings
 
 
 # -- Proofs held against tables
@@ -615,7 +608,7 @@ def in_place(alpha: FloatArray, row: int, joint: int, by: float) -> FloatArray:
 
 def test_a_certificate_finds_each_edit_above_its_deviation(tmp_path: Path) -> None:
     random = np.random.default_rng(11)
-    for decimals in (3, 6, 17) * 3:
+    for decimals in (3, 6, 17):
         timed = random_gait(random).parametrize(
             float(10 ** random.uniform(-1, 1)), samples=int(random.integers(10, 60))
         )
@@ -679,22 +672,23 @@ def test_order_period_and_other_gaits_are_seen(tmp_path: Path, run: Any) -> None
     assert "not proved flyable: least_singular_value at least 0.01" in done.stdout
 
 
-@pytest.mark.parametrize("of_times", [3, 4, 17])
+@pytest.mark.parametrize(
+    ("of_times", "period", "samples"), [(3, 1 / 3, 70), (4, 7.3, 260), (17, 0.37, 60)]
+)
 def test_checker_and_command_agree_on_rounded_times(
-    of_times: int, tmp_path: Path
+    of_times: int, period: float, samples: int, tmp_path: Path
 ) -> None:
     gait = gg.lift([(-0.2, 0.3), (-0.2, -0.07), (-0.9, -0.07)], "red")
-    for period, samples in ((1 / 3, 70), (0.37, 60), (7.3, 260)):
-        table = table_of(gait.parametrize(period, samples=samples))
-        columns = {name: table[name].round(6) for name in ANGLES}
-        columns = {"t": table["t"].round(of_times), **columns}
-        write_tables(replace(table, columns=columns), [tmp_path / "a.csv"], force=True)
-        certified = gg.certify(tmp_path / "a.csv")
-        certified.write(tmp_path / "a.cert.json", force=True)
-        assert float(certified.document["deviation"]) < 1e-6
-        assert verify(tmp_path / "a.cert.json", tmp_path / "a.csv")
-        command = [sys.executable, "-S", check.__file__, "a.cert.json", "a.csv"]
-        assert subprocess.run(command, cwd=tmp_path, check=False).returncode == 0
+    table = table_of(gait.parametrize(period, samples=samples))
+    columns = {name: table[name].round(6) for name in ANGLES}
+    columns = {"t": table["t"].round(of_times), **columns}
+    write_tables(replace(table, columns=columns), [tmp_path / "a.csv"])
+    certified = gg.certify(tmp_path / "a.csv")
+    certified.write(tmp_path / "a.cert.json")
+    assert float(certified.document["deviation"]) < 1e-6
+    assert verify(tmp_path / "a.cert.json", tmp_path / "a.csv")
+    command = [sys.executable, "-S", check.__file__, "a.cert.json", "a.csv"]
+    assert subprocess.run(command, cwd=tmp_path, check=False).returncode == 0
 
 
 def test_rows_whose_times_go_back_are_not_on_the_curve(
