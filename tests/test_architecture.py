@@ -99,6 +99,7 @@ def arrows(root: Path) -> set[tuple[str, str, str]]:
         first, _, rest = ".".join([*start, *filter(None, [node.module])]).partition(".")
         return rest if first == "gaitgraph" else None
 
+    @cache
     def home_of(base: str, name: str) -> str:
         """Return the module that a name of a module is, or that defines it."""
         full = f"{base}.{name}".strip(".")

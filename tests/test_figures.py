@@ -164,7 +164,7 @@ def test_figure_17_holds_three_loops() -> None:
 @pytest.mark.parametrize(
     ("name", "margins"),
     [
-        (
+        pytest.param(
             "18",
             [
                 "90.0°, biased 0.0°",
@@ -172,6 +172,7 @@ def test_figure_17_holds_three_loops() -> None:
                 "43.7°, biased 0.0°",
                 "0.0°, biased 0.0°",
             ],
+            marks=pytest.mark.slow,
         ),
         pytest.param(
             *(
@@ -240,12 +241,11 @@ def test_a_gait_has_a_set_of_its_own(run: Any, folder: Path) -> None:
     assert "no singular attitude" in attitudes.get_legend().get_texts()[0].get_text()
     assert np.min(value.get_lines()[0].get_ydata()) == pytest.approx(0.3208, rel=1e-3)
     timed = GAIT4.parametrize(2.0, law="equal-time", samples=20)
-    for given in (timed, table_of(timed)):
-        time: Any = draw("set", gait=given).axes[1]
-        assert time.get_xlim() == (0.0, 2.0)
-        np.testing.assert_allclose(
-            time.lines[1].get_ydata(), timed.at(time.lines[1].get_xdata()).alpha[:, 1]
-        )
+    time: Any = draw("set", gait=table_of(timed)).axes[1]
+    assert time.get_xlim() == (0.0, 2.0)
+    np.testing.assert_allclose(
+        time.lines[1].get_ydata(), timed.at(time.lines[1].get_xdata()).alpha[:, 1]
+    )
     blue: Any = draw("set", gait="gait1").axes
     assert [text.get_text() for text in blue[2].texts] == ["singular in level flight"]
     assert (

@@ -170,18 +170,12 @@ SLOW = {
         ),
     ],
 )
-def test_flights_side_by_side_end_as_whole_ones_do(
-    monkeypatch: pytest.MonkeyPatch, case: Any
-) -> None:
+def test_flights_side_by_side_end_as_whole_ones_do(case: Any) -> None:
     """Alone, a flight takes its whole duration, and the controller computes plain numbers."""
     vehicle, number, eta, period, changes, outcomes = case
     timed = flown_by(gait_of_paper(number).parametrize(period), vehicle)
-    asked: dict[str, Any] = {
-        "settings": FlightSettings(**changes),
-        "resolution": 3,
-        "anyway": True,
-    }
-    basin = basin_of(timed, eta, **asked)
+    settings = FlightSettings(**changes)
+    basin = basin_of(timed, eta, settings=settings, resolution=3, anyway=True)
     simulation = Simulation(
         repeated(timed if eta == 1 else biased_timed_gait(timed, eta)), basin.settings
     )
@@ -204,9 +198,18 @@ def test_flights_side_by_side_end_as_whole_ones_do(
             <= thrusts.max(initial=0.0) * (1 + 2e-4)
         )
     assert basin.outcomes.keys() == outcomes
+
+
+def test_threads_change_no_number(monkeypatch: pytest.MonkeyPatch) -> None:
+    timed = timed_gait(4)
+    asked: dict[str, Any] = {
+        "settings": FlightSettings(thrust_limit=4 * SHARE),
+        "resolution": 3,
+    }
+    basin = basin_of(timed, 0.8, **asked)
     monkeypatch.setattr("gaitgraph.flight.simulation._FLIGHTS_OF_A_THREAD", 4)
     monkeypatch.setattr("os.cpu_count", lambda: 3)
-    again = basin_of(timed, eta, **asked)
+    again = basin_of(timed, 0.8, **asked)
     for name in ("outcome", "seconds", "peak_share"):
         np.testing.assert_array_equal(getattr(again, name), getattr(basin, name))
 

@@ -259,8 +259,10 @@ def test_a_last_row_closes_where_it_is_the_first_and_one_nearby_is_told_and_kept
         assert len(noted) == told
 
 
-@pytest.mark.parametrize("law", LAWS)
-@pytest.mark.parametrize(("samples", "decimals"), [(20, 3), (100, 4), (1000, 9)])
+@pytest.mark.parametrize(
+    ("law", "samples", "decimals"),
+    [*zip(LAWS, (20, 100, 1000), (3, 4, 9), strict=True)],
+)
 def test_all_readers_of_a_table_find_its_period(
     tmp_path: Path, law: LawName, samples: int, decimals: int
 ) -> None:

@@ -341,7 +341,6 @@ def test_pictures_reports_and_the_page_say_the_same_of_a_gait() -> None:
     everywhere, level = "singular at every attitude", "singular in level flight"
     for gait, verdict in (
         (gg.lift(points, "blue", coefficients=EXACT), everywhere),
-        (gg.lift(points, "blue", coefficients="published"), everywhere),
         (gg.lift(points, "blue", coefficients="printed"), everywhere),
         (printed, everywhere),
         (gg.lift([(0.5, 0.5), (0.6, -0.6)], "red"), level),  # R = 0 between rows
@@ -375,7 +374,6 @@ def test_roll_pitch_diagram_of_blue_turns_on_rounding() -> None:
     blue = gg.lift(points, "blue")
     for gait, digits, verdict, curves in (
         (blue, {"coefficients": "printed"}, "no singular attitude", 0),
-        (blue, {"angle_rounding": 0.0}, "64.52 % acceptable", 48),
         (three, {"angle_rounding": 0.0}, "singular in level flight", 48),
     ):
         ax = plots.roll_pitch_diagram(gait, ax=Figure().add_subplot(), **digits)

@@ -110,7 +110,7 @@ def test_files_of_a_flight(
 ) -> None:
     """The same flight gives the same bytes; a film lasts as long as the flight and says at its end how it ended."""
     monkeypatch.setattr(vehicles, "_FEWEST", 2)
-    monkeypatch.setattr(vehicles, "_DELAY", 25)
+    monkeypatch.setattr(vehicles, "_DELAY", 100)
     again = fly(gait_of_paper(3).parametrize(1.0), settings=SHORT)
     names = ("a.svg", "a.gif")
     for folder, flight in (("one", levelling), ("two", again)):

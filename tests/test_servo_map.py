@@ -219,8 +219,10 @@ def paced_gait_and_entry(rounding: str | None) -> tuple[Table, Table]:
     return table_of(paced.timed), gg.transition("hover", "gait4", duration=0.3).table
 
 
-@pytest.mark.parametrize("suffix", [".csv", ".json", ".npz", ".parquet"])
-@pytest.mark.parametrize("rounding", [None, "2deg"])
+@pytest.mark.parametrize(
+    ("suffix", "rounding"),
+    [(".csv", None), (".json", "2deg"), (".npz", None), (".parquet", "2deg")],
+)
 def test_peaks_of_rounded_pulses_are_never_above_those_of_the_gait(
     tmp_path: Path, suffix: str, rounding: str | None
 ) -> None:

@@ -87,9 +87,9 @@ def assert_follows(shape: Any, holds: Any, tolerance: float) -> None:
     assert not shapely.covers(shrunk, asked)[~true].any()
 
 
-@every_vehicle
-def test_sets_follow_the_level_matrix(vehicle: Vehicle) -> None:
-    tolerance = 1e-5
+@pytest.mark.parametrize("kind", KINDS)
+def test_sets_follow_the_level_matrix(kind: str) -> None:
+    vehicle, tolerance = some_vehicle(kind, 1), 1e-5
     level = level_of(rotors_of(vehicle))
 
     def least(at: Any) -> Any:
