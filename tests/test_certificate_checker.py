@@ -850,7 +850,7 @@ def test_rows_are_held_against_the_curve() -> None:
                     text, edited(rows, 5, angles=angles, slacks=slacks)
                 )
                 assert (off == "") == holds
-                place = f"row 6, t = {float(rows[5].t):.9g} s: alpha{joint + 1} = "
+                place = f"row 6, t = {float(rows[5].t):.9g} s: alpha{joint + 1} is "
                 assert holds or off.startswith(place)
                 assert holds or off.endswith(
                     f"rad off the curve, allowed is {float(limit + slacks[joint]):.3g}"
@@ -858,7 +858,7 @@ def test_rows_are_held_against_the_curve() -> None:
         swapped = edited(rows, 4, t=rows[3].t)
         assert (
             check.held_against(text, swapped)[0]
-            == "row 5 is not after the row before it"
+            == f"row 5, t = {float(rows[3].t):.9g} s, is not after the row before it"
         )
         assert (
             "rows last 2.75 s, the curve 3 s" in check.held_against(text, rows[:-1])[0]
@@ -982,7 +982,7 @@ def test_the_program(tmp_path: Path) -> None:
     table.write_text("\n".join([NAMES, *lines[:4], "0.5,0.7,0,0,0", *lines[5:]]))
     code, out, err = run_alone(path, table)
     assert (code, err) == (1, "")
-    assert "\nNOT on the curve: row 5, t = 0.5 s: alpha1 = 0.7 is 0.05 rad off" in out
+    assert "\nNOT on the curve: row 5, t = 0.5 s: alpha1 is 0.05 rad off" in out
     assert "each row" not in out
     wrong = changed(document, "claims", "tilt", "at_most", to=["0"] * 4)
     path.write_text(json.dumps(wrong))

@@ -234,10 +234,7 @@ def across(curve: Polynomial, start: Fraction, end: Fraction) -> Polynomial:
 
 def value_at(polynomial: Polynomial, at: Fraction) -> Fraction:
     """Return the value of a polynomial."""
-    value = ZERO
-    for coefficient in reversed(polynomial):
-        value = value * at + coefficient
-    return value
+    return sum((a * at**k for k, a in enumerate(polynomial)), ZERO)
 
 
 def bound(curve: Polynomial, order: int) -> Enclosure:
@@ -527,23 +524,25 @@ def held_against(
         curve = [value_at(one, s) for one in four(pieces[k]["alpha"])]
         return [abs(a - b) for a, b in zip(angles, curve, strict=True)]
 
-    between = ZERO
+    between, off = ZERO, ""
     for before, row in pairwise(rows):
         middles = [(a + b) / 2 for a, b in zip(before.angles, row.angles, strict=True)]
         between = max(between, *distances((before.t + row.t) / 2, middles))
-    off = ""
     for number, row in enumerate(rows, 1):
+        place = f"row {number}, t = {float(row.t):.9g} s"
         if number > 1 and row.t <= rows[number - 2].t:
-            off = off or f"row {number} is not after the row before it"
+            off = off or f"{place}, is not after the row before it"
         for joint, distance in enumerate(distances(row.t, row.angles)):
             most = whole["deviation"] + row.slacks[joint]
-            if distance > most and not off:
-                place = f"row {number}, t = {float(row.t):.9g} s: alpha{joint + 1} = "
+            if distance > most:
                 how = f"{float(distance):.3g} rad off the curve, allowed is {float(most):.3g}"
-                off = f"{place}{float(row.angles[joint]):.9g} is {how}"
+                off = off or f"{place}: alpha{joint + 1} is {how}"
     seconds = rows[-1].t - start
-    if not off and abs(seconds - ends[-1]) > (ends[-1] + 2) / 10**9:
-        off = f"the rows last {float(seconds):.9g} s, the curve {float(ends[-1]):.9g} s"
+    if abs(seconds - ends[-1]) > (ends[-1] + 2) / 10**9:
+        last = (
+            f"the rows last {float(seconds):.9g} s, the curve {float(ends[-1]):.9g} s"
+        )
+        off = off or last
     return off, float(between)
 
 
