@@ -871,6 +871,9 @@ def test_rows_are_held_against_the_curve() -> None:
     assert check.held_against(text, rounded)[0].startswith("row 2, t = 0.2 s: alpha1")
     assert check.held_against(text, rounded, F(1, 20))[0] == ""
     assert check.held_against(text, rounded, F(1, 21))[0].startswith("row 2, t = 0.2 s")
+    slow = [row._replace(t=3 * row.t) for row in rows_of(document, quarters)]
+    pieces = [{**piece, "duration": "3"} for piece in document["pieces"]]
+    assert check.held_against(json.dumps({**document, "pieces": pieces}), slow)[0] == ""
     one = rows_of(document, [F(0)])
     assert "the rows last 0 s, the curve 3 s" in check.held_against(text, one)[0]
     del document["claims"]["rate"]
@@ -917,6 +920,8 @@ def test_times_may_be_even_ones_that_were_rounded() -> None:
     exact = unit / 2 / F("1.000001")
     assert check.even_or_own(tie, exact, F(1))[1].t == F(1, 2)
     assert check.even_or_own(tie, exact - F(1, 10**20), F(1)) == tie
+    two = [check.Row(F(0), [], []), check.Row(F(33, 100), [], [])]
+    assert check.even_or_own(two, unit / 2, F(1, 3))[1].t == F(1, 3)
     one = [check.Row(F(0), [], [])]
     assert check.even_or_own(one, unit, F(1)) == one
 

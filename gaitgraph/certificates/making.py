@@ -10,6 +10,7 @@ import json
 import math
 import warnings
 from dataclasses import dataclass
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -23,7 +24,6 @@ from gaitgraph.errors import Advice, FileWarning, Infeasible, InputError
 from gaitgraph.files import check_new_files, write_whole
 from gaitgraph.gait.table import Table, even_times, tilt_angles
 from gaitgraph.invertibility import matrices
-from gaitgraph.invertibility.forms import Sines, level_of, rotors_of
 from gaitgraph.io.formats import gait_of, given_gait, naming_file
 from gaitgraph.timing.laws import bernstein_from_power, values_of
 from gaitgraph.timing.timed_gait import TimedGait, timed_gait_of
@@ -77,11 +77,9 @@ class Certified:
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the claims as plain values, ready for JSON."""
-        named = self.document["claims"].items()
-        claims = {
-            name: {key: one for key, one in claim.items() if key != "cover"}
-            for name, claim in named
-        }
+        claims = {name: dict(claim) for name, claim in self.document["claims"].items()}
+        for claim in claims.values():
+            claim.pop("cover", None)
         return {
             "status": "certified",
             "claims": claims,
@@ -95,32 +93,32 @@ class Certified:
 
     def __str__(self) -> str:
         lines = [f"Certified {len(self.document['pieces'])} pieces"]
-        for name, values in self.as_mapping()["claims"].items():
-            texts = (
-                f"{key.replace('_', ' ')} {_shown(value)}"
-                for key, value in values.items()
-            )
+        for name, claim in self.as_mapping()["claims"].items():
+            words = name.replace("_", " ")
             lines.append(
-                f"  {name.replace('_', ' '):<21} {', '.join(texts)}; {self.intervals[name]} intervals"
+                f"  {words:<21} {_shown(claim)}; {self.intervals[name]} intervals"
             )
-        return "\n".join(
-            [*lines, *(f"warning: {warning}" for warning in self.warnings)]
-        )
+        lines += [f"warning: {warning}" for warning in self.warnings]
+        return "\n".join(lines)
 
 
-def _shown(value: Any) -> str:
-    return (
-        value
-        if isinstance(value, str)
-        else f"({', '.join(f'{float(one):.4g}' for one in value)})"
-    )
+def _shown(claim: dict[str, Any]) -> str:
+    """Return the names and values of a claim in words."""
+    texts = []
+    for name, value in claim.items():
+        shown = value
+        if isinstance(value, list):
+            shown = f"({', '.join(f'{float(one):.4g}' for one in value)})"
+        texts.append(f"{name.replace('_', ' ')} {shown}")
+    return ", ".join(texts)
 
 
 def check_certificate(path: str | Path) -> None:
     """Raise InputError if the name of a certificate does not end in .json."""
-    if Path(path).suffix != ".json":
+    suffix = Path(path).suffix
+    if suffix != ".json":
         raise InputError(
-            f"output {str(path)!r} must end in .json, as a certificate does, got {Path(path).suffix!r}"
+            f"output {str(path)!r} must end in .json, as a certificate does, got {suffix!r}"
         )
 
 
@@ -165,182 +163,153 @@ def certify(
     source = given_gait(gait, **choices)
     if not isinstance(source, Table):
         choices = {}
+    angle = None
+    if tilt is not None:
+        angle = angle_within(tilt, "tilt", math.pi / 2 - 1e-6, least=0.0)
     with naming_file(gait):
-        if not getattr(source, "repeats", True):
-            raise Infeasible(
-                "no certificate, since it is a path that is run once, and no closed gait"
-            )
-        states_no_law = isinstance(source, Table) and source.motion is None
-        if states_no_law and source.joined_by_cubics:
-            raise Infeasible(
-                "no certificate, since the rows are played as cubics through their rates, and state no law; leave the "
-                "columns of rates out to certify straight segments"
-            )
+        reason = _reason_against(source)
+        if reason:
+            raise Infeasible(f"no certificate, since {reason}")
         report = validate(source, floor=floor, **choices)
         if not report.flyable:
             raise Infeasible(
                 f"no certificate, since the gait is not flyable: {report.reason}"
             )
-        is_timed = hasattr(source, "rate_checks")
-        if isinstance(source, Table) and timing:
-            is_timed = "t" in source or "period" in source.about
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", FileWarning)  # the report has them
             path: Gait | TimedGait
-            if is_timed and timing:
+            if timing and _is_timed(source):
                 path = timed_gait_of(source, **choices)
             else:
                 path = gait_of(source, **choices)
-    angle = (
-        None
-        if tilt is None
-        else angle_within(tilt, "tilt", math.pi / 2 - 1e-6, least=0.0)
-    )
-    exact = _Path(path)
-    claims = _claims_of(exact, report, angle)
-    covers = {
-        name: [_cover(exact, name, claim, k) for k in range(len(exact.pieces))]
-        for name, claim in claims.items()
-    }
-    deviation = 2 * exact.deviation + 1e-14
-    if isinstance(path, TimedGait):
-        # Floats of the times are off by some ulps of the period.
-        fastest = float(np.abs(path.at(path.t).rates).max())
-        deviation += 4e-15 * (1.0 + fastest * path.period)
-    if isinstance(source, Table) and isinstance(path, TimedGait):
-        seconds = even_times(source) - source["t"][0] if "t" in source else path.t
-        rows = tilt_angles(source, path.gait.coefficients)
-        deviation += float(np.abs(path.at(seconds).alpha - rows).max())
+    stated = _Stated(path)
+    claims = _claims_of(stated, report, angle)
+    intervals = {"joints": len(stated.pieces)}
+    for name, claim in claims.items():
+        if name != "joints":
+            cover = [
+                _cover(piece, name, claim, k) for k, piece in enumerate(stated.curve)
+            ]
+            claim["cover"] = cover
+            intervals[name] = sum(len(breaks) - 1 for breaks in cover)
     document = {
         "format": check.FORM["format"],
         "made_by": f"gaitgraph {__version__}",
-        "deviation": _rounded(deviation, up=True),
-        "vehicle": exact.vehicle,
-        "law": exact.law,
-        "pieces": exact.pieces,
-        "claims": {"joints": _joints(exact)}
-        | {name: {**claims[name], "cover": covers[name]} for name in claims},
+        "deviation": _rounded(_deviation(stated, source), ROUND_CEILING),
+        "vehicle": stated.vehicle,
+        "law": stated.law,
+        "pieces": stated.pieces,
+        "claims": claims,
     }
-    count = {name: sum(len(one) - 1 for one in cover) for name, cover in covers.items()}
     return Certified(
         document=_plain(document),
-        intervals={"joints": len(exact.pieces), **count},
+        intervals=intervals,
         warnings=report.warnings,
     )
 
 
+def _reason_against(source: Any) -> str:
+    """Return why a flyable gait would get no certificate, "" if it can get one."""
+    if not getattr(source, "repeats", True):
+        return "it is a path that is run once, and no closed gait"
+    states_no_law = isinstance(source, Table) and source.motion is None
+    if states_no_law and source.joined_by_cubics:
+        return (
+            "the rows are played as cubics through their rates, and state no law; leave the columns of rates out to "
+            "certify straight segments"
+        )
+    return ""
+
+
+def _is_timed(source: Any) -> bool:
+    if isinstance(source, Table):
+        return "t" in source or "period" in source.about
+    return hasattr(source, "rate_checks")
+
+
 def _decimal(value: float, digits: int | None = None) -> Fraction:
     """Return the exact value of a float's shortest decimal, rounded to some digits."""
-    return Fraction(repr(float(value) if digits is None else round(value, digits)))
+    if digits is not None:
+        value = round(value, digits)
+    return Fraction(repr(float(value)))
 
 
-def _plain(value: Any) -> Any:
-    """Return exact numbers as texts: a decimal where there is one. Lists and objects are kept."""
-    if isinstance(value, dict):
-        return {name: _plain(one) for name, one in value.items()}
-    if isinstance(value, list):
-        return [_plain(one) for one in value]
-    if not isinstance(value, Fraction):
-        return value
-    top, under = value.as_integer_ratio()
-    digits = next((k for k in range(_MOST_DIGITS + 1) if 10**k % under == 0), None)
-    if not digits:
-        return f"{top}/{under}" if digits is None else str(top)
-    figures = f"{abs(top) * 10**digits // under:0{digits + 1}d}"
-    return f"{'-' * (top < 0)}{figures[:-digits]}.{figures[-digits:]}"
+def _plain(document: dict[str, Any]) -> Any:
+    """Return a document with its exact numbers as texts."""
+    return json.loads(json.dumps(document, default=_text_of))
 
 
-def _rounded(value: float, *, up: bool) -> Fraction:
-    """Return a number with three significant digits, at least or at most the value."""
-    step = (
-        Fraction(10) ** (math.floor(math.log10(abs(value))) - 2)
-        if value
-        else Fraction(1)
-    )
-    return step * (math.ceil if up else math.floor)(Fraction(value) / step)
+def _text_of(number: Fraction) -> str:
+    """Return an exact number as a decimal if it is a short one, else as a fraction."""
+    digits = 0
+    scaled = number
+    while scaled.denominator > 1 and digits < _MOST_DIGITS:
+        scaled *= 10
+        digits += 1
+    if scaled.denominator > 1:
+        return str(number)
+    return f"{Decimal(f'{scaled}e-{digits}'):f}"
+
+
+def _rounded(value: float, rounding: str) -> Fraction:
+    """Return a number with three significant digits."""
+    return Fraction(Context(prec=3, rounding=rounding).create_decimal(value))
 
 
 def _claimed(peak: float, limit: float | None, room: float = _ROOM) -> Fraction:
     """Return what is claimed of a peak: with room, or else the limit, with the slack if that is reached."""
-    bound = _rounded(peak * (1 + room) + _LEAST_ROOM, up=True)
+    bound = _rounded(peak * (1 + room) + _LEAST_ROOM, ROUND_CEILING)
     if limit is None or bound <= limit:
         return bound
-    return _decimal(limit) * (
-        1 if peak < limit * (1 - 2 * float(_SLACK)) else 1 + _SLACK
-    )
+    if peak < limit * (1 - 2 * float(_SLACK)):
+        return _decimal(limit)
+    return _decimal(limit) * (1 + _SLACK)
 
 
 def stated_vehicle(vehicle: Vehicle) -> dict[str, Any]:
     """Return a vehicle as a certificate states it, with exact numbers; four equal arms without their angle."""
-    named: dict[str, Any] = {
-        "name": vehicle.name[:1000],
+    stated: dict[str, Any] = {
+        "name": vehicle.name,
         "first_rotor_spin": vehicle.first_rotor_spin,
     }
-    arm: Any = vehicle.arm_length
-    if vehicle.rotor_positions is None and not isinstance(
-        vehicle.drag_to_thrust, tuple
-    ):
+    arm, height = vehicle.arm_length, vehicle.rotor_height
+    places, drags = vehicle.rotor_positions, vehicle.drag_to_thrust
+    if places is None and not isinstance(drags, tuple):
+        unit = Fraction(1)
         constants = (vehicle.drag_coefficient, vehicle.thrust_coefficient, arm)
-        if None in constants:
+        if None in constants:  # lengths in those of the arm
+            unit = _decimal(arm or 1.0)
             constants = (vehicle.drag_ratio, 1.0, 1.0)
-            height = _decimal(vehicle.rotor_height) / _decimal(arm or 1.0)
-        else:
-            height = _decimal(vehicle.rotor_height)
-        exact = [_decimal(constant or 0.0) for constant in constants]
-        return (
-            named
-            | dict(zip(check.CONSTANTS, exact, strict=True))
-            | {"rotor_height": height}
-        )
-    places = vehicle.rotor_positions
+        for name, constant in zip(check.CONSTANTS, constants, strict=True):
+            stated[name] = _decimal(constant or 0.0)
+        stated["rotor_height"] = _decimal(height) / unit
+        return stated
     if places is None:
+        length = arm or 1.0
         ends = ((1, 0), (0, 1), (-1, 0), (0, -1))
-        places = tuple((arm * x, arm * y, vehicle.rotor_height) for x, y in ends)
-    drags = vehicle.drag_to_thrust
+        places = tuple((length * x, length * y, height) for x, y in ends)
     if drags is None:
-        drags = vehicle.drag_ratio * arm
-    return named | {
-        "rotor_positions": [list(map(_decimal, place)) for place in places],
-        "drag_to_thrust": list(map(_decimal, four_of(drags))),
-    }
+        drags = vehicle.drag_ratio * (arm or 1.0)
+    stated["rotor_positions"] = [[_decimal(part) for part in place] for place in places]
+    stated["drag_to_thrust"] = [_decimal(drag) for drag in four_of(drags)]
+    return stated
 
 
-class _Path:
-    """A gait as a certificate states it: `vehicle`, `law` and `pieces`, at most `deviation` from the gait [rad]."""
+class _Stated:
+    """A gait as a certificate states it, at most `off` from the gait [rad], and as the `curve` of the checker."""
 
     def __init__(self, path: Gait | TimedGait) -> None:
         self.timed: Any = path if isinstance(path, TimedGait) else None
         self.gait = path.gait if isinstance(path, TimedGait) else path
         self.vehicle = stated_vehicle(self.gait.vehicle)
-        level = check.Level(self.vehicle)
         self.powers, widths, is_smooth = self._polynomials()
         self.law = [Fraction(a) for a in check.LAWS[is_smooth]]
-        self.pieces: list[dict[str, Any]] = []
-        self.deviation = 0.0
-        starts = [
-            [_decimal(a, _GRID) for a in angles] for angles in self.powers[-1].tolist()
+        self.off = 0.0
+        self.pieces = [
+            {"alpha": self._alpha(k), "duration": _decimal(width or 1.0)}
+            for k, width in enumerate(widths.tolist())
         ]
-        for k, width in enumerate(widths.tolist()):
-            rows = self.powers[::-1, k].T.tolist()
-            size = max((abs(a) for row in rows for a in row[2:]), default=0.0) or 1.0
-            alpha = []
-            for row, start, end in zip(
-                rows, starts[k], starts[(k + 1) % len(starts)], strict=True
-            ):
-                rest = [
-                    _decimal(a, _FIGURES - math.floor(math.log10(size)))
-                    for a in row[2:]
-                ]
-                alpha.append(
-                    [start, end - start - sum(rest), *rest]
-                )  # pieces join exactly
-                self.deviation = max(
-                    self.deviation,
-                    sum(abs(float(a) - b) for a, b in zip(alpha[-1], row, strict=True)),
-                )
-                while len(alpha[-1]) > 1 and alpha[-1][-1] == 0:
-                    alpha[-1].pop()
-            self.pieces.append({"alpha": alpha, "duration": _decimal(width or 1.0)})
+        level = check.Level(self.vehicle)
         self.curve = [check.Piece(piece, self.law, level) for piece in self.pieces]
 
     def _polynomials(self) -> tuple[FloatArray, FloatArray, bool]:
@@ -354,75 +323,112 @@ class _Path:
             powers, widths = timed.tilts, timed.widths
         elif curve is not None:
             widths = np.diff(curve.breaks)
-            powers = (
-                curve.pieces
-                * (widths ** np.arange(len(curve.pieces) - 1, -1, -1)[:, None])[
-                    :, :, None
-                ]
-            )
+            orders = np.arange(len(curve.pieces))[::-1]
+            powers = curve.pieces * (widths ** orders[:, None])[:, :, None]
         else:
             step = np.roll(alpha, -1, axis=0) - alpha
-            powers = np.stack([step, alpha])[
-                :, :, : 2 if (alpha[:, :2] == alpha[:, 2:]).all() else 4
-            ]
-            widths = (
-                step.any(axis=1) * 1.0 if timed is None else np.diff(timed.corner_times)
-            )
-            is_smooth = timed is not None and timed.law == "smooth"
-        kept = widths > 0 if (widths > 0).any() else np.arange(len(widths)) == 0
+            powers = np.stack([step, alpha])
+            if (alpha[:, :2] == alpha[:, 2:]).all():
+                powers = powers[:, :, :2]
+            widths = step.any(axis=1) * 1.0
+            if timed is not None:
+                widths = np.diff(timed.corner_times)
+                is_smooth = timed.law == "smooth"
+        kept = widths > 0
+        kept[0] |= not kept.any()
         return powers[:, kept], widths[kept], is_smooth
 
+    def _alpha(self, k: int) -> list[list[Fraction]]:
+        """Return the exact polynomials of a piece, which begins where the piece before ends."""
+        after = (k + 1) % self.powers.shape[1]
+        size = np.abs(self.powers[:-2, k]).max(initial=0.0) or 1.0
+        digits = _FIGURES - math.floor(math.log10(size))
+        rows = self.powers[::-1, k].T.tolist()
+        alpha = []
+        for row, end in zip(rows, self.powers[-1, after].tolist(), strict=True):
+            rest = [_decimal(a, digits) for a in row[2:]]
+            first = _decimal(row[0], _GRID)
+            curve = [first, _decimal(end, _GRID) - first - sum(rest), *rest]
+            parts = [abs(float(a) - b) for a, b in zip(curve, row, strict=True)]
+            self.off = max(self.off, sum(parts))
+            while len(curve) > 1 and curve[-1] == 0:
+                curve.pop()
+            alpha.append(curve)
+        return alpha
 
-def _claims_of(
-    path: _Path, report: Report, tilt: float | None
-) -> dict[str, dict[str, Any]]:
+
+def _deviation(stated: _Stated, source: object) -> float:
+    """Return how far a gait is from its certificate's curve at most [rad]."""
+    deviation: float = 2 * stated.off + 1e-14
+    path = stated.timed
+    if path is None:
+        return deviation
+    # Floats of the times are off by some ulps of the period.
+    fastest = float(np.abs(path.at(path.t).rates).max())
+    deviation += 4e-15 * (1.0 + fastest * path.period)
+    if isinstance(source, Table):
+        seconds = even_times(source) - source["t"][0] if "t" in source else path.t
+        rows = tilt_angles(source, path.gait.coefficients)
+        deviation += float(np.abs(path.at(seconds).alpha - rows).max())
+    return deviation
+
+
+def _claims_of(stated: _Stated, report: Report, tilt: float | None) -> dict[str, Any]:
     """Return the claims without their covers; InputError if an angle is too large."""
-    vehicle, powers = path.gait.vehicle, path.powers
-    share = np.linspace(
-        0.0, 1.0, max(2, min(_SAMPLES, _MOST_SAMPLES // len(path.pieces)))
-    )
-    alpha = np.tile(values_of(powers[:, None], share[:, None]), 4 // powers.shape[-1])
-    if (largest := float(np.abs(alpha).max())) > _MOST_ANGLE:
+    vehicle, powers = stated.gait.vehicle, stated.powers
+    copies = 4 // powers.shape[-1]
+    count = min(_SAMPLES, _MOST_SAMPLES // len(stated.pieces))
+    share = np.linspace(0.0, 1.0, max(2, count))
+    alpha = np.tile(values_of(powers[:, None], share[:, None]), copies)
+    largest = float(np.abs(alpha).max())
+    if largest > _MOST_ANGLE:
         raise InputError(
             f"angles of a certificate must be at most {_MOST_ANGLE} rad in size, got {largest:.6g}"
         )
-    shares, values = (
-        matrices.hover_thrust_shares(alpha, vehicle),
-        matrices.least_singular_value(alpha, vehicle),
-    )
-    least = {
-        name: _rounded(
-            min(float(np.min(found)), float(report[name].value or 0.0)) * (1 - _ROOM),
-            up=False,
-        )
-        for name, found in (("least_singular_value", values), ("hover_thrust", shares))
-    }
-    direction = level_of(rotors_of(vehicle)).direction.at(Sines.of(alpha[0, :1]))
-    is_positive = direction[2, 0] > 0
-    claims: dict[str, dict[str, Any]] = {
+    shares = matrices.hover_thrust_shares(alpha, vehicle)
+    least = {}
+    for name, values in (
+        ("least_singular_value", matrices.least_singular_value(alpha, vehicle)),
+        ("hover_thrust", shares),
+    ):
+        attained = min(float(np.min(values)), float(report[name].value or 0.0))
+        least[name] = _rounded(attained * (1 - _ROOM), ROUND_FLOOR)
+    most = _claimed(float(shares.max()), vehicle.thrust_share)
+    piece = stated.curve[0]
+    start = check.Arc(piece.level, piece.motion[0], Fraction(0), Fraction(0))
+    above = check.sign_of_R(start, {"sign": "positive"})[0].low > 0
+    claims: dict[str, Any] = {
+        "joints": _joints(stated.curve),
         "least_singular_value": {"at_least": least["least_singular_value"]},
-        "sign_of_R": {"sign": "positive" if is_positive else "negative"},
-        "hover_thrust": {
-            "at_least": least["hover_thrust"],
-            "at_most": _claimed(float(shares.max()), vehicle.thrust_share),
-        },
+        "sign_of_R": {"sign": "positive" if above else "negative"},
+        "hover_thrust": {"at_least": least["hover_thrust"], "at_most": most},
     }
     if tilt is not None:
         claims["attitude"] = {"tilt": _decimal(tilt, _GRID)}
-    hull = np.tile(
-        bernstein_from_power(powers, np.ones(len(path.pieces))), 4 // powers.shape[-1]
-    )
+    hull = np.tile(bernstein_from_power(powers, np.ones(len(stated.pieces))), copies)
     low, high = np.array(vehicle.tilt_range or [(-math.inf, math.inf)] * 4).T
-    slack = float(_SLACK) * np.where([low == 0, high == 0], 1.0, np.abs([low, high]))
-    at_least = np.maximum(hull.min(axis=(0, 1)) - _LEAST_ROOM, low - slack[0])
-    at_most = np.minimum(hull.max(axis=(0, 1)) + _LEAST_ROOM, high + slack[1])
+    low = low - float(_SLACK) * np.where(low == 0, 1.0, np.abs(low))
+    high = high + float(_SLACK) * np.where(high == 0, 1.0, np.abs(high))
+    at_least = np.maximum(hull.min(axis=(0, 1)) - _LEAST_ROOM, low)
+    at_most = np.minimum(hull.max(axis=(0, 1)) + _LEAST_ROOM, high)
     claims["tilt"] = {
-        "at_least": list(map(_decimal, at_least)),
-        "at_most": list(map(_decimal, at_most)),
+        "at_least": [_decimal(angle) for angle in at_least],
+        "at_most": [_decimal(angle) for angle in at_most],
     }
-    for name, order in list(check.ORDERS.items())[1:] if path.timed is not None else ():
-        largest, peaks = getattr(vehicle, f"max_tilt_{name}"), path.timed.peaks(order)
-        if largest is not None and not np.isfinite(peaks).all():
+    if stated.timed is not None:
+        claims |= _claims_by_time(stated.timed, vehicle)
+    return claims
+
+
+def _claims_by_time(timed: Any, vehicle: Vehicle) -> dict[str, Any]:
+    """Return the claims of rates, accelerations and, where the vehicle limits it, jerk."""
+    claims = {}
+    for name in ("rate", "acceleration", "jerk"):
+        limit = getattr(vehicle, f"max_tilt_{name}")
+        peaks = timed.peaks(check.ORDERS[name])
+        if limit is None and (name == "jerk" or not np.isfinite(peaks).all()):
+            continue
+        if not np.isfinite(peaks).all():
             raise Infeasible(
                 f"max_tilt_{name} cannot be proved of rows, between which rates jump",
                 advice=Advice(
@@ -430,43 +436,38 @@ def _claims_of(
                     "make it with the gait (plan or pace with --certify), or of the path alone with --untimed",
                 ),
             )
-        if np.isfinite(peaks).all() and (largest is not None or name != "jerk"):
-            each = zip(peaks.tolist(), four_of(largest), strict=True)
-            bounds = [_claimed(peak, limit, _ROOM_OF_RATES) for peak, limit in each]
-            claims[name] = {"at_least": [-bound for bound in bounds], "at_most": bounds}
+        bounds = []
+        for peak, most in zip(peaks.tolist(), four_of(limit), strict=True):
+            bounds.append(_claimed(peak, most, _ROOM_OF_RATES))
+        claims[name] = {"at_least": [-bound for bound in bounds], "at_most": bounds}
     return claims
 
 
-def _joints(path: _Path) -> dict[str, Fraction]:
+def _joints(curve: list[check.Piece]) -> dict[str, Fraction]:
     """Return the largest jumps of rates and accelerations from piece to piece, rounded up."""
     out = {}
     for order, name in enumerate(check.JUMPS, start=1):
-        jumps = [
-            piece.jump(path.curve[k - 1], order) for k, piece in enumerate(path.curve)
-        ]
-        out[name] = _rounded(float(max(jumps)) * (1 + 1e-9), up=True)
+        jumps = [piece.jump(curve[k - 1], order) for k, piece in enumerate(curve)]
+        out[name] = _rounded(float(max(jumps)) * (1 + 1e-9), ROUND_CEILING)
     return out
 
 
-def _cover(path: _Path, name: str, claim: dict[str, Any], k: int) -> list[Fraction]:
-    """Return the break points of intervals of a piece on which a claim is proved; Infeasible if one is not."""
-    piece, breaks, todo = path.curve[k], [Fraction(0)], [(Fraction(0), Fraction(1))]
-    curves = piece.motion[check.ORDERS.get(name, 0)]
+def _cover(piece: check.Piece, name: str, claim: Any, k: int) -> list[Fraction]:
+    """Return the break points of intervals of piece k on which a claim is proved; Infeasible if one is not."""
+    breaks, todo = [Fraction(0)], [(Fraction(0), Fraction(1))]
     while todo:
         low, high = todo.pop()
         middle = (low + high) / 2
         if piece.proves(name, claim, low, high):
             breaks.append(high)
         elif high - low < _SMALLEST or len(breaks) > _MOST_INTERVALS:
-            at = _shown(
-                [
-                    np.polyval([float(a) for a in one[::-1]], float(middle))
-                    for one in curves
-                ]
+            curves = piece.motion[check.ORDERS.get(name, 0)]
+            values = [check.value_at(curve, middle) for curve in curves]
+            what = "it is" if name in check.ORDERS else "the angles are"
+            raise Infeasible(
+                f"{name} {_shown(_plain(claim))} cannot be proved on piece {k} at {float(middle):.6g} of it, where "
+                f"{_shown({what: values})}"
             )
-            what = f"{name} {', '.join(f'{key} {_shown(_plain(one))}' for key, one in claim.items())}"
-            where = f"at {float(middle):.6g} of it, where {'it is' if name in check.ORDERS else 'the angles are'} {at}"
-            raise Infeasible(f"{what} cannot be proved on piece {k} {where}")
         else:
             todo += [(middle, high), (low, middle)]
     return breaks
