@@ -483,6 +483,8 @@ class Vehicle(Pictured):
         """Return constants that vehicle_from_mapping reads as this vehicle: those of a preset that differ, or all."""
         stated = self.as_mapping()
         for preset in _presets():
+            if preset.rotor_positions not in (None, self.rotor_positions):
+                continue  # equal arms cannot be stated beside it
             base = preset.as_mapping()
             short = {"preset": preset.name} | {
                 name: value for name, value in stated.items() if base.get(name) != value

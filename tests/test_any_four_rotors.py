@@ -89,7 +89,8 @@ def test_a_loop_is_colored_red_where_R_has_one_sign() -> None:
     for vehicle in VEHICLES:
         loop = RNG.uniform(-0.5, 0.5, (5, 2))
         exact = coefficients_of(vehicle, "exact")
-        R = attitude_sensitivities(curved_roots(*loop.T, exact)[0], exact)[:, 2]
+        red, _ = curved_roots(loop[:, 0], loop[:, 1], exact)
+        R = attitude_sensitivities(red, exact)[:, 2]
         found = gg.colorings(loop, vehicle=vehicle)
         assert found.counts["positive"] == (R > 0).all()
         assert found.counts["negative"] == (R < 0).all()

@@ -33,6 +33,7 @@ _NEEDED = ("drag_to_thrust", "first_rotor_spin", "mass", "inertia")
 _LIMITS = ("max_tilt", "max_tilt_rate", "max_thrust", "servo_lag", "rotor_lag")
 _UNITS = {**UNITS, "first_rotor_spin": '"clockwise" or "counterclockwise"'}
 _ALIKE = 0.02  # allowed differences of arms, as a share of the arm's length, and in rad
+_SQUARE = 1e-4  # the same of a square frame: what rounded numbers in a file explain
 _PX4 = re.compile(r"^[^#\n]*?\b(CA_(?:ROTOR|SV_TL)\w+)[ \t]*(\S*)", re.MULTILINE)
 _PLACES = ("PX", "PY", "PZ", "AX", "AY", "AZ")
 _TILTS = {"MINA": 0.0, "MAXA": 90.0, "TD": 0.0}  # degrees
@@ -481,10 +482,11 @@ def _four_arms(
         if holds
     ]:
         return {}, tuple(reasons), []
+    size = _SQUARE * length.mean()
     is_square = (
-        np.ptp(length) <= allowed
-        and np.ptp(place[:, 2]) <= allowed
-        and np.abs(quarters).max() <= _ALIKE
+        np.ptp(length) <= size
+        and np.ptp(place[:, 2]) <= size
+        and np.abs(quarters).max() <= _SQUARE
     )
     constants: dict[str, Any] = {}
     if is_square:

@@ -21,6 +21,7 @@ from gaitgraph.errors import InputError, shown
 from gaitgraph.invertibility.matrices import singular_value_rate
 from gaitgraph.invertibility.segment_bounds import least_singular_value_along
 from gaitgraph.timing.timed_gait import TimedGait, timed_gait_of
+from gaitgraph.tolerances import ROUND_OFF
 
 if TYPE_CHECKING:
     from gaitgraph.invertibility.forms import FloatArray
@@ -65,8 +66,10 @@ class ServoResponse:
 
     @property
     def peak_times(self) -> FloatArray:
-        """When each joint's error is largest, shape (4,) [s]."""
-        return read_only(self.t[np.abs(self.error).argmax(axis=0)])
+        """When each joint's error is largest first, shape (4,) [s]."""
+        size = np.abs(self.error)
+        is_largest = size >= size.max(axis=0) - ROUND_OFF
+        return read_only(self.t[is_largest.argmax(axis=0)])
 
     @property
     def rms(self) -> FloatArray:
@@ -174,7 +177,7 @@ def servo_response(
         )
     count = 1 << math.ceil(math.log2(max(wanted, _FEWEST)))
     h = timed.period / count
-    t = h * np.arange(count + 1)
+    t: FloatArray = h * np.arange(count + 1, dtype=float)
     steps = np.diff(timed.at(t).alpha, axis=0)
     decay = np.exp(-h / tau)
     gain = -np.expm1(-h / tau) * tau / h
