@@ -67,6 +67,8 @@ def test_enclosures_are_the_least_ones_of_exact_ends() -> None:
     for one, ends in some:
         assert F(one.size(), ONE) == max(map(abs, ends))
         assert one.widened(5) == (one.low - 5, one.high + 5)
+        for count in (1, 2, 3, 7):
+            assert one.shared(count) == outward([end / count for end in ends])
         if one.low > 0:
             assert one.inverse() == outward([1 / end for end in ends])
     assert check.NONE == (0, 0)
@@ -393,6 +395,12 @@ def test_the_gram_matrix_is_less_what_it_leaves_its_chord_by() -> None:
         for share, holds in ((F(1) - F(1, 10**9), True), (F(1) + F(1, 10**9), False)):
             claim = {"at_least": F(math.sqrt(least)) * share}
             parts = check.least_singular_value(arc, claim)
+            for k, wrenches in enumerate(arc.ends):
+                m = np.array([[middle(x) for x in one[:4]] for one in wrenches]).T
+                gram = m @ m.T - lost - float(claim["at_least"]) ** 2 * np.eye(4)
+                minors = [np.linalg.det(gram[:size, :size]) for size in (1, 2, 3, 4)]
+                found = [middle(part) for part in parts[4 * k : 4 * k + 4]]
+                assert np.allclose(found, minors, rtol=1e-9, atol=1e-12)
             assert len(parts) == 8
             assert all(part.low > 0 for part in parts) == holds
     # Each end is looked at.
@@ -855,11 +863,11 @@ def test_rows_are_held_against_the_curve() -> None:
                 assert holds or off.endswith(
                     f"rad off the curve, allowed is {float(limit + slacks[joint]):.3g}"
                 )
-        swapped = edited(rows, 4, t=rows[3].t)
-        assert (
-            check.held_against(text, swapped)[0]
-            == f"row 5, t = {float(rows[3].t):.9g} s, is not after the row before it"
-        )
+        for k in (1, 4):
+            swapped = edited(rows, k, t=rows[k - 1].t)
+            place = f"row {k + 1}, t = {float(rows[k - 1].t):.9g} s"
+            off, _ = check.held_against(text, swapped)
+            assert off == f"{place}, is not after the row before it"
         assert (
             "rows last 2.75 s, the curve 3 s" in check.held_against(text, rows[:-1])[0]
         )

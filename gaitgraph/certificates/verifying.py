@@ -51,7 +51,7 @@ class Verified:
 
     found: dict[str, Any]
     table: str | None = None
-    rows: int = 0
+    rows: int | None = None
     off: str = ""
     between: float | None = None
 
@@ -65,14 +65,14 @@ class Verified:
 
     def as_mapping(self) -> dict[str, Any]:
         """Return plain values, ready for JSON."""
-        found = {key: one for key, one in self.found.items() if key != "lines"}
-        return {
-            **found,
+        values = self.found | {
             "table": self.table,
-            "rows": self.rows if self.table else None,
+            "rows": self.rows,
             "off": self.off or None,
             "between": self.between,
         }
+        del values["lines"]
+        return values
 
     def __str__(self) -> str:
         lines = list(self.found["lines"])
@@ -116,10 +116,8 @@ def verify(certificate: str | Path, table: str | Path | None = None) -> Verified
     except (RecursionError, ValueError) as error:
         rule = "it must be JSON: " if isinstance(error, json.JSONDecodeError) else ""
         raise InputError(f"certificate {str(path)!r}: {rule}{error}") from None
-    beside = None
-    if table is None:
-        beside = table_beside(path) if "rate" in found["values"] else None
-        table = beside
+    if table is None and "rate" in found["values"]:
+        table = table_beside(path)
     if table is None:
         return Verified(found=found)
     try:
@@ -184,8 +182,7 @@ def note_on_certificate(gait_file: Path, table: Table, vehicle: Vehicle) -> str:
 def _numbers_of(vehicle: dict[str, Any]) -> FloatArray:
     """Return κ of a certificate's vehicle, and the moments and forces of its rotors, in one array."""
     kappa, wrenches = wrenches_of(vehicle)
-    entries = [entry for pair in wrenches for wrench in pair for entry in wrench]
-    return np.array([entry.low / ONE for entry in (kappa, *entries)])
+    return np.append(kappa.low / ONE, np.array(wrenches, dtype=float)[..., 0] / ONE)
 
 
 def _exact_rows(table: Table, path: Path) -> tuple[list[Row], Fraction]:
