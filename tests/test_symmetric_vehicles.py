@@ -23,7 +23,11 @@ from gaitgraph.invertibility import (
     decoupling_matrix,
     least_singular_value,
 )
-from gaitgraph.invertibility.matrices import zero_moment_inputs
+from gaitgraph.invertibility.matrices import (
+    control_force_matrix,
+    control_moment_matrix,
+    zero_moment_inputs,
+)
 from gaitgraph.surface import admissible_region
 
 if TYPE_CHECKING:
@@ -146,6 +150,14 @@ def test_the_engine_agrees_with_the_matrices_of_random_symmetric_vehicles() -> N
         engine.mujoco.mj_forward(engine.model, engine.data)
         signs = gg.invertibility.matrices.thrust_signs(vehicle)
         inputs = signs * thrust / COMMON["thrust_coefficient"]
+        # What the rotors do to the free body, in the world and about its axes.
+        applied = engine.data.qfrc_actuator[:6]
+        turned = engine.data.xmat[1].reshape(3, 3)
+        force = control_force_matrix(alpha, vehicle) @ inputs
+        moment = control_moment_matrix(alpha, vehicle) @ inputs
+        np.testing.assert_allclose(applied[:3], turned @ force, atol=1e-9)
+        np.testing.assert_allclose(applied[3:], moment, atol=1e-9)
+        # The arms are light, and do not quite follow: so far for the accelerations.
         wanted = decoupling_matrix(alpha, vehicle, roll, pitch) @ inputs
         wanted[0] -= vehicle.gravity
         matrix = np.array([[1, math.sin(roll) * math.tan(pitch)], [0, math.cos(roll)]])
