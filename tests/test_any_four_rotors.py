@@ -60,7 +60,9 @@ def test_the_curved_sheet_of_a_symmetric_vehicle_is_its_plane() -> None:
 def test_a_graph_keeps_its_contract_and_its_edges_are_those_of_the_physics(
     vehicle: gg.Vehicle, sign: str
 ) -> None:
-    graph = gg.surface_graph(sign, vehicle=vehicle, waypoints=[(0.11, 0.23)])  # type: ignore[arg-type]
+    graph = gg.surface_graph(
+        sign, divisions=10, vehicle=vehicle, waypoints=[(0.11, 0.23)]
+    )  # type: ignore[arg-type]
     validate_graph(graph)
     again = nx.node_link_graph(nx.node_link_data(graph, edges="links"), edges="links")
     validate_graph(again)

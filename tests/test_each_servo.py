@@ -180,7 +180,7 @@ def test_ranges_without_hover_are_a_warning(run: Any) -> None:
 
 def test_the_region_is_where_single_points_pass_the_check() -> None:
     region = admissible_region(MINE)
-    some = np.random.default_rng(3).uniform(-1.4, 1.4, (600, 2))
+    some = np.random.default_rng(3).uniform(-1.4, 1.4, (150, 2))
     alpha = np.hstack([some, some])
     allowed = segments_fly(alpha, alpha, 0.05, MINE)
     assert 0.1 < allowed.mean() < 0.5

@@ -244,7 +244,7 @@ def test_edges_and_report_agree(
         if any(math.dist(place[name], point) < 0.4 for point in waypoints)
     ]
     found += islice(cycles(graph.subgraph(near), use=use), 500)
-    for cycle in found[:: max(1, len(found) // 15)]:
+    for cycle in found[:: max(1, len(found) // 6)]:
         report, told = cycle.report, cycle.as_mapping()
         for name in ("valid", "two_color", "flyable", "reachable_from_hover"):
             assert told[name] is getattr(report, name), (name, cycle)

@@ -124,7 +124,7 @@ points = st.lists(
 
 
 @pytest.mark.no_cover
-@settings(deadline=None, max_examples=15)
+@settings(deadline=None, max_examples=8)
 @given(points=points, divisions=st.integers(3, 20))
 def test_whatever_is_planned_holds_when_sampled(
     points: list[tuple[float, float]], divisions: int
