@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import networkx as nx
 import numpy as np
 import pytest
@@ -58,11 +60,10 @@ def test_the_curved_sheet_of_a_symmetric_vehicle_is_its_plane() -> None:
 @pytest.mark.parametrize("sign", ["positive", "negative"])
 @pytest.mark.parametrize("vehicle", VEHICLES[4:6])
 def test_a_graph_keeps_its_contract_and_its_edges_are_those_of_the_physics(
-    vehicle: gg.Vehicle, sign: str
+    vehicle: gg.Vehicle, sign: Any
 ) -> None:
-    graph = gg.surface_graph(
-        sign, divisions=10, vehicle=vehicle, waypoints=[(0.11, 0.23)]
-    )  # type: ignore[arg-type]
+    places = [(0.11, 0.23)]
+    graph = gg.surface_graph(sign, divisions=10, vehicle=vehicle, waypoints=places)
     validate_graph(graph)
     again = nx.node_link_graph(nx.node_link_data(graph, edges="links"), edges="links")
     validate_graph(again)

@@ -59,16 +59,18 @@ EXCEPTIONS = {
 }
 
 
-def places(tree: ast.AST, place: str = "") -> Iterator[tuple[ast.AST, str]]:
+def places(tree: ast.AST) -> Iterator[tuple[ast.AST, str]]:
     """Yield all nodes, each with the names of the classes and functions that it is in, or TYPE_CHECKING."""
-    for node in ast.iter_child_nodes(tree):
-        yield node, place
-        name = getattr(node, "name", "") if isinstance(node, ast.stmt) else ""
-        if isinstance(node, ast.If) and ast.unparse(node.test).endswith(
-            "TYPE_CHECKING"
-        ):
-            name = "TYPE_CHECKING"
-        yield from places(node, f"{place}.{name}".strip("."))
+    left = [(tree, "")]
+    while left:
+        outer, place = left.pop()
+        for node in ast.iter_child_nodes(outer):
+            yield node, place
+            name = getattr(node, "name", "") if isinstance(node, ast.stmt) else ""
+            if isinstance(node, ast.If):
+                test = ast.unparse(node.test)
+                name = "TYPE_CHECKING" if test.endswith("TYPE_CHECKING") else ""
+            left.append((node, f"{place}.{name}".strip(".")))
 
 
 @cache

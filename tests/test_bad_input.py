@@ -617,7 +617,11 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
         for lag in (0.0, -1.0, NAN, "slow", [0.1, 0.2], True)
     ),
     *(
-        (lag_of, {"lag": lag}, "lag must be from 3.2… to 1e+06 s for the period 1 s")
+        (
+            lag_of,
+            {"lag": lag},
+            "lag must be from 0.00012… to 1e+06 s for the period 1 s",
+        )
         for lag in (1e300, [0.1, 0.1, 2e6, 0.1], 3e-5)
     ),
     # flights and studies
@@ -983,16 +987,16 @@ TAKES_ALPHA: list[Any] = [
 
 
 @pytest.mark.parametrize("function", TAKES_ALPHA)
-@pytest.mark.parametrize("wrong", NO_ANGLES)
-def test_functions_of_tilt_angles_take_finite_angles(function: Any, wrong: Any) -> None:
+def test_functions_of_tilt_angles_take_finite_angles(function: Any) -> None:
     keywords = getattr(function, "keywords", {})
     call = getattr(function, "func", function)
     keywords = {name: keywords[name] for name in keywords if name != "alpha"}
     if "tilt" in call.__code__.co_varnames[: call.__code__.co_argcount]:
         keywords["tilt"] = 0.3
-    with pytest.raises(InputError) as caught:
-        call([ANGLES, [0.1, wrong, 0.3, 0.4]], **keywords)
-    assert "\n" not in str(caught.value)
+    for wrong in NO_ANGLES:
+        with pytest.raises(InputError) as caught:
+            call([ANGLES, [0.1, wrong, 0.3, 0.4]], **keywords)
+        assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize(

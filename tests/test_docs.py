@@ -36,8 +36,10 @@ SLOW = {
     "which_drag_ratio",
     "which_period",
     "flight.md:4",
+    "flight.md:5",
     "flight.md:6",
     "flight.md:13",
+    "planning.md:6",
 }
 
 

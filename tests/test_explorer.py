@@ -528,7 +528,10 @@ def test_a_certificate_of_the_downloaded_rows_is_offered_or_refused_with_the_rea
 
 
 @pytest.mark.parametrize("suffix", [".json", ".npz", ".h", ".mcap", ".gif"])
-def test_downloads_are_files_and_folders_are_zips(client: Client, suffix: str) -> None:
+def test_downloads_are_files_and_folders_are_zips(
+    client: Client, suffix: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("gaitgraph.plots.vehicles._FEWEST", 2)
     (listed,) = (one for one in formats_answer() if one["suffix"] == suffix)
     if not listed["available"]:
         pytest.skip(listed["why_not"])

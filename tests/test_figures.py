@@ -160,7 +160,7 @@ def test_figure_17_holds_three_loops() -> None:
     )
 
 
-@pytest.mark.no_cover
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "margins"),
     [

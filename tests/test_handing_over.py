@@ -325,7 +325,7 @@ OTHERS |= {
     "alpha1": 0.1,
     "alpha2": 0.2,
     "points": [(0.1, 0.2)],
-    "waypoints": [(0.1, 0.2)],
+    "waypoints": [(1.5, 1.5)],  # which no gait passes, and that is found at once
 }
 
 

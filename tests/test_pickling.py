@@ -147,6 +147,9 @@ OTHERS: dict[str, Callable[[], Any]] = {  # that functions return
 }
 
 
+MADE = {name: cache(make) for name, make in MADE.items()}
+
+
 def test_every_public_class_is_tried() -> None:
     classes = {
         name.rpartition(".")[2] for name, one in public_callables() if is_made(one)

@@ -258,6 +258,7 @@ def test_the_command_line_and_timed_gaits_write_films(
     run: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(vehicles, "_FEWEST", 2)
+    monkeypatch.setattr(vehicles, "_DELAY", 10)
     plan = (
         "plan",
         "--waypoint",

@@ -541,7 +541,7 @@ def test_no_flyable_verdict_where_rows_break_a_condition(tmp_path: Path) -> None
     """Random laws, periods, digits, and edits of rows, of runs of rows and of the statement."""
     random = np.random.default_rng(0)
     flyable = 0
-    for _ in range(20):
+    for trial in range(20):
         vehicle = gg.PAPER.replace(
             max_tilt=float(random.uniform(0.6, 1.2)),
             max_tilt_rate=float(random.uniform(3, 40)),
@@ -570,7 +570,7 @@ def test_no_flyable_verdict_where_rows_break_a_condition(tmp_path: Path) -> None
         elif kind == "period":
             table = replace(table, about={**table.about, "period": 2 * period})
         verdicts = []
-        for suffix in FORMATS:
+        for suffix in (".csv", FORMATS[1 + trial % 4]):
             found, said = read_in(tmp_path / f"a{suffix}", table)
             assert bool(said) is (kind != "none"), (kind, said)
             report = gg.validate(found)

@@ -69,6 +69,11 @@ VEHICLES = [
 every_vehicle = pytest.mark.parametrize(
     "vehicle", VEHICLES, ids=[f"{v.signed_drag_ratio:.3g}" for v in VEHICLES]
 )
+some_vehicles = pytest.mark.parametrize(
+    "vehicle",
+    [VEHICLES[k] for k in (0, 3, 4)],
+    ids=lambda vehicle: f"{vehicle.signed_drag_ratio:.3g}",
+)
 points = st.tuples(st.floats(-HALF_PI, HALF_PI), st.floats(-HALF_PI, HALF_PI))
 
 
@@ -216,7 +221,7 @@ def test_components_are_not_joined_across_a_saddle() -> None:
 
 
 @pytest.mark.no_cover
-@every_vehicle
+@some_vehicles
 def test_singular_value_region(vehicle: Vehicle) -> None:
     cap = 2 * math.sqrt((1 + vehicle.drag_ratio**2) / 3)
     for seed, (floor, accuracy) in enumerate(
@@ -247,7 +252,7 @@ def test_a_floor_narrower_than_the_accuracy() -> None:
 
 
 @pytest.mark.no_cover
-@every_vehicle
+@some_vehicles
 def test_thrust_and_hover_regions(vehicle: Vehicle) -> None:
     delta = math.atan(vehicle.signed_drag_ratio)
 
@@ -393,7 +398,7 @@ def test_the_border_of_every_component_is_a_flyable_gait(vehicle: Vehicle) -> No
     """A loop right along the border of a flyable component passes every check, between samples too."""
     signs: tuple[Sign, ...] = ("positive", "negative")
     for sign in signs:
-        region = admissible_region(vehicle, sign=sign)
+        region = admissible_region(vehicle, sign=sign, accuracy=1e-4)
         assert region.components
         for part in region.components:
             corners = np.asarray(part.exterior.coords)[:-1]
@@ -408,7 +413,7 @@ def test_the_border_of_every_component_is_a_flyable_gait(vehicle: Vehicle) -> No
 def test_the_border_of_every_valid_component_is_a_valid_gait(kind: Any) -> None:
     coefficients = coefficients_of(kind=kind)
     for part in admissible_region(
-        use="valid", coefficients=coefficients, accuracy=1e-4
+        use="valid", coefficients=coefficients, accuracy=1e-3
     ).components:
         assert check_gait(
             lift(

@@ -23,11 +23,7 @@ from gaitgraph.invertibility import (
     decoupling_matrix,
     least_singular_value,
 )
-from gaitgraph.invertibility.matrices import (
-    control_force_matrix,
-    control_moment_matrix,
-    zero_moment_inputs,
-)
+from gaitgraph.invertibility.matrices import zero_moment_inputs
 from gaitgraph.surface import admissible_region
 
 if TYPE_CHECKING:
@@ -109,7 +105,7 @@ def test_a_loop_is_planned_and_flyable_at_dense_samples(vehicle: gg.Vehicle) -> 
 
 @SYMMETRIC
 def test_the_region_is_that_of_a_raster(vehicle: gg.Vehicle) -> None:
-    region = admissible_region(vehicle, floor=0.1)
+    region = admissible_region(vehicle, floor=0.1, accuracy=1e-4)
     points = np.random.default_rng(1).uniform(-1.5, 1.5, (4000, 2))
     red = np.concatenate([points, points], axis=1)
     shares = gg.invertibility.hover_thrust_shares(red, vehicle)
