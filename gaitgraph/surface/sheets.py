@@ -250,8 +250,9 @@ def roots(
     There are two inside the square, a red and a blue one. A solution at one end of the range is one at the other end
     too, with the opposite sign of R: three on the sides of the square, five at its corners (Figure 2), one more where
     blue lies at an end of the range, α1 = 2δ − π/2 or α2 = π/2 − 2δ. With a rotor height the second root is not blue: its
-    types and color are "none", and the decoupling matrix is singular there at every attitude. On a fibre line the solutions are a continuum: `fibers` of the answer states it, beside the red and the blue root. R may be 0: look
-    at `R` of each root.
+    types and color are "none", and the decoupling matrix is singular there at every attitude. On a fibre line the
+    solutions are a continuum: `fibers` of the answer states it, beside the red and the blue root. R may be 0: look at
+    `R` of each root. Of a vehicle that no half turn maps to itself the invertible root is called red, without types.
 
     Parameters
     ----------
@@ -272,81 +273,70 @@ def roots(
     coefficients = coefficients_of(vehicle, coefficients)
     a1, a2 = angle_from_text(alpha1, "alpha1"), angle_from_text(alpha2, "alpha2")
     checked_plane_angles(a1, a2)
+    fibers: tuple[Fiber, ...] = ()
+    colors: list[Color | Literal["none"]]
     if coefficients.rotors.asymmetry is not None:
-        invertible, singular = curved_roots(a1, a2, coefficients)
-        curved = RootSet(
-            [
-                _root_of(invertible, coefficients, "red"),
-                _root_of(singular, coefficients, "none"),
-            ]
+        alpha = np.array(curved_roots(a1, a2, coefficients))
+        types, colors = ["none", "none"], ["red", "none"]
+    else:
+        found = root_arrays(
+            a1, a2, coefficients=coefficients, crossing_tolerance=crossing_tolerance
         )
-        curved.fibers = ()
-        return curved
-    line1, line2 = coefficients.crossings
-    found = root_arrays(
-        a1, a2, coefficients=coefficients, crossing_tolerance=crossing_tolerance
-    )
-    alpha = found.alpha[: found.count]
+        alpha = found.alpha[: found.count]
+        codes = found.sheet[: found.count].tolist()
+        types = [text_from_types(*pair) for pair in found.types.tolist()][: len(codes)]
+        colors = [color_of(code) for code in codes]
+        fibers = _fibers_through(a1, a2, coefficients)
+        if coefficients.is_raised and not fibers:
+            _, singular = curved_roots(a1, a2, coefficients)
+            alpha = np.vstack([alpha, singular])
+            types, colors = [*types, "none"], [*colors, "none"]
     v = attitude_sensitivities(alpha, coefficients)
     # A residual of −0.0 is printed as 0.0.
     values = np.column_stack([alpha[:, 2:], v[:, 2], v[:, 1], -v[:, 0]]) + 0.0
-    labels = [text_from_types(*pair) for pair in found.types.tolist()]
-    colors = [COLORS[0] if code > 0 else COLORS[1] for code in found.sheet.tolist()]
     answer = RootSet(
         Root(
             alpha1=a1,
             alpha2=a2,
             alpha3=a3,
             alpha4=a4,
-            types=types,
+            types=label,
             color=color,
             R=R,
             R_phi=roll,
             R_theta=pitch,
         )
-        for types, color, (a3, a4, R, roll, pitch) in zip(
-            labels, colors, values.tolist(), strict=False
+        for label, color, (a3, a4, R, roll, pitch) in zip(
+            types, colors, values.tolist(), strict=True
         )
     )
-    fibers = tuple(
-        Fiber(
-            name=name,
-            fixed=fixed,
-            values=(-HALF_PI, HALF_PI) if at_end_of_range(angle) else (angle,),
-            free=free,
-            singular=distance_to_multiple(beta, math.pi) > SAME_ANGLE,
-            types=types,
-        )
-        for name, fixed, free, angle, beta, types in (
-            ("first", "alpha3", "alpha4", a1, a1 - line1, "(?,*)"),
-            ("second", "alpha4", "alpha3", a2, a2 - line2, "(*,?)"),
-        )
-        if distance_to_multiple(beta, HALF_PI) <= SAME_ANGLE
-    )
-    if coefficients.is_raised and not fibers:
-        _, singular = curved_roots(a1, a2, coefficients)
-        answer = RootSet([*answer, _root_of(singular, coefficients, "none")])
     answer.fibers = fibers
     return answer
 
 
-def _root_of(
-    alpha: FloatArray, coefficients: Coefficients, color: Color | Literal["none"]
-) -> Root:
-    """Return a root that is on no plane, at tilt angles of shape (4,)."""
-    v = (attitude_sensitivities(alpha, coefficients) + 0.0).tolist()
-    a1, a2, a3, a4 = alpha.tolist()
-    return Root(
-        alpha1=a1,
-        alpha2=a2,
-        alpha3=a3,
-        alpha4=a4,
-        types="none",
-        color=color,
-        R=v[2],
-        R_phi=v[1],
-        R_theta=0.0 - v[0],
-    )
+def _fibers_through(
+    alpha1: float, alpha2: float, coefficients: Coefficients
+) -> tuple[Fiber, ...]:
+    """Return the fibres on whose lines a point (α1, α2) of the plane lies."""
+    line1, line2 = coefficients.crossings
+    fibers = []
+    for name, fixed, free, angle, line, types in (
+        ("first", "alpha3", "alpha4", alpha1, line1, "(?,*)"),
+        ("second", "alpha4", "alpha3", alpha2, line2, "(*,?)"),
+    ):
+        beta = angle - line
+        if distance_to_multiple(beta, HALF_PI) <= SAME_ANGLE:
+            values = (-HALF_PI, HALF_PI) if at_end_of_range(angle) else (angle,)
+            fiber = Fiber(
+                name=name,
+                fixed=fixed,
+                values=values,
+                free=free,
+                singular=distance_to_multiple(beta, math.pi) > SAME_ANGLE,
+                types=types,
+            )
+            fibers.append(fiber)
+    return tuple(fibers)
 
 
 def curved_roots(
