@@ -516,12 +516,11 @@ def _admissible(
 ) -> Region:
     signs = _checked_signs(color, sign)
     judged = coefficients_of(vehicle, "exact") if color == "red" else coefficients
-    least = (
-        certain_determinant(coefficients)
-        if color == "red"
-        else matrices.noise_of(coefficients)
-    )
-    condition = _determinant_condition(signs, least, color, judged)
+    if color == "blue" and (use == "flyable" or color not in judged.colors):
+        return _none_on_blue(vehicle, accuracy)
+    least = matrices.noise_of(coefficients)
+    if color == "red":
+        least = certain_determinant(coefficients)
 
     def signed(wanted: int) -> Pair:
         name: Sign = "positive" if wanted > 0 else "negative"
@@ -534,12 +533,25 @@ def _admissible(
             accuracy=accuracy,
         ).pair
 
-    if color == "blue" and (use == "flyable" or color not in judged.colors):
-        return _none_on_blue(vehicle, accuracy)
+    condition = _determinant_condition(signs, least, color, judged)
     if use == "valid":
-        return region_of(
-            _union([signed(wanted) for wanted in signs]), accuracy, condition
-        )
+        pairs = [signed(wanted) for wanted in signs]
+        return region_of(_union(pairs), accuracy, condition)
+    region = _physical(vehicle, floor, accuracy)
+    if floor < _SEPARATING:
+        pairs = [signed(wanted) for wanted in signs]
+        return region_of(_union(pairs), accuracy, condition) & region
+    # Each polygon is off R = 0, so R has one sign on it: remove where |R| is too small.
+    of_signs = _parts_of_signs(region, vehicle)
+    for wanted in signs:
+        if _determinant_falls_below(least, wanted, of_signs[wanted][0], judged):
+            of_signs[wanted] = shapely.intersection(of_signs[wanted], signed(wanted))
+    pairs = [of_signs[wanted] for wanted in signs]
+    return region_of(_union(pairs), region.accuracy, condition, *region.conditions)
+
+
+def _physical(vehicle: Vehicle, floor: float, accuracy: float) -> Region:
+    """Return where on red the least singular value, the hover thrusts and the tilts keep their limits."""
     block = floor + _DECIDED if floor > 0 else 0.0
     region = singular_value_region(floor, vehicle, block=block, accuracy=accuracy)
     share = vehicle.thrust_share
@@ -553,44 +565,34 @@ def _admissible(
         region &= region_of([kept.inner, within.outer], accuracy, *within.conditions)
     lines = level_of(rotors_of(vehicle)).crossings
     region &= region_of(_quarters(*lines, -1, _IDLE_MARGIN), accuracy)
-    if (limits := vehicle.tilt_range) is not None:
-        # Opposite arms tilt alike on red.
-        ranges = np.array(limits).reshape(2, 2, 2)
-        low = np.maximum(ranges[..., 0].max(axis=0), -HALF_PI).tolist()
-        high = np.minimum(ranges[..., 1].min(axis=0), HALF_PI).tolist()
-        box, most = rectangle(*low, *high), high[0]
-        tilt = _bound(
-            "tilt",
-            "≤",
-            math.degrees(most),
-            _degrees_of_tilt,
-            "°",
+    if vehicle.tilt_range is not None:
+        region &= _tilt_region(vehicle.tilt_range)
+    return region
+
+
+def _tilt_region(tilt_range: Sequence[Sequence[float]]) -> Region:
+    """Return where all tilts are within their ranges; opposite arms tilt alike on red."""
+    ranges = np.array(tilt_range).reshape(2, 2, 2)
+    low = np.maximum(ranges[..., 0].max(axis=0), -HALF_PI).tolist()
+    high = np.minimum(ranges[..., 1].min(axis=0), HALF_PI).tolist()
+    most = high[0]
+    condition = _bound("tilt", "≤", math.degrees(most), _degrees_of_tilt, "°")
+    if (low, high) != ([-most] * 2, [most] * 2):
+        condition = Condition(
+            name="tilts within their ranges", broken_at=partial(_beyond, low, high)
         )
-        if (low, high) != ([-most] * 2, [most] * 2):
-            tilt = Condition(
-                name="tilts within their ranges", broken_at=partial(_beyond, low, high)
-            )
-        region &= region_of([box] * 2, 0.0, tilt)
-    if floor < _SEPARATING:
-        return (
-            region_of(_union([signed(wanted) for wanted in signs]), accuracy, condition)
-            & region
-        )
-    # The floor keeps each polygon off R = 0, so R has one sign on it: keep those with one of the signs, and remove
-    # where |R| is too small.
-    polygons: dict[int, Pair] = {wanted: _NOWHERE.copy() for wanted in (1, -1)}
+    return region_of([rectangle(*low, *high)] * 2, 0.0, condition)
+
+
+def _parts_of_signs(region: Region, vehicle: Vehicle) -> dict[int, Pair]:
+    """Return the polygons of a region off R = 0 on which R is positive, and those on which it is negative."""
+    found: dict[int, Pair] = {wanted: _NOWHERE.copy() for wanted in (1, -1)}
     for k, shape in enumerate((region.inner, region.outer)):
         for part in shape.geoms:
             point = part.representative_point()
-            of_sign = polygons[int(red_label(point.x, point.y, vehicle).prod())]
+            of_sign = found[int(red_label(point.x, point.y, vehicle).prod())]
             of_sign[k] = of_sign[k].union(part)
-    of_signs = []
-    for wanted in signs:
-        pair = polygons[wanted]
-        if _determinant_falls_below(least, wanted, pair[0], judged):
-            pair = shapely.intersection(pair, signed(wanted))
-        of_signs.append(pair)
-    return region_of(_union(of_signs), region.accuracy, condition, *region.conditions)
+    return found
 
 
 def _beyond(low: Sequence[float], high: Sequence[float], *at: float) -> str | None:
