@@ -126,7 +126,10 @@ def turn_by(angle: Fraction) -> Vector:
 
 def dot(some: Any, others: Any) -> Enclosure:
     """Return the sum of products."""
-    return sum((one * other for one, other in zip(some, others, strict=True)), NONE)
+    total = NONE
+    for one, other in zip(some, others, strict=True):
+        total += one * other
+    return total
 
 
 def determinant(rows: list[Vector]) -> Enclosure:
@@ -284,12 +287,13 @@ def least_singular_value(arc: Arc, claim: Any) -> Vector:
     pairs = zip(arc.rates, arc.bends, strict=True)
     bents = [rate * rate + bend.shared(2) for rate, bend in pairs]
     floor = enclosed(claim["at_least"] ** 2)
+    lost = {place: dot(bents, parts) for place, parts in arc.level.squares.items()}
     minors = []
     for wrenches in arc.ends:
         rows = list(zip(*wrenches, strict=True))
-        gram = [[NONE] * 4 for _ in range(4)]
-        for (i, j), squares in arc.level.squares.items():
-            gram[i][j] = dot(rows[i], rows[j]) - dot(bents, squares)
+        gram = [[NONE] * 4 for _ in rows]
+        for (i, j), part in lost.items():
+            gram[i][j] = dot(rows[i], rows[j]) - part
             gram[j][i] = gram[i][j]
         for k in range(4):
             gram[k][k] -= floor
@@ -355,7 +359,7 @@ class Piece:
         self.arcs: dict[Any, Arc] = {}
         curves, duration = piece["alpha"], piece["duration"]
         self.motion = [curves]
-        if len(law) > 2:  # pieces are straight
+        if law == LAWS[1]:  # pieces are straight
             curves = [[ZERO, *(sum(a[1:]) * rise for rise in law[1:])] for a in curves]
         for _ in range(3):
             terms = [[k * a / duration for k, a in enumerate(one)] for one in curves]
