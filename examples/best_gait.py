@@ -31,13 +31,12 @@ for radius in (0.0, 0.1, 0.2):
     )
 
 # %%
-# The least tilting within 0.1 rad. No smooth loop needs less than the squared length of the shortest polygon through
-# the discs, in four dimensions, over the period.
+# A calmer gait within 0.2 rad: a tenth of the best value is given up for less effort.
 
-calm = gg.optimal_gait(
-    waypoints, radius=0.1, objective="tilt_rate", sign="negative", period=2.0
+calm = gg.optimal_gait(waypoints, radius=0.2, sign="negative", concession=0.1)
+print(
+    f"conceding a tenth: least singular value {calm.value:.3f}, {calm.effort:.2f} rad²/s"
 )
-print(f"effort {calm.value:.2f} rad²/s, of any loop at least {calm.bound:.2f}")
 
 # %%
 # The gaits are smooth curves, checked between samples, and come as tables too.
@@ -50,7 +49,7 @@ print(gg.validate(calm.table(samples=100)).flyable)
 ax = plots.singular_value_map()
 for name, best in (
     ("most robust, 0.2 rad", found[0.2]),
-    ("least effort, 0.1 rad", calm),
+    ("a tenth conceded, 0.2 rad", calm),
 ):
     ax.plot(*best.gait.alpha[:, :2].T, label=name)
 for center, size in zip(found[0.2].waypoints, found[0.2].radius, strict=True):

@@ -530,8 +530,8 @@ REFUSED: list[tuple[Any, dict[str, Any], str]] = [
     ),
     (
         optimal,
-        {"objective": "tilt"},
-        "objective must be one of singular_value, hover_reserve, tilt_rate, got 'tilt'",
+        {"objective": "tilt_rate"},
+        "objective must be one of singular_value, hover_reserve, got 'tilt_rate'",
     ),
     (
         optimal,

@@ -89,7 +89,7 @@ STILL = "he plan is a single posture, not a gait; for a gait, give two or more d
     [
         ("plan --waypoint 0.4,-1.2", f"T{STILL}", f"t{STILL}"),
         (
-            "optimize --waypoint 0.4,-0.4 --waypoint 0.5,-0.5 --radius 0.3 --objective tilt_rate",
+            "optimize --waypoint 0.4,-0.4 --waypoint 0.5,-0.5 --radius 0.3 --objective hover_reserve",
             "The best gait stands still at (",
             "",
         ),
@@ -658,7 +658,7 @@ ANSWERS = [
             "--pieces",
             "8",
             "--objective",
-            "tilt_rate",
+            "hover_reserve",
         ],
         0,
     ),

@@ -118,7 +118,7 @@ def test_every_form_is_exported(folder: Path, form: str, tmp_path: Path) -> None
 
 def test_an_optimal_gait_is_a_gait(tmp_path: Path) -> None:
     optimal = gg.optimal_gait(
-        [(0.9, -0.9), (0.6, -0.4), (0.4, -0.8)], objective="tilt_rate"
+        [(0.9, -0.9), (0.6, -0.4), (0.4, -0.8)], objective="hover_reserve"
     )
     rates = optimal.timed(samples=10).rate_checks()
     assert gg.validate(optimal).checks[-len(rates) :] == rates
@@ -178,7 +178,7 @@ OF_A_VEHICLE: dict[str, Callable[[Any], Any]] = {
     "lift": lambda one: gg.lift(LOOP, "red", vehicle=one),
     "location_of": lambda one: gg.location_of(LOOP, vehicle=one),
     "optimal_gait": lambda one: gg.optimal_gait(
-        LOOP, vehicle=one, pieces=8, objective="tilt_rate"
+        LOOP, vehicle=one, pieces=8, objective="hover_reserve"
     ),
     "plan_loop": lambda one: gg.plan_loop(LOOP, vehicle=one),
     "retarget": lambda one: gg.retarget(ROWS, vehicle=one).after,

@@ -111,7 +111,9 @@ MADE: dict[str, Callable[[], Any]] = {
     "LimitedGait": lambda: gg.least_period(gait(), LIMITS).timed,
     "Limits": lambda: LIMITS,
     "Motion": lambda: timed().at(0.3),
-    "OptimalGait": lambda: gg.optimal_gait(LOOP, radius=0.05, objective="tilt_rate"),
+    "OptimalGait": lambda: gg.optimal_gait(
+        LOOP, radius=0.05, objective="hover_reserve"
+    ),
     "Plan": plan,
     "PlanRequest": lambda: plan().request,
     "Region": lambda: gg.admissible_region(LIMITED, zones=ZONES),

@@ -63,7 +63,7 @@ def test_a_keep_out_beside_the_square_forbids_nothing_and_is_named() -> None:
     assert (plan.gait.alpha == freely.gait.alpha).all()
     assert [one for one in plan.warnings if "forbids nothing" in one]
     assert "forbids nothing" in gg.retarget(plan.gait, **asked).warnings[0]
-    optimal: Any = gg.optimal_gait(loop, objective="tilt_rate", **asked)
+    optimal: Any = gg.optimal_gait(loop, objective="hover_reserve", **asked)
     assert "forbids nothing" in optimal.warnings[0]
 
 

@@ -777,7 +777,7 @@ def test_a_gait_made_from_another_tells_no_request(tmp_path: Path) -> None:
         with pytest.raises(gg.InputError, match=rf"{k}\.csv.*must hold a request"):
             read_request(tmp_path / f"{k}.csv", {})
     made: dict[str, Any] = {
-        "optimize": gg.optimal_gait([(0.9, -0.9)], objective="tilt_rate").table(
+        "optimize": gg.optimal_gait([(0.9, -0.9)], objective="hover_reserve").table(
             samples=4
         ),
         "retarget": gg.retarget(gait.alpha).table,

@@ -88,7 +88,7 @@ def accelerated() -> TimedGait:
 
 def optimal() -> TimedGait:
     points = [(-0.5, 0.5), (-0.5, 1.0), (-1.0, 0.8)]
-    return gg.optimal_gait(points, objective="tilt_rate").timed()
+    return gg.optimal_gait(points, objective="hover_reserve").timed()
 
 
 KINDS: dict[str, Callable[[], TimedGait]] = {

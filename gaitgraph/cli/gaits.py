@@ -87,7 +87,7 @@ def transition_command(
         "Radius of all discs; repeat it for one each.  [default: 0.1]",
         multiple=True,
     ),
-    one_of("--objective", "singular_value", "hover_reserve", "tilt_rate"),
+    one_of("--objective", "singular_value", "hover_reserve"),
     "sign floor period",
     option("--pieces", "N", "Pieces of the spline.  [default: 12 for each waypoint]"),
     option(

@@ -1,11 +1,10 @@
-"""Optimal gaits: the smooth loop through discs with the best worst case, or with the least tilt-rate effort.
+"""Optimal gaits: the smooth loop through discs with the best worst case, of the least effort among these.
 
 Let f be the quantity whose least value along the loop is maximised. A continuous loop through all discs can keep f ≥ c
 exactly if one component of (admissible region) ∩ {f ≥ c} meets every disc. Polygons decide that: if no component of the
 *outer* ones does, no loop keeps c. Halving the interval of c brackets the best worst case of all loops, however many
 local optima there are. Among the loops that keep it, but for a small concession, one of locally least tilt-rate effort
-is found (:mod:`gaitgraph.optimization.least_effort`). If the effort itself is the objective, the answer is a local
-optimum, with a lower bound of the effort of all loops.
+is found (:mod:`gaitgraph.optimization.least_effort`).
 """
 
 from __future__ import annotations
@@ -33,7 +32,7 @@ from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.invertibility.matrices import largest_least_singular_value
 from gaitgraph.optimization import least_effort
 from gaitgraph.planning.request import merged_repeats
-from gaitgraph.planning.shortest_paths import ShortestPaths, shortest_loop
+from gaitgraph.planning.shortest_paths import ShortestPaths
 from gaitgraph.surface.admissible import (
     admissible_region,
     singular_value_region,
@@ -68,9 +67,9 @@ if TYPE_CHECKING:
     from gaitgraph.optimization.least_effort import LeastEffort, SmoothLoop
     from gaitgraph.surface.region import Points, Region
 
-Objective = Literal["singular_value", "hover_reserve", "tilt_rate"]
+Objective = Literal["singular_value", "hover_reserve"]
 
-OBJECTIVES = ("singular_value", "hover_reserve", "tilt_rate")
+OBJECTIVES = ("singular_value", "hover_reserve")
 """The objectives, the default first."""
 
 CLEARANCE = 1e-5
@@ -84,10 +83,9 @@ _EROSIONS = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1.5e-5)
 _SETTLED = 1e-3  # first-order residual
 _UNSETTLED = "the optimization has not converged: a loop of less effort exists; the worst case is not affected"
 _CHORD = 1e-4
-_TEXTS = {  # name, unit, and which side of the value the bound is on
-    "singular_value": ("least singular value along the gait", "", "at most"),
-    "hover_reserve": ("hover reserve along the gait", " of m·g", "at most"),
-    "tilt_rate": ("tilt-rate effort", " rad²/s", "at least"),
+_TEXTS = {  # name and unit of each objective
+    "singular_value": ("least singular value along the gait", ""),
+    "hover_reserve": ("hover reserve along the gait", " of m·g"),
 }
 
 
@@ -100,9 +98,8 @@ class OptimalGait:
     gait, or why it is not flyable. The parameter of `curve` is the time [s]. `judged` is the `report`, None if there is no
     gait.
 
-    `value` is the certified value of the objective along the whole curve, `bound` the limit for all gaits: an upper
-    bound of a worst case, a lower bound of effort. `gap` is the largest possible improvement, as a fraction of the
-    bound (a worst case), or of the value (effort). `effort` is ∫ ‖α̇‖² dt over the period [rad²/s]; `history` that of
+    `value` is the certified least value of the objective along the whole curve, `bound` an upper bound of it for all
+    gaits. `gap` is the largest possible improvement, as a fraction of the value. `effort` is ∫ ‖α̇‖² dt over the period [rad²/s]; `history` that of
     every loop on the path to it. `stationarity` is the first-order (Karush–Kuhn–Tucker) residual, as a fraction of
     the slope of the effort; `active` names the active constraints. `violation` is
     how far it passes outside a disc, at most [rad]; of the region it is never outside.
@@ -233,10 +230,10 @@ class OptimalGait:
     def __str__(self) -> str:
         if self.curve is None or self.judged is None:
             return f"No gait: {self.reason}"
-        what, unit, comparison = _TEXTS[self.objective]
+        what, unit = _TEXTS[self.objective]
         lines = [
             *filter(None, [self.standstill]),
-            f"{what} {self.value:.4f}{unit}; any gait through these discs has {comparison} {self.bound:.4f}{unit}",
+            f"{what} {self.value:.4f}{unit}; any gait through these discs has at most {self.bound:.4f}{unit}",
             f"R {'> 0' if self.sign == 'positive' else '< 0'}, length {self.curve.length:.4f} rad, effort "
             f"{self.effort:.4f} rad²/s over {self.period:g} s; first-order residual "
             f"{self.stationarity:.1e}, active constraints: {', '.join(self.active) or 'none'}",
@@ -278,8 +275,7 @@ def optimal_gait(
     objective
         "singular_value": the least singular value of the scaled decoupling matrix along the gait is maximised;
         "hover_reserve": the smallest change of a hover thrust, in units of m·g per rotor, until a rotor idles or
-        reaches the vehicle's largest thrust, if it states one;
-        "tilt_rate": the effort ∫ (α̇1² + α̇2² + α̇3² + α̇4²) dt over the period is minimised [rad²/s].
+        reaches the vehicle's largest thrust, if it states one.
     sign, vehicle, coefficients, keep_out, keep_in, floor, period
         As for :func:`gaitgraph.planning.planner.plan_loop`; "auto" is the better sign. Physics is checked with exact
         coefficients, and the floor is kept with every objective.
@@ -293,9 +289,7 @@ def optimal_gait(
     A worst case is globally optimal to within the stated gap: `bound` holds for every continuous gait in the flyable
     region that passes the discs. Its effort is a local optimum among splines, on the side of each obstacle on which the
     initial loop runs; another may be better by far, and rounding may decide between two. Discs that share a point, or a
-    single disc, give a gait that stands still there. With "tilt_rate" the bound is (shortest length in four
-    dimensions)²/T, which no smooth loop attains where the shortest one has corners; with a radius it takes no notice of
-    the region.
+    single disc, give a gait that stands still there.
 
     Examples
     --------
@@ -340,10 +334,9 @@ def optimal_gait(
             f"R {'>' if a.sign == 'positive' else '<'} 0: {a.reason}" for a in answers
         )
         return replace(base, reason=reason)
-    better = 1.0 if objective == "tilt_rate" else -1.0
-    return min(
+    return max(
         found,
-        key=lambda answer: (better * (answer.value or 0.0), answer.sign == "negative"),
+        key=lambda answer: (answer.value or 0.0, answer.sign == "positive"),
     )
 
 
@@ -465,36 +458,27 @@ class _Search(NamedTuple):
             return replace(self.base, reason=self._why_apart())
 
         # The best worst case of all loops is bracketed; then the loop stays where the lower end is kept.
-        bound, polygon = 0.0, within
-        shape: BaseGeometry = region.inner
-        if objective != "tilt_rate":
-            lower, bound = highest_level(region, objective, discs, self.vehicle)
-            shape = region.inner & level_region(objective, lower, self.vehicle).inner
-            kept = (
-                region.inner
-                & level_region(objective, lower * (1 - concession), self.vehicle).inner
-            )
-            polygon = component_meeting(kept, discs) or within
+        lower, bound = highest_level(region, objective, discs, self.vehicle)
+        shape = region.inner & level_region(objective, lower, self.vehicle).inner
+        kept = (
+            region.inner
+            & level_region(objective, lower * (1 - concession), self.vehicle).inner
+        )
+        polygon = component_meeting(kept, discs) or within
 
         # Discs that share a point are passed by standing still there.
         here = self._standing(shape)
         if here is not None:
             return self._described(here, [0.0], None, bound)
 
-        # The loop of least effort, from the shortest polygon, or from that through the centres where a level counts.
+        # The loop of least effort, from shortest paths between points near the centres.
         # The border is drawn with fewer corners, all of it inside.
         inside = component_meeting(
             shapely.simplify(offset(polygon, -CLEARANCE), CLEARANCE), discs
         )
         if inside is not None:
-            problem, targets = (
-                least_effort.LeastEffort(inside, discs, CLEARANCE),
-                discs.centers,
-            )
-            if objective == "tilt_rate":
-                targets, length = shortest_loop(discs, region.outer)
-                bound = 2 * length**2 / self.base.period
-            start = self._start(problem, targets)
+            problem = least_effort.LeastEffort(inside, discs, CLEARANCE)
+            start = self._start(problem)
             if start is not None:
                 loop, history = problem.solve(start)
                 if history:
@@ -548,30 +532,25 @@ class _Search(NamedTuple):
         if shared.is_empty:
             return None
         point = shapely.point_on_surface(shared).coords[0]
-        if self.base.objective == "tilt_rate":
-            middle = shapely.Point(self.discs.centers.mean(axis=0))
-            point = shapely.shortest_line(middle, shared).coords[-1]
         passes = np.linspace(0.0, self.pieces, len(self.discs.radii), endpoint=False)
         return least_effort.SmoothLoop(
             points=np.tile(np.array(point), (self.pieces, 1)), passes=passes
         )
 
-    def _start(self, problem: LeastEffort, targets: FloatArray) -> SmoothLoop | None:
+    def _start(self, problem: LeastEffort) -> SmoothLoop | None:
         """Return a loop along shortest legs from one disc to the next, as a start."""
         for erosion in _EROSIONS:
             eroded = component_meeting(offset(problem.polygon, -erosion), self.discs)
             if eroded is None:
                 continue
-            # Each disc is passed where the eroded polygon is nearest to its target, or else to its centre.
-            for aims in (targets, self.discs.centers):
-                nearest = shapely.get_coordinates(
-                    shapely.shortest_line(eroded, shapely.points(aims))
-                )
-                stops = np.where(
-                    self.discs.radii[:, None] > 0, nearest.reshape(-1, 2, 2)[:, 0], aims
-                )
-                if self.discs.misses(stops) <= 0:
-                    break
+            # Each disc is passed where the eroded polygon is nearest to its centre.
+            centers = self.discs.centers
+            nearest = shapely.get_coordinates(
+                shapely.shortest_line(eroded, shapely.points(centers))
+            )
+            stops = np.where(
+                self.discs.radii[:, None] > 0, nearest.reshape(-1, 2, 2)[:, 0], centers
+            )
             # Shortest legs from one to the next, nearly straight corners left out.
             paths = ShortestPaths(eroded)
             corners: list[FloatArray] = []
@@ -607,7 +586,6 @@ class _Search(NamedTuple):
         bound: float,
     ) -> OptimalGait:
         """Return the answer that a loop is, every number of it taken from the loop itself."""
-        effortless = self.base.objective == "tilt_rate"
         period, width = self.base.period, self.base.period / len(loop.points)
         curve = Curve(
             breaks=np.linspace(0.0, period, len(loop.points) + 1),
@@ -621,35 +599,33 @@ class _Search(NamedTuple):
             self.base, curve=curve, passed=passed, times=times, bound=bound
         )
         report = curve.check(floor=self.floor).with_timing(answer.timed())
-        effort = value = 2.0 / period * loop.effort
-        if not effortless:
-            # The worst case that the report of the whole curve certifies.
-            found = {check.name: float(check.value or 0.0) for check in report.checks}
-            value, most = found["least_singular_value"], self.vehicle.thrust_share
-            if self.base.objective == "hover_reserve":
-                used = found.get("thrust_limit", 0.0) / float(
-                    self.vehicle.max_thrust or 1.0
-                )
-                value = min(
-                    found["hover_thrust"],
-                    math.inf if most is None else most * (1 - used),
-                )
+        effort = 2.0 / period * loop.effort
+        # The worst case that the report of the whole curve certifies.
+        found = {check.name: float(check.value or 0.0) for check in report.checks}
+        value, most = found["least_singular_value"], self.vehicle.thrust_share
+        if self.base.objective == "hover_reserve":
+            used = found.get("thrust_limit", 0.0) / float(
+                self.vehicle.max_thrust or 1.0
+            )
+            value = min(
+                found["hover_thrust"],
+                math.inf if most is None else most * (1 - used),
+            )
         stationarity, by_border = 0.0, False
         held: tuple[int, ...] = ()
         if problem is not None and effort > 0:
             stationarity, held, by_border = problem.program(loop).stationarity()
-        border = f"{'' if effortless else 'the kept level, or '}the border of the flyable region"
+        border = "the kept level, or the border of the flyable region"
         warnings = self.base.warnings
         if stationarity > _SETTLED:
             warnings += (f"{_UNSETTLED} (first-order residual {stationarity:.1e})",)
-        size = value if effortless else bound
         return replace(
             answer,
             reason=None if report.flyable else report.reason,
             judged=report,
             value=value,
             effort=effort,
-            gap=abs(bound - value) / size if size > 0 else 0.0,
+            gap=abs(bound - value) / bound if bound > 0 else 0.0,
             stationarity=stationarity,
             violation=max(self.discs.misses(plane), 0.0),
             active=(

@@ -5,8 +5,7 @@ into triangles whose corners are its own (a constrained Delaunay triangulation).
 widening cones through them, with exact orientations of three points. The path is then searched among the reflex corners
 by A*; what a corner sees is computed when the search first needs it, and kept. Between corners only lines that are
 tangent at both ends matter; where these are few, shapely tests whether they lie in the region. Polygons that appear
-later bring their corners into the search; the triangles stay. The shortest loop through discs, without obstacles, is a
-convex problem, whose dual bounds the length of all loops.
+later bring their corners into the search; the triangles stay.
 """
 
 from __future__ import annotations
@@ -29,10 +28,7 @@ from gaitgraph.surface.region import OVERLAY_ERROR
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
-    from shapely.geometry.base import BaseGeometry
-
     from gaitgraph.invertibility.forms import FloatArray
-    from gaitgraph.surface.region import Discs
 
 Point = tuple[float, float]
 Complexes = npt.NDArray[np.complex128]  # points x + iy
@@ -42,9 +38,6 @@ _TOLERANCE = 1e-9
 _DIRECT = -1
 _MOST_CORNERS = 400  # of polygons that appear later; around more, cutting the region anew takes less time
 _FEW = 12  # lines, up to which it is quicker to test each in shapely than to widen cones around a corner
-_SMALL = (
-    1e-7  # what a side of length zero counts as, so that lengths of loops are smooth
-)
 _ROUNDING = 1e-14  # of an orientation, per square of the largest coordinate: more than floating point leaves
 _UNSURE = 3e-14  # the same of coordinates within ±π, by the bound above
 
@@ -573,84 +566,3 @@ def _cheapest(
     while visited[-1] in parent:
         visited.append(parent[visited[-1]])
     return visited[::-1]
-
-
-def shortest_loop(
-    discs: Discs, region: BaseGeometry | None = None
-) -> tuple[FloatArray, float]:
-    """Return the corners of the shortest closed polygon through discs in order, shape (n, 2), and a bound of all loops.
-
-    Whatever vectors y₁ … yₙ of length one or less are taken, with xᵢ where a closed curve passes disc i (centre cᵢ,
-    radius rᵢ),
-
-        length ≥ Σ ‖xᵢ₊₁ − xᵢ‖ ≥ Σ yᵢ·(xᵢ₊₁ − xᵢ) = Σ xᵢ·(yᵢ₋₁ − yᵢ) ≥ Σ cᵢ·(yᵢ₋₁ − yᵢ) − rᵢ·‖yᵢ₋₁ − yᵢ‖,
-
-    and the directions of the shortest polygon make it sharp. In a region the bound is the length of the shortest paths
-    if all radii are zero; with a radius it takes no notice of the region.
-
-    >>> from gaitgraph.surface.region import Discs
-    >>> square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
-    >>> round(shortest_loop(Discs(square, np.zeros(4)))[1], 9)
-    4.0
-    """
-    from scipy.optimize import minimize
-
-    centers, radii = discs
-    points = centers
-    if radii.any() and len(radii) > 1:
-
-        def length(x: FloatArray) -> tuple[float, FloatArray]:
-            at = x.reshape(-1, 2)
-            step = np.roll(at, -1, axis=0) - at
-            size = np.sqrt(np.sum(step**2, axis=1) + _SMALL**2)
-            unit = step / size[:, None]
-            return float(size.sum()), (np.roll(unit, 1, axis=0) - unit).ravel()
-
-        def inside(x: FloatArray) -> FloatArray:
-            return np.asarray(
-                radii**2 - np.sum((x.reshape(-1, 2) - centers) ** 2, axis=1)
-            )
-
-        def inside_slope(x: FloatArray) -> FloatArray:
-            off = -2 * (x.reshape(-1, 2) - centers)
-            return np.asarray(
-                (np.eye(len(radii))[:, :, None] * off[:, None, :]).reshape(
-                    len(radii), -1
-                )
-            )
-
-        within = {"type": "ineq", "fun": inside, "jac": inside_slope}
-        options = {"maxiter": 500, "ftol": 1e-14}
-        found: Any = minimize(  # type: ignore[call-overload]
-            length,
-            centers.ravel(),
-            jac=True,
-            method="SLSQP",
-            constraints=[within],
-            options=options,
-        )
-        off = found.x.reshape(-1, 2) - centers
-        share = np.minimum(1.0, radii / np.maximum(np.linalg.norm(off, axis=1), 1e-300))
-        points = centers + share[:, None] * off
-    # Where two corners coincide no unit vector is distinguished; shorter ones bound the length too.
-    step = np.roll(points, -1, axis=0) - points
-    pull = step / np.sqrt(
-        np.sum(step**2, axis=1, keepdims=True) + (_SMALL**2 if radii.any() else 1e-300)
-    )
-    turn = np.roll(pull, 1, axis=0) - pull
-    bound = float(np.sum(centers * turn) - np.sum(radii * np.linalg.norm(turn, axis=1)))
-    bound = max(bound * (1 - 1e-12), 0.0)
-    if region is not None and not radii.any():
-        paths = ShortestPaths(region)
-        legs = [
-            paths.path(a, b)
-            for a, b in zip(centers, np.roll(centers, -1, axis=0), strict=True)
-        ]
-        # Without a leg that is not found it is a lower bound still.
-        lengths = [
-            np.linalg.norm(np.diff(leg, axis=0), axis=1).sum()
-            for leg in legs
-            if leg is not None
-        ]
-        bound = max(bound, float(sum(lengths)))
-    return points, bound
