@@ -130,8 +130,7 @@ def least_share(a1: Any, a2: Any) -> Any:
     return hover_thrust_shares(np.stack([a1, a2, a1, a2], axis=-1)).min(axis=-1)
 
 
-@pytest.mark.parametrize("objective", ["singular_value", "hover_reserve"])
-def test_highest_level_is_that_of_the_pass_between_obstacles(objective: Any) -> None:
+def test_highest_level_is_that_of_the_pass_between_obstacles() -> None:
     """Two discs of high level, joined only through a gate where the level is lower; cells of a grid are joined too."""
     walls = [
         shapely.box(*box).exterior.coords[:-1]
@@ -141,26 +140,20 @@ def test_highest_level_is_that_of_the_pass_between_obstacles(objective: Any) -> 
         PAPER, sign="positive", floor=0.05, zones=Zones(keep_out=walls)
     )
     discs = discs_of([(-0.4, 0.45), (-0.4, 0.9)], 0.05)
-    lower, upper = highest_level(region, objective, discs, PAPER)
+    lower, upper = highest_level(region, "singular_value", discs, PAPER)
     assert 0 < lower <= upper <= lower * (1 + 1e-3)
-    value = (
-        least_singular_value_on_red if objective == "singular_value" else least_share
-    )
     a1, a2 = np.meshgrid(
         np.linspace(-1.57, 0.2, 401), np.linspace(0.0, 1.57, 401), indexing="ij"
     )
     usable = region.contains(np.column_stack([a1.ravel(), a2.ravel()])).reshape(
         a1.shape
     )
-    height = np.where(usable, value(a1, a2), -np.inf)
+    height = np.where(usable, least_singular_value_on_red(a1, a2), -np.inf)
     masks = [
         np.hypot(a1 - x, a2 - y) <= r
         for (x, y), r in zip(discs.centers, discs.radii, strict=True)
     ]
-    assert (
-        objective == "hover_reserve"
-        or upper < min(height[mask].max() for mask in masks) - 0.005
-    )
+    assert upper < min(height[mask].max() for mask in masks) - 0.005
     for level, joined in ((upper * 0.98, True), (upper * 1.001, False)):
         labels, _ = ndimage.label(height >= level, structure=np.ones((3, 3)))
         assert bool(set(labels[masks[0]]) & set(labels[masks[1]]) - {0}) == joined

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 ROOT = Path(__file__).parent.parent
 PAGE = ROOT / "docs" / "reproduction.md"
 TEXT = PAGE.read_text(encoding="utf-8")
-SLOW = ("panels", "readings", "moved")
+SLOW = ("panels", "readings", "moved", "[around(exact_gait")
 VERDICTS = ("agrees", "misprint", "rough", "artefact", "cannot be decided")
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```\n", re.M | re.S)
 
