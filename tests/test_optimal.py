@@ -28,7 +28,6 @@ from gaitgraph.optimization.least_effort import (
 )
 from gaitgraph.optimization.optimize import (
     CLEARANCE,
-    OBJECTIVES,
     highest_level,
     level_region,
 )
@@ -124,10 +123,6 @@ def test_cells_stay_inside_the_polygon(seed: int) -> None:
 
 
 # Levels
-
-
-def least_share(a1: Any, a2: Any) -> Any:
-    return hover_thrust_shares(np.stack([a1, a2, a1, a2], axis=-1)).min(axis=-1)
 
 
 def test_highest_level_is_that_of_the_pass_between_obstacles() -> None:
@@ -405,15 +400,9 @@ def test_hover_reserve_counts_both_limits() -> None:
         )
 
 
-@pytest.mark.parametrize("objective", OBJECTIVES)
-def test_discs_that_share_a_point_are_a_gait_that_stands_still(objective: Any) -> None:
-    found = optimal_gait(
-        [(-0.6, 0.5), (-0.6, 0.45)],
-        radius=0.2,
-        objective=objective,
-        sign="positive",
-        pieces=8,
-    )
+def test_discs_that_share_a_point_are_a_gait_that_stands_still() -> None:
+    asked: Any = {"radius": 0.2, "sign": "positive", "pieces": 8}
+    found = optimal_gait([(-0.6, 0.5), (-0.6, 0.45)], **asked)
     assert (found.effort, np.ptp(plane_of(found), axis=0).max()) == (0, 0)
     assert found.report.flyable
     assert ("active constraints: none" in str(found), found.times.tolist()) == (
@@ -422,12 +411,11 @@ def test_discs_that_share_a_point_are_a_gait_that_stands_still(objective: Any) -
     )
     x, y = plane_of(found, 2)[0]
     assert max(math.hypot(x + 0.6, y - 0.5), math.hypot(x + 0.6, y - 0.45)) <= 0.2
-    value = (
-        least_singular_value_on_red if objective == "singular_value" else least_share
-    )
     turn, reach = np.meshgrid(np.linspace(0, 2 * math.pi, 361), np.linspace(0, 0.2, 81))
     a1, a2 = -0.6 + reach * np.cos(turn), 0.5 + reach * np.sin(turn)
-    best = value(a1, a2)[np.hypot(a1 + 0.6, a2 - 0.45) <= 0.2].max()
+    best = least_singular_value_on_red(a1, a2)[
+        np.hypot(a1 + 0.6, a2 - 0.45) <= 0.2
+    ].max()
     assert found.value == pytest.approx(best, rel=5e-3)
     assert found.bound >= best - 1e-12
 

@@ -221,7 +221,7 @@ def test_along_the_curve_where_R_vanishes_against_a_string_under_it(
     end = (-start[1], -start[0])
     length = string_under(border, start, end)
     assert length > math.dist(start, end) + 1e-4
-    for accuracy in (1e-3, 1e-5):
+    for accuracy in (1e-3, 1e-4):
         asked: dict[str, Any] = {"vehicle": vehicle, "accuracy": accuracy, "floor": 2.0}
         loop = loop_of(exact([start, end], color="red", sign="negative", **asked))
         assert loop.lower_bound is not None

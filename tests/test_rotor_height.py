@@ -318,7 +318,6 @@ def test_a_height_of_zero_changes_nothing() -> None:
     ("kappa", "height"),
     [
         (0.168666, 0.15),
-        (0.168666, -0.6),
         (1.4, -2.8),
         (1.2, math.sqrt(2.44)),
         (0.06, 10.0),
