@@ -251,6 +251,16 @@ def test_a_floor_narrower_than_the_accuracy() -> None:
     assert singular_value_region(0.0).area == pytest.approx(math.pi**2, abs=1e-12)
 
 
+def test_the_outer_region_holds_the_narrow_end_between_two_limits_of_thrust() -> None:
+    """Nearer to each other than their errors, two borders overlap: together they left no gap."""
+    vehicle = VEHICLES[1]
+    region = thrust_region(0.26, vehicle, accuracy=1e-5)
+    delta = math.atan(vehicle.signed_drag_ratio)
+    at = np.array([delta - 0.11111693, -delta + 0.11111553])
+    assert hover_thrust_shares(red(at[None]), vehicle).max() < 0.26
+    assert region.outer.covers(shapely.Point(at))
+
+
 @pytest.mark.no_cover
 @some_vehicles
 def test_thrust_and_hover_regions(vehicle: Vehicle) -> None:

@@ -378,12 +378,9 @@ def _thrust_limit(
     above = borders.thrust_above(share, first, second, tolerance)
     turned = borders.thrust_above(share, second, first, tolerance)
     other = shapely.transform(turned, lambda at: at[:, ::-1])
-    if largest:
-        pair = square_without(above.union(other), accuracy / 2)
-    else:
-        pair = shapely.intersection(
-            square_within(above, accuracy / 2), square_within(other, accuracy / 2)
-        )
+    # Each set is moved by itself: where both overlap by their errors alone, their union has no border to be moved.
+    side = square_without if largest else square_within
+    pair = shapely.intersection(side(above, accuracy / 2), side(other, accuracy / 2))
     word, symbol = ("largest", "≤") if largest else ("least", "≥")
     value = partial(_extreme_share, vehicle, largest)
     limit = _bound(
