@@ -203,7 +203,7 @@ def test_times_stay_and_rates_are_judged() -> None:
     assert ": take at least " in advice
 
 
-def test_a_gait_that_would_stand_still_is_offered_with_half_of_its_motion() -> None:
+def test_a_gait_that_would_stand_still_says_how_to_keep_half_of_its_motion() -> None:
     """All of blue is nearest to one posture; the same loop of (α1, α2) on red, made smaller, moves."""
     blue = lift(FLYABLE, "blue")
     still = retarget(blue)
@@ -212,14 +212,14 @@ def test_a_gait_that_would_stand_still_is_offered_with_half_of_its_motion() -> N
     delta = math.atan(PAPER.drag_ratio)  # where both sheets meet
     assert np.abs(still.table.alpha[:, :2] - [delta, -delta]).max() < 0.1
     assert str(still).startswith(
-        "The nearest flyable gait stands still. The nearest that keeps half is moved by "
+        "The nearest flyable gait stands still; to keep half of the motion, use keep=0.5\n"
     )
-    assert still.as_mapping()["moving"]["share"] == pytest.approx(0.5)
+    assert still.as_mapping()["advice"] == "to keep half of the motion, use keep=0.5"
     for keep in (0.5, 0.2):
         answer = retarget(blue, keep=keep)
         assert answer.after.flyable
         assert answer.share == pytest.approx(keep)
-        assert answer.moving is None
+        assert answer.advice is None
         assert answer.rms > still.rms
         # No other place for the same loop is nearer: shifted towards the nearest posture it leaves the region.
         shift = 1e-4 * (

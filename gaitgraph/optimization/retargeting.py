@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 import shapely
@@ -51,23 +51,25 @@ if TYPE_CHECKING:
 
     from shapely import Polygon
 
-    from gaitgraph.invertibility.coefficients import CoefficientsLike
+    from gaitgraph.invertibility.coefficients import Coefficients, CoefficientsLike
     from gaitgraph.invertibility.forms import FloatArray
-    from gaitgraph.invertibility.matrices import IntArray
+    from gaitgraph.invertibility.matrices import BoolArray, IntArray
     from gaitgraph.io.formats import GaitLike
-    from gaitgraph.surface.region import Points
+    from gaitgraph.surface.region import Points, Region
     from gaitgraph.validation.report import Report
-    from gaitgraph.vehicle import VehicleLike
+    from gaitgraph.vehicle import Vehicle, VehicleLike
 
 MOST_ROWS = 200_000
 """A longer table is refused: thin it out first."""
 
 _ROUND_OFF = 1e-10  # what rounding may put a row, or a segment between two rows on a border, outside [rad]
 _TURN = 2 * math.pi
-_LITTLE = (
-    0.5  # a smaller share of the motion is said first, with what would keep as much
+_LITTLE = 0.5  # a smaller share of the motion is stated first
+KEEP_HALF = Advice(
+    f"to keep half of the motion, use keep={_LITTLE}",
+    f"to keep half of the motion, use --keep {_LITTLE}",
 )
-KEEP_HALF = Advice(f"for it, use keep={_LITTLE}", f"for it, use --keep {_LITTLE}")
+_STILL = 1e-6  # a gait with a smaller share of the motion stands still
 _THINNED = 1e-4  # how far a row may lie beside the corners by which a smaller loop is placed [rad]
 
 
@@ -80,8 +82,8 @@ class Retargeted:
     of its new row, from 0, and `moved` its distance in all four angles without whole turns, both of shape (n,) [rad];
     `unchanged` counts the rows that stayed as they were, bit by bit. `alternatives` are the summed distances to each
     component of the flyable region, the chosen one first [rad]. `share` is the length of the new loop of (α1, α2) over
-    that of the given one, None if that is zero. Without `keep`, and with a share below one half, `moving` is the
-    nearest gait that keeps half, and `advice` says how to ask for it.
+    that of the given one, None if that is zero. Without `keep`, and with a share below one half, `advice` says how to
+    keep half.
     """
 
     before: Report
@@ -93,7 +95,6 @@ class Retargeted:
     after: Report | None = None
     alternatives: tuple[float, ...] = ()
     share: float | None = None
-    moving: Retargeted | None = None
     advice: str | None = None
     warnings: tuple[str, ...] = ()
 
@@ -105,11 +106,9 @@ class Retargeted:
         """Whether the gait is "unchanged" or "retargeted", or there is none: "infeasible"."""
         if self.table is None:
             return "infeasible"
-        return (
-            "retargeted"
-            if self.added or self.unchanged < len(self._moves())
-            else "unchanged"
-        )
+        if self.added or self.unchanged < len(self._moves()):
+            return "retargeted"
+        return "unchanged"
 
     def __bool__(self) -> bool:
         return self.table is not None
@@ -144,78 +143,86 @@ class Retargeted:
     @property
     def added(self) -> int:
         """How many rows were added between the given ones."""
-        return (
-            0
-            if self.table is None or self.rows is None
-            else len(self.table) - len(self.rows)
-        )
+        if self.table is None or self.rows is None:
+            return 0
+        return len(self.table) - len(self.rows)
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the answer as plain values, ready for JSON; a saved one can be read as a gait file."""
-        columns = self.table.columns if self.table is not None else {}
-        largest, row = self.largest if self else (None, None)
+        warnings = list(self.warnings)
+        if self.after is not None:
+            warnings += self.after.warnings
         return {
             "status": self.status,
             "reason": self.reason,
-            "rows": None if self.moved is None else len(self.moved),
-            **{
-                name: getattr(self, name) if self else None
-                for name in ("unchanged", "added", "total", "rms")
-            },
-            "largest": largest,
-            "largest_row": row,
+            **self._distances_as_mapping(),
             "share": self.share,
-            "moving": None if self.moving is None else self.moving.as_mapping(),
             "advice": self.advice,
-            "moved": [] if self.moved is None else self.moved.tolist(),
-            "new_rows": [] if self.rows is None else (self.rows + 1).tolist(),
-            "path": [] if self.table is None else self.table.alpha.tolist(),
-            "colors": list(columns.get("color", ())),
-            "t": columns["t"].tolist() if "t" in columns else None,
+            **self._rows_as_mapping(),
             "alternatives": list(self.alternatives),
             "before": self.before.as_mapping(),
             **verdict_of(self.after),
-            "warnings": [
-                *self.warnings,
-                *(() if self.after is None else self.after.warnings),
-            ],
+            "warnings": warnings,
+        }
+
+    def _distances_as_mapping(self) -> dict[str, Any]:
+        names = ("rows", "unchanged", "added", "total", "rms", "largest", "largest_row")
+        if self.moved is None:
+            return dict.fromkeys(names)
+        figures = (self.unchanged, self.added, self.total, self.rms, *self.largest)
+        return dict(zip(names, (len(self.moved), *figures), strict=True))
+
+    def _rows_as_mapping(self) -> dict[str, Any]:
+        if self.table is None or self.moved is None or self.rows is None:
+            return {"moved": [], "new_rows": [], "path": [], "colors": [], "t": None}
+        t = self.table.columns.get("t")
+        return {
+            "moved": self.moved.tolist(),
+            "new_rows": (self.rows + 1).tolist(),
+            "path": self.table.alpha.tolist(),
+            "colors": list(self.table.columns["color"]),
+            "t": None if t is None else t.tolist(),
         }
 
     def __repr__(self) -> str:
-        return f"<Retargeted: {str(self).splitlines()[0] if self else 'infeasible'}>"
+        if not self:
+            return "<Retargeted: infeasible>"
+        return f"<Retargeted: {self._lines()[0]}>"
 
     def __str__(self) -> str:
+        return "\n".join(self._lines())
+
+    def _lines(self) -> list[str]:
+        """Return the lines of the text."""
         if self.after is None:
-            return f"No gait: {self.reason}\nbefore: {self.before.verdict}"
-        lines = [
+            return [f"No gait: {self.reason}", f"before: {self.before.verdict}"]
+        lines = []
+        if _is_little(self.share):
+            lines.append(self._little)
+        lines.append(
             f"{self.status}: {self.unchanged} of {len(self._moves())} rows as they were, {self.added} added"
-        ]
-        if self.share is not None and self.share < _LITTLE:
-            kept = (
-                "stands still"
-                if self.share < 1e-6
-                else f"keeps {100 * self.share:.0f} % of the motion"
-            )
-            lines.insert(0, f"The nearest flyable gait {kept}.")
-            if self.moving is not None:
-                wanted = f"The nearest that keeps half is moved by {self.moving.largest[0]:.4f} rad at most"
-                lines[0] += f" {wanted}; {self.advice}"
+        )
         if self.status == "retargeted":
             far, row = self.largest
-            sums = f"{self.rms:.4f} rad rms, {self.total:.4f} rad in sum"
-            kept = (
-                ""
-                if self.share is None
-                else f", {100 * self.share:.0f} % of the motion kept"
-            )
-            lines.append(f"moved by {far:.4f} rad at most (row {row}), {sums}{kept}")
+            moved = f"moved by {far:.4f} rad at most (row {row}), {self.rms:.4f} rad rms, {self.total:.4f} rad in sum"
+            if self.share is not None:
+                moved += f", {100 * self.share:.0f} % of the motion kept"
+            lines.append(moved)
         for word, report in (("before: ", self.before), ("after:  ", self.after)):
-            lines += [
-                word + report.verdict,
-                *([] if report.flyable else [f"        {report.reason}"]),
-            ]
-        return "\n".join(
-            [*lines, *(f"warning: {warning}" for warning in self.warnings)]
+            lines.append(word + report.verdict)
+            if not report.flyable:
+                lines.append(f"        {report.reason}")
+        return lines + [f"warning: {warning}" for warning in self.warnings]
+
+    @property
+    def _little(self) -> str:
+        """The line that says how little of the motion is kept."""
+        share = self.share or 0.0
+        kept = f"keeps {100 * share:.0f} % of the motion"
+        if share < _STILL:
+            kept = "stands still"
+        return "; ".join(
+            filter(None, [f"The nearest flyable gait {kept}", self.advice])
         )
 
 
@@ -271,10 +278,8 @@ def retarget(
     >>> answer.table.alpha[0].round(3).tolist()
     [0.45, -1.15, 0.45, -1.15]
     """
-    floor, margin = (
-        checked_number("floor", floor),
-        angle_within(margin, "margin", least=0.0),
-    )
+    floor = checked_number("floor", floor)
+    margin = angle_within(margin, "margin", least=0.0)
     if keep is not None and not 0 < number_of(keep) <= 1:
         raise InputError(
             f"keep must be above 0 and at most 1, got {shown(keep)}", field="keep"
@@ -286,106 +291,128 @@ def retarget(
     region = admissible_region(
         chosen, sign=sign, coefficients=numbers, floor=floor, zones=zones
     )
-    inside = (
-        replace(region, inner=polygons_of(offset(region.inner, -margin)))
-        if margin
-        else region
-    )
-    parts = inside.components
+    if not region.components:
+        return Retargeted(before=before, reason=why_empty(region, floor, chosen))
+    if margin:
+        region = replace(region, inner=polygons_of(offset(region.inner, -margin)))
+    parts = region.components
     if not parts:
         narrow = f"no point of the flyable region is {margin:g} rad from its border; use a smaller margin"
-        return Retargeted(
-            before=before,
-            reason=narrow if region.components else why_empty(region, floor, chosen),
-        )
+        return Retargeted(before=before, reason=narrow)
 
-    # The rows without the closing one, and with α3 and α4 within half a turn of α1 and α2.
-    given = tilt_angles(table, numbers)
-    turns = np.rint((given[:, 2:] - given[:, :2]) / _TURN)
-    given = np.hstack(
-        [given[:, :2], np.where(turns == 0, given[:, 2:], given[:, 2:] - _TURN * turns)]
-    )
-    turned, closing = turns.any(axis=1), is_closed(given)
-    rows = given[: len(given) - closing]
-
-    targets, totals = _targets(rows, parts, keep)
+    motion = _motion_of(table, numbers)
+    targets, totals = _targets(motion.rows, parts, keep)
     if np.isnan(totals).all():
-        return Retargeted(
-            before=before,
-            reason=f"{100 * number_of(keep):.3g} % of the motion fits nowhere; lower keep",
-        )
+        reason = f"{100 * number_of(keep):.3g} % of the motion fits nowhere; lower keep"
+        return Retargeted(before=before, reason=reason)
     best = int(np.nanargmin(totals))
-    middle = targets[best]
-    points: Any = shapely.points(middle)
-
-    # Rows that are flyable where they may be stay as they are.
-    new, placed = rows, np.arange(len(rows))
-    loop: Any = shapely.linestrings(np.vstack([rows, rows[:1]])[:, :2])
-    if (
-        turned.any()
-        or not before.flyable
-        or (
-            sign
-            and (sign == "positive")
-            != (level_determinant(rows[0], coefficients_of(chosen, "exact")) > 0)
-        )
-        or not shapely.covers(offset(inside.inner, 2 * region.accuracy), loop)
-    ):
-        # Others go to the nearest point of the component; those on the red sheet above it stay, bit by bit.
-        outside = shapely.distance(parts[best], points) > _ROUND_OFF
-        segments = shapely.get_coordinates(
-            shapely.shortest_line(parts[best], points[outside])
-        ).reshape(-1, 2, 2)
-        middle[outside] = segments[:, 0]
-        new, placed = _joined(middle, parts[best])
-
-    t = _times(table["t"], new, placed, closing) if "t" in table else None
-    if closing:  # the closing row moves with the others, to the first
-        new = given if new is rows else np.vstack([new, new[:1]])
+    stays = (
+        before.flyable
+        and not motion.turned.any()
+        and _has_sign(motion.rows[0], sign, chosen)
+        and _runs_inside(motion.rows, region)
+    )
+    if stays:
+        new, placed = motion.rows, np.arange(len(motion.rows))
+    else:
+        new, placed = _joined(_nearest(targets[best], parts[best]), parts[best])
+    t = None
+    if "t" in table:
+        t = _times(table["t"], new, placed, motion.closing)
+    if motion.closing:  # the closing row moves with the others, to the first
+        new = np.vstack([new, motion.given[-1:] if stays else new[:1]])
         placed = np.append(placed, len(new) - 1)
-    shared: Any = {
-        "vehicle": chosen,
-        "coefficients": numbers,
-        "crossing_tolerance": crossing_tolerance,
-    }
-    gait = Gait(alpha=new, colors=("red",) * len(new), **shared)
+    gait = Gait(
+        alpha=new,
+        colors=("red",) * len(new),
+        vehicle=chosen,
+        coefficients=numbers,
+        crossing_tolerance=crossing_tolerance,
+    )
     fresh = _table_from(
         gait, t, made_by="retarget", sign=sign, floor=floor, margin=margin
     )
     after = validate(fresh, vehicle=chosen, coefficients=numbers.kind, floor=floor)
-    moved = np.linalg.norm(new[placed] - given, axis=1)
-    length, moving = Gait(alpha=rows).length, None
-    share = gait.length / length if length > 0 else None
-    if keep is None and share is not None and share < _LITTLE:
-        shared = {
-            "vehicle": chosen,
-            "coefficients": numbers.kind,
-            "sign": sign,
-            "floor": floor,
-            "margin": margin,
-        }
-        moving = (
-            retarget(table, **shared, keep_out=keep_out, keep_in=keep_in, keep=_LITTLE)
-            or None
-        )
+    moved = np.linalg.norm(new[placed] - motion.given, axis=1)
+    share = _share(gait.length, Gait(alpha=motion.rows).length)
     return Retargeted(
         before=before,
         reason=None if after.flyable else after.reason,
         table=fresh,
         rows=placed,
         moved=moved,
-        unchanged=int(np.sum((moved == 0) & ~turned)),
+        unchanged=int(np.sum((moved == 0) & ~motion.turned)),
         after=after,
         alternatives=tuple(np.sort(totals[~np.isnan(totals)]).tolist()),
         share=share,
-        moving=moving,
-        advice=None if moving is None else KEEP_HALF.python,
-        warnings=(
-            *zones.notes,
-            *[f"took whole turns off α3 or α4 in {turned.sum()} rows"]
-            * bool(turned.any()),
-        ),
+        advice=KEEP_HALF.python if keep is None and _is_little(share) else None,
+        warnings=(*zones.notes, *motion.notes),
     )
+
+
+def _share(length: float, given: float) -> float | None:
+    """Return one length over a given one, None if that is zero."""
+    if not given > 0:
+        return None
+    return length / given
+
+
+def _is_little(share: float | None) -> bool:
+    return share is not None and share < _LITTLE
+
+
+class _Motion(NamedTuple):
+    """A gait's rows with α3 and α4 within half a turn of α1 and α2, shape (n, 4) [rad]."""
+
+    given: FloatArray
+    turned: BoolArray  # which rows lost whole turns
+    closing: bool  # whether the last row is the first again
+
+    @property
+    def rows(self) -> FloatArray:
+        """The rows without the closing one."""
+        return self.given[: len(self.given) - self.closing]
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """The warning about whole turns, if any were taken off."""
+        if not self.turned.any():
+            return ()
+        return (f"took whole turns off α3 or α4 in {self.turned.sum()} rows",)
+
+
+def _motion_of(table: Table, numbers: Coefficients) -> _Motion:
+    given = tilt_angles(table, numbers).copy()
+    turns = np.rint((given[:, 2:] - given[:, :2]) / _TURN)
+    turned = turns != 0  # other angles stay, bit by bit
+    given[:, 2:][turned] -= _TURN * turns[turned]
+    return _Motion(given, turned.any(axis=1), is_closed(given))
+
+
+def _has_sign(
+    row: FloatArray, sign: Literal["positive", "negative"] | None, vehicle: Vehicle
+) -> bool:
+    """Return whether R has the wanted sign at a row."""
+    if sign is None:
+        return True
+    positive = level_determinant(row, coefficients_of(vehicle, "exact")) > 0
+    return bool(positive == (sign == "positive"))
+
+
+def _runs_inside(rows: FloatArray, region: Region) -> bool:
+    """Return whether the closed loop through rows lies in a region, to twice its accuracy."""
+    loop = shapely.linestrings(np.vstack([rows, rows[:1]])[:, :2])
+    return bool(shapely.covers(offset(region.inner, 2 * region.accuracy), loop))
+
+
+def _nearest(plane: FloatArray, part: Polygon) -> FloatArray:
+    """Return the points of a component nearest to given ones; those inside it stay, bit by bit."""
+    points: Any = shapely.points(plane)
+    outside = shapely.distance(part, points) > _ROUND_OFF
+    segments = shapely.get_coordinates(shapely.shortest_line(part, points[outside]))
+    nearest = plane.copy()
+    nearest[outside] = segments[::2]
+    return nearest
 
 
 def _targets(
@@ -395,21 +422,17 @@ def _targets(
 
     Distances are in four dimensions. With `keep` the points are those of a smaller loop, NaN where it does not fit.
     """
-    middle, off = (
-        (rows[:, :2] + rows[:, 2:]) / 2,
-        np.sum((rows[:, :2] - rows[:, 2:]) ** 2, axis=1) / 2,
-    )
-    targets = [
-        middle
-        if keep is None
-        else _smaller(rows[:, :2], keep, part, middle.mean(axis=0))
-        for part in parts
-    ]
-    squares = np.sum((np.array(targets) - middle) ** 2, axis=2)
+    middle = (rows[:, :2] + rows[:, 2:]) / 2
+    off = np.sum((rows[:, :2] - rows[:, 2:]) ** 2, axis=1) / 2
     if keep is None:
+        targets = [middle] * len(parts)
         squares = (
             shapely.distance(np.array(parts)[:, None], shapely.points(middle)) ** 2
         )
+    else:
+        mean = middle.mean(axis=0)
+        targets = [_smaller(rows[:, :2], keep, part, mean) for part in parts]
+        squares = np.sum((np.array(targets) - middle) ** 2, axis=2)
     return targets, np.sqrt(2 * squares + off).sum(axis=1)
 
 
@@ -427,12 +450,8 @@ def _smaller(
     means = shapely.intersection_all([translate(part, *-by) for by in corners])
     if means.is_empty:
         return np.full_like(shape, np.nan)
-    return np.asarray(
-        shape
-        + shapely.get_coordinates(shapely.shortest_line(means, shapely.Point(wanted)))[
-            0
-        ]
-    )
+    line = shapely.shortest_line(means, shapely.Point(wanted))
+    return np.asarray(shape + shapely.get_coordinates(line)[0])
 
 
 def _given_table(source: GaitLike) -> Table:
@@ -474,14 +493,14 @@ def _joined(plane: FloatArray, part: Polygon) -> tuple[FloatArray, IntArray]:
     around = offset(part, _ROUND_OFF)
     shapely.prepare(around)
     lines = shapely.linestrings(np.stack([plane, ends], axis=1))
-    bent = np.flatnonzero(
-        ~(shapely.covers(around, lines) | (plane == ends).all(axis=1))
-    ).tolist()
-    paths: Any = ShortestPaths(part) if bent else None
+    straight = shapely.covers(around, lines) | (plane == ends).all(axis=1)
     pieces = [plane[k : k + 1] for k in range(len(plane))]
-    for k in bent:
-        if (path := paths.path(plane[k], ends[k])) is not None:
-            pieces[k] = np.vstack([plane[k], path[1:-1]])
+    if not straight.all():
+        paths = ShortestPaths(part)
+        for k in np.flatnonzero(~straight).tolist():
+            path = paths.path(plane[k], ends[k])
+            if path is not None:
+                pieces[k] = np.vstack([plane[k], path[1:-1]])
     new = np.concatenate(pieces)
     return np.hstack([new, new]), np.cumsum([0, *(len(piece) for piece in pieces[:-1])])
 
@@ -490,9 +509,8 @@ def _times(
     t: FloatArray, rows: FloatArray, placed: IntArray, closing: bool
 ) -> FloatArray:
     """Return the time of each new row: given rows keep theirs, added ones get theirs by length."""
-    gone = np.concatenate(
-        [[0.0], np.cumsum(np.linalg.norm(np.roll(rows, -1, axis=0) - rows, axis=1))]
-    )
+    steps = np.linalg.norm(np.roll(rows, -1, axis=0) - rows, axis=1)
+    gone = np.append(0.0, np.cumsum(steps))
     given = t[: len(placed)]
     end = t[-1] if closing else closing_time(t[0], t[-1], len(t))
     times = np.interp(gone, gone[np.append(placed, len(rows))], np.append(given, end))
