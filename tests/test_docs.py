@@ -78,7 +78,7 @@ EXPECTED = {
     "judge_a_table": "row 2 lies on neither sheet: take",
     "colour_a_loop": "1267650600228229401496703205376 for 100 points",
     "enter_from_hover": "No path: R = +4 at the start and -5.559 at the end",
-    "list_cycles": "80 flyable cycles up to 0.8 rad in the square, all of them: True",
+    "list_cycles": "80 flyable cycles up to 0.8 rad in the square",
     "graph_tour": "294 nodes, 1038 edges",
     "robustness_of_a_gait": "biased by 0.8          74.46°      85.15 %   0.3754",
     "basin_of_a_gait": "Basin of biased by 0.8: 4 by 4 attitudes, roll and pitch up to 70°: 81.2 % settled",

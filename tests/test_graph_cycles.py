@@ -14,15 +14,14 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from gaitgraph.graph.build import surface_graph
-from gaitgraph.graph.cycle_list import CycleSearch, cycles
+from gaitgraph.graph.cycle_list import cycles
 from gaitgraph.planning.grid import grid_cycles
 from gaitgraph.planning.request import plan_request
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
-    from gaitgraph.graph.cycle_list import Rows
-    from gaitgraph.graph.walks import Cycle
+    from gaitgraph.graph.cycle_list import Cycle
 
 USES: dict[str, Callable[[Any], bool]] = {
     "flyable": lambda edge: edge["flyable"],
@@ -41,8 +40,10 @@ def canonical(path: Sequence[int]) -> tuple[int, ...]:
     )
 
 
-def rows_of(number: int, edges: dict[tuple[int, int], int]) -> Rows:
-    rows: Rows = [[] for _ in range(number)]
+def rows_of(
+    number: int, edges: dict[tuple[int, int], int]
+) -> list[list[tuple[int, int]]]:
+    rows: list[list[tuple[int, int]]] = [[] for _ in range(number)]
     for (a, b), length in edges.items():
         rows[a].append((b, length))
         rows[b].append((a, length))
@@ -99,7 +100,7 @@ def items_of(graph: nx.Graph[Any], found: Iterable[Cycle]) -> list[Item]:
     ]
 
 
-# The search on graphs of whole numbers
+# Graphs whose lengths are whole numbers
 
 
 @st.composite
@@ -111,35 +112,21 @@ def weighted(draw: st.DrawFn) -> tuple[int, dict[tuple[int, int], int]]:
 
 
 @settings(deadline=None, max_examples=100)
-@given(weighted(), st.integers(1, 4), st.one_of(st.none(), st.integers(0, 25)))
+@given(weighted(), st.one_of(st.none(), st.integers(0, 25)))
 def test_every_cycle_once_in_the_total_order(
-    graph: tuple[int, dict[tuple[int, int], int]], held: int, most: int | None
+    graph: tuple[int, dict[tuple[int, int], int]], most: int | None
 ) -> None:
     number, edges = graph
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("gaitgraph.graph.cycle_list.MOST_HELD", held)
-        search = CycleSearch(
-            rows_of(number, edges), most=1 << 61 if most is None else most
-        )
-        expected = [
-            item for item in brute_items(edges) if most is None or item[0] <= most
-        ]
-        found = []
-        for item in search:
-            assert item[0] >= search.floor
-            assert len(search.held) <= 2 * held + 1
-            found.append(item)
-    assert found == expected
-    assert search.complete
-    assert most is not None or search.bound == math.inf
-
-
-@pytest.mark.no_cover
-def test_long_rings_need_no_recursion() -> None:
-    number = 1050  # beyond Python's own limit of recursion
-    ring = {(k, k + 1): 1 for k in range(number - 1)} | {(0, number - 1): 1}
-    expected = [(number, tuple(range(number)))]
-    assert list(CycleSearch(rows_of(number, ring))) == expected
+    joined = surface_graph("negative", divisions=2)  # for its metadata
+    joined.remove_nodes_from(list(joined))
+    joined.add_nodes_from(range(number))
+    for pair, length in edges.items():
+        joined.add_edge(*pair, length=float(length), least_singular_value=0.0)
+    found = list(cycles(joined, use="two_color", max_length=most))
+    expected = brute_items(edges)
+    if most is not None:
+        expected = [item for item in expected if item[0] <= most]
+    assert [(int(cycle.length), cycle.nodes) for cycle in found] == expected
 
 
 # Cycles of surface graphs
@@ -177,15 +164,24 @@ def test_waypoints_off_the_grid_and_red_above_blue(use: Any) -> None:
     assert first.length == pytest.approx(2 * math.pi / 16)
 
 
-@pytest.mark.no_cover
-def test_the_first_cycles_come_at_once() -> None:
-    search = cycles(surface_graph("negative", divisions=40))
-    first = next(search)
-    assert len(first.nodes) == 3
-    assert (
-        search.steps < 16_000
-    )  # about a look at each pair of a node and its neighbour, twice
-    assert not search.complete
+def test_cycles_come_one_by_one(monkeypatch: Any) -> None:
+    """The first one takes a search for each edge, and each further one a few."""
+    simple_paths: Any = nx.algorithms.simple_paths
+    searches = 0
+    search = simple_paths._bidirectional_dijkstra
+
+    def counted(*arguments: Any, **options: Any) -> Any:
+        nonlocal searches
+        searches += 1
+        return search(*arguments, **options)
+
+    monkeypatch.setattr(simple_paths, "_bidirectional_dijkstra", counted)
+    graph = surface_graph("negative")
+    found = cycles(graph)
+    assert len(next(found).nodes) == 3
+    assert searches <= graph.number_of_edges() + 10
+    next(islice(found, 98, None))
+    assert searches <= graph.number_of_edges() + 1000
 
 
 def test_later_changes_of_the_graph_have_no_effect() -> None:
@@ -270,40 +266,7 @@ def test_a_cycle_is_plain_values_and_pickles() -> None:
     assert hash(cycle) == hash(pickle.loads(pickle.dumps(cycle)))
 
 
-# Effort, interruption, progress, input
-
-
-@pytest.mark.no_cover
-def test_spent_effort_leaves_a_true_bound() -> None:
-    graph = surface_graph("negative")
-    whole = list(islice(cycles(graph), 1000))
-    for effort in (1, 1400, 5000):
-        search = cycles(graph, effort=effort)
-        found = list(search)
-        assert found == whole[: len(found)]
-        assert search.steps == effort
-        assert not search.complete
-        assert whole[len(found)].length >= search.bound
-        assert next(search, None) is None
-
-
-def test_an_interruption_leaves_the_attributes_true() -> None:
-    graph = surface_graph("negative")
-
-    def interrupt(line: str) -> None:
-        if len(found) > 500:
-            raise KeyboardInterrupt
-
-    found: list[Cycle] = []
-    search = cycles(graph, progress=interrupt)
-    with pytest.raises(KeyboardInterrupt):
-        found.extend(search)
-    assert len(found) > 500
-    assert not search.complete
-    assert 0 < search.steps
-    following = next(islice(cycles(graph), len(found), None))
-    assert found[-1].length <= search.bound <= following.length
-    assert next(search).nodes == following.nodes
+# Requests
 
 
 def test_cycles_of_a_request_merge_both_signs_in_order() -> None:
@@ -317,10 +280,3 @@ def test_cycles_of_a_request_merge_both_signs_in_order() -> None:
     assert [cycle.length for cycle in merged] == sorted(
         cycle.length for part in parts for cycle in part
     )
-    found = grid_cycles(request, max_length=2.2)
-    for cycle, following in itertools.zip_longest(found, merged[1:]):
-        assert (
-            cycle.length <= found.bound <= (following.length if following else math.inf)
-        )
-    assert found.complete
-    assert str(found) == f"{len(merged)} cycles: all there are"

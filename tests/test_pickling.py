@@ -95,7 +95,6 @@ MADE: dict[str, Callable[[], Any]] = {
     "Course": course,
     "Curve": lambda: rounded().curve,
     "Cycle": lambda: next(cycles()),
-    "Cycles": cycles,
     "Engine": lambda: gg.flight.Engine(gg.PAPER),
     "Exported": exported,
     "Flight": lambda: gg.fly(timed()),
@@ -282,22 +281,6 @@ def test_a_table_has_no_masked_values() -> None:
     masked = np.ma.array([0.4, 0.8], mask=[False, True])
     with pytest.raises(gg.InputError, match="alpha1 must have no masked .* row 2"):
         gg.Table(columns={"alpha1": masked})
-
-
-def test_cycles_go_on_after_the_way_and_a_copy_takes_none_from_the_other() -> None:
-    found = gg.cycles(
-        gg.surface_graph("positive", divisions=6), progress=lambda _: None
-    )
-    passed = [next(found).nodes for _ in range(100)]
-    others = [
-        pickle.loads(pickle.dumps(found)),
-        copy.copy(found),
-        copy.deepcopy(found),
-    ]
-    following = [next(found).nodes for _ in range(400)]
-    for other in others:
-        assert other.found == len(passed)
-        assert [next(other).nodes for _ in range(400)] == following
 
 
 def test_an_engine_and_a_simulation_fly_the_same_after_the_way() -> None:

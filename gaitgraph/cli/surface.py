@@ -156,12 +156,6 @@ def colorings_command(loop_file: str, limit: int | None = None, **given: Any) ->
         default="valid",
         check=True,
     ),
-    option(
-        "--effort",
-        "STEPS",
-        "Steps after which to stop and print the bound.",
-        type=whole_from(1, 10**18),
-    ),
     "vehicle coefficients json",
 )
 def cycles_command(
@@ -169,7 +163,6 @@ def cycles_command(
     require: Any = "valid",
     request_file: str | None = None,
     max_length: float | None = None,
-    effort: int | None = None,
     **given: Any,
 ) -> int:
     """List simple closed cycles of the surface graph, the shortest first, each with its verdict.
@@ -177,8 +170,6 @@ def cycles_command(
     Each is printed as soon as it is found, as text or as one line of JSON. Polygons confine them to a region; waypoints
     of a request file are not used. The exit code is 1 if there is none.
     """
-    from itertools import islice
-
     from gaitgraph.planning.grid import grid_cycles
     from gaitgraph.planning.request import stated_request
 
@@ -193,36 +184,27 @@ def cycles_command(
         print_problem(f"warning: {note}")
     with Working("building the graph") as progress:
         found = grid_cycles(
-            request,
-            max_length=max_length,
-            use=require,
-            effort=effort,
-            progress=progress,
+            request, max_length=max_length, use=require, progress=progress
         )
-    listed = islice(found, limit)
+    listed = 0
     while True:
         with Working("searching cycles"):
-            cycle = next(listed, None)
-        if cycle is None:
+            cycle = next(found, None)
+        if cycle is None or listed == limit:
             break
         show(cycle)
-    with Working("searching cycles"):
-        found.look_ahead()
-    if found.found:
-        click.echo(str(found), err=True)
-        return 0
-    within = "" if max_length is None else f" within {max_length:g} rad"
-    status, reason = "none", f"the graph has none{within}"
-    if not found.complete:
-        status = "unfinished"
-        reason = f"none found in {found.steps} steps; any cycle is at least {found.bound:.4f} rad long"
-    answer = {
-        "status": status,
-        "reason": reason,
-        **({} if found.complete else {"bound": found.bound}),
-    }
-    tell(answer, [f"{'No cycle' if found.complete else 'Unfinished'}: {reason}"])
-    return 1
+        listed += 1
+    if not listed:
+        within = "" if max_length is None else f" within {max_length:g} rad"
+        reason = f"the graph has none{within}"
+        tell({"status": "none", "reason": reason}, [f"No cycle: {reason}"])
+        return 1
+    which = "all there are"
+    if cycle is not None:
+        which = f"all that are shorter than {cycle.length:.4f} rad"
+    plural = "" if listed == 1 else "s"
+    click.echo(f"{listed} cycle{plural}: {which}", err=True)
+    return 0
 
 
 @command(

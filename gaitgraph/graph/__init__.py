@@ -12,9 +12,8 @@ if TYPE_CHECKING:
         surface_graph as surface_graph,
         validate_graph as validate_graph,
     )
-    from gaitgraph.graph.cycle_list import Cycles as Cycles, cycles as cycles
+    from gaitgraph.graph.cycle_list import Cycle as Cycle, cycles as cycles
     from gaitgraph.graph.walks import (
-        Cycle as Cycle,
         best_order as best_order,
         closed_walk as closed_walk,
     )
@@ -23,7 +22,7 @@ else:
         __name__,
         {
             "gaitgraph.graph.build": ["metadata_of", "surface_graph", "validate_graph"],
-            "gaitgraph.graph.cycle_list": ["Cycles", "cycles"],
-            "gaitgraph.graph.walks": ["Cycle", "best_order", "closed_walk"],
+            "gaitgraph.graph.cycle_list": ["Cycle", "cycles"],
+            "gaitgraph.graph.walks": ["best_order", "closed_walk"],
         },
     )

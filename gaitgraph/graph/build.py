@@ -242,14 +242,9 @@ def surface_graph(
         if coefficients.rotors.asymmetry is None:
             node["types"] = text_from_types(*pair)
         graph.add_node(name, **node, color=color, R=value)
-    names, columns = (
-        list(quantities),
-        [column.tolist() for column in quantities.values()],
-    )
-    graph.add_edges_from(
-        (ids[a], ids[b], dict(zip(names, values, strict=True)))
-        for (a, b), *values in zip(edge.tolist(), *columns, strict=True)
-    )
+    columns = [column.tolist() for column in quantities.values()]
+    for (a, b), *values in zip(edge.tolist(), *columns, strict=True):
+        graph.add_edge(ids[a], ids[b], **dict(zip(quantities, values, strict=True)))
     return graph
 
 

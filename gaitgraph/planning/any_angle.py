@@ -20,7 +20,7 @@ import shapely
 from gaitgraph.errors import checked_choice
 from gaitgraph.gait.gait import lift
 from gaitgraph.graph.build import segments_fly
-from gaitgraph.graph.walks import order_of_places, quanta_of
+from gaitgraph.graph.walks import quanta_of, shortest_order
 from gaitgraph.invertibility.matrices import (
     least_singular_value_on_red,
     level_determinant,
@@ -88,11 +88,8 @@ def any_angle_paths(
             and straight_loop_holds(branch, use, robust=robust)
         )
         if straight:
-            points, order, gap = (
-                request.waypoints,
-                tuple(range(len(request.waypoints))),
-                0.0,
-            )
+            points = request.waypoints
+            order = tuple(range(len(points)))
             bound: float | None = length_of([*points, points[0]])
         else:
             region = (
@@ -105,7 +102,7 @@ def any_angle_paths(
                 if use != branch.uses[-1]:
                     continue
                 return found or answer
-            points, order, bound, gap = answer
+            points, order, bound = answer
         path = _lifted(branch, points) if judged is None else judged[0]
         if not any(np.array_equal(path.alpha, other.path.alpha) for other in found):
             found.append(
@@ -113,7 +110,6 @@ def any_angle_paths(
                     path,
                     order,
                     None if robust and not straight else bound,
-                    gap,
                     judged and judged[1],
                 )
             )
@@ -135,7 +131,7 @@ def _shortest_in_region(
     region: PreparedRegion,
     reorder: bool,
     progress: Callable[[str], None] | None,
-) -> tuple[tuple[Point, ...], tuple[int, ...], float, float] | Obstacle:
+) -> tuple[tuple[Point, ...], tuple[int, ...], float] | Obstacle:
     """Return the points of the shortest closed path, as a :data:`FoundPath` has the rest; or an obstacle."""
     waypoints = branch.request.waypoints
     if outside := first_outside(branch, region):
@@ -151,9 +147,9 @@ def _shortest_in_region(
         leg = leg_between(first, second)
         return math.inf if leg is None else quanta_of(leg.length)
 
-    order, gap = tuple(range(len(waypoints))), 0.0
+    order = tuple(range(len(waypoints)))
     if reorder:
-        order, gap = order_of_places(np.array(waypoints), length) or (order, gap)
+        order = shortest_order(len(waypoints), length) or order
     path: list[Point] = []
     bound = 0.0
     for first, second in pairwise([*order, order[0]]):
@@ -174,7 +170,7 @@ def _shortest_in_region(
             return branch.separation((first, second), where)
         path += leg.points[:-1]
         bound += leg.lower_bound
-    return tuple(path) or (waypoints[0],), order, bound, gap
+    return tuple(path) or (waypoints[0],), order, bound
 
 
 def first_outside(branch: Branch, region: PreparedRegion) -> Obstacle | None:

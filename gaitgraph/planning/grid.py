@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from heapq import merge
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gaitgraph.graph.build import gait_along, nodes_above, surface_graph
-from gaitgraph.graph.cycle_list import Cycles, cycles
+from gaitgraph.graph.cycle_list import cycles
 from gaitgraph.graph.walks import Blocked, allowed_edges, best_order, closed_walk
 from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.planning.any_angle import first_outside, prepared_region
@@ -16,10 +17,11 @@ from gaitgraph.planning.refusal import FoundPath
 from gaitgraph.surface.sheets import RELATION, SIGNS, Sign
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
     import networkx as nx
 
+    from gaitgraph.graph.cycle_list import Cycle
     from gaitgraph.graph.walks import Use
     from gaitgraph.planning.refusal import Branch, Obstacle
     from gaitgraph.planning.request import PlanRequest
@@ -64,18 +66,15 @@ def _paths_of_color(
         return branch.obstacle_at(stops.index([]))
     found: list[FoundPath] = []
     for use in branch.uses:
-        order, gap = tuple(range(len(stops))), 0.0
+        order = tuple(range(len(stops)))
         if request.any_order:
-            order, gap = best_order(graph, [nodes[0] for nodes in stops], use=use) or (
-                order,
-                gap,
-            )
+            order = best_order(graph, [nodes[0] for nodes in stops], use=use) or order
         ordered = [stops[k] for k in order]
         walk = closed_walk(graph, ordered, use=use, objective=request.objective)
         if not isinstance(walk, Blocked):
             path = gait_along(graph, walk.nodes)
             if not any(np.array_equal(path.alpha, other.path.alpha) for other in found):
-                found.append(FoundPath(path, order, None, gap))
+                found.append(FoundPath(path, order, None))
         elif use == branch.uses[-1]:
             if use == "flyable" and (
                 outside := first_outside(branch, prepared_region(branch, use))
@@ -100,16 +99,15 @@ def grid_cycles(
     *,
     max_length: float | None = None,
     use: Use = "valid",
-    effort: int | None = None,
     progress: Callable[[str], None] | None = None,
-) -> Cycles:
+) -> Iterator[Cycle]:
     """Return the simple closed cycles on the grid of a request, in order of length, as a lazy iterator.
 
-    Of the request its color, sign ("auto": both), divisions, vehicle, coefficients, floor and polygons count. The other
-    options are those of :func:`gaitgraph.graph.cycle_list.cycles`; the effort is for each sign of R. InputError if a
-    value is not allowed.
+    Of the request its color, sign ("auto": both, R > 0 first), divisions, vehicle, coefficients, floor and polygons
+    count. The other options are those of :func:`gaitgraph.graph.cycle_list.cycles`. InputError if a value is not
+    allowed.
     """
-    sources = []
+    of_each_sign = []
     for sign in SIGNS:
         if request.sign not in ("auto", sign):
             continue
@@ -122,10 +120,8 @@ def grid_cycles(
                     if data["color"] != request.color
                 ]
             )
-        sources += cycles(
-            graph, use=use, max_length=max_length, effort=effort, progress=progress
-        ).sources
-    return Cycles(sources)
+        of_each_sign.append(cycles(graph, use=use, max_length=max_length))
+    return merge(*of_each_sign, key=lambda cycle: cycle.length)
 
 
 def request_graph(

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import shapely
 
 from gaitgraph.errors import Advice, Infeasible
-from gaitgraph.graph.walks import note_on_gap
+from gaitgraph.graph.walks import MOST_ANY_ORDER
 from gaitgraph.pictured import Pictured
 from gaitgraph.planning.any_angle import any_angle_paths, with_nearest
 from gaitgraph.planning.grid import grid_paths, request_graph
@@ -54,7 +54,7 @@ _WIDTH = 110
 _NO_LOOP: dict[str, Any] = {
     **dict.fromkeys(("status", "reason", "advice", "color", "sign", "waypoints")),
     **{name: [] for name in ("path", "types", "colors")},
-    **dict.fromkeys(("length", "lower_bound", "order_gap")),
+    **dict.fromkeys(("length", "lower_bound", "order_exact")),
     **{name: [] for name in ("corners", "vertices", "alternatives")},
     **verdict_of(None),
     **{
@@ -72,6 +72,10 @@ VALID_LOOPS = Advice(
     "for a loop that obeys only the paper's rules, use require='valid'",
     "for a loop that obeys only the paper's rules, use --require valid",
 )
+_APPROXIMATE = (
+    f"the order of the waypoints is approximate: beyond {MOST_ANY_ORDER} waypoints not all orders are tried, "
+    "and another one may make a shorter loop"
+)
 _POSTURE = "the plan is a single posture, not a gait; for a gait, give two or more different waypoints"
 
 
@@ -82,7 +86,7 @@ class Loop:
     `path` is a gait through every node that the loop passes, the first not repeated; `order` has the waypoints of the
     `request`, counted from 0, in the order in which the loop visits them. `lower_bound`, of an any-angle loop, is a
     lower bound of the length of all loops through these waypoints in this order, in the required region [rad]. With
-    `any_order` the loop is longer than the shortest one of any order by at most `order_gap`, a fraction of that.
+    `any_order` no other order makes a shorter loop if `order_exact`; otherwise the order is approximate.
     """
 
     path: Gait
@@ -90,7 +94,6 @@ class Loop:
     order: tuple[int, ...]
     request: PlanRequest
     lower_bound: float | None
-    order_gap: float
     judged: tuple[Gait, Report] | None = field(default=None, compare=False)
 
     @cached_property
@@ -119,6 +122,11 @@ class Loop:
         """Length in the (α1, α2) plane [rad]."""
         return self.path.length
 
+    @property
+    def order_exact(self) -> bool:
+        """Whether the order is as requested, or the shortest of all that were tried: up to nine waypoints."""
+        return not self.request.any_order or len(self.order) <= MOST_ANY_ORDER
+
     def as_mapping(self) -> dict[str, Any]:
         """Return the loop as plain values, ready for JSON."""
         return {
@@ -130,7 +138,7 @@ class Loop:
             "colors": list(self.path.colors),
             "length": self.length,
             "lower_bound": self.lower_bound,
-            "order_gap": self.order_gap,
+            "order_exact": self.order_exact,
             "corners": self.gait.alpha.tolist(),
             "vertices": self.path.vertices().tolist(),
             **verdict_of(self.report),
@@ -333,8 +341,8 @@ def plan_loop(
     keep_out, keep_in
         Polygons in the (α1, α2) plane, lists of (α1, α2).
     any_order
-        Visit the waypoints in the order that makes the shortest loop: exact up to nine, beyond the best order found,
-        with a proven bound of how much longer it is (:func:`gaitgraph.graph.walks.best_order`).
+        Visit the waypoints in the order that makes the shortest loop: exact up to nine, beyond that approximate
+        (:func:`gaitgraph.graph.walks.shortest_order`).
     reverse
         Run the loop in the other direction.
     method
@@ -400,6 +408,27 @@ def plan(
     return replace(found, advice=VALID_LOOPS.python, alternatives=loops)
 
 
+def _warnings_of(loop: Loop, waypoints: Sequence[Point]) -> list[str]:
+    """Return what a user should know of a loop through waypoints, in the order in which it visits them."""
+    warnings = []
+    if len(loop.gait.alpha) == 1:
+        warnings.append(_POSTURE)
+    if (
+        len(waypoints) > 3
+        and not loop.request.any_order
+        and not shapely.is_simple(shapely.linearrings(waypoints))
+    ):
+        warnings.append(
+            "the loop crosses itself; the same waypoints in any order may give a shorter one"
+        )
+    if not loop.order_exact:
+        warnings.append(_APPROXIMATE)
+    warnings += loop.report.warnings
+    if not loop.report.reachable_from_hover:
+        warnings.append(loop.report.reachability)
+    return warnings
+
+
 def _answer(
     request: PlanRequest,
     uses: tuple[Use, ...],
@@ -411,7 +440,7 @@ def _answer(
     obstacles: list[Obstacle] = []
 
     def loop_of(found: FoundPath, sign: Sign) -> Loop:
-        path, order, bound, gap, judged = found
+        path, order, bound, judged = found
         if request.reverse:
             path, order, judged = path.reversed(), (order[0], *order[:0:-1]), None
         return Loop(
@@ -420,7 +449,6 @@ def _answer(
             order=order,
             request=request,
             lower_bound=bound,
-            order_gap=gap,
             judged=judged,
         )
 
@@ -463,20 +491,7 @@ def _answer(
     else:
         report = loops[0].report
         waypoints = tuple(waypoints[k] for k in loops[0].order)
-        gap = loops[0].order_gap
-        warnings += [_POSTURE] * (len(loops[0].gait.alpha) == 1)
-        if (
-            len(waypoints) > 3
-            and not request.any_order
-            and not shapely.is_simple(shapely.linearrings(waypoints))
-        ):
-            warnings.append(
-                "the loop crosses itself; the same waypoints in any order may give a shorter one"
-            )
-        warnings += [note_on_gap(gap)] if gap else []
-        warnings += report.warnings
-        if not report.reachable_from_hover:
-            warnings.append(report.reachability)
+        warnings += _warnings_of(loops[0], waypoints)
         if not report.flyable:
             reason = f"no loop through these waypoints is flyable: {report.reason}"
     return Plan(

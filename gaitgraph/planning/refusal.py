@@ -34,14 +34,12 @@ if TYPE_CHECKING:
 class FoundPath(NamedTuple):
     """A loop through every node, the order of the waypoints (counted from 0), and a lower bound of its length [rad].
 
-    `gap` is that of the order, as :func:`gaitgraph.graph.walks.best_order` states it; `judged` has the same
-    loop with straight runs merged and its checks without those of rates, if they are known.
+    `judged` has the same loop with straight runs merged and its checks without those of rates, if they are known.
     """
 
     path: Gait
     order: tuple[int, ...]
     lower_bound: float | None
-    gap: float
     judged: tuple[Gait, Report] | None = None
 
 
