@@ -17,7 +17,6 @@ AIMS = {
     "least singular values against a decomposition of every matrix": "at most 1/5",
     "acceptable attitudes per sample against a raster of formula (1)": "at most 1/50",
     "tilt margins of ten million samples against numpy.sin": "at most 5",
-    "closed walk on the built graph against networkx": "at most 0.5",
     "the loop of Gait 3 against OMPL's ProjectedStateSpace": "at most 1/10",
     "the loop of Gait 3 against OMPL's AtlasStateSpace": "at most 1/10",
     "a plan of Gait 3 with its report against OMPL's AtlasStateSpace": "at most 0.5",

@@ -9,14 +9,12 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import networkx as nx
 import numpy as np
 import pytest
 from scipy.optimize import root
 
 import gaitgraph as gg
 from gaitgraph.gait.table import ANGLES
-from gaitgraph.graph.walks import closed_walk
 from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.invertibility.matrices import determinant
 from gaitgraph.invertibility.tilt_margins import tilt_margin
@@ -27,9 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 REQUEST = str(Path(__file__).parents[2] / "examples" / "gait3.toml")
-CORNERS = ["014 002 red", "014 006 red", "010 006 red", "010 002 red"]
 AXIS = np.linspace(-np.pi / 2, np.pi / 2, 1025)
-GRAPH = gg.surface_graph("negative")
 EXACT = coefficients_of(kind="exact")
 BIASED = gg.lift(
     [(1.178, -1.178), (1.178, -0.393), (0.393, -0.393), (0.393, -1.178)], "red"
@@ -110,13 +106,6 @@ def roots_by_a_solver() -> None:
             root(residuals, start)
 
 
-def legs_by_networkx() -> float:
-    ends = zip(CORNERS, CORNERS[1:] + CORNERS[:1], strict=True)
-    return sum(
-        nx.bidirectional_dijkstra(GRAPH, a, b, weight="length")[0] for a, b in ends
-    )
-
-
 def is_near_the_finest(found: AcceptableAttitudes) -> bool:
     """A raster misses what its cells and its samples hide; this is nearer than one cell's width of the outline."""
     finest = acceptable_attitudes(BIASED.alpha, EXACT, tolerance=1e-6)
@@ -155,20 +144,6 @@ PAIRS = {
     "roots per node against a numerical solver": (
         Side(all_roots, bool, items=AXIS.size**2),
         Side(roots_by_a_solver, lambda _: True, items=20, rounds=5),
-    ),
-    "closed walk on the built graph against networkx": (
-        Side(
-            lambda: (
-                closed_walk(  # type: ignore[union-attr]
-                    GRAPH, [[corner] for corner in CORNERS], use="flyable"
-                ).length
-            ),
-            lambda length: length == pytest.approx(np.pi),
-            rounds=100,
-        ),
-        Side(
-            legs_by_networkx, lambda length: length == pytest.approx(np.pi), rounds=100
-        ),
     ),
     # A thousand samples, the path between them and the error included.
     "acceptable attitudes per sample against a raster of formula (1)": (
