@@ -9,7 +9,6 @@ is found (:mod:`gaitgraph.optimization.least_effort`).
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Self
@@ -141,10 +140,8 @@ class OptimalGait:
         """Where the gait stands still, with advice; None if it moves."""
         if self.curve is None or self.passed is None or self.curve.length > CLEARANCE:
             return None
-        (a1, a2), advice = (
-            self.passed[0, :2],
-            "for a gait that moves, use smaller radii or waypoints farther apart",
-        )
+        a1, a2 = self.passed[0, :2]
+        advice = "for a gait that moves, use smaller radii or waypoints farther apart"
         return f"The best gait stands still at ({a1:.4f}, {a2:.4f}), a point of all discs; {advice}"
 
     @property
@@ -165,12 +162,9 @@ class OptimalGait:
         """Return the gait with its own timing; raises Infeasible, with the reason, if there is none."""
         if self.curve is None:
             raise Infeasible(self.reason)
-        gait, samples = (
-            self.curve.polyline(_CHORD),
-            checked_clock(self.period, "smooth", samples=samples, rate=rate),
-        )
+        samples = checked_clock(self.period, "smooth", samples=samples, rate=rate)
         return _TimedCurve(
-            gait=gait,
+            gait=self.curve.polyline(_CHORD),
             period=self.period,
             law="optimal",
             samples=samples,
@@ -182,50 +176,57 @@ class OptimalGait:
         discs = {"waypoints": self.waypoints.tolist(), "radius": self.radius.tolist()}
         about = {"made_by": "optimize", "objective": self.objective, **discs}
         table = table_of(self.timed(samples=samples, rate=rate), about)
-        return replace(
-            table,
-            about={name: value for name, value in table.about.items() if name != "law"},
-        )
+        about = dict(table.about)
+        del about["law"]
+        return replace(table, about=about)
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the answer as plain values, ready for JSON; a saved one can be read as a gait file."""
-        path = self.curve.polyline(_CHORD) if self.curve is not None else None
-        optimality = ("gap", "stationarity", "violation", "active")
         return {
-            **{
-                name: getattr(self, name)
-                for name in ("status", "reason", "objective", "sign")
-            },
-            "waypoints": self.waypoints.tolist(),
-            "radius": self.radius.tolist(),
-            **{
-                name: getattr(self, name)
-                for name in ("period", "value", "bound", "effort")
-            },
-            "length": self.curve.length if self.curve is not None else None,
-            "optimality": {name: getattr(self, name) for name in optimality}
-            if self
-            else None,
-            "passed": [] if self.passed is None else self.passed.tolist(),
-            "times": [] if self.times is None else self.times.tolist(),
+            **self._named("status", "reason", "objective", "sign"),
+            **self._named("waypoints", "radius", "period", "value", "bound", "effort"),
+            **self._curve_as_mapping(),
             "history": list(self.history),
-            "path": [] if path is None else path.alpha.tolist(),
-            "colors": [] if path is None else list(path.colors),
             **verdict_of(self.judged),
-            "warnings": [
-                *filter(None, [self.standstill]),
-                *self.warnings,
-                *(() if self.judged is None else self.judged.warnings),
-            ],
+            "warnings": self._warnings(),
         }
 
+    def _named(self, *names: str) -> dict[str, Any]:
+        """Return fields as plain values."""
+        fields = {name: getattr(self, name) for name in names}
+        arrays = {
+            name: value.tolist()
+            for name, value in fields.items()
+            if isinstance(value, np.ndarray)
+        }
+        return fields | arrays
+
+    def _curve_as_mapping(self) -> dict[str, Any]:
+        if self.curve is None:
+            lists: dict[str, Any] = {
+                name: [] for name in ("passed", "times", "path", "colors")
+            }
+            return {"length": None, "optimality": None, **lists}
+        path = self.curve.polyline(_CHORD)
+        return {
+            "length": self.curve.length,
+            "optimality": self._named("gap", "stationarity", "violation", "active"),
+            **self._named("passed", "times"),
+            "path": path.alpha.tolist(),
+            "colors": list(path.colors),
+        }
+
+    def _warnings(self) -> list[str]:
+        """Return all warnings."""
+        warnings = [*filter(None, [self.standstill]), *self.warnings]
+        if self.judged is not None:
+            warnings += self.judged.warnings
+        return warnings
+
     def __repr__(self) -> str:
-        head = (
-            str(self).splitlines()[0]
-            if self
-            else f"infeasible, {len(self.waypoints)} discs"
-        )
-        return f"<OptimalGait: {head}>"
+        if not self:
+            return f"<OptimalGait: infeasible, {len(self.waypoints)} discs>"
+        return f"<OptimalGait: {str(self).splitlines()[0]}>"
 
     def __str__(self) -> str:
         if self.curve is None or self.judged is None:
@@ -310,19 +311,19 @@ def optimal_gait(
     discs, notes = _discs(waypoints, radius)
     pieces = min(max(36, 12 * len(discs.radii)), 240) if pieces is None else pieces
     pieces = whole_number("pieces", pieces, least_effort.FEWEST_PIECES, _MOST_PIECES)
-    zones, numbers = (
-        Zones(keep_out=keep_out, keep_in=keep_in),
-        coefficients_of(vehicle, coefficients),
+    zones = Zones(keep_out=keep_out, keep_in=keep_in)
+    numbers = coefficients_of(vehicle, coefficients)
+    base = OptimalGait(
+        objective=objective,
+        waypoints=discs.centers,
+        radius=discs.radii,
+        period=float(period),
+        reason=None,
+        warnings=notes + zones.notes,
     )
-    asked: Any = {
-        "objective": objective,
-        "waypoints": discs.centers,
-        "radius": discs.radii,
-        "period": float(period),
-    }
-    base = OptimalGait(**asked, reason=None, warnings=notes + zones.notes)
     answers = []
-    for one in SIGNS[::-1] if sign == "auto" else (sign,):
+    signs = SIGNS[::-1] if sign == "auto" else (sign,)
+    for one in signs:
         region = admissible_region(vehicle, sign=one, floor=floor, zones=zones)
         search = _Search(
             replace(base, sign=one), discs, region, vehicle, numbers, floor, pieces
@@ -371,6 +372,15 @@ def level_region(
     )
 
 
+def _highest(objective: Objective, vehicle: Vehicle) -> float:
+    """Return a value that the objective nowhere exceeds."""
+    if objective == "singular_value":
+        return largest_least_singular_value(vehicle)
+    if vehicle.thrust_share is None:
+        return 1e3
+    return vehicle.thrust_share / 2
+
+
 def highest_level(
     region: Region, objective: Objective, discs: Discs, vehicle: Vehicle
 ) -> tuple[float, float]:
@@ -378,16 +388,15 @@ def highest_level(
 
     A loop that keeps the lower end can stay 3e-5 rad away from every border.
     """
-    most = vehicle.thrust_share
-    low, high = 0.0, 1e3 if most is None else most / 2
-    if objective == "singular_value":
-        high = largest_least_singular_value(vehicle)
+    low = 0.0
+    high = _highest(objective, vehicle)
     while high - low > 4 * _CLOSE * max(high, 1e-3):
         middle = (low + high) / 2
         outer = region.outer & level_region(objective, middle, vehicle, _FOLLOWED).outer
-        low, high = (
-            (low, middle) if component_meeting(outer, discs) is None else (middle, high)
-        )
+        if component_meeting(outer, discs) is None:
+            high = middle
+        else:
+            low = middle
     # What all loops cannot do is known; what one can, with polygons from within and clear of them, is a little less.
     for given in (_CLOSE * 2.0 ** np.arange(16)).tolist():
         level = high * (1 - given)
@@ -498,10 +507,8 @@ class _Search(NamedTuple):
         )
         meets = distance <= discs.radii + OVERLAY_ERROR
         for k in np.flatnonzero(~meets.any(axis=0)).tolist():
-            (x, y), (a, b) = (
-                discs.centers[k],
-                region.nearest(discs.centers[k]) or discs.centers[k],
-            )
+            x, y = discs.centers[k]
+            a, b = region.nearest(discs.centers[k]) or discs.centers[k]
             return (
                 f"waypoint {k + 1} ({x:.4f}, {y:.4f}) is not flyable ({region.why_not(discs.centers[k])}); the nearest "
                 f"flyable point, ({a:.4f}, {b:.4f}), is {distance[:, k].min():.4f} rad away, more than its radius "
@@ -514,21 +521,18 @@ class _Search(NamedTuple):
                     discs.centers[second].tolist(),
                     vehicle,
                 )
-                separated = f", separated by {factor}" if factor else ""
-                return f"waypoints {first + 1} and {second + 1} lie in different parts of the flyable region{separated}"
+                apart = f"waypoints {first + 1} and {second + 1} lie in different parts of the flyable region"
+                return ", separated by ".join(filter(None, [apart, factor]))
         return "any two of the waypoints share a part of the flyable region, but no part meets all discs"
 
     def _standing(self, shape: BaseGeometry) -> SmoothLoop | None:
         """Return the loop that stands still in a point of all discs and of a shape, clear of its border, if any."""
         shared = offset(shape, -2 * CLEARANCE)
         for center, radius in zip(*self.discs, strict=True):
-            at = shapely.Point(center)
-            # The polygon lies inside the disc.
-            shared = shared & (
-                shapely.buffer(at, radius * (1 - 1e-9), quad_segs=64)
-                if radius > 0
-                else at
-            )
+            disc = shapely.Point(center)
+            if radius > 0:  # the polygon lies inside the disc
+                disc = shapely.buffer(disc, radius * (1 - 1e-9), quad_segs=64)
+            shared = shared & disc
         if shared.is_empty:
             return None
         point = shapely.point_on_surface(shared).coords[0]
@@ -600,22 +604,14 @@ class _Search(NamedTuple):
         )
         report = curve.check(floor=self.floor).with_timing(answer.timed())
         effort = 2.0 / period * loop.effort
-        # The worst case that the report of the whole curve certifies.
-        found = {check.name: float(check.value or 0.0) for check in report.checks}
-        value, most = found["least_singular_value"], self.vehicle.thrust_share
-        if self.base.objective == "hover_reserve":
-            used = found.get("thrust_limit", 0.0) / float(
-                self.vehicle.max_thrust or 1.0
-            )
-            value = min(
-                found["hover_thrust"],
-                math.inf if most is None else most * (1 - used),
-            )
-        stationarity, by_border = 0.0, False
-        held: tuple[int, ...] = ()
+        value = self._worst_case(report)
+        stationarity = 0.0
+        active: list[str] = []
         if problem is not None and effort > 0:
             stationarity, held, by_border = problem.program(loop).stationarity()
-        border = "the kept level, or the border of the flyable region"
+            active += [f"waypoint {number + 1}" for number in held]
+            if by_border:
+                active.append("the kept level, or the border of the flyable region")
         warnings = self.base.warnings
         if stationarity > _SETTLED:
             warnings += (f"{_UNSETTLED} (first-order residual {stationarity:.1e})",)
@@ -628,10 +624,18 @@ class _Search(NamedTuple):
             gap=abs(bound - value) / bound if bound > 0 else 0.0,
             stationarity=stationarity,
             violation=max(self.discs.misses(plane), 0.0),
-            active=(
-                *(f"waypoint {number + 1}" for number in held),
-                *[border] * by_border,
-            ),
+            active=tuple(active),
             history=tuple(2.0 / period * one for one in history),
             warnings=warnings,
         )
+
+    def _worst_case(self, report: Report) -> float:
+        """Return the least value of the objective that the report of the whole curve certifies."""
+        found = {check.name: float(check.value or 0.0) for check in report.checks}
+        if self.base.objective == "singular_value":
+            return found["least_singular_value"]
+        most = self.vehicle.thrust_share
+        if most is None:
+            return found["hover_thrust"]
+        used = found["thrust_limit"] / float(self.vehicle.max_thrust or 1.0)
+        return min(found["hover_thrust"], most * (1 - used))
