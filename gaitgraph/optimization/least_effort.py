@@ -55,15 +55,12 @@ _BEZIER = (
 )  # points of a piece from its control
 _PRODUCTS = np.array([2 / 3, -1 / 8, -1 / 5, -1 / 120])
 _BEYOND = 1e-12
-_FAR, _NEAR = (
-    0.2,
-    0.03,
-)  # how far cells reach in the first rounds, and when the loop is settled [rad]
-_PROGRESS, _SETTLED = (
-    1e-4,
-    1e-10,
-)  # relative decrease that ends the first rounds, and the last
-_MOST_ROUNDS, _LAST_ROUNDS = 40, 6
+_FAR = 0.2  # how far cells reach in the first rounds [rad]
+_NEAR = 0.03  # and when the loop is settled [rad]
+_PROGRESS = 1e-4  # relative decrease that ends the first rounds
+_SETTLED = 1e-10  # and the last ones
+_MOST_ROUNDS = 40
+_LAST_ROUNDS = 6
 _SLACK = 1e-10
 _CHOSEN = 0.02  # sides of cells this near are constraints from the beginning, others when they are crossed [rad]
 _MOST_CHOICES = 30  # of sides
@@ -191,7 +188,9 @@ class LeastEffort:
     """The problem: discs, a polygon, and how far the loop keeps from its border, positive [rad]."""
 
     def __init__(self, polygon: Polygon, discs: Discs, clearance: float) -> None:
-        self.polygon, self.discs, self.clearance = polygon, discs, clearance
+        self.polygon = polygon
+        self.discs = discs
+        self.clearance = clearance
         rings = [
             np.asarray(ring.coords) for ring in (polygon.exterior, *polygon.interiors)
         ]
@@ -279,39 +278,30 @@ class LeastEffort:
 
     def solve(self, loop: SmoothLoop) -> tuple[SmoothLoop, list[float]]:
         """Return the optimized loop, and the efforts of all loops on the way; none if the start is not admissible."""
-        best, history, trust = loop, [loop.effort], 2.0
-
-        def admissible(one: SmoothLoop) -> bool:
-            return self.discs.misses(one.passed()) <= 1e-9 and self.keeps_inside(one)
+        best = loop
+        history = [loop.effort]
+        trust = 2.0
 
         def improved(found: SmoothLoop | None) -> bool:
             nonlocal best
-            if found is None or not admissible(found) or found.effort >= history[-1]:
+            if found is None or not self._admits(found) or found.effort >= history[-1]:
                 return False
             best = found
             history.append(found.effort)
             return True
 
-        if not admissible(loop):
+        if not self._admits(loop):
             return loop, []
         for number in range(_MOST_ROUNDS):
             before = history[-1]
-            # The passes move to first order; a second programme, with passes held, makes the loop admissible again.
-            ahead = self.program(best, _FAR).projected(trust)
-            moved = (
-                improved(self.program(ahead, _FAR).projected(0.0))
-                if ahead is not None
-                else False
-            )
-            trust = min(1.5 * trust, len(best.points) / 8) if moved else trust / 3
+            moved = improved(self._ahead(best, trust))
+            if moved:
+                trust = min(1.5 * trust, len(best.points) / 8)
+            else:
+                trust /= 3
             # At first the start's control points are unevenly spread; from even ones it ends up to 1 % lower.
-            even = self.evened(best) if number < 4 else None
-            smoothed = (
-                improved(self.program(even, _FAR).projected(0.0))
-                if even is not None
-                else False
-            )
-            moved = moved or smoothed
+            if number < 4:
+                moved = improved(self._smoothed(best)) or moved
             if trust < 1e-3 or (moved and before - history[-1] <= _PROGRESS * before):
                 break
         # Small cells, discs and passes as they are.
@@ -323,6 +313,23 @@ class LeastEffort:
             ):
                 break
         return best, history
+
+    def _admits(self, loop: SmoothLoop) -> bool:
+        return self.discs.misses(loop.passed()) <= 1e-9 and self.keeps_inside(loop)
+
+    def _ahead(self, loop: SmoothLoop, trust: float) -> SmoothLoop | None:
+        """Return the best loop with the passes moved to first order, made admissible with the passes held."""
+        ahead = self.program(loop, _FAR).projected(trust)
+        if ahead is None:
+            return None
+        return self.program(ahead, _FAR).projected(0.0)
+
+    def _smoothed(self, loop: SmoothLoop) -> SmoothLoop | None:
+        """Return the best loop from evenly spread control points."""
+        even = self.evened(loop)
+        if even is None:
+            return None
+        return self.program(even, _FAR).projected(0.0)
 
     def program(self, loop: SmoothLoop, reach: float = _NEAR) -> Program:
         """Return the problem in the cells around a loop."""
@@ -338,12 +345,10 @@ class Program:
 
     def __init__(self, loop: SmoothLoop, discs: Discs, cells: HalfPlanes) -> None:
         count = len(loop.points)
-        self.loop, self.discs, self.count, self.round = (
-            loop,
-            discs,
-            count,
-            discs.radii > 0,
-        )
+        self.loop = loop
+        self.discs = discs
+        self.count = count
+        self.round = discs.radii > 0
         self.later = len(loop.passes) - 1
         self.shape, inverse = _modes(count)
         self.rows = hull_matrix(count)[cells.piece].reshape(-1, count)
@@ -425,27 +430,12 @@ class Program:
         x, size = self.origin, 2 * self.count
         scale = np.ones(len(x))
         scale[size:] = 2 * trust / self.unit
-        off, (first, second) = (part[..., self.round, :] for part in self.at_discs(x))
-        ahead, aside = (
-            np.round(off, 12).T + 0.0
-        )  # a direction that is rounding alone would differ between processors
-        turns = np.arctan2(aside, ahead) + (np.arange(_SIDES) + 0.5)[:, None] * (
-            2 * math.pi / _SIDES
-        )
-        cosine, sine = np.cos(turns), np.sin(turns)
-        sides = (cosine[..., None] * first + sine[..., None] * second).reshape(
-            -1, len(x)
-        )
-        apothem = self.discs.radii[self.round] * math.cos(math.pi / _SIDES)
-        inside = (apothem - cosine * off[:, 0] - sine * off[:, 1]).ravel()
-        always, most = sides, inside
+        always, most = self._disc_sides()
         if trust and self.later:
             moves = np.eye(self.later, len(x), size)
             farthest = np.minimum(trust / self.unit, 0.9 * np.abs(self.bounds.T[::-1]))
-            always, most = (
-                np.concatenate([sides, moves, -moves]),
-                np.concatenate([inside, *farthest]),
-            )
+            always = np.concatenate([always, moves, -moves])
+            most = np.concatenate([most, *farthest])
         # In unknowns whose squared distance from the origin is to be least; the loop as a whole stays near where it is.
         gap, equal = self.point_gap(x)
         equal = equal * scale
@@ -486,16 +476,31 @@ class Program:
             chosen |= crossed
         return None
 
+    def _disc_sides(self) -> tuple[FloatArray, FloatArray]:
+        """Return the sides of polygons inside the discs, as rows, and how far inside them the loop passes."""
+        off, (first, second) = (
+            part[..., self.round, :] for part in self.at_discs(self.origin)
+        )
+        # A direction that is rounding alone would differ between processors.
+        ahead, aside = np.round(off, 12).T + 0.0
+        turns = np.arctan2(aside, ahead) + (np.arange(_SIDES) + 0.5)[:, None] * (
+            2 * math.pi / _SIDES
+        )
+        cosine = np.cos(turns)
+        sine = np.sin(turns)
+        sides = cosine[..., None] * first + sine[..., None] * second
+        apothem = self.discs.radii[self.round] * math.cos(math.pi / _SIDES)
+        inside = apothem - cosine * off[:, 0] - sine * off[:, 1]
+        return sides.reshape(-1, len(self.origin)), inside.ravel()
+
     def refined(self) -> SmoothLoop | None:
         """Return the best loop, by sequential quadratic programming from the loop itself, or None if it fails."""
         from scipy.optimize import minimize
 
         chosen = self.slack(self.origin) < _CHOSEN / 2
         for _ in range(6):
-            slope, base = (
-                self.slack_slope(chosen),
-                self.slack(np.zeros_like(self.origin))[chosen],
-            )
+            slope = self.slack_slope(chosen)
+            base = self.slack(np.zeros_like(self.origin))[chosen]
             constraints: list[Any] = [
                 {
                     "type": kind,
