@@ -103,3 +103,37 @@ def test_a_loop_is_colored_red_where_R_has_one_sign() -> None:
 def test_planning_is_refused_with_the_pair_that_differs() -> None:
     with pytest.raises(gg.InputError, match="rotors 1 and 3"):
         gg.plan_loop([(0.1, 0.1), (0.2, 0.1)], vehicle=VEHICLES[0], method="grid")
+
+
+def test_a_pair_that_stays_symmetric_has_a_fibre() -> None:
+    """Rotors 1 and 3 are opposite: where their moments are parallel, α4 is free."""
+    places = [[0.15, 0.2, 0], [-0.15, 0.2, 0], [-0.15, -0.2, 0], [0.2, -0.2, 0]]
+    vehicle = gg.Vehicle(mass=1.0, rotor_positions=places, drag_to_thrust=0.016)
+    delta = np.arctan(0.016 / 0.25)
+    (fiber,) = gg.roots(delta, 0.3, vehicle=vehicle).fibers
+    assert (fiber.fixed, fiber.free, fiber.singular) == ("alpha3", "alpha4", False)
+    assert fiber.values == pytest.approx((delta,))
+    alpha = [[delta, 0.3, *fiber.values, free] for free in (-1.0, -0.3, 0.2, 0.9)]
+    v = attitude_sensitivities(alpha, coefficients_of(vehicle, "exact"))
+    assert np.abs(v[:, :2]).max() < 1e-12
+    assert np.abs(v[:, 2]).min() > 1
+    assert gg.roots(delta + 1e-6, 0.3, vehicle=vehicle).fibers == ()
+
+
+def test_raised_rotors_have_no_copies_of_fibres() -> None:
+    vehicle = gg.vehicle_named("beetle_art")
+    line, _ = coefficients_of(vehicle, "exact").crossings
+    assert len(gg.roots(line, 0.3, vehicle=vehicle).fibers) == 1
+    found = gg.roots(line + np.pi / 2, 0.3, vehicle=vehicle)
+    assert (found.fibers, len(found)) == ((), 2)
+
+
+def test_a_table_that_is_run_once_is_judged_without_a_segment_back() -> None:
+    rows = [[0.0, 0.0, 0.0, 0.0], [-0.8, 0.8, -0.8, 0.8], [-0.8, -0.5, -0.8, -0.5]]
+    geometry = Geometry.of_vehicle(gg.PAPER)
+    for once in (False, True):
+        report = gg.validation.validate_geometry(rows[:2], geometry, once=once)
+        assert report.as_mapping()["repeats"] == (not once)
+    broken = gg.validation.validate_geometry([*rows[:2], rows[2], rows[0]], geometry)
+    assert not broken.flyable
+    assert gg.validation.validate_geometry(rows[:2], "paper", once=True).flyable

@@ -82,7 +82,8 @@ def validate_command(
                 raise InputError(
                     f"{which} must be omitted for rotors of any geometry, got {value!r}"
                 )
-            return show(validate_geometry(gait_file, geometry, **floor))
+            _check_any_rotors(require)
+            return show(validate_geometry(gait_file, geometry, once=once, **floor))
         source: Any = gait_file
         states_vehicle, note = True, ""
         if once or not (gait_file in PAPER_GAITS or holds_request(gait_file)):
@@ -91,7 +92,11 @@ def validate_command(
             stated, _, _ = surface_of(table, given.get("vehicle"))
             if stated.asymmetry is not None:
                 floor = {name: given[name] for name in ("floor",) if name in given}
-                return show(validate_geometry(table.alpha, stated, **floor))
+                _check_any_rotors(require)
+                run_once = once or not table.repeats
+                return show(
+                    validate_geometry(table.alpha, stated, once=run_once, **floor)
+                )
             note = _note_on_certificate(gait_file, table, given)
             source = table.once() if once else table
         with naming_file(gait_file):
@@ -103,6 +108,14 @@ def validate_command(
             "warning: the file states no vehicle: the paper's is taken; --vehicle names another"
         )
     return show(report, ok=report.flyable if require == "flyable" else report.valid)
+
+
+def _check_any_rotors(require: str) -> None:
+    """Raise InputError for --require valid: the paper's rules do not apply to every rotors."""
+    if require != "flyable":
+        raise InputError(
+            f"--require must be flyable for rotors of any geometry, got {require}"
+        )
 
 
 def _note_on_certificate(gait_file: str, table: Table, given: dict[str, Any]) -> str:

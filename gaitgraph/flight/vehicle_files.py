@@ -498,7 +498,7 @@ def _four_arms(
         constants["rotor_positions"] = ((placed + half_turned) / 2).tolist()
     if None not in ratios:
         drags = np.abs(signed + opposite) / 2
-        one_for_all = np.ptp(drags) <= _ALIKE * drags.max()
+        one_for_all = np.ptp(drags) <= _SQUARE * drags.max()
         constants["drag_to_thrust"] = drags.mean() if one_for_all else drags
         constants["first_rotor_spin"] = (
             "counterclockwise" if signed[0] > 0 else "clockwise"

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from gaitgraph.angles import HALF_PI
+from gaitgraph.angles import HALF_PI, wrapped
 from gaitgraph.errors import checked_choice
 from gaitgraph.graph.build import DEFAULT_DIVISIONS, grid_axis
 from gaitgraph.invertibility import matrices
@@ -494,15 +494,12 @@ def draw_zeros_of_R(ax: Axes, vehicle: Vehicle) -> None:
     look: dict[str, Any] = {"color": "black", "linewidth": 1.4, "zorder": 4}
     roll = roll_block(vehicle)
     if roll.is_product:
-        line1, line2 = coefficients_of(vehicle, "exact").crossings
-        end = np.linspace(-HALF_PI, HALF_PI, 2)
-        for turn in (-HALF_PI, HALF_PI):
-            if abs(line1 + turn) <= HALF_PI:
-                across = np.full(2, line1 + turn)
-                ax.plot(across, end, **look, gid="cos(alpha1 - delta) = 0")
-            if abs(line2 + turn) <= HALF_PI:
-                across = np.full(2, line2 + turn)
-                ax.plot(end, across, **look, gid="cos(alpha2 + delta) = 0")
+        # The determinant is a product of a factor of α1 and one of α2.
+        (both, second), (first, _) = roll.form
+        end = np.array([-HALF_PI, HALF_PI])
+        line1, line2 = (float(wrapped(math.atan2(-both, x))) for x in (first, second))
+        ax.plot(np.full(2, line1), end, **look, gid="cos(alpha1 - delta) = 0")
+        ax.plot(end, np.full(2, line2), **look, gid="cos(alpha2 + delta) = 0")
     else:
         a2 = _where_singular(roll)
         ax.plot(_FINE_AXIS, a2, **look, gid="P = 0")

@@ -26,7 +26,7 @@ from gaitgraph.validation.report import (
     state_of,
 )
 from gaitgraph.validation.rules import check_of
-from gaitgraph.vehicle import Vehicle
+from gaitgraph.vehicle import Vehicle, VehicleLike, vehicle_named
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -43,6 +43,7 @@ class GeometryReport:
 
     checks: tuple[Check, ...]
     rows: int
+    repeats: bool = True
 
     @property
     def flyable(self) -> bool | None:
@@ -73,6 +74,7 @@ class GeometryReport:
             "not_judged": list(self.not_judged),
             "checks": [check.as_mapping() for check in self.checks],
             "warnings": [],
+            "repeats": self.repeats,
             "rows": self.rows,
         }
 
@@ -88,9 +90,10 @@ class GeometryReport:
 
 def validate_geometry(
     table: str | Path | npt.ArrayLike,
-    geometry: Geometry | Vehicle,
+    geometry: Geometry | VehicleLike,
     *,
     floor: float = DEFAULT_FLOOR,
+    once: bool = False,
 ) -> GeometryReport:
     """Return whether rotors of any geometry can fly a tilt table, proven along the straight segments between its rows.
 
@@ -98,11 +101,13 @@ def validate_geometry(
     ----------
     table
         A gait file with a column alpha1 … alphaN for each rotor that tilts (or with _deg), or an (n, N) array [rad].
-        The last row is joined with the first.
+        The last row is joined with the first, unless the file says that it is run once.
     geometry
         The rotors; of a vehicle its tilt ranges count, and other limits are refused, since they are not judged.
     floor
         Least singular value floor of the level matrix, dimensionless.
+    once
+        Whether the rows are run once, so that no segment leads back to the first.
 
     Returns
     -------
@@ -123,20 +128,23 @@ def validate_geometry(
     >>> report.flyable, round(report.checks[0].value, 4)
     (True, 0.3373)
     """
-    if isinstance(geometry, Vehicle):
-        _check_no_limits(geometry)
-        geometry = Geometry.of_vehicle(geometry)
+    if not isinstance(geometry, Geometry):
+        vehicle = vehicle_named(geometry)
+        _check_no_limits(vehicle)
+        geometry = Geometry.of_vehicle(vehicle)
     floor = checked_number("floor", floor)
-    alpha = _rows_of(table, geometry)
-    starts = alpha[:-1] if is_closed(alpha) else alpha
-    ends = np.roll(starts, -1, axis=0)
-    singular, lower = _least_singular_value(geometry, starts, ends, floor)
+    alpha, repeats = _rows_of(table, geometry)
+    is_path = (once or not repeats) and len(alpha) > 1
+    points = alpha
+    if not is_path and not is_closed(alpha):
+        points = np.concatenate([alpha, alpha[:1]])
+    singular, lower = _least_singular_value(geometry, points, floor)
     checks = [singular]
     if lower >= LEAST_DECIDED:
-        checks.append(_hover_thrust(geometry, starts, ends))
+        checks.append(_hover_thrust(geometry, points))
     if np.isfinite(geometry.tilt_range).any():
-        checks.append(_tilt_range(geometry, starts))
-    return GeometryReport(checks=tuple(checks), rows=len(alpha))
+        checks.append(_tilt_range(geometry, alpha))
+    return GeometryReport(checks=tuple(checks), rows=len(alpha), repeats=not is_path)
 
 
 def _check_no_limits(vehicle: Vehicle) -> None:
@@ -151,8 +159,10 @@ def _check_no_limits(vehicle: Vehicle) -> None:
             )
 
 
-def _rows_of(table: str | Path | npt.ArrayLike, geometry: Geometry) -> FloatArray:
-    """Return the tilt angles of a table, 0 for rotors that do not tilt, shape (n, N) [rad]."""
+def _rows_of(
+    table: str | Path | npt.ArrayLike, geometry: Geometry
+) -> tuple[FloatArray, bool]:
+    """Return the tilt angles of a table, 0 for rotors that do not tilt, shape (n, N) [rad], and whether it repeats."""
     tilts = np.asarray(geometry.tilt_axis.any(axis=1))
     names = tuple(f"alpha{k + 1}" for k in np.flatnonzero(tilts))
     if not names:
@@ -163,29 +173,32 @@ def _rows_of(table: str | Path | npt.ArrayLike, geometry: Geometry) -> FloatArra
         rows = unchecked_table(table, angles=names)
         alpha = np.zeros((len(rows), len(tilts)))
         alpha[:, tilts] = np.column_stack([rows[name] for name in names])
-        return alpha
+        return alpha, rows.repeats
     alpha = np.atleast_2d(angles_from(table, "table"))
     if alpha.shape[1:] != tilts.shape:
         raise InputError(
             f"table must be angles of shape (n, {len(tilts)}), got shape {alpha.shape}"
         )
-    return alpha
+    return alpha, True
 
 
-def _place(
-    starts: FloatArray, ends: FloatArray, segment: int, fraction: float
-) -> GaitPoint:
-    """Return the place at a fraction of a segment of a closed table."""
+def _place(points: FloatArray, segment: int, fraction: float) -> GaitPoint:
+    """Return the place at a fraction of a segment between points, the last of which may be the first again."""
     if fraction == 1.0:
-        segment, fraction = (segment + 1) % len(starts), 0.0
-    at = starts[segment] + fraction * (ends[segment] - starts[segment])
+        segment, fraction = segment + 1, 0.0
+    at = points[segment]
+    if fraction:
+        at = at + fraction * (points[segment + 1] - at)
+    if segment == len(points) - 1 and is_closed(points):
+        segment = 0
     return GaitPoint(point=segment, fraction=fraction, alpha=tuple(at.tolist()))
 
 
 def _least_singular_value(
-    geometry: Geometry, starts: FloatArray, ends: FloatArray, floor: float
+    geometry: Geometry, points: FloatArray, floor: float
 ) -> tuple[Check, float]:
     """Check that the thrusts can make every moment and the vertical force; also return the proven least singular value."""
+    starts, ends = points[:-1], points[1:]
     found: Least = geometry.least_singular_value_along(starts, ends)
     lower, upper, segment, fraction = found.worst()
     if lower < floor <= upper:
@@ -193,7 +206,7 @@ def _least_singular_value(
         lower, upper, segment, fraction = found.worst()
     proven = math.floor(1e4 * lower) / 1e4
     message = f"least singular value {figure(upper)} (proven lower bound {proven:g}, floor {floor:g})"
-    place = _place(starts, ends, segment, fraction)
+    place = _place(points, segment, fraction)
     if lower < floor:
         advice = (
             "the thrusts alone cannot make every moment and the vertical force there"
@@ -211,11 +224,11 @@ def _least_singular_value(
     return found_check, lower
 
 
-def _hover_thrust(geometry: Geometry, starts: FloatArray, ends: FloatArray) -> Check:
+def _hover_thrust(geometry: Geometry, points: FloatArray) -> Check:
     """Check that some positive thrusts carry the weight without torque."""
-    found: Least = geometry.least_hover_thrust_along(starts, ends)
+    found: Least = geometry.least_hover_thrust_along(points[:-1], points[1:])
     lower, upper, segment, fraction = found.worst()
-    place = _place(starts, ends, segment, fraction)
+    place = _place(points, segment, fraction)
     state, message = State.UNDECIDED, f"least hover thrust {figure(upper)} of m·g"
     if lower > 0:
         state = State.HOLDS
@@ -231,17 +244,17 @@ def _hover_thrust(geometry: Geometry, starts: FloatArray, ends: FloatArray) -> C
     )
 
 
-def _tilt_range(geometry: Geometry, starts: FloatArray) -> Check:
+def _tilt_range(geometry: Geometry, rows: FloatArray) -> Check:
     """Check that all tilts are within the ranges of their servos."""
     low, high = geometry.tilt_range.T
-    beyond = np.maximum(low - starts, starts - high)
+    beyond = np.maximum(low - rows, rows - high)
     row, rotor = divmod(int(np.argmax(beyond)), beyond.shape[1])
-    tilt = float(starts[row, rotor])
+    tilt = float(rows[row, rotor])
     first, last = np.degrees(geometry.tilt_range[rotor])
     message = (
         f"α{rotor + 1} = {math.degrees(tilt):.4g}°, range {first:.4g}° to {last:.4g}°"
     )
-    place = _place(starts, starts, row, 0.0)
+    place = _place(rows, row, 0.0)
     ok = bool(beyond[row, rotor] <= ROUND_OFF)
     if not ok:
         message = f"{message} at {place}: beyond the range of its servo"

@@ -342,9 +342,13 @@ def _idle_or_down(
     rotors = ""
     if len(idle) == 2:
         rotors = f", where rotors {idle[0] + 1} and {idle[1] + 1} idle"
+    first, second = level_of_vehicle(vehicle).crossings
+    sides = f"α1 < {first:.4f} and α2 > {second:.4f}"
+    if math.isclose(first, -second):
+        sides = "α1 < δ and α2 > −δ"
     refusal = (
         f"hover thrusts are not positive{size} at {place}{rotors}: keep β1 and β2 of opposite signs "
-        "(α1 < δ and α2 > −δ, or both the other way)"
+        f"({sides}, or both the other way)"
     )
     return refusal, value, place
 
