@@ -103,6 +103,8 @@ def test_a_loop_is_colored_red_where_R_has_one_sign() -> None:
 def test_planning_is_refused_with_the_pair_that_differs() -> None:
     with pytest.raises(gg.InputError, match="rotors 1 and 3"):
         gg.plan_loop([(0.1, 0.1), (0.2, 0.1)], vehicle=VEHICLES[0], method="grid")
+    with pytest.raises(gg.InputError, match="rotors 1 and 3"):
+        gg.cycles(gg.surface_graph("positive", vehicle=VEHICLES[0], divisions=4))
 
 
 def test_a_pair_that_stays_symmetric_has_a_fibre() -> None:

@@ -29,6 +29,7 @@ from gaitgraph.graph.walks import (
     quanta_of,
     usable_graph,
 )
+from gaitgraph.invertibility.coefficients import check_symmetric
 from gaitgraph.surface.sheets import HOVER_LABEL, RELATION, Sign, red_label
 
 if TYPE_CHECKING:
@@ -164,7 +165,10 @@ def cycles(
     >>> 1 + sum(1 for _ in found)
     965
     """
-    vehicle_and_coefficients(graph)  # raises ContractError if metadata are missing
+    _, coefficients = vehicle_and_coefficients(graph)
+    check_symmetric(
+        coefficients.rotors
+    )  # cycles of chords beside a curved sheet are no gaits
     most = math.inf
     if max_length is not None:
         longest = checked_number(
