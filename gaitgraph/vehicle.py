@@ -398,8 +398,11 @@ class Vehicle(Pictured):
             (x, y, z), (u, v, w) = self.scaled_positions[i], self.scaled_positions[k]
             if max(abs(x + u), abs(y + v), abs(z - w)) > _ALIKE:
                 places = self.rotor_positions or self.scaled_positions
-                here, there = (_text([*places[rotor]]) for rotor in (i, k))
-                return f"{pair} at {here} and {there} m"
+                here, there = (
+                    ", ".join(f"{value:.12g}" for value in places[rotor])
+                    for rotor in (i, k)
+                )
+                return f"{pair} at ({here}) and ({there}) m"
         return None
 
     @property
