@@ -420,6 +420,9 @@ def root_arrays(
 ) -> RootArrays:
     """Return the roots of many (α1, α2) at once, in the order of :func:`roots`; options and errors are the same.
 
+    Of a half-turn symmetric vehicle with rotors above or below the centre of mass the singular root, which is on no
+    plane, is left out.
+
     `alpha1` and `alpha2` are broadcast against each other to the shape (...).
 
     >>> root_arrays([0.3, np.pi / 2, np.pi / 2], [0.1, 0.1, -np.pi / 2]).count.tolist()
