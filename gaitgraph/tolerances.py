@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 
 SAME_ANGLE = 1e-9
-"""Up to this two angles are one, and a point is on a sheet, a row, a border or a line [rad].
+"""Up to this two angles are one, and a point is on a sheet, a row, a grid node, a border or a line [rad].
 
 It is far above rounding, and far below what a servo resolves.
 """
 
 ROUND_OFF = 1e-12
-"""What some ten operations on angles may add by rounding [rad]."""
+"""What some ten operations on angles, or an overlay of polygons, may add by rounding [rad]."""
 
 ON_PLANE = 1e-14
 """Up to this α3 and α4 are exactly those of the red sheet: some ten units of rounding of one angle [rad]."""

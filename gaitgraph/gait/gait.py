@@ -37,6 +37,7 @@ from gaitgraph.tolerances import (
     DEFAULT_CROSSING_TOLERANCE,
     DEFAULT_FLOOR,
     DEFAULT_TOLERANCE,
+    SAME_ANGLE,
 )
 from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
 
@@ -45,8 +46,6 @@ if TYPE_CHECKING:
     from gaitgraph.timing.laws import LawName
     from gaitgraph.timing.timed_gait import TimedGait
     from gaitgraph.validation.report import Report
-
-_STRAIGHT = 1e-9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, init=False, eq=False)
@@ -59,8 +58,7 @@ class Gait(Pictured):
         Corners (α1, α2, α3, α4), shape (n, 4), n ≥ 1 [rad]; the segment from the last to the first is implied.
         Copied and read-only.
     colors
-        The sheet of each corner, "red" or "blue"; empty for a gait that is off the
-        surfaces (a biased one).
+        The sheet of each corner, "red" or "blue"; empty for a gait that is off the surfaces (a biased one).
     vehicle, coefficients
         The vehicle that flies the gait, and the coefficients of the surfaces it lies on; by default the vehicle's.
     crossing_tolerance
@@ -186,7 +184,7 @@ class Gait(Pictured):
             return self._reordered(np.flatnonzero(keep).tolist() or [0]).merged()
         unit = step / np.maximum(size, 1e-300)
         turn = unit - unit[before]
-        corner = ((turn * turn).sum(axis=1) > _STRAIGHT**2) | changes | changed
+        corner = ((turn * turn).sum(axis=1) > SAME_ANGLE**2) | changes | changed
         corner[0] = True
         return (
             self

@@ -46,7 +46,11 @@ from gaitgraph.surface.sheets import (
     types_contradict,
     types_from_text,
 )
-from gaitgraph.tolerances import DEFAULT_CROSSING_TOLERANCE, DEFAULT_TOLERANCE
+from gaitgraph.tolerances import (
+    DEFAULT_CROSSING_TOLERANCE,
+    DEFAULT_TOLERANCE,
+    SAME_ANGLE,
+)
 from gaitgraph.vehicle import (
     PAPER,
     Each,
@@ -73,9 +77,6 @@ ORDER = ("t", *ANGLES, "color", "types", "R", *RATES, *ACCELERATIONS)
 FORMAT = "gaitgraph gait table"
 """The value of `format` in the provenance of a file."""
 
-SAME_ROW = 1e-9
-"""Two rows are the same point if no angle differs by more than this [rad]: far below any printed digit, above the
-rounding of floating point."""
 
 _DEEPEST = 100
 _ULPS = 2e-15  # of times computed again, as a share of the latest one
@@ -462,7 +463,7 @@ def is_closed(alpha: FloatArray) -> bool:
     >>> is_closed(np.array([[0.4], [0.5], [0.4]])), is_closed(np.array([[0.4], [0.5], [0.401]]))
     (True, False)
     """
-    return len(alpha) > 1 and bool(np.abs(alpha[0] - alpha[-1]).max() <= SAME_ROW)
+    return len(alpha) > 1 and bool(np.abs(alpha[0] - alpha[-1]).max() <= SAME_ANGLE)
 
 
 def check_periods(table: Table, periods: int) -> None:

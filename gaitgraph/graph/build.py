@@ -68,7 +68,7 @@ from gaitgraph.surface.sheets import (
     sheet_jumps,
     text_from_types,
 )
-from gaitgraph.tolerances import DEFAULT_FLOOR
+from gaitgraph.tolerances import DEFAULT_FLOOR, ROUND_OFF, SAME_ANGLE
 from gaitgraph.vehicle import (
     PAPER,
     Vehicle,
@@ -92,11 +92,8 @@ DEFAULT_DIVISIONS = 16
 MOST_DIVISIONS = 256
 """Beyond this a graph of objects takes minutes and gigabytes; the any-angle method (`exact`) needs no grid."""
 MOST_WAYPOINTS = 1000
-WAYPOINT_SNAP = 1e-9
-"""A waypoint as near to a grid node as this is that node [rad]."""
 
 _WAYPOINT = "w"  # begins the ids of nodes at waypoints
-_SAME = 1e-12
 _SINGULAR_VALUE_TOLERANCE = 1e-5
 _TOLERANCES = {"least_singular_value": 2e-5}
 
@@ -262,11 +259,9 @@ def _nodes(
     """
     axis = grid_axis(divisions)[1:-1]
     given = np.array(checked_waypoints(waypoints, math.inf, least=0)).reshape(-1, 2)
-    given = given[
-        np.abs(given[:, :, None] - axis).min(axis=2).max(axis=1) > WAYPOINT_SNAP
-    ]
+    given = given[np.abs(given[:, :, None] - axis).min(axis=2).max(axis=1) > SAME_ANGLE]
     if len(given):
-        same = np.abs(given[:, None] - given).max(axis=2) <= WAYPOINT_SNAP
+        same = np.abs(given[:, None] - given).max(axis=2) <= SAME_ANGLE
         given = given[same.argmax(axis=1) == np.arange(len(given))]
     cell = np.array([*product(range(1, divisions), repeat=2), *[(-1, -1)] * len(given)])
     plane = np.concatenate([axis[cell[: len(axis) ** 2] - 1], given])
@@ -316,7 +311,7 @@ def _edges(
     step = math.pi / divisions
     for w in np.nonzero(~on_grid)[0]:
         near = np.nonzero(
-            np.abs(alpha[:w, :2] - alpha[w, :2]).max(axis=1) <= step + _SAME
+            np.abs(alpha[:w, :2] - alpha[w, :2]).max(axis=1) <= step + ROUND_OFF
         )[0]
         pairs.append(np.column_stack([near, np.full(len(near), w)]))
     edge = np.sort(np.concatenate(pairs), axis=1)
@@ -385,8 +380,8 @@ def segments_fly(
     flies = segment_bounds.thrusts_push_up(starts, ends, vehicle)
     if vehicle.tilt_range is not None:
         least, most = np.array(vehicle.tilt_range).T
-        flies &= (np.minimum(starts, ends) >= least - _SAME).all(axis=1)
-        flies &= (np.maximum(starts, ends) <= most + _SAME).all(axis=1)
+        flies &= (np.minimum(starts, ends) >= least - ROUND_OFF).all(axis=1)
+        flies &= (np.maximum(starts, ends) <= most + ROUND_OFF).all(axis=1)
     if flies.any():
         flies[flies] = segment_bounds.keeps_singular_value_above(
             starts[flies], ends[flies], floor, vehicle
@@ -409,7 +404,7 @@ def nodes_above(
         [[data["alpha1"], data["alpha2"]] for data in graph.nodes.values()]
     ).reshape(-1, 2)
     near = (
-        np.flatnonzero(np.abs(plane - point).max(axis=1) <= WAYPOINT_SNAP)
+        np.flatnonzero(np.abs(plane - point).max(axis=1) <= SAME_ANGLE)
         for point in waypoints
     )
     return [[nodes[k] for k in above] for above in near]

@@ -166,9 +166,8 @@ def cycles(
     965
     """
     _, coefficients = vehicle_and_coefficients(graph)
-    check_symmetric(
-        coefficients.rotors
-    )  # cycles of chords beside a curved sheet are no gaits
+    # Cycles of chords beside a curved sheet are no gaits.
+    check_symmetric(coefficients.rotors)
     most = math.inf
     if max_length is not None:
         longest = checked_number(

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from gaitgraph.errors import checked_choice
+from gaitgraph.tolerances import SAME_ANGLE
 
 if TYPE_CHECKING:
     import networkx as nx
@@ -29,7 +30,6 @@ QUANTA_PER_RADIAN = 1e12
 MOST_ANY_ORDER = 9
 """Stops of which all orders are tried."""
 _TURN = 1_000_000  # more than the steps of any path
-_STRAIGHT = 1e-9  # the angle of a turn is larger [rad]
 
 _ALLOWED: dict[str, Allowed] = {
     "flyable": lambda edge: edge["flyable"],
@@ -234,7 +234,7 @@ class _Paths:
         """Return 1 for a step straight on, and far more for one that turns; a step in place counts as a turn."""
         a, b, c = (self._place[node] for node in (*step, following[1]))
         turn = (b - a).conjugate() * (c - b)
-        is_straight = abs(turn.imag) <= _STRAIGHT * turn.real and turn.real > 0
+        is_straight = abs(turn.imag) <= SAME_ANGLE * turn.real and turn.real > 0
         return 1 if is_straight else _TURN
 
 

@@ -36,6 +36,7 @@ from gaitgraph.invertibility.forms import (
     level_of,
     rotors_of,
 )
+from gaitgraph.tolerances import ON_PLANE
 from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
 
 if TYPE_CHECKING:
@@ -48,7 +49,6 @@ KINDS: tuple[Kind, ...] = get_args(Kind)
 _PUBLISHED = (2.880, 5.592, 0.9716, 0.1687)
 _HALF_UNITS = (5e-4, 5e-4, 5e-5, 5e-5)
 _EPSILON = float(np.finfo(float).eps)
-_ON_PLANE = 1e-14  # rad, about ten units of rounding of an angle
 
 
 @dataclass(frozen=True)
@@ -181,7 +181,7 @@ class Coefficients:
             first, last = (side[:2] + side[2:] - lines for side in (starts, ends))
             off = np.abs(first - math.pi * np.rint(first / math.pi))
             off = np.maximum(off, np.abs(last - first))
-            held |= (off <= _ON_PLANE).all(axis=0)
+            held |= (off <= ON_PLANE).all(axis=0)
         return np.asarray(held)
 
     def errors(self, sines: Sines, angle_rounding: float = 0.0) -> FloatArray:

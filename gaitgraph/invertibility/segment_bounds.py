@@ -29,6 +29,7 @@ from gaitgraph.invertibility.forms import (
     rotors_of,
 )
 from gaitgraph.invertibility.matrices import least_singular_value_on_red
+from gaitgraph.tolerances import IDLE_SHARE, SAME_ANGLE
 from gaitgraph.vehicle import PAPER, Vehicle
 
 if TYPE_CHECKING:
@@ -46,8 +47,7 @@ _SHORT = 1e-13  # a shorter share of a segment is not cut
 _MOST_POINTS = 4_000_000  # that a search evaluates
 _TINY = float(np.finfo(float).tiny)
 _ROUNDED = 1e-13  # more than rounding adds to a determinant
-_IDLE = 1e-9  # a thrust share times |R| below this counts as zero
-_UPRIGHT = math.pi / 2 + 1e-9  # rad
+_UPRIGHT = math.pi / 2 + SAME_ANGLE  # rad
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -600,7 +600,10 @@ def least_upward_thrust(
 ) -> Least:
     """Bracket the least hover thrust times |R|, as far as its sign needs, along each segment."""
     quantity = _upward_quantity(vehicle)
-    return least_of_each(starts, ends, [quantity], [0.0], floor=_IDLE, each=True)[0]
+    (found,) = least_of_each(
+        starts, ends, [quantity], [0.0], floor=IDLE_SHARE, each=True
+    )
+    return found
 
 
 def thrusts_push_up(
@@ -610,7 +613,7 @@ def thrusts_push_up(
 
     What is nearly zero does not count as positive.
     """
-    kept = least_upward_thrust(starts, ends, vehicle).lower >= _IDLE
+    kept = least_upward_thrust(starts, ends, vehicle).lower >= IDLE_SHARE
     sides = np.array([starts, ends])
     turns = 2 * math.pi * np.rint((starts + ends) / (4 * math.pi))
     upright = (np.abs(sides - turns) <= _UPRIGHT).all(axis=(0, 2))

@@ -40,7 +40,6 @@ from gaitgraph.surface.admissible import (
 )
 from gaitgraph.surface.region import (
     DEFAULT_ACCURACY,
-    OVERLAY_ERROR,
     Discs,
     Zones,
     component_meeting,
@@ -50,7 +49,7 @@ from gaitgraph.surface.sheets import SIGNS, separating_factor
 from gaitgraph.timing.curve import Curve
 from gaitgraph.timing.laws import times_from
 from gaitgraph.timing.timed_gait import Motion, TimedGait, checked_clock, table_of
-from gaitgraph.tolerances import DEFAULT_FLOOR
+from gaitgraph.tolerances import DEFAULT_FLOOR, ROUND_OFF
 from gaitgraph.validation.report import Report, verdict_of
 from gaitgraph.vehicle import PAPER, Angle, Vehicle, VehicleLike, vehicle_named
 
@@ -505,7 +504,7 @@ class _Search(NamedTuple):
         distance = shapely.distance(
             np.array(region.components)[:, None], shapely.points(discs.centers)
         )
-        meets = distance <= discs.radii + OVERLAY_ERROR
+        meets = distance <= discs.radii + ROUND_OFF
         for k in np.flatnonzero(~meets.any(axis=0)).tolist():
             x, y = discs.centers[k]
             a, b = region.nearest(discs.centers[k]) or discs.centers[k]

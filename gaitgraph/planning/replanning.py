@@ -25,7 +25,6 @@ from gaitgraph.planning.shortest_paths import ShortestPaths
 from gaitgraph.surface.admissible import admissible_region
 from gaitgraph.surface.region import (
     DEFAULT_ACCURACY,
-    OVERLAY_ERROR,
     Zones,
     checked_polygons,
     region_of,
@@ -33,7 +32,7 @@ from gaitgraph.surface.region import (
 from gaitgraph.surface.sheets import SignChoice, separating_factor
 from gaitgraph.timing.laws import times_from
 from gaitgraph.timing.timed_gait import DEFAULT_SAMPLES, Motion, TimedGait
-from gaitgraph.tolerances import DEFAULT_FLOOR
+from gaitgraph.tolerances import DEFAULT_FLOOR, ROUND_OFF, SAME_ANGLE
 from gaitgraph.vehicle import PAPER, four_of, vehicle_named
 
 if TYPE_CHECKING:
@@ -46,7 +45,6 @@ if TYPE_CHECKING:
     from gaitgraph.surface.region import Points
     from gaitgraph.vehicle import Vehicle, VehicleLike
 
-_ON_RED = 1e-9  # rad
 _ROUNDING = 1e-10  # of a time
 _STEP = 0.05  # rad between two points at which the singular values are computed
 
@@ -216,7 +214,7 @@ class Replanner:
         )
         new = checked_polygons(keep_out, "keep_out")
         first, second, third, fourth = tilts.tolist()
-        if (off := max(abs(first - third), abs(second - fourth))) > _ON_RED:
+        if (off := max(abs(first - third), abs(second - fourth))) > SAME_ANGLE:
             advice = "give the commanded angles, which lie on it"
             return self._refused(
                 f"the present angles are {off:.3g} rad off red, where α3 = α1 and α4 = α2; {advice}"
@@ -243,18 +241,18 @@ class Replanner:
         )
         if len(new):
             # As one with old ones that they touch, so that no path leads between two that share a side.
-            apart = ~shapely.dwithin(self._kept_out[:, None], new, OVERLAY_ERROR).any(
+            apart = ~shapely.dwithin(self._kept_out[:, None], new, ROUND_OFF).any(
                 axis=1
             )
             new = _apart(np.concatenate([new, self._kept_out[~apart]]))
             polygons = np.concatenate([new, self._kept_out[apart]])
             if touched := bool(
-                shapely.dwithin(polygons[:, None], places, OVERLAY_ERROR).any()
+                shapely.dwithin(polygons[:, None], places, ROUND_OFF).any()
             ):
                 outside |= shapely.contains(polygons[:, None], places).any(axis=0)
         if outside.any():
             free = self._free_of(new)
-            outside &= ~shapely.dwithin(free, places, OVERLAY_ERROR)
+            outside &= ~shapely.dwithin(free, places, ROUND_OFF)
             if outside.any():
                 point = points[int(np.argmax(outside))]
                 return self._refused(f"{name_of(point)} {self._why_not(point, free)}")
@@ -344,9 +342,9 @@ class Replanner:
 
 def _apart(polygons: npt.NDArray[np.object_]) -> npt.NDArray[np.object_]:
     """Return polygons with those that touch as one."""
-    if np.count_nonzero(
-        shapely.dwithin(polygons[:, None], polygons, OVERLAY_ERROR)
-    ) > len(polygons):
+    if np.count_nonzero(shapely.dwithin(polygons[:, None], polygons, ROUND_OFF)) > len(
+        polygons
+    ):
         return np.asarray(
             shapely.get_parts(shapely.disjoint_subset_union_all(polygons))
         )

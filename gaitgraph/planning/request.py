@@ -25,7 +25,6 @@ from gaitgraph.files import table_from_toml, text_of
 from gaitgraph.gait.gait import PAPER_GAITS
 from gaitgraph.gait.table import (
     ANGLES,
-    SAME_ROW,
     check_repeats,
     surface_of,
     warn_of_ends,
@@ -49,7 +48,7 @@ from gaitgraph.surface.region import Points, Zones, checked_accuracy
 from gaitgraph.surface.sheets import ColorChoice, SignChoice
 from gaitgraph.timing.laws import DEFAULT_LAW, LawName
 from gaitgraph.timing.timed_gait import checked_clock
-from gaitgraph.tolerances import DEFAULT_FLOOR
+from gaitgraph.tolerances import DEFAULT_FLOOR, SAME_ANGLE
 from gaitgraph.vehicle import (
     PAPER,
     Vehicle,
@@ -351,7 +350,7 @@ def colorings_of_file(
         colors = table.columns.get("color", [None])
         if (
             len(points) > 1
-            and np.abs(last - first).max() <= SAME_ROW
+            and np.abs(last - first).max() <= SAME_ANGLE
             and colors[0] == colors[-1]
         ):
             points = points[:-1]

@@ -23,7 +23,7 @@ import shapely
 
 from gaitgraph.arrays import read_only
 from gaitgraph.errors import InputError
-from gaitgraph.surface.region import OVERLAY_ERROR
+from gaitgraph.tolerances import ROUND_OFF
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -358,7 +358,7 @@ class ShortestPaths:
         if not len(polygons):
             return found
         near: Any = shapely.dwithin(
-            polygons[:, None], lines, OVERLAY_ERROR
+            polygons[:, None], lines, ROUND_OFF
         )  # twice as fast as whether they intersect
         left, met = [*compress(range(len(legs)), near.any(axis=0))], near.any(axis=1)
         for in_region in (False, True):
@@ -374,7 +374,7 @@ class ShortestPaths:
                 for k, path in zip(blocked, again, strict=True):
                     found[k] = path
                 lines = [*map(_line_of, again)]
-                near = shapely.dwithin(polygons[~met, None], lines, OVERLAY_ERROR)
+                near = shapely.dwithin(polygons[~met, None], lines, ROUND_OFF)
                 met[~met], meets = near.any(axis=1), near.any(axis=0)
                 left += compress(
                     blocked, ~(meets | shapely.contains_properly(self._region, lines))
@@ -504,7 +504,7 @@ class _Around:
         self.touches = (sides * sides[:, self._before] <= 0) & self._convex
         # Whether a point is left of the side before a corner, and of the one after it; given ones are outside, and
         # inside by rounding only.
-        sides[: len(first)] -= OVERLAY_ERROR * np.abs(following - self._corners)
+        sides[: len(first)] -= ROUND_OFF * np.abs(following - self._corners)
         self._left = sides[:, self._before] > 0, sides > 0
 
     def entered(self, lines: npt.NDArray[np.int_]) -> npt.NDArray[np.bool_]:

@@ -42,6 +42,7 @@ from gaitgraph.invertibility.tilt_margins import (
     singular_everywhere,
 )
 from gaitgraph.surface.region import polygons_of
+from gaitgraph.tolerances import SAME_ANGLE
 from gaitgraph.vehicle import PAPER, VehicleLike
 
 if TYPE_CHECKING:
@@ -56,7 +57,6 @@ _SAMPLES = 5  # of a piece
 _SMALL = 0.1  # an |R| above what rounded coefficients make of zero
 _FEW_RAYS = 64
 _DEEP = 0.1  # products of unit vectors of which a vertical is deep inside
-_SAME_RAY = 1e-9
 _THIN = 1e-13  # of the length of points on a line: how far rounding leads them off it
 _SAG = 1e-6  # rad, largest distance of straight sides of a polygon from the curves
 
@@ -420,11 +420,11 @@ def _inside(rays: FloatArray) -> FloatArray | None:
             bounds=[(-1.0, 1.0)] * 4,
         )
         best = np.asarray(found.x)
-        if best[3] <= _SAME_RAY:
+        if best[3] <= SAME_ANGLE:
             return None
         depth = rows @ best[:3] - best[3]
         worst = np.argsort(depth, kind="stable")[:_FEW_RAYS]
-        worst = np.setdiff1d(worst[depth[worst] < -_SAME_RAY], chosen)
+        worst = np.setdiff1d(worst[depth[worst] < -SAME_ANGLE], chosen)
         if not worst.size:
             return np.asarray(best[:3] / np.linalg.norm(best[:3]))
         chosen = np.concatenate([chosen, worst])
@@ -468,7 +468,7 @@ def _extreme_rays(rays: FloatArray, inside: FloatArray) -> FloatArray:
     for k in index[1:]:
         if (
             np.abs(everything[k] - everything[[kept[-1], index[0]]]).max(axis=1).min()
-            > _SAME_RAY
+            > SAME_ANGLE
         ):
             kept.append(k)
     return everything[kept]
@@ -509,7 +509,7 @@ def _ring_of(rays: FloatArray, sag: float = _SAG) -> FloatArray:
     border = _border(starts[-1], float(turn[-1])) if horizon.size else points[:0]
     # Its end is the first point again, except for rounding, which would make a ring cross itself.
     return np.concatenate(
-        [points, border[np.abs(border - points[0]).max(axis=1) > _SAME_RAY]]
+        [points, border[np.abs(border - points[0]).max(axis=1) > SAME_ANGLE]]
     )
 
 

@@ -24,7 +24,6 @@ from gaitgraph.surface import borders
 from gaitgraph.surface.blocks import roll_block, yaw_block
 from gaitgraph.surface.region import (
     DEFAULT_ACCURACY,
-    OVERLAY_ERROR,
     Condition,
     Pair,
     Region,
@@ -48,7 +47,7 @@ from gaitgraph.surface.sheets import (
     red_label,
     sheet_angles,
 )
-from gaitgraph.tolerances import DEFAULT_FLOOR
+from gaitgraph.tolerances import DEFAULT_FLOOR, ROUND_OFF
 from gaitgraph.vehicle import PAPER, Vehicle, VehicleLike, vehicle_named
 
 if TYPE_CHECKING:
@@ -439,7 +438,7 @@ def _singular_value_polygon(
     for block in (yaw_block(vehicle), roll_block(vehicle)):
         width, tolerance, reach = floor, chord_tolerance(accuracy), accuracy / 2
         if block.has_orthogonal_columns:
-            reach = OVERLAY_ERROR
+            reach = ROUND_OFF
         elif floor < accuracy / 2:
             # The band around R = 0 is narrower than the error of its polygons: a wider band, and none, enclose it.
             if not inside:

@@ -39,6 +39,7 @@ import shapely
 from gaitgraph.angles import HALF_PI, wrapped
 from gaitgraph.invertibility.forms import FloatArray, Sines
 from gaitgraph.surface.blocks import directions
+from gaitgraph.tolerances import ROUND_OFF
 
 if TYPE_CHECKING:
     from shapely import Polygon
@@ -53,7 +54,6 @@ _FIRST_CHORDS = 8
 _MOST_ROUNDS = 40  # of dividing chords
 _NARROW = 1e-3  # of the tolerance
 _ON_CIRCLE = 1e-4  # how far from the unit circle a root may be that counts as on it
-_SAME = 1e-12  # abscissae no farther apart are one [rad]
 _FAR = 20.0  # farther than any root
 _FULL = 2 * math.pi
 _END = (
@@ -292,7 +292,7 @@ def bands_between(
         common = np.union1d(below, above)
         return between(common, common).buffer(0.0)
 
-    kept = np.concatenate([[True], np.diff(breaks) > _SAME])
+    kept = np.concatenate([[True], np.diff(breaks) > ROUND_OFF])
     kept[-1] = True
     polygons = []
     for low, high in pairwise(breaks[kept].tolist()):

@@ -20,6 +20,7 @@ from gaitgraph.angles import HALF_PI, angle_within, angles_from, is_list
 from gaitgraph.arrays import read_only
 from gaitgraph.errors import InputError, of_field, shown
 from gaitgraph.pictured import Pictured
+from gaitgraph.tolerances import ROUND_OFF, SAME_ANGLE
 from gaitgraph.vehicle import Angle
 
 if TYPE_CHECKING:
@@ -35,11 +36,9 @@ Pair = npt.NDArray[np.object_]  # the inner and the outer shape of a region
 DEFAULT_ACCURACY = 1e-6
 """Largest distance of a region's border from its true place [rad]."""
 
-OVERLAY_ERROR = 1e-12  # rounding error of overlaying polygons [rad]
 _SQUARE = shapely.box(-HALF_PI, -HALF_PI, HALF_PI, HALF_PI)
 shapely.prepare(_SQUARE)
 _MOST_LISTED = 6  # components in the text of a region
-_ON_BORDER = 1e-9  # within it a point is on the border of a user's polygon [rad]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -117,14 +116,14 @@ class Region(Pictured):
         """Return whether each point, shape (m, 2) [rad], is in `inner` or, because of rounding, within 1e-12 of it."""
         asked: Any = shapely.points(_points(points))
         inside = np.asarray(shapely.covers(self.inner, asked))
-        inside[~inside] = shapely.dwithin(self.inner, asked[~inside], OVERLAY_ERROR)
+        inside[~inside] = shapely.dwithin(self.inner, asked[~inside], ROUND_OFF)
         return inside
 
     def component_of(self, point: npt.ArrayLike) -> int | None:
         """Return the index in `components` of the one that holds a point (α1, α2) [rad], or None."""
         parts = np.array(self.components, dtype=object)
         near = np.flatnonzero(
-            shapely.dwithin(parts, shapely.Point(_points(point)[0]), OVERLAY_ERROR)
+            shapely.dwithin(parts, shapely.Point(_points(point)[0]), ROUND_OFF)
         )
         return int(near[0]) if near.size else None
 
@@ -283,7 +282,7 @@ def component_meeting(shape: BaseGeometry, discs: Discs) -> Polygon | None:
     meeting = [
         part
         for part in parts
-        if (shapely.distance(part, centers) <= discs.radii + OVERLAY_ERROR).all()
+        if (shapely.distance(part, centers) <= discs.radii + ROUND_OFF).all()
     ]
     return max(meeting, key=lambda part: (part.area, part.bounds), default=None)
 
@@ -394,9 +393,9 @@ class Zones:
         return self._allow(shapely.linestrings(lines))
 
     def _allow(self, shapes: Any) -> npt.NDArray[np.bool_]:
-        allowed = ~shapely.intersects(_united(self.keep_out, -_ON_BORDER), shapes)
+        allowed = ~shapely.intersects(_united(self.keep_out, -SAME_ANGLE), shapes)
         if self.keep_in:
-            allowed &= shapely.covers(_united(self.keep_in, _ON_BORDER), shapes)
+            allowed &= shapely.covers(_united(self.keep_in, SAME_ANGLE), shapes)
         return np.asarray(allowed)
 
 

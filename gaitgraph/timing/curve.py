@@ -35,7 +35,7 @@ from gaitgraph.timing.laws import (
     values_of,
 )
 from gaitgraph.timing.timed_gait import Motion, TimedGait
-from gaitgraph.tolerances import DEFAULT_CROSSING_TOLERANCE
+from gaitgraph.tolerances import DEFAULT_CROSSING_TOLERANCE, SAME_ANGLE
 from gaitgraph.validation.report import RATE_UNITS
 from gaitgraph.validation.validating import check_gait
 
@@ -54,7 +54,6 @@ DEFAULT_CHORD = 1e-6
 SMALLEST = 1e-5
 """The least rounding, and the least distance between rounded corners [rad], limited by round-off."""
 
-_STRAIGHT = 1e-9
 _SPACING = 0.4  # distance between control points of a blend on a segment, as a share of the length that it takes
 # Finite differences that turn the control points of a blend into coefficients, from the fifth power down.
 _DIFFERENCES = [
@@ -293,8 +292,8 @@ def _blended(
         (before * ahead).sum(axis=1),
     )
     turn = np.arctan2(np.abs(sine), cosine)
-    back = turn >= math.pi - _STRAIGHT
-    bent = (turn > _STRAIGHT) & ~back
+    back = turn >= math.pi - SAME_ANGLE
+    bent = (turn > SAME_ANGLE) & ~back
     per_reach = np.where(bent, (16.0 - 25.0 * _SPACING) / 16.0 * np.sin(turn / 2), 0.0)
     # A turn back leaves no deviation, so it takes all that there is: up to half a segment.
     shorter = np.minimum(length, np.roll(length, 1))

@@ -23,7 +23,6 @@ from gaitgraph.validation.report import (
     State,
     lines_of_checks,
     not_judged_text,
-    state_of,
 )
 from gaitgraph.validation.rules import check_of
 from gaitgraph.vehicle import Vehicle, VehicleLike, vehicle_named
@@ -258,6 +257,4 @@ def _tilt_range(geometry: Geometry, rows: FloatArray) -> Check:
     ok = bool(beyond[row, rotor] <= ROUND_OFF)
     if not ok:
         message = f"{message} at {place}: beyond the range of its servo"
-    return check_of(
-        "tilt_range", "flyable", state_of(ok), message, value=tilt, place=place
-    )
+    return check_of("tilt_range", "flyable", ok, message, value=tilt, place=place)
