@@ -295,15 +295,18 @@ class Vehicle(Pictured):
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """A line for each arm whose tilt range excludes hover, and one for an arm length that is hardly in metres."""
+        """A line for each arm whose tilt range excludes hover, and one for arms that are hardly in metres."""
         usual = _LIKELY_ARM if self.mass is None else self.mass ** (1 / 3)
         if self.arm_length is None or self.arm_length <= _LONG_ARM * usual:
             return self.hover_exclusions
+        name, stated = "arm_length", f"{self.arm_length:g}"
+        in_metres = f"{self.arm_length / 1000:g}"
+        if self.rotor_positions is not None:
+            first = self.rotor_positions[0]
+            name, stated = "rotor_positions", f"{_text([*first])} of rotor 1"
+            in_metres = _text([part / 1000 for part in first])
         of_mass = "" if self.mass is None else f" with a mass of {self.mass:g} kg"
-        line = (
-            f"arm_length = {self.arm_length:g}{of_mass}: it is in metres; if this is in mm, write "
-            f"{self.arm_length / 1000:g}"
-        )
+        line = f"{name} = {stated}{of_mass}: it is in metres; if this is in mm, write {in_metres}"
         return (*self.hover_exclusions, line)
 
     @property
@@ -773,9 +776,17 @@ def vehicle_from_mapping(constants: dict[str, Any]) -> Vehicle:
             f"vehicle must be {allowed}, got {shown(preset)}{hint}", field="vehicle"
         )
     changes = {name: value for name, value in constants.items() if name != "preset"}
-    return (
-        found.replace(**{"name": f"{preset}, changed", **changes}) if changes else found
-    )
+    if not changes:
+        return found
+    is_placed = found.rotor_positions is not None and "rotor_positions" not in changes
+    for name in _OF_EQUAL_ARMS:
+        if is_placed and name in changes:
+            raise InputError(
+                f"{name} must be omitted beside the preset {preset!r}, which states rotor_positions, got "
+                f"{shown(changes[name])}; state a vehicle of equal arms without a preset",
+                field=name,
+            )
+    return found.replace(**{"name": f"{preset}, changed", **changes})
 
 
 def vehicle_in_gait_file(stated: object) -> Vehicle:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+import json
+from typing import TYPE_CHECKING, Any
 
 import networkx as nx
 import numpy as np
@@ -14,6 +15,9 @@ from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.invertibility.geometry import Geometry
 from gaitgraph.invertibility.matrices import attitude_sensitivities
 from gaitgraph.surface.sheets import curved_roots
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 RNG = np.random.default_rng(4)
 
@@ -139,3 +143,82 @@ def test_a_table_that_is_run_once_is_judged_without_a_segment_back() -> None:
     broken = gg.validation.validate_geometry([*rows[:2], rows[2], rows[0]], geometry)
     assert not broken.flyable
     assert gg.validation.validate_geometry(rows[:2], "paper", once=True).flyable
+
+
+ODD = gg.Vehicle(
+    name="odd",
+    mass=1.6,
+    thrust_coefficient=8e-6,
+    drag_to_thrust=0.016,
+    rotor_positions=[
+        [0.15, 0.2, 0],
+        [-0.15, 0.24, 0],
+        [-0.15, -0.24, 0],
+        [0.15, -0.2, 0],
+    ],
+)
+ROWS = np.array(
+    [[-0.3, 0.3, -0.3, 0.3], [-0.4, 0.3, -0.4, 0.3], [-0.4, 0.5, -0.4, 0.5]]
+)
+
+
+def test_every_form_of_a_gait_is_judged_by_physics_alone() -> None:
+    expected = gg.validation.validate_geometry(ROWS, ODD).as_mapping()
+    gait = gg.Gait(alpha=ROWS, vehicle=ODD)
+    forms: list[tuple[Any, dict[str, Any]]] = [
+        (gait, {}),
+        (gait.parametrize(2.0), {}),
+        (ROWS, {"vehicle": ODD}),
+    ]
+    for form, choice in forms:
+        report = gg.validate(form, **choice)
+        assert report.as_mapping() == expected
+        assert bool(report)
+        assert (report.valid, report.two_color, report.flyable) == (None, None, True)
+    unused: dict[str, Any] = {"tolerance": 0.1, "coefficients": "exact"}
+    for name, value in unused.items():
+        with pytest.raises(gg.InputError, match=f"{name} must be omitted") as caught:
+            gg.validate(ROWS, vehicle=ODD, **{name: value})
+        assert caught.value.field == name
+    assert not gg.validate(ROWS - [0.0, 0.9, 0.0, 0.9], vehicle=ODD)
+    with pytest.raises(gg.InputError, match="rotors 1 and 3"):
+        gg.validate(
+            {"alpha1": ROWS[:, 0], "alpha2": ROWS[:, 1], "color": "red"}, vehicle=ODD
+        )
+
+
+def test_commands_refuse_the_vehicle_in_one_line_before_all_else(
+    run: Any, tmp_path: Path
+) -> None:
+    """It is refused before limits are asked for, and without a warning about the motion that the file states."""
+    saved, colored = tmp_path / "saved.json", tmp_path / "colored.csv"
+    gg.export(gg.lift([(-0.4, 0.4), (-0.4, 1.0), (-1.0, 0.4)], "red"), saved, samples=8)
+    content = json.loads(saved.read_text())
+    content["about"] |= {"vehicle": ODD.as_mapping(), "coefficients": "exact"}
+    saved.write_text(json.dumps(content))
+    lines = [
+        f"{k},{','.join(map(str, row))},red" for k, row in enumerate(ROWS.tolist())
+    ]
+    colored.write_text("\n".join(["t,alpha1,alpha2,alpha3,alpha4,color", *lines, ""]))
+    vehicle = tmp_path / "odd.toml"
+    vehicle.write_text(
+        "".join(
+            f"{name} = {json.dumps(value)}\n"
+            for name, value in ODD.as_mapping().items()
+            if name != "drag_ratio"
+        )
+    )
+    for words in (
+        ("export", saved, tmp_path / "out.csv"),
+        *((name, saved) for name in ("pace", "fly", "basin")),
+        *((name, colored, "--vehicle", vehicle) for name in ("pace", "fly", "basin")),
+    ):
+        answer = run(*words)
+        assert (answer.code, answer.out) == (2, ""), words
+        (line,) = answer.err.splitlines()
+        assert "rotors 1 and 3" in line
+    judged = run("validate", saved)
+    assert (judged.code, judged.err) == (0, "")
+    assert (
+        "--require must be flyable" in run("validate", saved, "--require", "valid").err
+    )

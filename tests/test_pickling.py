@@ -101,9 +101,6 @@ MADE: dict[str, Callable[[], Any]] = {
     "FlightSettings": gg.FlightSettings,
     "Gait": gait,
     "Geometry": lambda: gg.invertibility.Geometry.of_vehicle(gg.PAPER),
-    "GeometryReport": lambda: gg.validation.validate_geometry(
-        gait().alpha, gg.invertibility.Geometry.of_vehicle(gg.PAPER)
-    ),
     "JoinedPath": joined,
     "Joint": lambda: gg.io.servo_map_named("x_frame").joints[0],
     "LeastPeriod": lambda: gg.least_period(gait(), LIMITS, rounding="2deg"),
@@ -211,7 +208,6 @@ WITHOUT_ARRAYS = {
     "Cycles",
     "Verified",
     "FlightSettings",
-    "GeometryReport",
     "Joint",
     "PlanRequest",
     "ServoMap",

@@ -582,8 +582,8 @@ def test_requests_of_every_kind_are_planned_by_both(
     loop = loop_of(best)
     if grid.loop is None:
         return
-    assert loop.report.valid >= grid.report.valid
-    assert loop.report.flyable >= grid.report.flyable
+    assert loop.report.valid or not grid.report.valid
+    assert loop.report.flyable or not grid.report.flyable
     if request_.get("objective") == "robust":
         values = [
             plan.report["least_singular_value"].value or 0.0 for plan in (grid, best)
@@ -596,7 +596,7 @@ def test_requests_of_every_kind_are_planned_by_both(
     if (
         loop.lower_bound is not None
         and loop.sign == grid.loop.sign
-        and loop.report.flyable <= grid.report.flyable
+        and (grid.report.flyable or not loop.report.flyable)
     ):
         assert grid.loop.length >= loop.lower_bound - 1e-8
 

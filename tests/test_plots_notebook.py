@@ -254,7 +254,7 @@ def test_reprs_of_answers_are_one_line() -> None:
         "<Course: hover, entry, gait, exit, hover over 6 s>": gg.flight.from_hover(out),
         "<ServoMap: 'x_frame', joints ": gg.io.servo_map_named("x_frame"),
         "<Location: 2 flyable regions, 1 ": gg.location_of([(-0.3, 0.3)]),
-        "<GeometryReport: flyable yes, 2 checks of 4 rows>": gg.validation.validate_geometry(
+        "<Report: Flyable: yes. The paper's rules do not apply to this geometry. 2 checks, ": gg.validation.validate_geometry(
             RED.alpha, gg.invertibility.Geometry.of_vehicle("paper")
         ),
         "<Geometry: 4 rotors, L = 0.1785 m>": gg.invertibility.Geometry.of_vehicle(

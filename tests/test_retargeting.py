@@ -195,7 +195,8 @@ def test_times_stay_and_rates_are_judged() -> None:
     slow = PAPER.replace(max_tilt_rate=0.01)
     limited = retarget(columns, vehicle=slow, sign="positive")
     assert not limited.after["tilt_rate"].ok
-    before, _, after, advice = str(limited).splitlines()[-4:]
+    before, _, after, advice, warning = str(limited).splitlines()[-5:]
+    assert warning.startswith("warning: a rotor pushes with up to ")
     assert (before, after) == (
         f"before: {limited.before.verdict}",
         f"after:  {limited.after.verdict}",

@@ -461,6 +461,7 @@ def test_rows_along_a_fibre_have_no_color_and_a_pair_of_rotors_idles(
         assert report["on_surface"].ok
         assert rotors in report["hover_thrust"].message
         assert report["hover_thrust"].value == pytest.approx(0.0, abs=1e-3)
-        assert "lies on neither sheet" in report.reason
+        assert report.reason.startswith(f"{rotors} at ")
+        assert "which lies on neither sheet" in report.reason
     with pytest.raises(gg.InputError, match="colors must be 'red', 'blue', got"):
         Gait(alpha=alpha, colors=("fiber1",) * 3)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import subprocess
 import sys
 from typing import TYPE_CHECKING, Any
@@ -25,6 +26,7 @@ from gaitgraph.invertibility import (
 )
 from gaitgraph.invertibility.matrices import zero_moment_inputs
 from gaitgraph.surface import admissible_region
+from gaitgraph.surface.sheets import separating_factor
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -206,7 +208,6 @@ def test_what_is_not_symmetric_is_refused_by_the_pair_that_differs() -> None:
         lambda: gg.plan_loop([(-0.4, 0.4), (-0.4, 1.0)], vehicle=ODD),
         lambda: gg.lift([(-0.4, 0.4), (-0.4, 1.0)], "red", vehicle=ODD),
         lambda: admissible_region(ODD),
-        lambda: gg.validate(np.full((2, 4), 0.1), vehicle=ODD),
     ]
     for make in makers:
         with pytest.raises(InputError, match="got rotors 1 and 3 at") as caught:
@@ -267,3 +268,25 @@ def test_roots_are_those_of_an_independent_search(vehicle: gg.Vehicle) -> None:
                 for root in roots
             ]
             assert min(one.max() for one in off) < 0.2
+
+
+def test_the_curve_that_separates_regions_has_signs_and_no_negative_terms() -> None:
+    saddle = separating_factor((0, 0), (0.0, -1.55), STEPPED)
+    assert saddle is not None
+    assert "+ -" not in saddle
+    assert re.search(r"1 [−+] [0-9.]+ tan α1 [−+] [0-9.]+ tan α2 [−+]", saddle)
+
+
+def test_texts_of_export_and_retarget_have_the_warnings_of_their_answers(
+    run: Any, tmp_path: Path
+) -> None:
+    gg.export(
+        gg.lift([(-1.3, 1.3), (-1.3, 1.25), (-1.25, 1.3)], "red"), tmp_path / "a.csv"
+    )
+    for words in (
+        ("export", tmp_path / "a.csv", tmp_path / "b.csv", "--force"),
+        ("retarget", tmp_path / "a.csv"),
+    ):
+        (warning,) = run(*words, "--json").json["warnings"]
+        assert warning.endswith("the vehicle states no max_thrust")
+        assert f"warning: {warning}" in run(*words).out.splitlines()

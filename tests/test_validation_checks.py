@@ -942,3 +942,12 @@ def test_compare_shows_the_power_and_what_was_not_judged(run: Any) -> None:
     out = run("compare", "gait3", "gait1").out
     assert "hover power (of level hover)        1.985" in out
     assert "not judged                          thrust, tilt angle, tilt rate" in out
+
+
+def test_a_thrust_that_vanishes_is_printed_as_0() -> None:
+    delta = coefficients_of(gg.PAPER, "exact").delta
+    rows = [[delta, -delta, delta, -delta], [delta, -delta, delta + 1.0, -delta]]
+    message = gg.validate(rows)["hover_thrust"].message
+    assert message.startswith(
+        "hover thrusts are not positive (least 0 of m·g) at row 1"
+    )

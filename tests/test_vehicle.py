@@ -578,3 +578,34 @@ class TestPositions:
         with pytest.raises(InputError, match="rotor_positions must be") as caught:
             Vehicle(drag_to_thrust=0.02, rotor_positions=places)
         assert caught.value.field == "rotor_positions"
+
+
+def test_rotor_positions_in_millimetres_are_named_in_the_warning() -> None:
+    places = [[150, 200, 0], [-150, 200, 0], [-150, -200, 0], [150, -200, 0]]
+    vehicle = Vehicle(mass=1.6, drag_to_thrust=16, rotor_positions=places)
+    assert vehicle.warnings == (
+        "rotor_positions = (150, 200, 0) of rotor 1 with a mass of 1.6 kg: it is in metres; if this is in mm, write "
+        "(0.15, 0.2, 0)",
+    )
+
+
+@pytest.mark.parametrize("name", ["arm_length", "first_arm_angle", "rotor_height"])
+def test_a_constant_of_equal_arms_beside_a_preset_with_positions(name: str) -> None:
+    with pytest.raises(
+        InputError,
+        match=f"{name} must be omitted beside the preset 'beetle_art', which states rotor_positions, got 0.1",
+    ):
+        vehicle_from_mapping({"preset": "beetle_art", name: 0.1})
+
+
+def test_vehicles_shows_both_crossing_lines_where_they_differ(
+    run: Any, tmp_path: Path
+) -> None:
+    file = tmp_path / "two_drags.toml"
+    file.write_text("arm_length = 0.25\ndrag_to_thrust = [0.016, 0.02, 0.016, 0.02]\n")
+    first, second = coefficients_of(vehicle_named(file)).crossings
+    line = f"planes cross at α1 = {first:.6f} rad and α2 = {second:.6f} rad"
+    assert line in run("vehicles", file).out
+    shown = run("vehicles", file, "--json").json["vehicles"][0]
+    assert (shown["delta"], shown["crossings"]) == (first, [first, second])
+    assert "δ = " in run("vehicles", "beetle_omni").out

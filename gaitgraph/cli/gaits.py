@@ -398,7 +398,7 @@ def export_command(
         content = "one period, drawn" if name in films else f"{count} rows"
         lines.append(f"wrote {name}: {content}")
     lines += lines_of_checks(done.rate_checks)
-    lines.append(done.report.verdict)
+    lines += [done.report.verdict, *done.report.warning_lines]
     for joint, count in done.clipped.items():
         lines.append(f"clipped: joint {joint!r} at its limit in {count} of {rows} rows")
     return tell(answer, lines)

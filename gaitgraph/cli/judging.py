@@ -63,20 +63,15 @@ def validate_command(
     If --vehicle describes rotors of any geometry (TOML with [[rotor]], PX4 parameters, URDF or MJCF), or four that no
     half turn maps to each other, physics alone is checked, on alpha1 to alphaN, and the exit code is 1 if the table is not flyable.
     """
-    from gaitgraph.gait.table import surface_of
     from gaitgraph.io.formats import holds_request, naming_file, read_table
     from gaitgraph.validation.any_rotors import validate_geometry
     from gaitgraph.validation.validating import validate
     from gaitgraph.vehicle import Vehicle
 
     with Working(f"judging {gait_file}"):
-        vehicle = given.get("vehicle")
-        is_asymmetric = isinstance(vehicle, Vehicle) and vehicle.asymmetry is not None
-        if is_asymmetric or not isinstance(vehicle, Vehicle | None):
-            geometry, floor = (
-                given.pop("vehicle"),
-                {"floor": given.pop("floor")} if "floor" in given else {},
-            )
+        if not isinstance(given.get("vehicle"), Vehicle | None):
+            geometry = given.pop("vehicle")
+            floor = {name: given.pop(name) for name in ("floor",) if name in given}
             for name, value in given.items():
                 which = f"--{name.replace('_', '-')}"
                 raise InputError(
@@ -89,18 +84,12 @@ def validate_command(
         if once or not (gait_file in PAPER_GAITS or holds_request(gait_file)):
             table = read_table(gait_file)
             states_vehicle = "vehicle" in table.about
-            stated, _, _ = surface_of(table, given.get("vehicle"))
-            if stated.asymmetry is not None:
-                floor = {name: given[name] for name in ("floor",) if name in given}
-                _check_any_rotors(require)
-                run_once = once or not table.repeats
-                return show(
-                    validate_geometry(table.alpha, stated, once=run_once, **floor)
-                )
             note = _note_on_certificate(gait_file, table, given)
             source = table.once() if once else table
         with naming_file(gait_file):
             report = validate(source, **given)
+        if report.valid is None:
+            _check_any_rotors(require)
         if note:
             report = replace(report, notes=(*report.notes, note))
     if not (wants_json() or "vehicle" in given or states_vehicle):

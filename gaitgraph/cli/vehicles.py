@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import isclose
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -81,9 +82,7 @@ def vehicles_command(
     known = [
         vehicle_named(one) for one in (preset_names() if given is None else [given])
     ]
-    rows = [
-        {**one.as_mapping(), "delta": _crossing_of(one, coefficients)} for one in known
-    ]
+    rows = [{**one.as_mapping(), **_crossings_of(one, coefficients)} for one in known]
     if wants_json():
         print_json({"vehicles": rows})
         return 0
@@ -93,8 +92,9 @@ def vehicles_command(
         )
         for warning in (*unlikely, *one.warnings):
             print_problem(f"warning: {warning}")
-        crossing = one.asymmetry or f"δ = {row['delta']:.6f} rad"
-        click.echo(f"{one.name}: κ = {one.drag_ratio:.6f}, {crossing}")
+        click.echo(
+            f"{one.name}: κ = {one.drag_ratio:.6f}, {_crossing_text(one, row['crossings'])}"
+        )
         click.echo("\n".join(str(one).splitlines()[1:]))
     if output is not None:
         click.echo(f"wrote {output}")
@@ -120,10 +120,21 @@ def _show_description(source: str) -> int:
     return 1 if found.reasons or "drag_to_thrust" in found.missing else 0
 
 
-def _crossing_of(vehicle: Vehicle, coefficients: Any) -> float | None:
-    """Return the crossing angle δ, None for a vehicle that is not symmetric [rad]."""
+def _crossings_of(vehicle: Vehicle, coefficients: Any) -> dict[str, Any]:
+    """Return the crossing angle δ, and the crossing lines of α1 and of α2 [rad]; None for a vehicle that is not symmetric."""
     from gaitgraph.invertibility.coefficients import coefficients_of
 
     if vehicle.asymmetry is not None:
-        return None
-    return coefficients_of(vehicle, coefficients).delta
+        return dict.fromkeys(("delta", "crossings"))
+    first, second = coefficients_of(vehicle, coefficients).crossings
+    return {"delta": first, "crossings": [first, second]}
+
+
+def _crossing_text(vehicle: Vehicle, crossings: list[float] | None) -> str:
+    """Return the crossing angle δ of both pairs of arms, or of each if they differ; else the pair that is not symmetric."""
+    if crossings is None:
+        return str(vehicle.asymmetry)
+    first, second = crossings
+    if isclose(first, -second, rel_tol=1e-9):
+        return f"δ = {first:.6f} rad"
+    return f"planes cross at α1 = {first:.6f} rad and α2 = {second:.6f} rad"

@@ -346,7 +346,6 @@ def lift(
         allowed = f"'red' or 'blue', one for all or for each of the {len(plane)} points"
         raise InputError(f"colors must be {allowed}, got {shown(colors)}")
     numbers = coefficients_of(vehicle, coefficients)
-    check_symmetric(numbers.rotors)
     alpha = points_on_sheets(plane[:, 0], plane[:, 1], names, numbers)
     return Gait(
         alpha=alpha,
@@ -364,6 +363,7 @@ def points_on_sheets(
     coefficients: Coefficients,
 ) -> FloatArray:
     """Return the points of the sheets above (α1, α2), each on that of its color, shape (n, 4) [rad]."""
+    check_symmetric(coefficients.rotors)
     a1, a2 = checked_plane_angles(alpha1, alpha2)
     if set(colors) == {
         "red"

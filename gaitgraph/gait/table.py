@@ -30,6 +30,7 @@ from gaitgraph.gait.gait import Gait, points_on_sheets
 from gaitgraph.invertibility.coefficients import (
     Coefficients,
     CoefficientsLike,
+    check_symmetric,
     coefficients_of,
 )
 from gaitgraph.invertibility.matrices import (
@@ -416,6 +417,7 @@ def lifted_rows(
     table: Table, coefficients: Coefficients, tolerance: float = DEFAULT_TOLERANCE
 ) -> tuple[FloatArray, npt.NDArray[np.int8]]:
     """Return the tilt angles [rad] and the color of each row, as stated or by its place; 0 for none."""
+    check_symmetric(coefficients.rotors)
     alpha = angles_from(tilt_angles(table, coefficients), "alpha")
     if "color" in table:
         return alpha, color_codes(table["color"])
@@ -570,6 +572,7 @@ def closed_rows(
         else {}
     )
     vehicle, numbers, crossing = surface_of(table, vehicle, coefficients)
+    check_symmetric(numbers.rotors)
     alpha, t = tilt_angles(table, numbers), table.columns.get("t")
     colors = tuple(table["color"]) if "color" in table else colors_of(alpha, numbers)
     warn_of_ends(table, name)

@@ -220,7 +220,7 @@ def check_symmetric(rotors: Rotors) -> None:
     if rotors.asymmetry is not None:
         raise InputError(
             "vehicle must be mapped to itself by a half turn about body z to have planes of gaits, got "
-            f"{rotors.asymmetry}; gaitgraph validate judges its tables, in Python validate_geometry",
+            f"{rotors.asymmetry}; gaitgraph validate judges its tables, in Python validate",
             field="vehicle",
         )
 

@@ -31,6 +31,7 @@ from gaitgraph.gait.table import (
     check_repeats,
     closing_time,
     is_closed,
+    note_on_ends,
     surface_of,
     tilt_angles,
     warn_of_ends,
@@ -212,7 +213,11 @@ class Retargeted:
             lines.append(word + report.verdict)
             if not report.flyable:
                 lines.append(f"        {report.reason}")
-        return lines + [f"warning: {warning}" for warning in self.warnings]
+        lines += [f"warning: {warning}" for warning in self.warnings]
+        told = () if self.table is None else (note_on_ends(self.table.alpha),)
+        return lines + [
+            f"warning: {warning}" for warning in self.after.notes if warning not in told
+        ]
 
     @property
     def _little(self) -> str:

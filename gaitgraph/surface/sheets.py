@@ -688,8 +688,16 @@ def _red_curves(vehicle: Vehicle) -> tuple[str, str, str]:
         if equal_arms:
             first, second = f"{first} (β1 = ∓π/2)", f"{second} (β2 = ±π/2)"
         return first, second, saddle
-    one, two, both = roll.ravel()[[2, 1, 3]] / roll[0, 0]
-    curve = f"the curve 1 + {one:.4g} tan α1 + {two:.4g} tan α2 + {both:.4g} tan α1 tan α2 = 0"
+    terms = zip(
+        roll.ravel()[[2, 1, 3]] / roll[0, 0],
+        ("tan α1", "tan α2", "tan α1 tan α2"),
+        strict=True,
+    )
+    sums = "".join(
+        f" {'−' if number < 0 else '+'} {abs(number):.4g} {term}"
+        for number, term in terms
+    )
+    curve = f"the curve 1{sums} = 0"
     if equal_arms:
         height = f"H = {vehicle.height_ratio:.4g}"
         curve = f"the curve (1 + κ tan α1)(1 − κ tan α2) = −H² tan α1 tan α2, {height}"

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,9 +19,8 @@ from gaitgraph.validation.report import (
     RATE_UNITS,
     Check,
     GaitPoint,
+    Report,
     State,
-    lines_of_checks,
-    not_judged_text,
 )
 from gaitgraph.validation.rules import check_of
 from gaitgraph.vehicle import Vehicle, VehicleLike, vehicle_named
@@ -33,59 +31,6 @@ if TYPE_CHECKING:
     from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.invertibility.segment_bounds import Least
 
-_FLYABLE = {True: "yes", False: "no", None: "undecided"}
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class GeometryReport:
-    """The checks of a tilt table of `rows` rows on a geometry; true in a condition if it can fly."""
-
-    checks: tuple[Check, ...]
-    rows: int
-    repeats: bool = True
-
-    @property
-    def flyable(self) -> bool | None:
-        """Whether every check holds; None if those that do not are undecided."""
-        if any(check.broken for check in self.checks):
-            return False
-        return True if all(check.ok for check in self.checks) else None
-
-    @property
-    def not_judged(self) -> tuple[str, ...]:
-        """The conditions of flyable that were not judged: a geometry states tilt ranges, and no other limits."""
-        judged = {check.name for check in self.checks}
-        return tuple(name for name in LIMITED if name not in judged)
-
-    def __bool__(self) -> bool:
-        return bool(self.flyable)
-
-    def as_mapping(self) -> dict[str, Any]:
-        """Return plain values, ready for JSON: those of a Report, None where a rule does not apply."""
-        return {
-            "valid": None,
-            "two_color": None,
-            "reachable_from_hover": None,
-            "colorings": None,
-            "colorings_count": None,
-            "hover_power": None,
-            "flyable": self.flyable,
-            "not_judged": list(self.not_judged),
-            "checks": [check.as_mapping() for check in self.checks],
-            "warnings": [],
-            "repeats": self.repeats,
-            "rows": self.rows,
-        }
-
-    def __repr__(self) -> str:
-        verdict = _FLYABLE[self.flyable]
-        return f"<GeometryReport: flyable {verdict}, {len(self.checks)} checks of {self.rows} rows>"
-
-    def __str__(self) -> str:
-        verdict = f"Flyable: {_FLYABLE[self.flyable]}. The paper's rules do not apply to this geometry."
-        verdict = f"{verdict} {not_judged_text(self.not_judged)}".rstrip()
-        return "\n".join([verdict, *lines_of_checks(self.checks)])
-
 
 def validate_geometry(
     table: str | Path | npt.ArrayLike,
@@ -93,7 +38,7 @@ def validate_geometry(
     *,
     floor: float = DEFAULT_FLOOR,
     once: bool = False,
-) -> GeometryReport:
+) -> Report:
     """Return whether rotors of any geometry can fly a tilt table, proven along the straight segments between its rows.
 
     Parameters
@@ -110,8 +55,8 @@ def validate_geometry(
 
     Returns
     -------
-    GeometryReport
-        With the checks `least_singular_value`, `hover_thrust`, unless the matrix is nearly singular, and
+    Report
+        Of physics alone, with the checks `least_singular_value`, `hover_thrust`, unless the matrix is nearly singular, and
         `tilt_range`, if there are ranges.
 
     Raises
@@ -143,7 +88,13 @@ def validate_geometry(
         checks.append(_hover_thrust(geometry, points))
     if np.isfinite(geometry.tilt_range).any():
         checks.append(_tilt_range(geometry, alpha))
-    return GeometryReport(checks=tuple(checks), rows=len(alpha), repeats=not is_path)
+    judged = {check.name for check in checks}
+    return Report(
+        checks=tuple(checks),
+        rows=len(alpha),
+        repeats=not is_path,
+        unlimited=tuple(name for name in LIMITED if name not in judged),
+    )
 
 
 def _check_no_limits(vehicle: Vehicle) -> None:

@@ -33,7 +33,7 @@ from gaitgraph.invertibility.segment_bounds import (
 )
 from gaitgraph.surface.blocks import yaw_block
 from gaitgraph.surface.sheets import HOVER_LABEL, home_in_words, red_label
-from gaitgraph.tolerances import DEFAULT_TOLERANCE, SAME_ANGLE
+from gaitgraph.tolerances import DEFAULT_TOLERANCE, IDLE_SHARE, SAME_ANGLE
 from gaitgraph.validation.report import (
     LIMITED,
     RATE_CHECKS,
@@ -50,6 +50,7 @@ from gaitgraph.validation.rules import (
     compared,
     continuous,
     fit_of,
+    idle_pair,
     on_surface,
     residual_of,
     two_color,
@@ -335,13 +336,12 @@ def _idle_or_down(
         size = ""
     else:
         place, value = segments.place(segment + end), least
-        size = f" (least {figure(least)} of m·g)" if math.isfinite(least) else ""
-    idle = np.flatnonzero(
-        np.abs(hover_thrust_shares(np.array(place.alpha), vehicle)) <= DEFAULT_TOLERANCE
-    )
-    rotors = ""
-    if len(idle) == 2:
-        rotors = f", where rotors {idle[0] + 1} and {idle[1] + 1} idle"
+        size = ""
+        if math.isfinite(least):
+            printed = 0.0 if abs(least) <= IDLE_SHARE else least
+            size = f" (least {figure(printed)} of m·g)"
+    idle = idle_pair(place, vehicle)
+    rotors = f", where {idle} idle" if idle else ""
     first, second = level_of_vehicle(vehicle).crossings
     sides = f"α1 < {first:.4f} and α2 > {second:.4f}"
     if math.isclose(first, -second):

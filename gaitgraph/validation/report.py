@@ -247,12 +247,15 @@ def unlikely_limits(limits: Mapping[str, Any]) -> list[str]:
 class Report(Pictured):
     """All checks of one gait; false in a condition if it is not valid.
 
+    The paper's rules do not apply to rotors that no half turn maps to each other: such a report has checks of physics
+    alone, `valid` is None, and it is false in a condition if the gait is not flyable.
+
     Parameters
     ----------
     checks
         One for each rule.
     reachable_from_hover, reachability
-        Whether a flight from hover can enter and leave the gait, None if undecided; and the reason.
+        Whether a flight from hover can enter and leave the gait, None if undecided or not asked; and the reason.
     notes
         Warnings that belong to no rule.
     rows
@@ -273,8 +276,8 @@ class Report(Pictured):
     """
 
     checks: tuple[Check, ...]
-    reachable_from_hover: bool | None
-    reachability: str
+    reachable_from_hover: bool | None = None
+    reachability: str = ""
     notes: tuple[str, ...] = ()
     rows: int | None = None
     listing: Colorings | None = None
@@ -286,19 +289,28 @@ class Report(Pictured):
     hover_thrusts: tuple[float, float] | None = None
 
     @property
-    def valid(self) -> bool:
-        """Whether every rule of the paper holds."""
-        return not any(check.broken for check in self.checks if check.kind == "valid")
+    def valid(self) -> bool | None:
+        """Whether every rule of the paper holds, None where these do not apply."""
+        rules = [check for check in self.checks if check.kind == "valid"]
+        if not rules:
+            return None
+        return not any(check.broken for check in rules)
 
     @property
-    def two_color(self) -> bool:
-        """Whether every adjacent pair obeys Figure 15."""
-        return self["two_color"].ok
+    def two_color(self) -> bool | None:
+        """Whether every adjacent pair obeys Figure 15, None where that does not apply."""
+        return None if self.valid is None else self["two_color"].ok
 
     @property
-    def flyable(self) -> bool:
-        """Whether the gait is valid, its sign of R decided, and every physical check holds."""
-        return all(check.ok for check in self.checks)
+    def flyable(self) -> bool | None:
+        """Whether the gait is valid, its sign of R decided, and every physical check holds.
+
+        None where the paper's rules do not apply and no check is broken, but one is undecided.
+        """
+        if all(check.ok for check in self.checks):
+            return True
+        is_open = self.valid is None and not any(check.broken for check in self.checks)
+        return None if is_open else False
 
     @property
     def not_judged(self) -> tuple[str, ...]:
@@ -324,6 +336,11 @@ class Report(Pictured):
         return (*undecided, *self._unlikely, *self.notes, *self.said)
 
     @property
+    def warning_lines(self) -> list[str]:
+        """The warnings as lines of text, but for those that a check or the reader of the table tells."""
+        return [f"warning: {warning}" for warning in (*self._unlikely, *self.notes)]
+
+    @property
     def _unlikely(self) -> list[str]:
         return unlikely_limits(
             {check.name.removeprefix("tilt_"): check.limit for check in self.checks}
@@ -333,7 +350,7 @@ class Report(Pictured):
         return {check.name: check for check in self.checks}[name]
 
     def __bool__(self) -> bool:
-        return self.valid
+        return bool(self.flyable if self.valid is None else self.valid)
 
     def with_checks(self, more: Iterable[Check]) -> Report:
         """Return the report with more checks."""
@@ -354,6 +371,8 @@ class Report(Pictured):
         }
         if self.rows is not None:
             out["rows"] = self.rows
+        if self.valid is None:
+            out |= dict.fromkeys(("colorings", "colorings_count"))
         if self.listing is not None:
             first = self.listing.first
             out["colorings"] = [list(coloring.colors) for coloring in first]
@@ -375,6 +394,11 @@ class Report(Pictured):
 
     @property
     def _answers(self) -> str:
+        if self.valid is None:
+            flyable = "undecided" if self.flyable is None else _YES[self.flyable]
+            return (
+                f"Flyable: {flyable}. The paper's rules do not apply to this geometry."
+            )
         flyable, valid, reachable = (
             _YES[one] for one in (self.flyable, self.valid, self.reachable_from_hover)
         )
@@ -391,13 +415,9 @@ class Report(Pictured):
 
     def __str__(self) -> str:
         lines = self.lines
-        lines.append(
-            _line(
-                "ok" if self.reachable_from_hover else "--",
-                "reachable from hover",
-                self.reachability,
-            )
-        )
+        if self.reachability:
+            mark = "ok" if self.reachable_from_hover else "--"
+            lines.append(_line(mark, "reachable from hover", self.reachability))
         if self.listing is not None:
             lines.append(
                 _line(
@@ -406,8 +426,7 @@ class Report(Pictured):
                     self.listing.in_report,
                 )
             )
-        lines += [f"warning: {warning}" for warning in (*self._unlikely, *self.notes)]
-        return "\n".join(lines)
+        return "\n".join([*lines, *self.warning_lines])
 
     def __repr__(self) -> str:
         broken = [

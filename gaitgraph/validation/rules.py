@@ -16,7 +16,7 @@ import numpy as np
 
 from gaitgraph.angles import angle_within, checked_number
 from gaitgraph.invertibility.coefficients import is_red
-from gaitgraph.invertibility.matrices import singular_value_rate
+from gaitgraph.invertibility.matrices import hover_thrust_shares, singular_value_rate
 from gaitgraph.invertibility.segment_bounds import largest_residual
 from gaitgraph.surface.sheets import (
     COLORS,
@@ -29,7 +29,11 @@ from gaitgraph.surface.sheets import (
     text_from_types,
     types_at,
 )
-from gaitgraph.tolerances import DEFAULT_CROSSING_TOLERANCE, SAME_ANGLE
+from gaitgraph.tolerances import (
+    DEFAULT_CROSSING_TOLERANCE,
+    DEFAULT_TOLERANCE,
+    SAME_ANGLE,
+)
 from gaitgraph.validation.report import Check, GaitPoint, State, state_of
 
 if TYPE_CHECKING:
@@ -199,6 +203,15 @@ def check_of(
         limit=limit,
         where=None if place is None else place.as_mapping(),
     )
+
+
+def idle_pair(place: GaitPoint, vehicle: Vehicle) -> str:
+    """Return the pair of rotors that idles in hover at a place, such as "rotors 1 and 3", "" if none does."""
+    shares = hover_thrust_shares(np.array(place.alpha), vehicle)
+    idle = np.flatnonzero(np.abs(shares) <= DEFAULT_TOLERANCE)
+    if len(idle) != 2:
+        return ""
+    return f"rotors {idle[0] + 1} and {idle[1] + 1}"
 
 
 # -- How points lie to the sheets
@@ -382,7 +395,11 @@ def continuous(segments: Segments, criteria: Criteria, fit: Fit) -> tuple[Check,
     tolerance, bare = criteria.tolerance, np.flatnonzero(segments.color == 0)
     if len(bare):
         place = segments.place(bare[0])
-        message = f"{place} lies on neither sheet: {_TAKE_ROOTS}"
+        idle = idle_pair(place, criteria.vehicle)
+        lies = f"{place} lies on neither sheet"
+        if idle:
+            lies = f"{idle} idle at {place}, which lies on neither sheet"
+        message = f"{lies}: {_TAKE_ROOTS}"
         broken = check_of(
             "continuous", "valid", False, message, limit=tolerance, place=place
         )

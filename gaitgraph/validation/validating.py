@@ -16,11 +16,19 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gaitgraph.errors import InputError, shown
 from gaitgraph.gait.gait import Gait
-from gaitgraph.gait.table import Table, closed_rows, motion_of, surface_of
+from gaitgraph.gait.table import (
+    Table,
+    closed_rows,
+    motion_of,
+    surface_of,
+    tilt_angles,
+)
 from gaitgraph.io.formats import given_gait, naming_file
 from gaitgraph.surface.loop_colorings import colorings
 from gaitgraph.tolerances import DEFAULT_FLOOR, DEFAULT_TOLERANCE
+from gaitgraph.validation.any_rotors import validate_geometry
 from gaitgraph.validation.physics import report_of
 from gaitgraph.validation.report import RATE_CHECKS, Report
 from gaitgraph.validation.rows import report_of_rows, segments_along_cubics
@@ -30,7 +38,7 @@ if TYPE_CHECKING:
     from gaitgraph.invertibility.coefficients import CoefficientsLike
     from gaitgraph.invertibility.forms import FloatArray
     from gaitgraph.io.formats import GaitLike
-    from gaitgraph.vehicle import VehicleLike
+    from gaitgraph.vehicle import Vehicle, VehicleLike
 
 _PASSING = 2e-4  # of limits, by cubics through samples of a motion [rad, or a share]
 _WORSE = dict.fromkeys((*RATE_CHECKS, "on_surface", "thrust_limit"), 1.0)
@@ -116,7 +124,8 @@ def validate(
     Returns
     -------
     Report
-        False in a condition if the gait is not valid. For a table `where` holds the row, counted from 1, at which a
+        False in a condition if the gait is not valid. Where no half turn maps the rotors to each other, it is that of
+        :func:`gaitgraph.validation.any_rotors.validate_geometry`. For a table `where` holds the row, counted from 1, at which a
         segment starts, the fraction along it, the time and the tilt angles.
 
     Raises
@@ -150,11 +159,17 @@ def validate(
     }
     if isinstance(source, Table):
         with naming_file(gait):
+            body, numbers, _ = surface_of(source, vehicle, coefficients)
+            if body.asymmetry is not None:
+                alpha = tilt_angles(source, numbers)
+                return _report_of_physics(alpha, body, source.repeats, choices | limits)
             return _report_of_table(source, choices, limits)
+    bare = source if isinstance(source, Gait) else source.gait
+    if bare.vehicle.asymmetry is not None:
+        return _report_of_physics(bare.alpha, bare.vehicle, True, limits)
     if not getattr(source, "repeats", True):
         judged: Report = source.check(**limits)  # colourings are of loops
         return judged
-    bare = source if isinstance(source, Gait) else source.gait
     report = check_gait(bare, **limits)
     if bare is not source:
         report = report.with_timing(source)
@@ -166,6 +181,22 @@ def validate(
         crossing_tolerance=bare.crossing_tolerance,
     )
     return replace(report, listing=loop)
+
+
+def _report_of_physics(
+    alpha: FloatArray, vehicle: Vehicle, repeats: bool, options: dict[str, Any]
+) -> Report:
+    """Return every check of straight segments on rotors that no half turn maps to each other."""
+    unused = {"tolerance": DEFAULT_TOLERANCE, "angle_rounding": None}
+    unused |= {"coefficients": None, "crossing_tolerance": None}
+    for name, default in unused.items():
+        stated = options.get(name, default)
+        if stated != default:
+            raise InputError(
+                f"{name} must be omitted for rotors of any geometry, got {shown(stated)}",
+                field=name,
+            )
+    return validate_geometry(alpha, vehicle, floor=options["floor"], once=not repeats)
 
 
 def _report_of_table(
