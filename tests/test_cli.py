@@ -20,6 +20,7 @@ import gaitgraph as gg
 import gaitgraph.cli as terminal
 from gaitgraph.cli import COMMANDS
 from gaitgraph.io.formats import read_table
+from gaitgraph.planning.request import CHOICES, REQUEST_FIELDS
 from gaitgraph.timing.laws import LAWS
 from gaitgraph.timing.time_optimal import Limits, least_period
 from tests.published import GAITS, PublishedGait
@@ -768,3 +769,14 @@ def test_an_answer_does_not_run_into_the_progress_line() -> None:
     )  # as wide as the terminal, and no line more
     assert before.endswith(" \r")
     assert after.startswith("\r\n")
+
+
+def test_options_of_plan_are_the_fields_of_a_request() -> None:
+    from gaitgraph.cli.plan import plan_command
+
+    options: dict[Any, Any] = {option.name: option for option in plan_command.params}
+    assert {*REQUEST_FIELDS} <= {*options}
+    for name, words in CHOICES.items():
+        text = options[name].help
+        assert all(word in text for word in words)
+        assert f"[default: {REQUEST_FIELDS[name]}" in text

@@ -200,7 +200,9 @@ OF_A_VEHICLE: dict[str, Callable[[Any], Any]] = {
     "ServoMap.linked_to": gg.io.servo_map_named("x_frame").linked_to,
     "ServoMap.check_vehicle": gg.io.servo_map_named("x_frame").check_vehicle,
     "planning.Replanner": lambda one: gg.planning.Replanner(one, rate=5.0).vehicle,
-    "planning.plan_request": lambda one: gg.planning.plan_request(LOOP, vehicle=one),
+    "planning.PlanRequest": lambda one: gg.planning.PlanRequest(
+        waypoints=tuple(LOOP), vehicle=one
+    ),
     "plots.draw": lambda one: gg.plots.draw("2", vehicle=one).axes[0].lines,
     "plots.regions_map": lambda one: gg.plots.regions_map(one).lines,
     "plots.singular_value_map": lambda one: gg.plots.singular_value_map(one).lines,
@@ -243,7 +245,6 @@ OF_ANGLES = (
     "level_determinant roll_sensitivity pitch_sensitivity nearest_singular_attitude tilt_margin"
 ).split()
 ANSWERS = {  # records that functions return
-    "planning.PlanRequest",
     "planning.Replan",
     "robustness.RobustnessReport",
     "timing.Curve",

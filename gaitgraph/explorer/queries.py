@@ -27,7 +27,7 @@ from gaitgraph.graph.build import DEFAULT_DIVISIONS
 from gaitgraph.invertibility import matrices
 from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.planning.planner import plan
-from gaitgraph.planning.request import PlanRequest, plan_request
+from gaitgraph.planning.request import REQUEST_FIELDS, PlanRequest, plan_request
 from gaitgraph.plots.vehicles import vehicle_view
 from gaitgraph.robustness.biased import robustness_of
 from gaitgraph.surface.sheets import (
@@ -38,7 +38,6 @@ from gaitgraph.surface.sheets import (
     text_from_types,
     types_of,
 )
-from gaitgraph.timing.laws import DEFAULT_LAW
 from gaitgraph.timing.timed_gait import DEFAULT_SAMPLES, checked_clock
 from gaitgraph.tolerances import DEFAULT_FLOOR
 from gaitgraph.validation.report import not_judged_text, verdict_of
@@ -99,12 +98,17 @@ RANGES: dict[str, Range] = {
 """The ranges of the numbers of a state; the library allows more divisions and samples, and a finer accuracy."""
 
 DEFAULTS: dict[str, Any] = {
-    "waypoints": [], "color": "auto", "sign": "auto", "objective": "shortest", "method": "exact",
-    "require": "flyable", "divisions": 16, "any_order": False, "reverse": False, "keep_out": [], "keep_in": [],
-    "vehicle": PAPER.name, "drag_ratio": None, "coefficients": None,
+    **REQUEST_FIELDS,
+    "waypoints": [],
+    "keep_out": [],
+    "keep_in": [],
+    "vehicle": PAPER.name,
+    "drag_ratio": None,
     "accuracy": 1e-4,  # coarser than in the library, so that dragging is smooth
-    "period": 1.0, "law": DEFAULT_LAW, "samples": DEFAULT_SAMPLES, "eta": 0.8,
-}  # fmt: skip
+    "samples": DEFAULT_SAMPLES,
+    "eta": 0.8,
+}
+del DEFAULTS["floor"]  # which the page does not let choose
 """The state of an empty page."""
 
 _NOT_OF_A_REQUEST = ("drag_ratio", "samples", "eta")

@@ -30,7 +30,7 @@ from gaitgraph.graph.build import checked_waypoints
 from gaitgraph.invertibility.coefficients import coefficients_of
 from gaitgraph.invertibility.matrices import largest_least_singular_value
 from gaitgraph.optimization import least_effort
-from gaitgraph.planning.request import merged_repeats
+from gaitgraph.planning.request import groups_of_repeats, merge_notes
 from gaitgraph.planning.shortest_paths import ShortestPaths
 from gaitgraph.surface.admissible import (
     admissible_region,
@@ -350,7 +350,8 @@ def _discs(waypoints: Any, radius: Any) -> tuple[Discs, tuple[str, ...]]:
             field="radius",
         )
     radii = np.array([angle_within(value, "radius", least=0.0) for value in each])
-    groups, notes = merged_repeats(points)
+    groups = groups_of_repeats(points)
+    notes = merge_notes(len(points) - len(groups))
     centers = np.array([points[group[0]] for group in groups])
     least = np.array([radii[group].min() for group in groups])
     return Discs(read_only(centers), read_only(least)), notes

@@ -51,7 +51,7 @@ if TYPE_CHECKING:
 
     from gaitgraph.gait.gait import Gait
     from gaitgraph.invertibility.coefficients import CoefficientsLike
-    from gaitgraph.planning.request import PlanRequest, Point, Use
+    from gaitgraph.planning.request import PlanRequest, Point, Requirement
     from gaitgraph.planning.shortest_paths import ShortestPaths
     from gaitgraph.surface.region import Points, Region
     from gaitgraph.surface.sheets import SignChoice
@@ -118,7 +118,7 @@ def any_angle_paths(
     return found
 
 
-def shortest_path(branch: Branch, use: Use) -> Leg | None:
+def shortest_path(branch: Branch, use: Requirement) -> Leg | None:
     """Return the shortest path from the first waypoint of a branch to the last, or None if there is none."""
     start, end = branch.request.waypoints[0], branch.request.waypoints[-1]
     if straight_loop_holds(branch, use):
@@ -193,7 +193,7 @@ def first_outside(branch: Branch, region: PreparedRegion) -> Obstacle | None:
     return None
 
 
-def _most_robust_region(branch: Branch, use: Use) -> PreparedRegion:
+def _most_robust_region(branch: Branch, use: Requirement) -> PreparedRegion:
     """Return the region with the highest floor of the least singular value that still joins all waypoints."""
     points = branch.request.waypoints
     plane = np.array(points)
@@ -289,7 +289,9 @@ def _zones_allow(branch: Branch) -> bool:
     )
 
 
-def straight_loop_holds(branch: Branch, use: Use, *, robust: bool = False) -> bool:
+def straight_loop_holds(
+    branch: Branch, use: Requirement, *, robust: bool = False
+) -> bool:
     """Return whether the straight loop is admissible everywhere, and with `robust` whether no other is better."""
     request, coefficients = branch.request, branch.coefficients
     if not _zones_allow(branch):
@@ -395,7 +397,7 @@ def length_of(points: Sequence[Sequence[float]]) -> float:
 
 
 def prepared_region(
-    branch: Branch, use: Use, floor: float | None = None
+    branch: Branch, use: Requirement, floor: float | None = None
 ) -> PreparedRegion:
     """Return the region in which loops of a branch are planned, with the request's floor or another one."""
     request = branch.request
@@ -429,7 +431,9 @@ def _prepared(**asked: Any) -> PreparedRegion:
     return PreparedRegion(region)
 
 
-def region_of(request: PlanRequest, color: Color, sign: Sign, use: Use) -> Region:
+def region_of(
+    request: PlanRequest, color: Color, sign: Sign, use: Requirement
+) -> Region:
     """Return the region in which loops of one color and sign of R are planned for a request."""
     return prepared_region(Branch(request=request, color=color, sign=sign), use).region
 
@@ -564,7 +568,7 @@ class Location:
 def location_of(
     waypoints: Points,
     *,
-    use: Use = "flyable",
+    use: Requirement = "flyable",
     color: Color = "red",
     sign: SignChoice = "auto",
     vehicle: VehicleLike = PAPER,
@@ -616,7 +620,7 @@ def location_of(
     return located(request, use=use)
 
 
-def located(request: PlanRequest, *, use: Use = "flyable") -> Location:
+def located(request: PlanRequest, *, use: Requirement = "flyable") -> Location:
     """Return what :func:`location_of` does, for the waypoints of a request; its color "auto" is red.
 
     Without waypoints the answer has the parts of the regions alone.

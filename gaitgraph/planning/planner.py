@@ -22,18 +22,10 @@ from gaitgraph.pictured import Pictured
 from gaitgraph.planning.any_angle import any_angle_paths, with_nearest
 from gaitgraph.planning.grid import grid_paths, request_graph
 from gaitgraph.planning.refusal import FoundPath, Obstacle, branches_of
-from gaitgraph.planning.request import (
-    REQUEST_FIELDS,
-    PlanRequest,
-    plan_request,
-    read_request,
-)
+from gaitgraph.planning.request import PlanRequest, plan_request, read_request
 from gaitgraph.surface.sheets import RELATION
-from gaitgraph.timing.laws import DEFAULT_LAW, LawName
 from gaitgraph.timing.timed_gait import TimedGait
-from gaitgraph.tolerances import DEFAULT_FLOOR
 from gaitgraph.validation.report import RATE_CHECKS, verdict_of
-from gaitgraph.vehicle import PAPER
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -43,9 +35,10 @@ if TYPE_CHECKING:
 
     from gaitgraph.gait.gait import Gait
     from gaitgraph.invertibility.coefficients import CoefficientsLike
-    from gaitgraph.planning.request import Method, Objective, Point, Use
+    from gaitgraph.planning.request import Method, Objective, Point, Requirement
     from gaitgraph.surface.region import Points
     from gaitgraph.surface.sheets import ColorChoice, Sign, SignChoice
+    from gaitgraph.timing.laws import LawName
     from gaitgraph.validation.report import Report
     from gaitgraph.vehicle import VehicleLike
 
@@ -301,22 +294,22 @@ class Plan(Pictured):
 def plan_loop(
     waypoints: Points,
     *,
-    color: ColorChoice = "auto",
-    sign: SignChoice = "auto",
-    objective: Objective = "shortest",
+    color: ColorChoice = PlanRequest.color,
+    sign: SignChoice = PlanRequest.sign,
+    objective: Objective = PlanRequest.objective,
     divisions: int | None = None,
-    vehicle: VehicleLike = PAPER,
-    coefficients: CoefficientsLike | None = None,
-    keep_out: Sequence[Points] = (),
-    keep_in: Sequence[Points] = (),
-    any_order: bool = False,
-    reverse: bool = False,
+    vehicle: VehicleLike = PlanRequest.vehicle,
+    coefficients: CoefficientsLike | None = PlanRequest.coefficients,
+    keep_out: Sequence[Points] = PlanRequest.keep_out,
+    keep_in: Sequence[Points] = PlanRequest.keep_in,
+    any_order: bool = PlanRequest.any_order,
+    reverse: bool = PlanRequest.reverse,
     method: Method | None = None,
-    accuracy: float = 1e-6,
-    period: float = 1.0,
-    law: LawName = DEFAULT_LAW,
-    floor: float = DEFAULT_FLOOR,
-    require: Use = "flyable",
+    accuracy: float = PlanRequest.accuracy,
+    period: float = PlanRequest.period,
+    law: LawName = PlanRequest.law,
+    floor: float = PlanRequest.floor,
+    require: Requirement = PlanRequest.require,
     progress: Callable[[str], None] | None = None,
 ) -> Plan:
     """Plan a closed gait through (α1, α2) waypoints, in order and back to the first.
@@ -372,7 +365,23 @@ def plan_loop(
     [1.178, -1.178, 1.178, -1.178]
     """
     request = plan_request(
-        **{name: value for name, value in locals().items() if name in REQUEST_FIELDS}
+        waypoints,
+        color=color,
+        sign=sign,
+        objective=objective,
+        divisions=divisions,
+        vehicle=vehicle,
+        coefficients=coefficients,
+        keep_out=keep_out,
+        keep_in=keep_in,
+        any_order=any_order,
+        reverse=reverse,
+        method=method,
+        accuracy=accuracy,
+        period=period,
+        law=law,
+        floor=floor,
+        require=require,
     )
     return plan(request, progress=progress)
 
@@ -388,7 +397,7 @@ def plan(
 ) -> Plan:
     """Answer a request; see :func:`plan_loop`."""
     graph_of = cache(lambda sign: request_graph(request, sign, progress))
-    uses: tuple[Use, ...] = (
+    uses: tuple[Requirement, ...] = (
         ("flyable",) if request.require == "flyable" else ("flyable", "valid")
     )
     found = _answer(request, uses, graph_of, progress)
@@ -431,7 +440,7 @@ def _warnings_of(loop: Loop, waypoints: Sequence[Point]) -> list[str]:
 
 def _answer(
     request: PlanRequest,
-    uses: tuple[Use, ...],
+    uses: tuple[Requirement, ...],
     graph_of: Callable[[Sign], nx.Graph[Any]],
     progress: Callable[[str], None] | None,
 ) -> Plan:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from gaitgraph.gait.gait import Gait
-    from gaitgraph.planning.request import PlanRequest, Point, Use
+    from gaitgraph.planning.request import PlanRequest, Point, Requirement
     from gaitgraph.surface.sheets import Color, Sign
     from gaitgraph.validation.report import Report
 
@@ -72,7 +72,7 @@ class Branch:
     request: PlanRequest
     color: Color
     sign: Sign
-    uses: tuple[Use, ...] = ()
+    uses: tuple[Requirement, ...] = ()
     """What loops are searched for, in order."""
 
     def __str__(self) -> str:
@@ -189,7 +189,7 @@ def _roots_above(
 
 
 def branches_of(
-    request: PlanRequest, uses: tuple[Use, ...] = ("flyable",)
+    request: PlanRequest, uses: tuple[Requirement, ...] = ("flyable",)
 ) -> list[Branch]:
     """Return the branches of color and sign of R that a request asks for and that can meet it, R > 0 first."""
     colors = (

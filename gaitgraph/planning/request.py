@@ -11,8 +11,8 @@ say how the gait table is sampled.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from inspect import signature
+from dataclasses import dataclass, fields
+from functools import cached_property
 from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args
@@ -34,7 +34,7 @@ from gaitgraph.graph.build import (
     checked_divisions,
     checked_waypoints,
 )
-from gaitgraph.invertibility.coefficients import CoefficientsLike, Kind, coefficients_of
+from gaitgraph.invertibility.coefficients import Kind, coefficients_of
 from gaitgraph.io.formats import (
     gait_of,
     holds_request,
@@ -44,7 +44,7 @@ from gaitgraph.io.formats import (
     unchecked_table,
 )
 from gaitgraph.surface.loop_colorings import colorings
-from gaitgraph.surface.region import Points, Zones, checked_accuracy
+from gaitgraph.surface.region import Corners, Points, Zones, checked_accuracy
 from gaitgraph.surface.sheets import ColorChoice, SignChoice
 from gaitgraph.timing.laws import DEFAULT_LAW, LawName
 from gaitgraph.timing.timed_gait import checked_clock
@@ -60,158 +60,159 @@ from gaitgraph.vehicle import (
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from gaitgraph.invertibility.coefficients import CoefficientsLike
     from gaitgraph.surface.loop_colorings import Colorings
 
 Point = tuple[float, float]
 Objective = Literal["shortest", "robust"]
 Method = Literal["grid", "exact"]
-Use = Literal["flyable", "valid"]
+Requirement = Literal["flyable", "valid"]
 
 CHOICES: dict[str, tuple[str, ...]] = {
     "color": get_args(ColorChoice),
     "sign": get_args(SignChoice),
     "objective": get_args(Objective),
     "method": get_args(Method),
-    "require": get_args(Use),
+    "require": get_args(Requirement),
 }
 """What fields that are names may be."""
 
 _SAMPLING = ("samples", "rate")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class PlanRequest:
-    """A complete request for a plan; :func:`plan_request` makes one from options.
+    """A complete request for a plan: the one list of its fields, with their defaults and checks.
 
-    The fields are the options of :func:`gaitgraph.planning.planner.plan_loop`, with the polygons in `zones`, None if
-    there are none; `notes` say what was changed. InputError if a choice is not allowed.
+    :func:`gaitgraph.planning.planner.plan_loop` says what each field means. Texts and files are read and waypoints that
+    repeat in a row merged, so that a request holds each value in one form; InputError if a value is malformed.
+    `coefficients` None are those of the vehicle. `merged` counts the waypoints that were left out.
     """
 
-    waypoints: tuple[Point, ...]
-    color: ColorChoice
-    sign: SignChoice
-    objective: Objective
-    divisions: int
-    vehicle: Vehicle
-    coefficients: Kind
-    zones: Zones | None
-    any_order: bool
-    reverse: bool
-    method: Method
-    accuracy: float
-    period: float
-    law: LawName
-    floor: float
-    require: Use
-    notes: tuple[str, ...]
+    waypoints: tuple[Point, ...] = ()
+    color: ColorChoice = "auto"
+    sign: SignChoice = "auto"
+    objective: Objective = "shortest"
+    divisions: int = DEFAULT_DIVISIONS
+    vehicle: Vehicle = PAPER
+    coefficients: Kind | None = None
+    keep_out: tuple[Corners, ...] = ()
+    keep_in: tuple[Corners, ...] = ()
+    any_order: bool = False
+    reverse: bool = False
+    method: Method = "exact"
+    accuracy: float = 1e-6
+    period: float = 1.0
+    law: LawName = DEFAULT_LAW
+    floor: float = DEFAULT_FLOOR
+    require: Requirement = "flyable"
+    merged: int = 0
 
     def __post_init__(self) -> None:
+        checked_clock(self.period, self.law)
+        with of_field("vehicle"):
+            vehicle = vehicle_named(self.vehicle)
+        with of_field("waypoints"):
+            points = checked_waypoints(self.waypoints, least=0)
+        groups = groups_of_repeats(points)
+        zones = Zones(keep_out=self.keep_out, keep_in=self.keep_in)
+        checked = {
+            "waypoints": tuple(points[group[0]] for group in groups),
+            "divisions": checked_divisions(self.divisions),
+            "vehicle": vehicle,
+            "coefficients": coefficients_of(vehicle, self.coefficients).kind,
+            "keep_out": zones.keep_out,
+            "keep_in": zones.keep_in,
+            "accuracy": checked_accuracy(self.accuracy),
+            "period": float(self.period),
+            "floor": checked_number("floor", self.floor),
+            "merged": self.merged + len(points) - len(groups),
+        }
         for name, words in CHOICES.items():
             checked_choice(name, getattr(self, name), words)
         for name in ("any_order", "reverse"):
-            if not isinstance(flag := getattr(self, name), bool):
+            flag = getattr(self, name)
+            if not isinstance(flag, bool):
                 raise InputError(
                     f"{name} must be true or false, got {shown(flag)}", field=name
                 )
+        for name, value in checked.items():
+            object.__setattr__(self, name, value)  # the record is frozen
+
+    @cached_property
+    def zones(self) -> Zones | None:
+        """The polygons, None if there are none."""
+        if not self.keep_out and not self.keep_in:
+            return None
+        return Zones(keep_out=self.keep_out, keep_in=self.keep_in)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was changed, and which polygons have no effect."""
+        notes = merge_notes(self.merged)
+        if self.zones is not None:
+            notes += self.zones.notes
+        return notes
 
     def as_mapping(self) -> dict[str, Any]:
         """Return the request as plain values, under the names that a request file uses."""
-        zones = self.zones or Zones()
-        listed = {
-            "waypoints": [list(point) for point in self.waypoints],
-            "vehicle": self.vehicle.as_mapping(),
-            "keep_out": [
-                [list(corner) for corner in polygon] for polygon in zones.keep_out
-            ],
-            "keep_in": [
-                [list(corner) for corner in polygon] for polygon in zones.keep_in
-            ],
-        }
-        return {
-            name: listed[name] if name in listed else getattr(self, name)
-            for name in REQUEST_FIELDS
-        }
+        plain = {name: getattr(self, name) for name in REQUEST_FIELDS}
+        plain["waypoints"] = [list(point) for point in self.waypoints]
+        plain["vehicle"] = self.vehicle.as_mapping()
+        for name in ("keep_out", "keep_in"):
+            plain[name] = [list(map(list, polygon)) for polygon in plain[name]]
+        return plain
+
+
+REQUEST_FIELDS = {
+    field.name: field.default for field in fields(PlanRequest) if field.name != "merged"
+}
+"""The fields of a request by name, as files and Python use them, with their defaults."""
 
 
 def plan_request(
     waypoints: Points,
     *,
-    color: ColorChoice = "auto",
-    sign: SignChoice = "auto",
-    objective: Objective = "shortest",
     divisions: int | None = None,
-    vehicle: VehicleLike = PAPER,
-    coefficients: CoefficientsLike | None = None,
-    keep_out: Sequence[Points] = (),
-    keep_in: Sequence[Points] = (),
-    any_order: bool = False,
-    reverse: bool = False,
     method: Method | None = None,
-    accuracy: float = 1e-6,
-    period: float = 1.0,
-    law: LawName = DEFAULT_LAW,
-    floor: float = DEFAULT_FLOOR,
-    require: Use = "flyable",
+    **options: Any,
 ) -> PlanRequest:
-    """Return the request for a plan, with texts and files read.
+    """Return the request for a plan through one or more waypoints; divisions that are given ask for the grid.
 
-    The options are those of :func:`gaitgraph.planning.planner.plan_loop`; InputError if one is malformed.
+    The other options are those of :func:`gaitgraph.planning.planner.plan_loop`; InputError if one is malformed.
 
     >>> request = plan_request([("pi/8", "-pi/8"), ("pi/8", "-pi/8")], vehicle="paper")
     >>> len(request.waypoints), request.method, request.coefficients
     (1, 'exact', 'published')
     """
-    fields: dict[str, Any] = {
-        name: value for name, value in locals().items() if not name.startswith("keep_")
-    }
-    checked_clock(period, law)
-    with of_field("vehicle"):
-        vehicle = vehicle_named(vehicle)
-    with of_field("waypoints"):
-        points = checked_waypoints(waypoints)
-    groups, notes = merged_repeats(points)
-    zones = Zones(keep_out=keep_out, keep_in=keep_in)
-    fields |= {
-        "waypoints": tuple(points[group[0]] for group in groups),
-        "divisions": checked_divisions(
-            DEFAULT_DIVISIONS if divisions is None else divisions
-        ),
-        "vehicle": vehicle,
-        "coefficients": coefficients_of(vehicle, coefficients).kind,
-        "method": method
-        if method is not None
-        else "exact"
-        if divisions is None
-        else "grid",
-        "accuracy": checked_accuracy(accuracy),
-        "period": float(period),
-        "floor": checked_number("floor", floor),
-    }
-    return PlanRequest(
-        **fields,
-        zones=zones if zones.keep_out or zones.keep_in else None,
-        notes=notes + zones.notes,
+    if method is None:
+        method = "exact" if divisions is None else "grid"
+    if divisions is None:
+        divisions = DEFAULT_DIVISIONS
+    given: Any = waypoints
+    request = PlanRequest(
+        waypoints=given, divisions=divisions, method=method, **options
     )
+    checked_waypoints(request.waypoints or waypoints)  # at least one
+    return request
 
 
-REQUEST_FIELDS = {
-    name: parameter.default
-    for name, parameter in signature(plan_request).parameters.items()
-}
-"""The fields of a request by name, as files and Python use them, with their defaults."""
-
-
-def merged_repeats(points: Sequence[Point]) -> tuple[list[list[int]], tuple[str, ...]]:
-    """Return the indices of waypoints, those together that repeat the one before, around the seam too; and notes."""
+def groups_of_repeats(points: Sequence[Point]) -> list[list[int]]:
+    """Return the indices of waypoints, those together that repeat the one before, around the seam too."""
     groups = [
         list(group) for _, group in groupby(range(len(points)), key=points.__getitem__)
     ]
     if len(groups) > 1 and points[-1] == points[0]:
         groups[0] += groups.pop()
-    dropped = len(points) - len(groups)
-    return groups, (
-        f"merged {dropped} waypoint{'s' * (dropped > 1)} that repeated the one before",
-    ) * (dropped > 0)
+    return groups
+
+
+def merge_notes(merged: int) -> tuple[str, ...]:
+    """Return the note that waypoints were merged, none if none were."""
+    if not merged:
+        return ()
+    plural = "s" if merged > 1 else ""
+    return (f"merged {merged} waypoint{plural} that repeated the one before",)
 
 
 def request_from_mapping(
