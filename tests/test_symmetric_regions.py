@@ -12,7 +12,7 @@ from scipy.ndimage import label
 
 from gaitgraph.angles import HALF_PI
 from gaitgraph.invertibility.forms import Sines, level_of, rotors_of
-from gaitgraph.surface import admissible, borders
+from gaitgraph.surface import admissible, borders, sheets
 from gaitgraph.surface.blocks import directions, roll_block, yaw_block
 from gaitgraph.surface.sheets import red_label, separating_factor
 from gaitgraph.vehicle import PAPER, Vehicle
@@ -104,9 +104,8 @@ def test_sets_follow_the_level_matrix(kind: str) -> None:
     largest = least(np.random.default_rng(1).uniform(-1.5, 1.5, (5000, 2))).max()
     for floor in (0.01 * largest, 0.5 * largest, 0.9 * largest):
         bands = [borders.singular_value_below(floor, one, tolerance) for one in blocks]
-        assert_follows(
-            shapely.union_all(bands), lambda at, f=floor: least(at) < f, tolerance
-        )
+        band = shapely.union_all([each.around(True, 0.0) for each in bands])
+        assert_follows(band, lambda at, f=floor: least(at) < f, tolerance)
     scale = 2 / level.rotors.drag_ratio
     size = np.abs(level.direction.table[..., 2]).max()
     for sign in (1, -1):
@@ -114,7 +113,7 @@ def test_sets_follow_the_level_matrix(kind: str) -> None:
             0.1 * size, sign * scale * blocks[0].form, blocks[1].form, tolerance
         )
         assert_follows(
-            below,
+            below.around(True, 0.0),
             lambda at, s=sign: s * level.direction.at(red(at))[2] < 0.1 * size,
             tolerance,
         )
@@ -122,10 +121,16 @@ def test_sets_follow_the_level_matrix(kind: str) -> None:
     for share in (0.2, 0.45, 1.0):
         above = borders.thrust_above(share, first, second, tolerance)
         assert_follows(
-            above,
+            above.around(True, 0.0),
             lambda at, s=share: (shares(at).min(axis=1) > 0) & (shares(at)[:, 0] > s),
             tolerance,
         )
+
+
+@every_vehicle
+def test_blue_of_exact_coefficients_has_no_sign_of_R(vehicle: Vehicle) -> None:
+    for sign in sheets.SIGNS:
+        assert admissible.sign_region(sign, vehicle, color="blue").outer.is_empty
 
 
 @every_vehicle

@@ -41,7 +41,8 @@ Bound = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]
 
 _BATCH = 1 << 14  # segments that are searched at once, so that memory is bounded
 _PARTS = 8  # of a step of a path on red
-_FEW, _PIECES = 64, 16  # few intervals are cut finer: an iteration over them is cheap
+# Few intervals are cut finer: an iteration over them is cheap.
+_FEW, _PIECES, _POINTS = 64, 16, 1024
 _LONG = 0.1  # a longer segment is hardly settled without a cut to this length [rad]
 _SHORT = 1e-13  # a shorter share of a segment is not cut
 _MOST_POINTS = 4_000_000  # that a search evaluates
@@ -193,7 +194,7 @@ class _Search:
             for row, bound in zip(self.lower, bounds, strict=True):
                 np.minimum.at(row, segment[closed] + offset, bound[closed])
             segment, low = segment[is_open], low[is_open]
-            pieces = _PIECES if len(segment) <= _FEW else 2
+            pieces = min(max(_POINTS // max(len(segment), 1), 2), _PIECES)
         part = slice(offset, offset + len(starts))
         np.minimum(self.lower[:, part], self.upper[:, part], out=self.lower[:, part])
 

@@ -30,7 +30,6 @@ from gaitgraph.surface.region import (
     Zones,
     checked_accuracy,
     chord_tolerance,
-    offset,
     polygons_of,
     rectangle,
     region_of,
@@ -63,6 +62,9 @@ _EPSILON = float(np.finfo(float).eps)
 _OPEN_MARGIN = (
     1e-9  # how far inside an open condition its straight border is drawn [rad]
 )
+# Where R need only be certain in spite of rounding, which a distance of all of its borders mostly does.
+_ROUNDED = 1e-11
+_CERTAIN_MARGIN, _AT_SADDLE = 3e-7, 1e-6  # rad
 _SEPARATING = 1e-6  # a floor that keeps polygons off R = 0 beyond rounding
 # Nearer to a limit than this the checks of a gait cannot decide along segments, and count it as beyond the limit.
 _DECIDED = 1.5e-6  # singular values; see invertibility.segment_bounds
@@ -100,6 +102,9 @@ def sign_region(
     if color == "red":
         judged = coefficients_of(vehicle, "exact")
         pair = _red_sign(wanted, vehicle, accuracy)
+        if 0 < least <= _ROUNDED:
+            apart = _red_sign(wanted, vehicle, accuracy, _CERTAIN_MARGIN)
+            pair[0] = _without_saddles(apart[0], least, wanted, judged)
         if least and _determinant_falls_below(least, wanted, pair[0], judged):
             pair = _determinant_above(least, wanted, vehicle, accuracy)
     else:
@@ -113,20 +118,38 @@ def sign_region(
     )
 
 
-def _red_sign(sign: int, vehicle: Vehicle, accuracy: float) -> Pair:
-    """Return where R has a sign on red: where the determinants of both blocks have the same sign, or opposite ones."""
+def _red_sign(
+    sign: int, vehicle: Vehicle, accuracy: float, margin: float = _OPEN_MARGIN
+) -> Pair:
+    """Return where R has a sign on red: where the determinants of both blocks have the same sign, or opposite ones.
+
+    The inner shape keeps the margin from straight borders [rad].
+    """
     turned = sign if vehicle.signed_drag_ratio > 0 else -sign
-    yaw, roll = _determinant_sides(vehicle, accuracy)
+    yaw, roll = _determinant_sides(vehicle, accuracy, margin)
     return _union([shapely.intersection(yaw[k], roll[k * turned]) for k in (1, -1)])
 
 
+def _without_saddles(
+    shape: BaseGeometry, least: float, sign: int, exact: Coefficients
+) -> BaseGeometry:
+    """Return polygons without the corners where both blocks are so small that |R| is below a value."""
+    alpha1, alpha2 = shapely.get_coordinates(shape).T
+    points = np.array([alpha1, alpha2, alpha1, alpha2]).T
+    low = sign * matrices.level_determinant(points, exact) < least
+    corners = shapely.points(alpha1[low], alpha2[low])
+    return shape.difference(shapely.union_all(shapely.buffer(corners, _AT_SADDLE)))
+
+
 @lru_cache(maxsize=32)
-def _determinant_sides(vehicle: Vehicle, accuracy: float) -> list[dict[int, Pair]]:
+def _determinant_sides(
+    vehicle: Vehicle, accuracy: float, margin: float
+) -> list[dict[int, Pair]]:
     """Return, for each block, where its determinant is positive and where it is negative."""
     found = []
     for block in (yaw_block(vehicle), roll_block(vehicle)):
         negative = borders.determinant_negative(block, chord_tolerance(accuracy))
-        reach = _OPEN_MARGIN if block.is_product else accuracy / 2
+        reach = margin if block.is_product else max(margin, accuracy / 2)
         positive = square_without(negative, reach)
         found.append({1: positive, -1: square_within(negative, reach)})
     return found
@@ -149,13 +172,13 @@ def _blue_sign(
     least: float, sign: int, coefficients: Coefficients, accuracy: float
 ) -> Pair:
     """Return where R has a sign on blue, and |R| is at least a value; its sign turns where α3 or α4 is wrapped by π."""
-    border = 2 * coefficients.delta - math.copysign(HALF_PI, coefficients.delta)
+    wraps = [2 * line - math.copysign(HALF_PI, line) for line in coefficients.crossings]
     tolerance, parts = chord_tolerance(accuracy), []
     for turned in (1, -1):
         below = borders.blue_determinant_below(
             least, sign * turned, coefficients, tolerance
         )
-        cells = _quarters(border, -border, -turned)
+        cells = _quarters(wraps[0], wraps[1], -turned)
         parts.append(shapely.intersection(cells, square_without(below, accuracy / 2)))
     return _union(parts)
 
@@ -375,8 +398,7 @@ def _thrust_limit(
     first, second = level_of(rotors_of(vehicle)).moment[:2, 2]
     tolerance = chord_tolerance(accuracy)
     above = borders.thrust_above(share, first, second, tolerance)
-    turned = borders.thrust_above(share, second, first, tolerance)
-    other = shapely.transform(turned, lambda at: at[:, ::-1])
+    other = borders.thrust_above(share, second, first, tolerance).transposed()
     # Each set is moved by itself: where both overlap by their errors alone, their union has no border to be moved.
     side = square_without if largest else square_within
     pair = shapely.intersection(side(above, accuracy / 2), side(other, accuracy / 2))
@@ -445,7 +467,10 @@ def _singular_value_polygon(
                 continue
             width, tolerance, reach = accuracy / 2, accuracy / 32, accuracy / 16
         band = borders.singular_value_below(width, block, tolerance)
-        shape = shape.difference(offset(band, reach if inside else -reach))
+        if inside:
+            shape = shape.difference(band.around(True, reach))
+        else:
+            shape = shape.intersection(band.around(False, reach))
     return shape
 
 
@@ -537,10 +562,14 @@ def _admissible(
     if floor < _SEPARATING:
         pairs = [signed(wanted) for wanted in signs]
         return region_of(_union(pairs), accuracy, condition) & region
-    # Each polygon is off R = 0, so R has one sign on it: remove where |R| is too small.
+    # Each polygon is off R = 0, so R has one sign on it: remove where |R| is too small. It is at least a product of
+    # four singular values, over 2κ.
     of_signs = _parts_of_signs(region, vehicle)
+    certain = floor**4 / (2 * vehicle.drag_ratio)
     for wanted in signs:
-        if _determinant_falls_below(least, wanted, of_signs[wanted][0], judged):
+        if certain < least and _determinant_falls_below(
+            least, wanted, of_signs[wanted][0], judged
+        ):
             of_signs[wanted] = shapely.intersection(of_signs[wanted], signed(wanted))
     pairs = [of_signs[wanted] for wanted in signs]
     return region_of(_union(pairs), region.accuracy, condition, *region.conditions)

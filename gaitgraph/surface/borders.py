@@ -19,8 +19,8 @@ its border is an explicit function of α1 (docs/theory.md, 18):
   F is compared once a part. h is uᵀ·S·u with S a function of α1, and so is |R| above a level;
 * the share of a pair of rotors in hover is above a limit where a product of a vector, a function of α1, with u2 is positive.
 
-Each function of a set returns polygons whose sides are nowhere farther than `tolerance` [rad] from its border, inside
-[−π/2, π/2]²; beyond the square they end anywhere.
+Each function of a set returns polygons of the set and of its complement (:class:`Halves`), whose sides are nowhere
+farther than `tolerance` [rad] from its border inside [−π/2, π/2]²; beyond the square they end anywhere.
 """
 
 from __future__ import annotations
@@ -30,18 +30,21 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import groupby, pairwise
-from operator import itemgetter
-from typing import TYPE_CHECKING, Any, NamedTuple
+from operator import attrgetter
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 import shapely
 
-from gaitgraph.angles import HALF_PI, wrapped
+from gaitgraph.angles import HALF_PI
 from gaitgraph.invertibility.forms import FloatArray, Sines
 from gaitgraph.surface.blocks import directions
 from gaitgraph.tolerances import ROUND_OFF
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from shapely import Polygon
     from shapely.geometry.base import BaseGeometry
 
@@ -49,19 +52,17 @@ if TYPE_CHECKING:
     from gaitgraph.surface.blocks import Block
 
 Function = Callable[[FloatArray], FloatArray]
+Condition = Callable[[FloatArray, FloatArray], npt.NDArray[np.bool_]]
 
 _FIRST_CHORDS = 8
 _MOST_ROUNDS = 40  # of dividing chords
 _NARROW = 1e-3  # of the tolerance
 _ON_CIRCLE = 1e-4  # how far from the unit circle a root may be that counts as on it
-_FAR = 20.0  # farther than any root
 _FULL = 2 * math.pi
-_END = (
-    HALF_PI + 0.3
-)  # beyond the square, so that its sides are no sides of the sets' polygons
-_BREAKING = np.array(
-    [0.0, HALF_PI, -_END, _END]
-)  # ordinates that no root crosses inside a band
+# Beyond the square, so that its sides are no sides of the sets' polygons.
+_END = HALF_PI + 0.3
+# Ordinates that no curve crosses between two breaks.
+_BREAKING = np.array([0.0, HALF_PI, -_END, _END])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -181,10 +182,180 @@ class Border:
         return np.asarray(np.where((slope > 0) & (bound <= reach), bound, np.inf))
 
 
-Root = tuple[Function, "Border | None"]  # ordinates, and None if they are on a line
-Edge = tuple[
-    float, Function, "Border | None"
-]  # of a band: w in its middle, and its ordinates
+class Edge(NamedTuple):
+    """A side of polygons over an interval of α1, with its ordinate in the middle [rad].
+
+    It is straight if `row` is None, else the part of a row of the curves that is near the ordinate.
+    """
+
+    low: float
+    high: float
+    ordinate: float
+    row: int | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Halves:
+    """Polygons where a condition holds and where it does not, which cover the surroundings of the square together."""
+
+    polygons: Mapping[bool, Sequence[Polygon]]
+
+    def around(self, holds: bool, reach: float) -> BaseGeometry:
+        """Return where the condition holds, or where it does not, with the border moved outward by `reach` [rad]."""
+        shape = shapely.union_all(self.polygons[holds])
+        return shape.buffer(reach, join_style="mitre")
+
+    def transposed(self) -> Halves:
+        """Return the halves with α1 and α2 in each other's place."""
+        turned = {
+            holds: [shapely.transform(each, lambda at: at[:, ::-1]) for each in half]
+            for holds, half in self.polygons.items()
+        }
+        return Halves(turned)
+
+
+@dataclass(frozen=True, slots=True)
+class Curves:
+    """Curves on which a condition changes: α2, modulo π, as functions of α1.
+
+    `rows` maps α1 of shape (k,) to a row for each curve, shape (n, k). They exist where `exist` is true. `border`
+    vanishes on all of them. Beside them there are straight `lines` of α2.
+    """
+
+    rows: Function | None = None
+    border: Border | None = None
+    exist: Callable[[FloatArray], npt.NDArray[np.bool_]] | None = None
+    lines: Sequence[float] = ()
+
+    def edges_over(self, intervals: Sequence[tuple[float, float]]) -> list[Edge]:
+        """Return all edges over one interval of α1 after the other, from below to above."""
+        middles = np.array(intervals).mean(axis=1)
+        ordinates = np.empty((0, len(middles)))
+        if self.rows is not None:
+            ordinates = self.rows(middles)
+        if self.exist is not None:
+            ordinates = np.where(self.exist(middles), ordinates, np.nan)
+        straight = [-_END, *_copies(self.lines).tolist(), _END]
+        edges: list[Edge] = []
+        for (low, high), rows in zip(intervals, ordinates.T, strict=True):
+            here = [Edge(low, high, ordinate) for ordinate in straight]
+            for row, angle in enumerate(rows):
+                here += [Edge(low, high, copy, row) for copy in _copies(angle).tolist()]
+            edges += sorted(here, key=attrgetter("ordinate"))
+        return edges
+
+    def points_on(
+        self, edges: Sequence[Edge], number: npt.NDArray[np.int64], x: FloatArray
+    ) -> FloatArray:
+        """Return the points at x on the edges of some numbers, both of shape (k,), as an array of shape (k, 2)."""
+        y = np.array([edge.ordinate for edge in edges])[number]
+        row = np.array([-1 if edge.row is None else edge.row for edge in edges])[number]
+        curved = np.flatnonzero(row >= 0)
+        if self.rows is not None and curved.size:
+            angle = self.rows(x[curved])[row[curved], np.arange(curved.size)]
+            # Over its interval an edge crosses no multiple of π/2.
+            center = (np.floor(y[curved] / HALF_PI) + 0.5) * HALF_PI
+            angle -= math.pi * np.rint((angle - center) / math.pi)
+            # At the ends of an interval rounding alone can take it out of the surroundings.
+            y[curved] = np.clip(angle, -_END, _END)
+        return np.column_stack([x, y])
+
+    def traces(self, edges: Sequence[Edge], tolerance: float) -> list[FloatArray]:
+        """Return the points of a polyline that follows each edge, shape (m, 2); all edges are traced at once."""
+        low, high = np.array([(edge.low, edge.high) for edge in edges]).T
+        is_straight = np.array([edge.row is None for edge in edges])
+        chords = np.where(is_straight, 1, _FIRST_CHORDS)
+        number = np.repeat(np.arange(len(edges)), chords + 1)
+        theta = np.concatenate([np.linspace(0.0, math.pi, n + 1) for n in chords])
+        settled = is_straight[number[1:]] | (number[1:] != number[:-1])
+        for _ in range(_MOST_ROUNDS):
+            # Dense at both ends, where an explicit border may rise like a square root.
+            first, last = low[number], high[number]
+            x = (first + last) / 2 - (last - first) / 2 * np.cos(theta)
+            x = np.where(theta <= 0, first, np.where(theta >= math.pi, last, x))
+            points = self.points_on(edges, number, x)
+            parts = np.ones(len(settled), dtype=int)
+            if self.border is not None:
+                starts, ends = points[:-1][~settled], points[1:][~settled]
+                parts[~settled] = _parts_of(self.border, starts, ends, tolerance)
+            if parts.max() == 1:
+                break
+            places = np.append(0, np.cumsum(parts))
+            theta = np.interp(np.arange(places[-1] + 1), places, theta)
+            number = np.append(np.repeat(number[:-1], parts), number[-1])
+            settled = np.repeat(parts == 1, parts)
+        return np.split(points, np.flatnonzero(np.diff(number)) + 1)
+
+
+def _parts_of(
+    border: Border, starts: FloatArray, ends: FloatArray, tolerance: float
+) -> npt.NDArray[np.int64]:
+    """Return into how many parts chords are to be cut, 1 if they follow the border to the tolerance."""
+    bound = border.deviation(starts, ends, 2 * tolerance)
+    # A chord shorter than the tolerance is as good as the border; so is one across a strip that is much narrower,
+    # beside an abscissa at which the border vanishes whatever the ordinate.
+    across = np.abs(ends - starts)
+    bound[np.hypot(across[:, 0], across[:, 1]) < tolerance / 2] = 0.0
+    bound[across[:, 0] < _NARROW * tolerance] = 0.0
+    # The bound falls with the square of a chord's length; without a bound a chord is cut into four.
+    parts = np.full(len(bound), 4)
+    known = np.isfinite(bound)
+    parts[known] = np.maximum(np.ceil(np.sqrt(bound[known] / tolerance)), 1)
+    return parts
+
+
+def _copies(angles: npt.ArrayLike) -> FloatArray:
+    """Return all angles in the surroundings of the square that equal some angles modulo π, sorted; none for NaN."""
+    turns = math.pi * np.arange(-2, 3)[:, None]
+    copies = (np.ravel(angles) + turns).ravel()
+    return np.unique(copies[np.abs(copies) < _END])
+
+
+def _where(
+    holds: Condition,
+    curves: Curves,
+    breaks: Sequence[npt.ArrayLike],
+    tolerance: float,
+) -> Halves:
+    """Return where a condition on (α1, α2), both of shape (k,), holds, and where it does not.
+
+    For a fixed α1 it changes at the curves and the lines alone, both α2 modulo π. Between two `breaks`, modulo π, none of
+    them meets another, crosses a multiple of π/2 or an end of the surroundings of the square, or ceases to exist.
+    """
+    inside = _copies(np.concatenate([np.ravel(part) for part in breaks]))
+    limits = np.concatenate([[-_END], inside, [_END]])
+    kept = np.append(True, np.diff(limits) > ROUND_OFF)
+    kept[-1] = True
+    edges = curves.edges_over(list(pairwise(limits[kept].tolist())))
+
+    # Of each two edges that follow each other over one interval: does the condition hold between them?
+    gaps = [k for k, (one, two) in enumerate(pairwise(edges)) if one.low == two.low]
+    middle = np.array([(edges[k].low + edges[k].high) / 2 for k in gaps])
+    between = [(edges[k].ordinate + edges[k + 1].ordinate) / 2 for k in gaps]
+    held = dict(zip(gaps, holds(middle, np.array(between)).tolist(), strict=True))
+
+    # Each run of gaps over one interval with the same answer is one polygon.
+    runs = groupby(gaps, key=lambda k: (edges[k].low, held[k]))
+    numbers = [list(run) for _, run in runs]
+    traces = curves.traces(edges, tolerance)
+    polygons: dict[bool, list[Polygon]] = {True: [], False: []}
+    for run in numbers:
+        below, above = run[0], run[-1] + 1
+        polygon = _polygon_between(traces[below], traces[above])
+        if not polygon.is_valid:
+            # The chords of a thin polygon may cross, unless both sides have the same abscissae.
+            x = np.union1d(traces[below][:, 0], traces[above][:, 0])
+            sides = [
+                curves.points_on(edges, np.full(len(x), side), x)
+                for side in (below, above)
+            ]
+            polygon = _polygon_between(*sides).buffer(0.0)
+        polygons[held[run[0]]].append(polygon)
+    return Halves(polygons)
+
+
+def _polygon_between(below: FloatArray, above: FloatArray) -> Polygon:
+    return shapely.Polygon(np.concatenate([below, above[::-1]]))
 
 
 def zeros_of_degree_two(function: Function, period: float) -> FloatArray:
@@ -199,119 +370,6 @@ def zeros_of_degree_two(function: Function, period: float) -> FloatArray:
     roots = np.roots(polynomial)
     roots = roots[np.abs(np.abs(roots) - 1.0) < _ON_CIRCLE]
     return np.sort(np.angle(roots)) * period / (2 * math.pi)
-
-
-def _abscissae(
-    low: float, high: float, function: Function, border: Border | None, tolerance: float
-) -> FloatArray:
-    """Return abscissae on an interval such that the chords between a function's values there follow the border."""
-    if border is None:
-        return np.array([low, high])
-
-    def at(theta: FloatArray) -> FloatArray:
-        # Dense at both ends, where an explicit border may rise like a square root.
-        x = (low + high) / 2 - (high - low) / 2 * np.cos(theta)
-        return np.where(theta <= 0, low, np.where(theta >= math.pi, high, x))
-
-    theta, settled = (
-        np.linspace(0.0, math.pi, _FIRST_CHORDS + 1),
-        np.zeros(_FIRST_CHORDS, dtype=bool),
-    )
-    for _ in range(_MOST_ROUNDS):
-        points = np.column_stack([at(theta), function(at(theta))])
-        first, second = points[:-1][~settled], points[1:][~settled]
-        bound = border.deviation(
-            first, second, 2 * tolerance
-        )  # infinite where nothing can be certified
-        # A chord shorter than the tolerance is as good as the border; so is one across a strip that is much narrower,
-        # beside an abscissa at which h vanishes whatever the ordinate.
-        across = np.abs(second - first)
-        bound[np.hypot(*across.T) < tolerance / 2] = 0.0
-        bound[across[:, 0] < _NARROW * tolerance] = 0.0
-        # The bound falls with the square of a chord's length; without a bound a chord is cut into four.
-        parts = np.ones(len(settled), dtype=int)
-        parts[~settled] = np.where(
-            np.isfinite(bound),
-            np.maximum(np.ceil(np.sqrt(bound / tolerance)), 1.0),
-            4.0,
-        )
-        if parts.max() == 1:
-            break
-        theta = np.interp(
-            np.arange(parts.sum() + 1), np.append(0, np.cumsum(parts)), theta
-        )
-        settled = np.repeat(parts == 1, parts)
-    return at(theta)
-
-
-def bands_between(
-    breaks: FloatArray,
-    roots: Callable[[FloatArray], Sequence[Root]],
-    holds: Callable[[FloatArray, float], Any],
-    tolerance: float,
-    *,
-    ends: tuple[float, float] = (-_FAR, _FAR),
-    ordinate: Function = np.asarray,
-) -> BaseGeometry:
-    """Return where a condition holds, as polygons whose borders follow the true ones.
-
-    For every abscissa x the condition, which `holds` evaluates at (x, w) for x of shape (1,), changes only at a few
-    values of w within `ends`, functions of x. Between the sorted abscissae `breaks` no root enters or leaves that range,
-    meets another, or ceases to exist; `roots` returns those between the breaks around an x, each with the border that
-    vanishes on it. `ordinate` gives the second coordinate for w, a monotone function. Borders may be `tolerance` from
-    the sides of the polygons.
-    """
-
-    def straight(w: float) -> Edge:
-        return w, lambda x: ordinate(np.full(x.shape, w)), None
-
-    def edge(w: float, root: Function, border: Border | None) -> Edge:
-        # At the ends of an interval rounding alone can take a root out of the range.
-        return w, lambda x: ordinate(np.clip(root(x), *ends)), border
-
-    def band(low: float, high: float, sides: tuple[Edge, Edge]) -> Polygon:
-        def between(below: FloatArray, above: FloatArray) -> Polygon:
-            (_, lower, _), (_, upper, _) = sides
-            ring = np.vstack(
-                [
-                    np.column_stack([below, lower(below)]),
-                    np.column_stack([above, upper(above)])[::-1],
-                ]
-            )
-            ring = ring[np.any(ring != np.roll(ring, 1, axis=0), axis=1)]
-            return shapely.Polygon(ring if len(ring) > 2 else None)
-
-        below, above = (
-            _abscissae(low, high, function, line, tolerance)
-            for _, function, line in sides
-        )
-        polygon = between(below, above)
-        if polygon.is_valid:
-            return polygon
-        # The chords of a thin band may cross, unless both sides have the same abscissae.
-        common = np.union1d(below, above)
-        return between(common, common).buffer(0.0)
-
-    kept = np.concatenate([[True], np.diff(breaks) > ROUND_OFF])
-    kept[-1] = True
-    polygons = []
-    for low, high in pairwise(breaks[kept].tolist()):
-        middle = np.array([(low + high) / 2])
-        here = [
-            (float(root(middle)[0]), root, border) for root, border in roots(middle)
-        ]
-        here.sort(key=itemgetter(0))
-        edges = [edge(*found) for found in here if ends[0] < found[0] < ends[1]]
-        edges = [straight(ends[0]), *edges, straight(ends[1])]
-        inside = [bool(holds(middle, (a[0] + b[0]) / 2)) for a, b in pairwise(edges)]
-        # Each run of intervals in which the condition holds is one polygon.
-        for held, run in groupby(range(len(inside)), key=inside.__getitem__):
-            if held:
-                numbers = list(run)
-                polygons.append(
-                    band(low, high, (edges[numbers[0]], edges[numbers[-1] + 1]))
-                )
-    return shapely.union_all(polygons)
 
 
 def _wave(first: float, second: float, even: float, odd: float) -> CosineSum:
@@ -339,15 +397,12 @@ class Matrices(NamedTuple):
     ss: FloatArray
     discriminant: FloatArray
 
-    def zeros(self, side: int) -> FloatArray:
-        """Return the angles, modulo π, at which uᵀ·matrix·u vanishes, on one side of that between the two."""
+    def zeros(self) -> FloatArray:
+        """Return both angles, modulo π, at which uᵀ·matrix·u vanishes, shape (2, ...)."""
         mean, even = (self.cc + self.ss) / 2, (self.cc - self.ss) / 2
         half = np.arctan2(np.sqrt(np.maximum(self.discriminant, 0.0)), -mean)
-        return np.asarray((np.arctan2(self.cs, even) + side * half) / 2)
-
-
-def _line(ordinate: float) -> Root:
-    return lambda x: np.full(x.shape, ordinate), None
+        middle = np.arctan2(self.cs, even)
+        return np.array([middle - half, middle + half]) / 2
 
 
 def _zeros_of_form(form: FloatArray, alpha: FloatArray) -> FloatArray:
@@ -356,80 +411,48 @@ def _zeros_of_form(form: FloatArray, alpha: FloatArray) -> FloatArray:
     return np.asarray(np.arctan2(-across[0], across[1]))
 
 
-def _where(
-    holds: Callable[[FloatArray, float], Any],
-    zeros_at: Callable[[FloatArray], Sequence[Root]],
-    breaks: Sequence[FloatArray],
-    tolerance: float,
-) -> BaseGeometry:
-    """Return where a condition on (α1, α2) holds.
-
-    For α1 in a band around `middle` it changes only at `zeros_at(middle)`, functions of α1 that are α2 modulo π, with
-    their borders. None of them crosses a multiple of π/2 or an end of the surroundings of the square between two
-    `breaks`, modulo π.
-    """
-
-    def roots(middle: FloatArray) -> list[Root]:
-        found: list[Root] = []
-        for zero, border in zeros_at(middle):
-            ordinates = float(zero(middle)[0]) + math.pi * np.arange(-2, 3)
-            for ordinate in ordinates[np.abs(ordinates) < _END]:
-                center = (math.floor(ordinate / HALF_PI) + 0.5) * HALF_PI
-                found.append((partial(_nearest, zero, center), border))
-        return found
-
-    angles = np.concatenate([np.ravel(part) for part in breaks])
-    angles = (wrapped(angles) + math.pi * np.arange(-1, 2)[:, None]).ravel()
-    inside = np.unique(angles[np.abs(angles) < _END])
-    limits = np.concatenate([[-_END], inside, [_END]])
-    return bands_between(limits, roots, holds, tolerance, ends=(-_END, _END))
+def _product(form: FloatArray, x: FloatArray, y: FloatArray) -> FloatArray:
+    """Return u1ᵀ·form·u2 at angles of the same shape."""
+    return np.asarray(np.sum(directions(x) * (form @ directions(y)), axis=0))
 
 
-def _nearest(angle: Function, center: float, x: FloatArray) -> FloatArray:
-    """Return the values of a function modulo π that are nearest to `center`."""
-    ordinate = angle(x)
-    return np.asarray(ordinate - math.pi * np.rint((ordinate - center) / math.pi))
-
-
-def determinant_negative(block: Block, tolerance: float) -> BaseGeometry:
+def determinant_negative(block: Block, tolerance: float) -> Halves:
     """Return where the determinant of a block is negative."""
     form = block.form
 
-    def holds(x: FloatArray, y: float) -> Any:
-        return directions(x)[:, 0] @ form @ directions(y) < 0
+    def rows(x: FloatArray) -> FloatArray:
+        return _zeros_of_form(form, x)[None]
 
-    breaks = _zeros_of_form(form.T, _BREAKING)
-    zero = partial(_zeros_of_form, form)
+    curves = Curves(rows, Border(_bilinear(form)))
     if block.is_product:
-        return _where(holds, lambda x: [_line(float(zero(x)[0]))], [breaks], tolerance)
-    border = Border(_bilinear(form))
-    return _where(holds, lambda _: [(zero, border)], [breaks], tolerance)
+        curves = Curves(lines=rows(np.zeros(1))[0].tolist())
+    breaks = _zeros_of_form(form.T, _BREAKING)
+    return _where(lambda x, y: _product(form, x, y) < 0, curves, [breaks], tolerance)
 
 
 def _where_quadratic(
-    holds: Callable[[FloatArray, float], Any],
+    holds: Condition,
     of_second: Callable[[FloatArray], Matrices],
     of_first: Callable[[FloatArray], Matrices],
     border: Border,
     tolerance: float,
-) -> BaseGeometry:
+) -> Halves:
     """Return where a condition holds whose border is quadratic in u1 and in u2.
 
     It is where u2ᵀ·S·u2 vanishes with S = `of_second` of α1, and u1ᵀ·S·u1 with S = `of_first` of α2.
     """
 
-    def zero(side: int) -> Root:
-        return lambda x: of_second(x).zeros(side), border
+    def discriminant(x: FloatArray) -> FloatArray:
+        return of_second(x).discriminant
 
-    def zeros_at(middle: FloatArray) -> Sequence[Root]:
-        return (zero(-1), zero(1)) if of_second(middle).discriminant[0] > 0 else ()
+    curves = Curves(
+        lambda x: of_second(x).zeros(), border, lambda x: discriminant(x) > 0
+    )
+    turning = zeros_of_degree_two(discriminant, math.pi)
+    return _where(holds, curves, [turning, of_first(_BREAKING).zeros()], tolerance)
 
-    turning = zeros_of_degree_two(lambda x: of_second(x).discriminant, math.pi)
-    ends = of_first(_BREAKING)
-    return _where(holds, zeros_at, [turning, ends.zeros(-1), ends.zeros(1)], tolerance)
 
-
-def singular_value_below(floor: float, block: Block, tolerance: float) -> BaseGeometry:
+def singular_value_below(floor: float, block: Block, tolerance: float) -> Halves:
     """Return where the lesser singular value of a block, times √2, is below a positive floor.
 
     Around the curve where its determinant vanishes this is a band, as narrow as the floor.
@@ -437,12 +460,13 @@ def singular_value_below(floor: float, block: Block, tolerance: float) -> BaseGe
     g, form = floor**2 / 2, block.form
     grams = block.first.T @ block.first, block.second.T @ block.second
 
-    def matrices(form: FloatArray, own: FloatArray, other: FloatArray) -> Any:
+    def matrices(
+        form: FloatArray, own: FloatArray, other: FloatArray
+    ) -> Callable[[FloatArray], Matrices]:
         def at(alpha: FloatArray) -> Matrices:
             # h = (across·u)² + g·uᵀ·(rest − other)·u of the other pair
-            u = directions(alpha)
-            first, second = form.T @ u
-            rest = g - np.sum(u * (own @ u), axis=0)
+            first, second = form.T @ directions(alpha)
+            rest = g - _product(own, alpha, alpha)
             cc, cs, ss = rest - other[0, 0], -other[0, 1], rest - other[1, 1]
             turned = cc * second**2 - 2 * cs * first * second + ss * first**2
             return Matrices(
@@ -454,22 +478,19 @@ def singular_value_below(floor: float, block: Block, tolerance: float) -> BaseGe
 
         return at
 
-    def holds(x: FloatArray, y: float) -> Any:
-        u1, u2 = directions(x)[:, 0], directions(y)
-        squares = u1 @ grams[0] @ u1 + u2 @ grams[1] @ u2
-        height = (u1 @ form @ u2) ** 2 - g * squares + g**2
-        return height < 0 or squares < 2 * g
+    def holds(x: FloatArray, y: FloatArray) -> npt.NDArray[np.bool_]:
+        squares = _product(grams[0], x, x) + _product(grams[1], y, y)
+        height = _product(form, x, y) ** 2 - g * squares + g**2
+        return (height < 0) | (squares < 2 * g)
 
     if block.has_orthogonal_columns:
-        lengths = [
+        breaks, lines = (
             Matrices(
                 gram[0, 0] - g, gram[0, 1], gram[1, 1] - g, g * (np.trace(gram) - g)
-            )
+            ).zeros()
             for gram in grams
-        ]
-        breaks, ordinates = ([part.zeros(-1), part.zeros(1)] for part in lengths)
-        lines = [_line(float(ordinate)) for ordinate in ordinates]
-        return _where(holds, lambda _: lines, breaks, tolerance)
+        )
+        return _where(holds, Curves(lines=lines.tolist()), [breaks], tolerance)
     squares = _quadratic(-g * grams[0], 2, 0) + _quadratic(-g * grams[1], 0, 2)
     return _where_quadratic(
         holds,
@@ -483,10 +504,12 @@ def singular_value_below(floor: float, block: Block, tolerance: float) -> BaseGe
 
 def product_below(
     level: float, first: FloatArray, second: FloatArray, tolerance: float
-) -> BaseGeometry:
+) -> Halves:
     """Return where (u1ᵀ·first·u2)·(u1ᵀ·second·u2) is below a level."""
 
-    def matrices(first: FloatArray, second: FloatArray) -> Any:
+    def matrices(
+        first: FloatArray, second: FloatArray
+    ) -> Callable[[FloatArray], Matrices]:
         def at(alpha: FloatArray) -> Matrices:
             u = directions(alpha)
             (a, b), (c, d) = first.T @ u, second.T @ u
@@ -495,12 +518,8 @@ def product_below(
 
         return at
 
-    def holds(x: FloatArray, y: float) -> Any:
-        u1, u2 = directions(x)[:, 0], directions(y)
-        return (u1 @ first @ u2) * (u1 @ second @ u2) < level
-
     return _where_quadratic(
-        holds,
+        lambda x, y: _product(first, x, y) * _product(second, x, y) < level,
         matrices(first, second),
         matrices(first.T, second.T),
         Border(_bilinear(first) * _bilinear(second) + -level),
@@ -508,9 +527,13 @@ def product_below(
     )
 
 
+def _first_product(across: Function, u2: FloatArray, x: FloatArray) -> FloatArray:
+    return np.asarray(u2 @ across(x))
+
+
 def thrust_above(
     share: float, own: FloatArray, other: FloatArray, tolerance: float
-) -> BaseGeometry:
+) -> Halves:
     """Return where all hover thrusts are positive and those of rotors 1 and 3 are more than a share of the weight.
 
     Rotors 1 and 2 have the yaw torques own·u1 and other·u2. The share of rotor 1 is half of other·u2 / (other·u2·cos α1 +
@@ -523,79 +546,69 @@ def thrust_above(
         lever[0] -= 2 * share * (own @ directions(x))
         return lever
 
-    def border(x: FloatArray) -> FloatArray:
+    def rows(x: FloatArray) -> FloatArray:
         lever = across(x)
-        return np.asarray(np.arctan2(-lever[0], lever[1]))
+        return np.arctan2(-lever[:1], lever[1:])
 
-    def holds(x: FloatArray, y: float) -> Any:
+    def holds(x: FloatArray, y: FloatArray) -> npt.NDArray[np.bool_]:
         u2 = directions(y)
         torque = other @ u2
-        return (
-            torque * (own @ directions(x))[0] > 0 and torque * (u2 @ across(x))[0] > 0
-        )
+        excess = np.sum(u2 * across(x), axis=0)
+        upward = torque * (own @ directions(x)) > 0
+        return np.asarray(upward & (torque * excess > 0))
 
     lift = np.array([1.0, 0.0])
     vanishing = _bilinear(-2 * share * (np.outer(lift, other) + np.outer(own, lift)))
     vanishing += _wave(0, 1, *other)
-    zeros = []
-    for u2 in directions(_BREAKING).T:
-        product = partial(lambda u2, x: u2 @ across(x), u2)
-        zeros.append(zeros_of_degree_two(product, _FULL))
-    free = math.atan2(-own[0], own[1])
-    idle = _line(math.atan2(-other[0], other[1]))
-    found = [(border, Border(vanishing)), idle]
-    return _where(holds, lambda _: found, [*zeros, np.array([free])], tolerance)
+    crossing = [
+        zeros_of_degree_two(partial(_first_product, across, u2), _FULL)
+        for u2 in directions(_BREAKING).T
+    ]
+    free, idle = (math.atan2(-torque[0], torque[1]) for torque in (own, other))
+    curves = Curves(rows, Border(vanishing), lines=[idle])
+    return _where(holds, curves, [*crossing, [free]], tolerance)
 
 
 def blue_determinant_below(
     level: float, sign: int, coefficients: Coefficients, tolerance: float
-) -> BaseGeometry:
+) -> Halves:
     """Return where sign·R is below a positive level on the blue sheet, with the given, rounded coefficients.
 
-    R is bilinear in cos 2β1 and cos 2β2 there, up to the sign that each wrap of α3 and of α4 by π turns. Nothing is
-    wrapped here: R is that of α3 = 2δ − α1 and α4 = −2δ − α2.
+    R is bilinear in cos 2β1 and cos 2β2 there, up to the sign that each wrap of α3 and of α4 by π turns; β is zero where
+    the planes cross. Nothing is wrapped here: R is that of α3 = α1 − 2β1 and α4 = α2 − 2β2.
     """
-    delta = coefficients.crossings[0]
+    line1, line2 = coefficients.crossings
     # R at β1 and β2 of 0 and π/2, where cos 2β is 1 and −1.
-    beta1, beta2 = np.array(
-        [[0.0, 0.0, HALF_PI, HALF_PI], [0.0, HALF_PI, 0.0, HALF_PI]]
-    )
-    first, second = beta1 + delta, beta2 - delta
-    corners = np.column_stack([first, second, delta - beta1, -delta - beta2])
-    mixed = sign * coefficients.form.at(Sines.of(corners))[2].reshape(2, 2)
+    beta1 = np.array([0.0, 0.0, HALF_PI, HALF_PI])
+    beta2 = np.array([0.0, HALF_PI, 0.0, HALF_PI])
+    corners = [line1 + beta1, line2 + beta2, line1 - beta1, line2 - beta2]
+    level_of_corners = coefficients.form.at(Sines.of(np.column_stack(corners)))[2]
+    mixed = sign * level_of_corners.reshape(2, 2)
     change = np.array([[0.5, -0.5], [0.5, 0.5]])
     (both, one), (other, none) = change @ mixed @ change.T
 
-    def border(x: FloatArray) -> FloatArray:
-        turned = np.cos(2 * x)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            w = (level - none - one * turned) / (other + both * turned)
-        return np.asarray(np.where(np.isfinite(w), w, _FAR))
+    def matrices(
+        wave: tuple[float, float], mean: tuple[float, float], own: float, other: float
+    ) -> Callable[[FloatArray], Matrices]:
+        # of a wave cos 2β with its mean, both linear in cos 2β of the own pair; `own` and `other` are where β = 0
+        def at(alpha: FloatArray) -> Matrices:
+            turned = np.cos(2 * (alpha - own))
+            size, middle = wave[0] * turned + wave[1], mean[0] * turned + mean[1]
+            even, odd = size * math.cos(2 * other), size * math.sin(2 * other)
+            return Matrices(middle + even, odd, middle - even, size**2 - middle**2)
 
-    def height(x: FloatArray, w: float) -> FloatArray:
-        return np.asarray((both * w + one) * np.cos(2 * x) + other * w + none - level)
+        return at
 
-    vanishing = (
-        cosine(2, 0) * (cosine(0, 2, 0.0, both) + one)
-        + cosine(0, 2, 0.0, other)
-        + (none - level)
-    )
-    zeros = [zeros_of_degree_two(partial(height, w=w), math.pi) for w in (1.0, -1.0)]
-    found = bands_between(
-        np.unique(np.concatenate([[-HALF_PI, 0.0, HALF_PI], *zeros])),
-        lambda _: [(border, Border(rest=vanishing))],
-        lambda x, w: height(x, w) < 0,
+    rest = cosine(2, 0, 2 * line1) * (cosine(0, 2, 2 * line2, both) + one)
+    border = Border(rest + cosine(0, 2, 2 * line2, other) + (none - level))
+
+    def holds(x: FloatArray, y: FloatArray) -> npt.NDArray[np.bool_]:
+        return np.asarray(border.at(np.column_stack([x, y])) < 0)
+
+    return _where_quadratic(
+        holds,
+        matrices((both, other), (one, none - level), line1, line2),
+        matrices((both, one), (other, none - level), line2, line1),
+        border,
         tolerance,
-        ends=(-1.0, 1.0),
-        ordinate=lambda w: np.arccos(w) / 2,
-    )
-    found = found.union(shapely.transform(found, lambda at: at * np.array([1.0, -1.0])))
-    near = shapely.box(-_END, -_END, _END, _END)
-    shifts = [
-        np.array([i * math.pi + delta, j * math.pi - delta])
-        for i in (-1, 0, 1)
-        for j in (-1, 0, 1)
-    ]
-    return shapely.union_all(
-        [shapely.transform(found, shift.__add__).intersection(near) for shift in shifts]
     )

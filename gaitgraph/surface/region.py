@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
     from gaitgraph.invertibility.forms import FloatArray
+    from gaitgraph.surface.borders import Halves
 
 Pair = npt.NDArray[np.object_]  # the inner and the outer shape of a region
 
@@ -307,19 +308,21 @@ def offset(shape: BaseGeometry, distance: float) -> BaseGeometry:
     return shape.buffer(distance, join_style="mitre")
 
 
-def offset_both(shape: BaseGeometry, distance: float) -> Pair:
-    """Return a polygon with its border moved outward, and inward."""
-    return np.array([offset(shape, distance), offset(shape, -distance)])
-
-
-def square_without(forbidden: BaseGeometry, reach: float) -> Pair:
+def square_without(forbidden: Halves, reach: float) -> Pair:
     """Return the square without a set that is known to within `reach`, as a pair."""
-    return np.asarray(shapely.difference(_SQUARE, offset_both(forbidden, reach)))
+    return _square_off(forbidden, True, reach)
 
 
-def square_within(allowed: BaseGeometry, reach: float) -> Pair:
+def square_within(allowed: Halves, reach: float) -> Pair:
     """Return the part of the square in a set that is known to within `reach`, as a pair."""
-    return np.asarray(shapely.intersection(_SQUARE, offset_both(allowed, -reach)))
+    return _square_off(allowed, False, reach)
+
+
+def _square_off(halves: Halves, forbidden: bool, reach: float) -> Pair:
+    """Return the square off one half: what the other half does not reach is certain, what this one reaches may be."""
+    inner = shapely.difference(_SQUARE, halves.around(forbidden, reach))
+    outer = shapely.intersection(_SQUARE, halves.around(not forbidden, reach))
+    return np.array([inner, outer])
 
 
 def chord_tolerance(accuracy: float) -> float:
